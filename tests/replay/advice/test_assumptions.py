@@ -133,7 +133,7 @@ def test_lengths_of_another_unit_are_asked_for_and_answered(tmp_path):
     (tmp_path / "take.csv").write_text("\n".join([table[0], *rows, ""]))
     session = imported()
     (question,) = examine_assumptions(session).questions
-    assert question.assumption.subject is Subject.LENGTH_UNIT and question.plausible == "mm"
+    assert question.assumption.subject is Subject.LENGTH_UNIT and not question.plausible
     meant = answered(session, question.assumption, "mm")
     assert np.array_equal(examine_assumptions(meant).outcome.contact[:, 0], true_contact())
     back, _ = with_answers_forgotten(meant)

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from replay.advice.assumptions import examine_assumptions
-from replay.advice.plausibility import more_plausible
+from replay.advice.plausibility import more_plausible, plausible_length_unit
 from replay.advice.scene_outcome import Outcome
+from sessions import Session, Track
 from sessions.meshes.conventions import convention
 from sessions.meshes.mesh_axes import mesh_axes_alternatives
 from sessions.meshes.mesh_match import possible_units
@@ -42,6 +43,14 @@ def test_only_the_one_reading_that_is_not_deep_is_marked(fractions, marked):
 def test_a_reading_without_contact_is_as_plausible_as_shallow_contacts():
     assert more_plausible({"a": outcome(0.0, contacts=0), "b": outcome(0.0)}) == ""
     assert more_plausible({"a": outcome(0.0, contacts=0), "b": outcome(0.8)}) == "a"
+
+
+@pytest.mark.parametrize(("farthest", "unit"), [(4000.0, "mm"), (1000.0, ""), (3.0, ""), (10.0**6, "")])
+def test_a_unit_is_marked_that_alone_puts_all_poses_into_a_room(farthest, unit):
+    positions = np.array([[0.0, 0.0, 0.0], [farthest, 0.0, 0.0]])
+    track = Track(np.array([0, 10**7]), positions, np.tile([0.0, 0.0, 0.0, 1.0], (2, 1)))
+    row = Assumption(Subject.LENGTH_UNIT, "m", Origin.GUESS, alternatives=("m", "cm", "mm"))
+    assert plausible_length_unit(Session.from_tracks({"cup": track}), row) == unit
 
 
 def with_guess(session, poses, subject, value, bodies, alternatives):
