@@ -100,6 +100,16 @@ def moment(seconds: float) -> str:
     return f"{seconds:.1f} s"
 
 
+def instant(seconds: float) -> str:
+    """A moment to the millisecond: ``18.213 s``."""
+    return f"{seconds:.3f} s"
+
+
+def fixed(value: float, decimals: int, *, signed: bool = False) -> str:
+    """A number with so many decimals, for a unit that follows: ``18.2``, ``+0.35``."""
+    return f"{value:{'+' if signed else ''}.{decimals}f}"
+
+
 def timestamp(seconds: float | None) -> str:
     """A moment on the clock of a session to the millisecond, the number alone: ``20.700``; ``""``: there is none."""
     return "" if seconds is None else f"{seconds:.3f}"

@@ -11,6 +11,7 @@ import numpy as np
 
 from cdcore.errors import CollisionCoreError
 from cdcore.numerics import IntArray
+from replay import words
 from replay.advice.open_guesses import (
     DECIDE,
     MOST_QUESTIONS,
@@ -50,7 +51,7 @@ class Alternative:
         """What the recording shows: its contacts, or how colliders fit their meshes."""
         if self.overshoot is None:
             return outcome_words(self.outcome)
-        return f"colliders up to {1e3 * self.overshoot:.0f} mm off the bounds of their meshes"
+        return f"colliders up to {words.fixed(1e3 * self.overshoot, 0)} mm off the bounds of their meshes"
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,6 +9,7 @@ import numpy as np
 from cdcore import Body, Motion
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 from cdcore.protocol import counts_as_contact
+from replay import words
 from replay.advice.overlap_depth import SampledSurface, overlap_depth
 from replay.advice.sampled_contacts import evenly
 from replay.auditing.episodes import episodes
@@ -151,5 +152,5 @@ def outcome_words(outcome: Outcome) -> str:
         return f"no contact{nearest}"
     contacts = plural(outcome.contacts, "contact")
     if outcome.deepest > DEEP_M:
-        return f"{contacts}, bodies up to {1e3 * outcome.deepest:.0f} mm deep in each other"
-    return f"{contacts}, at most {max(1.0, np.ceil(1e3 * outcome.deepest)):.0f} mm deep"
+        return f"{contacts}, bodies up to {words.fixed(1e3 * outcome.deepest, 0)} mm deep in each other"
+    return f"{contacts}, at most {words.fixed(max(1.0, np.ceil(1e3 * outcome.deepest)), 0)} mm deep"

@@ -12,6 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from replay import words
 from replay.auditing.delay import LATEST
 from replay.errors import AuditError
 
@@ -56,17 +57,17 @@ class ClockOffset:
         return self.seconds + self.drift * (seconds - self.first)
 
     def __str__(self) -> str:
-        text = f"clock offset {self.seconds:+.4f} s"
+        text = f"clock offset {words.fixed(self.seconds, 4, signed=True)} s"
         if self.own:
             text += " (taken for the recording's own clock)"
         if self.drift:
-            text += f" at the first report, drift {100 * self.drift:+.3f} %"
+            text += f" at the first report, drift {words.fixed(100 * self.drift, 3, signed=True)} %"
         if self.delay is not None:
             text += f", {delay_text(self.delay)}"
         far = f"{1e3 * WINDOW:g} ms"
         if self.residual is None:
             return f"{text}, residual unknown: all {self.of} begins and ends are over {far} from a true one"
-        text += f", residual {1e3 * self.residual:.1f} ms of {self.matched} of {self.of} begins and ends"
+        text += f", residual {words.fixed(1e3 * self.residual, 1)} ms of {self.matched} of {self.of} begins and ends"
         if self.matched < self.of:
             text += f"; {self.of - self.matched} are left out, more than {far} from every true one of their pair"
         if self.rivals:
@@ -80,7 +81,7 @@ def delay_text(seconds: float) -> str:
     """``reports 4.5 ms late in the median``."""
     if round(1e4 * seconds) == 0:
         return "reports on time in the median"
-    return f"reports {1e3 * abs(seconds):.1f} ms {'late' if seconds > 0 else 'early'} in the median"
+    return f"reports {words.fixed(1e3 * abs(seconds), 1)} ms {'late' if seconds > 0 else 'early'} in the median"
 
 
 @dataclass(frozen=True)

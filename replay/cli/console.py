@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import IO, TYPE_CHECKING, Any, Final
 
+from replay import words
 from replay.progress import Advance, ignored
 from replay.words import number, safe_text
 
@@ -90,10 +91,10 @@ class TerminalProgress:
 def pace(fraction: float, seconds: float) -> str:
     """Progress of a stage with its time: ``43 %  12 s left``, ``100 %  14 s``."""
     if fraction >= 1.0:
-        return f"100 %  {seconds:.0f} s"
+        return f"100 %  {words.fixed(seconds, 0)} s"
     if fraction <= 0.0:
-        return f"{seconds:.0f} s so far"
-    return f"{100 * fraction:3.0f} %  {seconds * (1.0 - fraction) / fraction:.0f} s left"
+        return f"{words.fixed(seconds, 0)} s so far"
+    return f"{words.fixed(100 * fraction, 0):>3} %  {words.fixed(seconds * (1.0 - fraction) / fraction, 0)} s left"
 
 
 @contextmanager
@@ -125,7 +126,7 @@ def counting(people: People, total: int) -> Callable[[str, str], None]:
         nonlocal count, worked
         count, worked = count + 1, worked + (outcome != "kept")
         each = (time.monotonic() - begun) / max(worked, 1)
-        rest = f", about {each * (total - count):.0f} s left at {number(60 / each)} a minute"
+        rest = f", about {words.fixed(each * (total - count), 0)} s left at {number(60 / each)} a minute"
         people.say(f"{count:>4} of {total}  {name}: {outcome}{rest if worked and count < total else ''}")
 
     return tell

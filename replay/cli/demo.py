@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
+from replay import words
 from replay.cli.console import DATA_LOSS, OK, People, TerminalProgress, counting, show
 from replay.cli.options import ANY_PATH, FIX_SECONDS, fix_time, force, jobs, reporting, require_free
 from sessions.temporary_folders import temporary_folder
@@ -69,7 +70,7 @@ def command(
     seconds = FIX_SECONDS if fix_time is None else fix_time
     result = _demo(folder, force or out is None, people, fix_time=seconds, **made)
     seconds = result.document.session.duration
-    people.say(f"Made up a {seconds:.0f} s session: {folder / SESSION}")
+    people.say(f"Made up a {words.fixed(seconds, 0)} s session: {folder / SESSION}")
     return report_run(result, people, as_json=as_json, recording=folder / SESSION)
 
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from replay import words
 from replay.cli.console import People, answer
 from replay.cli.options import SESSION_ANYWHERE, reporting, scene
 from replay.tables import Cell, Table, table
@@ -39,13 +40,17 @@ def _shown(info: dict[str, Any], file: Path, verbose: bool) -> "Iterator[Table |
 
     scene = f"  ({info['scene']})" if info["scene"] else ""
     yield plain(file.name + scene, "bold")
-    gaps = plural(clock["gaps"], "gap") + (f" (longest {1e3 * clock['longest_gap']:.0f} ms)" if clock["gaps"] else "")
-    yield f"{_clock_time(clock['duration'])}, {clock['count']:,} frames at {clock['rate_hz']:.1f} Hz, {gaps}"
+    gaps = plural(clock["gaps"], "gap") + (
+        f" (longest {words.fixed(1e3 * clock['longest_gap'], 0)} ms)" if clock["gaps"] else ""
+    )
+    frames = f"{clock['count']:,} frames at {words.fixed(clock['rate_hz'], 1)} Hz"
+    yield f"{_clock_time(clock['duration'])}, {frames}, {gaps}"
     if clock["not_forward"]:
         yield f"{clock['not_forward']:,} stamps do not go forward; a run leaves those frames out"
     yield _bodies(info["bodies"])
     for interval in info["intervals"]:
-        when = f"{interval['start']:8.2f} - {interval['end']:8.2f} s"
+        start, end = (words.fixed(interval[name], 2) for name in ("start", "end"))
+        when = f"{start:>8} - {end:>8} s"
         yield f"  {when}  {interval['kind']}  {interval['name']}"
     yield from (f"  {text}" for text in _streams(info))
     if info["events"]:
@@ -86,7 +91,9 @@ def _streams(info: dict[str, Any]) -> Iterator[str]:
 
 
 def _samples(clock: dict[str, Any]) -> str:
-    return f"{plural(clock['count'], 'sample')} at {clock['rate_hz']:.1f} Hz, {plural(clock['gaps'], 'gap')}"
+    return (
+        f"{plural(clock['count'], 'sample')} at {words.fixed(clock['rate_hz'], 1)} Hz, {plural(clock['gaps'], 'gap')}"
+    )
 
 
 SHORT_FACTS = ("format", "vr_type", "source_file", "conversions", "assumed", "recovered")
@@ -99,7 +106,7 @@ def _bodies(bodies: list[dict[str, Any]]) -> Table:
         moving: tuple[Cell, ...] = ("fixed", "", "")
         if not body["fixed"]:
             sampled = sum(count for word, count in counts.items() if word != "absent")
-            moving = (sampled, f"{body['rate_hz']:.1f} Hz", body["gaps"])
+            moving = (sampled, f"{words.fixed(body['rate_hz'], 1)} Hz", body["gaps"])
         name = body["name"] + (" (proxy)" if body["proxy"] else "")
         lost = (counts.get(word, 0) for word in ("lost", "held", "interpolated"))
         rows.append((name, body["faces"] or "no mesh", *moving, *lost))
@@ -108,7 +115,7 @@ def _bodies(bodies: list[dict[str, Any]]) -> Table:
 
 def _clock_time(seconds: float) -> str:
     if seconds < 120:
-        return f"{seconds:.1f} s"
+        return f"{words.fixed(seconds, 1)} s"
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours} h {minutes} min" if hours else f"{minutes} min {rest} s"

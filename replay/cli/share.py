@@ -4,6 +4,7 @@ from pathlib import Path
 
 import click
 
+from replay import words
 from replay.cli.console import People
 from replay.cli.options import ANY_PATH, RUN_FOLDER, common, force
 
@@ -30,5 +31,5 @@ def command(runs: tuple[Path, ...], out: Path, anyway: bool, force: bool, people
     if why := write_share(runs, out, anyway=anyway, force=force):
         people.say(f"the report alone, without a picture: {why}")
     size = sum(file.stat().st_size for file in out.iterdir()) / 1e6
-    people.say(f"wrote {out}, {size:.0f} MB; open {out / INDEX} in a browser, or send the folder")
+    people.say(f"wrote {out}, {words.fixed(size, 0)} MB; open {out / INDEX} in a browser, or send the folder")
     return 0

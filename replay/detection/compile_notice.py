@@ -12,6 +12,8 @@ from functools import cache
 from pathlib import Path
 from typing import Final, Protocol, runtime_checkable
 
+from replay import words
+
 TELL_EVERY: Final = 10.0
 """Seconds of compiling between two sentences about it."""
 
@@ -64,7 +66,7 @@ def compiling_announced(listener: object, *, alone: bool = False) -> Iterator[No
             compile_beside()
         if seconds - announced_at >= TELL_EVERY:
             announced_at = seconds
-            so_far = f" ({seconds:.0f} s so far)" if seconds >= 1 else ""
+            so_far = f" ({words.fixed(seconds, 0)} s so far)" if seconds >= 1 else ""
             listener.say(f"Compiling kernels for this machine, once{so_far}")
 
     with compiling_reported(tell) as compiled:
@@ -72,6 +74,6 @@ def compiling_announced(listener: object, *, alone: bool = False) -> Iterator[No
     if compiled.kernels:
         kept = f"later starts load it from {compiled.folder}"
         where = kept if compiled.folder else "no folder to keep it could be written"
-        listener.say(f"Compiled in {compiled.seconds:.0f} s; {where}")
+        listener.say(f"Compiled in {words.fixed(compiled.seconds, 0)} s; {where}")
         if not alone:
             listener.say("Times of this run may be too long: run again for reliable times")

@@ -9,6 +9,7 @@ import numpy as np
 from numpy import isnan
 
 from cdcore.protocol import counts_as_contact
+from replay import words
 from replay.auditing.causes import Audited
 from replay.auditing.delay import frames_wrong
 from replay.auditing.fault import Cause, Fault, FaultKind
@@ -44,7 +45,7 @@ def why_missed(miss: Fault, label: str, by: Audited, contact: Episode) -> str:
 
 def _outcome(miss: Fault, label: str, by: Audited, contact: Episode) -> str:
     """Return how a detector reported a contact: never, late, cut short, or with an interruption."""
-    pair, when = " and ".join(miss.bodies), f"at {miss.begin:.1f} s"
+    pair, when = " and ".join(miss.bodies), f"at {words.moment(miss.begin)}"
     long = duration_text(miss.frames, miss.end - miss.start)
     if miss.kind == FaultKind.NEVER_REPORTED:
         return f"{label} never reported the contact of {pair} {when}"
@@ -67,14 +68,14 @@ def _between_samples(miss: Fault, label: str, by: Audited, contact: Episode) -> 
     before, after = np.flatnonzero(sampled[: miss.first]), np.flatnonzero(sampled[miss.last + 1 :])
     if not len(before) or not len(after):
         side = "first" if not len(before) else "last"
-        moment = f"{times[miss.last + 1 + after[0]]:.3f} s" if not len(before) and len(after) else ""
-        moment = f"{times[before[-1]]:.3f} s" if len(before) else moment
+        moment = words.instant(times[miss.last + 1 + after[0]]) if not len(before) and len(after) else ""
+        moment = words.instant(times[before[-1]]) if len(before) else moment
         return f"{clause}: it took its {side} sample at {moment}." if moment else f"{clause}: it took no sample."
     gap = float(times[miss.last + 1 + after[0]] - times[before[-1]])
     usual = f"{label} samples every {_milliseconds(step)}"
     lasted = contact.end - contact.start
     whole = (miss.first, miss.last) == (contact.first, contact.last)
-    pair, when = " and ".join(miss.bodies), f"at {miss.begin:.1f} s"
+    pair, when = " and ".join(miss.bodies), f"at {words.moment(miss.begin)}"
     if miss.kind == FaultKind.NEVER_REPORTED and whole:
         between = "between two samples" if lasted < step else f"between two samples {_milliseconds(gap)} apart"
         return f"{usual}; the contact of {pair} {when} lasted {_milliseconds(lasted)}, {between}."
@@ -104,7 +105,7 @@ def _delayed(by: Audited, pair: int, delay: int) -> str:
 
 def why_false(false: Fault, label: str, by: Audited) -> str:
     """Why a false contact was reported, in a sentence about the moment at which its gap was measured."""
-    pair, when = " and ".join(false.bodies), f"at {float(by.motion.times[false.frame]):.1f} s"
+    pair, when = " and ".join(false.bodies), f"at {words.moment(float(by.motion.times[false.frame]))}"
     gap = "the surfaces do not meet" if isnan(false.metres) else f"the surfaces are {length(false.metres)} apart"
     shape = SHAPES.get(str(getattr(getattr(by.detector, "settings", None), "shape", "")), "colliders")
     if false.cause == Cause.HULL_FILLS_HOLLOW:
@@ -132,7 +133,7 @@ def why_false(false: Fault, label: str, by: Audited) -> str:
 
 
 def _within_offset(false: Fault, label: str, by: Audited, shapes: str, gap: str) -> str:
-    when, reach = f"at {float(by.motion.times[false.frame]):.1f} s", by.contact_reach(false.pair)
+    when, reach = f"at {words.moment(float(by.motion.times[false.frame]))}", by.contact_reach(false.pair)
     offset = f"{label} reports contact from {length(reach)} on: its contact offset"
     if false.metres <= reach:
         return f"{' and '.join(false.bodies)} are {length(false.metres)} apart {when}; {offset}."
@@ -143,7 +144,7 @@ def _last_answer(false: Fault, label: str, by: Audited, gap: str) -> str:
     """A false contact in frames between samples."""
     moment = float(by.motion.times[false.frame])
     long = duration_text(false.frames, false.end - false.start)
-    pair, when = " and ".join(false.bodies), f"at {moment:.1f} s"
+    pair, when = " and ".join(false.bodies), f"at {words.moment(moment)}"
     if by.sampled is None:
         return (
             f"{label} reported contact of {pair} for {long} {when}; {gap}: by its own account it took no sample there."
@@ -153,8 +154,8 @@ def _last_answer(false: Fault, label: str, by: Audited, gap: str) -> str:
         report = f"it reported contact of {pair} for {long} {when}, too long"
         return f"{label} keeps its answer until its next sample: {report}."
     earlier = np.flatnonzero(sampled[: false.frame + 1])
-    sample = f" at {float(by.motion.times[earlier[-1]]):.3f} s" if len(earlier) else ""
-    return f"At {moment:.3f} s {label} kept the answer of its last sample{sample} about {pair}; {gap}."
+    sample = f" at {words.instant(float(by.motion.times[earlier[-1]]))}" if len(earlier) else ""
+    return f"At {words.instant(moment)} {label} kept the answer of its last sample{sample} about {pair}; {gap}."
 
 
 def _late_report(false: Fault, by: Audited) -> str:

@@ -105,7 +105,7 @@ def over_offsets(counts: CountRange, of: int) -> str:
     """``0.50 of 18, 0-1``: mean, and smallest to largest over the sampling offsets; one number where all are equal."""
     if counts.smallest == counts.largest:
         return f"{counts.smallest} of {of}"
-    return f"{counts.mean:.2f} of {of}, {counts.smallest}-{counts.largest}"
+    return f"{words.fixed(counts.mean, 2)} of {of}, {counts.smallest}-{counts.largest}"
 
 
 def _false(name: str, label: str, audit: DetectorAudit, most: float) -> Iterator[str]:

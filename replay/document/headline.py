@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping
 from typing import Final
 
+from replay import words
 from replay.auditing.noisy_contacts import ABSENT, HOLDS, UNDECIDABLE
 from replay.detection.recorded import CLOCK_FACT, OFFSET_FACT, RECORDED, ReportClock
 from replay.document.cost import TIMES_ARE, busy_text, cost
@@ -146,7 +147,7 @@ def _lateness(what: str, seconds: float) -> str:
     """``begins 4.5 ms late``."""
     if round(1e4 * seconds) == 0:
         return f"{what} on time"
-    return f"{what} {1e3 * abs(seconds):.1f} ms {'late' if seconds > 0 else 'early'}"
+    return f"{what} {words.fixed(1e3 * abs(seconds), 1)} ms {'late' if seconds > 0 else 'early'}"
 
 
 def in_noise(result: RunResult) -> list[str]:

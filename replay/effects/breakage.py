@@ -15,6 +15,7 @@ from typing import Final
 import numpy as np
 
 from cdcore.numerics import BoolArray, IntArray
+from replay import words
 from replay.effects.contact import EffectContact, touches_of
 from replay.effects.declaring import Declaration, Pair
 from replay.effects.fitting import HALF_WINDOW, LEAST_SAMPLES, Parabola, before, fitted, settled_runs
@@ -147,7 +148,7 @@ def _events(inputs: EffectInputs, declared: Declaration, pair: Pair, impact: Imp
     mass = inputs.body(pair[0]).extra.get("mass")
     if mass is not None:
         values["energy_j"] = 0.5 * float(mass) * impact.speed**2
-    text = f"{pair[0]} meets {pair[1]} at {impact.speed:.2f} m/s"
+    text = f"{pair[0]} meets {pair[1]} at {words.fixed(impact.speed, 2)} m/s"
     event = EffectEvent(impact.time, "impact", pair, None, values, text, point=impact.point)
     crash = replace(event, name="broken", message=f"{pair[0]} breaks: {text}", level="error")
     return [event, crash] if values["broken"] else [event]

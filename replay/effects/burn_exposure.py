@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from replay import words
 from replay.effects.contact import EffectContact, touches_of
 from replay.effects.declaring import Declaration
 from replay.effects.inputs import EffectInputs
@@ -52,7 +53,7 @@ def _judged(
     above = float(steps[hot].sum())
     hottest = float(felt.max())
     values = {"seconds": end - start, "seconds_above": above, "surface_c": hottest}
-    text = f"{pair[0]} is on {pair[1]} at {hottest:.0f} degC for {end - start:.2f} s"
+    text = f"{pair[0]} is on {pair[1]} at {words.fixed(hottest, 0)} degC for {words.fixed(end - start, 2)} s"
     last = inputs.end(touch.stop)
     exposed = EffectEvent(start, "exposed", pair, last, values, text, "warning" if above else "info", touch.point)
     burn = replace(exposed, name="burn", message=f"burn: {text}", level="error")

@@ -6,6 +6,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from replay import words
 from replay.effects import CATALOGUE
 from replay.effects.effect_plan import Plan
 from replay.effects.effects_runner import EffectRun
@@ -87,5 +88,5 @@ def titration_curves(effects: Mapping[str, EffectRun]) -> dict[str, tuple[FloatA
 def happened_words(effects: Mapping[str, EffectRun], most: int) -> list[str]:
     """The first events, a line each, and how many more there are."""
     events = happened(effects)
-    lines = [f"{event.time:.1f} s: {event.text}" for _, event in events[:most]]
+    lines = [f"{words.fixed(event.time, 1)} s: {event.text}" for _, event in events[:most]]
     return lines + ([f"and {len(events) - most} more"] if len(events) > most else [])

@@ -12,6 +12,7 @@ from typing import Final
 import numpy as np
 
 from cdcore.numerics import FloatArray
+from replay import words
 from replay.effects.chemistry.components import PROTON, WATER, dissolved_components
 from replay.effects.chemistry.ledger import ADDED, WITHOUT_HEAT_C
 from replay.effects.chemistry.matter import Matter
@@ -70,8 +71,8 @@ def end_points(matter: Matter, vessel: str) -> list[EffectEvent]:
         volume = float(crossing.at(added))
         over = float(added[-1]) - volume
         which = f" (end point {number} of {len(crossings)})" if len(crossings) > 1 else ""
-        tail = f"; overshot by {over:.2f} mL" if number == len(crossings) else ""
-        text = f"{left} and {right} are equivalent in {vessel} after {volume:.2f} mL{which}{tail}"
+        tail = f"; overshot by {words.fixed(over, 2)} mL" if number == len(crossings) else ""
+        text = f"{left} and {right} are equivalent in {vessel} after {words.fixed(volume, 2)} mL{which}{tail}"
         values = {"volume_ml": volume, "overshot_ml": over, "number": number}
         events.append(EffectEvent(float(crossing.at(history.times)), "end-point", (vessel,), None, values, text))
     return events

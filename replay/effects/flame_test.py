@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from replay import words
 from replay.effects.declaring import Declaration
 from replay.effects.inputs import BodyPoses, EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray
@@ -63,7 +64,7 @@ def _visit(inputs: EffectInputs, declared: Declaration, span: Span, dips: list[t
     salt = declared["dips"][before[-1]] if before else ""
     long_enough = end - start >= declared["seconds"]
     colour = declared["colours"].get(salt, "") if long_enough else ""
-    text = f"{salt or 'a clean wire'} is in the flame for {end - start:.1f} s: {colour or 'no colour'}"
+    text = f"{salt or 'a clean wire'} is in the flame for {words.fixed(end - start, 1)} s: {colour or 'no colour'}"
     bodies = (declared["wire"], declared["flame"])
     return EffectEvent(
         start, "flame", bodies, inputs.end(span[1]), {"salt": salt, "seen": colour, "seconds": end - start}, text

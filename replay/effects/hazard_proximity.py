@@ -4,6 +4,7 @@ from typing import Final
 
 import numpy as np
 
+from replay import words
 from replay.effects.declaring import Declaration
 from replay.effects.inputs import BodyPoses, EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Series
@@ -86,7 +87,7 @@ def _event(inputs: EffectInputs, visitor: str, hazard: str, distance: FloatArray
     start, last = inputs.ends(span)
     least = float(np.nanmin(distance[slice(*span)]))
     values = {"seconds": last - start, "least_m": least}
-    text = f"{visitor} comes within {least * 1e3:.0f} mm of {hazard} for {last - start:.1f} s"
+    text = f"{visitor} comes within {words.fixed(least * 1e3, 0)} mm of {hazard} for {words.fixed(last - start, 1)} s"
     return EffectEvent(start, "near", (visitor, hazard), inputs.end(span[1]), values, text, "warning")
 
 

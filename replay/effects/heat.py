@@ -6,6 +6,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from replay import words
 from replay.effects.chemistry.warming import warmed
 from replay.effects.declaring import Declaration
 from replay.effects.inputs import EffectInputs
@@ -41,7 +42,7 @@ def heated(inputs: EffectInputs, declared: Declaration, findings: Findings) -> N
         start, end = inputs.ends(span)
         reached = float(celsius[min(span[1], len(times) - 1)])
         text, values = (
-            f"{lamp} heats {name} to {reached:.0f} degC in {end - start:.1f} s",
+            f"{lamp} heats {name} to {words.fixed(reached, 0)} degC in {words.fixed(end - start, 1)} s",
             {"to_c": reached, "seconds": end - start},
         )
         findings.events.append(EffectEvent(start, "heated", (name, lamp), inputs.end(span[1]), values, text))

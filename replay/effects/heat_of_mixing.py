@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from replay import words
 from replay.effects.chemistry.formulas import molar_mass
 from replay.effects.chemistry.ledger import ADDED, HEAT, LATENT
 from replay.effects.chemistry.matter import Matter, matter_of
@@ -74,7 +75,7 @@ def _frozen(name: str, matter: Matter, room: float) -> list[EffectEvent]:
     events = []
     for row in rows.tolist():
         celsius = room + float(matter.kelvin(name, history.times[row : row + 1])[0])
-        point = f"{name} reaches its freezing point, {celsius:.1f} degC"
+        point = f"{name} reaches its freezing point, {words.fixed(celsius, 1)} degC"
         text = f"{point}: it gets no colder, how much ice forms is not computed"
         values = {"celsius": celsius}
         events.append(EffectEvent(float(history.times[row]), "freeze", (name,), None, values, text, "warning"))
@@ -88,7 +89,7 @@ def _extremes(name: str, times: FloatArray, celsius: FloatArray) -> list[EffectE
         change = float(celsius[row] - celsius[0])
         if sign * change > LEAST_KELVIN:
             verb = "warms" if sign > 0.0 else "cools"
-            text = f"{name} {verb} from {celsius[0]:.2f} to {celsius[row]:.2f} degC"
+            text = f"{name} {verb} from {words.fixed(celsius[0], 2)} to {words.fixed(celsius[row], 2)} degC"
             values = {"from_c": float(celsius[0]), "to_c": float(celsius[row]), "change_k": change}
             events.append(EffectEvent(float(times[row]), word, (name,), None, values, text))
     return events
@@ -106,7 +107,8 @@ def _wrong_orders(inputs: EffectInputs, matter: Matter) -> list[EffectEvent]:
             streams.append(stream.select(np.flatnonzero((target > source) & (target > STRONG_MOL_ML))))
     events = []
     for flow in flows(streams, LEAST_ML):
-        text = f"{flow.total_ml:.1f} mL from {flow.source} are poured into {acid.removesuffix(ADDED)} in {flow.target}"
+        amount, acid_name = words.fixed(flow.total_ml, 1), acid.removesuffix(ADDED)
+        text = f"{amount} mL from {flow.source} are poured into {acid_name} in {flow.target}"
         end, values = float(flow.times[-1]), {"volume_ml": flow.total_ml}
         events.append(EffectEvent(
             float(flow.times[0]), "wrong-order", (flow.source, flow.target), end, values,

@@ -5,6 +5,7 @@ from typing import Final
 import numpy as np
 
 from cdcore.numerics import BoolArray
+from replay import words
 from replay.effects.chemistry.components import METALS, PROTON, WATER, dissolved_components
 from replay.effects.chemistry.database import formula_of
 from replay.effects.chemistry.formulas import charge_of, molar_mass
@@ -102,8 +103,9 @@ def _tell_solution(matter: Matter, vessel: str, times: FloatArray, findings: Fin
         solids = _solids_at(matter, vessel, times[known_times[strong]])
         doubtful = f", and of {' and '.join(solids)} twice as much or half may dissolve" if solids else ""
         text = (
-            f"the solution in {vessel} is too concentrated for exact activities (ionic strength {most:.1f} mol/kg, "
-            f"fitted up to 0.5): its pH may be off by some tenths{doubtful}"
+            f"the solution in {vessel} is too concentrated for exact activities "
+            f"(ionic strength {words.fixed(most, 1)} mol/kg, fitted up to 0.5): "
+            f"its pH may be off by some tenths{doubtful}"
         )
         values = {"ionic_strength_mol_kg": most}
         findings.events.append(
@@ -220,7 +222,7 @@ def _changed_ph(vessel: str, series: Series | None) -> list[EffectEvent]:
     # While it cools it drifts on; what counts is when it had come near its last value.
     changes = np.flatnonzero(np.abs(ph - ph[-1]) > SETTLED_PH)
     values = {"from_ph": float(ph[0]), "to_ph": float(ph[-1])}
-    text = f"the pH in {vessel} goes from {ph[0]:.2f} to {ph[-1]:.2f}"
+    text = f"the pH in {vessel} goes from {words.fixed(ph[0], 2)} to {words.fixed(ph[-1], 2)}"
     return [EffectEvent(float(times[changes[-1] + 1]), "ph", (vessel,), None, values, text)]
 
 

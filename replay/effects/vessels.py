@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from replay import words
 from replay.effects.declaring import Declaration
 from replay.effects.inputs import BodyPoses, EffectInputs
 from replay.effects.models.outflow import Stream
@@ -210,7 +211,9 @@ def check_vessels(tables: Mapping[str, tuple[Declaration, ...]], scene: Scene, f
             for quantity in ("section_m2", "volume_ml", "shape" if name in poured else "brim_ml"):
                 getattr(vessel, quantity)
             if vessel.volume_ml > vessel.brim_ml * (1.0 + 1e-9):
-                raise vessel.fail(f"has liquid.volume_ml = {vessel.volume_ml:g} and a brim at {vessel.brim_ml:.0f} mL")
+                raise vessel.fail(
+                    f"has liquid.volume_ml = {vessel.volume_ml:g} and a brim at {words.fixed(vessel.brim_ml, 0)} mL"
+                )
             vessel.point("opening")
             vessel.size("opening_radius")
         except EffectError as error:

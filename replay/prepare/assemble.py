@@ -14,6 +14,7 @@ from cdcore import Body, Motion, TriangleMesh
 from cdcore.errors import InvalidMeshError
 from cdcore.mesh import once_a_mesh
 from cdcore.numerics import IntArray
+from replay import words
 from replay.constants import BLOCK_FRAMES
 from replay.cutting.convex_solids import solids_of
 from replay.errors import AssemblyError
@@ -151,7 +152,7 @@ def _window(scan: SessionScan, start: float | None, end: float | None) -> IntArr
     stamps = scan.stamp_ns[(scan.stamp_ns >= lower) & (scan.stamp_ns <= upper)]
     if not len(stamps):
         interval_text = f"between {start or 0.0:g} and {scan.duration if end is None else end:g} s"
-        raise AssemblyError(f"no frame lies {interval_text}; the session runs from 0 to {scan.duration:.3f} s")
+        raise AssemblyError(f"no frame lies {interval_text}; the session runs from 0 to {words.instant(scan.duration)}")
     return stamps
 
 

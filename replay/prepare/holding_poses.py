@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Final
 
+from replay import words
 from replay.errors import AssemblyError
 from replay.prepare.assemble import window_ns
 from sessions import Frames, Session
@@ -74,9 +75,9 @@ def held(session: Session, start: float | None, end: float | None) -> Session:
     if count * bodies > MOST_POSES:
         seconds = (min(upper, int(stamps.max())) - max(lower, int(stamps[0]))) / 1e9
         raise AssemblyError(
-            f"{count:,} frames of {bodies} bodies ({seconds / 3600:.1f} h) do not fit into memory, which holds "
-            f"{MOST_POSES / 1e6:.0f} million poses (two hours of twelve bodies); replay a part of at most "
-            f"{seconds * MOST_POSES / (count * bodies):,.0f} s with --start and --end"
+            f"{count:,} frames of {bodies} bodies ({words.fixed(seconds / 3600, 1)} h) do not fit into memory, "
+            f"which holds {words.fixed(MOST_POSES / 1e6, 0)} million poses (two hours of twelve bodies); "
+            f"replay a part of at most {round(seconds * MOST_POSES / (count * bodies)):,} s with --start and --end"
         )
     return decoded_once(session.between(lower - MARGIN_NS, upper + MARGIN_NS))
 

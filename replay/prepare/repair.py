@@ -11,6 +11,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from replay import words
 from replay.constants import BLOCK_FRAMES
 from replay.errors import RefusedError
 from replay.prepare.flags import FlagSpan
@@ -211,7 +212,7 @@ def _flagged(poses: PosePass, span: PoseSpan, policy: Policy, replaced: Replacem
 
 def _refusal(session: Session, finding: Finding) -> str:
     who = f" of {finding.body}" if finding.body else ""
-    when = "" if finding.start is None else f" at {finding.start:.3f} s"
+    when = "" if finding.start is None else f" at {words.instant(finding.start)}"
     return (
         f"{session.origin or 'the session'}: {finding.code}{who}{when}: {finding.message}; the policy refuses it, "
         f"repair the recording or choose --policy {finding.code}=... otherwise"

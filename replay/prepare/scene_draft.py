@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from cdcore import Motion, create_detector
 from cdcore.numerics import BoolArray
 from cdcore.protocol import Verdict, counts_as_contact
+from replay import words
 from replay.constants import BLOCK_FRAMES
 from replay.prepare.assemble import assemble
 from replay.prepare.assembly import Assembly
@@ -64,7 +65,11 @@ def drafted(session: Session) -> Draft:
     free_pairs = [pair for pair in near if not any({*pair} <= group for group in groups)]
     names = assembly.names
     grasped = tuple(tuple(sorted(names[body] for body in group)) for group in groups)
-    examined = "" if beginning.part is None else f"its first {repair.scan.duration / 3600:.1f} h, which fit into memory"
+    examined = (
+        ""
+        if beginning.part is None
+        else f"its first {words.fixed(repair.scan.duration / 3600, 1)} h, which fit into memory"
+    )
     return Draft(tuple((names[i], names[j]) for i, j in free_pairs), grasped, examined)
 
 
@@ -122,5 +127,5 @@ def _about(session: Session, name: str) -> str:
     mesh: MeshData | None = session.meshes.get(name)
     if mesh is None:
         return "it has no mesh: give it mesh = FILE, shape or instrument, or contacts of it cannot be found"
-    size = " x ".join(f"{100 * edge:.1f}" for edge in mesh.bounds[1] - mesh.bounds[0])
+    size = " x ".join(words.fixed(100 * edge, 1) for edge in mesh.bounds[1] - mesh.bounds[0])
     return f"{'tracked' if name in session.names else 'fixed'}; {len(mesh.faces):,} faces, {size} cm"

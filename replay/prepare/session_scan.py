@@ -8,6 +8,7 @@ import numpy as np
 
 from cdcore.errors import InvalidPoseError
 from cdcore.numerics import BoolArray, IntArray
+from replay import words
 from replay.constants import BLOCK_FRAMES
 from replay.words import number as number_text
 from replay.words import plural
@@ -118,5 +119,5 @@ def _no_pose(session: Session, stamp_ns: int, body: int) -> str:
         norm_text = number_text(norm, 6) if np.isfinite(norm) else f"{norm}"
         what = f"quaternion {quaternion.tolist()} has norm {norm_text}, not 1"
     number = number if session.part is None else int(session.part.numbers[number])
-    where = f"frame {number} ({time:.6f} s), body {block.names[body]}: "
+    where = f"frame {number} ({words.fixed(time, 6)} s), body {block.names[body]}: "
     return f"{where}{what}; flag the sample as lost, repair it, or choose a --policy"

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Mapping
 from contextlib import AbstractContextManager, ExitStack, suppress
 from typing import Any, Final
 
+from replay import words
 from replay.document.machine import PACKAGES, versions
 from replay.errors import WorkerError
 
@@ -198,7 +199,7 @@ class Workers(AbstractContextManager["Workers"]):
             self._seen = time.monotonic()
         elif time.monotonic() - self._seen > PATIENCE_S:
             todo = "start some with `dask worker ADDRESS --nthreads 1`; the same command goes on where it stopped"
-            raise WorkerError(f"the scheduler has had no worker for {PATIENCE_S:.0f} s; {todo}")
+            raise WorkerError(f"the scheduler has had no worker for {words.fixed(PATIENCE_S, 0)} s; {todo}")
         return sorted(self._alike & present)
 
     def submit(self, worker: str, work: Work, arguments: tuple[Any, ...]) -> Any:

@@ -93,7 +93,7 @@ def _quick_ms(seconds: float | None) -> str:
 
 
 def _stage(longest: LongestStage | None) -> str:
-    return f"{longest.stage} {100 * longest.fraction:.0f} %" if longest else ""
+    return f"{longest.stage} {words.fixed(100 * longest.fraction, 0)} %" if longest else ""
 
 
 COLUMNS = columns_of(
@@ -293,7 +293,7 @@ def false_table(result: Summarised, label: str) -> Table:
     return Table.of(COLUMNS["false"], false, f"{thing}s of {label}")
 
 
-LATE = f"over {BUDGET_MS:.1f} ms"
+LATE = f"over {words.fixed(BUDGET_MS, 1)} ms"
 """Column of the frames that took longer than one at 90 Hz."""
 
 

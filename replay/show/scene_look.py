@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 
 from cdcore.numerics import FloatArray, place_points
+from replay import words
 from replay.errors import OutputError
 from replay.prepare.assembly import Assembly
 from replay.show.camera import placed, towards_user
@@ -169,7 +170,7 @@ def _labels(
         yield Label(name, x + 4, y - 6, colour)
     seconds = float(assembly.motion.times[moment.frame])
     spacing = f"{guides.spacing:g} m" if guides.spacing >= 1.0 else f"{100 * guides.spacing:g} cm"
-    yield Label(f"{moment.name} moment, {seconds:.3f} s; grid {spacing}", 12, 14, TICKS)
+    yield Label(f"{moment.name} moment, {words.instant(seconds)}; grid {spacing}", 12, 14, TICKS)
 
 
 def _png(picture: FloatArray, labels: Sequence[Label]) -> bytes:

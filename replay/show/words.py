@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping
 from typing import Final
 
+from replay import words
 from replay.auditing.outcome import Outcome
 
 OUTCOME_WORDS: Final[Mapping[int, str]] = {
@@ -58,4 +59,4 @@ def span_words(start: float | None, end: float | None) -> str:
     """Seconds from start to end, one number where they are the same, nothing where they are unknown."""
     if start is None or end is None:
         return ""
-    return f"{start:.3f}" if start == end else f"{start:.3f} to {end:.3f}"
+    return words.timestamp(start) if start == end else f"{words.timestamp(start)} to {words.timestamp(end)}"

@@ -1,4 +1,4 @@
-"""Numbers are formatted in one module: elsewhere no format can print an exponent."""
+"""Numbers are formatted in one module: elsewhere no format states digits or decimals."""
 
 import ast
 import re
@@ -7,14 +7,19 @@ from pathlib import Path
 import replay
 
 TOP = Path(replay.__file__).parent
-GENERAL = re.compile(r"\.\d+[gGeE]")
-"""Formats of so many significant digits, which turn to an exponent where a number is large."""
+DIGITS = re.compile(r"\.\d+[gGeEfF%]")
+"""Formats of so many significant digits, which turn to an exponent where a number is large, or of so many decimals."""
 
 EXCEPTIONS = {
     "words.py": "the module itself",
     "studies/class_study": "coefficients, p values and other statistics, which have no unit",
     "show/paper_table.py": "figures of the paper, which are compared digit by digit",
     "studies/stress": "labels of planted scales",
+    "studies/paper": "figures of the paper, which are compared digit by digit",
+    "show/report/charts.py": "coordinates of SVG",
+    "show/report/still.py": "coordinates of SVG",
+    "cli/study_tables.py": "statistics, which have no unit",
+    "contact_import.py": "facts for a program to read back",
 }
 
 
@@ -31,16 +36,23 @@ def formats(tree):
                 yield node.lineno, result
 
 
-def test_no_format_outside_its_module_can_print_an_exponent():
+def test_no_format_outside_its_module_states_digits_or_decimals():
     result = []
     for file in sorted(TOP.rglob("*.py")):
         name = file.relative_to(TOP).as_posix()
         if not any(name == exception or name.startswith(f"{exception}/") for exception in EXCEPTIONS):
             tree = ast.parse(file.read_text("utf-8"))
-            result += [f"{name}:{line} {text}" for line, text in formats(tree) if GENERAL.search(text)]
+            result += [f"{name}:{line} {text}" for line, text in formats(tree) if DIGITS.search(text)]
     assert result == []
 
 
 def test_the_search_sees_formats_of_every_kind():
     code = 'a = f"{x:.2g} mm"\nb = "{:.3g}".format\nc = Column(show=".1e")\nd = f"{x:,.0f} {y:g}"'
-    assert [result for _, result in formats(ast.parse(code)) if GENERAL.search(result)] == [".2g", ".3g", ".1e"]
+    assert [result for _, result in formats(ast.parse(code)) if DIGITS.search(result)] == [".2g", ".3g", ".1e", ",.0f"]
+
+
+def test_columns_in_toml_name_a_function_of_words_for_their_format():
+    files = [file for file in sorted(TOP.rglob("*.toml")) if "meaning =" in file.read_text("utf-8")]
+    assert len(files) > 3
+    formats_in_files = {file.name: re.findall(r'show = "[^"]*\.\d[^"]*"', file.read_text("utf-8")) for file in files}
+    assert not {name: shows for name, shows in formats_in_files.items() if shows}

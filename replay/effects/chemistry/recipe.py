@@ -9,6 +9,7 @@ from typing import Final
 
 import numpy as np
 
+from replay import words
 from replay.effects.chemistry.components import (
     BASES,
     FRESH,
@@ -407,7 +408,7 @@ def _unwilling(process: Process, equation: Equation, phase: Mapping[str, str]) -
     )
     if metal and "H2" in equation.products:
         return f"{metal} is nobler than hydrogen"
-    return f"its free energy is {joule / 1e3:+.0f} kJ/mol"
+    return f"its free energy is {words.fixed(joule / 1e3, 0, signed=True)} kJ/mol"
 
 
 def _columns(

@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 
 from cdcore.numerics import BoolArray
+from replay import words
 from replay.effects.chemistry.components import PROTON, WATER, dissolved_components
 from replay.effects.chemistry.formulas import charge_of
 from replay.effects.chemistry.ledger import ADDED
@@ -59,7 +60,7 @@ def _reason(matter: Matter, reaction: Reaction, formed: bool) -> str:
     complexes = [
         formula for formula in reaction.equation.products if charge_of(formula) and len(heavy_components(formula)) > 1
     ]
-    return f"less than {100 * LEAST_FORMED:.0f} % becomes {complexes[0]}" if complexes else ""
+    return f"less than {words.fixed(100 * LEAST_FORMED, 0)} % becomes {complexes[0]}" if complexes else ""
 
 
 def _products(matter: Matter, reaction: Reaction) -> str | None:

@@ -101,7 +101,7 @@ def card(view: RunView, fault: Fault, *, whole: bool = True, first: bool = False
         key=lane_kind(fault.kind),
         title=f"{name} {fault.number}",
         bodies=" and ".join(fault.bodies),
-        span=f"{fault.start:.3f} to {fault.end:.3f} s",
+        span=f"{words.timestamp(fault.start)} to {words.instant(fault.end)}",
         start=fault.start,
         end=fault.end,
         frames=fault.frames,
@@ -130,7 +130,14 @@ def _lanes(view: RunView, fault: Fault) -> list[tuple[str, Lane]]:
     around = max(AROUND * (fault.end - fault.start), LEAST_AROUND)
     window = fault.start - around, fault.end + around
     return [
-        (name, lane(spans(view, name, fault.bodies), window, f"{name} from {window[0]:.3f} to {window[1]:.3f} s"))
+        (
+            name,
+            lane(
+                spans(view, name, fault.bodies),
+                window,
+                f"{name} from {words.timestamp(window[0])} to {words.instant(window[1])}",
+            ),
+        )
         for name in (view.oracle, fault.detector)
     ]
 

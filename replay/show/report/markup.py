@@ -6,6 +6,7 @@ from functools import cache
 from importlib.resources import files
 from typing import TYPE_CHECKING, Final
 
+from replay import words
 from replay.show.report.charts import path_of
 from replay.words import plural, safe_text
 
@@ -40,7 +41,13 @@ def environment() -> "Environment":
         lstrip_blocks=True, autoescape=lambda name: not (name or "").endswith(".md"),
     )  # fmt: skip
     made.globals["allowed"] = Markup(ALLOWED)
-    made.filters |= {"address": address_of, "figure": parts_of, "path": path_of, "plural": plural}
+    made.filters |= {
+        "address": address_of,
+        "figure": parts_of,
+        "path": path_of,
+        "plural": plural,
+        "instant": words.instant,
+    }
     return made
 
 

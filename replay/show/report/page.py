@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from replay import words
 from replay.constants import CAVEAT
 from replay.document.cost import TIMES_ARE, busy_text, cost
 from replay.document.headline import beside, undecided
@@ -86,7 +87,7 @@ def _temperatures(result: RunResult) -> Iterator[Plot]:
             if body != name and body in warmed:
                 points = np.stack([celsius.times, celsius.values], axis=1).tolist()
                 lowest, highest = float(celsius.values.min()), float(celsius.values.max())
-                text = f"The temperature of {body}: {lowest:.2f} to {highest:.2f} degC."
+                text = f"The temperature of {body}: {words.fixed(lowest, 2)} to {words.fixed(highest, 2)} degC."
                 yield curve(points, (), text, "seconds", "degC", lowest)
 
 
@@ -95,7 +96,7 @@ def _titrations(result: RunResult) -> Iterator[Plot]:
     for vessel, (added, ph, ends) in titration_curves(result.effects).items():
         title = f"The pH in {vessel} over what came in"
         if ends:
-            points = " and ".join(f"{end:.2f}" for end in ends)
+            points = " and ".join(words.fixed(end, 2) for end in ends)
             lines = "line is its end point" if len(ends) == 1 else "lines are its end points"
             title += f"; the {lines}, {points} mL"
         points_of = np.stack([added, ph], axis=1).tolist()

@@ -8,6 +8,7 @@ from functools import cached_property
 from itertools import islice
 from typing import Final
 
+from replay import words
 from replay.auditing.fault import Fault, FaultKind
 from replay.document.answer import Answer
 from replay.document.contact import ContactRecord, EventRecord
@@ -146,7 +147,7 @@ def _without_audit(document: RunDocument, events: Sequence[EventRecord]) -> Hero
             f"{plural(detector.contacts, 'contact')} found by {label}" for label, detector in document.detectors.items()
         ]
         return Hero(", ".join(counts))
-    lines = [f"{event.time:.1f} s: {event.message}" for event in events[:EVENTS_FIRST]]
+    lines = [f"{words.fixed(event.time, 1)} s: {event.message}" for event in events[:EVENTS_FIRST]]
     if len(events) > EVENTS_FIRST:
         lines.append(f"and {len(events) - EVENTS_FIRST} more")
     if events:

@@ -46,7 +46,7 @@ def effect_parts(view: RunView, curves: Sequence[Plot]) -> Fold | None:
     if not effects:
         return None
     rows = [
-        (event.effect, event.name, event.message, f"{event.time:.3f}", _seconds(event.end_time))
+        (event.effect, event.name, event.message, words.timestamp(event.time), _seconds(event.end_time))
         for event in events[:EVENT_ROWS]
     ]
     more = f", the first {EVENT_ROWS} of {len(events)}" if len(events) > EVENT_ROWS else ""
@@ -62,7 +62,7 @@ def effect_parts(view: RunView, curves: Sequence[Plot]) -> Fold | None:
 
 
 def _seconds(end: float | None) -> str:
-    return "" if end is None else f"{end:.3f}"
+    return "" if end is None else words.timestamp(end)
 
 
 def folds(view: RunView) -> Iterator[Fold]:

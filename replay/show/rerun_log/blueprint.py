@@ -13,6 +13,7 @@ import rerun.blueprint as rrb
 from rerun.blueprint.encodings import TextLogColumn, TimelineColumn
 
 from cdcore.bounding.bounding_sphere import Sphere
+from replay import words
 from replay.document.run_result import RunResult
 from replay.show.camera import Eye
 from replay.show.palette import BACKGROUND, tags_of
@@ -134,7 +135,7 @@ def _pipeline(picture: Picture, run: SearchRun) -> Any:
     name = run.label if len(picture.searches) > 1 else "Pipeline"
     root, top = pipeline_path(run.label), timing.ceiling([timing.total_ms(run.detection)])
     pairs, axis = int(run.counts[ALL].max(initial=0)), rrb.ScalarAxis(range=(0.0, top))
-    title = f"{STAGES}   cut at {top:.2f}: 99.9 % of frames"
+    title = f"{STAGES}   cut at {words.fixed(top, 2)}: 99.9 % of frames"
     times = _plot(picture.whole, timing.stages_path(run.label), title, axis_y=axis)
     if not run.searches:
         counts = _plot(picture.whole, f"{root}/pairs", f"Pairs left after each stage, of {pairs}")
@@ -143,13 +144,15 @@ def _pipeline(picture: Picture, run: SearchRun) -> Any:
     shapes = "1 spheres (grey), 2 boxes (blue)" if BOXES in run.counts else "1 spheres (grey)"
     bodies = [pipeline_path(run.label, "bodies", body) for body in picture.result.assembly.names]
     volumes = [f"- /{body}/{volume}" for body in bodies for volume in ("sphere", "box")]
-    near = _spatial(f"At {at:.3f} s   {shapes}", [f"/{root}/bodies/**", f"/{root}/near/eye"], f"{root}/near/eye", root)
+    near = _spatial(
+        f"At {words.instant(at)}   {shapes}", [f"/{root}/bodies/**", f"/{root}/near/eye"], f"{root}/near/eye", root
+    )
     what = f"{search_title(run, run.worked)}   dots: faces of ants   white: best pair"
     contents = [f"/{root}/bodies/**", f"/{root}/search/**", *volumes]
     search = _spatial(what, contents, f"{root}/search/eye", root)
     frame = _text(f"{root}/frame", "This frame: pairs left, and the price")
     around = _seconds(max(0.0, at - AROUND_MOMENT), at + AROUND_MOMENT)
-    left = _plot(around, f"{root}/pairs", f"Pairs left, of {pairs}, half a second around {at:.3f} s")
+    left = _plot(around, f"{root}/pairs", f"Pairs left, of {pairs}, half a second around {words.instant(at)}")
     moments = _list([f"{root}/moments"], "Other moments: click a time")
     return _column(
         (_row((near, 0.31), (search, 0.40), (frame, 0.29)), 0.68),
@@ -167,7 +170,7 @@ def _accuracy(picture: Picture) -> Any:
     )
     detections = picture.result.detections
     upper = timing.ceiling([timing.total_ms(detection) for detection in detections.values()])
-    title = f"Time per frame, ms   cut at {upper:.2f}: 99.9 % of the slowest detector's frames"
+    title = f"Time per frame, ms   cut at {words.fixed(upper, 2)}: 99.9 % of the slowest detector's frames"
     axis = rrb.ScalarAxis(range=(0.0, max(upper, 1.0001 * timing.budget_share(upper))))
     paths = [*(timing.total_path(label) for label in detections), timing.BUDGET_LINE]
     times = _plot(picture.whole, "timing", title, paths, axis_y=axis)

@@ -108,7 +108,7 @@ def detector_text(result: RunResult, label: str) -> str:
         head = (f"against {result.oracle}", *PAIR_FRAME_ROWS.values())
         frames = result.document.audit[label].pair_frames
         counts = markdown(table("", head, [("pair-frames", *(getattr(frames, field) for field in PAIR_FRAME_ROWS))]))
-    rows = [(stage, f"{ms.mean():.4f}") for stage, ms in stage_ms(result.detections[label]).items()]
+    rows = [(stage, words.fixed(ms.mean(), 4)) for stage, ms in stage_ms(result.detections[label]).items()]
     return filled(
         f"{FOLDER}/detector.md", answers=[answer for answer in result.answers if answer.label == label],
         setting=result.document.detectors[label].spec, counts=counts,

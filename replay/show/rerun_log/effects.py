@@ -9,6 +9,7 @@ import numpy as np
 import rerun as rr
 from numpy.typing import ArrayLike, NDArray
 
+from replay import words
 from replay.effects.effect_summary import happened, leading
 from replay.effects.effects_runner import SKIPPED, EffectRun
 from replay.effects.output import QUANTITIES, EffectEvent, LaneSpan, Liquid
@@ -78,7 +79,7 @@ def log_happened(writer: RecordingWriter, effects: Effects, *, leads: bool) -> N
         writer.markdown(HAPPENED, "## No effect found anything" if effects else "## What people did")
         return
     position_text = "the last of" if event is events[-1][1] else "one of"
-    when = f"At {event.time:.1f} s, {position_text} {plural(len(events), 'event')}."
+    when = f"At {words.moment(event.time)}, {position_text} {plural(len(events), 'event')}."
     writer.markdown(HAPPENED, f"# {event.text[:1].upper()}{event.text[1:]}\n\n{when}")
     if leads:
         ns = min(round((event.time + SEEN_S) * 1e9), int(writer.clock.ns[-1]))

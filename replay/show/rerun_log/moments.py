@@ -16,6 +16,7 @@ import numpy as np
 import rerun as rr
 
 from cdcore.protocol import counts_as_contact
+from replay import words
 from replay.auditing.fault import Cause, Fault, longest_curve_first
 from replay.auditing.outcome import Episode
 from replay.document.run_result import RunResult
@@ -152,7 +153,7 @@ def _line(moment: Fault | Episode, seconds: float, name: str, widths: tuple[int,
     label, kind, number = _key(moment)
     numbered = f"{kind} {number or ''}"
     # The viewer cuts its own column of times, and in a narrow view the end of a line: time and cause come first.
-    line = f"{seconds:>8.3f} s  {label:<{widths[0]}} {numbered:<8} "
+    line = f"{words.instant(seconds):>10}  {label:<{widths[0]}} {numbered:<8} "
     if isinstance(moment, Episode):
         return f"{line} {plural(moment.last - moment.first + 1, 'frame'):<{CAUSE_LETTERS}} {name}"
     what = "curve" if moment.kind.is_miss else "apart"

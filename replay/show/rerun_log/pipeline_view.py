@@ -181,7 +181,7 @@ def pipeline_path(label: str, *names: str) -> str:
 def search_title(run: SearchRun, search: Search) -> str:
     """When it is, and what."""
     what = "a miss of the search" if search.kind == LOST else "a contact that the search finds"
-    return f"At {run.motion.times[search.frame]:.3f} s: {what}"
+    return f"At {words.instant(run.motion.times[search.frame])}: {what}"
 
 
 def log_pipeline(writer: RecordingWriter, run: SearchRun, result: RunResult, balls: Sequence[Sphere]) -> None:
@@ -334,7 +334,8 @@ def _log_list(writer: RecordingWriter, run: SearchRun, result: RunResult) -> Non
     width, lines = max(map(len, names)), []
     for search, name in zip(run.searches, names, strict=True):
         samples = plural(run.look(search).evaluations, "sample")
-        line = f"{run.motion.times[search.frame]:8.3f} s  {search.kind:<9}  {name:<{width}}  {samples:>13}"
+        moment = words.instant(run.motion.times[search.frame])
+        line = f"{moment:>10}  {search.kind:<9}  {name:<{width}}  {samples:>13}"
         lines.append((line, search.kind, ENDS[search.kind]))
     ns = writer.clock.ns[[search.frame for search in run.searches]]
     writer.log_lines(pipeline_path(run.label, "moments"), ns, lines)

@@ -14,6 +14,8 @@ from pathlib import Path
 from threading import Lock
 from typing import Any, Final
 
+from replay import words
+
 MOST_SECONDS: Final = 60.0
 """Of one read; a whole recording takes at most 0.04 s."""
 
@@ -60,7 +62,7 @@ class _Reader:
         try:
             self._line.send(question)
             if not self._line.poll(MOST_SECONDS):
-                raise RecordingDamagedError(f"no answer within {MOST_SECONDS:.0f} s")
+                raise RecordingDamagedError(f"no answer within {words.fixed(MOST_SECONDS, 0)} s")
             answer = self._line.recv()
         except (EOFError, OSError) as error:
             raise RecordingDamagedError("the reader ended") from error

@@ -24,6 +24,7 @@ import rerun_cli
 from rerun.chunk import RrdReader
 from rerun.experimental import View, ViewerClient, ViewerState
 
+from replay import words
 from replay.errors import OutputError, ReplayError, RunFolderError
 from replay.show.rerun_log.moments import read_bookmarks
 from replay.show.rerun_log.recording_file import SESSION, name_layer
@@ -81,7 +82,7 @@ class OpenViewer(AbstractContextManager["OpenViewer"]):
             deadline = time.monotonic() + LOAD_SECONDS
             while not _all_there(self.state()):
                 if time.monotonic() > deadline:
-                    late = f"the viewer did not load {recording} in {LOAD_SECONDS:.0f} s"
+                    late = f"the viewer did not load {recording} in {words.fixed(LOAD_SECONDS, 0)} s"
                     raise ViewerError(f"{late}; try `rerun {recording}`")
                 time.sleep(PAUSE_SECONDS)
         except ConnectionError as error:
@@ -207,7 +208,9 @@ def _connected(process: subprocess.Popen[bytes], port: int, log: IO[bytes]) -> V
             client.get_state()
         except (ConnectionError, RuntimeError) as error:
             if time.monotonic() > deadline:
-                raise ViewerError(f"the viewer did not answer in {START_SECONDS:.0f} s ({error}); try again") from error
+                raise ViewerError(
+                    f"the viewer did not answer in {words.fixed(START_SECONDS, 0)} s ({error}); try again"
+                ) from error
             time.sleep(PAUSE_SECONDS)
         else:
             return client

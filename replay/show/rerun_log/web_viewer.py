@@ -15,6 +15,7 @@ from typing import Final
 from urllib.error import HTTPError
 from urllib.request import ProxyHandler, build_opener
 
+from replay import words
 from replay.show.report.markup import moment_address
 from replay.show.rerun_log import viewer
 from replay.show.rerun_log.moments import read_bookmarks
@@ -32,7 +33,7 @@ SERVE_SECONDS: Final = 120.0
 SILENT_SECONDS: Final = 5.0
 """A server that sends nothing for so long is asked again; on a port of another program nobody may ever answer."""
 
-TOO_LATE: Final = f"Rerun's web server did not hand out its viewer in {SERVE_SECONDS:.0f} s; try again"
+TOO_LATE: Final = f"Rerun's web server did not hand out its viewer in {words.fixed(SERVE_SECONDS, 0)} s; try again"
 
 STARTS: Final = 3
 READ_BYTES: Final = 1 << 20

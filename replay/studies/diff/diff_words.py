@@ -42,7 +42,7 @@ def settings_lines(diff: "RunDiff") -> Iterator[str]:
 
 
 def _times(ratio: float | None) -> str:
-    return "" if ratio is None else f"x {ratio:.2f}"
+    return "" if ratio is None else f"x {words.fixed(ratio, 2)}"
 
 
 def _change(fractions: "Fractions") -> str:
@@ -88,4 +88,4 @@ def _where(contact: "ContactRecord") -> str:
 
 
 def _moved(seconds: float) -> str:
-    return "as before" if not round(seconds * 1e4) else f"{1e3 * seconds:+.1f} ms"
+    return "as before" if not round(seconds * 1e4) else f"{words.fixed(1e3 * seconds, 1, signed=True)} ms"
