@@ -62,3 +62,7 @@ class SceneError(SessionError):
 
 class ImportFileError(SessionError):
     """A recording of another program that cannot be imported."""
+
+
+class SceneSourceError(SessionError):
+    """A scene of another program (MJCF, URDF, glTF) that cannot be taken."""

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from sessions import Session
 
 AXES_WORDS = "Axes of mesh files: body, x-flipped, y-up, gltf, unity, ... Repeatable."
+SURFACE_WORDS = "mjcf: the geoms that are a body's surface.  [default: auto]"
 UNIT_WORDS = "Unit of mesh files: m, cm, mm. Default: by size. Repeatable."
 OFFSET_WORDS = "contacts: what to add to their clock. Default: estimated."
 
@@ -34,6 +35,9 @@ OFFSET_WORDS = "contacts: what to add to their clock. Default: estimated."
 @click.option("--scene", type=SESSION_FILE, metavar="SCENE.toml", help="Bodies, pairs, effects.")
 @click.option("--mapping", type=SESSION_FILE, metavar="FILE", help="csv, xdf: which column or channel is what.")
 @click.option("--convention", metavar="NAME", help="Axes of the source: unity, unreal, ... or 'z up, left-handed'.")
+@click.option("--motion", type=SESSION_FILE, metavar="FILE.npz", help="mjcf: joint angles over time, .npz or .csv.")
+@click.option("--root", type=FILE_OR_FOLDER, metavar="DIR", help="mjcf: the folder that holds all files of the model.")
+@click.option("--surface", type=click.Choice(["auto", "drawn", "colliding"]), help=SURFACE_WORDS)
 @click.option("--topic", "topics", multiple=True, metavar="TOPIC", help="mcap, ros2: read this alone. Repeatable.")
 @click.option("--mesh-axes", multiple=True, metavar="[BODY=]NAME", help=AXES_WORDS)
 @click.option("--collider-axes", metavar="NAME", help="Axes of the colliders' file. Default: the recording's.")
@@ -131,13 +135,28 @@ def _imported(
     given["meshes"] = _meshes(named)
     if meshes is not None:
         given["mesh_folder"] = meshes
-    if scene is not None:
+    adds = scene is not None and _adds_to_recording(scene)
+    if scene is not None and not adds:
         from sessions.scene_files.scene_toml import read_scene
 
         given |= {"scene": read_scene(scene), "scene_folder": scene.parent}
     more = [f"--mesh {quote(text)}" for text in named] + ([f"--meshes {quote(str(meshes))}"] if meshes else [])
     with _drafted(source, out, more):
-        return import_session(kind, source, **given)
+        imported = import_session(kind, source, **given)
+    if scene is None or not adds:
+        return imported
+    from sessions.scene_files.scene_meshes import with_scene
+
+    return with_scene(imported, scene)
+
+
+def _adds_to_recording(scene: Path) -> bool:
+    """Whether a scene file declares no body, so that it adds to what the source declares."""
+    from sessions.errors import SceneError
+    from sessions.input_files import read_text
+    from sessions.scene_files.scene_toml import declares_bodies
+
+    return not declares_bodies(read_text(scene, "scene", SceneError))
 
 
 @contextmanager

@@ -18,6 +18,7 @@ IMPORTERS: Final[dict[str, str]] = {
     "aframe": "sessions.importers.aframe:read_aframe",
     "csv": "sessions.importers.csv_file:read_csv",
     "mcap": "sessions.importers.mcap_file:read_mcap",
+    "mjcf": "sessions.importers.mjcf_motion:read_mjcf",
     "optitrack": "sessions.importers.optitrack:read_optitrack",
     "ros2": "sessions.importers.mcap_file:read_mcap",
     "uxf": "sessions.importers.uxf:read_uxf",
@@ -31,7 +32,7 @@ AUTO: Final = "auto"
 FOLDERS: Final = ("uxf", AUTO)
 """Formats whose source may be a folder."""
 
-ROBOTS: Final = ("mcap", "ros2")
+ROBOTS: Final = ("mcap", "mjcf", "ros2")
 """Formats in which names like ``left_wheel`` mean no headset or controller."""
 
 COMMON: Final = ("scene", "scene_folder")

@@ -13,6 +13,7 @@ STARTS: Final = (
     (b"\x1f\x8b", "xdf", "it is compressed by gzip, as .xdfz files are"),
     (FIRST.encode(), "optitrack", f"line 1 begins with {FIRST}, as Motive's exports do"),
     (b"{", "aframe", "it is JSON"),
+    (b"<mujoco", "mjcf", "it begins with <mujoco, as models of MuJoCo do"),
     (b"#ROSBAG", "", "it is a bag of ROS 1"),
     (b"SQLite format 3", "", "it is an SQLite file, as bags of ROS 2 are"),
 )

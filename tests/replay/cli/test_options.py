@@ -17,7 +17,7 @@ def command(people, **given):
 def test_options_mean_the_same_on_every_verb():
     actual = CliRunner().invoke(command, ["--start", "1", "--end", "2.5", "--format", "json", "-v", "-q", "--debug"])
     reported = {"start": 1.0, "end": 2.5, "as_json": True, "quiet": True, "verbose": True, "tau": TAU, "scene": None}
-    assert eval(actual.output) == reported | {"force": False, "policy": (), "no_picture": False}
+    assert eval(actual.output) == reported | {"force": False, "pairs": None, "policy": (), "no_picture": False}
 
 
 def test_current_folder_modules_load_only_for_a_named_detector(tmp_path, monkeypatch):

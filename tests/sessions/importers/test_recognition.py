@@ -13,6 +13,7 @@ from sessions.importers.recognition import recognised
 HERE = Path(__file__).parent
 SAMPLES = {
     "aframe": ["samples/take.json"], "csv": ["samples/take.csv"], "mcap": ["samples/frames.mcap"],
+    "mjcf": ["samples/lid.xml"],
     "optitrack": ["optitrack/metres.csv"], "ros2": ["samples/bag.mcap"],
     "uxf": ["uxf/S001/trial_results.csv", "uxf/S001/trackers/head_movement_T001.csv"], "xdf": ["samples/take.xdf"],
 }  # fmt: skip
@@ -24,6 +25,9 @@ def test_samples_are_recognised_and_mutants_end_in_session_or_sentence(tmp_path,
     source = tmp_path / file.split("/")[1]
     place = HERE / file.split("/")[0] / source.name
     (shutil.copytree if place.is_dir() else shutil.copy)(place, source)
+    if name == "mjcf":
+        pytest.importorskip("mujoco")
+        source.with_suffix(".csv").write_text("time,hinge\n0,0\n0.1,1\n")
     assert recognised(source)[0] == ("mcap" if name == "ros2" else name)
     survive(name, source if source.is_file() else source / file.split("/", 2)[2], count, source)
 

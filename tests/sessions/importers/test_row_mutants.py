@@ -174,7 +174,8 @@ WRITERS = {
 
 
 def test_every_importer_has_a_writer_here():
-    assert WRITERS.keys() == IMPORTERS.keys()
+    # A motion of joints has one row for all bodies, so that no row is of one body.
+    assert WRITERS.keys() == IMPORTERS.keys() - {"mjcf"}
 
 
 def written_by(name, records):

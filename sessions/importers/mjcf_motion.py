@@ -1,0 +1,76 @@
+"""A model of MuJoCo with joint angles over time: bodies, meshes, colliders, pairs that never meet, and poses."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from sessions.errors import ImportFileError
+from sessions.importers.ledger import FACT, Ledger
+from sessions.importers.stamps import increasing
+from sessions.model.scene import Scene
+from sessions.model.session import Session
+from sessions.model.track import Track
+from sessions.scene_formats.joint_motion import body_poses, read_joint_motion
+from sessions.scene_formats.mjcf import body_names, load_model, scene_of
+from sessions.scene_formats.safe_files import SceneFiles
+from sessions.scene_formats.scene_source import Surface
+
+
+def read_mjcf(source: Path, motion: str | Path = "", root: str | Path = "", surface: str = Surface.AUTO) -> Session:
+    """The session of an MJCF and the joint motion beside it, in the canonical frame.
+
+    Parameters
+    ----------
+    motion : .npz or .csv of joint angles; ``""``: the file of the model's name beside it.
+    root : the folder that all files of the model lie in; ``""``: that of the model.
+    surface : ``auto``, ``drawn`` or ``colliding``: the geoms that are the surface of a body.
+
+    Raises ``ImportFileError``: there is no motion; ``SceneSourceError``: as `read_scene_source` says.
+    """
+    model = load_model(source, SceneFiles(Path(root) if root else source.parent))
+    scene = scene_of(model, Surface(surface))
+    seconds, configurations = read_joint_motion(_motion_of(source, motion), model)
+    ledger = Ledger(source)
+    stamps = np.round((seconds - seconds[0]) * 1e9).astype(np.int64)
+    keep = increasing("joint motion", stamps, (configurations,), ledger)
+    moving = [name for name, body in scene.bodies.items() if body.moves]
+    names = body_names(model)
+    positions, quaternions = body_poses(model, configurations[keep], [names.index(name) for name in moving])
+    tracks = {}
+    for column, name in enumerate(moving):
+        rotations = scene.rotation @ Rotation.from_quat(quaternions[:, column][:, [1, 2, 3, 0]]).as_matrix()
+        tracks[name] = Track(
+            stamps[keep], positions[:, column] @ scene.rotation.T, Rotation.from_matrix(rotations).as_quat()
+        )
+    facts = {
+        "conversions": "world +Z up to +Y up, meshes in the axes of their bodies; "
+        + "; ".join(f"not taken: {sentence}" for sentence in scene.left_out),
+        "source_units": "m",
+        "source_convention": "canonical",
+        "handedness": "right",
+        "clock": "time of the motion, from its first row",
+        FACT: ledger.as_text(),
+    }
+    session = Session.from_tracks(
+        tracks,
+        facts=facts,
+        meshes={name: body.mesh for name, body in scene.bodies.items()},
+        scene=Scene(
+            name=source.stem,
+            bodies=tuple(body.declared(scene.rotation) for body in scene.bodies.values()),
+            ignore=scene.excluded,
+        ),
+    )
+    colliders = {name: body.colliders for name, body in scene.bodies.items() if body.colliders}
+    return replace(session, colliders=colliders)
+
+
+def _motion_of(source: Path, motion: str | Path) -> Path:
+    if motion:
+        return Path(motion)
+    for ending in (".npz", ".csv"):
+        if source.with_suffix(ending).is_file():
+            return source.with_suffix(ending)
+    raise ImportFileError(f"{source} has no joint motion beside it; name one: --motion FILE.npz")

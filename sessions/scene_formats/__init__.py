@@ -1,0 +1,1 @@
+"""Scenes of other programs: MJCF, URDF, glTF with physics."""

@@ -1,0 +1,205 @@
+"""MJCF, read by MuJoCo itself: bodies, surfaces, colliders, margins, excluded pairs, and poses of joint angles.
+
+Nested defaults, includes and units are the library's work, and so is forward kinematics. The only module of `sessions`
+that imports mujoco.
+"""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sessions.errors import SceneSourceError
+from sessions.geometry.shapes import make_shape
+from sessions.mesh_data import MeshData, concatenated
+from sessions.scene_formats.safe_files import SceneFiles
+from sessions.scene_formats.scene_source import (
+    Y_UP_OF_Z_UP,
+    Matrix,
+    SceneSource,
+    SourceBody,
+    Surface,
+    surface_and_colliders,
+)
+
+FIRST_HIDDEN_GROUP: Final = 3
+"""MuJoCo's viewer draws geoms of the groups 0 to 2; from 3 on they are colliders by custom."""
+ROUND_FACES: Final = 4000
+"""Of a capsule, a sphere or an ellipsoid: with fewer, 1 of 275 pair-frames of a finger and a bowl is no contact."""
+FILE_ATTRIBUTES: Final = ("file", "fileright", "fileleft", "fileup", "filedown", "filefront", "fileback")
+FOLDER_ATTRIBUTES: Final = ("meshdir", "texturedir", "assetdir")
+Z_OF_Y: Final = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+"""Lays a shape along +Y along +Z, where MuJoCo has it."""
+NOT_TAKEN: Final = {"PLANE": "an endless plane", "HFIELD": "a height field", "SDF": "a signed distance field"}
+
+
+def mujoco_of() -> Any:
+    """The library; SceneSourceError where it is not installed."""
+    try:
+        import mujoco
+    except ImportError as error:
+        raise SceneSourceError('MJCF needs MuJoCo; install it: pip install "vrlab-replay[engines]"') from error
+    return mujoco
+
+
+def load_model(path: Path, files: SceneFiles) -> Any:
+    """The model of an MJCF file, whose files were all found to lie in the scene's folder before one is read."""
+    mujoco = mujoco_of()
+    _check_files(path, files)
+    try:
+        return mujoco.MjModel.from_xml_path(str(path))
+    except (ValueError, mujoco.FatalError) as error:
+        reason = " ".join(str(error).split())
+        raise SceneSourceError(f"MuJoCo does not read {path}: {reason}; correct it") from error
+
+
+def _check_files(path: Path, files: SceneFiles) -> None:
+    """Refuse files outside the folder in every place that MuJoCo may look for them."""
+    elements = [*files.with_includes(path, path.parent)]
+    folders = {path.parent} | {
+        path.parent / value
+        for element in elements
+        for compiler in element.iter("compiler")
+        for key, value in compiler.items()
+        if key in FOLDER_ATTRIBUTES
+    }
+    for element in elements:
+        for child in element.iter():
+            names = [value for key, value in child.items() if key in FILE_ATTRIBUTES and child.tag != "include"]
+            for name in names:
+                places = [folder / name for folder in folders]
+                present = [place for place in places if place.exists()]
+                # Where none is there, the library says which is missing; a path outside is refused all the same.
+                for place in present or places[:1]:
+                    if present or not place.resolve().is_relative_to(files.root):
+                        files.inside(place, f"{child.tag} {name!r}")
+
+
+def read_mjcf_scene(path: Path, files: SceneFiles, surface: Surface) -> SceneSource:
+    """The scene of an MJCF file."""
+    return scene_of(load_model(path, files), surface)
+
+
+def scene_of(model: Any, surface: Surface) -> SceneSource:
+    """The scene of a model: every body of which something collides, in the pose of its reference configuration."""
+    mujoco = mujoco_of()
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    names, left_out = body_names(model), list[str]()
+    bodies: dict[str, SourceBody] = {}
+    only_drawn = []
+    for number, name in enumerate(names):
+        geoms = range(model.body_geomadr[number], model.body_geomadr[number] + model.body_geomnum[number])
+        colliding = [geom for geom in geoms if model.geom_contype[geom] or model.geom_conaffinity[geom]]
+        left_out += _refused(model, name, colliding)
+        taken = [geom for geom in geoms if _kind(model, geom) not in NOT_TAKEN]
+        colliding = [geom for geom in taken if geom in colliding]
+        if not colliding:
+            only_drawn += [name] if taken else []
+            continue
+        # Of geoms that collide some are drawn and others hidden: the hidden ones are the pieces of the drawn surface.
+        hidden = [geom for geom in colliding if model.geom_group[geom] >= FIRST_HIDDEN_GROUP]
+        drawn = [geom for geom in taken if model.geom_group[geom] < FIRST_HIDDEN_GROUP]
+        pieces = hidden or colliding
+        doubly = [geom for geom in drawn if geom in colliding and hidden]
+        if doubly:
+            left_out.append(f"the hulls of {len(doubly)} drawn geoms of {name!r}, which collide beside hidden ones")
+        parts, solids = surface_and_colliders(
+            [geom_mesh(model, geom) for geom in drawn], [geom_mesh(model, geom) for geom in pieces], surface
+        )
+        pose = np.eye(4)
+        pose[:3, :3], pose[:3, 3] = data.xmat[number].reshape(3, 3), data.xpos[number]
+        bodies[name] = SourceBody(
+            name=name,
+            mesh=concatenated(parts),
+            colliders=solids,
+            pose=pose,
+            moves=bool(model.body_weldid[number]),
+            margin=float(max(model.geom_margin[geom] for geom in pieces)),
+            mass=float(model.body_mass[number]) or None,
+        )
+    if only_drawn:
+        left_out.append(f"bodies of which nothing collides: {', '.join(only_drawn)}")
+    left_out += _soft(model)
+    return SceneSource("MJCF", bodies, tuple(_excluded(model, names, bodies)), tuple(left_out), Y_UP_OF_Z_UP)
+
+
+def body_names(model: Any) -> list[str]:
+    """The names of all bodies, the world's first; one without a name is called by its number."""
+    return [model.body(number).name or f"body-{number}" for number in range(model.nbody)]
+
+
+def geom_mesh(model: Any, geom: int) -> MeshData:
+    """The surface of a geom in the frame of its body; a round one is inscribed in the true shape."""
+    kind, size = _kind(model, geom), model.geom_size[geom]
+    if kind == "MESH":
+        number = model.geom_dataid[geom]
+        first, count = model.mesh_vertadr[number], model.mesh_vertnum[number]
+        start, faces = model.mesh_faceadr[number], model.mesh_facenum[number]
+        mesh = MeshData(model.mesh_vert[first : first + count], model.mesh_face[start : start + faces])
+    elif kind == "BOX":
+        mesh = make_shape("box", dict(zip("xyz", (2.0 * size).tolist(), strict=True)))
+    elif kind in ("CAPSULE", "CYLINDER"):
+        radius, half = size[:2].tolist()
+        length = 2.0 * (half + radius) if kind == "CAPSULE" else 2.0 * half
+        mesh = make_shape(kind.lower(), {"radius": radius, "length": length}, ROUND_FACES)
+        mesh = MeshData(mesh.vertices @ Z_OF_Y.T, mesh.faces)
+    else:
+        sphere = make_shape("sphere", {"radius": 1.0}, ROUND_FACES)
+        scale = size if kind == "ELLIPSOID" else np.full(3, size[0])
+        mesh = MeshData(sphere.vertices * scale, sphere.faces)
+    return mesh.transformed(_placed(model.geom_pos[geom], model.geom_quat[geom]))
+
+
+def _placed(position: NDArray[np.float64], quaternion_wxyz: NDArray[np.float64]) -> Matrix:
+    mujoco, rotation = mujoco_of(), np.empty(9)
+    mujoco.mju_quat2Mat(rotation, quaternion_wxyz)
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = rotation.reshape(3, 3), position
+    return matrix
+
+
+def _kind(model: Any, geom: int) -> str:
+    name: str = mujoco_of().mjtGeom(int(model.geom_type[geom])).name
+    return name.removeprefix("mjGEOM_")
+
+
+def _refused(model: Any, name: str, geoms: Sequence[int]) -> Iterator[str]:
+    for geom in geoms:
+        word = NOT_TAKEN.get(_kind(model, geom))
+        if word is not None:
+            yield f"{word} of body {name!r}"
+
+
+def _soft(model: Any) -> Iterator[str]:
+    if model.nflex:
+        yield f"soft bodies (flex): {model.nflex}"
+    if model.nskin:
+        yield f"skins, which are drawn only: {model.nskin}"
+
+
+def _excluded(model: Any, names: Sequence[str], bodies: dict[str, SourceBody]) -> Iterator[tuple[str, str]]:
+    """Pairs that MuJoCo never tests: named, of a body and its parent, and of geoms whose masks do not meet."""
+    signatures = [(int(mark) >> 16, int(mark) & 0xFFFF) for mark in model.exclude_signature]
+    explicit = {frozenset(pair) for pair in signatures}
+    numbers = [number for number, name in enumerate(names) if name in bodies]
+    keeps_parents = bool(model.opt.disableflags & mujoco_of().mjtDisableBit.mjDSBL_FILTERPARENT)
+    for index, first in enumerate(numbers):
+        for second in numbers[index + 1 :]:
+            welds = int(model.body_weldid[first]), int(model.body_weldid[second])
+            parents = [int(model.body_weldid[model.body_parentid[weld]]) for weld in welds]
+            is_child = not keeps_parents and 0 not in welds and (parents[1] == welds[0] or parents[0] == welds[1])
+            is_named = frozenset((first, second)) in explicit
+            if is_named or welds[0] == welds[1] or is_child or not _masks_meet(model, first, second):
+                yield names[first], names[second]
+
+
+def _masks_meet(model: Any, first: int, second: int) -> bool:
+    def masks(body: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+        geoms = slice(model.body_geomadr[body], model.body_geomadr[body] + model.body_geomnum[body])
+        return model.geom_contype[geoms], model.geom_conaffinity[geoms]
+
+    (types, affinities), (other_types, other_affinities) = masks(first), masks(second)
+    return bool((types[:, None] & other_affinities).any() or (other_types[:, None] & affinities).any())

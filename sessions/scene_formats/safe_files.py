@@ -1,0 +1,97 @@
+"""Files of a scene of another program: none is read outside its folder, and none that would fill the memory."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Final
+from xml.etree import ElementTree
+
+from sessions.errors import SceneSourceError
+from sessions.input_files import check_regular
+
+MOST_XML_BYTES: Final = 32_000_000
+MOST_FILE_BYTES: Final = 256_000_000
+MOST_BYTES: Final = 1_000_000_000
+"""Of one XML file, of one mesh or image, and of all files of a scene."""
+MOST_DEPTH: Final = 100
+"""Elements within each other; the deepest robot that was seen has 60."""
+
+
+class SceneFiles:
+    """The files of a scene within one folder.
+
+    Raises ``SceneSourceError`` where a file lies outside, is missing, too large, or XML that declares entities.
+    """
+
+    def __init__(self, root: Path) -> None:
+        self.root = root.resolve()
+        self._total: dict[Path, int] = {}
+
+    def inside(self, path: Path, named: str) -> Path:
+        """The path of a file of the scene, links followed; ``named``: as the scene names it."""
+        real = path.resolve()
+        if not real.is_relative_to(self.root):
+            raise SceneSourceError(
+                f"{named} lies outside {self.root}, and nothing there is read; where it belongs to the scene, name the "
+                "folder that holds all of it: root"
+            )
+        check_regular(real, "file of the scene", SceneSourceError)
+        if not real.is_file():
+            raise SceneSourceError(f"{named} is missing: there is no file {real}; put it there, or correct the scene")
+        size = real.stat().st_size
+        self._total[real] = size
+        if size > MOST_FILE_BYTES:
+            raise SceneSourceError(
+                f"{named} has {_megabytes(size)}, more than {_megabytes(MOST_FILE_BYTES)}; reduce it"
+            )
+        if sum(self._total.values()) > MOST_BYTES:
+            raise SceneSourceError(f"the files up to {named} have more than {_megabytes(MOST_BYTES)}; reduce the scene")
+        return real
+
+    def read(self, path: Path, named: str) -> bytes:
+        """The bytes of a file of the scene."""
+        return self.inside(path, named).read_bytes()
+
+    def xml(self, path: Path) -> ElementTree.Element:
+        """The first element of an XML file without a document type: entities may grow without bound."""
+        real = self.inside(path, str(path))
+        if real.stat().st_size > MOST_XML_BYTES:
+            raise SceneSourceError(f"{path} has {_megabytes(real.stat().st_size)} of XML; a scene has fewer")
+        try:
+            text = real.read_bytes().decode("utf-8-sig")
+        except UnicodeDecodeError as error:
+            raise SceneSourceError(f"{path} is no XML in UTF-8; save it so") from error
+        if "<!DOCTYPE" in text or "<!ENTITY" in text:
+            raise SceneSourceError(f"{path} declares a document type or entities, which no scene needs; take them out")
+        try:
+            element = ElementTree.fromstring(text)
+        except ElementTree.ParseError as error:
+            raise SceneSourceError(f"{path} is no readable XML ({error}); correct it") from error
+        if _depth(element) > MOST_DEPTH:
+            raise SceneSourceError(f"{path} has more than {MOST_DEPTH} elements within each other; no scene has")
+        return element
+
+    def with_includes(self, path: Path, folder: Path, above: Sequence[Path] = ()) -> Iterator[ElementTree.Element]:
+        """An XML file and all that it includes, the paths of which are relative to ``folder``; circles are refused."""
+        real = path.resolve()
+        if real in above:
+            raise SceneSourceError(f"{path} includes itself, by way of {len(above)} files; take the circle out")
+        element = self.xml(path)
+        yield element
+        for include in element.iter("include"):
+            name = include.get("file", "")
+            if len(above) >= MOST_DEPTH or not name:
+                raise SceneSourceError(f"{path} includes a file without a name, or too deeply; correct it")
+            self.inside(folder / name, f"the included file {name!r}")
+            yield from self.with_includes(folder / name, folder, (*above, real))
+
+
+def _depth(element: ElementTree.Element) -> int:
+    """How many elements lie within each other, up to one more than is allowed."""
+    level, depth = [element], 0
+    while level and depth <= MOST_DEPTH:
+        level, depth = [child for parent in level for child in parent], depth + 1
+    return depth
+
+
+def _megabytes(size: int) -> str:
+    return f"{size / 1e6:,.0f} MB"

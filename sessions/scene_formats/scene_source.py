@@ -1,0 +1,160 @@
+"""A scene of another program as this project takes it: bodies with surfaces and colliders, poses, excluded pairs.
+
+Every format fills the same record; what it cannot hold is named in ``left_out``, never dropped without a word.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sessions.errors import SceneSourceError
+from sessions.mesh_data import MeshData
+from sessions.model.scene import Pose, SceneBody
+
+Matrix = NDArray[np.float64]
+
+Y_UP_OF_Z_UP: Final = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+"""Rotates a world with +Z up into one with +Y up: exact, a swap of two axes and a sign."""
+
+COVERED: Final = 0.9
+"""A drawn surface is that of the body if its box fills so much of the colliders' box along each axis."""
+
+
+class Surface(StrEnum):
+    """The geometry of a body that its surface is made of."""
+
+    AUTO = "auto"
+    """What is drawn, where it fills the colliders' box, else what collides: bones in a skin of capsules are no skin."""
+    DRAWN = "drawn"
+    COLLIDING = "colliding"
+
+
+@dataclass(frozen=True)
+class SourceBody:
+    """A body of a scene in its own frame.
+
+    Parameters
+    ----------
+    name : its name there; ``body-3`` of one without a name.
+    mesh : its surface, metres, in the frame of the body.
+    colliders : the solids that its program tests, of which each convex hull collides; ``()``: the surface itself.
+    pose : (4, 4) in the world at rest, in the axes of the scene.
+    moves : whether a joint can move it.
+    margin : metres from which its program reports contact.
+    mass : kilograms, or ``None``.
+    """
+
+    name: str
+    mesh: MeshData
+    colliders: tuple[MeshData, ...]
+    pose: Matrix
+    moves: bool
+    margin: float = 0.0
+    mass: float | None = None
+
+    def declared(self, rotation: Matrix) -> SceneBody:
+        """Returns its declaration, in a world rotated by ``rotation``; a body that no joint moves is fixed there."""
+        extra = {key: value for key, value in (("margin", self.margin), ("mass", self.mass)) if value}
+        return SceneBody(self.name, fixed=None if self.moves else pose_of(self.pose, rotation), extra=extra)
+
+
+@dataclass(frozen=True)
+class SceneSource:
+    """A scene of another program.
+
+    Parameters
+    ----------
+    format : ``MJCF``, ``URDF`` or ``glTF``.
+    bodies : by name, in the order of the file.
+    excluded : pairs of bodies that never collide there.
+    left_out : sentences on what cannot be taken.
+    rotation : (3, 3) from the axes of its world to +Y up.
+    """
+
+    format: str
+    bodies: Mapping[str, SourceBody]
+    excluded: tuple[tuple[str, str], ...] = ()
+    left_out: tuple[str, ...] = ()
+    rotation: Matrix = field(default_factory=lambda: np.eye(3))
+
+
+def read_scene_source(path: str | Path, root: str | Path | None = None, surface: Surface = Surface.AUTO) -> SceneSource:
+    """Reads a scene of another program by the ending of its file, and an XML file by its first element.
+
+    Parameters
+    ----------
+    root : the folder that all files of the scene lie in; nothing outside is read. ``None``: that of the file.
+    surface : of which geometry the surfaces of bodies are made, where a format has several kinds.
+
+    Raises ``SceneSourceError``: no scene of a known format, a file outside the folder, or one that is damaged.
+    """
+    from sessions.scene_formats.safe_files import SceneFiles
+
+    file = Path(path)
+    files = SceneFiles(file.parent if root is None else Path(root))
+    kind = file.suffix.lower()
+    if kind in (".glb", ".gltf"):
+        from sessions.scene_formats.gltf_physics import read_gltf
+
+        return read_gltf(file, files)
+    if kind not in (".xml", ".mjcf", ".urdf"):
+        raise SceneSourceError(f"{file} is no scene of a known format; give MJCF (.xml), URDF (.urdf) or glTF (.glb)")
+    tag = files.xml(file).tag
+    if tag == "mujoco":
+        from sessions.scene_formats.mjcf import read_mjcf_scene
+
+        return read_mjcf_scene(file, files, surface)
+    if tag == "robot":
+        from sessions.scene_formats.urdf import read_urdf
+
+        return read_urdf(file, files, surface)
+    raise SceneSourceError(f"{file} begins with <{tag}>; a scene begins with <mujoco> (MJCF) or <robot> (URDF)")
+
+
+def surface_and_colliders(
+    drawn: list[MeshData], colliding: list[MeshData], surface: Surface
+) -> tuple[list[MeshData], tuple[MeshData, ...]]:
+    """Returns of which parts a body's surface is made, and its colliders; both kinds are in the frame of the body."""
+    solids = tuple(map(convex_hull, colliding))
+    if not drawn or not colliding or surface is Surface.COLLIDING:
+        return colliding or drawn, solids
+    if surface is Surface.DRAWN:
+        return drawn, solids
+    is_whole = (_extent(drawn) >= COVERED * _extent(colliding)).all()
+    return drawn if is_whole else colliding, solids
+
+
+def convex_hull(mesh: MeshData) -> MeshData:
+    """Returns the convex hull of a mesh, its faces wound outwards; of a flat mesh the mesh itself."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        hull = ConvexHull(mesh.vertices)
+    except QhullError:
+        return mesh
+    kept, faces = np.unique(hull.simplices, return_inverse=True)
+    faces = faces.reshape(hull.simplices.shape)
+    corners = mesh.vertices[hull.simplices]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    inwards = (normals * hull.equations[:, :3]).sum(axis=1) < 0.0
+    faces[inwards] = faces[inwards][:, ::-1]
+    return MeshData(mesh.vertices[kept], faces)
+
+
+def _extent(meshes: list[MeshData]) -> Matrix:
+    corners = np.concatenate([mesh.bounds for mesh in meshes])
+    return np.asarray(corners.max(axis=0) - corners.min(axis=0))
+
+
+def pose_of(matrix: Matrix, rotation: Matrix) -> Pose:
+    """Returns the pose of a body in a world that is rotated; the body's own axes stay as they are."""
+    from scipy.spatial.transform import Rotation
+
+    x, y, z = (rotation @ matrix[:3, 3]).tolist()
+    quaternion = Rotation.from_matrix(rotation @ matrix[:3, :3]).as_quat().tolist()
+    return Pose((x, y, z), (quaternion[0], quaternion[1], quaternion[2], quaternion[3]))

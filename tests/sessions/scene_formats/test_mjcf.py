@@ -1,0 +1,238 @@
+"""MJCF beside MuJoCo's own values: bodies, surfaces, poses, excluded pairs; and files that a scene may not read."""
+
+import os
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from sessions.errors import SceneSourceError, SessionError
+from sessions.importers import import_session
+from sessions.scene_formats.scene_source import Surface, read_scene_source
+
+mujoco = pytest.importorskip("mujoco")
+
+ARM = """
+<mujoco model="arm">
+  <compiler angle="degree" meshdir="parts"/>
+  <include file="defaults.xml"/>
+  <asset><mesh name="cup" file="cup.obj" scale="0.5 0.5 0.5"/></asset>
+  <contact><exclude body1="hand" body2="cup"/></contact>
+  <worldbody>
+    <geom type="plane" size="1 1 1"/>
+    <body name="table" pos="0 0 0.4"><geom type="box" size="0.5 0.3 0.02" euler="0 0 10"/></body>
+    <body name="arm" pos="0.1 0 1" euler="0 30 0" childclass="link">
+      <joint name="shoulder" axis="0 1 0" range="-90 90"/>
+      <geom fromto="0 0 0 0.2 0 0.1"/>
+      <body name="hand" pos="0.25 0 0.1" quat="0.9 0.1 0.2 0.3">
+        <joint name="wrist" axis="1 0 0"/>
+        <geom type="ellipsoid" size="0.03 0.02 0.01" pos="0.01 0.02 0.03" euler="5 6 7"/>
+        <geom type="cylinder" size="0.01 0.03"/>
+        <site name="tip"/>
+      </body>
+    </body>
+    <body name="cup" pos="1 2 3"><freejoint/><geom type="mesh" mesh="cup" margin="0.002"/></body>
+    <body name="ghost"><joint/><geom type="sphere" size="0.1" contype="0" conaffinity="0" mass="1"/></body>
+  </worldbody>
+</mujoco>
+"""
+DEFAULTS = """
+<mujoco><default><default class="link"><geom type="capsule" size="0.02" margin="0.001"/></default></default></mujoco>
+"""
+CUP = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0.1 0.1 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 5\nf 3 4 5\nf 4 2 5\n"
+
+
+@pytest.fixture
+def arm(tmp_path):
+    folder = tmp_path / "scene"
+    (folder / "parts").mkdir(parents=True)
+    (folder / "arm.xml").write_text(ARM)
+    (folder / "defaults.xml").write_text(DEFAULTS)
+    (folder / "parts" / "cup.obj").write_text(CUP)
+    return folder / "arm.xml"
+
+
+def test_bodies_poses_and_surfaces_are_those_of_the_library(arm):
+    scene, model = read_scene_source(arm), mujoco.MjModel.from_xml_path(str(arm))
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    assert [*scene.bodies] == ["table", "arm", "hand", "cup"]
+    for name, body in scene.bodies.items():
+        own = data.body(name)
+        assert np.abs(body.pose[:3, 3] - own.xpos).max() <= 1e-9
+        assert np.abs(body.pose[:3, :3] - own.xmat.reshape(3, 3)).max() <= 1e-9
+    # The corners of a mesh stand in the world where the library has them.
+    geom = model.body("cup").geomadr[0]
+    corners = model.mesh_vert @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom]
+    cup = scene.bodies["cup"]
+    assert np.abs(cup.mesh.vertices @ cup.pose[:3, :3].T + cup.pose[:3, 3] - corners).max() <= 1e-9
+    assert np.abs(np.sort(cup.mesh.bounds, axis=0) - [[0, 0, 0], [0.5, 0.5, 0.5]]).max() < 1e-7
+    # A hollow that the library fills: its collider is the hull.
+    assert cup.colliders[0].volume > 1.1 * cup.mesh.volume
+    assert [scene.bodies[name].margin for name in ("arm", "cup")] == [0.001, 0.002]
+    assert [name for name, body in scene.bodies.items() if not body.moves] == ["table"]
+
+
+def test_round_geoms_lie_on_the_surfaces_of_the_library(arm):
+    scene, model = read_scene_source(arm), mujoco.MjModel.from_xml_path(str(arm))
+    first, second = (int(model.body("hand").geomadr[0]) + k for k in range(2))
+    ellipsoid = scene.bodies["hand"].colliders[0].vertices
+    rotation = Rotation.from_quat(model.geom_quat[first][[1, 2, 3, 0]]).as_matrix()
+    local = (ellipsoid - model.geom_pos[first]) @ rotation / model.geom_size[first]
+    assert np.abs(np.linalg.norm(local, axis=1) - 1.0).max() <= 1e-9
+    assert scene.bodies["hand"].colliders[1].bounds[1, 2] == pytest.approx(model.geom_size[second][1], abs=1e-12)
+    capsule = model.body("arm").geomadr[0]
+    ends = model.geom_pos[capsule], rotation_z(model.geom_quat[capsule]) * model.geom_size[capsule][1]
+    arm_vertices = scene.bodies["arm"].mesh.vertices
+    along = np.clip((arm_vertices - ends[0]) @ ends[1] / (ends[1] @ ends[1]), -1, 1)
+    away = np.linalg.norm(arm_vertices - ends[0] - along[:, None] * ends[1], axis=1)
+    assert np.abs(away - model.geom_size[capsule][0]).max() <= 1e-9
+
+
+def rotation_z(quaternion_wxyz):
+    return Rotation.from_quat(quaternion_wxyz[[1, 2, 3, 0]]).as_matrix()[:, 2]
+
+
+def test_excluded_pairs_and_what_cannot_be_taken_are_named(arm):
+    scene = read_scene_source(arm)
+    assert {frozenset(pair) for pair in scene.excluded} == {frozenset(("arm", "hand")), frozenset(("hand", "cup"))}
+    assert any("endless plane of body 'world'" in sentence for sentence in scene.left_out)
+    assert any("nothing collides: ghost" in sentence for sentence in scene.left_out)
+
+
+def test_soft_bodies_and_height_fields_are_named(tmp_path):
+    path = tmp_path / "soft.xml"
+    path.write_text(
+        '<mujoco><asset><hfield name="h" nrow="2" ncol="2" size="1 1 1 1"/></asset><worldbody>'
+        '<body name="ground"><geom type="hfield" hfield="h"/><geom type="box" size="1 1 1"/></body>'
+        '<flexcomp name="cloth" type="grid" count="3 3 1" spacing="0.1 0.1 0.1" dim="2" radius="0.01" mass="1"/>'
+        "</worldbody></mujoco>"
+    )
+    left_out = " ".join(read_scene_source(path).left_out)
+    assert "a height field of body 'ground'" in left_out and "soft bodies (flex): 1" in left_out
+
+
+@pytest.mark.parametrize("file", ["arm.npz", "arm.csv"])
+def test_joint_motion_becomes_poses_of_forward_kinematics(arm, tmp_path, file):
+    model = mujoco.MjModel.from_xml_path(str(arm))
+    rng = np.random.default_rng(2)
+    if file.endswith("npz"):
+        cup = np.concatenate([rng.normal(size=(5, 3)), Rotation.random(5, random_state=1).as_quat()], axis=1)
+        parts = {"robot": rng.normal(size=(5, 2)), "cup": cup, "ghost": rng.normal(size=(5, 1))}
+        np.savez(arm.with_name(file), time=0.02 * np.arange(5), **parts)
+        qpos = np.concatenate([*parts.values()], axis=1)
+    else:
+        text = arm.read_text().replace("<freejoint/>", '<joint name="slide" type="slide"/>')
+        arm.write_text(text.replace("<joint/>", '<joint name="spin"/>'))
+        model = mujoco.MjModel.from_xml_path(str(arm))
+        qpos = rng.normal(size=(5, 4))
+        rows = (",".join(map(repr, [0.02 * row, *values.tolist()[::-1]])) for row, values in enumerate(qpos))
+        arm.with_name(file).write_text("time,spin,slide,wrist,shoulder\n" + "\n".join(rows))
+    session = import_session("mjcf", arm, motion=arm.with_name(file))
+    data = mujoco.MjData(model)
+    for row in range(5):
+        data.qpos[:] = qpos[row]
+        mujoco.mj_kinematics(model, data)
+        for name in session.names:
+            x, y, z = data.body(name).xpos
+            column = session.names.index(name)
+            assert np.abs(session.frames.position[row, column] - [x, z, -y]).max() <= 1e-9
+            matrix = Rotation.from_quat(session.frames.quaternion_xyzw[row, column]).as_matrix()
+            assert np.abs(matrix - data.body(name).xmat.reshape(3, 3)[[0, 2, 1]] * [[1], [1], [-1]]).max() <= 1e-9
+    assert session.scene.body("table").fixed.position == pytest.approx((0, 0.4, 0))
+
+
+def test_pose_of_seven_numbers_moves_three_slides_and_three_hinges(arm):
+    joints = "".join(f'<joint type="slide" axis="{axis}"/>' for axis in ("1 0 0", "0 1 0", "0 0 1"))
+    joints += "".join(f'<joint axis="{axis}"/>' for axis in ("1 0 0", "0 1 0", "0 0 1"))
+    arm.write_text(arm.read_text().replace("<freejoint/>", joints).replace("<joint/>", ""))
+    rotations = Rotation.random(4, random_state=3)
+    poses = np.concatenate([np.zeros((4, 3)), rotations.as_quat()[:, [3, 0, 1, 2]]], axis=1)
+    np.savez(arm.with_suffix(".npz"), time=np.arange(4.0), robot=np.zeros((4, 2)), cup=poses)
+    session = import_session("mjcf", arm)
+    column = session.names.index("cup")
+    turned = Rotation.from_quat(session.frames.quaternion_xyzw[:, column]).as_matrix()
+    assert np.abs(turned - [[1, 0, 0], [0, 0, 1], [0, -1, 0]] @ rotations.as_matrix()).max() <= 1e-9
+
+
+def test_surface_is_what_is_drawn_unless_it_hides_in_its_colliders(tmp_path):
+    path = tmp_path / "links.xml"
+    drawn = '<geom type="box" size="{0} {0} {0}" contype="0" conaffinity="0" group="1"/>'
+    solid = '<geom type="sphere" size="0.1" group="3"/>'
+    bodies = "".join(
+        f'<body name="{name}">{drawn.format(half)}{solid}</body>' for name, half in (("part", 0.1), ("bone", 0.05))
+    )
+    path.write_text(f"<mujoco><worldbody>{bodies}</worldbody></mujoco>")
+    expected = {Surface.AUTO: (12, 0), Surface.DRAWN: (12, 12), Surface.COLLIDING: (0, 0)}
+    for surface, faces in expected.items():
+        scene = read_scene_source(path, surface=surface)
+        for name, count in zip(("part", "bone"), faces, strict=True):
+            assert (len(scene.bodies[name].mesh.faces) == 12) == bool(count)
+
+
+BOMB = '<!DOCTYPE m [<!ENTITY a "ha"><!ENTITY b "&a;&a;">]><mujoco model="&b;"/>'
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "refusal"),
+    [
+        ("bomb.xml", BOMB, "declares a document type or entities"),
+        ("wide.xml", BOMB.encode("utf-16"), "no XML in UTF-8"),
+        ("circle.xml", '<mujoco><include file="circle.xml"/></mujoco>', "includes itself"),
+        ("up.xml", '<mujoco><include file="../secret.xml"/></mujoco>', "'../secret.xml' lies outside"),
+        ("abs.xml", '<mujoco><asset><mesh file="{secret}"/></asset></mujoco>', "lies outside"),
+        (
+            "dir.xml",
+            '<mujoco><compiler meshdir=".."/><asset><mesh file="secret.obj"/></asset></mujoco>',
+            "lies outside",
+        ),
+        ("skin.xml", '<mujoco><asset><skin file="../secret.obj"/></asset></mujoco>', "lies outside"),
+        ("gone.xml", '<mujoco><asset><mesh file="../gone.obj"/></asset></mujoco>', "lies outside"),
+        ("link.xml", '<mujoco><asset><mesh file="link.obj"/></asset></mujoco>', "lies outside"),
+        ("large.xml", '<mujoco><asset><mesh file="large.stl"/></asset></mujoco>', "has 1,000 MB, more than 256 MB"),
+        ("deep.xml", "<mujoco>" + "<body>" * 200 + "</body>" * 200 + "</mujoco>", "more than 100 elements within"),
+        ("cut.xml", "<mujoco><worldbody>", "no readable XML"),
+        ("other.xml", "<scene/>", "begins with <scene>"),
+        ("wrong.xml", "<mujoco><worldbody><geom/></worldbody></mujoco>", "MuJoCo does not read"),
+    ],
+)
+def test_hostile_file_ends_in_one_sentence(tmp_path, name, text, refusal):
+    folder = tmp_path / "scene"
+    folder.mkdir()
+    (tmp_path / "secret.xml").write_text("<mujoco/>")
+    (tmp_path / "secret.obj").write_text(CUP)
+    (folder / "link.obj").symlink_to(tmp_path / "secret.obj")
+    with (folder / "large.stl").open("wb") as large:
+        os.truncate(large.fileno(), 1_000_000_000)
+    path = folder / name
+    data = text if isinstance(text, bytes) else text.replace("{secret}", str(tmp_path / "secret.obj")).encode()
+    path.write_bytes(data)
+    with pytest.raises(SceneSourceError, match=refusal):
+        read_scene_source(path)
+
+
+def test_files_above_the_model_are_read_below_the_named_root(tmp_path):
+    (tmp_path / "models").mkdir()
+    (tmp_path / "cup.obj").write_text(CUP)
+    path = tmp_path / "models" / "cup.xml"
+    path.write_text(
+        '<mujoco><asset><mesh name="c" file="../cup.obj"/></asset><worldbody><body name="cup">'
+        '<geom type="mesh" mesh="c"/></body></worldbody></mujoco>'
+    )
+    with pytest.raises(SceneSourceError, match=r"outside .*name the folder that holds all of it: root"):
+        read_scene_source(path)
+    assert [*read_scene_source(path, root=tmp_path).bodies] == ["cup"]
+
+
+@pytest.mark.parametrize(
+    ("arrays", "refusal"),
+    [
+        ({"robot": np.zeros((3, 2))}, "no array 'time'"),
+        ({"time": np.arange(3.0), "robot": np.zeros((3, 5))}, "columns of joints: robot 5; the model has 10"),
+        ({"time": np.array([{}, {}], dtype=object)}, "no readable .npz of numbers"),
+    ],
+)
+def test_motion_of_another_model_or_of_objects_is_refused(arm, arrays, refusal):
+    np.savez(arm.with_suffix(".npz"), **arrays)
+    with pytest.raises(SessionError, match=refusal):
+        import_session("mjcf", arm)
