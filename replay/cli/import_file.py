@@ -151,12 +151,13 @@ def _imported(
 
 
 def _adds_to_recording(scene: Path) -> bool:
-    """Whether a scene file declares no body, so that it adds to what the source declares."""
+    """Whether a scene file declares no body of its own, or takes those of another program: it is joined afterwards."""
     from sessions.errors import SceneError
     from sessions.input_files import read_text
-    from sessions.scene_files.scene_toml import declares_bodies
+    from sessions.scene_files.scene_toml import declares_bodies, named_source
 
-    return not declares_bodies(read_text(scene, "scene", SceneError))
+    text = read_text(scene, "scene", SceneError)
+    return not declares_bodies(text, scene.name) or bool(named_source(text, scene.name)["from"])
 
 
 @contextmanager

@@ -95,7 +95,7 @@ def _replacing(path: Path, planned: "Planned", attached: Callable[[], Checked], 
 
     try:
         text = read_text(path, "scene", SceneError)
-        if declares_bodies(text):
+        if declares_bodies(text, path.name):
             return checked_scene(text, path.name, planned, path.parent)
         return checked_scene(text, path.name, planned, recorded=recorded_bodies(attached()[0], names))
     except SceneError as error:

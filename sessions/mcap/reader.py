@@ -63,7 +63,7 @@ def read_session(path: str | Path, *, scene: str | Path | None = None) -> Sessio
     from sessions.scene_files.scene_meshes import with_scene
     from sessions.scene_files.scene_toml import declares_bodies
 
-    replaces = declares_bodies(read_text(scene, "scene", SceneError))
+    replaces = declares_bodies(read_text(scene, "scene", SceneError), Path(scene).name)
     session = session_of(file, names, Scene() if replaces else None)
 
     return with_scene(session, scene)

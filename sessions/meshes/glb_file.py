@@ -37,6 +37,7 @@ SHAPE_PRESERVING: Final = frozenset({
     "KHR_texture_basisu", "KHR_texture_transform", "EXT_texture_webp", "EXT_texture_avif", "MSFT_texture_dds",
     "KHR_xmp", "KHR_xmp_json_ld", "KHR_animation_pointer", "EXT_mesh_features", "EXT_structural_metadata",
     "KHR_mesh_quantization",
+    "KHR_physics_rigid_bodies", "KHR_implicit_shapes", "OMI_physics_body", "OMI_physics_shape", "OMI_physics_joint",
 })  # fmt: skip
 """Extensions that leave a surface where it is, and quantization, whose types of numbers are read."""
 

@@ -4,10 +4,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from sessions.errors import MeshFileError, SceneError, SessionError
+import numpy as np
+from numpy.typing import NDArray
+
+from sessions.errors import MeshFileError, SceneError, SceneSourceError, SessionError
 from sessions.geometry.shapes import DEFAULT_FACES, make_shape
 from sessions.input_files import read_text
 from sessions.mesh_data import MeshData
+from sessions.meshes.mesh_axes import BODY, mesh_axes_matrix
 from sessions.meshes.mesh_match import ColliderFile, read_colliders
 from sessions.model.constants import SCENE_FACT
 from sessions.model.scene import Scene, SceneBody
@@ -16,10 +20,12 @@ from sessions.scene_files.body_axes import in_body_axes, pose_convention, scene_
 from sessions.scene_files.scene_toml import (
     added_scene,
     declares_bodies,
+    named_source,
     parse_scene,
     recorded_bodies,
     scene_and_faults,
 )
+from sessions.scene_formats.scene_source import SceneSource, Surface, read_scene_source
 
 INSTRUMENT_FACES = 5000
 COLLIDER_AXES = "canonical"
@@ -29,13 +35,17 @@ COLLIDER_AXES = "canonical"
 def with_scene(session: Session, path: str | Path) -> Session:
     """The session with the scene of a TOML file in place of its own: nothing of that one is kept.
 
-    A scene that declares no body adds to the recording's own (`added_scene`).
+    A scene that declares no body adds to the recording's own (`added_scene`). ``from`` in it names a scene of another
+    program, whose bodies, surfaces, colliders and excluded pairs are taken.
 
     A mesh that the scene declares stands in place of the recorded one; a body that declares none keeps it. The fact
     ``scene_file`` names the file. Raises SceneError: as `read_scene` and `scene_meshes`.
     """
     text, file = read_text(path, "scene", SceneError), Path(path).name
-    if declares_bodies(text):
+    source = scene_source(text, Path(path).parent, file)
+    if source is not None:
+        return with_source(session, source, text, Path(path))
+    if declares_bodies(text, file):
         scene = parse_scene(text, file)
     else:
         recorded = recorded_bodies(session.scene, session.names)
@@ -48,6 +58,67 @@ def with_scene(session: Session, path: str | Path) -> Session:
     meshes = {**session.meshes, **declared}
     replaced = replace(session, scene=scene, meshes=meshes, facts={**facts, SCENE_FACT: file})
     return with_colliders(replaced, Path(path).parent)
+
+
+def scene_source(text: str, folder: Path, file: str) -> SceneSource | None:
+    """The scene of another program that a scene names by ``from``; ``None``: it names none.
+
+    All its files lie in the scene's folder, or in that which it names by ``root``.
+
+    SceneError: it cannot be taken.
+    """
+    named = named_source(text, file)
+    if not named["from"]:
+        return None
+    try:
+        surface = Surface(named["surface"] or Surface.AUTO)
+    except ValueError:
+        kinds = ", ".join(Surface)
+        raise SceneError(f"{file}: [scene]: surface is {named['surface']!r}; give one of: {kinds}") from None
+    try:
+        return read_scene_source(folder / named["from"], folder / named["root"], surface)
+    except SceneSourceError as error:
+        raise SceneError(f"{file}: [scene]: from: {error}") from error
+
+
+def with_source(session: Session, source: SceneSource, text: str, path: Path) -> Session:
+    """The session with the bodies of a scene of another program, and with what a scene's text says besides."""
+    poses = pose_convention(session.facts)
+    axes = mesh_axes_matrix(BODY, poses)
+    if np.linalg.det(axes) < 0.0:
+        raise SceneError(
+            f"{path.name}: [scene]: from: the poses of the recording are left-handed ({poses.name}), and "
+            f"{source.format} is right-handed; export the recording in a right-handed frame"
+        )
+    scene = parse_scene(text, path.name, source_bodies(source, session.names, axes))
+    excluded = tuple(pair for pair in source.excluded if all(scene.body(name) for name in pair))
+    scene = replace(scene, ignore=tuple(dict.fromkeys([*scene.ignore, *excluded])), text="")
+    own, facts = scene_meshes_in_body_axes(scene, scene_meshes(scene, path.parent), session.facts)
+    taken = {name: in_body_axes(body.mesh, BODY, poses) for name, body in source.bodies.items()}
+    solids = {
+        name: tuple(in_body_axes(solid, BODY, poses) for solid in body.colliders)
+        for name, body in source.bodies.items()
+        if body.colliders
+    }
+    complete = replace(
+        session,
+        scene=scene,
+        meshes={**session.meshes, **taken, **own},
+        colliders={**session.colliders, **solids},
+        facts={**facts, SCENE_FACT: path.name},
+    )
+    notes = [f"scene of {source.format}: not taken: {sentence}" for sentence in dict.fromkeys(source.left_out)]
+    complete = replace(complete, facts=_converted(complete, notes))
+    return with_colliders(complete, path.parent)
+
+
+def source_bodies(source: SceneSource, tracked: Sequence[str], axes: NDArray[np.float64] | None = None) -> Scene:
+    """The bodies of a scene of another program as declared; one that is tracked is not fixed where it stood there.
+
+    ``axes``: what the bodies' own axes are rotated by, as those of the recording are.
+    """
+    bodies = (body.declared(source.rotation, axes) for body in source.bodies.values())
+    return Scene(bodies=tuple(replace(body, fixed=None) if body.id in tracked else body for body in bodies))
 
 
 def with_colliders(session: Session, folder: str | Path, file: str | Path = "", axes: str = COLLIDER_AXES) -> Session:
@@ -146,8 +217,11 @@ def checked_scene(
     ``recorded``: what a scene that declares no body adds to.
     """
     try:
+        source = None if folder is None else scene_source(text, folder, file)
+        if source is not None:
+            recorded = source_bodies(source, ())
         scene, faults = scene_and_faults(text, file, recorded)
-        if recorded is not None and not declares_bodies(text):
+        if recorded is not None and source is None and not declares_bodies(text, file):
             scene = added_scene(recorded, scene)
     except SceneError as error:  # no TOML at all
         return Scene(), {}, [*error.faults]

@@ -16,7 +16,7 @@ from sessions.model.constants import SPACE_RADIUS
 from sessions.model.scene import TAG, Pose, Scene, SceneBody, SceneEffect, SceneGroup, selected_bodies
 from sessions.scene_files.toml_table import TomlTable, is_number, nearest, parse_toml
 
-EXTRA_KEYS = ("mass", "cavity", "faces", "options", "properties")
+EXTRA_KEYS = ("mass", "margin", "cavity", "faces", "options", "properties")
 """Keys of a body that are kept as written: ``faces`` and ``options`` for its mesh, the others for effects."""
 
 Selected = Mapping[str, list[str]]
@@ -35,7 +35,8 @@ def read_scene(path: str | Path) -> Scene:
 def parse_scene(text: str, file: str = "scene.toml", recorded: Scene | None = None) -> Scene:
     """The scene of a TOML text; ``file`` is the name used in messages.
 
-    ``recorded``: what a scene that declares no body adds to; the bodies and groups that it names are that one's.
+    ``recorded``: what a scene that declares no body adds to; the bodies and groups that it names are that one's. Of a
+    scene with ``from`` it holds the bodies of that file, beside which the text's own stand.
 
     Raises ``SceneError``: file, table and key, and what to do; its ``faults`` are all there are.
     """
@@ -54,6 +55,10 @@ def scene_and_faults(text: str, file: str, recorded: Scene | None = None) -> tup
     whole = parse_toml(text, file, SceneError, faults)
     head = whole.table("scene") or whole.within({}, "[scene]")
     name, colliders = head.text("name"), head.text("colliders")
+    has_source = bool(head.text("from"))
+    for key in ("root", "surface"):
+        if head.text(key) and not has_source:
+            head.refuse(f"it has {key} and no from; name the file that the scene is read from")
     space = whole.table("space") or whole.within({}, "[space]")
     space_radius = space.number("radius_m", SPACE_RADIUS, above=0.0)
     head.done()
@@ -61,6 +66,10 @@ def scene_and_faults(text: str, file: str, recorded: Scene | None = None) -> tup
     bodies = tuple(_body(table) for table in whole.tables("body") or [])
     _check_bodies(bodies, whole)
     base = recorded if recorded is not None and not bodies else Scene(bodies=bodies)
+    if recorded is not None and has_source:
+        declared = {body.id for body in bodies}
+        bodies = (*(body for body in recorded.bodies if body.id not in declared), *bodies)
+        base = Scene(bodies=bodies)
     groups = _groups(whole.tables("group") or [], base)
     known = replace(base, groups=(*base.groups, *groups))
     named = bodies_by_selector(known)
@@ -81,9 +90,16 @@ def scene_and_faults(text: str, file: str, recorded: Scene | None = None) -> tup
     return scene, faults
 
 
-def declares_bodies(text: str) -> bool:
-    """Whether a scene's text declares bodies; one that declares none adds to the scene of a recording."""
-    return "body" in parse_toml(text, "scene", SceneError, [])
+def declares_bodies(text: str, file: str) -> bool:
+    """Whether a scene declares bodies, itself or by ``from``; one that declares none adds to a recording's scene."""
+    whole = parse_toml(text, file, SceneError, [])
+    return "body" in whole or bool(named_source(text, file)["from"])
+
+
+def named_source(text: str, file: str) -> dict[str, str]:
+    """The file that a scene's bodies are read from (``from``), its ``root`` and its ``surface``; ``""``: not named."""
+    head = parse_toml(text, file, SceneError, []).table("scene")
+    return {key: "" if head is None else head.text(key) for key in ("from", "root", "surface")}
 
 
 def recorded_bodies(scene: Scene, names: Sequence[str]) -> Scene:
@@ -217,6 +233,8 @@ def _extra(table: TomlTable) -> dict[str, Any]:
     extra: dict[str, Any] = {}
     if "mass" in table:
         extra["mass"] = table.number("mass", 0.0, above=0.0)
+    if "margin" in table:
+        extra["margin"] = table.number("margin", 0.0, above=0.0)
     if "faces" in table:
         extra["faces"] = table.count("faces", DEFAULT_FACES, 4, MOST_FACES)
     for key in ("cavity", "options", "properties"):

@@ -57,10 +57,15 @@ class SourceBody:
     margin: float = 0.0
     mass: float | None = None
 
-    def declared(self, rotation: Matrix) -> SceneBody:
-        """Returns its declaration, in a world rotated by ``rotation``; a body that no joint moves is fixed there."""
+    def declared(self, rotation: Matrix, axes: Matrix | None = None) -> SceneBody:
+        """Returns its declaration, in a world rotated by ``rotation``; a body that no joint moves is fixed there.
+
+        ``axes`` (3, 3): what the body's own axes are rotated by; ``None``: they stay as they are.
+        """
+        pose = self.pose.copy()
+        pose[:3, :3] = pose[:3, :3] if axes is None else pose[:3, :3] @ axes.T
         extra = {key: value for key, value in (("margin", self.margin), ("mass", self.mass)) if value}
-        return SceneBody(self.name, fixed=None if self.moves else pose_of(self.pose, rotation), extra=extra)
+        return SceneBody(self.name, fixed=None if self.moves else pose_of(pose, rotation), extra=extra)
 
 
 @dataclass(frozen=True)
@@ -130,18 +135,21 @@ def surface_and_colliders(
 
 
 def convex_hull(mesh: MeshData) -> MeshData:
-    """Returns the convex hull of a mesh, its faces wound outwards; of a flat mesh the mesh itself."""
+    """Returns the convex hull of a mesh, its faces wound outwards; of a flat mesh the mesh itself.
+
+    Its corners are those of the mesh in float64; `sessions.meshes.mesh_files.hull` rounds them to float32.
+    """
     from scipy.spatial import ConvexHull, QhullError
 
     try:
-        hull = ConvexHull(mesh.vertices)
+        solid = ConvexHull(mesh.vertices)
     except QhullError:
         return mesh
-    kept, faces = np.unique(hull.simplices, return_inverse=True)
-    faces = faces.reshape(hull.simplices.shape)
-    corners = mesh.vertices[hull.simplices]
+    kept, faces = np.unique(solid.simplices, return_inverse=True)
+    faces = faces.reshape(solid.simplices.shape)
+    corners = mesh.vertices[solid.simplices]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    inwards = (normals * hull.equations[:, :3]).sum(axis=1) < 0.0
+    inwards = (normals * solid.equations[:, :3]).sum(axis=1) < 0.0
     faces[inwards] = faces[inwards][:, ::-1]
     return MeshData(mesh.vertices[kept], faces)
 

@@ -1,0 +1,164 @@
+"""glTF with physics: compound shapes in the frames of their bodies, and what cannot be taken."""
+
+import base64
+import json
+import struct
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from sessions.errors import SceneSourceError
+from sessions.scene_formats.scene_source import read_scene_source
+
+TURN = Rotation.from_euler("xyz", [0.3, -0.4, 0.5])
+CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0.1, 0.1, 0.1]], dtype=np.float32)
+FACES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 4], [2, 3, 4], [3, 1, 4]], dtype=np.uint16)
+
+
+def document(nodes, shapes, kind, **more):
+    body, shape_list = {
+        "KHR": ("KHR_physics_rigid_bodies", "KHR_implicit_shapes"),
+        "OMI": ("OMI_physics_body", "OMI_physics_shape"),
+    }[kind]
+    for node in nodes:
+        if "physics" in node:
+            node["extensions"] = {body: node.pop("physics")}
+    data = CORNERS.tobytes() + FACES.tobytes()
+    inside = {child for node in nodes for child in node.get("children", ())}
+    extensions = {shape_list: {"shapes": shapes}} | ({body: more} if more else {})
+    return {
+        "asset": {"version": "2.0"}, "extensionsUsed": [body, shape_list], "extensionsRequired": [body, shape_list],
+        "extensions": extensions, "nodes": nodes,
+        "scenes": [{"nodes": [number for number in range(len(nodes)) if number not in inside]}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 5, "type": "VEC3"},
+            {"bufferView": 1, "componentType": 5123, "count": 18, "type": "SCALAR"},
+        ],
+        "bufferViews": [{"buffer": 0, "byteLength": 60}, {"buffer": 0, "byteOffset": 60, "byteLength": 36}],
+        "buffers": [{"byteLength": len(data), "uri": "data:;base64," + base64.b64encode(data).decode()}],
+    }  # fmt: skip
+
+
+def glb(path, content):
+    text = json.dumps(content).encode()
+    text += b" " * (-len(text) % 4)
+    path.write_bytes(struct.pack("<4sIIII", b"glTF", 2, 20 + len(text), len(text), 0x4E4F534A) + text)
+    return path
+
+
+def glass(kind):
+    """A body of three shapes: one of its own node, one on a child that is moved, one on a scaled grandchild."""
+    shapes = [
+        {"type": "box", "box": {"size": [0.2, 0.4, 0.6]}},
+        {"type": "capsule", "capsule": {"height": 0.3, "radiusBottom": 0.1, "radiusTop": 0.1}},
+        {"type": "sphere", "sphere": {"radius": 0.5}},
+    ]
+
+    def collider(shape):
+        return {"collider": {"geometry": {"shape": shape}} if kind == "KHR" else {"shape": shape}}
+
+    nodes = [
+        {"name": "glass", "translation": [1, 2, 3], "rotation": TURN.as_quat().tolist(), "children": [1, 2],
+         "physics": {"motion": {"mass": 0.2, "type": "dynamic"}, **collider(0)}},
+        {"name": "stem", "translation": [0, -1, 0], "physics": collider(1)},
+        {"name": "rim", "children": [3], "translation": [0, 1, 0]},
+        {"name": "bead", "scale": [2, 2, 2], "physics": collider(2)},
+        {"name": "table", "translation": [0, -1, 0], "physics": collider(0)},
+    ]  # fmt: skip
+    return document(nodes, shapes, kind)
+
+
+@pytest.mark.parametrize("kind", ["KHR", "OMI"])
+def test_compound_shape_lies_in_the_frame_of_its_body(tmp_path, kind):
+    scene = read_scene_source(glb(tmp_path / "glass.glb", glass(kind)))
+    body = scene.bodies["glass"]
+    assert [*scene.bodies] == ["glass", "table"] and body.moves and not scene.bodies["table"].moves
+    assert body.mass == 0.2 and len(body.colliders) == 3
+    assert np.abs(body.pose[:3, :3] - TURN.as_matrix()).max() <= 1e-9 and body.pose[:3, 3].tolist() == [1, 2, 3]
+    bounds = [np.abs(solid.bounds - expected).max() for solid, expected in zip(body.colliders, (
+        [[-0.1, -0.2, -0.3], [0.1, 0.2, 0.3]],
+        [[-0.1, -1.25, -0.1], [0.1, -0.75, 0.1]],
+        [[-1, 0, -1], [1, 2, 1]],
+    ), strict=True)]  # fmt: skip
+    assert max(bounds) <= 1e-9
+    assert np.array_equal(scene.rotation, np.eye(3))  # glTF has +Y up
+
+
+@pytest.mark.parametrize("is_hull", [False, True])
+def test_mesh_collider_is_the_mesh_or_its_hull(tmp_path, is_hull):
+    shape = {"type": "convex" if is_hull else "trimesh", "convex": {"mesh": 0}, "trimesh": {"mesh": 0}}
+    nodes = [
+        {
+            "name": "cup",
+            "mesh": 0,
+            "scale": [0.5] * 3,
+            "physics": {"motion": {"type": "dynamic"}, "collider": {"shape": 0}},
+        }
+    ]
+    body = read_scene_source(glb(tmp_path / "cup.glb", document(nodes, [shape], "OMI"))).bodies["cup"]
+    assert np.abs(body.mesh.vertices - 0.5 * CORNERS.astype(np.float64)).max() <= 1e-9
+    assert body.colliders[0].volume == pytest.approx((1 / 6 if is_hull else body.mesh.volume * 8) / 8, rel=1e-9)
+
+
+def test_collision_filters_exclude_pairs(tmp_path):
+    def part(name, row):
+        return {"name": name, "physics": {"motion": {}, "collider": {"geometry": {"shape": 0}, "collisionFilter": row}}}
+
+    filters = [
+        {"collisionSystems": ["hand"], "notCollideWithSystems": ["hand"]},
+        {"collisionSystems": ["glass"]},
+    ]
+    nodes = [part("thumb", 0), part("index", 0), part("glass", 1)]
+    shapes = [{"type": "sphere", "sphere": {"radius": 0.1}}]
+    scene = read_scene_source(glb(tmp_path / "s.glb", document(nodes, shapes, "KHR", collisionFilters=filters)))
+    assert scene.excluded == (("thumb", "index"),)
+
+
+def test_what_cannot_be_taken_is_named(tmp_path):
+    nodes = [
+        {"name": "cup", "mesh": 0, "physics": {"motion": {}, "collider": {"geometry": {"shape": 0}}, "joint": {}}},
+        {"name": "zone", "physics": {"trigger": {"geometry": {"shape": 0}}}},
+    ]
+    scene = read_scene_source(glb(tmp_path / "s.glb", document(nodes, [{"type": "plane"}], "KHR")))
+    assert [*scene.bodies] == ["cup"]
+    assert scene.left_out == (
+        "the collider of node 'cup': a shape 'plane'", "the joint of node 'cup'", "the trigger of node 'zone'",
+    )  # fmt: skip
+
+
+def test_tapered_ends_make_a_hull(tmp_path):
+    shape = {"type": "capsule", "capsule": {"height": 1.0, "radiusBottom": 0.2, "radiusTop": 0.1}}
+    nodes = [{"name": "cone", "physics": {"motion": {}, "collider": {"geometry": {"shape": 0}}}}]
+    solid = read_scene_source(glb(tmp_path / "s.glb", document(nodes, [shape], "KHR"))).bodies["cone"].colliders[0]
+    assert np.abs(solid.bounds - [[-0.2, -0.7, -0.2], [0.2, 0.6, 0.2]]).max() <= 1e-9
+
+
+def test_buffers_of_a_gltf_lie_beside_it(tmp_path):
+    content = glass("KHR")
+    (tmp_path / "scene").mkdir()
+    data = CORNERS.tobytes() + FACES.tobytes()
+    (tmp_path / "scene" / "data.bin").write_bytes(data)
+    (tmp_path / "secret.bin").write_bytes(data)
+    path = tmp_path / "scene" / "glass.gltf"
+    for uri, refusal in (("data.bin", ""), ("..%2Fsecret.bin", "lies outside"), ("https://a/b.bin", "of a server")):
+        content["buffers"][0]["uri"] = uri
+        path.write_text(json.dumps(content))
+        if refusal:
+            with pytest.raises(SceneSourceError, match=refusal):
+                read_scene_source(path)
+        else:
+            assert [*read_scene_source(path).bodies] == ["glass", "table"]
+
+
+@pytest.mark.parametrize(
+    ("content", "refusal"),
+    [
+        ({"asset": {"version": "2.0"}, "nodes": [{"name": "a"}], "scenes": [{"nodes": [0]}]}, "has no physics"),
+        ({"asset": {"version": "2.0"}, "nodes": [{"children": [1]}, {}, {"children": [1]}]}, "hangs on two others"),
+    ],
+)
+def test_file_without_physics_is_refused(tmp_path, content, refusal):
+    with pytest.raises(SceneSourceError, match=refusal):
+        read_scene_source(glb(tmp_path / "s.glb", content))
