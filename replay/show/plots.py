@@ -6,7 +6,7 @@ Rerun has no plot of one quantity over another. Lengths are in units of which a 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import permutations
-from math import ceil, floor, log1p, log10
+from math import ceil, floor, isfinite, log1p, log10
 from operator import itemgetter
 from typing import Final
 
@@ -29,6 +29,9 @@ LEFT_OUT: Final = 1000
 
 HIGH: Final = 15.0
 """Height of a line of words."""
+
+INTERVAL_WIDTH, ROW_HEIGHT, INTERVAL_FOOT = 400.0, 42.0, 40.0
+"""Of a plot of intervals: its width, the height of a row, and that of axis and title."""
 
 SPREAD: Final = 30.0
 """An axis of which the largest value is so many times the smallest is logarithmic."""
@@ -74,6 +77,7 @@ class Plot:
     lines: list[tuple[str, list[Point]]] = field(default_factory=list)  # kind, and corners
     dots: list[PlacedDot] = field(default_factory=list)
     words: list[Words] = field(default_factory=list)
+    caption: str = ""  # below it, where that is shorter than ``said``
 
 
 @dataclass(frozen=True)
@@ -127,6 +131,56 @@ def curve(
     plot.lines.append(("curve", [_place(plot, across.share(x), up.share(y)) for x, y in points]))
     for end in ends:
         plot.lines.append(("end", [_place(plot, across.share(end), height) for height in (1.0, 0.0)]))
+    return plot
+
+
+@dataclass(frozen=True)
+class IntervalRow:
+    """A figure with its interval; ``label`` stands at the right, ``kind`` is the class of its colour."""
+
+    name: str
+    value: float
+    lower: float
+    upper: float
+    label: str
+    kind: str = ""
+
+
+def interval_plot(
+    rows: Sequence[IntervalRow], alternative: str, x_title: str, *, marks: Sequence[float] = (),
+    start: float | None = None, end: float | None = None,
+) -> Plot:  # fmt: skip
+    """Return figures below each other with their intervals, and vertical lines at ``marks``.
+
+    ``start`` and ``end``: where the axis begins and ends at least; an interval without a finite end is drawn as a dot.
+    """
+    ends = [bound for row in rows for bound in (row.lower, row.value, row.upper) if isfinite(bound)]
+    ends += [*marks, *(bound for bound in (start, end) if bound is not None)]
+    smallest, largest = min(ends), max(ends)
+    ticks = ticks_of(max(largest, smallest + 1e-9), 5, smallest)
+    size = INTERVAL_WIDTH, ROW_HEIGHT * len(rows) + INTERVAL_FOOT
+    left, right, bottom = 8.0, INTERVAL_WIDTH - 8.0, ROW_HEIGHT * len(rows) + 4.0
+    spoken = "; ".join(f"{row.name}: {row.label}" for row in rows)
+    plot = Plot(f"{alternative} {spoken}.", size, caption=alternative)
+
+    def across(value: float) -> float:
+        return left + (min(max(value, ticks[0]), ticks[-1]) - ticks[0]) / (ticks[-1] - ticks[0]) * (right - left)
+
+    for tick in ticks:
+        plot.lines.append(("grid", [(across(tick), 4.0), (across(tick), bottom)]))
+        side = "start" if tick == ticks[0] else "end" if tick == ticks[-1] else "middle"
+        plot.words.append(Words(number_text(tick), (across(tick), bottom + 15), side))
+    plot.words.append(Words(x_title, (right, bottom + 31), "end"))
+    for number, row in enumerate(rows):
+        y = ROW_HEIGHT * number + 30.0
+        letters = round((right - left) / LETTER) - len(row.label) - 2
+        name = row.name if len(row.name) <= letters else f"{row.name[: letters - 1]}…"
+        # Names stay free of the marks.
+        plot.lines.extend(("end", [(across(mark), y - 8), (across(mark), y + 8)]) for mark in marks)
+        plot.words.extend([Words(name, (left, y - 11), dot=number), Words(row.label, (right, y - 11), "end")])
+        if isfinite(row.lower) and isfinite(row.upper):
+            plot.lines.append((f"whisker {row.kind}".strip(), [(across(row.lower), y), (across(row.upper), y)]))
+        plot.dots.append(PlacedDot(row.kind, (across(row.value), y), f"{row.name}: {row.label}", ""))
     return plot
 
 

@@ -4,9 +4,9 @@ Every regression carries its n, the detector behind the behaviour and that detec
 again with every other detector, to see whether its conclusion depends on what the detector missed.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from cdcore.numerics import FloatArray
@@ -92,6 +92,7 @@ class Study:
     refusals: tuple[StudyRefusedError, ...]
     warnings: tuple[str, ...]
     unmatched: tuple[str, ...] = ()
+    group_of: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -154,6 +155,7 @@ def analyse(
         refusals=tuple(study.refusals),
         warnings=(*_warnings(answers[items]), *_unmatched_warning(unmatched)),
         unmatched=tuple(unmatched),
+        group_of=dict(answers[codebook.group_column]) if codebook.groups else {},
     )
 
 

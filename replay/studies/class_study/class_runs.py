@@ -23,7 +23,7 @@ Row = Mapping[str, Any]
 HEADS: Final = ("run", "detector", "body_a", "body_b", "held")
 
 NEEDED: Final[dict[str, tuple[str, ...]]] = {
-    "episodes": (*HEADS, "missed_by", "task", "stage"),
+    "episodes": (*HEADS, "missed_by", "task", "stage", "start", "end"),
     "misses": (*HEADS, "number", "kind", "cause", "cut_length", "touch", "start"),
     "false_contacts": ("run", "detector", "held", "kind", "cause"),
 }
@@ -86,7 +86,7 @@ def read_class(folder: Path, students: Path | None = None) -> ClassRuns:
     run_set = find_runs(folder)
     named = read_students(students) if students is not None else {}
     table = joined(run_set, "metrics")
-    rows = table.select([*ABOUT, "detector", "contacts_per_min", "settings"]).to_pylist()
+    rows = table.select([*ABOUT, "detector", "contacts_per_min", "valid_minutes", "settings"]).to_pylist()
     first: dict[str, tuple[str, str]] = {}
     for row in rows:
         session = row["session"] or row["run"]

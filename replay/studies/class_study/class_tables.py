@@ -6,7 +6,7 @@ than five students say so and nothing else.
 
 import os
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -38,6 +38,8 @@ ABOUT_RECORDINGS: Final = "Each row links to a recording. Figures of fewer than 
 
 Place = tuple[str, str]
 """Name and address of a session's page."""
+
+N_COUNTS: Final = "n counts the students behind a row; sessions counts their recordings."
 
 Counts = Mapping[tuple[str, ...], FloatArray]
 """Values of some columns -> how many of their rows each session has, those of most rows first."""
@@ -102,8 +104,20 @@ class ClassTables:
             if estimate.students >= LEAST_IN_CELL:
                 students = self._counted_students(estimate.students)
                 between = f"{percent(estimate.low)} to {percent(estimate.high)}, n = {students}"
-                lines.append(f"{label} misses {percent(estimate.value)} of the contacts ({between}).")
+                lines.append(
+                    f"{label} misses {percent(estimate.value)} of the contacts ({between})"
+                    f"{self._false_contacts(label)}."
+                )
         return lines
+
+    def _false_contacts(self, label: str) -> str:
+        """Words on the false contacts of a detector, to follow those on its misses."""
+        counts = self.counts("false_contacts", "detector").get((label,), np.zeros(len(self._owners)))
+        estimate = self._drawn.ratio(self._of_students(counts), self._of_students(self._seen_by(label)))
+        if not counts.any():
+            return " and reports no false contact"
+        between = f"{estimate.low:.2g} to {estimate.high:.2g}"
+        return f" and reports {estimate.value:.2g} false contacts a session ({between})"
 
     def _counted_students(self, counted: int) -> str:
         """``52``, or ``44 of 52``, and why: a student without a contact has no share of missed ones."""
@@ -176,6 +190,18 @@ class ClassTables:
         ]
         return _table(("what", "detector", "kind", "cause"), ("how many",), rows)
 
+    def contact_seconds_a_minute(self, members: Collection[str] | None) -> Estimate:
+        """Return seconds of contact of the trusted detector a minute with known poses; ``None``: of all students."""
+        episodes = self.runs.tables["episodes"]
+        lengths = np.nan_to_num((episodes["end"].to_numpy() - episodes["start"].to_numpy()).astype(np.float64))
+        sessions = len(self._owners)
+        seconds = np.bincount(episodes["place"].to_numpy(), lengths, sessions)
+        minutes = np.array(
+            [next(iter(rows.values())).get("valid_minutes") or 0.0 for rows in self.runs.metrics.values()]
+        )
+        chosen = np.array([members is None or owner in members for owner in self._owners], dtype=np.float64)
+        return self._drawn.ratio(self._of_students(seconds * chosen), self._of_students(minutes * chosen))
+
     def counts(self, name: str, *columns: str) -> Counts:
         """How many rows of a table there are, by values of some columns, in the sessions of known students."""
         counts: dict[tuple[str, ...], FloatArray] = {}
@@ -245,7 +271,7 @@ def _table(heads: Sequence[str], figures: Sequence[str], rows: Sequence[_Row], n
         if k in hidden:
             cells = (few(students) if students < LEAST_IN_CELL else NOT_SHOWN, *[""] * (1 + len(row.cells)))
         values.append((*row.heads, *cells))
-    return Table(tuple(columns), tuple(values), FIGURES, tuple(notes))
+    return Table(tuple(columns), tuple(values), FIGURES, (*notes, N_COUNTS))
 
 
 def _hidden(rows: Sequence[_Row]) -> set[int]:
@@ -268,12 +294,20 @@ def _hidden(rows: Sequence[_Row]) -> set[int]:
 
 
 def places(runs: ClassRuns, out: Path) -> dict[str, Place]:
-    """Run -> name and address of its report, from a page in the folder ``out``."""
-    examples = {}
+    """Run -> name and address of its report, from a page in the folder ``out``.
+
+    A session has the code of its student; of one who has several, or of nobody, digits over its poses stand there.
+    """
+    owners = Counter(runs.of(run, "student") for run in runs.metrics)
+    examples, names = {}, {}
+    for run in runs.metrics:
+        student, session = runs.of(run, "student"), runs.of(run, "session") or run
+        several = f", session {session}" if owners[student] > 1 else ""
+        names[run] = f"{student}{several}" if student else session
     for run in runs.metrics:
         # A run folder has the name of its session file, which may be a person's.
-        name, page = runs.of(run, "session") or run, runs.top / run / REPORT
-        examples[run] = (name, quote(Path(os.path.relpath(page.resolve(), out.resolve())).as_posix()))
+        page = runs.top / run / REPORT
+        examples[run] = (names[run], quote(Path(os.path.relpath(page.resolve(), out.resolve())).as_posix()))
     return examples
 
 

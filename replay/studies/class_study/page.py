@@ -7,6 +7,7 @@ from replay.advice.open_guesses import open_guesses_line
 from replay.show.report.markup import filled
 from replay.show.report.page_script import TABLES, page_script
 from replay.studies.class_study.analysis import Study
+from replay.studies.class_study.charts import class_charts
 from replay.studies.class_study.class_runs import ClassRuns, runs_with_open_guesses
 from replay.studies.class_study.class_tables import ClassTables, Place, class_counts, sessions_table
 from replay.studies.class_study.regression import LEVEL
@@ -28,6 +29,10 @@ REFUSALS: Final = (
 )  # fmt: skip
 
 
+MOST_UNMATCHED: Final = 8
+"""Codes without a partner that stand at the top of the page."""
+
+
 def study_html(
     runs: ClassRuns, where: Mapping[str, Place], study: Study | None = None, title: str = "Class", seed: int = 0
 ) -> str:
@@ -45,12 +50,13 @@ def study_html(
             "How detectors differ": tables.detectors(), "Pairs missed most": tables.pairs(),
             "Task, stage, VR type": tables.doing(), "Causes": tables.causes(),
         },
-        "script": page_script(TABLES),
+        "script": page_script(TABLES), "charts": class_charts(tables, study),
     }  # fmt: skip
     if study is not None:
         sentences = headlines(study)
         values |= {
-            "lines": [*undecided, *sentences[:1], f"{behind(study)}.", *first], "headlines": sentences,
+            "lines": [*undecided, *sentences[:1], f"{behind(study)}.", *first, *_unmatched(study)],
+            "headlines": sentences,
             "behind": behind(study),
             "tables": {name: on_page(table) for name, table in study_tables(study).items()},
             "sample": sample_table(study, tables.sample()), "level": LEVEL,
@@ -58,6 +64,13 @@ def study_html(
             "refusals": Table.of(REFUSALS, study.refusals, "Results not given"),
         }  # fmt: skip
     return filled("studies/class_study/page.html", **values)
+
+
+def _unmatched(study: Study) -> Iterator[str]:
+    """Sentences on students who are in one file only, each named with what may be meant."""
+    yield from (f"Code {sentence}." for sentence in study.unmatched[:MOST_UNMATCHED])
+    if len(study.unmatched) > MOST_UNMATCHED:
+        yield f"{len(study.unmatched) - MOST_UNMATCHED} more codes match nothing."
 
 
 def _all_items(study: Study) -> Iterator[str]:

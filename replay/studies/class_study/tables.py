@@ -2,9 +2,11 @@
 
 import re
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from typing import Any, Final
 
 from replay import words
+from replay.detection.detector_spec import TRUSTED
 from replay.studies.class_study.analysis import Sensitivity, Study
 from replay.studies.class_study.refusals import few
 from replay.studies.class_study.regression import UNDECIDED, Finding
@@ -75,10 +77,12 @@ def _capital(name: str) -> str:
 
 def behind(study: Study) -> str:
     """Sentence on the students, sessions, detector and its recall behind the study."""
-    finds = "recall not measured"
-    if study.recall is not None:
-        finds = f"which finds {words.share(study.recall)} of contact frames"
-    return f"{study.students} students, {study.rows} sessions, contacts as {study.detector} sees them, {finds}"
+    source = f"contacts from {study.detector}, whose recall was not measured"
+    if study.detector == TRUSTED:
+        source = f"contacts from the reference ({study.detector})"
+    elif study.recall is not None:
+        source = f"contacts from {study.detector}, which finds {words.share(study.recall)} of contact frames"
+    return f"{study.students} students, {study.rows} sessions, {source}"
 
 
 def _recall(value: float | None) -> str:
@@ -100,13 +104,19 @@ NUMBERS: Final[dict[str, Callable[[Any], Cell] | str]] = {
 """Column of numbers -> its format."""
 
 HEADS: Final = {
-    "students": "n", "first_group": "first group", "first_students": "its n", "first_mean": "its mean",
-    "second_group": "second group", "second_students": "its n",
-    "second_mean": "its mean", "low": "95 % from", "high": "to", "p_holm": "p (Holm)", "adjusted_r2": "adj. R²",
+    "students": "n",
+    "first_group": "first group, mean",
+    "second_group": "second group, mean",
+    "low": "95 % interval",
+    "p_holm": "p (Holm)",
+    "adjusted_r2": "adj. R²",
     "vif": "VIF",
-    "alpha": "Cronbach's alpha", "least_item_total": "least item with the rest", "pooled_beta": "paper's coefficient",
-    "pooled_fit": "its fit", "pooled_p": "its p",
-}  # fmt: skip
+    "alpha": "Cronbach's alpha",
+    "least_item_total": "least item with the rest",
+    "pooled_beta": "paper's coefficient",
+    "pooled_fit": "its fit",
+    "pooled_p": "its p",
+}
 """Column -> its heading on the page."""
 
 IN_FILES: Final = ("associated", "changes", "tested")
@@ -122,8 +132,35 @@ def _table(title: str, rows: Iterable[Any], columns: str, notes: Iterable[str] =
 
 
 def on_page(table: Table) -> Table:
-    """Columns of a table that a page shows."""
+    """Columns of a table that a page shows: an interval in one, and each group with its mean and number."""
+    for prefix in ("first", "second"):
+        table = _joined(table, f"{prefix}_group", (f"{prefix}_students", f"{prefix}_mean"), _group_words)
+    table = _joined(table, "low", ("high",), _interval_words)
     return table.only(*(name for name in table.head if name not in IN_FILES), heads=HEADS)
+
+
+def _joined(table: Table, name: str, others: tuple[str, ...], write: Callable[..., str]) -> Table:
+    """A table in which one column stands for itself and others; unchanged where it has no such columns."""
+    if not {name, *others} <= {*table.head}:
+        return table
+    values = [table.column(column) for column in (name, *others)]
+    index, dropped = table.head.index(name), {table.head.index(other) for other in others}
+    columns = [*table.columns]
+    columns[index] = replace(columns[index], dtype=str, show="")
+    kept = tuple(column for k, column in enumerate(columns) if k not in dropped)
+    rows = []
+    for row, *cells in zip(table.rows, *values, strict=True):
+        written = None if cells[0] is None else write(*cells)
+        rows.append(tuple(written if k == index else cell for k, cell in enumerate(row) if k not in dropped))
+    return replace(table, columns=kept, rows=tuple(rows))
+
+
+def _interval_words(lower: float, upper: float) -> str:
+    return f"{lower:+.2f} to {upper:+.2f}"
+
+
+def _group_words(group: str, students: int, mean: float) -> str:
+    return f"{group}: {mean:.3g} (n\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}{students:.0f})"
 
 
 def study_tables(study: Study) -> dict[str, Table]:

@@ -157,3 +157,15 @@ def test_page_fits_a_phone_without_errors_or_requests(made, tmp_path, scheme):
 def test_the_accessibility_checker_finds_nothing_serious(made, tmp_path, scheme):
     with opened(made[1].as_uri(), tmp_path, scheme=scheme) as page:
         assert serious_faults(page, tmp_path) == []
+
+
+@pytest.mark.slow
+def test_every_column_fits_a_screen_of_1280_pixels(made, tmp_path):
+    with opened(made[1].as_uri(), tmp_path, (1280, 800)) as page:
+        page.ask("for (const part of document.querySelectorAll('details')) part.open = true")
+        wide = "[...document.querySelectorAll('.wide')].filter((one) => one.scrollWidth > one.clientWidth + 1)"
+        assert (
+            page.ask(f"{wide}.map((one) => [one.closest('details, section').id, one.scrollWidth, one.clientWidth])")
+            == []
+        )
+        assert page.ask("document.querySelectorAll('.charts .plot').length") == 1

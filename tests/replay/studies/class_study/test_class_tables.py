@@ -110,9 +110,51 @@ def test_students_file_names_each_session_once(tmp_path):
 
 def test_headline_says_why_n_is_smaller_than_the_class(tmp_path):
     runs, made = tables_of(tmp_path, 12, 12, detectors={"slow": 0.9}, contacts=20)
-    assert made.headlines()[0].endswith("n = 12).")
+    assert made.headlines()[0].count("n = 12) and reports ")
     without = [row for row in runs.tables["episodes"].to_pylist() if row["place"] >= 5]
     schema = runs.tables["episodes"].schema
     fewer = replace(runs, tables=runs.tables | {"episodes": pa.Table.from_pylist(without, schema=schema)})
     sentence = ClassTables(fewer).headlines()[0]
     assert "n = 7 of 12; 5 others had no contact in a session it replayed" in sentence
+
+
+def test_contact_seconds_are_a_recount_of_contacts_by_minutes(tmp_path):
+    runs, made = tables_of(tmp_path, 8, 8)
+    members = {"S01", "S02", "S03", "S04", "S05", *runs.students[:2]}
+    seconds, minutes = {}, {}
+    for run, rows in runs.metrics.items():
+        owner = runs.of(run, "student")
+        minutes[owner] = minutes.get(owner, 0.0) + (next(iter(rows.values()))["valid_minutes"] or 0.0)
+    places_of = [*runs.metrics]
+    for row in runs.tables["episodes"].to_pylist():
+        owner = runs.of(places_of[row["place"]], "student")
+        seconds[owner] = seconds.get(owner, 0.0) + row["end"] - row["start"]
+    for chosen in (None, members):
+        known = [name for name in runs.students if chosen is None or name in chosen]
+        estimate = made.contact_seconds_a_minute(chosen)
+        assert estimate.students == len(known)
+        assert estimate.value == pytest.approx(
+            sum(seconds.get(name, 0.0) for name in known) / sum(minutes[name] for name in known)
+        )
+
+
+def test_head_counts_false_contacts_of_each_detector(tmp_path):
+    runs, made = tables_of(tmp_path, 8, 8, detectors={"slow": 0.9}, contacts=20)
+    (line,) = made.headlines()
+    false = [row for row in runs.tables["false_contacts"].to_pylist() if row["detector"] == "slow"]
+    expected = f"{len(false) / len(runs.metrics):.2g} false contacts a session" if false else "no false contact"
+    assert line.startswith("slow misses ") and expected in line
+
+
+def test_every_table_says_whom_n_counts(tmp_path):
+    _, made = tables_of(tmp_path, 8, 8)
+    assert all("n counts the students" in " ".join(table.notes) for table in every(made))
+
+
+def test_sessions_are_named_by_code_and_tell_repeats_apart(tmp_path):
+    runs, _ = tables_of(tmp_path, 8, 5, nobody=1)
+    names = {run: name for run, (name, _) in places(runs, tmp_path).items()}
+    assert len({*names.values()}) == len(names)
+    for run, name in names.items():
+        student = runs.of(run, "student")
+        assert name.split(",")[0] == (student or runs.of(run, "session"))
