@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -298,11 +299,19 @@ def _clock_of(head: CsvHead) -> _Clock:
     return _Clock(column, unit)
 
 
+def _increases(head: CsvHead, column: str) -> bool:
+    """Whether a column holds a larger number in every row, as clocks and numbers of rows do."""
+    values = head.numbers(column)
+    return len(values) == len(head.rows) > 1 and bool((np.diff(values) > 0).all())
+
+
 def _clock(head: CsvHead, clock: _Clock, gaps: _Gaps) -> Iterator[str]:
     """The keys under ``[time]``."""
     if not clock.column:
         gaps.unknown.append("the rate (rate_hz), because there is no clock")
-        yield "# rate_hz = 90   # rows a second; the file has no column of time"
+        yield "# rate_hz = 90   # rows a second; no column is called like a time"
+        for column in filter(partial(_increases, head), head.columns):
+            yield f"# column = {json.dumps(column)}   # in place of rate_hz, if it is the time: it increases"
         return
     yield f"column = {json.dumps(clock.column)}"
     if clock.unit == TEXT:

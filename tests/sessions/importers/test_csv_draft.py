@@ -80,3 +80,36 @@ def test_draft_lists_omitted_columns_and_negative_times(tmp_path, snapshot):
     with pytest.raises(UnknownColumnsError) as refusal:
         import_session("csv", tmp_path / "log.csv")
     assert refusal.value.draft == snapshot
+
+
+def drafted(folder, clock, stamps):
+    """The draft for a log of two bodies whose first column is called so."""
+    names = [f"{body}_{axis}" for body in ("Tool", "Tray") for axis in ("px", "py", "pz", "qx", "qy", "qz", "qw")]
+    rows = [",".join(map(str, [stamp, *[0.1, 0.2, 0.3, 0, 0, 0, 1] * 2])) for stamp in stamps]
+    (folder / "take.csv").write_text("\n".join([",".join([clock, *names]), *rows, ""]))
+    with pytest.raises(UnknownColumnsError) as caught:
+        import_session("csv", folder / "take.csv")
+    return caught.value.draft
+
+
+@pytest.mark.parametrize(
+    ("clock", "step", "unit"),
+    [
+        ("ticks_ms", 11, "ms"),
+        ("get_ticks_msec", 11, "ms"),
+        ("ticks_usec", 11111, "us"),
+        ("uptime_s", 0.011, "s"),
+        ("msec", 11, "ms"),
+        ("now", 11.1, "ms"),
+    ],
+)
+def test_clocks_are_known_by_the_names_that_engines_give_them(tmp_path, clock, step, unit):
+    """Godot's Time.get_ticks_msec was taken for no time, and a rate was asked for that the log does not keep."""
+    draft = drafted(tmp_path, clock, [1000 + step * k for k in range(20)])
+    assert f'column = "{clock}"' in draft and f'\nunit = "{unit}"' in draft and "rate_hz" not in draft
+
+
+def test_a_column_that_increases_is_offered_as_the_clock(tmp_path):
+    draft = drafted(tmp_path, "Spalte1", [0.011 * k for k in range(20)])
+    assert '# column = "Spalte1"   # in place of rate_hz, if it is the time: it increases' in draft
+    assert "it increases" not in drafted(tmp_path, "Spalte1", [1.0] * 20)
