@@ -28,10 +28,13 @@ MOST_FRAMES: Final = 12_000
 FRAMES_OF_A_PAIR: Final = 64
 """Frames within reach in which the boxes of a pair are compared."""
 
-TESTS_OF_A_PAIR: Final = 8
+TESTS_OF_A_PAIR: Final = 16
 """Frames of each of these in which its triangles may be tested."""
 
-MOST_TESTS: Final = 24
+BLOCK: Final = 1000
+"""Frames in which boxes are compared at once."""
+
+MOST_TESTS: Final = 64
 """Frames of all pairs in which triangles are tested; a test takes some milliseconds."""
 
 MOST_FACE_PAIRS: Final = 200_000
@@ -44,6 +47,10 @@ USABLE: Final = (Status.VALID, Status.HELD, Status.INTERPOLATED)
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
+
+
+_NearPair = tuple[tuple[str, str], tuple[int, int], Rows]
+"""Two bodies, their columns, and the rows in which they are within reach of each other."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,17 +97,28 @@ def alternatives_differ(session: Session, assumption: Assumption) -> bool | None
     except SessionError:
         return None
     usable = np.isin(frames.status[rows], USABLE)
-    candidates, is_known = list[_Candidate](), True
+    candidates, near_pairs, is_known = list[_Candidate](), list[_NearPair](), True
     for pair in candidate_pairs(session.scene, [name for name in session.names if name in session.meshes]):
         columns = frames.names.index(pair[0]), frames.names.index(pair[1])
         both = np.flatnonzero(usable[:, columns[0]] & usable[:, columns[1]])
         near = both[_is_within_reach(scenes, pair, columns, both)]
         candidates += _candidates(scenes, pair, columns, near)
+        near_pairs.append((pair, columns, near))
         # Of bodies with clocks of their own no frame holds both: nothing is known of their distance.
-        is_known &= len(both) > 0 and len(near) == 0
+        is_known &= len(both) > 0
     if _contacts_differ(scenes, candidates):
         return True
-    return False if is_known else None
+    return False if is_known and _are_apart(scenes, near_pairs) else None
+
+
+def _are_apart(scenes: Sequence[_Scene], near_pairs: Sequence[_NearPair]) -> bool:
+    """Whether the boxes of all pairs are disjoint under every alternative, in every frame within reach."""
+    return all(
+        bool((_box_depths(scene, pair, columns, rows[start : start + BLOCK]) < 0.0).all())
+        for pair, columns, rows in near_pairs
+        for start in range(0, len(rows), BLOCK)
+        for scene in scenes
+    )
 
 
 def _all_follow(session: Session, row: Assumption) -> bool:
