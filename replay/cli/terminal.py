@@ -19,7 +19,7 @@ STYLES: Final = {
     tables.STRONG: "bold",
     tables.FAINT: "dim",
     tables.IN_RED: f"bold {palette.hex_of(palette.MISSED)}",
-    tables.PARTLY: palette.hex_of(palette.MISSED),
+    tables.PARTLY: palette.hex_of(palette.LATE),
     tables.FOUND: palette.hex_of(palette.SERIES[0]),
     tables.INVENTED: palette.hex_of(palette.INVENTED),
     tables.WARNING: "yellow",

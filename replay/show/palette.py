@@ -22,16 +22,49 @@ def hex_of(colour: Rgba) -> str:
     return "#{:02x}{:02x}{:02x}".format(*colour[:3])
 
 
+def rgba_of(text: str) -> Rgba:
+    """Colour of ``#rrggbb``, opaque."""
+    red, green, blue = bytes.fromhex(text[1:])
+    return red, green, blue, 255
+
+
+LIGHT: Final[Mapping[str, str]] = {
+    "reference": "#3f4752",
+    "right": "#2f78c4",
+    "missed": "#c9202f",
+    "late": "#f0709b",
+    "false": "#f2b400",
+}
+"""Kind of an interval -> its colour on a light page."""
+
+DARK: Final[Mapping[str, str]] = {
+    "reference": "#c3ccd6",
+    "right": "#4f9be8",
+    "missed": "#ff2d3c",
+    "late": "#c2408a",
+    "false": "#ffcc00",
+}
+"""Kind -> its colour on a dark page, in pictures, and in the viewer, which is dark."""
+
+
+def page_colours() -> str:
+    """Return the colours of pages as variables of their style sheet."""
+    light = "".join(f"--{kind}:{colour};--{kind}-dark:{DARK[kind]};" for kind, colour in LIGHT.items())
+    dark = "".join(f"--{kind}:{colour};" for kind, colour in DARK.items())
+    return f":root{{{light}}}@media (prefers-color-scheme:dark){{:root{{{dark}}}}}"
+
+
 PAPER: Final[Rgba] = (255, 255, 255, 255)
 
-MISSED: Final[Rgba] = (255, 45, 85, 255)
+MISSED: Final[Rgba] = rgba_of(DARK["missed"])
 """The one red. Nothing that is not missed may wear it; its shades below are made from it."""
 
 MISSED_FACES: Final[Rgba] = (*MISSED[:3], 150)
 """A veil over faces: the curve of intersection stays visible through it."""
 
-INVENTED: Final[Rgba] = (255, 204, 0, 255)
-FOUND: Final[Rgba] = (58, 122, 168, 255)
+LATE: Final[Rgba] = rgba_of(DARK["late"])
+INVENTED: Final[Rgba] = rgba_of(DARK["false"])
+FOUND: Final[Rgba] = rgba_of(DARK["right"])
 """Contact that both detectors report."""
 
 WITHIN_TOLERANCE: Final[Rgba] = (96, 100, 108, 255)

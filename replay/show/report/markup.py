@@ -7,6 +7,7 @@ from importlib.resources import files
 from typing import TYPE_CHECKING, Final
 
 from replay import words
+from replay.show.palette import page_colours
 from replay.show.report.charts import path_of
 from replay.words import plural, safe_text
 
@@ -40,7 +41,7 @@ def environment() -> "Environment":
         loader=FunctionLoader(file_text), undefined=StrictUndefined, finalize=_readable, trim_blocks=True,
         lstrip_blocks=True, autoescape=lambda name: not (name or "").endswith(".md"),
     )  # fmt: skip
-    made.globals["allowed"] = Markup(ALLOWED)
+    made.globals |= {"allowed": Markup(ALLOWED), "colours": Markup(page_colours())}
     made.filters |= {
         "address": address_of,
         "figure": parts_of,

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from replay.auditing.outcome import Outcome
+from replay.cli.terminal import STYLES
 from replay.show import palette
 from replay.show.palette import albedo
+from replay.tables import IN_RED, PARTLY
 
 
 def hue_distance(a, b):
@@ -40,3 +42,42 @@ def test_red_yellow_and_blue_differ_in_lightness_too():
 )
 def test_glass_is_translucent_and_the_user_never_hides_a_contact(tags, least, most):
     assert least <= albedo(tuple(tags.split()))[3] <= most
+
+
+SEEN_AS = {
+    "protan": [[0.152, 1.053, -0.205], [0.115, 0.786, 0.099], [-0.004, -0.048, 1.052]],
+    "deutan": [[0.367, 0.861, -0.228], [0.280, 0.673, 0.047], [-0.012, 0.043, 0.969]],
+    "tritan": [[1.256, -0.077, -0.179], [-0.078, 0.931, 0.148], [0.005, 0.691, 0.304]],
+    "usual": np.eye(3),
+}
+"""Linear RGB as people see it who lack a kind of cone. Source: Machado, Oliveira, Fernandes (2009), IEEE TVCG 15(6)."""
+
+
+def lab(linear):
+    """CIE L*a*b* (D65) of linear RGB."""
+    to_xyz = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
+    x, y, z = np.cbrt(np.maximum(to_xyz @ np.clip(linear, 0, 1) / (0.9505, 1.0, 1.089), 0.008856))
+    return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])
+
+
+@pytest.mark.parametrize("eyes", SEEN_AS)
+@pytest.mark.parametrize("colours", [palette.LIGHT, palette.DARK], ids=["light", "dark"])
+def test_kinds_differ_for_every_kind_of_colour_vision(colours, eyes):
+    linear = {
+        kind: ((np.array(palette.rgba_of(text)[:3]) / 255 + 0.055) / 1.055) ** 2.4 for kind, text in colours.items()
+    }
+    seen = {kind: lab(np.array(SEEN_AS[eyes]) @ value) for kind, value in linear.items()}
+    pairs = [(a, b) for a in seen for b in seen if a < b]
+    # Ten units are told apart side by side; small marks at a distance need more.
+    assert min(float(np.linalg.norm(seen[a] - seen[b])) for a, b in pairs) > 20
+
+
+def test_pages_picture_and_terminal_share_the_colours():
+    css = palette.page_colours()
+    assert all(
+        f"--{kind}:{colour}" in css for colours in (palette.LIGHT, palette.DARK) for kind, colour in colours.items()
+    )
+    assert [palette.hex_of(colour) for colour in (palette.MISSED, palette.INVENTED, palette.FOUND)] == [
+        palette.DARK[kind] for kind in ("missed", "false", "right")
+    ]
+    assert palette.DARK["missed"] in STYLES[IN_RED] and palette.DARK["late"] in STYLES[PARTLY]
