@@ -72,7 +72,7 @@ def concatenated(meshes: list[MeshData]) -> MeshData:
     return MeshData(np.concatenate([mesh.vertices for mesh in meshes]), np.concatenate(faces))
 
 
-def is_closed(mesh: MeshData) -> bool:
+def has_consistent_winding(mesh: MeshData) -> bool:
     """Whether every directed edge occurs once and so does its reverse: watertight with consistent winding."""
     start, end = mesh.faces.ravel(), np.roll(mesh.faces, -1, axis=1).ravel()
     forward = np.sort(start * len(mesh.vertices) + end)

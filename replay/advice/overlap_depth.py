@@ -12,6 +12,7 @@ from scipy.spatial import KDTree
 
 from cdcore import Motion, TriangleMesh
 from cdcore.numerics import FloatArray, place_points
+from sessions.mesh_data import MeshData, has_consistent_winding
 
 SURFACE_POINTS: Final = 4000
 """Points on each surface: 2 mm apart on a beaker of 250 ml."""
@@ -55,11 +56,9 @@ class SampledSurface:
         return float(np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])))
 
     @cached_property
-    def is_closed(self) -> bool:
-        """Whether every edge has two faces that wind alike."""
-        start, end = self._mesh.faces.ravel(), np.roll(self._mesh.faces, -1, axis=1).ravel()
-        count = len(self._mesh.vertices)
-        return bool(np.array_equal(np.sort(start * count + end), np.sort(end * count + start)))
+    def has_consistent_winding(self) -> bool:
+        """Whether it is closed and every edge has two faces that wind alike."""
+        return has_consistent_winding(MeshData(self._mesh.vertices, self._mesh.faces))
 
     @cached_property
     def _tree(self) -> KDTree:
@@ -67,7 +66,7 @@ class SampledSurface:
 
     def depth_of(self, points: FloatArray) -> float:
         """Metres that the deepest of the points (n, 3), in the body's frame, lies below the surface; 0: none does."""
-        if not self.is_closed:
+        if not self.has_consistent_winding:
             return 0.0
         inside_box = ((points > self._mesh.vertices.min(axis=0)) & (points < self._mesh.vertices.max(axis=0))).all(
             axis=1

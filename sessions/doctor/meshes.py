@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from sessions.doctor.finding import Finding
 from sessions.errors import SessionError
-from sessions.mesh_data import MeshData, is_closed
+from sessions.mesh_data import MeshData, has_consistent_winding
 from sessions.meshes.mesh_files import outward
 
 LARGE_M: Final = 30.0  # A mesh larger than this was drawn in centimetres or millimetres; a laboratory fits into it
@@ -101,7 +101,7 @@ def repaired(mesh: MeshData) -> tuple[MeshData, list[str]]:
     it was the mouth of a thin vessel. Edges of three or more faces stay as they are, and so does a face by itself.
     """
     repairs, points, faces = [], mesh.vertices, mesh.faces
-    if not is_closed(mesh):  # of two closed parts that touch, joining makes one with edges of four faces
+    if not has_consistent_winding(mesh):  # of two closed parts that touch, joining makes one with edges of four faces
         rounded = np.round(points / WELD_DISTANCE_M)
         _, first, merged = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
         points, faces = points[first], merged.reshape(-1)[faces]

@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 
 from sessions.errors import ImportFileError, SessionError
-from sessions.geometry.rotations import quaternion_from_matrix
+from sessions.geometry.rotations import quaternion_from_matrix, quaternion_from_vector
 from sessions.importers.pose_table import LARGEST_SECONDS, QUATERNION_TOLERANCE
 from sessions.importers.stamps import Numbers
 from sessions.input_files import read_text
@@ -122,7 +122,8 @@ class PoseColumns:
             return rotations
         angles = np.radians(rotations) if self.degrees else rotations
         if self.kind == "rotation_vector":
-            return _of_vectors(angles)
+            with np.errstate(over="ignore", invalid="ignore"):
+                return quaternion_from_vector(angles)
         return quaternion_from_euler(angles * np.array(self.signs), self.order)
 
 
@@ -284,14 +285,6 @@ def _of_matrices(matrices: Numbers) -> Numbers:
     for row in np.flatnonzero(is_rotation):
         quaternions[row] = quaternion_from_matrix(matrices[row])
     return quaternions
-
-
-def _of_vectors(vectors: Numbers) -> Numbers:
-    """Quaternions (n, 4) of axes times angles in radians (n, 3); NaN where a number is missing."""
-    with np.errstate(over="ignore", invalid="ignore"):
-        angles = np.sqrt((vectors**2).sum(axis=1))
-        scale = 0.5 * np.sinc(angles / (2.0 * np.pi))  # sin(angle / 2) / angle, and 1/2 at 0
-        return np.column_stack([vectors * scale[:, None], np.cos(0.5 * angles)])
 
 
 def _letter(table: TomlTable, key: str, default: str) -> str:

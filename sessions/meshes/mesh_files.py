@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sessions.errors import EmptyMeshError, MeshFileError
 from sessions.input_files import read_bytes
-from sessions.mesh_data import MeshData, concatenated, is_closed, least_area
+from sessions.mesh_data import MeshData, concatenated, has_consistent_winding, least_area
 from sessions.meshes.glb_tree import read_glb
 from sessions.meshes.obj_file import read_obj
 from sessions.meshes.off_file import read_off
@@ -161,7 +161,7 @@ def _boolean(meshes: Sequence[MeshData], join: Callable[[Any, Any], Any]) -> Mes
 def _to_manifold(mesh: MeshData) -> Any:
     from manifold3d import Manifold, Mesh
 
-    if not is_closed(mesh):
+    if not has_consistent_winding(mesh):
         raise MeshFileError("a union needs closed meshes with consistent winding; close the mesh first")
     return Manifold(Mesh(vert_properties=mesh.vertices.astype(np.float32), tri_verts=mesh.faces.astype(np.uint32)))
 

@@ -25,7 +25,7 @@ def test_bodies_apart_and_open_surfaces_have_no_depth():
     far = Motion(np.array([0.0]), np.array([[[0.0, 0, 0], [1.0, 0, 0]]]), np.tile(np.eye(3), (1, 2, 1, 1)))
     near = Motion(np.array([0.0]), np.array([[[0.0, 0, 0], [0.05, 0, 0]]]), np.tile(np.eye(3), (1, 2, 1, 1)))
     assert overlap_depth(SampledSurface(block), SampledSurface(block), far, 0, (0, 1)) == 0.0
-    assert sheet.depth_of(np.zeros((1, 3))) == 0.0 and not sheet.is_closed
+    assert sheet.depth_of(np.zeros((1, 3))) == 0.0 and not sheet.has_consistent_winding
     assert overlap_depth(SampledSurface(block), SampledSurface(block), near, 0, (0, 1)) > 0.04
 
 

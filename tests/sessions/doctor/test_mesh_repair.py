@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 from sessions.doctor.meshes import mesh_findings, repaired
-from sessions.mesh_data import MeshData, is_closed
+from sessions.mesh_data import MeshData, has_consistent_winding
 
 BALL = trimesh.creation.icosphere(2, 0.1)
 FACES = np.array(BALL.faces)
@@ -29,14 +29,14 @@ def test_what_is_whole_stays_as_it_is():
 )  # fmt: skip
 def test_each_fault_is_mended_and_named(faces, done):
     mended, note = repaired(MeshData(BALL.vertices, faces))
-    assert note == done and is_closed(mended)
+    assert note == done and has_consistent_winding(mended)
     assert mended.volume == pytest.approx(BALL.volume, rel=0.02) and not [*mesh_findings("x", mended)]
 
 
 def test_split_vertices_are_joined_and_parts_that_touch_are_not():
     soup = MeshData(BALL.triangles.reshape(-1, 3), np.arange(960).reshape(-1, 3))
     mended, note = repaired(soup)
-    assert note == ["798 vertices at the place of another joined"] and is_closed(mended)
+    assert note == ["798 vertices at the place of another joined"] and has_consistent_winding(mended)
     box = trimesh.creation.box((1, 1, 1))
     two = MeshData(
         np.concatenate([box.vertices, np.add(box.vertices, [1, 1, 0])]), np.concatenate([box.faces, box.faces + 8])
@@ -56,4 +56,4 @@ def test_a_rim_that_touches_itself_is_two_holes():
     cells = [(x, y) for y in range(3) for x in range(3) if (x, y) not in ((0, 0), (1, 1))]
     faces = [(k, k + a, k + b) for x, y in cells for k in [4 * y + x] for a, b in ((1, 5), (5, 4))]
     mended, note = repaired(MeshData(grid, faces))
-    assert note[0] == "2 holes closed" and is_closed(mended)
+    assert note[0] == "2 holes closed" and has_consistent_winding(mended)

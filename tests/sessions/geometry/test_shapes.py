@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from sessions.geometry.shapes import SIZES, make_shape
-from sessions.mesh_data import is_closed
+from sessions.mesh_data import has_consistent_winding
 
 CASES = {
     "box": ({"x": 0.2, "y": 0.3, "z": 0.4}, 0.2 * 0.3 * 0.4, (0.1, 0.15, 0.2)),
@@ -17,7 +17,7 @@ CASES = {
 def test_shape_is_closed_outward_and_within_its_size(shape, faces):
     size, volume, half = CASES[shape]
     mesh = make_shape(shape, size, faces)
-    assert is_closed(mesh)
+    assert has_consistent_winding(mesh)
     assert 0 < mesh.volume <= volume * (1 + 1e-12)
     assert mesh.volume == pytest.approx(
         volume, rel=30 / faces + (0.1 if faces < 100 else 0) if shape != "box" else 1e-12

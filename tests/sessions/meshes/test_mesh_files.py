@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from support.import_mutants import MUTANTS, tried
 
 from sessions.errors import MeshFileError
-from sessions.mesh_data import MeshData, is_closed
+from sessions.mesh_data import MeshData, has_consistent_winding
 from sessions.meshes.glb import mesh_to_glb
 from sessions.meshes.mesh_files import FILE_TYPES, load_mesh, mesh_from_bytes, subtracted, united
 
@@ -50,15 +50,15 @@ TETRAHEDRON = ([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 
     ids=["open", "one face turned", "every face twice"],
 )
 def test_open_turned_or_doubled_faces_are_not_closed(faces):
-    assert is_closed(MeshData(*TETRAHEDRON))
-    assert not is_closed(MeshData(TETRAHEDRON[0], faces))
+    assert has_consistent_winding(MeshData(*TETRAHEDRON))
+    assert not has_consistent_winding(MeshData(TETRAHEDRON[0], faces))
 
 
 def test_a_mirroring_node_still_gives_an_outward_mesh():
     scene = trimesh.Scene()
     scene.add_geometry(trimesh.creation.icosphere(1), transform=np.diag([1, 1, -1, 1.0]))
     mesh = mesh_from_bytes(scene.export(file_type="glb"), "glb")
-    assert is_closed(mesh)
+    assert has_consistent_winding(mesh)
     assert mesh.volume > 3
 
 
@@ -92,7 +92,7 @@ def test_stl_keeps_face_order_and_shares_equal_corners(ascii_text):
     mesh = mesh_from_bytes(data, "stl")
     assert np.allclose(mesh.triangles, solid.triangles, atol=1e-6)
     assert len(mesh.vertices) == len(solid.vertices)
-    assert is_closed(mesh)
+    assert has_consistent_winding(mesh)
 
 
 @pytest.mark.parametrize("kind", ["ply", "off"])
@@ -129,8 +129,8 @@ def test_unions_and_differences_have_the_volume_of_the_solids():
     plate, bar = box((4, 1, 4)), box((1, 3, 1))
     assert united([plate, bar]).volume == pytest.approx(16 + 2, rel=1e-6)
     assert subtracted(plate, [bar]).volume == pytest.approx(16 - 1, rel=1e-6)
-    assert is_closed(united([plate, bar]))
-    assert is_closed(subtracted(plate, [bar]))
+    assert has_consistent_winding(united([plate, bar]))
+    assert has_consistent_winding(subtracted(plate, [bar]))
     assert same(united([plate, bar]), united([plate, bar]))
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sessions.errors import MeshFileError
-from sessions.mesh_data import is_closed
+from sessions.mesh_data import has_consistent_winding
 from sessions.meshes.mesh_files import mesh_from_bytes
 
 HEIGHT = 0.5
@@ -158,7 +158,7 @@ def test_prism_area_volume_and_order_match_closed_form(name, form, view):
     for polygon, start, end, planted_area in zip(polygons, starts, starts[1:], expected, strict=False):
         assert {*mesh.faces[start:end].ravel().tolist()} == {*polygon}
         assert areas[start:end].sum() == pytest.approx(planted_area, rel=1e-12)
-    assert is_closed(mesh)
+    assert has_consistent_winding(mesh)
 
 
 @pytest.mark.parametrize("form", FORMATS)
