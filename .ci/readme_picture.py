@@ -16,7 +16,7 @@ from replay import words
 from replay.auditing.episodes import column_runs
 from replay.auditing.outcome import Outcome
 from replay.engine import compute
-from replay.show.palette import FOUND, INVENTED, MISSED, PAPER, WITHIN_TOLERANCE, hex_of
+from replay.show.palette import FALSE_CONTACT, MISSED, PAPER, TRUE_CONTACT, WITHIN_TOLERANCE, hex_of
 from replay.show.report.still import FIRST, fault_still
 from replay.studies.synthetic_sessions import synthetic_session
 
@@ -55,7 +55,7 @@ def mixed(colour, other, share):
 
 
 REFERENCE = mixed(WITHIN_TOLERANCE, PAPER, 0.5)
-RIGHT, LATE = mixed(FOUND, PAPER, 0.2), mixed(MISSED, PAPER, 0.5)
+RIGHT, LATE = mixed(TRUE_CONTACT, PAPER, 0.2), mixed(MISSED, PAPER, 0.5)
 
 
 def main(out: Path) -> None:
@@ -89,14 +89,14 @@ def readme_picture(result):
     still = str(fault_still(result, answer.label, fault, FIRST))
     still = still.replace("<svg ", f"<svg width={FIRST[0]} height={FIRST[1]} ", 1).replace("/>", f"/>{FADES}", 1)
     scale = 540 / FIRST[1]
-    fraction = words.share(rank.false.value)
+    fraction = words.as_percentage(rank.false.value)
     lines = [
         (770, 92, "", "The convex hull says:"), (770, 176, "big false", "contact."),
         (770, 262, "", f"The {fault.evidence.hollow} says:"), (770, 346, "big", f"{words.length(fault.metres)} apart."),
         (770, 436, "strong", f"<tspan class='false bold'>{fraction}</tspan> of the hull's contact time is false."),
     ]  # fmt: skip
     texts = [f'<text class="{kind}" x="{x}" y="{y}">{text}</text>' for x, y, kind, text in lines]
-    legend = (("reference", REFERENCE), ("right", RIGHT), ("late", LATE), ("false", INVENTED))
+    legend = (("reference", REFERENCE), ("right", RIGHT), ("late", LATE), ("false", FALSE_CONTACT))
     x = 770
     for word, colour in legend:
         texts.append(f'<rect x="{x}" y="486" width="26" height="26" rx="5" fill="{hex_of(colour)}"/>')
@@ -121,7 +121,7 @@ def lanes(result, label):
     truth = np.isin(outcome, (Outcome.BOTH, Outcome.MISSED)).any(axis=1)
     layers = [
         (576, "reference", [(truth, REFERENCE)]),
-        (638, "convex hull", [((outcome == Outcome.INVENTED).any(axis=1), INVENTED),
+        (638, "convex hull", [((outcome == Outcome.FALSE_CONTACT).any(axis=1), FALSE_CONTACT),
                               ((outcome == Outcome.BOTH).any(axis=1), RIGHT), (missed, LATE)]),
     ]  # fmt: skip
     for y, name, states in layers:

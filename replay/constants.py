@@ -5,16 +5,23 @@ from typing import Final
 from sessions.model.constants import BLOCK_FRAMES, HEADSET_HZ
 
 __all__ = [
-    "BLOCK_FRAMES", "BUDGET_MS", "CAVEAT", "HEADSET_HZ", "HELD_FRAMES", "ONE_FRAME", "RECORDING", "VERDICT_FRAMES",
+    "BLOCK_FRAMES",
+    "BUDGET_MS",
+    "CAVEAT",
+    "FRAME_BUDGET_LABEL",
+    "HEADSET_HZ",
+    "MOST_FRAMES_IN_MEMORY",
+    "RECORDING",
+    "VERDICT_FRAMES",
 ]  # fmt: skip
 
 BUDGET_MS: Final = 1000.0 / HEADSET_HZ
 """Milliseconds of one frame: what a live loop has for everything."""
 
-ONE_FRAME: Final = f"one frame at {HEADSET_HZ:g} Hz"
+FRAME_BUDGET_LABEL: Final = f"one frame at {HEADSET_HZ:g} Hz"
 """The word of a plot for the budget."""
 
-HELD_FRAMES: Final = 324_000
+MOST_FRAMES_IN_MEMORY: Final = 324_000
 """Up to here (an hour at 90 Hz) every frame is drawn, and what a search did and all faces that meet are kept."""
 
 VERDICT_FRAMES: Final = 16384

@@ -20,7 +20,7 @@ from replay.auditing.look_phases import OFFSET_SETTING, STEPS, OffsetCounts, has
 from replay.auditing.matching import match_episodes
 from replay.auditing.noisy_contacts import in_noise
 from replay.auditing.tolerance import Reference, Tolerance
-from replay.constants import HELD_FRAMES
+from replay.constants import MOST_FRAMES_IN_MEMORY
 from replay.detection.compile_notice import compiling_announced
 from replay.detection.detector_spec import TRUSTED, DetectorSpec
 from replay.detection.run_detector import Run, make_detector, run_detector
@@ -37,7 +37,7 @@ from replay.errors import NoiseError
 from replay.prepare.assemble import Pairs, assemble
 from replay.prepare.assembly import Assembly
 from replay.prepare.flags import Flags
-from replay.prepare.holding_poses import held
+from replay.prepare.holding_poses import load_window
 from replay.prepare.noise import parse_noise
 from replay.prepare.policy import Policy, PolicyLike, parse_policy
 from replay.prepare.repair import Repair, repair_session
@@ -56,11 +56,11 @@ EXAMINING: Final = 8
 class Prepared:
     """Plan, repaired session and assembly from which every verb starts: the same poses, the same pairs.
 
-    ``plan`` is the scene's; ``treatment`` holds the session as the policy leaves it.
+    ``plan`` is the scene's; ``repaired`` holds the session as the policy leaves it.
     """
 
     plan: Plan
-    treatment: Repair
+    repaired: Repair
     assembly: Assembly
 
 
@@ -78,14 +78,14 @@ def prepared(
     # What a scene's effects do not name is not looked at, unless somebody asks for pairs.
     alone = session.scene.effects is not None and pairs is None and (planned.pairs or not looking)
     with progress.stage("Examining the recording", 2) as advance:
-        treatment = repair_session(held(session, start, end), rules, planned.bodies if alone else None)
+        repaired = repair_session(load_window(session, start, end), rules, planned.bodies if alone else None)
         advance(1)
-        chosen_pairs = _chosen_pairs(planned, pairs, treatment.session, looking)
+        chosen_pairs = _chosen_pairs(planned, pairs, repaired.session, looking)
         assembly = assemble(
-            treatment.session, pairs=chosen_pairs, start=start, end=end, looking=looking, session_scan=treatment.scan
+            repaired.session, pairs=chosen_pairs, start=start, end=end, looking=looking, session_scan=repaired.scan
         )
         advance(1)
-    return Prepared(planned, treatment, assembly)
+    return Prepared(planned, repaired, assembly)
 
 
 def compute(
@@ -107,7 +107,7 @@ def compute(
         looking=bool(lineup.specs), progress=progress,
     )  # fmt: skip
     # Of a recording of hours, what one step frees is too much to be kept for the next.
-    release_memory = give_back_memory if len(ready.assembly.motion) > HELD_FRAMES else lambda: None
+    release_memory = give_back_memory if len(ready.assembly.motion) > MOST_FRAMES_IN_MEMORY else lambda: None
     release_memory()
     detected = _detected(ready, lineup, settings, progress)
     release_memory()
@@ -117,7 +117,7 @@ def compute(
             trusted, truth = runs[lineup.oracle], result.episodes[lineup.oracle]
             noise = in_noise(noise_spec, ready.assembly, session.scene, trusted, truth, settings.seed, advance)
             misses = {
-                label: tuple(replace(miss, noise=noise.words[miss.contact - 1]) for miss in of_detector)
+                label: tuple(replace(miss, noise=noise.labels[miss.contact - 1]) for miss in of_detector)
                 for label, of_detector in result.misses.items()
             }
             result = replace(result, noise=noise, misses=misses)
@@ -128,7 +128,7 @@ def compute(
             effects |= run_effects(planned, result.session, ready.assembly, believed)
     result = replace(result, effects=effects)
     document = document_of_run(
-        result, runs, ready.treatment.scan, planned, settings=settings, lineup=lineup, began=began
+        result, runs, ready.repaired.scan, planned, settings=settings, lineup=lineup, began=began
     )
     release_memory()
     ranks = ranking(document)
@@ -197,7 +197,7 @@ def _detected(ready: Prepared, lineup: Lineup, settings: RunSettings, progress: 
             if spec.label == oracle:
                 face_source = _face_source(assembly, settings.seed, run)
                 tolerance = Tolerance(assembly, face_source, settings.tau)
-                reference = Reference.of(run.detection, assembly, ready.treatment.session, tolerance)
+                reference = Reference.of(run.detection, assembly, ready.repaired.session, tolerance)
     return Detected({spec.label: runs[spec.label] for spec in lineup.specs}, reference, offsets, face_source)
 
 
@@ -215,7 +215,7 @@ def _steps_as_frames(advance: Advance, frames: int) -> Advance:
 
 def _audited(ready: Prepared, oracle: str, detected: Detected, progress: Progress) -> RunResult:
     """The answers held to the oracle's: contacts, misses, false contacts, causes, sampling offsets."""
-    assembly, session = ready.assembly, ready.treatment.session
+    assembly, session = ready.assembly, ready.repaired.session
     runs, reference = detected.runs, detected.reference
     by_label = {
         label: reference.episodes
@@ -225,8 +225,8 @@ def _audited(ready: Prepared, oracle: str, detected: Detected, progress: Progres
     }
     result = RunResult(
         session=session, assembly=assembly, detections={label: run.detection for label, run in runs.items()},
-        oracle=oracle, episodes=by_label, treatment=ready.treatment,
-        flags=Flags.of(ready.treatment.spans, assembly, session.scene),
+        oracle=oracle, episodes=by_label, repaired=ready.repaired,
+        flags=Flags.of(ready.repaired.spans, assembly, session.scene),
         detectors={label: run.detector for label, run in runs.items()},
     )  # fmt: skip
     if reference is None:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 STRONG, FAINT = "strong", "faint"
-IN_RED, PARTLY, FOUND, INVENTED = "missed", "partly", "found", "invented"
+IN_RED, PARTLY, IN_BLUE, IN_YELLOW = "missed", "partly", "found", "invented"
 WARNING, ERROR, GOOD = "warning", "error", "good"
 """Marks: what a cell means. Each renderer decides how that looks, or ignores it."""
 
@@ -253,7 +253,7 @@ def markdown(table: Table, level: int = 0) -> str:
     return "\n".join([*heading, *lines, *notes])
 
 
-def markdown_words(text: str) -> str:
+def markdown_text(text: str) -> str:
     """Words of a recording as they may stand in Markdown: no tag, link or picture comes of a name."""
     return re.sub(r"<|(?<=\])\(", r"\\\g<0>", safe_text(text))
 
@@ -264,5 +264,5 @@ def _line(cells: list[str]) -> str:
 
 def _cell(cell: Cell) -> str:
     around = MARKDOWN_MARKS.get(cell.mark, "") if isinstance(cell, Marked) else ""
-    text = text_of(cell) if around else markdown_words(text_of(cell))
+    text = text_of(cell) if around else markdown_text(text_of(cell))
     return around + text.replace("|", "\\|") + around

@@ -28,7 +28,7 @@ Scale = Sequence[tuple[float, str]]
 LENGTHS: Final[Scale] = ((1e-9, "nm"), (1e-6, "µm"), (1e-3, "mm"), (1.0, "m"), (1e3, "km"))
 TIMES: Final[Scale] = ((1e-9, "ns"), (1e-6, "µs"), (1e-3, "ms"), (1.0, "s"))
 
-SMALLEST_SHARE: Final = 0.01
+SMALLEST_FRACTION: Final = 0.01
 """The next larger unit is taken from this share of it on: ``0.13 ms`` and ``0.041 mm``, but ``9 µm``."""
 
 LONGEST_SECONDS, LONGEST_MINUTES = 600.0, 7200.0
@@ -138,7 +138,7 @@ def percentage(percent: float) -> str:
     return text.rstrip("0").rstrip(".") if "." in text else text
 
 
-def share(fraction: float | None) -> str:
+def as_percentage(fraction: float | None) -> str:
     """A share of a whole: ``86 %``, ``0.4 %``, ``99.98 %``."""
     return NOT_MEASURED if fraction is None else f"{percentage(100 * fraction)} %"
 
@@ -177,7 +177,7 @@ def _in_unit_of_size(value: float | None, units: Scale) -> str:
     if value == 0.0:
         size, name = next(entry for entry in units if entry[1] in ("mm", "s"))
     for larger, larger_name in units[1:]:
-        least = SMALLEST_SHARE if larger_name in ("mm", "ms") else 1.0
+        least = SMALLEST_FRACTION if larger_name in ("mm", "ms") else 1.0
         # Rounding comes first: 999.9 mm would be told as 1000 mm.
         if _rounded(abs(value) / larger) >= least:
             size, name = larger, larger_name

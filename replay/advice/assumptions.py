@@ -23,7 +23,7 @@ from replay.advice.open_guesses import (
 from replay.advice.plausibility import more_plausible, plausible_length_unit
 from replay.advice.rereading import Rereadings
 from replay.advice.sampled_contacts import MOST_FRAMES, best_fitting_axes, collider_misfit
-from replay.advice.scene_outcome import Outcome, outcome_words
+from replay.advice.scene_outcome import Outcome, outcome_text
 from replay.engine import prepared
 from replay.errors import ReplayError
 from replay.prepare.assembly import Assembly
@@ -50,7 +50,7 @@ class Alternative:
     def words(self) -> str:
         """What the recording shows: its contacts, or how colliders fit their meshes."""
         if self.overshoot is None:
-            return outcome_words(self.outcome)
+            return outcome_text(self.outcome)
         return f"colliders up to {words.fixed(1e3 * self.overshoot, 0)} mm off the bounds of their meshes"
 
 

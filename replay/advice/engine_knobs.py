@@ -7,7 +7,7 @@ from functools import cache
 from importlib.resources import files
 from typing import Any, Final
 
-from replay.advice.pareto import wrong_words
+from replay.advice.pareto import wrong_text
 from replay.advice.settings import FASTEST
 from replay.detection.detector_spec import spec_text
 from replay.errors import TradeoffError
@@ -71,12 +71,12 @@ def engine_named(name: str) -> Engine:
     return engines()[name]
 
 
-def knob_words(knobs: Mapping[str, str]) -> str:
+def knob_text(knobs: Mapping[str, str]) -> str:
     """``Fixed Timestep 0.02, Mesh Collider Convex``."""
     return ", ".join(f"{knob} {value}" for knob, value in knobs.items())
 
 
-def advice_words(engine: str, rows: Sequence[Row]) -> list[str]:
+def advice_text(engine: str, rows: Sequence[Row]) -> list[str]:
     """Sentences on the errors of the first row and the row with the smallest loss; ``rows`` are of one session.
 
     Of rows with equal losses the one that changes the fewest settings is taken. A row is advised only where it takes
@@ -92,10 +92,10 @@ def advice_words(engine: str, rows: Sequence[Row]) -> list[str]:
     sentences = [f"Row {first['number']}: {_all_wrong(first)}."]
     if best["loss"] > (1.0 - WORTH_CHANGING) * first["loss"]:
         return [*sentences, "No other row is clearly better."]
-    cure = f"Take row {best['number']} ({knob_words(best['knobs'])}): {_all_wrong(best)} (measured on this session)."
+    cure = f"Take row {best['number']} ({knob_text(best['knobs'])}): {_all_wrong(best)} (measured on this session)."
     return [*sentences, cure, *([best["consequence"]] if best["consequence"] else [])]
 
 
 def _all_wrong(row: Row) -> str:
     """``0-1 of 18 contacts missed, 1-3 late or cut short, 86 % of its contact time false, 2 undecided``."""
-    return f"{wrong_words(row)}, {row['undecided']} undecided" if row["undecided"] else wrong_words(row)
+    return f"{wrong_text(row)}, {row['undecided']} undecided" if row["undecided"] else wrong_text(row)

@@ -151,7 +151,7 @@ class _Measuring:
             return Fix(f"{tried}{rest} {self._result.oracle} tests every triangle.", False)
         rest = "".join(f" {sentence}" for sentence in (*uncut, *losers, *late))
         text = (
-            f"Split {_names(kept)} into {_pieces_words(best.pieces)}: {self._words(best)} (measured here in {seconds})."
+            f"Split {_names(kept)} into {_pieces_text(best.pieces)}: {self._words(best)} (measured here in {seconds})."
         )
         setting = spec_text(best.spec.name, best.spec.settings)
         return Fix(f"{text}{rest} To ship it:", True, f"replay fix {SESSION} --engine unity", setting)
@@ -165,7 +165,7 @@ class _Measuring:
     def _worst_bodies(self) -> list[str]:
         """Names of the bodies of the pairs that hold most of what is wrong, the worst first."""
         by_pair = self._result.comparisons[self._rank.label].by_pair
-        wrong = by_pair[:, [Outcome.MISSED, Outcome.INVENTED]].sum(axis=1)
+        wrong = by_pair[:, [Outcome.MISSED, Outcome.FALSE_CONTACT]].sum(axis=1)
         right, left = int(by_pair[:, Outcome.BOTH].sum()), int(wrong.sum())
         worst = []
         for pair in np.argsort(-wrong, kind="stable").tolist():
@@ -228,7 +228,7 @@ class _Measuring:
         detector = make_detector(always, self._result.assembly, self._seed)
         comparison = self._reference.compare(detect_all(detector, self._result.assembly))
         once = count_contacts(comparison, self._reference.contacts)
-        return float(wrong_counts(once, 0, count_reports(comparison).proportion(Outcome.INVENTED), None)["loss"])
+        return float(wrong_counts(once, 0, count_reports(comparison).proportion(Outcome.FALSE_CONTACT), None)["loss"])
 
     def _figures(self, spec: DetectorSpec, names: Sequence[str]) -> _Measured:
         """The figures that ``run`` gives this detector."""
@@ -240,8 +240,8 @@ class _Measuring:
         run = run_detector(chosen, assembly, seed=self._seed, faces=False, advance=lambda _: None, live=live)
         comparison = self._reference.compare(run.detection)
         once = count_contacts(comparison, self._reference.contacts)
-        false = len(column_runs((comparison.by_contact == Outcome.INVENTED).T))
-        invented = count_reports(comparison).proportion(Outcome.INVENTED)
+        false = len(column_runs((comparison.by_contact == Outcome.FALSE_CONTACT).T))
+        invented = count_reports(comparison).proportion(Outcome.FALSE_CONTACT)
         counts = wrong_counts(once, false, invented, offsets)
         parts = getattr(run.detector, "parts", {})
         return _Measured(
@@ -288,7 +288,7 @@ def _names(names: Sequence[str]) -> str:
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 
-def _pieces_words(pieces: Mapping[str, int]) -> str:
+def _pieces_text(pieces: Mapping[str, int]) -> str:
     """``8 convex pieces``, or of several bodies ``4 to 8 convex pieces each``."""
     fewest, most = min(pieces.values()), max(pieces.values())
     each = " each" if len(pieces) > 1 else ""

@@ -94,13 +94,13 @@ def advice_of(rows: Sequence[Row], *, processor_fraction: float = 1.0) -> list[s
     front = front_of(candidates)
     best = by_label[front[-1]]
     cost = f"The smallest loss, {words.loss_number(best['loss'])}, costs" if best["loss"] else "Missing nothing costs"
-    fraction = words.share(best["mean_ms"] * HEADSET_HZ / 1e3)
-    wrong = f" It gets wrong: {wrong_words(best)}." if best["loss"] else ""
+    fraction = words.as_percentage(best["mean_ms"] * HEADSET_HZ / 1e3)
+    wrong = f" It gets wrong: {wrong_text(best)}." if best["loss"] else ""
     first = f"{cost} {_ms(best)} a frame ({best['label']}), {fraction} of a {HEADSET_HZ:g} Hz frame.{wrong}"
     other = _usual(candidates, best) or (by_label[front[-2]] if len(front) > 1 else None)
     if other is None:
         return [first, "No other setting is faster beyond doubt."]
-    wrong = wrong_words(other)
+    wrong = wrong_text(other)
     if not quicker(other, best):
         return [first, f"With {other['label']} a frame takes {_ms(other)}, not surely less: {wrong}."]
     return [first, f"At {_ms(other)} ({other['label']}): {wrong}; {_slow_frames(other, best)}."]
@@ -114,7 +114,7 @@ def _most_accurate(rows: Sequence[Row]) -> str:
     more = f" and {len(best) - MOST_NAMES} more" if len(best) > MOST_NAMES else ""
     if least == 0.0:
         return f"Every contact is right with {names}{more}."
-    return f"The smallest loss, {words.loss_number(least)}, has {names}{more}: {wrong_words(best[0])}."
+    return f"The smallest loss, {words.loss_number(least)}, has {names}{more}: {wrong_text(best[0])}."
 
 
 def _usual(rows: Sequence[Row], best: Row) -> Row | None:
@@ -127,19 +127,19 @@ def _ms(row: Row) -> str:
     return words.frame_time(row["mean_ms"] / 1e3)
 
 
-def count_words(row: Row, name: str) -> str:
+def count_text(row: Row, name: str) -> str:
     """``0-1``, the smallest and the largest count over the sampling offsets; one number where they are equal."""
     return words.count_range((row[f"{name}_smallest"], row[f"{name}_largest"]))
 
 
-def wrong_words(row: Row) -> str:
+def wrong_text(row: Row) -> str:
     """``0-1 of 18 contacts missed, 1-3 late or cut short, 86 % of its contact time false``."""
     phrases = [
-        f"{count_words(row, 'missed')} of {plural(row['contacts'], 'contact')} missed",
-        f"{count_words(row, 'late')} late or cut short",
+        f"{count_text(row, 'missed')} of {plural(row['contacts'], 'contact')} missed",
+        f"{count_text(row, 'late')} late or cut short",
     ]
     if row["false"] is not None:
-        phrases.append(f"{words.share(row['false'])} of its contact time false")
+        phrases.append(f"{words.as_percentage(row['false'])} of its contact time false")
     return ", ".join(phrases)
 
 

@@ -151,7 +151,9 @@ def contact_figures(
     verdict = reference.truth.verdict.copy()
     verdict[:, columns] = detection.verdict
     comparison = reference.compare(replace(reference.truth, verdict=verdict))
-    both, missed, false = comparison.by_pair[columns][:, [Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED]].sum(axis=0)
+    both, missed, false = comparison.by_pair[columns][:, [Outcome.BOTH, Outcome.MISSED, Outcome.FALSE_CONTACT]].sum(
+        axis=0
+    )
     seconds = sum(float(np.sum(stage)) for stage in detection.seconds.values())
     return {
         "false": float(false / (both + false)) if both + false else None,

@@ -145,7 +145,7 @@ class ReplayedBodies:
         return order
 
 
-def outcome_words(outcome: Outcome) -> str:
+def outcome_text(outcome: Outcome) -> str:
     """Returns what a recording shows: ``3 contacts, bodies up to 40 mm deep in each other``."""
     if not outcome.contacts:
         nearest = "" if outcome.closest is None else f", {length(outcome.closest)} at the closest"

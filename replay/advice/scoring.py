@@ -83,16 +83,16 @@ class Scoring:
         if setting.rate_hz and self.reference.truth.covers == "instants":
             every = self._at_every_frame(setting, assembly)
             offsets = offset_counts(setting.rate_hz, every, self.reference)
-        false = len(column_runs((comparison.by_contact == Outcome.INVENTED).T))
+        false = len(column_runs((comparison.by_contact == Outcome.FALSE_CONTACT).T))
         return {
             "contacts": once.contacts, "offsets": 1 if offsets is None else PHASES,
             "contacts_undecided": once.undecided, "contact_frames_undecided": once.frames_undecided,
-            **wrong_counts(once, false, count_reports(comparison).proportion(Outcome.INVENTED), offsets),
+            **wrong_counts(once, false, count_reports(comparison).proportion(Outcome.FALSE_CONTACT), offsets),
         }  # fmt: skip
 
     def false_frames(self, detection: Detection) -> IntArray:
         """Numbers of frames of false contact of each pair, (P,)."""
-        return self.reference.compare(detection).by_pair[:, Outcome.INVENTED]
+        return self.reference.compare(detection).by_pair[:, Outcome.FALSE_CONTACT]
 
     def _at_every_frame(self, setting: Setting, assembly: Assembly) -> Detection:
         """The answer of a setting without its step rate, which every rate samples."""

@@ -109,7 +109,7 @@ def tradeoff(
     with compiling_reported(lambda *_: None) as compiled:
         deadline = _Deadline(time_limit, compiled)
         ready = prepared(session, pairs=run.pairs, start=run.start, end=run.end, policy=run.policy)
-        motion, session = ready.assembly.motion, ready.treatment.session
+        motion, session = ready.assembly.motion, ready.repaired.session
         assembly = replace(ready.assembly, motion=motion.frames(0, len(motion)))
         if run.detectors is not None:
             settings = settings_of(run.detectors)

@@ -22,7 +22,7 @@ from replay.detection.sample_times import sampled_frames
 if TYPE_CHECKING:
     from cdcore.kernels.compiling import Compiled
 
-TURN_FRAMES: Final = 90
+BATCH_FRAMES: Final = 90
 """Frames of each setting in turn: a second at 90 Hz. Over it a machine seldom changes its speed."""
 
 LEAD_FRAMES: Final = 10
@@ -144,14 +144,14 @@ class LiveFrames:
     """The frames of a motion that are asked live: all, or turns spread evenly over it where there are too many."""
 
     def __init__(self, motion: Motion, most: int) -> None:
-        starts = np.arange(0, len(motion), TURN_FRAMES)
-        rounds = max(1, min(len(starts), most // TURN_FRAMES))
+        starts = np.arange(0, len(motion), BATCH_FRAMES)
+        rounds = max(1, min(len(starts), most // BATCH_FRAMES))
         self.turns: list[tuple[list[Motion], list[Motion]]] = []
         self.count = 0
         """How many frames are timed in a pass."""
         last = 0
         for start in starts[np.linspace(0, len(starts) - 1, rounds).round().astype(np.int64)].tolist():
-            stop = min(start + TURN_FRAMES, len(motion))
+            stop = min(start + BATCH_FRAMES, len(motion))
             lead = [] if start == last else _singly(motion, max(last, start - LEAD_FRAMES), start)
             self.turns.append((lead, _singly(motion, start, stop)))
             self.count += stop - start

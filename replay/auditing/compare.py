@@ -50,7 +50,7 @@ def compare(
 
 def _excuse(outcome: ByteArray, start: int, within: Within) -> None:
     """Find the ill-posed among the missed and invented of a block that begins at frame ``start``."""
-    frames, columns = true_places(is_one_of(outcome, (Outcome.MISSED, Outcome.INVENTED)))
+    frames, columns = true_places(is_one_of(outcome, (Outcome.MISSED, Outcome.FALSE_CONTACT)))
     if len(frames):
         ill = within(frames + start, columns)
         outcome[frames[ill], columns[ill]] = Outcome.WITHIN_TOLERANCE
@@ -68,14 +68,14 @@ def _outcome(subject: Detection, oracle: Detection, rows: slice, holdings: Seque
     outcome = np.full(truth.shape, Outcome.NEITHER, dtype=np.uint8)
     outcome[truth & confirmed] = Outcome.BOTH
     outcome[truth & ~confirmed] = Outcome.MISSED
-    outcome[reports & ~truth] = Outcome.BETWEEN_FRAMES if covers == ("intervals", "instants") else Outcome.INVENTED
+    outcome[reports & ~truth] = Outcome.BETWEEN_FRAMES if covers == ("intervals", "instants") else Outcome.FALSE_CONTACT
     undecided = is_undecided(subject.verdict[rows]) | is_undecided(oracle.verdict[rows])
     # An interval found at its first end stays found, whatever the subject says at its second.
     outcome[undecided & ~(truth & confirmed)] = Outcome.LEFT_OUT
     decided = ~is_undecided(oracle.verdict[rows])
     for holding in holdings:
         block = slice(max(holding.first - rows.start, 0), max(holding.last + 1 - rows.start, 0)), holding.pair
-        outcome[block][(truth[block] | reports[block]) & decided[block]] = Outcome.HELD
+        outcome[block][(truth[block] | reports[block]) & decided[block]] = Outcome.GRASPED
     return outcome
 
 

@@ -12,7 +12,7 @@ from replay.auditing.episodes import column_runs
 from replay.auditing.outcome import Comparison, Episode, Outcome
 from replay.auditing.wilson import Proportion, proportion_of_clusters
 
-REPORTED: Final = (Outcome.BOTH, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE)
+REPORTED: Final = (Outcome.BOTH, Outcome.FALSE_CONTACT, Outcome.WITHIN_TOLERANCE)
 """Outcomes of a contact that a detector reports."""
 
 
@@ -110,7 +110,7 @@ def _counted(outcome: ByteArray, contacts: Sequence[Episode]) -> ContactCounts:
         row[Outcome.LEFT_OUT] -= episode.frames_lost
     pairs = np.array([episode.pair for episode in contacts], dtype=np.int64)
     everything = ContactCounts(np.arange(1, len(contacts) + 1), pairs, frames)
-    return everything.only(frames[:, Outcome.HELD] == 0)
+    return everything.only(frames[:, Outcome.GRASPED] == 0)
 
 
 def grasped_counts(
@@ -122,7 +122,7 @@ def grasped_counts(
     are the oracle's that are held, and ``pairs`` the columns asked about.
     """
     columns = list(pairs)
-    grasped = comparison.outcome[:, columns] == Outcome.HELD
+    grasped = comparison.outcome[:, columns] == Outcome.GRASPED
     truth, reported = (counts_as_contact(verdict[:, columns]) for verdict in verdicts)
     own = [contact for contact in contacts if contact.pair in columns]
     # No detector says contact in a frame without a pose.

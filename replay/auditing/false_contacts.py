@@ -108,7 +108,7 @@ def false_contacts(assembly: Assembly, comparison: Comparison, by: Audited) -> t
     """
     outcome, times = comparison.by_contact, assembly.motion.times
     ends = frame_ends(times)
-    segments = column_runs(column == Outcome.INVENTED for column in outcome.T)
+    segments = column_runs(column == Outcome.FALSE_CONTACT for column in outcome.T)
     if not len(segments):
         return ()
     # Here, since a run without a detection loads no collision engine.
@@ -129,7 +129,7 @@ def false_contacts(assembly: Assembly, comparison: Comparison, by: Audited) -> t
         fault = Fault(
             number=number,
             detector=comparison.subject,
-            pair=comparison.most_affected(pair, first, last, Outcome.INVENTED),
+            pair=comparison.most_affected(pair, first, last, Outcome.FALSE_CONTACT),
             bodies=assembly.things_of(pair),
             kind=_false_kind(before=before, after=after),
             first=first,

@@ -102,7 +102,7 @@ def holdings(assembly: Assembly, session: Session | None, contacts: Iterable[Epi
     ``contacts`` are the oracle's. Stretches of one pair may overlap.
     """
     times, columns = assembly.motion.times, {tuple(pair): k for k, pair in enumerate(assembly.pairs.tolist())}
-    rows = [(pair, 0, len(times) - 1) for pair in np.flatnonzero(assembly.held).tolist()]
+    rows = [(pair, 0, len(times) - 1) for pair in np.flatnonzero(assembly.grasped).tolist()]
     for grasp in grasps(assembly, session) or ():
         pair = columns.get((min(grasp.hand, grasp.thing), max(grasp.hand, grasp.thing)))
         if pair is not None:

@@ -16,7 +16,7 @@ from replay.auditing.episodes import column_runs
 from replay.auditing.outcome import Outcome
 from replay.auditing.tolerance import Reference
 from replay.auditing.wilson import Proportion, proportion_of_clusters
-from replay.constants import HELD_FRAMES
+from replay.constants import MOST_FRAMES_IN_MEMORY
 from replay.detection.detector_spec import DetectorSpec
 from replay.detection.run_detector import detect_all, make_detector, warm_frames
 from replay.prepare.assembly import Assembly
@@ -127,7 +127,7 @@ def has_offsets(spec: DetectorSpec, frames: int) -> bool:
 
     A detector that is none of our table, and any in a recording of more than an hour, keep the offset they have.
     """
-    return bool(spec.settings.get("rate_hz")) and spec.name in TABLE and frames <= HELD_FRAMES
+    return bool(spec.settings.get("rate_hz")) and spec.name in TABLE and frames <= MOST_FRAMES_IN_MEMORY
 
 
 def over_phases(
@@ -149,7 +149,7 @@ def over_phases(
         contacts_missed=always.missed,
         late_or_cut_short=always.late_or_cut_short,
         missed=always.proportion(Outcome.MISSED),
-        false_contact=count_reports(comparison).proportion(Outcome.INVENTED),
+        false_contact=count_reports(comparison).proportion(Outcome.FALSE_CONTACT),
         seconds=seconds,
     )
     return replace(at_offsets, every_frame=every_frame)
@@ -184,13 +184,13 @@ def offset_counts(rate_hz: float, every: Detection, reference: Reference, advanc
         comparison = reference.compare(replace(every, verdict=believed))
         frames[number] = count_contacts(comparison, reference.contacts).frames
         outcome = comparison.outcome
-        false_frames = is_one_of(outcome, (Outcome.INVENTED,))
-        true_or_false = is_one_of(outcome, (Outcome.BOTH, Outcome.INVENTED))
+        false_frames = is_one_of(outcome, (Outcome.FALSE_CONTACT,))
+        true_or_false = is_one_of(outcome, (Outcome.BOTH, Outcome.FALSE_CONTACT))
         reported |= is_one_of(outcome, REPORTED)
         # As of one run: what is within tolerance is neither true nor false.
         positives += true_or_false
         false += false_frames
-        false_of_contacts = is_one_of(comparison.by_contact, (Outcome.INVENTED,))
+        false_of_contacts = is_one_of(comparison.by_contact, (Outcome.FALSE_CONTACT,))
         begins = false_of_contacts[1:] & ~false_of_contacts[:-1]
         segments[number] = np.count_nonzero(false_of_contacts[0]) + np.count_nonzero(begins)
         fractions[number] = int(np.count_nonzero(false_frames)) / max(1, int(np.count_nonzero(true_or_false)))

@@ -75,7 +75,7 @@ def match_episodes(
     false_contacts = [
         number
         for number, episode in extra
-        if (outcome[episode.first : episode.last + 1, episode.pair] == Outcome.INVENTED).any()
+        if (outcome[episode.first : episode.last + 1, episode.pair] == Outcome.FALSE_CONTACT).any()
     ]
     return EpisodeMatches(
         matched=tuple(chosen), missed=tuple(missed),
@@ -100,7 +100,7 @@ def _grasped(comparison: Comparison, episodes: Sequence[Episode]) -> set[int]:
     outcomes = (
         (number, outcome[episode.first : episode.last + 1, episode.pair]) for number, episode in enumerate(episodes, 1)
     )
-    return {number for number, outcomes_of in outcomes if (outcomes_of == Outcome.HELD).all()}
+    return {number for number, outcomes_of in outcomes if (outcomes_of == Outcome.GRASPED).all()}
 
 
 def _matched(

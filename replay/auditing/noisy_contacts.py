@@ -46,17 +46,17 @@ BLOCK: Final = 1024
 
 
 class NoisySpan(NamedTuple):
-    """Frames ``first`` to ``last`` of a pair (column), and the share of the copies with contact there."""
+    """Frames ``first`` to ``last`` of a pair (column), and the fraction of the copies with contact there."""
 
     pair: int
     first: int
     last: int
-    share: float
+    fraction: float
 
     @property
     def word(self) -> str:
         """``holds``, ``undecidable`` or ``absent``."""
-        return HOLDS if self.share >= SURE else ABSENT if self.share <= 1.0 - SURE + 1e-12 else UNDECIDABLE
+        return HOLDS if self.fraction >= SURE else ABSENT if self.fraction <= 1.0 - SURE + 1e-12 else UNDECIDABLE
 
 
 @dataclass(frozen=True)
@@ -65,16 +65,16 @@ class NoiseResult:
 
     copies: int  # number of noisy copies
     contacts: tuple[NoisySpan, ...]  # of every contact of the oracle, in its order, how many copies have it
-    words: tuple[str, ...]  # the same in a word; a contact of bodies at rest on each other is undecidable
+    labels: tuple[str, ...]  # the same in a word; a contact of bodies at rest on each other is undecidable
     near: tuple[NoisySpan, ...]  # stretches without contact in the recording in which copies have some
     # stretches of a second and more in which copies disagree: bodies at rest on each other
     resting: tuple[NoisySpan, ...]
-    asked: int  # pair-frames that copies were asked about; the others are farther apart than the noise reaches
+    queried: int  # pair-frames that copies were asked about; the others are farther apart than the noise reaches
     sizes: Mapping[str, tuple[float, float, float]]  # tracker -> millimetres, degrees and seconds of its noise
 
     def count(self, word: str) -> int:
         """Contacts of a word."""
-        return self.words.count(word)
+        return self.labels.count(word)
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -112,8 +112,8 @@ def in_noise(
         for start in range(0, len(motion), BLOCK):
             block = motion.frames(start, min(start + BLOCK, len(motion)))
             errors = drawn.errors(block.times)
-            asked = [pool.submit(pair.ask, start, block, drawn, errors) for pair in pairs]
-            for answer in asked:
+            answers = [pool.submit(pair.ask, start, block, drawn, errors) for pair in pairs]
+            for answer in answers:
                 answer.result()
             advance(len(block))
     return _result(assembly, contacts, pairs, drawn)
@@ -138,17 +138,18 @@ def _result(
     # A contact of a group holds where that of a member holds.
     spans = tuple(
         max(
-            (pairs[member].span(*span) for member in assembly.columns_of_contact(contact.pair)), key=attrgetter("share")
+            (pairs[member].span(*span) for member in assembly.columns_of_contact(contact.pair)),
+            key=attrgetter("fraction"),
         )
         for contact, span in zip(contacts, windows, strict=True)
     )
     return NoiseResult(
         copies=drawn.copies,
         contacts=spans,
-        words=tuple(UNDECIDABLE if _at_rest(span, resting) else span.word for span in spans),
+        labels=tuple(UNDECIDABLE if _at_rest(span, resting) else span.word for span in spans),
         near=tuple(near),
         resting=tuple(resting),
-        asked=sum(pair.asked for pair in pairs),
+        queried=sum(pair.queried for pair in pairs),
         sizes={
             root: (1e3 * size.position_rms_m, size.rotation_rms_deg, size.correlation_s)
             for root, size in drawn.noise.noise.items()
@@ -191,7 +192,7 @@ class NoisyPair:
     def __init__(self, column: int, assembly: Assembly, offset: ContactOffset | None, oracle: Run, seed: int) -> None:
         self.column, self._ends = column, assembly.pairs[column].tolist()
         self._assembly, self._offset, self._oracle, self._seed = assembly, offset, oracle, seed
-        self._copies, self.asked = 1, 0
+        self._copies, self.queried = 1, 0
         self._blocks: list[tuple[IntArray, ByteArray]] = []
 
     @cached_property
@@ -216,7 +217,7 @@ class NoisyPair:
             motion = Motion.of_rigid(times, np.stack(positions, axis=1), np.stack(rotations, axis=1), valid, valid)
             answers = counts_as_contact(self._detector.detect(motion).verdict[:, 0])
             in_contact[near[uncertain]] = answers.reshape(drawn.copies, -1).T
-            self.asked += int(near.sum())
+            self.queried += int(near.sum())
         self._blocks.append((np.flatnonzero(uncertain) + start, np.packbits(in_contact, axis=1)))
 
     def _near(self, block: Motion, touching: BoolArray) -> BoolArray:

@@ -1,5 +1,5 @@
 """The words of an audit: one detector's verdict beside an oracle's. BOTH is a true positive, MISSED a false negative,
-INVENTED a false positive, NEITHER a true negative.
+FALSE_CONTACT a false positive, NEITHER a true negative.
 """
 
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ class Outcome(IntEnum):
     """Contact, and the detector says so."""
     MISSED = 2
     """Contact that the detector does not report: a false negative."""
-    INVENTED = 3
+    FALSE_CONTACT = 3
     """A contact reported where there is none: a false positive."""
     WITHIN_TOLERANCE = 4
     """They disagree about less than tau: ill-posed, so no error of either."""
@@ -29,7 +29,7 @@ class Outcome(IntEnum):
     """An interval detector's contact that no instant shows."""
     LEFT_OUT = 6
     """One of them did not decide (no pose, unresolved, invalid)."""
-    HELD = 7
+    GRASPED = 7
     """Contact, by one of them or both, of a hand with what it holds: counted apart."""
 
 
@@ -85,12 +85,12 @@ def joined_outcome(members: ByteArray) -> ByteArray:
     has = {outcome: (members == outcome).any(axis=1) for outcome in Outcome}
     joined = np.full(len(members), Outcome.NEITHER, dtype=np.uint8)
     # The later line wins.
-    for outcome in (Outcome.BETWEEN_FRAMES, Outcome.WITHIN_TOLERANCE, Outcome.INVENTED):
+    for outcome in (Outcome.BETWEEN_FRAMES, Outcome.WITHIN_TOLERANCE, Outcome.FALSE_CONTACT):
         joined[has[outcome]] = outcome
     joined[has[Outcome.LEFT_OUT]] = Outcome.LEFT_OUT
     joined[has[Outcome.MISSED]] = Outcome.MISSED
-    joined[has[Outcome.HELD]] = Outcome.HELD
-    joined[has[Outcome.BOTH] | (has[Outcome.MISSED] & has[Outcome.INVENTED])] = Outcome.BOTH
+    joined[has[Outcome.GRASPED]] = Outcome.GRASPED
+    joined[has[Outcome.BOTH] | (has[Outcome.MISSED] & has[Outcome.FALSE_CONTACT])] = Outcome.BOTH
     return joined
 
 

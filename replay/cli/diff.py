@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 MOST_ROWS = 20
 """Contacts listed of each detector; JSON holds them all."""
 
-COMPARE_WORDS = "Compare detector OLD of RUN_A with NEW of RUN_B; the usual choice is by label, then by what is alike."
+COMPARE_HELP = "Compare detector OLD of RUN_A with NEW of RUN_B; the usual choice is by label, then by what is alike."
 
 
 @click.command()
 @click.argument("run_a", type=ANY_PATH, metavar="RUN_A")
 @click.argument("run_b", type=ANY_PATH, metavar="RUN_B")
 @click.option("--different-sessions", is_flag=True, help="Compare runs of two recordings; else they are refused.")
-@click.option("--compare", "pairs", multiple=True, metavar="OLD=NEW", help=COMPARE_WORDS)
+@click.option("--compare", "pairs", multiple=True, metavar="OLD=NEW", help=COMPARE_HELP)
 @reporting
 def command(
     run_a: Path, run_b: Path, different_sessions: bool, pairs: tuple[str, ...], as_json: bool, people: People
@@ -44,7 +44,7 @@ def command(
 
     difference = diff_runs(run_a, run_b, different_sessions=different_sessions, compared=_labels(pairs))
     plain = plain_of(difference) | {"changed": difference.changed}
-    answer(as_json, plain, lambda: terminal(*_shown(difference, run_a, run_b)))
+    answer(as_json, plain, lambda: terminal(*_report(difference, run_a, run_b)))
     if "machine" in {name.partition(".")[0] for name in difference.settings}:
         people.say("note: the runs are of different machines; their times do not compare")
     if all((run / PICTURE).is_file() for run in (run_a, run_b)):
@@ -65,7 +65,7 @@ def _labels(pairs: tuple[str, ...]) -> list[tuple[str, str]]:
     return labels
 
 
-def _shown(difference: "RunDiff", run_a: Path, run_b: Path) -> "Iterator[Table | RenderableType]":
+def _report(difference: "RunDiff", run_a: Path, run_b: Path) -> "Iterator[Table | RenderableType]":
     from replay.cli.terminal import line
     from replay.studies.diff.diff_words import changes, diff_table, settings_lines
     from replay.tables import STRONG

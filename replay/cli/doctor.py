@@ -61,7 +61,7 @@ def command(
         {"file": str(file), "findings": [finding.as_json() for finding in some]}
         for file, some in findings_of_file.items()
     ]
-    lines = (entry for file, some in findings_of_file.items() for entry in _shown(file, some, people.verbose))
+    lines = (entry for file, some in findings_of_file.items() for entry in _report(file, some, people.verbose))
     answer(as_json, plain, lambda: terminal(*lines))
     bad = (
         sum(finding.severity >= WORDS.index(fail_on) for some in findings_of_file.values() for finding in some)
@@ -109,7 +109,7 @@ def _look(
     return look_at(files[0], people, as_json=as_json, given=parse_answers(answers), mapping=mapping)
 
 
-def _shown(file: Path, findings: "Sequence[Finding]", verbose: bool) -> "Iterator[Table | RenderableType]":
+def _report(file: Path, findings: "Sequence[Finding]", verbose: bool) -> "Iterator[Table | RenderableType]":
     from rich.text import Text
 
     from replay.cli.terminal import plain

@@ -12,7 +12,7 @@ def advise_engine(session: Path, engine: str, people: People, *, as_json: bool, 
     """Print and write what the settings of an engine came to; the exit code of the run behind it."""
     from rich.text import Text
 
-    from replay.cli.run_report import answer_cited, close_run, sources_of, where_to_look
+    from replay.cli.run_report import answer_cited, close_run, commands_to_open, sources_of
     from replay.cli.terminal import line, terminal
     from replay.cutting.piece_store import cache_folder
     from replay.document.headline import open_questions
@@ -32,5 +32,5 @@ def advise_engine(session: Path, engine: str, people: People, *, as_json: bool, 
     answer_cited(as_json, plain, lambda: terminal(table, Text(), *sentences), sources_of(advice.result, people))
     code = close_run(advice.result, people)
     if advice.result.out is not None:
-        people.say(*where_to_look(advice.result))
+        people.say(*commands_to_open(advice.result))
     return code

@@ -14,21 +14,21 @@ from replay.cli.options import ANY_PATH, SESSION_FILE, SHARE, Number, force, rep
 if TYPE_CHECKING:
     from replay.running.collider_files import FixedColliders
 
-ENGINE_WORDS = "Write files for unity, unreal, godot or mujoco."
-OUT_WORDS = "Folder for the files.  [default: fix-ENGINE]"
-FALSE_WORDS = "Largest fraction of the reported contact time that may be false."
-MISSED_WORDS = "Largest fraction of the contact time that may be missed."
-LIMIT_WORDS = "Cut and search so long; then take the best pieces found by then."
+ENGINE_HELP = "Write files for unity, unreal, godot or mujoco."
+OUT_HELP = "Folder for the files.  [default: fix-ENGINE]"
+FALSE_HELP = "Largest fraction of the reported contact time that may be false."
+MISSED_HELP = "Largest fraction of the contact time that may be missed."
+LIMIT_HELP = "Cut and search so long; then take the best pieces found by then."
 
 
 @click.command()
 @click.argument("session", type=SESSION_FILE, metavar="SESSION")
-@click.option("--engine", metavar="NAME", default="", help=ENGINE_WORDS)
-@click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help=OUT_WORDS)
-@click.option("--max-false", type=SHARE, default=0.2, show_default=True, metavar="SHARE", help=FALSE_WORDS)
-@click.option("--max-missed", type=SHARE, metavar="SHARE", help=MISSED_WORDS)
+@click.option("--engine", metavar="NAME", default="", help=ENGINE_HELP)
+@click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help=OUT_HELP)
+@click.option("--max-false", type=SHARE, default=0.2, show_default=True, metavar="SHARE", help=FALSE_HELP)
+@click.option("--max-missed", type=SHARE, metavar="SHARE", help=MISSED_HELP)
 @click.option(
-    "--time-limit", type=Number(min=0), default=60.0, show_default=True, metavar="SECONDS", help=LIMIT_WORDS
+    "--time-limit", type=Number(min=0), default=60.0, show_default=True, metavar="SECONDS", help=LIMIT_HELP
 )  # fmt: skip
 @click.option("--start", type=Number(), metavar="SECONDS", help="Leave out what comes before.")
 @click.option("--end", type=Number(), metavar="SECONDS", help="Leave out what comes after.")
@@ -115,7 +115,7 @@ def _sentences(fixed: "FixedColliders", session: str) -> list[str]:
 
 
 def _share(fraction: float | None) -> str:
-    return words.share(fraction or 0.0)
+    return words.as_percentage(fraction or 0.0)
 
 
 def _axes(fixed: "FixedColliders") -> list[str]:

@@ -17,10 +17,10 @@ from replay.words import plural
 if TYPE_CHECKING:
     from sessions import Session
 
-AXES_WORDS = "Axes of mesh files: body, x-flipped, y-up, gltf, unity, ... Repeatable."
+AXES_HELP = "Axes of mesh files: body, x-flipped, y-up, gltf, unity, ... Repeatable."
 SURFACE_WORDS = "mjcf: the geoms that are a body's surface.  [default: auto]"
-UNIT_WORDS = "Unit of mesh files: m, cm, mm. Default: by size. Repeatable."
-OFFSET_WORDS = "contacts: what to add to their clock. Default: estimated."
+UNIT_HELP = "Unit of mesh files: m, cm, mm. Default: by size. Repeatable."
+OFFSET_HELP = "contacts: what to add to their clock. Default: estimated."
 
 
 @click.command()
@@ -30,7 +30,7 @@ OFFSET_WORDS = "contacts: what to add to their clock. Default: estimated."
 @force
 @click.option("--mesh", "named", multiple=True, metavar="BODY=FILE", help="Mesh of a body: left=wand.glb. Repeatable.")
 @meshes_option
-@click.option("--mesh-units", multiple=True, metavar="[BODY=]UNIT", help=UNIT_WORDS)
+@click.option("--mesh-units", multiple=True, metavar="[BODY=]UNIT", help=UNIT_HELP)
 @click.option("--colliders", type=SESSION_FILE, metavar="FILE.glb", help="Colliders of the engine, a node each.")
 @click.option("--scene", type=SESSION_FILE, metavar="SCENE.toml", help="Bodies, pairs, effects.")
 @click.option("--mapping", type=SESSION_FILE, metavar="FILE", help="csv, xdf: which column or channel is what.")
@@ -39,11 +39,11 @@ OFFSET_WORDS = "contacts: what to add to their clock. Default: estimated."
 @click.option("--root", type=FILE_OR_FOLDER, metavar="DIR", help="mjcf: the folder that holds all files of the model.")
 @click.option("--surface", type=click.Choice(["auto", "drawn", "colliding"]), help=SURFACE_WORDS)
 @click.option("--topic", "topics", multiple=True, metavar="TOPIC", help="mcap, ros2: read this alone. Repeatable.")
-@click.option("--mesh-axes", multiple=True, metavar="[BODY=]NAME", help=AXES_WORDS)
+@click.option("--mesh-axes", multiple=True, metavar="[BODY=]NAME", help=AXES_HELP)
 @click.option("--collider-axes", metavar="NAME", help="Axes of the colliders' file. Default: the recording's.")
 @click.option("--no-look", is_flag=True, help="Do not try what was guessed: no pictures, no question.")
 @click.option("--session", type=SESSION_FILE, metavar="FILE.mcap", help="contacts: the session they belong to.")
-@click.option("--offset", type=Number(), metavar="SECONDS", help=OFFSET_WORDS)
+@click.option("--offset", type=Number(), metavar="SECONDS", help=OFFSET_HELP)
 @reporting
 def command(
     kind: str, source: Path, out: Path, force: bool, session: Path | None, offset: float | None, as_json: bool,

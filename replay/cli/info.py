@@ -30,11 +30,11 @@ def command(session: Path, scene: Path | None, as_json: bool, people: People) ->
 
     with fetched(session) as file:
         info = session_info(read_session(file, scene=scene))
-    answer(as_json, info, lambda: terminal(*_shown(info, session, people.verbose)))
+    answer(as_json, info, lambda: terminal(*_report(info, session, people.verbose)))
     return 0
 
 
-def _shown(info: dict[str, Any], file: Path, verbose: bool) -> "Iterator[Table | RenderableType]":
+def _report(info: dict[str, Any], file: Path, verbose: bool) -> "Iterator[Table | RenderableType]":
     clock = info["frames"]
     from replay.cli.terminal import plain
 

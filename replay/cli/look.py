@@ -215,7 +215,7 @@ def _screen(examined: "Examined", pictures: Sequence[Path], path: Path) -> "Rend
     """The pictures, what the recording shows as it is, and each question with its alternatives."""
     from rich.text import Text
 
-    from replay.advice.scene_outcome import outcome_words
+    from replay.advice.scene_outcome import outcome_text
     from replay.cli.terminal import Paragraph, terminal
 
     del path
@@ -224,7 +224,7 @@ def _screen(examined: "Examined", pictures: Sequence[Path], path: Path) -> "Rend
     sampled = ""
     if examined.is_thinned:
         sampled = f" ({len(examined.frames):,} of {len(examined.assembly.motion):,} frames)"
-    contents.append(Paragraph("", f"The recording as it is now: {outcome_words(examined.outcome)}{sampled}."))
+    contents.append(Paragraph("", f"The recording as it is now: {outcome_text(examined.outcome)}{sampled}."))
     if not examined.questions:
         contents.append(Paragraph("", "Nothing that the import guessed changes its contacts."))
     for number, question in enumerate(examined.questions, start=1):

@@ -134,12 +134,12 @@ def _counts(run: "SessionOfBatch", missed: Mapping[str, str]) -> dict[str, Count
     if missed:
         counts["contacts"] = Count.once(max((detector.contacts for detector in audit.values()), default=0))
     for name, label in missed.items():
-        counts[name] = _never_found(audit[label]) if label in audit else NOTHING_COUNTED
+        counts[name] = _never_reported(audit[label]) if label in audit else NOTHING_COUNTED
     undecided = sum(detector.contacts_undecided for detector in audit.values())
     rare = zip(RARE, (undecided, run.dropped_frames, lost_poses(run.flagged)), strict=True)
     return counts | {name: Count.once(count) for name, count in rare}
 
 
-def _never_found(audit: DetectorAudit) -> Count:
+def _never_reported(audit: DetectorAudit) -> Count:
     counts = audit.counts_over_offsets.contacts_missed
     return Count(counts.smallest, counts.largest, counts.mean)

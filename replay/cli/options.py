@@ -143,16 +143,16 @@ def require_free(*files: Path, force: bool) -> None:
 meshes = click.option(
     "--meshes", type=FILE_OR_FOLDER, metavar="DIR|FILE.glb", help="Meshes by the names of files or nodes."
 )
-SCENE_WORDS = "A scene in place of the session's own; without bodies it adds to that one."
-scene = click.option("--scene", type=SESSION_FILE, metavar="SCENE.toml", help=SCENE_WORDS)
-TABLES_WORDS = "Form of the tables for other programs; xlsx needs the extra `excel`."
+SCENE_HELP = "A scene in place of the session's own; without bodies it adds to that one."
+scene = click.option("--scene", type=SESSION_FILE, metavar="SCENE.toml", help=SCENE_HELP)
+TABLES_HELP = "Form of the tables for other programs; xlsx needs the extra `excel`."
 force = click.option("--force", is_flag=True, help="Replace an earlier file or folder of that name.")
 
 
 def tables(default: str) -> Option:
     """Return the option for the form of the tables that are written."""
     form = click.Choice(["parquet", "csv", "xlsx"])
-    return click.option("--tables", type=form, default=default, show_default=True, help=TABLES_WORDS)
+    return click.option("--tables", type=form, default=default, show_default=True, help=TABLES_HELP)
 
 
 tau = click.option("--tau", type=Number(min=0), default=2e-6, show_default=True, help="Metres of tolerance.")
@@ -164,30 +164,30 @@ jobs = click.option(
 def detectors_named(context: click.Context, option: click.Parameter, value: Any) -> Any:
     """One detector, or several, as given; ``None`` if none is named. Code of the current folder can be among them."""
     del context, option
-    let_modules_here_be_found([value] if isinstance(value, str) else value or ())
+    import_from_current_folder([value] if isinstance(value, str) else value or ())
     return value or None
 
 
-ORACLE_WORDS = "The detector to trust: exact, continuous, a label. Default: exact."
-DETECTORS_WORDS = (
+ORACLE_HELP = "The detector to trust: exact, continuous, a label. Default: exact."
+DETECTORS_HELP = (
     "Detectors to run: hybrid, slow=discrete[rate_hz=22.5], package.module:Class. Default: what engines ship."
 )
 lineup = together(
     click.option(
         "--detectors", "--detector", "detectors", multiple=True, metavar="SPEC", callback=detectors_named,
-        help=DETECTORS_WORDS,
+        help=DETECTORS_HELP,
     ),
-    click.option("--oracle", metavar="SPEC", callback=detectors_named, help=ORACLE_WORDS),
+    click.option("--oracle", metavar="SPEC", callback=detectors_named, help=ORACLE_HELP),
     click.option("--seed", type=int, default=0, show_default=True, help="Seed of every random stream."),
 )  # fmt: skip
 """Who is asked, who is trusted; ``detectors`` is ``None`` if none is named."""
 
 FIX_SECONDS = 20.0
-FIX_TIME_WORDS = "Time to cut and replay a Fix of colliders; 0: none.  [default: 20; of several sessions 0]"
-fix_time = click.option("--fix-time", type=Number(min=0), metavar="SECONDS", help=FIX_TIME_WORDS)
+FIX_TIME_HELP = "Time to cut and replay a Fix of colliders; 0: none.  [default: 20; of several sessions 0]"
+fix_time = click.option("--fix-time", type=Number(min=0), metavar="SECONDS", help=FIX_TIME_HELP)
 
 PAIR_ENDS = re.compile(r"((?:tag:)?[^:]+):((?:tag:)?[^:]+)")
-PAIRS_WORDS = 'Replay these pairs alone: bodies, groups, tag:WORD or patterns, as "hand:glass"; repeat it.'
+PAIRS_HELP = 'Replay these pairs alone: bodies, groups, tag:WORD or patterns, as "hand:glass"; repeat it.'
 
 
 def pairs_named(_: click.Context, __: click.Parameter, value: tuple[str, ...]) -> list[tuple[str, str]] | None:
@@ -199,9 +199,9 @@ def pairs_named(_: click.Context, __: click.Parameter, value: tuple[str, ...]) -
     return [(match[1], match[2]) for _, match in matches if match is not None] or None
 
 
-pairs = click.option("--pairs", multiple=True, metavar="A:B", callback=pairs_named, help=PAIRS_WORDS)
+pairs = click.option("--pairs", multiple=True, metavar="A:B", callback=pairs_named, help=PAIRS_HELP)
 
-POLICY_WORDS = "Treatment of a kind of finding: drop, hold[:SECONDS], interpolate[:SECONDS], refuse, keep; repeat it."
+POLICY_HELP = "Treatment of a kind of finding: drop, hold[:SECONDS], interpolate[:SECONDS], refuse, keep; repeat it."
 replaying = together(
     force,
     scene,
@@ -209,13 +209,13 @@ replaying = together(
     click.option("--start", type=Number(), metavar="SECONDS", help="Leave out what comes before."),
     click.option("--end", type=Number(), metavar="SECONDS", help="Leave out what comes after."),
     tau,
-    click.option("--policy", multiple=True, metavar="KIND=ACTION", help=POLICY_WORDS),
+    click.option("--policy", multiple=True, metavar="KIND=ACTION", help=POLICY_HELP),
     click.option("--no-picture", is_flag=True, help="Tables only, no recording for Rerun."),
 )
 """What every verb takes that replays a session: which part of it, and what is trusted."""
 
 
-def let_modules_here_be_found(specs: Iterable[str]) -> None:
+def import_from_current_folder(specs: Iterable[str]) -> None:
     """Appends the current folder to the module path if a detector is named ``module:Class``.
 
     So are folders of ``PYTHONPATH`` that an isolated Python (``python -I``) left out.

@@ -23,11 +23,11 @@ from replay.cli.options import (
 from replay.cli.project_settings import ProjectCommand
 from replay.cli.session_files import session_files, several
 
-STEP_WORDS = "Physics steps a second of your engine, where no detectors are named.  [default: 50]"
-NOISE_WORDS = 'Replay noisy copies: [BODY=]vive or "0.3 mm, 0.05 deg, 0.1 s"; repeat it.'
-MISSED_WORDS = "Exit 4 when more contacts or pair-frames are missed."
-FALSE_WORDS = "Exit 4 when more of the contact it reports is false."
-LATE_WORDS = "Exit 4 when the slowest 1 % of the looks take longer."
+STEP_HELP = "Physics steps a second of your engine, where no detectors are named.  [default: 50]"
+NOISE_HELP = 'Replay noisy copies: [BODY=]vive or "0.3 mm, 0.05 deg, 0.1 s"; repeat it.'
+MISSED_HELP = "Exit 4 when more contacts or pair-frames are missed."
+FALSE_HELP = "Exit 4 when more of the contact it reports is false."
+LATE_HELP = "Exit 4 when the slowest 1 % of the looks take longer."
 
 
 def _renamed(_: click.Context, __: click.Parameter, value: str | None) -> None:
@@ -40,14 +40,14 @@ def _renamed(_: click.Context, __: click.Parameter, value: str | None) -> None:
 @click.argument("sessions", type=SESSIONS_ANYWHERE, metavar="FILE|DIR|LIST.txt...", nargs=-1, required=True)
 @click.option("--out", "-o", type=OUT_ANYWHERE, metavar="DIR", help="Run folder; of several sessions, one each in it.")
 @lineup
-@click.option("--step-rate", type=Number(min=0, min_open=True), metavar="HZ", help=STEP_WORDS)
-@click.option("--noise", multiple=True, metavar="SIZE", help=NOISE_WORDS)
+@click.option("--step-rate", type=Number(min=0, min_open=True), metavar="HZ", help=STEP_HELP)
+@click.option("--noise", multiple=True, metavar="SIZE", help=NOISE_HELP)
 @jobs
 @click.option("--scheduler", metavar="ADDRESS", help="Let the workers of a scheduler of Dask do it.")
-@click.option("--max-missed", type=SHARE, metavar="SHARE", help=MISSED_WORDS)
-@click.option("--max-false", type=SHARE, metavar="SHARE", help=FALSE_WORDS)
+@click.option("--max-missed", type=SHARE, metavar="SHARE", help=MISSED_HELP)
+@click.option("--max-false", type=SHARE, metavar="SHARE", help=FALSE_HELP)
 @click.option("--max-invented", hidden=True, expose_value=False, callback=_renamed)
-@click.option("--max-p99-ms", type=Number(min=0), metavar="MS", help=LATE_WORDS)
+@click.option("--max-p99-ms", type=Number(min=0), metavar="MS", help=LATE_HELP)
 @fix_time
 @tables("parquet")
 @replaying

@@ -7,7 +7,7 @@ from replay.document.headline import doubts, headlines, price
 from replay.document.run_result import Summarised
 from replay.show.run_tables import ranking_table
 from replay.show.sections import details_markdown
-from replay.tables import Table, markdown, markdown_words
+from replay.tables import Table, markdown, markdown_text
 
 LEVEL = 3
 """Heading of a table: the page of a build has headings of its own above."""
@@ -35,7 +35,7 @@ def reasons(result: Summarised) -> list[str]:
     items = []
     for heading, text, command in result.answers[0].reasons if result.answers else ():
         quoted = f" `{command}`" if command else ""
-        items.append(f"- **{heading}** {markdown_words(text)}{quoted}")
+        items.append(f"- **{heading}** {markdown_text(text)}{quoted}")
     return items
 
 
@@ -49,10 +49,10 @@ def markdown_page(
     details: Sequence[str] = (),
 ) -> str:
     """Return failed gates, sentences, reasons in Markdown, the tables, sentences that are no table's note, details."""
-    gates = "\n".join(f"- **gate failed:** {markdown_words(sentence)}" for sentence in broken)
-    paragraphs = [f"## {markdown_words(head)}", gates, *map(markdown_words, above), "\n".join(reasons)]
+    gates = "\n".join(f"- **gate failed:** {markdown_text(sentence)}" for sentence in broken)
+    paragraphs = [f"## {markdown_text(head)}", gates, *map(markdown_text, above), "\n".join(reasons)]
     paragraphs += [markdown(table, LEVEL) for table in tables]
     noted = {note for table in tables for note in table.notes}
-    paragraphs += [markdown_words(sentence) for sentence in below if sentence not in noted]
+    paragraphs += [markdown_text(sentence) for sentence in below if sentence not in noted]
     paragraphs += details
     return "\n\n".join([*filter(None, paragraphs), f"*{CAVEAT}*"])

@@ -29,7 +29,7 @@ def report_run(
     """
     from replay.document.cost import SESSION
 
-    sources, where = sources_of(result, people), where_to_look(result)
+    sources, where = sources_of(result, people), commands_to_open(result)
     code = close_run(result, people)
     if as_json:
         print_json(run_json(result) | {"broken": [*broken]} | ({"sources": sources} if sources else {}))
@@ -75,7 +75,7 @@ def close_run(result: RunResult, people: People) -> int:
     return DATA_LOSS if document.session.dropped_frames.total or lost_poses(document.flagged) else OK
 
 
-def where_to_look(result: RunResult) -> list[str]:
+def commands_to_open(result: RunResult) -> list[str]:
     """The commands that show a run: the picture at the moment of its answer, and the page."""
     if result.out is None:
         return ["Nothing was written; with --out DIR there are a report, tables and a picture of every moment."]

@@ -14,11 +14,11 @@ from replay.document.audit import DetectorAudit
 from replay.document.cost import RUN, SESSION, busy_text
 from replay.document.headline import beside, doubts, engine_reports, price, undecided
 from replay.document.run_result import RunResult
-from replay.effects.effect_summary import happened_words
+from replay.effects.effect_summary import happened_text
 from replay.show import run_tables as built
 from replay.show.sections import SectionName, section_of
 from replay.show.words import tallied
-from replay.tables import FAINT, GOOD, IN_RED, INVENTED, Table
+from replay.tables import FAINT, GOOD, IN_RED, IN_YELLOW, Table
 
 EVENT_ROWS: Final = 20
 
@@ -31,7 +31,7 @@ def run_screen(result: RunResult, where: Sequence[str] = (), *, recording: str =
     ``where``: lines that say how to see it; ``recording``: the file that was replayed, for the commands.
     """
     contents: list[Table | RenderableType] = [
-        line(text.replace(RECORDING, quote(recording)), INVENTED) for text in doubts(result.document)
+        line(text.replace(RECORDING, quote(recording)), IN_YELLOW) for text in doubts(result.document)
     ]
     if result.ranking:
         contents += [built.ranking_table(result).narrow().with_heads()]
@@ -67,7 +67,7 @@ def effect_parts(result: RunResult) -> list[Table | RenderableType]:
     """Events of effects: a table in a run without detectors, else a line of the kinds other than contact."""
     if not result.detections and result.effects:
         table = built.effect_table(result).narrow()
-        return [table, Text(), *(line(text) for text in happened_words(result.effects, EVENT_ROWS))]
+        return [table, Text(), *(line(text) for text in happened_text(result.effects, EVENT_ROWS))]
     kinds = [
         f"{kind} ({tallied(effect.events)})"
         for kind, effect in result.document.effects.items()
@@ -108,7 +108,7 @@ def _mark(result: RunResult) -> str:
     if worst.lost and not worst.leads_false:
         return IN_RED
     if worst.loss:
-        return INVENTED
+        return IN_YELLOW
     return GOOD if worst.contacts else ""
 
 

@@ -26,9 +26,9 @@ def command(runs: tuple[Path, ...], out: Path, anyway: bool, force: bool, people
     replay share runs/* -o class
     """
     from replay.show.share.folder import INDEX
-    from replay.show.viewing import write_share
+    from replay.show.viewing import write_shared
 
-    if why := write_share(runs, out, anyway=anyway, force=force):
+    if why := write_shared(runs, out, anyway=anyway, force=force):
         people.say(f"the report alone, without a picture: {why}")
     size = sum(file.stat().st_size for file in out.iterdir()) / 1e6
     people.say(f"wrote {out}, {words.fixed(size, 0)} MB; open {out / INDEX} in a browser, or send the folder")

@@ -6,7 +6,7 @@ from typing import Any
 import click
 
 from replay.cli.console import People, TerminalProgress, answer
-from replay.cli.options import ANY_PATH, RUN_FOLDER, SESSION_FILE, force, let_modules_here_be_found, reporting, scene
+from replay.cli.options import ANY_PATH, RUN_FOLDER, SESSION_FILE, force, import_from_current_folder, reporting, scene
 
 WHOSE = "Detector: a label of the run; of code of your own label=module:Class."
 
@@ -41,7 +41,7 @@ def command(run: Path, out: Path, force: bool, as_json: bool, people: People, **
     from replay.studies.shrink.wrong_answer import of_run
 
     check_target(out, force=force, kind=CASE)
-    let_modules_here_be_found([options["label"] or ""])
+    import_from_current_folder([options["label"] or ""])
     fault = of_run(read_run_folder(run), **options)
     source = f"miss {miss}" if miss is not None else f"false contact {false}"
     before, shrinking = Size.of(fault), Shrinking(fault, TerminalProgress(people))

@@ -13,10 +13,10 @@ from replay.studies.class_study.analysis import Study
 from replay.studies.class_study.class_runs import ClassRuns, runs_with_open_guesses
 from replay.studies.class_study.class_tables import class_counts
 from replay.studies.class_study.published import AGREES, INCONSISTENT, Remark
-from replay.tables import FAINT, FOUND, STRONG, WARNING, Marked, table
+from replay.tables import FAINT, IN_BLUE, STRONG, WARNING, Marked, table
 from replay.words import plural
 
-MARKS = {INCONSISTENT: WARNING, "weak": FOUND, AGREES: FAINT}
+MARKS = {INCONSISTENT: WARNING, "weak": IN_BLUE, AGREES: FAINT}
 """Kind of a remark -> its mark, the worst kind first."""
 
 MOST_ROWS: Final = 9

@@ -20,8 +20,8 @@ STYLES: Final = {
     tables.FAINT: "dim",
     tables.IN_RED: f"bold {palette.hex_of(palette.MISSED)}",
     tables.PARTLY: palette.hex_of(palette.LATE),
-    tables.FOUND: palette.hex_of(palette.SERIES[0]),
-    tables.INVENTED: palette.hex_of(palette.INVENTED),
+    tables.IN_BLUE: palette.hex_of(palette.SERIES[0]),
+    tables.IN_YELLOW: palette.hex_of(palette.FALSE_CONTACT),
     tables.WARNING: "yellow",
     tables.ERROR: "bold magenta",  # not red: that is for misses
     tables.GOOD: "bold green",

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from replay.advice.sweep import Watch
     from replay.progress import Advance
 
-LIMIT_WORDS = "Begin no setting that cannot end by then. Not in it: compiling, and the audit for --out."
+LIMIT_HELP = "Begin no setting that cannot end by then. Not in it: compiling, and the audit for --out."
 
 
 @click.command()
@@ -22,7 +22,7 @@ LIMIT_WORDS = "Begin no setting that cannot end by then. Not in it: compiling, a
 @click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help="Run folder with table, report and picture.")
 @lineup
 @click.option(
-    "--time-limit", type=click.FloatRange(min=0), metavar="SECONDS", default=150.0, show_default=True, help=LIMIT_WORDS
+    "--time-limit", type=click.FloatRange(min=0), metavar="SECONDS", default=150.0, show_default=True, help=LIMIT_HELP
 )
 @click.option("--engine", metavar="NAME", help="Instead, what one can set in unity, unreal or mujoco, in its words.")
 @replaying

@@ -15,7 +15,7 @@ from cdcore.detectors import TABLE, load_detector, settings_of
 from cdcore.errors import CollisionCoreError, OwnDetectorError
 from cdcore.narrow.sections.section_source import sections_of
 from cdcore.protocol import detect_live, own_failure, stream_live
-from replay.constants import BLOCK_FRAMES, HELD_FRAMES
+from replay.constants import BLOCK_FRAMES, MOST_FRAMES_IN_MEMORY
 from replay.cutting.compound import with_pieces
 from replay.detection.detector_spec import DetectorSpec
 from replay.detection.recorded import RECORDED, recorded_detector
@@ -145,7 +145,7 @@ def detect_all(detector: Detector, assembly: Assembly, *, faces: bool = False, a
         advance(len(motion))
         return detection
     blocks = _advancing(detector.stream(motion.blocks(WHOLE_FRAMES), faces=faces), advance)
-    return _joined(blocks, detector, assembly) if len(motion) > HELD_FRAMES else join(blocks)
+    return _joined(blocks, detector, assembly) if len(motion) > MOST_FRAMES_IN_MEMORY else join(blocks)
 
 
 def watched_again(detector: object, motion: Motion) -> Watched | None:
@@ -153,7 +153,7 @@ def watched_again(detector: object, motion: Motion) -> Watched | None:
     # Here, since a run without a search loads no compiler.
     from cdcore.search.tracing import Watchable
 
-    return detector.watch(motion) if len(motion) <= HELD_FRAMES and isinstance(detector, Watchable) else None
+    return detector.watch(motion) if len(motion) <= MOST_FRAMES_IN_MEMORY and isinstance(detector, Watchable) else None
 
 
 def _joined(blocks: Iterator[Detection], detector: Detector, assembly: Assembly) -> Detection:

@@ -25,7 +25,7 @@ def cost(document: RunDocument) -> str:
     detector = document.detectors[document.oracle]
     seconds = detector.seconds
     mean = seconds.per_frame_mean
-    percentage = words.share(1e3 * mean / BUDGET_MS)
+    percentage = words.as_percentage(1e3 * mean / BUDGET_MS)
     text = f"{document.oracle} takes {words.frame_time(mean)} a frame, {percentage} of a {HEADSET_HZ:g} Hz frame"
     if seconds.p99 is not None:
         text += f"; p99 {words.frame_time(seconds.p99)}"
@@ -41,4 +41,8 @@ def busy_text(document: RunDocument) -> str:
 
 def busy_sentence(fraction: float) -> str:
     """That other programs had this fraction of the clock; ``""``: too little to matter."""
-    return "" if fraction <= BUSY else f"The machine was busy ({words.share(fraction)}): run again for reliable times."
+    return (
+        ""
+        if fraction <= BUSY
+        else f"The machine was busy ({words.as_percentage(fraction)}): run again for reliable times."
+    )

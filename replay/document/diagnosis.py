@@ -24,7 +24,7 @@ from replay.document.ranking import Rank, count_range, fault_text, lost_text
 from replay.document.run_document import RunDocument
 from replay.document.run_result import RunResult
 from replay.prepare.frame_times import frame_rate
-from replay.words import frame_time, plural, rate, share
+from replay.words import as_percentage, frame_time, plural, rate
 
 
 def answers(result: RunResult, document: RunDocument, ranks: Sequence[Rank]) -> tuple[Answer, ...]:
@@ -258,7 +258,7 @@ def _measured(text: str, label: str, document: RunDocument) -> Fix:
 
 def faults_text(lost: str, false: float) -> str:
     """``none missed, 3 % false``: what a setting gets wrong, both kinds."""
-    return f"{lost or 'none missed or late'}, {share(false)} false"
+    return f"{lost or 'none missed or late'}, {as_percentage(false)} false"
 
 
 def _setting_label(spec: DetectorSpec) -> str:

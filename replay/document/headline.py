@@ -95,7 +95,7 @@ def _because(reasons: Mapping[str, int]) -> str:
     return f" ({'; '.join(f'{count:,}: {why}' for why, count in reasons.items())})" if reasons else ""
 
 
-def held(result: Summarised) -> list[str]:
+def grasped_notes(result: Summarised) -> list[str]:
     """A line for each detector of what it gets wrong while a hand holds the body, which is not counted."""
     lines = []
     for label, audit in result.document.audit.items():
@@ -114,7 +114,7 @@ def held(result: Summarised) -> list[str]:
 
 def beside(result: RunResult) -> list[str]:
     """Return notes beside the headlines: what was not decided or not counted, and what is chance."""
-    return [*undecided(result), *engine_reports(result), *held(result), *in_noise(result), *compounds(result)]
+    return [*undecided(result), *engine_reports(result), *grasped_notes(result), *in_noise(result), *compounds(result)]
 
 
 def engine_reports(result: Summarised) -> list[str]:
@@ -155,7 +155,7 @@ def in_noise(result: RunResult) -> list[str]:
     noise = result.noise
     if noise is None:
         return []
-    firm, total = noise.count(HOLDS), len(noise.words)
+    firm, total = noise.count(HOLDS), len(noise.labels)
     text = f"{firm} of {total} contacts hold, {noise.count(UNDECIDABLE)} undecidable, {noise.count(ABSENT)} absent"
     lines = [f"In {noise.copies} copies with tracker noise: {text if total else 'no contact to judge'}."]
     for label in result.comparisons if firm else ():

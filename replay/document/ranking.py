@@ -130,7 +130,7 @@ def false_text(proportion_false: Proportion | None, unconfirmed: bool, whose: st
     if not false:
         return ""
     what = "unconfirmed: only bounding volumes overlap" if unconfirmed else "false"
-    return f"{words.share(false)} of {whose} contact time is {what}"
+    return f"{words.as_percentage(false)} of {whose} contact time is {what}"
 
 
 def lost_text(missed: Range, late: Range, contacts: int) -> str:
@@ -153,12 +153,12 @@ def fault_text(rank: Rank, *, largest: bool = False, whose: str = "its") -> str:
     """
     lost_contacts = lost_text(rank.missed_counts or (0, 0), rank.late_counts or (0, 0), rank.contacts)
     undecided = f"{rank.undecided} of {plural(rank.contacts, 'contact')} undecided" if rank.undecided else ""
-    words = [
+    clauses = [
         (2.0, undecided),
         (rank.contact_loss, lost_contacts),
         (fraction_of(rank.false), false_text(rank.false, rank.unconfirmed, whose)),
     ]
-    texts = [text for _, text in sorted(words, key=lambda entry: -entry[0]) if text]
+    texts = [text for _, text in sorted(clauses, key=lambda entry: -entry[0]) if text]
     if texts:
         return texts[0] if largest else "; ".join(texts)
     return f"no contact of {rank.contacts} missed, none false" if rank.contacts else NOTHING

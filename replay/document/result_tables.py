@@ -81,21 +81,21 @@ def _events(result: RunResult) -> Iterator[dict[str, Any]]:
         fields = "; ".join(f"{key}={value}" for key, value in span.data.items())
         yield _event(zero, (span.start_ns, span.end_ns), span.kind, name=span.name, message=fields)
     for kind, run in result.effects.items():
-        for found in run.events:
-            end = None if found.end is None else zero + round(found.end * 1e9)
-            values = dict(found.values) | ({} if found.point is None else {"point": list(found.point)})
+        for reported in run.events:
+            end = None if reported.end is None else zero + round(reported.end * 1e9)
+            values = dict(reported.values) | ({} if reported.point is None else {"point": list(reported.point)})
             yield _event(
-                zero, (zero + round(found.time * 1e9), end), EFFECT + kind, name=found.name,
-                body=" ".join(found.bodies), level=found.level, message=found.text,
+                zero, (zero + round(reported.time * 1e9), end), EFFECT + kind, name=reported.name,
+                body=" ".join(reported.bodies), level=reported.level, message=reported.text,
                 values=json.dumps(values, sort_keys=True, default=plain_value),
             )  # fmt: skip
 
 
-def _event(zero: int, stamps: tuple[int, int | None], source: str, **words: str) -> dict[str, Any]:
+def _event(zero: int, stamps: tuple[int, int | None], source: str, **columns: str) -> dict[str, Any]:
     """A row of the table of events; ``zero`` is the stamp of second 0."""
     stamp, end = stamps
     return {
-        "stamp_ns": stamp, "end_stamp_ns": end, "source": source, "body": "", "level": "info", "values": "", **words,
+        "stamp_ns": stamp, "end_stamp_ns": end, "source": source, "body": "", "level": "info", "values": "", **columns,
         "time": (stamp - zero) / 1e9, "end_time": None if end is None else (end - zero) / 1e9,
     }  # fmt: skip
 
@@ -122,16 +122,16 @@ def _episodes(result: RunResult) -> Table:
 
 
 def _entries(
-    result: RunResult, found: Mapping[str, Sequence[Any]], more: Callable[[str, int, Any], dict[str, Any]]
+    result: RunResult, by_detector: Mapping[str, Sequence[Any]], more: Callable[[str, int, Any], dict[str, Any]]
 ) -> Iterator[dict[str, Any]]:
     """Yield the contacts or faults of each detector, numbered in order of time, each with ``more`` columns.
 
     ``thing`` is an ``Episode`` or a ``Fault``.
     """
-    for label, things in found.items():
+    for label, things in by_detector.items():
         spans = np.array([(thing.pair, thing.first, thing.last) for thing in things], dtype=np.int64).reshape(-1, 3)
-        held = result.assembly.held[spans[:, 0]] | within(result.holdings, *spans.T)
-        for number, (thing, is_grasped) in enumerate(zip(things, held.tolist(), strict=True), 1):
+        grasped = result.assembly.grasped[spans[:, 0]] | within(result.holdings, *spans.T)
+        for number, (thing, is_grasped) in enumerate(zip(things, grasped.tolist(), strict=True), 1):
             bodies = result.assembly.things_of(thing.pair)
             row = {"label": label, "number": number, "thing": thing, "bodies": bodies, "held": is_grasped}
             yield row | more(label, number, thing)
@@ -140,7 +140,7 @@ def _entries(
 def _in_noise(result: RunResult, number: int) -> tuple[str | None, float | None]:
     """Word and share of a contact of the oracle in noisy copies."""
     noise = result.noise
-    return (None, None) if noise is None else (noise.words[number - 1], noise.contacts[number - 1].share)
+    return (None, None) if noise is None else (noise.labels[number - 1], noise.contacts[number - 1].fraction)
 
 
 def _doubt(result: RunResult, contact: Episode) -> str | None:

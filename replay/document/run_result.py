@@ -114,7 +114,7 @@ class RunResult:
     session: Session  # what was replayed
     assembly: Assembly  # bodies, motion and pairs that the detectors saw
     detections: Mapping[str, Detection]  # in the order asked for; all on the frames of ``assembly``
-    treatment: Repair  # the findings of the doctor, and what the policy did about them
+    repaired: Repair  # the findings of the doctor, and what the policy did about them
     flags: Flags  # which verdicts rest on a pose in doubt
     oracle: str  # label of the detection the others are compared with, or ``""``
     episodes: Mapping[str, tuple[Episode, ...]]  # contacts of every detection

@@ -49,7 +49,7 @@ def score(result: RunResult, label: str) -> DetectorAudit:
     return DetectorAudit(
         pair_frames=_pair_frames(comparison),
         time_missed=contacts.proportion(Outcome.MISSED),
-        false_contact=count_reports(comparison).proportion(Outcome.INVENTED),
+        false_contact=count_reports(comparison).proportion(Outcome.FALSE_CONTACT),
         undecided=undecided_proportion(result, label),
         undecided_reasons=reasons_of(result.detections[label]),
         undecided_alone=undecided_alone(result, label),
@@ -83,11 +83,11 @@ def _pair_frames(comparison: Comparison) -> PairFrames:
         neither=comparison.count(Outcome.NEITHER),
         both=comparison.count(Outcome.BOTH),
         missed=comparison.count(Outcome.MISSED),
-        false_contact=comparison.count(Outcome.INVENTED),
+        false_contact=comparison.count(Outcome.FALSE_CONTACT),
         within_tolerance=comparison.count(Outcome.WITHIN_TOLERANCE),
         between_frames=comparison.count(Outcome.BETWEEN_FRAMES),
         left_out=comparison.count(Outcome.LEFT_OUT),
-        grasped=comparison.count(Outcome.HELD),
+        grasped=comparison.count(Outcome.GRASPED),
     )
 
 
@@ -96,7 +96,7 @@ def _unconfirmed(result: RunResult, label: str) -> int:
     # Column by column, here and below: a table of flags for hours of frames is as large as the verdicts.
     columns = zip(result.detections[label].verdict.T, result.comparisons[label].outcome.T, strict=True)
     return sum(
-        int(((verdict == Verdict.CANDIDATE) & (outcome == Outcome.INVENTED)).sum()) for verdict, outcome in columns
+        int(((verdict == Verdict.CANDIDATE) & (outcome == Outcome.FALSE_CONTACT)).sum()) for verdict, outcome in columns
     )
 
 
@@ -104,7 +104,7 @@ def _noise_proof(result: RunResult, contacts: ContactCounts, offsets: OffsetCoun
     """Count those contacts alone that hold in spite of tracker noise; ``None``: noise was not asked for."""
     if result.noise is None:
         return None
-    noise_labels = result.noise.words
+    noise_labels = result.noise.labels
     holds = np.array([noise_labels[number - 1] == HOLDS for number in contacts.numbers.tolist()], np.bool_)
     firm = contacts.only(holds)
     firm_offsets = None if offsets is None else offsets.only(holds)
@@ -208,7 +208,7 @@ def _pair_record(
     contacts, grasped_contacts = (by_pair.get(columns[0], {}) for by_pair in lengths)
     return PairRecord(
         name=name,
-        grasp=bool(result.assembly.held[list(columns)].any()),
+        grasp=bool(result.assembly.grasped[list(columns)].any()),
         containment={
             label: detection.containment[columns[0]]
             for label, detection in result.detections.items()
@@ -253,9 +253,9 @@ def _pair_audits(result: RunResult, columns: Sequence[int], touching: set[str]) 
         frames = ContactPairFrames(
             both=int(counts[Outcome.BOTH]),
             missed=int(counts[Outcome.MISSED]),
-            false_contact=int(counts[Outcome.INVENTED]),
+            false_contact=int(counts[Outcome.FALSE_CONTACT]),
             within_tolerance=int(counts[Outcome.WITHIN_TOLERANCE]),
-            grasped=int(counts[Outcome.HELD]),
+            grasped=int(counts[Outcome.GRASPED]),
         )
         if result.oracle in touching or any(msgspec.structs.astuple(frames)):
             own = result.counts[label].of_pair(pair)

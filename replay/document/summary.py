@@ -68,7 +68,7 @@ def document_of_run(
     began: float,
 ) -> RunDocument:
     """Return everything that was settled and counted, without the answers; ``began`` is a ``perf_counter``."""
-    repair = result.treatment
+    repair = result.repaired
     return RunDocument(
         caveat=CAVEAT,
         intervals=OVER_CONTACTS,
@@ -117,7 +117,7 @@ def _session(result: RunResult, scan: SessionScan) -> SessionRecord:
         # Files are called after people: the recording is known by its content, a session by its id.
         id=session_digest(result),
         recording=recording_mark(Path(session.origin)),
-        digest=result.treatment.digest,
+        digest=result.repaired.digest,
         scene=session.scene.name,
         frames=len(times),
         duration=float(times[-1] - times[0]),
@@ -147,7 +147,7 @@ def _is_withheld(key: str, value: str) -> bool:
 def session_digest(result: RunResult) -> str:
     """Return the id of a session, which does not name its file: 16 hex digits over every pose and the stretch."""
     ends = result.assembly.stamp_ns[[0, -1]].tolist()
-    return hashlib.sha256(f"{result.treatment.digest} {ends}".encode()).hexdigest()[:16]
+    return hashlib.sha256(f"{result.repaired.digest} {ends}".encode()).hexdigest()[:16]
 
 
 def recording_mark(file: Path) -> RecordingMark | None:

@@ -32,12 +32,12 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     return findings.output()
 
 
-def surface(inputs: EffectInputs, declared: Declaration, hot_part_name: str, touch: EffectContact) -> FloatArray:
+def surface(inputs: EffectInputs, declared: Declaration, hot_body_name: str, touch: EffectContact) -> FloatArray:
     """Temperature (n,) of the part during a contact: declared, else what ``heat`` says, at first that of the room."""
     times = inputs.times[touch.first : touch.stop]
     if declared["surface_c"] is not None:
         return np.full(len(times), declared["surface_c"])
-    heat = inputs.output("heat").series.get(f"{hot_part_name}/temperature")
+    heat = inputs.output("heat").series.get(f"{hot_body_name}/temperature")
     if heat is None:
         return np.full(len(times), inputs.tables["heat"][0]["ambient_c"])
     return np.interp(times, heat.times, heat.values)
@@ -68,9 +68,9 @@ def _check_all(tables: Mapping[str, tuple[Declaration, ...]], _scene: Scene, _fi
 
         hot |= set(vessel_names(tables))
     for declared in tables["burn-exposure"]:
-        for _, hot_part_name in declared["between"] if declared["surface_c"] is None else ():
-            if hot_part_name not in hot:
-                raise declared.fail(f"nothing says how hot {hot_part_name!r} is; give surface_c or an effect heat")
+        for _, hot_body_name in declared["between"] if declared["surface_c"] is None else ():
+            if hot_body_name not in hot:
+                raise declared.fail(f"nothing says how hot {hot_body_name!r} is; give surface_c or an effect heat")
 
 
 SPEC = spec_of("burn-exposure", compute, check_all=_check_all)

@@ -47,28 +47,28 @@ def heated(inputs: EffectInputs, declared: Declaration, findings: Findings) -> N
         )
         findings.events.append(EffectEvent(start, "heated", (name, lamp), inputs.end(span[1]), values, text))
     if spans and declared["turns_c"] is not None:
-        _turn_colour(declared, findings, Vessel(inputs.body(name)), times, celsius)
+        _change_colour(declared, findings, Vessel(inputs.body(name)), times, celsius)
     note_temperature(declared, findings, name, Series(times[drawn_rows], celsius[drawn_rows], "degC"))
 
 
-def _turn_colour(
+def _change_colour(
     declared: Declaration, findings: Findings, vessel: Vessel, times: FloatArray, celsius: FloatArray
 ) -> None:
     """The solid that is heated takes another colour when it is first so hot, and keeps it."""
     name, before, after = vessel.body.id, declared["from_colour"], declared["to_colour"]
     volume = vessel.amount("solid", "mass_g") / vessel.amount("solid", "density_g_ml", SOLID_G_ML)
-    turned_rows = np.flatnonzero(celsius >= declared["turns_c"])[:1].tolist()
-    rows = np.array([0, *turned_rows])
+    changed_rows = np.flatnonzero(celsius >= declared["turns_c"])[:1].tolist()
+    rows = np.array([0, *changed_rows])
     drawn = vessel.drawn(times[rows], np.full(len(rows), volume))
     findings.liquids[name] = replace(
         drawn, rgba=np.array([COLOURS[before], COLOURS[after]], dtype=np.uint8)[: len(rows)]
     )
-    ends = [float(times[row]) for row in (0, *turned_rows, -1)]
+    ends = [float(times[row]) for row in (0, *changed_rows, -1)]
     colours = (before, after)
     findings.lane(f"{name} colour", *(
         LaneSpan(start, end, word, COLOURS[word]) for start, end, word in zip(ends, ends[1:], colours, strict=False)
     ))  # fmt: skip
-    for row in turned_rows:
+    for row in changed_rows:
         text = f"{vessel.contents('solid')['formula']} in {name} turns from {before} to {after}"
         values = {"celsius": float(celsius[row]), "to": after}
         findings.events.append(EffectEvent(float(times[row]), "turned", (name,), None, values, text))

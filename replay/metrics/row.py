@@ -95,7 +95,7 @@ def _grasping(result: RunResult) -> _Grasping:
     not_grasped = [
         pair
         for pair, (a, b) in enumerate(assembly.pairs.tolist())
-        if not assembly.held[pair] and a not in fixed and b not in fixed
+        if not assembly.grasped[pair] and a not in fixed and b not in fixed
     ]
     close = tuple(
         episode
@@ -131,7 +131,7 @@ def _shared(result: RunResult, grasping: _Grasping) -> dict[str, Any]:
 def _of_detector(result: RunResult, label: str, grasping: _Grasping, minutes: float) -> dict[str, Any]:
     assembly = result.assembly
     whole = result.episodes[label]
-    own = [episode for episode in whole if not assembly.held[episode.pair]]
+    own = [episode for episode in whole if not assembly.grasped[episode.pair]]
     unintended = [
         episode
         for episode in own

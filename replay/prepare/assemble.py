@@ -22,7 +22,7 @@ from replay.prepare.assembly import Assembly, PoseOrigin
 from replay.prepare.flags import chain_of
 from replay.prepare.interpolation import filled
 from replay.prepare.kinematics import Kinematics, Placed
-from replay.prepare.pair_choice import chosen_pairs, held_pairs, rest_frames
+from replay.prepare.pair_choice import chosen_pairs, grasped_pairs, rest_frames
 from replay.prepare.session_scan import SessionScan, in_order, scan
 from replay.words import safe_text
 from sessions import MeshData, Session
@@ -84,7 +84,7 @@ def assemble(
     declared = [scene.body(name) for name in names]
     return Assembly(
         bodies=bodies, motion=_motion(stamps, placed, session_scan, session, names, looking=len(rows) > 0), pairs=rows,
-        held=held_pairs(scene, names, rows), stamp_ns=stamps, origin=placed.origin,
+        grasped=grasped_pairs(scene, names, rows), stamp_ns=stamps, origin=placed.origin,
         proxies=tuple(body.id for body in declared if body is not None and body.proxy),
         left_out=tuple(name for name in session.names if name not in session.meshes),
         notes=(*session_scan.notes(), *_absent(session)), live_contacts=session.live_contacts,

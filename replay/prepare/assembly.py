@@ -37,7 +37,7 @@ class Assembly:
     motion : T frames of the N bodies; ``motion.times`` are seconds since the first frame of the session.
     pairs : (P, 2) int64 body numbers.
     group_of : member of a group of the scene -> the group's name.
-    held : (P,) bool: a body and its parent, or a hand and a thing of its group, throughout; counted apart.
+    grasped : (P,) bool: a body and its parent, or a hand and a thing of its group, throughout; counted apart.
     stamp_ns : (T,) int64, the frames' own stamps.
     origin : (T, N) uint8, values of ``PoseOrigin``.
     proxies : names of bodies whose mesh only stands in for the real one.
@@ -49,7 +49,7 @@ class Assembly:
     bodies: tuple[Body, ...]
     motion: Motion
     pairs: IntArray
-    held: BoolArray
+    grasped: BoolArray
     stamp_ns: IntArray
     origin: ByteArray
     proxies: tuple[str, ...] = ()

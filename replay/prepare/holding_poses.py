@@ -26,15 +26,15 @@ class _DecodedOnce:
 
     def __init__(self, source: FrameSource) -> None:
         self._source = source
-        self._held: list[Frames] | None = None
+        self._blocks: list[Frames] | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
         return self._source.names
 
     def blocks(self, frames: int) -> Iterator[Frames]:
-        if self._held is not None:
-            for block in self._held:
+        if self._blocks is not None:
+            for block in self._blocks:
                 yield from block.blocks(frames)
             return
         kept: list[Frames] | None = []
@@ -44,7 +44,7 @@ class _DecodedOnce:
             if kept is not None:
                 kept = [*kept, block] if count <= DECODED_POSES else None
             yield block
-        self._held = kept
+        self._blocks = kept
 
 
 def decoded_once(session: Session) -> Session:
@@ -58,7 +58,7 @@ MARGIN_NS: Final = 1_000_000_000
 """Around a part of a recording a second is read too: poses at its ends are filled in as they are in the whole."""
 
 
-def held(session: Session, start: float | None, end: float | None) -> Session:
+def load_window(session: Session, start: float | None, end: float | None) -> Session:
     """The session, decoded once; of one that is too long to be held only what lies around ``start`` to ``end``.
 
     ``start`` and ``end`` are seconds after its first frame, ``None`` its ends.

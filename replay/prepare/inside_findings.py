@@ -16,7 +16,7 @@ from cdcore.narrow.containment.closed_parts import (
 from sessions import Finding, MeshData
 from sessions.errors import SessionError
 
-MOST_PARTS = 300
+MOST_COMPONENTS = 300
 """Parts of a mesh that are compared: the time grows with their square."""
 
 
@@ -28,13 +28,13 @@ def inside_findings(meshes: Mapping[str, MeshData]) -> Iterator[Finding]:
             surface = TriangleMesh(mesh.vertices, mesh.faces)
         except (SessionError, CollisionCoreError):
             continue
-        yield from part_findings(name, surface)
+        yield from containment_findings(name, surface)
 
 
-def part_findings(name: str, mesh: TriangleMesh) -> Iterator[Finding]:
+def containment_findings(name: str, mesh: TriangleMesh) -> Iterator[Finding]:
     """Findings of one mesh; ``count`` is in pairs of parts."""
     components = connected_components(mesh)
-    near = components_near_each_other(components) if len(components) <= MOST_PARTS else []
+    near = components_near_each_other(components) if len(components) <= MOST_COMPONENTS else []
     if not near:
         return
     crossing = int(components_that_meet(components, near).sum())

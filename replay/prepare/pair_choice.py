@@ -50,7 +50,7 @@ def chosen_pairs(
     return np.array(sorted(rows), dtype=np.int64).reshape(-1, 2)
 
 
-def held_pairs(scene: Scene, names: Sequence[str], pairs: NDArray[np.int64]) -> NDArray[np.bool_]:
+def grasped_pairs(scene: Scene, names: Sequence[str], pairs: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Mask of pairs of a body and its parent, or of a hand and a thing of its group, (P,) bool.
 
     A group with a hand in it says that the hand holds the rest throughout: contact there is the rule, not news.

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from cdcore.detectors import detector_row
-from replay.advice.engine_knobs import Choice, Engine, advice_words, engine_named
+from replay.advice.engine_knobs import Choice, Engine, advice_text, engine_named
 from replay.advice.scoring import wrong_counts
 from replay.document.run_result import RunResult
 from replay.errors import AuditError, TradeoffError
@@ -71,7 +71,7 @@ def advise(session_or_path: Session | str | Path, *, engine: str, **options: Any
         f'Row {number} was not tried: {module} is not installed; pip install "vrlab-replay[engines]"'
         for number, module in absent.items()
     ]
-    return Advice(chosen, tuple(rows), (*advice_words(chosen.name, rows), *left), result)
+    return Advice(chosen, tuple(rows), (*advice_text(chosen.name, rows), *left), result)
 
 
 def _row(result: RunResult, label: str, choice: Choice, setting: str) -> dict[str, Any]:

@@ -130,7 +130,7 @@ def run_batch(
 
     tasks = {name: (path, folder / name, chosen, request) for name, path in named.items()}
     try:
-        failed = do_all(run_one, tasks, jobs, tell, scheduler, on_died)
+        failed = do_all(run_session, tasks, jobs, tell, scheduler, on_died)
     except KeyboardInterrupt:
         _remove_what_killed_workers_left(folder, named)
         raise
@@ -206,7 +206,7 @@ def _is_whole(out: Path, mark: str, *, picture: bool) -> bool:
         return False
 
 
-def run_one(path: Path, out: Path, settings: Mapping[str, Any], request: Any = "") -> str:
+def run_session(path: Path, out: Path, settings: Mapping[str, Any], request: Any = "") -> str:
     """Run one session into its folder: ``KEPT`` if it stands there already, why it failed, or ``""``."""
     try:
         with fetched(path) as file:

@@ -158,7 +158,7 @@ def fix_colliders(
     with progress.stage("Finding the contacts", 1) as advance:
         scoring = Scoring(
             ready.assembly, parse_detector(TRUSTED), options.get("seed", 0), options.get("tau", TAU),
-            ready.treatment.session,
+            ready.repaired.session,
         )  # fmt: skip
         advance(1)
     with progress.stage("Cutting and trying colliders", None if time_limit is None else 100) as advance:

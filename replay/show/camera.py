@@ -32,7 +32,7 @@ ASPECT: Final = 1.5
 MARGIN: Final = 1.12
 """Room around what the overview shows, for words and pins at the rim."""
 
-TURNED_DEG: Final = 14.0
+ROTATED_DEG: Final = 14.0
 RAISED_DEG: Final = 22.0
 """How far the overview stands aside of the user, and above the horizon."""
 
@@ -92,7 +92,7 @@ def overview(assembly: Assembly, scene: Scene, points: FloatArray, frame: int, a
         points = np.zeros((1, 3))
     side = towards_user(assembly, scene, min(frame, len(assembly.motion) - 1), points.mean(axis=0).tolist())
     # A turn aside shows depth: straight from the user's eye, hands and rims line up.
-    azimuth, rise = np.radians(TURNED_DEG), np.radians(RAISED_DEG)
+    azimuth, rise = np.radians(ROTATED_DEG), np.radians(RAISED_DEG)
     cos, sin = np.cos(azimuth), np.sin(azimuth)
     aside = np.array([side[0] * cos + side[2] * sin, 0.0, side[2] * cos - side[0] * sin])
     axes = axes_of(aside * np.cos(rise) + np.array([0.0, np.sin(rise), 0.0]))
@@ -105,7 +105,7 @@ def overview(assembly: Assembly, scene: Scene, points: FloatArray, frame: int, a
     return eye_before(axes @ centre, distance * axes[:, 2])
 
 
-def look_rotation(eye: Eye) -> FloatArray:
+def view_rotation(eye: Eye) -> FloatArray:
     """Rotation of a camera whose axes are right, up and back, (3, 3) column convention."""
     return axes_of(np.subtract(eye.position, eye.target))
 

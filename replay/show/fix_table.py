@@ -4,16 +4,16 @@ from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
 from replay import words
-from replay.advice.pareto import count_words
+from replay.advice.pareto import count_text
 from replay.document.cost import TIMES_ARE
-from replay.tables import IN_RED, INVENTED, PARTLY, Cell, Marked, Table, columns_of
+from replay.tables import IN_RED, IN_YELLOW, PARTLY, Cell, Marked, Table, columns_of
 from replay.words import plural
 
 Row = Mapping[str, Any]
 
 
 def _share(fraction: float | None) -> Cell:
-    return "-" if fraction is None else Marked(words.share(fraction), INVENTED if fraction else "")
+    return "-" if fraction is None else Marked(words.as_percentage(fraction), IN_YELLOW if fraction else "")
 
 
 COLUMNS: Final = columns_of(
@@ -21,10 +21,10 @@ COLUMNS: Final = columns_of(
     {
         "row_of": lambda row: row,
         "loss": words.loss_number,
-        "missed_range": lambda row: Marked(count_words(row, "missed"), IN_RED if row["missed"] else ""),
-        "late_range": lambda row: Marked(count_words(row, "late"), PARTLY if row["late"] else ""),
+        "missed_range": lambda row: Marked(count_text(row, "missed"), IN_RED if row["missed"] else ""),
+        "late_range": lambda row: Marked(count_text(row, "late"), PARTLY if row["late"] else ""),
         "share": _share,
-        "plain_share": lambda fraction: "-" if fraction is None else words.share(fraction),
+        "plain_share": lambda fraction: "-" if fraction is None else words.as_percentage(fraction),
         "ms_or_dash": lambda ms: "-" if ms is None else words.milliseconds(ms / 1e3),
         "millimetres": lambda length: "-" if length is None else words.millimetres(length / 1e3),
     },

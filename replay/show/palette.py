@@ -10,7 +10,7 @@ from typing import Final
 
 from cdcore import Verdict
 from replay.auditing.outcome import Outcome
-from replay.show.words import OUTCOME_WORDS
+from replay.show.words import OUTCOME_LABELS
 from replay.tables import data_of
 from sessions.model.scene import Scene
 
@@ -63,13 +63,13 @@ MISSED_FACES: Final[Rgba] = (*MISSED[:3], 150)
 """A veil over faces: the curve of intersection stays visible through it."""
 
 LATE: Final[Rgba] = rgba_of(DARK["late"])
-INVENTED: Final[Rgba] = rgba_of(DARK["false"])
-FOUND: Final[Rgba] = rgba_of(DARK["right"])
+FALSE_CONTACT: Final[Rgba] = rgba_of(DARK["false"])
+TRUE_CONTACT: Final[Rgba] = rgba_of(DARK["right"])
 """Contact that both detectors report."""
 
 WITHIN_TOLERANCE: Final[Rgba] = (96, 100, 108, 255)
 BETWEEN_FRAMES: Final[Rgba] = (126, 104, 176, 255)
-HELD: Final[Rgba] = (58, 110, 96, 255)
+GRASPED: Final[Rgba] = (58, 110, 96, 255)
 """Contact of a hand with what it holds: no news."""
 
 FREE: Final[Rgba] = (255, 255, 255, 255)
@@ -97,11 +97,11 @@ Looks = Mapping[int, tuple[str, Rgba]]
 """State of a lane -> its word and colour; a state without a row is a gap."""
 
 OUTCOMES: Final[Looks] = {
-    outcome: (OUTCOME_WORDS[outcome], colour)
+    outcome: (OUTCOME_LABELS[outcome], colour)
     for outcome, colour in {
-        Outcome.BOTH: FOUND, Outcome.MISSED: MISSED, Outcome.INVENTED: INVENTED,
+        Outcome.BOTH: TRUE_CONTACT, Outcome.MISSED: MISSED, Outcome.FALSE_CONTACT: FALSE_CONTACT,
         Outcome.WITHIN_TOLERANCE: WITHIN_TOLERANCE, Outcome.BETWEEN_FRAMES: BETWEEN_FRAMES, Outcome.LEFT_OUT: FAINT,
-        Outcome.HELD: HELD,
+        Outcome.GRASPED: GRASPED,
     }.items()
 }  # fmt: skip
 """States of an audit lane."""
@@ -109,7 +109,7 @@ OUTCOMES: Final[Looks] = {
 VERDICTS: Final[Looks] = {
     verdict: (verdict.name, colour)
     for verdict, colour in {
-        Verdict.CONTACT: FOUND, Verdict.CONTAINED: (38, 150, 150, 255), Verdict.CANDIDATE: (112, 132, 150, 255),
+        Verdict.CONTACT: TRUE_CONTACT, Verdict.CONTAINED: (38, 150, 150, 255), Verdict.CANDIDATE: (112, 132, 150, 255),
         Verdict.NOT_FOUND: FAINT, Verdict.UNRESOLVED: (150, 110, 60, 255), Verdict.INVALID: (120, 90, 60, 255),
         Verdict.NO_POSE: FAINT,
     }.items()

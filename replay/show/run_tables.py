@@ -25,10 +25,10 @@ from replay.effects.effects_runner import CURVES
 from replay.show.words import (
     PAIR_FRAME_ROWS,
     WITHIN,
-    span_words,
+    span_text,
     tallied,
 )  # fmt: skip
-from replay.tables import IN_RED, INVENTED, PARTLY, Cell, Column, Marked, Table, columns_of, table
+from replay.tables import IN_RED, IN_YELLOW, PARTLY, Cell, Column, Marked, Table, columns_of, table
 from replay.words import plural
 from sessions import Finding
 from sessions.mcap.metadata import NOT_STATED
@@ -62,8 +62,8 @@ def _false_cell(of: tuple[Proportion | None, bool], *, intervals: bool = False) 
     if false.value is None:
         return "0 %"
     word = " unconfirmed" if unconfirmed else ""
-    text = percent(false, word.strip()) if intervals else f"{words.share(false.value)}{word}"
-    return Marked(text, INVENTED if false.count else "")
+    text = percent(false, word.strip()) if intervals else f"{words.as_percentage(false.value)}{word}"
+    return Marked(text, IN_YELLOW if false.count else "")
 
 
 def _mean_count(proportion: Proportion | None, contacts: int) -> float | None:
@@ -113,8 +113,8 @@ COLUMNS = columns_of(
         "ms": _ms,
         "loss": words.loss_number,
         "quick_ms": _quick_ms,
-        "percent_or_dash": lambda fraction: NOT_APPLICABLE if fraction is None else words.share(fraction),
-        "percent": lambda fraction: "" if fraction is None else words.share(fraction),
+        "percent_or_dash": lambda fraction: NOT_APPLICABLE if fraction is None else words.as_percentage(fraction),
+        "percent": lambda fraction: "" if fraction is None else words.as_percentage(fraction),
         "stage": _stage,
         "cut_of": lambda row: row["lengths"] and row["lengths"].cut,
         "pair_of": lambda fault: " - ".join(fault.bodies),
@@ -365,7 +365,7 @@ def finding_table(
         Column("code", whole=True),
         Column("body", whole=True),
         Column("what", of=message),
-        Column("seconds", of=lambda finding: span_words(finding.start, finding.end), whole=True),
+        Column("seconds", of=lambda finding: span_text(finding.start, finding.end), whole=True),
         Column("count", int),
     )
     return Table.of(columns, findings, title)

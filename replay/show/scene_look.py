@@ -25,7 +25,7 @@ MOST_LINES: Final = 41
 AXIS_COLOURS: Final[tuple[Rgba, Rgba, Rgba]] = ((235, 110, 110, 255), (110, 210, 120, 255), (110, 150, 255, 255))
 AXIS_NAMES: Final = ("x right", "y up", "z back")
 RAISED_DEG: Final = 24.0
-TURNED_DEG: Final = 28.0
+ROTATED_DEG: Final = 28.0
 MOST_FACES: Final = 20_000
 """Faces of a body that are drawn; of more, evenly chosen ones."""
 
@@ -129,7 +129,7 @@ def _corners(assembly: Assembly, frame: int, body: int) -> FloatArray:
 
 def _direction(user: FloatArray) -> FloatArray:
     """From the user's side, a little aside and from above."""
-    azimuth, rise = np.radians(TURNED_DEG), np.radians(RAISED_DEG)
+    azimuth, rise = np.radians(ROTATED_DEG), np.radians(RAISED_DEG)
     aside = np.array(
         [
             user[0] * np.cos(azimuth) + user[2] * np.sin(azimuth),

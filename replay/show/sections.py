@@ -9,7 +9,7 @@ from replay.document.headline import doubts, price, undecided
 from replay.document.run_result import Summarised
 from replay.show import run_tables
 from replay.show.words import tallied
-from replay.tables import Table, markdown, markdown_words
+from replay.tables import Table, markdown, markdown_text
 
 MOST_FAULTS: Final = 20
 """Rows of a table of faults; Parquet holds them all."""
@@ -111,6 +111,6 @@ def details_markdown(run: Summarised) -> list[str]:
     """Return the sections below answer and ranking in Markdown, each folded below its name."""
     blocks = []
     for section in details(run):
-        contents = [*map(markdown_words, section.sentences), *(markdown(table, 4) for table in section.tables)]
+        contents = [*map(markdown_text, section.sentences), *(markdown(table, 4) for table in section.tables)]
         blocks.append("\n\n".join((f"<details><summary>{section.name}</summary>", *contents, "</details>")))
     return blocks

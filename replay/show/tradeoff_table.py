@@ -4,12 +4,12 @@ from collections.abc import Callable, Iterable
 from typing import Final
 
 from replay import words
-from replay.advice.engine_knobs import Engine, knob_words
-from replay.advice.pareto import Row, count_words
+from replay.advice.engine_knobs import Engine, knob_text
+from replay.advice.pareto import Row, count_text
 from replay.auditing.loss import LOSS_MEANING
 from replay.document.cost import TIMES_ARE, busy_sentence
 from replay.document.run_result import RunResult, Tradeoff
-from replay.tables import IN_RED, INVENTED, PARTLY, Cell, Marked, Table, columns_of
+from replay.tables import IN_RED, IN_YELLOW, PARTLY, Cell, Marked, Table, columns_of
 from replay.words import plural
 
 SHOWN: Final = 8
@@ -21,11 +21,11 @@ SHORT: Final = 12
 
 def _counted(name: str, mark: str = "") -> Callable[[Row], Cell]:
     """How often a setting is wrong in one way, over the sampling offsets."""
-    return lambda row: Marked(count_words(row, name), mark if row[name] else "")
+    return lambda row: Marked(count_text(row, name), mark if row[name] else "")
 
 
 def _false(fraction: float | None) -> Cell:
-    return "-" if fraction is None else Marked(words.share(fraction), INVENTED if fraction else "")
+    return "-" if fraction is None else Marked(words.as_percentage(fraction), IN_YELLOW if fraction else "")
 
 
 COLUMNS: Final = columns_of(
@@ -34,14 +34,14 @@ COLUMNS: Final = columns_of(
         "row_of": lambda row: row,
         "missed": _counted("missed", IN_RED),
         "late": _counted("late", PARTLY),
-        "false_contacts": _counted("false_contacts", INVENTED),
+        "false_contacts": _counted("false_contacts", IN_YELLOW),
         "loss": words.loss_number,
         "share": _false,
-        "plain_share": lambda fraction: "-" if fraction is None else words.share(fraction),
+        "plain_share": lambda fraction: "-" if fraction is None else words.as_percentage(fraction),
         "ms_or_dash": lambda ms: "-" if ms is None else words.milliseconds(ms / 1e3),
         "front": lambda on: "front" if on else "",
         "or_dash": lambda words: words or "-",
-        "choice_of": lambda row: f"{row['number']}  {knob_words(row['knobs'])}",
+        "choice_of": lambda row: f"{row['number']}  {knob_text(row['knobs'])}",
     },
 )
 

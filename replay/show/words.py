@@ -6,34 +6,34 @@ from typing import Final
 from replay import words
 from replay.auditing.outcome import Outcome
 
-OUTCOME_WORDS: Final[Mapping[int, str]] = {
-    Outcome.BOTH: "both", Outcome.MISSED: "MISSED", Outcome.INVENTED: "false",
+OUTCOME_LABELS: Final[Mapping[int, str]] = {
+    Outcome.BOTH: "both", Outcome.MISSED: "MISSED", Outcome.FALSE_CONTACT: "false",
     Outcome.WITHIN_TOLERANCE: "within tolerance", Outcome.BETWEEN_FRAMES: "between frames",
-    Outcome.LEFT_OUT: "left out", Outcome.HELD: "held",
+    Outcome.LEFT_OUT: "left out", Outcome.GRASPED: "held",
 }  # fmt: skip
 """Outcome of an audit -> its word. They are true positive, false negative, false positive and the four that count as
 neither; NEITHER, the true negative, has no word: it is a gap in a lane."""
 
 PAIR_FRAME_ROWS: Final[Mapping[str, str]] = {
-    "both": OUTCOME_WORDS[Outcome.BOTH].lower(),
-    "missed": OUTCOME_WORDS[Outcome.MISSED].lower(),
-    "false_contact": OUTCOME_WORDS[Outcome.INVENTED].lower(),
-    "within_tolerance": OUTCOME_WORDS[Outcome.WITHIN_TOLERANCE].lower(),
-    "left_out": OUTCOME_WORDS[Outcome.LEFT_OUT].lower(),
+    "both": OUTCOME_LABELS[Outcome.BOTH].lower(),
+    "missed": OUTCOME_LABELS[Outcome.MISSED].lower(),
+    "false_contact": OUTCOME_LABELS[Outcome.FALSE_CONTACT].lower(),
+    "within_tolerance": OUTCOME_LABELS[Outcome.WITHIN_TOLERANCE].lower(),
+    "left_out": OUTCOME_LABELS[Outcome.LEFT_OUT].lower(),
 }
 """Field of ``PairFrames`` -> its name in tables, in their order."""
 
 
-WITHIN: Final = OUTCOME_WORDS[Outcome.WITHIN_TOLERANCE]
+WITHIN: Final = OUTCOME_LABELS[Outcome.WITHIN_TOLERANCE]
 
-NOT_LOOKED_FOR: Final = "Contacts were not computed: no effect of the scene needs them"
+NOT_COMPUTED: Final = "Contacts were not computed: no effect of the scene needs them"
 
 NOTHING_SUSPICIOUS: Final = "Nothing suspicious found"
 """What is said of a recording without warning or error: not that it can be trusted, for not every fault shows."""
 
 LANE_LEGEND: Final[Mapping[int, str]] = {
-    Outcome.MISSED: "red: missed", Outcome.INVENTED: "yellow: false", Outcome.BOTH: "blue: both",
-    Outcome.HELD: "green: held", Outcome.BETWEEN_FRAMES: "violet: between frames",
+    Outcome.MISSED: "red: missed", Outcome.FALSE_CONTACT: "yellow: false", Outcome.BOTH: "blue: both",
+    Outcome.GRASPED: "green: held", Outcome.BETWEEN_FRAMES: "violet: between frames",
     Outcome.WITHIN_TOLERANCE: "grey: within tolerance", Outcome.LEFT_OUT: "dark: left out",
 }  # fmt: skip
 """What the colours of audit lanes mean, the worst first."""
@@ -55,7 +55,7 @@ def tallied(counts: Mapping[str, int]) -> str:
     return ", ".join(f"{name}: {count:,}" for name, count in counts.items())
 
 
-def span_words(start: float | None, end: float | None) -> str:
+def span_text(start: float | None, end: float | None) -> str:
     """Seconds from start to end, one number where they are the same, nothing where they are unknown."""
     if start is None or end is None:
         return ""

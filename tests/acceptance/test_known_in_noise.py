@@ -85,7 +85,7 @@ def test_holding_contacts_are_true_and_a_standing_glass_is_undecided(sessions):
         result = compute(session, detectors="slow=discrete[rate_hz=25]", noise="vive")
         glass, slab = result.assembly.names.index("glass"), result.assembly.names.index("slab")
         on_slab = result.assembly.pairs.tolist().index(sorted([glass, slab]))
-        for word, span in zip(result.noise.words, result.noise.contacts, strict=True):
+        for word, span in zip(result.noise.labels, result.noise.contacts, strict=True):
             lowest = height[span.first : span.last + 1].min()
             standing += [word] if span.pair == on_slab else []
             holds += [lowest] if span.pair != on_slab and word == "holds" else []

@@ -50,13 +50,13 @@ def make(path, number):
     write_session(cubes({"a": [0.0] * len(t), "b": [*(2.0 + 1.3 * np.sin(pace * t))]}), path)
 
 
-run_one = batch.run_one
+run_session = batch.run_session
 
 
 def run_measured(path, out, settings, request):
     """As the work of a batch; leaves processor time, its own process and the memory of that beside the run folder."""
     begun = time.process_time()
-    outcome = run_one(path, out, settings, request)
+    outcome = run_session(path, out, settings, request)
     visited = [time.process_time() - begun, os.getpid(), psutil.Process().memory_info().rss]
     out.with_name(f".{out.name}.seen").write_text(json.dumps(visited))
     return outcome
@@ -81,7 +81,7 @@ def driven_by(folder, out, every, workers):
     """One batch by these workers, as ``drive`` says."""
     batch.batch_digest(Path(folder).parent / "alone", ["s0000"])  # what reads and joins tables is loaded once
     rows_of_run(Path(folder).parent / "alone", "s0000", "metrics")
-    batch.run_one = run_measured
+    batch.run_session = run_measured
     reported, begun, me = [], time.monotonic(), psutil.Process()
     last, killed, chance = begun, 0, random.Random(7)
     often, _, unit = every.partition(" ")

@@ -122,8 +122,8 @@ def test_a_session_of_hours_gives_the_same_answers(monkeypatch):
     monkeypatch.setattr("replay.engine.give_back_memory", lambda: freed.append(1))
     kept = answers(compute(cubes(TWO_BUMPS), **requested))
     assert not freed
-    monkeypatch.setattr("replay.engine.HELD_FRAMES", 5)
-    monkeypatch.setattr("replay.detection.run_detector.HELD_FRAMES", 5)
+    monkeypatch.setattr("replay.engine.MOST_FRAMES_IN_MEMORY", 5)
+    monkeypatch.setattr("replay.detection.run_detector.MOST_FRAMES_IN_MEMORY", 5)
     monkeypatch.setattr("replay.detection.run_detector.WHOLE_FRAMES", 3)
     assert answers(compute(cubes(TWO_BUMPS), **requested)) == kept and freed
     monkeypatch.setattr("replay.detection.run_detector.FACE_ROWS", 3)

@@ -8,7 +8,7 @@ from support.optional import ROWS
 from support.small_worlds import swinging_cubes
 
 from replay.cli.main import main
-from replay.constants import HELD_FRAMES
+from replay.constants import MOST_FRAMES_IN_MEMORY
 from replay.detection import run_detector as detecting
 from replay.engine import compute
 from sessions import write_session
@@ -40,7 +40,7 @@ def test_a_detector_answers_alike_on_both_sides_of_an_hour(name, monkeypatch):
     requested.setdefault("detectors", "hybrid,slow=discrete[rate_hz=7.5]")
     result = []
     for limit in (frames, frames - 1):
-        monkeypatch.setattr(detecting, "HELD_FRAMES", limit)
+        monkeypatch.setattr(detecting, "MOST_FRAMES_IN_MEMORY", limit)
         monkeypatch.setattr(detecting, "WHOLE_FRAMES", frames // 3)
         result.append(answers(compute(swinging_cubes(frames), **requested)))
     assert repr(result[0]) == repr(result[1]) and any(result[0][3].values())
@@ -48,7 +48,7 @@ def test_a_detector_answers_alike_on_both_sides_of_an_hour(name, monkeypatch):
 
 @pytest.mark.slow
 def test_every_verb_reads_a_recording_of_more_than_an_hour(tmp_path):
-    file, run, runs, frames = tmp_path / "long.mcap", tmp_path / "run", tmp_path / "runs", HELD_FRAMES + 1
+    file, run, runs, frames = tmp_path / "long.mcap", tmp_path / "run", tmp_path / "runs", MOST_FRAMES_IN_MEMORY + 1
     write_session(swinging_cubes(frames), file)
     requested = ["--detectors", FAST, "--oracle", "continuous", "--quiet"]
     window = ["--start", "1", "--end", "10"]

@@ -61,7 +61,7 @@ def test_lengths_and_durations_print_right_without_exponent(value):
     [(0.864, "86 %"), (0.004, "0.4 %"), (0.9998, "99.98 %"), (0.0, "0 %"), (1.0, "100 %"), (None, "not measured")],
 )
 def test_fraction_keeps_digits_that_distinguish_it_from_0_and_100(fraction, text):
-    assert words.share(fraction) == text
+    assert words.as_percentage(fraction) == text
 
 
 @pytest.mark.parametrize(

@@ -174,7 +174,7 @@ class Mixture:
 
         ``hydroxides``: with those that it takes from water, below 0.
         """
-        protons_held: dict[str, float] = {}
+        bound_protons: dict[str, float] = {}
         for component in self.components[1:]:
             mine = [
                 entry for entry in self.species
@@ -184,8 +184,8 @@ class Mixture:
             protons = np.array([entry.makeup.get(PROTON, 0.0) for entry in mine])
             logs = np.array([entry.log_k for entry in mine]) - protons * ph
             weights = 10.0 ** (logs - logs.max(initial=-np.inf))
-            protons_held[component] = float((weights * protons).sum() / weights.sum()) if len(mine) else 0.0
-        return protons_held
+            bound_protons[component] = float((weights * protons).sum() / weights.sum()) if len(mine) else 0.0
+        return bound_protons
 
     def _protonations(self, component: str) -> dict[int, float]:
         """Protons -> log10 of the constant of a part with so many, of what holds neither water nor another part."""

@@ -13,7 +13,7 @@ Span = tuple[float, float]
 KINDS: Final = ("false", "right", "late", "missed", "reference", "contact")
 """Kinds of stretches in a lane, in the order in which they are painted."""
 
-KIND_WORDS: Final = {
+KIND_LABELS: Final = {
     "reference": "reference", "contact": "contact", "right": "right", "missed": "missed",
     "late": "late or cut short", "false": "false",
 }  # fmt: skip

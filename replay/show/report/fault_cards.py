@@ -9,7 +9,7 @@ from typing import Final
 from replay import words
 from replay.auditing.fault import Cause, Fault
 from replay.document.detector_labels import sentence_of
-from replay.show.report.charts import KIND_WORDS, Lane, lane
+from replay.show.report.charts import KIND_LABELS, Lane, lane
 from replay.show.report.markup import moment_address
 from replay.show.report.run_view import Pair, RunView, lane_kind, spans
 from replay.show.report.still import CARD, FIRST
@@ -178,7 +178,7 @@ def fault_counts(view: RunView, label: str) -> str:
     counts = []
     if count["false"]:
         counts.append(plural(count["false"], "false contact" if confirmed else "unconfirmed contact"))
-    counts += [f"{count[kind]} {KIND_WORDS[kind]}" for kind in ("missed", "late") if count[kind]]
+    counts += [f"{count[kind]} {KIND_LABELS[kind]}" for kind in ("missed", "late") if count[kind]]
     over = next(rank for rank in view.ranking if rank.label == label).phases
     at = ", at the sampling offset nearest the mean" if over > 1 else ""
     return f"{', '.join(counts)}{at}."

@@ -8,7 +8,7 @@ from replay.document.headline import undecided
 from replay.document.ranking import Rank
 from replay.show.accuracy import accuracy_plot, run_dots
 from replay.show.plots import SIZE, Plot
-from replay.show.report.charts import KIND_WORDS, Lane, Span, lane, ruler
+from replay.show.report.charts import KIND_LABELS, Lane, Span, lane, ruler
 from replay.show.report.run_view import RunView, spans
 from replay.show.run_tables import happened, ranking_table
 from replay.tables import text_of
@@ -121,9 +121,9 @@ def _timeline(view: RunView, mark: float | None) -> Timeline:
     for label, what in named:
         intervals_of_kind = {kind: intervals for kind, intervals in spans(view, label).items() if intervals}
         kinds |= intervals_of_kind.keys()
-        counts = ", ".join(f"{len(intervals)} {KIND_WORDS[kind]}" for kind, intervals in intervals_of_kind.items())
+        counts = ", ".join(f"{len(intervals)} {KIND_LABELS[kind]}" for kind, intervals in intervals_of_kind.items())
         lanes.append((label, what, lane(intervals_of_kind, window, f"{label}: {counts or 'no contact'}", mark)))
-    legend = [(kind, kind_label) for kind, kind_label in KIND_WORDS.items() if kind in kinds]
+    legend = [(kind, kind_label) for kind, kind_label in KIND_LABELS.items() if kind in kinds]
     if mark is not None:
         legend.append(("now", "the picture"))
     return Timeline(

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 ALLOWED: Final = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
 """What a browser may load for a page: its own styles and pictures; no font, no other address, no foreign script."""
 
-FIGURE_IN_WORDS: Final = re.compile(r"(?<![\w.])(\d[\d,.]*(?:-\d+)?(?: %| of \d+ contacts?))")
+FIGURE_IN_TEXT: Final = re.compile(r"(?<![\w.])(\d[\d,.]*(?:-\d+)?(?: %| of \d+ contacts?))")
 """The figure that a sentence is about."""
 
 
@@ -60,7 +60,7 @@ def _readable(value: object) -> object:
 
 def parts_of(sentence: str) -> tuple[str, str, str]:
     """Splits a sentence at its first figure: text before, figure, text after."""
-    before, figure, after = [*FIGURE_IN_WORDS.split(sentence, 1), "", ""][:3]
+    before, figure, after = [*FIGURE_IN_TEXT.split(sentence, 1), "", ""][:3]
     return before, figure, after
 
 

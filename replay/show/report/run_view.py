@@ -19,7 +19,7 @@ from replay.document.run_document import RunDocument
 from replay.document.run_result import Summarised
 from replay.effects.effect_summary import RESULTS
 from replay.show.report.charts import Span
-from replay.show.words import NOT_LOOKED_FOR, tallied
+from replay.show.words import NOT_COMPUTED, tallied
 from replay.words import date, plural
 from sessions.mcap.metadata import NOT_STATED
 
@@ -151,12 +151,12 @@ def _without_audit(document: RunDocument, events: Sequence[EventRecord]) -> Hero
     if len(events) > EVENTS_FIRST:
         lines.append(f"and {len(events) - EVENTS_FIRST} more")
     if events:
-        lines.append(f"{NOT_LOOKED_FOR}.")
+        lines.append(f"{NOT_COMPUTED}.")
     results = [event for event in events if event.name in RESULTS]
     if results:
         message = min(results, key=lambda event: RESULTS.index(event.name)).message
         return Hero(f"{message[:1].upper()}{message[1:]}", lines)
-    return Hero(tallied(Counter(event.name for event in events)) or NOT_LOOKED_FOR, lines)
+    return Hero(tallied(Counter(event.name for event in events)) or NOT_COMPUTED, lines)
 
 
 def spans(view: RunView, label: str, pair: Pair | None = None) -> dict[str, list[Span]]:

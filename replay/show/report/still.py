@@ -16,7 +16,7 @@ from replay.auditing.first_touch import at_touch
 from replay.document.run_result import RunResult
 from replay.show.camera import across, towards_user
 from replay.show.drawn_mesh import bends, edges_of, face_normals
-from replay.show.palette import INVENTED, MISSED, Rgba
+from replay.show.palette import FALSE_CONTACT, MISSED, Rgba
 from replay.show.report.markup import filled
 from replay.show.report.rasteriser import Colour, Lines, Shape, View, drawn
 from replay.words import length as length_words
@@ -31,7 +31,7 @@ SHARPER: Final = {FIRST: 1.8, CARD: 1.4}
 WORDS: Final = 150
 """Units on the right of the first picture that its words take."""
 
-MOST_LETTERS: Final = 19
+MOST_CHARACTERS: Final = 19
 """That fit into it."""
 
 LINES: Final = 44.0
@@ -204,7 +204,7 @@ def _parts(sight: Sight, view: View) -> tuple[list[Shape], list[Shape], list[Lin
             glass.append(Shape(rest, GLASS, GLASS_ALPHA))
         opaque.append(Shape(corners[red], _unit(MISSED)))
         if placed.solid is not None:
-            walls, edges = _cage(placed.solid, placed.mesh, placed.pose, view, _unit(INVENTED))
+            walls, edges = _cage(placed.solid, placed.mesh, placed.pose, view, _unit(FALSE_CONTACT))
             glass.append(walls)
             lines += edges
     return opaque, glass, lines
@@ -306,7 +306,7 @@ def _words(sight: Sight, label: str, view: View, white: BoolArray, middle: Point
         labels.append(((x, y), *named))
     if sight.gap is not None:
         between = f"from {sight.white.name} to {sight.glass.name}"
-        labels.append((middle, sight.length, between if len(between) <= MOST_LETTERS else "apart", ""))
+        labels.append((middle, sight.length, between if len(between) <= MOST_CHARACTERS else "apart", ""))
     else:
         labels.append((middle, "contact", f"{label} reports none", "red"))
     labels.sort(key=lambda name: name[0][1])
@@ -319,4 +319,4 @@ def _words(sight: Sight, label: str, view: View, white: BoolArray, middle: Point
 
 
 def _cut(text: str) -> str:
-    return text if len(text) <= MOST_LETTERS else f"{text[: MOST_LETTERS - 1]}…"
+    return text if len(text) <= MOST_CHARACTERS else f"{text[: MOST_CHARACTERS - 1]}…"

@@ -171,7 +171,7 @@ def _accuracy(picture: Picture) -> Any:
     detections = picture.result.detections
     upper = timing.ceiling([timing.total_ms(detection) for detection in detections.values()])
     title = f"Time per frame, ms   cut at {words.fixed(upper, 2)}: 99.9 % of the slowest detector's frames"
-    axis = rrb.ScalarAxis(range=(0.0, max(upper, 1.0001 * timing.budget_share(upper))))
+    axis = rrb.ScalarAxis(range=(0.0, max(upper, 1.0001 * timing.budget_fraction(upper))))
     paths = [*(timing.total_path(label) for label in detections), timing.BUDGET_LINE]
     times = _plot(picture.whole, "timing", title, paths, axis_y=axis)
     right = _column((_text(ACCURACY, "Meaning"), 0.32), (times, 0.68))

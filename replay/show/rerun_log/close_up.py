@@ -20,9 +20,9 @@ from cdcore.numerics import FloatArray
 from replay.auditing.fault import Fault
 from replay.auditing.outcome import Episode
 from replay.document.run_result import RunResult
-from replay.show.camera import CLOSE_UP, Eye, across, eye_before, look_rotation, placed, towards_user
+from replay.show.camera import CLOSE_UP, Eye, across, eye_before, placed, towards_user, view_rotation
 from replay.show.drawn_mesh import bends, edges_of, face_normals
-from replay.show.palette import FREE, INVENTED, MISSED, Rgba, albedo, see_through, tags_of
+from replay.show.palette import FALSE_CONTACT, FREE, MISSED, Rgba, albedo, see_through, tags_of
 from replay.show.rerun_log.moments import COLOURS, Moments, Time, nearest_moments, point_of
 from replay.show.rerun_log.recording_file import (
     RecordingWriter,
@@ -166,20 +166,20 @@ def _marks(result: RunResult, fault: Fault, eye: Eye) -> list[Mark]:
     """Return the text of a close-up: that a contact was missed, or how far apart the bodies are, with a measure."""
     about = np.asarray(fault.point)
     if fault.kind.is_miss:
-        return words_beside(eye, about, f"{fault.detector} misses this contact", MISSED, 0.0, 0.36)
+        return text_beside(eye, about, f"{fault.detector} misses this contact", MISSED, 0.0, 0.36)
     if fault.evidence.nearest is None:
-        return words_beside(eye, about, f"{fault.detector}: false contact", INVENTED, 0.0, 0.36)
+        return text_beside(eye, about, f"{fault.detector}: false contact", FALSE_CONTACT, 0.0, 0.36)
     gap, free = length(fault.metres), free_body(result, fault)
     text = f"{' and '.join(fault.bodies)}: {gap} apart"
     if free is not None:
         text = f"{result.assembly.names[free]} touches nothing: {gap}"
     # From point to point, and a bar across at both ends.
     ends = np.array(fault.evidence.nearest)
-    bar = np.cross(ends[1] - ends[0], look_rotation(eye)[:, 2])
+    bar = np.cross(ends[1] - ends[0], view_rotation(eye)[:, 2])
     bar *= HALF_BAR / max(float(np.linalg.norm(bar)), 1e-9)
     lines = [ends, *(np.stack([end - bar, end + bar]) for end in ends)]
     measure = [Mark(in_front(eye, line), GAP, 1.6) for line in lines]
-    return [*words_beside(eye, ends.mean(axis=0), text, GAP, 0.22, -0.36), *measure]
+    return [*text_beside(eye, ends.mean(axis=0), text, GAP, 0.22, -0.36), *measure]
 
 
 def detectors_with_solids(result: RunResult) -> list[str]:
@@ -211,7 +211,7 @@ def _log_cages(
         # Wires ignore alpha: a row without lines hides them.
         path = f"{body_path(names[body])}/{entity(f'solid_of_{label}')}"
         writer.steps(path, steps, strips, _wires)
-        writer.static(path, rr.LineStrips3D.from_fields(colors=[INVENTED], radii=rr.Radius.ui_points(1.4)))
+        writer.static(path, rr.LineStrips3D.from_fields(colors=[FALSE_CONTACT], radii=rr.Radius.ui_points(1.4)))
 
 
 def _wires(edges: list[Any]) -> rr.ComponentColumnList:
@@ -269,9 +269,9 @@ class Mark:
         return "lines" if len(self.places) > 1 else "dots"
 
 
-def words_beside(eye: Eye, about: FloatArray, text: str, colour: Rgba, right: float, up: float) -> list[Mark]:
+def text_beside(eye: Eye, about: FloatArray, text: str, colour: Rgba, right: float, up: float) -> list[Mark]:
     """Words and the line from them; ``right`` and ``up`` on the screen in distances of the eye from what it sees."""
-    axes = look_rotation(eye)
+    axes = view_rotation(eye)
     distance = float(np.linalg.norm(np.subtract(eye.position, eye.target)))
     anchor = np.asarray(eye.target) + distance * (right * axes[:, 0] + up * axes[:, 1])
     # Words hang below their place: a line from above begins below them.
@@ -315,7 +315,7 @@ def log_eyes(writer: RecordingWriter, path: str, steps: Steps, eyes: Mapping[Any
     displayed = [eyes[moment] for *_, moment in steps]
     positions, rotations = (
         np.array([eye.position for eye in displayed]),
-        np.array([look_rotation(eye) for eye in displayed]),
+        np.array([view_rotation(eye) for eye in displayed]),
     )
     writer.rows(path, times_of(steps), pose_columns(positions, rotations))
     shape: dict[str, Any] = {"fov_y": 0.9, "aspect_ratio": 1.3, "image_plane_distance": 0.001, "line_width": 0.0}

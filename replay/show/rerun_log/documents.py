@@ -10,7 +10,7 @@ from replay.auditing.misses import MANY
 from replay.constants import CAVEAT
 from replay.document.headline import doubts, price, undecided
 from replay.document.run_result import RunResult
-from replay.effects.effect_summary import happened_words
+from replay.effects.effect_summary import happened_text
 from replay.show.accuracy import run_dots, tradeoff_dots
 from replay.show.palette import TICKS, Rgba
 from replay.show.plots import Dot
@@ -19,7 +19,7 @@ from replay.show.rerun_log.recording_file import entity
 from replay.show.rerun_log.timing import colour_of, stage_ms
 from replay.show.run_tables import ranking_table, sampling_notes
 from replay.show.sections import SectionName, fault_tables, section_of
-from replay.show.words import NOT_LOOKED_FOR, PAIR_FRAME_ROWS
+from replay.show.words import NOT_COMPUTED, PAIR_FRAME_ROWS
 from replay.tables import Column, Table, markdown, table
 from replay.words import plural
 
@@ -121,6 +121,6 @@ def session_text(result: RunResult) -> str:
     """Text on the session and its events, for a run that compares nothing."""
     return filled(
         f"{FOLDER}/session.md", result=result, replayed=replayed(result), doubts=doubts(result.document), caveat=CAVEAT,
-        happened=happened_words(result.effects, MANY), nothing=NOT_LOOKED_FOR,
+        happened=happened_text(result.effects, MANY), nothing=NOT_COMPUTED,
         tables=_tables(result, SectionName.TIMES, SectionName.SESSION, SectionName.EFFECTS),
     )  # fmt: skip

@@ -23,7 +23,7 @@ from replay.words import plural, safe_text
 ROOT: Final = "effects"
 HAPPENED: Final = "happened"
 
-SEEN_S: Final = 0.25
+VISIBLE_S: Final = 0.25
 """Seconds after an event at which the picture opens: in the frame of an end point the liquid is still colourless."""
 
 MARKERS: Final = 100
@@ -82,7 +82,7 @@ def log_happened(writer: RecordingWriter, effects: Effects, *, leads: bool) -> N
     when = f"At {words.moment(event.time)}, {position_text} {plural(len(events), 'event')}."
     writer.markdown(HAPPENED, f"# {event.text[:1].upper()}{event.text[1:]}\n\n{when}")
     if leads:
-        ns = min(round((event.time + SEEN_S) * 1e9), int(writer.clock.ns[-1]))
+        ns = min(round((event.time + VISIBLE_S) * 1e9), int(writer.clock.ns[-1]))
         log_bookmarks(writer, [Bookmark("", "event", len(events), ns, leads=True)])
 
 

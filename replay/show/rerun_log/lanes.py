@@ -40,10 +40,10 @@ MOST_PAIRS: Final = 40
 MOST_LANES: Final = 4
 """Lanes beside the list at most, as many as a screen of 800 lines shows, the reference's among them."""
 
-SHOWN: Final = (Outcome.MISSED, Outcome.INVENTED, Outcome.BOTH)
+SHOWN: Final = (Outcome.MISSED, Outcome.FALSE_CONTACT, Outcome.BOTH)
 """Outcomes of a lane of all pairs: of several at a time the first is shown."""
 
-UNRANKED: Final = (Outcome.WITHIN_TOLERANCE, Outcome.BETWEEN_FRAMES, Outcome.HELD)
+UNRANKED: Final = (Outcome.WITHIN_TOLERANCE, Outcome.BETWEEN_FRAMES, Outcome.GRASPED)
 """Outcomes of contact that matter least for the order of lanes."""
 
 NARROWEST: Final = 0.005
@@ -68,12 +68,12 @@ def pair_lanes(result: RunResult, label: str) -> dict[str, int]:
     if comparison is None:
         columns = np.flatnonzero(counts_as_contact(result.detections[label].verdict).any(axis=0)).tolist()
     else:
-        columns = ranked_pairs(comparison, assembly.held)
+        columns = ranked_pairs(comparison, assembly.grasped)
     lanes = {}
     for rank, column in enumerate(columns[:MOST_PAIRS], 1):
         # What was compared has a lane for a whole group, what was not one for each member.
         pair = "-".join(assembly.bodies_of(column)) if comparison is None else assembly.pair_name(column)
-        name = f"{rank}_{pair}{', held' if assembly.held[column] else ''}"
+        name = f"{rank}_{pair}{', held' if assembly.grasped[column] else ''}"
         lanes[entity(LANES, label, lane_name(name))] = column
     return lanes
 
@@ -110,7 +110,7 @@ def detector_lanes(result: RunResult, order: Sequence[str]) -> list[str]:
 def log_detector_lanes(writer: RecordingWriter, result: RunResult, order: Sequence[str], lanes: Sequence[str]) -> None:
     """Send contact of the reference in grey, and what is wrong or right anywhere."""
     verdict, outcomes = result.detections[result.oracle].verdict, result.comparisons[order[0]].outcome
-    touched = (counts_as_contact(verdict) & (outcomes != Outcome.HELD)).any(axis=1)
+    touched = (counts_as_contact(verdict) & (outcomes != Outcome.GRASPED)).any(axis=1)
     labels = np.where(touched, "contact", "").astype(object)
     log_lane(writer, lanes[0], spans_of(writer, labels), [("contact", WITHIN_TOLERANCE)])
     for label, path in zip(order, lanes[1:], strict=False):

@@ -23,7 +23,7 @@ from replay.document.run_result import RunResult
 from replay.document.scores import LISTED
 from replay.effects.output import Vector, vector_of
 from replay.errors import RunFolderError
-from replay.show.palette import FOUND, INVENTED, MISSED, Rgba
+from replay.show.palette import FALSE_CONTACT, MISSED, TRUE_CONTACT, Rgba
 from replay.show.rerun_log.recording_file import RecordingWriter, entity, require_complete_file
 from replay.show.rerun_log.recording_reader import RecordingDamagedError, read_texts
 from replay.words import length, plural
@@ -31,11 +31,11 @@ from replay.words import length, plural
 MISS, FALSE, CONTACT = "miss", "false", "contact"
 """Kinds of moments."""
 
-COLOURS: Final = {MISS: MISSED, FALSE: INVENTED, CONTACT: FOUND}
+COLOURS: Final = {MISS: MISSED, FALSE: FALSE_CONTACT, CONTACT: TRUE_CONTACT}
 UNREADABLE: Final = (OSError, ValueError, RuntimeError, TypeError, RecursionError, RecordingDamagedError)
 """What reading a damaged recording raises: Rerun's reader, and the list of moments in it."""
 
-CAUSE_LETTERS: Final = max(map(len, Cause))
+CAUSE_WIDTH: Final = max(map(len, Cause))
 """Letters of the longest cause."""
 
 LISTS: Final = "moments/list"
@@ -155,10 +155,10 @@ def _line(moment: Fault | Episode, seconds: float, name: str, widths: tuple[int,
     # The viewer cuts its own column of times, and in a narrow view the end of a line: time and cause come first.
     line = f"{words.instant(seconds):>10}  {label:<{widths[0]}} {numbered:<8} "
     if isinstance(moment, Episode):
-        return f"{line} {plural(moment.last - moment.first + 1, 'frame'):<{CAUSE_LETTERS}} {name}"
+        return f"{line} {plural(moment.last - moment.first + 1, 'frame'):<{CAUSE_WIDTH}} {name}"
     what = "curve" if moment.kind.is_miss else "apart"
     size = f"{length(moment.metres)} {what}" if moment.metres > 0 else ""
-    return f"{line} {moment.cause:<{CAUSE_LETTERS}} {name:<{widths[1]}} {size:>14}"
+    return f"{line} {moment.cause:<{CAUSE_WIDTH}} {name:<{widths[1]}} {size:>14}"
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ from replay.document.run_result import RunResult
 from replay.effects.output import Vector
 from replay.show.camera import Eye, across, eye_before, placed, towards_user
 from replay.show.palette import GROUND, MISSED, SERIES, WHITE, Rgba, see_through, tags_of
-from replay.show.rerun_log.close_up import ROOM, Mark, log_eyes, log_marks, words_beside
+from replay.show.rerun_log.close_up import ROOM, Mark, log_eyes, log_marks, text_beside
 from replay.show.rerun_log.recording_file import (
     RecordingWriter,
     Steps,
@@ -55,7 +55,7 @@ LOOKS: Final = 60
 
 ALL, SPHERES, BOXES, SEARCHED, CONFIRMED = "all pairs", "spheres meet", "boxes meet", "searched", "confirmed"
 
-LOST, FOUND = "missed", "contact"
+LOST, TRUE_CONTACT = "missed", "contact"
 
 
 STAGE_COLOURS: Final[Mapping[str, Rgba]] = {
@@ -65,7 +65,7 @@ STAGE_COLOURS: Final[Mapping[str, Rgba]] = {
 
 SHAPES: Final = {SPHERES: "sphere", BOXES: "box"}
 
-ENDS: Final[Mapping[str, Rgba]] = {FOUND: SERIES[2], LOST: MISSED}
+ENDS: Final[Mapping[str, Rgba]] = {TRUE_CONTACT: SERIES[2], LOST: MISSED}
 """Colour of how a look ended."""
 
 RISE: Final = np.array([0.0, 0.35, 0.0])
@@ -88,7 +88,7 @@ class Search:
     frame: int  # row of the verdict
     pair: int  # its column
     looked: int  # frame of the look; earlier where the pair was not searched again since
-    kind: str  # ``LOST`` or ``FOUND``
+    kind: str  # ``LOST`` or ``TRUE_CONTACT``
     first: int  # frames in which it is shown: of a miss all of it, else this frame alone
     last: int
     later: int = 0  # nanoseconds after the frame
@@ -164,7 +164,7 @@ def _missed(result: RunResult, label: str, watched: Watched) -> Iterator[Search]
 def _begun(result: RunResult, label: str, watched: Watched) -> Iterator[Search]:
     """The first frame of each contact that the search found, spread over the session where there are too many."""
     begun = [
-        Search(contact.first, contact.pair, contact.first, FOUND, contact.first, contact.first)
+        Search(contact.first, contact.pair, contact.first, TRUE_CONTACT, contact.first, contact.first)
         for contact in result.episodes[label]
         if (contact.first, contact.pair) in watched.search.noted
     ]
@@ -285,17 +285,17 @@ def _marks(run: SearchRun, result: RunResult, search: Search, eye: Eye) -> list[
     path = np.mean(centres, axis=0)[trace.best()]
     marks += [Mark(line, WHITE, 2.0) for line in np.stack([path[:-1], path[1:]], axis=1)]
     marks.append(Mark(path[-1:], ENDS[search.kind] if search.meets is None else WHITE, 8.0))
-    for number, (step, text, colour, right, up) in enumerate(_way_words(run, search, trace), 3):
-        marks += words_beside(eye, path[step], f"{number}  {text}", colour, right, up)
+    for number, (step, text, colour, right, up) in enumerate(_path_text(run, search, trace), 3):
+        marks += text_beside(eye, path[step], f"{number}  {text}", colour, right, up)
     if search.meets is not None:
         meets = np.asarray(search.meets)
         gap = words.length(float(np.linalg.norm(meets - path[-1])))
         text = f"missed: the surfaces meet here, {gap} away"
-        marks += [Mark(meets[None], MISSED, 8.0), *words_beside(eye, meets, text, MISSED, -0.05, 0.40)]
+        marks += [Mark(meets[None], MISSED, 8.0), *text_beside(eye, meets, text, MISSED, -0.05, 0.40)]
     return marks
 
 
-def _way_words(run: SearchRun, search: Search, trace: LookTrace) -> Iterator[tuple[int, str, Rgba, float, float]]:
+def _path_text(run: SearchRun, search: Search, trace: LookTrace) -> Iterator[tuple[int, str, Rgba, float, float]]:
     """Steps of the way of the best pair, their words, and how far to the right and up these stand."""
     best, gaps = trace.best(), trace.distance[trace.best()].tolist()
     last, ago = len(best) - 1, search.frame - search.looked
@@ -304,8 +304,8 @@ def _way_words(run: SearchRun, search: Search, trace: LookTrace) -> Iterator[tup
         yield 0, f"first pair: {words.length(gaps[0])} apart", WHITE, 0.34, 0.24
     if len(by_ants) and 0 < by_ants[-1] < last:
         yield int(by_ants[-1]), f"best ant: {words.length(gaps[by_ants[-1]])}", WHITE, 0.34, 0.10
-    if search.kind == FOUND:
-        yield last, "confirmed by the triangle test", ENDS[FOUND], 0.14, -0.34
+    if search.kind == TRUE_CONTACT:
+        yield last, "confirmed by the triangle test", ENDS[TRUE_CONTACT], 0.14, -0.34
     else:
         end = f"{words.length(gaps[-1])} apart; stopped at {run.look(search).evaluations:,} samples"
         yield last, f"{end}, {ago} frames ago" if ago else end, WHITE, 0.14, -0.34
@@ -321,9 +321,8 @@ def _frame_text(run: SearchRun, result: RunResult, search: Search) -> str:
         cells[CONFIRMED] += f", missed: {result.assembly.pair_name(search.pair)}"
     times = [(stage, words.duration(ms[search.frame] / 1e3)) for stage, ms in stage_ms(run.detection).items()]
     total = total_ms(run.detection)[search.frame]
-    price = (
-        f"{words.frame_time(total / 1e3)} for this frame: {words.share(total / BUDGET_MS)} of a {HEADSET_HZ:g} Hz frame"
-    )
+    percentage = words.as_percentage(total / BUDGET_MS)
+    price = f"{words.frame_time(total / 1e3)} for this frame: {percentage} of a {HEADSET_HZ:g} Hz frame"
     left = table("", ("stage", "pairs that it leaves"), [*cells.items()])
     return "\n\n".join([markdown(left), f"**{price}**", markdown(table("", ("stage", "takes"), times))])
 

@@ -48,7 +48,7 @@ def write_recording(result: RunResult, path: Path) -> None:
     picture = Picture(
         result=result,
         answer_eye=_eye(result, points, NARROW),
-        effects_eye=_eye(result, _places_of_events(result, balls), ASPECT),
+        effects_eye=_eye(result, _points_of_events(result, balls), ASPECT),
         balls=balls,
         moments=moments,
         eyes=close_up_eyes(result, moments, balls),
@@ -64,7 +64,7 @@ def write_recording(result: RunResult, path: Path) -> None:
         _log_tabs(writer, picture)
 
 
-def _places_of_events(result: RunResult, balls: Sequence[Sphere]) -> list[tuple[int, Vector]]:
+def _points_of_events(result: RunResult, balls: Sequence[Sphere]) -> list[tuple[int, Vector]]:
     """Frame of each event, and where its bodies stand, but of those that hold the room: a bench begins at the floor."""
     motion, positions = result.assembly.motion, []
     small = {name: body for body, name in enumerate(result.assembly.names) if balls[body].radius <= ROOM}

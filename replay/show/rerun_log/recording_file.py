@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from cdcore.numerics import FloatArray
-from replay.constants import HELD_FRAMES
+from replay.constants import MOST_FRAMES_IN_MEMORY
 from replay.errors import OutputError
 from replay.prepare.assembly import Assembly
 from replay.show.palette import Rgba
@@ -65,7 +65,7 @@ class RecordingClock:
     moments: NDArray[np.int64]
 
     @classmethod
-    def of(cls, assembly: Assembly, moments: Sequence[int] = (), limit: int = HELD_FRAMES) -> RecordingClock:
+    def of(cls, assembly: Assembly, moments: Sequence[int] = (), limit: int = MOST_FRAMES_IN_MEMORY) -> RecordingClock:
         """The clock of an assembly, with frames at which there is something to see."""
         stamps, first = assembly.stamp_ns, assembly.motion.times[:1]
         ns = stamps - stamps[:1] + np.round(1e9 * first).astype(np.int64)

@@ -21,7 +21,7 @@ from replay.auditing.outcome import Comparison, Outcome
 from replay.document.run_result import RunResult
 from replay.prepare.assembly import Assembly
 from replay.show.drawn_mesh import face_normals, shaded
-from replay.show.palette import FOUND, MISSED_FACES, OUTCOMES, Rgba, albedo, tags_of
+from replay.show.palette import MISSED_FACES, OUTCOMES, TRUE_CONTACT, Rgba, albedo, tags_of
 from replay.show.rerun_log.recording_file import RecordingClock, RecordingWriter, entity, packed, pose_columns
 from sessions.model.scene import Scene
 
@@ -31,7 +31,7 @@ DRAWN_FACES: Final = 400_000
 bench touches it for minutes in hundreds of faces. Beyond this, frames without a moment are strided, and a curve may lag
 behind its body by the stride."""
 
-COLOURED: Final = (Outcome.MISSED, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE)
+COLOURED: Final = (Outcome.MISSED, Outcome.FALSE_CONTACT, Outcome.WITHIN_TOLERANCE)
 """Outcomes with a colour of their own; all other contacts have that of what is found."""
 
 PUSHED_OUT: Final = 0.00015
@@ -130,7 +130,7 @@ def log_contacts(writer: RecordingWriter, label: str, detection: Detection, comp
     curves = [curve[np.isfinite(curve).all(axis=(1, 2))] for curve in curves]
     lengths = np.array([len(curve) for curve in curves], dtype=np.int64)
     outcomes = np.zeros(len(contacts), np.uint8) if comparison is None else comparison.outcome[at]
-    colours = packed(OUTCOMES[code][1] if code in COLOURED else FOUND for code in outcomes.tolist())
+    colours = packed(OUTCOMES[code][1] if code in COLOURED else TRUE_CONTACT for code in outcomes.tolist())
     strips = np.concatenate([np.zeros((0, 2, 3)), *curves]).astype(np.float32)
     lines = rr.LineStrips3D.columns(strips=strips, colors=np.repeat(colours, lengths))
     in_frame = np.bincount(np.searchsorted(frames, at[0]), lengths, len(frames))

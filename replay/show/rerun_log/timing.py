@@ -78,7 +78,7 @@ def ceiling(totals: Sequence[FloatArray]) -> float:
     return max((float(np.percentile(ms, CUT_PERCENTILE)) for ms in totals if len(ms)), default=0.0) or BUDGET_MS
 
 
-def budget_share(top: float) -> float:
+def budget_fraction(top: float) -> float:
     """The largest of 1, 1/10, 1/100 ... of a frame's budget that a plot up to ``top`` shows."""
     return float(10.0 ** min(0, int(np.floor(np.log10(top / BUDGET_MS)))))
 
@@ -96,7 +96,7 @@ def stages_path(label: str) -> str:
 def log_timing(writer: RecordingWriter, detections: Mapping[str, Detection], legends: Mapping[str, str]) -> None:
     """Send totals, stages added up, counters and the line of the budget; ``legends``: what stands beside a detector."""
     totals = {label: total_ms(detection) for label, detection in detections.items()}
-    fraction = budget_share(ceiling([*totals.values()]))
+    fraction = budget_fraction(ceiling([*totals.values()]))
     fraction_text = {1.0: "", 0.1: "a tenth of ", 0.01: "a hundredth of "}.get(
         fraction, f"{words.number(fraction)} of "
     )

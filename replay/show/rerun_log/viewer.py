@@ -80,7 +80,7 @@ class OpenViewer(AbstractContextManager["OpenViewer"]):
         try:
             self._client.open(str(recording.resolve()))
             deadline = time.monotonic() + LOAD_SECONDS
-            while not _all_there(self.state()):
+            while not _all_present(self.state()):
                 if time.monotonic() > deadline:
                     late = f"the viewer did not load {recording} in {words.fixed(LOAD_SECONDS, 0)} s"
                     raise ViewerError(f"{late}; try `rerun {recording}`")
@@ -126,7 +126,7 @@ class OpenViewer(AbstractContextManager["OpenViewer"]):
         self._words.close()
 
 
-def _all_there(state: ViewerState) -> bool:
+def _all_present(state: ViewerState) -> bool:
     """Whether all that was opened has been loaded: a recording without timelines has not arrived yet."""
     return bool(state.recordings) and not state.loading and all(recording.timelines for recording in state.recordings)
 

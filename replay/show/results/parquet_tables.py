@@ -132,7 +132,7 @@ def _frame_columns(result: RunResult, rows: IntArray, columns: IntArray, numbers
         "time": pa.array(result.assembly.motion.times[rows]),
         "body_a": _dictionary(ends[:, 0], names),
         "body_b": _dictionary(ends[:, 1], names),
-        "held": pa.array(result.assembly.held[columns] | within(result.holdings, columns, rows, rows)),
+        "held": pa.array(result.assembly.grasped[columns] | within(result.holdings, columns, rows, rows)),
         "flag": _flag_column(result, rows, columns),
     }
     for label, detection in result.detections.items():

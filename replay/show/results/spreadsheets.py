@@ -34,7 +34,7 @@ FORMULA_STARTS: Final = ("=", "+", "-", "@", "\t", "\r", "\n")
 MOST_ROWS: Final = 1_048_575
 """Rows of an Excel sheet below its heading."""
 
-MOST_LETTERS: Final = 32_767
+MOST_CHARACTERS: Final = 32_767
 """Letters of an Excel cell."""
 
 EXACT: Final = 10**15
@@ -128,4 +128,4 @@ def _write_cell(sheet: Any, row: int, column: int, value: Any) -> None:
     elif isinstance(value, float):
         return
     else:
-        sheet.write_string(row, column, str(value)[:MOST_LETTERS])
+        sheet.write_string(row, column, str(value)[:MOST_CHARACTERS])

@@ -14,7 +14,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final
 
-from replay.document.headline import held
+from replay.document.headline import grasped_notes
 from replay.document.machine import versions
 from replay.errors import OutputError
 from replay.show.report.markup import filled
@@ -107,7 +107,7 @@ def _moments(recording: Path, labels: Sequence[str]) -> bytes:
 def shared_page(view: RunView, recording: str) -> str:
     """The page of a run; ``recording`` is the name of its packed recording."""
     rerun = versions().get("rerun-sdk", "")
-    return page_of(view, held(view.run), "show/share/page.html", recording=recording, rerun=rerun)
+    return page_of(view, grasped_notes(view.run), "show/share/page.html", recording=recording, rerun=rerun)
 
 
 def _list(pages: dict[str, RunFolder], titles: dict[str, str]) -> str:

@@ -28,7 +28,7 @@ from sessions.mcap.metadata import NOT_STATED
 
 FIGURES: Final = "n: students whose rows are counted. Below a figure: 95 % intervals, students drawn anew."
 FAULTS: Final = {"misses": "miss", "false_contacts": "false contact"}
-NOT_SHOWN: Final = "not shown"
+SUPPRESSED: Final = "not shown"
 """Stands for the students of a row that would tell, less from a total, what a row of few students may not."""
 
 NONE: Final = "none"
@@ -47,7 +47,7 @@ Counts = Mapping[tuple[str, ...], FloatArray]
 
 def percent(value: float) -> str:
     """A share in percent: ``2.6 %``."""
-    return f"{words.share(value)}"
+    return f"{words.as_percentage(value)}"
 
 
 def rate(value: float) -> str:
@@ -113,7 +113,7 @@ class ClassTables:
     def _false_contacts(self, label: str) -> str:
         """Words on the false contacts of a detector, to follow those on its misses."""
         counts = self.counts("false_contacts", "detector").get((label,), np.zeros(len(self._owners)))
-        estimate = self._drawn.ratio(self._of_students(counts), self._of_students(self._seen_by(label)))
+        estimate = self._drawn.ratio(self._of_students(counts), self._of_students(self._contacts_by(label)))
         if not counts.any():
             return " and reports no false contact"
         between = f"{estimate.low:.2g} to {estimate.high:.2g}"
@@ -147,7 +147,7 @@ class ClassTables:
                 rates = (self._rate(counts.get((label,), nothing), label) for counts in faults)
                 cells[1:] = [self._never(label, contacts)[0], *rates]
             heads = (label, "trusted" if label in trusted else "audited")
-            rows.append(_Row(label, heads, self._of_students(self._seen_by(label)), tuple(cells)))
+            rows.append(_Row(label, heads, self._of_students(self._contacts_by(label)), tuple(cells)))
         note = "Contacts a minute: the mean over students, each by the mean of their sessions."
         figures = ("contacts a minute", "contacts never found", "misses", "false contacts")
         return _table(("detector", "is"), figures, rows, (note, *self._left_out()))
@@ -157,7 +157,7 @@ class ClassTables:
         touched, rows = self.counts("episodes", "body_a", "body_b", "missed_by"), []
         for (label, *pair), misses in self.counts("misses", "detector", "body_a", "body_b").items():
             contacts = {key: counts for key, counts in touched.items() if [*key[:2]] == pair}
-            present = sum(contacts.values(), misses) * self._seen_by(label)
+            present = sum(contacts.values(), misses) * self._contacts_by(label)
             every, hit = (self._of_students(counts > 0) for counts in (present, misses))
             where = cell(self._drawn.ratio(hit, every), percent, f"{hit.sum():.0f} of {every.sum():.0f}")
             cells = (self._rate(misses, label), where, self._never(label, contacts)[0])
@@ -232,13 +232,13 @@ class ClassTables:
         known = self._known
         return np.bincount(self._student[known], counts[known], len(self.runs.students)).astype(np.float64)
 
-    def _seen_by(self, label: str) -> FloatArray:
+    def _contacts_by(self, label: str) -> FloatArray:
         """1.0 of each session that a detector saw; ``""``: of all."""
         return np.array([float(not label or label in detectors) for detectors in self.runs.metrics.values()])
 
     def _rate(self, counts: FloatArray, label: str = "") -> Cell:
         """How many rows, and how many that are a session."""
-        sessions = self._of_students(self._seen_by(label))
+        sessions = self._of_students(self._contacts_by(label))
         return cell(self._drawn.ratio(self._of_students(counts), sessions), rate, f"{counts.sum():.0f}")
 
     def _never(self, label: str, contacts: Counts) -> tuple[Cell, Estimate]:
@@ -247,7 +247,7 @@ class ClassTables:
         for (*_, missed_by), counts in contacts.items():
             every += counts
             lost += counts * (label in missed_by.split(",") if label else missed_by != "")
-        every, lost = (self._of_students(counts * self._seen_by(label)) for counts in (every, lost))
+        every, lost = (self._of_students(counts * self._contacts_by(label)) for counts in (every, lost))
         estimate = self._drawn.ratio(lost, every)
         return cell(estimate, percent, f"{lost.sum():.0f} of {every.sum():.0f}"), estimate
 
@@ -269,7 +269,7 @@ def _table(heads: Sequence[str], figures: Sequence[str], rows: Sequence[_Row], n
         students = int(np.count_nonzero(row.sessions))
         cells: tuple[Cell, ...] = (students, int(row.sessions.sum()), *row.cells)
         if k in hidden:
-            cells = (few(students) if students < LEAST_IN_CELL else NOT_SHOWN, *[""] * (1 + len(row.cells)))
+            cells = (few(students) if students < LEAST_IN_CELL else SUPPRESSED, *[""] * (1 + len(row.cells)))
         values.append((*row.heads, *cells))
     return Table(tuple(columns), tuple(values), FIGURES, (*notes, N_COUNTS))
 

@@ -60,7 +60,7 @@ def read_codebook(path: Path) -> Codebook:
         # A few lines of aliases of aliases unfold to gigabytes.
         if any(isinstance(token, yaml.AliasToken) for token in yaml.scan(text)):
             raise StudyError(f"{path.name}: aliases (*name) are not read; write out what they stand for")
-        loaded = _with_words(yaml.safe_load(text))
+        loaded = _with_labels(yaml.safe_load(text))
     except (OSError, UnicodeDecodeError, yaml.YAMLError, RecursionError) as error:
         raise StudyError(f"{path} cannot be read as YAML: {' '.join(str(error).split())}") from error
     if not isinstance(loaded, dict):
@@ -83,12 +83,12 @@ def read_codebook(path: Path) -> Codebook:
     return Codebook(student, items, questions, *groups)
 
 
-def _with_words(value: Any) -> Any:
+def _with_labels(value: Any) -> Any:
     """The same tables with texts as keys: YAML reads ``1:`` as a number. Dates, which no key wants, become texts."""
     if isinstance(value, dict):
-        return {str(key): _with_words(entry) for key, entry in value.items()}
+        return {str(key): _with_labels(entry) for key, entry in value.items()}
     if isinstance(value, list):
-        return [_with_words(entry) for entry in value]
+        return [_with_labels(entry) for entry in value]
     return value if isinstance(value, str | int | float | None) else str(value)
 
 

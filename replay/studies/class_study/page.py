@@ -18,7 +18,7 @@ from replay.studies.class_study.tables import (
     headlines,
     on_page,
     opening,
-    p_words,
+    p_text,
     sample_table,
     study_tables,
 )  # fmt: skip
@@ -78,5 +78,5 @@ def _all_items(study: Study) -> Iterator[str]:
         b = study.bartlett
         yield (
             f"All items together: KMO {study.kmo:.3f} ({kaiser_word(study.kmo)}); Bartlett's chi-square "
-            f"{b.chi_square:.1f} with {b.degrees} degrees of freedom, p {p_words(b.p)}; n = {b.students}."
+            f"{b.chi_square:.1f} with {b.degrees} degrees of freedom, p {p_text(b.p)}; n = {b.students}."
         )

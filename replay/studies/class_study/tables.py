@@ -34,7 +34,7 @@ def readable_name(name: str) -> str:
     return re.sub(r"\bper min\b", "per minute", name.replace("_", " "))
 
 
-def p_words(p: float | None) -> str:
+def p_text(p: float | None) -> str:
     """A p-value with three places; ``none`` where no rule allows one."""
     return "none" if p is None else "< 0.001" if p < 0.001 else f"{p:.3f}"
 
@@ -81,12 +81,12 @@ def behind(study: Study) -> str:
     if study.detector == TRUSTED:
         source = f"contacts from the reference ({study.detector})"
     elif study.recall is not None:
-        source = f"contacts from {study.detector}, which finds {words.share(study.recall)} of contact frames"
+        source = f"contacts from {study.detector}, which finds {words.as_percentage(study.recall)} of contact frames"
     return f"{study.students} students, {study.rows} sessions, {source}"
 
 
 def _recall(value: float | None) -> str:
-    return "not measured" if value is None else words.share(value)
+    return "not measured" if value is None else words.as_percentage(value)
 
 
 WORDS: Final[dict[str, Callable[[Any], Cell]]] = {
@@ -97,7 +97,7 @@ WORDS: Final[dict[str, Callable[[Any], Cell]]] = {
 """Column of words -> what people read of it."""
 
 NUMBERS: Final[dict[str, Callable[[Any], Cell] | str]] = {
-    "beta": "+.3f", "difference": "+.3f", "low": "+.3f", "high": "+.3f", "p": p_words, "p_holm": p_words, "vif": ".2f",
+    "beta": "+.3f", "difference": "+.3f", "low": "+.3f", "high": "+.3f", "p": p_text, "p_holm": p_text, "vif": ".2f",
     "adjusted_r2": ".3f", "recall": _recall, "alpha": ".3f", "least_item_total": ".2f", "pooled_beta": "+.3f",
     "pooled_fit": ".3f", "pooled_p": ".3f", "first_mean": ".4g", "second_mean": ".4g",
 }  # fmt: skip

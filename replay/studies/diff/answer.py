@@ -65,7 +65,7 @@ def _gain(detector: DetectorDiff) -> float:
 
 
 def _false(detector: DetectorDiff) -> str:
-    before, after = (words.share(fraction or 0.0) for fraction in detector.false_contact)
+    before, after = (words.as_percentage(fraction or 0.0) for fraction in detector.false_contact)
     return f"{before} false contact in both" if before == after else f"false contact {before} -> {after}"
 
 

@@ -16,7 +16,7 @@ from replay.studies.paper.table_one import (
     ask_cut_short,
     ask_to_completion,
     joined,
-    table_one,
+    run_time_table,
     times,
     to_completion,
 )
@@ -66,6 +66,6 @@ def run_paper(size: Size = FULL, seed: int = 0, progress: Progress | None = None
     colony = each("searches near contact", colony_rows, near)
     drawn = each("samples of faces", search_samples, [(family, size.near, seed) for family in FAMILY_NAMES])
     return [
-        table_one(complete, short), to_completion(complete), accuracy(short), times(complete),
+        run_time_table(complete, short), to_completion(complete), accuracy(short), times(complete),
         *colony_tables(colony, size.search_seeds), *feature_sample_tables(drawn),
     ]  # fmt: skip

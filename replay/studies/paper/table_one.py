@@ -56,7 +56,7 @@ def of_target(answers: NDArray[Any], target: int) -> NDArray[Any]:
     return answers[answers["target"] == target]
 
 
-def table_one(complete: Answers, equal: Mapping[float, Answers]) -> Table:
+def run_time_table(complete: Answers, equal: Mapping[float, Answers]) -> Table:
     """Table I; ``equal`` are the answers by share of the common wall time."""
     rows: list[tuple[Cell, ...]] = []
     for target in np.unique(complete["exact"]["target"]).tolist():

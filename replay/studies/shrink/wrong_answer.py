@@ -172,7 +172,7 @@ def _assembled(run: RunFolder, session: Path | None, scene: Path | None) -> Asse
     """Bodies, poses and pairs as the run had them."""
     recording = run.recording(session, scene)
     ready = prepared(read_session(recording, scene=scene), policy=run.document.policy, **asdict(run.document.window))
-    run.require_digest(recording, ready.treatment.digest)
+    run.require_digest(recording, ready.repaired.digest)
     replayed, assembly = run.document.session, ready.assembly
     if len(assembly.motion) != replayed.frames or {*assembly.names} != {*replayed.bodies}:
         raise RunFolderError(f"{run.path} speaks of other frames or bodies than its recording has; run it again")

@@ -18,7 +18,7 @@ from replay.detection.detector_spec import SpecLike, parse_detector
 BATCH: Final = 500
 """Pairs in one call: two bodies each, so that a detector's tables of bodies stay small."""
 
-ONE_FACE: Final = ((0, 1, 2),)
+SINGLE_FACE: Final = ((0, 1, 2),)
 
 CHEAPER: Final[dict[str, Any]] = {"containment": False, "sphere": "paper"}
 """Settings, where a detector on meshes has them, that change no verdict here: a single triangle is open, so nothing is
@@ -45,7 +45,7 @@ def verdicts_of(detector: SpecLike, pairs: FloatArray) -> ByteArray:
 def _batch(detector: str, pairs: FloatArray, settings: dict[str, Any]) -> ByteArray:
     """Ask about all pairs at once; where that is refused, halve until the refused ones stand alone."""
     count = 2 * len(pairs)
-    bodies = [Body(f"{k:05d}", TriangleMesh(corners, ONE_FACE)) for k, corners in enumerate(pairs.reshape(-1, 3, 3))]
+    bodies = [Body(f"{k:05d}", TriangleMesh(corners, SINGLE_FACE)) for k, corners in enumerate(pairs.reshape(-1, 3, 3))]
     motion = Motion([0.0], np.zeros((1, count, 3)), np.tile(np.eye(3), (1, count, 1, 1)))
     try:
         engine = create_detector(detector, bodies, pairs=np.arange(count).reshape(-1, 2), **settings)

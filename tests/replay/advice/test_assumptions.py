@@ -19,7 +19,7 @@ from support.session_files import write_transforms
 
 import replay
 from replay.advice.assumptions import examine_assumptions
-from replay.advice.scene_outcome import outcome_words
+from replay.advice.scene_outcome import outcome_text
 from replay.document.headline import doubts
 from replay.studies.minimise import minimise
 from sessions import read_session, write_session
@@ -90,7 +90,7 @@ def test_stl_rod_hovering_4_cm_over_plate_has_no_contact(tmp_path, convention):
     session = import_session("csv", tmp_path / "take.csv", mapping=tmp_path / "map.toml", meshes=meshes)
     outcome = examine_assumptions(session).outcome
     assert outcome.contacts == 0 and outcome.closest == pytest.approx(0.04, abs=1e-6)
-    assert outcome_words(outcome) == "no contact, 40 mm at the closest"
+    assert outcome_text(outcome) == "no contact, 40 mm at the closest"
 
 
 def test_run_starts_with_open_questions_until_they_are_decided(tmp_path):

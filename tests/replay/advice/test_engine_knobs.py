@@ -11,7 +11,7 @@ import replay.guide
 from cdcore import Body, TriangleMesh, create_detector
 from cdcore.detectors import detector_row
 from cdcore.protocol import Solids
-from replay.advice.engine_knobs import advice_words, engine_named, engines
+from replay.advice.engine_knobs import advice_text, engine_named, engines
 from replay.detection.detector_spec import parse_detector
 from replay.errors import TradeoffError
 
@@ -99,4 +99,4 @@ STATES = {
 @pytest.mark.parametrize("state", STATES)
 def test_every_sentence_of_advice_holds_in_every_state(state):
     rows, sentences = STATES[state]
-    assert advice_words("E", rows) == sentences
+    assert advice_text("E", rows) == sentences

@@ -60,7 +60,7 @@ def test_a_measured_fix_asked_again_gives_its_figures(subject):
     missed = count_range(audit.counts_over_offsets.contacts_missed)
     late = count_range(audit.counts_over_offsets.late_or_cut_short)
     false = audit.false_contact_mean.value
-    assert f"{words.share(false)} false" in fix.text
+    assert f"{words.as_percentage(false)} false" in fix.text
     assert (lost_text(missed, late, audit.contacts) or "none missed or late") in fix.text
     loss = {rank.label: rank.loss for rank in again.ranking}
     assert loss["it"] < loss["subject"]

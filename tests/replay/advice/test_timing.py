@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from support.shapes import unturned
 
-from replay.advice.timing import LEAD_FRAMES, MEAN, TURN_FRAMES, Clock, LiveFrames, Timed, known
+from replay.advice.timing import BATCH_FRAMES, LEAD_FRAMES, MEAN, Clock, LiveFrames, Timed, known
 from replay.detection.sample_times import P99
 
 
@@ -39,18 +39,18 @@ def test_timed_pass_queries_frames_in_order_with_clock_outside():
 def test_long_sessions_are_timed_in_even_blocks_without_time_jumps():
     class Long:
         def __len__(self):
-            return 20 * TURN_FRAMES
+            return 20 * BATCH_FRAMES
 
         def frames(self, start, stop):
             return range(start, stop)
 
-    frames = LiveFrames(Long(), 5 * TURN_FRAMES)
-    assert frames.count == 5 * TURN_FRAMES and len(frames.turns) == 5
+    frames = LiveFrames(Long(), 5 * BATCH_FRAMES)
+    assert frames.count == 5 * BATCH_FRAMES and len(frames.turns) == 5
     assert [len(lead) for lead, _ in frames.turns] == [0] + [LEAD_FRAMES] * 4
     first, last = frames.turns[0][1], frames.turns[-1][1]
-    assert first[0].start == 0 and last[-1].stop == 20 * TURN_FRAMES
+    assert first[0].start == 0 and last[-1].stop == 20 * BATCH_FRAMES
     assert all(lead[-1].stop == requested[0].start for lead, requested in frames.turns[1:])
-    assert LiveFrames(Long(), 10**9).count == 20 * TURN_FRAMES and LiveFrames(Long(), -5).count == TURN_FRAMES
+    assert LiveFrames(Long(), 10**9).count == 20 * BATCH_FRAMES and LiveFrames(Long(), -5).count == BATCH_FRAMES
 
 
 def made(own, reference):

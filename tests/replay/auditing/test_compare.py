@@ -10,8 +10,8 @@ from replay.auditing.outcome import Episode, Outcome
 from replay.errors import AuditError
 
 LETTER = {
-    Outcome.NEITHER: ".", Outcome.BOTH: "B", Outcome.MISSED: "M", Outcome.INVENTED: "I",
-    Outcome.WITHIN_TOLERANCE: "t", Outcome.BETWEEN_FRAMES: "b", Outcome.LEFT_OUT: "-", Outcome.HELD: "h",
+    Outcome.NEITHER: ".", Outcome.BOTH: "B", Outcome.MISSED: "M", Outcome.FALSE_CONTACT: "I",
+    Outcome.WITHIN_TOLERANCE: "t", Outcome.BETWEEN_FRAMES: "b", Outcome.LEFT_OUT: "-", Outcome.GRASPED: "h",
 }  # fmt: skip
 
 

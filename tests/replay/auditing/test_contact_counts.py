@@ -78,7 +78,7 @@ def drawn(random, contacts, every=4, longest=0.8, unseen=0.0):
     comparison, faces = compare(subject, oracle), frames * random.integers(5, 50, contacts)
     return {
         "missed": count_contacts(comparison, episodes(oracle)).proportion(Outcome.MISSED),
-        "invented": count_reports(comparison).proportion(Outcome.INVENTED),
+        "invented": count_reports(comparison).proportion(Outcome.FALSE_CONTACT),
         "faces": proportion_of_clusters(random.binomial(faces, random.beta(8, 1, contacts)), faces),
     }
 
@@ -108,6 +108,6 @@ def test_reports_are_counted_by_segments_joined_by_tolerance():
     subject, oracle = verdicts(["C.", "CC", "CC", ".C", "C."]), verdicts(["..", "C.", "C.", "..", ".."])
     within = lambda frames, columns: (frames == 2) & (columns == 1)  # noqa: E731
     counts = count_reports(compare(subject, oracle, within=within))
-    reported = counts.proportion(Outcome.INVENTED)
+    reported = counts.proportion(Outcome.FALSE_CONTACT)
     assert counts.pairs.tolist() == [0, 1, 0]
     assert (reported.count, reported.of, reported.clusters) == (4, 6, 3)

@@ -15,7 +15,7 @@ from replay.detection.recorded import recorded_detector
 from replay.prepare.assembly import Assembly
 from sessions.model.event import LiveContact
 
-N, B, M, F, H = map(int, (Outcome.NEITHER, Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED, Outcome.HELD))
+N, B, M, F, H = map(int, (Outcome.NEITHER, Outcome.BOTH, Outcome.MISSED, Outcome.FALSE_CONTACT, Outcome.GRASPED))
 
 
 def world(outcomes, gaps=None):

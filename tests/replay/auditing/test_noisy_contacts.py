@@ -40,22 +40,22 @@ def test_copies_with_contact_follow_the_normal_distribution():
     session = gaps([*FAR, *(item for gap in wide for item in (gap, *FAR))])
     for sizes, sigma in (([SIZE], np.sqrt(2.0) * SIGMA), ([f"b={SIZE}"], SIGMA)):
         noise = asked(session, noise=sizes, noise_copies=4000).noise
-        fraction = [item.share for item in (*noise.contacts, *noise.near)]
+        fraction = [item.fraction for item in (*noise.contacts, *noise.near)]
         assert fraction == pytest.approx([NormalDist(0, 1e3 * sigma).cdf(-gap) for gap in wide], abs=0.03)
 
 
 def test_deep_contacts_hold_and_grazing_contacts_are_undecidable():
     result = asked(gaps([*FAR, *[-6.0] * 120, *FAR, -0.1, *FAR, 0.5, *FAR, 6.0, *FAR]))
     noise = result.noise
-    assert [item.word for item in noise.contacts] == [module.HOLDS, module.UNDECIDABLE] == list(noise.words)
+    assert [item.word for item in noise.contacts] == [module.HOLDS, module.UNDECIDABLE] == list(noise.labels)
     (hidden,) = noise.near
-    assert (hidden.first, hidden.last) == (181, 181) and 0.05 < hidden.share < 0.95
-    assert noise.resting == () and noise.asked == 122
+    assert (hidden.first, hidden.last) == (181, 181) and 0.05 < hidden.fraction < 0.95
+    assert noise.resting == () and noise.queried == 122
     settings = result.document.noise
     assert settings.copies == noise.copies and set(settings.sizes) == set(noise.sizes)
     positions = {"a": [0.0] * 9, "b": [3.0] * 4 + [0.9] + [3.0] * 4, "c": [50.0] * 8 + [51.0]}
     (contact,) = asked(cubes(positions), noise=[f"c={SIZE}"]).noise.contacts
-    assert (contact.share, contact.word) == (1.0, module.HOLDS)
+    assert (contact.fraction, contact.word) == (1.0, module.HOLDS)
 
 
 def test_61_of_64_copies_hold_and_3_are_absent():
@@ -69,7 +69,7 @@ def test_contacts_of_a_glass_at_rest_are_undecidable():
     result = asked(gaps([*FAR, -6.0, -6.0, *FAR, *FAR, *rest.tolist(), *FAR]))
     (interval,) = result.noise.resting
     assert (interval.first, interval.last) == pytest.approx((62, 461), abs=12) and result.noise.near == ()
-    before, *text = result.noise.words
+    before, *text = result.noise.labels
     assert before == module.HOLDS and len(text) > 10 and set(text) == {module.UNDECIDABLE}
     assert "Of 1 pair at rest the noise leaves open whether they touch." in " ".join(beside(result))
 
@@ -114,4 +114,4 @@ def test_noise_of_a_rotation_reaches_as_far_as_its_lever():
     poses["cube"][0][0, 1] = 1.15
     session = Session.from_arrays(np.arange(30) * 10_000_000, poses, {"rod": long, "cube": cube(0.1)})
     result = compute(session, detectors="hybrid", noise="rod=0 mm, 0.5 deg, 0.01 s")
-    assert result.noise.asked == 30 and (result.noise.near or result.noise.resting)
+    assert result.noise.queried == 30 and (result.noise.near or result.noise.resting)

@@ -46,7 +46,7 @@ def judged(assembly, lie, tau=2e-6, **changed):
 
 
 def test_the_border_is_tau_on_both_sides():
-    m, i, t = Outcome.MISSED, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE
+    m, i, t = Outcome.MISSED, Outcome.FALSE_CONTACT, Outcome.WITHIN_TOLERANCE
     assembly = beside(*(1.0 + gap for gap in GAPS))
     assert judged(assembly, Verdict.CONTACT) == [m, m, m, t, t, t, t, t, i, i, i]
     assert judged(assembly, Verdict.CONTACT, tau=1.2e-5) == [m, *[t] * 9, i]
@@ -85,7 +85,7 @@ def test_containment_candidates_and_intervals_have_no_tolerance():
     inside = beside(0.0, 0.25 - 1e-9, first=ball_mesh(0.25))  # in the middle, and a nanometre from the wall
     assert judged(inside, Verdict.CONTACT) == [Outcome.MISSED] * 2
     for word in (Verdict.CONTAINED, Verdict.CANDIDATE):
-        assert judged(beside(1.0 + 1e-9), word) == [Outcome.INVENTED]
+        assert judged(beside(1.0 + 1e-9), word) == [Outcome.FALSE_CONTACT]
     assert judged(beside(1.0 - 1e-9), Verdict.CONTACT, covers="intervals") == [Outcome.MISSED]
 
 
@@ -96,7 +96,7 @@ def test_frames_within_tolerance_count_in_no_false_contact():
     tolerance = Tolerance(assembly, lambda motion: exact.detect(motion, faces=True), 2e-6)
     reference = Reference.of(truth, assembly, None, tolerance)
     always = replace(truth, verdict=np.full_like(truth.verdict, Verdict.CONTACT))
-    once = count_reports(reference.compare(always)).proportion(Outcome.INVENTED).value
+    once = count_reports(reference.compare(always)).proportion(Outcome.FALSE_CONTACT).value
     assert once == offset_counts(1e4, always, reference).false_contact.value == pytest.approx(1 / 3)
 
 

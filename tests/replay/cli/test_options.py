@@ -4,7 +4,7 @@ import click
 from click.testing import CliRunner
 
 from replay.auditing.tolerance import TAU
-from replay.cli.options import let_modules_here_be_found, replaying, reporting
+from replay.cli.options import import_from_current_folder, replaying, reporting
 
 
 @click.command()
@@ -23,8 +23,8 @@ def test_options_mean_the_same_on_every_verb():
 def test_current_folder_modules_load_only_for_a_named_detector(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.path", [path for path in sys.path if path])
-    let_modules_here_be_found(["hybrid", ""])
+    import_from_current_folder(["hybrid", ""])
     assert str(tmp_path) not in sys.path
-    let_modules_here_be_found(["mine=engine:Detector"])
-    let_modules_here_be_found(["mine=engine:Detector"])
+    import_from_current_folder(["mine=engine:Detector"])
+    import_from_current_folder(["mine=engine:Detector"])
     assert sys.path.count(str(tmp_path)) == 1 and sys.path[-1] == str(tmp_path)

@@ -14,7 +14,7 @@ from replay.cli.terminal import STYLES, Paragraph
 from replay.detection.detector_spec import parse_detectors
 from replay.document.citations import sources_behind
 from replay.engine import compute
-from replay.tables import GOOD, IN_RED, INVENTED, markdown_words
+from replay.tables import GOOD, IN_RED, IN_YELLOW, markdown_text
 
 PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
 
@@ -44,8 +44,8 @@ def test_unmeasured_fix_says_so_and_its_command_runs():
     ("state", "mark"),
     [
         ("one missed", IN_RED),
-        ("only false", INVENTED),
-        ("undecided", INVENTED),
+        ("only false", IN_YELLOW),
+        ("undecided", IN_YELLOW),
         ("nothing wrong", GOOD),
         ("no contact", ""),
     ],
@@ -72,5 +72,5 @@ def test_markdown_gives_why_and_fix_of_the_worst_detector():
     page = run_markdown(result, ())
     assert [heading for heading, _, _ in reasons] == ["Why", "Fix"]
     for heading, text, command in reasons:
-        assert f"- **{heading}** {markdown_words(text)}" in page
+        assert f"- **{heading}** {markdown_text(text)}" in page
         assert f"`{command}`" in page or not command

@@ -55,5 +55,5 @@ def test_run_seed_reaches_random_detectors_without_their_own(spec, seed):
 def test_search_is_traced_again_except_for_hours_of_motion(monkeypatch):
     detector, motion = make_detector(parse_detector("qaco"), assembly(), 0), assembly().motion
     assert detecting.watched_again(detector, motion) is not None
-    monkeypatch.setattr(detecting, "HELD_FRAMES", 49)
+    monkeypatch.setattr(detecting, "MOST_FRAMES_IN_MEMORY", 49)
     assert detecting.watched_again(detector, motion) is None

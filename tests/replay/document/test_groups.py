@@ -76,9 +76,9 @@ def test_fault_of_a_group_names_it_and_measures_a_member(result):
         ("MI", Outcome.BOTH),
         ("MN", Outcome.MISSED),
         ("ML", Outcome.MISSED),
-        ("IN", Outcome.INVENTED),
+        ("IN", Outcome.FALSE_CONTACT),
         ("IL", Outcome.LEFT_OUT),
-        ("HI", Outcome.HELD),
+        ("HI", Outcome.GRASPED),
         ("WN", Outcome.WITHIN_TOLERANCE),
     ],
 )

@@ -10,7 +10,7 @@ from support.small_worlds import TWO_BUMPS, cubes, jumping
 
 from replay.document.audit import GraspedCounts
 from replay.document.diagnosis import answers
-from replay.document.headline import compounds, held, price
+from replay.document.headline import compounds, grasped_notes, price
 from replay.engine import compute
 
 
@@ -45,7 +45,7 @@ def test_the_cost_of_every_frame_is_measured_live():
 def test_a_note_names_contacts_not_counted_while_grasped():
     def told(**counts):
         audit = audit_of(while_grasped=zeros(GraspedCounts, **counts))
-        return held(SimpleNamespace(document=document_with(audit={"slow": audit})))
+        return grasped_notes(SimpleNamespace(document=document_with(audit={"slow": audit})))
 
     assert told() == []
     assert told(false_contact=3) == ["While a hand holds it: not counted. There slow reports 3 false frames."]

@@ -59,9 +59,9 @@ def told(result, low, high):
     """Verdicts, poses and flags between two seconds."""
     assembly = result.assembly
     rows = (assembly.motion.times >= low) & (assembly.motion.times <= high)
-    flags = [(span.kind, span.start, span.end) for span in result.treatment.spans if low <= span.start <= high]
+    flags = [(span.kind, span.start, span.end) for span in result.repaired.spans if low <= span.start <= high]
     findings = [
-        (item.code, item.start) for item in result.treatment.findings if item.start and low <= item.start <= high
+        (item.code, item.start) for item in result.repaired.findings if item.start and low <= item.start <= high
     ]
     return (
         assembly.motion.times[rows].tolist(), assembly.motion.translations[rows].tolist(),

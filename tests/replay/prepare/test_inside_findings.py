@@ -8,7 +8,7 @@ from support.shapes import box_mesh, merged, moved
 
 from cdcore import TriangleMesh
 from replay.cli.main import main
-from replay.prepare.inside_findings import part_findings
+from replay.prepare.inside_findings import containment_findings
 
 BOX = box_mesh()
 REVERSED = TriangleMesh(0.5 * BOX.vertices, BOX.faces[:, ::-1])
@@ -26,7 +26,7 @@ REVERSED = TriangleMesh(0.5 * BOX.vertices, BOX.faces[:, ::-1])
     ids=["one", "apart", "crossing", "nested", "hollow"],
 )
 def test_crossing_and_nested_pieces_are_named(mesh, codes):
-    assert [finding.code for finding in part_findings("m", mesh)] == codes
+    assert [finding.code for finding in containment_findings("m", mesh)] == codes
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from replay.errors import AssemblyError
-from replay.prepare.pair_choice import chosen_pairs, held_pairs
+from replay.prepare.pair_choice import chosen_pairs, grasped_pairs
 from sessions.model.scene import Pose, Scene, SceneBody, SceneGroup
 
 NAMES = ("hand", "glass", "lid", "bench", "shelf")
@@ -39,7 +39,7 @@ def test_grasped_pairs_are_parent_child_and_hand_group():
     )
     names = ("hand", "rod", "cup", "lid", "ghand", "undeclared")
     pairs = {(0, 1): True, (0, 2): False, (1, 3): False, (2, 3): True, (2, 5): False, (0, 4): False, (3, 4): True}
-    assert held_pairs(scene, names, np.array([*pairs])).tolist() == [*pairs.values()]
+    assert grasped_pairs(scene, names, np.array([*pairs])).tolist() == [*pairs.values()]
 
 
 UNITED = Scene(

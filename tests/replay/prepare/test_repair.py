@@ -65,7 +65,7 @@ def test_doctors_teleport_is_no_contact_between_frames():
     draft.meshes["tray"] = MeshData(cube().vertices * [1.0, 1.0, 0.004] + [0.0, 0.0, 0.125], cube().faces)
     draft.meshes["hand-left"] = cube(0.01)
     result = compute(draft.session(), detectors="exact", oracle="continuous", pairs=[("hand-left", "tray")])
-    assert "teleport" in {item.code for item in result.treatment.findings}
+    assert "teleport" in {item.code for item in result.repaired.findings}
     assert result.episodes == {"exact": (), "continuous": ()} and result.misses == {"exact": ()}
 
 

@@ -6,7 +6,7 @@ from support.small_worlds import cubes
 
 from replay import read
 from replay.errors import OutputError
-from replay.running.batch import run_batch, run_one
+from replay.running.batch import run_batch, run_session
 from sessions import write_session
 
 SETTINGS = {"detectors": "hybrid", "oracle": "none", "picture": False}
@@ -66,10 +66,10 @@ def test_changed_session_reruns_after_a_killed_batch(files, tmp_path, monkeypatc
 def test_session_with_a_lost_reply_is_accepted(files, tmp_path):
     result = []
     for after in ("", "kept"):
-        assert run_one(files[0], tmp_path / "s0", SETTINGS, "asked") == after
+        assert run_session(files[0], tmp_path / "s0", SETTINGS, "asked") == after
         result.append(when := (tmp_path / "s0" / "summary.json").stat().st_mtime_ns)
     assert result == [when, when]
-    assert run_one(files[0], tmp_path / "s0", SETTINGS, "asked otherwise") == ""
+    assert run_session(files[0], tmp_path / "s0", SETTINGS, "asked otherwise") == ""
     assert (tmp_path / "s0" / "summary.json").stat().st_mtime_ns != when
 
 

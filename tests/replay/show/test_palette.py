@@ -30,7 +30,7 @@ def test_nothing_but_missed_is_near_the_red():
 
 
 def test_red_yellow_and_blue_differ_in_lightness_too():
-    values = sorted(lightness(colour) for colour in (palette.MISSED, palette.INVENTED, palette.FOUND))
+    values = sorted(lightness(colour) for colour in (palette.MISSED, palette.FALSE_CONTACT, palette.TRUE_CONTACT))
     assert values[1] / values[0] > 1.2
     assert values[2] / values[1] > 1.2
 
@@ -77,7 +77,7 @@ def test_pages_picture_and_terminal_share_the_colours():
     assert all(
         f"--{kind}:{colour}" in css for colours in (palette.LIGHT, palette.DARK) for kind, colour in colours.items()
     )
-    assert [palette.hex_of(colour) for colour in (palette.MISSED, palette.INVENTED, palette.FOUND)] == [
+    assert [palette.hex_of(colour) for colour in (palette.MISSED, palette.FALSE_CONTACT, palette.TRUE_CONTACT)] == [
         palette.DARK[kind] for kind in ("missed", "false", "right")
     ]
     assert palette.DARK["missed"] in STYLES[IN_RED] and palette.DARK["late"] in STYLES[PARTLY]

@@ -74,7 +74,7 @@ def cells_of(summary, label):
     ranges = [audit["counts_over_offsets"][name] for name in ("contacts_missed", "late_or_cut_short")]
     counts = [words.count_range((round(item["smallest"]), round(item["largest"]))) for item in ranges]
     false = audit.get("means_over_offsets", audit)["false_contact"]["value"]
-    return [*counts, "0 %" if false is None else words.share(false), *times]
+    return [*counts, "0 %" if false is None else words.as_percentage(false), *times]
 
 
 def loss_of(audit):

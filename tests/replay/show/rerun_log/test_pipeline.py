@@ -6,7 +6,7 @@ import pytest
 from cdcore.bounding.bounding_sphere import sphere_best
 from cdcore.transforms.rigid import rotation_from_quaternion
 from replay.show.palette import MISSED, SERIES
-from replay.show.rerun_log.pipeline_view import FOUND, LOST, search_runs
+from replay.show.rerun_log.pipeline_view import LOST, TRUE_CONTACT, search_runs
 from replay.show.rerun_log.recording_file import packed
 from replay.words import length
 
@@ -35,7 +35,7 @@ def test_missed_contact_is_red_with_the_distance_of_the_search(searching, watche
         assert np.linalg.norm(section - meets, axis=1).min() < 1e-6
         text = read.at(f"{ROOT}/search/words", "Points3D:labels", moment.frame)[-1]
         assert text.startswith("missed") and length(float(np.linalg.norm(np.subtract(stop, meets)))) in text
-    result = next(moment for moment in watched.searches if moment.kind == FOUND)
+    result = next(moment for moment in watched.searches if moment.kind == TRUE_CONTACT)
     assert read.at(f"{ROOT}/search/dots", "Points3D:colors", result.frame)[-1] == packed([SERIES[2]])[0]
 
 

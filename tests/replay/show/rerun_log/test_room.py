@@ -11,7 +11,7 @@ from replay.auditing.outcome import Outcome
 from replay.engine import compute
 from replay.show.camera import CLOSE_UP, placed
 from replay.show.drawn_mesh import face_normals
-from replay.show.palette import FOUND, FREE, MISSED, WITHIN_TOLERANCE, albedo, see_through, tags_of
+from replay.show.palette import FREE, MISSED, TRUE_CONTACT, WITHIN_TOLERANCE, albedo, see_through, tags_of
 from replay.show.rerun_log import scene
 from replay.show.rerun_log.close_up import ROOM, close_up_eyes, detectors_with_solids, sharp_edges
 from replay.show.rerun_log.moments import FALSE, LISTS, MISS, key_moments, read_bookmarks
@@ -92,7 +92,7 @@ def curves(run, read):
         strips, colours = [np.zeros((0, 2, 3))], []
         for pair in np.flatnonzero(detection.verdict[frame] == Verdict.CONTACT).tolist():
             strips.append(detection.section(frame, pair))
-            colours += [COLOURS.get(outcome[frame, pair], FOUND)] * len(strips[-1])
+            colours += [COLOURS.get(outcome[frame, pair], TRUE_CONTACT)] * len(strips[-1])
         yield np.reshape(read.at(path, "LineStrips3D:strips", frame), (-1, 2, 3)), np.concatenate(strips)
         yield read.at(path, "LineStrips3D:colors", frame), packed(colours)
 
