@@ -54,7 +54,7 @@ def test_right_hand_of_the_long_capture_is_frozen_74_frames():
     assert (index[first - 2] != index[first]).any() and (index[last + 1] != index[last]).any()
 
 
-def test_no_capture_is_taken_for_a_broken_one():
+def test_no_capture_is_taken_for_a_broken_capture():
     for file in [*CAPTURES.glob("*.json"), *(DATA / "a-saturday-night").glob("*.json")]:
         findings = examine(import_session("aframe", file))
         assert [item for item in findings if item.severity > Severity.WARNING] == []

@@ -60,7 +60,7 @@ def test_noisy_losses_are_detected_and_nothing_else_exceeds_a_warning(name, seed
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("name", FAULTS)
 @pytest.mark.parametrize("body", [0, 1])
-def test_a_planted_fault_is_found_with_its_body_and_span(name, body, tmp_path):
+def test_planted_fault_is_reported_with_body_and_interval(name, body, tmp_path):
     draft = clean()
     planted = FAULTS[name](draft, body, 300)
     findings = examine(draft.write(tmp_path / "one.mcap"))
@@ -73,7 +73,7 @@ def test_a_planted_fault_is_found_with_its_body_and_span(name, body, tmp_path):
 
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("size", [0.05, 0.1, 3.0])
-def test_teleports_are_found_from_five_centimetres(size):
+def test_teleports_are_reported_from_five_centimetres(size):
     """Every one of ten centimetres and more is found."""
     result = []
     for body in (0, 1, 2):

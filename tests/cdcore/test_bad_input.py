@@ -31,7 +31,7 @@ CALLS = {
 
 
 @pytest.mark.parametrize("row", TABLE, ids=lambda row: f"{row['of']}: {row['words']}")
-def test_arrays_that_are_none_are_refused_by_one_sentence(row):
+def test_invalid_arrays_are_refused_in_a_sentence(row):
     error, call = CALLS[row["of"]]
     with pytest.raises(error, match=row["words"]) as refused:
         call(**{name: given for name, given in row.items() if name not in ("of", "words")})

@@ -29,7 +29,7 @@ def test_reference_agrees_with_scalar_separating_axes(size, scale):
     assert meet(pairs)[0].tolist() == expected
 
 
-def test_small_and_large_whole_numbers_give_one_answer():
+def test_small_and_large_integers_give_the_same_answer():
     pairs = lattice_pairs(seed=1, size=3)
     assert meet_exactly(pairs).tolist() == meet_exactly(pairs * 3.0**30).tolist()
 

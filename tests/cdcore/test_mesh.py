@@ -61,7 +61,7 @@ def test_a_box_of_unmerged_corners_is_closed_all_the_same():
     assert len(np.unique(loose.components)) == 1
 
 
-def test_minus_zero_and_zero_are_one_coordinate():
+def test_minus_zero_and_zero_are_the_same_coordinate():
     mesh = TriangleMesh([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [-0.0, -0.0, 0]], [[0, 1, 2], [3, 2, 1]])
     assert mesh.is_closed
     assert mesh.components.tolist() == [0, 0]

@@ -46,7 +46,7 @@ def test_ball_through_the_wall_is_clear_then_contact_then_contained(name):
     assert verdict == [Verdict.CLEAR] * 17 + [Verdict.CONTACT] * 8 + [Verdict.CONTAINED] * 16
 
 
-def test_35_float32_quaternions_do_not_stretch_the_body():
+def test_35_float32_quaternions_do_not_scale_the_body():
     q = Rotation.from_euler("xyz", np.random.default_rng(0).uniform(-3, 3, (200, 3))).as_quat().astype(np.float32)
     turns = rotation_from_quaternion(q)
     raw = np.abs(np.linalg.norm(q.astype(float), axis=1) - 1).max()

@@ -83,7 +83,7 @@ def test_without_an_oracle_nothing_is_compared(detectors):
     assert ",".join(result.episodes) == ",".join(result.document.detectors) == detectors
 
 
-def test_only_detectors_of_effects_alone_are_not_asked_live():
+def test_only_detectors_of_effects_alone_are_not_queried_live():
     requested = {
         "session": cubes(TWO_BUMPS, scene=TOUCHING),
         "detectors": "hybrid,sphere,image-space,continuous",
@@ -106,7 +106,7 @@ def test_a_detector_that_effects_name_runs_live_with_faces():
     assert reported.seconds.detect == pytest.approx(sum(spent.sum() for spent in exact.seconds.values()))
 
 
-def test_faces_that_the_reference_listed_are_not_asked_for_again(monkeypatch):
+def test_faces_listed_by_the_reference_are_not_queried_again(monkeypatch):
     monkeypatch.setattr("replay.engine.make_detector", None)
     result = compute(cubes(TWO_BUMPS), detectors="slow=discrete[rate_hz=20,sampling_offset_s=0]")
     assert len(result.misses["slow"]) == 2

@@ -70,7 +70,7 @@ def peak_of(frames, folder, *, picture):
 
 
 @pytest.mark.slow
-def test_ten_minute_run_needs_less_than_one_gibibyte(tmp_path):
+def test_ten_minute_run_needs_less_than_1_gibibyte(tmp_path):
     assert peak_of(54_000, tmp_path, picture=True) < GIBIBYTE
 
 

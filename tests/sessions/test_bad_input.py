@@ -83,7 +83,7 @@ def test_bad_file_is_refused_in_a_sentence_with_its_cure(tmp_path, case):
 
 
 @pytest.mark.parametrize("reader", TABLE["good"])
-def test_what_the_wrong_ones_are_changed_from_is_read(tmp_path, reader):
+def test_unchanged_originals_of_wrong_files_are_read(tmp_path, reader):
     name, read = READERS[reader]
     (tmp_path / name).write_bytes(TABLE["good"][reader].encode())
     assert read(tmp_path / name)
@@ -108,7 +108,7 @@ CALLS = {
 
 
 @pytest.mark.parametrize("case", TABLE["call"], ids=lambda case: f"{case['of']}: {case['words'][:40]}")
-def test_arguments_that_no_function_takes_are_one_sentence(tmp_path, case):
+def test_invalid_arguments_are_refused_in_a_sentence(tmp_path, case):
     call, _, do = case["of"].partition("record ")
     calls = CALLS | {
         "": partial(recorded, tmp_path, do),

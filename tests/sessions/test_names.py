@@ -54,6 +54,6 @@ def test_a_side_is_a_controller_only_alone(name, proxy):
     assert proxy_for(name) == proxy
 
 
-def test_words_of_a_name():
+def test_name_is_split_into_terms():
     assert name_tokens("LeftHand_2") == name_tokens("lefthand") == ["left", "hand"]
     assert name_tokens("VIVEController") == ["vive", "controller"]

@@ -52,7 +52,7 @@ def test_a_temporary_folder_is_gone_after_its_block(temp, ending):
     assert names(temp) == []
 
 
-def test_the_next_program_removes_what_a_killed_one_left(temp):
+def test_next_program_removes_leftovers_of_a_killed_program(temp):
     left = killed_owner(temp)
     assert (left / "files" / "pictures" / "run.rrd").exists()
     with temporary_folder() as folder:

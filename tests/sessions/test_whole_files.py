@@ -55,7 +55,7 @@ def test_later_of_two_writers_replaces_the_whole_file(tmp_path):
     assert out.read_bytes() == b"one" * 9 and names(tmp_path) == ["out"]
 
 
-def test_a_file_that_appears_meanwhile_is_not_replaced_unless_asked(tmp_path):
+def test_file_that_appears_meanwhile_is_replaced_only_on_request(tmp_path):
     out = tmp_path / "out"
     with pytest.raises(RefusalError, match="was written by another program meanwhile; name another"):  # noqa: SIM117
         with whole_file(out, RefusalError, overwrite=False) as stream:
@@ -73,7 +73,7 @@ class Watched(type(Path())):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there an open file takes no other name")
-def test_a_file_is_held_until_it_has_its_name(tmp_path):
+def test_file_is_locked_until_it_has_its_name(tmp_path):
     with whole_file(Watched(tmp_path / "out"), RefusalError) as stream:
         stream.write(b"all of it")
     assert (tmp_path / "out").read_bytes() == b"all of it"
@@ -160,7 +160,7 @@ def test_next_writer_removes_leftovers_of_killed_writers_only(tmp_path, moment):
     assert (out / "mark").read_text() == "third" and (out / "note").read_text() == "mine"
 
 
-def test_a_place_that_cannot_be_written_is_one_sentence(tmp_path):
+def test_unwritable_path_is_refused_in_a_sentence(tmp_path):
     (tmp_path / "file").write_text("")
     for target in (tmp_path / "file" / "out", tmp_path / ("x" * 300)):
         with pytest.raises(RefusalError, match="cannot be written"), whole_file(target, RefusalError):

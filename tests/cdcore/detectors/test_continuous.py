@@ -137,7 +137,7 @@ def test_resting_or_distant_bodies_cost_no_search():
     assert near.work["searched"] == 9
 
 
-def test_what_cannot_be_told_is_unresolved_counted_and_explained():
+def test_undecidable_pairs_are_unresolved_counted_and_explained():
     bodies, motion = (BALL, PLATE), heights([0.012, 0.012])
     rotation = motion.rotations.copy()
     rotation[1, 0] = np.diag([1.0, -1.0, -1.0])

@@ -72,7 +72,7 @@ def test_samples_are_first_frames_at_or_after_ticks():
 
 
 @pytest.mark.parametrize("name", ["discrete", "collider"])
-def test_a_look_without_a_pose_teaches_nothing(name):
+def test_query_without_a_pose_changes_no_state(name):
     times = np.arange(12) / 90
     motion = along([0.9] * 4 + [3.0] * 8, times)
     valid = np.ones((12, 2), dtype=bool)

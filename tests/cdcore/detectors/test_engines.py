@@ -87,7 +87,7 @@ def test_random_hulls_err_within_the_documented_tolerance(name, settings, reach,
 @pytest.mark.slow
 @pytest.mark.parametrize("shape", ["hull", "mesh"])
 @pytest.mark.parametrize("name", OURS)
-def test_what_was_asked_before_changes_no_answer(name, shape):
+def test_earlier_queries_change_no_answer(name, shape):
     bodies, motion = lab(120)
     detector = create_detector(name, bodies, shape=shape)
     whole = detector.detect(motion).verdict
@@ -143,7 +143,7 @@ def test_rapier_tests_two_meshes():
 
 
 @pytest.mark.parametrize("name", OURS)
-def test_sheets_are_bodies_and_oversized_ones_are_refused(name):
+def test_sheets_are_bodies_and_oversized_sheets_are_refused(name):
     sheet = TriangleMesh(box_mesh((0.3, 0.3, 1.0)).vertices * [1, 1, 0], box_mesh().faces)
     bodies = [Body("cube", box_mesh((0.1, 0.1, 0.1))), Body("sheet", sheet)]
     motion = unturned([[[0, 0, 0.049], [0, 0, 0]], [[0, 0, 1], [0, 0, 0]]])

@@ -14,7 +14,7 @@ def body_of(name, triangles):
     return Body(name, TriangleMesh(triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3)))
 
 
-def test_a_small_closed_body_inside_a_large_one_is_contained():
+def test_small_closed_body_inside_a_large_body_is_contained():
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float) - 0.25
     faces = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
     bodies = [Body("in", TriangleMesh(corners * 0.01, faces)), Body("out", TriangleMesh(corners, faces))]
@@ -51,11 +51,11 @@ def work(motion, **settings):
     return done["pair_looks"], done["held"]
 
 
-def test_frozen_frames_are_one_query():
+def test_frozen_frames_take_a_single_query():
     assert work(along([0.9] * 100)) == (1, 99)
 
 
-def test_a_pose_one_bit_off_is_a_change():
+def test_pose_that_differs_by_a_bit_is_a_change():
     assert work(along([0.9, np.nextafter(0.9, 1)])) == (2, 0)
 
 
@@ -81,7 +81,7 @@ def test_epsilon_measures_rotation_at_the_outermost_point():
     assert work(along([0.9] * 50, turns=1e-2 * np.arange(50)), epsilon=1e-3)[0] == 50
 
 
-def test_epsilon_does_not_ask_again_when_both_move_as_one():
+def test_epsilon_skips_queries_of_pairs_that_move_together():
     steps = np.linspace(0, 1, 40)
     rotation = Rotation.from_rotvec(np.outer(steps, [0, 1, 0])).as_matrix()
     positions = np.zeros((40, 2, 3))

@@ -49,13 +49,13 @@ def test_refused_mesh_is_named_in_a_single_line():
             create_detector("mujoco", [Body("slab", TriangleMesh(vertices, box.faces))])
 
 
-def test_a_crowd_in_one_place_loses_no_contact():
+def test_crowd_at_a_single_point_loses_no_contact():
     bodies = [Body(f"box {k}", box_mesh()) for k in range(40)]
     motion = still(bodies, np.random.default_rng(0).normal(scale=1e-3, size=(40, 3)))
     assert (create_detector("mujoco", bodies).detect(motion).verdict == Verdict.CONTACT).all()
 
 
-def test_it_explains_whether_it_looked_and_whether_the_hulls_meet():
+def test_explanation_states_sampling_and_meeting_hulls():
     bodies, motion = lab(60)
     always, slow = (create_detector("mujoco", bodies, rate_hz=rate) for rate in (None, 13.0))
     sample, pair = always.detect(motion).verdict, 4

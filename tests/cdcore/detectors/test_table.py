@@ -33,7 +33,7 @@ def test_stage_seconds_sum_to_at_most_the_call(name):
     assert min(spent) >= 0 and 0 < sum(spent) <= perf_counter() - start
 
 
-def test_an_unknown_name_is_answered_with_the_known_ones():
+def test_unknown_name_is_answered_with_known_names():
     with pytest.raises(
         UnknownDetectorError, match=r"no detector 'spheer'; did you mean 'sphere'\? There are: .*hybrid"
     ):
@@ -107,7 +107,7 @@ def test_failing_package_is_named_and_hides_no_built_in(entry, why, monkeypatch,
     assert load_detector("sphere") is SphereDetector
 
 
-def test_unknown_settings_are_answered_with_known_ones():
+def test_unknown_settings_are_answered_with_known_settings():
     with pytest.raises(InvalidSettingError, match="'sphere' has no setting 'speed'; it has: sphere"):
         create_detector("sphere", BODIES, speed=3)
 
@@ -128,7 +128,7 @@ def test_settings_arrive_and_are_kept():
     assert create_detector("sphere", BODIES, sphere="paper").settings.sphere == "paper"
 
 
-def test_the_table_costs_no_engine_until_one_is_used():
+def test_table_loads_no_engine_before_use():
     engines = {"fcl", "numba", "scipy", "mujoco", "rapier3d", "pybullet", "ovphysx"}
     code = f"import sys, cdcore; cdcore.DETECTORS; cdcore.Motion; print({engines} & set(sys.modules))"
     done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)

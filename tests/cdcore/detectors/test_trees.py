@@ -76,7 +76,7 @@ def test_contact_is_where_the_meshes_meet_and_nowhere_else(seed, settings):
     assert np.array_equal(detection.verdict == Verdict.CONTACT, expected)
 
 
-def test_frames_that_stand_still_are_one_query_per_pair():
+def test_still_frames_take_a_single_query_per_pair():
     bodies = [Body("glass", beaker_mesh()), Body("rod", rod_mesh())]
     detection = create_detector("hybrid", bodies).detect(still(bodies, [[0, 0, 0], [0.037, 0, 0.05]], frames=500))
     assert (detection.verdict == Verdict.CONTACT).all()
@@ -84,7 +84,7 @@ def test_frames_that_stand_still_are_one_query_per_pair():
     assert detection.work["reused"] == 499
 
 
-def test_sections_are_there_for_every_contact():
+def test_sections_exist_for_every_contact():
     bodies, motion = lab(150)
     detection = create_detector("hybrid", bodies).detect(motion, faces=True)
     for frame, pair in np.argwhere(detection.verdict == Verdict.CONTACT)[::9].tolist():

@@ -32,7 +32,7 @@ def test_posed_solid_corners_equal_posed_mesh_corners():
         assert np.abs(placed[:, None] - present).max(axis=2).min(axis=1).max() < 1e-12
 
 
-def test_sheets_get_a_thickness_solids_keep_theirs():
+def test_sheets_get_a_thickness_and_solids_stay_unchanged():
     flat = TriangleMesh(box_mesh().vertices * [1, 1, 0], box_mesh().faces)
     assert np.ptp(engine_solid(Body("a", flat), "hull", "Engine", 1e-4).corners[:, 2]) == pytest.approx(1e-4)
     solid = engine_solid(Body("a", box_mesh()), "hull", "Engine", 1e-4)

@@ -127,7 +127,7 @@ print(heard.kernels)
 
 
 @pytest.mark.slow
-def test_simultaneous_processes_answer_and_later_ones_compile_nothing(tmp_path):
+def test_simultaneous_processes_answer_and_later_processes_compile_nothing(tmp_path):
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     start = [sys.executable, "-c", TOGETHER]
     both = [subprocess.Popen(start, env=environment) for _ in range(2)]
@@ -184,7 +184,7 @@ def last_of_rows(real, whole):
     return doubles_of(real)[5], integers_of(whole)[5], doubles_of(doubles_of(real))[0]
 
 
-def test_an_array_of_rows_is_one_row_in_a_kernel():
+def test_array_of_rows_is_a_single_row_in_a_kernel():
     assert last_of_rows(np.arange(6.0).reshape(2, 3) + 1, np.arange(6).reshape(3, 2)) == (6.0, 5, 1.0)
 
 

@@ -12,7 +12,7 @@ def assert_same(first, last):
     assert {name: rows for name, rows in interpreted.items() if rows != compiled[name]} == {}
 
 
-def test_interpreted_kernels_give_the_digests_of_compiled_ones():
+def test_interpreted_kernels_give_digests_of_compiled_kernels():
     assert_same(0, 1)
 
 

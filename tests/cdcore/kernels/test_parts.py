@@ -69,7 +69,7 @@ def test_shared_callee_is_compiled_once_for_two_callers():
     assert defined(code_of(other), "shifted")
 
 
-def test_part_is_compiled_once_for_all_literal_numbers():
+def test_function_is_compiled_once_for_all_literal_numbers():
     @hot_kernel
     def tripled(x):
         return 3 * x
@@ -89,7 +89,7 @@ def test_part_is_compiled_once_for_all_literal_numbers():
     assert kept.tolist() == [9 + 12]
 
 
-def test_part_called_from_python_computes_the_same():
+def test_function_called_from_python_computes_the_same():
     @fresh
     def compiled(x):
         return shifted(x) + halved(x)

@@ -65,7 +65,7 @@ def test_duplicate_faces_keep_their_own_numbers():
     assert FclMeshes([wall, spike]).faces(0, 1).tolist() == [[0, 0], [1, 0], [2, 0]]
 
 
-def test_equal_meshes_share_a_tree_and_can_stand_apart():
+def test_equal_meshes_use_a_common_tree_and_can_be_separate():
     before = len(TREES)
     pairs = FclMeshes([box_mesh((3, 1, 1)), box_mesh((3, 1, 1)), box_mesh((2, 3, 2))])
     other = FclMeshes([box_mesh((3, 1, 1))])

@@ -68,7 +68,7 @@ def meeting(bodies, move):
 
 
 @pytest.mark.parametrize("away", [[1.0, 0, 0], [1.0, 1.0, 0], [1.0, 1.0, 1.0], [0.3, 0.2, 1.0 - 1e-6]])
-def test_cubes_that_touch_come_loose(away):
+def test_touching_cubes_separate(away):
     bodies = [Body("a", box_mesh()), Body("b", box_mesh())]
     requested = meeting(bodies, [[0, 0, 0], away])
     stage = MarginStage(bodies, 2e-6)
@@ -76,7 +76,7 @@ def test_cubes_that_touch_come_loose(away):
 
 
 @pytest.mark.parametrize("away", [[0.5, 0, 0], [0.9, 0, 0], [0, 0.01, 0]])
-def test_overlapping_cubes_with_common_planes_are_not_loose(away):
+def test_overlapping_cubes_with_common_planes_do_not_separate(away):
     bodies = [Body("a", box_mesh()), Body("b", box_mesh())]
     requested = meeting(bodies, [[0, 0, 0], away])
     stage = MarginStage(bodies, 2e-6)
@@ -84,14 +84,14 @@ def test_overlapping_cubes_with_common_planes_are_not_loose(away):
     assert not stage.loose(*requested)
 
 
-def test_exactly_fitting_plug_is_loose():
+def test_exactly_fitting_plug_separates():
     hole = merged(*(box_mesh((1, 1, 1), [x, y, 0]) for x in (-1, 0, 1) for y in (-1, 0, 1) if x or y))
     bodies = [Body("plug", box_mesh((1, 1, 3))), Body("hole", hole)]
     requested = meeting(bodies, np.zeros((2, 3)))
     assert MarginStage(bodies, 2e-6).loose(*requested)
 
 
-def test_tool_on_a_sheet_is_loose_for_either_winding():
+def test_tool_on_a_sheet_separates_for_either_winding():
     for faces in (grid_plate(), grid_plate()[:, ::-1]):
         bodies = [*bodies_of([faces]), Body("box", box_mesh(centre=(2.3, 2.4, 0.5)))]
         assert MarginStage(bodies, 2e-6).loose(*meeting(bodies, np.zeros((2, 3))))

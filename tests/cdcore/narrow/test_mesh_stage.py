@@ -31,7 +31,7 @@ def decide(stage, motion, column=0, faces=False):
 
 
 @pytest.mark.parametrize("faces", [False, True])
-def test_equal_poses_share_a_query_to_the_last_bit(faces):
+def test_bitwise_equal_poses_take_a_single_query(faces):
     stage = MeshStage(BODIES, np.array([[0, 1]]))
     answer = decide(stage, motion_of([0.9, 0.9, np.nextafter(0.9, 1), 3.0, 3.0, 0.9]), faces=faces)
     assert answer.hits.tolist() == [True, True, True, False, False, True]
@@ -63,7 +63,7 @@ def test_reversed_pairs_have_reversed_faces():
     assert forward[:, 1].max() < 12 <= forward[:, 0].max()
 
 
-def test_nothing_asked_is_nothing_answered():
+def test_empty_query_has_an_empty_answer():
     none = np.zeros(0, dtype=np.int64)
     answer = MeshStage(BODIES, np.array([[0, 1]])).decide(motion_of([0.0]), none, none, faces=True)
     assert answer.hits.shape == (0,)

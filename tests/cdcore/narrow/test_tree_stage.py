@@ -48,7 +48,7 @@ def test_first_mode_keeps_verdicts_with_a_face_pair_each(name):
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", TREES)
-def test_a_search_cut_short_says_not_found_and_invents_nothing(name):
+def test_stopped_search_reports_not_found_and_no_false_contact(name):
     bodies, motion = lab(60)
     whole = create_detector(name, bodies).detect(motion, faces=True)
     before = np.zeros_like(whole.face_counts)

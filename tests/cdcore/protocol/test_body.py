@@ -30,7 +30,7 @@ def test_an_empty_list_is_no_pairs():
     assert resolve_pairs(BODIES, []).shape == (0, 2)
 
 
-def test_two_bodies_of_one_name_are_refused():
+def test_two_bodies_of_equal_name_are_refused():
     with pytest.raises(InvalidPairError, match="used twice: rod"):
         resolve_pairs([*BODIES, BODIES[1]], None)
 
@@ -44,7 +44,7 @@ def test_motion_needs_as_many_bodies():
         require_bodies(motion, BODIES[:2])
 
 
-def test_blocks_pass_in_order_and_empty_ones_do_not_count():
+def test_blocks_pass_in_order_and_empty_blocks_do_not_count():
     motion = still(BODIES, np.zeros((3, 3)), frames=6)
     blocks = [motion.frames(0, 2), motion.frames(2, 2), motion.frames(2, 6)]
     assert [len(block) for block in blocks_in_order(blocks)] == [2, 0, 4]

@@ -54,7 +54,7 @@ def test_a_digest_changes_with_any_verdict_stamp_or_name(change):
     assert detection(**change).digest != detection().digest
 
 
-def test_the_faces_digest_changes_with_one_face():
+def test_faces_digest_changes_with_a_single_face():
     other = sets_of([0, 1], [1, 0], [FACES[:1], np.array([[1, 7], [2, 4]])])
     assert detection(face_sets=other).faces_digest != detection().faces_digest
     assert detection(face_sets=other).digest == detection().digest
@@ -77,7 +77,7 @@ def test_faces_are_indexed_by_frame_and_pair():
         detection().faces(3, 0)
 
 
-def test_taken_frames_hold_what_the_whole_holds_there():
+def test_taken_frames_equal_those_frames_of_the_whole():
     whole = detection(reasons={(1, 1): "lost", (2, 0): "late"}, toi={(2, 1): (0.5, 1.0)})
     component = whole.take(np.array([1, 2]))
     assert np.array_equal(component.times, whole.times[1:])
@@ -163,7 +163,7 @@ def made(table):
 
 
 @given(entries)
-def test_every_set_comes_back_from_its_place(table):
+def test_every_face_set_is_returned_for_its_frame_and_pair(table):
     sets = made(table)
     counts = sets.counts(8, 4)
     for frame in range(8):
@@ -183,7 +183,7 @@ def test_blocks_joined_equal_the_whole(table, cut):
             assert joined.at(frame, pair).tolist() == made(table).at(frame, pair).tolist()
 
 
-def test_frames_that_share_a_set_store_it_once():
+def test_frames_with_equal_face_sets_store_a_single_set():
     item = np.array([[1, 2], [3, 4]])
     sets = FaceSets.from_shared(np.arange(1000), np.zeros(1000, dtype=int), np.zeros(1000, dtype=int), [item])
     assert len(sets.faces) == 2

@@ -32,7 +32,7 @@ def made(kind, bodies):
     return kind(bodies, pairs)
 
 
-def test_one_method_makes_a_whole_detector_named_after_its_class():
+def test_single_method_makes_a_detector_named_after_its_class():
     bodies, motion = lab(40)
     detector = made(Near, bodies)
     assert isinstance(detector, Detector) and detector.name == "Near" and detector.online
@@ -68,7 +68,7 @@ class Plain:
         self.detect, self.stream = inner.detect, inner.stream
 
 
-def test_a_detector_without_live_is_asked_through_its_stream():
+def test_detector_without_live_is_queried_through_its_stream():
     bodies, motion = lab(40)
     inner, start = made(Near, bodies), perf_counter()
     result = detect_live(Plain(inner), motion)

@@ -34,7 +34,7 @@ def test_before_its_first_answer_a_sampled_detector_reports_no_contact(name, liv
 
 
 @pytest.mark.parametrize("name", ["discrete", "collider"])
-def test_a_stream_keeps_that_there_was_no_answer_yet(name):
+def test_stream_keeps_missing_answers_missing(name):
     tracked = np.arange(25) >= 3
     positions = np.zeros((25, 2, 3))
     valid = np.stack([np.ones(25, dtype=bool), tracked], axis=1)

@@ -35,7 +35,7 @@ def test_good_rotations_keep_every_bit():
     assert motion.worst_orthonormality <= ORTHONORMAL_KEEP
 
 
-def test_the_three_ways_to_build_one_give_the_same_bits():
+def test_three_constructors_give_the_same_bits():
     rng = np.random.default_rng(1)
     place, quaternions = rng.normal(size=(6, 2, 3)), rng.normal(size=(6, 2, 4))
     quaternions /= np.linalg.norm(quaternions, axis=-1, keepdims=True)

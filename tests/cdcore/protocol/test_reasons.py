@@ -36,7 +36,7 @@ def test_a_noted_reason_comes_before_that_of_the_pair():
 
 
 @pytest.mark.parametrize("place", [(0, 2), (5, 0), (-1, 0), (0, 3)])
-def test_what_is_decided_or_not_there_has_no_reason(place):
+def test_decided_or_absent_pairs_have_no_reason(place):
     answer = detection([[U, X, C]])
     assert place not in answer.reasons
     with pytest.raises(KeyError):

@@ -24,7 +24,7 @@ def neighbours(mesh):
 
 
 @pytest.mark.parametrize("mesh", [ball_of(320), torus_mesh(1.0, 0.3, 20, 12), box_mesh()], ids=["ball", "torus", "box"])
-def test_neighbours_share_an_edge_or_a_corner(mesh):
+def test_neighbours_have_a_common_edge_or_corner(mesh):
     plain = trimesh.Trimesh(mesh.vertices, mesh.faces, process=True, validate=False)
     adjacent = {face: set() for face in range(len(mesh.faces))}
     for first, second in plain.face_adjacency.tolist():

@@ -47,7 +47,7 @@ def test_on_tiny_meshes_an_exhaustive_budget_finds_everything(variant):
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("variant", VARIANTS)
-def test_the_same_seed_gives_the_same_look_in_any_thread(variant):
+def test_equal_seeds_give_equal_queries_in_any_thread(variant):
     ball = ball_of(800)
     poses = colliding_poses(ball, ball, 8, 7)
 

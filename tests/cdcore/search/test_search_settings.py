@@ -55,7 +55,7 @@ def test_printed_search_breaks_within_a_few_dozen_steps(alpha):
     assert 1 <= np.median(broke) <= 30
 
 
-def test_a_hit_on_the_way_is_still_a_confirmed_one():
+def test_hit_during_descent_is_still_confirmed():
     box = box_mesh()
     search = search_of(box, box, variant="printed", budget=100_000)
     query = search.look((I3, np.array([0.02, 0, 0])), (I3, np.zeros(3)), 0.0)

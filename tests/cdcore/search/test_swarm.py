@@ -77,7 +77,7 @@ def test_step_takes_the_short_arc_only_with_equation_17():
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("spread", [0.0, 2.0, 300.0])
 @pytest.mark.parametrize("left_out_equation", [0, 16, 20])
-def test_probabilities_are_finite_not_negative_and_sum_to_one(spread, left_out_equation):
+def test_probabilities_are_finite_not_negative_and_sum_to_1(spread, left_out_equation):
     rng = np.random.default_rng(5)
     ants = 50
     swarm = np.zeros(ants, dtype=ANT)

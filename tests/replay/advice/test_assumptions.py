@@ -125,7 +125,7 @@ def test_answer_equals_import_option_and_can_be_forgotten(tmp_path):
     assert with_answers_forgotten(forgotten)[1] == 0
 
 
-def test_lengths_of_another_unit_are_asked_for_and_answered(tmp_path):
+def test_lengths_of_another_unit_are_questioned_and_answered(tmp_path):
     _, imported = scene(tmp_path, "openxr", "obj", exported=False)
     table = (tmp_path / "take.csv").read_text().splitlines()
     cells = [row.split(",") for row in table[1:]]
@@ -224,7 +224,7 @@ def test_mesh_unit_is_questioned_where_two_units_fit(tmp_path):
 
 
 @pytest.mark.parametrize("millimetres", [8, 6])
-def test_a_lone_small_mesh_in_centimetres_is_asked_for(tmp_path, millimetres):
+def test_lone_small_mesh_in_centimetres_is_questioned(tmp_path, millimetres):
     """A bead that rests on a plate of the scene; as metres it is a ball of most of a metre."""
     write_scene(tmp_path, "openxr", "glb")
     vertices, faces = box(*np.array([[-0.5] * 3, [0.5] * 3]) * millimetres / 1000)

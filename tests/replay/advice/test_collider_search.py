@@ -23,7 +23,7 @@ def test_good_pieces_of_the_same_body_are_taken(two_beakers):
     assert pieces_of(fix_colliders(two_beakers, limits=Limits(0.02)))["second"] > 1
 
 
-def test_limit_of_missed_contact_is_part_of_the_limits():
+def test_limit_of_missed_contact_is_among_the_limits():
     assert Limits(0.2).hold(0.2, 1.0)
     assert Limits(0.2, 0.1).hold(0.2, 0.1)
     assert not Limits(0.2, 0.1).hold(0.2, 0.11)

@@ -50,7 +50,7 @@ BEAKER = revolved_mesh(WALL, 24)
 
 
 @pytest.mark.parametrize("subject", ["hull50", "collider[shape=hull]", "collider[shape=box,rate_hz=50]"])
-def test_a_measured_fix_asked_again_gives_its_figures(subject):
+def test_repeated_measured_fix_gives_its_figures(subject):
     session = stirred(BEAKER)
     first = run(session, detectors=f"subject={subject},exact", fix_time=60)
     fix = first.answers[0].fix
@@ -69,7 +69,7 @@ def test_a_measured_fix_asked_again_gives_its_figures(subject):
     assert first.document.answers[0].fix.setting == fix.setting
 
 
-def test_a_name_of_any_signs_can_be_asked_again():
+def test_name_of_any_characters_is_accepted_as_a_spec():
     first = run(stirred(BEAKER, "a,b [c]+"), detectors="subject=hull50,exact", fix_time=60)
     fix = first.answers[0].fix
     again = run(stirred(BEAKER, "a,b [c]+"), detectors=f"it={fix.setting},exact")

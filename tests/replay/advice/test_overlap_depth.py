@@ -19,7 +19,7 @@ def test_depth_of_rod_in_block_is_depth_of_its_end(depth):
     assert overlap_depth(block, rod, motion, 0, (0, 1)) == pytest.approx(depth, abs=0.002)
 
 
-def test_bodies_apart_and_open_surfaces_have_no_depth():
+def test_separate_bodies_and_open_surfaces_have_no_depth():
     block = box(0.2, 0.2, 0.2)
     sheet = SampledSurface(TriangleMesh(block.vertices, block.faces[:-2]))
     far = Motion(np.array([0.0]), np.array([[[0.0, 0, 0], [1.0, 0, 0]]]), np.tile(np.eye(3), (1, 2, 1, 1)))
@@ -29,7 +29,7 @@ def test_bodies_apart_and_open_surfaces_have_no_depth():
     assert overlap_depth(SampledSurface(block), SampledSurface(block), near, 0, (0, 1)) > 0.04
 
 
-def test_winding_does_not_turn_a_body_inside_out():
+def test_winding_does_not_swap_inside_and_outside():
     block = box(0.2, 0.2, 0.2)
     inward = SampledSurface(TriangleMesh(block.vertices, block.faces[:, ::-1]))
     assert inward.depth_of(np.zeros((1, 3))) == pytest.approx(0.1, abs=0.01)

@@ -15,7 +15,7 @@ rows = st.lists(
 
 
 @given(rows)
-def test_the_front_is_that_of_a_second_way(found):
+def test_front_equals_that_of_a_second_algorithm(found):
     assert front_of(found) == front(found)
     order = [(row["loss"], row["mean_ms"]) for row in sorted_rows(found) if not row["contact_frames_undecided"]]
     assert order == sorted(order)
@@ -27,7 +27,7 @@ def test_what_gets_more_wrong_contends_only_where_it_is_quicker():
     assert contenders_of(result) == ["right", "quicker"]
 
 
-def test_one_pass_ties_with_nothing_and_is_advised_never():
+def test_single_pass_never_ties_and_is_never_advised():
     slow, quick = price_row("once", 2.5, 0, spread=None, complete=True), price_row("exact", 0.04, 0)
     assert front_of([slow, quick]) == ["exact"]
     some = [quick, price_row("a", 0.05, 1), price_row("b", 0.06, 2)]

@@ -18,7 +18,7 @@ def test_larger_box_has_its_closed_form_errors():
     assert card["reach_mm"] == pytest.approx(500.0, rel=1e-6) and card["outside_mm"] == 0.0
 
 
-def test_half_a_box_in_place_of_a_box_misses_half():
+def test_half_a_box_misses_half_of_a_box():
     whole, half = box_mesh((1.0, 1.0, 1.0)), moved(box_mesh((0.5, 1.0, 1.0)), (-0.25, 0.0, 0.0))
     card = shape_figures(whole, [half])
     assert card["missing"] == pytest.approx(0.5, rel=1e-6) and card["beyond"] == pytest.approx(0.0, abs=1e-6)

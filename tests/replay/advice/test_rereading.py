@@ -69,7 +69,7 @@ def test_all_48_changes_of_axes_are_recognised():
     assert change_of_axes(before, MeshData(before.vertices * 100, before.faces)) is None
 
 
-def test_a_solid_that_looks_alike_in_other_axes_is_unchanged():
+def test_symmetric_solid_is_unchanged_in_other_axes():
     """A cup of 24 sides has the same corners after half a turn, in another order and up to rounding."""
     cup = trimesh.creation.cylinder(0.04, 0.1, sections=24)
     half_a_turn = np.diag([-1.0, -1.0, 1.0, 1.0])

@@ -68,7 +68,7 @@ def test_rods_within_reach_whose_boxes_never_overlap_are_decided():
     assert alternatives_differ(session, row) is False
 
 
-def test_rods_that_meet_only_when_turned_decide_the_question():
+def test_rods_that_meet_only_when_rotated_decide_the_question():
     rod = trimesh.creation.box((0.3, 0.02, 0.03))
     session, row = still([[0, 0, 0], [0.1, 0, 0]], (rod.vertices, rod.faces))
     assert alternatives_differ(session, row) is True

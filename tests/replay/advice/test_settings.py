@@ -7,7 +7,7 @@ from replay.advice.settings import next_to_front, settings_list, settings_of
 from replay.detection.detector_spec import parse_detector
 
 
-def test_compounds_are_listed_and_shipped_colliders_where_there_are_some():
+def test_compounds_and_existing_shipped_colliders_are_listed():
     bare = {setting.label for setting in settings_list()}
     more = {setting.asked for setting in settings_list(shipped=True) if setting.label not in bare}
     assert more == {"collider[shape=shipped]"}
@@ -26,7 +26,7 @@ def test_every_setting_exists_and_its_spec_is_accepted():
         assert (again.name, dict(again.settings)) == (setting.detector, dict(setting.settings))
 
 
-def test_the_first_eleven_are_one_of_each_family():
+def test_first_eleven_settings_cover_each_family():
     head = settings_list()[:11]
     assert {setting.detector for setting in head} == {"exact", "hybrid", "hybrid-qaco", "collider"}
     assert {"box", "capsule", "sphere", "hull", "mesh"} <= {setting.settings.get("shape") for setting in head}

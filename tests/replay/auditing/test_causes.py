@@ -159,7 +159,7 @@ def test_the_first_stage_that_failed_is_the_cause(told, cause):
     assert first_failed(Explanation(**told), answer, at_instant=False) == Cause.BETWEEN_FRAMES
 
 
-def test_looks_are_bounded_and_misses_without_one_are_not_examined(monkeypatch):
+def test_samples_are_bounded_and_unsampled_misses_unexamined(monkeypatch):
     budget = SampleBudget(per_miss=16, total=10, at_once=3)
     monkeypatch.setattr("replay.auditing.causes.CAUSE_BUDGET", budget)
     session = cubes({"a": [0] * 300, "b": [3, 0.9, 0.9] * 100})

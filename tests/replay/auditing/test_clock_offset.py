@@ -41,7 +41,7 @@ def test_of_shifts_that_fit_equally_the_smallest_is_taken():
     assert estimate_offset({BEGIN: [1.0, 2.0], END: [1.1]}, {BEGIN: [5.0, 6.0], END: [5.1]}).rivals == 0
 
 
-def test_a_given_offset_is_kept_and_its_fit_said():
+def test_given_offset_is_kept_and_its_fit_reported():
     result = estimate_offset({BEGIN: [1.0, 2.0]}, {BEGIN: [1.01, 2.5]}, 0.0)
     assert (result.seconds, result.matched) == (0.0, 1) and result.residual == pytest.approx(0.01)
     assert str(result).endswith("; 1 are left out, more than 50 ms from every true one of their pair")
@@ -56,7 +56,7 @@ def test_without_a_common_pair_nothing_is_guessed():
 
 
 @pytest.mark.parametrize("reported", [{BEGIN: [1.0]}, {BEGIN: [1.0], END: [9.0]}])
-def test_one_report_alone_fits_every_clock_and_so_none(reported):
+def test_single_report_fits_no_clock(reported):
     with pytest.raises(AuditError, match=r"one report alone fits every clock.*--offset"):
         estimate_offset(reported, {BEGIN: [0.0, 3.0], END: [4.0]})
     assert estimate_offset(reported, {BEGIN: [0.99]}, 0.0).matched == 1
@@ -75,7 +75,7 @@ def drifting(contacts, span, drift, rng, jitter=0.008):
 
 @pytest.mark.parametrize(("contacts", "span", "drift"), [(8, 10.0, 0.02), (20, 60.0, -0.02), (20, 300.0, 0.001)])
 @pytest.mark.parametrize("seed", range(4))
-def test_a_drift_is_found_said_and_undone(contacts, span, drift, seed):
+def test_drift_is_detected_reported_and_undone(contacts, span, drift, seed):
     reported, truth = drifting(contacts, span, drift, np.random.default_rng(seed))
     result = estimate_offset(reported, truth)
     assert result.drift == pytest.approx(drift, abs=0.02 / span)

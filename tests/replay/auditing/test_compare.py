@@ -23,7 +23,7 @@ def words(subject, oracle, **more):
 
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: row["why"])
-def test_a_row_of_letters_has_its_outcomes(row):
+def test_coded_frames_have_their_outcomes(row):
     kinds = row.get("covers", ["instants"] * 2)
     sides = [verdict_column(row[name], covers=kind) for name, kind in zip(("subject", "oracle"), kinds, strict=True)]
     assert words(*sides, within=lambda frames, _: np.isin(frames, row.get("within", []))) == row["outcome"]

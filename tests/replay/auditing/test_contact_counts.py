@@ -18,7 +18,7 @@ from replay.auditing.wilson import OVER_CONTACTS, proportion_of_clusters
 
 
 @pytest.mark.parametrize(("said", "missed", "part"), [(".CCC.", 0, 0), (".C.C.", 0, 1), (".....", 1, 0)])
-def test_a_held_contact_is_found_missed_or_found_in_part(said, missed, part):
+def test_grasped_contact_is_detected_missed_or_late(said, missed, part):
     subject, oracle = verdict_column(said), verdict_column(".CCC.")
     contacts = episodes(oracle)
     comparison = compare(subject, oracle, holdings=contacts)

@@ -54,7 +54,7 @@ def test_a_contained_body_has_a_point_and_no_curve():
     assert cut.point == pytest.approx((4.9, 0, 0)) and cut.evidence.normal == pytest.approx((-1, 0, 0))
 
 
-def test_long_misses_are_looked_at_evenly_with_both_ends():
+def test_long_misses_are_sampled_evenly_with_both_ends():
     assert spread_frames(3, 9, 10).tolist() == list(range(3, 10)) and spread_frames(4, 10, 1).tolist() == [7]
     many = spread_frames(0, 10_000, EVIDENCE_BUDGET.per_miss)
     assert (len(many), many[0], many[-1]) == (EVIDENCE_BUDGET.per_miss, 0, 10_000) and np.ptp(np.diff(many)) <= 1
@@ -109,7 +109,7 @@ def test_a_contact_between_frames_has_moment_faces_and_point():
 
 
 @pytest.mark.parametrize(("place", "faces"), [(0.8, True), (2.0, False)])
-def test_a_frame_that_shows_a_contact_is_measured_there(place, faces):
+def test_frame_with_visible_contact_is_measured(place, faces):
     (cut,) = between([3.0, 3.0, place, 3.0], (0, 2, 2))
     assert (
         cut.evidence.touch is None
@@ -119,7 +119,7 @@ def test_a_frame_that_shows_a_contact_is_measured_there(place, faces):
     assert faces or cut.point == pytest.approx((1.0, 0, 0))
 
 
-def test_beyond_the_most_touches_nobody_is_asked(monkeypatch):
+def test_touches_beyond_the_limit_are_not_queried(monkeypatch):
     monkeypatch.setattr("replay.auditing.evidence.TOUCHES_IN_ALL", 1)
     first, second = between([3.0, 3.0, -3.0, -3.0, 3.0], (0, 2, 2), (0, 4, 4))
     assert first.evidence.touch is not None and second.evidence.touch is None

@@ -48,11 +48,11 @@ def false_of(outcomes, gaps=None, detector=None):
         ([B, N, F, N, B], ["nothing there"]), ([B, M, F, N], ["nothing there"]), ([N, B, M], []),
     ],
 )  # fmt: skip
-def test_a_stretch_is_named_by_the_report_that_holds_it(outcomes, kinds):
+def test_interval_is_named_by_the_report_that_contains_it(outcomes, kinds):
     assert [item.kind for item in false_of(outcomes)] == kinds
 
 
-def test_a_stretch_is_shown_where_the_meshes_are_farthest_apart():
+def test_interval_is_displayed_at_its_largest_gap():
     (item,) = false_of([N, F, F, F, N], [9.0, 0.1, 0.7, 0.2, 9.0])
     assert (item.number, item.bodies, item.first, item.last, item.frames) == (1, ("a", "b"), 1, 3, 3)
     assert (item.start, item.end, item.frame) == (0.01, 0.04, 2)

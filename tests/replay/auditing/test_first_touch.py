@@ -39,7 +39,7 @@ def test_only_the_pair_moves_to_its_touch():
     assert there.times.tolist() == [touch.moment]
 
 
-def test_between_frames_origins_move_along_lines_and_turns_are_even():
+def test_between_frames_origins_move_linearly_and_rotations_evenly():
     turn = np.array([[0, 0, 0, 1.0], [0, 0, np.sin(np.pi / 4), np.cos(np.pi / 4)]])
     poses = {"a": along_x([0, 0]), "b": (np.array([[0.0, 0, 0], [4.0, 2.0, 0]]), turn)}
     motion = assemble(Session.from_arrays([0, STEP_NS], poses, {"a": cube(), "b": cube()})).motion

@@ -74,7 +74,7 @@ def test_a_body_is_grasped_only_while_it_is_carried():
     assert holdings(assembly, None) == ()
 
 
-def test_stretches_share_a_frame_or_do_not():
+def test_intervals_have_a_common_frame_or_not():
     item = (held(2, 10, 20),)
     requested = np.array([(2, 0, 9), (2, 0, 10), (2, 20, 30), (2, 21, 30), (1, 0, 99)]).T
     assert within(item, *requested).tolist() == [False, True, True, False, False]

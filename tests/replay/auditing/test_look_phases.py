@@ -44,7 +44,7 @@ def test_displayed_counts_are_those_of_an_offset_nearest_the_mean(seed, detector
         assert answer.moment.kind == ("false" if rank.leads_false else "miss")
 
 
-def test_an_offset_that_is_asked_for_is_kept():
+def test_requested_offset_is_kept():
     for offset in (0.0, 0.013):
         result = compute(bumps(1), detectors=f"slow=discrete[rate_hz=20,sampling_offset_s={offset}]")
         assert result.document.detectors["slow"].settings["sampling_offset_s"] == offset

@@ -169,6 +169,6 @@ def test_engine_advice_names_what_nobody_decided(recording, capsys):
     assert f"To decide: replay doctor {recording} --look" in " ".join(capsys.readouterr().out.split())
 
 
-def test_look_takes_a_single_session_file(tmp_path, recording, capsys):
+def test_look_command_takes_a_single_session_file(tmp_path, recording, capsys):
     assert main(["doctor", str(recording), str(recording), "--look"]) == 2
     assert "are for one session file" in capsys.readouterr().err

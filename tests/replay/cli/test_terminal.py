@@ -133,7 +133,7 @@ COMMAND = 'replay run long/session.mcap --detectors "collider[shape=compound,cut
 
 @pytest.mark.skipif(shutil.which("sh") is None, reason="no POSIX shell")
 @pytest.mark.parametrize("width", [30, 60, 80, 200])
-def test_continued_command_reads_as_one_by_a_shell(width):
+def test_continued_command_is_a_single_shell_command(width):
     console = Console(file=io.StringIO(), width=width)
     console.print(Command(COMMAND), crop=False)
     printed = console.file.getvalue()

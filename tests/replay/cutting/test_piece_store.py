@@ -162,6 +162,6 @@ def test_any_name_of_a_body_survives_a_setting(name):
     assert [len(body.colliders.parts) > 1 for body in made] == [True, False]
 
 
-def test_a_body_that_is_not_there_cannot_be_cut():
+def test_absent_body_cannot_be_cut():
     with pytest.raises(InvalidSettingError, match=r"cut='cup' is not allowed; .* there are: beaker"):
         with_pieces([Body("beaker", BEAKER)], ColliderSettings(shape="compound", cut="cup"))

@@ -37,7 +37,7 @@ def test_the_document_counts_the_rows_of_its_tables(written):
     assert misses > 0
 
 
-def test_a_run_in_memory_and_its_folder_hold_the_same_records(written):
+def test_run_in_memory_and_its_folder_have_the_same_records(written):
     result, folder = written
     read = read_run_folder(folder)
     assert {label: tuple(contacts) for label, contacts in read.contacts.items()} == {

@@ -45,7 +45,7 @@ def test_a_gate_judges_the_mean_over_sampling_offsets():
     assert "2.00 of 4, 0-4" in Gates(max_missed=0.4).broken(twice, [])[0]
 
 
-def test_the_slowest_frames_are_held_to_milliseconds():
+def test_slowest_frames_agree_to_milliseconds():
     audit = {"x": figures(0, 4)}
     slow, fast = run(p99=0.012, mean=0.002), run(p99=0.011)
     assert Gates(max_p99_ms=11.1).broken(audit, [fast]) == []

@@ -38,7 +38,7 @@ def result():
     return replay.run(session, detectors="paper,exact", oracle="exact")
 
 
-def test_members_are_not_paired_and_touch_as_one(result):
+def test_members_are_not_paired_and_touch_as_a_group(result):
     assembly = result.assembly
     names = {"-".join(assembly.bodies_of(pair)) for pair in range(len(assembly.pairs))}
     assert names == {"thumb-glass", "index-glass", "palm-glass"}

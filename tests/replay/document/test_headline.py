@@ -60,7 +60,7 @@ def test_a_note_names_contacts_not_counted_while_grasped():
         ((3, 1, 4), ["it was asked for at most 4 convex pieces of a mesh: it made 1 to 4 pieces of each, 8 in all."]),
     ],
 )
-def test_how_many_pieces_a_compound_came_to_is_said(counts, lines):
+def test_number_of_pieces_of_a_compound_is_printed(counts, lines):
     pieces = {str(k): (None,) * count for k, count in enumerate(counts)}
     shape = "compound" if counts else "hull"
     detector = SimpleNamespace(settings=SimpleNamespace(shape=shape, pieces=4), parts=pieces)

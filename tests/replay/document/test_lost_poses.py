@@ -27,7 +27,7 @@ def session(lost):
     return framed(np.arange(len(AWAY)) * STEP_NS, status, position)
 
 
-def test_a_touch_with_two_lost_segments_is_one_contact():
+def test_touch_with_two_lost_segments_is_a_single_contact():
     result = compute(session([5, 7]), detectors="hybrid")
     heads = [pair_table(item, "hybrid").head for item in (result, compute(session([1]), detectors="hybrid"))]
     assert [CUT in head for head in heads] == [True, False]
@@ -43,7 +43,7 @@ def test_a_touch_with_two_lost_segments_is_one_contact():
     assert Gates(max_missed=0.0).broken(result.document.audit, []) == []
 
 
-def test_where_lost_poses_hide_every_contact_that_is_said_first():
+def test_lost_poses_that_hide_every_contact_are_reported_first():
     (text,) = headlines(compute(session([*range(3, 10), 12]), detectors="hybrid"))
     assert text.startswith("No contact found") and "poses are lost in 8 of 15 pair-frames" in text
     (text,) = headlines(compute(session([*range(3, 10), 12]), detectors="hybrid,slow=discrete[rate_hz=50]"))

@@ -86,7 +86,7 @@ def test_a_rate_is_ranked_by_its_mean_over_offsets():
     assert fault_text(rank) == "10 % of its contact time is false; 0-2 of 18 contacts missed"
 
 
-def test_what_is_undecided_or_found_by_nobody_is_ranked_too():
+def test_undecided_or_undetected_contacts_are_ranked_too():
     lazy, blind = audited(0, 0, 0, undecided=18), audited(0, 0, 0, 0)
     assert [rank.label for rank in ranking(run(blind=blind, lazy=lazy))] == ["lazy", "blind", "exact"]
     nothing = structs.replace(audited(0, 0, 0, 0), contacts=0)
@@ -128,7 +128,7 @@ def test_a_label_has_the_rate_but_not_the_engine_rate(name, words):
 
 
 @pytest.mark.parametrize(("at_once", "noted"), [((), 0), (("exact",), 1), (("hull50", "mesh50", "paper", "exact"), 0)])
-def test_times_taken_another_way_are_marked_among_live_ones(at_once, noted):
+def test_times_measured_offline_are_marked_among_live_times(at_once, noted):
     document = run(**BENCH)
     detectors = {
         label: structs.replace(detector, live=label not in at_once) for label, detector in document.detectors.items()

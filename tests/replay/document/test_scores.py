@@ -21,7 +21,7 @@ def test_contacts_of_a_body_and_its_parent_are_no_episodes():
     assert [*pair.grasped_contacts] == ["exact"]
 
 
-def test_excused_contacts_are_no_part_of_a_share():
+def test_excused_contacts_count_in_no_fraction():
     matches = EpisodeMatches(
         (EpisodeMatch(1, 1, 3, 0.5, -0.25),), missed=(2,), excused_truth=(3,), excused_reports=(2,)
     )
@@ -58,7 +58,7 @@ def test_means_over_offsets_are_pooled_where_every_session_has_them():
     assert pool([{"x": rated}, {"x": ONE}])["x"].means_over_offsets is None
 
 
-def test_pooling_one_session_keeps_everything():
+def test_pooling_a_single_session_keeps_everything():
     assert pool([{"x": ONE}]) == {"x": ONE}
     assert list(pool([{"x": ONE}, {"y": ONE}])) == ["x", "y"]
     assert pool([]) == {}

@@ -35,7 +35,7 @@ def test_a_salt_crystallises_where_its_solution_merely_cools():
 
 
 @pytest.mark.parametrize("celsius", [10.0, 20.0, 40.0])
-def test_a_solid_that_stands_in_water_dissolves_at_the_stated_temperature(celsius):
+def test_solid_in_water_dissolves_at_the_stated_temperature(celsius):
     """Its heat is gone before the recording, so that it cools nothing; both are told."""
     effects = standing(0.5, nitre(celsius), NITRE, CALM)
     (dissolved,) = effects["precipitation"].events
@@ -46,7 +46,7 @@ def test_a_solid_that_stands_in_water_dissolves_at_the_stated_temperature(celsiu
     assert before[0].values["mass_g"] == pytest.approx(expected, rel=0.01)
 
 
-def test_heat_of_a_solid_is_seen_where_its_equation_has_a_rate():
+def test_heat_of_a_solid_is_released_by_equations_with_rates():
     """So the event advises: 4 g of anhydrous copper sulfate warm 50 mL of water by 8.7 K."""
     flask = glass("flask", 50.0, properties={"solid": {"formula": "CuSO4", "mass_g": 4.0}})
     slowly = ("reaction", {"equation": "CuSO4(s) -> Cu2+ + SO4^2-", "rate_per_s": 1.0})
@@ -69,7 +69,7 @@ def test_a_solute_without_its_concentration_is_named():
     assert "body 'flask' has no liquid.molar; give a finite number" in fault
 
 
-def test_two_ions_colour_one_liquid_and_each_change_is_told():
+def test_two_ions_colour_a_liquid_and_each_change_is_reported():
     """Chromate becomes dichromate: its colour gives way to the other's, in the glass too."""
     burette = glass("burette", 50.0, solute="H2SO4", molar=1.0, cavity=COLUMN)
     colours = [("colour", {"in": "flask", "species": ion}) for ion in ("CrO4 2-", "Cr2O7 2-")]
@@ -86,7 +86,7 @@ def test_two_ions_colour_one_liquid_and_each_change_is_told():
     assert rgba[-1].tolist() == list(COLOURS["orange"])
 
 
-def test_a_colour_appears_when_its_ion_can_be_seen():
+def test_colour_appears_when_its_ion_is_visible():
     """Not with the first drop: the copper ammine is 1e-33 mol/L then."""
     burette = glass("burette", 50.0, solute="NH3", molar=1.0, cavity=COLUMN)
     deep = ("colour", {"in": "flask", "species": "Cu(NH3)4 2+"})

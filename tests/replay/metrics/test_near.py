@@ -24,7 +24,7 @@ def near(gap):
     return close_intervals(assembly, np.arange(len(assembly.pairs)))
 
 
-def test_two_approaches_are_two_and_a_flicker_is_one():
+def test_two_approaches_count_twice_and_a_flicker_once():
     assert len(near(np.minimum(approach(0.004, 1.0), approach(0.004, 3.0)))) == 2
     assert len(near(np.minimum(approach(0.004, 2.0), approach(0.004, 2.3)))) == 1
 

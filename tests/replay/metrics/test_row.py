@@ -97,7 +97,7 @@ def test_a_contact_of_metrics_is_a_contact_of_the_run():
         (1, 5.0, {2}, (), True),  # a thing on what carries it
     ],
 )
-def test_contacts_that_are_part_of_the_work(pair, start, fixed, taken, expected):
+def test_contacts_that_belong_to_the_work(pair, start, fixed, taken, expected):
     assert intended(Episode(pair, 0, 0, start, start + 0.1), PAIRS, fixed, HANDS, taken) is expected
 
 

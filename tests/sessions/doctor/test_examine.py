@@ -46,7 +46,7 @@ def test_a_mesh_and_a_scene_are_examined_by_themselves(tmp_path):
     assert codes(tmp_path / "cube.glb") == [] == codes(tmp_path / "scene.toml")
 
 
-def test_all_that_is_said_of_a_session_full_of_faults(tmp_path, snapshot):
+def test_every_finding_of_a_session_full_of_faults(tmp_path, snapshot):
     draft = clean()
     for number, (name, plant) in enumerate(FAULTS.items()):
         if name != "millimetres":  # of such a body no jump is told

@@ -33,7 +33,7 @@ def test_each_fault_is_mended_and_named(faces, done):
     assert mended.volume == pytest.approx(BALL.volume, rel=0.02) and not [*mesh_findings("x", mended)]
 
 
-def test_split_vertices_are_joined_and_parts_that_touch_are_not():
+def test_split_vertices_are_joined_and_touching_components_are_not():
     soup = MeshData(BALL.triangles.reshape(-1, 3), np.arange(960).reshape(-1, 3))
     mended, note = repaired(soup)
     assert note == ["798 vertices at the place of another joined"] and has_consistent_winding(mended)

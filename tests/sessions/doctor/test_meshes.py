@@ -29,7 +29,7 @@ def test_each_fault_of_a_mesh_is_counted():
     assert codes(MeshData(mesh.vertices * 1e3, mesh.faces)) == {"mesh-units": 1}
 
 
-def test_vertices_that_an_exporter_split_are_one_place():
+def test_vertices_that_an_exporter_split_are_merged():
     mesh = cube()
     split = MeshData(mesh.triangles.reshape(-1, 3), np.arange(36).reshape(-1, 3))
     assert codes(split) == {}

@@ -109,7 +109,7 @@ def test_position_still_after_jump_is_frozen_despite_rotation():
     assert {("frozen", 1, 500, 559), ("frozen", 0, 300, 329), ("frozen", 0, 600, 629)} <= {*spans(draft)}
 
 
-def test_a_jump_is_seen_in_a_recording_of_three_frames():
+def test_jump_is_detected_in_a_recording_of_three_frames():
     poses = np.array([[0, 1, 0], [0, 1, 0], [1, 1, 0]]), np.tile([0.0, 0.0, 0.0, 1.0], (3, 1))
     session = Session.from_arrays(np.arange(3) * 11_111_111, {"cup": poses})
     assert run_pose_pass([session.frames]).has(Mark.TELEPORT)[:, 0].tolist() == [False, False, True]

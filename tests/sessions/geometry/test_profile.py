@@ -8,7 +8,7 @@ from sessions.geometry import rotations
 from sessions.geometry.profile import Arc, clipped, level_holding, offset, rounded, solved, volume_below
 
 
-def test_a_root_is_found_to_the_last_bits():
+def test_root_is_exact_to_the_last_bits():
     assert solved(lambda x: x * x - 2.0, 0.0, 2.0) == pytest.approx(np.sqrt(2.0), rel=1e-15)
 
 
@@ -38,7 +38,7 @@ def some(seed, count=20):
 
 
 @given(seeds)
-def test_products_turns_and_inverses_agree_with_scipy(seed):
+def test_products_rotations_and_inverses_agree_with_scipy(seed):
     a, b = some(seed), some(seed + 1)
     product = Rotation.from_quat(rotations.quaternion_product(a.as_quat(), b.as_quat()))
     np.testing.assert_allclose(product.as_matrix(), (a * b).as_matrix(), atol=1e-14)
@@ -56,7 +56,7 @@ def test_matrices_and_vectors_give_their_rotation(seed):
     np.testing.assert_allclose(Rotation.from_quat(from_vector).as_matrix(), rotation.as_matrix(), atol=1e-13)
 
 
-def test_facing_turns_minus_z_forward_and_keeps_up_up():
+def test_facing_rotates_minus_z_forward_and_keeps_up_up():
     q = rotations.quaternion_facing((1.0, -0.4, 0.3))
     forward = np.array([1.0, -0.4, 0.3]) / np.linalg.norm([1.0, -0.4, 0.3])
     np.testing.assert_allclose(rotations.rotated(q, (0.0, 0.0, -1.0)), forward, atol=1e-14)

@@ -39,7 +39,7 @@ def test_surfaces_are_watertight_outward_and_free_of_bad_faces(made):
         assert np.array_equal(mesh.vertices.astype(np.float32), mesh.vertices)
 
 
-def test_the_mesh_is_one_piece(made):
+def test_mesh_is_connected(made):
     start, end = made.mesh.faces.ravel(), np.roll(made.mesh.faces, -1, axis=1).ravel()
     size = len(made.mesh.vertices)
     assert connected_components(coo_matrix((np.ones(len(start)), (start, end)), (size, size)))[0] == 1
@@ -50,7 +50,7 @@ def test_instrument_is_described_and_near_its_requested_face_count(made, faces):
     assert made.name in INSTRUMENTS and made.tags and 1e-4 < made.mass < 200
 
 
-def test_the_instruments_are_those_that_were_looked_at(snapshot):
+def test_instruments_equal_the_reviewed_instruments(snapshot):
     """Volume in mL, surface in cm2 and sizes in mm of each with 500 faces."""
     shapes = {}
     for name in INSTRUMENTS:

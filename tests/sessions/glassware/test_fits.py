@@ -43,7 +43,7 @@ def test_stopcock_shuts_bore_and_opens_at_90_degrees(quarter_turns, shut):
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("quarter_turns", SHARES)
-def test_the_key_turns_without_touching_the_glass(quarter_turns):
+def test_key_rotates_without_touching_the_glass(quarter_turns):
     glass, key = placed("burette", 500), placed("burette_stopcock", 500, 0.1, quarter_turns)
     edges = np.concatenate([key.faces[:, [0, 1]], key.faces[:, [1, 2]], key.faces[:, [2, 0]]])
     edges = edges[edges[:, 0] < edges[:, 1]]

@@ -63,7 +63,7 @@ def test_draft_is_never_overwritten_and_unknowns_are_comments(tmp_path, capsys):
         ("1,2,3,4,5", "{},2,3,4,5", "column_5"),
     ],
 )
-def test_each_thing_that_a_header_cannot_say_is_asked_for(tmp_path, header, row, words):
+def test_facts_missing_in_a_header_are_questioned(tmp_path, header, row, words):
     (tmp_path / "log.csv").write_text("\n".join([header, *(row.format(k) for k in range(5)), ""]))
     with pytest.raises(UnknownColumnsError, match="describe them with --mapping FILE") as refusal:
         import_session("csv", tmp_path / "log.csv")

@@ -255,6 +255,6 @@ def test_contact_rows_become_reports_sorted_to_the_nanosecond(written):
 
 
 @pytest.mark.parametrize("count", MUTANTS)
-def test_mutants_of_contacts_end_in_reports_or_one_sentence(written, count):
+def test_mutants_of_contacts_end_in_reports_or_a_sentence(written, count):
     path = written("time,a,b,what", *(f"{k / 8},rod,beaker,begin" for k in range(20)))
     tried(path, count, lambda: read_contacts(path, Ledger(path)))

@@ -169,7 +169,7 @@ def test_convention_fixes_euler_order_and_unreal_follows_its_formula(tmp_path):
         assert np.allclose(Rotation.from_quat(result.quaternions_xyzw[0]).as_matrix(), flip @ unity @ flip, atol=1e-12)
 
 
-def test_lengths_are_in_the_unit_of_the_convention_unless_said(tmp_path):
+def test_lengths_use_the_unit_of_the_convention_by_default(tmp_path):
     source = recording(tmp_path, "unreal", Rotation.identity(), np.array([30.0, 110.0, -70.0]))
     mapping = tmp_path / "map.toml"
     mapping.write_text(mapping.read_text().replace('units = "m"\n', ""))

@@ -56,7 +56,7 @@ def row(time, body="cup"):
 
 
 @pytest.mark.parametrize(("short", "warns"), [(2, False), (3, True)])
-def test_only_losses_above_one_percent_are_findings(tmp_path, short, warns):
+def test_only_losses_above_1_percent_are_findings(tmp_path, short, warns):
     rows = [row(0.1 * k) for k in range(200)]
     session = import_session("csv", log(tmp_path, [*rows[:-short], *(text[:9] for text in rows[-short:])]))
     assert books(session) == f"{short} of 200 rows dropped: with too few or too many cells"

@@ -136,7 +136,7 @@ def test_unconnected_frames_are_left_out_and_listed(tmp_path, moves, names, word
     assert [*session.names] == names and words in books(session)
 
 
-def test_several_roots_that_are_asked_for_are_one_world(tmp_path):
+def test_requested_roots_form_a_single_world(tmp_path):
     said = [
         (topic, FRAME, k, moved(parent, topic[1:], k, k, k))
         for k in (1, 2)
@@ -327,6 +327,6 @@ def test_broken_file_is_refused_in_a_sentence_without_output(tmp_path, name, cap
     assert capfd.readouterr() == ("", "")
 
 
-def test_ros_without_its_library_is_one_sentence(tmp_path, monkeypatch):
+def test_ros_without_its_library_is_refused_in_a_sentence(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "mcap_ros2.decoder", None)
     refused("ros2", cdr()(tmp_path / "a.mcap"), r'need mcap-ros2-support; install it: pip install "vrlab-replay\[forma')

@@ -72,7 +72,7 @@ def take(path, bodies):
     ],
     ids=["two IDs", "one ID", "a bone", "three and a number"],
 )
-def test_bodies_of_one_name_are_numbered_and_none_is_lost(tmp_path, bodies, names):
+def test_bodies_of_equal_name_are_numbered_and_kept(tmp_path, bodies, names):
     session = import_session("optitrack", take(tmp_path / "take.csv", bodies))
     assert list(session.names) == names
     assert [track.positions[0, 0] for track in session.tracks.values()] == [*map(float, range(len(bodies)))]

@@ -188,7 +188,7 @@ def written_by(name, records):
 
 @pytest.mark.parametrize("count", MUTANTS)
 @pytest.mark.parametrize("name", WRITERS)
-def test_of_row_mutants_nothing_above_one_percent_is_lost_unsaid(tmp_path, name, count):
+def test_row_mutants_report_every_loss_above_1_percent(tmp_path, name, count):
     write, options = WRITERS[name]
 
     @settings(max_examples=count, database=None, deadline=None, suppress_health_check=[*HealthCheck])

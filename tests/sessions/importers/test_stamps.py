@@ -21,7 +21,7 @@ def longest(values):
 
 
 @given(st.lists(st.integers(0, 12), max_size=25))
-def test_the_longest_increasing_part_stays(values):
+def test_longest_increasing_subsequence_stays(values):
     stamps = np.array(values, dtype=np.int64)
     keep = longest_increasing(stamps)
     assert (np.diff(stamps[keep]) > 0).all()

@@ -96,7 +96,7 @@ BROKEN = [
 
 
 @pytest.mark.parametrize(("change", "words"), BROKEN, ids=map(str, range(len(BROKEN))))
-def test_a_broken_folder_is_refused_in_one_sentence(folder, change, words):
+def test_broken_folder_is_refused_in_a_sentence(folder, change, words):
     change(folder)
     refused("uxf", folder, words)
 

@@ -186,7 +186,7 @@ JOINED = {
 
 @pytest.mark.parametrize("kind", JOINED)
 @pytest.mark.parametrize("mapped", [False, True])
-def test_parts_of_a_stream_that_was_interrupted_are_one_body(tmp_path, kind, mapped):
+def test_segments_of_an_interrupted_stream_are_a_single_body(tmp_path, kind, mapped):
     pieces = [piece for arguments in JOINED[kind] for piece in body_stream(*arguments)]
     path, options = xdf_file(tmp_path, *pieces), {}
     if mapped:
@@ -248,7 +248,7 @@ BROKEN = {
 
 
 @pytest.mark.parametrize("name", BROKEN)
-def test_a_broken_file_is_refused_in_one_sentence(tmp_path, name):
+def test_broken_file_is_refused_in_a_sentence(tmp_path, name):
     pieces, text = BROKEN[name]
     refused("xdf", xdf_file(tmp_path, *pieces()), text)
 
@@ -267,7 +267,7 @@ def test_compressed_file_is_read_and_decompression_bomb_refused(tmp_path, ending
     refused("auto", packed, r"unpacks to more than [0-9,]+ bytes, as no .*; unpack it with gzip -d")
 
 
-def test_another_file_and_a_missing_library_are_one_sentence(tmp_path, monkeypatch):
+def test_other_files_and_missing_library_are_refused_in_a_sentence(tmp_path, monkeypatch):
     path = tmp_path / "x.xdf"
     path.write_text("time,x,y\n")
     refused("xdf", path, "is no whole XDF file")

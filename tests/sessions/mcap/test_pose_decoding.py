@@ -103,7 +103,7 @@ def test_tolerant_decoder_records_time_range_of_unlisted_bodies():
     assert [*tolerant.met] == [("world", "body 0")] and (met.first_ns, met.last_ns, met.count) == (first, last, 2)
 
 
-def test_hostile_messages_are_one_sentence(monkeypatch):
+def test_hostile_messages_are_refused_in_a_sentence(monkeypatch):
     payload = protobuf_messages(random_frames(0, 1, 3))[0][2]
     monkeypatch.setattr(pose_decoding, "MAX_BODIES", 2)
     with pytest.raises(SessionFileError, match="more than 2 bodies"):

@@ -36,7 +36,7 @@ def test_any_compression_is_read_with_or_without_chunks_and_index(tmp_path, opti
     assert len(read_session(path).frames) == 600
 
 
-def test_a_foreign_file_says_so_and_keeps_its_words(tmp_path):
+def test_foreign_file_is_identified_and_keeps_its_text(tmp_path):
     path = write_foreign(tmp_path / "f.mcap", protobuf_messages(random_frames(2)))
     session = read_session(path)
     assert session.facts["profile"] == "none" and session.facts["handedness"] == "not stated"
@@ -86,7 +86,7 @@ def test_poses_missing_in_the_chunk_index_are_read(file):
     assert_same_frames(read_session(file).frames, frames)
 
 
-def test_a_mesh_with_another_hash_is_told(tmp_path, monkeypatch):
+def test_mesh_with_another_hash_is_reported(tmp_path, monkeypatch):
     from sessions.mcap import writer
 
     class Wrong:
@@ -100,7 +100,7 @@ def test_a_mesh_with_another_hash_is_told(tmp_path, monkeypatch):
         read_session(tmp_path / "s.mcap")
 
 
-def test_no_file_and_a_folder_are_one_sentence(tmp_path):
+def test_missing_file_and_folder_are_refused_in_a_sentence(tmp_path):
     with pytest.raises(SessionFileError, match=r"none.mcap.*does not exist.*check the path"):
         read_session(tmp_path / "none.mcap")
     with pytest.raises(SessionFileError, match="is a folder"):
@@ -108,7 +108,7 @@ def test_no_file_and_a_folder_are_one_sentence(tmp_path):
 
 
 @pytest.mark.parametrize(("profile", "words"), [("vrlab/0", "again"), ("vrlab/2", "newer"), ("vrlab/²", "again")])
-def test_a_version_that_is_not_known_is_one_sentence(tmp_path, profile, words):
+def test_unknown_version_is_refused_in_a_sentence(tmp_path, profile, words):
     path = write_foreign(tmp_path / "f.mcap", protobuf_messages(random_frames(2)), profile=profile)
     with pytest.raises(SessionFileError, match=f"profile '{profile}' and this program reads 'vrlab/1'.*{words}"):
         read_session(path)

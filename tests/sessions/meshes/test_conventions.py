@@ -47,7 +47,7 @@ def test_a_rotated_point_is_the_same_in_both_frames(name):
 
 
 @pytest.mark.parametrize("text", TEXTS)
-def test_axes_as_text_point_where_the_words_say(text):
+def test_axes_as_text_point_in_the_stated_directions(text):
     handedness, forward, up = TEXTS[text]
     described = convention(text)
     assert described.handedness == handedness and described.points(axis(up)).tolist() == [0, 1, 0]
@@ -83,7 +83,7 @@ def test_names_are_read_whatever_their_signs():
 
 
 @pytest.mark.parametrize(("order", "other"), [("zxy", "YXZ"), ("xyz", "ZYX"), ("xyx", "XYX")])
-def test_orders_about_fixed_and_own_axes_turn_alike(order, other):
+def test_orders_about_fixed_and_own_axes_rotate_alike(order, other):
     angles = np.array([0.3, -1.1, 2.0])
     assert same_euler_order(order, other) and not same_euler_order(order, other[::-1] if order != "xyx" else "YXY")
     first = quaternion_from_euler(angles, order)

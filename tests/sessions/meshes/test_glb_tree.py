@@ -249,6 +249,6 @@ def test_another_version_and_a_cut_file_are_named(data, said):
          "hold more than 20,000,000 faces"),
     ],
 )  # fmt: skip
-def test_what_cannot_be_read_is_one_sentence(more, said):
+def test_unreadable_files_are_refused_in_a_sentence(more, said):
     with pytest.raises(MeshFileError, match=said):
         mesh_from_bytes(glb({**one_mesh({}, primitive()), **more}, TRIANGLE), "glb")

@@ -22,7 +22,7 @@ def test_a_vertex_lands_where_the_program_had_it(axes, poses):
 
 @pytest.mark.parametrize("poses", [*CONVENTIONS, "x forward, y up", "z up, left-handed"])
 @pytest.mark.parametrize("file_type", ["glb", "obj", "stl", "ply"])
-def test_alternatives_turn_meshes_differently_and_hold_the_default(file_type, poses):
+def test_alternatives_rotate_meshes_differently_and_include_the_default(file_type, poses):
     source = convention(poses)
     default = default_mesh_axes(file_type, source)
     names = mesh_axes_alternatives(default, source)

@@ -49,7 +49,7 @@ TETRAHEDRON = ([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 
     [TETRAHEDRON[1][:3], [[0, 1, 2], *TETRAHEDRON[1][1:]], TETRAHEDRON[1] * 2],
     ids=["open", "one face turned", "every face twice"],
 )
-def test_open_turned_or_doubled_faces_are_not_closed(faces):
+def test_open_reversed_or_doubled_faces_are_not_closed(faces):
     assert has_consistent_winding(MeshData(*TETRAHEDRON))
     assert not has_consistent_winding(MeshData(TETRAHEDRON[0], faces))
 
@@ -86,7 +86,7 @@ f 1 2 \\
 
 
 @pytest.mark.parametrize("ascii_text", [True, False])
-def test_stl_keeps_face_order_and_shares_equal_corners(ascii_text):
+def test_stl_keeps_face_order_and_merges_equal_corners(ascii_text):
     solid = trimesh.creation.icosphere(2)
     data = trimesh.exchange.stl.export_stl_ascii(solid).encode() if ascii_text else solid.export(file_type="stl")
     mesh = mesh_from_bytes(data, "stl")
@@ -114,7 +114,7 @@ def test_scale_is_applied_in_float64(tmp_path):
         load_mesh(path, np.inf)
 
 
-def test_a_file_error_is_one_sentence_with_the_path(tmp_path):
+def test_file_error_is_a_sentence_with_the_path(tmp_path):
     (tmp_path / "empty.glb").write_bytes(b"")
     (tmp_path / "damaged.glb").write_bytes(mesh_to_glb(box((1, 1, 1)), "x")[:200])
     (tmp_path / "folder.glb").mkdir()
@@ -136,7 +136,7 @@ def test_unions_and_differences_have_the_volume_of_the_solids():
 
 @pytest.mark.parametrize("count", MUTANTS)
 @pytest.mark.parametrize("kind", FILE_TYPES)
-def test_mutants_end_in_a_mesh_or_one_sentence(tmp_path, kind, count):
+def test_mutants_end_in_a_mesh_or_a_sentence(tmp_path, kind, count):
     data = trimesh.creation.box((0.1, 0.2, 0.3)).export(file_type=kind)
     path = tmp_path / f"box.{kind}"
     path.write_bytes(data if isinstance(data, bytes) else data.encode())

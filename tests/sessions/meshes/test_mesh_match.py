@@ -32,7 +32,7 @@ def test_mesh_unit_gives_hand_size_and_is_reported(size, scale, words):
     assert result == scale and words in note and bool(words) == bool(note)
 
 
-def test_a_folder_is_matched_by_name_and_all_is_said(tmp_path):
+def test_folder_is_matched_by_name_and_reported(tmp_path):
     place(tmp_path, Beaker_250=8.0, LEFT_hand=0.2, flask=0.1, flask_old=0.1, spare=0.1)
     (tmp_path / "notes.txt").write_text("no mesh")
     result, note = matched(tmp_path, ["beaker", "LeftHand(Clone)", "Flask", "camera", "hand", "old spare"])
@@ -71,7 +71,7 @@ def test_a_glb_of_many_nodes_is_split_among_its_bodies(tmp_path):
         assert note == ["no mesh is named like: rod"] and result["flask"].words == "flask: lab.glb, node Flask"
 
 
-def test_nothing_to_match_and_a_damaged_file_are_one_sentence(tmp_path):
+def test_unmatched_and_damaged_files_are_refused_in_a_sentence(tmp_path):
     with pytest.raises(MeshFileError, match=r"holds no mesh; name a folder of glb, obj"):
         matched(tmp_path, ["a"])
     (tmp_path / "a.glb").write_bytes(b"glTF????")

@@ -26,7 +26,7 @@ def test_assumptions_are_kept_as_they_were():
 @pytest.mark.parametrize(
     "text", ["", "{", "[1]", "[[]]", '[{"subject": "hue"}]', '[{"subject": "clock", "origin": "x"}]', "[" * 9999]
 )
-def test_a_damaged_text_is_refused_in_one_sentence(text):
+def test_damaged_text_is_refused_in_a_sentence(text):
     with pytest.raises(SessionError, match=r"cannot be read .*; import it again"):
         assumptions_of({"assumptions": text})
 

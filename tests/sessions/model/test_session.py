@@ -57,7 +57,7 @@ def test_frames_are_loaded_once_and_blocks_then_come_from_memory():
     assert Counted.asked == 2
 
 
-def test_a_repeated_device_stamp_gives_one_sample_the_first():
+def test_repeated_device_stamp_keeps_the_first_sample():
     frames = random_frames(3, 4, 1)
     twice = Frames(frames.names, frames.stamp_ns, frames.log_ns, np.array([[10], [10], [30], [20]]), frames.position,
                    frames.quaternion_xyzw, np.array([[1], [2], [1], [3]], dtype=np.uint8))  # fmt: skip

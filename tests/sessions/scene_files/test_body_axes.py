@@ -38,7 +38,7 @@ def test_a_change_of_axes_is_the_mesh_read_again(before):
         assert np.array_equal(changed.vertices, in_body_axes(tool, after, new).vertices), after
 
 
-def test_files_that_differ_in_axes_alone_share_a_row():
+def test_files_that_differ_in_axes_alone_have_a_common_row():
     poses = CONVENTIONS["ros"]
     rows = [axes_assumption(name, f"{name}.obj", "", poses) for name in ("cup", "rod")]
     rows.append(axes_assumption("jar", "jar.glb", "", poses))

@@ -75,7 +75,7 @@ def surface(extent):
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_a_turned_slab_is_fitted_along_its_own_axes(seed):
+def test_rotated_slab_is_fitted_along_its_own_axes(seed):
     rng = np.random.default_rng(seed)
     rotation = random_rotations(rng)
     triangles = (rng.uniform(-1, 1, (200, 3, 3)) * [3.0, 1.0, 0.1]) @ rotation.T

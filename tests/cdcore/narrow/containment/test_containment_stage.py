@@ -145,7 +145,7 @@ CROSSING = (box_mesh(), moved(box_mesh(), [0.5, 0.3, 0.2]))
     ],
 )
 @pytest.mark.parametrize("size", [1.0, 1e-3, 1e103, 1e-110])
-def test_parity_is_refused_where_parts_overlap_and_winding_decides_most(parts, by_parity, always, size):
+def test_winding_decides_where_overlap_refuses_parity(parts, by_parity, always, size):
     whole = merged(*parts)
     body = Body("parts", TriangleMesh(whole.vertices * size, whole.faces))
     assert parity_decides(body.mesh) == by_parity
@@ -154,5 +154,5 @@ def test_parity_is_refused_where_parts_overlap_and_winding_decides_most(parts, b
     assert word == ("decided" if always else doubt)
 
 
-def test_containment_that_is_not_asked_marks_nothing():
+def test_containment_that_is_switched_off_marks_nothing():
     assert not asked(ball_mesh(0.1), box_mesh(), asked=False).any()

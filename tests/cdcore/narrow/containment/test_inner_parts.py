@@ -45,7 +45,7 @@ def path(rng, count, step=0.004):
 
 
 @pytest.mark.parametrize("name", INNER)
-def test_parts_that_moved_less_than_their_clearance_are_beside(name):
+def test_components_that_moved_less_than_clearance_stay_outside(name):
     mesh, rng = INNER[name], np.random.default_rng(7)
     components, boxes = inner_components_of(mesh), boxes_of(cup())
     size, sample = size_of(mesh) + size_of(cup()), 0

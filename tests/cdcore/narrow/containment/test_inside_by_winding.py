@@ -197,7 +197,7 @@ def tube(open_at_top, segments=12):
 
 
 @pytest.mark.parametrize("turn", [np.eye(3), random_rotations(np.random.default_rng(1))], ids=["upright", "turned"])
-def test_nobody_knows_whether_a_cup_of_one_wall_is_filled(turn):
+def test_inside_of_a_single_walled_cup_is_undecided(turn):
     positions = np.array([[0, 0, 0.05], [0, 0, 0.09], [0, 0, 0.1], [0, 0, 0.12], [0.12, 0, 0.05], [0.09, 0.09, 0.05]])
     motion = Motion(np.arange(6), np.stack([0 * positions, positions @ turn.T], axis=1), np.tile(turn, (6, 2, 1, 1)))
     answer = {}
@@ -223,7 +223,7 @@ def loose_triangles(mesh, jitter):
     return TriangleMesh(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
 
 
-def test_inside_loose_triangles_is_never_clear_and_outside_is():
+def test_inside_unconnected_triangles_is_never_clear_and_outside_is():
     positions = np.random.default_rng(6).uniform(-0.12, 0.12, (FRAMES, 3))
     overlaps, within = overlap_of_boxes(positions, [0 * SHIFT])
     for mesh in (loose_triangles(grid_box(SIZE, 4), 1e-7), loose_triangles(box_mesh(SIZE), 1e-9)):

@@ -40,7 +40,7 @@ ALL = {
 
 
 @pytest.mark.parametrize("name", ALL)
-def test_lost_faces_are_told_from_openings(name):
+def test_lost_faces_are_distinguished_from_openings(name):
     mesh, kind = ALL[name]
     assert winding_surface(mesh).kinds.tolist() == [kind]
     assert winding_surface(merged(mesh, mesh)).kinds.tolist() == [kind]
@@ -49,7 +49,7 @@ def test_lost_faces_are_told_from_openings(name):
 
 @pytest.mark.parametrize("exponent", [-330, -20, 20, 330])
 @pytest.mark.parametrize("name", ALL)
-def test_lost_faces_are_told_from_openings_at_any_size(name, exponent):
+def test_lost_faces_are_distinguished_from_openings_at_any_size(name, exponent):
     mesh, kind = ALL[name]
     scaled = winding_surface(TriangleMesh(np.ldexp(mesh.vertices, exponent), mesh.faces))
     assert scaled.kinds.tolist() == [kind]
@@ -65,7 +65,7 @@ def test_flat_sheets_are_left_out_until_they_can_enclose_something():
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_parts_with_caps_are_closed_whatever_is_lost_or_reversed(seed):
+def test_capped_components_are_closed_with_lost_or_reversed_faces(seed):
     rng = np.random.default_rng(seed)
     mesh = merged(icosphere_mesh(), moved(box_mesh(), [0.4, 0.1, 0.2]), moved(ball_mesh(0.3), [2, 0, 0]))
     faces = mesh.faces[rng.random(len(mesh.faces)) < 0.8].copy()
@@ -83,7 +83,7 @@ def test_parts_with_caps_are_closed_whatever_is_lost_or_reversed(seed):
         assert not any(uses.values())
 
 
-def test_parts_of_mixed_winding_are_wound_alike():
+def test_components_of_mixed_winding_are_wound_alike():
     box = box_mesh()
     faces = without(box, 4).faces.copy()
     faces[[0, 3, 5]] = faces[[0, 3, 5], ::-1]

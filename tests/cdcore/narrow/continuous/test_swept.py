@@ -24,7 +24,7 @@ def corners_of(before, after, other):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
-def test_faces_said_to_stay_apart_meet_at_no_time(kind):
+def test_faces_reported_separate_never_meet(kind):
     rng = np.random.default_rng(5)
     text = 0
     for _ in range(400):

@@ -124,7 +124,7 @@ def test_dense_sampling_contradicts_no_time_of_impact(seed, turn):
         assert answer.toi[1] - answer.toi[0] <= 1e-6
 
 
-def test_bad_input_is_refused_in_one_sentence():
+def test_bad_input_is_refused_in_a_sentence():
     ball = ball_mesh(0.1)
     with pytest.raises(InvalidPoseError, match=r"poses_b have shape \(4, 4\); give \(2, 4, 4\)"):
         time_of_impact(ball, REST, ball, np.eye(4))

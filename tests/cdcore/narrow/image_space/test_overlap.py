@@ -72,7 +72,7 @@ def test_overlap_volume_is_within_a_percent_of_the_boolean(name):
     assert checked >= 4
 
 
-def test_a_window_thinner_than_a_pixel_is_still_looked_through():
+def test_window_thinner_than_a_pixel_is_still_sampled():
     lift = np.eye(4)
     lift[2, 3] = 0.5
     answer = overlap_volume(box_mesh((1, 1, 1e-4)), box_mesh(), pose_b=lift)
@@ -80,7 +80,7 @@ def test_a_window_thinner_than_a_pixel_is_still_looked_through():
     assert (answer.rays, answer.layers) == (32 * 32 + 2 * 32, 4 * (32 * 32 + 2 * 32))
 
 
-def test_touching_bodies_share_nothing():
+def test_touching_bodies_have_no_common_volume():
     lift = np.eye(4)
     for rotation in [np.eye(3), *random_rotations(np.random.default_rng(1), 5)]:
         base = np.eye(4)

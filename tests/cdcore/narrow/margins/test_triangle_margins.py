@@ -144,7 +144,7 @@ def test_tool_leaves_an_inconsistently_wound_sheet_along_the_normal(depth, free)
     assert freed(tool, sheet, 1e-3, rotation, (2.6, 2.7, 1.5 - depth)) == free
 
 
-def test_the_corners_of_a_cube_move_every_face_by_one():
+def test_cube_corners_move_every_face_by_1():
     mesh = box_mesh()
     shell = shell_vectors(mesh.triangles, mesh.faces)
     normal = unit(np.cross(mesh.triangles[:, 1] - mesh.triangles[:, 0], mesh.triangles[:, 2] - mesh.triangles[:, 0]))

@@ -33,7 +33,7 @@ def test_section_ends_lie_on_both_triangles(family):
         assert (meets | (away < 1e-12 * np.abs(pairs).max())).all()
 
 
-def test_triangles_clearly_apart_have_none():
+def test_triangles_with_a_clear_gap_have_no_section():
     pairs = FAMILIES[0].pairs(300, seed=9)
     answer = np.isfinite(triangle_pair_sections(pairs)).all(axis=(1, 2))
     assert np.array_equal(answer, triangles_intersect(pairs))

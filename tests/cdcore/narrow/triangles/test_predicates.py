@@ -20,7 +20,7 @@ from replay.studies.stress.families import FAMILIES
 FLOOR = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
 
 
-def test_touching_counts_and_a_gap_of_one_ulp_does_not():
+def test_touching_counts_and_a_gap_of_an_ulp_does_not():
     touching = [[0.25, 0.25, 0], [0.25, 0.5, 1], [0.5, 0.25, 1]]
     above = [[0.25, 0.25, 5e-324], [0.25, 0.5, 1], [0.5, 0.25, 1]]
     assert triangles_intersect([[FLOOR, touching], [FLOOR, above]]).tolist() == [True, False]
@@ -44,7 +44,7 @@ def test_what_is_no_triangle_is_refused(given, words):
         triangles_intersect(given)
 
 
-def test_each_stage_decides_what_the_one_before_left_open():
+def test_each_stage_decides_what_the_previous_stage_left_open():
     assert left_open(FAMILIES[0].pairs(2_000, seed=22)) == (0, 0)
     wild = np.array([FLOOR, FLOOR], dtype=float)
     wild[1] += [2.0**-300, 0, 0]
@@ -93,7 +93,7 @@ CASES = [pytest.param(other, word == "meets", id=name) for word in SEEN for name
 
 @pytest.mark.parametrize(("other", "meets"), CASES)
 @pytest.mark.parametrize("scale", [1.0, 2.0**-900, 2.0**900])
-def test_a_case_one_can_see(other, meets, scale):
+def test_visible_case_is_decided(other, meets, scale):
     first, second = ((np.array(triangle) * scale).tolist() for triangle in (4 * np.array(FLOOR), other))
     assert triangles_intersect([[first, second]])[0] == meets
     assert pair_intersects_integers([first, second]) is meets

@@ -150,7 +150,7 @@ CHOOSE = """((name, value) => {
 })"""
 
 
-def test_choices_of_pair_detector_and_words_leave_out_others(page):
+def test_choices_of_pair_detector_and_text_filter_others(page):
     every = page.ask("document.querySelectorAll('.fault').length")
     visible = page.ask(f"{CHOOSE}('pair', 'a and b03')")
     pairs = page.ask("""[...document.querySelectorAll('.fault')].filter((node) => node.checkVisibility())

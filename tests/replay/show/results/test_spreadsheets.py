@@ -32,7 +32,7 @@ def text_of(value):
     return "" if value is None else str(inert(value))
 
 
-def test_csv_holds_the_rows_of_parquet_with_units_in_its_heading(run):
+def test_csv_has_the_rows_of_parquet_and_units_in_headings(run):
     assert write_run_tables(run.out, "csv") == []
     for file in run.out.glob("*.parquet"):
         table = pq.read_table(file)

@@ -94,7 +94,7 @@ def test_last_detector_of_each_run_is_compared_whatever_it_is(before_and_after):
     assert list(result.detectors) == ["wide50 -> mine", "exact"]
 
 
-def test_no_run_is_better_that_replays_another_stretch(before_and_after):
+def test_run_of_another_interval_is_never_better(before_and_after):
     answer = diff_runs(before_and_after / "coarse", before_and_after / "short").answer
     assert "cannot be told: the runs differ in session.frames and window" in answer
 
