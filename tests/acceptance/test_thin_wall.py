@@ -45,13 +45,13 @@ def test_frames_miss_what_arithmetic_predicts_and_intervals_nothing(speed, misse
     assert (times[:, 1] - times[:, 0]).max() <= 1e-6
 
 
-@pytest.mark.parametrize(("speed", "turns"), [(0.4, False), (4.0, False), (2.0, True)])
-def test_a_thousand_near_passes_are_proven_clear_turning_or_not(speed, turns):
+@pytest.mark.parametrize(("speed", "rotations"), [(0.4, False), (4.0, False), (2.0, True)])
+def test_a_thousand_near_passes_are_proven_clear_turning_or_not(speed, rotations):
     # turning, nothing of the cube is further from its centre than half its diagonal across the axis it turns about
-    reach = 0.0025 * (np.sqrt(2) if turns else 1.0)
+    reach = 0.0025 * (np.sqrt(2) if rotations else 1.0)
     motion, frames, _ = crossings(speed, 0.1 + reach + np.geomspace(3e-6, 1e-3, 1000))
     rotation = motion.rotations.copy()
-    if turns:
+    if rotations:
         rotation[:, 0] = np.tile(
             Rotation.from_euler("y", np.linspace(0, 1.5, frames)[:, None]).as_matrix(), (1000, 1, 1)
         )

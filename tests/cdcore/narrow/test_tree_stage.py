@@ -76,10 +76,10 @@ def test_live_sample_continues_past_faces_decided_by_integers(name):
     assert stage.decide_now({}, still(bodies, np.zeros((2, 3))), 0, 1e-3) == (Verdict.CONTACT, False)
 
 
-@pytest.mark.parametrize(("share", "beyond"), [(0.2, False), (0.4, True)])
-def test_pair_size_sums_reaches_and_translations(share, beyond):
+@pytest.mark.parametrize(("fraction", "beyond"), [(0.2, False), (0.4, True)])
+def test_pair_size_sums_reaches_and_translations(fraction, beyond):
     """Pads hold up to a size; two sheets side by side, where each of the four lengths alone is well within it."""
-    far = share * LARGEST_SIZE
+    far = fraction * LARGEST_SIZE
     sheets = bodies_of([np.array([[[-far, 0, 0], [far, 0, 0], [0, far, 0]]])] * 2)
     stage = TreeStage(sheets, PAIR, "obb", TreeSettings())
     motion = Motion([0.0], [[[far, 0, 0], [far, 0, far / 100]]], np.tile(np.eye(3), (1, 2, 1, 1)))

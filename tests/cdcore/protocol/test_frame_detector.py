@@ -111,7 +111,7 @@ def test_bools_and_verdicts_are_answers(answer):
 
 
 @pytest.mark.parametrize(
-    ("answer", "words"),
+    ("answer", "text"),
     [
         ([5] * 10, "int64"),
         (np.full(10, 5), "int64"),
@@ -123,9 +123,9 @@ def test_bools_and_verdicts_are_answers(answer):
         (np.full(10, 9, dtype=np.uint8), "uint8 with the value 9, which is no Verdict"),
     ],
 )
-def test_counts_distances_and_other_numbers_are_refused_with_their_dtype(answer, words):
+def test_counts_distances_and_other_numbers_are_refused_with_their_dtype(answer, text):
     detector, motion = saying(answer)
-    with pytest.raises(OwnDetectorError, match=rf"Says.look answered with {words}; answer with bools"):
+    with pytest.raises(OwnDetectorError, match=rf"Says.look answered with {text}; answer with bools"):
         detector.detect(motion)
 
 

@@ -35,12 +35,12 @@ def test_a_noted_reason_comes_before_that_of_the_pair():
     assert answer.reasons == {(0, 0): "half a turn", (0, 1): "lost"}
 
 
-@pytest.mark.parametrize("place", [(0, 2), (5, 0), (-1, 0), (0, 3)])
-def test_decided_or_absent_pairs_have_no_reason(place):
+@pytest.mark.parametrize("position", [(0, 2), (5, 0), (-1, 0), (0, 3)])
+def test_decided_or_absent_pairs_have_no_reason(position):
     answer = detection([[U, X, C]])
-    assert place not in answer.reasons
+    assert position not in answer.reasons
     with pytest.raises(KeyError):
-        answer.reasons[place]
+        answer.reasons[position]
 
 
 def test_reasons_stay_with_their_frames_in_blocks_and_selections():

@@ -12,11 +12,11 @@ ITERATIONS, FEATURES = 3, 1000
 
 
 # The only ant follows itself, from which nothing is turned.
-@pytest.mark.parametrize(("ants", "turn"), [(5, 0.0), (1, 0.5)])
+@pytest.mark.parametrize(("ants", "rotation"), [(5, 0.0), (1, 0.5)])
 @pytest.mark.parametrize(("mutation", "then"), [(0.0, 0), (1.0, 1)])
-def test_mutation_swaps_the_amplitudes(ants, turn, mutation, then):
+def test_mutation_swaps_the_amplitudes(ants, rotation, mutation, then):
     requested = []
-    settings = SearchSettings(ants=ants, turn=turn, mutation=mutation)
+    settings = SearchSettings(ants=ants, turn=rotation, mutation=mutation)
     stream = np.random.default_rng(3)
     for iteration in iterations_as_printed(
         lambda *positions: requested.append(positions) or 1.0, (FEATURES, FEATURES), settings, stream

@@ -35,15 +35,15 @@ def test_single_pass_never_ties_and_is_never_advised():
 
 
 @pytest.mark.parametrize(
-    ("found", "share", "why"),
+    ("expected", "fraction", "why"),
     [
         ([price_row("a", 1.0, 0), price_row("b", 2.0, 1)], 1.0, "advice needs 3"),
         ([], 1.0, "0 settings were"),
         ([price_row(name, 1.0, 0, spread=None) for name in "abcd"], 1.0, "0 settings were"),
     ],
 )
-def test_fewer_than_three_prices_give_no_advice_and_say_why(found, share, why):
-    (sentence,) = advice_of(found, processor_fraction=share)
+def test_fewer_than_three_prices_give_no_advice_and_say_why(expected, fraction, why):
+    (sentence,) = advice_of(expected, processor_fraction=fraction)
     assert sentence.startswith("No advice") and why in sentence
 
 

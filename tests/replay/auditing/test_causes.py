@@ -139,7 +139,7 @@ def test_disagreement_within_tolerance_is_no_miss():
 
 
 @pytest.mark.parametrize(
-    ("told", "cause"),
+    ("reported", "cause"),
     [
         ({}, Cause.UNEXPLAINED),
         ({"verdict": Verdict.NOT_FOUND}, Cause.SEARCH),
@@ -153,10 +153,10 @@ def test_disagreement_within_tolerance_is_no_miss():
         ({"sample_meets": True, "found_with_more": False}, Cause.SEARCH),
     ],
 )
-def test_the_first_stage_that_failed_is_the_cause(told, cause):
-    answer = told.pop("verdict", Verdict.CLEAR)
-    assert first_failed(Explanation(**told), answer, at_instant=True) == cause
-    assert first_failed(Explanation(**told), answer, at_instant=False) == Cause.BETWEEN_FRAMES
+def test_the_first_stage_that_failed_is_the_cause(reported, cause):
+    answer = reported.pop("verdict", Verdict.CLEAR)
+    assert first_failed(Explanation(**reported), answer, at_instant=True) == cause
+    assert first_failed(Explanation(**reported), answer, at_instant=False) == Cause.BETWEEN_FRAMES
 
 
 def test_samples_are_bounded_and_unsampled_misses_unexamined(monkeypatch):

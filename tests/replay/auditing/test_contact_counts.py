@@ -17,14 +17,14 @@ from replay.auditing.outcome import Outcome
 from replay.auditing.wilson import OVER_CONTACTS, proportion_of_clusters
 
 
-@pytest.mark.parametrize(("said", "missed", "part"), [(".CCC.", 0, 0), (".C.C.", 0, 1), (".....", 1, 0)])
-def test_grasped_contact_is_detected_missed_or_late(said, missed, part):
-    subject, oracle = verdict_column(said), verdict_column(".CCC.")
+@pytest.mark.parametrize(("message", "missed", "piece"), [(".CCC.", 0, 0), (".C.C.", 0, 1), (".....", 1, 0)])
+def test_grasped_contact_is_detected_missed_or_late(message, missed, piece):
+    subject, oracle = verdict_column(message), verdict_column(".CCC.")
     contacts = episodes(oracle)
     comparison = compare(subject, oracle, holdings=contacts)
     reported = grasped_counts(comparison, (oracle.verdict, subject.verdict), contacts, [0])
-    frames = said.count("C")
-    assert [*reported.values()] == [1, missed, part, frames, 3 - frames, 0]
+    frames = message.count("C")
+    assert [*reported.values()] == [1, missed, piece, frames, 3 - frames, 0]
 
 
 def by_hand(oracle, subject):

@@ -108,9 +108,9 @@ def test_a_contact_between_frames_has_moment_faces_and_point():
     assert cut.point[0] == pytest.approx(0.5, abs=1e-3)
 
 
-@pytest.mark.parametrize(("place", "faces"), [(0.8, True), (2.0, False)])
-def test_frame_with_visible_contact_is_measured(place, faces):
-    (cut,) = between([3.0, 3.0, place, 3.0], (0, 2, 2))
+@pytest.mark.parametrize(("position", "faces"), [(0.8, True), (2.0, False)])
+def test_frame_with_visible_contact_is_measured(position, faces):
+    (cut,) = between([3.0, 3.0, position, 3.0], (0, 2, 2))
     assert (
         cut.evidence.touch is None
         and cut.evidence.face_pairs == len(cut.evidence.faces)

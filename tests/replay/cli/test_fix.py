@@ -69,10 +69,10 @@ def test_an_interrupted_search_keeps_its_pieces_and_says_so(own, capsys, monkeyp
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("arguments", "message"),
     [(["--engine", "source"], "no engine 'source'; there are: unity"), (["-o", "x"], "--out needs --engine")],
 )
-def test_wrong_calls_say_what_to_give(own, words, said, capsys):
+def test_wrong_calls_say_what_to_give(own, arguments, message, capsys):
     main(IMPORT)
-    assert main(["fix", "own.mcap", *words]) in (1, 2)
-    assert said in capsys.readouterr().err
+    assert main(["fix", "own.mcap", *arguments]) in (1, 2)
+    assert message in capsys.readouterr().err

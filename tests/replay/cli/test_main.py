@@ -63,18 +63,18 @@ def test_a_name_that_is_no_text_is_a_sentence(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("error", "code", "words"),
+    ("error", "code", "arguments"),
     [
         (AssemblyError("no frame;\n  record some"), 1, "error: no frame; record some\n"),
         (RuntimeError("by zero"), 1, "(RuntimeError: by zero); please report it\n       with --debug"),
         (KeyboardInterrupt(), 130, "interrupted"),
     ],
 )
-def test_every_error_is_a_sentence_and_debug_shows_its_origin(monkeypatch, capsys, error, code, words):
+def test_every_error_is_a_sentence_and_debug_shows_its_origin(monkeypatch, capsys, error, code, arguments):
     failing(monkeypatch, error)
     assert main(["info"]) == code
     output = capsys.readouterr().err
-    assert words in output and "Traceback" not in output
+    assert arguments in output and "Traceback" not in output
     assert main(["info", "--debug"]) == code
     assert ("Traceback" in capsys.readouterr().err) == (code == 1)
 

@@ -36,14 +36,14 @@ def test_unreachable_store_in_a_list_is_a_sentence(folder, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "text, said",
+    "text, message",
     [
         (b"a.mcap\ngone.mcap\n", r"list.txt, line 2: .*gone.mcap is no file"),
         (b"# nothing yet\n", "holds no line with a session file"),
         (b"\xff\xfe", "is no text in UTF-8"),
     ],
 )
-def test_list_without_a_session_is_named_with_its_mistake(folder, text, said):
+def test_list_without_a_session_is_named_with_its_mistake(folder, text, message):
     (folder / "list.txt").write_bytes(text)
-    with pytest.raises(click.UsageError, match=said):
+    with pytest.raises(click.UsageError, match=message):
         session_files([folder / "list.txt"])

@@ -61,7 +61,7 @@ FORMATS = ("csv", "aframe", "mcap", "ros2", "optitrack", "xdf", "auto")
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("kind", ("device", "FIFO", "socket"))
 @pytest.mark.parametrize(
-    "words",
+    "arguments",
     (
         ("run", "{session}", "--scene", "{path}", "--out", "{out}"),
         ("run", "{path}", "--out", "{out}"),
@@ -80,12 +80,12 @@ FORMATS = ("csv", "aframe", "mcap", "ros2", "optitrack", "xdf", "auto")
     ),
     ids=" ".join,
 )
-def test_verb_refuses_irregular_files_and_writes_nothing(special, tmp_path, capsys, kind, words):
+def test_verb_refuses_irregular_files_and_writes_nothing(special, tmp_path, capsys, kind, arguments):
     path, out = special(kind, "given"), tmp_path / "out.mcap"
     table = tmp_path / "log.csv"
     table.write_text("time,cup_x\n0,1\n")
     write_session(cubes({"cup": [0.0] * 3}), tmp_path / "s.mcap")
     folders = {"path": path, "session": tmp_path / "s.mcap", "out": out, "table": table}
-    assert main([word.format(**folders) for word in words]) in (1, 2)
+    assert main([word.format(**folders) for word in arguments]) in (1, 2)
     output = capsys.readouterr().err
     assert kind in output and "Traceback" not in output and not out.exists()

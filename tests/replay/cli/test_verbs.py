@@ -248,15 +248,15 @@ MASKED = {
 """What is of this machine, or of its last bit."""
 
 
-@pytest.mark.parametrize("words", VERBS, ids=str)
-def test_output_of_a_verb_is_unchanged(words, folder, monkeypatch, capsys, snapshot):
+@pytest.mark.parametrize("arguments", VERBS, ids=str)
+def test_output_of_a_verb_is_unchanged(arguments, folder, monkeypatch, capsys, snapshot):
     monkeypatch.chdir(folder)
     monkeypatch.setenv("COLUMNS", "100")
     monkeypatch.setattr(runner, "compute", lambda *asked, **how: with_steady_times(compute(*asked, **how)))
     monkeypatch.setattr("replay.show.rerun_log.viewer.open_viewer", Window)
     monkeypatch.setattr(web_viewer, "web_viewer", lambda: {web_viewer.SCRIPT: b"", web_viewer.PROGRAM: b""})
     before, text = {*folder.rglob("*")}, ""
-    for command in words.split("; "):
+    for command in arguments.split("; "):
         code = main(command.split())
         output = capsys.readouterr()
         assert "Traceback" not in output.err

@@ -46,7 +46,7 @@ def test_the_moment_of_a_false_contact_holds_its_gap():
 
 
 @pytest.mark.parametrize(
-    ("severities", "words"),
+    ("severities", "text"),
     [
         ((), "Nothing suspicious found"),
         ((Severity.NOTE,), "Nothing suspicious found"),
@@ -57,10 +57,10 @@ def test_the_moment_of_a_false_contact_holds_its_gap():
         ),
     ],
 )  # fmt: skip
-def test_the_report_says_how_much_is_suspicious(severities, words):
+def test_the_report_says_how_much_is_suspicious(severities, text):
     findings = [Finding("frozen", "it stood still", own_severity=severity).as_json() for severity in severities]
     records = tuple(convert(finding, FindingRecord) for finding in findings)
-    assert trust(document_with(findings=records, detectors={"it": detector_of("hybrid")})) == words
+    assert trust(document_with(findings=records, detectors={"it": detector_of("hybrid")})) == text
 
 
 def doubted(*findings):
@@ -92,11 +92,11 @@ def test_pair_frames_an_engine_cannot_test_have_a_reason():
     assert any("Of them 4: not supported" in words for words in headline.undecided(found))
 
 
-@pytest.mark.parametrize(("skin", "apart"), [(0.5, 0.6), (0.0, None)])
-def test_a_contact_offset_is_no_meeting_of_shapes(skin, apart):
-    session = cubes({"a": [0, 0, 0, 0, 0], "b": [3, 1 + (apart or 0), 1 + (apart or 0), 3, 3]})
+@pytest.mark.parametrize(("skin", "gap"), [(0.5, 0.6), (0.0, None)])
+def test_a_contact_offset_is_no_meeting_of_shapes(skin, gap):
+    session = cubes({"a": [0, 0, 0, 0, 0], "b": [3, 1 + (gap or 0), 1 + (gap or 0), 3, 3]})
     found = replay.run(session, detectors=f"skin=collider[skin_m={skin}]")
     told = [answer.why for answer in found.answers if answer.label == "skin"]
-    assert bool(found.false["skin"]) == (apart is not None)
-    if apart is not None:
+    assert bool(found.false["skin"]) == (gap is not None)
+    if gap is not None:
         assert "600 mm apart" in told[0] and "from 1 m on" in told[0] and "meet" not in told[0]

@@ -84,7 +84,7 @@ def test_who_was_compared_nowhere_does_not_pass_for_inventing_nothing():
 
 
 @pytest.mark.parametrize(
-    ("count", "of", "words"),
+    ("count", "of", "text"),
     [
         (0, 0, "none"),
         (3, 1000, "0.3 % [0.1, 0.88]"),
@@ -95,5 +95,5 @@ def test_who_was_compared_nowhere_does_not_pass_for_inventing_nothing():
         (10, 10_000_000, "0.0001 % [0.000054, 0.00018]"),
     ],
 )
-def test_a_percentage_keeps_its_distance_from_all_and_nothing(count, of, words):
-    assert percent(proportion(count, of)) == words
+def test_a_percentage_keeps_its_distance_from_all_and_nothing(count, of, text):
+    assert percent(proportion(count, of)) == text

@@ -49,7 +49,7 @@ def test_a_missed_or_late_contact_counts_as_lost(missed, late_or_cut_short):
 
 
 @pytest.mark.parametrize(
-    ("figures", "words"),
+    ("figures", "text"),
     [
         (BENCH["hull50"], "96.7 % of its contact time is false; 1 of 18 contacts late or cut short"),
         (BENCH["mesh50"], "1 of 18 contacts missed, 6 late or cut short; 4 % of its contact time is false"),
@@ -67,9 +67,9 @@ def test_a_missed_or_late_contact_counts_as_lost(missed, late_or_cut_short):
         (audited(0, 0, 1, 4, undecided=2), "2 of 18 contacts undecided; 25 % of its contact time is false"),
     ],
 )
-def test_the_larger_fault_leads(figures, words):
+def test_the_larger_fault_leads(figures, text):
     rank = ranking(run(it=figures))[0]
-    assert fault_text(rank) == words and fault_text(rank, largest=True) == words.partition("; ")[0]
+    assert fault_text(rank) == text and fault_text(rank, largest=True) == text.partition("; ")[0]
 
 
 def test_a_rate_is_ranked_by_its_mean_over_offsets():
@@ -120,11 +120,11 @@ def test_the_time_of_a_recorded_engine_is_not_measured():
 
 
 @pytest.mark.parametrize(
-    ("name", "words"),
+    ("name", "text"),
     [("discrete", "triangle meshes at 50 Hz"), ("recorded", "what the engine reported"), ("my:Own", "my:Own at 50 Hz")],
 )
-def test_a_label_has_the_rate_but_not_the_engine_rate(name, words):
-    assert detector_label(name, {"rate_hz": 50}) == words
+def test_a_label_has_the_rate_but_not_the_engine_rate(name, text):
+    assert detector_label(name, {"rate_hz": 50}) == text
 
 
 @pytest.mark.parametrize(("at_once", "noted"), [((), 0), (("exact",), 1), (("hull50", "mesh50", "paper", "exact"), 0)])

@@ -50,13 +50,13 @@ def fcl_gap(mesh, turns, positions):
 
 
 @pytest.mark.sampled(3)
-@pytest.mark.parametrize("turns", [0.2, 0.002, 0.0])
-def test_close_is_the_distance_by_fcl_at_every_sample(turns):
+@pytest.mark.parametrize("rotations", [0.2, 0.002, 0.0])
+def test_close_is_the_distance_by_fcl_at_every_sample(rotations):
     rng, count = np.random.default_rng(1), 40
-    assembly = assemble(cubes({"a": np.zeros(count), "b": np.linspace(1.0, 1.02 + 2 * turns, count)}))
+    assembly = assemble(cubes({"a": np.zeros(count), "b": np.linspace(1.0, 1.02 + 2 * rotations, count)}))
     whole = assembly.motion
     poses = whole.rotations.copy()
-    poses[:, 1] = Rotation.from_rotvec(rng.uniform(-turns, turns, (count, 3))).as_matrix()
+    poses[:, 1] = Rotation.from_rotvec(rng.uniform(-rotations, rotations, (count, 3))).as_matrix()
     mesh, truth = assembly.bodies[0].mesh, []
     for frame in range(count):
         # At rest for a second, so that every look sees this pose.

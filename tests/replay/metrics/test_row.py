@@ -62,7 +62,7 @@ def test_a_row_has_the_recall_that_the_audit_measured(silver, rows):
 
 
 @pytest.mark.parametrize(
-    ("places", "detectors", "oracle", "told"),
+    ("positions", "detectors", "oracle", "reported"),
     [
         (np.linspace(3, 4, 9), "hybrid", "exact", [("hybrid", None, 0, 0.0), ("exact", None, 0, 0.0)]),
         (np.linspace(3, 4, 9), "hybrid", "none", [("hybrid", None, None, 0.0)]),
@@ -70,10 +70,12 @@ def test_a_row_has_the_recall_that_the_audit_measured(silver, rows):
     ],
     ids=["no contact", "no oracle", "no detector"],
 )
-def test_a_recall_that_nobody_measured_is_none(places, detectors, oracle, told):
-    rows = metric_rows(run(cubes({"a": [0.0] * 9, "b": list(places)}), detectors=detectors, oracle=oracle))
+def test_a_recall_that_nobody_measured_is_none(positions, detectors, oracle, reported):
+    rows = metric_rows(run(cubes({"a": [0.0] * 9, "b": list(positions)}), detectors=detectors, oracle=oracle))
     keys = ("detector", "recall", "contact_frames", "contacts_per_min")
-    assert [tuple(row[key] for key in keys) for row in rows] == told and all(row["valid_minutes"] > 0 for row in rows)
+    assert [tuple(row[key] for key in keys) for row in rows] == reported and all(
+        row["valid_minutes"] > 0 for row in rows
+    )
 
 
 def test_a_contact_of_metrics_is_a_contact_of_the_run():

@@ -98,7 +98,7 @@ def partly_meshed(meshed, bare, positions):
 
 
 @pytest.mark.parametrize(
-    ("session", "words"),
+    ("session", "text"),
     [
         (framed(np.zeros(0), np.zeros((0, 1))), "no frames"),
         (partly_meshed([], 1, [0, 1]), "no body has a mesh; there are tracks of: b0; import it again with --mesh"),
@@ -109,8 +109,8 @@ def partly_meshed(meshed, bare, positions):
         (cubes({"a": [0, 0], "b": [1, 2]}, scene=Scene(ignore=(("a", "b"),))), "leaves no pair of bodies with a mesh"),
     ],
 )
-def test_session_without_pairs_is_refused_with_the_reason(session, words):
-    with pytest.raises(AssemblyError, match=words):
+def test_session_without_pairs_is_refused_with_the_reason(session, text):
+    with pytest.raises(AssemblyError, match=text):
         assemble(session)
 
 

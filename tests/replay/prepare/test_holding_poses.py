@@ -95,8 +95,8 @@ def test_only_the_window_of_a_file_is_read(tmp_path, too_long):
     assert len(compute(file, detectors="exact", start=2, end=10).assembly.motion) == 720
 
 
-@pytest.mark.parametrize("asked", [{}, {"start": 1.0}, {"end": 20.0}])
-def test_too_long_recording_is_refused_with_the_replayable_length(too_long, asked):
+@pytest.mark.parametrize("requested", [{}, {"start": 1.0}, {"end": 20.0}])
+def test_too_long_recording_is_refused_with_the_replayable_length(too_long, requested):
     with pytest.raises(AssemblyError, match=r"frames of 2 bodies.*at most 11 s with --start and --end") as refusal:
-        compute(two_cubes(), detectors="exact", **asked)
-    assert f"{FRAMES:,} frames" in str(refusal.value) or asked
+        compute(two_cubes(), detectors="exact", **requested)
+    assert f"{FRAMES:,} frames" in str(refusal.value) or requested

@@ -15,7 +15,7 @@ MS, NO = 1_000_000, np.nan
 
 
 @pytest.mark.parametrize(
-    ("status", "stamps", "origin", "places"),
+    ("status", "stamps", "origin", "positions"),
     [
         # Between near samples the place is linear in time. A sample recorded at second k lies at k metres.
         ([V, A, A, V], [0, 10, 30, 40], [SEEN, BETWEEN, BETWEEN, SEEN], [0.0, 0.75, 2.25, 3.0]),
@@ -29,15 +29,15 @@ MS, NO = 1_000_000, np.nan
         ([V, A, L, A, V], [0, 10, 20, 30, 40], [SEEN, HELD, NONE, NONE, SEEN], [0.0, 0.0, NO, NO, 4.0]),
     ],
 )
-def test_frame_without_a_sample_is_interpolated_from_near_neighbours(status, stamps, origin, places):
+def test_frame_without_a_sample_is_interpolated_from_near_neighbours(status, stamps, origin, positions):
     session = framed(np.round(np.array(stamps) * MS), np.array(status)[:, None])
     pieces = list(filled(session.blocks(100)))
     actual, position, rotation = (
         np.concatenate([getattr(piece, name)[:, 0] for piece in pieces])
         for name in ("origin", "position", "quaternion_xyzw")
     )
-    assert actual.tolist() == origin and np.allclose(position[:, 0], places, rtol=1e-12, equal_nan=True)
-    assert np.isnan(rotation).all(axis=1).tolist() == np.isnan(places).tolist()
+    assert actual.tolist() == origin and np.allclose(position[:, 0], positions, rtol=1e-12, equal_nan=True)
+    assert np.isnan(rotation).all(axis=1).tolist() == np.isnan(positions).tolist()
 
 
 @given(st.integers(0, 2**32 - 1))

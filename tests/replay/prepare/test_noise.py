@@ -12,7 +12,7 @@ from sessions.synthetic.tracker import VIVE, TrackerNoise
 
 
 @pytest.mark.parametrize(
-    ("words", "size"),
+    ("text", "size"),
     [
         (["vive"], VIVE),
         (["0.3 mm, 0.05 deg, 0.1 s"], TrackerNoise(position_rms_m=3e-4, rotation_rms_deg=0.05, correlation_s=0.1)),
@@ -20,9 +20,9 @@ from sessions.synthetic.tracker import VIVE, TrackerNoise
         (["50 ms, 1 cm"], TrackerNoise(position_rms_m=0.01, correlation_s=0.05)),
     ],
 )
-def test_noise_size_has_units_and_defaults_to_vive(words, size):
-    assert parse_noise(words).usual == size
-    assert parse_noise([f"cup={words[0]}"]).own == {"cup": size}
+def test_noise_size_has_units_and_defaults_to_vive(text, size):
+    assert parse_noise(text).usual == size
+    assert parse_noise([f"cup={text[0]}"]).own == {"cup": size}
 
 
 def one_tracker(size, copies=400, seed=1):

@@ -17,7 +17,7 @@ MOVING = {
 
 
 @pytest.mark.parametrize(
-    ("scene", "moves", "asked", "expected"),
+    ("scene", "moves", "requested", "expected"),
     [
         (Scene(bodies=BODIES), {}, None, MOVING),
         (Scene(bodies=BODIES), {"lid": True}, None, MOVING | {"glass-lid"}),
@@ -27,8 +27,8 @@ MOVING = {
         (Scene(), {}, [("lid", "glass"), ("bench", "hand"), ("glass", "lid")], {"hand-bench", "glass-lid"}),
     ],
 )
-def test_pairs_come_from_request_scene_or_relative_motion(scene, moves, asked, expected):
-    actual = chosen_pairs(scene, NAMES, MOVES | moves, asked).tolist()
+def test_pairs_come_from_request_scene_or_relative_motion(scene, moves, requested, expected):
+    actual = chosen_pairs(scene, NAMES, MOVES | moves, requested).tolist()
     assert {f"{NAMES[i]}-{NAMES[j]}" for i, j in actual} == expected and actual == sorted(actual)
 
 

@@ -16,10 +16,10 @@ def test_every_kind_has_its_default_without_a_policy():
 
 
 @pytest.mark.parametrize(
-    "words", [["frozen=interpolate:0.2", "gap=refuse"], {"frozen": "interpolate:0.2", "gap": "refuse"}]
+    "text", [["frozen=interpolate:0.2", "gap=refuse"], {"frozen": "interpolate:0.2", "gap": "refuse"}]
 )
-def test_strings_and_mappings_change_the_kinds_they_name(words):
-    policy = parse_policy(words)
+def test_strings_and_mappings_change_the_kinds_they_name(text):
+    policy = parse_policy(text)
     assert policy.rule("frozen") == PolicyRule("interpolate", 0.2) and policy.rule("gap").action == "refuse"
     assert policy.rule("teleport").action == "keep"
     assert parse_policy(policy) is policy and parse_policy(policy.as_json()) == policy

@@ -90,7 +90,7 @@ LOST, HELD, BETWEEN = Status.LOST, Status.HELD, Status.INTERPOLATED
 
 
 @pytest.mark.parametrize(
-    ("words", "status"),
+    ("arguments", "status"),
     [
         (["identity-while-lost=drop"], [LOST] * 20),
         # A pose is held for its limit and no longer, and a bridge does not lead beyond its own.
@@ -103,11 +103,11 @@ LOST, HELD, BETWEEN = Status.LOST, Status.HELD, Status.INTERPOLATED
         (["identity-while-lost=hold:0.05", "not-finite=hold:1"], [HELD] * 4 + [LOST] * 16),
     ],
 )
-def test_policy_decides_the_pose_of_a_lost_hand(words, status):
+def test_policy_decides_the_pose_of_a_lost_hand(arguments, status):
     draft = lost_hand()
-    if len(words) > 1:
+    if len(arguments) > 1:
         draft.arrays["position"][410, 1] = np.nan
-    before, truth, after = draft.session().frames, clean().arrays["position"][:, 1], repaired(draft, *words).frames
+    before, truth, after = draft.session().frames, clean().arrays["position"][:, 1], repaired(draft, *arguments).frames
     assert after.status[400:420, 1].tolist() == status
     dropped, kept, between = (400 + np.flatnonzero(np.equal(status, item)) for item in (LOST, HELD, BETWEEN))
     stand_in = np.zeros(before.status.shape, dtype=bool)

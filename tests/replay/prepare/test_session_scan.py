@@ -22,7 +22,7 @@ def test_body_moves_when_two_usable_samples_differ():
 
 
 @pytest.mark.parametrize(
-    ("position", "quaternion", "words"),
+    ("position", "quaternion", "text"),
     [
         ([np.nan, 0, 0], [0, 0, 0, 1], "position [nan, 0.0, 0.0] is not finite"),
         ([0, 0, 0], [0, 0, 0, 0], "quaternion [0.0, 0.0, 0.0, 0.0] has norm 0, not 1"),
@@ -31,7 +31,7 @@ def test_body_moves_when_two_usable_samples_differ():
         ([0, 0, 0], [1e200, 0, 0, 1], "has norm inf, not 1"),
     ],
 )
-def test_invalid_pose_is_refused_with_frame_time_and_body(position, quaternion, words, monkeypatch):
+def test_invalid_pose_is_refused_with_frame_time_and_body(position, quaternion, text, monkeypatch):
     where = np.zeros((5, 2, 3))
     rotation = np.tile([0.0, 0.0, 0.0, 1.0], (5, 2, 1))
     where[3, 1], rotation[3, 1] = position, quaternion
@@ -41,7 +41,7 @@ def test_invalid_pose_is_refused_with_frame_time_and_body(position, quaternion, 
     with pytest.raises(InvalidPoseError) as refused:
         scan(framed(stamps, status, where, rotation))
     assert str(refused.value).startswith("frame 3 (0.020000 s), body b: ")
-    assert words in str(refused.value)
+    assert text in str(refused.value)
     status[3, 1] = L
     assert len(scan(framed(stamps, status, where, rotation)).stamp_ns) == 3
 

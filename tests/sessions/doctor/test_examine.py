@@ -88,16 +88,16 @@ def test_declared_but_unrecorded_and_undeclared_bodies_are_reported():
 
 
 @pytest.mark.parametrize(
-    ("topic", "words"), [("/tf", "/tf holds tf2_msgs/msg/TFMessage as cdr"),
+    ("topic", "text"), [("/tf", "/tf holds tf2_msgs/msg/TFMessage as cdr"),
                          ("/vive", "it has no poses")],
 )  # fmt: skip
-def test_a_ros_bag_is_not_recovered_but_imported(tmp_path, topic, words):
+def test_a_ros_bag_is_not_recovered_but_imported(tmp_path, topic, text):
     body = b"\x00\x01\x00\x00" + b"\x01" * 80
     messages = [(10 * k, 10 * k, body) for k in range(20)]
     reported = {"topic": topic, "schema": "tf2_msgs/msg/TFMessage", "encoding": "cdr", "profile": "ros2"}
     (tmp_path / "first.bag").write_bytes(b"#ROSBAG V2.0\n" + bytes(4096))
     (result,) = examine(write_foreign(tmp_path / "second.mcap", messages, **reported))
-    assert (result.code, result.message) == ("no-poses", words)
+    assert (result.code, result.message) == ("no-poses", text)
     (older,) = examine(tmp_path / "first.bag")
     for item in (result, older):
         assert "recover" not in item.fix and "replay import" in item.fix

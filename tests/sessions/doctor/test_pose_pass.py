@@ -56,15 +56,15 @@ def findings(draft, code):
     return [item for item in examine(draft.session()) if item.code == code]
 
 
-@pytest.mark.parametrize(("degrees", "frames", "found_at"), [(95.0, 1, [400]), (20.0, 1, []), (95.0, 2, [])])
-def test_single_frame_rotation_outlier_is_reported_and_rotation_is_not(degrees, frames, found_at):
+@pytest.mark.parametrize(("degrees", "frames", "expected_at"), [(95.0, 1, [400]), (20.0, 1, []), (95.0, 2, [])])
+def test_single_frame_rotation_outlier_is_reported_and_rotation_is_not(degrees, frames, expected_at):
     draft = clean()
     half = np.radians(degrees) / 2.0
     rotations = draft.arrays["quaternion_xyzw"][400 : 400 + frames, 1]
     rotations[:] = quaternion_product(rotations, (np.sin(half), 0.0, 0.0, np.cos(half)))
     result = findings(draft, "turn-outlier")
     assert all((item.body, item.count, item.severity) == ("hand-left", 1, Severity.WARNING) for item in result)
-    assert [round(item.start * 90) for item in result] == found_at
+    assert [round(item.start * 90) for item in result] == expected_at
 
 
 def spans(draft):
@@ -83,10 +83,12 @@ def test_bodies_at_origin_or_rotating_are_neither_lost_nor_frozen():
     assert spans(draft) == []
 
 
-@pytest.mark.parametrize("place", [np.maximum(0, np.arange(900) - 30) * 10 / 90, np.abs(np.arange(900) - 30) * 4 / 90])
-def test_sudden_start_or_blow_is_no_teleport(place):
+@pytest.mark.parametrize(
+    "position", [np.maximum(0, np.arange(900) - 30) * 10 / 90, np.abs(np.arange(900) - 30) * 4 / 90]
+)
+def test_sudden_start_or_blow_is_no_teleport(position):
     draft = clean()
-    draft.arrays["position"][:, 1] = place[:, None] * [1.0, 0.0, 0.0]
+    draft.arrays["position"][:, 1] = position[:, None] * [1.0, 0.0, 0.0]
     assert "teleport" not in {code for code, *_ in spans(draft)}
 
 

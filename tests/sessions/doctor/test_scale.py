@@ -33,9 +33,9 @@ def headed(height, away):
     return Session.from_arrays(np.arange(count) * 11_111_111, poses)
 
 
-@pytest.mark.parametrize(("factor", "looks"), [(1e3, "down"), (1e2, "down"), (1e3, "ahead")])
-def test_a_wrong_unit_alone_is_no_wrong_axis(factor, looks):
-    down = [-(0.5**0.5), 0.0, 0.0, 0.5**0.5] if looks == "down" else [0.0, 0.0, 0.0, 1.0]
+@pytest.mark.parametrize(("factor", "samples"), [(1e3, "down"), (1e2, "down"), (1e3, "ahead")])
+def test_a_wrong_unit_alone_is_no_wrong_axis(factor, samples):
+    down = [-(0.5**0.5), 0.0, 0.0, 0.5**0.5] if samples == "down" else [0.0, 0.0, 0.0, 1.0]
     position, quaternion = np.array([[0.0, 1.5, 0.4]]), np.array([down])
     walk = np.repeat(position, 200, axis=0) + 0.1 * np.sin(np.arange(200) / 90)[:, None]
     rotated = np.repeat(quaternion, 200, axis=0)

@@ -11,13 +11,13 @@ def findings(draft):
     return [*time_findings(run_pose_pass([draft.session().frames]))]
 
 
-@pytest.mark.parametrize(("steps", "found"), [(2.9, False), (3.1, True)])
-def test_a_gap_is_longer_than_three_median_steps(steps, found):
+@pytest.mark.parametrize(("steps", "expected"), [(2.9, False), (3.1, True)])
+def test_a_gap_is_longer_than_three_median_steps(steps, expected):
     draft = clean()
     draft.shift(slice(400, None), round((steps - 1) * STEP_NS))
     gaps = [item for item in findings(draft) if item.code == "gap"]
     stamps = draft.arrays["stamp_ns"]
-    assert [(item.start_ns, item.end_ns) for item in gaps] == [(stamps[399], stamps[400])] * found
+    assert [(item.start_ns, item.end_ns) for item in gaps] == [(stamps[399], stamps[400])] * expected
     assert all(item.severity == Severity.NOTE for item in gaps)
 
 

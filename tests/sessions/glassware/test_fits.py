@@ -34,17 +34,17 @@ def test_the_stopper_fits_the_bottle_without_touching_its_neck():
     assert 0 < neck - inside < 2e-3
 
 
-@pytest.mark.parametrize(("quarter_turns", "shut"), [(0.0, True), (1.0, False)])
-def test_stopcock_shuts_bore_and_opens_at_90_degrees(quarter_turns, shut):
-    meshes = placed("burette", 3000), placed("burette_stopcock", 3000, 0.1, quarter_turns)
+@pytest.mark.parametrize(("quarter_rotations", "shut"), [(0.0, True), (1.0, False)])
+def test_stopcock_shuts_bore_and_opens_at_90_degrees(quarter_rotations, shut):
+    meshes = placed("burette", 3000), placed("burette_stopcock", 3000, 0.1, quarter_rotations)
     down = ([[1e-5, 1.0, 1e-5]], [[0.0, -1.0, 0.0]])
     assert any(len(distances_along_rays(mesh.triangles, *down)[0]) for mesh in meshes) == shut
 
 
 @pytest.mark.sampled(2)
-@pytest.mark.parametrize("quarter_turns", SHARES)
-def test_key_rotates_without_touching_the_glass(quarter_turns):
-    glass, key = placed("burette", 500), placed("burette_stopcock", 500, 0.1, quarter_turns)
+@pytest.mark.parametrize("quarter_rotations", SHARES)
+def test_key_rotates_without_touching_the_glass(quarter_rotations):
+    glass, key = placed("burette", 500), placed("burette_stopcock", 500, 0.1, quarter_rotations)
     edges = np.concatenate([key.faces[:, [0, 1]], key.faces[:, [1, 2]], key.faces[:, [2, 0]]])
     edges = edges[edges[:, 0] < edges[:, 1]]
     start, end = key.vertices[edges[:, 0]], key.vertices[edges[:, 1]]

@@ -50,12 +50,12 @@ def test_motive_states_unit_and_order_with_sure_axes(kind):
         assert (rows[Subject.ANGLE_UNIT].value, rows[Subject.ANGLE_UNIT].origin) == ("deg", Origin.GUESS)
 
 
-@pytest.mark.parametrize(("parts", "name"), [(LSL, "ROS"), (tuple(reversed(LSL)), "ROS")])
-def test_stream_axes_are_open_and_channels_state_the_order(tmp_path, parts, name):
+@pytest.mark.parametrize(("pieces", "name"), [(LSL, "ROS"), (tuple(reversed(LSL)), "ROS")])
+def test_stream_axes_are_open_and_channels_state_the_order(tmp_path, pieces, name):
     """The order of channels does not matter: their types say which is which."""
     values = {"PositionX": 0.1, "PositionY": 0.2, "PositionZ": 0.3, "OrientationA": 1.0}
-    described = [{"label": piece, "type": piece, "object": "cup", "unit": "m"} for piece in parts]
-    rows = np.array([[values.get(piece, 0.0) for piece in parts]] * 3)
+    described = [{"label": piece, "type": piece, "object": "cup", "unit": "m"} for piece in pieces]
+    rows = np.array([[values.get(piece, 0.0) for piece in pieces]] * 3)
     path = xdf_file(tmp_path, stream_header(1, name, "MoCap", described), samples(1, np.array([1.0, 1.1, 1.2]), rows))
     session = import_session("xdf", path)
     assert session.tracks["cup"].positions[0].tolist() == [0.1, 0.2, 0.3]

@@ -54,7 +54,7 @@ def test_draft_is_never_overwritten_and_unknowns_are_comments(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("header", "row", "words"),
+    ("header", "row", "text"),
     [
         ("t,x,y,z,yaw,pitch,roll", "{},1,2,3,0,0,0", "the order of the angles"),
         ("x,y,z,qx,qy,qz,qw", "{},2,3,0,0,0,1", "the rate (rate_hz)"),
@@ -63,11 +63,11 @@ def test_draft_is_never_overwritten_and_unknowns_are_comments(tmp_path, capsys):
         ("1,2,3,4,5", "{},2,3,4,5", "column_5"),
     ],
 )
-def test_facts_missing_in_a_header_are_questioned(tmp_path, header, row, words):
+def test_facts_missing_in_a_header_are_questioned(tmp_path, header, row, text):
     (tmp_path / "log.csv").write_text("\n".join([header, *(row.format(k) for k in range(5)), ""]))
     with pytest.raises(UnknownColumnsError, match="describe them with --mapping FILE") as refusal:
         import_session("csv", tmp_path / "log.csv")
-    assert any(words in item for item in (*refusal.value.unknown, refusal.value.draft)), refusal.value.unknown
+    assert any(text in item for item in (*refusal.value.unknown, refusal.value.draft)), refusal.value.unknown
 
 
 def test_draft_lists_omitted_columns_and_negative_times(tmp_path, snapshot):

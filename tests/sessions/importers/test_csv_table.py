@@ -207,10 +207,10 @@ def test_long_table_without_body_column_is_drafted_as_comment(tmp_path):
     assert "\n[bodies" not in error.draft and '\n# [bodies."log"]' in error.draft
 
 
-@pytest.mark.parametrize("place", ["first", "last"])
-def test_a_mapping_reads_the_table_that_it_names(imported, place):
+@pytest.mark.parametrize("position", ["first", "last"])
+def test_a_mapping_reads_the_table_that_it_names(imported, position):
     """The other one is its user's choice and no loss."""
-    both = [*SEGMENTS[1:], *TRAJECTORIES] if place == "first" else [*TRAJECTORIES[1:], *SEGMENTS]
+    both = [*SEGMENTS[1:], *TRAJECTORIES] if position == "first" else [*TRAJECTORIES[1:], *SEGMENTS]
     session = imported("\n".join([*both, ""]), MAPPING % 'table = "Segments"\nskip_lines = 2')
     np.testing.assert_array_equal(session.tracks["cup"].positions, PLACES)
     assert books(session) == ""

@@ -124,16 +124,16 @@ STILL = "2 of 3 names dropped: that stand still and that no transform joins to i
 
 
 @pytest.mark.parametrize(
-    ("moves", "names", "words"),
+    ("moves", "names", "text"),
     [
         ([("world", "hand", 1), ("world", "hand", 2), ("hand", "cup", 3), ("hand", "cup", 4)], ["hand"], APART),
         ([("map", "a", 1), ("room", "lamp", 1), ("lamp", "bulb", 1), ("map", "a", 2)], ["a"], STILL),
     ],
 )
-def test_unconnected_frames_are_left_out_and_listed(tmp_path, moves, names, words):
+def test_unconnected_frames_are_left_out_and_listed(tmp_path, moves, names, text):
     said = [("/tf", FRAME, stamp, moved(parent, child, stamp)) for parent, child, stamp in moves]
     session = import_session("mcap", as_json(tmp_path / "a.mcap", said))
-    assert [*session.names] == names and words in books(session)
+    assert [*session.names] == names and text in books(session)
 
 
 def test_requested_roots_form_a_single_world(tmp_path):
@@ -181,7 +181,7 @@ def sent(topic, count=20, stamp=lambda k: k + 1, name="cup", of=0):
 
 
 @pytest.mark.parametrize(
-    ("messages", "words"),
+    ("messages", "text"),
     [
         (sent("/a/tf") + sent("/b/tf", of=1), "'cup' comes on the topics '/a/tf' and '/b/tf'; choose one by --topic"),
         (sent("/a/tf") + sent("/b/tf", 1), "'cup' comes on the topics '/a/tf' and '/b/tf'"),
@@ -190,9 +190,9 @@ def sent(topic, count=20, stamp=lambda k: k + 1, name="cup", of=0):
     ],
     ids=["apart", "once", "later", "static"],
 )
-def test_frame_on_two_topics_needs_a_chosen_topic(tmp_path, messages, words):
+def test_frame_on_two_topics_needs_a_chosen_topic(tmp_path, messages, text):
     path = as_json(tmp_path / "a.mcap", messages)
-    refused("mcap", path, words)
+    refused("mcap", path, text)
     assert import_session("mcap", path, topics=[messages[-1][0]]).names == ("cup",)
 
 

@@ -95,10 +95,10 @@ BROKEN = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("change", "words"), BROKEN, ids=map(str, range(len(BROKEN))))
-def test_broken_folder_is_refused_in_a_sentence(folder, change, words):
+@pytest.mark.parametrize(("change", "text"), BROKEN, ids=map(str, range(len(BROKEN))))
+def test_broken_folder_is_refused_in_a_sentence(folder, change, text):
     change(folder)
-    refused("uxf", folder, words)
+    refused("uxf", folder, text)
 
 
 @pytest.mark.parametrize("data", [b"", "time,pos_x\n".encode("utf-16")])

@@ -97,7 +97,7 @@ valid = "l_seen"
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "words"),
+    ("old", "new", "text"),
     [
         ("Controllers", "Controler", "no stream 'Controler'; did you mean 'Controllers'"),
         ('"l_px"', '"l_qx"', "stream 'Controllers': no channel 'l_qx'; did you mean 'l_"),
@@ -105,14 +105,14 @@ valid = "l_seen"
         ("", "", ""),
     ],
 )
-def test_what_is_wrong_with_a_mapping_of_streams_is_named(tmp_path, old, new, words):
+def test_what_is_wrong_with_a_mapping_of_streams_is_named(tmp_path, old, new, text):
     labels = [{"label": f"l_{item}"} for item in ("px", "py", "pz", "ez", "ex", "ey", "seen")]
     angles = TURNS["Cup"].as_euler("zxy", degrees=True)
     rows = np.column_stack([1000 * PLACES["Cup"], angles, np.arange(COUNT) != 7])
     path = xdf_file(tmp_path, stream_header(1, "Controllers", "VR", labels), samples(1, STAMPS, rows))
     (tmp_path / "map.toml").write_text(STREAM_MAP.replace(old, new) if old else STREAM_MAP)
-    if words:
-        with pytest.raises(ImportFileError, match=words):
+    if text:
+        with pytest.raises(ImportFileError, match=text):
             import_session("xdf", path, mapping=tmp_path / "map.toml")
         return
     track = import_session("xdf", path, mapping=tmp_path / "map.toml").tracks["left"]

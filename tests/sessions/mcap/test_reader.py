@@ -107,10 +107,10 @@ def test_missing_file_and_folder_are_refused_in_a_sentence(tmp_path):
         read_session(tmp_path)
 
 
-@pytest.mark.parametrize(("profile", "words"), [("vrlab/0", "again"), ("vrlab/2", "newer"), ("vrlab/²", "again")])
-def test_unknown_version_is_refused_in_a_sentence(tmp_path, profile, words):
+@pytest.mark.parametrize(("profile", "text"), [("vrlab/0", "again"), ("vrlab/2", "newer"), ("vrlab/²", "again")])
+def test_unknown_version_is_refused_in_a_sentence(tmp_path, profile, text):
     path = write_foreign(tmp_path / "f.mcap", protobuf_messages(random_frames(2)), profile=profile)
-    with pytest.raises(SessionFileError, match=f"profile '{profile}' and this program reads 'vrlab/1'.*{words}"):
+    with pytest.raises(SessionFileError, match=f"profile '{profile}' and this program reads 'vrlab/1'.*{text}"):
         read_session(path)
 
 

@@ -134,10 +134,10 @@ def test_foreign_file_is_recovered_with_its_channels(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "data, words", [(b"", "it is empty"), (b"hello", "not an MCAP"), (b"\x89MCAP0\r\n", "no chunk")]
+    "data, text", [(b"", "it is empty"), (b"hello", "not an MCAP"), (b"\x89MCAP0\r\n", "no chunk")]
 )
-def test_unrecoverable_file_is_explained_and_nothing_written(tmp_path, data, words):
-    with pytest.raises(SessionFileError, match=words):
+def test_unrecoverable_file_is_explained_and_nothing_written(tmp_path, data, text):
+    with pytest.raises(SessionFileError, match=text):
         recover(damaged(tmp_path, data), tmp_path / "out.mcap")
     assert not (tmp_path / "out.mcap").exists()
 

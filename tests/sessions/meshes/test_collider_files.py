@@ -137,15 +137,15 @@ def test_colliders_of_the_unity_script_use_recording_axes(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "said"),
+    ("name", "message"),
     [("none.glb", "does not exist; check the path"), ("text.glb", "does not begin as a GLB"),
      ("torn.glb", "cut short; export it again"), ("other.glb", "no collider of a, b; name its nodes UCX_BODY_01")],
 )  # fmt: skip
-def test_file_without_colliders_is_refused_in_a_sentence(name, said, tmp_path):
+def test_file_without_colliders_is_refused_in_a_sentence(name, message, tmp_path):
     (tmp_path / "text.glb").write_bytes(b"no mesh")
     whole = write(tmp_path / "other.glb", ("UCX_c_00", BALL, moved(0, 0, 0))).read_bytes()
     (tmp_path / "torn.glb").write_bytes(whole[:200])
-    with pytest.raises(MeshFileError, match=said):
+    with pytest.raises(MeshFileError, match=message):
         read_colliders(tmp_path / name, ["a", "b"])
 
 

@@ -204,16 +204,16 @@ def with_version(version, length=0):
 
 
 @pytest.mark.parametrize(
-    ("data", "said"),
+    ("data", "message"),
     [(with_version(1), "it is glTF 1.0; export it as glTF 2.0"), (with_version(2, length=1), "cut short")],
 )
-def test_another_version_and_a_cut_file_are_named(data, said):
-    with pytest.raises(MeshFileError, match=said):
+def test_another_version_and_a_cut_file_are_named(data, message):
+    with pytest.raises(MeshFileError, match=message):
         mesh_from_bytes(data, "glb")
 
 
 @pytest.mark.parametrize(
-    ("more", "said"),
+    ("more", "message"),
     [
         ({"extensionsRequired": ["KHR_draco_mesh_compression"]}, "compressed by Draco; export it without"),
         ({"accessors": [{"componentType": 5126, "count": 10**12, "type": "VEC3"}]}, "claims 1,000,000,000,000 values"),
@@ -249,6 +249,6 @@ def test_another_version_and_a_cut_file_are_named(data, said):
          "hold more than 20,000,000 faces"),
     ],
 )  # fmt: skip
-def test_unreadable_files_are_refused_in_a_sentence(more, said):
-    with pytest.raises(MeshFileError, match=said):
+def test_unreadable_files_are_refused_in_a_sentence(more, message):
+    with pytest.raises(MeshFileError, match=message):
         mesh_from_bytes(glb({**one_mesh({}, primitive()), **more}, TRIANGLE), "glb")

@@ -20,16 +20,16 @@ def place(folder, **sizes):
 
 
 @pytest.mark.parametrize(
-    ("size", "scale", "words"),
+    ("size", "scale", "text"),
     [
         (0.08, 1.0, ""), (4.9, 1.0, ""), (8.0, 0.01, "x is 8 units long, taken for cm: 0.08 m"),
         (80.0, 0.001, "x is 80 units long, taken for mm: 0.08 m"), (20.0, 0.01, "taken for cm: 0.2 m"),
         (1600.0, 0.001, "taken for mm: 1.6 m"), (0.001, 1.0, "x is 0.001 m long, taken as it is; if it is drawn in"),
     ],
 )  # fmt: skip
-def test_mesh_unit_gives_hand_size_and_is_reported(size, scale, words):
+def test_mesh_unit_gives_hand_size_and_is_reported(size, scale, text):
     result, note = guessed(ball(size), "x")
-    assert result == scale and words in note and bool(words) == bool(note)
+    assert result == scale and text in note and bool(text) == bool(note)
 
 
 def test_folder_is_matched_by_name_and_reported(tmp_path):

@@ -23,7 +23,7 @@ def test_a_track_holds_read_only_copies_of_what_was_given():
             array[0] = 0
 
 
-@pytest.mark.parametrize(("stamps", "words"), [([5, 3], "does not come after"), ([5, 2**63], "beyond")])
-def test_falling_or_overflowing_unsigned_stamps_are_refused(stamps, words):
-    with pytest.raises(SessionError, match=words):
+@pytest.mark.parametrize(("stamps", "text"), [([5, 3], "does not come after"), ([5, 2**63], "beyond")])
+def test_falling_or_overflowing_unsigned_stamps_are_refused(stamps, text):
+    with pytest.raises(SessionError, match=text):
         checked_stamps(np.array(stamps, dtype=np.uint64), "it")

@@ -196,10 +196,12 @@ def tube(open_at_top, segments=12):
     return TriangleMesh(points, np.concatenate([wall, floor] if open_at_top else [wall, floor, lid]))
 
 
-@pytest.mark.parametrize("turn", [np.eye(3), random_rotations(np.random.default_rng(1))], ids=["upright", "turned"])
-def test_inside_of_a_single_walled_cup_is_undecided(turn):
+@pytest.mark.parametrize("rotation", [np.eye(3), random_rotations(np.random.default_rng(1))], ids=["upright", "turned"])
+def test_inside_of_a_single_walled_cup_is_undecided(rotation):
     positions = np.array([[0, 0, 0.05], [0, 0, 0.09], [0, 0, 0.1], [0, 0, 0.12], [0.12, 0, 0.05], [0.09, 0.09, 0.05]])
-    motion = Motion(np.arange(6), np.stack([0 * positions, positions @ turn.T], axis=1), np.tile(turn, (6, 2, 1, 1)))
+    motion = Motion(
+        np.arange(6), np.stack([0 * positions, positions @ rotation.T], axis=1), np.tile(rotation, (6, 2, 1, 1))
+    )
     answer = {}
     for filled in (True, False):
         bodies = [Body("cup", tube(not filled)), Body("bead", ball_mesh(0.004))]

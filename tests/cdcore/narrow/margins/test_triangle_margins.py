@@ -118,13 +118,13 @@ def freed(first, second, step, rotation=None, shift=(0, 0, 0)):
     return can_be_separated(a, b, *shells, meeting, step)
 
 
-@pytest.mark.parametrize("share", [0.5, 0.9, 0.999, 1.0, 1.001, 1.1, 2.0])
+@pytest.mark.parametrize("fraction", [0.5, 0.9, 0.999, 1.0, 1.001, 1.1, 2.0])
 @pytest.mark.parametrize("seed", range(3))
-def test_flush_cubes_separate_by_exactly_their_depth(seed, share):
+def test_flush_cubes_separate_by_exactly_their_depth(seed, fraction):
     rotation = random_rotations(np.random.default_rng(seed), 1)[0] if seed else None
     shift = np.roll([1 - 2.0**-10, 0, 0], seed)
-    if share != 1.0 or rotation is None:  # turned places round by more than nothing
-        assert freed(box_mesh(), box_mesh(), share * 2.0**-10, rotation, shift) == (share >= 1.0)
+    if fraction != 1.0 or rotation is None:  # turned places round by more than nothing
+        assert freed(box_mesh(), box_mesh(), fraction * 2.0**-10, rotation, shift) == (fraction >= 1.0)
 
 
 @pytest.mark.parametrize(("step", "free"), [(0.99e-3, False), (1.01e-3, True)])

@@ -115,7 +115,7 @@ SMALL_FACE = np.array([[0.0, 0, 0], [0.01, 0, 0], [0, 0.01, 0]])
 
 
 @pytest.mark.parametrize(
-    ("kind", "places", "first_child"),
+    ("kind", "positions", "first_child"),
     [
         # in the middle of the longest side, at the median face, and in the middle where no cut separates the faces
         ("solid-style", [0.0, 0.1, 0.2, 0.3, 10.0], [0, 1, 2, 3]),
@@ -125,7 +125,7 @@ SMALL_FACE = np.array([[0.0, 0, 0], [0.01, 0, 0], [0, 0.01, 0]])
         ("rapid-style", [0.0, 0.1, 0.2, 0.3, 10.0], [0, 1, 2, 3]),
     ],
 )
-def test_a_node_is_cut_where_its_row_says(kind, places, first_child):
-    faces = SMALL_FACE + np.array(places)[:, None, None] * np.array([1.0, 0, 0])
+def test_a_node_is_cut_where_its_row_says(kind, positions, first_child):
+    faces = SMALL_FACE + np.array(positions)[:, None, None] * np.array([1.0, 0, 0])
     tree, _ = tree_of(faces, kind)
     assert sorted(tree.number[faces_below(tree, tree.child[0])]) == first_child

@@ -36,11 +36,11 @@ def test_non_finite_coordinates_are_refused_by_pair(bad):
 
 
 @pytest.mark.parametrize(
-    ("given", "words"),
+    ("given", "text"),
     [*((np.zeros(shape), "shape") for shape in ((2, 3, 3), (4, 6, 3), (1, 2, 3, 2))), ([["a", "b"]], "numbers")],
 )
-def test_what_is_no_triangle_is_refused(given, words):
-    with pytest.raises(InvalidTrianglesError, match=words):
+def test_what_is_no_triangle_is_refused(given, text):
+    with pytest.raises(InvalidTrianglesError, match=text):
         triangles_intersect(given)
 
 
@@ -71,10 +71,10 @@ def pair_intersects_exact(p, w):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("high", [2, 3, 4])
-def test_exact_decision_equals_integers_on_a_lattice(high):
-    rng, w = np.random.default_rng(high), new_digits()
-    pairs = rng.integers(0, high, (1_000, 6, 3)).astype(float)
+@pytest.mark.parametrize("upper", [2, 3, 4])
+def test_exact_decision_equals_integers_on_a_lattice(upper):
+    rng, w = np.random.default_rng(upper), new_digits()
+    pairs = rng.integers(0, upper, (1_000, 6, 3)).astype(float)
     for pair in pairs:
         assert pair_intersects_exact(pair, w) == pair_intersects_integers(pair.reshape(2, 3, 3).tolist())
 

@@ -6,9 +6,9 @@ import pytest
 from replay.show import camera
 
 
-@pytest.mark.parametrize("turn", np.linspace(0.0, 6.0, 7))
-def test_gap_is_viewed_sideways_from_the_users_side(turn):
-    along, user = np.array([np.cos(turn), 0.0, np.sin(turn)]), np.array([0.0, 0.0, 1.0])
+@pytest.mark.parametrize("rotation", np.linspace(0.0, 6.0, 7))
+def test_gap_is_viewed_sideways_from_the_users_side(rotation):
+    along, user = np.array([np.cos(rotation), 0.0, np.sin(rotation)]), np.array([0.0, 0.0, 1.0])
     away = camera.across(0.02 * along, user)
     assert np.linalg.norm(away) == pytest.approx(1.0) and away[1] > 0.3
     assert abs(away @ along) < 0.8 and away @ user > -0.3

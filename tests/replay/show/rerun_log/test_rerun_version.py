@@ -15,14 +15,14 @@ from sessions import write_session
 PROJECT = tomllib.loads((Path(__file__).resolve().parents[4] / "pyproject.toml").read_text("utf-8"))["project"]
 
 
-@pytest.mark.parametrize("there", ["0.22.1", "0.42.0", None])
-def test_other_rerun_version_is_named_first_and_only_for_pictures(there, tmp_path, monkeypatch, capsys):
+@pytest.mark.parametrize("present", ["0.22.1", "0.42.0", None])
+def test_other_rerun_version_is_named_first_and_only_for_pictures(present, tmp_path, monkeypatch, capsys):
     real = importlib.metadata.version
 
     def version(name):
-        if name == "rerun-sdk" and there is None:
+        if name == "rerun-sdk" and present is None:
             raise importlib.metadata.PackageNotFoundError(name)
-        return there if name == "rerun-sdk" else real(name)
+        return present if name == "rerun-sdk" else real(name)
 
     for name in [name for name in sys.modules if name.startswith("replay.show.rerun_log")]:
         monkeypatch.delitem(sys.modules, name)
@@ -31,7 +31,7 @@ def test_other_rerun_version_is_named_first_and_only_for_pictures(there, tmp_pat
     text = ["run", str(tmp_path / "s.mcap"), "--detectors", "hybrid", "-o", str(tmp_path / "run")]
     assert main(text) == 1
     output = capsys.readouterr().err
-    named = f"rerun-sdk {there} is installed" if there else "rerun-sdk is not installed"
+    named = f"rerun-sdk {present} is installed" if present else "rerun-sdk is not installed"
     assert named in output and f"pictures need {RERUN}" in output and "--no-picture" in output
     assert not (tmp_path / "run").exists()
     assert main([*text, "--no-picture"]) == 0

@@ -175,13 +175,13 @@ def seen(read, entity, over_time, ns):
 
 
 @pytest.mark.sampled(2)
-@pytest.mark.parametrize("share", [0.0, 0.31, 1.0, None])
+@pytest.mark.parametrize("fraction", [0.0, 0.31, 1.0, None])
 @pytest.mark.parametrize("name", [*PICTURES, *(pytest.param(scene, marks=pytest.mark.slow) for scene in SCENES)])
-def test_no_view_is_empty_or_names_unrecorded_paths(name, share, taps, drawn):
+def test_no_view_is_empty_or_names_unrecorded_paths(name, fraction, taps, drawn):
     read = drawn((PICTURES | SCENES)[name](taps))
     bookmarks, pieces = read_bookmarks(read.path), layout_of(read.path)
     opens = sum(bookmark.session_ns for bookmark in bookmarks if bookmark.leads)
-    ns = opens if share is None else int(share * max((bookmark.session_ns for bookmark in bookmarks), default=0))
+    ns = opens if fraction is None else int(fraction * max((bookmark.session_ns for bookmark in bookmarks), default=0))
     for path, view in pieces.items():
         if "ViewBlueprint:display_name" in view:
             (origin,) = view["ViewBlueprint:space_origin"]

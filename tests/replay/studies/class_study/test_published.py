@@ -34,10 +34,10 @@ FOUND = {
 }
 
 
-@pytest.mark.parametrize("found", FOUND)
-def test_printed_tables_contradictions_are_explained(remarks, found):
-    reported = " ".join(item.message for item in remarks if (item.kind, item.row) == found)
-    assert all(text in reported for text in FOUND[found])
+@pytest.mark.parametrize("expected", FOUND)
+def test_printed_tables_contradictions_are_explained(remarks, expected):
+    reported = " ".join(item.message for item in remarks if (item.kind, item.row) == expected)
+    assert all(text in reported for text in FOUND[expected])
     others = {(item.kind, item.row) for item in remarks} - FOUND.keys()
     assert all(kind == AGREES and " on " in row for kind, row in others) and len(others) == 7
 

@@ -11,10 +11,10 @@ def test_ratio_is_sum_over_sum_of_students_with_a_base():
     assert 0.0 <= result.low < 0.4 < result.high <= 1.0
 
 
-@pytest.mark.parametrize("share", [0, 1])
-def test_all_or_nothing_has_an_interval_too(share):
-    result = Resampling(12).ratio(np.full(12, 3.0 * share), np.full(12, 3.0))
-    assert (result.low, result.high) == wilson(12 * share, 12) and result.low < result.high
+@pytest.mark.parametrize("fraction", [0, 1])
+def test_all_or_nothing_has_an_interval_too(fraction):
+    result = Resampling(12).ratio(np.full(12, 3.0 * fraction), np.full(12, 3.0))
+    assert (result.low, result.high) == wilson(12 * fraction, 12) and result.low < result.high
 
 
 @pytest.mark.slow

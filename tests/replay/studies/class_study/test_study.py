@@ -154,13 +154,13 @@ def test_below_ten_students_no_p_and_four_are_refused(count):
     assert headlines(result) == ["No association was tested"]
 
 
-@pytest.mark.parametrize(("question", "words"), [
+@pytest.mark.parametrize(("question", "text"), [
     (("motivation", "arm"), r"'arm'.*without a regression"),
     (("motivation", "contact_per_min"), "did you mean 'contacts_per_min'"),
 ])  # fmt: skip
-def test_unknown_name_in_a_codebook_is_answered(question, words):
+def test_unknown_name_in_a_codebook_is_answered(question, text):
     answers, contacts = a_class(40)
-    with pytest.raises(StudyError, match=words):
+    with pytest.raises(StudyError, match=text):
         analyse(codebook((question,), groups=("arm", NAMES)), questionnaire(answers, HALVES), metrics(contacts))
 
 

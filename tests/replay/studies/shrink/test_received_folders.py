@@ -62,9 +62,9 @@ def test_folder_settings_never_become_lines_of_the_written_test(folder, key, mon
     assert not (folder.parent / "ran").exists()
 
 
-@pytest.mark.parametrize(("part", "key", "value"), [("window", "end", 0), ("session", "frames", 11)])
-def test_folder_with_frames_unlike_its_recording_is_refused(folder, part, key, value, capsys):
-    tamper(folder, part, **{key: value})
+@pytest.mark.parametrize(("piece", "key", "value"), [("window", "end", 0), ("session", "frames", 11)])
+def test_folder_with_frames_unlike_its_recording_is_refused(folder, piece, key, value, capsys):
+    tamper(folder, piece, **{key: value})
     assert main(["shrink", "run", "--miss", "1", "-o", "case"]) == 1
     assert "other frames or bodies than its recording" in " ".join(capsys.readouterr().err.split())
 
