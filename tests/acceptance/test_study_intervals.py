@@ -14,7 +14,7 @@ pytestmark = pytest.mark.slow
 
 CLASSES = 200
 STUDENTS = 52
-LOW, HIGH = 0.91, 0.98
+LOWER, UPPER = 0.91, 0.98
 
 
 def regression(random, betas, between):
@@ -45,7 +45,7 @@ def test_intervals_hold_the_truth(model, monkeypatch):
     for truth, figures in zip(truths, zip(*result, strict=True), strict=True):
         fraction = np.mean([figure.low <= truth <= figure.high for figure in figures])
         print(f"truth {truth:g} inside {fraction:.1%} of {CLASSES} intervals")
-        assert LOW <= fraction <= HIGH
+        assert LOWER <= fraction <= UPPER
 
 
 def test_meaningless_answers_give_findings_in_five_percent_of_classes(monkeypatch):

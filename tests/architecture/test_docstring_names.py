@@ -53,7 +53,7 @@ def docstring_nodes(tree):
             yield node.value
 
 
-def words_of_code(tree):
+def text_of_code(tree):
     """Every identifier and every word of a string of a module, docstrings left out."""
     docstrings = {id(node) for node in docstring_nodes(tree)}
     for node in ast.walk(tree):
@@ -72,7 +72,7 @@ def known_words():
         for path in (ROOT / package).rglob("*"):
             text |= {path.stem, path.name}
             if path.suffix == ".py":
-                text.update(words_of_code(ast.parse(path.read_text("utf-8"))))
+                text.update(text_of_code(ast.parse(path.read_text("utf-8"))))
             elif path.suffix in DATA_FILES and path.is_file() and FOLDER not in path.parents:
                 text.update(IDENTIFIER.findall(path.read_text("utf-8")))
     text.update(IDENTIFIER.findall((ROOT / "pyproject.toml").read_text("utf-8")))

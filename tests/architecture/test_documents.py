@@ -37,7 +37,7 @@ def blocks(text, language):
     return [body for name, body in BLOCK.findall(text) if name == language]
 
 
-def shown_files(text):
+def displayed_files(text):
     """File name -> text, of the blocks that are files: named in their first line or by the sentence before them."""
     files = {}
     for result in BLOCK.finditer(text):
@@ -65,7 +65,7 @@ def commands(block):
 
 def lay_out(name, folder):
     """The files that a page shows, and those that the program brings which the page is about."""
-    for file, text in shown_files(DOCUMENTS[name]).items():
+    for file, text in displayed_files(DOCUMENTS[name]).items():
         (folder / file).write_text(text, "utf-8")
     if name == "guide/your-recording":
         rows = [
@@ -125,7 +125,7 @@ def pages():
 def test_the_blocks_of_a_page_run_from_top_to_bottom(name, tmp_path, monkeypatch, capsys, sessions_made):
     monkeypatch.chdir(tmp_path)
     lay_out(name, tmp_path)
-    files, names = shown_files(DOCUMENTS[name]).values(), {"__name__": "guide"}
+    files, names = displayed_files(DOCUMENTS[name]).values(), {"__name__": "guide"}
     for language, body in BLOCK.findall(DOCUMENTS[name]):
         if language == "bash":
             for arguments, promised in commands(body):
@@ -151,7 +151,7 @@ def test_every_toml_and_yaml_block_is_readable(tmp_path):
     readers |= {"[gates]": settings_of}
     read = []
     for text in DOCUMENTS.values():
-        for file, body in shown_files(text).items():
+        for file, body in displayed_files(text).items():
             path = tmp_path / file
             path.write_text(body, "utf-8")
             if path.suffix == ".yaml":
@@ -164,7 +164,7 @@ def test_every_toml_and_yaml_block_is_readable(tmp_path):
                 assert next(reader for key, reader in readers.items() if key in body)(path)
             read.append(path.suffix)
         assert len(blocks(text, "toml") + blocks(text, "yaml")) == sum(
-            file.endswith((".toml", ".yaml", ".yml")) for file in shown_files(text)
+            file.endswith((".toml", ".yaml", ".yml")) for file in displayed_files(text)
         )
     assert {".toml", ".yaml", ".yml", ".csv", ".py"} == set(read)
 

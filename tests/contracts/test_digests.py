@@ -10,7 +10,7 @@ from support.digests import FILE, QUICK, REAL, SLOW, VARIANTS, asked_in, digests
 from support.optional import needs_data
 
 KNOWN = json.loads(FILE.read_text())
-PARTS = ("verdicts", "faces", "counters")
+PIECES = ("verdicts", "faces", "counters")
 
 
 def changes(group):
@@ -18,7 +18,7 @@ def changes(group):
     result = {}
     for variant in asked_in(group):
         known, now = KNOWN[group][variant_name(*variant)].split(), digests(group, *variant).split()
-        pieces = [piece for piece, before, after in zip(PARTS, known, now, strict=True) if before != after]
+        pieces = [piece for piece, before, after in zip(PIECES, known, now, strict=True) if before != after]
         if pieces:
             result[variant_name(*variant)] = pieces
     return result

@@ -43,7 +43,7 @@ def answer(name, **settings):
     return detector.detect(unturned(positions))
 
 
-def assert_one_sentence(said, setting):
+def assert_item_sentence(said, setting):
     assert said.startswith(f"{setting}=")
     assert "give " in said and "\n" not in said and len(said) < 300
 
@@ -52,11 +52,11 @@ def test_invalid_setting_is_refused_in_a_sentence(name):
     for setting in settings_of(name):
         default = getattr(load_detector(name).Settings(), setting)
         for value in (value for value in NEVER if value != default):
-            assert_one_sentence(answer(name, **{setting: value}), setting)
+            assert_item_sentence(answer(name, **{setting: value}), setting)
         for value in SOMETIMES:
             output = answer(name, **{setting: value})
             if isinstance(output, str):
-                assert_one_sentence(output, setting)
+                assert_item_sentence(output, setting)
             else:
                 assert output is None or isinstance(output, Detection)
 
@@ -65,7 +65,7 @@ def test_a_flag_is_no_number_and_a_number_no_flag(name):
     settings = load_detector(name).Settings()
     for item in fields(settings):
         wrong = 1 if isinstance(getattr(settings, item.name), bool) else True
-        assert_one_sentence(answer(name, **{item.name: wrong}), item.name)
+        assert_item_sentence(answer(name, **{item.name: wrong}), item.name)
 
 
 @pytest.mark.parametrize(

@@ -139,7 +139,7 @@ def test_a_browser_runs_no_script_of_a_recording(name, tmp_path):
 # --- Terminals ---
 
 COMMANDS = "$\\frac{$\x1b[2J\x1b]0;owned\x07\x9b31m\u202e\x1b[38;5;201m[/red][bold]\rx\ny\x00"
-OURS = re.compile(r"\x1b\[(?:[0-9;]*m|\?25[lh]|[0-9]*[AK])|\r")
+OWN = re.compile(r"\x1b\[(?:[0-9;]*m|\?25[lh]|[0-9]*[AK])|\r")
 """What we send ourselves: colours, the cursor of a bar, ends of lines."""
 
 
@@ -184,7 +184,7 @@ def places(tmp_path_factory):
     return place, files
 
 
-LOOK = ("--no-picture", "--detectors", "slow=discrete[rate_hz=20]")
+QUERY = ("--no-picture", "--detectors", "slow=discrete[rate_hz=20]")
 CALLS = {
     "info": lambda f, d: ("info", "-v", f["mcap"]),
     "info of a torn file": lambda f, d: ("info", f["torn"]),
@@ -195,7 +195,7 @@ CALLS = {
     "scene check": lambda f, d: ("scene", "check", f["toml"]),
     "import": lambda f, d: ("import", "csv", f["csv"], "--convention", "unity", "-o", d / "i\x1b[2J.mcap"),
     "import with a mesh that is none": lambda f, d: ("import", "csv", f["csv"], "-o", "j", "--mesh", f"x={f['obj']}"),
-    "run": lambda f, d: ("run", "-v", f["mcap"], "-o", d / "run\x1b[2J", *LOOK),
+    "run": lambda f, d: ("run", "-v", f["mcap"], "-o", d / "run\x1b[2J", *QUERY),
     "run again": lambda f, d: ("run", f["mcap"], "-o", d / "two\x1b[2J", "--no-picture", "--detectors", "sphere"),
     "view": lambda f, d: ("view", d / "run\x1b[2J", "--miss", "99"),
     "diff": lambda f, d: ("diff", d / "run\x1b[2J", d / "two\x1b[2J"),
@@ -203,7 +203,7 @@ CALLS = {
     "share": lambda f, d: ("share", d / "run\x1b[2J", "--anyway", "-o", d / "shared\x1b[2J"),
     "share without consent": lambda f, d: ("share", d / "run\x1b[2J", "-o", d / "sent\x1b[2J"),
     "mesh": lambda f, d: ("mesh", "repair", f["obj"], "-o", d / "m\x1b[2J.glb"),
-    "tradeoff": lambda f, d: ("tradeoff", f["mcap"], "--time-limit", "0.2", "-o", d / "t\x1b[2J", *LOOK),
+    "tradeoff": lambda f, d: ("tradeoff", f["mcap"], "--time-limit", "0.2", "-o", d / "t\x1b[2J", *QUERY),
     "engine": lambda f, d: ("tradeoff", f["mcap"], "--engine", "mujoco", "--no-picture"),
     "fix": lambda f, d: ("fix", f["mcap"], "--engine", "godot", "-o", d / "f\x1b[2J"),
     "runs": lambda f, d: ("run", f["mcap"], d / "less\x1b[2J.mcap", "-o", d / "class\x1b[2J", "--no-picture"),
@@ -243,7 +243,7 @@ def test_no_verb_sends_a_terminal_what_a_recording_says(places, monkeypatch):
         output = b"".join(pieces).decode("utf-8")
         assert (code == 0) == (name in WORKS), (name, code, output)
         assert "201m" not in output.replace("\\x1b[38;5;201m", ""), name
-        left = OURS.sub("", output)
+        left = OWN.sub("", output)
         assert left.strip() and all(item.isprintable() or item == "\n" for item in left), (name, ascii(output[-2000:]))
         assert "should not have happened" not in left, (name, output)
         assert "\ny" not in left, (name, output)

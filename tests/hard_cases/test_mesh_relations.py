@@ -26,7 +26,7 @@ def body(name, triangles):
     return Body(name, TriangleMesh(triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3)))
 
 
-def asked(bodies, motion, pairs=None):
+def requested(bodies, motion, pairs=None):
     return create_detector("exact", bodies, pairs=pairs, containment=False).detect(motion, faces=True)
 
 
@@ -54,7 +54,7 @@ def test_renumbering_vertices_or_reversing_faces_changes_nothing(kind, corners):
         number = np.argsort(order)
         return TriangleMesh(mesh.vertices[order], number[mesh.faces][:, corners])
 
-    before, after = asked(bodies, motion), asked(remade(bodies, change), motion)
+    before, after = requested(bodies, motion), requested(remade(bodies, change), motion)
     assert (before.digest, before.faces_digest) == (after.digest, after.faces_digest)
     assert (before.verdict == Verdict.CONTACT).any()
 
@@ -67,7 +67,7 @@ def test_permuting_faces_permutes_the_face_pairs(kind):
         Body(item.name, TriangleMesh(item.mesh.vertices, item.mesh.faces[order]))
         for item, order in zip(bodies, orders, strict=True)
     ]
-    before, after = asked(bodies, motion, [(0, 1)]), asked(changed, motion, [(0, 1)])
+    before, after = requested(bodies, motion, [(0, 1)]), requested(changed, motion, [(0, 1)])
     assert before.digest == after.digest
     numbers = [np.argsort(order) for order in orders]
     same_faces(before, after, lambda faces: np.stack([numbers[0][faces[:, 0]], numbers[1][faces[:, 1]]], axis=1))
@@ -86,7 +86,7 @@ def test_splitting_faces_at_dyadic_midpoints_keeps_the_verdicts(kind):
         pieces = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
         return body(one.name, np.concatenate([np.stack(piece, axis=1) for piece in pieces]))
 
-    before, after = asked(bodies, exact), asked([four(one) for one in bodies], exact)
+    before, after = requested(bodies, exact), requested([four(one) for one in bodies], exact)
     assert np.array_equal(before.verdict, after.verdict)
     assert 0 < (before.verdict == Verdict.CONTACT).mean() <= 1
 
@@ -94,8 +94,8 @@ def test_splitting_faces_at_dyadic_midpoints_keeps_the_verdicts(kind):
 @by_kind
 def test_union_of_two_query_sets_has_the_answers_of_both(kind):
     bodies, motion = scene(kind)
-    both = asked(bodies, motion, [(0, 1), (1, 2)])
-    pieces = [asked(bodies, motion, [pair]) for pair in ((0, 1), (1, 2))]
+    both = requested(bodies, motion, [(0, 1), (1, 2)])
+    pieces = [requested(bodies, motion, [pair]) for pair in ((0, 1), (1, 2))]
     assert np.array_equal(both.verdict, np.concatenate([piece.verdict for piece in pieces], axis=1))
     for column, piece in enumerate(pieces):
         assert np.array_equal(both.face_counts[:, column], piece.face_counts[:, 0])
@@ -106,10 +106,10 @@ def test_union_of_two_query_sets_has_the_answers_of_both(kind):
 def test_signed_axis_rotations_and_shifts_keep_every_face_pair(kind, relation):
     bodies, motion = scene(kind)
     rotation, move = np.tile(np.eye(3), (FRAMES, 3, 1, 1)), motion.translations
-    before = asked(bodies, Motion(motion.times, move, rotation))
+    before = requested(bodies, Motion(motion.times, move, rotation))
     if relation == "axes":
         quarter = np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]])
-        after = asked(bodies, Motion(motion.times, move @ quarter.T, quarter @ rotation))
+        after = requested(bodies, Motion(motion.times, move @ quarter.T, quarter @ rotation))
     else:
-        after = asked(bodies, Motion(motion.times, move + np.array([8.0, -16.0, 24.0]), rotation))
+        after = requested(bodies, Motion(motion.times, move + np.array([8.0, -16.0, 24.0]), rotation))
     assert before.faces_digest == after.faces_digest

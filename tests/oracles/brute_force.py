@@ -14,7 +14,7 @@ def placed(triangles, turn, place):
     return np.stack([((turn[i, 0] * x + turn[i, 1] * y) + turn[i, 2] * z) + place[i] for i in range(3)], axis=-1)
 
 
-def far_apart(pairs):
+def far_separate(pairs):
     """Of triangle pairs (n, 2, 3, 3) those with a gap along an axis that rounding could not close, (n,)."""
     with np.errstate(all="ignore"):
         size = np.abs(pairs).max(axis=(1, 2, 3))
@@ -36,5 +36,5 @@ def meeting_faces(first, second):
     near = (first.min(axis=1)[:, None] <= second.max(axis=1)) & (second.min(axis=1) <= first.max(axis=1)[:, None])
     rows = np.argwhere(near.all(axis=2))
     pairs = np.stack([first[rows[:, 0]], second[rows[:, 1]]], axis=1)
-    left = np.flatnonzero(~far_apart(pairs))
+    left = np.flatnonzero(~far_separate(pairs))
     return rows[[k for k in left.tolist() if meets_by_axes(pairs[k])]].reshape(-1, 2)

@@ -128,7 +128,7 @@ def meet_exactly(pairs):
 # ---- Certain: floats with a bound
 
 
-def certainly_apart(pairs):
+def certainly_separate(pairs):
     """Pairs that some direction separates by more than rounding; directions may be rounded, sums have a bound."""
     first, second = ([corner.T for corner in side] for side in pairs.transpose(1, 2, 0, 3))
     middle = first[0]
@@ -176,7 +176,7 @@ def meet(pairs):
     near_item = np.ldexp(pairs, -exponent)
     whole = (np.ldexp(near_item, exponent) == pairs).all(axis=(1, 2, 3))
     answer = whole & certainly_pierced(near_item)
-    undecided = ~answer & ~(whole & certainly_apart(near_item))
+    undecided = ~answer & ~(whole & certainly_separate(near_item))
     answer[undecided] = meet_exactly(pairs[undecided])
     return answer, int(undecided.sum())
 

@@ -30,7 +30,7 @@ from sessions.errors import SessionError
 from sessions.model.scene import Scene, SceneBody
 
 TABLE = tomllib.loads(Path(__file__).with_name("bad_input.toml").read_text(encoding="utf-8"))["refused"]
-APART = {"a": range(11), "b": [50] * 11}
+SEPARATE = {"a": range(11), "b": [50] * 11}
 CIRCLE = Scene(bodies=(SceneBody("a", parent="b"), SceneBody("b", parent="a")))
 CALLS = {
     "detector": lambda given: parse_detector(tuple(given) if isinstance(given, list) else given),
@@ -40,7 +40,7 @@ CALLS = {
     "tolerance": lambda tau: Tolerance(None, None, tau),
     "noise": lambda words: parse_noise([words]),
     "noisy copies": lambda count: parse_noise(["vive"], count),
-    "run": lambda asked: compute(cubes(APART), **{"detectors": "hybrid", **asked}),
+    "run": lambda asked: compute(cubes(SEPARATE), **{"detectors": "hybrid", **asked}),
     "pair": lambda pair: chosen_pairs(Scene(), ("hand",), {}, [pair]),
     "parents": lambda tracked: Kinematics(CIRCLE, tuple(tracked), ("a",)),
     "policy": lambda word: parse_policy([word]),

@@ -11,7 +11,7 @@ from replay.errors import AuditError
 from replay.prepare.assemble import RESIDUAL_FACT
 from sessions import import_session, read_session, write_session
 
-PLACES = {"a": [0] * 14, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3, 3, 3]}
+POSITIONS = {"a": [0] * 14, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3, 3, 3]}
 CSV = "time,a,b,what\n100.04,a,b,begin\n100.05,a,b,end\n100.08,b,a,begin\n100.11,b,a,end\n100.2,a,Floor,begin\n"
 
 
@@ -23,7 +23,7 @@ def csv(tmp_path):
 
 
 def test_another_clock_is_fitted_and_the_reports_become_a_detector(csv, tmp_path):
-    session, fit = import_contacts(csv, cubes(PLACES))
+    session, fit = import_contacts(csv, cubes(POSITIONS))
     assert fit.seconds == pytest.approx(-100.0) and fit.residual == pytest.approx(0.0, abs=1e-9)
     assert (fit.matched, fit.of) == (4, 5)
     assert float(session.facts[OFFSET_FACT]) == pytest.approx(-100.0)
@@ -35,7 +35,7 @@ def test_another_clock_is_fitted_and_the_reports_become_a_detector(csv, tmp_path
 
 
 def test_a_given_offset_is_taken_as_it_is(csv):
-    session, fit = import_contacts(csv, cubes(PLACES), offset=-99.99)
+    session, fit = import_contacts(csv, cubes(POSITIONS), offset=-99.99)
     assert fit.seconds == -99.99 and fit.residual == pytest.approx(0.01)
     assert float(session.facts[RESIDUAL_FACT]) == pytest.approx(0.01)
     assert session.live_contacts[0].time_ns == 50_000_000
@@ -50,14 +50,14 @@ def test_contacts_beyond_session_bounds_fit_no_begin_or_end(tmp_path):
 
 
 def test_without_a_partner_the_residual_is_unknown(csv):
-    session, fit = import_contacts(csv, cubes(PLACES), offset=50.0)
+    session, fit = import_contacts(csv, cubes(POSITIONS), offset=50.0)
     assert (fit.residual, session.facts[RESIDUAL_FACT]) == (None, "unknown")
 
 
 def test_a_file_about_other_bodies_is_refused(tmp_path):
     (tmp_path / "x.csv").write_text("0,x,y,begin\n")
     with pytest.raises(AuditError, match="names no body of the session, which has: a, b"):
-        import_contacts(tmp_path / "x.csv", cubes(PLACES))
+        import_contacts(tmp_path / "x.csv", cubes(POSITIONS))
 
 
 TAPS = 40

@@ -17,13 +17,13 @@ from replay.cli.main import main
 from replay.show.rerun_log import web_viewer
 from sessions import write_session
 
-PLACES = {"a": [0] * 24, "b": [*[3] * 6, 0.9, *[3] * 9, 0.9, *[3] * 7], "c": [9] * 24}
+POSITIONS = {"a": [0] * 24, "b": [*[3] * 6, 0.9, *[3] * 9, 0.9, *[3] * 7], "c": [9] * 24}
 DETECTORS = "slow=discrete[rate_hz=20],late=discrete[rate_hz=12],hull=collider"
 GROWTH = 150 << 20
 FOLDERS = int(os.environ.get("FOLDER_MUTANTS", "160")) // 8
 """Changed folders of each of the eight slow tests."""
 HANGS_AFTER_SECONDS = 120
-FOREIGN_WORDS = re.compile(r"should not have happened|magic|\barrow|thrift|codec|lz4|\bCRC|\bIPC|protobuf|brotli", re.I)
+FOREIGN_TEXTS = re.compile(r"should not have happened|magic|\barrow|thrift|codec|lz4|\bCRC|\bIPC|protobuf|brotli", re.I)
 """Words of a fault of ours, or of a library about its own format."""
 
 
@@ -46,7 +46,7 @@ class Window:
 @pytest.fixture(scope="module")
 def good(tmp_path_factory):
     at = tmp_path_factory.mktemp("good")
-    write_session(cubes(PLACES, facts={"consent": "share", "pseudonym": "S01"}), at / "s.mcap")
+    write_session(cubes(POSITIONS, facts={"consent": "share", "pseudonym": "S01"}), at / "s.mcap")
     return replay.run(at / "s.mcap", detectors=DETECTORS, out=at / "run").out
 
 
@@ -77,14 +77,14 @@ def ask(good, at, number, capsys):
         code = main([str(word) for word in arguments])
         faulthandler.cancel_dump_traceback_later()
         output = capsys.readouterr()
-        if code not in (0, 1, 2) or FOREIGN_WORDS.search(output.err):
+        if code not in (0, 1, 2) or FOREIGN_TEXTS.search(output.err):
             faults.append(f"{number} ({what}): {arguments[0]} {arguments[1]} ends with {code}: {output.err.strip()}")
     shutil.rmtree(at)
     at.mkdir()
     return faults
 
 
-def asked(good, at, numbers, capsys):
+def requested(good, at, numbers, capsys):
     at.mkdir()
     first, *others = numbers
     faults, kept = ask(good, at, first, capsys), peak_bytes()
@@ -95,12 +95,12 @@ def asked(good, at, numbers, capsys):
 
 # 992: the column of detectors has another name, which the page of a class once added to a word.
 def test_changed_run_folder_ends_in_answer_or_sentence(good, no_window, tmp_path, capsys):
-    faults, growth = asked(good, tmp_path / "at", [*range(4), 992, *range(1004, 1007)], capsys)
+    faults, growth = requested(good, tmp_path / "at", [*range(4), 992, *range(1004, 1007)], capsys)
     assert faults == [] and "sent_along" not in sys.modules and growth < GROWTH
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("first", range(4, 2004, 250))
 def test_changed_run_folders_of_all_kinds_end_in_an_answer(good, no_window, tmp_path, capsys, first):
-    faults, growth = asked(good, tmp_path / "at", range(first, first + FOLDERS), capsys)
+    faults, growth = requested(good, tmp_path / "at", range(first, first + FOLDERS), capsys)
     assert faults == [] and "sent_along" not in sys.modules and growth < GROWTH

@@ -26,7 +26,7 @@ from sessions.synthetic.bench import Instruments, Placed
 from sessions.synthetic.scenes import make_scene_session
 
 TABLE = tomllib.loads((Path(__file__).parents[1] / "bench" / "loads.toml").read_text("utf-8"))
-PLACES, PROFILES, KEYS = TABLE["places"], TABLE["profiles"], TABLE["keys"]
+POSITIONS, PROFILES, KEYS = TABLE["places"], TABLE["profiles"], TABLE["keys"]
 PERIOD = 30.0
 STATION = ("cup", "rod", "ring", "tube", "bottle", "hand")
 """What follows the tray, again and again."""
@@ -67,7 +67,7 @@ def make_workload(faces, frames=5400, *, bodies=7, seed=0, distant=False):
         if kind in KEYS:
             follow(KEYS[kind], seconds, rng, poses[:, body])
         else:
-            poses[:, body, :3, 3] = PLACES[kind]
+            poses[:, body, :3, 3] = POSITIONS[kind]
         poses[:, body, 0, 3] += DISTANCE * body if distant else STATION_STEP * (max(0, body - 1) // len(STATION))
     pairs = [(i, j) for i in range(bodies) for j in range(i + 1, bodies) if {kinds[i], kinds[j]} & set(KEYS)]
     names = tuple(f"{kind}-{k}" for k, kind in enumerate(kinds))
@@ -77,7 +77,7 @@ def make_workload(faces, frames=5400, *, bodies=7, seed=0, distant=False):
 def follow(keys, seconds, rng, poses):
     """Write the poses along the keys, smooth in between, with tremor."""
     table = np.array([[time, *pose] for time, _, pose in keys])
-    table[:, 1:4] += [PLACES.get(near, (0.0, 0.0, 0.0)) for _, near, _ in keys]
+    table[:, 1:4] += [POSITIONS.get(near, (0.0, 0.0, 0.0)) for _, near, _ in keys]
     slack = np.array([SLACK[near == "air"] for _, near, _ in keys])
     table[:, 1:4] += rng.uniform(-1, 1, (len(table), 3)) * slack[:, None]
     table = np.vstack([table, [PERIOD, *table[0, 1:]]])

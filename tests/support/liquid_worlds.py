@@ -18,7 +18,7 @@ RADIUS, HEIGHT = 0.02, 0.06
 """Of the glass, which holds 75.4 mL."""
 
 
-LOW = 0.2
+LOWER = 0.2
 """The receiving glass stands this far below the pouring one."""
 
 
@@ -32,7 +32,7 @@ def glass(name, volume_ml=0.0, *, cavity=None, properties=None, **liquid) -> Sce
     return SceneBody(name, extra={"cavity": sizes | (cavity or {}), "properties": reported})
 
 
-def tilted(degrees, lip=(0.0, LOW, 0.0)):
+def tilted(degrees, lip=(0.0, LOWER, 0.0)):
     """Poses of a glass tilted towards +X about its lip, which stays where it is.
 
     A tilt by some 50 degrees in one frame is a jump to the doctor: what it pours counts from the frame after.

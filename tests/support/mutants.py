@@ -162,7 +162,7 @@ def mutant(good, out, number):
     shutil.copytree(good, out)
     changes = [summary, summary, summary, column, cells, cells, damage, removal]
     if number >= FIRST_WITH_PICTURES:
-        changes += [damage_what_is_shown, damage_what_is_shown]
+        changes += [damage_what_is_displayed, damage_what_is_displayed]
     return chance.choice(changes)(out, chance)
 
 
@@ -229,7 +229,7 @@ def damage(out, chance):
     return damage_bytes(chance.choice(sorted([*out.glob("*.json"), *out.glob("*.parquet")])), chance)
 
 
-def damage_what_is_shown(out, chance):
+def damage_what_is_displayed(out, chance):
     """The picture or the report is cut short, or some of its bytes are others."""
     return damage_bytes(chance.choice(sorted([*out.glob("*.rrd"), *out.glob("*.html")])), chance)
 

@@ -239,7 +239,7 @@ TOOL, PLATE = (joined(*(box(*corners) for corners in boxes)) for boxes in (TOOL_
 TOOL_YAW_DEG, ROOM_YAW_DEG = 40.0, 115.0
 
 
-def tool_places():
+def tool_positions():
     """Where the tool's foot is in the plate's axes, (n, 3): a touch, 4 cm above, a touch of the post."""
     progress = np.arange(FRAMES) / FRAMES
     height = np.interp(progress, [0, 0.15, 0.2, 0.35, 0.5, 0.6, 1], [0.1, -0.001, -0.001, 0.1, 0.04, 0.06, 0.06])
@@ -252,7 +252,7 @@ def poses():
     room = Rotation.from_euler("y", ROOM_YAW_DEG, degrees=True)
     rotation = Rotation.from_euler("y", TOOL_YAW_DEG, degrees=True)
     origin = np.array([0.2, 0.9, -0.1])
-    tool = room.apply(tool_places()) + origin
+    tool = room.apply(tool_positions()) + origin
     return (tool, [room * rotation] * FRAMES), (np.tile(origin, (FRAMES, 1)), [room] * FRAMES)
 
 
@@ -262,7 +262,7 @@ def true_contact():
     yaw = np.radians(TOOL_YAW_DEG)
     axes = [np.array([1.0, 0]), np.array([0, 1.0])]
     axes += [np.array([np.cos(yaw), -np.sin(yaw)]), np.array([np.sin(yaw), np.cos(yaw)])]  # of the turned tool, in x z
-    for frame, position in enumerate(tool_places()):
+    for frame, position in enumerate(tool_positions()):
         for lower, upper in TOOL_BOXES:
             corners = [[x, z] for x in (lower[0], upper[0]) for z in (lower[2], upper[2])]
             flat = np.array(corners) @ np.stack(axes[2:]) + position[[0, 2]]

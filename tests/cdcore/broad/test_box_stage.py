@@ -21,7 +21,7 @@ def requested(boxes, positions, rotations):
     return BoxStage(boxes, PAIR).may_meet(motion, np.arange(count), np.zeros(count, dtype=np.int64))
 
 
-def boxes_share_a_point(box_a, pose_a, box_b, pose_b):
+def boxes_touch_a_point(box_a, pose_a, box_b, pose_b):
     """Linear programme: s, t in the unit cubes with equal world points; independent of separating axes."""
     (ra, ta), (rb, tb) = pose_a, pose_b
     left = np.hstack([ra @ box_a.axes * box_a.half, -(rb @ box_b.axes) * box_b.half])
@@ -39,7 +39,7 @@ def test_the_fifteen_axes_agree_with_a_linear_programme():
     rotations, positions = random_rotations(rng, count, 2), rng.normal(size=(count, 2, 3)) * 0.8
     answers = requested(boxes, positions, rotations)
     expected = [
-        boxes_share_a_point(boxes[0], (rotations[k, 0], positions[k, 0]), boxes[1], (rotations[k, 1], positions[k, 1]))
+        boxes_touch_a_point(boxes[0], (rotations[k, 0], positions[k, 0]), boxes[1], (rotations[k, 1], positions[k, 1]))
         for k in range(count)
     ]
     assert 40 < sum(expected) < count - 40

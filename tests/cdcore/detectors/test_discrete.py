@@ -16,7 +16,7 @@ def along(xs, times):
     return unturned(positions, times)
 
 
-def asked_at(frames, times, rate, block=None):
+def requested_at(frames, times, rate, block=None):
     """Whether its answers are those of these frames, each held until the next; contact comes and goes at random."""
     meets = np.random.default_rng(3).random(len(times)) < 0.5
     detector = create_detector("discrete", BODIES, rate_hz=rate)
@@ -55,7 +55,7 @@ def test_faces_of_known_contacts_equal_the_whole_without_a_rate():
 def test_quarter_rate_samples_every_fourth_frame_despite_rounded_stamps():
     every = list(range(0, 5400, 4))
     for times in (np.arange(5400) / 90, np.round(np.arange(5400) / 90 * 1e9) / 1e9):
-        assert asked_at(every, times, 22.5)
+        assert requested_at(every, times, 22.5)
 
 
 def test_samples_are_first_frames_at_or_after_ticks():
@@ -67,8 +67,8 @@ def test_samples_are_first_frames_at_or_after_ticks():
         if np.floor(times[frame] * rate) > tick:
             expected.append(frame)
             tick = np.floor(times[frame] * rate)
-    assert asked_at(expected, times, rate)
-    assert asked_at(expected, times, rate, block=7)
+    assert requested_at(expected, times, rate)
+    assert requested_at(expected, times, rate, block=7)
 
 
 @pytest.mark.parametrize("name", ["discrete", "collider"])

@@ -17,7 +17,7 @@ ENGINES = [
     pytest.param(name, marks=pytest.mark.skipif(find_spec(module) is None, reason=f"{module} is an extra"))
     for name, module in ENGINE_MODULE.items()
 ]
-OURS = [row for row in ENGINES if row.values[0] != "mujoco"]
+OWN = [row for row in ENGINES if row.values[0] != "mujoco"]
 GAPS = np.array([-1, -0.1, 0.1, 1, 1.9, 2.1, 3.7, 4, 10, 10.8, 11, 15, 19.9, 20.1]) / 1000
 
 REACH = {
@@ -86,7 +86,7 @@ def test_random_hulls_err_within_the_documented_tolerance(name, settings, reach,
 
 @pytest.mark.slow
 @pytest.mark.parametrize("shape", ["hull", "mesh"])
-@pytest.mark.parametrize("name", OURS)
+@pytest.mark.parametrize("name", OWN)
 def test_earlier_queries_change_no_answer(name, shape):
     bodies, motion = lab(120)
     detector = create_detector(name, bodies, shape=shape)
@@ -98,7 +98,7 @@ def test_earlier_queries_change_no_answer(name, shape):
     assert np.array_equal(new.verdict[0], whole[frames[0]])
 
 
-@pytest.mark.parametrize("name", OURS)
+@pytest.mark.parametrize("name", OWN)
 def test_rod_in_a_beaker_touches_hull_not_mesh(name):
     bodies = [Body("beaker", beaker_mesh()), Body("rod", rod_mesh())]
     motion = still(bodies, [[0, 0, 0], [0, 0, 0.2]])
@@ -142,7 +142,7 @@ def test_rapier_tests_two_meshes():
     assert in_contact("rapier", bodies, motion, shape="mesh").tolist() == [False, True]
 
 
-@pytest.mark.parametrize("name", OURS)
+@pytest.mark.parametrize("name", OWN)
 def test_sheets_are_bodies_and_oversized_sheets_are_refused(name):
     sheet = TriangleMesh(box_mesh((0.3, 0.3, 1.0)).vertices * [1, 1, 0], box_mesh().faces)
     bodies = [Body("cube", box_mesh((0.1, 0.1, 0.1))), Body("sheet", sheet)]
@@ -152,7 +152,7 @@ def test_sheets_are_bodies_and_oversized_sheets_are_refused(name):
         create_detector(name, [Body("slab", TriangleMesh(box_mesh().vertices * 1e100, box_mesh().faces))])
 
 
-@pytest.mark.parametrize("name", OURS)
+@pytest.mark.parametrize("name", OWN)
 def test_meshes_far_from_their_origin_keep_precision(name):
     far = np.array([300.0, -200.0, 100.0])
     bodies, motion = cube_above_plate(GAPS)
@@ -162,7 +162,7 @@ def test_meshes_far_from_their_origin_keep_precision(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", OURS)
+@pytest.mark.parametrize("name", OWN)
 def test_an_engine_prints_nothing(name):
     code = (
         "from cdcore import Body, Motion, TriangleMesh, create_detector; import numpy as np;"
@@ -174,7 +174,7 @@ def test_an_engine_prints_nothing(name):
     assert done.stdout + done.stderr == ""
 
 
-@pytest.mark.parametrize("name", OURS)
+@pytest.mark.parametrize("name", OWN)
 def test_an_engine_prints_nothing_into_a_notebook(name, capsys):
     create_detector(name, [Body("a", box_mesh()), Body("b", box_mesh())])
     assert capsys.readouterr() == ("", "")

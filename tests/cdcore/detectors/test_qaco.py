@@ -66,13 +66,13 @@ def test_the_equations_as_printed_are_counted_as_broken():
 
 
 @cache
-def found(name, **settings):
+def detected(name, **settings):
     bodies, motion = lab(150)
     return create_detector(name, bodies, **settings).detect(motion, faces=True)
 
 
 def test_deciding_on_meshes_gives_the_verdicts_and_faces_of_hybrid():
-    mesh, hybrid = found("hybrid-qaco", decide="mesh"), found("hybrid")
+    mesh, hybrid = detected("hybrid-qaco", decide="mesh"), detected("hybrid")
     assert mesh.digest == hybrid.digest
     assert mesh.faces_digest == hybrid.faces_digest
     assert Verdict.CONTAINED in hybrid.verdict or (hybrid.verdict == Verdict.CONTACT).any()
@@ -81,7 +81,7 @@ def test_deciding_on_meshes_gives_the_verdicts_and_faces_of_hybrid():
 def test_explanation_says_whether_volumes_met():
     bodies, motion = lab(150)
     detector = create_detector("hybrid-qaco", bodies, decide="mesh")
-    contact = found("hybrid").verdict != Verdict.CLEAR
+    contact = detected("hybrid").verdict != Verdict.CLEAR
     pair = int(contact.any(axis=0).argmax())
     frame = int(contact[1:, pair].argmax()) + 1
     assert detector.explain(motion, frame, pair, np.zeros((0, 2), dtype=np.int64)).spheres_meet is True
@@ -91,13 +91,13 @@ def test_search_hits_need_no_mesh_query_without_faces():
     bodies, motion = lab(150)
     detector = create_detector("hybrid-qaco", bodies, decide="mesh")
     plain = detector.detect(motion)
-    assert plain.digest == found("hybrid").digest
+    assert plain.digest == detected("hybrid").digest
     assert plain.work["mesh_queries"] < detector.detect(motion, faces=True).work["mesh_queries"]
 
 
 def test_search_contacts_missed_by_meshes_keep_their_faces():
     bodies, motion = lab(150)
-    detector, search = create_detector("hybrid-qaco", bodies, decide="mesh"), found("hybrid-qaco")
+    detector, search = create_detector("hybrid-qaco", bodies, decide="mesh"), detected("hybrid-qaco")
     ask = detector._meshes.decide
 
     def none_on_early_pairs(*requested, faces):
@@ -109,12 +109,12 @@ def test_search_contacts_missed_by_meshes_keep_their_faces():
     detector._meshes.decide = none_on_early_pairs
     both = detector.detect(motion, faces=True)
     for frame, pair in np.argwhere(search.verdict == Verdict.CONTACT).tolist():
-        same = search if pair < 3 else found("hybrid")
+        same = search if pair < 3 else detected("hybrid")
         assert np.array_equal(both.faces(frame, pair), same.faces(frame, pair)), (frame, pair)
 
 
 def test_deciding_by_search_gives_no_false_contact():
-    search, exact = found("hybrid-qaco"), found("exact")
+    search, exact = detected("hybrid-qaco"), detected("exact")
     contact = search.verdict == Verdict.CONTACT
     assert (exact.verdict[contact] == Verdict.CONTACT).all()
     missed = (exact.verdict == Verdict.CONTACT) & ~contact
@@ -124,7 +124,7 @@ def test_deciding_by_search_gives_no_false_contact():
 
 
 def test_containment_is_refused_where_nothing_decides_it():
-    assert all(word.startswith("refused: a search") for word in found("hybrid-qaco").containment)
-    refused = found("hybrid-qaco", decide="mesh", containment=False).containment
+    assert all(word.startswith("refused: a search") for word in detected("hybrid-qaco").containment)
+    refused = detected("hybrid-qaco", decide="mesh", containment=False).containment
     assert set(refused) == {"refused: containment=False"}
-    assert found("hybrid-qaco", decide="mesh").containment == found("hybrid").containment
+    assert detected("hybrid-qaco", decide="mesh").containment == detected("hybrid").containment

@@ -9,10 +9,10 @@ from cdcore import Detection, Verdict, join
 from cdcore.protocol.reasons import NO_REASON
 
 U, X, N, C = Verdict.UNRESOLVED, Verdict.INVALID, Verdict.NO_POSE, Verdict.CLEAR
-WORDS = ("partly: inside undecided: cup has holes", "refused: not supported", "decided")
+TEXTS = ("partly: inside undecided: cup has holes", "refused: not supported", "decided")
 
 
-def detection(verdict, reasons=(), containment=WORDS, start=0):
+def detection(verdict, reasons=(), containment=TEXTS, start=0):
     verdict = np.array(verdict, dtype=np.uint8)
     times = start + np.arange(len(verdict), dtype=float)
     return Detection(

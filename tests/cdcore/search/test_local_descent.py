@@ -22,7 +22,7 @@ def walked(search, i, j):
     return end, float(state["closest"]), int(state["evaluations"]) - before
 
 
-def ways_beside_each_other(directions=150):
+def directions_beside_each_other(directions=150):
     """A torus a little above another, where no face meets and many balls overlap: a fresh search, and random starts."""
     search = search_of(torus_mesh(1.0, 0.3, 60, 24), torus_mesh(1.0, 0.3, 60, 24), variant="local")
     search.look((I3, np.array([0.02, 0.01, 0.62])), HERE, 0.0, budget=0)
@@ -38,7 +38,7 @@ def distances(search, firsts, seconds):
 
 @pytest.mark.slow
 def test_descent_ends_only_at_local_minima():
-    search, starts = ways_beside_each_other()
+    search, starts = directions_beside_each_other()
     ends, overlapping, longest = set(), 0, 0
     for i, j in starts:
         search.look((I3, np.array([0.02, 0.01, 0.62])), HERE, 0.0, budget=0)

@@ -120,7 +120,7 @@ def test_pheromone_stays_inside_its_clamp_and_every_equation_matters(equation):
     assert (query == same) == (equation is None)
 
 
-APART = (I3, np.array([2.4, 0.2, 0.1]))
+SEPARATE = (I3, np.array([2.4, 0.2, 0.1]))
 HERE = (I3, np.zeros(3))
 
 
@@ -128,13 +128,15 @@ HERE = (I3, np.zeros(3))
 @pytest.mark.parametrize("budget", [1, 7, 40, 1000])
 def test_the_budget_is_kept_to_the_evaluation(variant, budget):
     ball = ball_of(600)
-    query = search_of(ball, ball, variant=variant, budget=budget).look(APART, HERE, 0.0)
+    query = search_of(ball, ball, variant=variant, budget=budget).look(SEPARATE, HERE, 0.0)
     assert query.evaluations == budget or (query.reason == "broken" and query.evaluations < budget)
 
 
 @pytest.mark.parametrize("variant", ["memetic", "corrected"])
 def test_population_is_redrawn_after_quiet_evaluations(variant):
     ball = ball_of(600)
-    query = search_of(ball, ball, variant=variant, budget=9000, restart_after=1000).look(APART, HERE, 0.0)
+    query = search_of(ball, ball, variant=variant, budget=9000, restart_after=1000).look(SEPARATE, HERE, 0.0)
     assert 5 <= query.restarts <= 9
-    assert search_of(ball, ball, variant=variant, budget=9000, restart_after=10**6).look(APART, HERE, 0.0).restarts == 0
+    assert (
+        search_of(ball, ball, variant=variant, budget=9000, restart_after=10**6).look(SEPARATE, HERE, 0.0).restarts == 0
+    )

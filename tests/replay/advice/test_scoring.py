@@ -11,7 +11,7 @@ from replay.detection.run_detector import make_detector
 from replay.errors import TradeoffError
 from replay.prepare.assemble import assemble
 
-PLACES = (3, 1.3, 1.3, 3, 0.9, 3, 1.3, 1.3, 0.9, 0.8, 1.3, 3)
+POSITIONS = (3, 1.3, 1.3, 3, 0.9, 3, 1.3, 1.3, 0.9, 0.8, 1.3, 3)
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +37,7 @@ def wrong_by_hand(touching, every, first):
 
 def test_counts_of_step_rate_match_hand_counts_over_offsets(assembly):
     reported = figures(assembly, "discrete[rate_hz=20]")
-    by_hand = [wrong_by_hand([position < 1 for position in PLACES], 5, first) for first in range(5)]
+    by_hand = [wrong_by_hand([position < 1 for position in POSITIONS], 5, first) for first in range(5)]
     for name, counts in zip(("missed", "late", "false_contacts"), zip(*by_hand, strict=True), strict=True):
         assert (reported[f"{name}_smallest"], reported[f"{name}_largest"]) == (min(counts), max(counts)), name
         assert reported[name] == pytest.approx(sum(counts) / 5, abs=2 / 36)

@@ -18,7 +18,7 @@ LETTER = {
 ROWS = tomllib.loads(Path(__file__).with_name("letters.toml").read_text("utf-8"))["outcome"]
 
 
-def words(subject, oracle, **more):
+def text(subject, oracle, **more):
     return "".join(LETTER[Outcome(value)] for value in compare(subject, oracle, **more).outcome[:, 0])
 
 
@@ -26,7 +26,7 @@ def words(subject, oracle, **more):
 def test_coded_frames_have_their_outcomes(row):
     kinds = row.get("covers", ["instants"] * 2)
     sides = [verdict_column(row[name], covers=kind) for name, kind in zip(("subject", "oracle"), kinds, strict=True)]
-    assert words(*sides, within=lambda frames, _: np.isin(frames, row.get("within", []))) == row["outcome"]
+    assert text(*sides, within=lambda frames, _: np.isin(frames, row.get("within", []))) == row["outcome"]
 
 
 def test_blocks_of_frames_change_no_outcome(monkeypatch):
@@ -36,10 +36,10 @@ def test_blocks_of_frames_change_no_outcome(monkeypatch):
         "within": lambda frames, _: frames == 5,
         "holdings": [Episode(0, *span, 0.0, 0.0) for span in ((3, 3), (6, 8))],
     }
-    whole = words(subject, oracle, **more)
+    whole = text(subject, oracle, **more)
     assert whole == "IBBhBthhhB."
     monkeypatch.setattr("replay.auditing.compare.VERDICT_FRAMES", 3)
-    assert words(subject, oracle, **more) == whole
+    assert text(subject, oracle, **more) == whole
 
 
 def test_other_frames_or_pairs_are_refused():

@@ -38,10 +38,10 @@ def by_hand(oracle, subject):
     return counts
 
 
-LETTERS = st.lists(st.tuples(st.sampled_from(".CCu"), st.sampled_from(".Cu")), min_size=1, max_size=40)
+CODES = st.lists(st.tuples(st.sampled_from(".CCu"), st.sampled_from(".Cu")), min_size=1, max_size=40)
 
 
-@given(LETTERS, LETTERS)
+@given(CODES, CODES)
 def test_counts_matches_and_misses_say_the_same_of_every_contact(first, second):
     size = min(len(first), len(second))
     rows = [["".join(two[k] for two in pair) for pair in zip(first[:size], second[:size], strict=True)] for k in (0, 1)]

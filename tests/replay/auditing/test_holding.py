@@ -61,7 +61,7 @@ def test_hands_are_those_tagged_so_and_else_those_named_so():
     assert [assembly.names[k] for k in hand_bodies(assembly, session)] == ["far"]
 
 
-def held(pair, first, last):
+def grasped(pair, first, last):
     return Episode(pair, first, last, 0.0, 0.0)
 
 
@@ -69,20 +69,20 @@ def test_a_body_is_grasped_only_while_it_is_carried():
     assembly, session = world(*carried())
     ((pair, first, last),) = [(item.pair, item.first, item.last) for item in holdings(assembly, session)]
     assert assembly.pair_name(pair) == "hand-right-cube" and (first, last) == (100, 199)
-    before, during = held(pair, 40, 60), held(pair, 95, 120)
+    before, during = grasped(pair, 40, 60), grasped(pair, 95, 120)
     assert [item for item in holdings(assembly, session, (before, during)) if item.first < 100] == [during]
     assert holdings(assembly, None) == ()
 
 
 def test_intervals_have_a_common_frame_or_not():
-    item = (held(2, 10, 20),)
+    item = (grasped(2, 10, 20),)
     requested = np.array([(2, 0, 9), (2, 0, 10), (2, 20, 30), (2, 21, 30), (1, 0, 99)]).T
     assert within(item, *requested).tolist() == [False, True, True, False, False]
 
 
 def test_contact_while_grasped_is_in_no_count():
     oracle, subject = verdict_column(".CC..CC.C."), verdict_column(".C.CCC..C.")
-    compared = compare(subject, oracle, holdings=(held(0, 3, 6),))
+    compared = compare(subject, oracle, holdings=(grasped(0, 3, 6),))
     assert [Outcome(item).name[0] for item in compared.outcome[:, 0]] == list("NBMHHHHNBN")
     counts = count_contacts(compared, episodes(oracle))
     assert (counts.contacts, counts.missed, counts.late_or_cut_short, counts.numbers.tolist()) == (2, 0, 1, [1, 3])

@@ -16,7 +16,7 @@ from sessions import MeshData
 
 PATH = [9.0, 5.5, 4.8, 3.0, 1.0, 0.0, 0.0, -1.0, -2.0]
 """Metres from the middle of a block of 9 m, into which a cube of 1 m moves: beside, in its side, inside."""
-ASKED = "hull=collider,mesh=collider[shape=mesh],exact,hybrid"
+REQUESTED = "hull=collider,mesh=collider[shape=mesh],exact,hybrid"
 
 
 def joined(*meshes):
@@ -56,7 +56,7 @@ BLOCKS = {
 
 def audited(mesh):
     session = cubes({"block": [0.0] * len(PATH), "probe": PATH})
-    return compute(replace(session, meshes={"block": mesh, "probe": cube()}), detectors=ASKED, oracle="exact")
+    return compute(replace(session, meshes={"block": mesh, "probe": cube()}), detectors=REQUESTED, oracle="exact")
 
 
 @pytest.mark.parametrize("name", BLOCKS)

@@ -39,10 +39,10 @@ def test_each_report_of_a_split_contact_has_its_word():
     assert result.status() == {1: "piece", 2: "matched", 3: "piece"}
 
 
-letters = st.lists(st.sampled_from(".CC"), min_size=1, max_size=60)
+codes = st.lists(st.sampled_from(".CC"), min_size=1, max_size=60)
 
 
-@given(letters, letters)
+@given(codes, codes)
 def test_the_total_overlap_is_that_of_the_hungarian_method(left, right):
     size = min(len(left), len(right))
     subject, oracle = verdict_column(left[:size]), verdict_column(right[:size])

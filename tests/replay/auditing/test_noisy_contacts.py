@@ -29,7 +29,7 @@ def gaps(millimetres, names="ab"):
     return cubes({name: positions[name] for name in names})
 
 
-def asked(session, **more):
+def requested(session, **more):
     more = {"detectors": "slow=discrete[rate_hz=25]", "noise": [SIZE]} | more
     return compute(session, **more)
 
@@ -39,13 +39,13 @@ def test_copies_with_contact_follow_the_normal_distribution():
     wide = [-0.4, 0.0, 0.7, 0.8]
     session = gaps([*FAR, *(item for gap in wide for item in (gap, *FAR))])
     for sizes, sigma in (([SIZE], np.sqrt(2.0) * SIGMA), ([f"b={SIZE}"], SIGMA)):
-        noise = asked(session, noise=sizes, noise_copies=4000).noise
+        noise = requested(session, noise=sizes, noise_copies=4000).noise
         fraction = [item.fraction for item in (*noise.contacts, *noise.near)]
         assert fraction == pytest.approx([NormalDist(0, 1e3 * sigma).cdf(-gap) for gap in wide], abs=0.03)
 
 
 def test_deep_contacts_hold_and_grazing_contacts_are_undecidable():
-    result = asked(gaps([*FAR, *[-6.0] * 120, *FAR, -0.1, *FAR, 0.5, *FAR, 6.0, *FAR]))
+    result = requested(gaps([*FAR, *[-6.0] * 120, *FAR, -0.1, *FAR, 0.5, *FAR, 6.0, *FAR]))
     noise = result.noise
     assert [item.word for item in noise.contacts] == [module.HOLDS, module.UNDECIDABLE] == list(noise.labels)
     (hidden,) = noise.near
@@ -54,7 +54,7 @@ def test_deep_contacts_hold_and_grazing_contacts_are_undecidable():
     settings = result.document.noise
     assert settings.copies == noise.copies and set(settings.sizes) == set(noise.sizes)
     positions = {"a": [0.0] * 9, "b": [3.0] * 4 + [0.9] + [3.0] * 4, "c": [50.0] * 8 + [51.0]}
-    (contact,) = asked(cubes(positions), noise=[f"c={SIZE}"]).noise.contacts
+    (contact,) = requested(cubes(positions), noise=[f"c={SIZE}"]).noise.contacts
     assert (contact.fraction, contact.word) == (1.0, module.HOLDS)
 
 
@@ -66,7 +66,7 @@ def test_61_of_64_copies_hold_and_3_are_absent():
 
 def test_contacts_of_a_glass_at_rest_are_undecidable():
     rest = 0.1 + 0.2 * np.sin(np.arange(400))
-    result = asked(gaps([*FAR, -6.0, -6.0, *FAR, *FAR, *rest.tolist(), *FAR]))
+    result = requested(gaps([*FAR, -6.0, -6.0, *FAR, *FAR, *rest.tolist(), *FAR]))
     (interval,) = result.noise.resting
     assert (interval.first, interval.last) == pytest.approx((62, 461), abs=12) and result.noise.near == ()
     before, *text = result.noise.labels
@@ -76,13 +76,13 @@ def test_contacts_of_a_glass_at_rest_are_undecidable():
 
 def test_only_the_seed_changes_an_answer_about_noise(monkeypatch):
     session = gaps(WAVERING)
-    whole = asked(session).noise
+    whole = requested(session).noise
     monkeypatch.setattr(module, "BLOCK", 7)
     for threads in (1, 5):
         monkeypatch.setattr(module.os, "cpu_count", lambda threads=threads: threads)
-        assert asked(session).noise == whole
-    assert asked(gaps(WAVERING, names="ba")).noise == whole
-    assert asked(session, seed=1).noise != whole
+        assert requested(session).noise == whole
+    assert requested(gaps(WAVERING, names="ba")).noise == whole
+    assert requested(session, seed=1).noise != whole
 
 
 def test_tables_and_gates_count_what_holds(tmp_path):

@@ -8,13 +8,13 @@ from replay.cutting import piece_store
 from replay.running import advisor
 from sessions import write_session
 
-PLACES = {"a": [0] * 12, "b": [3, 3, 0.9, 3, 3, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
+POSITIONS = {"a": [0] * 12, "b": [3, 3, 0.9, 3, 3, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
 
 
 @pytest.fixture
 def file(tmp_path, monkeypatch):
     monkeypatch.setattr(advisor, "find_spec", lambda name: None)
-    write_session(cubes(PLACES), tmp_path / "s.mcap")
+    write_session(cubes(POSITIONS), tmp_path / "s.mcap")
     return str(tmp_path / "s.mcap")
 
 

@@ -68,7 +68,7 @@ def told():
     )  # fmt: skip
 
 
-def found_in(path):
+def detected_in(path):
     """Which secrets the bytes of a file hold, as they are or unpacked, in whatever letters."""
     with path.open("rb") as file:
         reader = make_reader(file)
@@ -88,11 +88,11 @@ def recording(tmp_path_factory):
 
 @pytest.mark.parametrize("form", ["text", "json"])
 def test_no_serial_name_or_path_is_in_any_output(recording, tmp_path, capsys, form):
-    assert found_in(recording) == {*SECRETS}
+    assert detected_in(recording) == {*SECRETS}
     out = tmp_path / "small.mcap"
     assert main(["minimise", str(recording), "-o", str(out), "--format", form]) == 0
     output = capsys.readouterr()
-    assert found_in(out) == set()
+    assert detected_in(out) == set()
     assert not [word for word in SECRETS if word in (output.out + output.err).lower()]
     assert "anonym" not in (output.out + output.err).lower()
     if form == "json":

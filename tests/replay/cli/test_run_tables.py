@@ -16,13 +16,13 @@ from replay.document.citations import sources_behind
 from replay.engine import compute
 from replay.tables import GOOD, IN_RED, IN_YELLOW, markdown_text
 
-PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
+POSITIONS = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
 
 
 def test_measured_fix_has_the_figures_of_its_own_run():
-    result = compute(cubes(PLACES), detectors="slow=discrete[rate_hz=20]")
+    result = compute(cubes(POSITIONS), detectors="slow=discrete[rate_hz=20]")
     (answer,) = result.answers
-    fixed = compute(cubes(PLACES), detectors="often=discrete")
+    fixed = compute(cubes(POSITIONS), detectors="often=discrete")
     audit = fixed.document.audit["often"]
     every = result.phases["slow"].every_frame
     assert answer.fix.measured and "none missed or late, 0 % false" in answer.fix.text

@@ -23,7 +23,7 @@ CAPTURES = (
     "aframe-motion-capture/grabLeft", "aframe-motion-capture/grabRight", "aframe-motion-capture/tracked-recording",
     "a-saturday-night/dance",
 )  # fmt: skip
-PLACES = {"a": [0] * 6, "b": [3, 3, 0.9, 3, 3, 3], "c": [9, 9, 9, 0.8, 9, 9]}
+POSITIONS = {"a": [0] * 6, "b": [3, 3, 0.9, 3, 3, 3], "c": [9, 9, 9, 0.8, 9, 9]}
 OWN = """
 [scene]
 name = "own"
@@ -55,7 +55,7 @@ between = ["a", "b"]
 
 @pytest.fixture
 def files(tmp_path):
-    session = cubes(PLACES, scene=parse_scene(OWN))
+    session = cubes(POSITIONS, scene=parse_scene(OWN))
     write_session(session, tmp_path / "s.mcap")
     (tmp_path / "other.toml").write_text(OTHER)
     return tmp_path

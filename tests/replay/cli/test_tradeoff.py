@@ -16,7 +16,7 @@ from replay.show.results.run_folder import read_run_folder
 from replay.show.tradeoff_table import tradeoff_list
 from sessions import write_session
 
-PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
+POSITIONS = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
 
 
 @pytest.fixture
@@ -24,7 +24,7 @@ def file(tmp_path, monkeypatch):
     rate = Setting("meshes at 20 Hz", "collider", {"shape": "mesh", "rate_hz": 20.0})
     settings = (Setting("FCL", "hybrid"), Setting("balls", "sphere"), rate)
     monkeypatch.setattr(trading, "settings_list", lambda **_: settings)
-    write_session(cubes(PLACES), tmp_path / "s.mcap")
+    write_session(cubes(POSITIONS), tmp_path / "s.mcap")
     return str(tmp_path / "s.mcap")
 
 

@@ -27,7 +27,7 @@ from sessions.meshes.glb import mesh_to_glb
 from sessions.model.scene import SceneBody
 from sessions.scene_files.scene_toml import parse_scene
 
-PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
+POSITIONS = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
 EFFECTS = """
 [scene]
 name = "lab"
@@ -67,7 +67,7 @@ PROJECTS = (
 """Texts of ``replay.toml``: each stands beside a recording in a folder of its number."""
 UNNAMEABLE = ("...mcap", "..mcap", "batch.json.mcap", "Batch.JSON.mcap")
 FAULTY = Path(__file__).with_name("faulty.toml").read_text("utf-8")
-ONE = "run s.mcap --no-picture --out out"
+RUN = "run s.mcap --no-picture --out out"
 MANY = f"run apart.mcap p.mcap --no-picture {SLOW}"
 OTHERS = "run apart.mcap p.mcap -o m3 --no-picture --detectors hybrid --oracle none"
 UNDECIDED = "run p.mcap --detector it=support.planted_detectors:Undecided"
@@ -102,12 +102,12 @@ VERBS = (
     "stress --detectors exact,sphere --family 1-2 --pairs 10",
     "stress --detector spoon --pairs 1", "stress --family 44", "stress --case 40",
     "share slow -o sent", "shrink slow --miss 9", "shrink slow", "view slow --miss 9", "view slow",
-    f"{ONE} --detectors hybird", f"{ONE} --detectors hybrid[speed=3]", f"{ONE} --detectors discrete[rate_hz=-1]",
-    f"{ONE} --detectors discrete[rate_hz=fast]", f"{ONE} --detectors hybrid[", f"{ONE} --detectors hybrid,hybrid",
-    f"{ONE} --start 99", f"{ONE} --end -1", f"{ONE} --oracle nobody", f"{ONE} --start nan", f"{ONE} --end 1e308",
-    f"{ONE} --policy frozen=hold:1e308", f"{ONE} --policy tracking-lost=wish",
-    f"{ONE} --step-rate 25 --detectors exact",
-    f"{ONE} --max-missed nan", f"{ONE} --max-missed 50", f"{ONE} --max-p99-ms inf", f"{ONE} --tau 1e99",
+    f"{RUN} --detectors hybird", f"{RUN} --detectors hybrid[speed=3]", f"{RUN} --detectors discrete[rate_hz=-1]",
+    f"{RUN} --detectors discrete[rate_hz=fast]", f"{RUN} --detectors hybrid[", f"{RUN} --detectors hybrid,hybrid",
+    f"{RUN} --start 99", f"{RUN} --end -1", f"{RUN} --oracle nobody", f"{RUN} --start nan", f"{RUN} --end 1e308",
+    f"{RUN} --policy frozen=hold:1e308", f"{RUN} --policy tracking-lost=wish",
+    f"{RUN} --step-rate 25 --detectors exact",
+    f"{RUN} --max-missed nan", f"{RUN} --max-missed 50", f"{RUN} --max-p99-ms inf", f"{RUN} --tau 1e99",
     "run lost.mcap --no-picture --out out --policy tracking-lost=refuse", "run text.mcap", "run torn.mcap",
     "run bare.mcap",
     "run none.mcap", "run empty.mcap", "tradeoff lost.mcap --out out --policy tracking-lost=refuse",
@@ -159,16 +159,16 @@ def folder(tmp_path_factory):
     scalars = {"heart rate": heart, "one": ScalarTrack([5], [1]), "none": ScalarTrack([5, 6], [np.nan] * 2, "K")}
     facts = {"vr_type": "immersive", "synthetic": "cubes"}
     open_cube = MeshData(cube().vertices, [face for face in cube().faces if cube().vertices[face, 0].min() < 0.5])
-    kept = cubes(PLACES, scene=parse_scene(EFFECTS))
+    kept = cubes(POSITIONS, scene=parse_scene(EFFECTS))
     kept.meshes["a"] = open_cube
     status = [[1, 1]] * 6 + [[1, 2]] * 2 + [[1, 0], [3, 1], [1, 1], [1, 1]]
     for name, session in {
         "told": replace(reported, gaze={"anna": sampled}, scalars=scalars, facts=facts), "s": kept,
-        "lost": framed([10 * k for k in range(12)], status), "bare": replace(cubes(PLACES), meshes={}),
-        "p": cubes(PLACES), "apart": cubes({"a": [0] * 12, "b": [3.0 + k / 10 for k in range(12)]}),
+        "lost": framed([10 * k for k in range(12)], status), "bare": replace(cubes(POSITIONS), meshes={}),
+        "p": cubes(POSITIONS), "apart": cubes({"a": [0] * 12, "b": [3.0 + k / 10 for k in range(12)]}),
         "twice": framed([0, 10, 10, 20], [[1, 1]] * 4),
-        "wand": replace(cubes(PLACES | {"wand": [5] * 12}), meshes=dict.fromkeys("ab", cube())),
-        "three": cubes(PLACES | {"c": [9] * 12}, scene=parse_scene(EFFECTS + THIRD)),
+        "wand": replace(cubes(POSITIONS | {"wand": [5] * 12}), meshes=dict.fromkeys("ab", cube())),
+        "three": cubes(POSITIONS | {"c": [9] * 12}, scene=parse_scene(EFFECTS + THIRD)),
         "none": Session.from_tracks({"a": Track([], np.zeros((0, 3)), np.zeros((0, 4)))}, {"a": cube()}),
     }.items():  # fmt: skip
         write_session(session, place / f"{name}.mcap")

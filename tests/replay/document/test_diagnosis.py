@@ -11,7 +11,7 @@ from replay.detection.detector_spec import parse_detectors
 from replay.engine import compute
 from sessions import Session
 
-APART = {"a": [0.0] * 12, "b": [3, 3, 1.015, 1.015, 1.015, 3, 3, 0.9, 0.9, 3, 3, 3]}
+SEPARATE = {"a": [0.0] * 12, "b": [3, 3, 1.015, 1.015, 1.015, 3, 3, 0.9, 0.9, 3, 3, 3]}
 """Two unit cubes that pass 15 mm apart, and meet later."""
 
 
@@ -31,7 +31,7 @@ def in_hollow():
     return Session.from_arrays(np.arange(len(heights)) * 10_000_000, poses, {"a": channel(), "b": cube(0.01)})
 
 
-def asked_again(session, answer):
+def requested_again(session, answer):
     """The ranking row of the detector that a fix names in its command."""
     (spec,) = parse_detectors(answer.fix.command.split('"')[1])
     again = compute(session, detectors=[spec], oracle="exact=exact")
@@ -41,9 +41,9 @@ def asked_again(session, answer):
 @pytest.mark.parametrize(
     ("session", "detector", "setting"),
     [
-        (lambda: cubes(APART), "collider[shape=hull,skin_m=0.01]", "skin_m=0.0"),
-        (lambda: cubes(APART), "collider[shape=box,skin_m=0.02]", "skin_m=0.0"),
-        (lambda: cubes(APART), "collider[shape=mesh,skin_m=0.01]", "skin_m=0.0"),
+        (lambda: cubes(SEPARATE), "collider[shape=hull,skin_m=0.01]", "skin_m=0.0"),
+        (lambda: cubes(SEPARATE), "collider[shape=box,skin_m=0.02]", "skin_m=0.0"),
+        (lambda: cubes(SEPARATE), "collider[shape=mesh,skin_m=0.01]", "skin_m=0.0"),
         (inside, "discrete[containment=false]", "containment=true"),
         (inside, "hybrid[containment=false]", "containment=true"),
     ],
@@ -51,7 +51,7 @@ def asked_again(session, answer):
 def test_a_fix_changes_the_setting_that_is_the_cause(session, detector, setting):
     (answer,) = compute(session(), detectors=f"it={detector},exact").answers
     assert not answer.fix.measured and setting.lower() in answer.fix.command.lower()
-    assert asked_again(session(), answer).loss == 0.0
+    assert requested_again(session(), answer).loss == 0.0
 
 
 def test_a_measured_fix_that_is_no_better_is_not_given():
@@ -68,7 +68,7 @@ def test_a_measured_fix_that_is_no_better_is_not_given():
 @pytest.mark.parametrize("pieces", [64, 4096])
 def test_pieces_end_where_no_more_help_and_triangles_come_next(pieces):
     # Of a cube every number of pieces is one piece, whose contact offset is what is wrong.
-    run = compute(cubes(APART), detectors=f"it=collider[shape=compound,pieces={pieces},skin_m=0.01],exact")
+    run = compute(cubes(SEPARATE), detectors=f"it=collider[shape=compound,pieces={pieces},skin_m=0.01],exact")
     (answer,) = run.answers
     assert "pieces" not in answer.fix.text and "skin_m=0" in answer.fix.text
 

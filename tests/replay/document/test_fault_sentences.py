@@ -24,7 +24,7 @@ BODY = r"[a-z]+"
 PAIR = rf"(?P<a>{BODY}) and (?P<b>{BODY})"
 SPAN = r"(?P<frames>[\d,]+) recorded frames? \((?P<long>[\d.,e+]+) ms\)"
 WHEN = r"at (?P<when>[\d.]+) s"
-BECAME = (
+OUTCOME = (
     rf"(?:(?P<never>\S+ never reported the contact of {BODY} and {BODY} at [\d.]+ s)"
     rf"|\S+ reported the contact of {BODY} and {BODY} at [\d.]+ s (?P<late>\d+) recorded frames? \([\d.e+]+ ms\) late"
     rf"|\S+ stopped reporting the contact of {BODY} and {BODY} at [\d.]+ s (?P<short>\d+) recorded frames? .* too early"
@@ -89,10 +89,10 @@ class Claim:
     def apart(self, margin=0.0):
         """Whether a plane has the hulls of both bodies on its sides, ``margin`` metres from each other at least."""
         first, other = (self.corners(body, self.fault.frame) for body in self.fault.bodies)
-        return hulls_apart(first, other) > margin
+        return hulls_separate(first, other) > margin
 
 
-def hulls_apart(first, other):
+def hulls_separate(first, other):
     """Metres by which the hulls of two sets of points are apart at least; below 0: no plane is between them."""
     directions = (first[:, None] - other).reshape(-1, 3)
     # The origin is outside the hull of all differences by its largest distance from a face's plane.
@@ -119,7 +119,7 @@ def gap_holds(claim):
     return gap <= above + 0.51 and above <= gap + 12.0 and not claim.truth[claim.fault.frame]
 
 
-def became_holds(claim):
+def outcome_holds(claim):
     """What became of the contact: never reported, late, cut short, or not reported in these frames."""
     fault, contact, reported = claim.fault, claim.contact, claim.reported
     claimed = claim.said
@@ -157,14 +157,14 @@ def samples_around(claim):
     frames = claim.samples()
     before, after = frames[frames < claim.fault.first], frames[frames > claim.fault.last]
     gap = 1e3 * (claim.times[after[0]] - claim.times[before[-1]])
-    return became_holds(claim) and not len(claim.sampled_within()) and float(claim.said["around"]) == pytest.approx(
+    return outcome_holds(claim) and not len(claim.sampled_within()) and float(claim.said["around"]) == pytest.approx(
         gap, rel=6e-3
     )  # fmt: skip
 
 
 def not_sampled(claim):
     count = claim.fault.frames - len(claim.sampled_within())
-    return became_holds(claim) and int(claim.said["unsampled"]) == count > 0
+    return outcome_holds(claim) and int(claim.said["unsampled"]) == count > 0
 
 
 def outer_sample(claim):
@@ -281,7 +281,7 @@ def volumes_only(claim):
     return claim.run.detections[claim.label].verdict[claim.fault.frame, claim.fault.pair] == Verdict.CANDIDATE
 
 
-def contained_and_not_asked(claim):
+def contained_and_not_requested(claim):
     """One body is inside the other in as many frames as are said, and the detector was not asked for that."""
     verdict = claim.run.detections["exact"].verdict[claim.fault.first : claim.fault.last + 1, claim.fault.pair]
     # A search proves no surfaces disjoint, so that it never decides what is inside.
@@ -297,7 +297,7 @@ def no_step_within(claim):
 
 
 STAGES = {
-    "one body is inside the other, and the detector does not test that": contained_and_not_asked,
+    "one body is inside the other, and the detector does not test that": contained_and_not_requested,
     "no physics step of the engine falls into that time": no_step_within,
     "the colliders that stand for the meshes do not meet there":
         lambda claim: claim.name in ("collider", "bullet", "rapier", "mujoco"),
@@ -313,7 +313,7 @@ STAGES = {
 def cause_of_frames(claim):
     examined, of = claim.fault.agreeing
     counted = claim.said["examined"] is None if examined == of else int(claim.said["examined"]) == examined
-    return became_holds(claim) and examined > 0 and counted and STAGES[claim.said["reason"]](claim)
+    return outcome_holds(claim) and examined > 0 and counted and STAGES[claim.said["reason"]](claim)
 
 
 REASON = "|".join(map(re.escape, REASONS["misses"].values()))
@@ -323,15 +323,15 @@ MISSED = {
     r"samples(?: (?P<apart>[\d.]+) ms apart)?\.": between_two_samples,
     rf"\S+ samples every (?P<step>[\d.]+) ms: it reported the contact of {PAIR} {WHEN} {SPAN} late\.":
         late_by_less_than_a_step,
-    rf"{BECAME}: two of its samples are (?P<around>[\d.]+) ms apart there\.": samples_around,
-    rf"{BECAME}: it took no sample in (?P<unsampled>\d+) of these frames\.": not_sampled,
-    rf"{BECAME}: it took its (?P<side>first|last) sample at (?P<moment>[\d.]+) s\.": outer_sample,
-    rf"{BECAME}: moved (?P<by>\d+) frames? (?P<direction>earlier|later), what it reports of this pair is wrong in "
+    rf"{OUTCOME}: two of its samples are (?P<around>[\d.]+) ms apart there\.": samples_around,
+    rf"{OUTCOME}: it took no sample in (?P<unsampled>\d+) of these frames\.": not_sampled,
+    rf"{OUTCOME}: it took its (?P<side>first|last) sample at (?P<moment>[\d.]+) s\.": outer_sample,
+    rf"{OUTCOME}: moved (?P<by>\d+) frames? (?P<direction>earlier|later), what it reports of this pair is wrong in "
     r"(?P<moved>[\d,]+) frames instead of (?P<unmoved>[\d,]+)\.": moved_figures,
-    rf"{BECAME}: its report of this contact begins late\.": report_of_contact_begins_late,
-    rf"{BECAME}: its report of this contact ends early\.": report_of_contact_ends_early,
-    rf"{BECAME}: (?:in (?P<examined>\d+) of \d+ examined frames )?(?P<reason>{REASON})\.": cause_of_frames,
-    rf"{BECAME}; nothing known about it explains this\.": became_holds,
+    rf"{OUTCOME}: its report of this contact begins late\.": report_of_contact_begins_late,
+    rf"{OUTCOME}: its report of this contact ends early\.": report_of_contact_ends_early,
+    rf"{OUTCOME}: (?:in (?P<examined>\d+) of \d+ examined frames )?(?P<reason>{REASON})\.": cause_of_frames,
+    rf"{OUTCOME}; nothing known about it explains this\.": outcome_holds,
 }  # fmt: skip
 """Sentence about a miss -> its predicate."""
 

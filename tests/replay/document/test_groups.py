@@ -9,7 +9,7 @@ from replay.auditing.outcome import Outcome, joined_outcome
 from replay.show.run_tables import pair_table
 from sessions.scene_files.scene_toml import parse_scene
 
-PLACES = {
+POSITIONS = {
     "thumb": [9, 9, 0.9, 0.9, 9, 9, 9, 9],
     "index": [8, 8, 8, 0.8, 0.8, 8, 0.9, 8],
     "palm": [7.5, 7.5, 7.5, 7.5, 7.5, 7.5, 7.5, 7.5],
@@ -34,7 +34,7 @@ members = ["thumb", "i*", "palm"]
 
 @pytest.fixture(scope="module")
 def result():
-    session = cubes(PLACES, scene=parse_scene(SCENE))
+    session = cubes(POSITIONS, scene=parse_scene(SCENE))
     return replay.run(session, detectors="paper,exact", oracle="exact")
 
 
@@ -57,7 +57,7 @@ def test_tables_name_the_group_and_open_to_members(result):
 
 
 def test_fault_of_a_group_names_it_and_measures_a_member(result):
-    session = cubes(PLACES, scene=parse_scene(SCENE))
+    session = cubes(POSITIONS, scene=parse_scene(SCENE))
     slow = replay.run(session, detectors="late=discrete[rate_hz=25,sampling_offset_s=0.03],exact", oracle="exact")
     misses = slow.misses["late"]
     assert all(miss.bodies == ("hand", "glass") and "hand and glass" in miss.why for miss in misses) and misses

@@ -31,7 +31,7 @@ def test_excused_contacts_count_in_no_fraction():
 
 
 ERRORS = TimeErrors(mean=0.1, median=0.1, p95_absolute=0.1, largest_absolute=0.1)
-ONE = audit_of(
+SINGLE = audit_of(
     time_missed=proportion(1, 10),
     pair_frames=zeros(PairFrames, both=9, missed=1),
     matching=structs.replace(MATCHING, reference_contacts=3, onset_error=ERRORS),
@@ -40,8 +40,8 @@ ONE = audit_of(
 
 
 def test_counts_add_up_and_proportions_are_those_of_the_sums():
-    other = structs.replace(ONE, undecided_reasons={"budget": 1})
-    (audit,) = pool([{"x": ONE}, {"x": other}]).values()
+    other = structs.replace(SINGLE, undecided_reasons={"budget": 1})
+    (audit,) = pool([{"x": SINGLE}, {"x": other}]).values()
     assert audit.time_missed == proportion(2, 20)
     assert (audit.time_missed.lower, audit.time_missed.upper) == wilson(2, 20)
     assert audit.pair_frames == zeros(PairFrames, both=18, missed=2)
@@ -53,12 +53,12 @@ def test_counts_add_up_and_proportions_are_those_of_the_sums():
 def test_means_over_offsets_are_pooled_where_every_session_has_them():
     same = proportion(1, 16)
     means = OffsetProportions(contacts_missed=same, late_or_cut_short=same, time_missed=same, false_contact=same)
-    rated = structs.replace(ONE, means_over_offsets=means)
+    rated = structs.replace(SINGLE, means_over_offsets=means)
     assert pool([{"x": rated}, {"x": rated}])["x"].means_over_offsets.contacts_missed == proportion(2, 32)
-    assert pool([{"x": rated}, {"x": ONE}])["x"].means_over_offsets is None
+    assert pool([{"x": rated}, {"x": SINGLE}])["x"].means_over_offsets is None
 
 
 def test_pooling_a_single_session_keeps_everything():
-    assert pool([{"x": ONE}]) == {"x": ONE}
-    assert list(pool([{"x": ONE}, {"y": ONE}])) == ["x", "y"]
+    assert pool([{"x": SINGLE}]) == {"x": SINGLE}
+    assert list(pool([{"x": SINGLE}, {"y": SINGLE}])) == ["x", "y"]
     assert pool([]) == {}

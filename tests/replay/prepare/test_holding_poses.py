@@ -12,7 +12,7 @@ from replay.prepare import holding_poses
 from replay.prepare.holding_poses import decoded_once
 from sessions import Frames, Status, read_session, write_session
 
-PLACES = {"a": range(50), "b": [70] * 50}
+POSITIONS = {"a": range(50), "b": [70] * 50}
 FRAMES = 2_000
 
 
@@ -28,7 +28,7 @@ class Counted:
 
 
 def test_file_is_decoded_once_while_its_frames_fit(monkeypatch):
-    session = cubes(PLACES)
+    session = cubes(POSITIONS)
     assert decoded_once(session) is session
     source = Counted(session.source)
     kept = decoded_once(replace(session, source=source))
@@ -55,7 +55,7 @@ def too_long(monkeypatch):
     monkeypatch.setattr(holding_poses, "DECODED_POSES", 1_000)
 
 
-def told(result, low, high):
+def reported(result, low, high):
     """Verdicts, poses and flags between two seconds."""
     assembly = result.assembly
     rows = (assembly.motion.times >= low) & (assembly.motion.times <= high)
@@ -80,7 +80,7 @@ def test_window_of_a_long_recording_is_answered_as_the_whole(tmp_path, monkeypat
     whole = compute(session, **requested, start=piece[0], end=piece[1])
     monkeypatch.setattr(holding_poses, "MOST_POSES", 2_000)
     alone = compute(session, **requested, start=piece[0], end=piece[1])
-    assert told(alone, *piece) == told(whole, *piece) and len(told(whole, *piece)[5]) == 2
+    assert reported(alone, *piece) == reported(whole, *piece) and len(reported(whole, *piece)[5]) == 2
     assert alone.episodes == whole.episodes and alone.misses == whole.misses
 
 

@@ -10,7 +10,7 @@ from replay.prepare.interpolation import blended, filled
 from sessions import Status
 
 A, V, L, H, I = (int(s) for s in (Status.ABSENT, Status.VALID, Status.LOST, Status.HELD, Status.INTERPOLATED))  # noqa: E741
-NONE, SEEN, HELD, BETWEEN, _ = (int(origin) for origin in PoseOrigin)
+NONE, VISIBLE, GRASPED, BETWEEN, _ = (int(origin) for origin in PoseOrigin)
 MS, NO = 1_000_000, np.nan
 
 
@@ -18,15 +18,15 @@ MS, NO = 1_000_000, np.nan
     ("status", "stamps", "origin", "positions"),
     [
         # Between near samples the place is linear in time. A sample recorded at second k lies at k metres.
-        ([V, A, A, V], [0, 10, 30, 40], [SEEN, BETWEEN, BETWEEN, SEEN], [0.0, 0.75, 2.25, 3.0]),
+        ([V, A, A, V], [0, 10, 30, 40], [VISIBLE, BETWEEN, BETWEEN, VISIBLE], [0.0, 0.75, 2.25, 3.0]),
         # A neighbour counts up to 50 ms and not a nanosecond longer.
-        ([V, A, V], [0, 20, 70], [SEEN, BETWEEN, SEEN], [0.0, 2 * 20 / 70, 2.0]),
-        ([V, A, V], [0, 20, 70 + 1e-6], [SEEN, HELD, SEEN], [0.0, 0.0, 2.0]),
-        ([V, A], [0, 50], [SEEN, HELD], [0.0, 0.0]),
-        ([V, A], [0, 50 + 1e-6], [SEEN, NONE], [0.0, NO]),
+        ([V, A, V], [0, 20, 70], [VISIBLE, BETWEEN, VISIBLE], [0.0, 2 * 20 / 70, 2.0]),
+        ([V, A, V], [0, 20, 70 + 1e-6], [VISIBLE, GRASPED, VISIBLE], [0.0, 0.0, 2.0]),
+        ([V, A], [0, 50], [VISIBLE, GRASPED], [0.0, 0.0]),
+        ([V, A], [0, 50 + 1e-6], [VISIBLE, NONE], [0.0, NO]),
         # What the source held keeps that name, and nothing is held or interpolated across a lost sample.
-        ([V, H, I], [0, 10, 20], [SEEN, HELD, BETWEEN], [0.0, 1.0, 2.0]),
-        ([V, A, L, A, V], [0, 10, 20, 30, 40], [SEEN, HELD, NONE, NONE, SEEN], [0.0, 0.0, NO, NO, 4.0]),
+        ([V, H, I], [0, 10, 20], [VISIBLE, GRASPED, BETWEEN], [0.0, 1.0, 2.0]),
+        ([V, A, L, A, V], [0, 10, 20, 30, 40], [VISIBLE, GRASPED, NONE, NONE, VISIBLE], [0.0, 0.0, NO, NO, 4.0]),
     ],
 )
 def test_frame_without_a_sample_is_interpolated_from_near_neighbours(status, stamps, origin, positions):

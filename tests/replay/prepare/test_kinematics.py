@@ -7,14 +7,14 @@ from replay.prepare.kinematics import Kinematics, Placed
 from sessions.model.scene import Pose, Scene, SceneBody
 
 RNG = np.random.default_rng(0)
-TURNS = Rotation.random(10, rng=RNG)
-PLACES = RNG.normal(size=(5, 2, 3))
+ROTATIONS = Rotation.random(10, rng=RNG)
+POSITIONS = RNG.normal(size=(5, 2, 3))
 RECORDED = np.full((5, 2), PoseOrigin.RECORDED, dtype=np.uint8)
 
 
 def placed(scene, bodies, origin=RECORDED):
     """Of the tracks of a hand and a glass over five frames."""
-    frames = FilledFrames(np.arange(5), PLACES, TURNS.as_quat().reshape(5, 2, 4), origin)
+    frames = FilledFrames(np.arange(5), POSITIONS, ROTATIONS.as_quat().reshape(5, 2, 4), origin)
     room = Placed.empty(5, len(bodies))
     Kinematics(scene, ("hand", "glass"), bodies).place(frames, room)
     return room
@@ -37,12 +37,12 @@ def test_child_offset_and_fixed_body_compose_as_matrices_do():
         SceneBody("label", parent="glass", fixed=poses[2]),
     )
     actual = placed(Scene(bodies=bodies), ("hand", "glass", "label"))
-    own = matrices(PLACES, TURNS.as_matrix().reshape(5, 2, 3, 3))
+    own = matrices(POSITIONS, ROTATIONS.as_matrix().reshape(5, 2, 3, 3))
     glass = own[:, 0] @ own[:, 1]
     expected = np.stack([own[:, 0] @ first, glass @ offset, glass @ fixed], axis=1)
     assert np.abs(matrices(actual.translation, actual.rotation) - expected).max() < 1e-14
     alone = placed(Scene(), ("glass",))
-    assert alone.translation[:, 0].tobytes() == PLACES[:, 1].tobytes(), "without parent and offset the bits stay"
+    assert alone.translation[:, 0].tobytes() == POSITIONS[:, 1].tobytes(), "without parent and offset the bits stay"
 
 
 def test_child_has_poses_only_where_its_parent_has():

@@ -86,7 +86,7 @@ def test_the_frames_do_not_depend_on_blocks(size):
     assert_same_frames(Frames.join([*session.blocks(size)]), Frames.join([*session.blocks(10_000)]))
 
 
-LOST, HELD, BETWEEN = Status.LOST, Status.HELD, Status.INTERPOLATED
+LOST, GRASPED, BETWEEN = Status.LOST, Status.HELD, Status.INTERPOLATED
 
 
 @pytest.mark.parametrize(
@@ -94,13 +94,13 @@ LOST, HELD, BETWEEN = Status.LOST, Status.HELD, Status.INTERPOLATED
     [
         (["identity-while-lost=drop"], [LOST] * 20),
         # A pose is held for its limit and no longer, and a bridge does not lead beyond its own.
-        (["identity-while-lost=hold:0.1"], [HELD] * 9 + [LOST] * 11),
+        (["identity-while-lost=hold:0.1"], [GRASPED] * 9 + [LOST] * 11),
         (["identity-while-lost=interpolate:0.3"], [BETWEEN] * 20),
         (["identity-while-lost=interpolate:0.2"], [LOST] * 20),
         # The tenth sample has two faults: the stricter action holds, and of equal ones the first sets the limit.
         (["identity-while-lost=interpolate:1", "not-finite=drop"], [BETWEEN] * 10 + [LOST] + [BETWEEN] * 9),
-        (["identity-while-lost=hold:1", "not-finite=hold:0.05"], [HELD] * 20),
-        (["identity-while-lost=hold:0.05", "not-finite=hold:1"], [HELD] * 4 + [LOST] * 16),
+        (["identity-while-lost=hold:1", "not-finite=hold:0.05"], [GRASPED] * 20),
+        (["identity-while-lost=hold:0.05", "not-finite=hold:1"], [GRASPED] * 4 + [LOST] * 16),
     ],
 )
 def test_policy_decides_the_pose_of_a_lost_hand(arguments, status):
@@ -109,7 +109,7 @@ def test_policy_decides_the_pose_of_a_lost_hand(arguments, status):
         draft.arrays["position"][410, 1] = np.nan
     before, truth, after = draft.session().frames, clean().arrays["position"][:, 1], repaired(draft, *arguments).frames
     assert after.status[400:420, 1].tolist() == status
-    dropped, kept, between = (400 + np.flatnonzero(np.equal(status, item)) for item in (LOST, HELD, BETWEEN))
+    dropped, kept, between = (400 + np.flatnonzero(np.equal(status, item)) for item in (LOST, GRASPED, BETWEEN))
     stand_in = np.zeros(before.status.shape, dtype=bool)
     stand_in[400:420, 1] = True
     for name in ("position", "quaternion_xyzw", "status", "sample_ns"):

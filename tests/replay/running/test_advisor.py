@@ -11,7 +11,7 @@ from replay.errors import AuditError, TradeoffError
 from replay.running import advisor
 from sessions import MeshData
 
-PLACES = {
+POSITIONS = {
     "a": [0] * 24,
     "b": [3, 3, 0.9, 3, 3, 3, 3, 3, 0.9, 0.8, 0.9, 3, 3, 1.015, 3, 3, 0.9, 0.9, 3, 3, 3, 3, 0.9, 3],
 }
@@ -26,7 +26,7 @@ def plain(monkeypatch):
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("engine", ["unity", "unreal"])
 def test_each_row_says_what_an_audit_of_its_setting_says(engine, plain):
-    session = cubes(PLACES)
+    session = cubes(POSITIONS)
     advice = replay.advise(session, engine=engine)
     assert advice.rows[0]["number"] == 1 and len(advice.rows) >= 2
     for row in advice.rows:
@@ -59,10 +59,10 @@ def test_recorded_colliders_get_a_row_distinct_from_hulls(plain):
 
 
 def test_an_engine_that_is_not_installed_is_a_sentence(plain):
-    advice = replay.advise(cubes(PLACES), engine="unreal")
+    advice = replay.advise(cubes(POSITIONS), engine="unreal")
     assert sum("pieces=16" in row["setting"] for row in advice.rows) == 2
     with pytest.raises(TradeoffError, match=r"^mujoco itself is needed and is not installed; pip install "):
-        replay.advise(cubes(PLACES), engine="mujoco")
+        replay.advise(cubes(POSITIONS), engine="mujoco")
 
 
 def test_faultless_session_says_so_and_omits_the_reference_row(plain):

@@ -7,11 +7,11 @@ from replay.errors import OutputError
 from sessions import write_session
 from sessions.errors import SessionFileError
 
-PLACES = {"a": [0] * 6, "b": [3, 3, 0.9, 3, 3, 3]}
+POSITIONS = {"a": [0] * 6, "b": [3, 3, 0.9, 3, 3, 3]}
 
 
 def test_a_session_and_its_file_give_the_same_digests(tmp_path):
-    session = cubes(PLACES)
+    session = cubes(POSITIONS)
     write_session(session, tmp_path / "s.mcap")
     results = [
         replay.run(given, detectors="hybrid") for given in (session, tmp_path / "s.mcap", str(tmp_path / "s.mcap"))
@@ -21,10 +21,10 @@ def test_a_session_and_its_file_give_the_same_digests(tmp_path):
 
 
 def test_out_makes_a_run_folder_with_its_picture(tmp_path):
-    result = replay.run(cubes(PLACES), detectors="sphere", oracle="hybrid", out=tmp_path / "run")
+    result = replay.run(cubes(POSITIONS), detectors="sphere", oracle="hybrid", out=tmp_path / "run")
     assert result.out == tmp_path / "run"
     assert (result.out / "run.rrd").stat().st_size > 1000 and (result.out / "summary.json").is_file()
-    bare = replay.run(cubes(PLACES), detectors="hybrid", out=str(tmp_path / "bare"), picture=False)
+    bare = replay.run(cubes(POSITIONS), detectors="hybrid", out=str(tmp_path / "bare"), picture=False)
     assert not (bare.out / "run.rrd").exists()
 
 

@@ -11,7 +11,7 @@ from sessions.meshes.mesh_files import load_mesh
 from sessions.synthetic.experiments.record import experiment
 from sessions.synthetic.scenes import SCENES
 
-SHARES = [0.0, 0.3, 0.7, 1.0]
+FRACTIONS = [0.0, 0.3, 0.7, 1.0]
 
 
 def placed(name, faces, height=0.0, quarter_rotations=0.0):
@@ -42,7 +42,7 @@ def test_stopcock_shuts_bore_and_opens_at_90_degrees(quarter_rotations, shut):
 
 
 @pytest.mark.sampled(2)
-@pytest.mark.parametrize("quarter_rotations", SHARES)
+@pytest.mark.parametrize("quarter_rotations", FRACTIONS)
 def test_key_rotates_without_touching_the_glass(quarter_rotations):
     glass, key = placed("burette", 500), placed("burette_stopcock", 500, 0.1, quarter_rotations)
     edges = np.concatenate([key.faces[:, [0, 1]], key.faces[:, [1, 2]], key.faces[:, [2, 0]]])

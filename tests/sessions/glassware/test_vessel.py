@@ -12,7 +12,7 @@ TUBES = ["test_tube", "graduated_cylinder", "funnel", "burette", "pipette", "dro
 VESSELS = [*BEAKERS, *FLASKS, *TUBES, "watch_glass", "evaporating_dish"]
 INSIDE = 1e-4
 RAYS = 120
-HEIGHTS, TURNS = 32, 31
+HEIGHTS, ROTATIONS = 32, 31
 FEET = {"graduated_cylinder": 17e-3}  # Below, a foot stands in place of the wall
 
 
@@ -46,8 +46,8 @@ def test_the_glass_itself_encloses_the_capacity(name):
     instrument = make_instrument(name, 500)
     cavity = instrument.cavity
     heights = np.linspace(cavity.floor_height, cavity.mark_height, 2 * HEIGHTS + 1)[1::2]
-    rotations = np.linspace(0, 2 * np.pi, TURNS, endpoint=False) + 0.0123
-    outward = np.column_stack([np.cos(rotations), np.zeros(TURNS), np.sin(rotations)])
+    rotations = np.linspace(0, 2 * np.pi, ROTATIONS, endpoint=False) + 0.0123
+    outward = np.column_stack([np.cos(rotations), np.zeros(ROTATIONS), np.sin(rotations)])
     origins = np.array([[0, y, 0] for y in heights for _ in rotations])
     hits = distances_along_rays(instrument.mesh.triangles, origins, np.tile(outward, (HEIGHTS, 1)))
     mean_square = np.mean([hit[0] ** 2 for hit in hits])

@@ -11,7 +11,7 @@ from sessions.importers.csv_draft import UnknownColumnsError
 from sessions.model.frames import Status
 
 UIDS = (225397651484143, 194930206998778, 79582884925181, 270231216246839, 117658302265452, 223371871635142)
-WORDS = ("mug", "bowl", "plate", "spoon", "can", "pot")
+TEXTS = ("mug", "bowl", "plate", "spoon", "can", "pot")
 NAMED = "t_wo_x[m],t_wo_y[m],t_wo_z[m],q_wo_w,q_wo_x,q_wo_y,q_wo_z"
 BARE = "x,y,z,qw,qx,qy,qz"
 STEP = 33_333_333
@@ -46,7 +46,7 @@ def imported(path, draft):
 
 
 @pytest.mark.parametrize("pose", [NAMED, BARE])
-@pytest.mark.parametrize("ids", [UIDS, WORDS])
+@pytest.mark.parametrize("ids", [UIDS, TEXTS])
 @pytest.mark.parametrize(
     "more", [{}, {"cameras": (0, 93_847)}, {"stagger": 1000}, {"by_body": True}, {"repeated": 2}], ids=str
 )

@@ -11,11 +11,11 @@ from sessions.importers.csv_draft import UnknownColumnsError
 
 COUNT = 30
 TIMES = [f"{k / 90:.6f}" for k in range(COUNT)]
-PLACES = np.round(np.random.default_rng(3).normal(size=(COUNT, 3)), 4)
+POSITIONS = np.round(np.random.default_rng(3).normal(size=(COUNT, 3)), 4)
 NAMES = ("t", "x", "y", "z", "qx", "qy", "qz", "qw")
 ROWS = [
     [time, *(f"{number:.4f}" for number in place), "0", "0", "0", "1"]
-    for time, place in zip(TIMES, PLACES, strict=True)
+    for time, place in zip(TIMES, POSITIONS, strict=True)
 ]
 MAPPING = """
 convention = "openxr"
@@ -86,7 +86,7 @@ def test_every_table_form_gives_written_poses(imported, form):
     content, keys, lost = FORMS[form]
     session = imported(content, MAPPING % keys)
     track = session.tracks["cup"]
-    np.testing.assert_array_equal(track.positions, PLACES)
+    np.testing.assert_array_equal(track.positions, POSITIONS)
     assert track.times_ns.tolist() == [round(1e9 * float(time)) for time in TIMES]
     assert books(session) == lost
 
@@ -121,13 +121,13 @@ def test_rows_of_wrong_length_are_counted(imported, row):
     assert books(session) == "1 of 31 rows dropped: with too few or too many cells"
 
 
-TURNS = Rotation.random(COUNT, random_state=7)
+ROTATIONS = Rotation.random(COUNT, random_state=7)
 KINDS = {
-    "quaternion_wxyz": (TURNS.as_quat()[:, [3, 0, 1, 2]], ""),
-    "rotation_vector": (TURNS.as_rotvec(degrees=True), 'angle_unit = "deg"'),
-    "rotation_vector in radians": (TURNS.as_rotvec(), 'angle_unit = "rad"'),
+    "quaternion_wxyz": (ROTATIONS.as_quat()[:, [3, 0, 1, 2]], ""),
+    "rotation_vector": (ROTATIONS.as_rotvec(degrees=True), 'angle_unit = "deg"'),
+    "rotation_vector in radians": (ROTATIONS.as_rotvec(), 'angle_unit = "rad"'),
     "rotation_vector beyond a half turn": (
-        TURNS.as_rotvec() * (1 + 2 * np.pi / TURNS.magnitude()[:, None]), 'angle_unit = "rad"',
+        ROTATIONS.as_rotvec() * (1 + 2 * np.pi / ROTATIONS.magnitude()[:, None]), 'angle_unit = "rad"',
     ),
 }  # fmt: skip
 
@@ -140,7 +140,7 @@ def test_rotations_of_every_kind_are_those_of_scipy(imported, kind):
     mapping = MAPPING.replace('quaternion_xyzw = ["qx", "qy", "qz", "qw"]', f"{kind.split()[0]} = {columns}\n{keys}")
     track = imported(text(head=("t", "x", "y", "z", *columns), rows=rows), mapping % "").tracks["cup"]
     result = Rotation.from_quat(track.quaternions_xyzw)
-    assert track.valid.all() and (result * TURNS.inv()).magnitude().max() < 1e-9
+    assert track.valid.all() and (result * ROTATIONS.inv()).magnitude().max() < 1e-9
 
 
 def draft_of(path, content):
@@ -150,7 +150,7 @@ def draft_of(path, content):
     return refusal.value
 
 
-TURNED = [[*row[:4], "0.5", "0.5", "0.5", "0.5"] for row in ROWS]
+ROTATED = [[*row[:4], "0.5", "0.5", "0.5", "0.5"] for row in ROWS]
 SCALAR_FIRST = [[*row[:4], "1", "0", "0", "0"] for row in ROWS]
 
 
@@ -161,7 +161,7 @@ SCALAR_FIRST = [[*row[:4], "1", "0", "0", "0"] for row in ROWS]
         (text(" ", head=()), "q4 begins near 1, so that scalar last is likely"),
         (text(head=("t", "x", "y", "z", "q0", "q1", "q2", "q3")), "q3 begins near 1"),
         (text(head=("t", "x", "y", "z", "rot_1", "rot_2", "rot_3", "rot_4"), rows=SCALAR_FIRST), "rot_1 begins"),
-        (text(head=("t", "x", "y", "z", "quat0", "quat1", "quat2", "quat3"), rows=TURNED), "does not tell. Take"),
+        (text(head=("t", "x", "y", "z", "quat0", "quat1", "quat2", "quat3"), rows=ROTATED), "does not tell. Take"),
     ],
     ids=["no header", "no header, scalar last", "q0 to q3", "rot_1 to rot_4", "undecided"],
 )  # fmt: skip
@@ -212,7 +212,7 @@ def test_a_mapping_reads_the_table_that_it_names(imported, position):
     """The other one is its user's choice and no loss."""
     both = [*SEGMENTS[1:], *TRAJECTORIES] if position == "first" else [*TRAJECTORIES[1:], *SEGMENTS]
     session = imported("\n".join([*both, ""]), MAPPING % 'table = "Segments"\nskip_lines = 2')
-    np.testing.assert_array_equal(session.tracks["cup"].positions, PLACES)
+    np.testing.assert_array_equal(session.tracks["cup"].positions, POSITIONS)
     assert books(session) == ""
 
 

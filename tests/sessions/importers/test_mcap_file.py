@@ -31,14 +31,14 @@ from sessions.mcap.salvage import recover
 COMPOSED = Path(__file__).with_name("composed")
 COUNT, STEP = 25, 11_111_111
 STAMPS = 1_700_000_000_123_456_789 + STEP * np.arange(COUNT)
-PLACES, TURNS = np.split(np.loadtxt(COMPOSED / "poses.txt").reshape(6, COUNT, 7), [3], axis=2)
-TURNS = [Rotation.from_quat(turns) for turns in TURNS]
+POSITIONS, ROTATIONS = np.split(np.loadtxt(COMPOSED / "poses.txt").reshape(6, COUNT, 7), [3], axis=2)
+ROTATIONS = [Rotation.from_quat(rotations) for rotations in ROTATIONS]
 FRAME, FRAMES = "foxglove.FrameTransform", "foxglove.FrameTransforms"
 
 
 def placed(of, row, place="translation", turn="rotation"):
     """Pose number ``row`` of those of a body."""
-    values = PLACES[of][row].tolist(), TURNS[of][row].as_quat().tolist()
+    values = POSITIONS[of][row].tolist(), ROTATIONS[of][row].as_quat().tolist()
     return {place: dict(zip("xyz", values[0], strict=True)), turn: dict(zip("xyzw", values[1], strict=True))}
 
 
@@ -65,7 +65,7 @@ def joined(*chain):
     """Places and rotations in the root, of (body, row or all rows) from the root down."""
     place, turn = np.zeros(3), Rotation.identity()
     for of, row in chain:
-        place, turn = place + turn.apply(PLACES[of][row]), turn * TURNS[of][row]
+        place, turn = place + turn.apply(POSITIONS[of][row]), turn * ROTATIONS[of][row]
     return np.tile(place, (COUNT, 1)) if place.ndim == 1 else place, turn
 
 
@@ -95,7 +95,7 @@ def test_unstamped_poses_use_log_time_and_covariance_is_ignored(tmp_path):
     seen = {"pose": placed(0, 0, "position", "orientation"), "covariance": []}
     said = [("/a", "geometry_msgs/PoseWithCovarianceStamped", k, {"pose": seen}) for k in (5, 8)]
     session = import_session("mcap", as_json(tmp_path / "a.mcap", said))
-    assert has_poses(session.tracks["a"], PLACES[0][[0, 0]], TURNS[0][[0, 0]], ROS, [5, 8])
+    assert has_poses(session.tracks["a"], POSITIONS[0][[0, 0]], ROTATIONS[0][[0, 0]], ROS, [5, 8])
     assert "2 poses without a stamp have the time they were logged at" in session.facts["conversions"]
 
 
@@ -110,23 +110,23 @@ def test_frames_with_own_clocks_are_interpolated_within_gaps(tmp_path):
     row = np.flatnonzero(np.isin(track.times_ns, cup))[1]
     k = int(np.flatnonzero(cup == track.times_ns[row])[0])
     share = (track.times_ns[row] - hand[k]) / STEP
-    turn = Slerp([0, 1], TURNS[0][[k, k + 1]])([share])[0]
-    place = (1 - share) * PLACES[0][k] + share * PLACES[0][k + 1] + turn.apply(PLACES[1][k])
+    turn = Slerp([0, 1], ROTATIONS[0][[k, k + 1]])([share])[0]
+    place = (1 - share) * POSITIONS[0][k] + share * POSITIONS[0][k + 1] + turn.apply(POSITIONS[1][k])
     assert np.allclose(track.positions[row], ROS @ place, atol=1e-9)
     got = Rotation.from_quat(track.quaternions_xyzw[row]).as_matrix()
-    assert np.allclose(got, ROS @ (turn * TURNS[1][k]).as_matrix() @ ROS.T, atol=1e-9)
+    assert np.allclose(got, ROS @ (turn * ROTATIONS[1][k]).as_matrix() @ ROS.T, atol=1e-9)
     quiet = (track.times_ns > hand[2]) & (track.times_ns < hand[22])
     assert quiet.sum() == 20 and (track.valid == ~quiet).all()
 
 
-APART = "1 of 2 names dropped: that never have stamps together with those above: 'cup'"
+SEPARATE = "1 of 2 names dropped: that never have stamps together with those above: 'cup'"
 STILL = "2 of 3 names dropped: that stand still and that no transform joins to it: 'lamp', 'bulb'"
 
 
 @pytest.mark.parametrize(
     ("moves", "names", "text"),
     [
-        ([("world", "hand", 1), ("world", "hand", 2), ("hand", "cup", 3), ("hand", "cup", 4)], ["hand"], APART),
+        ([("world", "hand", 1), ("world", "hand", 2), ("hand", "cup", 3), ("hand", "cup", 4)], ["hand"], SEPARATE),
         ([("map", "a", 1), ("room", "lamp", 1), ("lamp", "bulb", 1), ("map", "a", 2)], ["a"], STILL),
     ],
 )

@@ -18,12 +18,12 @@ pytest.importorskip("pyxdf")
 COUNT = 40
 STAMPS = 152_000.5 + np.arange(COUNT) / 64  # exact in float64
 RNG = np.random.default_rng(3)
-PLACES = {name: RNG.normal(size=(COUNT, 3)) for name in ("Rod", "Cup")}
-TURNS = {name: Rotation.random(COUNT, random_state=seed) for seed, name in enumerate(PLACES)}
+POSITIONS = {name: RNG.normal(size=(COUNT, 3)) for name in ("Rod", "Cup")}
+ROTATIONS = {name: Rotation.random(COUNT, random_state=seed) for seed, name in enumerate(POSITIONS)}
 TYPES = ("PositionX", "PositionY", "PositionZ", "OrientationA", "OrientationB", "OrientationC", "OrientationD")
 
 
-def channels(unit="meters", types=TYPES, names=tuple(PLACES), **more):
+def channels(unit="meters", types=TYPES, names=tuple(POSITIONS), **more):
     return [
         {"label": f"{name}_{kind}", "object": name, "type": kind, "unit": unit, **more}
         for name in names
@@ -33,7 +33,7 @@ def channels(unit="meters", types=TYPES, names=tuple(PLACES), **more):
 
 def numbers():
     return np.concatenate(
-        [np.concatenate([PLACES[n], TURNS[n].as_quat()[:, [3, 0, 1, 2]]], axis=1) for n in PLACES], axis=1
+        [np.concatenate([POSITIONS[n], ROTATIONS[n].as_quat()[:, [3, 0, 1, 2]]], axis=1) for n in POSITIONS], axis=1
     )
 
 
@@ -49,8 +49,8 @@ def take(*, unit="meters", scale=1.0, pairs=(), head=None):
 def test_objects_of_a_mocap_stream_arrive_in_metres(tmp_path, unit, scale):
     session = import_session("xdf", xdf_file(tmp_path, *take(unit=unit, scale=scale)))
     assert set(session.names) == {"Rod", "Cup"}
-    for name in PLACES:
-        assert has_poses(session.tracks[name], PLACES[name], TURNS[name], stamps=np.rint(1e9 * STAMPS))
+    for name in POSITIONS:
+        assert has_poses(session.tracks[name], POSITIONS[name], ROTATIONS[name], stamps=np.rint(1e9 * STAMPS))
     assumed = session.facts["assumed"]
     assert assumed.startswith("axes openxr (right-handed, +Y up, -Z forward)")
     assert ("lengths in m" in assumed) == (unit == "")
@@ -69,7 +69,7 @@ PLAIN = [
     [("Controller", PLAIN, np.eye(3)), ("VR", TRANSFORM_OUTLET, UNITY), ("Unity.Transform", POSE_OUTLET, UNITY)],
 )
 def test_controller_outlets_are_bodies_and_lsl4unity_uses_its_axes(tmp_path, kind, described, axes):
-    position, rotation = PLACES["Cup"], TURNS["Cup"].as_quat()
+    position, rotation = POSITIONS["Cup"], ROTATIONS["Cup"].as_quat()
     rows = [rotation, 0 * position, position] if described is TRANSFORM_OUTLET else [position, rotation]
     pieces = (
         stream_header(1, "tool", kind, described), samples(1, STAMPS, np.column_stack(rows)),
@@ -77,7 +77,7 @@ def test_controller_outlets_are_bodies_and_lsl4unity_uses_its_axes(tmp_path, kin
     )  # fmt: skip
     session = import_session("xdf", xdf_file(tmp_path, *pieces))
     assert session.names == ("tool",) and list(session.scalars) == ["Pupil"]
-    assert has_poses(session.tracks["tool"], position, TURNS["Cup"], axes)
+    assert has_poses(session.tracks["tool"], position, ROTATIONS["Cup"], axes)
     if axes is UNITY:
         assert "axes unity (left-handed, +Y up, +Z forward)" in session.facts["assumed"]
         mixed = xdf_file(tmp_path, *pieces, stream_header(4, "M", "MoCap", channels()))
@@ -107,8 +107,8 @@ valid = "l_seen"
 )
 def test_what_is_wrong_with_a_mapping_of_streams_is_named(tmp_path, old, new, text):
     labels = [{"label": f"l_{item}"} for item in ("px", "py", "pz", "ez", "ex", "ey", "seen")]
-    angles = TURNS["Cup"].as_euler("zxy", degrees=True)
-    rows = np.column_stack([1000 * PLACES["Cup"], angles, np.arange(COUNT) != 7])
+    angles = ROTATIONS["Cup"].as_euler("zxy", degrees=True)
+    rows = np.column_stack([1000 * POSITIONS["Cup"], angles, np.arange(COUNT) != 7])
     path = xdf_file(tmp_path, stream_header(1, "Controllers", "VR", labels), samples(1, STAMPS, rows))
     (tmp_path / "map.toml").write_text(STREAM_MAP.replace(old, new) if old else STREAM_MAP)
     if text:
@@ -117,7 +117,7 @@ def test_what_is_wrong_with_a_mapping_of_streams_is_named(tmp_path, old, new, te
         return
     track = import_session("xdf", path, mapping=tmp_path / "map.toml").tracks["left"]
     assert np.flatnonzero(~track.valid).tolist() == [7]
-    assert has_poses(replace(track, valid=None), PLACES["Cup"], TURNS["Cup"], UNITY)
+    assert has_poses(replace(track, valid=None), POSITIONS["Cup"], ROTATIONS["Cup"], UNITY)
 
 
 def test_text_streams_are_events_and_number_streams_scalars(tmp_path):
@@ -171,7 +171,7 @@ def test_truncated_file_loses_and_reports_its_last_sample(tmp_path, cut, kept, s
 
 def body_stream(number, first, last, *, name="Mocap", kind="MoCap", body="Cup", shift=0.0):
     """The samples from one to another as a stream of its own, of the same name and channels as the others."""
-    rows = np.concatenate([PLACES["Cup"], TURNS["Cup"].as_quat()[:, [3, 0, 1, 2]]], axis=1)[first:last]
+    rows = np.concatenate([POSITIONS["Cup"], ROTATIONS["Cup"].as_quat()[:, [3, 0, 1, 2]]], axis=1)[first:last]
     head = stream_header(number, name, kind, channels(names=(body,)))
     return head, samples(number, STAMPS[first:last] + shift, rows)
 
@@ -197,12 +197,12 @@ def test_segments_of_an_interrupted_stream_are_a_single_body(tmp_path, kind, map
         options = {"mapping": tmp_path / "map.toml"}
     session = import_session("xdf", path, convention="openxr", **options)
     assert session.names == ("Cup",)
-    assert has_poses(session.tracks["Cup"], PLACES["Cup"], TURNS["Cup"], stamps=np.rint(1e9 * STAMPS))
+    assert has_poses(session.tracks["Cup"], POSITIONS["Cup"], ROTATIONS["Cup"], stamps=np.rint(1e9 * STAMPS))
     count = len(JOINED[kind])
     assert books(session) == f"{count - 1} of {count} streams merged: that go on with a stream of the same name"
 
 
-APART = {
+SEPARATE = {
     "at once": ([(1, 0, COUNT, {}), (2, 0, COUNT, {"shift": 0.004})], {"Cup", "Mocap/Cup"}),
     "three at once": ([(k, 0, COUNT, {"shift": 0.004 * k}) for k in (1, 2, 3)], {"Cup", "Mocap/Cup", "Mocap/Cup (2)"}),
     "two names": ([(1, 0, 20, {}), (2, 20, COUNT, {"name": "Other"})], {"Cup", "Other/Cup"}),
@@ -210,9 +210,9 @@ APART = {
 }
 
 
-@pytest.mark.parametrize("kind", APART)
+@pytest.mark.parametrize("kind", SEPARATE)
 def test_separate_streams_of_a_body_are_numbered(tmp_path, kind):
-    streams, names = APART[kind]
+    streams, names = SEPARATE[kind]
     pieces = [piece for number, first, last, more in streams for piece in body_stream(number, first, last, **more)]
     session = import_session("xdf", xdf_file(tmp_path, *pieces))
     assert {*session.names} == names and books(session) == ""

@@ -7,10 +7,10 @@ from sessions.mcap import annotations as a
 from sessions.mcap.schemas import message_class
 from sessions.model.event import Interval
 
-words, times = st.text(max_size=5), st.integers(0, 2**62)
+text, times = st.text(max_size=5), st.integers(0, 2**62)
 
 
-@given(st.lists(st.tuples(times, times, words, words, st.dictionaries(words, words, max_size=2)), max_size=4))
+@given(st.lists(st.tuples(times, times, text, text, st.dictionaries(text, text, max_size=2)), max_size=4))
 def test_any_intervals_come_back_in_order(given_spans):
     spans = tuple(Interval(min(s, e), max(s, e), kind, name, data) for s, e, kind, name, data in given_spans)
     payloads = [a.interval_message(span)[2] for span in spans]

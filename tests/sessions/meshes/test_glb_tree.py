@@ -39,7 +39,7 @@ def primitive(positions=0, **more):
     return {"attributes": {"POSITION": positions}, **more}
 
 
-def one_mesh(node, *primitives):
+def item_mesh(node, *primitives):
     return {"nodes": [{"mesh": 0, **node}], "meshes": [{"primitives": list(primitives)}]}
 
 
@@ -102,13 +102,13 @@ def test_skin_is_cut_by_strongest_joint_and_posed_by_all():
 def test_short_positions_are_what_they_stand_for():
     short = np.array([[9, 9, 9], [0, 0, 0], [32767, 0, 0], [0, -32768, 0]], dtype="<i2")
     accessor = {"bufferView": 0, "byteOffset": 6, "componentType": 5122, "count": 3, "type": "VEC3", "normalized": True}
-    data = glb({**one_mesh({"scale": [2, 2, 2]}, primitive()), "accessors": [accessor]}, short)
+    data = glb({**item_mesh({"scale": [2, 2, 2]}, primitive()), "accessors": [accessor]}, short)
     assert mesh_from_bytes(data, "glb").vertices.tolist() == [[0, 0, 0], [2, 0, 0], [0, -2, 0]]
 
 
 def test_cyclic_nodes_outside_the_scene_are_ignored():
     nodes = [{"mesh": 0, "name": "cup"}, {"children": [0, 2]}, {"children": [1]}, {"name": "lamp"}]
-    data = glb({**one_mesh({}, primitive()), "nodes": nodes, "scenes": [{"nodes": [0, 3]}]}, TRIANGLE)
+    data = glb({**item_mesh({}, primitive()), "nodes": nodes, "scenes": [{"nodes": [0, 3]}]}, TRIANGLE)
     assert mesh_from_bytes(data, "glb", node="cup").vertices.tolist() == TRIANGLE.tolist()
     with pytest.raises(MeshFileError, match="no mesh hangs on a node 'lamp'; there are: cup"):
         mesh_from_bytes(data, "glb", node="lamp")
@@ -185,19 +185,19 @@ def test_the_buffer_that_a_view_names_is_read():
     uri = "data:application/octet-stream;base64," + base64.b64encode(TRIANGLE.tobytes()).decode()
     views = [{"buffer": 1, "byteLength": 36}]
     buffers = [{"byteLength": 36}, {"byteLength": 36, "uri": uri}]
-    data = glb({**one_mesh({}, primitive()), "bufferViews": views, "buffers": buffers}, TRIANGLE * 7)
+    data = glb({**item_mesh({}, primitive()), "bufferViews": views, "buffers": buffers}, TRIANGLE * 7)
     assert mesh_from_bytes(data, "glb").vertices.tolist() == TRIANGLE.tolist()
 
 
 def test_appearance_and_redundant_data_are_ignored():
     draco = primitive(extensions={"KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {}}})
     required = {"extensionsRequired": ["KHR_materials_unlit", "KHR_texture_transform", "KHR_mesh_quantization"]}
-    data = glb({**one_mesh({}, draco), **required}, TRIANGLE)
+    data = glb({**item_mesh({}, draco), **required}, TRIANGLE)
     assert len(mesh_from_bytes(data, "glb").faces) == 1
 
 
 def with_version(version, length=0):
-    data = bytearray(glb(one_mesh({}, primitive()), TRIANGLE))
+    data = bytearray(glb(item_mesh({}, primitive()), TRIANGLE))
     struct.pack_into("<I", data, 4, version)
     struct.pack_into("<I", data, 8, len(data) + length)
     return bytes(data)
@@ -251,4 +251,4 @@ def test_another_version_and_a_cut_file_are_named(data, message):
 )  # fmt: skip
 def test_unreadable_files_are_refused_in_a_sentence(more, message):
     with pytest.raises(MeshFileError, match=message):
-        mesh_from_bytes(glb({**one_mesh({}, primitive()), **more}, TRIANGLE), "glb")
+        mesh_from_bytes(glb({**item_mesh({}, primitive()), **more}, TRIANGLE), "glb")

@@ -14,7 +14,7 @@ def ball(size):
     return MeshData(solid.vertices, solid.faces)
 
 
-def place(folder, **sizes):
+def position(folder, **sizes):
     for name, size in sizes.items():
         trimesh.creation.icosphere(1, size / 2).export(folder / f"{name}.obj")
 
@@ -33,7 +33,7 @@ def test_mesh_unit_gives_hand_size_and_is_reported(size, scale, text):
 
 
 def test_folder_is_matched_by_name_and_reported(tmp_path):
-    place(tmp_path, Beaker_250=8.0, LEFT_hand=0.2, flask=0.1, flask_old=0.1, spare=0.1)
+    position(tmp_path, Beaker_250=8.0, LEFT_hand=0.2, flask=0.1, flask_old=0.1, spare=0.1)
     (tmp_path / "notes.txt").write_text("no mesh")
     result, note = matched(tmp_path, ["beaker", "LeftHand(Clone)", "Flask", "camera", "hand", "old spare"])
     assert {name: item.file.name for name, item in result.items()} == {
@@ -49,7 +49,7 @@ def test_folder_is_matched_by_name_and_reported(tmp_path):
 
 
 def test_two_files_as_good_are_named_and_none_is_taken(tmp_path):
-    place(tmp_path, glass_a=0.1, glass_b=0.1)
+    position(tmp_path, glass_a=0.1, glass_b=0.1)
     result, note = matched(tmp_path, ["glass"])
     assert not result
     assert note[0] == "glass: several are named so: glass_a.obj, glass_b.obj; name one with mesh = FILE in the scene"

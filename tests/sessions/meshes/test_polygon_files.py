@@ -129,13 +129,13 @@ FORMATS = {
     "obj": ("obj", written_obj), "off": ("off", written_off), "ply text": ("ply", written_ply_text),
     "ply little-endian": ("ply", written_ply_binary("<")), "ply big-endian": ("ply", written_ply_binary(">")),
 }  # fmt: skip
-SEEN_FROM = {
+VISIBLE_FROM = {
     "upright": np.eye(3),
     "tilted": np.linalg.qr(np.random.default_rng(1).standard_normal((3, 3)))[0],
 }
 
 
-@pytest.mark.parametrize("view", SEEN_FROM)
+@pytest.mark.parametrize("view", VISIBLE_FROM)
 @pytest.mark.parametrize("form", FORMATS)
 @pytest.mark.parametrize("name", POLYGONS)
 def test_prism_area_volume_and_order_match_closed_form(name, form, view):
@@ -143,7 +143,7 @@ def test_prism_area_volume_and_order_match_closed_form(name, form, view):
     area = shoelace(outline)
     assert planted is None or area == pytest.approx(planted, rel=1e-12)
     kind, written = FORMATS[form]
-    rotation = SEEN_FROM[view]
+    rotation = VISIBLE_FROM[view]
     vertices, polygons = prism(outline, rotation)
     mesh = mesh_from_bytes(written(vertices, polygons), kind)
     assert np.array_equal(mesh.vertices, vertices + 0.0)

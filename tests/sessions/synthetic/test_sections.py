@@ -7,12 +7,12 @@ from sessions.geometry.rotations import quaternion_about
 from sessions.geometry.solids import box
 from sessions.synthetic.sections import approach, round_in_round
 
-TURN = quaternion_about((0.0, 1.0, 0.0), np.radians(45.0))
+ROTATION = quaternion_about((0.0, 1.0, 0.0), np.radians(45.0))
 
 
 def test_a_cube_corner_meets_a_prism_between_the_bounds():
     cube, post = box((0.1, 0.1, 0.1)), prism(64, 0.03, 0.5)
-    meets = approach(cube, TURN, post, (0.0, 0.0, -1.0), 0.05)
+    meets = approach(cube, ROTATION, post, (0.0, 0.0, -1.0), 0.05)
     corner = 0.05 * np.sqrt(2.0)
     assert meets.sure <= corner + 0.03 <= meets.possible + 1e-9
     assert meets.slack < 0.0001

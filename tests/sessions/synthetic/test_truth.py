@@ -42,14 +42,14 @@ def test_expected_knows_sure_open_and_clear_frames():
     assert truth().expected("a", "c", stamps.astype(np.int64)).tolist() == [CLEAR] * 6
 
 
-def apart(height):
+def separate(height):
     """When surfaces that approach and part by 1 m/s are at most ``height`` apart: 1 m deep at 3 s, 0 at 8 s."""
     return [(2.0 - height, 4.0 + height)] + [(8.0 - height, 8.0 + height)] * (height > 0.0)
 
 
 def test_episode_length_is_bounded_by_noise_and_tessellation():
     for kind, near, deep in (("contact", 0.125, 0.375), ("contained", 0.375, 0.125)):
-        result, passing = levelled(("a", "b"), kind, apart, 0.125, 0.25, (0.5, 8.5))
+        result, passing = levelled(("a", "b"), kind, separate, 0.125, 0.25, (0.5, 8.5))
         assert result.nominal == (2.5, 4.5) and result.pair == ("a", "b") and result.kind == kind
         assert result.surely == (2.5 + deep, 4.5 - deep) and result.possibly == (2.5 - near, 4.5 + near)
         assert passing.nominal is passing.surely is None and passing.possibly == (8.5 - near, 8.5)

@@ -219,7 +219,7 @@ def test_a_body_may_be_open_where_the_other_is_closed():
     assert create_detector("exact", bodies).detect(unturned(np.zeros((1, 2, 3)))).verdict[0, 0] == Verdict.CONTAINED
 
 
-def loose_triangles(mesh, jitter):
+def free_triangles(mesh, jitter):
     """Triangles that share no corner, as a file of too few digits leaves them."""
     corners = mesh.triangles + np.random.default_rng(0).uniform(-jitter, jitter, mesh.triangles.shape)
     return TriangleMesh(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
@@ -228,7 +228,7 @@ def loose_triangles(mesh, jitter):
 def test_inside_unconnected_triangles_is_never_clear_and_outside_is():
     positions = np.random.default_rng(6).uniform(-0.12, 0.12, (FRAMES, 3))
     overlaps, within = overlap_of_boxes(positions, [0 * SHIFT])
-    for mesh in (loose_triangles(grid_box(SIZE, 4), 1e-7), loose_triangles(box_mesh(SIZE), 1e-9)):
+    for mesh in (free_triangles(grid_box(SIZE, 4), 1e-7), free_triangles(box_mesh(SIZE), 1e-9)):
         verdict = requested("exact", mesh, positions)
         assert not (overlaps & (verdict == Verdict.CLEAR)).any()
         assert (verdict[~overlaps] == Verdict.CLEAR).all()

@@ -86,7 +86,7 @@ def test_the_exact_margin_lies_within_the_bounds(family):
     assert (separated[~meets] <= margin[~meets]).all()
 
 
-def keep_apart(first, second, reach):
+def keep_separate(first, second, reach):
     """Whether two triangles that stand unmoved certainly keep each of some distances."""
     trees = build_box_trees([np.array([corners], dtype=float) for corners in (first, second)])
     pose = np.tile(np.eye(3), (len(reach), 1, 1)), np.zeros((len(reach), 3))
@@ -104,7 +104,7 @@ def test_gap_is_exact_for_every_kind_of_nearest_feature():
     meets, distance = triangle_margins(np.array(pairs))
     assert (~meets).sum() > 200
     for (first, second), far in zip(np.array(pairs)[~meets], distance[~meets], strict=True):
-        assert keep_apart(first, second, far * np.array([1 - 1e-9, 1 + 1e-9])) == [True, False]
+        assert keep_separate(first, second, far * np.array([1 - 1e-9, 1 + 1e-9])) == [True, False]
 
 
 def freed(first, second, step, rotation=None, shift=(0, 0, 0)):

@@ -87,8 +87,8 @@ def test_disjoint_collinear_edges_do_not_meet():
         assert not pair_intersects_exact(np.ascontiguousarray(pair[:, :, ::-1]).reshape(6, 3), new_digits())
 
 
-SEEN = tomllib.loads(Path(__file__).with_name("seen.toml").read_text("utf-8"))
-CASES = [pytest.param(other, word == "meets", id=name) for word in SEEN for name, other in SEEN[word].items()]
+VISIBLE = tomllib.loads(Path(__file__).with_name("seen.toml").read_text("utf-8"))
+CASES = [pytest.param(other, word == "meets", id=name) for word in VISIBLE for name, other in VISIBLE[word].items()]
 
 
 @pytest.mark.parametrize(("other", "meets"), CASES)

@@ -13,7 +13,7 @@ from replay.show.rerun_log.moments import read_bookmarks
 from replay.show.rerun_log.recording_file import recording_file
 from replay.show.rerun_log.viewer import _target
 
-PLACE = {"label": "hull", "kind": "miss", "number": 1, "session_ns": 5, "leads": True}
+POSITION = {"label": "hull", "kind": "miss", "number": 1, "session_ns": 5, "leads": True}
 
 CHANGES = [{"session_ns": 0.5}, {"number": None}, {"kind": ["miss"]}, {"unknown": 1}]
 
@@ -37,11 +37,11 @@ def test_damaged_recording_is_a_sentence(recording, tmp_path, content):
         read_bookmarks(tmp_path / "run.rrd")
 
 
-CHANGED_PLACES = [{"label": "hull"}, *(PLACE | change for change in CHANGES)]
+CHANGED_POSITIONS = [{"label": "hull"}, *(POSITION | change for change in CHANGES)]
 
 
 @pytest.mark.parametrize(
-    "moments", ["", "{", "[1]", "null", "[" * 100_000, *(json.dumps([position]) for position in CHANGED_PLACES)]
+    "moments", ["", "{", "[1]", "null", "[" * 100_000, *(json.dumps([position]) for position in CHANGED_POSITIONS)]
 )
 def test_recording_with_foreign_moments_is_damaged(tmp_path, moments):
     with recording_file("test", tmp_path / "run.rrd", rrb.Blueprint(rrb.Spatial3DView(origin="/"))) as stream:

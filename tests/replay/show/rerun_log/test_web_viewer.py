@@ -51,7 +51,7 @@ def send_byte_by_byte(connection):
             return
 
 
-def send_a_part(connection):
+def send_a_piece(connection):
     connection.sendall(OK + b"x" * 60)
     connection.close()
 
@@ -66,7 +66,7 @@ def send_no_http(connection):
     connection.close()
 
 
-@pytest.mark.parametrize("answer", [stay_silent, send_byte_by_byte, send_a_part, send_no_http])
+@pytest.mark.parametrize("answer", [stay_silent, send_byte_by_byte, send_a_piece, send_no_http])
 def test_incomplete_file_of_a_server_is_abandoned_at_the_deadline(answer):
     with server(answer) as url:
         began = time.monotonic()

@@ -165,7 +165,7 @@ def selected(query, entities):
             yield entity
 
 
-def seen(read, entity, over_time, ns):
+def visited(read, entity, over_time, ns):
     """How many values that can be seen an entity has at the cursor, or ever in a view of all times."""
     names = {name for batch in read.entities[entity] for name in batch.schema.names if name.endswith(DRAWN)}
     rows = [read.column(entity.removeprefix("/"), name) for name in names]
@@ -190,4 +190,4 @@ def test_no_view_is_empty_or_names_unrecorded_paths(name, fraction, taps, drawn)
             followed = pieces.get(f"{path}/EyeControls3D", {}).get("EyeControls3D:tracking_entity", ())
             assert {*exact, *followed} <= {*read.entities}, view
             over_time = view["ViewBlueprint:class_identifier"][0] in OVER_TIME
-            assert sum(seen(read, entity, over_time, ns) for entity in selected(query, read.entities)), view
+            assert sum(visited(read, entity, over_time, ns) for entity in selected(query, read.entities)), view

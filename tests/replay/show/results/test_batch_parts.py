@@ -67,10 +67,10 @@ def test_what_did_not_change_is_not_written_again(batch):
     assert len(before.keys() & after.keys()) == 2 * len(DATA_SET) and len(after) == len(before)
 
 
-PARTS = '{"schema": "vrlab-replay/parts/1", "parts": [%s]}'
+PIECES = '{"schema": "vrlab-replay/parts/1", "parts": [%s]}'
 UNREADABLE = [
-    "", "[]", '{"schema": "vrlab-replay/parts/9", "parts": []}', PARTS % '{"stem": "../x", "runs": {}}',
-    PARTS % '{"stem": 1, "runs": {"a": [1]}}',
+    "", "[]", '{"schema": "vrlab-replay/parts/9", "parts": []}', PIECES % '{"stem": "../x", "runs": {}}',
+    PIECES % '{"stem": 1, "runs": {"a": [1]}}',
 ]  # fmt: skip
 
 

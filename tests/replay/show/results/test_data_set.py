@@ -29,7 +29,7 @@ NOTES = re.search(r"## Notes of your own.*?```csv\n(.*?)```.*?```sql\n(.*?)^```$
 QUESTIONS = re.findall(r"^\d+\. ([^\n]+\?)\n\n```sql\n(.*?)^```$", page("many-sessions"), re.MULTILINE | re.DOTALL)
 
 STUDENTS = {"one": "S1", "two": "S1", "three": "S2", "four": ""}
-PLACES = {
+POSITIONS = {
     "one": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3],
     "two": [3, 0.9, 3, 3, 0.7, 0.7, 3, 0.9, 0.9, 1.2, 1.2, 2],
     "three": [0.9, 0.9, 0.9, 3, 3, 0.8, 3, 3, 3, 3, 0.9, 4],
@@ -43,7 +43,7 @@ BUTTONS = {"one": (1, 6), "two": (6, 11), "three": (5,), "four": (3,)}
 def session(name):
     events = [Event(frame * STEP_NS, "press", "trigger", "b") for frame in BUTTONS[name]]
     spans = [Interval(first * STEP_NS, last * STEP_NS, kind, word) for kind, word, first, last in SPANS]
-    positions = {"a": [0] * 12, "b": PLACES[name], "c": [9] * 3 + [3.9 if name == "three" else 9] + [9] * 8}
+    positions = {"a": [0] * 12, "b": POSITIONS[name], "c": [9] * 3 + [3.9 if name == "three" else 9] + [9] * 8}
     facts = {"pseudonym": STUDENTS[name]} if STUDENTS[name] else {}
     return cubes(positions, events=events, intervals=[] if name == "four" else spans, facts=facts)
 
@@ -56,7 +56,7 @@ def run_of(name):
 
 @pytest.fixture(scope="module")
 def results():
-    return {name: run_of(name) for name in PLACES}
+    return {name: run_of(name) for name in POSITIONS}
 
 
 @pytest.fixture(scope="module")
@@ -72,7 +72,7 @@ def tables(top):
     return read(top)
 
 
-def doing(name, kind, frame):
+def action(name, kind, frame):
     """The span at a frame, from what was planted: none in the session ``four``."""
     existing = [(first, word) for item, word, first, last in SPANS if item == kind and first <= frame <= last]
     return max(existing)[1] if existing and name != "four" else None
@@ -169,8 +169,10 @@ def test_every_row_says_its_run_session_student_task_and_stage(tables, results):
             frame = row["stamp_ns"] // STEP_NS if kind == "events" else row.get("first")
             for span in ("task", "stage"):
                 every = None if name == "four" else {"task": "stir + pour", "stage": "first + second"}[span]
-                assert row[span] == (every if kind == "metrics" else doing(name, span, frame)), row
-    assert len(set(digests.values())) == len(PLACES) and all(re.fullmatch("[0-9a-f]{16}", d) for d in digests.values())
+                assert row[span] == (every if kind == "metrics" else action(name, span, frame)), row
+    assert len(set(digests.values())) == len(POSITIONS) and all(
+        re.fullmatch("[0-9a-f]{16}", d) for d in digests.values()
+    )
 
 
 def test_newer_tables_are_refused_and_broken_tables_named(results, tmp_path):

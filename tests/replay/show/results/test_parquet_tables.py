@@ -18,15 +18,15 @@ SCENE = Scene(bodies=(SceneBody("a"), SceneBody("b")), effects=(
 ))  # fmt: skip
 SPANS = [Interval(BEGIN + 2 * STEP_NS, BEGIN + 9 * STEP_NS, "task", "stir", {"by": "p1"})]
 EVENTS = [Event(BEGIN + 3 * STEP_NS, "buttondown", "trigger", "b")]
-PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
+POSITIONS = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
 
 
-def recorded(positions=PLACES, **more):
+def recorded(positions=POSITIONS, **more):
     return cubes(positions, first_ns=BEGIN, events=EVENTS, intervals=SPANS, **more)
 
 
 RUNS = {
-    "audited": lambda: compute(recorded(PLACES | {"c": [9] * 12}), detectors="slow=discrete[rate_hz=20],sphere"),
+    "audited": lambda: compute(recorded(POSITIONS | {"c": [9] * 12}), detectors="slow=discrete[rate_hz=20],sphere"),
     "effects of a part": lambda: compute(recorded(scene=SCENE), detectors=(), start=0.01),
     "nothing happened": lambda: compute(cubes({"a": [0, 0], "b": [5, 5.01]}), detectors="hybrid", oracle="hybrid"),
     "a pose in doubt": lambda: compute(cubes({"a": [0] * 9, "b": [5] * 4 + [5.5] * 5}), detectors="hybrid"),

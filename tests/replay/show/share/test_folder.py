@@ -28,7 +28,7 @@ from replay.show.results.run_folder import read_run_folder
 from replay.show.share.folder import require_consent, write_shared_folder
 from sessions import Recorder
 
-PLACES = [*[3] * 6, 0.9, *[3] * 9, 0.9, *[3] * 7]
+POSITIONS = [*[3] * 6, 0.9, *[3] * 9, 0.9, *[3] * 7]
 DETECTORS = ["slow=discrete[rate_hz=20]", "late=discrete[rate_hz=12]"]
 FACTS = {
     "devices": '{"LHR-5EC12E7": "left hand"}', "serial": "SN-5EC12E7", "operator": "/lab/anna.lind",
@@ -43,7 +43,7 @@ def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("anna.lind")
     file = folder / "anna_mueller_matr4711.mcap"
     with Recorder(file, meshes=dict.fromkeys(("a", "hand-left"), cube()), facts=FACTS) as recorder:
-        for frame, position in enumerate(PLACES):
+        for frame, position in enumerate(POSITIONS):
             stamp = frame * STEP_NS
             recorder.poses(stamp, {"a": ((0, 0, 0), STILL), "hand-left": ((position, 0, 0), STILL)})
             recorder.hand(stamp, "anna_mueller", "left", trigger=float(5 < frame < 9))

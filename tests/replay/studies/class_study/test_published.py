@@ -22,7 +22,7 @@ def remarks():
     return check_published(EXAMPLE)
 
 
-FOUND = {
+EXPECTED = {
     (INCONSISTENT, "PU on attitude"): ("-0.008", "0.172", "r = 0.434", "p = 0.0013", "p = 0.45", "0.002"),
     (INCONSISTENT, "label"): ("7 of 8", "n = 52", "one predictor each"),
     (WEAK, "n"): ("2.7 persons per item",),
@@ -34,11 +34,11 @@ FOUND = {
 }
 
 
-@pytest.mark.parametrize("expected", FOUND)
+@pytest.mark.parametrize("expected", EXPECTED)
 def test_printed_tables_contradictions_are_explained(remarks, expected):
     reported = " ".join(item.message for item in remarks if (item.kind, item.row) == expected)
-    assert all(text in reported for text in FOUND[expected])
-    others = {(item.kind, item.row) for item in remarks} - FOUND.keys()
+    assert all(text in reported for text in EXPECTED[expected])
+    others = {(item.kind, item.row) for item in remarks} - EXPECTED.keys()
     assert all(kind == AGREES and " on " in row for kind, row in others) and len(others) == 7
 
 

@@ -22,7 +22,7 @@ from replay.studies.class_study.tables import WORDS, headlines, opening, study_t
 
 NAMES = ("first", "second")
 EASE, CONTACTS = ("motivation", "ease of use"), ("motivation", "contacts_per_min")
-ASKED = codebook((EASE, CONTACTS))
+REQUESTED = codebook((EASE, CONTACTS))
 ARMS = codebook((EASE, CONTACTS), groups=("arm", NAMES))
 HALVES = [*NAMES] * 20
 
@@ -36,7 +36,7 @@ def study(count=40, other="hybrid", *, recall=0.9, scattered=False, arms=False):
         table.loc[others, "contacts_per_min"] = np.random.default_rng(0).permutation(contacts)
     if arms:
         table.loc[~others, "contacts_per_min"] += 9.0 * (np.arange(count) % 2)
-    return analyse(ARMS if arms else ASKED, questionnaire(answers, HALVES if arms else ()), table)
+    return analyse(ARMS if arms else REQUESTED, questionnaire(answers, HALVES if arms else ()), table)
 
 
 def rules(result):
@@ -45,7 +45,7 @@ def rules(result):
 
 def test_planted_association_is_detected_and_nothing_else():
     answers, contacts = a_class(52, seed=3)
-    result = analyse(ASKED, questionnaire(answers), metrics(contacts))
+    result = analyse(REQUESTED, questionnaire(answers), metrics(contacts))
     ease, moved = result.coefficients
     assert ease.associated and ease.low < ease.beta < ease.high and ease.beta > 0.3
     assert not moved.associated
@@ -108,19 +108,19 @@ def test_result_states_student_count_once_and_marks_associations():
 def test_detector_with_fewest_misses_is_chosen_unless_requested_otherwise():
     answers, contacts = a_class(30)
     table = metrics(contacts, detectors=("hybrid", "exact"), recall=(0.8, 1.0))
-    assert analyse(ASKED, questionnaire(answers), table).detector == "exact"
-    assert analyse(ASKED, questionnaire(answers), table, detector="hybrid").recall == pytest.approx(0.8)
+    assert analyse(REQUESTED, questionnaire(answers), table).detector == "exact"
+    assert analyse(REQUESTED, questionnaire(answers), table, detector="hybrid").recall == pytest.approx(0.8)
     even = metrics(contacts, detectors=("hull50", "exact"), recall=(1.0, 1.0))
-    assert analyse(ASKED, questionnaire(answers), even).detector == "exact"
+    assert analyse(REQUESTED, questionnaire(answers), even).detector == "exact"
     with pytest.raises(StudyError, match="there are: hybrid, exact"):
-        analyse(ASKED, questionnaire(answers), table, detector="exakt")
+        analyse(REQUESTED, questionnaire(answers), table, detector="exakt")
 
 
 def test_behaviour_without_recall_is_refused_and_answers_are_kept(runs):
     answers, contacts = a_class(30)
     strangers = metrics(contacts).assign(student=[f"X{number}" for number in range(30)])
     for table, rule in ((metrics(contacts, recall=(None,)), "provenance"), (strangers, "ids")):
-        result = analyse(ASKED, questionnaire(answers), table)
+        result = analyse(REQUESTED, questionnaire(answers), table)
         assert [item.variables for item in result.coefficients] == [EASE]
         (refused,) = result.refusals
         assert refused.rule == rule and "contacts_per_min" in refused.what
@@ -131,7 +131,7 @@ def test_behaviour_without_recall_is_refused_and_answers_are_kept(runs):
 def test_misspelt_student_leaves_the_others_in_the_study():
     answers, contacts = a_class(30)
     table = metrics(contacts).replace({"student": {"S07": "s7"}})
-    result = analyse(ASKED, questionnaire(answers), table)
+    result = analyse(REQUESTED, questionnaire(answers), table)
     assert [(finding.variables, finding.students) for finding in result.coefficients] == [(EASE, 30), (CONTACTS, 29)]
     assert result.unmatched == (
         "'S07' of the questionnaire matches no recording; did you mean 's7'?",
@@ -192,7 +192,7 @@ def test_student_with_several_sessions_counts_once_by_mean():
     separate = np.repeat(np.random.default_rng(1).normal(size=30), 2) * np.tile([1.0, -1.0], 30)
     table["contacts_per_min"] += separate
     table = concat([table, *[plain[:1]] * 18])
-    result, once = (analyse(ASKED, questionnaire(answers), rows) for rows in (table, plain))
+    result, once = (analyse(REQUESTED, questionnaire(answers), rows) for rows in (table, plain))
     assert (result.rows, result.students) == (78, 30)
     for other, item in zip(result.coefficients, once.coefficients, strict=True):
         assert (other.beta, other.low, other.high, other.p) == pytest.approx((item.beta, item.low, item.high, item.p))

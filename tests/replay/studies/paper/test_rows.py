@@ -9,7 +9,7 @@ from replay.studies.paper.rows import ROWS, TREE, ask, groups_of, make
 FEW = [(100, 0), (100, 1), (100, 3), (300, 0), (300, 1)]
 MORE = [(target, number) for target in TARGETS for number in range(POSES)][::9]
 """Both families at every target."""
-SHARES = (0.05, 0.1, 0.25, 0.5, 0.75, 1.0)
+FRACTIONS = (0.05, 0.1, 0.25, 0.5, 0.75, 1.0)
 some_poses = pytest.mark.parametrize("some", [FEW, pytest.param(MORE, marks=pytest.mark.slow)], ids=["few", "more"])
 
 
@@ -43,8 +43,8 @@ def test_larger_budget_never_finds_fewer_faces(name, some):
     for group in groups(some):
         bodies, true = group[0].bodies, np.array([pose.faces for pose in group])
         work = ask(name, make(name, bodies), group)["operations"].max()
-        cut = [ask(name, make(name, bodies, budget=max(1, int(fraction * work))), group) for fraction in SHARES]
+        cut = [ask(name, make(name, bodies, budget=max(1, int(fraction * work))), group) for fraction in FRACTIONS]
         assert all((result["pairs"] == result["right_pairs"]).all() for result in cut)
         faces = np.array([result["faces"] for result in cut])
         assert (np.diff(faces, axis=0) >= 0).all() and (faces[-1] == true).all()
-        assert 0.05 < faces[SHARES.index(0.25)].sum() / true.sum() < 0.95
+        assert 0.05 < faces[FRACTIONS.index(0.25)].sum() / true.sum() < 0.95

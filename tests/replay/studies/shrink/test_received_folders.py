@@ -11,7 +11,7 @@ from replay import run
 from replay.cli.main import main
 from sessions import write_session
 
-PLACES = [3, 3, 0.9, 0.9, 3, 3, 3, 0.9, 3, 3]
+POSITIONS = [3, 3, 0.9, 0.9, 3, 3, 3, 0.9, 3, 3]
 
 OWN = """
 from pathlib import Path
@@ -33,7 +33,7 @@ def folder(tmp_path, monkeypatch):
     """A run that audited a detector of the table, and a module beside it that tells when it is imported."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", [*sys.path, str(tmp_path)])
-    write_session(cubes({"a": [0] * 10, "b": PLACES}), tmp_path / "s.mcap")
+    write_session(cubes({"a": [0] * 10, "b": POSITIONS}), tmp_path / "s.mcap")
     (tmp_path / "sent_along.py").write_text(OWN)
     run(tmp_path / "s.mcap", detectors="slow=discrete[rate_hz=25]", out=tmp_path / "run", picture=False)
     yield tmp_path / "run"
