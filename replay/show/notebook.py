@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 from functools import partial
-from html import escape
+from itertools import accumulate
 from shlex import quote
 from textwrap import wrap
 from typing import Final
@@ -11,13 +11,15 @@ from replay.document.cost import RUN, SESSION
 from replay.document.headline import price, undecided
 from replay.document.run_result import RunResult
 from replay.errors import AuditError
+from replay.show.accuracy import accuracy_plot, run_dots
+from replay.show.palette import LIGHT
 from replay.show.report.first_screen import comparison_of
 from replay.show.report.markup import filled
 from replay.show.report.page import view_of
 from replay.show.run_tables import ranking_table
 from replay.show.sections import details
 from replay.tables import text_of
-from replay.words import duration, plural
+from replay.words import duration, plural, safe_text
 
 MOST_LINES: Final = 15
 """Lines of a ``repr`` at most."""
@@ -32,7 +34,13 @@ FILES: Final = {"report.html": "report", "run.rrd": "picture for Rerun"}
 """Files of a run folder that are linked."""
 
 WIDTH: Final = 100
-PLOT_HEIGHT: Final = 420
+
+SCATTER_SIZE: Final = (760.0, 250.0)
+"""Width of a plot, and height of its upper half: its text has 10 pixels at least in a cell of 600."""
+
+LANE_HEIGHT: Final = 44.0
+TITLE_LETTERS: Final = 84
+LEGEND_LETTER: Final = 7.0
 
 
 def run_text(result: RunResult) -> str:
@@ -72,22 +80,54 @@ def run_html(result: RunResult) -> str:
 
 @dataclass(frozen=True)
 class Plot:
-    """A part of the report that a notebook shows; ``page`` is HTML that can be written to a file."""
+    """A drawing for a notebook; ``svg`` can be written to a file."""
 
-    page: str
+    svg: str
+    detectors: int
 
-    def _repr_html_(self) -> str:
-        # A frame of its own: neither page has the styles of the other.
-        return f'<iframe srcdoc="{escape(self.page)}" style="width:100%;height:{PLOT_HEIGHT}px;border:0"></iframe>'
+    def __repr__(self) -> str:
+        return f"Plot of {plural(self.detectors, 'detector')}: accuracy against cost, and contacts over time"
+
+    def _repr_svg_(self) -> str:
+        return self.svg
 
 
 def run_plot(result: RunResult) -> Plot:
-    """Ranking, accuracy against cost and the timeline of all detectors; ``AuditError``: nothing was compared."""
+    """Accuracy against cost and the timeline of all detectors; ``AuditError``: nothing was compared."""
     if not result.ranking:
         raise AuditError(
             "nothing was compared in this run, so there is nothing to plot; run it with a reference (oracle=...)"
         )
-    return Plot(filled("show/plot.html", comparison=comparison_of(view_of(result))))
+    dots, timeline = run_dots(result), comparison_of(view_of(result)).timeline
+    scatter = accuracy_plot(dots, SCATTER_SIZE) if dots else None
+    title = wrap(safe_text(result.answers[0].sentence), TITLE_LETTERS) if result.answers else []
+    scatter_top = 22 * len(title) + 16
+    legend_top = scatter_top + (SCATTER_SIZE[1] if scatter else 0) + 12
+    lanes = [
+        (label, what, lane, legend_top + 24 + LANE_HEIGHT * number)
+        for number, (label, what, lane) in enumerate(timeline.lanes)
+    ]
+    kinds = [(kind, label) for kind, label in timeline.legend if kind in LIGHT]
+    starts = accumulate((LEGEND_LETTER * len(label) + 44 for _, label in kinds), initial=12.0)
+    svg = filled(
+        "show/plot.svg",
+        width=SCATTER_SIZE[0],
+        height=legend_top + 24 + LANE_HEIGHT * len(lanes) + 26,
+        alternative=" ".join([*title, *(f"{label}: {lane.words}." for label, _, lane in timeline.lanes)]),
+        title=title,
+        scatter=scatter,
+        scatter_top=scatter_top,
+        legend=[(kind, label, x) for (kind, label), x in zip(kinds, starts, strict=False)],
+        legend_top=legend_top,
+        lanes=lanes,
+        ticks=timeline.ticks,
+        colours={**LIGHT, "contact": LIGHT["right"]},
+        paper="#ffffff",
+        ink="#17212d",
+        faint="#536070",
+        rule="#e4e9ef",
+    )
+    return Plot(svg, len(lanes))
 
 
 def _what(result: RunResult) -> str:

@@ -4,10 +4,10 @@ import re
 import subprocess
 import sys
 from dataclasses import replace
-from html import unescape
 from html.parser import HTMLParser
 from importlib.util import find_spec
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -88,10 +88,20 @@ def test_what_came_from_a_recording_is_text_in_html():
         assert page.open == [] and "<b>a" in " ".join(page.words)
 
 
-def test_plot_has_every_detector_over_cost_and_time(result):
-    printed = unescape(result.plot()._repr_html_())
-    assert printed.startswith("<iframe") and "Accuracy against cost, as losses: slow" in printed
-    assert 'aria-label="slow: ' in printed and 'aria-label="exact: ' in printed
+def test_plot_draws_every_detector_over_cost_and_time(result):
+    plot = result.plot()
+    assert repr(plot) == "Plot of 2 detectors: accuracy against cost, and contacts over time"
+    tree = ElementTree.fromstring(plot._repr_svg_())
+    texts = ["".join(node.itertext()) for node in tree.iter("{http://www.w3.org/2000/svg}text")]
+    assert any(text.startswith("slow: ") for text in texts) and any(text.startswith("exact: 0") for text in texts)
+    assert {"slow", "exact"} <= {text.split(":")[0].split(" ")[0] for text in texts}
+    assert len([*tree.iter("{http://www.w3.org/2000/svg}svg")]) == 3 and "slow: " in tree.get("aria-label")
+
+
+@pytest.mark.parametrize("name", ["<b>a", 'a"&', "]]>", "\u202ea"])
+def test_plot_takes_any_name_as_text(name):
+    made = replay.run(cubes({name: [0] * 4, "b": [0.5, 3, 3, 0.5]}), detectors=SLOW)
+    assert ElementTree.fromstring(made.plot()._repr_svg_()).tag.endswith("svg")
 
 
 def test_a_written_run_is_that_run_with_a_folder(result, tmp_path):
