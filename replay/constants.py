@@ -13,7 +13,7 @@ __all__ = [
     "MOST_FRAMES_IN_MEMORY",
     "RECORDING",
     "VERDICT_FRAMES",
-]  # fmt: skip
+]
 
 BUDGET_MS: Final = 1000.0 / HEADSET_HZ
 """Milliseconds of one frame: what a live loop has for everything."""

@@ -65,9 +65,15 @@ class Prepared:
 
 
 def prepared(
-    session: Session, *, pairs: Pairs | None = None, start: float | None = None, end: float | None = None,
-    policy: PolicyLike | Policy | None = None, looking: bool = True, progress: Progress | None = None,
-) -> Prepared:  # fmt: skip
+    session: Session,
+    *,
+    pairs: Pairs | None = None,
+    start: float | None = None,
+    end: float | None = None,
+    policy: PolicyLike | Policy | None = None,
+    looking: bool = True,
+    progress: Progress | None = None,
+) -> Prepared:
     """Examine and repair a session by the policy, choose its pairs, and assemble it.
 
     ``looking``: whether a detector will run; the other parameters are as for ``replay.run``.
@@ -103,9 +109,14 @@ def compute(
     if noise_spec and not lineup.oracle:
         raise NoiseError("noise needs detectors and a reference; name detectors, or leave out --noise")
     ready = prepared(
-        session, pairs=settings.pairs, start=settings.start, end=settings.end, policy=settings.policy,
-        looking=bool(lineup.specs), progress=progress,
-    )  # fmt: skip
+        session,
+        pairs=settings.pairs,
+        start=settings.start,
+        end=settings.end,
+        policy=settings.policy,
+        looking=bool(lineup.specs),
+        progress=progress,
+    )
     # Of a recording of hours, what one step frees is too much to be kept for the next.
     release_memory = give_back_memory if len(ready.assembly.motion) > MOST_FRAMES_IN_MEMORY else lambda: None
     release_memory()
@@ -224,11 +235,15 @@ def _audited(ready: Prepared, oracle: str, detected: Detected, progress: Progres
         for label, run in runs.items()
     }
     result = RunResult(
-        session=session, assembly=assembly, detections={label: run.detection for label, run in runs.items()},
-        oracle=oracle, episodes=by_label, repaired=ready.repaired,
+        session=session,
+        assembly=assembly,
+        detections={label: run.detection for label, run in runs.items()},
+        oracle=oracle,
+        episodes=by_label,
+        repaired=ready.repaired,
         flags=Flags.of(ready.repaired.spans, assembly, session.scene),
         detectors={label: run.detector for label, run in runs.items()},
-    )  # fmt: skip
+    )
     if reference is None:
         return result
     audited = {label: run for label, run in runs.items() if label != oracle}
@@ -266,10 +281,18 @@ def _audited(ready: Prepared, oracle: str, detected: Detected, progress: Progres
             )
             advance(EXAMINING)
     return replace(
-        result, comparisons=comparisons, misses=misses, matches=matches, false=false, causes=causes,
-        phases=detected.offsets, counts=counts, reference=reference,
-        holdings=reference.holdings, not_grasped=reference.contacts,
-    )  # fmt: skip
+        result,
+        comparisons=comparisons,
+        misses=misses,
+        matches=matches,
+        false=false,
+        causes=causes,
+        phases=detected.offsets,
+        counts=counts,
+        reference=reference,
+        holdings=reference.holdings,
+        not_grasped=reference.contacts,
+    )
 
 
 def _chosen_pairs(planned: Plan, requested: Pairs | None, session: Session, looking: bool) -> Pairs | None:

@@ -73,7 +73,9 @@ def session_info(session: Session) -> dict[str, Any]:
         + [_body(session, name, None, None) for name in fixed],
         "intervals": [
             {
-                "kind": interval.kind, "name": interval.name, "start": (interval.start_ns - zero) / 1e9,
+                "kind": interval.kind,
+                "name": interval.name,
+                "start": (interval.start_ns - zero) / 1e9,
                 "end": (interval.end_ns - zero) / 1e9,
             }
             for interval in session.intervals
@@ -92,7 +94,7 @@ def session_info(session: Session) -> dict[str, Any]:
             {**row.as_json(), "what": row.title, "said": row.sentence} for row in recording_assumptions(session)
         ],
         "facts": {key: value for key, value in session.facts.items() if key not in (FACT, ASSUMPTIONS_FACT)},
-    }  # fmt: skip
+    }
 
 
 def _ledger(session: Session) -> list[dict[str, Any]] | None:
@@ -114,8 +116,11 @@ def _body(session: Session, name: str, track: ClockInfo | None, words: NDArray[n
     declared, mesh = session.scene.body(name), session.meshes.get(name)
     counts = {} if words is None else {status.name.lower(): int(words[status]) for status in Status if words[status]}
     return {
-        "name": name, "faces": None if mesh is None else len(mesh.faces),
+        "name": name,
+        "faces": None if mesh is None else len(mesh.faces),
         "size": None if mesh is None else (mesh.bounds[1] - mesh.bounds[0]).tolist(),
-        "proxy": declared is not None and declared.proxy, "fixed": track is None, "samples": counts,
+        "proxy": declared is not None and declared.proxy,
+        "fixed": track is None,
+        "samples": counts,
         **({} if track is None else {"rate_hz": track.rate_hz, "gaps": track.gaps, "longest_gap": track.longest_gap}),
-    }  # fmt: skip
+    }

@@ -48,7 +48,7 @@ class Alternative:
 
     @property
     def words(self) -> str:
-        """What the recording shows: its contacts, or how colliders fit their meshes."""
+        """Evidence in the recording: its contacts, or how colliders fit their meshes."""
         if self.overshoot is None:
             return outcome_text(self.outcome)
         return f"colliders up to {words.fixed(1e3 * self.overshoot, 0)} mm off the bounds of their meshes"

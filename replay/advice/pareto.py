@@ -68,9 +68,10 @@ def contenders_of(rows: Sequence[Row]) -> list[str]:
     """Labels of what is on the front, or would be if its time were known better."""
     left = [row for row in rows if counts(row)]
     return [
-        row["label"] for row in left
+        row["label"]
+        for row in left
         if not any(other["loss"] < row["loss"] and other["mean_ms"] <= row["mean_ms"] for other in left)
-    ]  # fmt: skip
+    ]
 
 
 def sorted_rows(rows: Sequence[AnyRow]) -> list[AnyRow]:

@@ -85,10 +85,12 @@ class Scoring:
             offsets = offset_counts(setting.rate_hz, every, self.reference)
         false = len(column_runs((comparison.by_contact == Outcome.FALSE_CONTACT).T))
         return {
-            "contacts": once.contacts, "offsets": 1 if offsets is None else PHASES,
-            "contacts_undecided": once.undecided, "contact_frames_undecided": once.frames_undecided,
+            "contacts": once.contacts,
+            "offsets": 1 if offsets is None else PHASES,
+            "contacts_undecided": once.undecided,
+            "contact_frames_undecided": once.frames_undecided,
             **wrong_counts(once, false, count_reports(comparison).proportion(Outcome.FALSE_CONTACT), offsets),
-        }  # fmt: skip
+        }
 
     def false_frames(self, detection: Detection) -> IntArray:
         """Numbers of frames of false contact of each pair, (P,)."""

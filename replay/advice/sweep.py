@@ -191,14 +191,19 @@ class _Sweep:
             return None
         detection = trial.detector.detect(trial.motion)
         trial.row = {
-            "label": setting.label, "settings": setting.asked, "detector": setting.detector, "line": setting.line,
-            "value": setting.value, "rate_hz": setting.rate_hz,
+            "label": setting.label,
+            "settings": setting.asked,
+            "detector": setting.detector,
+            "line": setting.line,
+            "value": setting.value,
+            "rate_hz": setting.rate_hz,
             "complete": setting.complete,
             "oracle": setting.detector == self._scoring.spec.name,
-            "prepare_seconds": trial.prepared, "digest": detection.digest,
+            "prepare_seconds": trial.prepared,
+            "digest": detection.digest,
             "work": {name: int(np.sum(value)) for name, value in detection.work.items()},
             **self._scoring.figures(detection, setting, self._assembly),
-        }  # fmt: skip
+        }
         return trial
 
     def _pass_seconds(self, trials: Sequence[_Trial]) -> float:
@@ -243,12 +248,21 @@ class _Sweep:
         at_work = self._clock.at_work / self._clock.seconds
         about = {
             "session": session_name(session, "in memory"),
-            "frames": len(times), "bodies": len(self._assembly.bodies),
-            "seconds": float(times[-1] - times[0]), "pairs": len(self._assembly.pairs), "oracle": scoring.spec.name,
-            "contacts": len(scoring.contacts), "seed": self._seed, "machine": machine(), "versions": versions(),
-            "reference": TRUSTED, "live_frames": self._clock.frames.count, "time_limit": self._deadline.limit,
-            "clock": self._clock.as_json(), "processor_share": at_work,
-        }  # fmt: skip
+            "frames": len(times),
+            "bodies": len(self._assembly.bodies),
+            "seconds": float(times[-1] - times[0]),
+            "pairs": len(self._assembly.pairs),
+            "oracle": scoring.spec.name,
+            "contacts": len(scoring.contacts),
+            "seed": self._seed,
+            "machine": machine(),
+            "versions": versions(),
+            "reference": TRUSTED,
+            "live_frames": self._clock.frames.count,
+            "time_limit": self._deadline.limit,
+            "clock": self._clock.as_json(),
+            "processor_share": at_work,
+        }
         tried = {row["label"] for row in rows}
         cut = tuple(setting.label for setting in self._wanted if setting.label not in tried)
         advice = tuple(advice_of(rows, processor_fraction=at_work))

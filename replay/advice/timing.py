@@ -130,9 +130,13 @@ class Clock:
         """The self-check: how often the reference was timed twice, and what came out."""
         ratio, lower, upper = known(self.twin.ratio(MEAN))
         return {
-            "passes": self.twin.passes, "ratio": ratio, "low": lower, "high": upper,
-            "tie": self.widened == 1.0, "widened": self.widened,
-        }  # fmt: skip
+            "passes": self.twin.passes,
+            "ratio": ratio,
+            "low": lower,
+            "high": upper,
+            "tie": self.widened == 1.0,
+            "widened": self.widened,
+        }
 
 
 def known(values: FloatArray) -> list[float | None]:

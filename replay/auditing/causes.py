@@ -133,9 +133,13 @@ def find_causes(
 
 
 def first_failed(
-    stages: Explanation, verdict: int, *, at_instant: bool, asks_inside: bool = True,
+    stages: Explanation,
+    verdict: int,
+    *,
+    at_instant: bool,
+    asks_inside: bool = True,
     timing: Sequence[Cause | None] = (),
-) -> Cause:  # fmt: skip
+) -> Cause:
     """The first stage that lost a contact.
 
     Parameters
@@ -227,9 +231,13 @@ def _samples(misses: Sequence[Fault]) -> Iterator[Sample]:
 
 
 def examine(
-    comparisons: Mapping[str, Comparison], contacts: Sequence[Episode], subjects: Mapping[str, Audited], trusted: Run,
-    assembly: Assembly, faces_of: Faces,
-) -> tuple[dict[str, tuple[Fault, ...]], dict[str, Causes]]:  # fmt: skip
+    comparisons: Mapping[str, Comparison],
+    contacts: Sequence[Episode],
+    subjects: Mapping[str, Audited],
+    trusted: Run,
+    assembly: Assembly,
+    faces_of: Faces,
+) -> tuple[dict[str, tuple[Fault, ...]], dict[str, Causes]]:
     """Return the misses, measured and with their causes, and the counts of causes, per label.
 
     Parameters

@@ -17,9 +17,12 @@ Within: TypeAlias = Callable[[IntArray, IntArray], BoolArray]
 
 
 def compare(
-    subject: Detection, oracle: Detection, labels: tuple[str, str] | None = None, within: Within | None = None,
+    subject: Detection,
+    oracle: Detection,
+    labels: tuple[str, str] | None = None,
+    within: Within | None = None,
     holdings: Sequence[Episode] = (),
-) -> Comparison:  # fmt: skip
+) -> Comparison:
     """Give every pair-frame an outcome: the subject's verdict beside the oracle's.
 
     A detector of instants decides the pose at frame t, one of intervals the whole path from t-1 to t. So against an

@@ -26,9 +26,12 @@ recording, get no faces."""
 
 
 def measure_misses(
-    assembly: Assembly, faces: Detection | Callable[[Motion], Detection], misses: Sequence[Fault], *,
+    assembly: Assembly,
+    faces: Detection | Callable[[Motion], Detection],
+    misses: Sequence[Fault],
+    *,
     between: bool = False,
-) -> tuple[Fault, ...]:  # fmt: skip
+) -> tuple[Fault, ...]:
     """Return the misses with evidence of the frame in which the surfaces intersect in the longest curve.
 
     Of equals it is the one with most faces, then the earliest. Every frame is asked for once; memory holds the faces of

@@ -94,8 +94,12 @@ class Cause(StrEnum):
 
 
 FALSE_CAUSES: Final = (
-    Cause.BOUNDING_VOLUMES, Cause.CONTACT_OFFSET, Cause.COLLIDERS_MEET, Cause.HULL_FILLS_HOLLOW, Cause.LAST_ANSWER,
-)  # fmt: skip
+    Cause.BOUNDING_VOLUMES,
+    Cause.CONTACT_OFFSET,
+    Cause.COLLIDERS_MEET,
+    Cause.HULL_FILLS_HOLLOW,
+    Cause.LAST_ANSWER,
+)
 """Causes of false contacts alone."""
 
 MISS_CAUSES: Final = tuple(cause for cause in Cause if cause not in FALSE_CAUSES)

@@ -34,9 +34,9 @@ def first_touch(assembly: Assembly, pair: int, frame: int) -> FirstTouch | None:
     # At ``free`` they are still apart, by what they move in a microsecond: there the gap has a direction.
     touching = poses_between(motion, ends, np.array([impact.toi[0]]))
     rotations, positions = touching.rotations[0], touching.translations[0]
-    faces = FclMeshes([
-        TriangleMesh(mesh.triangles[face], [[0, 1, 2]]) for mesh, face in zip(meshes, impact.faces, strict=True)
-    ])  # fmt: skip
+    faces = FclMeshes(
+        [TriangleMesh(mesh.triangles[face], [[0, 1, 2]]) for mesh, face in zip(meshes, impact.faces, strict=True)]
+    )
     for k in range(2):
         faces.place(k, rotations[k], positions[k])
     gap, (here, other) = faces.gap(0, 1)

@@ -99,11 +99,14 @@ class OffsetCounts:
         Distances are in the terms of the loss: contacts missed, contact time missed, reported time false, as shares.
         """
         missed, both = self.frames.sum(axis=1)[:, [Outcome.MISSED, Outcome.BOTH]].T
-        terms = np.stack([
-            self.faults["contacts_missed"].sum(axis=1) / max(1, self.frames.shape[1]),
-            missed / np.maximum(1, missed + both),
-            self.false_fractions,
-        ], axis=1)  # fmt: skip
+        terms = np.stack(
+            [
+                self.faults["contacts_missed"].sum(axis=1) / max(1, self.frames.shape[1]),
+                missed / np.maximum(1, missed + both),
+                self.false_fractions,
+            ],
+            axis=1,
+        )
         mean = terms.mean(axis=0)
         leads_false = mean[2] > mean[0] + mean[1]
         faulty = terms[:, 2] > 0.0 if leads_false else terms[:, :2].sum(axis=1) > 0.0

@@ -51,7 +51,7 @@ class EpisodeMatches:
 
 def match_episodes(
     comparison: Comparison, truth: Sequence[Episode], reported: Sequence[Episode], counts: ContactCounts, reach: int = 0
-) -> EpisodeMatches:  # fmt: skip
+) -> EpisodeMatches:
     """Match the contacts of a subject with those of the oracle.
 
     Parameters
@@ -78,15 +78,18 @@ def match_episodes(
         if (outcome[episode.first : episode.last + 1, episode.pair] == Outcome.FALSE_CONTACT).any()
     ]
     return EpisodeMatches(
-        matched=tuple(chosen), missed=tuple(missed),
+        matched=tuple(chosen),
+        missed=tuple(missed),
         false_contacts=tuple(false_contacts),
         split=tuple(sorted(number for number, count in of_truth.items() if count > 1)),
         merged=tuple(sorted(number for number, count in of_reported.items() if count > 1)),
-        absorbed=tuple(sorted(set(of_truth) - taken)), pieces=tuple(sorted(set(of_reported) - used)),
+        absorbed=tuple(sorted(set(of_truth) - taken)),
+        pieces=tuple(sorted(set(of_reported) - used)),
         excused_truth=tuple(sorted({*range(1, len(truth) + 1)} - set(of_truth) - set(missed) - grasped)),
         excused_reports=tuple(sorted({number for number, _ in extra} - set(false_contacts))),
-        grasped_truth=tuple(sorted(grasped)), grasped_reports=tuple(sorted(grasped_reports)),
-    )  # fmt: skip
+        grasped_truth=tuple(sorted(grasped)),
+        grasped_reports=tuple(sorted(grasped_reports)),
+    )
 
 
 def partners(episode: Sequence[Episode], other: Sequence[Episode]) -> list[tuple[int, int]]:

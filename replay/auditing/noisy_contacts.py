@@ -83,9 +83,14 @@ class NoiseResult:
 
 
 def in_noise(
-    spec: NoiseSpec, assembly: Assembly, scene: Scene, oracle: Run, contacts: Sequence[Episode], seed: int,
+    spec: NoiseSpec,
+    assembly: Assembly,
+    scene: Scene,
+    oracle: Run,
+    contacts: Sequence[Episode],
+    seed: int,
     advance: Advance,
-) -> NoiseResult:  # fmt: skip
+) -> NoiseResult:
     """Ask the oracle of a run about noisy copies of the recording, where noise can change the answer.
 
     ``contacts`` are its episodes; ``advance`` is told frames. The answer depends neither on the size of blocks nor on

@@ -26,9 +26,12 @@ STUDENTS: Final = 52
 @click.option("--scene", default="bench-bumps", show_default=True, help="Which made-up session.")
 @click.option("--session-only", is_flag=True, help="Record the session file and stop.")
 @click.option(
-    "--class", "students", type=click.IntRange(min=5, max=999), metavar="STUDENTS",
+    "--class",
+    "students",
+    type=click.IntRange(min=5, max=999),
+    metavar="STUDENTS",
     help=f"A class of so many students instead (the paper's: {STUDENTS}), with its study and its page.",
-)  # fmt: skip
+)
 @click.option("-o", "--out", type=ANY_PATH, help=f"Folder, or with --session-only the file.  [default: {FOLDER}]")
 @click.option("--seed", type=int, default=0, show_default=True, help="Seed of the made-up session.")
 @click.option(
@@ -39,9 +42,16 @@ STUDENTS: Final = 52
 @force
 @reporting
 def command(
-    session_only: bool, students: int | None, jobs: int, out: Path | None, force: bool, as_json: bool, people: People,
-    fix_time: float | None, **made: Any,
-) -> int:  # fmt: skip
+    session_only: bool,
+    students: int | None,
+    jobs: int,
+    out: Path | None,
+    force: bool,
+    as_json: bool,
+    people: People,
+    fix_time: float | None,
+    **made: Any,
+) -> int:
     """Record a made-up lab session to MCAP, replay it through the paper's pipeline and an engine's colliders.
 
     \b

@@ -32,9 +32,16 @@ MARKS: Final = (FAINT, WARNING, ERROR)
 @scene
 @reporting
 def command(
-    files: tuple[Path, ...], fail_on: str | None, scene: Path | None, as_json: bool, people: People,
-    look: bool, answers: tuple[str, ...], forget_answers: bool, mapping: Path | None,
-) -> int:  # fmt: skip
+    files: tuple[Path, ...],
+    fail_on: str | None,
+    scene: Path | None,
+    as_json: bool,
+    people: People,
+    look: bool,
+    answers: tuple[str, ...],
+    forget_answers: bool,
+    mapping: Path | None,
+) -> int:
     """Say what is suspicious about a recording: FILE is a session (MCAP), a mesh, or a scene (TOML).
 
     \b

@@ -24,9 +24,13 @@ def advise_engine(session: Path, engine: str, people: People, *, as_json: bool, 
     advice = advise(session, engine=engine, progress=TerminalProgress(people), **options)
     undecided = [text.replace(RECORDING, quote(str(session))) for text in open_questions(advice.result.document)]
     plain = {
-        "engine": advice.engine.name, "version": advice.engine.version, "pages": dict(advice.engine.pages),
-        "rows": list(advice.rows), "advice": list(advice.sentences), "open_questions": undecided,
-    }  # fmt: skip
+        "engine": advice.engine.name,
+        "version": advice.engine.version,
+        "pages": dict(advice.engine.pages),
+        "rows": list(advice.rows),
+        "advice": list(advice.sentences),
+        "open_questions": undecided,
+    }
     table = engine_table(advice.engine, advice.rows, advice.result, settings=people.verbose)
     sentences = map(line, [*advice.sentences, *undecided])
     answer_cited(as_json, plain, lambda: terminal(table, Text(), *sentences), sources_of(advice.result, people))

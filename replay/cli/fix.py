@@ -27,9 +27,7 @@ LIMIT_HELP = "Cut and search so long; then take the best pieces found by then."
 @click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help=OUT_HELP)
 @click.option("--max-false", type=SHARE, default=0.2, show_default=True, metavar="SHARE", help=FALSE_HELP)
 @click.option("--max-missed", type=SHARE, metavar="SHARE", help=MISSED_HELP)
-@click.option(
-    "--time-limit", type=Number(min=0), default=60.0, show_default=True, metavar="SECONDS", help=LIMIT_HELP
-)  # fmt: skip
+@click.option("--time-limit", type=Number(min=0), default=60.0, show_default=True, metavar="SECONDS", help=LIMIT_HELP)
 @click.option("--start", type=Number(), metavar="SECONDS", help="Leave out what comes before.")
 @click.option("--end", type=Number(), metavar="SECONDS", help="Leave out what comes after.")
 @scene
@@ -37,9 +35,15 @@ LIMIT_HELP = "Cut and search so long; then take the best pieces found by then."
 @force
 @reporting
 def command(
-    session: Path, engine: str, out: Path | None, max_false: float, max_missed: float | None, people: People,
-    as_json: bool, **options: Any,
-) -> int:  # fmt: skip
+    session: Path,
+    engine: str,
+    out: Path | None,
+    max_false: float,
+    max_missed: float | None,
+    people: People,
+    as_json: bool,
+    **options: Any,
+) -> int:
     """Find the colliders to ship for SESSION: the fewest convex pieces a body that keep false contact low.
 
     A body whose pieces miss as much contact as they save keeps its hull.
@@ -64,9 +68,14 @@ def command(
     try:
         with compiling_announced(people):
             fixed = fix_colliders(
-                session, folder, engine=engine, limits=limits, progress=TerminalProgress(people),
-                every_method=people.verbose, **options,
-            )  # fmt: skip
+                session,
+                folder,
+                engine=engine,
+                limits=limits,
+                progress=TerminalProgress(people),
+                every_method=people.verbose,
+                **options,
+            )
     except KeyboardInterrupt:
         people.say("the pieces that are cut are kept: the same command goes on from them")
         raise

@@ -46,9 +46,17 @@ OFFSET_HELP = "contacts: what to add to their clock. Default: estimated."
 @click.option("--offset", type=Number(), metavar="SECONDS", help=OFFSET_HELP)
 @reporting
 def command(
-    kind: str, source: Path, out: Path, force: bool, session: Path | None, offset: float | None, as_json: bool,
-    people: People, no_look: bool, **given: Any,
-) -> int:  # fmt: skip
+    kind: str,
+    source: Path,
+    out: Path,
+    force: bool,
+    session: Path | None,
+    offset: float | None,
+    as_json: bool,
+    people: People,
+    no_look: bool,
+    **given: Any,
+) -> int:
     """Read SOURCE, a recording of another program in FORMAT, and write it as a session file.
 
     \b
@@ -125,9 +133,15 @@ def _large_losses(imported: "Session", people: People) -> bool:
 
 
 def _imported(
-    kind: str, source: Path, out: Path, *, named: tuple[str, ...], meshes: Path | None, scene: Path | None,
+    kind: str,
+    source: Path,
+    out: Path,
+    *,
+    named: tuple[str, ...],
+    meshes: Path | None,
+    scene: Path | None,
     **options: Any,
-) -> "Session":  # fmt: skip
+) -> "Session":
     """The recording with the meshes, the colliders and the scene given, and with what was assumed of all of them."""
     from sessions.importers import import_session
 

@@ -246,7 +246,7 @@ def _capital(text: str) -> str:
 
 
 def _asked(questions: Sequence["Question"], given: Answers) -> dict[int, int]:
-    """What a person answers on the terminal; Enter leaves a question open."""
+    """Reads the answers of a person on the terminal; Enter leaves a question open."""
     chosen = {}
     for number, question in enumerate(questions):
         if number in given:

@@ -26,9 +26,17 @@ RARE: Final = ("undecided", "frames left out", "poses left out")
 
 
 def run_many(
-    files: Sequence[Path], out: Path | None, people: People, limits: "Gates", *, as_json: bool, as_markdown: bool,
-    tables: str, settings: Mapping[str, Any], **how: Any,
-) -> int:  # fmt: skip
+    files: Sequence[Path],
+    out: Path | None,
+    people: People,
+    limits: "Gates",
+    *,
+    as_json: bool,
+    as_markdown: bool,
+    tables: str,
+    settings: Mapping[str, Any],
+    **how: Any,
+) -> int:
     """Run sessions as ``run_batch`` does, ``how`` it is asked; print figures over all of them; the exit code.
 
     ``tables`` is the form of the tables over all sessions, in the folder ``out``.

@@ -174,12 +174,17 @@ DETECTORS_HELP = (
 )
 lineup = together(
     click.option(
-        "--detectors", "--detector", "detectors", multiple=True, metavar="SPEC", callback=detectors_named,
+        "--detectors",
+        "--detector",
+        "detectors",
+        multiple=True,
+        metavar="SPEC",
+        callback=detectors_named,
         help=DETECTORS_HELP,
     ),
     click.option("--oracle", metavar="SPEC", callback=detectors_named, help=ORACLE_HELP),
     click.option("--seed", type=int, default=0, show_default=True, help="Seed of every random stream."),
-)  # fmt: skip
+)
 """Who is asked, who is trusted; ``detectors`` is ``None`` if none is named."""
 
 FIX_SECONDS = 20.0

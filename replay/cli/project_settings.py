@@ -16,9 +16,19 @@ GATES: Final = "gates"
 """A table of the file whose keys are options too."""
 
 OPTIONS: Final = (
-    "detectors", "oracle", "seed", "step-rate", "noise", "max-missed", "max-false", "max-p99-ms", "start", "end",
-    "tau", "policy",
-)  # fmt: skip
+    "detectors",
+    "oracle",
+    "seed",
+    "step-rate",
+    "noise",
+    "max-missed",
+    "max-false",
+    "max-p99-ms",
+    "start",
+    "end",
+    "tau",
+    "policy",
+)
 """Not those about one call, nor the path of a file: they stay on the command line."""
 
 

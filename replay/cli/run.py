@@ -53,8 +53,13 @@ def _renamed(_: click.Context, __: click.Parameter, value: str | None) -> None:
 @replaying
 @answering("text", "json", MARKDOWN)
 def command(
-    sessions: tuple[Path, ...], out: Path | None, people: People, as_json: bool, as_markdown: bool, **options: Any,
-) -> int:  # fmt: skip
+    sessions: tuple[Path, ...],
+    out: Path | None,
+    people: People,
+    as_json: bool,
+    as_markdown: bool,
+    **options: Any,
+) -> int:
     """Replay each FILE.mcap through detectors and say which contacts each missed, why, and how to mend it.
 
     Without --detectors it tests what engines ship: the contacts that the engine reported, if they were recorded; the

@@ -20,9 +20,13 @@ Sources: TypeAlias = Mapping[str, tuple[str, ...]]
 
 
 def report_run(
-    result: RunResult, people: People, broken: Sequence[str] = (), *, as_json: bool = False,
+    result: RunResult,
+    people: People,
+    broken: Sequence[str] = (),
+    *,
+    as_json: bool = False,
     recording: Path | None = None,
-) -> int:  # fmt: skip
+) -> int:
     """Print a run, the tables and sources too for who wants more; the exit code: 3 when frames could not be used.
 
     ``broken`` are the gates that failed; they stand in the JSON. ``recording`` is the file that was replayed.

@@ -54,9 +54,14 @@ def command(run: Path, out: Path, force: bool, as_json: bool, people: People, **
         "out": str(out),
         "doubts": sorted(shrinking.doubts),
     }
-    answer(as_json, plain, lambda: [
-        sentence(least), *(f" {doubt}" for doubt in sorted(shrinking.doubts)),
-        f" {before} became {Size.of(least)} in {shrinking.questions} questions",
-        f" {out} is written; fails while it is so: python -m pytest {out / 'test_case.py'}",
-    ])  # fmt: skip
+    answer(
+        as_json,
+        plain,
+        lambda: [
+            sentence(least),
+            *(f" {doubt}" for doubt in sorted(shrinking.doubts)),
+            f" {before} became {Size.of(least)} in {shrinking.questions} questions",
+            f" {out} is written; fails while it is so: python -m pytest {out / 'test_case.py'}",
+        ],
+    )
     return 0

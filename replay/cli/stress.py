@@ -19,9 +19,13 @@ if TYPE_CHECKING:
 QUICK_PAIRS: Final = 200
 
 FIELDS: Final = {
-    "missed": "missed", "invented": "invented", "within": "within tolerance", "refused": "refused",
-    "unconfirmed": "unconfirmed", "changed": "changed",
-}  # fmt: skip
+    "missed": "missed",
+    "invented": "invented",
+    "within": "within tolerance",
+    "refused": "refused",
+    "unconfirmed": "unconfirmed",
+    "changed": "changed",
+}
 """Field of a tally -> its heading."""
 
 KINDS: Final = {"family": "triangle pairs of all families", "case": "cases of whole bodies"}

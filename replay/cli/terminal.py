@@ -72,9 +72,13 @@ class Paragraph:
         indent = " " * len(self.label)
         room = max(min(options.max_width, WIDEST), len(indent) + 20)
         text = fill(
-            safe_text(self.text), room, initial_indent=self.label, subsequent_indent=indent, break_long_words=False,
+            safe_text(self.text),
+            room,
+            initial_indent=self.label,
+            subsequent_indent=indent,
+            break_long_words=False,
             break_on_hyphens=False,
-        )  # fmt: skip
+        )
         yield Text(text, style=self.style, no_wrap=True, overflow="ignore")
 
 
@@ -164,9 +168,12 @@ class Fitted:
 
     def _drawn(self, block: list[int], room: int) -> RichTable:
         made = RichTable(
-            box=box.SIMPLE_HEAD, header_style="dim", pad_edge=False,
-            collapse_padding=True, show_edge=False,
-        )  # fmt: skip
+            box=box.SIMPLE_HEAD,
+            header_style="dim",
+            pad_edge=False,
+            collapse_padding=True,
+            show_edge=False,
+        )
         left = room - GAP * (len(block) - 1) - sum(self._least[k] for k in block)
         widths = {}
         # Those who want least come first, so that what they leave goes to the long sentences.

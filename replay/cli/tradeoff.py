@@ -28,8 +28,13 @@ LIMIT_HELP = "Begin no setting that cannot end by then. Not in it: compiling, an
 @replaying
 @reporting
 def command(
-    session: Path, people: People, time_limit: float, engine: str | None, as_json: bool, **options: Any,
-) -> int:  # fmt: skip
+    session: Path,
+    people: People,
+    time_limit: float,
+    engine: str | None,
+    as_json: bool,
+    **options: Any,
+) -> int:
     """Try many settings over SESSION, or --detectors: what each gets wrong, what it costs, and what to take.
 
     Times are taken frame by frame, in turns with one reference, which is timed twice.
@@ -51,9 +56,17 @@ def command(
 
 
 def _tradeoff(
-    session: Path, people: People, *, out: Path | None, force: bool, scene: Path | None, time_limit: float,
-    picture: bool, as_json: bool, **options: Any,
-) -> int:  # fmt: skip
+    session: Path,
+    people: People,
+    *,
+    out: Path | None,
+    force: bool,
+    scene: Path | None,
+    time_limit: float,
+    picture: bool,
+    as_json: bool,
+    **options: Any,
+) -> int:
     from replay.advice.assumptions import first_screen_lines
     from replay.advice.sweep import tradeoff
     from replay.cli.run_report import answer_cited

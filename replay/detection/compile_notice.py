@@ -40,9 +40,12 @@ def compile_beside() -> None:
     paths = os.pathsep.join(entry or str(Path.cwd()) for entry in sys.path)
     with suppress(OSError):  # a machine that lets nobody start a process compiles everything here
         started = subprocess.Popen(
-            [sys.executable, "-P", "-m", "cdcore.detectors.compile_beside"], env=os.environ | {"PYTHONPATH": paths},
-            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-        )  # fmt: skip
+            [sys.executable, "-P", "-m", "cdcore.detectors.compile_beside"],
+            env=os.environ | {"PYTHONPATH": paths},
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
         atexit.register(started.kill)
 
 

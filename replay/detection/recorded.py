@@ -87,9 +87,13 @@ class RecordedDetector(PairDetector[RecordedSettings]):
     Settings: ClassVar[type] = RecordedSettings
 
     def __init__(
-        self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: RecordedSettings,
-        contacts: Iterable[LiveContact], first_ns: int,
-    ) -> None:  # fmt: skip
+        self,
+        bodies: Sequence[Body],
+        pairs: NDArray[np.int64],
+        settings: RecordedSettings,
+        contacts: Iterable[LiveContact],
+        first_ns: int,
+    ) -> None:
         super().__init__(bodies, pairs, settings)
         spans = reported_spans(contacts)
         if not spans:
@@ -170,9 +174,13 @@ class RecordedDetector(PairDetector[RecordedSettings]):
 
 
 def recorded_detector(
-    bodies: Sequence[Body], pairs: NDArray[np.int64], contacts: Iterable[LiveContact], first_ns: int, residual: float,
+    bodies: Sequence[Body],
+    pairs: NDArray[np.int64],
+    contacts: Iterable[LiveContact],
+    first_ns: int,
+    residual: float,
     settings: Mapping[str, object],
-) -> RecordedDetector:  # fmt: skip
+) -> RecordedDetector:
     """The detector of a session's reports, which are on the session's clock; ``first_ns`` is the stamp of second 0.
 
     ``residual`` is the uncertainty of the reports' clock in seconds, as the import measured it. Raises ``AuditError``:

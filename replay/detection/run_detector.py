@@ -70,9 +70,13 @@ def make_detector(spec: DetectorSpec, assembly: Assembly, seed: int) -> Detector
     """
     if spec.name == RECORDED:
         return recorded_detector(
-            assembly.bodies, assembly.pairs, assembly.live_contacts, assembly.first_ns, assembly.live_residual,
+            assembly.bodies,
+            assembly.pairs,
+            assembly.live_contacts,
+            assembly.first_ns,
+            assembly.live_residual,
             spec.settings,
-        )  # fmt: skip
+        )
     settings, kind = dict(spec.settings), load_detector(spec.name)
     if "seed" in {item.name for item in fields(kind.Settings)}:
         settings.setdefault("seed", seed)
@@ -98,7 +102,7 @@ def blamed(spec: DetectorSpec, kind: type, action: str) -> Iterator[None]:
 
 def run_detector(
     spec: DetectorSpec, assembly: Assembly, *, seed: int, faces: bool, advance: Advance, live: bool = False
-) -> Run:  # fmt: skip
+) -> Run:
     """Detect over the whole assembly; with ``faces`` the face pairs of every contact are kept.
 
     ``live``: ask one frame after the other, if the detector can be asked so; faces come from a pass of their own then.
@@ -134,7 +138,7 @@ def run_detector(
         detect, fraction = float(sum(np.sum(stage) for stage in detection.seconds.values())), min(1.0, at_work / taken)
     return Run(
         spec, detector, asdict(detector.settings), detection, live, faces and not live, prepare, warm, detect, fraction
-    )  # fmt: skip
+    )
 
 
 def detect_all(detector: Detector, assembly: Assembly, *, faces: bool = False, advance: Advance = ignored) -> Detection:

@@ -8,10 +8,14 @@ from replay.detection.recorded import RECORDED, RECORDED_LABEL
 from replay.words import plural
 
 SHAPES: Final[Mapping[str, str]] = {
-    "hull": "convex hulls", "shipped": "recorded colliders", "box": "boxes",
-    "sphere": "spheres", "capsule": "capsules", "mesh": "triangle meshes",
+    "hull": "convex hulls",
+    "shipped": "recorded colliders",
+    "box": "boxes",
+    "sphere": "spheres",
+    "capsule": "capsules",
+    "mesh": "triangle meshes",
     "compound": "convex pieces",
-}  # fmt: skip
+}
 """Shape of a collider -> its words."""
 
 

@@ -214,11 +214,22 @@ MOST_PIECES: Final = 64
 COLLIDER_CAUSES: Final = frozenset((Cause.COLLIDERS_MEET, Cause.HULL_FILLS_HOLLOW, Cause.COLLIDER_SHAPE))
 """Causes that a closer collider removes."""
 
-DECIDED_BY_TRIANGLES: Final = frozenset((
-    Cause.BOUNDING_VOLUMES, Cause.COLLIDERS_MEET, Cause.HULL_FILLS_HOLLOW, Cause.CONTACT_OFFSET, Cause.LAST_ANSWER,
-    Cause.COLLIDER_SHAPE, Cause.CONTAINMENT, Cause.SPHERE_STAGE, Cause.SAMPLING, Cause.BUDGET, Cause.SEARCH,
-    Cause.BETWEEN_SAMPLES,
-))  # fmt: skip
+DECIDED_BY_TRIANGLES: Final = frozenset(
+    (
+        Cause.BOUNDING_VOLUMES,
+        Cause.COLLIDERS_MEET,
+        Cause.HULL_FILLS_HOLLOW,
+        Cause.CONTACT_OFFSET,
+        Cause.LAST_ANSWER,
+        Cause.COLLIDER_SHAPE,
+        Cause.CONTAINMENT,
+        Cause.SPHERE_STAGE,
+        Cause.SAMPLING,
+        Cause.BUDGET,
+        Cause.SEARCH,
+        Cause.BETWEEN_SAMPLES,
+    )
+)
 """Causes that testing every triangle of every frame removes."""
 
 

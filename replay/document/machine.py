@@ -35,9 +35,13 @@ def _version(name: str) -> str | None:
 def machine() -> dict[str, str | int]:
     """Operating system, processor and how many cores there are; nothing that names a user or a host."""
     return {
-        "system": platform.system(), "release": platform.release(), "architecture": platform.machine(),
-        "processor": processor(), "cores": os.cpu_count() or 1, "byte_order": sys.byteorder,
-    }  # fmt: skip
+        "system": platform.system(),
+        "release": platform.release(),
+        "architecture": platform.machine(),
+        "processor": processor(),
+        "cores": os.cpu_count() or 1,
+        "byte_order": sys.byteorder,
+    }
 
 
 def processor() -> str:

@@ -74,9 +74,14 @@ def _events(result: RunResult) -> Iterator[dict[str, Any]]:
     zero = result.assembly.first_ns
     for event in result.session.events:
         yield _event(
-            zero, (event.time_ns, None), "event", name=event.name, body=event.body, level=event.level,
+            zero,
+            (event.time_ns, None),
+            "event",
+            name=event.name,
+            body=event.body,
+            level=event.level,
             message=event.message,
-        )  # fmt: skip
+        )
     for span in result.session.intervals:
         fields = "; ".join(f"{key}={value}" for key, value in span.data.items())
         yield _event(zero, (span.start_ns, span.end_ns), span.kind, name=span.name, message=fields)
@@ -85,19 +90,31 @@ def _events(result: RunResult) -> Iterator[dict[str, Any]]:
             end = None if reported.end is None else zero + round(reported.end * 1e9)
             values = dict(reported.values) | ({} if reported.point is None else {"point": list(reported.point)})
             yield _event(
-                zero, (zero + round(reported.time * 1e9), end), EFFECT + kind, name=reported.name,
-                body=" ".join(reported.bodies), level=reported.level, message=reported.text,
+                zero,
+                (zero + round(reported.time * 1e9), end),
+                EFFECT + kind,
+                name=reported.name,
+                body=" ".join(reported.bodies),
+                level=reported.level,
+                message=reported.text,
                 values=json.dumps(values, sort_keys=True, default=plain_value),
-            )  # fmt: skip
+            )
 
 
 def _event(zero: int, stamps: tuple[int, int | None], source: str, **columns: str) -> dict[str, Any]:
     """A row of the table of events; ``zero`` is the stamp of second 0."""
     stamp, end = stamps
     return {
-        "stamp_ns": stamp, "end_stamp_ns": end, "source": source, "body": "", "level": "info", "values": "", **columns,
-        "time": (stamp - zero) / 1e9, "end_time": None if end is None else (end - zero) / 1e9,
-    }  # fmt: skip
+        "stamp_ns": stamp,
+        "end_stamp_ns": end,
+        "source": source,
+        "body": "",
+        "level": "info",
+        "values": "",
+        **columns,
+        "time": (stamp - zero) / 1e9,
+        "end_time": None if end is None else (end - zero) / 1e9,
+    }
 
 
 def _episodes(result: RunResult) -> Table:

@@ -49,11 +49,31 @@ from sessions.mcap.metadata import NOT_STATED
 from sessions.model.assumption import ASSUMPTIONS_FACT
 from sessions.scene_files.answers import recording_assumptions
 
-REPORTED_FACTS: Final = frozenset((
-    "format", "profile", "source_units", "source_convention", "handedness", "conversions", "vr_type", "headset_model",
-    "scene_file", "clock", "pseudonym", "consent", "recovered", "synthetic", "seed", "noise", "jitter",
-    "contacts_clock", "contacts_clock_offset_s", "contacts_clock_drift", "contacts_clock_residual_s",
-))  # fmt: skip
+REPORTED_FACTS: Final = frozenset(
+    (
+        "format",
+        "profile",
+        "source_units",
+        "source_convention",
+        "handedness",
+        "conversions",
+        "vr_type",
+        "headset_model",
+        "scene_file",
+        "clock",
+        "pseudonym",
+        "consent",
+        "recovered",
+        "synthetic",
+        "seed",
+        "noise",
+        "jitter",
+        "contacts_clock",
+        "contacts_clock_offset_s",
+        "contacts_clock_drift",
+        "contacts_clock_residual_s",
+    )
+)
 """Facts that leave the session file, in summary and report. Any other may lead to a person, so it is only counted."""
 
 

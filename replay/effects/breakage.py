@@ -143,8 +143,11 @@ def _time_of_impact(fit: Parabola, met: FloatArray, span: tuple[float, float], d
 def _events(inputs: EffectInputs, declared: Declaration, pair: Pair, impact: Impact) -> list[EffectEvent]:
     limit = declared["speed_m_s"]
     values = {
-        "speed_m_s": impact.speed, "across": impact.across, "threshold_m_s": limit, "broken": impact.speed > limit,
-    }  # fmt: skip
+        "speed_m_s": impact.speed,
+        "across": impact.across,
+        "threshold_m_s": limit,
+        "broken": impact.speed > limit,
+    }
     mass = inputs.body(pair[0]).extra.get("mass")
     if mass is not None:
         values["energy_j"] = 0.5 * float(mass) * impact.speed**2

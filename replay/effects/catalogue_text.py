@@ -13,9 +13,12 @@ from sessions.scene_files.toml_table import nearest
 COLUMNS: Final = 80
 
 EXAMPLES: Final[Mapping[str, Any]] = {
-    "body": "flask", "bodies": ["flask"], "pairs": ["tag:hand", "tag:glass"], "vector": [0.0, 0.0, 1.0],
+    "body": "flask",
+    "bodies": ["flask"],
+    "pairs": ["tag:hand", "tag:glass"],
+    "vector": [0.0, 0.0, 1.0],
     "colour": "blue",
-}  # fmt: skip
+}
 """Kind of a field -> a value to copy, where its own row has none."""
 
 
@@ -56,13 +59,17 @@ def catalogue_data(kinds: tuple[str, ...]) -> dict[str, dict[str, dict[str, Any]
     return {
         kind: {
             key: {
-                "kind": field.kind, "about": field.about, "unit": field.unit, "default": field.default,
-                "required": field.default is None and not field.optional, "example": example_of(field),
+                "kind": field.kind,
+                "about": field.about,
+                "unit": field.unit,
+                "default": field.default,
+                "required": field.default is None and not field.optional,
+                "example": example_of(field),
             }
             for key, field in fields_of(kind).items()
         }
         for kind in kinds or tuple(CATALOGUE)
-    }  # fmt: skip
+    }
 
 
 def toml_of(value: Any) -> str:

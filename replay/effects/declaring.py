@@ -144,9 +144,10 @@ def _number(value: Any, field: Field, _: Scene) -> float:
     if not is_number(value):
         raise ValueError(f" is {value!r}; give a finite number{field.unit and ' in ' + field.unit}")
     for bound, fits, limit in (
-        (field.above, operator.gt, "above"), (field.least, operator.ge, "at least"),
+        (field.above, operator.gt, "above"),
+        (field.least, operator.ge, "at least"),
         (field.most, operator.le, "at most"),
-    ):  # fmt: skip
+    ):
         if bound is not None and not fits(value, bound):
             raise ValueError(f" is {value!r}; give {limit} {bound}{field.unit and ' ' + field.unit}")
     return float(value)
@@ -175,9 +176,16 @@ def _table(value: Any, field: Field, _: Scene) -> dict[str, Any]:
 
 
 READERS: Final[Mapping[str, Callable[[Any, Field, Scene], Any]]] = {
-    "pairs": _pairs, "bodies": _bodies, "body": _body, "number": _number, "text": _text, "colour": _text,
-    "vector": _vector, "mapping": _table, "words": _table,
-}  # fmt: skip
+    "pairs": _pairs,
+    "bodies": _bodies,
+    "body": _body,
+    "number": _number,
+    "text": _text,
+    "colour": _text,
+    "vector": _vector,
+    "mapping": _table,
+    "words": _table,
+}
 """Kind of a field -> what reads it: pairs of two selectors, bodies of one, one body, a number, a word, three numbers, a
 table of the author's own keys (``words``: and of words)."""
 
@@ -189,9 +197,10 @@ BODY_KEYS: Final[Mapping[str, Any]] = {
     "properties": {
         "liquid": dict.fromkeys(("volume_ml", "solute", "molar", "water_molar", "solutes"), ""),
         "solid": dict.fromkeys(("formula", "mass_g", "density_g_ml", "solubility_g_100g"), ""),
-        "heat_capacity_j_per_k": "", "temperature_c": "",
+        "heat_capacity_j_per_k": "",
+        "temperature_c": "",
     },
-}  # fmt: skip
+}
 """Key -> the keys of the table it is, or ``""`` where it is none. Nothing else is read by any effect."""
 
 

@@ -62,10 +62,23 @@ def run_effects(
     for kind, step in planned.steps.items():
         outputs = {name: done[name].output for name in step.inputs}
         pairs = tuple(pair for pair in step.pairs if frozenset(assembly.names).issuperset(pair))
-        done[kind] = _run(step, EffectInputs(
-            kind, step.declared, pairs, session, assembly, frozenset(planned.bodies), step.spec.reads,
-            detections.get(step.spec.detector), outputs, Counter(), tables, made,
-        ))  # fmt: skip
+        done[kind] = _run(
+            step,
+            EffectInputs(
+                kind,
+                step.declared,
+                pairs,
+                session,
+                assembly,
+                frozenset(planned.bodies),
+                step.spec.reads,
+                detections.get(step.spec.detector),
+                outputs,
+                Counter(),
+                tables,
+                made,
+            ),
+        )
     return done
 
 

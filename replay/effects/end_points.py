@@ -128,9 +128,10 @@ def _names(
     sources = [name for name, index in matter.ledger.at.items() if index in came]
     titrants = {formula for name in sources if name in fills for formula in fills[name].amounts}
     brought = {
-        column.removesuffix(ADDED) for column in matter.ledger.column
+        column.removesuffix(ADDED)
+        for column in matter.ledger.column
         if column.endswith(ADDED) and matter.amount(vessel, column)[crossing.before] > 0.0
-    }  # fmt: skip
+    }
 
     def steps(formula: str) -> list[float]:
         return [

@@ -60,9 +60,10 @@ def _judged(
 ) -> list[EffectEvent]:
     (start, last), end = inputs.ends(press), inputs.end(press[1])
     touched = [
-        thing for thing in things
+        thing
+        for thing in things
         if any(touch.first < press[1] and touch.stop > press[0] for touch in touches_of(inputs, (hand, thing)))
-    ]  # fmt: skip
+    ]
     holds = {thing: hold for thing, limits in things.items() if (hold := _hold(inputs, hand, thing, press, limits))}
     if holds:
         name, (moved, seconds) = max(holds.items(), key=lambda hold: hold[1])

@@ -33,9 +33,13 @@ def heated(inputs: EffectInputs, declared: Declaration, findings: Findings) -> N
     first = spans[0][0] if spans else len(times)
     findings.ran[first:] = True
     celsius = warmed(
-        times, power, capacity=_capacity(inputs.body(name)), loss=declared["loss_w_per_k"],
-        ambient=declared["ambient_c"], boils=boils(declared),
-    )  # fmt: skip
+        times,
+        power,
+        capacity=_capacity(inputs.body(name)),
+        loss=declared["loss_w_per_k"],
+        ambient=declared["ambient_c"],
+        boils=boils(declared),
+    )
     drawn_rows = [0, *range(max(1, first - 1), len(times))]
     findings.lane(name, *inputs.lane_spans(spans, "over the flame"))
     for span in spans:
@@ -65,9 +69,10 @@ def _change_colour(
     )
     ends = [float(times[row]) for row in (0, *changed_rows, -1)]
     colours = (before, after)
-    findings.lane(f"{name} colour", *(
-        LaneSpan(start, end, word, COLOURS[word]) for start, end, word in zip(ends, ends[1:], colours, strict=False)
-    ))  # fmt: skip
+    findings.lane(
+        f"{name} colour",
+        *(LaneSpan(start, end, word, COLOURS[word]) for start, end, word in zip(ends, ends[1:], colours, strict=False)),
+    )
     for row in changed_rows:
         text = f"{vessel.contents('solid')['formula']} in {name} turns from {before} to {after}"
         values = {"celsius": float(celsius[row]), "to": after}
@@ -98,8 +103,9 @@ FIELDS: Final = {
 """Fields that describe one thing, all or none."""
 
 KINDS: Final[Mapping[str, tuple[tuple[str, ...], str]]] = {
-    "flame": (("flame",), "turning solid"), "liquids": ((), "liquid"),
-}  # fmt: skip
+    "flame": (("flame",), "turning solid"),
+    "liquids": ((), "liquid"),
+}
 """Kind of heat -> what it needs, and what it may have besides."""
 
 

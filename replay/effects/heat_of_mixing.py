@@ -110,10 +110,18 @@ def _wrong_orders(inputs: EffectInputs, matter: Matter) -> list[EffectEvent]:
         amount, acid_name = words.fixed(flow.total_ml, 1), acid.removesuffix(ADDED)
         text = f"{amount} mL from {flow.source} are poured into {acid_name} in {flow.target}"
         end, values = float(flow.times[-1]), {"volume_ml": flow.total_ml}
-        events.append(EffectEvent(
-            float(flow.times[0]), "wrong-order", (flow.source, flow.target), end, values,
-            f"{text}: acid goes into water", "error", vector_of(flow.points[0]),
-        ))  # fmt: skip
+        events.append(
+            EffectEvent(
+                float(flow.times[0]),
+                "wrong-order",
+                (flow.source, flow.target),
+                end,
+                values,
+                f"{text}: acid goes into water",
+                "error",
+                vector_of(flow.points[0]),
+            )
+        )
     return events
 
 

@@ -103,10 +103,18 @@ class _PlacedVessel:
         first, brim = self.vessel.volume_ml, self.vessel.brim_ml
         came = np.cumsum(coming)
         if self.tap is not None:
-            let_out = run_out(
-                self.inputs.times, self.area, coming * ML, discharge=self.tap["discharge"],
-                section=self.vessel.section_m2, foot=self.vessel.floor - self.tap["tip"][1], volume=first * ML,
-            ) / ML  # fmt: skip
+            let_out = (
+                run_out(
+                    self.inputs.times,
+                    self.area,
+                    coming * ML,
+                    discharge=self.tap["discharge"],
+                    section=self.vessel.section_m2,
+                    foot=self.vessel.floor - self.tap["tip"][1],
+                    volume=first * ML,
+                )
+                / ML
+            )
             top = first + came - np.cumsum(let_out)
             over = np.minimum(top, np.maximum.accumulate(np.maximum(0.0, top - brim)))
             return let_out, np.diff(over, prepend=0.0), top - over

@@ -20,7 +20,7 @@ from replay.effects.output import (
     FloatArray,
     Series,
     blended,
-)  # fmt: skip
+)
 from replay.effects.protocol import spec_of
 from replay.words import quantity
 

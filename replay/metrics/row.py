@@ -192,6 +192,10 @@ def settings_digest(result: RunResult, label: str) -> str:
     if OFFSET_SETTING not in detector.spec:
         # The offset that is typical of a session belongs to the session.
         settings.pop(OFFSET_SETTING, None)
-    decided = {"name": detector.name, "settings": settings, "oracle": result.oracle,
-               "versions": result.document.versions}  # fmt: skip
+    decided = {
+        "name": detector.name,
+        "settings": settings,
+        "oracle": result.oracle,
+        "versions": result.document.versions,
+    }
     return hashlib.sha256(json.dumps(decided, sort_keys=True, default=str).encode()).hexdigest()[:16]

@@ -39,9 +39,14 @@ Pairs = Sequence[tuple[str, str]]
 
 
 def assemble(
-    session: Session, *, pairs: Pairs | None = None, start: float | None = None, end: float | None = None,
-    looking: bool = True, session_scan: SessionScan | None = None,
-) -> Assembly:  # fmt: skip
+    session: Session,
+    *,
+    pairs: Pairs | None = None,
+    start: float | None = None,
+    end: float | None = None,
+    looking: bool = True,
+    session_scan: SessionScan | None = None,
+) -> Assembly:
     """A whole session, or the frames from ``start`` to ``end`` seconds after its first, ready for detection.
 
     Parameters
@@ -83,13 +88,19 @@ def assemble(
     placed = _placed(session, kinematics, stamps, len(bodies))
     declared = [scene.body(name) for name in names]
     return Assembly(
-        bodies=bodies, motion=_motion(stamps, placed, session_scan, session, names, looking=len(rows) > 0), pairs=rows,
-        grasped=grasped_pairs(scene, names, rows), stamp_ns=stamps, origin=placed.origin,
+        bodies=bodies,
+        motion=_motion(stamps, placed, session_scan, session, names, looking=len(rows) > 0),
+        pairs=rows,
+        grasped=grasped_pairs(scene, names, rows),
+        stamp_ns=stamps,
+        origin=placed.origin,
         proxies=tuple(body.id for body in declared if body is not None and body.proxy),
         left_out=tuple(name for name in session.names if name not in session.meshes),
-        notes=(*session_scan.notes(), *_absent(session)), live_contacts=session.live_contacts,
-        live_residual=_residual(session), group_of=scene.group_of,
-    )  # fmt: skip
+        notes=(*session_scan.notes(), *_absent(session)),
+        live_contacts=session.live_contacts,
+        live_residual=_residual(session),
+        group_of=scene.group_of,
+    )
 
 
 def _why_no_pair(session: Session, names: list[str], moves: dict[str, bool], requested: Pairs | None) -> str:

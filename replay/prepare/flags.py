@@ -11,9 +11,16 @@ from replay.prepare.assembly import Assembly
 from sessions import Scene
 
 FLAG_KINDS: Final = (
-    "not-finite", "zero-quaternion", "non-unit-quaternion", "identity-while-lost", "tracking-lost", "frozen",
-    "teleport", "gap", "out-of-space",
-)  # fmt: skip
+    "not-finite",
+    "zero-quaternion",
+    "non-unit-quaternion",
+    "identity-while-lost",
+    "tracking-lost",
+    "frozen",
+    "teleport",
+    "gap",
+    "out-of-space",
+)
 """Kinds that flag single frames; the n-th is bit n."""
 
 POSE_DOUBT: Final = np.uint16(0xFFFF ^ 1 << FLAG_KINDS.index("gap"))

@@ -26,10 +26,15 @@ MOST_COPIES: Final = 100_000
 
 _PART = re.compile(r"\s*((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(um|mm|cm|m|deg|rad|ms|s)\s*")
 _UNITS: Final = {
-    "um": ("position_rms_m", 1e-6), "mm": ("position_rms_m", 1e-3), "cm": ("position_rms_m", 1e-2),
-    "m": ("position_rms_m", 1.0), "deg": ("rotation_rms_deg", 1.0), "rad": ("rotation_rms_deg", 180.0 / np.pi),
-    "ms": ("correlation_s", 1e-3), "s": ("correlation_s", 1.0),
-}  # fmt: skip
+    "um": ("position_rms_m", 1e-6),
+    "mm": ("position_rms_m", 1e-3),
+    "cm": ("position_rms_m", 1e-2),
+    "m": ("position_rms_m", 1.0),
+    "deg": ("rotation_rms_deg", 1.0),
+    "rad": ("rotation_rms_deg", 180.0 / np.pi),
+    "ms": ("correlation_s", 1e-3),
+    "s": ("correlation_s", 1.0),
+}
 MOST: Final = {"position_rms_m": 1e3, "rotation_rms_deg": 360.0, "correlation_s": 86_400.0}
 """No tracker is worse; numbers that overflow when they are drawn are refused with these."""
 _HOW: Final = 'write vive or "0.3 mm, 0.05 deg, 0.1 s", or one of them for a body: beaker=vive'

@@ -77,11 +77,17 @@ def advise(session_or_path: Session | str | Path, *, engine: str, **options: Any
 def _row(result: RunResult, label: str, choice: Choice, setting: str) -> dict[str, Any]:
     counts, seconds = result.counts[label], result.document.detectors[label].seconds
     return {
-        "number": int(label.removeprefix("row-")), "knobs": dict(choice.knobs), "setting": setting,
-        "pages": list(choice.pages), "consequence": choice.consequence, "contacts": counts.contacts,
-        "undecided": counts.undecided + counts.partly_undecided, **wrong_in(result, label),
-        "ms": 1e3 * seconds.per_frame_mean, "p99_ms": None if seconds.p99 is None else 1e3 * seconds.p99,
-    }  # fmt: skip
+        "number": int(label.removeprefix("row-")),
+        "knobs": dict(choice.knobs),
+        "setting": setting,
+        "pages": list(choice.pages),
+        "consequence": choice.consequence,
+        "contacts": counts.contacts,
+        "undecided": counts.undecided + counts.partly_undecided,
+        **wrong_in(result, label),
+        "ms": 1e3 * seconds.per_frame_mean,
+        "p99_ms": None if seconds.p99 is None else 1e3 * seconds.p99,
+    }
 
 
 def wrong_in(result: RunResult, label: str) -> dict[str, Any]:

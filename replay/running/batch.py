@@ -88,10 +88,16 @@ class Batch:
 
 
 def run_batch(
-    sessions: Sequence[str | Path], out: str | Path, *, jobs: int = 1, scheduler: str | None = None,
-    settings: Mapping[str, Any] = NO_SETTINGS, force: bool = False, on_done: OnDone | None = None,
+    sessions: Sequence[str | Path],
+    out: str | Path,
+    *,
+    jobs: int = 1,
+    scheduler: str | None = None,
+    settings: Mapping[str, Any] = NO_SETTINGS,
+    force: bool = False,
+    on_done: OnDone | None = None,
     on_died: OnDone | None = None,
-) -> Batch:  # fmt: skip
+) -> Batch:
     """Run every session and write its run folder to ``out/<name of the file>``.
 
     Parameters

@@ -109,18 +109,34 @@ class FixedColliders:
     def as_json(self) -> dict[str, Any]:
         """Everything as plain data: what the manifest holds."""
         return {
-            "engine": self.engine, "step_hz": self.step_hz, "most_triangles": MOST_TRIANGLES, "setting": self.setting,
-            "max_false": self.limits.false, "max_missed": self.limits.missed, "reached": self.reached,
-            "time_up": self.time_up, "before": self.before, "after": self.after, "front": list(self.front),
-            "axes": self.axes, "bodies": list(self.bodies),
-        }  # fmt: skip
+            "engine": self.engine,
+            "step_hz": self.step_hz,
+            "most_triangles": MOST_TRIANGLES,
+            "setting": self.setting,
+            "max_false": self.limits.false,
+            "max_missed": self.limits.missed,
+            "reached": self.reached,
+            "time_up": self.time_up,
+            "before": self.before,
+            "after": self.after,
+            "front": list(self.front),
+            "axes": self.axes,
+            "bodies": list(self.bodies),
+        }
 
 
 def fix_colliders(
-    session_or_path: Session | str | Path, folder: str | Path | None = None, *, engine: str = "",
-    limits: Limits = DEFAULT_LIMITS, time_limit: float | None = TIME_LIMIT, force: bool = False,
-    progress: Progress | None = None, every_method: bool = False, **options: Any,
-) -> FixedColliders:  # fmt: skip
+    session_or_path: Session | str | Path,
+    folder: str | Path | None = None,
+    *,
+    engine: str = "",
+    limits: Limits = DEFAULT_LIMITS,
+    time_limit: float | None = TIME_LIMIT,
+    force: bool = False,
+    progress: Progress | None = None,
+    every_method: bool = False,
+    **options: Any,
+) -> FixedColliders:
     """Find the fewest convex pieces a body that keep to limits, replay the session with them, and write them.
 
     Bodies that are round about an axis are cut by height and angle, others by V-HACD. The step is that of a new project
@@ -157,9 +173,12 @@ def fix_colliders(
     rate = {} if step_hz >= FASTEST * frame_rate(session.stamps() / 1e9) else {"rate_hz": step_hz}
     with progress.stage("Finding the contacts", 1) as advance:
         scoring = Scoring(
-            ready.assembly, parse_detector(TRUSTED), options.get("seed", 0), options.get("tau", TAU),
+            ready.assembly,
+            parse_detector(TRUSTED),
+            options.get("seed", 0),
+            options.get("tau", TAU),
             ready.repaired.session,
-        )  # fmt: skip
+        )
         advance(1)
     with progress.stage("Cutting and trying colliders", None if time_limit is None else 100) as advance:
         search = ColliderSearch(ready.assembly, scoring, rate, limits, Deadline(time_limit, advance))
@@ -205,9 +224,7 @@ def fix_colliders(
     return fixed
 
 
-def _card(
-    assembly: Assembly, reference: Reference, name: str, pieces: Sequence[TriangleMesh]
-) -> dict[str, Any]:  # fmt: skip
+def _card(assembly: Assembly, reference: Reference, name: str, pieces: Sequence[TriangleMesh]) -> dict[str, Any]:
     """The report card of a body with these pieces."""
     mesh = assembly.bodies[assembly.names.index(name)].mesh
     return shape_figures(mesh, pieces) | contact_figures(assembly, reference, name, pieces)
@@ -248,10 +265,14 @@ def _shipped(
         in_files[plain] = in_file
         if written is not None and target is not None:
             (written / f"{plain}.glb").write_bytes(_glb(name, mesh, in_file, target))
-        rows.append({
-            "body": name, "file": f"{plain}.glb" if written is not None else "",
-            "how": ladder.how(search.steps[name]), "reason": ladder.reason,
-        })  # fmt: skip
+        rows.append(
+            {
+                "body": name,
+                "file": f"{plain}.glb" if written is not None else "",
+                "how": ladder.how(search.steps[name]),
+                "reason": ladder.reason,
+            }
+        )
     shipped = replace(session, colliders=colliders)
     if written is not None and target is not None:
         for file, text in target.extra(in_files).items():

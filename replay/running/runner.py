@@ -23,10 +23,17 @@ WRITING_STEPS: Final = 20
 
 
 def run(
-    session_or_path: Session | str | Path, settings: RunSettings | None = None, *, scene: str | Path | None = None,
-    out: str | Path | None = None, picture: bool = True, force: bool = False, progress: Progress | None = None,
-    request: str = "", **changes: Any,
-) -> RunResult:  # fmt: skip
+    session_or_path: Session | str | Path,
+    settings: RunSettings | None = None,
+    *,
+    scene: str | Path | None = None,
+    out: str | Path | None = None,
+    picture: bool = True,
+    force: bool = False,
+    progress: Progress | None = None,
+    request: str = "",
+    **changes: Any,
+) -> RunResult:
     """Replay a session through detectors, audit them against the one you trust, and write the result.
 
     Parameters

@@ -54,9 +54,13 @@ PATIENCE_S: Final = 300.0
 
 
 def do_all(
-    work: Work, tasks: Tasks, jobs: int = 1, on_done: OnDone | None = None, scheduler: str | None = None,
+    work: Work,
+    tasks: Tasks,
+    jobs: int = 1,
+    on_done: OnDone | None = None,
+    scheduler: str | None = None,
     on_died: OnDone | None = None,
-) -> dict[str, str]:  # fmt: skip
+) -> dict[str, str]:
     """Do every task (name -> arguments of ``work``); name -> why it failed, for those that did.
 
     This process does them if ``jobs`` is 1 and no ``scheduler`` of Dask is named by its address. ``on_done`` is called

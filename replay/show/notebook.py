@@ -68,14 +68,18 @@ def run_html(result: RunResult) -> str:
     """The ranking as a table, the answer below it, and a link to the report and to the picture."""
     files = [name for name in FILES if result.out and (result.out / name).is_file()]
     return filled(
-        "show/notebook.html", what=_what(result), where=_where(result),
+        "show/notebook.html",
+        what=_what(result),
+        where=_where(result),
         # Its note about a busy machine stands in the cost.
-        ranking=replace(ranking_table(result), notes=()) if result.ranking else None, undecided=undecided(result),
-        answer=result.answers[0] if result.answers else None, price=price(result),
+        ranking=replace(ranking_table(result), notes=()) if result.ranking else None,
+        undecided=undecided(result),
+        answer=result.answers[0] if result.answers else None,
+        price=price(result),
         details=details(result),
         command_of=partial(_command, result=result),
         links=result.out and [((result.out / name).as_posix(), FILES[name]) for name in files],
-    )  # fmt: skip
+    )
 
 
 @dataclass(frozen=True)

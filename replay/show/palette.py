@@ -99,21 +99,29 @@ Looks = Mapping[int, tuple[str, Rgba]]
 OUTCOMES: Final[Looks] = {
     outcome: (OUTCOME_LABELS[outcome], colour)
     for outcome, colour in {
-        Outcome.BOTH: TRUE_CONTACT, Outcome.MISSED: MISSED, Outcome.FALSE_CONTACT: FALSE_CONTACT,
-        Outcome.WITHIN_TOLERANCE: WITHIN_TOLERANCE, Outcome.BETWEEN_FRAMES: BETWEEN_FRAMES, Outcome.LEFT_OUT: FAINT,
+        Outcome.BOTH: TRUE_CONTACT,
+        Outcome.MISSED: MISSED,
+        Outcome.FALSE_CONTACT: FALSE_CONTACT,
+        Outcome.WITHIN_TOLERANCE: WITHIN_TOLERANCE,
+        Outcome.BETWEEN_FRAMES: BETWEEN_FRAMES,
+        Outcome.LEFT_OUT: FAINT,
         Outcome.GRASPED: GRASPED,
     }.items()
-}  # fmt: skip
+}
 """States of an audit lane."""
 
 VERDICTS: Final[Looks] = {
     verdict: (verdict.name, colour)
     for verdict, colour in {
-        Verdict.CONTACT: TRUE_CONTACT, Verdict.CONTAINED: (38, 150, 150, 255), Verdict.CANDIDATE: (112, 132, 150, 255),
-        Verdict.NOT_FOUND: FAINT, Verdict.UNRESOLVED: (150, 110, 60, 255), Verdict.INVALID: (120, 90, 60, 255),
+        Verdict.CONTACT: TRUE_CONTACT,
+        Verdict.CONTAINED: (38, 150, 150, 255),
+        Verdict.CANDIDATE: (112, 132, 150, 255),
+        Verdict.NOT_FOUND: FAINT,
+        Verdict.UNRESOLVED: (150, 110, 60, 255),
+        Verdict.INVALID: (120, 90, 60, 255),
         Verdict.NO_POSE: FAINT,
     }.items()
-}  # fmt: skip
+}
 """States of a detector lane, in words of the glossary; CLEAR is a gap."""
 
 BY_TAG: Final[Mapping[str, Rgba]] = {tag: tuple(colour) for tag, colour in data_of("show/palette.toml").items()}

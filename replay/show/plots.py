@@ -147,9 +147,14 @@ class IntervalRow:
 
 
 def interval_plot(
-    rows: Sequence[IntervalRow], alternative: str, x_title: str, *, marks: Sequence[float] = (),
-    start: float | None = None, end: float | None = None,
-) -> Plot:  # fmt: skip
+    rows: Sequence[IntervalRow],
+    alternative: str,
+    x_title: str,
+    *,
+    marks: Sequence[float] = (),
+    start: float | None = None,
+    end: float | None = None,
+) -> Plot:
     """Return figures below each other with their intervals, and vertical lines at ``marks``.
 
     ``start`` and ``end``: where the axis begins and ends at least; an interval without a finite end is drawn as a dot.

@@ -27,7 +27,7 @@ from replay.show.words import (
     WITHIN,
     span_text,
     tallied,
-)  # fmt: skip
+)
 from replay.tables import IN_RED, IN_YELLOW, PARTLY, Cell, Column, Marked, Table, columns_of, table
 from replay.words import plural
 from sessions import Finding
@@ -212,16 +212,26 @@ def pair_table(result: Summarised, label: str) -> Table:
         frames = audit.pair_frames
         lengths = pair.contacts.get(result.oracle, NO_CONTACTS)
         if lengths.count or frames.false_contact or frames.within_tolerance:
-            rows.append({
-                "pair": pair.name, "lengths": lengths, "audit": audit, "frames": frames,
-                "within_tolerance": frames.within_tolerance,
-            })  # fmt: skip
+            rows.append(
+                {
+                    "pair": pair.name,
+                    "lengths": lengths,
+                    "audit": audit,
+                    "frames": frames,
+                    "within_tolerance": frames.within_tolerance,
+                }
+            )
         if grasped := audit.while_grasped:
             lengths = pair.grasped_contacts.get(result.oracle, NO_CONTACTS)
-            grasped_rows.append({
-                "pair": f"{pair.name} (held)", "lengths": lengths, "audit": grasped, "frames": grasped,
-                "within_tolerance": 0,
-            })  # fmt: skip
+            grasped_rows.append(
+                {
+                    "pair": f"{pair.name} (held)",
+                    "lengths": lengths,
+                    "audit": grasped,
+                    "frames": grasped,
+                    "within_tolerance": 0,
+                }
+            )
     rows.sort(key=lambda row: (-row["frames"].missed, -row["frames"].false_contact))
     rows = [line for row in rows for line in (row, *_member_rows(result, row["pair"], label))]
     title = f"Contacts ({result.oracle}) and what {label} made of them"
@@ -237,9 +247,12 @@ def _member_rows(result: Summarised, group: str, label: str) -> Iterator[dict[st
         audit = pair.audit.get(label)
         if pair.group == group and audit is not None and _touched(audit.pair_frames):
             yield {
-                "pair": f"  {pair.name}", "lengths": None, "audit": None, "frames": audit.pair_frames,
+                "pair": f"  {pair.name}",
+                "lengths": None,
+                "audit": None,
+                "frames": audit.pair_frames,
                 "within_tolerance": audit.pair_frames.within_tolerance,
-            }  # fmt: skip
+            }
 
 
 def _touched(frames: ContactPairFrames) -> bool:

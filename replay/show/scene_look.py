@@ -192,8 +192,11 @@ def grid_and_axes(assembly: Assembly, frame: int) -> Guides:
     """Returns the guides below all bodies of a frame."""
     valid = np.flatnonzero(assembly.motion.valid[frame])
     points = [
-        place_points(assembly.bodies[body].mesh.vertices, assembly.motion.rotations[frame, body],
-                     assembly.motion.translations[frame, body])
+        place_points(
+            assembly.bodies[body].mesh.vertices,
+            assembly.motion.rotations[frame, body],
+            assembly.motion.translations[frame, body],
+        )
         for body in valid.tolist()
-    ]  # fmt: skip
+    ]
     return guides_of(np.concatenate(points) if points else np.zeros((1, 3)), np.array([0.0, 0.0, 1.0]))

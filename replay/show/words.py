@@ -7,10 +7,14 @@ from replay import words
 from replay.auditing.outcome import Outcome
 
 OUTCOME_LABELS: Final[Mapping[int, str]] = {
-    Outcome.BOTH: "both", Outcome.MISSED: "MISSED", Outcome.FALSE_CONTACT: "false",
-    Outcome.WITHIN_TOLERANCE: "within tolerance", Outcome.BETWEEN_FRAMES: "between frames",
-    Outcome.LEFT_OUT: "left out", Outcome.GRASPED: "held",
-}  # fmt: skip
+    Outcome.BOTH: "both",
+    Outcome.MISSED: "MISSED",
+    Outcome.FALSE_CONTACT: "false",
+    Outcome.WITHIN_TOLERANCE: "within tolerance",
+    Outcome.BETWEEN_FRAMES: "between frames",
+    Outcome.LEFT_OUT: "left out",
+    Outcome.GRASPED: "held",
+}
 """Outcome of an audit -> its word. They are true positive, false negative, false positive and the four that count as
 neither; NEITHER, the true negative, has no word: it is a gap in a lane."""
 
@@ -32,10 +36,14 @@ NOTHING_SUSPICIOUS: Final = "Nothing suspicious found"
 """What is said of a recording without warning or error: not that it can be trusted, for not every fault shows."""
 
 LANE_LEGEND: Final[Mapping[int, str]] = {
-    Outcome.MISSED: "red: missed", Outcome.FALSE_CONTACT: "yellow: false", Outcome.BOTH: "blue: both",
-    Outcome.GRASPED: "green: held", Outcome.BETWEEN_FRAMES: "violet: between frames",
-    Outcome.WITHIN_TOLERANCE: "grey: within tolerance", Outcome.LEFT_OUT: "dark: left out",
-}  # fmt: skip
+    Outcome.MISSED: "red: missed",
+    Outcome.FALSE_CONTACT: "yellow: false",
+    Outcome.BOTH: "blue: both",
+    Outcome.GRASPED: "green: held",
+    Outcome.BETWEEN_FRAMES: "violet: between frames",
+    Outcome.WITHIN_TOLERANCE: "grey: within tolerance",
+    Outcome.LEFT_OUT: "dark: left out",
+}
 """What the colours of audit lanes mean, the worst first."""
 
 

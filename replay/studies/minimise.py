@@ -31,9 +31,11 @@ ROLES: Final = HEAD_WORDS | HAND_WORDS | {*SIDES, "glass", "bench", "rod"}
 """Words of names and tags that the tool itself reads: they may stay."""
 KINDS: Final = ("task", "stage", "feature")
 FACTS: Final = {
-    "source_units": ("m", "cm", "mm"), "handedness": ("right", "left"), "consent": ("none", "lab", "share"),
+    "source_units": ("m", "cm", "mm"),
+    "handedness": ("right", "left"),
+    "consent": ("none", "lab", "share"),
     "vr_type": ("immersive", "augmented", "distributed", "desktop"),
-}  # fmt: skip
+}
 """Facts that stay where they hold one of these words."""
 KNOWN_AXES: Final = frozenset((*CONVENTIONS, *MESH_ROTATIONS, BODY))
 """Names of axes, which are no words of a user."""

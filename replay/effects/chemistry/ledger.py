@@ -150,9 +150,15 @@ class Ledger:
     """
 
     def __init__(
-        self, vessels: Sequence[str], columns: Sequence[str], processes: Sequence[Process], solver: Solver | None,
-        salts: Sequence[Salt] = (), solid_fraction: float = 0.0, warmth: Warmth = UNFOLLOWED,
-    ) -> None:  # fmt: skip
+        self,
+        vessels: Sequence[str],
+        columns: Sequence[str],
+        processes: Sequence[Process],
+        solver: Solver | None,
+        salts: Sequence[Salt] = (),
+        solid_fraction: float = 0.0,
+        warmth: Warmth = UNFOLLOWED,
+    ) -> None:
         self.vessels, self.processes, self.solver, self.warmth = vessels, processes, solver, warmth
         self.salts = salts
         made = [process.changes for process in processes] + [salt.changes for salt in salts]
@@ -281,9 +287,13 @@ class Ledger:
                 self._note(index, frame, time + seconds * (step + 1) / steps)
 
     def flow(
-        self, frames: IntArray, times: FloatArray, pairs: Sequence[tuple[str, str]], volume_ml: FloatArray,
+        self,
+        frames: IntArray,
+        times: FloatArray,
+        pairs: Sequence[tuple[str, str]],
+        volume_ml: FloatArray,
         over: BoolArray,
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Flows (source, target) over frames (m,) with millilitres (m, pairs): each frame is a step, all at once.
 
         ``over`` (pairs,): it runs over a brim, after the others. A chain, in which what gives also gets, goes frame by

@@ -20,7 +20,7 @@ from replay.effects.chemistry.ledger import (
     History,
     Ledger,
     Warmth,
-)  # fmt: skip
+)
 from replay.effects.chemistry.recipe import Recipe, recipe_of
 from replay.effects.chemistry.salts import WATER_KG, Salt
 from replay.effects.chemistry.solver import Equilibrium, Solver
@@ -172,8 +172,11 @@ def _warmth(inputs: EffectInputs, vessels: Mapping[str, Vessel], recipe: Recipe)
         excess={name: vessel.celsius(room) - room for name, vessel in vessels.items()},
         loss=declared["loss_w_per_k"],
         most=(WATER_BOILS_C if declared["boils_c"] is None else declared["boils_c"]) - room,
-        room=room, solute=acid and acid + ADDED, a=heat_j_mol, b=half_water,
-    )  # fmt: skip
+        room=room,
+        solute=acid and acid + ADDED,
+        a=heat_j_mol,
+        b=half_water,
+    )
 
 
 def _segments(streams: tuple[Stream, ...], times: FloatArray) -> Iterator[tuple[IntArray, list[Stream], FloatArray]]:

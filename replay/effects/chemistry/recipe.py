@@ -23,7 +23,7 @@ from replay.effects.chemistry.components import (
     components_of,
     dissolved_components,
     is_known,
-)  # fmt: skip
+)
 from replay.effects.chemistry.contents import Contents, contents_of_scene
 from replay.effects.chemistry.database import Database, Entry, database_of
 from replay.effects.chemistry.enthalpy import FREE_ENERGY, enthalpy_j, free_energy_j
@@ -135,9 +135,10 @@ class _Phases:
         components = components_of(formula) or {}
         mine, water = _dry(components), components.get(WATER, 0)
         fitting = [
-            entry for name, entry in phases.items()
+            entry
+            for name, entry in phases.items()
             if mine and _dry(entry.makeup) == mine and entry.makeup.get(WATER, 0.0) >= water and not name.endswith(GAS)
-        ]  # fmt: skip
+        ]
         # The nearest in crystal water: calcium hydroxide is no hydrate of lime where a formula says which is meant.
         return max(fitting, key=lambda entry: (-entry.makeup.get(WATER, 0.0), entry.log_k), default=None)
 
@@ -276,10 +277,19 @@ def _database(tables: Tables) -> Database | None:
 
 def _separate(declared: Sequence[Declaration], equations: Sequence[Equation], named: Iterable[str]) -> frozenset[str]:
     """Solids that only equations with a rate name: they stand apart from what is at equilibrium."""
-    at_once = {formula for table, eq in zip(declared, equations, strict=True) if table["rate_per_s"] is None
-               for formula in eq.formulas}  # fmt: skip
-    slow = {formula for table, eq in zip(declared, equations, strict=True) if table["rate_per_s"] is not None
-            for formula in eq.formulas if len(eq.reagents) > 1}  # fmt: skip
+    at_once = {
+        formula
+        for table, eq in zip(declared, equations, strict=True)
+        if table["rate_per_s"] is None
+        for formula in eq.formulas
+    }
+    slow = {
+        formula
+        for table, eq in zip(declared, equations, strict=True)
+        if table["rate_per_s"] is not None
+        for formula in eq.formulas
+        if len(eq.reagents) > 1
+    }
     return frozenset(slow - at_once - set(named))
 
 
@@ -512,16 +522,19 @@ def _check_made(tables: Tables, recipe: Recipe) -> None:
     mixture = None if recipe.solver is None else recipe.solver.mixture
     formed = {salt.column for salt in recipe.salts} | {phase.column for phase in (mixture.phases if mixture else ())}
     made = {
-        formula for reaction in recipe.reactions for formula in reaction.equation.formulas
+        formula
+        for reaction in recipe.reactions
+        for formula in reaction.equation.formulas
         if formula in reaction.equation.products or formula + SOLID in formed
-    }  # fmt: skip
+    }
     brought = {formula for content in recipe.contents.values() for formula in (*content.amounts, *content.solids)}
     ions = {component for formula in (*brought, *made) for component in heavy_components(formula)}
     # What PHREEQC or a solubility lets fall out needs no equation.
     made |= {
-        table["solid"] for table in tables.get("precipitation", ())
+        table["solid"]
+        for table in tables.get("precipitation", ())
         if table["solid"] + SOLID in formed and set(heavy_components(table["solid"])) <= ions
-    }  # fmt: skip
+    }
     for table in tables.get("precipitation", ()):
         if table["solid"] + SOLID not in formed and not any(
             table["solid"] + SOLID in process.changes for process in recipe.processes
@@ -538,9 +551,10 @@ def _check_made(tables: Tables, recipe: Recipe) -> None:
 def _check_decided(recipe: Recipe) -> None:
     """Raises PlanError: equations without a constant that want the same, so that their order would decide."""
     at_once = [
-        (reaction, recipe.processes[reaction.process]) for reaction in recipe.reactions
+        (reaction, recipe.processes[reaction.process])
+        for reaction in recipe.reactions
         if reaction.process >= 0 and reaction.declared["rate_per_s"] is None
-    ]  # fmt: skip
+    ]
     rivals: list[tuple[str, Mapping[str, float]]] = [(process.text, process.changes) for _, process in at_once]
     if recipe.solver is not None:
         mixture = recipe.solver.mixture

@@ -188,22 +188,31 @@ class Solver:
         charge = totals @ mixture.charges / water
         neutral = np.abs(charge) <= 1e-13 * (np.abs(totals) @ np.abs(mixture.charges)) / water
         columns = zip(
-            molal.tolist(), water.tolist(), table[:, -1].tolist(), guess.tolist(),
-            np.where(neutral, 0.0, charge).tolist(), strict=True,
-        )  # fmt: skip
+            molal.tolist(),
+            water.tolist(),
+            table[:, -1].tolist(),
+            guess.tolist(),
+            np.where(neutral, 0.0, charge).tolist(),
+            strict=True,
+        )
         lines: list[str] = []
         for number, (amounts, kilograms, celsius, ph, excess) in enumerate(columns, start=1):
             lines.append(
                 f"SOLUTION {number}\n temp {celsius!r}\n units mol/kgw\n water {kilograms!r}\n pH {ph!r} charge"
             )
-            lines += [f" {symbol} {amount!r}" for symbol, amount in zip(mixture.symbols, amounts, strict=True)
-                      if amount > LEAST]  # fmt: skip
+            lines += [
+                f" {symbol} {amount!r}"
+                for symbol, amount in zip(mixture.symbols, amounts, strict=True)
+                if amount > LEAST
+            ]
             if excess:
                 lines.append(f" {'Zn' if excess > 0.0 else 'Zp'} {abs(excess)!r}")
             if solid is not None:
                 lines.append(f"EQUILIBRIUM_PHASES {number}")
-                lines += [f" {phase_name(index)} 0 {solid[number - 1, index].item()!r}"
-                          for index in np.flatnonzero(allowed).tolist()]  # fmt: skip
+                lines += [
+                    f" {phase_name(index)} 0 {solid[number - 1, index].item()!r}"
+                    for index in np.flatnonzero(allowed).tolist()
+                ]
                 lines.append("END")
         return "\n".join([*lines, "END", ""])
 

@@ -47,9 +47,10 @@ def warmed(
     for first, last in pairwise(cuts):
         segment = slice(first + 1, last + 1)
         since = times[segment] - times[first]
-        celsius[segment] = np.minimum(boils, cooled(
-            celsius[first], since, power_w=float(power_w[first]), capacity=capacity, loss=loss, ambient=ambient
-        ))  # fmt: skip
+        celsius[segment] = np.minimum(
+            boils,
+            cooled(celsius[first], since, power_w=float(power_w[first]), capacity=capacity, loss=loss, ambient=ambient),
+        )
     return celsius
 
 

@@ -61,9 +61,13 @@ CONTRACTION: Final = math.pi / (math.pi + 2.0)
 def twist(rotation: FloatArray, axis: FloatArray) -> FloatArray:
     """Angle (T,) in radians, -pi to pi, by which rotations (T, 3, 3) about the unit ``axis`` (3,) turn."""
     vee = np.stack(
-        [rotation[:, 2, 1] - rotation[:, 1, 2], rotation[:, 0, 2] - rotation[:, 2, 0],
-         rotation[:, 1, 0] - rotation[:, 0, 1]], axis=1,
-    )  # fmt: skip
+        [
+            rotation[:, 2, 1] - rotation[:, 1, 2],
+            rotation[:, 0, 2] - rotation[:, 2, 0],
+            rotation[:, 1, 0] - rotation[:, 0, 1],
+        ],
+        axis=1,
+    )
     return np.arctan2(vee @ axis, np.trace(rotation, axis1=1, axis2=2) - 1.0)
 
 
@@ -96,9 +100,15 @@ def over_weir(head: FloatArray, width: float) -> FloatArray:
 
 
 def run_out(
-    times: FloatArray, area: FloatArray, coming: FloatArray, *, discharge: float, section: float, foot: float,
+    times: FloatArray,
+    area: FloatArray,
+    coming: FloatArray,
+    *,
+    discharge: float,
+    section: float,
+    foot: float,
     volume: float,
-) -> FloatArray:  # fmt: skip
+) -> FloatArray:
     """Volume (T,) in m3 that runs out in the step up to each frame, with ``coming`` (T,) m3 that come in at each.
 
     ``foot``: height of the column's foot over the outlet, metres; ``volume``: what it holds at first, m3.
@@ -111,9 +121,13 @@ def run_out(
         volume += float(coming[first])
         if last > first and area[segment].any():
             out = volume_run_out(
-                times[segment], area[segment], discharge=discharge, section=section, head=foot + volume / section,
+                times[segment],
+                area[segment],
+                discharge=discharge,
+                section=section,
+                head=foot + volume / section,
                 available=volume,
-            )  # fmt: skip
+            )
             gone[first + 1 : last + 1] = np.diff(out)
             volume -= float(out[-1])
     return gone
@@ -150,9 +164,14 @@ class Stream:
     def select(self, rows: IntArray | slice) -> "Stream":
         """Some rows of it."""
         return Stream(
-            self.source, self.target, self.over, self.times[rows], self.frames[rows], self.volume_ml[rows],
+            self.source,
+            self.target,
+            self.over,
+            self.times[rows],
+            self.frames[rows],
+            self.volume_ml[rows],
             self.points[rows],
-        )  # fmt: skip
+        )
 
 
 def flows(streams: Sequence[Stream], least_ml: float) -> list[Stream]:

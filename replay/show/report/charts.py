@@ -14,9 +14,13 @@ KINDS: Final = ("false", "right", "late", "missed", "reference", "contact")
 """Kinds of stretches in a lane, in the order in which they are painted."""
 
 KIND_LABELS: Final = {
-    "reference": "reference", "contact": "contact", "right": "right", "missed": "missed",
-    "late": "late or cut short", "false": "false",
-}  # fmt: skip
+    "reference": "reference",
+    "contact": "contact",
+    "right": "right",
+    "missed": "missed",
+    "late": "late or cut short",
+    "false": "false",
+}
 
 MOST_BOXES: Final = 4000
 """Intervals of a kind in a lane; where there are more, neighbours are painted as one."""

@@ -38,9 +38,13 @@ def environment() -> "Environment":
     from markupsafe import Markup
 
     made = Environment(
-        loader=FunctionLoader(file_text), undefined=StrictUndefined, finalize=_readable, trim_blocks=True,
-        lstrip_blocks=True, autoescape=lambda name: not (name or "").endswith(".md"),
-    )  # fmt: skip
+        loader=FunctionLoader(file_text),
+        undefined=StrictUndefined,
+        finalize=_readable,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        autoescape=lambda name: not (name or "").endswith(".md"),
+    )
     made.globals |= {"allowed": Markup(ALLOWED), "colours": Markup(page_colours())}
     made.filters |= {
         "address": address_of,

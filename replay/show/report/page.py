@@ -37,16 +37,22 @@ def report_html(result: RunResult) -> str:
     notes = beside(result)[len(undecided(result)) :]
     audited = result.comparisons or not result.detections
     return page_of(
-        view_of(result), notes, curves=[*_temperatures(result), *_titrations(result)],
+        view_of(result),
+        notes,
+        curves=[*_temperatures(result), *_titrations(result)],
         tradeoff=None if result.tradeoff is None else tradeoff_values(result.tradeoff),
         contacts=[] if audited else [contact_table(result, label) for label in result.episodes],
-    )  # fmt: skip
+    )
 
 
 def page_of(
-    view: RunView, notes: Sequence[str], template: str = "show/report/run.html", *, curves: Sequence[Plot] = (),
+    view: RunView,
+    notes: Sequence[str],
+    template: str = "show/report/run.html",
+    *,
+    curves: Sequence[Plot] = (),
     **more: object,
-) -> str:  # fmt: skip
+) -> str:
     """The page of a run.
 
     ``notes``: what was not counted, or is chance; ``curves`` stand above what the effects found; ``more``: what other
@@ -55,15 +61,25 @@ def page_of(
     first = None if view.hero else view.answers[0]
     faults = [(answer, cards(view, answer.label)) for answer in view.answers]
     values = {
-        "view": view, "notes": notes, "about": page_facts(view), "caveat": CAVEAT,
+        "view": view,
+        "notes": notes,
+        "about": page_facts(view),
+        "caveat": CAVEAT,
         "first": None if first is None else first_fault(view),
-        "cost": cost(view.document), "times_are": f"{TIMES_ARE} {busy_text(view.document)}".strip(),
+        "cost": cost(view.document),
+        "times_are": f"{TIMES_ARE} {busy_text(view.document)}".strip(),
         "comparison": comparison_of(view, first.moment.seconds if first and first.moment else None),
-        "faults": faults, "lead": fault_counts(view, view.answers[0].label) if view.answers else "",
-        "most_pairs": MOST_PAIRS, "most_listed": MOST_LISTED,
-        "effects": effect_parts(view, curves), "folds": list(folds(view)), "glossary": GLOSSARY,
-        "tradeoff": None, "contacts": (), "script": page_script(REPORT),
-    }  # fmt: skip
+        "faults": faults,
+        "lead": fault_counts(view, view.answers[0].label) if view.answers else "",
+        "most_pairs": MOST_PAIRS,
+        "most_listed": MOST_LISTED,
+        "effects": effect_parts(view, curves),
+        "folds": list(folds(view)),
+        "glossary": GLOSSARY,
+        "tradeoff": None,
+        "contacts": (),
+        "script": page_script(REPORT),
+    }
     return filled(template, **values | more)
 
 

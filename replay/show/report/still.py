@@ -110,10 +110,16 @@ def fault_still(result: RunResult, label: str, fault: Fault, size: tuple[int, in
     strokes, middle = _arrow(sight, view, factor)
     how = f"are {sight.length} apart, and {label} reports contact" if sight.gap is not None else "meet, unreported"
     svg = filled(
-        "show/report/still.html", size=size, said=f"{sight.white.name} and {sight.glass.name} {how}",
-        picture=_webp(picture), strokes=strokes, middle=middle, ring="ring missed" if sight.gap is None else "ring",
-        words=_words(sight, label, view, shape == 0, middle) if worded else (), x=FIRST[0] - WORDS + 8,
-    )  # fmt: skip
+        "show/report/still.html",
+        size=size,
+        said=f"{sight.white.name} and {sight.glass.name} {how}",
+        picture=_webp(picture),
+        strokes=strokes,
+        middle=middle,
+        ring="ring missed" if sight.gap is None else "ring",
+        words=_words(sight, label, view, shape == 0, middle) if worded else (),
+        x=FIRST[0] - WORDS + 8,
+    )
     colours = [f"{sight.white.name} white", f"{sight.glass.name} blue"]
     if sight.white.solid or sight.glass.solid:
         colours.append("collider yellow")
@@ -153,11 +159,14 @@ def _sight(result: RunResult, label: str, fault: Fault) -> Sight:
     motion = assembly.motion
     two = [
         Placed(
-            assembly.bodies[body].name, assembly.bodies[body].mesh,
-            (motion.rotations[row, body], motion.translations[row, body]), solid, meeting,
+            assembly.bodies[body].name,
+            assembly.bodies[body].mesh,
+            (motion.rotations[row, body], motion.translations[row, body]),
+            solid,
+            meeting,
         )
         for body, solid, meeting in zip(ends, solids, faces, strict=True)
-    ]  # fmt: skip
+    ]
     hollow = fault.evidence.hollow
     two.sort(key=lambda placed: (placed.name == hollow, placed.filled, np.ptp(placed.mesh.vertices, axis=0).max()))
     gap = None if fault.evidence.nearest is None else np.array(fault.evidence.nearest)

@@ -218,10 +218,15 @@ def _details(picture: Picture, label: str) -> Any:
     counters = _plot(picture.whole, entity("counters", label), "Work per frame: how often each step ran")
     return _column(
         (_row((text, 0.3), (_close_up(picture, faulty), 0.36), (listed, 0.34)), 0.6),
-        (_row((_states(picture, title, [*pair_lanes(result, label)]), 0.6),
-              (rrb.Tabs(stages, counters, active_tab=0), 0.4)), 0.4),
+        (
+            _row(
+                (_states(picture, title, [*pair_lanes(result, label)]), 0.6),
+                (rrb.Tabs(stages, counters, active_tab=0), 0.4),
+            ),
+            0.4,
+        ),
         name=label,
-    )  # fmt: skip
+    )
 
 
 def _close_up(picture: Picture, has_moments: bool) -> Any:
@@ -260,9 +265,13 @@ def _spatial(name: str, contents: Sequence[str], eye: Eye | str, origin: str = "
             kind=rrb.Eye3DKind.Orbital, position=eye.position, look_target=eye.target, eye_up=(0.0, 1.0, 0.0)
         )
     return rrb.Spatial3DView(
-        origin=f"/{origin}", contents=contents, name=drawable(name), eye_controls=controls, background=PLAIN,
+        origin=f"/{origin}",
+        contents=contents,
+        name=drawable(name),
+        eye_controls=controls,
+        background=PLAIN,
         line_grid=rrb.LineGrid3D(visible=False),
-    )  # fmt: skip
+    )
 
 
 def _text(path: str, name: str) -> Any:

@@ -45,12 +45,17 @@ def details_path(label: str) -> str:
 def answer_text(result: RunResult) -> str:
     """Text of the answer: error, reasons, remedy, cost of accuracy, and the ranking, the worst first."""
     return filled(
-        f"{FOLDER}/answer.md", result=result, answer=result.answers[0], doubts=doubts(result.document),
+        f"{FOLDER}/answer.md",
+        result=result,
+        answer=result.answers[0],
+        doubts=doubts(result.document),
         price=price(result),
-        ranking=ranking_text(result) if len(result.ranking) > 2 else "", replayed=replayed(result), caveat=CAVEAT,
+        ranking=ranking_text(result) if len(result.ranking) > 2 else "",
+        replayed=replayed(result),
+        caveat=CAVEAT,
         notes=[*undecided(result), *sampling_notes(result)],
         tables=_tables(result, SectionName.TIMES, SectionName.SESSION, SectionName.EFFECTS),
-    )  # fmt: skip
+    )
 
 
 def _tables(result: RunResult, *names: SectionName) -> list[str]:
@@ -110,17 +115,24 @@ def detector_text(result: RunResult, label: str) -> str:
         counts = markdown(table("", head, [("pair-frames", *(getattr(frames, field) for field in PAIR_FRAME_ROWS))]))
     rows = [(stage, words.fixed(ms.mean(), 4)) for stage, ms in stage_ms(result.detections[label]).items()]
     return filled(
-        f"{FOLDER}/detector.md", answers=[answer for answer in result.answers if answer.label == label],
-        setting=result.document.detectors[label].spec, counts=counts,
+        f"{FOLDER}/detector.md",
+        answers=[answer for answer in result.answers if answer.label == label],
+        setting=result.document.detectors[label].spec,
+        counts=counts,
         stages=markdown(table("", ("stage", "ms a frame"), rows)),
         tables=[markdown(table, TABLE_LEVEL) for table in fault_tables(result, [label])],
-    )  # fmt: skip
+    )
 
 
 def session_text(result: RunResult) -> str:
     """Text on the session and its events, for a run that compares nothing."""
     return filled(
-        f"{FOLDER}/session.md", result=result, replayed=replayed(result), doubts=doubts(result.document), caveat=CAVEAT,
-        happened=happened_text(result.effects, MANY), nothing=NOT_COMPUTED,
+        f"{FOLDER}/session.md",
+        result=result,
+        replayed=replayed(result),
+        doubts=doubts(result.document),
+        caveat=CAVEAT,
+        happened=happened_text(result.effects, MANY),
+        nothing=NOT_COMPUTED,
         tables=_tables(result, SectionName.TIMES, SectionName.SESSION, SectionName.EFFECTS),
-    )  # fmt: skip
+    )

@@ -59,8 +59,11 @@ LOST, TRUE_CONTACT = "missed", "contact"
 
 
 STAGE_COLOURS: Final[Mapping[str, Rgba]] = {
-    SPHERES: SERIES[5], BOXES: SERIES[0], SEARCHED: SERIES[1], CONFIRMED: SERIES[2],
-}  # fmt: skip
+    SPHERES: SERIES[5],
+    BOXES: SERIES[0],
+    SEARCHED: SERIES[1],
+    CONFIRMED: SERIES[2],
+}
 """Colours of what a stage leaves."""
 
 SHAPES: Final = {SPHERES: "sphere", BOXES: "box"}

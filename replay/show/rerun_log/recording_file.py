@@ -168,15 +168,21 @@ class RecordingWriter:
         # Peaks are what a curve is about; the default policy averages them away when zoomed out.
         peaks, steps = rr.components.AggregationPolicy.Max, rr.components.InterpolationMode.StepAfter
         line = rr.SeriesLines.from_fields(
-            names=[name], colors=packed([colour]), widths=[width], aggregation_policy=peaks,
+            names=[name],
+            colors=packed([colour]),
+            widths=[width],
+            aggregation_policy=peaks,
             interpolation_mode=steps if step else None,
-        )  # fmt: skip
+        )
         self.static(path, line)
 
     def steps(
-        self, path: str, steps: Steps, things: Mapping[Any, Sequence[Any]],
+        self,
+        path: str,
+        steps: Steps,
+        things: Mapping[Any, Sequence[Any]],
         columns: Callable[[list[Any]], rr.ComponentColumnList],
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Send what stands from each step on: ``things`` of what is shown then."""
         rows = [things.get(key, ()) for *_, key in steps]
         self.rows(path, times_of(steps), columns([thing for row in rows for thing in row]), [*map(len, rows)])

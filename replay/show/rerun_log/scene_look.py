@@ -41,7 +41,10 @@ def write_scene_recording(assembly: Assembly, scene: Scene, moments: Sequence[Mo
         writer.static("grid", grid)
         directions = np.diff(guides.axes, axis=1)[:, 0]
         arrows = rr.Arrows3D(
-            origins=guides.axes[:, 0], vectors=directions, colors=packed(AXIS_COLOURS), labels=[*AXIS_NAMES],
+            origins=guides.axes[:, 0],
+            vectors=directions,
+            colors=packed(AXIS_COLOURS),
+            labels=[*AXIS_NAMES],
             radii=AXIS_WIDTH,
-        )  # fmt: skip
+        )
         writer.static("axes", arrows)

@@ -141,8 +141,10 @@ def _log_plot(writer: RecordingWriter, plot: Plot, colours: Sequence[Rgba]) -> N
     half = {"start": LETTER / 2, "middle": 0.0, "end": -LETTER / 2}
     anchors = placed([(words.at[0] + half[words.side] * len(words.text), words.at[1]) for words in plot.words])
     texts = rr.Points2D(
-        anchors - np.array([0.0, UP]), labels=[words.text for words in plot.words],
+        anchors - np.array([0.0, UP]),
+        labels=[words.text for words in plot.words],
         colors=packed(TICKS if words.dot < 0 else colours[words.dot] for words in plot.words),
-        radii=radius(0.01), show_labels=True,
-    )  # fmt: skip
+        radii=radius(0.01),
+        show_labels=True,
+    )
     writer.static(f"{root}/words", texts)

@@ -59,8 +59,10 @@ def read_shards(batch: Path) -> tuple[Shard, ...]:
         listed = read_json(batch / FOLDER / LIST)
         if listed["schema"] != SCHEMA:
             return ()
-        shards = [Shard(str(entry["stem"]), {name: _mark(mark) for name, mark in entry["runs"].items()})
-                 for entry in listed["parts"]]  # fmt: skip
+        shards = [
+            Shard(str(entry["stem"]), {name: _mark(mark) for name, mark in entry["runs"].items()})
+            for entry in listed["parts"]
+        ]
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return ()
     return tuple(shards) if all(STEM.fullmatch(shard.stem) for shard in shards) else ()

@@ -84,9 +84,10 @@ def with_keys(table: pa.Table, result: RunResult) -> pa.Table:
         frames = result.assembly.stamp_ns
         stamps = table["stamp_ns"].to_numpy() if "stamp_ns" in table.column_names else frames[table["first"].to_numpy()]
         columns = [
-            [session_digest(result)] * len(table), [pseudonym(result)] * len(table),
+            [session_digest(result)] * len(table),
+            [pseudonym(result)] * len(table),
             *(activities(result.session, kind, stamps) for kind in ACTIVITIES),
-        ]  # fmt: skip
+        ]
         for name, values in zip(KEYS, columns, strict=True):
             table = table.append_column(name, pa.array(values, TYPES[str]))
     return table.replace_schema_metadata({"schema": SCHEMA})

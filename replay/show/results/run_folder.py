@@ -131,9 +131,14 @@ def table_file(folder: Path, name: str) -> Path:
 
 
 def write_run_folder(
-    result: RunResult, out: Path, *, force: bool = False, picture: bool = False,
-    files: Mapping[str, Path] | None = None, advance: Advance = ignored,
-) -> Path:  # fmt: skip
+    result: RunResult,
+    out: Path,
+    *,
+    force: bool = False,
+    picture: bool = False,
+    files: Mapping[str, Path] | None = None,
+    advance: Advance = ignored,
+) -> Path:
     """Write tables, summary, report and picture of a run to the folder ``out``; folders above it are made too.
 
     ``force`` replaces an earlier run folder of that name; with ``picture`` there is a recording for Rerun;

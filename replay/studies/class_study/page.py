@@ -21,12 +21,15 @@ from replay.studies.class_study.tables import (
     p_text,
     sample_table,
     study_tables,
-)  # fmt: skip
+)
 from replay.tables import Column, Table
 
 REFUSALS: Final = (
-    Column("result", of="what", whole=True), Column("rule"), Column("reason"), Column("what lifts it", of="lift"),
-)  # fmt: skip
+    Column("result", of="what", whole=True),
+    Column("rule"),
+    Column("reason"),
+    Column("what lifts it", of="lift"),
+)
 
 
 MOST_UNMATCHED: Final = 8
@@ -44,14 +47,21 @@ def study_html(
     undecided = open_guesses_line(runs_with_open_guesses(runs), len(runs.metrics))
     first = tables.headlines()
     values: dict[str, Any] = {
-        "title": title, "opening": opening(study, class_counts(runs)), "lines": [*undecided, *first], "study": study,
-        "sessions": sessions_table(runs, where), "observed_only": OBSERVED_ONLY,
+        "title": title,
+        "opening": opening(study, class_counts(runs)),
+        "lines": [*undecided, *first],
+        "study": study,
+        "sessions": sessions_table(runs, where),
+        "observed_only": OBSERVED_ONLY,
         "contacts": {
-            "How detectors differ": tables.detectors(), "Pairs missed most": tables.pairs(),
-            "Task, stage, VR type": tables.doing(), "Causes": tables.causes(),
+            "How detectors differ": tables.detectors(),
+            "Pairs missed most": tables.pairs(),
+            "Task, stage, VR type": tables.doing(),
+            "Causes": tables.causes(),
         },
-        "script": page_script(TABLES), "charts": class_charts(tables, study),
-    }  # fmt: skip
+        "script": page_script(TABLES),
+        "charts": class_charts(tables, study),
+    }
     if study is not None:
         sentences = headlines(study)
         values |= {
@@ -59,10 +69,11 @@ def study_html(
             "headlines": sentences,
             "behind": behind(study),
             "tables": {name: on_page(table) for name, table in study_tables(study).items()},
-            "sample": sample_table(study, tables.sample()), "level": LEVEL,
+            "sample": sample_table(study, tables.sample()),
+            "level": LEVEL,
             "reliability": [*_all_items(study), *study.warnings],
             "refusals": Table.of(REFUSALS, study.refusals, "Results not given"),
-        }  # fmt: skip
+        }
     return filled("studies/class_study/page.html", **values)
 
 

@@ -96,11 +96,13 @@ def _regressions(tables: Sequence[Mapping[str, Any]], n: float, where: str) -> I
         differing = ", ".join(outcome for outcome, printed in fits.items() if len(printed) > 1)
         if str(table.get("label", "")) == "multiple" and differing:
             yield Remark(
-                INCONSISTENT, name, "label",
+                INCONSISTENT,
+                name,
+                "label",
                 f"called multiple, yet rows of one outcome ({differing}) have different fits, and {len(follow)} of "
                 f"{len(rows)} follow from their own coefficient with n = {n:g}: these are {len(rows)} regressions of "
                 "one predictor each",
-            )  # fmt: skip
+            )
         if (groups := table.get("groups", 1)) > 1 and not table.get("compared", False):
             message = f"{groups} groups were formed but not compared"
             if follow:

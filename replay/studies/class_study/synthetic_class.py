@@ -27,9 +27,14 @@ GROUPS: Final = ("first", "second")
 
 
 MODEL: Final = {
-    "ease_motivation": 0.6, "immersion_motivation": 0.3, "ease_touches": -0.6, "item_noise": 0.8, "mean_touches": 3.0,
-    "touch_spread": 1.6, "mean_near": 1.0,
-}  # fmt: skip
+    "ease_motivation": 0.6,
+    "immersion_motivation": 0.3,
+    "ease_touches": -0.6,
+    "item_noise": 0.8,
+    "mean_touches": 3.0,
+    "touch_spread": 1.6,
+    "mean_near": 1.0,
+}
 """The truth behind a class: how latent traits (mean 0, deviation 1) go together, and how answers scatter. The first two
 are shares in motivation, ``ease_touches`` that of ease in the number of accidental touches.
 """

@@ -66,6 +66,10 @@ def run_paper(size: Size = FULL, seed: int = 0, progress: Progress | None = None
     colony = each("searches near contact", colony_rows, near)
     drawn = each("samples of faces", search_samples, [(family, size.near, seed) for family in FAMILY_NAMES])
     return [
-        run_time_table(complete, short), to_completion(complete), accuracy(short), times(complete),
-        *colony_tables(colony, size.search_seeds), *feature_sample_tables(drawn),
-    ]  # fmt: skip
+        run_time_table(complete, short),
+        to_completion(complete),
+        accuracy(short),
+        times(complete),
+        *colony_tables(colony, size.search_seeds),
+        *feature_sample_tables(drawn),
+    ]

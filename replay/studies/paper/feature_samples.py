@@ -116,9 +116,18 @@ def _search(families: Sequence[Drawn]) -> Table:
                     (drawn.family, searcher, _word(size), len(spent), missed, *rate, success_rate, least, whole)
                 )
     head = (
-        "family", "search", "faces sampled", "poses covered", f"misses at {BUDGET:,}", "rate", "low", "high",
-        "detected of all poses", f"evaluations to {RATE:g} of covered", f"evaluations to {RATE:g} of all",
-    )  # fmt: skip
+        "family",
+        "search",
+        "faces sampled",
+        "poses covered",
+        f"misses at {BUDGET:,}",
+        "rate",
+        "low",
+        "high",
+        "detected of all poses",
+        f"evaluations to {RATE:g} of covered",
+        f"evaluations to {RATE:g} of all",
+    )
     note = (
         "Search misses: a pair that meets is in the sample and is not found. A dash: not reached within "
         f"{LIMIT:,} evaluations, or fewer than {ENOUGH} poses covered. Intervals: Wilson, 95 %."

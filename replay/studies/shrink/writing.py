@@ -77,11 +77,19 @@ def write_case(fault: WrongAnswer, before: Size, out: Path, *, source: str, forc
             csv.writer(file, lineterminator="\n").writerows(_poses(fault))
         names = [body.name for body in fault.bodies]
         case: dict[str, Any] = {
-            "schema": CASE.schema, "detector": fault.detector, "settings": dict(fault.settings), "oracle": fault.oracle,
-            "contact": fault.contact, "bodies": [*zip(names, files, strict=True)], "pairs": fault.pairs.tolist(),
-            "frames": len(fault.motion), "faces": Size.of(fault).faces, "doubts": sorted(doubts_of(fault)),
-            "before": str(before), "source": source,
-        }  # fmt: skip
+            "schema": CASE.schema,
+            "detector": fault.detector,
+            "settings": dict(fault.settings),
+            "oracle": fault.oracle,
+            "contact": fault.contact,
+            "bodies": [*zip(names, files, strict=True)],
+            "pairs": fault.pairs.tolist(),
+            "frames": len(fault.motion),
+            "faces": Size.of(fault).faces,
+            "doubts": sorted(doubts_of(fault)),
+            "before": str(before),
+            "source": source,
+        }
         (folder / "test_case.py").write_text(TEST, encoding="utf-8")
         (folder / "README.md").write_text("\n".join(_report(fault, case)) + "\n", encoding="utf-8")
         write_summary(folder, CASE, case)

@@ -71,9 +71,14 @@ class WrongAnswer:
 
 
 def of_run(
-    run: RunFolder, *, miss: int | None = None, false: int | None = None, label: str | None = None,
-    session: Path | None = None, scene: Path | None = None,
-) -> WrongAnswer:  # fmt: skip
+    run: RunFolder,
+    *,
+    miss: int | None = None,
+    false: int | None = None,
+    label: str | None = None,
+    session: Path | None = None,
+    scene: Path | None = None,
+) -> WrongAnswer:
     """The fault of a run folder: a miss or a false contact by its number.
 
     ``label``: the detector, where the run audited several, or ``module:Class``: a folder may come from anybody, so a

@@ -143,7 +143,14 @@ def family_tally(
         target = str(out / f"family-{family.number:02d}-{name}-seed-{seed}.npz")
         with whole_file(Path(target), OutputError, parents=True) as file:
             np.savez_compressed(
-                file, row=row, triangles=triangles[row], truth=truth[row], verdict=verdict[row],
-                family=family.number, seed=seed, count=len(triangles), detector=detector,
-            )  # fmt: skip
+                file,
+                row=row,
+                triangles=triangles[row],
+                truth=truth[row],
+                verdict=verdict[row],
+                family=family.number,
+                seed=seed,
+                count=len(triangles),
+                detector=detector,
+            )
     return Tally(detector, "family", family.number, family.name, seed, len(triangles), **counts, file=target)

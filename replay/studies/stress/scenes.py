@@ -235,9 +235,11 @@ def rotation_only(_rng: Generator) -> Iterator[StressScene]:
 def ends(_rng: Generator) -> Iterator[StressScene]:
     """31: contact only at the first instant, only at the last, and no motion at all."""
     for name, start, end in (
-        ("at the start only", 1.0, 1.5), ("at the end only", 1.5, 1.0),
-        ("standing in contact", 0.9, 0.9), ("standing apart", 1.1, 1.1),
-    ):  # fmt: skip
+        ("at the start only", 1.0, 1.5),
+        ("at the end only", 1.5, 1.0),
+        ("standing in contact", 0.9, 0.9),
+        ("standing apart", 1.1, 1.1),
+    ):
         motion = at([[start, 0, 0], [end, 0, 0]])
         yield of_intervals(name, (box_mesh(), box_mesh()), motion, name != "standing apart")
 
