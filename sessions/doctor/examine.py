@@ -14,9 +14,9 @@ from sessions.doctor.session_findings import examine_session, scene_findings
 from sessions.errors import MeshFileError, SceneError, SessionFileError
 from sessions.input_files import opened
 from sessions.mcap import reader
-from sessions.mcap.catalogue import Region
-from sessions.mcap.mcap_file import McapFile
-from sessions.mcap.pose_decoding import Appearance, FrameDecoder
+from sessions.mcap.container import Region
+from sessions.mcap.frame_codec import Appearance, FrameDecoder
+from sessions.mcap.reader import McapFile
 from sessions.mcap.refusals import brief
 from sessions.mcap.schemas import WORLD
 from sessions.mcap.unpacking import read_region

@@ -17,8 +17,8 @@ from sessions.importers.frame_tree import FrameTree
 from sessions.importers.ledger import Ledger
 from sessions.importers.pose_table import SourceFrame, imported, number
 from sessions.importers.stamps import iso_nanoseconds
-from sessions.mcap.catalogue import ChannelInfo
-from sessions.mcap.mcap_file import McapFile
+from sessions.mcap.container import ChannelInfo
+from sessions.mcap.reader import McapFile
 from sessions.mcap.refusals import brief
 from sessions.mcap.unpacking import MessageTable, read_region, together
 from sessions.model.assumption import Confidence

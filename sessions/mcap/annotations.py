@@ -11,7 +11,7 @@ from foxglove_schemas_protobuf.Log_pb2 import Log
 
 from sessions.errors import SessionFileError
 from sessions.mcap import schemas
-from sessions.mcap.pose_encoding import SECOND_NS, check_stamp
+from sessions.mcap.frame_codec import SECOND_NS, check_stamp
 from sessions.model.event import PHASES, Event, Interval, LiveContact
 from sessions.model.track import GazeTrack, HandTrack, ScalarTrack, Track
 

@@ -4,25 +4,149 @@ Memory for ``Session.blocks`` is one chunk and one block, for a file of any leng
 """
 
 import hashlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import nullcontext, suppress
+from dataclasses import dataclass
 from functools import cache, partial
 from os import PathLike
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from google.protobuf.message import DecodeError
+from mcap.records import Attachment
 
 from sessions.errors import MeshFileError, SceneError, SessionError, SessionFileError, TornFileError, WrongInputError
-from sessions.input_files import read_text
+from sessions.input_files import opened, read_text
 from sessions.mcap import annotations, metadata, schemas
-from sessions.mcap.mcap_file import McapFile, McapFrames
-from sessions.mcap.pose_decoding import FrameDecoder
+from sessions.mcap.container import Region, bytes_at, parsed, read_catalogue
+from sessions.mcap.frame_codec import FrameDecoder
 from sessions.mcap.refusals import refused
+from sessions.mcap.schemas import PROFILE_FAMILY, TF, TRACKING
+from sessions.mcap.unpacking import MessageTable, read_region, together
 from sessions.mcap.writer import SCENE_FILE
 from sessions.mesh_data import MeshData
 from sessions.model.constants import SCENE_FACT
+from sessions.model.frames import Frames
 from sessions.model.scene import Scene
 from sessions.model.session import Session
+
+LEAST_POSE_BYTES = 24  # Of a message: a body's name, a stamp and the heads of fields; zeros are left out
+
+
+class McapFile:
+    """A file whose records have been listed; it is closed between calls.
+
+    ``refused``: what was wrong with parts of a file that is not read strictly, and the body that each was of.
+    """
+
+    def __init__(self, path: Path, *, strict: bool = True) -> None:
+        self.path = path
+        self.refused: list[tuple[SessionFileError, str]] = []
+        with opened(path, "session file", SessionFileError) as stream:
+            self.catalogue = read_catalogue(path, stream, strict=strict)
+        # The regions that speak of channels which no record outside chunks has declared are unpacked now.
+        with self.path.open("rb") as stream:
+            for region in self.catalogue.regions:
+                known = self.catalogue.channels.keys()
+                if not known or (region.channels is not None and region.channels - known):
+                    with nullcontext() if strict else suppress(SessionFileError):
+                        read_region(stream, region, self.catalogue)
+
+    @property
+    def own(self) -> bool:
+        """Whether it is of our profile, of any version."""
+        return self.catalogue.profile.startswith(PROFILE_FAMILY)
+
+    def attempt(self, load: Callable[[], Any], otherwise: Any, body: str = "") -> Any:
+        """Load a part; a strict reader refuses the file for it, any other notes why and takes ``otherwise``."""
+        try:
+            return load()
+        except SessionFileError as error:
+            if self.catalogue.strict:
+                raise
+            # Damaged attachments are among the faults of the catalogue already.
+            if error.code != "damaged-attachment":
+                self.refused.append((error, body))
+            return otherwise
+
+    def regions(self, *topics: str) -> list[Region]:
+        """The regions that may hold messages of these topics, in file order."""
+        ids = set[int]().union(*(self.catalogue.ids(topic) for topic in topics))
+        # An index that leaves messages out would lose them: only a whole one says where nothing is.
+        chunks = [
+            region
+            for region in self.catalogue.regions
+            if region.channels is None or region.channels & ids or not self.catalogue.index_is_whole
+        ]
+        return chunks if ids else []
+
+    def read(self, regions: Iterable[Region]) -> Iterator[MessageTable]:
+        """The messages of each region, which is unpacked when its turn comes."""
+        with self.path.open("rb") as stream:
+            for region in regions:
+                yield read_region(stream, region, self.catalogue)
+
+    def tables(self, *topics: str) -> Iterator[MessageTable]:
+        """The regions that may hold messages of these topics, in file order; no other is unpacked."""
+        return together(self.read(self.regions(*topics)))
+
+    def payloads(self, topic: str) -> Iterator[tuple[int, bytes]]:
+        """(publish_ns, payload) of every message of a topic, in file order."""
+        for table in self.tables(topic):
+            for row in table.of_channels(self.catalogue.ids(topic)).tolist():
+                yield int(table.publish_ns[row]), table.payload(row)
+
+    def topics_below(self, prefix: str) -> list[str]:
+        """The topics that start with a prefix, without it, each once."""
+        topics = [channel.topic for channel in self.catalogue.channels.values() if channel.topic.startswith(prefix)]
+        return [topic.removeprefix(prefix) for topic in dict.fromkeys(topics)]
+
+    def last_stamp(self) -> int | None:
+        """The latest frame time of the last region that holds frames."""
+        for table in self.read(self.regions(TF)[::-1]):
+            rows = table.of_channels(self.catalogue.ids(TF))
+            if len(rows):
+                return int(table.publish_ns[rows].max())
+        return None
+
+    def attachment(self, name: str) -> bytes | None:
+        """The bytes of an attachment, ``None`` when there is none of that name; an error: it is damaged."""
+        damaged = [fault.error for fault in self.catalogue.faults if name and fault.name == name]
+        if damaged:
+            raise damaged[0]
+        if name not in self.catalogue.attachments:
+            return None
+        with self.path.open("rb") as stream:
+            record = parsed(bytes_at(stream, self.catalogue.attachments[name]))
+        assert isinstance(record, Attachment)
+        return bytes(record.data)
+
+
+@dataclass(frozen=True, eq=False)
+class McapFrames:
+    """Frames of a file, one column per name; each block is decoded when it is asked for."""
+
+    file: McapFile
+    names: tuple[str, ...]
+
+    @property
+    def poses_at_most(self) -> int:
+        """More frames times bodies than are in the file, told without reading any."""
+        return sum(region.size for region in self.file.regions(TF, TRACKING)) // LEAST_POSE_BYTES
+
+    def blocks(self, frames: int) -> Iterator[Frames]:
+        """All frames in file order, in blocks of this many (the last may be shorter)."""
+        pending: list[Frames] = []
+        decoder = FrameDecoder(self.file.catalogue, self.names)
+        for block in (block for table in self.file.tables(TF, TRACKING) for block in decoder.decode(table)):
+            pending.append(block)
+            while sum(map(len, pending)) >= frames:
+                whole = Frames.join(pending) if len(pending) > 1 else pending[0]
+                yield whole.part(0, frames)
+                pending = [whole.part(frames, len(whole))] if len(whole) > frames else []
+        if pending:
+            yield Frames.join(pending)
+
 
 Value = TypeVar("Value")
 
@@ -83,11 +207,11 @@ def session_of(file: McapFile, names: tuple[str, ...], scene: Scene | None = Non
         McapFrames(file, names),
         {name: mesh for name, mesh in meshes.items() if mesh is not None},
         file.attempt(partial(attached_scene, file), Scene()) if scene is None else scene,
-        events=file.attempt(partial(topic_content, file, schemas.EVENTS), ()),
-        intervals=file.attempt(partial(topic_content, file, schemas.INTERVALS), ()),
+        events=_items(file, schemas.EVENTS),
+        intervals=_items(file, schemas.INTERVALS),
         facts=facts,
         origin=str(file.path),
-        live_contacts=file.attempt(partial(topic_content, file, schemas.LIVE_CONTACTS), ()),
+        live_contacts=_items(file, schemas.LIVE_CONTACTS),
         colliders=file.attempt(partial(attached_colliders, file), {}),
         **streams,
     )
@@ -214,6 +338,13 @@ def read_topic(where: Path, topic: str, messages: Messages, last_ns: int = 0) ->
         return _TOPIC_READERS[schemas.topic_key(topic)](messages, last_ns)
     except (DecodeError, ValueError, OverflowError, SessionError):
         raise refused(where, "bad-message", f"a message on {topic} is not what its schema says") from None
+
+
+def _items(file: McapFile, topic: str) -> Any:
+    """Events, intervals or live contacts of a file; none where it has no channel for them."""
+    if not file.catalogue.ids(topic):
+        return ()
+    return file.attempt(partial(topic_content, file, topic), ())
 
 
 def topic_content(file: McapFile, topic: str) -> Any:

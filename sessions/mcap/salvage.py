@@ -22,9 +22,8 @@ from numpy.typing import NDArray
 from sessions.errors import SessionError, SessionFileError
 from sessions.input_files import opened
 from sessions.mcap import metadata
-from sessions.mcap.catalogue import Catalogue, Region, read_catalogue
-from sessions.mcap.container import add, bytes_at, finish, parsed, started_writer
-from sessions.mcap.pose_decoding import MESSAGE_BYTES, FrameDecoder
+from sessions.mcap.container import Catalogue, Region, add, bytes_at, finish, parsed, read_catalogue, started_writer
+from sessions.mcap.frame_codec import MESSAGE_BYTES, FrameDecoder
 from sessions.mcap.reader import is_session_topic, load_streams, read_session, read_topic
 from sessions.mcap.refusals import brief
 from sessions.mcap.schemas import PROFILE, PROFILE_FAMILY, TF, TRACKING, channel_spec

@@ -11,7 +11,7 @@ import numpy as np
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from foxglove_schemas_protobuf.TriangleListPrimitive_pb2 import TriangleListPrimitive
 
-from sessions.mcap.frame_layout import column_view, varint
+from sessions.mcap.frame_codec import column_view, varint
 from sessions.mcap.schemas import WORLD
 from sessions.mesh_data import MeshData
 from sessions.model.scene import Scene, SceneBody

@@ -19,8 +19,7 @@ from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 
 from sessions.errors import SessionFileError
-from sessions.mcap.catalogue import Catalogue, Region
-from sessions.mcap.container import HEAD, LENGTH_BEFORE_DATA, MESSAGE_HEADER, bytes_at, parsed
+from sessions.mcap.container import HEAD, LENGTH_BEFORE_DATA, MESSAGE_HEADER, Catalogue, Region, bytes_at, parsed
 from sessions.mcap.refusals import refused
 
 _MESSAGE = np.dtype(

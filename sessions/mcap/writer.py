@@ -10,6 +10,7 @@ from sessions.errors import SceneError, SessionFileError
 from sessions.mcap import annotations as messages
 from sessions.mcap.annotations import Message
 from sessions.mcap.container import add, finish, started_writer
+from sessions.mcap.frame_codec import FrameEncoder, check_stamp
 from sessions.mcap.metadata import (
     BODIES_RECORD,
     SESSION_RECORD,
@@ -18,7 +19,6 @@ from sessions.mcap.metadata import (
     mesh_file,
     session_record,
 )  # fmt: skip
-from sessions.mcap.pose_encoding import FrameEncoder, check_stamp
 from sessions.mcap.scene_update import scene_update
 from sessions.mcap.schemas import PROFILE, SCENE, STREAMS, TF, TRACKING, channel_spec
 from sessions.mesh_data import MeshData

@@ -78,7 +78,7 @@ from rerun.chunk import RrdReader
 
 from sessions import write_session
 from sessions.doctor import meshes
-from sessions.mcap.mcap_file import McapFile
+from sessions.mcap.reader import McapFile
 from sessions.synthetic.scenes import make_scene_session
 
 folder = Path({folder!r})

@@ -10,7 +10,7 @@ from support.session_files import (
     tetrahedron,
 )
 
-from sessions.mcap.mcap_file import McapFile, McapFrames
+from sessions.mcap.reader import McapFile, McapFrames
 from sessions.mcap.scene_update import scene_update
 from sessions.mcap.schemas import channel_spec, message_class
 from sessions.mcap.writer import write_session

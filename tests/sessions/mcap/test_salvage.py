@@ -15,8 +15,8 @@ from sessions import Event, read_session, write_session
 from sessions.doctor.examine import examine
 from sessions.errors import SessionFileError
 from sessions.mcap import container
-from sessions.mcap.mcap_file import McapFile
 from sessions.mcap.metadata import bodies_record
+from sessions.mcap.reader import McapFile
 from sessions.mcap.salvage import RECOVERED, recover
 
 BLOCK = 1 << 15

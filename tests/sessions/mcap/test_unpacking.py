@@ -11,8 +11,7 @@ from mcap.records import Chunk
 from support.session_files import packed
 
 from sessions.errors import SessionFileError
-from sessions.mcap.catalogue import Catalogue, Region
-from sessions.mcap.container import MESSAGE_HEADER, RecordSpan
+from sessions.mcap.container import MESSAGE_HEADER, Catalogue, RecordSpan, Region
 from sessions.mcap.unpacking import read_region, rows_at, together
 
 DATA = packed((1, 7, 3, 4, b"hello")) + packed((2, 8, 5, 6, b""))

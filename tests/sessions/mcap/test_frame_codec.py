@@ -15,11 +15,9 @@ from support.session_files import (
 )
 
 from sessions.errors import SessionFileError
-from sessions.mcap import pose_decoding
-from sessions.mcap.catalogue import Catalogue, ChannelInfo, Region
-from sessions.mcap.container import RecordSpan
-from sessions.mcap.pose_decoding import FrameDecoder
-from sessions.mcap.pose_encoding import FrameEncoder
+from sessions.mcap import frame_codec
+from sessions.mcap.container import Catalogue, ChannelInfo, RecordSpan, Region
+from sessions.mcap.frame_codec import FrameDecoder, FrameEncoder
 from sessions.mcap.schemas import message_class
 from sessions.mcap.unpacking import listed
 from sessions.model.frames import Frames, Status
@@ -105,10 +103,10 @@ def test_tolerant_decoder_records_time_range_of_unlisted_bodies():
 
 def test_hostile_messages_are_refused_in_a_sentence(monkeypatch):
     payload = protobuf_messages(random_frames(0, 1, 3))[0][2]
-    monkeypatch.setattr(pose_decoding, "MAX_BODIES", 2)
+    monkeypatch.setattr(frame_codec, "MAX_BODIES", 2)
     with pytest.raises(SessionFileError, match="more than 2 bodies"):
         decoded([table((1, 0, 0, 0, payload))])
-    monkeypatch.setattr(pose_decoding, "MESSAGE_BYTES", 10)
+    monkeypatch.setattr(frame_codec, "MESSAGE_BYTES", 10)
     with pytest.raises(SessionFileError, match="more than the 10 allowed"):
         decoded([table((1, 0, 0, 0, payload))])
     with pytest.raises(SessionFileError, match=r"no vrlab.Tracking"):

@@ -2,7 +2,7 @@ import pytest
 from support.session_files import protobuf_messages, random_frames, session_of, tetrahedron, write_foreign
 
 from sessions.errors import SessionFileError
-from sessions.mcap import catalogue as module
+from sessions.mcap import container as module
 from sessions.mcap.writer import write_session
 
 
