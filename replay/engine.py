@@ -14,6 +14,7 @@ from msgspec import structs
 from cdcore import Detection, Detector, Motion
 from replay.auditing.causes import Audited, examine
 from replay.auditing.contact_counts import count_contacts
+from replay.auditing.contact_depth import contact_depths
 from replay.auditing.episodes import episodes
 from replay.auditing.false_contacts import false_contacts
 from replay.auditing.look_phases import OFFSET_SETTING, STEPS, OffsetCounts, has_offsets, over_phases
@@ -268,6 +269,8 @@ def _audited(ready: Prepared, oracle: str, detected: Detected, progress: Progres
             for label, run in audited.items()
         }
         misses, causes = examine(comparisons, truth, subjects, runs[oracle], assembly, detected.face_source)
+        depths, measured = contact_depths(assembly, truth, misses)
+        misses = dict(measured)
         advance(EXAMINING * len(comparisons))
         false = {}
         for label, comparison in comparisons.items():
@@ -290,6 +293,7 @@ def _audited(ready: Prepared, oracle: str, detected: Detected, progress: Progres
         phases=detected.offsets,
         counts=counts,
         reference=reference,
+        depths=depths,
         holdings=reference.holdings,
         not_grasped=reference.contacts,
     )

@@ -3,8 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from enum import StrEnum
-from math import nan
-from operator import attrgetter
+from math import isnan, nan
 from typing import Final
 
 from cdcore.numerics import IntArray
@@ -144,6 +143,9 @@ class Fault:
     frame : of a miss the frame with the longest intersection curve, of a false contact that with the widest gap.
     point : world metres; on the curve of a miss, in the middle of the gap of a false contact.
     metres : length of the curve, or width of the gap; nan: not measured.
+    depth : of a miss, metres from the deepest point of one body in the other to its surface; nan: not measured.
+    volume : of a miss, cubic metres that both bodies have in common at that frame; nan: not measured.
+    not_measured : why the depth was not measured, as a clause: ``beaker is open``; ``""``: it was, or is not of a miss.
     evidence : geometry there.
     contact : number of the missed contact of the reference, from 1; 0 for a false contact.
     cause : stage that made the fault.
@@ -164,6 +166,9 @@ class Fault:
     frame: int
     point: Vector = (0.0, 0.0, 0.0)
     metres: float = nan
+    depth: float = nan
+    volume: float = nan
+    not_measured: str = ""
     evidence: Evidence = Evidence()
     contact: int = 0
     cause: Cause = Cause.NOT_EXAMINED
@@ -189,6 +194,12 @@ class Fault:
         return self.start if touch is None else touch.moment
 
 
-def longest_curve_first(misses: Iterable[Fault]) -> list[Fault]:
-    """Misses with the longest intersection curve first; those of equal length in order of time."""
-    return sorted(sorted(misses, key=attrgetter("number")), key=attrgetter("metres"), reverse=True)
+def deepest_first(misses: Iterable[Fault]) -> list[Fault]:
+    """Misses by depth, then those of unknown depth by the length of their curve; equals in order of time."""
+    return sorted(misses, key=_order)
+
+
+def _order(miss: Fault) -> tuple[float, float, int]:
+    depth = -1.0 if isnan(miss.depth) else miss.depth
+    length = -1.0 if isnan(miss.metres) else miss.metres
+    return -depth, -length, miss.number

@@ -25,10 +25,10 @@ COMPARE_HELP = "Compare detector OLD of RUN_A with NEW of RUN_B; the usual choic
 @click.argument("run_a", type=ANY_PATH, metavar="RUN_A")
 @click.argument("run_b", type=ANY_PATH, metavar="RUN_B")
 @click.option("--different-sessions", is_flag=True, help="Compare runs of two recordings; else they are refused.")
-@click.option("--compare", "pairs", multiple=True, metavar="OLD=NEW", help=COMPARE_HELP)
+@click.option("--compare", multiple=True, metavar="OLD=NEW", help=COMPARE_HELP)
 @reporting
 def command(
-    run_a: Path, run_b: Path, different_sessions: bool, pairs: tuple[str, ...], as_json: bool, people: People
+    run_a: Path, run_b: Path, different_sessions: bool, compare: tuple[str, ...], as_json: bool, people: People
 ) -> int:
     """Say whether RUN_B is better than RUN_A, which contacts it gained, lost or shifted, and what was set differently.
 
@@ -42,7 +42,7 @@ def command(
     from replay.show.results.run_folder import PICTURE
     from replay.studies.diff.runs import diff_runs
 
-    difference = diff_runs(run_a, run_b, different_sessions=different_sessions, compared=_labels(pairs))
+    difference = diff_runs(run_a, run_b, different_sessions=different_sessions, compared=_labels(compare))
     plain = plain_of(difference) | {"changed": difference.changed}
     answer(as_json, plain, lambda: terminal(*_report(difference, run_a, run_b)))
     if "machine" in {name.partition(".")[0] for name in difference.settings}:

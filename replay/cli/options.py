@@ -83,6 +83,24 @@ class Number(click.FloatRange):
         return number
 
 
+class Length(click.ParamType):  # type: ignore[type-arg]
+    """A length of 0 or more with its unit: ``2mm``, ``0.5 cm``; converted to metres."""
+
+    name = "length"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Return metres; refuse what is no length with a unit."""
+        if isinstance(value, float):
+            return value
+        match = LENGTH.fullmatch(str(value))
+        if match is None:
+            self.fail(f"{value!r} is no length; write it with its unit: 2mm, 0.5cm or 0.002m", param, ctx)
+        return float(match[1]) * LENGTH_UNITS[match[2]]
+
+
+LENGTH = re.compile(r"\s*(\d+\.?\d*|\.\d+)\s*(um|mm|cm|m)\s*")
+LENGTH_UNITS = {"um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0}
+
 SHARE = Number(min=0.0, max=1.0)
 ANY_PATH = FilePath()
 SESSION_FILE = FilePath(exists=True, dir_okay=False)

@@ -22,6 +22,7 @@ OPTIONS: Final = (
     "step-rate",
     "noise",
     "max-missed",
+    "max-missed-depth",
     "max-false",
     "max-p99-ms",
     "start",

@@ -12,6 +12,7 @@ from replay.cli.options import (
     OUT_ANYWHERE,
     SESSIONS_ANYWHERE,
     SHARE,
+    Length,
     Number,
     answering,
     fix_time,
@@ -27,6 +28,7 @@ STEP_HELP = "Physics steps a second of your engine, where no detectors are named
 NOISE_HELP = 'Replay noisy copies: [BODY=]vive or "0.3 mm, 0.05 deg, 0.1 s"; repeat it.'
 MISSED_HELP = "Exit 4 when more contacts or pair-frames are missed."
 FALSE_HELP = "Exit 4 when more of the contact it reports is false."
+DEPTH_HELP = "Exit 4 when bodies are deeper in each other in a miss: 2mm."
 LATE_HELP = "Exit 4 when the slowest 1 % of the looks take longer."
 
 
@@ -46,6 +48,7 @@ def _renamed(_: click.Context, __: click.Parameter, value: str | None) -> None:
 @click.option("--scheduler", metavar="ADDRESS", help="Let the workers of a scheduler of Dask do it.")
 @click.option("--max-missed", type=SHARE, metavar="SHARE", help=MISSED_HELP)
 @click.option("--max-false", type=SHARE, metavar="SHARE", help=FALSE_HELP)
+@click.option("--max-missed-depth", type=Length(), metavar="LENGTH", help=DEPTH_HELP)
 @click.option("--max-invented", hidden=True, expose_value=False, callback=_renamed)
 @click.option("--max-p99-ms", type=Number(min=0), metavar="MS", help=LATE_HELP)
 @fix_time
@@ -85,7 +88,7 @@ def command(
         del options["step_rate"]
     elif options["detectors"]:
         raise click.UsageError("--step-rate is of the usual detectors; write rate_hz=... in --detectors")
-    limits = Gates(*(options.pop(name) for name in ("max_missed", "max_p99_ms", "max_false")))
+    limits = Gates(*(options.pop(name) for name in ("max_missed", "max_p99_ms", "max_false", "max_missed_depth")))
     how = {name: options.pop(name) for name in ("jobs", "scheduler", "force")}
     form = options.pop("tables")
     if form != PARQUET:

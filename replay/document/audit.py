@@ -2,6 +2,8 @@
 
 from typing import Final, Literal
 
+from msgspec import field
+
 from replay.auditing.wilson import Proportion
 from replay.record import Count, Counts, Record
 
@@ -131,6 +133,22 @@ class NoiseProofAudit(
     means_over_offsets: OffsetProportions | None = None
 
 
+class MissedDepth(Record, frozen=True):
+    """Depth of misses: at each the deepest point of one body in the other, at the worst frame that was compared.
+
+    Parameters
+    ----------
+    deepest : metres, of the deepest miss; ``None``: none was measured.
+    unknown : why depths are unknown -> misses.
+    """
+
+    deepest: float | None = None
+    unknown: Counts = field(default_factory=dict)
+
+
+NO_DEPTH: Final = MissedDepth()
+
+
 class DetectorAudit(
     Record,
     frozen=True,
@@ -162,6 +180,7 @@ class DetectorAudit(
     noise_proof : of contacts that hold in spite of tracker noise; ``None``: noise was not asked for.
     causes : why misses were missed.
     matching : contacts of both matched one to one.
+    missed_depth : how deep the bodies are in each other in its misses.
     """
 
     pair_frames: PairFrames
@@ -191,6 +210,7 @@ class DetectorAudit(
     noise_proof: NoiseProofAudit | None = None
     causes: CauseCounts
     matching: ContactMatching
+    missed_depth: MissedDepth = NO_DEPTH
 
     @property
     def false_contact_mean(self) -> Proportion:

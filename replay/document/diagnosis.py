@@ -9,7 +9,7 @@ from typing import Any, Final
 from msgspec import structs
 
 from cdcore.detectors import detector_row, settings_of
-from replay.auditing.fault import Cause, Fault, FaultKind, longest_curve_first
+from replay.auditing.fault import Cause, Fault, FaultKind, deepest_first
 from replay.auditing.look_phases import OFFSET_SETTING
 from replay.auditing.loss import fraction_of, loss
 from replay.auditing.outcome import Outcome
@@ -88,7 +88,7 @@ def _key_fault(result: RunResult, rank: Rank) -> Fault | None:
         return max(alike, key=lambda fault: (fault.frames, -fault.number), default=None)
     never = [miss for miss in misses if miss.kind is FaultKind.NEVER_REPORTED] or list(misses)
     cause = _main_cause(never)
-    return longest_curve_first(miss for miss in never if miss.cause == cause)[0]
+    return deepest_first(miss for miss in never if miss.cause == cause)[0]
 
 
 def _main_cause(faults: Sequence[Fault]) -> Cause | None:

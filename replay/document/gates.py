@@ -30,6 +30,7 @@ class Gates:
     max_p99_ms : milliseconds within which 99 of 100 samples are decided, of detectors that decide frame by frame: a
         sample is a frame on which the detector runs.
     max_false : share of the pair-frames that a detector reports as contact which are none.
+    max_missed_depth : metres by which the bodies of a miss are in each other, at the worst frame that was compared.
 
     Raises ``AuditError``: a share beyond 0 to 1, or a limit that is no number.
     """
@@ -37,12 +38,14 @@ class Gates:
     max_missed: float | None = None
     max_p99_ms: float | None = None
     max_false: float | None = None
+    max_missed_depth: float | None = None
 
     def __post_init__(self) -> None:
-        for name, most in (("max_missed", 1.0), ("max_p99_ms", float_info.max), ("max_false", 1.0)):
-            limit = getattr(self, name)
+        units = {"max_p99_ms": "milliseconds", "max_missed_depth": "metres"}
+        for name in ("max_missed", "max_p99_ms", "max_false", "max_missed_depth"):
+            limit, most = getattr(self, name), float_info.max if name in units else 1.0
             if limit is not None and not (isinstance(limit, (int, float)) and 0.0 <= limit <= most):
-                what = "milliseconds" if name == "max_p99_ms" else "a share from 0 to 1"
+                what = units.get(name, "a share from 0 to 1")
                 raise AuditError(f"{name} is {limit}; give {what}")
 
     def broken(self, audit: Mapping[str, DetectorAudit], times: Sequence[tuple[str, Times]]) -> list[str]:
@@ -50,7 +53,11 @@ class Gates:
 
         ``audit`` is over all sessions, by label; ``times`` are sessions with what each detector took.
         """
-        rows = (("--max-missed", self.max_missed, _missed), ("--max-false", self.max_false, _false))
+        rows = (
+            ("--max-missed", self.max_missed, _missed),
+            ("--max-false", self.max_false, _false),
+            ("--max-missed-depth", self.max_missed_depth, _too_deep),
+        )
         sentences = []
         for name, most, check in rows:
             if most is not None:
@@ -120,6 +127,19 @@ def _false(name: str, label: str, audit: DetectorAudit, most: float) -> Iterator
         what = count if audit.means_over_offsets is None else mean
         limit = f"more than {name} {most:g}{_not_counted(audit)}"
         yield f"{label} reports false contact: {what} ({percent(measured)}), {limit}"
+
+
+def _too_deep(name: str, label: str, audit: DetectorAudit, most: float) -> Iterator[str]:
+    """Yield what is broken of the depth of misses: a deeper one, or one whose depth nobody knows."""
+    depth = audit.missed_depth
+    if depth.deepest is not None and depth.deepest > most:
+        deepest = f"{words.number_above(1e3 * depth.deepest, 1e3 * most)} mm"
+        yield f"{label} missed contact that is {deepest} deep, more than {name} {words.length(most)}"
+    if depth.unknown:
+        reasons = "; ".join(
+            f"{reason} ({words.plural(count, 'miss', 'misses')})" for reason, count in depth.unknown.items()
+        )
+        yield f"{name} cannot be checked: how deep misses of {label} are is unknown: {reasons}"
 
 
 def _not_counted(audit: DetectorAudit) -> str:

@@ -61,12 +61,19 @@ def fault_of_row(row: Mapping[str, Any], pairs: Sequence[str]) -> Fault:
         frame=row["first"] if frame is None else frame,
         point=vector_of(np.array(point)),
         metres=nan if metres is None else metres,
+        depth=_or_nan(row.get("depth")),
+        volume=_or_nan(row.get("common_volume")),
+        not_measured=row.get("depth_unknown") or "",
         evidence=Evidence(hollow=row.get("hollow") or "", face_pairs=row.get("face_pairs") or 0),
         contact=row.get("episode") or 0,
         cause=Cause(row["cause"]),
         why=row.get("why") or "",
         noise=row.get("noise") or "",
     )
+
+
+def _or_nan(value: float | None) -> float:
+    return nan if value is None else value
 
 
 def _events(result: RunResult) -> Iterator[dict[str, Any]]:
@@ -133,6 +140,7 @@ def _episodes(result: RunResult) -> Table:
             "flag": _doubt(result, contact),
             "status": status.get(label, {}).get(number, ""),
             "match": match.get((label, number)),
+            "depth": result.depths[number - 1] if label == result.oracle and result.depths else None,
         }
 
     return Table.of(COLUMNS["episodes"], _entries(result, result.episodes, more))

@@ -9,6 +9,7 @@ from typing import Any, Final, Protocol, cast
 from cdcore import Detection, Detector
 from replay.auditing.causes import Causes
 from replay.auditing.contact_counts import ContactCounts
+from replay.auditing.contact_depth import ContactDepth
 from replay.auditing.fault import Fault
 from replay.auditing.look_phases import OffsetCounts
 from replay.auditing.matching import EpisodeMatches
@@ -130,6 +131,7 @@ class RunResult:
     holdings: tuple[Episode, ...] = ()  # when a pair is a hand and what it holds; contacts there are counted apart
     not_grasped: tuple[Episode, ...] = ()  # the oracle's contacts but those of a hand with what it holds
     effects: Mapping[str, EffectRun] = field(default_factory=dict)  # by kind, in running order
+    depths: tuple[ContactDepth, ...] = ()  # of each contact of the oracle; none without an audit
     noise: NoiseResult | None = None  # what holds in spite of tracker noise, where that was asked for
     tables: Mapping[str, Table] = field(default_factory=dict)  # by name: ``episodes misses false events``
     document: RunDocument = NO_DOCUMENT  # made of all the others

@@ -5,6 +5,7 @@ Of misses and false contacts there are as many as the report has cards for; the 
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from math import isnan
 from typing import Any, Final, Literal
 
 import msgspec
@@ -14,7 +15,7 @@ from cdcore import Detection, Verdict
 from cdcore.protocol import INSIDE_UNDECIDED, is_undecided
 from cdcore.protocol.reasons import NO_REASON
 from replay.auditing.contact_counts import ContactCounts, count_reports, grasped_counts
-from replay.auditing.fault import MISS_KINDS
+from replay.auditing.fault import MISS_KINDS, Fault
 from replay.auditing.look_phases import OffsetCounts, spread
 from replay.auditing.matching import EpisodeMatches
 from replay.auditing.noisy_contacts import HOLDS
@@ -28,6 +29,7 @@ from replay.document.audit import (
     CountRange,
     DetectorAudit,
     GraspedCounts,
+    MissedDepth,
     NoiseProofAudit,
     OffsetProportions,
     OffsetRanges,
@@ -74,6 +76,15 @@ def score(result: RunResult, label: str) -> DetectorAudit:
         noise_proof=_noise_proof(result, contacts, offsets),
         causes=msgspec.convert(result.causes[label].table(), CauseCounts),
         matching=contact_matching(result, label),
+        missed_depth=_missed_depth(missed),
+    )
+
+
+def _missed_depth(misses: Sequence[Fault]) -> MissedDepth:
+    """Return the depth of the deepest miss, and why those of others are unknown."""
+    return MissedDepth(
+        deepest=max((miss.depth for miss in misses if not isnan(miss.depth)), default=None),
+        unknown=dict(Counter(miss.not_measured for miss in misses if miss.not_measured)),
     )
 
 
@@ -368,6 +379,8 @@ def _sum(values: Sequence[Any]) -> Any:
     if not values:
         return None
     first = values[0]
+    if isinstance(first, MissedDepth):
+        return _pooled_depth(values)
     if isinstance(first, Proportion):
         return pooled(values)
     if isinstance(first, msgspec.Struct):
@@ -383,3 +396,9 @@ def _sum(values: Sequence[Any]) -> Any:
 
 LISTED: Final = 200
 """Moments of one detector of each kind at most in the picture: the longest cuts, the longest false contacts."""
+
+
+def _pooled_depth(depths: Sequence[MissedDepth]) -> MissedDepth:
+    """Return the deepest of several sessions, and all that is unknown."""
+    deepest = max((depth.deepest for depth in depths if depth.deepest is not None), default=None)
+    return MissedDepth(deepest=deepest, unknown=dict(sum((Counter(depth.unknown) for depth in depths), Counter())))

@@ -41,6 +41,7 @@ def audit(
     max_missed: float | None = None,
     max_false: float | None = None,
     max_p99_ms: float | None = None,
+    max_missed_depth: float | None = None,
     **options: Any,
 ) -> AuditResult:
     """Run sessions beside an oracle, and hold what came of all of them to limits.
@@ -49,7 +50,8 @@ def audit(
     ----------
     sessions : a session or the file of one, or several; files, and ``out``, may be URLs of fsspec.
     out : run folder to write; with several sessions the folder that gets a run folder for each, named after its file.
-    max_missed, max_false : shares from 0 to 1; max_p99_ms : milliseconds. As ``replay.document.gates.Gates``.
+    max_missed, max_false : shares from 0 to 1; max_p99_ms : milliseconds;
+        max_missed_depth : metres. As ``replay.document.gates.Gates``.
     asked : as ``replay.run``; an oracle is needed.
 
     Raises ``AuditError``: no session, no oracle, a limit that is none, or two sessions that would share a run folder;
@@ -65,7 +67,7 @@ def audit(
     from replay.running.runner import run
     from replay.show.results.run_folder import check_target
 
-    limits = Gates(max_missed, max_p99_ms, max_false)
+    limits = Gates(max_missed, max_p99_ms, max_false, max_missed_depth)
     several = list(sessions) if isinstance(sessions, Sequence) and not isinstance(sessions, str) else [sessions]
     for given_session in several:
         require_session(given_session)

@@ -3,13 +3,14 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from math import isnan
 from typing import Any, Final
 
 from msgspec.structs import asdict
 
 from cdcore.protocol import DECIDED, REFUSED
 from replay import words
-from replay.auditing.fault import Cause, Fault, FaultKind
+from replay.auditing.fault import Cause, Fault, FaultKind, deepest_first
 from replay.auditing.look_phases import PHASES
 from replay.auditing.wilson import OVER_CONTACTS, Proportion
 from replay.constants import BUDGET_MS
@@ -122,6 +123,7 @@ COLUMNS = columns_of(
         "as_is": lambda cell: cell,
         "timestamp": words.timestamp,
         "millimetres": lambda metres: None if metres is None else words.number(1e3 * metres),
+        "measured_mm": lambda metres: None if isnan(metres) else words.number(1e3 * metres),
         "reasons_of": lambda row: "; ".join(row["effect"].because),
         "reported_of": lambda row: _reported(row["effect"]),
         "trigger_of": lambda row: row["effect"].trigger or "always",
@@ -289,8 +291,8 @@ def containment_notes(result: Summarised, label: str) -> list[str]:
 
 
 def miss_table(result: Summarised, label: str) -> Table:
-    """The misses of a detector, those that were never found first."""
-    misses = [fault for fault in result.faults[label] if fault.kind.is_miss]
+    """The misses of a detector, those that were never found first, then the deepest."""
+    misses = deepest_first(fault for fault in result.faults[label] if fault.kind.is_miss)
     misses.sort(key=lambda miss: miss.kind is not FaultKind.NEVER_REPORTED)
     made = Table.of(COLUMNS["misses"], misses, f"missed by {label}")
     noisy = any(miss.noise for miss in misses)

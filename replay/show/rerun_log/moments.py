@@ -8,6 +8,7 @@ import json
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
 from itertools import pairwise
+from math import isnan
 from operator import itemgetter
 from pathlib import Path
 from typing import Any, Final, get_type_hints
@@ -17,7 +18,7 @@ import rerun as rr
 
 from cdcore.protocol import counts_as_contact
 from replay import words
-from replay.auditing.fault import Cause, Fault, longest_curve_first
+from replay.auditing.fault import Cause, Fault, deepest_first
 from replay.auditing.outcome import Episode
 from replay.document.run_result import RunResult
 from replay.document.scores import LISTED
@@ -69,7 +70,7 @@ def key_moments(result: RunResult) -> dict[Time, Fault | Episode]:
 
 def _faults(result: RunResult) -> Iterator[Fault]:
     for label, misses in result.misses.items():
-        yield from longest_curve_first(misses)
+        yield from deepest_first(misses)
         yield from sorted(result.false.get(label, ()), key=lambda false: -false.frames)[:LISTED]
 
 
@@ -156,8 +157,10 @@ def _line(moment: Fault | Episode, seconds: float, name: str, widths: tuple[int,
     line = f"{words.instant(seconds):>10}  {label:<{widths[0]}} {numbered:<8} "
     if isinstance(moment, Episode):
         return f"{line} {plural(moment.last - moment.first + 1, 'frame'):<{CAUSE_WIDTH}} {name}"
-    what = "curve" if moment.kind.is_miss else "apart"
-    size = f"{length(moment.metres)} {what}" if moment.metres > 0 else ""
+    metres, what = moment.metres, "curve" if moment.kind.is_miss else "apart"
+    if moment.kind.is_miss and not isnan(moment.depth):
+        metres, what = moment.depth, "deep"
+    size = f"{length(metres)} {what}" if metres > 0 else ""
     return f"{line} {moment.cause:<{CAUSE_WIDTH}} {name:<{widths[1]}} {size:>14}"
 
 

@@ -34,9 +34,12 @@ def nanoseconds(run, frame, later=0):
 
 
 def faults(run):
-    """What the tables say is wrong, where there is most to see of it, and its metres."""
+    """What the tables say is wrong, where there is most to see of it, and its depth or metres."""
     for label, misses in run.misses.items():
-        yield from (((label, MISS, miss.number), miss, miss.moment, miss.metres) for miss in misses)
+        yield from (
+            ((label, MISS, miss.number), miss, miss.moment, miss.metres if np.isnan(miss.depth) else miss.depth)
+            for miss in misses
+        )
         yield from (
             ((label, FALSE, false.number), false, false.moment, false.metres) for false in run.false.get(label, ())
         )

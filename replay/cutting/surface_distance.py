@@ -1,0 +1,322 @@
+"""Distances from points to the surface of a mesh, and the point of a solid that is farthest from such a surface.
+
+The distance to one triangle is a convex function of the point: on a triangle or a box it is greatest at a corner, which
+bounds it from above, and its tangent plane bounds it from below. So the farthest point is searched by branch and bound,
+and a linear programme places it exactly where several triangles are equally near.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache, cached_property
+from itertools import combinations
+from typing import Final
+
+import numpy as np
+
+from cdcore.numerics import BoolArray, FloatArray, IntArray
+
+PRECISION: Final = 2e-7
+"""Relative gain of a depth that is none."""
+
+AT_ONCE: Final = 2_000_000
+"""Distances to middles of triangles that are computed together: 16 MB."""
+
+LEVELS: Final = 8
+"""Halvings of a triangle before the search ends."""
+
+FINE: Final = 600
+"""Triangles of a surface from which on a single level is searched: the farthest points are near corners and middles of
+so fine a region, and the search takes a third of the time."""
+
+STALE: Final = 2
+"""Levels without a gain after which the search ends: what is left is bounded loosely, along a ridge of equal depth."""
+
+POLISHED: Final = 2
+"""Triangles of a level in which the farthest point is placed by linear programmes."""
+
+MOST_TRIANGLES: Final = 120
+"""Of a level: those with the greatest bounds."""
+
+STEPS: Final = 12
+"""Linear programmes a point; each is right but for triangles that were farther before."""
+
+NEAREST: Final = 48
+"""Triangles whose tangents a step begins with."""
+
+TAKEN_IN: Final = 12
+"""Triangles that a step takes in at most."""
+
+EXCHANGES: Final = 60
+"""Rows that a linear programme takes in at most."""
+
+GRID: Final = 5
+"""Points a side of the grid from which a farthest point within a solid is searched."""
+
+NARROW: Final = 0.05
+"""Fraction of the room at its start below which an ascent within a solid ends: it arrives at the surface."""
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """The triangles (n, 3, 3) of a surface, for many questions."""
+
+    triangles: FloatArray
+
+    @cached_property
+    def middles(self) -> FloatArray:
+        """Middles (n, 3) of the triangles."""
+        return np.asarray(self.triangles.mean(axis=1))
+
+    @cached_property
+    def radii(self) -> FloatArray:
+        """Metres from the middle of each triangle to its farthest corner, (n,)."""
+        return np.asarray(np.linalg.norm(self.triangles - self.middles[:, None], axis=2).max(axis=1))
+
+    def near(self, points: FloatArray) -> Surface:
+        """The triangles among which the nearest of any point within the convex hull of the points (n, 3) is."""
+        middle = points.mean(axis=0)
+        radius = float(np.linalg.norm(points - middle, axis=1).max())
+        away = np.linalg.norm(self.middles - middle, axis=1) - self.radii
+        # A point of the hull is nearer to the surface than the middle is, plus the radius.
+        nearest = float(self.distances(middle[None])[0][0])
+        return Surface(self.triangles[away <= nearest + 2.0 * radius + PRECISION])
+
+    def distances(self, points: FloatArray) -> tuple[FloatArray, IntArray]:
+        """Metres from points (k, 3) to the surface, (k,), and the triangle that is nearest to each, (k,)."""
+        distance, nearest = np.empty(len(points)), np.empty(len(points), dtype=np.int64)
+        rows = max(1, AT_ONCE // len(self.triangles))
+        for start in range(0, len(points), rows):
+            block = points[start : start + rows]
+            squared = (block**2).sum(axis=1)[:, None] + (self.middles**2).sum(axis=1) - 2.0 * block @ self.middles.T
+            away = np.sqrt(np.maximum(squared, 0.0))
+            # The middle is a point of the triangle: no nearest triangle begins farther away than the nearest middle.
+            slack = 1e-6 * (1.0 + np.abs(block).max())
+            point, triangle = np.nonzero(away - self.radii <= away.min(axis=1, keepdims=True) + slack)
+            exact = distance_to_triangles(block[point], self.triangles[triangle])[0]
+            order = np.lexsort((exact, point))
+            first = order[np.searchsorted(point[order], np.arange(len(block)))]
+            distance[start : start + rows], nearest[start : start + rows] = exact[first], triangle[first]
+        return distance, nearest
+
+
+def distance_to_triangles(points: FloatArray, triangles: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Metres from each point (n, 3) to its triangle (n, 3, 3), (n,), and the nearest point of that triangle (n, 3)."""
+    a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
+    normal = np.cross(b - a, c - a)
+    squared = np.einsum("nd,nd->n", normal, normal)
+    height = np.einsum("nd,nd->n", points - a, normal) / np.maximum(squared, 1e-300)
+    closest = points - height[:, None] * normal
+    inside = squared > 0.0
+    distance = np.full(len(points), np.inf)
+    on_edge = np.empty_like(closest)
+    for first, second in ((a, b), (b, c), (c, a)):
+        edge = second - first
+        inside &= np.einsum("nd,nd->n", np.cross(edge, closest - first), normal) >= 0.0
+        length = np.maximum(np.einsum("nd,nd->n", edge, edge), 1e-300)
+        along = np.clip(np.einsum("nd,nd->n", points - first, edge) / length, 0.0, 1.0)
+        foot = first + along[:, None] * edge
+        away = np.linalg.norm(points - foot, axis=1)
+        nearer = away < distance
+        distance = np.where(nearer, away, distance)
+        on_edge[nearer] = foot[nearer]
+    return np.where(inside, np.abs(height) * np.sqrt(squared), distance), np.where(inside[:, None], closest, on_edge)
+
+
+def is_outside(points: FloatArray, triangles: FloatArray) -> BoolArray:
+    """Whether points (n, 3) are outside a closed surface, (n,): its winding number there is less than a half.
+
+    Source: van Oosterom and Strackee 1983 (solid angle of a triangle).
+    """
+    outside = np.empty(len(points), dtype=np.bool_)
+    rows = max(1, AT_ONCE // (8 * len(triangles)))
+    for start in range(0, len(points), rows):
+        block = points[start : start + rows]
+        a, b, c = (triangles[None, :, k] - block[:, None] for k in range(3))
+        la, lb, lc = (np.linalg.norm(corner, axis=2) for corner in (a, b, c))
+        above = (a * np.cross(b, c)).sum(axis=2)
+        below = la * lb * lc + (a * b).sum(axis=2) * lc + (b * c).sum(axis=2) * la + (c * a).sum(axis=2) * lb
+        winding = 2.0 * np.arctan2(above, below).sum(axis=1) / (4.0 * np.pi)
+        outside[start : start + rows] = np.abs(winding) < 0.5
+    return outside
+
+
+def farthest_on(region: FloatArray, surface: Surface, least: float = 0.0) -> float:
+    """Metres from the surface to the point of triangles (n, 3, 3) that is farthest from it, at least ``least``."""
+    corners, numbers = np.unique(region.reshape(-1, 3), axis=0, return_inverse=True)
+    surface = surface.near(corners)
+    at_corners, _ = surface.distances(corners)
+    best = max(least, float(at_corners.max()))
+    # Nowhere on a triangle is it farther than at a corner, plus the longer edge from there.
+    edges = np.linalg.norm(region - np.roll(region, 1, axis=1), axis=2)
+    longest = np.maximum(edges, np.roll(edges, -1, axis=1))
+    loose = (at_corners[numbers.reshape(-1, 3)] + longest).min(axis=1)
+    order = np.argsort(-loose, kind="stable")
+    triangles, stale = region[order[loose[order] > best * (1.0 + PRECISION)][:MOST_TRIANGLES]], 0
+    for _ in range(LEVELS if len(surface.triangles) < FINE else 1):
+        if not len(triangles) or stale >= STALE:
+            break
+        bounds, at_middles = _bounds(triangles, surface)
+        before, best = best, max(best, at_middles)
+        order = np.argsort(-bounds, kind="stable")
+        for index in order[:POLISHED].tolist():
+            if bounds[index] > best * (1.0 + PRECISION):
+                best = max(best, _farthest_on_triangle(triangles[index], surface))
+        order = order[bounds[order] > best * (1.0 + PRECISION)][:MOST_TRIANGLES]
+        stale = 0 if best > before * (1.0 + PRECISION) else stale + 1
+        triangles = _quartered(triangles[order])
+    return best
+
+
+def farthest_within(region: FloatArray, surface: Surface, least: float) -> float:
+    """Metres from the surface to the farthest point within a closed region (n, 3, 3), at least ``least``.
+
+    It begins at points of a grid, so that of several farthest points it may find another than the farthest.
+    """
+    corners = region.reshape(-1, 3)
+    surface = surface.near(corners)
+    lower, upper = corners.min(axis=0), corners.max(axis=0)
+    size = (upper - lower) / GRID
+    points = lower + (np.indices((GRID,) * 3).reshape(3, -1).T + 0.5) * size
+    depths, nearest = surface.distances(points)
+    # In the cell of a point it is nowhere farther than at a corner of the cell from the triangle nearest to the point.
+    ends = points[:, None] + (np.indices((2,) * 3).reshape(3, -1).T - 0.5) * size
+    bounds = distance_to_triangles(ends.reshape(-1, 3), np.repeat(surface.triangles[nearest], 8, axis=0))[0]
+    deep = bounds.reshape(-1, 8).max(axis=1) > least * (1.0 + PRECISION)
+    points, depths = points[deep], depths[deep]
+    inside = ~is_outside(points, region) if len(points) else np.zeros(0, dtype=np.bool_)
+    points, depths = points[inside], depths[inside]
+    if not len(points) or (len(surface.triangles) >= FINE and depths.max() <= least):
+        return least
+    return max(least, _ascend(points[int(depths.argmax())], surface, Surface(region)))
+
+
+def _bounds(triangles: FloatArray, surface: Surface) -> tuple[FloatArray, float]:
+    """Bounds (n,) of the distance on each triangle from above, and the greatest distance of a middle."""
+    distance, nearest = surface.distances(triangles.mean(axis=1))
+    against = surface.triangles[nearest]
+    bounds = np.max([distance_to_triangles(triangles[:, k], against)[0] for k in range(3)], axis=0)
+    return bounds, float(distance.max())
+
+
+def _quartered(triangles: FloatArray) -> FloatArray:
+    a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
+    ab, bc, ca = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)
+    parts = ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))
+    return np.concatenate([np.stack(part, axis=1) for part in parts])
+
+
+def _farthest_on_triangle(triangle: FloatArray, surface: Surface) -> float:
+    """Metres to the farthest point of one triangle (3, 3), as far as ascent from its middle leads."""
+    axes = triangle[1:] - triangle[0]
+    weights = np.full(2, 1.0 / 3.0)
+    depth = float(surface.distances(triangle.mean(axis=0)[None])[0][0])
+    sides = np.array([[-1.0, 0.0], [0.0, -1.0], [1.0, 1.0]])
+    for _ in range(STEPS):
+        point = triangle[0] + weights @ axes
+        room = np.array([weights[0], weights[1], 1.0 - weights.sum()])
+        step = _best_step(point, depth, surface, axes, (sides, room)) if depth > 0.0 else None
+        if step is None:
+            break
+        moved, depth = step
+        weights = np.linalg.lstsq(axes.T, moved - triangle[0], rcond=None)[0]
+    return depth
+
+
+def _ascend(point: FloatArray, surface: Surface, boundary: Surface) -> float:
+    """Metres to the farthest point to which ascent from a point within a region leads without leaving it."""
+    depth = float(surface.distances(point[None])[0][0])
+    room = start = float(boundary.distances(point[None])[0][0])
+    sides = np.concatenate([np.eye(3), -np.eye(3)])
+    for _ in range(2 * STEPS if len(surface.triangles) < FINE else STEPS // 2):
+        if room <= NARROW * start:
+            break
+        step = _best_step(point, depth, surface, np.eye(3), (sides, np.full(6, room / np.sqrt(3.0))))
+        if step is None:
+            break
+        point, depth = step
+        room = float(boundary.distances(point[None])[0][0])
+    return depth
+
+
+def _best_step(
+    point: FloatArray,
+    depth: float,
+    surface: Surface,
+    axes: FloatArray,
+    limits: tuple[FloatArray, FloatArray],
+) -> tuple[FloatArray, float] | None:
+    """The point reached by a step along axes (k, 3), within ``limits`` (rows, right side), and its distance.
+
+    The step leads to the greatest of the tangents of the distances to single triangles. They are right on the near side
+    of each, so that the true distance is no less: where it is, a triangle was left out, and is taken in. ``None``: the
+    step leads to no greater distance.
+    """
+    away = np.linalg.norm(surface.middles - point, axis=1) - surface.radii
+    rows = np.argpartition(away, NEAREST)[:NEAREST] if len(away) > NEAREST else np.arange(len(away))
+    for _ in range(TAKEN_IN):
+        distance, closest = distance_to_triangles(np.broadcast_to(point, (len(rows), 3)), surface.triangles[rows])
+        gradients = (point - closest) / np.maximum(distance, 1e-300)[:, None]
+        step = greatest_minimum(gradients @ axes.T, distance, *limits)
+        if step is None:
+            return None
+        promised = float((distance + gradients @ axes.T @ step).min())
+        if promised <= depth * (1.0 + PRECISION):
+            return None
+        moved = point + step @ axes
+        reached, nearest = surface.distances(moved[None])
+        if reached[0] >= promised * (1.0 - PRECISION) or nearest[0] in rows:
+            break
+        rows = np.append(rows, nearest[0])
+    return (moved, float(reached[0])) if reached[0] > depth * (1.0 + PRECISION) else None
+
+
+def greatest_minimum(
+    slopes: FloatArray, values: FloatArray, limits: FloatArray, right: FloatArray
+) -> FloatArray | None:
+    """The x (k,) with the greatest smallest ``values + slopes @ x`` where ``limits @ x <= right``; ``None``: not found.
+
+    A linear programme of at most four variables: all corners of a working set of rows are computed, the row that the
+    best corner breaks most is taken in, and rows that are not tight there are left out.
+    """
+    scale = float(np.abs(values).max()) or 1.0
+    rows = np.concatenate(
+        [np.column_stack([limits, np.zeros(len(limits))]), np.column_stack([-slopes, np.ones(len(slopes))])]
+    )
+    bounds = np.concatenate([right, values])
+    # Rows of length 1: then what breaks a row is a distance.
+    lengths = np.maximum(np.linalg.norm(rows, axis=1), 1e-300)
+    rows, bounds = rows / lengths[:, None], bounds / lengths
+    fixed = np.arange(len(limits))
+    tight = len(limits) + np.argsort(values, kind="stable")[: rows.shape[1]]
+    best, lowest = None, np.inf
+    for _ in range(EXCHANGES):
+        working = np.concatenate([fixed, tight])
+        corner = _best_corner(rows[working], bounds[working], 1e-12 * scale)
+        if corner is None:
+            return best
+        best = corner[:-1]
+        broken = rows @ corner - bounds
+        worst = int(broken.argmax())
+        if broken[worst] <= 1e-11 * scale or worst in working:
+            return best
+        # Where the best corner is no lower than before, leaving out a row would bring back an earlier corner.
+        if corner[-1] < lowest - 1e-12 * scale:
+            tight, lowest = tight[broken[tight] >= -1e-9 * scale], float(corner[-1])
+        tight = np.append(tight, worst)
+    return best
+
+
+def _best_corner(rows: FloatArray, bounds: FloatArray, slack: float) -> FloatArray | None:
+    """The corner (k,) of the space ``rows @ x <= bounds`` whose last number is greatest; ``None``: there is none."""
+    sets = _combinations(len(rows), rows.shape[1])
+    matrices = rows[sets]
+    regular = np.abs(np.linalg.det(matrices)) > 1e-12
+    corners = np.linalg.solve(matrices[regular], bounds[sets[regular]][..., None])[..., 0]
+    feasible = corners[(corners @ rows.T <= bounds + slack).all(axis=1)]
+    return None if not len(feasible) else np.asarray(feasible[feasible[:, -1].argmax()])
+
+
+@cache
+def _combinations(count: int, size: int) -> IntArray:
+    return np.array([*combinations(range(count), size)], dtype=np.int64)
