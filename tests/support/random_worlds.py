@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from support.shapes import random_rotations
 
 from cdcore import Body, Motion, TriangleMesh
-from cdcore.numerics import place_points
+from cdcore.poses import place_points
 
 FRAMES = 13
 BODIES = 3
@@ -202,7 +202,7 @@ def motion_of(kind, rng, frames, bodies):
     """Rotations (T, N, 3, 3) and translations (T, N, 3): drifting, with pauses; on a grid for the lattice kinds."""
     turn = np.stack([turned_by(rng, frames, 0.05) for _ in range(bodies)], axis=1)
     move = np.cumsum(rng.normal(size=(frames, bodies, 3)) * 0.03, axis=0) + rng.normal(size=(1, bodies, 3)) * 0.5
-    if kind != "face_soup":
+    if kind != "soup":
         move = np.round(move * 4) / 4
         turn[: frames // 2] = np.eye(3)
     pause = slice(frames // 3, frames // 2)
