@@ -8,7 +8,6 @@ if TYPE_CHECKING:
     from cdcore.mesh import TriangleMesh
     from cdcore.narrow.continuous.time_of_impact import Impact, TimeOfImpact, time_of_impact
     from cdcore.narrow.intersecting_faces import intersecting_faces
-    from cdcore.narrow.triangles.predicates import triangles_intersect
     from cdcore.protocol import (
         Body,
         Detection,
@@ -20,6 +19,7 @@ if TYPE_CHECKING:
         detect_live,
         join,
     )
+    from cdcore.triangles.decide import triangles_intersect
 
 __all__ = [
     "DETECTORS", "Body", "Detection", "Detector", "FaceSets", "FrameDetector", "Impact", "Motion", "TimeOfImpact",
@@ -32,7 +32,7 @@ _NAMES = {
     "mesh": "TriangleMesh",
     "narrow.continuous.time_of_impact": "Impact TimeOfImpact time_of_impact",
     "narrow.intersecting_faces": "intersecting_faces",
-    "narrow.triangles.predicates": "triangles_intersect",
+    "triangles.decide": "triangles_intersect",
     "protocol": "Body Detection Detector FaceSets FrameDetector Motion Verdict detect_live join",
 }
 _HOME = {name: f"cdcore.{module}" for module, names in _NAMES.items() for name in names.split()}

@@ -1,4 +1,4 @@
-"""Reference vertices, and the pads that cover their rounding error.
+"""The pads that cover rounding of the reference vertices (``cdcore.poses``), and the limits of rotations.
 
 Every tolerance of the core has its name, its reason and its scale here or beside the algorithm it belongs to.
 """
@@ -49,25 +49,6 @@ def true_places(flags: BoolArray) -> tuple[IntArray, IntArray]:
     # By one index numpy takes a twentieth to a half of its time by two (few or nearly all true, 2026-11).
     columns, rows = np.divmod(np.flatnonzero(flags.T), len(flags))
     return rows, columns
-
-
-def place_points(points: FloatArray, rotation: FloatArray, translation: FloatArray) -> FloatArray:
-    """Place body points in the world: the *reference vertices* of all exact tests.
-
-    ``x' = ((r00 x + r01 y) + r02 z) + t0`` in float64, in this order, without BLAS and without fused multiply-add, so
-    that every machine gets the same bits. Every confirmation of a contact uses these points; searches and trees may use
-    any other arithmetic with a bound that covers the difference.
-
-    ``points`` (..., n, 3) body coordinates, ``rotation`` (..., 3, 3) body to world, column convention, ``translation``
-    (..., 3), in metres, give (..., n, 3) world coordinates.
-    """
-    x, y, z = points[..., 0], points[..., 1], points[..., 2]
-    rows = [
-        ((rotation[..., i, 0, None] * x + rotation[..., i, 1, None] * y) + rotation[..., i, 2, None] * z)
-        + translation[..., i, None]
-        for i in range(3)
-    ]
-    return np.stack(rows, axis=-1)
 
 
 def readonly(array: AnyArray) -> AnyArray:

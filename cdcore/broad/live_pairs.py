@@ -14,7 +14,9 @@ from cdcore.broad.box_stage import box_room, boxes_may_meet
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.broad.sphere_stage import CANDIDATE, CLEAR, NO_POSE, Arrays, sphere_verdicts
 from cdcore.kernels.compiling import hot_kernel, kernel
+from cdcore.kernels.memory import doubles_of
 from cdcore.numerics import EPS, BoolArray, ByteArray, FloatArray, IntArray
+from cdcore.poses.kernels import length_moved, same_pose
 from cdcore.protocol import Motion
 
 STEP_ULPS: Final = 64.0
@@ -52,34 +54,36 @@ and the metres by which points may move before holes could change it; ``clearanc
 
 
 @hot_kernel
-def note_moves(poses: Arrays, valid: BoolArray, spheres: Arrays, before: FloatArray, steps: FloatArray) -> None:
-    """Fill ``steps`` (N,): how far any point of a body may have moved since its last pose, ``before`` (N, 12).
+def note_moves(poses: Arrays, valid: BoolArray, spheres: Arrays, last_poses: Arrays, steps: FloatArray) -> None:
+    """Fill ``steps`` (N,): how far any point of a body may have moved since its last pose.
 
-    0 only of a pose that is bit for bit the last one; infinity of the first.
+    0 only of a pose that is bit for bit the last one; infinity of the first. ``last_poses``: rotations (N, 3, 3) and
+    translations (N, 3), NaN before the first.
     """
     rotation, translation = poses
+    last_rotation, last_translation = last_poses
     centres, radii = spheres
+    positions, rotations = doubles_of(translation), doubles_of(rotation)
+    last_positions, last_rotations = doubles_of(last_translation), doubles_of(last_rotation)
     for body in range(len(steps)):
         steps[body] = 0.0
         if not valid[0, body]:
             continue
-        rotation_change, moved, size, changed = 0.0, 0.0, radii[body], False
+        now_rotation, now_translation = rotation[0, body], translation[0, body]
+        if same_pose(positions, rotations, body, last_positions, last_rotations, body):
+            continue
+        size = radii[body]
         for i in range(3):
-            offset = translation[0, body, i] - before[body, 9 + i]
+            size += abs(now_translation[i]) + abs(centres[body, i])
+        moved = length_moved(
+            now_rotation, now_translation, last_rotation[body], last_translation[body], centres[body], radii[body]
+        )
+        step = moved * (1.0 + 1e-9) + STEP_ULPS * EPS * size
+        steps[body] = step if step == step else np.inf
+        for i in range(3):
+            last_translation[body, i] = now_translation[i]
             for j in range(3):
-                change = rotation[0, body, i, j] - before[body, 3 * i + j]
-                rotation_change, offset, changed = (
-                    rotation_change + change * change,
-                    offset + change * centres[body, j],
-                    changed or change != 0.0,
-                )
-                before[body, 3 * i + j] = rotation[0, body, i, j]
-            moved, changed = moved + offset * offset, changed or translation[0, body, i] != before[body, 9 + i]
-            before[body, 9 + i] = translation[0, body, i]
-            size += abs(translation[0, body, i]) + abs(centres[body, i])
-        if changed:
-            step = (np.sqrt(rotation_change) * radii[body] + np.sqrt(moved)) * (1.0 + 1e-9) + STEP_ULPS * EPS * size
-            steps[body] = step if step == step else np.inf
+                last_rotation[body, i, j] = now_rotation[i, j]
 
 
 @kernel
@@ -91,14 +95,14 @@ def decide_by_volumes(
 
     A pair keeps its verdict if neither body moved, or as long as its steps leave anything of its margin: until points
     have moved by the distance of two surfaces, they neither meet nor pass through each other. What is left shrinks
-    from frame to frame, since a sum of all steps would lose small ones after a long way. ``memory``: poses before,
+    from frame to frame, since a sum of all steps would lose small ones after a long way. ``memory``: last poses,
     steps (N,), margins and clearances (P,).
     """
     first, second = ends
-    before, steps, margins, clearances = memory
+    last_rotation, last_translation, steps, margins, clearances = memory
     count, room = 0, box_room()
     sphere_verdict = np.empty((1, len(first)), dtype=np.uint8)
-    note_moves(poses, valid, spheres, before, steps)
+    note_moves(poses, valid, spheres, (last_rotation, last_translation), steps)
     sphere_verdicts(poses, valid, spheres, ends, sphere_verdict)
     for p in range(len(first)):
         a, b = first[p], second[p]
@@ -134,7 +138,8 @@ class LivePairs:
         self._ends = list(zip(*spheres.ends, strict=True))
         bodies, pairs = len(spheres.spheres[0]), len(self._ends)
         self._steps, self._margins, self._clearances = np.zeros(bodies), np.zeros(pairs), np.zeros(pairs)
-        self._memory = np.full((bodies, 12), np.nan), self._steps, self._margins, self._clearances
+        last_poses = np.full((bodies, 3, 3), np.nan), np.full((bodies, 3), np.nan)
+        self._memory = *last_poses, self._steps, self._margins, self._clearances
         self._named = np.empty(pairs, dtype=np.int64)
         self._reach, self._waits = [SKIPS.first_reach] * pairs, [0] * pairs
         self.verdict: ByteArray = np.full(pairs, NO_POSE, dtype=np.uint8)

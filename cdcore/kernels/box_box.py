@@ -64,29 +64,6 @@ def separated_on_all_axes(m: FloatArray, d: FloatArray, half_a: FloatArray, half
 
 
 @hot_kernel
-def relative_pose(
-    rotation_a: FloatArray,
-    move_a: FloatArray,
-    rotation_b: FloatArray,
-    move_b: FloatArray,
-    rotation: FloatArray,
-    move: FloatArray,
-) -> None:
-    """The pose of B in A's frame: ``rotation`` (3, 3) and ``move`` (3,)."""
-    never_inlined()
-    for i in range(3):
-        move[i] = 0.0
-        for k in range(3):
-            move[i] += rotation_a[k, i] * (move_b[k] - move_a[k])
-        for j in range(3):
-            rotation[i, j] = (
-                rotation_a[0, i] * rotation_b[0, j]
-                + rotation_a[1, i] * rotation_b[1, j]
-                + rotation_a[2, i] * rotation_b[2, j]
-            )
-
-
-@hot_kernel
 def relative_box(
     centre_a: FloatArray, axes_a: FloatArray, centre_b: FloatArray, axes_b: FloatArray, rotation: FloatArray,
     move: FloatArray, m: FloatArray, d: FloatArray,

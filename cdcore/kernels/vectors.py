@@ -46,10 +46,3 @@ def rotated(pose: FloatArray, p: Vector) -> Vector:
     """A direction turned by a pose (12,): rotation by rows, then place."""
     always_inlined()
     return dot(vector_at(pose, 0), p), dot(vector_at(pose, 3), p), dot(vector_at(pose, 6), p)
-
-
-@hot_kernel
-def placed(pose: FloatArray, p: Vector) -> Vector:
-    """A point at a pose (12,), rounded as ``place_points`` rounds."""
-    always_inlined()
-    return beyond(rotated(pose, p), 1.0, vector_at(pose, 9))

@@ -3,8 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from cdcore.narrow.triangles.predicates import triangles_intersect
-from cdcore.numerics import FloatArray, IntArray, place_points
+from cdcore.numerics import FloatArray, IntArray
+from cdcore.poses import place_points
+from cdcore.triangles.decide import triangles_intersect
 
 Pose = tuple[FloatArray, FloatArray]
 """Rotation (3, 3) and translation (3,)."""

@@ -17,9 +17,10 @@ from cdcore.narrow.continuous.clearance import certainly_separated
 from cdcore.narrow.margins.overlap_bounds import overlap_bounds
 from cdcore.narrow.margins.separating_moves import can_be_separated, shell_vectors
 from cdcore.narrow.margins.triangle_margins import triangle_margins
-from cdcore.narrow.triangles.predicates import triangles_intersect
-from cdcore.numerics import EPS, BoolArray, FloatArray, place_points
+from cdcore.numerics import EPS, BoolArray, FloatArray
+from cdcore.poses import place_points
 from cdcore.protocol import Body
+from cdcore.triangles.decide import triangles_intersect
 
 SAMPLE = 8
 """Face pairs of a contact to test first: one deeper than tau decides, and most contacts are deeper everywhere."""

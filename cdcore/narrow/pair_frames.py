@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.numerics import FloatArray, IntArray
+from cdcore.poses import changed_poses
 from cdcore.protocol import Motion
 
 Answer = TypeVar("Answer")
@@ -45,8 +46,7 @@ def ask_changed_poses(
     for column, rows in rows_of_columns(columns):
         at = frames[rows, None], pairs[column]
         rotation, move = motion.rotations[at], motion.translations[at]
-        fresh = np.ones(len(rows), dtype=np.bool_)
-        fresh[1:] = (rotation[1:] != rotation[:-1]).any(axis=(1, 2, 3)) | (move[1:] != move[:-1]).any(axis=(1, 2))
+        fresh = changed_poses(rotation, move)
         which[rows] = len(answers) + np.cumsum(fresh) - 1
         answers += ask(column, (rotation[fresh, 0], move[fresh, 0]), (rotation[fresh, 1], move[fresh, 1]))
     return answers, which

@@ -14,15 +14,14 @@ from numpy.typing import NDArray
 
 from cdcore.narrow.brute_force import meeting_faces_placed
 from cdcore.narrow.bvh.bounds import LARGEST_SIZE, position_pad
-from cdcore.narrow.face_pair import place_face, placed_pair_meets
 from cdcore.narrow.pair_frames import Poses, ask_changed_poses, swapped_faces
 from cdcore.narrow.published_trees.box_trees import TREE_KINDS, TREES_OF
 from cdcore.narrow.published_trees.tree_descent import CUT_SHORT, PairPoses, search_rows
-from cdcore.narrow.triangles.filter import UNDECIDED
-from cdcore.narrow.triangles.sums import new_digits
 from cdcore.numerics import ORTHONORMAL_KEEP, UNDERFLOW_PAD, BoolArray, ByteArray, FloatArray, IntArray
+from cdcore.poses.kernels import place_face
 from cdcore.protocol import Body, Motion, Verdict, ordered_by_name
 from cdcore.protocol.settings import MOST_WORK, CheckedSettings, choice, flag, whole
+from cdcore.triangles.decide import UNDECIDED, new_digits, placed_pair_meets
 
 FIRST_FRAME: Final = np.zeros(1, dtype=np.int64)
 CONTACT, CLEAR = int(Verdict.CONTACT), int(Verdict.CLEAR)

@@ -22,7 +22,7 @@ from cdcore.numerics import (
     IntArray,
     readonly,
 )
-from cdcore.transforms.rigid import rotation_from_quaternion
+from cdcore.poses import rotation_from_quaternion
 
 NO_MATRICES: Final = np.empty((0, 0, 4, 4))
 LAST_ROW: Final = [0.0, 0.0, 0.0, 1.0]
@@ -209,9 +209,9 @@ def _known(mask: BoolArray, linked: ArrayLike | None) -> BoolArray:
 
 def _kernels() -> ModuleType:
     """The compiled passes, imported with the first motion: the compiler takes half a second to load."""
-    from cdcore.transforms import pose_checks
+    from cdcore.poses import checks
 
-    return pose_checks
+    return checks
 
 
 def _times(times: ArrayLike) -> FloatArray:

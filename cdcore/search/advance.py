@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from cdcore.kernels.box_box import relative_pose
 from cdcore.kernels.compiling import hot_kernel, kernel, never_inlined
 from cdcore.numerics import EPS, UNDERFLOW_PAD, FloatArray, IntArray
+from cdcore.poses.kernels import relative_pose
 from cdcore.search.evaluation import evaluate
 from cdcore.search.local_descent import descend, drawn_pair, is_over, local_round
 from cdcore.search.state import DONE, DRAW, FULL, START, UNSURE, Faces, State, States, Swarm

@@ -8,11 +8,12 @@ import numpy as np
 
 from cdcore.kernels.compiling import always_inlined, hot_kernel, kernel, never_inlined
 from cdcore.kernels.memory import doubles_at, doubles_of
-from cdcore.narrow.triangles.filter import UNDECIDED, pair_intersects_filtered
-from cdcore.narrow.triangles.predicates import triangles_intersect
-from cdcore.numerics import FloatArray, IntArray, place_points
+from cdcore.numerics import FloatArray, IntArray
+from cdcore.poses import place_points
+from cdcore.poses.kernels import placed_by_row
 from cdcore.search.features import CORNERS, RADIUS, Features
 from cdcore.search.state import TRACED, Faces, State, States
+from cdcore.triangles.decide import UNDECIDED, pair_meets_filtered, undecided_intersect
 
 HASH = 0x9E3779B97F4A7C15 - (1 << 64)
 """Odd number near 2^64 over the golden ratio: its products spread neighbouring keys (Knuth)."""
@@ -44,12 +45,10 @@ def place_corners(rows: FloatArray, face: int, pose: FloatArray, pair: FloatArra
     """World corners of a face to ``pair[first:first + 9]``, rounded as reference vertices."""
     never_inlined()
     for corner in range(3):
-        x = rows[face, CORNERS + 3 * corner]
-        y = rows[face, CORNERS + 3 * corner + 1]
-        z = rows[face, CORNERS + 3 * corner + 2]
-        for k in range(3):
-            rotated = (pose[3 * k] * x + pose[3 * k + 1] * y) + pose[3 * k + 2] * z
-            pair[first + 3 * corner + k] = rotated + pose[9 + k]
+        at = CORNERS + 3 * corner
+        point = rows[face, at], rows[face, at + 1], rows[face, at + 2]
+        placed = placed_by_row(pose, point)
+        pair[first + 3 * corner], pair[first + 3 * corner + 1], pair[first + 3 * corner + 2] = placed
 
 
 @hot_kernel
@@ -58,7 +57,7 @@ def faces_meet(i: int, j: int, faces: Faces, state: State) -> int:
     never_inlined()
     place_corners(faces.rows_a, i, state.world_a, state.pair, 0)
     place_corners(faces.rows_b, j, state.world_b, state.pair, 9)
-    return pair_intersects_filtered(doubles_of(state.pair))
+    return pair_meets_filtered(doubles_of(state.pair))
 
 
 @hot_kernel
@@ -135,4 +134,4 @@ def meeting_pairs(first: Features, second: Features, state: State, pairs: IntArr
     for side, (features, pose) in enumerate(((first, state["world_a"]), (second, state["world_b"]))):
         corners = features.rows[pairs[:, side], CORNERS:].reshape(-1, 3, 3)
         placed[:, side] = place_points(corners, pose[:9].reshape(3, 3), pose[9:])
-    return pairs[triangles_intersect(placed)]
+    return pairs[undecided_intersect(placed)]

@@ -8,11 +8,11 @@ Source: section 3.4 of the project's specification.
 """
 
 from cdcore.kernels.compiling import hot_kernel, kernel, never_inlined
-from cdcore.narrow.triangles.filter import UNDECIDED
 from cdcore.numerics import IntArray
 from cdcore.search.evaluation import faces_meet, is_new, leave_open
 from cdcore.search.features import NEIGHBOURS
 from cdcore.search.state import DONE, FULL, OPEN_KEPT, STALE, UNSURE, Faces, State, States
+from cdcore.triangles.decide import UNDECIDED
 
 
 @hot_kernel

@@ -11,7 +11,8 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from cdcore import Motion, TriangleMesh
-from cdcore.numerics import FloatArray, place_points
+from cdcore.numerics import FloatArray
+from cdcore.poses import place_points
 from sessions.mesh_data import MeshData, has_consistent_winding
 
 SURFACE_POINTS: Final = 4000

@@ -9,7 +9,8 @@ import numpy as np
 
 from cdcore import Detection, Motion, Verdict, create_detector
 from cdcore.detectors import detector_row
-from cdcore.numerics import FloatArray, place_points
+from cdcore.numerics import FloatArray
+from cdcore.poses import place_points
 from cdcore.protocol import NO_FACES, REFUSED, Explains, PairDetector, counts_as_contact, is_one_of
 from replay.auditing.causes import Audited, delay_cause
 from replay.auditing.contact_counts import REPORTED

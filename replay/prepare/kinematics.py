@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cdcore.numerics import ByteArray, FloatArray
-from cdcore.transforms.rigid import rotation_from_quaternion
+from cdcore.poses import rotation_from_quaternion
 from replay.errors import AssemblyError
 from replay.prepare.assembly import PoseOrigin
 from replay.prepare.flags import chain_of

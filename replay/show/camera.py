@@ -7,7 +7,8 @@ from typing import Final
 import numpy as np
 
 from cdcore import Motion
-from cdcore.numerics import FloatArray, place_points
+from cdcore.numerics import FloatArray
+from cdcore.poses import place_points
 from replay.effects.output import vector_of
 from replay.prepare.assembly import Assembly
 from replay.show.palette import tags_of

@@ -7,7 +7,8 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.numerics import FloatArray, place_points
+from cdcore.numerics import FloatArray
+from cdcore.poses import place_points
 from replay import words
 from replay.errors import OutputError
 from replay.prepare.assembly import Assembly

@@ -20,7 +20,7 @@ from numba.core import event
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, detect_live, intersecting_faces
 from cdcore import triangles_intersect
 from cdcore.kernels.compiling import compiling_reported
-import cdcore.narrow.triangles.predicates, cdcore.narrow.bvh.whole_motion
+import cdcore.triangles.decide, cdcore.narrow.bvh.whole_motion
 import cdcore.narrow.containment.containment_stage
 
 angle = np.linspace(0, 2 * np.pi, 13)[:-1]

@@ -18,7 +18,7 @@ def run(*command, cwd=ROOT):
 UPWARD = {
     "Floors of the tool": ("replay/auditing/compare.py", "import replay.show.report.page"),
     "Floors of the sessions": ("sessions/model/track.py", "import sessions.mcap.reader"),
-    "Floors of the narrow phase": ("cdcore/narrow/triangles/sums.py", "import cdcore.narrow.tree_stage"),
+    "Floors of the narrow phase": ("cdcore/triangles/sums.py", "import cdcore.narrow.tree_stage"),
     "Rerun is imported by the recording alone": ("replay/progress.py", "import rerun"),
     "pyarrow is imported where tables are read and written": ("replay/auditing/compare.py", "import pyarrow"),
     "rich is imported by the command line alone": ("replay/document/summary.py", "import rich"),

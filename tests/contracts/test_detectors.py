@@ -9,9 +9,9 @@ from support.shapes import box_mesh, lab, random_rotations, unturned
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, join
 from cdcore.errors import CollisionCoreError, InvalidPairError, InvalidPoseError, InvalidSettingError, NotRecordedError
+from cdcore.poses import rotation_from_quaternion
 from cdcore.protocol import Detector, counts_as_contact, detect_live
 from cdcore.protocol.reasons import NO_REASON
-from cdcore.transforms.rigid import rotation_from_quaternion
 from replay.prepare.assemble import assemble
 from sessions.importers import import_session
 

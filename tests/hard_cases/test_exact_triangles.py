@@ -11,8 +11,8 @@ from oracles.separating_axes import meets_by_axes
 from support.optional import read_cases
 
 from cdcore import Verdict
-from cdcore.narrow.triangles.integers import pair_intersects_integers
-from cdcore.narrow.triangles.predicates import triangles_intersect
+from cdcore.triangles.decide import triangles_intersect
+from cdcore.triangles.integers import pair_intersects_integers
 from replay.studies.stress.families import FAMILIES
 from replay.studies.stress.triangle_pairs import verdicts_of
 
@@ -93,7 +93,7 @@ COUNT = 150
 
 def proper(pairs):
     """Which pairs have no face without area, exactly."""
-    from cdcore.narrow.triangles.integers import integer_points, normal
+    from cdcore.triangles.integers import integer_points, normal
 
     found = []
     for pair in pairs:

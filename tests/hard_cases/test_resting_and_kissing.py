@@ -7,8 +7,8 @@ from support.shapes import ball_mesh, beaker_mesh, box_mesh, icosphere_mesh, lab
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, intersecting_faces
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
+from cdcore.poses import rotation_from_quaternion
 from cdcore.protocol import counts_as_contact
-from cdcore.transforms.rigid import rotation_from_quaternion
 from replay.studies.stress.scenes import SCENES, meeting
 
 ON_MESHES = ["hybrid", "static", "discrete", "exact"]

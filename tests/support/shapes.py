@@ -4,7 +4,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from cdcore import Body, Motion, TriangleMesh
-from cdcore.transforms.rigid import rotation_from_quaternion
+from cdcore.poses import rotation_from_quaternion
 from replay.studies.stress.solids import (  # noqa: F401
     ball_mesh,
     beaker_mesh,

@@ -34,7 +34,7 @@ rounded up.
 **Certain signs.** A difference of two corners in a leaf's box frame lies within the pad of that of the reference
 vertices, taken there by a map that keeps all orientations or turns all round, which the test of two faces cannot tell
 apart. So a determinant of three differences, all below X, is off by at most 3 pad X^2. It is computed from differences
-of corners, each rounded once: 49 u X^3 (``cdcore.narrow.triangles.filter``). The bound is over twice the sum.
+of corners, each rounded once: 49 u X^3 (``cdcore.triangles.filter``). The bound is over twice the sum.
 """
 
 from __future__ import annotations

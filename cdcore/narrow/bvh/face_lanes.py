@@ -1,6 +1,6 @@
 """Two faces in eight frames at once: the lanes in which they certainly meet, and those in which they certainly do not.
 
-The signs are those of ``cdcore.narrow.triangles.filter``, taken in the frame of a leaf's box and counted only where
+The signs are those of ``cdcore.triangles.filter``, taken in the frame of a leaf's box and counted only where
 they are larger than the kernels' distance from the reference vertices allows (``bounds``, certain signs).
 """
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from cdcore.kernels.compiling import always_inlined, hot_kernel, kernel, never_inlined
 from cdcore.kernels.memory import Memory, fetch_early, integers_of
-from cdcore.kernels.simd import LANES, dot, fused, load4, load8, minus, plus, splat8, store, times
+from cdcore.kernels.simd import LANES, dot, fused, load4, load8, minus, splat8, store
 from cdcore.narrow.bvh.bounds import CHORD_SLACK, POSITION_ULPS, ROUNDOFF, SKEW_FACTOR
 from cdcore.narrow.bvh.box_lanes import lanes_that_may_meet
 from cdcore.narrow.bvh.frame_skips import frames_left_out, poses_repeat, size_at
@@ -38,8 +38,9 @@ from cdcore.narrow.bvh.tree_memory import (
     pair_at,
     scratch_at,
 )
-from cdcore.narrow.triangles.filter import UNDECIDED, Corners, faces_meet_filtered
 from cdcore.numerics import IntArray
+from cdcore.poses.kernels import place_coordinate
+from cdcore.triangles.decide import UNDECIDED, Corners, corners_meet
 
 MOST_AT_ONCE: Final = 512
 """Face pairs that two leaves may add to a list: eight faces against eight in eight frames."""
@@ -100,13 +101,13 @@ def place_face(placed: Memory, face: int, pose: PoseMemory, frame: int) -> Corne
     """World corners of a face, rounded as the reference vertices: no fused multiply-add."""
     always_inlined()
     row, entries, stride, at = 12 * face, pose.entries, pose.stride, frame * pose.step
-    x, y, z = load4(placed, row), load4(placed, row + 4), load4(placed, row + 8)
+    point = load4(placed, row), load4(placed, row + 4), load4(placed, row + 8)
     a, b, c = entries[at], entries[at + stride], entries[at + 2 * stride]
-    wx = plus(plus(plus(times(a, x), times(b, y)), times(c, z)), entries[at + 9 * stride])
+    wx = place_coordinate((a, b, c), entries[at + 9 * stride], point)
     a, b, c = entries[at + 3 * stride], entries[at + 4 * stride], entries[at + 5 * stride]
-    wy = plus(plus(plus(times(a, x), times(b, y)), times(c, z)), entries[at + 10 * stride])
+    wy = place_coordinate((a, b, c), entries[at + 10 * stride], point)
     a, b, c = entries[at + 6 * stride], entries[at + 7 * stride], entries[at + 8 * stride]
-    wz = plus(plus(plus(times(a, x), times(b, y)), times(c, z)), entries[at + 11 * stride])
+    wz = place_coordinate((a, b, c), entries[at + 11 * stride], point)
     return Corners(wx, wy, wz)
 
 
@@ -115,7 +116,7 @@ def faces_meet(pair: Pair, face_a: int, face_b: int, frame: int) -> int:
     """Whether two faces meet at the reference vertices of a frame: 0, 1, or UNDECIDED for exact arithmetic."""
     never_inlined()
     first = place_face(pair.tree_a.placed, face_a, pair.pose_a, frame)
-    return faces_meet_filtered(first, place_face(pair.tree_b.placed, face_b, pair.pose_b, frame))
+    return corners_meet(first, place_face(pair.tree_b.placed, face_b, pair.pose_b, frame))
 
 
 @hot_kernel

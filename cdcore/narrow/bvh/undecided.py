@@ -14,10 +14,8 @@ from cdcore.kernels.memory import Memory, doubles_of, integers_of
 from cdcore.kernels.simd import first3
 from cdcore.narrow.bvh.traverse import key_of, place_face
 from cdcore.narrow.bvh.tree_memory import EXACT_TESTS, INTEGER_TESTS, pair_at
-from cdcore.narrow.triangles.filter import UNDECIDED, Corners, pair_intersects
-from cdcore.narrow.triangles.predicates import triangles_intersect
-from cdcore.narrow.triangles.sums import new_digits
 from cdcore.numerics import ByteArray, FloatArray, IntArray
+from cdcore.triangles.decide import UNDECIDED, Corners, new_digits, undecided_pair_meets, unsummed_intersect
 
 NOT_TESTED: Final = 3
 
@@ -54,7 +52,7 @@ def answer_faces(
                 write_corners(place_face(pair.tree_a.placed, face_a, pair.pose_a, frame), corners, 0)
                 write_corners(place_face(pair.tree_b.placed, face_b, pair.pose_b, frame), corners, 9)
                 exact_tests += 1
-                answers[k] = pair_intersects(corners, sums)
+                answers[k] = undecided_pair_meets(corners, sums)
         if answers[k] == 1:
             pair.hits[frame] = 1
     return exact_tests
@@ -71,6 +69,6 @@ def settled(row: IntArray, later: IntArray, work: IntArray) -> IntArray:
     work[EXACT_TESTS] += exact_tests - len(left)
     work[INTEGER_TESTS] += len(left)
     if len(left):
-        answers[left] = triangles_intersect(points[left].reshape(-1, 2, 3, 3))
+        answers[left] = unsummed_intersect(points[left].reshape(-1, 2, 3, 3))
         answer_faces(row, later, keys, points, new_digits(), answers)
     return keys[answers == 1]

@@ -52,7 +52,8 @@ from cdcore.narrow.containment.ray_parity import (
 )
 from cdcore.narrow.containment.winding_surface import ComponentKind, winding_surface
 from cdcore.narrow.pair_frames import rows_of_columns
-from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray, place_points
+from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
+from cdcore.poses import place_points, relative_pose
 from cdcore.protocol import DECIDED, INSIDE_UNDECIDED, PARTLY_DECIDED, REFUSED, Body, Motion, Verdict
 
 ROOM_SLACK: Final = 1e-9
@@ -245,8 +246,9 @@ class WindingQuestion:
         inner, outer = self._ends
         rotations, translations, components = motion.rotations, motion.translations, self._components
         margin = margin_of(translations[frame], inner, outer, self._size)
-        rotation = rotations[frame, outer].T @ rotations[frame, inner]
-        move = rotations[frame, outer].T @ (translations[frame, inner] - translations[frame, outer])
+        rotation, move = relative_pose(
+            rotations[frame, outer], translations[frame, outer], rotations[frame, inner], translations[frame, inner]
+        )
         placed = place_points(self._surface.grid.triangles, rotations[frame, outer], translations[frame, outer])
         state = OUTSIDE
         for component in range(len(components.boxes)):

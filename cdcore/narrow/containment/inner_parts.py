@@ -11,9 +11,10 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from cdcore.kernels.box_box import gap_on_face_axes, separated_on_all_axes
-from cdcore.kernels.compiling import always_inlined, kernel, never_inlined
+from cdcore.kernels.compiling import kernel, never_inlined
 from cdcore.narrow.containment.placed_points import margin_at
 from cdcore.numerics import BoolArray, FloatArray, IntArray
+from cdcore.poses.kernels import length_moved, relative_pose
 
 BESIDE: Final = 0
 """A part of the inner body that is not within the box of any part of the outer one, nor near a hole: outside."""
@@ -126,24 +127,6 @@ def sphere_of_components(components: InnerComponents) -> tuple[FloatArray, float
 
 
 @kernel
-def length_moved(
-    rotation: FloatArray, move: FloatArray, from_rotation: FloatArray, from_move: FloatArray, centre: FloatArray,
-    radius: float,
-) -> float:  # fmt: skip
-    """Metres by which no point of a sphere moved more between two poses; the Frobenius norm bounds a rotation."""
-    always_inlined()
-    rotation_change, moved = 0.0, 0.0
-    for i in range(3):
-        offset = move[i] - from_move[i]
-        for j in range(3):
-            change = rotation[i, j] - from_rotation[i, j]
-            rotation_change += change * change
-            offset += change * centre[j]
-        moved += offset * offset
-    return np.sqrt(rotation_change) * radius + np.sqrt(moved)
-
-
-@kernel
 def pose_of_inner(
     rotations: FloatArray,
     translations: FloatArray,
@@ -155,13 +138,10 @@ def pose_of_inner(
     """Write the pose of the inner body in the outer one's frame to ``rotation`` (3, 3) and ``move`` (3,)."""
     never_inlined()
     inner, outer = ends
-    for i in range(3):
-        move[i] = 0.0
-        for j in range(3):
-            move[i] += rotations[frame, outer, j, i] * (translations[frame, inner, j] - translations[frame, outer, j])
-            rotation[i, j] = 0.0
-            for n in range(3):
-                rotation[i, j] += rotations[frame, outer, n, i] * rotations[frame, inner, n, j]
+    relative_pose(
+        rotations[frame, outer], translations[frame, outer], rotations[frame, inner], translations[frame, inner],
+        rotation, move,
+    )  # fmt: skip
 
 
 @kernel

@@ -16,8 +16,8 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from cdcore.kernels.compiling import kernel, never_inlined
-from cdcore.narrow.triangles.integers import Vector, difference, dot, integer_points, normal
 from cdcore.numerics import FloatArray, IntArray
+from cdcore.triangles.integers import Vector, difference, dot, integer_points, normal
 
 OUTSIDE: Final = 0
 INSIDE: Final = 1

@@ -15,14 +15,14 @@ from cdcore.narrow.bvh.box_tree import BoxTree
 from cdcore.narrow.continuous.interval_search import Room, boxes_left, make_room
 from cdcore.narrow.pair_frames import Poses
 from cdcore.numerics import BoolArray, FloatArray
+from cdcore.poses import relative_pose
 
 
 def certainly_separated(trees: Sequence[BoxTree], pose_a: Poses, pose_b: Poses, reach: FloatArray) -> BoolArray:
     """Whether the surfaces of two ``trees`` keep more than ``reach`` (K,), metres, at each of K poses of both, (K,)."""
     (rotation_a, move_a), (rotation_b, move_b) = pose_a, pose_b
-    back = rotation_b.transpose(0, 2, 1)
-    moves = back @ (move_a - move_b)[..., None]
-    poses = np.concatenate([(back @ rotation_a).reshape(-1, 9), moves[..., 0]], axis=1)
+    rotation, move = relative_pose(rotation_b, move_b, rotation_a, move_a)
+    poses = np.concatenate([rotation.reshape(-1, 9), move], axis=1)
     separated = np.empty(len(reach), dtype=np.bool_)
     keep_reach(trees[0], trees[1], poses, reach, make_room(trees[0], trees[1], most_items=0), separated)
     return separated

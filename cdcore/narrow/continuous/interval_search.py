@@ -12,13 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.kernels.compiling import hot_kernel, kernel, never_inlined
-from cdcore.kernels.vectors import placed
 from cdcore.narrow.bvh.box_tree import BoxTree
-from cdcore.narrow.continuous.motion_segments import pose_at, relative_to
+from cdcore.narrow.continuous.motion_segments import pose_at
 from cdcore.narrow.continuous.swept import CORNERS, angle_between, boxes_stay_separated, faces_stay_separated
-from cdcore.narrow.face_pair import placed_pair_meets
-from cdcore.narrow.triangles.sums import new_digits
 from cdcore.numerics import ByteArray, FloatArray, IntArray
+from cdcore.poses.kernels import placed_by_row, relative_row
+from cdcore.triangles.decide import new_digits, placed_pair_meets
 
 Items = NDArray[np.int32]
 
@@ -91,7 +90,7 @@ def keep_item(items: Items, end: int, kind: int, a: int, b: int) -> int:
 def load_corners(faces: FloatArray, face: int, pose: FloatArray, corners: FloatArray, at: int) -> None:
     """Corners of a face at a pose (12,) to ``corners[at:at + 9]``, rounded as ``place_points`` rounds."""
     for k in range(3):
-        corner = placed(pose, (faces[face, k], faces[face, 4 + k], faces[face, 8 + k]))
+        corner = placed_by_row(pose, (faces[face, k], faces[face, 4 + k], faces[face, 8 + k]))
         corners[at + 3 * k], corners[at + 3 * k + 1], corners[at + 3 * k + 2] = corner
 
 
@@ -214,7 +213,7 @@ def place_ends(leg_a: FloatArray, leg_b: FloatArray, start: float, stop: float, 
     for k, fraction in enumerate((start, stop)):
         pose_at(leg_a, fraction, room.poses[4])
         pose_at(leg_b, fraction, room.poses[5])
-        relative_to(room.poses[4], room.poses[5], room.poses[k])
+        relative_row(room.poses[5], room.poses[4], room.poses[k])
 
 
 @hot_kernel

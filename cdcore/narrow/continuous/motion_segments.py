@@ -104,19 +104,6 @@ def pose_at(leg: FloatArray, fraction: float, pose: FloatArray) -> None:
         pose[9 + i] = leg[9 + i] + fraction * (leg[21 + i] - leg[9 + i])
 
 
-@kernel
-def relative_to(pose: FloatArray, other: FloatArray, relative: FloatArray) -> None:
-    """The pose (12,) in the frame of the other, to ``relative`` (12,)."""
-    never_inlined()
-    for i in range(3):
-        total = 0.0
-        for k in range(3):
-            total += other[3 * k + i] * (pose[9 + k] - other[9 + k])
-        relative[9 + i] = total
-        for j in range(3):
-            relative[3 * i + j] = other[i] * pose[j] + other[3 + i] * pose[3 + j] + other[6 + i] * pose[6 + j]
-
-
 def angular_velocities(legs: FloatArray) -> FloatArray:
     """In the world, per unit of the leg, (3, K)."""
     return np.einsum("ijk,jk->ik", legs[:9].reshape(3, 3, -1), legs[24:27]) * legs[ANGLE]

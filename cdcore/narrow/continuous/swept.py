@@ -7,8 +7,9 @@ direction is measured on the corners at both ends, however it was found.
 import numpy as np
 
 from cdcore.kernels.compiling import always_inlined, hot_kernel, never_inlined
-from cdcore.kernels.vectors import Vector, between, beyond, cross, dot, placed, rotated, vector_at
+from cdcore.kernels.vectors import Vector, between, beyond, cross, dot, rotated, vector_at
 from cdcore.numerics import FloatArray
+from cdcore.poses.kernels import placed_by_row
 
 CORNERS = 27
 """Doubles of the corners of one face pair: A's at the start 9 and at the end 9, B's 9."""
@@ -119,8 +120,8 @@ def boxes_stay_separated(
     """
     never_inlined()
     wide = margin + chord * box_a[15]
-    first = between(vector_at(box_b, 0), placed(before, vector_at(box_a, 0)))
-    last = between(vector_at(box_b, 0), placed(after, vector_at(box_a, 0)))
+    first = between(vector_at(box_b, 0), placed_by_row(before, vector_at(box_a, 0)))
+    last = between(vector_at(box_b, 0), placed_by_row(after, vector_at(box_a, 0)))
     axes_a = rotated(before, axis_of(box_a, 0)), rotated(before, axis_of(box_a, 1)), rotated(before, axis_of(box_a, 2))
     for k in range(3):
         axis = axis_of(box_b, k)

@@ -12,7 +12,8 @@ from typing import Final
 import numpy as np
 
 from cdcore.bounding.bounding_sphere import Sphere
-from cdcore.numerics import EPS, UNDERFLOW_PAD, BoolArray, FloatArray, IntArray, place_points
+from cdcore.numerics import EPS, UNDERFLOW_PAD, BoolArray, FloatArray, IntArray
+from cdcore.poses import place_points
 
 SWEPT_ULPS: Final = 4096.0
 """Pad in eps of both bodies' sizes, for rotations as far from orthonormal as a motion allows."""

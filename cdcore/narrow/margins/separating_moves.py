@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.narrow.brute_force import near_faces
-from cdcore.narrow.triangles.predicates import triangles_intersect
 from cdcore.numerics import EPS, FloatArray
+from cdcore.triangles.decide import triangles_intersect
 
 LONGEST_MITRE = 3.0
 """A corner of a shell moves by at most so many steps, however sharp it is; a cube's needs the root of 3."""

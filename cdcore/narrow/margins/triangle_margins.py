@@ -11,9 +11,9 @@ from math import isqrt
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cdcore.narrow.triangles.integers import Triangle, Vector, cross, difference, dot, integer_points, normal
-from cdcore.narrow.triangles.predicates import checked_triangles, triangles_intersect
 from cdcore.numerics import BoolArray, FloatArray
+from cdcore.triangles.decide import checked_triangles, triangles_intersect
+from cdcore.triangles.integers import Triangle, Vector, cross, difference, dot, integer_points, normal
 
 ROOT_BITS = 120
 """Bits under the integer root: its result has 60, seven more than a float64."""

@@ -16,13 +16,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cdcore.kernels.box_box import relative_box, relative_pose, separated_on_all_axes, separated_on_face_axes
+from cdcore.kernels.box_box import relative_box, separated_on_all_axes, separated_on_face_axes
 from cdcore.kernels.compiling import always_inlined, hot_kernel, kernel, never_inlined
-from cdcore.narrow.face_pair import keep_hit, place_face, placed_pair_meets
 from cdcore.narrow.published_trees.gjk import MEETING, steps_to_separate
 from cdcore.narrow.tree_builder import BoxNodes
-from cdcore.narrow.triangles.filter import UNDECIDED
 from cdcore.numerics import ByteArray, FloatArray, IntArray
+from cdcore.poses.kernels import place_face, relative_pose
+from cdcore.triangles.decide import UNDECIDED, placed_pair_meets
 
 WORLD, OBB, RAPID, SOLID = range(4)
 
@@ -102,6 +102,20 @@ def open_nodes(
             stack[depth, 1] = first_b + (m if both else 1 - m) if open_b else b
             depth += 1
     return depth
+
+
+@kernel
+def keep_hit(hits: IntArray, count: int, row: int, face_a: int, face_b: int) -> IntArray:
+    """Write entry ``count`` of ``hits`` (n, 3); the array, or one twice as long where it was full."""
+    always_inlined()
+    if count == hits.shape[0]:
+        longer = np.empty((2 * count, 3), dtype=np.int64)
+        for k in range(count):  # assigning a slice compiles its error message, some four seconds
+            for column in range(3):
+                longer[k, column] = hits[k, column]
+        hits = longer
+    hits[count, 0], hits[count, 1], hits[count, 2] = row, face_a, face_b
+    return hits
 
 
 @kernel

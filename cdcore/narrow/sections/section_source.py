@@ -4,7 +4,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from cdcore.numerics import FloatArray, IntArray, place_points
+from cdcore.numerics import FloatArray, IntArray
+from cdcore.poses import place_points
 from cdcore.protocol import Body, Motion
 
 Pose = tuple[FloatArray, FloatArray]

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 
 from cdcore.kernels.compiling import hot_kernel, kernel, never_inlined
 from cdcore.kernels.vectors import Vector, between, beyond, cross, dot, vector_at
-from cdcore.narrow.triangles.predicates import checked_triangles
 from cdcore.numerics import EPS, FloatArray
+from cdcore.triangles.decide import checked_triangles
 
 SLACK_ULPS: Final = 64.0
 """How far outside of a triangle a point still counts as on it, in eps of the pair's extent."""

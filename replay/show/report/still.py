@@ -10,7 +10,8 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore import TriangleMesh
-from cdcore.numerics import BoolArray, FloatArray, IntArray, place_points
+from cdcore.numerics import BoolArray, FloatArray, IntArray
+from cdcore.poses import place_points
 from replay.auditing.fault import Fault
 from replay.auditing.first_touch import at_touch
 from replay.document.run_result import RunResult

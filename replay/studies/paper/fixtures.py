@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from cdcore import Body, Detector, Motion, TriangleMesh, Verdict, create_detector
 from cdcore.bounding.bounding_sphere import sphere_about
 from cdcore.numerics import BoolArray, FloatArray
-from cdcore.transforms.rigid import rotation_from_quaternion
+from cdcore.poses import rotation_from_quaternion
 from replay.constants import HEADSET_HZ
 from replay.errors import ReplayError
 from sessions.glassware.catalogue import make_instrument

@@ -14,7 +14,8 @@ from msgspec.structs import asdict
 from cdcore import Body, Motion, create_detector
 from cdcore.detectors import load_detector
 from cdcore.errors import CollisionCoreError
-from cdcore.numerics import FloatArray, IntArray, place_points
+from cdcore.numerics import FloatArray, IntArray
+from cdcore.poses import place_points
 from cdcore.protocol import counts_as_contact, is_undecided
 from replay import words
 from replay.auditing.fault import Fault

@@ -13,8 +13,8 @@ from functools import partial
 import numpy as np
 from numpy.random import Generator
 
-from cdcore.numerics import FloatArray, place_points
-from cdcore.transforms.rigid import rotation_from_quaternion
+from cdcore.numerics import FloatArray
+from cdcore.poses import place_points, rotation_from_quaternion
 
 Start = Callable[[Generator, int], FloatArray]
 Change = Callable[[Generator, FloatArray], None]

@@ -14,7 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from cdcore import Body, Motion, TriangleMesh, Verdict
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
-from cdcore.numerics import FloatArray, place_points
+from cdcore.numerics import FloatArray
+from cdcore.poses import place_points
 from cdcore.protocol.detection import Covers
 from replay.auditing.tolerance import TAU
 from replay.constants import HEADSET_HZ

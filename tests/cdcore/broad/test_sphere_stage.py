@@ -7,7 +7,8 @@ from support.shapes import random_rotations, unturned
 from cdcore import Motion, Verdict
 from cdcore.bounding.bounding_sphere import Sphere
 from cdcore.broad.sphere_stage import SphereStage
-from cdcore.numerics import EPS, place_points
+from cdcore.numerics import EPS
+from cdcore.poses import place_points
 
 PAIR = np.array([[0, 1]])
 

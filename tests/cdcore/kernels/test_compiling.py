@@ -119,7 +119,7 @@ def test_a_spoiled_file_costs_no_answer(kept, kind, content):
 
 TOGETHER = """
 from cdcore.kernels.compiling import compiling_reported
-from cdcore.narrow.image_space.layers import pixels_of_face
+from cdcore.image_space.layers import pixels_of_face
 with compiling_reported(lambda seconds: None) as heard:
     assert pixels_of_face(3.0, 4.0, 0.0, 1.0, 8) == (3, 6)
 print(heard.kernels)

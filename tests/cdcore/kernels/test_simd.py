@@ -5,7 +5,7 @@ import pytest
 from numba import njit
 
 from cdcore.kernels import simd
-from cdcore.narrow.triangles.sums import bits_of
+from cdcore.triangles.sums import bits_of
 
 ROWS = 20_000
 LANE_OPERATIONS = {

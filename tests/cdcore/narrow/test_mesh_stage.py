@@ -13,7 +13,7 @@ from cdcore.narrow import brute_force as exhaustive
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.mesh_stage import MeshStage
 from cdcore.narrow.pair_frames import rows_of_columns
-from cdcore.narrow.triangles.predicates import triangles_intersect
+from cdcore.triangles.decide import triangles_intersect
 
 BODIES = [Body("b ball", ball_mesh(0.5, 6, 9)), Body("a box", box_mesh()), Body("c rod", rod_mesh(0.1, 2))]
 

@@ -10,7 +10,7 @@ from support.shapes import nearest_rotation, orthonormality_error, random_rotati
 from cdcore import Motion
 from cdcore.errors import InvalidPoseError
 from cdcore.numerics import ORTHONORMAL_KEEP
-from cdcore.transforms.rigid import rotation_from_quaternion
+from cdcore.poses import rotation_from_quaternion
 
 TIMES = np.arange(6) / 90
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from support.small_worlds import STEP_NS, along_x, cube, cubes, framed
 
-from cdcore.transforms.rigid import rotation_from_quaternion
+from cdcore.poses import rotation_from_quaternion
 from replay.auditing.first_touch import at_touch, first_touch, poses_between
 from replay.prepare.assemble import assemble
 from sessions import Session

@@ -15,8 +15,7 @@ from support.small_worlds import cubes
 
 import replay
 from cdcore.detectors import DETECTORS
-from cdcore.numerics import place_points
-from cdcore.transforms.rigid import rotation_from_quaternion
+from cdcore.poses import place_points, rotation_from_quaternion
 from replay.cli.main import cli
 from replay.guide.pages import page
 from sessions.geometry.rotations import quaternion_about

@@ -13,7 +13,7 @@ from cdcore.narrow.bvh.bounds import position_pad
 from cdcore.narrow.bvh.box_tree import build_box_trees
 from cdcore.narrow.bvh.frame_skips import root_gap
 from cdcore.narrow.bvh.tree_memory import pair_at
-from cdcore.numerics import place_points
+from cdcore.poses import place_points
 
 
 def exact_inverse_times(rotation, vector):

@@ -20,7 +20,7 @@ from cdcore import Body, Motion, TriangleMesh, Verdict
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.containment.containment_stage import ContainmentStage, containment_word, parity_decides
 from cdcore.narrow.containment.ray_parity import point_inside
-from cdcore.numerics import place_points
+from cdcore.poses import place_points
 
 PAIR = np.array([[0, 1]])
 

@@ -15,7 +15,7 @@ from cdcore.narrow.containment.ray_parity import (
     point_state,
     triangle_crossed,
 )
-from cdcore.numerics import place_points
+from cdcore.poses import place_points
 
 BOX = box_mesh((2, 2, 2))
 grid = st.integers(-6, 6).map(lambda k: k / 4)

@@ -6,7 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation, Slerp
 
-from cdcore.narrow.continuous.motion_segments import ANGLE, leg_bounds, leg_pads, legs_of, pose_at, relative_to
+from cdcore.narrow.continuous.motion_segments import ANGLE, leg_bounds, leg_pads, legs_of, pose_at
+from cdcore.poses.kernels import relative_row
 
 
 def leg_between(turn, position, turn_after, place_after):
@@ -64,7 +65,7 @@ def test_relative_paths_stay_within_the_chord_bound(seed, start, width):
         pose_a, pose_b, relative = np.empty(12), np.empty(12), np.empty(12)
         pose_at(segment_a, fraction, pose_a)
         pose_at(segment_b, fraction, pose_b)
-        relative_to(pose_a, pose_b, relative)
+        relative_row(pose_b, pose_a, relative)
         return relative[:9].reshape(3, 3) @ point + relative[9:]
 
     ends = sample(start), sample(stop)

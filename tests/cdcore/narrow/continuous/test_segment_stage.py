@@ -27,7 +27,7 @@ from cdcore.narrow.continuous.segment_stage import (
     TOO_LARGE,
     SegmentStage,
 )
-from cdcore.narrow.triangles.predicates import triangles_intersect
+from cdcore.triangles.decide import triangles_intersect
 
 PAIR = np.array([[0, 1]])
 

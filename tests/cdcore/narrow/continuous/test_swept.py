@@ -10,7 +10,7 @@ from cdcore.kernels.compiling import kernel
 from cdcore.narrow.continuous.motion_segments import legs_of, pose_at
 from cdcore.narrow.continuous.swept import faces_stay_separated
 from cdcore.narrow.continuous.swept_spheres import SweptSpheres
-from cdcore.narrow.triangles.predicates import triangles_intersect
+from cdcore.triangles.decide import triangles_intersect
 
 
 @kernel

@@ -10,7 +10,7 @@ from cdcore import Body, Motion, create_detector
 from cdcore.errors import InvalidTrianglesError
 from cdcore.narrow.margins.triangle_margins import triangle_margins
 from cdcore.narrow.sections.triangle_sections import triangle_pair_sections
-from cdcore.narrow.triangles.predicates import triangles_intersect
+from cdcore.triangles.decide import triangles_intersect
 from replay.studies.stress.families import FAMILIES
 
 FLOOR = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cdcore.bounding.bounding_sphere import sphere_best
-from cdcore.transforms.rigid import rotation_from_quaternion
+from cdcore.poses import rotation_from_quaternion
 from replay.show.palette import MISSED, SERIES
 from replay.show.rerun_log.pipeline_view import LOST, TRUE_CONTACT, search_runs
 from replay.show.rerun_log.recording_file import packed

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
-from cdcore.numerics import place_points
+from cdcore.poses import place_points
 from replay.studies.paper import fixtures
 from replay.studies.paper.fixtures import (
     FAMILY_NAMES,

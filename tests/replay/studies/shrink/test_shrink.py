@@ -16,7 +16,7 @@ from support.shapes import box_mesh
 from support.small_worlds import cubes
 
 from cdcore import Body, Motion, TriangleMesh
-from cdcore.transforms.rigid import rotation_from_quaternion
+from cdcore.poses import rotation_from_quaternion
 from replay import run
 from replay.cli.main import main
 from replay.errors import RunFolderError, ShrinkError

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from support.second_opinions import left_open
 
-from cdcore.narrow.triangles.predicates import triangles_intersect
+from cdcore.triangles.decide import triangles_intersect
 from replay.studies.stress.families import FAMILIES
 
 by_name = pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.name)

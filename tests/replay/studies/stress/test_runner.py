@@ -7,7 +7,7 @@ from support.processes import Watched
 
 from cdcore import Verdict
 from cdcore.errors import InvalidSettingError, UnknownDetectorError
-from cdcore.narrow.triangles.predicates import triangles_intersect
+from cdcore.triangles.decide import triangles_intersect
 from replay.errors import OutputError
 from replay.studies.stress import runner
 from replay.studies.stress.bodies import CASES

@@ -5,7 +5,7 @@ import pytest
 
 from cdcore import Verdict
 from cdcore.errors import CollisionCoreError
-from cdcore.narrow.triangles.predicates import triangles_intersect
+from cdcore.triangles.decide import triangles_intersect
 from replay.studies.stress import triangle_pairs
 from replay.studies.stress.families import FAMILIES
 from replay.studies.stress.triangle_pairs import verdicts_of

@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.narrow.image_space.layers import Window, overlap_along
+from cdcore.image_space.layers import Window, overlap_along
 from cdcore.numerics import EPS, UNDERFLOW_PAD, FloatArray
 
 SHIFT: Final = np.array([1e-4, 2e-4, 3e-4])

@@ -8,9 +8,9 @@ from support.shapes import nearest_rotation, orthonormality_error, random_rotati
 from cdcore.kernels.compiling import kernel
 from cdcore.kernels.memory import doubles_of
 from cdcore.numerics import ORTHONORMAL_KEEP, ORTHONORMAL_REJECT
+from cdcore.poses import rotation_from_quaternion
+from cdcore.poses.checks import GOOD, check_poses, matrix_error
 from cdcore.protocol.motion import NO_MATRICES
-from cdcore.transforms.pose_checks import GOOD, check_poses, matrix_error
-from cdcore.transforms.rigid import rotation_from_quaternion
 
 COUNT = 300
 

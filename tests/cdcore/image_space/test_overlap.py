@@ -7,9 +7,9 @@ from support.random_worlds import ball as octahedron
 from support.shapes import ball_mesh, box_mesh, merged, random_rotations, revolved_mesh
 
 from cdcore import TriangleMesh
-from cdcore.narrow.image_space.layers import Window, layers_of
-from cdcore.narrow.image_space.overlap import overlap_of_placed
-from cdcore.numerics import place_points
+from cdcore.image_space.layers import Window, layers_of
+from cdcore.image_space.overlap import overlap_of_placed
+from cdcore.poses import place_points
 
 
 def rotated(mesh):

@@ -10,11 +10,11 @@ from support.second_opinions import filtered, left_open
 from cdcore.errors import InvalidTrianglesError
 from cdcore.kernels.compiling import kernel
 from cdcore.kernels.memory import doubles_of, integers_of
-from cdcore.narrow.triangles import exact_pairs as triangle_exact
-from cdcore.narrow.triangles.filter import UNDECIDED
-from cdcore.narrow.triangles.integers import pair_intersects_integers
-from cdcore.narrow.triangles.predicates import triangles_intersect
-from cdcore.narrow.triangles.sums import new_digits
+from cdcore.triangles import exact_pairs as triangle_exact
+from cdcore.triangles.decide import triangles_intersect
+from cdcore.triangles.filter import UNDECIDED
+from cdcore.triangles.integers import pair_intersects_integers
+from cdcore.triangles.sums import new_digits
 from replay.studies.stress.families import FAMILIES
 
 FLOOR = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]

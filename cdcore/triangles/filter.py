@@ -13,8 +13,7 @@ from typing import Final, NamedTuple
 from cdcore.kernels.compiling import always_inlined, hot_kernel, never_inlined
 from cdcore.kernels.memory import Memory
 from cdcore.kernels.simd import Lanes, above, corners4, first3, first4, following4, minus, size, triple
-from cdcore.narrow.triangles.exact_pairs import boxes_separated, pair_intersects_exact
-from cdcore.narrow.triangles.sums import exponents_are_moderate
+from cdcore.triangles.exact_pairs import boxes_separated
 
 UNDECIDED: Final = 2
 DETERMINANT_BOUND: Final = 64.0 * 2.0**-53
@@ -86,7 +85,7 @@ def crossing(sides: int) -> int:
 
 
 @hot_kernel
-def faces_meet_filtered(a: Corners, b: Corners) -> int:
+def corners_meet(a: Corners, b: Corners) -> int:
     """0 no, 1 yes, or UNDECIDED for two faces."""
     always_inlined()
     e, f = less(following(a), a), less(following(b), b)
@@ -123,21 +122,11 @@ def faces_meet_filtered(a: Corners, b: Corners) -> int:
 
 
 @hot_kernel
-def pair_intersects_filtered(p: Memory) -> int:
+def pair_meets_filtered(p: Memory) -> int:
     """0 no, 1 yes, or UNDECIDED for rows 0-2 against rows 3-5 of p (6, 3)."""
     never_inlined()
     if boxes_separated(p):
         return 0
     first = Corners(corners4(p, 0), corners4(p, 1), corners4(p, 2))
     second = Corners(corners4(p, 9), corners4(p, 10), corners4(p, 11))
-    return faces_meet_filtered(first, second)
-
-
-@hot_kernel
-def pair_intersects(p: Memory, digits: Memory) -> int:
-    """0 no, 1 yes, by exact sums where the filter cannot tell; UNDECIDED where only integers can."""
-    never_inlined()
-    answer = pair_intersects_filtered(p)
-    if answer == UNDECIDED and exponents_are_moderate(p, 18):
-        answer = 1 if pair_intersects_exact(p, digits) else 0
-    return answer
+    return corners_meet(first, second)

@@ -8,6 +8,7 @@ import numpy as np
 from cdcore.kernels.compiling import always_inlined, hot_kernel, kernel, never_inlined
 from cdcore.kernels.memory import Memory, doubles_of
 from cdcore.numerics import BoolArray, FloatArray
+from cdcore.poses.kernels import same_pose
 
 GOOD = -1
 """No pose is bad."""
@@ -81,18 +82,6 @@ def settled(
 
 
 @hot_kernel
-def same_pose(position: Memory, rotation: Memory, k: int, other: int) -> bool:
-    """Whether two poses agree in every number; what is not finite agrees with nothing."""
-    always_inlined()
-    same = True
-    for i in range(3):
-        same &= position[3 * k + i] == position[3 * other + i]
-    for i in range(9):
-        same &= rotation[9 * k + i] == rotation[9 * other + i]
-    return same
-
-
-@hot_kernel
 def split(matrix: Memory, position: Memory, rotation: Memory, k: int) -> bool:
     """Copy translation and rotation of pose ``k`` from its 4x4 matrix; returns whether its last row is 0 0 0 1."""
     always_inlined()
@@ -134,7 +123,7 @@ def check_poses(
                 return k, repaired, worst
             if present:
                 last[body] = k
-                if before >= 0 and same_pose(positions, rotations, k, before):
+                if before >= 0 and same_pose(positions, rotations, k, positions, rotations, before):
                     continue
             error = settled(positions, rotations, k, present, keep, reject, room)
             if not error <= reject:
@@ -142,7 +131,7 @@ def check_poses(
             worst = max(worst, error)
             repaired += error > keep
             if present and before >= 0:
-                changed[t, body] = not same_pose(positions, rotations, k, before)
+                changed[t, body] = not same_pose(positions, rotations, k, positions, rotations, before)
     return GOOD, repaired, worst
 
 
@@ -160,4 +149,4 @@ def note_changes(position: FloatArray, rotation: FloatArray, valid: BoolArray, c
             changed[t, body] = t == 0
             if valid[t, body]:
                 last[body] = k
-                changed[t, body] |= before >= 0 and not same_pose(positions, rotations, k, before)
+                changed[t, body] |= before >= 0 and not same_pose(positions, rotations, k, positions, rotations, before)

@@ -5,7 +5,7 @@ A pair is one array (6, 3): rows 0-2 are the first triangle, rows 3-5 the second
 
 from cdcore.kernels.compiling import hot_kernel, never_inlined
 from cdcore.kernels.memory import Memory
-from cdcore.narrow.triangles.orientation import cross_sign, orientation_sign
+from cdcore.triangles.orientation import cross_sign, orientation_sign
 
 
 @hot_kernel

@@ -8,7 +8,7 @@ section 4, for the bounds.
 
 from cdcore.kernels.compiling import hot_kernel, never_inlined
 from cdcore.kernels.memory import Memory
-from cdcore.narrow.triangles.sums import add_product, clear_digits, sign_of_digits, two_product, two_sum
+from cdcore.triangles.sums import add_product, clear_digits, sign_of_digits, two_product, two_sum
 
 ROUNDOFF = 2.0**-53
 ORIENT3D_BOUND = (7.0 + 56.0 * ROUNDOFF) * ROUNDOFF

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cdcore.kernels.compiling import kernel
-from cdcore.narrow.triangles import orientation
-from cdcore.narrow.triangles import sums as exact_sums
-from cdcore.narrow.triangles.sums import new_digits
+from cdcore.triangles import orientation
+from cdcore.triangles import sums as exact_sums
+from cdcore.triangles.sums import new_digits
 
 
 @kernel

@@ -1,1 +1,0 @@
-"""Rigid motions: checked, repaired, and made of quaternions."""
