@@ -240,7 +240,7 @@ class _Measuring:
         run = run_detector(chosen, assembly, seed=self._seed, faces=False, advance=lambda _: None, live=live)
         comparison = self._reference.compare(run.detection)
         once = count_contacts(comparison, self._reference.contacts)
-        false = len(column_runs((comparison.by_contact == Outcome.FALSE_CONTACT).T))
+        false = len(column_runs((comparison.outcome == Outcome.FALSE_CONTACT).T))
         invented = count_reports(comparison).proportion(Outcome.FALSE_CONTACT)
         counts = wrong_counts(once, false, invented, offsets)
         parts = getattr(run.detector, "parts", {})

@@ -83,7 +83,7 @@ class Scoring:
         if setting.rate_hz and self.reference.truth.covers == "instants":
             every = self._at_every_frame(setting, assembly)
             offsets = offset_counts(setting.rate_hz, every, self.reference)
-        false = len(column_runs((comparison.by_contact == Outcome.FALSE_CONTACT).T))
+        false = len(column_runs((comparison.outcome == Outcome.FALSE_CONTACT).T))
         return {
             "contacts": once.contacts,
             "offsets": 1 if offsets is None else PHASES,

@@ -250,7 +250,10 @@ def examine(
     """
     names = [assembly.things_of(pair) for pair in range(len(assembly.pairs))]
     misses = {
-        label: missed_faults(comparison, contacts, names, assembly.motion.times)
+        label: tuple(
+            replace(miss, members=assembly.fault_names(miss.pair))
+            for miss in missed_faults(comparison, contacts, names, assembly.motion.times)
+        )
         for label, comparison in comparisons.items()
     }
     every = [miss for of_detector in misses.values() for miss in of_detector]

@@ -75,7 +75,7 @@ class _Hulls:
         ends = self._assembly.pairs[pair].tolist()
         inside = [self._inside(frame, body, other) for body, other in (ends, ends[::-1])]
         most = int(inside[1] > inside[0])
-        return self._assembly.things_of(pair)[most] if inside[most] else ""
+        return self._assembly.fault_names(pair)[most] if inside[most] else ""
 
     def _inside(self, frame: int, body: int, other: int) -> int:
         """How many vertices of another body, of some spread over it, are in the convex hull of a body."""
@@ -107,7 +107,7 @@ def false_contacts(assembly: Assembly, comparison: Comparison, by: Audited) -> t
 
     ``by``: who reports them.
     """
-    outcome, times = comparison.by_contact, assembly.motion.times
+    outcome, times = comparison.outcome, assembly.motion.times
     ends = frame_ends(times)
     segments = column_runs(column == Outcome.FALSE_CONTACT for column in outcome.T)
     if not len(segments):
@@ -130,8 +130,9 @@ def false_contacts(assembly: Assembly, comparison: Comparison, by: Audited) -> t
         fault = Fault(
             number=number,
             detector=comparison.subject,
-            pair=comparison.most_affected(pair, first, last, Outcome.FALSE_CONTACT),
+            pair=pair,
             bodies=assembly.things_of(pair),
+            members=assembly.fault_names(pair),
             kind=_false_kind(before=before, after=after),
             first=first,
             last=last,

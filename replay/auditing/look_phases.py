@@ -193,9 +193,8 @@ def offset_counts(rate_hz: float, every: Detection, reference: Reference, advanc
         # As of one run: what is within tolerance is neither true nor false.
         positives += true_or_false
         false += false_frames
-        false_of_contacts = is_one_of(comparison.by_contact, (Outcome.FALSE_CONTACT,))
-        begins = false_of_contacts[1:] & ~false_of_contacts[:-1]
-        segments[number] = np.count_nonzero(false_of_contacts[0]) + np.count_nonzero(begins)
+        begins = false_frames[1:] & ~false_frames[:-1]
+        segments[number] = np.count_nonzero(false_frames[0]) + np.count_nonzero(begins)
         fractions[number] = int(np.count_nonzero(false_frames)) / max(1, int(np.count_nonzero(true_or_false)))
         advance(1)
     runs = column_runs((reported > 0).T).tolist()

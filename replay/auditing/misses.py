@@ -27,20 +27,22 @@ def missed_faults(
     names : the two bodies of every pair, members of a group by its name.
     times : (T,) seconds.
     """
-    outcome, ends = comparison.by_contact, frame_ends(times)
+    outcome, ends = comparison.outcome, frame_ends(times)
+    columns = np.arange(outcome.shape[1]) if comparison.contact_columns is None else comparison.contact_columns
     begins = np.array([contact.pair * len(outcome) + contact.first for contact in contacts], dtype=np.int64)
     order = np.argsort(begins)
     faults = []
     runs = column_runs(column == Outcome.MISSED for column in outcome.T)
     for number, (pair, first, last) in enumerate(runs.tolist(), start=1):
-        position = np.searchsorted(begins, pair * len(outcome) + first, side="right", sorter=order) - 1
+        column = int(columns[pair])
+        position = np.searchsorted(begins, column * len(outcome) + first, side="right", sorter=order) - 1
         index = int(order[position])
         before, after = reported_around(outcome[:, pair], contacts[index].first, contacts[index].last, first, last)
         faults.append(
             Fault(
                 number=number,
                 detector=comparison.subject,
-                pair=comparison.most_affected(pair, first, last, Outcome.MISSED),
+                pair=pair,
                 bodies=names[pair],
                 kind=_miss_kind(before=before, after=after),
                 first=first,

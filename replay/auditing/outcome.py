@@ -62,14 +62,6 @@ class Comparison:
                 joined[:, first] = joined_outcome(self.outcome[:, members])
         return joined
 
-    def most_affected(self, column: int, first: int, last: int, outcome: Outcome) -> int:
-        """The pair of a contact's column that has an outcome in most frames from ``first`` to ``last``."""
-        if self.contact_columns is None:
-            return column
-        members = np.flatnonzero(self.contact_columns == column)
-        frames = (self.outcome[first : last + 1, members] == outcome).sum(axis=0)
-        return int(members[frames.argmax()])
-
     @cached_property
     def by_pair(self) -> IntArray:
         """How many frames of every pair ended in each outcome, (P, outcomes)."""

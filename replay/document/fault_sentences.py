@@ -45,7 +45,7 @@ def why_missed(miss: Fault, label: str, by: Audited, contact: Episode) -> str:
 
 def _outcome(miss: Fault, label: str, by: Audited, contact: Episode) -> str:
     """Return how a detector reported a contact: never, late, cut short, or with an interruption."""
-    pair, when = " and ".join(miss.bodies), f"at {words.moment(miss.begin)}"
+    pair, when = " and ".join(miss.labels), f"at {words.moment(miss.begin)}"
     long = duration_text(miss.frames, miss.end - miss.start)
     if miss.kind == FaultKind.NEVER_REPORTED:
         return f"{label} never reported the contact of {pair} {when}"
@@ -75,7 +75,7 @@ def _between_samples(miss: Fault, label: str, by: Audited, contact: Episode) -> 
     usual = f"{label} samples every {_milliseconds(step)}"
     lasted = contact.end - contact.start
     whole = (miss.first, miss.last) == (contact.first, contact.last)
-    pair, when = " and ".join(miss.bodies), f"at {words.moment(miss.begin)}"
+    pair, when = " and ".join(miss.labels), f"at {words.moment(miss.begin)}"
     if miss.kind == FaultKind.NEVER_REPORTED and whole:
         between = "between two samples" if lasted < step else f"between two samples {_milliseconds(gap)} apart"
         return f"{usual}; the contact of {pair} {when} lasted {_milliseconds(lasted)}, {between}."
@@ -105,11 +105,11 @@ def _delayed(by: Audited, pair: int, delay: int) -> str:
 
 def why_false(false: Fault, label: str, by: Audited) -> str:
     """Why a false contact was reported, in a sentence about the moment at which its gap was measured."""
-    pair, when = " and ".join(false.bodies), f"at {words.moment(float(by.motion.times[false.frame]))}"
+    pair, when = " and ".join(false.labels), f"at {words.moment(float(by.motion.times[false.frame]))}"
     gap = "the surfaces do not meet" if isnan(false.metres) else f"the surfaces are {length(false.metres)} apart"
     shape = SHAPES.get(str(getattr(getattr(by.detector, "settings", None), "shape", "")), "colliders")
     if false.cause == Cause.HULL_FILLS_HOLLOW:
-        other = next(body for body in false.bodies if body != false.evidence.hollow)
+        other = next(body for body in false.labels if body != false.evidence.hollow)
         far = "" if isnan(false.metres) else f"{length(false.metres)} from the surface "
         return (
             f"The convex hull of {false.evidence.hollow} fills its hollow: {other} reaches into the hull, {far}{when}."
@@ -136,7 +136,7 @@ def _within_offset(false: Fault, label: str, by: Audited, shapes: str, gap: str)
     when, reach = f"at {words.moment(float(by.motion.times[false.frame]))}", by.contact_reach(false.pair)
     offset = f"{label} reports contact from {length(reach)} on: its contact offset"
     if false.metres <= reach:
-        return f"{' and '.join(false.bodies)} are {length(false.metres)} apart {when}; {offset}."
+        return f"{' and '.join(false.labels)} are {length(false.metres)} apart {when}; {offset}."
     return f"{shapes[:1].upper()}{shapes[1:]} do not meet {when}, and {gap}; {offset}."
 
 
@@ -144,7 +144,7 @@ def _last_answer(false: Fault, label: str, by: Audited, gap: str) -> str:
     """A false contact in frames between samples."""
     moment = float(by.motion.times[false.frame])
     long = duration_text(false.frames, false.end - false.start)
-    pair, when = " and ".join(false.bodies), f"at {words.moment(moment)}"
+    pair, when = " and ".join(false.labels), f"at {words.moment(moment)}"
     if by.sampled is None:
         return (
             f"{label} reported contact of {pair} for {long} {when}; {gap}: by its own account it took no sample there."

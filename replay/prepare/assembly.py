@@ -90,6 +90,12 @@ class Assembly:
         things = self.group_of.get(first, first), self.group_of.get(second, second)
         return things if things[0] != things[1] else (first, second)
 
+    def fault_names(self, pair: int) -> tuple[str, str]:
+        """Names of both bodies of a column, a member of a group with the name of its group: ``hand (thumb)``."""
+        bodies, things = self.bodies_of(pair), self.things_of(pair)
+        first, second = (f"{t} ({b})" if t != b else b for b, t in zip(bodies, things, strict=True))
+        return first, second
+
     def pair_name(self, pair: int) -> str:
         """``a-b`` for a column of the detections; a member of a group has the name of its group."""
         return "-".join(self.things_of(pair))

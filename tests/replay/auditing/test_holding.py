@@ -83,7 +83,7 @@ def test_intervals_have_a_common_frame_or_not():
 def test_contact_while_grasped_is_in_no_count():
     oracle, subject = verdict_column(".CC..CC.C."), verdict_column(".C.CCC..C.")
     compared = compare(subject, oracle, holdings=(grasped(0, 3, 6),))
-    assert [Outcome(item).name[0] for item in compared.outcome[:, 0]] == list("NBMHHHHNBN")
+    assert [Outcome(item).name[0] for item in compared.outcome[:, 0]] == list("NBMGGGGNBN")
     counts = count_contacts(compared, episodes(oracle))
     assert (counts.contacts, counts.missed, counts.late_or_cut_short, counts.numbers.tolist()) == (2, 0, 1, [1, 3])
     assert count_reports(compared).contacts == 2
