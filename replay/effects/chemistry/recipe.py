@@ -28,12 +28,13 @@ from replay.effects.chemistry.contents import Contents, contents_of_scene
 from replay.effects.chemistry.database import Database, Entry, database_of
 from replay.effects.chemistry.enthalpy import FREE_ENERGY, enthalpy_j, free_energy_j
 from replay.effects.chemistry.formulas import COMMON, Equation, charge_of, equation_of
-from replay.effects.chemistry.ledger import ADDED, Ledger, Process, Warmth
+from replay.effects.chemistry.ledger import ADDED, UNFOLLOWED, Ledger, Process, Warmth
 from replay.effects.chemistry.mixture import GAS, SOLID, Phase, mixture_of
 from replay.effects.chemistry.salts import Salt, salt_of, solubility_of
 from replay.effects.chemistry.solver import Solver
+from replay.effects.chemistry.warming import WATER_BOILS_C
 from replay.effects.declaring import Declaration
-from replay.effects.vessels import check_vessels, vessel_names
+from replay.effects.vessels import Vessel, check_vessels, vessel_names
 from replay.errors import EffectError, PlanError
 from sessions.model.scene import Scene
 from sessions.scene_files.toml_table import nearest
@@ -45,6 +46,9 @@ SPARING_MOL_KG: Final = 0.1
 
 ALKALI: Final = frozenset(("Li+", "Na+", "K+", "Rb+", "Cs+"))
 """Ions whose oxides water takes apart at once."""
+
+STRONG_ANIONS: Final = frozenset(("Cl-", "Br-", "I-", "NO3-", "ClO4-", "ClO3-", "SO4^2-"))
+"""Anions of strong acids; the heat of sulfuric acid in water has a formula of its own."""
 
 UNWILLING_J: Final = 20e3
 """Free energy of a mol of reaction above which it does not proceed by itself; chosen by us, 3.5 powers of ten."""
@@ -205,7 +209,7 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
     """
     declared = tables.get("reaction", ())
     equations = [_equation(table) for table in declared]
-    database = _database(tables)
+    database = _database(tables, contents)
     named = {table["solid"] for table in tables.get("precipitation", ())}
     bodies = {solid for content in contents.values() for solid in content.solids}
     solubility = {solid: table for content in contents.values() for solid, table in content.solubility.items()}
@@ -243,11 +247,22 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
     return Recipe(tuple(reactions), tuple(processes), contents, solver, salts)
 
 
-def asks_phreeqc(tables: Tables) -> bool:
-    """Whether anything declared needs PHREEQC: a reaction without a rate, a precipitation, an indicator of the pH."""
+def asks_phreeqc(tables: Tables, contents: Mapping[str, Contents]) -> bool:
+    """Whether anything declared needs PHREEQC.
+
+    A reaction without a rate, a precipitation and an indicator of the pH do, and the heat of dissolved ions.
+    """
     at_once = any(table["rate_per_s"] is None for table in tables.get("reaction", ()))
     indicators = any(table["indicator"] or table["from_ph"] is not None for table in tables.get("colour", ()))
-    return at_once or bool(tables.get("precipitation")) or indicators
+    heat = any(table["of"] != "flame" for table in tables.get("heat", ()))
+    return at_once or bool(tables.get("precipitation")) or indicators or (heat and _gives_heat(contents))
+
+
+def _gives_heat(contents: Mapping[str, Contents]) -> bool:
+    """Whether ions stand in the vessels whose heat hangs on how they stand: more than strong acids alone."""
+    formulas = {formula for content in contents.values() for formula in (*content.amounts, *content.solids)} - {WATER}
+    components = [components_of(formula) for formula in formulas]
+    return any(counts is not None and not set(counts) <= STRONG_ANIONS | {PROTON, WATER} for counts in components)
 
 
 def _equation(declared: Declaration) -> Equation:
@@ -260,15 +275,16 @@ def _equation(declared: Declaration) -> Equation:
     return equation
 
 
-def _database(tables: Tables) -> Database | None:
+def _database(tables: Tables, contents: Mapping[str, Contents]) -> Database | None:
     """PHREEQC's data with the pieces of text that the tables hold; ``None``: nothing asks for them."""
-    if not asks_phreeqc(tables):
+    if not asks_phreeqc(tables, contents):
         return None
     texts = {table["phreeqc"]: table for table in tables.get("reaction", ()) if table["phreeqc"]}
     try:
         return database_of("\n".join(texts))
     except EffectError as error:
-        where = next(iter((*tables.get("reaction", ()), *tables.get("precipitation", ()), *tables.get("colour", ()))))
+        kinds = ("reaction", "precipitation", "colour", "heat")
+        where = next(table for kind in kinds for table in tables.get(kind, ()))
         raise where.fail(str(error)) from error
     except ValueError as error:
         where = next(iter(texts.values()))
@@ -459,8 +475,10 @@ def check_chemistry(tables: Tables, scene: Scene, file: str) -> None:
         if vessel not in followed:
             problem = f"in: nothing is mixed in {vessel!r}; name it in an effect mixing, pour or burette"
             raise declared.fail(problem + nearest(vessel, followed))
-    if any(table["of"] != "flame" for table in tables.get("heat", ())):
-        _check_heat(recipe)
+    for declared in tables.get("heat", ()):
+        if declared["of"] != "flame":
+            _check_heat(recipe)
+            _check_temperatures(declared, recipe, scene)
 
 
 def _check_heat(recipe: Recipe) -> None:
@@ -477,6 +495,23 @@ def _check_heat(recipe: Recipe) -> None:
         )
         problem = f"heat_kj_mol is missing: no table knows the enthalpy of dissolving {unknown[0]!r}"
         raise where.fail(problem) if where is not None else PlanError(problem)
+
+
+def _check_temperatures(declared: Declaration, recipe: Recipe, scene: Scene) -> None:
+    """Raises PlanError: a liquid is colder at first than it freezes, or hotter than it boils."""
+    ledger = recipe.ledger(0.0, UNFOLLOWED)
+    top = WATER_BOILS_C if declared["boils_c"] is None else declared["boils_c"]
+    for name, contents in recipe.contents.items():
+        body = scene.body(name)
+        if contents.volume_ml <= 0.0 or body is None:
+            continue
+        celsius = Vessel(body).celsius(declared["ambient_c"])
+        bottom = 0.0 + float(ledger.freezing(ledger.amounts[[ledger.at[name]]])[0])
+        if not bottom <= celsius <= top:
+            raise declared.fail(
+                f"the liquid in {name!r} has {celsius:g} degC at first; it is a liquid between {bottom:.1f} and "
+                f"{top:g} degC: give temperature_c of the body, or ambient_c"
+            )
 
 
 def _check_brought(reaction: Reaction, recipe: Recipe) -> None:
@@ -580,7 +615,7 @@ def _check_known(tables: Tables, recipe: Recipe) -> None:
     """Raises PlanError: PHREEQC is asked and does not know a dissolved formula."""
     if recipe.solver is None:
         return
-    tabled = (*tables.get("reaction", ()), *tables.get("colour", ()), *tables.get("precipitation", ()))
+    tabled = [table for kind in ("reaction", "colour", "precipitation", "heat") for table in tables.get(kind, ())]
     for name, content in recipe.contents.items():
         for formula in content.amounts:
             if not is_known(formula):
