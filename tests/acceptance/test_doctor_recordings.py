@@ -1,4 +1,7 @@
-"""On recordings and meshes nobody here made the doctor finds what their notes say is wrong with them."""
+"""The doctor reports what is wrong with recordings and meshes that others made; pieces of two are in the repository."""
+
+import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -6,29 +9,30 @@ from support.optional import DATA, needs_data
 
 from sessions import Session, Severity, examine, import_session, write_session
 
-pytestmark = needs_data
-
+PIECES = Path(__file__).parents[1] / "recordings"
 CAPTURES = DATA / "aframe-motion-capture"
+TRACKER = DATA / "vive-accuracy" / "measurementPoint3.txt"
+by_tracker_log = pytest.mark.parametrize(
+    "log", [PIECES / "vive_tracker_at_rest.txt", pytest.param(TRACKER, marks=needs_data)], ids=["piece", "whole"]
+)
+by_capture = pytest.mark.parametrize(
+    "capture",
+    [PIECES / "two_controllers.json", pytest.param(CAPTURES / "tracked-recording.json", marks=needs_data)],
+    ids=["piece", "whole"],
+)
 
 
 def of(findings, code, body=None):
     return [item for item in findings if item.code == code and body in (None, item.body)]
 
 
-@pytest.fixture(scope="module")
-def tracker(tmp_path_factory):
-    """The log of a tracker at rest, 250 Hz by its header."""
-    table = np.loadtxt(DATA / "vive-accuracy" / "measurementPoint3.txt", skiprows=1)
-    times = np.arange(len(table)) * 4_000_000
+@by_tracker_log
+def test_vive_log_has_159_identity_rows_and_a_jump(log, tmp_path):
+    table = np.loadtxt(log, skiprows=1)
+    times = np.arange(len(table)) * 4_000_000  # 250 Hz by its header
     session = Session.from_arrays(times, {"tracker": (table[:, :3], table[:, [4, 5, 6, 3]])})
-    path = tmp_path_factory.mktemp("vive") / "vive.mcap"
-    write_session(session, path)
-    return table, path
-
-
-def test_vive_log_has_159_identity_rows_and_a_jump(tracker):
-    table, path = tracker
-    findings = examine(path)
+    write_session(session, tmp_path / "vive.mcap")
+    findings = examine(tmp_path / "vive.mcap")
     (lost,) = of(findings, "identity-while-lost")
     rows = np.flatnonzero((table[:, :3] == 0).all(axis=1))
     assert (lost.body, lost.count, lost.severity) == ("tracker", 159, Severity.ERROR)
@@ -43,8 +47,9 @@ def test_vive_log_has_159_identity_rows_and_a_jump(tracker):
     }
 
 
-def test_right_hand_of_the_long_capture_is_frozen_74_frames():
-    session = import_session("aframe", CAPTURES / "tracked-recording.json")
+@by_capture
+def test_right_hand_of_the_long_capture_is_frozen_74_frames(capture):
+    session = import_session("aframe", capture)
     (frozen,) = of(examine(session), "frozen")
     assert (frozen.body, frozen.count) == ("right", 74)
     index = session.frames.position[:, session.names.index("right")]
@@ -54,6 +59,19 @@ def test_right_hand_of_the_long_capture_is_frozen_74_frames():
     assert (index[first - 2] != index[first]).any() and (index[last + 1] != index[last]).any()
 
 
+@by_capture
+def test_capture_arrives_with_its_positions_and_stamps(capture):
+    session = import_session("aframe", capture)
+    assert set(session.names) == {"camera", "left", "right"}
+    for name, track in json.loads(capture.read_text("utf-8")).items():
+        positions = session.frames.position[:, session.names.index(name)]
+        written = [[pose["position"][axis] for axis in "xyz"] for pose in track["poses"]]
+        assert np.array_equal(positions[~np.isnan(positions).any(axis=1)], written)
+        stamps = [pose["timestamp"] for pose in track["poses"]]
+        assert np.ptp(session.frames.stamp_ns) * 1e-6 == pytest.approx(stamps[-1] - stamps[0], abs=1e-3)
+
+
+@needs_data
 def test_no_capture_is_taken_for_a_broken_capture():
     for file in [*CAPTURES.glob("*.json"), *(DATA / "a-saturday-night").glob("*.json")]:
         findings = examine(import_session("aframe", file))
@@ -61,6 +79,7 @@ def test_no_capture_is_taken_for_a_broken_capture():
         assert of(findings, "unit-suspect") + of(findings, "handedness") + of(findings, "up-axis") == []
 
 
+@needs_data
 @pytest.mark.parametrize(
     ("folder", "name", "code", "count"),
     [
