@@ -19,6 +19,7 @@ from replay.show.rerun_log import documents, lanes
 from replay.show.rerun_log.blueprint import Picture, build_blueprint
 from replay.show.rerun_log.close_up import ROOM, close_up_colours, close_up_eyes, log_close_ups
 from replay.show.rerun_log.effects import log_effects, log_happened
+from replay.show.rerun_log.leading_still import log_still
 from replay.show.rerun_log.moments import bookmarks, key_moments, log_bookmarks, log_moment_lists, point_of
 from replay.show.rerun_log.pipeline_view import log_pipeline, search_runs
 from replay.show.rerun_log.recording_file import RecordingClock, RecordingWriter, recording_file
@@ -62,6 +63,8 @@ def write_recording(result: RunResult, path: Path) -> None:
         writer.name(result.session.scene.name or "Session")
         _log_room(writer, picture)
         _log_tabs(writer, picture)
+        if moments:
+            log_still(writer, result, moments)
 
 
 def _points_of_events(result: RunResult, balls: Sequence[Sphere]) -> list[tuple[int, Vector]]:

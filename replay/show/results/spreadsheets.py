@@ -8,11 +8,15 @@ from typing import Any, Final
 
 import pyarrow as pa
 import pyarrow.parquet as pq
+from msgspec import structs
 
+from replay.document.coding import json_of
 from replay.document.result_tables import COLUMNS
 from replay.errors import OutputError
 from replay.metrics.row import COLUMNS as METRIC_COLUMNS
 from replay.show.results.parquet import read_table
+from replay.show.results.run_folder import SUMMARY, read_run_folder
+from sessions.whole_files import whole_file
 
 CSV, PARQUET, XLSX = "csv", "parquet", "xlsx"
 FORMS: Final = (CSV, PARQUET, XLSX)
@@ -64,10 +68,20 @@ def write_tables(tables: Mapping[str, pa.Table], folder: Path, form: str) -> lis
 
 
 def write_run_tables(folder: Path, form: str) -> list[str]:
-    """Write the Parquet tables of a run folder once more in another form; sentences on those left out."""
+    """Write the Parquet tables of a run folder once more in another form; sentences on those left out.
+
+    The summary lists the new files, so that a run that replaces the folder takes them away.
+    """
     if form == PARQUET:
         return []
-    return write_tables({file.stem: read_table(file) for file in sorted(folder.glob("*.parquet"))}, folder, form)
+    tables = {file.stem: read_table(file) for file in sorted(folder.glob("*.parquet"))}
+    left_out = write_tables(tables, folder, form)
+    written = [WORKBOOK] if form == XLSX else [f"{name}.csv" for name in tables]
+    document = read_run_folder(folder).document
+    listed = structs.replace(document, files=tuple(sorted({*document.files, *written})))
+    with whole_file(folder / SUMMARY, OutputError) as stream:
+        stream.write(json_of(listed).encode())
+    return left_out
 
 
 def headings(names: Iterable[str]) -> list[str]:

@@ -93,7 +93,7 @@ def _write_run(run: RunFolder, page: Path, name: str, *, pictured: bool) -> str:
         shutil.copyfile(recording, page.with_name(f"{name}.rrd"))
         packed = _moments(recording, labels) + _packed(recording.read_bytes())
         page.with_name(f"{name}.js").write_bytes(packed)
-    page.write_text(shared_page(view, name), encoding="utf-8", newline="\n")
+    page.write_text(shared_page(view, name, _still(run) if pictured else ""), encoding="utf-8", newline="\n")
     return view.title
 
 
@@ -104,10 +104,16 @@ def _moments(recording: Path, labels: Sequence[str]) -> bytes:
     return f"window.moments={json.dumps(commands)};\n".encode()
 
 
-def shared_page(view: RunView, recording: str) -> str:
-    """The page of a run; ``recording`` is the name of its packed recording."""
+def _still(run: RunFolder) -> str:
+    from replay.show.rerun_log.leading_still import read_still
+
+    return read_still(run.picture)
+
+
+def shared_page(view: RunView, recording: str, still: str = "") -> str:
+    """The page of a run; ``recording`` is the name of its packed recording, ``still`` its leading fault as WebP."""
     rerun = versions().get("rerun-sdk", "")
-    return page_of(view, grasped_notes(view.run), "show/share/page.html", recording=recording, rerun=rerun)
+    return page_of(view, grasped_notes(view.run), "show/share/page.html", recording=recording, rerun=rerun, still=still)
 
 
 def _list(pages: dict[str, RunFolder], titles: dict[str, str]) -> str:

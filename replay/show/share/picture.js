@@ -49,7 +49,7 @@
   const pause = (ms) => new Promise((done) => setTimeout(done, ms));
 
   const show = async (address) => {
-    const message = window.moments[address];
+    const message = window.moments?.[address];
     if (viewer && message) await viewer.viewer_control(bytes(message));
     if (viewer && message) box.dataset.shows = address;
   };
@@ -100,5 +100,13 @@
       + `${name}.rrd opens in Rerun.`;
   };
   // The report first: it is painted before the viewer is unpacked.
-  addEventListener("load", () => requestAnimationFrame(() => setTimeout(() => start().catch(failed))));
+  const begin = () => requestAnimationFrame(() => setTimeout(() => start().catch(failed)));
+  const small = matchMedia("(max-width: 620px)").matches;
+  const ask = () => {
+    if ("asked" in box.dataset) return;
+    box.dataset.asked = "";
+    begin();
+  };
+  if (!small || location.hash === "#picture") addEventListener("load", ask);
+  else for (const link of document.querySelectorAll(".open-picture a, dd a, .cb > p > a")) link.addEventListener("click", ask);
 }

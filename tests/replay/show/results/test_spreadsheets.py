@@ -108,6 +108,17 @@ def test_result_gives_data_frames_of_its_tables(run):
     assert isinstance(run.to_polars("episodes"), polars.DataFrame)
 
 
+@pytest.mark.parametrize("form", ["csv", "xlsx"])
+def test_replacing_a_run_takes_its_spreadsheets_away(tmp_path, form):
+    result = replay.RunResult.of(STATES["no contact"]()).write(tmp_path / "run", picture=False)
+    before = {file.name for file in result.out.iterdir()}
+    write_run_tables(result.out, form)
+    (result.out / "mine.csv").write_text("a")
+    assert {file.name for file in result.out.iterdir()} > before | {"mine.csv"}
+    result.write(tmp_path / "run", force=True, picture=False)
+    assert {file.name for file in (tmp_path / "run").iterdir()} == before | {"mine.csv"}
+
+
 def test_every_state_has_spreadsheets(tmp_path):
     for state in ("no contact", "no reference", "effects"):
         result = replay.RunResult.of(STATES[state]()).write(tmp_path / state.replace(" ", "-"), picture=False)

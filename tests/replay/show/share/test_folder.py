@@ -2,6 +2,7 @@
 
 import base64
 import gzip
+import io
 import json
 import re
 import shutil
@@ -13,6 +14,7 @@ import pyarrow.parquet as pq
 import pytest
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 from msgspec import structs
+from PIL import Image
 from rerun.chunk import RrdReader
 from support.small_worlds import STEP_NS, STILL, cube
 from support.viewers import opened, pixels, serious_faults
@@ -21,6 +23,7 @@ import replay
 from replay.document.file_hash import file_hash
 from replay.errors import OutputError, RunFolderError
 from replay.show.report.markup import ALLOWED
+from replay.show.rerun_log import leading_still
 from replay.show.rerun_log import web_viewer as module
 from replay.show.rerun_log.moments import read_bookmarks
 from replay.show.rerun_log.viewer import ViewerError
@@ -254,3 +257,27 @@ def test_shared_folder_opens_alone_and_every_link_moves_the_picture(run, shared,
         assert not page.errors()
         assert serious_faults(page, tmp_path) == []
         assert all(item.startswith((shared.as_uri(), "data:")) for item in page.requests()) and page.requests()
+
+
+def test_shared_page_takes_only_pixels_of_the_still(shared, tmp_path, monkeypatch):
+    page = (shared / "index.html").read_text()
+    (still,) = re.findall(r'class="open-picture"><img src="data:image/webp;base64,([A-Za-z0-9+/=]+)"', page)
+    with Image.open(io.BytesIO(base64.b64decode(still))) as image:
+        assert image.format == "WEBP" and image.size == (420, 238)
+    monkeypatch.setattr(leading_still, "LARGEST", 100)
+    assert leading_still.read_still(shared / "run.rrd") == ""
+    for text in ("no base64", base64.b64encode(b"<svg onload=alert(1)>").decode(), still[:40]):
+        monkeypatch.setattr(leading_still, "read_texts", lambda *_, text=text: (True, [text]))
+        assert leading_still.read_still(shared / "run.rrd") == ""
+
+
+@pytest.mark.slow
+def test_phone_shows_the_still_and_loads_the_picture_on_request(shared, tmp_path):
+    with opened((shared / "index.html").as_uri(), tmp_path, (400, 800)) as page:
+        boxes = "[...document.querySelectorAll('.open-picture img, .open-picture a')].map((n) => n.offsetTop)"
+        still, link = page.ask(boxes)
+        assert still < link and not page.ask("document.getElementById('picture').checkVisibility()")
+        assert not [item for item in page.requests() if "viewer" in item]
+        page.ask("document.querySelector('.open-picture a').click(); 0")
+        page.wait_for("document.getElementById('picture').dataset.state === 'shown'", 180)
+        assert not page.errors() and serious_faults(page, tmp_path) == []

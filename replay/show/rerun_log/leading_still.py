@@ -1,0 +1,53 @@
+"""The still of the leading fault inside a recording, for pages that are made from the recording alone."""
+
+import re
+from base64 import b64decode, b64encode
+from binascii import Error
+from io import BytesIO
+from pathlib import Path
+from typing import Final
+
+import rerun as rr
+
+from replay.auditing.fault import Fault
+from replay.document.run_result import RunResult
+from replay.errors import RunFolderError
+from replay.show.report.still import CARD, fault_still
+from replay.show.rerun_log.moments import Moments, leading
+from replay.show.rerun_log.recording_file import RecordingWriter
+from replay.show.rerun_log.recording_reader import RecordingDamagedError, read_texts
+
+STILL: Final = "moments/still"
+
+LARGEST: Final = 2000
+"""Pixels of a side at most."""
+
+
+def log_still(writer: RecordingWriter, result: RunResult, moments: Moments) -> None:
+    """Send the picture of the fault that the answer is about, as WebP in base64."""
+    fault = moments[leading(result, moments)]
+    if isinstance(fault, Fault):
+        drawing, _ = fault_still(result, fault.detector, fault, CARD)
+        (raster,) = re.findall(r"data:image/webp;base64,([A-Za-z0-9+/=]*)", drawing)
+        writer.static(STILL, rr.AnyValues(raster=raster))
+
+
+def read_still(recording: Path) -> str:
+    """Return the picture in a recording as WebP in base64, encoded anew; ``""``: there is none that can be read.
+
+    Anybody may have sent the recording: only pixels are passed on.
+    """
+    from PIL import Image, UnidentifiedImageError
+
+    try:
+        _, texts = read_texts(recording, f"/{STILL}", "raster")
+        if not texts:
+            return ""
+        with Image.open(BytesIO(b64decode(texts[0], validate=True)), formats=["WEBP"]) as image:
+            if max(image.size) > LARGEST:
+                return ""
+            out = BytesIO()
+            image.convert("RGB").save(out, "WEBP", quality=82, method=2)
+    except (OSError, ValueError, Error, UnidentifiedImageError, RecordingDamagedError, RunFolderError):
+        return ""
+    return b64encode(out.getvalue()).decode()
