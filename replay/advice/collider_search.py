@@ -21,7 +21,7 @@ from replay.advice.scoring import Scoring
 from replay.advice.settings import Setting
 from replay.cutting.convex_solids import solids_of, volume_of
 from replay.cutting.methods import METHODS, method_of
-from replay.cutting.piece_store import Cut, convex_pieces, cut_ahead, why_not_cut
+from replay.cutting.piece_store import Cut, NotCut, convex_pieces, cut_ahead, why_not_cut
 from replay.detection.run_detector import make_detector
 from replay.prepare.assembly import Assembly
 from replay.progress import Advance
@@ -129,11 +129,11 @@ class Ladder:
         """How the pieces of a step are cut, in words."""
         return METHODS[self.method if step else HULL].words
 
-    def keep_cut_steps(self, missing: Mapping[str, str]) -> None:
+    def keep_cut_steps(self, missing: Mapping[str, NotCut]) -> None:
         """Leave out the steps that were not cut in time; where none was, say why."""
         cut = [step for step in range(1, len(self.counts)) if self.cut(step).key not in missing]
         if len(self.counts) > 1 and not cut:
-            self.reason = missing[self.cut(1).key]
+            self.reason = missing[self.cut(1).key].reason
         self.counts = (1, *(self.counts[step] for step in cut))
 
     def above(self, step: int) -> list[int]:
@@ -185,7 +185,7 @@ class ColliderSearch:
         missing = cut_ahead(cuts, self._deadline.report, limit)
         for ladder in ladders:
             ladder.keep_cut_steps(missing)
-        self.time_up = any("within" in why for why in missing.values())
+        self.time_up = any(not_cut.late for not_cut in missing.values())
 
     def run(self) -> None:
         """Search until the limits hold, nothing helps, or the time is up; ``steps`` are the best until then."""

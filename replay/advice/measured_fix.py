@@ -183,9 +183,14 @@ class _Measuring:
         ready = [name for name, cut in zip(names, cuts, strict=True) if cut.key not in missing]
         late = []
         for name, cut in zip(names, cuts, strict=True):
-            if cut.key in missing:
+            if cut.key not in missing:
+                continue
+            not_cut = missing[cut.key]
+            if not_cut.late:
                 more = duration(max(usual[cut.key], self._clock.limit))
                 late.append(f"Not reached within {duration(self._clock.limit)}: {name} (about {more} more).")
+            else:
+                late.append(f"{name} is not cut: {not_cut.reason}.")
         return ready, late
 
     def _fewest(self, names: Sequence[str], meshes: Mapping[str, TriangleMesh]) -> tuple[int, float]:

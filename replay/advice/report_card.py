@@ -9,23 +9,17 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore.mesh import TriangleMesh
-from cdcore.numerics import BoolArray, FloatArray
 from cdcore.protocol import Solids
 from replay.auditing.outcome import Outcome
 from replay.auditing.tolerance import Reference
 from replay.cutting.convex_solids import manifold_of, manifold_union, outside_by, solids_of
+from replay.cutting.surface_distance import Surface, farthest_on
 from replay.detection.detector_spec import DetectorSpec
 from replay.detection.run_detector import make_detector
 from replay.prepare.assembly import Assembly
 
-SAMPLES: Final = 48
-"""Points of a piece's surface along the size of a body, between which its reach is not looked at."""
-
 ROUNDING: Final = 1e-9
 """Fraction of a volume that is none: common volumes of equal boxes differ by 1e-16 of it, of curved solids by 1e-10."""
-
-POINTS_AT_ONCE: Final = 32
-"""Of the points that are farthest from samples of the surface, so many are measured."""
 
 
 def shape_figures(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> dict[str, Any]:
@@ -58,76 +52,20 @@ def _beyond_rounding(fraction: float) -> float:
 
 
 def reach(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> float:
-    """Metres by which points of the pieces' surfaces, outside a mesh, are away from its surface at most.
+    """Metres from the surface of a mesh to the point of the pieces' surfaces outside it that is farthest from it.
 
-    Points lie a forty-eighth of the size of the body from each other, so that it is right to about a hundredth of it.
+    Of a mesh that is no solid, all of the pieces' surfaces counts: it has no inside.
     """
-    from scipy.spatial import cKDTree
-
-    size = float(np.ptp(mesh.referenced_vertices, axis=0).max())
-    points = surface_points(pieces, size / SAMPLES)
-    distance, _ = cKDTree(surface_points([mesh], size / SAMPLES)).query(points)
-    order = np.argsort(-distance, kind="stable")
-    for start in range(0, len(order), POINTS_AT_ONCE):
-        rows = order[start : start + POINTS_AT_ONCE]
-        outside = rows[is_outside(points[rows], mesh)]
-        if len(outside):
-            return float(distance_to(points[outside], mesh).max())
-    return 0.0
-
-
-def surface_points(pieces: Sequence[TriangleMesh], spacing: float) -> FloatArray:
-    """Points (n, 3) of the surfaces of pieces, no farther from each other than the spacing."""
-    points = []
-    for piece in pieces:
-        corners = piece.triangles
-        longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-        counts = np.maximum(1, np.ceil(longest / spacing)).astype(np.int64)
-        for count in np.unique(counts).tolist():
-            weights = np.array([(i, j, count - i - j) for i in range(count + 1) for j in range(count + 1 - i)]) / count
-            points.append(np.einsum("ka,nad->nkd", weights, corners[counts == count]).reshape(-1, 3))
-    return np.unique(np.concatenate(points), axis=0)
-
-
-def distance_to(points: FloatArray, mesh: TriangleMesh) -> FloatArray:
-    """Metres from points (n, 3) to the surface of a mesh, (n,)."""
-    triangles = mesh.triangles
-    distance = np.empty(len(points))
-    for number, point in enumerate(points):
-        distance[number] = _point_triangle(np.broadcast_to(point, (len(triangles), 3)), triangles).min()
-    return distance
-
-
-def _point_triangle(points: FloatArray, triangles: FloatArray) -> FloatArray:
-    """Metres from each point (n, 3) to its triangle (n, 3, 3), (n,)."""
-    a, b, c = np.moveaxis(triangles, 1, 0)
-    normal = np.cross(b - a, c - a)
-    length = np.linalg.norm(normal, axis=1)
-    unit = normal / np.maximum(length, 1e-300)[:, None]
-    height = ((points - a) * unit).sum(axis=1)
-    foot = points - height[:, None] * unit
-    inside = length > 0.0
-    nearest = np.full(len(points), np.inf)
-    for first, second in ((a, b), (b, c), (c, a)):
-        edge = second - first
-        inside &= (np.cross(edge, foot - first) * unit).sum(axis=1) >= 0.0
-        squared = np.maximum((edge * edge).sum(axis=1), 1e-300)
-        along = np.clip(((points - first) * edge).sum(axis=1) / squared, 0.0, 1.0)
-        nearest = np.minimum(nearest, np.linalg.norm(points - first - along[:, None] * edge, axis=1))
-    return np.where(inside, np.abs(height), nearest)
-
-
-def is_outside(points: FloatArray, mesh: TriangleMesh) -> BoolArray:
-    """Whether points (n, 3) are outside a closed mesh, (n,): its winding number there is less than a half.
-
-    Source: van Oosterom and Strackee 1983 (solid angle of a triangle).
-    """
-    a, b, c = (mesh.triangles[:, k][None] - points[:, None] for k in range(3))
-    la, lb, lc = (np.linalg.norm(corner, axis=2) for corner in (a, b, c))
-    above = (a * np.cross(b, c)).sum(axis=2)
-    below = la * lb * lc + (a * b).sum(axis=2) * lc + (b * c).sum(axis=2) * la + (c * a).sum(axis=2) * lb
-    winding = 2.0 * np.arctan2(above, below).sum(axis=1) / (4.0 * np.pi)
-    return np.asarray(np.abs(winding) < 0.5)
+    solid = manifold_of(mesh) if mesh.is_closed else None
+    if solid is None or not all(piece.is_closed for piece in pieces):
+        return farthest_on(np.concatenate([piece.triangles for piece in pieces]), Surface(mesh.triangles))
+    outside = manifold_union(pieces) - solid
+    # A sliver between equal surfaces is what booleans of solids round away.
+    if outside.is_empty() or outside.volume() <= ROUNDING * abs(solid.volume()):
+        return 0.0
+    made = outside.to_mesh64()
+    corners = made.vert_properties[:, :3][np.asarray(made.tri_verts).astype(np.int64)]
+    return farthest_on(corners, Surface(mesh.triangles))
 
 
 def contact_figures(

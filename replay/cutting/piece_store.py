@@ -82,6 +82,14 @@ class Cut:
         return self.row.seconds * max(0.3, len(self.mesh.faces) / USUAL_FACES)
 
 
+@dataclass(frozen=True)
+class NotCut:
+    """Why a cut is not ready, as the end of a sentence; ``late``: its time was up, else the method failed."""
+
+    reason: str
+    late: bool
+
+
 def convex_pieces(cut: Cut, watch: Watch | None = None, limit: float = LONGEST_SECONDS) -> tuple[TriangleMesh, ...]:
     """At most so many convex solids that together stand for a mesh, always the same ones; of one, the hull.
 
@@ -94,7 +102,7 @@ def convex_pieces(cut: Cut, watch: Watch | None = None, limit: float = LONGEST_S
         return (hull,)
     missing = cut_ahead([cut], watch, limit)
     if missing:
-        raise CutError(f"{missing[cut.key]}; take another method of cutting")
+        raise CutError(f"{missing[cut.key].reason}; take another method of cutting")
     file = _pieces_file(cut)
     with suppress(Exception):  # whatever a damaged file raises, it is made again
         return _read_pieces(file)
@@ -107,13 +115,13 @@ def convex_pieces(cut: Cut, watch: Watch | None = None, limit: float = LONGEST_S
     return pieces
 
 
-def cut_ahead(cuts: Sequence[Cut], watch: Watch | None = None, limit: float = LONGEST_SECONDS) -> dict[str, str]:
+def cut_ahead(cuts: Sequence[Cut], watch: Watch | None = None, limit: float = LONGEST_SECONDS) -> dict[str, NotCut]:
     """Cut what is not kept, in as many processes as the machine has cores; key of a cut -> why it is not ready.
 
     A process that is not done after ``limit`` seconds is killed, as all are where ``watch`` raises.
     """
     waiting = list({cut.key: cut for cut in cuts if cut.row.seconds and not _is_kept(cut)}.values())
-    missing = {cut.key: cut.row.not_installed for cut in waiting if cut.row.not_installed}
+    missing = {cut.key: NotCut(cut.row.not_installed, late=False) for cut in waiting if cut.row.not_installed}
     waiting = [cut for cut in waiting if cut.key not in missing]
     running: dict[subprocess.Popen[bytes], Cut] = {}
     began = called = monotonic()
@@ -123,7 +131,7 @@ def cut_ahead(cuts: Sequence[Cut], watch: Watch | None = None, limit: float = LO
         leaving.callback(_end, running)
         while waiting or running:
             if monotonic() - began >= limit:
-                missing |= {cut.key: _too_long(cut, limit) for cut in (*running.values(), *waiting)}
+                missing |= {cut.key: NotCut(_too_long(cut, limit), late=True) for cut in (*running.values(), *waiting)}
                 break
             while waiting and len(running) < (os.cpu_count() or 1):
                 cut = waiting.pop(0)
@@ -135,7 +143,7 @@ def cut_ahead(cuts: Sequence[Cut], watch: Watch | None = None, limit: float = LO
                 if child.returncode == 0:
                     _keep(cut, folder)
                 else:
-                    missing[cut.key] = f"{cut.row.words} cannot cut this mesh"
+                    missing[cut.key] = NotCut(f"{cut.row.words} cannot cut this mesh", late=False)
             if watch is not None and monotonic() - called >= WATCH_SECONDS:
                 called = monotonic()
                 watch()

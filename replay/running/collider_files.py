@@ -38,6 +38,7 @@ from replay.cutting.piece_store import Cut, convex_pieces
 from replay.detection.detector_spec import TRUSTED, parse_detector
 from replay.document.run_result import RunResult
 from replay.engine import prepared
+from replay.errors import TradeoffError
 from replay.prepare.assembly import Assembly
 from replay.prepare.frame_times import frame_rate
 from replay.progress import Progress, Silent
@@ -46,6 +47,7 @@ from replay.running.runner import opened, run
 from replay.settings import STEP_RATE
 from replay.show.engine_files import EngineFiles, engine_files
 from replay.show.results.run_folder import FolderKind, check_target, result_folder, write_summary
+from replay.words import safe_text
 from sessions import MeshData, Session
 from sessions.meshes.mesh_axes import default_mesh_axes
 from sessions.scene_files.body_axes import from_body_axes, in_body_axes, pose_convention
@@ -169,6 +171,8 @@ def fix_colliders(
         progress=progress,
         **{key: options[key] for key in ("pairs", "start", "end", "policy") if key in options},
     )
+    if target is not None:
+        _require_plain_names(ready.assembly.names)
     step_hz = STEP_RATE if target is None else target.step_hz
     rate = {} if step_hz >= FASTEST * frame_rate(session.stamps() / 1e9) else {"rate_hz": step_hz}
     with progress.stage("Finding the contacts", 1) as advance:
@@ -222,6 +226,16 @@ def fix_colliders(
             (written / "README.txt").write_text(_read_me(fixed, target), "utf-8")
             write_summary(written, COLLIDERS, {"schema": COLLIDERS.schema, **fixed.as_json()})
     return fixed
+
+
+def _require_plain_names(names: Sequence[str]) -> None:
+    """Refuse names of bodies that no file can hold, before anything is cut. Raises ``TradeoffError``."""
+    unfit = [name for name in names if safe_text(name) != name]
+    if unfit:
+        texts = ", ".join(safe_text(name) for name in unfit)
+        raise TradeoffError(
+            f"bodies are called {texts}: no engine takes control characters; rename them in the session"
+        )
 
 
 def _card(assembly: Assembly, reference: Reference, name: str, pieces: Sequence[TriangleMesh]) -> dict[str, Any]:

@@ -96,6 +96,13 @@ def test_bodies_that_are_not_cut_in_time_are_named(monkeypatch):
     assert not fix.measured and fix.text.startswith("Not reached within 1 s: beaker (about ")
 
 
+def test_bodies_whose_cutter_fails_are_named_with_the_reason(monkeypatch):
+    monkeypatch.setattr(piece_store, "CHILD", "import sys; sys.exit(1)")
+    fix = run(stirred(BEAKER), detectors="subject=hull50,exact", fix_time=60).answers[0].fix
+    assert not fix.measured and "Not reached" not in fix.text
+    assert fix.text.startswith("beaker is not cut: sectors by height and angle cannot cut this mesh.")
+
+
 def test_pieces_that_are_no_better_are_not_advised(monkeypatch):
     """A hull of the beaker in place of its pieces is as wrong as its hull."""
     result = compute(stirred(BEAKER), detectors="subject=hull50,exact")

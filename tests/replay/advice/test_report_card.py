@@ -6,8 +6,9 @@ from support.shapes import box_mesh, moved, revolved_mesh
 from trimesh.creation import icosphere
 
 from cdcore import TriangleMesh
-from replay.advice.report_card import distance_to, is_outside, reach, shape_figures
+from replay.advice.report_card import reach, shape_figures
 from replay.cutting.convex_solids import volume_of
+from replay.cutting.surface_distance import Surface, is_outside
 
 
 def test_larger_box_has_its_closed_form_errors():
@@ -36,7 +37,7 @@ def test_crossed_bars_count_their_common_volume_once():
 def test_hull_reaches_deepest_near_middle_of_cup_mouth():
     wall = [(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)]
     cup, plug = revolved_mesh(wall, 48), revolved_mesh([(0, 0), (0.035, 0), (0.035, 0.1), (0, 0.1)], 48)
-    assert reach(cup, [plug]) == pytest.approx(0.033, rel=0.03)
+    assert reach(cup, [plug]) == pytest.approx(0.033 * np.cos(np.pi / 48), rel=1e-6)
 
 
 def test_signed_distances_of_a_ball_match_its_radius():
@@ -45,9 +46,9 @@ def test_signed_distances_of_a_ball_match_its_radius():
     points = np.random.default_rng(0).normal(size=(50, 3))
     points = points / np.linalg.norm(points, axis=1, keepdims=True) * np.linspace(0.2, 2.0, 50)[:, None]
     radius = np.linalg.norm(points, axis=1)
-    assert np.allclose(distance_to(points, mesh), np.abs(radius - 1.0), atol=2e-3)
+    assert np.allclose(Surface(mesh.triangles).distances(points)[0], np.abs(radius - 1.0), atol=2e-3)
     clear = np.abs(radius - 1.0) > 5e-3
-    assert (is_outside(points, mesh) == (radius > 1.0))[clear].all()
+    assert (is_outside(points, mesh.triangles) == (radius > 1.0))[clear].all()
 
 
 def test_volumes_of_an_open_mesh_are_not_known():
@@ -55,3 +56,19 @@ def test_volumes_of_an_open_mesh_are_not_known():
     card = shape_figures(open_box, [box_mesh((1.0, 1.0, 1.0))])
     assert card["beyond"] is None and card["missing"] is None
     assert volume_of(box_mesh((1.0, 1.0, 1.0))) == pytest.approx(1.0)
+
+
+def test_reach_of_crossed_bars_in_place_of_one_has_closed_form():
+    bar, crossing = box_mesh((2.0, 0.2, 0.2)), box_mesh((0.2, 1.0, 0.2))
+    assert reach(bar, [bar, crossing]) == pytest.approx(0.4, rel=1e-6)
+    higher = box_mesh((0.3, 0.2, 0.7))
+    assert reach(bar, [bar, higher]) == pytest.approx(0.25, rel=1e-6)
+    assert reach(bar, [bar]) == 0.0
+
+
+@pytest.mark.parametrize("sides", [5, 12, 40])
+def test_reach_of_a_plug_in_a_tube_is_the_inscribed_radius(sides):
+    """A tube without floor, filled: the middle of an end is farthest from the wall, at the middle of a side."""
+    wall = [(0.03, 0), (0.035, 0), (0.035, 0.4), (0.03, 0.4), (0.03, 0)]
+    tube, plug = revolved_mesh(wall, sides), revolved_mesh([(0, 0), (0.035, 0), (0.035, 0.4), (0, 0.4)], sides)
+    assert reach(tube, [plug]) == pytest.approx(0.03 * np.cos(np.pi / sides), rel=1e-6)

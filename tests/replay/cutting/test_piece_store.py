@@ -17,7 +17,7 @@ from replay.cutting import methods, piece_store
 from replay.cutting.compound import names_as_setting, with_pieces
 from replay.cutting.convex_solids import MOST_TRIANGLES, outside_by, union_of, volume_of
 from replay.cutting.methods import AUTO, METHODS
-from replay.cutting.piece_store import Cut, convex_pieces, cut_ahead, why_not_cut
+from replay.cutting.piece_store import Cut, NotCut, convex_pieces, cut_ahead, why_not_cut
 from replay.detection.detector_spec import parse_detector
 from replay.errors import CutError
 
@@ -147,7 +147,7 @@ def test_what_is_not_cut_in_time_is_named(monkeypatch):
     monkeypatch.setattr(piece_store, "CHILD", "import time; time.sleep(60)")
     cuts = [Cut(BEAKER, "coacd", 16), Cut(BEAKER, "vhacd", 16)]
     assert cut_ahead(cuts, limit=0.2) == {
-        cut.key: f"{cut.row.words} did not cut this mesh within 200 ms" for cut in cuts
+        cut.key: NotCut(f"{cut.row.words} did not cut this mesh within 200 ms", late=True) for cut in cuts
     }
     with pytest.raises(CutError, match=r"^CoACD did not cut this mesh within 200 ms; take another method of cutting$"):
         convex_pieces(cuts[0], limit=0.2)

@@ -13,7 +13,7 @@ from support.small_worlds import STEP_NS, cube
 import replay
 from replay.advice.collider_search import Limits
 from replay.cli.main import main
-from replay.errors import OutputError
+from replay.errors import OutputError, TradeoffError
 from replay.running.collider_files import COLLIDERS, fix_colliders
 from sessions import MeshData, Session, import_session, load_mesh, read_session, write_session
 
@@ -231,3 +231,16 @@ def test_written_colliders_land_on_the_users_mesh(engine, convention, importer, 
     again = read_session(shipped.folder / "session.mcap")
     (canonical,) = again.colliders["Cup"]
     assert farthest(canonical.vertices, session.meshes["Cup"].vertices) < 1e-6
+
+
+def test_names_with_control_characters_are_refused_before_cutting(session, tmp_path, monkeypatch):
+    def no_search(*_):
+        raise AssertionError("bodies were cut before the names were refused")
+
+    monkeypatch.setattr("replay.running.collider_files.ColliderSearch", no_search)
+    meshes = {"beaker\x1b[2J": session.meshes["beaker"], "rod": session.meshes["rod"]}
+    still = np.tile([0.0, 0.0, 0.0, 1.0], (4, 1))
+    poses = {name: (np.full((4, 3), np.arange(4)[:, None] * k), still) for k, name in enumerate(meshes)}
+    named = Session.from_arrays(np.arange(4) * STEP_NS, poses, meshes)
+    with pytest.raises(TradeoffError, match=r"^bodies are called beaker\\x1b\[2J: no engine takes control characters"):
+        fix_colliders(named, tmp_path / "made", engine="unity")
