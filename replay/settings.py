@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from replay.auditing.tolerance import TAU
+from cdcore.numerics import TAU
 from replay.detection.detector_spec import TRUSTED, DetectorSpec, SpecLike, SpecsLike, parse_detector, parse_detectors
 from replay.detection.recorded import RECORDED
 from replay.errors import DetectorSpecError

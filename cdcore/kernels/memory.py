@@ -21,16 +21,23 @@ from cdcore.kernels.compiling import machine_operation
 
 KEPT_BYTES: Final = 16 << 20
 """An array that is as large as the poses of a long stretch."""
-# The C library gives freed memory back to the system, and to get it again takes a fifth of a boolean question about
-# 5,400 frames. It keeps what is smaller than the largest array ever freed, so one is freed at once (the dynamic
-# threshold of glibc, see mallopt(3)); elsewhere this does nothing.
-np.empty(KEPT_BYTES, dtype=np.uint8)
 
 ENDLESS: Final = 1 << 48
 """Entries of an array of which only the address is known."""
 
 Memory = Any
 """What a kernel's author writes for an address of doubles, integers or bytes."""
+
+
+@cache
+def keep_freed_memory() -> None:
+    """Let the C library keep arrays of up to ``KEPT_BYTES`` that are freed, once a process.
+
+    It gives freed memory back to the system, and to get it again takes a fifth of a boolean question about 5,400
+    frames. It keeps what is smaller than the largest array ever freed, so one is freed here (the dynamic threshold of
+    glibc, see mallopt(3)); elsewhere this does nothing.
+    """
+    np.empty(KEPT_BYTES, dtype=np.uint8)
 
 
 def address_of(array: NDArray[Any]) -> int:

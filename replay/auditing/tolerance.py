@@ -15,7 +15,7 @@ import numpy as np
 
 from cdcore import Detection, Motion, Verdict
 from cdcore.narrow.pair_frames import rows_of_columns
-from cdcore.numerics import BoolArray, IntArray
+from cdcore.numerics import TAU, BoolArray, IntArray
 from cdcore.protocol import is_one_of
 from replay.auditing.compare import Within, compare
 from replay.auditing.episodes import episodes
@@ -27,10 +27,6 @@ from sessions import Session
 
 if TYPE_CHECKING:
     from cdcore.narrow.ill_posed import MarginStage
-
-TAU: Final = 2e-6
-"""Metres. Float engines disagree about less, coal decides nothing below it, and no tracker resolves a hundred times
-as much (VIVE: 0.14 mm frame to frame)."""
 
 FRAMES_AT_ONCE: Final = 1024
 """Frames whose faces are held together: some 25 MB when every pair of a bench meets in a thousand face pairs."""

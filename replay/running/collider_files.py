@@ -27,11 +27,12 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore.mesh import TriangleMesh
+from cdcore.numerics import TAU
 from replay.advice.collider_search import ColliderSearch, Deadline, Ladder, Limits, as_row
 from replay.advice.report_card import contact_figures, shape_figures
 from replay.advice.scoring import Scoring
 from replay.advice.settings import FASTEST
-from replay.auditing.tolerance import TAU, Reference
+from replay.auditing.tolerance import Reference
 from replay.cutting.convex_solids import MOST_TRIANGLES
 from replay.cutting.methods import METHODS
 from replay.cutting.piece_store import Cut, convex_pieces

@@ -15,7 +15,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cdcore.kernels.memory import address_of
+from cdcore.kernels.memory import address_of, keep_freed_memory
 from cdcore.narrow.brute_force import meeting_faces_placed
 from cdcore.narrow.bvh.box_tree import BoxTree
 from cdcore.narrow.bvh.pose_lanes import Tracks
@@ -92,6 +92,7 @@ class MotionSearch:
     """Decides pairs (P, 2) of bodies, a tree each, in every frame of a motion at which both have a pose."""
 
     def __init__(self, trees: Sequence[BoxTree], pairs: IntArray) -> None:
+        keep_freed_memory()
         self._trees, self._pairs = trees, pairs
         # Ready for the next motion: to make room takes a tenth of a short question.
         self._idle = list[SegmentSearch]()

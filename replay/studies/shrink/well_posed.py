@@ -14,8 +14,7 @@ import numpy as np
 from cdcore import TriangleMesh
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.ill_posed import MarginStage
-from cdcore.numerics import BoolArray
-from replay.auditing.tolerance import TAU
+from cdcore.numerics import TAU, BoolArray
 from replay.studies.shrink.wrong_answer import WrongAnswer
 
 MICROMETRES: Final = f"{1e6 * TAU:g} micrometres"

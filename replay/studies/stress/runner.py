@@ -10,10 +10,9 @@ import numpy as np
 from cdcore import Verdict
 from cdcore.detectors import detector_names, detector_row, settings_of
 from cdcore.narrow.margins.triangle_margins import triangle_margins
-from cdcore.numerics import BoolArray, ByteArray, FloatArray
+from cdcore.numerics import TAU, BoolArray, ByteArray, FloatArray
 from cdcore.protocol import is_undecided
 from cdcore.triangles.integers import pair_intersects_integers
-from replay.auditing.tolerance import TAU
 from replay.detection.detector_spec import DetectorSpec, parse_detector, split_specs
 from replay.errors import OutputError, StressError
 from replay.progress import Progress, Silent

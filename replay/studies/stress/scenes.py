@@ -14,10 +14,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from cdcore import Body, Motion, TriangleMesh, Verdict
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
-from cdcore.numerics import FloatArray
+from cdcore.numerics import TAU, FloatArray
 from cdcore.poses import place_points
 from cdcore.protocol.detection import Covers
-from replay.auditing.tolerance import TAU
 from replay.constants import HEADSET_HZ
 from replay.studies.stress.families import FIRST_SEED, random_rotations
 from replay.studies.stress.solids import ball_mesh, beaker_mesh, box_mesh, icosphere_mesh, merged, moved, rod_mesh

@@ -3,9 +3,9 @@ import re
 import pytest
 from support.small_worlds import cubes
 
+from cdcore.numerics import TAU
 from replay.advice.scoring import Scoring
 from replay.advice.settings import settings_of
-from replay.auditing.tolerance import TAU
 from replay.detection.detector_spec import parse_detector
 from replay.detection.run_detector import make_detector
 from replay.errors import TradeoffError

@@ -3,7 +3,7 @@ import sys
 import click
 from click.testing import CliRunner
 
-from replay.auditing.tolerance import TAU
+from cdcore.numerics import TAU
 from replay.cli.options import import_from_current_folder, replaying, reporting
 
 

@@ -10,8 +10,8 @@ from support.small_worlds import along_x, cube
 
 from cdcore import Motion, TriangleMesh, Verdict, create_detector
 from cdcore.narrow.margins.triangle_margins import triangle_margins
+from cdcore.numerics import TAU
 from replay import run
-from replay.auditing.tolerance import TAU
 from replay.cli.main import main
 from replay.studies.shrink.well_posed import thin_faces
 from sessions import MeshData, Session, write_session
