@@ -42,7 +42,9 @@ def test_compound_methods_are_rows_of_the_cutter_table():
     assert set(CUT_METHODS) == {AUTO, *METHODS}
 
 
-@pytest.mark.parametrize("name", METHODS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow if name in ("coacd", "vhacd") else ()) for name in METHODS]
+)
 def test_pieces_of_each_method_are_closed_few_and_repeat(name, cache, monkeypatch):
     first = convex_pieces(Cut(BEAKER, name, 8))
     monkeypatch.setattr(piece_store, "cache_folder", lambda: cache / "other")
@@ -55,7 +57,7 @@ def test_pieces_of_each_method_are_closed_few_and_repeat(name, cache, monkeypatc
         assert outside_by(BEAKER, first) < 5e-4
 
 
-@pytest.mark.parametrize("name", ["sectors", "vhacd", "coacd"])
+@pytest.mark.parametrize("name", ["sectors", "vhacd", pytest.param("coacd", marks=pytest.mark.slow)])
 def test_cut_pieces_leave_the_hollow_of_a_beaker_free(name):
     filled = union_of(convex_pieces(Cut(BEAKER, name, 16)))
     assert volume_of(filled) < 0.6 * volume_of(convex_pieces(Cut(BEAKER, "hull", 1))[0])
