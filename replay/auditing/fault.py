@@ -200,6 +200,12 @@ class Fault:
         touch = self.evidence.touch
         return self.start if touch is None else touch.moment
 
+    @property
+    def begin_within(self) -> tuple[float, float]:
+        """Second at which it begins, and seconds by which a first touch between frames is uncertain."""
+        touch = self.evidence.touch
+        return (self.start, 0.0) if touch is None else (touch.moment, touch.moment - touch.free)
+
 
 def deepest_first(misses: Iterable[Fault]) -> list[Fault]:
     """Misses by depth, then those of unknown depth by the length of their curve; equals in order of time."""

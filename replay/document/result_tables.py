@@ -1,7 +1,7 @@
 """Contacts, misses, false contacts and events of a run as tables: what each column holds is said here, once."""
 
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from math import nan
 from typing import Any, Final
 
@@ -22,8 +22,16 @@ COLUMNS: Final = columns_of("document/result_tables.toml")
 
 def result_tables(result: RunResult) -> dict[str, Table]:
     """The tables of a run, in order of time: contacts, misses and false contacts of every detector, and events."""
-    misses = _entries(result, result.misses, lambda _, __, miss: {"noise": _in_noise(result, miss.contact)})
-    false = _entries(result, result.false, lambda _, __, contact: {"hollow": contact.evidence.hollow or None})
+    noise = {
+        label: [{"noise": _in_noise(result, miss.contact)} for miss in misses]
+        for label, misses in result.misses.items()
+    }
+    hollows = {
+        label: [{"hollow": contact.evidence.hollow or None} for contact in false]
+        for label, false in result.false.items()
+    }
+    misses = _entries(result, result.misses, noise)
+    false = _entries(result, result.false, hollows)
     return {
         "episodes": _episodes(result),
         "misses": Table.of(COLUMNS["misses"], misses),
@@ -133,23 +141,27 @@ def _episodes(result: RunResult) -> Table:
     status = {label: matches.status() for label, matches in result.matches.items()}
     match = {(label, pair.reported): pair for label, matches in result.matches.items() for pair in matches.matched}
 
-    def more(label: str, number: int, contact: Episode) -> dict[str, Any]:
-        return {
-            "noise": _in_noise(result, number) if label == result.oracle else (None, None),
-            "missed_by": ",".join(never.get((label, number), ())),
-            "flag": _doubt(result, contact),
-            "status": status.get(label, {}).get(number, ""),
-            "match": match.get((label, number)),
-            "depth": result.depths[number - 1] if label == result.oracle and result.depths else None,
-        }
-
-    return Table.of(COLUMNS["episodes"], _entries(result, result.episodes, more))
+    outcomes = {
+        label: [
+            {
+                "noise": _in_noise(result, number) if label == result.oracle else (None, None),
+                "missed_by": ",".join(never.get((label, number), ())),
+                "flag": _doubt(result, contact),
+                "status": status.get(label, {}).get(number, ""),
+                "match": match.get((label, number)),
+                "depth": result.depths[number - 1] if label == result.oracle and result.depths else None,
+            }
+            for number, contact in enumerate(contacts, start=1)
+        ]
+        for label, contacts in result.episodes.items()
+    }
+    return Table.of(COLUMNS["episodes"], _entries(result, result.episodes, outcomes))
 
 
 def _entries(
-    result: RunResult, by_detector: Mapping[str, Sequence[Any]], more: Callable[[str, int, Any], dict[str, Any]]
+    result: RunResult, by_detector: Mapping[str, Sequence[Any]], values: Mapping[str, Sequence[dict[str, Any]]]
 ) -> Iterator[dict[str, Any]]:
-    """Yield the contacts or faults of each detector, numbered in order of time, each with ``more`` columns.
+    """Yield the contacts or faults of each detector, numbered in order of time, each with its other ``values``.
 
     ``thing`` is an ``Episode`` or a ``Fault``.
     """
@@ -159,7 +171,7 @@ def _entries(
         for number, (thing, is_grasped) in enumerate(zip(things, grasped.tolist(), strict=True), 1):
             bodies = result.assembly.things_of(thing.pair)
             row = {"label": label, "number": number, "thing": thing, "bodies": bodies, "held": is_grasped}
-            yield row | more(label, number, thing)
+            yield row | values[label][number - 1]
 
 
 def _in_noise(result: RunResult, number: int) -> tuple[str | None, float | None]:

@@ -3,14 +3,16 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import chain
 from math import isnan
+from operator import attrgetter
 from typing import Any, Final
 
 from msgspec.structs import asdict
 
 from cdcore.protocol import DECIDED, REFUSED
 from replay import words
-from replay.auditing.fault import Cause, Fault, FaultKind, deepest_first
+from replay.auditing.fault import Cause, FaultKind, deepest_first
 from replay.auditing.look_phases import PHASES
 from replay.auditing.wilson import OVER_CONTACTS, Proportion
 from replay.constants import BUDGET_MS
@@ -80,13 +82,11 @@ def _ms(seconds: float | None) -> str:
     return NOT_APPLICABLE if seconds is None else words.milliseconds(seconds)
 
 
-def _moment(miss: Fault) -> Cell:
+def _moment(begin_within: tuple[float, float]) -> Cell:
     """When a miss begins; a first touch between frames says how far it is uncertain, if by more than a microsecond."""
-    touch = miss.evidence.touch
-    text = words.timestamp(miss.begin)
-    if touch is None or touch.moment - touch.free <= CERTAIN_SECONDS:
-        return text
-    return Marked(text, "", f"within {words.duration(touch.moment - touch.free)}")
+    begin, uncertainty = begin_within
+    text = words.timestamp(begin)
+    return text if uncertainty <= CERTAIN_SECONDS else Marked(text, "", f"within {words.duration(uncertainty)}")
 
 
 def _quick_ms(seconds: float | None) -> str:
@@ -118,9 +118,8 @@ COLUMNS = columns_of(
         "percent": lambda fraction: "" if fraction is None else words.as_percentage(fraction),
         "stage": _stage,
         "cut_of": lambda row: row["lengths"] and row["lengths"].cut,
-        "pair_of": lambda fault: " - ".join(fault.bodies),
-        "moment_of": _moment,
-        "as_is": lambda cell: cell,
+        "pair": " - ".join,
+        "moment": _moment,
         "timestamp": words.timestamp,
         "millimetres": lambda metres: None if metres is None else words.number(1e3 * metres),
         "measured_mm": lambda metres: None if isnan(metres) else words.number(1e3 * metres),
@@ -293,19 +292,20 @@ def containment_notes(result: Summarised, label: str) -> list[str]:
 def miss_table(result: Summarised, label: str) -> Table:
     """The misses of a detector, those that were never found first, then the deepest."""
     misses = deepest_first(fault for fault in result.faults[label] if fault.kind.is_miss)
-    misses.sort(key=lambda miss: miss.kind is not FaultKind.NEVER_REPORTED)
-    made = Table.of(COLUMNS["misses"], misses, f"missed by {label}")
-    noisy = any(miss.noise for miss in misses)
+    never = (miss for miss in misses if miss.kind is FaultKind.NEVER_REPORTED)
+    others = (miss for miss in misses if miss.kind is not FaultKind.NEVER_REPORTED)
+    made = Table.of(COLUMNS["misses"], chain(never, others), f"missed by {label}")
+    noisy = any(made.column("in noise"))
     return made.only(*(name for name in made.head if noisy or name != "in noise"))
 
 
 def false_table(result: Summarised, label: str) -> Table:
     """The false contacts of a detector, the longest first."""
-    false = [fault for fault in result.faults[label] if not fault.kind.is_miss]
-    false.sort(key=lambda fault: -fault.frames)
-    unconfirmed = all(fault.cause is Cause.BOUNDING_VOLUMES for fault in false)
+    false = (fault for fault in result.faults[label] if not fault.kind.is_miss)
+    made = Table.of(COLUMNS["false"], sorted(false, key=attrgetter("frames"), reverse=True))
+    unconfirmed = all(cause is Cause.BOUNDING_VOLUMES for cause in made.column("why"))
     thing = "unconfirmed contact" if unconfirmed else "false contact"
-    return Table.of(COLUMNS["false"], false, f"{thing}s of {label}")
+    return replace(made, title=f"{thing}s of {label}")
 
 
 LATE = f"over {words.fixed(BUDGET_MS, 1)} ms"
