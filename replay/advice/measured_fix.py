@@ -59,7 +59,12 @@ def measured_fixes(result: RunResult, limit: float, progress: Progress) -> RunRe
     Without time, without an audit, or where pieces cannot help, the run is returned as it is.
     """
     ranks = {rank.label: rank for rank in result.ranking}
-    labels = [answer.label for answer in result.answers if _is_subject(result, answer, ranks)]
+    # Those whose fix is not measured yet, and whose larger fault comes from the shape of their colliders.
+    labels = [
+        answer.label
+        for answer in result.answers
+        if not (answer.fix is None or answer.fix.measured) and pieces_may_help(result, ranks[answer.label])
+    ]
     if limit <= 0.0 or not labels or result.reference is None:
         return result
     fixes: dict[str, Fix] = {}
@@ -78,12 +83,6 @@ def measured_fixes(result: RunResult, limit: float, progress: Progress) -> RunRe
 def replace_fix(answer: Answer, fix: Fix | None) -> Answer:
     """The answer with another Fix, or as it is."""
     return answer if fix is None else structs.replace(answer, fix=fix)
-
-
-def _is_subject(result: RunResult, answer: Answer, ranks: Mapping[str, Rank]) -> bool:
-    """Whether a detector's Fix is not measured yet and its larger fault comes from the shape of its colliders."""
-    measured = answer.fix is None or answer.fix.measured
-    return not measured and pieces_may_help(result, ranks[answer.label])
 
 
 class _Clock:

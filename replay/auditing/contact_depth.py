@@ -118,14 +118,14 @@ def contact_depths(
     meter.measure([*segments, *((miss.pair, miss.first, miss.last) for miss in every)])
     depths = tuple(meter.of((contact.pair, contact.first, contact.last)) for contact in contacts)
     measured = {
-        label: tuple(_with_depth(miss, meter.of((miss.pair, miss.first, miss.last))) for miss in of_detector)
+        label: tuple(
+            replace(miss, depth=depth.depth, volume=depth.volume, not_measured=depth.reason)
+            for miss in of_detector
+            for depth in (meter.of((miss.pair, miss.first, miss.last)),)
+        )
         for label, of_detector in misses.items()
     }
     return depths, measured
-
-
-def _with_depth(miss: Fault, depth: ContactDepth) -> Fault:
-    return replace(miss, depth=depth.depth, volume=depth.volume, not_measured=depth.reason)
 
 
 def deepest(depths: Iterable[ContactDepth]) -> ContactDepth | None:

@@ -195,12 +195,6 @@ class Fault:
         return (self.frame, 0) if touch is None else (touch.frame, touch.later_ns)
 
     @property
-    def begin(self) -> float:
-        """Second at which it begins: at its first frame, or at the first touch between frames."""
-        touch = self.evidence.touch
-        return self.start if touch is None else touch.moment
-
-    @property
     def begin_within(self) -> tuple[float, float]:
         """Second at which it begins, and seconds by which a first touch between frames is uncertain."""
         touch = self.evidence.touch

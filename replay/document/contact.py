@@ -27,6 +27,8 @@ class ContactRecord(Struct, frozen=True, kw_only=True):
     status : of an audited detector: ``matched``, ``piece``, ``invented``, ``excused`` or ``held``.
     truth, overlap_frames : number of the contact of the reference that it matches, and frames in common.
     onset_error, duration_error : seconds by which it begins later and lasts longer than that one.
+    depth, common_volume, deepest : of the reference: metres and cubic metres that the bodies are in each other at the
+        frame with most common volume, and that frame; ``depth_unknown`` says why they are not known.
     noise, noise_share : whether it holds in spite of tracker noise, and the fraction of noisy copies that have it.
     """
 
@@ -51,6 +53,10 @@ class ContactRecord(Struct, frozen=True, kw_only=True):
     duration_error: float | None = None
     noise: str | None = None
     noise_share: float | None = None
+    depth: float | None = None
+    common_volume: float | None = None
+    deepest: Count | None = None
+    depth_unknown: str | None = None
 
     @property
     def bodies(self) -> tuple[str, str]:

@@ -45,7 +45,8 @@ def why_missed(miss: Fault, label: str, by: Audited, contact: Episode) -> str:
 
 def _outcome(miss: Fault, label: str, by: Audited, contact: Episode) -> str:
     """Return how a detector reported a contact: never, late, cut short, or with an interruption."""
-    pair, when = " and ".join(miss.labels), f"at {words.moment(miss.begin)}"
+    pair, (begin, _) = " and ".join(miss.labels), miss.begin_within
+    when = f"at {words.moment(begin)}"
     long = duration_text(miss.frames, miss.end - miss.start)
     if miss.kind == FaultKind.NEVER_REPORTED:
         return f"{label} never reported the contact of {pair} {when}"
@@ -75,7 +76,8 @@ def _between_samples(miss: Fault, label: str, by: Audited, contact: Episode) -> 
     usual = f"{label} samples every {_milliseconds(step)}"
     lasted = contact.end - contact.start
     whole = (miss.first, miss.last) == (contact.first, contact.last)
-    pair, when = " and ".join(miss.labels), f"at {words.moment(miss.begin)}"
+    pair, (begin, _) = " and ".join(miss.labels), miss.begin_within
+    when = f"at {words.moment(begin)}"
     if miss.kind == FaultKind.NEVER_REPORTED and whole:
         between = "between two samples" if lasted < step else f"between two samples {_milliseconds(gap)} apart"
         return f"{usual}; the contact of {pair} {when} lasted {_milliseconds(lasted)}, {between}."

@@ -15,7 +15,7 @@ from cdcore import Detection, Verdict
 from cdcore.protocol import INSIDE_UNDECIDED, is_undecided
 from cdcore.protocol.reasons import NO_REASON
 from replay.auditing.contact_counts import ContactCounts, count_reports, grasped_counts
-from replay.auditing.fault import MISS_KINDS, Fault
+from replay.auditing.fault import MISS_KINDS
 from replay.auditing.look_phases import OffsetCounts, spread
 from replay.auditing.matching import EpisodeMatches
 from replay.auditing.noisy_contacts import HOLDS
@@ -76,15 +76,10 @@ def score(result: RunResult, label: str) -> DetectorAudit:
         noise_proof=_noise_proof(result, contacts, offsets),
         causes=msgspec.convert(result.causes[label].table(), CauseCounts),
         matching=contact_matching(result, label),
-        missed_depth=_missed_depth(missed),
-    )
-
-
-def _missed_depth(misses: Sequence[Fault]) -> MissedDepth:
-    """Return the depth of the deepest miss, and why those of others are unknown."""
-    return MissedDepth(
-        deepest=max((miss.depth for miss in misses if not isnan(miss.depth)), default=None),
-        unknown=dict(Counter(miss.not_measured for miss in misses if miss.not_measured)),
+        missed_depth=MissedDepth(
+            deepest=max((miss.depth for miss in missed if not isnan(miss.depth)), default=None),
+            unknown=dict(Counter(miss.not_measured for miss in missed if miss.not_measured)),
+        ),
     )
 
 
