@@ -300,3 +300,18 @@ def test_harmless_guesses_of_pose_axes_are_listed_without_question(tmp_path):
     assert not any(
         "axes of poses" in line for line in doubts(replay.run(imported(convention="ros"), detectors="exact").document)
     )
+
+
+def test_at_most_three_questions_and_none_that_answers_alike(tmp_path):
+    """Five guesses are open: axes of the poses, axes and unit of an OBJ, and of an STL."""
+    unity_poses_without_a_name(tmp_path, "obj")
+    files = {"tool": tmp_path / "tool.obj", "plate": tmp_path / "plate.stl"}
+    for path, (vertices, faces) in zip(files.values(), (TOOL, PLATE), strict=True):
+        write_mesh(path, changed(vertices, TO_SOURCE["unity"]), faces[:, ::-1], unit=0.1)
+    session = import_session("mcap", tmp_path / "take.mcap", meshes=files)
+    assert len([row for row in recording_assumptions(session) if row.is_open]) >= 4
+    questions = examine_assumptions(session).questions
+    assert 1 <= len(questions) <= 3
+    for question in questions:
+        contacts = [row.outcome.contact.tobytes() for row in question.alternatives]
+        assert len(contacts) == len({*contacts}) > 1
