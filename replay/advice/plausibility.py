@@ -1,9 +1,9 @@
 """The alternative of an import's guess that is clearly more like a real scene, if one is.
 
-Bodies of a real scene stand seldom deep in each other: trackers err by millimetres. That alone tells a wrong reading.
-Measured on planted guesses in experiments (tests/replay/advice/test_plausibility.py): bodies that touch while they
-are carried, that touch where they rest, or that touch at all are no more frequent under the right reading, in scenes
-with a hand that holds things through a controller, or in which nothing touches.
+Nothing that rests stands deep in what it rests on: that alone tells a wrong reading. Bodies that move pass through each
+other in virtual reality. Bodies that touch while they are carried, that touch where they rest, or that touch at all are
+no more frequent under the right reading: in half of the experiments nothing touches
+(tests/replay/advice/test_plausibility.py).
 """
 
 from collections.abc import Mapping
@@ -18,10 +18,10 @@ from sessions.meshes.mesh_match import UNITS
 from sessions.model.assumption import Assumption
 
 MOST_DEEP: Final = 0.3
-"""Fraction of the contact frames of a plausible reading, at most, in which bodies stand deep in each other."""
+"""Fraction of the contact frames of resting bodies, at most, in which they are deep in each other if it is right."""
 
 LEAST_DEEP: Final = 0.5
-"""The same fraction of an implausible reading, at least."""
+"""The same fraction, at least, of a reading that is clearly wrong."""
 
 
 def plausible_length_unit(session: Session, row: Assumption) -> str:
@@ -34,13 +34,13 @@ def plausible_length_unit(session: Session, row: Assumption) -> str:
 
 
 def more_plausible(outcomes: Mapping[str, Outcome]) -> str:
-    """Returns the value under which bodies are seldom deep in each other where they often are under all others.
+    """Returns the value under which resting bodies are seldom deep in each other, but often under all others.
 
     ``""``: there is none, or no other to compare with. A reading without a contact is as plausible as one with shallow
     contacts.
     """
-    plausible = [value for value, outcome in outcomes.items() if outcome.deep_fraction <= MOST_DEEP]
-    implausible = [value for value, outcome in outcomes.items() if outcome.deep_fraction >= LEAST_DEEP]
+    plausible = [value for value, outcome in outcomes.items() if outcome.deep_at_rest <= MOST_DEEP]
+    implausible = [value for value, outcome in outcomes.items() if outcome.deep_at_rest >= LEAST_DEEP]
     if len(plausible) == 1 and implausible and len(implausible) == len(outcomes) - 1:
         return plausible[0]
     return ""

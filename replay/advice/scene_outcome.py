@@ -28,6 +28,12 @@ DEPTH_FRAMES: Final = 24
 DEEP_M: Final = 0.005
 """A body that stands deeper in another is no body that rests: glass is thinner, and trackers err by less."""
 
+REST_S: Final = 0.5
+"""Seconds over which a resting body is watched."""
+
+MOST_AT_REST_M: Final = 0.002
+"""Metres that a resting body moves in them at most: trackers jitter."""
+
 GAP_FRAMES: Final = 48
 """Frames without contact whose gap is measured, of each pair those of the nearest bodies."""
 
@@ -40,7 +46,7 @@ class Outcome:
     ----------
     contacts : how many there are; ``contact`` (T, P) where.
     deepest : metres that bodies stand in each other at most, in the contact frames that are measured.
-    deep_fraction : fraction of these frames in which they stand deeper in each other than bodies that rest.
+    deep_at_rest : fraction of the contact frames of two resting bodies in which one stands deep in the other; 0: none.
     closest : metres between two bodies at most; 0 with a contact, ``None``: not measured.
     closest_frame : the frame of the closest moment, and its pair.
     """
@@ -51,7 +57,18 @@ class Outcome:
     closest: float | None
     closest_frame: int
     closest_pair: int
-    deep_fraction: float = 0.0
+    deep_at_rest: float = 0.0
+
+
+def resting(motion: Motion) -> BoolArray:
+    """Returns whether each body hardly moves from a frame on for half a second, (T, N)."""
+    count = len(motion)
+    is_resting = np.zeros(motion.valid.shape, dtype=np.bool_)
+    width = np.searchsorted(motion.times, motion.times + REST_S)
+    rows = np.flatnonzero(width < count)
+    moved = np.linalg.norm(motion.translations[width[rows]] - motion.translations[rows], axis=2)
+    is_resting[rows] = motion.valid[rows] & motion.valid[width[rows]] & (moved <= MOST_AT_REST_M)
+    return is_resting
 
 
 class ReplayedBodies:
@@ -94,6 +111,8 @@ class ReplayedBodies:
         detection = self._detector.detect(motion)
         contact = counts_as_contact(detection.verdict)
         depths, rows = self._depths(motion, contact)
+        is_resting = resting(motion)
+        resting_depths, _ = self._depths(motion, contact & is_resting[:, self.pairs].all(axis=2))
         if len(depths):
             frame, pair = rows[int(depths.argmax())].tolist()
             closest: float | None = 0.0
@@ -103,7 +122,7 @@ class ReplayedBodies:
             contacts=len(episodes(detection, motion.valid)),
             contact=contact,
             deepest=float(depths.max(initial=0.0)),
-            deep_fraction=float((depths > DEEP_M).mean()) if len(depths) else 0.0,
+            deep_at_rest=float((resting_depths > DEEP_M).mean()) if len(resting_depths) else 0.0,
             closest=closest,
             closest_frame=frame,
             closest_pair=pair,

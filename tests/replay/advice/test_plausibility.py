@@ -9,7 +9,7 @@ import pytest
 from replay.advice.assumptions import examine_assumptions
 from replay.advice.plausibility import more_plausible, plausible_length_unit
 from replay.advice.scene_outcome import Outcome
-from sessions import Session, Track
+from sessions import Session, Track, make_shape
 from sessions.meshes.conventions import convention
 from sessions.meshes.mesh_axes import mesh_axes_alternatives
 from sessions.meshes.mesh_match import possible_units
@@ -21,7 +21,7 @@ PLANTED = ("silver-chloride", "copper-sulfate", "flame-test", "titration")
 
 def outcome(deep_fraction, contacts=3):
     contact = np.ones((1, 1), dtype=bool)
-    return Outcome(contacts, contact, 0.01, 0.0, 0, 0, deep_fraction=deep_fraction)
+    return Outcome(contacts, contact, 0.01, 0.0, 0, 0, deep_at_rest=deep_fraction)
 
 
 @pytest.mark.parametrize(
@@ -43,6 +43,19 @@ def test_only_the_one_reading_that_is_not_deep_is_marked(fractions, marked):
 def test_a_reading_without_contact_is_as_plausible_as_shallow_contacts():
     assert more_plausible({"a": outcome(0.0, contacts=0), "b": outcome(0.0)}) == ""
     assert more_plausible({"a": outcome(0.0, contacts=0), "b": outcome(0.8)}) == "a"
+
+
+@pytest.mark.parametrize(("until", "expected"), [(2.0, 0.0), (1.0, 1.0)], ids=["passes through", "comes to rest"])
+def test_only_resting_bodies_speak_against_a_reading(until, expected):
+    """A tool that swept through a tray's post marked the wrong reading, in which it missed the post."""
+    cube = make_shape("box", {"x": 0.1, "y": 0.1, "z": 0.1})
+    seconds = np.arange(180) / 90.0
+    still, upright = np.zeros((180, 3)), np.tile([0.0, 0.0, 0.0, 1.0], (180, 1))
+    moving = np.stack([0.28 - 0.25 * np.minimum(seconds, until), 0.03 + 0 * seconds, 0 * seconds], axis=1)
+    bodies = {"tray": (still, upright), "tool": (moving, upright)}
+    session = Session.from_arrays((seconds * 1e9).astype(np.int64), bodies, meshes=dict.fromkeys(bodies, cube))
+    result = examine_assumptions(session).outcome
+    assert result.deepest > 0.03 and result.deep_at_rest == expected
 
 
 @pytest.mark.parametrize(("farthest", "unit"), [(4000.0, "mm"), (1000.0, ""), (3.0, ""), (10.0**6, "")])
@@ -98,8 +111,8 @@ def marks(scene):
 
 @pytest.mark.slow
 def test_marks_of_planted_guesses_are_right():
-    """At least 97 of 100 marks are right, and two in five guesses are marked."""
+    """At least 97 of 100 marks are right, and three in ten guesses are marked."""
     counts = sum(map(marks, PLANTED), Counter())
     print(dict(counts))
     assert counts[False] <= 0.03 * (counts[True] + counts[False]), counts
-    assert counts[True] >= 0.4 * counts.total(), counts
+    assert counts[True] >= 0.3 * counts.total(), counts
