@@ -19,8 +19,11 @@ from cdcore.numerics import BoolArray, FloatArray, IntArray
 PRECISION: Final = 2e-7
 """Relative gain of a depth that is none."""
 
-AT_ONCE: Final = 2_000_000
-"""Distances to middles of triangles that are computed together: 16 MB."""
+AT_ONCE: Final = 32
+"""Neighbouring points whose distances are computed together, to the triangles that may be nearest to any of them."""
+
+ANGLES_AT_ONCE: Final = 250_000
+"""Solid angles that are computed together: some 30 MB."""
 
 LEVELS: Final = 8
 """Halvings of a triangle before the search ends."""
@@ -85,18 +88,25 @@ class Surface:
     def distances(self, points: FloatArray) -> tuple[FloatArray, IntArray]:
         """Metres from points (k, 3) to the surface, (k,), and the triangle that is nearest to each, (k,)."""
         distance, nearest = np.empty(len(points)), np.empty(len(points), dtype=np.int64)
-        rows = max(1, AT_ONCE // len(self.triangles))
-        for start in range(0, len(points), rows):
-            block = points[start : start + rows]
-            squared = (block**2).sum(axis=1)[:, None] + (self.middles**2).sum(axis=1) - 2.0 * block @ self.middles.T
-            away = np.sqrt(np.maximum(squared, 0.0))
-            # The middle is a point of the triangle: no nearest triangle begins farther away than the nearest middle.
+        along = np.argsort(points[:, int(np.ptp(points, axis=0).argmax())], kind="stable")
+        for start in range(0, len(points), AT_ONCE):
+            rows = along[start : start + AT_ONCE]
+            block = points[rows]
+            middle = block.mean(axis=0)
+            radius = float(np.linalg.norm(block - middle, axis=1).max())
+            away = np.linalg.norm(self.middles - middle, axis=1)
+            # A middle is a point of its triangle: no nearest triangle begins farther away than the nearest middle.
             slack = 1e-6 * (1.0 + np.abs(block).max())
-            point, triangle = np.nonzero(away - self.radii <= away.min(axis=1, keepdims=True) + slack)
+            near = np.flatnonzero(away - self.radii <= away.min() + 2.0 * radius + slack)
+            middles, radii = self.middles[near], self.radii[near]
+            squared = (block**2).sum(axis=1)[:, None] + (middles**2).sum(axis=1) - 2.0 * block @ middles.T
+            apart = np.sqrt(np.maximum(squared, 0.0))
+            point, column = np.nonzero(apart - radii <= apart.min(axis=1, keepdims=True) + slack)
+            triangle = near[column]
             exact = distance_to_triangles(block[point], self.triangles[triangle])[0]
             order = np.lexsort((exact, point))
             first = order[np.searchsorted(point[order], np.arange(len(block)))]
-            distance[start : start + rows], nearest[start : start + rows] = exact[first], triangle[first]
+            distance[rows], nearest[rows] = exact[first], triangle[first]
         return distance, nearest
 
 
@@ -129,7 +139,7 @@ def is_outside(points: FloatArray, triangles: FloatArray) -> BoolArray:
     Source: van Oosterom and Strackee 1983 (solid angle of a triangle).
     """
     outside = np.empty(len(points), dtype=np.bool_)
-    rows = max(1, AT_ONCE // (8 * len(triangles)))
+    rows = max(1, ANGLES_AT_ONCE // len(triangles))
     for start in range(0, len(points), rows):
         block = points[start : start + rows]
         a, b, c = (triangles[None, :, k] - block[:, None] for k in range(3))
