@@ -1,6 +1,7 @@
 """Detectors give the face pairs that integers give; the integer test is right on triangles of every degeneracy.
 
-The command ``python tests/oracles/integer_worlds.py --count 20000`` asks all worlds, in ten minutes of processor time.
+The command ``python tests/oracles/integer_worlds.py --count 20000`` asks that many worlds, in 14 minutes of processor
+time.
 """
 
 import numpy as np
