@@ -509,8 +509,8 @@ def _check_temperatures(declared: Declaration, recipe: Recipe, scene: Scene) -> 
         bottom = 0.0 + float(ledger.freezing(ledger.amounts[[ledger.at[name]]])[0])
         if not bottom <= celsius <= top:
             raise declared.fail(
-                f"the liquid in {name!r} has {celsius:g} degC at first; it is a liquid between {bottom:.1f} and "
-                f"{top:g} degC: give temperature_c of the body, or ambient_c"
+                f"the liquid in {name!r} has {celsius:g} degC at first; it is a liquid between "
+                f"{words.fixed(bottom, 1)} and {top:g} degC: give temperature_c of the body, or ambient_c"
             )
 
 
