@@ -47,14 +47,14 @@ def test_frames_are_loaded_once_and_blocks_then_come_from_memory():
         names, requested = ("body 0", "body 1", "body 2"), 0
 
         def blocks(self, length):
-            Counted.asked += 1
+            Counted.requested += 1
             yield from random_frames(3).blocks(length)
 
     session = Session(Counted(), {})
     assert_same_frames(Frames.join(list(session.blocks(7))), random_frames(3))
     assert_same_frames(session.frames, random_frames(3))
     assert_same_frames(Frames.join(list(session.blocks(7))), random_frames(3))
-    assert Counted.asked == 2
+    assert Counted.requested == 2
 
 
 def test_repeated_device_stamp_keeps_the_first_sample():
