@@ -17,7 +17,7 @@ from support.viewers import recording_text
 import replay
 from replay.cli.run_markdown import run_markdown
 from replay.cli.run_report import run_json
-from replay.cli.run_tables import fault_tables, run_screen, run_tables
+from replay.cli.run_tables import run_screen, run_tables
 from replay.cli.terminal import terminal
 from replay.show.report.fault_cards import cards
 from replay.show.report.page import report_html, view_of
@@ -25,6 +25,7 @@ from replay.show.rerun_log.moments import key_moments, log_moment_lists
 from replay.show.rerun_log.recording_file import RecordingClock, RecordingWriter
 from replay.show.results.parquet import with_keys
 from replay.show.results.run_folder import write_run_folder
+from replay.show.sections import SectionName, section_of
 
 COUNTED = ("both", "MISSED", "false", "within tolerance", "left out")
 
@@ -119,7 +120,7 @@ def entered(action):
 
 
 WALKS = {
-    "terminal": lambda result: printed(terminal(*fault_tables(result))),
+    "terminal": lambda result: printed(terminal(*section_of(result, SectionName.FAULTS).tables)),
     "Parquet": lambda result: with_keys(result.tables["misses"].to_arrow(), result),
     "page": lambda result: cards(view_of(result), "it"),
     "picture": lambda result: log_moment_lists(
