@@ -4,7 +4,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import chain
-from math import isnan
 from operator import attrgetter
 from typing import Any, Final
 
@@ -122,7 +121,6 @@ COLUMNS = columns_of(
         "moment": _moment,
         "timestamp": words.timestamp,
         "millimetres": lambda metres: None if metres is None else words.number(1e3 * metres),
-        "measured_mm": lambda metres: None if isnan(metres) else words.number(1e3 * metres),
         "reasons_of": lambda row: "; ".join(row["effect"].because),
         "reported_of": lambda row: _reported(row["effect"]),
         "trigger_of": lambda row: row["effect"].trigger or "always",

@@ -86,8 +86,9 @@ def loss_of(audit):
 
 
 def rows_of(text, label):
-    """Cells of each line of a table that begins with a label."""
-    lines = [line.strip(" |") for line in text.splitlines()]
+    """Cells of each line that begins with a label, in the ranking and not in the tables below it."""
+    ranking, *_ = re.split("<details>|\n## Time of each detector", text)
+    lines = [line.strip(" |") for line in ranking.splitlines()]
     cells = [re.split(r"\s*\|\s*|\s{2,}", line) for line in lines]
     return [row for row in cells if row[0].split(":")[0] == label and len(row) > len(COLUMNS)]
 
