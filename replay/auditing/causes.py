@@ -251,7 +251,7 @@ def examine(
     names = [assembly.things_of(pair) for pair in range(len(assembly.pairs))]
     misses = {
         label: tuple(
-            replace(miss, members=assembly.fault_names(miss.pair))
+            replace(miss, labels=assembly.fault_names(miss.pair))
             for miss in missed_faults(comparison, contacts, names, assembly.motion.times)
         )
         for label, comparison in comparisons.items()

@@ -132,7 +132,7 @@ def false_contacts(assembly: Assembly, comparison: Comparison, by: Audited) -> t
             detector=comparison.subject,
             pair=pair,
             bodies=assembly.things_of(pair),
-            members=assembly.fault_names(pair),
+            labels=assembly.fault_names(pair),
             kind=_false_kind(before=before, after=after),
             first=first,
             last=last,

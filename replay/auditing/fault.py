@@ -151,7 +151,7 @@ class Fault:
     cause : stage that made the fault.
     agreeing : examined frames that have this cause, and all examined frames.
     why : sentence about the cause.
-    members : of a pair of a group's member its names for a sentence; ``None``: the bodies'.
+    labels : names of its two bodies for a sentence, a member of a group with that of its group: ``hand (thumb)``.
     noise : whether the missed contact holds in spite of tracker noise; ``""``: not asked for.
     """
 
@@ -176,12 +176,7 @@ class Fault:
     agreeing: tuple[int, int] = (0, 0)
     why: str = ""
     noise: str = ""
-    members: tuple[str, str] | None = None
-
-    @property
-    def labels(self) -> tuple[str, str]:
-        """Names of its two bodies for a sentence, a member of a group with that of its group: ``hand (thumb)``."""
-        return self.bodies if self.members is None else self.members
+    labels: tuple[str, str] = ("", "")
 
     @property
     def frames(self) -> int:

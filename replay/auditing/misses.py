@@ -44,6 +44,7 @@ def missed_faults(
                 detector=comparison.subject,
                 pair=pair,
                 bodies=names[pair],
+                labels=names[pair],
                 kind=_miss_kind(before=before, after=after),
                 first=first,
                 last=last,

@@ -61,6 +61,7 @@ def fault_of_row(row: Mapping[str, Any], pairs: Sequence[str]) -> Fault:
         detector=row["detector"],
         pair=pairs.index("-".join(bodies)),
         bodies=bodies,
+        labels=bodies,
         kind=kind,
         first=row["first"],
         last=row["last"],

@@ -9,11 +9,7 @@ from typing import Final
 
 import rerun as rr
 
-from replay.auditing.fault import Fault
-from replay.document.run_result import RunResult
 from replay.errors import RunFolderError
-from replay.show.report.still import CARD, fault_still
-from replay.show.rerun_log.moments import Moments, leading
 from replay.show.rerun_log.recording_file import RecordingWriter
 from replay.show.rerun_log.recording_reader import RecordingDamagedError, read_texts
 
@@ -23,13 +19,10 @@ LARGEST: Final = 2000
 """Pixels of a side at most."""
 
 
-def log_still(writer: RecordingWriter, result: RunResult, moments: Moments) -> None:
-    """Send the picture of the fault that the answer is about, as WebP in base64."""
-    fault = moments[leading(result, moments)]
-    if isinstance(fault, Fault):
-        drawing, _ = fault_still(result, fault.detector, fault, CARD)
-        (raster,) = re.findall(r"data:image/webp;base64,([A-Za-z0-9+/=]*)", drawing)
-        writer.static(STILL, rr.AnyValues(raster=raster))
+def log_still(writer: RecordingWriter, drawing: str) -> None:
+    """Send the picture inside a drawing of the fault that the answer is about, as WebP in base64."""
+    (raster,) = re.findall(r"data:image/webp;base64,([A-Za-z0-9+/=]*)", drawing)
+    writer.static(STILL, rr.AnyValues(raster=raster))
 
 
 def read_still(recording: Path) -> str:

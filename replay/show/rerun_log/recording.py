@@ -11,16 +11,25 @@ from uuid import uuid4
 import numpy as np
 
 from cdcore.bounding.bounding_sphere import Sphere, sphere_best
+from replay.auditing.fault import Fault
 from replay.document.run_result import RunResult
 from replay.effects.effect_summary import happened
 from replay.effects.output import Vector
 from replay.show.camera import ASPECT, Eye, overview
+from replay.show.report.still import CARD, fault_still
 from replay.show.rerun_log import documents, lanes
 from replay.show.rerun_log.blueprint import Picture, build_blueprint
 from replay.show.rerun_log.close_up import ROOM, close_up_colours, close_up_eyes, log_close_ups
 from replay.show.rerun_log.effects import log_effects, log_happened
 from replay.show.rerun_log.leading_still import log_still
-from replay.show.rerun_log.moments import bookmarks, key_moments, log_bookmarks, log_moment_lists, point_of
+from replay.show.rerun_log.moments import (
+    bookmarks,
+    key_moments,
+    leading,
+    log_bookmarks,
+    log_moment_lists,
+    point_of,
+)
 from replay.show.rerun_log.pipeline_view import log_pipeline, search_runs
 from replay.show.rerun_log.recording_file import RecordingClock, RecordingWriter, recording_file
 from replay.show.rerun_log.scene import log_contacts, log_missed_faces, log_touches, log_world
@@ -64,7 +73,9 @@ def write_recording(result: RunResult, path: Path) -> None:
         _log_room(writer, picture)
         _log_tabs(writer, picture)
         if moments:
-            log_still(writer, result, moments)
+            fault = moments[leading(result, moments)]
+            if isinstance(fault, Fault):
+                log_still(writer, fault_still(result, fault.detector, fault, CARD)[0])
 
 
 def _points_of_events(result: RunResult, balls: Sequence[Sphere]) -> list[tuple[int, Vector]]:
