@@ -92,7 +92,7 @@ class ClassTables:
         self.runs = runs
         self._drawn = Resampling(len(students), seed)
         self._owners = [runs.of(run, "student") for run in runs.metrics]
-        self._known = np.array([owner != "" for owner in self._owners])
+        self._known = np.array([owner != "" for owner in self._owners], dtype=np.bool_)
         self._student = np.searchsorted(students, self._owners)
 
     def headlines(self) -> list[str]:

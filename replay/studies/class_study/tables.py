@@ -123,11 +123,19 @@ IN_FILES: Final = ("associated", "changes", "tested")
 """Columns that a page does not show, since it says the same in other words."""
 
 
+TYPES: Final[dict[str, type]] = (
+    dict.fromkeys(("items", "students", "first_students", "second_students"), int)
+    | dict.fromkeys(IN_FILES, bool)
+    | dict.fromkeys(WORDS, str)
+)
+"""Column that is no fraction or coefficient -> its type in files."""
+
+
 def _table(title: str, rows: Iterable[Any], columns: str, notes: Iterable[str] = ()) -> Table:
     """Raw values of rows; ``columns`` are names, with ``=`` and where a row has the value if it is elsewhere."""
     named = (column.partition("=") for column in columns.split())
     displayed = WORDS | NUMBERS
-    kept = (Column(name, str if name in WORDS else float, of=of, show=displayed.get(name, "")) for name, _, of in named)
+    kept = (Column(name, TYPES.get(name, float), of=of, show=displayed.get(name, "")) for name, _, of in named)
     return Table.of(kept, rows, title, notes)
 
 

@@ -1,5 +1,6 @@
 """A study from answers and metrics: what is found, refused and said, and its page and files."""
 
+import csv
 import json
 import re
 from dataclasses import replace
@@ -230,6 +231,14 @@ def test_the_page_of_a_study_reads_so(runs, snapshot):
     assert re.sub(r"[ \n]*\n[ \n]*", "\n", re.sub("<[^>]+>", "", page)) == snapshot
     few_students = study_html(runs, places(runs, runs.top), replace(result, bartlett=None), "Class of 2026")
     assert "All items together" in page and "All items together" not in few_students
+
+
+def test_counts_of_students_are_integers_in_the_files(runs, tmp_path):
+    out = write_study(runs, study(), tmp_path / "study", inputs={})
+    with (out / "associations.csv").open(newline="", encoding="utf-8-sig") as file:
+        rows = [*csv.DictReader(file)]
+    assert rows and all(row["students"].isdigit() for row in rows)
+    assert {row["associated"] for row in rows} <= {"True", "False"}
 
 
 def test_study_folder_needs_force_and_holds_no_pseudonym(runs, tmp_path):
