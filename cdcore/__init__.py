@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from cdcore.detectors import DETECTORS, create_detector
+    from cdcore.impact import Impact, TimeOfImpact, time_of_impact
     from cdcore.mesh import TriangleMesh
-    from cdcore.narrow.continuous.time_of_impact import Impact, TimeOfImpact, time_of_impact
     from cdcore.narrow.intersecting_faces import intersecting_faces
     from cdcore.protocol import (
         Body,
@@ -30,7 +30,7 @@ __all__ = [
 _NAMES = {
     "detectors": "DETECTORS create_detector",
     "mesh": "TriangleMesh",
-    "narrow.continuous.time_of_impact": "Impact TimeOfImpact time_of_impact",
+    "impact": "Impact TimeOfImpact time_of_impact",
     "narrow.intersecting_faces": "intersecting_faces",
     "triangles.decide": "triangles_intersect",
     "protocol": "Body Detection Detector FaceSets FrameDetector Motion Verdict detect_live join",

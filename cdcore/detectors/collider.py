@@ -14,11 +14,11 @@ from cdcore.bounding.collider_shapes import SHAPES, box_collider
 from cdcore.bounding.hull import hull_collider
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.broad.live_pairs import LivePairs
+from cdcore.containment.containment_stage import ContainmentStage
 from cdcore.errors import InvalidSettingError
 from cdcore.narrow.bvh.box_tree import box_trees_of
 from cdcore.narrow.bvh.whole_motion import FrameLooks, decide_motion
 from cdcore.narrow.contact_offset import ContactOffset
-from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.numerics import ByteArray, IntArray, true_places
 from cdcore.protocol import (
     Body,

@@ -8,14 +8,14 @@ from typing import Final
 import numpy as np
 
 from cdcore.bounding.bounding_sphere import sphere_best
+from cdcore.containment.containment_stage import ContainmentStage
+from cdcore.containment.hole_passages import HolePassages
+from cdcore.impact import ImpactSettings
 from cdcore.narrow.bvh.box_tree import box_trees_of
 from cdcore.narrow.bvh.whole_motion import MotionAnswer, decide_motion
-from cdcore.narrow.containment.containment_stage import ContainmentStage
-from cdcore.narrow.continuous.hole_passages import HolePassages
 from cdcore.narrow.continuous.interval_search import FREE, HIT
 from cdcore.narrow.continuous.segment_stage import SegmentStage
 from cdcore.narrow.continuous.swept_spheres import SweptSpheres
-from cdcore.narrow.continuous.time_of_impact import ImpactSettings
 from cdcore.numerics import BoolArray, ByteArray, IntArray, true_places
 from cdcore.protocol import (
     Body,

@@ -7,9 +7,9 @@ from time import perf_counter
 import numpy as np
 
 from cdcore.broad.broad_phase import BroadPhase
+from cdcore.containment.closed_parts import parity_is_inside
 from cdcore.image_space.overlap import MOST_PIXELS, NOTHING, Overlap, overlap_of_placed
 from cdcore.mesh import TriangleMesh
-from cdcore.narrow.containment.closed_parts import parity_is_inside
 from cdcore.narrow.pair_frames import Poses, ask_changed_poses
 from cdcore.numerics import FloatArray, IntArray
 from cdcore.poses import place_points

@@ -10,8 +10,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from cdcore.broad.broad_phase import BroadAnswer, BroadPhase
+from cdcore.containment.containment_stage import ContainmentStage
 from cdcore.detectors import COLONY, FCL, PAPER
-from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.mesh_stage import MeshAnswer, MeshStage
 from cdcore.narrow.sections.section_source import sections_of
 from cdcore.numerics import IntArray

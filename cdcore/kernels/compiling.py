@@ -54,8 +54,8 @@ JIT_OPTIONS: Final[dict[str, Any]] = {
 """Options of ``njit`` for every kernel and part of a kernel."""
 
 SOURCES: Final = (
-    "kernels/*.py", "poses/*.py", "triangles/*.py", "image_space/*.py", "broad/*.py", "narrow/**/*.py", "search/*.py",
-    "numerics.py", "protocol/verdict.py",
+    "kernels/*.py", "poses/*.py", "triangles/*.py", "image_space/*.py", "broad/*.py", "narrow/**/*.py",
+    "containment/*.py", "search/*.py", "numerics.py", "protocol/verdict.py",
 )  # fmt: skip
 """Files of kernels and of the constants that become part of them."""
 

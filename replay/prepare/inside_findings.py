@@ -6,13 +6,13 @@ Holes and doubled faces are findings of ``sessions.doctor.meshes``; these two ne
 from collections.abc import Iterator, Mapping
 
 from cdcore import TriangleMesh
-from cdcore.errors import CollisionCoreError
-from cdcore.narrow.containment.closed_parts import (
+from cdcore.containment.closed_parts import (
     components_inside_alike,
     components_near_each_other,
     components_that_meet,
     connected_components,
 )
+from cdcore.errors import CollisionCoreError
 from sessions import Finding, MeshData
 from sessions.errors import SessionError
 

@@ -21,7 +21,7 @@ from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, detect_
 from cdcore import triangles_intersect
 from cdcore.kernels.compiling import compiling_reported
 import cdcore.triangles.decide, cdcore.narrow.bvh.whole_motion
-import cdcore.narrow.containment.containment_stage
+import cdcore.containment.containment_stage
 
 angle = np.linspace(0, 2 * np.pi, 13)[:-1]
 ring = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)

@@ -10,9 +10,9 @@ from trimesh.creation import icosphere
 
 from cdcore import Body, TriangleMesh
 from cdcore.bounding.hull import hull_of
+from cdcore.containment.closed_parts import parity_is_inside
 from cdcore.detectors.collider import CUT_METHODS, ColliderSettings
 from cdcore.errors import InvalidSettingError
-from cdcore.narrow.containment.closed_parts import parity_is_inside
 from replay.cutting import methods, piece_store
 from replay.cutting.compound import names_as_setting, with_pieces
 from replay.cutting.convex_solids import MOST_TRIANGLES, outside_by, union_of, volume_of

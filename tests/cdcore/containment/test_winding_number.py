@@ -5,14 +5,14 @@ import pytest
 from support.shapes import ball_mesh, beaker_mesh, box_mesh, merged, moved
 
 from cdcore import TriangleMesh
-from cdcore.narrow.containment.ray_parity import UNCERTAIN, build_inside_grid, point_state
-from cdcore.narrow.containment.winding_number import (
+from cdcore.containment.ray_parity import UNCERTAIN, build_inside_grid, point_state
+from cdcore.containment.winding_number import (
     RAY_UNCERTAIN,
     ray_crossings,
     winding_number,
     winding_number_at,
 )
-from cdcore.narrow.containment.winding_surface import winding_surface
+from cdcore.containment.winding_surface import winding_surface
 
 MARGIN = 1e-14
 

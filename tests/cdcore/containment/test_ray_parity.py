@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.shapes import ball_mesh, beaker_mesh, box_mesh, merged, random_rotations
 
-from cdcore.narrow.containment.ray_parity import (
+from cdcore.containment.ray_parity import (
     INSIDE,
     OUTSIDE,
     UNCERTAIN,

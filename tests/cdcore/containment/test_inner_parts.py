@@ -6,11 +6,11 @@ from scipy.spatial.transform import Rotation
 from support.shapes import ball_mesh, box_mesh, merged, moved, random_rotations
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
+from cdcore.containment import containment_stage
+from cdcore.containment.containment_stage import frames_without_clearance, inner_components_of, size_of
+from cdcore.containment.inner_parts import BESIDE, OuterBoxes, clearance_now, pose_of_inner, reach_of_component
+from cdcore.containment.winding_surface import winding_surface
 from cdcore.kernels.box_box import gap_on_face_axes
-from cdcore.narrow.containment import containment_stage
-from cdcore.narrow.containment.containment_stage import frames_without_clearance, inner_components_of, size_of
-from cdcore.narrow.containment.inner_parts import BESIDE, OuterBoxes, clearance_now, pose_of_inner, reach_of_component
-from cdcore.narrow.containment.winding_surface import winding_surface
 from cdcore.protocol import detect_live
 
 MARGIN = 1e-12

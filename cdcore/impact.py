@@ -8,11 +8,11 @@ from enum import Enum
 import numpy as np
 from numpy.typing import ArrayLike
 
+from cdcore.containment.containment_stage import ContainmentStage
 from cdcore.errors import InvalidPoseError
 from cdcore.mesh import TriangleMesh
 from cdcore.narrow.bvh.box_tree import BoxTree, box_trees_of
 from cdcore.narrow.bvh.whole_motion import decide_motion
-from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.continuous.interval_search import FREE, HIT
 from cdcore.narrow.continuous.segment_stage import DEFAULT_EFFORT, DEFAULT_TOLERANCE, SegmentStage
 from cdcore.protocol import Body, Motion, Verdict

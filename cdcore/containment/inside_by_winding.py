@@ -14,10 +14,7 @@ from typing import Final
 import numpy as np
 
 from cdcore.bounding.hull import hull_of
-from cdcore.kernels.compiling import kernel, never_inlined
-from cdcore.kernels.vectors import dot
-from cdcore.mesh import TriangleMesh, once_a_mesh
-from cdcore.narrow.containment.inner_parts import (
+from cdcore.containment.inner_parts import (
     AT_HOLE,
     BESIDE,
     WITHIN,
@@ -26,10 +23,13 @@ from cdcore.narrow.containment.inner_parts import (
     pose_of_inner,
     reach_of_component,
 )
-from cdcore.narrow.containment.placed_points import margin_at, point_in_outer
-from cdcore.narrow.containment.ray_parity import INSIDE, OUTSIDE, UNCERTAIN
-from cdcore.narrow.containment.winding_number import RAY_UNCERTAIN, ray_crossings, winding_number_at
-from cdcore.narrow.containment.winding_surface import CLOSED, HOLED, OPEN, WindingSurface
+from cdcore.containment.placed_points import margin_at, point_in_outer
+from cdcore.containment.ray_parity import INSIDE, OUTSIDE, UNCERTAIN
+from cdcore.containment.winding_number import RAY_UNCERTAIN, ray_crossings, winding_number_at
+from cdcore.containment.winding_surface import CLOSED, HOLED, OPEN, WindingSurface
+from cdcore.kernels.compiling import kernel, never_inlined
+from cdcore.kernels.vectors import dot
+from cdcore.mesh import TriangleMesh, once_a_mesh
 from cdcore.narrow.published_trees.gjk import NO_PROGRESS, nearest_on_simplex, put
 from cdcore.numerics import FloatArray, IntArray
 

@@ -10,9 +10,9 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from cdcore.containment.placed_points import margin_at
 from cdcore.kernels.box_box import gap_on_face_axes, separated_on_all_axes
 from cdcore.kernels.compiling import kernel, never_inlined
-from cdcore.narrow.containment.placed_points import margin_at
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 from cdcore.poses.kernels import length_moved, relative_pose
 

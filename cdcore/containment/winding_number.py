@@ -19,8 +19,8 @@ from typing import Final
 
 import numpy as np
 
+from cdcore.containment.ray_parity import UNCERTAIN, InsideGrid, triangle_crossed
 from cdcore.kernels.compiling import kernel, never_inlined
-from cdcore.narrow.containment.ray_parity import UNCERTAIN, InsideGrid, triangle_crossed
 from cdcore.numerics import FloatArray, IntArray
 
 RAY_UNCERTAIN: Final = -1

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from cdcore.narrow.containment.containment_stage import ContainmentStage, WindingQuestion
+from cdcore.containment.containment_stage import ContainmentStage, WindingQuestion
 from cdcore.narrow.continuous.interval_search import FREE
 from cdcore.narrow.continuous.segment_stage import SegmentStage
 from cdcore.narrow.pair_frames import rows_of_columns

@@ -15,12 +15,8 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from cdcore.kernels.compiling import kernel
-from cdcore.mesh import TriangleMesh, once_a_mesh
-from cdcore.narrow.bvh.box_tree import BoxTree, build_box_trees
-from cdcore.narrow.bvh.whole_motion import FrameLooks, MotionSearch
-from cdcore.narrow.containment.closed_parts import connected_components, parity_is_inside
-from cdcore.narrow.containment.inner_parts import (
+from cdcore.containment.closed_parts import connected_components, parity_is_inside
+from cdcore.containment.inner_parts import (
     AT_HOLE,
     BESIDE,
     InnerComponents,
@@ -29,7 +25,7 @@ from cdcore.narrow.containment.inner_parts import (
     mark_without_clearance,
     reach_of_component,
 )
-from cdcore.narrow.containment.inside_by_winding import (
+from cdcore.containment.inside_by_winding import (
     MAY_REACH,
     UNDECIDED,
     decide_by_winding,
@@ -39,8 +35,8 @@ from cdcore.narrow.containment.inside_by_winding import (
     side_of_surface,
     worse,
 )
-from cdcore.narrow.containment.placed_points import margin_at, margin_of, point_in_outer
-from cdcore.narrow.containment.ray_parity import (
+from cdcore.containment.placed_points import margin_at, margin_of, point_in_outer
+from cdcore.containment.ray_parity import (
     INSIDE,
     OUTSIDE,
     UNCERTAIN,
@@ -50,7 +46,11 @@ from cdcore.narrow.containment.ray_parity import (
     point_inside,
     point_state,
 )
-from cdcore.narrow.containment.winding_surface import ComponentKind, winding_surface
+from cdcore.containment.winding_surface import ComponentKind, winding_surface
+from cdcore.kernels.compiling import kernel
+from cdcore.mesh import TriangleMesh, once_a_mesh
+from cdcore.narrow.bvh.box_tree import BoxTree, build_box_trees
+from cdcore.narrow.bvh.whole_motion import FrameLooks, MotionSearch
 from cdcore.narrow.pair_frames import rows_of_columns
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
 from cdcore.poses import place_points, relative_pose

@@ -5,7 +5,7 @@ import pytest
 from support.shapes import ball_mesh, box_mesh, icosphere_mesh, merged, moved
 
 from cdcore import TriangleMesh
-from cdcore.narrow.containment.winding_surface import ComponentKind, winding_surface
+from cdcore.containment.winding_surface import ComponentKind, winding_surface
 
 
 def without(mesh, *faces):

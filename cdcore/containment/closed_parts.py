@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from cdcore.containment.ray_parity import point_inside
 from cdcore.mesh import TriangleMesh, once_a_mesh, winding
-from cdcore.narrow.containment.ray_parity import point_inside
 from cdcore.numerics import BoolArray, FloatArray
 from cdcore.protocol import Motion
 

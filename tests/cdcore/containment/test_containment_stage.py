@@ -17,9 +17,9 @@ from support.shapes import (
 )
 
 from cdcore import Body, Motion, TriangleMesh, Verdict
+from cdcore.containment.containment_stage import ContainmentStage, containment_word, parity_decides
+from cdcore.containment.ray_parity import point_inside
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
-from cdcore.narrow.containment.containment_stage import ContainmentStage, containment_word, parity_decides
-from cdcore.narrow.containment.ray_parity import point_inside
 from cdcore.poses import place_points
 
 PAIR = np.array([[0, 1]])

@@ -19,10 +19,10 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from cdcore.containment.closed_parts import components_near_each_other, components_that_meet
+from cdcore.containment.ray_parity import InsideGrid, build_inside_grid
+from cdcore.containment.winding_number import winding_numbers
 from cdcore.mesh import TriangleMesh, once_a_mesh, winding
-from cdcore.narrow.containment.closed_parts import components_near_each_other, components_that_meet
-from cdcore.narrow.containment.ray_parity import InsideGrid, build_inside_grid
-from cdcore.narrow.containment.winding_number import winding_numbers
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 
 TINY_FRACTION: Final = 1e-3
