@@ -13,9 +13,10 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-settings.register_profile("any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
-settings.register_profile("without slow tests", settings.get_profile("any machine"), max_examples=15)
-settings.load_profile("any machine")
+settings.register_profile("fresh", deadline=None, print_blob=True, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile("repeated", settings.get_profile("fresh"), derandomize=True)
+settings.register_profile("repeated, quick", settings.get_profile("repeated"), max_examples=15)
+settings.load_profile("repeated")
 
 COMPILER = pytest.StashKey[subprocess.Popen]()
 KERNELS_FILE = "TESTS_KERNELS_FILE"
@@ -26,9 +27,12 @@ os.environ["COLUMNS"] = "160"
 
 
 def pytest_configure(config):
-    """A property without a number of examples gets 100, or 15 without slow tests; kernels compile beside workers."""
-    if "not slow" in config.getoption("markexpr"):
-        settings.load_profile("without slow tests")
+    """Kernels compile beside workers; a property gets the same examples in every run, 15 without slow tests, or 100.
+
+    ``--hypothesis-profile fresh`` draws 100 new ones, as the weekly run does: a release does not depend on a draw.
+    """
+    if "not slow" in config.getoption("markexpr") and not config.getoption("--hypothesis-profile"):
+        settings.load_profile("repeated, quick")
     if config.getoption("numprocesses", None) and not config.getoption("collectonly"):
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # threads of several workers wait for each other
         compiled = Path(tempfile.mkdtemp(prefix="kernels-")) / "compiled"
