@@ -1,6 +1,7 @@
 """The truth about recorded poses and meshes: every contact and no other, over the whole motion at once."""
 
 from collections.abc import Sequence
+from functools import partial
 from time import perf_counter
 
 from cdcore.broad.broad_phase import BroadPhase
@@ -9,7 +10,7 @@ from cdcore.containment.containment_stage import ContainmentStage
 from cdcore.detectors import OBB_TREE
 from cdcore.narrow.bvh.box_tree import box_trees_of
 from cdcore.narrow.bvh.whole_motion import FrameLooks, MotionSearch
-from cdcore.narrow.sections.section_source import sections_of
+from cdcore.narrow.sections.section_source import section_of_frame
 from cdcore.numerics import IntArray
 from cdcore.protocol import Body, Detection, Live, Motion, PairDetector, contact_or_clear
 from cdcore.protocol.settings import ContainmentSettings
@@ -54,16 +55,15 @@ class ExactDetector(PairDetector[ContainmentSettings]):
     def _run(self, motion: Motion, _memory: None, faces: bool) -> Detection:
         answer = self._surfaces.decide(motion, faces=faces)
         verdict = contact_or_clear(answer.hits, motion, self.pairs)
-        start, containment_tests = perf_counter(), 0
-        if self.settings.containment:
-            # what a bounding volume keeps apart contains nothing
-            containment_tests = self._containment.mark(motion, *answer.near, verdict)
-        seconds = answer.seconds | {"containment": perf_counter() - start}
-        work, sections = (
-            answer.work | {"containment_tests": containment_tests},
-            sections_of(self.bodies, self.pairs, motion),
-        )
+        start = perf_counter()
+        # what a bounding volume keeps apart contains nothing
+        containment_tests = self._containment.mark(motion, *answer.near, verdict)
         return self._detection(
-            motion, verdict, face_sets=answer.sets if faces else None, containment=self._containment.labels, work=work,
-            seconds=seconds, section_source=sections,
-        )  # fmt: skip
+            motion,
+            verdict,
+            face_sets=answer.sets if faces else None,
+            containment=self._containment.labels,
+            work=answer.work | {"containment_tests": containment_tests},
+            seconds=answer.seconds | {"containment": perf_counter() - start},
+            section_source=partial(section_of_frame, self.bodies, self.pairs, motion),
+        )

@@ -4,6 +4,7 @@ spheres, ``hybrid-qaco`` after spheres and boxes, with a mesh query for what it 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from time import perf_counter
 from typing import Any, ClassVar
 
@@ -13,7 +14,7 @@ from cdcore.broad.broad_phase import BroadAnswer, BroadPhase
 from cdcore.containment.containment_stage import ContainmentStage
 from cdcore.detectors import COLONY, FCL, PAPER
 from cdcore.narrow.mesh_stage import MeshAnswer, MeshStage
-from cdcore.narrow.sections.section_source import sections_of
+from cdcore.narrow.sections.section_source import section_of_frame
 from cdcore.numerics import IntArray
 from cdcore.protocol import Body, Detection, Explanation, FaceSets, Live, Motion, PairDetector, Verdict
 from cdcore.protocol.settings import choice, flag, number
@@ -95,7 +96,7 @@ class QacoDetector(PairDetector[Any]):
             containment=containment,
             work=broad.work | search_answer.work,
             seconds=self._seconds(broad.clock),
-            section_source=sections_of(self.bodies, self.pairs, motion) if faces else None,
+            section_source=partial(section_of_frame, self.bodies, self.pairs, motion) if faces else None,
         )
 
     def _decide_on_meshes(

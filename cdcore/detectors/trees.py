@@ -15,7 +15,7 @@ from cdcore.broad.broad_phase import BroadPhase
 from cdcore.broad.live_pairs import LivePairs
 from cdcore.containment.containment_stage import ContainmentStage
 from cdcore.detectors import OBB_TREE
-from cdcore.narrow.sections.section_source import sections_of
+from cdcore.narrow.sections.section_source import section_of_frame
 from cdcore.narrow.tree_stage import TreeSettings, TreeStage
 from cdcore.numerics import IntArray
 from cdcore.protocol import Body, Detection, FaceSets, Live, Motion, PairDetector, Verdict
@@ -67,7 +67,7 @@ class TreeDetector(PairDetector[TreeSettings]):
             containment=self._containment.labels,
             work=near.work | answer.work | {"containment_tests": containment_tests},
             seconds=self._seconds(clock),
-            section_source=sections_of(self.bodies, self.pairs, motion) if faces else None,
+            section_source=partial(section_of_frame, self.bodies, self.pairs, motion) if faces else None,
         )
 
 

@@ -1,16 +1,21 @@
 """The vocabulary that detectors share: bodies, motions, verdicts, detections."""
 
-from cdcore.protocol.blocks import blocks_in_order, contact_or_clear, ordered_by_name, pair_has_pose, require_bodies
-from cdcore.protocol.body import Body, Solids, resolve_pairs
-from cdcore.protocol.detection import Detection, join
+from cdcore.protocol.body import Body, Solids, ordered_by_name, resolve_pairs
+from cdcore.protocol.detection import (
+    DECIDED,
+    INSIDE_UNDECIDED,
+    NO_FACES,
+    PARTLY_DECIDED,
+    REFUSED,
+    Detection,
+    FaceSets,
+    join,
+)
 from cdcore.protocol.detector import Detector, Explains, Explanation
-from cdcore.protocol.face_sets import NO_FACES, FaceSets
-from cdcore.protocol.frame_detector import FrameDetector, own_failure
 from cdcore.protocol.held_looks import HeldLooks, LiveHeld, looks_at
 from cdcore.protocol.live import REST, Live, detect_live, live_session, stream_live
-from cdcore.protocol.motion import Motion
-from cdcore.protocol.pair_detector import PairDetector
-from cdcore.protocol.reasons import DECIDED, INSIDE_UNDECIDED, PARTLY_DECIDED, REFUSED
+from cdcore.protocol.motion import Motion, blocks_in_order, pair_has_pose
+from cdcore.protocol.pair_detector import FrameDetector, PairDetector, contact_or_clear, own_failure, require_bodies
 from cdcore.protocol.verdict import Verdict, counts_as_contact, is_one_of, is_undecided
 
 __all__ = [

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from cdcore.errors import InvalidPairError
 from cdcore.mesh import TriangleMesh
-from cdcore.numerics import IntArray
+from cdcore.numerics import BoolArray, IntArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +54,20 @@ def resolve_pairs(bodies: Sequence[Body], pairs: ArrayLike | None) -> IntArray:
         twice = next(row for row in unordered if unordered.count(row) > 1)
         raise InvalidPairError(f"pair {names[twice[0]]}-{names[twice[1]]} is asked for twice; name each pair once")
     return np.array(resolved, dtype=np.int64).reshape(-1, 2)
+
+
+def ordered_by_name(bodies: Sequence[Body], pairs: IntArray) -> tuple[IntArray, BoolArray]:
+    """Each pair with the body first whose name sorts first, (P, 2), and which rows that turned round, (P,).
+
+    Asked in this order, an engine whose answer depends on the order of its operands gives one answer for a pair,
+    however the pair was written down.
+    """
+    rank = np.empty(len(bodies), dtype=np.int64)
+    rank[sorted(range(len(bodies)), key=lambda k: bodies[k].name)] = np.arange(len(bodies))
+    swapped = rank[pairs[:, 0]] > rank[pairs[:, 1]]
+    ordered = pairs.copy()
+    ordered[swapped] = pairs[swapped][:, ::-1]
+    return ordered, swapped
 
 
 def _resolve_pair(row: tuple[object, ...], number: dict[str, int]) -> tuple[int, int]:

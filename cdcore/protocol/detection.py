@@ -4,21 +4,19 @@ from __future__ import annotations
 
 import hashlib
 from bisect import bisect
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from html import escape
 from itertools import accumulate
-from typing import Any, Literal
+from typing import Any, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.errors import NotRecordedError
-from cdcore.numerics import ByteArray, FloatArray, IntArray, readonly
-from cdcore.protocol.face_sets import FaceSets
-from cdcore.protocol.reasons import Reasons
-from cdcore.protocol.verdict import Verdict, counts_as_contact
+from cdcore.numerics import ByteArray, FloatArray, Int32Array, IntArray, readonly
+from cdcore.protocol.verdict import Verdict, counts_as_contact, is_one_of
 
 Covers = Literal["instants", "intervals"]
 SectionSource = Callable[[int, int, IntArray], FloatArray]
@@ -26,6 +24,161 @@ SectionSource = Callable[[int, int, IntArray], FloatArray]
 
 MOST_PAIRS = 20
 """Pairs that a notebook lists of a detection."""
+
+DECIDED: Final = "decided"
+"""Word in ``Detection.containment`` for a pair whose containment was decided in every frame."""
+
+PARTLY_DECIDED: Final = "partly: "
+"""Begins the word of a pair whose containment may be UNRESOLVED in some frames; the reason follows."""
+
+REFUSED: Final = "refused: "
+"""Begins the word of a pair whose containment is never decided; the reason follows."""
+
+INSIDE_UNDECIDED: Final = "inside undecided: "
+"""Begins the reason of a pair-frame that is UNRESOLVED because a mesh does not tell its inside."""
+
+NO_REASON: Final = "the detector gives no reason"
+
+PairFrame = tuple[int, int]
+
+NO_FACES: Int32Array = readonly(np.zeros((0, 2), dtype=np.int32))
+
+
+@dataclass(frozen=True, eq=False)
+class FaceSets:
+    """Faces that meet, for every frame and pair in contact.
+
+    Entry k says that in frame ``frame[k]`` pair ``pair[k]`` (a column of the detection) meets in
+    ``faces[start[k]:stop[k]]``; entries are sorted by frame, then pair. Equal sets of neighbouring frames may share
+    rows of ``faces`` (run-length storage), which is what keeps hours of resting contact small.
+
+    Parameters
+    ----------
+    frame, pair, start, stop : (K,) int64.
+    faces : (M, 2) int32, (face of the pair's first body, face of its second), each set unique and sorted.
+    """
+
+    frame: IntArray
+    pair: IntArray
+    start: IntArray
+    stop: IntArray
+    faces: Int32Array
+
+    def __post_init__(self) -> None:
+        for array in (self.frame, self.pair, self.start, self.stop, self.faces):
+            readonly(array)
+
+    @classmethod
+    def from_shared(
+        cls,
+        frame: NDArray[np.integer],
+        pair: NDArray[np.integer],
+        which: NDArray[np.integer],
+        sets: Sequence[NDArray[np.integer]],
+    ) -> FaceSets:
+        """Build from distinct sets and, for each entry, which of them it is; entries without a face are left out.
+
+        Entries may come in any order; each set is sorted and unique.
+        """
+        sizes = np.array([len(rows_of_set) for rows_of_set in sets], dtype=np.int64)
+        stop = np.cumsum(sizes)
+        keep = np.flatnonzero(sizes[which])
+        order = keep[np.lexsort((pair[keep], frame[keep]))]
+        rows = [np.asarray(rows_of_set, dtype=np.int32).reshape(-1, 2) for rows_of_set in sets]
+        faces = np.concatenate([NO_FACES, *rows])
+        number = which[order].astype(np.int64)
+        start = (stop - sizes)[number]
+        return cls(frame[order].astype(np.int64), pair[order].astype(np.int64), start, stop[number], faces)
+
+    def at(self, frame: int, pair: int) -> IntArray:
+        """The face pairs of one frame and pair, (k, 2) int64; k = 0 where there is no contact."""
+        lower, upper = np.searchsorted(self.frame, [frame, frame + 1])
+        entry = lower + int(np.searchsorted(self.pair[lower:upper], pair))
+        if entry >= upper or self.pair[entry] != pair:
+            return np.zeros((0, 2), dtype=np.int64)
+        return self.faces[self.start[entry] : self.stop[entry]].astype(np.int64)
+
+    def counts(self, frames: int, pairs: int) -> IntArray:
+        """Number of face pairs for every frame and pair, (T, P)."""
+        counts = np.zeros((frames, pairs), dtype=np.int64)
+        counts[self.frame, self.pair] = self.stop - self.start
+        return counts
+
+    def take(self, frames: IntArray) -> FaceSets:
+        """Those of some frames (n,), increasing, numbered from 0; the rows of ``faces`` are shared."""
+        lower, upper = (np.searchsorted(self.frame, frames, side) for side in ("left", "right"))
+        sizes = upper - lower
+        kept = np.arange(sizes.sum()) + np.repeat(lower - (np.cumsum(sizes) - sizes), sizes)
+        numbers = np.repeat(np.arange(len(frames)), sizes)
+        return FaceSets(numbers, self.pair[kept], self.start[kept], self.stop[kept], self.faces)
+
+    @classmethod
+    def join(cls, numbered_blocks: Iterable[tuple[int, FaceSets]]) -> FaceSets:
+        """Put blocks after each other; each comes with the number of its first frame."""
+        blocks = list(numbered_blocks)
+        rows = np.cumsum([0] + [len(sets.faces) for _, sets in blocks])
+        return cls(
+            np.concatenate([sets.frame + first for first, sets in blocks]),
+            np.concatenate([sets.pair for _, sets in blocks]),
+            np.concatenate([sets.start + row for (_, sets), row in zip(blocks, rows, strict=False)]),
+            np.concatenate([sets.stop + row for (_, sets), row in zip(blocks, rows, strict=False)]),
+            np.concatenate([sets.faces for _, sets in blocks]),
+        )
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Reasons(Mapping[PairFrame, str]):
+    """Reasons by (frame, pair): those that the detector noted, else the one it gives for the containment of the pair.
+
+    Few are noted one by one: a hole leaves a pair undecided for minutes.
+
+    Parameters
+    ----------
+    noted : reasons of single places, whatever their verdict.
+    verdict : (T, P) uint8.
+    containment : (P,) as in ``Detection``, or none.
+    """
+
+    noted: Mapping[PairFrame, str]
+    verdict: ByteArray
+    containment: Sequence[str]
+
+    def __getitem__(self, pair_frame: PairFrame) -> str:
+        if pair_frame in self.noted:
+            return self.noted[pair_frame]
+        frame, pair = pair_frame
+        frames, pairs = self.verdict.shape
+        if 0 <= frame < frames and 0 <= pair < pairs:
+            verdict = self.verdict[frame, pair]
+            if verdict == Verdict.UNRESOLVED:
+                return self._of_pair(pair, PARTLY_DECIDED)
+            if verdict == Verdict.INVALID:
+                return self._of_pair(pair, REFUSED)
+        raise KeyError(pair_frame)
+
+    def __iter__(self) -> Iterator[PairFrame]:
+        yield from self.noted
+        for frame, pair in self._undecided():
+            if (frame, pair) not in self.noted:
+                yield frame, pair
+
+    def __len__(self) -> int:
+        return len(self.noted) + sum((frame, pair) not in self.noted for frame, pair in self._undecided())
+
+    def __repr__(self) -> str:
+        return f"Reasons({len(self.noted)} noted, {len(self)} in all)"
+
+    def _undecided(self) -> list[list[int]]:
+        """Frames and pairs that need a reason."""
+        pair_frames: list[list[int]] = np.argwhere(
+            is_one_of(self.verdict, (Verdict.UNRESOLVED, Verdict.INVALID))
+        ).tolist()
+        return pair_frames
+
+    def _of_pair(self, pair: int, beginning: str) -> str:
+        """The reason after the beginning of what is said of the containment of a pair."""
+        text = self.containment[pair] if pair < len(self.containment) else ""
+        return text.removeprefix(beginning) if text.startswith(beginning) else NO_REASON
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +219,8 @@ class Detection:
 
     def __post_init__(self) -> None:
         readonly(self.verdict)
-        object.__setattr__(self, "reasons", Reasons(self.reasons, self.verdict, self.containment))
+        noted = self.reasons.noted if isinstance(self.reasons, Reasons) else self.reasons
+        object.__setattr__(self, "reasons", Reasons(noted, self.verdict, self.containment))
 
     def __repr__(self) -> str:
         frames, pairs = self.verdict.shape
@@ -88,6 +242,12 @@ class Detection:
             rows += f"<tr><th>{escape(f'{self.names[a]}-{self.names[b]}')}</th>{cells}</tr>"
         rest = f"<p>and {len(order) - MOST_PAIRS} more pairs</p>" if len(order) > MOST_PAIRS else ""
         return f"<p>{escape(repr(self))}</p><table><tr><th>frames</th>{head}</tr>{rows}</table>{rest}"
+
+    @property
+    def noted_reasons(self) -> Mapping[PairFrame, str]:
+        """The reasons that the detector noted one by one."""
+        assert isinstance(self.reasons, Reasons), "set when the detection is made"
+        return self.reasons.noted
 
     @property
     def face_counts(self) -> IntArray:
@@ -120,7 +280,7 @@ class Detection:
         return replace(
             self, times=self.times[frames], verdict=self.verdict[frames], work={}, seconds={}, section_source=None,
             face_sets=None if self.face_sets is None else self.face_sets.take(frames),
-            reasons={(row[t], p): why for (t, p), why in _noted(self).items() if t in row},
+            reasons={(row[t], p): why for (t, p), why in self.noted_reasons.items() if t in row},
             toi={(row[t], p): toi for (t, p), toi in self.toi.items() if t in row},
         )  # fmt: skip
 
@@ -198,15 +358,10 @@ def join(detections: Iterable[Detection]) -> Detection:
         face_sets=faces,
         work=_added([part.work for part in parts]),
         seconds=_added([part.seconds for part in parts]),
-        reasons={(t + start, p): why for start, part in blocks for (t, p), why in _noted(part).items()},
+        reasons={(t + start, p): why for start, part in blocks for (t, p), why in part.noted_reasons.items()},
         toi={(t + start, p): toi for start, part in blocks for (t, p), toi in part.toi.items()},
         section_source=None if None in sources else partial(_section_in_block, sources, first),
     )
-
-
-def _noted(detection: Detection) -> Mapping[tuple[int, int], str]:
-    """The reasons that a detector noted one by one."""
-    return Reasons(detection.reasons, detection.verdict, ()).noted
 
 
 def _section_in_block(sources: list[Any], first: list[int], frame: int, pair: int, faces: IntArray) -> FloatArray:

@@ -9,9 +9,8 @@ from typing import Final
 import numpy as np
 
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
-from cdcore.protocol.blocks import pair_has_pose
 from cdcore.protocol.live import Live
-from cdcore.protocol.motion import Motion
+from cdcore.protocol.motion import Motion, pair_has_pose
 from cdcore.protocol.verdict import Verdict
 
 TICK_SLACK: Final = 1e-6

@@ -9,11 +9,9 @@ from typing import Final, Protocol
 import numpy as np
 
 from cdcore.numerics import ByteArray
-from cdcore.protocol.blocks import blocks_in_order
 from cdcore.protocol.detection import Detection, join
 from cdcore.protocol.detector import Detector
-from cdcore.protocol.motion import Motion
-from cdcore.protocol.reasons import Reasons
+from cdcore.protocol.motion import Motion, blocks_in_order
 
 REST: Final = "rest"
 """The stage of what a look took beside its other stages."""
@@ -52,8 +50,7 @@ class LiveBlocks:
         detection = self._answer(now)
         self.seconds = {stage: float(np.sum(spent)) for stage, spent in detection.seconds.items()}
         self.work.update({name: int(np.sum(count)) for name, count in detection.work.items()})
-        noted = Reasons(detection.reasons, detection.verdict, ()).noted
-        self.reasons = {pair: why for (_, pair), why in noted.items()}
+        self.reasons = {pair: why for (_, pair), why in detection.noted_reasons.items()}
         verdict: ByteArray = detection.verdict[0]
         return verdict
 

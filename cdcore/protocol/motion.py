@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import ModuleType
@@ -149,11 +149,6 @@ class Motion:
     def __len__(self) -> int:
         return len(self.times)
 
-    @property
-    def body_count(self) -> int:
-        """Number of bodies N."""
-        return int(self.valid.shape[1])
-
     @cached_property
     def changed(self) -> BoolArray:
         """(T, N): whether a body is at another pose than in the row before, and True in row 0 of a whole motion.
@@ -197,6 +192,26 @@ class Motion:
         """The motion in consecutive blocks of at most this many frames."""
         for start in range(0, len(self), frames):
             yield self.frames(start, min(start + frames, len(self)))
+
+
+def pair_has_pose(motion: Motion, pairs: IntArray) -> BoolArray:
+    """Whether both bodies of a pair have a pose, (T, P)."""
+    return motion.valid[:, pairs[:, 0]] & motion.valid[:, pairs[:, 1]]
+
+
+def blocks_in_order(motions: Iterable[Motion]) -> Iterator[Motion]:
+    """The blocks of a stream; InvalidPoseError where one starts before the end of the block before it."""
+    last: float | None = None
+    for number, motion in enumerate(motions):
+        if len(motion):
+            first = float(motion.times[0])
+            if last is not None and not first > last:
+                raise InvalidPoseError(
+                    f"block {number} starts at {first!r} s, not after {last!r} s where the block before ends; "
+                    "stream the blocks in order of time"
+                )
+            last = float(motion.times[-1])
+        yield motion
 
 
 def _known(mask: BoolArray, linked: ArrayLike | None) -> BoolArray:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, fields, replace
+from functools import partial
 from time import perf_counter, process_time
 from typing import TYPE_CHECKING, Any, Final
 
@@ -13,7 +14,7 @@ import numpy as np
 from cdcore import Detection, Detector, Motion, create_detector, join
 from cdcore.detectors import TABLE, load_detector, settings_of
 from cdcore.errors import CollisionCoreError, OwnDetectorError
-from cdcore.narrow.sections.section_source import sections_of
+from cdcore.narrow.sections.section_source import section_of_frame
 from cdcore.protocol import detect_live, own_failure, stream_live
 from replay.constants import BLOCK_FRAMES, MOST_FRAMES_IN_MEMORY
 from replay.cutting.compound import with_pieces
@@ -173,7 +174,7 @@ def _joined(blocks: Iterator[Detection], detector: Detector, assembly: Assembly)
     whole = join(kept)
     if whole.face_sets is None:
         return whole
-    return replace(whole, section_source=sections_of(assembly.bodies, assembly.pairs, assembly.motion))
+    return replace(whole, section_source=partial(section_of_frame, assembly.bodies, assembly.pairs, assembly.motion))
 
 
 def holds_answers(settings: Mapping[str, Any]) -> bool:

@@ -13,7 +13,7 @@ import numpy as np
 
 from cdcore import Detection, Verdict
 from cdcore.protocol import INSIDE_UNDECIDED, is_undecided
-from cdcore.protocol.reasons import NO_REASON
+from cdcore.protocol.detection import NO_REASON
 from replay.auditing.contact_counts import ContactCounts, count_reports, grasped_counts
 from replay.auditing.fault import MISS_KINDS
 from replay.auditing.look_phases import OffsetCounts, spread

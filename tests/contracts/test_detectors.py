@@ -11,7 +11,7 @@ from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, join
 from cdcore.errors import CollisionCoreError, InvalidPairError, InvalidPoseError, InvalidSettingError, NotRecordedError
 from cdcore.poses import rotation_from_quaternion
 from cdcore.protocol import Detector, counts_as_contact, detect_live
-from cdcore.protocol.reasons import NO_REASON
+from cdcore.protocol.detection import NO_REASON
 from replay.prepare.assemble import assemble
 from sessions.importers import import_session
 

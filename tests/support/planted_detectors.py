@@ -10,7 +10,7 @@ import numpy as np
 
 from cdcore import FrameDetector, Motion, Verdict, create_detector, join
 from cdcore.protocol import Explanation, counts_as_contact
-from cdcore.protocol.frame_detector import NoSettings
+from cdcore.protocol.pair_detector import NoSettings
 
 
 class Planted:

@@ -57,6 +57,7 @@ HITS, VOLUMES, REPEATS = range(3)
 """Planes of the marks (P, 3, T): frames with contact; what volumes say; frames that repeat the poses before them."""
 NO_FACES: Faces = np.zeros((0, 2), dtype=np.int32)
 NO_FRAMES: IntArray = np.zeros(0, dtype=np.int64)
+NO_FACE_SETS: Final = FaceSets(NO_FRAMES, NO_FRAMES, NO_FRAMES, NO_FRAMES, NO_FACES)
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,6 +95,8 @@ class MotionSearch:
     def __init__(self, trees: Sequence[BoxTree], pairs: IntArray) -> None:
         keep_freed_memory()
         self._trees, self._pairs = trees, pairs
+        bits = int(face_bits(trees)[pairs].sum(axis=1).max(initial=0))
+        self._longest_segment = min(SEGMENT_FRAMES, 1 << max(0, KEY_BITS - bits))
         # Ready for the next motion: to make room takes a tenth of a short question.
         self._idle = list[SegmentSearch]()
 
@@ -101,21 +104,26 @@ class MotionSearch:
         """``faces``: list all face pairs that meet."""
         began = perf_counter()
         marks = np.zeros((len(self._pairs), 3, len(motion.valid)), dtype=np.uint8)
-        segments = list[SegmentAnswer]()
-        beyond = list[PairMeetings]()
+        complete = bool(motion.valid.all())
+        segments, meetings = list[SegmentAnswer](), list[PairMeetings]()
         if marks.size:
-            poses = Poses(*_without_gaps(motion), motion.changed)
-            starts = _starts(self._trees, self._pairs, marks.shape[2])
-            for start, stop in pairwise(starts):
+            arrays = (motion.rotations, motion.translations) if complete else _without_gaps(motion)
+            poses = Poses(*arrays, motion.changed)
+            # segments of about equal length
+            frames, count = marks.shape[2], -(-marks.shape[2] // self._longest_segment)
+            for start, stop in pairwise(frames * k // count for k in range(count + 1)):
                 search = self._ready(stop - start, every=faces)
                 segments.append(search.decide(poses, start, stop, marks))
                 self._idle.append(search)
-            beyond = _beyond(self._trees, self._pairs, poses, marks)
+            meetings = [meeting for segment in segments for meeting in segment.meetings]
+            if marks[:, VOLUMES].max() == BEYOND:
+                meetings += _beyond(self._trees, self._pairs, poses, marks)
         searched = perf_counter()
-        known: BoolArray | None = None if motion.valid.all() else pair_has_pose(motion, self._pairs).T
-        meetings = [meeting for segment in segments for meeting in segment.meetings]
-        sets = _face_sets(marks, meetings + beyond, known, faces)
+        sources = _copy_to_repeats(marks)
+        if not complete:
+            marks[:, [HITS, VOLUMES]] *= pair_has_pose(motion, self._pairs).T[:, None]
         hits, near = marks[:, HITS].view(np.bool_), marks[:, VOLUMES] > marks[:, HITS]
+        sets = _face_sets(hits, meetings, sources) if faces else NO_FACE_SETS
         laid_out = sum(segment.laid_out for segment in segments)
         seconds = (laid_out, max(0.0, searched - began - laid_out), perf_counter() - searched)
         work = np.sum([np.zeros(len(COUNTERS), np.int64), *(segment.work for segment in segments)], axis=0)
@@ -134,14 +142,6 @@ class MotionSearch:
             if search.every == every and search.frames >= frames:
                 return search
         return SegmentSearch(self._trees, self._pairs, frames, every=every)
-
-
-def _starts(trees: Sequence[BoxTree], pairs: IntArray, frames: int) -> list[int]:
-    """First frames of segments of about equal length, then the number of all frames; two numbers at least."""
-    bits = face_bits(trees)[pairs].sum(axis=1).max()
-    longest = min(SEGMENT_FRAMES, 1 << max(0, KEY_BITS - int(bits)))
-    count = -(-frames // longest)
-    return [frames * k // count for k in range(count)] + [frames]
 
 
 class FrameLooks:
@@ -188,17 +188,17 @@ class PairRows:
         self._rows = np.zeros(len(pairs), dtype=layout(Pair))
         self._rows["tree_a"], self._rows["tree_b"] = tree_rows[self._a], tree_rows[self._b]
         self._rows["every"], self._rows["bits_a"], self._rows["bits_b"] = every, self.bits_a, self.bits_b
+        self._integers = integers_of_rows(self._rows)
 
     def about(self, tracks: Tracks, marks: ByteArray, start: int, stop: int) -> IntArray:
         """Rows of integers (P, w) that ask about frames ``start`` to ``stop`` of ``marks`` (P, 3, T), as laid out."""
         rows = self._rows
         self._pose_rows[tracks.bodies] = tracks.rows
         rows["pose_a"], rows["pose_b"] = self._pose_rows[self._a], self._pose_rows[self._b]
-        plane, pair = marks.shape[2], np.arange(len(rows))
-        for number, name in enumerate(("hits", "volumes", "repeats")):
-            rows[name] = address_of(marks) + start + plane * (3 * pair + number)
+        planes, plane = address_of(marks) + start + 3 * marks.shape[2] * np.arange(len(rows)), marks.shape[2]
+        rows["hits"], rows["volumes"], rows["repeats"] = planes, planes + plane, planes + 2 * plane
         rows["stop"] = stop - start
-        return integers_of_rows(rows)
+        return self._integers
 
 
 class Poses(NamedTuple):
@@ -252,8 +252,6 @@ class SegmentSearch:
 def _without_gaps(motion: Motion) -> tuple[FloatArray, FloatArray]:
     """Rotations and translations in which a body without a pose stays where it was, or where it will be first."""
     valid = motion.valid
-    if valid.all():
-        return motion.rotations, motion.translations
     last = np.maximum.accumulate(np.where(valid, np.arange(len(valid))[:, None], -1), axis=0)
     source, body = np.where(last < 0, valid.argmax(axis=0), last), np.arange(valid.shape[1])
     return motion.rotations[source, body], motion.translations[source, body]
@@ -302,8 +300,6 @@ class Workspace:
 def _beyond(trees: Sequence[BoxTree], pairs: IntArray, poses: Poses, marks: ByteArray) -> list[PairMeetings]:
     """Every face against every face in frames beyond the bounds of the kernels, which are noted as ``NEAR``."""
     meetings, (rotations, translations, _) = list[PairMeetings](), poses
-    if marks[:, VOLUMES].max() < BEYOND:
-        return meetings
     beyond = marks[:, VOLUMES] == BEYOND
     marks[:, VOLUMES][beyond] = NEAR
     for column, frame in np.argwhere(beyond).tolist():
@@ -324,18 +320,15 @@ def _triangles(tree: BoxTree) -> FloatArray:
     return triangles
 
 
-def _face_sets(marks: ByteArray, meetings: list[PairMeetings], known: BoolArray | None, faces: bool) -> FaceSets:
-    """Copies answers to frames that repeat a pose, clears frames without a pose, and collects the faces of contacts."""
-    sources = _copy_to_repeats(marks)
-    if known is not None:
-        marks[:, [HITS, VOLUMES]] *= known[:, None]
+def _face_sets(hits: BoolArray, meetings: list[PairMeetings], sources: list[IntArray]) -> FaceSets:
+    """Collects the faces of all contacts, ``hits`` (P, T); ``sources``: per pair the frame that each one repeats."""
     by_pair: dict[int, list[PairMeetings]] = {}
-    for meeting in meetings if faces else ():
+    for meeting in meetings:
         by_pair.setdefault(meeting.column, []).append(meeting)
     entries, rows, row_count = [(NO_FRAMES,) * 4], [NO_FACES], 0
     for column in sorted(by_pair):
         frames, sets = _by_frame(by_pair[column])
-        touching = np.flatnonzero(marks[column, HITS])
+        touching = np.flatnonzero(hits[column])
         source = sources[column][touching]
         first, last = np.searchsorted(frames, [source, source + 1]) + row_count
         entries.append((touching, np.full(len(touching), column), first, last))

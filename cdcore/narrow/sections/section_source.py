@@ -1,6 +1,6 @@
 """Intersection segments of a detection, computed on first use of a frame."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -27,13 +27,10 @@ def section_of_faces(a: Body, pose_a: Pose, b: Body, pose_b: Pose, faces: IntArr
     return segments[np.isfinite(segments).all(axis=(1, 2))]
 
 
-def sections_of(bodies: Sequence[Body], pairs: IntArray, motion: Motion) -> Callable[[int, int, IntArray], FloatArray]:
-    """The ``section_source`` of a detection whose faces were found at the poses of its own frames."""
-    ends = pairs.tolist()
-
-    def section(frame: int, pair: int, faces: IntArray) -> FloatArray:
-        i, j = ends[pair]
-        pose_i, pose_j = ((motion.rotations[frame, k], motion.translations[frame, k]) for k in (i, j))
-        return section_of_faces(bodies[i], pose_i, bodies[j], pose_j, faces)
-
-    return section
+def section_of_frame(
+    bodies: Sequence[Body], pairs: IntArray, motion: Motion, frame: int, pair: int, faces: IntArray
+) -> FloatArray:
+    """Segments (m, 2, 3) in which the face pairs (k, 2) of a pair, a row of ``pairs`` (P, 2), meet in a frame."""
+    i, j = pairs[pair].tolist()
+    pose_i, pose_j = ((motion.rotations[frame, k], motion.translations[frame, k]) for k in (i, j))
+    return section_of_faces(bodies[i], pose_i, bodies[j], pose_j, faces)

@@ -203,7 +203,7 @@ def test_bad_pose_after_repeated_poses_is_refused(spoil):
 
 def test_no_frames_are_a_motion():
     assert len(Motion([], np.zeros((0, 3, 3)), np.zeros((0, 3, 3, 3)))) == 0
-    assert Motion.from_quaternions([], np.zeros((0, 3, 3)), np.zeros((0, 3, 4))).body_count == 3
+    assert Motion.from_quaternions([], np.zeros((0, 3, 3)), np.zeros((0, 3, 4))).valid.shape == (0, 3)
 
 
 def test_rigid_motion_keeps_poses_without_the_compiler():

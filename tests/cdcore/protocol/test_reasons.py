@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cdcore import Detection, Verdict, join
-from cdcore.protocol.reasons import NO_REASON
+from cdcore.protocol.detection import NO_REASON
 
 U, X, N, C = Verdict.UNRESOLVED, Verdict.INVALID, Verdict.NO_POSE, Verdict.CLEAR
 TEXTS = ("partly: inside undecided: cup has holes", "refused: not supported", "decided")
