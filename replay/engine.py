@@ -12,10 +12,11 @@ import numpy as np
 from msgspec import structs
 
 from cdcore import Detection, Detector, Motion
-from replay.auditing.causes import Audited, examine
+from replay.auditing.causes import Audited
 from replay.auditing.contact_counts import count_contacts
 from replay.auditing.contact_depth import contact_depths
 from replay.auditing.episodes import episodes
+from replay.auditing.examination import examine
 from replay.auditing.false_contacts import false_contacts
 from replay.auditing.look_phases import OFFSET_SETTING, STEPS, OffsetCounts, has_offsets, over_phases
 from replay.auditing.matching import match_episodes

@@ -1,33 +1,25 @@
-"""Number the misses of a run and find the cause of each: the first stage that lost the contact.
+"""The cause of a miss: the first stage of a detector that lost the contact.
 
-To find the stage, the missed frames are decided again.
+To find the stage, a missed frame is decided again.
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property
+from functools import cached_property
 from typing import Any, Final
 
 import numpy as np
 
 from cdcore import Detection, Motion, Verdict
-from cdcore.numerics import BoolArray, IntArray
-from cdcore.protocol import Explains, Explanation, PairDetector, counts_as_contact
+from cdcore.numerics import BoolArray, FloatArray, IntArray
+from cdcore.protocol import REFUSED, Explains, Explanation, PairDetector, counts_as_contact
 from cdcore.protocol.settings import RateSettings
 from replay.auditing.delay import at_frame, constant_delay, reported
-from replay.auditing.evidence import measure_misses
 from replay.auditing.fault import MISS_CAUSES, Cause, Fault, FaultKind
-from replay.auditing.misses import missed_faults
-from replay.auditing.outcome import Comparison, Episode, Outcome
-from replay.auditing.sample_budget import SampleBudget, grouped, spread_frames
+from replay.auditing.outcome import Comparison, Outcome
 from replay.detection.recorded import RecordedDetector
-from replay.detection.run_detector import Run, holds_answers
 from replay.detection.sample_times import sampled_frames
-from replay.prepare.assembly import Assembly
-
-CAUSE_BUDGET: Final = SampleBudget(per_miss=16, total=4000, at_once=1024)
-"""Some seconds of work for each detector; misses beyond one frame each are *not examined*."""
 
 REPORTED: Final = {FaultKind.REPORTED_LATE: Cause.LATE, FaultKind.LOST_EARLY: Cause.EARLY}
 """When an engine reported the rest of a contact that it missed in part."""
@@ -68,6 +60,7 @@ class Audited:
     subject: Detection
     oracle: Detection
     _delays: dict[int, int] = field(default_factory=dict)
+    _reported: dict[int, BoolArray] = field(default_factory=dict)
 
     def stages(self, frame: int, pair: int, faces: IntArray) -> Explanation:
         """Return the detector's account of its stages at a frame, ``faces`` (k, 2) being those that meet there."""
@@ -97,39 +90,60 @@ class Audited:
         """(T,) frames in which both bodies of a pair have a pose."""
         return np.logical_and(*self.motion.valid[:, self.subject.pairs[pair]].T)
 
+    def engine_timing(self, first: int, last: int, kind: FaultKind) -> tuple[Cause | None, ...]:
+        """Return causes in time of a miss of an engine: no step came in it, or its report began late or ended early."""
+        if not isinstance(self.detector, RecordedDetector):
+            return ()
+        begin, end = self.motion.times[[first, last]].tolist()
+        stepless = self.detector.stepped(begin, end) is False
+        return Cause.BETWEEN_STEPS if stepless else None, REPORTED.get(kind)
+
     def delay(self, pair: int) -> int:
         """Frames by which all that it says of a pair comes late; negative: early; 0: by no constant number."""
         if pair not in self._delays:
             self._delays[pair] = constant_delay(self.subject, self.oracle, pair)
         return self._delays[pair]
 
+    def reported(self, pair: int) -> BoolArray:
+        """(T,) frames in which a contact of a pair counts as reported."""
+        if pair not in self._reported:
+            self._reported[pair] = reported(self.subject, self.oracle, pair)
+        return self._reported[pair]
 
-Faces = Callable[[Motion], Detection]
-"""An exact answer with faces for some frames."""
 
+@dataclass(frozen=True, eq=False)
+class ExactAnswer:
+    """An exact answer, with faces, about some frames of a motion; its rows are read by their frame.
 
-def find_causes(
-    misses: Sequence[Fault], comparison: Comparison, by: Audited, faces_of: Faces
-) -> tuple[tuple[Fault, ...], Causes]:
-    """Return the misses, in order of time, each with the cause of most of its examined frames, and all counts."""
-    examined: list[list[Cause]] = [[] for _ in misses]
-    for index, cause in _causes(misses, by, faces_of):
-        examined[index].append(cause)
-    frames = Counter(cause for causes in examined for cause in causes)
-    for outcome, verdict in zip(comparison.outcome.T, by.oracle.verdict.T, strict=True):
-        frames[Cause.TOLERANCE] += int(counts_as_contact(verdict[outcome == Outcome.WITHIN_TOLERANCE]).sum())
-    explained = []
-    for miss, causes in zip(misses, examined, strict=True):
-        if causes:
-            cause, count = Counter(causes).most_common(1)[0]
-            miss = replace(miss, cause=cause, agreeing=(count, len(causes)))
-        explained.append(miss)
-    return tuple(explained), Causes(
-        misses=dict(Counter(miss.cause for miss in explained)),
-        pair_frames=dict(frames),
-        examined=sum(map(len, examined)),
-        missed=comparison.count(Outcome.MISSED),
-    )
+    Parameters
+    ----------
+    detection : verdicts and faces of these frames.
+    frames : (k,) ascending frames of the motion; ``None``: every frame.
+    """
+
+    detection: Detection
+    frames: IntArray | None = None
+
+    def row(self, frame: int) -> int:
+        """Return the row of the detection that is about a frame."""
+        return frame if self.frames is None else int(np.searchsorted(self.frames, frame))
+
+    def verdict(self, frame: int, pair: int) -> int:
+        """Return the value of ``Verdict`` of a pair at a frame."""
+        return int(self.detection.verdict[self.row(frame), pair])
+
+    def is_contact(self, frame: int, pair: int) -> bool:
+        """Return whether a pair is in contact at a frame."""
+        row = self.row(frame)
+        return bool(counts_as_contact(self.detection.verdict[row : row + 1, pair])[0])
+
+    def faces(self, frame: int, pair: int) -> IntArray:
+        """Return the face pairs (k, 2) that meet at a frame."""
+        return self.detection.faces(self.row(frame), pair)
+
+    def section(self, frame: int, pair: int) -> FloatArray:
+        """Return the segments (k, 2, 3) in which the two surfaces intersect at a frame."""
+        return self.detection.section(self.row(frame), pair)
 
 
 def first_failed(
@@ -137,7 +151,7 @@ def first_failed(
     verdict: int,
     *,
     at_instant: bool,
-    asks_inside: bool = True,
+    tests_inside: bool = True,
     timing: Sequence[Cause | None] = (),
 ) -> Cause:
     """The first stage that lost a contact.
@@ -146,7 +160,7 @@ def first_failed(
     ----------
     stages, verdict : the detector's explanation and its verdict there.
     at_instant : whether the contact shows at the frame itself.
-    asks_inside : False where one body is inside the other and the detector does not decide that.
+    tests_inside : False where one body is inside the other and the detector does not decide that.
     timing : causes in time: that the detector says so earlier or later, that no step of an engine falls there.
     """
     # A detector may answer with numpy's booleans, and ``None`` is no answer.
@@ -167,7 +181,7 @@ def first_failed(
     for cause in timing:
         if cause is not None:
             return cause
-    if not asks_inside:
+    if not tests_inside:
         return Cause.CONTAINMENT
     if failed("spheres_meet"):
         return Cause.SPHERE_STAGE
@@ -179,92 +193,53 @@ def first_failed(
     return Cause.SEARCH if no_hit else Cause.UNEXPLAINED
 
 
-def _causes(misses: Sequence[Fault], by: Audited, faces_of: Faces) -> Iterator[tuple[int, Cause]]:
-    """Yield the index of a miss and the cause at one of its frames, for every frame examined."""
-    instants, subject = by.oracle.covers == "instants", by.subject
-    reported_of = cache(lambda pair: reported(subject, by.oracle, pair))
-    for group in grouped(_samples(misses), lambda sample: len(sample[2]), CAUSE_BUDGET.at_once):
-        frames = np.unique([frame for _, _, sampled in group for frame in sampled])
-        if not instants:
-            # An interval is also decided at the frame where it begins.
-            frames = np.unique(np.concatenate([frames, np.maximum(frames - 1, 0)]))
-        truth = faces_of(by.motion.take(frames))
-        row = {frame: k for k, frame in enumerate(frames.tolist())}
-        contact = counts_as_contact(truth.verdict)
-        for index, pair, sampled in group:
-            miss = misses[index]
-            of_engine: tuple[Cause | None, ...] = ()
-            if isinstance(by.detector, RecordedDetector):
-                first, last = by.motion.times[[miss.first, miss.last]].tolist()
-                stepless = by.detector.stepped(first, last) is False
-                of_engine = Cause.BETWEEN_STEPS if stepless else None, REPORTED.get(miss.kind)
-            for frame in sampled:
-                candidates = (frame,) if instants else (frame, frame - 1)
-                ends = [end for end in candidates if end in row and contact[row[end], pair]]
-                # An interval whose contact shows where it begins is explained there: at its end there is none to miss.
-                at = ends[0] if ends else frame
-                refuses = bool(subject.containment) and subject.containment[pair].startswith("refused")
-                asks = int(truth.verdict[row[at], pair]) != Verdict.CONTAINED or not refuses
-                verdict, at_instant = int(subject.verdict[at, pair]), bool(ends) or instants
-                delay = by.delay(pair)
-                shifted = delay != 0 and at_frame(reported_of(pair), at + delay)
-                timing = (delay_cause(delay) if shifted else None, *of_engine)
-                stages = by.stages(at, pair, truth.faces(row[at], pair))
-                yield index, first_failed(stages, verdict, at_instant=at_instant, asks_inside=asks, timing=timing)
+def causes_of_miss(miss: Fault, frames: Iterable[int], by: Audited, truth: ExactAnswer) -> list[Cause]:
+    """Return the cause of a miss at each of these frames; ``truth`` holds them, and those before them of intervals."""
+    instants = by.oracle.covers == "instants"
+    refused = bool(by.subject.containment) and by.subject.containment[miss.pair].startswith(REFUSED)
+    delay, of_engine = by.delay(miss.pair), by.engine_timing(miss.first, miss.last, miss.kind)
+    causes = []
+    for frame in frames:
+        candidates = (frame,) if instants else (frame, max(frame - 1, 0))
+        ends = [end for end in candidates if truth.is_contact(end, miss.pair)]
+        # An interval whose contact shows where it begins is explained there: at its end there is none to miss.
+        at = ends[0] if ends else frame
+        shifted = delay != 0 and at_frame(by.reported(miss.pair), at + delay)
+        cause = first_failed(
+            by.stages(at, miss.pair, truth.faces(at, miss.pair)),
+            int(by.subject.verdict[at, miss.pair]),
+            at_instant=bool(ends) or instants,
+            tests_inside=not refused or truth.verdict(at, miss.pair) != Verdict.CONTAINED,
+            timing=(delay_cause(delay) if shifted else None, *of_engine),
+        )
+        causes.append(cause)
+    return causes
+
+
+def with_cause(miss: Fault, causes: Sequence[Cause]) -> Fault:
+    """Return a miss with the cause of most of its examined frames; as it is where none was examined."""
+    if not causes:
+        return miss
+    cause, count = Counter(causes).most_common(1)[0]
+    return replace(miss, cause=cause, agreeing=(count, len(causes)))
+
+
+def count_causes(
+    misses: Sequence[Fault], examined: Iterable[Sequence[Cause]], comparison: Comparison, oracle: Detection
+) -> Causes:
+    """Return the counts of one detector; ``examined`` holds the causes at the examined frames of each miss."""
+    frames = Counter(cause for causes in examined for cause in causes)
+    count = frames.total()
+    for outcome, verdict in zip(comparison.outcome.T, oracle.verdict.T, strict=True):
+        frames[Cause.TOLERANCE] += int(counts_as_contact(verdict[outcome == Outcome.WITHIN_TOLERANCE]).sum())
+    return Causes(
+        misses=dict(Counter(miss.cause for miss in misses)),
+        pair_frames=dict(frames),
+        examined=count,
+        missed=comparison.count(Outcome.MISSED),
+    )
 
 
 def delay_cause(delay: int) -> Cause:
     """The word for a constant number of frames, not 0."""
     return Cause.LATE if delay > 0 else Cause.EARLY
-
-
-Sample = tuple[int, int, list[int]]
-"""Index of a miss, its pair, and the frames of it that are examined."""
-
-
-def _samples(misses: Sequence[Fault]) -> Iterator[Sample]:
-    most = CAUSE_BUDGET.frames_per_miss(len(misses))
-    every = max(1, -(-len(misses) // CAUSE_BUDGET.total))
-    for index, miss in enumerate(misses):
-        if index % every == 0:
-            yield index, miss.pair, spread_frames(miss.first, miss.last, most).tolist()
-
-
-def examine(
-    comparisons: Mapping[str, Comparison],
-    contacts: Sequence[Episode],
-    subjects: Mapping[str, Audited],
-    trusted: Run,
-    assembly: Assembly,
-    faces_of: Faces,
-) -> tuple[dict[str, tuple[Fault, ...]], dict[str, Causes]]:
-    """Return the misses, measured and with their causes, and the counts of causes, per label.
-
-    Parameters
-    ----------
-    comparisons : label -> comparison, all with one oracle.
-    contacts : the oracle's episodes.
-    subjects : the detectors of these comparisons.
-    trusted : the oracle.
-    faces_of : the most trusted answer, with faces, for some frames.
-    """
-    names = [assembly.things_of(pair) for pair in range(len(assembly.pairs))]
-    misses = {
-        label: tuple(
-            replace(miss, labels=assembly.fault_names(miss.pair))
-            for miss in missed_faults(comparison, contacts, names, assembly.motion.times)
-        )
-        for label, comparison in comparisons.items()
-    }
-    every = [miss for of_detector in misses.values() for miss in of_detector]
-    if not every:
-        return misses, {label: Causes() for label in misses}
-    own = trusted.detection
-    has_faces = own.face_sets is not None and own.covers == "instants" and not holds_answers(trusted.settings)
-    source = own if has_faces else faces_of
-    measured = iter(measure_misses(assembly, source, every, between=own.covers == "intervals"))
-    causes = {}
-    for label, of_detector in misses.items():
-        own_misses = [next(measured) for _ in of_detector]
-        misses[label], causes[label] = find_causes(own_misses, comparisons[label], subjects[label], faces_of)
-    return misses, causes

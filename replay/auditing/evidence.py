@@ -1,124 +1,97 @@
-"""Geometry of misses: faces, curve, point and normal, computed only in frames with a miss."""
+"""Geometry of a miss: faces, curve, point and normal at the frame in which the surfaces intersect most."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterable
 from dataclasses import replace
-from typing import Final, TypeVar
+from typing import Final
 
 import numpy as np
 
-from cdcore import Detection, Motion
 from cdcore.numerics import FloatArray
-from replay.auditing.fault import Evidence, Fault
+from replay.auditing.causes import ExactAnswer
+from replay.auditing.fault import Evidence
 from replay.auditing.first_touch import direction, first_touch
-from replay.auditing.sample_budget import SampleBudget, grouped, spread_frames
-from replay.effects.output import vector_of
+from replay.effects.output import Vector, vector_of
 from replay.prepare.assembly import Assembly
-
-Segment = tuple[int, int, int]
-Item = TypeVar("Item")
-
-EVIDENCE_BUDGET: Final = SampleBudget(per_miss=128, total=20_000, at_once=1024)
-"""At 90 Hz all frames of 1.4 s, and some seconds of work; 25 MB where each has a thousand face pairs in every pair."""
 
 TOUCHES_IN_ALL: Final = 500
 """Misses between frames whose moment is located, 25 ms each with meshes of 3,000 faces; those beyond, later in the
 recording, get no faces."""
 
 
-def measure_misses(
-    assembly: Assembly,
-    faces: Detection | Callable[[Motion], Detection],
-    misses: Sequence[Fault],
-    *,
-    between: bool = False,
-) -> tuple[Fault, ...]:
-    """Return the misses with evidence of the frame in which the surfaces intersect in the longest curve.
-
-    Of equals it is the one with most faces, then the earliest. Every frame is asked for once; memory holds the faces of
-    one group of frames. The same frames of a pair are measured once for all detectors.
-
-    Parameters
-    ----------
-    assembly : bodies, motion, pairs.
-    faces : a detection of the whole assembly that holds face pairs, or what asks a detector for them on a motion.
-    misses : to be measured.
-    between : whether row t of the oracle covers the path from t-1 to t, so that no frame need show a contact.
-    """
-    by_segment: dict[Segment, Fault] = {(miss.pair, miss.first, miss.last): miss for miss in misses}
-    most = EVIDENCE_BUDGET.frames_per_miss(len(misses))
-    frames = {segment: spread_frames(segment[1], segment[2], most) for segment in by_segment}
-    middles = [body.mesh.referenced_vertices for body in assembly.bodies]
-    middles = [(vertices.min(axis=0) + vertices.max(axis=0)) / 2 for vertices in middles]
-    touches = TOUCHES_IN_ALL if between else 0
-    for group in grouped(frames, lambda segment: len(frames[segment]), EVIDENCE_BUDGET.at_once):
-        if isinstance(faces, Detection):
-            queried, detection = np.arange(len(assembly.motion)), faces
-        else:
-            queried = np.unique(np.concatenate([frames[segment] for segment in group]))
-            detection = faces(assembly.motion.take(queried))
-        for segment in group:
-            rows = np.searchsorted(queried, frames[segment])
-            sampled = dict(zip(rows.tolist(), frames[segment].tolist(), strict=True))
-            best = _longest_curve(assembly, detection, middles, by_segment[segment], sampled)
-            if touches and not best.evidence.face_pairs:
-                touches -= 1
-                best = _before(assembly, best)
-            elif isinstance(faces, Detection):
-                best = replace(best, evidence=replace(best.evidence, faces=None))
-            by_segment[segment] = best
-    measured = (by_segment[miss.pair, miss.first, miss.last] for miss in misses)
-    return tuple(
-        replace(miss, frame=same.frame, point=same.point, metres=same.metres, evidence=same.evidence)
-        for miss, same in zip(misses, measured, strict=True)
-    )
+Measured = tuple[int, Vector, float, Evidence]
+"""The frame to look at, a point on the curve, the length of the curve in metres, and the geometry there."""
 
 
-def _before(assembly: Assembly, miss: Fault) -> Fault:
-    """Return a miss with the first touch on the way to its first frame, if that is known."""
-    touch = first_touch(assembly, miss.pair, miss.first - 1)
+class EvidenceFinder:
+    """Finds the geometry of misses; the first touch between frames of the first ``TOUCHES_IN_ALL`` that show none."""
+
+    def __init__(self, assembly: Assembly, *, between: bool) -> None:
+        """``between``: the oracle speaks of intervals, so that no frame need show a contact."""
+        vertices = [body.mesh.referenced_vertices for body in assembly.bodies]
+        self._assembly = assembly
+        self._middles = [(corners.min(axis=0) + corners.max(axis=0)) / 2 for corners in vertices]
+        self._touches = TOUCHES_IN_ALL if between else 0
+
+    def measured(self, pair: int, first: int, frames: Iterable[int], truth: ExactAnswer) -> Measured:
+        """Measure a pair in that of these frames in which the surfaces intersect in the longest curve.
+
+        Of equals it is the one with most faces, then the earliest. Faces that an answer about every frame lists are not
+        kept twice.
+
+        Parameters
+        ----------
+        pair : column of the pair.
+        first : first frame of the miss: on the way to it the bodies touch where no frame shows the contact.
+        frames : those that are compared, at least one.
+        truth : holds them.
+        """
+        longest = self._longest_curve(pair, frames, truth)
+        frame, point, metres, evidence = longest
+        if self._touches and not evidence.face_pairs:
+            self._touches -= 1
+            return _before(self._assembly, pair, first) or longest
+        if truth.frames is None:
+            return frame, point, metres, replace(evidence, faces=None)
+        return longest
+
+    def _longest_curve(self, pair: int, frames: Iterable[int], truth: ExactAnswer) -> Measured:
+        size, best = (-1.0, 0), None
+        for frame in frames:
+            faces = truth.faces(frame, pair)
+            segments = truth.section(frame, pair) if len(faces) else np.zeros((0, 2, 3))
+            edges = segments[:, 1] - segments[:, 0]
+            lengths = np.sqrt((edges * edges).sum(axis=-1))
+            frame_size = (float(lengths.sum()), len(faces))
+            # Of equals the first frame.
+            if frame_size <= size:
+                continue
+            size = frame_size
+            a, b = self._middles_at(pair, frame)
+            toward = direction(b - a)
+            point, normal = (a + b) / 2, toward
+            if len(segments):
+                point, normal = _point(segments, lengths), _normal(segments, toward)
+            evidence = Evidence(normal=vector_of(normal), face_pairs=len(faces), faces=np.array(faces, np.int64))
+            best = frame, vector_of(point), size[0], evidence
+        assert best is not None
+        return best
+
+    def _middles_at(self, pair: int, frame: int) -> list[FloatArray]:
+        """Return the middles (3,) of the two bodies of a pair in a frame, world metres."""
+        motion = self._assembly.motion
+        return [
+            motion.rotations[frame, body] @ self._middles[body] + motion.translations[frame, body]
+            for body in self._assembly.pairs[pair].tolist()
+        ]
+
+
+def _before(assembly: Assembly, pair: int, first: int) -> Measured | None:
+    """Measure the first touch on the way to a frame; ``None``: it is not known."""
+    touch = first_touch(assembly, pair, first - 1)
     if touch is None:
-        return miss
+        return None
     faces = np.array([touch.faces], dtype=np.int64)
-    evidence = Evidence(normal=touch.normal, face_pairs=1, touch=touch, faces=faces)
-    return replace(miss, frame=miss.first, point=touch.point, metres=0.0, evidence=evidence)
-
-
-def _longest_curve(
-    assembly: Assembly, detection: Detection, middles: Sequence[FloatArray], miss: Fault, sampled: Mapping[int, int]
-) -> Fault:
-    """Return a miss measured in the frame with the longest curve.
-
-    ``middles`` (3,) of every body, in its own frame; ``sampled``: row of the detection -> frame of the motion.
-    """
-    best = miss
-    longest = (-1.0, 0)
-    for row, frame in sampled.items():
-        faces = detection.faces(row, miss.pair)
-        segments = detection.section(row, miss.pair) if len(faces) else np.zeros((0, 2, 3))
-        edges = segments[:, 1] - segments[:, 0]
-        lengths = np.sqrt((edges * edges).sum(axis=-1))
-        size = (float(lengths.sum()), len(faces))
-        # Of equals the first frame.
-        if size <= longest:
-            continue
-        longest = size
-        a, b = _middles_at(assembly, middles, miss.pair, frame)
-        toward = direction(b - a)
-        point, normal = (a + b) / 2, toward
-        if len(segments):
-            point, normal = _point(segments, lengths), _normal(segments, toward)
-        evidence = Evidence(normal=vector_of(normal), face_pairs=len(faces), faces=np.array(faces, np.int64))
-        best = replace(miss, frame=frame, point=vector_of(point), metres=size[0], evidence=evidence)
-    return best
-
-
-def _middles_at(assembly: Assembly, middles: Sequence[FloatArray], pair: int, frame: int) -> list[FloatArray]:
-    """Return the middles (3,) of the two bodies of a pair in a frame, world metres."""
-    motion = assembly.motion
-    return [
-        motion.rotations[frame, body] @ middles[body] + motion.translations[frame, body]
-        for body in assembly.pairs[pair].tolist()
-    ]
+    return first, touch.point, 0.0, Evidence(normal=touch.normal, face_pairs=1, touch=touch, faces=faces)
 
 
 def _point(segments: FloatArray, length: FloatArray) -> FloatArray:

@@ -19,12 +19,10 @@ class SampleBudget:
     ----------
     per_miss : frames of one miss at most.
     total : pair-frames of all misses together, as far as each gets one.
-    at_once : pair-frames whose faces are in memory together.
     """
 
     per_miss: int
     total: int
-    at_once: int
 
     def frames_per_miss(self, misses: int) -> int:
         """Return the frames that each of so many misses gets, at least one."""

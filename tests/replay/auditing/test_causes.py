@@ -9,7 +9,7 @@ from support.small_worlds import STILL, TWO_BUMPS, cube, cubes, make_analytic, v
 
 from cdcore import Verdict
 from cdcore.protocol import Explanation
-from replay.auditing.causes import Audited, find_causes, first_failed
+from replay.auditing.causes import count_causes, first_failed
 from replay.auditing.compare import compare
 from replay.auditing.fault import MISS_CAUSES, Cause
 from replay.auditing.sample_budget import SampleBudget
@@ -134,8 +134,13 @@ def test_a_contact_that_no_instant_shows_is_lost_between_frames():
 def test_disagreement_within_tolerance_is_no_miss():
     subject, oracle = verdict_column("...C"), verdict_column(".CCC")
     comparison = compare(subject, oracle, within=lambda frames, _: np.isin(frames, [1, 2]))
-    misses, causes = find_causes((), comparison, Audited(None, None, subject, oracle), None)
-    assert causes.pair_frames == {Cause.TOLERANCE: 2} and misses == ()
+    assert count_causes((), (), comparison, oracle).pair_frames == {Cause.TOLERANCE: 2}
+
+
+def test_tolerance_is_counted_in_a_run_without_misses():
+    session = cubes({"a": [0] * 3, "b": [1 - 1e-6, 1.0, 1.5]})
+    result = compute(session, detectors="support.planted_detectors:Blind", oracle="exact")
+    assert result.misses["Blind"] == () and result.causes["Blind"].pair_frames[Cause.TOLERANCE] == 2
 
 
 @pytest.mark.parametrize(
@@ -160,8 +165,8 @@ def test_the_first_stage_that_failed_is_the_cause(reported, cause):
 
 
 def test_samples_are_bounded_and_unsampled_misses_unexamined(monkeypatch):
-    budget = SampleBudget(per_miss=16, total=10, at_once=3)
-    monkeypatch.setattr("replay.auditing.causes.CAUSE_BUDGET", budget)
+    monkeypatch.setattr("replay.auditing.examination.CAUSE_BUDGET", SampleBudget(per_miss=16, total=10))
+    monkeypatch.setattr("replay.auditing.examination.FRAMES_AT_ONCE", 3)
     session = cubes({"a": [0] * 300, "b": [3, 0.9, 0.9] * 100})
     result = compute(session, detectors="support.planted_detectors:Blind")
     causes = Counter(miss.cause for miss in result.misses["Blind"])

@@ -1,9 +1,12 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.small_worlds import along_x, cube, cubes
 
 from cdcore import create_detector
-from replay.auditing.evidence import EVIDENCE_BUDGET, measure_misses
+from replay.auditing.causes import Audited
+from replay.auditing.examination import EVIDENCE_BUDGET, examined_misses
 from replay.auditing.fault import Fault, FaultKind
 from replay.auditing.sample_budget import grouped, spread_frames
 from replay.prepare.assemble import assemble
@@ -15,18 +18,29 @@ def miss(pair, first, last):
     return Fault(1, "it", pair, ("a", "b"), FaultKind.NEVER_REPORTED, first, last, 0.0, 1.0, frame=first)
 
 
-def cuts_of(session, positions):
-    """Misses of these frames, measured, and how many frames were queried at a time."""
-    assembly = assemble(session)
-    detector = create_detector("hybrid", assembly.bodies, pairs=assembly.pairs)
+def measured_misses(assembly, detector, segments, *, between=False):
+    """Misses of these frames by a detector that explains nothing, examined, and how many frames were queried at a time.
+
+    Evidence and cause come from the same queries: a second one of the same frames would be seen here.
+    """
     requested = []
 
     def detect(motion):
         requested.append(len(motion))
         return detector.detect(motion, faces=True)
 
-    measured = measure_misses(assembly, detect, [miss(*index) for index in positions])
-    return measured, requested
+    whole = replace(detector.detect(assembly.motion), covers="intervals" if between else "instants")
+    subjects = {"it": Audited(assembly.motion, object(), whole, whole)}
+    misses = {"it": [miss(*segment) for segment in segments]}
+    examined = sorted(examined_misses(assembly, detect, misses, subjects, between=between), key=lambda entry: entry[1])
+    assert all(causes and fault.cause in causes for _, _, fault, causes in examined)
+    return [fault for _, _, fault, _ in examined], requested
+
+
+def cuts_of(session, positions):
+    """Misses of these frames, measured, and how many frames were queried at a time."""
+    assembly = assemble(session)
+    return measured_misses(assembly, create_detector("hybrid", assembly.bodies, pairs=assembly.pairs), positions)
 
 
 def offset_cubes(positions):
@@ -92,12 +106,11 @@ def test_a_curve_is_as_long_as_its_segments():
     assert cut.evidence.face_pairs == 3 and cut.metres == pytest.approx(6.0) and cut.point == pytest.approx((-8, 0, 0))
 
 
-def between(positions, *asked):
+def between(positions, *segments):
     session = cubes({"a": [0.0] * len(positions), "b": positions})
     assembly = assemble(session)
     exact = create_detector("exact", assembly.bodies, pairs=assembly.pairs)
-    misses = [miss(*index) for index in asked]
-    return measure_misses(assembly, lambda motion: exact.detect(motion, faces=True), misses, between=True)
+    return measured_misses(assembly, exact, segments, between=True)[0]
 
 
 def test_a_contact_between_frames_has_moment_faces_and_point():
