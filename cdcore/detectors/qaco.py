@@ -18,11 +18,9 @@ from cdcore.narrow.sections.section_source import section_of_frame
 from cdcore.numerics import IntArray
 from cdcore.protocol import Body, Detection, Explanation, FaceSets, Live, Motion, PairDetector, Verdict
 from cdcore.protocol.settings import choice, flag, number
-from cdcore.search.explaining import SearchExplainer
-from cdcore.search.live_search import LiveSearch
 from cdcore.search.search_settings import MOST_WEIGHT, SearchSettings
-from cdcore.search.stage import CONTAINMENT_REFUSED, PairMemory, SearchAnswer, SearchStage
-from cdcore.search.tracing import NotingStage, Watched
+from cdcore.search.stage import CONTAINMENT_REFUSED, LiveSearch, PairMemory, SearchAnswer, SearchStage
+from cdcore.search.tracing import NotingStage, SearchExplainer, Watched
 
 
 class QacoDetector(PairDetector[Any]):

@@ -14,7 +14,7 @@ TWO_PI = 2.0 * PI
 
 @hot_kernel
 def equation_15(angle: float, chain: int, features: int) -> int:
-    """Place of the feature that an angle stands for, by its cosine (chain 0) or its sine (chain 1).
+    """Index of the feature that an angle stands for, by its cosine (chain 0) or its sine (chain 1).
 
     ``arccos(cos t) / pi`` is the distance of t to the nearest multiple of 2 pi, over pi; so written it needs no cosine.
     Differs: printed linear in the amplitude, which draws the end faces twenty times too often.

@@ -1,6 +1,6 @@
 """One evaluation: a distance of centroids, and where two balls overlap the triangle test, once per pair.
 
-What the filter of that test cannot decide is noted and asked of the exact predicate, several pairs at a time, outside
+What the filter of that test cannot decide is noted and put to the exact predicate, several pairs at a time, outside
 these kernels: with the exact sums linked into them they took 13 s to compile instead of 4.
 """
 
@@ -74,7 +74,7 @@ def trace_evaluation(i: int, j: int, distance: float, state: State) -> None:
     never_inlined()
     trace, row = doubles_at(state.trace_address), TRACED * (state.evaluations - 1)
     trace[row], trace[row + 1], trace[row + 2] = i, j, distance
-    trace[row + 3], trace[row + 4], trace[row + 5] = state.iterations, state.asked_by, np.nan
+    trace[row + 3], trace[row + 4], trace[row + 5] = state.iterations, state.source, np.nan
 
 
 @hot_kernel
@@ -129,7 +129,7 @@ def grow_table(old: IntArray, new: IntArray, states: States) -> None:
 
 
 def meeting_pairs(first: Features, second: Features, state: State, pairs: IntArray) -> IntArray:
-    """Those of the pairs (k, 2), places of faces, that meet at the reference vertices; order kept."""
+    """Those of the pairs (k, 2), indices of faces, that meet at the reference vertices; order kept."""
     placed = np.empty((len(pairs), 2, 3, 3))
     for side, (features, pose) in enumerate(((first, state["world_a"]), (second, state["world_b"]))):
         corners = features.rows[pairs[:, side], CORNERS:].reshape(-1, 3, 3)

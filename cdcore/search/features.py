@@ -2,16 +2,19 @@
 
 A rotation step of an ant is meaningful only if a small change of the index is a small change of place; so faces are
 numbered along a Morton curve through their centroids, in the body's own frame.
+
+A sample is S faces of a mesh to search, drawn by area, each larger sample holding every smaller one. A sampled search
+misses in two ways: no pair that meets is left in the sample, or the search does not reach it.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
 from cdcore.mesh import TriangleMesh
 from cdcore.numerics import FloatArray, IntArray, readonly
-from cdcore.search.morton import morton_codes
+from cdcore.search.state import stream_of
 
 NEIGHBOURS: Final = 14
 """Neighbours kept for local search: the three across edges, and eleven of some nine across corners."""
@@ -21,24 +24,27 @@ FAN: Final = 3 * (NEIGHBOURS + 1)
 CENTROID, RADIUS, CORNERS, ROW = 0, 3, 4, 13
 """Columns of a feature row: centroid, radius, the nine coordinates of the corners."""
 
+MORTON_BITS: Final = 10
+"""Bits of a position on the Morton curve, each axis."""
+
 
 @dataclass(frozen=True, eq=False)
 class Features:
-    """The faces of a mesh in the order of the search, and which of them a search looks at."""
+    """The faces of a mesh in the order of the search, and which of them a search may draw."""
 
     face: IntArray
-    """(f,) number in the mesh of the face at each place in the order."""
+    """(f,) number in the mesh of the face at each index of the order."""
     rows: FloatArray
     """(f, 13) centroid, radius of the ball around it that holds the face, corners; body frame, metres."""
     near: IntArray
-    """(f, 15) places of up to 14 faces sharing a corner, those sharing an edge first, -1 where there is none; last
+    """(f, 15) indices of up to 14 faces sharing a corner, those sharing an edge first, -1 where there is none; last
     column: how many share an edge."""
     links: IntArray
     """(6 f + v + 1,) three vertices of each face; for each vertex where its faces start; the faces at each vertex."""
     size: float
     """Largest distance of a point of the mesh to the origin of the body."""
     pick: IntArray
-    """(S,) ascending places of the faces that are searched: all, or a sample; the flood fill goes over all still."""
+    """(S,) ascending indices of the faces that are searched: all, or a sample; the flood fill goes over all still."""
     near_picked: IntArray
     """(f, 15) as ``near``, of neighbours that are searched; of a sample the last column is not used."""
 
@@ -68,6 +74,38 @@ def features_of(mesh: TriangleMesh) -> Features:
     links = np.concatenate([corners.ravel(), 3 * len(face) + len(start) + start, members])
     every = readonly(np.arange(len(face)))
     return Features(readonly(face), readonly(rows), readonly(near), readonly(links), size, every, near)
+
+
+def sample_of(features: Features, size: int | None, seed: int, name: str) -> Features:
+    """Draw ``size`` faces of a body to search; ``None`` or as many as there are: all, as the features are.
+
+    Of fewer, the neighbours are the 14 nearest centroids, because few of them share a corner. ``seed`` and ``name`` are
+    the key of the draw; the same key draws nested samples.
+    """
+    if size is None or size >= len(features):
+        return features
+    stream = stream_of(seed, "samples", name, name, 0.0)
+    with np.errstate(divide="ignore"):
+        # the S largest u^(1/area): a draw by weight without repeats (Efraimidis and Spirakis 2006)
+        rank = np.log(stream.random(len(features))) / _areas(features)
+    pick = np.sort(np.argsort(-rank, kind="stable")[:size])
+    near_picked = readonly(_nearest(features.rows[:, :RADIUS], pick))
+    return replace(features, pick=readonly(pick), near_picked=near_picked)
+
+
+def morton_codes(points: FloatArray) -> IntArray:
+    """Position of each point (n, 3) along a Morton curve: 10 bits per axis, scaled by the longest side of their box."""
+    lower, upper = points.min(axis=0), points.max(axis=0)
+    half_side = float((upper / 2.0 - lower / 2.0).max())
+    code = np.zeros(len(points), dtype=np.int64)
+    if half_side == 0.0:
+        return code
+    fraction = (points / 2.0 - lower / 2.0) / half_side
+    cell = np.minimum((fraction * 2.0**MORTON_BITS).astype(np.int64), 2**MORTON_BITS - 1)
+    for bit in range(MORTON_BITS):
+        for axis in range(3):
+            code |= ((cell[:, axis] >> bit) & 1) << (3 * bit + axis)
+    return code
 
 
 def _length(vectors: FloatArray) -> FloatArray:
@@ -121,3 +159,28 @@ def _corner_neighbours(corners: IntArray, start: IntArray, members: IntArray) ->
     count = np.minimum(start[vertex + 1] - start[vertex], FAN)
     step = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
     return np.stack([np.repeat(np.arange(len(vertex)) // 3, count), members[np.repeat(start[vertex], count) + step]])
+
+
+def _areas(features: Features) -> FloatArray:
+    """Areas over the largest of them; all 1 where none has an area."""
+    corners = features.rows[:, CORNERS:].reshape(-1, 3, 3)
+    span = float(np.abs(corners).max())
+    corners = corners / (span if span > 0.0 else 1.0)
+    edges = corners[:, 1:] - corners[:, :1]
+    area: FloatArray = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+    largest = float(area.max())
+    return area / largest if largest > 0.0 else np.ones(len(area))
+
+
+def _nearest(points: FloatArray, pick: IntArray) -> IntArray:
+    from scipy.spatial import cKDTree
+
+    near = np.full((len(points), NEIGHBOURS + 1), -1, dtype=np.int64)
+    count = min(NEIGHBOURS + 1, len(pick))
+    _, index = cKDTree(points[pick]).query(points, k=np.arange(1, count + 1))
+    others = pick[index]
+    own = others == np.arange(len(points))[:, None]
+    others[own] = -1
+    others = np.take_along_axis(others, np.argsort(own, axis=1, kind="stable"), axis=1)
+    near[:, : min(count, NEIGHBOURS)] = others[:, :NEIGHBOURS]
+    return near

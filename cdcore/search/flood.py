@@ -17,9 +17,9 @@ from cdcore.triangles.decide import UNDECIDED
 
 @hot_kernel
 def enter(i: int, j: int, contacts: IntArray, faces: Faces, state: State) -> int:
-    """Test a pair that is new and add it to those found; DONE, FULL, UNSURE, or STALE: corners count from here on."""
+    """Test a pair that is new and add it to the contacts; DONE, FULL, UNSURE, or STALE: corners count from here on."""
     never_inlined()
-    if state.found_count >= contacts.shape[0] or 4 * state.entries + 4 >= 3 * faces.table.shape[0]:
+    if state.contact_count >= contacts.shape[0] or 4 * state.entries + 4 >= 3 * faces.table.shape[0]:
         return FULL
     if state.open >= OPEN_KEPT:
         return UNSURE
@@ -29,9 +29,9 @@ def enter(i: int, j: int, contacts: IntArray, faces: Faces, state: State) -> int
     state.flood_tests += 1
     answer = faces_meet(i, j, faces, state)
     if answer == 1:
-        contacts[state.found_count, 0] = i
-        contacts[state.found_count, 1] = j
-        state.found_count += 1
+        contacts[state.contact_count, 0] = i
+        contacts[state.contact_count, 1] = j
+        state.contact_count += 1
     elif answer == UNDECIDED:
         leave_open(key, state)
         if state.by_corners == 0:
@@ -71,7 +71,7 @@ def flood(seeds: IntArray, contacts: IntArray, links: tuple[IntArray, IntArray],
             state.head = 0
         elif outcome != DONE:
             return outcome
-    while state.head < state.found_count:
+    while state.head < state.contact_count:
         i, j = contacts[state.head, 0], contacts[state.head, 1]
         outcome = spread(False, i, j, links[0], contacts, faces, state)
         if outcome == DONE:

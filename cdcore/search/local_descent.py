@@ -13,8 +13,7 @@ demand that balls overlap: 38.
 from cdcore.kernels.compiling import hot_kernel, never_inlined
 from cdcore.search.evaluation import evaluate, is_new
 from cdcore.search.features import NEIGHBOURS, RADIUS
-from cdcore.search.rng import draw
-from cdcore.search.state import DRAW, OPEN_ASKED, WALK, Faces, State
+from cdcore.search.state import FROM_DESCENT, FROM_DRAW, OPEN_SEARCHED, Faces, State, draw
 
 DRAWS = 32
 """Random pairs among which a round of local search chooses its start."""
@@ -23,12 +22,12 @@ DRAWS = 32
 @hot_kernel
 def is_over(state: State) -> bool:
     """A pair meets, the budget is spent, or enough pairs are left open to ask about them."""
-    return bool(state.hit_a >= 0 or state.evaluations >= state.budget or state.open >= OPEN_ASKED)
+    return bool(state.hit_a >= 0 or state.evaluations >= state.budget or state.open >= OPEN_SEARCHED)
 
 
 @hot_kernel
 def left_behind(i: int, j: int, faces: Faces) -> int:
-    """Key of a pair whose neighbours local search has seen: below 0, as that of no tested pair is."""
+    """Key of a pair whose neighbours local search has tried: below 0, as that of no tested pair is."""
     return int(-1 - (i * faces.rows_b.shape[0] + j))
 
 
@@ -38,7 +37,7 @@ def closest_around(
 ) -> tuple[int, int, float]:
     """The closest of pair (i, j) and the pairs of neighbours of ``first``, ``second`` or both its faces."""
     never_inlined()
-    state.asked_by = WALK
+    state.source = FROM_DESCENT
     best_i, best_j = i, j
     for k in range(NEIGHBOURS if first else 1):
         a = faces.near_a[i, k] if first else i
@@ -57,7 +56,7 @@ def closest_around(
 @hot_kernel
 def descend(i: int, j: int, distance: float, faces: Faces, state: State) -> None:
     """Go down from pair (i, j) at its distance; ends at a hit, at the budget, where no neighbour is closer, or where
-    an earlier way of this search has been.
+    an earlier descent of this search has been.
     """
     never_inlined()
     moving = True
@@ -65,7 +64,7 @@ def descend(i: int, j: int, distance: float, faces: Faces, state: State) -> None
         at_i, at_j, before = i, j, distance
         i, j, distance = closest_around(True, False, i, j, distance, faces, state)
         i, j, distance = closest_around(False, True, i, j, distance, faces, state)
-        # only now: a way cut short by a hit or the exact predicate may be gone again
+        # only now: a descent cut short by a hit or the exact predicate may be gone again
         if is_over(state) or not is_new(faces.table, state, left_behind(at_i, at_j, faces)):
             return
         moving = distance < before
@@ -86,7 +85,7 @@ def drawn_pair(faces: Faces, state: State) -> tuple[int, int]:
 def local_round(faces: Faces, state: State) -> None:
     """Down from the best of 32 random pairs."""
     never_inlined()
-    state.asked_by = DRAW
+    state.source = FROM_DRAW
     best_i, best_j, best = -1, -1, 0.0
     for _ in range(DRAWS):
         i, j = drawn_pair(faces, state)

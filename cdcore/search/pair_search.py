@@ -1,24 +1,49 @@
 """The search of one pair of bodies at one pair of poses: finds a face pair that meets, or says it has not found one.
 
-Whatever it finds has passed the exact triangle test at the reference vertices, so it never invents a contact.
+Whatever it finds has passed the exact triangle test at the reference vertices, so it never invents a contact. One
+compiled call runs until it has found a pair, spent its budget, or needs something from outside.
 """
 
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
-from cdcore.kernels.compiling import records
+from cdcore.kernels.compiling import hot_kernel, kernel, never_inlined, records
 from cdcore.kernels.memory import address_of
-from cdcore.numerics import FloatArray, IntArray, readonly
-from cdcore.search.advance import COLONY, LOCAL, RANDOM, SEARCH, SEARCH_ON, advance, follow, take_poses
-from cdcore.search.evaluation import grow_table, meeting_pairs
+from cdcore.numerics import EPS, UNDERFLOW_PAD, FloatArray, IntArray, readonly
+from cdcore.poses.kernels import relative_pose
+from cdcore.search.evaluation import evaluate, grow_table, meeting_pairs
 from cdcore.search.features import Features
 from cdcore.search.flood import flood
+from cdcore.search.local_descent import descend, drawn_pair, is_over, local_round
 from cdcore.search.printed import SearchOverError, iterations_as_printed
-from cdcore.search.result import Pair, SearchResult
-from cdcore.search.rng import key_of, stream_of
 from cdcore.search.search_settings import SearchSettings
-from cdcore.search.state import ANT, DONE, FULL, STATE, TRACED, UNSURE, Faces
+from cdcore.search.state import (
+    ANT,
+    DONE,
+    FROM_DRAW,
+    FROM_START,
+    FULL,
+    STATE,
+    TRACED,
+    UNSURE,
+    Faces,
+    State,
+    States,
+    Swarm,
+    key_of,
+    stream_of,
+)
+from cdcore.search.swarm import iterate, populate
+
+COLONY, LOCAL, RANDOM = 0, 1, 2
+"""The strategies of the search."""
+SEARCH, SEARCH_ON = 0, 1
+"""What to do: take the poses, evaluate the start and search; go on with a search."""
+
+PLACING_PAD = 1024.0 * EPS
+"""Pad of the threshold in size of both bodies: their relative pose is rounded five times, each by a few eps of that
+size; a pad a hundred times too wide costs a triangle test now and then, one too narrow a contact."""
 
 TABLE: Final = 1024
 """First size of the table of tested pairs; it doubles when half full."""
@@ -37,6 +62,27 @@ NO_PAIR: Final = (-1, -1)
 SEARCHERS: Final = {"memetic": COLONY, "corrected": COLONY, "local": LOCAL, "random": RANDOM}
 
 Pose = tuple[FloatArray, FloatArray]
+
+Pair = tuple[int, int]
+"""Indices of two faces in the order of the search, one of each body."""
+
+
+class SearchResult(NamedTuple):
+    """A pair of faces that meets or ``None``, and the cost of the search.
+
+    ``closest``: the pair whose centroids came closest, at ``distance`` metres. ``evaluations``: distances of centroids;
+    ``tests``: of triangles; ``restarts``: populations drawn anew; ``iterations``: of the colony. ``reason``: "hit",
+    "budget" or "broken" (the equations as printed gave a probability that is none).
+    """
+
+    hit: Pair | None
+    closest: Pair
+    distance: float
+    evaluations: int
+    tests: int
+    restarts: int
+    iterations: int
+    reason: str
 
 
 class PairSearch:
@@ -64,23 +110,23 @@ class PairSearch:
         self._set_constants()
 
     def trace(self, rows: int) -> FloatArray:
-        """Write the first so many evaluations of each look from here on down, (rows, TRACED), as ``state`` says."""
+        """Write the first so many evaluations of each search from here on down, (rows, TRACED), as ``state`` says."""
         self._trace = np.zeros((rows, TRACED))
         self._fresh["trace_address"], self._fresh["trace_rows"] = address_of(self._trace), rows
         return self._trace
 
-    def look(
+    def search(
         self, pose_a: Pose, pose_b: Pose, stamp: float, *, start: Pair | None = None, budget: int | None = None
     ) -> SearchResult:
         """Search until the first hit or the end of the budget (evaluations; ``None``: that of the settings).
 
         Poses are rotation (3, 3) and translation (3,); ``stamp``, the time of the frame, is part of the key of the
-        random stream; ``start``: places of a pair to begin at, such as the closest of the frame before.
+        random stream; ``start``: indices of a pair to begin at, such as the closest of the frame before.
         """
-        self.place(pose_a, pose_b)
+        self.set_poses(pose_a, pose_b)
         return self.search_from(stamp, start, self.settings.budget if budget is None else budget)
 
-    def place(self, pose_a: Pose, pose_b: Pose) -> None:
+    def set_poses(self, pose_a: Pose, pose_b: Pose) -> None:
         """Take new poses, for the search that begins next."""
         take_poses(*pose_a, *pose_b, self._states)
 
@@ -89,21 +135,21 @@ class PairSearch:
         return self._placed[0].tobytes() + self._placed[1].tobytes()
 
     def search_from(self, stamp: float, start: Pair | None, budget: int) -> SearchResult:
-        """Searches at the poses that were set last; otherwise as ``look``."""
+        """Searches at the poses that were set last; otherwise as ``search``."""
         self._stamp = stamp
         self._fresh["stream"] = self._key ^ np.float64(stamp).view(np.uint64)
         return self._search(SEARCH, start or NO_PAIR, budget)
 
     def search_further(self) -> SearchResult:
-        """Search on from a hit for one outside what was found so far, within the same budget; counts go on too."""
+        """Search on from a hit for one outside the contacts so far, within the same budget; counts go on too."""
         self._state["hit_a"] = -1
         self._state["quiet"] = 0
         return self._search(SEARCH_ON, NO_PAIR, int(self._state["budget"]))
 
     def curve(self, seeds: IntArray) -> IntArray:
-        """Every pair that meets and hangs together with the hit or with a seed that still meets, (k, 2) places, sorted.
+        """Every pair that meets and hangs together with the hit or with a seed that still meets, (k, 2), sorted.
 
-        Pairs found by an earlier call at these poses are kept. ``seeds`` (n, 2): places, of the frame before.
+        Pairs found by an earlier call at these poses are kept. ``seeds`` (n, 2): indices, of the frame before.
         """
         state = self._state
         if state["undecided"]:
@@ -122,7 +168,7 @@ class PairSearch:
                 self._grow()
                 self._contacts = np.concatenate([self._contacts, np.zeros_like(self._contacts)])
             self._add(self._ask_open())
-        first, second = self._contacts[: state["found_count"]].T
+        first, second = self._contacts[: state["contact_count"]].T
         return np.stack(np.divmod(np.unique(first * len(self.second) + second), len(self.second)), axis=1)
 
     @property
@@ -209,14 +255,104 @@ class PairSearch:
 
     def _add(self, pairs: IntArray) -> None:
         """Put pairs that meet where the flood fill starts from."""
-        before = int(self._state["found_count"])
+        before = int(self._state["contact_count"])
         after = before + len(pairs)
         while after > len(self._contacts):
             self._contacts = np.concatenate([self._contacts, np.zeros_like(self._contacts)])
         self._contacts[before:after] = pairs
-        self._state["found_count"] = after
+        self._state["contact_count"] = after
 
     def _grow(self) -> None:
         larger = np.zeros((2 * len(self._table), 2), dtype=np.int64)
         grow_table(self._table, larger, self._states)
         self._table, self._faces = larger, self._faces._replace(table=larger)
+
+
+@kernel
+def take_poses(
+    rotation_a: FloatArray, move_a: FloatArray, rotation_b: FloatArray, move_b: FloatArray, states: States
+) -> None:
+    """Write poses of both bodies, and of A as B sees it, to the record that the next search begins as."""
+    state, rotation, move = states[1], np.empty((3, 3)), np.empty(3)
+    relative_pose(rotation_b, move_b, rotation_a, move_a, rotation, move)
+    state.relative[12] = 0.0
+    for i in range(3):  # assigned as slices, arrays took 2.5 s to compile, not 0.3 (2026-11)
+        for j in range(3):
+            state.world_a[3 * i + j], state.world_b[3 * i + j] = rotation_a[i, j], rotation_b[i, j]
+            state.relative[3 * i + j] = rotation[i, j]
+        state.world_a[9 + i], state.world_b[9 + i], state.relative[9 + i] = move_a[i], move_b[i], move[i]
+        state.relative[12] = max(state.relative[12], abs(move_a[i]), abs(move_b[i]))
+
+
+@hot_kernel
+def index_in(pick: IntArray, face: int) -> int:
+    """Index of a face among ascending ones, or where it would be inserted."""
+    lower, upper = 0, len(pick) - 1
+    while lower < upper:
+        middle = (lower + upper) // 2
+        if pick[middle] < face:
+            lower = middle + 1
+        else:
+            upper = middle
+    return lower
+
+
+@hot_kernel
+def follow_start(i: int, j: int, faces: Faces, state: State) -> float:
+    """Warm start: evaluate a pair and, if the strategy has local search, go down from it; distance of the pair."""
+    never_inlined()
+    state.source = FROM_START
+    distance: float = evaluate(i, j, faces, state)
+    if state.descends_from_start != 0:
+        descend(i, j, distance, faces, state)
+    return distance
+
+
+@hot_kernel
+def step(swarm: Swarm, faces: Faces, state: State) -> None:
+    """A round of the strategy: an iteration of the colony, a local search, or a random pair."""
+    if state.searcher == RANDOM:
+        state.source = FROM_DRAW
+        i, j = drawn_pair(faces, state)
+        evaluate(i, j, faces, state)
+    elif state.searcher == LOCAL:
+        local_round(faces, state)
+    else:
+        if state.fresh != 0:
+            populate(swarm, len(faces.pick_a), len(faces.pick_b), state)
+            state.fresh = 0
+        iterate(swarm, faces, state)
+
+
+@kernel
+def advance(task: int, i: int, j: int, budget: int, swarm: Swarm, faces: Faces, states: States) -> int:
+    """Do a task within ``budget`` evaluations: DONE, FULL (grow the table) or UNSURE (ask about the pairs left open).
+
+    A search begins as ``states[1]``, which has its poses, at the pair (i, j); i below 0: at none.
+    """
+    state = states[0]
+    if task == SEARCH:
+        generation = state.generation + 1
+        states[0] = states[1]
+        state.generation = generation
+        state.pad = PLACING_PAD * (state.bodies_size + 2.0 * state.relative[12]) + UNDERFLOW_PAD
+    state.budget = budget
+    if task == SEARCH and i >= 0:
+        follow_start(i, j, faces, state)
+        state.start_a, state.start_b = index_in(faces.pick_a, state.best_a), index_in(faces.pick_b, state.best_b)
+        if state.open > 0:
+            return UNSURE
+    while not is_over(state):
+        if state.searcher == COLONY and state.quiet >= state.restart_after:
+            state.fresh, state.quiet = 1, 0
+            state.restarts += 1
+        if 2 * state.entries >= faces.table.shape[0]:
+            return FULL
+        step(swarm, faces, state)
+    return UNSURE if state.hit_a < 0 and state.open > 0 else DONE
+
+
+@kernel
+def follow(i: int, j: int, faces: Faces, states: States) -> float:
+    """Evaluate a pair, and go down from it if the strategy has local search; distance of the pair."""
+    return follow_start(i, j, faces, states[0])

@@ -48,7 +48,7 @@ def iterations_as_printed(
 ) -> Iterator[int]:
     """The number of each iteration when it begins, from 1 on, until the probabilities are none.
 
-    ``evaluate`` gives the distance of a pair of features by their places, or ends the search by ``SearchOverError``;
+    ``evaluate`` gives the distance of a pair of features by their indices, or ends the search by ``SearchOverError``;
     ``sizes``: features of both bodies. Of the settings ants, turn, mutation, alpha, beta and evaporation count.
     """
     ants = settings.ants

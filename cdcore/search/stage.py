@@ -1,24 +1,34 @@
 """The search over a whole motion, frame by frame as in a live engine. Each pair starts from its closest faces so far.
 
-Where both poses of a pair are bit for bit those of its look before, the answer is that answer; where it rests, and the
-whole budget found nothing, it gets less (``rest``).
+Where both poses of a pair are bit for bit those of its search before, the answer is that answer. A pair that has not
+moved since the whole budget found nothing gets less of it (``rest``); a search that is left out leaves the verdict
+NOT_FOUND: it neither invents a contact nor calls a pair clear.
 """
 
+from collections import Counter
 from collections.abc import Sequence
+from typing import Final
 
 import numpy as np
 
-from cdcore.numerics import BoolArray, FloatArray, Int32Array, IntArray, readonly
-from cdcore.protocol import NO_FACES, Body, FaceSets, Motion, ordered_by_name
-from cdcore.search.features import features_of
-from cdcore.search.pair_search import PairSearch, Pose
-from cdcore.search.resting_contact import budget_at_rest, lengths_at_rest
-from cdcore.search.result import Pair, SearchResult
-from cdcore.search.samples import sample_of
+from cdcore.broad.broad_phase import BroadPhase
+from cdcore.broad.live_pairs import LivePairs
+from cdcore.kernels.compiling import kernel
+from cdcore.numerics import EPS, BoolArray, FloatArray, Int32Array, IntArray, readonly
+from cdcore.protocol import NO_FACES, Body, FaceSets, Motion, Verdict, ordered_by_name
+from cdcore.search.features import Features, features_of, sample_of
+from cdcore.search.pair_search import Pair, PairSearch, Pose, SearchResult
 from cdcore.search.search_settings import SearchSettings
 
+PROBE: Final = 192
+"""Evaluations in which a warm start has reached its valley: a few steps to 28 neighbours each."""
+
+ROUNDING_ULPS: Final = 4096.0
+"""In eps of sizes and distances: a thing that a hand carries seems to move by this much against the hand. Two poses are
+rounded, and one relative pose is computed for each of two frames: below 1000 eps together. At 1 m it is a picometre."""
+
 SEEDS = 64
-"""Pairs of the frame before from which the flood fill starts as well: a second curve then is found again."""
+"""Pairs of the frame before from which the flood fill starts as well: a second curve then is met again."""
 
 NO_SEEDS: IntArray = readonly(np.zeros((0, 2), dtype=np.int64))
 NO_RELATIVE: FloatArray = np.full(13, np.nan)
@@ -26,29 +36,36 @@ NO_RELATIVE: FloatArray = np.full(13, np.nan)
 CONTAINMENT_REFUSED = "refused: a search that finds nothing does not know that surfaces are disjoint"
 """What a detector that ends with a search says about containment."""
 
-MOST_NOTED_SAMPLES = 100_000
+MOST_NOTED_SEARCHES = 100_000
 """Looks without a contact that a stage remembers: 40 MB; more than an audit that is watched makes of an hour."""
 
 COUNTERS = ("looks", "reused", "short", "evaluations", "exact_tests", "flood_tests", "restarts", "iterations", "broken")
 
 
-LookKey = tuple[int, float, int, Pair | None, int]
-"""Column, stamp, hash of the poses, start and budget: with the settings all that a look depends on."""
+SearchKey = tuple[int, float, int, Pair | None, int]
+"""Column, stamp, hash of the poses, start and budget: with the settings all that a search depends on."""
 
 
 class PairMemory:
-    """Remembers the last sample of a pair: its poses, whether it met and in which faces, the closest pair of faces."""
+    """Remembers the last search of a pair; passes from block to block."""
 
     def __init__(self) -> None:
         self.poses = b""
+        """Every bit of the poses of that search."""
         self.hit = False
+        """Whether the pair met."""
         self.start: Pair | None = None
+        """The hit, or the closest pair of faces: where the next search starts."""
         self.seeds = NO_SEEDS
+        """Pairs that met, from which the next flood fill starts as well."""
         self.faces = NO_FACES
-        # Relative poses (13,): at which the whole budget found nothing since the last hit, and of the look before.
-        self.searched = self.seen = NO_RELATIVE
-        # Of the face set, in this block; -1: none yet.
+        """Face pairs that met, (k, 2)."""
+        self.searched = NO_RELATIVE
+        """Relative pose (13,) at which the whole budget found nothing since the last hit."""
+        self.last_relative = NO_RELATIVE
+        """Relative pose (13,) of the search before."""
         self.number = -1
+        """Number of ``faces`` among the sets of this block; -1: none yet."""
 
 
 class SearchAnswer:
@@ -66,7 +83,7 @@ class SearchAnswer:
         self.sets: list[Int32Array] = []
 
     def count(self, result: SearchResult, flood_tests: int) -> None:
-        """Add the work of one look."""
+        """Add the work of one search."""
         work = self.work
         work["evaluations"] += result.evaluations
         work["exact_tests"] += result.tests
@@ -100,8 +117,8 @@ class SearchStage:
         self._lengths = [lengths_at_rest(features[a], features[b], settings.rest) for a, b in self._ends]
         # A pair that rests is searched in brief only if it starts from where it was closest.
         self._rested = settings.rest > 0.0 and settings.warm_start
-        # What looks gave that found nothing: who asks the same again need not search.
-        self.empty: dict[LookKey, SearchResult] = {}
+        # Results of searches without a hit: the same search need not be repeated.
+        self.empty: dict[SearchKey, SearchResult] = {}
 
     def fresh_memory(self) -> list[PairMemory]:
         """Returns an empty memory of each pair; it passes from block to block."""
@@ -141,36 +158,36 @@ class SearchStage:
     def _sample(
         self, motion: Motion, frame: int, column: int, known: PairMemory, work: dict[str, int]
     ) -> SearchResult | None:
-        """Search a pair in a frame; ``None``: the answer of its last look stands.
+        """Search a pair in a frame; ``None``: the answer of its last search stands.
 
-        It stands where both poses are bit for bit those of that look, or where the pair rests at a pose at which the
+        It stands where both poses are bit for bit those of that search, or where the pair rests at a pose at which the
         whole budget found nothing. Where it nearly rests there, less of the budget is spent.
         """
         search, budget = self._searches[column], self._settings.budget
-        search.place(*self._poses(motion, frame, column))
+        search.set_poses(*self._poses(motion, frame, column))
         if self._rested:
-            budget = budget_at_rest(search.relative, known.searched, known.seen, self._lengths[column], budget)
+            budget = budget_at_rest(search.relative, known.searched, known.last_relative, self._lengths[column], budget)
         bits = search.pose_bits()
         if not budget or bits == known.poses:
             work["reused"] += 1
             return None
         work["looks"] += 1
-        known.poses, known.seen = bits, search.relative.copy()
+        known.poses, known.last_relative = bits, search.relative.copy()
         start, stamp = known.start if self._settings.warm_start else None, float(motion.times[frame])
         result = self._search(frame, (column, stamp, hash(bits), start, budget))
         if result.hit is not None:
             known.searched = NO_RELATIVE
         elif budget == self._settings.budget:
-            known.searched = known.seen
+            known.searched = known.last_relative
         else:
             work["short"] += 1
         return result
 
-    def _search(self, _frame: int, key: LookKey) -> SearchResult:
-        """Search a pair where it has been placed."""
+    def _search(self, _frame: int, key: SearchKey) -> SearchResult:
+        """Search a pair at the poses that were set last."""
         column, stamp, _, start, budget = key
         result = self._searches[column].search_from(stamp, start, budget)
-        if result.hit is None and len(self.empty) < MOST_NOTED_SAMPLES:
+        if result.hit is None and len(self.empty) < MOST_NOTED_SEARCHES:
             self.empty[key] = result
         return result
 
@@ -181,7 +198,7 @@ class SearchStage:
         return (rotations[a], moves[a]), (rotations[b], moves[b])
 
     def _collect(self, column: int, result: SearchResult, known: PairMemory) -> SearchResult:
-        """Fill the curve of a hit and, if asked to, search on for others."""
+        """Fill the curve of a hit and, if the settings say so, search on for others."""
         search = self._searches[column]
         if result.hit is None:
             known.seeds, known.faces = NO_SEEDS, NO_FACES
@@ -197,7 +214,75 @@ class SearchStage:
         return result
 
     def _numbered(self, column: int, indices: IntArray) -> IntArray:
-        """The face pairs, in the order of the pair, at places (k, 2) in the order of the search."""
+        """The face pairs, in the order of the pair, at indices (k, 2) in the order of the search."""
         search = self._searches[column]
         faces = np.stack([search.first.face[indices[:, 0]], search.second.face[indices[:, 1]]], axis=1)
         return faces[:, ::-1] if self._swapped[column] else faces
+
+
+class LiveSearch(LivePairs):
+    """Looks of ``search`` at the pairs that ``volumes`` leave: CONTACT where it confirms one, else NOT_FOUND."""
+
+    def __init__(self, volumes: BroadPhase, search: SearchStage) -> None:
+        memory = search.fresh_memory()
+        self._answer = SearchAnswer((1, len(memory)), faces=False)
+
+        def decide(now: Motion, column: int, _margin: float) -> tuple[int, bool]:
+            meets = search.decide_frame(now, 0, column, memory[column], self._answer)
+            return int(Verdict.CONTACT if meets else Verdict.NOT_FOUND), False
+
+        super().__init__(volumes, decide, None)
+
+    @property
+    def seconds(self) -> dict[str, float]:
+        """Seconds of the last sample, by stage."""
+        seconds = super().seconds
+        return {"volumes": seconds["volumes"], "search": seconds["surfaces"]}
+
+    @property
+    def work(self) -> Counter[str]:
+        """Counters of all samples so far."""
+        return Counter(self._answer.work)
+
+
+def lengths_at_rest(first: Features, second: Features, fraction: float) -> tuple[float, float, float]:
+    """Metres: size of the first body, of both, and how far a pair has moved that counts as new.
+
+    ``fraction`` is in diameters of the mean face of the finer mesh, which limits how small a contact can be. With the
+    mean of both, a ball of 512 faces was searched in brief for 18 frames on its way to a plate of 12, and the first two
+    frames of their contact were missed.
+    """
+    news = fraction * 2.0 * min(first.mean_radius, second.mean_radius)
+    return first.size, first.size + second.size, news
+
+
+@kernel
+def distance_moved(pose: FloatArray, before: FloatArray, size: float) -> float:
+    """Farthest any point within ``size`` of the first body's origin can have moved between two relative poses."""
+    rotation_change = move = 0.0
+    for k in range(9):
+        change = pose[k] - before[k]
+        rotation_change += change * change
+    for k in range(9, 12):
+        moved = pose[k] - before[k]
+        move += moved * moved
+    return float(np.sqrt(rotation_change) * size + np.sqrt(move))
+
+
+@kernel
+def budget_at_rest(
+    pose: FloatArray, searched: FloatArray, last_relative: FloatArray, lengths: tuple[float, float, float], whole: int
+) -> int:
+    """Evaluations, of the ``whole`` budget, at a relative pose (13,); 0: all of it found nothing here before.
+
+    ``searched``: relative pose at which the whole budget found nothing; ``last_relative``: relative pose at the search
+    before; not a number where there is none. A pair that comes to rest at a new pose is searched there once.
+    """
+    size, sizes, news = lengths
+    rounding = ROUNDING_ULPS * EPS * (sizes + max(pose[12], searched[12], last_relative[12]))
+    moved = distance_moved(pose, searched, size)
+    if moved <= rounding:
+        return 0
+    came_to_rest = distance_moved(pose, last_relative, size) <= rounding
+    # Written so that what is not a number has moved.
+    return whole if came_to_rest or not moved < news else min(whole, PROBE)

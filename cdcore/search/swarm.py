@@ -18,8 +18,7 @@ from cdcore.search.equations import (
 )
 from cdcore.search.evaluation import evaluate
 from cdcore.search.local_descent import descend, is_over
-from cdcore.search.rng import draw
-from cdcore.search.state import BY_ANT, TRACED, Faces, State, Swarm
+from cdcore.search.state import FROM_ANT, TRACED, Faces, State, Swarm, draw
 
 FARTHEST = 1e-3
 """Added to distance over scale in the heuristic, so that a distance of zero stays finite."""
@@ -27,7 +26,7 @@ FARTHEST = 1e-3
 
 @hot_kernel
 def decoded(angle: float, chain: int, features: int, state: State) -> int:
-    """Place of the feature an angle stands for: (15), or without it straight from the angle."""
+    """Index of the feature an angle stands for: (15), or without it straight from the angle."""
     never_inlined()
     if state.left_out_equation == 15:
         return index_of(wrapped(angle) / TWO_PI + 0.5, features)
@@ -108,10 +107,10 @@ def stepped(angle: float, target: float, state: State) -> float:
         size = 2.0 * fraction * min(state.turn, abs(ahead))
         if state.left_out_equation != 17:
             sign = 1.0 if ahead > 0.0 else -1.0
-    turned = equation_17(angle, sign * size)
+    rotated = equation_17(angle, sign * size)
     if state.left_out_equation != 18 and chance < state.mutation:
-        return equation_18(turned)
-    return turned
+        return equation_18(rotated)
+    return rotated
 
 
 @hot_kernel
@@ -122,9 +121,9 @@ def move(swarm: Swarm, total: float, state: State) -> None:
         chosen = followed(swarm, state.ants, draw(state) * total)
         for body in range(2):
             angle, target = swarm[k].angles[body], swarm[chosen].angles[body]
-            swarm[k].turned[body] = stepped(angle, target, state)
+            swarm[k].next_angles[body] = stepped(angle, target, state)
     for k in range(state.ants):
-        swarm[k].angles[0], swarm[k].angles[1] = swarm[k].turned[0], swarm[k].turned[1]
+        swarm[k].angles[0], swarm[k].angles[1] = swarm[k].next_angles[0], swarm[k].next_angles[1]
 
 
 @hot_kernel
@@ -137,10 +136,10 @@ def trace_pheromone(swarm: Swarm, first: int, chains: int, state: State) -> None
 
 @hot_kernel
 def iterate(swarm: Swarm, faces: Faces, state: State) -> None:
-    """One iteration: evaluate every ant, weigh, move, and improve the best pair by local search if asked to."""
+    """One iteration: evaluate every ant, weigh, move, and, in some variants, improve the best pair by local search."""
     never_inlined()
     state.iterations += 1
-    state.asked_by = BY_ANT
+    state.source = FROM_ANT
     best, best_i, best_j, best_d = -1, 0, 0, 0.0
     chains, first = 1 if state.left_out_equation == 15 else 2, state.evaluations
     for k in range(state.ants):

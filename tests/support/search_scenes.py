@@ -13,9 +13,8 @@ from cdcore.narrow.bvh.pose_lanes import Tracks
 from cdcore.narrow.bvh.traverse import fill_relative, largest_chord
 from cdcore.narrow.bvh.tree_memory import DOUBLES, Pair, Scratch, TreeMemory, layout, pair_at
 from cdcore.narrow.bvh.whole_motion import PairRows
-from cdcore.search.features import features_of
+from cdcore.search.features import features_of, sample_of
 from cdcore.search.pair_search import PairSearch
-from cdcore.search.samples import sample_of
 from cdcore.search.search_settings import SearchSettings
 
 I3 = np.eye(3)

@@ -44,8 +44,8 @@ from replay.tables import markdown, table
 from replay.words import plural
 
 if TYPE_CHECKING:
-    from cdcore.search.result import SearchResult
-    from cdcore.search.tracing import LookTrace, Watched
+    from cdcore.search.pair_search import SearchResult
+    from cdcore.search.tracing import SearchTrace, Watched
 
 DRAWN_EVALUATIONS: Final = 40_000
 """Evaluations that the looks of one detector draw at most: some 4 MB. Misses come first."""
@@ -118,7 +118,7 @@ class SearchRun:
         """Result of the search at its sample."""
         return self.watched.search.noted[search.looked, search.pair].result
 
-    def trace(self, search: Search) -> LookTrace:
+    def trace(self, search: Search) -> SearchTrace:
         """Everything that its look evaluated."""
         return self.watched.search.trace(self.motion, search.looked, search.pair)
 
@@ -298,11 +298,11 @@ def _marks(run: SearchRun, result: RunResult, search: Search, eye: Eye) -> list[
     return marks
 
 
-def _path_text(run: SearchRun, search: Search, trace: LookTrace) -> Iterator[tuple[int, str, Rgba, float, float]]:
+def _path_text(run: SearchRun, search: Search, trace: SearchTrace) -> Iterator[tuple[int, str, Rgba, float, float]]:
     """Steps of the way of the best pair, their words, and how far to the right and up these stand."""
     best, gaps = trace.best(), trace.distance[trace.best()].tolist()
     last, ago = len(best) - 1, search.frame - search.looked
-    by_ants = np.flatnonzero(trace.asked_by[best] == "ant")
+    by_ants = np.flatnonzero(trace.source[best] == "ant")
     if last:
         yield 0, f"first pair: {words.length(gaps[0])} apart", WHITE, 0.34, 0.24
     if len(by_ants) and 0 < by_ants[-1] < last:

@@ -15,8 +15,7 @@ from typing import Final
 import numpy as np
 
 from cdcore import Verdict, create_detector
-from cdcore.search.features import features_of
-from cdcore.search.samples import sample_of
+from cdcore.search.features import features_of, sample_of
 from replay.auditing.wilson import wilson
 from replay.show.paper_table import Cell, paper_table
 from replay.studies.paper.colony import BUDGET, near_poses

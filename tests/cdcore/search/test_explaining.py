@@ -7,8 +7,7 @@ from support.shapes import box_mesh, lab, unturned
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 from cdcore.protocol import Explains
-from cdcore.search.features import features_of
-from cdcore.search.samples import sample_of
+from cdcore.search.features import features_of, sample_of
 from cdcore.search.search_settings import SearchSettings
 from cdcore.search.stage import SearchStage
 

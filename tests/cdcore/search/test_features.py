@@ -7,8 +7,7 @@ from support.search_scenes import ball_of, torus_mesh
 from support.shapes import ball_mesh, box_mesh
 
 from cdcore import TriangleMesh
-from cdcore.search.features import CORNERS, NEIGHBOURS, RADIUS, features_of
-from cdcore.search.morton import morton_codes
+from cdcore.search.features import CORNERS, NEIGHBOURS, RADIUS, features_of, morton_codes
 
 
 def neighbours(mesh):

@@ -9,7 +9,7 @@ HERE = (I3, np.zeros(3))
 
 
 def curve_from(search, pose, seeds):
-    search.look(pose, HERE, 0.0, budget=1)
+    search.search(pose, HERE, 0.0, budget=1)
     search._state["hit_a"] = -1
     return {tuple(row) for row in search.curve(np.array(seeds, dtype=np.int64).reshape(-1, 2)).tolist()}
 
@@ -51,7 +51,7 @@ def test_resting_faces_edges_and_corners_are_filled_over_corners(offset):
     search = search_of(box, box, variant="local", budget=5000)
     pose = (I3, np.array(offset))
     truth = exact_pairs(search, box, box, pose, HERE)
-    assert search.look(pose, HERE, 0.0).hit in truth
+    assert search.search(pose, HERE, 0.0).hit in truth
     assert {tuple(row) for row in search.curve(NO_SEEDS).tolist()} == truth
 
 
@@ -60,5 +60,5 @@ def test_arrays_grow_with_thousands_of_pairs():
     search = search_of(ball, ball)
     truth = exact_pairs(search, ball, ball, HERE, HERE)
     assert len(truth) > 10_000
-    assert search.look(HERE, HERE, 0.0).hit is not None
+    assert search.search(HERE, HERE, 0.0).hit is not None
     assert {tuple(row) for row in search.curve(NO_SEEDS).tolist()} == truth

@@ -6,9 +6,9 @@ from support.search_scenes import I3, ball_of, search_of, torus_mesh
 from support.shapes import box_mesh, random_rotations
 
 from cdcore import Body, Motion, Verdict, create_detector
-from cdcore.search.advance import follow
 from cdcore.search.features import NEIGHBOURS, RADIUS, features_of
-from cdcore.search.resting_contact import PROBE, budget_at_rest, distance_moved, lengths_at_rest
+from cdcore.search.pair_search import follow
+from cdcore.search.stage import PROBE, budget_at_rest, distance_moved, lengths_at_rest
 
 HERE = (I3, np.zeros(3))
 
@@ -25,7 +25,7 @@ def walked(search, i, j):
 def directions_beside_each_other(directions=150):
     """A torus a little above another, where no face meets and many balls overlap: a fresh search, and random starts."""
     search = search_of(torus_mesh(1.0, 0.3, 60, 24), torus_mesh(1.0, 0.3, 60, 24), variant="local")
-    search.look((I3, np.array([0.02, 0.01, 0.62])), HERE, 0.0, budget=0)
+    search.search((I3, np.array([0.02, 0.01, 0.62])), HERE, 0.0, budget=0)
     draw = np.random.default_rng(4)
     return search, draw.integers(len(search.first), size=(directions, 2)).tolist()
 
@@ -41,7 +41,7 @@ def test_descent_ends_only_at_local_minima():
     search, starts = directions_beside_each_other()
     ends, overlapping, longest = set(), 0, 0
     for i, j in starts:
-        search.look((I3, np.array([0.02, 0.01, 0.62])), HERE, 0.0, budget=0)
+        search.search((I3, np.array([0.02, 0.01, 0.62])), HERE, 0.0, budget=0)
         end, distance, spent = walked(search, i, j)
         ends.add(end)
         *_, again = walked(search, i, j)

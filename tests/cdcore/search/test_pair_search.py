@@ -20,7 +20,7 @@ def test_hits_and_their_curves_are_in_the_exact_set(variant):
     search = search_of(torus, ball, variant=variant, budget=5000)
     hits = 0
     for stamp, pose in enumerate(colliding_poses(torus, ball, 12, 5)):
-        query = search.look(pose, HERE, stamp)
+        query = search.search(pose, HERE, stamp)
         truth = exact_pairs(search, torus, ball, pose, HERE)
         if query.hit is not None:
             hits += 1
@@ -37,7 +37,7 @@ def test_on_tiny_meshes_an_exhaustive_budget_finds_everything(variant):
     for stamp, rotation in enumerate(random_rotations(rng, 12)):
         pose = rotation, rng.uniform(-0.9, 0.9, 3)
         truth = exact_pairs(search, box, box, pose, HERE)
-        query, answer = search.look(pose, HERE, stamp), set()
+        query, answer = search.search(pose, HERE, stamp), set()
         while query.hit is not None:
             assert query.hit not in answer, "a pair is found once"
             answer.add(query.hit)
@@ -52,21 +52,21 @@ def test_equal_seeds_give_equal_queries_in_any_thread(variant):
     poses = colliding_poses(ball, ball, 8, 7)
 
     def look(stamp):
-        return search_of(ball, ball, variant=variant, budget=4000).look(poses[stamp], HERE, stamp)
+        return search_of(ball, ball, variant=variant, budget=4000).search(poses[stamp], HERE, stamp)
 
     alone = [look(stamp) for stamp in range(8)]
     with ThreadPoolExecutor(4) as pool:
         assert list(pool.map(look, range(8))) == alone
     again = search_of(ball, ball, variant=variant, budget=4000)
-    assert [again.look(poses[stamp], HERE, stamp) for stamp in reversed(range(8))] == alone[::-1]
+    assert [again.search(poses[stamp], HERE, stamp) for stamp in reversed(range(8))] == alone[::-1]
 
 
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_degenerate_and_smallest_input_is_searched_all_the_same(variant):
     point = TriangleMesh([[0, 0, 0]], [[0, 0, 0]])
     search = search_of(point, point, variant=variant, budget=10)
-    assert search.look(HERE, HERE, 0.0).hit == (0, 0)
-    assert search.look((I3, np.array([0, 0, 1e-300])), HERE, 0.0).hit is None
+    assert search.search(HERE, HERE, 0.0).hit == (0, 0)
+    assert search.search((I3, np.array([0, 0, 1e-300])), HERE, 0.0).hit is None
 
 
 @pytest.mark.parametrize("scale", [2.0**-600, 2.0**400])
@@ -74,9 +74,9 @@ def test_sizes_beyond_the_compiled_predicate_are_decided_by_integers(scale):
     box = TriangleMesh(box_mesh().vertices * scale, box_mesh().faces)
     search = search_of(box, box, variant="local", budget=2000)
     pose = (I3, np.array([0.75, 0.5, 0.25]) * scale)
-    query = search.look(pose, HERE, 0.0)
+    query = search.search(pose, HERE, 0.0)
     assert query.hit in exact_pairs(search, box, box, pose, HERE)
-    assert search.look((I3, np.array([1.5, 0, 0]) * scale), HERE, 0.0).hit is None
+    assert search.search((I3, np.array([1.5, 0, 0]) * scale), HERE, 0.0).hit is None
 
 
 @pytest.mark.parametrize("variant", ["memetic", "corrected", "local", "random"])
@@ -86,7 +86,7 @@ def test_start_at_a_meeting_pair_hits_immediately(variant):
     pose = (I3, np.array([1.5, 0.1, 0.2]))
     assert len(intersecting_faces(ball, ball, np.block([[I3, pose[1][:, None]], [np.zeros((1, 3)), 1]])))
     start = min(exact_pairs(search, ball, ball, pose, HERE))
-    query = search.look(pose, HERE, 0.0, start=start)
+    query = search.search(pose, HERE, 0.0, start=start)
     assert (query.hit, query.evaluations) == (start, 1)
     assert (int(search._state["start_a"]), int(search._state["start_b"])) == start
 
@@ -104,4 +104,4 @@ def test_touching_faces_are_never_skipped_wherever_they_lie(local, world):
     for rotation in random_rotations(rng, 200):
         # the same pose for both, so that the shared corner stays shared to the bit
         pose = rotation, rng.normal(size=3) * world
-        assert search.look(pose, pose, 0.0).hit == (0, 0)
+        assert search.search(pose, pose, 0.0).hit == (0, 0)

@@ -5,9 +5,8 @@ import pytest
 from support.search_scenes import I3, NO_SEEDS, ball_of, exact_pairs, search_of, torus_mesh
 from support.shapes import merged, moved
 
-from cdcore.search.features import NEIGHBOURS, features_of
-from cdcore.search.rng import stream_of
-from cdcore.search.samples import sample_of
+from cdcore.search.features import NEIGHBOURS, features_of, sample_of
+from cdcore.search.state import stream_of
 
 HERE = (I3, np.zeros(3))
 
@@ -48,7 +47,7 @@ def test_sampled_search_hits_within_the_sample_only(variant):
     truth = exact_pairs(search, ball, ball, pose, HERE)
     first, second = set(search.first.pick.tolist()), set(search.second.pick.tolist())
     left = {(i, j) for i, j in truth if i in first and j in second}
-    query = search.look(pose, HERE, 0.0)
+    query = search.search(pose, HERE, 0.0)
     if variant in ("memetic", "local"):
         assert (query.hit is not None) == bool(left)
     if query.hit is not None:

@@ -5,8 +5,7 @@ import pytest
 from support.search_scenes import I3, ball_of, search_of
 
 from cdcore.kernels.compiling import kernel
-from cdcore.search.rng import draw
-from cdcore.search.state import ANT, STATE
+from cdcore.search.state import ANT, STATE, draw
 from cdcore.search.swarm import decoded, stepped, weigh
 
 
@@ -111,12 +110,12 @@ def test_evaporation_pulls_pheromone_down_and_lifts_the_best():
 def test_pheromone_stays_inside_its_clamp_and_every_equation_matters(equation):
     ball = ball_of(600)
     search = search_of(ball, ball, variant="corrected", budget=4000, without_equation=equation, restart_after=10**9)
-    query = search.look((I3, np.array([2.4, 0, 0])), (I3, np.zeros(3)), 0.0)
+    query = search.search((I3, np.array([2.4, 0, 0])), (I3, np.zeros(3)), 0.0)
     pheromone = search._swarm["pheromone"]
     assert (pheromone >= 1e-3).all()
     assert (pheromone <= 10.0).all()
     whole = search_of(ball, ball, variant="corrected", budget=4000, restart_after=10**9)
-    same = whole.look((I3, np.array([2.4, 0, 0])), (I3, np.zeros(3)), 0.0)
+    same = whole.search((I3, np.array([2.4, 0, 0])), (I3, np.zeros(3)), 0.0)
     assert (query == same) == (equation is None)
 
 
@@ -128,15 +127,16 @@ HERE = (I3, np.zeros(3))
 @pytest.mark.parametrize("budget", [1, 7, 40, 1000])
 def test_the_budget_is_kept_to_the_evaluation(variant, budget):
     ball = ball_of(600)
-    query = search_of(ball, ball, variant=variant, budget=budget).look(SEPARATE, HERE, 0.0)
+    query = search_of(ball, ball, variant=variant, budget=budget).search(SEPARATE, HERE, 0.0)
     assert query.evaluations == budget or (query.reason == "broken" and query.evaluations < budget)
 
 
 @pytest.mark.parametrize("variant", ["memetic", "corrected"])
 def test_population_is_redrawn_after_quiet_evaluations(variant):
     ball = ball_of(600)
-    query = search_of(ball, ball, variant=variant, budget=9000, restart_after=1000).look(SEPARATE, HERE, 0.0)
+    query = search_of(ball, ball, variant=variant, budget=9000, restart_after=1000).search(SEPARATE, HERE, 0.0)
     assert 5 <= query.restarts <= 9
     assert (
-        search_of(ball, ball, variant=variant, budget=9000, restart_after=10**6).look(SEPARATE, HERE, 0.0).restarts == 0
+        search_of(ball, ball, variant=variant, budget=9000, restart_after=10**6).search(SEPARATE, HERE, 0.0).restarts
+        == 0
     )

@@ -102,8 +102,8 @@ def test_traced_distances_equal_those_of_faces():
 def test_only_ants_have_pheromone_within_the_clamp():
     _, motion, sample = watch()
     cold = sample.search.trace(motion, *next(iter(sample.search.noted)))
-    ants = cold.asked_by == "ant"
-    assert ants.any() and (cold.asked_by == "walk").any()
+    ants = cold.source == "ant"
+    assert ants.any() and (cold.source == "local search").any()
     assert (np.isfinite(cold.pheromone) == ants).all()
     assert (cold.pheromone[ants] >= 1e-3).all() and (cold.pheromone[ants] <= 10.0).all()
 
