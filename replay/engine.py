@@ -18,7 +18,8 @@ from replay.auditing.contact_depth import contact_depths
 from replay.auditing.episodes import episodes
 from replay.auditing.examination import examine
 from replay.auditing.false_contacts import false_contacts
-from replay.auditing.look_phases import OFFSET_SETTING, STEPS, OffsetCounts, has_offsets, over_phases
+from replay.auditing.flicker import find_flicker
+from replay.auditing.look_phases import STEPS, OffsetCounts, at_offset, has_offsets, over_phases
 from replay.auditing.matching import match_episodes
 from replay.auditing.noisy_contacts import in_noise
 from replay.auditing.tolerance import Reference, Tolerance
@@ -125,6 +126,8 @@ def compute(
     detected = _detected(ready, lineup, settings, progress)
     release_memory()
     runs, result = detected.runs, _audited(ready, lineup.oracle, detected, progress)
+    flicker = find_flicker(runs, result.episodes, ready.assembly, detected.reference, detected.offsets, settings.seed)
+    result = replace(result, flicker=flicker)
     if noise_spec:
         with progress.stage("Replaying copies with noise", len(ready.assembly.motion)) as advance:
             trusted, truth = runs[lineup.oracle], result.episodes[lineup.oracle]
@@ -203,7 +206,7 @@ def _detected(ready: Prepared, lineup: Lineup, settings: RunSettings, progress: 
                     spec, assembly, reference, settings.seed, live=live, advance=_steps_as_frames(advance, frames)
                 )
                 offsets[spec.label] = counts
-                chosen = replace(spec, settings={OFFSET_SETTING: counts.typical_offset, **spec.settings})
+                chosen = at_offset(spec, counts)
             faces = spec.label in (oracle, *ready.plan.detectors)
             run = run_detector(chosen, assembly, seed=settings.seed, faces=faces, advance=advance, live=live)
             runs[spec.label] = replace(run, spec=spec)
@@ -266,7 +269,7 @@ def _audited(ready: Prepared, oracle: str, detected: Detected, progress: Progres
             for label, comparison in comparisons.items()
         }
         subjects = {
-            label: Audited(assembly.motion, run.detector, run.detection, reference.truth)
+            label: Audited(assembly.motion, run.detector, run.detection, reference.truth, run.prolonged)
             for label, run in audited.items()
         }
         misses, causes = examine(comparisons, truth, subjects, runs[oracle], assembly, detected.face_source)

@@ -6,6 +6,7 @@ from msgspec import Meta, Struct
 
 Count: TypeAlias = Annotated[int, Meta(ge=0)]
 Seconds: TypeAlias = Annotated[float, Meta(ge=0.0)]
+Metres: TypeAlias = Annotated[float, Meta(ge=0.0)]
 Fraction: TypeAlias = Annotated[float, Meta(ge=0.0, le=1.0)]
 Digest: TypeAlias = Annotated[str, Meta(pattern="^[0-9a-f]{64}$")]
 

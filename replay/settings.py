@@ -10,7 +10,15 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore.numerics import TAU
-from replay.detection.detector_spec import TRUSTED, DetectorSpec, SpecLike, SpecsLike, parse_detector, parse_detectors
+from replay.detection.detector_spec import (
+    RELEASE,
+    TRUSTED,
+    DetectorSpec,
+    SpecLike,
+    SpecsLike,
+    parse_detector,
+    parse_detectors,
+)
 from replay.detection.recorded import RECORDED
 from replay.errors import DetectorSpecError
 from replay.prepare.assemble import Pairs
@@ -114,7 +122,9 @@ def line_up(settings: RunSettings, session: Session) -> Lineup:
     for spec in specs:
         if spec.label == trusted.name and not trusted.settings:
             trusted = spec
-        if (spec.name, dict(spec.settings)) == (trusted.name, dict(trusted.settings)):
+        if trusted.release:
+            raise DetectorSpecError(f"the reference has no release distance; leave {RELEASE} out of {trusted.label!r}")
+        if (spec.name, dict(spec.settings), spec.release) == (trusted.name, dict(trusted.settings), 0.0):
             # Alone there is nothing to compare its time with.
             return Lineup(specs, spec.label, labels if len(specs) > 1 else frozenset())
     if trusted.label in labels:

@@ -53,12 +53,16 @@ class Causes:
 
 @dataclass(frozen=True, eq=False)
 class Audited:
-    """A detector that is compared, which may explain itself, its answer and the oracle's about one motion."""
+    """A detector that is compared, which may explain itself, its answer and the oracle's about one motion.
+
+    ``prolonged`` (T, P): contact that it reports only because of its release distance; ``None``: it has none.
+    """
 
     motion: Motion
     detector: object
     subject: Detection
     oracle: Detection
+    prolonged: BoolArray | None = None
     _delays: dict[int, int] = field(default_factory=dict)
     _reported: dict[int, BoolArray] = field(default_factory=dict)
 

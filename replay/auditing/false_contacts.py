@@ -189,6 +189,8 @@ def _explained(fault: Fault, by: Audited, shapes: _Shapes, hulls: _Hulls | None)
 def _cause(by: Audited, fault: Fault) -> Cause:
     if by.subject.verdict[fault.frame, fault.pair] == Verdict.CANDIDATE:
         return Cause.BOUNDING_VOLUMES
+    if by.prolonged is not None and by.prolonged[fault.frame, fault.pair]:
+        return Cause.RELEASE_DISTANCE
     stages = by.stages(fault.frame, fault.pair, NO_FACES.astype(np.int64))
     if stages.within_clock:
         return Cause.CLOCK

@@ -88,6 +88,8 @@ class Cause(StrEnum):
     """The colliders that replace the meshes meet."""
     HULL_FILLS_HOLLOW = "hull fills a hollow"
     """A vertex of the other body is in a convex hull, and outside the mesh that the hull replaces."""
+    RELEASE_DISTANCE = "within its release distance"
+    """The contact had begun, and lasts until the shapes are farther apart than the detector's release distance."""
     LAST_ANSWER = "held since its last sample"
     """The detector keeps its answer until its next sample."""
 
@@ -97,6 +99,7 @@ FALSE_CAUSES: Final = (
     Cause.CONTACT_OFFSET,
     Cause.COLLIDERS_MEET,
     Cause.HULL_FILLS_HOLLOW,
+    Cause.RELEASE_DISTANCE,
     Cause.LAST_ANSWER,
 )
 """Causes of false contacts alone."""

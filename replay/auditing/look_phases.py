@@ -18,7 +18,8 @@ from replay.auditing.tolerance import Reference
 from replay.auditing.wilson import Proportion, proportion_of_clusters
 from replay.constants import MOST_FRAMES_IN_MEMORY
 from replay.detection.detector_spec import DetectorSpec
-from replay.detection.run_detector import detect_all, make_detector, warm_frames
+from replay.detection.release_band import ReleaseBand
+from replay.detection.run_detector import detect_all, make_detector, release_band, warm_frames
 from replay.prepare.assembly import Assembly
 from replay.progress import Advance, ignored
 
@@ -133,6 +134,11 @@ def has_offsets(spec: DetectorSpec, frames: int) -> bool:
     return bool(spec.settings.get("rate_hz")) and spec.name in TABLE and frames <= MOST_FRAMES_IN_MEMORY
 
 
+def at_offset(spec: DetectorSpec, offsets: OffsetCounts) -> DetectorSpec:
+    """Return the spec of a detector of a rate with its typical sampling offset; one that is asked for stays."""
+    return replace(spec, settings={OFFSET_SETTING: offsets.typical_offset, **spec.settings})
+
+
 def over_phases(
     spec: DetectorSpec, assembly: Assembly, reference: Reference, seed: int, *, live: bool, advance: Advance = ignored
 ) -> OffsetCounts:
@@ -142,10 +148,12 @@ def over_phases(
     ``advance`` is called with ``STEPS`` in all.
     """
     detector = make_detector(replace(spec, settings={**spec.settings, "rate_hz": None}), assembly, seed)
-    every = detect_all(detector, assembly)
+    every, band = detect_all(detector, assembly), release_band(spec, detector, assembly, seed)
     seconds = _sample_seconds(detector, assembly.motion) if live else None
     advance(STEPS - PHASES)
-    at_offsets = offset_counts(spec.settings["rate_hz"], every, reference, advance)
+    at_offsets = offset_counts(spec.settings["rate_hz"], every, reference, advance, band)
+    if band is not None:
+        every = replace(every, verdict=band.lasting(every.verdict, np.ones(len(every.times), dtype=np.bool_)))
     comparison = reference.compare(every)
     always = count_contacts(comparison, reference.contacts)
     every_frame = EveryFrame(
@@ -173,8 +181,17 @@ def sampling_offsets(rate_hz: float) -> FloatArray:
     return (np.arange(PHASES) + 0.5) / PHASES / rate_hz
 
 
-def offset_counts(rate_hz: float, every: Detection, reference: Reference, advance: Advance = ignored) -> OffsetCounts:
-    """Count contacts at each offset of a rate; the answer of a sample, taken from ``every``, lasts until the next."""
+def offset_counts(
+    rate_hz: float,
+    every: Detection,
+    reference: Reference,
+    advance: Advance = ignored,
+    band: ReleaseBand | None = None,
+) -> OffsetCounts:
+    """Count contacts at each offset of a rate; the answer of a sample, taken from ``every``, lasts until the next.
+
+    ``band``: prolongs the contacts of the samples.
+    """
     frames = np.zeros((PHASES, len(reference.contacts), len(Outcome)), dtype=np.int64)
     reported, positives, false = np.zeros((3, *every.verdict.shape), dtype=np.uint8)
     segments, fractions = np.zeros(PHASES, dtype=np.int64), np.zeros(PHASES)
@@ -183,7 +200,8 @@ def offset_counts(rate_hz: float, every: Detection, reference: Reference, advanc
     for number, later in enumerate(offsets.tolist()):
         samples = HeldLooks(len(every.pairs), rate_hz, later)
         sampled = samples.looks(every.times)
-        believed, _ = samples.hold(every.verdict[sampled], posed[sampled], sampled, posed)
+        sample_verdict = every.verdict[sampled] if band is None else band.lasting(every.verdict[sampled], sampled)
+        believed, _ = samples.hold(sample_verdict, posed[sampled], sampled, posed)
         comparison = reference.compare(replace(every, verdict=believed))
         frames[number] = count_contacts(comparison, reference.contacts).frames
         outcome = comparison.outcome

@@ -6,7 +6,7 @@ from replay.constants import CAVEAT
 from replay.document.headline import doubts, headlines, price
 from replay.document.run_result import Summarised
 from replay.show.run_tables import ranking_table
-from replay.show.sections import details_markdown
+from replay.show.sections import SectionName, details_markdown, section_of
 from replay.tables import Table, markdown, markdown_text
 
 LEVEL = 3
@@ -24,7 +24,7 @@ def run_markdown(result: Summarised, broken: Sequence[str]) -> str:
         broken,
         [*doubts(result.document), size, *answers],
         tables,
-        price(result),
+        [*section_of(result, SectionName.RANKING).sentences, *price(result)],
         reasons(result),
         details_markdown(result),
     )

@@ -12,7 +12,7 @@ from replay.cli.terminal import STYLES, Command, Paragraph, line, terminal
 from replay.constants import CAVEAT, RECORDING
 from replay.document.audit import DetectorAudit
 from replay.document.cost import RUN, SESSION, busy_text
-from replay.document.headline import beside, doubts, engine_reports, price, undecided
+from replay.document.headline import beside, doubts, engine_reports, price
 from replay.document.run_result import RunResult
 from replay.effects.effect_summary import happened_text
 from replay.show import run_tables as built
@@ -35,9 +35,11 @@ def run_screen(result: RunResult, where: Sequence[str] = (), *, recording: str =
     ]
     if result.ranking:
         contents += [built.ranking_table(result).narrow().with_heads()]
-        contents += [Paragraph("", text) for text in (*undecided(result), *engine_reports(result))]
+        notes = section_of(result, SectionName.RANKING).sentences
+        contents += [Paragraph("", text) for text in (*notes, *engine_reports(result))]
     elif result.detections:
         contents += [built.contact_table(result, label) for label in result.detections]
+        contents += [Paragraph("", text) for text in section_of(result, SectionName.RANKING).sentences]
     else:
         contents += [Text(), line(no_detection(result))]
     contents += effect_parts(result)

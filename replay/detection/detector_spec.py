@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from math import isfinite
 from typing import Any, Final, TypeAlias, TypeGuard, cast
 
 from replay.errors import DetectorSpecError
@@ -21,6 +22,9 @@ _FORM = re.compile(r"(?:(?P<label>[^=\[\]]+)=)?(?P<name>[^=\[\]]+)(?:\[(?P<setti
 _UNSAFE = re.compile(r"[^A-Za-z0-9._-]+")
 _COMMA_OUTSIDE = re.compile(r",(?![^\[]*\])")
 _WORDS = {"true": True, "false": False, "none": None}
+MOST_RELEASE: Final = 1.0
+"""Metres of the largest distance up to which a contact may last."""
+
 _HOW = "write name, name[setting=value,...] or label=name[...]"
 
 SCREEN_NAMES: Final[Mapping[str, tuple[str, Mapping[str, Any]]]] = {
@@ -32,6 +36,9 @@ SCREEN_NAMES: Final[Mapping[str, tuple[str, Mapping[str, Any]]]] = {
 """Name on the screen -> the detector behind it and its settings. All but ``paper`` take a rate in hertz: ``hull50``."""
 
 _SCREEN_NAME = re.compile(r"(?P<base>hull|shipped|mesh)(?P<rate>\d+(?:\.\d+)?)?|paper")
+
+RELEASE: Final = "release_m"
+"""Setting that every detector takes: metres up to which a contact lasts, once it has begun."""
 
 TRUSTED: Final = "exact"
 """The oracle unless another is asked for, and the detector that effects name for instants; where it does not run, the
@@ -48,20 +55,30 @@ class DetectorSpec:
         of entity paths and column names.
     name : row of the table of detectors.
     settings : fields of that detector's settings.
+    release : metres between the shapes of two bodies up to which a contact lasts, once it has begun; 0: none.
     """
 
     label: str
     name: str
     settings: Mapping[str, Any] = field(default_factory=dict)
+    release: float = 0.0
 
     def __post_init__(self) -> None:
         if not _LABEL.fullmatch(self.label):
             raise DetectorSpecError(
                 f"{self.label!r} cannot be a label; use letters, digits, '.', '_' and '-', a letter or digit first"
             )
+        known = isinstance(self.release, (int, float)) and not isinstance(self.release, bool)
+        if not (known and isfinite(self.release) and 0.0 <= self.release <= MOST_RELEASE):
+            raise DetectorSpecError(f"{RELEASE}={self.release} is not allowed; give metres from 0 to {MOST_RELEASE:g}")
 
     def __str__(self) -> str:
-        return f"{self.label}={spec_text(self.name, self.settings)}"
+        return f"{self.label}={self.text}"
+
+    @property
+    def text(self) -> str:
+        """The detector with its settings, as a command line asks for it, without its label."""
+        return spec_text(self.name, {**self.settings, **({RELEASE: self.release} if self.release else {})})
 
 
 def spec_text(name: str, settings: Mapping[str, Any]) -> str:
@@ -138,9 +155,11 @@ def _parse_text(text: str) -> DetectorSpec:
 def _named_spec(name: str, settings: Mapping[str, Any], *, label: str | None) -> DetectorSpec:
     """The detector of a name, a name on the screen included; without a label its name and settings are the label."""
     label = label or _default_label(name, settings)
+    release = settings.get(RELEASE, 0.0)
+    settings = {key: value for key, value in settings.items() if key != RELEASE}
     screen_name = _SCREEN_NAME.fullmatch(name)
     if screen_name is None:
-        return DetectorSpec(label, name, dict(settings))
+        return DetectorSpec(label, name, settings, release)
     row, implied = SCREEN_NAMES[screen_name["base"] or name]
     rate = {"rate_hz": _value(screen_name["rate"])} if screen_name["rate"] else {}
     contradicted = [key for key, value in {**implied, **rate}.items() if settings.get(key, value) != value]
@@ -149,7 +168,7 @@ def _named_spec(name: str, settings: Mapping[str, Any], *, label: str | None) ->
             f"{name} means {spec_text(row, {**implied, **rate})}, which contradicts {contradicted[0]}="
             f"{_written(settings[contradicted[0]])}; write {spec_text(row, {**implied, **rate, **settings})}"
         )
-    return DetectorSpec(label, row, {**implied, **rate, **settings})
+    return DetectorSpec(label, row, {**implied, **rate, **settings}, release)
 
 
 def _setting(text: str, setting: str) -> tuple[str, Any]:

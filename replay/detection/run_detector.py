@@ -11,16 +11,19 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from cdcore import Detection, Detector, Motion, create_detector, join
+from cdcore import Detection, Detector, Motion, Verdict, create_detector, join
 from cdcore.detectors import TABLE, load_detector, settings_of
 from cdcore.errors import CollisionCoreError, OwnDetectorError
 from cdcore.narrow.sections.section_source import section_of_frame
-from cdcore.protocol import detect_live, own_failure, stream_live
+from cdcore.numerics import BoolArray
+from cdcore.protocol import HeldLooks, counts_as_contact, detect_live, own_failure, stream_live
+from cdcore.protocol.settings import RateSettings
 from replay.constants import BLOCK_FRAMES, MOST_FRAMES_IN_MEMORY
 from replay.cutting.compound import with_pieces
-from replay.detection.detector_spec import DetectorSpec
+from replay.detection.detector_spec import RELEASE, DetectorSpec
 from replay.detection.recorded import RECORDED, recorded_detector
-from replay.errors import ReplayError
+from replay.detection.release_band import ReleaseBand, near_spec
+from replay.errors import DetectorSpecError, ReplayError
 from replay.prepare.assembly import Assembly
 from replay.progress import Advance, ignored
 
@@ -58,6 +61,8 @@ class Run:
     detect: float
     # of the seconds of the looks those in which this process was at work; ``None`` if not asked live
     processor_share: float | None = None
+    # (T, P) contact that it reports only because of its release distance; ``None``: it has none
+    prolonged: BoolArray | None = None
 
 
 def make_detector(spec: DetectorSpec, assembly: Assembly, seed: int) -> Detector:
@@ -133,13 +138,52 @@ def run_detector(
         else:
             detection = detect_all(detector, assembly, faces=faces, advance=advance)
     clock.append(perf_counter())
+    band = release_band(spec, detector, assembly, seed)
+    prolonged = None
+    if band is not None:
+        detection, prolonged = _prolonged(detection, detector, band)
     prepare, warm, detect = np.diff(clock).tolist()
     fraction = None
     if live:
         detect, fraction = float(sum(np.sum(stage) for stage in detection.seconds.values())), min(1.0, at_work / taken)
     return Run(
-        spec, detector, asdict(detector.settings), detection, live, faces and not live, prepare, warm, detect, fraction
+        spec,
+        detector,
+        asdict(detector.settings),
+        detection,
+        live,
+        faces and not live,
+        prepare,
+        warm,
+        detect,
+        fraction,
+        prolonged,
     )
+
+
+def release_band(spec: DetectorSpec, detector: Detector, assembly: Assembly, seed: int) -> ReleaseBand | None:
+    """The frames within the release distance of a detector; ``None``: its spec has no such distance."""
+    return ReleaseBand(frames_within(spec.release, detector, assembly, seed)) if spec.release else None
+
+
+def frames_within(metres: float, detector: Detector, assembly: Assembly, seed: int) -> BoolArray:
+    """(T, P) frames in which the shapes that a detector puts in place of the meshes are at most so far apart."""
+    near = make_detector(near_spec(detector, metres), assembly, seed)
+    return counts_as_contact(detect_all(near, assembly).verdict)
+
+
+def _prolonged(detection: Detection, detector: Detector, band: ReleaseBand) -> tuple[Detection, BoolArray]:
+    """A detection whose contacts last to the release distance, and the contact (T, P) that is there because of it."""
+    if detection.covers != "instants":
+        raise DetectorSpecError(f"{detection.detector} decides between frames; leave {RELEASE} out of its settings")
+    settings, times = detector.settings, detection.times
+    rate = (settings.rate_hz, settings.sampling_offset_s) if isinstance(settings, RateSettings) else (None, 0.0)
+    samples, posed = HeldLooks(len(detection.pairs), *rate), detection.verdict != Verdict.NO_POSE
+    sampled = samples.looks(times)
+    lasting = band.lasting(detection.verdict[sampled], sampled)
+    verdict, _ = samples.hold(lasting, posed[sampled], sampled, posed)
+    prolonged = counts_as_contact(verdict) & ~counts_as_contact(detection.verdict)
+    return replace(detection, verdict=verdict), prolonged
 
 
 def detect_all(detector: Detector, assembly: Assembly, *, faces: bool = False, advance: Advance = ignored) -> Detection:

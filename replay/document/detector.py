@@ -4,7 +4,8 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from msgspec import Meta
 
-from replay.record import Count, Counts, Digest, Fraction, Record, Seconds
+from replay.auditing.flicker import Flicker
+from replay.record import Count, Counts, Digest, Fraction, Metres, Record, Seconds
 
 
 class Quantiles(Record, frozen=True):
@@ -95,6 +96,8 @@ class DetectorRecord(Record, frozen=True):
     seconds : what it took.
     work : counters.
     digest, faces_digest : SHA-256 of verdicts and faces.
+    release : metres between the shapes up to which a contact lasts, once it has begun.
+    flicker : its interrupted contacts; ``None``: there are none.
     """
 
     name: str
@@ -111,3 +114,5 @@ class DetectorRecord(Record, frozen=True):
     work: Counts
     digest: Digest | None
     faces_digest: Digest | None
+    release: Metres = 0.0
+    flicker: Flicker | None = None

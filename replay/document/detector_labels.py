@@ -5,7 +5,7 @@ from typing import Any, Final
 
 from cdcore.detectors import detector_row, settings_of
 from replay.detection.recorded import RECORDED, RECORDED_LABEL
-from replay.words import plural
+from replay.words import length, plural
 
 SHAPES: Final[Mapping[str, str]] = {
     "hull": "convex hulls",
@@ -19,8 +19,16 @@ SHAPES: Final[Mapping[str, str]] = {
 """Shape of a collider -> its words."""
 
 
-def detector_label(name: str, settings: Mapping[str, Any]) -> str:
-    """Return the label of a detector: ``convex hulls at 50 Hz``; its own name where no table has it."""
+def detector_label(name: str, settings: Mapping[str, Any], release: float = 0.0) -> str:
+    """Return the label of a detector: ``convex hulls at 50 Hz``; its own name where no table has it.
+
+    ``release``: metres up to which a contact lasts, once it has begun.
+    """
+    label = _label_without_release(name, settings)
+    return f"{label}, off at {length(release)}" if release else label
+
+
+def _label_without_release(name: str, settings: Mapping[str, Any]) -> str:
     if name == RECORDED:
         return RECORDED_LABEL
     row, rate = detector_row(name), settings.get("rate_hz")

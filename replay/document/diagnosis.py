@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from math import isfinite, isnan
 from typing import Any, Final
 
@@ -14,7 +14,7 @@ from replay.auditing.look_phases import OFFSET_SETTING
 from replay.auditing.loss import fraction_of, loss
 from replay.auditing.outcome import Outcome
 from replay.auditing.wilson import proportion
-from replay.detection.detector_spec import DetectorSpec, parse_detector, spec_text
+from replay.detection.detector_spec import DetectorSpec, parse_detector
 from replay.detection.recorded import RECORDED
 from replay.document.answer import Answer, Fix, KeyMoment
 from replay.document.audit import DetectorAudit
@@ -160,7 +160,7 @@ class _Runs:
     def same(self, spec: DetectorSpec, label: str) -> bool:
         """Whether a detector of the run is the one meant, in every setting that decides its answers."""
         made = self._detectors[label]
-        if made.name != spec.name:
+        if (made.name, made.release) != (spec.name, spec.release):
             return False
         meant = asdict(settings_of(spec.name, dict(spec.settings)))
         if "seed" in meant:
@@ -179,7 +179,7 @@ def _deciding(settings: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _unmeasured(text: str, spec: DetectorSpec) -> Fix:
-    return Fix(text, False, f'replay run {SESSION} --detectors "{spec_text(spec.name, spec.settings)}"')
+    return Fix(text, False, f'replay run {SESSION} --detectors "{spec.text}"')
 
 
 def _mended(spec: DetectorSpec, cause: Cause) -> Iterator[tuple[DetectorSpec, str]]:
@@ -189,6 +189,8 @@ def _mended(spec: DetectorSpec, cause: Cause) -> Iterator[tuple[DetectorSpec, st
     if cause == Cause.CONTACT_OFFSET and setting and row.takes_no_offset:
         mended = DetectorSpec("fix", spec.name, {**spec.settings, setting: 0.0})
         yield mended, f"no contact offset ({setting}=0)"
+    if cause == Cause.RELEASE_DISTANCE:
+        yield replace(spec, label="fix", release=0.0), "no release distance"
     if cause == Cause.CONTAINMENT and spec.settings.get("containment") is False:
         mended = DetectorSpec("fix", spec.name, {**spec.settings, "containment": True})
         yield mended, "test whether one body is inside the other (containment=true)"

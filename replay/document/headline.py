@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 from typing import Final
 
 from replay import words
+from replay.auditing.flicker import FLICKER_SECONDS, Flicker
 from replay.auditing.noisy_contacts import ABSENT, HOLDS, UNDECIDABLE
 from replay.detection.recorded import CLOCK_FACT, OFFSET_FACT, RECORDED, ReportClock
 from replay.document.cost import TIMES_ARE, busy_text, cost
@@ -95,6 +96,43 @@ def _because(reasons: Mapping[str, int]) -> str:
     return f" ({'; '.join(f'{count:,}: {why}' for why, count in reasons.items())})" if reasons else ""
 
 
+def flicker_notes(result: Summarised) -> list[str]:
+    """A line for each detector of which contacts are interrupted, with the release distance that joins them."""
+    return [
+        f"Flicker: {_interrupted(label, detector.flicker)} {_release(detector.flicker)}".rstrip()
+        for label, detector in result.document.detectors.items()
+        if detector.flicker is not None
+    ]
+
+
+def _interrupted(label: str, flicker: Flicker) -> str:
+    """``7 of 25 contacts of mesh50 are 1 contact, interrupted 6 times for at most 100 ms and 1.1 mm each.``"""
+    contacts = f"{flicker.contacts:,} of {plural(flicker.reported, 'contact')} of {label}"
+    once = flicker.interruptions == 1
+    often, each = ("once", "") if once else (plural(flicker.interruptions, "time"), " each")
+    most = words.duration(FLICKER_SECONDS)
+    gap = "" if flicker.widest is None else f" and {words.length(flicker.widest)}"
+    return f"{contacts} are {plural(flicker.joined, 'contact')}, interrupted {often} for at most {most}{gap}{each}."
+
+
+def _release(flicker: Flicker) -> str:
+    """Sentence about the release distance; ``""``: none was measured."""
+    release = flicker.release
+    if release is None:
+        return ""
+    joined = flicker.interruptions - release.interruptions
+    costs = ""
+    if release.false_contact is not None and release.false_contact_without is not None:
+        before, after = (words.as_percentage(part) for part in (release.false_contact_without, release.false_contact))
+        costs = f": {after} false contact instead of {before}"
+    begin, end = words.length(release.begins), words.length(release.metres)
+    interruptions = plural(flicker.interruptions, "interruption")
+    return (
+        f"Contact on at {begin} and off at {end} joins {joined:,} of {interruptions}{costs} "
+        f"(measured on this session as {release.setting})."
+    )
+
+
 def grasped_notes(result: Summarised) -> list[str]:
     """A line for each detector of what it gets wrong while a hand holds the body, which is not counted."""
     lines = []
@@ -114,7 +152,14 @@ def grasped_notes(result: Summarised) -> list[str]:
 
 def beside(result: RunResult) -> list[str]:
     """Return notes beside the headlines: what was not decided or not counted, and what is chance."""
-    return [*undecided(result), *engine_reports(result), *grasped_notes(result), *in_noise(result), *compounds(result)]
+    return [
+        *undecided(result),
+        *flicker_notes(result),
+        *engine_reports(result),
+        *grasped_notes(result),
+        *in_noise(result),
+        *compounds(result),
+    ]
 
 
 def engine_reports(result: Summarised) -> list[str]:

@@ -85,7 +85,7 @@ def _without_faults(document: RunDocument, label: str, contacts: int) -> Rank:
     measured = detector.name != RECORDED
     return Rank(
         label=label,
-        what=detector_label(detector.name, detector.settings),
+        what=detector_label(detector.name, detector.settings, detector.release),
         setting=detector.spec,
         contacts=contacts,
         mean=detector.seconds.per_frame_mean if measured else None,

@@ -11,6 +11,7 @@ from replay.auditing.causes import Causes
 from replay.auditing.contact_counts import ContactCounts
 from replay.auditing.contact_depth import ContactDepth
 from replay.auditing.fault import Fault
+from replay.auditing.flicker import Flicker
 from replay.auditing.look_phases import OffsetCounts
 from replay.auditing.matching import EpisodeMatches
 from replay.auditing.noisy_contacts import NoiseResult
@@ -132,6 +133,7 @@ class RunResult:
     not_grasped: tuple[Episode, ...] = ()  # the oracle's contacts but those of a hand with what it holds
     effects: Mapping[str, EffectRun] = field(default_factory=dict)  # by kind, in running order
     depths: tuple[ContactDepth, ...] = ()  # of each contact of the oracle; none without an audit
+    flicker: Mapping[str, Flicker] = field(default_factory=dict)  # of the detectors whose contacts are interrupted
     noise: NoiseResult | None = None  # what holds in spite of tracker noise, where that was asked for
     tables: Mapping[str, Table] = field(default_factory=dict)  # by name: ``episodes misses false events``
     document: RunDocument = NO_DOCUMENT  # made of all the others

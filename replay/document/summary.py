@@ -8,6 +8,7 @@ from typing import Final
 
 import msgspec
 import numpy as np
+from msgspec import structs
 
 from cdcore import Detection, Verdict
 from cdcore.detectors import TABLE
@@ -16,7 +17,6 @@ from replay.auditing.look_phases import OffsetCounts
 from replay.auditing.outcome import counts_by_pair
 from replay.auditing.wilson import OVER_CONTACTS
 from replay.constants import BUDGET_MS, CAVEAT, VERDICT_FRAMES
-from replay.detection.detector_spec import spec_text
 from replay.detection.run_detector import Run
 from replay.detection.sample_times import quantiles, sampled_frames
 from replay.document.detector import DetectorRecord, DetectorTimes, LongestStage, Quantiles, SampleTimes
@@ -100,7 +100,10 @@ def document_of_run(
         pairs=pair_records(result),
         oracle=result.oracle,
         detectors={
-            label: _detector(run, len(result.episodes[label]), result.phases.get(label)) for label, run in runs.items()
+            label: structs.replace(
+                _detector(run, len(result.episodes[label]), result.phases.get(label)), flicker=result.flicker.get(label)
+            )
+            for label, run in runs.items()
         },
         audit={label: score(result, label) for label in result.comparisons},
         noise=None if result.noise is None else msgspec.convert(result.noise.settings, NoiseRecord),
@@ -188,7 +191,7 @@ def _detector(run: Run, contacts: int, offsets: OffsetCounts | None) -> Detector
     verdicts = counts_by_pair(detection.verdict, len(Verdict)).sum(axis=0)
     return DetectorRecord(
         name=run.spec.name,
-        spec=spec_text(run.spec.name, run.spec.settings),
+        spec=run.spec.text,
         settings=dict(run.settings),
         covers=detection.covers,
         online=run.detector.online,
@@ -201,6 +204,7 @@ def _detector(run: Run, contacts: int, offsets: OffsetCounts | None) -> Detector
         work={name: int(np.sum(value)) for name, value in detection.work.items()},
         digest=detection.digest,
         faces_digest=detection.faces_digest if detection.face_sets is not None else None,
+        release=run.spec.release,
     )
 
 

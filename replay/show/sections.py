@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final
 
-from replay.document.headline import doubts, price, undecided
+from replay.document.headline import doubts, flicker_notes, price, undecided
 from replay.document.run_result import Summarised
 from replay.show import run_tables
 from replay.show.words import tallied
@@ -73,9 +73,10 @@ def _answer(run: Summarised) -> Section:
 def _ranking(run: Summarised) -> Section:
     """Every detector, and what was not decided; without a reference the contacts of each detector."""
     if run.ranking:
-        return Section(SectionName.RANKING, tuple(undecided(run)), (run_tables.ranking_table(run),))
+        notes = (*undecided(run), *flicker_notes(run))
+        return Section(SectionName.RANKING, notes, (run_tables.ranking_table(run),))
     contacts = (run_tables.contact_table(run, label) for label in run.document.detectors)
-    return Section(SectionName.RANKING, tables=tuple(contacts))
+    return Section(SectionName.RANKING, tuple(flicker_notes(run)), tuple(contacts))
 
 
 def fault_tables(run: Summarised, labels: Iterable[str]) -> Iterator[Table]:

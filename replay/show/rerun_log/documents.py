@@ -8,7 +8,7 @@ from typing import Final
 from replay import words
 from replay.auditing.misses import MANY
 from replay.constants import CAVEAT
-from replay.document.headline import doubts, price, undecided
+from replay.document.headline import doubts, price
 from replay.document.run_result import RunResult
 from replay.effects.effect_summary import happened_text
 from replay.show.accuracy import run_dots, tradeoff_dots
@@ -53,7 +53,7 @@ def answer_text(result: RunResult) -> str:
         ranking=ranking_text(result) if len(result.ranking) > 2 else "",
         replayed=replayed(result),
         caveat=CAVEAT,
-        notes=[*undecided(result), *sampling_notes(result)],
+        notes=[*section_of(result, SectionName.RANKING).sentences, *sampling_notes(result)],
         tables=_tables(result, SectionName.TIMES, SectionName.SESSION, SectionName.EFFECTS),
     )
 

@@ -1,0 +1,171 @@
+"""Interrupted contacts of planted motions, and release distances that a second run confirms."""
+
+import msgspec
+import numpy as np
+import pytest
+from rich.console import Console
+from support.small_worlds import cubes
+
+from cdcore import Verdict
+from cdcore.protocol import counts_as_contact
+from replay.auditing.flicker import interruptions_of
+from replay.cli.run_markdown import run_markdown
+from replay.cli.run_tables import run_screen
+from replay.detection.release_band import ReleaseBand
+from replay.document.headline import flicker_notes
+from replay.document.run_document import RunDocument
+from replay.engine import compute
+from replay.errors import DetectorSpecError
+from replay.show.report.page import report_html
+from replay.show.rerun_log.documents import answer_text
+
+DEEP, CLEAR = -0.0002, 0.05
+"""Metres between the cubes while they touch, and far from each other."""
+
+BOUNCES = [CLEAR] * 20 + [DEEP, DEEP, 0.0003, DEEP, 0.00046, 0.0001, DEEP, 0.0002, DEEP] + [CLEAR] * 20
+"""One contact, interrupted three times by half a millimetre."""
+
+
+def gaps(metres, **more):
+    """Unit cubes so many metres apart in each frame."""
+    return cubes({"a": [0.0] * len(metres), "b": [1.0 + gap for gap in metres]}, **more)
+
+
+def flicker(session, label="exact", **settings):
+    """The interrupted contacts of a detector, and the whole run."""
+    result = compute(session, **{"detectors": "exact,mesh=discrete", "oracle": "exact"} | settings)
+    return result.document.detectors[label].flicker, result
+
+
+def test_bounce_within_half_a_millimetre_is_one_contact():
+    counted, result = flicker(gaps(BOUNCES))
+    assert (counted.reported, counted.contacts, counted.joined, counted.interruptions) == (4, 4, 1, 3)
+    assert counted.widest == pytest.approx(0.00046)
+    release = counted.release
+    assert (release.metres, release.contacts, release.interruptions) == (0.0005, 1, 0)
+    assert (release.false_contact_without, release.false_contact) == (0.0, pytest.approx(4 / 9))
+    assert flicker_notes(result)[0] == (
+        "Flicker: 4 of 4 contacts of exact are 1 contact, interrupted 3 times for at most 100 ms and 0.46 mm each. "
+        "Contact on at 0 mm and off at 0.5 mm joins 3 of 3 interruptions: 44 % false contact instead of 0 % (measured "
+        "on this session as exact[release_m=0.0005])."
+    )
+
+
+@pytest.mark.parametrize(
+    ("frames_away", "metres", "flickers"),
+    [
+        (1, 0.0049, True),
+        (10, 0.0049, True),
+        (11, 0.0049, False),
+        (1, 0.0051, False),
+        (5, 0.02, False),
+        (30, 1.0, False),
+    ],
+)
+def test_body_that_leaves_far_or_long_does_not_flicker(frames_away, metres, flickers):
+    counted, result = flicker(gaps([CLEAR, DEEP, DEEP, *[metres] * frames_away, DEEP, DEEP, CLEAR]))
+    assert (counted is not None) == flickers == bool(flicker_notes(result))
+    if flickers:
+        assert (counted.contacts, counted.joined, counted.release.metres) == (2, 1, 0.005)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_jitter_of_a_tracker_is_joined_as_a_plain_loop_joins_it(seed):
+    noise = np.random.default_rng(seed).normal(0.0, 0.00014, 120)
+    metres = [*[CLEAR] * 3, *noise.tolist(), *[CLEAR] * 3]
+    counted, _ = flicker(gaps(metres))
+    touching, lasting, contacts, joined = False, False, 0, 0
+    for gap in metres:
+        contacts += gap <= 0.0 and not touching
+        touching = gap <= 0.0
+        begins = touching and not lasting
+        lasting = touching or (lasting and gap <= counted.release.metres)
+        joined += begins
+    assert counted.reported == contacts > 10
+    assert counted.release.contacts == joined < contacts
+    within = noise[noise < 0.005]
+    assert counted.release.metres == pytest.approx(np.ceil(1e4 * max(within)) / 1e4)
+
+
+@pytest.mark.parametrize("detector", ["mesh=discrete", "mesh=discrete[rate_hz=40]", "mesh=collider[skin_m=0.00005]"])
+def test_release_distance_queried_again_gives_the_promised_figures(detector):
+    noise = np.random.default_rng(1).normal(0.0001, 0.0002, 120)
+    session = gaps([*[CLEAR] * 3, *noise.tolist(), *[CLEAR] * 3])
+    counted, first = flicker(session, "mesh", detectors=f"exact,{detector}")
+    again, second = flicker(session, "mesh", detectors=f"exact,mesh={counted.release.setting}")
+    ranks = [next(rank for rank in result.ranking if rank.label == "mesh") for result in (first, second)]
+    assert ranks[0].false.value == counted.release.false_contact_without
+    assert ranks[1].false.value == counted.release.false_contact
+    assert second.document.detectors["mesh"].contacts == counted.release.contacts < counted.reported
+    assert (0 if again is None else again.interruptions) == counted.release.interruptions
+    assert "off at" in ranks[1].what
+    assert second.document.detectors["mesh"].release == counted.release.metres
+
+
+def test_false_contact_within_a_release_distance_has_that_cause():
+    result = compute(gaps(BOUNCES), detectors="held=discrete[release_m=0.0005]", oracle="exact")
+    assert {fault.cause.value for fault in result.false["held"]} == {"within its release distance"}
+    assert result.false["held"][0].why.endswith(
+        "a contact lasts until the shapes are farther apart than its release distance."
+    )
+    assert result.answers[0].fix.text.startswith("No release distance")
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_band_prolongs_as_a_plain_loop_does(seed):
+    rng = np.random.default_rng(seed)
+    verdict = rng.choice(
+        np.array([Verdict.CLEAR, Verdict.CONTACT, Verdict.NO_POSE, Verdict.UNRESOLVED, Verdict.NOT_FOUND], np.uint8),
+        (60, 3),
+        p=[0.5, 0.15, 0.1, 0.05, 0.2],
+    )
+    near, sampled = rng.random((60, 3)) < 0.7, rng.random(60) < 0.8
+    lasting = ReleaseBand(near).lasting(verdict[sampled], sampled)
+    expected = verdict[sampled].copy()
+    for column in range(3):
+        on = False
+        for row, frame in enumerate(np.flatnonzero(sampled).tolist()):
+            own = Verdict(verdict[frame, column])
+            if own == Verdict.NO_POSE:
+                continue
+            parted = own in (Verdict.CLEAR, Verdict.NOT_FOUND)
+            on = own == Verdict.CONTACT or (on and parted and near[frame, column])
+            if on and parted:
+                expected[row, column] = Verdict.CONTACT
+    assert np.array_equal(lasting, expected)
+    assert (counts_as_contact(lasting) != counts_as_contact(verdict[sampled])).any()
+
+
+def test_contacts_of_two_pairs_do_not_interrupt_each_other():
+    session = cubes({"a": [0.0] * 5, "b": [0.9, 3, 3, 3, 3], "c": [20.0] * 5, "d": [23, 23, 20.95, 23, 23]})
+    contacts = compute(session, detectors="exact", oracle="none").episodes["exact"]
+    assert [contact.pair for contact in contacts] == [0, 4]
+    assert interruptions_of(contacts) == []
+
+
+def test_every_screen_says_the_same_of_flicker():
+    _, result = flicker(gaps(BOUNCES))
+    (sentence, *_) = flicker_notes(result)
+    document = msgspec.json.decode(msgspec.json.encode(result.document), type=RunDocument)
+    assert document.detectors["exact"].flicker == result.document.detectors["exact"].flicker
+    console = Console(width=200)
+    with console.capture() as captured:
+        console.print(run_screen(result))
+    pages = {
+        "terminal": " ".join(captured.get().split()),
+        "markdown": run_markdown(result, []).replace("\\", ""),
+        "report": report_html(result),
+        "picture": answer_text(result),
+    }
+    assert [name for name, page in pages.items() if sentence not in page] == []
+
+
+def test_reference_takes_no_release_distance():
+    with pytest.raises(DetectorSpecError, match="the reference has no release distance"):
+        compute(gaps(BOUNCES), detectors="mesh=discrete", oracle="exact[release_m=0.001]")
+
+
+@pytest.mark.parametrize("metres", ["-1", "2", "true", "nan", "abc"])
+def test_release_distance_is_a_length(metres):
+    with pytest.raises(DetectorSpecError, match="release_m="):
+        compute(gaps(BOUNCES), detectors=f"discrete[release_m={metres}]")
