@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
+from support.processes import environment
 
 settings.register_profile("fresh", deadline=None, print_blob=True, suppress_health_check=[HealthCheck.too_slow])
 settings.register_profile("repeated", settings.get_profile("fresh"), derandomize=True)
@@ -37,10 +38,8 @@ def pytest_configure(config):
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # threads of several workers wait for each other
         compiled = Path(tempfile.mkdtemp(prefix="kernels-")) / "compiled"
         os.environ[KERNELS_FILE] = str(compiled)
-        paths = [str(config.rootpath), str(config.rootpath / "tests"), os.environ.get("PYTHONPATH", "")]
-        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))}
-        program = [sys.executable, str(Path(__file__).parent / "support" / "compile_first.py"), str(compiled)]
-        config.stash[COMPILER] = subprocess.Popen(program, env=environment)
+        code = "import sys; from support.processes import compile_for_tests; compile_for_tests(sys.argv[1])"
+        config.stash[COMPILER] = subprocess.Popen([sys.executable, "-c", code, str(compiled)], env=environment())
 
 
 def pytest_unconfigure(config):

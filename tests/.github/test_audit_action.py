@@ -24,7 +24,7 @@ needs_bash = pytest.mark.skipif(shutil.which("bash") is None, reason="needs bash
 
 
 def filled(text, inputs):
-    """What GitHub makes of the expressions in a value."""
+    """The value with its expressions filled in, as GitHub fills them."""
 
     def value(found):
         kind, _, name = found[1].partition(".")

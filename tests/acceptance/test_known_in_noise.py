@@ -30,7 +30,7 @@ def stretched(edge, height):
 
 
 def heights(rng, times):
-    """Of the tool's lowest corner: up, and down to a turning point where it stays for a moment, as fast as a hand."""
+    """Heights of the tool's lowest corner: up, and down to a turning point where it stays, as fast as a hand."""
     keys = [(0.0, 0.1)]
     for start in np.linspace(0.3, SECONDS, VISITS, endpoint=False):
         rotation, stay, direction = rng.uniform(-DEEPEST_M, HIGHEST_M), rng.uniform(0.0, 0.4), rng.uniform(0.3, 0.6)

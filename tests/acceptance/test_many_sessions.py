@@ -54,7 +54,7 @@ run_session = batch.run_session
 
 
 def run_measured(path, out, settings, request):
-    """As the work of a batch; leaves processor time, its own process and the memory of that beside the run folder."""
+    """Does the work of a batch; leaves processor time, its own process and the memory of that beside the run folder."""
     begun = time.process_time()
     outcome = run_session(path, out, settings, request)
     visited = [time.process_time() - begun, os.getpid(), psutil.Process().memory_info().rss]
@@ -163,7 +163,7 @@ def test_killed_scheduler_workers_are_named_without_changing_the_digest(made, tm
 
 
 def of_worker(seen, pid):
-    """What a worker gained from a quarter of its sessions to its last."""
+    """Bytes that a worker gained from a quarter of its sessions to its last."""
     kept = [item[2] for item in seen if item[1] == pid]
     return kept[-1] - kept[len(kept) // 4]
 

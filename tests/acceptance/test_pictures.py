@@ -45,17 +45,17 @@ def light(picture, least=180):
 def view(viewer, title):
     """The view of this title in the open tab, once it is drawn; the views of other tabs cannot be photographed."""
     for _ in range(20):
-        for one in viewer.state().views:
-            if re.match(title, one.name):
+        for item in viewer.state().views:
+            if re.match(title, item.name):
                 with suppress(ConnectionError):
-                    return pixels(viewer.screenshot(one))
+                    return pixels(viewer.screenshot(item))
         time.sleep(0.5)
     raise AssertionError(f"no view {title!r} is open")
 
 
 @pytest.fixture(scope="module")
 def audited():
-    """What the demo audits, in memory."""
+    """The demo's audit, in memory."""
     session, _ = synthetic_session("bench-bumps", 0, None)
     return compute(session)
 
@@ -65,10 +65,10 @@ def looking(audited, tmp_path_factory):
     """Makes viewers that have a tab of the run open."""
     tabs = rrb.Tabs
 
-    def look(tab):
-        def opened_on(*parts, **more):
-            names = [one.name for one in parts]
-            return tabs(*parts, **{**more, "active_tab": names.index(tab)} if tab in names else more)
+    def opened_tab(tab):
+        def opened_on(*contents, **more):
+            names = [item.name for item in contents]
+            return tabs(*contents, **{**more, "active_tab": names.index(tab)} if tab in names else more)
 
         folder = tmp_path_factory.mktemp("tab")
         with pytest.MonkeyPatch.context() as patch:
@@ -79,7 +79,7 @@ def looking(audited, tmp_path_factory):
         time.sleep(5.0)
         return viewer
 
-    return look
+    return opened_tab
 
 
 def test_answer_opens_on_the_caged_rod_and_follows_clicks(looking, audited):
@@ -89,7 +89,7 @@ def test_answer_opens_on_the_caged_rod_and_follows_clicks(looking, audited):
         assert yellow(close) > 1000 and light(close, 235) > 1000 and red(close) < 100
         assert yellow(view(viewer, "Where")) > 300 and light(view(viewer, "The answer")) > 2000
         assert red(lanes) > 1000 < yellow(lanes)
-        assert not any(one.reports for one in viewer.state().views)
+        assert not any(item.reports for item in viewer.state().views)
         # moments of one frame follow each other by nanoseconds; this is after the last
         viewer.seek(int(audited.assembly.stamp_ns[deepest.frame] - audited.assembly.stamp_ns[0]) + 1000)
         time.sleep(3.0)
@@ -101,16 +101,16 @@ def test_pipeline_opens_on_the_missed_contact_in_red(looking):
     with looking("Pipeline") as viewer:
         assert red(view(viewer, r"At [\d.]+ s: a miss")) > 100
         assert int((view(viewer, "This frame").max(axis=-1) > 150).sum()) > 1500
-        assert not any(one.reports for one in viewer.state().views)
+        assert not any(item.reports for item in viewer.state().views)
 
 
 @pytest.mark.skipif(not (which("chromium") or which("chromium-browser")), reason="Chromium draws it")
 def test_readme_picture_is_reproduced_by_its_command(audited, tmp_path):
-    (shown,) = re.findall(r"\((\S+/answer\.png)\)", (ROOT / "README.md").read_text(encoding="utf-8"))
+    (picture_file,) = re.findall(r"\((\S+/answer\.png)\)", (ROOT / "README.md").read_text(encoding="utf-8"))
     drawn = script("readme_picture").drawn_picture(audited, tmp_path / "answer.png")
-    kept = Image.open(ROOT / shown)
-    assert kept.size == (1800, 760) and (ROOT / shown).stat().st_size < 400_000
-    small = [np.asarray(one.convert("RGBA").resize((180, 76)), dtype=np.int16) for one in (kept, Image.open(drawn))]
+    kept = Image.open(ROOT / picture_file)
+    assert kept.size == (1800, 760) and (ROOT / picture_file).stat().st_size < 400_000
+    small = [np.asarray(item.convert("RGBA").resize((180, 76)), dtype=np.int16) for item in (kept, Image.open(drawn))]
     assert np.abs(small[0] - small[1]).mean() < 2.0, "make it anew: .ci/readme_picture.py"
     assert np.abs(small[0][:, ::-1] - small[1]).mean() > 7.5, "so much differs in a picture that is not the same"
     assert kept.convert("RGBA").getpixel((0, 0))[3] == 0 < small[0][38, 90, 3], "clear corners, for any ground"

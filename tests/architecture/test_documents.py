@@ -1,4 +1,4 @@
-"""What README and guide show works: the blocks of a page run from top to bottom, as a reader runs them."""
+"""README and guide show what works: the blocks of a page run from top to bottom, as a reader runs them."""
 
 import ast
 import re
@@ -137,7 +137,7 @@ def test_the_blocks_of_a_page_run_from_top_to_bottom(name, tmp_path, monkeypatch
 
 
 def settings_of(path):
-    """What ``run`` makes of a file beside its sessions."""
+    """The settings that ``run`` reads from a file beside its sessions."""
     command = cli.get_command(click.Context(cli), "run")
     return read_settings(path, click.Context(command))
 

@@ -51,7 +51,7 @@ def test_the_search_sees_formats_of_every_kind():
     assert [result for _, result in formats(ast.parse(code)) if DIGITS.search(result)] == [".2g", ".3g", ".1e", ",.0f"]
 
 
-def test_columns_in_toml_name_a_function_of_words_for_their_format():
+def test_columns_in_toml_name_the_function_that_formats_them():
     files = [file for file in sorted(TOP.rglob("*.toml")) if "meaning =" in file.read_text("utf-8")]
     assert len(files) > 3
     formats_in_files = {file.name: re.findall(r'show = "[^"]*\.\d[^"]*"', file.read_text("utf-8")) for file in files}

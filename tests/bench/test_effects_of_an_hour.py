@@ -1,4 +1,4 @@
-"""What the effects of an experiment take for an hour at 90 Hz: the session over and over, contacts answered before."""
+"""Time that effects take for an hour at 90 Hz: the session over and over, contacts answered before."""
 
 from collections import Counter
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""How much faster ``exact`` is than loops over python-fcl, coal and trimesh, and how its cost grows with a session.
+"""Speed of ``exact`` against loops over python-fcl, coal and trimesh, and its growth with a session.
 
 Run with ``-m bench -s`` for the figures; CONTRIBUTING shows them.
 """

@@ -1,4 +1,4 @@
-"""What anybody asks first is answered before one looks up, or has read what the demo is about."""
+"""First commands answer before one looks up, or has read what the demo is about."""
 
 import os
 import subprocess

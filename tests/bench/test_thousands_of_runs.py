@@ -1,4 +1,4 @@
-"""What thousands of sessions cost to read back, and the class page over them: the tables of one run under many names.
+"""Cost of reading thousands of sessions back, and of their class page: the tables of one run under many names.
 
 ``python -m pytest -m bench -s tests/bench/test_thousands_of_runs.py`` asks it of 4,000; ``RUNS=100000`` of more.
 """

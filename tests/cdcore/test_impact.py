@@ -99,18 +99,18 @@ def test_witness_faces_meet_at_the_upper_time():
     assert list(answer.faces) in result
 
 
-def random_direction(rng, reach, turn):
+def random_direction(rng, reach, largest_angle):
     first = Rotation.from_rotvec(rng.normal(size=3))
-    second = Rotation.from_rotvec(turn * rng.normal(size=3)) * first
+    second = Rotation.from_rotvec(largest_angle * rng.normal(size=3)) * first
     return np.stack([pose(rng.normal(size=3) * reach, item.as_rotvec()) for item in (first, second)])
 
 
 @settings(max_examples=15, deadline=None)
-@given(seed=st.integers(0, 10**6), turn=st.floats(0, 1.2))
-def test_dense_sampling_contradicts_no_time_of_impact(seed, turn):
+@given(seed=st.integers(0, 10**6), largest_angle=st.floats(0, 1.2))
+def test_dense_sampling_contradicts_no_time_of_impact(seed, largest_angle):
     rng = np.random.default_rng(seed)
     a, b = box_mesh(rng.uniform(0.05, 0.6, 3)), ball_mesh(rng.uniform(0.1, 0.4), 4, 6)
-    directions = random_direction(rng, 0.7, turn), random_direction(rng, 0.7, turn)
+    directions = random_direction(rng, 0.7, largest_angle), random_direction(rng, 0.7, largest_angle)
     answer = time_of_impact(a, directions[0], b, directions[1])
     rotations = [Slerp([0, 1], Rotation.from_matrix(item[:, :3, :3])) for item in directions]
     until = 1.0 if answer.toi is None else answer.toi[0]

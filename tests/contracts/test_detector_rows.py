@@ -27,7 +27,7 @@ FIELD_STAGES = {
 
 
 def faults_of(name, row):
-    """What a row lacks."""
+    """Problems of a row: fields that it lacks."""
     detector = load_detector(name)
     faults = []
     if not row.label or row.label == name:

@@ -91,16 +91,16 @@ def restless():
     """Bodies in one heap that jump for 30 frames, then drift, stand still now and then, and lose their pose."""
     bodies, rng = lab(2)[0], np.random.default_rng(8)
     count = 120
-    places, rotations = rng.normal(scale=0.12, size=(count, 5, 3)), random_rotations(rng, count, 5)
+    positions, rotations = rng.normal(scale=0.12, size=(count, 5, 3)), random_rotations(rng, count, 5)
     little = rotation_from_quaternion(np.array([0, 0, 0, 1]) + rng.normal(scale=0.004, size=(count, 5, 4)))
     stays = rng.random((count, 5)) < 0.3
     for frame in range(1, count):
         if frame >= 30:
-            places[frame] = places[frame - 1] + rng.normal(scale=0.003, size=(5, 3))
+            positions[frame] = positions[frame - 1] + rng.normal(scale=0.003, size=(5, 3))
             rotations[frame] = little[frame] @ rotations[frame - 1]
-        places[frame, stays[frame]] = places[frame - 1, stays[frame]]
+        positions[frame, stays[frame]] = positions[frame - 1, stays[frame]]
         rotations[frame, stays[frame]] = rotations[frame - 1, stays[frame]]
-    return bodies, Motion(np.arange(count) / 90, places, rotations, rng.random((count, 5)) < 0.95)
+    return bodies, Motion(np.arange(count) / 90, positions, rotations, rng.random((count, 5)) < 0.95)
 
 
 @pytest.mark.parametrize("settings", LIVE, ids=str)
@@ -272,11 +272,11 @@ def undecided_scene():
     box = box_mesh([0.2] * 3)
     cup = TriangleMesh(box.vertices, box.faces[~(box.triangles[:, :, 2] == 0.1).all(axis=1)])
     bodies = [Body("cup", cup), Body("block", box_mesh([0.2] * 3)), Body("probe", box_mesh([0.02] * 3))]
-    places = np.zeros((30, 3, 3))
-    places[:, 1] = [0.5, 0.0, 0.0]
-    places[:, 2, 2] = np.linspace(0.2, -0.2, 30)
-    places[15:, 2, 0] = np.linspace(0.0, 0.5, 15)
-    return bodies, unturned(places)
+    positions = np.zeros((30, 3, 3))
+    positions[:, 1] = [0.5, 0.0, 0.0]
+    positions[:, 2, 2] = np.linspace(0.2, -0.2, 30)
+    positions[15:, 2, 0] = np.linspace(0.0, 0.5, 15)
+    return bodies, unturned(positions)
 
 
 @pytest.mark.parametrize("how", ["offline", "live", "stream"])

@@ -30,7 +30,7 @@ def settings_of(name):
 
 
 def answer(name, **settings):
-    """What a detector says of a ball that passes a box, or the sentence with which it refuses a setting."""
+    """A detector's answer for a ball that passes a box, or the sentence with which it refuses a setting."""
     bodies = [Body("ball", ball_mesh(0.4, 4, 6)), Body("box", box_mesh())]
     positions = np.zeros((3, 2, 3))
     positions[:, 0, 0] = 0.6, 0.9, 1.2
@@ -43,9 +43,9 @@ def answer(name, **settings):
     return detector.detect(unturned(positions))
 
 
-def assert_item_sentence(said, setting):
-    assert said.startswith(f"{setting}=")
-    assert "give " in said and "\n" not in said and len(said) < 300
+def assert_item_sentence(sentence, setting):
+    assert sentence.startswith(f"{setting}=")
+    assert "give " in sentence and "\n" not in sentence and len(sentence) < 300
 
 
 def test_invalid_setting_is_refused_in_a_sentence(name):

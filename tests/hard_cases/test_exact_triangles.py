@@ -22,11 +22,11 @@ FRESH_SEEDS = (20_261, 77_003)
 
 def count_wrong(family, count, seed):
     pairs = family.pairs(count, seed=seed)
-    ours = triangles_intersect(pairs)
+    product = triangles_intersect(pairs)
     integers = np.array([pair_intersects_integers(pair.tolist()) for pair in pairs])
     axes = np.array([meets_by_axes(pair) for pair in pairs])
-    by_construction = 0 if family.expected is None else int((ours != family.expected).sum())
-    return int((ours != integers).sum()), int((ours != axes).sum()), by_construction
+    by_construction = 0 if family.expected is None else int((product != family.expected).sum())
+    return int((product != integers).sum()), int((product != axes).sum()), by_construction
 
 
 @pytest.mark.sampled(3)
@@ -49,7 +49,7 @@ def reordered(pairs, rng):
     return np.take_along_axis(pairs, order[..., None], axis=2)
 
 
-def turned(pairs, rng):
+def rotated(pairs, rng):
     """The axes permuted, each with a sign."""
     return pairs[..., rng.permutation(3)] * rng.choice([-1.0, 1.0], 3)
 
@@ -67,7 +67,7 @@ def shifted(pairs, rng):
 
 
 @pytest.mark.sampled(3)
-@pytest.mark.parametrize("relation", [swapped, reordered, turned, scaled, shifted])
+@pytest.mark.parametrize("relation", [swapped, reordered, rotated, scaled, shifted])
 @by_name
 def test_no_exact_relation_flips_an_answer(family, relation):
     rng = np.random.default_rng(family.number)
@@ -92,14 +92,14 @@ COUNT = 150
 
 
 def proper(pairs):
-    """Which pairs have no face without area, exactly."""
+    """Whether both faces of each pair have an area, exactly."""
     from cdcore.triangles.integers import integer_points, normal
 
-    found = []
+    proper_pairs = []
     for pair in pairs:
         p, _ = integer_points(pair)
-        found.append(any(normal(p[:3])) and any(normal(p[3:])))
-    return np.array(found)
+        proper_pairs.append(any(normal(p[:3])) and any(normal(p[3:])))
+    return np.array(proper_pairs)
 
 
 def meets_by_cgal(cgal, pair):

@@ -88,10 +88,10 @@ def class_of(word):
 
 
 def page_of_class(word, study):
-    with TemporaryDirectory() as place, pytest.MonkeyPatch.context() as patch:
+    with TemporaryDirectory() as base, pytest.MonkeyPatch.context() as patch:
         for name in ("PAIRS", "TASKS", "STAGES", "TYPES", "CAUSES"):
             patch.setattr(study_samples, name, [(word, word)] if name == "PAIRS" else [word, word])
-        runs = read_class(made_class(Path(place), 12, 6, detectors={word: 0.5}, rare=0))
+        runs = read_class(made_class(Path(base), 12, 6, detectors={word: 0.5}, rare=0))
         return study_html(runs, dict.fromkeys(runs.metrics, (word, "run")), study, f"A class of {word}")
 
 
@@ -171,9 +171,9 @@ def recorded(*words):
 @pytest.fixture(scope="module")
 def places(tmp_path_factory):
     """Files whose names and texts command a terminal."""
-    place = tmp_path_factory.mktemp("hostile")
+    base = tmp_path_factory.mktemp("hostile")
     name = COMMANDS.replace("/", "").replace("\0", "")
-    files = {kind: place / f"{name}.{kind}" for kind in ("mcap", "torn", "csv", "toml", "obj")}
+    files = {kind: base / f"{name}.{kind}" for kind in ("mcap", "torn", "csv", "toml", "obj")}
     write_session(hostile(COMMANDS), files["mcap"])
     files["torn"].write_bytes(files["mcap"].read_bytes()[:-300])
     rows = [f"pose,{0.011 * k},{name},{0.01 * k},1,0,0,0,0,1,1,," for k in range(9)]
@@ -181,7 +181,7 @@ def places(tmp_path_factory):
     files["csv"].write_text("\n".join([head, *(row.replace("\n", "").replace("\r", "") for row in rows), ""]), "utf-8")
     files["toml"].write_text(SCENE.replace("{0}", "".join(f"\\u{ord(item):04x}" for item in COMMANDS)), "utf-8")
     files["obj"].write_bytes(b"\x1b[2J")
-    return place, files
+    return base, files
 
 
 QUERY = ("--no-picture", "--detectors", "slow=discrete[rate_hz=20]")

@@ -79,14 +79,14 @@ def test_splitting_faces_at_dyadic_midpoints_keeps_the_verdicts(kind):
     bodies, motion = scene(kind)
     exact = unturned(motion.translations, motion.times)
 
-    def four(one):
-        t = one.mesh.triangles
+    def four(solid):
+        t = solid.mesh.triangles
         a, b, c = t[:, 0], t[:, 1], t[:, 2]
         ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
         pieces = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
-        return body(one.name, np.concatenate([np.stack(piece, axis=1) for piece in pieces]))
+        return body(solid.name, np.concatenate([np.stack(piece, axis=1) for piece in pieces]))
 
-    before, after = requested(bodies, exact), requested([four(one) for one in bodies], exact)
+    before, after = requested(bodies, exact), requested([four(solid) for solid in bodies], exact)
     assert np.array_equal(before.verdict, after.verdict)
     assert 0 < (before.verdict == Verdict.CONTACT).mean() <= 1
 

@@ -22,24 +22,24 @@ def scenes(number):
     return {scene.name: scene for scene in SCENES[number][1](np.random.default_rng(3))}
 
 
-def seen(name, scene, **asked):
-    return create_detector(name, scene.bodies).detect(scene.motion, **asked)
+def detected(name, scene, **options):
+    return create_detector(name, scene.bodies).detect(scene.motion, **options)
 
 
 @pytest.mark.parametrize("name", ON_MESHES)
 @pytest.mark.parametrize("number", [27, 28])
 def test_inner_body_is_contained_unlike_a_body_in_a_cavity(name, number):
     for scene in scenes(number).values():
-        detection = seen(name, scene)
+        detection = detected(name, scene)
         assert np.array_equal(detection.verdict[:, 0], scene.truth), scene.name
         assert detection.containment == ("decided",)
 
 
 @pytest.mark.parametrize("name", ON_MESHES)
 def test_ball_through_the_wall_is_clear_then_contact_then_contained(name):
-    places = np.zeros((41, 2, 3))
-    places[:, 0, 0] = 1.0125 - 0.025 * np.arange(41)
-    motion = unturned(places)
+    positions = np.zeros((41, 2, 3))
+    positions[:, 0, 0] = 1.0125 - 0.025 * np.arange(41)
+    motion = unturned(positions)
     bodies = [Body("ball", ball_mesh(0.1)), Body("box", box_mesh())]
     verdict = create_detector(name, bodies).detect(motion).verdict[:, 0].tolist()
     # The wall is at .5 and the ball's extent along x is .1: contact from .6 to .4.
@@ -48,9 +48,9 @@ def test_ball_through_the_wall_is_clear_then_contact_then_contained(name):
 
 def test_35_float32_quaternions_do_not_scale_the_body():
     q = Rotation.from_euler("xyz", np.random.default_rng(0).uniform(-3, 3, (200, 3))).as_quat().astype(np.float32)
-    turns = rotation_from_quaternion(q)
+    matrices = rotation_from_quaternion(q)
     raw = np.abs(np.linalg.norm(q.astype(float), axis=1) - 1).max()
-    lengths = np.linalg.norm(turns @ [0.3, 0.4, 0.5], axis=1) / np.linalg.norm([0.3, 0.4, 0.5])
+    lengths = np.linalg.norm(matrices @ [0.3, 0.4, 0.5], axis=1) / np.linalg.norm([0.3, 0.4, 0.5])
     assert raw > 1e-9
     assert np.abs(lengths - 1).max() < 1e-15
 
@@ -60,7 +60,7 @@ def test_35_float32_quaternions_do_not_scale_the_body():
 @pytest.mark.parametrize("odd", scenes(37))
 def test_37_odd_mesh_changes_no_verdict_and_no_face_pair(name, odd):
     scene = scenes(37)[odd]
-    detection = seen(name, scene, faces=True)
+    detection = detected(name, scene, faces=True)
     verdict = detection.verdict[:, 0]
     assert counts_as_contact(verdict)[scene.truth == Verdict.CONTACT].all()
     assert verdict[2] == Verdict.CLEAR, "three metres away, where no far vertex reaches"
@@ -75,7 +75,7 @@ def test_37_odd_mesh_changes_no_verdict_and_no_face_pair(name, odd):
 @pytest.mark.parametrize("name", ["sphere", *ON_MESHES])
 def test_38_far_from_the_origin_no_contact_is_lost(name):
     for scene in scenes(38).values():
-        verdict = seen(name, scene).verdict[:, 0]
+        verdict = detected(name, scene).verdict[:, 0]
         assert counts_as_contact(verdict)[0]
         assert verdict[-1] == Verdict.CLEAR or name == "sphere"
 
@@ -88,9 +88,9 @@ def test_38_tangent_spheres_of_touching_bodies_overlap(local, world):
     shift = rng.normal(size=3) * local
     meshes = (TriangleMesh(CORNERS * 0.25 + shift + [x, 0, 0], OCTAHEDRON) for x in (0.0, 0.5))
     bodies = [Body(name, mesh) for name, mesh in zip("ab", meshes, strict=True)]
-    turn, place = random_rotations(rng, count), rng.normal(size=(count, 3)) * world
-    place[: count // 2] -= turn[: count // 2] @ shift
-    motion = Motion(np.arange(count), np.repeat(place[:, None], 2, 1), np.repeat(turn[:, None], 2, 1))
+    rotation, position = random_rotations(rng, count), rng.normal(size=(count, 3)) * world
+    position[: count // 2] -= rotation[: count // 2] @ shift
+    motion = Motion(np.arange(count), np.repeat(position[:, None], 2, 1), np.repeat(rotation[:, None], 2, 1))
     for mode in ("paper", "best"):
         assert (create_detector("sphere", bodies, sphere=mode).detect(motion).verdict == Verdict.CANDIDATE).all()
 
@@ -101,16 +101,16 @@ def test_39_scaled_scenes_have_the_same_answers_and_faces(power):
     scale = 2.0**power
     scaled = [Body(body.name, TriangleMesh(body.mesh.vertices * scale, body.mesh.faces)) for body in bodies]
     bigger = Motion(motion.times, motion.translations * scale, motion.rotations, motion.valid)
-    one, other = (
+    first, second = (
         create_detector("exact", *args).detect(m, faces=True) for args, m in (((bodies,), motion), ((scaled,), bigger))
     )
-    assert (one.verdict == Verdict.CONTACT).any()
-    assert (one.digest, one.faces_digest) == (other.digest, other.faces_digest)
+    assert (first.verdict == Verdict.CONTACT).any()
+    assert (first.digest, first.faces_digest) == (second.digest, second.faces_digest)
 
 
 def test_42_meshes_that_touch_in_a_vertex_meet_in_it():
-    one, other = (TriangleMesh(np.add(CORNERS, [x, 0, 0]), OCTAHEDRON) for x in (0.0, 2.0))
+    first, second = (TriangleMesh(np.add(CORNERS, [x, 0, 0]), OCTAHEDRON) for x in (0.0, 2.0))
     ball, beaker = icosphere_mesh(), beaker_mesh(sides=10)
-    assert [len(intersecting_faces(*two)) for two in ((one, other), (ball, moved(ball, [0, 0, 2])))] == [16, 36]
+    assert [len(intersecting_faces(*two)) for two in ((first, second), (ball, moved(ball, [0, 0, 2])))] == [16, 36]
     assert {a for a, b in intersecting_faces(beaker, beaker).tolist() if a == b} == set(range(len(beaker.faces)))
-    assert len(meeting_faces_exhaustive(one.triangles, other.triangles)) == 16
+    assert len(meeting_faces_exhaustive(first.triangles, second.triangles)) == 16

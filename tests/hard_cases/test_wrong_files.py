@@ -17,7 +17,7 @@ def good(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def place(tmp_path_factory):
+def folder(tmp_path_factory):
     return tmp_path_factory.mktemp("place")
 
 
@@ -35,8 +35,8 @@ def test_four_verbs_agree_about_a_wrong_file(good, tmp_path, case):
 
 
 @given(data=st.data())
-def test_four_verbs_do_not_contradict_each_other_about_any_records(good, place, data):
-    assert contradictions(data.draw(wrong_bytes(good)), place) == []
+def test_four_verbs_do_not_contradict_each_other_about_any_records(good, folder, data):
+    assert contradictions(data.draw(wrong_bytes(good)), folder) == []
 
 
 def test_unpacked_size_is_bounded_by_the_size_of_the_file(good, tmp_path):

@@ -1,4 +1,4 @@
-"""Which faces of two bodies meet, from all pairs of faces in whole numbers: slow, short, with nothing of the core.
+"""Faces of two bodies that meet, from all pairs of faces in whole numbers: slow, short, with nothing of the core.
 
 Places points by the one formula that counts, leaves out what boxes or a wide margin in floats keep apart, and asks the
 rest with separating axes in integers.
@@ -8,14 +8,16 @@ import numpy as np
 from oracles.separating_axes import meets_by_axes
 
 
-def placed(triangles, turn, place):
+def placed(triangles, rotation, translation):
     """World corners of triangles (f, 3, 3): ``((r00 x + r01 y) + r02 z) + t`` in float64."""
     x, y, z = np.moveaxis(triangles, -1, 0)
-    return np.stack([((turn[i, 0] * x + turn[i, 1] * y) + turn[i, 2] * z) + place[i] for i in range(3)], axis=-1)
+    return np.stack(
+        [((rotation[i, 0] * x + rotation[i, 1] * y) + rotation[i, 2] * z) + translation[i] for i in range(3)], axis=-1
+    )
 
 
 def far_separate(pairs):
-    """Of triangle pairs (n, 2, 3, 3) those with a gap along an axis that rounding could not close, (n,)."""
+    """Marks triangle pairs (n, 2, 3, 3) with a gap along an axis that rounding could not close, (n,)."""
     with np.errstate(all="ignore"):
         size = np.abs(pairs).max(axis=(1, 2, 3))
         unit = pairs / size[:, None, None, None]

@@ -83,7 +83,7 @@ def square_free(p):
 
 
 def sturm_chain(p):
-    """Of the square-free part."""
+    """Sturm's chain of the square-free part."""
     free = square_free(p)
     chain = [free, polyder(free)]
     while chain[-1].any():
@@ -97,25 +97,25 @@ def changes(chain, at):
 
 
 class Root:
-    """A root of a square-free polynomial, alone in (low, high]; ``low == high`` where it is known exactly."""
+    """A root of a square-free polynomial, alone in (lower, upper]; ``lower == upper`` where it is known exactly."""
 
-    def __init__(self, p, low, high):
-        self.p, self.low, self.high = p, low, high
-        self.above = value(p, high)
+    def __init__(self, p, lower, upper):
+        self.p, self.lower, self.upper = p, lower, upper
+        self.above = value(p, upper)
         if self.above == 0:
-            self.low = high
+            self.lower = upper
 
     def halve(self):
-        if self.low == self.high:
+        if self.lower == self.upper:
             return
-        middle = (self.low + self.high) / 2
+        middle = (self.lower + self.upper) / 2
         at = value(self.p, middle)
         if at == 0:
-            self.low = self.high = middle
+            self.lower = self.upper = middle
         elif (at < 0) == (self.above < 0):
-            self.high = middle
+            self.upper = middle
         else:
-            self.low = middle
+            self.lower = middle
 
     def sign(self, g):
         """Sign of another polynomial at the root."""
@@ -125,21 +125,21 @@ class Root:
         if len(shared) > 1 and self.holds(shared, sturm_chain(shared)):
             return 0
         chain = sturm_chain(g)
-        while self.low != self.high and (value(g, self.low) == 0 or self.holds(g, chain)):
+        while self.lower != self.upper and (value(g, self.lower) == 0 or self.holds(g, chain)):
             self.halve()
-        at = value(g, self.high)
+        at = value(g, self.upper)
         return (at > 0) - (at < 0)
 
     def holds(self, g, chain):
-        """Whether a polynomial has a root in (low, high], or at the root itself where it is known."""
-        if self.low == self.high:
-            return value(g, self.high) == 0
-        return changes(chain, self.low) != changes(chain, self.high)
+        """Whether a polynomial has a root in (lower, upper], or at the root itself where it is known."""
+        if self.lower == self.upper:
+            return value(g, self.upper) == 0
+        return changes(chain, self.lower) != changes(chain, self.upper)
 
     def narrowed(self):
-        while self.high - self.low > WIDTH:
+        while self.upper - self.lower > WIDTH:
             self.halve()
-        return self.low, self.high
+        return self.lower, self.upper
 
 
 def roots(p):
@@ -151,14 +151,14 @@ def roots(p):
         return result
     chain = sturm_chain(p)
 
-    def isolate(low, high):
-        count = changes(chain, low) - changes(chain, high)
+    def isolate(lower, upper):
+        count = changes(chain, lower) - changes(chain, upper)
         if count == 1:
-            result.append(Root(chain[0], low, high))
+            result.append(Root(chain[0], lower, upper))
         elif count > 1:
-            middle = (low + high) / 2
-            isolate(low, middle)
-            isolate(middle, high)
+            middle = (lower + upper) / 2
+            isolate(lower, middle)
+            isolate(middle, upper)
 
     isolate(Fraction(0), Fraction(1))
     return result

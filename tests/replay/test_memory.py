@@ -1,4 +1,4 @@
-"""What must fit: ten minutes of twelve bodies in one gibibyte, and two hours in less than two."""
+"""Ten minutes of twelve bodies fit in one gibibyte, and two hours in less than two."""
 
 import json
 import subprocess

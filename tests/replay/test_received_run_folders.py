@@ -59,7 +59,7 @@ def no_window(tmp_path, monkeypatch):
 
 
 def ask(good, at, number, capsys):
-    """What went wrong with a mutant that must not: lines, best none."""
+    """Faults met with a mutant: lines, best none."""
     folder = at / "class" / "run"
     what = mutant(good, folder, number)
     session = ["--session", str(good.parent / "s.mcap")]

@@ -1,4 +1,4 @@
-"""What a session file promises: readable by others, read for ever, quick, and safe in a crash and from damage.
+"""Promises of a session file: readable by others, read for ever, quick, and safe in a crash and from damage.
 
 The slow ones print what they measured: ``python -m pytest -m slow -s tests/sessions/test_promises.py``.
 """

@@ -164,7 +164,7 @@ class OwnExact:
         return {"check": checked} | {name: float(np.sum(spent)) for name, spent in result.seconds.items()}, result
 
     def ask(self, what):
-        """Of every pair in every frame (T, P): for "faces" how many pairs of faces meet, for "bool" 0 or 1."""
+        """Answers for every pair in every frame (T, P): for "faces" how many pairs of faces meet, for "bool" 0 or 1."""
         result = self.staged(what)[1]
         return result.face_counts if what == "faces" else (result.verdict == Verdict.CONTACT).view(np.int8)
 
@@ -205,7 +205,7 @@ class FclLoop:
         self._load, self._fcl = load, import_module("fcl")
         self._things = [self._fcl.CollisionObject(self._tree(*mesh)) for mesh in load.meshes]
         for body, pose in enumerate(load.poses[0]):
-            self._place(body, pose)
+            self._move(body, pose)
 
     def ask(self, what):
         """Every pair in every frame."""
@@ -218,9 +218,9 @@ class FclLoop:
                 if collide(self._things[i], self._things[j], request, result):
                     row[k] = len(set(result.faces)) if faces else 1
 
-        return frame_by_frame(self._load, self._place, fill)
+        return frame_by_frame(self._load, self._move, fill)
 
-    def _place(self, body, pose):
+    def _move(self, body, pose):
         self._things[body].setRotation(pose[:3, :3])
         self._things[body].setTranslation(pose[:3, 3])
 
@@ -248,7 +248,7 @@ class CoalLoop:
         request.enable_contact = what == "faces"
         trees, placed, requested = self._trees, self._placed, self._load.pairs.tolist()
 
-        def place(body, pose):
+        def move(body, pose):
             placed[body] = self._pose(pose)
 
         def fill(row):
@@ -257,7 +257,7 @@ class CoalLoop:
                 if collide(trees[i], placed[i], trees[j], placed[j], request, result):
                     row[k] = len({(contact.b1, contact.b2) for contact in result.getContacts()})
 
-        return frame_by_frame(self._load, place, fill)
+        return frame_by_frame(self._load, move, fill)
 
     def _tree(self, vertices, faces):
         tree = self._coal.BVHModelOBBRSS()
@@ -290,7 +290,7 @@ class TrimeshLoop:
         """All bodies in every frame: the manager has its own broad phase."""
         manager, names, column = self._manager, self._load.names, self._column
 
-        def place(body, pose):
+        def move(body, pose):
             manager.set_transform(names[body], pose)
 
         def fill(row):
@@ -303,16 +303,16 @@ class TrimeshLoop:
                 if frozenset((a, b)) in column:
                     row[column[frozenset((a, b))]] += 1
 
-        return frame_by_frame(self._load, place, fill)
+        return frame_by_frame(self._load, move, fill)
 
 
-def frame_by_frame(load, place, fill):
+def frame_by_frame(load, move, fill):
     """The plain loop: in every frame place what moves, then fill the answers of all pairs (P,)."""
     counts = np.zeros((len(load.poses), len(load.pairs)), dtype=np.int64)
     moving = np.flatnonzero((load.poses != load.poses[:1]).any(axis=(0, 2, 3))).tolist()
     for row, poses in zip(counts, load.poses, strict=True):
         for body in moving:
-            place(body, poses[body])
+            move(body, poses[body])
         fill(row)
     return counts
 

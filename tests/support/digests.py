@@ -106,7 +106,7 @@ def asked_in(group):
 
 
 def digests(group, name, settings):
-    """Of verdicts, faces and counters in all worlds of a group, 12 digits each, in one line."""
+    """Digests of verdicts, faces and counters in all worlds of a group, 12 digits each, in one line."""
     totals = [hashlib.sha256() for _ in range(3)]
     for world in worlds(group):
         for total, piece in zip(totals, pieces_of(world, name, settings), strict=True):

@@ -62,7 +62,7 @@ def round_trips(session, folder):
 
 
 def books(session):
-    """What the ledger of an import says of losses and mergers."""
+    """Losses and mergers in the ledger of an import."""
     return "; ".join(ledger_of(session.facts).sentences())
 
 

@@ -45,9 +45,9 @@ def tilted(degrees, lip=(0.0, LOWER, 0.0)):
     return np.asarray(lip) - reach, rotations
 
 
-def still(count, place=(0.0, 0.0, 0.0)):
+def still(count, position=(0.0, 0.0, 0.0)):
     """Poses of a glass that stands."""
-    return np.tile(np.asarray(place, dtype=np.float64), (count, 1)), np.tile((0.0, 0.0, 0.0, 1.0), (count, 1))
+    return np.tile(np.asarray(position, dtype=np.float64), (count, 1)), np.tile((0.0, 0.0, 0.0, 1.0), (count, 1))
 
 
 def world(poses, bodies, *effects, valid=None, step_ns=STEP_NS) -> Session:
@@ -60,9 +60,9 @@ def world(poses, bodies, *effects, valid=None, step_ns=STEP_NS) -> Session:
     return Session.from_tracks(tracks, meshes, scene)
 
 
-def poured(degrees, bodies=None, *more, place=(0.0, 0.0, 0.0), valid=None):
+def poured(degrees, bodies=None, *more, position=(0.0, 0.0, 0.0), valid=None):
     """Effects of a run in which glass ``a`` is tilted over glass ``b``."""
-    poses = {"a": tilted(degrees), "b": still(len(degrees), place)}
+    poses = {"a": tilted(degrees), "b": still(len(degrees), position)}
     effects = (("pour", {"from": ["a"], "into": ["b"]}), *more)
     return compute(world(poses, bodies or (glass("a", 60.0), glass("b", 10.0)), *effects, valid=valid)).effects
 
@@ -74,7 +74,7 @@ TAP = {
 COLUMN = {"capacity_ml": 50.0, "floor": 0.15, "mark": 0.65}
 
 
-def turned(degrees):
+def tap_rotations(degrees):
     """Poses of a tap turned about Z."""
     half = 0.5 * np.radians(np.asarray(degrees, dtype=np.float64))
     rotations = np.zeros((len(half), 4))
@@ -87,7 +87,7 @@ def run_in(degrees, *more, base=None, acid=None, settings=None, valid=None, step
     base = base or glass("burette", 50.0, solute="NaOH", molar=0.1, cavity=COLUMN)
     acid = acid or glass("flask", 0.5, solute="HCl", molar=0.1)
     count = len(degrees)
-    poses = {"burette": still(count, (0.0, 0.15, 0.0)), "tap": turned(degrees), "flask": still(count)}
+    poses = {"burette": still(count, (0.0, 0.15, 0.0)), "tap": tap_rotations(degrees), "flask": still(count)}
     effects = (("burette", {**TAP, **(settings or {})}), *more)
     return compute(world(poses, (base, acid, SceneBody("tap")), *effects, valid=valid, step_ns=step_ns)).effects
 

@@ -41,12 +41,12 @@ def split(data):
     return [(opcode, data[start - 8 + HEAD.size : end - 8]) for opcode, start, end in records(around + data + around)]
 
 
-def joined(parts):
-    return b"".join(HEAD.pack(opcode, len(content)) + content for opcode, content in parts)
+def joined(pieces):
+    return b"".join(HEAD.pack(opcode, len(content)) + content for opcode, content in pieces)
 
 
 def opened(content):
-    """What a chunk packed by zstd holds, or nothing."""
+    """Content of a chunk packed by zstd, or nothing."""
     at = CHUNK.size + CHUNK.unpack_from(content)[4]
     if content[CHUNK.size : at] != b"zstd":
         return b""
@@ -66,10 +66,10 @@ def body_and_index(data):
     return split(data[8:foot]), data[foot:]
 
 
-def without_index(parts, mark, index_at=0):
+def without_index(pieces, mark, index_at=0):
     """A file of these records whose footer names no index, or one at a byte where there is none."""
     footer = HEAD.pack(Opcode.FOOTER, 20) + struct.pack("<QQI", index_at, 0, 0)
-    return mark + joined(parts) + footer + mark
+    return mark + joined(pieces) + footer + mark
 
 
 def with_records(data, change):
@@ -81,15 +81,15 @@ def with_messages(data, change, channel=None):
     """A file whose messages in chunks are changed, of all channels or of one: content -> content."""
 
     def changed(content):
-        parts = split(opened(content))
+        pieces = split(opened(content))
         messages = [
             (kind, change(item) if kind == Opcode.MESSAGE and channel in (None, MESSAGE.unpack_from(item)[0]) else item)
-            for kind, item in parts
+            for kind, item in pieces
         ]
         return closed(joined(messages))
 
     return with_records(
-        data, lambda parts: [(kind, changed(item) if kind == Opcode.CHUNK else item) for kind, item in parts]
+        data, lambda pieces: [(kind, changed(item) if kind == Opcode.CHUNK else item) for kind, item in pieces]
     )
 
 
@@ -128,11 +128,11 @@ def damaged(draw, data):
 
 @st.composite
 def damaged_below_checksums(draw, data):
-    """As `damaged`; in half of the session files it is one chunk's messages, and the checksum agrees again."""
-    places = chunks(data) if data.startswith(b"\x89MCAP") else []
-    if not places or draw(st.booleans()):
+    """Damages bytes; in half of the session files those of a chunk's messages, and the checksum agrees again."""
+    starts = chunks(data) if data.startswith(b"\x89MCAP") else []
+    if not starts or draw(st.booleans()):
         return draw(damaged(data))
-    start, end = draw(st.sampled_from(places))
+    start, end = draw(st.sampled_from(starts))
     content = closed(draw(damaged(opened(data[start + HEAD.size : end]))))
     return data[:start] + HEAD.pack(Opcode.CHUNK, len(content)) + content + data[end:]
 

@@ -28,11 +28,11 @@ class Draft:
     changes: list = field(default_factory=list)
 
     def session(self):
-        """As a session in memory."""
+        """The session in memory."""
         return Session(Frames(BODIES, *(self.arrays[name].copy() for name in FIELDS)), self.meshes)
 
     def write(self, path):
-        """As a file."""
+        """Write the session as a file."""
         write_session(self.session(), path)
         for change in self.changes:
             path.write_bytes(change(path.read_bytes()))
@@ -46,7 +46,7 @@ class Draft:
 
 @dataclass(frozen=True)
 class Planted:
-    """What must be found: code, body, and rows of the frames that the finding covers (``None``: no span)."""
+    """A finding that must come: code, body, and rows of the frames that the finding covers (``None``: no span)."""
 
     code: str
     body: str
@@ -78,7 +78,7 @@ def clean():
 
 
 def fault(code, last=0, *, of_body=True, first=0):
-    """What plants a fault of a body or of the session, found from row ``at + first`` to ``at + last``."""
+    """A function that plants a fault of a body or of the session, found from row ``at + first`` to ``at + last``."""
 
     def planting(plant):
         def planted(draft, body, at):

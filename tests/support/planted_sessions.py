@@ -167,7 +167,7 @@ def run(state):
     return compute(session, detectors=f"it=support.planted_detectors:Scripted[says={answer}]")
 
 
-def stretches(codes):
+def runs_of(codes):
     """First frame, number of frames, and value of each stretch of equal letters."""
     first = 0
     for value, same in groupby(codes):
@@ -176,20 +176,22 @@ def stretches(codes):
         first += count
 
 
-def became(truth, said):
+def outcomes(truth, reported):
     """A word for each frame."""
     pairs = {("C", "c"): "both", ("C", "n"): "MISSED", (".", "c"): "false"}
-    return ["left out" if mine == "u" else pairs.get((own, mine), "") for own, mine in zip(truth, said, strict=True)]
+    return [
+        "left out" if mine == "u" else pairs.get((own, mine), "") for own, mine in zip(truth, reported, strict=True)
+    ]
 
 
-def missed(truth, said):
+def missed(truth, reported):
     """Contact from 1, first frame and number of frames of each miss."""
-    contacts = [(first, count) for first, count, value in stretches(truth) if value == "C"]
-    outcome = became(truth, said)
+    contacts = [(first, count) for first, count, value in runs_of(truth) if value == "C"]
+    outcome = outcomes(truth, reported)
     return len(contacts), [
         (number, begin + first, count)
         for number, (begin, length) in enumerate(contacts, 1)
-        for first, count, word in stretches(outcome[begin : begin + length])
+        for first, count, word in runs_of(outcome[begin : begin + length])
         if word == "MISSED"
     ]
 
@@ -218,14 +220,14 @@ def changed(points, map_point):
     return np.array([map_point(*point) for point in np.atleast_2d(points)])
 
 
-def box(low, high):
-    mesh = trimesh.creation.box(bounds=[low, high])
+def box(least, greatest):
+    mesh = trimesh.creation.box(bounds=[least, greatest])
     return np.asarray(mesh.vertices), np.asarray(mesh.faces)
 
 
-def joined(*parts):
+def joined(*solids):
     vertices, faces, start = [], [], 0
-    for points, triangles in parts:
+    for points, triangles in solids:
         vertices.append(points)
         faces.append(triangles + start)
         start += len(points)
@@ -240,7 +242,7 @@ TOOL_YAW_DEG, ROOM_YAW_DEG = 40.0, 115.0
 
 
 def tool_positions():
-    """Where the tool's foot is in the plate's axes, (n, 3): a touch, 4 cm above, a touch of the post."""
+    """Positions of the tool's foot in the plate's axes, (n, 3): a touch, 4 cm above, a touch of the post."""
     progress = np.arange(FRAMES) / FRAMES
     height = np.interp(progress, [0, 0.15, 0.2, 0.35, 0.5, 0.6, 1], [0.1, -0.001, -0.001, 0.1, 0.04, 0.06, 0.06])
     reach = np.interp(progress, [0, 0.6, 0.8, 1], [0.06, 0.06, 0.037, 0.1])

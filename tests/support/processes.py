@@ -1,10 +1,11 @@
-"""Memory, workers and progress of a process, and the scripts of `.ci` as modules.
+"""Memory, workers and progress of a process, kernels compiled by one, and the scripts of `.ci` as modules.
 
 Linux hands ``ru_maxrss`` of whoever started a program down to it, so a small program under a large test runner looks
 large; ``VmHWM`` begins anew. Programs that tests start find this file with ``PYTHONPATH``.
 """
 
 import os
+import shutil
 import sys
 from contextlib import contextmanager, suppress
 from importlib.util import module_from_spec, spec_from_file_location
@@ -57,6 +58,34 @@ class Watched:
         done = []
         yield done.append
         self.stages[name] = (total, sum(done))
+
+
+COMMON = ("exact", "hybrid-qaco", "discrete")
+"""Their kernels are those of most tests; the other detectors are left to compile while tests run."""
+LONGEST = ("continuous",)
+"""What takes longest to compile comes first of the others."""
+
+
+def compile_for_tests(done):
+    """Compiles kernels before tests need them; makes the file ``done`` when the common ones are compiled."""
+    from support.shapes import lab
+
+    from cdcore import DETECTORS, create_detector, detect_live
+    from cdcore.detectors.compile_beside import compile_kernels
+
+    try:
+        compile_kernels()
+        bodies, motion = lab(8)
+        for name in dict.fromkeys([*COMMON, *LONGEST, *DETECTORS]):
+            detector = create_detector(name, bodies)
+            detector.detect(motion, faces=True)
+            if detector.online:
+                detect_live(detector, motion)
+            if name == COMMON[-1]:
+                Path(done).touch()
+    except BaseException:
+        shutil.rmtree(Path(done).parent)  # whoever waits for the file goes on and compiles itself
+        raise
 
 
 FOLDER = Path(__file__).resolve().parents[2] / ".ci"

@@ -106,11 +106,11 @@ def rotation(quaternion):
         [2 * (x * y + z * w), w * w - x * x + y * y - z * z, 2 * (y * z - x * w)],
         [2 * (x * z - y * w), 2 * (y * z + x * w), w * w - x * x - y * y + z * z],
     ]
-    turn = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
-    return turn / (x * x + y * y + z * z + w * w)[..., None, None]
+    rotations = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    return rotations / (x * x + y * y + z * z + w * w)[..., None, None]
 
 
-def random_turn(rng, *shape):
+def random_quaternion(rng, *shape):
     """Quaternions of whole numbers, none of them zero."""
     q = rng.integers(-9, 10, (*shape, 4)).astype(float)
     q[..., 3] += (q == 0).all(axis=-1)
@@ -119,29 +119,29 @@ def random_turn(rng, *shape):
 
 def resting(rng, frames):
     """Bodies that stand still, bit for bit, in one world that is turned as a whole or not at all; faces flush."""
-    turn = rotation(random_turn(rng)) if rng.random() < 0.5 else np.eye(3)
-    place = np.cumsum(rng.integers(-1, 2, (BODIES, 3)), axis=0) * rng.choice([0.5, 1.0])
-    placed = (turn[None] * place[:, None]).sum(axis=-1)
-    return np.tile(turn, (frames, BODIES, 1, 1)), np.tile(placed, (frames, 1, 1))
+    rotations = rotation(random_quaternion(rng)) if rng.random() < 0.5 else np.eye(3)
+    translations = np.cumsum(rng.integers(-1, 2, (BODIES, 3)), axis=0) * rng.choice([0.5, 1.0])
+    placed = (rotations[None] * translations[:, None]).sum(axis=-1)
+    return np.tile(rotations, (frames, BODIES, 1, 1)), np.tile(placed, (frames, 1, 1))
 
 
 def sliding(rng, frames):
     """Moves along the axes of a grid in exact steps: faces stay in common planes while they slide."""
     step = np.zeros((BODIES, 3))
     step[np.arange(BODIES), rng.integers(0, 3, BODIES)] = rng.choice([0.0, 0.125, -0.25], BODIES)
-    place = rng.integers(-1, 2, (BODIES, 3)) * 0.5
-    return np.tile(np.eye(3), (frames, BODIES, 1, 1)), place + np.arange(frames)[:, None, None] * step
+    translations = rng.integers(-1, 2, (BODIES, 3)) * 0.5
+    return np.tile(np.eye(3), (frames, BODIES, 1, 1)), translations + np.arange(frames)[:, None, None] * step
 
 
 def drifting(rng, frames):
     """Turns and moves a little every frame, with a pause; now and then a jump."""
-    turn = random_turn(rng, 1, BODIES) + np.cumsum(0.3 * spread(rng, (frames, BODIES, 4)), axis=0)
-    place = 0.8 * spread(rng, (1, BODIES, 3)) + np.cumsum(0.08 * spread(rng, (frames, BODIES, 3)), axis=0)
+    rotations = random_quaternion(rng, 1, BODIES) + np.cumsum(0.3 * spread(rng, (frames, BODIES, 4)), axis=0)
+    translations = 0.8 * spread(rng, (1, BODIES, 3)) + np.cumsum(0.08 * spread(rng, (frames, BODIES, 3)), axis=0)
     pause = slice(frames // 3, frames // 2)
-    turn[pause], place[pause] = turn[frames // 3], place[frames // 3]
+    rotations[pause], translations[pause] = rotations[frames // 3], translations[frames // 3]
     if rng.random() < 0.2:
-        place[frames // 2, 0] += 1e3
-    return rotation(turn), place
+        translations[frames // 2, 0] += 1e3
+    return rotation(rotations), translations
 
 
 MOTIONS = {"resting": resting, "sliding": sliding, "drifting": drifting}
@@ -171,19 +171,19 @@ def random_world(seed, shape=None, frames=FRAMES):
     chosen = [names[k] for k in rng.integers(len(names), size=BODIES)]
     chosen[0] = shape or chosen[0]
     scale = SCALES[seed % len(SCALES)]
-    turn, place = list(MOTIONS.values())[seed % len(MOTIONS)](rng, frames)
+    rotations, translations = list(MOTIONS.values())[seed % len(MOTIONS)](rng, frames)
     valid = rng.random((frames, BODIES)) > (0.15 if rng.random() < 0.5 else 0.0)
     meshes = [SHAPES[name](rng) * scale for name in chosen]
-    return World(bodies_of(meshes), Motion(np.arange(frames) / 90, place * scale, turn, valid))
+    return World(bodies_of(meshes), Motion(np.arange(frames) / 90, translations * scale, rotations, valid))
 
 
-def turned_by(rng, frames, step):
+def random_walk_of_rotations(rng, frames, step):
     """A rotation that drifts by about ``step`` radians a frame, (frames, 3, 3)."""
-    turns = [Rotation.from_matrix(random_rotations(rng))]
+    rotations = [Rotation.from_matrix(random_rotations(rng))]
     for _ in range(frames):
         axis = rng.normal(size=3)
-        turns.append(turns[-1] * Rotation.from_rotvec(step * rng.random() * axis / np.linalg.norm(axis)))
-    return Rotation.concatenate(turns[1:]).as_matrix()
+        rotations.append(rotations[-1] * Rotation.from_rotvec(step * rng.random() * axis / np.linalg.norm(axis)))
+    return Rotation.concatenate(rotations[1:]).as_matrix()
 
 
 def face_soup(rng, count=30, size=0.3):
@@ -200,15 +200,15 @@ KINDS = {"soup": face_soup, "lattice": lattice, "degenerate": degenerate, "non-m
 
 def motion_of(kind, rng, frames, bodies):
     """Rotations (T, N, 3, 3) and translations (T, N, 3): drifting, with pauses; on a grid for the lattice kinds."""
-    turn = np.stack([turned_by(rng, frames, 0.05) for _ in range(bodies)], axis=1)
+    rotations = np.stack([random_walk_of_rotations(rng, frames, 0.05) for _ in range(bodies)], axis=1)
     move = np.cumsum(rng.normal(size=(frames, bodies, 3)) * 0.03, axis=0) + rng.normal(size=(1, bodies, 3)) * 0.5
     if kind != "soup":
         move = np.round(move * 4) / 4
-        turn[: frames // 2] = np.eye(3)
+        rotations[: frames // 2] = np.eye(3)
     pause = slice(frames // 3, frames // 2)
-    turn[pause], move[pause] = turn[frames // 3], move[frames // 3]
-    return turn, move
+    rotations[pause], move[pause] = rotations[frames // 3], move[frames // 3]
+    return rotations, move
 
 
-def placed(triangles, turn, move):
-    return place_points(triangles.reshape(-1, 3), turn, move).reshape(-1, 3, 3)
+def placed(triangles, rotations, move):
+    return place_points(triangles.reshape(-1, 3), rotations, move).reshape(-1, 3, 3)

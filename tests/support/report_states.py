@@ -156,16 +156,18 @@ def front(rows):
     return labels[::-1]
 
 
-def tamper(folder, part, **changes):
+def tamper(folder, section, **changes):
     """Write other values into a part of the summary of a run; a table that is there keeps its other keys."""
     file = folder / "summary.json"
     summary = json.loads(file.read_text())
-    kept = summary[part]
-    summary[part] |= {key: kept[key] | new if isinstance(kept.get(key), dict) else new for key, new in changes.items()}
+    kept = summary[section]
+    summary[section] |= {
+        key: kept[key] | new if isinstance(kept.get(key), dict) else new for key, new in changes.items()
+    }
     file.write_text(json.dumps(summary))
 
 
-PLACES = {"a": [0.0] * 8, "b": [3, 0.9, 3, 3, 3, 3, 3, 3], "c": [-3, -3, -3, -0.9, -3, -0.9, -0.9, -3]}
+POSITIONS = {"a": [0.0] * 8, "b": [3, 0.9, 3, 3, 3, 3, 3, 3], "c": [-3, -3, -3, -0.9, -3, -0.9, -0.9, -3]}
 """At 100 Hz; samples at 50 Hz fall on even frames: they miss a-b and a-c whole, find a-c late, and hold it too long."""
 
 SCENE = Scene(
@@ -176,7 +178,7 @@ HAZARD = replace(SCENE, effects=(SceneEffect("hazard-proximity", {"of": "a", "ha
 TWO = "slow=discrete[rate_hz=50],more=discrete[rate_hz=25]"
 MANY = {f"b{k:02}": [3.0 + 2 * k] * (4 * k) + [0.9] + [3.0 + 2 * k] * (4 * (9 - k) + 3) for k in range(9)}
 STATES = {
-    "several": lambda: compute(cubes(PLACES), detectors=TWO, oracle="exact"),
+    "several": lambda: compute(cubes(POSITIONS), detectors=TWO, oracle="exact"),
     "nothing wrong": lambda: compute(
         cubes({"a": [0] * 4, "b": [0.9, 0.9, 2, 3], "c": [-3, -3, -3, -0.9]}, facts={"vr_type": "desktop", "who": "x"}),
         detectors="exact", oracle="hybrid",
@@ -189,7 +191,7 @@ STATES = {
         cubes({"a": [0.0] * 6, "b": [3.0, 1.02, 1.01, 1.02, 3.0, 3.0]}), detectors="c=collider[shape=box,skin_m=0.05]"
     ),
     "between frames": lambda: compute(jumping(), detectors="exact", oracle="continuous"),
-    "no reference": lambda: compute(cubes(PLACES), detectors="exact,sphere", oracle="none"),
+    "no reference": lambda: compute(cubes(POSITIONS), detectors="exact,sphere", oracle="none"),
     "effects": lambda: compute(cubes({"a": [0.0] * 12, "b": [0.9, 0.9, 3.0] * 4}, scene=HAZARD), detectors=()),
     "effects beside an audit": lambda: compute(
         cubes({"a": [0.0] * 12, "b": [0.9, 0.9, 3.0] * 4}, scene=SCENE), detectors="exact", oracle="hybrid"
@@ -213,16 +215,16 @@ STATES = {
 }  # fmt: skip
 
 
-def gated(place):
+def gated(position):
     """A ball between the walls of a gate, or beside it, and the hull of both walls."""
     walls = [cube().vertices * (0.1, 1, 1) + (x, 0, 0) for x in (-1, 1)]
     gate = MeshData(np.concatenate(walls), np.concatenate([cube().faces, cube().faces + 8]))
-    session = cubes({"gate": [0.0] * 4, "ball": [3.0, place, place, 3.0]})
+    session = cubes({"gate": [0.0] * 4, "ball": [3.0, position, position, 3.0]})
     return compute(replace(session, meshes={"gate": gate, "ball": cube(0.2)}), detectors="hull=collider[skin_m=0.04]")
 
 
 def opened():
-    """Of a body that lacks a side nobody can say what is inside it."""
+    """A run in which nobody can say what is inside a body, because it lacks a side."""
     box = cube()
     top = (box.triangles[:, :, 2] == box.bounds[1, 2]).all(axis=1)
     cup = MeshData(9 * box.vertices, box.faces[~top])
@@ -288,7 +290,7 @@ def with_steady_times(result, mean=4e-5):
 
 
 def stages(seconds):
-    """As many for each stage, a multiple of 10 microseconds; of the first frame three times as many."""
+    """Seconds of each stage, a multiple of 10 microseconds; three times as many for the first frame."""
     made = {}
     for rank, (name, value) in enumerate(seconds.items(), 1):
         made[name] = 1e-5 * rank * (1.0 + np.zeros_like(value))
@@ -311,7 +313,7 @@ def reported(state):
 
 
 def read_page(page):
-    """What a reader sees, a line a block, without charts, and what links lead to."""
+    """Text that a reader sees, a line a block, without charts, and what links lead to."""
     page = re.sub(r"<(style|script|svg|title)\b.*?</\1>", "", page, flags=re.DOTALL)
     page = " ".join(page.split())  # line ends of a template are no words
     page = re.sub(r'<[^>]*\b(?:id="((?:miss|false)-[^"]*)"|class="(worst [^"]*)")[^>]*>', r"\g<0>[\1\2] ", page)

@@ -93,12 +93,12 @@ def relative_of(row, relative, middle, squares):
     return largest_chord(relative, 4 + 0 * len(row), 8 + 0 * len(row), middle, squares)
 
 
-def row_of_pair(trees, turn, move):
+def row_of_pair(trees, matrices, move):
     """Trees and poses of two bodies, as given, as the kernels take them, and what must be kept while they do."""
-    tracks, marks = Tracks(trees, np.arange(2), len(turn)), np.zeros((1, 3, len(turn)), dtype=np.uint8)
-    tracks.lay_out(np.ones((len(turn), 2), dtype=bool))
-    tracks.fill(turn, move)
-    integers = PairRows(trees, np.array([[0, 1]]), every=True).about(tracks, marks, 0, len(turn))
+    tracks, marks = Tracks(trees, np.arange(2), len(matrices)), np.zeros((1, 3, len(matrices)), dtype=np.uint8)
+    tracks.lay_out(np.ones((len(matrices), 2), dtype=bool))
+    tracks.fill(matrices, move)
+    integers = PairRows(trees, np.array([[0, 1]]), every=True).about(tracks, marks, 0, len(matrices))
     pair = integers.view(layout(Pair))[:, 0]
     for side, body in zip("ab", range(2), strict=True):
         pair[f"tree_{side}"] = trees[body].memory_row.view(layout(TreeMemory))
@@ -107,18 +107,18 @@ def row_of_pair(trees, turn, move):
 
 
 class EightFrames:
-    """``apart``: metres by which the first body is moved along x; ``grains``: large faces, bunches of tiny ones."""
+    """``separation``: metres the first body is moved along x; ``grains``: large faces, bunches of tiny ones."""
 
-    def __init__(self, seed, size=0.3, apart=0.0, grains=False):
+    def __init__(self, seed, size=0.3, separation=0.0, grains=False):
         rng = np.random.default_rng(seed)
         self.meshes = [face_soup(rng, 40, size), face_soup(rng, 60, size)]
         if grains:
             bunches = np.repeat(rng.uniform(-0.5, 0.5, (80, 1, 3)), 4, axis=0)
             self.meshes = [face_soup(rng, 4, 2.0), bunches + rng.normal(size=(320, 3, 3)) * 0.01]
-        self.turn, self.move = motion_of("soup", rng, 24, 2)
-        self.move[:, 0, 0] += apart
+        self.matrices, self.move = motion_of("soup", rng, 24, 2)
+        self.move[:, 0, 0] += separation
         self.trees = build_box_trees(self.meshes)
-        self.row, self._kept = row_of_pair(self.trees, self.turn, self.move)
+        self.row, self._kept = row_of_pair(self.trees, self.matrices, self.move)
         self.pad = position_pad(sum(t.reach for t in self.trees) + np.linalg.norm(self.move, axis=2).max(0).sum(), 0.0)
         doubles, integers = [np.empty(size) for size in DOUBLES], np.zeros(ROOM, dtype=np.int64)
         candidates = np.empty(256, np.int64)
@@ -142,4 +142,4 @@ class EightFrames:
         self.chord = relative_of(self.row, self.relative, self.middle, np.empty(32))
 
     def world(self, frame):
-        return [placed(mesh, self.turn[frame, k], self.move[frame, k]) for k, mesh in enumerate(self.meshes)]
+        return [placed(mesh, self.matrices[frame, k], self.move[frame, k]) for k, mesh in enumerate(self.meshes)]

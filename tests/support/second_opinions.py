@@ -55,7 +55,7 @@ class SlowSearch:
         self.every, self.budget = every, budget
         self.node_tests = self.leaf_tests = 0
         self.truncated = False
-        self.found = []
+        self.result = []
         with suppress(Enough):
             self.descend(0, 0)
 
@@ -67,7 +67,7 @@ class SlowSearch:
     def descend(self, *nodes):
         self.spend()
         self.node_tests += 1
-        if self.apart(nodes):
+        if self.separated(nodes):
             return
         children = [self.children(tree, node) for tree, node in zip(self.trees, nodes, strict=True)]
         if not any(children):
@@ -92,20 +92,21 @@ class SlowSearch:
         self.spend()
         self.leaf_tests += 1
         if triangles_intersect([[self.world[0][i], self.world[1][j]]])[0]:
-            self.found.append((int(self.trees[0].number[i]), int(self.trees[1].number[j])))
+            self.result.append((int(self.trees[0].number[i]), int(self.trees[1].number[j])))
             if not self.every:
                 raise Enough
 
     def corners(self, nodes):
         """World corners (8, 3) of both boxes, whose axes are rows."""
-        for tree, node, (turn, move) in zip(self.trees, nodes, self.poses, strict=True):
-            yield (tree.centre[node] + (SIGNS * tree.half[node]) @ tree.axes[node]) @ turn.T + move
+        for tree, node, (orientation, move) in zip(self.trees, nodes, self.poses, strict=True):
+            yield (tree.centre[node] + (SIGNS * tree.half[node]) @ tree.axes[node]) @ orientation.T + move
 
-    def apart(self, nodes):
+    def separated(self, nodes):
         axes = np.eye(3)
         if self.kind != "aabb":
             own = [
-                tree.axes[node] @ turn.T for tree, node, (turn, _) in zip(self.trees, nodes, self.poses, strict=True)
+                tree.axes[node] @ orientation.T
+                for tree, node, (orientation, _) in zip(self.trees, nodes, self.poses, strict=True)
             ]
             axes = np.concatenate(own)
             if self.kind != "solid-style":
@@ -123,15 +124,15 @@ class SlowSearch:
 
 def faces_below(tree, node):
     """Faces, by their number in the mesh, in the leaves below a node of a ``BoxTree``."""
-    todo, found = [node], []
+    todo, result = [node], []
     while todo:
         child, leaf = tree.links[todo.pop()].tolist()
         if leaf >= 0:
             start, count = tree.leaves[leaf, :2].tolist()
-            found.append(tree.faces[start : start + count])
+            result.append(tree.faces[start : start + count])
         else:
             todo += [child, child + 1]
-    return np.sort(np.concatenate(found)).astype(np.int64)
+    return np.sort(np.concatenate(result)).astype(np.int64)
 
 
 AT_ONCE = 100_000
@@ -142,12 +143,12 @@ def distances_along_rays(triangles, origins, directions, merge=1e-7):
     """Return, for each ray, the sorted distances at which it meets a triangle; hits within ``merge`` count once."""
     origins, directions = np.asarray(origins, dtype=float), np.asarray(directions, dtype=float)
     step = max(1, AT_ONCE // max(1, len(triangles)))
-    found = []
+    result = []
     for k in range(0, len(origins), step):
         for row in np.sort(_distances(triangles, origins[k : k + step], directions[k : k + step]), axis=1):
             ahead = row[np.isfinite(row)]
-            found.append(ahead[np.diff(ahead, prepend=-1.0) > merge])
-    return found
+            result.append(ahead[np.diff(ahead, prepend=-1.0) > merge])
+    return result
 
 
 def _distances(triangles, origins, directions):
@@ -159,9 +160,9 @@ def _distances(triangles, origins, directions):
     with np.errstate(divide="ignore", invalid="ignore"):
         from_a = origins[:, None] - a
         u = np.einsum("rtj,rtj->rt", from_a, across) / determinant
-        turned = np.cross(from_a, edge1)
-        v = np.einsum("rtj,rj->rt", turned, directions) / determinant
-        t = np.einsum("tj,rtj->rt", edge2, turned) / determinant
+        perpendicular = np.cross(from_a, edge1)
+        v = np.einsum("rtj,rj->rt", perpendicular, directions) / determinant
+        t = np.einsum("tj,rtj->rt", edge2, perpendicular) / determinant
         hit = (u >= -1e-12) & (v >= -1e-12) & (u + v <= 1 + 1e-12) & (t > 0) & (determinant != 0)
     return np.where(hit, t, np.inf)
 
@@ -181,7 +182,7 @@ TICK_SLACK_NS = 1
 """A stamp is rounded to a nanosecond, so a tick that falls on a stamp may come out one below or above it."""
 
 
-def looks(stamps_ns, rate_hz, offset_s=0.0):
+def sampled_frames(stamps_ns, rate_hz, offset_s=0.0):
     """Indices of the frames at which a detector of this rate looks: the first frame at or after each tick.
 
     Ticks are ``offset_s`` + k / rate after the first stamp. A frame serves at most once, so after a gap ticks are
@@ -195,28 +196,28 @@ def looks(stamps_ns, rate_hz, offset_s=0.0):
 
 
 def predicted(truth, stamps_ns, rate_hz, offset_s=0.0):
-    """What a detector that looks at ``rate_hz`` will make of each contact episode, from the closed form alone.
+    """The outcome of each contact for a detector that samples at ``rate_hz``, from the closed form alone.
 
     ``caught``: at least one look falls surely into the episode. ``missed``: no look falls possibly into it, but at
     least one recorded frame surely does. ``unseen``: no recorded frame falls possibly into it, so that no detector of
     instants can see it at any rate. ``undecided``: tessellation or noise decides.
     """
     frames = truth.seconds_of(stamps_ns)
-    seen = frames[looks(stamps_ns, rate_hz, offset_s)]
+    sampled = frames[sampled_frames(stamps_ns, rate_hz, offset_s)]
     groups = SimpleNamespace(caught=[], missed=[], unseen=[], undecided=[])
     for episode in truth.episodes:
         if episode.kind == "contact" and episode.nominal is not None:
-            getattr(groups, fate(episode, frames, seen)).append(episode)
+            getattr(groups, fate(episode, frames, sampled)).append(episode)
     return groups
 
 
-def fate(episode, frames, seen):
+def fate(episode, frames, sampled):
     surely = episode.surely or (np.inf, np.inf)
-    if inside(seen, surely).any():
+    if inside(sampled, surely).any():
         return "caught"
     if not inside(frames, episode.possibly).any():
         return "unseen"
-    return "missed" if inside(frames, surely).any() and not inside(seen, episode.possibly).any() else "undecided"
+    return "missed" if inside(frames, surely).any() and not inside(sampled, episode.possibly).any() else "undecided"
 
 
 ROS = np.array([[0.0, -1, 0], [0, 0, 1], [-1, 0, 0]])
@@ -225,14 +226,14 @@ UNITY = np.diag([1.0, 1.0, -1.0])
 """Left-handed, +Y up, +Z forward to the same."""
 
 
-def has_poses(track, places, turns, axes=None, stamps=None, tolerance=1e-9):
-    """Whether all its samples are valid, at these stamps, with places (n, 3) and rotations turned into ``axes``."""
+def has_poses(track, expected_positions, rotations, axes=None, stamps=None, tolerance=1e-9):
+    """Whether all its samples are valid, at these stamps, with positions (n, 3) and rotations in ``axes``."""
     axes = np.eye(3) if axes is None else axes
-    found = Rotation.from_quat(track.quaternions_xyzw).as_matrix()
+    result = Rotation.from_quat(track.quaternions_xyzw).as_matrix()
     return (
         track.valid.all()
-        and np.allclose(track.positions, np.asarray(places) @ axes.T, rtol=0, atol=tolerance)
-        and np.allclose(found, axes @ turns.as_matrix() @ axes.T, rtol=0, atol=tolerance)
+        and np.allclose(track.positions, np.asarray(expected_positions) @ axes.T, rtol=0, atol=tolerance)
+        and np.allclose(result, axes @ rotations.as_matrix() @ axes.T, rtol=0, atol=tolerance)
         and (stamps is None or track.times_ns.tolist() == np.asarray(stamps).tolist())
     )
 
@@ -398,5 +399,5 @@ if __name__ == "__main__":
     for row in tomllib.loads(Path(sys.argv[1]).read_text("utf-8"))["mixture"]:
         moles, litres = mixture(row)
         if row.get("by") == "PHREEQC":
-            found = answer(moles, row.get("phases", {}), litres, row.get("species", {}))
-            print(row["name"], {name: round(value, 6) for name, value in found.items()}, sep=": ")
+            result = answer(moles, row.get("phases", {}), litres, row.get("species", {}))
+            print(row["name"], {name: round(value, 6) for name, value in result.items()}, sep=": ")

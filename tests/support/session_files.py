@@ -47,8 +47,8 @@ def random_frames(seed, count=50, bodies=3, *, absent=0.0, odd=0.0):
     return Frames(names, stamp, stamp + 700, sample, position, quaternion, status)
 
 
-def session_of(frames, **parts):
-    return Session(frames, parts.pop("meshes", {}), **parts)
+def session_of(frames, **fields):
+    return Session(frames, fields.pop("meshes", {}), **fields)
 
 
 def tetrahedron(size=0.1):
@@ -169,15 +169,15 @@ def offsets(number, pairs):
     return b"".join(chunk(4, struct.pack("<Idd", number, at, value)) for at, value in pairs)
 
 
-def xdf_file(folder: Path, *parts: bytes) -> Path:
+def xdf_file(folder: Path, *chunks: bytes) -> Path:
     path = folder / "take.xdf"
-    path.write_bytes(b"XDF:" + chunk(1, b'<?xml version="1.0"?><info><version>1.0</version></info>') + b"".join(parts))
+    path.write_bytes(b"XDF:" + chunk(1, b'<?xml version="1.0"?><info><version>1.0</version></info>') + b"".join(chunks))
     return path
 
 
 TRANSFORM_OUTLET = [
-    *({"label": one, "unit": "unit quaternion", "type": "quaternion component"} for one in "xyzw"),
-    *({"label": one, "unit": "degree", "type": "axis angle"} for one in "xyz"),
-    *({"label": one, "unit": "meter", "type": "position in world space"} for one in "xyz"),
+    *({"label": label, "unit": "unit quaternion", "type": "quaternion component"} for label in "xyzw"),
+    *({"label": label, "unit": "degree", "type": "axis angle"} for label in "xyz"),
+    *({"label": label, "unit": "meter", "type": "position in world space"} for label in "xyz"),
 ]
 """Channels of LSL4Unity's transform outlet."""

@@ -39,17 +39,17 @@ def nearest_rotation(matrix: np.ndarray) -> np.ndarray:
     return u @ vt
 
 
-def unturned(places, times=None, valid=None) -> Motion:
-    """Bodies that keep their rotation at ``places`` (T, N, 3), a frame a second unless ``times`` are given."""
-    places = np.asarray(places, dtype=float)
-    rotations = np.tile(np.eye(3), (*places.shape[:2], 1, 1))
-    return Motion(np.arange(len(places)) if times is None else times, places, rotations, valid)
+def unturned(positions, times=None, valid=None) -> Motion:
+    """Bodies that keep their rotation at ``positions`` (T, N, 3), a frame a second unless ``times`` are given."""
+    positions = np.asarray(positions, dtype=float)
+    rotations = np.tile(np.eye(3), (*positions.shape[:2], 1, 1))
+    return Motion(np.arange(len(positions)) if times is None else times, positions, rotations, valid)
 
 
-def still(bodies, places, frames=1) -> Motion:
-    """Bodies that stand unrotated at ``places`` (N, 3) for some frames of 1/90 s."""
-    places = np.asarray(places, dtype=float)
-    translations = np.broadcast_to(places, (frames, *places.shape))
+def still(bodies, positions, frames=1) -> Motion:
+    """Bodies that stand unrotated at ``positions`` (N, 3) for some frames of 1/90 s."""
+    positions = np.asarray(positions, dtype=float)
+    translations = np.broadcast_to(positions, (frames, *positions.shape))
     rotations = np.broadcast_to(np.eye(3), (frames, len(bodies), 3, 3))
     return Motion(np.arange(frames) / 90.0, translations, rotations, names=[body.name for body in bodies])
 
@@ -62,25 +62,28 @@ def lab(frames=240, seed=0, gaps=True) -> tuple[list[Body], Motion]:
         Body("ball", ball_mesh(0.012)), Body("wand", without_faces(ball_mesh(0.05, 6, 10), 3)),
     ]  # fmt: skip
     time = np.arange(frames) / 90.0
-    place = np.tile([[0, 0, -0.0101], [0, 0, 0], [0, 0, 0.03], [0.02, 0, 0.05], [0.1, 0, 0.05]], (frames, 1, 1))
+    centres = np.tile([[0, 0, -0.0101], [0, 0, 0], [0, 0, 0.03], [0.02, 0, 0.05], [0.1, 0, 0.05]], (frames, 1, 1))
     for body in (2, 3, 4):
         for axis in range(3):
             rate, phase = rng.uniform(0.3, 2.5, 3), rng.uniform(0, 6.28, 3)
-            place[:, body, axis] += 0.03 * np.sin(time[:, None] * 6.28 * rate + phase).sum(axis=1)
-    turn = np.tile(np.eye(3), (frames, 5, 1, 1))
+            centres[:, body, axis] += 0.03 * np.sin(time[:, None] * 6.28 * rate + phase).sum(axis=1)
+    orientation = np.tile(np.eye(3), (frames, 5, 1, 1))
     axis = rng.normal(size=(3, 3))
     for k, body in enumerate((2, 3, 4)):
         half = 0.3 * np.sin(time * 3 + k)
         direction = axis[k] / np.linalg.norm(axis[k])
         quaternion = np.column_stack([np.sin(half)[:, None] * direction, np.cos(half)])
-        turn[:, body] = rotation_from_quaternion(quaternion)
+        orientation[:, body] = rotation_from_quaternion(quaternion)
     valid = np.ones((frames, 5), dtype=bool)
     if gaps:
         valid[frames // 3 : frames // 3 + 7, 2] = False
         valid[: frames // 40, 3] = False
     # A stretch in which everything stands still, as tracking loss or a put-down tool gives.
-    place[frames // 2 : frames // 2 + 20], turn[frames // 2 : frames // 2 + 20] = place[frames // 2], turn[frames // 2]
-    return bodies, Motion(time, place, turn, valid, names=[body.name for body in bodies])
+    centres[frames // 2 : frames // 2 + 20], orientation[frames // 2 : frames // 2 + 20] = (
+        centres[frames // 2],
+        orientation[frames // 2],
+    )
+    return bodies, Motion(time, centres, orientation, valid, names=[body.name for body in bodies])
 
 
 def convex(rng, size):
@@ -96,15 +99,15 @@ def hulls_at(seed, gaps):
     straight out, the distance to it is the way gone.
     """
     rng = np.random.default_rng(seed)
-    a, b, turn = convex(rng, 0.1), convex(rng, 0.05), random_rotations(rng, 1)[0]
-    ways = a.referenced_vertices[:, None] - b.referenced_vertices @ turn.T
-    touching = ConvexHull(ways.reshape(-1, 3))
+    a, b, orientation = convex(rng, 0.1), convex(rng, 0.05), random_rotations(rng, 1)[0]
+    differences = a.referenced_vertices[:, None] - b.referenced_vertices @ orientation.T
+    touching = ConvexHull(differences.reshape(-1, 3))
     face = rng.integers(len(touching.simplices))
     middle, out = touching.points[touching.simplices[face]].mean(axis=0), touching.equations[face, :3]
-    places = np.zeros((len(gaps), 2, 3))
-    places[:, 1] = middle + np.outer(gaps, out)
-    turns = np.broadcast_to([np.eye(3), turn], (len(gaps), 2, 3, 3))
-    return [Body("a", a), Body("b", b)], Motion(np.arange(len(gaps)), places, turns)
+    positions = np.zeros((len(gaps), 2, 3))
+    positions[:, 1] = middle + np.outer(gaps, out)
+    matrices = np.broadcast_to([np.eye(3), orientation], (len(gaps), 2, 3, 3))
+    return [Body("a", a), Body("b", b)], Motion(np.arange(len(gaps)), positions, matrices)
 
 
 STEP = 2.0**-10
@@ -113,7 +116,7 @@ STEP = 2.0**-10
 
 def grid_mesh(cells):
     """A flat square in z = 0 with a side of ``cells`` times STEP * 16: 2 cells^2 faces."""
-    x, y = (part.ravel() for part in np.meshgrid(*[np.arange(cells + 1) * 16 * STEP] * 2, indexing="ij"))
+    x, y = (coordinate.ravel() for coordinate in np.meshgrid(*[np.arange(cells + 1) * 16 * STEP] * 2, indexing="ij"))
     first = (np.arange(cells)[:, None] * (cells + 1) + np.arange(cells)).ravel()
     lower = np.stack([first, first + cells + 1, first + cells + 2], axis=1)
     upper = np.stack([first, first + cells + 2, first + 1], axis=1)
@@ -122,34 +125,34 @@ def grid_mesh(cells):
 
 def fan_mesh(faces, height):
     """A cone without a floor: its hub at the origin, its rim at this height."""
-    turn, around = 2 * np.pi * np.arange(faces) / faces, np.arange(faces)
-    corners = np.stack([np.cos(turn), np.sin(turn), np.full(faces, height)], axis=1)
+    orientation, around = 2 * np.pi * np.arange(faces) / faces, np.arange(faces)
+    corners = np.stack([np.cos(orientation), np.sin(orientation), np.full(faces, height)], axis=1)
     ring = np.stack([0 * around, 1 + around, 1 + (around + 1) % faces], axis=1)
     return TriangleMesh(np.concatenate([np.zeros((1, 3)), corners]), ring)
 
 
-def two_bodies(first, second, places, turns=None):
+def two_bodies(first, second, positions, matrices=None):
     """Two bodies on a motion of 90 frames a second."""
-    turns = np.tile(np.eye(3), (len(places), 2, 1, 1)) if turns is None else turns
-    return [Body("first", first), Body("second", second)], Motion(np.arange(len(places)) / 90.0, places, turns)
+    matrices = np.tile(np.eye(3), (len(positions), 2, 1, 1)) if matrices is None else matrices
+    return [Body("first", first), Body("second", second)], Motion(np.arange(len(positions)) / 90.0, positions, matrices)
 
 
 def sliding_grids(cells, frames):
     """Two grids in one plane, one of which slides to and fro and past the other's edge; and whether they meet, (T,)."""
     side, time = cells * 16, np.arange(frames)
     x = np.rint(side * (0.6 + 0.5 * np.sin(time / 20.0)))
-    places = np.zeros((frames, 2, 3))
-    places[:, 1, 0], places[:, 1, 1] = x * STEP, np.rint(side * 0.3 * np.cos(time / 13.0)) * STEP
-    return *two_bodies(grid_mesh(cells), grid_mesh(cells), places), x <= side
+    positions = np.zeros((frames, 2, 3))
+    positions[:, 1, 0], positions[:, 1, 1] = x * STEP, np.rint(side * 0.3 * np.cos(time / 13.0)) * STEP
+    return *two_bodies(grid_mesh(cells), grid_mesh(cells), positions), x <= side
 
 
 def fans_at_their_hubs(faces, frames):
     """Two cones, hub on hub or apart by 1e-12 m, one of which turns; and whether they meet, (T,)."""
     time = np.arange(frames)
-    apart = time % 3 == 0
-    places, turns = np.zeros((frames, 2, 3)), np.tile(np.eye(3), (frames, 2, 1, 1))
-    places[:, :, 0] = np.rint(64 * np.sin(time / 20.0))[:, None] * STEP
-    places[apart, 1, 2] = -1e-12
+    separate = time % 3 == 0
+    positions, matrices = np.zeros((frames, 2, 3)), np.tile(np.eye(3), (frames, 2, 1, 1))
+    positions[:, :, 0] = np.rint(64 * np.sin(time / 20.0))[:, None] * STEP
+    positions[separate, 1, 2] = -1e-12
     cos, sin = np.cos(0.01 * time), np.sin(0.01 * time)
-    turns[:, 1, 0, 0], turns[:, 1, 1, 1], turns[:, 1, 0, 1], turns[:, 1, 1, 0] = cos, cos, -sin, sin
-    return *two_bodies(fan_mesh(faces, 0.5), fan_mesh(faces, -0.5), places, turns), ~apart
+    matrices[:, 1, 0, 0], matrices[:, 1, 1, 1], matrices[:, 1, 0, 1], matrices[:, 1, 1, 0] = cos, cos, -sin, sin
+    return *two_bodies(fan_mesh(faces, 0.5), fan_mesh(faces, -0.5), positions, matrices), ~separate

@@ -58,7 +58,7 @@ class Page:
             self.said.append(answer)
 
     def ask(self, script):
-        """What an expression of JavaScript is, waited for if it is a promise."""
+        """Value of an expression of JavaScript, waited for if it is a promise."""
         result = self.call("Runtime.evaluate", expression=script, awaitPromise=True, returnByValue=True)
         assert "exceptionDetails" not in result, result
         return result["result"].get("value")
@@ -71,7 +71,7 @@ class Page:
         return result
 
     def processor_seconds(self):
-        """What the browser has computed: on two idle cores no time is longer."""
+        """Seconds that the browser has computed: on two idle cores no time is longer."""
         family = [self.process, *self.process.children(recursive=True)]
         return sum(sum(item.cpu_times()[:2]) for item in family)
 
@@ -79,7 +79,7 @@ class Page:
         return base64.b64decode(self.call("Page.captureScreenshot")["data"])
 
     def errors(self):
-        """What it wrote to the console as an error, and what it threw."""
+        """Errors that it wrote to the console, and those that it threw."""
         self.ask("1")
         kind = {
             "Runtime.exceptionThrown": lambda item: True,
@@ -97,7 +97,7 @@ AXE = "axe-core@4.14.1"
 
 
 def serious_faults(page, folder):
-    """What the accessibility checker axe calls serious or critical; skipped where npm cannot fetch it."""
+    """Faults that the accessibility checker axe calls serious or critical; skipped where npm cannot fetch it."""
     if shutil.which("npm") is None:
         pytest.skip("npm is not installed: install it to check accessibility")
     arguments = ["npm", "pack", AXE, "--silent", "--pack-destination", str(folder)]
@@ -143,7 +143,7 @@ def opened(url, folder, size=(1280, 800), scheme="light"):
 
 
 def viewer_or_skip(opens, *given, **more):
-    """What ``opens`` gives, a viewer."""
+    """The viewer that ``opens`` gives."""
     try:
         return opens(*given, **more)
     except ViewerError as error:

@@ -73,8 +73,8 @@ def good_files(folder):
 # --- Records that a hostile writer adds and changes ---
 
 
-def chunk(parts):
-    return Opcode.CHUNK, closed(joined(parts))
+def chunk(entries):
+    return Opcode.CHUNK, closed(joined(entries))
 
 
 def record(entry):
@@ -105,15 +105,15 @@ def named(count, first=0):
 
 
 def plus(*added):
-    return lambda data: with_records(data, lambda parts: [*parts[:-1], *added, parts[-1]])
+    return lambda data: with_records(data, lambda entries: [*entries[:-1], *added, entries[-1]])
 
 
 def of_chunk(change):
     """Change the content of the last chunk."""
 
-    def changed(parts):
-        last = max(k for k, (kind, _) in enumerate(parts) if kind == Opcode.CHUNK)
-        return [*parts[:last], (Opcode.CHUNK, change(parts[last][1])), *parts[last + 1 :]]
+    def changed(entries):
+        last = max(k for k, (kind, _) in enumerate(entries) if kind == Opcode.CHUNK)
+        return [*entries[:last], (Opcode.CHUNK, change(entries[last][1])), *entries[last + 1 :]]
 
     return lambda data: with_records(data, changed)
 
@@ -122,12 +122,12 @@ def of_messages(change, channel=None):
     return lambda data: with_messages(data, change, channel)
 
 
-def of_heads(place, value):
+def of_heads(field, value):
     """Change a number of the head of every message by the frame: channel, sequence, log time or publish time."""
 
     def change(content):
         head = list(MESSAGE.unpack_from(content))
-        head[place] = value((head[3] - START_NS) // STEP_NS)
+        head[field] = value((head[3] - START_NS) // STEP_NS)
         return MESSAGE.pack(*head) + content[MESSAGE.size :]
 
     return of_messages(change)
@@ -199,7 +199,7 @@ WRONG = {
     "two sessions in a row": lambda data: data * 2,
     "the second half": lambda data: data[len(data) // 2 :],
     "no footer": lambda data: data[:-37],
-    "records in the wrong order": lambda data: with_records(data, lambda parts: [parts[0], *parts[:0:-1]]),
+    "records in the wrong order": lambda data: with_records(data, lambda entries: [entries[0], *entries[:0:-1]]),
     "an index at byte 2^63": lambda data: data[:-28] + struct.pack("<Q", 2**63) + data[-20:],
     "poses in JSON": of_chunk(lambda c: closed(opened(c).replace(b"protobuf", b"protobad"))),
     "an unknown version": lambda data: data.replace(b"vrlab/1", b"vrlab/9"),
@@ -246,19 +246,19 @@ def redrawn(draw, opcode, content):
     return opcode, content[:offset] + struct.pack(kind, value) + content[offset + size :]
 
 
-def edited(draw, parts):
+def edited(draw, entries):
     """One record changed, or put elsewhere: left out, doubled, in place of another, or a record of `INSERTED` there."""
-    k, to = (draw(st.integers(0, len(parts) - 1)) for _ in range(2))
-    changed = list(parts)
+    k, to = (draw(st.integers(0, len(entries) - 1)) for _ in range(2))
+    changed = list(entries)
     what = draw(st.sampled_from(["change", "change", "change", "drop", "double", "swap", "insert"]))
     if what == "change":
-        changed[k] = redrawn(draw, *parts[k])
+        changed[k] = redrawn(draw, *entries[k])
     elif what == "drop":
         del changed[k]
     elif what == "swap":
-        changed[k], changed[to] = parts[to], parts[k]
+        changed[k], changed[to] = entries[to], entries[k]
     else:
-        changed.insert(to, parts[k] if what == "double" else draw(st.sampled_from(INSERTED)))
+        changed.insert(to, entries[k] if what == "double" else draw(st.sampled_from(INSERTED)))
     return changed
 
 
@@ -331,7 +331,7 @@ def verbs(path, out):
 
 
 def contradictions(data, folder):
-    """What two verbs say of one file that cannot both be true, and files that they leave elsewhere."""
+    """Answers of two verbs on one file that cannot both be true, and files that they leave elsewhere."""
     path, out = folder / "wrong.mcap", folder / "out.mcap"
     path.write_bytes(data)
     with warnings.catch_warnings():

@@ -26,7 +26,7 @@ PAIR = np.array([[0, 1]])
 
 
 def asked(inner, outer, motion=None, asked=True):
-    """Where one is inside the other, asked over the whole motion; frame by frame the answer is the same."""
+    """Frames in which one is inside the other, over the whole motion; frame by frame the answer is the same."""
     bodies = [Body("inner", inner), Body("outer", outer)]
     motion = still(bodies, np.zeros((2, 3))) if motion is None else motion
     stage, frames, verdict = (
@@ -41,7 +41,7 @@ def asked(inner, outer, motion=None, asked=True):
     return verdict[:, 0] == Verdict.CONTAINED
 
 
-def turned(mesh):
+def inverted(mesh):
     return TriangleMesh(mesh.vertices, mesh.faces[:, ::-1])
 
 
@@ -67,7 +67,7 @@ def shapes():
             box_mesh(),
             False,
         ),
-        "ball in the hollow of a shell": (ball_mesh(0.1), merged(ball_mesh(1.0), turned(ball_mesh(0.5))), False),
+        "ball in the hollow of a shell": (ball_mesh(0.1), merged(ball_mesh(1.0), inverted(ball_mesh(0.5))), False),
         "ball in two shells wound alike": (ball_mesh(0.1), merged(ball_mesh(1.0), ball_mesh(0.5)), True),
         "ball in the core of a shell": (ball_mesh(0.1), merged(ball_mesh(1.0), ball_mesh(0.7), ball_mesh(0.4)), True),
         "box in a box that is larger by rounding": (box_mesh([np.nextafter(1.0, 0.0)] * 3), box_mesh(), True),
@@ -76,10 +76,10 @@ def shapes():
 
 
 @pytest.mark.parametrize("case", shapes())
-@pytest.mark.parametrize("turned", [False, True], ids=["asked forward", "asked backward"])
-def test_body_with_a_component_inside_is_contained(case, turned):
+@pytest.mark.parametrize("backward", [False, True], ids=["asked forward", "asked backward"])
+def test_body_with_a_component_inside_is_contained(case, backward):
     inner, outer, expected = shapes()[case]
-    assert asked(*((outer, inner) if turned else (inner, outer))).tolist() == [expected]
+    assert asked(*((outer, inner) if backward else (inner, outer))).tolist() == [expected]
 
 
 @pytest.mark.parametrize("away", [0.0, 1e4])
@@ -130,23 +130,23 @@ CROSSING = (box_mesh(), moved(box_mesh(), [0.5, 0.3, 0.2]))
 
 
 @pytest.mark.parametrize(
-    ("parts", "by_parity", "always"),
+    ("components", "by_parity", "always"),
     [
         ((box_mesh(), moved(box_mesh(), [9, 0, 0])), True, True),
         (CROSSING, False, True),
-        ((CROSSING[0], turned(CROSSING[1])), False, False),
+        ((CROSSING[0], inverted(CROSSING[1])), False, False),
         ((box_mesh(), moved(box_mesh(), [1.0, 0.5, 0.25])), False, True),  # touching
         ((ball_mesh(1.0), ball_mesh(0.5)), False, True),
         ((ball_mesh(0.5), box_mesh((9, 9, 9))), False, True),
-        ((ball_mesh(1.0), turned(ball_mesh(0.5))), True, True),  # hollow
-        ((turned(ball_mesh(1.0)), ball_mesh(0.5), turned(ball_mesh(0.2))), True, True),
-        ((ball_mesh(1.0), turned(ball_mesh(0.5)), turned(ball_mesh(0.2))), True, True),
-        ((ball_mesh(1.0), ball_mesh(0.7), turned(ball_mesh(0.4))), False, True),
+        ((ball_mesh(1.0), inverted(ball_mesh(0.5))), True, True),  # hollow
+        ((inverted(ball_mesh(1.0)), ball_mesh(0.5), inverted(ball_mesh(0.2))), True, True),
+        ((ball_mesh(1.0), inverted(ball_mesh(0.5)), inverted(ball_mesh(0.2))), True, True),
+        ((ball_mesh(1.0), ball_mesh(0.7), inverted(ball_mesh(0.4))), False, True),
     ],
 )
 @pytest.mark.parametrize("size", [1.0, 1e-3, 1e103, 1e-110])
-def test_winding_decides_where_overlap_refuses_parity(parts, by_parity, always, size):
-    whole = merged(*parts)
+def test_winding_decides_where_overlap_refuses_parity(components, by_parity, always, size):
+    whole = merged(*components)
     body = Body("parts", TriangleMesh(whole.vertices * size, whole.faces))
     assert parity_decides(body.mesh) == by_parity
     word = containment_word(Body("ball", ball_mesh(0.1)), body)

@@ -1,4 +1,4 @@
-"""What is inside a damaged mesh is right or UNRESOLVED, by every detector alike; boxes give the truth."""
+"""Answers inside a damaged mesh are right or UNRESOLVED, by every detector alike; boxes give the truth."""
 
 from functools import cache
 

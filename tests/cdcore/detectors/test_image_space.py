@@ -1,4 +1,4 @@
-"""What depth images call CONTAINED is contained, and no contained body is called CONTACT, whatever parts it has."""
+"""Depth images call only contained bodies CONTAINED, and none of them CONTACT, whatever components they have."""
 
 from functools import cache
 

@@ -1,4 +1,4 @@
-"""What an engine is given for a mesh fills it, or its hull, and stays where it was."""
+"""Solids that an engine is given for a mesh fill it, or its hull, and stay where it was."""
 
 import numpy as np
 import pytest

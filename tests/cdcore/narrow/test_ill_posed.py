@@ -37,7 +37,7 @@ def test_the_answer_is_that_of_every_face_pair_in_integers(kind, tau):
 
 
 def ball_beside_box(gap, tau=2e-6):
-    """What the stage says of a ball whose extreme vertex is ``gap`` off the wall of a box; below 0 inside it."""
+    """The stage's answer for a ball whose extreme vertex is ``gap`` off the wall of a box; below 0 inside it."""
     bodies = [Body("ball", ball_mesh(0.5)), Body("box", box_mesh())]
     rotation, move = np.tile(np.eye(3), (1, 2, 1, 1)), np.array([[[1.0 + gap, 0, 0], [0, 0, 0]]])
     stage = MarginStage(bodies, tau)

@@ -74,10 +74,10 @@ def test_empty_query_has_an_empty_answer():
 def test_each_column_comes_once_with_all_its_rows_in_order(columns):
     given_columns = np.array(columns, dtype=np.int64)
     for order in (given_columns, np.sort(given_columns)):
-        found = {column: rows.tolist() for column, rows in rows_of_columns(order)}
+        result = {column: rows.tolist() for column, rows in rows_of_columns(order)}
         expected = {k: np.flatnonzero(order == k).tolist() for k in sorted(set(columns))}
-        assert found == expected
-        assert list(found) == sorted(found)
+        assert result == expected
+        assert list(result) == sorted(result)
 
 
 def test_it_equals_the_exhaustive_test():
@@ -86,11 +86,11 @@ def test_it_equals_the_exhaustive_test():
     meshes = [body.mesh for body in bodies_of([a, b])]
     poses = np.tile(np.eye(4), (2, 1, 1))
     poses[:, :3, :3], poses[:, :3, 3] = random_rotations(rng, 2), rng.normal(size=(2, 3)) * 0.3
-    found = intersecting_faces(*meshes, *poses)
+    result = intersecting_faces(*meshes, *poses)
     want = meeting_faces_exhaustive(*(placed(t, p[:3, :3], p[:3, 3]) for t, p in zip((a, b), poses, strict=True)))
-    assert found.dtype == np.int64
+    assert result.dtype == np.int64
     assert len(want) > 5
-    assert np.array_equal(found, want)
+    assert np.array_equal(result, want)
 
 
 def test_a_pose_that_is_none_is_refused_by_its_body():

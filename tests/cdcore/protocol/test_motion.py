@@ -20,30 +20,30 @@ def arrays(bodies=2, seed=0):
     return rng.normal(size=(6, bodies, 3)), random_rotations(rng, 6, bodies)
 
 
-def matrices(place, turn):
-    poses = np.zeros((*place.shape[:2], 4, 4))
-    poses[..., :3, :3], poses[..., :3, 3], poses[..., 3, 3] = turn, place, 1.0
+def matrices(translations, rotations):
+    poses = np.zeros((*translations.shape[:2], 4, 4))
+    poses[..., :3, :3], poses[..., :3, 3], poses[..., 3, 3] = rotations, translations, 1.0
     return poses
 
 
 def test_good_rotations_keep_every_bit():
-    place, turn = arrays()
-    motion = Motion(TIMES, place, turn)
-    assert motion.rotations.tobytes() == turn.tobytes()
-    assert motion.translations.tobytes() == place.tobytes()
+    translations, rotations = arrays()
+    motion = Motion(TIMES, translations, rotations)
+    assert motion.rotations.tobytes() == rotations.tobytes()
+    assert motion.translations.tobytes() == translations.tobytes()
     assert motion.renormalised == 0
     assert motion.worst_orthonormality <= ORTHONORMAL_KEEP
 
 
 def test_three_constructors_give_the_same_bits():
     rng = np.random.default_rng(1)
-    place, quaternions = rng.normal(size=(6, 2, 3)), rng.normal(size=(6, 2, 4))
+    translations, quaternions = rng.normal(size=(6, 2, 3)), rng.normal(size=(6, 2, 4))
     quaternions /= np.linalg.norm(quaternions, axis=-1, keepdims=True)
-    turn = rotation_from_quaternion(quaternions)
-    plain = Motion(TIMES, place, turn)
+    rotations = rotation_from_quaternion(quaternions)
+    plain = Motion(TIMES, translations, rotations)
     for other in (
-        Motion.from_quaternions(TIMES, place, quaternions),
-        Motion.from_matrices(TIMES, matrices(place, turn)),
+        Motion.from_quaternions(TIMES, translations, quaternions),
+        Motion.from_matrices(TIMES, matrices(translations, rotations)),
     ):
         assert other.rotations.tobytes() == plain.rotations.tobytes()
         assert other.translations.tobytes() == plain.translations.tobytes()
@@ -51,51 +51,59 @@ def test_three_constructors_give_the_same_bits():
 
 @pytest.mark.parametrize(("digits", "worst"), [(6, 2e-6), (4, 2e-4)])
 def test_printed_digits_are_repaired_to_the_nearest_rotation_and_counted(digits, worst):
-    place, turn = arrays()
-    motion = Motion(TIMES, place, np.round(turn, digits))
+    translations, rotations = arrays()
+    motion = Motion(TIMES, translations, np.round(rotations, digits))
     assert motion.renormalised == 12
     assert 0 < motion.worst_orthonormality < worst
     assert orthonormality_error(motion.rotations).max() <= ORTHONORMAL_KEEP
-    assert np.abs(motion.rotations - nearest_rotation(np.round(turn, digits))).max() < 1e-14
+    assert np.abs(motion.rotations - nearest_rotation(np.round(rotations, digits))).max() < 1e-14
 
 
 @pytest.mark.parametrize(
     ("spoil", "message"),
     [
-        (lambda place, turn: place.__setitem__((3, 1, 2), np.nan), "translation .* is not finite"),
-        (lambda place, turn: place.__setitem__((3, 1, 2), -np.inf), "translation .* is not finite"),
-        (lambda place, turn: turn.__setitem__((3, 1, 0, 0), np.nan), "rotation is not finite"),
-        (lambda place, turn: turn.__setitem__((3, 1, 2, 2), np.inf), "rotation is not finite"),
-        (lambda place, turn: turn.__setitem__((3, 1), turn[3, 1] * 1.01), r"not a rotation \(\|R\^T R - I\|"),
-        (lambda place, turn: turn.__setitem__((3, 1), turn[3, 1] * 0.5), "not a rotation"),
+        (lambda translations, rotations: translations.__setitem__((3, 1, 2), np.nan), "translation .* is not finite"),
+        (lambda translations, rotations: translations.__setitem__((3, 1, 2), -np.inf), "translation .* is not finite"),
+        (lambda translations, rotations: rotations.__setitem__((3, 1, 0, 0), np.nan), "rotation is not finite"),
+        (lambda translations, rotations: rotations.__setitem__((3, 1, 2, 2), np.inf), "rotation is not finite"),
         (
-            lambda place, turn: turn.__setitem__((3, 1), turn[3, 1] @ [[1, 0.01, 0], [0, 1, 0], [0, 0, 1]]),
+            lambda translations, rotations: rotations.__setitem__((3, 1), rotations[3, 1] * 1.01),
+            r"not a rotation \(\|R\^T R - I\|",
+        ),
+        (lambda translations, rotations: rotations.__setitem__((3, 1), rotations[3, 1] * 0.5), "not a rotation"),
+        (
+            lambda translations, rotations: rotations.__setitem__(
+                (3, 1), rotations[3, 1] @ [[1, 0.01, 0], [0, 1, 0], [0, 0, 1]]
+            ),
             "not a rotation",
         ),
-        (lambda place, turn: turn.__setitem__((3, 1), -turn[3, 1]), "a reflection"),
-        (lambda place, turn: turn.__setitem__((3, 1), 0.0), "not a rotation"),
+        (lambda translations, rotations: rotations.__setitem__((3, 1), -rotations[3, 1]), "a reflection"),
+        (lambda translations, rotations: rotations.__setitem__((3, 1), 0.0), "not a rotation"),
     ],
     ids=["nan place", "inf place", "nan turn", "inf turn", "stretched", "halved", "sheared", "mirrored", "zero"],
 )
 def test_invalid_pose_is_refused_with_frame_and_body(spoil, message):
-    place, turn = arrays()
-    spoil(place, turn)
+    translations, rotations = arrays()
+    spoil(translations, rotations)
     for build in (
-        lambda: Motion(TIMES, place, turn, names=["a", "cup"]),
-        lambda: Motion.from_matrices(TIMES, matrices(place, turn), names=["a", "cup"]),
+        lambda: Motion(TIMES, translations, rotations, names=["a", "cup"]),
+        lambda: Motion.from_matrices(TIMES, matrices(translations, rotations), names=["a", "cup"]),
     ):
         with pytest.raises(InvalidPoseError, match=rf"frame 3 \(0\.033333 s\), body cup: .*{message}.*flag the pose"):
             build()
     with pytest.raises(InvalidPoseError, match="body 1: "):
-        Motion(TIMES, place, turn)
+        Motion(TIMES, translations, rotations)
 
 
 def test_pose_flagged_invalid_is_not_read():
-    place, turn = arrays()
-    place[3, 1], turn[3, 1] = np.nan, np.inf
+    translations, rotations = arrays()
+    translations[3, 1], rotations[3, 1] = np.nan, np.inf
     valid = np.ones((6, 2), dtype=bool)
     valid[3, 1] = False
-    for motion in (Motion(TIMES, place, turn, valid), Motion.from_matrices(TIMES, matrices(place, turn), valid)):
+    for motion in (
+        Motion(TIMES, translations, rotations, valid),
+        Motion.from_matrices(TIMES, matrices(translations, rotations), valid),
+    ):
         assert np.array_equal(motion.rotations[3, 1], np.eye(3))
         assert np.array_equal(motion.translations[3, 1], np.zeros(3))
         assert motion.renormalised == 0
@@ -129,11 +137,11 @@ def test_last_row_is_checked_where_poses_are_valid(entry, value):
 
 
 def test_a_motion_is_frozen_and_does_not_follow_its_source():
-    place, turn = arrays()
-    poses = matrices(place, turn)
-    motion, other = Motion(TIMES, place, turn), Motion.from_matrices(TIMES, poses)
-    before = place.copy()
-    place[:], poses[:] = 9.0, 9.0
+    translations, rotations = arrays()
+    poses = matrices(translations, rotations)
+    motion, other = Motion(TIMES, translations, rotations), Motion.from_matrices(TIMES, poses)
+    before = translations.copy()
+    translations[:], poses[:] = 9.0, 9.0
     assert np.array_equal(motion.translations, before)
     assert np.array_equal(other.translations, before)
     with pytest.raises(ValueError, match="read-only"):

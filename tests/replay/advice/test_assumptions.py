@@ -47,14 +47,14 @@ def check_scene(folder, convention, kind, exported):
     axes, imported = scene(folder, convention, kind, exported)
     decided = examine_assumptions(imported(mesh_axes=axes))
     assert np.array_equal(decided.outcome.contact[:, 0], truth) and not decided.questions
-    unasked = examine_assumptions(imported())
-    is_right = np.array_equal(unasked.outcome.contact[:, 0], truth)
-    assert is_right or unasked.questions
-    for question in unasked.questions:
+    unanswered = examine_assumptions(imported())
+    is_right = np.array_equal(unanswered.outcome.contact[:, 0], truth)
+    assert is_right or unanswered.questions
+    for question in unanswered.questions:
         right = [row for row in question.alternatives if np.array_equal(row.outcome.contact[:, 0], truth)]
         assert len(right) == 1 and question.plausible in ("", right[0].value)
     if convention in ("canonical", "openxr", "openvr", "godot", "gltf", "aframe"):
-        assert is_right and not unasked.questions
+        assert is_right and not unanswered.questions
 
 
 @pytest.mark.parametrize(("convention", "kind", "exported"), QUICK)
@@ -82,8 +82,8 @@ def test_stl_rod_hovering_4_cm_over_plate_has_no_contact(tmp_path, convention):
         write_mesh(tmp_path / f"{name}.stl", changed(vertices, to_source), faces)
     rows = ["t,name,x,y,z,qx,qy,qz,qw"]
     for frame in range(20):
-        for name, place in (("rod", (0.001 * frame, 0.05, 0.0)), ("plate", (0.0, 0.0, 0.0))):
-            rows.append(f"{frame / 60!r},{name}," + ",".join(map(str, (*changed(place, to_source)[0], 0, 0, 0, 1))))
+        for name, start in (("rod", (0.001 * frame, 0.05, 0.0)), ("plate", (0.0, 0.0, 0.0))):
+            rows.append(f"{frame / 60!r},{name}," + ",".join(map(str, (*changed(start, to_source)[0], 0, 0, 0, 1))))
     (tmp_path / "take.csv").write_text("\n".join([*rows, ""]))
     write_mapping(tmp_path, convention)
     meshes = {name: tmp_path / f"{name}.stl" for name in ("rod", "plate")}
@@ -103,8 +103,8 @@ def test_run_starts_with_open_questions_until_they_are_decided(tmp_path):
     page = (tmp_path / "run" / "report.html").read_text()
     assert "Not decided: axes of meshes" in page and "guessed, not sure: STL files say no axes" in page
     write_session(imported(mesh_axes=axes), tmp_path / "said.mcap")
-    said = replay.run(tmp_path / "said.mcap", detectors="exact")
-    assert said.document.open_questions == () and len(said.episodes["exact"]) == 2
+    stated = replay.run(tmp_path / "said.mcap", detectors="exact")
+    assert stated.document.open_questions == () and len(stated.episodes["exact"]) == 2
 
 
 def test_answer_equals_import_option_and_can_be_forgotten(tmp_path):
@@ -129,7 +129,7 @@ def test_lengths_of_another_unit_are_questioned_and_answered(tmp_path):
     _, imported = scene(tmp_path, "openxr", "obj", exported=False)
     table = (tmp_path / "take.csv").read_text().splitlines()
     cells = [row.split(",") for row in table[1:]]
-    rows = [",".join([*row[:2], *(repr(1000 * float(one)) for one in row[2:5]), *row[5:]]) for row in cells]
+    rows = [",".join([*row[:2], *(repr(1000 * float(item)) for item in row[2:5]), *row[5:]]) for row in cells]
     (tmp_path / "take.csv").write_text("\n".join([table[0], *rows, ""]))
     session = imported()
     (question,) = examine_assumptions(session).questions
@@ -174,8 +174,8 @@ def test_mesh_added_by_a_later_scene_is_questioned(tmp_path):
     (tmp_path / "scene.toml").write_text(bodies)
     result = replay.run(tmp_path / "s.mcap", scene=tmp_path / "scene.toml", detectors="exact")
     assert len(result.document.open_questions) == 1
-    said = bodies.replace(".stl", '.stl"\nmesh_axes = "y-up')
-    (tmp_path / "scene.toml").write_text(said)
+    stated = bodies.replace(".stl", '.stl"\nmesh_axes = "y-up')
+    (tmp_path / "scene.toml").write_text(stated)
     decided = replay.run(tmp_path / "s.mcap", scene=tmp_path / "scene.toml", detectors="exact")
     assert decided.document.open_questions == () and len(decided.episodes["exact"]) == 2
 
@@ -199,11 +199,11 @@ def test_only_colliders_that_do_not_fit_meshes_are_questioned(tmp_path):
     assert question.assumption.subject is Subject.COLLIDER_AXES and question.plausible == "x-flipped"
     assert question.alternatives[0].words.startswith("colliders up to ")
     meant = answered(session, question.assumption, "x-flipped")
-    said = imported(mesh_axes=axes, colliders=tmp_path / "flipped.glb", collider_axes="x-flipped")
+    stated = imported(mesh_axes=axes, colliders=tmp_path / "flipped.glb", collider_axes="x-flipped")
     for name in ("tool", "plate"):
-        assert np.array_equal(meant.colliders[name][0].vertices, said.colliders[name][0].vertices)
+        assert np.array_equal(meant.colliders[name][0].vertices, stated.colliders[name][0].vertices)
         assert np.allclose(meant.colliders[name][0].bounds, meant.meshes[name].bounds, atol=1e-6)
-    assert not examine_assumptions(meant).questions and not examine_assumptions(said).questions
+    assert not examine_assumptions(meant).questions and not examine_assumptions(stated).questions
 
 
 def test_mesh_unit_is_questioned_where_two_units_fit(tmp_path):
@@ -211,8 +211,8 @@ def test_mesh_unit_is_questioned_where_two_units_fit(tmp_path):
     for name, (vertices, faces) in (("tool", TOOL), ("plate", PLATE)):
         write_mesh(tmp_path / f"{name}.obj", vertices, faces, unit=0.1)  # 2.5 and 4.2 units of 10 cm
     session = imported()
-    asked = [one for one in examine_assumptions(session).questions if one.assumption.subject is Subject.MESH_UNIT]
-    assert [[row.value for row in one.alternatives] for one in asked] == [["m", "cm"]]
+    raised = [item for item in examine_assumptions(session).questions if item.assumption.subject is Subject.MESH_UNIT]
+    assert [[row.value for row in item.alternatives] for item in raised] == [["m", "cm"]]
     assert not [row for row in recording_assumptions(imported(mesh_units="cm")) if row.is_open]
     mixed = {row.bodies: row for row in recording_assumptions(imported(mesh_units=("cm", "tool=m")))}
     assert (mixed["tool",].value, mixed["plate",].value) == ("m", "cm")
@@ -275,14 +275,14 @@ def test_unnamed_pose_axes_are_questioned_where_meshes_do_not_follow(tmp_path):
     axes, imported = unity_poses_without_a_name(tmp_path, "glb")
     guessed = imported()
     assert not np.array_equal(examine_assumptions(guessed).outcome.contact[:, 0], true_contact())
-    asked = {question.assumption.subject: question for question in examine_assumptions(guessed).questions}
+    raised = {question.assumption.subject: question for question in examine_assumptions(guessed).questions}
     right = [
         row.value
-        for row in asked[Subject.POSE_AXES].alternatives
+        for row in raised[Subject.POSE_AXES].alternatives
         if np.array_equal(row.outcome.contact[:, 0], true_contact())
     ]
     assert right == ["unity"]
-    decided = answered(guessed, asked[Subject.POSE_AXES].assumption, "unity")
+    decided = answered(guessed, raised[Subject.POSE_AXES].assumption, "unity")
     assert np.array_equal(examine_assumptions(decided).outcome.contact[:, 0], true_contact())
     assert axes == "x-flipped" and Subject.POSE_AXES not in {
         question.assumption.subject for question in examine_assumptions(decided).questions
@@ -293,8 +293,8 @@ def test_harmless_guesses_of_pose_axes_are_listed_without_question(tmp_path):
     _, imported = unity_poses_without_a_name(tmp_path, "obj")
     session = imported(mesh_axes="body")
     assert not examine_assumptions(session).questions
-    said = doubts(replay.run(session, detectors="exact").document)
-    assert said[0].startswith(
+    stated = doubts(replay.run(session, detectors="exact").document)
+    assert stated[0].startswith(
         "Guessed by the import: axes of poses (ros, not sure); unit of lengths (m); unit of meshes"
     )
     assert not any(

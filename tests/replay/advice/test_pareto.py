@@ -11,13 +11,13 @@ rows = st.lists(
         spread=st.none() | st.sampled_from([0.01, 0.1, 0.3]), contact_frames_undecided=st.sampled_from([0, 0, 0, 1]),
     ),
     max_size=12,
-).map(lambda found: [{**row, "label": f"r{k}"} for k, row in enumerate(found)])  # fmt: skip
+).map(lambda drawn: [{**row, "label": f"r{k}"} for k, row in enumerate(drawn)])  # fmt: skip
 
 
 @given(rows)
-def test_front_equals_that_of_a_second_algorithm(found):
-    assert front_of(found) == front(found)
-    order = [(row["loss"], row["mean_ms"]) for row in sorted_rows(found) if not row["contact_frames_undecided"]]
+def test_front_equals_that_of_a_second_algorithm(drawn):
+    assert front_of(drawn) == front(drawn)
+    order = [(row["loss"], row["mean_ms"]) for row in sorted_rows(drawn) if not row["contact_frames_undecided"]]
     assert order == sorted(order)
 
 

@@ -59,7 +59,7 @@ def test_only_resting_bodies_speak_against_a_reading(until, expected):
 
 
 @pytest.mark.parametrize(("farthest", "unit"), [(4000.0, "mm"), (1000.0, ""), (3.0, ""), (10.0**6, "")])
-def test_a_unit_is_marked_that_alone_puts_all_poses_into_a_room(farthest, unit):
+def test_only_unit_with_all_poses_in_a_room_is_marked(farthest, unit):
     positions = np.array([[0.0, 0.0, 0.0], [farthest, 0.0, 0.0]])
     track = Track(np.array([0, 10**7]), positions, np.tile([0.0, 0.0, 0.0, 1.0], (2, 1)))
     row = Assumption(Subject.LENGTH_UNIT, "m", Origin.GUESS, alternatives=("m", "cm", "mm"))

@@ -58,7 +58,7 @@ def test_volumes_of_an_open_mesh_are_not_known():
     assert volume_of(box_mesh((1.0, 1.0, 1.0))) == pytest.approx(1.0)
 
 
-def test_reach_of_crossed_bars_in_place_of_one_has_closed_form():
+def test_reach_of_crossed_bars_has_closed_form():
     bar, crossing = box_mesh((2.0, 0.2, 0.2)), box_mesh((0.2, 1.0, 0.2))
     assert reach(bar, [bar, crossing]) == pytest.approx(0.4, rel=1e-6)
     higher = box_mesh((0.3, 0.2, 0.7))
@@ -67,7 +67,7 @@ def test_reach_of_crossed_bars_in_place_of_one_has_closed_form():
 
 
 @pytest.mark.parametrize("sides", [5, 12, 40])
-def test_reach_of_a_plug_in_a_tube_is_the_inscribed_radius(sides):
+def test_reach_of_a_plugged_tube_is_the_inscribed_radius(sides):
     """A tube without floor, filled: the middle of an end is farthest from the wall, at the middle of a side."""
     wall = [(0.03, 0), (0.035, 0), (0.035, 0.4), (0.03, 0.4), (0.03, 0)]
     tube, plug = revolved_mesh(wall, sides), revolved_mesh([(0, 0), (0.035, 0), (0.035, 0.4), (0, 0.4)], sides)

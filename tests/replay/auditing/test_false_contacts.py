@@ -32,7 +32,7 @@ def world(outcomes, gaps=None):
 
 
 def false_of(outcomes, gaps=None, detector=None):
-    """What a detector that may explain itself says falsely; of all this alone says when."""
+    """False contacts of a detector that may explain itself."""
     assembly, note = world(outcomes, gaps)
     subject, oracle = (
         verdict_column(["C" if item in reported else "." for item in outcomes]) for reported in ((B, F), (B, M))

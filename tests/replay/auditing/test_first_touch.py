@@ -24,8 +24,8 @@ def test_a_jump_through_a_cube_touches_on_its_line():
 
 
 def test_a_path_that_meets_nothing_has_no_touch():
-    apart = assemble(cubes({"a": [0.0] * 3, "b": [3.0, 2.0, 3.0]}))
-    assert [first_touch(apart, 0, frame) for frame in (-1, 0, 1, 2)] == [None] * 4
+    separate = assemble(cubes({"a": [0.0] * 3, "b": [3.0, 2.0, 3.0]}))
+    assert [first_touch(separate, 0, frame) for frame in (-1, 0, 1, 2)] == [None] * 4
     lost = assemble(framed([0, 10 * STEP_NS, 20 * STEP_NS], [[1, 1], [1, 0], [1, 1]]))
     assert not lost.motion.valid.all() and [first_touch(lost, 0, frame) for frame in (0, 1)] == [None, None]
 
@@ -34,28 +34,28 @@ def test_only_the_pair_moves_to_its_touch():
     assembly = assemble(cubes({"a": [0.0] * 3, "b": [3.0, 3.0, -3.0], "c": [7.0, 8.0, 9.0]}))
     pair = [tuple(ends) for ends in assembly.pairs.tolist()].index((0, 1))
     touch = first_touch(assembly, pair, 1)
-    there = at_touch(assembly, pair, touch).motion
-    assert there.translations[0, :, 0] == pytest.approx([0.0, 1.0, 8.0], abs=1e-3)
-    assert there.times.tolist() == [touch.moment]
+    touching = at_touch(assembly, pair, touch).motion
+    assert touching.translations[0, :, 0] == pytest.approx([0.0, 1.0, 8.0], abs=1e-3)
+    assert touching.times.tolist() == [touch.moment]
 
 
 def test_between_frames_origins_move_linearly_and_rotations_evenly():
-    turn = np.array([[0, 0, 0, 1.0], [0, 0, np.sin(np.pi / 4), np.cos(np.pi / 4)]])
-    poses = {"a": along_x([0, 0]), "b": (np.array([[0.0, 0, 0], [4.0, 2.0, 0]]), turn)}
+    quaternions = np.array([[0, 0, 0, 1.0], [0, 0, np.sin(np.pi / 4), np.cos(np.pi / 4)]])
+    poses = {"a": along_x([0, 0]), "b": (np.array([[0.0, 0, 0], [4.0, 2.0, 0]]), quaternions)}
     motion = assemble(Session.from_arrays([0, STEP_NS], poses, {"a": cube(), "b": cube()})).motion
-    there = poses_between(motion, np.array([1]), np.array([0.0, STEP / 4, STEP]))
-    assert there.translations[:, 0] == pytest.approx(np.array([[0, 0, 0], [1, 0.5, 0], [4, 2, 0]]), abs=1e-12)
+    touching = poses_between(motion, np.array([1]), np.array([0.0, STEP / 4, STEP]))
+    assert touching.translations[:, 0] == pytest.approx(np.array([[0, 0, 0], [1, 0.5, 0], [4, 2, 0]]), abs=1e-12)
     quarter = rotation_from_quaternion(np.array([0, 0, np.sin(np.pi / 16), np.cos(np.pi / 16)]))
-    assert there.rotations[1, 0] == pytest.approx(quarter, abs=1e-12)
+    assert touching.rotations[1, 0] == pytest.approx(quarter, abs=1e-12)
 
 
 def test_a_touch_lies_on_both_bodies_with_the_face_normal():
     """A cube on its corner comes down on another one, beside the middle of its top."""
-    turn = Rotation.align_vectors([[0.0, -1, 0]], [[1.0, 1, 1]])[0].as_quat()
+    quaternions = Rotation.align_vectors([[0.0, -1, 0]], [[1.0, 1, 1]])[0].as_quat()
     heights = np.array([2.0, -0.5])
     poses = {
         "a": along_x([0, 0]),
-        "b": (np.stack([[0.1, 0.1], heights, [0.2, 0.2]], axis=1), np.tile(turn, (2, 1))),
+        "b": (np.stack([[0.1, 0.1], heights, [0.2, 0.2]], axis=1), np.tile(quaternions, (2, 1))),
     }
     assembly = assemble(Session.from_arrays([0, STEP_NS], poses, {"a": cube(), "b": cube()}))
     touch = first_touch(assembly, 0, 0)

@@ -1,4 +1,4 @@
-"""What a hand holds is counted apart: of declared pairs, and while a trigger is pressed and a thing moves along."""
+"""Grasped bodies are counted separately: declared pairs, and while a trigger is pressed and a thing moves along."""
 
 from dataclasses import replace
 

@@ -20,16 +20,16 @@ KINDS = {
 
 
 @given(st.lists(st.tuples(st.sampled_from(".CCC"), st.sampled_from(".C-")), min_size=1, max_size=40))
-def test_misses_are_the_missed_frames_of_each_contact(letters):
+def test_misses_are_the_missed_frames_of_each_contact(contact_letters):
     """Frames left out part a miss and change no kind."""
-    truth, said = map("".join, zip(*letters, strict=True))
+    truth, reported = map("".join, zip(*contact_letters, strict=True))
     expected = []
     for number, contact in enumerate(re.finditer("C+", truth), 1):
-        start, inside = contact.start(), said[contact.start() : contact.end()]
+        start, inside = contact.start(), reported[contact.start() : contact.end()]
         for gap in re.finditer(r"\.+", inside):
             kind = KINDS["C" in inside[: gap.start()], "C" in inside[gap.end() :]]
             expected.append((start + gap.start(), start + gap.end() - 1, kind, number))
-    oracle, subject = verdict_column(truth), verdict_column(said)
+    oracle, subject = verdict_column(truth), verdict_column(reported)
     misses = missed_faults(compare(subject, oracle), episodes(oracle), [("a", "b")], oracle.times)
     assert [(miss.first, miss.last, miss.kind, miss.contact) for miss in misses] == expected
 

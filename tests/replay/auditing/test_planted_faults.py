@@ -1,4 +1,4 @@
-"""What was planted is what is counted: contacts known in closed form, detectors with one known fault each."""
+"""Planted faults are counted: contacts known in closed form, detectors with one known fault each."""
 
 from io import StringIO
 

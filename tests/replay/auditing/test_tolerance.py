@@ -20,12 +20,12 @@ GAPS = [-1e-3, -1e-5, -2.3e-6, -1.9e-6, -1e-9, 0.0, 1e-9, 1.9e-6, 2.3e-6, 1e-5, 
 """Of a ball's extreme vertex off the wall of a box; below 0 inside."""
 
 
-def world(positions, first=None, turn=None):
+def world(positions, first=None, matrix=None):
     """Two bodies, a ball if none is named and a box, the first at each of these places, both in a turned world."""
-    count, turn = len(positions), np.eye(3) if turn is None else turn
+    count, matrix = len(positions), np.eye(3) if matrix is None else matrix
     move = np.zeros((count, 2, 3))
-    move[:, 0] = np.array(positions) @ turn.T
-    motion = Motion(np.arange(count) / 90, move, np.tile(turn, (count, 2, 1, 1)))
+    move[:, 0] = np.array(positions) @ matrix.T
+    motion = Motion(np.arange(count) / 90, move, np.tile(matrix, (count, 2, 1, 1)))
     nothing = np.zeros(count, dtype=np.int64)
     bodies = (Body("first", first or ball_mesh(0.5)), Body("box", box_mesh()))
     return Assembly(bodies, motion, np.array([[0, 1]]), np.zeros(1, bool), nothing, np.ones((count, 2), np.uint8))

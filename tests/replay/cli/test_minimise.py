@@ -69,7 +69,7 @@ def told():
 
 
 def detected_in(path):
-    """Which secrets the bytes of a file hold, as they are or unpacked, in whatever letters."""
+    """Secrets that the bytes of a file hold, as they are or unpacked, in whatever letters."""
     with path.open("rb") as file:
         reader = make_reader(file)
         pieces = [path.read_bytes(), repr(reader.get_summary()).encode()]

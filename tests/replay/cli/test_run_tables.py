@@ -1,4 +1,4 @@
-"""What a terminal says of a run."""
+"""Tables of a run in a terminal."""
 
 import json
 

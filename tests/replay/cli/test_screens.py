@@ -1,4 +1,4 @@
-"""What a terminal shows of a run, whole, as a person has read it: in every state, and in windows of every width."""
+"""Screens of a run, whole, as a person has read them: in every state, and in windows of every width."""
 
 import io
 

@@ -49,7 +49,7 @@ class Keeping(Console):
 
 
 @pytest.fixture(scope="module")
-def shown(tmp_path_factory):
+def screens(tmp_path_factory):
     """Verb -> what it prints, to be drawn at any width; each runs once."""
     folder, drawn = tmp_path_factory.mktemp("shown"), {}
     names = {"small-beaker": [0] * 12, "hand-left-glove": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
@@ -75,8 +75,8 @@ def at_width(drawn, width):
 
 @pytest.mark.parametrize("width", WIDTHS)
 @pytest.mark.parametrize("verb", VERBS)
-def test_every_word_and_number_is_whole_at_every_width(shown, verb, width):
-    lines, wide = at_width(shown[verb], width), at_width(shown[verb], 1000)
+def test_every_word_and_number_is_whole_at_every_width(screens, verb, width):
+    lines, wide = at_width(screens[verb], width), at_width(screens[verb], 1000)
     assert wide and max(map(len, lines)) <= width
     sentence, all_text = (
         {item for text in some for item in text.split() if set(item) - set("─\\")} for some in (lines, wide)

@@ -1,4 +1,4 @@
-"""What a verb says and leaves, whole: answer, sentences, exit code, files; in the order of a day's work.
+"""Every verb's answer, sentences, exit code and files, whole, in the order of a day's work.
 
 A row is a command, or several one after the other; rows share their folder, and need nothing of one another.
 """
@@ -148,7 +148,7 @@ VERBS = (
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    place = tmp_path_factory.mktemp("day")
+    day = tmp_path_factory.mktemp("day")
     scene = Scene(name="two-cubes", bodies=(SceneBody("a", proxy=True),))
     events, spans = [Event(5, "press"), Event(9, "press")], [Interval(20_000_000, 90_000_000, "task", "stir")]
     folders = {"a": range(200), "b": [9] * 200}
@@ -171,40 +171,40 @@ def folder(tmp_path_factory):
         "three": cubes(POSITIONS | {"c": [9] * 12}, scene=parse_scene(EFFECTS + THIRD)),
         "none": Session.from_tracks({"a": Track([], np.zeros((0, 3)), np.zeros((0, 4)))}, {"a": cube()}),
     }.items():  # fmt: skip
-        write_session(session, place / f"{name}.mcap")
+        write_session(session, day / f"{name}.mcap")
     rounded, frozen = clean(), clean()
     rounded.arrays["quaternion_xyzw"][:, 0] *= 1 + 1e-5
     FAULTS["frozen pose"](frozen, 1, 300)
-    rounded.write(place / "clean.mcap")
-    frozen.write(place / "frozen.mcap")
+    rounded.write(day / "clean.mcap")
+    frozen.write(day / "frozen.mcap")
     FAULTS["nan position"](frozen, 0, 500)
-    frozen.write(place / "nan.mcap")
-    whole, recorded = (place / "clean.mcap").read_bytes(), (place / "p.mcap").read_bytes()
+    frozen.write(day / "nan.mcap")
+    whole, recorded = (day / "clean.mcap").read_bytes(), (day / "p.mcap").read_bytes()
     first, last = chunks(whole)[1]
-    (place / "flipped.mcap").write_bytes(flipped(whole, first + 60, last, 9, 0))
-    (place / "torn.mcap").write_bytes((place / "s.mcap").read_bytes()[:-200])
-    (place / "odd").mkdir()
+    (day / "flipped.mcap").write_bytes(flipped(whole, first + 60, last, 9, 0))
+    (day / "torn.mcap").write_bytes((day / "s.mcap").read_bytes()[:-200])
+    (day / "odd").mkdir()
     for name in UNNAMEABLE:
-        (place / "odd" / name).write_bytes(recorded)
-    write_foreign(place / "foreign.mcap", protobuf_messages(cubes({"cup": [0, 1, 2]}).frames))
+        (day / "odd" / name).write_bytes(recorded)
+    write_foreign(day / "foreign.mcap", protobuf_messages(cubes({"cup": [0, 1, 2]}).frames))
     for number, text in enumerate(PROJECTS):
-        (beside := place / "several" / str(number)).mkdir(parents=True)
+        (beside := day / "several" / str(number)).mkdir(parents=True)
         (beside / "replay.toml").write_text(text, "utf-8")
         (beside / "p.mcap").write_bytes(recorded)
-    (place / "mine").mkdir()
+    (day / "mine").mkdir()
     for name, text in {
         **dict.fromkeys(("text.mcap", "text.toml", "old.mcap", "e.truth.json", "mine/letter.txt"), "[[hello"),
         "empty.mcap": "", "lab.toml": EFFECTS, "faulty.toml": FAULTY, "good.toml": GOOD, "m.stl": STL,
         "engine.csv": ENGINE, "quiet.csv": UNITY, "unity.csv": UNITY + "enter,0,Cup,,,,,,,,,Hand,\n",
         "planted.py": "raise SystemExit('ran')\n",
     }.items():  # fmt: skip
-        (place / name).write_text(text, "utf-8")
-    (place / "open.glb").write_bytes(mesh_to_glb(open_cube, "a"))
+        (day / name).write_text(text, "utf-8")
+    (day / "open.glb").write_bytes(mesh_to_glb(open_cube, "a"))
     for name, edge in (("wand", 0.1), ("big", 10.0)):
-        (place / f"{name}.glb").write_bytes(mesh_to_glb(cube(edge), name))
+        (day / f"{name}.glb").write_bytes(mesh_to_glb(cube(edge), name))
     pose = {"position": {"x": 0.5, "y": 1.0, "z": 0.0}, "rotation": {"x": 0, "y": 10, "z": 0}}
     poses = {"poses": [{"timestamp": 1000.0 + 11.1 * k, **pose} for k in range(20)]}
-    (place / "m.json").write_text(json.dumps({"left": poses, "right": poses}), "utf-8")
+    (day / "m.json").write_text(json.dumps({"left": poses, "right": poses}), "utf-8")
     many = {"a": [0] * 80, "b": [3, 0.9] * 40}, {"a": [0] * 80, "b": [3, 2] * 40}
     few = {"a": [0] * 20, "b": [3, 3, 0.9, 0.9, 3, 0.9, 3, 3, 3, 3, 0.9, 0.9, 0.9, 3, 3, 3, 3, 3, 3, 3]}
     for name, folders, requested in (
@@ -213,8 +213,8 @@ def folder(tmp_path_factory):
         ("slow", few, {"detectors": "it=discrete[rate_hz=25]"}),
         ("fast", few, {"detectors": "it=discrete[rate_hz=100]"}),
     ):  # fmt: skip
-        with_steady_times(replay.run(cubes(folders), **requested)).write(place / name, picture=False)
-    return place
+        with_steady_times(replay.run(cubes(folders), **requested)).write(day / name, picture=False)
+    return day
 
 
 class Window:
@@ -237,13 +237,13 @@ class Window:
 MASKED = {
     r"(?m)^(Compiling kernels|[A-Z][^:\n]*: +\d+ %  \d+ s).*\n": "",
     # the path before a name says where a line is folded
-    r"text: Session(.|\n +)*": lambda found: re.sub(r"\n +", " ", found[0]),
+    r"text: Session(.|\n +)*": lambda match: re.sub(r"\n +", " ", match[0]),
     r"(?<=byte )\d+|(?<=\.py, line )\d+": "",
     r"\S*/(?=planted_detectors)|\S*/replay-\w+/files": "",
     r"(?<=false; )[\d.]+(?= ms a f)": "#",
     r'\n( *)"(seconds|versions|machine|recording)": {\n(?:\1 .*\n)*\1}': r'\n\1"\2": {}',
     r", about .* a minute|(?<=part-00000-)\w+": "",
-    r"\d+\.\d{10,}(e-\d+)?": lambda found: f"{float(found[0]):.9g}",
+    r"\d+\.\d{10,}(e-\d+)?": lambda match: f"{float(match[0]):.9g}",
 }
 """What is of this machine, or of its last bit."""
 

@@ -27,10 +27,10 @@ def placed(mesh, seed):
     return TriangleMesh(mesh.vertices @ rotation.T + translation, mesh.faces), rotation, translation
 
 
-def overlap(first, second, at, turned=STILL, seed=0):
+def overlap(first, second, at, tilt=STILL, seed=0):
     """Overlap of a body in the axes of another, both in one random pose."""
     moved, rotation, translation = placed(second, seed)
-    to_moved = rotation @ turned, rotation @ np.asarray(at, np.float64) + translation
+    to_moved = rotation @ tilt, rotation @ np.asarray(at, np.float64) + translation
     return overlap_of(solid_of(first), solid_of(moved), *to_moved)
 
 
@@ -39,9 +39,9 @@ def test_boxes_have_their_closed_form(seed):
     rng = np.random.default_rng(seed)
     first, second = rng.uniform(0.5, 2.0, size=(2, 3))
     common = rng.uniform(0.05, 0.2, size=3)
-    found = overlap(bar(*first), bar(*second), (first + second) / 2 - common, seed=seed)
-    assert found.depth == pytest.approx(common.min(), rel=1e-6)
-    assert found.volume == pytest.approx(common.prod(), rel=1e-6)
+    result = overlap(bar(*first), bar(*second), (first + second) / 2 - common, seed=seed)
+    assert result.depth == pytest.approx(common.min(), rel=1e-6)
+    assert result.volume == pytest.approx(common.prod(), rel=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -50,45 +50,45 @@ def test_boxes_have_their_closed_form(seed):
 @pytest.mark.parametrize("angle", [30.0, 90.0])
 def test_crossed_bars_have_a_depth_without_a_vertex_inside(lift, depth, angle):
     """The bar below is 1.5 thick, the one above 1: its lower side is ``1.25 - lift`` below the upper side."""
-    turned = Rotation.from_euler("z", angle, degrees=True).as_matrix()
-    found = overlap(bar(10, 1, 1), bar(12, 1.5, 1.5), (0.0, 0.1, lift), turned)
-    assert found.depth == pytest.approx(depth, rel=1e-6)
+    tilt = Rotation.from_euler("z", angle, degrees=True).as_matrix()
+    result = overlap(bar(10, 1, 1), bar(12, 1.5, 1.5), (0.0, 0.1, lift), tilt)
+    assert result.depth == pytest.approx(depth, rel=1e-6)
     height = max(0.0, min(lift + 0.5, 0.75) - max(lift - 0.5, -0.75))
-    assert found.volume == pytest.approx(1.5 / np.sin(np.radians(angle)) * height, rel=1e-6)
+    assert result.volume == pytest.approx(1.5 / np.sin(np.radians(angle)) * height, rel=1e-6)
 
 
 @pytest.mark.parametrize("sides", [3, 5, 8])
 @pytest.mark.parametrize("depth", [0.03, 0.2])
 def test_prism_in_a_slab_is_as_deep_as_its_face(sides, depth):
-    found = overlap(mesh_of(cylinder(0.4, 1.0, sections=sides)), bar(3, 3, 2), (0.1, 0.2, 1.5 - depth), seed=sides)
-    assert found.depth == pytest.approx(depth, rel=1e-6)
-    assert found.volume == pytest.approx(depth * sides / 2 * 0.4**2 * np.sin(2 * np.pi / sides), rel=1e-6)
+    result = overlap(mesh_of(cylinder(0.4, 1.0, sections=sides)), bar(3, 3, 2), (0.1, 0.2, 1.5 - depth), seed=sides)
+    assert result.depth == pytest.approx(depth, rel=1e-6)
+    assert result.volume == pytest.approx(depth * sides / 2 * 0.4**2 * np.sin(2 * np.pi / sides), rel=1e-6)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_corner_of_a_tetrahedron_in_a_slab_has_its_closed_form(seed):
+def test_tetrahedron_corner_in_a_slab_has_closed_form(seed):
     depth = 0.02 * (seed + 1)
     corner = np.array([[0, 0, 0], [1, 0, 1], [-1, 0.5, 1], [-0.2, -1, 1]], dtype=np.float64)
-    found = overlap(hull_of(corner), bar(3, 3, 2), (0.0, 0.0, 1.0 - depth), seed=seed)
+    result = overlap(hull_of(corner), bar(3, 3, 2), (0.0, 0.0, 1.0 - depth), seed=seed)
     base = abs(np.linalg.det(corner[1:])) / 6
-    assert found.depth == pytest.approx(depth, rel=1e-6)
-    assert found.volume == pytest.approx(base * depth**3, rel=1e-6)
+    assert result.depth == pytest.approx(depth, rel=1e-6)
+    assert result.volume == pytest.approx(base * depth**3, rel=1e-6)
 
 
 def test_tetrahedron_within_another_is_as_deep_as_the_inscribed_sphere():
     corners = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], dtype=np.float64)
-    found = overlap(hull_of(0.9 * corners), hull_of(corners), (0.0, 0.0, 0.0), seed=3)
-    assert found.depth == pytest.approx(1 / np.sqrt(3), rel=1e-6)
-    assert found.volume == pytest.approx(0.9**3 * 8 / 3, rel=1e-6)
+    result = overlap(hull_of(0.9 * corners), hull_of(corners), (0.0, 0.0, 0.0), seed=3)
+    assert result.depth == pytest.approx(1 / np.sqrt(3), rel=1e-6)
+    assert result.volume == pytest.approx(0.9**3 * 8 / 3, rel=1e-6)
 
 
 def test_meshed_spheres_converge_at_second_order():
     errors = []
     for level in (1, 2, 3, 4):
         sphere = mesh_of(icosphere(level))
-        found = overlap(sphere, sphere, (0.0, 0.0, 1.6))
+        result = overlap(sphere, sphere, (0.0, 0.0, 1.6))
         lens = np.pi * (4 + 1.6) * (2 - 1.6) ** 2 / 12
-        errors.append((abs(found.depth - 0.4), abs(found.volume - lens)))
+        errors.append((abs(result.depth - 0.4), abs(result.volume - lens)))
     ratios = np.array(errors[:-1]) / np.array(errors[1:])
     assert (ratios[1:] > 3.3).all() and (ratios[1:] < 4.8).all(), ratios
 
@@ -101,23 +101,23 @@ def test_depth_in_a_hollow_body_is_that_of_dense_samples(seed):
     trough = Manifold.cube([4, 4, 2], True) - Manifold.cube([3.2, 3.2, 2], True).translate([0, 0, 0.5])
     made = trough.to_mesh64()
     hollow = TriangleMesh(made.vert_properties[:, :3], np.asarray(made.tri_verts).astype(np.int64))
-    turned = Rotation.random(random_state=seed).as_matrix()
+    tilt = Rotation.random(random_state=seed).as_matrix()
     rod, at = bar(0.7, 0.5, 3.0), np.random.default_rng(seed).uniform([-2, -2, -1], [2, 2, 0])
-    found = overlap(rod, hollow, at, turned, seed)
+    result = overlap(rod, hollow, at, tilt, seed)
     steps = (np.indices((21, 16, 61)).reshape(3, -1).T / [20, 15, 60] - 0.5) * [0.7, 0.5, 3.0]
-    points = steps @ turned.T + at
+    points = steps @ tilt.T + at
     in_hollow = points[~is_outside(points, hollow.triangles)]
-    moved = TriangleMesh(rod.vertices @ turned.T + at, rod.faces)
+    moved = TriangleMesh(rod.vertices @ tilt.T + at, rod.faces)
     sampled = max(
         (float(Surface(mesh.triangles).distances(in_hollow)[0].max()) for mesh in (hollow, moved)), default=0.0
     )
-    assert sampled - 1e-9 <= found.depth <= sampled + 0.04
+    assert sampled - 1e-9 <= result.depth <= sampled + 0.04
 
 
 def test_open_bodies_say_why_they_have_no_depth():
     whole = bar(1, 1, 1)
-    found = overlap(TriangleMesh(whole.vertices, whole.faces[1:]), whole, (0.5, 0.5, 0.5))
-    assert np.isnan(found.depth) and np.isnan(found.volume) and found.reason == "is open"
+    result = overlap(TriangleMesh(whole.vertices, whole.faces[1:]), whole, (0.5, 0.5, 0.5))
+    assert np.isnan(result.depth) and np.isnan(result.volume) and result.reason == "is open"
 
 
 @pytest.mark.parametrize("seed", range(30))
@@ -129,7 +129,7 @@ def test_linear_programmes_are_those_of_scipy(seed):
     if seed % 2:
         slopes /= np.linalg.norm(slopes, axis=1, keepdims=True)
     limits, right = np.concatenate([np.eye(3), -np.eye(3)]), np.full(6, 0.3)
-    found = greatest_minimum(slopes, values, limits, right)
+    result = greatest_minimum(slopes, values, limits, right)
     rows = np.column_stack([-slopes, np.ones(60)])
     least = linprog([0, 0, 0, -1], A_ub=rows, b_ub=values, bounds=[(-0.3, 0.3)] * 3 + [(None, None)])
-    assert (values + slopes @ found).min() == pytest.approx(-least.fun, rel=1e-9)
+    assert (values + slopes @ result).min() == pytest.approx(-least.fun, rel=1e-9)

@@ -14,7 +14,7 @@ from replay.progress import Silent
 
 @pytest.fixture(autouse=True)
 def started(monkeypatch):
-    """Where the processes that were started look for modules; none of them runs."""
+    """Search paths for modules of the processes that were started; none of them runs."""
     paths = []
 
     class Process:

@@ -40,7 +40,7 @@ class Claim:
     run: object
     label: str
     fault: object
-    said: dict
+    fields: dict
 
     @property
     def settings(self):
@@ -86,7 +86,7 @@ class Claim:
         motion, mesh = self.run.assembly.motion, self.run.assembly.bodies[number].mesh
         return mesh.vertices @ motion.rotations[frame, number].T + motion.translations[frame, number]
 
-    def apart(self, margin=0.0):
+    def separated(self, margin=0.0):
         """Whether a plane has the hulls of both bodies on its sides, ``margin`` metres from each other at least."""
         first, other = (self.corners(body, self.fault.frame) for body in self.fault.bodies)
         return hulls_separate(first, other) > margin
@@ -113,16 +113,16 @@ def surfaces_at_most(claim):
 
 def gap_holds(claim):
     """The gap that is said is no larger than that of points of the surfaces, and not much smaller."""
-    if claim.said.get("gap") is None:
+    if claim.fields.get("gap") is None:
         return np.isnan(claim.fault.metres)
-    gap, above = float(claim.said["gap"]), 1e3 * surfaces_at_most(claim)
+    gap, above = float(claim.fields["gap"]), 1e3 * surfaces_at_most(claim)
     return gap <= above + 0.51 and above <= gap + 12.0 and not claim.truth[claim.fault.frame]
 
 
 def outcome_holds(claim):
-    """What became of the contact: never reported, late, cut short, or not reported in these frames."""
+    """Whether the outcome of the contact is true: never reported, late, cut short, or not reported in these frames."""
     fault, contact, reported = claim.fault, claim.contact, claim.reported
-    claimed = claim.said
+    claimed = claim.fields
     if reported[fault.first : fault.last + 1].any():
         return False
     if claimed.get("never"):
@@ -136,7 +136,7 @@ def outcome_holds(claim):
 
 def between_two_samples(claim):
     """The contact lies between two samples, and is shorter than the time between them that is said."""
-    answer, contact, frames = claim.said, claim.contact, claim.samples()
+    answer, contact, frames = claim.fields, claim.contact, claim.samples()
     step = float(answer["apart"] or answer["step"])
     lasted = 1e3 * (contact.end - contact.start)
     inside = ((frames >= contact.first) & (frames <= contact.last)).any()
@@ -148,36 +148,36 @@ def between_two_samples(claim):
 
 
 def late_by_less_than_a_step(claim):
-    long = float(claim.said["long"])
+    long = float(claim.fields["long"])
     on_time = claim.fault.first == claim.contact.first and claim.reported[claim.fault.last + 1]
-    return on_time and not len(claim.sampled_within()) and long <= float(claim.said["step"]) + 0.5
+    return on_time and not len(claim.sampled_within()) and long <= float(claim.fields["step"]) + 0.5
 
 
 def samples_around(claim):
     frames = claim.samples()
     before, after = frames[frames < claim.fault.first], frames[frames > claim.fault.last]
     gap = 1e3 * (claim.times[after[0]] - claim.times[before[-1]])
-    return outcome_holds(claim) and not len(claim.sampled_within()) and float(claim.said["around"]) == pytest.approx(
+    return outcome_holds(claim) and not len(claim.sampled_within()) and float(claim.fields["around"]) == pytest.approx(
         gap, rel=6e-3
     )  # fmt: skip
 
 
 def not_sampled(claim):
     count = claim.fault.frames - len(claim.sampled_within())
-    return outcome_holds(claim) and int(claim.said["unsampled"]) == count > 0
+    return outcome_holds(claim) and int(claim.fields["unsampled"]) == count > 0
 
 
 def outer_sample(claim):
     frames = claim.samples()
-    other = frames[frames < claim.fault.first] if claim.said["side"] == "last" else frames[frames > claim.fault.last]
-    nearest = other[-1] if claim.said["side"] == "last" else other[0]
-    rest = frames > claim.fault.last if claim.said["side"] == "last" else frames < claim.fault.first
-    return not rest.any() and float(claim.said["moment"]) == pytest.approx(claim.times[nearest], abs=6e-4)
+    other = frames[frames < claim.fault.first] if claim.fields["side"] == "last" else frames[frames > claim.fault.last]
+    nearest = other[-1] if claim.fields["side"] == "last" else other[0]
+    rest = frames > claim.fault.last if claim.fields["side"] == "last" else frames < claim.fault.first
+    return not rest.any() and float(claim.fields["moment"]) == pytest.approx(claim.times[nearest], abs=6e-4)
 
 
 def moved_figures(claim):
     """Moved by so many frames, so many are wrong; a contact that is moved out of the recording is wrong."""
-    by = int(claim.said["by"]) * (1 if claim.said["direction"] == "earlier" else -1)
+    by = int(claim.fields["by"]) * (1 if claim.fields["direction"] == "earlier" else -1)
     reported, truth = claim.reported, claim.truth
     moved = np.zeros_like(truth)
     for frame in np.flatnonzero(reported):
@@ -187,7 +187,7 @@ def moved_figures(claim):
     kept = slice(0, len(truth) - by) if by > 0 else slice(-by, None)
     wrong = int((moved != truth)[kept].sum()) + lost
     before = int((reported != truth).sum())
-    numbers = tuple(int(claim.said[name].replace(",", "")) for name in ("moved", "unmoved"))
+    numbers = tuple(int(claim.fields[name].replace(",", "")) for name in ("moved", "unmoved"))
     return numbers == (wrong, before) and wrong * 4 <= before
 
 
@@ -216,27 +216,27 @@ def no_sample_within(claim):
 def answer_of_last_sample(claim):
     frames = claim.samples()
     last = frames[frames <= claim.fault.frame]
-    if claim.said["sample"] is None:
+    if claim.fields["sample"] is None:
         return not len(last)
     unsampled = claim.fault.frame not in frames
-    return unsampled and gap_holds(claim) and float(claim.said["sample"]) == pytest.approx(
+    return unsampled and gap_holds(claim) and float(claim.fields["sample"]) == pytest.approx(
         claim.times[last[-1]], abs=6e-4
     )  # fmt: skip
 
 
 def in_hull(claim):
     """A corner of the other body is a convex sum of the corners of the one, and both surfaces are apart."""
-    item = claim.corners(claim.said["one"], claim.fault.frame)
+    item = claim.corners(claim.fields["one"], claim.fault.frame)
     rows = np.vstack([item.T, np.ones(len(item))])
     inside = any(
         linprog(np.zeros(len(item)), A_eq=rows, b_eq=[*corner, 1.0]).success
-        for corner in claim.corners(claim.said["other"], claim.fault.frame)
+        for corner in claim.corners(claim.fields["other"], claim.fault.frame)
     )
     return claim.settings["shape"] == "hull" and inside and gap_holds(claim)
 
 
 def shapes_meet(claim):
-    """Of hulls and triangle meshes; other shapes are larger than hulls."""
+    """Whether hulls or triangle meshes meet; other shapes are larger than hulls."""
     shape = claim.settings.get("shape", "hull")
     labels = {
         "hull": "convex hulls",
@@ -246,8 +246,8 @@ def shapes_meet(claim):
         "mesh": "triangle meshes",
         "compound": "convex pieces",
     }
-    named = claim.said["shape"] == ("colliders" if claim.name == "mujoco" else labels[shape])
-    return named and gap_holds(claim) and (shape != "hull" or not claim.apart(1e-5))
+    named = claim.fields["shape"] == ("colliders" if claim.name == "mujoco" else labels[shape])
+    return named and gap_holds(claim) and (shape != "hull" or not claim.separated(1e-5))
 
 
 def reach_of(claim):
@@ -265,15 +265,15 @@ def reach_of(claim):
 def within_offset(claim):
     """The hulls or surfaces are no farther apart than the offset reaches, and the shapes themselves are apart."""
     reach = 1e3 * reach_of(claim)
-    near = float(claim.said["near"]) if claim.said.get("near") else None
-    right = float(claim.said["reach"]) == pytest.approx(reach, rel=6e-3)
+    near = float(claim.fields["near"]) if claim.fields.get("near") else None
+    right = float(claim.fields["reach"]) == pytest.approx(reach, rel=6e-3)
     shape = claim.settings.get("shape", "hull")
     if shape == "hull":
-        right &= claim.apart(-1e-6)
-        right &= not claim.apart(1e-3 * reach * 1.001 + 1e-4)
+        right &= claim.separated(-1e-6)
+        right &= not claim.separated(1e-3 * reach * 1.001 + 1e-4)
     if near is not None:
         right &= near <= reach + 0.05
-        claim.said["gap"] = claim.said["near"]
+        claim.fields["gap"] = claim.fields["near"]
     return right and gap_holds(claim)
 
 
@@ -312,8 +312,8 @@ STAGES = {
 
 def cause_of_frames(claim):
     examined, of = claim.fault.agreeing
-    counted = claim.said["examined"] is None if examined == of else int(claim.said["examined"]) == examined
-    return outcome_holds(claim) and examined > 0 and counted and STAGES[claim.said["reason"]](claim)
+    counted = claim.fields["examined"] is None if examined == of else int(claim.fields["examined"]) == examined
+    return outcome_holds(claim) and examined > 0 and counted and STAGES[claim.fields["reason"]](claim)
 
 
 REASON = "|".join(map(re.escape, REASONS["misses"].values()))

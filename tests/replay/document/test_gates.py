@@ -10,7 +10,7 @@ from replay.engine import compute
 
 
 def figures(missed, of, contacts=0, total=4, false=(0, 0), undecided=0, oracle=0, decided=10):
-    """Of an audited detector: pair-frames missed of those in contact, contacts, and what was left undecided."""
+    """Figures of an audited detector: pair-frames missed of those in contact, contacts, and what was left undecided."""
     return audit_of(
         time_missed=proportion(missed, of), contacts_missed=contacts, contacts=total,
         false_contact=proportion(*false), contacts_undecided=int(undecided > 0), contact_frames_undecided=undecided,

@@ -74,7 +74,7 @@ def test_faults_are_of_members_and_say_which():
     assert counts.contacts == 2 and counts.contacts_missed + counts.late_or_cut_short <= 2
 
 
-def test_contact_of_one_member_does_not_hide_false_contact_of_another():
+def test_contact_of_a_member_hides_no_false_contact_of_another():
     """The finger touches throughout, the thumb comes within the contact offset: that is false, with its cause."""
     still = [0.0] * 6
     session = cubes({"finger": still, "thumb": [1.4, 1.3, 1.2, 1.2, 1.3, 1.4], "cup": still}, scene=parse_scene(CUP))

@@ -1,4 +1,4 @@
-"""What stands beside the answer: what was not counted, what times are of, and how many pieces a compound has."""
+"""Notes beside the answer: what was not counted, what times are of, and how many pieces a compound has."""
 
 from dataclasses import replace
 from types import SimpleNamespace

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
-from support.liquid_worlds import COLUMN, MIX, RADIUS, TAP, glass, run_in, still, turned, world
+from support.liquid_worlds import COLUMN, MIX, RADIUS, TAP, glass, run_in, still, tap_rotations, world
 
 from replay.effects.models.outflow import volume_run_out
 from replay.engine import compute
@@ -29,7 +29,7 @@ def test_an_open_tap_runs_at_the_rate_of_torricelli():
 def test_two_burettes_have_each_its_own_volume():
     poses = {name: still(len(OPEN), (0.0, 0.15, 0.0)) for name in ("burette", "other")}
     bodies = [glass(name, fill, cavity=COLUMN) for name, fill in (("burette", 50.0), ("other", 5.0))]
-    poses |= {"tap": turned(OPEN), "flask": still(len(OPEN))}
+    poses |= {"tap": tap_rotations(OPEN), "flask": still(len(OPEN))}
     settings = [("burette", {**TAP, "body": name}) for name in ("burette", "other")]
     series = compute(world(poses, [*bodies, glass("flask"), SceneBody("tap")], *settings)).effects["burette"].series
     for name, fill in (("burette", 50.0), ("other", 5.0)):

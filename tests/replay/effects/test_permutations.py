@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from support.liquid_worlds import COLUMN, TAP, glass, still, tilted, turned, world
+from support.liquid_worlds import COLUMN, TAP, glass, still, tap_rotations, tilted, world
 
 from replay.effects.effect_summary import happened_text
 from replay.engine import compute
@@ -26,7 +26,7 @@ def holding(name, volume, solids=None, cavity=None, **solutes):
 def titration():
     """Soda and hydrogen carbonate, an indicator, and gas."""
     poses = {"burette": still(COUNT, (0.0, 0.15, 0.0)), "flask": still(COUNT)}
-    poses["tap"] = turned([0.0, *([90.0] * (COUNT - 1))])
+    poses["tap"] = tap_rotations([0.0, *([90.0] * (COUNT - 1))])
     bodies = (
         holding("burette", 50.0, cavity=COLUMN, HCl=0.5), holding("flask", 1.0, Na2CO3=0.05, NaHCO3=0.05),
         SceneBody("tap"),

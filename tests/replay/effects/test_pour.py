@@ -62,7 +62,7 @@ def test_volumes_are_conserved_and_none_is_negative_whatever_is_done(degrees, fi
 
 @pytest.mark.parametrize(("beside", "target"), [(0.0, "b"), (RADIUS - 1e-4, "b"), (RADIUS + 1e-4, "")])
 def test_a_pour_enters_the_opening_below_the_lip(beside, target):
-    moved = moves(poured([0.0, 0.0, 60.0, 60.0, 60.0], place=(beside, 0.0, 0.0))["pour"])
+    moved = moves(poured([0.0, 0.0, 60.0, 60.0, 60.0], position=(beside, 0.0, 0.0))["pour"])
     assert {event[2] for event in moved} == {target}
 
 
@@ -101,7 +101,7 @@ def test_a_full_receiver_runs_over_its_brim():
 
 def test_a_missed_stream_is_spilled_where_it_lands():
     degrees = [0.0, 0.0, 60.0, 60.0, 60.0, 0.0]
-    pour = poured(degrees, place=(3 * RADIUS, -0.1, 0.0))["pour"]
+    pour = poured(degrees, position=(3 * RADIUS, -0.1, 0.0))["pour"]
     (event,) = pour.events
     assert event.name == "spill" and event.level == "warning" and event.bodies == ("a",)
     assert event.time == pytest.approx(0.03) and event.point[1] == pytest.approx(-0.1)

@@ -25,7 +25,7 @@ from sessions.meshes.conventions import quaternion_from_euler
 CONTRIBUTING = (Path(__file__).resolve().parents[3] / ".github" / "CONTRIBUTING.md").read_text("utf-8")
 SECTION = CONTRIBUTING.partition("## Where everything of the paper is")[2].partition("\n## ")[0]
 ROWS = [[cell.strip() for cell in line.strip("|").split("|")] for line in SECTION.splitlines() if line[:1] == "|"][2:]
-PLACES = {place for row in ROWS for place in re.findall("`([^`]+)`", row[2])}
+ENTRIES = {entry for row in ROWS for entry in re.findall("`([^`]+)`", row[2])}
 
 
 def test_table_names_every_equation_table_figure_and_detection_kind():
@@ -52,13 +52,13 @@ def run_folder(tmp_path_factory):
     return replay.run(session, detectors="discrete[rate_hz=20]", oracle="exact", out=out, picture=False).out
 
 
-def is_a_function(place):
-    module, _, names = place.partition(":")
+def is_a_function(entry):
+    module, _, names = entry.partition(":")
     return callable(reduce(getattr, names.split("."), import_module(module)))
 
 
-def is_a_command(place):
-    _, *text = place.split()
+def is_a_command(entry):
+    _, *text = entry.split()
     verbs = [*takewhile(lambda word: not word.startswith("-"), text)]
     if verbs[0] == "guide":
         return page(verbs[1]) != ""
@@ -67,15 +67,15 @@ def is_a_command(place):
     return named and all(word in printed for word in text if word.startswith("-"))
 
 
-@pytest.mark.parametrize("place", sorted(PLACES))
-def test_every_entry_of_the_table_opens(place, run_folder):
-    file, _, column = place.partition(".parquet: ")
+@pytest.mark.parametrize("entry", sorted(ENTRIES))
+def test_every_entry_of_the_table_opens(entry, run_folder):
+    file, _, column = entry.partition(".parquet: ")
     if column:
         assert column in pq.read_schema(run_folder / f"{file}.parquet").names
-    elif place.startswith("replay "):
-        assert is_a_command(place)
+    elif entry.startswith("replay "):
+        assert is_a_command(entry)
     else:
-        assert is_a_function(place)
+        assert is_a_function(entry)
 
 
 def test_printed_equations_move_points_as_the_functions_do():

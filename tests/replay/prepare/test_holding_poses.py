@@ -1,4 +1,4 @@
-"""What a run holds of a recording: all of it, decoded once; of one that is too long the part that is asked for."""
+"""Poses that a run holds of a recording: all, decoded once; of one that is too long the window it needs."""
 
 from dataclasses import replace
 
@@ -55,13 +55,13 @@ def too_long(monkeypatch):
     monkeypatch.setattr(holding_poses, "DECODED_POSES", 1_000)
 
 
-def reported(result, low, high):
+def reported(result, earliest, latest):
     """Verdicts, poses and flags between two seconds."""
     assembly = result.assembly
-    rows = (assembly.motion.times >= low) & (assembly.motion.times <= high)
-    flags = [(span.kind, span.start, span.end) for span in result.repaired.spans if low <= span.start <= high]
+    rows = (assembly.motion.times >= earliest) & (assembly.motion.times <= latest)
+    flags = [(span.kind, span.start, span.end) for span in result.repaired.spans if earliest <= span.start <= latest]
     findings = [
-        (item.code, item.start) for item in result.repaired.findings if item.start and low <= item.start <= high
+        (item.code, item.start) for item in result.repaired.findings if item.start and earliest <= item.start <= latest
     ]
     return (
         assembly.motion.times[rows].tolist(), assembly.motion.translations[rows].tolist(),

@@ -13,7 +13,7 @@ RECORDED = np.full((5, 2), PoseOrigin.RECORDED, dtype=np.uint8)
 
 
 def placed(scene, bodies, origin=RECORDED):
-    """Of the tracks of a hand and a glass over five frames."""
+    """Poses from the tracks of a hand and a glass over five frames."""
     frames = FilledFrames(np.arange(5), POSITIONS, ROTATIONS.as_quat().reshape(5, 2, 4), origin)
     room = Placed.empty(5, len(bodies))
     Kinematics(scene, ("hand", "glass"), bodies).place(frames, room)

@@ -1,4 +1,4 @@
-"""What a recording tells about its scene: who comes near, who is held."""
+"""A scene drafted from a recording: who comes near, who is held."""
 
 import numpy as np
 from support.small_worlds import cube

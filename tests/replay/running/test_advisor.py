@@ -19,7 +19,7 @@ POSITIONS = {
 
 @pytest.fixture
 def plain(monkeypatch):
-    """As if the extra `engines` were not installed."""
+    """Hides the extra `engines`, as if it were not installed."""
     monkeypatch.setattr(advisor, "find_spec", lambda name: None)
 
 

@@ -25,7 +25,7 @@ def test_missing_dask_or_scheduler_is_a_sentence(monkeypatch):
         do_all(str, {"a": ()}, 2)
 
 
-class Places:
+class Slots:
     """Two workers: a task that says so dies with its worker, always or at first; ``working`` says who did which."""
 
     def __init__(self, *_):
@@ -40,9 +40,9 @@ class Places:
     def places(self):
         return ["x", "y"]
 
-    def submit(self, place, work, arguments):
+    def submit(self, slot, work, arguments):
         self.working.append(arguments)
-        return len(self.working) - 1, place, work(*arguments)
+        return len(self.working) - 1, slot, work(*arguments)
 
     def finished(self, working):
         for task in working:
@@ -54,7 +54,7 @@ class Places:
 
 
 def test_task_that_kills_its_worker_is_tried_three_times(monkeypatch):
-    monkeypatch.setattr(workers, "Workers", Places)
+    monkeypatch.setattr(workers, "Workers", Slots)
     reported, dead = [], []
     tasks = {"a": "", "b": "die", "c": "it was not to be", "d": "die once", "e": workers.KEPT}
     failed = do_all(

@@ -7,7 +7,7 @@ from io import StringIO
 import pyarrow.parquet as pq
 import pytest
 from rich.console import Console
-from support.report_states import PLACES, SCENE, TWO, steady, with_steady_times
+from support.report_states import POSITIONS, SCENE, TWO, steady, with_steady_times
 from support.small_worlds import cubes
 
 import replay
@@ -103,13 +103,13 @@ def all_texts(result):
 @pytest.fixture(scope="module")
 def faulty():
     """A run with misses, false contacts and an effect."""
-    places = PLACES | {"b": [3, 0.9, 3, 1.01, 3, 3, 3, 3]}
+    places = POSITIONS | {"b": [3, 0.9, 3, 1.01, 3, 3, 3, 3]}
     box = "box=collider[shape=box,skin_m=0.05]"
     return with_steady_times(compute(cubes(places, scene=SCENE), detectors=f"{TWO},{box}", oracle="exact"))
 
 
 @pytest.mark.parametrize("table", TABLES)
-def test_a_new_column_of_any_table_is_seen_in_five_outputs(faulty, table, monkeypatch):
+def test_new_column_of_any_table_reaches_five_outputs(faulty, table, monkeypatch):
     monkeypatch.setitem(run_tables.COLUMNS, table, (*run_tables.COLUMNS[table], MARKER))
     texts = all_texts(faulty)
     assert texts.keys() == set(OUTPUTS)

@@ -27,15 +27,15 @@ def printed(made):
 
 
 @pytest.fixture(scope="module")
-def apart():
+def distant():
     """Two cubes whose balls overlap, 1.3 m from middle to middle: 300 mm from face to face."""
     return compute(cubes({"a": [0] * 6, "b": [3, 1.3, 1.3, 3, 0.9, 3]}), detectors="sphere")
 
 
-def test_a_wide_gap_is_read_in_millimetres(apart):
-    page = report_html(apart)
+def test_a_wide_gap_is_read_in_millimetres(distant):
+    page = report_html(distant)
     body = re.sub(r"<style>.*?</style>|data:[^\"]*|<path[^>]*>", "", page, flags=re.DOTALL)
-    screens = [printed(run_screen(apart)), printed(run_tables(apart)), answer_text(apart), body]
+    screens = [printed(run_screen(distant)), printed(run_tables(distant)), answer_text(distant), body]
     assert [result for screen in screens for result in EXPONENT.findall(screen)] == []
     assert "300 mm" in screens[0] and "300 mm" in body
 

@@ -11,7 +11,7 @@ import pyarrow.parquet as pq
 import pytest
 import rerun as rr
 from rich.console import Console
-from support.planted_sessions import STATES, became, missed, run, stretches
+from support.planted_sessions import STATES, missed, outcomes, run, runs_of
 from support.viewers import recording_text
 
 import replay
@@ -48,9 +48,9 @@ def test_every_output_has_the_numbers_of_the_tables(state, tmp_path):
     write_run_folder(result, tmp_path / "run", picture=True)
     page, picture = ((tmp_path / "run" / name) for name in ("report.html", "run.rrd"))
     page, picture = page.read_text(encoding="utf-8"), recording_text(picture)
-    outcome, (contacts, lost) = became(truth, output), missed(truth, output)
-    wrong = [(first, count) for first, count, word in stretches(outcome) if word == "false"]
-    ends = [set(outcome[first : first + count]) for first, count, letter in stretches(truth) if letter == "C"]
+    outcome, (contacts, lost) = outcomes(truth, output), missed(truth, output)
+    wrong = [(first, count) for first, count, word in runs_of(outcome) if word == "false"]
+    ends = [set(outcome[first : first + count]) for first, count, letter in runs_of(truth) if letter == "C"]
     whole, late, open_ = (ends.count(sentence) for sentence in ({"MISSED"}, {"MISSED", "both"}, {"left out"}))
     counts = [outcome.count(word) for word in COUNTED]
 

@@ -44,7 +44,7 @@ def test_glass_is_translucent_and_the_user_never_hides_a_contact(tags, least, mo
     assert least <= albedo(tuple(tags.split()))[3] <= most
 
 
-SEEN_AS = {
+VISION = {
     "protan": [[0.152, 1.053, -0.205], [0.115, 0.786, 0.099], [-0.004, -0.048, 1.052]],
     "deutan": [[0.367, 0.861, -0.228], [0.280, 0.673, 0.047], [-0.012, 0.043, 0.969]],
     "tritan": [[1.256, -0.077, -0.179], [-0.078, 0.931, 0.148], [0.005, 0.691, 0.304]],
@@ -60,16 +60,16 @@ def lab(linear):
     return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])
 
 
-@pytest.mark.parametrize("eyes", SEEN_AS)
+@pytest.mark.parametrize("eyes", VISION)
 @pytest.mark.parametrize("colours", [palette.LIGHT, palette.DARK], ids=["light", "dark"])
 def test_kinds_differ_for_every_kind_of_colour_vision(colours, eyes):
     linear = {
         kind: ((np.array(palette.rgba_of(text)[:3]) / 255 + 0.055) / 1.055) ** 2.4 for kind, text in colours.items()
     }
-    seen = {kind: lab(np.array(SEEN_AS[eyes]) @ value) for kind, value in linear.items()}
-    pairs = [(a, b) for a in seen for b in seen if a < b]
+    perceived = {kind: lab(np.array(VISION[eyes]) @ value) for kind, value in linear.items()}
+    pairs = [(a, b) for a in perceived for b in perceived if a < b]
     # Ten units are told apart side by side; small marks at a distance need more.
-    assert min(float(np.linalg.norm(seen[a] - seen[b])) for a, b in pairs) > 20
+    assert min(float(np.linalg.norm(perceived[a] - perceived[b])) for a, b in pairs) > 20
 
 
 def test_pages_picture_and_terminal_share_the_colours():

@@ -17,7 +17,7 @@ from sessions.importers.csv_draft import UnknownColumnsError
 COUNT = 12
 TIME = np.arange(COUNT) / 90
 LOGS = Path(__file__).with_name("logs")
-PLACE, TURN = np.split(np.loadtxt(LOGS / "poses.txt").reshape(2, COUNT, 7), [3], axis=2)
+POSITIONS, QUATERNIONS = np.split(np.loadtxt(LOGS / "poses.txt").reshape(2, COUNT, 7), [3], axis=2)
 KINDS = tomllib.loads((LOGS / "logs.toml").read_text("utf-8"))
 
 
@@ -36,7 +36,7 @@ def test_completed_draft_gives_written_poses(tmp_path, capsys, kind):
     assert session.names == tuple(case["bodies"])
     for body, name in enumerate(session.names):
         track = session.tracks[name]
-        assert has_poses(track, PLACE[body], Rotation.from_quat(TURN[body]))
+        assert has_poses(track, POSITIONS[body], Rotation.from_quat(QUATERNIONS[body]))
         seconds = (track.times_ns - track.times_ns[0]) / 1e9
         assert np.allclose(seconds, TIME * case.get("slower", 1), atol=case.get("rounded_s", 2e-6))
 

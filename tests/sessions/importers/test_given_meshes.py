@@ -24,12 +24,12 @@ def mesh_file(folder, kind, vertices, faces):
     return path
 
 
-def recording(folder, convention, turn, place):
+def recording(folder, convention, orientation, translation):
     """A CSV of one pose of ``tool`` in the axes of a convention."""
     to_source = TO_SOURCE[convention]
     matrix = changed(np.eye(3), to_source).T
-    rotation = Rotation.from_matrix(matrix @ turn.as_matrix() @ matrix.T)
-    numbers = [*changed(place, to_source)[0], *rotation.as_quat()]
+    rotation = Rotation.from_matrix(matrix @ orientation.as_matrix() @ matrix.T)
+    numbers = [*changed(translation, to_source)[0], *rotation.as_quat()]
     (folder / "take.csv").write_text("t,x,y,z,qx,qy,qz,qw\n0," + ",".join(map(repr, map(float, numbers))) + "\n")
     (folder / "map.toml").write_text(
         f'convention = "{convention}"\nunits = "m"\n[time]\ncolumn = "t"\nunit = "s"\n[bodies.tool]\n'

@@ -36,10 +36,10 @@ ROTATIONS = [Rotation.from_quat(rotations) for rotations in ROTATIONS]
 FRAME, FRAMES = "foxglove.FrameTransform", "foxglove.FrameTransforms"
 
 
-def placed(of, row, place="translation", turn="rotation"):
+def placed(of, row, position="translation", rotation="rotation"):
     """Pose number ``row`` of those of a body."""
     values = POSITIONS[of][row].tolist(), ROTATIONS[of][row].as_quat().tolist()
-    return {place: dict(zip("xyz", values[0], strict=True)), turn: dict(zip("xyzw", values[1], strict=True))}
+    return {position: dict(zip("xyz", values[0], strict=True)), rotation: dict(zip("xyzw", values[1], strict=True))}
 
 
 def moved(parent, child, stamp=1, of=0, row=0):
@@ -52,21 +52,21 @@ def as_json(path, messages, encoding="json", profile=""):
     with path.open("wb") as stream:
         writer, channels = Writer(stream), {}
         writer.start(profile=profile)
-        for topic, schema, stamp, said in messages:
+        for topic, schema, stamp, rows in messages:
             if topic not in channels:
                 number = writer.register_schema(schema, "jsonschema", b"{}")
                 channels[topic] = writer.register_channel(topic, encoding, number)
-            writer.add_message(channels[topic], int(stamp), json.dumps(said).encode(), int(stamp))
+            writer.add_message(channels[topic], int(stamp), json.dumps(rows).encode(), int(stamp))
         writer.finish()
     return path
 
 
 def joined(*chain):
     """Places and rotations in the root, of (body, row or all rows) from the root down."""
-    place, turn = np.zeros(3), Rotation.identity()
+    position, rotation = np.zeros(3), Rotation.identity()
     for of, row in chain:
-        place, turn = place + turn.apply(POSITIONS[of][row]), turn * ROTATIONS[of][row]
-    return np.tile(place, (COUNT, 1)) if place.ndim == 1 else place, turn
+        position, rotation = position + rotation.apply(POSITIONS[of][row]), rotation * ROTATIONS[of][row]
+    return np.tile(position, (COUNT, 1)) if position.ndim == 1 else position, rotation
 
 
 ALL = slice(None)
@@ -82,9 +82,9 @@ def test_frames_are_composed_to_root_at_their_own_stamps(format):
     }  # fmt: skip
     assert set(session.names) == {*expected} and not session.meshes  # no frame of a robot gets a stand-in
     for name, chain in expected.items():
-        place, turn = joined(*chain)
-        turn = Rotation.concatenate([turn] * COUNT) if turn.single else turn
-        assert has_poses(session.tracks[name], place, turn, ROS, STAMPS)
+        position, rotation = joined(*chain)
+        rotation = Rotation.concatenate([rotation] * COUNT) if rotation.single else rotation
+        assert has_poses(session.tracks[name], position, rotation, ROS, STAMPS)
     facts = session.facts
     assert (facts["source_convention"], facts["handedness"], facts["source_units"]) == ("ros", "right", "m")
     assert facts["assumed"].startswith("axes ros") and "interpolated" not in facts["conversions"]
@@ -92,9 +92,9 @@ def test_frames_are_composed_to_root_at_their_own_stamps(format):
 
 
 def test_unstamped_poses_use_log_time_and_covariance_is_ignored(tmp_path):
-    seen = {"pose": placed(0, 0, "position", "orientation"), "covariance": []}
-    said = [("/a", "geometry_msgs/PoseWithCovarianceStamped", k, {"pose": seen}) for k in (5, 8)]
-    session = import_session("mcap", as_json(tmp_path / "a.mcap", said))
+    pose = {"pose": placed(0, 0, "position", "orientation"), "covariance": []}
+    rows = [("/a", "geometry_msgs/PoseWithCovarianceStamped", k, {"pose": pose}) for k in (5, 8)]
+    session = import_session("mcap", as_json(tmp_path / "a.mcap", rows))
     assert has_poses(session.tracks["a"], POSITIONS[0][[0, 0]], ROTATIONS[0][[0, 0]], ROS, [5, 8])
     assert "2 poses without a stamp have the time they were logged at" in session.facts["conversions"]
 
@@ -109,12 +109,12 @@ def test_frames_with_own_clocks_are_interpolated_within_gaps(tmp_path):
     track = session.tracks["cup"]
     row = np.flatnonzero(np.isin(track.times_ns, cup))[1]
     k = int(np.flatnonzero(cup == track.times_ns[row])[0])
-    share = (track.times_ns[row] - hand[k]) / STEP
-    turn = Slerp([0, 1], ROTATIONS[0][[k, k + 1]])([share])[0]
-    place = (1 - share) * POSITIONS[0][k] + share * POSITIONS[0][k + 1] + turn.apply(POSITIONS[1][k])
-    assert np.allclose(track.positions[row], ROS @ place, atol=1e-9)
-    got = Rotation.from_quat(track.quaternions_xyzw[row]).as_matrix()
-    assert np.allclose(got, ROS @ (turn * ROTATIONS[1][k]).as_matrix() @ ROS.T, atol=1e-9)
+    fraction = (track.times_ns[row] - hand[k]) / STEP
+    rotation = Slerp([0, 1], ROTATIONS[0][[k, k + 1]])([fraction])[0]
+    position = (1 - fraction) * POSITIONS[0][k] + fraction * POSITIONS[0][k + 1] + rotation.apply(POSITIONS[1][k])
+    assert np.allclose(track.positions[row], ROS @ position, atol=1e-9)
+    actual = Rotation.from_quat(track.quaternions_xyzw[row]).as_matrix()
+    assert np.allclose(actual, ROS @ (rotation * ROTATIONS[1][k]).as_matrix() @ ROS.T, atol=1e-9)
     quiet = (track.times_ns > hand[2]) & (track.times_ns < hand[22])
     assert quiet.sum() == 20 and (track.valid == ~quiet).all()
 
@@ -131,18 +131,18 @@ STILL = "2 of 3 names dropped: that stand still and that no transform joins to i
     ],
 )
 def test_unconnected_frames_are_left_out_and_listed(tmp_path, moves, names, text):
-    said = [("/tf", FRAME, stamp, moved(parent, child, stamp)) for parent, child, stamp in moves]
-    session = import_session("mcap", as_json(tmp_path / "a.mcap", said))
+    rows = [("/tf", FRAME, stamp, moved(parent, child, stamp)) for parent, child, stamp in moves]
+    session = import_session("mcap", as_json(tmp_path / "a.mcap", rows))
     assert [*session.names] == names and text in books(session)
 
 
 def test_requested_roots_form_a_single_world(tmp_path):
-    said = [
+    rows = [
         (topic, FRAME, k, moved(parent, topic[1:], k, k, k))
         for k in (1, 2)
         for topic, parent in (("/a", "map"), ("/b", "room"))
     ]
-    session = import_session("mcap", as_json(tmp_path / "a.mcap", said), topics=["/a", "/b"])
+    session = import_session("mcap", as_json(tmp_path / "a.mcap", rows), topics=["/a", "/b"])
     assert {*session.names} == {"a", "b"} and "frames 'map', 'room' taken for one world" in session.facts["assumed"]
 
 
@@ -168,8 +168,8 @@ STAMPED = {
 @pytest.mark.parametrize("kind", STAMPED)
 def test_stamps_of_any_form_are_read_or_refused(tmp_path, kind):
     stamp, expected = STAMPED[kind]
-    said = [("/t", FRAME, 100 + k, {**moved("world", "cup", row=k), "timestamp": stamp(k)}) for k in (1, 2)]
-    path = as_json(tmp_path / "a.mcap", said)
+    rows = [("/t", FRAME, 100 + k, {**moved("world", "cup", row=k), "timestamp": stamp(k)}) for k in (1, 2)]
+    path = as_json(tmp_path / "a.mcap", rows)
     if isinstance(expected, str):
         refused("mcap", path, expected)
         return
@@ -264,7 +264,7 @@ def whole_messages(path):
         for record in StreamReader(stream, emit_chunks=True).records:
             if isinstance(record, Chunk):
                 with suppress(CRCValidationError):
-                    messages += [part for part in breakup_chunk(record, True) if isinstance(part, Message)]
+                    messages += [item for item in breakup_chunk(record, True) if isinstance(item, Message)]
             elif isinstance(record, Message):
                 messages.append(record)
     return messages
@@ -272,8 +272,8 @@ def whole_messages(path):
 
 def of(*moves, schema=FRAME, **how):
     """A writer of a file of these transforms, or of what they say."""
-    said = [moved(*move) if isinstance(move, tuple) else move for move in moves]
-    return lambda path: as_json(path, [("/t", schema, 10, one) for one in said], **how)
+    rows = [moved(*move) if isinstance(move, tuple) else move for move in moves]
+    return lambda path: as_json(path, [("/t", schema, 10, content) for content in rows], **how)
 
 
 def half(path):
@@ -322,8 +322,8 @@ BROKEN = {
 
 @pytest.mark.parametrize("name", BROKEN)
 def test_broken_file_is_refused_in_a_sentence_without_output(tmp_path, name, capfd):
-    write, words = BROKEN[name]
-    refused("mcap", write(tmp_path / "a.mcap"), words)
+    write, sentence = BROKEN[name]
+    refused("mcap", write(tmp_path / "a.mcap"), sentence)
     assert capfd.readouterr() == ("", "")
 
 

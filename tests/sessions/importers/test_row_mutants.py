@@ -92,8 +92,8 @@ def unity_csv(folder, records):
 
 def aframe(folder, records):
     def pose(stamp, x):
-        place, angles = {"x": x, "y": 0, "z": 0}, {"x": 0, "y": 0, "z": 0}
-        return {"timestamp": stamp / 1e6, "position": place, "rotation": angles}
+        position, angles = {"x": x, "y": 0, "z": 0}, {"x": 0, "y": 0, "z": 0}
+        return {"timestamp": stamp / 1e6, "position": position, "rotation": angles}
 
     devices = {name: {"poses": [pose(*row) for row in rows]} for name, rows in of_body(records).items()}
     (folder / "take.json").write_text(json.dumps(devices))
@@ -108,14 +108,14 @@ def transforms(folder, records):
             "/tf", "json", writer.register_schema("foxglove.FrameTransform", "jsonschema", b"{}")
         )
         for name, stamp, x in records:
-            place, turn = {"x": x, "y": 0, "z": 0}, dict(zip("xyzw", QUATERNION, strict=True))
+            position, rotation = {"x": x, "y": 0, "z": 0}, dict(zip("xyzw", QUATERNION, strict=True))
             time = {"sec": str(stamp // 10**9), "nsec": stamp % 10**9}
             message = {
                 "timestamp": time,
                 "parent_frame_id": "world",
                 "child_frame_id": name,
-                "translation": place,
-                "rotation": turn,
+                "translation": position,
+                "rotation": rotation,
             }
             writer.add_message(channel, 5, json.dumps(message).encode(), 5)
         writer.finish()
@@ -154,16 +154,16 @@ TYPES = ("PositionX", "PositionY", "PositionZ", "OrientationB", "OrientationC", 
 
 def streams(folder, records):
     """A stream for each stretch of records of a body, as of one that was interrupted and came back."""
-    parts = []
+    chunks = []
     for number, (name, rows) in enumerate(of_body(records).items()):
         described = [{"label": kind, "type": kind, "object": name} for kind in TYPES]
-        for half, part in enumerate((rows[:30], rows[30:])):
-            if part:
-                stamps = np.array([stamp / 1e9 for stamp, _ in part])
-                values = np.array([[x, 0, 0, *QUATERNION] for _, x in part])
-                parts += [stream_header(2 * number + half + 1, "Mocap", "MoCap", described)]
-                parts += [samples(2 * number + half + 1, stamps, values)]
-    return xdf_file(folder, *parts)
+        for half, samples_of_half in enumerate((rows[:30], rows[30:])):
+            if samples_of_half:
+                stamps = np.array([stamp / 1e9 for stamp, _ in samples_of_half])
+                values = np.array([[x, 0, 0, *QUATERNION] for _, x in samples_of_half])
+                chunks += [stream_header(2 * number + half + 1, "Mocap", "MoCap", described)]
+                chunks += [samples(2 * number + half + 1, stamps, values)]
+    return xdf_file(folder, *chunks)
 
 
 OPENXR = {"convention": "openxr"}

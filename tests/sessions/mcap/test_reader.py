@@ -56,9 +56,9 @@ def test_stream_is_decoded_once_on_first_use(tmp_path, monkeypatch):
     assert scalars["heart"] is scalars["heart"] is heart and requested == ["/scalars/"]
 
 
-def damaged(path, place, byte=None):
+def damaged(path, offset, byte=None):
     data = bytearray(path.read_bytes())
-    data[place] ^= 0xFF if byte is None else byte
+    data[offset] ^= 0xFF if byte is None else byte
     path.write_bytes(data)
 
 

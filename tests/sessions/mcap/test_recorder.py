@@ -33,7 +33,7 @@ def record_frames(recorder, frames):
 
 
 def saved(partial):
-    """What is in a partial file that holds a frame, within 20 seconds."""
+    """Contents of a partial file that holds a frame, within 20 seconds."""
     out, deadline = partial.with_name("saved.mcap"), time.monotonic() + 20
     while True:
         try:

@@ -1,4 +1,4 @@
-"""What the doctor says of a damaged file and what is saved of it, side by side."""
+"""The doctor's words on a damaged file and what is saved of it, side by side."""
 
 import hashlib
 import re
@@ -41,7 +41,7 @@ def listed(*names):
 
 
 def record(opcode, change=lambda data, start, end: flipped(data, start, end, 4, 1), skipped=9):
-    """What changes the first record of a kind, behind its head or further."""
+    """A change of the first record of a kind, behind its head or further."""
 
     def damage(data):
         start, end = next((start, end) for result, start, end in records(data) if result == opcode)

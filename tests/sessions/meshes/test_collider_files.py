@@ -67,7 +67,7 @@ def test_colliders_below_a_body_node_use_its_frame_and_scale(tmp_path):
 
 
 def test_body_mesh_beside_named_colliders_is_no_collider(tmp_path):
-    """As Unreal's importer takes a file; without such names the mesh of the body is its collider."""
+    """Unreal's importer takes a file so; without such names the mesh of the body is its collider."""
     pose = moved(0, 0, 0)
     hulls = read_colliders(write(tmp_path / "c.glb", ("a", RING, pose), ("UCX_a_00", BOX, pose)), ["a"])
     result, text = hulls.solids, hulls.words
@@ -107,7 +107,7 @@ def test_a_scene_names_them_and_replaces_those_recorded(tmp_path):
 
 
 def filled(template, values):
-    """What the script makes of an interpolated string: ``{{`` is a brace, ``{word}`` a value."""
+    """The text that the script makes of an interpolated string: ``{{`` is a brace, ``{word}`` a value."""
     return re.sub(r"{{|}}|{([^{}]+)}", lambda result: str(values[result[1]]) if result[1] else result[0][0], template)
 
 

@@ -1,4 +1,4 @@
-"""What OBJ, PLY and OFF files of other programs say besides the plain case, and what none of them may say."""
+"""OBJ, PLY and OFF files of other programs besides the plain case, and what none of them may say."""
 
 import struct
 import tracemalloc

@@ -118,9 +118,9 @@ def test_joint_motion_becomes_poses_of_forward_kinematics(arm, tmp_path, file):
     rng = np.random.default_rng(2)
     if file.endswith("npz"):
         cup = np.concatenate([rng.normal(size=(5, 3)), Rotation.random(5, random_state=1).as_quat()], axis=1)
-        parts = {"robot": rng.normal(size=(5, 2)), "cup": cup, "ghost": rng.normal(size=(5, 1))}
-        np.savez(arm.with_name(file), time=0.02 * np.arange(5), **parts)
-        qpos = np.concatenate([*parts.values()], axis=1)
+        columns = {"robot": rng.normal(size=(5, 2)), "cup": cup, "ghost": rng.normal(size=(5, 1))}
+        np.savez(arm.with_name(file), time=0.02 * np.arange(5), **columns)
+        qpos = np.concatenate([*columns.values()], axis=1)
     else:
         text = arm.read_text().replace("<freejoint/>", '<joint name="slide" type="slide"/>')
         arm.write_text(text.replace("<joint/>", '<joint name="spin"/>'))
@@ -151,11 +151,11 @@ def test_pose_of_seven_numbers_moves_three_slides_and_three_hinges(arm):
     np.savez(arm.with_suffix(".npz"), time=np.arange(4.0), robot=np.zeros((4, 2)), cup=poses)
     session = import_session("mjcf", arm)
     column = session.names.index("cup")
-    turned = Rotation.from_quat(session.frames.quaternion_xyzw[:, column]).as_matrix()
-    assert np.abs(turned - [[1, 0, 0], [0, 0, 1], [0, -1, 0]] @ rotations.as_matrix()).max() <= 1e-9
+    rotated = Rotation.from_quat(session.frames.quaternion_xyzw[:, column]).as_matrix()
+    assert np.abs(rotated - [[1, 0, 0], [0, 0, 1], [0, -1, 0]] @ rotations.as_matrix()).max() <= 1e-9
 
 
-def test_surface_is_what_is_drawn_unless_it_hides_in_its_colliders(tmp_path):
+def test_drawn_mesh_is_the_surface_unless_colliders_hide_it(tmp_path):
     path = tmp_path / "links.xml"
     drawn = '<geom type="box" size="{0} {0} {0}" contype="0" conaffinity="0" group="1"/>'
     solid = '<geom type="sphere" size="0.1" group="3"/>'

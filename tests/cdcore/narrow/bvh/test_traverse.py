@@ -46,7 +46,9 @@ def test_relative_arithmetic_stays_within_the_pad_of_the_reference_vertices(dist
         true = np.array([float(x) for x in exact_inverse_times(rotation_b, offset)])
         quick = (rotation_b.T @ rotation_a) @ corner + rotation_b.T @ (move_a - move_b)
         size = np.linalg.norm(corner) + np.linalg.norm(move_a) + np.linalg.norm(move_b)
-        skew = sum(np.linalg.norm(turn.T @ turn - np.eye(3)) for turn in (rotation_a, rotation_b))
+        skew = sum(
+            np.linalg.norm(frame_rotation.T @ frame_rotation - np.eye(3)) for frame_rotation in (rotation_a, rotation_b)
+        )
         worst = max(worst, np.linalg.norm(true - quick) / position_pad(size, skew))
     assert worst < 0.1
 
@@ -58,14 +60,14 @@ def gap_of(row, frame, pad):
 
 
 @pytest.mark.sampled(3)
-@pytest.mark.parametrize("apart", [0.0, 3.0, 30.0])
-def test_no_two_corners_are_nearer_than_the_gap(apart):
-    scene = EightFrames(1, apart=apart)
+@pytest.mark.parametrize("separation", [0.0, 3.0, 30.0])
+def test_no_two_corners_are_nearer_than_the_gap(separation):
+    scene = EightFrames(1, separation=separation)
     for frame in range(8):
         gap = gap_of(scene.row, frame, scene.pad)
         first, second = (world.reshape(-1, 3) for world in scene.world(frame))
         assert gap <= np.linalg.norm(first[:, None] - second[None], axis=2).min()
-        assert apart < 30 or gap > 20
+        assert separation < 30 or gap > 20
 
 
 def test_root_gap_is_between_box_and_ball():
@@ -92,5 +94,5 @@ def test_the_chord_is_the_largest_spectral_distance_from_the_middle(seed):
     scene = EightFrames(seed)
     rotations = scene.relative[:72].reshape(3, 3, 8).transpose(2, 0, 1)
     assert np.array_equal(scene.middle[:9].reshape(3, 3), rotations[4])
-    largest = max(np.linalg.norm(turn - rotations[4], 2) for turn in rotations)
+    largest = max(np.linalg.norm(frame_rotation - rotations[4], 2) for frame_rotation in rotations)
     assert largest * (1 - 1e-13) <= scene.chord <= largest * (1 + 1e-9) + 1e-15

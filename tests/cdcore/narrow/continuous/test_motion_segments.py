@@ -10,9 +10,9 @@ from cdcore.narrow.continuous.motion_segments import ANGLE, leg_bounds, leg_pads
 from cdcore.poses.kernels import relative_row
 
 
-def leg_between(turn, position, turn_after, place_after):
-    positions = np.array([position, place_after], dtype=float)
-    return legs_of(np.array([turn, turn_after]), positions, np.array([1]))[:, 0]
+def leg_between(matrix, position, rotation_after, position_after):
+    positions = np.array([position, position_after], dtype=float)
+    return legs_of(np.array([matrix, rotation_after]), positions, np.array([1]))[:, 0]
 
 
 def pose_of(leg, fraction):
@@ -25,9 +25,9 @@ def random_segment(rng, angle=None, size=1.0):
     first = Rotation.from_rotvec(rng.normal(size=3))
     axis = rng.normal(size=3)
     axis /= np.linalg.norm(axis)
-    turn = Rotation.from_rotvec(axis * (rng.uniform(0, 3.1) if angle is None else angle))
+    matrix = Rotation.from_rotvec(axis * (rng.uniform(0, 3.1) if angle is None else angle))
     return leg_between(
-        first.as_matrix(), rng.normal(size=3) * size, (turn * first).as_matrix(), rng.normal(size=3) * size
+        first.as_matrix(), rng.normal(size=3) * size, (matrix * first).as_matrix(), rng.normal(size=3) * size
     )
 
 
@@ -45,8 +45,8 @@ def test_legs_rotate_at_constant_rate_between_exact_ends(degrees):
             assert np.array_equal(np.column_stack(pose_of(leg, end)), np.column_stack([rotation.as_matrix(), position]))
         slerp = Slerp([0, 1], Rotation.concatenate([first, second]))
         for fraction in (0.125, 0.5, 0.9):
-            turn, position = pose_of(leg, fraction)
-            assert np.abs(turn - slerp(fraction).as_matrix()).max() < 1e-13
+            matrix, position = pose_of(leg, fraction)
+            assert np.abs(matrix - slerp(fraction).as_matrix()).max() < 1e-13
             assert np.allclose(position, [fraction, 1, 2 - fraction], atol=1e-15)
 
 

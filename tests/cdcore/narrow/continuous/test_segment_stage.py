@@ -37,9 +37,11 @@ def stage_of(a, b, **options):
     return SegmentStage(build_box_trees([a, b]), PAIR, **requested)
 
 
-def decide(stage, directions, times=(0.0, 1.0), turned=None):
+def decide(stage, directions, times=(0.0, 1.0), rotations=None):
     """One leg from (2, 2, 3) places; rotations (2, 3, 3) of both bodies, the same at both ends."""
-    rotation = np.tile(np.eye(3) if turned is None else turned, (2, 1, 1, 1) if turned is not None else (2, 2, 1, 1))
+    rotation = np.tile(
+        np.eye(3) if rotations is None else rotations, (2, 1, 1, 1) if rotations is not None else (2, 2, 1, 1)
+    )
     return stage.decide(np.array(times), rotation, np.asarray(directions, float), np.array([1]), np.array([0]))
 
 
@@ -49,7 +51,7 @@ def whole_number_faces(rng, kind):
     return (KINDS["degenerate"](rng)[rng.integers(0, 24)] - 2).astype(int)
 
 
-def grid_turn(rng):
+def grid_rotation(rng):
     """A rotation that takes the grid to itself, so that whole numbers stay whole."""
     rotation = np.eye(3)[rng.permutation(3)] * rng.choice([-1.0, 1.0], 3)[:, None]
     return rotation if np.linalg.det(rotation) > 0 else -rotation
@@ -64,12 +66,12 @@ def test_straight_moves_meet_when_integers_decide_so(kind, start):
     for _ in range(30):
         a, b = whole_number_faces(rng, kind), whole_number_faces(rng, kind)
         directions = rng.integers(-4, 5, (2, 2, 3))
-        turned = np.array([grid_turn(rng), grid_turn(rng)])
-        body_a, body_b = a @ turned[0], b @ turned[1]
+        rotations = np.array([grid_rotation(rng), grid_rotation(rng)])
+        body_a, body_b = a @ rotations[0], b @ rotations[1]
         if triangles_intersect([[a + directions[0, 0], b + directions[0, 1]]])[0]:
             continue
         want = first_meeting(a + directions[0, 0], a + directions[1, 0], b + directions[0, 1], b + directions[1, 1])
-        answer = decide(stage_of(body_a[None], body_b[None]), directions, times=(start, start + 1), turned=turned)
+        answer = decide(stage_of(body_a[None], body_b[None]), directions, times=(start, start + 1), rotations=rotations)
         state = answer.states[0]
         if want is None:
             assert state == FREE

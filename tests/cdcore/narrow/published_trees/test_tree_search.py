@@ -63,8 +63,8 @@ def test_counts_and_faces_are_those_of_a_recursive_search(kind, scene, every, bu
         slow = SlowSearch(kind, trees, [*zip(rotations, moves, strict=True)], every=every, budget=budget)
         assert counts[row, :2].tolist() == [slow.node_tests, slow.leaf_tests]
         assert bool(ended[row]) == slow.truncated
-        assert [tuple(faces) for faces in result[result[:, 0] == row, 1:].tolist()] == slow.found
-        hits += bool(slow.found)
+        assert [tuple(faces) for faces in result[result[:, 0] == row, 1:].tolist()] == slow.result
+        hits += bool(slow.result)
     assert hits or budget
 
 

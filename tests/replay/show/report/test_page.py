@@ -1,4 +1,4 @@
-"""What the page says is what the result and its tables say, in every state."""
+"""The page says what the result and its tables say, in every state."""
 
 import base64
 import hashlib

@@ -76,7 +76,7 @@ def demo_run(frames=270, label=SUBJECT, name="discrete", **settings):
 
 
 class Read:
-    """What a recording holds, entity by entity, as the file says."""
+    """Contents of a recording, entity by entity, as the file says."""
 
     def __init__(self, path, result):
         self.path = path
@@ -110,11 +110,11 @@ class Read:
         return [(ns or 0, values[0]) for ns, _, values in self.column(entity, "StateChange:state")]
 
     def at(self, entity, component, frame):
-        """What a viewer shows of a component at a frame: its latest row."""
+        """Values of a component that a viewer shows at a frame: its latest row."""
         return self.at_ns(entity, component, self.ns[frame])
 
     def at_ns(self, entity, component, ns):
-        """What a viewer shows of a component with the cursor at a time of the session."""
+        """Values of a component that a viewer shows with the cursor at a time of the session."""
         rows = [row for row in self.column(entity, component) if row[0] is not None and row[0] <= ns]
         return list(rows[-1][2]) if rows else []
 

@@ -34,7 +34,7 @@ def nanoseconds(run, frame, later=0):
 
 
 def faults(run):
-    """What the tables say is wrong, where there is most to see of it, and its depth or metres."""
+    """Faults of the tables, the frame where there is most to see of each, and its depth or metres."""
     for label, misses in run.misses.items():
         yield from (
             ((label, MISS, miss.number), miss, miss.moment, miss.metres if np.isnan(miss.depth) else miss.depth)

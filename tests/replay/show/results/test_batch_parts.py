@@ -23,7 +23,7 @@ def batch(tmp_path, monkeypatch):
 
 
 def by_folder(top, work):
-    """What reading run by run gives: as if there were no tables of the batch."""
+    """Tables read run by run, as if there were none of the batch."""
     away = top / ".away"
     (top / "batch.tables").rename(away)
     try:

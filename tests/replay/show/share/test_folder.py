@@ -42,7 +42,7 @@ SECRET = ("5ec12e7", "anna_mueller", "matr4711", "berta schulz")
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
-    """Of a recording that says serials, paths and names of people wherever it can, its own name included."""
+    """A run of a recording that says serials, paths and names of people wherever it can, its own name included."""
     folder = tmp_path_factory.mktemp("anna.lind")
     file = folder / "anna_mueller_matr4711.mcap"
     with Recorder(file, meshes=dict.fromkeys(("a", "hand-left"), cube()), facts=FACTS) as recorder:

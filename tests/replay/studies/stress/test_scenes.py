@@ -1,4 +1,4 @@
-"""What a scene says of itself is so, and its solids are those of their names."""
+"""Scenes are what they say of themselves, and their solids those of their names."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What the facts of an experiment say follows from its recorded poses by another route."""
+"""Facts of an experiment follow from its recorded poses by another route."""
 
 import numpy as np
 import pytest

@@ -28,7 +28,7 @@ EXPERIMENTS = [name for name in SCENES if name != "bench-bumps"]
 
 
 @pytest.fixture(params=EXPERIMENTS)
-def one(request, made):
+def recorded(request, made):
     return made(request.param)
 
 
@@ -60,31 +60,31 @@ def test_poses_and_truth_are_those_of_the_session_version(name, noise, made, sna
 
 
 @pytest.mark.sampled(3)
-def test_grasped_body_moves_from_press_until_release(one):
-    assert one.facts("hold")
-    for hold in one.facts("hold"):
+def test_grasped_body_moves_from_press_until_release(recorded):
+    assert recorded.facts("hold")
+    for hold in recorded.facts("hold"):
         (hand,) = (body for body in hold.bodies if body.startswith("hand-"))
         (thing,) = set(hold.bodies) - {hand}
-        trigger = one.session.hands[f"student/{hand.removeprefix('hand-')}"].trigger
-        kept = one.near(hold.start, hold.end - 1e-9)
+        trigger = recorded.session.hands[f"student/{hand.removeprefix('hand-')}"].trigger
+        kept = recorded.near(hold.start, hold.end - 1e-9)
         assert trigger[kept][1:-1].min() > 0.4
         edges = np.flatnonzero((trigger[1:] > 0.6) & (trigger[:-1] <= 0.6)) + 1
-        assert np.abs(one.times[edges] - hold.start).min() < 0.03
-        before = one.near(hold.start - 0.5, hold.start - 1e-9)
-        assert (np.diff(one.pose(thing)[0][before], axis=0) == 0.0).all()
-        rides = one.within(hand, one.pose(thing)[0])[kept]
+        assert np.abs(recorded.times[edges] - hold.start).min() < 0.03
+        before = recorded.near(hold.start - 0.5, hold.start - 1e-9)
+        assert (np.diff(recorded.pose(thing)[0][before], axis=0) == 0.0).all()
+        rides = recorded.within(hand, recorded.pose(thing)[0])[kept]
         np.testing.assert_allclose(rides, np.broadcast_to(rides[0], rides.shape), atol=1e-9)
 
 
 @pytest.mark.sampled(3)
-def test_scenes_declare_effects_and_their_text_makes_the_same_meshes(one):
-    kept = tomllib.loads(one.session.scene.text)
+def test_scenes_declare_effects_and_their_text_makes_the_same_meshes(recorded):
+    kept = tomllib.loads(recorded.session.scene.text)
     assert len(kept["effect"]) >= 4
     # Hands and headset take seconds to make and are the same in every scene.
-    bodies = tuple(body for body in one.session.scene.bodies if not body.instrument.startswith(("hand", "proxy")))
-    again = scene_meshes(replace(one.session.scene, bodies=bodies))
-    assert len(again) == len(one.session.meshes) - 3
-    assert all((one.session.meshes[name].vertices == mesh.vertices).all() for name, mesh in again.items())
+    bodies = tuple(body for body in recorded.session.scene.bodies if not body.instrument.startswith(("hand", "proxy")))
+    again = scene_meshes(replace(recorded.session.scene, bodies=bodies))
+    assert len(again) == len(recorded.session.meshes) - 3
+    assert all((recorded.session.meshes[name].vertices == mesh.vertices).all() for name, mesh in again.items())
 
 
 def test_session_has_requested_touches_and_near_misses():
