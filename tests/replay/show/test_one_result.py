@@ -1,11 +1,13 @@
 """One result, one set of numbers: of letters, tables and every output the same, each computed once."""
 
 import json
+import os
 import re
 import sys
 from collections import Counter
 from html import unescape
 from io import StringIO
+from pathlib import Path
 
 import pyarrow.parquet as pq
 import pytest
@@ -28,6 +30,7 @@ from replay.show.results.run_folder import write_run_folder
 from replay.show.sections import SectionName, section_of
 
 COUNTED = ("both", "MISSED", "false", "within tolerance", "left out")
+TOOL = f"{Path(replay.__file__).parent}{os.sep}"
 
 
 def printed(*displayed):
@@ -104,7 +107,7 @@ def entered(action):
         if event != "call":
             return
         file, name = frame.f_code.co_filename, frame.f_code.co_name
-        counts = "/replay/" in file and "/tests/" not in file
+        counts = file.startswith(TOOL)
         if not counts and name in ("quantile", "percentile"):
             # A picture is framed in still.py, and nothing counted.
             counts = not (frame.f_back and frame.f_back.f_code.co_filename.endswith("still.py"))
