@@ -96,13 +96,8 @@ def frame_time(seconds: float | None) -> str:
 
 
 def moment(seconds: float) -> str:
-    """A moment on the clock of a session, in a sentence: ``20.7 s``."""
-    return f"{seconds:.1f} s"
-
-
-def instant(seconds: float) -> str:
-    """A moment to the millisecond: ``18.213 s``."""
-    return f"{seconds:.3f} s"
+    """A moment on the clock of a session, to the millisecond so that frames up to 1,000 Hz differ: ``20.700 s``."""
+    return f"{timestamp(seconds)} s"
 
 
 def fixed(value: float, decimals: int, *, signed: bool = False) -> str:

@@ -49,7 +49,7 @@ def _report(info: dict[str, Any], file: Path, verbose: bool) -> "Iterator[Table 
         yield f"{clock['not_forward']:,} stamps do not go forward; a run leaves those frames out"
     yield _bodies(info["bodies"])
     for interval in info["intervals"]:
-        start, end = (words.fixed(interval[name], 2) for name in ("start", "end"))
+        start, end = (words.timestamp(interval[name]) for name in ("start", "end"))
         when = f"{start:>8} - {end:>8} s"
         yield f"  {when}  {interval['kind']}  {interval['name']}"
     yield from (f"  {text}" for text in _streams(info))

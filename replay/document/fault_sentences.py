@@ -69,8 +69,8 @@ def _between_samples(miss: Fault, label: str, by: Audited, contact: Episode) -> 
     before, after = np.flatnonzero(sampled[: miss.first]), np.flatnonzero(sampled[miss.last + 1 :])
     if not len(before) or not len(after):
         side = "first" if not len(before) else "last"
-        moment = words.instant(times[miss.last + 1 + after[0]]) if not len(before) and len(after) else ""
-        moment = words.instant(times[before[-1]]) if len(before) else moment
+        moment = words.moment(times[miss.last + 1 + after[0]]) if not len(before) and len(after) else ""
+        moment = words.moment(times[before[-1]]) if len(before) else moment
         return f"{clause}: it took its {side} sample at {moment}." if moment else f"{clause}: it took no sample."
     gap = float(times[miss.last + 1 + after[0]] - times[before[-1]])
     usual = f"{label} samples every {_milliseconds(step)}"
@@ -156,8 +156,8 @@ def _last_answer(false: Fault, label: str, by: Audited, gap: str) -> str:
         report = f"it reported contact of {pair} for {long} {when}, too long"
         return f"{label} keeps its answer until its next sample: {report}."
     earlier = np.flatnonzero(sampled[: false.frame + 1])
-    sample = f" at {words.instant(float(by.motion.times[earlier[-1]]))}" if len(earlier) else ""
-    return f"At {words.instant(moment)} {label} kept the answer of its last sample{sample} about {pair}; {gap}."
+    sample = f" at {words.moment(float(by.motion.times[earlier[-1]]))}" if len(earlier) else ""
+    return f"At {words.moment(moment)} {label} kept the answer of its last sample{sample} about {pair}; {gap}."
 
 
 def _late_report(false: Fault, by: Audited) -> str:

@@ -88,5 +88,5 @@ def titration_curves(effects: Mapping[str, EffectRun]) -> dict[str, tuple[FloatA
 def happened_text(effects: Mapping[str, EffectRun], most: int) -> list[str]:
     """The first events, a line each, and how many more there are."""
     events = happened(effects)
-    lines = [f"{words.fixed(event.time, 1)} s: {event.text}" for _, event in events[:most]]
+    lines = [f"{words.moment(event.time)}: {event.text}" for _, event in events[:most]]
     return lines + ([f"and {len(events) - most} more"] if len(events) > most else [])

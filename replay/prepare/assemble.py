@@ -163,7 +163,7 @@ def _window(scan: SessionScan, start: float | None, end: float | None) -> IntArr
     stamps = scan.stamp_ns[(scan.stamp_ns >= lower) & (scan.stamp_ns <= upper)]
     if not len(stamps):
         interval_text = f"between {start or 0.0:g} and {scan.duration if end is None else end:g} s"
-        raise AssemblyError(f"no frame lies {interval_text}; the session runs from 0 to {words.instant(scan.duration)}")
+        raise AssemblyError(f"no frame lies {interval_text}; the session runs from 0 to {words.moment(scan.duration)}")
     return stamps
 
 

@@ -212,7 +212,7 @@ def _flagged(poses: PosePass, span: PoseSpan, policy: Policy, replaced: Replacem
 
 def _refusal(session: Session, finding: Finding) -> str:
     who = f" of {finding.body}" if finding.body else ""
-    when = "" if finding.start is None else f" at {words.instant(finding.start)}"
+    when = "" if finding.start is None else f" at {words.moment(finding.start)}"
     return (
         f"{session.origin or 'the session'}: {finding.code}{who}{when}: {finding.message}; the policy refuses it, "
         f"repair the recording or choose --policy {finding.code}=... otherwise"

@@ -27,7 +27,6 @@ from replay.effects.effects_runner import CURVES
 from replay.show.words import (
     PAIR_FRAME_ROWS,
     WITHIN,
-    span_text,
     tallied,
 )
 from replay.tables import IN_RED, IN_YELLOW, PARTLY, Cell, Column, Marked, Table, columns_of, table
@@ -378,7 +377,7 @@ def finding_table(
         Column("code", whole=True),
         Column("body", whole=True),
         Column("what", of=message),
-        Column("seconds", of=lambda finding: span_text(finding.start, finding.end), whole=True),
+        Column("seconds", of=lambda finding: words.time_span(finding.start, finding.end), whole=True),
         Column("count", int),
     )
     return Table.of(columns, findings, title)

@@ -171,7 +171,7 @@ def _labels(
         yield Label(name, x + 4, y - 6, colour)
     seconds = float(assembly.motion.times[moment.frame])
     spacing = f"{guides.spacing:g} m" if guides.spacing >= 1.0 else f"{100 * guides.spacing:g} cm"
-    yield Label(f"{moment.name} moment, {words.instant(seconds)}; grid {spacing}", 12, 14, TICKS)
+    yield Label(f"{moment.name} moment, {words.moment(seconds)}; grid {spacing}", 12, 14, TICKS)
 
 
 def _png(picture: FloatArray, labels: Sequence[Label]) -> bytes:

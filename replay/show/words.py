@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Mapping
 from typing import Final
 
-from replay import words
 from replay.auditing.outcome import Outcome
 
 OUTCOME_LABELS: Final[Mapping[int, str]] = {
@@ -61,10 +60,3 @@ def lane_legend(outcomes: Iterable[int], by: str = "") -> str:
 def tallied(counts: Mapping[str, int]) -> str:
     """Names and how often each: ``contact: 18, breakage: 1``. The name of an event is no word that has a plural."""
     return ", ".join(f"{name}: {count:,}" for name, count in counts.items())
-
-
-def span_text(start: float | None, end: float | None) -> str:
-    """Seconds from start to end, one number where they are the same, nothing where they are unknown."""
-    if start is None or end is None:
-        return ""
-    return words.timestamp(start) if start == end else f"{words.timestamp(start)} to {words.timestamp(end)}"

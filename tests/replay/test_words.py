@@ -72,6 +72,12 @@ def test_a_number_above_a_limit_reads_above_it(value, limit, text):
     assert words.number_above(value, limit) == text
 
 
+@given(st.integers(0, 10**7), st.floats(1.0, 1000.0))
+def test_moments_of_two_frames_differ(frame, rate_hz):
+    assert words.moment(frame / rate_hz) != words.moment((frame + 1.001) / rate_hz)
+    assert words.moment(frame / rate_hz) == f"{words.timestamp(frame / rate_hz)} s"
+
+
 def test_ranges_rates_moments_and_losses():
     assert [words.count_range(counts) for counts in ((0, 1), (3, 3), (999, 1200))] == ["0-1", "3", "999-1,200"]
     assert [words.rate(hertz) for hertz in (50.0, 22.5, 89.94, 1e6)] == ["50 Hz", "22.5 Hz", "89.9 Hz", "1,000,000 Hz"]

@@ -101,7 +101,7 @@ def card(view: RunView, fault: Fault, *, whole: bool = True, first: bool = False
         key=lane_kind(fault.kind),
         title=f"{name} {fault.number}",
         bodies=" and ".join(fault.bodies),
-        span=f"{words.timestamp(fault.start)} to {words.instant(fault.end)}",
+        span=f"{words.timestamp(fault.start)} to {words.moment(fault.end)}",
         start=fault.start,
         end=fault.end,
         frames=fault.frames,
@@ -135,7 +135,7 @@ def _lanes(view: RunView, fault: Fault) -> list[tuple[str, Lane]]:
             lane(
                 spans(view, name, fault.bodies),
                 window,
-                f"{name} from {words.timestamp(window[0])} to {words.instant(window[1])}",
+                f"{name} from {words.timestamp(window[0])} to {words.moment(window[1])}",
             ),
         )
         for name in (view.oracle, fault.detector)

@@ -51,7 +51,7 @@ def environment() -> "Environment":
         "figure": parts_of,
         "path": path_of,
         "plural": plural,
-        "instant": words.instant,
+        "moment": words.moment,
     }
     return made
 

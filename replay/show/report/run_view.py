@@ -147,7 +147,7 @@ def _without_audit(document: RunDocument, events: Sequence[EventRecord]) -> Hero
             f"{plural(detector.contacts, 'contact')} found by {label}" for label, detector in document.detectors.items()
         ]
         return Hero(", ".join(counts))
-    lines = [f"{words.fixed(event.time, 1)} s: {event.message}" for event in events[:EVENTS_FIRST]]
+    lines = [f"{words.moment(event.time)}: {event.message}" for event in events[:EVENTS_FIRST]]
     if len(events) > EVENTS_FIRST:
         lines.append(f"and {len(events) - EVENTS_FIRST} more")
     if events:

@@ -145,14 +145,14 @@ def _pipeline(picture: Picture, run: SearchRun) -> Any:
     bodies = [pipeline_path(run.label, "bodies", body) for body in picture.result.assembly.names]
     volumes = [f"- /{body}/{volume}" for body in bodies for volume in ("sphere", "box")]
     near = _spatial(
-        f"At {words.instant(at)}   {shapes}", [f"/{root}/bodies/**", f"/{root}/near/eye"], f"{root}/near/eye", root
+        f"At {words.moment(at)}   {shapes}", [f"/{root}/bodies/**", f"/{root}/near/eye"], f"{root}/near/eye", root
     )
     what = f"{search_title(run, run.worked)}   dots: faces of ants   white: best pair"
     contents = [f"/{root}/bodies/**", f"/{root}/search/**", *volumes]
     search = _spatial(what, contents, f"{root}/search/eye", root)
     frame = _text(f"{root}/frame", "This frame: pairs left, and the price")
     around = _seconds(max(0.0, at - AROUND_MOMENT), at + AROUND_MOMENT)
-    left = _plot(around, f"{root}/pairs", f"Pairs left, of {pairs}, half a second around {words.instant(at)}")
+    left = _plot(around, f"{root}/pairs", f"Pairs left, of {pairs}, half a second around {words.moment(at)}")
     moments = _list([f"{root}/moments"], "Other moments: click a time")
     return _column(
         (_row((near, 0.31), (search, 0.40), (frame, 0.29)), 0.68),

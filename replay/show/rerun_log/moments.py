@@ -154,7 +154,7 @@ def _line(moment: Fault | Episode, seconds: float, name: str, widths: tuple[int,
     label, kind, number = _key(moment)
     numbered = f"{kind} {number or ''}"
     # The viewer cuts its own column of times, and in a narrow view the end of a line: time and cause come first.
-    line = f"{words.instant(seconds):>10}  {label:<{widths[0]}} {numbered:<8} "
+    line = f"{words.moment(seconds):>10}  {label:<{widths[0]}} {numbered:<8} "
     if isinstance(moment, Episode):
         return f"{line} {plural(moment.last - moment.first + 1, 'frame'):<{CAUSE_WIDTH}} {name}"
     metres, what = moment.metres, "curve" if moment.kind.is_miss else "apart"

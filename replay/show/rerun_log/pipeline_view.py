@@ -184,7 +184,7 @@ def pipeline_path(label: str, *names: str) -> str:
 def search_title(run: SearchRun, search: Search) -> str:
     """When it is, and what."""
     what = "a miss of the search" if search.kind == LOST else "a contact that the search finds"
-    return f"At {words.instant(run.motion.times[search.frame])}: {what}"
+    return f"At {words.moment(run.motion.times[search.frame])}: {what}"
 
 
 def log_pipeline(writer: RecordingWriter, run: SearchRun, result: RunResult, balls: Sequence[Sphere]) -> None:
@@ -336,7 +336,7 @@ def _log_list(writer: RecordingWriter, run: SearchRun, result: RunResult) -> Non
     width, lines = max(map(len, names)), []
     for search, name in zip(run.searches, names, strict=True):
         samples = plural(run.look(search).evaluations, "sample")
-        moment = words.instant(run.motion.times[search.frame])
+        moment = words.moment(run.motion.times[search.frame])
         line = f"{moment:>10}  {search.kind:<9}  {name:<{width}}  {samples:>13}"
         lines.append((line, search.kind, ENDS[search.kind]))
     ns = writer.clock.ns[[search.frame for search in run.searches]]

@@ -15,7 +15,6 @@ from replay.show.run_tables import (
     cost_table,
     miss_table,
 )
-from replay.show.words import span_text
 from replay.tables import Column, Marked
 from replay.words import duration
 
@@ -34,11 +33,6 @@ def run():
 
 def column(made, name):
     return [row[0] for row in made.only(name).cells()]
-
-
-def test_interval_is_written_where_both_ends_are_known():
-    assert [span_text(1, end) for end in (2.5, 1, None)] == ["1.000 to 2.500", "1.000", ""]
-    assert span_text(None, 1) == ""
 
 
 @pytest.mark.parametrize(("away", "known"), [(0.0, True), (1e4, False)])
