@@ -9,11 +9,12 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore.mesh import TriangleMesh
+from cdcore.numerics import FloatArray
 from cdcore.protocol import Solids
 from replay.auditing.outcome import Outcome
 from replay.auditing.tolerance import Reference
 from replay.cutting.convex_solids import manifold_of, manifold_union, outside_by, solids_of
-from replay.cutting.surface_distance import Surface, farthest_on
+from replay.cutting.surface_distance import Surface, farthest_on, farthest_triangles
 from replay.detection.detector_spec import DetectorSpec
 from replay.detection.run_detector import make_detector
 from replay.prepare.assembly import Assembly
@@ -58,14 +59,19 @@ def reach(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> float:
     """
     solid = manifold_of(mesh) if mesh.is_closed else None
     if solid is None or not all(piece.is_closed for piece in pieces):
-        return farthest_on(np.concatenate([piece.triangles for piece in pieces]), Surface(mesh.triangles))
+        return _farthest(np.concatenate([piece.triangles for piece in pieces]), mesh)
     outside = manifold_union(pieces) - solid
     # A sliver between equal surfaces is what booleans of solids round away.
     if outside.is_empty() or outside.volume() <= ROUNDING * abs(solid.volume()):
         return 0.0
     made = outside.to_mesh64()
     corners = made.vert_properties[:, :3][np.asarray(made.tri_verts).astype(np.int64)]
-    return farthest_on(corners, Surface(mesh.triangles))
+    return _farthest(corners, mesh)
+
+
+def _farthest(region: FloatArray, mesh: TriangleMesh) -> float:
+    """Metres from the surface of a mesh to the farthest point of triangles (n, 3, 3)."""
+    return farthest_on(farthest_triangles(region, mesh.triangles), Surface(mesh.triangles), thorough=True)
 
 
 def contact_figures(

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from replay import words
 from replay.cli.console import FAILURE, OK, People, TerminalProgress, answer, show
 from replay.cli.options import ANY_PATH, SESSION_FILE, SHARE, Number, force, reporting, scene, tau
 
@@ -99,32 +98,21 @@ def _screen(fixed: "FixedColliders", people: People) -> Any:
 
 def _sentences(fixed: "FixedColliders", session: str) -> list[str]:
     """Sentences about errors reached, uncut bodies, steps in the engine, and the command to measure again."""
-    from replay.advice.collider_search import CONVEX
     from replay.constants import RECORDING
     from replay.document.headline import open_questions
+    from replay.show.fix_page.page import cure_sentence
 
     lines = [text.replace(RECORDING, quote(session)) for text in open_questions(fixed.result.document)]
-    lines.append(f"False contact: {_share(fixed.after['false'])}; at most {_share(fixed.limits.false)} was asked for.")
-    missed, missed_before = _share(fixed.after["not_reported"]), _share(fixed.before["not_reported"])
-    if fixed.limits.missed is not None:
-        lines.append(f"Missed contact: {missed}; at most {_share(fixed.limits.missed)} was asked for.")
-    elif missed != missed_before:
-        lines.append(f"Missed contact: {missed}; with a hull a body it is {missed_before}.")
-    uncut = [row for row in fixed.bodies if row["reason"] not in ("", CONVEX)]
-    lines += [f"{row['body']} keeps its hull: {row['reason']}." for row in uncut]
-    if fixed.time_up:
-        lines.append("The time limit ended the search: a longer --time-limit may find better pieces, or fewer.")
-    elif not fixed.reached:
-        lines.append("No pieces that were tried keep to the limits at so small a loss.")
+    lines.append(f"{cure_sentence(fixed.before, fixed.after)}.")
+    lines += fixed.remarks
     if fixed.folder is None:
         return ["", *lines, "To write them for your engine:", f"  replay fix {quote(session)} --engine unity"]
     again = f'replay run {quote(str(fixed.folder / "session.mcap"))} --detectors "{fixed.setting}"'
-    wrote = f"Wrote {fixed.folder} for {fixed.engine}: a GLB a body, README.txt, colliders.json, session.mcap."
-    return ["", *lines, wrote, *fixed.steps, *_axes(fixed), "Count it again:", f"  {again}"]
-
-
-def _share(fraction: float | None) -> str:
-    return words.as_percentage(fraction or 0.0)
+    wrote = (
+        f"Wrote {fixed.folder} for {fixed.engine}: a GLB a body, README.txt, colliders.json, session.mcap, report.html."
+    )
+    page = ["Before and after:", f"  {fixed.folder / 'report.html'}"]
+    return ["", *lines, wrote, *fixed.steps, *_axes(fixed), *page, "Count it again:", f"  {again}"]
 
 
 def _axes(fixed: "FixedColliders") -> list[str]:

@@ -56,6 +56,15 @@ EXCHANGES: Final = 60
 GRID: Final = 5
 """Points a side of the grid from which a farthest point within a solid is searched."""
 
+HALVINGS: Final = 16
+"""Of a triangle that is sampled, at most."""
+
+SAMPLES: Final = 32
+"""Edges of triangles that are sampled are at most this part of the size of a surface."""
+
+BESIDE: Final = 8
+"""Small triangles whose middles are nearest to a point: the nearest triangle is among them, as a rule."""
+
 NARROW: Final = 0.05
 """Fraction of the room at its start below which an ascent within a solid ends: it arrives at the surface."""
 
@@ -151,8 +160,11 @@ def is_outside(points: FloatArray, triangles: FloatArray) -> BoolArray:
     return outside
 
 
-def farthest_on(region: FloatArray, surface: Surface, least: float = 0.0) -> float:
-    """Metres from the surface to the point of triangles (n, 3, 3) that is farthest from it, at least ``least``."""
+def farthest_on(region: FloatArray, surface: Surface, least: float = 0.0, *, thorough: bool = False) -> float:
+    """Metres from the surface to the point of triangles (n, 3, 3) that is farthest from it, at least ``least``.
+
+    ``thorough``: all levels are searched on a fine surface too.
+    """
     corners, numbers = np.unique(region.reshape(-1, 3), axis=0, return_inverse=True)
     surface = surface.near(corners)
     at_corners, _ = surface.distances(corners)
@@ -163,7 +175,7 @@ def farthest_on(region: FloatArray, surface: Surface, least: float = 0.0) -> flo
     loose = (at_corners[numbers.reshape(-1, 3)] + longest).min(axis=1)
     order = np.argsort(-loose, kind="stable")
     triangles, stale = region[order[loose[order] > best * (1.0 + PRECISION)][:MOST_TRIANGLES]], 0
-    for _ in range(LEVELS if len(surface.triangles) < FINE else 1):
+    for _ in range(LEVELS if thorough or len(surface.triangles) < FINE else 1):
         if not len(triangles) or stale >= STALE:
             break
         bounds, at_middles = _bounds(triangles, surface)
@@ -176,6 +188,75 @@ def farthest_on(region: FloatArray, surface: Surface, least: float = 0.0) -> flo
         stale = 0 if best > before * (1.0 + PRECISION) else stale + 1
         triangles = _quartered(triangles[order])
     return best
+
+
+def finer(triangles: FloatArray, longest: float) -> FloatArray:
+    """Triangles (n, 3, 3) halved at their longest edge until no edge is longer, or ``HALVINGS`` times."""
+    done = []
+    for _ in range(HALVINGS):
+        is_long = _edge_lengths(triangles).max(axis=1) > longest
+        done.append(triangles[~is_long])
+        triangles = _halved(triangles[is_long])
+        if not len(triangles):
+            break
+    return np.concatenate([*done, triangles])
+
+
+class SampledSurface:
+    """Distances from many points to a surface (n, 3, 3), each to the nearest of a few small triangles beside it.
+
+    A distance may be too large by a fraction of the size of those triangles: it finds where to search, and colours.
+    """
+
+    def __init__(self, triangles: FloatArray) -> None:
+        from scipy.spatial import KDTree
+
+        self.size = float(np.ptp(triangles.reshape(-1, 3), axis=0).max())
+        self._triangles = finer(triangles, self.size / SAMPLES)
+        self._tree = KDTree(self._triangles.mean(axis=1))
+
+    def distances(self, points: FloatArray) -> FloatArray:
+        """Metres from points (k, 3) to the surface, (k,)."""
+        count = min(BESIDE, len(self._triangles))
+        _, near = self._tree.query(points, k=range(1, count + 1))
+        distance, _ = distance_to_triangles(np.repeat(points, count, axis=0), self._triangles[near.ravel()])
+        return np.asarray(distance.reshape(-1, count).min(axis=1))
+
+
+def farthest_triangles(region: FloatArray, surface: FloatArray) -> FloatArray:
+    """Small triangles of a region (n, 3, 3) that hold the points farthest from a surface (m, 3, 3), as sampled.
+
+    Bounds of long triangles are loose: many of them along a wall hid the lid of a vessel from ``farthest_on``.
+    """
+    sampled = SampledSurface(surface)
+    best, triangles, small = 0.0, region, []
+    for _ in range(HALVINGS):
+        middles = triangles.mean(axis=1)
+        at_middles = sampled.distances(middles)
+        best = max(best, float(at_middles.max(initial=0.0)))
+        # Nowhere on a triangle is it farther than at its middle, plus the way from there to its farthest corner.
+        bounds = at_middles + np.linalg.norm(triangles - middles[:, None], axis=2).max(axis=1)
+        promising, bounds = triangles[bounds > best], bounds[bounds > best]
+        is_small = _edge_lengths(promising).max(axis=1) <= sampled.size / SAMPLES
+        small += list(zip(bounds[is_small].tolist(), promising[is_small], strict=True))
+        triangles = _halved(promising[~is_small])
+        if not len(triangles):
+            break
+    small.sort(key=lambda bounded: -bounded[0])
+    return np.array([triangle for bound, triangle in small[:MOST_TRIANGLES] if bound > best] or region[:1])
+
+
+def _edge_lengths(triangles: FloatArray) -> FloatArray:
+    """Lengths (n, 3) of the edges of triangles, from each corner to the next."""
+    return np.asarray(np.linalg.norm(np.roll(triangles, -1, axis=1) - triangles, axis=2))
+
+
+def _halved(triangles: FloatArray) -> FloatArray:
+    """Triangles (n, 3, 3) halved at their longest edges, (2 n, 3, 3)."""
+    edge = _edge_lengths(triangles).argmax(axis=1)
+    a, b, c = (triangles[np.arange(len(edge)), (edge + step) % 3] for step in range(3))
+    middle = 0.5 * (a + b)
+    return np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
 
 
 def farthest_within(region: FloatArray, surface: Surface, least: float) -> float:

@@ -18,7 +18,7 @@ Source: KhronosGroup/UnityGLTF, SchemaExtensions.CoordinateSpaceConversionScale;
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -28,7 +28,8 @@ import numpy as np
 
 from cdcore.mesh import TriangleMesh
 from cdcore.numerics import TAU
-from replay.advice.collider_search import ColliderSearch, Deadline, Ladder, Limits, as_row
+from replay import words
+from replay.advice.collider_search import CONVEX, ColliderSearch, Deadline, Ladder, Limits, as_row
 from replay.advice.report_card import contact_figures, shape_figures
 from replay.advice.scoring import Scoring
 from replay.advice.settings import FASTEST
@@ -47,7 +48,8 @@ from replay.running.advisor import wrong_in
 from replay.running.runner import opened, run
 from replay.settings import STEP_RATE
 from replay.show.engine_files import EngineFiles, engine_files
-from replay.show.results.run_folder import FolderKind, check_target, result_folder, write_summary
+from replay.show.fix_page.page import AFTER, BEFORE, BodyShape, Cure, cure_page
+from replay.show.results.run_folder import REPORT, FolderKind, check_target, result_folder, write_summary
 from replay.words import safe_text
 from sessions import MeshData, Session
 from sessions.meshes.mesh_axes import default_mesh_axes
@@ -85,7 +87,8 @@ class FixedColliders:
         ``false``, ``missed``.
     limits : the fractions that were asked for.
     axes : of the GLB files, as ``--mesh-axes`` takes them.
-    result : the run that counted both, as ``before`` and ``after``.
+    result : the run that counted both, with the labels ``hulls`` and ``pieces``.
+    shapes : name of a body -> its mesh, its hull and its pieces.
     time_up : whether the time limit ended the search: with more time there may be better pieces, or fewer.
     steps : what to do in the engine, sentences.
     """
@@ -101,6 +104,7 @@ class FixedColliders:
     limits: Limits
     axes: str
     result: RunResult
+    shapes: Mapping[str, BodyShape]
     time_up: bool = False
     steps: tuple[str, ...] = ()
 
@@ -108,6 +112,23 @@ class FixedColliders:
     def reached(self) -> bool:
         """Whether false and missed contact are at most what was asked for."""
         return self.limits.hold(self.after["false"] or 0.0, self.after["not_reported"] or 0.0)
+
+    @property
+    def remarks(self) -> list[str]:
+        """Sentences about the limits, about bodies that are not cut, and about a search that ended early."""
+        lines = [f"False contact: {_share(self.after['false'])}; at most {_share(self.limits.false)} was asked for."]
+        missed, missed_before = _share(self.after["not_reported"]), _share(self.before["not_reported"])
+        if self.limits.missed is not None:
+            lines.append(f"Missed contact: {missed}; at most {_share(self.limits.missed)} was asked for.")
+        elif missed != missed_before:
+            lines.append(f"Missed contact: {missed}; with a hull a body it is {missed_before}.")
+        uncut = [row for row in self.bodies if row["reason"] not in ("", CONVEX)]
+        lines += [f"{row['body']} keeps its hull: {row['reason']}." for row in uncut]
+        if self.time_up:
+            lines.append("The time limit ended the search: a longer --time-limit may find better pieces, or fewer.")
+        elif not self.reached:
+            lines.append("No pieces that were tried keep to the limits at so small a loss.")
+        return lines
 
     def as_json(self) -> dict[str, Any]:
         """Everything as plain data: what the manifest holds."""
@@ -191,13 +212,16 @@ def fix_colliders(
     axes = default_mesh_axes("glb", pose_convention(session.facts))
     with nullcontext() if target_folder is None else result_folder(target_folder, COLLIDERS, force=force) as written:
         shipped, rows = _shipped(session, search, target, written, axes)
+        shapes: dict[str, BodyShape] = {}
         with progress.stage("Writing report cards", len(rows)) as advance:
             for row in rows:
                 name = row["body"]
                 hulls = search.ladders[name].pieces(0)
                 row["before"] = row["after"] = _card(ready.assembly, scoring.reference, name, hulls)
+                shapes[name] = BodyShape(search.ladders[name].mesh, hulls, hulls)
                 if search.steps[name]:
                     pieces = [TriangleMesh(piece.vertices, piece.faces) for piece in shipped.colliders[name]]
+                    shapes[name] = replace(shapes[name], after=pieces)
                     row["after"] = _card(ready.assembly, scoring.reference, name, pieces)
                 others = _other_cuts(search.ladders[name]) if every_method else {}
                 row["others"] = [
@@ -207,26 +231,47 @@ def fix_colliders(
                 advance(1)
         sampled = "".join(f",{key}={value:g}" for key, value in rate.items())
         hull, setting = (f"collider[shape={shape}{sampled}]" for shape in ("compound,pieces=1", "shipped"))
-        result = run(shipped, detectors={"before": hull, "after": setting}, progress=progress, **options)
+        result = run(shipped, detectors={BEFORE: hull, AFTER: setting}, progress=progress, **options)
         fixed = FixedColliders(
             engine="" if target is None else target.name,
             folder=target_folder,
             step_hz=step_hz,
             setting=setting,
             bodies=tuple(rows),
-            before=_figures(result, "before", sum(row["before"]["pieces"] for row in rows)),
-            after=_figures(result, "after", sum(row["after"]["pieces"] for row in rows)),
+            before=_figures(result, BEFORE, sum(row["before"]["pieces"] for row in rows)),
+            after=_figures(result, AFTER, sum(row["after"]["pieces"] for row in rows)),
             front=tuple(as_row(tried) for tried in search.front()),
             limits=limits,
             axes=axes,
             result=result,
+            shapes=shapes,
             time_up=search.time_up,
             steps=() if target is None else target.steps,
         )
         if written is not None and target is not None:
             (written / "README.txt").write_text(_read_me(fixed, target), "utf-8")
+            (written / REPORT).write_text(before_after_page(fixed), "utf-8", newline="\n")
             write_summary(written, COLLIDERS, {"schema": COLLIDERS.schema, **fixed.as_json()})
     return fixed
+
+
+def before_after_page(fixed: FixedColliders) -> str:
+    """Returns the page that shows hulls before and pieces after, self-contained."""
+    again = f'replay run session.mcap --detectors "{fixed.setting}"' if fixed.folder is not None else ""
+    return cure_page(
+        Cure(
+            result=fixed.result,
+            before=fixed.before,
+            after=fixed.after,
+            bodies=fixed.bodies,
+            shapes=fixed.shapes,
+            front=fixed.front,
+            notes=fixed.remarks,
+            engine=fixed.engine,
+            steps=fixed.steps,
+            again=again,
+        )
+    )
 
 
 def _require_plain_names(names: Sequence[str]) -> None:
@@ -259,7 +304,8 @@ def _other_cuts(ladder: Ladder) -> dict[str, Cut]:
 def _figures(result: RunResult, label: str, pieces: int) -> dict[str, Any]:
     """Returns the errors, milliseconds and number of pieces of a detector of the run."""
     seconds = result.document.detectors[label].seconds
-    return wrong_in(result, label) | {"ms": 1e3 * seconds.per_frame_mean, "pieces": pieces}
+    p99_ms = None if seconds.p99 is None else 1e3 * seconds.p99
+    return wrong_in(result, label) | {"ms": 1e3 * seconds.per_frame_mean, "p99_ms": p99_ms, "pieces": pieces}
 
 
 def _shipped(
@@ -322,6 +368,10 @@ def _read_me(fixed: FixedColliders, target: EngineFiles) -> str:
     lines += [f"{number}. {step}" for number, step in enumerate(target.steps, 1)]
     lines += ["", f"Source: {target.page}", "", "colliders.json holds the figures. To count them again:"]
     return "\n".join([*lines, f'replay run session.mcap --detectors "{fixed.setting}"', ""])
+
+
+def _share(fraction: float | None) -> str:
+    return words.as_percentage(fraction or 0.0)
 
 
 def _file_name(name: str, number: int) -> str:

@@ -3,7 +3,7 @@
 import io
 from base64 import b64encode
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any, Final
 
@@ -107,14 +107,14 @@ def fault_still(result: RunResult, label: str, fault: Fault, size: tuple[int, in
     sight, factor, worded = _sight(result, label, fault), SHARPER[size], size == FIRST
     pixels = round(size[0] * factor), round(size[1] * factor)
     view = View.of(_shown(sight), sight.away, pixels, round(WORDS * factor) if worded else 0)
-    picture, shape = drawn(view, *_parts(sight, view), _background(pixels))
+    picture, shape = drawn(view, *_parts(sight, view), background(pixels))
     strokes, middle = _arrow(sight, view, factor)
     how = f"are {sight.length} apart, and {label} reports contact" if sight.gap is not None else "meet, unreported"
     svg = filled(
         "show/report/still.html",
         size=size,
         said=f"{sight.white.name} and {sight.glass.name} {how}",
-        picture=_webp(picture),
+        picture=webp(picture),
         strokes=strokes,
         middle=middle,
         ring="ring missed" if sight.gap is None else "ring",
@@ -129,7 +129,40 @@ def fault_still(result: RunResult, label: str, fault: Fault, size: tuple[int, in
     return svg, ", ".join(colours)
 
 
-def _webp(picture: FloatArray) -> str:
+def paired_stills(result: RunResult, labels: Sequence[str], fault: Fault, size: tuple[int, int] = CARD) -> list[str]:
+    """The moment of a false contact of the first detector as an SVG a detector, with its colliders, by one camera."""
+    first, factor = _sight(result, labels[0], fault), SHARPER[size]
+    pixels = round(size[0] * factor), round(size[1] * factor)
+    view = View.of(_shown(first), first.away, pixels)
+    stills = []
+    for label in labels:
+        sight = _with_colliders(first, result, label)
+        picture, _ = drawn(view, *_parts(sight, view), background(pixels))
+        strokes, middle = _arrow(sight, view, factor)
+        stills.append(
+            filled(
+                "show/report/still.html",
+                size=size,
+                said=f"{sight.white.name} and {sight.glass.name} {sight.length} apart, with the colliders of {label}",
+                picture=webp(picture),
+                strokes=strokes,
+                middle=middle,
+                ring="ring",
+                words=(),
+                x=0,
+            )
+        )
+    return stills
+
+
+def _with_colliders(sight: Sight, result: RunResult, label: str) -> Sight:
+    """The same moment with the colliders of another detector."""
+    names = result.assembly.names
+    white, glass = _solids(result, label, [names.index(sight.white.name), names.index(sight.glass.name)])
+    return replace(sight, white=replace(sight.white, solid=white), glass=replace(sight.glass, solid=glass))
+
+
+def webp(picture: FloatArray) -> str:
     """A raster picture as it lies in an address."""
     from PIL import Image
 
@@ -212,9 +245,9 @@ def _parts(sight: Sight, view: View) -> tuple[list[Shape], list[Shape], list[Lin
             opaque.append(Shape(rest, WHITE))
         else:
             glass.append(Shape(rest, GLASS, GLASS_ALPHA))
-        opaque.append(Shape(corners[red], _unit(MISSED)))
+        opaque.append(Shape(corners[red], unit_colour(MISSED)))
         if placed.solid is not None:
-            walls, edges = _cage(placed.solid, placed.mesh, placed.pose, view, _unit(FALSE_CONTACT))
+            walls, edges = _cage(placed.solid, placed.mesh, placed.pose, view, unit_colour(FALSE_CONTACT))
             glass.append(walls)
             lines += edges
     return opaque, glass, lines
@@ -250,13 +283,14 @@ def _lid(solid: TriangleMesh, mesh: TriangleMesh) -> BoolArray:
     return spans
 
 
-def _unit(colour: Rgba) -> Colour:
+def unit_colour(colour: Rgba) -> Colour:
+    """Returns a colour as fractions from 0 to 1, without alpha."""
     red, green, blue, _ = colour
     return red / 255, green / 255, blue / 255
 
 
 @cache
-def _background(size: tuple[int, int]) -> FloatArray:
+def background(size: tuple[int, int]) -> FloatArray:
     """Dark, lighter in the middle."""
     y, x = np.mgrid[0 : size[1], 0 : size[0]]
     away = np.hypot(x / size[0] - 0.4, (y / size[1] - 0.42) * size[1] / size[0]) / 0.8

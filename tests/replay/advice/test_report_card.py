@@ -6,6 +6,7 @@ from support.shapes import box_mesh, moved, revolved_mesh
 from trimesh.creation import icosphere
 
 from cdcore import TriangleMesh
+from cdcore.bounding.hull import hull_collider
 from replay.advice.report_card import reach, shape_figures
 from replay.cutting.convex_solids import volume_of
 from replay.cutting.surface_distance import Surface, is_outside
@@ -72,3 +73,12 @@ def test_reach_of_a_plugged_tube_is_the_inscribed_radius(sides):
     wall = [(0.03, 0), (0.035, 0), (0.035, 0.4), (0.03, 0.4), (0.03, 0)]
     tube, plug = revolved_mesh(wall, sides), revolved_mesh([(0, 0), (0.035, 0), (0.035, 0.4), (0, 0.4)], sides)
     assert reach(tube, [plug]) == pytest.approx(0.03 * np.cos(np.pi / sides), rel=1e-6)
+
+
+def test_reach_into_a_fine_narrow_neck_is_found():
+    """Thousands of long triangles along the wall hid the small lid of the neck: 11.1 mm in place of 16.3 mm."""
+    outer = [(0, 0), (0.042, 0), *((0.042 - 0.0009 * k, 0.003 * k) for k in range(1, 29)), (0.0168, 0.14)]
+    inner = [(0.0158, 0.14), *((0.041 - 0.0009 * k, 0.003 * k) for k in range(28, 0, -1)), (0.041, 0.001), (0, 0.001)]
+    flask = revolved_mesh([*outer, *inner], 40)
+    assert len(flask.faces) > 3000
+    assert reach(flask, [hull_collider(flask)]) == pytest.approx(0.0158 * np.cos(np.pi / 40), rel=1e-6)

@@ -1,0 +1,272 @@
+"""The page of ``replay fix``: one sentence, one moment with both colliders, both columns of figures, and all bodies."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import isnan
+from typing import Any, Final
+
+from markupsafe import Markup
+
+from cdcore import TriangleMesh
+from replay import words
+from replay.advice.pareto import count_text
+from replay.auditing.fault import Fault
+from replay.document.headline import beside, undecided
+from replay.document.run_result import RunResult
+from replay.show.fix_page.pictures import mesh_picture, pieces_picture, reach_picture, scale_gradient
+from replay.show.fix_table import COLUMNS, front_table
+from replay.show.plots import Axis, Dot, Plot, scatter, ticks_of
+from replay.show.report.fault_cards import fault_counts
+from replay.show.report.first_screen import Comparison, comparison_of
+from replay.show.report.page import page_of, view_of
+from replay.show.report.run_view import RunView
+from replay.show.report.still import CARD, paired_stills
+from replay.tables import text_of
+from replay.words import plural
+
+Row = Mapping[str, Any]
+
+BEFORE: Final = "hulls"
+AFTER: Final = "pieces"
+"""Labels of the two detectors of the run that counts."""
+
+SHARP: Final = 0.01
+"""Fraction of a figure by which it must change to be called better or worse."""
+
+Text = Callable[[Row, int], str]
+"""A figure in words, of a row of figures and the number of contacts."""
+
+
+def _share(key: str) -> Text:
+    return lambda row, _contacts: "-" if row[key] is None else words.as_percentage(row[key])
+
+
+def _counts(key: str) -> Text:
+    return lambda row, contacts: f"{count_text(row, key)} of {contacts}"
+
+
+def _milliseconds(key: str) -> Text:
+    return lambda row, _contacts: "-" if row[key] is None else words.frame_time(row[key] / 1e3)
+
+
+FIGURES: Final[tuple[tuple[str, str, Text], ...]] = (
+    ("false contact", "false", _share("false")),
+    ("contact time not reported", "not_reported", _share("not_reported")),
+    ("contacts missed", "missed", _counts("missed")),
+    ("contacts late or cut short", "late", _counts("late")),
+    ("loss", "loss", lambda row, _contacts: words.loss_number(row["loss"])),
+    ("pieces of all bodies", "pieces", lambda row, _contacts: f"{row['pieces']}"),
+    ("mean time a frame", "ms", _milliseconds("ms")),
+    ("p99 of a frame", "p99_ms", _milliseconds("p99_ms")),
+)
+"""Name, key and text of each figure of the session; of every one but the pieces more is worse."""
+
+
+@dataclass(frozen=True, eq=False)
+class BodyShape:
+    """A body's mesh, the solids in its place before, and those after."""
+
+    mesh: TriangleMesh
+    before: Sequence[TriangleMesh]
+    after: Sequence[TriangleMesh]
+
+
+@dataclass(frozen=True, eq=False)
+class Cure:
+    """Colliders of a session, before and after.
+
+    Parameters
+    ----------
+    result : the run that counted both, with the labels ``BEFORE`` and ``AFTER``.
+    before, after : figures of both, plain data.
+    bodies : report cards, plain data, as ``replay.running.collider_files`` has them.
+    shapes : name of a body -> its shapes.
+    front : what was tried, fewest pieces first.
+    notes : sentences about limits that were reached, and about what the search left out.
+    engine : what the files are for; ``""``: none were written.
+    steps : what to do in the engine, sentences.
+    again : the command that counts again.
+    """
+
+    result: RunResult
+    before: Row
+    after: Row
+    bodies: Sequence[Row]
+    shapes: Mapping[str, BodyShape]
+    front: Sequence[Row]
+    notes: Sequence[str]
+    engine: str
+    steps: Sequence[str]
+    again: str
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure before and after, in words; ``change``: ``better``, ``worse`` or ``""``."""
+
+    name: str
+    before: str
+    after: str
+    change: str
+
+
+@dataclass(frozen=True)
+class BodyCard:
+    """A body: its pictures with a caption each, its figures, and ``what`` was made of it.
+
+    ``after``: the head of the second column; ``""``: it keeps its hull. ``farthest``: the largest reach in words, where
+    the scale of colours ends; ``""``: nothing reaches beyond the mesh.
+    """
+
+    name: str
+    what: str
+    pictures: Sequence[tuple[str, str]]
+    figures: Sequence[Figure]
+    after: str
+    farthest: str
+
+
+def cure_sentence(before: Row, after: Row) -> str:
+    """Returns both figures in one line: ``86 % false, now 8 %, 5 pieces, 0.02 ms more``."""
+    parts = [f"{words.as_percentage(before['false'] or 0.0)} false, now {words.as_percentage(after['false'] or 0.0)}"]
+    if before["not_reported"] != after["not_reported"]:
+        was, now = (words.as_percentage(row["not_reported"] or 0.0) for row in (before, after))
+        parts.append(f"{was} not reported, now {now}")
+    if before["pieces"] == after["pieces"]:
+        parts.append(plural(after["pieces"], "piece"))
+    else:
+        parts.append(f"{plural(after['pieces'], 'piece')} in place of {plural(before['pieces'], 'hull')}")
+    difference = after["ms"] - before["ms"]
+    more = "more" if difference >= 0.0 else "less"
+    parts.append(f"{words.frame_time(abs(difference) / 1e3)} a frame {more}")
+    return ", ".join(parts)
+
+
+def cure_page(cure: Cure) -> str:
+    """Returns the page as text, self-contained."""
+    result = cure.result
+    view = replace(view_of(result), folder="")
+    fault = _drawn_fault(result)
+    stills: list[tuple[str, str]] = []
+    if fault is not None:
+        captions = _moment(result, fault, _reported(result, fault))
+        stills = list(zip(paired_stills(result, (BEFORE, AFTER), fault, CARD), captions, strict=True))
+    return page_of(
+        view,
+        beside(result)[len(undecided(result)) :],
+        "show/fix_page/page.html",
+        cure=cure,
+        sentence=f"{cure_sentence(cure.before, cure.after)}.",
+        stills=stills,
+        figures=comparison(cure.before, cure.after, view.ranking[-1].contacts),
+        comparison=_lanes(view, None if fault is None else _seconds(result, fault)),
+        bodies=[body_card(row, cure.shapes[row["body"]]) for row in sorted(cure.bodies, key=_order)],
+        untouched=[row["body"] for row in cure.bodies if row["after"]["missed"] is None],
+        front=front_plot(cure),
+        front_table=front_table(cure.front),
+        counts={label: fault_counts(view, label) for label in (BEFORE, AFTER)},
+        labels=(BEFORE, AFTER),
+        gradient=Markup(scale_gradient()),
+    )
+
+
+def comparison(before: Row, after: Row, contacts: int) -> list[Figure]:
+    """Returns every figure of the session before and after."""
+    figures = []
+    for name, key, text in FIGURES:
+        if before[key] is not None or after[key] is not None:
+            change = _change(before[key], after[key]) if key != "pieces" else ""
+            figures.append(Figure(name, text(before, contacts), text(after, contacts), change))
+    return figures
+
+
+def _change(before: float | None, after: float | None) -> str:
+    """``worse`` or ``better``; ``""``: alike, or not measured."""
+    if before is None or after is None or abs(after - before) <= SHARP * max(abs(before), abs(after)):
+        return ""
+    return "worse" if after > before else "better"
+
+
+def body_card(row: Row, shape: BodyShape) -> BodyCard:
+    """Returns the card of a body: pictures and figures of its hull and of its pieces."""
+    name, before, after = row["body"], row["before"], row["after"]
+    cut = after["pieces"] > 1
+    farthest = max(before["reach_mm"], after["reach_mm"]) / 1e3
+    pictures = [(mesh_picture(shape.mesh, f"The mesh of {name}"), "mesh")]
+    if cut:
+        count = plural(after["pieces"], "piece")
+        pictures.append((pieces_picture(shape.after, f"{name} in {count}"), f"{count}, by colour"))
+    for solids, figures, what in ((shape.before, before, "hull"), (shape.after, after, "pieces"))[: 1 + cut]:
+        if farthest > 0.0:
+            text = f"{what}: up to {words.length(figures['reach_mm'] / 1e3)} beyond"
+            pictures.append((reach_picture(shape.mesh, solids, farthest, f"{name}, {text} the mesh"), text))
+    how = f"{plural(after['pieces'], 'piece')}: {row['how']}" if cut else "keeps its hull"
+    reason = f": {row['reason']}" if row["reason"] and not cut else ""
+    figures = []
+    for column in COLUMNS["cards"][2:]:
+        was, now = column.value(before), column.value(after)
+        if was is None and now is None:
+            continue
+        change = _change(was, now) if cut and column.name not in ("pieces", "triangles") else ""
+        figures.append(Figure(column.name, text_of(column.cell(was)), text_of(column.cell(now)) if cut else "", change))
+    return BodyCard(
+        name, f"{how}{reason}", pictures, figures, "pieces" if cut else "", words.length(farthest) if farthest else ""
+    )
+
+
+def front_plot(cure: Cure) -> Plot | None:
+    """Returns the loss of each choice on the front over its pieces, the chosen one named; ``None``: only one exists."""
+    if len(cure.front) < 2:
+        return None
+    dots = []
+    for tried in cure.front:
+        chosen = tried["pieces"] == cure.after["pieces"]
+        name = f"{tried['pieces']}: {words.loss_number(tried['loss'])}{', chosen' if chosen else ''}"
+        dots.append(Dot(name, tried["pieces"], tried["loss"], "front" if chosen else ""))
+    text = "Loss over pieces of all choices that were tried: " + ", ".join(dot.name for dot in dots)
+    up = Axis("loss: 0 is right; green: chosen", ticks_of(max(dot.y for dot in dots), 3))
+    return scatter(dots, text, "pieces of all bodies", up)
+
+
+def _order(row: Row) -> tuple[bool, float, str]:
+    """Bodies that are cut first, then those with most false contact."""
+    return row["after"]["pieces"] == 1, -(row["after"]["false"] or 0.0), row["body"]
+
+
+def _lanes(view: RunView, mark: float | None) -> Comparison:
+    """The lanes of both, each with what it is."""
+    compared = comparison_of(view, mark)
+    what = {BEFORE: ": one a body", AFTER: ": those of this page"}
+    lanes = [(label, what.get(label, text), lane) for label, text, lane in compared.timeline.lanes]
+    order = [view.oracle, BEFORE, AFTER]
+    lanes.sort(key=lambda named: order.index(named[0]))
+    return replace(compared, timeline=replace(compared.timeline, lanes=lanes))
+
+
+def _drawn_fault(result: RunResult) -> Fault | None:
+    """The longest false contact of the hulls that the pieces do not report at its moment, else the longest."""
+    faults = sorted(result.false[BEFORE], key=lambda fault: -fault.frames)
+    return next((fault for fault in faults if not _reported(result, fault)), faults[0] if faults else None)
+
+
+def _reported(result: RunResult, fault: Fault) -> bool:
+    """Whether the pieces report contact of the same bodies at the moment that is drawn."""
+    seconds = _seconds(result, fault)
+    contacts = (contact for contact in result.contacts[AFTER] if contact.bodies == fault.bodies)
+    return any(contact.start <= seconds <= contact.end for contact in contacts)
+
+
+def _seconds(result: RunResult, fault: Fault) -> float:
+    return float(result.assembly.motion.times[fault.frame])
+
+
+def _moment(result: RunResult, fault: Fault, reported: bool) -> tuple[str, str]:
+    """Returns what the two pictures of one moment show, a caption each."""
+    bodies = " and ".join(fault.bodies)
+    gap = "" if isnan(fault.metres) else f" They are {words.length(fault.metres)} apart."
+    at = words.moment(_seconds(result, fault))
+    now = "report it too" if reported else "report none"
+    return (
+        f"Before: hulls report contact of {bodies} at {at}.{gap}",
+        f"After: the same moment; the pieces {now}. Yellow: colliders.",
+    )

@@ -1,0 +1,112 @@
+"""The before/after page of ``replay fix``: true figures, both lanes, pictures of every body, nothing from outside."""
+
+import re
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from support.shapes import box_mesh, moved, revolved_mesh
+
+from cdcore import TriangleMesh
+from replay.advice.collider_search import Limits
+from replay.running.collider_files import before_after_page, fix_colliders
+from replay.show.fix_page.page import cure_sentence
+from replay.show.fix_page.pictures import beyond_mesh, colour_numbers, scale_colour
+from replay.show.palette import SERIES
+from sessions import MeshData, Session
+
+WALL = [(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)]
+ROD = [(0, 0), (0.003, 0), (0.003, 0.2), (0, 0.2)]
+STEP_NS = 11_000_000
+
+
+@pytest.fixture(scope="module")
+def fixed():
+    """A rod that stirs in a cup called like a script, free of its wall most of the time."""
+    cup, rod = revolved_mesh(WALL, 24), revolved_mesh(ROD, 8)
+    axis = int(np.argmax(np.ptp(cup.vertices, axis=0)))
+    count, side = 60, (axis + 1) % 3
+    positions = {name: np.zeros((count, 3)) for name in ("<b>cup", "rod", "spare")}
+    positions["rod"][:, axis] = 0.05
+    positions["rod"][:, side] = np.where(np.arange(count) % 15 < 3, 0.031, 0.001 * (np.arange(count) % 15))
+    positions["spare"] += 2.0 + np.arange(count)[:, None] * 1e-3
+    still = np.tile([0.0, 0.0, 0.0, 1.0], (count, 1))
+    meshes = dict(zip(positions, (cup, rod, rod), strict=True))
+    session = Session.from_arrays(
+        np.arange(count) * STEP_NS,
+        {name: (position, still) for name, position in positions.items()},
+        {name: MeshData(mesh.vertices, mesh.faces) for name, mesh in meshes.items()},
+    )
+    return fix_colliders(session, limits=Limits(0.2))
+
+
+@pytest.fixture(scope="module")
+def page(fixed):
+    return before_after_page(fixed)
+
+
+def test_page_says_both_figures_in_its_first_sentence(fixed, page):
+    text = re.sub(r"<[^>]*>", "", re.search(r"<h1>(.*?)</h1>", page, re.S)[1])
+    assert " ".join(text.split()) == f"{cure_sentence(fixed.before, fixed.after)}."
+    assert re.search(rf"now \d.* %.*{fixed.after['pieces']} pieces in place of 3 hulls, .* ms a frame", text)
+
+
+def test_page_has_both_lanes_and_both_stills(page):
+    lanes = re.findall(r'<svg class="lane" data-detector="(\w+)"', page)
+    assert lanes[:3] == ["exact", "hulls", "pieces"]
+    pair = page[page.index('<div class="pair">') : page.index('<section class="compared">')]
+    assert pair.count("data:image/webp") == 2 and "the pieces report none" in pair
+
+
+def test_every_body_has_a_card_with_pictures(page):
+    cards = re.findall(r'<article class="card"><div class="pictures">(.*?)</article>', page, re.S)
+    assert [card.count("data:image/webp") for card in cards] == [4, 1, 1]
+    assert "&lt;b&gt;cup: 8 pieces: sectors by height and angle" in cards[0] and "<b>cup" not in page
+    assert "beyond the mesh" in cards[0] and "rod: keeps its hull: it is convex" in cards[1]
+    assert "nothing touches them" in page and "spare" in page[page.index('id="limits"') :]
+
+
+def test_page_is_self_contained_and_names_no_run_folder(page):
+    assert not re.findall(r'(?:src|href)="(?!#|data:)[^"]*"', page)
+    assert "replay view" not in page
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "text"),
+    [
+        (
+            (0.86, 0.0, 3, 0.01),
+            (0.08, 0.0, 5, 0.03),
+            "86 % false, now 8 %, 5 pieces in place of 3 hulls, 0.02 ms a frame more",
+        ),
+        (
+            (0.5, 0.01, 2, 0.04),
+            (None, 0.04, 2, 0.03),
+            "50 % false, now 0 %, 1 % not reported, now 4 %, 2 pieces, 0.01 ms a frame less",
+        ),
+    ],
+)
+def test_sentence_says_what_falls_what_rises_and_the_price(before, after, text):
+    rows = [dict(zip(("false", "not_reported", "pieces", "ms"), values, strict=True)) for values in (before, after)]
+    assert cure_sentence(*rows) == text
+
+
+def test_distance_beyond_a_box_is_that_of_its_surface():
+    box = box_mesh((1.0, 1.0, 1.0))
+    points = np.array([[0.7, 0.013, 0.031], [0.1, 0.2, 0.3], [0.8, 0.9, 0.017], [0.013, -0.6, 0.2]])
+    assert beyond_mesh(points, box) == pytest.approx([0.2, 0.0, 0.5, 0.1], abs=1e-9)
+    open_box = TriangleMesh(box.vertices, box.faces[1:])
+    assert beyond_mesh(points[1:2], open_box)[0] == pytest.approx(0.2, abs=1e-9)
+
+
+def test_neighbouring_pieces_have_different_colours():
+    row = [moved(box_mesh((1.0, 1.0, 1.0)), (1.0 * k, 0.0, 0.0)) for k in range(12)]
+    numbers = colour_numbers(row, len(SERIES))
+    assert all(a != b for a, b in pairwise(numbers)) and len(set(numbers)) > 2
+
+
+def test_scale_of_colours_grows_lighter_and_is_never_the_red_of_misses():
+    colours = [scale_colour(fraction) for fraction in np.linspace(0, 1, 11)]
+    lightness = [0.2126 * red + 0.7152 * green + 0.0722 * blue for red, green, blue in colours]
+    assert lightness == sorted(lightness)
+    assert all(green > 0.35 for _, green, _ in colours)
