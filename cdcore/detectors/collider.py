@@ -24,15 +24,15 @@ from cdcore.protocol import (
     Body,
     Detection,
     Explanation,
-    HeldLooks,
     Live,
-    LiveHeld,
+    LiveAtRate,
     Motion,
     PairDetector,
     Solids,
     Verdict,
+    ZeroOrderHold,
     contact_or_clear,
-    looks_at,
+    is_sampled,
     pair_has_pose,
 )
 from cdcore.protocol.settings import MOST_METRES, RateSettings, choice, number, text, whole
@@ -129,7 +129,7 @@ class ColliderDetector(PairDetector[ColliderSettings]):
         """Say whether the frame was tested, and whether the solids meet there."""
         del faces
         settings = self.settings
-        sampled = looks_at(motion.times, frame, settings.rate_hz, settings.sampling_offset_s)
+        sampled = is_sampled(motion.times, frame, settings.rate_hz, settings.sampling_offset_s)
         verdict, _, _ = self._decide(motion.frames(frame, frame + 1))
         return Explanation(looked=sampled, shapes_meet=int(verdict[0, pair]) in (Verdict.CONTACT, Verdict.CONTAINED))
 
@@ -146,13 +146,13 @@ class ColliderDetector(PairDetector[ColliderSettings]):
 
         live = LivePairs(self._broad, decide, self._containment.question, self._containment.holed)
         rate_hz, offset_s = self.settings.rate_hz, self.settings.sampling_offset_s
-        return LiveHeld(live, self.pairs, rate_hz, offset_s) if rate_hz else live
+        return LiveAtRate(live, self.pairs, rate_hz, offset_s) if rate_hz else live
 
-    def _fresh_memory(self) -> HeldLooks:
-        return HeldLooks(len(self.pairs), self.settings.rate_hz, self.settings.sampling_offset_s)
+    def _fresh_memory(self) -> ZeroOrderHold:
+        return ZeroOrderHold(len(self.pairs), self.settings.rate_hz, self.settings.sampling_offset_s)
 
-    def _run(self, motion: Motion, memory: HeldLooks, _faces: bool) -> Detection:
-        sampled, known = memory.looks(motion.times), pair_has_pose(motion, self.pairs)
+    def _run(self, motion: Motion, memory: ZeroOrderHold, _faces: bool) -> Detection:
+        sampled, known = memory.sampled(motion.times), pair_has_pose(motion, self.pairs)
         sample_verdict, work, seconds = self._decide(motion.take(np.flatnonzero(sampled)))
         verdict, hold_work = memory.hold(sample_verdict, known[sampled], sampled, known)
         return self._detection(

@@ -5,8 +5,9 @@ Volumes leave the pair-frames that may meet, meshes decide them, and each answer
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from time import perf_counter
-from typing import Any, ClassVar, Final
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -23,32 +24,46 @@ from cdcore.protocol import (
     Detection,
     Explanation,
     FaceSets,
-    HeldLooks,
     Live,
-    LiveHeld,
+    LiveAtRate,
     Motion,
     PairDetector,
     Verdict,
-    looks_at,
+    ZeroOrderHold,
+    is_sampled,
     ordered_by_name,
     pair_has_pose,
 )
 from cdcore.protocol.detection import SectionSource
-from cdcore.protocol.held_looks import last_answers
 from cdcore.protocol.settings import MOST_METRES, ContainmentSettings, RateSettings, number
-
-BEFORE_BLOCK: Final = 0
-"""Number of a sample, from 1, in place of one before the block."""
+from cdcore.protocol.zero_order_hold import BEFORE_BLOCK, answering_samples
 
 
-class _HeldMeshes(HeldLooks):
-    """Keeps the last question about each pair and its answer; nothing else passes from block to block."""
+class _LastQueries(ZeroOrderHold):
+    """Keeps the last query of each pair and its answer; nothing else passes from block to block."""
 
     def __init__(self, pairs: int, rate_hz: float | None, offset_s: float) -> None:
         super().__init__(pairs, rate_hz, offset_s)
-        # (P, 2, 12): rotation by rows and translation of both bodies; NaN before the first question.
         self.poses: FloatArray = np.full((pairs, 2, 12), np.nan)
+        """Rotation by rows and translation of both bodies; NaN before the first query."""
         self.faces: list[Int32Array] = [NO_FACES] * pairs
+        """Face pairs that met, (k, 2)."""
+
+
+class _Queries(NamedTuple):
+    """The queries of a block of T frames, L of them samples, and what the meshes answered about K pair-frames."""
+
+    samples: Motion
+    """The frames that are samples."""
+    sampled: BoolArray
+    """(T,) which frames are."""
+    queried: BoolArray
+    """(L, P) which samples query a pair."""
+    frames: IntArray
+    """(K,) samples at which meshes were asked."""
+    columns: IntArray
+    """(K,) pairs about which they were asked."""
+    meshes: MeshAnswer
 
 
 class MeshDetector(PairDetector[Any]):
@@ -78,7 +93,7 @@ class MeshDetector(PairDetector[Any]):
         if self._epsilon:
             return super().live()
         live = LivePairs(self._broad, self._meshes.decide_now, self._containment.question, self._containment.holed)
-        return LiveHeld(live, self.pairs, self._rate_hz, self._offset_s) if self._rate_hz else live
+        return LiveAtRate(live, self.pairs, self._rate_hz, self._offset_s) if self._rate_hz else live
 
     def faces_of(self, motion: Motion, hits: BoolArray) -> FaceSets | None:
         """Ask the meshes in these pair-frames; ``None`` where a frame may hold an earlier one's faces."""
@@ -87,79 +102,81 @@ class MeshDetector(PairDetector[Any]):
         frames, columns = true_places(hits)
         return self._meshes.decide(motion, frames, columns, faces=True).face_sets(frames, columns)
 
-    def _fresh_memory(self) -> _HeldMeshes:
-        return _HeldMeshes(len(self.pairs), self._rate_hz, self._offset_s)
+    def _fresh_memory(self) -> _LastQueries:
+        return _LastQueries(len(self.pairs), self._rate_hz, self._offset_s)
 
-    def _run(self, motion: Motion, memory: _HeldMeshes, faces: bool) -> Detection:
-        known, sampled = pair_has_pose(motion, self.pairs), memory.looks(motion.times)
+    def _run(self, motion: Motion, memory: _LastQueries, faces: bool) -> Detection:
+        known, sampled = pair_has_pose(motion, self.pairs), memory.sampled(motion.times)
         samples = motion if sampled.all() else motion.take(np.flatnonzero(sampled))
         queried = known[sampled] if self._epsilon is None else self._after_moves(motion, known, memory, self._epsilon)
         near = self._broad.candidates(samples)
-        chosen = queried[near.frames, near.columns]
-        frames, columns = near.frames[chosen], near.columns[chosen]
-        meshes = self._search(samples, near, frames, columns, faces)
-        contained = self._contain(samples, near, frames[~meshes.hits], columns[~meshes.hits])
+        queries = self._search(samples, sampled, queried, near, faces)
+        containment_tests = self._contain(queries, near)
         verdict, hold_work = memory.hold(near.verdict, queried, sampled, known)
-        last, face_sets, sections = last_answers(queried), None, None
-        if faces:
-            answering = last[np.cumsum(sampled)]
-            sections = self._sections(samples, answering, memory.poses.copy())
-            face_sets = self._remember_faces(memory, meshes, (frames, columns), last, answering, verdict)
-        self._remember_poses(memory, samples, last[-1])
-        work = near.work | hold_work | {
-            "pair_looks": int(queried.sum()), "mesh_queries": meshes.queries, "reused": meshes.reused,
-            "containment_tests": contained, "face_pairs": sum(len(faces) for faces in meshes.sets),
-        }  # fmt: skip
+        face_sets, sections = self._remember(memory, queries, verdict, faces)
+        work = {
+            "pair_looks": int(queried.sum()),
+            "mesh_queries": queries.meshes.queries,
+            "reused": queries.meshes.reused,
+            "containment_tests": containment_tests,
+            "face_pairs": sum(len(faces) for faces in queries.meshes.sets),
+        }
         return self._detection(
             motion,
             verdict,
             face_sets=face_sets,
             containment=self._containment.labels,
-            work=work,
+            work=near.work | hold_work | work,
             seconds=self._seconds(near.clock),
             section_source=sections,
         )
 
     def _search(
-        self, samples: Motion, near: BroadAnswer, frames: IntArray, columns: IntArray, faces: bool
-    ) -> MeshAnswer:
-        """Queries the meshes of pair-frames (K,) and marks contacts in the verdict of the broad phase."""
+        self, samples: Motion, sampled: BoolArray, queried: BoolArray, near: BroadAnswer, faces: bool
+    ) -> _Queries:
+        """Queries the meshes of near pair-frames, and marks contacts in ``near.verdict``."""
+        chosen = queried[near.frames, near.columns]
+        frames, columns = near.frames[chosen], near.columns[chosen]
         meshes = self._meshes.decide(samples, frames, columns, faces=faces)
         near.verdict[frames[meshes.hits], columns[meshes.hits]] = Verdict.CONTACT
         near.clock.append(perf_counter())
-        return meshes
+        return _Queries(samples, sampled, queried, frames, columns, meshes)
 
-    def _contain(self, samples: Motion, near: BroadAnswer, frames: IntArray, columns: IntArray) -> int:
-        """Marks containment in pair-frames without contact; returns the number of tests."""
-        tests = self._containment.mark(samples, frames, columns, near.verdict)
+    def _contain(self, queries: _Queries, near: BroadAnswer) -> int:
+        """Marks containment in ``near.verdict`` where meshes do not meet; returns the number of tests."""
+        clear = ~queries.meshes.hits
+        tests = self._containment.mark(queries.samples, queries.frames[clear], queries.columns[clear], near.verdict)
         near.clock.append(perf_counter())
         return tests
 
-    def _remember_faces(
-        self, memory: _HeldMeshes, meshes: MeshAnswer, searched: tuple[IntArray, IntArray], last: IntArray,
-        answering: IntArray, verdict: ByteArray,
-    ) -> FaceSets:  # fmt: skip
-        """Keeps the faces of the last query of each pair, and returns those of every contact.
-
-        ``last`` (1 + L, P), ``answering`` (T, P): number of the sample that answers, from 1, after each sample and each
-        frame; ``BEFORE_BLOCK``: one of an earlier block, whose faces the memory has.
-        """
-        pairs = len(self.pairs)
-        sets = [NO_FACES, *memory.faces, *meshes.sets]
-        set_of_answer = np.zeros(last.shape, dtype=np.int64)
-        set_of_answer[BEFORE_BLOCK] = 1 + np.arange(pairs)
-        frames, columns = searched
-        set_of_answer[frames + 1, columns] = 1 + pairs + meshes.which
+    def _remember(
+        self, memory: _LastQueries, queries: _Queries, verdict: ByteArray, faces: bool
+    ) -> tuple[FaceSets, SectionSource] | tuple[None, None]:
+        """Keeps poses and faces of the newest query of each pair; returns the faces of every contact, if requested."""
+        samples, queried, meshes = queries.samples, queries.queried, queries.meshes
+        renewed = np.flatnonzero(queried.any(axis=0))
+        # The last True of a column is the first from its end.
+        newest = len(queried) - 1 - queried[::-1, renewed].argmax(axis=0) if len(renewed) else renewed
+        poses_before = memory.poses.copy()
+        memory.poses[renewed] = _poses_of(samples, newest, self.pairs[renewed])
+        if not faces:
+            return None, None
+        # Sets of this block, none, and those of queries before it, one a pair.
+        none, before = len(meshes.sets), len(meshes.sets) + 1
+        sets = [*meshes.sets, NO_FACES, *memory.faces]
+        set_of_sample = np.full(queried.shape, none, dtype=np.int64)
+        set_of_sample[queries.frames, queries.columns] = meshes.which
+        answering = answering_samples(queried, queries.sampled)
         frame, pair = np.nonzero(verdict == Verdict.CONTACT)
-        memory.faces = [sets[k] for k in set_of_answer[last[-1], np.arange(pairs)].tolist()]
-        return FaceSets.from_shared(frame, pair, set_of_answer[answering[frame, pair], pair], sets)
+        sample = answering[frame, pair]
+        which, of_block = before + pair, sample != BEFORE_BLOCK
+        which[of_block] = set_of_sample[sample[of_block], pair[of_block]]
+        for column, last in zip(renewed.tolist(), newest.tolist(), strict=True):
+            memory.faces[column] = sets[set_of_sample[last, column]]
+        sections = partial(self._section, samples, answering, poses_before)
+        return FaceSets.from_shared(frame, pair, which, sets), sections
 
-    def _remember_poses(self, memory: _HeldMeshes, samples: Motion, newest: IntArray) -> None:
-        """Keeps the poses of the last query of each pair; ``newest`` (P,): number of its sample, from 1."""
-        fresh = np.flatnonzero(newest != BEFORE_BLOCK)
-        memory.poses[fresh] = _poses_of(samples, newest[fresh] - 1, self.pairs[fresh])
-
-    def _after_moves(self, motion: Motion, known: BoolArray, memory: _HeldMeshes, epsilon: float) -> BoolArray:
+    def _after_moves(self, motion: Motion, known: BoolArray, memory: _LastQueries, epsilon: float) -> BoolArray:
         """Marks the pair-frames (T, P) that are queried because a body moved since the last query."""
         queried = np.zeros(known.shape, dtype=np.bool_)
         for column, ends in enumerate(self.pairs):
@@ -173,16 +190,17 @@ class MeshDetector(PairDetector[Any]):
             queried[frames, column] = _moved(ordered, centre, float(radius), epsilon)
         return queried
 
-    def _sections(self, samples: Motion, last: IntArray, before: FloatArray) -> SectionSource:
-        """Segments at the poses at which the faces were found, not at those of a frame that holds the answer."""
+    def _section(
+        self, samples: Motion, answering: IntArray, before: FloatArray, frame: int, pair: int, faces: IntArray
+    ) -> FloatArray:
+        """Segments at the poses of the query whose faces they are, not at those of a frame that keeps the answer.
 
-        def section(frame: int, pair: int, faces: IntArray) -> FloatArray:
-            row, ends = int(last[frame, pair]), self.pairs[pair]
-            poses = _poses_of(samples, np.array(row - 1), ends) if row else before[pair]
-            a, b = ((self.bodies[k], (pose[:9].reshape(3, 3), pose[9:])) for k, pose in zip(ends, poses, strict=True))
-            return section_of_faces(*a, *b, faces)
-
-        return section
+        ``before`` (P, 2, 12): poses of the last query before the block.
+        """
+        sample, ends = int(answering[frame, pair]), self.pairs[pair]
+        poses = before[pair] if sample == BEFORE_BLOCK else _poses_of(samples, np.array(sample), ends)
+        a, b = ((self.bodies[k], (pose[:9].reshape(3, 3), pose[9:])) for k, pose in zip(ends, poses, strict=True))
+        return section_of_faces(*a, *b, faces)
 
 
 def _poses_of(motion: Motion, frames: IntArray, ends: IntArray) -> FloatArray:
@@ -263,7 +281,7 @@ class DiscreteDetector(MeshDetector):
     def explain(self, motion: Motion, frame: int, pair: int, faces: IntArray) -> Explanation:
         """Say whether a frame was tested; where it was, spheres and boxes let every contact through."""
         del pair, faces
-        return Explanation(looked=looks_at(motion.times, frame, self._rate_hz, self._offset_s), spheres_meet=True)
+        return Explanation(looked=is_sampled(motion.times, frame, self._rate_hz, self._offset_s), spheres_meet=True)
 
 
 class HybridDetector(MeshDetector):

@@ -16,12 +16,12 @@ from cdcore.protocol import (
     Body,
     Detection,
     Explanation,
-    HeldLooks,
     Motion,
     PairDetector,
     Verdict,
+    ZeroOrderHold,
     contact_or_clear,
-    looks_at,
+    is_sampled,
     pair_has_pose,
 )
 from cdcore.protocol.settings import RateSettings, choice
@@ -93,11 +93,11 @@ class EngineDetector(PairDetector[SettingsT]):
         del faces
         meet = None if self._refused[pair] else bool(self._touch(motion, frame)[pair])
         settings = self.settings
-        sampled = looks_at(motion.times, frame, settings.rate_hz, settings.sampling_offset_s)
+        sampled = is_sampled(motion.times, frame, settings.rate_hz, settings.sampling_offset_s)
         return Explanation(looked=sampled, shapes_meet=meet)
 
-    def _fresh_memory(self) -> HeldLooks:
-        return HeldLooks(len(self.pairs), self.settings.rate_hz, self.settings.sampling_offset_s)
+    def _fresh_memory(self) -> ZeroOrderHold:
+        return ZeroOrderHold(len(self.pairs), self.settings.rate_hz, self.settings.sampling_offset_s)
 
     def _touch(self, motion: Motion, frame: int) -> BoolArray:
         """Marks the pairs that the engine lists, (P,)."""
@@ -111,8 +111,8 @@ class EngineDetector(PairDetector[SettingsT]):
         hits[lower, upper] = True
         return hits[tuple(self._columns.T)]
 
-    def _run(self, motion: Motion, memory: HeldLooks, _faces: bool) -> Detection:
-        sampled, known = memory.looks(motion.times), pair_has_pose(motion, self.pairs)
+    def _run(self, motion: Motion, memory: ZeroOrderHold, _faces: bool) -> Detection:
+        sampled, known = memory.sampled(motion.times), pair_has_pose(motion, self.pairs)
         frames = np.flatnonzero(sampled)
         hits, seconds = np.zeros((len(frames), len(self.pairs)), dtype=np.bool_), np.zeros(len(motion))
         for row, frame in enumerate(frames.tolist()):

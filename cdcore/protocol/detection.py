@@ -341,25 +341,25 @@ def join(detections: Iterable[Detection]) -> Detection:
     ValueError
         There is no block.
     """
-    parts = list(detections)
-    if not parts:
+    answers = list(detections)
+    if not answers:
         raise ValueError("there is no block to join; stream at least one motion")
-    head = parts[0]
-    first = [0, *accumulate(len(part.times) for part in parts)]
-    blocks = list(zip(first, parts, strict=False))
-    sources = [part.section_source for part in parts]
+    head = answers[0]
+    first = [0, *accumulate(len(answer.times) for answer in answers)]
+    blocks = list(zip(first, answers, strict=False))
+    sources = [answer.section_source for answer in answers]
     faces = None
-    if all(part.face_sets is not None for part in parts):
-        faces = FaceSets.join((start, part.face_sets) for start, part in blocks if part.face_sets)
+    if all(answer.face_sets is not None for answer in answers):
+        faces = FaceSets.join((start, answer.face_sets) for start, answer in blocks if answer.face_sets)
     return replace(
         head,
-        times=np.concatenate([part.times for part in parts]),
-        verdict=np.concatenate([part.verdict for part in parts]),
+        times=np.concatenate([answer.times for answer in answers]),
+        verdict=np.concatenate([answer.verdict for answer in answers]),
         face_sets=faces,
-        work=_added([part.work for part in parts]),
-        seconds=_added([part.seconds for part in parts]),
-        reasons={(t + start, p): why for start, part in blocks for (t, p), why in part.noted_reasons.items()},
-        toi={(t + start, p): toi for start, part in blocks for (t, p), toi in part.toi.items()},
+        work=_added([answer.work for answer in answers]),
+        seconds=_added([answer.seconds for answer in answers]),
+        reasons={(t + start, p): why for start, answer in blocks for (t, p), why in answer.noted_reasons.items()},
+        toi={(t + start, p): toi for start, answer in blocks for (t, p), toi in answer.toi.items()},
         section_source=None if None in sources else partial(_section_in_block, sources, first),
     )
 

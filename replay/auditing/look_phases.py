@@ -10,7 +10,7 @@ import numpy as np
 from cdcore import Detection, Detector, Motion, Verdict, join
 from cdcore.detectors import TABLE
 from cdcore.numerics import BoolArray, FloatArray, IntArray
-from cdcore.protocol import HeldLooks, detect_live, is_one_of, stream_live
+from cdcore.protocol import ZeroOrderHold, detect_live, is_one_of, stream_live
 from replay.auditing.contact_counts import REPORTED, count_contacts, count_reports, missed_partly, missed_whole
 from replay.auditing.episodes import column_runs
 from replay.auditing.outcome import Outcome
@@ -198,8 +198,8 @@ def offset_counts(
     offsets = sampling_offsets(rate_hz)
     posed = every.verdict != Verdict.NO_POSE
     for number, later in enumerate(offsets.tolist()):
-        samples = HeldLooks(len(every.pairs), rate_hz, later)
-        sampled = samples.looks(every.times)
+        samples = ZeroOrderHold(len(every.pairs), rate_hz, later)
+        sampled = samples.sampled(every.times)
         sample_verdict = every.verdict[sampled] if band is None else band.lasting(every.verdict[sampled], sampled)
         believed, _ = samples.hold(sample_verdict, posed[sampled], sampled, posed)
         comparison = reference.compare(replace(every, verdict=believed))

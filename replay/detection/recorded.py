@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from cdcore import Body, Detection, Motion, Verdict, create_detector
 from cdcore.protocol import Explains, Explanation, PairDetector, pair_has_pose
-from cdcore.protocol.held_looks import TICK_SLACK
+from cdcore.protocol.zero_order_hold import TICK_SLACK
 from replay.errors import AuditError
 from sessions.model.event import LiveContact
 

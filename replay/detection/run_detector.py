@@ -16,7 +16,7 @@ from cdcore.detectors import TABLE, load_detector, settings_of
 from cdcore.errors import CollisionCoreError, OwnDetectorError
 from cdcore.narrow.sections.section_source import section_of_frame
 from cdcore.numerics import BoolArray
-from cdcore.protocol import HeldLooks, counts_as_contact, detect_live, own_failure, stream_live
+from cdcore.protocol import ZeroOrderHold, counts_as_contact, detect_live, own_failure, stream_live
 from cdcore.protocol.settings import RateSettings
 from replay.constants import BLOCK_FRAMES, MOST_FRAMES_IN_MEMORY
 from replay.cutting.compound import with_pieces
@@ -178,8 +178,8 @@ def _prolonged(detection: Detection, detector: Detector, band: ReleaseBand) -> t
         raise DetectorSpecError(f"{detection.detector} decides between frames; leave {RELEASE} out of its settings")
     settings, times = detector.settings, detection.times
     rate = (settings.rate_hz, settings.sampling_offset_s) if isinstance(settings, RateSettings) else (None, 0.0)
-    samples, posed = HeldLooks(len(detection.pairs), *rate), detection.verdict != Verdict.NO_POSE
-    sampled = samples.looks(times)
+    samples, posed = ZeroOrderHold(len(detection.pairs), *rate), detection.verdict != Verdict.NO_POSE
+    sampled = samples.sampled(times)
     lasting = band.lasting(detection.verdict[sampled], sampled)
     verdict, _ = samples.hold(lasting, posed[sampled], sampled, posed)
     prolonged = counts_as_contact(verdict) & ~counts_as_contact(detection.verdict)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.numerics import BoolArray, FloatArray
-from cdcore.protocol import HeldLooks
+from cdcore.protocol import ZeroOrderHold
 
 P99: Final = 0.99
 """Quantile of the time of a sample that 1 in 100 samples exceeds."""
@@ -18,7 +18,7 @@ def sampled_frames(times: FloatArray, rate_hz: float | None, sampling_offset_s: 
     In the frames between, a detector only repeats its last answer: 99 of 100 frames of a detector at 0.5 Hz take
     nothing, so they are in no quantile.
     """
-    frames: BoolArray = HeldLooks(0, rate_hz, sampling_offset_s).looks(times)
+    frames: BoolArray = ZeroOrderHold(0, rate_hz, sampling_offset_s).sampled(times)
     return frames
 
 

@@ -6,7 +6,7 @@ from support.shapes import box_mesh, still
 
 from cdcore import Body
 from cdcore.errors import InvalidPairError, InvalidPoseError
-from cdcore.protocol import HeldLooks, blocks_in_order, looks_at, ordered_by_name, require_bodies, resolve_pairs
+from cdcore.protocol import ZeroOrderHold, blocks_in_order, is_sampled, ordered_by_name, require_bodies, resolve_pairs
 
 BODIES = [Body(name, box_mesh()) for name in ("table", "rod", "cup")]
 
@@ -60,12 +60,12 @@ def test_pairs_are_ordered_by_name_and_swaps_marked():
 @pytest.mark.parametrize("rate", [22.5, 50.0, 60.0, 72.0, 90.0])
 def test_sampling_agrees_for_blocks_whole_and_single_frames(rate):
     times = np.cumsum(np.random.default_rng(0).uniform(0.002, 0.03, 300))
-    whole, blocks = HeldLooks(0, rate).looks(times), HeldLooks(0, rate)
-    assert np.array_equal(np.concatenate([blocks.looks(times[:77]), blocks.looks(times[77:])]), whole)
-    assert [looks_at(times, frame, rate) for frame in range(300)] == whole.tolist()
+    whole, blocks = ZeroOrderHold(0, rate).sampled(times), ZeroOrderHold(0, rate)
+    assert np.array_equal(np.concatenate([blocks.sampled(times[:77]), blocks.sampled(times[77:])]), whole)
+    assert [is_sampled(times, frame, rate) for frame in range(300)] == whole.tolist()
 
 
 def test_full_rate_samples_every_frame_despite_rounded_stamps():
     times = np.round(np.arange(9000) / 90, 9)
-    assert HeldLooks(0, 90.0).looks(times).all()
-    assert HeldLooks(0, 45.0).looks(times).sum() == 4500
+    assert ZeroOrderHold(0, 90.0).sampled(times).all()
+    assert ZeroOrderHold(0, 45.0).sampled(times).sum() == 4500

@@ -6,6 +6,7 @@ from support.shapes import ball_mesh, unturned
 
 from cdcore import Body, Verdict, create_detector
 from cdcore.protocol import detect_live
+from cdcore.protocol.zero_order_hold import BEFORE_BLOCK, answering_samples
 
 BALLS = [Body("a", ball_mesh(1.0)), Body("b", ball_mesh(1.0))]
 
@@ -44,3 +45,24 @@ def test_stream_keeps_missing_answers_missing(name):
     whole = create_detector(name, BALLS, rate_hz=1.0).detect(motion)
     assert np.array_equal(np.concatenate([component.verdict for component in components]), whole.verdict)
     assert Verdict.NOT_FOUND in whole.verdict
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_answering_sample_is_the_last_that_answered(seed):
+    rng = np.random.default_rng(seed)
+    sampled = rng.random(30) < 0.5
+    answered = rng.random((sampled.sum(), 4)) < 0.4
+    expected = np.full((30, 4), BEFORE_BLOCK)
+    for pair in range(4):
+        sample, last = -1, BEFORE_BLOCK
+        for frame in range(30):
+            if sampled[frame]:
+                sample += 1
+                last = sample if answered[sample, pair] else last
+            expected[frame, pair] = last
+    assert np.array_equal(answering_samples(answered, sampled), expected)
+
+
+def test_block_without_frames_has_no_answering_sample():
+    assert answering_samples(np.zeros((0, 3), dtype=bool), np.zeros(0, dtype=bool)).shape == (0, 3)
+    assert (answering_samples(np.zeros((0, 3), dtype=bool), np.zeros(2, dtype=bool)) == BEFORE_BLOCK).all()
