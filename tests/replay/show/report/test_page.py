@@ -37,7 +37,7 @@ def test_what_a_hand_holds_is_no_contact_of_the_reference():
     assert [len(contacts[label]) for label in ("exact", "it")] == [1, 2]
 
 
-@pytest.mark.parametrize(("count", "last"), [(6, "6.0 s: spilt"), (9, "and 3 more")])
+@pytest.mark.parametrize(("count", "last"), [(6, "6.000 s: spilt"), (9, "and 3 more")])
 def test_six_events_stand_on_top_and_the_others_are_counted(count, last):
     events = [
         EventRecord(stamp_ns=k, source="effect/spill", name="spill", time=float(k), message="spilt")
@@ -45,7 +45,7 @@ def test_six_events_stand_on_top_and_the_others_are_counted(count, last):
     ]
     run = SimpleNamespace(document=EMPTY, answers=(), oracle="", ranking=(), events=events)
     lines = RunView(run, "s").hero.lines
-    assert lines[0] == "1.0 s: spilt" and lines[-2] == last
+    assert lines[0] == "1.000 s: spilt" and lines[-2] == last
 
 
 def test_page_loads_nothing_and_runs_its_own_script_only():
