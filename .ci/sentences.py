@@ -8,7 +8,7 @@ import ast
 import html
 import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -54,11 +54,11 @@ def sentences() -> Iterator[tuple[str, int, str]]:
                     yield name, line, " ".join(text.split())
 
 
-def riddles() -> list[str]:
+def riddles(printed: Iterable[tuple[str, int, str]]) -> list[str]:
     """A line for every sentence that has one of the habits: file, line, habit, text."""
     return [
         f"{name}:{line}: {habit}: {text}"
-        for name, line, text in sentences()
+        for name, line, text in printed
         for habit, pattern in RIDDLES.items()
         if re.search(pattern, text)
     ]
@@ -107,7 +107,7 @@ def _of_catalogue(text: str) -> Iterator[tuple[int, str]]:
 
 if __name__ == "__main__":
     if "--riddles" in sys.argv[1:]:
-        lines = riddles()
+        lines = riddles(sentences())
         print(*lines, sep="\n")
         sys.exit(bool(lines))
     for name, line, text in sentences():

@@ -13,8 +13,8 @@ def printed():
     return list(command.sentences())
 
 
-def test_no_sentence_of_the_tool_is_a_riddle():
-    assert command.riddles() == []
+def test_no_sentence_of_the_tool_is_a_riddle(printed):
+    assert command.riddles(printed) == []
 
 
 @pytest.mark.parametrize(

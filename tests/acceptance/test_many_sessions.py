@@ -28,9 +28,9 @@ from sessions import write_session
 pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs a signal that cannot be caught")
 
 ON_DEMAND = "SESSIONS" in os.environ
-SESSIONS = int(os.environ.get("SESSIONS", "40"))
+SESSIONS = int(os.environ.get("SESSIONS", "24"))
 SECONDS = int(os.environ.get("SECONDS_EACH", 30 if ON_DEMAND else 10))
-EVERY = "60 s" if ON_DEMAND else "10 sessions"
+EVERY = "60 s" if ON_DEMAND else "6 sessions"
 """How often a worker is killed."""
 SETTINGS = {"detectors": ["slow=discrete[rate_hz=22.5]"], "picture": False}
 
@@ -41,7 +41,7 @@ WORKER_BYTES = 48 << 20
 """What a worker may gain from a quarter of its sessions to its last."""
 
 GROWTH = 1.1
-"""Processor time of a session in the last tenth over that in the first; of forty it is noise, and only printed."""
+"""Processor time of a session in the last tenth over that in the first; of 24 it is noise, and only printed."""
 
 
 def make(path, number):
@@ -65,8 +65,8 @@ def run_measured(path, out, settings, request):
 def drive(folder, out, every, where):
     """A program of its own: one batch; what it came to, and what was told when, with the memory then.
 
-    ``every``: ``10 sessions`` or ``60 s`` a worker is killed, or ``""``. ``where``: ``here``, or the workers of a
-    scheduler that is reached by its address.
+    ``every``: how often a worker is killed, ``6 sessions`` or ``60 s``, or ``""``. ``where``: ``here``, or the workers
+    of a scheduler that is reached by its address.
     """
     if where == "elsewhere":
         from distributed import LocalCluster
@@ -89,7 +89,7 @@ def driven_by(folder, out, every, workers):
     def on_done(name, became):
         nonlocal last, killed
         reported.append((name, became, time.monotonic() - begun, me.memory_info().rss))
-        passed = time.monotonic() - last if unit == "s" else len(reported) - 10 * killed
+        passed = time.monotonic() - last if unit == "s" else len(reported) - float(often) * killed
         if every and passed >= float(often) and len(reported) < 0.9 * SESSIONS:
             chance.choice(sorted(spawned_by(me), key=lambda item: item.pid)).kill()
             last, killed = time.monotonic(), killed + 1

@@ -6,16 +6,17 @@ import pytest
 from support.digests import answers, interpreted_answers
 
 
-def assert_same(first, last):
-    compiled = json.loads(json.dumps(answers(first, last)))
-    interpreted = interpreted_answers(first, last)
+def assert_same(seeds):
+    compiled = json.loads(json.dumps(answers(seeds)))
+    interpreted = interpreted_answers(seeds)
     assert {name: rows for name, rows in interpreted.items() if rows != compiled[name]} == {}
 
 
 def test_interpreted_kernels_give_digests_of_compiled_kernels():
-    assert_same(0, 1)
+    assert_same([])
 
 
 @pytest.mark.slow
-def test_interpreted_kernels_agree_on_more_random_worlds():
-    assert_same(1, 5)
+def test_interpreted_kernels_agree_on_random_worlds():
+    """Of each shape two worlds: 46 s of processor time, interpreted."""
+    assert_same([0, 2])

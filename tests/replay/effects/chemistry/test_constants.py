@@ -16,7 +16,6 @@ from replay.effects.chemistry.salts import SOLUBILITY
 SOURCES = script("constant_sources")
 TOML = Path(enthalpy.__file__).with_name("constants.toml").read_text("utf-8")
 REACTIONS = tomllib.loads(Path(__file__).with_name("free_energies.toml").read_text("utf-8"))["reactions"]
-FORMATION = SOURCES.enthalpies()
 EQUATIONS = list(SOURCES.entries())
 WRONG_SIGN = ("minteq.v4",)
 """Its enthalpies of the ammines of silver; constants.phr says so."""
@@ -57,6 +56,12 @@ def comments(section):
     return dict(re.findall(r'^"([^"]+)" = .*? # (.+)$', text, flags=re.MULTILINE))
 
 
+@pytest.fixture(scope="module")
+def formation():
+    """Enthalpies of formation by atoms: read where a test needs them, in a second, not when tests are collected."""
+    return SOURCES.enthalpies()
+
+
 @pytest.mark.parametrize(
     ("equation", "value", "heat", "source", "reaction"), EQUATIONS, ids=[row[0] for row in EQUATIONS]
 )
@@ -95,11 +100,11 @@ def test_unverified_ammines_of_zinc_are_near_those_of_llnl(equation, reaction):
 
 
 @pytest.mark.parametrize("column", enthalpy.ENTHALPY)
-def test_an_enthalpy_of_formation_is_that_of_its_source(column):
+def test_an_enthalpy_of_formation_is_that_of_its_source(column, formation):
     value, note = enthalpy.ENTHALPY[column], comments("enthalpy")[column]
     phase = column.endswith(("(s)", "(g)"))
     formula = column[:-3] if phase else column
-    reference = FORMATION.get((phase, tuple(sorted(atoms(formula).items())), charge_of(formula)), {})
+    reference = formation.get((phase, tuple(sorted(atoms(formula).items())), charge_of(formula)), {})
     if note == "element":
         assert value == 0.0
     elif note == "Alberta":
