@@ -5,46 +5,17 @@ fraction are left out: ``0.7 mm``, ``18.2 mm``, ``300 mm``, ``1.2 m``; ``0.13 ms
 functions, so that a number is the same wherever it stands.
 """
 
-from collections.abc import Sequence
 from datetime import datetime
-from math import floor, isfinite, log10
+from math import floor, log10
 from typing import Final
 
-NOT_MEASURED: Final = "not measured"
-"""Stands for a quantity that nobody measured, or that is no finite number."""
-
-DIGITS: Final = 3
-"""Significant digits of a measured quantity."""
+from sessions.quantities import DIGITS, MOST_DECIMALS, NOT_MEASURED
+from sessions.quantities import duration as duration
+from sessions.quantities import length as length
+from sessions.quantities import number as number
 
 FRAME_TIME_DIGITS: Final = 2
 """Significant digits of what a detector takes for a frame: the third one differs from run to run."""
-
-MOST_DECIMALS: Final = 12
-"""Decimals of the smallest number that is told from 0."""
-
-Scale = Sequence[tuple[float, str]]
-"""Units from the smallest to the largest, each with its size."""
-
-LENGTHS: Final[Scale] = ((1e-9, "nm"), (1e-6, "µm"), (1e-3, "mm"), (1.0, "m"), (1e3, "km"))
-TIMES: Final[Scale] = ((1e-9, "ns"), (1e-6, "µs"), (1e-3, "ms"), (1.0, "s"))
-
-SMALLEST_FRACTION: Final = 0.01
-"""The next larger unit is taken from this share of it on: ``0.13 ms`` and ``0.041 mm``, but ``9 µm``."""
-
-LONGEST_SECONDS, LONGEST_MINUTES = 600.0, 7200.0
-"""Seconds up to which a duration is told in seconds, and in minutes; beyond them in hours."""
-
-
-def number(value: float | None, digits: int = DIGITS) -> str:
-    """A number with so many significant digits and without exponent: ``0.0412``, ``18.2``, ``300``, ``12,346``."""
-    if value is None or not isfinite(value):
-        return NOT_MEASURED
-    if value == 0.0:
-        return "0"
-    decimals = min(MOST_DECIMALS, max(0, digits - 1 - _exponent(value, digits)))
-    text = f"{value:,.{decimals}f}"
-    text = text.rstrip("0").rstrip(".") if decimals else text
-    return "0" if text == "-0" else text
 
 
 def number_above(value: float, limit: float) -> str:
@@ -66,23 +37,9 @@ def reading(value: float, unit: str, decimals: int) -> str:
     return f"{value:.{decimals}f} {unit}".rstrip()
 
 
-def length(metres: float | None) -> str:
-    """A length in the unit of its size: ``0.7 mm``, ``300 mm``, ``1.2 m``."""
-    return _in_unit_of_size(metres, LENGTHS)
-
-
 def millimetres(metres: float | None) -> str:
     """The number alone, in millimetres, for a column or an axis whose head names the unit."""
     return number(None if metres is None else 1e3 * metres)
-
-
-def duration(seconds: float | None) -> str:
-    """How long something takes or lasts, in the unit of its size: ``0.13 ms``, ``120 ms``, ``60 s``, ``12 min``."""
-    if seconds is None or not isfinite(seconds) or abs(seconds) < LONGEST_SECONDS:
-        return _in_unit_of_size(seconds, TIMES)
-    if abs(seconds) < LONGEST_MINUTES:
-        return f"{number(seconds / 60)} min"
-    return f"{number(seconds / 3600)} h"
 
 
 def milliseconds(seconds: float | None) -> str:
@@ -162,32 +119,6 @@ def mean_count(mean: float) -> str:
 def date(when: datetime) -> str:
     """A day and a time of day: ``2026-11-27 19:54``."""
     return f"{when:%Y-%m-%d %H:%M}"
-
-
-def _in_unit_of_size(value: float | None, units: Scale) -> str:
-    """A value in the largest unit of which it is a hundredth at least; from 1 on for the larger two."""
-    if value is None or not isfinite(value):
-        return NOT_MEASURED
-    size, name = units[0]
-    if value == 0.0:
-        size, name = next(entry for entry in units if entry[1] in ("mm", "s"))
-    for larger, larger_name in units[1:]:
-        least = SMALLEST_FRACTION if larger_name in ("mm", "ms") else 1.0
-        # Rounding comes first: 999.9 mm would be told as 1000 mm.
-        if _rounded(abs(value) / larger) >= least:
-            size, name = larger, larger_name
-    return f"{number(value / size)} {name}"
-
-
-def _rounded(value: float) -> float:
-    """The value to as many significant digits as are printed."""
-    return value if value == 0.0 else round(value, DIGITS - 1 - floor(log10(abs(value))))
-
-
-def _exponent(value: float, digits: int) -> int:
-    """The power of ten of the first digit, once the value is rounded: 9.999 to three digits is 10.0."""
-    exponent = floor(log10(abs(value)))
-    return floor(log10(abs(round(value, digits - 1 - exponent))))
 
 
 def safe_text(text: str, *, lines: bool = False) -> str:

@@ -1,4 +1,4 @@
-"""Triangle meshes in FCL: complete and exact in general position. The only module that imports ``fcl``.
+"""Triangle meshes in FCL: complete and exact in general position. The only module of the core that imports ``fcl``.
 
 Every mesh is a ``BVHModel``, so that faces keep their numbers and a convex mesh stays a surface. A mesh inside another
 does not touch it.

@@ -174,6 +174,10 @@ def chosen_frames(count: int) -> IntArray:
 
 def _described(changed: Session, row: Assumption, value: str) -> str:
     """The words of the assumption as it stands in a changed recording."""
+    if row.subject is Subject.LENGTH_UNIT:
+        return f"lengths in {value}"
+    if row.subject is Subject.MESH_UNIT:
+        return f"drawn in {value}"
     for other in recording_assumptions(changed):
         if other.subject is row.subject and other.files == row.files and other.bodies == row.bodies:
             if row.subject is Subject.POSE_AXES:

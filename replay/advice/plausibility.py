@@ -13,7 +13,7 @@ import numpy as np
 
 from replay.advice.scene_outcome import Outcome
 from sessions import Session
-from sessions.importers.assumptions import FARTHEST_M, NEAREST_M
+from sessions.importers.assumptions import LARGEST_RADIUS_M, SMALLEST_RADIUS_M
 from sessions.meshes.mesh_match import UNITS
 from sessions.model.assumption import Assumption
 
@@ -29,7 +29,7 @@ def plausible_length_unit(session: Session, row: Assumption) -> str:
     positions = session.frames.position
     distances = np.linalg.norm(positions[np.isfinite(positions).all(axis=2)], axis=1)
     farthest = float(distances.max(initial=0.0)) / UNITS[row.value]
-    fitting = [unit for unit in row.alternatives if NEAREST_M <= farthest * UNITS[unit] <= FARTHEST_M]
+    fitting = [unit for unit in row.alternatives if SMALLEST_RADIUS_M <= farthest * UNITS[unit] <= LARGEST_RADIUS_M]
     return fitting[0] if len(fitting) == 1 else ""
 
 

@@ -41,7 +41,7 @@ def parse_answers(texts: Sequence[str]) -> Answers:
 def decide_in_pipe(session: "Session", path: Path, people: People) -> int:
     """Say which guesses of an import change its contacts, and the option that decides each; the exit code.
 
-    A few frames decide most of them without a replay. A recording that cannot be replayed has no contacts that they
+    Most of them are decided without a replay. A recording that cannot be replayed has no contacts that they
     could change; then their names are said alone.
     """
     from replay.advice.open_guesses import MOST_QUESTIONS, open_rows, undecided_sentence, untried_lines

@@ -10,6 +10,7 @@ from sessions.doctor.finding import Finding
 from sessions.errors import SessionError
 from sessions.mesh_data import MeshData, has_consistent_winding
 from sessions.meshes.mesh_files import outward
+from sessions.quantities import length, number
 
 LARGE_M: Final = 30.0  # A mesh larger than this was drawn in centimetres or millimetres; a laboratory fits into it
 SMALL_M: Final = 0.0005  # A mesh smaller than half a millimetre was drawn in other units; a needle is longer
@@ -37,7 +38,7 @@ def mesh_findings(name: str, mesh: MeshData) -> Iterator[Finding]:
         ("mesh-degenerate", flat, f"{flat} of {faces} faces have no area"),
         ("mesh-duplicate", doubles, f"{doubles} of {faces} faces repeat another"),
         *_edges(mesh, welded),
-        ("mesh-units", is_odd, f"it is {size:.3g} m long: drawn in other units?"),
+        ("mesh-units", is_odd, f"it is {length(size)} long: drawn in other units?"),
     ]
     for code, count, message in rows:
         if count:
@@ -73,7 +74,7 @@ def _edges(mesh: MeshData, faces: Faces) -> list[Row]:
         ("mesh-non-manifold", many, f"{many} edges belong to more than two faces"),
         ("mesh-open", boundary, f"{boundary} edges belong to one face only"),
         ("mesh-winding", unlike, f"{unlike} edges join faces that wind against each other"),
-        ("mesh-mirrored", inward, f"its signed volume is {1e6 * mesh.volume:.4g} ml"),
+        ("mesh-mirrored", inward, f"its signed volume is {number(1e6 * mesh.volume)} mL"),
     ]
 
 

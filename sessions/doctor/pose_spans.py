@@ -13,6 +13,7 @@ from sessions.doctor.pose_pass import PosePass
 from sessions.doctor.runs import runs
 from sessions.doctor.scale import unit_guess
 from sessions.doctor.track_watch import Mark, marked
+from sessions.quantities import duration, length, number
 
 LEAST_FROZEN: Final = 5  # Repeats of a position that are worth a word; browsers repeat one or two samples in a row
 LEAST_FROZEN_NS: Final = 80_000_000
@@ -151,12 +152,12 @@ MERGED_WITHIN_NS: Final = 500_000_000  # Teleports less than half a second apart
 MESSAGES: Final = {
     "not-finite": "{samples} with a number that is not finite",
     "zero-quaternion": "{samples} with a quaternion of zeros",
-    "non-unit-quaternion": "{samples} with a quaternion of norm {norm:.6g}",
+    "non-unit-quaternion": "{samples} with a quaternion of norm {norm}",
     "out-of-space": "{samples} further from the origin than any room is large",
-    "identity-while-lost": "{samples} say the origin, unturned, {size:.3g} m from where the body was",
+    "identity-while-lost": "{samples} say the origin, unturned, {size} from where the body was",
     "tracking-lost": "{samples} flagged as lost",
-    "frozen": "the position repeats in {samples}, then steps {millimetres:.3g} mm",
-    "teleport": "{count} steps of up to {size:.3g} m within {seconds:.3g} s",
+    "frozen": "the position repeats in {samples}, then steps {size}",
+    "teleport": "{count} steps of up to {size} within {duration}",
 }
 """Code of a span -> what is said of it."""
 
@@ -190,16 +191,15 @@ def _merged_teleports(pose_pass: PosePass, teleports: Sequence[PoseSpan]) -> lis
 
 def _listed(pose_pass: PosePass, span: PoseSpan) -> Finding:
     seconds = (int(pose_pass.stamp_ns[span.last]) - int(pose_pass.stamp_ns[span.first])) / 1e9
-    samples = "1 sample" if span.count == 1 else f"{span.count} samples ({seconds:.3g} s)"
+    samples = "1 sample" if span.count == 1 else f"{span.count} samples ({duration(seconds)})"
     message = MESSAGES[span.code].format(
         samples=samples,
         count=span.count,
-        seconds=seconds,
-        size=span.size,
-        norm=pose_pass.worst_norm[span.column],
-        millimetres=1e3 * span.size,
+        duration=duration(seconds),
+        size=length(span.size),
+        norm=number(pose_pass.worst_norm[span.column], digits=6),
     )
     if span.code == "teleport" and span.count == 1:
-        message = f"{span.size:.3g} m in one step"
+        message = f"{length(span.size)} in one step"
     interval = Span.of(pose_pass.stamp_ns, span.first, span.last)
     return interval.finding(span.code, message, pose_pass.names[span.column], span.count)

@@ -11,6 +11,7 @@ from sessions.doctor.pose_pass import PosePass
 from sessions.geometry.rotations import rotated
 from sessions.model.scene import Scene
 from sessions.names import DEVICE_WORDS, HAND_WORDS, HEAD_WORDS, SIDES, name_tokens
+from sessions.quantities import length
 
 FAR_M: Final = 25.0  # Metres from the origin in the median: no tracked room is that large (VIVE: 10 m by 10 m)
 MILLIMETRES_M: Final = 400.0  # Beyond this a head would be 4 m up even in centimetres
@@ -83,7 +84,7 @@ def _units(pose_pass: PosePass, column: int, name: str) -> Iterator[Finding]:
     guess = unit_guess(pose_pass, column)
     if guess is not None:
         unit, far = guess
-        message = f"{far:.4g} m from the origin in the median: {unit}?"
+        message = f"{length(far)} from the origin in the median: {unit}?"
         span = Span.of(pose_pass.stamp_ns, 0, -1)
         yield span.finding("unit-suspect", message, name, len(pose_pass.stamp_ns))
 

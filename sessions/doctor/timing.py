@@ -10,6 +10,7 @@ from sessions.doctor.finding import Finding, Severity, Span
 from sessions.doctor.pose_pass import PosePass
 from sessions.doctor.runs import runs
 from sessions.doctor.track_watch import Mark
+from sessions.quantities import duration
 
 GAP_STEPS: Final = 3.0  # A step longer than three median steps is a gap
 SAME_MOMENT: Final = 0.1  # Of the longer steps: a shorter step is within one moment
@@ -79,7 +80,7 @@ def _order(stamps: NDArray[np.int64]) -> Iterator[Finding]:
     for first, last in runs(backwards).tolist():
         count = last - first + 1
         step = (int(stamps[first - 1]) - int(stamps[first])) / 1e9
-        message = f"time goes back by {step:.6g} s; {count} frames lie before the latest stamp"
+        message = f"time goes back by {duration(step)}; {count} frames lie before the latest stamp"
         first_ns, last_ns = int(stamps[first : last + 1].min()), int(stamps[first : last + 1].max())
         yield Span(first_ns, last_ns, int(stamps[0])).finding("time-backwards", message, count=count)
     for first, last in runs(repeated).tolist():
@@ -93,7 +94,7 @@ def _gaps(stamps: NDArray[np.int64], zero: int, body: str) -> Iterator[Finding]:
     median = typical_step(stamps)
     long = rows[step[rows] > LONG_GAP_NS]
     for row in long.tolist():
-        message = f"nothing for {step[row] / 1e9:.3g} s, {step[row] / median:.0f} steps of {median / 1e6:.1f} ms"
+        message = f"nothing for {duration(step[row] / 1e9)}, {step[row] / median:.0f} steps of {median / 1e6:.1f} ms"
         span = Span(int(stamps[row]), int(stamps[row + 1]), zero)
         yield span.finding("gap", message, body)
     short = rows[step[rows] <= LONG_GAP_NS]

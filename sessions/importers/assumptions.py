@@ -18,21 +18,22 @@ from sessions.model.assumption import (
     assumptions_of,
 )
 from sessions.model.session import Session
+from sessions.quantities import length
 from sessions.scene_files.scene_meshes import COLLIDER_AXES
 
 if TYPE_CHECKING:
     from sessions.importers.pose_table import SourceFrame
 
-NEAREST_M, FARTHEST_M = 0.02, 30.0
-"""Metres from the origin that the farthest pose of a tracked room has; beyond these a guessed unit is open."""
+SMALLEST_RADIUS_M, LARGEST_RADIUS_M = 0.02, 30.0
+"""Metres from the origin within which the poses of a tracked room are; beyond these a guessed unit is open."""
 
 LENGTH_UNITS: Final = ("m", "cm", "mm")
 
 
-def pose_assumptions(frame: "SourceFrame", farthest: float) -> tuple[Assumption, ...]:
+def pose_assumptions(frame: "SourceFrame", radius: float) -> tuple[Assumption, ...]:
     """Returns what was assumed of the poses of a source.
 
-    ``farthest``: metres from the origin of the farthest position, as the unit was taken.
+    ``radius``: metres from the origin within which nearly all positions are, as the unit was taken.
     """
     is_guess = frame.axes_origin is Origin.GUESS
     axes = Assumption(
@@ -49,19 +50,19 @@ def pose_assumptions(frame: "SourceFrame", farthest: float) -> tuple[Assumption,
         handed_origin, reason = Origin.GUESS, "the axes as text leave it out"
     handedness = Assumption(Subject.HANDEDNESS, frame.axes.handedness, handed_origin, reason=reason)
     clock = Assumption(Subject.CLOCK, frame.clock, frame.clock_origin)
-    return axes, handedness, length_unit(frame, farthest), clock, *frame.others
+    return axes, handedness, length_unit(frame, radius), clock, *frame.others
 
 
 def _description(axes: Convention) -> str:
     return "" if axes.description == axes.name else axes.description
 
 
-def length_unit(frame: "SourceFrame", farthest: float) -> Assumption:
+def length_unit(frame: "SourceFrame", radius: float) -> Assumption:
     """Returns the unit of lengths; a guess is open where a room of that size would be no laboratory."""
     confidence, reason = Confidence.SURE, ""
     if frame.units_origin is Origin.GUESS:
-        reason = f"the farthest pose is then {farthest:.3g} m from the origin"
-        if not NEAREST_M <= farthest <= FARTHEST_M:
+        reason = f"99 of 100 poses are then within {length(radius)} of the origin"
+        if not SMALLEST_RADIUS_M <= radius <= LARGEST_RADIUS_M:
             confidence = Confidence.OPEN
     others = [unit for unit in LENGTH_UNITS if unit != frame.units]
     return Assumption(

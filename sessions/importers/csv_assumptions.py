@@ -17,6 +17,7 @@ from sessions.importers.csv_table import CsvTable
 from sessions.importers.pose_table import SourceFrame
 from sessions.meshes.conventions import Convention
 from sessions.model.assumption import Assumption, Confidence, Origin, Subject
+from sessions.quantities import number
 from sessions.scene_files.body_axes import grouped_assumptions
 
 LIKELY_RATES_HZ: Final = (10.0, 250.0)
@@ -89,7 +90,7 @@ def _time_unit(table: CsvTable, plan: CsvMapping) -> tuple[Assumption, ...]:
     if origin is Origin.GUESS:
         steps = np.diff(np.unique(table.stamps(plan.time, plan.unit)))
         rate = 1e9 / float(np.median(steps)) if len(steps) else math.nan
-        reason = f"there are then {rate:.3g} samples a second" if len(steps) else "one stamp says no rate"
+        reason = f"there are then {number(rate)} samples a second" if len(steps) else "one stamp says no rate"
         if not LIKELY_RATES_HZ[0] <= rate <= LIKELY_RATES_HZ[1]:
             confidence = Confidence.OPEN
     return (Assumption(Subject.TIME_UNIT, plan.unit, origin, confidence, reason=reason),)
@@ -162,7 +163,7 @@ def _angle_unit(table: CsvTable, plan: CsvMapping, columns: PoseColumns) -> Assu
         value=unit,
         origin=origin,
         confidence=Confidence.OPEN if is_open else Confidence.SURE,
-        reason=f"the largest number is {largest:.3g}",
+        reason=f"the largest number is {number(largest)}",
         alternatives=("deg", "rad") if is_open else (),
     )
 

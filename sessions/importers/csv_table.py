@@ -23,6 +23,7 @@ import pyarrow.compute as pc
 import pyarrow.csv
 
 from sessions.errors import ImportFileError
+from sessions.importers.arrow_values import bool_array, bool_values, float_values, text_array, text_scalar
 from sessions.importers.csv_head import NUMBER, WORDS, bare_unit, check_encoding, is_row_of_units
 from sessions.importers.csv_mapping import CLOCK_NS, TEXT, CsvLayout, PoseColumns
 from sessions.importers.ledger import Ledger
@@ -222,12 +223,12 @@ class CsvTable:
         header = list(self.heads[-1])
         if self._layout.columns or not len(self._table):
             return 0
-        again = pc.equal(self._table.column(0), header[0])
+        again = pc.equal(self._table.column(0), text_scalar(header[0]))
         if not pc.any(again).as_py():
             return 0
         for index, word in enumerate(header):
-            again = pc.and_(again, pc.equal(pc.utf8_trim_whitespace(self._table.column(index)), word))
-        self._kept_rows = np.flatnonzero(~again.to_numpy(zero_copy_only=False).astype(np.bool_))
+            again = pc.and_(again, pc.equal(pc.utf8_trim_whitespace(self._table.column(index)), text_scalar(word)))
+        self._kept_rows = np.flatnonzero(~bool_values(again))
         self._table = self._table.filter(pc.invert(again))
         return int(pc.sum(again).as_py() or 0)
 
@@ -272,7 +273,7 @@ class CsvTable:
                 )
             raise ImportFileError(f"{where}{nearest(column, self.columns)}")
         cells = self._table.column(column)
-        return pc.utf8_trim_whitespace(cells if rows is None else cells.filter(pa.array(rows)))
+        return pc.utf8_trim_whitespace(cells if rows is None else cells.filter(bool_array(rows)))
 
     def texts(self, column: str, rows: Rows | None = None) -> list[str]:
         """The cells of a column as text, without spaces around it."""
@@ -284,7 +285,7 @@ class CsvTable:
         cells = self._cells(column)
         rows_of = {}
         for word in self._cells(column, rows).unique().to_pylist():
-            has = pc.equal(cells, word).to_numpy(zero_copy_only=False).astype(np.bool_)
+            has = bool_values(pc.equal(cells, text_scalar(word)))
             rows_of[word] = has if rows is None else has & rows
         return rows_of
 
@@ -308,12 +309,12 @@ class CsvTable:
         cells = self._cells(column, rows)
         if self._layout.decimal != ".":
             cells = pc.replace_substring(cells, self._layout.decimal, ".")
-        return pc.if_else(pc.is_in(cells, pa.array(EMPTY)), pa.scalar(None, pa.string()), cells)
+        return pc.if_else(pc.is_in(cells, text_array(EMPTY)), text_scalar(None), cells)
 
     def _floats(self, column: str, rows: Rows | None = None) -> Numbers:
         cells = self._number_cells(column, rows)
         with suppress(pa.ArrowInvalid):
-            return np.asarray(cells.cast(pa.float64()).to_numpy(zero_copy_only=False), dtype=np.float64)
+            return float_values(cells)
         values = []
         for row, cell in enumerate(cells.fill_null("nan").to_pylist()):
             try:
@@ -390,8 +391,7 @@ class CsvTable:
 
     def flags(self, column: str, rows: Rows | None = None) -> Rows:
         """Whether each cell says yes, (n,)."""
-        flags: Rows = pc.is_in(self._cells(column, rows), pa.array(TRUE_TEXTS)).to_numpy().astype(np.bool_)
-        return flags
+        return bool_values(pc.is_in(self._cells(column, rows), text_array(TRUE_TEXTS)))
 
     def poses(self, columns: PoseColumns, stamps: Stamps, rows: Rows | None = None) -> PoseTable:
         """The poses of some rows; the last of a file that may be cut short is flagged as lost."""

@@ -136,17 +136,19 @@ def imported(
     }
     if frame.assumed:
         facts["assumed"] = "; ".join(frame.assumed)
-    facts[ASSUMPTIONS_FACT] = assumptions_fact(pose_assumptions(frame, farthest_position(tracks.values())))
+    facts[ASSUMPTIONS_FACT] = assumptions_fact(pose_assumptions(frame, room_radius(tracks.values())))
     return replace(Session.from_tracks(tracks, facts=facts), scalars=scalars)
 
 
-def farthest_position(tracks: Iterable[Track]) -> float:
-    """Returns how far the farthest valid position is from the origin, metres; 0 without any."""
-    farthest = 0.0
-    for track in tracks:
-        distances = np.linalg.norm(track.positions[track.valid], axis=1)
-        farthest = max(farthest, float(distances.max(initial=0.0)))
-    return farthest
+def room_radius(tracks: Iterable[Track]) -> float:
+    """Returns the metres from the origin within which 99 of 100 valid positions are; 0 without any.
+
+    A few wild positions say nothing about the unit of the others.
+    """
+    positions = [track.positions[track.valid] for track in tracks]
+    with np.errstate(over="ignore"):
+        distances = np.sort(np.concatenate([np.hypot.reduce(rows, axis=1) for rows in positions] or [np.zeros(0)]))
+    return float(distances[-(len(distances) // 100) - 1]) if len(distances) else 0.0
 
 
 def _grouped(notes: Iterable[str]) -> list[str]:

@@ -14,6 +14,7 @@ from sessions.input_files import check_regular, read_bytes
 from sessions.mesh_data import MeshData
 from sessions.meshes.glb_tree import GlbTree, read_glb, rigid_of
 from sessions.meshes.mesh_files import FILE_TYPES, hull, load_mesh
+from sessions.quantities import length, number
 
 UNITS: Final = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 SMALLEST_M, LARGEST_M, USUAL_M = 0.005, 5.0, 0.15
@@ -50,8 +51,8 @@ def guessed(mesh: MeshData, what: str) -> tuple[float, str]:
         return 1.0, ""
     unit = min(UNITS, key=lambda name: _unlikeliness(size * UNITS[name]))
     if unit == "m":
-        return 1.0, f"{what} is {size:.3g} m long, taken as it is; if it is drawn in another unit, say so"
-    return UNITS[unit], f"{what} is {size:.4g} units long, taken for {unit}: {size * UNITS[unit]:.3g} m"
+        return 1.0, f"{what} is {length(size)} long, taken as it is; if it is drawn in another unit, say so"
+    return UNITS[unit], f"{what} is {number(size, digits=4)} units long, taken for {unit}: {length(size * UNITS[unit])}"
 
 
 def possible_units(mesh: MeshData, unit: str) -> tuple[str, ...]:

@@ -63,7 +63,7 @@ class PolygonMesh:
         first_faces = np.cumsum(counts) - counts
         faces = np.empty((int(counts.sum()), 3), dtype=np.int64)
         pairs = 0
-        for size in np.unique(self.sizes[self.sizes >= 3]).tolist():
+        for size in sorted(set(self.sizes[self.sizes >= 3].tolist())):
             rows = np.flatnonzero(self.sizes == size)
             for block in np.array_split(rows, -(-len(rows) * size // BLOCK_CORNERS)):
                 polygons = self.corners[starts[block][:, None] + np.arange(size)]

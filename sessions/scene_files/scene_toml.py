@@ -14,6 +14,7 @@ from sessions.meshes.conventions import CONVENTIONS, quaternion_from_euler
 from sessions.meshes.mesh_axes import mesh_axes_matrix
 from sessions.model.constants import SPACE_RADIUS
 from sessions.model.scene import TAG, Pose, Scene, SceneBody, SceneEffect, SceneGroup, selected_bodies
+from sessions.quantities import number
 from sessions.scene_files.toml_table import TomlTable, is_number, nearest, parse_toml
 
 EXTRA_KEYS = ("mass", "margin", "cavity", "faces", "options", "properties")
@@ -258,7 +259,7 @@ def _pose(table: TomlTable | None) -> Pose | None:
         quaternion = table.vector("quaternion_xyzw", IDENTITY)
     norm = math.hypot(*quaternion)
     if not abs(norm - 1.0) <= 1e-3:
-        table.refuse(f"quaternion_xyzw {list(quaternion)} has norm {norm:.6g}, not 1")
+        table.refuse(f"quaternion_xyzw {list(quaternion)} has norm {number(norm, digits=6)}, not 1")
     table.done()
     return Pose(cast(tuple[float, float, float], position), cast(tuple[float, float, float, float], quaternion))
 

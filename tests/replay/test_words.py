@@ -87,3 +87,11 @@ def test_ranges_rates_moments_and_losses():
         "",
     ]
     assert [words.loss_number(loss) for loss in (0.0, 0.944, 0.00312, 2.09)] == ["0", "0.94", "0.0031", "2.1"]
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(1e300, "more than 1,000,000,000,000"), (-2e12, "less than -1,000,000,000,000")]
+)
+def test_a_number_beyond_nature_is_not_written_out(value, text):
+    assert words.number(value) == text
+    assert words.number(1e12) == "1,000,000,000,000"

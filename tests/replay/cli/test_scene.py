@@ -123,7 +123,7 @@ def test_folder_meshes_reach_their_bodies_in_import_and_draft(files, capsys):
     )
     given = ["--mapping", str(files / "map.toml"), "--convention", "openxr", "--meshes", str(folder)]
     assert main(["import", "csv", str(files / "x.csv"), "-o", str(out), *given]) == 0
-    text = "a: a.obj; a.obj is 10 units long, taken for cm: 0.1 m; b: B (Clone).obj; no mesh is named like: c"
+    text = "a: a.obj; a.obj is 10 units long, taken for cm: 100 mm; b: B (Clone).obj; no mesh is named like: c"
     assert text in " ".join(capsys.readouterr().err.split())
     session = read_session(out)
     assert session.facts["conversions"].endswith(text) and {*session.meshes} == {"a", "b"}

@@ -7,9 +7,10 @@ from support.session_files import samples, stream_header, write_transforms, xdf_
 
 from sessions.importers import import_session
 from sessions.importers.assumptions import length_unit, pose_assumptions
-from sessions.importers.pose_table import SourceFrame
+from sessions.importers.pose_table import SourceFrame, room_radius
 from sessions.meshes.conventions import convention
 from sessions.model.assumption import Confidence, Origin, Subject
+from sessions.model.track import Track
 from sessions.scene_files.answers import recording_assumptions
 
 TAKES = Path(__file__).with_name("optitrack")
@@ -83,3 +84,20 @@ def test_a_small_mesh_beside_others_in_centimetres_may_be_too(tmp_path):
     assert (of_stopper.value, of_stopper.is_open, of_stopper.alternatives) == ("m", True, ("m", "cm"))
     alone = import_session("mcap", tmp_path / "take.mcap", meshes={"stopper": meshes["stopper"]})
     assert by_subject(alone)[Subject.MESH_UNIT].alternatives == ("m", "cm")
+
+
+@pytest.mark.parametrize("far", [1e3, 1e9, 1e160, 1.7e308])
+def test_few_wild_positions_leave_the_room_as_it_is(far):
+    positions = np.full((300, 3), 0.5)
+    positions[[7, 250]] = far
+    times, turns = np.arange(300), np.tile([0.0, 0.0, 0.0, 1.0], (300, 1))
+    track = Track(times, positions, turns, np.ones(300, dtype=bool))
+    assert room_radius([track]) == pytest.approx(0.75**0.5)
+    assert room_radius([]) == 0.0
+
+
+def test_room_radius_of_many_far_positions_is_theirs():
+    positions = np.full((300, 3), 0.0)
+    positions[::10, 0] = 1500.0
+    track = Track(np.arange(300), positions, np.tile([0.0, 0.0, 0.0, 1.0], (300, 1)), np.ones(300, dtype=bool))
+    assert room_radius([track]) == 1500.0

@@ -22,9 +22,9 @@ def position(folder, **sizes):
 @pytest.mark.parametrize(
     ("size", "scale", "text"),
     [
-        (0.08, 1.0, ""), (4.9, 1.0, ""), (8.0, 0.01, "x is 8 units long, taken for cm: 0.08 m"),
-        (80.0, 0.001, "x is 80 units long, taken for mm: 0.08 m"), (20.0, 0.01, "taken for cm: 0.2 m"),
-        (1600.0, 0.001, "taken for mm: 1.6 m"), (0.001, 1.0, "x is 0.001 m long, taken as it is; if it is drawn in"),
+        (0.08, 1.0, ""), (4.9, 1.0, ""), (8.0, 0.01, "x is 8 units long, taken for cm: 80 mm"),
+        (80.0, 0.001, "x is 80 units long, taken for mm: 80 mm"), (20.0, 0.01, "taken for cm: 200 mm"),
+        (1600.0, 0.001, "taken for mm: 1.6 m"), (0.001, 1.0, "x is 1 mm long, taken as it is; if it is drawn in"),
     ],
 )  # fmt: skip
 def test_mesh_unit_gives_hand_size_and_is_reported(size, scale, text):
@@ -40,7 +40,7 @@ def test_folder_is_matched_by_name_and_reported(tmp_path):
         "beaker": "Beaker_250.obj", "LeftHand(Clone)": "LEFT_hand.obj", "Flask": "flask.obj", "hand": "LEFT_hand.obj",
         "old spare": "spare.obj",
     }  # fmt: skip
-    reported_of_it = "beaker: Beaker_250.obj; a like name; Beaker_250.obj is 8 units long, taken for cm: 0.08 m"
+    reported_of_it = "beaker: Beaker_250.obj; a like name; Beaker_250.obj is 8 units long, taken for cm: 80 mm"
     assert result["beaker"].words == reported_of_it
     assert result["beaker"].mesh.bounds[1, 0] == pytest.approx(0.04, rel=0.05) and result["beaker"].scale == 0.01
     assert result["Flask"].words == "Flask: flask.obj" and note == ["no mesh is named like: camera"]

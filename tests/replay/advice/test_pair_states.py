@@ -1,0 +1,109 @@
+"""States of a pair by FCL against those of the exact detector, on motions whose gaps close and open."""
+
+import numpy as np
+import pytest
+import trimesh
+from scipy.spatial.transform import Rotation
+
+from cdcore import Body, Motion, TriangleMesh, create_detector
+from cdcore.protocol import counts_as_contact
+from replay.advice.pair_states import PairState, PairStates, QueryBudget, QueryLimitError, can_be_asked
+from sessions import MeshData
+
+FRAMES = 400
+
+
+def cup():
+    """A square cup with walls, so that a body can hang in its hollow without being inside its solid."""
+    outer, inner = trimesh.creation.box((0.2, 0.2, 0.2)), trimesh.creation.box((0.16, 0.2, 0.16))
+    inner.apply_translation((0.0, 0.02, 0.0))
+    return trimesh.boolean.difference([outer, inner], engine="manifold")
+
+
+SHAPES = {
+    "balls": (trimesh.creation.icosphere(2, 0.1), trimesh.creation.icosphere(1, 0.05)),
+    "rod-in-cup": (cup(), trimesh.creation.box((0.03, 0.1, 0.02))),
+    "ball-in-block": (trimesh.creation.box((0.3, 0.3, 0.3)), trimesh.creation.icosphere(1, 0.04)),
+    "block-about-ball": (trimesh.creation.icosphere(1, 0.04), trimesh.creation.box((0.3, 0.3, 0.3))),
+}
+
+
+def mesh_data(mesh):
+    return MeshData(mesh.vertices, mesh.faces)
+
+
+def winding_path(seed, reach):
+    """Rotations (k, 3, 3) and positions (k, 3) along a smooth random path about the origin."""
+    rng = np.random.default_rng(seed)
+    knots = rng.uniform(-reach, reach, (12, 3))
+    times, at = np.linspace(0, 11, FRAMES), np.arange(12)
+    positions = np.stack([np.interp(times, at, knots[:, axis]) for axis in range(3)], axis=1)
+    turns = np.cumsum(rng.normal(0.0, 0.02, (FRAMES, 3)), axis=0)
+    return Rotation.from_rotvec(turns).as_matrix(), positions
+
+
+def exact_contacts(first, second, rotations, positions):
+    bodies = [Body(name, TriangleMesh(mesh.vertices, mesh.faces)) for name, mesh in (("a", first), ("b", second))]
+    translations, turns = np.zeros((FRAMES, 2, 3)), np.tile(np.eye(3), (FRAMES, 2, 1, 1))
+    translations[:, 1], turns[:, 1] = positions, rotations
+    motion = Motion(np.arange(FRAMES) / 90, translations, turns)
+    return counts_as_contact(create_detector("exact", bodies).detect(motion).verdict)[:, 0]
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("shape", SHAPES)
+def test_states_are_those_of_the_exact_detector(shape, seed):
+    first, second = SHAPES[shape]
+    rotations, positions = winding_path(seed, 0.3)
+    states = PairStates(mesh_data(first), mesh_data(second)).states(rotations, positions, QueryBudget())
+    contact = exact_contacts(first, second, rotations, positions)
+    is_known = states != PairState.UNKNOWN
+    assert is_known.mean() > 0.99
+    assert ((states == PairState.CONTACT) == contact)[is_known].all()
+    assert contact.any() and not contact.all()
+
+
+def test_frames_between_two_distances_are_left_out():
+    ball = mesh_data(trimesh.creation.icosphere(1, 0.05))
+    rotations, positions = np.tile(np.eye(3), (FRAMES, 1, 1)), np.zeros((FRAMES, 3))
+    positions[:, 0] = 0.3 + 0.01 * np.sin(np.arange(FRAMES) / 50)
+    pair = PairStates(ball, ball)
+    cost_of_ten = 10 * (10.0 + 30.0 + 0.02 * 160)
+    assert (pair.states(rotations, positions, QueryBudget(cost_of_ten)) == PairState.APART).all()
+
+
+def test_more_queries_than_the_budget_are_refused():
+    ball = mesh_data(trimesh.creation.icosphere(1, 0.05))
+    rotations, positions = np.tile(np.eye(3), (FRAMES, 1, 1)), np.zeros((FRAMES, 3))
+    with pytest.raises(QueryLimitError):
+        PairStates(ball, ball).states(rotations, positions, QueryBudget(100.0))
+
+
+def test_bodies_that_rest_on_each_other_decide_nothing_by_rounding():
+    box = trimesh.creation.box((0.1, 0.1, 0.1))
+    gaps = np.array([0.0, 1e-12, 1e-7, 9e-6, 2e-5])
+    positions = np.zeros((5, 3))
+    positions[:, 1] = 0.1 + gaps
+    states = PairStates(mesh_data(box), mesh_data(box)).states(np.tile(np.eye(3), (5, 1, 1)), positions, QueryBudget())
+    assert (states[:4] != PairState.APART).all() and states[4] == PairState.APART
+
+
+def test_inside_of_an_open_mesh_is_unknown():
+    block, ball = trimesh.creation.box((0.3, 0.3, 0.3)), trimesh.creation.icosphere(1, 0.04)
+    open_block = MeshData(block.vertices, block.faces[:-1])
+    poses = np.eye(3)[None], np.zeros((1, 3))
+    assert PairStates(open_block, mesh_data(ball)).states(*poses, QueryBudget()) == [PairState.UNKNOWN]
+    assert PairStates(mesh_data(block), mesh_data(ball)).states(*poses, QueryBudget()) == [PairState.CONTACT]
+
+
+def test_inside_of_doubled_shells_is_never_taken_for_apart():
+    block, ball = trimesh.creation.box((0.3, 0.3, 0.3)), trimesh.creation.icosphere(1, 0.04)
+    larger = trimesh.creation.box((0.4, 0.4, 0.4))
+    nested = trimesh.util.concatenate([block, larger])
+    poses = np.eye(3)[None], np.zeros((1, 3))
+    assert PairStates(mesh_data(nested), mesh_data(ball)).states(*poses, QueryBudget()) == [PairState.UNKNOWN]
+
+
+def test_meshes_with_faces_of_no_area_are_not_asked():
+    assert can_be_asked(mesh_data(trimesh.creation.box()))
+    assert not can_be_asked(MeshData([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0]], [[0, 1, 2], [0, 1, 3]]))

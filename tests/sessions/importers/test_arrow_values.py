@@ -1,0 +1,50 @@
+import subprocess
+import sys
+
+import numpy as np
+import pyarrow as pa
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sessions.importers.arrow_values import bool_array, bool_values, float_values, text_array, text_scalar
+
+READS_A_TABLE = """
+import sys
+from pathlib import Path
+from sessions.importers import import_session
+rows = ["time,x,y,z,qx,qy,qz,qw", "0.0,0,0,0,0,0,0,1", "0.1,0,0,0,0,0,0,1", "0.2,nan,0,0,0,0,0,1"]
+Path("take.csv").write_text("\\n".join([*rows, ""]))
+Path("map.toml").write_text('convention = "openxr"\\nunits = "m"\\n[time]\\ncolumn = "time"\\nunit = "s"\\n'
+    '[bodies.cup]\\nposition = ["x", "y", "z"]\\nquaternion_xyzw = ["qx", "qy", "qz", "qw"]\\n')
+session = import_session("csv", Path("take.csv"), mapping=Path("map.toml"))
+assert len(session.frames) == 3
+print(sorted({"pandas", "numba", "scipy", "numpy.ma"} & set(sys.modules)))
+"""
+
+
+@given(st.lists(st.booleans(), max_size=40))
+def test_flags_survive_arrow(flags):
+    values = np.array(flags, dtype=np.bool_)
+    array = bool_array(values)
+    assert array.to_pylist() == flags
+    assert bool_values(pa.chunked_array([array])).tolist() == flags
+
+
+@given(st.lists(st.text(max_size=5), max_size=10))
+def test_texts_survive_arrow(texts):
+    assert text_array(texts).to_pylist() == texts
+    assert [text_scalar(text).as_py() for text in texts] == texts
+    assert text_scalar(None).as_py() is None
+
+
+@pytest.mark.parametrize("chunks", [[[]], [[1.5, None], [], [None, -2.0]], [[0.0] * 9]])
+def test_numbers_come_back_with_nan_for_what_is_missing(chunks):
+    cells = pa.chunked_array([pa.array(chunk, pa.float64()) for chunk in chunks])
+    expected = [np.nan if value is None else value for chunk in chunks for value in chunk]
+    assert np.array_equal(float_values(cells), expected, equal_nan=True)
+
+
+def test_reading_a_table_imports_no_heavy_library(tmp_path):
+    done = subprocess.run([sys.executable, "-c", READS_A_TABLE], cwd=tmp_path, capture_output=True, text=True)
+    assert (done.stdout.strip(), done.returncode) == ("[]", 0), done.stderr
