@@ -14,6 +14,7 @@ from cdcore.protocol import Solids
 from replay.auditing.outcome import Outcome
 from replay.auditing.tolerance import Reference
 from replay.cutting.convex_solids import manifold_of, manifold_union, outside_by, solids_of
+from replay.cutting.seams import SeamKind, seams_of
 from replay.cutting.surface_distance import Surface, farthest_on, farthest_triangles
 from replay.detection.detector_spec import DetectorSpec
 from replay.detection.run_detector import make_detector
@@ -27,7 +28,7 @@ def shape_figures(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> dict[st
     """Pieces, triangles, volumes beyond and missing as fractions of the mesh, and reaches in millimetres, plain data.
 
     ``reach_mm`` is how far a piece stands beyond the surface at most, ``outside_mm`` how far the mesh lies outside its
-    pieces. Volumes are ``None`` of a mesh that is no solid.
+    pieces. Volumes are ``None`` of a mesh that is no solid. ``seams`` are those of ``replay.cutting.seams``.
     """
     solid = manifold_of(mesh) if mesh.is_closed else None
     volume = 0.0 if solid is None else solid.volume()
@@ -44,7 +45,24 @@ def shape_figures(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> dict[st
         "missing": missing,
         "reach_mm": 1e3 * reach(mesh, pieces),
         "outside_mm": 1e3 * outside_by(mesh, pieces),
+        **seam_figures(mesh, pieces),
     }
+
+
+def seam_figures(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> dict[str, Any]:
+    """Widest overlap and slit between two pieces in millimetres, and every seam with its place, plain data."""
+    seams = seams_of(mesh, pieces)
+    widest = {kind: max((seam.width for seam in seams if seam.kind is kind), default=0.0) for kind in SeamKind}
+    rows = [
+        {
+            "kind": seam.kind.value,
+            "pieces": list(seam.pieces),
+            "width_mm": 1e3 * seam.width,
+            "at_mm": [1e3 * coordinate for coordinate in seam.place],
+        }
+        for seam in seams
+    ]
+    return {"overlap_mm": 1e3 * widest[SeamKind.OVERLAP], "slit_mm": 1e3 * widest[SeamKind.SLIT], "seams": rows}
 
 
 def _beyond_rounding(fraction: float) -> float:

@@ -89,7 +89,8 @@ def _screen(fixed: "FixedColliders", people: People) -> Any:
     from replay.show.fix_table import before_after_table, card_table, front_table
 
     contacts = fixed.result.ranking[-1].contacts if fixed.result.ranking else 0
-    tables = [card_table(fixed.bodies)]
+    cards = card_table(fixed.bodies)
+    tables = [cards if people.verbose else cards.narrow()]
     if people.verbose:
         tables.append(front_table(fixed.front))
     tables.append(before_after_table(fixed.before, fixed.after, contacts=contacts, step_hz=fixed.step_hz))

@@ -115,7 +115,7 @@ class BodyCard:
     """A body: its pictures with a caption each, its figures, and ``what`` was made of it.
 
     ``after``: the head of the second column; ``""``: it keeps its hull. ``farthest``: the largest reach in words, where
-    the scale of colours ends; ``""``: nothing reaches beyond the mesh.
+    the scale of colours ends; ``""``: nothing reaches beyond the mesh. ``seams``: a line a seam of its pieces.
     """
 
     name: str
@@ -124,6 +124,7 @@ class BodyCard:
     figures: Sequence[Figure]
     after: str
     farthest: str
+    seams: Sequence[str]
 
 
 def cure_sentence(before: Row, after: Row) -> str:
@@ -196,9 +197,9 @@ def body_card(row: Row, shape: BodyShape) -> BodyCard:
     if cut:
         count = plural(after["pieces"], "piece")
         pictures.append((pieces_picture(shape.after, f"{name} in {count}"), f"{count}, by colour"))
-    for solids, figures, what in ((shape.before, before, "hull"), (shape.after, after, "pieces"))[: 1 + cut]:
+    for solids, solids_row, what in ((shape.before, before, "hull"), (shape.after, after, "pieces"))[: 1 + cut]:
         if farthest > 0.0:
-            text = f"{what}: up to {words.length(figures['reach_mm'] / 1e3)} beyond"
+            text = f"{what}: up to {words.length(solids_row['reach_mm'] / 1e3)} beyond"
             pictures.append((reach_picture(shape.mesh, solids, farthest, f"{name}, {text} the mesh"), text))
     how = f"{plural(after['pieces'], 'piece')}: {row['how']}" if cut else "keeps its hull"
     reason = f": {row['reason']}" if row["reason"] and not cut else ""
@@ -210,8 +211,21 @@ def body_card(row: Row, shape: BodyShape) -> BodyCard:
         change = _change(was, now) if cut and column.name not in ("pieces", "triangles") else ""
         figures.append(Figure(column.name, text_of(column.cell(was)), text_of(column.cell(now)) if cut else "", change))
     return BodyCard(
-        name, f"{how}{reason}", pictures, figures, "pieces" if cut else "", words.length(farthest) if farthest else ""
+        name=name,
+        what=f"{how}{reason}",
+        pictures=pictures,
+        figures=figures,
+        after="pieces" if cut else "",
+        farthest=words.length(farthest) if farthest else "",
+        seams=[seam_line(seam) for seam in after["seams"]],
     )
+
+
+def seam_line(seam: Row) -> str:
+    """Returns a seam in words: ``overlap of 0.4 mm: pieces 3 and 7, at 12, 40, -3 mm``."""
+    first, second = (number + 1 for number in seam["pieces"])
+    width, at = words.length(seam["width_mm"] / 1e3), ", ".join(words.fixed(each, 1) for each in seam["at_mm"])
+    return f"{seam['kind']} of {width}: pieces {first} and {second}, at {at} mm"
 
 
 def front_plot(cure: Cure) -> Plot | None:

@@ -82,3 +82,15 @@ def test_reach_into_a_fine_narrow_neck_is_found():
     flask = revolved_mesh([*outer, *inner], 40)
     assert len(flask.faces) > 3000
     assert reach(flask, [hull_collider(flask)]) == pytest.approx(0.0158 * np.cos(np.pi / 40), rel=1e-6)
+
+
+def test_card_names_planted_overlap_and_slit_with_widths():
+    bar = box_mesh((0.4, 0.1, 0.1))
+    pieces = [
+        moved(box_mesh((width, 0.1, 0.1)), (x, 0.0, 0.0)) for width, x in ((0.1, -0.15), (0.1, -0.051), (0.197, 0.1015))
+    ]
+    card = shape_figures(bar, pieces)
+    assert card["overlap_mm"] == pytest.approx(1.0, rel=1e-6) and card["slit_mm"] == pytest.approx(4.0, rel=1e-6)
+    assert [(seam["kind"], seam["pieces"]) for seam in card["seams"]] == [("slit", [1, 2]), ("overlap", [0, 1])]
+    alone = shape_figures(bar, [bar])
+    assert (alone["overlap_mm"], alone["slit_mm"], alone["seams"]) == (0.0, 0.0, [])

@@ -10,7 +10,7 @@ from support.shapes import box_mesh, moved, revolved_mesh
 from cdcore import TriangleMesh
 from replay.advice.collider_search import Limits
 from replay.running.collider_files import before_after_page, fix_colliders
-from replay.show.fix_page.page import cure_sentence
+from replay.show.fix_page.page import cure_sentence, seam_line
 from replay.show.fix_page.pictures import beyond_mesh, colour_numbers, scale_colour
 from replay.show.palette import SERIES
 from sessions import MeshData, Session
@@ -110,3 +110,8 @@ def test_scale_of_colours_grows_lighter_and_is_never_the_red_of_misses():
     lightness = [0.2126 * red + 0.7152 * green + 0.0722 * blue for red, green, blue in colours]
     assert lightness == sorted(lightness)
     assert all(green > 0.35 for _, green, _ in colours)
+
+
+def test_seam_is_named_by_kind_width_pieces_and_place():
+    seam = {"kind": "slit", "pieces": [2, 6], "width_mm": 0.4, "at_mm": [12.0, -40.04, 3.0]}
+    assert seam_line(seam) == "slit of 0.4 mm: pieces 3 and 7, at 12.0, -40.0, 3.0 mm"

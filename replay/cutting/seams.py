@@ -1,0 +1,141 @@
+"""Seams between the convex pieces of a mesh: where two overlap, and where two leave a slit in its material."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from itertools import combinations
+from typing import Final
+
+import numpy as np
+
+from cdcore.mesh import TriangleMesh
+from cdcore.numerics import FloatArray
+from replay.cutting.convex_solids import beyond_planes, manifold_of
+from replay.cutting.surface_distance import is_outside
+
+NARROWEST: Final = 1e-6
+"""Metres; a seam that is narrower is the rounding of a file's numbers."""
+
+WIDEST: Final = 0.1
+"""Fraction of the size of a mesh; pieces that are farther apart leave out a part of it, not a slit."""
+
+FACING: Final = 0.5
+"""Fraction of a slit's width by which corners of its walls may lie behind their foremost corner."""
+
+
+class SeamKind(StrEnum):
+    """How two pieces fail to meet."""
+
+    OVERLAP = "overlap"
+    SLIT = "slit"
+
+
+@dataclass(frozen=True)
+class Seam:
+    """A place where two pieces overlap or leave a slit.
+
+    Parameters
+    ----------
+    pieces : numbers of both, from 0.
+    width : metres; of an overlap the shortest way that separates them, of a slit the shortest way that closes it.
+    place : a point of it, (3,), in the axes of the body.
+    """
+
+    kind: SeamKind
+    pieces: tuple[int, int]
+    width: float
+    place: tuple[float, float, float]
+
+
+def seams_of(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> list[Seam]:
+    """Seams between closed convex pieces of a mesh, the widest first.
+
+    Pieces apart leave a slit where a closed mesh has material between them that no other piece fills. A wedge between
+    pieces that touch along an edge is not found: its width is 0 there.
+    """
+    size = float(np.ptp(mesh.vertices, axis=0).max())
+    lower = np.array([piece.vertices.min(axis=0) for piece in pieces])
+    upper = np.array([piece.vertices.max(axis=0) for piece in pieces])
+    found = []
+    for first, second in combinations(range(len(pieces)), 2):
+        between = np.maximum(lower[first] - upper[second], lower[second] - upper[first])
+        if float(np.linalg.norm(np.maximum(between, 0.0))) > WIDEST * size:
+            continue
+        gap = signed_gap(pieces[first].vertices, pieces[second].vertices)
+        numbers = first, second
+        if gap.metres < -NARROWEST:
+            place = _common_point(pieces[first], pieces[second])
+            found.append(Seam(SeamKind.OVERLAP, numbers, -gap.metres, _plain(place)))
+        elif NARROWEST < gap.metres <= WIDEST * size and mesh.is_closed:
+            place = _point_between(pieces[first].vertices, pieces[second].vertices, gap)
+            others = [piece for number, piece in enumerate(pieces) if number not in numbers]
+            if not is_outside(place[None], mesh.triangles)[0] and _is_free(place, others):
+                found.append(Seam(SeamKind.SLIT, numbers, gap.metres, _plain(place)))
+    return sorted(found, key=lambda seam: -seam.width)
+
+
+@dataclass(frozen=True, eq=False)
+class Gap:
+    """Signed distance of two convex solids: negative, the depth of their overlap; ``ends``: nearest points (2, 3)."""
+
+    metres: float
+    ends: FloatArray
+
+
+def signed_gap(first: FloatArray, second: FloatArray) -> Gap:
+    """Signed distance of the convex hulls of corners (n, 3) and (m, 3).
+
+    It is that of the origin from the convex hull of all differences of their corners.
+    """
+    from scipy.optimize import nnls
+    from scipy.spatial import ConvexHull
+
+    differences = (first[:, None] - second[None]).reshape(-1, 3)
+    hull = ConvexHull(differences)
+    beyond = float(hull.equations[:, 3].max())
+    if beyond <= 0.0:
+        return Gap(beyond, np.full((2, 3), np.nan))
+    corners = differences[hull.vertices]
+    size = float(np.ptp(corners, axis=0).max())
+    weights, _ = nnls(np.vstack([corners.T / size, np.ones(len(corners))]), np.array([0.0, 0.0, 0.0, 1.0]))
+    weights /= weights.sum()
+    a, b = np.divmod(hull.vertices, len(second))
+    ends = np.stack([weights @ first[a], weights @ second[b]])
+    return Gap(float(np.linalg.norm(ends[1] - ends[0])), ends)
+
+
+def _point_between(first: FloatArray, second: FloatArray, gap: Gap) -> FloatArray:
+    """The middle of the slit where walls face each other, else the middle of the nearest points."""
+    from manifold3d import Manifold
+
+    toward = (gap.ends[1] - gap.ends[0]) / gap.metres
+    walls = []
+    for corners, sign in ((first, 1.0), (second, -1.0)):
+        ahead = sign * (corners @ toward)
+        facing = corners[ahead >= ahead.max() - FACING * gap.metres]
+        walls.append(Manifold.hull_points(np.concatenate([facing, facing + sign * gap.metres * toward])))
+    common = walls[0] ^ walls[1]
+    if common.is_empty():
+        return np.asarray(gap.ends.mean(axis=0))
+    return np.asarray(common.to_mesh64().vert_properties[:, :3].mean(axis=0))
+
+
+def _common_point(first: TriangleMesh, second: TriangleMesh) -> FloatArray:
+    """The middle of what two solids have in common."""
+    a, b = manifold_of(first), manifold_of(second)
+    common = None if a is None or b is None else a ^ b
+    if common is None or common.is_empty():
+        return np.asarray((first.vertices.mean(axis=0) + second.vertices.mean(axis=0)) / 2)
+    return np.asarray(common.to_mesh64().vert_properties[:, :3].mean(axis=0))
+
+
+def _is_free(point: FloatArray, pieces: Sequence[TriangleMesh]) -> bool:
+    """Whether a point is in none of the pieces."""
+    return all(beyond_planes(point[None], piece)[0] > 0.0 for piece in pieces)
+
+
+def _plain(point: FloatArray) -> tuple[float, float, float]:
+    x, y, z = point.tolist()
+    return x, y, z

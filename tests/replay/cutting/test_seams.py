@@ -1,0 +1,76 @@
+"""Planted overlaps and slits between convex pieces are found with their width, and nothing else is."""
+
+import numpy as np
+import pytest
+from support.shapes import box_mesh, moved, revolved_mesh
+
+from cdcore import TriangleMesh
+from cdcore.bounding.hull import hull_of
+from replay.cutting.seams import SeamKind, seams_of, signed_gap
+from replay.cutting.sectors import sector_ladder
+
+BAR = box_mesh((0.4, 0.1, 0.1))
+
+
+def halves(gap, at=0.03, aside=(0.0, 0.0, 0.0)):
+    """A bar in two boxes with a slit of this width at x, or an overlap where it is negative."""
+    left, right = at - gap / 2 + 0.2, 0.2 - at - gap / 2
+    return [
+        moved(box_mesh((left, 0.1, 0.1)), (-0.2 + left / 2, 0.0, 0.0)),
+        moved(box_mesh((right, 0.1, 0.1)), (0.2 - right / 2 + aside[0], aside[1], aside[2])),
+    ]
+
+
+def rotated(mesh, rotation):
+    return TriangleMesh(mesh.vertices @ rotation.T, mesh.faces)
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("width", [2e-5, 1e-3, 0.02])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_planted_seam_has_its_kind_width_and_place(width, sign, seed):
+    rotation = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
+    rotation *= np.sign(np.linalg.det(rotation))
+    pieces = [rotated(piece, rotation) for piece in halves(sign * width)]
+    (seam,) = seams_of(rotated(BAR, rotation), pieces)
+    assert seam.kind is (SeamKind.SLIT if sign > 0 else SeamKind.OVERLAP)
+    assert seam.width == pytest.approx(width, rel=1e-6) and seam.pieces == (0, 1)
+    assert np.abs(rotation.T @ seam.place - (0.03, 0.0, 0.0)).max() < 0.051
+
+
+def test_pieces_that_meet_have_no_seam():
+    assert seams_of(BAR, halves(0.0)) == []
+    assert seams_of(BAR, halves(5e-7)) == []
+
+
+def test_room_between_two_fingers_is_no_slit():
+    """The mesh has no material there."""
+    fingers = [moved(BAR, (0.0, 0.06 * side, 0.0)) for side in (-1, 1)]
+    whole = TriangleMesh(
+        np.concatenate([finger.vertices for finger in fingers]),
+        np.concatenate([fingers[0].faces, fingers[1].faces + len(fingers[0].vertices)]),
+    )
+    assert seams_of(whole, fingers) == []
+
+
+def test_slit_that_a_third_piece_fills_is_none():
+    filled = moved(box_mesh((0.002, 0.1, 0.1)), (0.03, 0.0, 0.0))
+    assert seams_of(BAR, [*halves(0.001), filled]) != []
+    kinds = {seam.kind for seam in seams_of(BAR, [*halves(0.001), filled])}
+    assert kinds == {SeamKind.OVERLAP}
+
+
+def test_sectors_of_a_beaker_meet_each_other():
+    wall = [(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)]
+    cup = revolved_mesh(wall, 24)
+    pieces = [hull_of(corners) for corners in sector_ladder(cup).pieces(12)]
+    assert all(seam.kind is SeamKind.OVERLAP for seam in seams_of(cup, pieces))
+
+
+@pytest.mark.parametrize("shift", [(0.3, 0.0, 0.0), (0.3, 0.4, 0.0), (0.3, 0.4, 0.5), (-0.1, 0.0, 0.0)])
+def test_gap_of_two_cubes_has_its_closed_form(shift):
+    """Faces, edges and corners nearest to each other, and an overlap."""
+    cube = box_mesh((1.0, 1.0, 1.0)).vertices
+    other = cube + np.sign(shift) + np.array(shift) if shift[0] > 0 else cube + np.array((0.9, 0.0, 0.0))
+    expected = np.linalg.norm(shift) if shift[0] > 0 else -0.1
+    assert signed_gap(cube, other).metres == pytest.approx(expected, rel=1e-9)
