@@ -25,7 +25,7 @@ OFFSET_HELP = "contacts: what to add to their clock. Default: estimated."
 
 @click.command()
 @click.argument("kind", metavar="FORMAT")
-@click.argument("source", type=FILE_OR_FOLDER, metavar="SOURCE")
+@click.argument("source", type=FILE_OR_FOLDER, metavar="SOURCE", required=False)
 @click.option("--out", "-o", type=ANY_PATH, required=True, metavar="FILE.mcap", help="Session file to write.")
 @force
 @click.option("--mesh", "named", multiple=True, metavar="BODY=FILE", help="Mesh of a body: left=wand.glb. Repeatable.")
@@ -47,7 +47,7 @@ OFFSET_HELP = "contacts: what to add to their clock. Default: estimated."
 @reporting
 def command(
     kind: str,
-    source: Path,
+    source: Path | None,
     out: Path,
     force: bool,
     session: Path | None,
@@ -67,6 +67,9 @@ def command(
     """
     from sessions import write_session
 
+    if source is None:
+        example = quote(kind) if Path(kind).exists() else "take.csv"
+        raise click.UsageError(f"a format, or auto, and a recording are needed: replay import auto {example} -o {out}")
     require_free(out, force=force)
     if kind == "contacts":
         imported, notes = _contacts(source, session, given["scene"], offset)

@@ -150,3 +150,12 @@ def test_the_shell_completes_verbs_as_the_guide_says():
     sentence = [sys.executable, "-m", "replay"]
     done = subprocess.run(sentence, env={**os.environ, **requested}, capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["plain,doctor"]
+
+
+def test_import_without_a_format_says_the_whole_command(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "my take.csv").write_text("time\n")
+    assert main(["import", "my take.csv", "-o", "take.mcap"]) == 2
+    assert "replay import auto 'my take.csv' -o take.mcap" in capsys.readouterr().err
+    assert main(["import", "csv", "-o", "take.mcap"]) == 2
+    assert "replay import auto take.csv -o take.mcap" in capsys.readouterr().err
