@@ -3,10 +3,8 @@
 from collections.abc import Sequence
 
 from replay.constants import CAVEAT
-from replay.document.headline import doubts, headlines, price
 from replay.document.run_result import Summarised
-from replay.show.run_tables import ranking_table
-from replay.show.sections import SectionName, details_markdown, section_of
+from replay.show.sections import Section, SectionName, details_markdown, section_of
 from replay.tables import Table, markdown, markdown_text
 
 LEVEL = 3
@@ -16,24 +14,26 @@ LEVEL = 3
 def run_markdown(result: Summarised, broken: Sequence[str]) -> str:
     """One session: which gates failed, what is wrong, why, what mends it, the ranking, and what the reference takes."""
     size = f"{result.document.session.frames:,} frames, {len(result.document.session.bodies)} bodies"
-    answers = [f"**{sentence}**" for sentence in headlines(result)]
-    tables = [ranking_table(result)] if len(result.document.audit) > 1 else []
+    answer = section_of(result, SectionName.ANSWER)
+    answers = [f"**{sentence}**" for sentence in answer.sentences[:1]]
+    ranking = section_of(result, SectionName.RANKING)
+    tables = ranking.tables if len(result.document.audit) > 1 else ()
     name = result.document.session.scene or "Session"
     return markdown_page(
         name,
         broken,
-        [*doubts(result.document), size, *answers],
+        [*section_of(result, SectionName.SESSION).sentences, size, *answers],
         tables,
-        [*section_of(result, SectionName.RANKING).sentences, *price(result)],
-        reasons(result),
+        [*ranking.sentences, *answer.sentences[1:]],
+        reasons(answer),
         details_markdown(result),
     )
 
 
-def reasons(result: Summarised) -> list[str]:
+def reasons(answer: Section) -> list[str]:
     """Why the worst detector is wrong and what mends it, as list items in Markdown; nothing where nothing is wrong."""
     items = []
-    for heading, text, command in result.answers[0].reasons if result.answers else ():
+    for heading, text, command in answer.reasons:
         quoted = f" `{command}`" if command else ""
         items.append(f"- **{heading}** {markdown_text(text)}{quoted}")
     return items

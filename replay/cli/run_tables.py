@@ -12,7 +12,7 @@ from replay.cli.terminal import STYLES, Command, Paragraph, line, terminal
 from replay.constants import CAVEAT, RECORDING
 from replay.document.audit import DetectorAudit
 from replay.document.cost import RUN, SESSION, busy_text
-from replay.document.headline import beside, doubts, engine_reports, price
+from replay.document.headline import beside, engine_reports
 from replay.document.run_result import RunResult
 from replay.effects.effect_summary import happened_text
 from replay.show import run_tables as built
@@ -30,16 +30,17 @@ def run_screen(result: RunResult, where: Sequence[str] = (), *, recording: str =
 
     ``where``: lines that say how to see it; ``recording``: the file that was replayed, for the commands.
     """
+    doubts = section_of(result, SectionName.SESSION).sentences
     contents: list[Table | RenderableType] = [
-        line(text.replace(RECORDING, quote(recording)), IN_YELLOW) for text in doubts(result.document)
+        line(text.replace(RECORDING, quote(recording)), IN_YELLOW) for text in doubts
     ]
+    ranking = section_of(result, SectionName.RANKING)
     if result.ranking:
-        contents += [built.ranking_table(result).narrow().with_heads()]
-        notes = section_of(result, SectionName.RANKING).sentences
-        contents += [Paragraph("", text) for text in (*notes, *engine_reports(result))]
+        contents += [ranking.table.narrow().with_heads()]
+        contents += [Paragraph("", text) for text in (*ranking.sentences, *engine_reports(result))]
     elif result.detections:
-        contents += [built.contact_table(result, label) for label in result.detections]
-        contents += [Paragraph("", text) for text in section_of(result, SectionName.RANKING).sentences]
+        contents += ranking.tables
+        contents += [Paragraph("", text) for text in ranking.sentences]
     else:
         contents += [Text(), line(no_detection(result))]
     contents += effect_parts(result)
@@ -53,15 +54,16 @@ def run_screen(result: RunResult, where: Sequence[str] = (), *, recording: str =
 
 def answer_lines(result: RunResult, recording: str) -> Iterator[RenderableType]:
     """Yields the error of the worst detector, its reasons, remedy and cost."""
-    first = result.answers[0]
+    answer = section_of(result, SectionName.ANSWER)
+    sentence, *price = answer.sentences
     yield Text()
-    yield Paragraph("", first.sentence, STYLES[_mark(result)])
-    for name, text, command in first.reasons:
+    yield Paragraph("", sentence, STYLES[_mark(result)])
+    for name, text, command in answer.reasons:
         yield Paragraph(f"  {name:<6}", text)
         if command:
             yield Command(command.replace(SESSION, quote(recording)).replace(RUN, quote(str(result.out or RUN))))
     busy = busy_text(result.document)  # the ranking says it
-    for number, text in enumerate(text for text in price(result) if text != busy):
+    for number, text in enumerate(text for text in price if text != busy):
         yield Paragraph("        " if number else "  Cost  ", text)
 
 
@@ -82,7 +84,7 @@ def run_tables(result: RunResult) -> Group:
     """Every table of a run: ranking, pairs, misses, false contacts, pair-frames, times, effects."""
     contents: list[Table | RenderableType] = []
     if result.ranking:
-        contents += [built.ranking_table(result, intervals=True)]
+        contents += [built.with_intervals(section_of(result, SectionName.RANKING).table)]
         notes = [*built.containment_notes(result, result.oracle), *built.sampling_notes(result), *beside(result)]
         contents += [line(note, FAINT) for note in notes]
     for label in (rank.label for rank in result.ranking[:-1]):

@@ -22,11 +22,6 @@ NOT_COVERED: Final = (
 )
 
 
-def headlines(result: Summarised) -> list[str]:
-    """Return the title of a run: the faults of the worst detector; nothing where nothing is audited."""
-    return [result.answers[0].sentence] if result.answers else []
-
-
 def doubts(document: RunDocument) -> list[str]:
     """Return notes to read before the answer: errors, losses of the import, findings of unit, axes and handedness.
 

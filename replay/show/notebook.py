@@ -8,7 +8,6 @@ from textwrap import wrap
 from typing import Final
 
 from replay.document.cost import RUN, SESSION
-from replay.document.headline import price, undecided
 from replay.document.run_result import RunResult
 from replay.errors import AuditError
 from replay.show.accuracy import accuracy_plot, run_dots
@@ -16,8 +15,7 @@ from replay.show.palette import LIGHT
 from replay.show.report.first_screen import comparison_of
 from replay.show.report.markup import filled
 from replay.show.report.page import view_of
-from replay.show.run_tables import ranking_table
-from replay.show.sections import details
+from replay.show.sections import SectionName, details, section_of
 from replay.tables import text_of
 from replay.words import duration, plural, safe_text
 
@@ -47,14 +45,14 @@ def run_text(result: RunResult) -> str:
     """A run in at most fifteen lines: what was replayed, the ranking, the answer, where it was written."""
     lines = [_what(result)]
     if result.ranking:
-        made = ranking_table(result).narrow()
+        made = section_of(result, SectionName.RANKING).table.narrow()
         made = made.only("detector", *made.values().head)
         cells = [made.head] + [[text_of(cell) for cell in row] for row in made.cells()]
         kept, rest = cells[: MOST_DETECTORS + 1], len(cells) - MOST_DETECTORS - 1
         widths = [max(len(row[k]) for row in kept) for k in range(len(made.head))]
         lines += [_row(row, widths) for row in kept]
         lines += [f"... and {rest} more in .ranking"] if rest > 0 else []
-        lines += wrap(result.answers[0].sentence, WIDTH)[:MOST_WRAPPED] if result.answers else []
+        lines += wrap(section_of(result, SectionName.ANSWER).sentences[0], WIDTH)[:MOST_WRAPPED]
     else:
         lines += [
             f"{label}: {plural(len(contacts), 'contact')}"
@@ -66,16 +64,16 @@ def run_text(result: RunResult) -> str:
 
 def run_html(result: RunResult) -> str:
     """The ranking as a table, the answer below it, and a link to the report and to the picture."""
+    ranking = section_of(result, SectionName.RANKING)
     files = [name for name in FILES if result.out and (result.out / name).is_file()]
     return filled(
         "show/notebook.html",
         what=_what(result),
         where=_where(result),
         # Its note about a busy machine stands in the cost.
-        ranking=replace(ranking_table(result), notes=()) if result.ranking else None,
-        undecided=undecided(result),
-        answer=result.answers[0] if result.answers else None,
-        price=price(result),
+        ranking=replace(ranking.table, notes=()) if result.ranking else None,
+        undecided=ranking.sentences,
+        answer=section_of(result, SectionName.ANSWER),
         details=details(result),
         command_of=partial(_command, result=result),
         links=result.out and [((result.out / name).as_posix(), FILES[name]) for name in files],
@@ -104,7 +102,7 @@ def run_plot(result: RunResult) -> Plot:
         )
     dots, timeline = run_dots(result), comparison_of(view_of(result)).timeline
     scatter = accuracy_plot(dots, SCATTER_SIZE) if dots else None
-    title = wrap(safe_text(result.answers[0].sentence), TITLE_LETTERS) if result.answers else []
+    title = wrap(safe_text(section_of(result, SectionName.ANSWER).sentences[0]), TITLE_LETTERS)
     scatter_top = 22 * len(title) + 16
     legend_top = scatter_top + (SCATTER_SIZE[1] if scatter else 0) + 12
     lanes = [

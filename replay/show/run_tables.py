@@ -130,28 +130,26 @@ COLUMNS = columns_of(
 )
 
 
-def ranking_table(result: Summarised, *, intervals: bool = False) -> Table:
+def ranking_table(result: Summarised) -> Table:
     """Every detector of a run, the one with the largest fault first, and the reference last.
 
-    Counts are smallest to largest over the sampling offsets; ``intervals``: beside each share its own.
+    Counts are smallest to largest over the sampling offsets.
     """
     ranks = result.ranking
     contacts = ranks[-1].contacts if ranks else 0
     made_of = f"made of {'it' if contacts == 1 else 'them'}" if contacts else "reported"
     title = f"{happened(contacts) if ranks else ''} What each detector {made_of}:"
-    notes = [OVER_CONTACTS] if intervals else []
-    if busy := busy_text(result.document):
-        notes.append(busy)
-    notes += timing_notes(result)
-    made = Table.of(COLUMNS["ranking"], ranks, title, notes)
-    if intervals:
-        with_intervals = partial(_false_cell, intervals=True)
-        columns = (
-            replace(column, show=with_intervals) if column.name == FALSE_CONTACT else column for column in made.columns
-        )
-        made = replace(made, columns=tuple(columns))
+    busy = busy_text(result.document)
+    made = Table.of(COLUMNS["ranking"], ranks, title, [*filter(None, [busy]), *timing_notes(result)])
     some = any(rank.undecided for rank in ranks)
     return made.only(*(name for name in made.head if some or name != "undecided"))
+
+
+def with_intervals(ranking: Table) -> Table:
+    """A ranking with the interval of each fraction beside it."""
+    cell = partial(_false_cell, intervals=True)
+    columns = (replace(column, show=cell) if column.name == FALSE_CONTACT else column for column in ranking.columns)
+    return replace(ranking, columns=tuple(columns), notes=(OVER_CONTACTS, *ranking.notes))
 
 
 def ranking_numbers(result: Summarised) -> Table:

@@ -1,6 +1,6 @@
 """The sections of a run: every screen renders these, from the document, and computes nothing of its own."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final
@@ -43,23 +43,21 @@ class Section:
     tables: tuple[Table, ...] = ()
     reasons: tuple[tuple[str, str, str], ...] = ()
 
+    @property
+    def table(self) -> Table:
+        """Its first table."""
+        return self.tables[0]
+
 
 def sections(run: Summarised) -> tuple[Section, ...]:
     """Return the sections of a run that hold anything, in their order."""
-    made = (
-        _answer(run),
-        _ranking(run),
-        Section(SectionName.FAULTS, tables=tuple(fault_tables(run, (rank.label for rank in run.ranking)))),
-        _times(run),
-        Section(SectionName.SESSION, tuple(doubts(run.document)), (run_tables.session_table(run),)),
-        _effects(run),
-    )
+    made = (section_of(run, name) for name in SectionName)
     return tuple(section for section in made if section.sentences or section.tables)
 
 
 def section_of(run: Summarised, name: SectionName) -> Section:
     """Return the section of this name; an empty one where the run has nothing to say there."""
-    return next((section for section in sections(run) if section.name is name), Section(name))
+    return SECTIONS[name](run)
 
 
 def _answer(run: Summarised) -> Section:
@@ -90,9 +88,18 @@ def fault_tables(run: Summarised, labels: Iterable[str]) -> Iterator[Table]:
                 yield table.first(MOST_FAULTS, f"… and {{}} more: see {name}.parquet or --format json")
 
 
+def _faults(run: Summarised) -> Section:
+    return Section(SectionName.FAULTS, tables=tuple(fault_tables(run, (rank.label for rank in run.ranking))))
+
+
 def _times(run: Summarised) -> Section:
     tables = (run_tables.cost_table(run),) if run.document.detectors else ()
     return Section(SectionName.TIMES, tables=tables)
+
+
+def _session(run: Summarised) -> Section:
+    """Facts of the recording, and doubts to read before the answer."""
+    return Section(SectionName.SESSION, tuple(doubts(run.document)), (run_tables.session_table(run),))
 
 
 def _effects(run: Summarised) -> Section:
@@ -101,6 +108,17 @@ def _effects(run: Summarised) -> Section:
         return Section(SectionName.EFFECTS)
     reported = (f"{kind}: {tallied(effect.events)}." for kind, effect in effects.items() if effect.events)
     return Section(SectionName.EFFECTS, tuple(reported), (run_tables.effect_table(run),))
+
+
+SECTIONS: Final[dict[SectionName, Callable[[Summarised], Section]]] = {
+    SectionName.ANSWER: _answer,
+    SectionName.RANKING: _ranking,
+    SectionName.FAULTS: _faults,
+    SectionName.TIMES: _times,
+    SectionName.SESSION: _session,
+    SectionName.EFFECTS: _effects,
+}
+"""Name -> section of a run; every screen takes its sentences and tables from here."""
 
 
 def details(run: Summarised) -> tuple[Section, ...]:

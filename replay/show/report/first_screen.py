@@ -4,14 +4,14 @@ import json
 from dataclasses import dataclass
 from typing import Final
 
-from replay.document.headline import undecided
 from replay.document.ranking import Rank
 from replay.show.accuracy import accuracy_plot, run_dots
 from replay.show.plots import SIZE, Plot
 from replay.show.report.charts import KIND_LABELS, Lane, Span, lane, ruler
 from replay.show.report.run_view import RunView, spans
-from replay.show.run_tables import happened, ranking_table
-from replay.tables import text_of
+from replay.show.run_tables import happened
+from replay.show.sections import SectionName, section_of
+from replay.tables import Table, text_of
 from replay.words import duration, plural, safe_text
 
 MOST_LANES: Final = 6
@@ -77,7 +77,8 @@ class Comparison:
 
 def comparison_of(view: RunView, mark: float | None = None) -> Comparison:
     """Ranking, scatter and timeline; ``mark``: the second of the picture."""
-    table = ranking_table(view).narrow().values()
+    section = section_of(view, SectionName.RANKING)
+    table = section.table.narrow().values() if view.ranking else Table((), ())
     rows = []
     for rank, cells in zip(view.ranking, table.cells(), strict=True):
         cell_texts = [(name, text_of(cell)) for name, cell in zip(table.head, cells, strict=True)]
@@ -97,7 +98,7 @@ def comparison_of(view: RunView, mark: float | None = None) -> Comparison:
     title = table.title.rstrip(":") if view.ranking and view.ranking[-1].contacts else happened(0)
     if not _compared(view):
         title = "Nothing was compared."
-    return Comparison(title, table.head, rows, undecided(view), _scatter(view), _timeline(view, mark))
+    return Comparison(title, table.head, rows, list(section.sentences), _scatter(view), _timeline(view, mark))
 
 
 def _leads(rank: Rank) -> str:

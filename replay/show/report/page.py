@@ -8,8 +8,7 @@ import numpy as np
 
 from replay import words
 from replay.constants import CAVEAT
-from replay.document.cost import TIMES_ARE, busy_text, cost
-from replay.document.headline import beside, undecided
+from replay.document.headline import beside
 from replay.document.run_result import RunResult
 from replay.effects.effect_summary import titration_curves
 from replay.show.plots import Plot, curve
@@ -21,7 +20,7 @@ from replay.show.report.run_view import Hero, RunView, session_names
 from replay.show.report.sections import GLOSSARY, effect_parts, folds
 from replay.show.report.still import fault_still
 from replay.show.report.tradeoff import tradeoff_values
-from replay.show.run_tables import contact_table
+from replay.show.sections import SectionName, section_of
 
 WARMED = ("warmest", "coldest", "heated", "boil")
 """Names of events that tell of a temperature."""
@@ -34,14 +33,15 @@ def write_report(result: RunResult, path: Path) -> None:
 
 def report_html(result: RunResult) -> str:
     """The page as text."""
-    notes = beside(result)[len(undecided(result)) :]
-    audited = result.comparisons or not result.detections
+    ranking = section_of(result, SectionName.RANKING)
+    # Those of the ranking stand below it.
+    notes = beside(result)[len(ranking.sentences) :] if result.ranking else beside(result)
     return page_of(
         view_of(result),
         notes,
         curves=[*_temperatures(result), *_titrations(result)],
         tradeoff=None if result.tradeoff is None else tradeoff_values(result.tradeoff),
-        contacts=[] if audited else [contact_table(result, label) for label in result.episodes],
+        contacts=() if result.ranking else ranking.tables,
     )
 
 
@@ -59,6 +59,7 @@ def page_of(
     settings cost, contacts that nobody audited.
     """
     first = None if view.hero else view.answers[0]
+    _, cost, *times = (*view.answer.sentences, "", "")[: max(2, len(view.answer.sentences))]
     faults = [(answer, cards(view, answer.label)) for answer in view.answers]
     values = {
         "view": view,
@@ -66,8 +67,8 @@ def page_of(
         "about": page_facts(view),
         "caveat": CAVEAT,
         "first": None if first is None else first_fault(view),
-        "cost": cost(view.document),
-        "times_are": f"{TIMES_ARE} {busy_text(view.document)}".strip(),
+        "cost": cost,
+        "times_are": " ".join(times),
         "comparison": comparison_of(view, first.moment.seconds if first and first.moment else None),
         "faults": faults,
         "lead": fault_counts(view, view.answers[0].label) if view.answers else "",

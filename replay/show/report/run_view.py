@@ -13,12 +13,12 @@ from replay.auditing.fault import Fault, FaultKind
 from replay.document.answer import Answer
 from replay.document.contact import ContactRecord, EventRecord
 from replay.document.cost import RUN, SESSION
-from replay.document.headline import doubts
 from replay.document.ranking import Rank
 from replay.document.run_document import RunDocument
 from replay.document.run_result import Summarised
 from replay.effects.effect_summary import RESULTS
 from replay.show.report.charts import Span
+from replay.show.sections import Section, SectionName, section_of
 from replay.show.words import NOT_COMPUTED, tallied
 from replay.words import date, plural
 from sessions.mcap.metadata import NOT_STATED
@@ -110,7 +110,7 @@ class RunView:
     @property
     def title(self) -> str:
         """Title of the page: its first sentence and the name of the session."""
-        sentence = self.answers[0].sentence if self.hero is None else self.hero.sentence
+        sentence = self.answer.sentences[0] if self.hero is None else self.hero.sentence
         return f"{sentence.rstrip('.')}. Replay of {self.name}"
 
     def filled(self, command: str) -> str:
@@ -118,9 +118,14 @@ class RunView:
         return command.replace(RUN, self.folder).replace(SESSION, "session.mcap")
 
     @property
-    def doubts(self) -> list[str]:
+    def doubts(self) -> Sequence[str]:
         """Caveats that come before the answer."""
-        return doubts(self.document)
+        return section_of(self.run, SectionName.SESSION).sentences
+
+    @cached_property
+    def answer(self) -> Section:
+        """Sentence about the worst detector, its reasons, and the time of the reference."""
+        return section_of(self.run, SectionName.ANSWER)
 
 
 def session_names(document: RunDocument) -> list[str]:

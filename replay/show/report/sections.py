@@ -72,7 +72,7 @@ def folds(view: RunView) -> Iterator[Fold]:
     rate = f", {words.rate(1.0 / session.median_step)}" if session.median_step else ""
     bodies = plural(len(session.bodies), "body", "bodies")
     frames = f"{session.frames:,} frames in {words.duration(session.duration)}{rate}"
-    yield (f"Recording: {frames}, {bodies}", [run_tables.session_table(view)])
+    yield (f"Recording: {frames}, {bodies}", section_of(view, SectionName.SESSION).tables)
     yield (trust(document), finding_parts(document))
     audited = [rank.label for rank in view.ranking[:-1]]
     if audited:

@@ -8,7 +8,6 @@ from typing import Final
 from replay import words
 from replay.auditing.misses import MANY
 from replay.constants import CAVEAT
-from replay.document.headline import doubts, price
 from replay.document.run_result import RunResult
 from replay.effects.effect_summary import happened_text
 from replay.show.accuracy import run_dots, tradeoff_dots
@@ -17,7 +16,7 @@ from replay.show.plots import Dot
 from replay.show.report.markup import filled
 from replay.show.rerun_log.recording_file import entity
 from replay.show.rerun_log.timing import colour_of, stage_ms
-from replay.show.run_tables import ranking_table, sampling_notes
+from replay.show.run_tables import sampling_notes
 from replay.show.sections import SectionName, fault_tables, section_of
 from replay.show.words import NOT_COMPUTED, PAIR_FRAME_ROWS
 from replay.tables import Column, Table, markdown, table
@@ -47,9 +46,10 @@ def answer_text(result: RunResult) -> str:
     return filled(
         f"{FOLDER}/answer.md",
         result=result,
-        answer=result.answers[0],
-        doubts=doubts(result.document),
-        price=price(result),
+        answer=section_of(result, SectionName.ANSWER),
+        label=result.answers[0].label,
+        moment=result.answers[0].moment,
+        doubts=section_of(result, SectionName.SESSION).sentences,
         ranking=ranking_text(result) if len(result.ranking) > 2 else "",
         replayed=replayed(result),
         caveat=CAVEAT,
@@ -67,15 +67,14 @@ def ranking_text(result: RunResult) -> str:
     """Every detector in Markdown: its name and what it is in one column, so that all fit beside a picture."""
     contacts = plural(result.ranking[-1].contacts, "contact")
     named = Column(contacts, of=lambda rank: f"{rank.label}:{NO_BREAK}{rank.what}")
-    columns = (
-        replace(column, name=column.short or column.name) for column in ranking_table(result).narrow().values().columns
-    )
+    ranking = section_of(result, SectionName.RANKING).table.narrow().values()
+    columns = (replace(column, name=column.short or column.name) for column in ranking.columns)
     return markdown(Table.of([named, *columns], result.ranking))
 
 
 def accuracy_text(result: RunResult) -> str:
     """Text on accuracy: cost of missing nothing, and the accuracy and time of each detector."""
-    cost, *notes = price(result)
+    _, cost, *notes = section_of(result, SectionName.ANSWER).sentences
     return filled(f"{FOLDER}/accuracy.md", cost=cost, notes=notes, tradeoff=result.tradeoff, answers=result.answers)
 
 
@@ -130,7 +129,7 @@ def session_text(result: RunResult) -> str:
         f"{FOLDER}/session.md",
         result=result,
         replayed=replayed(result),
-        doubts=doubts(result.document),
+        doubts=section_of(result, SectionName.SESSION).sentences,
         caveat=CAVEAT,
         happened=happened_text(result.effects, MANY),
         nothing=NOT_COMPUTED,

@@ -7,7 +7,6 @@ import pytest
 from support.small_worlds import STEP_NS, framed
 
 from replay.document.gates import Gates
-from replay.document.headline import headlines
 from replay.engine import compute
 from replay.show.run_tables import CUT, pair_table
 from sessions.doctor.runs import runs
@@ -35,7 +34,7 @@ def test_touch_with_two_lost_segments_is_a_single_contact():
     assert (audit.contacts, audit.contacts_cut) == (2, 1)
     assert [actual.cut for actual in result.document.pairs[0].contacts.values()] == [1, 1]
     assert (audit.matching.matched, audit.matching.split) == (2, 0)
-    assert headlines(result)[0].endswith("no contact of 2 missed, none false. Lost poses cut 1 of 2 contacts.")
+    assert result.answers[0].sentence.endswith("no contact of 2 missed, none false. Lost poses cut 1 of 2 contacts.")
     reported = result.tables["episodes"].only("detector", "first", "last", "frames", "frames_lost", "cuts").rows
     both = [(3, 9, 5, 2, 2), (12, 12, 1, 0, 0)]
     assert reported == tuple((label, *item) for label in ("hybrid", "exact") for item in both)
@@ -44,9 +43,9 @@ def test_touch_with_two_lost_segments_is_a_single_contact():
 
 
 def test_lost_poses_that_hide_every_contact_are_reported_first():
-    (text,) = headlines(compute(session([*range(3, 10), 12]), detectors="hybrid"))
+    text = compute(session([*range(3, 10), 12]), detectors="hybrid").answers[0].sentence
     assert text.startswith("No contact found") and "poses are lost in 8 of 15 pair-frames" in text
-    (text,) = headlines(compute(session([*range(3, 10), 12]), detectors="hybrid,slow=discrete[rate_hz=50]"))
+    text = compute(session([*range(3, 10), 12]), detectors="hybrid,slow=discrete[rate_hz=50]").answers[0].sentence
     assert "poses are lost in 8 of 15 pair-frames" in text
 
 
@@ -61,5 +60,5 @@ def test_losing_every_seventh_pose_keeps_the_number_of_contacts(every):
     result = compute(replace(whole, source=replace(frames, status=status)), detectors="hybrid")
     spans = runs(contact).tolist()
     assert len(result.episodes["exact"]) == len(result.episodes["hybrid"]) == len(spans)
-    assert f"Lost poses cut {len(spans)} of {len(spans)} contacts" in headlines(result)[0]
+    assert f"Lost poses cut {len(spans)} of {len(spans)} contacts" in result.answers[0].sentence
     assert sum(item.frames for item in result.episodes["exact"]) == int((contact & ~lost).sum())

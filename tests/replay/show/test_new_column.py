@@ -1,6 +1,7 @@
 """A column of a table is one row of one list: every output shows it, and of the ranking Parquet holds its number."""
 
 import re
+from dataclasses import replace
 from html import unescape
 from io import StringIO
 
@@ -19,6 +20,7 @@ from replay.show import run_tables
 from replay.show.report.page import report_html
 from replay.show.rerun_log.documents import answer_text, detector_text, ranking_text
 from replay.show.results.run_folder import write_run_folder
+from replay.show.sections import SECTIONS, SectionName
 from replay.tables import Column
 
 OUTPUTS = ("terminal", "Markdown", "report", "notebook", "picture")
@@ -114,6 +116,19 @@ def test_new_column_of_any_table_reaches_five_outputs(faulty, table, monkeypatch
     texts = all_texts(faulty)
     assert texts.keys() == set(OUTPUTS)
     assert [output for output, text in texts.items() if "marker-cell" not in text] == []
+
+
+@pytest.mark.parametrize("name", [SectionName.ANSWER, SectionName.RANKING])
+def test_every_output_renders_answer_and_ranking_of_the_list(faulty, name, monkeypatch):
+    section_of_run = SECTIONS[name]
+
+    def with_marker(run):
+        section = section_of_run(run)
+        sentences = ("marker-sentence", *section.sentences[name is SectionName.ANSWER :])
+        return replace(section, sentences=sentences)
+
+    monkeypatch.setitem(SECTIONS, name, with_marker)
+    assert [output for output, text in all_texts(faulty).items() if "marker-sentence" not in text] == []
 
 
 def test_no_output_shows_a_column_that_no_table_has(faulty):
