@@ -146,13 +146,13 @@ def _imported(
     **options: Any,
 ) -> "Session":
     """The recording with the meshes, the colliders and the scene given, and with what was assumed of all of them."""
-    from sessions.importers import import_session
+    from sessions.importers import import_session, makes_bodies
 
     given = {name: value for name, value in options.items() if value}
     given["meshes"] = _meshes(named)
     if meshes is not None:
         given["mesh_folder"] = meshes
-    adds = scene is not None and _adds_to_recording(scene)
+    adds = scene is not None and (_adds_to_recording(scene) or makes_bodies(kind, source))
     if scene is not None and not adds:
         from sessions.scene_files.scene_toml import read_scene
 
@@ -191,7 +191,7 @@ def _drafted(source: Path, out: Path, more: Sequence[str]) -> Iterator[None]:
         yield
     except UnknownColumnsError as error:
         draft = source.with_suffix(".columns.toml")
-        todo = " ".join([f"replay import csv {source} --mapping {draft}", *more, f"-o {out}"])
+        todo = " ".join([f"replay import {error.format} {source} --mapping {draft}", *more, f"-o {out}"])
         if draft.exists():
             raise ImportFileError(f"{error}; {draft} is there already: {todo}") from None
         with whole_file(draft, ImportFileError, overwrite=False) as stream:
@@ -224,12 +224,20 @@ def _meshes(named: tuple[str, ...]) -> dict[str, Path]:
     return meshes
 
 
+def _names_by_group(session: "Session") -> list[str]:
+    """Names of the bodies, those of a group as the group."""
+    groups = {group.name: len(group.members) for group in session.scene.groups}
+    group_of = session.scene.group_of
+    names = dict.fromkeys(group_of.get(name, name) for name in session.names)
+    return [f"{name} ({groups[name]} bodies)" if name in groups else name for name in names]
+
+
 def _notes(session: "Session") -> Iterator[str]:
     from sessions.importers.ledger import ledger_of
     from sessions.model.assumption import DRAFTED, Origin, Subject
     from sessions.scene_files.answers import recording_assumptions
 
-    yield f"{len(session.frames):,} frames of {', '.join(session.names)}"
+    yield f"{len(session.frames):,} frames of {', '.join(_names_by_group(session))}"
     if "taken_for" in session.facts:
         yield f"taken for {session.facts['taken_for']}"
     if session.facts.get("conversions", "none") != "none":
@@ -239,7 +247,9 @@ def _notes(session: "Session") -> Iterator[str]:
         yield from ledger.sentences()
     for row in recording_assumptions(session):
         of_mesh = row.subject in (Subject.MESH_AXES, Subject.COLLIDER_AXES) and row.origin is not Origin.FORMAT
-        if of_mesh or (row.subject in DRAFTED and row.origin is Origin.GUESS and not row.is_open):
+        if of_mesh or (
+            row.subject in (*DRAFTED, Subject.JOINT_RADII) and row.origin is Origin.GUESS and not row.is_open
+        ):
             yield f"{row.title}: {row.sentence}"
     if "assumed" in session.facts:
         cure = "; name other axes with --convention" if "axes" in session.facts["assumed"] else ""

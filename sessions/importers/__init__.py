@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 IMPORTERS: Final[dict[str, str]] = {
     "aframe": "sessions.importers.aframe:read_aframe",
     "csv": "sessions.importers.csv_file:read_csv",
+    "hands": "sessions.importers.hands.hand_csv:read_hands",
     "mcap": "sessions.importers.mcap_file:read_mcap",
     "mjcf": "sessions.importers.mjcf_motion:read_mjcf",
     "optitrack": "sessions.importers.optitrack:read_optitrack",
@@ -67,7 +68,7 @@ def import_session(format: str, source: str | Path, **options: Any) -> Session:
     given = MeshOptions(**{name: options.pop(name) for name in MESH_OPTIONS if name in options})
     if isinstance(options.get("mapping"), str | Path):
         given = _with_mapped(given, options["mapping"])
-    name, why = _taken_for(format, path)
+    name, why = _taken_for(format, path, is_mapped="mapping" in options)
     session = _read(name, path, options)
     if why:
         session = replace(session, facts={**session.facts, "taken_for": f"{name}, because {why}"})
@@ -87,17 +88,26 @@ def _with_mapped(given: "MeshOptions", mapping: str | Path) -> "MeshOptions":
     )
 
 
-def _taken_for(format: str, path: Path) -> tuple[str, str]:
-    """The format to read a source in, and why where it is looked for; an error where there is no such source."""
+def makes_bodies(format: str, source: str | Path) -> bool:
+    """Whether an import makes bodies and groups of its own, as of tracked hands, so that a scene adds to them."""
+    return _taken_for(format, Path(source))[0] == "hands"
+
+
+def _taken_for(format: str, path: Path, *, is_mapped: bool = False) -> tuple[str, str]:
+    """The format to read a source in, and why where it is looked for; an error where there is no such source.
+
+    ``is_mapped``: a mapping says what the columns of a CSV are.
+    """
     if not (path.is_file() or (path.is_dir() and format in FOLDERS)):
         if not path.is_dir():
             check_regular(path, "recording", ImportFileError)
         raise ImportFileError(f"{path} does not exist or is no file; check the path")
-    if format != AUTO:
-        return format, ""
-    from sessions.importers.recognition import recognised
+    from sessions.importers.recognition import joints_in, recognised
 
-    return recognised(path)
+    if format == AUTO:
+        return recognised(path)
+    joints = joints_in(path) if format == "csv" and not is_mapped else ""
+    return ("hands", joints) if joints else (format, "")
 
 
 def _read(format: str, path: Path, options: dict[str, Any]) -> Session:

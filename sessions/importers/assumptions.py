@@ -42,7 +42,7 @@ def pose_assumptions(frame: "SourceFrame", radius: float) -> tuple[Assumption, .
         origin=frame.axes_origin,
         confidence=frame.axes_confidence,
         description=_description(frame.axes),
-        reason="usual for this format" if is_guess else "",
+        reason=frame.axes_reason if is_guess else "",
         alternatives=pose_axes_alternatives(frame.axes) if is_guess else (),
     )
     handed_origin, reason = frame.axes_origin, ""
@@ -60,7 +60,9 @@ def _description(axes: Convention) -> str:
 def length_unit(frame: "SourceFrame", radius: float) -> Assumption:
     """Returns the unit of lengths; a guess is open where a room of that size would be no laboratory."""
     confidence, reason = Confidence.SURE, ""
-    if frame.units_origin is Origin.GUESS:
+    if frame.units_origin is Origin.GUESS and frame.units_reason:
+        reason = frame.units_reason
+    elif frame.units_origin is Origin.GUESS:
         reason = f"99 of 100 poses are then within {length(radius)} of the origin"
         if not SMALLEST_RADIUS_M <= radius <= LARGEST_RADIUS_M:
             confidence = Confidence.OPEN

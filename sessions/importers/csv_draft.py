@@ -26,7 +26,7 @@ from sessions.importers.csv_long_table import (
     repeats_within,
     rows_lost,
 )
-from sessions.importers.csv_mapping import CLOCK_NS, LENGTHS, ROLES, ROW_MAJOR, TEXT, CsvLayout, Guessable
+from sessions.importers.csv_mapping import CLOCK_NS, LENGTHS, ROLES, ROW_MAJOR, TEXT, CsvLayout, Guessable, PoseColumns
 from sessions.importers.csv_table import CsvTable
 from sessions.meshes.conventions import CONVENTIONS
 
@@ -49,10 +49,15 @@ NEARLY_AT_REST: Final = 0.9
 
 
 class UnknownColumnsError(ImportFileError):
-    """A CSV of no known log; ``draft`` is a mapping to be checked and completed, ``unknown`` what it lacks."""
+    """A CSV of no known log; ``draft`` is a mapping to be checked and completed, ``unknown`` what it lacks.
 
-    def __init__(self, source: Path, columns: Sequence[str], draft: str, unknown: Sequence[str]) -> None:
-        self.draft, self.unknown = draft, tuple(unknown)
+    ``format`` is that of the import that takes the mapping.
+    """
+
+    def __init__(
+        self, source: Path, columns: Sequence[str], draft: str, unknown: Sequence[str], format: str = "csv"
+    ) -> None:
+        self.draft, self.unknown, self.format = draft, tuple(unknown), format
         listed = ", ".join(columns[:24]) + (", ..." if len(columns) > 24 else "")
         super().__init__(f"{source}: its columns are of no known log: {listed}; describe them with --mapping FILE")
 
@@ -179,9 +184,18 @@ def unit_in_name(column: str) -> str:
     return _tokens(column)[1]
 
 
+def plain_poses(columns: Sequence[str]) -> dict[str, PoseColumns]:
+    """Returns the poses of bodies that columns name, of those whose rotations are quaternions that name their axes."""
+    return {
+        name: PoseColumns(tuple(body.position), tuple(body.rotation[1]), XYZW)
+        for name, body in _bodies(columns).items()
+        if name and body.position and body.rotation[0] == XYZW and body.rotation[1]
+    }
+
+
 def _lines(head: CsvHead, table: CsvTable, gaps: _Gaps) -> Iterator[str]:
     """How to read the file, as TOML; what the file does not tell is a commented line, and goes to ``gaps``."""
-    bodies, clock = _bodies(head.columns), _clock_of(head)
+    bodies, clock = _bodies(head.columns), clock_of(head)
     yield f"# How to read {head.source.name}: a draft of its header. Check it, and complete what is commented."
     yield from (f"{key} = {json.dumps(value)}" for key, value in _keys(head.layout).items())
     if head.columns_by_number:
@@ -273,7 +287,7 @@ def _likely_order(head: CsvHead, rotation: Sequence[str]) -> str:
     return f"; {column} begins near 1, so that {order} is likely"
 
 
-class _Clock(NamedTuple):
+class Clock(NamedTuple):
     """The column of time, its unit ("" where nothing tells it), and the format of a clock in text."""
 
     column: str
@@ -281,14 +295,14 @@ class _Clock(NamedTuple):
     format: str = ""
 
 
-def _clock_of(head: CsvHead) -> _Clock:
+def clock_of(head: CsvHead) -> Clock:
     """The clock of a file as far as its head tells."""
     column = next(iter(_named(head, TIME)), "")
     if not column:
-        return _Clock("", "")
+        return Clock("", "")
     form = next(map(text_format, head.cells(column)), None)
     if form is not None:
-        return _Clock(column, TEXT, form)
+        return Clock(column, TEXT, form)
     values, unit = head.numbers(column), _tokens(column)[1] or head.unit(column)
     steps = [step for step in np.diff(values) if step > 0]
     if steps and unit not in CLOCK_NS:
@@ -296,7 +310,7 @@ def _clock_of(head: CsvHead) -> _Clock:
         unit = next((name for name, lower, upper in STEPS if lower <= step < upper), "")
         if TICKS[0] <= values[0] < TICKS[1]:
             unit = "ticks"
-    return _Clock(column, unit)
+    return Clock(column, unit)
 
 
 def _increases(head: CsvHead, column: str) -> bool:
@@ -305,7 +319,7 @@ def _increases(head: CsvHead, column: str) -> bool:
     return len(values) == len(head.rows) > 1 and bool((np.diff(values) > 0).all())
 
 
-def _clock(head: CsvHead, clock: _Clock, gaps: _Gaps) -> Iterator[str]:
+def _clock(head: CsvHead, clock: Clock, gaps: _Gaps) -> Iterator[str]:
     """The keys under ``[time]``."""
     if not clock.column:
         gaps.unknown.append("the rate (rate_hz), because there is no clock")
@@ -331,7 +345,7 @@ def _clock(head: CsvHead, clock: _Clock, gaps: _Gaps) -> Iterator[str]:
 
 
 def _names_of_bodies(
-    table: CsvTable, clock: _Clock, names: list[str], numbered: list[str], bodies: Mapping[str, _Body]
+    table: CsvTable, clock: Clock, names: list[str], numbered: list[str], bodies: Mapping[str, _Body]
 ) -> tuple[list[str], str]:
     """The columns that name bodies, by all rows, and what is lost where none does, or in spite of it.
 

@@ -25,7 +25,7 @@ from sessions.scene_files.scene_meshes import (
     with_collider_file,
     with_meshes,
 )
-from sessions.scene_files.scene_toml import scene_to_toml
+from sessions.scene_files.scene_toml import scene_to_toml, with_recorded_groups
 
 PROXY_FACES = 2000
 
@@ -55,7 +55,7 @@ def finished(
     Raises ``ImportFileError``: no pose that is not lost, a mesh for a body that is not there, unknown axes.
     """
     _check_poses(session, source)
-    declared = scene or session.scene
+    declared = session.scene if scene is None else with_recorded_groups(scene, session.scene)
     poses = pose_convention(session.facts)
     names = [*session.names, *(body.id for body in declared.bodies if body.id not in session.names)]
     try:

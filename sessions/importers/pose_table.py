@@ -52,6 +52,7 @@ class SourceFrame:
     """The units and axes of a source, and their origin; ``clock`` is a sentence for a reader.
 
     ``assumed``: sentences on what no file said. ``others``: units of times and angles, and orders of rotations.
+    ``units_reason``: why a guessed unit is sure; ``""``: by how far poses are from the origin.
     """
 
     axes: Convention
@@ -60,7 +61,9 @@ class SourceFrame:
     assumed: tuple[str, ...] = ()
     axes_origin: Origin = Origin.FORMAT
     axes_confidence: Confidence = Confidence.SURE
+    axes_reason: str = "usual for this format"
     units_origin: Origin = Origin.FORMAT
+    units_reason: str = ""
     clock_origin: Origin = Origin.FORMAT
     others: tuple[Assumption, ...] = ()
 
@@ -101,10 +104,12 @@ def imported(
     ledger: Ledger,
     notes: Sequence[str] = (),
     streams: Iterable[Stream] = (),
+    made: Mapping[str, Track] | None = None,
 ) -> Session:
     """Tables in the canonical frame and metres, and numbers by their names.
 
     Every conversion and the ledger are among the facts. Of several streams of one name the later ones are numbered.
+    ``made``: tracks that are in that frame already, such as those of capsules between joints.
 
     Raises ``ImportFileError``: a clock starts again.
     """
@@ -115,7 +120,7 @@ def imported(
     if METRES[frame.units] != 1.0:
         done.append(f"lengths in {frame.units} to m")
     done += notes
-    tracks: dict[str, Track] = {}
+    tracks: dict[str, Track] = dict(made or {})
     for name, table in tables.items():
         tracks[name], texts = track_of(name, table, frame, ledger)
         done += texts

@@ -4,6 +4,8 @@ from pathlib import Path
 from typing import Final
 
 from sessions.errors import ImportFileError
+from sessions.importers.csv_head import read_head
+from sessions.importers.hands.hand_columns import hand_layout
 from sessions.importers.optitrack import FIRST
 from sessions.importers.uxf import TRACKER, TRIALS
 
@@ -41,10 +43,21 @@ def recognised(source: Path) -> tuple[str, str]:
                 raise ImportFileError(f"{source}: {why}; {ANOTHER_BAG}")
             return name, why
     line = head.partition(b"\n")[0].decode("utf-8", errors="replace")
+    if b"\x00" not in head and (joints := joints_in(source)):
+        return "hands", joints
     separators = [letter for letter in SEPARATORS if letter in line]
     if separators and line.strip().replace("\t", "").isprintable() and "\ufffd" not in line:
         return "csv", f"line 1 has {line.count(separators[0]) + 1} cells between {separators[0]!r}"
     raise ImportFileError(f"{source}: nothing says what it is; name the format before the source: replay import FORMAT")
+
+
+def joints_in(source: Path) -> str:
+    """Why a CSV is one of tracked hands, or ``""``."""
+    layout = hand_layout(read_head(source))
+    if layout is None:
+        return ""
+    where = f"column {layout.joint!r} names" if layout.joint else "its columns are called like"
+    return f"{where} joints of a hand"
 
 
 def _recognised_folder(source: Path) -> tuple[str, str]:

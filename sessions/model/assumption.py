@@ -27,6 +27,7 @@ class Subject(StrEnum):
     MESH_AXES = "axes of meshes"
     MESH_UNIT = "unit of meshes"
     COLLIDER_AXES = "axes of colliders"
+    JOINT_RADII = "radii of joints"
 
 
 DRAFTED: Final = (

@@ -24,6 +24,7 @@ from sessions.scene_files.scene_toml import (
     parse_scene,
     recorded_bodies,
     scene_and_faults,
+    with_recorded_groups,
 )
 from sessions.scene_formats.scene_source import SceneSource, Surface, read_scene_source
 
@@ -33,7 +34,7 @@ COLLIDER_AXES = "canonical"
 
 
 def with_scene(session: Session, path: str | Path) -> Session:
-    """The session with the scene of a TOML file in place of its own: nothing of that one is kept.
+    """The session with the scene of a TOML file in place of its own: of that one groups are kept, if the file has none.
 
     A scene that declares no body adds to the recording's own (`added_scene`). ``from`` in it names a scene of another
     program, whose bodies, surfaces, colliders and excluded pairs are taken.
@@ -45,10 +46,10 @@ def with_scene(session: Session, path: str | Path) -> Session:
     source = scene_source(text, Path(path).parent, file)
     if source is not None:
         return with_source(session, source, text, Path(path))
+    recorded = recorded_bodies(session.scene, session.names)
     if declares_bodies(text, file):
-        scene = parse_scene(text, file)
+        scene = with_recorded_groups(parse_scene(text, file, recorded), recorded)
     else:
-        recorded = recorded_bodies(session.scene, session.names)
         more = parse_scene(text, file, recorded)
         # Meshes that the recording's own scene names lie beside nobody's file: they are in the recording.
         facts = {**session.facts, SCENE_FACT: file}
@@ -221,8 +222,9 @@ def checked_scene(
         if source is not None:
             recorded = source_bodies(source, ())
         scene, faults = scene_and_faults(text, file, recorded)
-        if recorded is not None and source is None and not declares_bodies(text, file):
-            scene = added_scene(recorded, scene)
+        if recorded is not None and source is None:
+            adds = not declares_bodies(text, file)
+            scene = added_scene(recorded, scene) if adds else with_recorded_groups(scene, recorded)
     except SceneError as error:  # no TOML at all
         return Scene(), {}, [*error.faults]
     meshes: dict[str, MeshData] = {}

@@ -37,7 +37,8 @@ def parse_scene(text: str, file: str = "scene.toml", recorded: Scene | None = No
     """The scene of a TOML text; ``file`` is the name used in messages.
 
     ``recorded``: what a scene that declares no body adds to; the bodies and groups that it names are that one's. Of a
-    scene with ``from`` it holds the bodies of that file, beside which the text's own stand.
+    scene with ``from`` it holds the bodies of that file, beside which the text's own stand. A scene that declares
+    bodies and no group may name its groups.
 
     Raises ``SceneError``: file, table and key, and what to do; its ``faults`` are all there are.
     """
@@ -67,6 +68,8 @@ def scene_and_faults(text: str, file: str, recorded: Scene | None = None) -> tup
     bodies = tuple(_body(table) for table in whole.tables("body") or [])
     _check_bodies(bodies, whole)
     base = recorded if recorded is not None and not bodies else Scene(bodies=bodies)
+    if recorded is not None and bodies and "group" not in whole:
+        base = with_recorded_groups(base, recorded)
     if recorded is not None and has_source:
         declared = {body.id for body in bodies}
         bodies = (*(body for body in recorded.bodies if body.id not in declared), *bodies)
@@ -107,6 +110,15 @@ def recorded_bodies(scene: Scene, names: Sequence[str]) -> Scene:
     """A recording's scene with all tracks among its bodies, those that it does not declare too."""
     declared = {body.id for body in scene.bodies}
     return replace(scene, bodies=(*scene.bodies, *(SceneBody(name) for name in names if name not in declared)))
+
+
+def with_recorded_groups(scene: Scene, recorded: Scene) -> Scene:
+    """Returns a scene that declares bodies and no group with the groups of a recording, and their members as bodies."""
+    if scene.groups or not recorded.groups:
+        return scene
+    declared = {body.id for body in scene.bodies}
+    members = [member for group in recorded.groups for member in group.members if member not in declared]
+    return replace(scene, bodies=(*scene.bodies, *map(SceneBody, members)), groups=recorded.groups, text="")
 
 
 def added_scene(recorded: Scene, more: Scene) -> Scene:

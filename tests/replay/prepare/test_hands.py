@@ -1,0 +1,71 @@
+"""A made hand touches a glass in a known frame with a known finger, and every verdict is that of python-fcl."""
+
+import numpy as np
+import pytest
+from support.made_hands import FINGERS, made_hand, write_wide
+
+import replay
+from cdcore.narrow.fcl_meshes import FclMeshes
+from cdcore.protocol import counts_as_contact
+from sessions import import_session
+from sessions.importers.hands.joint_names import RADII_M, bones_of
+from sessions.scene_files.scene_meshes import with_scene
+
+GLASS_RADIUS, STEP, FRAMES, TOUCH = 0.03, 0.002, 24, 14
+SCENE = """
+[[body]]
+id = "glass"
+shape = "cylinder"
+radius = {radius}
+length = 0.3
+faces = 1000
+fixed = {{ position = [{x}, {y}, {z}] }}
+
+[[pair]]
+between = ["{side} hand", "glass"]
+"""
+
+
+def planted(folder, side, finger):
+    """A hand that points with one finger and moves 2 mm a frame; its tip is 1 mm in the glass first in frame TOUCH."""
+    curl = {name: 0.02 if name == finger else 1.3 for name in FINGERS}
+    path = np.stack([np.zeros(FRAMES), np.ones(FRAMES), -STEP * np.arange(FRAMES)], axis=1)
+    joints = made_hand(curl, path, side)
+    tip = joints[f"{finger} tip"][TOUCH]
+    z = tip[2] - GLASS_RADIUS - RADII_M[f"{finger} tip"] * hand_size(joints) + STEP / 2.0
+    session = import_session("hands", write_wide(folder / "take.csv", np.arange(FRAMES) / 90.0, {side: joints}))
+    scene = folder / "glass.toml"
+    scene.write_text(SCENE.format(radius=GLASS_RADIUS, x=tip[0], y=tip[1], z=z, side=side))
+    return with_scene(session, scene)
+
+
+def hand_size(joints):
+    """The size of a hand as its bones say it, beside the table's."""
+    bones = bones_of(joints)
+    lengths = [np.linalg.norm(joints[bone.child][0] - joints[bone.parent][0]) for bone in bones]
+    return sum(lengths) / sum(bone.length_m for bone in bones)
+
+
+@pytest.mark.parametrize(("side", "finger"), [*zip(["left", "right"] * 3, FINGERS, strict=False)])
+def test_first_touch_is_of_the_planted_finger_in_its_frame(tmp_path, side, finger):
+    session = planted(tmp_path, side, finger)
+    result = replay.run(session, detectors="exact", oracle="exact")
+    assembly, verdict = result.assembly, result.detections["exact"].verdict
+    contact = counts_as_contact(verdict)
+    first = int(np.flatnonzero(contact.any(axis=1))[0])
+    names = [assembly.bodies_of(pair)[0] for pair in np.flatnonzero(contact[first])]
+    assert (first, names) == (TOUCH, [f"{side} {finger} tip"])
+    (episode,) = result.tables["episodes"].plain()
+    assert (episode["body_a"], episode["body_b"], episode["first"]) == (f"{side} hand", "glass", TOUCH)
+
+
+def test_python_fcl_agrees_on_every_capsule(tmp_path):
+    session = planted(tmp_path, "right", "index")
+    result = replay.run(session, detectors="exact", oracle="exact")
+    assembly, contact = result.assembly, counts_as_contact(result.detections["exact"].verdict)
+    meshes, motion = FclMeshes([body.mesh for body in assembly.bodies]), assembly.motion
+    for frame in range(0, FRAMES, 5):
+        for body in range(len(assembly.bodies)):
+            meshes.place(body, motion.rotations[frame, body], motion.translations[frame, body])
+        assert (contact[frame] == [meshes.touch(a, b) for a, b in assembly.pairs.tolist()]).all()
+    assert contact.any() and not contact.all()

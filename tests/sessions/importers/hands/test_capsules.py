@@ -1,0 +1,106 @@
+"""Capsules between joints: their surface by the closed form of a rounded cone, and their poses by the two joints."""
+
+import numpy as np
+import pytest
+
+from sessions.errors import SceneError
+from sessions.geometry.rotations import quaternion_inverse, quaternion_product, rotated
+from sessions.importers.hands.capsules import bone_motion, capsule_mesh
+from sessions.mesh_data import has_consistent_winding
+
+
+def rounded_cone_distance(points, length, radius, parent_radius):
+    """Signed distance to the hull of a sphere about the origin and one ``length`` below it.
+
+    Source: Quilez, "Distance functions", round cone: the lower sphere is its first one.
+    """
+    across = np.hypot(points[:, 0], points[:, 2])
+    along = points[:, 1] + length
+    if abs(parent_radius - radius) >= length:
+        largest, height = max((radius, length), (parent_radius, 0.0))
+        return np.hypot(across, along - height) - largest
+    slope = (parent_radius - radius) / length
+    rise = np.sqrt(1.0 - slope**2)
+    position = -slope * across + rise * along
+    below, above = np.hypot(across, along) - parent_radius, np.hypot(across, along - length) - radius
+    side = rise * across + slope * along - parent_radius
+    return np.where(position < 0.0, below, np.where(position > rise * length, above, side))
+
+
+@pytest.mark.parametrize(
+    ("length", "radius", "parent_radius"),
+    [
+        (0.04, 0.01, 0.01),
+        (0.06, 0.01, 0.021),
+        (0.025, 0.012, 0.007),
+        (0.01, 0.005, 0.02),
+        (0.0, 0.01, 0.008),
+        (0.03, 0.02, 0.05),
+    ],
+)
+def test_capsules_are_inscribed_in_the_hull_of_two_spheres(length, radius, parent_radius):
+    mesh = capsule_mesh(length, radius, parent_radius)
+    distance = rounded_cone_distance(mesh.vertices, length, radius, parent_radius)
+    assert np.abs(distance).max() < 1e-15
+    middles = mesh.triangles.mean(axis=1)
+    inside = rounded_cone_distance(middles, length, radius, parent_radius)
+    assert -5.3e-3 * max(radius, parent_radius) < inside.min() and inside.max() < 1e-15
+    assert has_consistent_winding(mesh) and mesh.volume > 0.0 and 1000 < len(mesh.faces) < 3000
+
+
+def test_capsule_without_radius_is_refused():
+    with pytest.raises(SceneError, match="give radii above 0"):
+        capsule_mesh(0.03, 0.0, 0.01)
+
+
+def wandering(count=400, seed=0):
+    """Directions that wander over the whole sphere, through -Y too."""
+    angles = 0.2 + np.cumsum(np.random.default_rng(seed).normal(0.0, 0.05, (count, 2)), axis=0)
+    angles[:, 0] = np.linspace(-1.0, 5.5, count)
+    directions = np.stack(
+        [np.sin(angles[:, 0]) * np.cos(angles[:, 1]), np.cos(angles[:, 0]), np.sin(angles[:, 0]) * np.sin(angles[:, 1])]
+    )
+    return directions.T
+
+
+def test_capsules_lie_between_their_joints_without_twisting():
+    directions = wandering()
+    parent = np.cumsum(np.full_like(directions, 0.001), axis=0)
+    child = parent + 0.03 * directions
+    motion = bone_motion(np.arange(len(parent)), parent, child, np.ones(len(parent), dtype=bool))
+    track = motion.track
+    np.testing.assert_allclose(track.positions, child, atol=1e-15)
+    np.testing.assert_allclose(rotated(track.quaternions_xyzw, [0.0, -motion.length, 0.0]) + child, parent, atol=1e-12)
+    steps = quaternion_product(track.quaternions_xyzw[1:], quaternion_inverse(track.quaternions_xyzw[:-1]))
+    turned = 2.0 * np.arccos(np.clip(steps[:, 3], -1.0, 1.0))
+    bent = np.arccos(np.clip((directions[1:] * directions[:-1]).sum(axis=1), -1.0, 1.0))
+    np.testing.assert_allclose(turned, bent, atol=1e-6)
+
+
+def test_opposite_directions_are_no_rotation_by_chance():
+    parent = np.zeros((4, 3))
+    child = 0.03 * np.array([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]])
+    track = bone_motion(np.arange(4), parent, child, np.ones(4, dtype=bool)).track
+    np.testing.assert_allclose(rotated(track.quaternions_xyzw, [0.0, 0.03, 0.0]), child, atol=1e-12)
+
+
+@pytest.mark.parametrize("wrong", [np.nan, np.inf, 0.0, 1e9, 1e300])
+def test_samples_with_impossible_joints_are_lost(wrong):
+    count = 50
+    parent = np.zeros((count, 3))
+    child = np.tile([0.0, 0.0, 0.03], (count, 1))
+    child[10:14] = wrong
+    motion = bone_motion(np.arange(count), parent, child, np.ones(count, dtype=bool))
+    assert motion.length == pytest.approx(0.03) and motion.change == pytest.approx(0.0, abs=1e-12)
+    assert [*np.flatnonzero(~motion.track.valid)] == [10, 11, 12, 13]
+    assert np.isfinite(motion.track.positions).all() and np.isfinite(motion.track.quaternions_xyzw).all()
+    assert motion.lost == (4 if abs(wrong) < 1e100 else 0)
+
+
+def test_untracked_samples_are_lost_and_do_not_count():
+    parent, child = np.zeros((10, 3)), np.tile([0.03, 0.0, 0.0], (10, 1))
+    child[:6] = 0.0
+    valid = np.arange(10) >= 6
+    motion = bone_motion(np.arange(10), parent, child, valid)
+    assert motion.length == pytest.approx(0.03) and (motion.track.valid == valid).all() and motion.lost == 0
+    assert bone_motion(np.arange(10), parent, parent, valid) is None

@@ -1,0 +1,93 @@
+"""Joints of a hand are known by the names of every exporter, and other names are none."""
+
+import pytest
+from support.made_hands import MEDIAPIPE, WEBXR, camel
+
+from sessions.importers.hands.joint_names import (
+    FINGERS,
+    JOINTS,
+    LANDMARKS,
+    NUMBERED,
+    RADII_M,
+    bones_of,
+    joint_of,
+    tokens_of,
+)
+
+
+def name(joint, *, finger, segments, root="Wrist"):
+    """A name by a pattern of finger and segment."""
+    if joint == "wrist":
+        return root
+    digit, segment = joint.split()
+    return finger.format(digit.capitalize() if digit != "little" else "Pinky") + segments[digit == "thumb"][segment]
+
+
+SEGMENTS = ("metacarpal", "proximal", "intermediate", "distal", "tip")
+THUMB_SEGMENTS = ("metacarpal", "proximal", "distal", "tip")
+
+
+def segments(fingers, thumb):
+    """Words for the segments of fingers, and of the thumb."""
+    return dict(zip(SEGMENTS, fingers.split(), strict=True)), dict(zip(THUMB_SEGMENTS, thumb.split(), strict=True))
+
+
+MRTK = segments("Metacarpal Knuckle MiddleJoint DistalJoint Tip", "MetacarpalJoint ProximalJoint DistalJoint Tip")
+APPLE = segments(
+    "Metacarpal Knuckle IntermediateBase IntermediateTip Tip", "Knuckle IntermediateBase IntermediateTip Tip"
+)
+MANO = segments("0 1 2 3 _tip", "1 2 3 _tip")
+PALMLESS = [joint for joint in JOINTS if joint != "palm"]
+EXPORTERS = {
+    "openxr": {joint: f"XR_HAND_JOINT_{joint.upper().replace(' ', '_')}_EXT" for joint in JOINTS},
+    "unity": {joint: camel(joint) for joint in JOINTS},
+    "quest": {joint: f"XRHand_{camel(joint)}" for joint in JOINTS},
+    "webxr": WEBXR,
+    "mediapipe": MEDIAPIPE,
+    "mrtk": {joint: name(joint, finger="{}", segments=MRTK) for joint in PALMLESS},
+    "apple": {joint: name(joint, finger="{}Finger", segments=APPLE) for joint in PALMLESS},
+    "mano": {joint: name(joint, finger="{}", segments=MANO).lower() for joint in LANDMARKS},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("exporter", EXPORTERS)
+@pytest.mark.parametrize(
+    ("pattern", "side"),
+    [("{}", ""), ("left_{}", "left"), ("R_{}", "right"), ("{}_L", "left"), ("RightHand_{}", "right")],
+)
+def test_every_joint_of_an_exporter_is_known(exporter, pattern, side):
+    names = EXPORTERS[exporter]
+    assert len(names) == {"mano": 21, "mediapipe": 21}.get(exporter, len(names)) >= 21
+    for joint, written in names.items():
+        known = joint_of(tokens_of(pattern.format(written)))
+        assert known is not None and (known.side, known.joint) == (side, joint), written
+
+
+@pytest.mark.parametrize(
+    "name", ["index card", "ring_stand", "middle_glass", "cup", "left", "head", "thumb", "palm tree"]
+)
+def test_other_names_are_no_joints(name):
+    assert joint_of(tokens_of(name)) is None
+
+
+@pytest.mark.parametrize("name", ["Hand_Thumb0", "ForearmStub", "left_elbow"])
+def test_joints_that_no_capsule_needs_are_known(name):
+    assert joint_of(tokens_of(name)).joint == ""
+
+
+def test_bones_join_neighbours_and_leave_none_out():
+    for joints, count in ((JOINTS, 21), (LANDMARKS, 20), (JOINTS[2:], 19)):
+        bones = bones_of(joints)
+        assert len(bones) == len({bone.name for bone in bones}) == count
+        assert {f"{finger} tip" for finger in FINGERS} <= {bone.name for bone in bones if bone.child.endswith("tip")}
+    assert {bone.parent for bone in bones_of(LANDMARKS) if bone.name.endswith("metacarpal")} == {
+        "wrist",
+        "thumb metacarpal",
+    }
+    assert not bones_of(["index proximal", "index tip"])
+
+
+def test_numbers_and_radii_cover_all_joints():
+    assert [len(order) for order in NUMBERED.values()] == [26, 21, 26] and {*RADII_M} == {*JOINTS}
+    assert {*NUMBERED[1, 26]} == {*JOINTS} and NUMBERED[1, 26][0] == "wrist"
+    assert all(0.005 < radius < 0.022 for radius in RADII_M.values())
