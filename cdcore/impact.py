@@ -45,8 +45,8 @@ class TimeOfImpact:
     Parameters
     ----------
     verdict : HIT, FREE or UNRESOLVED.
-    toi : seconds (low, high): nothing touches before ``lower``, at ``upper`` a contact was seen; where UNRESOLVED, the
-        time within which the question is open; ``None`` where FREE.
+    toi : seconds (lower, upper): nothing touches before ``lower``, at ``upper`` a contact was seen; where UNRESOLVED,
+        the time within which the question is open; ``None`` where FREE.
     faces : a face of A and one of B that meet at ``upper``; ``None`` unless HIT.
     inside : at the start, whether a part of one mesh is inside the other, without touching; ``None`` where holes of the
         outer one leave that open. Where FREE it stays so throughout, unless a mesh has holes to pass through.
@@ -103,8 +103,8 @@ def time_of_impact(
     >>> poses = np.tile(np.eye(4), (2, 1, 1))
     >>> fall = poses.copy()
     >>> fall[:, 2, 3] = 0.25, -0.75
-    >>> low, high = time_of_impact(floor, fall, floor, poses).toi
-    >>> low <= 0.25 <= high < low + 1e-6
+    >>> lower, upper = time_of_impact(floor, fall, floor, poses).toi
+    >>> lower <= 0.25 <= upper < lower + 1e-6
     True
     """
     ImpactSettings(tolerance=tolerance, effort=effort)

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -32,6 +32,17 @@ LOST_BEFORE: Final = "no pose in the frame before"
 GAP_BEFORE: Final = "gap in the track before this frame: the way here is not known"
 
 
+class _Answers(NamedTuple):
+    """Answers about T intervals and P pairs, which each stage completes."""
+
+    verdict: ByteArray
+    """(T, P)."""
+    reasons: dict[tuple[int, int], str]
+    """Why (frame, pair) is undecided."""
+    toi: dict[tuple[int, int], tuple[float, float]]
+    """Seconds between which the contact of (frame, pair) begins."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class ContinuousSettings(ImpactSettings):
     """Settings of ``continuous``.
@@ -49,7 +60,7 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
 
     Row t of its answer is the closed interval from frame t-1 to t; row 0 is the pose itself.
     CONTACT: the surfaces meet at either end or between, seen exactly on triangles. ``toi`` holds, for every contact
-    that begins in the interval, seconds (low, high): proven clear before ``lower``, in contact at ``upper``, at most
+    that begins in the interval, seconds (lower, upper): proven clear before ``lower``, in contact at ``upper``, at most
     1e-6 s apart; further only where the bodies graze or creep nearer than rounding can tell, which far from the origin
     is more. A contact that the interval starts in has no entry. CLEAR and CONTAINED: proven for the whole way.
     UNRESOLVED: neither, with a reason in ``reasons``; so too where holes leave open what is inside at either end, or a
@@ -97,43 +108,61 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
         clock = [perf_counter()]
         surfaces = decide_motion(self._trees, self.pairs, motion)
         clock.append(perf_counter())
-        has_pose = pair_has_pose(motion, self.pairs)
         has_interval = motion.linked[:, self.pairs[:, 0]] & motion.linked[:, self.pairs[:, 1]]
         has_interval[:1] = False
         before = np.zeros_like(surfaces.hits)
         before[1:] = surfaces.hits[:-1]
+        answers = self._answers_of_frames(motion, surfaces.hits, before, has_interval)
+        searched = has_interval & ~before & motion.changed[:, self.pairs].any(axis=2)
+        # The intervals to search in which bounding spheres meet.
+        spheres_meet = self._spheres.may_meet(motion.rotations, motion.translations, motion.valid, self.pairs, searched)
+        legs = true_places(spheres_meet)
+        search_work = self._search(motion, *legs, answers)
+        clock.append(perf_counter())
+        containment_tests = self._contain(motion, surfaces, has_interval, answers.verdict)
+        containment_tests += self._passages.mark(motion, *legs, answers.verdict)
+        clock.append(perf_counter())
+        work = {
+            "intervals": int(searched.sum()),
+            "face_tests_at_frames": surfaces.work["face_tests"],
+            "containment_tests": containment_tests,
+        }
+        return self._detection(
+            block,
+            answers.verdict[first:].copy(),
+            covers="intervals",
+            containment=self._containment.labels,
+            work=work | search_work,
+            seconds=self._seconds(clock),
+            reasons={(t - first, p): why for (t, p), why in answers.reasons.items()},
+            toi={(t - first, p): seconds for (t, p), seconds in answers.toi.items() if t >= first},
+        )
+
+    def _answers_of_frames(
+        self, motion: Motion, hits: BoolArray, before: BoolArray, has_interval: BoolArray
+    ) -> _Answers:
+        """The answers that contact at both ends of an interval gives; all arrays (T, P)."""
+        has_pose = pair_has_pose(motion, self.pairs)
         known = has_interval.copy()
         known[:1] = has_pose[:1]
         verdict = np.where(known, np.uint8(Verdict.CLEAR), np.uint8(Verdict.NO_POSE))
-        verdict[surfaces.hits | (before & has_interval)] = Verdict.CONTACT
+        verdict[hits | (before & has_interval)] = Verdict.CONTACT
         reasons = {
             (t, p): GAP_BEFORE if has_pose[t - 1, p] else LOST_BEFORE
             for t, p in np.argwhere(has_pose & (verdict == Verdict.NO_POSE)).tolist()
         }
         # A contact in a frame without an interval before it begins, as far as is known, in that frame.
-        begun = np.argwhere(surfaces.hits & ~has_interval)
-        toi = {(t, p): (float(motion.times[t]), float(motion.times[t])) for t, p in begun.tolist() if t >= first}
-        searched = has_interval & ~before & motion.changed[:, self.pairs].any(axis=2)
-        legs = self._near_legs(motion, searched)
-        work = {"intervals": int(searched.sum())} | self._search(motion, legs, verdict, reasons, toi)
-        clock.append(perf_counter())
+        begun = np.argwhere(hits & ~has_interval).tolist()
+        toi = {(t, p): (float(motion.times[t]), float(motion.times[t])) for t, p in begun}
+        return _Answers(verdict, reasons, toi)
+
+    def _contain(self, motion: Motion, surfaces: MotionAnswer, has_interval: BoolArray, verdict: ByteArray) -> int:
+        """Mark containment in intervals without contact; returns the number of tests."""
         frames, columns = surfaces.near
         clear = verdict[frames, columns] == Verdict.CLEAR
         # as one end of an interval without contact is, so is the whole way
-        containment_tests = self._containment.mark(motion, frames[clear], columns[clear], verdict)
-        containment_tests += self._mark_intervals_through_holes(motion, surfaces, has_interval, verdict)
-        containment_tests += self._passages.mark(motion, *legs, verdict)
-        clock.append(perf_counter())
-        return self._detection(
-            block,
-            verdict[first:].copy(),
-            covers="intervals",
-            containment=self._containment.labels,
-            work=work | {"face_tests_at_frames": surfaces.work["face_tests"], "containment_tests": containment_tests},
-            seconds=self._seconds(clock),
-            reasons={(t - first, p): why for (t, p), why in reasons.items()},
-            toi={(t - first, p): seconds for (t, p), seconds in toi.items()},
-        )
+        tests = self._containment.mark(motion, frames[clear], columns[clear], verdict)
+        return tests + self._mark_intervals_through_holes(motion, surfaces, has_interval, verdict)
 
     def _mark_intervals_through_holes(
         self, motion: Motion, surfaces: MotionAnswer, has_interval: BoolArray, verdict: ByteArray
@@ -151,30 +180,20 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
         verdict[(verdict == Verdict.CLEAR) & (before != Verdict.CLEAR)] = Verdict.UNRESOLVED
         return containment_tests
 
-    def _near_legs(self, motion: Motion, searched: BoolArray) -> tuple[IntArray, IntArray]:
-        """Frames and columns (K,) of the intervals, of those to search (T, P), in which bounding spheres meet."""
-        poses = motion.rotations, motion.translations
-        return true_places(self._spheres.may_meet(*poses, motion.valid, self.pairs, searched))
-
-    def _search(
-        self, motion: Motion, legs: tuple[IntArray, IntArray], verdict: ByteArray, reasons: dict[tuple[int, int], str],
-        toi: dict[tuple[int, int], tuple[float, float]],
-    ) -> dict[str, int]:  # fmt: skip
-        """Decide the intervals ``legs``, none of which starts in contact; write down answers, return counters."""
-        frames, columns = legs
-        poses = motion.rotations, motion.translations
-        answer = self._segments.decide(motion.times, *poses, frames, columns)
-        for row in np.flatnonzero(answer.states != FREE).tolist():
-            pair_frame, state = (int(frames[row]), int(columns[row])), int(answer.states[row])
-            lower, upper = answer.impact[row].tolist()
-            if state == HIT or verdict[pair_frame] == Verdict.CONTACT:
-                verdict[pair_frame] = Verdict.CONTACT
-                toi[pair_frame] = lower, upper if state == HIT else float(motion.times[pair_frame[0]])
+    def _search(self, motion: Motion, frames: IntArray, columns: IntArray, answers: _Answers) -> dict[str, int]:
+        """Decide the intervals before ``frames`` (K,), none of which starts in contact; returns counters."""
+        searched = self._segments.decide(motion.times, motion.rotations, motion.translations, frames, columns)
+        for row in np.flatnonzero(searched.states != FREE).tolist():
+            pair_frame, state = (int(frames[row]), int(columns[row])), int(searched.states[row])
+            lower, upper = searched.impact[row].tolist()
+            if state == HIT or answers.verdict[pair_frame] == Verdict.CONTACT:
+                answers.verdict[pair_frame] = Verdict.CONTACT
+                answers.toi[pair_frame] = lower, upper if state == HIT else float(motion.times[pair_frame[0]])
             else:
-                verdict[pair_frame] = Verdict.UNRESOLVED
-                reasons[pair_frame] = f"{self._segments.reason(state)} ({lower:.6f} to {upper:.6f} s)"
-        unresolved = int((verdict == Verdict.UNRESOLVED).sum())
-        return {"unresolved": unresolved, "searched": len(frames)} | answer.work
+                answers.verdict[pair_frame] = Verdict.UNRESOLVED
+                answers.reasons[pair_frame] = f"{self._segments.reason(state)} ({lower:.6f} to {upper:.6f} s)"
+        unresolved = int((answers.verdict == Verdict.UNRESOLVED).sum())
+        return {"unresolved": unresolved, "searched": len(frames)} | searched.work
 
 
 def _joined(last: Motion, motion: Motion) -> Motion:

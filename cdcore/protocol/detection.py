@@ -199,7 +199,7 @@ class Detection:
     seconds : time per stage: (T,) where frames are timed one by one, else one number for the call.
     approximate : whether the answer is an estimate by nature (``image-space``).
     reasons : why (frame, pair) is UNRESOLVED or INVALID; a detector notes what ``containment`` does not say already.
-    toi : {(frame, pair): (low, high)} seconds, interval of the time of impact where ``covers`` is intervals.
+    toi : {(frame, pair): (lower, upper)} seconds, interval of the time of impact where ``covers`` is intervals.
     """
 
     detector: str
