@@ -24,6 +24,9 @@ MOST_G_L: Final = 2500.0
 MOST_MOLAR: Final[Mapping[str, float]] = TABLES["strongest"]
 """Acid or base -> mol/L of the strongest solution there is."""
 
+MOST_DISSOLVED: Final[Mapping[str, float]] = TABLES["dissolved"]
+"""Gas or halogen -> mol/L that water dissolves at most under the air of a room."""
+
 ROOM_C: Final = 25.0
 """Of a liquid whose temperature nobody states."""
 
@@ -63,18 +66,20 @@ def contents_of(vessel: Vessel) -> Contents:
     Raises EffectError: a formula or a number that cannot be.
     """
     liquid, litres = vessel.contents("liquid"), vessel.volume_ml * 1e-3
-    amounts: dict[str, float] = {}
+    concentrations: dict[str, float] = {}
     solutes = _solutes(vessel, liquid)
     for text, molar in solutes.items():
         formula = _formula(vessel, text)
-        if formula in amounts:
+        if formula in concentrations:
             raise vessel.fail(f"holds {formula!r} twice; give one concentration")
         most = MOST_MOLAR.get(formula, MOST_G_L / molar_mass(formula))
         if molar > most:
             raise vessel.fail(f"holds {molar:g} mol/L of {formula!r}; the strongest solution of it has {number(most)}")
         if formula not in MOST_MOLAR:
             _check_saturated(vessel, formula, molar)
-        amounts[formula] = litres * molar
+        concentrations[formula] = molar
+    _check_dissolved(vessel, concentrations)
+    amounts = {formula: litres * molar for formula, molar in concentrations.items()}
     water = vessel.amount("liquid", "water_molar") if "water_molar" in liquid else WATER_MOLAR
     if litres > 0.0:
         amounts[WATER] = litres * water
@@ -111,6 +116,23 @@ def _check_saturated(vessel: Vessel, formula: str, molar: float) -> None:
             f"holds {molar:g} mol/L of {formula!r}; a litre of water dissolves {number(most)} mol at {celsius:g} degC: "
             "give what is beyond as properties.solid"
         )
+
+
+def _check_dissolved(vessel: Vessel, concentrations: Mapping[str, float]) -> None:
+    """Raises EffectError: a liquid holds more of a gas or halogen than water dissolves."""
+    # Iodide takes up one iodine each, as triiodide.
+    iodide = sum(molar * _iodide_atoms(formula) for formula, molar in concentrations.items())
+    for formula, molar in concentrations.items():
+        most = MOST_DISSOLVED.get(formula, np.inf) + (iodide if formula == "I2" else 0.0)
+        if molar > most:
+            advice = "; more dissolves beside iodide: add KI to the solutes" if formula == "I2" else ""
+            raise vessel.fail(f"holds {molar:g} mol/L of {formula!r}; water dissolves {number(most)} at most{advice}")
+
+
+def _iodide_atoms(formula: str) -> float:
+    """Iodide ions of a formula; iodine itself has none, and iodate holds oxygen."""
+    counts = atoms(formula)
+    return 0.0 if formula == "I2" or "O" in counts else counts.get("I", 0)
 
 
 def _solutes(vessel: Vessel, liquid: Mapping[str, Any]) -> dict[str, float]:
