@@ -1,8 +1,8 @@
 """Digests of all detectors in many worlds, and their answers without a compiler.
 
 ``python tests/support/digests.py`` writes ``tests/contracts/digests.json`` anew, for a change that is meant; give names
-of groups or detectors to write only these. ``NUMBA_DISABLE_JIT=1 python tests/support/digests.py --interpreted 0 9``
-prints the digests of random worlds 0 and 9 by detector, from kernels that run as plain Python.
+of groups or detectors to write only these. With ``NUMBA_DISABLE_JIT=1`` and ``--interpreted '[[0, 9]]'`` it prints the
+digests of random worlds 0 and 9 by detector, from kernels that run as plain Python.
 """
 
 import hashlib
@@ -147,29 +147,28 @@ def laboratory():
     return World(bodies, motion, None)
 
 
-def answers(seeds):
+def answers(seeds, shapes=tuple(SHAPES)):
     """Digests of verdicts and faces, and counters, by detector: of a laboratory and of random worlds."""
     result = {}
     for name, settings in VARIANTS:
         worlds = [laboratory()]
         if name in SCALE_FREE:
-            worlds += [random_world(seed, shape) for seed in seeds for shape in SHAPES]
+            worlds += [random_world(seed, shape) for seed in seeds for shape in shapes]
         result[variant_name(name, settings)] = [pieces_of(world, name, settings) for world in worlds]
     return result
 
 
-def interpreted_answers(seeds):
+def interpreted_answers(seeds, shapes=tuple(SHAPES)):
     """The same from a process whose kernels are interpreted."""
-    done = subprocess.run(
-        [sys.executable, __file__, "--interpreted", *map(str, seeds)], capture_output=True, text=True, check=False,
-        env=os.environ | {"NUMBA_DISABLE_JIT": "1"},
-    )  # fmt: skip
+    command = [sys.executable, __file__, "--interpreted", json.dumps([seeds, shapes])]
+    environment = os.environ | {"NUMBA_DISABLE_JIT": "1"}
+    done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
 
 
 if __name__ == "__main__":
     if sys.argv[1:2] == ["--interpreted"]:
-        print(json.dumps(answers([*map(int, sys.argv[2:])])))
+        print(json.dumps(answers(*json.loads(sys.argv[2]))))
     else:
         write(sys.argv[1:])

@@ -16,7 +16,7 @@ from sessions.meshes.mesh_match import possible_units
 from sessions.model.assumption import ASSUMPTIONS_FACT, Assumption, Confidence, Origin, Subject, assumptions_fact
 from sessions.synthetic.scenes import make_scene_session
 
-PLANTED = ("silver-chloride", "copper-sulfate", "flame-test", "titration")
+PLANTED = ("silver-chloride", "titration")
 
 
 def outcome(deep_fraction, contacts=3):
