@@ -14,7 +14,7 @@ from replay.engine import compute
 from sessions import write_session
 
 FRAMES = 2_000
-FAST = "sphere,aabb,hybrid,slow=discrete[rate_hz=7.5]"
+FAST = "sphere,slow=discrete[rate_hz=7.5]"
 
 
 def answers(result):

@@ -26,9 +26,21 @@ WALL = [(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.00
 ROD = [(0, 0), (0.003, 0), (0.003, 0.2), (0, 0.2)]
 
 
+@pytest.fixture(scope="module")
+def kept_pieces(tmp_path_factory):
+    """Folder of the pieces that tests share: a process that cuts takes 1.4 s."""
+    return tmp_path_factory.mktemp("pieces")
+
+
 @pytest.fixture(autouse=True)
-def cache(monkeypatch, tmp_path):
+def cache(monkeypatch, kept_pieces):
     monkeypatch.setattr(piece_store, "_in_memory", {})
+    monkeypatch.setattr(piece_store, "cache_folder", lambda: kept_pieces)
+
+
+@pytest.fixture
+def nothing_cut(cache, monkeypatch, tmp_path):
+    """No pieces are kept yet, and none that this test makes are used by another one."""
     monkeypatch.setattr(piece_store, "cache_folder", lambda: tmp_path / "cache")
 
 
@@ -89,21 +101,21 @@ def test_a_body_with_holes_keeps_its_hull_and_says_so():
     assert not fix.measured and fix.text.startswith("beaker keeps its hull: its surface has holes")
 
 
-def test_bodies_that_are_not_cut_in_time_are_named(monkeypatch):
+def test_bodies_that_are_not_cut_in_time_are_named(nothing_cut, monkeypatch):
     monkeypatch.setattr(piece_store, "CHILD", "import time; time.sleep(60)")
     result = run(stirred(BEAKER), detectors="subject=hull50,exact", fix_time=1)
     fix = result.answers[0].fix
     assert not fix.measured and fix.text.startswith("Not reached within 1 s: beaker (about ")
 
 
-def test_bodies_whose_cutter_fails_are_named_with_the_reason(monkeypatch):
+def test_bodies_whose_cutter_fails_are_named_with_the_reason(nothing_cut, monkeypatch):
     monkeypatch.setattr(piece_store, "CHILD", "import sys; sys.exit(1)")
     fix = run(stirred(BEAKER), detectors="subject=hull50,exact", fix_time=60).answers[0].fix
     assert not fix.measured and "Not reached" not in fix.text
     assert fix.text.startswith("beaker is not cut: sectors by height and angle cannot cut this mesh.")
 
 
-def test_pieces_that_are_no_better_are_not_advised(monkeypatch):
+def test_pieces_that_are_no_better_are_not_advised(nothing_cut, monkeypatch):
     """A hull of the beaker in place of its pieces is as wrong as its hull."""
     result = compute(stirred(BEAKER), detectors="subject=hull50,exact")
     monkeypatch.setattr(piece_store, "within_triangles", lambda _piece: piece_store.hull_of(BEAKER.vertices))
@@ -171,7 +183,7 @@ def test_good_pieces_of_both_bodies_are_advised(two_beakers):
     assert fix.measured and "Split beaker and second into " in fix.text
 
 
-def test_run_without_a_cutter_says_what_to_install(monkeypatch, tmp_path, capsys):
+def test_run_without_a_cutter_says_what_to_install(nothing_cut, monkeypatch, tmp_path, capsys):
     def absent(_package):
         raise PackageNotFoundError
 
