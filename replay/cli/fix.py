@@ -17,7 +17,7 @@ ENGINE_HELP = "Write files for unity, unreal, godot or mujoco."
 OUT_HELP = "Folder for the files.  [default: fix-ENGINE]"
 FALSE_HELP = "Largest fraction of the reported contact time that may be false."
 MISSED_HELP = "Largest fraction of the contact time that may be missed."
-LIMIT_HELP = "Cut and search so long; then take the best pieces found by then."
+LIMIT_HELP = "Time limit for cutting and searching; then the best pieces are taken."
 
 
 @click.command()

@@ -155,7 +155,7 @@ def _renew_pictures(path: Path, people: People) -> None:
     try:
         _write_pictures(examine_assumptions(read_session(path), rows=()), folder, people)
     except (ReplayError, CollisionCoreError) as error:
-        people.say(f"note: the pictures in {folder} are of before ({error})")
+        people.say(f"note: the pictures in {folder} show the recording before the answers ({error})")
 
 
 def _write_pictures(examined: "Examined", folder: Path, people: People) -> list[Path]:
@@ -277,7 +277,7 @@ def _keep(session: "Session", path: Path, questions: Sequence["Question"], chose
         changed = answered(changed, questions[number].assumption, value)
         option = OPTIONS.get(questions[number].assumption.subject, "")
         if option.startswith("--"):
-            people.say(f"To say it when you import again: {option} {value!r}".replace("'", '"'))
+            people.say(f"To answer it when you import again: {option} {value!r}".replace("'", '"'))
     write_session(changed, path, overwrite=True)
     if any(not questions[number].alternatives[alternative].is_current for number, alternative in chosen.items()):
         _renew_pictures(path, people)

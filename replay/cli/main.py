@@ -84,7 +84,7 @@ class LazyGroup(click.Group):
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog="`replay VERB --help` says more. First time here? `replay demo`.",
 )
-@click.version_option(package_name="vrlab-replay", message="replay %(version)s", help="Say the version.")
+@click.version_option(package_name="vrlab-replay", message="replay %(version)s", help="Print the version.")
 def cli() -> None:
     """Replay recorded VR laboratory sessions: see what collision detection missed, and what catching it costs."""
 

@@ -68,7 +68,7 @@ def run_many(
     lines = [f"{len(batch.done)} of {len(files)} sessions {where}"]
     lines += [f"failed: {name}: {why}" for name, why in batch.failed.items()]
     lines += open_guesses_line([name for name, run in batch.runs.items() if run.open_questions], len(batch.done))
-    lines.append(f"digest: {batch.digest or 'none, sessions failed'}")
+    lines.append(f"digest: {batch.digest or 'none, because sessions failed'}")
     if as_markdown:
         from replay.cli.run_markdown import markdown_page
 

@@ -20,7 +20,7 @@ def command() -> None:
 @command.command()
 @click.argument("source", type=SESSION_FILE, metavar="MESH|FILE.mcap")
 @click.option("--out", "-o", type=ANY_PATH, required=True, metavar="FILE.glb", help="Mesh file to write.")
-@click.option("--body", metavar="NAME", help="Whose mesh: of a recording needed.")
+@click.option("--body", metavar="NAME", help="The body whose mesh is mended; needed for a recording.")
 @force
 @reporting
 def repair(source: Path, out: Path, body: str | None, force: bool, as_json: bool, people: People) -> int:

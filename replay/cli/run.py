@@ -29,7 +29,7 @@ NOISE_HELP = 'Replay noisy copies: [BODY=]vive or "0.3 mm, 0.05 deg, 0.1 s"; rep
 MISSED_HELP = "Exit 4 when more contacts or pair-frames are missed."
 FALSE_HELP = "Exit 4 when more of the contact it reports is false."
 DEPTH_HELP = "Exit 4 when bodies are deeper in each other in a miss: 2mm."
-LATE_HELP = "Exit 4 when the slowest 1 % of the looks take longer."
+LATE_HELP = "Exit 4 when the slowest 1 % of the samples take longer."
 
 
 def _renamed(_: click.Context, __: click.Parameter, value: str | None) -> None:
@@ -40,12 +40,12 @@ def _renamed(_: click.Context, __: click.Parameter, value: str | None) -> None:
 
 @click.command(cls=ProjectCommand)
 @click.argument("sessions", type=SESSIONS_ANYWHERE, metavar="FILE|DIR|LIST.txt...", nargs=-1, required=True)
-@click.option("--out", "-o", type=OUT_ANYWHERE, metavar="DIR", help="Run folder; of several sessions, one each in it.")
+@click.option("--out", "-o", type=OUT_ANYWHERE, metavar="DIR", help="Run folder; for several sessions, their folder.")
 @lineup
 @click.option("--step-rate", type=Number(min=0, min_open=True), metavar="HZ", help=STEP_HELP)
 @click.option("--noise", multiple=True, metavar="SIZE", help=NOISE_HELP)
 @jobs
-@click.option("--scheduler", metavar="ADDRESS", help="Let the workers of a scheduler of Dask do it.")
+@click.option("--scheduler", metavar="ADDRESS", help="Replay on the workers of this Dask scheduler.")
 @click.option("--max-missed", type=SHARE, metavar="SHARE", help=MISSED_HELP)
 @click.option("--max-false", type=SHARE, metavar="SHARE", help=FALSE_HELP)
 @click.option("--max-missed-depth", type=Length(), metavar="LENGTH", help=DEPTH_HELP)
@@ -87,7 +87,7 @@ def command(
     if options["step_rate"] is None:
         del options["step_rate"]
     elif options["detectors"]:
-        raise click.UsageError("--step-rate is of the usual detectors; write rate_hz=... in --detectors")
+        raise click.UsageError("--step-rate belongs to the usual detectors; with --detectors, write rate_hz=... there")
     limits = Gates(*(options.pop(name) for name in ("max_missed", "max_p99_ms", "max_false", "max_missed_depth")))
     how = {name: options.pop(name) for name in ("jobs", "scheduler", "force")}
     form = options.pop("tables")

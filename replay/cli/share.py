@@ -12,7 +12,7 @@ from replay.cli.options import ANY_PATH, RUN_FOLDER, common, force
 @click.command()
 @click.argument("runs", type=RUN_FOLDER, metavar="RUN...", nargs=-1, required=True)
 @click.option("--out", "-o", type=ANY_PATH, required=True, metavar="DIR", help="Folder to write.")
-@click.option("--anyway", is_flag=True, help="Also what was not recorded with the fact consent=share.")
+@click.option("--anyway", is_flag=True, help="Also share recordings without the fact consent=share.")
 @force
 @common
 def command(runs: tuple[Path, ...], out: Path, anyway: bool, force: bool, people: People) -> int:

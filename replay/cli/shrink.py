@@ -16,7 +16,7 @@ WHOSE = "Detector: a label of the run; of code of your own label=module:Class."
 @click.option("--miss", type=click.IntRange(min=1), metavar="N", help="The miss of this number.")
 @click.option("--false", type=click.IntRange(min=1), metavar="N", help="The false contact of this number.")
 @click.option("--detector", "--by", "label", metavar="NAME", help=WHOSE)
-@click.option("--session", type=SESSION_FILE, metavar="FILE", help="The recording, where it is not found by itself.")
+@click.option("--session", type=SESSION_FILE, metavar="FILE", help="The recording, if the run does not lead to it.")
 @click.option("--out", "-o", type=ANY_PATH, default="case", show_default=True, metavar="DIR", help="Folder to write.")
 @scene
 @force
@@ -61,7 +61,7 @@ def command(run: Path, out: Path, force: bool, as_json: bool, people: People, **
             sentence(least),
             *(f" {doubt}" for doubt in sorted(shrinking.doubts)),
             f" {before} became {Size.of(least)} in {shrinking.questions} questions",
-            f" {out} is written; fails while it is so: python -m pytest {out / 'test_case.py'}",
+            f" wrote {out}; its test fails until the answer is right: python -m pytest {out / 'test_case.py'}",
         ],
     )
     return 0

@@ -35,7 +35,7 @@ def require_extra() -> None:
 @click.option("--questionnaire", type=SESSION_FILE, metavar="FILE.csv", help="Answers of the students.")
 @click.option("--codebook", type=SESSION_FILE, metavar="FILE.yaml", help="Items, constructs and associations.")
 @click.option("--students", type=SESSION_FILE, metavar="FILE.csv", help="session,student for those without pseudonym.")
-@click.option("--detector", metavar="NAME", help="Whose contacts count. Default: the one that misses least.")
+@click.option("--detector", metavar="NAME", help="Detector whose contacts count. Default: the one that misses least.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Seed of bootstrap and permutations.")
 @tables("csv")
 @force

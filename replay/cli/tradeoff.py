@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from replay.advice.sweep import Watch
     from replay.progress import Advance
 
-LIMIT_HELP = "Begin no setting that cannot end by then. Not in it: compiling, and the audit for --out."
+LIMIT_HELP = "Begin no setting that cannot end by then; compiling, and the audit for --out, come on top."
 
 
 @click.command()
@@ -24,7 +24,7 @@ LIMIT_HELP = "Begin no setting that cannot end by then. Not in it: compiling, an
 @click.option(
     "--time-limit", type=click.FloatRange(min=0), metavar="SECONDS", default=150.0, show_default=True, help=LIMIT_HELP
 )
-@click.option("--engine", metavar="NAME", help="Instead, what one can set in unity, unreal or mujoco, in its words.")
+@click.option("--engine", metavar="NAME", help="Try the settings of an engine instead: unity, unreal or mujoco.")
 @replaying
 @reporting
 def command(
