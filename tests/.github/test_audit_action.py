@@ -86,6 +86,7 @@ def plant_foreign_modules(folder):
 
 
 @needs_bash
+@pytest.mark.slow
 def test_modules_of_the_checkout_are_not_imported(recordings, monkeypatch):
     plant_foreign_modules(recordings)
     monkeypatch.setenv("PYTHONPATH", str(recordings))

@@ -107,6 +107,7 @@ def test_a_search_without_time_writes_hulls_and_says_so(session, tmp_path):
     assert not fix_colliders(session, tmp_path / "all", engine="mujoco", limits=Limits(1.0), time_limit=None).time_up
 
 
+@pytest.mark.slow
 def test_before_and_after_are_printed_and_unreached_limit_fails(session, tmp_path, capsys):
     file = tmp_path / "s.mcap"
     write_session(session, file)
@@ -130,6 +131,7 @@ def test_front_is_better_with_every_more_pieces(shipped):
     assert all(more["false"] < less["false"] for less, more in pairwise(shipped.front))
 
 
+@pytest.mark.slow
 def test_every_method_has_a_card_of_its_own(session):
     made = fix_colliders(session, limits=Limits(0.3), every_method=True)
     cards = {card["how"]: card for card in made.bodies[0]["others"]}
