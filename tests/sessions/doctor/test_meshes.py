@@ -1,9 +1,11 @@
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from support.small_worlds import cube
 
 from sessions import MeshData, Severity
-from sessions.doctor.meshes import all_mesh_findings, degenerate_faces, mesh_findings
+from sessions.doctor.meshes import all_mesh_findings, degenerate_faces, mesh_findings, row_numbers
 from sessions.errors import MeshFileError
 from sessions.glassware.catalogue import made_instrument
 
@@ -47,3 +49,12 @@ def test_a_mesh_that_cannot_be_loaded_is_a_finding():
 
     (item,) = all_mesh_findings(Broken(a=None))
     assert (item.code, item.body, item.severity) == ("mesh-unreadable", "a", Severity.ERROR)
+
+
+@given(st.lists(st.tuples(*[st.sampled_from([-1.0, -0.0, 0.0, 2.0])] * 3), max_size=30))
+def test_equal_rows_alone_have_equal_numbers(rows):
+    array = np.array(rows, dtype=np.float64).reshape(-1, 3)
+    numbers = row_numbers(array)
+    _, expected = np.unique(array + 0.0, axis=0, return_inverse=True)
+    assert np.array_equal(numbers[:, None] == numbers, expected.reshape(-1)[:, None] == expected.reshape(-1))
+    assert sorted(set(numbers.tolist())) == list(range(len(set(map(tuple, (array + 0.0).tolist())))))
