@@ -19,5 +19,5 @@ def test_interpreted_kernels_give_digests_of_compiled_kernels():
 
 @pytest.mark.slow
 def test_interpreted_kernels_agree_on_random_worlds():
-    """Of each shape two worlds: 46 s of processor time, interpreted."""
+    """Two worlds of each shape: 46 s of processor time, interpreted."""
     assert_same([0, 2], list(SHAPES))

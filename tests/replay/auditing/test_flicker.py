@@ -70,7 +70,7 @@ def test_body_that_leaves_far_or_long_does_not_flicker(frames_away, metres, flic
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_jitter_of_a_tracker_is_joined_as_a_plain_loop_joins_it(seed):
+def test_tracker_jitter_is_joined_as_by_a_plain_loop(seed):
     noise = np.random.default_rng(seed).normal(0.0, 0.00014, 120)
     metres = [*[CLEAR] * 3, *noise.tolist(), *[CLEAR] * 3]
     counted, _ = flicker(gaps(metres))

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.import_mutants import MUTANTS, tried
+from support.mutants import MUTANTS, tried
 from support.optional import DATA
 from support.small_worlds import cube, cubes
 

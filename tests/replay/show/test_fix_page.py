@@ -105,7 +105,7 @@ def test_neighbouring_pieces_have_different_colours():
     assert all(a != b for a, b in pairwise(numbers)) and len(set(numbers)) > 2
 
 
-def test_scale_of_colours_grows_lighter_and_is_never_the_red_of_misses():
+def test_colour_scale_grows_lighter_and_is_never_red():
     colours = [scale_colour(fraction) for fraction in np.linspace(0, 1, 11)]
     lightness = [0.2126 * red + 0.7152 * green + 0.0722 * blue for red, green, blue in colours]
     assert lightness == sorted(lightness)

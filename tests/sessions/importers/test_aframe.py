@@ -3,7 +3,7 @@ import json
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.import_mutants import books, refused, round_trips
+from support.mutants import books, refused, round_trips
 
 from sessions.importers import import_session
 

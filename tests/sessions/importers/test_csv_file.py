@@ -4,7 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.import_mutants import MUTANTS, books, refused, round_trips, tried
+from support.mutants import MUTANTS, books, refused, round_trips, tried
 
 from replay import guide
 from sessions import MeshData

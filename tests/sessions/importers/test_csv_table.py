@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.import_mutants import books, refused
+from support.mutants import books, refused
 
 from sessions.errors import ImportFileError
 from sessions.importers import import_session

@@ -3,7 +3,7 @@ from importlib.metadata import EntryPoint, EntryPoints
 
 import numpy as np
 import pytest
-from support.import_mutants import books, refused
+from support.mutants import books, refused
 
 from sessions import MeshData, Session, Track, importers
 from sessions.importers import ENTRY_POINT_GROUP, IMPORTERS, import_session, importer_names

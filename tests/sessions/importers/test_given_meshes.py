@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
-from support.import_mutants import refused
+from support.mutants import refused
 from support.planted_sessions import EXPORTERS, TO_SOURCE, changed
 
 from sessions.importers import import_session

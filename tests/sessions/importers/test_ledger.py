@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.import_mutants import books
+from support.mutants import books
 
 from sessions import examine, read_session, write_session
 from sessions.importers import import_session

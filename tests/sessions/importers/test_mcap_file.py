@@ -19,7 +19,7 @@ from mcap.records import Chunk, Message
 from mcap.stream_reader import CRCValidationError, StreamReader, breakup_chunk
 from mcap.writer import CompressionType, Writer
 from scipy.spatial.transform import Rotation, Slerp
-from support.import_mutants import books, refused
+from support.mutants import books, refused
 from support.second_opinions import ROS, has_poses
 
 from sessions import examine, read_session

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.import_mutants import books
+from support.mutants import books
 from support.second_opinions import has_poses
 
 from sessions.importers import import_session

@@ -4,7 +4,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from support.import_mutants import MUTANTS, survive
+from support.mutants import MUTANTS, survive
 
 from sessions.errors import ImportFileError
 from sessions.importers import IMPORTERS, import_session

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mcap.writer import Writer
-from support.import_mutants import MUTANTS
+from support.mutants import MUTANTS
 from support.session_files import samples, stream_header, xdf_file
 
 from sessions.errors import ImportFileError

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.import_mutants import books, refused
+from support.mutants import books, refused
 from support.second_opinions import UNITY, has_poses
 
 from sessions.importers import import_session

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.import_mutants import books, refused
+from support.mutants import books, refused
 from support.second_opinions import UNITY, has_poses
 from support.session_files import TRANSFORM_OUTLET, chunk, offsets, samples, stream_header, xdf_file
 

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
-from support.import_mutants import round_trips
+from support.mutants import round_trips
 from support.second_opinions import read_frames_plainly
 from support.session_files import (
     any_frames,

@@ -5,7 +5,7 @@ import pytest
 import trimesh
 from hypothesis import given
 from hypothesis import strategies as st
-from support.import_mutants import MUTANTS, tried
+from support.mutants import MUTANTS, tried
 
 from sessions.errors import MeshFileError
 from sessions.mesh_data import MeshData, has_consistent_winding

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from support.import_mutants import refused, round_trips
 from support.made_hands import (
     MEDIAPIPE,
     WEBXR,
@@ -13,6 +12,7 @@ from support.made_hands import (
     write_rows,
     write_wide,
 )
+from support.mutants import refused, round_trips
 
 from sessions.errors import ImportFileError
 from sessions.importers import import_session
@@ -129,7 +129,7 @@ def test_axes_that_mirror_the_hands_are_named(tmp_path):
     )
 
 
-def test_radii_come_from_the_file_or_are_a_guess_with_its_source(tmp_path):
+def test_radii_are_the_files_or_a_guess_with_source(tmp_path):
     radii = {joint: 0.004 + 0.0005 * number for number, joint in enumerate(JOINTS)}
     stated = import_session("hands", write_long(tmp_path / "stated.csv", TIMES, hands(), radii=radii))
     assert row_of(stated, Subject.JOINT_RADII).origin is Origin.FILE
@@ -253,7 +253,7 @@ def test_unknown_joints_are_named_and_a_mapping_says_them(tmp_path):
         import_session("hands", path, mapping=mapping)
 
 
-def test_a_file_without_time_is_drafted_and_read_with_a_rate(tmp_path):
+def test_file_without_time_is_read_with_a_rate(tmp_path):
     path = write_wide(tmp_path / "take.csv", TIMES, hands())
     lines = path.read_text().splitlines()
     path.write_text("\n".join(line.partition(",")[2] for line in lines) + "\n")
