@@ -1,0 +1,20 @@
+"""Properties get the same examples wherever a release is decided; the weekly run alone draws new ones."""
+
+from pathlib import Path
+
+import pytest
+from hypothesis import settings
+
+SCRIPTS = Path(__file__).resolve().parents[2] / ".ci"
+
+
+def test_properties_repeat_their_examples(pytestconfig):
+    if pytestconfig.getoption("--hypothesis-profile"):
+        pytest.skip("a profile was asked for")
+    assert settings.default.derandomize
+
+
+def test_only_the_weekly_run_draws_new_examples():
+    scripts = [path for path in SCRIPTS.iterdir() if path.is_file() and not path.suffix]
+    drawing = [path.name for path in scripts if "--hypothesis-profile fresh" in path.read_text("utf-8")]
+    assert {"run", "lowest", "slow", "newest"} <= {path.name for path in scripts} and drawing == ["newest"]
