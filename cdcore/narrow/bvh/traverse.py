@@ -17,8 +17,8 @@ from cdcore.kernels.memory import Memory, fetch_early, integers_of
 from cdcore.kernels.simd import LANES, dot, fused, load4, load8, minus, splat8, store
 from cdcore.narrow.bvh.bounds import CHORD_SLACK, POSITION_ULPS, ROUNDOFF, SKEW_FACTOR
 from cdcore.narrow.bvh.box_lanes import lanes_that_may_meet
+from cdcore.narrow.bvh.face_lanes import survivors_of_leaves
 from cdcore.narrow.bvh.frame_skips import frames_left_out, poses_repeat, size_at
-from cdcore.narrow.bvh.leaf_lanes import survivors_of_leaves
 from cdcore.narrow.bvh.tree_memory import (
     ALIVE,
     AT_FRAME,
@@ -62,13 +62,6 @@ def key_of(pair: Pair, frame: int, face_a: int, face_b: int) -> int:
     """A face pair of a frame as one number."""
     always_inlined()
     return ((frame << pair.bits_a | face_a) << pair.bits_b) | face_b
-
-
-@hot_kernel
-def have_room(scratch: Scratch) -> bool:
-    """Whether both lists can take what two leaves may add."""
-    always_inlined()
-    return bool(scratch.keys[0] < scratch.keys_end and scratch.later[0] < scratch.later_end)
 
 
 @hot_kernel
@@ -188,7 +181,8 @@ def search_block(pair: Pair, frame: int, chord: float, pad: float, scratch: Scra
             open_a = leaf_b >= 0 or (leaf_a < 0 and boxes_a[16 * a + 15] > boxes_b[16 * b + 15])
             depth = opened(pair, a, b, open_a, mask, stack, depth)
             continue
-        if not have_room(scratch):
+        # Both lists must have room for what two leaves may add.
+        if scratch.keys[0] >= scratch.keys_end or scratch.later[0] >= scratch.later_end:
             work[NODE_TESTS] -= 1
             state[DEPTH], state[ALIVE] = depth + 3, alive
             return False

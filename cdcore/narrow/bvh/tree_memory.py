@@ -196,16 +196,16 @@ def _kinds_of_entries(kind: Any) -> list[Any]:
 
 
 def _read(kind: Any, row: Any) -> Any:
-    """A named tuple from a row of words, in Python."""
-    numbers = map(int, row[: layout(kind).itemsize // 8])
-
-    def entry(of: Any) -> Any:
+    """A named tuple from a row of words, which may be an iterator of them, in Python."""
+    words = iter(row)
+    entries = []
+    for of in _kinds_of_entries(kind):
         if hasattr(of, "_fields"):
-            return of(*map(entry, _kinds_of_entries(of)))
-        number = next(numbers)
-        return memory_at(number, of) if of else number
-
-    return entry(kind)
+            entries.append(_read(of, words))
+        else:
+            word = int(next(words))
+            entries.append(memory_at(word, of) if of else word)
+    return kind(*entries)
 
 
 pair_at, pose_at, scratch_at = reader(Pair), reader(PoseMemory), reader(Scratch)
