@@ -206,7 +206,7 @@ def _contacts(
     """A session with the reported contacts in it, and how well their clock fits."""
     if session is None:
         raise click.UsageError("contacts belong to a session; name it with --session FILE.mcap")
-    from replay.contact_import import import_contacts
+    from replay.running.contact_import import import_contacts
     from sessions import read_session
 
     joined, fit = import_contacts(source, read_session(session, scene=scene), offset=offset)

@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 def command(session: Path, scene: Path | None, as_json: bool, people: People) -> int:
     """Say what FILE.mcap, here or at a URL, holds: bodies with rates and gaps, duration, tasks, stages, events."""
     from replay.cli.terminal import terminal
+    from replay.prepare.session_info import session_info
     from replay.running.remote_files import fetched
-    from replay.session_info import session_info
     from sessions import read_session
 
     with fetched(session) as file:

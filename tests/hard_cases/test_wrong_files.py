@@ -49,7 +49,7 @@ PROGRAM = """
 import json, sys, time
 from pathlib import Path
 from support.processes import peak_bytes
-from replay.session_info import session_info
+from replay.prepare.session_info import session_info
 from sessions import examine, read_session, recover
 from sessions.errors import SessionError
 path, verb = Path(sys.argv[1]), sys.argv[2]

@@ -31,7 +31,7 @@ from support.session_files import protobuf_messages, write_foreign
 from cdcore.errors import CollisionCoreError
 from replay.engine import compute
 from replay.errors import ReplayError
-from replay.session_info import session_info
+from replay.prepare.session_info import session_info
 from sessions import Event, HandTrack, Interval, Recorder, Severity, examine, parse_scene, read_session, recover
 from sessions.errors import SessionError
 from sessions.mcap.writer import write_session

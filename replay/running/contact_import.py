@@ -27,7 +27,7 @@ from sessions.importers.ledger import FACT as LEDGER_FACT
 from sessions.importers.ledger import Ledger, ledger_of
 from sessions.model.event import LiveContact
 
-Found = dict[tuple[str, str, str], list[float]]
+Moments = dict[tuple[str, str, str], list[float]]
 
 
 def import_contacts(
@@ -50,25 +50,27 @@ def import_contacts(
     if not known:
         raise AuditError(f"{source} names no body of the session, which has: {', '.join(session.meshes)}; rename them")
     result = compute(session, detectors="exact", oracle="none", offline=True, progress=progress)
-    found = estimate_offset(_reported(contacts), _true(result), offset, _known(contacts, result))
+    fit = estimate_offset(_reported(contacts), _true(result), offset, _known(contacts, result))
     placed = tuple(
-        replace(one, time_ns=one.time_ns + result.assembly.first_ns + round(1e9 * found.at(one.time_ns / 1e9)))
-        for one in contacts
+        replace(
+            contact, time_ns=contact.time_ns + result.assembly.first_ns + round(1e9 * fit.at(contact.time_ns / 1e9))
+        )
+        for contact in contacts
     )
-    if found.own:
+    if fit.own:
         clock, residual = ReportClock.OWN, "0"
     else:
         clock = ReportClock.FITTED if offset is None else ReportClock.GIVEN
-        residual = "unknown" if found.residual is None else f"{found.residual:.9f}"
+        residual = "unknown" if fit.residual is None else f"{fit.residual:.9f}"
     facts = {
         **session.facts,
         CLOCK_FACT: clock.value,
-        OFFSET_FACT: f"{found.seconds:.9f}",
-        DRIFT_FACT: f"{found.drift:.9f}",
+        OFFSET_FACT: f"{fit.seconds:.9f}",
+        DRIFT_FACT: f"{fit.drift:.9f}",
         RESIDUAL_FACT: residual,
         LEDGER_FACT: ledger.as_text(),
     }
-    return replace(session, live_contacts=placed, facts=facts), found
+    return replace(session, live_contacts=placed, facts=facts), fit
 
 
 def _known(contacts: Iterable[LiveContact], result: RunResult) -> ClockKnowledge:
@@ -86,8 +88,8 @@ def _known(contacts: Iterable[LiveContact], result: RunResult) -> ClockKnowledge
     )
 
 
-def _reported(contacts: Iterable[LiveContact]) -> Found:
-    moments: Found = {}
+def _reported(contacts: Iterable[LiveContact]) -> Moments:
+    moments: Moments = {}
     for (a, b), spans in reported_spans(contacts).items():
         for span in spans:
             for kind, at in zip(("begin", "end"), span, strict=True):
@@ -96,9 +98,9 @@ def _reported(contacts: Iterable[LiveContact]) -> Found:
     return moments
 
 
-def _true(result: RunResult) -> Found:
+def _true(result: RunResult) -> Moments:
     """Begins and ends of the true contacts; a contact ends at the first frame without it, as engines report it."""
-    moments: Found = {}
+    moments: Moments = {}
     times = result.assembly.motion.times
     last, ends = len(times) - 1, frame_ends(times)
     for episode in result.episodes["exact"]:

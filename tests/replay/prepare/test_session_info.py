@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from support.small_worlds import framed
 
-from replay.session_info import ClockInfo
+from replay.prepare.session_info import ClockInfo
 from sessions import examine
 
 MS = 1_000_000

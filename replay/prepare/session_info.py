@@ -53,11 +53,11 @@ def session_info(session: Session) -> dict[str, Any]:
     """Everything that ``replay info`` prints, as JSON can hold it."""
     stamps = [np.zeros(0, dtype=np.int64)]
     samples = [[np.zeros(0, dtype=np.int64)] for _ in session.names]
-    words = np.zeros((len(session.names), len(Status)), dtype=np.int64)
+    statuses = np.zeros((len(session.names), len(Status)), dtype=np.int64)
     for frames in session.blocks(BLOCK_FRAMES):
         stamps.append(frames.stamp_ns)
         for column, status in enumerate(frames.status.T):
-            words[column] += np.bincount(status, minlength=len(Status))[: len(Status)]
+            statuses[column] += np.bincount(status, minlength=len(Status))[: len(Status)]
             samples[column].append(frames.stamp_ns[status != Status.ABSENT])
     clock = ClockInfo.of(frames_ns := np.concatenate(stamps))
     tracks = {name: ClockInfo.of(np.concatenate(samples[column])) for column, name in enumerate(session.names)}
@@ -69,7 +69,7 @@ def session_info(session: Session) -> dict[str, Any]:
         "scene": session.scene.name,
         "first_stamp_ns": zero if clock.count else None,
         "frames": vars(clock),
-        "bodies": [_body(session, name, tracks[name], words[column]) for column, name in enumerate(session.names)]
+        "bodies": [_body(session, name, tracks[name], statuses[column]) for column, name in enumerate(session.names)]
         + [_body(session, name, None, None) for name in fixed],
         "intervals": [
             {
@@ -81,12 +81,12 @@ def session_info(session: Session) -> dict[str, Any]:
             for interval in session.intervals
         ],
         "gaze": [
-            {"participant": name, **vars(ClockInfo.of(one.times_ns)), "valid": int(one.valid.sum())}
-            for name, one in session.gaze.items()
+            {"participant": name, **vars(ClockInfo.of(gaze.times_ns)), "valid": int(gaze.valid.sum())}
+            for name, gaze in session.gaze.items()
         ],
         "scalars": [
-            {"name": name, "unit": one.unit, **vars(ClockInfo.of(one.times_ns)), **_range(one.values)}
-            for name, one in session.scalars.items()
+            {"name": name, "unit": scalar.unit, **vars(ClockInfo.of(scalar.times_ns)), **_range(scalar.values)}
+            for name, scalar in session.scalars.items()
         ],
         "events": dict(sorted(events.items(), key=lambda item: (-item[1], item[0]))),
         "ledger": _ledger(session),
@@ -105,16 +105,20 @@ def _ledger(session: Session) -> list[dict[str, Any]] | None:
 
 def _range(values: NDArray[np.float64]) -> dict[str, float | None]:
     """The least and the largest number; ``None`` where there is none."""
-    there = values[np.isfinite(values)]
-    return {"least": float(there.min()), "largest": float(there.max())} if len(there) else dict.fromkeys(ENDS)
+    finite = values[np.isfinite(values)]
+    return {"least": float(finite.min()), "largest": float(finite.max())} if len(finite) else dict.fromkeys(ENDS)
 
 
 ENDS: Final = ("least", "largest")
 
 
-def _body(session: Session, name: str, track: ClockInfo | None, words: NDArray[np.int64] | None) -> dict[str, Any]:
+def _body(session: Session, name: str, track: ClockInfo | None, statuses: NDArray[np.int64] | None) -> dict[str, Any]:
     declared, mesh = session.scene.body(name), session.meshes.get(name)
-    counts = {} if words is None else {status.name.lower(): int(words[status]) for status in Status if words[status]}
+    counts = (
+        {}
+        if statuses is None
+        else {status.name.lower(): int(statuses[status]) for status in Status if statuses[status]}
+    )
     return {
         "name": name,
         "faces": None if mesh is None else len(mesh.faces),

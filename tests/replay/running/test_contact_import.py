@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from support.small_worlds import cube, cubes
 
-from replay.contact_import import import_contacts
 from replay.detection.recorded import DRIFT_FACT, OFFSET_FACT
 from replay.engine import compute
 from replay.errors import AuditError
 from replay.prepare.assemble import RESIDUAL_FACT
+from replay.running.contact_import import import_contacts
 from sessions import import_session, read_session, write_session
 
 POSITIONS = {"a": [0] * 14, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3, 3, 3]}
