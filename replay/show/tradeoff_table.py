@@ -12,9 +12,6 @@ from replay.document.run_result import RunResult, Tradeoff
 from replay.tables import IN_RED, IN_YELLOW, PARTLY, Cell, Marked, Table, columns_of
 from replay.words import plural
 
-SHOWN: Final = 8
-"""Columns where there is little room."""
-
 SHORT: Final = 12
 """Rows of a list that is cut short; those on the front are always in it."""
 
@@ -32,9 +29,9 @@ COLUMNS: Final = columns_of(
     "show/tradeoff_table.toml",
     {
         "row_of": lambda row: row,
-        "missed": _counted("missed", IN_RED),
-        "late": _counted("late", PARTLY),
-        "false_contacts": _counted("false_contacts", IN_YELLOW),
+        "missed_range": _counted("missed", IN_RED),
+        "late_range": _counted("late", PARTLY),
+        "false_contacts_range": _counted("false_contacts", IN_YELLOW),
         "loss": words.loss_number,
         "share": _false,
         "plain_share": lambda fraction: "-" if fraction is None else words.as_percentage(fraction),
@@ -59,8 +56,13 @@ def tradeoff_list(done: Tradeoff, *, everything: bool = False) -> Table:
     notes = _more(done, len(rows) - len(displayed))
     if everything:
         notes += how_measured(done)
-    columns = COLUMNS["settings"]
-    return Table.of(columns if everything else columns[:SHOWN], displayed, title, notes)
+    made = Table.of(COLUMNS["settings"], displayed, title, notes)
+    return made if everything else made.narrow()
+
+
+def tradeoff_numbers(done: Tradeoff) -> Table:
+    """The settings as Parquet has them; numbers of contacts are means over the sampling offsets."""
+    return Table.of((column.stored for column in COLUMNS["settings"]), done.rows)
 
 
 def _more(done: Tradeoff, hidden: int) -> list[str]:
@@ -107,5 +109,5 @@ def engine_table(engine: Engine, rows: Iterable[Row], result: RunResult, *, sett
         *engine.notes,
         "replay guide what-to-ship: the page behind every row. -v: each row's setting, for replay run --detectors.",
     )
-    columns = COLUMNS["engine"]
-    return Table.of(columns if settings else columns[:-1], rows, title, notes)
+    made = Table.of(COLUMNS["engine"], rows, title, notes)
+    return made if settings else made.narrow()

@@ -1,7 +1,6 @@
 """The one door to Parquet: plain rows in and out, with a type for every column, and the columns that join runs."""
 
-import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -55,18 +54,6 @@ def _require_dense(about: pq.FileMetaData, size: int, path: Path) -> None:
     rows = sum(group.num_rows for group in groups)
     if rows != about.num_rows or max(rows, content) > DENSEST * size:
         raise RunFolderError(f"{path} claims {about.num_rows:,} rows that it does not hold; run its session again")
-
-
-def write_rows(rows: Iterable[Mapping[str, Any]], path: Path) -> None:
-    """Write rows whose types follow from their values; a mapping among these as JSON."""
-    plain = (
-        {
-            name: json.dumps(value, sort_keys=True) if isinstance(value, Mapping) else value
-            for name, value in row.items()
-        }
-        for row in rows
-    )
-    pq.write_table(pa.Table.from_pylist([*plain]), path)
 
 
 KEYS: Final[dict[str, type]] = dict.fromkeys(("session", "student", *ACTIVITIES), str)

@@ -32,9 +32,10 @@ from replay.prepare.session_input import require_folder
 from replay.progress import Advance, ignored
 from replay.show.report.page import write_report
 from replay.show.results import parquet_tables
-from replay.show.results.parquet import KEYS, read_table, with_keys, write_rows
+from replay.show.results.parquet import KEYS, read_table, with_keys
 from replay.show.results.reading import checked_contacts, checked_document, checked_table, read_json
 from replay.show.run_tables import ranking_numbers
+from replay.show.tradeoff_table import tradeoff_numbers
 from replay.tables import types_of
 from sessions.model.constants import SCENE_FACT
 from sessions.whole_files import whole_folder
@@ -172,7 +173,7 @@ def write_run_folder(
             shutil.copyfile(file, folder / name)
         document = result.document
         if result.tradeoff is not None:
-            write_rows(result.tradeoff.rows, table_file(folder, "tradeoff"))
+            _write_table(tradeoff_numbers(result.tradeoff).to_arrow(), table_file(folder, "tradeoff"))
             document = structs.replace(document, tradeoff=result.tradeoff.record)
         if picture:
             document = structs.replace(document, picture_sha256=file_hash(folder / PICTURE))

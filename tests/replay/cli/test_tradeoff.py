@@ -1,4 +1,3 @@
-import json
 from decimal import Decimal
 
 import pyarrow.parquet as pq
@@ -12,8 +11,10 @@ from replay.advice.settings import Setting
 from replay.cli.main import main
 from replay.cli.tradeoff import percent_of_settings
 from replay.document.run_result import Tradeoff
+from replay.show.report.tradeoff import tradeoff_values
 from replay.show.results.run_folder import read_run_folder
-from replay.show.tradeoff_table import tradeoff_list
+from replay.show.tradeoff_table import COLUMNS, tradeoff_list, tradeoff_numbers
+from replay.tables import Column
 from sessions import write_session
 
 POSITIONS = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
@@ -37,7 +38,16 @@ def test_settings_and_advice_are_printed_and_the_folder_is_written(file, tmp_pat
     assert "Missing nothing costs" in output or "No advice about cost until then." in output
     reported = read_run_folder(tmp_path / "costs").document.tradeoff
     written = pq.read_table(tmp_path / "costs" / "tradeoff.parquet").to_pylist()
-    assert [row | {"work": json.loads(row["work"])} for row in written] == [*reported.rows]
+    stored = {
+        "missed": "missed",
+        "late_or_cut_short": "late",
+        "loss": "loss",
+        "mean_ms": "mean_ms",
+        "settings": "settings",
+    }
+    assert [[row[name] for name in stored] for row in written] == [
+        [row[key] for key in stored.values()] for row in reported.rows
+    ]
     report = (tmp_path / "costs" / "report.html").read_text("utf-8")
     for row in reported.rows:  # one price, on the screen and on the page
         price = format(Decimal(f"{row['mean_ms']:.1e}").normalize(), "f")
@@ -54,6 +64,14 @@ def test_settings_cut_by_the_time_limit_are_counted(file, capsys):
 def tried(count, **about):
     rows = [price_row(f"r{k}", 1.0 + k, k, front=k in (0, count - 1)) for k in range(count)]
     return Tradeoff(tuple(rows), ("r0",), tuple(advice_of(rows)), ("x", "y"), ABOUT | about)
+
+
+def test_a_new_column_is_seen_in_terminal_report_and_parquet(monkeypatch):
+    new = Column("probe", of=lambda row: f"marker-{row['label']}")
+    monkeypatch.setitem(COLUMNS, "settings", (*COLUMNS["settings"], new))
+    done = tried(3)
+    made = [tradeoff_list(done), tradeoff_values(done)["table"], tradeoff_numbers(done)]
+    assert [table.column("probe") for table in made] == [["marker-r0", "marker-r1", "marker-r2"]] * 3
 
 
 def test_long_lists_are_cut_short_but_never_the_front():
