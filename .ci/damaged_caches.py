@@ -31,8 +31,8 @@ LONGEST_S = 600
 """A program that has not ended by then hangs; all kernels compile in 40 s on a busy machine."""
 
 PAGE = 4096
-INDEX_DIGEST_BYTES = 32
-"""Bytes before the content of an index; earlier versions wrote none."""
+CACHE_SUFFIXES = {".nbi", ".nbc", ".seal"}
+"""Of numba's index and machine code, and of the checksums that are verified before numba loads them."""
 
 OTHER_PROCESSOR = {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}
 
@@ -60,6 +60,11 @@ def answer(cache: Path, **settings: str) -> Ended:
     except subprocess.TimeoutExpired:
         return Ended(None, "", f"it had not ended after {LONGEST_S} s")
     return Ended(done.returncode, done.stdout.strip(), done.stderr.strip()[-300:])
+
+
+def cache_files(folder: Path) -> list[Path]:
+    """Return the files of a cache, in order."""
+    return sorted(file for file in folder.rglob("*") if file.suffix in CACHE_SUFFIXES)
 
 
 def flip_bit(file: Path, chance: random.Random) -> None:
@@ -117,9 +122,10 @@ def remove(files: list[Path], _: Path, chance: random.Random) -> None:
 
 
 def age(files: list[Path], _: Path, chance: random.Random) -> None:
-    """Write an index as versions before the checksums did."""
-    index = chance.choice([file for file in files if file.suffix == ".nbi"])
-    index.write_bytes(index.read_bytes()[INDEX_DIGEST_BYTES:])
+    """Replace a seal by that of earlier sources."""
+    seal = chance.choice([file for file in files if file.suffix == ".seal"])
+    first, _end, rest = seal.read_text().partition("\n")
+    seal.write_text(f"{first[:-1]}{'1' if first[-1] == '0' else '0'}\n{rest}")
 
 
 def take_foreign_index(files: list[Path], foreign: Path, chance: random.Random) -> None:
@@ -132,7 +138,7 @@ def take_foreign_cache(files: list[Path], foreign: Path, _: random.Random) -> No
     """Replace the whole cache by one for another processor."""
     for file in files:
         file.unlink()
-    for file in foreign.rglob("*.nb?"):
+    for file in cache_files(foreign):
         (target,) = {item.parent for item in files if item.parent.name == file.parent.name}
         shutil.copy(file, target / file.name)
 
@@ -155,7 +161,7 @@ def fault_of(number: int, seed: int, work: Path, right: str) -> str:
     """Damage a copy of the cache and use it; the line that tells what was wrong, empty if nothing."""
     cache, damage = work / str(number), damage_of(number)
     shutil.copytree(work / "whole", cache)
-    damage(sorted(cache.rglob("*.nb?")), work / "foreign", random.Random(f"{seed} {number}"))
+    damage(cache_files(cache), work / "foreign", random.Random(f"{seed} {number}"))
     ended = answer(cache)
     shutil.rmtree(cache)
     if ended.code == 0 and ended.printed == right:

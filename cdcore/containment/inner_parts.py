@@ -14,7 +14,7 @@ from cdcore.containment.placed_points import margin_at
 from cdcore.kernels.box_box import gap_on_face_axes, separated_on_all_axes
 from cdcore.kernels.compiling import kernel, never_inlined
 from cdcore.numerics import BoolArray, FloatArray, IntArray
-from cdcore.poses.kernels import length_moved, relative_pose
+from cdcore.poses.kernels import copy_pose, length_moved, relative_pose
 
 BESIDE: Final = 0
 """A part of the inner body that is not within the box of any part of the outer one, nor near a hole: outside."""
@@ -108,8 +108,7 @@ def mark_without_clearance(
         margin = margin_at(translations, frames[k], ends[0], ends[1], size)
         clearance = clearance_of_components(components, outer, rotation, move, margin)
         near[k] = not clearance > 0.0
-        clear_rotation[:] = rotation
-        clear_move[:] = move
+        copy_pose(rotation, move, clear_rotation, clear_move)
 
 
 @kernel

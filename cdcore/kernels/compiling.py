@@ -1,23 +1,18 @@
 """How kernels are compiled: once per machine, again when any of their sources changes.
 
-numba looks only at the file in which a kernel stands. Kernels call each other across files, so the folder in which
-numba keeps machine code is named by a hash of all their sources.
+Names that numba does not promise stand in ``cdcore.kernels.parts`` alone, which makes it compile quicker.
 
-Three habits of the compiler make kernels expensive to compile. It copies a function into each of its many call sites,
-and makes a version of it for every literal number it is called with: without the first mark below, and with versions
-for numbers (which ``cdcore.kernels.parts`` spares), the triangle test took 35 s instead of 6. And it takes an array
-apart into seven numbers: with addresses instead (``cdcore.kernels.memory``) the first exact answer compiles in two
-thirds of the time (2026-11).
+Two habits of the compiler make kernels expensive to compile. It copies a function into each of its many call sites:
+without the first mark below the triangle test took 35 s instead of 6. And it takes an array apart into seven numbers:
+with addresses instead (``cdcore.kernels.memory``) the first exact answer compiles in two thirds of the time (2026-11).
+What to avoid in a kernel: an array written to an array's slice compiles the sentence about shapes that differ, 3.8 s of
+the demo's 20 (2026-11).
 """
 
 import gc
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
-from functools import cache
-from hashlib import sha256
-from pathlib import Path
-from shutil import rmtree
-from tempfile import TemporaryFile
+from contextlib import contextmanager
+from functools import cache, wraps
 from time import perf_counter
 from typing import Any, Final, TypeVar, cast
 
@@ -25,11 +20,10 @@ import numba
 import numpy as np
 from numba import njit, types
 from numba.core import event
-from numba.extending import intrinsic, lower_builtin, register_jitable, type_callable
+from numba.extending import intrinsic, lower_builtin, overload, register_jitable, type_callable
 from numpy.typing import NDArray
-from platformdirs import user_cache_path
 
-from cdcore.kernels.machine_code import MachineCodeFiles
+from cdcore.kernels.cache_seals import KernelCache
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -38,10 +32,6 @@ NUMBA_SETTINGS: Final[Any] = numba.config
 INTERPRETED: Final = bool(NUMBA_SETTINGS.DISABLE_JIT)
 """Whether kernels run as the Python functions that they are, for a debugger or to measure coverage: slowly, with the
 same answers. Set by ``NUMBA_DISABLE_JIT=1``."""
-
-OLDEST_TRIED: Final = (0, 61)
-NEWEST_TRIED: Final = (0, 68)
-"""Versions of numba with which the tests of ``cdcore.kernels.parts`` pass."""
 
 # Nobody calls the wrapper for C callers that is made of every kernel, no kernel has array expressions to rewrite, and
 # divisions that check for zero branch: together a third of the time to compile.
@@ -53,113 +43,83 @@ JIT_OPTIONS: Final[dict[str, Any]] = {
 }
 """Options of ``njit`` for every kernel and part of a kernel."""
 
-SOURCES: Final = (
-    "kernels/*.py", "poses/*.py", "triangles/*.py", "image_space/*.py", "broad/*.py", "narrow/**/*.py",
-    "containment/*.py", "search/*.py", "numerics.py", "protocol/verdict.py",
-)  # fmt: skip
-"""Files of kernels and of the constants that become part of them."""
+INNER_OPTIONS: Final[dict[str, Any]] = JIT_OPTIONS | {"no_cpython_wrapper": True}
+"""Options for what only kernels call."""
+
+OLDEST_TRIED: Final = (0, 61)
+NEWEST_TRIED: Final = (0, 68)
+"""Versions of numba with which the tests of ``cdcore.kernels.parts`` pass."""
 
 
 @cache
 def quick_compilers() -> tuple[dict[str, Any], dict[str, Any]]:
     """Options of ``njit`` for kernels and for parts of kernels; none for a numba that has not been tried.
 
-    The quick way (``cdcore.kernels.parts``) overrides names that numba does not promise to keep. Without it kernels
-    compute the same, and those that ``cdcore.detectors.compile_beside`` compiles take 36 s instead of 17 (2026-11).
+    Without them kernels compute the same. Tried as the only way (2026-11-28): the first demo on a machine took 52 s of
+    processor time instead of 39, and ``exact`` 1.04 (live) to 1.11 (faces) of its time, since references to arrays are
+    counted then. Most of it is numba's typing and writing in Python, for 225 functions; LLVM takes a quarter.
     """
     if not OLDEST_TRIED <= numba.version_info.short <= NEWEST_TRIED:
         return {}, {}
-    from cdcore.kernels.parts import KernelCompiler, PartCompiler
+    from cdcore.kernels.parts import KERNEL_OPTIONS_OF_NUMBA, PART_OPTIONS_OF_NUMBA
 
-    return {"pipeline_class": KernelCompiler}, {"pipeline_class": PartCompiler}
-
-
-@cache
-def kernel_folder() -> Path | None:
-    """Returns the folder for machine code of these sources, or ``None`` if nothing can be written.
-
-    Machine code of earlier sources is removed.
-
-    It is below ``NUMBA_CACHE_DIR`` if that is set, else beside the sources, else in the user's cache folder.
-    """
-    package = Path(__file__).parents[1]
-    sources = sorted(file for name in SOURCES for file in package.glob(name))
-    content = sha256(b"".join(file.read_bytes() for file in sources)).hexdigest()[:12]
-    # Two installations may share a folder of the user's.
-    installation = f"vrlab-kernels-{sha256(str(package).encode()).hexdigest()[:8]}"
-    given = NUMBA_SETTINGS.CACHE_DIR
-    parents = [Path(given)] if given else [package / "__pycache__", user_cache_path("vrlab-replay", appauthor=False)]
-    for parent in parents:
-        folder = parent / f"{installation}-{content}"
-        with suppress(OSError):
-            folder.mkdir(parents=True, exist_ok=True)
-            TemporaryFile(dir=folder).close()
-            for earlier in parent.glob(f"{installation}-*"):
-                if earlier != folder:
-                    rmtree(earlier, ignore_errors=True)
-            return folder
-    return None
+    return KERNEL_OPTIONS_OF_NUMBA, PART_OPTIONS_OF_NUMBA
 
 
 def kernel(function: Function) -> Function:
     """Compile on first use, without the interpreter's lock; keep the machine code for later starts.
 
-    Where kernels are interpreted, numbers overflow and divide by zero as silently as in machine code.
+    The machine code lies where numba keeps it: below ``NUMBA_CACHE_DIR`` if that is set, else beside the sources, else
+    in the user's cache folder. Errors of the disk cost a start its time, and no run its answer. Kernels may call each
+    other. Where kernels are interpreted, numbers overflow and divide by zero as silently as in machine code.
     """
     if INTERPRETED:
         return np.errstate(all="ignore")(function)
-    made: Any = njit
-    compiled = made(**JIT_OPTIONS, **quick_compilers()[0])(function)
-    folder = kernel_folder()
-    if folder is None:
-        return cast(Function, compiled)
-    given = NUMBA_SETTINGS.CACHE_DIR
-    NUMBA_SETTINGS.CACHE_DIR = str(folder)
+    compiled, files = _with_cache(function)
+    signatures_before = 0
+
+    @wraps(function)
+    def call(*arguments: Any) -> Any:
+        nonlocal signatures_before
+        try:
+            answer = compiled(*arguments)
+        except OSError:  # the disk is full: numba has compiled the kernel and could not write it
+            answer = compiled(*arguments)
+        if len(compiled.overloads) != signatures_before:
+            signatures_before = len(compiled.overloads)
+            if files and compiled.stats.cache_misses:
+                files.seal()
+        return answer
+
+    call.dispatcher = compiled  # type: ignore[attr-defined]
+    inner_options: Any = INNER_OPTIONS | quick_compilers()[0]
+    callable_in_kernels: Any = overload(call, jit_options=inner_options, strict=False)
+    callable_in_kernels(lambda *_: function)
+    return cast(Function, call)
+
+
+def _with_cache(function: Function) -> tuple[Any, KernelCache | None]:
+    """numba's dispatcher of a kernel, and the files of its cache, verified; ``None`` where nothing can be kept."""
+    make: Any = njit
+    options = JIT_OPTIONS | quick_compilers()[0]
     try:
-        compiled.enable_caching()
-    finally:
-        NUMBA_SETTINGS.CACHE_DIR = given
-    _verify_machine_code(compiled._cache)
-    return cast(Function, compiled)
-
-
-def _verify_machine_code(cache: Any) -> None:
-    """Let numba keep the machine code of a kernel in files that are verified before it loads them.
-
-    A numba without the names that this takes keeps nothing: unverified files can end the process.
-    """
-    if not hasattr(cache, "_cache_file") or not hasattr(cache, "_impl"):
-        cache.disable()
-        return
-    cache._cache_file = MachineCodeFiles(
-        folder=Path(cache.cache_path),
-        name=cache._impl.filename_base,
-        source_stamp=cache._impl.locator.get_source_stamp(),
-    )
-    cache.load_overload = _or_nothing(cache.load_overload)
-    cache.save_overload = _or_nothing(cache.save_overload)
-
-
-def _or_nothing(step: Callable[..., Any]) -> Callable[..., Any]:
-    """Errors of the disk cost a start its time, and no run its answer."""
-
-    def tried(*given: Any) -> Any:
-        with suppress(Exception):
-            return step(*given)
-
-    return tried
+        compiled = make(cache=True, **options)(function)
+    except RuntimeError:  # no folder that numba tries can be written
+        return make(**options)(function), None
+    files = KernelCache.of(function, compiled.stats.cache_path)
+    if not files.remove_unless_intact():
+        return make(**options)(function), None
+    return compiled, files
 
 
 def hot_kernel(function: Function) -> Function:
     """A plain Python function that kernels compile as a part of themselves: a disk keeps it with them.
 
-    Compiled, it allocates nothing and so counts no references to its arrays, which is twice as fast where arrays are
-    many: counting is atomic, and taking an array out of a named tuple counts. It cannot call itself.
+    It allocates nothing and cannot call itself.
     """
     if INTERPRETED:
         return function
-    options = JIT_OPTIONS | {"_nrt": False, "no_cpython_wrapper": True} | quick_compilers()[1]
-    mark_as_callee: Any = register_jitable(**options)
+    mark_as_callee: Any = register_jitable(**INNER_OPTIONS, **quick_compilers()[1])
     return cast(Function, mark_as_callee(function))
 
 

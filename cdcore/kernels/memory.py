@@ -13,7 +13,6 @@ from typing import Any, Final
 import numpy as np
 from llvmlite import ir
 from numba import types
-from numba.core import cgutils
 from numba.core.errors import TypingError
 from numpy.typing import NDArray
 
@@ -102,9 +101,9 @@ def _fetch_early(_context: Any, memory: Any, _index: Any) -> Any:
     def generate(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
         number, address = ir.IntType(32), ir.IntType(8).as_pointer()
         kind = ir.FunctionType(ir.VoidType(), [address, number, number, number])
-        declare: Any = cgutils.get_or_insert_function
         pointer = builder.bitcast(builder.gep(arguments[0], [arguments[1]]), address)
-        builder.call(declare(builder.module, kind, "llvm.prefetch.p0i8"), [pointer, number(0), number(3), number(1)])
+        prefetch = builder.module.declare_intrinsic("llvm.prefetch", (address,), kind)
+        builder.call(prefetch, [pointer, number(0), number(3), number(1)])
         return context.get_dummy_value()
 
     return types.void(memory, types.int64), generate

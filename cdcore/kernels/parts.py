@@ -4,7 +4,8 @@ numba optimises every function it compiles and makes machine code of it, with co
 that call each other eight deep the innermost is optimised eight times. A part is written down and typed once, and
 waits: the first exact answer compiles in 0.58 to 0.72 of the time (2026-11), and its kernels run as fast.
 
-It overrides names that numba does not promise to keep: ``compiling.quick_compilers`` takes it for tried versions only.
+It overrides names that numba does not promise to keep, and is the only module that does: ``compiling.quick_compilers``
+takes it for tried versions only.
 """
 
 from functools import cache
@@ -184,3 +185,12 @@ def _passes_for_kernels(steps: Any) -> Any:
     )
     kept.finalize()
     return kept
+
+
+KERNEL_OPTIONS_OF_NUMBA: Final[dict[str, Any]] = {"pipeline_class": KernelCompiler}
+"""Options of ``njit`` that it does not promise, for kernels."""
+
+# Parts allocate nothing, so their references to arrays need no counting, which is atomic: twice as fast where arrays
+# are many, since taking an array out of a named tuple counts.
+PART_OPTIONS_OF_NUMBA: Final[dict[str, Any]] = {"pipeline_class": PartCompiler, "_nrt": False}
+"""The same for parts of kernels."""

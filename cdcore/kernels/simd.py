@@ -15,9 +15,7 @@ from typing import Any
 import numpy as np
 from llvmlite import ir
 from numba import types
-from numba.core import cgutils
-from numba.core.datamodel import models
-from numba.core.extending import register_model
+from numba.extending import models, register_model
 
 from cdcore.kernels.compiling import machine_operation
 
@@ -80,8 +78,10 @@ class _Machine:
         lanes = isinstance(self.kind, LanesType)
         kind = _vector(self.kind) if lanes else ir.DoubleType()
         full_name = f"llvm.{name}.v{self.kind.width}f64" if lanes else f"llvm.{name}.f64"
-        declare: Any = cgutils.get_or_insert_function
-        function = declare(self.builder.module, ir.FunctionType(kind, [kind] * len(operands)), full_name)
+        module = self.builder.module
+        function = module.globals.get(full_name)
+        if function is None:
+            function = ir.Function(module, ir.FunctionType(kind, [kind] * len(operands)), full_name)
         return self.builder.call(function, operands)
 
     def bits(self, larger: Any, smaller: Any) -> Any:

@@ -17,28 +17,36 @@ def vector_at(numbers: FloatArray, k: int) -> Vector:
 def between(p: Vector, q: Vector) -> Vector:
     """The way from p to q."""
     always_inlined()
-    return q[0] - p[0], q[1] - p[1], q[2] - p[2]
+    px, py, pz = p
+    qx, qy, qz = q
+    return qx - px, qy - py, qz - pz
 
 
 @hot_kernel
 def beyond(p: Vector, fraction: float, direction: Vector) -> Vector:
     """Returns the point at p plus a fraction of a direction."""
     always_inlined()
-    return p[0] + fraction * direction[0], p[1] + fraction * direction[1], p[2] + fraction * direction[2]
+    px, py, pz = p
+    dx, dy, dz = direction
+    return px + fraction * dx, py + fraction * dy, pz + fraction * dz
 
 
 @hot_kernel
 def dot(p: Vector, q: Vector) -> float:
     """The dot product."""
     always_inlined()
-    return p[0] * q[0] + p[1] * q[1] + p[2] * q[2]
+    px, py, pz = p
+    qx, qy, qz = q
+    return px * qx + py * qy + pz * qz
 
 
 @hot_kernel
 def cross(p: Vector, q: Vector) -> Vector:
     """The cross product."""
     always_inlined()
-    return p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]
+    px, py, pz = p
+    qx, qy, qz = q
+    return py * qz - pz * qy, pz * qx - px * qz, px * qy - py * qx
 
 
 @hot_kernel

@@ -16,8 +16,10 @@ from cdcore.numerics import FloatArray
 def place_coordinate(row: tuple[Lanes, Lanes, Lanes], translation: Lanes, point: tuple[Lanes, Lanes, Lanes]) -> Lanes:
     """One world coordinate of a body point: every step rounds, as in ``place_points``; doubles or lanes of them."""
     always_inlined()
-    placed = plus(times(row[0], point[0]), times(row[1], point[1]))
-    return plus(plus(placed, times(row[2], point[2])), translation)
+    row_x, row_y, row_z = row
+    x, y, z = point
+    placed = plus(times(row_x, x), times(row_y, y))
+    return plus(plus(placed, times(row_z, z)), translation)
 
 
 @hot_kernel
@@ -42,6 +44,16 @@ def place_face(
         for k in range(3):
             row = rotation[k, 0], rotation[k, 1], rotation[k, 2]
             pair[first + 3 * c + k] = place_coordinate(row, move[k], point)
+
+
+@hot_kernel
+def copy_pose(rotation: FloatArray, move: FloatArray, to_rotation: FloatArray, to_move: FloatArray) -> None:
+    """Write a pose (3, 3), (3,) over another one; entry by entry, since ``[:] =`` takes seconds to compile."""
+    never_inlined()
+    for i in range(3):
+        to_move[i] = move[i]
+        for j in range(3):
+            to_rotation[i, j] = rotation[i, j]
 
 
 @hot_kernel

@@ -13,9 +13,9 @@ damaged_caches = script("damaged_caches")
 def test_each_kind_of_damage_changes_the_cache(tmp_path, damage):
     for folder in ("cache", "foreign"):
         (tmp_path / folder / "bvh").mkdir(parents=True)
-        for name in ("a.nbi", "a.1.nbc", "b.nbi", "b.1.nbc", "b.2.nbc"):
+        for name in ("a.nbi", "a.1.nbc", "a.seal", "b.nbi", "b.1.nbc", "b.2.nbc", "b.seal"):
             (tmp_path / folder / "bvh" / name).write_bytes(f"{folder} {name}".encode() * 999)
-    files = sorted((tmp_path / "cache").rglob("*.nb?"))
+    files = damaged_caches.cache_files(tmp_path / "cache")
     before = [file.read_bytes() for file in files]
     damage(files, tmp_path / "foreign", random.Random(0))
     assert [file.read_bytes() if file.exists() else None for file in files] != before

@@ -5,7 +5,7 @@ import pytest
 from numba import njit
 from numba.core import event
 
-from cdcore.kernels.compiling import always_inlined, hot_kernel, kernel, never_inlined
+from cdcore.kernels.compiling import JIT_OPTIONS, always_inlined, hot_kernel, never_inlined, quick_compilers
 
 OFFSET = 7
 
@@ -28,9 +28,8 @@ def halved(x):
 
 
 def fresh(function):
-    made = kernel(function)
-    made._cache = type(made)(function)._cache  # no disk: this test looks at what is compiled now
-    return made
+    """A kernel that no disk keeps: these tests look at what is compiled now."""
+    return njit(**JIT_OPTIONS, **quick_compilers()[0])(function)
 
 
 def code_of(compiled):

@@ -1,0 +1,165 @@
+"""Cache files of a kernel: whole ones are loaded, anything else is removed and compiled again."""
+
+import shutil
+
+import numba
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cdcore.kernels import cache_seals
+from cdcore.kernels.cache_seals import KernelCache
+from cdcore.kernels.compiling import kernel
+
+
+@pytest.fixture(autouse=True)
+def verified_anew():
+    """Folders are looked through for outdated files once a process; here once a test."""
+    cache_seals._remove_outdated.cache_clear()
+    yield
+    cache_seals._remove_outdated.cache_clear()
+
+
+def squared(x):
+    return x * x + 7
+
+
+NAMES = ("module.squared-9{python}.nbi", "module.squared-9{python}.1.nbc", "module.squared-9{python}.2.nbc")
+
+
+@pytest.fixture(scope="module")
+def sealed(tmp_path_factory):
+    """A folder with two signatures of one kernel, sealed."""
+    folder = tmp_path_factory.mktemp("module") / "bvh"
+    folder.mkdir()
+    for number, name in enumerate(NAMES):
+        (folder / name.format(python=cache_seals.PYTHON)).write_bytes(b"content %d" % number * 99)
+    cache_of(folder).seal()
+    return folder
+
+
+def cache_of(folder, line=9):
+    return KernelCache(folder=folder, source="module", line=line)
+
+
+def machine_code(folder):
+    return sorted(file.name for file in folder.glob("*.nb?"))
+
+
+def test_sealed_files_are_kept(sealed):
+    before = machine_code(sealed)
+    assert cache_of(sealed).remove_unless_intact() and machine_code(sealed) == before
+    assert len(before) == len(NAMES)
+
+
+@given(data=st.data())
+def test_a_file_with_changed_bytes_is_removed(sealed, tmp_path_factory, data):
+    folder = shutil.copytree(sealed, tmp_path_factory.mktemp("copy") / sealed.name)
+    file = data.draw(st.sampled_from(sorted(folder.iterdir())))
+    content = bytearray(file.read_bytes())
+    start = data.draw(st.integers(0, len(content) - 1))
+    change = data.draw(st.binary(min_size=1, max_size=64).filter(any))
+    for position, mask in zip(range(start, len(content)), change, strict=False):
+        content[position] ^= mask
+    changed = bytes(content) != file.read_bytes()
+    file.write_bytes(bytes(content))
+    assert cache_of(folder).remove_unless_intact()
+    assert (machine_code(folder) == []) == changed
+
+
+@pytest.mark.parametrize("length", [0, 1, 31, 100])
+@pytest.mark.parametrize("suffix", [".nbi", ".nbc", ".seal"])
+def test_files_cut_short_are_removed(sealed, tmp_path, suffix, length):
+    folder = shutil.copytree(sealed, tmp_path / sealed.name)
+    for file in folder.glob(f"*{suffix}"):
+        file.write_bytes(file.read_bytes()[:length])
+    assert cache_of(folder).remove_unless_intact() and machine_code(folder) == []
+
+
+@pytest.mark.parametrize("suffix", [".nbi", ".1.nbc", ".seal"])
+def test_the_rest_of_missing_files_is_removed(sealed, tmp_path, suffix):
+    folder = shutil.copytree(sealed, tmp_path / sealed.name)
+    for file in folder.glob(f"*{suffix}"):
+        file.unlink()
+    assert cache_of(folder).remove_unless_intact() and machine_code(folder) == []
+
+
+def test_swapped_files_are_removed(sealed, tmp_path):
+    folder = shutil.copytree(sealed, tmp_path / sealed.name)
+    first, second = folder.glob("*.nbc")
+    content = first.read_bytes()
+    first.write_bytes(second.read_bytes())
+    second.write_bytes(content)
+    assert cache_of(folder).remove_unless_intact() and machine_code(folder) == []
+
+
+def test_files_of_another_folder_are_removed(sealed, tmp_path):
+    folder = shutil.copytree(sealed, tmp_path / "narrow")
+    assert cache_of(folder).remove_unless_intact() and machine_code(folder) == []
+
+
+def test_files_of_other_kernels_are_left(sealed, tmp_path):
+    folder = shutil.copytree(sealed, tmp_path / sealed.name)
+    other = folder / f"module.other-10{cache_seals.PYTHON}.nbi"
+    other.write_bytes(b"of another kernel")
+    assert cache_of(folder).remove_unless_intact() and len(machine_code(folder)) == len(NAMES) + 1
+    assert cache_of(folder, line=10).remove_unless_intact() and not other.exists()
+
+
+@pytest.mark.parametrize("changed", ["sources", "numba"])
+def test_changed_sources_or_numba_remove_every_kernel(sealed, tmp_path, monkeypatch, changed):
+    folder = shutil.copytree(sealed, tmp_path / sealed.name)
+    if changed == "sources":
+        monkeypatch.setattr(cache_seals, "sources_digest", lambda: "other")
+    else:
+        monkeypatch.setattr(numba, "__version__", "0.0")
+    assert cache_of(folder, line=11).remove_unless_intact()
+    assert list(folder.iterdir()) == []
+
+
+def test_every_source_counts_and_times_do_not(tmp_path, monkeypatch):
+    for name in ("kernels/compiling.py", "narrow/bvh/traverse.py", "numerics.py"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(f"# {name}")
+    monkeypatch.setattr(cache_seals, "PACKAGE", tmp_path)
+    digest = cache_seals.sources_digest.__wrapped__
+    before = digest()
+    (tmp_path / "numerics.py").touch()
+    assert digest() == before
+    (tmp_path / "narrow" / "bvh" / "traverse.py").write_text("# changed")
+    assert digest() != before
+
+
+def test_damaged_files_that_cannot_be_removed_are_not_used(sealed, tmp_path, monkeypatch):
+    folder = shutil.copytree(sealed, tmp_path / sealed.name)
+
+    def refuse(*_, **__):
+        raise PermissionError("read-only")
+
+    monkeypatch.setattr("cdcore.kernels.cache_seals.Path.unlink", refuse)
+    assert cache_of(folder).remove_unless_intact()
+    (folder / NAMES[1].format(python=cache_seals.PYTHON)).write_bytes(b"damaged")
+    assert not cache_of(folder).remove_unless_intact()
+
+
+@pytest.mark.parametrize("kind", ["nbi", "nbc", "seal"])
+def test_a_damaged_kernel_is_compiled_again_and_kept(tmp_path, monkeypatch, kind):
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    first = kernel(squared)
+    assert first(2) == 11 and first.dispatcher.stats.cache_misses
+    (file,) = tmp_path.rglob(f"*.{kind}")
+    content = bytearray(file.read_bytes())
+    content[len(content) // 2] ^= 1
+    file.write_bytes(bytes(content))
+    second = kernel(squared)
+    assert second(2) == 11 and second.dispatcher.stats.cache_misses
+    third = kernel(squared)
+    assert third(2) == 11 and third.dispatcher.stats.cache_hits and not third.dispatcher.stats.cache_misses
+
+
+def test_each_new_signature_is_sealed(tmp_path, monkeypatch):
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    first = kernel(squared)
+    assert (first(2), first(2.0)) == (11, 11.0)
+    again = kernel(squared)
+    assert (again(2), again(2.0)) == (11, 11.0) and not again.dispatcher.stats.cache_misses

@@ -1,0 +1,71 @@
+"""Only one module, the quick compiler, names what numba does not document: modules, attributes, options."""
+
+import ast
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[3]
+PUBLIC = {
+    "numba",
+    "numba.extending",
+    "numba.core.event",  # the event API of numba's documentation
+    "numba.core.errors",  # its errors, as the documentation of ``overload`` raises them
+}
+"""Modules whose names numba's documentation tells users to import."""
+
+
+def sources():
+    imports = r"^\s*(from|import) numba\b"
+    packages = ("cdcore", "sessions", "replay")
+    return subprocess.check_output(["git", "grep", "-lE", imports, "--", *packages], cwd=ROOT, text=True).split()
+
+
+def imports_of_numba(tree):
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names if alias.name.split(".")[0] == "numba")
+        elif isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "numba":
+            for alias in node.names:
+                full = f"{node.module}.{alias.name}"
+                yield full if full in PUBLIC else node.module
+                if alias.name.startswith("_"):
+                    yield full
+
+
+def private_names(text):
+    tree = ast.parse(text)
+    found = [name for name in imports_of_numba(tree) if name not in PUBLIC]
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Attribute) and node.attr.startswith("_") and not node.attr.startswith("__"):
+            owner = ast.unparse(node.value)
+            found += [ast.unparse(node)] * (owner not in {"self", "cls"})
+        if isinstance(node, ast.Attribute) and ast.unparse(node).startswith("numba.core"):
+            found.append(ast.unparse(node))
+        if isinstance(node, ast.Constant) and node.value in ("_nrt", "pipeline_class"):
+            found.append(node.value)
+    return found
+
+
+def test_only_the_quick_compiler_names_private_parts_of_numba():
+    named = sources()
+    assert "cdcore/kernels/compiling.py" in named
+    found = {name: private_names((ROOT / name).read_text()) for name in named}
+    assert [name for name, names in found.items() if names] == ["cdcore/kernels/parts.py"]
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "from numba.core.lowering import Lower",
+        "import numba.core.codegen",
+        "from numba.core import cgutils",
+        "from numba import _dispatcher",
+        "compiled._cache.load_overload = patched",
+        "numba.core.config.CACHE_DIR = folder",
+        "options = {'_nrt': False}",
+    ],
+)
+def test_a_private_name_is_found(line):
+    assert private_names(line)
