@@ -76,9 +76,9 @@ def bodies_to_cut(settings: ColliderSettings, bodies: Sequence[Body]) -> set[str
         return known
     names = {unquote(name) for name in settings.cut.split("+")}
     if not names <= known:
-        there_are = shorten(", ".join(sorted(known)), width=120, placeholder=" ...")
+        known_names = shorten(", ".join(sorted(known)), width=120, placeholder=" ...")
         raise InvalidSettingError(
-            f"cut={short(settings.cut)} is not allowed; give names of bodies, joined by +; there are: {there_are}"
+            f"cut={short(settings.cut)} is not allowed; give names of bodies, joined by +; there are: {known_names}"
         )
     return names
 

@@ -221,7 +221,7 @@ class FrameDetector(PairDetector[Any]):
         )
 
 
-def own_failure(doing: str, kind: type, error: Exception) -> OwnDetectorError:
+def own_failure(action: str, kind: type, error: Exception) -> OwnDetectorError:
     """Returns the error to raise for an exception in somebody's detector: it names class, file and line.
 
     The line is the last one in the file of the class: a mistake is seldom in the library that it calls.
@@ -230,4 +230,4 @@ def own_failure(doing: str, kind: type, error: Exception) -> OwnDetectorError:
     file = getattr(sys.modules.get(kind.__module__), "__file__", None)
     at = next((step for step in reversed(steps) if step.filename == file), steps[-1])
     what = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
-    return OwnDetectorError(f"{kind.__name__} failed {doing}: {what} ({at.filename}, line {at.lineno})")
+    return OwnDetectorError(f"{kind.__name__} failed {action}: {what} ({at.filename}, line {at.lineno})")
