@@ -2,6 +2,7 @@
 
 python .ci/real_hands.py fetch FOLDER    prints the commands that put the models and recordings into FOLDER
 python .ci/real_hands.py page FOLDER     writes the table on the guide's page *Results*; says so where FOLDER lacks them
+python .ci/real_hands.py pictures FOLDER draws the first screen of each recording's report into .github/pictures
 """
 
 import sys
@@ -13,15 +14,17 @@ from typing import Final
 
 import numpy as np
 from choosing import with_table
+from real_recordings import SHOTS, screenshot
 
 import replay
 from cdcore.narrow.fcl_meshes import FclMeshes
 from cdcore.protocol import counts_as_contact
 from replay.advice.overlap_depth import SampledSurface, overlap_depth
+from replay.cli.main import main
 from replay.document.run_result import RunResult
 from replay.guide.pages import FOLDER
 from replay.words import as_percentage
-from sessions import Session, import_session
+from sessions import Session, import_session, write_session
 from sessions.scene_files.scene_meshes import with_scene
 
 BEGIN: Final = "<!-- begin of the table that real_hands.py makes -->"
@@ -41,6 +44,7 @@ REPOSITORIES: Final = {
 MODEL: Final = "myosuite/envs/myo/assets/hand/myohand_object.xml"
 MOTIONS: Final = "myosuite/envs/myo/myodm/data"
 HAND: Final = '[[group]]\nname = "hand"\nmembers = ["*mc", "*thumb", "*ph[2345]"]\n'
+PICTURE_HEIGHT: Final = 720
 DEPTH_FRAMES: Final = 200
 """Pair-frames in contact whose overlap is measured, evenly spread."""
 
@@ -150,7 +154,23 @@ def write_page(folder: Path) -> None:
     results.write_text(with_table(results.read_text("utf-8"), table(folder), BEGIN, END), encoding="utf-8")
 
 
-VERBS = {"fetch": lambda folder: print("\n".join(fetch_commands(folder))), "page": write_page}
+def draw_pictures(folder: Path) -> None:
+    """The first screen of each recording's report: the hand, the vessel, and the colliders that were shipped for it."""
+    for clip in CLIPS:
+        with TemporaryDirectory() as scratch:
+            session, out = Path(scratch) / f"{clip.vessel}.mcap", Path(scratch) / clip.vessel
+            write_session(session_of(clip, folder), session)
+            lineup = "hull=collider[shape=hull],shipped=collider[shape=shipped],exact"
+            pairs = f"hand:{clip.vessel}"
+            main(["run", str(session), "--out", str(out), "--no-picture", "--detectors", lineup, "--pairs", pairs])
+            screenshot((out / "report.html").resolve().as_uri(), SHOTS / f"{clip.vessel}.png", PICTURE_HEIGHT)
+
+
+VERBS = {
+    "fetch": lambda folder: print("\n".join(fetch_commands(folder))),
+    "page": write_page,
+    "pictures": draw_pictures,
+}
 
 if __name__ == "__main__":
     if len(sys.argv) != 3 or sys.argv[1] not in VERBS:

@@ -53,12 +53,16 @@ def write_scripts(topic: str, folder: Path) -> list[Path]:
 def find_topic(word: str, among: dict[str, str]) -> str | None:
     """The topic that a word means: the topic itself, or the only one that has the word in its name or in a heading.
 
+    ``real-hands`` is in the heading "Real hands".
+
     ``among``: topic -> text of its page.
     """
     if word in among:
         return word
     named = [topic for topic in among if word.lower() in topic]
-    headed = [topic for topic, text in among.items() if word.lower() in " ".join(_HEADING.findall(text)).lower()]
+    spoken = {word.lower(), word.lower().replace("-", " ")}
+    headings = {topic: " ".join(_HEADING.findall(text)).lower() for topic, text in among.items()}
+    headed = [topic for topic, text in headings.items() if any(phrase in text for phrase in spoken)]
     return next((matches[0] for matches in (named, headed) if len(matches) == 1), None)
 
 

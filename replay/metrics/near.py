@@ -26,7 +26,7 @@ BREAK_S: Final = 0.5
 
 @dataclass(frozen=True)
 class NearMiss:
-    """One near miss: the pair (column of ``assembly.pairs``), and when."""
+    """One near miss: the pair (column of ``assembly.pairs``), and when; of a group the column of its contacts."""
 
     pair: int
     start: float
@@ -35,6 +35,8 @@ class NearMiss:
 
 def close_intervals(assembly: Assembly, pairs: IntArray) -> tuple[NearMiss, ...]:
     """Stretches in which the surfaces of a pair were within ``CLOSE_M``, touching or not, in order of time.
+
+    Members of a group that are close to a body are so as one thing.
 
     ``pairs``: columns of ``assembly.pairs`` to look at.
     """
@@ -48,8 +50,9 @@ def close_intervals(assembly: Assembly, pairs: IntArray) -> tuple[NearMiss, ...]
     blocks = np.array_split(samples, -(-len(samples) // SAMPLES_AT_ONCE))
     close = np.concatenate([block.verdict == Verdict.CONTACT for block in detector.stream(map(motion.take, blocks))])
     near_misses = []
-    for pair, near in zip(pairs.tolist(), close.T, strict=True):
-        times = motion.times[samples[near]]
+    columns = assembly.contact_columns[pairs]
+    for pair in np.unique(columns).tolist():
+        times = motion.times[samples[close[:, columns == pair].any(axis=1)]]
         intervals = np.split(times, np.flatnonzero(np.diff(times) > BREAK_S) + 1)
         near_misses += [NearMiss(pair, float(block[0]), float(block[-1])) for block in intervals if len(block)]
     return tuple(sorted(near_misses, key=lambda near: (near.start, near.pair)))

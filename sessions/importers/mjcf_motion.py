@@ -9,13 +9,14 @@ from scipy.spatial.transform import Rotation
 from sessions.errors import ImportFileError
 from sessions.importers.ledger import FACT, Ledger
 from sessions.importers.stamps import increasing
+from sessions.model.assumption import ASSUMPTIONS_FACT, assumptions_fact
 from sessions.model.scene import Scene
 from sessions.model.session import Session
 from sessions.model.track import Track
 from sessions.scene_formats.joint_motion import body_poses, read_joint_motion
 from sessions.scene_formats.mjcf import body_names, load_model, scene_of
 from sessions.scene_formats.safe_files import SceneFiles
-from sessions.scene_formats.scene_source import Surface
+from sessions.scene_formats.scene_source import Surface, surface_assumptions
 
 
 def read_mjcf(source: Path, motion: str | Path = "", root: str | Path = "", surface: str = Surface.AUTO) -> Session:
@@ -52,6 +53,7 @@ def read_mjcf(source: Path, motion: str | Path = "", root: str | Path = "", surf
         "handedness": "right",
         "clock": "time of the motion, from its first row",
         FACT: ledger.as_text(),
+        ASSUMPTIONS_FACT: assumptions_fact(surface_assumptions(scene, Surface(surface))),
     }
     session = Session.from_tracks(
         tracks,

@@ -28,6 +28,7 @@ class Subject(StrEnum):
     MESH_UNIT = "unit of meshes"
     COLLIDER_AXES = "axes of colliders"
     JOINT_RADII = "radii of joints"
+    SURFACE = "geometry of the surface"
 
 
 DRAFTED: Final = (

@@ -38,6 +38,7 @@ OPTIONS: Final = {
     Subject.COLLIDER_AXES: "--collider-axes",
     Subject.POSE_AXES: "--convention",
     Subject.ANGLE_UNIT: "angle_unit in the mapping",
+    Subject.SURFACE: "--surface",
 }
 """Subject -> the option of ``replay import`` that decides it."""
 

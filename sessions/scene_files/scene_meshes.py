@@ -13,9 +13,11 @@ from sessions.input_files import read_text
 from sessions.mesh_data import MeshData
 from sessions.meshes.mesh_axes import BODY, mesh_axes_matrix
 from sessions.meshes.mesh_match import ColliderFile, read_colliders
+from sessions.model.assumption import ASSUMPTIONS_FACT, Subject, assumptions_fact
 from sessions.model.constants import SCENE_FACT
 from sessions.model.scene import Scene, SceneBody
 from sessions.model.session import Session
+from sessions.scene_files.answers import recording_assumptions
 from sessions.scene_files.body_axes import in_body_axes, pose_convention, scene_meshes_in_body_axes
 from sessions.scene_files.scene_toml import (
     added_scene,
@@ -26,7 +28,7 @@ from sessions.scene_files.scene_toml import (
     scene_and_faults,
     with_recorded_groups,
 )
-from sessions.scene_formats.scene_source import SceneSource, Surface, read_scene_source
+from sessions.scene_formats.scene_source import SceneSource, Surface, read_scene_source, surface_assumptions
 
 INSTRUMENT_FACES = 5000
 COLLIDER_AXES = "canonical"
@@ -108,6 +110,10 @@ def with_source(session: Session, source: SceneSource, text: str, path: Path) ->
         colliders={**session.colliders, **solids},
         facts={**facts, SCENE_FACT: path.name},
     )
+    requested = Surface(named_source(text, path.name)["surface"] or Surface.AUTO)
+    kept = [row for row in recording_assumptions(replace(session, facts=facts)) if row.subject is not Subject.SURFACE]
+    assumed = [*kept, *surface_assumptions(source, requested)]
+    complete = replace(complete, facts={**complete.facts, ASSUMPTIONS_FACT: assumptions_fact(assumed)})
     notes = [f"scene of {source.format}: not taken: {sentence}" for sentence in dict.fromkeys(source.left_out)]
     complete = replace(complete, facts=_converted(complete, notes))
     return with_colliders(complete, path.parent)

@@ -21,6 +21,7 @@ from sessions.scene_formats.scene_source import (
     SceneSource,
     SourceBody,
     Surface,
+    chosen_surface,
     surface_and_colliders,
 )
 
@@ -106,9 +107,9 @@ def scene_of(model: Any, surface: Surface) -> SceneSource:
         doubly = [geom for geom in drawn if geom in colliding and hidden]
         if doubly:
             left_out.append(f"the hulls of {len(doubly)} drawn geoms of {name!r}, which collide beside hidden ones")
-        parts, solids = surface_and_colliders(
-            [geom_mesh(model, geom) for geom in drawn], [geom_mesh(model, geom) for geom in pieces], surface
-        )
+        drawn_meshes = [geom_mesh(model, geom) for geom in drawn]
+        piece_meshes = [geom_mesh(model, geom) for geom in pieces]
+        parts, solids = surface_and_colliders(drawn_meshes, piece_meshes, surface)
         pose = np.eye(4)
         pose[:3, :3], pose[:3, 3] = data.xmat[number].reshape(3, 3), data.xpos[number]
         bodies[name] = SourceBody(
@@ -119,6 +120,7 @@ def scene_of(model: Any, surface: Surface) -> SceneSource:
             moves=bool(model.body_weldid[number]),
             margin=float(max(model.geom_margin[geom] for geom in pieces)),
             mass=float(model.body_mass[number]) or None,
+            surface=chosen_surface(drawn_meshes, piece_meshes, surface) if drawn != pieces else "",
         )
     if only_drawn:
         left_out.append(f"bodies of which nothing collides: {', '.join(only_drawn)}")

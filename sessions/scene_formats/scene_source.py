@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from sessions.errors import SceneSourceError
 from sessions.mesh_data import MeshData
+from sessions.model.assumption import Assumption, Origin, Subject
 from sessions.model.scene import Pose, SceneBody
 
 Matrix = NDArray[np.float64]
@@ -47,6 +48,7 @@ class SourceBody:
     moves : whether a joint can move it.
     margin : metres from which its program reports contact.
     mass : kilograms, or ``None``.
+    surface : ``drawn`` or ``colliding``, of a body that has geometry of both kinds; else ``""``.
     """
 
     name: str
@@ -56,6 +58,7 @@ class SourceBody:
     moves: bool
     margin: float = 0.0
     mass: float | None = None
+    surface: str = ""
 
     def declared(self, rotation: Matrix, axes: Matrix | None = None) -> SceneBody:
         """Returns its declaration, in a world rotated by ``rotation``; a body that no joint moves is fixed there.
@@ -126,12 +129,39 @@ def surface_and_colliders(
 ) -> tuple[list[MeshData], tuple[MeshData, ...]]:
     """Returns of which parts a body's surface is made, and its colliders; both kinds are in the frame of the body."""
     solids = tuple(map(convex_hull, colliding))
-    if not drawn or not colliding or surface is Surface.COLLIDING:
+    if not drawn or not colliding:
         return colliding or drawn, solids
-    if surface is Surface.DRAWN:
-        return drawn, solids
+    return drawn if chosen_surface(drawn, colliding, surface) == Surface.DRAWN else colliding, solids
+
+
+def chosen_surface(drawn: list[MeshData], colliding: list[MeshData], surface: Surface) -> str:
+    """Returns which geometry a body's surface is made of; ``""``: it has one kind alone."""
+    if not drawn or not colliding:
+        return ""
+    if surface is not Surface.AUTO:
+        return str(surface)
     is_whole = (_extent(drawn) >= COVERED * _extent(colliding)).all()
-    return drawn if is_whole else colliding, solids
+    return str(Surface.DRAWN if is_whole else Surface.COLLIDING)
+
+
+def surface_assumptions(source: "SceneSource", requested: Surface) -> tuple[Assumption, ...]:
+    """Returns which geometry the surfaces of bodies are made of, a row for each kind, and who says it."""
+    reasons = {
+        str(Surface.DRAWN): "what is drawn fills the box of the colliders",
+        str(Surface.COLLIDING): "what is drawn is smaller than the colliders",
+    }
+    is_guess = requested is Surface.AUTO
+    return tuple(
+        Assumption(
+            subject=Subject.SURFACE,
+            value=kind,
+            origin=Origin.GUESS if is_guess else Origin.USER,
+            bodies=bodies,
+            reason=reason if is_guess else "",
+        )
+        for kind, reason in reasons.items()
+        if (bodies := tuple(name for name, body in source.bodies.items() if body.surface == kind))
+    )
 
 
 def convex_hull(mesh: MeshData) -> MeshData:

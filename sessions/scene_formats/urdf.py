@@ -19,6 +19,7 @@ from sessions.scene_formats.scene_source import (
     SceneSource,
     SourceBody,
     Surface,
+    chosen_surface,
     surface_and_colliders,
 )
 
@@ -54,7 +55,10 @@ def read_urdf(path: Path, files: SceneFiles, surface: Surface) -> SceneSource:
         parts, solids = surface_and_colliders(drawn, colliding, surface)
         mass = None if link.inertial is None else link.inertial.mass
         pose = np.array(poses[link.name], dtype=np.float64)
-        bodies[link.name] = SourceBody(link.name, concatenated(parts), solids, pose, link.name in moving, mass=mass)
+        kind = chosen_surface(drawn, colliding, surface)
+        bodies[link.name] = SourceBody(
+            link.name, concatenated(parts), solids, pose, link.name in moving, mass=mass, surface=kind
+        )
     joined = [(joint.parent, joint.child) for joint in model.robot.joints]
     excluded = tuple(pair for pair in joined if bodies.keys() >= {*pair})
     return SceneSource("URDF", bodies, excluded, tuple(left_out), Y_UP_OF_Z_UP)

@@ -32,6 +32,7 @@ def test_a_word_means_the_topic_or_the_only_match():
         ("build", "in-a-build"), ("sql", "many-sessions"), ("cluster", "many-sessions"),
         ("chemistry", "scenes-and-effects"),
         ("personal", "files-and-promises"), ("hard", "hard-cases"), ("class", "class-study"), ("verdicts", "glossary"),
+        ("real-hands", "results"), ("tracked-hands", "your-recording"),
     ],
 )  # fmt: skip
 def test_a_word_of_a_reader_leads_to_its_page(word, topic):

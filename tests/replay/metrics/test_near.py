@@ -9,6 +9,7 @@ from support.small_worlds import cubes, framed
 from cdcore import Motion
 from replay.metrics.near import CLOSE_M, close_intervals, without_contact
 from replay.prepare.assemble import assemble
+from sessions.scene_files.scene_toml import parse_scene
 
 FRAMES = 400
 
@@ -35,6 +36,19 @@ def test_a_contact_within_half_a_second_is_no_near_miss():
     assert without_contact(result, np.array([[0, 2.7, 2.8]])) == result
     assert without_contact(result, np.array([[1, 2.0, 2.1]])) == result
     assert without_contact(result, np.zeros((0, 3))) == result
+
+
+def test_members_of_a_group_are_close_as_one_thing():
+    """Index and thumb pass the cup in turn within half a second: one near miss, or none where one of them touches."""
+    scene = parse_scene(
+        '[[body]]\nid = "index"\n[[body]]\nid = "thumb"\n[[body]]\nid = "cup"\n'
+        '[[group]]\nname = "hand"\nmembers = ["index", "thumb"]\n'
+    )
+    gaps = {"index": approach(0.004, 2.0), "thumb": -approach(0.004, 2.4), "cup": np.zeros(FRAMES)}
+    assembly = assemble(cubes(gaps, scene=scene))
+    result = close_intervals(assembly, np.arange(len(assembly.pairs)))
+    assert [close.pair for close in result] == [assembly.contact_columns[0]]
+    assert without_contact(result, np.array([[assembly.contact_columns[0], 2.6, 2.7]])) == ()
 
 
 def fcl_gap(mesh, turns, positions):

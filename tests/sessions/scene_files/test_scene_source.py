@@ -1,5 +1,7 @@
 """``[scene] from``: bodies, colliders and excluded pairs of another program's scene beside a recording."""
 
+import re
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -7,7 +9,9 @@ from scipy.spatial.transform import Rotation
 from sessions import read_session, write_session
 from sessions.errors import SceneError
 from sessions.importers import import_session
+from sessions.model.assumption import Origin, Subject
 from sessions.model.session import Session
+from sessions.scene_files.answers import recording_assumptions
 from sessions.scene_files.scene_meshes import checked_scene, with_scene
 
 pytest.importorskip("mujoco")
@@ -42,6 +46,18 @@ def scene(tmp_path):
 def recording():
     poses = (np.zeros((2, 3)), np.tile([0.0, 0, 0, 1], (2, 1)))
     return Session.from_arrays([0, 1], {"cup": poses, "rod": poses}, {})
+
+
+def test_surfaces_that_were_guessed_are_assumptions(scene):
+    drawn = '<geom type="box" size="0.1 0.2 0.3" contype="0" conaffinity="0" group="1"/>'
+    hidden = '<geom type="box" size="0.1 0.2 0.3" group="3"/>'
+    body = f'<body name="cup"><freejoint/>{drawn}{hidden}</body>'
+    text = (scene.parent / "model.xml").read_text()
+    (scene.parent / "model.xml").write_text(re.sub(r'<body name="cup">.*?</body>', body, text))
+    once = with_scene(recording(), scene)
+    for session in (once, with_scene(once, scene)):
+        (row,) = (row for row in recording_assumptions(session) if row.subject is Subject.SURFACE)
+        assert (row.value, row.bodies, row.origin) == ("drawn", ("cup",), Origin.GUESS)
 
 
 def test_scene_takes_bodies_of_another_program(scene, tmp_path):

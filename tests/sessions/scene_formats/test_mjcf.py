@@ -8,7 +8,8 @@ from scipy.spatial.transform import Rotation
 
 from sessions.errors import SceneSourceError, SessionError
 from sessions.importers import import_session
-from sessions.scene_formats.scene_source import Surface, read_scene_source
+from sessions.model.assumption import Origin
+from sessions.scene_formats.scene_source import Surface, read_scene_source, surface_assumptions
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -168,6 +169,10 @@ def test_drawn_mesh_is_the_surface_unless_colliders_hide_it(tmp_path):
         scene = read_scene_source(path, surface=surface)
         for name, count in zip(("part", "bone"), faces, strict=True):
             assert (len(scene.bodies[name].mesh.faces) == 12) == bool(count)
+        rows = {(row.value, row.bodies, row.origin) for row in surface_assumptions(scene, surface)}
+        both = ("part", "bone")
+        guessed = {("drawn", both[:1], Origin.GUESS), ("colliding", both[1:], Origin.GUESS)}
+        assert rows == (guessed if surface is Surface.AUTO else {(str(surface), both, Origin.USER)})
 
 
 BOMB = '<!DOCTYPE m [<!ENTITY a "ha"><!ENTITY b "&a;&a;">]><mujoco model="&b;"/>'
