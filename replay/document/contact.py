@@ -23,6 +23,7 @@ class ContactRecord(Struct, frozen=True, kw_only=True):
     frames_lost, cuts : frames within it without a pose, and intervals of lost poses that cut it.
     start, end : seconds at which the first frame begins and the last one is over.
     missed_by : of the reference: labels of the detectors that never reported it, with commas.
+    members : members of a group that touch in its first frame, with commas: ``right index tip``; ``None``: no group.
     flag : what was in doubt about a pose in it; ``None``: nothing.
     status : of an audited detector: ``matched``, ``piece``, ``invented``, ``excused`` or ``held``.
     truth, overlap_frames : number of the contact of the reference that it matches, and frames in common.
@@ -45,6 +46,7 @@ class ContactRecord(Struct, frozen=True, kw_only=True):
     frames_lost: Count | None = None
     cuts: Count | None = None
     missed_by: str | None = None
+    members: str | None = None
     flag: str | None = None
     status: str | None = None
     truth: int | None = None

@@ -7,6 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from cdcore.protocol import counts_as_contact
 from replay.auditing.fault import Cause, Evidence, Fault, FaultKind
 from replay.auditing.holding import within
 from replay.auditing.outcome import Episode
@@ -147,6 +148,7 @@ def _episodes(result: RunResult) -> Table:
             {
                 "noise": _in_noise(result, number) if label == result.oracle else (None, None),
                 "missed_by": ",".join(never.get((label, number), ())),
+                "members": _first_members(result, label, contact),
                 "flag": _doubt(result, contact),
                 "status": status.get(label, {}).get(number, ""),
                 "match": match.get((label, number)),
@@ -179,6 +181,19 @@ def _in_noise(result: RunResult, number: int) -> tuple[str | None, float | None]
     """Word and share of a contact of the oracle in noisy copies."""
     noise = result.noise
     return (None, None) if noise is None else (noise.labels[number - 1], noise.contacts[number - 1].fraction)
+
+
+def _first_members(result: RunResult, label: str, contact: Episode) -> str | None:
+    """Return the members of a group that a detector reports in the first frame of a contact, with commas."""
+    assembly = result.assembly
+    columns = assembly.columns_of_contact(contact.pair)
+    names = dict[str, None]()
+    reported = counts_as_contact(result.detections[label].verdict[contact.first, columns])
+    for column, is_contact in zip(columns, reported.tolist(), strict=True):
+        bodies, things = assembly.bodies_of(column), assembly.things_of(column)
+        members = [body for body, thing in zip(bodies, things, strict=True) if body != thing]
+        names |= dict.fromkeys(members if is_contact else ())
+    return ", ".join(names) or None
 
 
 def _doubt(result: RunResult, contact: Episode) -> str | None:

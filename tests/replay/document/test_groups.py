@@ -58,6 +58,8 @@ def test_tables_name_the_group_and_open_to_members(result):
     assert table.column("contacts") == [2, None, None]
     assert table.column("frames found") == [5, 2, 3]
     assert {(row["body_a"], row["body_b"]) for row in result.tables["episodes"].plain()} == {("hand", "glass")}
+    members = [row["members"] for row in result.tables["episodes"].plain() if row["detector"] == "exact"]
+    assert members == ["thumb", "index"]
 
 
 def test_faults_are_of_members_and_say_which():

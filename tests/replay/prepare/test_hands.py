@@ -57,6 +57,7 @@ def test_first_touch_is_of_the_planted_finger_in_its_frame(tmp_path, side, finge
     assert (first, names) == (TOUCH, [f"{side} {finger} tip"])
     (episode,) = result.tables["episodes"].plain()
     assert (episode["body_a"], episode["body_b"], episode["first"]) == (f"{side} hand", "glass", TOUCH)
+    assert episode["members"] == f"{side} {finger} tip"
 
 
 def test_python_fcl_agrees_on_every_capsule(tmp_path):
