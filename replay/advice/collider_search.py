@@ -46,8 +46,20 @@ WORTH: Final = 0.8
 SLACK: Final = 0.02
 """So much more is no reason to keep pieces: of the loss, and of its missed part where the limits are reached."""
 
+OTHER_METHODS: Final = ("vhacd", "coacd")
+"""Methods that are tried in place of the quickest one, once the search has its numbers of pieces."""
+
+ALTERNATIVES: Final = 2
+"""Numbers of pieces that each of them is tried with."""
+
+ALIKE: Final = 0.001
+"""Losses that differ by no more are alike: fewer pieces are taken then, and of as many those of less volume."""
+
 CUTTING: Final = 0.5
 """Fraction of the time that bodies may be cut ahead of the search."""
+
+TRYING: Final = 0.9
+"""Fraction of the time after which no other method is cut."""
 
 
 class TimeUpError(Exception):
@@ -119,15 +131,30 @@ class Ladder:
         self.reason = CONVEX if convex else self.reason
         self.method = HULL if self.reason else method_of("auto", mesh)
         self.counts = (1, *{"sectors": SECTOR_COUNTS, HULL: ()}.get(self.method, COUNTS))
+        self._alternatives: list[Cut] = []
         self._made: dict[int, Sequence[TriangleMesh]] = {}
 
     def cut(self, step: int) -> Cut:
         """Cut that gives the pieces of a step."""
-        return Cut(self.mesh, self.method, self.counts[step])
+        if step < len(self.counts):
+            return Cut(self.mesh, self.method, self.counts[step])
+        return self._alternatives[step - len(self.counts)]
 
     def how(self, step: int) -> str:
         """How the pieces of a step are cut, in words."""
-        return METHODS[self.method if step else HULL].words
+        return METHODS[self.cut(step).name if step else HULL].words
+
+    def other_cuts(self, step: int) -> list[Cut]:
+        """Cuts by other methods with at most as many pieces as a step has, those that take least time first."""
+        count = len(self.pieces(step))
+        most = [asked for asked in COUNTS if asked <= count][-ALTERNATIVES:]
+        cuts = [Cut(self.mesh, name, asked) for name in OTHER_METHODS if name != self.method for asked in most[::-1]]
+        return sorted(cuts, key=lambda cut: cut.row.seconds)
+
+    def add_step(self, cut: Cut) -> int:
+        """The step of a cut by another method, which ``above`` never leads to."""
+        self._alternatives.append(cut)
+        return len(self.counts) + len(self._alternatives) - 1
 
     def keep_cut_steps(self, missing: Mapping[str, NotCut]) -> None:
         """Leave out the steps that were not cut in time; where none was, say why."""
@@ -159,7 +186,8 @@ def _filled(pieces: Sequence[TriangleMesh]) -> float:
 class ColliderSearch:
     """Takes more pieces of the bodies of the pair with most false contact, then fewer where that is free.
 
-    ``rate`` are the settings of the engine's step. ``time_up``: whether the time ended the search.
+    Then other methods of cutting are tried with as many pieces or fewer. ``rate``: settings of the engine's step.
+    ``time_up``: whether the time ended the search; ``not_tried``: cuts that it left no time for, a body's name each.
     """
 
     def __init__(
@@ -172,6 +200,7 @@ class ColliderSearch:
         self.ladders = {body.name: ladders[body.mesh.content_hash] for body in assembly.bodies}
         self._tried: dict[tuple[int, ...], Tried] = {}
         self.steps = dict.fromkeys(self.ladders, 0)
+        self.not_tried: list[tuple[str, Cut]] = []
 
     def _cut_ahead(self, false_frames: IntArray) -> None:
         """Cut every step of the bodies with false contact, as many as can be cut in half of the time."""
@@ -195,6 +224,7 @@ class ColliderSearch:
                 self._cut_ahead(hulls.false_frames)
                 self._climb()
                 self._descend()
+                self._try_other_methods()
         except TimeUpError:
             self.time_up = True
 
@@ -250,6 +280,34 @@ class ColliderSearch:
 
         # A few pieces may be worse than the hull, so that it is tried by itself.
         return 0 if enough(0) else bisect_left(range(steps[name]), True, key=enough)
+
+    def _try_other_methods(self) -> None:
+        """Take pieces of another method where they lose less, or as little with fewer pieces or less volume."""
+        by_ladder = {id(self.ladders[name]): (name, step) for name, step in self.steps.items() if step}
+        cuts = {
+            cut.key: (name, cut) for name, step in by_ladder.values() for cut in self.ladders[name].other_cuts(step)
+        }
+        missing = self._cut_in_time([cut for _, cut in cuts.values()])
+        self.not_tried = [cuts[key] for key, not_cut in missing.items() if not_cut.late]
+        for name in [name for name, step in self.steps.items() if step]:
+            ladder = self.ladders[name]
+            for cut in ladder.other_cuts(self.steps[name]):
+                if cut.key not in missing:
+                    steps = {**self.steps, name: ladder.add_step(cut)}
+                    self.steps = min(self.steps, steps, key=self._merit)
+
+    def _cut_in_time(self, cuts: Sequence[Cut]) -> dict[str, NotCut]:
+        """Cut what there is time for; a cut that takes longer than the time left is not begun."""
+        left = self._deadline.left(TRYING)
+        missing = {cut.key: NotCut("", late=True) for cut in cuts if cut.seconds > left}
+        begun = [cut for cut in cuts if cut.key not in missing]
+        return missing | cut_ahead(begun, self._deadline.report, max(0.0, left))
+
+    def _merit(self, steps: Mapping[str, int]) -> tuple[int, float, int, float]:
+        """Order of choices that may replace each other: the limits, the loss, the pieces, the volume that they fill."""
+        tried = self._wrong(steps)
+        filled = sum(_filled(pieces) for pieces in self.pieces(steps).values())
+        return not self._is_enough(tried), round(tried.loss / ALIKE), tried.pieces, filled
 
     def _drop_losers(self) -> None:
         """Give bodies their hull back whose pieces lose as much as they save, the worst of them first."""

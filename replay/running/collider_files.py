@@ -91,6 +91,7 @@ class FixedColliders:
     shapes : name of a body -> its mesh, its hull and its pieces.
     time_up : whether the time limit ended the search: with more time there may be better pieces, or fewer.
     steps : what to do in the engine, sentences.
+    not_tried : sentences about cuts that there was no time for.
     """
 
     engine: str
@@ -107,6 +108,7 @@ class FixedColliders:
     shapes: Mapping[str, BodyShape]
     time_up: bool = False
     steps: tuple[str, ...] = ()
+    not_tried: tuple[str, ...] = ()
 
     @property
     def reached(self) -> bool:
@@ -124,6 +126,7 @@ class FixedColliders:
             lines.append(f"Missed contact: {missed}; with a hull a body it is {missed_before}.")
         uncut = [row for row in self.bodies if row["reason"] not in ("", CONVEX)]
         lines += [f"{row['body']} keeps its hull: {row['reason']}." for row in uncut]
+        lines += self.not_tried
         if self.time_up:
             lines.append("The time limit ended the search: a longer --time-limit may find better pieces, or fewer.")
         elif not self.reached:
@@ -145,6 +148,7 @@ class FixedColliders:
             "after": self.after,
             "front": list(self.front),
             "axes": self.axes,
+            "not_tried": list(self.not_tried),
             "bodies": list(self.bodies),
         }
 
@@ -247,6 +251,7 @@ def fix_colliders(
             shapes=shapes,
             time_up=search.time_up,
             steps=() if target is None else target.steps,
+            not_tried=tuple(_not_tried_sentence(name, cut) for name, cut in search.not_tried),
         )
         if written is not None and target is not None:
             (written / "README.txt").write_text(_read_me(fixed, target), "utf-8")
@@ -368,6 +373,11 @@ def _read_me(fixed: FixedColliders, target: EngineFiles) -> str:
     lines += [f"{number}. {step}" for number, step in enumerate(target.steps, 1)]
     lines += ["", f"Source: {target.page}", "", "colliders.json holds the figures. To count them again:"]
     return "\n".join([*lines, f'replay run session.mcap --detectors "{fixed.setting}"', ""])
+
+
+def _not_tried_sentence(name: str, cut: Cut) -> str:
+    """Returns which cut of a body was not tried, and the time that it takes."""
+    return f"{cut.row.words} of {name} ({cut.most} pieces) was not tried: it takes about {words.duration(cut.seconds)}."
 
 
 def _share(fraction: float | None) -> str:

@@ -2,8 +2,14 @@
 
 import pytest
 
+from cdcore import TriangleMesh
+from replay.advice import collider_search
 from replay.advice.collider_search import Limits
+from replay.cutting import piece_store
+from replay.cutting.piece_store import Cut
 from replay.running.collider_files import fix_colliders
+
+pytestmark = pytest.mark.usefixtures("quickest_cutter_only")
 
 
 def pieces_of(fixed):
@@ -29,3 +35,49 @@ def test_limit_of_missed_contact_is_among_the_limits():
     assert Limits(0.2, 0.1).hold(0.2, 0.1)
     assert not Limits(0.2, 0.1).hold(0.2, 0.11)
     assert not Limits(0.2, 0.1).hold(0.21, 0.0)
+
+
+def plant_methods(monkeypatch, shrunk):
+    """V-HACD gives a tiny cube far away, and CoACD the sectors, each made smaller about its middle."""
+    original = piece_store.convex_pieces
+
+    def planted(cut, *limits):
+        if cut.method == "vhacd":
+            return tuple(
+                TriangleMesh(1e-3 * piece.vertices + 5.0, piece.faces) for piece in original(Cut(cut.mesh, "hull", 1))
+            )
+        if cut.method == "coacd":
+            pieces = original(Cut(cut.mesh, "sectors", 8), *limits)
+            middles = [piece.vertices.mean(axis=0) for piece in pieces]
+            return tuple(
+                TriangleMesh(middle + shrunk * (piece.vertices - middle), piece.faces)
+                for piece, middle in zip(pieces, middles, strict=True)
+            )
+        return original(cut, *limits)
+
+    monkeypatch.setattr(collider_search, "OTHER_METHODS", ("vhacd", "coacd"))
+    monkeypatch.setattr(collider_search, "convex_pieces", planted)
+    cut_ahead = collider_search.cut_ahead
+    monkeypatch.setattr(
+        collider_search,
+        "cut_ahead",
+        lambda cuts, *rest: cut_ahead([cut for cut in cuts if cut.method == "sectors"], *rest),
+    )
+
+
+@pytest.mark.parametrize(("shrunk", "method"), [(0.9999, "CoACD"), (1.0, "sectors by height and angle")])
+def test_of_pieces_as_accurate_those_of_least_volume_are_taken(two_beakers, monkeypatch, shrunk, method):
+    plant_methods(monkeypatch, shrunk)
+    fixed = fix_colliders(two_beakers, limits=Limits(0.2))
+    (beaker,) = [row for row in fixed.bodies if row["body"] == "beaker"]
+    assert (beaker["how"], beaker["after"]["pieces"]) == (method, 8)
+    assert fixed.after["false"] < 0.2
+
+
+def test_cut_without_time_is_named_with_the_time_it_takes(two_beakers, monkeypatch):
+    plant_methods(monkeypatch, 1.0)
+    seconds = Cut.seconds.fget
+    monkeypatch.setattr(Cut, "seconds", property(lambda cut: 900.0 if cut.method == "coacd" else seconds(cut)))
+    fixed = fix_colliders(two_beakers, limits=Limits(0.2))
+    assert "CoACD of beaker (8 pieces) was not tried: it takes about 15 min." in fixed.remarks
+    assert fixed.as_json()["not_tried"] == list(fixed.not_tried)

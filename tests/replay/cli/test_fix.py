@@ -10,6 +10,8 @@ from support.shapes import revolved_mesh
 from replay.cli.main import main
 from replay.cutting import piece_store
 
+pytestmark = pytest.mark.usefixtures("quickest_cutter_only")
+
 WALL = [(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)]
 ROD = [(0, 0), (0.003, 0), (0.003, 0.2), (0, 0.2)]
 IMPORT = ["import", "csv", "own.csv", "--mapping", "own.toml", "--meshes", ".", "-o", "own.mcap"]

@@ -17,6 +17,8 @@ from replay.errors import OutputError, TradeoffError
 from replay.running.collider_files import COLLIDERS, fix_colliders
 from sessions import MeshData, Session, import_session, load_mesh, read_session, write_session
 
+pytestmark = pytest.mark.usefixtures("quickest_cutter_only")
+
 WALL = [(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)]
 ROD = [(0, 0), (0.003, 0), (0.003, 0.2), (0, 0.2)]
 

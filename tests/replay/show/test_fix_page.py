@@ -15,6 +15,8 @@ from replay.show.fix_page.pictures import beyond_mesh, colour_numbers, scale_col
 from replay.show.palette import SERIES
 from sessions import MeshData, Session
 
+pytestmark = pytest.mark.usefixtures("quickest_cutter_only")
+
 WALL = [(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)]
 ROD = [(0, 0), (0.003, 0), (0.003, 0.2), (0, 0.2)]
 STEP_NS = 11_000_000
