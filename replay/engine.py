@@ -19,9 +19,9 @@ from replay.auditing.episodes import episodes
 from replay.auditing.examination import examine
 from replay.auditing.false_contacts import false_contacts
 from replay.auditing.flicker import find_flicker
-from replay.auditing.look_phases import STEPS, OffsetCounts, at_offset, has_offsets, over_phases
 from replay.auditing.matching import match_episodes
 from replay.auditing.noisy_contacts import in_noise
+from replay.auditing.sampling_offsets import STEPS, OffsetCounts, at_offset, counts_over_offsets, has_offsets
 from replay.auditing.tolerance import Reference, Tolerance
 from replay.constants import MOST_FRAMES_IN_MEMORY
 from replay.detection.compile_notice import compiling_announced
@@ -202,7 +202,7 @@ def _detected(ready: Prepared, lineup: Lineup, settings: RunSettings, progress: 
         for spec in specs:
             live, chosen = spec.label in lineup.live, spec
             if spec.label in rated and reference is not None:
-                counts = over_phases(
+                counts = counts_over_offsets(
                     spec, assembly, reference, settings.seed, live=live, advance=_steps_as_frames(advance, frames)
                 )
                 offsets[spec.label] = counts

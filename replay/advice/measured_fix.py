@@ -15,8 +15,8 @@ from cdcore.mesh import TriangleMesh
 from replay.advice.scoring import wrong_counts
 from replay.auditing.contact_counts import count_contacts, count_reports
 from replay.auditing.episodes import column_runs
-from replay.auditing.look_phases import OFFSET_SETTING, has_offsets, over_phases
 from replay.auditing.outcome import Outcome
+from replay.auditing.sampling_offsets import OFFSET_SETTING, counts_over_offsets, has_offsets
 from replay.auditing.tolerance import Reference
 from replay.cutting.compound import names_as_setting
 from replay.cutting.convex_solids import volume_of
@@ -239,7 +239,7 @@ class _Measuring:
         assembly, offsets, chosen = self._result.assembly, None, spec
         live = self._result.document.detectors[self._rank.label].live
         if has_offsets(spec, len(assembly.motion)):
-            offsets = over_phases(spec, assembly, self._reference, self._seed, live=False)
+            offsets = counts_over_offsets(spec, assembly, self._reference, self._seed, live=False)
             chosen = replace(spec, settings={OFFSET_SETTING: offsets.typical_offset, **spec.settings})
         run = run_detector(chosen, assembly, seed=self._seed, faces=False, advance=lambda _: None, live=live)
         comparison = self._reference.compare(run.detection)

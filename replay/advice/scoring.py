@@ -7,9 +7,9 @@ from cdcore.numerics import IntArray
 from replay.advice.settings import Setting
 from replay.auditing.contact_counts import ContactCounts, count_contacts, count_reports
 from replay.auditing.episodes import column_runs
-from replay.auditing.look_phases import PHASES, OffsetCounts, offset_counts, spread
 from replay.auditing.loss import loss
 from replay.auditing.outcome import Outcome
+from replay.auditing.sampling_offsets import PHASES, OffsetCounts, offset_counts, spread
 from replay.auditing.tolerance import Reference, Tolerance
 from replay.auditing.wilson import Proportion, proportion
 from replay.detection.detector_spec import DetectorSpec

@@ -16,8 +16,8 @@ from cdcore.protocol.settings import RateSettings
 from replay.auditing.contact_counts import count_reports
 from replay.auditing.episodes import episodes
 from replay.auditing.holding import within
-from replay.auditing.look_phases import OffsetCounts, at_offset, has_offsets, over_phases
 from replay.auditing.outcome import Episode, Outcome
+from replay.auditing.sampling_offsets import OffsetCounts, at_offset, counts_over_offsets, has_offsets
 from replay.auditing.tolerance import Reference
 from replay.detection.detector_spec import DetectorSpec
 from replay.detection.release_band import near_spec
@@ -195,7 +195,7 @@ def _measured(spec: DetectorSpec, assembly: Assembly, reference: Reference | Non
     """Return what a run of a detector with a release distance prints of it."""
     offsets = None
     if reference is not None and has_offsets(spec, len(assembly.motion)):
-        offsets = over_phases(spec, assembly, reference, seed, live=False)
+        offsets = counts_over_offsets(spec, assembly, reference, seed, live=False)
     chosen = spec if offsets is None else at_offset(spec, offsets)
     run = run_detector(chosen, assembly, seed=seed, faces=False, advance=ignored)
     detection = run.detection

@@ -10,9 +10,9 @@ from msgspec import structs
 
 from cdcore.detectors import detector_row, settings_of
 from replay.auditing.fault import Cause, Fault, FaultKind, deepest_first
-from replay.auditing.look_phases import OFFSET_SETTING
 from replay.auditing.loss import fraction_of, loss
 from replay.auditing.outcome import Outcome
+from replay.auditing.sampling_offsets import OFFSET_SETTING
 from replay.auditing.wilson import proportion
 from replay.detection.detector_spec import DetectorSpec, parse_detector
 from replay.detection.recorded import RECORDED

@@ -8,7 +8,7 @@ from typing import Final
 from msgspec.structs import astuple
 
 from replay import words
-from replay.auditing.look_phases import PHASES
+from replay.auditing.sampling_offsets import PHASES
 from replay.auditing.wilson import Proportion, proportion
 from replay.document.audit import CountRange, DetectorAudit, NoiseProofAudit
 from replay.document.detector import DetectorTimes

@@ -4,8 +4,8 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from replay import words
-from replay.auditing.look_phases import PHASES
 from replay.auditing.loss import fraction_of, loss, lost
+from replay.auditing.sampling_offsets import PHASES
 from replay.auditing.wilson import Proportion, proportion
 from replay.constants import BUDGET_MS
 from replay.detection.recorded import RECORDED

@@ -12,10 +12,10 @@ from replay.auditing.contact_counts import ContactCounts
 from replay.auditing.contact_depth import ContactDepth
 from replay.auditing.fault import Fault
 from replay.auditing.flicker import Flicker
-from replay.auditing.look_phases import OffsetCounts
 from replay.auditing.matching import EpisodeMatches
 from replay.auditing.noisy_contacts import NoiseResult
 from replay.auditing.outcome import Comparison, Episode
+from replay.auditing.sampling_offsets import OffsetCounts
 from replay.auditing.tolerance import Reference
 from replay.document.answer import Answer
 from replay.document.contact import ContactRecord, EventRecord, contacts_by_detector, events_of

@@ -16,10 +16,10 @@ from cdcore.protocol import INSIDE_UNDECIDED, is_undecided
 from cdcore.protocol.detection import NO_REASON
 from replay.auditing.contact_counts import ContactCounts, count_reports, grasped_counts
 from replay.auditing.fault import MISS_KINDS
-from replay.auditing.look_phases import OffsetCounts, spread
 from replay.auditing.matching import EpisodeMatches
 from replay.auditing.noisy_contacts import HOLDS
 from replay.auditing.outcome import Comparison, Outcome, counts_by_pair
+from replay.auditing.sampling_offsets import OffsetCounts, spread
 from replay.auditing.wilson import Proportion, pooled, proportion, proportion_of_clusters
 from replay.document.audit import (
     NOT_EXAMINED,

@@ -13,8 +13,8 @@ from msgspec import structs
 from cdcore import Detection, Verdict
 from cdcore.detectors import TABLE
 from cdcore.numerics import FloatArray
-from replay.auditing.look_phases import OffsetCounts
 from replay.auditing.outcome import counts_by_pair
+from replay.auditing.sampling_offsets import OffsetCounts
 from replay.auditing.wilson import OVER_CONTACTS
 from replay.constants import BUDGET_MS, CAVEAT, VERDICT_FRAMES
 from replay.detection.run_detector import Run

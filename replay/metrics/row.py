@@ -10,8 +10,8 @@ import numpy as np
 
 from cdcore.numerics import IntArray
 from replay.auditing.holding import Grasp, grasps, hand_bodies
-from replay.auditing.look_phases import OFFSET_SETTING
 from replay.auditing.outcome import Episode, Outcome
+from replay.auditing.sampling_offsets import OFFSET_SETTING
 from replay.document.run_result import RunResult
 from replay.document.summary import session_digest
 from replay.metrics.hands import ACTIVITIES, fixed_bodies, moving, span_names, task_seconds

@@ -12,7 +12,7 @@ from msgspec.structs import asdict
 from cdcore.protocol import DECIDED, REFUSED
 from replay import words
 from replay.auditing.fault import Cause, FaultKind, deepest_first
-from replay.auditing.look_phases import PHASES
+from replay.auditing.sampling_offsets import PHASES
 from replay.auditing.wilson import OVER_CONTACTS, Proportion
 from replay.constants import BUDGET_MS
 from replay.document.audit import ContactPairFrames, DetectorAudit

@@ -19,7 +19,7 @@ from cdcore.poses import place_points
 from cdcore.protocol import counts_as_contact, is_undecided
 from replay import words
 from replay.auditing.fault import Fault
-from replay.auditing.look_phases import OFFSET_SETTING
+from replay.auditing.sampling_offsets import OFFSET_SETTING
 from replay.detection.detector_spec import parse_detector
 from replay.detection.recorded import RECORDED
 from replay.engine import prepared

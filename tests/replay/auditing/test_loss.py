@@ -10,8 +10,8 @@ import pytest
 from cdcore import Detection, Verdict
 from replay.auditing.compare import compare
 from replay.auditing.episodes import episodes
-from replay.auditing.look_phases import offset_counts
 from replay.auditing.loss import loss, lost
+from replay.auditing.sampling_offsets import offset_counts
 from replay.auditing.wilson import proportion
 
 FRAMES_HZ = 90

@@ -10,8 +10,8 @@ from support.small_worlds import cubes
 from cdcore import Body, Motion, Verdict, create_detector
 from replay.auditing.compare import compare
 from replay.auditing.contact_counts import count_reports
-from replay.auditing.look_phases import offset_counts
 from replay.auditing.outcome import Outcome
+from replay.auditing.sampling_offsets import offset_counts
 from replay.auditing.tolerance import Reference, Tolerance
 from replay.engine import compute
 from replay.prepare.assembly import Assembly

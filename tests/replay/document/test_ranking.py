@@ -6,7 +6,7 @@ import pytest
 from msgspec import structs
 from support.report_states import COUNTS, audit_of, detector_of, document_with, times_of, zeros
 
-from replay.auditing.look_phases import PHASES
+from replay.auditing.sampling_offsets import PHASES
 from replay.auditing.wilson import proportion
 from replay.document.audit import CountRange, GraspedCounts, OffsetProportions, OffsetRanges, PairFrames
 from replay.document.detector_labels import detector_label

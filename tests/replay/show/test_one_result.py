@@ -163,5 +163,5 @@ def test_each_fact_is_computed_once_and_by_no_output(tmp_path):
 
     # An output has properties of the same names that pass on.
     requested = sum((names for file, names in entered(all_outputs).items() if "/show/" not in file), Counter())
-    computed = {*ONCE, *OF_EACH, *OF_AUDITED, "over_phases", "why_missed", "why_false", "quantile"}
+    computed = {*ONCE, *OF_EACH, *OF_AUDITED, "counts_over_offsets", "why_missed", "why_false", "quantile"}
     assert {name for name in computed if requested[name]} == set()

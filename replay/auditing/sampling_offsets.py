@@ -139,7 +139,7 @@ def at_offset(spec: DetectorSpec, offsets: OffsetCounts) -> DetectorSpec:
     return replace(spec, settings={OFFSET_SETTING: offsets.typical_offset, **spec.settings})
 
 
-def over_phases(
+def counts_over_offsets(
     spec: DetectorSpec, assembly: Assembly, reference: Reference, seed: int, *, live: bool, advance: Advance = ignored
 ) -> OffsetCounts:
     """The counts at all offsets of a detector with a rate, and those of the same detector without one.

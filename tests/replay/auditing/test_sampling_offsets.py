@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from support.small_worlds import cubes
 
-from replay.auditing.look_phases import PHASES
 from replay.auditing.outcome import Outcome
+from replay.auditing.sampling_offsets import PHASES
 from replay.engine import compute
 
 
