@@ -273,8 +273,8 @@ def _audited(ready: Prepared, oracle: str, detected: Detected, progress: Progres
             for label, run in audited.items()
         }
         misses, causes = examine(comparisons, truth, subjects, runs[oracle], assembly, detected.face_source)
-        depths, measured = contact_depths(assembly, truth, misses)
-        misses = dict(measured)
+        depths = contact_depths(assembly, truth, misses)
+        misses = dict(depths.misses)
         advance(EXAMINING * len(comparisons))
         false = {}
         for label, comparison in comparisons.items():
@@ -297,7 +297,8 @@ def _audited(ready: Prepared, oracle: str, detected: Detected, progress: Progres
         phases=detected.offsets,
         counts=counts,
         reference=reference,
-        depths=depths,
+        depths=depths.contacts,
+        depth_series=depths.series,
         holdings=reference.holdings,
         not_grasped=reference.contacts,
     )

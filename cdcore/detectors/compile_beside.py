@@ -13,6 +13,7 @@ from cdcore.detectors import create_detector
 from cdcore.mesh import TriangleMesh
 from cdcore.narrow.ill_posed import MarginStage
 from cdcore.narrow.sections.section_source import section_of_faces
+from cdcore.narrow.surface_distance import distance_to_triangles, nearest_triangles
 from cdcore.protocol import Body, Motion
 from cdcore.search.stage import SearchStage
 
@@ -37,6 +38,9 @@ def compile_kernels() -> None:
     margins.near((0, 1), rotations[1:2], translations[1:2])
     margins.shallow((0, 1), faces, rotations[0], translations[0])
     section_of_faces(large, at_large, small, at_small, faces)
+    triangles, point = large.mesh.triangles, translations[0, :1]
+    distance_to_triangles(point, triangles[:1])
+    nearest_triangles(point, triangles, triangles.mean(axis=1), np.ones(len(triangles)))
     exact = create_detector("exact", [large, small])
     exact.detect(motion, faces=True)
     translations[0, 1] = [0.2, 0.2, -0.1]  # a corner in the plane of a face: decided in exact arithmetic

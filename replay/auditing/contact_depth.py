@@ -1,28 +1,31 @@
-"""How deep two bodies are in each other during a contact or a miss, at the worst of some frames of it."""
+"""How deep two bodies are in each other during a contact or a miss, at the deepest frame of it."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import product
 from math import isnan, nan
 from typing import Final
+
+import numpy as np
 
 from cdcore.numerics import FloatArray
 from replay.auditing.fault import Fault
 from replay.auditing.outcome import Episode
 from replay.auditing.sample_budget import spread_frames
-from replay.cutting.solid_overlap import Overlap, Solid, common_solid, overlap_of, solid_of
+from replay.cutting.solid_overlap import Overlap, Solid, depth_at_corners, overlap_of, solid_of
 from replay.prepare.assembly import Assembly
 
 FRAMES: Final = 5
-"""Frames of a contact whose common volumes are compared, 2 ms each with meshes of 3,000 faces."""
+"""Frames of each contact that are searched for the deepest one where there are too many."""
 
-FRAMES_TOTAL: Final = 900
-"""The same of all contacts and misses together."""
+FRAMES_SEARCHED: Final = 1500
+"""Pair-frames of all contacts and misses that may be searched, 4 ms each with meshes of 3,000 faces."""
 
 MOST_MEASURED: Final = 200
-"""Contacts and misses whose depth is measured, 0.1 s each; of more, the longest ones."""
+"""Contacts and misses whose depth is measured, 20 ms each; of more, the longest ones."""
 
 TOO_MANY: Final = "too many contacts were to be measured"
 
@@ -30,21 +33,27 @@ Segment = tuple[int, int, int]
 """Column of a pair, first and last frame."""
 
 
+DepthSeries = Mapping[int, Mapping[int, float]]
+"""Column of a pair -> frame of a contact -> metres that the bodies are in each other, at least."""
+
+
 @dataclass(frozen=True)
 class ContactDepth:
-    """Depth and common volume at the frame with the largest common volume of those that were compared.
+    """Depth and common volume at the deepest of the frames that were searched.
 
     Parameters
     ----------
     depth : metres from the deepest point of one body in the other to the other's surface; nan: not measured.
     volume : cubic metres in common; nan: not measured.
     frame : where that is.
+    at_least : whether frames were left out of the search, so that another may be deeper.
     reason : why it was not measured, as a clause; ``""``: it was.
     """
 
     depth: float = nan
     volume: float = nan
     frame: int = 0
+    at_least: bool = False
     reason: str = ""
 
     @property
@@ -60,16 +69,25 @@ class DepthMeter:
         self._assembly = assembly
         self._measured: dict[Segment, ContactDepth] = {}
         self._overlaps: dict[tuple[int, int], Overlap] = {}
+        self._searched: dict[int, dict[int, tuple[float, float]]] = {}
+
+    @property
+    def series(self) -> DepthSeries:
+        """Depths at the corners of the common parts, of every frame that was searched."""
+        return {
+            pair: {frame: depth for frame, (depth, _) in searched.items()} for pair, searched in self._searched.items()
+        }
 
     def measure(self, segments: Iterable[Segment]) -> None:
         """Measure segments, the longest first, until the budget is used up."""
-        queried = sorted({*segments}, key=lambda segment: segment[1] - segment[2])
-        frames = max(1, min(FRAMES, FRAMES_TOTAL // max(1, len(queried))))
-        for number, segment in enumerate(queried):
-            if number < MOST_MEASURED:
-                self._measured[segment] = self._worst(segment, frames)
-            else:
-                self._measured[segment] = ContactDepth(frame=segment[1], reason=TOO_MANY)
+        queried = sorted({*segments}, key=lambda segment: (segment[1] - segment[2], segment))
+        measured = queried[:MOST_MEASURED]
+        frames = len({(pair, frame) for pair, first, last in measured for frame in range(first, last + 1)})
+        most = frames if frames <= FRAMES_SEARCHED else max(FRAMES, FRAMES_SEARCHED // len(measured))
+        for segment in measured:
+            self._measured[segment] = self._deepest(segment, most)
+        for segment in queried[MOST_MEASURED:]:
+            self._measured[segment] = ContactDepth(frame=segment[1], reason=TOO_MANY)
 
     def of(self, segment: Segment) -> ContactDepth:
         """The depth of a segment that was measured."""
@@ -79,7 +97,8 @@ class DepthMeter:
     def _solids(self) -> tuple[Solid, ...]:
         return tuple(solid_of(body.mesh) for body in self._assembly.bodies)
 
-    def _worst(self, segment: Segment, most: int) -> ContactDepth:
+    def _deepest(self, segment: Segment, most: int) -> ContactDepth:
+        """Depth at the frame of a segment, of at most so many, whose common part has the deepest corner."""
         pair, first, last = segment
         a, b = (self._solids[index] for index in self._assembly.pairs[pair].tolist())
         names = self._assembly.bodies_of(pair)
@@ -89,12 +108,49 @@ class DepthMeter:
         frames = [frame for frame in spread_frames(first, last, most).tolist() if self._has_pose(frame, pair)]
         if not frames:
             return ContactDepth(frame=first, reason="a pose is lost")
-        volumes = {frame: common_solid(a, b, *self._relative(frame, pair)).volume() for frame in frames}
-        worst = max(volumes, key=lambda frame: volumes[frame]) if len(frames) > 1 else frames[0]
-        if (worst, pair) not in self._overlaps:
-            self._overlaps[worst, pair] = overlap_of(a, b, *self._relative(worst, pair))
-        overlap = self._overlaps[worst, pair]
-        return ContactDepth(depth=overlap.depth, volume=overlap.volume, frame=worst)
+        searched = self._search(pair, frames)
+        # Corners tell less of a thin wall than of a solid body: the largest common part is measured as well.
+        deepest = max(frames, key=lambda frame: searched.get(frame, (0.0, 0.0)))
+        largest = max(frames, key=lambda frame: searched.get(frame, (0.0, 0.0))[1])
+        depths = {frame: self._overlap(frame, pair) for frame in (deepest, largest)}
+        frame = max(depths, key=lambda frame: depths[frame].depth)
+        depth = max(depths[frame].depth, searched[frame][0])
+        at_least = most < last - first + 1
+        return ContactDepth(depth=depth, volume=depths[frame].volume, frame=frame, at_least=at_least)
+
+    def _overlap(self, frame: int, pair: int) -> Overlap:
+        """Depth and common volume of a pair in a frame, each measured once."""
+        if (frame, pair) not in self._overlaps:
+            a, b = (self._solids[index] for index in self._assembly.pairs[pair].tolist())
+            self._overlaps[frame, pair] = overlap_of(a, b, *self._relative(frame, pair))
+        return self._overlaps[frame, pair]
+
+    def _search(self, pair: int, frames: Sequence[int]) -> Mapping[int, tuple[float, float]]:
+        """Depth at corners and common volume in frames of a pair, but those that cannot be the deepest.
+
+        No depth changes by more than the bodies move against each other.
+        """
+        a, b = (self._solids[index] for index in self._assembly.pairs[pair].tolist())
+        searched = self._searched.setdefault(pair, {})
+        corners = self._box_corners(frames, pair)
+        bound, best = np.full(len(frames), np.inf), 0.0
+        for row in _halving(len(frames)):
+            frame = frames[row]
+            if bound[row] < best:
+                continue
+            if frame not in searched:
+                searched[frame] = depth_at_corners(a, b, *self._relative(frame, pair))
+            depth = searched[frame][0]
+            moved = np.linalg.norm(corners - corners[row], axis=2).max(axis=1)
+            best, bound = max(best, depth), np.minimum(bound, depth + moved)
+        return searched
+
+    def _box_corners(self, frames: Sequence[int], pair: int) -> FloatArray:
+        """Corners (n, 8, 3) of the box around the first body of a pair, in the axes of the second, in some frames."""
+        vertices = self._solids[int(self._assembly.pairs[pair, 0])].mesh.vertices
+        box = np.array([*product(*zip(vertices.min(axis=0), vertices.max(axis=0), strict=True))])
+        poses = [self._relative(frame, pair) for frame in frames]
+        return np.array([box @ rotation.T + translation for rotation, translation in poses])
 
     def _has_pose(self, frame: int, pair: int) -> bool:
         return bool(self._assembly.motion.valid[frame, self._assembly.pairs[pair]].all())
@@ -108,24 +164,48 @@ class DepthMeter:
         return to_second @ motion.rotations[frame, a], to_second @ between
 
 
+@dataclass(frozen=True)
+class MeasuredDepths:
+    """Depths of the contacts of the reference, the misses of each detector with theirs, and depths over time."""
+
+    contacts: tuple[ContactDepth, ...]
+    misses: Mapping[str, tuple[Fault, ...]]
+    series: DepthSeries
+
+
+def _halving(count: int) -> list[int]:
+    """Numbers below a count: both ends, the middle, the middles of the halves, and so on."""
+    numbers = dict.fromkeys([0, count - 1])
+    gaps = 1
+    while len(numbers) < count:
+        gaps *= 2
+        numbers |= dict.fromkeys(round(k * (count - 1) / gaps) for k in range(gaps + 1))
+    return [*numbers]
+
+
 def contact_depths(
     assembly: Assembly, contacts: Sequence[Episode], misses: Mapping[str, Sequence[Fault]]
-) -> tuple[tuple[ContactDepth, ...], dict[str, tuple[Fault, ...]]]:
+) -> MeasuredDepths:
     """Return the depth of each contact of the reference, and the misses of each detector with theirs."""
     meter = DepthMeter(assembly)
     every = [miss for of_detector in misses.values() for miss in of_detector]
     segments = [(contact.pair, contact.first, contact.last) for contact in contacts]
     meter.measure([*segments, *((miss.pair, miss.first, miss.last) for miss in every)])
-    depths = tuple(meter.of((contact.pair, contact.first, contact.last)) for contact in contacts)
     measured = {
         label: tuple(
-            replace(miss, depth=depth.depth, volume=depth.volume, not_measured=depth.reason)
+            replace(
+                miss,
+                depth=depth.depth,
+                volume=depth.volume,
+                depth_at_least=depth.at_least,
+                not_measured=depth.reason,
+            )
             for miss in of_detector
             for depth in (meter.of((miss.pair, miss.first, miss.last)),)
         )
         for label, of_detector in misses.items()
     }
-    return depths, measured
+    return MeasuredDepths(tuple(meter.of(segment) for segment in segments), measured, meter.series)
 
 
 def deepest(depths: Iterable[ContactDepth]) -> ContactDepth | None:

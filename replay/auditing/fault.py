@@ -148,6 +148,7 @@ class Fault:
     metres : length of the curve, or width of the gap; nan: not measured.
     depth : of a miss, metres from the deepest point of one body in the other to its surface; nan: not measured.
     volume : of a miss, cubic metres that both bodies have in common at that frame; nan: not measured.
+    depth_at_least : whether frames of it were left out of the search for the deepest one.
     not_measured : why the depth was not measured, as a clause: ``beaker is open``; ``""``: it was, or is not of a miss.
     evidence : geometry there.
     contact : number of the missed contact of the reference, from 1; 0 for a false contact.
@@ -172,6 +173,7 @@ class Fault:
     metres: float = nan
     depth: float = nan
     volume: float = nan
+    depth_at_least: bool = False
     not_measured: str = ""
     evidence: Evidence = Evidence()
     contact: int = 0

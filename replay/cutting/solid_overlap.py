@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from math import nan
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -16,6 +16,10 @@ from replay.cutting.surface_distance import Surface, farthest_on, farthest_withi
 
 if TYPE_CHECKING:
     from manifold3d import Manifold
+
+
+COARSE: Final = 100
+"""Triangles of a common part below which its corners alone do not tell how deep it is."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +50,11 @@ class Solid:
         solid = manifold_of(self.mesh) if self.mesh.is_closed else None
         return None if solid is None or solid.volume() <= 0.0 else solid
 
+    @cached_property
+    def surface(self) -> Surface:
+        """Its surface, for distances."""
+        return Surface(self.mesh.triangles)
+
     @property
     def reason(self) -> str:
         """Why it is no solid, as the end of a sentence; ``""``: it is one."""
@@ -66,6 +75,30 @@ def common_solid(first: Solid, second: Solid, rotation: FloatArray, translation:
     return first.manifold.transform(np.column_stack([rotation, translation])) ^ second.manifold
 
 
+def region_of(common: Manifold) -> FloatArray:
+    """Triangles (n, 3, 3) of a common part."""
+    mesh = common.to_mesh64()
+    return np.asarray(mesh.vert_properties[:, :3][np.asarray(mesh.tri_verts).astype(np.int64)], dtype=np.float64)
+
+
+def depth_at_corners(first: Solid, second: Solid, rotation: FloatArray, translation: FloatArray) -> tuple[float, float]:
+    """Depth at the corners of the common part of two bodies, which is no more than their depth, and its volume.
+
+    It takes a fifth of the time of ``overlap_of``, and is nearly the depth where meshes are fine. Of a coarse common
+    part the middles of its triangles are tried too: the corners of that of two crossed bars lie in both surfaces.
+    """
+    common = common_solid(first, second, rotation, translation)
+    if common.is_empty():
+        return 0.0, 0.0
+    region = region_of(common)
+    points = np.unique(region.reshape(-1, 3), axis=0)
+    if len(region) < COARSE:
+        points = np.concatenate([points, region.mean(axis=1)])
+    in_second = float(second.surface.distances(points)[0].max())
+    in_first = float(first.surface.distances((points - translation) @ rotation)[0].max())
+    return max(in_second, in_first), common.volume()
+
+
 def overlap_of(first: Solid, second: Solid, rotation: FloatArray, translation: FloatArray) -> Overlap:
     """Depth and common volume of two bodies; the pose is that of the first in the axes of the second."""
     if first.manifold is None or second.manifold is None:
@@ -73,8 +106,7 @@ def overlap_of(first: Solid, second: Solid, rotation: FloatArray, translation: F
     common = common_solid(first, second, rotation, translation)
     if common.is_empty():
         return Overlap(depth=0.0, volume=0.0)
-    mesh = common.to_mesh64()
-    region = mesh.vert_properties[:, :3][np.asarray(mesh.tri_verts).astype(np.int64)]
+    region = region_of(common)
     placed = first.mesh.triangles @ rotation.T + translation
     depth = 0.0
     for triangles in (second.mesh.triangles, placed):

@@ -14,13 +14,11 @@ from typing import Final
 
 import numpy as np
 
+from cdcore.narrow.surface_distance import distance_to_triangles, nearest_triangles
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 
 PRECISION: Final = 2e-7
 """Relative gain of a depth that is none."""
-
-AT_ONCE: Final = 32
-"""Neighbouring points whose distances are computed together, to the triangles that may be nearest to any of them."""
 
 ANGLES_AT_ONCE: Final = 250_000
 """Solid angles that are computed together: some 30 MB."""
@@ -65,6 +63,9 @@ SAMPLES: Final = 32
 BESIDE: Final = 8
 """Small triangles whose middles are nearest to a point: the nearest triangle is among them, as a rule."""
 
+POINTS_AT_ONCE: Final = 4
+"""Points of which it is asked together whether they are within a solid."""
+
 NARROW: Final = 0.05
 """Fraction of the room at its start below which an ascent within a solid ends: it arrives at the surface."""
 
@@ -96,50 +97,7 @@ class Surface:
 
     def distances(self, points: FloatArray) -> tuple[FloatArray, IntArray]:
         """Metres from points (k, 3) to the surface, (k,), and the triangle that is nearest to each, (k,)."""
-        distance, nearest = np.empty(len(points)), np.empty(len(points), dtype=np.int64)
-        along = np.argsort(points[:, int(np.ptp(points, axis=0).argmax())], kind="stable")
-        for start in range(0, len(points), AT_ONCE):
-            rows = along[start : start + AT_ONCE]
-            block = points[rows]
-            middle = block.mean(axis=0)
-            radius = float(np.linalg.norm(block - middle, axis=1).max())
-            away = np.linalg.norm(self.middles - middle, axis=1)
-            # A middle is a point of its triangle: no nearest triangle begins farther away than the nearest middle.
-            slack = 1e-6 * (1.0 + np.abs(block).max())
-            near = np.flatnonzero(away - self.radii <= away.min() + 2.0 * radius + slack)
-            middles, radii = self.middles[near], self.radii[near]
-            squared = (block**2).sum(axis=1)[:, None] + (middles**2).sum(axis=1) - 2.0 * block @ middles.T
-            apart = np.sqrt(np.maximum(squared, 0.0))
-            point, column = np.nonzero(apart - radii <= apart.min(axis=1, keepdims=True) + slack)
-            triangle = near[column]
-            exact = distance_to_triangles(block[point], self.triangles[triangle])[0]
-            order = np.lexsort((exact, point))
-            first = order[np.searchsorted(point[order], np.arange(len(block)))]
-            distance[rows], nearest[rows] = exact[first], triangle[first]
-        return distance, nearest
-
-
-def distance_to_triangles(points: FloatArray, triangles: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Metres from each point (n, 3) to its triangle (n, 3, 3), (n,), and the nearest point of that triangle (n, 3)."""
-    a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
-    normal = np.cross(b - a, c - a)
-    squared = np.einsum("nd,nd->n", normal, normal)
-    height = np.einsum("nd,nd->n", points - a, normal) / np.maximum(squared, 1e-300)
-    closest = points - height[:, None] * normal
-    inside = squared > 0.0
-    distance = np.full(len(points), np.inf)
-    on_edge = np.empty_like(closest)
-    for first, second in ((a, b), (b, c), (c, a)):
-        edge = second - first
-        inside &= np.einsum("nd,nd->n", np.cross(edge, closest - first), normal) >= 0.0
-        length = np.maximum(np.einsum("nd,nd->n", edge, edge), 1e-300)
-        along = np.clip(np.einsum("nd,nd->n", points - first, edge) / length, 0.0, 1.0)
-        foot = first + along[:, None] * edge
-        away = np.linalg.norm(points - foot, axis=1)
-        nearer = away < distance
-        distance = np.where(nearer, away, distance)
-        on_edge[nearer] = foot[nearer]
-    return np.where(inside, np.abs(height) * np.sqrt(squared), distance), np.where(inside[:, None], closest, on_edge)
+        return nearest_triangles(points, self.triangles, self.middles, self.radii)
 
 
 def is_outside(points: FloatArray, triangles: FloatArray) -> BoolArray:
@@ -275,11 +233,22 @@ def farthest_within(region: FloatArray, surface: Surface, least: float) -> float
     bounds = distance_to_triangles(ends.reshape(-1, 3), np.repeat(surface.triangles[nearest], 8, axis=0))[0]
     deep = bounds.reshape(-1, 8).max(axis=1) > least * (1.0 + PRECISION)
     points, depths = points[deep], depths[deep]
-    inside = ~is_outside(points, region) if len(points) else np.zeros(0, dtype=np.bool_)
-    points, depths = points[inside], depths[inside]
-    if not len(points) or (len(surface.triangles) >= FINE and depths.max() <= least):
+    deepest = _deepest_inside(points, depths, region)
+    if deepest is None or (len(surface.triangles) >= FINE and depths[deepest] <= least):
         return least
-    return max(least, _ascend(points[int(depths.argmax())], surface, Surface(region)))
+    return max(least, _ascend(points[deepest], surface, Surface(region)))
+
+
+def _deepest_inside(points: FloatArray, depths: FloatArray, region: FloatArray) -> int | None:
+    """Number of the point (n, 3) with the greatest of the depths (n,) that is within a region; ``None``: none is."""
+    order = np.argsort(-depths, kind="stable")
+    # The first of them mostly is, and a winding number takes as long as the distance.
+    for start in range(0, len(order), POINTS_AT_ONCE):
+        some = order[start : start + POINTS_AT_ONCE]
+        inside = ~is_outside(points[some], region)
+        if inside.any():
+            return int(some[inside.argmax()])
+    return None
 
 
 def _bounds(triangles: FloatArray, surface: Surface) -> tuple[FloatArray, float]:

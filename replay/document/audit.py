@@ -140,10 +140,12 @@ class MissedDepth(Record, frozen=True):
     ----------
     deepest : metres, of the deepest miss; ``None``: none was measured.
     unknown : why depths are unknown -> misses.
+    at_least : misses of which some frames were left out of the search for the deepest one.
     """
 
     deepest: float | None = None
     unknown: Counts = field(default_factory=dict)
+    at_least: Count = 0
 
 
 NO_DEPTH: Final = MissedDepth()

@@ -29,7 +29,8 @@ class ContactRecord(Struct, frozen=True, kw_only=True):
     truth, overlap_frames : number of the contact of the reference that it matches, and frames in common.
     onset_error, duration_error : seconds by which it begins later and lasts longer than that one.
     depth, common_volume, deepest : of the reference: metres and cubic metres that the bodies are in each other at the
-        frame with most common volume, and that frame; ``depth_unknown`` says why they are not known.
+        deepest frame, and that frame; ``depth_at_least``: frames were left out of the search for it;
+        ``depth_unknown`` says why they are not known.
     noise, noise_share : whether it holds in spite of tracker noise, and the fraction of noisy copies that have it.
     """
 
@@ -58,6 +59,7 @@ class ContactRecord(Struct, frozen=True, kw_only=True):
     depth: float | None = None
     common_volume: float | None = None
     deepest: Count | None = None
+    depth_at_least: bool | None = None
     depth_unknown: str | None = None
 
     @property

@@ -15,6 +15,7 @@ from replay.auditing.delay import frames_wrong
 from replay.auditing.fault import Cause, Fault, FaultKind
 from replay.auditing.outcome import Episode
 from replay.detection.recorded import RecordedDetector
+from replay.document.depth import tracker_noise_could_make
 from replay.document.detector_labels import SHAPES
 from replay.tables import data_of
 from replay.words import duration, length, plural
@@ -26,7 +27,17 @@ UNEXPLAINED: Final = "nothing known about it explains this"
 
 
 def why_missed(miss: Fault, label: str, by: Audited, contact: Episode) -> str:
-    """Why a contact was missed, late or cut short, in a sentence; ``contact`` is the oracle's that it belongs to."""
+    """Why a contact was missed, late or cut short, in a sentence; ``contact`` is the oracle's that it belongs to.
+
+    Another sentence follows where the noise of a tracker could have made the contact.
+    """
+    sentence = _why_missed(miss, label, by, contact)
+    if miss.depth_at_least or not tracker_noise_could_make(miss.depth):
+        return sentence
+    return f"{sentence} It is {length(miss.depth)} deep: the noise of a tracker could have made it."
+
+
+def _why_missed(miss: Fault, label: str, by: Audited, contact: Episode) -> str:
     clause = _outcome(miss, label, by, contact)
     if miss.cause == Cause.BETWEEN_SAMPLES and by.sampled is not None and by.rate_hz:
         return _between_samples(miss, label, by, contact)

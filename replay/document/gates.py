@@ -135,6 +135,9 @@ def _too_deep(name: str, label: str, audit: DetectorAudit, most: float) -> Itera
     if depth.deepest is not None and depth.deepest > most:
         deepest = f"{words.number_above(1e3 * depth.deepest, 1e3 * most)} mm"
         yield f"{label} missed contact that is {deepest} deep, more than {name} {words.length(most)}"
+    if depth.at_least and (depth.deepest is None or depth.deepest <= most):
+        misses = words.plural(depth.at_least, "miss", "misses")
+        yield f"{name} cannot be checked: of {misses} of {label} not every frame was searched for the deepest one"
     if depth.unknown:
         reasons = "; ".join(
             f"{reason} ({words.plural(count, 'miss', 'misses')})" for reason, count in depth.unknown.items()

@@ -73,6 +73,7 @@ def fault_of_row(row: Mapping[str, Any], pairs: Sequence[str]) -> Fault:
         metres=nan if metres is None else metres,
         depth=_or_nan(row.get("depth")),
         volume=_or_nan(row.get("common_volume")),
+        depth_at_least=bool(row.get("depth_at_least")),
         not_measured=row.get("depth_unknown") or "",
         evidence=Evidence(hollow=row.get("hollow") or "", face_pairs=row.get("face_pairs") or 0),
         contact=row.get("episode") or 0,

@@ -79,6 +79,7 @@ def score(result: RunResult, label: str) -> DetectorAudit:
         missed_depth=MissedDepth(
             deepest=max((miss.depth for miss in missed if not isnan(miss.depth)), default=None),
             unknown=dict(Counter(miss.not_measured for miss in missed if miss.not_measured)),
+            at_least=sum(miss.depth_at_least for miss in missed),
         ),
     )
 

@@ -291,6 +291,8 @@ def miss_table(result: Summarised, label: str) -> Table:
     others = (miss for miss in misses if miss.kind is not FaultKind.NEVER_REPORTED)
     made = Table.of(COLUMNS["misses"], chain(never, others), f"missed by {label}")
     noisy = any(made.column("in noise"))
+    if any(miss.depth_at_least for miss in misses):
+        made = replace(made, notes=(*made.notes, "At least so deep: not every frame of a miss was searched."))
     return made.only(*(name for name in made.head if noisy or name != "in noise"))
 
 

@@ -8,6 +8,7 @@ from typing import Final
 
 from replay import words
 from replay.auditing.fault import Cause, Fault
+from replay.document.depth import depth_text
 from replay.document.detector_labels import sentence_of
 from replay.show.report.charts import KIND_LABELS, Lane, lane
 from replay.show.report.markup import moment_address
@@ -119,7 +120,9 @@ def card(view: RunView, fault: Fault, *, whole: bool = True, first: bool = False
 
 
 def _size(fault: Fault) -> str:
-    """Return the length of the curve of a miss or of the gap of a false contact, in millimetres."""
+    """Return the depth of a miss, or the length of its curve where that is unknown, or the gap of a false contact."""
+    if depth := depth_text(fault.depth, at_least=fault.depth_at_least):
+        return depth
     if isnan(fault.metres):
         return ""
     return f"{words.length(fault.metres)} {'curve of intersection' if fault.kind.is_miss else 'apart'}"

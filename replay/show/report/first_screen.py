@@ -4,6 +4,7 @@ import json
 from dataclasses import dataclass
 from typing import Final
 
+from replay.document.depth import depth_text
 from replay.document.ranking import Rank
 from replay.show.accuracy import accuracy_plot, run_dots
 from replay.show.plots import SIZE, Plot
@@ -137,12 +138,17 @@ def _timeline(view: RunView, mark: float | None) -> Timeline:
 
 
 def _contacts_json(view: RunView) -> str:
-    """Contacts as the script of the page reads them: names of pairs, and (pair, start, end) of each contact."""
+    """Contacts as the script of the page reads them: names of pairs, and (pair, start, end, depth) of each contact."""
     labels = [view.oracle] if view.oracle else [*view.contacts]
     pairs: dict[tuple[str, str], int] = {}
     contacts = {
         label: [
-            (pairs.setdefault(contact.bodies, len(pairs)), round(contact.start, 3), round(contact.end, 3))
+            (
+                pairs.setdefault(contact.bodies, len(pairs)),
+                round(contact.start, 3),
+                round(contact.end, 3),
+                depth_text(contact.depth, at_least=bool(contact.depth_at_least)),
+            )
             for contact in view.contacts.get(label, ())[:MOST_CONTACTS]
         ]
         for label in labels

@@ -19,6 +19,7 @@ from replay.show.camera import Eye
 from replay.show.palette import BACKGROUND, tags_of
 from replay.show.rerun_log import timing
 from replay.show.rerun_log.close_up import EYE, PINS, SPACE
+from replay.show.rerun_log.depth import DEPTHS, deepest_pairs, depth_title
 from replay.show.rerun_log.documents import ACCURACY, ANSWER, SESSION_TEXT, details_path
 from replay.show.rerun_log.effects import HAPPENED, effect_lanes, effect_plots, event_paths
 from replay.show.rerun_log.lanes import pair_lanes, session_lanes
@@ -216,12 +217,15 @@ def _details(picture: Picture, label: str) -> Any:
     text = _text(details_path(label), "Settings, and what each stage takes")
     stages = _plot(picture.whole, timing.stages_path(label), STAGES)
     counters = _plot(picture.whole, entity("counters", label), "Work per frame: how often each step ran")
+    plots = [stages, counters]
+    if deepest_pairs(result):
+        plots.append(_plot(picture.whole, DEPTHS, depth_title(result)))
     return _column(
         (_row((text, 0.3), (_close_up(picture, faulty), 0.36), (listed, 0.34)), 0.6),
         (
             _row(
                 (_states(picture, title, [*pair_lanes(result, label)]), 0.6),
-                (rrb.Tabs(stages, counters, active_tab=0), 0.4),
+                (rrb.Tabs(*plots, active_tab=len(plots) - 1 if label == result.oracle else 0), 0.4),
             ),
             0.4,
         ),

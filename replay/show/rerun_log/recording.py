@@ -20,6 +20,7 @@ from replay.show.report.still import CARD, fault_still
 from replay.show.rerun_log import documents, lanes
 from replay.show.rerun_log.blueprint import Picture, build_blueprint
 from replay.show.rerun_log.close_up import ROOM, close_up_colours, close_up_eyes, log_close_ups
+from replay.show.rerun_log.depth import log_depths
 from replay.show.rerun_log.effects import log_effects, log_happened
 from replay.show.rerun_log.leading_still import log_still
 from replay.show.rerun_log.moments import (
@@ -116,6 +117,7 @@ def _log_tabs(writer: RecordingWriter, picture: Picture) -> None:
     """Logs the contents of each tab beside the room."""
     result, moments = picture.result, picture.moments
     log_timing(writer, result.detections, documents.series_names(result))
+    log_depths(writer, result)
     if picture.order:
         writer.markdown(documents.ANSWER, documents.answer_text(result))
         lanes.log_detector_lanes(writer, result, picture.order, picture.lanes)

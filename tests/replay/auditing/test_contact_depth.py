@@ -2,12 +2,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.small_worlds import cube, cubes
+from support.small_worlds import along_x, cube, cubes
+from trimesh.creation import icosphere
 
 from replay import run
 from replay.cli.main import main
+from replay.document.depth import depth_text
 from replay.document.gates import Gates
-from sessions import MeshData, write_session
+from replay.show.report.page import report_html
+from replay.show.run_tables import miss_table
+from sessions import MeshData, Session, write_session
 
 PATH = {"a": [0] * 9, "b": [3, 0.9, 0.8, 0.7, 0.9, 3, 3, 0.95, 3]}
 """Unit cubes: they are 0.3 in each other at the worst frame of the first contact, and 0.05 in the second."""
@@ -59,3 +63,60 @@ def test_gate_on_the_command_line_takes_a_length(limit, code, tmp_path, capsys):
     command = ["run", str(tmp_path / "s.mcap"), "-o", str(tmp_path / "out"), "--no-picture", "--fix-time", "0"]
     assert main([*command, "--detectors", "slow=discrete[rate_hz=20]", f"--max-missed-depth={limit}"]) == code
     capsys.readouterr()
+
+
+def spiked(frames, at, shallow, deep):
+    """Cubes in contact so deep in all frames but one, where they are deeper; apart before and after."""
+    depths = np.full(frames, shallow)
+    depths[at] = deep
+    return cubes({"a": [0.0] * (frames + 4), "b": [3, 3, *(1 - depths).tolist(), 3, 3]})
+
+
+@pytest.mark.parametrize("at", [1, 7, 18, 33, 59])
+def test_single_deep_frame_of_a_long_contact_is_found(at):
+    result = run(spiked(60, at, 0.1, 0.35), detectors="slow=discrete[rate_hz=0.2,sampling_offset_s=10]", oracle="exact")
+    (row,) = result.tables["episodes"].where(detector="exact").plain()
+    assert (row["deepest"], row["depth_at_least"]) == (at + 2, False)
+    assert row["depth"] == pytest.approx(0.35)
+    (miss,) = result.misses["slow"]
+    assert (miss.depth, miss.depth_at_least) == (pytest.approx(0.35), False)
+    series = result.depth_series[0]
+    assert series.keys() <= set(range(2, 62)) and max(series, key=series.__getitem__) == at + 2
+
+
+def test_round_body_is_deepest_where_its_path_comes_nearest():
+    ball, path = icosphere(subdivisions=3, radius=0.5), 1.0 - 0.2 * np.exp(-(((np.arange(50) - 31.0) / 4.0) ** 2))
+    poses = {"a": along_x(np.zeros(52)), "b": along_x([3, *path.tolist(), 3])}
+    meshes = {name: MeshData(np.asarray(ball.vertices), np.asarray(ball.faces)) for name in poses}
+    session = Session.from_arrays(np.arange(52) * 10_000_000, poses, meshes)
+    result = run(session, detectors="exact,mesh=discrete", oracle="exact")
+    deepest = max(result.depths, key=lambda depth: depth.depth)
+    assert abs(deepest.frame - 32) <= 1 and deepest.depth == pytest.approx(0.2, rel=0.03)
+
+
+def test_very_shallow_contact_is_measured():
+    result = run(spiked(30, 17, 1e-5, 4e-5), detectors="exact,mesh=discrete", oracle="exact")
+    assert 1e-5 * 0.999 <= result.depths[0].depth <= 4e-5 * 1.001
+
+
+def test_depth_is_at_least_so_much_where_frames_were_left_out(monkeypatch):
+    monkeypatch.setattr("replay.auditing.contact_depth.FRAMES_SEARCHED", 20)
+    result = run(spiked(60, 7, 0.1, 0.35), detectors="slow=discrete[rate_hz=0.2,sampling_offset_s=10]", oracle="exact")
+    (miss,) = result.misses["slow"]
+    assert miss.depth_at_least and miss.depth * 1.001 >= 0.1
+    assert miss_table(result, "slow").notes == ("At least so deep: not every frame of a miss was searched.",)
+    (sentence,) = Gates(max_missed_depth=1.0).broken(result.document.audit, [])
+    assert "cannot be checked: of 1 miss of slow not every frame was searched" in sentence
+    assert "at least" in report_html(result)
+
+
+@pytest.mark.parametrize(("metres", "noise"), [(0.0006, True), (0.0009, False)])
+def test_miss_that_tracker_noise_could_make_says_so(metres, noise):
+    session = spiked(12, 5, metres, metres)
+    result = run(session, detectors="slow=discrete[rate_hz=0.2,sampling_offset_s=10]", oracle="exact", tau=0.0)
+    (miss,) = result.misses["slow"]
+    said = f"It is {1e3 * metres:g} mm deep: the noise of a tracker could have made it." in miss.why
+    assert said == noise
+    text = f"{1e3 * metres:g} mm deep{', as tracker noise could make' if noise else ''}"
+    assert depth_text(miss.depth) == text
+    assert f'"{text}"' in report_html(result).replace("&#34;", '"').replace("&quot;", '"')

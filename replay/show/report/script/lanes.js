@@ -77,10 +77,10 @@ if (timeline) {
     const label = row.dataset.detector;
     const others = hit.others ? `${hit.others} more here: zoom in` : "";
     if (hit.fault) return [...hit.fault.lines, others];
-    const { number, contact: [pair, begin, end] } = hit.contact, of = reference || label;
+    const { number, contact: [pair, begin, end, depth] } = hit.contact, of = reference || label;
     const source = !reference || label === reference ? `seen by ${label}` : `reported by ${label}`;
     const when = `${begin.toFixed(3)} to ${end.toFixed(3)} s`;
-    return [`Contact ${number} of ${contacts[of]?.length ?? number}: ${pairs[pair]}`, `${when}, ${source}`, others];
+    return [`Contact ${number} of ${contacts[of]?.length ?? number}: ${pairs[pair]}`, `${when}, ${source}`, depth, others];
   };
 
   for (const row of rows) {

@@ -1,0 +1,167 @@
+"""Distances from points to triangles: of pairs, and to the nearest of many; each kernel beside its slow reference."""
+
+from __future__ import annotations
+
+from math import inf, sqrt
+
+import numpy as np
+
+from cdcore.kernels.compiling import INTERPRETED, hot_kernel, kernel
+from cdcore.kernels.vectors import Vector, between, beyond, cross, dot, vector_at
+from cdcore.numerics import FloatArray, IntArray
+
+AT_ONCE = 32
+"""Points whose distances the slow reference computes together."""
+
+
+def distance_to_triangles(points: FloatArray, triangles: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Metres from each point (n, 3) to its triangle (n, 3, 3), (n,), and the nearest point of that triangle (n, 3)."""
+    if INTERPRETED:
+        return distance_to_triangles_slowly(points, triangles)
+    distance, closest = np.empty(len(points)), np.empty((len(points), 3))
+    fill_distances(np.ascontiguousarray(points), triangles.reshape(-1, 9), distance, closest)
+    return distance, closest
+
+
+def nearest_triangles(
+    points: FloatArray, triangles: FloatArray, middles: FloatArray, radii: FloatArray
+) -> tuple[FloatArray, IntArray]:
+    """Metres from points (k, 3) to the nearest of triangles (n, 3, 3), (k,), and the number of that one, (k,).
+
+    ``middles`` (n, 3) of the triangles, ``radii`` (n,) metres from there to their farthest corners.
+    """
+    if INTERPRETED:
+        return nearest_triangles_slowly(points, triangles, middles, radii)
+    distance, nearest = np.empty(len(points)), np.empty(len(points), dtype=np.int64)
+    fill_nearest(np.ascontiguousarray(points), triangles.reshape(-1, 9), middles, radii, distance, nearest)
+    return distance, nearest
+
+
+@hot_kernel
+def nearest_on_edge(p: Vector, start: Vector, end: Vector) -> Vector:
+    """The point of an edge that is nearest to a point."""
+    edge = between(start, end)
+    along = dot(between(start, p), edge) / max(dot(edge, edge), 1e-300)
+    return beyond(start, min(1.0, max(0.0, along)), edge)
+
+
+@hot_kernel
+def nearest_on_face(p: Vector, a: Vector, b: Vector, c: Vector) -> Vector:
+    """The point of a triangle that is nearest to a point."""
+    normal = cross(between(a, b), between(a, c))
+    squared = dot(normal, normal)
+    if squared > 0.0:
+        foot = beyond(p, -dot(between(a, p), normal) / squared, normal)
+        within = (
+            dot(cross(between(a, b), between(a, foot)), normal) >= 0.0
+            and dot(cross(between(b, c), between(b, foot)), normal) >= 0.0
+            and dot(cross(between(c, a), between(c, foot)), normal) >= 0.0
+        )
+        if within:
+            return foot
+    best, least = a, inf
+    for edge in range(3):
+        if edge == 0:
+            candidate = nearest_on_edge(p, a, b)
+        elif edge == 1:
+            candidate = nearest_on_edge(p, b, c)
+        else:
+            candidate = nearest_on_edge(p, c, a)
+        away = between(p, candidate)
+        if dot(away, away) < least:
+            best, least = candidate, dot(away, away)
+    return best
+
+
+@kernel
+def fill_distances(points: FloatArray, corners: FloatArray, distance: FloatArray, closest: FloatArray) -> None:
+    """Fill the distances (n,) and nearest points (n, 3) of points (n, 3) and triangles by corners (n, 9)."""
+    for k in range(len(points)):
+        p, nine = vector_at(points[k], 0), corners[k]
+        q = nearest_on_face(p, vector_at(nine, 0), vector_at(nine, 3), vector_at(nine, 6))
+        closest[k, 0], closest[k, 1], closest[k, 2] = q
+        away = between(p, q)
+        distance[k] = sqrt(dot(away, away))
+
+
+@kernel
+def fill_nearest(
+    points: FloatArray,
+    corners: FloatArray,
+    middles: FloatArray,
+    radii: FloatArray,
+    distance: FloatArray,
+    nearest: IntArray,
+) -> None:
+    """Fill the distance (k,) and number (k,) of the nearest of triangles by corners (n, 9), for points (k, 3)."""
+    for k in range(len(points)):
+        p = vector_at(points[k], 0)
+        # A middle is a point of its triangle: the nearest triangle is no farther away than the nearest middle.
+        least = inf
+        for n in range(len(corners)):
+            away = between(p, vector_at(middles[n], 0))
+            least = min(least, dot(away, away))
+        best, limit = inf, sqrt(least) * (1.0 + 1e-12)
+        for n in range(len(corners)):
+            away = between(p, vector_at(middles[n], 0))
+            reach = limit + radii[n]
+            if dot(away, away) > reach * reach:
+                continue
+            nine = corners[n]
+            q = nearest_on_face(p, vector_at(nine, 0), vector_at(nine, 3), vector_at(nine, 6))
+            away = between(p, q)
+            metres = sqrt(dot(away, away))
+            if metres < best:
+                best, nearest[k] = metres, n
+                limit = min(limit, metres * (1.0 + 1e-12))
+        distance[k] = best
+
+
+def distance_to_triangles_slowly(points: FloatArray, triangles: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """``distance_to_triangles`` without a kernel."""
+    a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
+    normal = np.cross(b - a, c - a)
+    squared = np.einsum("nd,nd->n", normal, normal)
+    height = np.einsum("nd,nd->n", points - a, normal) / np.maximum(squared, 1e-300)
+    closest = points - height[:, None] * normal
+    inside = squared > 0.0
+    distance = np.full(len(points), np.inf)
+    on_edge = np.empty_like(closest)
+    for first, second in ((a, b), (b, c), (c, a)):
+        edge = second - first
+        inside &= np.einsum("nd,nd->n", np.cross(edge, closest - first), normal) >= 0.0
+        length = np.maximum(np.einsum("nd,nd->n", edge, edge), 1e-300)
+        along = np.clip(np.einsum("nd,nd->n", points - first, edge) / length, 0.0, 1.0)
+        foot = first + along[:, None] * edge
+        away = np.linalg.norm(points - foot, axis=1)
+        nearer = away < distance
+        distance = np.where(nearer, away, distance)
+        on_edge[nearer] = foot[nearer]
+    return np.where(inside, np.abs(height) * np.sqrt(squared), distance), np.where(inside[:, None], closest, on_edge)
+
+
+def nearest_triangles_slowly(
+    points: FloatArray, triangles: FloatArray, middles: FloatArray, radii: FloatArray
+) -> tuple[FloatArray, IntArray]:
+    """``nearest_triangles`` without a kernel."""
+    distance, nearest = np.empty(len(points)), np.empty(len(points), dtype=np.int64)
+    along = np.argsort(points[:, int(np.ptp(points, axis=0).argmax())], kind="stable")
+    for start in range(0, len(points), AT_ONCE):
+        rows = along[start : start + AT_ONCE]
+        block = points[rows]
+        middle = block.mean(axis=0)
+        radius = float(np.linalg.norm(block - middle, axis=1).max())
+        away = np.linalg.norm(middles - middle, axis=1)
+        # A middle is a point of its triangle: no nearest triangle begins farther away than the nearest middle.
+        slack = 1e-6 * (1.0 + np.abs(block).max())
+        near = np.flatnonzero(away - radii <= away.min() + 2.0 * radius + slack)
+        near_middles, near_radii = middles[near], radii[near]
+        squared = (block**2).sum(axis=1)[:, None] + (near_middles**2).sum(axis=1) - 2.0 * block @ near_middles.T
+        apart = np.sqrt(np.maximum(squared, 0.0))
+        point, column = np.nonzero(apart - near_radii <= apart.min(axis=1, keepdims=True) + slack)
+        triangle = near[column]
+        exact = distance_to_triangles_slowly(block[point], triangles[triangle])[0]
+        order = np.lexsort((exact, point))
+        first = order[np.searchsorted(point[order], np.arange(len(block)))]
+        distance[rows], nearest[rows] = exact[first], triangle[first]
+    return distance, nearest

@@ -1,0 +1,57 @@
+"""Depth of contacts over time: a curve a pair, with the noise of the trackers as its band."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final
+
+import numpy as np
+import rerun as rr
+
+from replay.document.depth import NOISE_SIGMA
+from replay.document.run_result import RunResult
+from replay.show.rerun_log.recording_file import RecordingWriter, drawable, entity, packed
+from replay.show.rerun_log.timing import colour_of
+
+DEPTHS: Final = "depth"
+"""Entity below which the curves stand."""
+
+MOST_CURVES: Final = 8
+"""Pairs with a curve, the deepest ones: so many colours can be distinguished."""
+
+
+def deepest_pairs(result: RunResult) -> list[int]:
+    """Return the columns of the pairs that have a curve, the deepest first."""
+    series = result.depth_series
+    deepest = {pair: max(depths.values(), default=0.0) for pair, depths in series.items()}
+    pairs = [pair for pair, depth in deepest.items() if depth > 0.0]
+    return sorted(pairs, key=lambda pair: (-deepest[pair], pair))
+
+
+def depth_title(result: RunResult) -> str:
+    """Title of the plot, with the number of pairs that have no curve."""
+    pairs = len(deepest_pairs(result))
+    some = f" of the {MOST_CURVES} deepest of {pairs} pairs" if pairs > MOST_CURVES else ""
+    return f"Depth of contacts{some}, mm, at least   band: noise of two trackers"
+
+
+def log_depths(writer: RecordingWriter, result: RunResult) -> None:
+    """Send the depth of each pair in every frame of its contacts that was searched; 0 just before and after them."""
+    for number, pair in enumerate(deepest_pairs(result)[:MOST_CURVES]):
+        name = result.assembly.pair_name(pair)
+        depths = _with_ends(result.depth_series[pair], len(writer.clock.ns))
+        frames = sorted(depths)
+        millimetres = 1e3 * np.array([depths[frame] for frame in frames])
+        variances = np.where(millimetres > 0.0, (1e3 * NOISE_SIGMA) ** 2, 0.0)
+        path = entity(DEPTHS, name)
+        style = rr.Measurements.from_fields(
+            units="mm", colors=packed([colour_of(number)]), widths=1.8, names=drawable(name)
+        )
+        writer.static(path, style)
+        writer.rows(path, frames, rr.Measurements.columns(values=millimetres, variances=variances))
+
+
+def _with_ends(depths: Mapping[int, float], frames: int) -> dict[int, float]:
+    """The depths, and 0 in the frames just before and after those that are known."""
+    ends = {frame + step: 0.0 for frame in depths for step in (-1, 1) if 0 <= frame + step < frames}
+    return ends | dict(depths)

@@ -1,0 +1,55 @@
+"""Distances to triangles: kernels against their slow references and against closed forms."""
+
+import numpy as np
+import pytest
+
+from cdcore.narrow.surface_distance import (
+    distance_to_triangles,
+    distance_to_triangles_slowly,
+    nearest_triangles,
+    nearest_triangles_slowly,
+)
+
+
+def triangles_of(seed, count=200):
+    """Random triangles, needles and points of triangles among them."""
+    rng = np.random.default_rng(seed)
+    triangles = rng.normal(size=(count, 3, 3)) * rng.uniform(0.01, 2.0, (count, 1, 1))
+    triangles[::7, 2] = triangles[::7, 0] + 1e-9 * rng.normal(size=triangles[::7, 0].shape)
+    triangles[::11] = triangles[::11, :1]
+    return triangles
+
+
+def balls_of(triangles):
+    middles = triangles.mean(axis=1)
+    return middles, np.linalg.norm(triangles - middles[:, None], axis=2).max(axis=1)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_distances_are_those_of_the_slow_reference(seed):
+    triangles = triangles_of(seed)
+    points = np.random.default_rng(seed + 100).normal(size=(len(triangles), 3))
+    distance, closest = distance_to_triangles(points, triangles)
+    slow_distance, slow_closest = distance_to_triangles_slowly(points, triangles)
+    assert distance == pytest.approx(slow_distance, rel=1e-9, abs=1e-12)
+    assert closest == pytest.approx(slow_closest, rel=1e-6, abs=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_nearest_triangle_is_that_of_the_slow_reference(seed):
+    triangles = triangles_of(seed)
+    points = np.random.default_rng(seed + 200).normal(size=(64, 3))
+    distance, nearest = nearest_triangles(points, triangles, *balls_of(triangles))
+    slow_distance, _ = nearest_triangles_slowly(points, triangles, *balls_of(triangles))
+    assert distance == pytest.approx(slow_distance, rel=1e-9, abs=1e-12)
+    assert distance_to_triangles(points, triangles[nearest])[0] == pytest.approx(distance, rel=1e-12)
+    every = [distance_to_triangles(np.tile(point, (len(triangles), 1)), triangles)[0].min() for point in points]
+    assert distance == pytest.approx(np.array(every), rel=1e-12)
+
+
+def test_distances_beside_above_and_at_a_corner_have_their_closed_form():
+    triangle = np.array([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 3.0, 0.0]])
+    points = np.array([[1.0, 1.0, 2.0], [2.0, -1.0, 0.0], [-3.0, -4.0, 0.0], [4.0, 3.0, 0.0], [1.0, 1.0, 0.0]])
+    distance, closest = distance_to_triangles(points, np.tile(triangle, (5, 1, 1)))
+    assert distance == pytest.approx([2.0, 1.0, 5.0, 2.4, 0.0])
+    assert closest[:3] == pytest.approx(np.array([[1, 1, 0], [2, 0, 0], [0, 0, 0]]))
