@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
@@ -39,19 +38,25 @@ def log_depths(writer: RecordingWriter, result: RunResult) -> None:
     """Send the depth of each pair in every frame of its contacts that was searched; 0 just before and after them."""
     for number, pair in enumerate(deepest_pairs(result)[:MOST_CURVES]):
         name = result.assembly.pair_name(pair)
-        depths = _with_ends(result.depth_series[pair], len(writer.clock.ns))
-        frames = sorted(depths)
-        millimetres = 1e3 * np.array([depths[frame] for frame in frames])
+        depths = depths_over_time(result, pair)
+        millimetres = 1e3 * np.array([*depths.values()])
         variances = np.where(millimetres > 0.0, (1e3 * NOISE_SIGMA) ** 2, 0.0)
         path = entity(DEPTHS, name)
         style = rr.Measurements.from_fields(
             units="mm", colors=packed([colour_of(number)]), widths=1.8, names=drawable(name)
         )
         writer.static(path, style)
-        writer.rows(path, frames, rr.Measurements.columns(values=millimetres, variances=variances))
+        writer.rows(path, [*depths], rr.Measurements.columns(values=millimetres, variances=variances))
 
 
-def _with_ends(depths: Mapping[int, float], frames: int) -> dict[int, float]:
-    """The depths, and 0 in the frames just before and after those that are known."""
-    ends = {frame + step: 0.0 for frame in depths for step in (-1, 1) if 0 <= frame + step < frames}
-    return ends | dict(depths)
+def depths_over_time(result: RunResult, pair: int) -> dict[int, float]:
+    """Return frame -> metres of a pair, in order of time: of every frame searched, and 0 just beside each contact."""
+    depths = dict(result.depth_series[pair])
+    for contact in result.episodes[result.oracle]:
+        if contact.pair == pair:
+            beside = (
+                frame for frame in (contact.first - 1, contact.last + 1) if 0 <= frame < len(result.assembly.motion)
+            )
+            for frame in beside:
+                depths.setdefault(frame, 0.0)
+    return dict(sorted(depths.items()))

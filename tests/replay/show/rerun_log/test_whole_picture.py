@@ -148,7 +148,17 @@ def plain(value):
 OVER_TIME = {"TimeSeries", "StateTimeline", "TextLog"}
 """Classes of views that show rows of all times; any other shows what is latest at the cursor."""
 
-DRAWN = ("positions", "strips", "vertex_positions", "half_sizes", "scalars", "state", "text", "translation")
+DRAWN = (
+    "positions",
+    "strips",
+    "vertex_positions",
+    "half_sizes",
+    "scalars",
+    "Measurements:values",
+    "state",
+    "text",
+    "translation",
+)
 """Components without which nothing is seen."""
 
 
