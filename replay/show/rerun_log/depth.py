@@ -9,14 +9,15 @@ import rerun as rr
 
 from replay.document.depth import NOISE_SIGMA
 from replay.document.run_result import RunResult
+from replay.show.palette import SERIES
 from replay.show.rerun_log.recording_file import RecordingWriter, drawable, entity, packed
 from replay.show.rerun_log.timing import colour_of
 
 DEPTHS: Final = "depth"
 """Entity below which the curves stand."""
 
-MOST_CURVES: Final = 8
-"""Pairs with a curve, the deepest ones: so many colours can be distinguished."""
+MOST_CURVES: Final = len(SERIES)
+"""Pairs with a curve, the deepest ones: each has a colour of its own."""
 
 
 def deepest_pairs(result: RunResult) -> list[int]:
@@ -31,7 +32,7 @@ def depth_title(result: RunResult) -> str:
     """Title of the plot, with the number of pairs that have no curve."""
     pairs = len(deepest_pairs(result))
     some = f" of the {MOST_CURVES} deepest of {pairs} pairs" if pairs > MOST_CURVES else ""
-    return f"Depth of contacts{some}, mm, at least   band: noise of two trackers"
+    return f"Depth{some}, mm, at least   band: tracker noise"
 
 
 def log_depths(writer: RecordingWriter, result: RunResult) -> None:
@@ -43,7 +44,12 @@ def log_depths(writer: RecordingWriter, result: RunResult) -> None:
         variances = np.where(millimetres > 0.0, (1e3 * NOISE_SIGMA) ** 2, 0.0)
         path = entity(DEPTHS, name)
         style = rr.Measurements.from_fields(
-            units="mm", colors=packed([colour_of(number)]), widths=1.8, names=drawable(name)
+            # The viewer would join neighbours into means or maxima, and draw diagonals from one contact to the next.
+            aggregation_policy=rr.components.AggregationPolicy.Off,
+            units="mm",
+            colors=packed([colour_of(number)]),
+            widths=1.8,
+            names=drawable(name),
         )
         writer.static(path, style)
         writer.rows(path, [*depths], rr.Measurements.columns(values=millimetres, variances=variances))
