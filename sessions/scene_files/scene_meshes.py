@@ -28,9 +28,17 @@ from sessions.scene_files.scene_toml import (
     scene_and_faults,
     with_recorded_groups,
 )
-from sessions.scene_formats.scene_source import SceneSource, Surface, read_scene_source, surface_assumptions
+from sessions.scene_formats.scene_source import (
+    Y_UP_OF_Z_UP,
+    SceneSource,
+    Surface,
+    read_scene_source,
+    surface_assumptions,
+)
 
 INSTRUMENT_FACES = 5000
+Z_UP = (2, 1)
+"""The axis that points up in the world of MJCF and URDF, and its sign."""
 COLLIDER_AXES = "canonical"
 """Axes of a file of colliders where nobody says: those of the recording, in which ``VrLabColliders.cs`` writes them."""
 
@@ -93,6 +101,9 @@ def with_source(session: Session, source: SceneSource, text: str, path: Path) ->
             f"{path.name}: [scene]: from: the poses of the recording are left-handed ({poses.name}), and "
             f"{source.format} is right-handed; export the recording in a right-handed frame"
         )
+    if poses.up == Z_UP and np.array_equal(source.rotation, Y_UP_OF_Z_UP):
+        # Both worlds have +Z up: what stands still in the scene is where the recording's axes say, X forward too.
+        source = replace(source, rotation=poses.matrix)
     scene = parse_scene(text, path.name, source_bodies(source, session.names, axes))
     excluded = tuple(pair for pair in source.excluded if all(scene.body(name) for name in pair))
     scene = replace(scene, ignore=tuple(dict.fromkeys([*scene.ignore, *excluded])), text="")

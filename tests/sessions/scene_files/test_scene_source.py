@@ -1,6 +1,7 @@
 """``[scene] from``: bodies, colliders and excluded pairs of another program's scene beside a recording."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,7 +10,8 @@ from scipy.spatial.transform import Rotation
 from sessions import read_session, write_session
 from sessions.errors import SceneError
 from sessions.importers import import_session
-from sessions.model.assumption import Origin, Subject
+from sessions.meshes.conventions import CONVENTIONS
+from sessions.model.assumption import ASSUMPTIONS_FACT, Assumption, Origin, Subject, assumptions_fact
 from sessions.model.session import Session
 from sessions.scene_files.answers import recording_assumptions
 from sessions.scene_files.scene_meshes import checked_scene, with_scene
@@ -46,6 +48,19 @@ def scene(tmp_path):
 def recording():
     poses = (np.zeros((2, 3)), np.tile([0.0, 0, 0, 1], (2, 1)))
     return Session.from_arrays([0, 1], {"cup": poses, "rod": poses}, {})
+
+
+@pytest.mark.parametrize("axes", ["ros", "z-up", "openxr"])
+def test_fixed_bodies_stand_in_the_axes_of_the_recording(scene, axes):
+    facts = {ASSUMPTIONS_FACT: assumptions_fact([Assumption(Subject.POSE_AXES, axes, Origin.USER)])}
+    session = with_scene(replace(recording(), facts=facts), scene)
+    world = CONVENTIONS["z-up" if axes == "openxr" else axes].matrix
+    fixed = session.scene.body("shelf").fixed
+    assert fixed.position == pytest.approx(tuple(world @ [1.0, 2.0, 3.0]))
+    own = np.eye(3) if axes == "openxr" else world
+    rotation = Rotation.from_quat(fixed.quaternion_xyzw).as_matrix()
+    expected = world @ Rotation.from_euler("x", 90, degrees=True).as_matrix() @ own.T
+    np.testing.assert_allclose(rotation, expected, atol=1e-12)
 
 
 def test_surfaces_that_were_guessed_are_assumptions(scene):
