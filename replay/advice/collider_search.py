@@ -72,6 +72,10 @@ class Deadline:
     def __init__(self, seconds: float | None, advance: Advance) -> None:
         self._seconds, self._advance, self._began, self._percent = seconds, advance, monotonic(), 0
 
+    def begin(self) -> None:
+        """Count the time from now on."""
+        self._began = monotonic()
+
     def left(self, fraction: float = 1.0) -> float:
         """Seconds until this fraction of the time is used up."""
         return float("inf") if self._seconds is None else self._began + fraction * self._seconds - monotonic()
@@ -219,6 +223,8 @@ class ColliderSearch:
     def run(self) -> None:
         """Search until the limits hold, nothing helps, or the time is up; ``steps`` are the best until then."""
         hulls = self._wrong(self.steps)
+        # The first detection of a machine compiles for seconds to minutes: a search would find nothing in what is left.
+        self._deadline.begin()
         try:
             if not self._is_enough(hulls):
                 self._cut_ahead(hulls.false_frames)

@@ -178,7 +178,7 @@ def fix_colliders(
     engine : ``unity``, ``unreal``, ``godot`` or ``mujoco``; ``""``: none, and nothing is written.
     limits : fractions of the contact time that may be false and missed.
     time_limit : seconds for cutting and searching, after which the best pieces until then are taken; ``None``: no
-        limit. Reading the session, the report cards and the run that counts before and after are not in it.
+        limit. Reading the session, counting the hulls, the report cards and the last run are not in it.
     force : replace an earlier folder of the kind.
     every_method : make report cards of boxes, spheres and capsules too, and of all pieces that are cut.
     asked : ``scene``, ``pairs``, ``start``, ``end``, ``policy``, ``tau`` and ``seed``, as ``replay.run``.

@@ -1,5 +1,7 @@
 """The pieces that a search takes have less loss than hulls, and no body's pieces miss more than they save."""
 
+from time import sleep
+
 import pytest
 
 from cdcore import TriangleMesh
@@ -81,3 +83,23 @@ def test_cut_without_time_is_named_with_the_time_it_takes(two_beakers, monkeypat
     fixed = fix_colliders(two_beakers, limits=Limits(0.2))
     assert "CoACD of beaker (8 pieces) was not tried: it takes about 15 min." in fixed.remarks
     assert fixed.as_json()["not_tried"] == list(fixed.not_tried)
+
+
+def test_time_of_counting_the_hulls_is_not_in_the_limit(two_beakers, monkeypatch):
+    """Compiling took 126 s of a limit of 60 s, so that the first search on a machine tried nothing."""
+    figures, calls = collider_search.Scoring.figures, []
+
+    def slow(*arguments):
+        if not calls:
+            sleep(0.6)
+        calls.append(1)
+        return figures(*arguments)
+
+    monkeypatch.setattr(collider_search.Scoring, "figures", slow)
+    began = []
+    begin = collider_search.Deadline.begin
+    monkeypatch.setattr(
+        collider_search.Deadline, "begin", lambda deadline: (begin(deadline), began.append(deadline.left()))
+    )
+    fix_colliders(two_beakers, limits=Limits(1.0), time_limit=0.5)
+    assert len(began) == 1 and began[0] > 0.3
