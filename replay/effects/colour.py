@@ -116,7 +116,10 @@ def _molar(matter: Matter, vessel: str, ion: str, times: FloatArray) -> FloatArr
     if row is not None:
         wet, solved = matter.solved(vessel, times)
         moles = np.zeros(len(times))
-        moles[wet] = np.where(np.isnan(solved.ph), 0.0, solved.species[:, row])
+        # Where PHREEQC finds no equilibrium the last one stands; before the first there is no colour.
+        is_known = ~np.isnan(solved.ph)
+        last_known = np.maximum.accumulate(np.where(is_known, np.arange(len(is_known)), 0))
+        moles[wet] = np.where(is_known[last_known], solved.species[last_known, row], 0.0)
         return moles / litres
     index = matter.ledger.column.get(ion)
     return np.zeros(len(times)) if index is None else amounts[:, index] / litres

@@ -50,8 +50,11 @@ class _Crossing:
         return rows[self.before] + self.fraction * (rows[self.after] - rows[self.before])
 
 
-Crossings = Iterator[tuple[_Crossing, str, str]]
-"""Crossings, and the names of what is equivalent."""
+Crossings = Iterator[tuple[_Crossing, str, str, float]]
+"""Crossings, the names of what is equivalent, and the share of it that has reacted."""
+
+COMPLETE: Final = 0.9
+"""Share of two equivalent reagents that must have reacted for an end point: an indicator or a colour shows it then."""
 
 
 def end_points(matter: Matter, vessel: str) -> list[EffectEvent]:
@@ -65,13 +68,22 @@ def end_points(matter: Matter, vessel: str) -> list[EffectEvent]:
     kinds = chain(_of_protons(matter, vessel, matter.totals(history.amounts)), _of_electrons(matter, vessel))
     crossings = sorted(kinds, key=lambda row: (row[0].before, row[0].fraction))
     events: list[EffectEvent] = []
-    for number, (crossing, left, right) in enumerate(crossings, start=1):
+    points = [row for row in crossings if row[3] >= COMPLETE]
+    for crossing, left, right, reacted in crossings:
+        if reacted < COMPLETE:
+            text = (
+                f"{left} and {right} are equivalent in {vessel}, but {words.as_percentage(reacted)} of them have "
+                "reacted: no end point"
+            )
+            at, values = float(crossing.at(history.times)), {"reacted": reacted}
+            events.append(EffectEvent(at, "incomplete", (vessel,), None, values, text, "warning"))
+    for number, (crossing, left, right, _) in enumerate(points, start=1):
         came = history.added_ml[crossing.after] > history.added_ml[crossing.before]
         added = history.added_ml[:, came].sum(axis=1)
         volume = float(crossing.at(added))
         over = float(added[-1]) - volume
-        which = f" (end point {number} of {len(crossings)})" if len(crossings) > 1 else ""
-        tail = f"; overshot by {words.fixed(over, 2)} mL" if number == len(crossings) else ""
+        which = f" (end point {number} of {len(points)})" if len(points) > 1 else ""
+        tail = f"; overshot by {words.fixed(over, 2)} mL" if number == len(points) else ""
         text = f"{left} and {right} are equivalent in {vessel} after {words.fixed(volume, 2)} mL{which}{tail}"
         values = {"volume_ml": volume, "overshot_ml": over, "number": number}
         events.append(EffectEvent(float(crossing.at(history.times)), "end-point", (vessel,), None, values, text))
@@ -102,7 +114,7 @@ def _of_protons(matter: Matter, vessel: str, totals: FloatArray) -> Crossings:
             if size > 0.0 and water_mol > 0.0 and _inflects(solver, point, size, water_mol):
                 names = _names(matter, mixture, vessel, crossing, lower, upper)
                 if names is not None:
-                    yield crossing, *names
+                    yield crossing, *names, 1.0
 
 
 def _inflects(solver: Solver, point: FloatArray, size: float, water: float) -> bool:
@@ -194,8 +206,11 @@ def _of_electrons(matter: Matter, vessel: str) -> Crossings:
         ):
             left, right = (matter.amount(vessel, column) / -process.changes[column] for column in used)
             oxidant, reductant = (_reagent(matter, row, column) for column in used)
+            extent = matter.histories[vessel].extents[:, row]
             for crossing in _crossings(left - right):
-                yield crossing, oxidant, reductant
+                reacted = float(crossing.at(extent))
+                remaining = max(0.0, float(crossing.at(np.minimum(left, right))))
+                yield crossing, oxidant, reductant, reacted / (reacted + remaining)
 
 
 def _reagent(matter: Matter, process: int, column: str) -> str:

@@ -28,7 +28,7 @@ from replay.effects.chemistry.contents import Contents, contents_of_scene
 from replay.effects.chemistry.database import Database, Entry, database_of
 from replay.effects.chemistry.enthalpy import FREE_ENERGY, enthalpy_j, free_energy_j
 from replay.effects.chemistry.formulas import COMMON, Equation, charge_of, equation_of
-from replay.effects.chemistry.ledger import ADDED, UNFOLLOWED, Ledger, Process, Warmth
+from replay.effects.chemistry.ledger import ADDED, UNFOLLOWED, WITHOUT_HEAT_C, Ledger, Process, Warmth
 from replay.effects.chemistry.mixture import GAS, SOLID, Phase, mixture_of
 from replay.effects.chemistry.salts import Salt, salt_of, solubility_of
 from replay.effects.chemistry.solver import Solver
@@ -475,10 +475,12 @@ def check_chemistry(tables: Tables, scene: Scene, file: str) -> None:
         if vessel not in followed:
             problem = f"in: nothing is mixed in {vessel!r}; name it in an effect mixing, pour or burette"
             raise declared.fail(problem + nearest(vessel, followed))
-    for declared in tables.get("heat", ()):
-        if declared["of"] != "flame":
-            _check_heat(recipe)
-            _check_temperatures(declared, recipe, scene)
+    followed_heat = [declared for declared in tables.get("heat", ()) if declared["of"] != "flame"]
+    for declared in followed_heat:
+        _check_heat(recipe)
+        _check_temperatures(declared, recipe, scene)
+    if not followed_heat and (recipe.salts or recipe.reactions or recipe.solver is not None):
+        _check_no_temperature(recipe, scene, file)
 
 
 def _check_heat(recipe: Recipe) -> None:
@@ -511,6 +513,18 @@ def _check_temperatures(declared: Declaration, recipe: Recipe, scene: Scene) -> 
             raise declared.fail(
                 f"the liquid in {name!r} has {celsius:g} degC at first; it is a liquid between "
                 f"{words.fixed(bottom, 1)} and {top:g} degC: give temperature_c of the body, or ambient_c"
+            )
+
+
+def _check_no_temperature(recipe: Recipe, scene: Scene, file: str) -> None:
+    """Raises PlanError: a vessel has a temperature of its own, and no effect follows it."""
+    for name in recipe.contents:
+        body = scene.body(name)
+        celsius = WITHOUT_HEAT_C if body is None else Vessel(body).celsius(WITHOUT_HEAT_C)
+        if celsius != WITHOUT_HEAT_C:
+            raise PlanError(
+                f"{file}: body {name!r} has temperature_c = {celsius:g} and no effect follows it: what dissolves and "
+                f'reacts would be that of {WITHOUT_HEAT_C:g} degC; add [[effect]] with kind = "heat", of = "liquids"'
             )
 
 

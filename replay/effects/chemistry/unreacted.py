@@ -45,7 +45,9 @@ def _reason(matter: Matter, reaction: Reaction, formed: bool) -> str:
     if reaction.process >= 0:
         if any(history.extents[-1, reaction.process] > 0.0 for history in matter.histories.values()):
             return ""
-        return _missing(matter, reaction) or "what else is in the vessel uses up one of its reagents first"
+        rival = "what else is in the vessel uses up one of its reagents first"
+        acid = "no acid gives its H+, or " if "H+" in reaction.equation.reagents else ""
+        return _missing(matter, reaction) or acid + rival
     if formed:
         return ""
     missing = _missing(matter, reaction)

@@ -70,8 +70,10 @@ def test_copper_is_titrated_to_its_ammine():
         ("colour", {"in": "flask", "species": "Cu(NH3)4^2+"}),
         base=burette, acid=flask,
     )  # fmt: skip
-    (falls,) = effects["precipitation"].events
+    falls, dissolves = effects["precipitation"].events
     assert falls.name == "precipitate" and falls.values["moles"] > 1e-5
+    assert dissolves.name == "dissolved" and "dissolve again in flask" in dissolves.text
+    assert dissolves.values["left_g"] == 0.0 and dissolves.time > falls.time
     assert effects["precipitation"].series["flask/Cu(OH)2"].values[-1] == 0.0
     volume = effects["mixing"].series["flask/volume"].values[-1]
     ammine = effects["reaction"].series["flask/Cu(NH3)4^2+"].values[-1]

