@@ -38,7 +38,7 @@ COMMANDS: Final[dict[str, CommandSpec]] = {
     "study": CommandSpec("Study", "Join what students did with what they answered; check tables.", "study"),
     "stress": CommandSpec("Audit", "Run detectors on hard cases with known answers.", "stress"),
     "paper": CommandSpec("Study", "Regenerate the paper's tables beside what it printed.", "paper"),
-    "guide": CommandSpec("Learn", "Print a page of the guide; without a topic, the list.", "guide"),
+    "guide": CommandSpec("Learn", "Print what the guide says about words; without one, the list.", "guide"),
 }
 
 ALIASES: Final = {"audit": "run"}

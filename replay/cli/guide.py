@@ -1,6 +1,7 @@
 """``replay guide``: the pages of the guide in the terminal."""
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
@@ -12,40 +13,69 @@ WIDEST: Final = 100
 """Columns: longer lines of prose are hard to read."""
 
 
+MOST_OTHERS: Final = 5
+"""Other sections that are named below the best one."""
+
+
 @click.command()
-@click.argument("topic", required=False, metavar="[TOPIC]")
+@click.argument("query", nargs=-1, metavar="[WORD]...")
 @click.option("--script", is_flag=True, help="Write the scripts of the page into this folder, those for Unity.")
 @common
 @click.pass_context
-def command(context: click.Context, /, topic: str | None, script: bool, **_: bool) -> int:
-    """Print the page of the guide about TOPIC, a page's name or a word of its headings, or the list of all pages.
+def command(context: click.Context, /, query: tuple[str, ...], script: bool, **_: bool) -> int:
+    """Print the page of the guide that is named WORD, else the section that answers best to the words, or the list of
+    all pages.
 
-    A pipe or a file gets the page's Markdown. --script never replaces another file.
+    Headings count most, then tables, bold and code, then the rest; only whole words match. A pipe or a file gets
+    Markdown. --script never replaces another file.
 
     \b
     replay guide
     replay guide what-is-wrong
     replay guide what-is-wrong > page.md
+    replay guide unity csv
     replay guide unity --script
     """
-    from replay.guide.pages import INDEX, find_topic, page, topics, write_scripts
+    from replay.guide.pages import INDEX, page, topics, write_scripts
 
-    known = topics()
-    name = INDEX if topic is None else find_topic(topic, {each: page(each) for each in known})
-    if name is None:
-        from sessions.scene_files.toml_table import nearest
-
-        raise click.UsageError(f"the guide has no page {topic!r}{nearest(str(topic), known)}", context)
+    name = "-".join(query) or INDEX
+    if name == INDEX or name in topics():
+        topic, text = name, page(name)
+    else:
+        topic, text = _best_section(context, query)
     if script:
-        for path in write_scripts(name, Path.cwd()):
+        for path in write_scripts(topic, Path.cwd()):
             click.echo(f"wrote {path.name}")
         return 0
-    text = page(name)
     if sys.stdout.isatty():
         _show(text)
     else:
         click.echo(text, nl=False)
     return 0
+
+
+def _best_section(context: click.Context, query: Sequence[str]) -> tuple[str, str]:
+    """The page of the section that answers best, and that section with a line that names the others."""
+    from replay.guide.pages import INDEX, page, topics
+    from replay.guide.search import near_terms, query_terms, search, sections_of
+
+    sections = [section for topic in [*topics(), INDEX] for section in sections_of(topic, page(topic))]
+    matches = search(query, sections)
+    terms = query_terms(query)
+    if not matches:
+        near = dict.fromkeys(spelling for term in terms for spelling in near_terms(term, sections))
+        advice = f"near words: {', '.join(near)}" if near else "`replay guide` lists its pages"
+        raise click.UsageError(f"the guide has no section about {' '.join(query)!r}; {advice}", context)
+    best, *others = matches
+    lines = [best.section.page]
+    if best.terms < len(terms):
+        lines.append("No section has all of these words.\n")
+    if others:
+        named = [f"{match.section.topic} ({match.section.heading})" for match in others[:MOST_OTHERS]]
+        more = len(others) - len(named)
+        listed = "; ".join(named) + (f"; and {more} more" if more else "")
+        lines.append(f"Other sections that match: {listed}.\n")
+    return best.section.topic, "\n".join(lines)
 
 
 def _show(text: str) -> None:

@@ -15,15 +15,14 @@ INDEX: Final = "README"
 SCRIPTS: Final = {"your-recording": ("VrLabRecorder.cs", "VrLabColliders.cs")}
 """Page -> files beside it that a reader takes along."""
 
-_LINK: Final = re.compile(r"\[([^\]]*)\]\(([^)\s]+)\)")
-_IMAGE: Final = re.compile(r"!\[[^\]]*\]\([^)]*\)\n*")
-_HEADING: Final = re.compile(r"^#{1,3} (.*)$", re.MULTILINE)
-_COMMENT: Final = re.compile(r"<!--.*?-->\n*", re.DOTALL)
+LINK: Final = re.compile(r"\[([^\]]*)\]\(([^)\s]+)\)")
+IMAGE: Final = re.compile(r"!\[[^\]]*\]\([^)]*\)\n*")
+COMMENT: Final = re.compile(r"<!--.*?-->\n*", re.DOTALL)
 
 
 def topics() -> list[str]:
     """The names of all pages but the index, in the order in which the index links them."""
-    linked = [Path(target).stem for _, target in _LINK.findall(page(INDEX)) if re.fullmatch(r"[\w-]+\.md", target)]
+    linked = [Path(target).stem for _, target in LINK.findall(page(INDEX)) if re.fullmatch(r"[\w-]+\.md", target)]
     return list(dict.fromkeys(linked))
 
 
@@ -50,25 +49,9 @@ def write_scripts(topic: str, folder: Path) -> list[Path]:
     return [folder / script.name for script in scripts]
 
 
-def find_topic(word: str, among: dict[str, str]) -> str | None:
-    """The topic that a word means: the topic itself, or the only one that has the word in its name or in a heading.
-
-    ``real-hands`` is in the heading "Real hands".
-
-    ``among``: topic -> text of its page.
-    """
-    if word in among:
-        return word
-    named = [topic for topic in among if word.lower() in topic]
-    spoken = {word.lower(), word.lower().replace("-", " ")}
-    headings = {topic: " ".join(_HEADING.findall(text)).lower() for topic, text in among.items()}
-    headed = [topic for topic, text in headings.items() if any(phrase in text for phrase in spoken)]
-    return next((matches[0] for matches in (named, headed) if len(matches) == 1), None)
-
-
 def for_terminal(text: str) -> str:
     """A page without what a terminal cannot show; a link to another page becomes the command that prints it."""
-    return _LINK.sub(_as_command, _COMMENT.sub("", _IMAGE.sub("", text)))
+    return LINK.sub(_as_command, COMMENT.sub("", IMAGE.sub("", text)))
 
 
 def _as_command(link: re.Match[str]) -> str:

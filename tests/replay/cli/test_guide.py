@@ -1,4 +1,4 @@
-"""``replay guide``: Markdown where the output is no terminal, rendered where it is one, and a sentence for no page."""
+"""``replay guide``: a page, a section or a sentence; Markdown where the output is no terminal, rendered where it is."""
 
 import re
 import sys
@@ -25,6 +25,43 @@ def test_page_fits_80_columns_without_markup(topic, capsys, monkeypatch):
     printed = re.sub(r"\x1b\[[\d;]*m", "", capsys.readouterr().out)
     assert max(map(len, printed.splitlines())) <= 80
     assert "](" not in printed and "<!--" not in printed
+
+
+def test_a_section_stands_under_its_title_with_the_others_named(capsys):
+    assert main(["guide", "godot"]) == 0
+    printed = capsys.readouterr().out
+    assert printed.startswith("# Your recording\n\n## From Unreal, Godot or any CSV\n")
+    last = printed.splitlines()[-1]
+    assert last.startswith("Other sections that match: what-to-ship (Colliders to ship); ")
+    assert "## From Python" not in printed and "No section has all" not in printed
+
+
+def test_a_name_in_several_arguments_is_the_page(capsys):
+    assert main(["guide", "hard", "cases"]) == 0
+    assert capsys.readouterr().out == page("hard-cases")
+
+
+def test_a_query_without_a_full_match_says_so(capsys):
+    assert main(["guide", "doctor", "qqqqqq"]) == 0
+    printed = capsys.readouterr().out
+    assert printed.startswith("# Your recording\n\n## Can you trust the recording?")
+    assert "\nNo section has all of these words.\n" in printed
+
+
+def test_no_match_suggests_near_spellings_or_the_list(capsys):
+    assert main(["guide", "oss"]) == 2
+    assert "the guide has no section about 'oss'; near words: loss" in capsys.readouterr().err
+    assert main(["guide", "qqqqqq", "???"]) == 2
+    assert "no section about 'qqqqqq ???'; `replay guide` lists its pages" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("query", ["import", "colliders", "missed", "time"])
+def test_section_fits_80_columns(query, capsys, monkeypatch):
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    monkeypatch.setenv("COLUMNS", "80")
+    assert main(["guide", query]) == 0
+    printed = re.sub(r"\x1b\[[\d;]*m", "", capsys.readouterr().out)
+    assert max(map(len, printed.splitlines())) <= 80
 
 
 def test_scripts_are_written_once_and_never_over_another_file(tmp_path, monkeypatch, capsys):

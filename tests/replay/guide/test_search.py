@@ -1,0 +1,108 @@
+"""The words of a reader lead to the section that answers; comments of code and pieces of words lead nowhere."""
+
+import pytest
+
+from replay.guide.pages import INDEX, page, topics
+from replay.guide.search import near_terms, search, sections_of
+
+GUIDE = [section for topic in [*topics(), INDEX] for section in sections_of(topic, page(topic))]
+
+ANSWERS = [
+    ("UNRESOLVED", "glossary", "Verdicts"),
+    ("missed", "glossary", "Answers"),
+    ("late", "glossary", "Causes and columns"),
+    ("sample", "glossary", "Answers"),
+    ("front", "what-to-ship", "What accuracy costs"),
+    ("tau", "hard-cases", "Hard cases"),
+    ("hand", "results", "Real hands: people who drink"),
+    ("real-hands", "results", "Real hands: people who drink"),
+    ("tracked-hands", "your-recording", "Tracked hands"),
+    ("joints", "your-recording", "Tracked hands"),
+    ("openxr", "your-recording", "Tracked hands"),
+    ("mjcf", "your-recording", "Other formats"),
+    ("mcap", "your-recording", "Other formats"),
+    ("urdf", "scenes-and-effects", "A scene"),
+    ("colliders", "what-to-ship", "Colliders to ship"),
+    ("fix", "what-to-ship", "Colliders to ship"),
+    ("godot colliders", "what-to-ship", "Colliders to ship"),
+    ("godot", "your-recording", "From Unreal, Godot or any CSV"),
+    ("import", "your-recording", "From Unreal, Godot or any CSV"),
+    ("unity csv", "your-recording", "From Unity"),
+    ("doctor", "your-recording", "Can you trust the recording?"),
+    ("how do i undo my answers", "your-recording", "Can you trust the recording?"),
+    ("cost", "what-to-ship", "What accuracy costs"),
+    ("times", "what-to-ship", "How the times are taken"),
+    ("timing", "files-and-promises", "The run folder"),
+    ("ship", "what-to-ship", "What to ship"),
+    ("pour", "scenes-and-effects", "Effects: only what a scene declares"),
+    ("solutes", "scenes-and-effects", "Which chemistry is modelled"),
+    ("temperature_c", "scenes-and-effects", "Which chemistry is modelled"),
+    ("answer", "what-is-wrong", "Read the answer"),
+    ("noise", "what-is-wrong", "Which answers noise can change"),
+    ("sql", "many-sessions", "Query all runs in SQL"),
+    ("exit code", "in-a-build", "Exit codes"),
+    ("personal", "files-and-promises", "Personal data in each output"),
+    ("verdict", "glossary", "Verdicts"),
+    ("class", "class-study", "A class: what students did beside what they answered"),
+]
+
+
+@pytest.mark.parametrize(("query", "topic", "heading"), ANSWERS)
+def test_a_query_of_a_reader_leads_to_the_section(query, topic, heading):
+    best = search(query.split(), GUIDE)[0].section
+    assert (best.topic, best.heading) == (topic, heading)
+
+
+def headings(query, text):
+    return [match.section.heading for match in search(query.split(), sections_of("page", text))]
+
+
+RANKED = """# Title
+
+prose of a Cup
+
+## Prose
+cup, cup and cup
+
+## Cells
+| head cup | other |
+|---|---|
+| cups | 1 |
+
+## The cups
+text
+"""
+
+
+def test_heading_comes_before_term_and_term_before_prose():
+    assert headings("cup", RANKED) == ["The cups", "Cells", "Prose", "Title"]
+
+
+@pytest.mark.parametrize("language", ["bash", "toml", "python", "yaml", ""])
+def test_a_comment_of_code_neither_matches_nor_begins_a_section(language):
+    text = f"# Title\n\n```{language}\n# a comment\nrun it  # beside it\n```\n\nafter\n"
+    assert headings("comment", text) == headings("beside", text) == []
+    assert headings("run", text) == headings("after", text) == ["Title"]
+
+
+def test_only_whole_terms_match_and_targets_of_links_never():
+    text = "# Title\n\ncross [loss](https://a.b/target) ![drawn](picture.png) <!-- mark -->\n"
+    assert [headings(word, text) for word in ("oss", "target", "picture", "mark")] == [[]] * 4
+    assert headings("LOSS", text) == ["Title"]
+
+
+def test_a_section_with_more_terms_comes_alone():
+    text = "# Title\n\n## Unity\ntext\n## Other\na csv for unity\n"
+    assert headings("unity csv", text) == ["Other"]
+    assert headings("unity nonsense", text) == ["Unity", "Other"]
+
+
+def test_near_terms_are_spelled_like_the_query():
+    assert "glossary" in near_terms("glosary", sections_of("page", "# The glossary\n"))
+    assert near_terms("qqqqqq", GUIDE) == []
+
+
+@pytest.mark.parametrize("topic", [INDEX, *topics()])
+def test_sections_of_a_page_are_the_page(topic):
+    lines = [line for section in sections_of(topic, page(topic)) for line in section.text.splitlines() if line]
+    assert lines == [line for line in page(topic).splitlines() if line and not line.startswith("<!--")]
