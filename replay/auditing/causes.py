@@ -5,7 +5,7 @@ To find the stage, a missed frame is decided again.
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Final
 
@@ -218,14 +218,6 @@ def causes_of_miss(miss: Fault, frames: Iterable[int], by: Audited, truth: Exact
         )
         causes.append(cause)
     return causes
-
-
-def with_cause(miss: Fault, causes: Sequence[Cause]) -> Fault:
-    """Return a miss with the cause of most of its examined frames; as it is where none was examined."""
-    if not causes:
-        return miss
-    cause, count = Counter(causes).most_common(1)[0]
-    return replace(miss, cause=cause, agreeing=(count, len(causes)))
 
 
 def count_causes(

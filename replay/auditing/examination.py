@@ -1,6 +1,6 @@
 """Examine the misses of all detectors in one pass: the same exact answer about a frame gives evidence and cause."""
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
@@ -9,7 +9,7 @@ import numpy as np
 
 from cdcore import Detection, Motion
 from cdcore.numerics import IntArray
-from replay.auditing.causes import Audited, Causes, ExactAnswer, causes_of_miss, count_causes, with_cause
+from replay.auditing.causes import Audited, Causes, ExactAnswer, causes_of_miss, count_causes
 from replay.auditing.evidence import EvidenceFinder
 from replay.auditing.fault import Cause, Fault
 from replay.auditing.misses import missed_faults
@@ -112,7 +112,10 @@ def examined_misses(
                 miss = misses[label][index]
                 causes = causes_of_miss(miss, frames.tolist(), subjects[label], truth)
                 measured = replace(miss, frame=frame, point=point, metres=metres, evidence=evidence)
-                yield label, index, with_cause(measured, causes), causes
+                if causes:
+                    cause, agreeing = Counter(causes).most_common(1)[0]
+                    measured = replace(measured, cause=cause, agreeing=(agreeing, len(causes)))
+                yield label, index, measured, causes
 
 
 def _frames_to_decide(misses: Mapping[str, Sequence[Fault]]) -> dict[Segment, list[tuple[str, int, IntArray]]]:
