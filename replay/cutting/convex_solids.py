@@ -35,9 +35,11 @@ def within_triangles(piece: TriangleMesh) -> TriangleMesh:
     while (hull := hull_of(corners[chosen])) is not None:
         outside = beyond_planes(corners, hull)
         # A closed convex solid of V corners has 2 V - 4 triangles. One at a time: neighbours lie outside together.
-        if 2 * (len(chosen) + 1) - 4 > MOST_TRIANGLES:
+        # Corners that lie in a face of the hull, as those of a box that is cut into a grid, are never left outside.
+        farthest = outside.argmax()
+        if 2 * (len(chosen) + 1) - 4 > MOST_TRIANGLES or farthest in chosen:
             return hull
-        chosen = np.union1d(chosen, outside.argmax())
+        chosen = np.union1d(chosen, farthest)
     return piece
 
 

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from support.shapes import box_mesh, merged, moved, revolved_mesh
 from trimesh import Trimesh
+from trimesh.creation import box as solid_box
 from trimesh.creation import icosphere
 
 from cdcore import TriangleMesh
 from cdcore.bounding.hull import hull_collider, hull_of
-from replay.cutting.convex_solids import outside_by, within_triangles
+from replay.cutting.convex_solids import outside_by, volume_of, within_triangles
 from replay.cutting.sectors import round_axis, sector_ladder
 
 RIM, INNER, OUTER, FLOOR = 0.1, 0.033, 0.035, 0.002
@@ -121,3 +122,11 @@ def test_spool_is_cut_at_every_flange_and_separate_discs_stay():
     assert full < 1.2 * judged(spool).volume < 0.9 * judged(hull_collider(spool)).volume
     disc = revolved_mesh([(0, 0), (0.03, 0), (0.03, 0.02), (0, 0.02)])
     assert [len(pieces) for pieces in sector_pieces(merged(disc, moved(disc, (0, 0, 0.05))))] == [2]
+
+
+def test_corners_within_the_faces_of_a_solid_are_left_out():
+    """A box that is cut into a grid has corners that lie in the faces of its hull; the search once never ended."""
+    box = solid_box((0.1, 0.2, 0.3)).subdivide().subdivide().subdivide()
+    few = within_triangles(TriangleMesh(box.vertices, box.faces))
+    assert len(box.faces) > 255 >= len(few.faces)
+    assert volume_of(few) == pytest.approx(0.1 * 0.2 * 0.3, rel=1e-9)
