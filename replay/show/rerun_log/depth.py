@@ -22,7 +22,7 @@ MOST_CURVES: Final = len(SERIES)
 
 def deepest_pairs(result: RunResult) -> list[int]:
     """Return the columns of the pairs that have a curve, the deepest first."""
-    series = result.depth_series
+    series = result.depth_series if result.oracle else {}
     deepest = {pair: max(depths.values(), default=0.0) for pair, depths in series.items()}
     pairs = [pair for pair, depth in deepest.items() if depth > 0.0]
     return sorted(pairs, key=lambda pair: (-deepest[pair], pair))

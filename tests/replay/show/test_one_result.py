@@ -133,10 +133,10 @@ WALKS = {
 
 
 @pytest.mark.parametrize("output", WALKS)
-def test_a_miss_is_rendered_through_at_most_twelve_files(output):
+def test_a_miss_is_rendered_through_at_most_thirteen_files(output):
     WALKS[output](run("one"))
     files = entered(lambda: WALKS[output](run("one")))
-    assert 2 < len(files) <= 12, sorted(files)
+    assert 2 < len(files) <= 13, sorted(files)
 
 
 ONCE = ("ranking", "answers", "examine", "pair_records", "result_tables", "document_of_run")
