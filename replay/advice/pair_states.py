@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sessions import MeshData
-from sessions.mesh_data import least_area
 
 Array = NDArray[np.float64]
 
@@ -198,13 +197,26 @@ class Interior:
 
 
 def can_be_asked(mesh: MeshData) -> bool:
-    """Returns whether FCL can be trusted with a mesh: it misses faces that are points or segments."""
-    return len(mesh.faces) > 0 and least_area(mesh) > 0.0
+    """Returns whether FCL can be trusted with a mesh.
+
+    It misses faces that are points or segments. They are left out where faces with area have their corners.
+    """
+    has_area = _has_area(mesh)
+    return bool(has_area.any() and np.isin(mesh.faces[~has_area], mesh.faces[has_area]).all())
+
+
+def _has_area(mesh: MeshData) -> NDArray[np.bool_]:
+    """Whether each face is neither a point nor a segment, (f,)."""
+    corners = mesh.triangles
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    has_area: NDArray[np.bool_] = (normals != 0.0).any(axis=1)
+    return has_area
 
 
 def _tree(mesh: MeshData) -> fcl.BVHModel:
+    faces = mesh.faces[_has_area(mesh)]
     tree = fcl.BVHModel()
-    tree.beginModel(num_tris_=len(mesh.faces), num_vertices_=len(mesh.vertices))
-    tree.addSubModel(mesh.vertices, mesh.faces.tolist())
+    tree.beginModel(num_tris_=len(faces), num_vertices_=len(mesh.vertices))
+    tree.addSubModel(mesh.vertices, faces.tolist())
     tree.endModel()
     return tree

@@ -104,6 +104,17 @@ def test_inside_of_doubled_shells_is_never_taken_for_apart():
     assert PairStates(mesh_data(nested), mesh_data(ball)).states(*poses, QueryBudget()) == [PairState.UNKNOWN]
 
 
-def test_meshes_with_faces_of_no_area_are_not_asked():
-    assert can_be_asked(mesh_data(trimesh.creation.box()))
+def test_faces_of_no_area_are_left_out_where_others_have_their_corners():
+    box = trimesh.creation.box((0.1, 0.1, 0.1))
+    point, segment = [0, 0, 0], [int(box.faces[0, 0]), int(box.faces[0, 1]), int(box.faces[0, 1])]
+    with_flat = MeshData(box.vertices, np.concatenate([box.faces, [point, segment]]))
+    assert can_be_asked(with_flat)
+    positions = np.zeros((3, 3))
+    positions[:, 0] = 0.05, 0.0999, 0.1002
+    poses = np.tile(np.eye(3), (3, 1, 1)), positions
+    expected = [PairState.CONTACT, PairState.CONTACT, PairState.APART]
+    assert PairStates(with_flat, with_flat).states(*poses, QueryBudget()).tolist() == expected
+
+
+def test_loose_segments_are_not_asked():
     assert not can_be_asked(MeshData([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0]], [[0, 1, 2], [0, 1, 3]]))
