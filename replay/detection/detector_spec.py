@@ -99,7 +99,7 @@ def parse_detector(given: SpecLike, label: str | None = None) -> DetectorSpec:
     Examples
     --------
     >>> parse_detector("slow=discrete[rate_hz=22.5]")
-    DetectorSpec(label='slow', name='discrete', settings={'rate_hz': 22.5})
+    DetectorSpec(label='slow', name='discrete', settings={'rate_hz': 22.5}, release=0.0)
     """
     spec = _parse_text(given.strip()) if isinstance(given, str) else given
     if isinstance(spec, DetectorSpec):

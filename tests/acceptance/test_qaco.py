@@ -35,7 +35,7 @@ SCENES = {
 
 def searched(meshes, poses, variant, budget, seed):
     search = search_of(*meshes, variant=variant, budget=budget, seed=seed)
-    queries = [search.look(pose, HERE, float(k)) for k, pose in enumerate(poses)]
+    queries = [search.search(pose, HERE, float(k)) for k, pose in enumerate(poses)]
     return np.mean([query.hit is not None for query in queries]), np.mean([query.evaluations for query in queries])
 
 

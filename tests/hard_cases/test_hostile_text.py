@@ -218,7 +218,7 @@ CALLS = {
 
 WORKS = {
     "info", "doctor", "import", "run", "run again", "diff", "shrink", "tradeoff", "engine",
-    "runs", "study page", "scene new", "scene check", "share", "minimise",
+    "runs", "study page", "scene new", "scene check", "share", "minimise", "guide",
 }  # fmt: skip
 
 
