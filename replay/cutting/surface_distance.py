@@ -10,11 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache, cached_property
 from itertools import combinations
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
-from cdcore.narrow.surface_distance import distance_to_triangles, nearest_triangles
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 
 PRECISION: Final = 2e-7
@@ -70,6 +69,13 @@ NARROW: Final = 0.05
 """Fraction of the room at its start below which an ascent within a solid ends: it arrives at the surface."""
 
 
+def _kernels() -> Any:
+    """Distances to triangles; a run without a contact asks none and loads no compiler."""
+    from cdcore.narrow import surface_distance
+
+    return surface_distance
+
+
 @dataclass(frozen=True, eq=False)
 class Surface:
     """The triangles (n, 3, 3) of a surface, for many questions."""
@@ -97,7 +103,7 @@ class Surface:
 
     def distances(self, points: FloatArray) -> tuple[FloatArray, IntArray]:
         """Metres from points (k, 3) to the surface, (k,), and the triangle that is nearest to each, (k,)."""
-        return nearest_triangles(points, self.triangles, self.middles, self.radii)
+        return _kernels().nearest_triangles(points, self.triangles, self.middles, self.radii)
 
 
 def is_outside(points: FloatArray, triangles: FloatArray) -> BoolArray:
@@ -177,7 +183,7 @@ class SampledSurface:
         """Metres from points (k, 3) to the surface, (k,)."""
         count = min(BESIDE, len(self._triangles))
         _, near = self._tree.query(points, k=range(1, count + 1))
-        distance, _ = distance_to_triangles(np.repeat(points, count, axis=0), self._triangles[near.ravel()])
+        distance, _ = _kernels().distance_to_triangles(np.repeat(points, count, axis=0), self._triangles[near.ravel()])
         return np.asarray(distance.reshape(-1, count).min(axis=1))
 
 
@@ -230,7 +236,7 @@ def farthest_within(region: FloatArray, surface: Surface, least: float) -> float
     depths, nearest = surface.distances(points)
     # In the cell of a point it is nowhere farther than at a corner of the cell from the triangle nearest to the point.
     ends = points[:, None] + (np.indices((2,) * 3).reshape(3, -1).T - 0.5) * size
-    bounds = distance_to_triangles(ends.reshape(-1, 3), np.repeat(surface.triangles[nearest], 8, axis=0))[0]
+    bounds = _kernels().distance_to_triangles(ends.reshape(-1, 3), np.repeat(surface.triangles[nearest], 8, axis=0))[0]
     deep = bounds.reshape(-1, 8).max(axis=1) > least * (1.0 + PRECISION)
     points, depths = points[deep], depths[deep]
     deepest = _deepest_inside(points, depths, region)
@@ -255,7 +261,7 @@ def _bounds(triangles: FloatArray, surface: Surface) -> tuple[FloatArray, float]
     """Bounds (n,) of the distance on each triangle from above, and the greatest distance of a middle."""
     distance, nearest = surface.distances(triangles.mean(axis=1))
     against = surface.triangles[nearest]
-    bounds = np.max([distance_to_triangles(triangles[:, k], against)[0] for k in range(3)], axis=0)
+    bounds = np.max([_kernels().distance_to_triangles(triangles[:, k], against)[0] for k in range(3)], axis=0)
     return bounds, float(distance.max())
 
 
@@ -315,7 +321,9 @@ def _best_step(
     away = np.linalg.norm(surface.middles - point, axis=1) - surface.radii
     rows = np.argpartition(away, NEAREST)[:NEAREST] if len(away) > NEAREST else np.arange(len(away))
     for _ in range(TAKEN_IN):
-        distance, closest = distance_to_triangles(np.broadcast_to(point, (len(rows), 3)), surface.triangles[rows])
+        distance, closest = _kernels().distance_to_triangles(
+            np.broadcast_to(point, (len(rows), 3)), surface.triangles[rows]
+        )
         gradients = (point - closest) / np.maximum(distance, 1e-300)[:, None]
         step = greatest_minimum(gradients @ axes.T, distance, *limits)
         if step is None:

@@ -12,7 +12,7 @@ from replay.cli.main import main
 
 pytestmark = pytest.mark.slow
 
-STUDENTS = 36
+STUDENTS = 60
 
 
 @pytest.fixture(scope="module")
