@@ -1,9 +1,10 @@
 """Whether two bodies are in contact in each of many frames, by FCL: no kernel has to be loaded.
 
-Where a pair is apart, frames are left out in which its gap cannot have closed: no point of a body moves farther than
-its turn and its step allow. So most of a recording is answered by few distances.
+Where a pair is apart, frames are left out in which its gap cannot have closed: no point of a body travels farther than
+its turns and its steps allow. So most of a recording is answered by few distances.
 """
 
+from bisect import bisect_left
 from enum import IntEnum
 from functools import cached_property
 from typing import Final
@@ -27,9 +28,6 @@ COLLISION_US: Final = 10.0
 
 DISTANCE_US, DISTANCE_US_OF_A_FACE = 30.0, 0.02
 """Microseconds of a distance, and what each face of both meshes adds; measured with spheres of 20 to 20,480 faces."""
-
-ROWS_AT_ONCE: Final = 64
-"""Frames in which it is tested at once whether a gap can have closed."""
 
 RAY_COUNT: Final = 40
 """Directions in which a point looks for a way out of a closed mesh."""
@@ -91,6 +89,7 @@ class PairStates:
         Raises ``QueryLimitError``.
         """
         states = np.full(len(rotations), PairState.UNKNOWN, dtype=np.int8)
+        travelled = self._travelled(rotations, translations)
         row = 0
         while row < len(rotations):
             gap = self._gap(rotations[row], translations[row], budget)
@@ -98,18 +97,24 @@ class PairStates:
                 states[row] = PairState.UNKNOWN if gap > 0.0 else PairState.CONTACT
                 row += 1
                 continue
-            rows = slice(max(row - 1, 0), row + ROWS_AT_ONCE)
-            step = translations[rows] - translations[row]
-            turn = (rotations[rows] - rotations[row]).reshape(-1, 9)
-            moved = np.sqrt((step * step).sum(axis=1)) + self._reach * np.sqrt((turn * turn).sum(axis=1))
-            stays_open = moved < gap - CLEAR_GAP_M
-            is_as_before = row > 0 and stays_open[0] and states[row - 1] != PairState.UNKNOWN
-            state = states[row - 1] if is_as_before else self._state_with_gap(rotations[row], translations[row])
-            following = stays_open[row - rows.start :]
-            count = len(following) if following.all() else int(following.argmin())
-            states[row : row + count] = state
-            row += count
+            room = gap - CLEAR_GAP_M
+            is_as_before = row > 0 and travelled[row] - travelled[row - 1] < room
+            if is_as_before and states[row - 1] != PairState.UNKNOWN:
+                state = int(states[row - 1])
+            else:
+                state = self._state_with_gap(rotations[row], translations[row])
+            end = bisect_left(travelled, travelled[row] + room, row + 1)
+            states[row:end] = state
+            row = end
         return states
+
+    def _travelled(self, rotations: Array, translations: Array) -> list[float]:
+        """Metres that no point of the second body has exceeded on its way to each pose since the first, k of them."""
+        step = np.diff(translations, axis=0)
+        turn = np.diff(rotations, axis=0).reshape(-1, 9)
+        metres = np.sqrt((step * step).sum(axis=1)) + self._reach * np.sqrt((turn * turn).sum(axis=1))
+        travelled: list[float] = np.concatenate([[0.0], np.cumsum(metres)]).tolist()
+        return travelled
 
     def _gap(self, rotation: Array, translation: Array, budget: QueryBudget) -> float:
         """Metres between the surfaces; 0 where they meet."""
