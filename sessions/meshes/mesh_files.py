@@ -4,9 +4,9 @@ Only this module of `sessions` imports trimesh and manifold3d, and only when a f
 """
 
 import io
-import logging
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
+from functools import cache
 from pathlib import Path
 from typing import Any, Final
 
@@ -22,10 +22,6 @@ from sessions.meshes.off_file import read_off
 from sessions.meshes.ply_file import read_ply
 from sessions.meshes.polygons import NO_TRIANGLE
 from sessions.meshes.stl_text import plain_stl
-
-# Of a damaged part that nothing here uses, such as the normals of an STL, trimesh logs a traceback; where nobody set up
-# logging, Python would print it on stderr.
-logging.getLogger("trimesh").addHandler(logging.NullHandler())
 
 POLYGON_READERS: Final = {"obj": read_obj, "ply": read_ply, "off": read_off}
 """Formats of polygons are read here, face i staying face i; trimesh regroups and merges, and cuts polygons as fans."""
@@ -110,10 +106,10 @@ def subtracted(mesh: MeshData, others: Sequence[MeshData]) -> MeshData:
 
 def outward(mesh: MeshData) -> MeshData:
     """Return the mesh with faces that wind alike, and outwards where a part is closed; their order stays."""
-    import trimesh
+    trimesh = _trimesh()
 
     solid = trimesh.Trimesh(mesh.vertices.copy(), mesh.faces.copy(), process=False)
-    trimesh.repair.fix_normals(solid, multibody=True)  # type: ignore[no-untyped-call]
+    trimesh.repair.fix_normals(solid, multibody=True)
     return MeshData(mesh.vertices, solid.faces)
 
 
@@ -171,8 +167,21 @@ def _from_manifold(solid: Any) -> MeshData:
     return MeshData(mesh.vert_properties[:, :3], mesh.tri_verts.astype(np.int64))
 
 
-def _read_with_trimesh(data: bytes, kind: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+@cache
+def _trimesh() -> Any:
+    """The library, which takes longer to load than most files take to read."""
+    import logging
+
     import trimesh
+
+    # Of a damaged part that nothing here uses, such as the normals of an STL, trimesh logs a traceback; where nobody
+    # set up logging, Python would print it on stderr.
+    logging.getLogger("trimesh").addHandler(logging.NullHandler())
+    return trimesh
+
+
+def _read_with_trimesh(data: bytes, kind: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    trimesh = _trimesh()
 
     scene = trimesh.load_scene(io.BytesIO(data), file_type=kind, process=False)
     meshes = [
