@@ -156,7 +156,9 @@ def _number(value: Any, field: Field, _: Scene) -> float:
 def _text(value: Any, field: Field, _: Scene) -> str:
     if not isinstance(value, str) or not value:
         raise ValueError(f" is {value!r}; give text")
-    among = tuple(COLOURS) if field.kind == "colour" else field.among
+    if field.kind == "colour" and value not in COLOURS:
+        raise ValueError(f" is {value!r}; there are: {', '.join(COLOURS)}")
+    among = () if field.kind == "colour" else field.among
     if among and value not in among:
         raise ValueError(f" is {value!r}{nearest(value, among)}")
     return value

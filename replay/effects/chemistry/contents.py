@@ -157,7 +157,8 @@ def _formula(vessel: Vessel, text: str) -> str:
     try:
         atoms(formula)
     except ValueError as error:
-        raise vessel.fail(f"holds {error}") from error
+        water = "; a liquid without solutes is water" if text.lower() == "water" else ""
+        raise vessel.fail(f"holds something that cannot be read: {error}{water}") from error
     # AgNo3 would be silver and nobelium.
     meant = next((common for common in COMMON if common.lower() == formula.lower() and common != formula), "")
     if meant:
