@@ -76,11 +76,11 @@ def equation_of(text: str, known: Callable[[str], bool] = lambda _: False) -> Eq
     sides = _terms(left), _terms(right)
     written = list(dict.fromkeys(term.readings for side in sides for term in side))
     balanced: list[Equation] = []
-    first = None
+    readings: list[Equation] = []
     for chosen in product(*written):
         reading = dict(zip(written, chosen, strict=True))
         equation = _equation(sides, reading)
-        first = first or equation
+        readings.append(equation)
         if _counted(equation.reagents) == _counted(equation.products):
             balanced.append(equation)
     familiar = [
@@ -92,11 +92,18 @@ def equation_of(text: str, known: Callable[[str], bool] = lambda _: False) -> Eq
         return (familiar or balanced)[0]
     if balanced:
         raise ValueError(f"{text!r} can be read in {len(balanced)} ways; write charges with ^, as SO4^2-")
-    assert first is not None
-    before, after = _counted(first.reagents), _counted(first.products)
+    # Of readings that do not balance the one that misses least is meant: NH4+ is ammonium, not NH with four charges.
+    nearest = min(readings, key=_imbalance)
+    before, after = _counted(nearest.reagents), _counted(nearest.products)
     wrong = sorted(atom for atom in {*before, *after} if before[atom] != after[atom])
     counted = ", ".join(f"{atom} {before[atom]} and {after[atom]}" for atom in wrong)
     raise ValueError(f"{text!r} is not balanced: {counted}; correct its coefficients")
+
+
+def _imbalance(equation: Equation) -> int:
+    """Atoms and charges that one side of an equation has more than the other."""
+    before, after = _counted(equation.reagents), _counted(equation.products)
+    return sum(abs(before[atom] - after[atom]) for atom in {*before, *after})
 
 
 def ion_of(formula: str, known: Callable[[str], bool] = lambda _: False) -> str:

@@ -96,3 +96,16 @@ def test_only_unbalanced_atoms_are_named_with_their_counts():
 def test_what_stands_on_both_sides_changes_by_the_difference():
     changes = equation_of("3 H2O2 + MnO2 -> 2 H2O + O2 + H2O2 + MnO2").changes
     assert changes == {"H2O2": -2, "MnO2": 0, "H2O": 2, "O2": 1}
+
+
+@pytest.mark.parametrize(
+    ("equation", "counted"),
+    [
+        ("NH3 + H2O -> NH4+", "H 5 and 4, O 1 and 0, charge 0 and 1"),
+        ("Cu2+ + 2 NH3 -> Cu(OH)2 + 2 NH4+", "H 6 and 10, O 0 and 2"),
+        ("MnO4- + 5 Fe2+ + 8 H+ -> Mn2+ + 5 Fe3+ + 3 H2O", "H 8 and 6, O 4 and 3"),
+    ],
+)
+def test_unbalanced_equation_is_counted_as_it_is_meant(equation, counted):
+    with pytest.raises(ValueError, match=f"is not balanced: {counted}; correct"):
+        equation_of(equation)
