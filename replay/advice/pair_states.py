@@ -36,14 +36,6 @@ RAYS_OF_THE_INSIDE: Final = 5
 """Of the first so many all must leave the mesh an odd number of times for a point that is inside."""
 
 
-def sphere_directions(count: int) -> Array:
-    """Returns unit vectors (count, 3) evenly about a sphere, along a spiral that turns by the golden angle."""
-    height = 1.0 - (2.0 * np.arange(count) + 1.0) / count
-    angle = np.pi * (3.0 - np.sqrt(5.0)) * np.arange(count)
-    radius = np.sqrt(1.0 - height * height)
-    return np.stack([radius * np.cos(angle), height, radius * np.sin(angle)], axis=1)
-
-
 class PairState(IntEnum):
     """State of a pair in a frame."""
 
@@ -199,6 +191,14 @@ class Interior:
             v = (second_normal @ self._directions[ray]) * inverse
             distance = (across * second_normal).sum(axis=1) * inverse
             return int(((u >= 0) & (v >= 0) & (u + v <= 1) & (distance > 0)).sum())
+
+
+def sphere_directions(count: int) -> Array:
+    """Returns unit vectors (count, 3) evenly about a sphere, along a spiral that turns by the golden angle."""
+    height = 1.0 - (2.0 * np.arange(count) + 1.0) / count
+    angle = np.pi * (3.0 - np.sqrt(5.0)) * np.arange(count)
+    radius = np.sqrt(1.0 - height * height)
+    return np.stack([radius * np.cos(angle), height, radius * np.sin(angle)], axis=1)
 
 
 def can_be_asked(mesh: MeshData) -> bool:

@@ -103,7 +103,9 @@ def alternatives_differ(session: Session, assumption: Assumption) -> bool | None
         near_pairs.append(_pair_scenes(scenes, pair, columns, both))
         # Of bodies with clocks of their own no frame holds both: nothing is known of their distance.
         is_known &= len(both) > 0
-    return _states_differ(near_pairs) if is_known else (_samples_differ(near_pairs, QueryBudget()) or None)
+    if is_known:
+        return _states_differ(near_pairs)
+    return True if _samples_differ(near_pairs, QueryBudget()) else None
 
 
 def _all_follow(session: Session, row: Assumption) -> bool:

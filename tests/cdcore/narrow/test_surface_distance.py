@@ -47,7 +47,7 @@ def test_nearest_triangle_is_that_of_the_slow_reference(seed):
     assert distance == pytest.approx(np.array(every), rel=1e-12)
 
 
-def test_distances_beside_above_and_at_a_corner_have_their_closed_form():
+def test_distances_have_their_closed_form_beside_above_and_at_corners():
     triangle = np.array([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 3.0, 0.0]])
     points = np.array([[1.0, 1.0, 2.0], [2.0, -1.0, 0.0], [-3.0, -4.0, 0.0], [4.0, 3.0, 0.0], [1.0, 1.0, 0.0]])
     distance, closest = distance_to_triangles(points, np.tile(triangle, (5, 1, 1)))

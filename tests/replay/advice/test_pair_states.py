@@ -104,7 +104,7 @@ def test_inside_of_doubled_shells_is_never_taken_for_apart():
     assert PairStates(mesh_data(nested), mesh_data(ball)).states(*poses, QueryBudget()) == [PairState.UNKNOWN]
 
 
-def test_faces_of_no_area_are_left_out_where_others_have_their_corners():
+def test_faces_without_area_are_left_out_between_other_faces():
     box = trimesh.creation.box((0.1, 0.1, 0.1))
     point, segment = [0, 0, 0], [int(box.faces[0, 0]), int(box.faces[0, 1]), int(box.faces[0, 1])]
     with_flat = MeshData(box.vertices, np.concatenate([box.faces, [point, segment]]))

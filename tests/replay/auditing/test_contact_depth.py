@@ -99,7 +99,7 @@ def test_very_shallow_contact_is_measured():
     assert 1e-5 * 0.999 <= result.depths[0].depth <= 4e-5 * 1.001
 
 
-def test_depth_is_at_least_so_much_where_frames_were_left_out(monkeypatch):
+def test_depth_is_at_least_where_frames_were_left_out(monkeypatch):
     monkeypatch.setattr("replay.auditing.contact_depth.FRAMES_SEARCHED", 20)
     result = run(spiked(60, 7, 0.1, 0.35), detectors="slow=discrete[rate_hz=0.2,sampling_offset_s=10]", oracle="exact")
     (miss,) = result.misses["slow"]
