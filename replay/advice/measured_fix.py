@@ -12,6 +12,7 @@ from msgspec import structs
 
 from cdcore.bounding.hull import hull_collider
 from cdcore.mesh import TriangleMesh
+from replay.advice.before_after import Errors, change_text, errors_of_rank, errors_of_row, worse_text
 from replay.advice.scoring import wrong_counts
 from replay.auditing.contact_counts import count_contacts, count_reports
 from replay.auditing.episodes import column_runs
@@ -24,12 +25,12 @@ from replay.cutting.piece_store import Cut, cut_ahead, why_not_cut
 from replay.detection.detector_spec import DetectorSpec, parse_detector, spec_text
 from replay.detection.run_detector import detect_all, make_detector, run_detector
 from replay.document.answer import Answer, Fix
-from replay.document.cost import SESSION
-from replay.document.diagnosis import faults_text, pieces_may_help
-from replay.document.ranking import Rank, lost_text
+from replay.document.cost import SESSION, busy_sentence, busy_text
+from replay.document.diagnosis import pieces_may_help
+from replay.document.ranking import Rank
 from replay.document.run_result import RunResult
 from replay.progress import Advance, Progress
-from replay.words import duration, frame_time, plural
+from replay.words import duration, plural
 
 FIX_SECONDS: Final = 20.0
 """Seconds that the command line gives a Fix when nothing is said."""
@@ -109,12 +110,16 @@ class _Clock:
 
 @dataclass(frozen=True, eq=False)
 class _Measured:
-    """The figures of a detector with pieces, as ``run`` counts them, and its seconds a frame."""
+    """The figures of a detector with pieces, as ``run`` counts them, and its seconds a frame.
+
+    ``busy``: that other programs had the processor meanwhile, as a sentence; ``pieces``: of all bodies that are cut.
+    """
 
     spec: DetectorSpec
     counts: Mapping[str, Any]
     seconds: float
-    pieces: Mapping[str, int]
+    busy: str
+    pieces: int
 
 
 class _Measuring:
@@ -146,12 +151,13 @@ class _Measuring:
         seconds = duration(round(monotonic() - self._began, 1))
         if best.counts["loss"] >= self._rank.loss:
             rest = "".join(f" {sentence}" for sentence in (*uncut, *late))
-            tried = f"Convex pieces of {_names(ready)} make it no better (measured here in {seconds})."
+            tried = (
+                f"Convex pieces of {_names(kept)} make it no better: {self._change(best)} (measured here in {seconds})."
+            )
             return Fix(f"{tried}{rest} {self._result.oracle} tests every triangle.", False)
-        rest = "".join(f" {sentence}" for sentence in (*uncut, *losers, *late))
-        text = (
-            f"Split {_names(kept)} into {_pieces_text(best.pieces)}: {self._words(best)} (measured here in {seconds})."
-        )
+        text = f"Split {_names(kept)} into convex pieces: {self._change(best)} (measured here in {seconds})."
+        notes = [worse_text(*self._errors(best)), "" if busy_text(self._result.document) else best.busy]
+        rest = "".join(f" {sentence}" for sentence in (*filter(None, notes), *uncut, *losers, *late))
         setting = spec_text(best.spec.name, best.spec.settings)
         return Fix(f"{text}{rest} To ship it:", True, f"replay fix {SESSION} --engine unity", setting)
 
@@ -250,22 +256,24 @@ class _Measuring:
         parts = getattr(run.detector, "parts", {})
         return _Measured(
             spec=spec,
-            counts={**counts, "contacts": once.contacts},
+            counts=counts,
             seconds=run.detect / max(1, len(assembly.motion)),
-            pieces={name: len(parts[name]) for name in names},
+            busy=busy_sentence(0.0 if run.processor_share is None else 1.0 - run.processor_share),
+            pieces=sum(len(parts[name]) for name in names),
         )
 
-    def _words(self, measured: _Measured) -> str:
-        """``8 % false, 0-1 of 18 contacts missed; 0.017 ms a frame, 0.004 ms more``."""
-        counts = measured.counts
-        missed, late = (
-            (round(counts[f"{name}_smallest"]), round(counts[f"{name}_largest"])) for name in ("missed", "late")
+    def _change(self, measured: _Measured) -> str:
+        """``86 % false, now 19 %; missed 0-1 of 18, now 0-2; 28 pieces; 0.02 ms a frame more``, no time if busy."""
+        return change_text(*self._errors(measured), plural(measured.pieces, "piece"))
+
+    def _errors(self, measured: _Measured) -> tuple[Errors, Errors]:
+        """Errors of the detector as it is and with pieces; without times where one of them is of a busy machine."""
+        before, after = self._rank.mean, measured.seconds
+        idle = not (busy_text(self._result.document) or measured.busy)
+        return (
+            errors_of_rank(self._rank, before if idle else None),
+            errors_of_row(measured.counts, self._rank.contacts, after if idle else None),
         )
-        wrong = faults_text(lost_text(missed, late, counts["contacts"]), counts["false"] or 0.0)
-        before = self._rank.mean
-        more = "" if before is None else f", {frame_time(abs(measured.seconds - before))} "
-        more += "" if before is None else ("more" if measured.seconds >= before else "less")
-        return f"{wrong}; {frame_time(measured.seconds)} a frame{more}"
 
 
 def _fewest_enough(losses: Mapping[int, float]) -> int:
@@ -290,10 +298,3 @@ def _is_convex(mesh: TriangleMesh) -> bool:
 def _names(names: Sequence[str]) -> str:
     """``beaker, flask and hand``."""
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
-
-
-def _pieces_text(pieces: Mapping[str, int]) -> str:
-    """``8 convex pieces``, or of several bodies ``4 to 8 convex pieces each``."""
-    fewest, most = min(pieces.values()), max(pieces.values())
-    each = " each" if len(pieces) > 1 else ""
-    return f"{plural(most, 'convex piece')}{each}" if fewest == most else f"{fewest} to {most} convex pieces each"

@@ -86,6 +86,7 @@ def command(
 
 def _screen(fixed: "FixedColliders", people: People) -> Any:
     from replay.cli.terminal import terminal
+    from replay.document.cost import busy_text
     from replay.show.fix_table import before_after_table, card_table, front_table
 
     contacts = fixed.result.ranking[-1].contacts if fixed.result.ranking else 0
@@ -93,7 +94,8 @@ def _screen(fixed: "FixedColliders", people: People) -> Any:
     tables = [cards if people.verbose else cards.narrow()]
     if people.verbose:
         tables.append(front_table(fixed.front))
-    tables.append(before_after_table(fixed.before, fixed.after, contacts=contacts, step_hz=fixed.step_hz))
+    busy = busy_text(fixed.result.document)
+    tables.append(before_after_table(fixed.before, fixed.after, contacts=contacts, step_hz=fixed.step_hz, busy=busy))
     return terminal(*tables)
 
 
@@ -101,10 +103,10 @@ def _sentences(fixed: "FixedColliders", session: str) -> list[str]:
     """Sentences about errors reached, uncut bodies, steps in the engine, and the command to measure again."""
     from replay.constants import RECORDING
     from replay.document.headline import open_questions
-    from replay.show.fix_page.page import cure_sentence
+    from replay.show.fix_page.page import cure_sentences
 
     lines = [text.replace(RECORDING, quote(session)) for text in open_questions(fixed.result.document)]
-    lines.append(f"{cure_sentence(fixed.before, fixed.after)}.")
+    lines.append(cure_sentences(fixed.result, fixed.before, fixed.after))
     lines += fixed.remarks
     if fixed.folder is None:
         return ["", *lines, "To write them for your engine:", f"  replay fix {quote(session)} --engine unity"]

@@ -18,7 +18,7 @@ from replay.detection.detector_spec import DetectorSpec, parse_detector
 from replay.detection.recorded import RECORDED
 from replay.document.answer import Answer, Fix, KeyMoment
 from replay.document.audit import DetectorAudit
-from replay.document.cost import RUN, SESSION
+from replay.document.cost import RUN, SESSION, busy_text
 from replay.document.detector_labels import detector_label, sentence_of
 from replay.document.ranking import Rank, count_range, fault_text, lost_text
 from replay.document.run_document import RunDocument
@@ -120,7 +120,7 @@ def _fix(result: RunResult, document: RunDocument, ranks: Sequence[Rank], rank: 
         return Fix("Other settings of the engine: not measured. To measure them:", False, command)
     cause = fault.cause
     if cause in (Cause.BETWEEN_SAMPLES, Cause.LAST_ANSWER):
-        every_frame = _at_every_frame(result, rank, spec)
+        every_frame = _at_every_frame(result, document, rank, spec)
         if every_frame is not None:
             return every_frame
     runs = _Runs(result, document, ranks)
@@ -235,7 +235,7 @@ DECIDED_BY_TRIANGLES: Final = frozenset(
 """Causes that testing every triangle of every frame removes."""
 
 
-def _at_every_frame(result: RunResult, rank: Rank, spec: DetectorSpec) -> Fix | None:
+def _at_every_frame(result: RunResult, document: RunDocument, rank: Rank, spec: DetectorSpec) -> Fix | None:
     """Sampling at every frame, which a run of a fixed rate asks beside its sampling offsets; ``None``: no better."""
     text = f"Sample every frame{_recorded_rate(result)}"
     offsets = result.phases.get(rank.label)
@@ -246,9 +246,9 @@ def _at_every_frame(result: RunResult, rank: Rank, spec: DetectorSpec) -> Fix | 
     if loss(proportion(every.contacts_missed, rank.contacts), every.missed, every.false_contact) >= rank.loss:
         return None
     missed, late = (every.contacts_missed,) * 2, (every.late_or_cut_short,) * 2
-    took = "" if every.seconds is None else f"; {frame_time(every.seconds)} a frame"
+    took = _time_text(every.seconds, document)
     counts_text = faults_text(lost_text(missed, late, rank.contacts), fraction_of(every.false_contact))
-    return Fix(f"{text}: {counts_text}{took} (measured on this session).", True)
+    return Fix(f"{text}: {'; '.join(filter(None, [counts_text, took]))} (measured on this session).", True)
 
 
 def _recorded_rate(result: RunResult) -> str:
@@ -260,13 +260,19 @@ def _recorded_rate(result: RunResult) -> str:
 def _measured(text: str, label: str, document: RunDocument) -> Fix:
     """With the figures of another detector of this run, or of the reference itself."""
     seconds, audit = document.detectors[label].seconds, document.audit.get(label)
-    took = f"{frame_time(seconds.per_frame_mean)} a frame"
+    took = _time_text(seconds.per_frame_mean, document)
     if audit is None:
-        return Fix(f"{text} ({label}), the reference here: {took} (measured on this session).", True)
+        costs = f": {took}" if took else ""
+        return Fix(f"{text} ({label}), the reference here{costs} (measured on this session).", True)
     missed = count_range(audit.counts_over_offsets.contacts_missed)
     late = count_range(audit.counts_over_offsets.late_or_cut_short)
     counts_text = faults_text(lost_text(missed, late, audit.contacts), fraction_of(audit.false_contact_mean))
-    return Fix(f"{text} ({label}): {counts_text}; {took} (measured on this session).", True)
+    return Fix(f"{text} ({label}): {'; '.join(filter(None, [counts_text, took]))} (measured on this session).", True)
+
+
+def _time_text(seconds: float | None, document: RunDocument) -> str:
+    """``0.05 ms a frame``; ``""``: not measured, or on a busy machine, of which the cost tells."""
+    return "" if seconds is None or busy_text(document) else f"{frame_time(seconds)} a frame"
 
 
 def faults_text(lost: str, false: float) -> str:

@@ -31,11 +31,11 @@ COLUMNS: Final = columns_of(
 )
 
 
-def before_after_table(before: Row, after: Row, *, contacts: int, step_hz: float) -> Table:
-    """A hull a body, and the pieces, as ``run`` counts them."""
+def before_after_table(before: Row, after: Row, *, contacts: int, step_hz: float, busy: str = "") -> Table:
+    """A hull a body, and the pieces, as ``run`` counts them; ``busy``: a note about the times of a busy machine."""
     rows = [{"what": "before: a hull a body", **before}, {"what": "after: these pieces", **after}]
     title = f"{plural(contacts, 'contact')}, colliders at {words.number(step_hz)} steps a second"
-    return Table.of(COLUMNS["before_after"], rows, title, (TIMES_ARE,))
+    return Table.of(COLUMNS["before_after"], rows, title, [TIMES_ARE, *filter(None, [busy])])
 
 
 def front_table(front: Iterable[Row]) -> Table:

@@ -16,6 +16,7 @@ from replay.advice.pareto import advice_of, front_of
 from replay.auditing.wilson import proportion
 from replay.document import audit as records
 from replay.document.detector import DetectorRecord, DetectorTimes, LongestStage, SampleTimes
+from replay.document.diagnosis import answers
 from replay.document.ranking import ranking
 from replay.document.run_document import RunDocument
 from replay.document.run_result import Tradeoff
@@ -283,10 +284,16 @@ def with_steady_times(result, mean=4e-5):
             for kind, effect in result.document.effects.items()
         },
     )
-    answers = [structs.replace(answer, fix=answer.fix and timeless(answer.fix)) for answer in result.answers]
+    phases = {
+        label: replace(offsets, every_frame=with_steady_time(offsets.every_frame))
+        for label, offsets in result.phases.items()
+    }
+    result = replace(result, phases=phases)
     ranks = ranking(document) if result.ranking else ()
+    steady_answers = answers(result, document, ranks)
+    document = structs.replace(document, answers=steady_answers)
     detections = {label: replace(item, seconds=stages(item.seconds)) for label, item in result.detections.items()}
-    return replace(result, document=document, ranking=ranks, answers=tuple(answers), detections=detections)
+    return replace(result, document=document, ranking=ranks, answers=steady_answers, detections=detections)
 
 
 def stages(seconds):
@@ -299,8 +306,11 @@ def stages(seconds):
     return made
 
 
-def timeless(fix):
-    return structs.replace(fix, text=re.sub(r"[\d.]+ ms a frame", "0.05 ms a frame", fix.text))
+def with_steady_time(every_frame):
+    """The detector at every frame, 0.05 ms each where that was timed."""
+    if every_frame is None or every_frame.seconds is None:
+        return every_frame
+    return replace(every_frame, seconds=5e-5)
 
 
 def reported(state):

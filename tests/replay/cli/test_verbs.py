@@ -240,7 +240,6 @@ MASKED = {
     r"text: Session(.|\n +)*": lambda match: re.sub(r"\n +", " ", match[0]),
     r"(?<=byte )\d+|(?<=\.py, line )\d+": "",
     r"\S*/(?=planted_detectors)|\S*/replay-\w+/files": "",
-    r"(?<=false; )[\d.]+(?= ms a f)": "#",
     r'\n( *)"(seconds|versions|machine|recording)": {\n(?:\1 .*\n)*\1}': r'\n\1"\2": {}',
     r", about .* a minute|(?<=part-00000-)\w+": "",
     r"\d+\.\d{10,}(e-\d+)?": lambda match: f"{float(match[0]):.9g}",

@@ -1,16 +1,18 @@
 """The before/after page of ``replay fix``: true figures, both lanes, pictures of every body, nothing from outside."""
 
 import re
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
+from msgspec import structs
 from support.shapes import box_mesh, moved, revolved_mesh
 
 from cdcore import TriangleMesh
 from replay.advice.collider_search import Limits
 from replay.running.collider_files import before_after_page, fix_colliders
-from replay.show.fix_page.page import cure_sentence, seam_line
+from replay.show.fix_page.page import cure_sentences, seam_line
 from replay.show.fix_page.pictures import beyond_mesh, colour_numbers, scale_colour
 from replay.show.palette import SERIES
 from sessions import MeshData, Session
@@ -49,8 +51,9 @@ def page(fixed):
 
 def test_page_says_both_figures_in_its_first_sentence(fixed, page):
     text = re.sub(r"<[^>]*>", "", re.search(r"<h1>(.*?)</h1>", page, re.S)[1])
-    assert " ".join(text.split()) == f"{cure_sentence(fixed.before, fixed.after)}."
-    assert re.search(rf"now \d.* %.*{fixed.after['pieces']} pieces in place of 3 hulls, .* ms a frame", text)
+    text = " ".join(text.split())
+    assert text == cure_sentences(fixed.result, fixed.before, fixed.after)
+    assert re.search(rf"now \d.* %.*; {fixed.after['pieces']} pieces in place of 3 hulls[;.]", text)
 
 
 def test_page_has_both_lanes_and_both_stills(page):
@@ -73,24 +76,18 @@ def test_page_is_self_contained_and_names_no_run_folder(page):
     assert "replay view" not in page
 
 
-@pytest.mark.parametrize(
-    ("before", "after", "text"),
-    [
-        (
-            (0.86, 0.0, 3, 0.01),
-            (0.08, 0.0, 5, 0.03),
-            "86 % false, now 8 %, 5 pieces in place of 3 hulls, 0.02 ms a frame more",
-        ),
-        (
-            (0.5, 0.01, 2, 0.04),
-            (None, 0.04, 2, 0.03),
-            "50 % false, now 0 %, 1 % not reported, now 4 %, 2 pieces, 0.01 ms a frame less",
-        ),
-    ],
-)
-def test_sentence_says_what_falls_what_rises_and_the_price(before, after, text):
-    rows = [dict(zip(("false", "not_reported", "pieces", "ms"), values, strict=True)) for values in (before, after)]
-    assert cure_sentence(*rows) == text
+@pytest.mark.parametrize("fraction", [1.0, 0.6])
+def test_milliseconds_are_left_out_on_a_busy_machine(fixed, fraction):
+    document = fixed.result.document
+    detectors = {
+        label: structs.replace(row, seconds=structs.replace(row.seconds, processor_fraction=fraction))
+        for label, row in document.detectors.items()
+    }
+    result = replace(fixed.result, document=structs.replace(document, detectors=detectors))
+    text = cure_sentences(result, fixed.before, fixed.after)
+    assert ("ms a frame" in text) == (fraction == 1.0) and " false, now " in text
+    page = before_after_page(replace(fixed, result=result))
+    assert ("The machine was busy (40 %)" in page) == (fraction < 1.0)
 
 
 def test_distance_beyond_a_box_is_that_of_its_surface():

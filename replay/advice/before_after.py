@@ -1,0 +1,109 @@
+"""The sentence about colliders before and after: false, missed and late contacts, and the time of a frame."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from replay import words
+from replay.auditing.loss import fraction_of
+from replay.document.ranking import Range, Rank
+
+
+@dataclass(frozen=True)
+class Count:
+    """A number of contacts over the sampling offsets: ``smallest`` and ``largest``, and the ``mean``."""
+
+    smallest: int
+    largest: int
+    mean: float
+
+    @property
+    def range(self) -> Range:
+        """Smallest and largest."""
+        return self.smallest, self.largest
+
+    def change(self, after: "Count", of: str = "") -> str:
+        """``0-1 of 18, now 0-2``; ``0-1 of 18 as before``; with means where the ranges are equal and the means not."""
+        count, count_after = words.count_range(self.range), words.count_range(after.range)
+        if count != count_after:
+            return f"{count}{of}, now {count_after}"
+        if self.equals(after):
+            return f"{count}{of} as before"
+        return f"{count}{of}, {words.mean_count(self.mean)} on average, now {words.mean_count(after.mean)}"
+
+    def equals(self, other: "Count") -> bool:
+        """Whether both read the same."""
+        return self.range == other.range and words.mean_count(self.mean) == words.mean_count(other.mean)
+
+    def is_worse(self, after: "Count") -> bool:
+        """Whether more contacts are counted after, in the mean."""
+        return after.mean > self.mean and not self.equals(after)
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Errors of the colliders of a session, and the time of a frame.
+
+    Parameters
+    ----------
+    contacts : that happened.
+    false : fraction of the reported contact time that is false.
+    missed : contacts that were never reported.
+    late : contacts that were reported late or cut short.
+    seconds : a frame; ``None``: not measured, or measured on a busy machine.
+    """
+
+    contacts: int
+    false: float
+    missed: Count
+    late: Count
+    seconds: float | None = None
+
+
+def errors_of_row(row: Mapping[str, Any], contacts: int, seconds: float | None) -> Errors:
+    """Errors of a row as ``replay.advice.scoring.wrong_counts`` has it."""
+    missed, late = (
+        Count(round(row[f"{name}_smallest"]), round(row[f"{name}_largest"]), row[name]) for name in ("missed", "late")
+    )
+    return Errors(contacts, row["false"] or 0.0, missed, late, seconds)
+
+
+def errors_of_rank(rank: Rank, seconds: float | None) -> Errors:
+    """Errors of a detector of the ranking."""
+    missed = Count(*(rank.missed_counts or (0, 0)), rank.contacts * fraction_of(rank.missed))
+    late = Count(*(rank.late_counts or (0, 0)), rank.contacts * fraction_of(rank.late_or_cut_short))
+    return Errors(rank.contacts, fraction_of(rank.false), missed, late, seconds)
+
+
+def change_text(before: Errors, after: Errors, pieces: str) -> str:
+    """``86 % false, now 19 %; missed 0-1 of 18, now 0-2; late or cut short 1-3, now 5; 28 pieces; 0.02 ms``
+
+    A kind of error that neither has is left out. ``pieces`` are those after, in words.
+    """
+    false, false_after = words.as_percentage(before.false), words.as_percentage(after.false)
+    clauses = [f"{false} false as before" if false == false_after else f"{false} false, now {false_after}"]
+    of = f" of {before.contacts:,}"
+    for kind, was, now in (
+        ("missed", before.missed, after.missed),
+        ("late or cut short", before.late, after.late),
+    ):
+        if was.largest or now.largest:
+            clauses.append(f"{kind} {was.change(now, of)}")
+            of = ""
+    if of:
+        clauses.append("none missed or late")
+    clauses.append(pieces)
+    if before.seconds is not None and after.seconds is not None:
+        difference = after.seconds - before.seconds
+        clauses.append(f"{words.frame_time(abs(difference))} a frame {'more' if difference >= 0.0 else 'less'}")
+    return "; ".join(clauses)
+
+
+def worse_text(before: Errors, after: Errors) -> str:
+    """A sentence that says which kinds of lost contacts become more; ``""``: none does."""
+    missed, late = before.missed.is_worse(after.missed), before.late.is_worse(after.late)
+    if missed and late:
+        return "More contacts are missed, and more are late or cut short, than before."
+    if missed:
+        return "More contacts are missed than before."
+    return "More contacts are late or cut short than before." if late else ""

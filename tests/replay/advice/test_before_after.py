@@ -1,0 +1,69 @@
+"""The sentence on colliders before and after says what falls, what rises, what stays, and the time if it is known."""
+
+import pytest
+
+from replay.advice.before_after import Count, Errors, change_text, errors_of_row, worse_text
+
+
+def errors(false=0.86, missed=(0, 1, 0.5), late=(0, 0, 0.0), seconds=None, contacts=18):
+    return Errors(contacts, false, Count(*missed), Count(*late), seconds)
+
+
+BEFORE = errors()
+
+STATES = {
+    "better": (errors(0.19, (0, 0, 0.0)), "86 % false, now 19 %; missed 0-1 of 18, now 0; 28 pieces", ""),
+    "worse in missed": (
+        errors(0.19, (0, 2, 0.75)),
+        "86 % false, now 19 %; missed 0-1 of 18, now 0-2; 28 pieces",
+        "More contacts are missed than before.",
+    ),
+    "worse in the mean alone": (
+        errors(0.19, (0, 1, 0.75)),
+        "86 % false, now 19 %; missed 0-1 of 18, 0.5 on average, now 0.75; 28 pieces",
+        "More contacts are missed than before.",
+    ),
+    "worse in late": (
+        errors(0.19, late=(5, 9, 7.0)),
+        "86 % false, now 19 %; missed 0-1 of 18 as before; late or cut short 0, now 5-9; 28 pieces",
+        "More contacts are late or cut short than before.",
+    ),
+    "worse in both": (
+        errors(0.19, (1, 2, 1.5), (5, 9, 7.0)),
+        "86 % false, now 19 %; missed 0-1 of 18, now 1-2; late or cut short 0, now 5-9; 28 pieces",
+        "More contacts are missed, and more are late or cut short, than before.",
+    ),
+    "equal": (errors(), "86 % false as before; missed 0-1 of 18 as before; 28 pieces", ""),
+}
+
+
+@pytest.mark.parametrize("state", STATES)
+def test_sentence_names_both_values_and_what_gets_worse(state):
+    after, text, worse = STATES[state]
+    assert change_text(BEFORE, after, "28 pieces") == text
+    assert worse_text(BEFORE, after) == worse
+
+
+def test_errors_that_neither_has_are_one_clause():
+    before, after = errors(missed=(0, 0, 0.0)), errors(0.0, missed=(0, 0, 0.0))
+    assert change_text(before, after, "1 piece") == "86 % false, now 0 %; none missed or late; 1 piece"
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [
+        ((1e-5, 3e-5), "; 0.02 ms a frame more"),
+        ((3e-5, 1e-5), "; 0.02 ms a frame less"),
+        ((None, 1e-5), ""),
+        ((1e-5, None), ""),
+    ],
+)
+def test_time_is_a_difference_where_both_were_measured(seconds, text):
+    before, after = (errors(missed=(0, 0, 0.0), seconds=each) for each in seconds)
+    assert change_text(before, after, "2 pieces") == f"86 % false as before; none missed or late; 2 pieces{text}"
+
+
+def test_row_of_scoring_is_read_with_its_ranges():
+    row = {"false": None, "missed": 0.5, "missed_smallest": 0.0, "missed_largest": 1.0}
+    row |= {"late": 2.0, "late_smallest": 2.0, "late_largest": 2.0}
+    assert errors_of_row(row, 18, 1e-3) == errors(0.0, (0, 1, 0.5), (2, 2, 2.0), 1e-3)
