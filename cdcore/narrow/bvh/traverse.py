@@ -25,6 +25,7 @@ from cdcore.narrow.bvh.tree_memory import (
     BLOCKS,
     DEPTH,
     FACE_PAIRS,
+    GOES_ON,
     LANES_NOW,
     LEAF_PAIRS,
     NEAR,
@@ -275,17 +276,17 @@ def search_frames(pair: Pair, scratch: Scratch) -> bool:
 
 @kernel
 def search_pairs(rows: IntArray, room: IntArray, first: int) -> int:
-    """Decide one ``Pair`` of the rows (P, words) after the other from ``first`` on, whose state the caller made ready.
+    """Decide one ``Pair`` of the rows (P, words) after the other from ``first`` on.
 
     Stops at a row that leaves something in the lists or fills one, and returns its number; else that of all rows.
     """
     scratch = scratch_at(integers_of(room))
     for number in range(first, len(rows)):
         pair = pair_at(integers_of(rows[number]))
-        if number > first:
+        if scratch.state[GOES_ON] == 0:
             for k in range(STATES):
                 scratch.state[k] = 0
-        done = search_frames(pair, scratch)
-        if not done or scratch.keys[0] + scratch.later[0] > 0:
+        scratch.state[GOES_ON] = 0 if search_frames(pair, scratch) else 1
+        if scratch.state[GOES_ON] != 0 or scratch.keys[0] + scratch.later[0] > 0:
             return number
     return len(rows)

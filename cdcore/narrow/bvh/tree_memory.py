@@ -112,10 +112,10 @@ class Scratch(NamedTuple):
 
 NEAR, BEYOND = 1, 2
 """No bounding volume keeps the bodies apart; coordinates too large or too small for the bounds of the kernels."""
-DEPTH, ALIVE, AT_FRAME, LANES_NOW = range(4)
+DEPTH, ALIVE, AT_FRAME, LANES_NOW, GOES_ON = range(5)
 """Places of ``Scratch.state``: height of the stack and lanes not yet decided, in a block; the frame at which it begins,
-and how many frames it has, 0 between blocks."""
-STATES: Final = 4
+and how many frames it has, 0 between blocks; 1 where the search of a pair stopped before its last frame."""
+STATES: Final = 5
 
 COUNTERS: Final = (
     "node_tests", "leaf_pairs", "face_tests", "world_tests", "exact_tests", "integer_tests", "blocks", "skipped",
