@@ -43,11 +43,6 @@ TAU: Final = 2e-6
 no tracker resolves a hundred times as much (VIVE: 0.14 mm frame to frame)."""
 
 
-def row_length(count: Any) -> Any:
-    """Numbers in a row of entries of so many frames: eight from any of them lie in the row, and whole eights."""
-    return (count + 22) // 8 * 8
-
-
 def true_places(flags: BoolArray) -> tuple[IntArray, IntArray]:
     """Rows and columns of what is true in a table (T, P), sorted by column, then row."""
     # By one index numpy takes a twentieth to a half of its time by two (few or nearly all true, 2026-11).

@@ -56,8 +56,9 @@ class ExactDetector(PairDetector[ContainmentSettings]):
         answer = self._surfaces.decide(motion, faces=faces)
         verdict = contact_or_clear(answer.hits, motion, self.pairs)
         start = perf_counter()
-        # what a bounding volume keeps apart contains nothing
-        containment_tests = self._containment.mark(motion, *answer.near, verdict)
+        containment_tests = 0
+        if len(answer.near[0]):  # what a bounding volume keeps apart contains nothing
+            containment_tests = self._containment.mark(motion, *answer.near, verdict)
         return self._detection(
             motion,
             verdict,

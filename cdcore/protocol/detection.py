@@ -218,7 +218,7 @@ class Detection:
     section_source: SectionSource | None = None
 
     def __post_init__(self) -> None:
-        readonly(self.verdict)
+        self.verdict.setflags(write=False)
         noted = self.reasons.noted if isinstance(self.reasons, Reasons) else self.reasons
         object.__setattr__(self, "reasons", Reasons(noted, self.verdict, self.containment))
 

@@ -6,12 +6,12 @@ from support.shapes import ball_mesh, random_rotations
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, intersecting_faces
 from cdcore.kernels.compiling import kernel
-from cdcore.kernels.memory import integers_of
+from cdcore.kernels.memory import integers_of, layout
 from cdcore.narrow.bvh.bounds import position_pad
 from cdcore.narrow.bvh.box_tree import build_box_trees
 from cdcore.narrow.bvh.pose_lanes import Tracks
 from cdcore.narrow.bvh.traverse import fill_relative, largest_chord
-from cdcore.narrow.bvh.tree_memory import DOUBLES, Pair, Scratch, TreeMemory, layout, pair_at
+from cdcore.narrow.bvh.tree_memory import DOUBLES, Pair, Scratch, TreeMemory, pair_at
 from cdcore.narrow.bvh.whole_motion import PairRows
 from cdcore.search.features import features_of, sample_of
 from cdcore.search.pair_search import PairSearch

@@ -13,8 +13,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from cdcore.kernels.memory import integers_of_rows, row_of
 from cdcore.mesh import TriangleMesh, once_for_meshes
-from cdcore.narrow.bvh.tree_memory import TreeMemory, integers_of_rows, row_of
+from cdcore.narrow.bvh.tree_memory import TreeMemory
 from cdcore.narrow.tree_builder import BoxNodes, build_trees, by_surface_area, coordinates_along
 from cdcore.numerics import FloatArray, IntArray
 

@@ -6,12 +6,12 @@ The path bounds how far any point of the body moves between two frames; it errs 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Final
+from typing import Final, TypeVar
 
 import numpy as np
 
 from cdcore.kernels.compiling import hot_kernel, kernel, never_inlined
-from cdcore.kernels.memory import Memory, address_of, doubles_of, fetch_early, integers_of
+from cdcore.kernels.memory import Memory, address_of, doubles_of, fetch_early, integers_of, integers_of_rows, layout
 from cdcore.kernels.simd import (
     LANES,
     above,
@@ -29,8 +29,8 @@ from cdcore.kernels.simd import (
 )
 from cdcore.narrow.bvh.bounds import ROUNDOFF
 from cdcore.narrow.bvh.box_tree import BoxTree
-from cdcore.narrow.bvh.tree_memory import PoseMemory, integers_of_rows, layout, pose_at
-from cdcore.numerics import BoolArray, FloatArray, IntArray, readonly, row_length
+from cdcore.narrow.bvh.tree_memory import PoseMemory, pose_at
+from cdcore.numerics import BoolArray, FloatArray, IntArray
 
 STEP_ULPS: Final = 16.0
 """Placing a centre rounds by at most 7 u of the body's size and distance; taken twice."""
@@ -146,6 +146,14 @@ def fill_tracks(
             fill_path(pose, ends[k, 15], ends[k, 16])
 
 
+Count = TypeVar("Count", int, IntArray)
+
+
+def row_length(count: Count) -> Count:
+    """Numbers in a row of entries of so many frames: eight from any of them lie in the row, and whole eights."""
+    return (count + 22) // 8 * 8
+
+
 class Tracks:
     """The poses of some bodies in a stretch of frames, laid out by one call in one block of memory that is used again.
 
@@ -182,9 +190,8 @@ class Tracks:
 
     def fill(self, rotations: FloatArray, translations: FloatArray) -> None:
         """Lay out the poses (T, N, 3, 3), (T, N, 3) of all N bodies in that stretch."""
-        # read-only like those of a motion: else the kernel would be compiled for both kinds
-        rotation_entries, translation_entries = (
-            readonly(np.ascontiguousarray(rotations)[:]),
-            readonly(np.ascontiguousarray(translations)[:]),
-        )
-        fill_tracks(rotation_entries, translation_entries, self.bodies, self._memory_rows, self._ends, self._lanes)
+        rotation_rows, translation_rows = np.ascontiguousarray(rotations)[:], np.ascontiguousarray(translations)[:]
+        for rows in (rotation_rows, translation_rows):
+            # read-only like those of a motion: else the kernel would be compiled for both kinds
+            rows.setflags(write=False)
+        fill_tracks(rotation_rows, translation_rows, self.bodies, self._memory_rows, self._ends, self._lanes)

@@ -1,32 +1,10 @@
-"""Named tuples of memory and numbers that hot kernels read of a pair, filled by name from one row of integers.
-
-A word is a number or the address of an array. The arrays themselves as operands of one named tuple took ten times as
-long to hand over, 2.7 microseconds for 25 of them, which a live look pays for every pair (2026-11).
-"""
+"""Named tuples of memory and numbers that hot kernels read of a pair, filled by name from one row of integers."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import cache, partial
-from itertools import count
-from typing import Annotated, Any, Final, NamedTuple, get_type_hints
+from typing import Final, NamedTuple
 
-import numpy as np
-from llvmlite import ir
-from numba import types
-from numpy.typing import NDArray
-
-from cdcore.kernels.compiling import machine_operation
-from cdcore.kernels.memory import Memory, address_of, memory_at
-
-Rows = NDArray[np.void]
-Doubles = Annotated[Memory, types.float64]
-Integers64 = Annotated[Memory, types.int64]
-Integers = Annotated[Memory, types.int32]
-Bytes = Annotated[Memory, types.uint8]
-
-
-TYPE_STRINGS: Final = {types.float64: "<f8", types.int64: "<i8", types.int32: "<i4", types.uint8: "|u1"}
+from cdcore.kernels.memory import Bytes, Doubles, Integers, Integers64, reader
 
 
 class TreeMemory(NamedTuple):
@@ -127,85 +105,6 @@ COUNTERS: Final = (
 ) = range(len(COUNTERS))  # fmt: skip
 DOUBLES: Final = (96, 16, 24, 72, 72, 48)
 """Of each array of doubles, in the order of ``Scratch``."""
-
-
-@cache
-def layout(kind: Any) -> np.dtype[np.void]:
-    """The row of a named tuple: a word for each of its names, in order."""
-    hints = get_type_hints(kind)
-    return np.dtype([(name, layout(hint) if hasattr(hint, "_fields") else np.int64) for name, hint in hints.items()])
-
-
-def row_of(kind: Any, **entries: NDArray[Any] | int) -> Rows:
-    """The row () of a named tuple of arrays, which the caller keeps, and numbers."""
-    row = np.zeros((), dtype=layout(kind))
-    for name, item in entries.items():
-        row[name] = item if isinstance(item, int) else address_of(item)
-    return row
-
-
-def integers_of_rows(rows: Rows) -> NDArray[np.int64]:
-    """The same memory as a kernel takes it, (n, words)."""
-    return rows.view(np.int64).reshape(len(rows), -1)
-
-
-def _shape(kind: Any) -> Any:
-    make: Any = types.NamedTuple
-    pointer: Any = types.CPointer
-    entries = []
-    for hint in get_type_hints(kind, include_extras=True).values():
-        if hasattr(hint, "_fields"):
-            entries.append(_shape(hint))
-        else:
-            entries.append(pointer(hint.__metadata__[0]) if hasattr(hint, "__metadata__") else types.int64)
-    return make(entries, kind)
-
-
-def reader(kind: Any) -> Callable[[Memory], Any]:
-    """For kernels: what reads a named tuple from the place in memory at which its row starts."""
-    shape = _shape(kind)
-
-    def typed(_context: Any, row: Any) -> Any:
-        def generate(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-            indices = count()
-
-            def value(item: Any) -> Any:
-                if isinstance(item, types.NamedTuple):
-                    return context.make_tuple(builder, item, [value(entry) for entry in item.types])
-                index = ir.Constant(ir.IntType(64), next(indices))
-                word = builder.load(builder.gep(arguments[0], [index]))
-                return word if item is types.int64 else builder.inttoptr(word, context.get_value_type(item))
-
-            return value(shape)
-
-        return shape(row), generate
-
-    return machine_operation(typed, partial(_read, kind))
-
-
-@cache
-def _kinds_of_entries(kind: Any) -> list[Any]:
-    """For each field of a named tuple: a named tuple, NumPy's type string of its entries, or "" for a number."""
-    kinds: list[Any] = []
-    for hint in get_type_hints(kind, include_extras=True).values():
-        if hasattr(hint, "_fields"):
-            kinds.append(hint)
-        else:
-            kinds.append(TYPE_STRINGS[hint.__metadata__[0]] if hasattr(hint, "__metadata__") else "")
-    return kinds
-
-
-def _read(kind: Any, row: Any) -> Any:
-    """A named tuple from a row of words, which may be an iterator of them, in Python."""
-    words = iter(row)
-    entries = []
-    for of in _kinds_of_entries(kind):
-        if hasattr(of, "_fields"):
-            entries.append(_read(of, words))
-        else:
-            word = int(next(words))
-            entries.append(memory_at(word, of) if of else word)
-    return kind(*entries)
 
 
 pair_at, pose_at, scratch_at = reader(Pair), reader(PoseMemory), reader(Scratch)

@@ -15,7 +15,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cdcore.kernels.memory import address_of, keep_freed_memory
+from cdcore.kernels.memory import address_of, integers_of_rows, keep_freed_memory, layout, row_of
 from cdcore.narrow.brute_force import meeting_faces_placed
 from cdcore.narrow.bvh.box_tree import BoxTree
 from cdcore.narrow.bvh.pose_lanes import Tracks
@@ -31,12 +31,9 @@ from cdcore.narrow.bvh.tree_memory import (
     PoseMemory,
     Scratch,
     TreeMemory,
-    integers_of_rows,
-    layout,
-    row_of,
 )
 from cdcore.narrow.bvh.undecided import UndecidedFaces
-from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray, true_places
+from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
 from cdcore.protocol import FaceSets, Motion, Verdict, pair_has_pose
 
 STAGES: Final = ("poses", "search", "faces")
@@ -123,6 +120,8 @@ class MotionSearch:
         if not complete:
             marks[:, [HITS, VOLUMES]] *= pair_has_pose(motion, self._pairs).T[:, None]
         hits, near = marks[:, HITS].view(np.bool_), marks[:, VOLUMES] > marks[:, HITS]
+        # by one index, as in ``true_places``
+        near_columns, near_frames = np.divmod(np.flatnonzero(near), near.shape[1])
         sets = _face_sets(hits, meetings, sources) if faces else NO_FACE_SETS
         laid_out = sum(segment.laid_out for segment in segments)
         seconds = (laid_out, max(0.0, searched - began - laid_out), perf_counter() - searched)
@@ -130,7 +129,7 @@ class MotionSearch:
         return MotionAnswer(
             hits=np.ascontiguousarray(hits.T),
             sets=sets,
-            near=true_places(near.T),
+            near=(near_frames, near_columns),
             work=dict(zip(COUNTERS, work.tolist(), strict=True)),
             seconds=dict(zip(STAGES, seconds, strict=True)),
         )
