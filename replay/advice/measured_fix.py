@@ -12,7 +12,6 @@ from msgspec import structs
 
 from cdcore.bounding.hull import hull_collider
 from cdcore.mesh import TriangleMesh
-from replay.advice.before_after import Errors, change_text, errors_of_rank, errors_of_row, worse_text
 from replay.advice.scoring import wrong_counts
 from replay.auditing.contact_counts import count_contacts, count_reports
 from replay.auditing.episodes import column_runs
@@ -25,6 +24,7 @@ from replay.cutting.piece_store import Cut, cut_ahead, why_not_cut
 from replay.detection.detector_spec import DetectorSpec, parse_detector, spec_text
 from replay.detection.run_detector import detect_all, make_detector, run_detector
 from replay.document.answer import Answer, Fix
+from replay.document.before_after import Errors, change_text, errors_of_rank, errors_of_row, worse_text
 from replay.document.cost import SESSION, busy_sentence, busy_text
 from replay.document.diagnosis import pieces_may_help
 from replay.document.ranking import Rank
@@ -147,7 +147,9 @@ class _Measuring:
         most, loss = self._fewest(ready, meshes)
         kept = self._worth_cutting(ready, most, loss)
         best = self._figures(self._spec(kept, most), kept)
-        losers = [f"{name} is not cut: its pieces do not lower the loss." for name in ready if name not in kept]
+        whole = [name for name in ready if name not in kept]
+        stay = "stays" if len(whole) == 1 else "stay"
+        losers = [f"{_names(whole)} {stay} whole: no better cut."] if whole else []
         seconds = duration(round(monotonic() - self._began, 1))
         if best.counts["loss"] >= self._rank.loss:
             rest = "".join(f" {sentence}" for sentence in (*uncut, *late))
@@ -156,10 +158,15 @@ class _Measuring:
             )
             return Fix(f"{tried}{rest} {self._result.oracle} tests every triangle.", False)
         text = f"Split {_names(kept)} into convex pieces: {self._change(best)} (measured here in {seconds})."
-        notes = [worse_text(*self._errors(best)), "" if busy_text(self._result.document) else best.busy]
-        rest = "".join(f" {sentence}" for sentence in (*filter(None, notes), *uncut, *losers, *late))
-        setting = spec_text(best.spec.name, best.spec.settings)
-        return Fix(f"{text}{rest} To ship it:", True, f"replay fix {SESSION} --engine unity", setting)
+        busy = [best.busy] if best.busy and not busy_text(self._result.document) else []
+        rest = "".join(f" {sentence}" for sentence in (*busy, *uncut, *losers, *late))
+        return Fix(
+            text=f"{text}{rest} To ship it:",
+            measured=True,
+            command=f"replay fix {SESSION} --engine unity",
+            setting=spec_text(best.spec.name, best.spec.settings),
+            worse=worse_text(*self._errors(best)),
+        )
 
     def _not_cut(self, sentences: Sequence[str]) -> Fix | None:
         """A Fix that says why nothing was measured, beside the one that the run has."""

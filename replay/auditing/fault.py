@@ -184,6 +184,13 @@ class Fault:
     labels: tuple[str, str] = ("", "")
 
     @property
+    def name(self) -> str:
+        """``miss``, ``false contact`` or, where no triangle was tested, ``unconfirmed contact``."""
+        if self.kind.is_miss:
+            return "miss"
+        return "unconfirmed contact" if self.cause is Cause.BOUNDING_VOLUMES else "false contact"
+
+    @property
     def frames(self) -> int:
         """Number of its frames."""
         return self.last - self.first + 1

@@ -24,7 +24,7 @@ def run_markdown(result: Summarised, broken: Sequence[str]) -> str:
         broken,
         [*section_of(result, SectionName.SESSION).sentences, size, *answers],
         tables,
-        [*ranking.sentences, *answer.sentences[1:]],
+        ranking.sentences,
         reasons(answer),
         details_markdown(result),
     )

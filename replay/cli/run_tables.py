@@ -11,7 +11,7 @@ from rich.text import Text
 from replay.cli.terminal import STYLES, Command, Paragraph, line, terminal
 from replay.constants import CAVEAT, RECORDING
 from replay.document.audit import DetectorAudit
-from replay.document.cost import RUN, SESSION, busy_text
+from replay.document.cost import RUN, SESSION
 from replay.document.headline import beside, engine_reports
 from replay.document.run_result import RunResult
 from replay.effects.effect_summary import happened_text
@@ -53,18 +53,14 @@ def run_screen(result: RunResult, where: Sequence[str] = (), *, recording: str =
 
 
 def answer_lines(result: RunResult, recording: str) -> Iterator[RenderableType]:
-    """Yields the error of the worst detector, its reasons, remedy and cost."""
+    """Yields the error of the worst detector; then when, why, what to do, its cost and how sure."""
     answer = section_of(result, SectionName.ANSWER)
-    sentence, *price = answer.sentences
     yield Text()
-    yield Paragraph("", sentence, STYLES[_mark(result)])
+    yield Paragraph("", answer.sentences[0], STYLES[_mark(result)])
     for name, text, command in answer.reasons:
         yield Paragraph(f"  {name:<6}", text)
         if command:
             yield Command(command.replace(SESSION, quote(recording)).replace(RUN, quote(str(result.out or RUN))))
-    busy = busy_text(result.document)  # the ranking says it
-    for number, text in enumerate(text for text in price if text != busy):
-        yield Paragraph("        " if number else "  Cost  ", text)
 
 
 def effect_parts(result: RunResult) -> list[Table | RenderableType]:

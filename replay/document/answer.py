@@ -6,6 +6,9 @@ from msgspec import Meta, Struct
 
 from replay.record import Count
 
+Reason = tuple[str, str, str]
+"""A heading of the answer, its text and the command that goes with it; ``""``: none."""
+
 
 class KeyMoment(Struct, frozen=True):
     """The one moment of a detector that sentence, arrow, caption and command share.
@@ -40,29 +43,36 @@ class Fix(Struct, frozen=True):
 
     Parameters
     ----------
-    text : what to do, and where it was measured its metrics.
-    measured : whether they were measured on this session.
+    text : what to do, and where it was measured what becomes better.
+    measured : whether that was measured on this session.
     command : measures it, with ``SESSION`` or ``RUN`` in place of a path; ``""``: there is none.
-    setting : the detector whose metrics these are, as ``replay run --detectors`` takes it; ``""``: it is in the run.
+    setting : the detector that was measured, as ``replay run --detectors`` takes it; ``""``: it is in the run.
+    worse : what becomes worse, as a sentence; ``""``: nothing, or it was not measured.
     """
 
     text: str
     measured: bool
     command: str = ""
     setting: str = ""
+    worse: str = ""
 
 
 class Answer(Struct, frozen=True):
-    """The first sentences about a detector; ``why`` is ``""`` where nothing is wrong."""
+    """The first sentences about a detector; ``when`` and ``why`` are ``""`` where nothing is wrong."""
 
     label: str
     sentence: str
     why: str = ""
     fix: Fix | None = None
     moment: KeyMoment | None = None
+    when: str = ""
 
     @property
-    def reasons(self) -> list[tuple[str, str, str]]:
-        """``Why`` and ``Fix``, each with its text and its command; nothing where nothing is wrong."""
-        rows = [("Why", self.why, "")] if self.why else []
-        return rows if self.fix is None else [*rows, ("Fix", self.fix.text, self.fix.command)]
+    def reasons(self) -> list[Reason]:
+        """``When``, ``Why``, ``Fix``, ``But``: each with text and command; nothing where nothing is wrong."""
+        rows = [("When", self.when, ""), ("Why", self.why, "")]
+        if self.fix is not None:
+            rows.append(("Fix", self.fix.text, self.fix.command))
+            if self.fix.worse:
+                rows.append(("But", self.fix.worse, ""))
+        return [row for row in rows if row[1]]

@@ -18,13 +18,15 @@ from replay.detection.detector_spec import DetectorSpec, parse_detector
 from replay.detection.recorded import RECORDED
 from replay.document.answer import Answer, Fix, KeyMoment
 from replay.document.audit import DetectorAudit
+from replay.document.before_after import Count, Errors, change_text, errors_of_rank, worse_text
 from replay.document.cost import RUN, SESSION, busy_text
 from replay.document.detector_labels import detector_label, sentence_of
-from replay.document.ranking import Rank, count_range, fault_text, lost_text
+from replay.document.ranking import Rank, fault_text
 from replay.document.run_document import RunDocument
 from replay.document.run_result import RunResult
+from replay.document.when import when_text
 from replay.prepare.frame_times import frame_rate
-from replay.words import as_percentage, frame_time, plural, rate
+from replay.words import plural, rate
 
 
 def answers(result: RunResult, document: RunDocument, ranks: Sequence[Rank]) -> tuple[Answer, ...]:
@@ -39,7 +41,8 @@ def answers(result: RunResult, document: RunDocument, ranks: Sequence[Rank]) -> 
             answer = structs.replace(answer, why=_undecided(document.audit[label], label))
         elif fault is not None:
             fix, moment = _fix(result, document, ranks, rank, fault), _moment(result, fault)
-            answer = structs.replace(answer, why=fault.why, fix=fix, moment=moment)
+            when = when_text(result, document, rank, fault)
+            answer = structs.replace(answer, why=fault.why, fix=fix, moment=moment, when=when)
         answers_made.append(answer)
     return tuple(answers_made)
 
@@ -123,15 +126,15 @@ def _fix(result: RunResult, document: RunDocument, ranks: Sequence[Rank], rank: 
         every_frame = _at_every_frame(result, document, rank, spec)
         if every_frame is not None:
             return every_frame
-    runs = _Runs(result, document, ranks)
+    runs = _Runs(document, ranks)
     for mended, text in _mended(spec, cause):
         if runs.same(mended, rank.label):
             continue
         label = runs.label_of(mended)
         if label is None:
             return _unmeasured(f"{sentence_of(text)}: not measured. To measure it:", mended)
-        if runs.loss_of(label) < rank.loss:
-            return _measured(sentence_of(text), label, document)
+        if runs.rank_of(label).loss < rank.loss:
+            return _measured(sentence_of(text), rank, runs.rank_of(label), document)
     # Code of one's own is imported only where the command names it.
     detector = f"{rank.label}={spec.name}" if ":" in spec.name else rank.label
     command = f"replay shrink {RUN} --{fault.kind.category} {fault.number} --detector {detector}"
@@ -147,15 +150,15 @@ def pieces_may_help(result: RunResult, rank: Rank) -> bool:
 
 
 class _Runs:
-    """The detectors of a run by all of their settings, and what each loses."""
+    """The detectors of a run by all of their settings, and the row of each in the ranking."""
 
-    def __init__(self, result: RunResult, document: RunDocument, ranks: Sequence[Rank]) -> None:
+    def __init__(self, document: RunDocument, ranks: Sequence[Rank]) -> None:
         self._seed, self._detectors = document.seed, document.detectors
-        self._loss = {rank.label: rank.loss for rank in ranks} | {result.oracle: 0.0}
+        self._ranks = {rank.label: rank for rank in ranks}
 
     def label_of(self, spec: DetectorSpec) -> str | None:
         """The audited detector, or the reference, that has just these settings, wherever its sampling starts."""
-        return next((label for label in self._loss if self.same(spec, label)), None)
+        return next((label for label in self._ranks if self.same(spec, label)), None)
 
     def same(self, spec: DetectorSpec, label: str) -> bool:
         """Whether a detector of the run is the one meant, in every setting that decides its answers."""
@@ -167,9 +170,9 @@ class _Runs:
             meant["seed"] = spec.settings.get("seed", self._seed)
         return _deciding(meant) == _deciding(made.settings)
 
-    def loss_of(self, label: str) -> float:
-        """The loss by which the ranking orders; 0 of the reference."""
-        return self._loss[label]
+    def rank_of(self, label: str) -> Rank:
+        """Its row of the ranking."""
+        return self._ranks[label]
 
 
 def _deciding(settings: Mapping[str, Any]) -> dict[str, Any]:
@@ -245,10 +248,18 @@ def _at_every_frame(result: RunResult, document: RunDocument, rank: Rank, spec: 
         return _unmeasured(f"{text}: not measured. To measure it:", DetectorSpec("fix", spec.name, settings))
     if loss(proportion(every.contacts_missed, rank.contacts), every.missed, every.false_contact) >= rank.loss:
         return None
-    missed, late = (every.contacts_missed,) * 2, (every.late_or_cut_short,) * 2
-    took = _time_text(every.seconds, document)
-    counts_text = faults_text(lost_text(missed, late, rank.contacts), fraction_of(every.false_contact))
-    return Fix(f"{text}: {'; '.join(filter(None, [counts_text, took]))} (measured on this session).", True)
+    missed, late = every.contacts_missed, every.late_or_cut_short
+    idle = not busy_text(document)
+    after = Errors(
+        contacts=rank.contacts,
+        false=fraction_of(every.false_contact),
+        missed=Count(missed, missed, missed),
+        late=Count(late, late, late),
+        seconds=every.seconds if idle else None,
+    )
+    before = errors_of_rank(rank, rank.mean if idle else None)
+    text = f"{text}: {change_text(before, after)} (measured on this session)."
+    return Fix(text, True, worse=worse_text(before, after))
 
 
 def _recorded_rate(result: RunResult) -> str:
@@ -257,27 +268,14 @@ def _recorded_rate(result: RunResult) -> str:
     return f" ({rate(frames_hz)})" if isfinite(frames_hz) else ""
 
 
-def _measured(text: str, label: str, document: RunDocument) -> Fix:
-    """With the figures of another detector of this run, or of the reference itself."""
-    seconds, audit = document.detectors[label].seconds, document.audit.get(label)
-    took = _time_text(seconds.per_frame_mean, document)
-    if audit is None:
-        costs = f": {took}" if took else ""
-        return Fix(f"{text} ({label}), the reference here{costs} (measured on this session).", True)
-    missed = count_range(audit.counts_over_offsets.contacts_missed)
-    late = count_range(audit.counts_over_offsets.late_or_cut_short)
-    counts_text = faults_text(lost_text(missed, late, audit.contacts), fraction_of(audit.false_contact_mean))
-    return Fix(f"{text} ({label}): {'; '.join(filter(None, [counts_text, took]))} (measured on this session).", True)
-
-
-def _time_text(seconds: float | None, document: RunDocument) -> str:
-    """``0.05 ms a frame``; ``""``: not measured, or on a busy machine, of which the cost tells."""
-    return "" if seconds is None or busy_text(document) else f"{frame_time(seconds)} a frame"
-
-
-def faults_text(lost: str, false: float) -> str:
-    """``none missed, 3 % false``: what a setting gets wrong, both kinds."""
-    return f"{lost or 'none missed or late'}, {as_percentage(false)} false"
+def _measured(text: str, rank: Rank, other: Rank, document: RunDocument) -> Fix:
+    """With the errors of another detector of this run, or of the reference itself."""
+    if other.label not in document.audit:
+        return Fix(f"{text} ({other.label}), the reference here: it counts as right.", True)
+    idle = not busy_text(document)
+    before, after = (errors_of_rank(each, each.mean if idle else None) for each in (rank, other))
+    text = f"{text} ({other.label}): {change_text(before, after)} (measured on this session)."
+    return Fix(text, True, worse=worse_text(before, after))
 
 
 def _setting_label(spec: DetectorSpec) -> str:

@@ -7,8 +7,11 @@ from replay import words
 from replay.auditing.flicker import FLICKER_SECONDS, Flicker
 from replay.auditing.noisy_contacts import ABSENT, HOLDS, UNDECIDABLE
 from replay.detection.recorded import CLOCK_FACT, OFFSET_FACT, RECORDED, ReportClock
-from replay.document.cost import TIMES_ARE, busy_text, cost
+from replay.document.answer import Reason
+from replay.document.certainty import certainty
+from replay.document.cost import TIMES_ARE, cost
 from replay.document.ranking import all_unconfirmed
+from replay.document.recommendation import recommendation
 from replay.document.run_document import RunDocument
 from replay.document.run_result import RunResult, Summarised
 from replay.words import plural
@@ -224,8 +227,17 @@ def compounds(result: RunResult) -> list[str]:
 
 
 def price(result: Summarised) -> list[str]:
-    """Return the time of the reference, and whether the machine was busy; no line where nothing is audited."""
+    """Return the time of the reference, and whose times these are; no line where nothing is audited."""
     text = cost(result.document)
-    if not text:
-        return []
-    return [line for line in (text, TIMES_ARE, busy_text(result.document)) if line]
+    return [text, TIMES_ARE] if text else []
+
+
+def answer_reasons(result: Summarised) -> list[Reason]:
+    """Return the headings below the first sentence of a run: when, why, what to do, its cost, how sure."""
+    first = result.answers[0]
+    rows = [
+        ("Use", recommendation(result.document, result.ranking), ""),
+        ("Cost", " ".join(price(result)), ""),
+        ("Sure", " ".join(certainty(result.document, result.ranking)), ""),
+    ]
+    return [*first.reasons, *(row for row in rows if row[1])]

@@ -1,6 +1,6 @@
 """A run in a notebook and at a Python prompt: the ranking, the answer, charts, and where the picture is."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from itertools import accumulate
 from shlex import quote
@@ -70,8 +70,7 @@ def run_html(result: RunResult) -> str:
         "show/notebook.html",
         what=_what(result),
         where=_where(result),
-        # Its note about a busy machine stands in the cost.
-        ranking=replace(ranking.table, notes=()) if result.ranking else None,
+        ranking=ranking.table if result.ranking else None,
         undecided=ranking.sentences,
         answer=section_of(result, SectionName.ANSWER),
         details=details(result),

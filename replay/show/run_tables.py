@@ -139,8 +139,7 @@ def ranking_table(result: Summarised) -> Table:
     contacts = ranks[-1].contacts if ranks else 0
     made_of = f"made of {'it' if contacts == 1 else 'them'}" if contacts else "reported"
     title = f"{happened(contacts) if ranks else ''} What each detector {made_of}:"
-    busy = busy_text(result.document)
-    made = Table.of(COLUMNS["ranking"], ranks, title, [*filter(None, [busy]), *timing_notes(result)])
+    made = Table.of(COLUMNS["ranking"], ranks, title, timing_notes(result))
     some = any(rank.undecided for rank in ranks)
     return made.only(*(name for name in made.head if some or name != "undecided"))
 

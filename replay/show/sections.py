@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final
 
-from replay.document.headline import doubts, flicker_notes, price, undecided
+from replay.document.answer import Reason
+from replay.document.headline import answer_reasons, doubts, flicker_notes, undecided
 from replay.document.run_result import Summarised
 from replay.show import run_tables
 from replay.show.words import tallied
@@ -35,13 +36,13 @@ class Section:
     name : the question.
     sentences : paragraphs above the tables.
     tables : each with its title and its notes.
-    reasons : of the answer: ``Why``, ``Fix``, each with its text and its command.
+    reasons : of the answer: ``When``, ``Why``, ``Fix`` and more, each with its text and its command.
     """
 
     name: SectionName
     sentences: tuple[str, ...] = ()
     tables: tuple[Table, ...] = ()
-    reasons: tuple[tuple[str, str, str], ...] = ()
+    reasons: tuple[Reason, ...] = ()
 
     @property
     def table(self) -> Table:
@@ -61,11 +62,10 @@ def section_of(run: Summarised, name: SectionName) -> Section:
 
 
 def _answer(run: Summarised) -> Section:
-    """The sentence about the worst detector, its reasons, and the time of the reference."""
+    """The sentence about the worst detector; then when, why, what to do, its cost and how sure."""
     if not run.answers:
         return Section(SectionName.ANSWER)
-    first = run.answers[0]
-    return Section(SectionName.ANSWER, (first.sentence, *price(run)), reasons=tuple(first.reasons))
+    return Section(SectionName.ANSWER, (run.answers[0].sentence,), reasons=tuple(answer_reasons(run)))
 
 
 def _ranking(run: Summarised) -> Section:

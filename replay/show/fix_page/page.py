@@ -9,10 +9,10 @@ from markupsafe import Markup
 
 from cdcore import TriangleMesh
 from replay import words
-from replay.advice.before_after import change_text, errors_of_row, worse_text
 from replay.advice.pareto import count_text
 from replay.auditing.fault import Fault
-from replay.document.cost import busy_text
+from replay.document.before_after import change_text, errors_of_row, worse_text
+from replay.document.cost import TIMES_ARE, busy_text
 from replay.document.headline import beside, undecided
 from replay.document.run_result import RunResult
 from replay.show.fix_page.pictures import mesh_picture, pieces_picture, reach_picture, scale_gradient
@@ -167,6 +167,7 @@ def cure_page(cure: Cure) -> str:
         front_table=front_table(cure.front),
         counts={label: fault_counts(view, label) for label in (BEFORE, AFTER)},
         labels=(BEFORE, AFTER),
+        times_are=" ".join(filter(None, [TIMES_ARE, busy_text(view.document)])),
         gradient=Markup(scale_gradient()),
     )
 

@@ -9,7 +9,6 @@ from typing import Final
 from replay import words
 from replay.auditing.fault import Cause, Fault
 from replay.document.depth import depth_text
-from replay.document.detector_labels import sentence_of
 from replay.show.report.charts import KIND_LABELS, Lane, lane
 from replay.show.report.markup import moment_address
 from replay.show.report.run_view import Pair, RunView, lane_kind, spans
@@ -21,9 +20,6 @@ AROUND: Final = 0.35
 
 LEAST_AROUND: Final = 0.1
 """Seconds."""
-
-LONG: Final = 10.0
-"""Seconds; moments of a shorter session need milliseconds."""
 
 MOST_LISTED: Final = 2000
 """Faults of a pair, or of all pairs without a card, that are listed; the tables hold all."""
@@ -91,8 +87,6 @@ def cards(view: RunView, label: str) -> list[list[Card]]:
 def card(view: RunView, fault: Fault, *, whole: bool = True, first: bool = False) -> Card:
     """Return a fault as text; ``whole``: with picture and lanes; ``first``: with the large picture of a page."""
     leads = fault.detector == next(iter(view.document.audit))
-    unconfirmed = fault.cause is Cause.BOUNDING_VOLUMES
-    name = "Miss" if fault.kind.is_miss else "Unconfirmed contact" if unconfirmed else "False contact"
     noise = f" With tracker noise: {fault.noise}." if fault.noise else ""
     by = f" --by {fault.detector}" if len(view.answers) > 1 else ""
     picture, colours = "", ""
@@ -100,7 +94,7 @@ def card(view: RunView, fault: Fault, *, whole: bool = True, first: bool = False
         picture, colours = view.still(fault.detector, fault, FIRST if first else CARD)
     return Card(
         key=lane_kind(fault.kind),
-        title=f"{name} {fault.number}",
+        title=f"{fault.name.capitalize()} {fault.number}",
         bodies=" and ".join(fault.bodies),
         span=f"{words.timestamp(fault.start)} to {words.moment(fault.end)}",
         start=fault.start,
@@ -145,32 +139,15 @@ def _lanes(view: RunView, fault: Fault) -> list[tuple[str, Lane]]:
     ]
 
 
-@dataclass(frozen=True)
-class FirstFault:
-    """The fault that the first answer of a page is about: its card, and where it stands among all of its kind."""
-
-    card: Card
-    where: str
-
-
-def first_fault(view: RunView) -> FirstFault | None:
-    """Return the fault that the first answer of a page is about; ``None``: it is about none."""
+def first_fault(view: RunView) -> Card | None:
+    """Return the fault that the first answer of a page is about, with its large picture; ``None``: it is about none."""
     answer = view.answers[0]
     if answer.moment is None:
         return None
     key = answer.moment.kind, answer.moment.number
-    every = [fault for fault in view.faults[answer.label] if fault.kind.category == key[0]]
-    fault = next((fault for fault in every if fault.number == key[1]), None)
-    if fault is None:
-        return None
-    main, alike = card(view, fault, first=True), [other for other in every if other.bodies == fault.bodies]
-    digits = 1 if view.document.session.duration >= LONG else 3
-    start, end = min(other.start for other in alike), max(other.end for other in alike)
-    what, pair = main.title.rpartition(" ")[0].lower(), sentence_of(main.bodies)
-    if len(every) == 1:
-        return FirstFault(main, f"{pair}, {start:.{digits}f} s: the only {what}.")
-    total = f"{len(every)} missed, late or cut short" if fault.kind.is_miss else plural(len(every), what)
-    return FirstFault(main, f"{pair}, {start:.{digits}f} to {end:.{digits}f} s: {len(alike)} of {total}.")
+    faults = view.faults[answer.label]
+    fault = next((fault for fault in faults if (fault.kind.category, fault.number) == key), None)
+    return None if fault is None else card(view, fault, first=True)
 
 
 def fault_counts(view: RunView, label: str) -> str:

@@ -59,7 +59,6 @@ def page_of(
     settings cost, contacts that nobody audited.
     """
     first = None if view.hero else view.answers[0]
-    _, cost, *times = (*view.answer.sentences, "", "")[: max(2, len(view.answer.sentences))]
     faults = [(answer, cards(view, answer.label)) for answer in view.answers]
     values = {
         "view": view,
@@ -67,8 +66,6 @@ def page_of(
         "about": page_facts(view),
         "caveat": CAVEAT,
         "first": None if first is None else first_fault(view),
-        "cost": cost,
-        "times_are": " ".join(times),
         "comparison": comparison_of(view, first.moment.seconds if first and first.moment else None),
         "faults": faults,
         "lead": fault_counts(view, view.answers[0].label) if view.answers else "",

@@ -8,6 +8,7 @@ from typing import Final
 from replay import words
 from replay.auditing.misses import MANY
 from replay.constants import CAVEAT
+from replay.document.cost import TIMES_ARE, busy_text, cost
 from replay.document.run_result import RunResult
 from replay.effects.effect_summary import happened_text
 from replay.show.accuracy import run_dots, tradeoff_dots
@@ -74,8 +75,14 @@ def ranking_text(result: RunResult) -> str:
 
 def accuracy_text(result: RunResult) -> str:
     """Text on accuracy: cost of missing nothing, and the accuracy and time of each detector."""
-    _, cost, *notes = section_of(result, SectionName.ANSWER).sentences
-    return filled(f"{FOLDER}/accuracy.md", cost=cost, notes=notes, tradeoff=result.tradeoff, answers=result.answers)
+    notes = [*filter(None, [TIMES_ARE, busy_text(result.document)])]
+    return filled(
+        f"{FOLDER}/accuracy.md",
+        cost=cost(result.document),
+        notes=notes,
+        tradeoff=result.tradeoff,
+        answers=result.answers,
+    )
 
 
 def dots_of(result: RunResult) -> list[tuple[Dot, Rgba]]:

@@ -25,7 +25,7 @@ def test_measured_fix_has_the_figures_of_its_own_run():
     fixed = compute(cubes(POSITIONS), detectors="often=discrete")
     audit = fixed.document.audit["often"]
     every = result.phases["slow"].every_frame
-    assert answer.fix.measured and "none missed or late, 0 % false" in answer.fix.text
+    assert answer.fix.measured and "missed 0-2 of 2, now 0" in answer.fix.text
     assert (every.contacts_missed, every.late_or_cut_short) == (audit.contacts_missed, audit.late_or_cut_short)
     assert (every.contacts_missed, every.late_or_cut_short, every.false_contact.count) == (0, 0, 0)
     assert every.false_contact == audit.false_contact
@@ -70,7 +70,7 @@ def test_markdown_gives_why_and_fix_of_the_worst_detector():
     result = steady("one missed")
     reasons = result.answers[0].reasons
     page = run_markdown(result, ())
-    assert [heading for heading, _, _ in reasons] == ["Why", "Fix"]
+    assert [heading for heading, _, _ in reasons] == ["When", "Why", "Fix"]
     for heading, text, command in reasons:
         assert f"- **{heading}** {markdown_text(text)}" in page
         assert f"`{command}`" in page or not command

@@ -409,23 +409,27 @@ def fixes_hold(run, session, *, again):
             spec = (run.document.detectors[answer.label].name, settings | {"rate_hz": None})
             if again:
                 (alone, _) = compute(session, detectors={"it": spec, "exact": "exact"}).ranking
-                assert alone.loss < rank.loss and figures_of(fix.text) == figures_of_rank(alone)
+                assert alone.loss < rank.loss and figures_of(fix) == figures_of_rank(alone)
         elif named and named[1] != run.oracle:
             other = ranks[named[1]]
             assert other.label != answer.label and other.loss < rank.loss
-            assert figures_of(fix.text) == figures_of_rank(other)
+            assert figures_of(fix) == figures_of_rank(other)
             pieces = re.match(r"Up to (\d+) convex pieces", fix.text)
             if pieces:
                 assert run.document.detectors[other.label].settings["pieces"] == int(pieces[1])
 
 
-def figures_of(words):
-    """Largest counts missed and late, and the false share, as a fix prints them."""
-    missed = re.search(r"([\d,]+)(?:-([\d,]+))? of \d+ contacts? missed", words)
-    late = re.search(r"([\d,]+)(?:-([\d,]+))?(?: of \d+ contacts?)? late or cut short", words)
-    false = float(re.search(r"([\d.]+) % false", words)[1])
-    largest = [int((item[2] or item[1]).replace(",", "")) if item else 0 for item in (missed, late)]
-    return *largest, false
+def figures_of(fix):
+    """Largest counts missed and late, and the false share, as a fix prints those after it; what it leaves out is 0."""
+    false = re.search(r"([\d.]+) % false(?: as before|, now ([\d.]+) %)", fix.text)
+    largest = []
+    for kind in ("missed", "late or cut short"):
+        average = r"(?:, [\d.]+ on average, now [\d.]+)"
+        changed = rf"(?: as before|{average}|, now ([\d,-]+))"
+        printed = re.search(rf"; {kind} ([\d,-]+)(?: of [\d,]+)?{changed}", fix.text)
+        after = (printed[2] or printed[1]) if printed else "0"
+        largest.append(int(after.replace(",", "").split("-")[-1]))
+    return *largest, float(false[2] or false[1])
 
 
 def figures_of_rank(rank):

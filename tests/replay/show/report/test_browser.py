@@ -25,23 +25,25 @@ def demo(tmp_path_factory):
     return file
 
 
-def test_the_first_screen_holds_answer_picture_ranking_scatter_and_timeline(demo, tmp_path):
-    with opened(demo.as_uri(), tmp_path, (1280, 800)) as page:
-        for piece in ("h1", ".where", ".hero dl", ".hero .still", ".rank", ".sc", ".time", ".top nav"):
+HEADINGS = ["When", "Why", "Fix", "Use", "Cost", "Sure"]
+
+
+def test_first_screen_of_a_laptop_answers_beside_picture_and_ranking(demo, tmp_path):
+    with opened(demo.as_uri(), tmp_path, (1280, 720)) as page:
+        for piece in ("h1", ".hero dl", ".hero .still", ".hero .see", ".rank", ".sc", ".top nav"):
             top, bottom, right = page.ask(f"{BOX}('{piece}')")
-            assert 0 <= top < bottom <= 742 and right <= 1280, piece
-        assert page.ask("[...document.querySelectorAll('dt')].map(one => one.innerText)") == [
-            "Why",
-            "Fix",
-            "Cost",
-            "See it",
-        ]
+            assert 0 <= top < bottom <= 720 and right <= 1280, piece
+        assert page.ask("[...document.querySelectorAll('.hero dt')].map(one => one.innerText)") == HEADINGS
+        assert page.ask("parseFloat(getComputedStyle(document.querySelector('.hero dd')).fontSize)") >= 16
         assert page.ask("document.querySelectorAll('.lane').length") >= 4
 
 
-def test_phone_page_shows_picture_after_sentence_and_stacked_ranking(demo, tmp_path):
+def test_first_screen_of_a_phone_holds_every_answer(demo, tmp_path):
     with opened(demo.as_uri(), tmp_path, (400, 800)) as page:
-        boxes = [page.ask(f"{BOX}('{piece}')[0]") for piece in ("h1", ".hero .still", ".hero dl", ".rank", ".time")]
+        assert page.ask("[...document.querySelectorAll('.hero dt')].map(one => one.innerText)") == HEADINGS
+        assert page.ask(f"{BOX}('.hero dl')[1]") <= 800
+        assert page.ask("parseFloat(getComputedStyle(document.querySelector('.hero dd')).fontSize)") >= 15
+        boxes = [page.ask(f"{BOX}('{piece}')[0]") for piece in ("h1", ".hero dl", ".hero .still", ".rank", ".time")]
         assert boxes == sorted(boxes)
         rows = page.ask("[...document.querySelectorAll('.rank tbody tr')].map(one => one.offsetTop)")
         assert rows == sorted(set(rows)) and page.ask(f"{BOX}('.rank thead')[2]") < 40

@@ -2,7 +2,7 @@
 
 import pytest
 
-from replay.advice.before_after import Count, Errors, change_text, errors_of_row, worse_text
+from replay.document.before_after import Count, Errors, change_text, errors_of_row, worse_text
 
 
 def errors(false=0.86, missed=(0, 1, 0.5), late=(0, 0, 0.0), seconds=None, contacts=18):
@@ -32,6 +32,16 @@ STATES = {
         errors(0.19, (1, 2, 1.5), (5, 9, 7.0)),
         "86 % false, now 19 %; missed 0-1 of 18, now 1-2; late or cut short 0, now 5-9; 28 pieces",
         "More contacts are missed, and more are late or cut short, than before.",
+    ),
+    "worse in false": (
+        errors(0.9, (0, 0, 0.0)),
+        "86 % false, now 90 %; missed 0-1 of 18, now 0; 28 pieces",
+        "More contact time is false than before.",
+    ),
+    "worse in all": (
+        errors(0.9, (1, 2, 1.5), (5, 9, 7.0)),
+        "86 % false, now 90 %; missed 0-1 of 18, now 1-2; late or cut short 0, now 5-9; 28 pieces",
+        "More contacts are missed, and more are late or cut short, and more contact time is false, than before.",
     ),
     "equal": (errors(), "86 % false as before; missed 0-1 of 18 as before; 28 pieces", ""),
 }

@@ -1,4 +1,4 @@
-"""The sentence about colliders before and after: false, missed and late contacts, and the time of a frame."""
+"""The sentence about a detector before and after a Fix: false, missed and late contacts, and the time of a frame."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -42,7 +42,7 @@ class Count:
 
 @dataclass(frozen=True)
 class Errors:
-    """Errors of the colliders of a session, and the time of a frame.
+    """Errors of a detector in a session, and the time of a frame.
 
     Parameters
     ----------
@@ -75,10 +75,10 @@ def errors_of_rank(rank: Rank, seconds: float | None) -> Errors:
     return Errors(rank.contacts, fraction_of(rank.false), missed, late, seconds)
 
 
-def change_text(before: Errors, after: Errors, pieces: str) -> str:
+def change_text(before: Errors, after: Errors, pieces: str = "") -> str:
     """``86 % false, now 19 %; missed 0-1 of 18, now 0-2; late or cut short 1-3, now 5; 28 pieces; 0.02 ms``
 
-    A kind of error that neither has is left out. ``pieces`` are those after, in words.
+    A kind of error that neither has is left out. ``pieces`` are those after, in words; ``""``: no pieces.
     """
     false, false_after = words.as_percentage(before.false), words.as_percentage(after.false)
     clauses = [f"{false} false as before" if false == false_after else f"{false} false, now {false_after}"]
@@ -92,7 +92,8 @@ def change_text(before: Errors, after: Errors, pieces: str) -> str:
             of = ""
     if of:
         clauses.append("none missed or late")
-    clauses.append(pieces)
+    if pieces:
+        clauses.append(pieces)
     if before.seconds is not None and after.seconds is not None:
         difference = after.seconds - before.seconds
         clauses.append(f"{words.frame_time(abs(difference))} a frame {'more' if difference >= 0.0 else 'less'}")
@@ -100,10 +101,17 @@ def change_text(before: Errors, after: Errors, pieces: str) -> str:
 
 
 def worse_text(before: Errors, after: Errors) -> str:
-    """A sentence that says which kinds of lost contacts become more; ``""``: none does."""
+    """A sentence that says which kinds of error become more; ``""``: none does."""
     missed, late = before.missed.is_worse(after.missed), before.late.is_worse(after.late)
-    if missed and late:
-        return "More contacts are missed, and more are late or cut short, than before."
+    reads_worse = words.as_percentage(before.false) != words.as_percentage(after.false)
+    clauses = []
     if missed:
-        return "More contacts are missed than before."
-    return "More contacts are late or cut short than before." if late else ""
+        clauses.append("more contacts are missed")
+    if late:
+        clauses.append(f"more{'' if missed else ' contacts'} are late or cut short")
+    if after.false > before.false and reads_worse:
+        clauses.append("more contact time is false")
+    if not clauses:
+        return ""
+    text = ", and ".join(clauses)
+    return f"{text[0].upper()}{text[1:]}{',' if len(clauses) > 1 else ''} than before."

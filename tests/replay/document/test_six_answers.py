@@ -1,0 +1,120 @@
+"""What, when, why, what to do, what it costs and how sure: every sentence of the answer is true in every state."""
+
+import re
+from dataclasses import replace
+
+import pytest
+from msgspec import structs
+from support.report_states import STATES, detector_of, document_with, steady, times_of
+
+from replay import words
+from replay.auditing.wilson import proportion
+from replay.constants import BUDGET_MS
+from replay.document.certainty import certainty
+from replay.document.cost import busy_sentence
+from replay.document.ranking import Rank
+from replay.document.recommendation import recommendation
+from replay.show.sections import SectionName, section_of
+
+AUDITED = [state for state in STATES if state not in ("no reference", "effects", "findings")]
+
+
+def busy(result, fraction=0.6):
+    detectors = {
+        label: structs.replace(detector, seconds=structs.replace(detector.seconds, processor_fraction=1.0 - fraction))
+        for label, detector in result.document.detectors.items()
+    }
+    return replace(result, document=structs.replace(result.document, detectors=detectors))
+
+
+@pytest.mark.parametrize("state", AUDITED)
+def test_headings_stand_in_one_order_and_end_as_sentences(state):
+    reasons = section_of(steady(state), SectionName.ANSWER).reasons
+    names = [name for name, _, _ in reasons]
+    order = ["When", "Why", "Fix", "But", "Use", "Cost", "Sure"]
+    assert names == [name for name in order if name in names] and names[-3:] == order[-3:]
+    assert all(text.endswith((".", ":")) or command for _, text, command in reasons)
+
+
+@pytest.mark.parametrize("state", AUDITED)
+def test_moments_of_the_answer_are_those_of_faults(state):
+    result = steady(state)
+    for answer in result.answers:
+        faults = (*result.misses[answer.label], *result.false[answer.label])
+        times = {f"{second:.3f}" for fault in faults for second in (fault.start, fault.end)}
+        times |= {f"{second:.1f}" for fault in faults for second in (fault.start, fault.end)}
+        printed = re.findall(r"(?:From|to|[aA]t) (\d+\.\d+)", answer.when)
+        assert set(printed) <= times and bool(printed) == (answer.moment is not None)
+        missed = [fault for fault in result.misses[answer.label] if fault.kind == "never reported"]
+        false = result.false[answer.label]
+        if answer.moment is not None and answer.moment.kind == "false":
+            assert ("issed" in answer.when) == bool(missed)
+        elif answer.moment is not None:
+            assert bool(re.search(r"(?:False|Unconfirmed|false|unconfirmed) contact", answer.when)) == bool(false)
+
+
+@pytest.mark.parametrize("state", AUDITED)
+@pytest.mark.parametrize("others", [0.0, 0.6])
+def test_a_busy_machine_is_said_once_in_every_state(state, others):
+    result = busy(steady(state), others)
+    text = " ".join(text for _, text, _ in section_of(result, SectionName.ANSWER).reasons)
+    assert text.count("The machine was busy") == (others > 0.0)
+    assert busy_sentence(others) in text
+
+
+def rank_of(label, contacts=9, missed=0, false=0.0, mean=1e-4, p99=2e-4, **more):
+    counts = {} if label == "exact" else {"missed_counts": (missed, missed), "late_counts": (0, 0)}
+    rank = Rank(label, label, label, contacts, mean, p99, missed=proportion(missed, max(1, contacts)), **counts)
+    return replace(rank, false=proportion(round(100 * false), 100), **more)
+
+
+def document_of(*labels, not_live=(), others=0.0):
+    seconds = structs.replace(times_of(1e-4, 2e-4), processor_fraction=1.0 - others)
+    detectors = {label: detector_of(label, live=label not in not_live, seconds=seconds) for label in labels}
+    return document_with(detectors=detectors, oracle="exact")
+
+
+SLOW = 1.1e-3 * BUDGET_MS
+
+
+@pytest.mark.parametrize(
+    ("ranks", "settings", "begins"),
+    [
+        ([rank_of("a", missed=1), rank_of("exact")], {}, "exact: it is the reference"),
+        ([rank_of("a", missed=1), rank_of("exact", p99=SLOW)], {}, "a: 1 of 9 contacts missed."),
+        ([rank_of("a", missed=1), rank_of("exact")], {"not_live": ["exact"]}, "a: 1 of 9 contacts missed."),
+        ([rank_of("a", missed=1), rank_of("exact")], {"not_live": ["exact", "a"]}, "exact: it is the reference"),
+        ([rank_of("a", missed=1), rank_of("b"), rank_of("exact")], {}, "exact (the reference), as fast as b or faster"),
+        ([rank_of("b", mean=5e-5), rank_of("exact")], {}, "b, faster than exact (the reference)"),
+        ([rank_of("b", mean=5e-5), rank_of("exact")], {"others": 0.5}, "b or exact (the reference)"),
+        ([rank_of("b", mean=None, p99=None), rank_of("exact")], {}, "b or exact (the reference)"),
+        ([rank_of("a", undecided=2), rank_of("exact")], {}, "exact: it is the reference"),
+        ([rank_of("a", undecided=2), rank_of("exact", p99=SLOW)], {}, "exact, the reference, takes longer"),
+        ([rank_of("a", 0), rank_of("exact", 0)], {}, "This session cannot tell"),
+        ([rank_of("a", missed=1), rank_of("b", false=0.5), rank_of("exact")], {}, "exact: it is the reference"),
+    ],
+)
+def test_the_detector_to_use_is_right_and_fits_a_frame(ranks, settings, begins):
+    text = recommendation(document_of(*(rank.label for rank in ranks), **settings), ranks)
+    assert text.startswith(begins) and text.endswith(".")
+    rest = [rank for rank in ranks[:-1] if not rank.undecided and rank.loss]
+    if "Next best" in text:
+        assert f"Next best is {min(rest, key=lambda rank: rank.loss).label}:" in text
+
+
+def test_without_an_audit_nothing_is_recommended_or_sure():
+    assert recommendation(document_of("a"), ()) == "" and certainty(document_of("a"), ()) == []
+
+
+@pytest.mark.parametrize("state", AUDITED)
+def test_interval_of_the_answer_is_that_of_the_ranking(state):
+    result = steady(state)
+    first = certainty(result.document, result.ranking)[0]
+    worst = result.ranking[0]
+    assert first.startswith(f"One session with {words.plural(worst.contacts, 'contact')}")
+    printed = re.search(r"interval of (.*) ([\d.]+) to ([\d.]+) %\.$", first)
+    assert bool(printed) == bool(worst.contacts)
+    if printed:
+        leading = worst.false if printed[1] == "false contact" else worst.missed
+        ends = [words.percentage(100 * end) for end in (leading.lower, leading.upper)]
+        assert [printed[2], printed[3]] == ends and ("too few" in first) == (leading.upper - leading.lower > 0.5)
