@@ -46,12 +46,16 @@ class Surface:
 
 @dataclass(frozen=True, eq=False)
 class GlbTree:
-    """The nodes of the default scene: ``names``, ``parents`` (-1: none), ``poses`` 4x4 to the world; ``surfaces``."""
+    """The nodes of the default scene: ``names``, ``parents`` (-1: none), ``poses`` 4x4 to the world; ``surfaces``.
+
+    Names, parents and poses have a row for every node of the file; ``reached`` are those that hang in the scene.
+    """
 
     names: tuple[str, ...]
     parents: tuple[int, ...]
     poses: tuple[Array, ...]
     surfaces: tuple[Surface, ...]
+    reached: frozenset[int]
 
     def whole(self) -> MeshData:
         """All surfaces where their nodes put them; a skin where its joints do, whatever its own node says."""
@@ -127,18 +131,29 @@ def rigid_of(pose: Array) -> Array:
     return rigid
 
 
-def read_glb(data: bytes) -> GlbTree:
-    """The tree of a GLB. Raises MeshFileError where it cannot be read as it is meant; any error where it is damaged."""
-    return _Reader(GlbFile(data)).tree()
+def read_glb(data: bytes, root: int | None = None) -> GlbTree:
+    """The tree of a GLB: of its default scene, or of the node ``root`` and all below it, in a scene or not.
+
+    Raises MeshFileError where it cannot be read as it is meant; any error where it is damaged.
+    """
+    return _Reader(GlbFile(data)).tree(root)
+
+
+def read_glb_mesh(data: bytes, number: int) -> MeshData | None:
+    """A mesh by its number, whether a node holds it or not, with its own morph weights; ``None``: it has no triangle.
+
+    Raises as `read_glb`.
+    """
+    return _Reader(GlbFile(data)).mesh(number)
 
 
 class _Reader:
     def __init__(self, file: GlbFile) -> None:
         self._file = file
 
-    def tree(self) -> GlbTree:
+    def tree(self, root: int | None) -> GlbTree:
         nodes = self._file.rows("nodes")
-        roots = self._file.scene
+        roots = self._file.scene if root is None else [root]
         if roots is None:
             inner = {child for node in nodes for child in node.get("children", ())}
             roots = [number for number in range(len(nodes)) if number not in inner]
@@ -157,7 +172,17 @@ class _Reader:
         joint_poses = {number: poses[number] for number in reached}
         surfaces = [surface for number in sorted(reached) for surface in self._surfaces(number, joint_poses)]
         names = tuple(str(node.get("name") or f"node {number}") for number, node in enumerate(nodes))
-        return GlbTree(names, tuple(parents), tuple(poses), tuple(surfaces))
+        return GlbTree(names, tuple(parents), tuple(poses), tuple(surfaces), frozenset(reached))
+
+    def mesh(self, number: int) -> MeshData | None:
+        row = at(self._file.rows("meshes"), number)
+        if self._corners({"mesh": number}) > 3 * MOST_FACES:
+            raise MeshFileError(f"a mesh of it holds more than {MOST_FACES:,} faces; export a coarser one")
+        primitives = ((self._faces(primitive), primitive) for primitive in row["primitives"])
+        weights = row.get("weights") or ()
+        return _joined(
+            MeshData(self._positions(primitive, weights), faces) for faces, primitive in primitives if len(faces)
+        )
 
     def _primitives(self, node: Row) -> Sequence[Row]:
         return at(self._file.rows("meshes"), node["mesh"])["primitives"] if "mesh" in node else ()

@@ -8,8 +8,9 @@ Source: the specifications of these extensions, Khronos glTF repository (KHR, dr
 
 import base64
 import json
+import re
 import struct
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 from urllib.parse import unquote
@@ -19,8 +20,8 @@ import numpy as np
 from sessions.errors import MeshFileError, SceneError, SceneSourceError
 from sessions.geometry.shapes import make_shape
 from sessions.mesh_data import MeshData, concatenated
-from sessions.meshes.glb_tree import GlbTree, read_glb, rigid_of
-from sessions.scene_formats.safe_files import SceneFiles
+from sessions.meshes.glb_tree import read_glb, read_glb_mesh, rigid_of
+from sessions.scene_formats.safe_files import MOST_FILE_BYTES, SceneFiles
 from sessions.scene_formats.scene_source import (
     Matrix,
     SceneSource,
@@ -31,7 +32,7 @@ from sessions.scene_formats.scene_source import (
 )
 
 KHR, KHR_SHAPES = "KHR_physics_rigid_bodies", "KHR_implicit_shapes"
-OMI, OMI_SHAPES = "OMI_physics_body", "OMI_physics_shape"
+OMI, OMI_SHAPES, OMI_JOINT = "OMI_physics_body", "OMI_physics_shape", "OMI_physics_joint"
 STATIC: Final = "static"
 DATA_URI: Final = "data:"
 ROUND_FACES: Final = 4000
@@ -49,9 +50,8 @@ def read_gltf(path: Path, files: SceneFiles) -> SceneSource:
     try:
         if data[:4] != b"glTF":
             data = _packed(json.loads(data.decode("utf-8-sig")), path, files)
-        tree = read_glb(data)
         length = struct.unpack_from("<I", data, 12)[0]
-        return _Reader(json.loads(data[20 : 20 + length]), tree).scene(path)
+        return _Reader(json.loads(data[20 : 20 + length]), data).scene(path)
     except SceneSourceError:
         raise
     except MeshFileError as error:
@@ -62,53 +62,91 @@ def read_gltf(path: Path, files: SceneFiles) -> SceneSource:
 
 def _packed(document: Row, path: Path, files: SceneFiles) -> bytes:
     """A glTF as GLB: the files of its buffers are read, and put into it."""
+    total = 0
     for buffer in document.get("buffers", ()):
         uri = str(buffer.get("uri", ""))
-        if uri and not uri.startswith(DATA_URI):
-            if "://" in uri:
-                raise SceneSourceError(f"{path} names a buffer of a server, {uri[:60]!r}; put the file beside it")
-            content = files.read(path.parent / unquote(uri), f"the buffer {uri!r}")
-            buffer["uri"] = "data:application/octet-stream;base64," + base64.b64encode(content).decode()
+        if not uri or uri.startswith(DATA_URI):
+            continue
+        if re.match(r"[A-Za-z][A-Za-z0-9+.-]*:", uri):
+            raise SceneSourceError(f"{path} names a buffer by an address, {uri[:60]!r}; put the file beside it")
+        content = files.read(path.parent / unquote(uri), f"the buffer {uri!r}")
+        # Buffers may name one file again and again.
+        total += len(content)
+        if total > MOST_FILE_BYTES:
+            most = f"{MOST_FILE_BYTES / 1e6:,.0f} MB"
+            raise SceneSourceError(f"the buffers of {path} have more than {most} together; reduce the scene")
+        buffer["uri"] = "data:application/octet-stream;base64," + base64.b64encode(content).decode()
     text = json.dumps(document).encode()
     text += b" " * (-len(text) % 4)
     return struct.pack("<4sIIII", b"glTF", 2, 20 + len(text), len(text), 0x4E4F534A) + text
 
 
 class _Reader:
-    def __init__(self, document: Row, tree: GlbTree) -> None:
-        self._tree, self._nodes = tree, document.get("nodes", [])
+    def __init__(self, document: Row, data: bytes) -> None:
+        self._data, self._tree, self._nodes = data, read_glb(data), document.get("nodes", [])
         extensions = document.get("extensions", {})
         self._shapes = {
             KHR: extensions.get(KHR_SHAPES, {}).get("shapes", []),
             OMI: extensions.get(OMI_SHAPES, {}).get("shapes", []),
         }
         self._filters = extensions.get(KHR, {}).get("collisionFilters", [])
+        self._used = [name for name in document.get("extensionsUsed", ()) if "physics" in name or "collider" in name]
         self.left_out: list[str] = []
 
     def scene(self, path: Path) -> SceneSource:
-        physics = {number: found for number in range(len(self._nodes)) if (found := self._physics_of(number))}
+        physics = {number: found for number in sorted(self._tree.reached) if (found := self._physics_of(number))}
         if not physics:
-            raise SceneSourceError(f"{path} has no physics ({KHR} or {OMI}); export it with its colliders")
+            used = f"; its extension {self._used[0]} is another" if self._used else ""
+            raise SceneSourceError(f"{path} has no physics of {KHR} or {OMI}{used}; export it with its colliders")
         owner = {number: self._body_of(number, physics) for number in physics}
-        numbers = sorted(set(owner.values()))
-        bodies, filters = dict[str, SourceBody](), dict[str, list[Row]]()
-        for number in numbers:
+        bodies, filters = dict[int, SourceBody](), dict[int, list[Row | None]]()
+        for number in sorted(set(owner.values())):
             parts = [node for node, body in owner.items() if body == number]
             body = self._body(number, parts, physics)
-            if body is not None and body.name in bodies:
-                raise SceneSourceError(f"{path} has two bodies {body.name!r}; name their nodes apart")
-            if body is not None:
-                bodies[body.name] = body
-                rows = [physics[node][1].get("collider", {}).get("collisionFilter") for node in parts]
-                filters[body.name] = [self._filters[row] for row in rows if row is not None]
-        names = [*bodies]
-        excluded = tuple(
-            (first, second)
-            for index, first in enumerate(names)
-            for second in names[index + 1 :]
-            if not _filters_meet(filters[first], filters[second])
-        )
-        return SceneSource("glTF", bodies, excluded, tuple(self.left_out))
+            if body is None:
+                continue
+            if any(body.name == other.name for other in bodies.values()):
+                raise SceneSourceError(f"{path} has two bodies {body.name!r}; give their nodes different names")
+            bodies[number] = body
+            filters[number] = [*self._filters_of(parts, physics)]
+        excluded = dict.fromkeys(self._unfiltered_pairs([*bodies], filters))
+        excluded |= dict.fromkeys(pair for pair in self._jointed_pairs(physics) if bodies.keys() >= {*pair})
+        named = tuple((bodies[first].name, bodies[second].name) for first, second in excluded)
+        return SceneSource("glTF", {body.name: body for body in bodies.values()}, named, tuple(self.left_out))
+
+    def _filters_of(self, parts: Iterable[int], physics: Mapping[int, tuple[str, Row]]) -> Iterator[Row | None]:
+        """The filter of each collider of a body; ``None``: it collides with everything."""
+        for node in parts:
+            if "collider" in physics[node][1]:
+                row = physics[node][1]["collider"].get("collisionFilter")
+                yield None if row is None else self._filters[row]
+
+    def _unfiltered_pairs(
+        self, numbers: Sequence[int], filters: Mapping[int, Sequence[Row | None]]
+    ) -> Iterator[tuple[int, int]]:
+        """Pairs of bodies of which no two colliders meet; where some do and others do not, that is named."""
+        for index, first in enumerate(numbers):
+            for second in numbers[index + 1 :]:
+                answers = {_meet(a, b) for a in filters[first] for b in filters[second]}
+                if answers == {False}:
+                    yield first, second
+                elif len(answers) == 2:
+                    names = f"{self._tree.names[first]!r} and {self._tree.names[second]!r}"
+                    self.left_out.append(f"filters that let some colliders of {names} meet and others not: all meet")
+
+    def _jointed_pairs(self, physics: Mapping[int, tuple[str, Row]]) -> Iterator[tuple[int, int]]:
+        """Pairs of bodies that a joint holds together; they collide only where it says so."""
+        for number in sorted(self._tree.reached):
+            extensions: Mapping[str, Row] = self._nodes[number].get("extensions", {})
+            joint = extensions.get(KHR, {}).get("joint", extensions.get(OMI_JOINT))
+            if joint is None:
+                continue
+            self.left_out.append(f"the joint of node {self._tree.names[number]!r}")
+            connected = joint.get("connectedNode", -1)
+            if connected in self._tree.reached and not joint.get("enableCollision"):
+                ends = sorted({self._nearest(number, physics), self._nearest(connected, physics)})
+                if len(ends) == 2:
+                    yield ends[0], ends[1]
 
     def _physics_of(self, number: int) -> tuple[str, Row] | None:
         extensions: Mapping[str, Row] = self._nodes[number].get("extensions", {})
@@ -126,9 +164,8 @@ class _Reader:
         solids = (self._collider(node, *physics[node], to_body @ self._tree.poses[node]) for node in parts)
         colliding = [solid for solid in solids if solid is not None]
         for node in parts:
-            for word in ("trigger", "joint"):
-                if word in physics[node][1]:
-                    self.left_out.append(f"the {word} of node {self._tree.names[node]!r}")
+            if "trigger" in physics[node][1]:
+                self.left_out.append(f"the trigger of node {self._tree.names[node]!r}")
         drawn = [
             self._tree.in_frame(frame, surface)
             for surface in self._tree.surfaces
@@ -157,29 +194,31 @@ class _Reader:
             word = str(row.get("type", ""))
             inner = row.get(word, row)
             if word in (*HULLS, "trimesh"):
-                return self._mesh_collider(node, int(inner.get("mesh", -1)), word in HULLS, to_body)
-            shape = _shape(kind, word, inner)
-            if shape is None:
-                self.left_out.append(f"the collider of node {name!r}: a shape {word!r}")
-                return None
-            return shape.transformed(to_body)
-        # Of the drafts one names a mesh, the other a node that holds it.
-        mesh = geometry.get("mesh")
-        if mesh is None and "node" in geometry:
-            mesh = self._nodes[geometry["node"]].get("mesh")
-        if mesh is None:
-            self.left_out.append(f"the collider of node {name!r}: it names no shape")
+                solid = self._mesh(int(inner.get("mesh", -1)))
+                is_hull, missing = word in HULLS, "its mesh holds no triangle"
+            else:
+                solid, is_hull, missing = _shape(kind, word, inner), False, f"a shape {word!r}"
+        else:
+            # Of the drafts one names a mesh, the other a node that holds it.
+            solid = self._mesh(int(geometry["mesh"])) if "mesh" in geometry else self._below(geometry.get("node"))
+            is_hull, missing = bool(geometry.get("convexHull")), "it names no shape with a triangle"
+        if solid is None:
+            self.left_out.append(f"the collider of node {name!r}: {missing}")
             return None
-        return self._mesh_collider(node, int(mesh), bool(geometry.get("convexHull")), to_body)
+        placed = solid.transformed(to_body)
+        return convex_hull(placed) if is_hull else placed
 
-    def _mesh_collider(self, node: int, mesh: int, is_hull: bool, to_body: Matrix) -> MeshData | None:
-        holders = [surface for surface in self._tree.surfaces if self._nodes[surface.node].get("mesh") == mesh]
-        first = [surface.mesh for surface in holders if surface.node == holders[0].node]
-        if not first:
-            self.left_out.append(f"the collider of node {self._tree.names[node]!r}: no node holds its mesh")
+    def _mesh(self, number: int) -> MeshData | None:
+        return read_glb_mesh(self._data, number) if number >= 0 else None
+
+    def _below(self, node: int | None) -> MeshData | None:
+        """All meshes of a node and below it, in its own frame; the node need not hang in the scene."""
+        if node is None:
             return None
-        solid = concatenated(first).transformed(to_body)
-        return convex_hull(solid) if is_hull else solid
+        tree = self._tree if node in self._tree.reached else read_glb(self._data, root=node)
+        surfaces = [surface for surface in tree.surfaces if node in tree.above(surface.node)]
+        meshes = [tree.in_frame(tree.poses[node], surface) for surface in surfaces]
+        return concatenated(meshes) if meshes else None
 
 
 DEFAULTS: Final = {KHR: (0.25, 0.5, 0.5), OMI: (0.5, 1.0, 2.0)}
@@ -201,8 +240,8 @@ def _shape(kind: str, word: str, row: Row) -> MeshData | None:
     return None
 
 
-def _round_shape(kind: str, word: str, row: Row) -> MeshData:
-    """A capsule or a cylinder; one of two radii is the hull of its ends."""
+def _round_shape(kind: str, word: str, row: Row) -> MeshData | None:
+    """A capsule or a cylinder; of two radii the hull of its ends, one of which may be a point; ``None``: neither."""
     radius, capsule_height, cylinder_height = DEFAULTS[kind]
     is_capsule = word == "capsule"
     height = float(row.get("height", capsule_height if is_capsule else cylinder_height))
@@ -213,20 +252,25 @@ def _round_shape(kind: str, word: str, row: Row) -> MeshData:
     if lower == upper:
         length = height + 2.0 * lower if is_capsule else height
         return make_shape(word, {"radius": lower, "length": length}, ROUND_FACES)
-    ends = []
+    if height < 0.0 or not (height or is_capsule):
+        return None
+    points = []
     for end, side in ((lower, -1.0), (upper, 1.0)):
-        size = {"radius": end} if is_capsule else {"radius": end, "length": height}
-        solid = make_shape("sphere" if is_capsule else "cylinder", size, ROUND_FACES)
-        away = np.array([0.0, side * height / 2.0, 0.0])
-        # Of a cylinder both discs of an end are laid in the end's plane.
-        corners = solid.vertices if is_capsule else solid.vertices * [1.0, 0.0, 1.0]
-        ends.append(MeshData(corners + away, solid.faces))
-    return convex_hull(concatenated(ends))
+        centre = np.array([[0.0, side * height / 2.0, 0.0]])
+        if end > 0.0:
+            size = {"radius": end} if is_capsule else {"radius": end, "length": height}
+            corners = make_shape("sphere" if is_capsule else "cylinder", size, ROUND_FACES).vertices
+            # Of a cylinder both discs of an end are laid in the end's plane.
+            points.append(centre + (corners if is_capsule else corners * [1.0, 0.0, 1.0]))
+        elif end == 0.0:
+            points.append(centre)
+    corners = np.unique(np.concatenate(points), axis=0)
+    return convex_hull(MeshData(corners, np.zeros((1, 3), dtype=np.int64))) if len(points) == 2 else None
 
 
-def _filters_meet(first: list[Row], second: list[Row]) -> bool:
-    """Whether colliders of two bodies may collide by their filters; one without a filter collides with all."""
-    return not first or not second or any(_lets(a, b) and _lets(b, a) for a in first for b in second)
+def _meet(first: Row | None, second: Row | None) -> bool:
+    """Whether two colliders may collide by their filters; one without a filter collides with all."""
+    return first is None or second is None or (_lets(first, second) and _lets(second, first))
 
 
 def _lets(own: Row, other: Row) -> bool:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from sessions.errors import SceneSourceError
 from sessions.geometry.shapes import make_shape
 from sessions.mesh_data import MeshData, concatenated
+from sessions.scene_formats.mjcf_files import check_mjcf
 from sessions.scene_formats.safe_files import SceneFiles
 from sessions.scene_formats.scene_source import (
     Y_UP_OF_Z_UP,
@@ -29,8 +30,6 @@ FIRST_HIDDEN_GROUP: Final = 3
 """MuJoCo's viewer draws geoms of the groups 0 to 2; from 3 on they are colliders by custom."""
 ROUND_FACES: Final = 4000
 """Of a capsule, a sphere or an ellipsoid: with fewer, 1 of 275 pair-frames of a finger and a bowl is no contact."""
-FILE_ATTRIBUTES: Final = ("file", "fileright", "fileleft", "fileup", "filedown", "filefront", "fileback")
-FOLDER_ATTRIBUTES: Final = ("meshdir", "texturedir", "assetdir")
 Z_OF_Y: Final = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 """Lays a shape along +Y along +Z, where MuJoCo has it."""
 NOT_TAKEN: Final = {"PLANE": "an endless plane", "HFIELD": "a height field", "SDF": "a signed distance field"}
@@ -48,34 +47,12 @@ def mujoco_of() -> Any:
 def load_model(path: Path, files: SceneFiles) -> Any:
     """The model of an MJCF file, whose files were all found to lie in the scene's folder before one is read."""
     mujoco = mujoco_of()
-    _check_files(path, files)
+    check_mjcf(path, files)
     try:
         return mujoco.MjModel.from_xml_path(str(path))
-    except (ValueError, mujoco.FatalError) as error:
+    except Exception as error:  # of another package: any error means that it cannot be read
         reason = " ".join(str(error).split())
         raise SceneSourceError(f"MuJoCo does not read {path}: {reason}; correct it") from error
-
-
-def _check_files(path: Path, files: SceneFiles) -> None:
-    """Refuse files outside the folder in every place that MuJoCo may look for them."""
-    elements = [*files.with_includes(path, path.parent)]
-    folders = {path.parent} | {
-        path.parent / value
-        for element in elements
-        for compiler in element.iter("compiler")
-        for key, value in compiler.items()
-        if key in FOLDER_ATTRIBUTES
-    }
-    for element in elements:
-        for child in element.iter():
-            names = [value for key, value in child.items() if key in FILE_ATTRIBUTES and child.tag != "include"]
-            for name in names:
-                places = [folder / name for folder in folders]
-                present = [place for place in places if place.exists()]
-                # Where none is there, the library says which is missing; a path outside is refused all the same.
-                for place in present or places[:1]:
-                    if present or not place.resolve().is_relative_to(files.root):
-                        files.inside(place, f"{child.tag} {name!r}")
 
 
 def read_mjcf_scene(path: Path, files: SceneFiles, surface: Surface) -> SceneSource:
@@ -89,11 +66,13 @@ def scene_of(model: Any, surface: Surface) -> SceneSource:
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     names, left_out = body_names(model), list[str]()
+    # Geoms of named pairs collide whatever their masks say.
+    in_pairs = {*model.pair_geom1.tolist(), *model.pair_geom2.tolist()}
     bodies: dict[str, SourceBody] = {}
     only_drawn = []
     for number, name in enumerate(names):
-        geoms = range(model.body_geomadr[number], model.body_geomadr[number] + model.body_geomnum[number])
-        colliding = [geom for geom in geoms if model.geom_contype[geom] or model.geom_conaffinity[geom]]
+        geoms = range(*_geoms(model, number).indices(model.ngeom))
+        colliding = [geom for geom in geoms if geom in in_pairs or _has_mask(model, geom)]
         left_out += _refused(model, name, colliding)
         taken = [geom for geom in geoms if _kind(model, geom) not in NOT_TAKEN]
         colliding = [geom for geom in taken if geom in colliding]
@@ -125,6 +104,9 @@ def scene_of(model: Any, surface: Surface) -> SceneSource:
     if only_drawn:
         left_out.append(f"bodies of which nothing collides: {', '.join(only_drawn)}")
     left_out += _soft(model)
+    disable = mujoco.mjtDisableBit
+    if model.opt.disableflags & (disable.mjDSBL_CONTACT | disable.mjDSBL_CONSTRAINT):
+        left_out.append("the flag that switches all contacts off: pairs are tested")
     return SceneSource("MJCF", bodies, tuple(_excluded(model, names, bodies)), tuple(left_out), Y_UP_OF_Z_UP)
 
 
@@ -182,26 +164,43 @@ def _soft(model: Any) -> Iterator[str]:
         yield f"skins, which are drawn only: {model.nskin}"
 
 
+def _has_mask(model: Any, geom: int) -> bool:
+    return bool(model.geom_contype[geom] or model.geom_conaffinity[geom])
+
+
 def _excluded(model: Any, names: Sequence[str], bodies: dict[str, SourceBody]) -> Iterator[tuple[str, str]]:
-    """Pairs that MuJoCo never tests: named, of a body and its parent, and of geoms whose masks do not meet."""
-    signatures = [(int(mark) >> 16, int(mark) & 0xFFFF) for mark in model.exclude_signature]
-    explicit = {frozenset(pair) for pair in signatures}
-    numbers = [number for number, name in enumerate(names) if name in bodies]
-    keeps_parents = bool(model.opt.disableflags & mujoco_of().mjtDisableBit.mjDSBL_FILTERPARENT)
-    for index, first in enumerate(numbers):
-        for second in numbers[index + 1 :]:
-            welds = int(model.body_weldid[first]), int(model.body_weldid[second])
-            parents = [int(model.body_weldid[model.body_parentid[weld]]) for weld in welds]
-            is_child = not keeps_parents and 0 not in welds and (parents[1] == welds[0] or parents[0] == welds[1])
-            is_named = frozenset((first, second)) in explicit
-            if is_named or welds[0] == welds[1] or is_child or not _masks_meet(model, first, second):
-                yield names[first], names[second]
+    """Pairs that MuJoCo never tests: named, of a body and its parent, and of geoms whose masks do not meet.
+
+    Geoms that the model pairs by name are tested in spite of all that.
+    """
+    numbers = np.array([number for number, name in enumerate(names) if name in bodies], dtype=np.int64)
+    welds = model.body_weldid[numbers]
+    parents = model.body_weldid[model.body_parentid[welds]]
+    excluded = welds[:, None] == welds
+    if not model.opt.disableflags & mujoco_of().mjtDisableBit.mjDSBL_FILTERPARENT:
+        is_child = parents[:, None] == welds
+        excluded |= (is_child | is_child.T) & (welds != 0) & (welds[:, None] != 0)
+    types, affinities = (
+        np.array([np.bitwise_or.reduce(masks[_geoms(model, number)]) for number in numbers], dtype=np.int64)
+        for masks in (model.geom_contype, model.geom_conaffinity)
+    )
+    meets = types[:, None] & affinities
+    excluded |= (meets | meets.T) == 0
+    index = {int(number): row for row, number in enumerate(numbers)}
+    for mark in model.exclude_signature.tolist():
+        _set(excluded, index, (mark >> 16, mark & 0xFFFF), True)
+    for geoms in zip(model.pair_geom1.tolist(), model.pair_geom2.tolist(), strict=True):
+        _set(excluded, index, tuple(int(model.geom_bodyid[geom]) for geom in geoms), False)
+    for first, second in np.argwhere(np.triu(excluded, 1)).tolist():
+        yield names[numbers[first]], names[numbers[second]]
 
 
-def _masks_meet(model: Any, first: int, second: int) -> bool:
-    def masks(body: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-        geoms = slice(model.body_geomadr[body], model.body_geomadr[body] + model.body_geomnum[body])
-        return model.geom_contype[geoms], model.geom_conaffinity[geoms]
+def _geoms(model: Any, body: int) -> slice:
+    return slice(model.body_geomadr[body], model.body_geomadr[body] + model.body_geomnum[body])
 
-    (types, affinities), (other_types, other_affinities) = masks(first), masks(second)
-    return bool((types[:, None] & other_affinities).any() or (other_types[:, None] & affinities).any())
+
+def _set(table: NDArray[np.bool_], index: dict[int, int], pair: tuple[int, ...], value: bool) -> None:
+    """Write one pair of bodies into a symmetric table, where both are in it."""
+    if all(body in index for body in pair):
+        first, second = (index[body] for body in pair)
+        table[first, second] = table[second, first] = value

@@ -1,6 +1,5 @@
 """Files of a scene of another program: none is read outside its folder, and none that would fill the memory."""
 
-from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Final
 from xml.etree import ElementTree
@@ -28,7 +27,9 @@ class SceneFiles:
 
     def inside(self, path: Path, named: str) -> Path:
         """The path of a file of the scene, links followed; ``named``: as the scene names it."""
-        real = path.resolve()
+        real = _resolved(path)
+        if real is None:
+            raise SceneSourceError(f"{named} is no path to a file: a link to itself, or too long; correct the scene")
         if not real.is_relative_to(self.root):
             raise SceneSourceError(
                 f"{named} lies outside {self.root}, and nothing there is read; where it belongs to the scene, name the "
@@ -46,6 +47,16 @@ class SceneFiles:
         if sum(self._total.values()) > MOST_BYTES:
             raise SceneSourceError(f"the files up to {named} have more than {_megabytes(MOST_BYTES)}; reduce the scene")
         return real
+
+    def is_within(self, path: Path) -> bool:
+        """Whether a path leads into the scene's folder, to a file or not."""
+        real = _resolved(path)
+        return real is not None and real.is_relative_to(self.root)
+
+    def exists(self, path: Path) -> bool:
+        """Whether something stands at a path, within the folder or outside."""
+        real = _resolved(path)
+        return real is not None and real.exists()
 
     def read(self, path: Path, named: str) -> bytes:
         """The bytes of a file of the scene."""
@@ -70,19 +81,15 @@ class SceneFiles:
             raise SceneSourceError(f"{path} has more than {MOST_DEPTH} elements within each other; no scene has")
         return element
 
-    def with_includes(self, path: Path, folder: Path, above: Sequence[Path] = ()) -> Iterator[ElementTree.Element]:
-        """An XML file and all that it includes, the paths of which are relative to ``folder``; circles are refused."""
+
+def _resolved(path: Path) -> Path | None:
+    """The path with its links followed; ``None``: it leads to itself, or no system can open it."""
+    try:
         real = path.resolve()
-        if real in above:
-            raise SceneSourceError(f"{path} includes itself, by way of {len(above)} files; take the circle out")
-        element = self.xml(path)
-        yield element
-        for include in element.iter("include"):
-            name = include.get("file", "")
-            if len(above) >= MOST_DEPTH or not name:
-                raise SceneSourceError(f"{path} includes a file without a name, or too deeply; correct it")
-            self.inside(folder / name, f"the included file {name!r}")
-            yield from self.with_includes(folder / name, folder, (*above, real))
+        real.exists()
+    except (OSError, RuntimeError, ValueError):
+        return None
+    return real
 
 
 def _depth(element: ElementTree.Element) -> int:

@@ -101,9 +101,16 @@ def read_scene_source(path: str | Path, root: str | Path | None = None, surface:
 
     Raises ``SceneSourceError``: no scene of a known format, a file outside the folder, or one that is damaged.
     """
+    source = _read(Path(path), root, surface)
+    if not source.bodies:
+        left_out = "".join(f"; not taken: {sentence}" for sentence in dict.fromkeys(source.left_out))
+        raise SceneSourceError(f"{path} has no body that collides{left_out}; give a scene with colliders")
+    return source
+
+
+def _read(file: Path, root: str | Path | None, surface: Surface) -> SceneSource:
     from sessions.scene_formats.safe_files import SceneFiles
 
-    file = Path(path)
     files = SceneFiles(file.parent if root is None else Path(root))
     kind = file.suffix.lower()
     if kind in (".glb", ".gltf"):
@@ -121,6 +128,8 @@ def read_scene_source(path: str | Path, root: str | Path | None = None, surface:
         from sessions.scene_formats.urdf import read_urdf
 
         return read_urdf(file, files, surface)
+    if tag == "mujocoinclude":
+        raise SceneSourceError(f"{file} is a part that MJCF files include; give the file that includes it")
     raise SceneSourceError(f"{file} begins with <{tag}>; a scene begins with <mujoco> (MJCF) or <robot> (URDF)")
 
 

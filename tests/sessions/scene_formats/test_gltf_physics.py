@@ -102,6 +102,90 @@ def test_mesh_collider_is_the_mesh_or_its_hull(tmp_path, is_hull):
     assert body.colliders[0].volume == pytest.approx((1 / 6 if is_hull else body.mesh.volume * 8) / 8, rel=1e-9)
 
 
+def collider_of_mesh(geometry, **more):
+    """The only collider of a scene, with its own spelling of a mesh and further nodes."""
+    return [{"name": "cup", "translation": [5, 0, 0], "physics": {"motion": {}, "collider": geometry}}, *more["nodes"]]
+
+
+@pytest.mark.parametrize("kind", ["KHR mesh", "KHR node", "OMI"])
+def test_collider_mesh_needs_no_node_in_the_scene(tmp_path, kind):
+    if kind == "OMI":
+        nodes, shapes = collider_of_mesh({"shape": 0}, nodes=[]), [{"type": "trimesh", "trimesh": {"mesh": 0}}]
+    elif kind == "KHR mesh":
+        nodes, shapes = collider_of_mesh({"geometry": {"mesh": 0}}, nodes=[]), []
+    else:
+        # A node outside the scene stands for its mesh and all below it, without its own place.
+        away = {"name": "solid", "translation": [9, 9, 9], "children": [2]}
+        inner = {"name": "half", "translation": [0, 1, 0], "scale": [2, 2, 2], "mesh": 0}
+        nodes, shapes = collider_of_mesh({"geometry": {"node": 1}}, nodes=[away, inner]), []
+    content = document(nodes, shapes, kind[:3])
+    content["scenes"] = [{"nodes": [0]}]
+    scene = read_scene_source(glb(tmp_path / "s.glb", content))
+    expected = CORNERS * 2.0 + [0, 1, 0] if kind == "KHR node" else CORNERS
+    assert scene.left_out == () and [*scene.bodies] == ["cup"]
+    assert np.abs(scene.bodies["cup"].mesh.vertices - expected).max() <= 1e-9
+
+
+def test_bodies_outside_the_scene_are_left_alone(tmp_path):
+    content = glass("KHR")
+    content["scenes"] = [{"nodes": [0]}]
+    assert [*read_scene_source(glb(tmp_path / "s.glb", content)).bodies] == ["glass"]
+
+
+@pytest.mark.parametrize("word", ["cylinder", "capsule"])
+def test_cone_ends_in_a_point(tmp_path, word):
+    shape = {"type": word, word: {"height": 1.0, "radiusBottom": 0.2, "radiusTop": 0.0}}
+    nodes = [{"name": "cone", "physics": {"motion": {}, "collider": {"geometry": {"shape": 0}}}}]
+    solid = read_scene_source(glb(tmp_path / "s.glb", document(nodes, [shape], "KHR"))).bodies["cone"].colliders[0]
+    lowest = -0.5 if word == "cylinder" else -0.7
+    assert np.abs(solid.bounds - [[-0.2, lowest, -0.2], [0.2, 0.5, 0.2]]).max() <= 1e-9
+
+
+@pytest.mark.parametrize("kind", ["KHR", "OMI"])
+@pytest.mark.parametrize("collides", [False, True])
+def test_jointed_bodies_do_not_collide_unless_it_says_so(tmp_path, kind, collides):
+    joint = {"connectedNode": 1, "joint": 0, "enableCollision": collides}
+    collider = {"geometry": {"shape": 0}} if kind == "KHR" else {"shape": 0}
+    nodes = [
+        {"name": name, "physics": {"motion": {}, "collider": dict(collider)}, "children": children}
+        for name, children in (("arm", [2]), ("hand", []))
+    ]
+    content = document([*nodes, {"name": "wrist"}], [{"type": "sphere"}], kind)
+    content["nodes"][2]["extensions"] = (
+        {"KHR_physics_rigid_bodies": {"joint": joint}} if kind == "KHR" else {"OMI_physics_joint": joint}
+    )
+    scene = read_scene_source(glb(tmp_path / "s.glb", content))
+    assert scene.excluded == (() if collides else (("arm", "hand"),))
+    assert scene.left_out == ("the joint of node 'wrist'",)
+
+
+def test_unfiltered_collider_of_a_body_meets_everything(tmp_path):
+    def collider(row):
+        more = {} if row is None else {"collisionFilter": row}
+        return {"collider": {"geometry": {"shape": 0}, **more}}
+
+    nodes = [
+        {"name": "hand", "physics": {"motion": {}, **collider(0)}, "children": [1]},
+        {"name": "palm", "physics": collider(None)},
+        {"name": "glass", "physics": {"motion": {}, **collider(0)}},
+    ]
+    filters = [{"collisionSystems": ["hand"], "notCollideWithSystems": ["hand"]}]
+    scene = read_scene_source(
+        glb(tmp_path / "s.glb", document(nodes, [{"type": "sphere"}], "KHR", collisionFilters=filters))
+    )
+    assert scene.excluded == () and "'hand' and 'glass' meet and others not" in scene.left_out[0]
+
+
+def test_buffers_that_name_one_file_again_are_counted(tmp_path, monkeypatch):
+    monkeypatch.setattr("sessions.scene_formats.gltf_physics.MOST_FILE_BYTES", 300)
+    content, data = glass("KHR"), CORNERS.tobytes() + FACES.tobytes()
+    (tmp_path / "data.bin").write_bytes(data)
+    content["buffers"] = [{"byteLength": len(data), "uri": "data.bin"}] * 4
+    (tmp_path / "s.gltf").write_text(json.dumps(content))
+    with pytest.raises(SceneSourceError, match=r"the buffers of .* have more than"):
+        read_scene_source(tmp_path / "s.gltf")
+
+
 def test_collision_filters_exclude_pairs(tmp_path):
     def part(name, row):
         return {"name": name, "physics": {"motion": {}, "collider": {"geometry": {"shape": 0}, "collisionFilter": row}}}
@@ -124,7 +208,7 @@ def test_what_cannot_be_taken_is_named(tmp_path):
     scene = read_scene_source(glb(tmp_path / "s.glb", document(nodes, [{"type": "plane"}], "KHR")))
     assert [*scene.bodies] == ["cup"]
     assert scene.left_out == (
-        "the collider of node 'cup': a shape 'plane'", "the joint of node 'cup'", "the trigger of node 'zone'",
+        "the collider of node 'cup': a shape 'plane'", "the trigger of node 'zone'", "the joint of node 'cup'",
     )  # fmt: skip
 
 
@@ -142,7 +226,12 @@ def test_buffers_of_a_gltf_lie_beside_it(tmp_path):
     (tmp_path / "scene" / "data.bin").write_bytes(data)
     (tmp_path / "secret.bin").write_bytes(data)
     path = tmp_path / "scene" / "glass.gltf"
-    for uri, refusal in (("data.bin", ""), ("..%2Fsecret.bin", "lies outside"), ("https://a/b.bin", "of a server")):
+    for uri, refusal in (
+        ("data.bin", ""),
+        ("..%2Fsecret.bin", "lies outside"),
+        ("https://a/b.bin", "by an address"),
+        ("file:/etc/passwd", "by an address"),
+    ):
         content["buffers"][0]["uri"] = uri
         path.write_text(json.dumps(content))
         if refusal:
@@ -156,6 +245,11 @@ def test_buffers_of_a_gltf_lie_beside_it(tmp_path):
     ("content", "refusal"),
     [
         ({"asset": {"version": "2.0"}, "nodes": [{"name": "a"}], "scenes": [{"nodes": [0]}]}, "has no physics"),
+        ({"asset": {"version": "2.0"}, "extensionsUsed": ["OMI_collider"], "nodes": []}, "extension OMI_collider is"),
+        (
+            {"asset": {"version": "2.0"}, "nodes": [{"extensions": {"OMI_physics_body": {"trigger": {}}}}]},
+            "no body that collides; not taken: the trigger of node 'node 0'",
+        ),
         ({"asset": {"version": "2.0"}, "nodes": [{"children": [1]}, {}, {"children": [1]}]}, "hangs on two others"),
     ],
 )

@@ -176,6 +176,8 @@ def test_drawn_mesh_is_the_surface_unless_colliders_hide_it(tmp_path):
 
 
 BOMB = '<!DOCTYPE m [<!ENTITY a "ha"><!ENTITY b "&a;&a;">]><mujoco model="&b;"/>'
+BALL, WORLD_END = '<body name="b"><geom type="sphere" size="1"/></body>', "</worldbody></mujoco>"
+COPIES = '<replicate count="100" offset="1 0 0">' * 4
 
 
 @pytest.mark.parametrize(
@@ -196,6 +198,27 @@ BOMB = '<!DOCTYPE m [<!ENTITY a "ha"><!ENTITY b "&a;&a;">]><mujoco model="&b;"/>
         ("link.xml", '<mujoco><asset><mesh file="link.obj"/></asset></mujoco>', "lies outside"),
         ("large.xml", '<mujoco><asset><mesh file="large.stl"/></asset></mujoco>', "has 1,000 MB, more than 256 MB"),
         ("deep.xml", "<mujoco>" + "<body>" * 200 + "</body>" * 200 + "</mujoco>", "more than 100 elements within"),
+        (
+            "strip.xml",
+            '<mujoco><compiler strippath="true" meshdir=".."/><asset><mesh file="a/b/secret.obj"/></asset></mujoco>',
+            "lies outside",
+        ),
+        ("attach.xml", '<mujoco><asset><model name="m" file="attach.xml"/></asset></mujoco>', "includes itself"),
+        ("part.xml", '<mujoco><asset><model name="m" file="inner.xml"/></asset></mujoco>', "lies outside"),
+        ("laughs.xml", "<mujoco><worldbody>" + COPIES + BALL + "</replicate>" * 4 + WORLD_END, "asks for more than"),
+        (
+            "echo.xml",
+            '<mujoco><asset><model name="m" file="ball.xml"/></asset><worldbody>' + '<replicate count="99999">'
+            '<attach model="m" body="b" prefix="c"/></replicate>' + WORLD_END,
+            "asks for more than",
+        ),
+        ("cloth.xml", '<mujoco><worldbody><flexcomp name="c" type="grid" count="999 999 9"/>' + WORLD_END, "asks for"),
+        ("hills.xml", '<mujoco><asset><hfield name="h" nrow="99999" ncol="99999"/></asset></mujoco>', "asks for more"),
+        ("loop.xml", '<mujoco><include file="loop"/></mujoco>', "a link to itself"),
+        ("long.xml", '<mujoco><include file="' + "a" * 5000 + '"/></mujoco>', "or too long"),
+        ("empty.xml", "<mujoco/>", "no body that collides"),
+        ("fragment.xml", "<mujocoinclude/>", "a part that MJCF files include"),
+        ("user.xml", '<mujoco><size nuser_geom="1000000000"/><worldbody>' + BALL + WORLD_END, "asks for more than"),
         ("cut.xml", "<mujoco><worldbody>", "no readable XML"),
         ("other.xml", "<scene/>", "begins with <scene>"),
         ("wrong.xml", "<mujoco><worldbody><geom/></worldbody></mujoco>", "MuJoCo does not read"),
@@ -207,6 +230,11 @@ def test_hostile_file_ends_in_one_sentence(tmp_path, name, text, refusal):
     (tmp_path / "secret.xml").write_text("<mujoco/>")
     (tmp_path / "secret.obj").write_text(CUP)
     (folder / "link.obj").symlink_to(tmp_path / "secret.obj")
+    (folder / "loop").symlink_to(folder / "loop")
+    (folder / "ball.xml").write_text(f"<mujoco><worldbody>{BALL}<geom type='sphere' size='1'/>{WORLD_END}")
+    (folder / "inner.xml").write_text(
+        '<mujoco><compiler meshdir=".."/><asset><mesh file="secret.obj"/></asset></mujoco>'
+    )
     with (folder / "large.stl").open("wb") as large:
         os.truncate(large.fileno(), 1_000_000_000)
     path = folder / name
@@ -227,6 +255,68 @@ def test_files_above_the_model_are_read_below_the_named_root(tmp_path):
     with pytest.raises(SceneSourceError, match=r"outside .*name the folder that holds all of it: root"):
         read_scene_source(path)
     assert [*read_scene_source(path, root=tmp_path).bodies] == ["cup"]
+
+
+def test_files_that_include_one_another_are_read_once(tmp_path):
+    """Twenty files that each include the next one twice would be a million readings."""
+    for number in range(20):
+        include = f'<include file="{number + 1}.xml"/>' * 2 if number < 19 else BALL
+        (tmp_path / f"{number}.xml").write_text(f"<mujoco>{include}</mujoco>")
+    with pytest.raises(SceneSourceError, match="asks for more than 200,000 parts"):
+        read_scene_source(tmp_path / "0.xml")
+
+
+def test_attached_models_are_taken(tmp_path):
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "ball.xml").write_text(f"<mujoco><worldbody>{BALL}{WORLD_END}")
+    path = tmp_path / "two.xml"
+    path.write_text(
+        '<mujoco><asset><model name="m" file="parts/ball.xml"/></asset><worldbody>'
+        '<attach model="m" body="b" prefix="x-"/>' + WORLD_END
+    )
+    assert [*read_scene_source(path).bodies] == ["x-b"]
+
+
+def pairs_of_the_library(path):
+    """Pairs of bodies that MuJoCo tests where every geom is a ball that holds the whole world."""
+    model = mujoco.MjModel.from_xml_path(str(path))
+    model.geom_type[:], model.geom_size[:], model.geom_rbound[:] = mujoco.mjtGeom.mjGEOM_SPHERE, 1e3, 1e3
+    model.geom_aabb[:, :3], model.geom_aabb[:, 3:], model.bvh_aabb[:, :3], model.bvh_aabb[:, 3:] = 0, 1e3, 0, 1e4
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_MIDPHASE
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    mujoco.mj_collision(model, data)
+    bodies = [model.body(number).name for number in range(model.nbody)]
+    return {frozenset(bodies[model.geom_bodyid[geom]] for geom in contact.geom) for contact in data.contact}
+
+
+@pytest.mark.parametrize("filter_parents", ["enable", "disable"])
+def test_pairs_are_those_that_the_library_tests(tmp_path, filter_parents):
+    def body(name, masks, inner="", joint='<joint axis="0 0 1"/>'):
+        return f'<body name="{name}">{joint}<geom name="{name}" type="sphere" size="0.1" {masks}/>{inner}</body>'
+
+    never = 'contype="0" conaffinity="0"'
+    arm = body("upper", "", body("lower", 'contype="2"', body("hand", "", body("pad", "", joint=""))))
+    path = tmp_path / "pairs.xml"
+    path.write_text(
+        f'<mujoco><option><flag filterparent="{filter_parents}"/></option>'
+        '<contact><exclude body1="ball" body2="cup"/><pair geom1="ghost" geom2="cup"/>'
+        f'<pair geom1="ball" geom2="cup"/></contact><worldbody>{arm}{body("ball", "")}'
+        + body("cup", 'conaffinity="3"') + body("ghost", never) + body("wall", "", joint="") + WORLD_END
+    )  # fmt: skip
+    scene = read_scene_source(path)
+    excluded = {frozenset(pair) for pair in scene.excluded}
+    pairs = {frozenset((a, b)) for a in scene.bodies for b in scene.bodies if a != b}
+    assert pairs - excluded == pairs_of_the_library(path)
+    assert {frozenset(("ghost", "cup")), frozenset(("ball", "cup"))} <= pairs - excluded
+
+
+@pytest.mark.parametrize("flag", ["contact", "constraint"])
+def test_switched_off_contacts_are_named(tmp_path, flag):
+    path = tmp_path / "off.xml"
+    path.write_text(f'<mujoco><option><flag {flag}="disable"/></option><worldbody>{BALL}{WORLD_END}')
+    assert "switches all contacts off" in read_scene_source(path).left_out[0]
 
 
 @pytest.mark.parametrize(
