@@ -15,7 +15,7 @@ from cdcore.numerics import FloatArray
 from replay.auditing.fault import Fault
 from replay.auditing.outcome import Episode
 from replay.auditing.sample_budget import spread_frames
-from replay.cutting.solid_overlap import Overlap, Solid, depth_at_corners, overlap_of, solid_of
+from replay.cutting.solid_overlap import CommonPart, Solid, common_part, solid_of
 from replay.prepare.assembly import Assembly
 
 FRAMES: Final = 5
@@ -68,8 +68,9 @@ class DepthMeter:
     def __init__(self, assembly: Assembly) -> None:
         self._assembly = assembly
         self._measured: dict[Segment, ContactDepth] = {}
-        self._overlaps: dict[tuple[int, int], Overlap] = {}
+        self._depths: dict[tuple[int, int], float] = {}
         self._searched: dict[int, dict[int, tuple[float, float]]] = {}
+        self._parts: dict[int, CommonPart | None] = {}  # of frames of the segment that is measured
 
     @property
     def series(self) -> DepthSeries:
@@ -112,25 +113,29 @@ class DepthMeter:
         # Corners tell less of a thin wall than of a solid body: the largest common part is measured as well.
         deepest = max(frames, key=lambda frame: searched.get(frame, (0.0, 0.0)))
         largest = max(frames, key=lambda frame: searched.get(frame, (0.0, 0.0))[1])
-        depths = {frame: self._overlap(frame, pair) for frame in (deepest, largest)}
-        frame = max(depths, key=lambda frame: depths[frame].depth)
-        depth = max(depths[frame].depth, searched[frame][0])
+        depths = {frame: self._depth(frame, pair) for frame in (deepest, largest)}
+        frame = max(depths, key=lambda frame: depths[frame])
+        depth = max(depths[frame], searched[frame][0])
         at_least = most < last - first + 1
-        return ContactDepth(depth=depth, volume=depths[frame].volume, frame=frame, at_least=at_least)
+        return ContactDepth(depth=depth, volume=searched[frame][1], frame=frame, at_least=at_least)
 
-    def _overlap(self, frame: int, pair: int) -> Overlap:
-        """Depth and common volume of a pair in a frame, each measured once."""
-        if (frame, pair) not in self._overlaps:
-            a, b = (self._solids[index] for index in self._assembly.pairs[pair].tolist())
-            self._overlaps[frame, pair] = overlap_of(a, b, *self._relative(frame, pair))
-        return self._overlaps[frame, pair]
+    def _depth(self, frame: int, pair: int) -> float:
+        """Depth of a pair in a frame, measured once."""
+        if (frame, pair) not in self._depths:
+            part = self._parts[frame] if frame in self._parts else self._common_part(frame, pair)
+            self._depths[frame, pair] = 0.0 if part is None else part.depth
+        return self._depths[frame, pair]
+
+    def _common_part(self, frame: int, pair: int) -> CommonPart | None:
+        a, b = (self._solids[index] for index in self._assembly.pairs[pair].tolist())
+        return common_part(a, b, *self._relative(frame, pair))
 
     def _search(self, pair: int, frames: Sequence[int]) -> Mapping[int, tuple[float, float]]:
         """Depth at corners and common volume in frames of a pair, but those that cannot be the deepest.
 
         No depth changes by more than the bodies move against each other.
         """
-        a, b = (self._solids[index] for index in self._assembly.pairs[pair].tolist())
+        self._parts.clear()
         searched = self._searched.setdefault(pair, {})
         corners = self._box_corners(frames, pair)
         bound, best = np.full(len(frames), np.inf), 0.0
@@ -139,7 +144,8 @@ class DepthMeter:
             if bound[row] < best:
                 continue
             if frame not in searched:
-                searched[frame] = depth_at_corners(a, b, *self._relative(frame, pair))
+                part = self._parts[frame] = self._common_part(frame, pair)
+                searched[frame] = (0.0, 0.0) if part is None else (part.depth_at_corners, part.volume)
             depth = searched[frame][0]
             moved = np.linalg.norm(corners - corners[row], axis=2).max(axis=1)
             best, bound = max(best, depth), np.minimum(bound, depth + moved)

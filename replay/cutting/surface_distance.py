@@ -85,12 +85,14 @@ class Surface:
     @cached_property
     def middles(self) -> FloatArray:
         """Middles (n, 3) of the triangles."""
-        return np.asarray(self.triangles.mean(axis=1))
+        a, b, c = self.triangles[:, 0], self.triangles[:, 1], self.triangles[:, 2]
+        return np.asarray((a + b + c) / 3.0)
 
     @cached_property
     def radii(self) -> FloatArray:
         """Metres from the middle of each triangle to its farthest corner, (n,)."""
-        return np.asarray(np.linalg.norm(self.triangles - self.middles[:, None], axis=2).max(axis=1))
+        squared = [((self.triangles[:, corner] - self.middles) ** 2) @ np.ones(3) for corner in range(3)]
+        return np.asarray(np.sqrt(np.maximum.reduce(squared)))
 
     def near(self, points: FloatArray) -> Surface:
         """The triangles among which the nearest of any point within the convex hull of the points (n, 3) is."""
