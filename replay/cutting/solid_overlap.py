@@ -85,7 +85,7 @@ class CommonPart:
         depth = 0.0
         for surface, triangles, corners in zip(self.surfaces, self.triangles_in, self.corners_in, strict=True):
             points = corners if len(triangles) >= COARSE else np.concatenate([corners, triangles.mean(axis=1)])
-            depth = max(depth, float(surface.distances(points)[0].max()))
+            depth = max(depth, surface.largest_distance(points))
         return depth
 
     @property

@@ -107,6 +107,10 @@ class Surface:
         """Metres from points (k, 3) to the surface, (k,), and the triangle that is nearest to each, (k,)."""
         return _kernels().nearest_triangles(points, self.triangles, self.middles, self.radii)
 
+    def largest_distance(self, points: FloatArray) -> float:
+        """Metres from the surface to the one of the points (k, 3) that is farthest from it."""
+        return float(_kernels().largest_distance(points, self.triangles, self.middles, self.radii))
+
 
 def is_outside(points: FloatArray, triangles: FloatArray) -> BoolArray:
     """Whether points (n, 3) are outside a closed surface, (n,): its winding number there is less than a half.

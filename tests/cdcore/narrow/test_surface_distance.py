@@ -6,6 +6,7 @@ import pytest
 from cdcore.narrow.surface_distance import (
     distance_to_triangles,
     distance_to_triangles_slowly,
+    largest_distance,
     nearest_triangles,
     nearest_triangles_slowly,
 )
@@ -45,6 +46,18 @@ def test_nearest_triangle_is_that_of_the_slow_reference(seed):
     assert distance_to_triangles(points, triangles[nearest])[0] == pytest.approx(distance, rel=1e-12)
     every = [distance_to_triangles(np.tile(point, (len(triangles), 1)), triangles)[0].min() for point in points]
     assert distance == pytest.approx(np.array(every), rel=1e-12)
+
+
+@pytest.mark.parametrize("size", [0.01, 0.3, 3.0])
+@pytest.mark.parametrize("seed", range(4))
+def test_nearest_of_few_points_in_a_small_region(seed, size):
+    """Most triangles are left out there before any distance is computed."""
+    triangles, rng = triangles_of(seed), np.random.default_rng(seed + 300)
+    points = rng.normal(size=3) + size * rng.normal(size=(20, 3))
+    distance, _ = nearest_triangles(points, triangles, *balls_of(triangles))
+    slow_distance, _ = nearest_triangles_slowly(points, triangles, *balls_of(triangles))
+    assert distance == pytest.approx(slow_distance, rel=1e-9, abs=1e-12)
+    assert largest_distance(points, triangles, *balls_of(triangles)) == pytest.approx(slow_distance.max(), rel=1e-9)
 
 
 def test_distances_have_their_closed_form_beside_above_and_at_corners():

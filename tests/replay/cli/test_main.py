@@ -11,7 +11,7 @@ from support.small_worlds import cubes
 
 from replay.cli import main as module
 from replay.cli.commands import COMMANDS, GROUPS
-from replay.cli.main import main
+from replay.cli.main import COLLECT_AFTER, main
 from replay.errors import AssemblyError
 from replay.guide.pages import INDEX, page
 from sessions import write_session
@@ -159,3 +159,11 @@ def test_import_without_a_format_says_the_whole_command(tmp_path, monkeypatch, c
     assert "replay import auto 'my take.csv' -o take.mcap" in capsys.readouterr().err
     assert main(["import", "csv", "-o", "take.mcap"]) == 2
     assert "replay import auto take.csv -o take.mcap" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("call", "changed"), [("main()", True), ("main(['--version'])", False)])
+def test_only_the_program_itself_collects_cycles_less_often(call, changed):
+    given = "import gc, sys; sys.argv = ['replay', '--version']; from replay.cli.main import main"
+    code = f"{given}; {call}; print(gc.get_threshold())"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert (done.stdout.splitlines()[-1] == str(COLLECT_AFTER)) is changed
