@@ -13,6 +13,7 @@ import fcl
 import numpy as np
 from numpy.typing import NDArray
 
+from replay.advice.mesh_interior import MeshInterior
 from sessions import MeshData
 
 Array = NDArray[np.float64]
@@ -29,18 +30,13 @@ COLLISION_US: Final = 10.0
 DISTANCE_US, DISTANCE_US_OF_A_FACE = 30.0, 0.02
 """Microseconds of a distance, and what each face of both meshes adds; measured with spheres of 20 to 20,480 faces."""
 
-RAY_COUNT: Final = 40
-"""Directions in which a point looks for a way out of a closed mesh."""
-
-RAYS_OF_THE_INSIDE: Final = 5
-"""Of the first so many all must leave the mesh an odd number of times for a point that is inside."""
-
 
 class PairState(IntEnum):
     """State of a pair in a frame."""
 
     UNKNOWN = 0
     APART = 1
+    """No contact is reported; within a part with an opening it stays undecided whether there is one."""
     CONTACT = 2
 
 
@@ -66,7 +62,7 @@ class PairStates:
 
     def __init__(self, first: MeshData, second: MeshData) -> None:
         self._meshes = first, second
-        self._interiors = Interior(first), Interior(second)
+        self._interiors = MeshInterior(first), MeshInterior(second)
         self._distance_us = DISTANCE_US + DISTANCE_US_OF_A_FACE * (len(first.faces) + len(second.faces))
         self._reach = float(np.linalg.norm(second.vertices, axis=1).max())
 
@@ -121,84 +117,15 @@ class PairStates:
 
     def _state_with_gap(self, rotation: Array, translation: Array) -> PairState:
         """The state of two bodies whose surfaces do not meet: one may be inside the other."""
-        first, second = self._meshes
+        first, second = self._interiors
+        (first_points, first_starts), (second_points, second_starts) = first.part_points(), second.part_points()
         inside = (
-            self._interiors[0].holds(second.vertices @ rotation.T + translation),
-            self._interiors[1].holds((first.vertices - translation) @ rotation),
+            first.holds(second_points @ rotation.T + translation, second_starts),
+            second.holds((first_points - translation) @ rotation, first_starts),
         )
         if True in inside:
             return PairState.CONTACT
         return PairState.UNKNOWN if None in inside else PairState.APART
-
-
-class Interior:
-    """The inside of a mesh, for bodies that its surface does not meet."""
-
-    def __init__(self, mesh: MeshData) -> None:
-        self._mesh = mesh
-        self._directions = sphere_directions(RAY_COUNT)
-        self._normals = dict[int, Array]()
-        """Number of a direction -> its normal on the second edge of each face, (n, 3)."""
-
-    def holds(self, points: Array) -> bool | None:
-        """Returns whether a body of these points (n, 3) is inside; ``None``: the mesh is open, or rays disagree."""
-        lower, upper = self._mesh.bounds
-        if (points.min(axis=0) < lower).any() or (points.max(axis=0) > upper).any():
-            return False
-        if not self._is_closed:
-            return None
-        is_inside = True
-        for number in range(RAY_COUNT):
-            crossings = self._crossings(points[0], number)
-            # A ray that meets nothing proves the outside, of crossing and nested parts too.
-            if crossings == 0:
-                return False
-            is_inside &= crossings % 2 == 1
-            if is_inside and number + 1 == RAYS_OF_THE_INSIDE:
-                return True
-        return None
-
-    @cached_property
-    def _is_closed(self) -> bool:
-        faces = self._mesh.faces
-        edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
-        ordered = edges[np.lexsort(edges.T)]
-        # Every edge twice, and no edge four times.
-        if len(ordered) % 2:
-            return False
-        is_paired = (ordered[0::2] == ordered[1::2]).all()
-        return bool(is_paired and (ordered[1:-1:2] != ordered[2::2]).any(axis=1).all())
-
-    @cached_property
-    def _edges(self) -> tuple[Array, Array, Array]:
-        """The first corner of each face and its two edges from there, (n, 3) each."""
-        corners = self._mesh.vertices[self._mesh.faces]
-        return corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-
-    def _crossings(self, point: Array, ray: int) -> int:
-        """Faces that a ray from a point meets.
-
-        Source: Moeller and Trumbore, "Fast, minimum storage ray/triangle intersection", 1997.
-        """
-        if ray not in self._normals:
-            self._normals[ray] = np.cross(self._directions[ray], self._edges[2])
-        base, along, across = self._edges
-        normal, offset = self._normals[ray], point - base
-        second_normal = np.cross(offset, along)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            inverse = 1.0 / (along * normal).sum(axis=1)
-            u = (offset * normal).sum(axis=1) * inverse
-            v = (second_normal @ self._directions[ray]) * inverse
-            distance = (across * second_normal).sum(axis=1) * inverse
-            return int(((u >= 0) & (v >= 0) & (u + v <= 1) & (distance > 0)).sum())
-
-
-def sphere_directions(count: int) -> Array:
-    """Returns unit vectors (count, 3) evenly about a sphere, along a spiral that turns by the golden angle."""
-    height = 1.0 - (2.0 * np.arange(count) + 1.0) / count
-    angle = np.pi * (3.0 - np.sqrt(5.0)) * np.arange(count)
-    radius = np.sqrt(1.0 - height * height)
-    return np.stack([radius * np.cos(angle), height, radius * np.sin(angle)], axis=1)
 
 
 def can_be_asked(mesh: MeshData) -> bool:

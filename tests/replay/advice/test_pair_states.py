@@ -20,7 +20,53 @@ def cup():
     return trimesh.boolean.difference([outer, inner], engine="manifold")
 
 
+def shell(faces_kept, mesh):
+    """A mesh without those of its faces that a rule on their middles leaves out."""
+    mesh.update_faces(faces_kept(mesh.triangles_center))
+    return mesh
+
+
+def beaker_of_one_wall():
+    """A cylinder without its lid: nobody can tell whether it is filled."""
+    return shell(lambda middles: middles[:, 2] < 0.149, trimesh.creation.cylinder(0.08, 0.3, sections=20))
+
+
+def rack(*, missing):
+    """Five boxes about a hollow; the first has lost a face where asked."""
+    walls = [
+        ((0.3, 0.3, 0.02), (0.0, 0.0, -0.15)),
+        ((0.3, 0.02, 0.3), (0.0, 0.15, 0.0)),
+        ((0.3, 0.02, 0.3), (0.0, -0.15, 0.0)),
+        ((0.02, 0.3, 0.3), (0.15, 0.0, 0.0)),
+        ((0.02, 0.3, 0.3), (-0.15, 0.0, 0.0)),
+    ]
+    boxes = [trimesh.creation.box(size).apply_translation(middle) for size, middle in walls]
+    whole = trimesh.util.concatenate(boxes)
+    whole.update_faces(np.arange(len(whole.faces)) >= missing)
+    return whole
+
+
+def loose_triangles(mesh):
+    """The same mesh with three vertices of its own for each face, as STL files have them."""
+    return trimesh.Trimesh(mesh.triangles.reshape(-1, 3), np.arange(3 * len(mesh.faces)).reshape(-1, 3), process=False)
+
+
+def two_balls():
+    """A body of two parts, of which one may be inside another body while the other is not."""
+    return trimesh.util.concatenate(
+        [trimesh.creation.icosphere(1, 0.03), trimesh.creation.icosphere(1, 0.03).apply_translation((0.22, 0.0, 0.0))]
+    )
+
+
 SHAPES = {
+    "ball-in-open-beaker": (beaker_of_one_wall(), trimesh.creation.icosphere(1, 0.02)),
+    "ball-in-sound-rack": (rack(missing=0), trimesh.creation.icosphere(1, 0.03)),
+    "ball-in-holed-rack": (rack(missing=1), trimesh.creation.icosphere(1, 0.03)),
+    "loose-triangles": (
+        loose_triangles(trimesh.creation.box((0.3, 0.3, 0.3))),
+        loose_triangles(trimesh.creation.icosphere(1, 0.04)),
+    ),
+    "two-balls": (trimesh.creation.box((0.2, 0.2, 0.2)), two_balls()),
     "balls": (trimesh.creation.icosphere(2, 0.1), trimesh.creation.icosphere(1, 0.05)),
     "rod-in-cup": (cup(), trimesh.creation.box((0.03, 0.1, 0.02))),
     "ball-in-block": (trimesh.creation.box((0.3, 0.3, 0.3)), trimesh.creation.icosphere(1, 0.04)),
@@ -94,6 +140,26 @@ def test_inside_of_an_open_mesh_is_unknown():
     poses = np.eye(3)[None], np.zeros((1, 3))
     assert PairStates(open_block, mesh_data(ball)).states(*poses, QueryBudget()) == [PairState.UNKNOWN]
     assert PairStates(mesh_data(block), mesh_data(ball)).states(*poses, QueryBudget()) == [PairState.CONTACT]
+
+
+MESHES_WITH_HOLES = {
+    "one-face": lambda: shell(lambda middles: np.arange(len(middles)) > 0, trimesh.creation.box((0.3, 0.3, 0.3))),
+    "ball-with-a-hole": lambda: shell(lambda middles: middles[:, 2] < 0.17, trimesh.creation.icosphere(2, 0.18)),
+    "half-a-ball": lambda: shell(lambda middles: middles[:, 2] < 0.0, trimesh.creation.icosphere(2, 0.18)),
+    "deep-tube": lambda: shell(lambda middles: middles[:, 2] < 0.249, trimesh.creation.cylinder(0.06, 0.5)),
+}
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("shape", MESHES_WITH_HOLES)
+def test_known_states_about_holes_are_those_of_the_exact_detector(shape, seed):
+    holed, ball = MESHES_WITH_HOLES[shape](), trimesh.creation.icosphere(1, 0.02)
+    rotations, positions = winding_path(seed, 0.3)
+    states = PairStates(mesh_data(holed), mesh_data(ball)).states(rotations, positions, QueryBudget())
+    contact = exact_contacts(holed, ball, rotations, positions)
+    is_known = states != PairState.UNKNOWN
+    assert is_known.any()
+    assert ((states == PairState.CONTACT) == contact)[is_known].all()
 
 
 def test_inside_of_doubled_shells_is_never_taken_for_apart():

@@ -1,0 +1,264 @@
+"""The inside of a mesh, for bodies that its surface does not meet, by rays and by the rims of its openings.
+
+The exact detector reports a body as contained in a connected part of a surface that is closed, or that lost a few
+faces; within a part with an opening, such as a beaker of one wall, it reports nothing, since nobody can tell whether
+the part is filled. So a body is inside here where contact is reported for it.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sessions import MeshData
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+RAY_COUNT: Final = 40
+"""Directions in which a point looks for a way out of a part."""
+
+RAYS_OF_THE_INSIDE: Final = 5
+"""Of the first so many all must leave a closed part an odd number of times for a point that is inside."""
+
+RAYS_OF_THE_OUTSIDE: Final = 20
+"""So many rays that meet nothing prove the outside of a part with holes: inside, at most a third leaves by a hole."""
+
+CORNERS_AT_HOLES: Final = 12
+"""Corners of a body that must all be outside of a part with holes: it may reach in by a hole."""
+
+MOST_RIM_EDGES: Final = 6
+"""A hole with more edges around it is an opening, where it is not tiny."""
+
+TINY_FRACTION: Final = 1.01e-3
+"""Of a part's area: smaller holes may be a crack or a lost face."""
+
+LARGEST_FRACTION: Final = 0.101
+"""Of a part's area: holes that are larger together are openings, whatever their rims."""
+
+
+@dataclass(frozen=True, eq=False)
+class SurfacePart:
+    """A connected part of a surface.
+
+    Parameters
+    ----------
+    triangles : (f, 3, 3).
+    is_closed : every edge belongs to two faces.
+    has_opening : a hole is too large to be lost faces.
+    """
+
+    triangles: Array
+    is_closed: bool
+    has_opening: bool
+
+    def holds(self, corners: Array) -> bool | None:
+        """Returns whether a body of one part with these corners (n, 3) is inside; ``None``: holes leave it open."""
+        if self.has_opening:
+            return False
+        if self.is_closed:
+            return self._holds_point(corners[0])
+        chosen = np.linspace(0, len(corners) - 1, min(CORNERS_AT_HOLES, len(corners))).astype(np.intp)
+        return False if all(self._holds_point(corner) is False for corner in corners[chosen]) else None
+
+    def _holds_point(self, point: Array) -> bool | None:
+        """Whether a point (3,) is inside; ``None``: rays leave it open."""
+        is_inside, escaping = True, 0
+        for number, direction in enumerate(sphere_directions(RAY_COUNT)):
+            crossings = self._crossings(point, direction)
+            escaping += crossings == 0
+            # A ray that meets nothing proves the outside of a closed part, of one that crosses itself too.
+            if escaping >= (1 if self.is_closed else RAYS_OF_THE_OUTSIDE):
+                return False
+            is_inside &= crossings % 2 == 1
+            if is_inside and self.is_closed and number + 1 == RAYS_OF_THE_INSIDE:
+                return True
+        return None
+
+    @cached_property
+    def _edges(self) -> tuple[Array, Array, Array]:
+        """The first corner of each face and its two edges from there, (f, 3) each."""
+        base = self.triangles[:, 0]
+        return base, self.triangles[:, 1] - base, self.triangles[:, 2] - base
+
+    def _crossings(self, point: Array, direction: Array) -> int:
+        """Faces that a ray from a point meets.
+
+        Source: Moeller and Trumbore, "Fast, minimum storage ray/triangle intersection", 1997.
+        """
+        base, along, across = self._edges
+        normal, offset = np.cross(direction, across), point - base
+        second_normal = np.cross(offset, along)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            inverse = 1.0 / (along * normal).sum(axis=1)
+            u = (offset * normal).sum(axis=1) * inverse
+            v = (second_normal @ direction) * inverse
+            distance = (across * second_normal).sum(axis=1) * inverse
+            return int(((u >= 0) & (v >= 0) & (u + v <= 1) & (distance > 0)).sum())
+
+
+class MeshInterior:
+    """The connected parts of a mesh: which of another mesh's parts are inside them, and which points they have."""
+
+    def __init__(self, mesh: MeshData) -> None:
+        self._vertices = mesh.vertices
+        self._faces = np.asarray(mesh.faces, dtype=np.intp)
+        self._bounds = mesh.bounds
+
+    def part_points(self) -> tuple[Array, Indices]:
+        """Returns the corners (n, 3) of all parts, part by part, and where each part begins, (p,)."""
+        return self._vertices[self._order], self._starts
+
+    def holds(self, points: Array, starts: Indices) -> bool | None:
+        """Returns whether a part of a body is inside, of ``part_points`` in the axes of this mesh.
+
+        ``None``: holes, or parts in each other, leave it open.
+        """
+        lower, upper = np.minimum.reduceat(points, starts), np.maximum.reduceat(points, starts)
+        overlaps = ((upper >= self._bounds[0]) & (lower <= self._bounds[1])).all(axis=1)
+        if not overlaps.any():
+            return False
+        parts = np.split(points, starts[1:])
+        answers = {self._holds_part(parts[part]) for part in np.flatnonzero(overlaps)}
+        if True in answers:
+            return True
+        return None if None in answers else False
+
+    def _holds_part(self, corners: Array) -> bool | None:
+        """Whether a body of one part with these corners (n, 3) is inside."""
+        bounds = self._part_bounds
+        lower, upper = corners.min(axis=0), corners.max(axis=0)
+        overlaps = ((upper >= bounds[:, 0]) & (lower <= bounds[:, 1])).all(axis=1)
+        is_within = ((lower >= bounds[:, 0]) & (upper <= bounds[:, 1])).all(axis=1)
+        answers = [
+            self._part(number).holds(corners)
+            for number in np.flatnonzero(overlaps).tolist()
+            # Through a hole a body may reach in; into a closed part it cannot.
+            if is_within[number] or not self._part(number).is_closed
+        ]
+        if not any(answer is None or answer for answer in answers):
+            return False
+        # Of parts in each other one may undo what another says.
+        return answers[0] if len(answers) == 1 else None
+
+    @cached_property
+    def _labels(self) -> Indices:
+        """The part of each vertex, numbered by its least vertex, (n,); equal vertices are one."""
+        labels = component_labels(self._faces, len(self._vertices))
+        if (labels[self._faces] == labels[self._faces[0, 0]]).all():
+            return labels
+        return component_labels(self._merged_faces, len(self._vertices))[self._merged]
+
+    @cached_property
+    def _order(self) -> Indices:
+        """Vertices that faces have, part by part."""
+        used = np.unique(self._faces)
+        order: Indices = used[np.argsort(self._labels[used], kind="stable")]
+        return order
+
+    @cached_property
+    def _starts(self) -> Indices:
+        """Where in the order each part begins, (p,)."""
+        labels = self._labels[self._order]
+        return np.concatenate([[0], np.flatnonzero(np.diff(labels)) + 1]).astype(np.intp)
+
+    @cached_property
+    def _part_bounds(self) -> Array:
+        """Least and largest coordinates of each part, (p, 2, 3)."""
+        points, starts = self.part_points()
+        return np.stack([np.minimum.reduceat(points, starts), np.maximum.reduceat(points, starts)], axis=1)
+
+    @cached_property
+    def _merged(self) -> Indices:
+        """For each vertex the least number of those in the same place, (n,)."""
+        order = np.lexsort(self._vertices.T)
+        ordered = self._vertices[order]
+        is_new = np.concatenate([[True], (ordered[1:] != ordered[:-1]).any(axis=1)])
+        place = np.cumsum(is_new) - 1
+        least = np.minimum.reduceat(order, np.flatnonzero(is_new))
+        merged = np.empty(len(order), dtype=np.intp)
+        merged[order] = least[place]
+        return merged
+
+    @cached_property
+    def _merged_faces(self) -> Indices:
+        """Faces (f, 3) by merged vertices."""
+        return self._merged[self._faces]
+
+    @cached_property
+    def _parts(self) -> dict[int, SurfacePart]:
+        return {}
+
+    def _part(self, number: int) -> SurfacePart:
+        if number not in self._parts:
+            label = self._labels[self._order[self._starts[number]]]
+            faces = self._merged_faces[self._labels[self._faces[:, 0]] == label]
+            self._parts[number] = surface_part(self._vertices, faces)
+        return self._parts[number]
+
+
+def surface_part(vertices: Array, faces: Indices) -> SurfacePart:
+    """Returns a connected part of vertices (n, 3) and faces (f, 3), whose equal vertices have one number."""
+    edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
+    edges = edges[np.lexsort(edges.T)]
+    is_new = np.concatenate([[True], (edges[1:] != edges[:-1]).any(axis=1)])
+    first = np.flatnonzero(is_new)
+    uses = np.diff(np.append(first, len(edges)))
+    triangles = vertices[faces]
+    is_sound = bool((uses <= 2).all())
+    rim_edges = edges[first[uses == 1]]
+    has_opening = (
+        is_sound and len(rim_edges) > 0 and _is_opening(list(_rims(rim_edges, len(vertices))), vertices, triangles)
+    )
+    return SurfacePart(triangles, is_closed=is_sound and not len(rim_edges), has_opening=has_opening)
+
+
+def _rims(edges: Indices, count: int) -> Iterator[Indices]:
+    """Yields the edges (k, 2) of each rim; none of rims that touch themselves or each other."""
+    if (np.bincount(edges.ravel(), minlength=count) > 2).any():
+        return
+    labels = component_labels(edges, count)[edges[:, 0]]
+    for label in np.unique(labels):
+        yield edges[labels == label]
+
+
+def _is_opening(rims: list[Indices], vertices: Array, triangles: Array) -> bool:
+    """Whether holes with these rims are too large to be lost faces."""
+    caps = [_fan_area(vertices[rim]) for rim in rims]
+    whole = _area(triangles) + sum(caps)
+    large = [area for rim, area in zip(rims, caps, strict=True) if len(rim) > MOST_RIM_EDGES]
+    return sum(caps) > LARGEST_FRACTION * whole or max(large, default=0.0) > TINY_FRACTION * whole
+
+
+def _fan_area(edges: Array) -> float:
+    """Square metres of triangles from the middle of a rim to its edges (k, 2, 3)."""
+    middle = np.broadcast_to(edges.mean(axis=(0, 1)), edges[:, 0].shape)
+    return _area(np.stack([edges[:, 0], edges[:, 1], middle], axis=1))
+
+
+def _area(triangles: Array) -> float:
+    """Square metres of triangles (f, 3, 3)."""
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    return float(np.sqrt((normals * normals).sum(axis=1)).sum() / 2.0)
+
+
+def component_labels(groups: Indices, count: int) -> Indices:
+    """Returns the least number in the connected component of each of so many numbers; ``groups`` (k, m) join them."""
+    labels = np.arange(count)
+    while True:
+        least = labels[groups].min(axis=1)
+        np.minimum.at(labels, groups.ravel(), np.repeat(least, groups.shape[1]))
+        labels = labels[labels]
+        if (labels[groups] == labels[groups[:, :1]]).all():
+            return labels
+
+
+def sphere_directions(count: int) -> Array:
+    """Returns unit vectors (count, 3) evenly about a sphere, along a spiral that turns by the golden angle."""
+    height = 1.0 - (2.0 * np.arange(count) + 1.0) / count
+    angle = np.pi * (3.0 - np.sqrt(5.0)) * np.arange(count)
+    radius = np.sqrt(1.0 - height * height)
+    return np.stack([radius * np.cos(angle), height, radius * np.sin(angle)], axis=1)
