@@ -13,7 +13,7 @@ from scipy.spatial import KDTree
 
 from cdcore import Body, Motion
 from cdcore.numerics import FloatArray, IntArray
-from replay.advice.sampled_contacts import is_plain
+from replay.advice.sampled_poses import is_plain
 from replay.advice.scene_outcome import Outcome, ReplayedBodies
 from replay.engine import prepared
 from replay.prepare.assemble import body_of

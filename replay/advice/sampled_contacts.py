@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from replay.advice.pair_states import CLEAR_GAP_M, PairState, PairStates, QueryBudget, QueryLimitError, can_be_asked
+from replay.advice.sampled_poses import USABLE, SampledPoses, is_plain, sampled_poses
+from replay.errors import ReplayError
+from replay.prepare.pair_choice import chosen_pairs
 from sessions import MeshData, Session
 from sessions.errors import SessionError
-from sessions.geometry.rotations import rotated
 from sessions.model.assumption import Assumption, Subject
-from sessions.model.frames import Status
-from sessions.model.scene import Pose, candidate_pairs
 from sessions.scene_files.answers import answered
 from sessions.scene_files.pose_axes import follows_its_poses
 
@@ -34,19 +34,16 @@ FEW_FRAMES: Final = 6_000
 CLEARLY_BETTER_M: Final = 0.005
 """Metres by which the bounds of colliders fit their meshes better in other axes before these are asked for."""
 
-USABLE: Final = (Status.VALID, Status.HELD, Status.INTERPOLATED)
-
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
 
 @dataclass(frozen=True, eq=False)
 class _Scene:
-    """A recording under one alternative in k chosen frames: positions (k, N, 3) and quaternions xyzw (k, N, 4)."""
+    """A recording under one alternative in k chosen frames."""
 
     meshes: Mapping[str, MeshData]
-    positions: Array
-    quaternions: Array
+    poses: SampledPoses
 
 
 class _PairScene:
@@ -82,30 +79,23 @@ def alternatives_differ(session: Session, assumption: Assumption) -> bool | None
     """
     if assumption.subject is Subject.COLLIDER_AXES:
         return best_fitting_axes(session, assumption) != assumption.value
-    if not is_plain(session):
-        return None
     if assumption.subject is Subject.POSE_AXES and _all_follow(session, assumption):
         return False
-    frames = session.frames
-    rows = evenly(len(frames), MOST_FRAMES)
+    rows = evenly(len(session.frames), MOST_FRAMES)
     values = dict.fromkeys((assumption.value, *assumption.alternatives))
     try:
         scenes = _scenes(session, assumption, values, rows)
-    except SessionError:
+    except (SessionError, ReplayError):
         return None
     if not all(can_be_asked(mesh) for scene in scenes for mesh in scene.meshes.values()):
         return None
-    usable = np.isin(frames.status[rows], USABLE)
-    near_pairs, is_known = list[Alternatives](), True
-    for pair in candidate_pairs(session.scene, [name for name in session.names if name in session.meshes]):
-        columns = frames.names.index(pair[0]), frames.names.index(pair[1])
-        both = np.flatnonzero(usable[:, columns[0]] & usable[:, columns[1]])
+    poses = scenes[0].poses
+    near_pairs = list[Alternatives]()
+    for pair in _pairs(session, [name for name in poses.names if name in session.meshes]):
+        columns = poses.names.index(pair[0]), poses.names.index(pair[1])
+        both = np.flatnonzero(poses.is_usable[:, columns[0]] & poses.is_usable[:, columns[1]])
         near_pairs.append(_pair_scenes(scenes, pair, columns, both))
-        # Of bodies with clocks of their own no frame holds both: nothing is known of their distance.
-        is_known &= len(both) > 0
-    if is_known:
-        return _states_differ(near_pairs)
-    return True if _samples_differ(near_pairs, QueryBudget()) else None
+    return _states_differ(near_pairs)
 
 
 def _all_follow(session: Session, row: Assumption) -> bool:
@@ -116,22 +106,24 @@ def _all_follow(session: Session, row: Assumption) -> bool:
 
 def _scenes(session: Session, assumption: Assumption, values: Iterable[str], rows: Rows) -> list[_Scene]:
     """The recording under each value; those that differ in their meshes alone share their poses."""
-    own = session.frames
-    positions, quaternions = own.position[rows], own.quaternion_xyzw[rows]
+    poses = sampled_poses(session, rows)
     scenes = []
     for value in values:
         changed = session if value == assumption.value else answered(session, assumption, value)
-        if changed.source is session.source:
-            scenes.append(_Scene(changed.meshes, positions, quaternions))
-        else:
-            moved = changed.frames
-            scenes.append(_Scene(changed.meshes, moved.position[rows], moved.quaternion_xyzw[rows]))
+        is_unmoved = changed.source is session.source and (is_plain(session) or changed.scene == session.scene)
+        scenes.append(_Scene(changed.meshes, poses if is_unmoved else sampled_poses(changed, rows)))
     return scenes
 
 
-def is_plain(session: Session) -> bool:
-    """Returns whether every body stands where its track says."""
-    return all(body.fixed is None and not body.parent and body.offset == Pose() for body in session.scene.bodies)
+def _pairs(session: Session, names: Sequence[str]) -> list[tuple[str, str]]:
+    """The pairs of names that a replay examines."""
+    frames = session.frames
+    moves = {}
+    for column, name in enumerate(frames.names):
+        is_usable = np.isin(frames.status[:, column], USABLE)
+        poses = np.hstack([frames.position[is_usable, column], frames.quaternion_xyzw[is_usable, column]])
+        moves[name] = bool((poses != poses[:1]).any())
+    return [(names[i], names[j]) for i, j in chosen_pairs(session.scene, names, moves, requested=None).tolist()]
 
 
 def _pair_scenes(scenes: Sequence[_Scene], pair: tuple[str, str], columns: tuple[int, int], rows: Rows) -> Alternatives:
@@ -140,9 +132,9 @@ def _pair_scenes(scenes: Sequence[_Scene], pair: tuple[str, str], columns: tuple
     poses = dict[int, tuple[Array, Array]]()
     alternatives = []
     for scene in scenes:
-        key = id(scene.positions)
+        key = id(scene.poses)
         if key not in poses:
-            poses[key] = _relative_poses(scene, columns, near)
+            poses[key] = _relative_poses(scene.poses, columns, near)
         alternatives.append(_PairScene((scene.meshes[pair[0]], scene.meshes[pair[1]]), *poses[key]))
     return alternatives
 
@@ -155,18 +147,16 @@ def _is_within_reach(
     reach = max(
         sum(float(np.linalg.norm(scene.meshes[name].vertices, axis=1).max()) for name in pair) for scene in scenes
     )
-    for positions in {id(scene.positions): scene.positions for scene in scenes}.values():
-        between = positions[rows, columns[0]] - positions[rows, columns[1]]
+    for poses in {id(scene.poses): scene.poses for scene in scenes}.values():
+        between = poses.positions[rows, columns[0]] - poses.positions[rows, columns[1]]
         within |= (between * between).sum(axis=1) <= reach**2
     return within
 
 
-def _relative_poses(scene: _Scene, columns: tuple[int, int], rows: Rows) -> tuple[Array, Array]:
+def _relative_poses(poses: SampledPoses, columns: tuple[int, int], rows: Rows) -> tuple[Array, Array]:
     """Rotations (k, 3, 3) and translations (k, 3) of the second body in the axes of the first."""
-    first, second = (
-        rotated(scene.quaternions[rows, column][:, None], np.eye(3)).transpose(0, 2, 1) for column in columns
-    )
-    between = scene.positions[rows, columns[1]] - scene.positions[rows, columns[0]]
+    first, second = (poses.rotations(column, rows) for column in columns)
+    between = poses.positions[rows, columns[1]] - poses.positions[rows, columns[0]]
     back = first.transpose(0, 2, 1)
     return back @ second, (back @ between[:, :, None])[:, :, 0]
 

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -18,6 +19,8 @@ from sessions.model.assumption import (
     Subject,
     assumptions_fact,
 )
+from sessions.model.scene import Pose, Scene, SceneBody
+from sessions.model.track import Track
 
 
 def imported(folder, convention, kind, exported=False, **options):
@@ -51,7 +54,8 @@ def still(positions, mesh, value="body", alternatives=("body", "gltf")):
     poses = Assumption(Subject.POSE_AXES, "ros", Origin.USER)
     bodies = {name: ([position] * 3, rotation) for name, position in zip("ab", positions, strict=True)}
     facts = {ASSUMPTIONS_FACT: assumptions_fact([poses, row])}
-    return Session.from_arrays([0, 11, 22], bodies, dict.fromkeys("ab", mesh), facts=facts), row
+    scene = Scene(pairs=(("a", "b"),))
+    return Session.from_arrays([0, 11, 22], bodies, dict.fromkeys("ab", mesh), scene, facts=facts), row
 
 
 def test_bodies_beyond_reach_have_contacts_under_no_alternative():
@@ -91,6 +95,51 @@ def crossing(contact_frame, frames=3000):
     bodies = {name: (positions[number], [[0.0, 0.0, 0.0, 1.0]] * frames) for number, name in enumerate("ab")}
     mesh = rod.vertices, rod.faces
     return Session.from_arrays(np.arange(frames) * 11, bodies, dict.fromkeys("ab", mesh), facts=facts), row
+
+
+def decided_and_replayed(session, row):
+    """What is decided without kernels, and what a replay of every alternative says."""
+    replayed = any(question.assumption == row for question in examine_assumptions(session).questions)
+    return alternatives_differ(session, row), replayed
+
+
+@pytest.mark.parametrize("distance", [0.1, 0.5])
+def test_bodies_with_parents_and_offsets_are_decided_where_they_stand(distance):
+    rod = trimesh.creation.box((0.3, 0.02, 0.03))
+    session, row = still([[0, 0, 0], [0, 0, 0]], (rod.vertices, rod.faces))
+    bodies = (SceneBody("a"), SceneBody("b", parent="a", offset=Pose((distance, 0.0, 0.0))))
+    session = replace(session, scene=replace(session.scene, bodies=bodies, pairs=(("a", "b"),)))
+    decided, replayed = decided_and_replayed(session, row)
+    assert decided is replayed is (distance == 0.1)
+
+
+def test_bodies_that_never_move_make_no_pair():
+    rod = trimesh.creation.box((0.3, 0.02, 0.03))
+    session, row = still([[0, 0, 0], [0.1, 0, 0]], (rod.vertices, rod.faces))
+    assert alternatives_differ(replace(session, scene=Scene()), row) is False
+
+
+def test_fixed_bodies_are_decided_where_they_stand():
+    rod = trimesh.creation.box((0.02, 0.3, 0.02))
+    session, row = still([[0, 0, 0], [5, 0, 0]], (rod.vertices, rod.faces))
+    table = SceneBody("table", fixed=Pose((0.0, 0.25, 0.0)))
+    scene = replace(session.scene, bodies=(table,), pairs=(("a", "table"),))
+    meshes = {**session.meshes, "table": session.meshes["a"]}
+    session = replace(session, scene=scene, meshes=meshes)
+    decided, replayed = decided_and_replayed(session, row)
+    assert decided is replayed is True
+
+
+def test_bodies_that_never_share_a_frame_are_decided_at_filled_frames():
+    rod = trimesh.creation.box((0.02, 0.3, 0.02))
+    session, row = still([[0, 0, 0], [0, 0.25, 0]], (rod.vertices, rod.faces))
+    early, late = session.tracks.values()
+    later = Track(late.times_ns + 4, late.positions, late.quaternions_xyzw)
+    session = Session.from_tracks(
+        {"a": early, "b": later}, meshes=session.meshes, scene=session.scene, facts=session.facts
+    )
+    decided, replayed = decided_and_replayed(session, row)
+    assert decided is replayed is True
 
 
 def test_contact_of_one_frame_between_samples_decides():
