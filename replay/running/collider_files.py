@@ -53,7 +53,8 @@ from replay.show.results.run_folder import REPORT, FolderKind, check_target, res
 from replay.words import safe_text
 from sessions import MeshData, Session
 from sessions.meshes.mesh_axes import default_mesh_axes
-from sessions.scene_files.body_axes import from_body_axes, in_body_axes, pose_convention
+from sessions.model.assumption import pose_convention
+from sessions.scene_files.body_axes import from_body_axes, in_body_axes
 from sessions.temporary_folders import temporary_folder
 
 MAX_FALSE: Final = 0.2

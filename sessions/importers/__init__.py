@@ -77,7 +77,7 @@ def import_session(format: str, source: str | Path, **options: Any) -> Session:
 
 def _with_mapped(given: "MeshOptions", mapping: str | Path) -> "MeshOptions":
     """The mesh options, completed from a mapping where the call leaves them open."""
-    from sessions.importers.mapping_answers import mapped_mesh_options
+    from sessions.importers.csv_mapping import mapped_mesh_options
 
     mapped = mapped_mesh_options(mapping)
     return replace(

@@ -10,15 +10,13 @@ from typing import Final
 
 import numpy as np
 
-from sessions.importers.csv_draft import name_tokens_of, unit_in_name
-from sessions.importers.csv_head import WORDS
 from sessions.importers.csv_mapping import CLOCK_NS, CsvMapping, Guessable, PoseColumns
 from sessions.importers.csv_table import CsvTable
+from sessions.importers.csv_text import WORDS, name_tokens_of, unit_in_name
 from sessions.importers.pose_table import SourceFrame
 from sessions.meshes.conventions import Convention
-from sessions.model.assumption import Assumption, Confidence, Origin, Subject
+from sessions.model.assumption import Assumption, Confidence, Origin, Subject, grouped_assumptions
 from sessions.quantities import number
-from sessions.scene_files.body_axes import grouped_assumptions
 
 LIKELY_RATES_HZ: Final = (10.0, 250.0)
 """Rates of trackers and headsets; a guessed unit of time that gives another rate is not sure."""

@@ -17,17 +17,12 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from sessions.errors import ImportFileError
-from sessions.importers.csv_head import NUMBER, WORDS, CsvHead
-from sessions.importers.csv_long_table import (
-    column_of_bodies,
-    is_interleaved,
-    is_large,
-    order_of,
-    repeats_within,
-    rows_lost,
-)
+from sessions.importers.csv_long_table import column_of_bodies, is_interleaved, order_of, repeats_within
 from sessions.importers.csv_mapping import CLOCK_NS, LENGTHS, ROLES, ROW_MAJOR, TEXT, CsvLayout, Guessable, PoseColumns
 from sessions.importers.csv_table import CsvTable
+from sessions.importers.csv_text import NUMBER, WORDS, CsvHead, name_tokens_of, unit_in_name
+from sessions.importers.ledger import is_large_loss
+from sessions.importers.stamps import rows_lost
 from sessions.meshes.conventions import CONVENTIONS
 
 POSITION, XYZW, ANGLES, MATRIX = "position", "quaternion_xyzw", "euler", "matrix"
@@ -37,7 +32,7 @@ SCALAR_FIRST: Final = "quaternion_wxyz"
 NINE: Final = "012345678"
 KIND_OF: Final = {word: kind for kind in (POSITION, XYZW, ANGLES) for word in WORDS[kind]}
 OTHER, NOISE, TIME, NAMES, VALID = (frozenset(WORDS[kind]) for kind in ("other", "noise", "time", "name", "valid"))
-ANGLE_NAMES, UNITS = WORDS["turns"], WORDS["units"]
+ANGLE_NAMES: Final = WORDS["turns"]
 AXIS: Final = re.compile(r"([a-z]*?)([xyzw])")
 STEPS: Final = (("s", 5e-4, 0.5), ("ms", 0.5, 500.0), ("us", 500.0, 5e5), ("ns", 5e5, 5e8))
 """Unit of a clock -> the steps between rows that a recording of 2 to 2,000 Hz has in it."""
@@ -85,7 +80,7 @@ def _guessed_line(gaps: _Gaps) -> Iterator[str]:
 
 def _named(head: CsvHead, names: frozenset[str]) -> list[str]:
     """The columns in whose names one of these words is."""
-    return [name for name in head.columns if not names.isdisjoint(word.lower() for word in _tokens(name)[0])]
+    return [name for name in head.columns if not names.isdisjoint(word.lower() for word in name_tokens_of(name))]
 
 
 @dataclass
@@ -136,7 +131,7 @@ def _bodies(columns: Sequence[str]) -> dict[str, _Body]:
         return {"": _Body({**cells, **{(MATRIX, at): name for at, name in zip(NINE, matrix, strict=True)}})}
     bodies: dict[str, _Body] = {}
     for column in columns:
-        tokens, _ = _tokens(column.replace("_RS_R", "").replace("_RS", ""))  # frames of EuRoC
+        tokens = name_tokens_of(column.replace("_RS_R", "").replace("_RS", ""))  # frames of EuRoC
         if not tokens:
             continue
         *before, last = tokens
@@ -162,26 +157,6 @@ def _name(column: str, tokens: Sequence[str]) -> str:
     first = column.index(own[0])
     whole = column[first : column.index(own[-1], first) + len(own[-1])]
     return whole if not {*re.findall("[a-z]+", whole.lower())} & KIND_OF.keys() else "_".join(own)
-
-
-def _tokens(column: str) -> tuple[list[str], str]:
-    """The words of a name, and the unit that it states."""
-    stated = re.search(r"[\[(]\s*([A-Za-z]+)\s*[\])]", column)
-    tokens = re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+", re.sub(r"[\[(].*?[\])]", "", column))
-    unit = UNITS.get(stated[1].lower(), "") if stated else ""
-    if len(tokens) > 1 and tokens[-1].lower() in UNITS:
-        unit = unit or UNITS[tokens.pop().lower()]
-    return tokens, unit
-
-
-def name_tokens_of(column: str) -> list[str]:
-    """Returns the words of a column's name."""
-    return _tokens(column)[0]
-
-
-def unit_in_name(column: str) -> str:
-    """Returns the unit that a column's name states, as a mapping writes it, or ``""``."""
-    return _tokens(column)[1]
 
 
 def plain_poses(columns: Sequence[str]) -> dict[str, PoseColumns]:
@@ -245,7 +220,7 @@ def _lines(head: CsvHead, table: CsvTable, gaps: _Gaps) -> Iterator[str]:
 
 def _units(head: CsvHead, columns: Sequence[str], gaps: _Gaps) -> str:
     """The unit of lengths."""
-    unit = next((unit for column in columns if (unit := _tokens(column)[1] or head.unit(column)) in LENGTHS), "")
+    unit = next((unit for column in columns if (unit := unit_in_name(column) or head.unit(column)) in LENGTHS), "")
     if unit:
         return f'units = "{unit}"'
     gaps.unknown.append("the unit of lengths (m unless you say otherwise)")
@@ -303,7 +278,7 @@ def clock_of(head: CsvHead) -> Clock:
     form = next(map(text_format, head.cells(column)), None)
     if form is not None:
         return Clock(column, TEXT, form)
-    values, unit = head.numbers(column), _tokens(column)[1] or head.unit(column)
+    values, unit = head.numbers(column), unit_in_name(column) or head.unit(column)
     steps = [step for step in np.diff(values) if step > 0]
     if steps and unit not in CLOCK_NS:
         step = float(np.median(steps))
@@ -336,7 +311,7 @@ def _clock(head: CsvHead, clock: Clock, gaps: _Gaps) -> Iterator[str]:
         return
     if not clock.unit:
         gaps.unknown.append("the unit of time")
-    elif clock.unit not in (_tokens(clock.column)[1], head.unit(clock.column)):
+    elif clock.unit not in (unit_in_name(clock.column), head.unit(clock.column)):
         gaps.guessed.append(Guessable.TIME_UNIT)
     yield f'unit = "{clock.unit}"' if clock.unit else '# unit = "s"   # s, ms, us, ns or ticks (.NET)'
     values = head.numbers(clock.column)
@@ -361,7 +336,7 @@ def _names_of_bodies(
     groups = table.rows_by_text(names[0]).values() if names else [np.ones(len(table), dtype=np.bool_)]
     lost = rows_lost(stamps, groups)
     used = [clock.column, *(column for body in bodies.values() for column in body.columns.values())]
-    if not is_large(lost, len(table)):
+    if not is_large_loss(lost, len(table)):
         # Rows whose stamps all differ are those of one body, unless a column of names takes turns.
         taking_turns = (column for column in numbered if is_interleaved(table, column))
         return names or [column for column in taking_turns if column == column_of_bodies(table, stamps, used)], ""

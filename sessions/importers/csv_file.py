@@ -14,13 +14,13 @@ import numpy as np
 from sessions.errors import ImportFileError
 from sessions.importers.csv_assumptions import source_frame
 from sessions.importers.csv_draft import draft_of
-from sessions.importers.csv_head import read_head
-from sessions.importers.csv_long_table import column_of_bodies, is_large, rows_lost
+from sessions.importers.csv_long_table import column_of_bodies
 from sessions.importers.csv_mapping import KINDS, OTHER, UNITY, VALUE, CsvMapping, PoseColumns, read_mapping
 from sessions.importers.csv_table import CsvTable
-from sessions.importers.ledger import Ledger
+from sessions.importers.csv_text import read_head
+from sessions.importers.ledger import Ledger, is_large_loss
 from sessions.importers.pose_table import SourceFrame, Stream, imported, numbered
-from sessions.importers.stamps import Rows, Stamps, increasing
+from sessions.importers.stamps import Rows, Stamps, increasing, rows_lost
 from sessions.meshes.conventions import Convention
 from sessions.meshes.conventions import convention as convention_named
 from sessions.model.event import Event, LiveContact
@@ -121,7 +121,7 @@ class _CsvLog:
         rows = self._kinds["pose"]
         stamps = self._stamps(rows)
         lost = rows_lost(stamps, [np.ones(len(stamps), dtype=np.bool_)])
-        if not is_large(lost, len(stamps)):
+        if not is_large_loss(lost, len(stamps)):
             return
         used = [plan.time, *(column for body in plan.bodies.values() for column in body.numbers)]
         column = column_of_bodies(table, stamps, used)

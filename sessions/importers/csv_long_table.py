@@ -1,13 +1,13 @@
 """Finds the column of a long table that tells its bodies apart: a row per body and time, as ``id,time,x,y,z,...``."""
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection
 from typing import Final
 
 import numpy as np
 
 from sessions.importers.csv_table import CsvTable
-from sessions.importers.ledger import LARGEST_UNREPORTED_LOSS
-from sessions.importers.stamps import Rows, Stamps, longest_increasing
+from sessions.importers.ledger import is_large_loss
+from sessions.importers.stamps import Stamps, rows_lost
 
 MOST_VALUES: Final = 100
 """Different values of a column that may be names of bodies."""
@@ -15,16 +15,6 @@ LEAST_ROWS: Final = 3
 """Rows of each body in the mean; a column of other numbers has more values."""
 WORTH_A_COLUMN: Final = 2 / 3
 """Fraction of the lost rows that a column leaves at most, if it tells bodies apart and stamps repeat within them."""
-
-
-def rows_lost(stamps: Stamps, groups: Iterable[Rows]) -> int:
-    """How many rows an import would drop because stamps repeat or go back, where each group is a body."""
-    return sum(int((~longest_increasing(stamps[rows])).sum()) for rows in groups)
-
-
-def is_large(lost: int, rows: int) -> bool:
-    """Whether so many rows may not be lost without a word."""
-    return lost > LARGEST_UNREPORTED_LOSS * rows
 
 
 def column_of_bodies(table: CsvTable, stamps: Stamps, used: Collection[str]) -> str:
@@ -37,7 +27,7 @@ def column_of_bodies(table: CsvTable, stamps: Stamps, used: Collection[str]) -> 
     fewest, best = WORTH_A_COLUMN * rows_lost(stamps, [np.ones(len(table), dtype=np.bool_)]), ""
     for column in _candidates(table, used):
         lost = rows_lost(stamps, table.rows_by_text(column).values())
-        if not is_large(lost, len(table)):
+        if not is_large_loss(lost, len(table)):
             return column
         if lost <= fewest:
             fewest, best = lost, column
@@ -66,12 +56,12 @@ def repeats_within(table: CsvTable, stamps: Stamps, names: str, used: Collection
     """
     bodies = table.rows_by_text(names)
     lost = rows_lost(stamps, bodies.values())
-    if not is_large(lost, len(table)):
+    if not is_large_loss(lost, len(table)):
         return ""
     cure = "keep one row of each body and stamp in the file"
     for column in _candidates(table, {*used, names}):
         values = table.rows_by_text(column).values()
-        if not is_large(rows_lost(stamps, [rows & own for rows in bodies.values() for own in values]), len(table)):
+        if not is_large_loss(rows_lost(stamps, [rows & own for rows in bodies.values() for own in values]), len(table)):
             cure = f"keep the rows of one value of column {column!r} in the file"
             break
     return f"{lost:,} of {len(table):,} rows would be dropped: they repeat a stamp of the same body, or go back; {cure}"

@@ -16,6 +16,7 @@ import numpy as np
 
 from sessions.errors import ImportFileError, SessionError
 from sessions.geometry.rotations import quaternion_from_matrix, quaternion_from_vector
+from sessions.importers.given_meshes import MeshOptions
 from sessions.importers.pose_table import LARGEST_SECONDS, QUATERNION_TOLERANCE
 from sessions.importers.stamps import Numbers
 from sessions.input_files import read_text
@@ -254,6 +255,19 @@ def read_mapping(path: str | Path) -> CsvMapping:
             scalars=scalars,
             guessed=_guessed_keys(whole),
         )
+
+
+def mapped_mesh_options(path: str | Path) -> MeshOptions:
+    """Returns what a mapping says of meshes and colliders.
+
+    Raises ImportFileError: no TOML, or a key of another type.
+    """
+    table = parse_toml(read_text(path, "mapping", ImportFileError), Path(path).name, ImportFileError)
+    return MeshOptions(
+        mesh_axes=table.text_or_texts(MESH_AXES_KEY),
+        mesh_units=table.text_or_texts(MESH_UNITS_KEY),
+        collider_axes=table.text(COLLIDER_AXES_KEY),
+    )
 
 
 def _guessed_keys(whole: TomlTable) -> frozenset[str]:

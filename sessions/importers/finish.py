@@ -8,16 +8,26 @@ from pathlib import Path
 import numpy as np
 
 from sessions.errors import ImportFileError
-from sessions.importers.assumptions import collider_assumptions, with_assumptions
 from sessions.importers.given_meshes import MeshOptions, placed_meshes
 from sessions.importers.ledger import FACT, ledger_of
 from sessions.mesh_data import MeshData
+from sessions.meshes.conventions import Convention
+from sessions.meshes.mesh_axes import mesh_axes_alternatives, mesh_axes_description
 from sessions.meshes.mesh_match import ColliderFile
+from sessions.model.assumption import (
+    ASSUMPTIONS_FACT,
+    Assumption,
+    Confidence,
+    Origin,
+    Subject,
+    assumptions_fact,
+    assumptions_of,
+    pose_convention,
+)
 from sessions.model.frames import Status
 from sessions.model.scene import Scene, SceneBody
 from sessions.model.session import Session
 from sessions.names import SIDES, is_hand, is_head, name_tokens
-from sessions.scene_files.body_axes import pose_convention
 from sessions.scene_files.scene_meshes import (
     COLLIDER_AXES,
     scene_meshes,
@@ -79,15 +89,22 @@ def finished(
         events=tuple(sorted(session.events, key=attrgetter("time_ns"))),
         live_contacts=tuple(sorted(session.live_contacts, key=attrgetter("time_ns"))),
     )
-    by_user = {name: meshes[name] for name in placed.from_options}
-    complete = with_meshes(complete, by_user, placed.notes)
-    colliders_folder = "." if given.colliders else scene_folder
-    axes = given.collider_axes or COLLIDER_AXES
-    colliders = session_colliders(complete, colliders_folder, given.colliders or "")
-    if colliders is not None:
-        complete = _with_collider_account(with_collider_file(complete, colliders, axes), colliders)
+    if placed.from_options or placed.notes:
+        by_user = {name: meshes[name] for name in placed.from_options}
+        complete = with_meshes(complete, by_user, placed.notes)
+    if given.colliders or complete.scene.colliders:
+        complete = _with_colliders(complete, given, scene_folder)
     assumed = [*placed.assumptions, *collider_assumptions(complete, given, poses)]
     return with_assumptions(complete, assumed)
+
+
+def _with_colliders(session: Session, given: MeshOptions, scene_folder: str | Path) -> Session:
+    """The session with the colliders of the file that the options give, or else its scene."""
+    colliders = session_colliders(session, "." if given.colliders else scene_folder, given.colliders or "")
+    if colliders is None:
+        return session
+    axes = given.collider_axes or COLLIDER_AXES
+    return _with_collider_account(with_collider_file(session, colliders, axes), colliders)
 
 
 def _with_collider_account(session: Session, colliders: ColliderFile) -> Session:
@@ -105,6 +122,35 @@ def _with_collider_account(session: Session, colliders: ColliderFile) -> Session
         dropped={f"that belong to no body: {named}": unowned},
     )
     return replace(session, facts={**session.facts, FACT: ledger.as_text()})
+
+
+def collider_assumptions(session: Session, given: MeshOptions, poses: Convention) -> list[Assumption]:
+    """Returns the axes that the file of colliders was taken to have, if there is one."""
+    file = str(given.colliders or session.scene.colliders)
+    if not file or not session.colliders:
+        return []
+    axes = given.collider_axes or COLLIDER_AXES
+    alternatives = mesh_axes_alternatives(axes, poses)
+    is_open = not given.collider_axes and len(alternatives) > 1
+    return [
+        Assumption(
+            subject=Subject.COLLIDER_AXES,
+            value=axes,
+            origin=Origin.USER if given.collider_axes else Origin.GUESS,
+            confidence=Confidence.OPEN if is_open else Confidence.SURE,
+            bodies=tuple(session.colliders),
+            files=(Path(file).name,),
+            description=mesh_axes_description(axes, poses),
+            reason="" if given.collider_axes else "the project's own script writes them so",
+            alternatives=alternatives,
+        )
+    ]
+
+
+def with_assumptions(session: Session, assumptions: Iterable[Assumption]) -> Session:
+    """Returns the session with these assumptions beside those that it keeps; a source of none is canonical."""
+    kept = assumptions_of(session.facts) or ()
+    return replace(session, facts={**session.facts, ASSUMPTIONS_FACT: assumptions_fact([*kept, *assumptions])})
 
 
 def _check_poses(session: Session, source: Path) -> None:
@@ -127,11 +173,13 @@ def proxy_for(name: str) -> str:
 
 
 def _with_proxies(scene: Scene, names: Iterable[str], given: dict[str, MeshData]) -> Scene:
+    rows = {name: proxy_for(name) for name in names}
+    if not any(rows.values()):
+        return scene
     from sessions.glassware.catalogue import make_instrument
 
     bodies = {body.id: body for body in scene.bodies}
-    for name in names:
-        row = proxy_for(name)
+    for name, row in rows.items():
         if row:
             given[name] = make_instrument(row, PROXY_FACES).mesh
             body = bodies.get(name, SceneBody(id=name))

@@ -15,9 +15,9 @@ from sessions.meshes.mesh_axes import (
     mesh_axes_matrix,
 )
 from sessions.meshes.mesh_match import UNITS, guessed, matched
-from sessions.model.assumption import Assumption
+from sessions.model.assumption import Assumption, grouped_assumptions
 from sessions.model.scene import Scene
-from sessions.scene_files.body_axes import axes_assumption, grouped_assumptions, in_body_axes
+from sessions.scene_files.body_axes import axes_assumption, in_body_axes
 from sessions.scene_files.mesh_units import mesh_unit, scene_mesh_unit, units_beside_others
 from sessions.scene_files.toml_table import nearest
 
@@ -162,6 +162,8 @@ def placed_meshes(
             axes_by_body.setdefault(body.id, body.mesh_axes)
     placed = PlacedMeshes({**scene_meshes}, tuple(given), notes=notes)
     file_meshes = {**from_scene, **given}
+    if not file_meshes:
+        return placed
     units = {name: row.unit for name, row in file_meshes.items() if row.unit is not None}
     sizes = {name: row.mesh for name, row in file_meshes.items()}
     placed.assumptions.extend(grouped_assumptions(units_beside_others(units, sizes)))

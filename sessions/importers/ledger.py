@@ -147,3 +147,8 @@ def _entry(kind: Any, body: Any, read: Any, kept: Any, dropped: Any, merged: Any
     if not all(type(count) is int for count in counts):
         raise ValueError("no counts of an import")
     return Entry(kind, body, read, kept, dropped, merged)
+
+
+def is_large_loss(lost: int, rows: int) -> bool:
+    """Whether so many rows may not be lost without a word."""
+    return lost > LARGEST_UNREPORTED_LOSS * rows

@@ -12,10 +12,8 @@ from typing import Any, Final
 
 from sessions.errors import ImportFileError
 from sessions.importers.csv_mapping import COLLIDER_AXES_KEY, MESH_AXES_KEY, MESH_UNITS_KEY, Guessable
-from sessions.importers.given_meshes import MeshOptions
 from sessions.input_files import read_bytes, read_text
 from sessions.model.assumption import Assumption, Subject
-from sessions.scene_files.toml_table import parse_toml
 from sessions.whole_files import whole_file
 
 KEYS: Final = {
@@ -39,19 +37,6 @@ NOTHING: Final = "nothing"
 
 ANSWERED: Final = re.compile(r"(?P<line>.*?)  # answered; before: (?P<before>.*)")
 """A line that an answer wrote, with what stood there before."""
-
-
-def mapped_mesh_options(path: str | Path) -> MeshOptions:
-    """Returns what a mapping says of meshes and colliders.
-
-    Raises ImportFileError: no TOML, or a key of another type.
-    """
-    table = parse_toml(read_text(path, "mapping", ImportFileError), Path(path).name, ImportFileError)
-    return MeshOptions(
-        mesh_axes=table.text_or_texts(MESH_AXES_KEY),
-        mesh_units=table.text_or_texts(MESH_UNITS_KEY),
-        collider_axes=table.text(COLLIDER_AXES_KEY),
-    )
 
 
 def write_answers(path: Path, answers: Sequence[tuple[Assumption, str]]) -> list[str]:

@@ -11,14 +11,14 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from sessions.errors import ImportFileError
-from sessions.importers.assumptions import pose_assumptions
 from sessions.importers.ledger import FACT, Ledger
 from sessions.importers.stamps import Numbers, Rows, Stamps, increasing
-from sessions.meshes.conventions import Convention
+from sessions.meshes.conventions import Convention, pose_axes_alternatives
 from sessions.meshes.conventions import convention as convention_named
-from sessions.model.assumption import ASSUMPTIONS_FACT, Assumption, Confidence, Origin, assumptions_fact
+from sessions.model.assumption import ASSUMPTIONS_FACT, Assumption, Confidence, Origin, Subject, assumptions_fact
 from sessions.model.session import Session
 from sessions.model.track import ScalarTrack, Track
+from sessions.quantities import length
 
 LARGEST_SECONDS: Final = 9.0e9  # Just below what int64 nanoseconds hold
 QUATERNION_TOLERANCE: Final = 1e-3
@@ -27,6 +27,12 @@ METRES: Final[Mapping[str, float]] = {
     "m": 1.0, "cm": 0.01, "mm": 0.001, "meter": 1.0, "meters": 1.0, "metres": 1.0, "centimeters": 0.01,
     "millimeters": 0.001, "inches": 0.0254, "feet": 0.3048,
 }  # fmt: skip
+
+
+SMALLEST_RADIUS_M, LARGEST_RADIUS_M = 0.02, 30.0
+"""Metres from the origin within which the poses of a tracked room are; beyond these a guessed unit is open."""
+
+LENGTH_UNITS: Final = ("m", "cm", "mm")
 
 
 class PoseTable(NamedTuple):
@@ -143,6 +149,53 @@ def imported(
         facts["assumed"] = "; ".join(frame.assumed)
     facts[ASSUMPTIONS_FACT] = assumptions_fact(pose_assumptions(frame, room_radius(tracks.values())))
     return replace(Session.from_tracks(tracks, facts=facts), scalars=scalars)
+
+
+def pose_assumptions(frame: SourceFrame, radius: float) -> tuple[Assumption, ...]:
+    """Returns what was assumed of the poses of a source.
+
+    ``radius``: metres from the origin within which nearly all positions are, as the unit was taken.
+    """
+    is_guess = frame.axes_origin is Origin.GUESS
+    axes = Assumption(
+        subject=Subject.POSE_AXES,
+        value=frame.axes.name,
+        origin=frame.axes_origin,
+        confidence=frame.axes_confidence,
+        description=_description(frame.axes),
+        reason=frame.axes_reason if is_guess else "",
+        alternatives=pose_axes_alternatives(frame.axes) if is_guess else (),
+    )
+    handed_origin, reason = frame.axes_origin, ""
+    if frame.axes.assumed_handedness:
+        handed_origin, reason = Origin.GUESS, "the axes as text leave it out"
+    handedness = Assumption(Subject.HANDEDNESS, frame.axes.handedness, handed_origin, reason=reason)
+    clock = Assumption(Subject.CLOCK, frame.clock, frame.clock_origin)
+    return axes, handedness, length_unit(frame, radius), clock, *frame.others
+
+
+def _description(axes: Convention) -> str:
+    return "" if axes.description == axes.name else axes.description
+
+
+def length_unit(frame: SourceFrame, radius: float) -> Assumption:
+    """Returns the unit of lengths; a guess is open where a room of that size would be no laboratory."""
+    confidence, reason = Confidence.SURE, ""
+    if frame.units_origin is Origin.GUESS and frame.units_reason:
+        reason = frame.units_reason
+    elif frame.units_origin is Origin.GUESS:
+        reason = f"99 of 100 poses are then within {length(radius)} of the origin"
+        if not SMALLEST_RADIUS_M <= radius <= LARGEST_RADIUS_M:
+            confidence = Confidence.OPEN
+    others = [unit for unit in LENGTH_UNITS if unit != frame.units]
+    return Assumption(
+        subject=Subject.LENGTH_UNIT,
+        value=frame.units,
+        origin=frame.units_origin,
+        confidence=confidence,
+        reason=reason,
+        alternatives=(frame.units, *others),
+    )
 
 
 def room_radius(tracks: Iterable[Track]) -> float:

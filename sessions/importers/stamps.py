@@ -7,7 +7,7 @@ time lies between the two recordings that the series then is.
 import calendar
 import re
 from bisect import bisect_left
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from datetime import datetime
 from typing import Final
 
@@ -142,3 +142,8 @@ def _refuse_restart(name: str, stamps: Stamps, outside: Rows, ledger: Ledger) ->
         f"{ledger.source}: the clock of {name!r} starts again: its samples {first + 1:,} to {last + 1:,} are stamped "
         f"{begin:.3f} s to {end:.3f} s, between others of other times; split the recording there, or correct the stamps"
     )
+
+
+def rows_lost(stamps: Stamps, groups: Iterable[Rows]) -> int:
+    """How many rows an import would drop because stamps repeat or go back, where each group is a body."""
+    return sum(int((~longest_increasing(stamps[rows])).sum()) for rows in groups)

@@ -7,6 +7,7 @@ from enum import StrEnum
 from typing import Any, Final
 
 from sessions.errors import SessionError
+from sessions.meshes.conventions import CONVENTIONS, Convention, convention
 
 ASSUMPTIONS_FACT: Final = "assumptions"
 """The fact of a recording that holds its assumptions as JSON."""
@@ -192,3 +193,23 @@ def _assumption(row: Mapping[str, Any]) -> Assumption:
 
 def _texts(row: Mapping[str, Any], key: str) -> tuple[str, ...]:
     return tuple(map(str, row.get(key, ())))
+
+
+def pose_convention(facts: Mapping[str, str]) -> Convention:
+    """Returns the convention that the poses of a recording had in their source; the canonical one if none is kept."""
+    for row in assumptions_of(facts) or ():
+        if row.subject is Subject.POSE_AXES:
+            return convention(row.value)
+    return CONVENTIONS["canonical"]
+
+
+def grouped_assumptions(rows: Iterable[Assumption]) -> list[Assumption]:
+    """Returns assumptions that differ in nothing but body and file as one."""
+    merged: dict[Assumption, Assumption] = {}
+    for row in rows:
+        key = replace(row, bodies=(), files=())
+        before = merged.get(key, key)
+        merged[key] = replace(
+            row, bodies=before.bodies + row.bodies, files=tuple(dict.fromkeys(before.files + row.files))
+        )
+    return list(merged.values())

@@ -1,6 +1,6 @@
 """Meshes of files in the canonical axes of their bodies, by what a recording was taken to be."""
 
-from collections.abc import Container, Iterable, Mapping
+from collections.abc import Container, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sessions.mesh_data import MeshData
-from sessions.meshes.conventions import CONVENTIONS, Convention, convention
+from sessions.meshes.conventions import Convention
 from sessions.meshes.mesh_axes import (
     BODY,
     GLTF,
@@ -26,17 +26,11 @@ from sessions.model.assumption import (
     Subject,
     assumptions_fact,
     assumptions_of,
+    grouped_assumptions,
+    pose_convention,
 )
 from sessions.model.scene import Scene
 from sessions.scene_files.mesh_units import file_type_of, scene_mesh_unit, units_beside_others
-
-
-def pose_convention(facts: Mapping[str, str]) -> Convention:
-    """Returns the convention that the poses of a recording had in their source; the canonical one if none is kept."""
-    for row in assumptions_of(facts) or ():
-        if row.subject is Subject.POSE_AXES:
-            return convention(row.value)
-    return CONVENTIONS["canonical"]
 
 
 def in_body_axes(mesh: MeshData, axes: str, poses: Convention) -> MeshData:
@@ -131,15 +125,3 @@ def _reason(axes: str, file_type: str, poses: Convention) -> str:
     if axes == BODY:
         return f"{file_type.upper()} files say no axes"
     return f"usual for {file_type.upper()} files beside poses of {poses.name}"
-
-
-def grouped_assumptions(rows: Iterable[Assumption]) -> list[Assumption]:
-    """Returns assumptions that differ in nothing but body and file as one."""
-    merged: dict[Assumption, Assumption] = {}
-    for row in rows:
-        key = replace(row, bodies=(), files=())
-        before = merged.get(key, key)
-        merged[key] = replace(
-            row, bodies=before.bodies + row.bodies, files=tuple(dict.fromkeys(before.files + row.files))
-        )
-    return list(merged.values())

@@ -13,12 +13,12 @@ from sessions.input_files import read_text
 from sessions.mesh_data import MeshData
 from sessions.meshes.mesh_axes import BODY, mesh_axes_matrix
 from sessions.meshes.mesh_match import ColliderFile, read_colliders
-from sessions.model.assumption import ASSUMPTIONS_FACT, Subject, assumptions_fact
+from sessions.model.assumption import ASSUMPTIONS_FACT, Subject, assumptions_fact, pose_convention
 from sessions.model.constants import SCENE_FACT
 from sessions.model.scene import Scene, SceneBody
 from sessions.model.session import Session
 from sessions.scene_files.answers import recording_assumptions
-from sessions.scene_files.body_axes import in_body_axes, pose_convention, scene_meshes_in_body_axes
+from sessions.scene_files.body_axes import in_body_axes, scene_meshes_in_body_axes
 from sessions.scene_files.scene_toml import (
     added_scene,
     declares_bodies,

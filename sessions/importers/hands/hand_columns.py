@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from sessions.importers.csv_draft import Clock, clock_of, plain_poses
-from sessions.importers.csv_head import WORDS, CsvHead
 from sessions.importers.csv_mapping import PoseColumns
+from sessions.importers.csv_text import WORDS, CsvHead
 from sessions.importers.hands.joint_names import (
     NUMBERED,
     TOKEN,

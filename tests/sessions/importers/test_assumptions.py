@@ -6,8 +6,7 @@ import trimesh
 from support.session_files import samples, stream_header, write_transforms, xdf_file
 
 from sessions.importers import import_session
-from sessions.importers.assumptions import length_unit, pose_assumptions
-from sessions.importers.pose_table import SourceFrame, room_radius
+from sessions.importers.pose_table import SourceFrame, length_unit, pose_assumptions, room_radius
 from sessions.meshes.conventions import convention
 from sessions.model.assumption import Confidence, Origin, Subject
 from sessions.model.track import Track

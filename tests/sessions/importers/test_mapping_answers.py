@@ -5,7 +5,8 @@ from support.planted_sessions import write_scene
 
 from sessions.errors import ImportFileError
 from sessions.importers import import_session
-from sessions.importers.mapping_answers import forget_mapping_answers, mapped_mesh_options, write_answers
+from sessions.importers.csv_mapping import mapped_mesh_options
+from sessions.importers.mapping_answers import forget_mapping_answers, write_answers
 from sessions.model.assumption import Assumption, Confidence, Origin, Subject
 from sessions.scene_files.answers import recording_assumptions
 

@@ -1,9 +1,12 @@
-"""The head of a CSV, read once: what stands between its cells, where its table begins, and what its columns are called.
+"""The text of a CSV: its encoding, what stands between its cells, where its table begins, what its columns are called.
 
 Excel's line ``sep=;`` is passed over, and so is a row of units below the header. Columns may be set apart by several
-spaces.
+spaces. Recordings are UTF-8; only questionnaires, which people type, are read in the encodings of spreadsheets too.
 """
 
+import codecs
+import csv
+import io
 import re
 import tomllib
 from collections.abc import Collection, Sequence
@@ -13,7 +16,6 @@ from typing import Any, Final
 
 from sessions.errors import ImportFileError
 from sessions.importers.csv_mapping import ROW_MAJOR, CsvLayout
-from sessions.importers.spreadsheet_text import decimal_letter, excel_separator, named_encoding, split_lines
 from sessions.input_files import opened
 
 HEAD_BYTES: Final = 200_000
@@ -22,6 +24,16 @@ FIRST_ROWS: Final = 200
 LINES_ABOVE: Final = 50
 """Lines above the rows that are looked for a header, beside ``FIRST_ROWS``."""
 DELIMITERS: Final = (",", ";", "\t", " ")
+SPREADSHEET_DELIMITERS: Final = (",", ";", "\t", "|")
+"""Characters that spreadsheets put between columns; where the decimal comma is usual, Excel writes semicolons."""
+
+SEPARATOR: Final = re.compile('"?sep=(.)"?', re.IGNORECASE)
+"""The line that Excel begins a CSV with to say what stands between its cells."""
+
+DECIMAL_COMMA: Final = re.compile(r"[+-]?\d+,\d+")
+BYTE_ORDER_MARK: Final = codecs.BOM_UTF8
+ENCODINGS: Final = {codecs.BOM_UTF16_LE: "UTF-16", codecs.BOM_UTF16_BE: "UTF-16"}
+"""First bytes of a text in another encoding than UTF-8 that says so."""
 NUMBER: Final = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?|nan|NaN")
 WORDS: Final[dict[str, Any]] = tomllib.loads(Path(__file__).with_name("csv_words.toml").read_text("utf-8"))
 """What words of a column's name say: its kind, the axis of an angle, a unit; and wall clocks beside ISO 8601."""
@@ -145,5 +157,86 @@ def bare_unit(cell: str) -> str:
     return cell.strip(" []()").lower()
 
 
+def name_and_unit(column: str) -> tuple[list[str], str]:
+    """The words of a name, and the unit that it states."""
+    stated = re.search(r"[\[(]\s*([A-Za-z]+)\s*[\])]", column)
+    tokens = re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+", re.sub(r"[\[(].*?[\])]", "", column))
+    unit = WORDS["units"].get(stated[1].lower(), "") if stated else ""
+    if len(tokens) > 1 and tokens[-1].lower() in WORDS["units"]:
+        unit = unit or WORDS["units"][tokens.pop().lower()]
+    return tokens, unit
+
+
+def name_tokens_of(column: str) -> list[str]:
+    """Returns the words of a column's name."""
+    return name_and_unit(column)[0]
+
+
+def unit_in_name(column: str) -> str:
+    """Returns the unit that a column's name states, as a mapping writes it, or ``""``."""
+    return name_and_unit(column)[1]
+
+
 def _numbers(row: Sequence[str]) -> int:
     return sum(NUMBER.fullmatch(cell) is not None for cell in row)
+
+
+def named_encoding(data: bytes) -> str:
+    """Returns the encoding other than UTF-8 that the first bytes of a text name, or ``""``."""
+    return next((name for start, name in ENCODINGS.items() if data.startswith(start)), "")
+
+
+def decoded(data: bytes) -> str:
+    """Returns a text by its byte order mark; without one as UTF-8, or else as Excel writes it on Windows.
+
+    Raises UnicodeDecodeError: it is none of these.
+    """
+    if encoding := named_encoding(data):
+        return data.decode(encoding)
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return data.decode("cp1252")
+
+
+def excel_separator(line: str) -> str:
+    """Returns the character that Excel's first line ``sep=;`` names, or ``""``."""
+    match = SEPARATOR.fullmatch(line.strip("\r\n \ufeff"))
+    return match[1] if match else ""
+
+
+def split_lines(lines: Sequence[str], delimiter: str) -> list[list[str]]:
+    """Returns the cells of lines, without spaces around them; spaces between cells may be several."""
+    texts = (" ".join(line.split()) for line in lines) if delimiter == " " else lines
+    return [[cell.strip() for cell in row] for row in csv.reader(texts, delimiter=delimiter)]
+
+
+def widest_delimiter(line: str) -> str:
+    """Returns the delimiter that cuts a line into most cells; the comma where none cuts it."""
+    return max(SPREADSHEET_DELIMITERS, key=lambda delimiter: len(next(csv.reader([line], delimiter=delimiter), [])))
+
+
+def decimal_letter(delimiter: str, rows: Sequence[Sequence[str]]) -> str:
+    """Returns the decimal comma where cells hold one and no comma stands between them, else the point."""
+    has_commas = delimiter in ";\t|" and any(DECIMAL_COMMA.fullmatch(cell) for row in rows for cell in row)
+    return "," if has_commas else "."
+
+
+def spreadsheet_rows(data: bytes) -> list[list[str]]:
+    """Returns the rows of a spreadsheet that are not empty; numbers with decimal commas become those with points.
+
+    Raises UnicodeDecodeError, csv.Error: it is no such text.
+    """
+    text = decoded(data)
+    first, _, rest = text.partition("\n")
+    delimiter = excel_separator(first)
+    if delimiter:
+        text = rest
+    else:
+        delimiter = widest_delimiter(next((line for line in text.splitlines() if line.strip()), ""))
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter)
+    rows = [row for row in ([cell.strip() for cell in line] for line in reader) if any(row)]
+    if decimal_letter(delimiter, rows[1:]) == ".":
+        return rows
+    points = ([cell.replace(",", ".") if DECIMAL_COMMA.fullmatch(cell) else cell for cell in row] for row in rows[1:])
+    return [*rows[:1], *points]

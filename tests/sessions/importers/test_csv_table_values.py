@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sessions.importers.arrow_values import bool_array, bool_values, float_values, text_array, text_scalar
+from sessions.importers.csv_table import bool_array, bool_values, float_values, text_array, text_scalar
 
 READS_A_TABLE = """
 import sys
