@@ -27,9 +27,21 @@ BEAKER = revolved_mesh(PROFILE, 12)
 FLAT = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
 
 
+@pytest.fixture(scope="module")
+def kept_pieces(tmp_path_factory):
+    """Folder of the pieces that tests share: a process that cuts takes 1.5 s."""
+    return tmp_path_factory.mktemp("pieces")
+
+
 @pytest.fixture(autouse=True)
-def cache(monkeypatch, tmp_path):
+def shared_cache(monkeypatch, kept_pieces):
     monkeypatch.setattr(piece_store, "_in_memory", {})
+    monkeypatch.setattr(piece_store, "cache_folder", lambda: kept_pieces)
+
+
+@pytest.fixture
+def empty_cache(shared_cache, monkeypatch, tmp_path):
+    """A cache folder of this test alone, in which nothing is kept yet."""
     monkeypatch.setattr(piece_store, "cache_folder", lambda: tmp_path / "cache")
     return tmp_path / "cache"
 
@@ -45,9 +57,9 @@ def test_compound_methods_are_rows_of_the_cutter_table():
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=pytest.mark.slow if name in ("coacd", "vhacd") else ()) for name in METHODS]
 )
-def test_pieces_of_each_method_are_closed_few_and_repeat(name, cache, monkeypatch):
+def test_pieces_of_each_method_are_closed_few_and_repeat(name, monkeypatch, tmp_path):
     first = convex_pieces(Cut(BEAKER, name, 8))
-    monkeypatch.setattr(piece_store, "cache_folder", lambda: cache / "other")
+    monkeypatch.setattr(piece_store, "cache_folder", lambda: tmp_path / "cache")
     assert hashes(first) == hashes(convex_pieces(Cut(BEAKER, name, 8)))
     assert 1 <= len(first) <= (8 if METHODS[name].counts else 1)
     assert all(piece.is_closed and volume_of(piece) > 0 for piece in first)
@@ -63,6 +75,7 @@ def test_cut_pieces_leave_the_hollow_of_a_beaker_free(name):
     assert volume_of(filled) < 0.6 * volume_of(convex_pieces(Cut(BEAKER, "hull", 1))[0])
 
 
+@pytest.mark.usefixtures("empty_cache")
 def test_how_long_cutting_takes_is_known_before_it_begins():
     cut = Cut(BEAKER, "sectors", 16)
     assert cut.seconds > 0
@@ -71,21 +84,21 @@ def test_how_long_cutting_takes_is_known_before_it_begins():
     assert Cut(BEAKER, "hull", 1).seconds == 0
 
 
-def test_pieces_are_cut_once_and_damaged_files_remade(cache, monkeypatch):
+def test_pieces_are_cut_once_and_damaged_files_remade(empty_cache, monkeypatch):
     started = []
     start = piece_store._started
     monkeypatch.setattr(piece_store, "_started", lambda *given: (started.append(1), start(*given))[1])
     first = convex_pieces(Cut(BEAKER, "sectors", 16))
     assert hashes(first) == hashes(convex_pieces(Cut(BEAKER, "sectors", 16))) and len(started) == 1
-    kept = sorted(cache.iterdir())
+    kept = sorted(empty_cache.iterdir())
     for file in kept:
         file.write_bytes(file.read_bytes()[:100])
     assert hashes(convex_pieces(Cut(BEAKER, "sectors", 16))) == hashes(first)
-    assert len(started) == 2 and sorted(cache.iterdir()) == kept
+    assert len(started) == 2 and sorted(empty_cache.iterdir()) == kept
 
 
-def test_pieces_are_cut_where_nothing_can_be_kept(cache):
-    cache.write_text("a file where the folder should be", "utf-8")
+def test_pieces_are_cut_where_nothing_can_be_kept(empty_cache):
+    empty_cache.write_text("a file where the folder should be", "utf-8")
     assert len(convex_pieces(Cut(BEAKER, "sectors", 16))) == 16
 
 
@@ -133,6 +146,7 @@ def test_a_cutter_that_is_not_installed_says_what_to_install(name, package, monk
     assert len(convex_pieces(Cut(BEAKER, "sectors", 16))) == 16
 
 
+@pytest.mark.usefixtures("empty_cache")
 def test_who_waits_for_pieces_can_end_the_cutting(monkeypatch):
     monkeypatch.setattr(piece_store, "CHILD", "import time; time.sleep(60)")
     monkeypatch.setattr(piece_store, "WATCH_SECONDS", 0.01)
@@ -149,6 +163,7 @@ def test_who_waits_for_pieces_can_end_the_cutting(monkeypatch):
     assert len(calls) == 3 and time.monotonic() - began < 30
 
 
+@pytest.mark.usefixtures("empty_cache")
 def test_what_is_not_cut_in_time_is_named(monkeypatch):
     monkeypatch.setattr(piece_store, "CHILD", "import time; time.sleep(60)")
     cuts = [Cut(BEAKER, "coacd", 16), Cut(BEAKER, "vhacd", 16)]

@@ -24,6 +24,8 @@ from sessions.meshes.conventions import CONVENTIONS
 from sessions.model.assumption import Confidence, Origin, Subject, assumptions_of
 
 TIMES = np.arange(40) / 90
+STILL = TIMES[:6]
+"""Enough times for hands that keep their shape."""
 CURL = 0.3 + 0.4 * np.sin(3.0 * TIMES) ** 2
 SIDES = {"left": -0.3, "right": 0.3}
 
@@ -94,8 +96,10 @@ def test_a_csv_of_hands_needs_no_name_of_its_format(tmp_path):
     assert session.facts["taken_for"].startswith("hands, because its columns")
 
 
-@pytest.mark.parametrize("axes", ["unity", "unreal", "ros", "z-up", "openxr"])
-@pytest.mark.parametrize("unit", ["m", "cm", "mm"])
+@pytest.mark.parametrize(
+    ("axes", "unit"),
+    [("unity", "m"), ("unreal", "cm"), ("ros", "mm"), ("z-up", "m"), ("openxr", "cm"), ("openxr", "mm")],
+)
 def test_axes_and_units_are_as_named_or_as_hands_say(tmp_path, axes, unit):
     convention, joints_of = CONVENTIONS[axes], hands()
     metres = {"m": 1.0, "cm": 0.01, "mm": 0.001}[unit]
@@ -172,15 +176,27 @@ SWAPS = [
 ]  # fmt: skip
 
 
+CURLS = (0.05, 0.6, 1.1)
+"""Angle of each joint of a finger, radians: straight, half bent, a fist."""
+
+
+def still_hands(curl):
+    return {side: made_hand(np.full(len(STILL), curl), side=side) for side in SIDES}
+
+
+@pytest.mark.parametrize("curl", CURLS)
+def test_joints_in_their_order_are_accepted(tmp_path, curl):
+    session = import_session("hands", write_wide(tmp_path / "take.csv", STILL, still_hands(curl)))
+    assert len(session.names) == 42
+
+
 @pytest.mark.parametrize("swapped", SWAPS, ids=str)
-@pytest.mark.parametrize("curl", [0.05, 0.6, 1.1])
+@pytest.mark.parametrize("curl", CURLS)
 def test_exchanged_joints_are_named(tmp_path, swapped, curl):
     first, second = swapped
-    joints_of = {side: made_hand(np.full(len(TIMES), curl), side=side) for side in SIDES}
-    path = write_wide(tmp_path / "right.csv", TIMES, joints_of)
-    assert len(import_session("hands", path).names) == 42
-    joints_of["left"][first], joints_of["left"][second] = joints_of["left"][second], joints_of["left"][first]
-    path = write_wide(tmp_path / "wrong.csv", TIMES, joints_of)
+    hands_of = still_hands(curl)
+    hands_of["left"][first], hands_of["left"][second] = hands_of["left"][second], hands_of["left"][first]
+    path = write_wide(tmp_path / "take.csv", STILL, hands_of)
     refused("hands", path, f"({first} and {second}|{second} and {first}) of the left hand are exchanged")
 
 
