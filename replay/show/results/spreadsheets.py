@@ -32,8 +32,8 @@ UNITS: Final = {
 }
 """Column of a table of a run -> its unit, where its name does not say it."""
 
-FORMULA_STARTS: Final = ("=", "+", "-", "@", "\t", "\r", "\n")
-"""First characters of a text that a spreadsheet may run."""
+FORMULA_STARTS: Final = ("=", "+", "-", "@", "\t", "\r", "\n", "\uff1d", "\uff0b", "\uff0d", "\uff20")
+"""First characters of a text that a spreadsheet may run; the last four are wide forms, which some take for the same."""
 
 MOST_ROWS: Final = 1_048_575
 """Rows of an Excel sheet below its heading."""
@@ -91,9 +91,16 @@ def headings(names: Iterable[str]) -> list[str]:
 
 def inert(value: Any) -> Any:
     """Return a value that no spreadsheet runs: a text that begins like a formula gets an apostrophe before it."""
-    if isinstance(value, str) and value.lstrip(" ").startswith(FORMULA_STARTS):
-        return f"'{value}"
+    if isinstance(value, str):
+        # Blanks and invisible characters before a formula may be dropped.
+        first = next((k for k, letter in enumerate(value) if letter in FORMULA_STARTS or _visible(letter)), len(value))
+        if value.startswith(FORMULA_STARTS, first):
+            return f"'{value}"
     return value
+
+
+def _visible(letter: str) -> bool:
+    return letter.isprintable() and not letter.isspace()
 
 
 def _rows(table: pa.Table) -> Iterator[Sequence[Any]]:

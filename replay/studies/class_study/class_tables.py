@@ -212,6 +212,10 @@ class ClassTables:
                 counts.setdefault(key, np.zeros(len(self._owners)))[row["place"]] += row["count_all"]
         return dict(sorted(counts.items(), key=lambda item: (-item[1].sum(), item[0])))
 
+    def students_with(self, counts: FloatArray) -> int:
+        """Number of students in whose sessions anything is counted."""
+        return int(np.count_nonzero(self._of_students(counts)))
+
     def _left_out(self) -> Iterator[str]:
         """Yields sentences on sessions left out and on settings that differ."""
         runs = self.runs

@@ -8,6 +8,7 @@ from replay.show.report.markup import filled
 from replay.show.report.page_script import TABLES, page_script
 from replay.studies.class_study.analysis import Study
 from replay.studies.class_study.charts import class_charts
+from replay.studies.class_study.class_answer import class_answer
 from replay.studies.class_study.class_runs import ClassRuns, runs_with_open_guesses
 from replay.studies.class_study.class_tables import ClassTables, Place, class_counts, sessions_table
 from replay.studies.class_study.regression import LEVEL
@@ -45,11 +46,12 @@ def study_html(
     """
     tables = ClassTables(runs, seed)
     undecided = open_guesses_line(runs_with_open_guesses(runs), len(runs.metrics))
-    first = tables.headlines()
     values: dict[str, Any] = {
         "title": title,
         "opening": opening(study, class_counts(runs)),
-        "lines": [*undecided, *first],
+        "doubts": undecided,
+        "answer": class_answer(tables, where, study),
+        "unmatched": [],
         "study": study,
         "sessions": sessions_table(runs, where),
         "observed_only": OBSERVED_ONLY,
@@ -65,7 +67,7 @@ def study_html(
     if study is not None:
         sentences = headlines(study)
         values |= {
-            "lines": [*undecided, *sentences[:1], f"{behind(study)}.", *first, *_unmatched(study)],
+            "unmatched": list(_unmatched(study)),
             "headlines": sentences,
             "behind": behind(study),
             "tables": {name: on_page(table) for name, table in study_tables(study).items()},

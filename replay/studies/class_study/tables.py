@@ -228,7 +228,8 @@ def _verdict(study: Study | None) -> str:
 
 def _changed(study: Study, row: Sensitivity) -> str:
     """With which detector a conclusion holds, and with which it does not."""
-    what = f"{readable_name(row.before.name)} with {readable_name(row.before.outcome)}"
+    name, outcome = readable_name(row.before.name), readable_name(row.before.outcome)
+    what = f"the difference in {outcome} ({name})" if row.before.kind == "groups" else f"{name} with {outcome}"
     if row.after is not None and row.before.associated and row.after.associated:
         return f"{what} has another sign with {row.detector} than with {study.detector}"
     detectors = (study.detector, row.detector) if row.before.associated else (row.detector, study.detector)

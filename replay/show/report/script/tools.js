@@ -44,7 +44,7 @@ const copy = async (text) => {
 
 // A spreadsheet runs what begins like a formula, unless it is a number.
 const cellText = (value) => {
-  const text = String(value), formula = /^\s*[=+\-@\t\r]/.test(text) && isNaN(Number(text));
+  const text = String(value), formula = /^[\s\p{C}]*([=+\-@＝＋－＠]|[\t\r\n])/u.test(text) && isNaN(Number(text));
   return `"${(formula ? "'" : "") + text.replaceAll('"', '""')}"`;
 };
 const csv = (rows) => "\ufeff" + rows.map((row) => row.map(cellText).join(",")).join("\r\n") + "\r\n";

@@ -13,7 +13,25 @@ import replay
 from replay.errors import OutputError
 from replay.show.results.spreadsheets import headings, inert, write_run_tables, write_tables
 
-HOSTILE = ["=1+1", "+1", "-2+3", "@SUM(A1)", "\t=1", " =1", '=HYPERLINK("http://x")', "\u202e", "plain", ""]
+HOSTILE = [
+    "=1+1",
+    "+1",
+    "-2+3",
+    "@SUM(A1)",
+    "\t=1",
+    " =1",
+    '=HYPERLINK("http://x")',
+    "\u202e",
+    "plain",
+    "",
+    "\u00a0=1",
+    "\u200b=1",
+    "\ufeff+1",
+    "\x01@SUM(A1)",
+    "\uff1d1+1",
+    " \uff20SUM(A1)",
+    "\u202e-2+3",
+]
 
 
 @pytest.fixture(scope="module")
@@ -68,8 +86,10 @@ def test_no_text_becomes_a_formula(text, tmp_path):
     for form in ("csv", "xlsx"):
         assert write_tables(table, tmp_path, form) == []
     (head, first, _) = csv_rows(tmp_path / "t.csv")
-    assert not head[0].lstrip(" ").startswith(("=", "+", "-", "@", "\t"))
-    assert not first[0].lstrip(" ").startswith(("=", "+", "-", "@", "\t")) and first[1] == "-1.5"
+    blank = " \u00a0\u200b\ufeff\x01\u202e"
+    for cell in (head[0], first[0]):
+        assert not cell.lstrip(blank).startswith(("=", "+", "-", "@", "\t", "\uff1d", "\uff0b", "\uff0d", "\uff20"))
+    assert first[1] == "-1.5"
     for row in openpyxl.load_workbook(tmp_path / "tables.xlsx")["t"].rows:
         assert all(cell.data_type != "f" and cell.hyperlink is None for cell in row)
 

@@ -86,8 +86,8 @@ STATES = {
     ),
     "groups": (
         lambda: study(arms=True, recall=1.0),
-        "Yes: contacts per minute with motivation holds with hybrid, not with exact; second against first with "
-        "contacts per minute holds with exact, not with hybrid.",
+        "Yes: contacts per minute with motivation holds with hybrid, not with exact; the difference in "
+        "contacts per minute (second against first) holds with exact, not with hybrid.",
     ),
     "nobody tested": (lambda: study(9), "Not known: no result could be tested with another detector."),
 }  # fmt: skip

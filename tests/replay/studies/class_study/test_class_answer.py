@@ -1,0 +1,76 @@
+"""The first answers about a class: recounted, true with and without a questionnaire, and quiet about few students."""
+
+import re
+from collections import Counter
+from html import unescape
+
+import pyarrow.parquet as pq
+import pytest
+from support.study_samples import a_class, codebook, made_class, questionnaire
+
+from replay.studies.class_study.analysis import analyse
+from replay.studies.class_study.class_answer import class_answer
+from replay.studies.class_study.class_runs import read_class
+from replay.studies.class_study.class_tables import ClassTables, places
+from replay.studies.class_study.page import study_html
+
+STUDENTS = 20
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    return read_class(made_class(tmp_path_factory.mktemp("class") / "runs", STUDENTS, STUDENTS))
+
+
+@pytest.fixture(scope="module")
+def study(runs):
+    answers, _ = a_class(STUDENTS, seed=1, slope=0.7)
+    answered = questionnaire(answers)
+    answered.index = [f"S{k:03d}" for k in range(STUDENTS)]
+    return analyse(codebook((("motivation", "contacts_per_min"),)), answered, runs.as_metrics())
+
+
+def rows_of(runs, study, folder):
+    return {row.name: row for row in class_answer(ClassTables(runs), places(runs, folder), study)}
+
+
+@pytest.mark.parametrize("questioned", [True, False])
+def test_page_answers_seven_headings_in_one_order(runs, study, tmp_path, questioned):
+    page = study_html(runs, places(runs, tmp_path), study if questioned else None)
+    assert re.findall(r"<dt>(\w+)</dt>", page) == ["Found", "Missed", "When", "Why", "Use", "Cost", "Sure"]
+    text = unescape(re.sub(r"<[^>]*>", "", page[page.index("<dl>") : page.index("</dl>")]))
+    assert ("there is no questionnaire" in text) == (not questioned)
+    assert "exact: " in text
+
+
+def test_cause_of_each_detector_is_its_most_frequent_one(runs, study, tmp_path):
+    counted = Counter()
+    for file in runs.top.glob("*/misses.parquet"):
+        rows = pq.read_table(file).to_pylist()
+        counted.update((row["detector"], row["cause"]) for row in rows if not row["held"])
+    why = rows_of(runs, study, tmp_path)["Why"].text
+    for label in runs.audited:
+        counts = {cause: count for (own, cause), count in counted.items() if own == label}
+        most = {cause for cause, count in counts.items() if count == max(counts.values())}
+        printed = re.search(rf"{label} misses most often because of: ([^.]*)\.", why)[1]
+        assert set(printed.split(", ")) == most
+
+
+def test_first_sessions_lead_to_their_miss(runs, study, tmp_path):
+    links = rows_of(runs, study, tmp_path)["When"].links
+    assert 1 <= len(links) <= 3
+    for text, address in links:
+        assert re.fullmatch(r"S\d{3}: \S+ - \S+ at [\d.]+ s", text) and "report.html#miss-" in address
+
+
+def test_a_cause_of_fewer_than_five_students_is_not_named(tmp_path):
+    few = read_class(made_class(tmp_path / "runs", 4, 4))
+    rows = rows_of(few, None, tmp_path)
+    assert "Why" not in rows and "Missed" not in rows and "fewer than 5 students" in rows["Sure"].text
+
+
+def test_changing_detectors_are_named_as_such(runs, study, tmp_path):
+    text = rows_of(runs, study, tmp_path)["Use"].text
+    changing = {row.detector for row in study.sensitivity if row.tested and row.changes}
+    assert ("Another conclusion follows with" in text) == bool(changing)
+    assert all(label in text for label in changing)
