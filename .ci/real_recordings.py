@@ -22,9 +22,9 @@ from scipy.spatial.transform import Rotation
 
 import replay
 from replay.cli.main import main
+from replay.document.tables import text_of
 from replay.guide.pages import FOLDER
 from replay.show.run_tables import ranking_table
-from replay.tables import text_of
 from sessions import Session, Severity, examine, import_session, write_session
 from sessions.glassware.devices import proxy_headset
 

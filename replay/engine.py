@@ -23,10 +23,10 @@ from replay.auditing.matching import match_episodes
 from replay.auditing.noisy_contacts import in_noise
 from replay.auditing.sampling_offsets import STEPS, OffsetCounts, at_offset, counts_over_offsets, has_offsets
 from replay.auditing.tolerance import Reference, Tolerance
-from replay.constants import MOST_FRAMES_IN_MEMORY
 from replay.detection.compile_notice import compiling_announced
 from replay.detection.detector_spec import TRUSTED, DetectorSpec
-from replay.detection.run_detector import Run, make_detector, run_detector
+from replay.detection.progress import Advance, Progress, Silent
+from replay.detection.run_detector import MOST_FRAMES_IN_MEMORY, Run, make_detector, run_detector
 from replay.document.diagnosis import answers
 from replay.document.fault_sentences import why_false, why_missed
 from replay.document.machine import give_back_memory
@@ -45,7 +45,6 @@ from replay.prepare.noise import parse_noise
 from replay.prepare.policy import Policy, PolicyLike, parse_policy
 from replay.prepare.repair import Repair, repair_session
 from replay.prepare.session_input import require_session
-from replay.progress import Advance, Progress, Silent
 from replay.settings import NO_ORACLE, Lineup, RunSettings, line_up
 from replay.words import plural
 from sessions import Session

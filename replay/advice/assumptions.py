@@ -24,10 +24,10 @@ from replay.advice.plausibility import more_plausible, plausible_length_unit
 from replay.advice.rereading import Rereadings
 from replay.advice.sampled_contacts import MOST_FRAMES, best_fitting_axes, collider_misfit
 from replay.advice.scene_outcome import Outcome, outcome_text
+from replay.detection.progress import Progress, Silent
 from replay.engine import prepared
 from replay.errors import ReplayError
 from replay.prepare.assembly import Assembly
-from replay.progress import Progress, Silent
 from sessions import Session
 from sessions.errors import SessionError
 from sessions.model.assumption import Assumption, Subject

@@ -22,9 +22,9 @@ from replay.advice.settings import Setting
 from replay.cutting.convex_solids import solids_of, volume_of
 from replay.cutting.methods import METHODS, method_of
 from replay.cutting.piece_store import Cut, NotCut, convex_pieces, cut_ahead, why_not_cut
+from replay.detection.progress import Advance
 from replay.detection.run_detector import make_detector
 from replay.prepare.assembly import Assembly
-from replay.progress import Advance
 
 HULL: Final = "hull"
 

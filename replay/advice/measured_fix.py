@@ -22,6 +22,7 @@ from replay.cutting.compound import names_as_setting
 from replay.cutting.convex_solids import volume_of
 from replay.cutting.piece_store import Cut, cut_ahead, why_not_cut
 from replay.detection.detector_spec import DetectorSpec, parse_detector, spec_text
+from replay.detection.progress import Advance, Progress
 from replay.detection.run_detector import detect_all, make_detector, run_detector
 from replay.document.answer import Answer, Fix
 from replay.document.before_after import Errors, change_text, errors_of_rank, errors_of_row, worse_text
@@ -29,7 +30,6 @@ from replay.document.cost import SESSION, busy_sentence, busy_text
 from replay.document.diagnosis import pieces_may_help
 from replay.document.ranking import Rank
 from replay.document.run_result import RunResult
-from replay.progress import Advance, Progress
 from replay.words import duration, plural
 
 FIX_SECONDS: Final = 20.0

@@ -11,9 +11,9 @@ from typing import Any, Final, TypeAlias, TypeVar
 
 from replay import words
 from replay.advice.settings import USUAL_HZ
-from replay.constants import HEADSET_HZ
 from replay.document.cost import busy_sentence
 from replay.words import plural
+from sessions.model.constants import HEADSET_HZ
 
 Row: TypeAlias = Mapping[str, Any]
 AnyRow = TypeVar("AnyRow", bound=Row)

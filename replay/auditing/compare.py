@@ -1,7 +1,7 @@
 """Compares two detections of the same frames and pairs: every pair-frame gets exactly one outcome."""
 
 from collections.abc import Callable, Sequence
-from typing import TypeAlias
+from typing import Final, TypeAlias
 
 import numpy as np
 
@@ -9,8 +9,10 @@ from cdcore import Detection
 from cdcore.numerics import BoolArray, ByteArray, IntArray, true_places
 from cdcore.protocol import counts_as_contact, is_one_of, is_undecided
 from replay.auditing.outcome import Comparison, Episode, Outcome
-from replay.constants import VERDICT_FRAMES
 from replay.errors import AuditError
+
+VERDICT_FRAMES: Final = 16384
+"""Frames whose verdicts are processed together: some 9 MB for 66 pairs as numpy counts, however long the session."""
 
 Within: TypeAlias = Callable[[IntArray, IntArray], BoolArray]
 """What says of K pair-frames, by their frames (K,) and columns (K,), which are within tolerance, (K,)."""

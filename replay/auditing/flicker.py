@@ -17,15 +17,15 @@ from replay.auditing.contact_counts import count_reports
 from replay.auditing.episodes import episodes
 from replay.auditing.holding import within
 from replay.auditing.outcome import Episode, Outcome
+from replay.auditing.record import Count, Fraction, Metres, Record
 from replay.auditing.sampling_offsets import OffsetCounts, at_offset, counts_over_offsets, has_offsets
 from replay.auditing.tolerance import Reference
 from replay.detection.detector_spec import DetectorSpec
+from replay.detection.progress import ignored
 from replay.detection.release_band import near_spec
 from replay.detection.run_detector import Run, frames_within, make_detector, run_detector
 from replay.detection.sample_times import sampled_frames
 from replay.prepare.assembly import Assembly
-from replay.progress import ignored
-from replay.record import Count, Fraction, Metres, Record
 
 if TYPE_CHECKING:
     from cdcore.narrow.mesh_stage import MeshStage

@@ -16,13 +16,13 @@ from cdcore import Detector, Motion
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
 from cdcore.protocol import counts_as_contact
 from replay.auditing.outcome import Episode
-from replay.constants import HEADSET_HZ
+from replay.detection.progress import Advance
 from replay.detection.run_detector import Run, make_detector
 from replay.errors import NoiseError
 from replay.prepare.assembly import Assembly
 from replay.prepare.noise import NoiseSpec, NoisyCopies, noise_of
-from replay.progress import Advance
 from sessions import Scene
+from sessions.model.constants import HEADSET_HZ
 
 if TYPE_CHECKING:
     from cdcore.narrow.contact_offset import ContactOffset

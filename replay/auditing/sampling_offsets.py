@@ -16,12 +16,11 @@ from replay.auditing.episodes import column_runs
 from replay.auditing.outcome import Outcome
 from replay.auditing.tolerance import Reference
 from replay.auditing.wilson import Proportion, proportion_of_clusters
-from replay.constants import MOST_FRAMES_IN_MEMORY
 from replay.detection.detector_spec import DetectorSpec
+from replay.detection.progress import Advance, ignored
 from replay.detection.release_band import ReleaseBand
-from replay.detection.run_detector import detect_all, make_detector, release_band, warm_frames
+from replay.detection.run_detector import MOST_FRAMES_IN_MEMORY, detect_all, make_detector, release_band, warm_frames
 from replay.prepare.assembly import Assembly
-from replay.progress import Advance, ignored
 
 PHASES: Final = 16
 """Offsets that a mean is over, evenly spread over the time from sample to sample."""

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from replay.record import Count, Fraction, Record
+from replay.auditing.record import Count, Fraction, Record
 
 OVER_CONTACTS: Final = (
     "In brackets: 95 % intervals over contacts drawn anew, not over sampling offsets alone. Where few contacts are "

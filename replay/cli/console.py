@@ -9,7 +9,7 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import IO, TYPE_CHECKING, Any, Final
 
 from replay import words
-from replay.progress import Advance, ignored
+from replay.detection.progress import Advance, ignored
 from replay.words import number, safe_text
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ from replay.cli.options import ANY_PATH, reporting
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
+    from replay.document.tables import Table
     from replay.studies.diff.runs import RunDiff
-    from replay.tables import Table
 
 MOST_ROWS = 20
 """Contacts listed of each detector; JSON holds them all."""
@@ -67,8 +67,8 @@ def _labels(pairs: tuple[str, ...]) -> list[tuple[str, str]]:
 
 def _report(difference: "RunDiff", run_a: Path, run_b: Path) -> "Iterator[Table | RenderableType]":
     from replay.cli.terminal import line
+    from replay.document.tables import STRONG
     from replay.studies.diff.diff_words import changes, diff_table, settings_lines
-    from replay.tables import STRONG
 
     yield line(difference.answer, STRONG)
     yield line(f"before: {run_a}; after: {run_b}")

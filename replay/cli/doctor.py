@@ -9,7 +9,7 @@ import click
 
 from replay.cli.console import GATE_FAILED, OK, People, answer
 from replay.cli.options import SESSION_ANYWHERE, SESSION_FILE, reporting, scene
-from replay.tables import ERROR, FAINT, WARNING, Table
+from replay.document.tables import ERROR, FAINT, WARNING, Table
 
 if TYPE_CHECKING:
     from rich.console import RenderableType

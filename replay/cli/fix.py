@@ -101,7 +101,7 @@ def _screen(fixed: "FixedColliders", people: People) -> Any:
 
 def _sentences(fixed: "FixedColliders", session: str) -> list[str]:
     """Sentences about errors reached, uncut bodies, steps in the engine, and the command to measure again."""
-    from replay.constants import RECORDING
+    from replay.document.cost import RECORDING
     from replay.document.headline import open_questions
     from replay.show.fix_page.page import cure_sentences
 

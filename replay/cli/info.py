@@ -9,7 +9,7 @@ import click
 from replay import words
 from replay.cli.console import People, answer
 from replay.cli.options import SESSION_ANYWHERE, reporting, scene
-from replay.tables import Cell, Table, table
+from replay.document.tables import Cell, Table, table
 from replay.words import plural
 from sessions.importers.ledger import Entry, Ledger
 

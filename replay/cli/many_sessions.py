@@ -16,8 +16,8 @@ from sessions.temporary_folders import temporary_folder
 
 if TYPE_CHECKING:
     from replay.document.gates import Gates
+    from replay.document.tables import Table
     from replay.running.batch import Batch, SessionOfBatch
-    from replay.tables import Table
 
 SESSION_ROWS: Final = 20
 
@@ -90,7 +90,7 @@ def session_table(batch: "Batch") -> "Table":
 
     Contacts missed are smallest to largest over the sampling offsets, as the run of each session says them.
     """
-    from replay.tables import IN_RED, WARNING, table
+    from replay.document.tables import IN_RED, WARNING, table
 
     missed = {f"missed by {label}": label for label in batch.audit}
     counts = {name: _counts(run, missed) for name, run in batch.runs.items()}

@@ -2,10 +2,10 @@
 
 from collections.abc import Sequence
 
-from replay.constants import CAVEAT
 from replay.document.run_result import Summarised
+from replay.document.summary import CAVEAT
+from replay.document.tables import Table, markdown, markdown_text
 from replay.show.sections import Section, SectionName, details_markdown, section_of
-from replay.tables import Table, markdown, markdown_text
 
 LEVEL = 3
 """Heading of a table: the page of a build has headings of its own above."""

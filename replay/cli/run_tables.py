@@ -9,16 +9,16 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from replay.cli.terminal import STYLES, Command, Paragraph, line, terminal
-from replay.constants import CAVEAT, RECORDING
 from replay.document.audit import DetectorAudit
-from replay.document.cost import RUN, SESSION
+from replay.document.cost import RECORDING, RUN, SESSION
 from replay.document.headline import beside, engine_reports
 from replay.document.run_result import RunResult
+from replay.document.summary import CAVEAT
+from replay.document.tables import FAINT, GOOD, IN_RED, IN_YELLOW, Table
 from replay.effects.effect_summary import happened_text
 from replay.show import run_tables as built
 from replay.show.sections import SectionName, section_of
 from replay.show.words import tallied
-from replay.tables import FAINT, GOOD, IN_RED, IN_YELLOW, Table
 
 EVENT_ROWS: Final = 20
 

@@ -9,7 +9,7 @@ import click
 
 from replay.cli.console import People, TerminalProgress, answer
 from replay.cli.options import ANY_PATH, detectors_named, reporting, tau
-from replay.tables import Table, table
+from replay.document.tables import Table, table
 
 if TYPE_CHECKING:
     from rich.console import Group

@@ -8,12 +8,12 @@ from rich.text import Text
 
 from replay.advice.open_guesses import open_guesses_line
 from replay.cli.terminal import line, terminal
+from replay.document.tables import FAINT, IN_BLUE, STRONG, WARNING, Marked, table
 from replay.studies.class_study import tables
 from replay.studies.class_study.analysis import Study
 from replay.studies.class_study.class_runs import ClassRuns, runs_with_open_guesses
 from replay.studies.class_study.class_tables import class_counts
 from replay.studies.class_study.published import AGREES, INCONSISTENT, Remark
-from replay.tables import FAINT, IN_BLUE, STRONG, WARNING, Marked, table
 from replay.words import plural
 
 MARKS = {INCONSISTENT: WARNING, "weak": IN_BLUE, AGREES: FAINT}

@@ -10,9 +10,9 @@ from rich.console import Console, ConsoleOptions, Group, RenderableType, RenderR
 from rich.table import Table as RichTable
 from rich.text import Text
 
-from replay import tables
+from replay.document import tables
+from replay.document.tables import Cell, Column, Marked, Table, text_of
 from replay.show import palette
-from replay.tables import Cell, Column, Marked, Table, text_of
 from replay.words import safe_text
 
 STYLES: Final = {

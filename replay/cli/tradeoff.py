@@ -12,7 +12,7 @@ from replay.cli.options import ANY_PATH, SESSION_FILE, lineup, replaying, report
 
 if TYPE_CHECKING:
     from replay.advice.sweep import Watch
-    from replay.progress import Advance
+    from replay.detection.progress import Advance
 
 LIMIT_HELP = "Begin no setting that cannot end by then; compiling, and the audit for --out, come on top."
 
@@ -71,9 +71,9 @@ def _tradeoff(
     from replay.advice.sweep import tradeoff
     from replay.cli.run_report import answer_cited
     from replay.cli.terminal import terminal
-    from replay.constants import RECORDING
     from replay.detection.compile_notice import compiling_announced
     from replay.document.citations import sources_behind
+    from replay.document.cost import RECORDING
     from replay.engine import compute
     from replay.running.runner import write_watched
     from replay.show.results.run_folder import check_target

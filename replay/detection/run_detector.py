@@ -18,14 +18,14 @@ from cdcore.narrow.sections.section_source import section_of_frame
 from cdcore.numerics import BoolArray
 from cdcore.protocol import ZeroOrderHold, counts_as_contact, detect_live, own_failure, stream_live
 from cdcore.protocol.settings import RateSettings
-from replay.constants import BLOCK_FRAMES, MOST_FRAMES_IN_MEMORY
 from replay.cutting.compound import with_pieces
 from replay.detection.detector_spec import RELEASE, DetectorSpec
+from replay.detection.progress import Advance, ignored
 from replay.detection.recorded import RECORDED, recorded_detector
 from replay.detection.release_band import ReleaseBand, near_spec
 from replay.errors import DetectorSpecError, ReplayError
 from replay.prepare.assembly import Assembly
-from replay.progress import Advance, ignored
+from sessions.model.constants import BLOCK_FRAMES
 
 if TYPE_CHECKING:
     from cdcore.search.tracing import Watched
@@ -35,6 +35,9 @@ WHOLE_FRAMES: Final = BLOCK_FRAMES
 
 LIVE_FRAMES: Final = 2048
 """Frames after which a detector that is asked live reports how far it is."""
+
+MOST_FRAMES_IN_MEMORY: Final = 324_000
+"""Up to here (an hour at 90 Hz) every frame is drawn, and what a search did and all faces that meet are kept."""
 
 WARM_FRAMES: Final = 128
 """Frames of each of the two warm-up samples: kernels compile on them, so that the time reported holds no compiling."""

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from msgspec import Meta, Struct
 
-from replay.record import Count
+from replay.auditing.record import Count
 
 Reason = tuple[str, str, str]
 """A heading of the answer, its text and the command that goes with it; ``""``: none."""

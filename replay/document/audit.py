@@ -4,8 +4,8 @@ from typing import Final, Literal
 
 from msgspec import field
 
+from replay.auditing.record import Count, Counts, Record
 from replay.auditing.wilson import Proportion
-from replay.record import Count, Counts, Record
 
 NOT_EXAMINED: Final = "not examined"
 """Stands for a count of contacts between frames where both detectors decide at instants only."""

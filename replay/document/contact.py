@@ -6,7 +6,7 @@ from typing import Any, Final
 import msgspec
 from msgspec import Struct, field
 
-from replay.record import Count
+from replay.auditing.record import Count
 
 
 class ContactRecord(Struct, frozen=True, kw_only=True):

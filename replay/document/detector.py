@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 from msgspec import Meta
 
 from replay.auditing.flicker import Flicker
-from replay.record import Count, Counts, Digest, Fraction, Metres, Record, Seconds
+from replay.auditing.record import Count, Counts, Digest, Fraction, Metres, Record, Seconds
 
 
 class Quantiles(Record, frozen=True):

@@ -17,7 +17,7 @@ from replay.auditing.outcome import Episode
 from replay.detection.recorded import RecordedDetector
 from replay.document.depth import tracker_noise_could_make
 from replay.document.detector_labels import SHAPES
-from replay.tables import data_of
+from replay.document.tables import data_of
 from replay.words import duration, length, plural
 
 REASONS: Final = data_of("document/reasons.toml")

@@ -7,9 +7,9 @@ from replay import words
 from replay.auditing.loss import fraction_of, loss, lost
 from replay.auditing.sampling_offsets import PHASES
 from replay.auditing.wilson import Proportion, proportion
-from replay.constants import BUDGET_MS
 from replay.detection.recorded import RECORDED
 from replay.document.audit import CountRange, DetectorAudit
+from replay.document.cost import BUDGET_MS
 from replay.document.detector_labels import detector_label
 from replay.document.run_document import RunDocument
 from replay.words import plural

@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 
 from replay.auditing.loss import fraction_of
-from replay.constants import BUDGET_MS, HEADSET_HZ
-from replay.document.cost import busy_text
+from replay.document.cost import BUDGET_MS, busy_text
 from replay.document.ranking import Rank, fault_text
 from replay.document.run_document import RunDocument
+from sessions.model.constants import HEADSET_HZ
 
 
 def recommendation(document: RunDocument, ranks: Sequence[Rank]) -> str:

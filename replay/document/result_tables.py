@@ -14,9 +14,9 @@ from replay.auditing.outcome import Episode
 from replay.document.contact import EFFECT
 from replay.document.run_document import StoredTable
 from replay.document.run_result import RunResult
+from replay.document.tables import Table, columns_of
 from replay.effects.output import plain_value, vector_of
 from replay.prepare.flags import flag_word
-from replay.tables import Table, columns_of
 
 COLUMNS: Final = columns_of("document/result_tables.toml")
 

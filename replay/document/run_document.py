@@ -4,6 +4,7 @@ from typing import Any, Final
 
 from msgspec import field
 
+from replay.auditing.record import Count, Counts, Digest, Record, Seconds
 from replay.document.answer import Answer
 from replay.document.audit import DetectorAudit, PairAudit
 from replay.document.detector import DetectorRecord
@@ -17,7 +18,6 @@ from replay.document.session import (
     SettingsRecord,
     Window,
 )
-from replay.record import Count, Counts, Digest, Record, Seconds
 
 SCHEMA: Final = "vrlab-replay/run/2"
 TRADEOFF_SCHEMA: Final = "vrlab-replay/advice/3"

@@ -21,11 +21,11 @@ from replay.document.answer import Answer
 from replay.document.contact import ContactRecord, EventRecord, contacts_by_detector, events_of
 from replay.document.ranking import Rank
 from replay.document.run_document import TRADEOFF_SCHEMA, RunDocument, TradeoffRecord
+from replay.document.tables import Table
 from replay.effects.effects_runner import EffectRun
 from replay.prepare.assembly import Assembly
 from replay.prepare.flags import Flags
 from replay.prepare.repair import Repair
-from replay.tables import Table
 from sessions import Session
 
 

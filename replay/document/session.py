@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from msgspec import Meta
 
-from replay.record import Count, Digest, Record, Seconds
+from replay.auditing.record import Count, Digest, Record, Seconds
 
 
 class RecordingMark(Record, frozen=True):

@@ -2,8 +2,10 @@
 
 import hashlib
 import json
+import tomllib
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
+from importlib.resources import files
 from typing import Any, Final
 
 import numpy as np
@@ -11,7 +13,6 @@ from numpy.typing import NDArray
 
 from cdcore.numerics import BoolArray
 from cdcore.numerics import FloatArray as FloatArray
-from replay.tables import data_of
 
 Vector = tuple[float, float, float]
 
@@ -23,7 +24,7 @@ def vector_of(point: FloatArray) -> Vector:
 
 Rgba = tuple[int, int, int, int]
 
-_DRAWN: Final = data_of("effects/output.toml")
+_DRAWN: Final = tomllib.loads(files("replay.effects").joinpath("output.toml").read_text(encoding="utf-8"))
 COLOURS: Final[Mapping[str, Rgba]] = {word: tuple(colour) for word, colour in _DRAWN["colours"].items()}
 """Word -> red, green, blue, alpha; drawn, not measured."""
 WATERY: Final = COLOURS["colourless"]

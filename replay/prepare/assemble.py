@@ -15,7 +15,6 @@ from cdcore.errors import InvalidMeshError
 from cdcore.mesh import once_a_mesh
 from cdcore.numerics import IntArray
 from replay import words
-from replay.constants import BLOCK_FRAMES
 from replay.cutting.convex_solids import solids_of
 from replay.errors import AssemblyError
 from replay.prepare.assembly import Assembly, PoseOrigin
@@ -28,6 +27,7 @@ from replay.words import safe_text
 from sessions import MeshData, Session
 from sessions.doctor.timing import gap_rows
 from sessions.importers.pose_table import LARGEST_SECONDS
+from sessions.model.constants import BLOCK_FRAMES
 from sessions.model.scene import absent_bodies
 
 RESIDUAL_FACT: Final = "contacts_clock_residual_s"

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from replay import words
-from replay.constants import BLOCK_FRAMES
 from replay.errors import RefusedError
 from replay.prepare.flags import FlagSpan
 from replay.prepare.interpolation import blended, neighbours
@@ -25,6 +24,7 @@ from sessions.doctor.pose_spans import PoseSpan, pose_spans
 from sessions.doctor.session_findings import examine_session
 from sessions.doctor.timing import gap_rows
 from sessions.doctor.track_watch import Mark
+from sessions.model.constants import BLOCK_FRAMES
 
 NAMED_BY_SURVEY: Final = frozenset({"not-finite", "zero-quaternion", "non-unit-quaternion"})
 """Kinds that the assembly refuses by frame, body and value when nothing replaces them."""

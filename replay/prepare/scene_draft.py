@@ -12,7 +12,6 @@ from cdcore import Motion, create_detector
 from cdcore.numerics import BoolArray
 from cdcore.protocol import Verdict, counts_as_contact
 from replay import words
-from replay.constants import BLOCK_FRAMES
 from replay.prepare.assemble import assemble
 from replay.prepare.assembly import Assembly
 from replay.prepare.holding_poses import begun
@@ -20,6 +19,7 @@ from replay.prepare.policy import parse_policy
 from replay.prepare.repair import repair_session
 from sessions import Session
 from sessions.mesh_data import MeshData
+from sessions.model.constants import BLOCK_FRAMES
 from sessions.model.scene import SceneBody
 from sessions.scene_files.scene_toml import scene_to_toml, value_text
 

@@ -7,11 +7,11 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from replay.constants import BLOCK_FRAMES
 from sessions import Session, Status
 from sessions.doctor.timing import gap_rows, typical_step
 from sessions.importers.ledger import FACT, ledger_of
 from sessions.model.assumption import ASSUMPTIONS_FACT
+from sessions.model.constants import BLOCK_FRAMES
 from sessions.scene_files.answers import recording_assumptions
 
 

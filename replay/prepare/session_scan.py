@@ -9,7 +9,6 @@ import numpy as np
 from cdcore.errors import InvalidPoseError
 from cdcore.numerics import BoolArray, IntArray
 from replay import words
-from replay.constants import BLOCK_FRAMES
 from replay.words import number as number_text
 from replay.words import plural
 from sessions import Frames, Session
@@ -17,6 +16,7 @@ from sessions.doctor.pose_pass import PosePass, run_pose_pass
 from sessions.doctor.pose_spans import Jumps, teleports
 from sessions.doctor.timing import out_of_order
 from sessions.doctor.track_watch import Mark
+from sessions.model.constants import BLOCK_FRAMES
 from sessions.model.session import SessionPart
 
 NO_ROTATION: Final = Mark.NOT_FINITE | Mark.ZERO_QUATERNION | Mark.NON_UNIT

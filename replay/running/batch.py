@@ -16,11 +16,11 @@ from replay.document.audit import DetectorAudit
 from replay.document.detector import DetectorTimes
 from replay.document.file_hash import file_hash
 from replay.document.machine import versions
+from replay.document.metrics.row import MEASURED
 from replay.document.run_document import RunDocument
 from replay.document.scores import pool
 from replay.document.session import FlaggedPoses
 from replay.errors import OutputError, RunFolderError
-from replay.metrics.row import MEASURED
 from replay.running.remote_files import delivered, fetched, is_remote, located, reaching
 from replay.running.runner import run
 from replay.running.workers import DONE, KEPT, OnDone, do_all

@@ -38,12 +38,12 @@ from replay.cutting.convex_solids import MOST_TRIANGLES
 from replay.cutting.methods import METHODS
 from replay.cutting.piece_store import Cut, convex_pieces
 from replay.detection.detector_spec import TRUSTED, parse_detector
+from replay.detection.progress import Progress, Silent
 from replay.document.run_result import RunResult
 from replay.engine import prepared
 from replay.errors import TradeoffError
 from replay.prepare.assembly import Assembly
 from replay.prepare.frame_times import frame_rate
-from replay.progress import Progress, Silent
 from replay.running.advisor import wrong_in
 from replay.running.runner import opened, run
 from replay.settings import STEP_RATE

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from replay.auditing.clock_offset import ClockKnowledge, ClockOffset, estimate_offset
+from replay.detection.progress import Progress
 from replay.detection.recorded import (
     CLOCK_FACT,
     DRIFT_FACT,
@@ -20,7 +21,6 @@ from replay.engine import compute
 from replay.errors import AuditError
 from replay.prepare.assemble import RESIDUAL_FACT
 from replay.prepare.frame_times import frame_ends
-from replay.progress import Progress
 from sessions import Session
 from sessions.importers.contacts_csv import read_contacts
 from sessions.importers.ledger import FACT as LEDGER_FACT

@@ -8,10 +8,10 @@ from typing import Any, Final
 
 from msgspec import structs
 
+from replay.detection.progress import Progress, Silent
 from replay.document import run_result
 from replay.engine import compute
 from replay.prepare.session_input import require_session
-from replay.progress import Progress, Silent
 from replay.running.remote_files import delivered, fetched, located, reaching
 from replay.running.run_result import RunResult
 from replay.settings import RunSettings

@@ -6,7 +6,7 @@ from typing import Any, Final
 from replay import words
 from replay.advice.pareto import count_text
 from replay.document.cost import TIMES_ARE
-from replay.tables import IN_RED, IN_YELLOW, PARTLY, Cell, Marked, Table, columns_of
+from replay.document.tables import IN_RED, IN_YELLOW, PARTLY, Cell, Marked, Table, columns_of
 from replay.words import plural
 
 Row = Mapping[str, Any]

@@ -9,6 +9,7 @@ from typing import Final
 
 from replay.document.cost import RUN, SESSION
 from replay.document.run_result import RunResult
+from replay.document.tables import text_of
 from replay.errors import AuditError
 from replay.show.accuracy import accuracy_plot, run_dots
 from replay.show.palette import LIGHT
@@ -16,7 +17,6 @@ from replay.show.report.first_screen import comparison_of
 from replay.show.report.markup import filled
 from replay.show.report.page import view_of
 from replay.show.sections import SectionName, details, section_of
-from replay.tables import text_of
 from replay.words import duration, plural, safe_text
 
 MOST_LINES: Final = 15

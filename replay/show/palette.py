@@ -10,8 +10,8 @@ from typing import Final
 
 from cdcore import Verdict
 from replay.auditing.outcome import Outcome
+from replay.document.tables import data_of
 from replay.show.words import OUTCOME_LABELS
-from replay.tables import data_of
 from sessions.model.scene import Scene
 
 Rgba = tuple[int, int, int, int]

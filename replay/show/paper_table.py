@@ -1,6 +1,6 @@
 """A table of the paper: numbers with a key and a note, of which a reader is shown four digits."""
 
-from replay.tables import Column, Table
+from replay.document.tables import Column, Table
 
 Cell = str | int | float | None
 

@@ -14,22 +14,21 @@ from replay import words
 from replay.auditing.fault import Cause, FaultKind, deepest_first
 from replay.auditing.sampling_offsets import PHASES
 from replay.auditing.wilson import OVER_CONTACTS, Proportion
-from replay.constants import BUDGET_MS
 from replay.document.audit import ContactPairFrames, DetectorAudit
-from replay.document.cost import busy_text
+from replay.document.cost import BUDGET_MS, busy_text
 from replay.document.detector import LongestStage
 from replay.document.gates import percent
 from replay.document.ranking import Range, all_unconfirmed
 from replay.document.run_document import ContactLengths
 from replay.document.run_result import Summarised
 from replay.document.session import EffectRecord
+from replay.document.tables import IN_RED, IN_YELLOW, PARTLY, Cell, Column, Marked, Table, columns_of, table
 from replay.effects.effects_runner import CURVES
 from replay.show.words import (
     PAIR_FRAME_ROWS,
     WITHIN,
     tallied,
 )
-from replay.tables import IN_RED, IN_YELLOW, PARTLY, Cell, Column, Marked, Table, columns_of, table
 from replay.words import plural
 from sessions import Finding
 from sessions.mcap.metadata import NOT_STATED

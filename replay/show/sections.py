@@ -8,9 +8,9 @@ from typing import Final
 from replay.document.answer import Reason
 from replay.document.headline import answer_reasons, doubts, flicker_notes, undecided
 from replay.document.run_result import Summarised
+from replay.document.tables import Table, markdown, markdown_text
 from replay.show import run_tables
 from replay.show.words import tallied
-from replay.tables import Table, markdown, markdown_text
 
 MOST_FAULTS: Final = 20
 """Rows of a table of faults; Parquet holds them all."""

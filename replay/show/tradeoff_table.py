@@ -9,7 +9,7 @@ from replay.advice.pareto import Row, count_text
 from replay.auditing.loss import LOSS_MEANING
 from replay.document.cost import TIMES_ARE, busy_sentence
 from replay.document.run_result import RunResult, Tradeoff
-from replay.tables import IN_RED, IN_YELLOW, PARTLY, Cell, Marked, Table, columns_of
+from replay.document.tables import IN_RED, IN_YELLOW, PARTLY, Cell, Marked, Table, columns_of
 from replay.words import plural
 
 SHORT: Final = 12

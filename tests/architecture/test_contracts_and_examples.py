@@ -19,10 +19,10 @@ UPWARD = {
     "Floors of the tool": ("replay/auditing/compare.py", "import replay.show.report.page"),
     "Floors of the sessions": ("sessions/model/track.py", "import sessions.mcap.reader"),
     "Floors of the narrow phase": ("cdcore/triangles/sums.py", "import cdcore.narrow.tree_stage"),
-    "Rerun is imported by the recording alone": ("replay/progress.py", "import rerun"),
+    "Rerun is imported by the recording alone": ("replay/detection/progress.py", "import rerun"),
     "pyarrow is imported where tables are read and written": ("replay/auditing/compare.py", "import pyarrow"),
     "rich is imported by the command line alone": ("replay/document/summary.py", "import rich"),
-    "matplotlib is imported where plots are drawn": ("replay/metrics/near.py", "import matplotlib"),
+    "matplotlib is imported where plots are drawn": ("replay/document/metrics/near.py", "import matplotlib"),
     "jinja2 is imported where pages are filled in": ("replay/show/notebook.py", "import jinja2"),
 }
 

@@ -15,7 +15,7 @@ import pytest
 from support.optional import BENCH, needs_bench
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, detect_live
-from replay.constants import BUDGET_MS
+from replay.document.cost import BUDGET_MS
 from replay.engine import compute
 from replay.show.run_tables import cost_table
 from sessions.synthetic.scenes import make_scene_session

@@ -8,8 +8,8 @@ from support.optional import ROWS
 from support.small_worlds import swinging_cubes
 
 from replay.cli.main import main
-from replay.constants import MOST_FRAMES_IN_MEMORY
 from replay.detection import run_detector as detecting
+from replay.detection.run_detector import MOST_FRAMES_IN_MEMORY
 from replay.engine import compute
 from sessions import write_session
 

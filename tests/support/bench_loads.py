@@ -20,8 +20,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
-from replay.constants import HEADSET_HZ
 from sessions import Scene, Session, Track
+from sessions.model.constants import HEADSET_HZ
 from sessions.synthetic.bench import Instruments, Placed
 from sessions.synthetic.scenes import make_scene_session
 

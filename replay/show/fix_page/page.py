@@ -15,6 +15,7 @@ from replay.document.before_after import change_text, errors_of_row, worse_text
 from replay.document.cost import TIMES_ARE, busy_text
 from replay.document.headline import beside, undecided
 from replay.document.run_result import RunResult
+from replay.document.tables import text_of
 from replay.show.fix_page.pictures import mesh_picture, pieces_picture, reach_picture, scale_gradient
 from replay.show.fix_table import COLUMNS, front_table
 from replay.show.plots import Axis, Dot, Plot, scatter, ticks_of
@@ -23,7 +24,6 @@ from replay.show.report.first_screen import Comparison, comparison_of
 from replay.show.report.page import page_of, view_of
 from replay.show.report.run_view import RunView
 from replay.show.report.still import CARD, paired_stills
-from replay.tables import text_of
 from replay.words import plural
 
 Row = Mapping[str, Any]

@@ -6,13 +6,13 @@ from typing import Final
 
 from replay.document.depth import depth_text
 from replay.document.ranking import Rank
+from replay.document.tables import Table, text_of
 from replay.show.accuracy import accuracy_plot, run_dots
 from replay.show.plots import SIZE, Plot
 from replay.show.report.charts import KIND_LABELS, Lane, Span, lane, ruler
 from replay.show.report.run_view import RunView, spans
 from replay.show.run_tables import happened
 from replay.show.sections import SectionName, section_of
-from replay.tables import Table, text_of
 from replay.words import duration, plural, safe_text
 
 MOST_LANES: Final = 6

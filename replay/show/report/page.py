@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from replay import words
-from replay.constants import CAVEAT
 from replay.document.headline import beside
 from replay.document.run_result import RunResult
+from replay.document.summary import CAVEAT
 from replay.effects.effect_summary import titration_curves
 from replay.show.plots import Plot, curve
 from replay.show.report.fault_cards import MOST_LISTED, MOST_PAIRS, cards, fault_counts, first_fault

@@ -9,13 +9,13 @@ from replay import words
 from replay.auditing.loss import LOSS_MEANING
 from replay.document.headline import findings_of
 from replay.document.run_document import RunDocument
+from replay.document.tables import Table, table
 from replay.effects.effect_summary import EVENT_ROWS
 from replay.show import run_tables
 from replay.show.plots import Plot
 from replay.show.report.run_view import RunView
 from replay.show.sections import SectionName, section_of
 from replay.show.words import NOTHING_SUSPICIOUS
-from replay.tables import Table, table
 from replay.words import plural
 
 Part = Table | Plot | str

@@ -7,9 +7,10 @@ from typing import Final
 
 from replay import words
 from replay.auditing.misses import MANY
-from replay.constants import CAVEAT
 from replay.document.cost import TIMES_ARE, busy_text, cost
 from replay.document.run_result import RunResult
+from replay.document.summary import CAVEAT
+from replay.document.tables import Column, Table, markdown, table
 from replay.effects.effect_summary import happened_text
 from replay.show.accuracy import run_dots, tradeoff_dots
 from replay.show.palette import TICKS, Rgba
@@ -20,7 +21,6 @@ from replay.show.rerun_log.timing import colour_of, stage_ms
 from replay.show.run_tables import sampling_notes
 from replay.show.sections import SectionName, fault_tables, section_of
 from replay.show.words import NOT_COMPUTED, PAIR_FRAME_ROWS
-from replay.tables import Column, Table, markdown, table
 from replay.words import plural
 
 FOLDER: Final = "show/rerun_log"

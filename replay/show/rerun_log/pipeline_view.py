@@ -22,9 +22,10 @@ from cdcore.numerics import FloatArray, IntArray
 from cdcore.protocol import counts_as_contact
 from replay import words
 from replay.auditing.fault import deepest_first
-from replay.constants import BUDGET_MS, HEADSET_HZ
 from replay.detection.run_detector import watched_again
+from replay.document.cost import BUDGET_MS
 from replay.document.run_result import RunResult
+from replay.document.tables import markdown, table
 from replay.effects.output import Vector
 from replay.show.camera import Eye, across, eye_before, placed, towards_user
 from replay.show.palette import GROUND, MISSED, SERIES, WHITE, Rgba, see_through, tags_of
@@ -40,8 +41,8 @@ from replay.show.rerun_log.recording_file import (
 )
 from replay.show.rerun_log.scene import log_shape
 from replay.show.rerun_log.timing import stage_ms, total_ms
-from replay.tables import markdown, table
 from replay.words import plural
+from sessions.model.constants import HEADSET_HZ
 
 if TYPE_CHECKING:
     from cdcore.search.pair_search import SearchResult

@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from cdcore.numerics import FloatArray
-from replay.constants import MOST_FRAMES_IN_MEMORY
+from replay.detection.run_detector import MOST_FRAMES_IN_MEMORY
 from replay.errors import OutputError
 from replay.prepare.assembly import Assembly
 from replay.show.palette import Rgba

@@ -12,11 +12,12 @@ import rerun as rr
 from cdcore import Detection
 from cdcore.numerics import FloatArray
 from replay import words
-from replay.constants import BUDGET_MS, HEADSET_HZ
+from replay.document.cost import BUDGET_MS
 from replay.show.accuracy import accuracy_plot
 from replay.show.palette import BUDGET, FAINT, SERIES, TICKS, Rgba
 from replay.show.plots import LETTER, Dot, Plot, Point
 from replay.show.rerun_log.recording_file import RecordingWriter, entity, packed
+from sessions.model.constants import HEADSET_HZ
 
 BUDGET_LINE: Final = "timing/budget"
 CUT_PERCENTILE: Final = 99.9

@@ -10,8 +10,8 @@ from typing import Final
 import pyarrow as pa
 import pyarrow.compute as pc
 
+from replay.document.metrics.row import MEASURED
 from replay.errors import RunFolderError
-from replay.metrics.row import MEASURED
 from replay.prepare.session_input import require_folder
 from replay.show.results.batch_parts import FOLDER, LIST, Mark, Shard, read_shards, summaries, write_shards
 from replay.show.results.parquet import KEYS, SCHEMA, TYPES, UNREADABLE, read_table

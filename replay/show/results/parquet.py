@@ -7,12 +7,12 @@ from typing import Any, Final
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from replay.document.metrics.hands import ACTIVITIES, activities
+from replay.document.metrics.row import pseudonym
 from replay.document.run_result import RunResult
 from replay.document.summary import session_digest
+from replay.document.tables import ARROW, Column, Table
 from replay.errors import RunFolderError
-from replay.metrics.hands import ACTIVITIES, activities
-from replay.metrics.row import pseudonym
-from replay.tables import ARROW, Column, Table
 
 TYPES: Final = {kind: pa.type_for_alias(name) for kind, name in ARROW.items()}
 """Type of Python -> type of a column."""

@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from cdcore import Verdict
 from cdcore.numerics import IntArray
 from cdcore.protocol import counts_as_contact, is_one_of
+from replay.auditing.compare import VERDICT_FRAMES
 from replay.auditing.fault import Fault
 from replay.auditing.holding import within
 from replay.auditing.outcome import Outcome
-from replay.constants import VERDICT_FRAMES
+from replay.document.metrics.row import MEASURED, METRICS, TASK, metric_rows
 from replay.document.run_document import RunDocument
 from replay.document.run_result import RunResult
 from replay.document.summary import frame_seconds
-from replay.metrics.row import MEASURED, METRICS, TASK, metric_rows
 from replay.prepare.flags import POSE_DOUBT, flag_word
 from replay.show.results.parquet import table_of
 

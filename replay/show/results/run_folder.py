@@ -15,28 +15,28 @@ import pyarrow.parquet as pq
 from msgspec import structs
 
 from replay.auditing.fault import Fault
+from replay.detection.progress import Advance, ignored
 from replay.document.answer import Answer
 from replay.document.coding import json_of
 from replay.document.contact import ContactRecord, EventRecord, contacts_by_detector, events_of
 from replay.document.file_hash import file_hash
 from replay.document.machine import give_back_memory
+from replay.document.metrics.row import MEASURED, METRICS
 from replay.document.ranking import Rank, ranking
 from replay.document.result_tables import COLUMNS, fault_of_row
 from replay.document.run_document import SCHEMA, RunDocument
 from replay.document.run_result import RunResult
 from replay.document.summary import frame_seconds, recording_mark
+from replay.document.tables import types_of
 from replay.effects.output import plain_value
 from replay.errors import OutputError, RunFolderError
-from replay.metrics.row import MEASURED, METRICS
 from replay.prepare.session_input import require_folder
-from replay.progress import Advance, ignored
 from replay.show.report.page import write_report
 from replay.show.results import parquet_tables
 from replay.show.results.parquet import KEYS, read_table, with_keys
 from replay.show.results.reading import checked_contacts, checked_document, checked_table, read_json
 from replay.show.run_tables import ranking_numbers
 from replay.show.tradeoff_table import tradeoff_numbers
-from replay.tables import types_of
 from sessions.model.constants import SCENE_FACT
 from sessions.whole_files import whole_folder
 

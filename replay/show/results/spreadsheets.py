@@ -11,9 +11,9 @@ import pyarrow.parquet as pq
 from msgspec import structs
 
 from replay.document.coding import json_of
+from replay.document.metrics.row import COLUMNS as METRIC_COLUMNS
 from replay.document.result_tables import COLUMNS
 from replay.errors import OutputError
-from replay.metrics.row import COLUMNS as METRIC_COLUMNS
 from replay.show.results.parquet import read_table
 from replay.show.results.run_folder import SUMMARY, read_run_folder
 from sessions.whole_files import whole_file

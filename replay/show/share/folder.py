@@ -16,13 +16,13 @@ from typing import Any, Final
 
 from replay.document.headline import grasped_notes
 from replay.document.machine import versions
+from replay.document.tables import Marked, table
 from replay.errors import OutputError
 from replay.show.report.markup import filled
 from replay.show.report.page import page_of
 from replay.show.report.page_script import TABLES, page_script
 from replay.show.report.run_view import Hero, RunView, session_names
 from replay.show.results.run_folder import PICTURE, FolderKind, RunFolder, result_folder, write_summary
-from replay.tables import Marked, table
 from sessions.mcap.metadata import SHARE
 
 SHARED: Final = FolderKind("shared", "share.json", "vrlab-replay/share/1")

@@ -7,11 +7,11 @@ from typing import Final
 import numpy as np
 
 from replay import words
+from replay.document.tables import Marked
 from replay.studies.class_study.analysis import Study
 from replay.studies.class_study.class_tables import ClassTables, Place, sessions_table
 from replay.studies.class_study.refusals import LEAST_IN_CELL, few
 from replay.studies.class_study.tables import behind, headlines
-from replay.tables import Marked
 from replay.words import plural
 
 MOST_SESSIONS: Final = 3

@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 
 from cdcore.numerics import FloatArray
 from replay import words
+from replay.document.tables import Cell, Column, Marked, Table
 from replay.show.report.markup import moment_address
 from replay.show.results.run_folder import REPORT
 from replay.studies.class_study.class_runs import ClassRuns, Row
 from replay.studies.class_study.refusals import LEAST_IN_CELL, few
 from replay.studies.class_study.resampling import Estimate, Resampling
-from replay.tables import Cell, Column, Marked, Table
 from replay.words import plural
 from sessions.mcap.metadata import NOT_STATED
 

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
 from replay.advice.open_guesses import open_guesses_line
+from replay.document.tables import Column, Table
 from replay.show.report.markup import filled
 from replay.show.report.page_script import TABLES, page_script
 from replay.studies.class_study.analysis import Study
@@ -23,7 +24,6 @@ from replay.studies.class_study.tables import (
     sample_table,
     study_tables,
 )
-from replay.tables import Column, Table
 
 REFUSALS: Final = (
     Column("result", of="what", whole=True),

@@ -6,8 +6,8 @@ where the list is kept.
 
 from typing import Final, NamedTuple
 
+from replay.document.tables import data_of
 from replay.errors import StudyError
-from replay.tables import data_of
 
 LEAST_STUDENTS: Final = 10
 """Below this many students no p-value is given."""

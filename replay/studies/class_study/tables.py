@@ -7,10 +7,10 @@ from typing import Any, Final
 
 from replay import words
 from replay.detection.detector_spec import TRUSTED
+from replay.document.tables import STRONG, Cell, Column, Marked, Table
 from replay.studies.class_study.analysis import Sensitivity, Study
 from replay.studies.class_study.refusals import few
 from replay.studies.class_study.regression import UNDECIDED, Finding
-from replay.tables import STRONG, Cell, Column, Marked, Table
 
 OBSERVED_ONLY: Final = (
     "Associations in the students observed. Nothing was assigned at random, so no figure here says what would happen "

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Final
 
 from replay import words
-from replay.tables import Table, columns_of
+from replay.document.tables import Table, columns_of
 from replay.words import plural
 
 if TYPE_CHECKING:

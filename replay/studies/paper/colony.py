@@ -9,9 +9,9 @@ import numpy as np
 from cdcore import Body, Motion, Verdict, create_detector
 from cdcore.search.search_settings import EQUATIONS
 from replay.auditing.wilson import wilson
+from replay.document.tables import Table
 from replay.show.paper_table import Cell, paper_table
 from replay.studies.paper.fixtures import FAMILY_NAMES, Ways, fixture
-from replay.tables import Table
 from sessions.synthetic.rng import random_stream
 
 TARGET: Final = 500

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from itertools import product
 from typing import Any, Final
 
-from replay.progress import Progress, Silent
+from replay.detection.progress import Progress, Silent
+from replay.document.tables import Table
 from replay.studies.paper.colony import colony_rows, colony_tables
 from replay.studies.paper.feature_samples import feature_sample_tables, search_samples
 from replay.studies.paper.fixtures import FAMILY_NAMES, POSES, TARGETS, fixture
@@ -20,7 +21,6 @@ from replay.studies.paper.table_one import (
     times,
     to_completion,
 )
-from replay.tables import Table
 
 
 @dataclass(frozen=True)

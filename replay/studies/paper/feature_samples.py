@@ -17,9 +17,9 @@ import numpy as np
 from cdcore import Verdict, create_detector
 from cdcore.search.features import features_of, sample_of
 from replay.auditing.wilson import wilson
+from replay.document.tables import Table
 from replay.show.paper_table import Cell, paper_table
 from replay.studies.paper.colony import BUDGET, near_poses
-from replay.tables import Table
 
 SIZES: Final[tuple[int | None, ...]] = (50, 100, 200, 400, 800, 1600, None)
 """Faces sampled of each mesh; ``None``: all."""

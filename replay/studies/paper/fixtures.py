@@ -17,9 +17,9 @@ from cdcore import Body, Detector, Motion, TriangleMesh, Verdict, create_detecto
 from cdcore.bounding.bounding_sphere import sphere_about
 from cdcore.numerics import BoolArray, FloatArray
 from cdcore.poses import rotation_from_quaternion
-from replay.constants import HEADSET_HZ
 from replay.errors import ReplayError
 from sessions.glassware.catalogue import make_instrument
+from sessions.model.constants import HEADSET_HZ
 from sessions.synthetic.rng import random_stream
 
 TARGETS: Final = (100, 200, 300, 400, 500, 600, 700, 800, 900, 1000)

@@ -9,10 +9,10 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore.numerics import FloatArray
+from replay.document.tables import Table
 from replay.errors import OutputError
 from replay.studies.paper.feature_samples import ALL
 from replay.studies.paper.printed import PRINTED
-from replay.tables import Table
 from sessions.whole_files import whole_file
 
 Axes = Any

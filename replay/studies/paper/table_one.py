@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from cdcore.numerics import FloatArray
 from replay.document.machine import machine
+from replay.document.tables import Table
 from replay.show.paper_table import Cell, paper_table
 from replay.studies.paper.fixtures import Fixture
 from replay.studies.paper.printed import ABOUT_PRINTED, PAPER, PRINTED, printed
 from replay.studies.paper.rows import BUDGETED, ROWS, Answers, ask, make
-from replay.tables import Table
 from sessions.synthetic.rng import random_stream
 
 SHARES: Final = (0.25, 0.5, 1.0, 2.0)

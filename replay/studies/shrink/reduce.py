@@ -13,7 +13,7 @@ from cdcore import Motion, TriangleMesh
 from cdcore.bounding.hull import hull_of
 from cdcore.errors import CollisionCoreError
 from cdcore.numerics import FloatArray, IntArray
-from replay.progress import Progress, Silent
+from replay.detection.progress import Progress, Silent
 from replay.studies.shrink.well_posed import doubts_of, thin_faces
 from replay.studies.shrink.wrong_answer import WrongAnswer, of_pairs
 

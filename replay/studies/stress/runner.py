@@ -14,8 +14,8 @@ from cdcore.numerics import TAU, BoolArray, ByteArray, FloatArray
 from cdcore.protocol import is_undecided
 from cdcore.triangles.integers import pair_intersects_integers
 from replay.detection.detector_spec import DetectorSpec, parse_detector, split_specs
+from replay.detection.progress import Progress, Silent
 from replay.errors import OutputError, StressError
-from replay.progress import Progress, Silent
 from replay.studies.stress.bodies import ask_case
 from replay.studies.stress.families import FAMILIES, FIRST_SEED, Family
 from replay.studies.stress.scenes import scenes_of

@@ -17,9 +17,9 @@ from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.numerics import TAU, FloatArray
 from cdcore.poses import place_points
 from cdcore.protocol.detection import Covers
-from replay.constants import HEADSET_HZ
 from replay.studies.stress.families import FIRST_SEED, random_rotations
 from replay.studies.stress.solids import ball_mesh, beaker_mesh, box_mesh, icosphere_mesh, merged, moved, rod_mesh
+from sessions.model.constants import HEADSET_HZ
 
 HAIR: Final = 2.0**-40
 """Metres, a picometre: far below what a tracker sees, far above the rounding of a metre."""

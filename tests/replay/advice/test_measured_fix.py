@@ -15,9 +15,9 @@ from replay.advice.measured_fix import measured_fixes
 from replay.cli.main import main
 from replay.cutting import methods, piece_store
 from replay.cutting.piece_store import Cut
+from replay.detection.progress import Silent
 from replay.document.before_after import change_text, errors_of_rank, worse_text
 from replay.engine import compute
-from replay.progress import Silent
 from replay.running.runner import run
 from replay.studies.synthetic_sessions import synthetic_session
 from sessions import MeshData, Session, write_session

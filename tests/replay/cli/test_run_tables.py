@@ -13,8 +13,8 @@ from replay.cli.run_tables import answer_lines
 from replay.cli.terminal import STYLES, Paragraph
 from replay.detection.detector_spec import parse_detectors
 from replay.document.citations import sources_behind
+from replay.document.tables import GOOD, IN_RED, IN_YELLOW, markdown_text
 from replay.engine import compute
-from replay.tables import GOOD, IN_RED, IN_YELLOW, markdown_text
 
 POSITIONS = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
 

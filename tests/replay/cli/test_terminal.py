@@ -16,9 +16,9 @@ from replay.cli import console as console_module
 from replay.cli.main import main
 from replay.cli.many_sessions import session_table
 from replay.cli.terminal import Command, Paragraph, line, terminal
+from replay.document.tables import markdown, table
 from replay.running import advisor
 from replay.running.batch import SessionOfBatch
-from replay.tables import markdown, table
 from sessions import write_session
 
 WIDTHS = (60, 80, 100, 140)

@@ -11,10 +11,10 @@ from replay.advice.settings import Setting
 from replay.cli.main import main
 from replay.cli.tradeoff import percent_of_settings
 from replay.document.run_result import Tradeoff
+from replay.document.tables import Column
 from replay.show.report.tradeoff import tradeoff_values
 from replay.show.results.run_folder import read_run_folder
 from replay.show.tradeoff_table import COLUMNS, tradeoff_list, tradeoff_numbers
-from replay.tables import Column
 from sessions import write_session
 
 POSITIONS = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}

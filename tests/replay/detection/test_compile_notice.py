@@ -9,7 +9,7 @@ from numba import njit
 
 from replay.detection import compile_notice
 from replay.detection.compile_notice import compiling_announced
-from replay.progress import Silent
+from replay.detection.progress import Silent
 
 
 @pytest.fixture(autouse=True)

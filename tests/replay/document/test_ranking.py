@@ -11,8 +11,8 @@ from replay.auditing.wilson import proportion
 from replay.document.audit import CountRange, GraspedCounts, OffsetProportions, OffsetRanges, PairFrames
 from replay.document.detector_labels import detector_label
 from replay.document.ranking import fault_text, ranking
+from replay.document.tables import IN_RED, Marked, text_of
 from replay.show.run_tables import ranking_table
-from replay.tables import IN_RED, Marked, text_of
 
 
 def audited(missed, late, false, reported=1000, *, undecided=0, **more):

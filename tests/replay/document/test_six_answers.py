@@ -9,9 +9,8 @@ from support.report_states import STATES, detector_of, document_with, steady, ti
 
 from replay import words
 from replay.auditing.wilson import proportion
-from replay.constants import BUDGET_MS
 from replay.document.certainty import certainty
-from replay.document.cost import busy_sentence
+from replay.document.cost import BUDGET_MS, busy_sentence
 from replay.document.ranking import Rank
 from replay.document.recommendation import recommendation
 from replay.show.sections import SectionName, section_of

@@ -15,13 +15,13 @@ import replay
 from replay.cli.run_markdown import run_markdown
 from replay.cli.run_tables import run_screen
 from replay.cli.run_tables import run_tables as verbose_tables
+from replay.document.tables import Column
 from replay.engine import compute
 from replay.show import run_tables
 from replay.show.report.page import report_html
 from replay.show.rerun_log.documents import answer_text, detector_text, ranking_text
 from replay.show.results.run_folder import write_run_folder
 from replay.show.sections import SECTIONS, SectionName
-from replay.tables import Column
 
 OUTPUTS = ("terminal", "Markdown", "report", "notebook", "picture")
 NEW = Column("probe", float, of=lambda rank: 40.0 + len(rank.label), show=lambda value: f"probe-{value:.0f}")

@@ -5,9 +5,9 @@ import pytest
 
 from replay.auditing.outcome import Outcome
 from replay.cli.terminal import STYLES
+from replay.document.tables import IN_RED, PARTLY
 from replay.show import palette
 from replay.show.palette import albedo
-from replay.tables import IN_RED, PARTLY
 
 
 def hue_distance(a, b):

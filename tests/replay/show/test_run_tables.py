@@ -9,13 +9,13 @@ from msgspec import structs
 from support.small_worlds import cubes, grazing
 
 from replay.document.summary import sample_times
+from replay.document.tables import Column, Marked
 from replay.engine import compute
 from replay.show.run_tables import (
     LATE,
     cost_table,
     miss_table,
 )
-from replay.tables import Column, Marked
 from replay.words import duration
 
 

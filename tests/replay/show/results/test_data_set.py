@@ -16,10 +16,10 @@ import pytest
 from support.small_worlds import STEP_NS, cubes
 
 from replay import read
+from replay.document.metrics.row import metric_rows
 from replay.engine import compute
 from replay.errors import RunFolderError
 from replay.guide.pages import page
-from replay.metrics.row import metric_rows
 from replay.prepare.flags import Flags
 from replay.show.results.parquet import SCHEMA, read_table
 from replay.show.results.run_folder import write_run_folder

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from support.small_worlds import cubes, framed
 
 from cdcore import Motion
-from replay.metrics.near import CLOSE_M, close_intervals, without_contact
+from replay.document.metrics.near import CLOSE_M, close_intervals, without_contact
 from replay.prepare.assemble import assemble
 from sessions.scene_files.scene_toml import parse_scene
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from cdcore import Verdict, create_detector
 from cdcore.numerics import FloatArray, IntArray
-from replay.metrics.hands import frames_at
+from replay.document.metrics.hands import frames_at
 from replay.prepare.assembly import Assembly
 
 CLOSE_M: Final = 0.010

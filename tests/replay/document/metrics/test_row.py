@@ -9,14 +9,14 @@ from support.small_worlds import cubes
 from replay import run
 from replay.auditing.holding import Grasp
 from replay.auditing.outcome import Episode
-from replay.effects.output import EffectEvent
-from replay.engine import compute
-from replay.metrics.row import (
+from replay.document.metrics.row import (
     TASK,
     effect_metrics,
     intended,
     metric_rows,
 )  # fmt: skip
+from replay.effects.output import EffectEvent
+from replay.engine import compute
 from sessions.synthetic.scenes import make_scene_session
 
 PAIRS = np.array([[0, 1], [1, 2], [0, 2]])

@@ -12,17 +12,17 @@ from cdcore.numerics import IntArray
 from replay.auditing.holding import Grasp, grasps, hand_bodies
 from replay.auditing.outcome import Episode, Outcome
 from replay.auditing.sampling_offsets import OFFSET_SETTING
+from replay.document.metrics.hands import ACTIVITIES, fixed_bodies, moving, span_names, task_seconds
+from replay.document.metrics.near import NearMiss, close_intervals, without_contact
 from replay.document.run_result import RunResult
 from replay.document.summary import session_digest
-from replay.metrics.hands import ACTIVITIES, fixed_bodies, moving, span_names, task_seconds
-from replay.metrics.near import NearMiss, close_intervals, without_contact
-from replay.tables import columns_of, types_of
+from replay.document.tables import columns_of, types_of
 from sessions.mcap.metadata import NOT_STATED
 
 REACH_S: Final = 0.5
 """A hand touching what it takes this long before or after the press means to."""
 
-COLUMNS: Final = columns_of("metrics/row.toml")
+COLUMNS: Final = columns_of("document/metrics/row.toml")
 METRICS: Final = types_of(COLUMNS["metrics"])
 MEASURED: Final = types_of(COLUMNS["measured"])
 """Column -> type; a value nobody measured is null."""

@@ -4,8 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.small_worlds import cubes, framed
 
-from replay.metrics.hands import activities, frames_at, moving, span_names, task_seconds
-from replay.metrics.near import close_intervals
+from replay.document.metrics.hands import activities, frames_at, moving, span_names, task_seconds
+from replay.document.metrics.near import close_intervals
 from replay.prepare.assemble import assemble
 from sessions.model.event import Interval
 
