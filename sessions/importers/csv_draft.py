@@ -159,6 +159,9 @@ def _name(column: str, tokens: Sequence[str]) -> str:
     return whole if not {*re.findall("[a-z]+", whole.lower())} & KIND_OF.keys() else "_".join(own)
 
 
+ROTATION_KINDS = {ANGLES: "in angles", MATRIX: "a matrix", UNORDERED: "four numbers without names of axes"}
+
+
 def plain_poses(columns: Sequence[str]) -> dict[str, PoseColumns]:
     """Returns the poses of bodies that columns name, of those whose rotations are quaternions that name their axes."""
     return {
@@ -166,6 +169,24 @@ def plain_poses(columns: Sequence[str]) -> dict[str, PoseColumns]:
         for name, body in _bodies(columns).items()
         if name and body.position and body.rotation[0] == XYZW and body.rotation[1]
     }
+
+
+def incomplete_poses(columns: Sequence[str]) -> dict[str, str]:
+    """Returns the bodies that `plain_poses` does not take, and why; ``""`` is one without a name."""
+    plain, reasons = plain_poses(columns), dict[str, str]()
+    for name, body in _bodies(columns).items():
+        kind, rotation = body.rotation
+        if name in plain or not (body.position or rotation):
+            continue
+        if not body.position:
+            reasons[name] = "it has no position"
+        elif not rotation:
+            reasons[name] = "it has no rotation"
+        elif kind == XYZW:
+            reasons[name] = "its columns have no name"
+        else:
+            reasons[name] = f"its rotation is {ROTATION_KINDS[kind]}"
+    return reasons
 
 
 def _lines(head: CsvHead, table: CsvTable, gaps: _Gaps) -> Iterator[str]:

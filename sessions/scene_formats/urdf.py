@@ -1,11 +1,18 @@
-"""URDF, read by yourdfpy: links with their visual and collision geometry, in the pose of all joints at zero.
+"""URDF: links with their visual and collision geometry, in the pose of all joints at zero, which yourdfpy computes.
 
-``package://NAME/PATH`` is looked for in a folder NAME within the scene's folder, or in that folder if it is NAME.
+yourdfpy gets the links without their geometry: one shape that it does not know would end the whole reading.
+
+``package://NAME/PATH`` is looked for, from the file's folder up to the scene's, in a folder that is called NAME, that
+holds a folder NAME, or whose ``package.xml`` says NAME.
 """
 
+import copy
+import io
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, Final
+from urllib.parse import unquote
+from xml.etree import ElementTree
 
 import numpy as np
 
@@ -16,6 +23,7 @@ from sessions.meshes.mesh_files import load_mesh
 from sessions.scene_formats.safe_files import SceneFiles
 from sessions.scene_formats.scene_source import (
     Y_UP_OF_Z_UP,
+    Matrix,
     SceneSource,
     SourceBody,
     Surface,
@@ -26,6 +34,8 @@ from sessions.scene_formats.scene_source import (
 PACKAGE, FILE = "package://", "file://"
 ROUND_FACES: Final = 4000
 FIXED: Final = "fixed"
+SOFT: Final = frozenset(("deformable", "reduced_deformable"))
+"""Elements of a soft body, as Bullet writes them."""
 Z_OF_Y: Final = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 """Lays a shape along +Y along +Z, where URDF has it."""
 
@@ -39,17 +49,20 @@ def read_urdf(path: Path, files: SceneFiles, surface: Surface) -> SceneSource:
         import yourdfpy
     except ImportError as error:
         raise SceneSourceError('URDF needs yourdfpy; install it: pip install "vrlab-replay[formats]"') from error
+    document = files.xml(path)
+    elements = {str(link.get("name")): link for link in document.iter("link")}
     try:
-        model = yourdfpy.URDF.load(str(path), load_meshes=False, build_scene_graph=True)
+        stream = io.BytesIO(ElementTree.tostring(_bare(document)))
+        model = yourdfpy.URDF.load(stream, load_meshes=False, build_scene_graph=True)
         poses = {link.name: model.get_transform(link.name) for link in model.robot.links}
     except Exception as error:  # of another package: any error means that it cannot be read
         raise SceneSourceError(f"yourdfpy does not read {path}: {error}; correct it") from error
-    left_out = list[str]()
+    left_out = [f"the soft body {child.get('name', '')!r}" for child in document if child.tag in SOFT]
     bodies: dict[str, SourceBody] = {}
     moving = _moving(model.robot.joints)
     for link in model.robot.links:
-        drawn = [*_meshes(link.name, link.visuals, path, files, left_out)]
-        colliding = [*_meshes(link.name, link.collisions, path, files, left_out)]
+        drawn = [*_meshes(link.name, elements[link.name].findall("visual"), path, files, left_out)]
+        colliding = [*_meshes(link.name, elements[link.name].findall("collision"), path, files, left_out)]
         if not drawn and not colliding:
             continue
         parts, solids = surface_and_colliders(drawn, colliding, surface)
@@ -78,35 +91,74 @@ def _moving(joints: Iterable[Any]) -> set[str]:
     return moving
 
 
+def _bare(document: ElementTree.Element) -> ElementTree.Element:
+    """The robot with links and joints alone, and links without geometry."""
+    robot = copy.deepcopy(document)
+    robot[:] = [child for child in robot if child.tag in ("link", "joint")]
+    for link in robot.iter("link"):
+        link[:] = [child for child in link if child.tag == "inertial"]
+    return robot
+
+
 def _meshes(
-    link: str, elements: Iterable[Any], path: Path, files: SceneFiles, left_out: list[str]
+    link: str, elements: Iterable[ElementTree.Element], path: Path, files: SceneFiles, left_out: list[str]
 ) -> Iterator[MeshData]:
     for element in elements:
-        geometry = element.geometry
         try:
-            mesh = _mesh(geometry, path, files)
-        except (MeshFileError, SceneError) as error:
+            shape = next(iter(element.find("geometry") or ()), None)
+            mesh = _mesh(shape, path, files)
+            origin = _origin(element.find("origin"))
+        except (MeshFileError, SceneError, ValueError) as error:
             left_out.append(f"a geometry of link {link!r}: {error}")
             continue
-        origin = np.eye(4) if element.origin is None else np.array(element.origin, dtype=np.float64)
         yield mesh.transformed(origin)
 
 
-def _mesh(geometry: Any, path: Path, files: SceneFiles) -> MeshData:
-    if geometry.box is not None:
-        x, y, z = (float(size) for size in geometry.box.size)
-        return make_shape("box", {"x": x, "y": y, "z": z})
-    if geometry.sphere is not None:
-        return make_shape("sphere", {"radius": float(geometry.sphere.radius)}, ROUND_FACES)
-    if geometry.cylinder is not None:
-        size = {"radius": float(geometry.cylinder.radius), "length": float(geometry.cylinder.length)}
-        mesh = make_shape("cylinder", size, ROUND_FACES)
+def _origin(element: ElementTree.Element | None) -> Matrix:
+    from scipy.spatial.transform import Rotation
+
+    pose = np.eye(4)
+    if element is not None:
+        pose[:3, 3] = _numbers(element, "xyz", "0 0 0")
+        pose[:3, :3] = Rotation.from_euler("xyz", _numbers(element, "rpy", "0 0 0")).as_matrix()
+    return pose
+
+
+def _numbers(element: ElementTree.Element, name: str, default: str) -> list[float]:
+    """Three numbers of an attribute."""
+    text = element.get(name, default)
+    numbers = [float(word) for word in text.split()]
+    if len(numbers) != 3 or not np.isfinite(numbers).all():
+        raise ValueError(f"{name} is {text[:40]!r}, not three numbers")
+    return numbers
+
+
+def _length(element: ElementTree.Element, name: str) -> float:
+    text = element.get(name)
+    if text is None:
+        raise ValueError(f"its {element.tag} has no {name}")
+    return float(text)
+
+
+def _mesh(element: ElementTree.Element | None, path: Path, files: SceneFiles) -> MeshData:
+    kind = None if element is None else str(element.tag)
+    if element is None or kind is None:
+        raise SceneError("it has no shape")
+    if kind == "box":
+        return make_shape("box", dict(zip("xyz", _numbers(element, "size", ""), strict=True)))
+    if kind == "sphere":
+        return make_shape("sphere", {"radius": _length(element, "radius")}, ROUND_FACES)
+    if kind in ("cylinder", "capsule"):
+        radius, length = _length(element, "radius"), _length(element, "length")
+        # The length of a capsule is that between the middles of its ends: Bullet, Drake, MuJoCo's own URDF reader.
+        whole = length + 2.0 * radius if kind == "capsule" else length
+        mesh = make_shape(kind, {"radius": radius, "length": whole}, ROUND_FACES)
         return MeshData(mesh.vertices @ Z_OF_Y.T, mesh.faces)
-    if geometry.mesh is None:
-        raise SceneError("it is neither box, sphere, cylinder nor mesh")
-    name = str(geometry.mesh.filename)
+    if kind != "mesh":
+        raise SceneError(f"its shape is a {kind}; there are box, sphere, cylinder, capsule and mesh")
+    name = element.get("filename", "")
     mesh = load_mesh(files.inside(_mesh_file(name, path, files), f"the mesh {name!r}"))
-    scale = np.broadcast_to(1.0 if geometry.mesh.scale is None else np.asarray(geometry.mesh.scale, float), (3,))
+    scale = np.array(_numbers(element, "scale", "1 1 1"))
     # A mirror turns faces inside out.
     faces = mesh.faces[:, ::-1] if np.prod(scale) < 0.0 else mesh.faces
     return MeshData(mesh.vertices * scale, faces)
@@ -114,9 +166,25 @@ def _mesh(geometry: Any, path: Path, files: SceneFiles) -> MeshData:
 
 def _mesh_file(name: str, path: Path, files: SceneFiles) -> Path:
     """The place of a mesh file that a URDF names."""
-    if name.startswith(PACKAGE):
-        package, _, inner = name.removeprefix(PACKAGE).partition("/")
-        folders = [path.resolve().parent, *path.resolve().parents]
-        above = [folder for folder in folders if folder.name == package and folder.is_relative_to(files.root)]
-        return (above[0] if above else files.root / package) / inner
-    return path.parent / name.removeprefix(FILE)
+    if not name.startswith(PACKAGE):
+        # A file URI is percent-encoded, a path is not.
+        return path.parent / (unquote(name.removeprefix(FILE)) if name.startswith(FILE) else name)
+    package, _, inner = name.removeprefix(PACKAGE).partition("/")
+    folders = [path.resolve().parent, *path.resolve().parents]
+    for folder in dict.fromkeys(folder for folder in folders if folder.is_relative_to(files.root)):
+        if folder.name == package or _package_name(folder, files) == package:
+            return folder / inner
+        if (folder / package).is_dir():
+            return folder / package / inner
+    return files.root / package / inner
+
+
+def _package_name(folder: Path, files: SceneFiles) -> str:
+    """The name of a ROS package by its manifest; empty: it is none."""
+    manifest = folder / "package.xml"
+    if not manifest.is_file():
+        return ""
+    try:
+        return (files.xml(manifest).findtext("name") or "").strip()
+    except SceneSourceError:
+        return ""

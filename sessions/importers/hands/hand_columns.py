@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
-from sessions.importers.csv_draft import Clock, clock_of, plain_poses
+from sessions.importers.csv_draft import Clock, clock_of, incomplete_poses, plain_poses
 from sessions.importers.csv_mapping import PoseColumns
 from sessions.importers.csv_text import WORDS, CsvHead
 from sessions.importers.hands.joint_names import (
@@ -62,6 +62,7 @@ class HandLayout:
     valid : side -> the column that says whether that hand was tracked; ``""`` stands for every hand.
     unknown : names that begin with a finger, and are no known joint.
     bodies : columns of other poses, by their names.
+    left_out : other bodies that are not taken, and why.
     numbered : how joints are numbered, or ``""``.
     """
 
@@ -74,6 +75,7 @@ class HandLayout:
     valid: Mapping[str, str] = field(default_factory=dict)
     unknown: tuple[str, ...] = ()
     bodies: Mapping[str, PoseColumns] = field(default_factory=dict)
+    left_out: Mapping[str, str] = field(default_factory=dict)
     numbered: str = ""
 
     @property
@@ -94,14 +96,33 @@ def hand_layout(head: CsvHead, mapped: Mapping[str, NamedJoint] | None = None) -
     if _count_joints(names) >= LEAST_JOINTS:
         used = {column for table in wide.values() for column in table.position}
         others = [column for column in head.columns if column not in used and not _is_of_hand(column, known)]
-        bodies = plain_poses(others)
-        return HandLayout(clock, names, wide, side=side, valid=valid, unknown=tuple(unknown), bodies=bodies)
+        return HandLayout(
+            clock,
+            names,
+            wide,
+            side=side,
+            valid=valid,
+            unknown=tuple(unknown),
+            bodies=plain_poses(others),
+            left_out=incomplete_poses(others),
+        )
     joint, names, unknown, numbered = _joint_column(head, known)
     long = _row_position(head)
     if not joint or long is None:
         return None
+    used = {*long.position, long.radius, long.width, clock.column, joint, side}
+    others = [column for column in head.columns if column not in used and not _is_of_hand(column, known)]
+    beside = [name for name in {**plain_poses(others), **incomplete_poses(others)} if name]
     return HandLayout(
-        clock, names, joint=joint, long=long, side=side, valid=valid, unknown=tuple(unknown), numbered=numbered
+        clock,
+        names,
+        joint=joint,
+        long=long,
+        side=side,
+        valid=valid,
+        unknown=tuple(unknown),
+        left_out=dict.fromkeys(beside, "its columns repeat in the rows of joints"),
+        numbered=numbered,
     )
 
 

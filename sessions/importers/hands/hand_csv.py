@@ -67,6 +67,10 @@ def read_hands(source: Path, *, mapping: str | Path | None = None, convention: s
     radii = {hand.name: _radii(moved[hand.name], motions[hand.name]) for hand in hands}
     frame = replace(frame, others=(*frame.others, *_radii_assumptions(moved, radii)))
     notes.append("joints of hands to capsules between neighbours; rotations of joints are not needed")
+    notes += (
+        f"{name or 'a pose without a name'}: not taken beside hands, for {reason}; import it from a CSV of its own"
+        for name, reason in layout.left_out.items()
+    )
     tables = {
         name: table.poses(columns, table.stamps(layout.clock.column, layout.clock.unit))
         for name, columns in layout.bodies.items()
@@ -154,17 +158,19 @@ def _source_frame(
     if units_origin is Origin.GUESS:
         assumed.append(f"lengths in {units}")
     clock = layout.clock
-    # Sources without joints in the palm track hands in pictures; +Y points down in the axes of cameras.
-    has_palm = any(joint.joint == "index metacarpal" for joint in layout.names.values())
-    is_sure = bool(named) or (has_palm and bool(mirrored))
     return SourceFrame(
         axes=axes,
         units=units,
         clock=f"column {clock.column}, {clock.unit}" if clock.column else f"{given.rate_hz:g} rows a second",
         assumed=tuple(assumed),
         axes_origin=Origin.USER if named else Origin.GUESS,
-        axes_confidence=Confidence.SURE if is_sure else Confidence.OPEN,
-        axes_reason="by the side to which the fingers bend; +Y up is usual" if mirrored else "usual for tracked hands",
+        axes_confidence=Confidence.SURE if named else Confidence.OPEN,
+        # Fingers say which hand is left, and nothing of which axis points up.
+        axes_reason=(
+            f"{axes.handedness}-handed by the side to which the fingers bend; +Y up is a guess"
+            if mirrored
+            else "usual for tracked hands; +Y up is a guess"
+        ),
         units_origin=units_origin,
         units_reason=units_reason,
         clock_origin=Origin.USER if given.time or given.rate_hz else Origin.FILE,

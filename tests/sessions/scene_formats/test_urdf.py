@@ -70,9 +70,16 @@ def test_geometry_has_its_origin_scale_and_package(arm):
         ("file:///etc/passwd", "lies outside"),
         ("package://../secret.obj", "lies outside"),
         ("package://other/cup.obj", "is missing"),
+        ("file:///%65tc/passwd", "lies outside"),
+        ("package://lab/%2e%2e/secret.obj", "is missing"),
+        ("package://lab/loop.obj", "a link to itself"),
+        ("package://lab/link.obj", "lies outside"),
     ],
 )
 def test_mesh_outside_the_folder_is_not_read(arm, name, refusal):
+    (arm.parent.parent / "secret.obj").write_text(CUP)
+    (arm.parent / "link.obj").symlink_to(arm.parent.parent / "secret.obj")
+    (arm.parent / "loop.obj").symlink_to(arm.parent / "loop.obj")
     arm.write_text(arm.read_text().replace("package://lab/meshes/cup.obj", name))
     with pytest.raises(SceneSourceError, match=refusal):
         read_scene_source(arm)
@@ -82,3 +89,65 @@ def test_entities_are_refused(arm):
     arm.write_text('<!DOCTYPE robot [<!ENTITY a "x">]>' + arm.read_text())
     with pytest.raises(SceneSourceError, match="document type or entities"):
         read_scene_source(arm)
+
+
+def one_link(geometry, more=""):
+    return f'<robot name="r"><link name="l"><collision>{geometry}</collision></link>{more}</robot>'
+
+
+BOX = '<geometry><box size="1 1 1"/></geometry>'
+
+
+def test_capsule_is_taken_though_the_library_refuses_it(tmp_path):
+    path = tmp_path / "r.urdf"
+    path.write_text(one_link('<geometry><capsule radius="0.1" length="0.4"/></geometry>'))
+    solid = read_scene_source(path).bodies["l"].colliders[0]
+    assert np.abs(solid.bounds - [[-0.1, -0.1, -0.3], [0.1, 0.1, 0.3]]).max() <= 1e-9
+
+
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [
+        ('<geometry><plane normal="0 0 1"/></geometry>', "its shape is a plane"),
+        ('<geometry><box size="1 1"/></geometry>', "size is '1 1', not three numbers"),
+        ('<geometry><mesh filename="cup.obj" scale="1 1 1 1"/></geometry>', "scale is '1 1 1 1', not three numbers"),
+        ('<geometry><sphere/></geometry>', "its sphere has no radius"),
+        ('<origin xyz="nan 0 0"/>' + BOX, "xyz is 'nan 0 0', not three numbers"),
+        ("<geometry/>", "it has no shape"),
+        ("", "it has no shape"),
+    ],
+)  # fmt: skip
+def test_geometry_that_cannot_be_taken_is_named(tmp_path, text, named):
+    (tmp_path / "cup.obj").write_text(CUP)
+    path = tmp_path / "r.urdf"
+    path.write_text(one_link(text, f'<link name="b"><collision>{BOX}</collision></link>' + joint("l", "b")))
+    scene = read_scene_source(path)
+    assert [*scene.bodies] == ["b"] and named in scene.left_out[0]
+
+
+def joint(parent, child):
+    return f'<joint name="j" type="fixed"><parent link="{parent}"/><child link="{child}"/></joint>'
+
+
+@pytest.mark.parametrize("tag", ["deformable", "reduced_deformable"])
+def test_soft_bodies_are_named(tmp_path, tag):
+    path = tmp_path / "r.urdf"
+    path.write_text(one_link(BOX, f'<{tag} name="jelly"><visual filename="jelly.vtk"/></{tag}>'))
+    assert read_scene_source(path).left_out == ("the soft body 'jelly'",)
+    path.write_text(f'<robot name="r"><{tag} name="jelly"/></robot>')
+    with pytest.raises(SceneSourceError, match=r"yourdfpy does not read|no body that collides; not taken: the soft"):
+        read_scene_source(path)
+
+
+@pytest.mark.parametrize("folder", ["src/lab", "src/stack/lab", "src/checkout-of-lab", ""])
+def test_package_is_looked_for_from_the_file_upwards(tmp_path, folder):
+    home = tmp_path / folder
+    (home / "meshes").mkdir(parents=True)
+    (home / "meshes" / "cup.obj").write_text(CUP)
+    if not folder.endswith("/lab"):
+        (home / "package.xml").write_text("<package><name>lab</name></package>")
+    robot = tmp_path / "src" / "stack" / "robot" if folder.endswith("/lab") else home / "urdf"
+    robot.mkdir(parents=True)
+    path = robot / "r.urdf"
+    path.write_text(one_link('<geometry><mesh filename="package://lab/meshes/cup.obj"/></geometry>'))
+    assert [*read_scene_source(path, root=tmp_path).bodies] == ["l"]
