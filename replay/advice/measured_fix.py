@@ -264,7 +264,7 @@ class _Measuring:
         return _Measured(
             spec=spec,
             counts=counts,
-            seconds=run.detect / max(1, len(assembly.motion)),
+            seconds=run.seconds_per_frame,
             busy=busy_sentence(0.0 if run.processor_share is None else 1.0 - run.processor_share),
             pieces=sum(len(parts[name]) for name in names),
         )

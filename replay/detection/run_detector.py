@@ -67,6 +67,15 @@ class Run:
     # (T, P) contact that it reports only because of its release distance; ``None``: it has none
     prolonged: BoolArray | None = None
 
+    @property
+    def seconds_per_frame(self) -> float:
+        """Mean over all frames of the seconds in which this process was at work, where that was measured.
+
+        On a busy machine other programs took 0.31 of the 0.39 s of a detector within 24 of 5,400 frames: by the clock
+        its mean was above its 99th percentile.
+        """
+        return self.detect * (self.processor_share or 1.0) / max(1, len(self.detection.times))
+
 
 def make_detector(spec: DetectorSpec, assembly: Assembly, seed: int) -> Detector:
     """The detector of a spec for the bodies and pairs of an assembly; the run's seed goes to those that draw.

@@ -49,7 +49,7 @@ class DetectorTimes(Record, frozen=True, kw_only=True):
     Parameters
     ----------
     prepare, warm_up, detect : for the whole session.
-    per_frame_mean : ``detect`` over the number of frames.
+    per_frame_mean : for a frame, over all frames, without the time that other programs took.
     processor_fraction : of the seconds on the clock those in which this process ran; ``None``: not measured.
     stages : for the whole session.
     longest_stage : ``None`` where no stage took time.

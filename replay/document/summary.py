@@ -223,7 +223,7 @@ def _seconds(run: Run, offsets: OffsetCounts | None) -> DetectorTimes:
         prepare=run.prepare,
         warm_up=run.warm,
         detect=run.detect,
-        per_frame_mean=run.detect / len(run.detection.times),
+        per_frame_mean=run.seconds_per_frame,
         processor_fraction=run.processor_share,
         stages=stages,
         longest_stage=_longest_stage(stages),

@@ -156,13 +156,19 @@ def ranking_numbers(result: Summarised) -> Table:
 
 
 def timing_notes(result: Summarised) -> list[str]:
-    """A line that names the detectors of a ranking that were not timed frame by frame, where others were."""
+    """Lines on times that cannot be compared: of detectors not timed frame by frame, of a few very long samples."""
     live = {rank.label: result.document.detectors[rank.label].live for rank in result.ranking if rank.mean}
     at_once = [label for label, frame_by_frame in live.items() if not frame_by_frame]
-    if len(at_once) in (0, len(live)):
-        return []
-    verb = "was" if len(at_once) == 1 else "were"
-    return [f"{', '.join(at_once)} {verb} run on all frames at once: compare no time with those of other rows."]
+    notes = []
+    if len(at_once) not in (0, len(live)):
+        verb = "was" if len(at_once) == 1 else "were"
+        notes.append(
+            f"{', '.join(at_once)} {verb} run on all frames at once: compare no time with those of other rows."
+        )
+    uneven = [rank.label for rank in result.ranking if rank.mean and rank.p99 is not None and rank.mean > rank.p99]
+    if uneven:
+        notes.append(f"The mean of {', '.join(uneven)} is above p99: at most 1 in 100 samples took very long.")
+    return notes
 
 
 def happened(contacts: int) -> str:

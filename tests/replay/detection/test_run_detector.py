@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.small_worlds import cubes
@@ -26,6 +28,16 @@ def test_processor_fraction_covers_the_samples_alone(monkeypatch):
     requested = {"seed": 0, "faces": False, "advance": lambda done: None}
     assert run_detector(parse_detector("sphere"), assembly(), live=True, **requested).processor_share == 0.0
     assert run_detector(parse_detector("sphere"), assembly(), **requested).processor_share is None
+
+
+def test_mean_leaves_out_the_time_of_other_programs():
+    """Two frames of a busy machine hold most of the seconds; 99 of 100 frames take 10 us."""
+    run = run_detector(parse_detector("sphere"), assembly(), seed=0, faces=False, advance=lambda _: None)
+    frames = len(run.detection.times)
+    busy = replace(run, detect=0.4, processor_share=0.25)
+    assert busy.seconds_per_frame == pytest.approx(0.1 / frames)
+    assert replace(busy, processor_share=None).seconds_per_frame == pytest.approx(0.4 / frames)
+    assert replace(busy, processor_share=0.0).seconds_per_frame == pytest.approx(0.4 / frames)
 
 
 @pytest.mark.parametrize("spec", ["hybrid", "discrete[rate_hz=30]"])

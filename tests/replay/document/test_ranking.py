@@ -9,6 +9,7 @@ from support.report_states import COUNTS, audit_of, detector_of, document_with, 
 from replay.auditing.sampling_offsets import PHASES
 from replay.auditing.wilson import proportion
 from replay.document.audit import CountRange, GraspedCounts, OffsetProportions, OffsetRanges, PairFrames
+from replay.document.detector import SampleTimes
 from replay.document.detector_labels import detector_label
 from replay.document.ranking import fault_text, ranking
 from replay.document.tables import IN_RED, Marked, text_of
@@ -137,3 +138,14 @@ def test_times_measured_offline_are_marked_among_live_times(at_once, noted):
         note for note in tabled(structs.replace(document, detectors=detectors)).notes if "all frames at once" in note
     ]
     assert len(notes) == noted and all(note.startswith("exact was run") for note in notes)
+
+
+@pytest.mark.parametrize(("mean", "noted"), [(0.9, False), (1.1, True)])
+def test_a_mean_above_p99_is_explained(mean, noted):
+    document = run(**BENCH)
+    exact = document.detectors["exact"]
+    samples = SampleTimes(median=0.9, p95=0.9, p99=1.0, max=200.0, samples=100, over_budget=1.0, stages={})
+    seconds = structs.replace(exact.seconds, per_frame_mean=mean, sample_times=samples)
+    detectors = document.detectors | {"exact": structs.replace(exact, seconds=seconds)}
+    notes = tabled(structs.replace(document, detectors=detectors)).notes
+    assert ("The mean of exact is above p99: at most 1 in 100 samples took very long." in notes) is noted
