@@ -1,4 +1,4 @@
-"""Tests of this folder begin when the common kernels are compiled."""
+"""Tests of this folder begin when the common kernels are compiled, and cut each mesh once a worker."""
 
 import pytest
 
@@ -6,6 +6,15 @@ import pytest
 @pytest.fixture(autouse=True, scope="session")
 def wait_for_kernels(common_kernels):
     """Waits once a worker."""
+
+
+@pytest.fixture(autouse=True, scope="session")
+def shared_pieces(tmp_path_factory):
+    """Keeps convex pieces for all tests of a worker; the user's own cache is neither read nor written."""
+    folder = tmp_path_factory.mktemp("pieces")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("replay.cutting.piece_store.cache_folder", lambda: folder)
+        yield
 
 
 @pytest.fixture(scope="module")

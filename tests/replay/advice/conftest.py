@@ -41,9 +41,8 @@ def two_beakers():
 
 
 @pytest.fixture
-def missing_pieces(monkeypatch, tmp_path, two_beakers):
+def missing_pieces(monkeypatch, two_beakers):
     """Pieces of the second beaker are a cube of a tenth of a millimetre: no false contact, and every contact missed."""
-    monkeypatch.setattr(piece_store, "cache_folder", lambda: tmp_path / "cache")
     data = two_beakers.meshes["second"]
     second = TriangleMesh(data.vertices, data.faces).content_hash
     tiny = trimesh.creation.box((1e-4, 1e-4, 1e-4))

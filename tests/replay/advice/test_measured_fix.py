@@ -26,20 +26,8 @@ WALL = [(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.00
 ROD = [(0, 0), (0.003, 0), (0.003, 0.2), (0, 0.2)]
 
 
-@pytest.fixture(scope="module")
-def kept_pieces(tmp_path_factory):
-    """Folder of the pieces that tests share: a process that cuts takes 1.4 s."""
-    return tmp_path_factory.mktemp("pieces")
-
-
-@pytest.fixture(autouse=True)
-def cache(monkeypatch, kept_pieces):
-    monkeypatch.setattr(piece_store, "_in_memory", {})
-    monkeypatch.setattr(piece_store, "cache_folder", lambda: kept_pieces)
-
-
 @pytest.fixture
-def nothing_cut(cache, monkeypatch, tmp_path):
+def nothing_cut(monkeypatch, tmp_path):
     """No pieces are kept yet, and none that this test makes are used by another one."""
     monkeypatch.setattr(piece_store, "cache_folder", lambda: tmp_path / "cache")
 
@@ -179,7 +167,7 @@ def test_bodies_of_the_demo_come_cut():
 
 @THIS_CUTTER
 @pytest.mark.slow
-def test_shipped_pieces_are_those_that_cutting_gives(monkeypatch, tmp_path):
+def test_shipped_pieces_are_those_that_cutting_gives(nothing_cut, monkeypatch, tmp_path):
     session, _ = synthetic_session("bench-bumps", 0, None)
     for name in ("beaker", "hand-left"):
         mesh = session.meshes[name]

@@ -38,7 +38,12 @@ def with_open_pose_axes(session):
 
 @pytest.mark.parametrize(
     ("convention", "kind", "exported"),
-    [("unity", "obj", True), ("unity", "glb", False), ("ros", "stl", True), ("unreal", "glb", True)],
+    [
+        ("unity", "obj", True),
+        ("unreal", "glb", True),
+        pytest.param("unity", "glb", False, marks=pytest.mark.slow),
+        pytest.param("ros", "stl", True, marks=pytest.mark.slow),
+    ],
 )
 def test_every_reading_has_the_contacts_of_a_whole_preparation(tmp_path, convention, kind, exported):
     session = with_open_pose_axes(imported(tmp_path, convention, kind, exported))

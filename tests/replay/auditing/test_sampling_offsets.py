@@ -18,9 +18,18 @@ def bumps(seed, frames=120):
     return cubes({"a": [0.0] * frames, "b": positions.tolist()})
 
 
-@pytest.mark.parametrize("seed", range(6))
-@pytest.mark.parametrize("detector", ["discrete", "collider[shape=hull]", "collider[shape=box]"])
-def test_displayed_counts_are_those_of_an_offset_nearest_the_mean(seed, detector):
+@pytest.mark.parametrize(
+    ("detector", "seed"),
+    [
+        ("discrete", 0),
+        ("collider[shape=hull]", 1),
+        ("collider[shape=box]", 2),
+        ("collider[shape=hull]", 3),
+        ("collider[shape=box]", 4),
+        ("discrete", 5),
+    ],
+)
+def test_displayed_counts_are_those_of_an_offset_nearest_the_mean(detector, seed):
     rate = (12.0, 20.0, 33.0)[seed % 3]
     name, _, settings = detector.rstrip("]").partition("[")
     requested = f"slow={name}[{settings}{',' if settings else ''}rate_hz={rate}]"

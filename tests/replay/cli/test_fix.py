@@ -20,7 +20,6 @@ IMPORT = ["import", "csv", "own.csv", "--mapping", "own.toml", "--meshes", ".", 
 @pytest.fixture
 def own(tmp_path, monkeypatch):
     """Two OBJ files, a CSV of a rod that stirs in a cup, and what its columns are, in an empty folder."""
-    monkeypatch.setattr(piece_store, "cache_folder", lambda: tmp_path / "cache")
     cup = revolved_mesh(WALL, 24)
     axis = int(np.argmax(np.ptp(cup.vertices, axis=0)))
     side = (axis + 1) % 3
@@ -58,6 +57,7 @@ def test_three_commands_lead_from_own_files_to_colliders(own, capsys):
 
 
 def test_an_interrupted_search_keeps_its_pieces_and_says_so(own, capsys, monkeypatch):
+    monkeypatch.setattr(piece_store, "cache_folder", lambda: own / "cache")
     main(IMPORT)
 
     def interrupted(*_args, **_named):

@@ -27,21 +27,10 @@ BEAKER = revolved_mesh(PROFILE, 12)
 FLAT = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
 
 
-@pytest.fixture(scope="module")
-def kept_pieces(tmp_path_factory):
-    """Folder of the pieces that tests share: a process that cuts takes 1.5 s."""
-    return tmp_path_factory.mktemp("pieces")
-
-
-@pytest.fixture(autouse=True)
-def shared_cache(monkeypatch, kept_pieces):
-    monkeypatch.setattr(piece_store, "_in_memory", {})
-    monkeypatch.setattr(piece_store, "cache_folder", lambda: kept_pieces)
-
-
 @pytest.fixture
-def empty_cache(shared_cache, monkeypatch, tmp_path):
+def empty_cache(monkeypatch, tmp_path):
     """A cache folder of this test alone, in which nothing is kept yet."""
+    monkeypatch.setattr(piece_store, "_in_memory", {})
     monkeypatch.setattr(piece_store, "cache_folder", lambda: tmp_path / "cache")
     return tmp_path / "cache"
 

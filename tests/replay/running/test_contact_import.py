@@ -107,8 +107,10 @@ def test_a_perfect_engine_in_a_unity_log_is_wrong_nowhere(tmp_path, seed):
     assert recorded_figures(session) == (TAPS, 0, 0, 0)
 
 
-@pytest.mark.parametrize("clock", ["the recording's", "from its first frame", "another"])
-@pytest.mark.parametrize("delay", [0.0, 0.04])
+@pytest.mark.parametrize(
+    ("clock", "delay"),
+    [("the recording's", 0.0), ("from its first frame", 0.04), ("another", 0.0), ("another", 0.04)],
+)
 def test_an_engine_has_the_same_faults_by_every_import(tmp_path, clock, delay):
     stamps, begins, ends = taps(7)
     reports = engine_reports(begins, ends, hertz=50.0, delay=delay)

@@ -3,6 +3,7 @@
 import math
 import re
 import tomllib
+from functools import cache
 from pathlib import Path
 
 import phreeqc
@@ -50,6 +51,7 @@ KNO3 = {0: 13.3, 10: 20.9, 20: 31.6, 30: 45.8, 40: 63.9, 60: 110, 80: 169, 100: 
 """g in 100 g of water, as five public copies of the table have it."""
 
 
+@cache
 def comments(section):
     """Key -> comment of each line of a section of constants.toml."""
     text = TOML.partition(f"\n[{section}]\n")[2].partition("\n[")[0]
