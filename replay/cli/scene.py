@@ -90,7 +90,7 @@ def check(scene: Path, as_json: bool, people: People) -> int:
         return FAILURE
     effects = plural(len(declared.effects or ()), "effect")
     fine = f"{scene.name}: no fault in {plural(len(declared.bodies), 'body', 'bodies')} and {effects}"
-    planned = plan_summary(plan(declared, scene.name))
+    planned = plan_summary(plan(declared))
     plain = {"file": str(scene), "faults": [], "scene": declared.name, **planned}
     answer(as_json, plain, lambda: [fine, *plan_lines(declared.name, planned)])
     return OK
@@ -125,7 +125,7 @@ def _checked(file: Path) -> tuple[Scene, list[str]]:
         from sessions import read_session
 
         declared = read_session(file).scene
-        return declared, [*plan_faults(declared, file.name)]
+        return declared, [*plan_faults(declared)]
     declared, _, faults = checked_scene(read_text(file, "scene", SceneError), file.name, plan_faults, file.parent)
     return declared, [*faults]
 

@@ -56,13 +56,12 @@ class Plan:
         return tuple(self.steps)
 
 
-def plan(scene: Scene, file: str = "scene.toml") -> Plan:
+def plan(scene: Scene) -> Plan:
     """Say what a scene calls for.
 
     A scene without an effects table is audited: the plan asks for contacts. A scene that declares effects gets what
     they need and no more: a titration makes no collision query.
 
-    ``file``: name of the scene in messages.
     Raises PlanError: an unknown effect, field, body or tag, or an unknown key of a body; the message has file, table,
     key and the nearest known name, ``faults`` are all there are.
     Raises EffectError: a declared effect whose file cannot be loaded.
@@ -70,6 +69,7 @@ def plan(scene: Scene, file: str = "scene.toml") -> Plan:
     if not isinstance(scene, Scene):
         raise WrongInputError(f"a scene is needed, not {type(scene).__name__}; a session has one: session.scene")
     faults: list[str] = []
+    file = scene.file
     declared = _declared(scene, file, faults)
     faults += body_faults(scene, file)
     if faults:
@@ -107,10 +107,10 @@ def plan(scene: Scene, file: str = "scene.toml") -> Plan:
     return _whole(scene, steps)
 
 
-def plan_faults(scene: Scene, file: str = "scene.toml") -> tuple[str, ...]:
+def plan_faults(scene: Scene) -> tuple[str, ...]:
     """Everything because of which there is no plan for a scene; nothing where there is one."""
     try:
-        plan(scene, file)
+        plan(scene)
     except PlanError as error:
         return error.faults
     except EffectError as error:

@@ -4,7 +4,7 @@ import numpy as np
 
 from replay.effects.chemistry.ledger import ADDED
 from replay.effects.chemistry.matter import matter_of
-from replay.effects.chemistry.recipe import check_chemistry
+from replay.effects.chemistry.recipe_checks import check_chemistry
 from replay.effects.inputs import EffectInputs
 from replay.effects.output import EffectOutput, Findings, Series
 from replay.effects.protocol import spec_of

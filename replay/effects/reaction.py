@@ -6,12 +6,12 @@ import numpy as np
 
 from cdcore.numerics import BoolArray
 from replay import words
-from replay.effects.chemistry.components import METALS, PROTON, WATER, dissolved_components
+from replay.effects.chemistry.components import METALS, PROTON, WATER, dissolved_components, heavy_components
 from replay.effects.chemistry.database import formula_of
 from replay.effects.chemistry.formulas import charge_of, molar_mass
 from replay.effects.chemistry.matter import MOST_FOREIGN_MOL_KG, Matter, matter_of
 from replay.effects.chemistry.mixture import GAS, LIGANDS, SOLID, Mixture
-from replay.effects.chemistry.recipe import Reaction, heavy_components
+from replay.effects.chemistry.recipe import Reaction
 from replay.effects.chemistry.supersaturated import supersaturated
 from replay.effects.chemistry.unreacted import LEAST_FORMED, unreacted
 from replay.effects.end_points import end_points

@@ -48,7 +48,7 @@ def examine(
             from sessions.scene_files.scene_meshes import with_scene
 
             replaced = with_scene(recording, scene)
-        return in_order([*examine_session(replaced), *_bad_scene(planned(replaced.scene, SCENE_FILE))])
+        return in_order([*examine_session(replaced), *_bad_scene(planned(replaced.scene))])
     path = Path(recording)
     kind = path.suffix.lower()
     with opened(path, "file", SessionFileError):

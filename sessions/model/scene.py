@@ -94,6 +94,7 @@ class Scene:
     colliders : path of a GLB with the colliders of an engine, relative to the scene, or ``""``.
     space_radius : metres from the origin; a pose further out is none that was measured.
     text : the TOML it was read from, kept so that the file carries what the author wrote.
+    file : name of the file that it was read from, for messages; scenes that differ by it alone are equal.
     """
 
     name: str = ""
@@ -105,6 +106,7 @@ class Scene:
     colliders: str = ""
     space_radius: float = SPACE_RADIUS
     text: str = ""
+    file: str = field(default="scene.toml", compare=False)
 
     def body(self, name: str) -> SceneBody | None:
         """The declaration of a body, or ``None``."""

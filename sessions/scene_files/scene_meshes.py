@@ -222,7 +222,7 @@ def _bare(body: SceneBody) -> SceneBody:
     )
 
 
-Planned = Callable[[Scene, str], Sequence[str]]
+Planned = Callable[[Scene], Sequence[str]]
 """A scene and its file's name -> what is wrong with what it declares for effects, a sentence each."""
 
 
@@ -258,5 +258,5 @@ def checked_scene(
         except MeshFileError as error:
             faults.append(f"{file}: [scene]: {error}")
     # What an effect names is looked up twice, in other words.
-    faults += [fault for fault in planned(scene, file) if fault.replace("between: no body", "no body") not in faults]
+    faults += [fault for fault in planned(scene) if fault.replace("between: no body", "no body") not in faults]
     return scene, meshes, faults

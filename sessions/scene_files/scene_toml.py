@@ -89,6 +89,7 @@ def scene_and_faults(text: str, file: str, recorded: Scene | None = None) -> tup
         colliders=colliders,
         space_radius=space_radius,
         text=text,
+        file=file,
     )
     whole.done()
     return scene, faults

@@ -143,3 +143,15 @@ def _plausible(formula: str, ions: Counter[str], water: int) -> bool:
     if organic and sum(ions.values()) > 1:
         return False
     return charge_of(formula) != 0 or len(ions) <= 1
+
+
+def heavy_components(formula: str) -> dict[str, int]:
+    """Columns of a formula but protons and water."""
+    return {
+        component: many for component, many in dissolved_components(formula).items() if component not in (PROTON, WATER)
+    }
+
+
+def dry_components(makeup: Mapping[str, float]) -> dict[str, float]:
+    """A makeup without its crystal water: that which no proton is taken from or given to."""
+    return {component: float(many) for component, many in makeup.items() if component != WATER and abs(many) > 1e-9}

@@ -10,13 +10,11 @@ from replay.effects.chemistry.components import WATER, components_of
 from replay.effects.chemistry.enthalpy import TABLES
 from replay.effects.chemistry.formulas import COMMON, atoms, ion_of, molar_mass
 from replay.effects.chemistry.salts import anhydrous, solubility_of
+from replay.effects.chemistry.solution_water import molar_of_molal, water_molar
 from replay.effects.vessels import Vessel
 from replay.errors import EffectError, PlanError
 from replay.words import number
 from sessions.model.scene import Scene
-
-WATER_MOLAR: Final = 1.0 / 0.0180153
-"""mol of water that a litre is taken to hold: a kilogram, so that mol per litre and per kilogram are one number."""
 
 MOST_G_L: Final = 2500.0
 """Of a solute in a litre: more than any common salt dissolves to (zinc iodide and caesium formate come near)."""
@@ -60,8 +58,7 @@ def contents_of_scene(scene: Scene, file: str) -> dict[str, Contents]:
 def contents_of(vessel: Vessel) -> Contents:
     """Initial contents of a vessel by the scene.
 
-    A solution has as much water as pure water of its volume, unless the scene gives ``water_molar``: what is dissolved
-    takes no room of its own, so that mol per litre and mol per kg of water are nearly the same number.
+    A solution has as much water as the room of its solutes leaves, unless the scene gives ``water_molar``.
 
     Raises EffectError: a formula or a number that cannot be.
     """
@@ -80,9 +77,8 @@ def contents_of(vessel: Vessel) -> Contents:
         concentrations[formula] = molar
     _check_dissolved(vessel, concentrations)
     amounts = {formula: litres * molar for formula, molar in concentrations.items()}
-    water = vessel.amount("liquid", "water_molar") if "water_molar" in liquid else WATER_MOLAR
     if litres > 0.0:
-        amounts[WATER] = litres * water
+        amounts[WATER] = litres * _water_molar(vessel, concentrations)
     solids: dict[str, float] = {}
     declared: dict[str, Mapping[float, float]] = {}
     solid = vessel.contents("solid")
@@ -92,6 +88,20 @@ def contents_of(vessel: Vessel) -> Contents:
         if "solubility_g_100g" in solid:
             declared[formula] = _solubility(vessel, formula, solid["solubility_g_100g"])
     return Contents(vessel.volume_ml, amounts, solids, declared)
+
+
+def _water_molar(vessel: Vessel, concentrations: Mapping[str, float]) -> float:
+    """mol of water in a litre of a solution, as declared, else by its solutes."""
+    if "water_molar" in vessel.contents("liquid"):
+        return vessel.amount("liquid", "water_molar")
+    try:
+        return water_molar(concentrations)
+    except KeyError as error:
+        (formula,) = error.args
+        raise vessel.fail(
+            f"holds {concentrations[formula]:g} mol/L of {formula!r}, and no table knows how much room that takes: "
+            "give liquid.water_molar, the mol of water in a litre of the solution"
+        ) from error
 
 
 def _solubility(vessel: Vessel, formula: str, value: Any) -> Mapping[float, float]:
@@ -110,11 +120,11 @@ def _check_saturated(vessel: Vessel, formula: str, molar: float) -> None:
         return
     celsius = vessel.celsius(ROOM_C)
     grams = float(np.interp(celsius, list(table), list(table.values())))
-    most = 10.0 * grams / molar_mass(anhydrous(formula))
+    most = molar_of_molal(anhydrous(formula), 10.0 * grams / molar_mass(anhydrous(formula)))
     if molar > most:
         raise vessel.fail(
-            f"holds {molar:g} mol/L of {formula!r}; a litre of water dissolves {number(most)} mol at {celsius:g} degC: "
-            "give what is beyond as properties.solid"
+            f"holds {molar:g} mol/L of {formula!r}; a saturated solution holds {number(most)} mol/L at {celsius:g} "
+            "degC: give what is beyond as properties.solid"
         )
 
 

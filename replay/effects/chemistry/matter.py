@@ -9,7 +9,7 @@ import numpy as np
 
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 from replay.effects.chemistry.components import PROTON, WATER
-from replay.effects.chemistry.contents import contents_of
+from replay.effects.chemistry.contents import Contents, contents_of
 from replay.effects.chemistry.enthalpy import TABLES
 from replay.effects.chemistry.formulas import charge_of
 from replay.effects.chemistry.ledger import (
@@ -24,7 +24,7 @@ from replay.effects.chemistry.ledger import (
 from replay.effects.chemistry.recipe import Recipe, recipe_of
 from replay.effects.chemistry.salts import WATER_KG, Salt
 from replay.effects.chemistry.solver import Equilibrium, Solver
-from replay.effects.chemistry.warming import WATER_BOILS_C, WATER_J_PER_ML_K, cooled
+from replay.effects.chemistry.warming import WATER_BOILS_C, WATER_J_PER_ML_K, cooled, solid_j_per_mol_k
 from replay.effects.inputs import EffectInputs
 from replay.effects.models.outflow import GAP_S, Stream
 from replay.effects.movement import movement_of
@@ -168,7 +168,7 @@ def _warmth(inputs: EffectInputs, vessels: Mapping[str, Vessel], recipe: Recipe)
     heat_j_mol, half_water = TABLES["dilution"].get(acid, (0.0, 1.0))
     return Warmth(
         per_ml=WATER_J_PER_ML_K if per_ml is None else per_ml,
-        glass={name: vessel.glass_j_per_k for name, vessel in vessels.items()},
+        glass={name: _glass(vessel, recipe.contents.get(name), room) for name, vessel in vessels.items()},
         excess={name: vessel.celsius(room) - room for name, vessel in vessels.items()},
         loss=declared["loss_w_per_k"],
         most=(WATER_BOILS_C if declared["boils_c"] is None else declared["boils_c"]) - room,
@@ -177,6 +177,13 @@ def _warmth(inputs: EffectInputs, vessels: Mapping[str, Vessel], recipe: Recipe)
         a=heat_j_mol,
         b=half_water,
     )
+
+
+def _glass(vessel: Vessel, contents: Contents | None, room: float) -> float:
+    """J/K of a vessel itself, as declared; of one that is dry at a temperature of its own, that of its solid."""
+    if vessel.glass_j_per_k > 0.0 or contents is None or contents.volume_ml > 0.0 or vessel.celsius(room) == room:
+        return vessel.glass_j_per_k
+    return sum(amount * solid_j_per_mol_k(formula) for formula, amount in contents.solids.items())
 
 
 def _segments(streams: tuple[Stream, ...], times: FloatArray) -> Iterator[tuple[IntArray, list[Stream], FloatArray]]:

@@ -14,30 +14,25 @@ from replay.effects.chemistry.components import (
     BASES,
     FRESH,
     GASES,
-    INERT,
-    METALS,
     PHASE_NAMES,
     PROTON,
     SOLIDS,
     WATER,
     components_of,
     dissolved_components,
-    is_known,
+    dry_components,
+    heavy_components,
 )
-from replay.effects.chemistry.contents import Contents, contents_of_scene
+from replay.effects.chemistry.contents import Contents
 from replay.effects.chemistry.database import Database, Entry, database_of
 from replay.effects.chemistry.enthalpy import FREE_ENERGY, enthalpy_j, free_energy_j
-from replay.effects.chemistry.formulas import COMMON, Equation, charge_of, equation_of
-from replay.effects.chemistry.ledger import ADDED, UNFOLLOWED, WITHOUT_HEAT_C, Ledger, Process, Warmth
+from replay.effects.chemistry.formulas import Equation, charge_of, equation_of
+from replay.effects.chemistry.ledger import ADDED, Ledger, Process, Warmth
 from replay.effects.chemistry.mixture import GAS, SOLID, Phase, mixture_of
 from replay.effects.chemistry.salts import Salt, salt_of, solubility_of
 from replay.effects.chemistry.solver import Solver
-from replay.effects.chemistry.warming import WATER_BOILS_C
 from replay.effects.declaring import Declaration
-from replay.effects.vessels import Vessel, check_vessels, vessel_names
 from replay.errors import EffectError, PlanError
-from sessions.model.scene import Scene
-from sessions.scene_files.toml_table import nearest
 
 Tables = Mapping[str, tuple[Declaration, ...]]
 
@@ -137,11 +132,14 @@ class _Phases:
         if named in phases and components_of(formula) is not None:
             return phases[named]
         components = components_of(formula) or {}
-        mine, water = _dry(components), components.get(WATER, 0)
+        mine, water = dry_components(components), components.get(WATER, 0)
         fitting = [
             entry
             for name, entry in phases.items()
-            if mine and _dry(entry.makeup) == mine and entry.makeup.get(WATER, 0.0) >= water and not name.endswith(GAS)
+            if mine
+            and dry_components(entry.makeup) == mine
+            and entry.makeup.get(WATER, 0.0) >= water
+            and not name.endswith(GAS)
         ]
         # The nearest in crystal water: calcium hydroxide is no hydrate of lime where a formula says which is meant.
         return max(fitting, key=lambda entry: (-entry.makeup.get(WATER, 0.0), entry.log_k), default=None)
@@ -170,8 +168,11 @@ class _Phases:
     def dissolved(self, formula: str) -> Entry | None:
         """PHREEQC's dissolved species of a formula."""
         assert self.database is not None
-        mine = _dry(components_of(formula) or {})
-        return next((entry for entry in self.database.species.values() if mine and _dry(entry.makeup) == mine), None)
+        mine = dry_components(components_of(formula) or {})
+        return next(
+            (entry for entry in self.database.species.values() if mine and dry_components(entry.makeup) == mine),
+            None,
+        )
 
     def _log_k(self, component: str) -> float:
         """log10 of the constant with which a column's bare ion comes from PHREEQC's."""
@@ -189,7 +190,7 @@ def undeclared_phases(recipe: Recipe) -> tuple[Phase, ...]:
     named = {phase.column for phase in mixture.phases} | {salt.column for salt in recipe.salts}
     named |= {column for process in recipe.processes for column in process.changes}
     named |= {formula + SOLID for reaction in recipe.reactions for formula in reaction.equation.formulas}
-    makeups = [_dry(phase.components) for phase in mixture.phases]
+    makeups = [dry_components(phase.components) for phase in mixture.phases]
     undeclared = []
     for formula in FRESH:
         heavy = set(heavy_components(formula))
@@ -197,7 +198,7 @@ def undeclared_phases(recipe: Recipe) -> tuple[Phase, ...]:
             continue
         entry = phases.entry(formula, "s")
         components = dissolved_components(formula)
-        if entry is not None and _dry(components) not in makeups:
+        if entry is not None and dry_components(components) not in makeups:
             undeclared.append(Phase(formula + SOLID, components, entry))
     return tuple(undeclared)
 
@@ -451,196 +452,3 @@ def _columns(
     columns = {component for formula in formulas for component in dissolved_components(formula)}
     columns |= {column for process in processes for column in process.changes if not column.endswith((SOLID, GAS))}
     return columns | {component for salt in phases.salts.values() for component in salt.components}
-
-
-def _dry(makeup: Mapping[str, float]) -> dict[str, float]:
-    """A makeup without its crystal water: that which no proton is taken from or given to."""
-    return {component: float(many) for component, many in makeup.items() if component != WATER and abs(many) > 1e-9}
-
-
-def check_chemistry(tables: Tables, scene: Scene, file: str) -> None:
-    """Raises PlanError: a table, or a formula in a vessel, that fits nothing else in the scene."""
-    check_vessels(tables, scene, file)
-    contents = contents_of_scene(scene, file)
-    recipe = recipe_of(tables, contents)
-    for reaction in recipe.reactions:
-        _check_brought(reaction, recipe)
-        _check_complexes(reaction, recipe)
-    _check_made(tables, recipe)
-    _check_known(tables, recipe)
-    _check_decided(recipe)
-    followed = vessel_names(tables)
-    for declared in tables.get("colour", ()):
-        vessel = declared["in"]
-        if vessel not in followed:
-            problem = f"in: nothing is mixed in {vessel!r}; name it in an effect mixing, pour or burette"
-            raise declared.fail(problem + nearest(vessel, followed))
-    followed_heat = [declared for declared in tables.get("heat", ()) if declared["of"] != "flame"]
-    for declared in followed_heat:
-        _check_heat(recipe)
-        _check_temperatures(declared, recipe, scene)
-    if not followed_heat and (recipe.salts or recipe.reactions or recipe.solver is not None):
-        _check_no_temperature(recipe, scene, file)
-
-
-def _check_heat(recipe: Recipe) -> None:
-    """Raises PlanError: the heat of an equation is not known."""
-    for reaction in recipe.reactions:
-        if reaction.process >= 0 and np.isnan(recipe.processes[reaction.process].joule):
-            raise reaction.declared.fail(
-                "heat_kj_mol is missing: no table knows the enthalpies of formation of its formulas"
-            )
-    unknown = [salt.formula for salt in recipe.salts if np.isnan(salt.joule)]
-    if unknown:
-        where = next(
-            (reaction.declared for reaction in recipe.reactions if unknown[0] in reaction.equation.formulas), None
-        )
-        problem = f"heat_kj_mol is missing: no table knows the enthalpy of dissolving {unknown[0]!r}"
-        raise where.fail(problem) if where is not None else PlanError(problem)
-
-
-def _check_temperatures(declared: Declaration, recipe: Recipe, scene: Scene) -> None:
-    """Raises PlanError: a liquid is colder at first than it freezes, or hotter than it boils."""
-    ledger = recipe.ledger(0.0, UNFOLLOWED)
-    top = WATER_BOILS_C if declared["boils_c"] is None else declared["boils_c"]
-    for name, contents in recipe.contents.items():
-        body = scene.body(name)
-        if contents.volume_ml <= 0.0 or body is None:
-            continue
-        celsius = Vessel(body).celsius(declared["ambient_c"])
-        bottom = 0.0 + float(ledger.freezing(ledger.amounts[[ledger.at[name]]])[0])
-        if not bottom <= celsius <= top:
-            raise declared.fail(
-                f"the liquid in {name!r} has {celsius:g} degC at first; it is a liquid between "
-                f"{words.fixed(bottom, 1)} and {top:g} degC: give temperature_c of the body, or ambient_c"
-            )
-
-
-def _check_no_temperature(recipe: Recipe, scene: Scene, file: str) -> None:
-    """Raises PlanError: a vessel has a temperature of its own, and no effect follows it."""
-    for name in recipe.contents:
-        body = scene.body(name)
-        celsius = WITHOUT_HEAT_C if body is None else Vessel(body).celsius(WITHOUT_HEAT_C)
-        if celsius != WITHOUT_HEAT_C:
-            raise PlanError(
-                f"{file}: body {name!r} has temperature_c = {celsius:g} and no effect follows it: what dissolves and "
-                f'reacts would be that of {WITHOUT_HEAT_C:g} degC; add [[effect]] with kind = "heat", of = "liquids"'
-            )
-
-
-def _check_brought(reaction: Reaction, recipe: Recipe) -> None:
-    """Every reagent stands in a vessel, under this formula or as some of its ions, or another equation makes it."""
-    declared, equation = reaction.declared, reaction.equation
-    available = {formula for content in recipe.contents.values() for formula in (*content.amounts, *content.solids)} | {
-        WATER
-    }
-    available |= {formula for other in recipe.reactions if other is not reaction for formula in other.equation.products}
-    components = [_dry(dissolved_components(formula)) for formula in available]
-    # A base brings protons below nothing, and water that it takes apart gives both.
-    ions = {(component, many > 0) for counts in components for component, many in counts.items()}
-    for formula in equation.reagents:
-        mine = _dry(dissolved_components(formula))
-        # An ion that stands in a vessel may hold protons or none; a salt is there where all of its ions are.
-        needed = [(component, many > 0) for component, many in mine.items() if component != PROTON]
-        dissolved = components_of(formula) is not None and reaction.phases.get(formula) not in ("s", "g")
-        ionic = bool(charge_of(formula)) or (bool(METALS & set(mine)) and PROTON not in mine)
-        as_ions = dissolved and ionic and set(needed) <= ions
-        if not (formula in available or mine in components or as_ions):
-            raise declared.fail(f"equation: nobody brings {formula!r}{nearest(formula, available - {WATER})}")
-
-
-def _check_complexes(reaction: Reaction, recipe: Recipe) -> None:
-    """Raises PlanError: PHREEQC has no constant of an ion that an equation makes."""
-    if recipe.solver is None or reaction.process >= 0:
-        return
-    for formula in reaction.equation.products:
-        components = components_of(formula)
-        if (
-            charge_of(formula)
-            and components is not None
-            and recipe.solver.mixture.row_of(formula) is None
-            and len(components) > 1
-        ):
-            raise reaction.declared.fail(
-                f"equation: PHREEQC's data do not know {formula!r}; give its log_k as a piece of PHREEQC text, "
-                "phreeqc = '''SOLUTION_SPECIES ...'''"
-            )
-
-
-def _check_made(tables: Tables, recipe: Recipe) -> None:
-    mixture = None if recipe.solver is None else recipe.solver.mixture
-    formed = {salt.column for salt in recipe.salts} | {phase.column for phase in (mixture.phases if mixture else ())}
-    made = {
-        formula
-        for reaction in recipe.reactions
-        for formula in reaction.equation.formulas
-        if formula in reaction.equation.products or formula + SOLID in formed
-    }
-    brought = {formula for content in recipe.contents.values() for formula in (*content.amounts, *content.solids)}
-    ions = {component for formula in (*brought, *made) for component in heavy_components(formula)}
-    # What PHREEQC or a solubility lets fall out needs no equation.
-    made |= {
-        table["solid"]
-        for table in tables.get("precipitation", ())
-        if table["solid"] + SOLID in formed and set(heavy_components(table["solid"])) <= ions
-    }
-    for table in tables.get("precipitation", ()):
-        if table["solid"] + SOLID not in formed and not any(
-            table["solid"] + SOLID in process.changes for process in recipe.processes
-        ):
-            raise table.fail(
-                f"solid: PHREEQC's data do not know {table['solid']!r}; give it in PHASES of `phreeqc` of a reaction, "
-                "or solid.solubility_g_100g to a body that holds it"
-            )
-    for table in tables.get("precipitation", ()):
-        if table["solid"] not in made:
-            raise table.fail(f"solid: no reaction makes {table['solid']!r}{nearest(table['solid'], made)}")
-
-
-def _check_decided(recipe: Recipe) -> None:
-    """Raises PlanError: equations without a constant that want the same, so that their order would decide."""
-    at_once = [
-        (reaction, recipe.processes[reaction.process])
-        for reaction in recipe.reactions
-        if reaction.process >= 0 and reaction.declared["rate_per_s"] is None
-    ]
-    rivals: list[tuple[str, Mapping[str, float]]] = [(process.text, process.changes) for _, process in at_once]
-    if recipe.solver is not None:
-        mixture = recipe.solver.mixture
-        rivals += [
-            (repr(phase.column[:-3]), changes) for phase, changes in zip(mixture.phases, mixture.changes, strict=True)
-        ]
-    for reaction, process in at_once:
-        solid = next((column for column, many in process.changes.items() if column.endswith(SOLID) and many > 0.0), "")
-        missing = f"{solid.removesuffix(SOLID)!r} is not in PHREEQC's data" if solid else "rate_per_s is missing"
-        for text, changes in rivals:
-            own = text.strip("'") in reaction.equation.formulas
-            shared = sorted(_used(process.changes) & _used(changes))
-            if shared and changes is not process.changes and not own:
-                problem = f"{text} wants {shared[0]} too, and nothing says which gets it"
-                raise reaction.declared.fail(f"{missing}: {problem}")
-
-
-def _used(changes: Mapping[str, float]) -> set[str]:
-    return {column for column, many in changes.items() if many < 0.0 and column != WATER}
-
-
-def _check_known(tables: Tables, recipe: Recipe) -> None:
-    """Raises PlanError: PHREEQC is asked and does not know a dissolved formula."""
-    if recipe.solver is None:
-        return
-    tabled = [table for kind in ("reaction", "colour", "precipitation", "heat") for table in tables.get(kind, ())]
-    for name, content in recipe.contents.items():
-        for formula in content.amounts:
-            if not is_known(formula):
-                raise tabled[0].fail(
-                    f"PHREEQC's data do not know {formula!r} in {name!r}, which may change the pH"
-                    f"{nearest(formula, (*COMMON, *INERT))}"
-                )
-
-
-def heavy_components(formula: str) -> dict[str, int]:
-    """Columns of a formula but protons and water."""
-    return {
-        component: many for component, many in dissolved_components(formula).items() if component not in (PROTON, WATER)
-    }

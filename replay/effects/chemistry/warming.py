@@ -6,11 +6,23 @@ from typing import Final
 import numpy as np
 
 from cdcore.numerics import FloatArray
+from replay.effects.chemistry.formulas import atoms
 
 WATER_BOILS_C: Final = 100.0
 
 WATER_J_PER_ML_K: Final = 4.18
 """Heat capacity of liquids where the scene does not tell it. Source: CRC Handbook, water at 20 degC."""
+
+KOPP_J_PER_MOL_K: Final = {"H": 9.6, "B": 11.3, "C": 7.5, "O": 16.7, "F": 20.9, "Si": 15.9, "P": 22.6, "S": 22.6}
+"""What an atom adds to the heat capacity of a solid. Source: H. Kopp, Phil. Trans. R. Soc. 155, 1865."""
+
+HEAVY_ATOM_J_PER_MOL_K: Final = 26.0
+"""The same of any other atom."""
+
+
+def solid_j_per_mol_k(formula: str) -> float:
+    """Returns the heat capacity of a mol of a solid, by Kopp's rule: of salts within a tenth or so."""
+    return sum(many * KOPP_J_PER_MOL_K.get(element, HEAVY_ATOM_J_PER_MOL_K) for element, many in atoms(formula).items())
 
 
 def cooled(

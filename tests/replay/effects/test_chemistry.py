@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support.liquid_worlds import MIX, NEUTRAL, RADIUS, glass, poured, run_in, still, tilted, world
 
-from replay.effects.chemistry.contents import WATER_MOLAR, contents_of
+from replay.effects.chemistry.contents import contents_of
 from replay.effects.effect_summary import leading
 from replay.effects.output import COLOURS, QUANTITIES
 from replay.effects.vessels import Vessel
@@ -34,7 +34,7 @@ def test_concentrations_follow_what_is_poured():
 
 @pytest.mark.parametrize(
     ("liquid", "amounts"),
-    [({}, {"H2O": 0.1 * WATER_MOLAR}), ({"solute": "HCl", "molar": 1.0}, {"HCl": 0.1, "H2O": 0.1 * WATER_MOLAR}),
+    [({}, {"H2O": 0.1 / 0.0180153}),
      ({"solute": "H2SO4", "molar": 18.0, "water_molar": 4.0}, {"H2SO4": 1.8, "H2O": 0.4})],
 )  # fmt: skip
 def test_water_is_counted_where_pure_or_declared(liquid, amounts):

@@ -55,11 +55,11 @@ properties = { liqid = {}, liquid = { volum_ml = 1.0, molar = 1.0 }, solid = 3, 
         "properties liquid: unknown key 'volum_ml'; did you mean 'volume_ml'?",
     }  # fmt: skip
     with pytest.raises(PlanError) as caught:
-        plan(parse_scene(bodies), "lab.toml")
+        plan(parse_scene(bodies, "lab.toml"))
     message = [fault.removeprefix("lab.toml: [[body]] 1 ('cup') ") for fault in caught.value.faults]
     assert all(sum(reason.startswith(text) for reason in message) == 1 for text in wrong) and len(message) == len(wrong)
     with pytest.raises(PlanError) as caught:
-        plan(parse_scene(bodies + effects), "lab.toml")
+        plan(parse_scene(bodies + effects, "lab.toml"))
     message = caught.value.faults
     assert len(message) == 8 and str(caught.value) == f"{message[0]}; and more: `replay scene check` lists every fault"
     assert "[[effect]] 1: no effect of kind 'contct'; did you mean 'contact'?" in message[0]

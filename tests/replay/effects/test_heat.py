@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from support.liquid_worlds import glass, poured, still, world
 
-from replay.effects.chemistry.contents import WATER_MOLAR
+from replay.effects.chemistry.solution_water import water_molar
 from replay.effects.output import COLOURS
 from replay.engine import compute
 from sessions.model.scene import SceneBody
@@ -68,7 +68,7 @@ def mixed(bodies, degrees=TILT, **more):
 def test_acid_into_water_gives_off_the_heat_of_the_formula():
     effects = mixed((acid("a", 60.0), glass("b", 60.0)))
     moved = effects["pour"].events[0].values["volume_ml"]
-    h2so4, water = 0.018 * moved, 0.0041 * moved + 0.060 * WATER_MOLAR
+    h2so4, water = 0.018 * moved, 0.0041 * moved + 0.060 * water_molar({})
     given = 4.184 * 17860.0 * h2so4 * (water / (water + 1.798 * h2so4) - 4.1 / (4.1 + 1.798 * 18.0))
     celsius = effects["heat"].series["b/temperature"].values
     assert celsius[-1] == pytest.approx(20.0 + given / (4.0 * (60.0 + moved)), rel=1e-9)

@@ -53,6 +53,17 @@ def test_the_constant_of_the_vessel_and_the_starting_temperature_count():
     )
 
 
+def test_a_hot_metal_warms_the_water_that_is_poured_on_it():
+    """100 g of copper keep 38.5 J/K by the handbook's 0.385 J/(g K)."""
+    metal = {"solid": {"formula": "Cu", "mass_g": 100.0}, "temperature_c": 90.0}
+    bodies = (vessel("a", 60.0, "", 0.0), glass("b", 0.0, properties=metal))
+    effects = poured([0.0, *([120.0] * 40), 0.0], bodies, MIX, ("heat", HEAT))
+    moved = effects["pour"].events[0].values["volume_ml"]
+    celsius = effects["heat"].series["b/temperature"].values
+    expected = (PER_ML * moved * 20.0 + 38.5 * 90.0) / (PER_ML * moved + 38.5)
+    assert celsius[-1] - 20.0 == pytest.approx(expected - 20.0, rel=0.06)
+
+
 @pytest.mark.parametrize("hz", [9, 30, 90, 250, pytest.param(1000, marks=pytest.mark.slow)])
 def test_calorimetry_with_loss_follows_newtons_law_at_every_rate(hz):
     seconds, count = 6.0, round(7.0 * hz)

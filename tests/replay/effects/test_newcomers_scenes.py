@@ -8,6 +8,7 @@ from replay.effects.effect_plan import plan_faults
 from replay.effects.output import COLOURS
 from replay.engine import compute
 from sessions.model.scene import Scene, SceneEffect
+from sessions.scene_files.scene_toml import parse_scene
 
 DRIP = [0.0, 0.0, *([90.0] * 60), *([0.0] * 4)]
 HEAT = ("heat", {"of": "liquids", "ambient_c": 20.0, "loss_w_per_k": 200.0})
@@ -163,6 +164,29 @@ def test_temperature_that_no_effect_follows_is_refused(celsius):
     (fault,) = plan_faults(Scene(bodies=bodies, effects=tables))
     assert f"temperature_c = {celsius:g} and no effect follows it" in fault
     assert not plan_faults(Scene(bodies=bodies, effects=(*tables, SceneEffect(*HEAT)))) or celsius == 0.0
+
+
+def test_a_strong_solution_crystallises_by_the_water_that_it_holds():
+    """A litre with 7 mol of potassium nitrate weighs 1,415 g or so: 708 g of it are water."""
+    flask = glass("flask", 50.0, properties={"temperature_c": 62.0}, solute="KNO3", molar=7.0)
+    effects = standing(4.0, flask, NITRE, HEAT)
+    celsius = effects["heat"].series["flask/temperature"].values[-1]
+    left = 0.354 * np.interp(celsius, [20.0, 30.0], [31.6, 45.8])
+    assert effects["precipitation"].series["flask/KNO3"].values[-1] == pytest.approx(35.39 - left, rel=0.02)
+
+
+def test_an_empty_vessel_with_a_temperature_must_say_what_it_keeps():
+    tables = (SceneEffect("mixing", {"in": ["flask"]}), SceneEffect(*HEAT))
+    (fault,) = plan_faults(Scene(bodies=(glass("flask", 0.0, properties={"temperature_c": 80.0}),), effects=tables))
+    assert "'flask' is empty and has temperature_c = 80: give properties.heat_capacity_j_per_k" in fault
+    warm = {"temperature_c": 80.0, "heat_capacity_j_per_k": 50.0}
+    assert not plan_faults(Scene(bodies=(glass("flask", 0.0, properties=warm),), effects=tables))
+
+
+def test_a_fault_names_the_file_of_its_scene():
+    text = '[[body]]\nid = "flask"\n\n[[effect]]\nkind = "pours"\n'
+    (fault,) = plan_faults(parse_scene(text, "lesson-3.toml"))
+    assert fault.startswith("lesson-3.toml: ")
 
 
 def test_equivalence_without_reaction_is_no_end_point():

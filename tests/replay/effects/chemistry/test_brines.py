@@ -65,7 +65,7 @@ HALITE = ("reaction", {"equation": "NaCl(s) -> Na+ + Cl-"})
 def salted_out(molar):
     """Effects of acid that runs into a strong solution of salt."""
     acid = glass("burette", 50.0, solute="HCl", molar=molar, cavity={"capacity_ml": 50.0, "floor": 0.15, "mark": 0.65})
-    brine = glass("flask", 2.0, solute="NaCl", molar=6.0)
+    brine = glass("flask", 2.0, solute="NaCl", molar=5.4)
     return run_in([*([0.0] * 2), *([90.0] * 60), *([0.0] * 30)], MIX, HALITE, base=acid, acid=brine)["reaction"].output
 
 

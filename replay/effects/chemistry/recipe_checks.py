@@ -1,0 +1,230 @@
+"""Checks of a scene's chemistry: tables, formulas and numbers that fit nothing else in the scene are refused.
+
+Raised are PlanErrors of the table concerned, with the nearest name: at the plan already, not in the run.
+"""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from replay import words
+from replay.effects.chemistry.components import (
+    INERT,
+    METALS,
+    PROTON,
+    WATER,
+    components_of,
+    dissolved_components,
+    dry_components,
+    heavy_components,
+    is_known,
+)
+from replay.effects.chemistry.contents import contents_of_scene
+from replay.effects.chemistry.formulas import COMMON, charge_of
+from replay.effects.chemistry.ledger import UNFOLLOWED, WITHOUT_HEAT_C
+from replay.effects.chemistry.mixture import SOLID
+from replay.effects.chemistry.recipe import Reaction, Recipe, Tables, recipe_of
+from replay.effects.chemistry.warming import WATER_BOILS_C
+from replay.effects.declaring import Declaration
+from replay.effects.vessels import Vessel, check_vessels, vessel_names
+from replay.errors import PlanError
+from sessions.model.scene import Scene
+from sessions.scene_files.toml_table import nearest
+
+
+def check_chemistry(tables: Tables, scene: Scene, file: str) -> None:
+    """Raises PlanError: a table, or a formula in a vessel, that fits nothing else in the scene."""
+    check_vessels(tables, scene, file)
+    contents = contents_of_scene(scene, file)
+    recipe = recipe_of(tables, contents)
+    for reaction in recipe.reactions:
+        _check_brought(reaction, recipe)
+        _check_complexes(reaction, recipe)
+    _check_made(tables, recipe)
+    _check_known(tables, recipe)
+    _check_decided(recipe)
+    followed = vessel_names(tables)
+    for declared in tables.get("colour", ()):
+        vessel = declared["in"]
+        if vessel not in followed:
+            problem = f"in: nothing is mixed in {vessel!r}; name it in an effect mixing, pour or burette"
+            raise declared.fail(problem + nearest(vessel, followed))
+    followed_heat = [declared for declared in tables.get("heat", ()) if declared["of"] != "flame"]
+    for declared in followed_heat:
+        _check_heat(recipe)
+        _check_temperatures(declared, recipe, scene)
+        _check_heated(declared, tables, recipe, scene)
+    if not followed_heat and (recipe.salts or recipe.reactions or recipe.solver is not None):
+        _check_no_temperature(vessel_names(tables), scene, file)
+
+
+def _check_heat(recipe: Recipe) -> None:
+    """Raises PlanError: the heat of an equation is not known."""
+    for reaction in recipe.reactions:
+        if reaction.process >= 0 and np.isnan(recipe.processes[reaction.process].joule):
+            raise reaction.declared.fail(
+                "heat_kj_mol is missing: no table knows the enthalpies of formation of its formulas"
+            )
+    unknown = [salt.formula for salt in recipe.salts if np.isnan(salt.joule)]
+    if unknown:
+        where = next(
+            (reaction.declared for reaction in recipe.reactions if unknown[0] in reaction.equation.formulas), None
+        )
+        problem = f"heat_kj_mol is missing: no table knows the enthalpy of dissolving {unknown[0]!r}"
+        raise where.fail(problem) if where is not None else PlanError(problem)
+
+
+def _check_temperatures(declared: Declaration, recipe: Recipe, scene: Scene) -> None:
+    """Raises PlanError: a liquid is colder at first than it freezes, or hotter than it boils."""
+    ledger = recipe.ledger(0.0, UNFOLLOWED)
+    top = WATER_BOILS_C if declared["boils_c"] is None else declared["boils_c"]
+    for name, contents in recipe.contents.items():
+        body = scene.body(name)
+        if contents.volume_ml <= 0.0 or body is None:
+            continue
+        celsius = Vessel(body).celsius(declared["ambient_c"])
+        bottom = 0.0 + float(ledger.freezing(ledger.amounts[[ledger.at[name]]])[0])
+        if not bottom <= celsius <= top:
+            raise declared.fail(
+                f"the liquid in {name!r} has {celsius:g} degC at first; it is a liquid between "
+                f"{words.fixed(bottom, 1)} and {top:g} degC: give temperature_c of the body, or ambient_c"
+            )
+
+
+def _check_heated(declared: Declaration, tables: Tables, recipe: Recipe, scene: Scene) -> None:
+    """Raises PlanError: a vessel has a temperature of its own, and nothing in it that keeps one."""
+    for name in vessel_names(tables):
+        body = scene.body(name)
+        contents = recipe.contents.get(name)
+        if body is None or (contents is not None and (contents.volume_ml > 0.0 or contents.solids)):
+            continue
+        vessel = Vessel(body)
+        celsius = vessel.celsius(declared["ambient_c"])
+        if celsius != declared["ambient_c"] and vessel.glass_j_per_k <= 0.0:
+            raise declared.fail(
+                f"{name!r} is empty and has temperature_c = {celsius:g}: give properties.heat_capacity_j_per_k, the "
+                "heat that the vessel keeps, or leave temperature_c out"
+            )
+
+
+def _check_no_temperature(names: Sequence[str], scene: Scene, file: str) -> None:
+    """Raises PlanError: a vessel has a temperature of its own, and no effect follows it."""
+    for name in names:
+        body = scene.body(name)
+        celsius = WITHOUT_HEAT_C if body is None else Vessel(body).celsius(WITHOUT_HEAT_C)
+        if celsius != WITHOUT_HEAT_C:
+            raise PlanError(
+                f"{file}: body {name!r} has temperature_c = {celsius:g} and no effect follows it: what dissolves and "
+                f'reacts would be that of {WITHOUT_HEAT_C:g} degC; add [[effect]] with kind = "heat", of = "liquids"'
+            )
+
+
+def _check_brought(reaction: Reaction, recipe: Recipe) -> None:
+    """Every reagent stands in a vessel, under this formula or as some of its ions, or another equation makes it."""
+    declared, equation = reaction.declared, reaction.equation
+    available = {formula for content in recipe.contents.values() for formula in (*content.amounts, *content.solids)} | {
+        WATER
+    }
+    available |= {formula for other in recipe.reactions if other is not reaction for formula in other.equation.products}
+    components = [dry_components(dissolved_components(formula)) for formula in available]
+    # A base brings protons below nothing, and water that it takes apart gives both.
+    ions = {(component, many > 0) for counts in components for component, many in counts.items()}
+    for formula in equation.reagents:
+        mine = dry_components(dissolved_components(formula))
+        # An ion that stands in a vessel may hold protons or none; a salt is there where all of its ions are.
+        needed = [(component, many > 0) for component, many in mine.items() if component != PROTON]
+        dissolved = components_of(formula) is not None and reaction.phases.get(formula) not in ("s", "g")
+        ionic = bool(charge_of(formula)) or (bool(METALS & set(mine)) and PROTON not in mine)
+        as_ions = dissolved and ionic and set(needed) <= ions
+        if not (formula in available or mine in components or as_ions):
+            raise declared.fail(f"equation: nobody brings {formula!r}{nearest(formula, available - {WATER})}")
+
+
+def _check_complexes(reaction: Reaction, recipe: Recipe) -> None:
+    """Raises PlanError: PHREEQC has no constant of an ion that an equation makes."""
+    if recipe.solver is None or reaction.process >= 0:
+        return
+    for formula in reaction.equation.products:
+        components = components_of(formula)
+        if (
+            charge_of(formula)
+            and components is not None
+            and recipe.solver.mixture.row_of(formula) is None
+            and len(components) > 1
+        ):
+            raise reaction.declared.fail(
+                f"equation: PHREEQC's data do not know {formula!r}; give its log_k as a piece of PHREEQC text, "
+                "phreeqc = '''SOLUTION_SPECIES ...'''"
+            )
+
+
+def _check_made(tables: Tables, recipe: Recipe) -> None:
+    mixture = None if recipe.solver is None else recipe.solver.mixture
+    formed = {salt.column for salt in recipe.salts} | {phase.column for phase in (mixture.phases if mixture else ())}
+    made = {
+        formula
+        for reaction in recipe.reactions
+        for formula in reaction.equation.formulas
+        if formula in reaction.equation.products or formula + SOLID in formed
+    }
+    brought = {formula for content in recipe.contents.values() for formula in (*content.amounts, *content.solids)}
+    ions = {component for formula in (*brought, *made) for component in heavy_components(formula)}
+    # What PHREEQC or a solubility lets fall out needs no equation.
+    made |= {
+        table["solid"]
+        for table in tables.get("precipitation", ())
+        if table["solid"] + SOLID in formed and set(heavy_components(table["solid"])) <= ions
+    }
+    for table in tables.get("precipitation", ()):
+        if table["solid"] + SOLID not in formed and not any(
+            table["solid"] + SOLID in process.changes for process in recipe.processes
+        ):
+            raise table.fail(
+                f"solid: PHREEQC's data do not know {table['solid']!r}; give it in PHASES of `phreeqc` of a reaction, "
+                "or solid.solubility_g_100g to a body that holds it"
+            )
+    for table in tables.get("precipitation", ()):
+        if table["solid"] not in made:
+            raise table.fail(f"solid: no reaction makes {table['solid']!r}{nearest(table['solid'], made)}")
+
+
+def _check_decided(recipe: Recipe) -> None:
+    """Raises PlanError: equations without a constant that want the same, so that their order would decide."""
+    at_once = [
+        (reaction, recipe.processes[reaction.process])
+        for reaction in recipe.reactions
+        if reaction.process >= 0 and reaction.declared["rate_per_s"] is None
+    ]
+    rivals: list[tuple[str, Mapping[str, float]]] = [(process.text, process.changes) for _, process in at_once]
+    if recipe.solver is not None:
+        mixture = recipe.solver.mixture
+        rivals += [
+            (repr(phase.column[:-3]), changes) for phase, changes in zip(mixture.phases, mixture.changes, strict=True)
+        ]
+    for reaction, process in at_once:
+        solid = next((column for column, many in process.changes.items() if column.endswith(SOLID) and many > 0.0), "")
+        missing = f"{solid.removesuffix(SOLID)!r} is not in PHREEQC's data" if solid else "rate_per_s is missing"
+        for text, changes in rivals:
+            own = text.strip("'") in reaction.equation.formulas
+            shared = sorted(_used(process.changes) & _used(changes))
+            if shared and changes is not process.changes and not own:
+                problem = f"{text} wants {shared[0]} too, and nothing says which gets it"
+                raise reaction.declared.fail(f"{missing}: {problem}")
+
+
+def _used(changes: Mapping[str, float]) -> set[str]:
+    return {column for column, many in changes.items() if many < 0.0 and column != WATER}
+
+
+def _check_known(tables: Tables, recipe: Recipe) -> None:
+    """Raises PlanError: PHREEQC is asked and does not know a dissolved formula."""
+    if recipe.solver is None:
+        return
+    tabled = [table for kind in ("reaction", "colour", "precipitation", "heat") for table in tables.get(kind, ())]
+    for name, content in recipe.contents.items():
+        for formula in content.amounts:
+            if not is_known(formula):
+                raise tabled[0].fail(
+                    f"PHREEQC's data do not know {formula!r} in {name!r}, which may change the pH"
+                    f"{nearest(formula, (*COMMON, *INERT))}"
+                )

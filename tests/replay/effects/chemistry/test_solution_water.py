@@ -1,0 +1,100 @@
+"""Water in a litre of a solution against densities of solutions, and rooms of ions against PHREEQC's own."""
+
+from importlib import resources
+
+import numpy as np
+import pytest
+
+from replay.effects.chemistry.components import components_of
+from replay.effects.chemistry.enthalpy import TABLES
+from replay.effects.chemistry.formulas import molar_mass
+from replay.effects.chemistry.solution_water import VOLUME, WATER_ML, molar_of_molal, water_molar
+
+# Mass fraction in percent and density in g/mL at 20 degC. Source: CRC Handbook, Concentrative Properties of Aqueous
+# Solutions.
+DENSITIES = [
+    ("NaCl", 26, 1.1972), ("KNO3", 24, 1.1623), ("KCl", 24, 1.1623), ("NaNO3", 40, 1.3175), ("KI", 40, 1.3959),
+    ("AgNO3", 40, 1.4773), ("LiCl", 30, 1.1808), ("NH4Cl", 24, 1.0674), ("NH4NO3", 50, 1.2258), ("CaCl2", 40, 1.3957),
+    ("MgCl2", 30, 1.2688), ("MgSO4", 26, 1.2961), ("ZnSO4", 16, 1.1789), ("CuSO4", 18, 1.2060), ("Na2CO3", 14, 1.1463),
+    ("HCl", 20, 1.0980), ("NaOH", 20, 1.2192), ("NaOH", 40, 1.4299), ("KOH", 30, 1.2879), ("NH3", 20, 0.9228),
+]  # fmt: skip
+ROUGH = [("H2SO4", 50, 1.3951), ("H2SO4", 20, 1.1398), ("HNO3", 40, 1.2466), ("CH3COOH", 50, 1.0562)]
+
+
+def grams_of_water(formula, percent, density):
+    """Grams of water in a litre, by the formula under test and by the density."""
+    molar = 10.0 * percent * density / molar_mass(formula)
+    return WATER_ML * water_molar({formula: molar}), 10.0 * (100 - percent) * density
+
+
+@pytest.mark.parametrize(
+    ("row", "tolerance"), [*((row, 0.02) for row in DENSITIES), *((row, 0.04) for row in ROUGH)], ids=str
+)
+def test_water_of_strong_solutions_is_that_of_their_density(row, tolerance):
+    computed, measured = grams_of_water(*row)
+    assert computed == pytest.approx(measured, rel=tolerance)
+
+
+def test_dilute_solutions_hold_a_kilogram_of_water_a_litre():
+    assert WATER_ML * water_molar({"NaCl": 0.3, "HCl": 0.2}) == pytest.approx(1000.0)
+    assert WATER_ML * water_molar({"NaCl": 0.6, "HCl": 0.1}) < 1000.0
+    assert WATER_ML * water_molar({}) == pytest.approx(1000.0)
+
+
+def test_hydrates_and_salts_make_the_same_solution():
+    hydrate, salt = (water_molar({formula: 1.0}) for formula in ("CuSO4.5H2O", "CuSO4"))
+    assert hydrate + 5.0 == pytest.approx(salt)
+
+
+def test_saturated_solutions_hold_what_handbooks_say():
+    # 38 g KNO3 and 36 g NaCl in 100 g of water at 25 degC are 3.3 and 5.4 mol/L.
+    assert molar_of_molal("KNO3", 3.79) == pytest.approx(3.29, rel=0.01)
+    assert molar_of_molal("NaCl", 6.15) == pytest.approx(5.43, rel=0.01)
+
+
+def test_much_of_a_solute_without_known_room_is_refused():
+    assert water_molar({"C12H22O11": 0.5}) == pytest.approx(water_molar({}))
+    with pytest.raises(KeyError):
+        water_molar({"C12H22O11": 1.5})
+
+
+IONS = {
+    "Na+": "Na+", "K+": "K+", "Mg^2+": "Mg+2", "Ca^2+": "Ca+2", "Sr^2+": "Sr+2", "Ba^2+": "Ba+2", "Fe^2+": "Fe+2",
+    "Cu^2+": "Cu+2", "Zn^2+": "Zn+2", "Pb^2+": "Pb+2", "Al^3+": "Al+3", "F-": "F-", "Cl-": "Cl-", "Br-": "Br-",
+    "NO3-": "NO3-", "CO3^2-": "CO3-2", "SO4^2-": "SO4-2",
+}  # fmt: skip
+
+
+def test_rooms_of_ions_are_those_of_phreeqc():
+    phreeqc = pytest.importorskip("phreeqc")
+    library = phreeqc.Phreeqc()
+    (data,) = [path for path in _data_files(phreeqc) if path.name == "phreeqc.dat"]
+    assert not library.LoadDatabaseString(data.read_text(encoding="latin-1"))
+    lines = [f'{10 * row + 10} PUNCH VM("{name}")' for row, name in enumerate(IONS.values())]
+    heads = " ".join(f"v{row}" for row in range(len(IONS)))
+    metals_and_halogens = ["K", "Mg", "Ca", "Sr", "Ba", "Fe", "Cu", "Zn", "Pb", "Al", "F", "Br"]
+    elements = "\n ".join(f"{name} 1e-6" for name in metals_and_halogens)
+    assert not library.RunString(
+        f"SOLUTION 1\n temp 25\n pH 4\n Na 1e-3\n Cl 1e-3 charge\n C(4) 1e-6\n N(5) 1e-6\n S(6) 1e-6\n {elements}\n"
+        f"USER_PUNCH 1\n -headings {heads}\n -start\n" + "\n".join(lines) + "\n -end\n"
+        "SELECTED_OUTPUT 1\n -reset false\n -user_punch true\n -high_precision true\nEND\n"
+    )
+    output = library.GetSelectedOutput()
+    found = np.array([output[f"v{row}"][-1] for row in range(len(IONS))])
+    expected = np.array([VOLUME[name][0] for name in IONS])
+    assert np.abs(found - expected).max() < 3.0
+
+
+def _data_files(package):
+    pending = [resources.files(package)]
+    while pending:
+        for path in pending.pop().iterdir():
+            if path.is_dir():
+                pending.append(path)
+            else:
+                yield path
+
+
+def test_every_room_is_that_of_a_component():
+    assert all(components_of(name) == {name: 1} for name in VOLUME)
+    assert set(TABLES["strong_water"]) == set(TABLES["strongest"])
