@@ -54,6 +54,7 @@ class Column:
     wide: bool = False  # shown only where all columns find room
     names_row: bool = False  # whether it says what a row is about, rather than a value
     number: Callable[[Any], float | None] | str = ""  # of a row: its number in Parquet; ``""``: the value itself
+    scale: float = 1.0  # multiplies a value in Parquet, where the name has another unit: 1000 of seconds in a ``ms``
 
     @property
     def words(self) -> bool:
@@ -76,11 +77,19 @@ class Column:
 
     @property
     def stored(self) -> "Column":
-        """The column as Parquet has it: numbers in place of what only people read, and a name without spaces."""
-        name = self.name.lower().replace(" ", "_")
-        if not self.number:
-            return replace(self, name=name, of=self.of or self.name)
-        return replace(self, name=name, of=self.number, dtype=float)
+        """The column as Parquet has it: numbers, texts as people read them, and a name without spaces."""
+        name = self.name.lower().replace("%", "percent").replace(" ", "_")
+        if self.number:
+            return replace(self, name=name, of=self.number, dtype=float)
+        return replace(self, name=name, of=self._stored_value)
+
+    def _stored_value(self, row: Any) -> Any:
+        value = self.value(row)
+        if value is None:
+            return None
+        if self.dtype is str:
+            return text_of(self.cell(value))
+        return value if self.scale == 1.0 else self.scale * value
 
     def cell(self, value: Any) -> Cell:
         """A value as people read it; ``None`` as nothing."""

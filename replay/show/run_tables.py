@@ -71,10 +71,6 @@ def _mean_count(proportion: Proportion | None, contacts: int) -> float | None:
     return None if proportion is None else (proportion.value or 0.0) * contacts
 
 
-def _milliseconds(seconds: float | None) -> float | None:
-    return None if seconds is None else 1e3 * seconds
-
-
 def _ms(seconds: float | None) -> str:
     return NOT_APPLICABLE if seconds is None else words.milliseconds(seconds)
 
@@ -102,8 +98,6 @@ COLUMNS = columns_of(
         "mean_missed": lambda rank: _mean_count(rank.missed, rank.contacts),
         "mean_late": lambda rank: _mean_count(rank.late_or_cut_short, rank.contacts),
         "false_fraction": lambda rank: None if rank.false is None else rank.false.value,
-        "mean_milliseconds": lambda rank: _milliseconds(rank.mean),
-        "p99_milliseconds": lambda rank: _milliseconds(rank.p99),
         "undecided_of": lambda rank: None if rank.missed_counts is None else rank.undecided,
         "or_dash": lambda count: NOT_APPLICABLE if count is None else count,
         "false_of": lambda rank: (rank.false, rank.unconfirmed),
@@ -150,9 +144,22 @@ def with_intervals(ranking: Table) -> Table:
     return replace(ranking, columns=tuple(columns), notes=(OVER_CONTACTS, *ranking.notes))
 
 
-def ranking_numbers(result: Summarised) -> Table:
-    """The ranking as Parquet has it; numbers of contacts are means over the sampling offsets."""
-    return Table.of((column.stored for column in COLUMNS["ranking"]), result.ranking)
+def stored_tables(result: Summarised) -> dict[str, Table]:
+    """Tables of the screens as Parquet has them, by name; those without a row are left out.
+
+    Numbers of contacts in the ranking are means over the sampling offsets.
+    """
+    rows: dict[str, Sequence[Any]] = {
+        "ranking": result.ranking,
+        "times": _time_rows(result),
+        "effects": _effect_rows(result),
+        "session": _session_rows(result),
+    }
+    return {
+        name: Table.of((column.stored for column in COLUMNS[name]), of_table)
+        for name, of_table in rows.items()
+        if of_table
+    }
 
 
 def timing_notes(result: Summarised) -> list[str]:
@@ -315,15 +322,19 @@ LATE = f"over {words.fixed(BUDGET_MS, 1)} ms"
 
 def cost_table(result: Summarised) -> Table:
     """The times of each detector; the mean is over all frames, quantiles and the share over budget over the samples."""
-    rows, notes = [], list[str]()
-    for label, detector in result.document.detectors.items():
-        how = REFERENCE if label == result.oracle else "live" if detector.live else "offline"
-        if label in result.document.audit and not detector.online:
-            notes.append(f"{label} cannot run frame by frame")
-        rows.append({"detector": label, "how": how, "seconds": detector.seconds})
+    audited = {label: result.document.detectors[label] for label in result.document.audit}
+    notes = [f"{label} cannot run frame by frame" for label, detector in audited.items() if not detector.online]
     if busy := busy_text(result.document):
         notes.append(busy)
-    return Table.of(COLUMNS["times"], rows, "Time of each detector", notes)
+    return Table.of(COLUMNS["times"], _time_rows(result), "Time of each detector", notes)
+
+
+def _time_rows(result: Summarised) -> list[dict[str, Any]]:
+    rows = []
+    for label, detector in result.document.detectors.items():
+        how = REFERENCE if label == result.oracle else "live" if detector.live else "offline"
+        rows.append({"detector": label, "how": how, "seconds": detector.seconds})
+    return rows
 
 
 def _reported(effect: EffectRecord) -> str:
@@ -334,12 +345,19 @@ def _reported(effect: EffectRecord) -> str:
 
 def effect_table(result: Summarised) -> Table:
     """Effects of the plan: what each found, why it ran, what it cost, how much of the session its trigger skipped."""
-    rows = ({"kind": kind, "effect": effect} for kind, effect in result.document.effects.items())
-    return Table.of(COLUMNS["effects"], rows, "Effects")
+    return Table.of(COLUMNS["effects"], _effect_rows(result), "Effects")
+
+
+def _effect_rows(result: Summarised) -> list[dict[str, Any]]:
+    return [{"kind": kind, "effect": effect} for kind, effect in result.document.effects.items()]
 
 
 def session_table(result: Summarised) -> Table:
     """Facts about the recording, and frames and bodies left out."""
+    return Table.of(COLUMNS["session"], _session_rows(result), "Facts of the session")
+
+
+def _session_rows(result: Summarised) -> list[tuple[str, object]]:
     session = result.document.session
     dropped = [f"{count} {why}" for why, count in asdict(session.dropped_frames).items() if count]
     proxies = [name for name, body in session.bodies.items() if body.proxy]
@@ -359,7 +377,7 @@ def session_table(result: Summarised) -> Table:
     rows += [(key.replace("_", " "), value) for key, value in session.facts.items() if value != NOT_STATED]
     if withheld := session.facts_withheld:
         rows.append(("withheld", f"{plural(withheld, 'fact')} withheld; the session file holds all"))
-    return Table.of(COLUMNS["session"], rows, "Facts of the session")
+    return rows
 
 
 def finding_table(

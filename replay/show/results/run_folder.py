@@ -35,7 +35,7 @@ from replay.show.report.page import write_report
 from replay.show.results import parquet_tables
 from replay.show.results.parquet import KEYS, read_table, with_keys
 from replay.show.results.reading import checked_contacts, checked_document, checked_table, read_json
-from replay.show.run_tables import ranking_numbers
+from replay.show.run_tables import stored_tables
 from replay.show.tradeoff_table import tradeoff_numbers
 from sessions.model.constants import SCENE_FACT
 from sessions.whole_files import whole_folder
@@ -158,8 +158,8 @@ def write_run_folder(
         _write_table(with_keys(parquet_tables.metrics_table(result), result), table_file(folder, "metrics"))
         if any(frame_seconds(detection) is not None for detection in result.detections.values()):
             _write_table(parquet_tables.timing_table(result), table_file(folder, "timing"))
-        if result.ranking:
-            _write_table(ranking_numbers(result).to_arrow(), table_file(folder, "ranking"))
+        for name, rows in stored_tables(result).items():
+            _write_table(rows.to_arrow(), table_file(folder, name))
         if result.effects:
             _write_table(parquet_tables.series_table(result), table_file(folder, "series"))
         _give_back()

@@ -1,4 +1,4 @@
-"""A column of a table is one row of one list: every output shows it, and of the ranking Parquet holds its number."""
+"""A column of a table is one row of one list: every output shows it, and Parquet holds its number."""
 
 import re
 from dataclasses import replace
@@ -21,6 +21,7 @@ from replay.show import run_tables
 from replay.show.report.page import report_html
 from replay.show.rerun_log.documents import answer_text, detector_text, ranking_text
 from replay.show.results.run_folder import write_run_folder
+from replay.show.run_tables import stored_tables
 from replay.show.sections import SECTIONS, SectionName
 
 OUTPUTS = ("terminal", "Markdown", "report", "notebook", "picture")
@@ -116,6 +117,25 @@ def test_new_column_of_any_table_reaches_five_outputs(faulty, table, monkeypatch
     texts = all_texts(faulty)
     assert texts.keys() == set(OUTPUTS)
     assert [output for output, text in texts.items() if "marker-cell" not in text] == []
+
+
+@pytest.mark.parametrize("table", ["times", "session", "effects"])
+def test_new_column_reaches_parquet_too(faulty, table, monkeypatch):
+    monkeypatch.setitem(run_tables.COLUMNS, table, (*run_tables.COLUMNS[table], MARKER))
+    stored = stored_tables(faulty)[table]
+    assert set(stored.to_arrow()["probe"].to_pylist()) == {"marker-cell"}
+
+
+def test_parquet_has_milliseconds_and_percent_where_names_say_so(faulty):
+    (times, *_), (effect, *_) = (stored_tables(faulty)[name].plain() for name in ("times", "effects"))
+    seconds = faulty.document.detectors[times["detector"]].seconds
+    samples = seconds.sample_times
+    assert times["mean_ms"] == pytest.approx(1e3 * seconds.per_frame_mean)
+    assert times["95_percent_ms"] == pytest.approx(1e3 * samples.p95) and times["worst_ms"] == 1e3 * samples.max
+    assert times["whole_s"] == seconds.detect and times["over_11.1_ms"] == samples.over_budget
+    record = faulty.document.effects[effect["effect"]]
+    assert effect["percent_of_the_run"] == pytest.approx(100 * record.fraction)
+    assert effect["ms"] == pytest.approx(1e3 * record.seconds)
 
 
 @pytest.mark.parametrize("name", [SectionName.ANSWER, SectionName.RANKING])

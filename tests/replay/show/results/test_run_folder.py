@@ -44,7 +44,8 @@ def test_a_run_folder_holds_tables_summary_and_picture(result, tmp_path, drawing
         "misses.parquet",
         "ranking.parquet",
     ]
-    assert names(out) == [*tables, "report.html", "run.rrd", "session.mcap", "summary.json", "timing.parquet"]
+    others = ["session.mcap", "session.parquet", "summary.json", "times.parquet", "timing.parquet"]
+    assert names(out) == [*tables, "report.html", "run.rrd", *others]
     summary = json.loads((out / "summary.json").read_text())
     assert summary.pop("files") == names(out)
     assert summary.pop("picture_sha256") == file_hash(out / "run.rrd")
