@@ -40,7 +40,10 @@ REPOSITORIES: Final = {
     "vikashplus/object_sim": ("5257bbdbe7e3af32aae5ad67ffa1d4402ac2e871", "myosuite/simhive/object_sim"),
     "vikashplus/furniture_sim": ("c97995afb81c9e2d7325b0069f9abc9a2c74a2f0", "myosuite/simhive/furniture_sim"),
 }
-"""Repository -> commit, and its place within the first. All have the Apache License 2.0."""
+"""Repository -> commit, and its place within the first. All have the Apache License 2.0.
+
+MyoDM's Readme asks to comply with the licence of GRAB too, whose recordings its pre-grasps come from.
+"""
 
 MODEL: Final = "myosuite/envs/myo/assets/hand/myohand_object.xml"
 MOTIONS: Final = "myosuite/envs/myo/myodm/data"

@@ -319,7 +319,12 @@ def _local(node: Row) -> Array:
     if "matrix" in node:
         return np.array(node["matrix"], dtype=np.float64).reshape(4, 4).T
     pose = np.eye(4)
-    pose[:3, :3] = rotated(node.get("rotation", (0.0, 0.0, 0.0, 1.0)), np.eye(3)).T
+    # A unit quaternion in float32 stretches by 1e-7 in float64.
+    quaternion = np.array(node.get("rotation", (0.0, 0.0, 0.0, 1.0)), dtype=np.float64)
+    length = np.linalg.norm(quaternion)
+    if not length > 0.0:
+        raise MeshFileError("a node has a rotation without length; export it again")
+    pose[:3, :3] = rotated(quaternion / length, np.eye(3)).T
     pose[:3, :3] *= node.get("scale", (1.0, 1.0, 1.0))
     pose[:3, 3] = node.get("translation", (0.0, 0.0, 0.0))
     return pose

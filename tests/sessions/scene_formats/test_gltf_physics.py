@@ -86,6 +86,19 @@ def test_compound_shape_lies_in_the_frame_of_its_body(tmp_path, kind):
     assert np.array_equal(scene.rotation, np.eye(3))  # glTF has +Y up
 
 
+def test_rotations_in_float32_do_not_stretch(tmp_path):
+    content = glass("KHR")
+    content["nodes"][0]["rotation"] = TURN.as_quat().astype(np.float32).tolist()
+    content["nodes"][1]["rotation"] = [0.7071, 0, 0, 0.7071]
+    body = read_scene_source(glb(tmp_path / "glass.glb", content)).bodies["glass"]
+    assert np.abs(body.pose[:3, :3] @ body.pose[:3, :3].T - np.eye(3)).max() <= 1e-12
+    expected = [[-0.1, -1.1, -0.25], [0.1, -0.9, 0.25]]
+    assert np.abs(body.colliders[1].bounds - expected).max() <= 1e-9
+    content["nodes"][1]["rotation"] = [0, 0, 0, 0]
+    with pytest.raises(SceneSourceError, match="rotation without length"):
+        read_scene_source(glb(tmp_path / "glass.glb", content))
+
+
 @pytest.mark.parametrize("is_hull", [False, True])
 def test_mesh_collider_is_the_mesh_or_its_hull(tmp_path, is_hull):
     shape = {"type": "convex" if is_hull else "trimesh", "convex": {"mesh": 0}, "trimesh": {"mesh": 0}}
