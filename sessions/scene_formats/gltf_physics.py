@@ -27,6 +27,7 @@ from sessions.scene_formats.scene_source import (
     SceneSource,
     SourceBody,
     Surface,
+    check_size,
     convex_hull,
     surface_and_colliders,
 )
@@ -92,12 +93,14 @@ class _Reader:
         self._filters = extensions.get(KHR, {}).get("collisionFilters", [])
         self._used = [name for name in document.get("extensionsUsed", ()) if "physics" in name or "collider" in name]
         self.left_out: list[str] = []
+        self._faces = 0
 
     def scene(self, path: Path) -> SceneSource:
         physics = {number: found for number in sorted(self._tree.reached) if (found := self._physics_of(number))}
         if not physics:
             used = f"; its extension {self._used[0]} is another" if self._used else ""
             raise SceneSourceError(f"{path} has no physics of {KHR} or {OMI}{used}; export it with its colliders")
+        check_size(len(physics))
         owner = {number: self._body_of(number, physics) for number in physics}
         bodies, filters = dict[int, SourceBody](), dict[int, list[Row | None]]()
         for number in sorted(set(owner.values())):
@@ -205,6 +208,8 @@ class _Reader:
         if solid is None:
             self.left_out.append(f"the collider of node {name!r}: {missing}")
             return None
+        self._faces += len(solid.faces)
+        check_size(0, self._faces)
         placed = solid.transformed(to_body)
         return convex_hull(placed) if is_hull else placed
 

@@ -22,6 +22,7 @@ from sessions.scene_formats.scene_source import (
     SceneSource,
     SourceBody,
     Surface,
+    check_size,
     chosen_surface,
     surface_and_colliders,
 )
@@ -63,6 +64,7 @@ def read_mjcf_scene(path: Path, files: SceneFiles, surface: Surface) -> SceneSou
 def scene_of(model: Any, surface: Surface) -> SceneSource:
     """The scene of a model: every body of which something collides, in the pose of its reference configuration."""
     mujoco = mujoco_of()
+    check_size(model.nbody, sum(_faces(model, geom) for geom in range(model.ngeom)))
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     names, left_out = body_names(model), list[str]()
@@ -135,6 +137,11 @@ def geom_mesh(model: Any, geom: int) -> MeshData:
         scale = size if kind == "ELLIPSOID" else np.full(3, size[0])
         mesh = MeshData(sphere.vertices * scale, sphere.faces)
     return mesh.transformed(_placed(model.geom_pos[geom], model.geom_quat[geom]))
+
+
+def _faces(model: Any, geom: int) -> int:
+    """How many faces `geom_mesh` would make, or more."""
+    return int(model.mesh_facenum[model.geom_dataid[geom]]) if _kind(model, geom) == "MESH" else ROUND_FACES
 
 
 def _placed(position: NDArray[np.float64], quaternion_wxyz: NDArray[np.float64]) -> Matrix:

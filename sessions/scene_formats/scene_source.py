@@ -26,6 +26,20 @@ COVERED: Final = 0.9
 """A drawn surface is that of the body if its box fills so much of the colliders' box along each axis."""
 
 
+MOST_BODIES: Final = 5_000
+"""The largest scene that was seen, a hundred humanoids, has 1,600; pairs grow with the square."""
+MOST_FACES: Final = 20_000_000
+"""Of all surfaces and colliders: a scene of a few bytes may place one mesh any number of times."""
+
+
+def check_size(bodies: int, faces: int = 0) -> None:
+    """Refuses a scene that would fill the memory: `SceneSourceError`."""
+    if bodies > MOST_BODIES or faces > MOST_FACES:
+        raise SceneSourceError(
+            f"the scene places more than {MOST_BODIES:,} bodies or {MOST_FACES:,} faces; leave out what does not matter"
+        )
+
+
 class Surface(StrEnum):
     """The geometry of a body that its surface is made of."""
 

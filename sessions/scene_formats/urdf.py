@@ -27,6 +27,7 @@ from sessions.scene_formats.scene_source import (
     SceneSource,
     SourceBody,
     Surface,
+    check_size,
     chosen_surface,
     surface_and_colliders,
 )
@@ -51,6 +52,7 @@ def read_urdf(path: Path, files: SceneFiles, surface: Surface) -> SceneSource:
         raise SceneSourceError('URDF needs yourdfpy; install it: pip install "vrlab-replay[formats]"') from error
     document = files.xml(path)
     elements = {str(link.get("name")): link for link in document.iter("link")}
+    check_size(len(elements))
     try:
         stream = io.BytesIO(ElementTree.tostring(_bare(document)))
         model = yourdfpy.URDF.load(stream, load_meshes=False, build_scene_graph=True)
@@ -58,13 +60,15 @@ def read_urdf(path: Path, files: SceneFiles, surface: Surface) -> SceneSource:
     except Exception as error:  # of another package: any error means that it cannot be read
         raise SceneSourceError(f"yourdfpy does not read {path}: {error}; correct it") from error
     left_out = [f"the soft body {child.get('name', '')!r}" for child in document if child.tag in SOFT]
-    bodies: dict[str, SourceBody] = {}
+    bodies, faces = dict[str, SourceBody](), 0
     moving = _moving(model.robot.joints)
     for link in model.robot.links:
         drawn = [*_meshes(link.name, elements[link.name].findall("visual"), path, files, left_out)]
         colliding = [*_meshes(link.name, elements[link.name].findall("collision"), path, files, left_out)]
         if not drawn and not colliding:
             continue
+        faces += sum(len(mesh.faces) for mesh in (*drawn, *colliding))
+        check_size(len(bodies), faces)
         parts, solids = surface_and_colliders(drawn, colliding, surface)
         mass = None if link.inertial is None else link.inertial.mass
         pose = np.array(poses[link.name], dtype=np.float64)

@@ -189,6 +189,13 @@ def test_unfiltered_collider_of_a_body_meets_everything(tmp_path):
     assert scene.excluded == () and "'hand' and 'glass' meet and others not" in scene.left_out[0]
 
 
+@pytest.mark.parametrize("limit", ["MOST_BODIES", "MOST_FACES"])
+def test_scene_that_places_too_much_is_refused(tmp_path, monkeypatch, limit):
+    monkeypatch.setattr(f"sessions.scene_formats.scene_source.{limit}", 2)
+    with pytest.raises(SceneSourceError, match="the scene places more than"):
+        read_scene_source(glb(tmp_path / "s.glb", glass("KHR")))
+
+
 def test_buffers_that_name_one_file_again_are_counted(tmp_path, monkeypatch):
     monkeypatch.setattr("sessions.scene_formats.gltf_physics.MOST_FILE_BYTES", 300)
     content, data = glass("KHR"), CORNERS.tobytes() + FACES.tobytes()

@@ -266,6 +266,15 @@ def test_files_that_include_one_another_are_read_once(tmp_path):
         read_scene_source(tmp_path / "0.xml")
 
 
+@pytest.mark.parametrize("limit", ["MOST_BODIES", "MOST_FACES"])
+def test_scene_that_places_too_much_is_refused(tmp_path, monkeypatch, limit):
+    monkeypatch.setattr(f"sessions.scene_formats.scene_source.{limit}", 3)
+    path = tmp_path / "balls.xml"
+    path.write_text(f'<mujoco><worldbody><replicate count="4" offset="1 0 0">{BALL}</replicate>{WORLD_END}')
+    with pytest.raises(SceneSourceError, match="the scene places more than"):
+        read_scene_source(path)
+
+
 def test_attached_models_are_taken(tmp_path):
     (tmp_path / "parts").mkdir()
     (tmp_path / "parts" / "ball.xml").write_text(f"<mujoco><worldbody>{BALL}{WORLD_END}")

@@ -129,6 +129,13 @@ def joint(parent, child):
     return f'<joint name="j" type="fixed"><parent link="{parent}"/><child link="{child}"/></joint>'
 
 
+@pytest.mark.parametrize("limit", ["MOST_BODIES", "MOST_FACES"])
+def test_scene_that_places_too_much_is_refused(arm, monkeypatch, limit):
+    monkeypatch.setattr(f"sessions.scene_formats.scene_source.{limit}", 2)
+    with pytest.raises(SceneSourceError, match="the scene places more than"):
+        read_scene_source(arm)
+
+
 @pytest.mark.parametrize("tag", ["deformable", "reduced_deformable"])
 def test_soft_bodies_are_named(tmp_path, tag):
     path = tmp_path / "r.urdf"
