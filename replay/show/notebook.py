@@ -37,7 +37,7 @@ SCATTER_SIZE: Final = (760.0, 250.0)
 """Width of a plot, and height of its upper half: its text has 10 pixels at least in a cell of 600."""
 
 LANE_HEIGHT: Final = 44.0
-TITLE_LETTERS: Final = 84
+TITLE_LETTERS: Final = 74
 LEGEND_LETTER: Final = 7.0
 
 

@@ -18,6 +18,12 @@ Box = tuple[float, float, float, float]
 
 SIZE: Final[Size] = (432.0, 180.0)
 LETTER: Final = 7.2
+NARROW_BOLD, LETTER_BOLD, CAPITAL_BOLD, WIDEST_BOLD = 5.7, 8.9, 10.9, 15.8
+"""Widths of bold letters: narrow ones, small ones and digits, capitals, and the widest with all beyond ASCII."""
+
+NARROW: Final = " .,:;'|!ijlI"
+WIDEST: Final = "MWmw@%"
+
 MOST_PERMUTED: Final = 5
 """Names that are placed in every order, the best of which counts."""
 
@@ -230,7 +236,7 @@ def _placed_names(
     boxes, cost, placed = [*taken], 0, []
     for number in order:
         x, y = plot.dots[number].at
-        candidates = list(_candidates(x, y, LETTER * len(names[number])))
+        candidates = list(_candidates(x, y, text_width(names[number])))
         free = next((rank for rank, box in enumerate(candidates) if _is_free(box, boxes, plot.size)), None)
         if free is None:
             cost += LEFT_OUT
@@ -239,6 +245,19 @@ def _placed_names(
         cost += free if free < BESIDE else BESIDE * free
         placed.append((number, candidates[free], free >= BESIDE))
     return cost, placed
+
+
+def text_width(text: str) -> float:
+    """Width of a name in the bold letters of a plot, rather too large than too small."""
+    return sum(_letter_width(letter) for letter in text)
+
+
+def _letter_width(letter: str) -> float:
+    if letter in WIDEST or not letter.isascii():
+        return WIDEST_BOLD
+    if letter in NARROW:
+        return NARROW_BOLD
+    return CAPITAL_BOLD if letter.isupper() else LETTER_BOLD
 
 
 def _candidates(x: float, y: float, wide: float) -> Iterator[Box]:
@@ -257,7 +276,7 @@ def _is_free(box: Box, taken: Sequence[Box], size: Size) -> bool:
 
 
 def _box_of(text: Words) -> Box:
-    wide, (x, y) = LETTER * len(text.text), text.at
+    wide, (x, y) = text_width(text.text), text.at
     left = x - {"start": 0.0, "middle": wide / 2, "end": wide}[text.side]
     return left, y - HIGH + 3, left + wide, y + 3
 

@@ -29,10 +29,10 @@ def deepest_pairs(result: RunResult) -> list[int]:
 
 
 def depth_title(result: RunResult) -> str:
-    """Title of the plot, with the number of pairs that have no curve."""
+    """Title of the plot, with the number of pairs that have a curve where others have none."""
     pairs = len(deepest_pairs(result))
-    some = f" of the {MOST_CURVES} deepest of {pairs} pairs" if pairs > MOST_CURVES else ""
-    return f"Depth{some}, mm, at least   band: tracker noise"
+    some = f", {MOST_CURVES} of {pairs} pairs" if pairs > MOST_CURVES else ""
+    return f"Least depth, mm{some}; band: noise"
 
 
 def log_depths(writer: RecordingWriter, result: RunResult) -> None:

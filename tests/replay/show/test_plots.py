@@ -5,7 +5,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from replay.show.plots import HIGH, LETTER, Axis, Dot, curve, scatter
+from replay.show.plots import HIGH, Axis, Dot, curve, scatter, text_width
 from replay.show.report.charts import lane, path_of
 
 
@@ -16,7 +16,7 @@ def test_names_stand_beside_their_dots_without_overlap(seed):
     plot = scatter(dots, "", "ms", Axis("wrong", [0, 5, 10]))
     boxes = []
     for text in plot.words:
-        wide = LETTER * len(text.text)
+        wide = text_width(text.text)
         boxes.append(
             (text.at[0] - {"start": 0, "middle": wide / 2, "end": wide}[text.side], wide, text.at[1], text.dot)
         )

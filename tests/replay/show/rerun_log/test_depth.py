@@ -23,6 +23,6 @@ def test_title_says_when_pairs_have_no_curve():
     result = compute(session, detectors="exact,mesh=discrete", oracle="exact", pairs=[("a", name) for name in names])
     pairs = deepest_pairs(result)
     assert len(pairs) == MOST_CURVES + 2
-    assert depth_title(result).startswith(f"Depth of the {MOST_CURVES} deepest of {len(pairs)} pairs, mm")
+    assert depth_title(result) == f"Least depth, mm, {MOST_CURVES} of {len(pairs)} pairs; band: noise"
     deepest = [max(result.depth_series[pair].values()) for pair in pairs]
     assert np.all(np.diff(deepest) <= 0)
