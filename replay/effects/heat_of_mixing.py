@@ -44,7 +44,9 @@ def mixed(inputs: EffectInputs, declared: Declaration, findings: Findings) -> No
             continue
         first = int(history.frames[changed[0]]) if len(changed) else 0
         findings.ran[first:] = True
-        times = inputs.times[[0, *range(max(1, first - 1), len(inputs))]]
+        # What is warmer or colder than the room changes before anything comes in.
+        resting = 1 if matter.amount(name, HEAT)[0] else max(1, first - 1)
+        times = inputs.times[[0, *range(resting, len(inputs))]]
         celsius = declared["ambient_c"] + matter.kelvin(name, times)
         # What boils is told so, whatever its heat over its capacity is rounded to.
         celsius[celsius > boils(declared) - BOILING] = boils(declared)

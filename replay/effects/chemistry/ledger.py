@@ -54,10 +54,10 @@ MOST_TRIALS: Final = 8
 NEAR_KELVIN: Final = 0.2
 """Trials, and how near two must be, of the temperature at which what dissolves gives just the heat that leads to it."""
 
-KELVIN_STEP: Final = 1.0
+KELVIN_STEP: Final = 0.25
 """A solution beside a solid is looked at again when it has cooled or warmed by so much."""
 
-MOST_STEPS: Final = 200
+MOST_STEPS: Final = 800
 """Of these in one go."""
 
 NEUTRAL_PH: Final = 7.0

@@ -53,6 +53,16 @@ def test_the_constant_of_the_vessel_and_the_starting_temperature_count():
     )
 
 
+def test_a_vessel_cools_by_newtons_law_before_anything_comes_in():
+    bodies = (vessel("a", 60.0, "", 0.0), vessel("b", 50.0, "", 0.0, temperature_c=80.0))
+    heat = ("heat", {**HEAT, "loss_w_per_k": 100.0})
+    effects = poured([*([0.0] * 20), *([120.0] * 10), 0.0], bodies, MIX, heat)
+    series = effects["heat"].series["b/temperature"]
+    early = series.times < effects["pour"].events[0].time - 0.01
+    expected = 20.0 + 60.0 * np.exp(-100.0 * (series.times[early] - series.times[0]) / (PER_ML * 50.0))
+    assert early.sum() > 10 and series.values[early] == pytest.approx(expected, rel=1e-9)
+
+
 def test_a_hot_metal_warms_the_water_that_is_poured_on_it():
     """100 g of copper keep 38.5 J/K by the handbook's 0.385 J/(g K)."""
     metal = {"solid": {"formula": "Cu", "mass_g": 100.0}, "temperature_c": 90.0}
