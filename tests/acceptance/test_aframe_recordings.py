@@ -12,8 +12,10 @@ WAND = DATA / "webxr-vive-controller" / "htc-vive-none.glb"
 CAPTURES = DATA / "aframe-motion-capture"
 
 TRUTH = {
-    "grabLeft": (1127, [(195, 278)]), "grabRight": (1436, []), "tracked-recording": (2568, [(140, 155), (2124, 2567)]),
-}  # fmt: skip
+    "grabLeft": (1127, [(195, 278)]),
+    "grabRight": (1436, []),
+    "tracked-recording": (2568, [(140, 155), (2124, 2567)]),
+}
 """Recording -> frames, and first and last frame of each contact.
 
 Source: README.md beside the recordings, by a plain loop over python-fcl.

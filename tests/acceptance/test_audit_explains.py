@@ -16,9 +16,13 @@ CLUMSY = 1.5
 """How much larger the vessels of the titration are: as recorded nothing touches in it, and nothing could be missed."""
 
 WINDOWS = {
-    "bench-bumps": (0.0, 25.0), "titration": (20.0, 23.0), "silver-chloride": (31.0, 56.0),
-    "acid-dilution": (46.0, 96.0), "gas-collection": (73.0, 80.0), "copper-sulfate": (57.0, 65.0),
-}  # fmt: skip
+    "bench-bumps": (0.0, 25.0),
+    "titration": (20.0, 23.0),
+    "silver-chloride": (31.0, 56.0),
+    "acid-dilution": (46.0, 96.0),
+    "gas-collection": (73.0, 80.0),
+    "copper-sulfate": (57.0, 65.0),
+}
 """Seconds with contacts."""
 
 

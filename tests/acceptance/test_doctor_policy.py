@@ -13,10 +13,14 @@ from replay.prepare.policy import KINDS
 from replay.running.runner import run
 
 FAULTY = {
-    "not-finite": ("nan position", 100), "zero-quaternion": ("zero quaternion", 200),
-    "non-unit-quaternion": ("non-unit quaternion", 250), "identity-while-lost": ("identity while lost", 300),
-    "out-of-space": ("out of space", 550), "frozen": ("frozen pose", 400), "teleport": ("teleport", 700),
-}  # fmt: skip
+    "not-finite": ("nan position", 100),
+    "zero-quaternion": ("zero quaternion", 200),
+    "non-unit-quaternion": ("non-unit quaternion", 250),
+    "identity-while-lost": ("identity while lost", 300),
+    "out-of-space": ("out of space", 550),
+    "frozen": ("frozen pose", 400),
+    "teleport": ("teleport", 700),
+}
 STAND_INS = [(kind, action) for kind in FAULTY for action in KINDS[kind] if action != "refuse"]
 
 

@@ -29,8 +29,9 @@ def rod():
 
 SCENES = {
     "torus-ball": lambda: (torus_mesh(1.0, 0.3, 100, 25), ball_of(5000)),
-    "ball-beaker": lambda: (ball_of(5000, 0.6), beaker()), "rod-beaker": lambda: (rod(), beaker()),
-}  # fmt: skip
+    "ball-beaker": lambda: (ball_of(5000, 0.6), beaker()),
+    "rod-beaker": lambda: (rod(), beaker()),
+}
 
 
 def searched(meshes, poses, variant, budget, seed):

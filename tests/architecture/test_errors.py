@@ -12,9 +12,11 @@ ROOTS = {
     replay.errors: replay.errors.ReplayError,
 }
 NAMED = [
-    (one, root) for module, root in ROOTS.items() for one in vars(module).values()
+    (one, root)
+    for module, root in ROOTS.items()
+    for one in vars(module).values()
     if isinstance(one, type) and one.__module__ == module.__name__
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("error", "root"), NAMED, ids=lambda item: getattr(item, "__name__", ""))
@@ -26,11 +28,13 @@ def test_every_error_descends_from_its_root_and_shows_its_message(error, root):
 @pytest.mark.parametrize(
     ("error", "known"),
     [
-        (cdcore.errors.InvalidMeshError, ValueError), (cdcore.errors.InvalidPoseError, ValueError),
-        (cdcore.errors.InvalidSettingError, ValueError), (cdcore.errors.UnknownDetectorError, KeyError),
+        (cdcore.errors.InvalidMeshError, ValueError),
+        (cdcore.errors.InvalidPoseError, ValueError),
+        (cdcore.errors.InvalidSettingError, ValueError),
+        (cdcore.errors.UnknownDetectorError, KeyError),
         (cdcore.errors.NotRecordedError, LookupError),
         (sessions.errors.TornFileError, sessions.errors.SessionFileError),
     ],
-)  # fmt: skip
+)
 def test_who_knows_only_the_wider_error_can_catch_it(error, known):
     assert issubclass(error, known)

@@ -67,7 +67,11 @@ def test_memory_of_ties_does_not_grow_with_their_number(scene):
     # the first run may compile, which holds more than the answer does
     for _ in range(2):
         output = subprocess.run(
-            [sys.executable, "-c", program], env=environment() | {"OMP_NUM_THREADS": "1"}, check=True,
-            capture_output=True, text=True, cwd=Path(__file__).parent,
-        )  # fmt: skip
+            [sys.executable, "-c", program],
+            env=environment() | {"OMP_NUM_THREADS": "1"},
+            check=True,
+            capture_output=True,
+            text=True,
+            cwd=Path(__file__).parent,
+        )
     assert int(output.stdout) < PEAK_AT_MOST

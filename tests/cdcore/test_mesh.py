@@ -45,12 +45,16 @@ def test_a_vertex_no_face_uses_is_not_referenced():
 @pytest.mark.parametrize(
     ("mesh", "closed"),
     [
-        (box_mesh(), True), (ball_mesh(), True), (beaker_mesh(), True), (without_faces(box_mesh(), 1), False),
-        (TriangleMesh(CORNERS, [[0, 1, 2]]), False), (TriangleMesh(CORNERS, [[0, 1, 2], [0, 2, 1]]), True),
+        (box_mesh(), True),
+        (ball_mesh(), True),
+        (beaker_mesh(), True),
+        (without_faces(box_mesh(), 1), False),
+        (TriangleMesh(CORNERS, [[0, 1, 2]]), False),
+        (TriangleMesh(CORNERS, [[0, 1, 2], [0, 2, 1]]), True),
         (TriangleMesh(CORNERS, [[0, 0, 1]]), False),
     ],
     ids=["box", "ball", "beaker", "open box", "triangle", "triangle on both sides", "segment only"],
-)  # fmt: skip
+)
 def test_closed_means_every_edge_has_an_even_number_of_faces(mesh, closed):
     assert mesh.is_closed is closed
 

@@ -13,21 +13,26 @@ from sessions.model.track import HandTrack, Track
 
 TWO = {"between": ["hand-left", "pot"]}
 DECLARED = {
-    "contact": TWO, "grasp": TWO,
+    "contact": TWO,
+    "grasp": TWO,
     "breakage": {**TWO, "speed_m_s": 1.0},
     "burn-exposure": {**TWO, "threshold_c": 65.0, "seconds": 0.5, "surface_c": 80.0},
     "hazard-proximity": {"of": ["hand-left"], "hazard": "pot", "distance": 0.1},
-}  # fmt: skip
+}
 FAR, NEAR = 3.0, 0.9
 
 WORLDS = {
-    "one frame apart": ([FAR], None), "one frame in contact": ([NEAR], None),
-    "two frames in contact": ([NEAR, NEAR], None), "in contact all the time": ([NEAR] * 40, None),
-    "at the same place": ([0.0] * 40, None), "lost all the time": ([NEAR] * 40, [False] * 40),
+    "one frame apart": ([FAR], None),
+    "one frame in contact": ([NEAR], None),
+    "two frames in contact": ([NEAR, NEAR], None),
+    "in contact all the time": ([NEAR] * 40, None),
+    "at the same place": ([0.0] * 40, None),
+    "lost all the time": ([NEAR] * 40, [False] * 40),
     "lost in every other frame": ([FAR, NEAR] * 20, [True, False] * 20),
-    "seen once": ([NEAR] * 40, [False] * 20 + [True] + [False] * 19), "a leap in every step": ([FAR, NEAR] * 20, None),
+    "seen once": ([NEAR] * 40, [False] * 20 + [True] + [False] * 19),
+    "a leap in every step": ([FAR, NEAR] * 20, None),
     "a kilometre away": ([1e3] * 40, None),
-}  # fmt: skip
+}
 
 
 def world(positions, valid, kind):

@@ -63,11 +63,14 @@ def hostile(word):
     poses = {name: (np.outer(where, [1.0, 0.0, 0.0]), still) for name, where in positions.items()}
     facts = {"pseudonym": word, "consent": word, "vr_type": word, "recovered": word, "assumed": word, word: word}
     made = Session.from_arrays(
-        times, poses, {name: cube() for name in poses},
+        times,
+        poses,
+        {name: cube() for name in poses},
         parse_scene(SCENE.replace("{0}", "".join(f"\\u{ord(item):04x}" for item in word))),
-        events=[Event(20_000_000, word, word, f"{word} a")], intervals=[Interval(0, 500_000_000, word, word)],
+        events=[Event(20_000_000, word, word, f"{word} a")],
+        intervals=[Interval(0, 500_000_000, word, word)],
         facts=facts,
-    )  # fmt: skip
+    )
     return replace(made, origin=word)
 
 
@@ -106,8 +109,12 @@ def list_of(word):
 
 
 PAGES = {
-    "report": report_of, "study": study_of, "class": class_of, "shared": shared_of, "list of shared runs": list_of,
-}  # fmt: skip
+    "report": report_of,
+    "study": study_of,
+    "class": class_of,
+    "shared": shared_of,
+    "list of shared runs": list_of,
+}
 """Page -> its HTML where everything is called so. A page to come is a row."""
 
 
@@ -213,7 +220,7 @@ CALLS = {
     "stress": lambda f, d: ("stress", "--detector", COMMANDS),
     "paper": lambda f, d: ("paper", COMMANDS),
     COMMANDS: lambda f, d: (COMMANDS,),
-}  # fmt: skip
+}
 """In this order: a later verb reads what an earlier one wrote."""
 
 WORKS = {

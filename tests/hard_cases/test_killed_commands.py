@@ -14,8 +14,9 @@ from support.small_worlds import cubes
 from sessions import read_session, write_session
 
 pytestmark = [
-    pytest.mark.slow, pytest.mark.skipif(sys.platform == "win32", reason="no signal kills there, and no limit is known")
-]  # fmt: skip
+    pytest.mark.slow,
+    pytest.mark.skipif(sys.platform == "win32", reason="no signal kills there, and no limit is known"),
+]
 CSV = "kind,time,body,px,py,pz,qx,qy,qz,qw,tracked,other,value\n" + "".join(
     f"pose,{0.011 * k:.6f},Cup{k % 2},{0.01 * k},1,0,0,0,0,1,1,,\n" for k in range(600)
 )
@@ -24,7 +25,7 @@ VERBS = {
     "recover": ("recover", "../s.torn", "made.mcap"),
     "run": ("run", "../s.mcap", "--out", "made.mcap", "-q"),
     "demo": ("demo", "-q", "--scene", "fast-ball", "-o", "made.mcap"),
-}  # fmt: skip
+}
 
 
 @pytest.fixture

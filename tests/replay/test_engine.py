@@ -40,15 +40,22 @@ def test_an_oracle_is_a_label_a_detector_none_or_exact():
 
 def test_default_detectors_are_engine_colliders_meshes_paper_and_exact():
     assert [str(spec) for spec in chosen().specs] == [
-        "hull50=collider[shape=hull,rate_hz=50]", "mesh50=discrete[rate_hz=50]", "paper=hybrid-qaco", "exact=exact"
-    ]  # fmt: skip
+        "hull50=collider[shape=hull,rate_hz=50]",
+        "mesh50=discrete[rate_hz=50]",
+        "paper=hybrid-qaco",
+        "exact=exact",
+    ]
     assert [spec.label for spec in chosen(step_rate=22.5).specs][:2] == ["hull22.5", "mesh22.5"]
     recorded = replace(
         cubes(TWO_BUMPS), colliders={"a": (cube(0.5),)}, live_contacts=(LiveContact(0, "a", "b", "enter"),)
     )
     assert [spec.label for spec in chosen(session=recorded).specs] == [
-        "recorded", "shipped50", "mesh50", "paper", "exact"
-    ]  # fmt: skip
+        "recorded",
+        "shipped50",
+        "mesh50",
+        "paper",
+        "exact",
+    ]
 
 
 def test_settings_in_the_summary_give_the_same_answers():

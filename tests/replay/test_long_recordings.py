@@ -53,12 +53,15 @@ def test_every_verb_reads_a_recording_of_more_than_an_hour(tmp_path):
     requested = ["--detectors", FAST, "--oracle", "continuous", "--quiet"]
     window = ["--start", "1", "--end", "10"]
     lines = [
-        ["info", file], ["doctor", file], ["recover", file, tmp_path / "again.mcap"],
-        ["run", file, "--out", run, *requested], ["run", file, "--out", tmp_path / "short", *window, *requested],
+        ["info", file],
+        ["doctor", file],
+        ["recover", file, tmp_path / "again.mcap"],
+        ["run", file, "--out", run, *requested],
+        ["run", file, "--out", tmp_path / "short", *window, *requested],
         ["run", file, "--out", runs / "two", "--no-picture", *window, *requested],
         ["tradeoff", file, "--out", tmp_path / "costs", "--oracle", "hybrid", "--time-limit", "0.01", "--quiet"],
         ["diff", run, runs / "two"],
-    ]  # fmt: skip
+    ]
     for line in lines:
         assert main([str(word) for word in line]) == 0, line
     summary = json.loads((Path(run) / "summary.json").read_text())

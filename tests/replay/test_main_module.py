@@ -22,7 +22,10 @@ def test_the_current_folder_does_not_come_before_the_environment(tmp_path, optio
         (tmp_path / name / "__init__.py").write_text(FOREIGN)
     done = subprocess.run(
         [sys.executable, *options, "-m", "replay", "info", "s.mcap"],
-        cwd=tmp_path, env={**environment(), "PYTHONPATH": ""}, capture_output=True, text=True,
-    )  # fmt: skip
+        cwd=tmp_path,
+        env={**environment(), "PYTHONPATH": ""},
+        capture_output=True,
+        text=True,
+    )
     assert (done.returncode, done.stderr) == (0, "") and "12" in done.stdout
     assert not (tmp_path / "ran").exists()

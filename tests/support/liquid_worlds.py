@@ -68,9 +68,13 @@ def poured(degrees, bodies=None, *more, position=(0.0, 0.0, 0.0), valid=None):
 
 
 TAP = {
-    "body": "burette", "joint": "tap", "into": ["flask"], "full_area_m2": 6e-7, "full_angle_deg": 90.0,
+    "body": "burette",
+    "joint": "tap",
+    "into": ["flask"],
+    "full_area_m2": 6e-7,
+    "full_angle_deg": 90.0,
     "discharge": 0.6,
-}  # fmt: skip
+}
 COLUMN = {"capacity_ml": 50.0, "floor": 0.15, "mark": 0.65}
 
 

@@ -10,13 +10,19 @@ import numpy as np
 
 FINGERS = ("thumb", "index", "middle", "ring", "little")
 LENGTHS = {
-    "thumb": (0.046, 0.032, 0.026), "index": (0.066, 0.040, 0.025, 0.022), "middle": (0.064, 0.044, 0.028, 0.023),
-    "ring": (0.058, 0.041, 0.027, 0.023), "little": (0.054, 0.032, 0.020, 0.020),
-}  # fmt: skip
+    "thumb": (0.046, 0.032, 0.026),
+    "index": (0.066, 0.040, 0.025, 0.022),
+    "middle": (0.064, 0.044, 0.028, 0.023),
+    "ring": (0.058, 0.041, 0.027, 0.023),
+    "little": (0.054, 0.032, 0.020, 0.020),
+}
 ROOTS = {
-    "thumb": (-0.022, -0.008, -0.028), "index": (-0.018, 0.0, -0.030), "middle": (-0.004, 0.002, -0.033),
-    "ring": (0.010, 0.001, -0.031), "little": (0.022, -0.002, -0.028),
-}  # fmt: skip
+    "thumb": (-0.022, -0.008, -0.028),
+    "index": (-0.018, 0.0, -0.030),
+    "middle": (-0.004, 0.002, -0.033),
+    "ring": (0.010, 0.001, -0.031),
+    "little": (0.022, -0.002, -0.028),
+}
 SPREAD = {"thumb": 0.75, "index": 0.12, "middle": 0.0, "ring": -0.10, "little": -0.22}
 NAMES = ("metacarpal", "proximal", "intermediate", "distal", "tip")
 THUMB_NAMES = ("metacarpal", "proximal", "distal", "tip")
@@ -87,15 +93,17 @@ LEAP_BONES = {
         f"{finger}_{bone}": (f"{finger} {first}", f"{finger} {last}")
         for finger in FINGERS[1:]
         for bone, first, last in (
-            ("metacarpal", "metacarpal", "proximal"), ("proximal", "proximal", "intermediate"),
-            ("intermediate", "intermediate", "distal"), ("distal", "distal", "tip"),
+            ("metacarpal", "metacarpal", "proximal"),
+            ("proximal", "proximal", "intermediate"),
+            ("intermediate", "intermediate", "distal"),
+            ("distal", "distal", "tip"),
         )
     },
     "thumb_metacarpal": ("thumb metacarpal", "thumb metacarpal"),
     "thumb_proximal": ("thumb metacarpal", "thumb proximal"),
     "thumb_intermediate": ("thumb proximal", "thumb distal"),
     "thumb_distal": ("thumb distal", "thumb tip"),
-}  # fmt: skip
+}
 
 
 def write_rows(path, head, rows):

@@ -206,10 +206,12 @@ TO_SOURCE = {
 """Convention -> a point of the room in its axes."""
 
 EXPORTERS = {
-    "unity": ("x-flipped", lambda x, y, z: (-x, y, z)), "unreal": ("yz-swapped", lambda x, y, z: (x, z, y)),
-    "ros": ("y-up", lambda x, y, z: (x, z, -y)), "z-up": ("y-up", lambda x, y, z: (x, z, -y)),
+    "unity": ("x-flipped", lambda x, y, z: (-x, y, z)),
+    "unreal": ("yz-swapped", lambda x, y, z: (x, z, y)),
+    "ros": ("y-up", lambda x, y, z: (x, z, -y)),
+    "z-up": ("y-up", lambda x, y, z: (x, z, -y)),
     "z up, left-handed": ("yz-swapped", lambda x, y, z: (x, z, y)),
-}  # fmt: skip
+}
 """Convention -> name of the exporter's turn, and what it writes of a point in the engine's axes."""
 
 FRAMES, RATE_HZ = 120, 60.0

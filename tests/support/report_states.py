@@ -174,7 +174,7 @@ POSITIONS = {"a": [0.0] * 8, "b": [3, 0.9, 3, 3, 3, 3, 3, 3], "c": [-3, -3, -3, 
 SCENE = Scene(
     bodies=(SceneBody("a"), SceneBody("b")),
     effects=(SceneEffect("contact", {"between": ["a", "b"]}),),
-)  # fmt: skip
+)
 HAZARD = replace(SCENE, effects=(SceneEffect("hazard-proximity", {"of": "a", "hazard": "b", "distance": 0.2}),))
 TWO = "slow=discrete[rate_hz=50],more=discrete[rate_hz=25]"
 MANY = {f"b{k:02}": [3.0 + 2 * k] * (4 * k) + [0.9] + [3.0 + 2 * k] * (4 * (9 - k) + 3) for k in range(9)}
@@ -182,7 +182,8 @@ STATES = {
     "several": lambda: compute(cubes(POSITIONS), detectors=TWO, oracle="exact"),
     "nothing wrong": lambda: compute(
         cubes({"a": [0] * 4, "b": [0.9, 0.9, 2, 3], "c": [-3, -3, -3, -0.9]}, facts={"vr_type": "desktop", "who": "x"}),
-        detectors="exact", oracle="hybrid",
+        detectors="exact",
+        oracle="hybrid",
     ),
     "no contact": lambda: run("none"),
     "one missed": lambda: run("one"),
@@ -213,7 +214,7 @@ STATES = {
     "too few prices": lambda: traded(price_row("a", 0.5, 2), cut=("b",)),
     "no price": lambda: traded(),
     "an undecided price": lambda: traded(price_row("a", 0.5, 2, contact_frames_undecided=1)),
-}  # fmt: skip
+}
 
 
 def gated(position):

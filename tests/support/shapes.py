@@ -14,7 +14,7 @@ from replay.studies.stress.solids import (  # noqa: F401
     moved,
     revolved_mesh,
     rod_mesh,
-)  # fmt: skip
+)
 
 
 def without_faces(mesh: TriangleMesh, count: int) -> TriangleMesh:
@@ -58,9 +58,12 @@ def lab(frames=240, seed=0, gaps=True) -> tuple[list[Body], Motion]:
     """Five bodies, three of them on smooth random paths through the others, with poses missing now and then."""
     rng = np.random.default_rng(seed)
     bodies = [
-        Body("table", box_mesh((0.6, 0.6, 0.02))), Body("beaker", beaker_mesh()), Body("rod", rod_mesh()),
-        Body("ball", ball_mesh(0.012)), Body("wand", without_faces(ball_mesh(0.05, 6, 10), 3)),
-    ]  # fmt: skip
+        Body("table", box_mesh((0.6, 0.6, 0.02))),
+        Body("beaker", beaker_mesh()),
+        Body("rod", rod_mesh()),
+        Body("ball", ball_mesh(0.012)),
+        Body("wand", without_faces(ball_mesh(0.05, 6, 10), 3)),
+    ]
     time = np.arange(frames) / 90.0
     centres = np.tile([[0, 0, -0.0101], [0, 0, 0], [0, 0, 0.03], [0.02, 0, 0.05], [0.1, 0, 0.05]], (frames, 1, 1))
     for body in (2, 3, 4):

@@ -76,8 +76,12 @@ def questionnaire(answers, arm=()):
 
 def metrics(contacts, *, detectors=("exact",), recall=(1.0,), sessions=1):
     """Rows per session and detector: each detector sees the contacts its recall leaves it."""
-    rows = [(s, d, r, c * (1.0 if r is None else r)) for s, c in zip(names(len(contacts)), contacts, strict=True)
-            for d, r in zip(detectors, recall, strict=True) for _ in range(sessions)]  # fmt: skip
+    rows = [
+        (s, d, r, c * (1.0 if r is None else r))
+        for s, c in zip(names(len(contacts)), contacts, strict=True)
+        for d, r in zip(detectors, recall, strict=True)
+        for _ in range(sessions)
+    ]
     table = DataFrame(rows, columns=["student", "detector", "recall", "contacts_per_min"]).astype({"recall": float})
     table["contact_frames"] = table["recall"] * 0.0 + 100.0
     table["grasps"] = np.arange(len(table)) % 7.0

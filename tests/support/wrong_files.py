@@ -40,9 +40,12 @@ NUMBERS = [0, 1, 7, 255, 2**16 - 1, 2**31, 2**32 - 1, 2**62, 2**63 - 1, 2**63, 2
 TEXTS = ["", "../../x", "a\nb", "\x1b[31mred", "\u202eevil", "x" * 5000, "<script>", "\0", "/tf", "world", BODIES[0]]
 FLOATS = [np.nan, np.inf, 1e308, -1e20, 0.0]
 FIELDS = {
-    "parent_frame_id": TEXTS, "child_frame_id": TEXTS, "translation.x": FLOATS, "rotation.x": FLOATS,
+    "parent_frame_id": TEXTS,
+    "child_frame_id": TEXTS,
+    "translation.x": FLOATS,
+    "rotation.x": FLOATS,
     "timestamp.seconds": [2**62, -(2**62), 9223372037, -1],
-}  # fmt: skip
+}
 """Field of a transform -> values that it had better not have."""
 
 
@@ -161,8 +164,12 @@ def scene(words):
     return attachment("scene.toml", words)
 
 
-ENDLESS = {"accessors": [{"count": 2**40, "type": "VEC3", "componentType": 5126}], "scenes": [{"nodes": [0]}],
-           "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}], "nodes": [{"mesh": 0}]}  # fmt: skip
+ENDLESS = {
+    "accessors": [{"count": 2**40, "type": "VEC3", "componentType": 5126}],
+    "scenes": [{"nodes": [0]}],
+    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+    "nodes": [{"mesh": 0}],
+}
 LOOP = {"nodes": [{"children": [0]}], "scenes": [{"nodes": [0]}], "asset": {"version": "2.0"}}
 INSERTED = [
     listed([f"n{k}" for k in range(4097)]),

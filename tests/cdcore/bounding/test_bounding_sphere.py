@@ -16,7 +16,7 @@ from cdcore.bounding.bounding_sphere import (
     sphere_by_farthest_steps,
     sphere_by_triangle_mean,
     sphere_in_mode,
-)  # fmt: skip
+)
 from cdcore.numerics import EPS
 
 BUILDERS = SPHERES["best"]

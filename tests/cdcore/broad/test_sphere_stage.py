@@ -36,8 +36,10 @@ def test_spheres_decide_by_distance_of_placed_centres():
     motion = Motion(np.arange(200), rng.normal(size=(200, 4, 3)), random_rotations(rng, 200, 4))
     spheres = [Sphere(centre, radius) for centre, radius in zip(rng.normal(size=(4, 3)), (0.5, 1, 1.5, 2), strict=True)]
     pairs = np.array([[2, 0], [1, 3], [0, 3]])
-    placed = [place_points(ball.centre[None], motion.rotations[:, k], motion.translations[:, k])[:, 0]
-              for k, ball in enumerate(spheres)]  # fmt: skip
+    placed = [
+        place_points(ball.centre[None], motion.rotations[:, k], motion.translations[:, k])[:, 0]
+        for k, ball in enumerate(spheres)
+    ]
     verdict, _ = SphereStage(spheres, pairs).candidates(motion)
     for column, (a, b) in enumerate(pairs.tolist()):
         meet = np.linalg.norm(placed[a] - placed[b], axis=1) <= spheres[a].radius + spheres[b].radius

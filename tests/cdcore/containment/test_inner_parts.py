@@ -30,9 +30,10 @@ def boxes_of(mesh):
 
 
 INNER = {
-    "ball": ball_mesh(0.02), "rod": box_mesh([0.01, 0.01, 0.15]),
+    "ball": ball_mesh(0.02),
+    "rod": box_mesh([0.01, 0.01, 0.15]),
     "two parts": merged(box_mesh([0.02] * 3), moved(box_mesh([0.01] * 3), [0.06, 0.0, 0.0])),
-}  # fmt: skip
+}
 
 
 def path(rng, count, step=0.004):

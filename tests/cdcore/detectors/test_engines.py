@@ -116,9 +116,11 @@ def test_untestable_mesh_pairs_are_unsupported_never_clear(name):
     pytest.importorskip(ENGINE_MODULE[name])
     bodies = [Body("a", beaker_mesh()), Body("b", beaker_mesh()), Body("ball", ball_mesh(0.01))]
     motion = Motion(
-        np.arange(2), np.array([[[0, 0, 0], [0, 0, 9], [0, 0, 5]], [[0, 0, 0], [0, 0, 0.01], [0, 0, 5]]]),
-        np.tile(np.eye(3), (2, 3, 1, 1)), np.array([[True, True, True], [True, False, True]]),
-    )  # fmt: skip
+        np.arange(2),
+        np.array([[[0, 0, 0], [0, 0, 9], [0, 0, 5]], [[0, 0, 0], [0, 0, 0.01], [0, 0, 5]]]),
+        np.tile(np.eye(3), (2, 3, 1, 1)),
+        np.array([[True, True, True], [True, False, True]]),
+    )
     answer = create_detector(name, bodies, shape="mesh").detect(motion)
     assert answer.verdict[:, 0].tolist() == [Verdict.INVALID, Verdict.NO_POSE]
     assert "not supported" in answer.reasons[0, 0] and "not supported" in answer.containment[0]

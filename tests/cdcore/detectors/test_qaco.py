@@ -103,8 +103,12 @@ def test_search_contacts_missed_by_meshes_keep_their_faces():
     def none_on_early_pairs(*requested, faces):
         answer = ask(*requested, faces=faces)
         early = requested[2] < 3
-        return replace(answer, hits=answer.hits & ~early, which=np.where(early, len(answer.sets), answer.which),
-                       sets=[*answer.sets, np.zeros((0, 2), dtype=np.int32)])  # fmt: skip
+        return replace(
+            answer,
+            hits=answer.hits & ~early,
+            which=np.where(early, len(answer.sets), answer.which),
+            sets=[*answer.sets, np.zeros((0, 2), dtype=np.int32)],
+        )
 
     detector._meshes.decide = none_on_early_pairs
     both = detector.detect(motion, faces=True)

@@ -15,9 +15,11 @@ def test_ties_agree_in_every_mode(name, scene):
     assert 0.2 < meets.mean() < 0.9
     detector, last = create_detector(name, bodies), motion.frames(len(motion) - 1, len(motion))
     answers = {
-        "whole": detector.detect(motion), "blocks": join(detector.stream(motion.blocks(7))),
-        "live": detect_live(detector, motion), "faces": detector.detect(motion, faces=True),
-    }  # fmt: skip
+        "whole": detector.detect(motion),
+        "blocks": join(detector.stream(motion.blocks(7))),
+        "live": detect_live(detector, motion),
+        "faces": detector.detect(motion, faces=True),
+    }
     for direction, answer in answers.items():
         np.testing.assert_array_equal(answer.verdict[:, 0] == Verdict.CONTACT, meets, err_msg=direction)
     assert (detector.detect(last).verdict[0, 0] == Verdict.CONTACT) == meets[-1]

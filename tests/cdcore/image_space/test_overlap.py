@@ -99,11 +99,14 @@ CORNER = mesh_of(Manifold.cube((1, 4, 4)).translate((-2, -2, -2)) + Manifold.cub
 @pytest.mark.parametrize(
     ("outer", "size", "position", "inside"),
     [
-        (CRATE, 1, (0, 0, 0), True), (CRATE, 1, (1.5, 0, 0), False), (CRATE, 4, (0, 0, 0), False),
-        (HOLLOW, 0.5, (1.5, 0, 0), True), (HOLLOW, 1, (1, 0, 0), False),
+        (CRATE, 1, (0, 0, 0), True),
+        (CRATE, 1, (1.5, 0, 0), False),
+        (CRATE, 4, (0, 0, 0), False),
+        (HOLLOW, 0.5, (1.5, 0, 0), True),
+        (HOLLOW, 1, (1, 0, 0), False),
         (CORNER, 1, (-1, 0.5, 0), False),
     ],
-)  # fmt: skip
+)
 def test_body_is_inside_when_its_box_and_volume_are(outer, size, position, inside):
     box = box_mesh((size,) * 3, centre=position)
     assert overlap_volume(box, outer).inside == (0 if inside else -1)

@@ -18,10 +18,13 @@ def sets_of(frame, pair, sets):
 
 def detection(**changes):
     values = {
-        "detector": "test", "names": ("cup", "rod", "table"), "pairs": np.array([[0, 1], [1, 2]]),
-        "times": np.array([0.0, 0.5, 1.0]), "verdict": np.array([[0, 1], [1, 7], [2, 0]], dtype=np.uint8),
+        "detector": "test",
+        "names": ("cup", "rod", "table"),
+        "pairs": np.array([[0, 1], [1, 2]]),
+        "times": np.array([0.0, 0.5, 1.0]),
+        "verdict": np.array([[0, 1], [1, 7], [2, 0]], dtype=np.uint8),
         "face_sets": sets_of([0, 1], [1, 0], [FACES[:1], FACES]),
-    }  # fmt: skip
+    }
     return Detection(**(values | changes))
 
 

@@ -24,8 +24,10 @@ def detection(verdict, reasons=(), containment=TEXTS, start=0):
 def test_undecided_verdicts_get_the_reason_of_their_pair():
     answer = detection([[U, X, C], [C, C, U]])
     assert answer.reasons == {
-        (0, 0): "inside undecided: cup has holes", (0, 1): "not supported", (1, 2): NO_REASON,
-    }  # fmt: skip
+        (0, 0): "inside undecided: cup has holes",
+        (0, 1): "not supported",
+        (1, 2): NO_REASON,
+    }
     assert len(answer.reasons) == 3
     assert detection([[U, C, C]], containment=()).reasons == {(0, 0): NO_REASON}
 

@@ -11,7 +11,7 @@ from cdcore.search.equations import (
     equation_18,
     equation_19,
     equation_20,
-)  # fmt: skip
+)
 
 
 @kernel

@@ -24,9 +24,13 @@ def test_a_sentence_names_value_alternatives_and_the_option(tmp_path):
 
 def test_guess_that_needs_another_import_names_its_key():
     row = Assumption(
-        Subject.ANGLE_UNIT, "deg", Origin.GUESS, Confidence.OPEN, reason="the largest number is 3.1",
+        Subject.ANGLE_UNIT,
+        "deg",
+        Origin.GUESS,
+        Confidence.OPEN,
+        reason="the largest number is 3.1",
         alternatives=("deg", "rad"),
-    )  # fmt: skip
+    )
     (line,) = untried_lines(session_with(row))
     assert line == (
         "Not decided: unit of angles. Taken for deg: the largest number is 3.1. To decide: angle_unit in the mapping "

@@ -58,8 +58,9 @@ def test_advice_states_cost_of_exactness_and_saving_of_engine_step():
     slow = [result[0], {**usual, "mean_high": 0.05}, result[2]]
     assert advice_of(slow)[1].startswith("With meshes at 50 Hz a frame takes 0.026 ms, not surely less: 0-1 of 18")
     for times, reported in (
-        ({"p99_ms": None}, "get no cheaper."), ({"p99_ms": 0.08}, "take 0.08 ms in place of 0.1 ms.")
-    ):  # fmt: skip
+        ({"p99_ms": None}, "get no cheaper."),
+        ({"p99_ms": 0.08}, "take 0.08 ms in place of 0.1 ms."),
+    ):
         assert advice_of([result[0], usual | times, result[2]])[1].endswith(f"; slow samples (p99) {reported}")
     wrong = [price_row("paper", 0.2, 1), price_row("a", 0.3, 2), price_row("b", 0.4, 3)]
     assert advice_of(wrong)[0].startswith(

@@ -15,9 +15,13 @@ from sessions.model.scene import Scene, SceneBody, SceneEffect
 from sessions.synthetic.scenes import make_scene_session
 
 LIST = {
-    "FCL": "hybrid", "exact": "exact", "rare": "discrete[rate_hz=20]", "boxes": "collider[shape=box]",
-    "balls": "sphere", "between": "continuous",
-}  # fmt: skip
+    "FCL": "hybrid",
+    "exact": "exact",
+    "rare": "discrete[rate_hz=20]",
+    "boxes": "collider[shape=box]",
+    "balls": "sphere",
+    "between": "continuous",
+}
 
 
 @pytest.fixture(scope="module")

@@ -51,7 +51,7 @@ BLOCKS = {
     "crossing": joined(block(), block(9.0, [-4.0, 1.0, 1.0])),
     "crossing, one reversed": joined(block(), reversed_faces(block(9.0, [-4.0, 1.0, 1.0]))),
     "nested": joined(block(), block(8.0)),
-}  # fmt: skip
+}
 
 
 def audited(mesh):

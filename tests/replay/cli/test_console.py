@@ -58,8 +58,12 @@ def test_terminal_stage_prints_its_time_once_long(long, capsys, monkeypatch):
 @pytest.mark.parametrize("detectors", [None, "exact", "slow=discrete[rate_hz=20],recorded-like=sphere"])
 def test_every_stage_of_a_run_reports_all_of_its_work(detectors, tmp_path):
     watched = Watched()
-    run(cubes({"a": [0.0] * 6, "b": [3.0, 0.9, 3.0, 0.9, 0.9, 3.0]}), detectors=detectors, out=tmp_path / "run",
-        progress=watched)  # fmt: skip
+    run(
+        cubes({"a": [0.0] * 6, "b": [3.0, 0.9, 3.0, 0.9, 0.9, 3.0]}),
+        detectors=detectors,
+        out=tmp_path / "run",
+        progress=watched,
+    )
     names = [name.split()[0] for name in watched.stages]
     assert names[:3] == ["Examining", "Replaying", "Comparing"] and names[-1] == "Writing"
     assert [(name, total, done) for name, (total, done) in watched.stages.items() if total != done] == []

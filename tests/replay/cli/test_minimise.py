@@ -54,18 +54,23 @@ def told():
         ("devices", "pseudonym", "conversions", "clock", "vr_type", NAME), f"{NAME} {SERIAL} {FOLDER}"
     )
     made = Session.from_arrays(
-        stamps, poses, {SERIAL: cube(), "beaker": cube()}, scene,
+        stamps,
+        poses,
+        {SERIAL: cube(), "beaker": cube()},
+        scene,
         events=[Event(start, f"{NAME} came", f"{NAME} at {FOLDER}", SERIAL)],
         intervals=[Interval(start, start + STEP_NS, "task", f"task of {NAME}", {NAME: SERIAL})],
         facts={**facts, "consent": "share"},
-    )  # fmt: skip
+    )
     return replace(
-        made, colliders={SERIAL: (cube(),)}, live_contacts=(LiveContact(start, SERIAL, "beaker", "enter"),),
+        made,
+        colliders={SERIAL: (cube(),)},
+        live_contacts=(LiveContact(start, SERIAL, "beaker", "enter"),),
         hands={hand: HandTrack(stamps, buttons=(NAME,))},
         gaze={NAME: GazeTrack(stamps[:1], [[0.0] * 3], [[1.0, 0.0, 0.0]], bodies=[SERIAL])},
         scalars={f"heart rate {NAME}": ScalarTrack(stamps[:1], [70.0], NAME)},
         fast_tracks={SERIAL: Track(stamps, *poses[SERIAL])},
-    )  # fmt: skip
+    )
 
 
 def detected_in(path):

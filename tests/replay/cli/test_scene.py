@@ -20,9 +20,11 @@ from sessions.scene_files.scene_toml import parse_scene, read_scene, scene_to_to
 from sessions.synthetic.scenes import SCENES, make_scene_session
 
 CAPTURES = (
-    "aframe-motion-capture/grabLeft", "aframe-motion-capture/grabRight", "aframe-motion-capture/tracked-recording",
+    "aframe-motion-capture/grabLeft",
+    "aframe-motion-capture/grabRight",
+    "aframe-motion-capture/tracked-recording",
     "a-saturday-night/dance",
-)  # fmt: skip
+)
 POSITIONS = {"a": [0] * 6, "b": [3, 3, 0.9, 3, 3, 3], "c": [9, 9, 9, 0.8, 9, 9]}
 OWN = """
 [scene]
@@ -77,8 +79,10 @@ def test_mutants_end_in_a_scene_or_in_named_faults(tmp_path, count):
 
 
 def test_given_scene_replaces_all_of_the_recorded_scene(files):
-    own, other = (replay.run(files / "s.mcap", detectors="exact", oracle="none", **more)
-                  for more in ({}, {"scene": files / "other.toml"}))  # fmt: skip
+    own, other = (
+        replay.run(files / "s.mcap", detectors="exact", oracle="none", **more)
+        for more in ({}, {"scene": files / "other.toml"})
+    )
     assert own.document.session.scene == "own" and other.document.session.scene == "other"
     assert [pair.name for pair in own.document.pairs] == ["a-c"]
     assert [pair.name for pair in other.document.pairs] == ["a-b"]

@@ -85,10 +85,12 @@ def test_every_word_and_number_is_whole_at_every_width(screens, verb, width):
 
 
 SNAPSHOT = table(
-    "18 contacts", ("detector", "missed", "of a 90 Hz frame", "why"),
+    "18 contacts",
+    ("detector", "missed", "of a 90 Hz frame", "why"),
     [("hull50", "0.50 [0.075, 2.9]", "1.4 %", "colliders meet, surfaces do not"), ("exact", 0, "0.53 %", "")],
-    words=("detector", "why"), notes=["Over 16 sampling offsets: hull50."],
-)  # fmt: skip
+    words=("detector", "why"),
+    notes=["Over 16 sampling offsets: hull50."],
+)
 
 
 @pytest.mark.parametrize(("columns", "widest"), [(None, console_module.PIPED), ("60", 60), ("140", 140)])

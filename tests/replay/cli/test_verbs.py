@@ -163,14 +163,17 @@ def folder(tmp_path_factory):
     kept.meshes["a"] = open_cube
     status = [[1, 1]] * 6 + [[1, 2]] * 2 + [[1, 0], [3, 1], [1, 1], [1, 1]]
     for name, session in {
-        "told": replace(reported, gaze={"anna": sampled}, scalars=scalars, facts=facts), "s": kept,
-        "lost": framed([10 * k for k in range(12)], status), "bare": replace(cubes(POSITIONS), meshes={}),
-        "p": cubes(POSITIONS), "apart": cubes({"a": [0] * 12, "b": [3.0 + k / 10 for k in range(12)]}),
+        "told": replace(reported, gaze={"anna": sampled}, scalars=scalars, facts=facts),
+        "s": kept,
+        "lost": framed([10 * k for k in range(12)], status),
+        "bare": replace(cubes(POSITIONS), meshes={}),
+        "p": cubes(POSITIONS),
+        "apart": cubes({"a": [0] * 12, "b": [3.0 + k / 10 for k in range(12)]}),
         "twice": framed([0, 10, 10, 20], [[1, 1]] * 4),
         "wand": replace(cubes(POSITIONS | {"wand": [5] * 12}), meshes=dict.fromkeys("ab", cube())),
         "three": cubes(POSITIONS | {"c": [9] * 12}, scene=parse_scene(EFFECTS + THIRD)),
         "none": Session.from_tracks({"a": Track([], np.zeros((0, 3)), np.zeros((0, 4)))}, {"a": cube()}),
-    }.items():  # fmt: skip
+    }.items():
         write_session(session, day / f"{name}.mcap")
     rounded, frozen = clean(), clean()
     rounded.arrays["quaternion_xyzw"][:, 0] *= 1 + 1e-5
@@ -212,7 +215,7 @@ def folder(tmp_path_factory):
         ("after", many[1], {"detectors": "hybrid", "oracle": "none"}),
         ("slow", few, {"detectors": "it=discrete[rate_hz=25]"}),
         ("fast", few, {"detectors": "it=discrete[rate_hz=100]"}),
-    ):  # fmt: skip
+    ):
         with_steady_times(replay.run(cubes(folders), **requested)).write(day / name, picture=False)
     return day
 

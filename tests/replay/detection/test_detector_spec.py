@@ -21,7 +21,9 @@ SESSION = Session.from_tracks({"cup": Track([0], [[0.0, 0.0, 0.0]], [[0.0, 0.0, 
         ("x=hybrid", "x", "hybrid", {}),
         ("hybrid[]", "hybrid", "hybrid", {}),
         (
-            "q=hybrid-qaco[ants=20, stop_first=true,variant=local,budget=none]", "q", "hybrid-qaco",
+            "q=hybrid-qaco[ants=20, stop_first=true,variant=local,budget=none]",
+            "q",
+            "hybrid-qaco",
             {"ants": 20, "stop_first": True, "variant": "local", "budget": None},
         ),
         ("my.package:Class", "Class", "my.package:Class", {}),
@@ -35,7 +37,7 @@ SESSION = Session.from_tracks({"cup": Track([0], [[0.0, 0.0, 0.0]], [[0.0, 0.0, 
         ("mesh", "mesh", "discrete", {}),
         ("x=paper[ants=20]", "x", "hybrid-qaco", {"ants": 20}),
     ],
-)  # fmt: skip
+)
 def test_text_says_label_name_and_settings(text, label, name, settings):
     spec = parse_detector(text)
     assert (spec.label, spec.name, spec.settings) == (label, name, settings)

@@ -56,7 +56,7 @@ def test_the_moment_of_a_false_contact_holds_its_gap():
             "1 error and 2 warnings about the recording: verdicts on these spans carry a flag",
         ),
     ],
-)  # fmt: skip
+)
 def test_the_report_says_how_much_is_suspicious(severities, text):
     findings = [Finding("frozen", "it stood still", own_severity=severity).as_json() for severity in severities]
     records = tuple(convert(finding, FindingRecord) for finding in findings)

@@ -31,9 +31,12 @@ name = "hand"
 members = ["thumb", "i*", "palm"]
 """
 
-CUP = SCENE.replace("index", "finger").replace("glass", "cup").replace('[[body]]\nid = "palm"\n', "").replace(
-    'members = ["thumb", "i*", "palm"]', 'members = ["thumb", "finger"]\n[[pair]]\nbetween = ["hand", "cup"]'
-)  # fmt: skip
+CUP = (
+    SCENE.replace("index", "finger")
+    .replace("glass", "cup")
+    .replace('[[body]]\nid = "palm"\n', "")
+    .replace('members = ["thumb", "i*", "palm"]', 'members = ["thumb", "finger"]\n[[pair]]\nbetween = ["hand", "cup"]')
+)
 
 
 @pytest.fixture(scope="module")

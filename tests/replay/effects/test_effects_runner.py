@@ -85,9 +85,12 @@ TIMES = np.arange(3.0)
 LIQUID = Liquid(TIMES, np.ones(3), 0.1, 0.2, np.zeros((3, 4), dtype=np.uint8))
 SPILL = EffectEvent(1.0, "spill", ("cup",), 2.0, {"volume_ml": np.float64(3.0)}, point=(0.0, 1.0, 2.0))
 WHOLE = EffectOutput(
-    (SPILL,), {"cup/volume": Series(TIMES, TIMES * 2, "mL")}, {"cup": (LaneSpan(0.0, 1.0, "pours"),)},
-    np.array([True, False, True]), {"cup": LIQUID},
-)  # fmt: skip
+    (SPILL,),
+    {"cup/volume": Series(TIMES, TIMES * 2, "mL")},
+    {"cup": (LaneSpan(0.0, 1.0, "pours"),)},
+    np.array([True, False, True]),
+    {"cup": LIQUID},
+)
 
 
 @pytest.mark.parametrize(
@@ -95,10 +98,12 @@ WHOLE = EffectOutput(
     [
         {"events": (replace(SPILL, values={"volume_ml": 3.0000001}),)},
         {"series": {"cup/volume": Series(TIMES, np.nextafter(TIMES * 2, 9), "mL")}},
-        {"series": {"cup/volume": Series(TIMES, TIMES * 2, "L")}}, {"lanes": {}}, {"ran": None},
+        {"series": {"cup/volume": Series(TIMES, TIMES * 2, "L")}},
+        {"lanes": {}},
+        {"ran": None},
         {"liquids": {"cup": replace(LIQUID, floor=0.11)}},
     ],
-)  # fmt: skip
+)
 def test_any_visible_difference_changes_the_digest(changed):
     assert replace(WHOLE, **changed).digest != WHOLE.digest == replace(WHOLE, data=object()).digest
 

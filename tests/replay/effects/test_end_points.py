@@ -28,10 +28,11 @@ def poured(a, b, equation):
     scene = Scene(
         bodies=(glass("a", cavity={"radius": 0.05, "height": 0.08}, **a), glass("b", cavity={"radius": 0.05}, **b)),
         effects=(
-            SceneEffect("pour", {"from": ["a"], "into": ["b"]}), SceneEffect("mixing", {"in": ["b"]}),
+            SceneEffect("pour", {"from": ["a"], "into": ["b"]}),
+            SceneEffect("mixing", {"in": ["b"]}),
             SceneEffect("reaction", {"equation": equation}),
         ),
-    )  # fmt: skip
+    )
     contents = contents_of_scene(scene, "scene.toml")
     recipe = recipe_of({kind: step.declared for kind, step in plan(scene).steps.items()}, contents)
     book = recipe.ledger(0.0, UNFOLLOWED)

@@ -40,10 +40,14 @@ LOST[15:20] = False
 
 @pytest.mark.parametrize(
     ("points", "valid", "visits"),
-    [(visit(19), None, [("NaCl", "", 0.95)]), (visit(30, AWAY), None, [("", "", 1.5)]), (visit(1), None, []),
-     (visit(30), LOST, [("NaCl", "yellow", 1.5)])],
+    [
+        (visit(19), None, [("NaCl", "", 0.95)]),
+        (visit(30, AWAY), None, [("", "", 1.5)]),
+        (visit(1), None, []),
+        (visit(30), LOST, [("NaCl", "yellow", 1.5)]),
+    ],
     ids=["too short", "clean wire", "one frame is noise", "a loss ends no visit"],
-)  # fmt: skip
+)
 def test_a_lasting_visit_shows_the_salt_on_the_wire(points, valid, visits):
     events = [event.values for event in run(points, valid).output.named("flame")]
     assert [(visit["salt"], visit["seen"], pytest.approx(visit["seconds"])) for visit in events] == visits

@@ -19,10 +19,12 @@ MOHR = {"formula": "(NH4)2Fe(SO4)2.6H2O", "mass_g": 0.0392}
     [
         ("MnO4- + 5 Fe2+ + 8 H+ -> Mn2+ + 5 Fe3+ + 4 H2O", "Fe^2+ and MnO4-"),
         ("2 KMnO4 + 10 FeSO4 + 8 H2SO4 -> 2 MnSO4 + K2SO4 + 5 Fe2(SO4)3 + 8 H2O", "FeSO4 and KMnO4"),
-        ("2 KMnO4 + 10 (NH4)2Fe(SO4)2 + 8 H2SO4 -> 2 MnSO4 + K2SO4 + 5 Fe2(SO4)3 + 10 (NH4)2SO4 + 8 H2O",
-         "(NH4)2Fe(SO4)2 and KMnO4"),
+        (
+            "2 KMnO4 + 10 (NH4)2Fe(SO4)2 + 8 H2SO4 -> 2 MnSO4 + K2SO4 + 5 Fe2(SO4)3 + 10 (NH4)2SO4 + 8 H2O",
+            "(NH4)2Fe(SO4)2 and KMnO4",
+        ),
     ],
-)  # fmt: skip
+)
 def test_permanganate_is_standardised_with_mohrs_salt(equation, names, weighed):
     """The salt is weighed or dissolved before; the equation is of ions or of any of its salts."""
     solutes = {"H2SO4": 1.0} if weighed else {"H2SO4": 1.0, "(NH4)2Fe(SO4)2": 0.0392 / 392.14 / 10e-3}
@@ -63,13 +65,15 @@ def test_copper_is_titrated_to_its_ammine():
     burette = glass("burette", 50.0, solute="NH3", molar=6.0, cavity=COLUMN)
     flask = glass("flask", 2.0, solute="CuSO4", molar=0.02)
     effects = run_in(
-        OPEN, MIX,
+        OPEN,
+        MIX,
         ("reaction", {"equation": "CuSO4 + 4 NH3 -> Cu(NH3)4SO4"}),
         ("reaction", {"equation": "Cu2+ + 2 NH3 + 2 H2O -> Cu(OH)2 + 2 NH4+"}),
         ("precipitation", {"solid": "Cu(OH)2", "colour": "blue"}),
         ("colour", {"in": "flask", "species": "Cu(NH3)4^2+"}),
-        base=burette, acid=flask,
-    )  # fmt: skip
+        base=burette,
+        acid=flask,
+    )
     falls, dissolves = effects["precipitation"].events
     assert falls.name == "precipitate" and falls.values["moles"] > 1e-5
     assert dissolves.name == "dissolved" and "dissolve again in flask" in dissolves.text

@@ -10,11 +10,14 @@ OPEN = [*([0.0] * 2), *([90.0] * 160), *([0.0] * 10)]
 """Degrees of the stopcock: some 2 mL run in."""
 
 BY_PH = {
-    "phenolphthalein": (8.2, 10.0, "colourless", "pink"), "methyl orange": (3.1, 4.4, "red", "yellow"),
-    "bromothymol blue": (6.0, 7.6, "yellow", "blue"), "litmus": (5.0, 8.0, "red", "blue"),
-    "methyl red": (4.4, 6.2, "red", "yellow"), "thymol blue": (8.0, 9.6, "yellow", "blue"),
+    "phenolphthalein": (8.2, 10.0, "colourless", "pink"),
+    "methyl orange": (3.1, 4.4, "red", "yellow"),
+    "bromothymol blue": (6.0, 7.6, "yellow", "blue"),
+    "litmus": (5.0, 8.0, "red", "blue"),
+    "methyl red": (4.4, 6.2, "red", "yellow"),
+    "thymol blue": (8.0, 9.6, "yellow", "blue"),
     "bromocresol green": (3.8, 5.4, "yellow", "blue"),
-}  # fmt: skip
+}
 """Name -> pH range and colours. Source: Harris, Quantitative Chemical Analysis, 8th ed., table 10-3."""
 
 

@@ -28,9 +28,10 @@ def titration():
     poses = {"burette": still(COUNT, (0.0, 0.15, 0.0)), "flask": still(COUNT)}
     poses["tap"] = tap_rotations([0.0, *([90.0] * (COUNT - 1))])
     bodies = (
-        holding("burette", 50.0, cavity=COLUMN, HCl=0.5), holding("flask", 1.0, Na2CO3=0.05, NaHCO3=0.05),
+        holding("burette", 50.0, cavity=COLUMN, HCl=0.5),
+        holding("flask", 1.0, Na2CO3=0.05, NaHCO3=0.05),
         SceneBody("tap"),
-    )  # fmt: skip
+    )
     orange = {"in": "flask", "indicator": "methyl orange", "from_ph": 3.1, "to_ph": 4.4, "acid_colour": "red",
               "base_colour": "yellow"}  # fmt: skip
     pink = {**orange, "indicator": "phenolphthalein", "from_ph": 8.2, "to_ph": 10.0, "acid_colour": "colourless"}
@@ -45,9 +46,10 @@ def pours():
     """Three salts fall out of what two glasses pour into one, which grows warm and pours on."""
     poses = {"a": ramp(10, 60, 100.0), "b": still(COUNT), "c": ramp(70, 140, 100.0)}
     bodies = (
-        holding("a", 30.0, AgNO3=0.2, BaCl2=0.05), holding("b", 10.0, NaCl=0.1, KI=0.1, Na2SO4=0.1),
+        holding("a", 30.0, AgNO3=0.2, BaCl2=0.05),
+        holding("b", 10.0, NaCl=0.1, KI=0.1, Na2SO4=0.1),
         holding("c", 30.0, HCl=0.3, K2SO4=0.1),
-    )  # fmt: skip
+    )
     falls = [("AgCl", "Ag+ + Cl- -> AgCl(s)"), ("AgI", "Ag+ + I- -> AgI(s)"), ("BaSO4", "Ba2+ + SO42- -> BaSO4(s)")]
     return poses, bodies, (
         ("pour", {"from": ["a", "c"], "into": ["b"]}), ("mixing", {"in": ["a", "b", "c"]}), ("heat", HEAT),
@@ -61,8 +63,11 @@ def chain():
     lower = (0.0, -0.2, 0.0)
     poses = {"a": ramp(10, 150, 110.0), "b": ramp(20, 200, 110.0), "c": still(COUNT, lower)}
     poses["b"] = (poses["b"][0] + np.array([0.0, -0.2, 0.0]), poses["b"][1])
-    bodies = (holding("a", 50.0, HCl=1.0), holding("b", 40.0, {"formula": "Zn", "mass_g": 0.3}, NH3=0.5),
-              holding("c", 5.0, NaOH=1.0))  # fmt: skip
+    bodies = (
+        holding("a", 50.0, HCl=1.0),
+        holding("b", 40.0, {"formula": "Zn", "mass_g": 0.3}, NH3=0.5),
+        holding("c", 5.0, NaOH=1.0),
+    )
     return poses, bodies, (
         ("pour", {"from": ["b", "a"], "into": ["b", "c"]}), ("mixing", {"in": ["c", "b", "a"]}), ("heat", HEAT),
         ("reaction", {"equation": "Zn + 2 HCl -> ZnCl2 + H2", "rate_per_s": 0.8}),

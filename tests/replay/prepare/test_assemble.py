@@ -21,9 +21,11 @@ MS = 1_000_000
 def test_motion_holds_bodies_with_a_mesh_and_names_the_others():
     start = 1_709_283_600_000_000_000
     bodies = (
-        SceneBody("bench", fixed=Pose()), SceneBody("a", proxy=True), SceneBody("ghost"),
+        SceneBody("bench", fixed=Pose()),
+        SceneBody("a", proxy=True),
+        SceneBody("ghost"),
         SceneBody("glass", parent="tracker", offset=Pose((0.0, 1.0, 0.0))),
-    )  # fmt: skip
+    )
     tracks = {"tracker": along_x([3, 4, 5]), "a": along_x([0, 1, 2]), "glass": along_x([10, 10, 10])}
     meshes = dict.fromkeys(("a", "glass", "bench"), cube())
     actual = assemble(

@@ -64,10 +64,14 @@ def reported(result, earliest, latest):
         (item.code, item.start) for item in result.repaired.findings if item.start and earliest <= item.start <= latest
     ]
     return (
-        assembly.motion.times[rows].tolist(), assembly.motion.translations[rows].tolist(),
-        assembly.stamp_ns[rows].tolist(), assembly.origin[rows].tolist(),
-        {label: matches.verdict[rows].tolist() for label, matches in result.detections.items()}, flags, findings,
-    )  # fmt: skip
+        assembly.motion.times[rows].tolist(),
+        assembly.motion.translations[rows].tolist(),
+        assembly.stamp_ns[rows].tolist(),
+        assembly.origin[rows].tolist(),
+        {label: matches.verdict[rows].tolist() for label, matches in result.detections.items()},
+        flags,
+        findings,
+    )
 
 
 @pytest.mark.parametrize("kind", ["file", "memory"])

@@ -25,10 +25,13 @@ def path(*points):
 def bench(scene=None, **more):
     small = cube(0.1)
     tracks = {
-        "cup": path((0, 0.0505, 0), (0, 0.0505, 0)), "hand-right": path((0.5, 0.4, 0), (0.3, 0.4, 0), (0.9, 0.4, 0)),
-        "rod": path((0.5, 0.29, 0), (0.3, 0.29, 0), (0.9, 0.29, 0)), "far": path((3, 2, 0), (3, 1, 0)),
-        "lamp": path((0, 0.3, 0.4), (0.0, 0.12, 0.0), (0, 0.3, 0.4)), **more,
-    }  # fmt: skip
+        "cup": path((0, 0.0505, 0), (0, 0.0505, 0)),
+        "hand-right": path((0.5, 0.4, 0), (0.3, 0.4, 0), (0.9, 0.4, 0)),
+        "rod": path((0.5, 0.29, 0), (0.3, 0.29, 0), (0.9, 0.29, 0)),
+        "far": path((3, 2, 0), (3, 1, 0)),
+        "lamp": path((0, 0.3, 0.4), (0.0, 0.12, 0.0), (0, 0.3, 0.4)),
+        **more,
+    }
     top = MeshData(np.array([2.0, 0.04, 1.0]) * cube(1.0).vertices - [0, 0.02, 0], cube(1.0).faces)
     scene = scene or Scene(bodies=(SceneBody("top", fixed=Pose(), tags=("bench",)),))
     tracks["rod"] = (tracks["hand-right"][0] - [0, 0.11, 0], tracks["rod"][1])
@@ -76,10 +79,13 @@ def test_draft_without_meshes_or_neighbours_is_a_scene():
     text = draft_text(bare, drafted(bare), {}, "A first scene.")
     assert parse_scene(text).bodies == (SceneBody('a"b\n'),) and "it has no mesh" in text
     separate = Session.from_arrays(
-        [0, STEP], {"a": (np.zeros((2, 3)), bare.frames.quaternion_xyzw[:, 0]),
-                    "b": (np.array([[9.0, 0, 0], [8.0, 0, 0]]), bare.frames.quaternion_xyzw[:, 0])},
+        [0, STEP],
+        {
+            "a": (np.zeros((2, 3)), bare.frames.quaternion_xyzw[:, 0]),
+            "b": (np.array([[9.0, 0, 0], [8.0, 0, 0]]), bare.frames.quaternion_xyzw[:, 0]),
+        },
         dict.fromkeys("ab", cube(0.1)),
-    )  # fmt: skip
+    )
     assert parse_scene(draft_text(separate, drafted(separate), {}, "x")).pairs is None
 
 

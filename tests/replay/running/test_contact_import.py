@@ -101,8 +101,10 @@ def recorded_figures(session):
 @pytest.mark.parametrize("seed", range(3))
 def test_a_perfect_engine_in_a_unity_log_is_wrong_nowhere(tmp_path, seed):
     stamps, begins, ends = taps(seed)
-    frames = [(stamps[np.searchsorted(stamps, moment)], what) for moment, what in
-              sorted([(moment, "enter") for moment in begins] + [(moment, "exit") for moment in ends])]  # fmt: skip
+    frames = [
+        (stamps[np.searchsorted(stamps, moment)], what)
+        for moment, what in sorted([(moment, "enter") for moment in begins] + [(moment, "exit") for moment in ends])
+    ]
     session = unity_log(tmp_path / "log.csv", stamps, begins, ends, frames)
     assert recorded_figures(session) == (TAPS, 0, 0, 0)
 

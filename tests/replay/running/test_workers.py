@@ -58,9 +58,12 @@ def test_task_that_kills_its_worker_is_tried_three_times(monkeypatch):
     reported, dead = [], []
     tasks = {"a": "", "b": "die", "c": "it was not to be", "d": "die once", "e": workers.KEPT}
     failed = do_all(
-        lambda *one: one, {name: (name, what) for name, what in tasks.items()}, 2, lambda *one: reported.append(one),
+        lambda *one: one,
+        {name: (name, what) for name, what in tasks.items()},
+        2,
+        lambda *one: reported.append(one),
         on_died=lambda name, _: dead.append(name),
-    )  # fmt: skip
+    )
     assert failed.keys() == {"b", "c"} and "ended 3 times" in failed["b"] and failed["b"].count(", ") == 3
     assert sorted(dead) == ["b", "b", "b", "d"] and dead[-1] == "b"
     assert sorted(name for name, _ in reported) == [*tasks]
@@ -133,9 +136,12 @@ do_all(exec, {"a": ("import time; time.sleep(300)",), "b": ("import time; time.s
 @pytest.mark.parametrize("delay", [0.0, 1.0, 4.0])
 def test_interrupted_work_ends_within_five_seconds_with_its_workers(delay):
     process = subprocess.Popen(
-        [sys.executable, "-P", "-c", INTERRUPTED], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-        start_new_session=True, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler) and None,
-    )  # fmt: skip
+        [sys.executable, "-P", "-c", INTERRUPTED],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler) and None,
+    )
     assert process.stdout.readline() == b"started\n"
     time.sleep(delay)
     spawned = spawned_by(psutil.Process(process.pid))

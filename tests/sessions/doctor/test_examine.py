@@ -88,9 +88,9 @@ def test_declared_but_unrecorded_and_undeclared_bodies_are_reported():
 
 
 @pytest.mark.parametrize(
-    ("topic", "text"), [("/tf", "/tf holds tf2_msgs/msg/TFMessage as cdr"),
-                         ("/vive", "it has no poses")],
-)  # fmt: skip
+    ("topic", "text"),
+    [("/tf", "/tf holds tf2_msgs/msg/TFMessage as cdr"), ("/vive", "it has no poses")],
+)
 def test_a_ros_bag_is_not_recovered_but_imported(tmp_path, topic, text):
     body = b"\x00\x01\x00\x00" + b"\x01" * 80
     messages = [(10 * k, 10 * k, body) for k in range(20)]
@@ -113,9 +113,10 @@ def test_useless_or_misplaced_gaze_and_scalars_are_reported(tmp_path):
         "ben": GazeTrack(stamps, position, nowhere, ~(stamps > 0)),
     }
     scalars = {
-        "good": ScalarTrack([10**9, 10**10], [1, 2]), "apart": ScalarTrack([6 * 10**9, 8 * 10**9], [1, 2]),
+        "good": ScalarTrack([10**9, 10**10], [1, 2]),
+        "apart": ScalarTrack([6 * 10**9, 8 * 10**9], [1, 2]),
         "empty": ScalarTrack([10**9], [np.nan]),
-    }  # fmt: skip
+    }
     session = replace(Session.from_arrays(stamps, {"a": (position, rotation)}), gaze=gaze, scalars=scalars)
     write_session(session, tmp_path / "s.mcap")
     codes = ("gaze-nowhere", "stream-apart", "stream-empty")

@@ -24,9 +24,10 @@ def test_what_is_whole_stays_as_it_is():
         (np.concatenate([FACES, FACES[3:7]]), ["4 repeated faces removed"]),
         (np.concatenate([FACES, [[0, 1, 1]]]), ["1 face without area removed"]),
         (np.where(np.arange(320)[:, None] < 60, FACES[:, ::-1], FACES), ["60 faces turned to wind outwards"]),
-        (FACES[1:], ["1 hole closed"]), (np.delete(FACES, [0, 200], axis=0), ["2 holes closed"]),
+        (FACES[1:], ["1 hole closed"]),
+        (np.delete(FACES, [0, 200], axis=0), ["2 holes closed"]),
     ],
-)  # fmt: skip
+)
 def test_each_fault_is_mended_and_named(faces, done):
     mended, note = repaired(MeshData(BALL.vertices, faces))
     assert note == done and has_consistent_winding(mended)

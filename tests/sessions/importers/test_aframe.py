@@ -47,9 +47,13 @@ def press(stamp, button, name="buttondown"):
 
 def test_presses_of_a_vive_wand_become_its_trigger(tmp_path):
     happened = [
-        press(5, 1), press(6, 2), press(6, 1, "buttonup"), press(7, 2, "buttonup"), press(8, 99),
+        press(5, 1),
+        press(6, 2),
+        press(6, 1, "buttonup"),
+        press(7, 2, "buttonup"),
+        press(8, 99),
         {**press(8, 9), "detail": 3},
-    ]  # fmt: skip
+    ]
     wand = {"poses": [pose(1), pose(9)], "events": happened, "gamepad": {"id": "OpenVR Gamepad", "hand": "right"}}
     session = import_session("aframe", written(tmp_path, {"leftWheel": wand, "lamp": {"poses": [pose(1)]}}))
     assert list(session.hands) == ["student/left"]

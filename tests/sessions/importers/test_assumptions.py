@@ -77,8 +77,11 @@ def test_a_small_mesh_beside_others_in_centimetres_may_be_too(tmp_path):
     rows = [(name, 10**9, (0, 0, 1), (0, 0, 0, 1)) for name in ("beaker", "stopper")]
     write_transforms(tmp_path / "take.mcap", rows)
     meshes = {name: tmp_path / f"{name}.obj" for name in ("beaker", "stopper")}
-    units = [row for row in recording_assumptions(import_session("mcap", tmp_path / "take.mcap", meshes=meshes))
-             if row.subject is Subject.MESH_UNIT]  # fmt: skip
+    units = [
+        row
+        for row in recording_assumptions(import_session("mcap", tmp_path / "take.mcap", meshes=meshes))
+        if row.subject is Subject.MESH_UNIT
+    ]
     of_stopper = next(row for row in units if row.bodies == ("stopper",))
     assert (of_stopper.value, of_stopper.is_open, of_stopper.alternatives) == ("m", True, ("m", "cm"))
     alone = import_session("mcap", tmp_path / "take.mcap", meshes={"stopper": meshes["stopper"]})

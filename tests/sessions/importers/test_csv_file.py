@@ -230,13 +230,15 @@ def test_non_pose_rows_become_triggers_events_or_unknown_kinds(written):
     session = import_session(
         "csv",
         written(
-            HEADER, pose(0),
+            HEADER,
+            pose(0),
             *(happening("trigger", k, "LeftWheel", "", v) for k, v in enumerate(("0.25", "", "inf", "-1", "7"))),
-            happening("event", 2, "", "act", "pouring"), happening("event", 1, "Beaker", "", '"a, b"'),
+            happening("event", 2, "", "act", "pouring"),
+            happening("event", 1, "Beaker", "", '"a, b"'),
             happening("event", 3, "Beaker", "", "fell, hard"),  # a cell too many
             *(happening(kind, 1, "x") for kind in "aabcdefg"),
         ),
-    )  # fmt: skip
+    )
     assert session.hands["student/left"].trigger.tolist() == [0.25, 0.0, 1.0, 0.0, 1.0]
     assert list(session.events) == [
         Event(1_000_000_000, "event", "a, b", "Beaker"),

@@ -59,13 +59,15 @@ FORMS = {
     "the header again": (text(rows=[*ROWS[:9], NAMES, *ROWS[9:]]), "", "1 of 31 rows merged: that repeat the header"),
     "another table": (text(below=TRAJECTORIES), "", ANOTHER),
     "another table behind an empty line with spaces": (
-        text(below=["  ", *TRAJECTORIES[1:]]), "", ANOTHER,
+        text(below=["  ", *TRAJECTORIES[1:]]),
+        "",
+        ANOTHER,
     ),
     "another table of one number a line": (text(below=["", "Notes", "7"]), "", NOTES),
     "an empty line in the middle": (text(rows=[*ROWS[:9], [""], *ROWS[9:]]), "", ""),
     "lines of an old Macintosh": (text().replace("\n", "\r"), "", ""),
     "a byte order mark": ("\ufeff" + text(), "", ""),
-}  # fmt: skip
+}
 
 
 SEGMENTS = ["", "Segments", "100", ",,a,,,,,", text().rstrip("\n")]
@@ -127,9 +129,10 @@ KINDS = {
     "rotation_vector": (ROTATIONS.as_rotvec(degrees=True), 'angle_unit = "deg"'),
     "rotation_vector in radians": (ROTATIONS.as_rotvec(), 'angle_unit = "rad"'),
     "rotation_vector beyond a half turn": (
-        ROTATIONS.as_rotvec() * (1 + 2 * np.pi / ROTATIONS.magnitude()[:, None]), 'angle_unit = "rad"',
+        ROTATIONS.as_rotvec() * (1 + 2 * np.pi / ROTATIONS.magnitude()[:, None]),
+        'angle_unit = "rad"',
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -164,7 +167,7 @@ SCALAR_FIRST = [[*row[:4], "1", "0", "0", "0"] for row in ROWS]
         (text(head=("t", "x", "y", "z", "quat0", "quat1", "quat2", "quat3"), rows=ROTATED), "does not tell. Take"),
     ],
     ids=["no header", "no header, scalar last", "q0 to q3", "rot_1 to rot_4", "undecided"],
-)  # fmt: skip
+)
 def test_unnamed_quaternion_order_is_a_question(tmp_path, content, likely):
     error = draft_of(tmp_path / "log.csv", content)
     assert "the order of the quaternion (quaternion_xyzw or quaternion_wxyz)" in error.unknown
@@ -181,9 +184,10 @@ LONG = {
     "one body after the other": (LONG_HEAD, sorted(OBJECTS)),
     "a word that nobody knows": (("thing", "timestamp", *NAMES[1:]), OBJECTS),
     "names in the last column": (
-        ("timestamp", *NAMES[1:], "marker_set"), [[*row[1:], f"m{row[0]}"] for row in OBJECTS],
+        ("timestamp", *NAMES[1:], "marker_set"),
+        [[*row[1:], f"m{row[0]}"] for row in OBJECTS],
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("kind", LONG)

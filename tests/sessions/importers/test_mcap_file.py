@@ -238,11 +238,14 @@ def torn(path, *, chunked, cut=0, broken=0, crc=True):
 @pytest.mark.parametrize(
     "how",
     [
-        {"chunked": False, "cut": 9000}, {"chunked": True, "cut": 9000}, {"chunked": True, "broken": 9000},
-        {"chunked": True, "cut": 9}, {"chunked": False, "cut": 9000, "crc": False},
+        {"chunked": False, "cut": 9000},
+        {"chunked": True, "cut": 9000},
+        {"chunked": True, "broken": 9000},
+        {"chunked": True, "cut": 9},
+        {"chunked": False, "cut": 9000, "crc": False},
     ],
     ids=["no chunks, cut", "chunks, cut", "a bad chunk", "no index", "no checksums"],
-)  # fmt: skip
+)
 def test_torn_foreign_file_is_recovered_by_the_import(tmp_path, how):
     path = torn(tmp_path / "a.mcap", **how)
     whole = {message.log_time for message in whole_messages(path)}
@@ -317,7 +320,7 @@ BROKEN = {
     "another language": (cdr(kind="ros2idl"), "a schema in 'ros2idl' is not known; record with schemas in ros2msg"),
     "a bad type": (cdr(text="float64[ x\n"), UNREAD),
     "an unknown type": (cdr(text="no_such/Type x\n"), UNREAD),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", BROKEN)

@@ -14,9 +14,12 @@ FOLDER = Path(__file__).with_name("optitrack")
 POSES = dict(zip(("Cup", "Left hand"), np.loadtxt(FOLDER / "poses.txt").reshape(2, 8, 7), strict=True))
 STAMPS = [round(1e9 * round(k / 120, 6)) for k in range(8)]
 UNITS = {
-    "metres": "meters", "version-1.21": "meters", "millimetres-parents": "millimeters",
-    "angles-xyz-centimetres": "centimeters", "angles-zyx-inches-timecode": "inches",
-}  # fmt: skip
+    "metres": "meters",
+    "version-1.21": "meters",
+    "millimetres-parents": "millimeters",
+    "angles-xyz-centimetres": "centimeters",
+    "angles-zyx-inches-timecode": "inches",
+}
 """File of the folder -> the unit of its lengths."""
 
 

@@ -12,12 +12,16 @@ from sessions.importers.recognition import recognised
 
 HERE = Path(__file__).parent
 SAMPLES = {
-    "aframe": ["samples/take.json"], "csv": ["samples/take.csv"], "mcap": ["samples/frames.mcap"],
+    "aframe": ["samples/take.json"],
+    "csv": ["samples/take.csv"],
+    "mcap": ["samples/frames.mcap"],
     "hands": ["samples/joints.csv"],
     "mjcf": ["samples/lid.xml"],
-    "optitrack": ["optitrack/metres.csv"], "ros2": ["samples/bag.mcap"],
-    "uxf": ["uxf/S001/trial_results.csv", "uxf/S001/trackers/head_movement_T001.csv"], "xdf": ["samples/take.xdf"],
-}  # fmt: skip
+    "optitrack": ["optitrack/metres.csv"],
+    "ros2": ["samples/bag.mcap"],
+    "uxf": ["uxf/S001/trial_results.csv", "uxf/S001/trackers/head_movement_T001.csv"],
+    "xdf": ["samples/take.xdf"],
+}
 
 
 @pytest.mark.parametrize("count", MUTANTS)

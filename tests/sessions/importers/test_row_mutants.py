@@ -63,8 +63,9 @@ def stuck(records, first, last, _):
 CHANGES = (repeated, reordered, moved_to_the_end, removed, renamed, restamped, stuck)
 EDITS = st.lists(
     st.tuples(st.sampled_from(CHANGES), st.integers(0, 119), st.sampled_from([1, 2, 3, 12, 60]), st.integers(0, 11)),
-    min_size=1, max_size=3,
-)  # fmt: skip
+    min_size=1,
+    max_size=3,
+)
 
 
 def mutant_of(edits):

@@ -92,7 +92,7 @@ BROKEN = [
     (without_poses, NO_TRACKER),
     (replaced(b"rot_z", b"rz"), r"head_movement_T001.csv: line 1: no column 'rot_z'"),
     (replaced(b"end_time", b"end", "trial_results.csv"), "trial_results.csv: line 1: no column 'end_time'"),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("change", "text"), BROKEN, ids=map(str, range(len(BROKEN))))

@@ -72,9 +72,11 @@ def test_controller_outlets_are_bodies_and_lsl4unity_uses_its_axes(tmp_path, kin
     position, rotation = POSITIONS["Cup"], ROTATIONS["Cup"].as_quat()
     rows = [rotation, 0 * position, position] if described is TRANSFORM_OUTLET else [position, rotation]
     pieces = (
-        stream_header(1, "tool", kind, described), samples(1, STAMPS, np.column_stack(rows)),
-        stream_header(3, "Pupil", "Unity.Float", [{"label": "mm"}]), samples(3, STAMPS, position[:, :1]),
-    )  # fmt: skip
+        stream_header(1, "tool", kind, described),
+        samples(1, STAMPS, np.column_stack(rows)),
+        stream_header(3, "Pupil", "Unity.Float", [{"label": "mm"}]),
+        samples(3, STAMPS, position[:, :1]),
+    )
     session = import_session("xdf", xdf_file(tmp_path, *pieces))
     assert session.names == ("tool",) and list(session.scalars) == ["Pupil"]
     assert has_poses(session.tracks["tool"], position, ROTATIONS["Cup"], axes)
@@ -125,17 +127,22 @@ def test_text_streams_are_events_and_number_streams_scalars(tmp_path):
     brain, heart = rng.normal(size=(COUNT, 2)), 70 + rng.normal(size=(COUNT, 1))
     ahead = [(STAMPS[0] + k, 0.25 + 2e-5 * k) for k in range(5)]
     pieces = (
-        stream_header(2, "Stim", "Markers", [], "string"), samples(2, [STAMPS[3], STAMPS[9]], ["grasp", "pour"]),
+        stream_header(2, "Stim", "Markers", [], "string"),
+        samples(2, [STAMPS[3], STAMPS[9]], ["grasp", "pour"]),
         stream_header(3, "Cap", "EEG", [{"label": item, "unit": "microvolts"} for item in ("Fz", "Cz")]),
-        samples(3, STAMPS, brain), offsets(3, [(STAMPS[0], 0.5), (STAMPS[-1], 0.5)]),
-        stream_header(4, "Heart rate", "HR", [{"label": "rate", "unit": "1/min"}]), samples(4, STAMPS, heart),
-        stream_header(5, "Bare", "Markers", [{}, {}]), samples(5, STAMPS[:2], [[1, 2], [3, 4]]),
-    )  # fmt: skip
+        samples(3, STAMPS, brain),
+        offsets(3, [(STAMPS[0], 0.5), (STAMPS[-1], 0.5)]),
+        stream_header(4, "Heart rate", "HR", [{"label": "rate", "unit": "1/min"}]),
+        samples(4, STAMPS, heart),
+        stream_header(5, "Bare", "Markers", [{}, {}]),
+        samples(5, STAMPS[:2], [[1, 2], [3, 4]]),
+    )
     session = import_session("xdf", xdf_file(tmp_path, *pieces, *take(pairs=ahead)), convention="unity")
     assert session.names == ("Rod", "Cup") and session.facts["handedness"] == "left"
     assert [(item.time_ns, item.name, item.message) for item in session.events] == [
-        (round(STAMPS[3] * 1e9), "Stim", "grasp"), (round(STAMPS[9] * 1e9), "Stim", "pour"),
-    ]  # fmt: skip
+        (round(STAMPS[3] * 1e9), "Stim", "grasp"),
+        (round(STAMPS[9] * 1e9), "Stim", "pour"),
+    ]
     assert list(session.scalars) == ["Cap/Fz", "Cap/Cz", "Heart rate", "Bare/1", "Bare/2"]
     for column, name in enumerate(("Cap/Fz", "Cap/Cz")):
         scalar = session.scalars[name]

@@ -21,8 +21,11 @@ def test_open_interval_is_closed_by_its_successor_only():
     first, other = Interval(5, 9, "task", "pour"), Interval(5, 7, "task", "stir")
     messages = [(first, False), (other, False), (first, True), (first, False)]
     result = a.read_intervals([a.interval_message(span, closed=closed)[2] for span, closed in messages], 20)
-    assert result == (first, Interval(5, 20, "task", "stir", {"unclosed": "true"}),
-                     Interval(5, 20, "task", "pour", {"unclosed": "true"}))  # fmt: skip
+    assert result == (
+        first,
+        Interval(5, 20, "task", "stir", {"unclosed": "true"}),
+        Interval(5, 20, "task", "pour", {"unclosed": "true"}),
+    )
 
 
 def test_samples_stamped_before_zero_are_refused():

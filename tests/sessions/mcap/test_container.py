@@ -34,8 +34,10 @@ def test_tear_is_at_first_incomplete_record(path):
     assert read_catalogue(path).tear is not None
 
 
-@pytest.mark.parametrize(("kind", "limit"), [("chunk", "CHUNK_LIMIT_BYTES"), ("attachment", "RECORD_LIMIT_BYTES"),
-                                             ("message", "CHUNK_LIMIT_BYTES")])  # fmt: skip
+@pytest.mark.parametrize(
+    ("kind", "limit"),
+    [("chunk", "CHUNK_LIMIT_BYTES"), ("attachment", "RECORD_LIMIT_BYTES"), ("message", "CHUNK_LIMIT_BYTES")],
+)
 def test_oversized_declarations_are_refused_before_reading(path, tmp_path, monkeypatch, kind, limit):
     if kind == "message":
         path = write_foreign(tmp_path / "f.mcap", protobuf_messages(random_frames(1)), use_chunking=False)

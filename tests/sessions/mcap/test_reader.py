@@ -15,7 +15,7 @@ from support.session_files import (
     session_of,
     tetrahedron,
     write_foreign,
-)  # fmt: skip
+)
 
 from sessions import ScalarTrack, examine, read_session, write_session
 from sessions.errors import SessionFileError, TornFileError

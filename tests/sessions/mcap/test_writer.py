@@ -93,8 +93,11 @@ def test_bytes_do_not_depend_on_block_sizes(tmp_path):
 
 def test_a_stamp_before_zero_is_refused_and_leaves_no_file(tmp_path):
     frames = random_frames(0)
-    early = Frames(frames.names, frames.stamp_ns * 0 - 5, *(getattr(frames, name) for name in (
-        "log_ns", "sample_ns", "position", "quaternion_xyzw", "status")))  # fmt: skip
+    early = Frames(
+        frames.names,
+        frames.stamp_ns * 0 - 5,
+        *(getattr(frames, name) for name in ("log_ns", "sample_ns", "position", "quaternion_xyzw", "status")),
+    )
     with pytest.raises(SessionFileError, match=r"-5 ns.*shift all stamps"):
         write_session(session_of(early), tmp_path / "s.mcap")
     with pytest.raises(SessionFileError, match="-1 ns"):

@@ -42,9 +42,12 @@ RING = trimesh.creation.annulus(0.1, 0.2, 0.1)
 
 def test_convex_colliders_become_hulls_and_match_their_body(tmp_path):
     file = write(
-        tmp_path / "c.glb", ("UBX_a_00", BOX, moved(0.5, 0, 0)), ("UCX_a_01", RING, moved(0, 0, 0)),
-        ("USP_b", BALL, moved(0, 1, 0)), ("UCX_lamp_01", BALL, moved(0, 0, 0)),
-    )  # fmt: skip
+        tmp_path / "c.glb",
+        ("UBX_a_00", BOX, moved(0.5, 0, 0)),
+        ("UCX_a_01", RING, moved(0, 0, 0)),
+        ("USP_b", BALL, moved(0, 1, 0)),
+        ("UCX_lamp_01", BALL, moved(0, 0, 0)),
+    )
     file_of_two = read_colliders(file, ["a", "b"])
     result, text = file_of_two.solids, file_of_two.words
     assert text == "colliders of c.glb: a 2, b 1 (of no body: UCX_lamp_01)"
@@ -138,9 +141,13 @@ def test_colliders_of_the_unity_script_use_recording_axes(tmp_path):
 
 @pytest.mark.parametrize(
     ("name", "message"),
-    [("none.glb", "does not exist; check the path"), ("text.glb", "does not begin as a GLB"),
-     ("torn.glb", "cut short; export it again"), ("other.glb", "no collider of a, b; name its nodes UCX_BODY_01")],
-)  # fmt: skip
+    [
+        ("none.glb", "does not exist; check the path"),
+        ("text.glb", "does not begin as a GLB"),
+        ("torn.glb", "cut short; export it again"),
+        ("other.glb", "no collider of a, b; name its nodes UCX_BODY_01"),
+    ],
+)
 def test_file_without_colliders_is_refused_in_a_sentence(name, message, tmp_path):
     (tmp_path / "text.glb").write_bytes(b"no mesh")
     whole = write(tmp_path / "other.glb", ("UCX_c_00", BALL, moved(0, 0, 0))).read_bytes()

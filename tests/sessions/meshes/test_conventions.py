@@ -14,11 +14,15 @@ TABLE = {
 """Point (1, 2, 3) and quaternion (1, 2, 3, 4) of each source in the canonical frame, written out by hand."""
 
 TEXTS = {
-    "x forward, y up": ("right", "x", "y"), "+X forward, +Y left, +Z up": ("right", "x", "z"),
-    "z up, left-handed": ("left", None, "z"), "forward=+X up=+Z left handed": ("left", "x", "z"),
-    "up: y; forward: -z": ("right", "-z", "y"), "x right, z up, y back": ("left", "-y", "z"),
-    "LH y-up z-forward": ("left", "z", "y"), "x up": ("right", None, "x"),
-}  # fmt: skip
+    "x forward, y up": ("right", "x", "y"),
+    "+X forward, +Y left, +Z up": ("right", "x", "z"),
+    "z up, left-handed": ("left", None, "z"),
+    "forward=+X up=+Z left handed": ("left", "x", "z"),
+    "up: y; forward: -z": ("right", "-z", "y"),
+    "x right, z up, y back": ("left", "-y", "z"),
+    "LH y-up z-forward": ("left", "z", "y"),
+    "x up": ("right", None, "x"),
+}
 """Axes as text -> handedness, and the source axis that points forward and up."""
 
 

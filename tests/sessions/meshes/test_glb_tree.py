@@ -82,11 +82,15 @@ def test_skin_is_cut_by_strongest_joint_and_posed_by_all():
     inverse = np.stack([np.eye(4)] * 3)
     inverse[1, 0, 3] = -2.0
     tree = {
-        "nodes": [{"mesh": 0, "skin": 0, "name": "Hand"}, {"name": "palm", "children": [2]},
-                  {"name": "tip", "translation": [2, 0, 0], "rotation": [0, 0, 1, 0]}, {"name": "idle"}],
+        "nodes": [
+            {"mesh": 0, "skin": 0, "name": "Hand"},
+            {"name": "palm", "children": [2]},
+            {"name": "tip", "translation": [2, 0, 0], "rotation": [0, 0, 1, 0]},
+            {"name": "idle"},
+        ],
         "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "JOINTS_0": 2, "WEIGHTS_0": 3}, "indices": 1}]}],
         "skins": [{"joints": [1, 2, 3], "inverseBindMatrices": 4}],
-    }  # fmt: skip
+    }
     matrices = inverse.transpose(0, 2, 1).reshape(3, 16).astype("<f4")
     data = glb(tree, points, faces.reshape(-1), joints, weights, matrices)
     read = read_glb(data)

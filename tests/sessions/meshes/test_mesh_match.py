@@ -22,11 +22,15 @@ def position(folder, **sizes):
 @pytest.mark.parametrize(
     ("size", "scale", "text"),
     [
-        (0.08, 1.0, ""), (4.9, 1.0, ""), (8.0, 0.01, "x is 8 units long, taken for cm: 80 mm"),
-        (80.0, 0.001, "x is 80 units long, taken for mm: 80 mm"), (20.0, 0.01, "taken for cm: 200 mm"),
-        (1600.0, 0.001, "taken for mm: 1.6 m"), (0.001, 1.0, "x is 1 mm long, taken as it is; if it is drawn in"),
+        (0.08, 1.0, ""),
+        (4.9, 1.0, ""),
+        (8.0, 0.01, "x is 8 units long, taken for cm: 80 mm"),
+        (80.0, 0.001, "x is 80 units long, taken for mm: 80 mm"),
+        (20.0, 0.01, "taken for cm: 200 mm"),
+        (1600.0, 0.001, "taken for mm: 1.6 m"),
+        (0.001, 1.0, "x is 1 mm long, taken as it is; if it is drawn in"),
     ],
-)  # fmt: skip
+)
 def test_mesh_unit_gives_hand_size_and_is_reported(size, scale, text):
     result, note = guessed(ball(size), "x")
     assert result == scale and text in note and bool(text) == bool(note)
@@ -37,9 +41,12 @@ def test_folder_is_matched_by_name_and_reported(tmp_path):
     (tmp_path / "notes.txt").write_text("no mesh")
     result, note = matched(tmp_path, ["beaker", "LeftHand(Clone)", "Flask", "camera", "hand", "old spare"])
     assert {name: item.file.name for name, item in result.items()} == {
-        "beaker": "Beaker_250.obj", "LeftHand(Clone)": "LEFT_hand.obj", "Flask": "flask.obj", "hand": "LEFT_hand.obj",
+        "beaker": "Beaker_250.obj",
+        "LeftHand(Clone)": "LEFT_hand.obj",
+        "Flask": "flask.obj",
+        "hand": "LEFT_hand.obj",
         "old spare": "spare.obj",
-    }  # fmt: skip
+    }
     reported_of_it = "beaker: Beaker_250.obj; a like name; Beaker_250.obj is 8 units long, taken for cm: 80 mm"
     assert result["beaker"].words == reported_of_it
     assert result["beaker"].mesh.bounds[1, 0] == pytest.approx(0.04, rel=0.05) and result["beaker"].scale == 0.01
@@ -64,8 +71,9 @@ def test_a_glb_of_many_nodes_is_split_among_its_bodies(tmp_path):
     for where in (tmp_path, tmp_path / "lab.glb"):
         result, note = matched(where, ["flask", "beaker", "rod"])
         assert {name: (item.file.name, item.node) for name, item in result.items()} == {
-            "beaker": ("lab.glb", "Beaker"), "flask": ("lab.glb", "Flask"),
-        }  # fmt: skip
+            "beaker": ("lab.glb", "Beaker"),
+            "flask": ("lab.glb", "Flask"),
+        }
         # Each in its node's frame, where a tracker reports it, not where the file has it.
         assert np.abs(result["flask"].mesh.bounds).max() == pytest.approx(0.05, abs=1e-6)
         assert note == ["no mesh is named like: rod"] and result["flask"].words == "flask: lab.glb, node Flask"

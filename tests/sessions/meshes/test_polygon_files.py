@@ -126,9 +126,12 @@ def written_ply_binary(order):
 
 
 FORMATS = {
-    "obj": ("obj", written_obj), "off": ("off", written_off), "ply text": ("ply", written_ply_text),
-    "ply little-endian": ("ply", written_ply_binary("<")), "ply big-endian": ("ply", written_ply_binary(">")),
-}  # fmt: skip
+    "obj": ("obj", written_obj),
+    "off": ("off", written_off),
+    "ply text": ("ply", written_ply_text),
+    "ply little-endian": ("ply", written_ply_binary("<")),
+    "ply big-endian": ("ply", written_ply_binary(">")),
+}
 VISIBLE_FROM = {
     "upright": np.eye(3),
     "tilted": np.linalg.qr(np.random.default_rng(1).standard_normal((3, 3)))[0],

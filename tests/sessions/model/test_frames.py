@@ -8,8 +8,12 @@ from sessions.model.track import Track, checked_stamps
 
 def test_status_numbers_belong_to_the_file_format():
     assert [(status.name, status.value) for status in Status] == [
-        ("ABSENT", 0), ("VALID", 1), ("LOST", 2), ("HELD", 3), ("INTERPOLATED", 4),
-    ]  # fmt: skip
+        ("ABSENT", 0),
+        ("VALID", 1),
+        ("LOST", 2),
+        ("HELD", 3),
+        ("INTERPOLATED", 4),
+    ]
 
 
 def test_a_track_holds_read_only_copies_of_what_was_given():

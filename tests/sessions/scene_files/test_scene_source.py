@@ -82,8 +82,9 @@ def test_scene_takes_bodies_of_another_program(scene, tmp_path):
     assert session.scene.body("cup").fixed is None and session.scene.body("cup").extra["margin"] == 0.002
     assert session.scene.groups[0].members == ("cup", "rod") and len(session.scene.pairs) == 2
     assert {frozenset(pair) for pair in session.scene.ignore} == {
-        frozenset(("cup", "shelf")), frozenset(("rod", "shelf"))
-    }  # fmt: skip
+        frozenset(("cup", "shelf")),
+        frozenset(("rod", "shelf")),
+    }
     # The file of the recording needs that scene no more.
     write_session(session, tmp_path / "s.mcap")
     kept = read_session(tmp_path / "s.mcap")

@@ -91,9 +91,12 @@ def test_every_problem_of_a_scene_is_listed():
         parse_scene(FAULTY, "lab.toml")
     faults = caught.value.faults
     for arguments in (
-        "[scene]: unknown key 'nam'", "[[body]] 1 ('table') offset: unknown key 'turn'", "[[body]] 2: id is missing",
-        "[[body]] 2 (''): scale is 'feet'", "unknown key 'sapce'",
-    ):  # fmt: skip
+        "[scene]: unknown key 'nam'",
+        "[[body]] 1 ('table') offset: unknown key 'turn'",
+        "[[body]] 2: id is missing",
+        "[[body]] 2 (''): scale is 'feet'",
+        "unknown key 'sapce'",
+    ):
         assert sum(item.startswith(f"lab.toml: {arguments}") for item in faults) == 1, (arguments, faults)
     assert len(faults) == 5
     assert str(caught.value) == f"{faults[0]}; and more: `replay scene check` lists every fault"
@@ -134,8 +137,9 @@ def test_files_shapes_and_instruments_become_meshes(tmp_path):
     bodies = (
         SceneBody("file", mesh="t.glb", scale=0.5),
         SceneBody("shape", shape="sphere", size={"radius": 0.1}, extra={"faces": 500}),
-        SceneBody("glass", instrument="beaker_100", extra={"faces": 600}), SceneBody("tracked"),
-    )  # fmt: skip
+        SceneBody("glass", instrument="beaker_100", extra={"faces": 600}),
+        SceneBody("tracked"),
+    )
     meshes = scene_meshes(Scene(bodies=bodies), tmp_path)
     assert list(meshes) == ["file", "shape", "glass"]
     assert np.array_equal(meshes["file"].vertices, TRIANGLE.vertices * 0.5)

@@ -28,8 +28,11 @@ def document(nodes, shapes, kind, **more):
     inside = {child for node in nodes for child in node.get("children", ())}
     extensions = {shape_list: {"shapes": shapes}} | ({body: more} if more else {})
     return {
-        "asset": {"version": "2.0"}, "extensionsUsed": [body, shape_list], "extensionsRequired": [body, shape_list],
-        "extensions": extensions, "nodes": nodes,
+        "asset": {"version": "2.0"},
+        "extensionsUsed": [body, shape_list],
+        "extensionsRequired": [body, shape_list],
+        "extensions": extensions,
+        "nodes": nodes,
         "scenes": [{"nodes": [number for number in range(len(nodes)) if number not in inside]}],
         "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
         "accessors": [
@@ -38,7 +41,7 @@ def document(nodes, shapes, kind, **more):
         ],
         "bufferViews": [{"buffer": 0, "byteLength": 60}, {"buffer": 0, "byteOffset": 60, "byteLength": 36}],
         "buffers": [{"byteLength": len(data), "uri": "data:;base64," + base64.b64encode(data).decode()}],
-    }  # fmt: skip
+    }
 
 
 def glb(path, content):
@@ -228,8 +231,10 @@ def test_what_cannot_be_taken_is_named(tmp_path):
     scene = read_scene_source(glb(tmp_path / "s.glb", document(nodes, [{"type": "plane"}], "KHR")))
     assert [*scene.bodies] == ["cup"]
     assert scene.left_out == (
-        "the collider of node 'cup': a shape 'plane'", "the trigger of node 'zone'", "the joint of node 'cup'",
-    )  # fmt: skip
+        "the collider of node 'cup': a shape 'plane'",
+        "the trigger of node 'zone'",
+        "the joint of node 'cup'",
+    )
 
 
 def test_tapered_ends_make_a_hull(tmp_path):

@@ -312,8 +312,11 @@ def test_pairs_are_those_that_the_library_tests(tmp_path, filter_parents):
         f'<mujoco><option><flag filterparent="{filter_parents}"/></option>'
         '<contact><exclude body1="ball" body2="cup"/><pair geom1="ghost" geom2="cup"/>'
         f'<pair geom1="ball" geom2="cup"/></contact><worldbody>{arm}{body("ball", "")}'
-        + body("cup", 'conaffinity="3"') + body("ghost", never) + body("wall", "", joint="") + WORLD_END
-    )  # fmt: skip
+        + body("cup", 'conaffinity="3"')
+        + body("ghost", never)
+        + body("wall", "", joint="")
+        + WORLD_END
+    )
     scene = read_scene_source(path)
     excluded = {frozenset(pair) for pair in scene.excluded}
     pairs = {frozenset((a, b)) for a in scene.bodies for b in scene.bodies if a != b}

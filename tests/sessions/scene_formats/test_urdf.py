@@ -37,8 +37,12 @@ def arm(tmp_path):
     (tmp_path / "lab" / "meshes" / "cup.obj").write_text(CUP)
     (tmp_path / "lab" / "meshes" / "cup.dae").write_text("<COLLADA/>")
     path = tmp_path / "lab" / "arm.urdf"
-    path.write_text(ARM.replace('<link name="frame"/>', '<link name="frame"/><joint name="f" type="fixed">'
-                                '<parent link="base"/><child link="frame"/></joint>'))  # fmt: skip
+    path.write_text(
+        ARM.replace(
+            '<link name="frame"/>',
+            '<link name="frame"/><joint name="f" type="fixed"><parent link="base"/><child link="frame"/></joint>',
+        )
+    )
     return path
 
 

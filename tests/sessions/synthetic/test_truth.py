@@ -12,7 +12,7 @@ from sessions.synthetic.truth import (
     levelled,
     truth_path,
     write_truth,
-)  # fmt: skip
+)
 
 TOUCH = PlantedEpisode(("a", "b"), "contact", (1.0, 2.0), (1.1, 1.9), (0.9, 2.1), "a touch")
 NEAR = PlantedEpisode(("a", "b"), "contact", None, None, (5.0, 5.5))

@@ -14,7 +14,7 @@ from replay.document.metrics.row import (
     effect_metrics,
     intended,
     metric_rows,
-)  # fmt: skip
+)
 from replay.effects.output import EffectEvent
 from replay.engine import compute
 from sessions.synthetic.scenes import make_scene_session

@@ -145,11 +145,14 @@ def test_free_energies_called_checked_are_in_a_reaction():
 @pytest.mark.parametrize(
     ("formula", "phases", "element", "celsius"),
     [
-        ("NaCl", "Halite", "Na", 25.0), ("NaCl", "Halite", "Na", 60.0), ("KCl", "Sylvite", "K", 25.0),
-        ("KCl", "Sylvite", "K", 60.0), ("NaHCO3", "Nahcolite", "Na", 25.0),
+        ("NaCl", "Halite", "Na", 25.0),
+        ("NaCl", "Halite", "Na", 60.0),
+        ("KCl", "Sylvite", "K", 25.0),
+        ("KCl", "Sylvite", "K", 60.0),
+        ("NaHCO3", "Nahcolite", "Na", 25.0),
         ("Na2SO4", "Mirabilite Thenardite", "Na", 40.0),
     ],
-)  # fmt: skip
+)
 def test_a_solubility_is_that_of_pitzers_equations(formula, phases, element, celsius):
     library = phreeqc.Phreeqc()
     library.LoadDatabase(str(Path(phreeqc.__file__).parent / "databases" / "pitzer.dat"))

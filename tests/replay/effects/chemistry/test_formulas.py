@@ -12,9 +12,13 @@ def known(formula):
 
 @pytest.mark.parametrize(
     ("formula", "counts"),
-    [("NaCl", {"Na": 1, "Cl": 1}), ("Ca(OH)2", {"Ca": 1, "O": 2, "H": 2}),
-     ("CuSO4.5H2O", {"Cu": 1, "S": 1, "O": 9, "H": 10}), ("Al2(SO4)3", {"Al": 2, "S": 3, "O": 12})],
-)  # fmt: skip
+    [
+        ("NaCl", {"Na": 1, "Cl": 1}),
+        ("Ca(OH)2", {"Ca": 1, "O": 2, "H": 2}),
+        ("CuSO4.5H2O", {"Cu": 1, "S": 1, "O": 9, "H": 10}),
+        ("Al2(SO4)3", {"Al": 2, "S": 3, "O": 12}),
+    ],
+)
 def test_atoms_are_counted(formula, counts):
     assert dict(atoms(formula)) == counts
 
@@ -27,26 +31,28 @@ def test_what_is_no_formula_is_refused(formula):
 
 @pytest.mark.parametrize(
     ("text", "reagents", "phases"),
-    [("Ag+ + Cl- -> AgCl(s)", {"Ag+": 1, "Cl-": 1}, {"AgCl": "s"}),
-     ("Cu2+ + 2 OH- \u2192 Cu(OH)2\u2193", {"Cu^2+": 1, "OH-": 2}, {"Cu(OH)2": "s"}),
-     ("Zn + 2 HCl -> ZnCl2 + H2", {"Zn": 1, "HCl": 2}, {}),
-     ("SO42- + Ba2+ => BaSO4(s)", {"SO4^2-": 1, "Ba^2+": 1}, {"BaSO4": "s"}),
-     ("NH4+ + OH- \u21cc NH3 + H2O", {"NH4+": 1, "OH-": 1}, {}),
-     ("Zn + 2 H\u207a --> Zn\u00b2\u207a + H\u2082\u2191", {"Zn": 1, "H+": 2}, {"H2": "g"}),
-     ("IO3- + 5 I- + 6 H+ -> 3 I2 + 3 H2O", {"IO3-": 1, "I-": 5, "H+": 6}, {}),
-     ("AgCl + 2 NH3 -> Ag(NH3)2+ + Cl-", {"AgCl": 1, "NH3": 2}, {}),
-     ("Al3+ + 4 OH- -> Al(OH)4-", {"Al^3+": 1, "OH-": 4}, {}),
-     ("PbI4 2- -> Pb2+ + 4 I-", {"PbI4^2-": 1}, {}),
-     ("Hg2 2+ + 2 Cl- -> Hg2Cl2", {"Hg2^2+": 1, "Cl-": 2}, {}),
-     ("C6H5O7^3- + 3 H+ -> C6H8O7", {"C6H5O7^3-": 1, "H+": 3}, {}),
-     ("2MnO4- + 5C2O42- + 16H+ -> 2Mn2+ + 10CO2 + 8H2O", {"MnO4-": 2, "C2O4^2-": 5, "H+": 16}, {}),
-     ("Cr2O72- + 6 Fe2+ + 14 H+ -> 2 Cr3+ + 6 Fe3+ + 7 H2O", {"Cr2O7^2-": 1, "Fe^2+": 6, "H+": 14}, {}),
-     ("Cu(NH3)42+ -> Cu2+ + 4NH3", {"Cu(NH3)4^2+": 1}, {}),
-     ("CuSO4 \u00b7 5 H2O(s) -> Cu2+ + SO42- + 5 H2O", {"CuSO4.5H2O": 1}, {"CuSO4.5H2O": "s"}),
-     ("HPO42- + H+ -> H2PO4-", {"HPO4^2-": 1, "H+": 1}, {}),
-     ("ClO3- + 6 H+ + 5 Cl- -> 3 Cl2 + 3 H2O", {"ClO3-": 1, "H+": 6, "Cl-": 5}, {}),
-     ("[Ag(NH3)2]+ + Cl- + 2 H+ -> AgCl(s) + 2 NH4+", {"[Ag(NH3)2]+": 1, "Cl-": 1, "H+": 2}, {"AgCl": "s"})],
-)  # fmt: skip
+    [
+        ("Ag+ + Cl- -> AgCl(s)", {"Ag+": 1, "Cl-": 1}, {"AgCl": "s"}),
+        ("Cu2+ + 2 OH- \u2192 Cu(OH)2\u2193", {"Cu^2+": 1, "OH-": 2}, {"Cu(OH)2": "s"}),
+        ("Zn + 2 HCl -> ZnCl2 + H2", {"Zn": 1, "HCl": 2}, {}),
+        ("SO42- + Ba2+ => BaSO4(s)", {"SO4^2-": 1, "Ba^2+": 1}, {"BaSO4": "s"}),
+        ("NH4+ + OH- \u21cc NH3 + H2O", {"NH4+": 1, "OH-": 1}, {}),
+        ("Zn + 2 H\u207a --> Zn\u00b2\u207a + H\u2082\u2191", {"Zn": 1, "H+": 2}, {"H2": "g"}),
+        ("IO3- + 5 I- + 6 H+ -> 3 I2 + 3 H2O", {"IO3-": 1, "I-": 5, "H+": 6}, {}),
+        ("AgCl + 2 NH3 -> Ag(NH3)2+ + Cl-", {"AgCl": 1, "NH3": 2}, {}),
+        ("Al3+ + 4 OH- -> Al(OH)4-", {"Al^3+": 1, "OH-": 4}, {}),
+        ("PbI4 2- -> Pb2+ + 4 I-", {"PbI4^2-": 1}, {}),
+        ("Hg2 2+ + 2 Cl- -> Hg2Cl2", {"Hg2^2+": 1, "Cl-": 2}, {}),
+        ("C6H5O7^3- + 3 H+ -> C6H8O7", {"C6H5O7^3-": 1, "H+": 3}, {}),
+        ("2MnO4- + 5C2O42- + 16H+ -> 2Mn2+ + 10CO2 + 8H2O", {"MnO4-": 2, "C2O4^2-": 5, "H+": 16}, {}),
+        ("Cr2O72- + 6 Fe2+ + 14 H+ -> 2 Cr3+ + 6 Fe3+ + 7 H2O", {"Cr2O7^2-": 1, "Fe^2+": 6, "H+": 14}, {}),
+        ("Cu(NH3)42+ -> Cu2+ + 4NH3", {"Cu(NH3)4^2+": 1}, {}),
+        ("CuSO4 \u00b7 5 H2O(s) -> Cu2+ + SO42- + 5 H2O", {"CuSO4.5H2O": 1}, {"CuSO4.5H2O": "s"}),
+        ("HPO42- + H+ -> H2PO4-", {"HPO4^2-": 1, "H+": 1}, {}),
+        ("ClO3- + 6 H+ + 5 Cl- -> 3 Cl2 + 3 H2O", {"ClO3-": 1, "H+": 6, "Cl-": 5}, {}),
+        ("[Ag(NH3)2]+ + Cl- + 2 H+ -> AgCl(s) + 2 NH4+", {"[Ag(NH3)2]+": 1, "Cl-": 1, "H+": 2}, {"AgCl": "s"}),
+    ],
+)
 def test_of_several_readings_the_balanced_is_taken(text, reagents, phases):
     equation = equation_of(text, known)
     assert equation.reagents == reagents and equation.phases == phases

@@ -24,10 +24,11 @@ def poured_on(a, b, equation, steps=20, **heat):
     bodies = (glass("a", cavity=LARGE, **a), glass("b", cavity=LARGE, **b))
     liquids = {"of": "liquids", "ambient_c": 20.0, "loss_w_per_k": 0.0, "heat_capacity_j_per_ml_k": PER_ML}
     effects = (
-        SceneEffect("pour", {"from": ["a"], "into": ["b"]}), SceneEffect("mixing", {"in": ["b"]}),
+        SceneEffect("pour", {"from": ["a"], "into": ["b"]}),
+        SceneEffect("mixing", {"in": ["b"]}),
         *([SceneEffect("reaction", {"equation": equation})] if equation else []),
         SceneEffect("heat", liquids),
-    )  # fmt: skip
+    )
     scene = Scene(bodies=bodies, effects=effects)
     tables = {kind: step.declared for kind, step in plan(scene).steps.items()}
     contents = contents_of_scene(scene, "scene.toml")

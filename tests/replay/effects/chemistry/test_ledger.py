@@ -18,7 +18,7 @@ from replay.effects.chemistry.ledger import (
     Ledger,
     Process,
     Warmth,
-)  # fmt: skip
+)
 from replay.effects.chemistry.mixture import Phase, mixture_of
 from replay.effects.chemistry.salts import SOLUBILITY, salt_of
 from replay.effects.chemistry.solver import Solver

@@ -60,8 +60,11 @@ def mixed(row):
             book.flow(*moment, [(name, "b")], np.array([[volume]]), np.zeros(1, dtype=bool))
     book.end(600, 60.0)
     amounts = book.amounts[book.at["b"]]
-    result = {name.removesuffix("(s)").removesuffix("(g)"): amounts[index] for name, index in book.column.items()
-             if name.endswith(("(s)", "(g)"))}  # fmt: skip
+    result = {
+        name.removesuffix("(s)").removesuffix("(g)"): amounts[index]
+        for name, index in book.column.items()
+        if name.endswith(("(s)", "(g)"))
+    }
     if len(book.processes):
         result["extent"] = book.extents[book.at["b"], 0]
     if recipe.solver is not None:

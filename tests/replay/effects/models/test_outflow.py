@@ -26,15 +26,17 @@ AIM = disc(centre=(0.3 * DROP_S, 0.0, 0.0), radius=1e-6)
     [
         *(((x, 0.05, 0.0), REST, [disc()], name) for x, name in ((0.0, "cup"), (0.03, "cup"), (0.0301, ""))),
         # A push carries it as far as the fall takes time.
-        ((0.0, 0.2, 0.0), (0.3, 0.0, 0.0), [AIM], "cup"), ((0.0, 0.2, 0.0), (0.31, 0.0, 0.0), [AIM], ""),
+        ((0.0, 0.2, 0.0), (0.3, 0.0, 0.0), [AIM], "cup"),
+        ((0.0, 0.2, 0.0), (0.31, 0.0, 0.0), [AIM], ""),
         # Above, sideways, overturned, none.
         ((0.0, 0.05, 0.0), REST, [disc(centre=(0.0, 0.06, 0.0))], ""),
         ((0.0, 0.05, 0.0), REST, [disc(normal=(1.0, 0.0, 0.0)), disc(normal=-UP)], ""),
         ((0.0, 0.05, 0.0), REST, [], ""),
         # Thrown up it comes down through an opening it started below.
-        ((0.0, -0.1, 0.0), (0.0, 2.0, 0.0), [disc()], "cup"), ((0.0, -0.1, 0.0), (0.0, 1.0, 0.0), [disc()], ""),
+        ((0.0, -0.1, 0.0), (0.0, 2.0, 0.0), [disc()], "cup"),
+        ((0.0, -0.1, 0.0), (0.0, 1.0, 0.0), [disc()], ""),
     ],
-)  # fmt: skip
+)
 def test_liquid_falls_into_the_upward_opening_below(start, velocity, discs, name):
     assert disc_entered(np.array(start), np.array(velocity), discs) == name
 

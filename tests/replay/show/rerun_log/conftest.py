@@ -36,9 +36,12 @@ MESHES = {
     "headset": lambda: box_mesh((0.18, 0.1, 0.1)),
 }
 TAGS = {
-    "bench": ("furniture",), "beaker": ("plastic",), "rod": ("glass", "rod"), "hand": ("hand",),
+    "bench": ("furniture",),
+    "beaker": ("plastic",),
+    "rod": ("glass", "rod"),
+    "hand": ("hand",),
     "headset": ("headset",),
-}  # fmt: skip
+}
 PAIRS = [("beaker", "rod"), ("rod", "hand"), ("bench", "rod")]
 
 
@@ -68,9 +71,10 @@ def demo_run(frames=270, label=SUBJECT, name="discrete", **settings):
     bodies = [SceneBody(body, shape="mesh", tags=TAGS[body], group=kept.get(body, "")) for body in MESHES]
     meshes = {body: make() for body, make in MESHES.items()}
     session = Session(
-        bare.frames, {body: MeshData(mesh.vertices, mesh.faces) for body, mesh in meshes.items()},
+        bare.frames,
+        {body: MeshData(mesh.vertices, mesh.faces) for body, mesh in meshes.items()},
         Scene("taps", tuple(bodies)),
-    )  # fmt: skip
+    )
     text = ",".join(f"{key}={value}" for key, value in (settings or {"rate_hz": 22.5}).items())
     return compute(session, detectors=f"{label}={name}[{text}]", oracle=ORACLE, pairs=PAIRS)
 

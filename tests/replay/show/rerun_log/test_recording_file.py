@@ -42,8 +42,10 @@ def test_a_recording_ends_in_a_footer_and_reads_back(tmp_path):
     assert len(reader.recordings()) == len(reader.blueprints()) == 1
 
 
-@pytest.mark.parametrize("cut", [lambda whole: whole[:-1], lambda whole: whole[: len(whole) // 2], lambda whole: b"",
-                                 lambda whole: whole[40:]])  # fmt: skip
+@pytest.mark.parametrize(
+    "cut",
+    [lambda whole: whole[:-1], lambda whole: whole[: len(whole) // 2], lambda whole: b"", lambda whole: whole[40:]],
+)
 def test_a_cut_recording_is_refused(cut, tmp_path):
     write(tmp_path / "x.rrd")
     with pytest.raises(OSError, match="has no end"):

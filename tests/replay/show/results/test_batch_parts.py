@@ -69,9 +69,12 @@ def test_what_did_not_change_is_not_written_again(batch):
 
 PIECES = '{"schema": "vrlab-replay/parts/1", "parts": [%s]}'
 UNREADABLE = [
-    "", "[]", '{"schema": "vrlab-replay/parts/9", "parts": []}', PIECES % '{"stem": "../x", "runs": {}}',
+    "",
+    "[]",
+    '{"schema": "vrlab-replay/parts/9", "parts": []}',
+    PIECES % '{"stem": "../x", "runs": {}}',
     PIECES % '{"stem": 1, "runs": {"a": [1]}}',
-]  # fmt: skip
+]
 
 
 @pytest.mark.sampled(2)

@@ -154,8 +154,10 @@ def test_note_joins_its_contact_across_detectors(tmp_path):
     db.read_csv(str(tmp_path / "notes.csv")).create("notes")
     note, tag = "hand went through the wall", "real"
     assert db.sql(NOTES[2]).fetchall() == [
-        (note, tag, "020", "slow", 2), (note, tag, "034", "slow", 1), (note, tag, "100", None, None),
-    ]  # fmt: skip
+        (note, tag, "020", "slow", 2),
+        (note, tag, "034", "slow", 1),
+        (note, tag, "100", None, None),
+    ]
 
 
 def test_every_row_says_its_run_session_student_task_and_stage(tables, results):

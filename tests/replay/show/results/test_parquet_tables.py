@@ -12,10 +12,13 @@ from sessions import Event, Interval, Scene
 from sessions.model.scene import SceneBody, SceneEffect
 
 BEGIN = 10**18
-SCENE = Scene(bodies=(SceneBody("a"), SceneBody("b")), effects=(
-    SceneEffect("contact", {"between": ["a", "b"]}),
-    SceneEffect("hazard-proximity", {"of": "a", "hazard": "b", "distance": 1}),
-))  # fmt: skip
+SCENE = Scene(
+    bodies=(SceneBody("a"), SceneBody("b")),
+    effects=(
+        SceneEffect("contact", {"between": ["a", "b"]}),
+        SceneEffect("hazard-proximity", {"of": "a", "hazard": "b", "distance": 1}),
+    ),
+)
 SPANS = [Interval(BEGIN + 2 * STEP_NS, BEGIN + 9 * STEP_NS, "task", "stir", {"by": "p1"})]
 EVENTS = [Event(BEGIN + 3 * STEP_NS, "buttondown", "trigger", "b")]
 POSITIONS = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}

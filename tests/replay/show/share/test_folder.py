@@ -34,9 +34,12 @@ from sessions import Recorder
 POSITIONS = [*[3] * 6, 0.9, *[3] * 9, 0.9, *[3] * 7]
 DETECTORS = ["slow=discrete[rate_hz=20]", "late=discrete[rate_hz=12]"]
 FACTS = {
-    "devices": '{"LHR-5EC12E7": "left hand"}', "serial": "SN-5EC12E7", "operator": "/lab/anna.lind",
-    "consent": "share", "pseudonym": "S07",
-}  # fmt: skip
+    "devices": '{"LHR-5EC12E7": "left hand"}',
+    "serial": "SN-5EC12E7",
+    "operator": "/lab/anna.lind",
+    "consent": "share",
+    "pseudonym": "S07",
+}
 SECRET = ("5ec12e7", "anna_mueller", "matr4711", "berta schulz")
 
 
@@ -86,11 +89,15 @@ def control(name):
     """A message of ``viewer_control.proto``, as far as it is used, read by Google's own library."""
     file = descriptor_pb2.FileDescriptorProto(name="control.proto", package="control", syntax="proto3")
     pieces = {
-        "Timeline": [("name", 1, "string")], "Moment": [("time", 1, "int64")], "Command": [("id", 1, "string")],
+        "Timeline": [("name", 1, "string")],
+        "Moment": [("time", 1, "int64")],
+        "Command": [("id", 1, "string")],
         "Cursor": [("timeline", 2, "Timeline"), ("moment", 3, "Moment"), ("play", 4, "bool")],
         "Request": [("cursor", 6, "Cursor"), ("command", 11, "Command")],
-        "At": [("moment", 3, "Moment")], "Recording": [("at", 3, "At")], "State": [("recording", 3, "Recording")],
-    }  # fmt: skip
+        "At": [("moment", 3, "Moment")],
+        "Recording": [("at", 3, "At")],
+        "State": [("recording", 3, "Recording")],
+    }
     for piece, fields in pieces.items():
         made = file.message_type.add(name=piece)
         for field, number, kind in fields:

@@ -77,7 +77,8 @@ def test_conclusion_needs_both_p_and_interval_from_every_detector(sign):
 STATES = {
     "none": (lambda: None, "Not known: there is no questionnaire."),
     "one detector": (
-        lambda: study(other=""), "Not known: no result about contacts could be compared between detectors.",
+        lambda: study(other=""),
+        "Not known: no result about contacts could be compared between detectors.",
     ),
     "the same": (study, "No."),
     "another": (
@@ -90,7 +91,7 @@ STATES = {
         "contacts per minute (second against first) holds with exact, not with hybrid.",
     ),
     "nobody tested": (lambda: study(9), "Not known: no result could be tested with another detector."),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("state", STATES)
@@ -155,10 +156,13 @@ def test_below_ten_students_no_p_and_four_are_refused(count):
     assert headlines(result) == ["No association was tested"]
 
 
-@pytest.mark.parametrize(("question", "text"), [
-    (("motivation", "arm"), r"'arm'.*without a regression"),
-    (("motivation", "contact_per_min"), "did you mean 'contacts_per_min'"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("question", "text"),
+    [
+        (("motivation", "arm"), r"'arm'.*without a regression"),
+        (("motivation", "contact_per_min"), "did you mean 'contacts_per_min'"),
+    ],
+)
 def test_unknown_name_in_a_codebook_is_answered(question, text):
     answers, contacts = a_class(40)
     with pytest.raises(StudyError, match=text):

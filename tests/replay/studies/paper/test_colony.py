@@ -42,8 +42,10 @@ def test_collider_contacts_in_free_poses_count_as_false():
     bodies = (Body("beaker", beaker_mesh()), Body("rod", box_mesh((0.004, 0.004, 0.3))))
     through_the_floor, aside, inside = (still(bodies, [[0, 0, 0], [0, 0, z]]) for z in (0.1, 0.5, 0.2))
     for free, detector, settings, false in (
-        (inside, "exact", {}, 0), (aside, "collider", {"shape": "hull"}, 0), (inside, "collider", {"shape": "hull"}, 1),
-    ):  # fmt: skip
+        (inside, "exact", {}, 0),
+        (aside, "collider", {"shape": "hull"}, 0),
+        (inside, "collider", {"shape": "hull"}, 1),
+    ):
         answers = detected(NearPoses("", bodies, through_the_floor, free), detector, **settings)
         assert (answers.hits, answers.false, answers.evaluations) == ((1,), (false,), (0,))
 

@@ -16,7 +16,7 @@ from replay.studies.paper.fixtures import (
     fixture,
     sphere,
     torus,
-)  # fmt: skip
+)
 
 FEW = [(100, number) for number in range(4)] + [(300, 0), (300, 1)]
 MORE = [(target, number) for target in TARGETS for number in range(POSES)][::9]

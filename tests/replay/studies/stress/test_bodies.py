@@ -40,8 +40,10 @@ def test_missed_contact_is_within_tolerance_only_when_no_deeper():
     slab = box_mesh((8.0, 8.0, 1.0))
     # Of cubes that share planes every two faces meet 0 deep, though the cubes are in each other by a half.
     for other, position, within in (
-        (slab, [0.1, 0.2, 0.995], 1), (slab, [0.1, 0.2, 0.985], 0), (box_mesh(), [0.5, 0.0, 0.0], 0),
-    ):  # fmt: skip
+        (slab, [0.1, 0.2, 0.995], 1),
+        (slab, [0.1, 0.2, 0.985], 0),
+        (box_mesh(), [0.5, 0.0, 0.0], 0),
+    ):
         scene = of_instants("", (box_mesh(), other), at([position]))
         item = ask_case("support.planted_detectors:Blamed", 41, [scene], seed=0, tau=0.01)
         assert (item.within, item.missed, item.reason) == (within, 1 - within, "")

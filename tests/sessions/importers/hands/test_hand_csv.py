@@ -78,8 +78,9 @@ def test_exporters_write_the_same_hands(tmp_path, kind, bones):
     assert recognised(path)[0] == "hands"
     session = import_session("auto", path)
     assert [(group.name, len(group.members)) for group in session.scene.groups] == [
-        ("left hand", bones), ("right hand", bones),
-    ]  # fmt: skip
+        ("left hand", bones),
+        ("right hand", bones),
+    ]
     for side, joints in joints_of.items():
         for finger in ("thumb", "index", "middle", "ring", "little"):
             track = session.tracks[f"{side} {finger} tip"]

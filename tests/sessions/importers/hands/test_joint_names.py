@@ -47,7 +47,7 @@ EXPORTERS = {
     "mrtk": {joint: name(joint, finger="{}", segments=MRTK) for joint in PALMLESS},
     "apple": {joint: name(joint, finger="{}Finger", segments=APPLE) for joint in PALMLESS},
     "mano": {joint: name(joint, finger="{}", segments=MANO).lower() for joint in LANDMARKS},
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("exporter", EXPORTERS)

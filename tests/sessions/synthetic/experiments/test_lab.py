@@ -89,9 +89,12 @@ def check_pour(run, fact, before):
 
 
 POURS = {
-    "silver-chloride": ["pour"], "gas-collection": ["pour"], "acid-dilution": ["pour", "pour", "spill", "pour"],
-    "marble": ["pour"], "ammonia-calorimetry": ["pour"],
-}  # fmt: skip
+    "silver-chloride": ["pour"],
+    "gas-collection": ["pour"],
+    "acid-dilution": ["pour", "pour", "spill", "pour"],
+    "marble": ["pour"],
+    "ammonia-calorimetry": ["pour"],
+}
 
 
 @pytest.mark.sampled(3)
