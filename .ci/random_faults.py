@@ -25,16 +25,23 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from replay.auditing.wilson import wilson
+
 PACKAGES = ("cdcore", "sessions", "replay")
 QUICK = ["-q", "-x", "-m", "not slow and not bench", "-p", "no:cacheprovider"]
-FLIPPED: dict[type[ast.AST], str] = {
-    ast.Lt: ">=", ast.LtE: ">", ast.Gt: "<=", ast.GtE: "<", ast.Eq: "!=", ast.NotEq: "==",
-    ast.Add: "-", ast.Sub: "+", ast.And: "or", ast.Or: "and",
-}  # fmt: skip
-WRITTEN: dict[type[ast.AST], str] = {
-    ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!=",
-    ast.Add: "+", ast.Sub: "-", ast.And: "and", ast.Or: "or",
-}  # fmt: skip
+OPERATORS: dict[type[ast.AST], tuple[str, str]] = {
+    ast.Lt: ("<", ">="),
+    ast.LtE: ("<=", ">"),
+    ast.Gt: (">", "<="),
+    ast.GtE: (">=", "<"),
+    ast.Eq: ("==", "!="),
+    ast.NotEq: ("!=", "=="),
+    ast.Add: ("+", "-"),
+    ast.Sub: ("-", "+"),
+    ast.And: ("and", "or"),
+    ast.Or: ("or", "and"),
+}
+"""Class of an operator -> how it is written, and what a fault writes in its place."""
 LONGEST_S = 900
 """A run of tests that takes longer hangs because of the fault, which is noticed then."""
 MOST_OWN = 12
@@ -59,9 +66,9 @@ class Fault:
 def operators(tree: ast.AST) -> Iterator[tuple[ast.expr, ast.AST, ast.expr]]:
     """Left operand, operator and right operand of everything that can be written wrongly."""
     for node in ast.walk(tree):
-        if isinstance(node, ast.Compare) and len(node.ops) == 1 and type(node.ops[0]) in FLIPPED:
+        if isinstance(node, ast.Compare) and len(node.ops) == 1 and type(node.ops[0]) in OPERATORS:
             yield node.left, node.ops[0], node.comparators[0]
-        elif isinstance(node, ast.BinOp) and type(node.op) in FLIPPED:
+        elif isinstance(node, ast.BinOp) and type(node.op) in OPERATORS:
             yield node.left, node.op, node.right
         elif isinstance(node, ast.BoolOp):
             yield node.values[0], node.op, node.values[1]
@@ -77,11 +84,12 @@ def faults_of(root: Path, file: Path) -> list[Fault]:
     for left, operator, right in operators(ast.parse(source)):
         begin = starts[(left.end_lineno or 1) - 1] + (left.end_col_offset or 0)
         end = starts[right.lineno - 1] + right.col_offset
-        between, word = source[begin:end].decode(), WRITTEN[type(operator)]
-        if between.count(word) == 1 and not between.replace(word, "").strip("() \n\t"):
-            at = begin + between.index(word)
+        between = source[begin:end].decode()
+        right_word, wrong_word = OPERATORS[type(operator)]
+        if between.count(right_word) == 1 and not between.replace(right_word, "").strip("() \n\t"):
+            at = begin + between.index(right_word)
             name = file.relative_to(root).as_posix()
-            result.append(Fault(name, left.end_lineno or 1, at, at + len(word), word, FLIPPED[type(operator)]))
+            result.append(Fault(name, left.end_lineno or 1, at, at + len(right_word), right_word, wrong_word))
     return result
 
 
@@ -162,6 +170,18 @@ def noticed_by(
         shutil.rmtree(spoiled, ignore_errors=True)
 
 
+def summary(noticed_by: list[str]) -> str:
+    """How many faults were noticed, with Wilson's interval of 95 %; harmless ones are left out."""
+    harmless = noticed_by.count("harmless")
+    harmful = len(noticed_by) - harmless
+    noticed = harmful - noticed_by.count("nothing")
+    if not harmful:
+        return f"no fault was tried; {harmless} harmless left out"
+    lower, upper = wilson(noticed, harmful)
+    interval = f"{noticed / harmful:.1%}, 95 % interval {lower:.1%} to {upper:.1%}"
+    return f"{noticed} of {harmful} noticed ({interval}); {harmless} harmless left out"
+
+
 def main() -> None:
     """Draw, run, and print each fault with who noticed it."""
     requested = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -195,9 +215,7 @@ def main() -> None:
             print(f"{by:8} {fault.module}:{fault.line}  {fault.right} -> {fault.wrong}", flush=True)
             options.out.write_text(json.dumps(done, indent=1))
             shutil.rmtree(root / ".hypothesis", ignore_errors=True)
-    reported = [item["noticed_by"] for item in done]
-    harmful = len(reported) - reported.count("harmless")
-    print(f"{harmful - reported.count('nothing')} of {harmful} noticed; {reported.count('harmless')} harmless left out")
+    print(summary([item["noticed_by"] for item in done]))
 
 
 if __name__ == "__main__":

@@ -51,3 +51,11 @@ def test_a_fault_that_was_judged_harmless_is_left_out(script, root):
     (root / script.HARMLESS).parent.mkdir(parents=True)
     (root / script.HARMLESS).write_text(f"cdcore/small.py | {SOURCE.splitlines()[1].strip()} | and | b is never 0\n")
     assert script.noticed_by(root, fault, {}) == "harmless"
+
+
+def test_summary_has_wilsons_interval(script):
+    noticed_by = ["own"] * 30 + ["folder"] * 17 + ["suite"] + ["nothing"] * 2 + ["harmless"] * 3
+    # 48 of 50, from the closed form with z = 1.96.
+    expected = "48 of 50 noticed (96.0%, 95 % interval 86.5% to 98.9%); 3 harmless left out"
+    assert script.summary(noticed_by) == expected
+    assert script.summary(["harmless"]) == "no fault was tried; 1 harmless left out"
