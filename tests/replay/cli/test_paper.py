@@ -36,6 +36,8 @@ def test_equal_wall_times_give_bitwise_equal_paper_tables(tiny, capsys, tmp_path
 def test_quick_paper_completes_and_complete_detectors_find_every_face(capsys):
     assert main(["paper", "--quick", "--format", "json"]) == 0
     tables = {item["key"]: item for item in json.loads(capsys.readouterr().out)["tables"]}
-    assert [row[4] for row in tables["T1a"]["rows"][:7]] == [1.0] * 7
-    assert all(row[6] in (1.0, None) for row in tables["T1a"]["rows"])
+    headline = [dict(zip(tables["T1a"]["head"], row, strict=True)) for row in tables["T1a"]["rows"]]
+    # Seven detectors run to completion; the searches after them may miss faces and invent none.
+    assert [row["face recall"] for row in headline[:7]] == [1.0] * 7
+    assert all(row["precision"] in (1.0, None) for row in headline)
     assert {"Table I", "F7ab", "F7c", "F7e", "F8 coverage", "F8 search"} < set(tables)

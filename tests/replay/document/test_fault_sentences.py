@@ -439,7 +439,7 @@ def figures_of_rank(rank):
     return rank.missed_counts[1], rank.late_counts[1], float(f"{percent:.{digits}f}")
 
 
-def hold(seed, *, engines, again):
+def check_claims_and_fixes(seed, *, engines, again):
     planted = planted_session(seed, engines=engines)
     run = compute(planted.session, detectors=planted.detectors)
     count = 0
@@ -452,11 +452,11 @@ def hold(seed, *, engines, again):
 
 @pytest.mark.parametrize("seed", [2, 6, 8, 9])
 def test_sentences_and_fixes_of_a_planted_session_hold(seed):
-    hold(seed, engines=False, again=False)
+    check_claims_and_fixes(seed, engines=False, again=False)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("first", range(0, int(os.environ.get("PLANTED_SESSIONS", "30")), 10))
 def test_sentences_and_fixes_of_planted_sessions_hold(first):
     pytest.importorskip("pybullet")
-    assert sum(hold(1000 + seed, engines=True, again=True) for seed in range(first, first + 10)) > 20
+    assert sum(check_claims_and_fixes(1000 + seed, engines=True, again=True) for seed in range(first, first + 10)) > 20

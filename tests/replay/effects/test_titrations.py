@@ -26,7 +26,7 @@ def ph_of(solutes):
     return answer(solutes, {}, 1.0)["pH"]
 
 
-def check(flask, burette, ends, hz):
+def check_end_points_and_ph(flask, burette, ends, hz):
     effects = titrated(flask, burette, hz=hz)
     events = [event.values["volume_ml"] for event in effects["reaction"].output.named("end-point")]
     assert events == pytest.approx(ends, abs=0.01)
@@ -46,7 +46,7 @@ def check(flask, burette, ends, hz):
 )
 def test_end_points_and_ph_are_right_at_every_rate(row):
     for hz in (30, 90, 250):
-        check(**row, hz=hz)
+        check_end_points_and_ph(**row, hz=hz)
 
 
 def settings(effects):

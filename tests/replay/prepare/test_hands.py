@@ -46,6 +46,7 @@ def hand_size(joints):
     return sum(lengths) / sum(bone.length_m for bone in bones)
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(("side", "finger"), [*zip(["left", "right"] * 3, FINGERS, strict=False)])
 def test_first_touch_is_of_the_planted_finger_in_its_frame(tmp_path, side, finger):
     session = planted(tmp_path, side, finger)

@@ -128,7 +128,7 @@ def energy(book):
     return book.amounts[:, [book.column[name] for name in (HEAT, STORED, LATENT)]].sum(axis=1) + solid
 
 
-def check(seed, warm):
+def check_conservation(seed, warm):
     first, given = None, 0.0
     for book in a_world(seed, warm):
         components = makeup(book.columns)
@@ -154,14 +154,14 @@ def check(seed, warm):
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("seed", [2, 0, 1, 3, 4, 5, 6, 7])
 def test_elements_charge_volume_and_energy_are_conserved_after_every_event(seed):
-    check(seed, warm=True)
+    check_conservation(seed, warm=True)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(100, 112))
 def test_conservation_holds_with_and_without_heat_in_more_worlds(seed):
-    check(seed, warm=True)
-    check(seed, warm=False)
+    check_conservation(seed, warm=True)
+    check_conservation(seed, warm=False)
 
 
 def test_an_equation_leaves_protons_of_weaker_acids():

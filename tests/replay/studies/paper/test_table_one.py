@@ -56,7 +56,7 @@ def test_a_known_sample_has_the_known_mean_deviation_and_variance():
     assert variance == pytest.approx(32 / 7) and deviation == pytest.approx((32 / 7) ** 0.5)
 
 
-def test_progress_reports_the_first_stage_and_can_stop():
+def test_exception_of_the_progress_display_ends_the_study():
     watching = Mock(stage=Mock(side_effect=InterruptedError))
     with pytest.raises(InterruptedError):
         run_paper(Size((), 0, 0), progress=watching)
