@@ -13,7 +13,7 @@ import numpy as np
 from sessions.errors import ImportFileError
 from sessions.importers.ledger import FACT, Ledger
 from sessions.importers.stamps import Numbers, Rows, Stamps, increasing
-from sessions.meshes.conventions import Convention, pose_axes_alternatives
+from sessions.meshes.conventions import CONVENTIONS, Convention, pose_axes_alternatives
 from sessions.meshes.conventions import convention as convention_named
 from sessions.model.assumption import ASSUMPTIONS_FACT, Assumption, Confidence, Origin, Subject, assumptions_fact
 from sessions.model.session import Session
@@ -58,6 +58,7 @@ class SourceFrame:
     """The units and axes of a source, and their origin; ``clock`` is a sentence for a reader.
 
     ``assumed``: sentences on what no file said. ``others``: units of times and angles, and orders of rotations.
+    ``handedness_is_known``: axes of the other handedness are no alternatives.
     ``units_reason``: why a guessed unit is sure; ``""``: by how far poses are from the origin.
     """
 
@@ -68,6 +69,7 @@ class SourceFrame:
     axes_origin: Origin = Origin.FORMAT
     axes_confidence: Confidence = Confidence.SURE
     axes_reason: str = "usual for this format"
+    handedness_is_known: bool = False
     units_origin: Origin = Origin.FORMAT
     units_reason: str = ""
     clock_origin: Origin = Origin.FORMAT
@@ -157,6 +159,9 @@ def pose_assumptions(frame: SourceFrame, radius: float) -> tuple[Assumption, ...
     ``radius``: metres from the origin within which nearly all positions are, as the unit was taken.
     """
     is_guess = frame.axes_origin is Origin.GUESS
+    alternatives = pose_axes_alternatives(frame.axes)
+    if frame.handedness_is_known:
+        alternatives = tuple(name for name in alternatives if CONVENTIONS[name].handedness == frame.axes.handedness)
     axes = Assumption(
         subject=Subject.POSE_AXES,
         value=frame.axes.name,
@@ -164,7 +169,7 @@ def pose_assumptions(frame: SourceFrame, radius: float) -> tuple[Assumption, ...
         confidence=frame.axes_confidence,
         description=_description(frame.axes),
         reason=frame.axes_reason if is_guess else "",
-        alternatives=pose_axes_alternatives(frame.axes) if is_guess else (),
+        alternatives=alternatives if is_guess else (),
     )
     handed_origin, reason = frame.axes_origin, ""
     if frame.axes.assumed_handedness:

@@ -171,6 +171,7 @@ def _source_frame(
             if mirrored
             else "usual for tracked hands; +Y up is a guess"
         ),
+        handedness_is_known=bool(mirrored),
         units_origin=units_origin,
         units_reason=units_reason,
         clock_origin=Origin.USER if given.time or given.rate_hz else Origin.FILE,

@@ -119,6 +119,8 @@ def test_axes_and_units_are_as_named_or_as_hands_say(tmp_path, axes, unit):
     assert guessed.origin is Origin.GUESS and CONVENTIONS[guessed.value].handedness == convention.handedness
     # Fingers do not say which axis points up: with +Z up the guess is wrong, so it is never sure.
     assert guessed.confidence is Confidence.OPEN and "fingers bend; +Y up is a guess" in guessed.reason
+    others = {"right": {"openxr", "ros", "z-up"}, "left": {"unity", "unreal"}}
+    assert {*guessed.alternatives} == others[convention.handedness]
 
 
 def test_straight_fingers_leave_the_axes_open(tmp_path):
