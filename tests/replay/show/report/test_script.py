@@ -59,7 +59,9 @@ def point_at(page, x, y, *, click=False):
 def second_on_lane(page, detector, fault):
     """Pixel of the middle of a fault on the lane of its detector."""
     return page.ask(f"""(() => {{
-      const lane = document.querySelector('.lane[data-detector="{detector}"]'), box = lane.getBoundingClientRect();
+      const lane = document.querySelector('.lane[data-detector="{detector}"]');
+      lane.scrollIntoView({{ block: 'center' }});
+      const box = lane.getBoundingClientRect();
       const [x, , width] = lane.getAttribute('viewBox').split(' ').map(Number);
       const [first] = lane.closest('.time').dataset.window.split(' ').map(Number);
       const [start, end] = document.getElementById('{fault}').dataset.span.split(' ').map(Number);

@@ -10,8 +10,10 @@ from support.report_states import STATES
 from support.small_worlds import TWO_BUMPS, cubes
 
 import replay
+from replay.cli.main import main
 from replay.errors import OutputError
 from replay.show.results.spreadsheets import headings, inert, write_run_tables, write_tables
+from sessions import write_session
 
 HOSTILE = [
     "=1+1",
@@ -143,3 +145,32 @@ def test_every_state_has_spreadsheets(tmp_path):
     for state in ("no contact", "no reference", "effects"):
         result = replay.RunResult.of(STATES[state]()).write(tmp_path / state.replace(" ", "-"), picture=False)
         assert write_run_tables(result.out, "csv") == []
+
+
+@pytest.mark.parametrize("form", ["csv", "xlsx"])
+def test_tables_of_a_batch_hold_the_rows_of_all_its_runs(tmp_path, form):
+    for name in ("first", "=second"):
+        session = cubes({"=cmd|' /C calc'!A0": TWO_BUMPS["a"], "b": TWO_BUMPS["b"]})
+        write_session(session, tmp_path / f"{name}.mcap")
+    out = tmp_path / "out"
+    files = [str(file) for file in sorted(tmp_path.glob("*.mcap"))]
+    command = ["run", *files, "-o", str(out), "--tables", form, "--detectors", "slow=discrete[rate_hz=5]", "-q"]
+    if form == "xlsx":
+        openpyxl = pytest.importorskip("openpyxl")
+        assert main(command) == 0
+        book = openpyxl.load_workbook(out / "tables.xlsx")
+        written = {sheet.title: [[cell.value for cell in row] for row in sheet.rows] for sheet in book}
+        assert all(cell.data_type != "f" for sheet in book for row in sheet.rows for cell in row)
+    else:
+        assert main(command) == 0
+        written = {file.stem: csv_rows(file) for file in out.glob("*.csv")}
+    tables = replay.read(out)
+    assert set(written) == set(tables)
+    for name, table in tables.items():
+        head, *rows = written[name]
+        assert head == headings(table.column_names) and len(rows) == len(table)
+    runs = {row[written["misses"][0].index("run")] for row in written["misses"][1:]}
+    assert runs == ({"first", "=second"} if form == "xlsx" else {"first", "'=second"})
+    cells = [cell for rows in written.values() for row in rows for cell in row if isinstance(cell, str)]
+    assert any("=cmd" in cell for cell in cells)
+    assert form == "xlsx" or not [cell for cell in cells if cell.startswith("=")]

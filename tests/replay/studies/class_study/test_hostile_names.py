@@ -1,0 +1,69 @@
+"""Names that would be markup, a script or a formula stay text in every page and table of a class."""
+
+import csv
+from html.parser import HTMLParser
+
+import pytest
+from support import study_samples
+from support.study_samples import a_class, codebook, made_class, questionnaire
+
+from replay.studies.class_study.analysis import analyse
+from replay.studies.class_study.class_runs import read_class
+from replay.studies.class_study.folder import write_study
+
+HOSTILE = '=cmd|"/c calc"!A1 <script>throw 1</script><img src=x onerror=alert(1)> &amp; \u202e'
+STUDENTS = 20
+KNOWN = {
+    *("html", "head", "meta", "title", "style", "body", "main", "script", "header", "nav", "section", "footer", "div"),
+    *("p", "h1", "h2", "dl", "dt", "dd", "ul", "li", "a", "b", "small", "details", "summary", "figure", "figcaption"),
+    *("table", "caption", "thead", "tbody", "tr", "th", "td", "svg", "path", "circle", "text"),
+}
+
+
+class Elements(HTMLParser):
+    """Names of all elements and attributes of a page."""
+
+    def __init__(self):
+        super().__init__()
+        self.names, self.attributes = set(), set()
+
+    def handle_starttag(self, tag, attrs):
+        self.names.add(tag)
+        self.attributes |= {name for name, _ in attrs}
+
+
+@pytest.fixture
+def hostile_class(tmp_path, monkeypatch):
+    """Runs whose bodies, tasks, stages, devices, causes and detectors have that name, and a study whose group has."""
+    monkeypatch.setattr(study_samples, "PAIRS", [(HOSTILE, "beaker"), ("hand", HOSTILE)])
+    for name in ("TASKS", "STAGES", "TYPES", "CAUSES"):
+        monkeypatch.setattr(study_samples, name, (HOSTILE, "other"))
+    runs = read_class(made_class(tmp_path / "runs", STUDENTS, STUDENTS, detectors={HOSTILE: 0.3}))
+    answers, _ = a_class(STUDENTS, seed=1, slope=0.7)
+    answered = questionnaire(answers, [HOSTILE, "second"] * (STUDENTS // 2))
+    answered.index = [f"S{k:03d}" for k in range(STUDENTS)]
+    questions = (("motivation", "ease of use"), ("motivation", "contacts_per_min"))
+    book = codebook(questions, groups=("arm", (HOSTILE, "second")))
+    return runs, analyse(book, answered, runs.as_metrics())
+
+
+def test_names_are_no_markup_and_no_script_in_the_page(hostile_class, tmp_path):
+    out = write_study(*hostile_class, tmp_path / "study", inputs={}, title=HOSTILE)
+    page = (out / "study.html").read_text("utf-8")
+    assert page.count("&lt;script&gt;throw 1") > 5 and "<img" not in page and "\u202e" not in page
+    assert page.count("<script") == 1
+    parsed = Elements()
+    parsed.feed(page)
+    assert parsed.names <= KNOWN and not [name for name in parsed.attributes if name.startswith("on")]
+    first = page[page.index("<dl>") : page.index("</dl>")]
+    assert first.count("&lt;script&gt;") >= 4
+
+
+def test_names_are_no_formula_in_its_tables(hostile_class, tmp_path):
+    out = write_study(*hostile_class, tmp_path / "study", inputs={}, title=HOSTILE)
+    cells = []
+    for file in out.glob("*.csv"):
+        with file.open(encoding="utf-8-sig", newline="") as stream:
+            cells += [cell for row in csv.reader(stream) for cell in row]
+    assert any("=cmd" in cell for cell in cells)
+    assert not [cell for cell in cells if cell.lstrip().startswith(("=", "@"))]
