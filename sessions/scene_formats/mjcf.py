@@ -106,6 +106,8 @@ def scene_of(model: Any, surface: Surface) -> SceneSource:
     if only_drawn:
         left_out.append(f"bodies of which nothing collides: {', '.join(only_drawn)}")
     left_out += _soft(model)
+    mocap = [name for number, name in enumerate(names) if name in bodies and model.body_mocapid[number] >= 0]
+    left_out += [f"the motion of {name!r}, a mocap body: no joint moves it" for name in mocap]
     disable = mujoco.mjtDisableBit
     if model.opt.disableflags & (disable.mjDSBL_CONTACT | disable.mjDSBL_CONSTRAINT):
         left_out.append("the flag that switches all contacts off: pairs are tested")

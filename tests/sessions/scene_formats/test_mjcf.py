@@ -324,6 +324,12 @@ def test_pairs_are_those_that_the_library_tests(tmp_path, filter_parents):
     assert {frozenset(("ghost", "cup")), frozenset(("ball", "cup"))} <= pairs - excluded
 
 
+def test_motion_of_mocap_bodies_is_named(tmp_path):
+    path = tmp_path / "mocap.xml"
+    path.write_text(f'<mujoco><worldbody>{BALL}<body name="m" mocap="true"><geom size="1"/></body>{WORLD_END}')
+    assert read_scene_source(path).left_out == ("the motion of 'm', a mocap body: no joint moves it",)
+
+
 @pytest.mark.parametrize("flag", ["contact", "constraint"])
 def test_switched_off_contacts_are_named(tmp_path, flag):
     path = tmp_path / "off.xml"
