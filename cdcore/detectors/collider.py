@@ -43,7 +43,7 @@ FIRST: Final = np.zeros(1, dtype=np.int64)
 COMPOUND, SHIPPED = "compound", "shipped"
 """Shapes that come with the body: no other detector asks them."""
 
-CUT_METHODS: Final = ("auto", "hull", "box", "sphere", "capsule", "sectors", "vhacd", "coacd")
+CUT_METHODS: Final = ("auto", "hull", "box", "sphere", "capsule", "sectors", "planes", "vhacd", "coacd")
 """How the pieces of a compound may be cut."""
 
 

@@ -1,5 +1,8 @@
 """The fewest convex pieces a body that keep false and missed contact below limits, and the front of what was tried.
 
+Numbers of pieces are searched with the quickest way of cutting a body. Then finest pieces are tried that are joined
+where the motion does not notice (``replay.advice.motion_joins``), and other ways of cutting.
+
 Choices are weighed by the loss of ``replay.auditing.loss``: pieces of which a body misses more than they save are not
 taken, whatever they do to false contact alone.
 """
@@ -7,7 +10,7 @@ taken, whatever they do to false contact alone.
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from time import monotonic
 from typing import Any, Final
@@ -17,8 +20,10 @@ import numpy as np
 from cdcore.bounding.hull import hull_collider
 from cdcore.mesh import TriangleMesh
 from cdcore.numerics import IntArray
+from replay.advice.motion_joins import FalseContacts, joined_by_motion, refined_by_motion
 from replay.advice.scoring import Scoring
 from replay.advice.settings import Setting
+from replay.auditing.outcome import Outcome
 from replay.cutting.convex_solids import solids_of, volume_of
 from replay.cutting.methods import METHODS, method_of
 from replay.cutting.piece_store import Cut, NotCut, convex_pieces, cut_ahead, why_not_cut
@@ -61,6 +66,12 @@ CUTTING: Final = 0.5
 TRYING: Final = 0.9
 """Fraction of the time after which no other method is cut."""
 
+FINEST: Final = 200
+"""Pieces that a body is cut into before they are joined by its motion, at most."""
+
+JOINED: Final = "joined by motion"
+"""How pieces are made that are joined by motion, after the words of the method that cut them."""
+
 
 class TimeUpError(Exception):
     """The time for the search is used up; what was found until then is written."""
@@ -97,10 +108,11 @@ class Deadline:
 
 @dataclass(frozen=True)
 class Limits:
-    """Fractions of wrong contact time that are still good enough; ``missed`` is ``None`` where nobody asks."""
+    """Fractions of wrong contact time that are still good enough, and the most pieces a body; ``None``: no limit."""
 
     false: float
     missed: float | None = None
+    pieces: int | None = None
 
     def hold(self, false: float, missed: float) -> bool:
         """Whether both fractions are at most what was asked for."""
@@ -125,28 +137,36 @@ class Tried:
 
 
 class Ladder:
-    """Pieces of one mesh, from its hull to many; ``reason`` is why it is not cut, ``""`` where it is."""
+    """Pieces of one mesh, from its hull to at most so many; ``reason`` is why it is not cut, ``""`` where it is."""
 
-    def __init__(self, mesh: TriangleMesh, deadline: Deadline) -> None:
+    def __init__(self, mesh: TriangleMesh, deadline: Deadline, most: int | None = None) -> None:
         self.mesh, self._deadline = mesh, deadline
         self.reason = why_not_cut(mesh)
         hull = hull_collider(mesh)
         convex = not self.reason and volume_of(mesh) >= SOLID * volume_of(hull)
         self.reason = CONVEX if convex else self.reason
         self.method = HULL if self.reason else method_of("auto", mesh)
-        self.counts = (1, *{"sectors": SECTOR_COUNTS, HULL: ()}.get(self.method, COUNTS))
-        self._alternatives: list[Cut] = []
+        counts = {"sectors": SECTOR_COUNTS, HULL: ()}.get(self.method, COUNTS)
+        if most is not None and counts:
+            counts = (*(count for count in counts if count < most), *([most] if most > 1 else []))
+        self.counts = (1, *counts)
+        self._alternatives: list[Cut | str] = []
         self._made: dict[int, Sequence[TriangleMesh]] = {}
 
-    def cut(self, step: int) -> Cut:
-        """Cut that gives the pieces of a step."""
+    def cut(self, step: int) -> Cut | str:
+        """Cut that gives the pieces of a step, or how they were made otherwise."""
         if step < len(self.counts):
             return Cut(self.mesh, self.method, self.counts[step])
         return self._alternatives[step - len(self.counts)]
 
     def how(self, step: int) -> str:
         """How the pieces of a step are cut, in words."""
-        return METHODS[self.cut(step).name if step else HULL].words
+        cut = self.cut(step)
+        return cut if isinstance(cut, str) else METHODS[cut.name if step else HULL].words
+
+    def finest_cut(self) -> Cut:
+        """The cut into pieces that cover the whole body and are fine enough to be joined."""
+        return Cut(self.mesh, "sectors" if self.method == "sectors" else "planes", FINEST)
 
     def other_cuts(self, step: int) -> list[Cut]:
         """Cuts by other methods with at most as many pieces as a step has, those that take least time first."""
@@ -160,12 +180,20 @@ class Ladder:
         self._alternatives.append(cut)
         return len(self.counts) + len(self._alternatives) - 1
 
+    def add_pieces(self, pieces: Sequence[TriangleMesh], how: str) -> int:
+        """The step of pieces that were made otherwise, in words, which ``above`` never leads to."""
+        self._alternatives.append(how)
+        step = len(self.counts) + len(self._alternatives) - 1
+        self._made[step] = pieces
+        return step
+
     def keep_cut_steps(self, missing: Mapping[str, NotCut]) -> None:
         """Leave out the steps that were not cut in time; where none was, say why."""
-        cut = [step for step in range(1, len(self.counts)) if self.cut(step).key not in missing]
-        if len(self.counts) > 1 and not cut:
-            self.reason = missing[self.cut(1).key].reason
-        self.counts = (1, *(self.counts[step] for step in cut))
+        cuts = [Cut(self.mesh, self.method, count) for count in self.counts[1:]]
+        cut_counts = [cut.most for cut in cuts if cut.key not in missing]
+        if cuts and not cut_counts:
+            self.reason = missing[cuts[0].key].reason
+        self.counts = (1, *cut_counts)
 
     def above(self, step: int) -> list[int]:
         """Steps to try next: the first one that is worth it, and the last."""
@@ -177,8 +205,9 @@ class Ladder:
     def pieces(self, step: int) -> Sequence[TriangleMesh]:
         """The pieces of a step. Raises ``TimeUpError`` where the time is up before they are cut."""
         if step not in self._made:
-            watch = self._deadline.check if step else None
-            self._made[step] = convex_pieces(self.cut(step), watch)
+            watch, cut = self._deadline.check if step else None, self.cut(step)
+            assert isinstance(cut, Cut)  # pieces that no cut gives are kept
+            self._made[step] = convex_pieces(cut, watch)
         return self._made[step]
 
 
@@ -190,7 +219,8 @@ def _filled(pieces: Sequence[TriangleMesh]) -> float:
 class ColliderSearch:
     """Takes more pieces of the bodies of the pair with most false contact, then fewer where that is free.
 
-    Then other methods of cutting are tried with as many pieces or fewer. ``rate``: settings of the engine's step.
+    Then pieces that are joined by motion and other methods are tried, with as many pieces or fewer.
+    ``rate``: settings of the engine's step.
     ``time_up``: whether the time ended the search; ``not_tried``: cuts that it left no time for, a body's name each.
     """
 
@@ -200,7 +230,7 @@ class ColliderSearch:
         self.time_up, self._deadline, self._limits = False, deadline, limits
         self._assembly, self._scoring, self._rate = assembly, scoring, dict(rate)
         by_mesh = {body.mesh.content_hash: body.mesh for body in assembly.bodies}
-        ladders = {content_hash: Ladder(mesh, deadline) for content_hash, mesh in by_mesh.items()}
+        ladders = {content_hash: Ladder(mesh, deadline, limits.pieces) for content_hash, mesh in by_mesh.items()}
         self.ladders = {body.name: ladders[body.mesh.content_hash] for body in assembly.bodies}
         self._tried: dict[tuple[int, ...], Tried] = {}
         self.steps = dict.fromkeys(self.ladders, 0)
@@ -211,7 +241,7 @@ class ColliderSearch:
         columns = np.flatnonzero(false_frames).tolist()
         names = {name for column in columns for name in self._assembly.bodies_of(column)}
         ladders = {id(self.ladders[name]): self.ladders[name] for name in names}.values()
-        cuts = [ladder.cut(step) for ladder in ladders for step in range(1, len(ladder.counts))]
+        cuts = [Cut(ladder.mesh, ladder.method, count) for ladder in ladders for count in ladder.counts[1:]]
         # The middle numbers of pieces first: they are the ones that are shipped most often.
         cuts.sort(key=lambda cut: abs(cut.most - 12))
         limit = max(0.0, self._deadline.left(CUTTING))
@@ -230,6 +260,7 @@ class ColliderSearch:
                 self._cut_ahead(hulls.false_frames)
                 self._climb()
                 self._descend()
+                self._join_by_motion(hulls)
                 self._try_other_methods()
         except TimeUpError:
             self.time_up = True
@@ -302,6 +333,50 @@ class ColliderSearch:
                     steps = {**self.steps, name: ladder.add_step(cut)}
                     self.steps = min(self.steps, steps, key=self._merit)
 
+    def _join_by_motion(self, hulls: Tried) -> None:
+        """Take finest pieces, joined where the motion does not notice, in place of those of a body that are worse.
+
+        The bodies with most false contact come first: their pieces may leave others nothing to do.
+        """
+        pairs = self._assembly.pairs
+        false = {name: int(hulls.false_frames[(pairs == k).any(axis=1)].sum()) for k, name in enumerate(self.steps)}
+        names = [name for name in self.steps if false[name] and not self.ladders[name].reason]
+        names.sort(key=lambda name: -false[name])
+        missing = self._cut_in_time([self.ladders[name].finest_cut() for name in names])
+        for name in names:
+            cut = self.ladders[name].finest_cut()
+            # A body whose hull was taken back loses as much by pieces as it saves.
+            if cut.key in missing or (not self.steps[name] and self._limits.pieces is None):
+                continue
+            for step in self._joined(name, cut):
+                self.steps = min(self.steps, {**self.steps, name: step}, key=self._merit)
+        self.time_up = self.time_up or any(not_cut.late for not_cut in missing.values())
+
+    def _joined(self, name: str, cut: Cut) -> Iterator[int]:
+        """Steps of a body with pieces joined by its motion: as many as it has now, or fewer where that is free."""
+        ladder, check = self.ladders[name], self._deadline.check
+        assembly = self._with_pieces({**self.steps, name: 0})
+        detection = make_detector(Setting(name, "collider", {"shape": "shipped"}).spec, assembly, 0).detect(
+            assembly.motion
+        )
+        false_contact = self._scoring.reference.compare(detection).outcome == Outcome.FALSE_CONTACT
+        false_contacts = FalseContacts(assembly, name, false_contact)
+        most = self._limits.pieces or len(ladder.pieces(self.steps[name]))
+        finest = convex_pieces(cut, check)
+        for fine in (finest, refined_by_motion(finest, ladder.mesh, false_contacts, check)):
+            levels = joined_by_motion(fine, false_contacts, check)
+            counts = sorted(count for count in levels if count <= most)
+            if not counts:
+                continue
+            steps = [ladder.add_pieces(levels[count], f"{cut.row.words}, {JOINED}") for count in counts]
+            reached = self._wrong({**self.steps, name: steps[-1]})
+
+            def enough(step: int, reached: Tried = reached) -> bool:
+                tried = self._wrong({**self.steps, name: step})
+                return tried.loss <= reached.loss + ALIKE and self._is_enough(tried) >= self._is_enough(reached)
+
+            yield steps[bisect_left(steps[:-1], True, key=enough)]
+
     def _cut_in_time(self, cuts: Sequence[Cut]) -> dict[str, NotCut]:
         """Cut what there is time for; a cut that takes longer than the time left is not begun."""
         left = self._deadline.left(TRYING)
@@ -340,9 +415,7 @@ class ColliderSearch:
             # The hulls are counted whatever it takes: they are what is written where nothing else was tried in time.
             if self._tried:
                 self._deadline.check()
-            pieces = self.pieces(steps)
-            bodies = tuple(replace(body, colliders=solids_of(pieces[body.name])) for body in self._assembly.bodies)
-            assembly = replace(self._assembly, bodies=bodies)
+            pieces, assembly = self.pieces(steps), self._with_pieces(steps)
             setting = Setting(f"pieces {sorted(steps.items())}", "collider", {"shape": "shipped", **self._rate})
             detection = make_detector(setting.spec, assembly, 0).detect(assembly.motion)
             figures = self._scoring.figures(detection, setting, assembly)
@@ -356,6 +429,12 @@ class ColliderSearch:
                 false_frames=self._scoring.false_frames(detection),
             )
         return self._tried[key]
+
+    def _with_pieces(self, steps: Mapping[str, int]) -> Assembly:
+        """The bodies with the pieces of a choice as their colliders."""
+        pieces = self.pieces(steps)
+        bodies = tuple(replace(body, colliders=solids_of(pieces[body.name])) for body in self._assembly.bodies)
+        return replace(self._assembly, bodies=bodies)
 
 
 def as_row(tried: Tried) -> dict[str, Any]:

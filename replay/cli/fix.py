@@ -17,6 +17,7 @@ ENGINE_HELP = "Write files for unity, unreal, godot or mujoco."
 OUT_HELP = "Folder for the files.  [default: fix-ENGINE]"
 FALSE_HELP = "Largest fraction of the reported contact time that may be false."
 MISSED_HELP = "Largest fraction of the contact time that may be missed."
+PIECES_HELP = "Most convex pieces a body."
 LIMIT_HELP = "Time limit for cutting and searching; then the best pieces are taken."
 
 
@@ -26,6 +27,7 @@ LIMIT_HELP = "Time limit for cutting and searching; then the best pieces are tak
 @click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help=OUT_HELP)
 @click.option("--max-false", type=SHARE, default=0.2, show_default=True, metavar="SHARE", help=FALSE_HELP)
 @click.option("--max-missed", type=SHARE, metavar="SHARE", help=MISSED_HELP)
+@click.option("--max-pieces", type=click.IntRange(min=1), metavar="N", help=PIECES_HELP)
 @click.option("--time-limit", type=Number(min=0), default=60.0, show_default=True, metavar="SECONDS", help=LIMIT_HELP)
 @click.option("--start", type=Number(), metavar="SECONDS", help="Leave out what comes before.")
 @click.option("--end", type=Number(), metavar="SECONDS", help="Leave out what comes after.")
@@ -39,6 +41,7 @@ def command(
     out: Path | None,
     max_false: float,
     max_missed: float | None,
+    max_pieces: int | None,
     people: People,
     as_json: bool,
     **options: Any,
@@ -63,7 +66,7 @@ def command(
     if out is not None and not engine:
         raise click.UsageError("--out needs --engine, which says what to write: unity, unreal, godot or mujoco")
     folder = out or (Path(f"fix-{engine}") if engine else None)
-    limits = Limits(false=max_false, missed=max_missed)
+    limits = Limits(false=max_false, missed=max_missed, pieces=max_pieces)
     try:
         with compiling_announced(people):
             fixed = fix_colliders(

@@ -11,8 +11,10 @@ from cdcore.bounding.collider_shapes import box_collider, capsule_collider, sphe
 from cdcore.bounding.hull import hull_collider
 from cdcore.mesh import TriangleMesh, once_a_mesh
 from cdcore.numerics import FloatArray, IntArray
-from replay.cutting import sectors
-from replay.cutting.sectors import Ladder, round_axis, sector_ladder
+from replay.cutting import planes, sectors
+from replay.cutting.joins import Ladder
+from replay.cutting.planes import plane_ladder
+from replay.cutting.sectors import round_axis, sector_ladder
 
 AUTO: Final = "auto"
 """Name that stands for ``sectors`` of a round body, and for ``vhacd`` of another one."""
@@ -87,6 +89,10 @@ def _sectors(mesh: TriangleMesh, _most: int) -> Ladder | None:
     return sector_ladder(mesh)
 
 
+def _planes(mesh: TriangleMesh, _most: int) -> Ladder | None:
+    return plane_ladder(mesh)
+
+
 def _vhacd(mesh: TriangleMesh, most: int) -> Ladder | None:
     """Source: Mamou, V-HACD 4, what Godot and Unreal run. ``asyncACD`` off: with threads pieces change their order."""
     from vhacdx import compute_vhacd
@@ -110,6 +116,10 @@ def _own() -> str:
     return sectors.VERSION
 
 
+def _planes_version() -> str:
+    return planes.VERSION
+
+
 def _version_of(package: str) -> str:
     try:
         return version(package)
@@ -123,6 +133,7 @@ METHODS: Final[dict[str, Method]] = {
     "sphere": Method("one sphere", 0.0, _single(sphere_collider), _own, counts=False),
     "capsule": Method("one capsule", 0.0, _single(capsule_collider), _own, counts=False),
     "sectors": Method("sectors by height and angle", 2.0, _sectors, _own, ladder=True),
+    "planes": Method("planes", 5.0, _planes, _planes_version, ladder=True),
     "vhacd": Method("V-HACD", 4.0, _vhacd, lambda: _version_of("vhacdx"), package="vhacdx"),
     "coacd": Method("CoACD", 12.0, _coacd, lambda: _version_of("coacd"), package="coacd"),
 }

@@ -19,8 +19,8 @@ from platformdirs import user_cache_path
 from cdcore.bounding.hull import hull_collider, hull_of
 from cdcore.mesh import TriangleMesh
 from replay.cutting.convex_solids import within_triangles
+from replay.cutting.joins import Ladder
 from replay.cutting.methods import METHODS, Method, method_of
-from replay.cutting.sectors import Ladder
 from replay.errors import CutError
 from replay.words import duration
 from sessions.temporary_folders import temporary_folder

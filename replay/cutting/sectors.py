@@ -4,18 +4,15 @@ Choose it over V-HACD and CoACD for glassware: it takes a second where CoACD tak
 solid. It cannot cut what is not round about an axis, such as a hand.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cache
-from itertools import combinations
 from typing import Any, Final
 
 import numpy as np
 
 from cdcore.bounding.hull import hull_of
 from cdcore.mesh import TriangleMesh
-from cdcore.numerics import FloatArray, IntArray
+from cdcore.numerics import FloatArray
 from replay.cutting.convex_solids import manifold_of, volume_of
+from replay.cutting.joins import Ladder, joins_by_volume
 
 ROUND: Final = 0.8
 """Fraction of the corners that must have others of their radius and height all around: a spout may differ."""
@@ -40,30 +37,6 @@ LEAST: Final = 1e-6
 
 VERSION: Final = "1"
 """Of the pieces that this module makes; another one whenever they change, so that kept ones are made again."""
-
-
-@dataclass(frozen=True, eq=False)
-class Ladder:
-    """The finest pieces of a body, and the joins that make fewer of them.
-
-    ``corners``: (n, 3) of all pieces; ``ends``: (k,) where those of each piece end; ``joins``: (j, 2) numbers of pieces
-    that become one; a joined piece takes the next number after all before it.
-    """
-
-    corners: FloatArray
-    ends: IntArray
-    joins: IntArray
-
-    def pieces(self, most: int) -> list[FloatArray]:
-        """Corners (n, 3) of each of at most so many pieces, or of as few as there can be."""
-        pieces = dict(enumerate(np.split(self.corners, self.ends[:-1])))
-        number = len(pieces)
-        for first, second in self.joins.tolist():
-            if len(pieces) <= most:
-                break
-            pieces[number] = np.concatenate([pieces.pop(first), pieces.pop(second)])
-            number += 1
-        return list(pieces.values())
 
 
 def round_axis(mesh: TriangleMesh) -> tuple[FloatArray, FloatArray] | None:
@@ -115,9 +88,7 @@ def sector_ladder(mesh: TriangleMesh) -> Ladder | None:
     pieces = [piece for piece in pieces if volume_of(piece) > least]
     if not pieces:
         return None
-    corners = np.concatenate([piece.vertices for piece in pieces])
-    ends = np.cumsum([len(piece.vertices) for piece in pieces])
-    return Ladder(corners, ends, np.array(_joins(pieces), dtype=np.int64).reshape(-1, 2))
+    return joins_by_volume(pieces)
 
 
 def _bands(solid: Any, mesh: TriangleMesh, axis: FloatArray) -> list[Any]:
@@ -163,39 +134,3 @@ def _sectors(solid: Any, point: FloatArray, axis: FloatArray) -> list[Any]:
         wedge = solid.trim_by_plane(tuple(begin), float(begin @ point)).trim_by_plane(tuple(-end), float(-end @ point))
         pieces += [component for component in wedge.decompose() if component.volume() > 0.0]
     return pieces
-
-
-def _joins(pieces: Sequence[TriangleMesh]) -> list[tuple[int, int]]:
-    """From these pieces down to one: each time the two are joined whose hull adds least.
-
-    Least of their own volume: a thin ring closes the mouth of a beaker with little volume, and much of its own.
-    """
-    merged, current = [*pieces], [*range(len(pieces))]
-    joins: list[tuple[int, int]] = []
-
-    @cache
-    def join(a: int, b: int) -> tuple[float, TriangleMesh | None]:
-        """The fraction that the hull of two pieces adds, and that hull; pieces with a gap between them have none."""
-        (lower, upper), (other_lower, other_upper) = _box(merged[a]), _box(merged[b])
-        hull = None
-        if (lower <= other_upper + 1e-4).all() and (other_lower <= upper + 1e-4).all():
-            hull = hull_of(np.concatenate([merged[a].vertices, merged[b].vertices]))
-        if hull is None:
-            return np.inf, None
-        separate = volume_of(merged[a]) + volume_of(merged[b])
-        return (volume_of(hull) - separate) / separate, hull
-
-    while len(current) > 1:
-        # Of joins that add the same, the one that was there first.
-        best = min(combinations(current, 2), key=lambda pair: (join(*pair)[0], max(pair[1], len(pieces) - 1), pair))
-        hull = join(*best)[1]
-        if hull is None:
-            break
-        joins.append(best)
-        merged.append(hull)
-        current = [*(number for number in current if number not in best), len(merged) - 1]
-    return joins
-
-
-def _box(piece: TriangleMesh) -> tuple[FloatArray, FloatArray]:
-    return piece.vertices.min(axis=0), piece.vertices.max(axis=0)

@@ -143,6 +143,7 @@ class FixedColliders:
             "setting": self.setting,
             "max_false": self.limits.false,
             "max_missed": self.limits.missed,
+            "max_pieces": self.limits.pieces,
             "reached": self.reached,
             "time_up": self.time_up,
             "before": self.before,
@@ -168,7 +169,8 @@ def fix_colliders(
 ) -> FixedColliders:
     """Find the fewest convex pieces a body that keep to limits, replay the session with them, and write them.
 
-    Bodies that are round about an axis are cut by height and angle, others by V-HACD. The step is that of a new project
+    Bodies that are round about an axis are cut by height and angle, others by planes and V-HACD; fine pieces are joined
+    where the motion of the session does not notice. The step is that of a new project
     of the engine, 50 Hz without one.
 
     Parameters
@@ -177,7 +179,7 @@ def fix_colliders(
     folder : where the files go: ``BODY.glb``, ``colliders.json``, ``session.mcap``, which carries the colliders, and
         what the engine needs beside them; ``None``: nothing is written.
     engine : ``unity``, ``unreal``, ``godot`` or ``mujoco``; ``""``: none, and nothing is written.
-    limits : fractions of the contact time that may be false and missed.
+    limits : fractions of the contact time that may be false and missed, and the most pieces a body.
     time_limit : seconds for cutting and searching, after which the best pieces until then are taken; ``None``: no
         limit. Reading the session, counting the hulls, the report cards and the last run are not in it.
     force : replace an earlier folder of the kind.

@@ -32,6 +32,23 @@ def test_good_pieces_of_the_same_body_are_taken(two_beakers):
     assert pieces_of(fix_colliders(two_beakers, limits=Limits(0.02)))["second"] > 1
 
 
+def test_pieces_joined_by_motion_replace_more_of_a_method(two_beakers, monkeypatch):
+    joined = fix_colliders(two_beakers, limits=Limits(0.2), time_limit=None)
+    assert [row["how"] for row in joined.bodies if row["body"] == "beaker"] == [
+        "sectors by height and angle, joined by motion"
+    ]
+    monkeypatch.setattr(collider_search.ColliderSearch, "_join_by_motion", lambda *_: None)
+    by_volume = fix_colliders(two_beakers, limits=Limits(0.2), time_limit=None)
+    assert pieces_of(joined)["beaker"] < pieces_of(by_volume)["beaker"]
+    assert joined.after["loss"] <= by_volume.after["loss"] + collider_search.ALIKE
+
+
+def test_no_body_has_more_pieces_than_the_limit(two_beakers):
+    fixed = fix_colliders(two_beakers, limits=Limits(0.0, pieces=5), time_limit=None)
+    assert 1 < max(pieces_of(fixed).values()) <= 5 and fixed.as_json()["max_pieces"] == 5
+    assert fixed.after["loss"] < fixed.before["loss"]
+
+
 def test_limit_of_missed_contact_is_among_the_limits():
     assert Limits(0.2).hold(0.2, 1.0)
     assert Limits(0.2, 0.1).hold(0.2, 0.1)
@@ -57,6 +74,7 @@ def plant_methods(monkeypatch, shrunk):
             )
         return original(cut, *limits)
 
+    monkeypatch.setattr(collider_search.ColliderSearch, "_join_by_motion", lambda *_: None)
     monkeypatch.setattr(collider_search, "OTHER_METHODS", ("vhacd", "coacd"))
     monkeypatch.setattr(collider_search, "convex_pieces", planted)
     cut_ahead = collider_search.cut_ahead

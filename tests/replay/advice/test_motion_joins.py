@@ -1,0 +1,106 @@
+"""Pieces joined by motion cover what they covered, and report less false contact than as many joined by volume."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.shapes import revolved_mesh
+
+from cdcore.bounding.hull import hull_collider, hull_of
+from cdcore.protocol import Solids, counts_as_contact
+from replay.advice.motion_joins import MOST_PIECES, FalseContacts, joined_by_motion, refined_by_motion
+from replay.cutting.convex_solids import outside_by, solids_of
+from replay.cutting.sectors import sector_ladder
+from replay.detection.detector_spec import DetectorSpec
+from replay.detection.run_detector import make_detector
+from replay.engine import prepared
+
+
+class Stirred:
+    """A beaker in which a rod stirs near one side of the wall."""
+
+    def __init__(self, session):
+        self.assembly = prepared(session, pairs=[("beaker", "rod")]).assembly
+        self.mesh = self.assembly.bodies[self.assembly.names.index("beaker")].mesh
+        self.exact = self.contact([self.mesh])
+        self.ladder = sector_ladder(self.mesh)
+        bodies = tuple(
+            replace(body, colliders=Solids((hull_collider(body.mesh),), hull_collider(body.mesh)))
+            for body in self.assembly.bodies
+        )
+        false = self.contact([hull_collider(self.mesh)]) & ~self.exact
+        self.false_contacts = FalseContacts(replace(self.assembly, bodies=bodies), "beaker", false)
+
+    def contact(self, pieces):
+        """Whether pieces of the beaker report contact with the rod at each frame, (T, 1)."""
+        bodies = tuple(
+            replace(body, colliders=solids_of(pieces if body.name == "beaker" else [hull_collider(body.mesh)]))
+            for body in self.assembly.bodies
+        )
+        detector = make_detector(
+            DetectorSpec("it", "collider", {"shape": "shipped"}), replace(self.assembly, bodies=bodies), 0
+        )
+        return counts_as_contact(detector.detect(self.assembly.motion).verdict)
+
+    def false(self, pieces):
+        return int((self.contact(pieces) & ~self.exact).sum())
+
+    def by_volume(self, most):
+        return [hull_of(corners) for corners in self.ladder.pieces(most)]
+
+
+@pytest.fixture
+def stirred(two_beakers):
+    return Stirred(two_beakers)
+
+
+def test_pieces_report_what_the_detector_reports(stirred):
+    pieces = stirred.by_volume(6)
+    at_risk = (stirred.contact([hull_collider(stirred.mesh)]) & ~stirred.exact)[:, 0]
+    expected = np.array([stirred.contact([piece])[at_risk, 0] for piece in pieces])
+    assert expected.any() and np.array_equal(stirred.false_contacts.of(pieces), expected)
+
+
+def test_joined_pieces_cover_the_body_and_are_as_many_as_named(stirred):
+    levels = joined_by_motion(stirred.by_volume(96), stirred.false_contacts, lambda: None)
+    assert sorted(levels) == [*range(1, 33)]
+    for count, pieces in levels.items():
+        assert len(pieces) == count and outside_by(stirred.mesh, pieces) < 5e-4
+
+
+@pytest.mark.parametrize("count", [4, 6])
+def test_joined_by_motion_less_is_false_than_by_volume(stirred, count):
+    levels = joined_by_motion(stirred.by_volume(96), stirred.false_contacts, lambda: None)
+    assert stirred.false(levels[count]) < stirred.false(stirred.by_volume(count))
+    assert not (stirred.exact & ~stirred.contact(levels[count])).any()
+
+
+def test_false_contact_never_falls_with_fewer_pieces(stirred):
+    levels = joined_by_motion(stirred.by_volume(96), stirred.false_contacts, lambda: None)
+    false = [stirred.false_contacts.of(levels[count]).any(axis=0).sum() for count in sorted(levels)]
+    assert false == sorted(false, reverse=True) and false[0] > false[-1]
+
+
+def test_refined_pieces_cover_the_body_and_report_less(stirred):
+    coarse = stirred.by_volume(4)
+    fine = refined_by_motion(coarse, stirred.mesh, stirred.false_contacts, lambda: None)
+    assert len(coarse) < len(fine) <= MOST_PIECES and outside_by(stirred.mesh, fine) < 1e-9
+    assert stirred.false(fine) < stirred.false(coarse)
+
+
+def test_time_that_is_up_ends_the_joining(stirred):
+    class UpError(Exception):
+        pass
+
+    def check():
+        raise UpError
+
+    for call in (joined_by_motion, lambda pieces, *rest: refined_by_motion(pieces, stirred.mesh, *rest)):
+        with pytest.raises(UpError):
+            call(stirred.by_volume(6), stirred.false_contacts, check)
+
+
+def test_body_that_nothing_comes_near_has_no_false_contact(two_beakers):
+    assembly = prepared(two_beakers, pairs=[("beaker", "stirrer")]).assembly
+    nothing = FalseContacts(assembly, "beaker", np.zeros((len(assembly.motion), 1), dtype=np.bool_))
+    assert nothing.of([revolved_mesh([(0, 0), (1, 0), (1, 1), (0, 1)], 8)]).shape == (1, 0)

@@ -1,0 +1,65 @@
+"""A body of any form in convex pieces by planes: they cover it, and their hulls add next to nothing."""
+
+import numpy as np
+import pytest
+from support.shapes import box_mesh, moved, revolved_mesh, without_faces
+from trimesh import Trimesh
+
+from cdcore import TriangleMesh
+from cdcore.bounding.hull import hull_of
+from replay.cutting.convex_solids import manifold_of, outside_by, volume_of
+from replay.cutting.planes import MOST_PARTS, cut_in_two, plane_ladder
+
+
+def united(*meshes):
+    """One solid of boxes that overlap."""
+    whole = sum((manifold_of(mesh) for mesh in meshes[1:]), manifold_of(meshes[0])).to_mesh64()
+    return TriangleMesh(whole.vert_properties[:, :3], np.asarray(whole.tri_verts).astype(np.int64))
+
+
+U_SHAPE = united(
+    box_mesh((0.2, 0.02, 0.1)),
+    moved(box_mesh((0.02, 0.1, 0.1)), (0.09, 0.045, 0.0)),
+    moved(box_mesh((0.02, 0.1, 0.1)), (-0.09, 0.045, 0.0)),
+)
+CUP = revolved_mesh([(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)], 16)
+
+
+def pieces_of(mesh, most):
+    return [hull_of(corners) for corners in plane_ladder(mesh).pieces(most)]
+
+
+@pytest.mark.parametrize("most", [3, MOST_PARTS])
+def test_body_of_boxes_is_cut_into_its_boxes(most):
+    pieces = pieces_of(U_SHAPE, most)
+    assert len(pieces) == 3 and sum(map(volume_of, pieces)) == pytest.approx(volume_of(U_SHAPE), rel=1e-9)
+
+
+@pytest.mark.parametrize("most", [1, 2, 8, 24, MOST_PARTS])
+@pytest.mark.parametrize("mesh", [U_SHAPE, CUP], ids=["u", "cup"])
+def test_pieces_are_convex_and_cover_the_body(mesh, most):
+    pieces = pieces_of(mesh, most)
+    assert len(pieces) <= most and outside_by(mesh, pieces) < 1e-9
+    assert all(Trimesh(piece.vertices, piece.faces, process=False).is_convex for piece in pieces)
+
+
+def test_hulls_of_the_finest_pieces_add_little_to_a_cup():
+    filled = sum(map(volume_of, pieces_of(CUP, MOST_PARTS)))
+    assert volume_of(CUP) <= filled * (1.0 + 1e-9)
+    assert filled < 1.1 * volume_of(CUP) < 0.5 * volume_of(pieces_of(CUP, 1)[0])
+
+
+def test_pieces_are_the_same_in_every_call():
+    first, second = plane_ladder(CUP), plane_ladder(CUP)
+    assert np.array_equal(first.corners, second.corners) and np.array_equal(first.joins, second.joins)
+
+
+def test_open_surface_is_not_cut():
+    assert plane_ladder(without_faces(U_SHAPE, 1)) is None
+
+
+def test_convex_piece_within_a_solid_is_cut_into_covering_halves():
+    solid, hull = manifold_of(CUP), hull_of(CUP.vertices)
+    halves = cut_in_two(hull, solid)
+    assert len(halves) == 2 and outside_by(CUP, halves) < 1e-9
+    assert sum(map(volume_of, halves)) <= volume_of(hull) * (1.0 + 1e-9)
