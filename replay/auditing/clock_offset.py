@@ -31,7 +31,7 @@ WORTH_A_DRIFT: Final = 1e-3
 Moments = Mapping[tuple[str, str, str], Sequence[float]]
 """(body, body, ``begin`` or ``end``), names sorted -> seconds."""
 
-SAY_IT: Final = "say the offset with --offset SECONDS"
+SAY_IT: Final = "give the offset with --offset SECONDS"
 
 
 @dataclass(frozen=True)

@@ -87,8 +87,8 @@ def _outcome(subject: Detection, oracle: Detection, rows: slice, holdings: Seque
 def _require_same(subject: Detection, oracle: Detection) -> None:
     if not np.array_equal(subject.times, oracle.times):
         raise AuditError(
-            f"{subject.detector} and {oracle.detector} speak of different frames ({len(subject.times)} and "
+            f"{subject.detector} and {oracle.detector} cover different frames ({len(subject.times)} and "
             f"{len(oracle.times)}); run both on one motion"
         )
     if not np.array_equal(subject.pairs, oracle.pairs):
-        raise AuditError(f"{subject.detector} and {oracle.detector} speak of different pairs; give both the same pairs")
+        raise AuditError(f"{subject.detector} and {oracle.detector} cover different pairs; give both the same pairs")

@@ -137,12 +137,12 @@ def _too_deep(name: str, label: str, audit: DetectorAudit, most: float) -> Itera
         yield f"{label} missed contact that is {deepest} deep, more than {name} {words.length(most)}"
     if depth.at_least and (depth.deepest is None or depth.deepest <= most):
         misses = words.plural(depth.at_least, "miss", "misses")
-        yield f"{name} cannot be checked: of {misses} of {label} not every frame was searched for the deepest one"
+        yield f"{name} cannot be checked: not every frame of {misses} of {label} was searched for the deepest one"
     if depth.unknown:
         reasons = "; ".join(
             f"{reason} ({words.plural(count, 'miss', 'misses')})" for reason, count in depth.unknown.items()
         )
-        yield f"{name} cannot be checked: how deep misses of {label} are is unknown: {reasons}"
+        yield f"{name} cannot be checked: the depth of misses of {label} is unknown: {reasons}"
 
 
 def _not_counted(audit: DetectorAudit) -> str:

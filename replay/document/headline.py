@@ -210,7 +210,7 @@ def in_noise(result: RunResult) -> list[str]:
         lines.append(f"A contact within the noise may be hidden in {passes}.")
     if noise.resting:
         pairs = plural(len({span.pair for span in noise.resting}), "pair")
-        lines.append(f"Of {pairs} at rest the noise leaves open whether they touch.")
+        lines.append(f"Noise leaves open whether the bodies of {pairs} at rest touch.")
     return [*lines, NOT_COVERED]
 
 
@@ -221,7 +221,7 @@ def compounds(result: RunResult) -> list[str]:
         if getattr(detector.settings, "shape", "") == "compound" and hasattr(detector, "parts"):
             counts = [len(solids) for solids in detector.parts.values()]
             each = "1 piece" if max(counts) == 1 else f"{min(counts)} to {max(counts)} pieces"
-            request = f"{label} was asked for at most {detector.settings.pieces} convex pieces of a mesh"
+            request = f"{label} was limited to {detector.settings.pieces} convex pieces of a mesh"
             lines.append(f"{request}: it made {each} of each, {sum(counts)} in all.")
     return lines
 

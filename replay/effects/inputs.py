@@ -176,7 +176,7 @@ class EffectInputs:
         Raises EffectError: its spec names no such effect, or the plan does not hold it.
         """
         if kind not in self.outputs:
-            raise EffectError(f"effect {self.kind!r} asks for {kind!r}, which is not there; name it in `needs`")
+            raise EffectError(f"effect {self.kind!r} needs {kind!r}, which is not there; name it in `needs`")
         return self.outputs[kind]
 
     def hand_of(self, body: str) -> HandTrack | None:
@@ -203,12 +203,12 @@ class EffectInputs:
         Raises EffectError: the spec names no detector, or the pair is not the effect's.
         """
         if self.detection is None:
-            raise EffectError(f"effect {self.kind!r} asks for contacts; name a `detector`")
+            raise EffectError(f"effect {self.kind!r} needs contacts; name a `detector`")
         names = self.detection.names
         columns = {frozenset((names[a], names[b])): c for c, (a, b) in enumerate(self.detection.pairs.tolist())}
         column = columns.get(frozenset(pair))
         if column is None:
-            raise EffectError(f"effect {self.kind!r} asks for {pair[0]}-{pair[1]}, which was not looked at")
+            raise EffectError(f"effect {self.kind!r} needs the pair {pair[0]}-{pair[1]}, which was not tested")
         verdict = self.detection.verdict[:, column]
         return PairContact(pair, is_one_of(verdict, TOUCHING), ~is_undecided(verdict), self.detection, column)
 

@@ -207,7 +207,7 @@ def _brines(matter: Matter, vessel: str) -> list[EffectEvent]:
         solid = column.removesuffix(SOLID)
         text = (
             f"{solid} is in a brine in {vessel}, beside more than {MOST_FOREIGN_MOL_KG:g} mol/kg of other ions: how "
-            "much of it dissolves there is not known (its table is of pure water), so that no mass of it is told"
+            "much of it dissolves there is not known (its table is of pure water), so no mass of it is given"
         )
         values = {"formula": solid}
         events.append(EffectEvent(time, "brine", (vessel,), None, values, text, "warning"))

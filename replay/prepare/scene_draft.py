@@ -116,7 +116,7 @@ def draft_text(session: Session, draft: Draft, files: Mapping[str, tuple[str, st
         close = f"came within {100 * NEAR_M:g} cm"
         if own.effects is None:
             pairs = draft.near
-            remarks.append(f"The pairs {close}; without any, all that move are looked at.")
+            remarks.append(f"The pairs {close}; without any, all pairs that move are tested.")
         else:
             remarks += [f"{value_text(pair)} {close}" for pair in draft.near]
     scene = replace(own, name=own.name or "first", bodies=tuple(bodies), pairs=pairs, text="")

@@ -41,8 +41,8 @@ def supersaturated(matter: Matter) -> Iterator[EffectEvent]:
                 continue
             solid = phase.column.removesuffix(SOLID)
             text = (
-                f"{solid} is beyond its solubility in {vessel}, and no table names it, so that it stays dissolved: to "
-                f'let it fall out, add [[effect]] kind = "precipitation", solid = "{solid}"'
+                f"{solid} is beyond its solubility in {vessel}, and no effect lets it fall out: it stays dissolved. "
+                f'To let it fall out, add [[effect]] kind = "precipitation", solid = "{solid}"'
             )
             data: dict[str, float | str] = {"formula": solid, "saturation_index": float(values[beyond].max())}
             time = float(history.times[rows[beyond[0]]])

@@ -35,7 +35,7 @@ def test_of_shifts_that_fit_equally_the_smallest_is_taken():
     begins, ends = [0.0, 1.2, 5.0], [0.1, 1.3, 5.1]
     result = estimate_offset({BEGIN: [1.0], END: [1.1]}, {BEGIN: begins, END: ends})
     assert result.seconds == pytest.approx(0.2) and result.rivals == 2
-    assert "; 2 other offsets fit as many, the smallest was taken: if it is wrong, say the offset with --" in str(
+    assert "; 2 other offsets fit as many, the smallest was taken: if it is wrong, give the offset with --" in str(
         result
     )
     assert estimate_offset({BEGIN: [1.0, 2.0], END: [1.1]}, {BEGIN: [5.0, 6.0], END: [5.1]}).rivals == 0

@@ -71,7 +71,7 @@ def test_contacts_of_a_glass_at_rest_are_undecidable():
     assert (interval.first, interval.last) == pytest.approx((62, 461), abs=12) and result.noise.near == ()
     before, *text = result.noise.labels
     assert before == module.HOLDS and len(text) > 10 and set(text) == {module.UNDECIDABLE}
-    assert "Of 1 pair at rest the noise leaves open whether they touch." in " ".join(beside(result))
+    assert "Noise leaves open whether the bodies of 1 pair at rest touch." in " ".join(beside(result))
 
 
 def test_only_the_seed_changes_an_answer_about_noise(monkeypatch):

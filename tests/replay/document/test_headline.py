@@ -60,8 +60,8 @@ def test_a_note_names_contacts_not_counted_while_grasped():
     ("counts", "lines"),
     [
         ((), []),
-        ((1,), ["it was asked for at most 4 convex pieces of a mesh: it made 1 piece of each, 1 in all."]),
-        ((3, 1, 4), ["it was asked for at most 4 convex pieces of a mesh: it made 1 to 4 pieces of each, 8 in all."]),
+        ((1,), ["it was limited to 4 convex pieces of a mesh: it made 1 piece of each, 1 in all."]),
+        ((3, 1, 4), ["it was limited to 4 convex pieces of a mesh: it made 1 to 4 pieces of each, 8 in all."]),
     ],
 )
 def test_number_of_pieces_of_a_compound_is_printed(counts, lines):
