@@ -5,6 +5,7 @@ import trimesh
 from sessions.mesh_data import MeshData
 from sessions.meshes.conventions import CONVENTIONS
 from sessions.meshes.mesh_axes import MESH_ROTATIONS
+from sessions.model.assumption import Confidence, Origin
 from sessions.scene_files.body_axes import (
     axes_assumption,
     axes_change,
@@ -47,3 +48,25 @@ def test_files_that_differ_in_axes_alone_have_a_common_row():
         (("cup", "rod"), ("cup.obj", "rod.obj")),
         (("jar",), ("jar.glb",)),
     ]
+
+
+Y_UP = ("canonical", "godot", "openvr", "openxr", "webxr", "aframe", "gltf")
+"""Conventions in which a mesh has the same axes, whatever its file or exporter means."""
+
+
+@pytest.mark.parametrize("name", CONVENTIONS)
+@pytest.mark.parametrize("file", ["cup.obj", "cup.glb"])
+def test_unstated_axes_are_a_guess_where_readings_differ(name, file):
+    row = axes_assumption("cup", file, "", CONVENTIONS[name])
+    if name in Y_UP:
+        assert (row.origin, row.confidence) == (Origin.FORMAT, Confidence.SURE)
+        assert row.reason == "all axes it may have are those of the recording" and len(row.alternatives) == 1
+    else:
+        assert (row.origin, row.confidence) == (Origin.GUESS, Confidence.OPEN)
+        assert row.reason.startswith(("OBJ files say", "usual for GLB files")) and len(row.alternatives) > 1
+
+
+@pytest.mark.parametrize("name", CONVENTIONS)
+def test_stated_axes_are_the_users_and_sure(name):
+    row = axes_assumption("cup", "cup.obj", "body", CONVENTIONS[name])
+    assert (row.value, row.origin, row.confidence, row.reason) == ("body", Origin.USER, Confidence.SURE, "")
