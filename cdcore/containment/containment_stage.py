@@ -165,7 +165,7 @@ def components_in_arrays(components: Sequence[Component]) -> InnerComponents:
 
 
 @once_a_mesh
-def size_of(mesh: TriangleMesh) -> float:
+def farthest_corner(mesh: TriangleMesh) -> float:
     """How far a mesh reaches from the origin of its body at most, metres."""
     return float(np.abs(mesh.referenced_vertices).sum(axis=1).max())
 
@@ -179,7 +179,7 @@ class WindingQuestion:
         self._components, self._surface = inner_components_of(meshes[inner]), winding_surface(meshes[outer])
         self._boxes = OuterBoxes(self._surface.boxes, self._surface.holes, self._surface.first_hole)
         self._outlines = outline_of(meshes[inner]), outline_of(meshes[outer])
-        self._size = size_of(meshes[inner]) + size_of(meshes[outer])
+        self._size = farthest_corner(meshes[inner]) + farthest_corner(meshes[outer])
 
     def states(self, motion: Motion, frames: IntArray) -> IntArray:
         """INSIDE, OUTSIDE or UNDECIDED, (K,) for K frames."""

@@ -24,7 +24,7 @@ from cdcore.search.state import (
     FROM_DRAW,
     FROM_START,
     FULL,
-    STATE,
+    SEARCH_RECORD,
     TRACED,
     UNSURE,
     Faces,
@@ -93,7 +93,7 @@ class PairSearch:
 
     def __init__(self, first: Features, second: Features, names: tuple[str, str], settings: SearchSettings) -> None:
         self.first, self.second, self.names, self.settings = first, second, names, settings
-        self._states = records(np.zeros(2, dtype=STATE))
+        self._states = records(np.zeros(2, dtype=SEARCH_RECORD))
         self._state, self._fresh = self._states
         self._key = np.uint64(key_of(settings.seed, "qaco", *sorted(names)) % 2**64)
         # Views of the record: to ask it for a field takes longer than to write one.

@@ -80,7 +80,7 @@ ARRAYS = (
 )
 """Arrays of a search."""
 
-STATE = np.dtype([*((name, np.int64) for name in COUNTS), *((name, np.float64) for name in NUMBERS), *ARRAYS])
+SEARCH_RECORD = np.dtype([*((name, np.int64) for name in COUNTS), *((name, np.float64) for name in NUMBERS), *ARRAYS])
 """The record of a search."""
 
 ANT = np.dtype(
@@ -96,9 +96,9 @@ ANT = np.dtype(
 """One ant."""
 
 State = Any
-"""What a kernel's author writes for a record of ``STATE``."""
+"""What a kernel's author writes for a record of ``SEARCH_RECORD``."""
 States = Any
-"""Records of ``STATE``, the first of the running search: numba needs 11 us to see what a record is, 1 for an array."""
+"""Records of ``SEARCH_RECORD``, the first of the running search: numba needs 11 us to see what a record is, 1 for an array."""
 Swarm = Any
 """Records of ``ANT``."""
 

@@ -57,7 +57,7 @@ OTHER_METHODS: Final = ("vhacd", "coacd")
 ALTERNATIVES: Final = 2
 """Numbers of pieces that each of them is tried with."""
 
-ALIKE: Final = 0.001
+SIMILAR_LOSS: Final = 0.001
 """Losses that differ by no more are alike: fewer pieces are taken then, and of as many those of less volume."""
 
 CUTTING: Final = 0.5
@@ -388,7 +388,7 @@ class ColliderSearch:
         """Order of choices that may replace each other: the limits, the loss, the pieces, the volume that they fill."""
         tried = self._wrong(steps)
         filled = sum(_filled(pieces) for pieces in self.pieces(steps).values())
-        return not self._is_enough(tried), round(tried.loss / ALIKE), tried.pieces, filled
+        return not self._is_enough(tried), round(tried.loss / SIMILAR_LOSS), tried.pieces, filled
 
     def _drop_losers(self) -> None:
         """Give bodies their hull back whose pieces lose as much as they save, the worst of them first."""

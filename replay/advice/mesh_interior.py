@@ -36,7 +36,7 @@ MOST_RIM_EDGES: Final = 6
 TINY_FRACTION: Final = 1.01e-3
 """Of a part's area: smaller holes may be a crack or a lost face."""
 
-LARGEST_FRACTION: Final = 0.101
+LARGEST_CAP_FRACTION: Final = 0.101
 """Of a part's area: holes that are larger together are openings, whatever their rims."""
 
 
@@ -230,7 +230,7 @@ def _is_opening(rims: list[Indices], vertices: Array, triangles: Array) -> bool:
     caps = [_fan_area(vertices[rim]) for rim in rims]
     whole = _area(triangles) + sum(caps)
     large = [area for rim, area in zip(rims, caps, strict=True) if len(rim) > MOST_RIM_EDGES]
-    return sum(caps) > LARGEST_FRACTION * whole or max(large, default=0.0) > TINY_FRACTION * whole
+    return sum(caps) > LARGEST_CAP_FRACTION * whole or max(large, default=0.0) > TINY_FRACTION * whole
 
 
 def _fan_area(edges: Array) -> float:

@@ -16,11 +16,11 @@ from sessions.input_files import special_kind
 
 LARGEST = 1e9  # Of the numbers that an option takes; so many seconds are 32 years
 
-Option: TypeAlias = Callable[[Callable[..., Any]], Callable[..., Any]]
+OptionDecorator: TypeAlias = Callable[[Callable[..., Any]], Callable[..., Any]]
 """What gives a command an option, or several."""
 
 
-def together(*options: Option) -> Option:
+def together(*options: OptionDecorator) -> OptionDecorator:
     """These options as one, listed in this order by ``--help``."""
 
     def applied(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -129,7 +129,7 @@ def common(command: Callable[..., int]) -> Callable[..., int]:
 MARKDOWN = "markdown"
 
 
-def answering(*formats: str) -> Option:
+def answering(*formats: str) -> OptionDecorator:
     """``--format`` and what ``common`` gives: the verb gets ``as_json`` too, and ``as_markdown`` if it can write it."""
 
     def applied(command: Callable[..., int]) -> Callable[..., int]:
@@ -167,7 +167,7 @@ TABLES_HELP = "Form of the tables for other programs; xlsx needs the extra `exce
 force = click.option("--force", is_flag=True, help="Replace an earlier file or folder of that name.")
 
 
-def tables(default: str) -> Option:
+def tables(default: str) -> OptionDecorator:
     """Return the option for the form of the tables that are written."""
     form = click.Choice(["parquet", "csv", "xlsx"])
     return click.option("--tables", type=form, default=default, show_default=True, help=TABLES_HELP)

@@ -15,7 +15,7 @@ from replay.document.headline import beside, engine_reports
 from replay.document.run_result import RunResult
 from replay.document.summary import CAVEAT
 from replay.document.tables import FAINT, GOOD, IN_RED, IN_YELLOW, Table
-from replay.effects.effect_summary import happened_text
+from replay.effects.effect_summary import event_lines
 from replay.show import run_tables as built
 from replay.show.sections import SectionName, section_of
 from replay.show.words import tallied
@@ -67,7 +67,7 @@ def effect_parts(result: RunResult) -> list[Table | RenderableType]:
     """Events of effects: a table in a run without detectors, else a line of the kinds other than contact."""
     if not result.detections and result.effects:
         table = built.effect_table(result).narrow()
-        return [table, Text(), *(line(text) for text in happened_text(result.effects, EVENT_ROWS))]
+        return [table, Text(), *(line(text) for text in event_lines(result.effects, EVENT_ROWS))]
     kinds = [
         f"{kind} ({tallied(effect.events)})"
         for kind, effect in result.document.effects.items()

@@ -28,7 +28,7 @@ FIELDS: Final = {
 }
 """Field of a tally -> its heading."""
 
-KINDS: Final = {"family": "triangle pairs of all families", "case": "cases of whole bodies"}
+SECTION_TITLES: Final = {"family": "triangle pairs of all families", "case": "cases of whole bodies"}
 
 
 @click.command()
@@ -91,7 +91,7 @@ def stress_tables(result: StressResult) -> Group:
     pairs_text = f", {result.pairs:,} pairs of each family" if any(t.kind == "family" for t in result.tallies) else ""
     tables = [
         sum_table(title, tallies)
-        for kind, title in KINDS.items()
+        for kind, title in SECTION_TITLES.items()
         if (tallies := [tally for tally in result.tallies if tally.kind == kind])
     ]
     written = (Text(f"  {tally.file}", overflow="fold") for tally in result.tallies if tally.file)

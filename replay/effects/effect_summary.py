@@ -85,7 +85,7 @@ def titration_curves(effects: Mapping[str, EffectRun]) -> dict[str, tuple[FloatA
     return curves
 
 
-def happened_text(effects: Mapping[str, EffectRun], most: int) -> list[str]:
+def event_lines(effects: Mapping[str, EffectRun], most: int) -> list[str]:
     """The first events, a line each, and how many more there are."""
     events = happened(effects)
     lines = [f"{words.moment(event.time)}: {event.text}" for _, event in events[:most]]

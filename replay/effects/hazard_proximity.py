@@ -32,9 +32,9 @@ def compute(inputs: EffectInputs) -> EffectOutput:
             distance = _distance(inputs, declared, visitor, hazard)
             rows = np.flatnonzero(np.isfinite(distance))
             findings.ran[rows] = True
-            leave = declared["distance"] + declared["leave_by"]
+            release_distance = declared["distance"] + declared["leave_by"]
             # Beyond the gate it is far.
-            spans = switched(-np.where(np.isnan(distance), np.inf, distance), -declared["distance"], -leave)
+            spans = switched(-np.where(np.isnan(distance), np.inf, distance), -declared["distance"], -release_distance)
             findings.events += [_event(inputs, visitor, hazard, distance, span) for span in spans]
             name = f"{visitor}-{hazard}"
             if len(rows):

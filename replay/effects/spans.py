@@ -45,11 +45,11 @@ def steadied(flag: BoolArray, known: BoolArray, frames_in: int = FRAMES) -> list
     return [*spans, (begin, len(flag))] if begin >= 0 else spans
 
 
-def switched(value: FloatArray, enter: float, leave: float) -> list[Span]:
-    """Spans in which a value stays on: it goes on above ``enter`` and off below ``leave``; NaN changes nothing."""
+def switched(value: FloatArray, on_above: float, off_below: float) -> list[Span]:
+    """Spans in which a value is on: from above ``on_above`` until below ``off_below``; NaN changes nothing."""
     spans: list[Span] = []
     begin = -1
-    above, below = value > enter, value < leave
+    above, below = value > on_above, value < off_below
     for row in np.flatnonzero(above | below).tolist():
         if begin < 0 and above[row]:
             begin = row

@@ -48,9 +48,9 @@ class _World:
 
         A child has a pose only where its parent has one; its origin is its own, or its parent's where it is fixed.
         """
-        own, parent = np.broadcast_arrays(child.origin, self.origin)
-        origin = np.where(own == PoseOrigin.FIXED, parent, own)
-        origin = np.where(parent == PoseOrigin.NONE, PoseOrigin.NONE, origin).astype(np.uint8)
+        of_child, of_parent = np.broadcast_arrays(child.origin, self.origin)
+        origin = np.where(of_child == PoseOrigin.FIXED, of_parent, of_child)
+        origin = np.where(of_parent == PoseOrigin.NONE, PoseOrigin.NONE, origin).astype(np.uint8)
         # ``R t`` and ``A B`` are summed in a fixed order, so that every machine and block size gets the same bits.
         x, y, z = (self.rotation[..., :, k] * child.translation[..., k, None] for k in range(3))
         moved = (x + y) + z + self.translation
@@ -95,10 +95,12 @@ class Kinematics:
             if name in self._column:
                 column = self._column[name]
                 rotation = rotation_from_quaternion(frames.quaternion_xyzw[:, column])
-                own = _World(frames.position[:, column], rotation, frames.origin[:, column])
+                in_parent = _World(frames.position[:, column], rotation, frames.origin[:, column])
             else:
-                own = _at_rest(declared.fixed or Pose())
-            known[name] = self._tracker(declared.parent, frames, known).then(own) if declared.parent else own
+                in_parent = _at_rest(declared.fixed or Pose())
+            known[name] = (
+                self._tracker(declared.parent, frames, known).then(in_parent) if declared.parent else in_parent
+            )
         return known[name]
 
     def _check_chain(self, name: str) -> None:

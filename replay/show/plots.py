@@ -76,14 +76,14 @@ class Words:
 
 @dataclass(frozen=True)
 class Plot:
-    """Shapes and texts of a plot; ``said`` is its text alternative."""
+    """Shapes and texts of a plot; ``description`` is its text alternative."""
 
-    said: str
+    description: str
     size: Size
     lines: list[tuple[str, list[Point]]] = field(default_factory=list)  # kind, and corners
     dots: list[PlacedDot] = field(default_factory=list)
     words: list[Words] = field(default_factory=list)
-    caption: str = ""  # below it, where that is shorter than ``said``
+    caption: str = ""  # below it, where that is shorter than ``description``
 
 
 @dataclass(frozen=True)

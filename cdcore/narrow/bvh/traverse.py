@@ -46,7 +46,7 @@ from cdcore.triangles.decide import UNDECIDED, Corners, corners_meet
 MOST_AT_ONCE: Final = 512
 """Face pairs that two leaves may add to a list: eight faces against eight in eight frames."""
 
-ALIKE: Final = 4.0
+SIMILAR_SIZE_RATIO: Final = 4.0
 """Frames of one block keep one distance, in the largest of their sizes: none is larger than another by this factor."""
 
 
@@ -198,7 +198,7 @@ def frames_alike(pair: Pair, frame: int, most: int) -> int:
     size, count = size_at(pair, frame), 1
     for k in range(1, most):
         other = size_at(pair, frame + k)
-        if not (other <= ALIKE * size and size <= ALIKE * other):
+        if not (other <= SIMILAR_SIZE_RATIO * size and size <= SIMILAR_SIZE_RATIO * other):
             return count
         if not poses_repeat(pair, frame + k):
             count = k + 1

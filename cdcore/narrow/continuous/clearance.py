@@ -12,7 +12,7 @@ import numpy as np
 
 from cdcore.kernels.compiling import kernel
 from cdcore.narrow.bvh.box_tree import BoxTree
-from cdcore.narrow.continuous.interval_search import Room, boxes_left, make_room
+from cdcore.narrow.continuous.interval_search import Scratch, boxes_left, make_room
 from cdcore.narrow.pair_frames import Poses
 from cdcore.numerics import BoolArray, FloatArray
 from cdcore.poses import relative_pose
@@ -30,7 +30,7 @@ def certainly_separated(trees: Sequence[BoxTree], pose_a: Poses, pose_b: Poses, 
 
 @kernel
 def keep_reach(
-    tree_a: BoxTree, tree_b: BoxTree, poses: FloatArray, reach: FloatArray, room: Room, separated: BoolArray
+    tree_a: BoxTree, tree_b: BoxTree, poses: FloatArray, reach: FloatArray, room: Scratch, separated: BoolArray
 ) -> None:
     """Fill ``separated`` (K,) for poses (K, 12) of A seen from B; a ``room`` without items ends it at the first."""
     for k in range(len(poses)):

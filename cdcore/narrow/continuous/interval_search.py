@@ -41,11 +41,11 @@ SPEED, ACCELERATION, PAD, SHORTEST = range(4)
 """Places of what bounds one leg of A seen from B, per unit of the leg; parts as short as the last are never halved."""
 
 BOX_TESTS, FACE_TESTS, MEETING_TESTS, INTERVALS = range(4)
-"""Places of the counters in ``Room.work``."""
+"""Places of the counters in ``Scratch.work``."""
 COUNTERS: Final = 4
 
 
-class Room(NamedTuple):
+class Scratch(NamedTuple):
     """Memory that a search works in, made once for a pair.
 
     ``items`` (n, 3) kind, A, B; ``waiting`` (n, 2) pairs of nodes still to be tested within a part;
@@ -67,10 +67,10 @@ class Room(NamedTuple):
     work: IntArray
 
 
-def make_room(tree_a: BoxTree, tree_b: BoxTree, most_items: int = MOST_ITEMS) -> Room:
+def make_room(tree_a: BoxTree, tree_b: BoxTree, most_items: int = MOST_ITEMS) -> Scratch:
     """Memory for searches between two trees, either way round."""
     depth = len(tree_a.boxes) + len(tree_b.boxes) + 16
-    return Room(
+    return Scratch(
         np.empty((most_items, 3), dtype=np.int32), np.empty((depth, 2), dtype=np.int32), np.empty((MOST_INTERVALS, 2)),
         np.empty((MOST_INTERVALS, 2), dtype=np.int64), np.empty((6, 12)), np.empty(CORNERS),
         np.empty(18), new_digits(), np.zeros(4), np.zeros(COUNTERS, dtype=np.int64),
@@ -111,7 +111,9 @@ def face_pair_separated(
 
 
 @hot_kernel
-def leaves_left(tree_a: BoxTree, leaf_a: int, tree_b: BoxTree, leaf_b: int, margin: float, room: Room, end: int) -> int:
+def leaves_left(
+    tree_a: BoxTree, leaf_a: int, tree_b: BoxTree, leaf_b: int, margin: float, room: Scratch, end: int
+) -> int:
     """Append the face pairs of two leaves that may meet; returns the new end of the items, -1 if too many."""
     never_inlined()
     placed_a, placed_b = tree_a.placed, tree_b.placed
@@ -128,7 +130,7 @@ def leaves_left(tree_a: BoxTree, leaf_a: int, tree_b: BoxTree, leaf_b: int, marg
 
 @hot_kernel
 def boxes_left(
-    tree_a: BoxTree, tree_b: BoxTree, motion: float, margin: float, chord: float, room: Room, end: int
+    tree_a: BoxTree, tree_b: BoxTree, motion: float, margin: float, chord: float, room: Scratch, end: int
 ) -> int:
     """Append what may meet below the node pairs waiting in ``room``, of which row 0 is the first; new end or -1.
 
@@ -163,7 +165,7 @@ def boxes_left(
 
 @hot_kernel
 def items_left(
-    tree_a: BoxTree, tree_b: BoxTree, first: int, after: int, motion: float, margin: float, room: Room
+    tree_a: BoxTree, tree_b: BoxTree, first: int, after: int, motion: float, margin: float, room: Scratch
 ) -> int:
     """Append what of the items ``first`` to ``after`` may meet in the part; new end or -1."""
     never_inlined()
@@ -187,7 +189,7 @@ def items_left(
 @kernel
 def first_meeting(
     tree_a: BoxTree, leg_a: FloatArray, tree_b: BoxTree, leg_b: FloatArray, start: float, stop: float, first: int,
-    end: int, room: Room,
+    end: int, room: Scratch,
 ) -> float:  # fmt: skip
     """When faces of an item meet in a part that is not halved, asked in its middle and at its end; -1.0: at neither.
 
@@ -208,7 +210,7 @@ def first_meeting(
 
 
 @hot_kernel
-def place_ends(leg_a: FloatArray, leg_b: FloatArray, start: float, stop: float, room: Room) -> None:
+def place_ends(leg_a: FloatArray, leg_b: FloatArray, start: float, stop: float, room: Scratch) -> None:
     """A seen from B at both ends of a part, to the first two rows of ``room.poses``."""
     for k, fraction in enumerate((start, stop)):
         pose_at(leg_a, fraction, room.poses[4])
@@ -217,7 +219,7 @@ def place_ends(leg_a: FloatArray, leg_b: FloatArray, start: float, stop: float, 
 
 
 @hot_kernel
-def keep_interval(room: Room, depth: int, start: float, stop: float, first: int, after: int) -> int:
+def keep_interval(room: Scratch, depth: int, start: float, stop: float, first: int, after: int) -> int:
     """Put a part with items ``first`` to ``after`` on the stack; its new depth."""
     room.intervals[depth, 0], room.intervals[depth, 1] = start, stop
     room.spans[depth, 0], room.spans[depth, 1] = first, after
@@ -227,7 +229,7 @@ def keep_interval(room: Room, depth: int, start: float, stop: float, first: int,
 @kernel
 def first_contact(
     tree_a: BoxTree, leg_a: FloatArray, tree_b: BoxTree, leg_b: FloatArray, bounds: FloatArray, tolerance: float,
-    effort: int, room: Room,
+    effort: int, room: Scratch,
 ) -> int:  # fmt: skip
     """FREE, HIT, TOO_CLOSE or TOO_LONG for A on one leg seen from B; shares of the leg and faces in ``room.impacts``.
 
@@ -280,7 +282,7 @@ def first_contact(
 @kernel
 def search_legs(
     tree_a: BoxTree, legs_a: FloatArray, tree_b: BoxTree, legs_b: FloatArray, bounds: FloatArray, tolerance: float,
-    effort: int, room: Room, states: ByteArray, impacts: FloatArray,
+    effort: int, room: Scratch, states: ByteArray, impacts: FloatArray,
 ) -> None:  # fmt: skip
     """Fill ``states`` (K,) and ``impacts`` (K, 4), as ``first_contact`` leaves it in the room unless FREE, for K legs
     with their ``bounds`` (K, 4).

@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 
 from replay.effects.chemistry.components import WATER, components_of
-from replay.effects.chemistry.enthalpy import TABLES
+from replay.effects.chemistry.enthalpy import CONSTANTS
 from replay.effects.chemistry.formulas import COMMON, atoms, ion_of, molar_mass
 from replay.effects.chemistry.salts import anhydrous, solubility_of
 from replay.effects.chemistry.solution_water import molar_of_molal, water_molar
@@ -19,10 +19,10 @@ from sessions.model.scene import Scene
 MOST_G_L: Final = 2500.0
 """Of a solute in a litre: more than any common salt dissolves to (zinc iodide and caesium formate come near)."""
 
-MOST_MOLAR: Final[Mapping[str, float]] = TABLES["strongest"]
+MOST_MOLAR: Final[Mapping[str, float]] = CONSTANTS["strongest"]
 """Acid or base -> mol/L of the strongest solution there is."""
 
-MOST_DISSOLVED: Final[Mapping[str, float]] = TABLES["dissolved"]
+MOST_DISSOLVED: Final[Mapping[str, float]] = CONSTANTS["dissolved"]
 """Gas or halogen -> mol/L that water dissolves at most under the air of a room."""
 
 ROOM_C: Final = 25.0

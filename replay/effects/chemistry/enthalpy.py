@@ -7,16 +7,16 @@ from typing import Any, Final
 
 from replay.effects.chemistry.components import WATER
 
-TABLES: Final[dict[str, dict[str, Any]]] = tomllib.loads(
+CONSTANTS: Final[dict[str, dict[str, Any]]] = tomllib.loads(
     resources.files(__package__).joinpath("constants.toml").read_text(encoding="utf-8")
 )
-ENTHALPY: Final[Mapping[str, float]] = TABLES["enthalpy"]
+ENTHALPY: Final[Mapping[str, float]] = CONSTANTS["enthalpy"]
 """Column -> kJ/mol."""
-PROTONATED: Final[Mapping[str, list[float]]] = TABLES["protonated"]
+PROTONATED: Final[Mapping[str, list[float]]] = CONSTANTS["protonated"]
 """Column -> kJ/mol with 0, 1, ... protons."""
 HYDROXIDE_KJ_MOL: Final = -229.99
 """Of OH-. Source: Wagman et al. 1982."""
-FREE_ENERGY: Final[Mapping[str, float]] = TABLES["free_energy"]
+FREE_ENERGY: Final[Mapping[str, float]] = CONSTANTS["free_energy"]
 """Column -> kJ/mol."""
 
 

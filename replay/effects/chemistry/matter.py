@@ -10,7 +10,7 @@ import numpy as np
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 from replay.effects.chemistry.components import PROTON, WATER
 from replay.effects.chemistry.contents import Contents, contents_of
-from replay.effects.chemistry.enthalpy import TABLES
+from replay.effects.chemistry.enthalpy import CONSTANTS
 from replay.effects.chemistry.formulas import charge_of
 from replay.effects.chemistry.ledger import (
     ADDED,
@@ -164,8 +164,8 @@ def _warmth(inputs: EffectInputs, vessels: Mapping[str, Vessel], recipe: Recipe)
         return UNFOLLOWED
     room, per_ml = declared["ambient_c"], declared["heat_capacity_j_per_ml_k"]
     brought = {formula for contents in recipe.contents.values() for formula in contents.amounts}
-    acid = next((formula for formula in TABLES["dilution"] if formula in brought), "")
-    heat_j_mol, half_water = TABLES["dilution"].get(acid, (0.0, 1.0))
+    acid = next((formula for formula in CONSTANTS["dilution"] if formula in brought), "")
+    heat_j_mol, half_water = CONSTANTS["dilution"].get(acid, (0.0, 1.0))
     return Warmth(
         per_ml=WATER_J_PER_ML_K if per_ml is None else per_ml,
         glass={name: _glass(vessel, recipe.contents.get(name), room) for name, vessel in vessels.items()},

@@ -12,12 +12,12 @@ import numpy as np
 
 from cdcore.numerics import FloatArray
 from replay.effects.chemistry.components import PROTON, WATER, components_of, dissolved_components
-from replay.effects.chemistry.enthalpy import TABLES, enthalpy_j
+from replay.effects.chemistry.enthalpy import CONSTANTS, enthalpy_j
 from replay.effects.chemistry.formulas import crystal_water, molar_mass
 
 SOLUBILITY: Final[Mapping[str, Mapping[float, float]]] = {
     formula: {float(celsius): grams for celsius, grams in table.items()}
-    for formula, table in TABLES["solubility"].items()
+    for formula, table in CONSTANTS["solubility"].items()
 }
 """Salt without crystal water -> degC -> g in 100 g of water."""
 

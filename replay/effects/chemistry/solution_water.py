@@ -8,13 +8,13 @@ from collections.abc import Mapping
 from typing import Final
 
 from replay.effects.chemistry.components import PROTON, WATER, components_of
-from replay.effects.chemistry.enthalpy import TABLES
+from replay.effects.chemistry.enthalpy import CONSTANTS
 from replay.effects.chemistry.formulas import charge_of
 
-VOLUME: Final[Mapping[str, list[float]]] = TABLES["volume"]
+VOLUME: Final[Mapping[str, list[float]]] = CONSTANTS["volume"]
 """Component -> mL/mol alone and with 1, 2, ... protons, at infinite dilution."""
 
-STRONG_WATER: Final[Mapping[str, list[float]]] = TABLES["strong_water"]
+STRONG_WATER: Final[Mapping[str, list[float]]] = CONSTANTS["strong_water"]
 """Acid or base -> mol/L of a strong solution, and g of water in a litre of it."""
 
 HYDROXIDE_ML: Final = -4.18

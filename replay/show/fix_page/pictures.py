@@ -109,7 +109,7 @@ def _picture(shapes: Sequence[Shape], outlined: Sequence[TriangleMesh], text: st
     return filled(
         "show/report/still.html",
         size=SIZE,
-        said=text,
+        description=text,
         picture=webp(picture),
         strokes="",
         middle=(0.0, 0.0),

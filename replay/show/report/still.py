@@ -113,7 +113,7 @@ def fault_still(result: RunResult, label: str, fault: Fault, size: tuple[int, in
     svg = filled(
         "show/report/still.html",
         size=size,
-        said=f"{sight.white.name} and {sight.glass.name} {how}",
+        description=f"{sight.white.name} and {sight.glass.name} {how}",
         picture=webp(picture),
         strokes=strokes,
         middle=middle,
@@ -139,11 +139,12 @@ def paired_stills(result: RunResult, labels: Sequence[str], fault: Fault, size: 
         sight = _with_colliders(first, result, label)
         picture, _ = drawn(view, *_parts(sight, view), background(pixels))
         strokes, middle = _arrow(sight, view, factor)
+        names = f"{sight.white.name} and {sight.glass.name}"
         stills.append(
             filled(
                 "show/report/still.html",
                 size=size,
-                said=f"{sight.white.name} and {sight.glass.name} {sight.length} apart, with the colliders of {label}",
+                description=f"{names} {sight.length} apart, with the colliders of {label}",
                 picture=webp(picture),
                 strokes=strokes,
                 middle=middle,

@@ -42,7 +42,7 @@ MOST_LANES: Final = 4
 MOST_HEIGHT: Final = 0.32
 """Share of the height of their tab that lanes of effects take at most."""
 
-EFFECT_PLOTS: Final = 3
+MOST_EFFECT_PLOTS: Final = 3
 PLOTS: Final = 0.22
 """Plots of effects, one per unit, more would be too narrow to read; and their share of the height of their tab."""
 
@@ -189,7 +189,7 @@ def _effects(picture: Picture) -> Any:
     )
     lanes = [*effect_lanes(effects), *picture.doing]
     when = _states(picture, "When: what the effects found, and what people did", lanes)
-    plots = [_plot(picture.whole, "effects", unit, paths) for unit, paths in effect_plots(effects)[:EFFECT_PLOTS]]
+    plots = [_plot(picture.whole, "effects", unit, paths) for unit, paths in effect_plots(effects)[:MOST_EFFECT_PLOTS]]
     lanes_height, plots_height = min(MOST_HEIGHT, _height(len(lanes))), PLOTS if plots else 0.0
     return _column(
         (_row((room, 0.36), (text_column, 0.28)), 1.0 - lanes_height - plots_height),

@@ -11,7 +11,7 @@ from replay.document.cost import TIMES_ARE, busy_text, cost
 from replay.document.run_result import RunResult
 from replay.document.summary import CAVEAT
 from replay.document.tables import Column, Table, markdown, table
-from replay.effects.effect_summary import happened_text
+from replay.effects.effect_summary import event_lines
 from replay.show.accuracy import run_dots, tradeoff_dots
 from replay.show.palette import TICKS, Rgba
 from replay.show.plots import Dot
@@ -138,7 +138,7 @@ def session_text(result: RunResult) -> str:
         replayed=replayed(result),
         doubts=section_of(result, SectionName.SESSION).sentences,
         caveat=CAVEAT,
-        happened=happened_text(result.effects, MANY),
+        happened=event_lines(result.effects, MANY),
         nothing=NOT_COMPUTED,
         tables=_tables(result, SectionName.TIMES, SectionName.SESSION, SectionName.EFFECTS),
     )

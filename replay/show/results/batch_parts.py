@@ -26,7 +26,7 @@ FOLDER: Final = "batch.tables"
 LIST: Final = "parts.json"
 SCHEMA: Final = "vrlab-replay/parts/1"
 
-SHARD_RUNS: Final = 500
+RUNS_PER_SHARD: Final = 500
 """Runs of a part: of a hundred thousand there are 200 files a table."""
 
 GROUP_ROWS: Final = 16_384
@@ -80,7 +80,7 @@ def write_shards(batch: Path, runs: Mapping[str, Mark], tables: Iterable[str], r
     """
     before = {shard.stem for shard in read_shards(batch)}
     names, tables = sorted(runs), tuple(tables)
-    chunks = [names[start : start + SHARD_RUNS] for start in range(0, len(names), SHARD_RUNS)]
+    chunks = [names[start : start + RUNS_PER_SHARD] for start in range(0, len(names), RUNS_PER_SHARD)]
     shards = [_shard(number, {name: runs[name] for name in chunk}) for number, chunk in enumerate(chunks)]
     for shard in shards:
         if shard.stem not in before:

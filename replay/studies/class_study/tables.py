@@ -89,7 +89,7 @@ def _recall(value: float | None) -> str:
     return "not measured" if value is None else words.as_percentage(value)
 
 
-WORDS: Final[dict[str, Callable[[Any], Cell]]] = {
+CELL_TEXTS: Final[dict[str, Callable[[Any], Cell]]] = {
     "outcome": readable_name, "predictor": readable_name, "construct": str, "regression": str, "detector": str,
     "first_group": str, "second_group": str,
     "conclusion": lambda value: Marked(value, STRONG if value == "associated" else ""),
@@ -126,7 +126,7 @@ IN_FILES: Final = ("associated", "changes", "tested")
 TYPES: Final[dict[str, type]] = (
     dict.fromkeys(("items", "students", "first_students", "second_students"), int)
     | dict.fromkeys(IN_FILES, bool)
-    | dict.fromkeys(WORDS, str)
+    | dict.fromkeys(CELL_TEXTS, str)
 )
 """Column that is no fraction or coefficient -> its type in files."""
 
@@ -134,7 +134,7 @@ TYPES: Final[dict[str, type]] = (
 def _table(title: str, rows: Iterable[Any], columns: str, notes: Iterable[str] = ()) -> Table:
     """Raw values of rows; ``columns`` are names, with ``=`` and where a row has the value if it is elsewhere."""
     named = (column.partition("=") for column in columns.split())
-    displayed = WORDS | NUMBERS
+    displayed = CELL_TEXTS | NUMBERS
     kept = (Column(name, TYPES.get(name, float), of=of, show=displayed.get(name, "")) for name, _, of in named)
     return Table.of(kept, rows, title, notes)
 

@@ -7,7 +7,7 @@ from support.shapes import ball_mesh, box_mesh, merged, moved, random_rotations
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 from cdcore.containment import containment_stage
-from cdcore.containment.containment_stage import frames_without_clearance, inner_components_of, size_of
+from cdcore.containment.containment_stage import farthest_corner, frames_without_clearance, inner_components_of
 from cdcore.containment.inner_parts import BESIDE, OuterBoxes, clearance_now, pose_of_inner, reach_of_component
 from cdcore.containment.winding_surface import winding_surface
 from cdcore.kernels.box_box import gap_on_face_axes
@@ -49,7 +49,7 @@ def path(rng, count, step=0.004):
 def test_components_that_moved_less_than_clearance_stay_outside(name):
     mesh, rng = INNER[name], np.random.default_rng(7)
     components, boxes = inner_components_of(mesh), boxes_of(cup())
-    size, sample = size_of(mesh) + size_of(cup()), 0
+    size, sample = farthest_corner(mesh) + farthest_corner(cup()), 0
     for _ in range(300):
         rotations = np.stack([np.eye(3), random_rotations(rng)])[None]
         positions = np.stack([np.zeros(3), rng.uniform([-0.2, -0.2, -0.2], [0.5, 0.2, 0.2])])[None]
@@ -72,7 +72,7 @@ def test_components_that_moved_less_than_clearance_stay_outside(name):
 @pytest.mark.parametrize("name", INNER)
 def test_frames_that_a_clearance_leaves_out_are_beside(name):
     mesh, rng, left_out = INNER[name], np.random.default_rng(8), 0
-    components, boxes, size = inner_components_of(mesh), boxes_of(cup()), size_of(mesh) + size_of(cup())
+    components, boxes, size = inner_components_of(mesh), boxes_of(cup()), farthest_corner(mesh) + farthest_corner(cup())
     for _ in range(40):
         motion = path(rng, 60)
         near = frames_without_clearance(motion, np.arange(60), (1, 0), components, boxes, size)

@@ -5,7 +5,7 @@ import pytest
 from support.search_scenes import I3, ball_of, search_of
 
 from cdcore.kernels.compiling import kernel
-from cdcore.search.state import ANT, STATE, draw
+from cdcore.search.state import ANT, SEARCH_RECORD, draw
 from cdcore.search.swarm import decoded, stepped, weigh
 
 
@@ -37,7 +37,7 @@ def state_of(**changes):
 
 
 def states_of(**changes):
-    states = np.zeros(1, dtype=STATE)
+    states = np.zeros(1, dtype=SEARCH_RECORD)
     state = states[0]
     usual = {"turn": 0.15 * np.pi, "alpha": 1.0, "beta": 3.0, "evaporation": 0.1}
     for name, value in {**usual, "pheromone_least": 1e-3, "pheromone_most": 10.0, **changes}.items():

@@ -5,7 +5,7 @@ import pytest
 from support.small_worlds import cubes
 
 from replay.effects import EFFECTS
-from replay.effects.effect_summary import effect_summary, happened_text, leading
+from replay.effects.effect_summary import effect_summary, event_lines, leading
 from replay.effects.effects_runner import EffectRun
 from replay.effects.output import EffectEvent, EffectOutput
 from replay.effects.protocol import EffectSpec
@@ -27,11 +27,11 @@ def test_each_effect_has_its_fraction_of_the_time():
     seconds = result.effects["contact"].seconds
     for whole, fraction in ((2 * seconds, 0.5), (0.0, 0.0)):
         assert effect_summary(result.effects, whole)["contact"]["fraction"] == pytest.approx(fraction)
-    *lines, last = happened_text(result.effects, 3)
+    *lines, last = event_lines(result.effects, 3)
     times = [float(line.split(" s: ")[0]) for line in lines]
     every = sum(len(run.events) for run in result.effects.values())
     assert times == sorted(times) and last == f"and {every - 3} more" and every > 4
-    assert len(happened_text(result.effects, every)) == every
+    assert len(event_lines(result.effects, every)) == every
 
 
 def run_of(kind, *events, **series):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.liquid_worlds import COLUMN, TAP, glass, still, tap_rotations, tilted, world
 
-from replay.effects.effect_summary import happened_text
+from replay.effects.effect_summary import event_lines
 from replay.engine import compute
 from sessions.model.scene import SceneBody
 
@@ -106,7 +106,7 @@ def printed(make, order=lambda rows: rows, names=None, back=lambda text: text):
             rows[kind, back(name)] = (np.round(series.times, 9).tolist(), f"{scale:.9g}", digits)
         for name, liquid in run.output.liquids.items():
             rows[kind, back(name), "drawn"] = (np.round(liquid.level, 12).tolist(), liquid.rgba.tolist())
-    return [back(line) for line in (*happened_text(result.effects, 999), *sorted(spans))], figures, rows
+    return [back(line) for line in (*event_lines(result.effects, 999), *sorted(spans))], figures, rows
 
 
 @pytest.mark.parametrize("make", [titration, pours, chain])

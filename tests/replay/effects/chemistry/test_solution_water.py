@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from replay.effects.chemistry.components import components_of
-from replay.effects.chemistry.enthalpy import TABLES
+from replay.effects.chemistry.enthalpy import CONSTANTS
 from replay.effects.chemistry.formulas import molar_mass
 from replay.effects.chemistry.solution_water import VOLUME, WATER_ML, molar_of_molal, water_molar
 
@@ -97,4 +97,4 @@ def _data_files(package):
 
 def test_every_room_is_that_of_a_component():
     assert all(components_of(name) == {name: 1} for name in VOLUME)
-    assert set(TABLES["strong_water"]) == set(TABLES["strongest"])
+    assert set(CONSTANTS["strong_water"]) == set(CONSTANTS["strongest"])

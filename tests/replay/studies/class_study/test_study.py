@@ -19,7 +19,7 @@ from replay.studies.class_study.folder import as_json, write_study
 from replay.studies.class_study.page import study_html
 from replay.studies.class_study.refusals import StudyRefusedError
 from replay.studies.class_study.regression import Finding
-from replay.studies.class_study.tables import WORDS, headlines, opening, study_tables
+from replay.studies.class_study.tables import CELL_TEXTS, headlines, opening, study_tables
 
 NAMES = ("first", "second")
 EASE, CONTACTS = ("motivation", "ease of use"), ("motivation", "contacts_per_min")
@@ -104,7 +104,7 @@ def test_result_states_student_count_once_and_marks_associations():
     finding = SimpleNamespace(students=40, p=0.5, conclusion="")
     (line,) = headlines(SimpleNamespace(coefficients=(), groups=(), findings=[finding, finding]))
     assert line == "No association could be distinguished from chance in 40 students"
-    assert WORDS["conclusion"]("associated").mark and not WORDS["conclusion"]("refused").mark
+    assert CELL_TEXTS["conclusion"]("associated").mark and not CELL_TEXTS["conclusion"]("refused").mark
 
 
 def test_detector_with_fewest_misses_is_chosen_unless_requested_otherwise():
