@@ -98,7 +98,7 @@ ANT = np.dtype(
 State = Any
 """What a kernel's author writes for a record of ``SEARCH_RECORD``."""
 States = Any
-"""Records of ``SEARCH_RECORD``, the first of the running search: numba needs 11 us to see what a record is, 1 for an array."""
+"""Records of ``SEARCH_RECORD``, the running search first: numba needs 11 us to see what a record is, 1 for an array."""
 Swarm = Any
 """Records of ``ANT``."""
 

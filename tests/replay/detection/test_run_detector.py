@@ -31,13 +31,14 @@ def test_processor_fraction_covers_the_samples_alone(monkeypatch):
 
 
 def test_mean_leaves_out_the_time_of_other_programs():
-    """Two frames of a busy machine hold most of the seconds; 99 of 100 frames take 10 us."""
     run = run_detector(parse_detector("sphere"), assembly(), seed=0, faces=False, advance=lambda _: None)
     frames = len(run.detection.times)
-    busy = replace(run, detect=0.4, processor_share=0.25)
+    busy = replace(run, detect=0.4, processor_seconds=0.1)
     assert busy.seconds_per_frame == pytest.approx(0.1 / frames)
-    assert replace(busy, processor_share=None).seconds_per_frame == pytest.approx(0.4 / frames)
-    assert replace(busy, processor_share=0.0).seconds_per_frame == pytest.approx(0.4 / frames)
+    for unknown in (None, 0.0):
+        assert replace(busy, processor_seconds=unknown).seconds_per_frame == pytest.approx(0.4 / frames)
+    # Work beside the samples counts for the process alone.
+    assert replace(busy, processor_seconds=0.5).seconds_per_frame == pytest.approx(0.4 / frames)
 
 
 @pytest.mark.parametrize("spec", ["hybrid", "discrete[rate_hz=30]"])
