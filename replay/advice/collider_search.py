@@ -373,7 +373,7 @@ class ColliderSearch:
 
             def enough(step: int, reached: Tried = reached) -> bool:
                 tried = self._wrong({**self.steps, name: step})
-                return tried.loss <= reached.loss + ALIKE and self._is_enough(tried) >= self._is_enough(reached)
+                return tried.loss <= reached.loss + SIMILAR_LOSS and self._is_enough(tried) >= self._is_enough(reached)
 
             yield steps[bisect_left(steps[:-1], True, key=enough)]
 
