@@ -40,7 +40,7 @@ def test_pieces_joined_by_motion_replace_more_of_a_method(two_beakers, monkeypat
     monkeypatch.setattr(collider_search.ColliderSearch, "_join_by_motion", lambda *_: None)
     by_volume = fix_colliders(two_beakers, limits=Limits(0.2), time_limit=None)
     assert pieces_of(joined)["beaker"] < pieces_of(by_volume)["beaker"]
-    assert joined.after["loss"] <= by_volume.after["loss"] + collider_search.ALIKE
+    assert joined.after["loss"] <= by_volume.after["loss"] + collider_search.SIMILAR_LOSS
 
 
 def test_no_body_has_more_pieces_than_the_limit(two_beakers):

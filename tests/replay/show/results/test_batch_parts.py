@@ -16,7 +16,7 @@ RUNS = [f"run{k:03d}" for k in range(12)]
 
 @pytest.fixture
 def batch(tmp_path, monkeypatch):
-    monkeypatch.setattr("replay.show.results.batch_parts.SHARD_RUNS", 5)
+    monkeypatch.setattr("replay.show.results.batch_parts.RUNS_PER_SHARD", 5)
     made_class(tmp_path / "runs", len(RUNS), 6)
     write_batch_tables(tmp_path / "runs", dict.fromkeys(RUNS, "asked"))
     return tmp_path / "runs"
