@@ -38,7 +38,7 @@ COMMANDS: Final[dict[str, CommandSpec]] = {
     "study": CommandSpec("Study", "Join what students did with what they answered; check tables.", "study"),
     "stress": CommandSpec("Audit", "Run detectors on hard cases with known answers.", "stress"),
     "paper": CommandSpec("Study", "Regenerate the paper's tables beside what it printed.", "paper"),
-    "guide": CommandSpec("Learn", "Print what the guide says about words; without one, the list.", "guide"),
+    "guide": CommandSpec("Learn", "Print the page of the guide that answers your words, or list all.", "guide"),
 }
 
 ALIASES: Final = {"audit": "run"}

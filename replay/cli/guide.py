@@ -26,8 +26,8 @@ def command(context: click.Context, /, query: tuple[str, ...], script: bool, **_
     """Print the page of the guide that is named WORD, else the section that answers best to the words, or the list of
     all pages.
 
-    Headings count most, then tables, bold and code, then the rest; only whole words match. A pipe or a file gets
-    Markdown. --script never replaces another file.
+    Rare words count most, and headings more than the rest; only whole words match. A pipe or a file gets Markdown.
+    --script never replaces another file.
 
     \b
     replay guide
@@ -56,10 +56,10 @@ def command(context: click.Context, /, query: tuple[str, ...], script: bool, **_
 
 def _best_section(context: click.Context, query: Sequence[str]) -> tuple[str, str]:
     """The page of the section that answers best, and that section with a line that names the others."""
-    from replay.guide.pages import INDEX, page, topics
+    from replay.guide.pages import page, topics
     from replay.guide.search import near_terms, query_terms, search, sections_of
 
-    sections = [section for topic in [*topics(), INDEX] for section in sections_of(topic, page(topic))]
+    sections = [section for topic in topics() for section in sections_of(topic, page(topic))]
     matches = search(query, sections)
     terms = query_terms(query)
     if not matches:
@@ -67,14 +67,14 @@ def _best_section(context: click.Context, query: Sequence[str]) -> tuple[str, st
         advice = f"near words: {', '.join(near)}" if near else "`replay guide` lists its pages"
         raise click.UsageError(f"the guide has no section about {' '.join(query)!r}; {advice}", context)
     best, *others = matches
-    lines = [best.section.page]
-    if best.terms < len(terms):
-        lines.append("No section has all of these words.\n")
+    lines = []
+    if best.missing:
+        lines.append(f"Not in this section: {', '.join(best.missing)}.\n")
+    lines.append(best.section.page)
     if others:
-        named = [f"{match.section.topic} ({match.section.heading})" for match in others[:MOST_OTHERS]]
-        more = len(others) - len(named)
-        listed = "; ".join(named) + (f"; and {more} more" if more else "")
-        lines.append(f"Other sections that match: {listed}.\n")
+        lines.append("Other sections, and the page to open:\n")
+        lines += [f"- {match.section.heading}: `replay guide {match.section.topic}`" for match in others[:MOST_OTHERS]]
+        lines.append("")
     return best.section.topic, "\n".join(lines)
 
 

@@ -1,4 +1,4 @@
-"""Sections of the guide by whole terms: those of headings first, then of tables, bold and code, then of the prose.
+"""Sections of the guide by whole terms: rare terms count most, and those of headings more than those of the prose.
 
 A section reaches from one heading to the next. Upper case and a trailing s do not count; comments of code do not match.
 """
@@ -10,12 +10,19 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from enum import IntEnum
 from functools import cached_property
+from math import log
 from typing import Final
 
 from replay.guide.pages import COMMENT, IMAGE, LINK
 
 MOST_NEAR: Final = 3
 """Near terms that are suggested for one without a section."""
+
+LEVEL_WEIGHT: Final = 6
+"""What a term counts beside its level: a term more outweighs a better level of another of its rarity."""
+
+LEAST_SCORE: Final = 0.5
+"""Of the best score; sections of less do not answer."""
 
 _TOKEN: Final = re.compile(r"\w+")
 FILLERS: Final = frozenset(
@@ -91,20 +98,20 @@ class Section:
 class Match:
     """A section and how well it answers.
 
-    ``terms``: how many of the query it holds; ``levels``: their sum; ``named``: terms in the name of its page;
-    ``count``: how often it holds them.
+    ``missing``: terms of the query that it lacks; ``score``: sum over those it holds, by rarity and level; ``named``:
+    terms in the name of its page; ``count``: how often it holds them.
     """
 
     section: Section
-    terms: int
-    levels: int
+    missing: tuple[str, ...]
+    score: float
     named: int
     count: int
 
     @property
-    def rank(self) -> tuple[int, int, int, int]:
+    def rank(self) -> tuple[float, int, int]:
         """Larger is better."""
-        return self.terms, self.levels, self.named, self.count
+        return self.score, self.named, self.count
 
 
 def sections_of(topic: str, text: str) -> list[Section]:
@@ -133,17 +140,27 @@ def query_terms(query: Sequence[str]) -> list[str]:
 
 
 def search(query: Sequence[str], among: Iterable[Section]) -> list[Match]:
-    """The sections that hold as many terms of the query as any section does, the best first."""
-    terms = {token for term in query_terms(query) for token in tokens(term)}
+    """The sections that hold terms of the query, the best first: those of less than half the best score are left out.
+
+    A term weighs as much as it is rare: the logarithm of all sections over those that hold it.
+    """
+    sections = list(among)
+    written = {tokens(term)[0]: term for term in query_terms(query)}
+    weights = {}
+    for term in written:
+        holding = sum(term in section.levels for section in sections)
+        weights[term] = log((1 + len(sections)) / holding) if holding else 0.0
     matches = []
-    for section in among:
-        levels = [section.levels[term] for term in terms if term in section.levels]
-        if levels:
-            named = len(terms.intersection(tokens(section.topic)))
-            count = sum(section.counts[term] for term in terms)
-            matches.append(Match(section, terms=len(levels), levels=sum(levels), named=named, count=count))
-    most = max((match.terms for match in matches), default=0)
-    return sorted((match for match in matches if match.terms == most), key=lambda match: match.rank, reverse=True)
+    for section in sections:
+        present = [term for term in written if term in section.levels]
+        if present:
+            score = sum(weights[term] * (LEVEL_WEIGHT + section.levels[term]) for term in present)
+            missing = tuple(spelling for term, spelling in written.items() if term not in section.levels)
+            named = len(set(present).intersection(tokens(section.topic)))
+            count = sum(section.counts[term] for term in present)
+            matches.append(Match(section, missing=missing, score=score, named=named, count=count))
+    least = LEAST_SCORE * max((match.score for match in matches), default=0.0)
+    return sorted((match for match in matches if match.score >= least), key=lambda match: match.rank, reverse=True)
 
 
 def near_terms(term: str, among: Iterable[Section]) -> list[str]:

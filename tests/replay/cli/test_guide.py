@@ -31,9 +31,9 @@ def test_a_section_stands_under_its_title_with_the_others_named(capsys):
     assert main(["guide", "godot"]) == 0
     printed = capsys.readouterr().out
     assert printed.startswith("# Your recording\n\n## From Unreal, Godot or any CSV\n")
-    last = printed.splitlines()[-1]
-    assert last.startswith("Other sections that match: what-to-ship (Colliders to ship); ")
-    assert "## From Python" not in printed and "No section has all" not in printed
+    _, others = printed.split("Other sections, and the page to open:\n\n")
+    assert "- Colliders to ship: `replay guide what-to-ship`\n" in others
+    assert "## From Python" not in printed and "Not in this section" not in printed
 
 
 def test_a_name_in_several_arguments_is_the_page(capsys):
@@ -44,8 +44,7 @@ def test_a_name_in_several_arguments_is_the_page(capsys):
 def test_a_query_without_a_full_match_says_so(capsys):
     assert main(["guide", "doctor", "qqqqqq"]) == 0
     printed = capsys.readouterr().out
-    assert printed.startswith("# Your recording\n\n## Can you trust the recording?")
-    assert "\nNo section has all of these words.\n" in printed
+    assert printed.startswith("Not in this section: qqqqqq.\n\n# Your recording\n\n## Can you trust the recording?")
 
 
 def test_no_match_suggests_near_spellings_or_the_list(capsys):

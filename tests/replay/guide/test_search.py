@@ -5,7 +5,7 @@ import pytest
 from replay.guide.pages import INDEX, page, topics
 from replay.guide.search import near_terms, search, sections_of
 
-GUIDE = [section for topic in [*topics(), INDEX] for section in sections_of(topic, page(topic))]
+GUIDE = [section for topic in topics() for section in sections_of(topic, page(topic))]
 
 ANSWERS = [
     ("UNRESOLVED", "glossary", "Verdicts"),
@@ -43,6 +43,14 @@ ANSWERS = [
     ("exit code", "in-a-build", "Exit codes"),
     ("personal", "files-and-promises", "Personal data in each output"),
     ("verdict", "glossary", "Verdicts"),
+    ("unity csv quaternion w first", "your-recording", "From Unreal, Godot or any CSV"),
+    ("ci fail missed contact deeper 2 mm", "in-a-build", "In a build (CI): a test of every change"),
+    ("how many convex pieces mug godot file", "what-to-ship", "Colliders to ship"),
+    ("recording stopped damaged file recover", "files-and-promises", "When something goes wrong"),
+    ("my python detector test hard cases compare", "your-own-detector", "A class with one method"),
+    ("late or cut short", "glossary", "Answers"),
+    ("sessions S3 four machines sql", "many-sessions", "On a cluster"),
+    ("declare phenolphthalein pink titration", "scenes-and-effects", "A titration from nothing"),
     ("class", "class-study", "A class: what students did beside what they answered"),
 ]
 
@@ -91,10 +99,16 @@ def test_only_whole_terms_match_and_targets_of_links_never():
     assert headings("LOSS", text) == ["Title"]
 
 
-def test_a_section_with_more_terms_comes_alone():
+def test_a_section_with_more_terms_comes_first():
     text = "# Title\n\n## Unity\ntext\n## Other\na csv for unity\n"
-    assert headings("unity csv", text) == ["Other"]
+    assert headings("unity csv", text)[0] == "Other"
     assert headings("unity nonsense", text) == ["Unity", "Other"]
+
+
+def test_a_rare_term_outweighs_a_common_one():
+    text = "# Title\n\n## Cup\ncup\n## Cups\ncup\n## More\na cup\n## Rare\nphenolphthalein\n"
+    (best, *_) = search(["cup", "phenolphthalein"], sections_of("page", text))
+    assert best.section.heading == "Rare" and best.missing == ("cup",)
 
 
 def test_near_terms_are_spelled_like_the_query():
