@@ -82,7 +82,8 @@ def sorted_rows(rows: Sequence[AnyRow]) -> list[AnyRow]:
 def advice_of(rows: Sequence[Row], *, processor_fraction: float = 1.0) -> list[str]:
     """Sentences on the cost of full and of lower accuracy; or one sentence why there is no advice.
 
-    On a busy machine times are upper bounds: then the sentences say what is right and advise nothing about cost.
+    On a busy machine times are upper bounds: then the sentences say what each setting of the front gets wrong, and
+    advise nothing about cost.
     ``processor_fraction``: of the seconds on the clock those in which this process was at work.
     """
     candidates = [row for row in rows if counts(row) and row["mean_low"] is not None]
@@ -90,7 +91,7 @@ def advice_of(rows: Sequence[Row], *, processor_fraction: float = 1.0) -> list[s
         were = f"{plural(len(candidates), 'setting')} {'was' if len(candidates) == 1 else 'were'}"
         return [f"No advice: {were} timed twice or more, and advice needs {FEWEST}."]
     if busy := busy_sentence(1 - processor_fraction):
-        return [_most_accurate(candidates), f"{busy} No advice about cost until then."]
+        return [_most_accurate(candidates), *_rest_of_front(candidates), f"{busy} No advice about cost until then."]
     by_label = {row["label"]: row for row in candidates}
     front = front_of(candidates)
     best = by_label[front[-1]]
@@ -116,6 +117,13 @@ def _most_accurate(rows: Sequence[Row]) -> str:
     if least == 0.0:
         return f"Every contact is right with {names}{more}."
     return f"The smallest loss, {words.loss_number(least)}, has {names}{more}: {wrong_text(best[0])}."
+
+
+def _rest_of_front(rows: Sequence[Row]) -> list[str]:
+    """A sentence on each setting of the front that gets something wrong beyond the smallest loss, the best first."""
+    least, front = min(row["loss"] for row in rows), front_of(rows)
+    rest = [row for row in rows if row["label"] in front and row["loss"] > least]
+    return [f"With {row['label']}: {wrong_text(row)}." for row in sorted(rest, key=lambda row: float(row["loss"]))]
 
 
 def _usual(rows: Sequence[Row], best: Row) -> Row | None:

@@ -14,11 +14,14 @@ if TYPE_CHECKING:
     from replay.running.collider_files import FixedColliders
 
 ENGINE_HELP = "Write files for unity, unreal, godot or mujoco."
-OUT_HELP = "Folder for the files.  [default: fix-ENGINE]"
+OUT_HELP = "Folder for page and files.  [default: fix-ENGINE, or fix-page]"
 FALSE_HELP = "Largest fraction of the reported contact time that may be false."
 MISSED_HELP = "Largest fraction of the contact time that may be missed."
 PIECES_HELP = "Most convex pieces a body."
 LIMIT_HELP = "Time limit for cutting and searching; then the best pieces are taken."
+
+PAGE = Path("fix-page")
+"""Folder of the page where no engine is named; an earlier one is replaced."""
 
 
 @click.command()
@@ -50,9 +53,10 @@ def command(
 
     A body whose pieces miss as much contact as they save keeps its hull.
 
-    It cuts the bodies, replays the motion with many choices of pieces, and prints a report card. With --engine it
-    writes files that the engine takes, and the command that counts them again. Ctrl-C keeps the pieces that are cut:
-    the same command goes on from them. Exit code 1: a limit is not reached.
+    It cuts the bodies, replays the motion with many choices of pieces, prints a report card, and writes a page with
+    before and after. With --engine it writes files that the engine takes too, and prints the command that counts them
+    again. Ctrl-C keeps the pieces that are cut: the same command goes on from them. Exit code 1: a limit is not
+    reached.
 
     \b
     replay fix session.mcap
@@ -63,9 +67,9 @@ def command(
     from replay.detection.compile_notice import compiling_announced
     from replay.running.collider_files import fix_colliders
 
-    if out is not None and not engine:
-        raise click.UsageError("--out needs --engine, which says what to write: unity, unreal, godot or mujoco")
-    folder = out or (Path(f"fix-{engine}") if engine else None)
+    folder = out or (Path(f"fix-{engine}") if engine else PAGE)
+    if folder == PAGE:
+        options["force"] = True
     limits = Limits(false=max_false, missed=max_missed, pieces=max_pieces)
     try:
         with compiling_announced(people):
@@ -111,13 +115,15 @@ def _sentences(fixed: "FixedColliders", session: str) -> list[str]:
     lines = [text.replace(RECORDING, quote(session)) for text in open_questions(fixed.result.document)]
     lines.append(cure_sentences(fixed.result, fixed.before, fixed.after))
     lines += fixed.remarks
-    if fixed.folder is None:
-        return ["", *lines, "To write them for your engine:", f"  replay fix {quote(session)} --engine unity"]
+    assert fixed.folder is not None
     again = f'replay run {quote(str(fixed.folder / "session.mcap"))} --detectors "{fixed.setting}"'
+    page = ["Before and after:", f"  {fixed.folder / 'report.html'}"]
+    if not fixed.engine:
+        write = ["To write them for your engine:", f"  replay fix {quote(session)} --engine unity"]
+        return ["", *lines, *page, "Count it again:", f"  {again}", *write]
     wrote = (
         f"Wrote {fixed.folder} for {fixed.engine}: a GLB a body, README.txt, colliders.json, session.mcap, report.html."
     )
-    page = ["Before and after:", f"  {fixed.folder / 'report.html'}"]
     return ["", *lines, wrote, *fixed.steps, *_axes(fixed), *page, "Count it again:", f"  {again}"]
 
 

@@ -176,9 +176,9 @@ def fix_colliders(
     Parameters
     ----------
     session_or_path : a session, or the file of one.
-    folder : where the files go: ``BODY.glb``, ``colliders.json``, ``session.mcap``, which carries the colliders, and
-        what the engine needs beside them; ``None``: nothing is written.
-    engine : ``unity``, ``unreal``, ``godot`` or ``mujoco``; ``""``: none, and nothing is written.
+    folder : where the files go: ``report.html``, ``colliders.json``, ``session.mcap``, which carries the colliders, and
+        for an engine ``BODY.glb`` with what it needs beside them; ``None``: nothing is written.
+    engine : ``unity``, ``unreal``, ``godot`` or ``mujoco``; ``""``: none, and no files for one are written.
     limits : fractions of the contact time that may be false and missed, and the most pieces a body.
     time_limit : seconds for cutting and searching, after which the best pieces until then are taken; ``None``: no
         limit. Reading the session, counting the hulls, the report cards and the last run are not in it.
@@ -191,7 +191,7 @@ def fix_colliders(
     """
     progress = progress or Silent()
     target = engine_files(engine) if engine else None
-    target_folder = Path(folder) if folder is not None and target is not None else None
+    target_folder = Path(folder) if folder is not None else None
     if target_folder is not None:
         check_target(target_folder, force=force, kind=COLLIDERS)
     session = opened(session_or_path, options.pop("scene", None))
@@ -256,8 +256,9 @@ def fix_colliders(
             steps=() if target is None else target.steps,
             not_tried=tuple(_not_tried_sentence(name, cut) for name, cut in search.not_tried),
         )
-        if written is not None and target is not None:
-            (written / "README.txt").write_text(_read_me(fixed, target), "utf-8")
+        if written is not None:
+            if target is not None:
+                (written / "README.txt").write_text(_read_me(fixed, target), "utf-8")
             (written / REPORT).write_text(before_after_page(fixed), "utf-8", newline="\n")
             write_summary(written, COLLIDERS, {"schema": COLLIDERS.schema, **fixed.as_json()})
     return fixed
@@ -337,14 +338,14 @@ def _shipped(
         rows.append(
             {
                 "body": name,
-                "file": f"{plain}.glb" if written is not None else "",
+                "file": f"{plain}.glb" if written is not None and target is not None else "",
                 "how": ladder.how(search.steps[name]),
                 "reason": ladder.reason,
             }
         )
     shipped = replace(session, colliders=colliders)
-    if written is not None and target is not None:
-        for file, text in target.extra(in_files).items():
+    if written is not None:
+        for file, text in ({} if target is None else target.extra(in_files)).items():
             (written / file).write_text(text, "utf-8")
         write_session(shipped, written / "session.mcap")
     return shipped, rows

@@ -78,3 +78,11 @@ def test_busy_machine_gives_advice_on_accuracy_without_cost(at_work, busy):
     wrong = [price_row("a", 1.0, 2), price_row("b", 1.0, 1), price_row("c", 1.0, 3)]
     accuracy = advice_of(wrong, processor_fraction=at_work)[0]
     assert accuracy.startswith("The smallest loss, 0.056, has b: 1 of 18 contacts missed") and "ms" not in accuracy
+
+
+def test_front_stands_whole_on_a_busy_machine():
+    rows = [price_row("exact", 4.0, 0), price_row("a", 2.0, 1), price_row("b", 1.0, 3), price_row("slow", 5.0, 2)]
+    first, *rest, busy = advice_of(rows, processor_fraction=0.5)
+    assert front_of(rows) == ["b", "a", "exact"]
+    assert first == "Every contact is right with exact." and busy.startswith("The machine was busy (50 %)")
+    assert [text.split(":")[0] for text in rest] == ["With a", "With b"] and not any(" ms" in text for text in rest)

@@ -72,9 +72,21 @@ def test_an_interrupted_search_keeps_its_pieces_and_says_so(own, capsys, monkeyp
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
-    [(["--engine", "source"], "no engine 'source'; there are: unity"), (["-o", "x"], "--out needs --engine")],
+    [(["--engine", "source"], "no engine 'source'; there are: unity"), (["--max-pieces", "0"], "--max-pieces")],
 )
 def test_wrong_calls_say_what_to_give(own, arguments, message, capsys):
     main(IMPORT)
     assert main(["fix", "own.mcap", *arguments]) in (1, 2)
     assert message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("arguments", [[], ["-o", "mine"]])
+def test_page_is_written_without_an_engine(own, capsys, arguments):
+    main(IMPORT)
+    assert main(["fix", "own.mcap", "--max-false", "1", *arguments]) == 0
+    folder = own / (arguments[-1] if arguments else "fix-page")
+    assert {path.name for path in folder.iterdir()} == {"report.html", "colliders.json", "session.mcap"}
+    output = " ".join(capsys.readouterr().out.split())
+    assert f"{folder.name}/report.html" in output and "replay fix own.mcap --engine unity" in output
+    # Without a name the page replaces the one before; a folder that somebody named stays.
+    assert main(["fix", "own.mcap", "--max-false", "1", *arguments]) == (1 if arguments else 0)

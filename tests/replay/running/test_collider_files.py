@@ -123,8 +123,8 @@ def test_before_and_after_are_printed_and_unreached_limit_fails(session, tmp_pat
     reported = json.loads(capsys.readouterr().out)
     assert not reported["reached"] and reported["after"]["false"] > 0
     assert main([*arguments, "0.3"]) == 1 and "exists; name another folder" in capsys.readouterr().err
-    assert main(["fix", str(file), "-o", str(tmp_path / "x")]) == 2
-    assert main(["fix", str(file), "--max-false", "0.3"]) == 0 and not (tmp_path / "x").exists()
+    assert main(["fix", str(file), "-o", str(tmp_path / "x"), "--max-false", "0.3"]) == 0
+    assert (tmp_path / "x" / "report.html").is_file() and not [*(tmp_path / "x").glob("*.glb")]
     assert "--engine unity" in capsys.readouterr().out
 
 
