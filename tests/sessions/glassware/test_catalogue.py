@@ -76,3 +76,13 @@ def test_an_instrument_stands_on_the_plane_of_its_origin(made):
     if made.name not in ELSEWHERE:
         assert made.mesh.bounds[0, 1] == pytest.approx(0.0, abs=1e-9)
         assert np.abs(made.mesh.bounds[:, [0, 2]].mean(axis=0)).max() < 0.2 * np.ptp(made.mesh.bounds, axis=0).max()
+
+
+@pytest.mark.parametrize("name", ["beaker_50", "beaker_600", "graduated_cylinder", "evaporating_dish", "test_tube"])
+def test_liquid_leaves_from_the_edge_of_the_glass(name):
+    """The lip of a spout or rim is on the glass, and no glass is farther than its wall beyond the lip."""
+    instrument = made_instrument(name, 2000)
+    lip, corners = np.array(instrument.cavity.opening.lip), instrument.mesh.vertices
+    assert np.linalg.norm(corners - lip, axis=1).min() < 1e-3
+    beside = corners[np.abs(corners[:, 1] - lip[1]) < 3e-3]
+    assert lip[0] < beside[:, 0].max() < lip[0] + 2.5e-3
