@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from enum import StrEnum
-from math import isnan, nan
+from math import inf, isnan, nan
 from typing import Final
 
 from cdcore.numerics import IntArray
@@ -210,10 +210,9 @@ class Fault:
 
 def deepest_first(misses: Iterable[Fault]) -> list[Fault]:
     """Misses by depth, then those of unknown depth by the length of their curve; equals in order of time."""
-    return sorted(misses, key=_order)
-
-
-def _order(miss: Fault) -> tuple[float, float, int]:
-    depth = -1.0 if isnan(miss.depth) else miss.depth
-    length = -1.0 if isnan(miss.metres) else miss.metres
-    return -depth, -length, miss.number
+    unordered = list(misses)
+    keys = [
+        (inf if isnan(miss.depth) else -miss.depth, inf if isnan(miss.metres) else -miss.metres, miss.number)
+        for miss in unordered
+    ]
+    return [unordered[row] for row in sorted(range(len(keys)), key=keys.__getitem__)]

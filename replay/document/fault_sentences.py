@@ -1,8 +1,9 @@
-"""Why a detector missed a contact or reported a false one: each sentence is chosen by what holds, and can be checked.
+"""Why and when a detector was wrong about a contact: each sentence is chosen by what holds, and can be checked.
 
 A sentence names its moment, and says no more than what was measured there.
 """
 
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -17,6 +18,9 @@ from replay.auditing.outcome import Episode
 from replay.detection.recorded import RecordedDetector
 from replay.document.depth import tracker_noise_could_make
 from replay.document.detector_labels import SHAPES
+from replay.document.ranking import Rank
+from replay.document.run_document import RunDocument
+from replay.document.run_result import RunResult
 from replay.document.tables import data_of
 from replay.words import duration, length, plural
 
@@ -208,3 +212,41 @@ def duration_text(frames: int, seconds: float) -> str:
 def _milliseconds(seconds: float) -> str:
     """Three digits: ``11.1 ms``, ``12 ms``."""
     return duration(seconds)
+
+
+LONG: Final = 10.0
+"""Seconds; moments of a shorter session need milliseconds."""
+
+MOST_MOMENTS: Final = 2
+"""Faults of the other category that are named one by one."""
+
+
+def when_text(result: RunResult, document: RunDocument, rank: Rank, fault: Fault) -> str:
+    """Return when the faults of the pair of ``fault`` happened, and which the detector has of the other category."""
+    misses, false = result.misses.get(rank.label, ()), result.false.get(rank.label, ())
+    every, others = (misses, false) if fault.kind.is_miss else (false, misses)
+    alike = [other for other in every if other.bodies == fault.bodies]
+    start, end = min(other.start for other in alike), max(other.end for other in alike)
+    digits = 1 if document.session.duration >= LONG else 3
+    first, last = (words.fixed(second, digits) for second in (start, end))
+    name, pair = fault.name, " and ".join(fault.bodies)
+    total = f"{len(every)} missed, late or cut short" if fault.kind.is_miss else plural(len(every), name)
+    span = f"At {first} s" if first == last else f"From {first} to {last} s"
+    several = f"{span}, {len(alike)} of {total}: {pair}."
+    sentences = [several if len(every) > 1 else f"At {first} s, the only {name}: {pair}."]
+    never = [other for other in others if not other.kind.is_miss or other.kind is FaultKind.NEVER_REPORTED]
+    if never:
+        sentences.append(_moments(never))
+    return " ".join(sentences)
+
+
+def _moments(faults: Sequence[Fault]) -> str:
+    """``Missed at 5.067 s: beaker and rod.``; of many the number and the first."""
+    first = faults[0]
+    missed = first.kind.is_miss
+    if len(faults) > MOST_MOMENTS:
+        count = f"{len(faults)} contacts missed" if missed else plural(len(faults), first.name)
+        return f"{count}, the first at {words.moment(first.start)}: {' and '.join(first.bodies)}."
+    name = "missed" if missed else first.name
+    moments = [f"at {words.moment(fault.start)}: {' and '.join(fault.bodies)}" for fault in faults]
+    return f"{name.capitalize()} {'; '.join(moments)}."

@@ -102,7 +102,7 @@ def card(view: RunView, fault: Fault, *, whole: bool = True, first: bool = False
         frames=fault.frames,
         kind=fault.kind.value,
         cause=fault.cause.value,
-        size=_size(fault),
+        size=_size_text(fault.depth, fault.metres, at_least=fault.depth_at_least, missed=fault.kind.is_miss),
         contact=fault.contact,
         why=f"{fault.why or fault.cause}{noise}",
         address=moment_address(fault.kind.category.value, fault.number, "" if leads else fault.detector),
@@ -113,13 +113,13 @@ def card(view: RunView, fault: Fault, *, whole: bool = True, first: bool = False
     )
 
 
-def _size(fault: Fault) -> str:
+def _size_text(depth: float, metres: float, *, at_least: bool, missed: bool) -> str:
     """Return the depth of a miss, or the length of its curve where that is unknown, or the gap of a false contact."""
-    if depth := depth_text(fault.depth, at_least=fault.depth_at_least):
-        return depth
-    if isnan(fault.metres):
+    if text := depth_text(depth, at_least=at_least):
+        return text
+    if isnan(metres):
         return ""
-    return f"{words.length(fault.metres)} {'curve of intersection' if fault.kind.is_miss else 'apart'}"
+    return f"{words.length(metres)} {'curve of intersection' if missed else 'apart'}"
 
 
 def _lanes(view: RunView, fault: Fault) -> list[tuple[str, Lane]]:
