@@ -264,6 +264,15 @@ class ColliderSearch:
                 self._try_other_methods()
         except TimeUpError:
             self.time_up = True
+            self._take_best_tried()
+
+    def _take_best_tried(self) -> None:
+        """Take the choice with the smallest loss of all that were tried, of equals that with fewest pieces."""
+        best = min(
+            self._tried.values(),
+            key=lambda tried: (not self._is_enough(tried), round(tried.loss / SIMILAR_LOSS), tried.pieces),
+        )
+        self.steps = dict(zip(self.steps, best.steps, strict=True))
 
     def pieces(self, steps: Mapping[str, int] | None = None) -> dict[str, Sequence[TriangleMesh]]:
         """Pieces of each body, of the best choice or of another one."""

@@ -43,6 +43,20 @@ def test_pieces_joined_by_motion_replace_more_of_a_method(two_beakers, monkeypat
     assert joined.after["loss"] <= by_volume.after["loss"] + collider_search.SIMILAR_LOSS
 
 
+def test_best_of_what_was_tried_is_taken_when_time_is_up(two_beakers, monkeypatch):
+    """32 sectors of a cup were written, and 12 are as good: the time was up before their number was brought down."""
+
+    def up(_search):
+        raise collider_search.TimeUpError
+
+    monkeypatch.setattr(collider_search.ColliderSearch, "_descend", up)
+    fixed = fix_colliders(two_beakers, limits=Limits(0.02), time_limit=None)
+    best = min(fixed.front, key=lambda tried: tried["loss"])
+    assert fixed.time_up and fixed.after["loss"] < fixed.before["loss"]
+    alike = [tried for tried in fixed.front if tried["loss"] <= best["loss"] + collider_search.SIMILAR_LOSS / 2]
+    assert sum(pieces_of(fixed).values()) == min(tried["pieces"] for tried in alike)
+
+
 def test_no_body_has_more_pieces_than_the_limit(two_beakers):
     fixed = fix_colliders(two_beakers, limits=Limits(0.0, pieces=5), time_limit=None)
     assert 1 < max(pieces_of(fixed).values()) <= 5 and fixed.as_json()["max_pieces"] == 5
