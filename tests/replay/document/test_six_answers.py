@@ -27,7 +27,7 @@ def busy(result, fraction=0.6):
 
 
 @pytest.mark.parametrize("state", AUDITED)
-def test_headings_stand_in_one_order_and_end_as_sentences(state):
+def test_headings_keep_their_order_and_end_as_sentences(state):
     reasons = section_of(steady(state), SectionName.ANSWER).reasons
     names = [name for name, _, _ in reasons]
     order = ["When", "Why", "Fix", "But", "Use", "Cost", "Sure"]

@@ -35,7 +35,7 @@ def rows_of(runs, study, folder):
 
 
 @pytest.mark.parametrize("questioned", [True, False])
-def test_page_answers_seven_headings_in_one_order(runs, study, tmp_path, questioned):
+def test_page_answers_seven_headings_in_their_order(runs, study, tmp_path, questioned):
     page = study_html(runs, places(runs, tmp_path), study if questioned else None)
     assert re.findall(r"<dt>(\w+)</dt>", page) == ["Found", "Missed", "When", "Why", "Use", "Cost", "Sure"]
     text = unescape(re.sub(r"<[^>]*>", "", page[page.index("<dl>") : page.index("</dl>")]))
