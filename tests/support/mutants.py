@@ -292,7 +292,8 @@ def nothing_written(but=Path("none")):
     """Nothing anywhere is written, made, moved or removed, but the file named and its parts."""
     touched.clear()
     yield
-    paths = [Path(path) for path in touched if path and "__pycache__" not in path]
+    compiled = sys.pycache_prefix or "__pycache__"
+    paths = [Path(path) for path in touched if path and "__pycache__" not in path and compiled not in path]
     assert [path for path in paths if path.parent != but.parent or but.name not in path.name] == []
 
 
