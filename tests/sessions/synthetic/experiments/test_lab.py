@@ -115,3 +115,13 @@ def test_pours_and_the_spill_agree_with_the_poses(name, kinds, made):
         assert fact.values["left_ml"] == pytest.approx(left[source])
         if fact.kind == "pour":
             left[fact.values["target"]] = left.get(fact.values["target"], 0.0) + fact.values["volume_ml"]
+
+
+def test_interactivity_lasts_from_first_to_last_hold(made):
+    run = made("marble")
+    holds = [(fact.start, fact.end) for fact in run.facts("hold")]
+    (interval,) = [interval for interval in run.session.intervals if interval.name == "interactivity"]
+    start_ns = run.session.frames.stamp_ns[0]
+    assert len(holds) > 1
+    assert (interval.start_ns - start_ns) / 1e9 == pytest.approx(min(start for start, _ in holds), abs=1e-6)
+    assert (interval.end_ns - start_ns) / 1e9 == pytest.approx(max(end for _, end in holds), abs=1e-6)
