@@ -84,7 +84,7 @@ def advice_text(engine: str, rows: Sequence[Row]) -> list[str]:
     """
     first = rows[0]
     if not first["contacts"]:
-        none = f"No contact happened, so none for {engine} to miss."
+        none = f"No contact happened that {engine} could miss."
         return [none, "All that row 1 reports is false."] if first["false"] else [none]
     if not first["loss"]:
         return [f"Row 1 gets each of {plural(first['contacts'], 'contact')} right."]

@@ -10,11 +10,12 @@ from numpy.typing import ArrayLike
 from replay.auditing.record import Count, Fraction, Record
 
 OVER_CONTACTS: Final = (
-    "In brackets: 95 % intervals over contacts drawn anew, not over sampling offsets alone. Where few contacts are "
-    "long and missed whole they hold less often: what was not seen is not in them."
+    "In brackets: 95 % intervals over contacts, not over sampling offsets alone. They are too narrow where contacts "
+    "are few and the missed ones are long."
 )
-"""What the intervals beside every share of contacts, pair-frames and faces are about. With 18 contacts of which one in
-twenty is ten times as long and missed whole 60 % hold, with 60 85 %."""
+"""Explanation of the intervals beside every fraction of contacts, pair-frames and faces.
+
+Coverage falls below 95 % when misses cluster in long contacts: 60 % at n = 18, 85 % at n = 60."""
 
 Z95: Final = 1.959963984540054
 """Quantile of the normal distribution that leaves 2.5 % above: intervals are at 95 %."""

@@ -79,7 +79,9 @@ def command(
     if imported.live_contacts:
         if kind != "contacts":
             notes.append(f"{plural(len(imported.live_contacts), 'report')} of the engine, on the recording's own clock")
-        notes.append(f"what the engine reported is in it; compare it: replay run {out} --out runs/{out.stem}")
+        notes.append(
+            f"it holds the contacts that the engine reported; compare them: replay run {out} --out runs/{out.stem}"
+        )
     out.parent.mkdir(parents=True, exist_ok=True)
     write_session(imported, out, overwrite=force)
     people.say(*notes)

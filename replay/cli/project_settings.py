@@ -63,7 +63,7 @@ def settings_file(given: Sequence[Path]) -> Path | None:
     folders = dict.fromkeys(path if path.is_dir() else path.parent for path in given if not is_remote(path))
     files = [folder / NAME for folder in folders if (folder / NAME).exists()]
     if len(files) > 1:
-        raise click.UsageError(f"{files[0]} and {files[1]} ask for different things; replay these folders one by one")
+        raise click.UsageError(f"{files[0]} and {files[1]} contradict each other; replay these folders one by one")
     return files[0] if files else None
 
 

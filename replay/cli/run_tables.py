@@ -87,7 +87,7 @@ def run_tables(result: RunResult) -> Group:
         pairs = built.pair_table(result, label)
         pairs = pairs.narrow()
         displayed = pairs.first(PAIR_ROWS, "… and {} more")
-        contents.append(replace(displayed, title=f"contacts, and what {label} made of them"))
+        contents.append(replace(displayed, title=f"contacts, and how {label} reported them"))
     contents += section_of(result, SectionName.FAULTS).tables
     if result.comparisons:
         contents.append(audit_table(result.document.audit))

@@ -120,6 +120,6 @@ def where_table(tallies: Sequence[Tally]) -> Table:
         (question, text, "all" if len(names) == len(everybody) > 1 else ", ".join(names), why)
         for (question, text, why), names in named.items()
     ]
-    title = "what was not passed" if len(everybody) > 1 else "each question"
+    title = "not passed" if len(everybody) > 1 else "each question"
     head = ("question", "result", "detectors", "why")
     return table(title, head, rows, words=head)

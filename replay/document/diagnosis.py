@@ -79,7 +79,7 @@ def _nothing_happened(result: RunResult, document: RunDocument, label: str) -> s
     lost, every = verdicts.get("no_pose", 0), sum(verdicts.values())
     if lost:
         return f"No contact found, but poses are lost in {lost:,} of {every:,} pair-frames, where a contact may be."
-    return f"No contact happened, so none for {label} to miss, and it reported none."
+    return f"No contact happened, and {label} reported none."
 
 
 def _key_fault(result: RunResult, rank: Rank) -> Fault | None:

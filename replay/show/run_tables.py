@@ -241,7 +241,7 @@ def pair_table(result: Summarised, label: str) -> Table:
             )
     rows.sort(key=lambda row: (-row["frames"].missed, -row["frames"].false_contact))
     rows = [line for row in rows for line in (row, *_member_rows(result, row["pair"], label))]
-    title = f"Contacts ({result.oracle}) and what {label} made of them"
+    title = f"Contacts ({result.oracle}), and how {label} reported them"
     made = Table.of(COLUMNS["pairs"], rows + grasped_rows, title, containment_notes(result, result.oracle))
     absent = {name for name in (WITHIN, CUT) if not any(made.column(name))}
     absent.add("false frames" if all_unconfirmed(result.document.audit[label]) else UNCONFIRMED)

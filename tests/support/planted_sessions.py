@@ -148,7 +148,7 @@ FALSE = "% of its contact time is false."
 IT = "support.planted_detectors:Scripted (it):"
 STATES = {
     # state: (oracle, subject, headline)
-    "none": ("......", "nnnnnn", "No contact happened, so none for it to miss, and it reported none."),
+    "none": ("......", "nnnnnn", "No contact happened, and it reported none."),
     "one": (".CC...", "nnnnnn", f"{IT} 1 of 1 contact missed."),
     "several": ("C.C.CC", "nncncn", f"{IT} 1 of 3 contacts missed, 1 late or cut short."),
     "undecided": (".C.CC.", "nunuun", f"{IT} 2 of 2 contacts undecided."),

@@ -69,9 +69,9 @@ def row(number, *counts, undecided=0, share=0.0, contacts=4, consequence="", **k
 
 START = {"Step": "0.02", "Shape": "hull"}
 STATES = {
-    "no contact": ([row(1, 0, contacts=0, share=None, **START)], ["No contact happened, so none for E to miss."]),
+    "no contact": ([row(1, 0, contacts=0, share=None, **START)], ["No contact happened that E could miss."]),
     "no contact, all of it false": ([row(1, 0, 0, 2, contacts=0, share=1.0, **START)], [
-        "No contact happened, so none for E to miss.", "All that row 1 reports is false."]),
+        "No contact happened that E could miss.", "All that row 1 reports is false."]),
     "one, found": ([row(1, 0, contacts=1, **START)], ["Row 1 gets each of 1 contact right."]),
     "mended, by the fewest knobs": ([
         row(1, (1, 2), 1, 3, share=0.9, **START), row(2, 0, 1, Step="1", Shape="box"), row(3, 0, (0, 2), Step="2")], [
