@@ -1,6 +1,7 @@
 """The heat of liquids that come together, from the ledger: of dilution and reaction; the wrong order is named."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from replay import words
 from replay.effects.chemistry.formulas import molar_mass
@@ -9,7 +10,7 @@ from replay.effects.chemistry.matter import Matter, matter_of
 from replay.effects.chemistry.mixture import SOLID
 from replay.effects.declaring import Declaration
 from replay.effects.inputs import EffectInputs
-from replay.effects.models.outflow import flows
+from replay.effects.models.outflow import GAP_S, flows
 from replay.effects.movement import movement_of
 from replay.effects.output import EffectEvent, Findings, FloatArray, LaneSpan, Series, vector_of
 from replay.effects.temperatures import boils, note_temperature
@@ -49,9 +50,30 @@ def mixed(inputs: EffectInputs, declared: Declaration, findings: Findings) -> No
         times = inputs.times[[0, *range(resting, len(inputs))]]
         celsius = declared["ambient_c"] + matter.kelvin(name, times)
         # What boils is told so, whatever its heat over its capacity is rounded to.
-        celsius[celsius > boils(declared) - BOILING] = boils(declared)
-        note_temperature(declared, findings, name, Series(times, celsius, "degC"))
-        findings.events += [*_extremes(name, times, celsius), *_frozen(name, matter, declared["ambient_c"])]
+        volume_ml = history.volume_ml[history.rows(times)]
+        celsius[(celsius > boils(declared) - BOILING) & (volume_ml > 0.0)] = boils(declared)
+        note_temperature(declared, findings, name, Series(times, celsius, "degC"), volume_ml > 0.0)
+        mixed_rows = _is_mixed(name, matter, times, volume_ml)
+        findings.events += [
+            *_extremes(name, times[mixed_rows], celsius[mixed_rows]),
+            *_frozen(name, matter, declared["ambient_c"]),
+        ]
+
+
+def _is_mixed(name: str, matter: Matter, times: FloatArray, volume_ml: FloatArray) -> NDArray[np.bool_]:
+    """Whether a temperature is that of what is mixed, (n,).
+
+    Of a vessel that holds a dry solid at first it is none while liquid comes in: the first drops cannot dissolve all.
+    The first row counts, and the last.
+    """
+    contents = matter.recipe.contents.get(name)
+    if contents is None or contents.volume_ml > 0.0 or not contents.solids:
+        return np.ones(len(times), dtype=np.bool_)
+    incoming = times[1:][np.diff(volume_ml) > 0.0]
+    following = np.append(incoming, np.inf)[np.searchsorted(incoming, times, side="right")]
+    is_mixed: NDArray[np.bool_] = following - times > GAP_S
+    is_mixed[[0, -1]] = True
+    return is_mixed
 
 
 def _dissolved_before(name: str, matter: Matter) -> list[EffectEvent]:
@@ -73,7 +95,8 @@ def _dissolved_before(name: str, matter: Matter) -> list[EffectEvent]:
 def _frozen(name: str, matter: Matter, room: float) -> list[EffectEvent]:
     """Event of a solution that reaches its freezing point: it gets no colder while ice is there."""
     history = matter.histories[name]
-    rows = np.flatnonzero(matter.amount(name, LATENT) < 0.0)[:1]
+    is_frozen = (matter.amount(name, LATENT) < 0.0) & _is_mixed(name, matter, history.times, history.volume_ml)
+    rows = np.flatnonzero(is_frozen)[:1]
     events = []
     for row in rows.tolist():
         celsius = room + float(matter.kelvin(name, history.times[row : row + 1])[0])

@@ -1,16 +1,23 @@
 """Temperatures as series and events, of a flame and of liquids alike."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from replay.effects.chemistry.warming import WATER_BOILS_C
 from replay.effects.declaring import Declaration
 from replay.effects.output import EffectEvent, Findings, Series
 
 
-def note_temperature(declared: Declaration, findings: Findings, name: str, celsius: Series) -> None:
-    """The series, and an event when it first reaches its boiling point."""
+def note_temperature(
+    declared: Declaration, findings: Findings, name: str, celsius: Series, is_wet: NDArray[np.bool_] | None = None
+) -> None:
+    """The series, and an event when it first reaches its boiling point.
+
+    ``is_wet``: whether there is a liquid to boil, as many as values; ``None``: always.
+    """
     findings.series[f"{name}/temperature"] = celsius
-    for row in np.flatnonzero(celsius.values >= boils(declared))[:1].tolist():
+    is_boiling = celsius.values >= boils(declared)
+    for row in np.flatnonzero(is_boiling if is_wet is None else is_boiling & is_wet)[:1].tolist():
         text = f"{name} reaches {boils(declared):g} degC and boils: it gets no hotter, what boils off is not computed"
         findings.events.append(EffectEvent(float(celsius.times[row]), "boil", (name,), None, {}, text, "warning"))
 

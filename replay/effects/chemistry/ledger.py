@@ -66,6 +66,11 @@ NEUTRAL_PH: Final = 7.0
 BASIC_PH: Final = 13.0
 """Where it uses up hydroxide, that which metal ions hold at this pH is used already."""
 
+MOST_ROUNDS: Final = 60
+NEAR_SOLID: Final = 1e-6
+"""Rounds of salts and gases, and the share of a salt by which its solid may still change in the last: a gas that leaves
+makes room for more of a salt, as bicarbonate in acid."""
+
 SCARCE: Final = 1e-6
 """Where less than this share of a part stays dissolved the equilibrium's own figure is taken, not a difference."""
 
@@ -439,7 +444,7 @@ class Ledger:
                 done[:, row] += extent
         self._crystallise(amounts, celsius)
         if self.solver is not None and (len(self.phases) or self.warmth.followed):
-            self._settle(amounts, standing, celsius)
+            self._settle_beside_salts(amounts, standing, celsius)
         if self.solver is None:
             amounts[:, self.column[STORED]] = -self._diluted(amounts)
         given = enthalpy - self._enthalpy(amounts)
@@ -456,7 +461,8 @@ class Ledger:
         bottom = np.where(volume > 0.0, (self.freezing(amounts) - self.warmth.room) * capacity, -np.inf)
         # What keeps no heat, or never boils, has no bound: infinity times nothing would be no number.
         top = np.full(len(capacity), np.inf)
-        np.multiply(capacity, self.warmth.most, out=top, where=(capacity > 0.0) & np.isfinite(self.warmth.most))
+        boils = (volume > 0.0) & (capacity > 0.0) & np.isfinite(self.warmth.most)
+        np.multiply(capacity, self.warmth.most, out=top, where=boils)
         # At one of these it stays until all steam or ice is gone. What was brought hotter or colder stays as it is.
         amounts[:, heat] = np.clip(whole, np.minimum(bottom, top), top)
         amounts[:, latent] = whole - amounts[:, heat]
@@ -473,6 +479,21 @@ class Ledger:
                 solid = np.maximum(solid, standing)
             # Only the difference is moved: beside a mol of solid the ions of a micromol would lose their digits.
             self._apply(amounts, (solid - standing)[:, None] * changes)
+
+    def _settle_beside_salts(self, amounts: FloatArray, standing: FloatArray, celsius: FloatArray) -> None:
+        """Bring rows to PHREEQC's equilibrium, in place, and salts to saturation in what gases leave of it."""
+        dissolved = amounts.copy()
+        self._settle(amounts, standing, celsius)
+        for _ in range(MOST_ROUNDS if len(self.salts) and self.gas.any() else 0):
+            whole = amounts - (amounts[:, self.phases] * ~self.gas) @ self.formation
+            solids = whole[:, self.salt_columns].copy()
+            self._crystallise(whole, celsius)
+            change = whole[:, self.salt_columns] - solids
+            if np.abs(change).max(initial=0.0) <= NEAR_SOLID * np.abs(solids).max(initial=0.0):
+                return
+            dissolved += change @ self.salt_changes
+            amounts[...] = dissolved
+            self._settle(amounts, standing, celsius)
 
     def _settle(self, rows: FloatArray, standing: FloatArray, celsius: FloatArray) -> None:
         """Bring rows to PHREEQC's equilibrium, in place; where it has no answer, solids stay as they are."""

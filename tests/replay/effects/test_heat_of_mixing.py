@@ -63,6 +63,24 @@ def test_a_vessel_cools_by_newtons_law_before_anything_comes_in():
     assert early.sum() > 10 and series.values[early] == pytest.approx(expected, rel=1e-9)
 
 
+def test_headline_of_a_dry_solid_is_that_of_the_mixture():
+    """2 g of calcium chloride's hydrate cool 25 mL or so by 1.4 K; the first drops on it are not what is told."""
+    solid = {"solid": {"formula": "CaCl2.6H2O", "mass_g": 2.0}}
+    bodies = (vessel("a", 60.0, "", 0.0), glass("b", 0.0, properties=solid))
+    effects = poured([0.0, *np.linspace(0.0, 120.0, 40), *([120.0] * 100)], bodies, MIX, ("heat", HEAT))
+    (coldest,) = effects["heat"].output.named("coldest")
+    last = effects["heat"].series["b/temperature"].values[-1]
+    assert coldest.values["to_c"] == pytest.approx(last, abs=0.01) and 17.0 < last < 19.9
+    assert not effects["heat"].output.named("freeze")
+
+
+def test_a_hot_dry_solid_does_not_boil():
+    solid = {"solid": {"formula": "KNO3", "mass_g": 10.0}, "temperature_c": 250.0}
+    bodies = (vessel("a", 60.0, "", 0.0), glass("b", 0.0, properties=solid))
+    effects = poured([0.0] * 20, bodies, MIX, ("heat", HEAT))
+    assert not effects["heat"].output.named("boil")
+
+
 def test_a_hot_metal_warms_the_water_that_is_poured_on_it():
     """100 g of copper keep 38.5 J/K by the handbook's 0.385 J/(g K)."""
     metal = {"solid": {"formula": "Cu", "mass_g": 100.0}, "temperature_c": 90.0}

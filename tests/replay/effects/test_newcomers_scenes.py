@@ -175,6 +175,18 @@ def test_a_strong_solution_crystallises_by_the_water_that_it_holds():
     assert effects["precipitation"].series["flask/KNO3"].values[-1] == pytest.approx(35.39 - left, rel=0.02)
 
 
+def test_acid_on_excess_bicarbonate_is_used_up():
+    """Gas that leaves makes room for more of the salt; once a tenth of the acid stayed beside it."""
+    powder = {"solid": {"formula": "NaHCO3", "mass_g": 50.0}}
+    bodies = (glass("a", 60.0, solute="HCl", molar=6.0), glass("b", 0.0, properties=powder))
+    equation = ("reaction", {"equation": "NaHCO3 + HCl -> NaCl + H2O + CO2"})
+    effects = poured([0.0, *([120.0] * 3), 0.0, 0.0], bodies, ("mixing", {"in": ["b"]}), equation)
+    series = effects["reaction"].series
+    acid_mmol = 6.0 * effects["pour"].series["b/volume"].values[-1]
+    assert series["b/pH"].values[-1] > 5.0
+    assert 1e3 * series["b/CO2 gone"].values[-1] == pytest.approx(acid_mmol, rel=0.05)
+
+
 def test_an_empty_vessel_with_a_temperature_must_say_what_it_keeps():
     tables = (SceneEffect("mixing", {"in": ["flask"]}), SceneEffect(*HEAT))
     (fault,) = plan_faults(Scene(bodies=(glass("flask", 0.0, properties={"temperature_c": 80.0}),), effects=tables))
