@@ -2,6 +2,8 @@
 
 import pytest
 
+from replay.advice import collider_search
+
 
 @pytest.fixture(autouse=True, scope="session")
 def wait_for_kernels(common_kernels):
@@ -19,7 +21,12 @@ def shared_pieces(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def quickest_cutter_only():
-    """Bodies are cut by the quickest method alone: V-HACD and CoACD take seconds for each number of pieces."""
+    """Bodies are cut by the quickest method alone: others, and joins by the motion, take seconds for each body.
+
+    Yields the join by the motion, for tests of it.
+    """
+    join_by_motion = collider_search.ColliderSearch._join_by_motion
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("replay.advice.collider_search.OTHER_METHODS", ())
-        yield
+        patch.setattr(collider_search, "OTHER_METHODS", ())
+        patch.setattr(collider_search.ColliderSearch, "_join_by_motion", lambda *_: None)
+        yield join_by_motion

@@ -32,13 +32,14 @@ def test_good_pieces_of_the_same_body_are_taken(two_beakers):
     assert pieces_of(fix_colliders(two_beakers, limits=Limits(0.02)))["second"] > 1
 
 
-def test_pieces_joined_by_motion_replace_more_of_a_method(two_beakers, monkeypatch):
+@pytest.mark.slow
+def test_pieces_joined_by_motion_replace_more_of_a_method(two_beakers, quickest_cutter_only, monkeypatch):
+    by_volume = fix_colliders(two_beakers, limits=Limits(0.2), time_limit=None)
+    monkeypatch.setattr(collider_search.ColliderSearch, "_join_by_motion", quickest_cutter_only)
     joined = fix_colliders(two_beakers, limits=Limits(0.2), time_limit=None)
     assert [row["how"] for row in joined.bodies if row["body"] == "beaker"] == [
         "sectors by height and angle, joined by motion"
     ]
-    monkeypatch.setattr(collider_search.ColliderSearch, "_join_by_motion", lambda *_: None)
-    by_volume = fix_colliders(two_beakers, limits=Limits(0.2), time_limit=None)
     assert pieces_of(joined)["beaker"] < pieces_of(by_volume)["beaker"]
     assert joined.after["loss"] <= by_volume.after["loss"] + collider_search.SIMILAR_LOSS
 
@@ -57,7 +58,9 @@ def test_best_of_what_was_tried_is_taken_when_time_is_up(two_beakers, monkeypatc
     assert sum(pieces_of(fixed).values()) == min(tried["pieces"] for tried in alike)
 
 
-def test_no_body_has_more_pieces_than_the_limit(two_beakers):
+@pytest.mark.slow
+def test_no_body_has_more_pieces_than_the_limit(two_beakers, quickest_cutter_only, monkeypatch):
+    monkeypatch.setattr(collider_search.ColliderSearch, "_join_by_motion", quickest_cutter_only)
     fixed = fix_colliders(two_beakers, limits=Limits(0.0, pieces=5), time_limit=None)
     assert 1 < max(pieces_of(fixed).values()) <= 5 and fixed.as_json()["max_pieces"] == 5
     assert fixed.after["loss"] < fixed.before["loss"]

@@ -79,7 +79,7 @@ def test_printed_figures_match_a_run_of_the_written_colliders(shipped):
 
 def test_fewer_pieces_fall_short_and_more_are_not_written(session, shipped, tmp_path):
     pieces = {row["body"]: row["after"]["pieces"] for row in shipped.bodies}
-    assert 1 < pieces["beaker"] < 8 and pieces["rod"] == pieces["cube*"] == 1
+    assert 1 < pieces["beaker"] <= 8 and pieces["rod"] == pieces["cube*"] == 1
     free = fix_colliders(session, tmp_path / "loose", engine="unity", limits=Limits(1.0))
     assert all(row["after"]["pieces"] == 1 for row in free.bodies) and free.before["false"] == free.after["false"]
 

@@ -66,7 +66,7 @@ def test_page_has_both_lanes_and_both_stills(page):
 def test_every_body_has_a_card_with_pictures(fixed, page):
     cards = re.findall(r'<article class="card"><div class="pictures">(.*?)</article>', page, re.S)
     assert [card.count("data:image/webp") for card in cards] == [4, 1, 1]
-    pieces = f"{fixed.after['pieces'] - 2} pieces: sectors by height and angle, joined by motion"
+    pieces = f"{fixed.after['pieces'] - 2} pieces: sectors by height and angle"
     assert f"&lt;b&gt;cup: {pieces}" in cards[0] and "<b>cup" not in page
     assert "beyond the mesh" in cards[0] and "rod: keeps its hull: it is convex" in cards[1]
     assert "nothing touches them" in page and "spare" in page[page.index('id="limits"') :]
