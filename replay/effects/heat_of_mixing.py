@@ -4,10 +4,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from replay import words
+from replay.effects.chemistry.components import WATER
 from replay.effects.chemistry.formulas import molar_mass
 from replay.effects.chemistry.ledger import ADDED, HEAT, LATENT
 from replay.effects.chemistry.matter import Matter, matter_of
 from replay.effects.chemistry.mixture import SOLID
+from replay.effects.chemistry.salts import WATER_KG
 from replay.effects.declaring import Declaration
 from replay.effects.inputs import EffectInputs
 from replay.effects.models.outflow import GAP_S, flows
@@ -28,6 +30,9 @@ BOILING = 1e-9
 LEAST_GRAM = 1e-3
 """Of a solid whose heat nobody measures."""
 
+DILUTE_MOLAL = 2.0
+"""mol/kg of a salt from which its heat may differ much from that at infinite dilution; chosen by us."""
+
 LEAST_KELVIN = 0.05
 """A vessel whose temperature changes by less tells no result; a school's thermometer shows 0.1."""
 
@@ -39,7 +44,7 @@ def mixed(inputs: EffectInputs, declared: Declaration, findings: Findings) -> No
         findings.events.append(event)
         findings.lane(event.bodies[-1], LaneSpan(event.time, event.end or event.time, "water into acid"))
     for name, history in matter.histories.items():
-        findings.events += _dissolved_before(name, matter)
+        findings.events += [*_dissolved_before(name, matter), *_strong(name, matter)]
         changed = np.flatnonzero(np.diff(history.volume_ml, prepend=history.volume_ml[0]))
         if not len(changed) and not matter.amount(name, HEAT).any():
             continue
@@ -89,6 +94,33 @@ def _dissolved_before(name: str, matter: Matter) -> list[EffectEvent]:
             values: dict[str, float | str] = {"formula": solid, "mass_g": mass}
             time = float(matter.histories[name].times[0])
             events.append(EffectEvent(time, "dissolved-before", (name,), None, values, text, "warning"))
+    return events
+
+
+def _strong(name: str, matter: Matter) -> list[EffectEvent]:
+    """Events of solids that make a strong solution: their heat is that of a dilute one."""
+    history = matter.histories[name]
+    kilograms = np.maximum(matter.amount(name, WATER) * WATER_KG, 1e-300)
+    events = []
+    declared = {
+        formula
+        for reaction in matter.recipe.reactions
+        if reaction.declared["heat_kj_mol"] is not None
+        for formula in reaction.equation.reagents
+    }
+    for solid, initial in matter.recipe.contents[name].solids.items():
+        if solid in declared:
+            continue
+        molal = (initial - matter.amount(name, solid + SOLID)) / kilograms
+        is_mixed = _is_mixed(name, matter, history.times, history.volume_ml) & (history.volume_ml > 0.0)
+        rows = np.flatnonzero(is_mixed & (molal > DILUTE_MOLAL))
+        if len(rows):
+            text = (
+                f"{solid} makes {quantity(float(molal[rows].max()), 'mol/kg')} in {name}, and its heat is that of a "
+                "dilute solution: the change of temperature may be off by a half"
+            )
+            values: dict[str, float | str] = {"formula": solid, "mol_kg": float(molal[rows].max())}
+            events.append(EffectEvent(float(history.times[rows[0]]), "strong", (name,), None, values, text, "warning"))
     return events
 
 

@@ -74,6 +74,18 @@ def test_headline_of_a_dry_solid_is_that_of_the_mixture():
     assert not effects["heat"].output.named("freeze")
 
 
+@pytest.mark.parametrize(
+    ("mass_g", "declared", "warned"), [(20.0, {}, True), (2.0, {}, False), (20.0, {"heat_kj_mol": 20.5}, False)]
+)
+def test_heat_of_a_strong_solution_is_said_to_be_rough(mass_g, declared, warned):
+    powder = {"solid": {"formula": "NaNO3", "mass_g": mass_g}}
+    bodies = (vessel("a", 30.0, "", 0.0), glass("b", 0.0, properties=powder))
+    equation = ("reaction", {"equation": "NaNO3(s) -> Na+ + NO3-", **declared})
+    effects = poured([0.0, *([120.0] * 40), 0.0], bodies, MIX, equation, ("heat", HEAT))
+    texts = [event.text for event in effects["heat"].output.named("strong")]
+    assert len(texts) == warned and all("its heat is that of a dilute solution" in text for text in texts)
+
+
 def test_a_hot_dry_solid_does_not_boil():
     solid = {"solid": {"formula": "KNO3", "mass_g": 10.0}, "temperature_c": 250.0}
     bodies = (vessel("a", 60.0, "", 0.0), glass("b", 0.0, properties=solid))
