@@ -161,7 +161,7 @@ class MeshInterior:
 
     @cached_property
     def _starts(self) -> Indices:
-        """Where in the order each part begins, (p,)."""
+        """Index in the order at which each part begins, (p,)."""
         labels = self._labels[self._order]
         return np.concatenate([[0], np.flatnonzero(np.diff(labels)) + 1]).astype(np.intp)
 

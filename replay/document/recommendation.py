@@ -1,4 +1,4 @@
-"""Which detector of a run to use, from its ranking and its times."""
+"""The detector of a run to use, from its ranking and its times."""
 
 from collections.abc import Sequence
 

@@ -40,7 +40,7 @@ _TERM: Final = re.compile(r"^\| *([^|]*)|\*\*(.+?)\*\*|`([^`]+)`", re.MULTILINE)
 
 
 class Level(IntEnum):
-    """Where a section holds a term, the best last."""
+    """Kinds of text of a section that may hold a term, the best last."""
 
     NOWHERE = 0
     PROSE = 1

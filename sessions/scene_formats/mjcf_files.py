@@ -35,7 +35,7 @@ MOST_VALUES: Final = 100_000_000
 
 @dataclass
 class _Amount:
-    """How much a file asks for, and the models that it attaches, each with the number of copies."""
+    """Amount that a file asks for, and the models that it attaches, each with the number of copies."""
 
     parts: int = 0
     values: int = 0

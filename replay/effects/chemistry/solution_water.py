@@ -92,7 +92,7 @@ def _strong_volume(formula: str, molar: float) -> float:
 
 
 def _species(formula: str) -> list[tuple[str, int, int]] | None:
-    """What a mol of a formula dissolves into: component, its number, protons on each; ``None``: one has no volume."""
+    """Species of a mol of a formula: component, its number, protons on each; ``None``: one has no volume."""
     counts = components_of(formula)
     if counts is None:
         return None

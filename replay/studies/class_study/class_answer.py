@@ -79,7 +79,7 @@ def _causes(tables: ClassTables) -> str:
 
 
 def _detector(tables: ClassTables, study: Study | None) -> str:
-    """Which detector the figures come from, and whether another one would do."""
+    """The detector that the figures come from, and whether another one would do."""
     trusted = dict.fromkeys(oracle for run in tables.runs.metrics if (oracle := tables.runs.of(run, "oracle")))
     if study is None:
         return f"{' or '.join(trusted)}: the reference of these sessions." if trusted else ""

@@ -23,7 +23,7 @@ SIDES: Final = ("left", "right")
 
 @dataclass(frozen=True)
 class HandMapping:
-    """What a user says of a file of hands; ``""`` and nothing where the file says it.
+    """Statements of a user about a file of hands; ``""`` and nothing where the file says it.
 
     Parameters
     ----------

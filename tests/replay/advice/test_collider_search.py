@@ -44,7 +44,7 @@ def test_pieces_joined_by_motion_replace_more_of_a_method(two_beakers, quickest_
     assert joined.after["loss"] <= by_volume.after["loss"] + collider_search.SIMILAR_LOSS
 
 
-def test_best_of_what_was_tried_is_taken_when_time_is_up(two_beakers, monkeypatch):
+def test_best_choice_tried_is_taken_when_time_is_up(two_beakers, monkeypatch):
     """32 sectors of a cup were written, and 12 are as good: the time was up before their number was brought down."""
 
     def up(_search):

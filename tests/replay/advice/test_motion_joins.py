@@ -61,7 +61,7 @@ def test_pieces_report_what_the_detector_reports(stirred):
     assert expected.any() and np.array_equal(stirred.false_contacts.of(pieces), expected)
 
 
-def test_joined_pieces_cover_the_body_and_are_as_many_as_named(stirred):
+def test_joined_pieces_cover_the_body_in_the_requested_number(stirred):
     levels = joined_by_motion(stirred.by_volume(96), stirred.false_contacts, lambda: None)
     assert sorted(levels) == [*range(1, 33)]
     for count, pieces in levels.items():

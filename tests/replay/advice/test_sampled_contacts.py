@@ -98,7 +98,7 @@ def crossing(contact_frame, frames=3000):
 
 
 def decided_and_replayed(session, row):
-    """What is decided without kernels, and what a replay of every alternative says."""
+    """The decision without kernels, and that of a replay of every alternative."""
     replayed = any(question.assumption == row for question in examine_assumptions(session).questions)
     return alternatives_differ(session, row), replayed
 
@@ -130,7 +130,7 @@ def test_fixed_bodies_are_decided_where_they_stand():
     assert decided is replayed is True
 
 
-def test_bodies_that_never_share_a_frame_are_decided_at_filled_frames():
+def test_bodies_without_a_common_frame_are_decided_at_filled_frames():
     rod = trimesh.creation.box((0.02, 0.3, 0.02))
     session, row = still([[0, 0, 0], [0, 0.25, 0]], (rod.vertices, rod.faces))
     early, late = session.tracks.values()

@@ -187,7 +187,7 @@ def test_acid_on_excess_bicarbonate_is_used_up():
     assert 1e3 * series["b/CO2 gone"].values[-1] == pytest.approx(acid_mmol, rel=0.05)
 
 
-def test_an_empty_vessel_with_a_temperature_must_say_what_it_keeps():
+def test_an_empty_vessel_with_a_temperature_needs_heat_capacity():
     tables = (SceneEffect("mixing", {"in": ["flask"]}), SceneEffect(*HEAT))
     (fault,) = plan_faults(Scene(bodies=(glass("flask", 0.0, properties={"temperature_c": 80.0}),), effects=tables))
     assert "'flask' is empty and has temperature_c = 80: give properties.heat_capacity_j_per_k" in fault

@@ -31,7 +31,7 @@ def test_integers_decide_as_sums_do_at_another_scale(faces):
         assert summed.faces_digest == by_integers.faces_digest
 
 
-def test_sums_and_integers_decide_each_face_pair_of_one_list_once():
+def test_sums_and_integers_decide_each_face_pair_once():
     bodies, motion, _meets = sliding_grids(6, 12)
     motion = Motion(motion.times, -motion.translations, motion.rotations)
     corners = bodies[0].mesh.vertices.copy()

@@ -148,7 +148,7 @@ def test_every_state_has_spreadsheets(tmp_path):
 
 
 @pytest.mark.parametrize("form", ["csv", "xlsx"])
-def test_tables_of_a_batch_hold_the_rows_of_all_its_runs(tmp_path, form):
+def test_tables_of_a_batch_hold_rows_of_all_runs(tmp_path, form):
     for name in ("first", "=second"):
         session = cubes({"=cmd|' /C calc'!A0": TWO_BUMPS["a"], "b": TWO_BUMPS["b"]})
         write_session(session, tmp_path / f"{name}.mcap")
