@@ -98,10 +98,11 @@ def _dissolved_before(name: str, matter: Matter) -> list[EffectEvent]:
 
 
 def _strong(name: str, matter: Matter) -> list[EffectEvent]:
-    """Events of solids that make a strong solution: their heat is that of a dilute one."""
+    """Events of salts that make a strong solution: their heat is that of a dilute one."""
     history = matter.histories[name]
     kilograms = np.maximum(matter.amount(name, WATER) * WATER_KG, 1e-300)
     events = []
+    soluble = {salt.column for salt in matter.recipe.salts}
     declared = {
         formula
         for reaction in matter.recipe.reactions
@@ -109,7 +110,7 @@ def _strong(name: str, matter: Matter) -> list[EffectEvent]:
         for formula in reaction.equation.reagents
     }
     for solid, initial in matter.recipe.contents[name].solids.items():
-        if solid in declared:
+        if solid in declared or solid + SOLID not in soluble:
             continue
         molal = (initial - matter.amount(name, solid + SOLID)) / kilograms
         is_mixed = _is_mixed(name, matter, history.times, history.volume_ml) & (history.volume_ml > 0.0)
