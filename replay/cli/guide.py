@@ -68,8 +68,9 @@ def _best_section(context: click.Context, query: Sequence[str]) -> tuple[str, st
         raise click.UsageError(f"the guide has no section about {' '.join(query)!r}; {advice}", context)
     best, *others = matches
     lines = []
-    if best.missing:
-        lines.append(f"Not in this section: {', '.join(best.missing)}.\n")
+    missing = [term for term in best.missing if term.isidentifier()]
+    if missing:
+        lines.append(f"Not in this section: {', '.join(missing)}.\n")
     lines.append(best.section.page)
     if others:
         lines.append("Other sections, and the page to open:\n")

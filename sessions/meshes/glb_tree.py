@@ -131,12 +131,15 @@ def rigid_of(pose: Array) -> Array:
     return rigid
 
 
-def read_glb(data: bytes, root: int | None = None) -> GlbTree:
+def read_glb(data: bytes, root: int | None = None, *, unit_rotations: bool = False) -> GlbTree:
     """The tree of a GLB: of its default scene, or of the node ``root`` and all below it, in a scene or not.
+
+    ``unit_rotations``: rotations are scaled to unit length, as rigid bodies need them; else they are taken as written,
+    so that vertices keep the bits that they have in recordings.
 
     Raises MeshFileError where it cannot be read as it is meant; any error where it is damaged.
     """
-    return _Reader(GlbFile(data)).tree(root)
+    return _Reader(GlbFile(data), unit_rotations=unit_rotations).tree(root)
 
 
 def read_glb_mesh(data: bytes, number: int) -> MeshData | None:
@@ -148,8 +151,9 @@ def read_glb_mesh(data: bytes, number: int) -> MeshData | None:
 
 
 class _Reader:
-    def __init__(self, file: GlbFile) -> None:
+    def __init__(self, file: GlbFile, *, unit_rotations: bool = False) -> None:
         self._file = file
+        self._unit_rotations = unit_rotations
 
     def tree(self, root: int | None) -> GlbTree:
         nodes = self._file.rows("nodes")
@@ -165,7 +169,7 @@ class _Reader:
             if number in reached:
                 raise MeshFileError("a node hangs on two others; export it again")
             reached.add(number)
-            parents[number], poses[number] = parent, pose @ _local(node)
+            parents[number], poses[number] = parent, pose @ _local(node, unit_rotations=self._unit_rotations)
             waiting += [(child, number, poses[number]) for child in node.get("children", ())]
         if sum(self._corners(nodes[number]) for number in reached) > 3 * MOST_FACES:
             raise MeshFileError(f"its nodes hold more than {MOST_FACES:,} faces; export a coarser one")
@@ -314,7 +318,7 @@ def _heaviest(numbers: Indices, weights: Array) -> Indices:
     return keys[order[last]] % count
 
 
-def _local(node: Row) -> Array:
+def _local(node: Row, *, unit_rotations: bool) -> Array:
     """From the node's frame to its parent's."""
     if "matrix" in node:
         return np.array(node["matrix"], dtype=np.float64).reshape(4, 4).T
@@ -324,7 +328,7 @@ def _local(node: Row) -> Array:
     length = np.linalg.norm(quaternion)
     if not length > 0.0:
         raise MeshFileError("a node has a rotation without length; export it again")
-    pose[:3, :3] = rotated(quaternion / length, np.eye(3)).T
+    pose[:3, :3] = rotated(quaternion / length if unit_rotations else quaternion, np.eye(3)).T
     pose[:3, :3] *= node.get("scale", (1.0, 1.0, 1.0))
     pose[:3, 3] = node.get("translation", (0.0, 0.0, 0.0))
     return pose

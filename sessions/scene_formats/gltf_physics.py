@@ -84,7 +84,7 @@ def _packed(document: Row, path: Path, files: SceneFiles) -> bytes:
 
 class _Reader:
     def __init__(self, document: Row, data: bytes) -> None:
-        self._data, self._tree, self._nodes = data, read_glb(data), document.get("nodes", [])
+        self._data, self._tree, self._nodes = data, read_glb(data, unit_rotations=True), document.get("nodes", [])
         extensions = document.get("extensions", {})
         self._shapes = {
             KHR: extensions.get(KHR_SHAPES, {}).get("shapes", []),
@@ -220,7 +220,7 @@ class _Reader:
         """All meshes of a node and below it, in its own frame; the node need not hang in the scene."""
         if node is None:
             return None
-        tree = self._tree if node in self._tree.reached else read_glb(self._data, root=node)
+        tree = self._tree if node in self._tree.reached else read_glb(self._data, root=node, unit_rotations=True)
         surfaces = [surface for surface in tree.surfaces if node in tree.above(surface.node)]
         meshes = [tree.in_frame(tree.poses[node], surface) for surface in surfaces]
         return concatenated(meshes) if meshes else None

@@ -88,8 +88,8 @@ def test_no_capture_is_taken_for_a_broken_capture():
         ("trimesh-models", "soup.stl", "mesh-open", 300),
         ("trimesh-models", "teapot.stl", "mesh-open", 64),
         ("trimesh-models", "not_convex.obj", "mesh-non-manifold", 12),
-        # 256 of its six parts in their own frames; where they are placed, eight edges of two parts lie on each other
-        ("webxr-vive-controller", "htc-vive-none.glb", "mesh-open", 248),
+        # of its six parts in their own frames; placed by rounded poses, eight edges of two parts seem to be shared
+        ("webxr-vive-controller", "htc-vive-none.glb", "mesh-open", 256),
         ("sweethome3d-vessels", "cc0/plasticCup.obj", "mesh-degenerate", 512),
     ],
 )

@@ -101,7 +101,7 @@ def test_intervals_cover_less_where_misses_cluster_in_long_contacts(contacts, le
     truth = drawn(random, 20_000, unseen=0.05)["missed"].value
     sessions = [drawn(random, contacts, unseen=0.05)["missed"] for _ in range(200)]
     assert least <= np.mean([item.lower <= truth <= item.upper for item in sessions]) <= most
-    assert "Where few contacts are long and missed whole they hold less often" in OVER_CONTACTS
+    assert "They are too narrow where contacts are few and the missed ones are long" in OVER_CONTACTS
 
 
 def test_reports_are_counted_by_segments_joined_by_tolerance():
