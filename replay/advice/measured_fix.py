@@ -26,8 +26,9 @@ from replay.detection.progress import Advance, Progress
 from replay.detection.run_detector import detect_all, make_detector, run_detector
 from replay.document.answer import Answer, Fix
 from replay.document.before_after import Errors, change_text, errors_of_rank, errors_of_row, worse_text
-from replay.document.cost import SESSION, busy_sentence, busy_text
+from replay.document.cost import busy_sentence, busy_text
 from replay.document.diagnosis import pieces_may_help
+from replay.document.placeholders import SESSION
 from replay.document.ranking import Rank
 from replay.document.run_result import RunResult
 from replay.words import duration, plural

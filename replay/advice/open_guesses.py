@@ -3,7 +3,7 @@
 from collections.abc import Collection, Sequence
 from typing import Final
 
-from replay.document.cost import RECORDING
+from replay.document.placeholders import RECORDING
 from replay.words import plural
 from sessions import Session
 from sessions.model.assumption import DRAFTED, Assumption, Confidence, Origin, Subject

@@ -5,7 +5,7 @@ from shlex import quote
 from typing import Any
 
 from replay.cli.console import People, TerminalProgress
-from replay.document.cost import RECORDING
+from replay.document.placeholders import RECORDING
 
 
 def advise_engine(session: Path, engine: str, people: People, *, as_json: bool, **options: Any) -> int:

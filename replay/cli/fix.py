@@ -108,8 +108,8 @@ def _screen(fixed: "FixedColliders", people: People) -> Any:
 
 def _sentences(fixed: "FixedColliders", session: str) -> list[str]:
     """Sentences about errors reached, uncut bodies, steps in the engine, and the command to measure again."""
-    from replay.document.cost import RECORDING
     from replay.document.headline import open_questions
+    from replay.document.placeholders import RECORDING
     from replay.show.fix_page.page import cure_sentences
 
     lines = [text.replace(RECORDING, quote(session)) for text in open_questions(fixed.result.document)]

@@ -31,7 +31,7 @@ def report_run(
 
     ``broken`` are the gates that failed; they stand in the JSON. ``recording`` is the file that was replayed.
     """
-    from replay.document.cost import SESSION
+    from replay.document.placeholders import SESSION
 
     sources, where = sources_of(result, people), commands_to_open(result)
     code = close_run(result, people)

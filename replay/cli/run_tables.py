@@ -10,8 +10,8 @@ from rich.text import Text
 
 from replay.cli.terminal import STYLES, Command, Paragraph, line, terminal
 from replay.document.audit import DetectorAudit
-from replay.document.cost import RECORDING, RUN, SESSION
 from replay.document.headline import beside, engine_reports
+from replay.document.placeholders import RECORDING, RUN, SESSION
 from replay.document.run_result import RunResult
 from replay.document.summary import CAVEAT
 from replay.document.tables import FAINT, GOOD, IN_RED, IN_YELLOW, Table

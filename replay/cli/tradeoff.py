@@ -73,7 +73,7 @@ def _tradeoff(
     from replay.cli.terminal import terminal
     from replay.detection.compile_notice import compiling_announced
     from replay.document.citations import sources_behind
-    from replay.document.cost import RECORDING
+    from replay.document.placeholders import RECORDING
     from replay.engine import compute
     from replay.running.runner import write_watched
     from replay.show.results.run_folder import check_target

@@ -1,19 +1,10 @@
-"""Sentences about the time of a run, and what stands for its recording and its folder in a command."""
+"""Sentences about the time of a run."""
 
 from typing import Final
 
 from replay import words
 from replay.document.run_document import RunDocument
 from sessions.model.constants import HEADSET_HZ
-
-SESSION: Final = "SESSION"
-"""Stands in a command for the recording that was replayed."""
-
-RECORDING: Final = "FILE.mcap"
-"""Stands in a command for the recording where its name is not printed, since files may be called after people."""
-
-RUN: Final = "RUN"
-"""Stands in a command for the folder of the run."""
 
 BUDGET_MS: Final = 1000.0 / HEADSET_HZ
 """Milliseconds of a frame of the headset: the time in which a live loop does everything."""

@@ -19,9 +19,10 @@ from replay.detection.recorded import RECORDED
 from replay.document.answer import Answer, Fix, KeyMoment
 from replay.document.audit import DetectorAudit
 from replay.document.before_after import Count, Errors, change_text, errors_of_rank, worse_text
-from replay.document.cost import RUN, SESSION, busy_text
+from replay.document.cost import busy_text
 from replay.document.detector_labels import detector_label, sentence_of
 from replay.document.fault_sentences import when_text
+from replay.document.placeholders import RUN, SESSION
 from replay.document.ranking import Rank, fault_text
 from replay.document.run_document import RunDocument
 from replay.document.run_result import RunResult

@@ -7,7 +7,7 @@ from shlex import quote
 from textwrap import wrap
 from typing import Final
 
-from replay.document.cost import RUN, SESSION
+from replay.document.placeholders import RUN, SESSION
 from replay.document.run_result import RunResult
 from replay.document.tables import text_of
 from replay.errors import AuditError

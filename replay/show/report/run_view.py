@@ -12,7 +12,7 @@ from replay import words
 from replay.auditing.fault import Fault, FaultKind
 from replay.document.answer import Answer
 from replay.document.contact import ContactRecord, EventRecord
-from replay.document.cost import RUN, SESSION
+from replay.document.placeholders import RUN, SESSION
 from replay.document.ranking import Rank
 from replay.document.run_document import RunDocument
 from replay.document.run_result import Summarised

@@ -1,3 +1,6 @@
+import subprocess
+import sys
+
 from support.planted_sessions import write_scene
 
 from replay.advice.open_guesses import guess_lines, open_rows, undecided_sentence, untried_lines
@@ -45,3 +48,11 @@ def test_sure_guesses_take_a_line_and_stated_facts_take_none():
         "Guessed by the import: unit of times (s). Why: replay info FILE.mcap -v"
     ]
     assert guess_lines(session_with(stated)) == []
+
+
+def test_decisions_of_an_import_load_nothing_of_a_run():
+    """Detectors, cutters and documents of a run would double the imports of a short command."""
+    program = "import sys, replay.advice.open_guesses, replay.advice.sampled_contacts; print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout.split()
+    rooms = ("replay.cutting", "replay.detection", "replay.auditing", "numba")
+    assert not [name for name in loaded if name.startswith(rooms)]
