@@ -1,8 +1,8 @@
 """The inside of a mesh, for bodies that its surface does not meet, by rays and by the rims of its openings.
 
-The exact detector reports a body as contained in a connected part of a surface that is closed, or that lost a few
-faces; within a part with an opening, such as a beaker of one wall, it reports nothing, since nobody can tell whether
-the part is filled. So a body is inside here where contact is reported for it.
+The exact detector reports a body as contained in a connected component of a surface that is closed, or that lost a
+few faces; within a component with an opening, such as a beaker of one wall, it reports nothing, since nobody can tell
+whether that is filled. So a body is inside here where contact is reported for it.
 """
 
 from collections.abc import Iterator
@@ -19,30 +19,30 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 RAY_COUNT: Final = 40
-"""Directions in which a point looks for a way out of a part."""
+"""Directions in which a point looks for a way out of a component."""
 
 RAYS_OF_THE_INSIDE: Final = 5
-"""Of the first so many all must leave a closed part an odd number of times for a point that is inside."""
+"""Of the first so many all must leave a closed component an odd number of times for a point that is inside."""
 
 RAYS_OF_THE_OUTSIDE: Final = 20
-"""So many rays that meet nothing prove the outside of a part with holes: inside, at most a third leaves by a hole."""
+"""So many rays that meet nothing prove the outside of a surface with holes: inside, at most a third leaves by one."""
 
 CORNERS_AT_HOLES: Final = 12
-"""Corners of a body that must all be outside of a part with holes: it may reach in by a hole."""
+"""Corners of a body that must all be outside of a component with holes: it may reach in by a hole."""
 
 MOST_RIM_EDGES: Final = 6
 """A hole with more edges around it is an opening, where it is not tiny."""
 
 TINY_FRACTION: Final = 1.01e-3
-"""Of a part's area: smaller holes may be a crack or a lost face."""
+"""Of a component's area: smaller holes may be a crack or a lost face."""
 
 LARGEST_CAP_FRACTION: Final = 0.101
-"""Of a part's area: holes that are larger together are openings, whatever their rims."""
+"""Of a component's area: holes that are larger together are openings, whatever their rims."""
 
 
 @dataclass(frozen=True, eq=False)
-class SurfacePart:
-    """A connected part of a surface.
+class SurfaceComponent:
+    """A connected component of a surface.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ class SurfacePart:
     has_opening: bool
 
     def holds(self, corners: Array) -> bool | None:
-        """Returns whether a body of one part with these corners (n, 3) is inside; ``None``: holes leave it open."""
+        """Returns whether a body of one component with these corners (n, 3) is inside; ``None``: unknown."""
         if self.has_opening:
             return False
         if self.is_closed:
@@ -70,7 +70,7 @@ class SurfacePart:
         for number, direction in enumerate(sphere_directions(RAY_COUNT)):
             crossings = self._crossings(point, direction)
             escaping += crossings == 0
-            # A ray that meets nothing proves the outside of a closed part, of one that crosses itself too.
+            # A ray that meets nothing proves the outside of a closed component, of one that crosses itself too.
             if escaping >= (1 if self.is_closed else RAYS_OF_THE_OUTSIDE):
                 return False
             is_inside &= crossings % 2 == 1
@@ -101,52 +101,52 @@ class SurfacePart:
 
 
 class MeshInterior:
-    """The connected parts of a mesh: which of another mesh's parts are inside them, and which points they have."""
+    """The connected components of a mesh: their points, and whether a component of another mesh is inside one."""
 
     def __init__(self, mesh: MeshData) -> None:
         self._vertices = mesh.vertices
         self._faces = np.asarray(mesh.faces, dtype=np.intp)
         self._bounds = mesh.bounds
 
-    def part_points(self) -> tuple[Array, Indices]:
-        """Returns the corners (n, 3) of all parts, part by part, and where each part begins, (p,)."""
+    def component_points(self) -> tuple[Array, Indices]:
+        """Returns the corners (n, 3) of all components, one after the other, and where each begins, (p,)."""
         return self._vertices[self._order], self._starts
 
     def holds(self, points: Array, starts: Indices) -> bool | None:
-        """Returns whether a part of a body is inside, of ``part_points`` in the axes of this mesh.
+        """Returns whether a component of a body is inside, of ``component_points`` in the axes of this mesh.
 
-        ``None``: holes, or parts in each other, leave it open.
+        ``None``: holes, or components in each other, leave it open.
         """
         lower, upper = np.minimum.reduceat(points, starts), np.maximum.reduceat(points, starts)
         overlaps = ((upper >= self._bounds[0]) & (lower <= self._bounds[1])).all(axis=1)
         if not overlaps.any():
             return False
-        parts = np.split(points, starts[1:])
-        answers = {self._holds_part(parts[part]) for part in np.flatnonzero(overlaps)}
+        components = np.split(points, starts[1:])
+        answers = {self._holds_component(components[number]) for number in np.flatnonzero(overlaps)}
         if True in answers:
             return True
         return None if None in answers else False
 
-    def _holds_part(self, corners: Array) -> bool | None:
-        """Whether a body of one part with these corners (n, 3) is inside."""
-        bounds = self._part_bounds
+    def _holds_component(self, corners: Array) -> bool | None:
+        """Whether a body of one component with these corners (n, 3) is inside."""
+        bounds = self._component_bounds
         lower, upper = corners.min(axis=0), corners.max(axis=0)
         overlaps = ((upper >= bounds[:, 0]) & (lower <= bounds[:, 1])).all(axis=1)
         is_within = ((lower >= bounds[:, 0]) & (upper <= bounds[:, 1])).all(axis=1)
         answers = [
-            self._part(number).holds(corners)
+            self._component(number).holds(corners)
             for number in np.flatnonzero(overlaps).tolist()
-            # Through a hole a body may reach in; into a closed part it cannot.
-            if is_within[number] or not self._part(number).is_closed
+            # Through a hole a body may reach in; into a closed component it cannot.
+            if is_within[number] or not self._component(number).is_closed
         ]
         if not any(answer is None or answer for answer in answers):
             return False
-        # Of parts in each other one may undo what another says.
+        # Of components in each other one may undo what another says.
         return answers[0] if len(answers) == 1 else None
 
     @cached_property
     def _labels(self) -> Indices:
-        """The part of each vertex, numbered by its least vertex, (n,); equal vertices are one."""
+        """The component of each vertex, numbered by its least vertex, (n,); equal vertices are one."""
         labels = component_labels(self._faces, len(self._vertices))
         if (labels[self._faces] == labels[self._faces[0, 0]]).all():
             return labels
@@ -154,21 +154,21 @@ class MeshInterior:
 
     @cached_property
     def _order(self) -> Indices:
-        """Vertices that faces have, part by part."""
+        """Vertices that faces have, component by component."""
         used = np.unique(self._faces)
         order: Indices = used[np.argsort(self._labels[used], kind="stable")]
         return order
 
     @cached_property
     def _starts(self) -> Indices:
-        """Index in the order at which each part begins, (p,)."""
+        """Index in the order at which each component begins, (p,)."""
         labels = self._labels[self._order]
         return np.concatenate([[0], np.flatnonzero(np.diff(labels)) + 1]).astype(np.intp)
 
     @cached_property
-    def _part_bounds(self) -> Array:
-        """Least and largest coordinates of each part, (p, 2, 3)."""
-        points, starts = self.part_points()
+    def _component_bounds(self) -> Array:
+        """Least and largest coordinates of each component, (p, 2, 3)."""
+        points, starts = self.component_points()
         return np.stack([np.minimum.reduceat(points, starts), np.maximum.reduceat(points, starts)], axis=1)
 
     @cached_property
@@ -177,10 +177,10 @@ class MeshInterior:
         order = np.lexsort(self._vertices.T)
         ordered = self._vertices[order]
         is_new = np.concatenate([[True], (ordered[1:] != ordered[:-1]).any(axis=1)])
-        place = np.cumsum(is_new) - 1
+        position = np.cumsum(is_new) - 1
         least = np.minimum.reduceat(order, np.flatnonzero(is_new))
         merged = np.empty(len(order), dtype=np.intp)
-        merged[order] = least[place]
+        merged[order] = least[position]
         return merged
 
     @cached_property
@@ -189,19 +189,19 @@ class MeshInterior:
         return self._merged[self._faces]
 
     @cached_property
-    def _parts(self) -> dict[int, SurfacePart]:
+    def _components(self) -> dict[int, SurfaceComponent]:
         return {}
 
-    def _part(self, number: int) -> SurfacePart:
-        if number not in self._parts:
+    def _component(self, number: int) -> SurfaceComponent:
+        if number not in self._components:
             label = self._labels[self._order[self._starts[number]]]
             faces = self._merged_faces[self._labels[self._faces[:, 0]] == label]
-            self._parts[number] = surface_part(self._vertices, faces)
-        return self._parts[number]
+            self._components[number] = surface_component(self._vertices, faces)
+        return self._components[number]
 
 
-def surface_part(vertices: Array, faces: Indices) -> SurfacePart:
-    """Returns a connected part of vertices (n, 3) and faces (f, 3), whose equal vertices have one number."""
+def surface_component(vertices: Array, faces: Indices) -> SurfaceComponent:
+    """Returns a connected component of vertices (n, 3) and faces (f, 3), whose equal vertices have one number."""
     edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
     edges = edges[np.lexsort(edges.T)]
     is_new = np.concatenate([[True], (edges[1:] != edges[:-1]).any(axis=1)])
@@ -213,7 +213,7 @@ def surface_part(vertices: Array, faces: Indices) -> SurfacePart:
     has_opening = (
         is_sound and len(rim_edges) > 0 and _is_opening(list(_rims(rim_edges, len(vertices))), vertices, triangles)
     )
-    return SurfacePart(triangles, is_closed=is_sound and not len(rim_edges), has_opening=has_opening)
+    return SurfaceComponent(triangles, is_closed=is_sound and not len(rim_edges), has_opening=has_opening)
 
 
 def _rims(edges: Indices, count: int) -> Iterator[Indices]:

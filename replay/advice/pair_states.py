@@ -118,7 +118,10 @@ class PairStates:
     def _state_with_gap(self, rotation: Array, translation: Array) -> PairState:
         """The state of two bodies whose surfaces do not meet: one may be inside the other."""
         first, second = self._interiors
-        (first_points, first_starts), (second_points, second_starts) = first.part_points(), second.part_points()
+        (first_points, first_starts), (second_points, second_starts) = (
+            first.component_points(),
+            second.component_points(),
+        )
         inside = (
             first.holds(second_points @ rotation.T + translation, second_starts),
             second.holds((first_points - translation) @ rotation, first_starts),

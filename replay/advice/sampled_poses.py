@@ -53,21 +53,19 @@ class PlacedPoses:
 
     def __init__(self, session: Session, rows: Rows) -> None:
         from replay.prepare.assembly import PoseOrigin
-        from replay.prepare.interpolation import filled
+        from replay.prepare.interpolation import FilledFrames, filled
         from replay.prepare.kinematics import Kinematics, Placed
 
         fixed = [body.id for body in session.scene.bodies if body.fixed is not None and body.id not in session.names]
         self.names = tuple(name for name in [*session.names, *fixed] if name in session.meshes)
-        kinematics = Kinematics(session.scene, session.names, self.names)
-        blocks = []
-        for frames in filled([session.frames]):
-            placed = Placed.empty(len(frames), len(self.names))
-            kinematics.place(frames, placed)
-            blocks.append(placed)
-        translation, rotation, origin = (np.concatenate(arrays) for arrays in zip(*blocks, strict=True))
-        self.positions = translation[rows]
-        self.is_usable = origin[rows] != PoseOrigin.NONE
-        self._rotations = rotation[rows]
+        # Gaps are filled from all frames; only the chosen ones are placed, however long the recording is.
+        columns = zip(*(vars(frames).values() for frames in filled([session.frames])), strict=True)
+        chosen = FilledFrames(*(np.concatenate(column)[rows] for column in columns))
+        placed = Placed.empty(len(chosen), len(self.names))
+        Kinematics(session.scene, session.names, self.names).place(chosen, placed)
+        self.positions = placed.translation
+        self.is_usable = placed.origin != PoseOrigin.NONE
+        self._rotations = placed.rotation
 
     def rotations(self, column: int, rows: Rows) -> Array:
         """Returns the rotations of a body in some of the chosen frames, (n, 3, 3)."""
