@@ -6,7 +6,7 @@ functions, so that a number is the same wherever it stands.
 """
 
 from datetime import datetime
-from math import floor, log10
+from math import ceil, floor, log10
 from typing import Final
 
 from sessions.quantities import DIGITS, MOST_DECIMALS, NOT_MEASURED
@@ -93,6 +93,14 @@ def percentage(percent: float) -> str:
 def as_percentage(fraction: float | None) -> str:
     """A share of a whole: ``86 %``, ``0.4 %``, ``99.98 %``."""
     return NOT_MEASURED if fraction is None else f"{percentage(100 * fraction)} %"
+
+
+def interval(lower: float, upper: float) -> str:
+    """An interval of a share: ``16 to 100 %``, ``0.2 to 1.5 %``, as coarse as its width allows, rounded outwards."""
+    low, high = 100 * lower, 100 * upper
+    decimals = max(0, 1 - floor(log10(high - low))) if high > low else 1
+    step = 10**decimals
+    return f"{number(floor(low * step) / step, 4)} to {number(ceil(high * step) / step, 4)} %"
 
 
 def loss_number(loss: float) -> str:

@@ -13,25 +13,27 @@ from msgspec import structs
 from cdcore.bounding.hull import hull_collider
 from cdcore.mesh import TriangleMesh
 from replay.advice.scoring import wrong_counts
-from replay.auditing.contact_counts import count_contacts, count_reports
+from replay.auditing.contact_counts import ContactCounts, count_contacts, count_reports
 from replay.auditing.episodes import column_runs
 from replay.auditing.outcome import Outcome
-from replay.auditing.sampling_offsets import OFFSET_SETTING, counts_over_offsets, has_offsets
+from replay.auditing.sampling_offsets import OFFSET_SETTING, PHASES, Proportions, counts_over_offsets, has_offsets
 from replay.auditing.tolerance import Reference
+from replay.auditing.wilson import proportion
 from replay.cutting.compound import names_as_setting
 from replay.cutting.convex_solids import volume_of
 from replay.cutting.piece_store import Cut, cut_ahead, why_not_cut
 from replay.detection.detector_spec import DetectorSpec, parse_detector, spec_text
 from replay.detection.progress import Advance, Progress
 from replay.detection.run_detector import detect_all, make_detector, run_detector
-from replay.document.answer import Answer, Fix
-from replay.document.before_after import Errors, change_text, errors_of_rank, errors_of_row, worse_text
+from replay.document.answer import Answer, Fix, FixFigures
+from replay.document.before_after import Errors, change_text, errors_of_rank, errors_of_row
 from replay.document.cost import busy_sentence, busy_text
 from replay.document.diagnosis import pieces_may_help
 from replay.document.placeholders import SESSION
 from replay.document.ranking import Rank
 from replay.document.run_result import RunResult
-from replay.words import duration, plural
+from replay.document.summary import sample_times
+from replay.words import duration, plural, rate
 
 FIX_SECONDS: Final = 20.0
 """Seconds that the command line gives a Fix when nothing is said."""
@@ -121,6 +123,7 @@ class _Measured:
     seconds: float
     busy: str
     pieces: int
+    figures: FixFigures
 
 
 class _Measuring:
@@ -166,7 +169,7 @@ class _Measuring:
             measured=True,
             command=f"replay fix {SESSION} --engine unity",
             setting=spec_text(best.spec.name, best.spec.settings),
-            worse=worse_text(*self._errors(best)),
+            figures=best.figures,
         )
 
     def _not_cut(self, sentences: Sequence[str]) -> Fix | None:
@@ -262,12 +265,28 @@ class _Measuring:
         invented = count_reports(comparison).proportion(Outcome.FALSE_CONTACT)
         counts = wrong_counts(once, false, invented, offsets)
         parts = getattr(run.detector, "parts", {})
+        pieces = sum(len(parts[name]) for name in names)
+        proportions = offsets.proportions() if offsets is not None else _proportions(once)
+        times = sample_times(run.detection, spec.settings.get("rate_hz"))
+        figures = FixFigures(
+            what=_pieces_label(pieces, spec.settings.get("rate_hz")),
+            missed=proportions["contacts_missed"],
+            late_or_cut_short=proportions["contacts_in_part"],
+            time_missed=proportions["missed"],
+            false=invented if offsets is None else offsets.false_contact,
+            missed_counts=_range(counts, "missed"),
+            late_counts=_range(counts, "late"),
+            offsets=1 if offsets is None else PHASES,
+            mean=run.seconds_per_frame,
+            p99=None if times is None else times.p99,
+        )
         return _Measured(
             spec=spec,
             counts=counts,
             seconds=run.seconds_per_frame,
             busy=busy_sentence(0.0 if run.processor_share is None else 1.0 - run.processor_share),
-            pieces=sum(len(parts[name]) for name in names),
+            pieces=pieces,
+            figures=figures,
         )
 
     def _change(self, measured: _Measured) -> str:
@@ -282,6 +301,26 @@ class _Measuring:
             errors_of_rank(self._rank, before if idle else None),
             errors_of_row(measured.counts, self._rank.contacts, after if idle else None),
         )
+
+
+def _proportions(once: ContactCounts) -> Proportions:
+    """Shares of the contacts of a detector that has no sampling offsets."""
+    return {
+        "contacts_missed": proportion(once.missed, once.contacts),
+        "contacts_in_part": proportion(once.late_or_cut_short, once.contacts),
+        "missed": once.proportion(Outcome.MISSED),
+    }
+
+
+def _range(counts: Mapping[str, Any], name: str) -> tuple[int, int]:
+    """Smallest and largest count over the sampling offsets."""
+    return round(counts[f"{name}_smallest"]), round(counts[f"{name}_largest"])
+
+
+def _pieces_label(pieces: int, rate_hz: float | None) -> str:
+    """``32 convex pieces at 50 Hz``."""
+    sampled = f" at {rate(rate_hz)}" if rate_hz else ""
+    return f"{plural(pieces, 'convex piece')}{sampled}"
 
 
 def _fewest_enough(losses: Mapping[int, float]) -> int:

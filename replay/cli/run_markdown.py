@@ -22,9 +22,9 @@ def run_markdown(result: Summarised, broken: Sequence[str]) -> str:
     return markdown_page(
         name,
         broken,
-        [*section_of(result, SectionName.SESSION).sentences, size, *answers],
+        [size, *answers],
         tables,
-        ranking.sentences,
+        (*section_of(result, SectionName.SESSION).sentences, *ranking.sentences),
         reasons(answer),
         details_markdown(result),
     )

@@ -30,13 +30,10 @@ def run_screen(result: RunResult, where: Sequence[str] = (), *, recording: str =
 
     ``where``: lines that say how to see it; ``recording``: the file that was replayed, for the commands.
     """
-    doubts = section_of(result, SectionName.SESSION).sentences
-    contents: list[Table | RenderableType] = [
-        line(text.replace(RECORDING, quote(recording)), IN_YELLOW) for text in doubts
-    ]
+    contents: list[Table | RenderableType] = []
     ranking = section_of(result, SectionName.RANKING)
     if result.ranking:
-        contents += [ranking.table.narrow().with_heads()]
+        contents += [built.short_labels(ranking.table, result).narrow().with_heads()]
         contents += [Paragraph("", text) for text in (*ranking.sentences, *engine_reports(result))]
     elif result.detections:
         contents += ranking.tables
@@ -46,6 +43,8 @@ def run_screen(result: RunResult, where: Sequence[str] = (), *, recording: str =
     contents += effect_parts(result)
     if result.ranking:
         contents += answer_lines(result, recording)
+    doubts = section_of(result, SectionName.SESSION).sentences
+    contents += [Paragraph("", text.replace(RECORDING, quote(recording)), STYLES[IN_YELLOW]) for text in doubts]
     if where:
         contents += [] if result.ranking else [Text()]
         contents += [Paragraph("", text) for text in where]

@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from msgspec import Meta, Struct
 
 from replay.auditing.record import Count
+from replay.auditing.wilson import Proportion
 
 Reason = tuple[str, str, str]
 """A heading of the answer, its text and the command that goes with it; ``""``: none."""
@@ -38,23 +39,52 @@ class KeyMoment(Struct, frozen=True):
         return f"--{self.kind} {self.number}"
 
 
+class FixFigures(Struct, frozen=True):
+    """Faults and times of a Fix that was measured: what the row of a ranking holds.
+
+    Parameters
+    ----------
+    what : what it is, in words.
+    missed, late_or_cut_short : of the contacts; means over the sampling offsets.
+    time_missed : of the pair-frames in contact, those that it does not report.
+    false : of the pair-frames that it reports, those that are no contact.
+    missed_counts, late_counts : smallest and largest number of contacts over the sampling offsets.
+    offsets : sampling offsets that were counted; 1: there are none.
+    mean : seconds a frame; ``None``: not timed.
+    p99 : seconds in which 99 of 100 samples were decided; ``None``: not timed one by one.
+    """
+
+    what: str
+    missed: Proportion
+    late_or_cut_short: Proportion
+    time_missed: Proportion
+    false: Proportion
+    missed_counts: tuple[Count, Count]
+    late_counts: tuple[Count, Count]
+    offsets: int
+    mean: float | None
+    p99: float | None
+
+
 class Fix(Struct, frozen=True):
     """The change of settings that removes most of a detector's larger fault.
 
     Parameters
     ----------
-    text : what to do, and where it was measured what becomes better.
+    text : what to do, and where it was measured what becomes better and what becomes worse.
     measured : whether that was measured on this session.
     command : measures it, with ``SESSION`` or ``RUN`` in place of a path; ``""``: there is none.
     setting : the detector that was measured, as ``replay run --detectors`` takes it; ``""``: it is in the run.
-    worse : what becomes worse, as a sentence; ``""``: nothing, or it was not measured.
+    figures : those that were measured; ``None``: not measured, or in the ranking of the run.
+    detector : label of the detector of the run that mends it; ``""``: none of the run does.
     """
 
     text: str
     measured: bool
     command: str = ""
     setting: str = ""
-    worse: str = ""
+    figures: FixFigures | None = None
+    detector: str = ""
 
 
 class Answer(Struct, frozen=True):
@@ -69,10 +99,8 @@ class Answer(Struct, frozen=True):
 
     @property
     def reasons(self) -> list[Reason]:
-        """``When``, ``Why``, ``Fix``, ``But``: each with text and command; nothing where nothing is wrong."""
+        """``When``, ``Why``, ``Fix``: each with text and command; nothing where nothing is wrong."""
         rows = [("When", self.when, ""), ("Why", self.why, "")]
         if self.fix is not None:
             rows.append(("Fix", self.fix.text, self.fix.command))
-            if self.fix.worse:
-                rows.append(("But", self.fix.worse, ""))
         return [row for row in rows if row[1]]

@@ -76,28 +76,27 @@ def errors_of_rank(rank: Rank, seconds: float | None) -> Errors:
 
 
 def change_text(before: Errors, after: Errors, pieces: str = "") -> str:
-    """``86 % false, now 19 %; missed 0-1 of 18, now 0-2; late or cut short 1-3, now 5; 28 pieces; 0.02 ms``
+    """``86 % false, now 19 %, but missed 0-1 of 18, now 0-2, and late or cut short 1-3, now 5; 28 pieces; 0.02 ms``
 
-    A kind of error that neither has is left out. ``pieces`` are those after, in words; ``""``: no pieces.
+    Kinds of error that become more stand behind the others, after *but*; one that neither has is left out. ``pieces``
+    are those after, in words; ``""``: no pieces.
     """
     false, false_after = words.as_percentage(before.false), words.as_percentage(after.false)
-    clauses = [f"{false} false as before" if false == false_after else f"{false} false, now {false_after}"]
-    of = f" of {before.contacts:,}"
-    for kind, was, now in (
-        ("missed", before.missed, after.missed),
-        ("late or cut short", before.late, after.late),
-    ):
+    text = f"{false} false as before" if false == false_after else f"{false} false, now {false_after}"
+    clauses = [(text, false != false_after and after.false > before.false)]
+    for kind, was, now in (("missed", before.missed, after.missed), ("late or cut short", before.late, after.late)):
         if was.largest or now.largest:
-            clauses.append(f"{kind} {was.change(now, of)}")
-            of = ""
-    if of:
-        clauses.append("none missed or late")
+            clauses.append((f"{kind} {was.change(now, f' of {before.contacts:,}')}", was.is_worse(now)))
+    if len(clauses) == 1:
+        clauses.append(("none missed or late", False))
+    better, worse = ([text for text, more in clauses if more is kind] for kind in (False, True))
+    parts = [", but ".join(filter(None, ["; ".join(better), ", and ".join(worse)]))]
     if pieces:
-        clauses.append(pieces)
+        parts.append(pieces)
     if before.seconds is not None and after.seconds is not None:
         difference = after.seconds - before.seconds
-        clauses.append(f"{words.frame_time(abs(difference))} a frame {'more' if difference >= 0.0 else 'less'}")
-    return "; ".join(clauses)
+        parts.append(f"{words.frame_time(abs(difference))} a frame {'more' if difference >= 0.0 else 'less'}")
+    return "; ".join(parts)
 
 
 def worse_text(before: Errors, after: Errors) -> str:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from replay import words
+from replay.auditing.loss import fraction_of
 from replay.auditing.sampling_offsets import PHASES
 from replay.auditing.wilson import Proportion
 from replay.document.cost import busy_text
@@ -20,26 +21,28 @@ def certainty(document: RunDocument, ranks: Sequence[Rank]) -> list[str]:
     if not ranks:
         return []
     contacts = ranks[-1].contacts
-    session = f"One session with {plural(contacts, 'contact')}"
+    made_up = "made-up " if "synthetic" in document.session.facts else ""
+    session = f"One {made_up}session with {plural(contacts, 'contact')}"
     sentences = [f"{session}{_interval(ranks[0])}." if contacts else f"{session}."]
-    if any(_differs(rank.missed_counts) or _differs(rank.late_counts) for rank in ranks):
-        sentences.append(f"Ranges of counts are over {PHASES} sampling offsets.")
+    if made_up:
+        sentences.append("Real trackers and people may differ.")
+    every = (counts for rank in ranks for counts in (rank.missed_counts, rank.late_counts))
+    ranges = [counts for counts in every if counts is not None and counts[0] != counts[1]]
+    if ranges:
+        sentences.append(f"{words.count_range(ranges[0])} means best to worst of {PHASES} start times of the sampling.")
     return [*sentences, *filter(None, [_noise(document, ranks), busy_text(document)])]
 
 
 def _interval(worst: Rank) -> str:
     """The 95 % interval of the figure that the first sentence is about; ``""``: there is none."""
     leading: Proportion | None = worst.false if worst.leads_false else worst.missed
-    what = "false contact" if worst.leads_false else "missed contacts"
     if leading is None:
         return ""
-    lower, upper = (words.percentage(100.0 * end) for end in (leading.lower, leading.upper))
+    what = "false contact" if worst.leads_false else "missed contacts"
     few = ", too few for a sure rate" if leading.upper - leading.lower > WIDE else ""
-    return f"{few}: 95 % interval of {what} {lower} to {upper} %"
-
-
-def _differs(counts: tuple[int, int] | None) -> bool:
-    return counts is not None and counts[0] != counts[1]
+    value = words.as_percentage(fraction_of(leading))
+    interval = words.interval(leading.lower, leading.upper)
+    return f"{few}: the share of {what}, here {value}, may be {interval} (95 % interval)"
 
 
 def _noise(document: RunDocument, ranks: Sequence[Rank]) -> str:

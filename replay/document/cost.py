@@ -11,8 +11,13 @@ BUDGET_MS: Final = 1000.0 / HEADSET_HZ
 
 TIMES_ARE: Final = "Times of this tool on this machine, not of your engine."
 
+AT_ONCE: Final = " It ran on all frames at once, not frame by frame."
+
 BUSY: Final = 0.05
 """Share of the clock that others had; with less, the 99 % of three runs lie within 30 % of each other."""
+
+
+FRAME: Final = f"a {HEADSET_HZ:g} Hz frame"
 
 
 def cost(document: RunDocument) -> str:
@@ -21,13 +26,15 @@ def cost(document: RunDocument) -> str:
         return ""
     detector = document.detectors[document.oracle]
     seconds = detector.seconds
-    mean = seconds.per_frame_mean
+    text = time_text(document.oracle, seconds.per_frame_mean, seconds.p99)
+    return f"{text}.{'' if detector.live else AT_ONCE}"
+
+
+def time_text(label: str, mean: float, p99: float | None) -> str:
+    """``exact takes 0.041 ms a frame, 0.37 % of a 90 Hz frame, and at most 0.1 ms in 99 % of the frames it tests``"""
     percentage = words.as_percentage(1e3 * mean / BUDGET_MS)
-    text = f"{document.oracle} takes {words.frame_time(mean)} a frame, {percentage} of a {HEADSET_HZ:g} Hz frame"
-    if seconds.p99 is not None:
-        text += f"; p99 {words.frame_time(seconds.p99)}"
-    how = "" if detector.live else " It ran on all frames at once, not frame by frame."
-    return f"{text}.{how}"
+    text = f"{label} takes {words.frame_time(mean)} a frame, {percentage} of {FRAME}"
+    return text if p99 is None else f"{text}, and at most {words.frame_time(p99)} in 99 % of the frames it tests"
 
 
 def busy_text(document: RunDocument) -> str:

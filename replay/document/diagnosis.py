@@ -16,9 +16,9 @@ from replay.auditing.sampling_offsets import OFFSET_SETTING
 from replay.auditing.wilson import proportion
 from replay.detection.detector_spec import DetectorSpec, parse_detector
 from replay.detection.recorded import RECORDED
-from replay.document.answer import Answer, Fix, KeyMoment
+from replay.document.answer import Answer, Fix, FixFigures, KeyMoment
 from replay.document.audit import DetectorAudit
-from replay.document.before_after import Count, Errors, change_text, errors_of_rank, worse_text
+from replay.document.before_after import Count, Errors, change_text, errors_of_rank
 from replay.document.cost import busy_text
 from replay.document.detector_labels import detector_label, sentence_of
 from replay.document.fault_sentences import when_text
@@ -43,7 +43,8 @@ def answers(result: RunResult, document: RunDocument, ranks: Sequence[Rank]) -> 
         elif fault is not None:
             fix, moment = _fix(result, document, ranks, rank, fault), _moment(result, fault)
             when = when_text(result, document, rank, fault)
-            answer = structs.replace(answer, why=fault.why, fix=fix, moment=moment, when=when)
+            why = f"{fault.why}{_other_why(result, rank, fault)}"
+            answer = structs.replace(answer, why=why, fix=fix, moment=moment, when=when)
         answers_made.append(answer)
     return tuple(answers_made)
 
@@ -93,6 +94,23 @@ def _key_fault(result: RunResult, rank: Rank) -> Fault | None:
     never = [miss for miss in misses if miss.kind is FaultKind.NEVER_REPORTED] or list(misses)
     cause = _main_cause(never)
     return deepest_first(miss for miss in never if miss.cause == cause)[0]
+
+
+def _other_why(result: RunResult, rank: Rank, fault: Fault) -> str:
+    """Return why the detector has faults of the other category: the most frequent cause; ``""``: it has none."""
+    misses, false = result.misses.get(rank.label, ()), result.false.get(rank.label, ())
+    others: Sequence[Fault] = false if fault.kind.is_miss else misses
+    never = [other for other in others if other.kind is FaultKind.NEVER_REPORTED]
+    others = never or others
+    if not others:
+        return ""
+    cause = _main_cause(others)
+    alike = [other for other in others if other.cause == cause]
+    example = max(alike, key=lambda other: (other.frames, -other.number))
+    if len(others) == 1:
+        return f" {example.why}"
+    names = "false contacts" if not example.kind.is_miss else "missed contacts" if never else "late or short contacts"
+    return f" {example.why} That is the cause of {len(alike)} of {len(others)} {names}."
 
 
 def _main_cause(faults: Sequence[Fault]) -> Cause | None:
@@ -244,9 +262,10 @@ def _at_every_frame(result: RunResult, document: RunDocument, rank: Rank, spec: 
     text = f"Sample every frame{_recorded_rate(result)}"
     offsets = result.phases.get(rank.label)
     every = None if offsets is None else offsets.every_frame
+    settings = {key: value for key, value in spec.settings.items() if key not in ("rate_hz", OFFSET_SETTING)}
+    mended = replace(spec, settings=settings)
     if every is None:
-        settings = {key: value for key, value in spec.settings.items() if key not in ("rate_hz", OFFSET_SETTING)}
-        return _unmeasured(f"{text}: not measured. To measure it:", DetectorSpec("fix", spec.name, settings))
+        return _unmeasured(f"{text}: not measured. To measure it:", mended)
     if loss(proportion(every.contacts_missed, rank.contacts), every.missed, every.false_contact) >= rank.loss:
         return None
     missed, late = every.contacts_missed, every.late_or_cut_short
@@ -259,8 +278,24 @@ def _at_every_frame(result: RunResult, document: RunDocument, rank: Rank, spec: 
         seconds=every.seconds if idle else None,
     )
     before = errors_of_rank(rank, rank.mean if idle else None)
-    text = f"{text}: {change_text(before, after)} (measured on this session)."
-    return Fix(text, True, worse=worse_text(before, after))
+    figures = FixFigures(
+        what=detector_label(mended.name, settings, mended.release),
+        missed=proportion(missed, rank.contacts),
+        late_or_cut_short=proportion(late, rank.contacts),
+        time_missed=every.missed,
+        false=every.false_contact,
+        missed_counts=(missed, missed),
+        late_counts=(late, late),
+        offsets=1,
+        mean=every.seconds,
+        p99=None,
+    )
+    return Fix(
+        text=f"{text}: {change_text(before, after)} (measured on this session).",
+        measured=True,
+        setting=mended.text,
+        figures=figures,
+    )
 
 
 def _recorded_rate(result: RunResult) -> str:
@@ -272,11 +307,12 @@ def _recorded_rate(result: RunResult) -> str:
 def _measured(text: str, rank: Rank, other: Rank, document: RunDocument) -> Fix:
     """With the errors of another detector of this run, or of the reference itself."""
     if other.label not in document.audit:
-        return Fix(f"{text} ({other.label}), the reference here: it counts as right.", True)
+        right = "the reference here: it counts as right"
+        return Fix(f"{text} ({other.label}), {right}.", True, detector=other.label)
     idle = not busy_text(document)
     before, after = (errors_of_rank(each, each.mean if idle else None) for each in (rank, other))
     text = f"{text} ({other.label}): {change_text(before, after)} (measured on this session)."
-    return Fix(text, True, worse=worse_text(before, after))
+    return Fix(text, True, detector=other.label)
 
 
 def _setting_label(spec: DetectorSpec) -> str:

@@ -127,10 +127,9 @@ def why_false(false: Fault, label: str, by: Audited) -> str:
     shape = SHAPES.get(str(getattr(getattr(by.detector, "settings", None), "shape", "")), "colliders")
     if false.cause == Cause.HULL_FILLS_HOLLOW:
         other = next(body for body in false.labels if body != false.evidence.hollow)
-        far = "" if isnan(false.metres) else f"{length(false.metres)} from the surface "
-        return (
-            f"The convex hull of {false.evidence.hollow} fills its hollow: {other} reaches into the hull, {far}{when}."
-        )
+        hollow = false.evidence.hollow
+        far = "" if isnan(false.metres) else f" but is still {length(false.metres)} from the mesh of {hollow}"
+        return f"The convex hull of {hollow} fills its hollow: {other} is inside the hull{far} {when}."
     if false.cause == Cause.CONTACT_OFFSET:
         return _within_offset(false, label, by, f"the {shape} of {pair}", gap)
     if false.cause == Cause.COLLIDERS_MEET:

@@ -7,11 +7,11 @@ from replay import words
 from replay.auditing.flicker import FLICKER_SECONDS, Flicker
 from replay.auditing.noisy_contacts import ABSENT, HOLDS, UNDECIDABLE
 from replay.detection.recorded import CLOCK_FACT, OFFSET_FACT, RECORDED, ReportClock
-from replay.document.answer import Reason
+from replay.document.answer import Answer, Reason
 from replay.document.certainty import certainty
-from replay.document.cost import TIMES_ARE, cost
-from replay.document.ranking import all_unconfirmed
-from replay.document.recommendation import recommendation
+from replay.document.cost import AT_ONCE, TIMES_ARE, cost, time_text
+from replay.document.decision import Decision, decision
+from replay.document.ranking import all_unconfirmed, fault_text, lesser_faults
 from replay.document.run_document import RunDocument
 from replay.document.run_result import RunResult, Summarised
 from replay.words import plural
@@ -19,14 +19,14 @@ from sessions import Finding, Severity
 from sessions.doctor.finding import CODES
 
 FIRST_GROUPS: Final = ("import", "scale")
-"""Groups of findings that stand before the answer even where they are warnings."""
+"""Groups of findings that make an answer doubtful even where they are warnings."""
 NOT_COVERED: Final = (
     "Not in these copies: a constant offset of a tracker, a wrong mesh, noise that the recording already has."
 )
 
 
 def doubts(document: RunDocument) -> list[str]:
-    """Return notes to read before the answer: errors, losses of the import, findings of unit, axes and handedness.
+    """Return doubts about the answer, which stand below it: errors, losses of the import, units, axes, handedness.
 
     With positions in millimetres nothing meets, and "none missed" would be true and worth nothing.
     """
@@ -226,18 +226,64 @@ def compounds(result: RunResult) -> list[str]:
     return lines
 
 
-def price(result: Summarised) -> list[str]:
-    """Return the time of the reference, and whose times these are; no line where nothing is audited."""
-    text = cost(result.document)
-    return [text, TIMES_ARE] if text else []
-
-
 def answer_reasons(result: Summarised) -> list[Reason]:
-    """Return the headings below the first sentence of a run: when, why, what to do, its cost, how sure."""
-    first = result.answers[0]
+    """Return the headings below the first sentence of a run: what else, when, why, what to do, its cost, how sure."""
+    first, decided = result.answers[0], decision(result.document, result.ranking, result.answers)
     rows = [
-        ("Use", recommendation(result.document, result.ranking), ""),
-        ("Cost", " ".join(price(result)), ""),
-        ("Sure", " ".join(certainty(result.document, result.ranking)), ""),
+        ("What", _what_else(result), ""),
+        ("When", first.when, ""),
+        ("Why", first.why, ""),
+        *([] if decided is None else [("Do", decided.text, decided.command)]),
+        ("Cost", price(result, decided), ""),
+        *_alternative(first, decided, result.oracle),
+        ("Sure", " ".join([*_doubtful(result.document), *certainty(result.document, result.ranking)]), ""),
     ]
-    return [*first.reasons, *(row for row in rows if row[1])]
+    return [row for row in rows if row[1]]
+
+
+def _doubtful(document: RunDocument) -> list[str]:
+    """Sentence that sends the reader to the doubts below the answer, where there are any."""
+    count = len(doubts(document))
+    if not count:
+        return []
+    return [
+        f"Not before {plural(count, 'doubt')} about the recording {'is' if count == 1 else 'are'} settled: see below."
+    ]
+
+
+def _what_else(result: Summarised) -> str:
+    """The faults of the worst detector that the first sentence leaves out; ``""``: none."""
+    worst = result.ranking[0]
+    text = lesser_faults(worst) if len(result.ranking) > 2 else ""
+    return f"Also of {worst.label}: {text}." if text else ""
+
+
+def price(result: Summarised, decided: Decision | None) -> str:
+    """Return what the decision costs: time a frame beside that of the worst detector, and the errors that stay.
+
+    Where nothing was decided it is the time of the reference; ``""``: nothing was audited.
+    """
+    rank = None if decided is None else decided.rank
+    if rank is None:
+        text = cost(result.document)
+        return f"{text} {TIMES_ARE}" if text else ""
+    detectors, worst = result.document.detectors, result.ranking[0]
+    stays = f"With it: {fault_text(rank)}."
+    if rank.mean is None:
+        return f"{stays} The time of {rank.label} was not measured."
+    live = rank.label not in detectors or detectors[rank.label].live
+    text = time_text(rank.label, rank.mean, rank.p99)
+    if worst.mean is not None and worst.label != rank.label and live == detectors[worst.label].live:
+        text += f"; {worst.label} takes {words.frame_time(worst.mean)}"
+    return f"{text}.{'' if live else AT_ONCE} {stays} {TIMES_ARE}"
+
+
+def _alternative(first: Answer, decided: Decision | None, oracle: str) -> list[Reason]:
+    """The Fix of the worst detector, where it is not the decision itself."""
+    fix = first.fix
+    if fix is None or decided is None or fix is decided.fix:
+        return []
+    # The reference is the decision already, or it is too slow.
+    if fix.detector and fix.detector in (oracle, "" if decided.rank is None else decided.rank.label):
+        return []
+    return [("Or", f"To improve {first.label} itself: {fix.text}", fix.command)]

@@ -1,5 +1,6 @@
 """The detectors of a run in one order, the worst first: the rows that terminal, page and picture show."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -8,6 +9,7 @@ from replay.auditing.loss import fraction_of, loss, lost
 from replay.auditing.sampling_offsets import PHASES
 from replay.auditing.wilson import Proportion, proportion
 from replay.detection.recorded import RECORDED
+from replay.document.answer import Answer, Fix
 from replay.document.audit import CountRange, DetectorAudit
 from replay.document.cost import BUDGET_MS
 from replay.document.detector_labels import detector_label
@@ -111,6 +113,37 @@ def _rank(document: RunDocument, label: str) -> Rank:
     )
 
 
+def fixed_rank(rank: Rank, fix: Fix) -> Rank:
+    """Return the row of a measured Fix, beside that of the detector it mends."""
+    figures = fix.figures
+    assert figures is not None
+    return Rank(
+        label=f"{rank.label}+fix",
+        what=figures.what,
+        setting=fix.setting,
+        contacts=rank.contacts,
+        mean=figures.mean,
+        p99=figures.p99,
+        missed=figures.missed,
+        late_or_cut_short=figures.late_or_cut_short,
+        time_missed=figures.time_missed,
+        missed_counts=figures.missed_counts,
+        late_counts=figures.late_counts,
+        false=figures.false,
+        phases=figures.offsets,
+    )
+
+
+def with_fixes(ranks: Sequence[Rank], answers: Sequence[Answer]) -> list[Rank]:
+    """Return the detectors of a run, the measured Fix of each below it."""
+    fixes = {answer.label: answer.fix for answer in answers}
+    rows = []
+    for rank in ranks:
+        fix = fixes.get(rank.label)
+        rows += [rank] if fix is None or fix.figures is None else [rank, fixed_rank(rank, fix)]
+    return rows
+
+
 def count_range(counts: CountRange) -> Range:
     """Smallest and largest count over the sampling offsets; this run's where no other was sampled."""
     return counts.smallest, counts.largest
@@ -151,6 +184,18 @@ def fault_text(rank: Rank, *, largest: bool = False, whose: str = "its") -> str:
 
     ``largest``: that fault alone; ``whose`` the contact time is, that is false.
     """
+    texts = _fault_texts(rank, whose)
+    if texts:
+        return texts[0] if largest else "; ".join(texts)
+    return f"no contact of {rank.contacts} missed, none false" if rank.contacts else NOTHING
+
+
+def lesser_faults(rank: Rank) -> str:
+    """Return the faults of a detector but the larger one; ``""``: there are none."""
+    return "; ".join(_fault_texts(rank, "its")[1:])
+
+
+def _fault_texts(rank: Rank, whose: str) -> list[str]:
     lost_contacts = lost_text(rank.missed_counts or (0, 0), rank.late_counts or (0, 0), rank.contacts)
     undecided = f"{rank.undecided} of {plural(rank.contacts, 'contact')} undecided" if rank.undecided else ""
     clauses = [
@@ -158,10 +203,7 @@ def fault_text(rank: Rank, *, largest: bool = False, whose: str = "its") -> str:
         (rank.contact_loss, lost_contacts),
         (fraction_of(rank.false), false_text(rank.false, rank.unconfirmed, whose)),
     ]
-    texts = [text for _, text in sorted(clauses, key=lambda entry: -entry[0]) if text]
-    if texts:
-        return texts[0] if largest else "; ".join(texts)
-    return f"no contact of {rank.contacts} missed, none false" if rank.contacts else NOTHING
+    return [text for _, text in sorted(clauses, key=lambda entry: -entry[0]) if text]
 
 
 NOTHING: Final = "no contact to miss, and none false"

@@ -18,7 +18,7 @@ from replay.document.audit import ContactPairFrames, DetectorAudit
 from replay.document.cost import BUDGET_MS, busy_text
 from replay.document.detector import LongestStage
 from replay.document.gates import percent
-from replay.document.ranking import Range, all_unconfirmed
+from replay.document.ranking import Range, all_unconfirmed, with_fixes
 from replay.document.run_document import ContactLengths
 from replay.document.run_result import Summarised
 from replay.document.session import EffectRecord
@@ -124,17 +124,26 @@ COLUMNS = columns_of(
 
 
 def ranking_table(result: Summarised) -> Table:
-    """Every detector of a run, the one with the largest fault first, and the reference last.
+    """Every detector of a run, the one with the largest fault first, the measured Fix below it; the reference last.
 
     Counts are smallest to largest over the sampling offsets.
     """
-    ranks = result.ranking
+    ranks = with_fixes(result.ranking, result.answers)
     contacts = ranks[-1].contacts if ranks else 0
     made_of = f"made of {'it' if contacts == 1 else 'them'}" if contacts else "reported"
     title = f"{happened(contacts) if ranks else ''} What each detector {made_of}:"
     made = Table.of(COLUMNS["ranking"], ranks, title, timing_notes(result))
     some = any(rank.undecided for rank in ranks)
     return made.only(*(name for name in made.head if some or name != "undecided"))
+
+
+def short_labels(ranking: Table, result: Summarised) -> Table:
+    """A ranking whose rows of a Fix are called ``+fix``, below the detector that each mends: for narrow screens."""
+    at = ranking.head.index("detector")
+    rows = (
+        row if row[at] in result.document.detectors else (*row[:at], "+fix", *row[at + 1 :]) for row in ranking.rows
+    )
+    return replace(ranking, rows=tuple(rows))
 
 
 def with_intervals(ranking: Table) -> Table:
@@ -189,7 +198,8 @@ def sampling_notes(result: Summarised) -> list[str]:
     if not labels:
         return []
     who = ", ".join(labels)
-    return [f"Counts of {who}: over {PHASES} sampling offsets; moments are those of the offset nearest the mean."]
+    moments = "moments are those of the start time whose counts are nearest the mean"
+    return [f"Counts of {who}: best to worst of {PHASES} start times of the sampling; {moments}."]
 
 
 def pair_frame_table(title: str, audit: Mapping[str, DetectorAudit]) -> Table:

@@ -36,7 +36,7 @@ class Section:
     name : the question.
     sentences : paragraphs above the tables.
     tables : each with its title and its notes.
-    reasons : of the answer: ``When``, ``Why``, ``Fix`` and more, each with its text and its command.
+    reasons : of the answer: ``When``, ``Why``, ``Do`` and more, each with its text and its command.
     """
 
     name: SectionName
@@ -98,7 +98,7 @@ def _times(run: Summarised) -> Section:
 
 
 def _session(run: Summarised) -> Section:
-    """Facts of the recording, and doubts to read before the answer."""
+    """Facts of the recording, and doubts about the answer."""
     return Section(SectionName.SESSION, tuple(doubts(run.document)), (run_tables.session_table(run),))
 
 

@@ -95,3 +95,18 @@ def test_ranges_rates_moments_and_losses():
 def test_a_number_beyond_nature_is_not_written_out(value, text):
     assert words.number(value) == text
     assert words.number(1e12) == "1,000,000,000,000"
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper", "text"),
+    [
+        (0.1612, 0.9955, "16 to 100 %"),
+        (0.0, 0.49, "0 to 49 %"),
+        (0.7, 0.7, "70 to 70 %"),
+        (0.0021, 0.0149, "0.2 to 1.5 %"),
+        (0.99612, 0.99987, "99.61 to 99.99 %"),
+        (0.0, 1.0, "0 to 100 %"),
+    ],
+)
+def test_an_interval_is_rounded_outwards(lower, upper, text):
+    assert words.interval(lower, upper) == text

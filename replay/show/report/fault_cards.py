@@ -151,14 +151,16 @@ def first_fault(view: RunView) -> Card | None:
 
 
 def fault_counts(view: RunView, label: str) -> str:
-    """Return how many faults of each kind a detector has."""
+    """Return how many faults of each kind a detector has, of how many of all detectors: ``23 of the 43 faults ...``."""
     faults = view.faults.get(label, ())
+    every = sum(map(len, view.faults.values()))
     count = Counter(lane_kind(fault.kind) for fault in faults)
     confirmed = any(not fault.kind.is_miss and fault.cause is not Cause.BOUNDING_VOLUMES for fault in faults)
     counts = []
     if count["false"]:
         counts.append(plural(count["false"], "false contact" if confirmed else "unconfirmed contact"))
     counts += [f"{count[kind]} {KIND_LABELS[kind]}" for kind in ("missed", "late") if count[kind]]
+    of = f" of the {every:,} faults of this run" if every > len(faults) else f" {'fault' if every == 1 else 'faults'}"
     over = next(rank for rank in view.ranking if rank.label == label).phases
-    at = ", at the sampling offset nearest the mean" if over > 1 else ""
-    return f"{', '.join(counts)}{at}."
+    at = " Moments are those of the start time of sampling whose counts are nearest the mean." if over > 1 else ""
+    return f"{len(faults):,}{of}: {', '.join(counts)}.{at}"

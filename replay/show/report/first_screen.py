@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from replay.document.depth import depth_text
-from replay.document.ranking import Rank
+from replay.document.ranking import Rank, with_fixes
 from replay.document.tables import Table, text_of
 from replay.show.accuracy import accuracy_plot, run_dots
 from replay.show.plots import SIZE, Plot
@@ -81,7 +81,8 @@ def comparison_of(view: RunView, mark: float | None = None) -> Comparison:
     section = section_of(view, SectionName.RANKING)
     table = section.table.narrow().values() if view.ranking else Table((), ())
     rows = []
-    for rank, cells in zip(view.ranking, table.cells(), strict=True):
+    ranks = with_fixes(view.ranking, view.answers)
+    for rank, cells in zip(ranks, table.cells(), strict=True):
         cell_texts = [(name, text_of(cell)) for name, cell in zip(table.head, cells, strict=True)]
         leads = bad = ""
         if rank is view.ranking[0] and rank.loss:

@@ -119,7 +119,7 @@ class RunView:
 
     @property
     def doubts(self) -> Sequence[str]:
-        """Caveats that come before the answer."""
+        """Doubts about the answer, which stand below it."""
         return section_of(self.run, SectionName.SESSION).sentences
 
     @cached_property

@@ -36,7 +36,7 @@ GLOSSARY: Final = {
     },
     "loss": LOSS_MEANING,
     "reference": "the detector that the others are compared with",
-    "0-2": "smallest to largest count over 16 sampling offsets: where the first sample falls is chance",
+    "0-2": "best to worst count over 16 start times of the sampling: where the first sample falls is chance",
 }
 
 

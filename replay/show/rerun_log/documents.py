@@ -8,6 +8,7 @@ from typing import Final
 from replay import words
 from replay.auditing.misses import MANY
 from replay.document.cost import TIMES_ARE, busy_text, cost
+from replay.document.ranking import with_fixes
 from replay.document.run_result import RunResult
 from replay.document.summary import CAVEAT
 from replay.document.tables import Column, Table, markdown, table
@@ -70,7 +71,7 @@ def ranking_text(result: RunResult) -> str:
     named = Column(contacts, of=lambda rank: f"{rank.label}:{NO_BREAK}{rank.what}")
     ranking = section_of(result, SectionName.RANKING).table.narrow().values()
     columns = (replace(column, name=column.short or column.name) for column in ranking.columns)
-    return markdown(Table.of([named, *columns], result.ranking))
+    return markdown(Table.of([named, *columns], with_fixes(result.ranking, result.answers)))
 
 
 def accuracy_text(result: RunResult) -> str:

@@ -16,7 +16,8 @@ from replay.cli.main import main
 from replay.cutting import methods, piece_store
 from replay.cutting.piece_store import Cut
 from replay.detection.progress import Silent
-from replay.document.before_after import change_text, errors_of_rank, worse_text
+from replay.document.before_after import change_text, errors_of_rank
+from replay.document.ranking import fixed_rank
 from replay.engine import compute
 from replay.running.runner import run
 from replay.studies.synthetic_sessions import synthetic_session
@@ -60,7 +61,9 @@ def test_repeated_measured_fix_gives_its_figures(subject):
     pieces = len(again.detectors["it"].parts["beaker"])
     before, after = (errors_of_rank(ranks[label], None) for label in ("subject", "it"))
     assert change_text(before, after, f"{pieces} pieces") in fix.text
-    assert worse_text(before, after) == fix.worse
+    row = fixed_rank(ranks["subject"], fix)
+    same = ("missed", "late_or_cut_short", "time_missed", "missed_counts", "late_counts", "false", "loss", "phases")
+    assert [getattr(row, name) for name in same] == [getattr(ranks["it"], name) for name in same]
     assert ranks["it"].loss < ranks["subject"].loss
     assert first.document.answers[0].fix.setting == fix.setting
 
@@ -145,7 +148,7 @@ def test_the_command_line_gives_a_fix_time(tmp_path, capsys):
     write_session(stirred(BEAKER), tmp_path / "s.mcap")
     assert main(["run", str(tmp_path / "s.mcap"), "--detectors", "hull50,exact"]) == 0
     output = " ".join(capsys.readouterr().out.split())
-    assert "Fix Split beaker into" in output and "measured here in" in output
+    assert "Or To improve hull50 itself: Split beaker into" in output and "measured here in" in output
     assert main(["run", str(tmp_path / "s.mcap"), "--detectors", "hull50,exact", "--fix-time", "0"]) == 0
     assert "Split beaker into" not in capsys.readouterr().out
 

@@ -15,6 +15,7 @@ from replay.detection.detector_spec import parse_detectors
 from replay.document.citations import sources_behind
 from replay.document.tables import GOOD, IN_RED, IN_YELLOW, markdown_text
 from replay.engine import compute
+from replay.show.sections import SectionName, section_of
 
 POSITIONS = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
 
@@ -66,11 +67,11 @@ def test_sources_stand_in_json_and_after_the_text(capsys):
     assert capsys.readouterr().out == "the answer\n"
 
 
-def test_markdown_gives_why_and_fix_of_the_worst_detector():
+def test_markdown_gives_every_heading_of_the_answer():
     result = steady("one missed")
-    reasons = result.answers[0].reasons
+    answer = section_of(result, SectionName.ANSWER)
     page = run_markdown(result, ())
-    assert [heading for heading, _, _ in reasons] == ["When", "Why", "Fix"]
-    for heading, text, command in reasons:
+    assert [heading for heading, _, _ in answer.reasons] == ["When", "Why", "Do", "Cost", "Or", "Sure"]
+    for heading, text, command in answer.reasons:
         assert f"- **{heading}** {markdown_text(text)}" in page
         assert f"`{command}`" in page or not command

@@ -15,32 +15,32 @@ STATES = {
     "better": (errors(0.19, (0, 0, 0.0)), "86 % false, now 19 %; missed 0-1 of 18, now 0; 28 pieces", ""),
     "worse in missed": (
         errors(0.19, (0, 2, 0.75)),
-        "86 % false, now 19 %; missed 0-1 of 18, now 0-2; 28 pieces",
+        "86 % false, now 19 %, but missed 0-1 of 18, now 0-2; 28 pieces",
         "More contacts are missed than before.",
     ),
     "worse in the mean alone": (
         errors(0.19, (0, 1, 0.75)),
-        "86 % false, now 19 %; missed 0-1 of 18, 0.5 on average, now 0.75; 28 pieces",
+        "86 % false, now 19 %, but missed 0-1 of 18, 0.5 on average, now 0.75; 28 pieces",
         "More contacts are missed than before.",
     ),
     "worse in late": (
         errors(0.19, late=(5, 9, 7.0)),
-        "86 % false, now 19 %; missed 0-1 of 18 as before; late or cut short 0, now 5-9; 28 pieces",
+        "86 % false, now 19 %; missed 0-1 of 18 as before, but late or cut short 0 of 18, now 5-9; 28 pieces",
         "More contacts are late or cut short than before.",
     ),
     "worse in both": (
         errors(0.19, (1, 2, 1.5), (5, 9, 7.0)),
-        "86 % false, now 19 %; missed 0-1 of 18, now 1-2; late or cut short 0, now 5-9; 28 pieces",
+        "86 % false, now 19 %, but missed 0-1 of 18, now 1-2, and late or cut short 0 of 18, now 5-9; 28 pieces",
         "More contacts are missed, and more are late or cut short, than before.",
     ),
     "worse in false": (
         errors(0.9, (0, 0, 0.0)),
-        "86 % false, now 90 %; missed 0-1 of 18, now 0; 28 pieces",
+        "missed 0-1 of 18, now 0, but 86 % false, now 90 %; 28 pieces",
         "More contact time is false than before.",
     ),
     "worse in all": (
         errors(0.9, (1, 2, 1.5), (5, 9, 7.0)),
-        "86 % false, now 90 %; missed 0-1 of 18, now 1-2; late or cut short 0, now 5-9; 28 pieces",
+        "86 % false, now 90 %, and missed 0-1 of 18, now 1-2, and late or cut short 0 of 18, now 5-9; 28 pieces",
         "More contacts are missed, and more are late or cut short, and more contact time is false, than before.",
     ),
     "equal": (errors(), "86 % false as before; missed 0-1 of 18 as before; 28 pieces", ""),

@@ -96,7 +96,7 @@ def test_undecided_or_undetected_contacts_are_ranked_too():
 
 
 def tabled(document):
-    return ranking_table(SimpleNamespace(document=document, ranking=ranking(document)))
+    return ranking_table(SimpleNamespace(document=document, ranking=ranking(document), answers=()))
 
 
 def test_zero_is_zero_and_the_reference_has_dashes():

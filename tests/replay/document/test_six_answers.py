@@ -9,10 +9,11 @@ from support.report_states import STATES, detector_of, document_with, steady, ti
 
 from replay import words
 from replay.auditing.wilson import proportion
+from replay.document.answer import Answer, Fix, FixFigures
 from replay.document.certainty import certainty
 from replay.document.cost import BUDGET_MS, busy_sentence
+from replay.document.decision import decision
 from replay.document.ranking import Rank
-from replay.document.recommendation import recommendation
 from replay.show.sections import SectionName, section_of
 
 AUDITED = [state for state in STATES if state not in ("no reference", "effects", "findings")]
@@ -30,8 +31,8 @@ def busy(result, fraction=0.6):
 def test_headings_keep_their_order_and_end_as_sentences(state):
     reasons = section_of(steady(state), SectionName.ANSWER).reasons
     names = [name for name, _, _ in reasons]
-    order = ["When", "Why", "Fix", "But", "Use", "Cost", "Sure"]
-    assert names == [name for name in order if name in names] and names[-3:] == order[-3:]
+    order = ["What", "When", "Why", "Do", "Cost", "Or", "Sure"]
+    assert names == [name for name in order if name in names] and {"Do", "Cost", "Sure"} <= {*names}
     assert all(text.endswith((".", ":")) or command for _, text, command in reasons)
 
 
@@ -77,32 +78,65 @@ SLOW = 1.1e-3 * BUDGET_MS
 
 
 @pytest.mark.parametrize(
-    ("ranks", "settings", "begins"),
+    ("ranks", "settings", "ships"),
     [
-        ([rank_of("a", missed=1), rank_of("exact")], {}, "exact: it is the reference"),
-        ([rank_of("a", missed=1), rank_of("exact", p99=SLOW)], {}, "a: 1 of 9 contacts missed."),
-        ([rank_of("a", missed=1), rank_of("exact")], {"not_live": ["exact"]}, "a: 1 of 9 contacts missed."),
-        ([rank_of("a", missed=1), rank_of("exact")], {"not_live": ["exact", "a"]}, "exact: it is the reference"),
-        ([rank_of("a", missed=1), rank_of("b"), rank_of("exact")], {}, "exact (the reference), as fast as b or faster"),
-        ([rank_of("b", mean=5e-5), rank_of("exact")], {}, "b, faster than exact (the reference)"),
-        ([rank_of("b", mean=5e-5), rank_of("exact")], {"others": 0.5}, "b or exact (the reference)"),
-        ([rank_of("b", mean=None, p99=None), rank_of("exact")], {}, "b or exact (the reference)"),
-        ([rank_of("a", undecided=2), rank_of("exact")], {}, "exact: it is the reference"),
-        ([rank_of("a", undecided=2), rank_of("exact", p99=SLOW)], {}, "exact, the reference, takes longer"),
-        ([rank_of("a", 0), rank_of("exact", 0)], {}, "This session cannot tell"),
-        ([rank_of("a", missed=1), rank_of("b", false=0.5), rank_of("exact")], {}, "exact: it is the reference"),
+        ([rank_of("a", missed=1), rank_of("exact")], {}, "exact"),
+        ([rank_of("a", missed=1), rank_of("exact", p99=SLOW)], {}, "a"),
+        ([rank_of("a", missed=1), rank_of("exact")], {"not_live": ["exact"]}, "a"),
+        ([rank_of("a", missed=1), rank_of("exact")], {"not_live": ["exact", "a"]}, "exact"),
+        ([rank_of("a", missed=1), rank_of("b"), rank_of("exact")], {}, "exact"),
+        ([rank_of("b", mean=5e-5), rank_of("exact")], {}, "b"),
+        ([rank_of("b", mean=5e-5), rank_of("exact")], {"others": 0.5}, "exact"),
+        ([rank_of("b", mean=None, p99=None), rank_of("exact")], {}, "exact"),
+        ([rank_of("a", undecided=2), rank_of("exact")], {}, "exact"),
+        ([rank_of("a", undecided=2), rank_of("exact", p99=SLOW)], {}, None),
+        ([rank_of("a", 0), rank_of("exact", 0)], {}, None),
+        ([rank_of("a", missed=1), rank_of("b", false=0.5), rank_of("exact")], {}, "exact"),
     ],
 )
-def test_the_detector_to_use_is_right_and_fits_a_frame(ranks, settings, begins):
-    text = recommendation(document_of(*(rank.label for rank in ranks), **settings), ranks)
-    assert text.startswith(begins) and text.endswith(".")
+def test_one_detector_is_shipped_that_is_right_and_fits(ranks, settings, ships):
+    made = decision(document_of(*(rank.label for rank in ranks), **settings), ranks, ())
+    assert (None if made.rank is None else made.rank.label) == ships
+    assert made.text.endswith((".", ":")) and made.text.endswith(":") == bool(made.command)
+    assert ships is None or made.text.startswith(f"Ship {ships}")
     rest = [rank for rank in ranks[:-1] if not rank.undecided and rank.loss]
-    if "Next best" in text:
-        assert f"Next best is {min(rest, key=lambda rank: rank.loss).label}:" in text
+    if "Next best" in made.text:
+        assert f"Next best is {min(rest, key=lambda rank: rank.loss).label}:" in made.text
+
+
+def fix_of(false, missed):
+    """A measured Fix, of nine contacts."""
+    none = proportion(0, 9)
+    figures = FixFigures(
+        what="32 convex pieces",
+        missed=proportion(missed, 9),
+        late_or_cut_short=none,
+        time_missed=none,
+        false=proportion(round(100 * false), 100),
+        missed_counts=(missed, missed),
+        late_counts=(0, 0),
+        offsets=16,
+        mean=1e-4,
+        p99=2e-4,
+    )
+    change = f"86 % false, now {round(100 * false)} %, but missed 0 of 9, now {missed}"
+    text = f"Split b: {change} (measured here). To ship it:"
+    return Fix(text, True, "replay fix SESSION --engine unity", "collider", figures)
+
+
+@pytest.mark.parametrize(("false", "missed", "ships"), [(0.1, 1, "a+fix"), (0.1, 8, "a"), (0.8, 1, "a")])
+def test_a_shipped_fix_has_its_trade_in_the_same_sentence(false, missed, ships):
+    ranks = [rank_of("a", false=0.86), rank_of("exact", p99=SLOW)]
+    fix = fix_of(false, missed)
+    made = decision(document_of("a", "exact"), ranks, [Answer("a", "", fix=fix)])
+    assert made.rank.label == ships and (made.fix is fix) == (ships == "a+fix")
+    if made.fix is fix:
+        assert fix.text in made.text and "but missed" in made.text and made.command == fix.command
+        assert made.rank.loss == pytest.approx(false + missed / 9)
 
 
 def test_without_an_audit_nothing_is_recommended_or_sure():
-    assert recommendation(document_of("a"), ()) == "" and certainty(document_of("a"), ()) == []
+    assert decision(document_of("a"), (), ()) is None and certainty(document_of("a"), ()) == []
 
 
 @pytest.mark.parametrize("state", AUDITED)
@@ -111,9 +145,29 @@ def test_interval_of_the_answer_is_that_of_the_ranking(state):
     first = certainty(result.document, result.ranking)[0]
     worst = result.ranking[0]
     assert first.startswith(f"One session with {words.plural(worst.contacts, 'contact')}")
-    printed = re.search(r"interval of (.*) ([\d.]+) to ([\d.]+) %\.$", first)
+    printed = re.search(r"the share of (.*), here (.* %), may be (.*) \(95 % interval\)\.$", first)
     assert bool(printed) == bool(worst.contacts)
     if printed:
         leading = worst.false if printed[1] == "false contact" else worst.missed
-        ends = [words.percentage(100 * end) for end in (leading.lower, leading.upper)]
-        assert [printed[2], printed[3]] == ends and ("too few" in first) == (leading.upper - leading.lower > 0.5)
+        assert printed[3] == words.interval(leading.lower, leading.upper)
+        assert printed[2] == words.as_percentage(leading.value or 0.0)
+        assert ("too few" in first) == (leading.upper - leading.lower > 0.5)
+
+
+@pytest.mark.parametrize(("facts", "made_up"), [({"synthetic": "true"}, True), ({}, False)])
+def test_a_made_up_session_is_said_beside_its_certainty(facts, made_up):
+    document = steady("several").document
+    document = structs.replace(document, session=structs.replace(document.session, facts=facts))
+    text = " ".join(certainty(document, steady("several").ranking))
+    assert ("made-up session" in text) == ("Real trackers" in text) == made_up
+
+
+@pytest.mark.parametrize("state", AUDITED)
+def test_why_explains_missed_and_false_contacts(state):
+    result = steady(state)
+    for answer in result.answers:
+        if answer.moment is None:
+            continue
+        misses, false = result.misses[answer.label], result.false[answer.label]
+        for faults in filter(None, (misses, false)):
+            assert any(fault.why in answer.why for fault in faults)

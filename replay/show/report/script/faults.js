@@ -39,7 +39,7 @@ const choose = () => {
     fold.hidden = !present(section);
     if (!every && !fold.hidden) fold.open = true;
   }
-  tally.textContent = `${matching.size.toLocaleString("en")} of ${faults.length.toLocaleString("en")} faults`;
+  tally.textContent = `${matching.size.toLocaleString("en")} of ${faults.length.toLocaleString("en")} faults${faultsOf.size > 1 ? " of all detectors" : ""}`;
 };
 const clear = () => {
   for (const [name, field] of Object.entries(fields)) chosen[name] = field.value = "";

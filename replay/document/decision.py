@@ -1,0 +1,123 @@
+"""The decision of a run: which detector to ship for this session, why, and which is next best."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from replay.auditing.loss import fraction_of
+from replay.detection.recorded import RECORDED
+from replay.document.answer import Answer, Fix
+from replay.document.cost import BUDGET_MS, FRAME, busy_text
+from replay.document.placeholders import SESSION
+from replay.document.ranking import Rank, fault_text, fixed_rank
+from replay.document.run_document import RunDocument
+from replay.words import plural
+
+CALL: Final = "To call it frame by frame from Python:"
+CALL_COMMAND: Final = "replay guide your-own-detector"
+
+
+@dataclass(frozen=True)
+class Decision:
+    """Which detector to ship.
+
+    Parameters
+    ----------
+    text : the decision, its reason, and the next best.
+    command : of the next step; ``""``: there is none.
+    rank : the detector that it names; ``None``: this run cannot tell.
+    fix : the Fix that it is; ``None``: it is a detector of the run.
+    """
+
+    text: str
+    command: str = ""
+    rank: Rank | None = None
+    fix: Fix | None = None
+
+
+def decision(document: RunDocument, ranks: Sequence[Rank], answers: Sequence[Answer]) -> Decision | None:
+    """Return which detector to ship; ``None``: nothing was audited.
+
+    The reference counts as right, so it is the one to ship wherever it runs frame by frame in the time of a frame, and
+    no other is as right and faster. Else it is the detector, or the measured Fix of one, with the smallest loss.
+    """
+    if not ranks:
+        return None
+    *others, reference = ranks
+    if not reference.contacts:
+        return Decision("Decide with another session: this one has no contact that was compared.")
+    # Times of all frames at once are worse evidence than live ones, unless there are no others.
+    live = [rank for rank in ranks if document.detectors[rank.label].live] or ranks
+    decided = [rank for rank in others if not rank.undecided and rank in live]
+    fixed = [(fixed_rank(rank, fix), fix) for rank, fix in _measured_fixes(decided, answers)]
+    fixes = {rank.label: fix for rank, fix in fixed}
+    decided += [rank for rank, _ in fixed]
+    best = min(decided, key=_preference, default=None)
+    too_slow = _too_slow(reference) if reference in live else "did not run frame by frame"
+    if too_slow:
+        return _without_reference(reference, too_slow, best, fixes)
+    if best is not None and not best.loss and _faster(document, best, reference):
+        text = f"Ship {best.label}: no contact of {reference.contacts} missed, none false, and faster than"
+        return _with_step(f"{text} {reference.label}, the reference.", best, fixes)
+    return _with_step(f"{_reference_text(reference)} {_next_best(best)}", reference, {})
+
+
+def _measured_fixes(ranks: Sequence[Rank], answers: Sequence[Answer]) -> list[tuple[Rank, Fix]]:
+    """The detectors that have a measured Fix which is not in the run, each with the Fix."""
+    fixes = {answer.label: answer.fix for answer in answers}
+    return [(rank, fix) for rank in ranks if (fix := fixes.get(rank.label)) is not None and fix.figures is not None]
+
+
+def _preference(rank: Rank) -> tuple[float, float, bool, float]:
+    """The smallest loss first, then the fewest contacts missed, then the shortest time."""
+    return rank.loss, fraction_of(rank.missed), rank.mean is None, rank.mean or 0.0
+
+
+def _too_slow(reference: Rank) -> str:
+    """Why the reference cannot be used live, as the end of a sentence; ``""``: it can."""
+    seconds = reference.mean if reference.p99 is None else reference.p99
+    if seconds is not None and 1e3 * seconds > BUDGET_MS:
+        return f"takes longer than {FRAME}"
+    return ""
+
+
+def _faster(document: RunDocument, best: Rank, reference: Rank) -> bool:
+    """Whether times can be compared, and tell that a detector is faster than the reference."""
+    known = best.mean is not None and reference.mean is not None and not busy_text(document)
+    return known and (best.mean or 0.0) < (reference.mean or 0.0)
+
+
+def _reference_text(reference: Rank) -> str:
+    what = "its mean time fits" if reference.p99 is None else "99 % of its frames fit"
+    right = f"none of {plural(reference.contacts, 'contact')} is missed or false by definition"
+    return f"Ship {reference.label}, the reference: {right}, and {what} into {FRAME}."
+
+
+def _next_best(best: Rank | None) -> str:
+    if best is None:
+        return "No other detector of this run decided every contact frame by frame."
+    if not best.loss:
+        return f"{best.label} is as right, and not known to be faster."
+    return f"Next best is {best.label}: {fault_text(best)}."
+
+
+def _without_reference(reference: Rank, too_slow: str, best: Rank | None, fixes: dict[str, Fix]) -> Decision:
+    """The best detector but the reference; none decided: what to try."""
+    why = f"{reference.label}, the reference, {too_slow}"
+    if best is None:
+        text = f"Ship nothing of this run: {why}, and no other detector decided every contact frame by frame."
+        return Decision(f"{text} To try other settings:", f"replay tradeoff {SESSION}")
+    fix = fixes.get(best.label)
+    if fix is not None:
+        return Decision(f"Ship {best.label}, since {why}. {fix.text}", fix.command, best, fix)
+    return _with_step(f"Ship {best.label}: {fault_text(best)}; {why}.", best, fixes)
+
+
+def _with_step(text: str, rank: Rank, fixes: dict[str, Fix]) -> Decision:
+    """With the command that puts it to work; code of one's own, and an engine, are at work already."""
+    fix = fixes.get(rank.label)
+    if fix is not None and fix.command:
+        return Decision(f"{text} {fix.text}", fix.command, rank, fix)
+    if ":" in rank.what or rank.setting == RECORDED:
+        return Decision(text, "", rank, fix)
+    return Decision(f"{text} {CALL}", CALL_COMMAND, rank, fix)
