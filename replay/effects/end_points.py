@@ -14,7 +14,7 @@ import numpy as np
 from cdcore.numerics import FloatArray
 from replay import words
 from replay.effects.chemistry.components import PROTON, WATER, dissolved_components
-from replay.effects.chemistry.ledger import ADDED, WITHOUT_HEAT_C
+from replay.effects.chemistry.ledger_columns import ADDED, WITHOUT_HEAT_C
 from replay.effects.chemistry.matter import Matter
 from replay.effects.chemistry.mixture import GAS, SOLID, Mixture
 from replay.effects.chemistry.solver import Solver

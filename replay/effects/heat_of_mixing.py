@@ -5,11 +5,10 @@ from numpy.typing import NDArray
 
 from replay import words
 from replay.effects.chemistry.components import WATER
-from replay.effects.chemistry.formulas import molar_mass
-from replay.effects.chemistry.ledger import ADDED, HEAT, LATENT
+from replay.effects.chemistry.formulas import charge_of, molar_mass
+from replay.effects.chemistry.ledger_columns import ADDED, HEAT, LATENT
 from replay.effects.chemistry.matter import Matter, matter_of
 from replay.effects.chemistry.mixture import SOLID
-from replay.effects.chemistry.salts import WATER_KG
 from replay.effects.declaring import Declaration
 from replay.effects.inputs import EffectInputs
 from replay.effects.models.outflow import GAP_S, flows
@@ -31,7 +30,7 @@ LEAST_GRAM = 1e-3
 """Of a solid whose heat nobody measures."""
 
 DILUTE_MOLAL = 2.0
-"""mol/kg of a salt from which its heat may differ much from that at infinite dilution; chosen by us."""
+"""mol/kg of a molecule, such as urea, from which its heat may differ much from a dilute one's; chosen by us."""
 
 LEAST_KELVIN = 0.05
 """A vessel whose temperature changes by less tells no result; a school's thermometer shows 0.1."""
@@ -98,31 +97,36 @@ def _dissolved_before(name: str, matter: Matter) -> list[EffectEvent]:
 
 
 def _strong(name: str, matter: Matter) -> list[EffectEvent]:
-    """Events of salts that make a strong solution: their heat is that of a dilute one."""
-    history = matter.histories[name]
-    kilograms = np.maximum(matter.amount(name, WATER) * WATER_KG, 1e-300)
-    events = []
-    soluble = {salt.column for salt in matter.recipe.salts}
-    declared = {
-        formula
-        for reaction in matter.recipe.reactions
-        if reaction.declared["heat_kj_mol"] is not None
-        for formula in reaction.equation.reagents
-    }
-    for solid, initial in matter.recipe.contents[name].solids.items():
-        if solid in declared or solid + SOLID not in soluble:
-            continue
-        molal = (initial - matter.amount(name, solid + SOLID)) / kilograms
-        is_mixed = _is_mixed(name, matter, history.times, history.volume_ml) & (history.volume_ml > 0.0)
-        rows = np.flatnonzero(is_mixed & (molal > DILUTE_MOLAL))
-        if len(rows):
-            text = (
-                f"{solid} makes {quantity(float(molal[rows].max()), 'mol/kg')} in {name}, and its heat is that of a "
-                "dilute solution: the change of temperature may be off by a half"
-            )
-            values: dict[str, float | str] = {"formula": solid, "mol_kg": float(molal[rows].max())}
-            events.append(EffectEvent(float(history.times[rows[0]]), "strong", (name,), None, values, text, "warning"))
-    return events
+    """Event of a strong solution whose heat no table has: it is counted as that of a dilute one."""
+    history, ledger = matter.histories[name], matter.ledger
+    rows = np.flatnonzero(_is_mixed(name, matter, history.times, history.volume_ml) & (history.volume_ml > 0.0))
+    species = np.zeros((len(rows), 0))
+    if matter.solver is not None and len(rows):
+        wet, solved = matter.solved(name, history.times[rows])
+        rows, species = rows[wet], solved.species
+    amounts = history.amounts[rows]
+    if not len(rows) or ledger.heats.content is None:
+        return []
+    kilograms = ledger.heats.water_kg(amounts)
+    moles = ledger.heats.content.moles(amounts, species, ledger.proton)
+    molal, ions = ledger.heats.content.unknown(moles, kilograms)
+    for salt in matter.recipe.salts:
+        if all(charge_of(column) == 0 for column in salt.components) and salt.formula not in ledger.warmth.declared:
+            (component,) = (column for column in salt.components if column != WATER)
+            dissolved = amounts[:, ledger.column[component]] / kilograms
+            stronger = dissolved > np.maximum(molal, DILUTE_MOLAL)
+            molal = np.where(stronger, dissolved, molal)
+            ions = [salt.formula if mine else other for mine, other in zip(stronger.tolist(), ions, strict=True)]
+    if not molal.any():
+        return []
+    row = int(np.argmax(molal))
+    text = (
+        f"no table has the heat of so strong a solution of {ions[row]} as {quantity(float(molal[row]), 'mol/kg')} in "
+        f"{name}: it is taken for that of a dilute one, and the change of temperature may be off by a half"
+    )
+    values: dict[str, float | str] = {"ions": ions[row], "mol_kg": float(molal[row])}
+    first = float(history.times[rows[np.flatnonzero(molal)[0]]])
+    return [EffectEvent(first, "strong", (name,), None, values, text, "warning")]
 
 
 def _frozen(name: str, matter: Matter, room: float) -> list[EffectEvent]:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from replay.effects.chemistry.ledger import ADDED
+from replay.effects.chemistry.ledger_columns import ADDED
 from replay.effects.chemistry.matter import matter_of
 from replay.effects.chemistry.recipe_checks import check_chemistry
 from replay.effects.inputs import EffectInputs

@@ -9,6 +9,11 @@ from pathlib import Path
 import numpy as np
 from support.small_worlds import STEP_NS, cube, cubes
 
+from replay.effects.chemistry.contents import contents_of_scene
+from replay.effects.chemistry.ledger_columns import ADDED, HEAT, LATENT, Warmth
+from replay.effects.chemistry.matter import dilution_of
+from replay.effects.chemistry.recipe import recipe_of
+from replay.effects.effect_plan import plan
 from replay.engine import compute
 from sessions import Session
 from sessions.model.scene import Scene, SceneBody, SceneEffect
@@ -17,6 +22,11 @@ from sessions.model.track import HandTrack, Track
 RADIUS, HEIGHT = 0.02, 0.06
 """Of the glass, which holds 75.4 mL."""
 
+
+WIDE = {"radius": 0.05, "height": 0.08}
+"""A beaker that holds 600 mL."""
+
+WATER_J_PER_ML_K = 4.18
 
 LOWER = 0.2
 """The receiving glass stands this far below the pouring one."""
@@ -166,3 +176,40 @@ def modules_after(code):
     program = f"import sys\nsys.path.insert(0, {str(ROOT / 'tests')!r})\n{code}\nprint('\\n'.join(sys.modules))"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=ROOT)
     return set(done.stdout.split())
+
+
+def poured_on(a, b, equation, steps=20, excess=None, solids=None):
+    """Joule above the room, the coldest and the warmest in degC of b while a is poured on it in so many steps."""
+    bodies = (glass("a", cavity=WIDE, **a), glass("b", cavity=WIDE, **b))
+    liquids = {"of": "liquids", "ambient_c": 20.0, "loss_w_per_k": 0.0, "heat_capacity_j_per_ml_k": WATER_J_PER_ML_K}
+    effects = (
+        SceneEffect("pour", {"from": ["a"], "into": ["b"]}),
+        SceneEffect("mixing", {"in": ["b"]}),
+        *([SceneEffect("reaction", {"equation": equation})] if equation else []),
+        SceneEffect("heat", liquids),
+    )
+    scene = Scene(bodies=bodies, effects=effects)
+    tables = {kind: step.declared for kind, step in plan(scene).steps.items()}
+    contents = contents_of_scene(scene, "scene.toml")
+    recipe = recipe_of(tables, contents)
+    acid = "H2SO4" if any("H2SO4" in held.amounts for held in contents.values()) else ""
+    warmth = Warmth(
+        WATER_J_PER_ML_K,
+        {},
+        excess or {},
+        loss=0.0,
+        most=80.0,
+        room=20.0,
+        solids=solids or {},
+        solute=acid and acid + ADDED,
+        dilution=dilution_of(acid, asked=recipe.solver is not None),
+    )
+    book = recipe.ledger(0.0, warmth)
+    book.begin(0.0)
+    index, celsius = book.at["b"], []
+    for step in range(1, steps + 1):
+        volume = np.array([[contents["a"].volume_ml / steps]])
+        book.flow(np.array([step]), np.array([0.1 * step]), [("a", "b")], volume, np.zeros(1, dtype=bool))
+        celsius.append(float(book.celsius(index, book.state[index : index + 1])[0]))
+    joule = book.amounts[index, book.column[HEAT]] + book.amounts[index, book.column[LATENT]]
+    return float(joule), min(celsius), max(celsius)

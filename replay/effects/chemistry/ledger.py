@@ -18,12 +18,23 @@ import numpy as np
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 from replay.effects.chemistry.components import PROTON, WATER
 from replay.effects.chemistry.formulas import charge_of
+from replay.effects.chemistry.heats import Heats
+from replay.effects.chemistry.ledger_columns import (
+    ADDED,
+    CAPACITY,
+    HEAT,
+    LATENT,
+    NO_MATTER,
+    STORED,
+    UNFOLLOWED,
+    WITHOUT_HEAT_C,
+    Warmth,
+)
 from replay.effects.chemistry.mixture import GAS, SOLID
 from replay.effects.chemistry.salts import WATER_KG, Salt, settled_solid
 from replay.effects.chemistry.solver import Solver, answered
-from replay.effects.chemistry.warming import cooled, heat_given_off
+from replay.effects.chemistry.warming import cooled
 
-ADDED: Final = " added"
 SPENT: Final = 1e-12
 """A rest below this share of what a vessel held goes with the last drop: it is rounding."""
 TICK: Final = 0.02
@@ -35,14 +46,6 @@ TIMES: Final = 50.0
 LUMPS: Final = 64
 """Steps into which a flow is cut where it runs over, or what receives it reacts slowly or grows warm."""
 
-
-HEAT: Final = "heat above the room"
-STORED: Final = "enthalpy of what is dissolved"
-LATENT: Final = "heat of steam and ice"
-"""Columns of energy, J; the last above 0 of what boils, below 0 of ice: it comes back as the vessel cools or warms."""
-
-WITHOUT_HEAT_C: Final = 25.0
-"""Temperature at which PHREEQC is asked where no effect heat follows one: that of its constants."""
 
 CRYOSCOPIC: Final = 1.86
 """Kelvin by which a mol of ions or molecules lowers the freezing point of a kg of water. Source: CRC Handbook."""
@@ -121,26 +124,6 @@ class History:
         return np.maximum(0, np.searchsorted(self.times, times, side="right") - 1)
 
 
-@dataclass(frozen=True, eq=False)
-class Warmth:
-    """How liquids keep, lose and gain heat; energies are above that of the room."""
-
-    per_ml: float  # J/(mL K) of the liquids
-    glass: Mapping[str, float]  # vessel -> J/K of the vessel itself, its calorimeter constant
-    excess: Mapping[str, float]  # vessel -> kelvin above the room at first
-    loss: float  # W/K
-    most: float  # kelvin above the room at which it boils
-    room: float = WITHOUT_HEAT_C  # degC
-    solute: str = ""  # column of an acid whose dilution gives heat: a n / (n + b) J per mol of it in n mol of water
-    a: float = 0.0
-    b: float = 1.0
-    followed: bool = True  # whether anybody asks
-
-
-UNFOLLOWED = Warmth(0.0, {}, {}, 0.0, np.inf, followed=False)
-"""Where nobody asks how warm anything is."""
-
-
 class Ledger:
     """Vessels, columns and processes, and the state they are in.
 
@@ -170,7 +153,7 @@ class Ledger:
         formed = () if solver is None else solver.mixture.changes
         components: tuple[str, ...] = () if solver is None else solver.mixture.components
         phases = () if solver is None else tuple(phase.column for phase in solver.mixture.phases)
-        always = (PROTON, WATER, HEAT, STORED, LATENT)
+        always = (PROTON, WATER, *NO_MATTER)
         self.columns = tuple(dict.fromkeys(chain(columns, *made, *formed, components, always)))
         self.at = {name: index for index, name in enumerate((*vessels, ""))}
         self.column = {name: index for index, name in enumerate(self.columns)}
@@ -180,6 +163,7 @@ class Ledger:
         volume, self.amounts, self.extents, _ = self._split(self.state)
         self.volume_ml = volume[:, 0]
         self.clock = np.zeros(count)
+        self.solid_fraction = solid_fraction
         fractions = {GAS: 0.0, SOLID: solid_fraction}
         self.moving = np.array([fractions.get(column[-3:], 1.0) for column in self.columns])
         self.glass = np.array([warmth.glass.get(name, 0.0) for name in self.at])
@@ -202,7 +186,7 @@ class Ledger:
             for holds, ph, hydroxides in ((self.holds_acid, NEUTRAL_PH, False), (self.holds_base, BASIC_PH, True)):
                 for component, protons in solver.mixture.protons_at(ph, hydroxides=hydroxides).items():
                     holds[self.column[component]] = protons
-        counted = [name not in (PROTON, WATER, HEAT, STORED, LATENT) for name in self.columns]
+        counted = [name not in (PROTON, WATER, *NO_MATTER) for name in self.columns]
         counted = [
             here and not name.endswith((SOLID, GAS, ADDED)) for here, name in zip(counted, self.columns, strict=True)
         ]
@@ -211,6 +195,7 @@ class Ledger:
             [float(abs(charge_of(name))) if here else 0.0 for here, name in zip(counted, self.columns, strict=True)]
         )
         self._settles = bool(len(self.phases) or len(salts))
+        self.heats = Heats(self.column, None if solver is None else solver.mixture, salts, warmth)
         # A slow process that nothing else touches is in closed form from one event to the next.
         self._alone = len(processes) == 1 and not self._settles and not warmth.followed
         self._blocks: list[list[tuple[FloatArray, IntArray, FloatArray]]] = [[] for _ in range(count)]
@@ -228,16 +213,18 @@ class Ledger:
         for index, name in enumerate(self.vessels):
             excess = self.warmth.excess.get(name, 0.0)
             # At its own temperature it is brought to equilibrium; what heat that gave is gone before the recording.
-            heat = excess * float(self.capacity(index, self.volume_ml[index]))
+            self.amounts[index, self.column[CAPACITY]] = self.warmth.solids.get(name, 0.0)
+            heat = excess * float(self.capacity(index, self.volume_ml[index], self.amounts[index]))
             self.amounts[index, self.column[HEAT]] = heat
             self._react(index, self.state[index : index + 1], trials=0)
             self.amounts[index, self.column[HEAT]] = heat
             self.amounts[index, self.column[LATENT]] = 0.0
             self._note(index, 0, time)
 
-    def capacity(self, index: int, volume_ml: FloatArray | float) -> FloatArray:
-        """Heat capacity, J/K, of a vessel with so much in it."""
-        return self.warmth.per_ml * volume_ml + self.glass[index]
+    def capacity(self, index: int, volume_ml: FloatArray | float, amounts: FloatArray) -> FloatArray:
+        """Heat capacity, J/K, of a vessel with so much in it, solids (..., columns) included."""
+        solid, dissolved = self.heats.capacities(amounts)
+        return self.warmth.per_ml * volume_ml + self.glass[index] + solid + dissolved
 
     def advance(self, index: int, frame: int, time: float) -> None:
         """Let slow processes and the loss of heat of a vessel go on to a time."""
@@ -264,7 +251,7 @@ class Ledger:
         volume, amounts, *_ = self._split(rows)
         if not self.warmth.followed:
             return np.full(len(rows), WITHOUT_HEAT_C)
-        capacity = np.asarray(self.capacity(index, volume[:, 0]))
+        capacity = np.asarray(self.capacity(index, volume[:, 0], amounts))
         return self.warmth.room + amounts[:, self.column[HEAT]] / np.where(capacity > 0.0, capacity, 1.0)
 
     def freezing(self, amounts: FloatArray) -> FloatArray:
@@ -281,7 +268,7 @@ class Ledger:
         if not (self.warmth.followed and self._settles) or seconds <= 0.0 or self.volume_ml[index] <= 0.0:
             self._cool(index, seconds)
             return
-        capacity = float(self.capacity(index, self.volume_ml[index]))
+        capacity = float(self.capacity(index, self.volume_ml[index], self.amounts[index]))
         excess = float(self.amounts[index, self.column[HEAT]]) / capacity
         change = abs(excess - float(cooled(excess, seconds, capacity=capacity, loss=self.warmth.loss)))
         steps = min(MOST_STEPS, int(np.ceil(change / KELVIN_STEP)))
@@ -363,12 +350,8 @@ class Ledger:
         (volume, amounts, *_), volume_before = self._split(giving), self.volume_ml[source]
         fraction = np.minimum(1.0, gone / volume_before) if volume_before > 0.0 else np.zeros(len(gone))
         moving = self.moving
-        if self.glass[source] > 0.0:
-            # The vessel's own heat stays with it.
-            liquid = self.warmth.per_ml * volume_before
-            moving = np.where(
-                np.arange(len(moving)) == self.column[HEAT], liquid / (liquid + self.glass[source]), moving
-            )
+        if self.warmth.followed:
+            moving = self._moving_heat(source, volume_before)
         component = fraction[:, None] * (moving * self.amounts[source])
         # Amounts fall to exactly nothing with the last drop: no share of a rounded rest stays behind.
         last = (gone > 0.0) & (volume[:, 0] - gone <= SPENT * volume_before)
@@ -414,9 +397,9 @@ class Ledger:
         if len(wet) and (self.quick or self._settles or self.warmth.followed):
             celsius = self.celsius(index, rows[wet])
             amounts, done = self._reacted(every[wet], celsius)
-            capacity = np.asarray(self.capacity(index, volume[wet, 0]))
             # What dissolves cools or warms what it dissolves in, and that changes how much dissolves.
             for _ in range(trials if self.warmth.followed and len(self.salts) else 0):
+                capacity = np.asarray(self.capacity(index, volume[wet, 0], amounts))
                 reached = self._bounded(self.warmth.room + amounts[:, self.column[HEAT]] / capacity, amounts)
                 if np.abs(reached - celsius).max() < NEAR_KELVIN:
                     break
@@ -433,7 +416,7 @@ class Ledger:
     def _reacted(self, before: FloatArray, celsius: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Rows (n, columns) as they are when all has reacted at a temperature (n,), and extents (n, processes)."""
         amounts, done = before.copy(), np.zeros((len(before), len(self.processes)))
-        enthalpy = self._enthalpy(amounts)
+        enthalpy = self.heats.enthalpy(amounts)
         # What is solid is thought dissolved, so that the outcome hangs on what there is and not on how it came.
         standing = amounts[:, self.phases] * ~self.gas
         amounts -= standing @ self.formation
@@ -445,9 +428,9 @@ class Ledger:
         self._crystallise(amounts, celsius)
         if self.solver is not None and (len(self.phases) or self.warmth.followed):
             self._settle_beside_salts(amounts, standing, celsius)
-        if self.solver is None:
-            amounts[:, self.column[STORED]] = -self._diluted(amounts)
-        given = enthalpy - self._enthalpy(amounts)
+        if self.solver is None and self.warmth.followed:
+            amounts[:, self.column[STORED]] = self.heats.dissolved(amounts, np.zeros((len(amounts), 0)))
+        given = enthalpy - self.heats.enthalpy(amounts)
         for row in self.quick:
             given -= done[:, row] * self._joule(row)
         amounts[:, self.column[HEAT]] += given
@@ -456,7 +439,7 @@ class Ledger:
     def _boil_or_freeze(self, index: int, volume: FloatArray, amounts: FloatArray) -> None:
         """Keep rows between freezing and boiling, in place: what would lead beyond makes steam or ice."""
         heat, latent = self.column[HEAT], self.column[LATENT]
-        capacity = np.asarray(self.capacity(index, volume))
+        capacity = np.asarray(self.capacity(index, volume, amounts))
         whole = amounts[:, heat] + amounts[:, latent]
         bottom = np.where(volume > 0.0, (self.freezing(amounts) - self.warmth.room) * capacity, -np.inf)
         # What keeps no heat, or never boils, has no bound: infinity times nothing would be no number.
@@ -530,9 +513,7 @@ class Ledger:
         scarce[:, :1] = False
         rows[:, self.components] = np.where(scarce, dissolved, rest)
         if self.warmth.followed:
-            heat = species @ mixture.joule[: species.shape[1]]
-            stored = self.column[STORED]
-            rows[:, stored] = np.where(known, heat - self._diluted(rows), rows[:, stored])
+            rows[:, self.column[STORED]] = self.heats.dissolved(rows, species)
 
     def _limit(self, row: int, amounts: FloatArray, celsius: FloatArray | None = None) -> FloatArray:
         """Mol (...) of a process until the first of what it uses is used up; water never is."""
@@ -569,24 +550,19 @@ class Ledger:
         joule = self.processes[row].joule
         return joule if self.warmth.followed and np.isfinite(joule) else 0.0
 
-    def _enthalpy(self, rows: FloatArray) -> FloatArray:
-        """J (n,) of what is dissolved, of solids and of gases that left, above the parts they are made of."""
-        stored = rows[:, self.column[STORED]].copy()
-        if self.warmth.followed:
-            if self.solver is not None:
-                stored += rows[:, self.phases] @ self.solver.mixture.joule[len(self.solver.mixture.species) :]
-            stored += rows[:, self.salt_columns] @ np.array([salt.joule for salt in self.salts])
-        return stored
-
-    def _diluted(self, rows: FloatArray) -> FloatArray:
-        """J (n,) that the solute has given off to the water it is in."""
-        if self.warmth.solute not in self.column:
-            return np.zeros(len(rows))
-        acid, water = (rows[:, self.column[name]] for name in (self.warmth.solute, WATER))
-        return heat_given_off(acid, water, self.warmth.a, self.warmth.b)
+    def _moving_heat(self, source: int, volume_ml: float) -> FloatArray:
+        """Fractions (columns,) that move with all of the liquid: the vessel and solids that stay keep their heat."""
+        amounts = self.amounts[source]
+        solid, dissolved = self.heats.capacities(amounts)
+        liquid, moved = self.warmth.per_ml * volume_ml + dissolved, self.solid_fraction * solid
+        whole, brought = liquid + solid + self.glass[source], amounts[self.column[CAPACITY]]
+        moving = self.moving.copy()
+        moving[self.column[HEAT]] = (liquid + moved) / whole if whole > 0.0 else 1.0
+        moving[self.column[CAPACITY]] = (brought - solid + moved) / brought if brought > 0.0 else 1.0
+        return moving
 
     def _cool(self, index: int, seconds: float) -> None:
-        capacity = float(self.capacity(index, self.volume_ml[index]))
+        capacity = float(self.capacity(index, self.volume_ml[index], self.amounts[index]))
         if capacity > 0.0:
             heat = self.column[HEAT]
             joule = float(self.amounts[index, heat])

@@ -12,15 +12,8 @@ from replay.effects.chemistry.components import PROTON, WATER
 from replay.effects.chemistry.contents import Contents, contents_of
 from replay.effects.chemistry.enthalpy import CONSTANTS
 from replay.effects.chemistry.formulas import charge_of
-from replay.effects.chemistry.ledger import (
-    ADDED,
-    HEAT,
-    UNFOLLOWED,
-    WITHOUT_HEAT_C,
-    History,
-    Ledger,
-    Warmth,
-)
+from replay.effects.chemistry.ledger import History, Ledger
+from replay.effects.chemistry.ledger_columns import ADDED, HEAT, UNFOLLOWED, WITHOUT_HEAT_C, Warmth
 from replay.effects.chemistry.recipe import Recipe, recipe_of
 from replay.effects.chemistry.salts import WATER_KG, Salt
 from replay.effects.chemistry.solver import Equilibrium, Solver
@@ -35,6 +28,9 @@ MOST_FOREIGN_MOL_KG: Final = 0.5
 
 By 55 % of NaCl in 3 mol/kg of HCl (tests/replay/effects/chemistry/test_brines.py).
 """
+
+UNDISSOCIATED_WATER: Final = 50.0
+"""mol of water for one of sulfuric acid, up to which PHREEQC has it as HSO4- alone."""
 
 NEAR_SATURATION: Final = 0.1
 """Of what a salt's solution holds at saturation in water: in a brine a tenth of it may fall out already."""
@@ -79,7 +75,7 @@ class Matter:
         """Above the room (n,) at times; between two rows it falls by Newton's law."""
         history, ledger = self.histories[vessel], self.ledger
         rows = history.rows(times)
-        capacity = ledger.capacity(ledger.at[vessel], history.volume_ml[rows])
+        capacity = ledger.capacity(ledger.at[vessel], history.volume_ml[rows], history.amounts[rows])
         filled = np.where(capacity > 0.0, capacity, 1.0)
         since = np.maximum(0.0, times - history.times[rows])
         excess = self.amount(vessel, HEAT)[rows] / filled
@@ -165,25 +161,34 @@ def _warmth(inputs: EffectInputs, vessels: Mapping[str, Vessel], recipe: Recipe)
     room, per_ml = declared["ambient_c"], declared["heat_capacity_j_per_ml_k"]
     brought = {formula for contents in recipe.contents.values() for formula in contents.amounts}
     acid = next((formula for formula in CONSTANTS["dilution"] if formula in brought), "")
-    heat_j_mol, half_water = CONSTANTS["dilution"].get(acid, (0.0, 1.0))
     return Warmth(
         per_ml=WATER_J_PER_ML_K if per_ml is None else per_ml,
-        glass={name: _glass(vessel, recipe.contents.get(name), room) for name, vessel in vessels.items()},
+        glass={name: vessel.glass_j_per_k for name, vessel in vessels.items()},
+        solids={name: _solids(vessel, recipe.contents.get(name), room) for name, vessel in vessels.items()},
         excess={name: vessel.celsius(room) - room for name, vessel in vessels.items()},
         loss=declared["loss_w_per_k"],
         most=(WATER_BOILS_C if declared["boils_c"] is None else declared["boils_c"]) - room,
         room=room,
         solute=acid and acid + ADDED,
-        a=heat_j_mol,
-        b=half_water,
+        dilution=dilution_of(acid, asked=recipe.solver is not None),
+        declared=tuple(sorted(recipe.declared_heats & {salt.formula for salt in recipe.salts})),
     )
 
 
-def _glass(vessel: Vessel, contents: Contents | None, room: float) -> float:
-    """J/K of a vessel itself, as declared; of one that is dry at a temperature of its own, that of its solid."""
-    if vessel.glass_j_per_k > 0.0 or contents is None or contents.volume_ml > 0.0 or vessel.celsius(room) == room:
-        return vessel.glass_j_per_k
+def _solids(vessel: Vessel, contents: Contents | None, room: float) -> float:
+    """J/K of the solids in a vessel; 0 where what is declared of a dry vessel with its own temperature is theirs."""
+    if contents is None:
+        return 0.0
+    dry = contents.volume_ml <= 0.0 and vessel.celsius(room) != room
+    if dry and vessel.glass_j_per_k > 0.0:
+        return 0.0
     return sum(amount * solid_j_per_mol_k(formula) for formula, amount in contents.solids.items())
+
+
+def dilution_of(acid: str, *, asked: bool) -> Mapping[float, float]:
+    """Mol of water for one of acid -> J/mol; ``asked``: PHREEQC has the heat of its anions in much water."""
+    heats = {float(water): 1e3 * kilojoule for water, kilojoule in CONSTANTS["dilution"].get(acid, {}).items()}
+    return {water: joule for water, joule in heats.items() if water <= UNDISSOCIATED_WATER or not asked}
 
 
 def _segments(streams: tuple[Stream, ...], times: FloatArray) -> Iterator[tuple[IntArray, list[Stream], FloatArray]]:

@@ -27,7 +27,8 @@ from replay.effects.chemistry.contents import Contents
 from replay.effects.chemistry.database import Database, Entry, database_of
 from replay.effects.chemistry.enthalpy import FREE_ENERGY, enthalpy_j, free_energy_j
 from replay.effects.chemistry.formulas import Equation, charge_of, equation_of
-from replay.effects.chemistry.ledger import ADDED, Ledger, Process, Warmth
+from replay.effects.chemistry.ledger import Ledger, Process
+from replay.effects.chemistry.ledger_columns import ADDED, Warmth
 from replay.effects.chemistry.mixture import GAS, SOLID, Phase, mixture_of
 from replay.effects.chemistry.salts import Salt, salt_of, solubility_of
 from replay.effects.chemistry.solver import Solver
@@ -76,6 +77,12 @@ class Recipe:
     contents: Mapping[str, Contents]  # vessel -> what is in it at first
     solver: Solver | None  # PHREEQC; ``None``: nothing declared asks it
     salts: tuple[Salt, ...]
+
+    @property
+    def declared_heats(self) -> frozenset[str]:
+        """Reagents of equations whose heat the scene declares."""
+        declared = (reaction for reaction in self.reactions if reaction.declared["heat_kj_mol"] is not None)
+        return frozenset(formula for reaction in declared for formula in reaction.equation.reagents)
 
     def ledger(self, solid_fraction: float, warmth: Warmth) -> Ledger:
         """A ledger with everything in its vessels."""

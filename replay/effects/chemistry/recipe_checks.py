@@ -21,7 +21,7 @@ from replay.effects.chemistry.components import (
 )
 from replay.effects.chemistry.contents import contents_of_scene
 from replay.effects.chemistry.formulas import COMMON, charge_of
-from replay.effects.chemistry.ledger import UNFOLLOWED, WITHOUT_HEAT_C
+from replay.effects.chemistry.ledger_columns import UNFOLLOWED, WITHOUT_HEAT_C
 from replay.effects.chemistry.mixture import SOLID
 from replay.effects.chemistry.recipe import Reaction, Recipe, Tables, recipe_of
 from replay.effects.chemistry.warming import WATER_BOILS_C

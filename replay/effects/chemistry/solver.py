@@ -9,6 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore.numerics import BoolArray, FloatArray
+from replay.effects.chemistry.components import METALS, PROTON, WATER
 from replay.effects.chemistry.mixture import Mixture, phase_name, phreeqc_data
 from replay.errors import EffectError
 
@@ -137,12 +138,23 @@ class Solver:
         return [known[row] if row in known else self._bare(table[row]) for row in range(len(table))]
 
     def _bare(self, row: FloatArray) -> FloatArray:
-        """All as bare ions: no pH."""
+        """All as ions, and no pH: a proton on each of the strongest bases while there are protons, else hydroxide."""
         mixture = self.mixture
-        species = np.zeros(len(mixture.species))
-        for index, entry in enumerate(mixture.species):
-            if len(entry.makeup) == 1 and set(entry.makeup.values()) == {1.0}:
-                species[index] = row[mixture.components.index(next(iter(entry.makeup)))]
+        place = {frozenset(entry.makeup.items()): index for index, entry in enumerate(mixture.species)}
+        species, protons = np.zeros(len(mixture.species)), float(row[0])
+        steps = {component: mixture.pka(component) for component in mixture.components[1:]}
+        for component in sorted(steps, key=lambda name: max(steps[name], default=-np.inf), reverse=True):
+            amount = float(row[mixture.components.index(component)])
+            acid = place.get(frozenset({component: 1.0, PROTON: 1.0}.items()))
+            held = min(amount, max(0.0, protons)) if acid is not None and component not in METALS else 0.0
+            if acid is not None:
+                species[acid] = held
+            protons -= held
+            bare = place.get(frozenset({component: 1.0}.items()))
+            if bare is not None:
+                species[bare] = amount - held
+        water = {PROTON: 1.0} if protons > 0.0 else {PROTON: -1.0, WATER: 1.0}
+        species[place[frozenset(water.items())]] = abs(protons)
         count = len(mixture.phases)
         return np.concatenate([[np.nan, np.nan], species, np.zeros(count), np.full(count, np.nan)])
 

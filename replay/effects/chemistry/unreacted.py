@@ -9,7 +9,7 @@ from cdcore.numerics import BoolArray
 from replay import words
 from replay.effects.chemistry.components import PROTON, WATER, dissolved_components, heavy_components
 from replay.effects.chemistry.formulas import charge_of
-from replay.effects.chemistry.ledger import ADDED
+from replay.effects.chemistry.ledger_columns import ADDED
 from replay.effects.chemistry.matter import Matter
 from replay.effects.chemistry.mixture import GAS, SOLID
 from replay.effects.chemistry.recipe import Reaction

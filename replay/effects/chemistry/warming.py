@@ -1,5 +1,6 @@
 """Temperatures in closed form from row to row: heat in at a steady power, heat out in proportion to the excess."""
 
+from collections.abc import Mapping
 from itertools import pairwise
 from typing import Final
 
@@ -15,6 +16,9 @@ WATER_J_PER_ML_K: Final = 4.18
 
 KOPP_J_PER_MOL_K: Final = {"H": 9.6, "B": 11.3, "C": 7.5, "O": 16.7, "F": 20.9, "Si": 15.9, "P": 22.6, "S": 22.6}
 """What an atom adds to the heat capacity of a solid. Source: H. Kopp, Phil. Trans. R. Soc. 155, 1865."""
+
+HALF_WATER: Final = 1.8
+"""mol of water that give half of the heat of a mol of sulfuric acid in much water."""
 
 HEAVY_ATOM_J_PER_MOL_K: Final = 26.0
 """The same of any other atom."""
@@ -66,10 +70,14 @@ def warmed(
     return celsius
 
 
-def heat_given_off(acid_mol: FloatArray, water_mol: FloatArray, heat_j_mol: float, half: float) -> FloatArray:
-    """Joule (n,) that an acid has given off to water: per mol Q = a n / (n + b) in n mol of water for one of acid.
+def heat_given_off(acid_mol: FloatArray, water_mol: FloatArray, heats: Mapping[float, float]) -> FloatArray:
+    """Joule (n,) that an acid has given off to water; ``heats``: mol of water for one of acid -> J/mol.
 
-    Written so that neither without acid nor without water anything is divided by zero.
+    Between them the heat follows n / (n + 1.8), with n mol of water, and a factor that changes slowly.
+    Source: J. Thomsen, Thermochemische Untersuchungen, vol. 3, 1883, for the form.
     """
-    total = np.asarray(water_mol + half * acid_mol)
-    return heat_j_mol * acid_mol * water_mol / np.where(total > 0.0, total, 1.0)
+    ratios = np.array(list(heats))
+    factors = np.array(list(heats.values())) * (ratios + HALF_WATER) / ratios
+    ratio = np.minimum(ratios[-1], water_mol / np.maximum(acid_mol, 1e-300))
+    factor = np.interp(np.log(np.maximum(ratio, 1e-300)), np.log(ratios), factors)
+    return np.asarray(acid_mol * factor * ratio / (ratio + HALF_WATER))

@@ -9,7 +9,7 @@ from support.liquid_worlds import glass
 
 from replay.effects.chemistry.contents import contents_of_scene
 from replay.effects.chemistry.formulas import molar_mass
-from replay.effects.chemistry.ledger import UNFOLLOWED
+from replay.effects.chemistry.ledger_columns import UNFOLLOWED
 from replay.effects.chemistry.matter import Matter
 from replay.effects.chemistry.recipe import recipe_of
 from replay.effects.effect_plan import plan

@@ -65,13 +65,16 @@ def mixed(bodies, degrees=TILT, **more):
     return poured(degrees, bodies, MIX, ("heat", {**DILUTION, **more}))
 
 
-def test_acid_into_water_gives_off_the_heat_of_the_formula():
+def test_acid_into_water_gives_off_the_heat_of_the_table():
+    """NBS Circular 500: 67.03, 72.3 and 73.34 kJ/mol in 10, 25 and 50 mol of water, 15.73 in a half."""
     effects = mixed((acid("a", 60.0), glass("b", 60.0)))
     moved = effects["pour"].events[0].values["volume_ml"]
     h2so4, water = 0.018 * moved, 0.0041 * moved + 0.060 * water_molar({})
-    given = 4.184 * 17860.0 * h2so4 * (water / (water + 1.798 * h2so4) - 4.1 / (4.1 + 1.798 * 18.0))
+    # Up to a half mol of water the heat is that of H2SO4 and 1.8 mol of water, n / (n + 1.8).
+    before = 15.73e3 * (2.3 / 0.5) * 4.1 / (4.1 + 1.8 * 18.0)
+    given = h2so4 * (np.interp(np.log(water / h2so4), np.log([10.0, 25.0, 50.0]), [67.03e3, 72.3e3, 73.34e3]) - before)
     celsius = effects["heat"].series["b/temperature"].values
-    assert celsius[-1] == pytest.approx(20.0 + given / (4.0 * (60.0 + moved)), rel=1e-9)
+    assert celsius[-1] == pytest.approx(20.0 + given / (4.0 * (60.0 + moved)), rel=0.01)
     (event,) = effects["heat"].events
     assert (
         event.name == "warmest" and event.values["to_c"] == celsius[-1] and event.values["from_c"] == celsius[0] == 20.0

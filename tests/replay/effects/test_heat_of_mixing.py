@@ -75,15 +75,20 @@ def test_headline_of_a_dry_solid_is_that_of_the_mixture():
 
 
 @pytest.mark.parametrize(
-    ("mass_g", "declared", "warned"), [(20.0, {}, True), (2.0, {}, False), (20.0, {"heat_kj_mol": 20.5}, False)]
-)
-def test_heat_of_a_strong_solution_is_said_to_be_rough(mass_g, declared, warned):
-    powder = {"solid": {"formula": "NaNO3", "mass_g": mass_g}}
+    ("formula", "mass_g", "declared", "ions"),
+    [
+        ("Na2S2O3", 20.0, {}, "Na+ and S2O3^2-"), ("Na2S2O3", 2.0, {}, ""), ("CO(NH2)2", 20.0, {}, "CO(NH2)2"),
+        ("Na2S2O3", 20.0, {"heat_kj_mol": 7.0}, ""), ("NaNO3", 20.0, {}, ""), ("LiCl", 40.0, {}, "Li+ and Cl-"),
+    ],
+)  # fmt: skip
+def test_heat_of_a_strong_solution_without_a_table_is_named(formula, mass_g, declared, ions):
+    powder = {"solid": {"formula": formula, "mass_g": mass_g}}
     bodies = (vessel("a", 30.0, "", 0.0), glass("b", 0.0, properties=powder))
-    equation = ("reaction", {"equation": "NaNO3(s) -> Na+ + NO3-", **declared})
-    effects = poured([0.0, *([120.0] * 40), 0.0], bodies, MIX, equation, ("heat", HEAT))
+    products = {"Na2S2O3": "2 Na+ + S2O3^2-", "CO(NH2)2": "CO(NH2)2(aq)", "LiCl": "Li+ + Cl-", "NaNO3": "Na+ + NO3-"}
+    equation = [("reaction", {"equation": f"{formula}(s) -> {products[formula]}", **declared})] if declared else []
+    effects = poured([0.0, *([120.0] * 40), 0.0], bodies, MIX, *equation, ("heat", HEAT))
     texts = [event.text for event in effects["heat"].output.named("strong")]
-    assert len(texts) == warned and all("its heat is that of a dilute solution" in text for text in texts)
+    assert len(texts) == bool(ions) and all(f"so strong a solution of {ions} as" in text for text in texts)
 
 
 def test_a_hot_dry_solid_does_not_boil():

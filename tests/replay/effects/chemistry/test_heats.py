@@ -3,44 +3,13 @@
 import tomllib
 from pathlib import Path
 
-import numpy as np
 import pytest
-from support.liquid_worlds import glass
+from support.liquid_worlds import poured_on
 
-from replay.effects.chemistry.contents import contents_of_scene
 from replay.effects.chemistry.formulas import molar_mass
-from replay.effects.chemistry.ledger import HEAT, LATENT, Warmth
-from replay.effects.chemistry.recipe import recipe_of
-from replay.effects.effect_plan import plan
-from sessions.model.scene import Scene, SceneEffect
 
 HEATS = tomllib.loads(Path(__file__).with_name("textbook_heats.toml").read_text("utf-8"))["heat"]
-LARGE = {"radius": 0.05, "height": 0.08}
 PER_ML = 4.18
-
-
-def poured_on(a, b, equation, steps=20, **heat):
-    """Joule above the room, the coldest and the warmest in degC of b while a is poured on it in so many steps."""
-    bodies = (glass("a", cavity=LARGE, **a), glass("b", cavity=LARGE, **b))
-    liquids = {"of": "liquids", "ambient_c": 20.0, "loss_w_per_k": 0.0, "heat_capacity_j_per_ml_k": PER_ML}
-    effects = (
-        SceneEffect("pour", {"from": ["a"], "into": ["b"]}),
-        SceneEffect("mixing", {"in": ["b"]}),
-        *([SceneEffect("reaction", {"equation": equation})] if equation else []),
-        SceneEffect("heat", liquids),
-    )
-    scene = Scene(bodies=bodies, effects=effects)
-    tables = {kind: step.declared for kind, step in plan(scene).steps.items()}
-    contents = contents_of_scene(scene, "scene.toml")
-    book = recipe_of(tables, contents).ledger(0.0, Warmth(PER_ML, {}, {}, 0.0, 80.0, room=20.0, **heat))
-    book.begin(0.0)
-    index, celsius = book.at["b"], []
-    for step in range(1, steps + 1):
-        volume = np.array([[contents["a"].volume_ml / steps]])
-        book.flow(np.array([step]), np.array([0.1 * step]), [("a", "b")], volume, np.zeros(1, dtype=bool))
-        celsius.append(float(book.celsius(index, book.state[index : index + 1])[0]))
-    joule = book.amounts[index, book.column[HEAT]] + book.amounts[index, book.column[LATENT]]
-    return float(joule), min(celsius), max(celsius)
 
 
 @pytest.mark.parametrize("row", HEATS, ids=lambda row: row["equation"])

@@ -9,16 +9,8 @@ import pytest
 from replay.effects.chemistry.components import WATER, dissolved_components
 from replay.effects.chemistry.database import database_of
 from replay.effects.chemistry.formulas import atoms, charge_of
-from replay.effects.chemistry.ledger import (
-    ADDED,
-    HEAT,
-    LATENT,
-    STORED,
-    UNFOLLOWED,
-    Ledger,
-    Process,
-    Warmth,
-)
+from replay.effects.chemistry.ledger import Ledger, Process
+from replay.effects.chemistry.ledger_columns import ADDED, HEAT, LATENT, NO_MATTER, STORED, UNFOLLOWED, Warmth
 from replay.effects.chemistry.mixture import Phase, mixture_of
 from replay.effects.chemistry.salts import SOLUBILITY, salt_of
 from replay.effects.chemistry.solver import Solver
@@ -36,7 +28,7 @@ SALTS = (
     "HCl", "NaOH", "AgNO3", "KI", "Na2CO3", "NaHCO3", "CaCl2", "BaCl2", "MgCl2", "FeCl3", "CuSO4", "NH3", "NH4Cl",
     "CH3COOH", "NaH2PO4", "H2SO4", "FeSO4", "HF",
 )  # fmt: skip
-BESIDE = re.compile(rf"{ADDED}$|^({HEAT}|{STORED}|{LATENT})$")
+BESIDE = re.compile(rf"{ADDED}$|^({'|'.join(NO_MATTER)})$")
 WATER_MOL_ML = 0.0555
 
 

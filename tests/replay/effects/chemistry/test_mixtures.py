@@ -11,7 +11,7 @@ from support.second_opinions import answer, mixture
 
 from replay.effects.chemistry.contents import contents_of_scene
 from replay.effects.chemistry.formulas import ion_of, molar_mass
-from replay.effects.chemistry.ledger import UNFOLLOWED
+from replay.effects.chemistry.ledger_columns import UNFOLLOWED
 from replay.effects.chemistry.recipe import recipe_of
 from replay.effects.effect_plan import plan
 from replay.errors import PlanError

@@ -6,11 +6,14 @@ import pytest
 from replay.effects.chemistry.warming import cooled, heat_given_off
 
 
-def test_an_acid_in_much_water_gives_all_its_heat():
-    heat = 17860 * 4.184  # thermochemical calories. Source: NIST SP 811, appendix B
-    assert heat_given_off(1.0, 1e9, heat, 1.798) == pytest.approx(heat, rel=1e-8)
-    assert heat_given_off(1.0, 1.798, heat, 1.798) == pytest.approx(heat / 2)
-    assert [heat_given_off(*two, heat, 1.798) for two in ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))] == [0.0, 0.0, 0.0]
+def test_an_acid_gives_the_heat_of_its_table_and_no_more():
+    heats = {1.0: 28.07e3, 10.0: 67.03e3, 50.0: 73.34e3}
+    acid, water = np.array([1.0, 2.0, 1.0, 1.0]), np.array([1.0, 20.0, 50.0, 1e9])
+    assert heat_given_off(acid, water, heats) == pytest.approx([28.07e3, 2.0 * 67.03e3, 73.34e3, 73.34e3])
+    # Source: R. M. Felder and R. W. Rousseau, Elementary Principles of Chemical Processes, table B.11.
+    assert heat_given_off(np.ones(2), np.array([4.0, 25.0]), heats) == pytest.approx([54.06e3, 72.3e3], rel=0.01)
+    nothing = heat_given_off(np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]), heats)
+    assert nothing.tolist() == [0.0, 0.0, 0.0]
 
 
 @pytest.mark.parametrize("loss", [0.0, 1e-9, 0.4, 40.0])

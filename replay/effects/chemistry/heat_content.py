@@ -1,0 +1,187 @@
+"""Heat of strong solutions: what their ions hold in enthalpy beyond a dilute solution.
+
+The relative apparent molal enthalpy of a salt is known by its molality. Of several salts together each pair of ions
+counts at the ionic strength of the whole, by its share of the charges (T. F. Young's rule).
+"""
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from cdcore.numerics import FloatArray, IntArray
+from replay.effects.chemistry.components import BASES, METALS, PROTON, WATER, component_of, dissolved_components
+from replay.effects.chemistry.enthalpy import CONSTANTS
+from replay.effects.chemistry.formulas import charge_of
+from replay.effects.chemistry.mixture import Mixture
+
+TABLE: Final[Mapping[str, Mapping[str, float]]] = CONSTANTS["heat_content"]
+"""Cation and anion -> mol/kg of their salt -> kJ/mol."""
+
+ALKALINE: Final = frozenset(("Li+", "Na+", "K+", "Rb+", "Cs+", "Mg^2+", "Ca^2+", "Sr^2+", "Ba^2+"))
+"""Metals whose pairs with hydroxide are its ions."""
+
+HYDROXIDE: Final = "OH-"
+
+PROTONATED_NAMES: Final = {
+    ("NH3", 1): "NH4+", ("CO3^2-", 1): "HCO3-", ("SO4^2-", 1): "HSO4-",
+}  # fmt: skip
+"""Component and protons -> ion of the table; others have no heat of their own."""
+
+DILUTE_EQUIVALENTS, STRONG_EQUIVALENTS = 1.1, 2.0
+"""mol/kg of charges up to which a heat is that of infinite dilution, as tables of schools give it, and from which the
+whole difference counts; chosen by us."""
+
+STRETCH: Final = 1.25
+"""Of the last molality of a table: up to this its last value holds."""
+
+LEAST_FRACTION: Final = 0.1
+"""Of the charges: pairs of less without a table are not told."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """A cation and an anion with the heat of their salt."""
+
+    cation: int
+    anion: int
+    equivalents: float  # charges of one sign in a mol of the salt
+    strength: float  # ionic strength of a mol in a kilogram
+    molal: FloatArray
+    joule: FloatArray
+
+
+class HeatContent:
+    """Heat of strong solutions of the ions of one mixture.
+
+    Parameters
+    ----------
+    columns : name of a column of the ledger -> its place.
+    mixture : what PHREEQC's species are made of; ``None``: protons and hydroxide are what the ledger counts.
+    declared : formulas of salts whose heat the scene declares: their pairs count nothing.
+    """
+
+    def __init__(self, columns: Mapping[str, int], mixture: Mixture | None, declared: Collection[str] = ()) -> None:
+        if mixture is None:
+            dissolved = {name: place for name, place in columns.items() if _is_ion(name)}
+            rows = [{name: 1.0} for name in dissolved]
+            self._places: IntArray | None = np.array(list(dissolved.values()), dtype=np.int64)
+        else:
+            rows = [_ions(entry.makeup) for entry in mixture.species]
+            self._places = None
+        names = dict.fromkeys((PROTON, HYDROXIDE, *(name for row in rows for name in row)))
+        self.ions = tuple(names)
+        place = {name: index for index, name in enumerate(self.ions)}
+        self._powers = np.zeros((len(rows), len(self.ions)))
+        for row, counts in enumerate(rows):
+            for name, many in counts.items():
+                self._powers[row, place[name]] = many
+        self._charges = np.array([float(_charge(name)) for name in self.ions])
+        self._proton = place[PROTON], place[HYDROXIDE]
+        held = [set(_ions(dissolved_components(formula))) for formula in declared]
+        self.pairs: list[Pair] = []
+        for key, values in TABLE.items():
+            cation, anion = key.split()
+            if {cation, anion} <= set(self.ions) and not any({cation, anion} <= ions for ions in held):
+                self.pairs.append(_pair(place[cation], place[anion], _charge(cation), -_charge(anion), values))
+        self._declared = np.zeros((len(self.ions), len(self.ions)), dtype=np.bool_)
+        for ions in held:
+            here = [place[name] for name in ions if name in place]
+            self._declared[np.ix_(here, here)] = True
+
+    def moles(self, amounts: FloatArray, species: FloatArray, proton: int) -> FloatArray:
+        """Mol (n, ions) of rows of the ledger, by PHREEQC's species where it is asked."""
+        if self._places is None:
+            return species @ self._powers
+        moles = amounts[:, self._places] @ self._powers
+        moles[:, self._proton[0]] = np.maximum(0.0, amounts[:, proton])
+        moles[:, self._proton[1]] = np.maximum(0.0, -amounts[:, proton])
+        return moles
+
+    def joule(self, moles: FloatArray, kilograms: FloatArray) -> FloatArray:
+        """J (n,) that ions (n, ions) in so much water (n,) hold beyond a dilute solution."""
+        charges, whole, strength, weight = self._strengths(moles, kilograms)
+        joule = np.zeros(len(moles))
+        for pair in self.pairs:
+            fraction = charges[:, pair.cation] * charges[:, pair.anion] / whole
+            joule += fraction / pair.equivalents * np.interp(strength / pair.strength, pair.molal, pair.joule)
+        return joule * weight
+
+    def unknown(self, moles: FloatArray, kilograms: FloatArray) -> tuple[FloatArray, list[str]]:
+        """mol/kg (n,) of charges where the heat is not known, 0 where it is, and the ions (n,) of most of it."""
+        charges, whole, strength, weight = self._strengths(moles, kilograms)
+        cations = np.where(self._charges > 0.0, charges, 0.0)
+        anions = np.where(self._charges < 0.0, charges, 0.0)
+        missing = (cations / whole[:, None])[:, :, None] * (anions / whole[:, None])[:, None, :]
+        missing[:, self._declared] = 0.0
+        for pair in self.pairs:
+            known = strength / pair.strength <= STRETCH * pair.molal[-1]
+            missing[:, pair.cation, pair.anion] *= ~known
+        worst = missing.reshape(len(moles), -1).argmax(axis=1)
+        names = [f"{self.ions[row // len(self.ions)]} and {self.ions[row % len(self.ions)]}" for row in worst.tolist()]
+        strong = (missing.sum(axis=(1, 2)) > LEAST_FRACTION) & (weight >= 1.0)
+        return np.where(strong, whole / kilograms, 0.0), names
+
+    def _strengths(
+        self, moles: FloatArray, kilograms: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Charges (n, ions) of ions, of one sign together (n,), ionic strength (n,) and weight (n,) of the heat."""
+        charges = moles * np.abs(self._charges)
+        positive = charges[:, self._charges > 0.0].sum(axis=1)
+        negative = charges[:, self._charges < 0.0].sum(axis=1)
+        whole = np.maximum(np.maximum(positive, negative), 1e-300)
+        strength = 0.5 * (charges @ np.abs(self._charges)) / kilograms
+        weight = (whole / kilograms - DILUTE_EQUIVALENTS) / (STRONG_EQUIVALENTS - DILUTE_EQUIVALENTS)
+        return charges, whole, strength, np.clip(weight, 0.0, 1.0)
+
+
+def _pair(cation: int, anion: int, plus: int, minus: int, values: Mapping[str, float]) -> Pair:
+    common = np.lcm(plus, minus)
+    many_cations, many_anions = common // plus, common // minus
+    strength = 0.5 * (many_cations * plus**2 + many_anions * minus**2)
+    molal = np.array([0.0, *(float(key) for key in values)])
+    joule = 1e3 * np.array([0.0, *values.values()])
+    return Pair(cation, anion, float(common), float(strength), molal, joule)
+
+
+def _is_ion(column: str) -> bool:
+    """Whether a column of the ledger is a dissolved ion but protons."""
+    try:
+        return column not in (PROTON, WATER) and "(" not in column and " " not in column and charge_of(column) != 0
+    except ValueError:
+        return False
+
+
+def _charge(ion: str) -> int:
+    """Charge of an ion of ``_ions``: of one with protons that has no name, of the whole."""
+    component, _, protons = ion.partition(" + ")
+    return charge_of(component) + (int(protons.split()[0]) if protons else 0)
+
+
+def _ions(makeup: Mapping[str, float]) -> dict[str, float]:
+    """Ions of a species: a pair of ions is its ions, a complex its metal and its anions, a molecule nothing."""
+    protons = round(makeup.get(PROTON, 0.0))
+    heavy = {component: float(many) for component, many in makeup.items() if component not in (PROTON, WATER)}
+    if not heavy:
+        return {PROTON: float(protons)} if protons > 0 else {HYDROXIDE: float(-protons)} if protons < 0 else {}
+    ions: dict[str, float] = {}
+    for component, many in heavy.items():
+        held = min(protons, _most_protons(component)) if component not in METALS else 0
+        if held > 0:
+            protons -= held
+            name = PROTONATED_NAMES.get((component, held), f"{component} + {held} H+")
+            if component_of(component).charge + held:
+                ions[name] = many
+        elif component_of(component).charge:
+            ions[component] = many
+    if protons < 0 and set(heavy) & ALKALINE:
+        ions[HYDROXIDE] = float(-protons)
+    if protons > 0:
+        ions[PROTON] = ions.get(PROTON, 0.0) + protons
+    return ions
+
+
+def _most_protons(component: str) -> int:
+    """Protons that a base or anion holds at most in water; a neutral base becomes an ion by one."""
+    return 1 if component in BASES else max(0, -component_of(component).charge)

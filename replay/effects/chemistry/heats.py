@@ -1,0 +1,83 @@
+"""Heats of what stands in vessels: enthalpy of the dissolved and of solids, and what keeps how much heat."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from cdcore.numerics import FloatArray
+from replay.effects.chemistry.components import PROTON, WATER
+from replay.effects.chemistry.heat_content import HeatContent
+from replay.effects.chemistry.ledger_columns import CAPACITY, STORED, Warmth
+from replay.effects.chemistry.mixture import SOLID, Mixture
+from replay.effects.chemistry.salts import WATER_KG, Salt
+from replay.effects.chemistry.warming import heat_given_off, solid_j_per_mol_k
+
+FIRST_J_PER_KG_K, WHOLE_J_PER_KG_K = 200.0, 1000.0
+"""J/K of dissolved solids in a kg of water: below the first they add nothing to its own, from the second on all.
+
+Within 6 % of the heat capacities of solutions of NaNO3, NH4NO3, NH4Cl, KNO3, CaCl2 and NaCl up to 10 mol/kg, of NaOH up
+to 10, by M. Laliberte, J. Chem. Eng. Data 54, 2009.
+"""
+
+
+class Heats:
+    """Enthalpies and heat capacities of rows of a ledger.
+
+    Parameters
+    ----------
+    column : name of a column of the ledger -> its place.
+    mixture : what PHREEQC's species are; ``None``: it is not asked.
+    salts : solids that dissolve up to their solubility.
+    warmth : how heat is followed.
+    """
+
+    def __init__(
+        self, column: Mapping[str, int], mixture: Mixture | None, salts: Sequence[Salt], warmth: Warmth
+    ) -> None:
+        self._column, self._mixture, self._warmth = column, mixture, warmth
+        self._salts = np.array([column[salt.column] for salt in salts], dtype=np.int64)
+        self._salt_joule = np.array([salt.joule for salt in salts])
+        phases = () if mixture is None else tuple(phase.column for phase in mixture.phases)
+        self._phases = np.array([column[name] for name in phases], dtype=np.int64)
+        solids = {name: place for name, place in column.items() if name.endswith(SOLID)} if warmth.followed else {}
+        self._solids = np.array(list(solids.values()), dtype=np.int64)
+        self._solid_capacity = np.array([solid_j_per_mol_k(name.removesuffix(SOLID)) for name in solids])
+        self.content = HeatContent(column, mixture, warmth.declared) if warmth.followed else None
+
+    def enthalpy(self, amounts: FloatArray) -> FloatArray:
+        """J (n,) of what is dissolved, of solids and of gases that left, above the parts they are made of."""
+        stored = amounts[:, self._column[STORED]].copy()
+        if self._warmth.followed:
+            if self._mixture is not None:
+                stored += amounts[:, self._phases] @ self._mixture.joule[len(self._mixture.species) :]
+            stored += amounts[:, self._salts] @ self._salt_joule
+        return stored
+
+    def dissolved(self, amounts: FloatArray, species: FloatArray) -> FloatArray:
+        """J (n,) of what is dissolved; ``species``: mol (n, s) as PHREEQC has them, of none where it is not asked."""
+        assert self.content is not None
+        joule = np.zeros(len(amounts)) if self._mixture is None else species @ self._mixture.joule[: species.shape[1]]
+        moles = self.content.moles(amounts, species, self._column[PROTON])
+        joule += self.content.joule(moles, self.water_kg(amounts))
+        if self._warmth.solute in self._column:
+            acid, water = (amounts[:, self._column[name]] for name in (self._warmth.solute, WATER))
+            joule -= heat_given_off(acid, water, self._warmth.dilution)
+        return joule
+
+    def water_kg(self, amounts: FloatArray) -> FloatArray:
+        """Kilograms (n,) of water; what the ledger counts as water less a proton is hydroxide."""
+        water = amounts[:, self._column[WATER]] + np.minimum(0.0, amounts[:, self._column[PROTON]])
+        return np.maximum(water * WATER_KG, 1e-300)
+
+    def capacities(self, amounts: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Heat capacities (...), J/K, of the solids that were brought: of what is still solid, and of what dissolved.
+
+        A solid that falls out of a solution keeps no heat of its own: the volume of its solution counts already.
+        """
+        rows = np.atleast_2d(amounts)
+        brought = rows[:, self._column[CAPACITY]]
+        solid = np.minimum(rows[:, self._solids] @ self._solid_capacity, brought)
+        per_kg = (brought - solid) / self.water_kg(rows)
+        counted = np.clip((per_kg - FIRST_J_PER_KG_K) / (WHOLE_J_PER_KG_K - FIRST_J_PER_KG_K), 0.0, 1.0)
+        shape = amounts.shape[:-1]
+        return solid.reshape(shape), ((brought - solid) * counted).reshape(shape)

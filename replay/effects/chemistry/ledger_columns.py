@@ -1,0 +1,44 @@
+"""Columns of the ledger that are no matter, and what is known of heat at first."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+
+ADDED: Final = " added"
+"""End of the name of a column of what was added under a formula, followed for the reader and never changed."""
+
+HEAT: Final = "heat above the room"
+STORED: Final = "enthalpy of what is dissolved"
+LATENT: Final = "heat of steam and ice"
+"""Columns of energy, J; the last above 0 of what boils, below 0 of ice: it comes back as the vessel cools or warms."""
+
+CAPACITY: Final = "heat capacity of solids"
+"""Column, J/K, of what was brought as solid, whether it has dissolved since or not."""
+
+NO_MATTER: Final = (HEAT, STORED, LATENT, CAPACITY)
+
+WITHOUT_HEAT_C: Final = 25.0
+"""Temperature at which PHREEQC is asked where no effect heat follows one: that of its constants."""
+
+
+@dataclass(frozen=True, eq=False)
+class Warmth:
+    """How liquids keep, lose and gain heat; energies are above that of the room."""
+
+    per_ml: float  # J/(mL K) of the liquids
+    glass: Mapping[str, float]  # vessel -> J/K of the vessel itself, its calorimeter constant
+    excess: Mapping[str, float]  # vessel -> kelvin above the room at first
+    loss: float  # W/K
+    most: float  # kelvin above the room at which it boils
+    room: float = WITHOUT_HEAT_C  # degC
+    solids: Mapping[str, float] = field(default_factory=dict)  # vessel -> J/K of the solids in it at first
+    solute: str = ""  # column of an acid whose dilution gives heat
+    dilution: Mapping[float, float] = field(default_factory=dict)  # mol of water for one of it -> J/mol
+    declared: tuple[str, ...] = ()  # formulas whose heat of dissolving the scene declares
+    followed: bool = True  # whether anybody asks
+
+
+UNFOLLOWED = Warmth(0.0, {}, {}, 0.0, np.inf, followed=False)
+"""Where nobody asks how warm anything is."""

@@ -1,0 +1,131 @@
+"""Heats of strong solutions against Pitzer's equations, integral heats of solution and heat capacities of handbooks."""
+
+import numpy as np
+import pytest
+from support.liquid_worlds import poured_on
+
+from replay.effects.chemistry.components import dissolved_components
+from replay.effects.chemistry.formulas import molar_mass
+from replay.effects.chemistry.heat_content import TABLE, HeatContent
+from replay.effects.chemistry.heats import Heats
+from replay.effects.chemistry.ledger_columns import CAPACITY, NO_MATTER, UNFOLLOWED, Warmth
+from replay.effects.chemistry.warming import solid_j_per_mol_k
+
+RT2 = 8.314462618 * 298.15**2
+DEBYE_J = 1986.0
+"""A of the enthalpy at 25 degC, J kg^0.5 mol^-1.5. Source: K. S. Pitzer, Activity Coefficients, 1991."""
+
+PITZER = {
+    "Na+ Cl-": (7.159e-4, 7.005e-4, -10.54e-5), "K+ Cl-": (5.794e-4, 10.71e-4, -5.095e-5),
+    "Na+ NO3-": (12.66e-4, 20.6e-4, -23.16e-5), "K+ NO3-": (2.06e-4, 64.5e-4, 39.7e-5),
+    "NH4+ Cl-": (0.779e-4, 12.58e-4, 2.1e-5), "Na+ OH-": (7e-4, 1.34e-4, -18.94e-5),
+    "K+ I-": (9.914e-4, 11.86e-4, -9.44e-5), "K+ Br-": (7.39e-4, 17.4e-4, -7.004e-5),
+    "Li+ Cl-": (-1.685e-4, 5.366e-4, -4.52e-5), "H+ Br-": (-2.049e-4, 4.467e-4, -5.685e-5),
+    "H+ Cl-": (-3.081e-4, 1.419e-4, 6.213e-5), "Na+ I-": (8.355e-4, 8.28e-4, -8.35e-5),
+}  # fmt: skip
+"""Derivatives of beta0, beta1, C by temperature. Source: L. F. Silvester, K. S. Pitzer, J. Solution Chem. 7, 1978."""
+
+
+def pitzer_kilojoule(key, molal):
+    """Relative apparent molal enthalpy of a salt of two ions of one charge, by Pitzer's equation."""
+    first, second, third = PITZER[key]
+    root = np.sqrt(molal)
+    decay = 2.0 * root
+    middle = first + second * 2.0 * (1.0 - (1.0 + decay) * np.exp(-decay)) / decay**2
+    debye = 2.0 * DEBYE_J / 2.4 * np.log1p(1.2 * root)
+    return (debye - 2.0 * RT2 * (molal * middle + molal**2 * third / 2.0)) / 1e3
+
+
+@pytest.mark.parametrize("molal", [0.1, 0.5, 1.0, 2.0])
+@pytest.mark.parametrize("key", PITZER)
+def test_a_heat_of_the_table_is_that_of_pitzers_equation(key, molal):
+    assert TABLE[key][f"{molal:g}"] == pytest.approx(pitzer_kilojoule(key, molal), abs=0.4)
+
+
+def joule_of(solution):
+    """J of ions (formula -> mol) in a kilogram of water."""
+    columns = dict.fromkeys(name for formula in solution for name in dissolved_components(formula))
+    column = {name: place for place, name in enumerate(dict.fromkeys(("H+", "H2O", *columns)))}
+    amounts = np.zeros((1, len(column)))
+    for formula, moles in solution.items():
+        for name, many in dissolved_components(formula).items():
+            amounts[0, column[name]] += many * moles
+    content = HeatContent(column, None)
+    moles = content.moles(amounts, np.zeros((1, 0)), column["H+"])
+    return float(content.joule(moles, np.ones(1))[0])
+
+
+def test_a_salt_in_two_portions_has_the_heat_of_the_whole():
+    assert joule_of({"NaNO3": 3.0, "KCl": 3.0}) == pytest.approx(joule_of({"NaCl": 3.0, "KNO3": 3.0}), rel=1e-12)
+    assert joule_of({"NaCl": 4.0}) == pytest.approx(-4.0 * 1430.0, rel=1e-9)
+    assert joule_of({"HCl": 1.0}) == 0.0 == joule_of({"Na2CO3": 0.5})
+
+
+# kJ/mol of a solid in so many mol/kg. Source: integral heats of solution of R. M. Felder and R. W. Rousseau, Elementary
+# Principles of Chemical Processes, of NaOH, moved to the 44.51 of V. B. Parker at infinite dilution; of CaCl2 in 10 and
+# 20 mol of water the NBS tables of 1982.
+INTEGRAL = [
+    ("NaOH", 5.551, -44.15), ("NaOH", 2.775, -44.48), ("NaOH", 7.5, -42.4), ("CaCl2", 5.551, -66.9),
+    ("CaCl2", 2.775, -74.3),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("formula", "molal", "kilojoule"), INTEGRAL)
+def test_a_solid_in_little_water_has_its_integral_heat(formula, molal, kilojoule):
+    moles = 0.1 * molal
+    solid = {"properties": {"solid": {"formula": formula, "mass_g": moles * molar_mass(formula)}}, "volume_ml": 0.0}
+    joule, *_ = poured_on({"volume_ml": 100.0}, solid, None)
+    assert -joule / moles / 1e3 == pytest.approx(kilojoule, rel=0.03)
+
+
+# J that a mol gives off when it is diluted from one ratio of water to another. Source: Felder and Rousseau, table B.11.
+DILUTED = [
+    ("NaOH", 10.0, 1.0, 4.8e3, 0.1), ("HCl", 12.0, 1.0, 15.4e3, 0.1), ("H2SO4", 18.35, 1.0, 70.0e3, 0.05),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("formula", "strong", "weak", "joule_mol", "within"), DILUTED)
+def test_a_strong_solution_gives_off_its_heat_of_dilution(formula, strong, weak, joule_mol, within):
+    volume = 50.0 * weak / (strong - weak)
+    acid = {"volume_ml": volume, "solutes": {formula: strong}}
+    joule, *_ = poured_on({"volume_ml": 50.0}, acid, None)
+    assert joule / (volume * strong * 1e-3) == pytest.approx(joule_mol, rel=within)
+
+
+def test_strong_acid_and_base_give_more_than_dilute_ones():
+    """57.5 to 59 kJ/mol at 2 mol/L, as calorimeters of schools have it: 55.84 and the heats of both solutions."""
+    acid, base = ({"volume_ml": 50.0, "solutes": {formula: 2.0}} for formula in ("HCl", "NaOH"))
+    joule, *_ = poured_on(acid, base, "HCl + NaOH -> NaCl + H2O")
+    assert joule / 0.1 == pytest.approx(58.6e3, rel=0.01)
+
+
+# J/K of a solution in a kilogram of water. Source: M. Laliberte, J. Chem. Eng. Data 54, 2009.
+CAPACITIES = [
+    ("NaNO3", 3.0, 4414.0), ("NaNO3", 10.0, 5275.0), ("NH4NO3", 10.0, 5317.0), ("NH4NO3", 15.0, 6040.0),
+    ("NH4Cl", 6.0, 4435.0), ("CaCl2", 6.0, 4230.0), ("NaOH", 6.0, 4502.0), ("KNO3", 3.0, 4351.0), ("NaCl", 5.0, 4380.0),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("formula", "molal", "joule_k"), CAPACITIES)
+def test_a_dissolved_solid_adds_to_the_heat_capacity(formula, molal, joule_k):
+    column = {name: place for place, name in enumerate(("H+", "H2O", f"{formula}(s)", *NO_MATTER))}
+    heats = Heats(column, None, (), Warmth(4.18, {}, {}, 0.0, 80.0))
+    amounts = np.zeros(len(column))
+    amounts[column["H2O"]] = 1.0 / 0.0180153
+    amounts[column[CAPACITY]] = molal * solid_j_per_mol_k(formula)
+    solid, dissolved = heats.capacities(amounts)
+    assert solid == 0.0 and 4180.0 + dissolved == pytest.approx(joule_k, rel=0.07)
+    amounts[column[f"{formula}(s)"]] = molal
+    assert heats.capacities(amounts) == pytest.approx((molal * solid_j_per_mol_k(formula), 0.0))
+
+
+def test_a_solid_that_does_not_dissolve_is_warmed_too():
+    """143 g of silver chloride keep 52 J/K by Kopp's rule: hot water on it cools by that of both."""
+    chloride = {"properties": {"solid": {"formula": "AgCl", "mass_g": 143.32}}, "volume_ml": 0.0}
+    joule, _, warmest = poured_on({"volume_ml": 100.0}, chloride, None, solids={"b": 52.0}, excess={"a": 40.0})
+    assert joule == pytest.approx(100.0 * 4.18 * 40.0, rel=1e-4)
+    assert warmest == pytest.approx(20.0 + joule / (418.0 + 52.0), abs=0.1)
+
+
+def test_nobody_follows_heat_where_nothing_asks():
+    assert Heats({"H+": 0, "H2O": 1, **dict.fromkeys(NO_MATTER, 2)}, None, (), UNFOLLOWED).content is None
