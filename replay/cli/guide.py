@@ -3,9 +3,12 @@
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import click
+
+if TYPE_CHECKING:
+    from replay.guide.search import Match
 
 from replay.cli.options import common
 
@@ -67,6 +70,9 @@ def _best_section(context: click.Context, query: Sequence[str]) -> tuple[str, st
         advice = f"near words: {', '.join(near)}" if near else "`replay guide` lists its pages"
         raise click.UsageError(f"the guide has no section about {' '.join(query)!r}; {advice}", context)
     best, *others = matches
+    if 2 * len(best.missing) > len(terms):  # a whole section about something else would mislead
+        heading = f"No section is about {' '.join(terms)}. The nearest, and the page to open:\n"
+        return best.section.topic, "\n".join([heading, *_pages_to_open(matches)])
     lines = []
     missing = [term for term in best.missing if term.isidentifier()]
     if missing:
@@ -74,9 +80,16 @@ def _best_section(context: click.Context, query: Sequence[str]) -> tuple[str, st
     lines.append(best.section.page)
     if others:
         lines.append("Other sections, and the page to open:\n")
-        lines += [f"- {match.section.heading}: `replay guide {match.section.topic}`" for match in others[:MOST_OTHERS]]
-        lines.append("")
+        lines += _pages_to_open(others)
     return best.section.topic, "\n".join(lines)
+
+
+def _pages_to_open(matches: "Sequence[Match]") -> list[str]:
+    """A line for each of the best sections, with the command that prints its page, and an empty one."""
+    return [
+        *(f"- {match.section.heading}: `replay guide {match.section.topic}`" for match in matches[:MOST_OTHERS]),
+        "",
+    ]
 
 
 def _show(text: str) -> None:

@@ -83,6 +83,22 @@ class Number(click.FloatRange):
         return number
 
 
+class Share(Number):
+    """A share between 0 and 1."""
+
+    name = "share"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The share; for a count, such as 2 contacts, says how it is written."""
+        try:
+            number = float(value)
+        except (TypeError, ValueError):
+            number = 0.0
+        if 1 < number <= LARGEST:
+            self.fail(f"{value} is no share between 0 and 1; 2 of 50 contacts are 0.04", param, ctx)
+        return super().convert(value, param, ctx)
+
+
 class Length(click.ParamType):  # type: ignore[type-arg]
     """A length of 0 or more with its unit: ``2mm``, ``0.5 cm``; converted to metres."""
 
@@ -101,7 +117,7 @@ class Length(click.ParamType):  # type: ignore[type-arg]
 LENGTH = re.compile(r"\s*(\d+\.?\d*|\.\d+)\s*(um|mm|cm|m)\s*")
 LENGTH_UNITS = {"um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0}
 
-SHARE = Number(min=0.0, max=1.0)
+SHARE = Share(min=0.0, max=1.0)
 ANY_PATH = FilePath()
 SESSION_FILE = FilePath(exists=True, dir_okay=False)
 RUN_FOLDER = FilePath(exists=True, file_okay=False)

@@ -1,4 +1,4 @@
-"""``replay study``: what students did beside what they answered, and printed tables recomputed."""
+"""``replay study``: what students did, and what they answered, and printed tables recomputed."""
 
 import os
 from pathlib import Path

@@ -5,7 +5,7 @@ A section reaches from one heading to the next. Upper case and a trailing s do n
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Container, Iterable, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from enum import IntEnum
@@ -31,6 +31,25 @@ FILLERS: Final = frozenset(
     )
 )
 """Left out of a query that holds anything else."""
+
+EVERYDAY: Final = {
+    "crashed": "crash",
+    "rescue": "recover",
+    "restore": "recover",
+    "repair": "recover",
+    "compatible": "version",
+    "compatibility": "version",
+    "upgrade": "version",
+    "cloud": "s3",
+    "bucket": "s3",
+    "upright": "axe",
+    "sideways": "axe",
+    "axis": "axe",
+    "turned": "axe",
+    "excel": "questionnaire",
+    "survey": "questionnaire",
+}
+"""Terms of readers that no section holds -> terms of the guide, as `tokens` gives them."""
 
 _HEADING: Final = re.compile(r"#{1,3} (.*)")
 _BLOCK: Final = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -145,7 +164,8 @@ def search(query: Sequence[str], among: Iterable[Section]) -> list[Match]:
     A term weighs as much as it is rare: the logarithm of all sections over those that hold it.
     """
     sections = list(among)
-    written = {tokens(term)[0]: term for term in query_terms(query)}
+    known = {term for section in sections for term in section.levels}
+    written = {_term_of_guide(tokens(term)[0], known): term for term in query_terms(query)}
     weights = {}
     for term in written:
         holding = sum(term in section.levels for section in sections)
@@ -161,6 +181,11 @@ def search(query: Sequence[str], among: Iterable[Section]) -> list[Match]:
             matches.append(Match(section, missing=missing, score=score, named=named, count=count))
     least = LEAST_SCORE * max((match.score for match in matches), default=0.0)
     return sorted((match for match in matches if match.score >= least), key=lambda match: match.rank, reverse=True)
+
+
+def _term_of_guide(term: str, known: Container[str]) -> str:
+    """A term of a query, or the guide's own term for one that no section holds."""
+    return term if term in known else EVERYDAY.get(term, term)
 
 
 def near_terms(term: str, among: Iterable[Section]) -> list[str]:

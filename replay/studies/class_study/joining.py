@@ -103,8 +103,9 @@ def _answers(texts: "Series", item: Item, where: str) -> "Series":
     wrong = texts[(texts != "") & ~values.between(smallest, largest)]
     for row, text in wrong.items():
         raise StudyError(
-            f"{where}, data row {row + 1}, column {item.name}: {text!r:.40} is not on the scale "
-            f"{smallest:g} to {largest:g} that the codebook gives; leave it empty if it was not answered"
+            f"{where}, data row {row + 1}, column {item.name}: {text!r:.40} is not between {smallest:g} and "
+            f"{largest:g}, the scale of this item; declare another in the codebook "
+            f"(`{item.name}: {{..., scale: [0, 100]}}`), or leave the cell empty if nothing was answered"
         )
     return smallest + largest - values if item.reversed else values
 

@@ -47,6 +47,13 @@ def test_a_query_without_a_full_match_says_so(capsys):
     assert printed.startswith("Not in this section: qqqqqq.\n\n# Your recording\n\n## Can you trust the recording?")
 
 
+def test_weak_match_lists_pages_instead_of_one(capsys):
+    assert main(["guide", "doctor", "qqqqqq", "wwwwww"]) == 0
+    printed = capsys.readouterr().out
+    assert printed.startswith("No section is about doctor qqqqqq wwwwww. The nearest, and the page to open:\n\n- ")
+    assert "`replay guide your-recording`" in printed and "\n#" not in printed
+
+
 def test_no_match_suggests_near_spellings_or_the_list(capsys):
     assert main(["guide", "oss"]) == 2
     assert "the guide has no section about 'oss'; near words: loss" in capsys.readouterr().err

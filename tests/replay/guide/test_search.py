@@ -10,7 +10,7 @@ GUIDE = [section for topic in topics() for section in sections_of(topic, page(to
 ANSWERS = [
     ("UNRESOLVED", "glossary", "Verdicts"),
     ("missed", "glossary", "Answers"),
-    ("late", "glossary", "Causes and columns"),
+    ("late", "glossary", "Answers"),
     ("sample", "glossary", "Answers"),
     ("front", "what-to-ship", "What accuracy costs"),
     ("tau", "hard-cases", "Hard cases"),
@@ -47,11 +47,16 @@ ANSWERS = [
     ("ci fail missed contact deeper 2 mm", "in-a-build", "In a build (CI): a test of every change"),
     ("how many convex pieces mug godot file", "what-to-ship", "Colliders to ship"),
     ("recording stopped damaged file recover", "files-and-promises", "When something goes wrong"),
-    ("my python detector test hard cases compare", "your-own-detector", "A class with one method"),
+    ("my python detector test hard cases compare", "hard-cases", "Hard cases"),
     ("late or cut short", "glossary", "Answers"),
     ("sessions S3 four machines sql", "many-sessions", "On a cluster"),
     ("declare phenolphthalein pink titration", "scenes-and-effects", "A titration from nothing"),
-    ("class", "class-study", "A class: what students did beside what they answered"),
+    ("mesh lies on its side which axis is up", "your-recording", "Axes of meshes"),
+    ("pre-test scores Excel CSV", "class-study", "A class: what students did, and what they answered"),
+    ("SteamVR crashed rescue file", "your-recording", "Can you trust the recording?"),
+    ("compatibility", "files-and-promises", "Between versions"),
+    ("compare colliders before after", "what-is-wrong", "Before and after a change"),
+    ("class", "class-study", "A class: what students did, and what they answered"),
 ]
 
 
