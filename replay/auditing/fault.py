@@ -208,11 +208,15 @@ class Fault:
         return (self.start, 0.0) if touch is None else (touch.moment, touch.moment - touch.free)
 
 
-def deepest_first(misses: Iterable[Fault]) -> list[Fault]:
-    """Misses by depth, then those of unknown depth by the length of their curve; equals in order of time."""
-    unordered = list(misses)
-    keys = [
-        (inf if isnan(miss.depth) else -miss.depth, inf if isnan(miss.metres) else -miss.metres, miss.number)
-        for miss in unordered
-    ]
-    return [unordered[row] for row in sorted(range(len(keys)), key=keys.__getitem__)]
+def worst_first(faults: Iterable[Fault]) -> list[Fault]:
+    """Faults of one category in the order of every table, list and picture.
+
+    Misses by depth, then those of unknown depth by the length of their curve; false contacts by the width of their gap.
+    Equals, to a micrometre, are in order of time.
+    """
+    return sorted(faults, key=lambda fault: (-_micrometres(fault.depth), -_micrometres(fault.metres), fault.number))
+
+
+def _micrometres(metres: float) -> float:
+    """Whole micrometres; below all others where nothing was measured."""
+    return -inf if isnan(metres) else round(1e6 * metres)

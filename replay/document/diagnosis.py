@@ -9,7 +9,7 @@ from typing import Any, Final
 from msgspec import structs
 
 from cdcore.detectors import detector_row, settings_of
-from replay.auditing.fault import Cause, Fault, FaultKind, deepest_first
+from replay.auditing.fault import Cause, Fault, FaultKind, worst_first
 from replay.auditing.loss import fraction_of, loss
 from replay.auditing.outcome import Outcome
 from replay.auditing.sampling_offsets import OFFSET_SETTING
@@ -85,15 +85,14 @@ def _nothing_happened(result: RunResult, document: RunDocument, label: str) -> s
 
 
 def _key_fault(result: RunResult, rank: Rank) -> Fault | None:
-    """Return the longest fault of the most frequent cause, of the kind that weighs more in the loss."""
+    """Return the worst fault of the most frequent cause, of the kind that weighs more in the loss."""
     misses, false = result.misses.get(rank.label, ()), result.false.get(rank.label, ())
     if (rank.leads_false and false) or not misses:
         cause = _main_cause(false)
-        alike = [fault for fault in false if fault.cause == cause]
-        return max(alike, key=lambda fault: (fault.frames, -fault.number), default=None)
+        return next(iter(worst_first(fault for fault in false if fault.cause == cause)), None)
     never = [miss for miss in misses if miss.kind is FaultKind.NEVER_REPORTED] or list(misses)
     cause = _main_cause(never)
-    return deepest_first(miss for miss in never if miss.cause == cause)[0]
+    return worst_first(miss for miss in never if miss.cause == cause)[0]
 
 
 def _other_why(result: RunResult, rank: Rank, fault: Fault) -> str:

@@ -3,15 +3,13 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import chain
-from operator import attrgetter
 from typing import Any, Final
 
 from msgspec.structs import asdict
 
 from cdcore.protocol import DECIDED, REFUSED
 from replay import words
-from replay.auditing.fault import Cause, FaultKind, deepest_first
+from replay.auditing.fault import Cause, worst_first
 from replay.auditing.sampling_offsets import PHASES
 from replay.auditing.wilson import OVER_CONTACTS, Proportion
 from replay.document.audit import ContactPairFrames, DetectorAudit
@@ -306,11 +304,9 @@ def containment_notes(result: Summarised, label: str) -> list[str]:
 
 
 def miss_table(result: Summarised, label: str) -> Table:
-    """The misses of a detector, those that were never found first, then the deepest."""
-    misses = deepest_first(fault for fault in result.faults[label] if fault.kind.is_miss)
-    never = (miss for miss in misses if miss.kind is FaultKind.NEVER_REPORTED)
-    others = (miss for miss in misses if miss.kind is not FaultKind.NEVER_REPORTED)
-    made = Table.of(COLUMNS["misses"], chain(never, others), f"missed by {label}")
+    """The misses of a detector, the deepest first."""
+    misses = worst_first(fault for fault in result.faults[label] if fault.kind.is_miss)
+    made = Table.of(COLUMNS["misses"], misses, f"missed by {label}, deepest first")
     noisy = any(made.column("in noise"))
     if any(miss.depth_at_least for miss in misses):
         made = replace(made, notes=(*made.notes, "At least so deep: not every frame of a miss was searched."))
@@ -318,12 +314,12 @@ def miss_table(result: Summarised, label: str) -> Table:
 
 
 def false_table(result: Summarised, label: str) -> Table:
-    """The false contacts of a detector, the longest first."""
-    false = (fault for fault in result.faults[label] if not fault.kind.is_miss)
-    made = Table.of(COLUMNS["false"], sorted(false, key=attrgetter("frames"), reverse=True))
+    """The false contacts of a detector, the one with the widest gap first."""
+    false = worst_first(fault for fault in result.faults[label] if not fault.kind.is_miss)
+    made = Table.of(COLUMNS["false"], false)
     unconfirmed = all(cause is Cause.BOUNDING_VOLUMES for cause in made.column("why"))
     thing = "unconfirmed contact" if unconfirmed else "false contact"
-    return replace(made, title=f"{thing}s of {label}")
+    return replace(made, title=f"{thing}s of {label}, widest gap first")
 
 
 LATE = f"over {words.fixed(BUDGET_MS, 1)} ms"

@@ -78,7 +78,7 @@ def _ranking(run: Summarised) -> Section:
 
 
 def fault_tables(run: Summarised, labels: Iterable[str]) -> Iterator[Table]:
-    """Missed and false contacts of each detector: those never reported first, the longest false ones first."""
+    """Missed and false contacts of each detector: deepest misses first, false contacts of the widest gap first."""
     for label in labels:
         if label not in run.document.audit:
             continue

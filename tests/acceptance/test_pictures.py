@@ -12,7 +12,7 @@ import rerun.blueprint as rrb
 from support.processes import script
 from support.viewers import pixels, viewer_or_skip
 
-from replay.auditing.fault import deepest_first
+from replay.auditing.fault import worst_first
 from replay.engine import compute
 from replay.show.rerun_log.recording import write_recording
 from replay.show.rerun_log.viewer import open_viewer
@@ -83,7 +83,7 @@ def looking(audited, tmp_path_factory):
 
 
 def test_answer_opens_on_the_caged_rod_and_follows_clicks(looking, audited):
-    deepest = deepest_first(audited.misses["mesh50"])[0]
+    deepest = worst_first(audited.misses["mesh50"])[0]
     with looking("Answer") as viewer:
         close, lanes = view(viewer, "Close-up"), view(viewer, "When")
         assert yellow(close) > 1000 and light(close, 235) > 1000 and red(close) < 100

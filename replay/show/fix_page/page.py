@@ -10,7 +10,7 @@ from markupsafe import Markup
 from cdcore import TriangleMesh
 from replay import words
 from replay.advice.pareto import count_text
-from replay.auditing.fault import Fault
+from replay.auditing.fault import Fault, worst_first
 from replay.document.before_after import change_text, errors_of_row, worse_text
 from replay.document.cost import TIMES_ARE, busy_text
 from replay.document.headline import beside, undecided
@@ -259,8 +259,8 @@ def _lanes(view: RunView, mark: float | None) -> Comparison:
 
 
 def _drawn_fault(result: RunResult) -> Fault | None:
-    """The longest false contact of the hulls that the pieces do not report at its moment, else the longest."""
-    faults = sorted(result.false[BEFORE], key=lambda fault: -fault.frames)
+    """The worst false contact of the hulls that the pieces do not report at its moment, else the worst of all."""
+    faults = worst_first(result.false[BEFORE])
     return next((fault for fault in faults if not _reported(result, fault)), faults[0] if faults else None)
 
 

@@ -7,7 +7,7 @@ from math import isnan
 from typing import Final
 
 from replay import words
-from replay.auditing.fault import Cause, Fault
+from replay.auditing.fault import Cause, Fault, worst_first
 from replay.document.depth import depth_text
 from replay.show.report.charts import KIND_LABELS, Lane, lane
 from replay.show.report.markup import moment_address
@@ -64,19 +64,16 @@ class Card:
 
 
 def cards(view: RunView, label: str) -> list[list[Card]]:
-    """Return the faults of each pair, the longest first; before all else the fault that the answer is about."""
+    """Return the faults of each pair, the worst first; before all else the fault that the answer is about."""
     moment = next(answer.moment for answer in view.answers if answer.label == label)
     key = None if moment is None else (moment.kind, moment.number)
     groups: dict[Pair, list[Card]] = {}
     order = sorted(
-        view.faults.get(label, ()),
+        worst_first(view.faults.get(label, ())),
         key=lambda fault: (
-            (fault.kind.category, fault.number) == key,
-            key is not None and fault.kind.category == key[0],
-            fault.frames,
-            -fault.number,
+            (fault.kind.category, fault.number) != key,
+            key is None or fault.kind.category != key[0],
         ),
-        reverse=True,
     )
     for fault in order:
         group = groups.setdefault(fault.bodies, [])

@@ -18,7 +18,7 @@ import rerun as rr
 
 from cdcore.protocol import counts_as_contact
 from replay import words
-from replay.auditing.fault import Cause, Fault, deepest_first
+from replay.auditing.fault import Cause, Fault, worst_first
 from replay.auditing.outcome import Episode
 from replay.document.run_result import RunResult
 from replay.document.scores import LISTED
@@ -70,8 +70,8 @@ def key_moments(result: RunResult) -> dict[Time, Fault | Episode]:
 
 def _faults(result: RunResult) -> Iterator[Fault]:
     for label, misses in result.misses.items():
-        yield from deepest_first(misses)
-        yield from sorted(result.false.get(label, ()), key=lambda false: -false.frames)[:LISTED]
+        yield from worst_first(misses)
+        yield from worst_first(result.false.get(label, ()))[:LISTED]
 
 
 def _contacts(result: RunResult, faulty: set[int]) -> Iterator[Episode]:

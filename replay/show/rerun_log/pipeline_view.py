@@ -21,7 +21,7 @@ from cdcore.bounding.box import box_best
 from cdcore.numerics import FloatArray, IntArray
 from cdcore.protocol import counts_as_contact
 from replay import words
-from replay.auditing.fault import deepest_first
+from replay.auditing.fault import worst_first
 from replay.detection.run_detector import watched_again
 from replay.document.cost import BUDGET_MS
 from replay.document.run_result import RunResult
@@ -159,7 +159,7 @@ def _searches(result: RunResult, label: str, watched: Watched) -> list[Search]:
 
 def _missed(result: RunResult, label: str, watched: Watched) -> Iterator[Search]:
     """The frame of each miss that shows most, longest cut first, with the last look before it."""
-    for miss in deepest_first(result.misses[label]):
+    for miss in worst_first(result.misses[label]):
         sampled = np.flatnonzero(watched.searched[: miss.frame + 1, miss.pair])
         if len(sampled):
             yield Search(miss.frame, miss.pair, int(sampled[-1]), LOST, miss.first, miss.last, meets=miss.point)

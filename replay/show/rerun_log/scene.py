@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from cdcore import Detection, FaceSets, Motion, TriangleMesh
 from cdcore.numerics import FloatArray
-from replay.auditing.fault import deepest_first
+from replay.auditing.fault import worst_first
 from replay.auditing.first_touch import at_touch
 from replay.auditing.outcome import Comparison, Outcome
 from replay.document.run_result import RunResult
@@ -158,7 +158,7 @@ def log_missed_faces(writer: RecordingWriter, result: RunResult) -> None:
         body: {} for miss in misses for body in assembly.pairs[miss.pair].tolist()
     }
     left = dict.fromkeys(red, DRAWN_MISSED_FACES)
-    for miss in deepest_first(misses):
+    for miss in worst_first(misses):
         oracle, met = result.detections[result.oracle], dict[Time, Faces]()
         if oracle.face_sets is not None:
             met = {(frame, 0): oracle.faces(frame, miss.pair) for frame in range(miss.first, miss.last + 1)}

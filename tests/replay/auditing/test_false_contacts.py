@@ -9,7 +9,7 @@ from cdcore import Body, Motion, create_detector
 from replay.auditing import false_contacts as module
 from replay.auditing.causes import Audited
 from replay.auditing.false_contacts import false_contacts
-from replay.auditing.fault import Cause
+from replay.auditing.fault import Cause, worst_first
 from replay.auditing.outcome import Comparison, Outcome
 from replay.detection.recorded import recorded_detector
 from replay.prepare.assembly import Assembly
@@ -62,6 +62,13 @@ def test_interval_is_displayed_at_its_largest_gap():
 def test_false_contacts_are_numbered_by_time_and_not_while_grasped():
     assert [(item.number, item.first) for item in false_of([F, N, F, F])] == [(1, 0), (2, 2)]
     assert false_of([H, H]) == ()
+
+
+def test_false_contacts_are_ordered_by_gap_and_not_by_length():
+    # The last two are equal to a micrometre, so that they are in order of time.
+    gaps = [0.001, 0.001, 0.001, 1.0, 0.0200000004, 1.0, 0.03, 1.0, 0.02]
+    false = false_of([F, F, F, N, F, N, F, N, F], gaps)
+    assert [contact.number for contact in worst_first(false[::-1])] == [3, 2, 4, 1]
 
 
 def test_of_too_many_the_longest_are_measured(monkeypatch):

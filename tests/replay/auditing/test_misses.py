@@ -7,7 +7,7 @@ from support.small_worlds import verdict_column, verdicts
 
 from replay.auditing.compare import compare
 from replay.auditing.episodes import episodes
-from replay.auditing.fault import FaultCategory, FaultKind, deepest_first
+from replay.auditing.fault import FaultCategory, FaultKind, worst_first
 from replay.auditing.misses import missed_faults
 
 KINDS = {
@@ -48,4 +48,4 @@ def test_a_miss_that_no_frame_shows_comes_last():
     misses = missed_faults(compare(subject, oracle), episodes(oracle), [("a", "b")], oracle.times)
     lengths = [0.0, 0.01, 0.0]
     measured = [replace(miss, metres=metres) for miss, metres in zip(misses, lengths, strict=True)]
-    assert [miss.number for miss in deepest_first(measured)] == [2, 1, 3]
+    assert [miss.number for miss in worst_first(measured)] == [2, 1, 3]

@@ -84,12 +84,12 @@ def test_every_output_has_the_numbers_of_the_tables(state, tmp_path):
     of_pair = [["a-b", *map(str, (contacts, whole, late, *counts[:3]))]] if contacts or any(counts[:3]) else []
     assert blocks(tables, "a-b ") == of_pair
     listed = re.findall(r"^ *(\d+) +[\d.]+ +a - b +(\d+) ", tables, re.MULTILINE)
-    longest = [
-        (str(row["number"]), str(row["frames"])) for row in sorted(rows["false"], key=lambda row: -row["frames"])
+    widest = [
+        (str(row["number"]), str(row["frames"])) for row in sorted(rows["false"], key=lambda row: -(row["gap"] or 0.0))
     ]
-    assert listed == [(str(row["number"]), str(row["frames"])) for row in rows["misses"][:20]] + longest
+    assert listed == [(str(row["number"]), str(row["frames"])) for row in rows["misses"][:20]] + widest
     assert (f"… and {len(lost) - 20} more: see misses.parquet" in tables) == (len(lost) > 20)
-    faults = [("miss", str(row["number"])) for row in rows["misses"]] + [("false", name) for name, _ in longest]
+    faults = [("miss", str(row["number"])) for row in rows["misses"]] + [("false", name) for name, _ in widest]
     assert sorted(re.findall(r' id="(miss|false)-(\d+)(?:-it)?"', page)) == sorted(faults)
     assert sorted({*re.findall(r"^ *[\d.]+ s +it +(miss|false) (\d+) ", picture, re.MULTILINE)}) == sorted(faults)
     assert f"| pair-frames | {' | '.join(map(str, counts))} |" in picture
