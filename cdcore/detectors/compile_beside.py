@@ -9,11 +9,13 @@ import gc
 
 import numpy as np
 
+from cdcore.containment.winding_number import winding_numbers
 from cdcore.detectors import create_detector
 from cdcore.mesh import TriangleMesh
+from cdcore.narrow.greatest_minimum import greatest_minimum
 from cdcore.narrow.ill_posed import MarginStage
 from cdcore.narrow.sections.section_source import section_of_faces
-from cdcore.narrow.surface_distance import distance_to_triangles, nearest_triangles
+from cdcore.narrow.surface_distance import distance_to_triangles, largest_distance, nearest_triangles
 from cdcore.protocol import Body, Motion
 from cdcore.search.stage import SearchStage
 
@@ -38,9 +40,13 @@ def compile_kernels() -> None:
     margins.near((0, 1), rotations[1:2], translations[1:2])
     margins.shallow((0, 1), faces, rotations[0], translations[0])
     section_of_faces(large, at_large, small, at_small, faces)
-    triangles, point = large.mesh.triangles, translations[0, :1]
+    # A copy, as depths are searched: numba compiles a kernel once more for an array that cannot be written.
+    triangles, point = large.mesh.triangles.copy(), translations[0, :1]
     distance_to_triangles(point, triangles[:1])
-    nearest_triangles(point, triangles, triangles.mean(axis=1), np.ones(len(triangles)))
+    for distances in (nearest_triangles, largest_distance):
+        distances(point, triangles, triangles.mean(axis=1), np.ones(len(triangles)))
+    greatest_minimum(np.eye(3), np.ones(3), np.eye(3), np.ones(3))
+    winding_numbers(point, triangles)
     exact = create_detector("exact", [large, small])
     exact.detect(motion, faces=True)
     translations[0, 1] = [0.2, 0.2, -0.1]  # a corner in the plane of a face: decided in exact arithmetic

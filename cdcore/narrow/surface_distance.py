@@ -39,16 +39,18 @@ def nearest_triangles(
     return distance, nearest
 
 
-def largest_distance(points: FloatArray, triangles: FloatArray, middles: FloatArray, radii: FloatArray) -> float:
-    """Metres from the surface of ``nearest_triangles`` to the one of the points (k, 3) that is farthest from it.
+def largest_distance(
+    points: FloatArray, triangles: FloatArray, middles: FloatArray, radii: FloatArray, least: float = 0.0
+) -> float:
+    """Metres from the surface of ``nearest_triangles`` to the farthest of the points (k, 3), at least ``least``.
 
     Cost: a fifth of ``nearest_triangles``, since a point is left once a triangle is as near as the largest so far.
     Source: Taha and Hanbury 2015, the early break.
     """
     if INTERPRETED:
-        return float(nearest_triangles_slowly(points, triangles, middles, radii)[0].max())
-    candidates = np.empty(len(triangles), dtype=np.int64)
-    return float(largest_of_nearest(np.ascontiguousarray(points), triangles.reshape(-1, 9), middles, radii, candidates))
+        return max(least, float(nearest_triangles_slowly(points, triangles, middles, radii)[0].max()))
+    candidates, points = np.empty(len(triangles), dtype=np.int64), np.ascontiguousarray(points)
+    return float(largest_of_nearest(points, triangles.reshape(-1, 9), middles, radii, candidates, least))
 
 
 @hot_kernel
@@ -166,11 +168,19 @@ def fill_nearest(
 
 @kernel
 def largest_of_nearest(
-    points: FloatArray, corners: FloatArray, middles: FloatArray, radii: FloatArray, candidates: IntArray
+    points: FloatArray,
+    corners: FloatArray,
+    middles: FloatArray,
+    radii: FloatArray,
+    candidates: IntArray,
+    least: float,
 ) -> float:
-    """The largest distance of points (k, 3) to the nearest of triangles by corners (n, 9); candidates is scratch."""
+    """The largest distance, at least ``least``, of points (k, 3) to the nearest of triangles by corners (n, 9).
+
+    ``candidates`` (n,) is scratch.
+    """
     count = select_candidates(points, middles, radii, candidates)
-    largest, nearest = 0.0, 0
+    largest, nearest = least, 0
     for k in range(len(points)):
         p = vector_at(points[k], 0)
         metres = inf

@@ -85,7 +85,7 @@ class CommonPart:
         depth = 0.0
         for surface, triangles, corners in zip(self.surfaces, self.triangles_in, self.corners_in, strict=True):
             points = corners if len(triangles) >= COARSE else np.concatenate([corners, triangles.mean(axis=1)])
-            depth = max(depth, surface.largest_distance(points))
+            depth = surface.largest_distance(points, depth)
         return depth
 
     @property
@@ -105,7 +105,7 @@ def common_part(first: Solid, second: Solid, rotation: FloatArray, translation: 
         return None
     mesh = common.to_mesh64()
     faces = np.asarray(mesh.tri_verts).astype(np.int64)
-    in_second = np.ascontiguousarray(mesh.vert_properties[:, :3], dtype=np.float64)
+    in_second = np.array(mesh.vert_properties[:, :3], dtype=np.float64, order="C")
     in_first = (in_second - translation) @ rotation
     return CommonPart(
         triangles_in=(in_first[faces], in_second[faces]),

@@ -8,8 +8,7 @@ and a linear programme places it exactly where several triangles are equally nea
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache, cached_property
-from itertools import combinations
+from functools import cached_property
 from typing import Any, Final
 
 import numpy as np
@@ -18,9 +17,6 @@ from cdcore.numerics import BoolArray, FloatArray, IntArray
 
 PRECISION: Final = 2e-7
 """Relative gain of a depth that is none."""
-
-ANGLES_AT_ONCE: Final = 250_000
-"""Solid angles that are computed together: some 30 MB."""
 
 LEVELS: Final = 8
 """Halvings of a triangle before the search ends."""
@@ -46,9 +42,6 @@ NEAREST: Final = 48
 
 TAKEN_IN: Final = 12
 """Triangles that a step takes in at most."""
-
-EXCHANGES: Final = 60
-"""Rows that a linear programme takes in at most."""
 
 GRID: Final = 5
 """Points a side of the grid from which a farthest point within a solid is searched."""
@@ -82,6 +75,10 @@ class Surface:
 
     triangles: FloatArray
 
+    def __post_init__(self) -> None:
+        # For an array that cannot be written numba compiles the kernels once more.
+        object.__setattr__(self, "triangles", np.require(self.triangles, requirements=["C", "W"]))
+
     @cached_property
     def middles(self) -> FloatArray:
         """Middles (n, 3) of the triangles."""
@@ -107,27 +104,17 @@ class Surface:
         """Metres from points (k, 3) to the surface, (k,), and the triangle that is nearest to each, (k,)."""
         return _kernels().nearest_triangles(points, self.triangles, self.middles, self.radii)
 
-    def largest_distance(self, points: FloatArray) -> float:
-        """Metres from the surface to the one of the points (k, 3) that is farthest from it."""
-        return float(_kernels().largest_distance(points, self.triangles, self.middles, self.radii))
+    def largest_distance(self, points: FloatArray, least: float) -> float:
+        """Metres from the surface to the one of the points (k, 3) that is farthest from it, at least ``least``."""
+        return float(_kernels().largest_distance(points, self.triangles, self.middles, self.radii, least))
 
 
 def is_outside(points: FloatArray, triangles: FloatArray) -> BoolArray:
-    """Whether points (n, 3) are outside a closed surface, (n,): its winding number there is less than a half.
+    """Whether points (n, 3) are outside a closed surface, (n,): its winding number there is less than a half."""
+    from cdcore.containment.winding_number import winding_numbers
 
-    Source: van Oosterom and Strackee 1983 (solid angle of a triangle).
-    """
-    outside = np.empty(len(points), dtype=np.bool_)
-    rows = max(1, ANGLES_AT_ONCE // len(triangles))
-    for start in range(0, len(points), rows):
-        block = points[start : start + rows]
-        a, b, c = (triangles[None, :, k] - block[:, None] for k in range(3))
-        la, lb, lc = (np.linalg.norm(corner, axis=2) for corner in (a, b, c))
-        above = (a * np.cross(b, c)).sum(axis=2)
-        below = la * lb * lc + (a * b).sum(axis=2) * lc + (b * c).sum(axis=2) * la + (c * a).sum(axis=2) * lb
-        winding = 2.0 * np.arctan2(above, below).sum(axis=1) / (4.0 * np.pi)
-        outside[start : start + rows] = np.abs(winding) < 0.5
-    return outside
+    writable = np.require(triangles, requirements=["C", "W"])
+    return np.asarray(np.abs(winding_numbers(np.ascontiguousarray(points), writable)) < 0.5)
 
 
 def farthest_on(region: FloatArray, surface: Surface, least: float = 0.0, *, thorough: bool = False) -> float:
@@ -324,6 +311,8 @@ def _best_step(
     of each, so that the true distance is no less: where it is, a triangle was left out, and is taken in. ``None``: the
     step leads to no greater distance.
     """
+    from cdcore.narrow.greatest_minimum import greatest_minimum
+
     away = np.linalg.norm(surface.middles - point, axis=1) - surface.radii
     rows = np.argpartition(away, NEAREST)[:NEAREST] if len(away) > NEAREST else np.arange(len(away))
     for _ in range(TAKEN_IN):
@@ -343,54 +332,3 @@ def _best_step(
             break
         rows = np.append(rows, nearest[0])
     return (moved, float(reached[0])) if reached[0] > depth * (1.0 + PRECISION) else None
-
-
-def greatest_minimum(
-    slopes: FloatArray, values: FloatArray, limits: FloatArray, right: FloatArray
-) -> FloatArray | None:
-    """The x (k,) with the greatest smallest ``values + slopes @ x`` where ``limits @ x <= right``; ``None``: not found.
-
-    A linear programme of at most four variables: all corners of a working set of rows are computed, the row that the
-    best corner breaks most is taken in, and rows that are not tight there are left out.
-    """
-    scale = float(np.abs(values).max()) or 1.0
-    rows = np.concatenate(
-        [np.column_stack([limits, np.zeros(len(limits))]), np.column_stack([-slopes, np.ones(len(slopes))])]
-    )
-    bounds = np.concatenate([right, values])
-    # Rows of length 1: then what breaks a row is a distance.
-    lengths = np.maximum(np.linalg.norm(rows, axis=1), 1e-300)
-    rows, bounds = rows / lengths[:, None], bounds / lengths
-    fixed = np.arange(len(limits))
-    tight = len(limits) + np.argsort(values, kind="stable")[: rows.shape[1]]
-    best, lowest = None, np.inf
-    for _ in range(EXCHANGES):
-        working = np.concatenate([fixed, tight])
-        corner = _best_corner(rows[working], bounds[working], 1e-12 * scale)
-        if corner is None:
-            return best
-        best = corner[:-1]
-        broken = rows @ corner - bounds
-        worst = int(broken.argmax())
-        if broken[worst] <= 1e-11 * scale or worst in working:
-            return best
-        # Where the best corner is no lower than before, leaving out a row would bring back an earlier corner.
-        if corner[-1] < lowest - 1e-12 * scale:
-            tight, lowest = tight[broken[tight] >= -1e-9 * scale], float(corner[-1])
-        tight = np.append(tight, worst)
-    return best
-
-
-def _best_corner(rows: FloatArray, bounds: FloatArray, slack: float) -> FloatArray | None:
-    """The corner (k,) of the space ``rows @ x <= bounds`` whose last number is greatest; ``None``: there is none."""
-    sets = _combinations(len(rows), rows.shape[1])
-    matrices = rows[sets]
-    regular = np.abs(np.linalg.det(matrices)) > 1e-12
-    corners = np.linalg.solve(matrices[regular], bounds[sets[regular]][..., None])[..., 0]
-    feasible = corners[(corners @ rows.T <= bounds + slack).all(axis=1)]
-    return None if not len(feasible) else np.asarray(feasible[feasible[:, -1].argmax()])
-
-
-@cache
-def _combinations(count: int, size: int) -> IntArray:
-    return np.array([*combinations(range(count), size)], dtype=np.int64)

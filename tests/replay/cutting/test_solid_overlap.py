@@ -8,7 +8,7 @@ from trimesh.creation import box, cylinder, icosphere
 from cdcore.bounding.hull import hull_of
 from cdcore.mesh import TriangleMesh
 from replay.cutting.solid_overlap import common_part, solid_of
-from replay.cutting.surface_distance import Surface, greatest_minimum, is_outside
+from replay.cutting.surface_distance import Surface, is_outside
 
 SEEDS = range(6)
 STILL = np.eye(3)
@@ -121,18 +121,3 @@ def test_open_bodies_say_why_they_have_no_depth():
     whole = bar(1, 1, 1)
     assert solid_of(whole).reason == ""
     assert solid_of(TriangleMesh(whole.vertices, whole.faces[1:])).reason == "is open"
-
-
-@pytest.mark.parametrize("seed", range(30))
-def test_linear_programmes_are_those_of_scipy(seed):
-    from scipy.optimize import linprog
-
-    rng = np.random.default_rng(seed)
-    slopes, values = rng.normal(size=(60, 3)), rng.uniform(1.0, 1.0 + seed / 10, size=60)
-    if seed % 2:
-        slopes /= np.linalg.norm(slopes, axis=1, keepdims=True)
-    limits, right = np.concatenate([np.eye(3), -np.eye(3)]), np.full(6, 0.3)
-    result = greatest_minimum(slopes, values, limits, right)
-    rows = np.column_stack([-slopes, np.ones(60)])
-    least = linprog([0, 0, 0, -1], A_ub=rows, b_ub=values, bounds=[(-0.3, 0.3)] * 3 + [(None, None)])
-    assert (values + slopes @ result).min() == pytest.approx(-least.fun, rel=1e-9)
