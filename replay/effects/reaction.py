@@ -12,7 +12,7 @@ from replay.effects.chemistry.formulas import charge_of, molar_mass
 from replay.effects.chemistry.matter import MOST_FOREIGN_MOL_KG, Matter, matter_of
 from replay.effects.chemistry.mixture import GAS, LIGANDS, SOLID, Mixture
 from replay.effects.chemistry.recipe import Reaction
-from replay.effects.chemistry.supersaturated import supersaturated
+from replay.effects.chemistry.supersaturated import aged, supersaturated
 from replay.effects.chemistry.unreacted import LEAST_FORMED, unreacted
 from replay.effects.end_points import end_points
 from replay.effects.inputs import EffectInputs
@@ -63,6 +63,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
         findings.events += end_points(matter, vessel) or _changed_ph(vessel, findings.series.get(f"{vessel}/pH"))
     findings.events += unreacted(matter, formed)
     findings.events += supersaturated(matter)
+    findings.events += aged(matter)
     return findings.output()
 
 

@@ -10,7 +10,7 @@ from replay.effects.chemistry.components import WATER, components_of
 from replay.effects.chemistry.enthalpy import CONSTANTS
 from replay.effects.chemistry.formulas import COMMON, atoms, ion_of, molar_mass
 from replay.effects.chemistry.salts import anhydrous, solubility_of
-from replay.effects.chemistry.solution_water import molar_of_molal, water_molar
+from replay.effects.chemistry.solution_water import REFERENCE_C, expansion, molar_of_molal, water_molar
 from replay.effects.vessels import Vessel
 from replay.errors import EffectError, PlanError
 from replay.words import number
@@ -91,11 +91,11 @@ def contents_of(vessel: Vessel) -> Contents:
 
 
 def _water_molar(vessel: Vessel, concentrations: Mapping[str, float]) -> float:
-    """mol of water in a litre of a solution, as declared, else by its solutes."""
+    """mol of water in a litre of a solution, as declared, else by its solutes and its temperature."""
     if "water_molar" in vessel.contents("liquid"):
         return vessel.amount("liquid", "water_molar")
     try:
-        return water_molar(concentrations)
+        return water_molar(concentrations) * expansion(vessel.celsius(REFERENCE_C))
     except KeyError as error:
         (formula,) = error.args
         raise vessel.fail(

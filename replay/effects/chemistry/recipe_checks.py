@@ -40,6 +40,7 @@ def check_chemistry(tables: Tables, scene: Scene, file: str) -> None:
     for reaction in recipe.reactions:
         _check_brought(reaction, recipe)
         _check_complexes(reaction, recipe)
+        _check_basic_salts(reaction, recipe)
     _check_made(tables, recipe)
     _check_known(tables, recipe)
     _check_decided(recipe)
@@ -156,6 +157,30 @@ def _check_complexes(reaction: Reaction, recipe: Recipe) -> None:
                 f"equation: PHREEQC's data do not know {formula!r}; give its log_k as a piece of PHREEQC text, "
                 "phreeqc = '''SOLUTION_SPECIES ...'''"
             )
+
+
+def _check_basic_salts(reaction: Reaction, recipe: Recipe) -> None:
+    """Raises PlanError: an equation makes a basic salt that no data know, and that would stay dissolved as its ions."""
+    if recipe.solver is None or reaction.process >= 0:
+        return
+    mixture = recipe.solver.mixture
+    for formula in reaction.equation.products:
+        components, heavy = components_of(formula), heavy_components(formula)
+        known = formula + SOLID in {phase.column for phase in mixture.phases} or mixture.row_of(formula) is not None
+        if charge_of(formula) or components is None or known or len(heavy) < 2:
+            continue
+        if components.get(PROTON, 0) >= 0 or not METALS & set(heavy) or set(heavy) <= METALS:
+            continue
+        basic = sorted(
+            entry.equation.split()[0]
+            for entry in mixture.database.phases.values()
+            if set(entry.makeup) - {PROTON, WATER} == set(heavy) and entry.makeup.get(PROTON, 0.0) < 0.0
+        )
+        others = f"; of its ions they have {' and '.join(basic)}" if basic else ""
+        raise reaction.declared.fail(
+            f"equation: PHREEQC's data do not know how much {formula!r} dissolves{others}; write the equation with a "
+            "solid that they know, or give its log_k, phreeqc = '''PHASES ...'''"
+        )
 
 
 def _check_made(tables: Tables, recipe: Recipe) -> None:

@@ -1,11 +1,14 @@
 """The water in a litre of a solution: what the room that its solutes take leaves of the litre.
 
 The room of an ion at infinite dilution is known, and grows with the ionic strength. A litre of water is taken to hold a
-kilogram at every temperature, and so is a litre of a dilute solution, as constants of equilibria are used at school.
+kilogram at 25 degC, and so is a litre of a dilute solution, as constants of equilibria are used at school; at another
+temperature it holds as much more or less as water does.
 """
 
 from collections.abc import Mapping
 from typing import Final
+
+import numpy as np
 
 from replay.effects.chemistry.components import PROTON, WATER, components_of
 from replay.effects.chemistry.enthalpy import CONSTANTS
@@ -41,6 +44,9 @@ DILUTE_MOLAR: Final = 0.5
 MOST_UNKNOWN_MOLAR: Final = 1.0
 """Up to this a solute whose room is not known counts as none."""
 
+REFERENCE_C: Final = 25.0
+KELL: Final = (999.83952, 16.945176, -7.9870401e-3, -46.170461e-6, 105.56302e-9, -280.54253e-12)
+
 HALVINGS: Final = 50
 """Of an interval of concentrations."""
 
@@ -66,6 +72,20 @@ def water_molar(concentrations: Mapping[str, float]) -> float:
     room += GROWTH_ML * strength**1.5
     room *= min(1.0, max(0.0, sum(concentrations.values()) / DILUTE_MOLAR - 1.0))
     return max(LITRE_ML - room, LEAST_ML) / WATER_ML - brought
+
+
+def expansion(celsius: float) -> float:
+    """Density of water at a temperature as a share of that at 25 degC.
+
+    Source: G. S. Kell, J. Chem. Eng. Data 20, 1975.
+    """
+    return _density(celsius) / _density(REFERENCE_C)
+
+
+def _density(celsius: float) -> float:
+    """Density of water, kg/m3, between freezing and boiling."""
+    bounded = min(100.0, max(0.0, celsius))
+    return float(np.polynomial.polynomial.polyval(bounded, KELL)) / (1.0 + 16.87985e-3 * bounded)
 
 
 def molar_of_molal(formula: str, molal: float) -> float:

@@ -1,4 +1,4 @@
-"""Solids that a solution is supersaturated with although no table of the scene names them."""
+"""Solids that a solution is supersaturated with although no table names them, and old ones in place of fresh ones."""
 
 from collections.abc import Iterator
 from typing import Final
@@ -16,6 +16,27 @@ ROWS: Final = 24
 
 BEYOND: Final = 0.3
 """Saturation index, log10, from which a solid counts: twice its product; constants are hardly known better."""
+
+
+AGED: Final = 0.01
+"""Share of the copper that is left as hydroxide, from which it is told."""
+
+
+def aged(matter: Matter) -> Iterator[EffectEvent]:
+    """An event ``aged`` for each vessel whose copper hydroxide outlasts ammonia that dissolves the basic sulfate."""
+    ledger = matter.ledger
+    needed = ("Cu(OH)2(s)", "Cu^2+", "SO4^2-", "NH3")
+    if not set(needed) <= set(ledger.column) or "Cu4(OH)6SO4(s)" in ledger.column:
+        return
+    for vessel, history in matter.histories.items():
+        hydroxide, copper, sulfate, ammonia = (matter.amount(vessel, name)[-1] for name in needed)
+        if hydroxide > AGED * (hydroxide + copper) and sulfate > 0.0 and ammonia > 4.0 * (hydroxide + copper):
+            text = (
+                f"Cu(OH)2 is left in {vessel} beside ammonia, as aged hydroxide is; what falls out of copper sulfate "
+                "at first is Cu4(OH)6SO4, which dissolves in less ammonia: name that solid instead"
+            )
+            values: dict[str, float | str] = {"formula": "Cu(OH)2", "moles": float(hydroxide)}
+            yield EffectEvent(float(history.times[-1]), "aged", (vessel,), None, values, text, "warning")
 
 
 def supersaturated(matter: Matter) -> Iterator[EffectEvent]:

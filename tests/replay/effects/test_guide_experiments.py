@@ -5,6 +5,7 @@ import pytest
 from support.liquid_worlds import COLUMN, MIX, glass, poured, run_in
 
 from replay.effects.chemistry.salts import SOLUBILITY
+from replay.errors import PlanError
 
 OPEN = [*([0.0] * 2), *([90.0] * 200), *([0.0] * 10)]
 """Degrees of the stopcock: some 2 mL run in."""
@@ -83,3 +84,42 @@ def test_copper_is_titrated_to_its_ammine():
     ammine = effects["reaction"].series["flask/Cu(NH3)4^2+"].values[-1]
     assert ammine * volume == pytest.approx(0.02 * 2.0, rel=0.05)
     assert effects["colour"].output.named("colour-change")[0].text == "the colour of Cu(NH3)4^2+ in flask appears"
+
+
+AMMINE = ("colour", {"in": "flask", "species": "Cu(NH3)4^2+"})
+
+
+def titrated_with_ammonia(molar, *tables):
+    """Effects of 2 mL or so of ammonia that run into 1 mL of copper sulfate."""
+    burette = glass("burette", 50.0, solute="NH3", molar=molar, cavity=COLUMN)
+    flask = glass("flask", 1.0, solute="CuSO4", molar=0.1)
+    return run_in(OPEN, MIX, *tables, AMMINE, base=burette, acid=flask)
+
+
+def test_basic_copper_sulfate_dissolves_in_more_ammonia():
+    """As in a flask: the pale precipitate goes, and all copper is the deep blue ammine; 1 mol/L is enough."""
+    effects = titrated_with_ammonia(
+        1.0,
+        ("reaction", {"equation": "4 CuSO4 + 6 NH3 + 6 H2O -> Cu4(OH)6SO4 + 3 (NH4)2SO4"}),
+        ("reaction", {"equation": "Cu4(OH)6SO4 + 16 NH3 -> 4 Cu(NH3)4^2+ + SO4^2- + 6 OH-"}),
+        ("precipitation", {"solid": "Cu4(OH)6SO4", "colour": "blue"}),
+    )
+    assert [event.name for event in effects["precipitation"].events] == ["precipitate", "dissolved"]
+    assert effects["precipitation"].series["flask/Cu4(OH)6SO4"].values[-1] == 0.0
+    assert not effects["reaction"].output.named("aged")
+
+
+def test_copper_hydroxide_beside_ammonia_is_said_to_be_aged():
+    effects = titrated_with_ammonia(
+        1.0,
+        ("reaction", {"equation": "CuSO4 + 2 NH3 + 2 H2O -> Cu(OH)2 + (NH4)2SO4"}),
+        ("precipitation", {"solid": "Cu(OH)2", "colour": "blue"}),
+    )
+    (event,) = effects["reaction"].output.named("aged")
+    assert "name that solid instead" in event.text and event.level == "warning"
+
+
+def test_a_basic_salt_that_no_data_know_names_those_they_have():
+    basic = ("reaction", {"equation": "2 CuSO4 + 2 NH3 + 2 H2O -> Cu2(OH)2SO4 + (NH4)2SO4"})
+    with pytest.raises(PlanError, match=r"'Cu2\(OH\)2SO4' dissolves; of its ions they have .*Cu4\(OH\)6SO4"):
+        titrated_with_ammonia(1.0, basic)

@@ -8,7 +8,7 @@ import pytest
 from replay.effects.chemistry.components import components_of
 from replay.effects.chemistry.enthalpy import CONSTANTS
 from replay.effects.chemistry.formulas import molar_mass
-from replay.effects.chemistry.solution_water import VOLUME, WATER_ML, molar_of_molal, water_molar
+from replay.effects.chemistry.solution_water import VOLUME, WATER_ML, expansion, molar_of_molal, water_molar
 
 # Mass fraction in percent and density in g/mL at 20 degC. Source: CRC Handbook, Concentrative Properties of Aqueous
 # Solutions.
@@ -98,3 +98,9 @@ def _data_files(package):
 def test_every_room_is_that_of_a_component():
     assert all(components_of(name) == {name: 1} for name in VOLUME)
     assert set(CONSTANTS["strong_water"]) == set(CONSTANTS["strongest"])
+
+
+# Density of water, g/mL. Source: CRC Handbook, Properties of Water.
+@pytest.mark.parametrize(("celsius", "density"), [(4.0, 0.99997), (25.0, 0.99705), (60.0, 0.98320), (80.0, 0.97179)])
+def test_hot_water_holds_less_in_a_litre(celsius, density):
+    assert expansion(celsius) == pytest.approx(density / 0.99705, abs=2e-5)
