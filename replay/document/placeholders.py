@@ -10,3 +10,8 @@ RECORDING: Final = "FILE.mcap"
 
 RUN: Final = "RUN"
 """Stands in a command for the folder of the run."""
+
+
+def in_run_folder(command: str, folder: str = ".") -> str:
+    """Return a command as it is typed in the folder of a run, where no path of a machine is named."""
+    return command.replace(RUN, folder).replace(SESSION, "session.mcap")

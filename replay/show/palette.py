@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from cdcore import Verdict
+from replay.auditing.fault import FaultKind
 from replay.auditing.outcome import Outcome
 from replay.document.tables import data_of
 from replay.show.words import OUTCOME_LABELS
@@ -59,10 +60,15 @@ PAPER: Final[Rgba] = (255, 255, 255, 255)
 MISSED: Final[Rgba] = rgba_of(DARK["missed"])
 """The one red. Nothing that is not missed may wear it; its shades below are made from it."""
 
-MISSED_FACES: Final[Rgba] = (*MISSED[:3], 150)
-"""A veil over faces: the curve of intersection stays visible through it."""
+VEIL: Final = 150
+"""Alpha of a colour over faces: the curve of intersection stays visible through it."""
+
+REFERENCE: Final[Rgba] = rgba_of(DARK["reference"])
+"""Contact of the reference, whatever a detector makes of it."""
 
 LATE: Final[Rgba] = rgba_of(DARK["late"])
+"""Contact that is missed in a part, since it was reported late or cut short."""
+
 FALSE_CONTACT: Final[Rgba] = rgba_of(DARK["false"])
 TRUE_CONTACT: Final[Rgba] = rgba_of(DARK["right"])
 """Contact that both detectors report."""
@@ -93,6 +99,25 @@ SERIES: Final[tuple[Rgba, ...]] = (
 )
 """Colours of detectors in plots, in order; none of them is near the red or the yellow."""
 
+
+def fault_key(kind: FaultKind) -> str:
+    """Return the kind of a fault in a lane, which has a colour in ``LIGHT`` and ``DARK``: missed, late or false."""
+    if not kind.is_miss:
+        return "false"
+    return "missed" if kind is FaultKind.NEVER_REPORTED else "late"
+
+
+def fault_colour(kind: FaultKind) -> Rgba:
+    """Return the colour of a fault in pictures: red, pink or yellow."""
+    return rgba_of(DARK[fault_key(kind)])
+
+
+COLOUR_NAMES: Final = {"missed": "red", "late": "pink", "false": "yellow"}
+"""Key of a fault -> its colour in words."""
+
+LATE_LOOK: Final = ("late", LATE)
+"""Word and colour of missed frames of a contact that was reported late or cut short."""
+
 Looks = Mapping[int, tuple[str, Rgba]]
 """State of a lane -> its word and colour; a state without a row is a gap."""
 
@@ -113,7 +138,7 @@ OUTCOMES: Final[Looks] = {
 VERDICTS: Final[Looks] = {
     verdict: (verdict.name, colour)
     for verdict, colour in {
-        Verdict.CONTACT: TRUE_CONTACT,
+        Verdict.CONTACT: REFERENCE,
         Verdict.CONTAINED: (38, 150, 150, 255),
         Verdict.CANDIDATE: (112, 132, 150, 255),
         Verdict.NOT_FOUND: FAINT,

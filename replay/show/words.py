@@ -46,14 +46,23 @@ LANE_LEGEND: Final[Mapping[int, str]] = {
 """What the colours of audit lanes mean, the worst first."""
 
 
-def lane_legend(outcomes: Iterable[int], by: str = "") -> str:
-    """The colours of the outcomes there are; ``by``: who missed."""
+PINK: Final = "pink: late or cut short"
+"""The colour of frames missed at the beginning, the end or in the midst of a contact that is reported."""
+
+LANES_LEGEND: Final = f"blue: right   yellow: false contact   red: missed   {PINK}   grey: reference"
+"""What the colours of lanes of all pairs mean."""
+
+
+def lane_legend(outcomes: Iterable[int], by: str = "", *, late: bool = False) -> str:
+    """The colours of the outcomes there are; ``by``: who missed; ``late``: some are missed in a part."""
     present = set(outcomes)
-    labels = (
+    labels = [
         f"{text} by {by}" if by and one == Outcome.MISSED else text
         for one, text in LANE_LEGEND.items()
         if one in present
-    )
+    ]
+    if late:
+        labels.insert(1, PINK)
     return "    ".join(labels)
 
 

@@ -9,9 +9,10 @@ from typing import Final
 from replay import words
 from replay.auditing.fault import Cause, Fault, worst_first
 from replay.document.depth import depth_text
+from replay.show.palette import fault_key
 from replay.show.report.charts import KIND_LABELS, Lane, lane
 from replay.show.report.markup import moment_address
-from replay.show.report.run_view import Pair, RunView, lane_kind, spans
+from replay.show.report.run_view import Pair, RunView, spans
 from replay.show.report.still import CARD, FIRST
 from replay.words import plural
 
@@ -90,7 +91,7 @@ def card(view: RunView, fault: Fault, *, whole: bool = True, first: bool = False
     if whole and view.still is not None:
         picture, colours = view.still(fault.detector, fault, FIRST if first else CARD)
     return Card(
-        key=lane_kind(fault.kind),
+        key=fault_key(fault.kind),
         title=f"{fault.name.capitalize()} {fault.number}",
         bodies=" and ".join(fault.bodies),
         span=f"{words.timestamp(fault.start)} to {words.moment(fault.end)}",
@@ -151,7 +152,7 @@ def fault_counts(view: RunView, label: str) -> str:
     """Return how many faults of each kind a detector has, of how many of all detectors: ``23 of the 43 faults ...``."""
     faults = view.faults.get(label, ())
     every = sum(map(len, view.faults.values()))
-    count = Counter(lane_kind(fault.kind) for fault in faults)
+    count = Counter(fault_key(fault.kind) for fault in faults)
     confirmed = any(not fault.kind.is_miss and fault.cause is not Cause.BOUNDING_VOLUMES for fault in faults)
     counts = []
     if count["false"]:

@@ -7,6 +7,7 @@ from importlib.resources import files
 from typing import TYPE_CHECKING, Final
 
 from replay import words
+from replay.document.placeholders import in_run_folder
 from replay.show.palette import page_colours
 from replay.show.report.charts import path_of
 from replay.words import plural, safe_text
@@ -50,6 +51,7 @@ def environment() -> "Environment":
         "address": address_of,
         "clause": first_clause,
         "figure": parts_of,
+        "here": in_run_folder,
         "path": path_of,
         "plural": plural,
         "moment": words.moment,

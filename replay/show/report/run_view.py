@@ -9,14 +9,15 @@ from itertools import islice
 from typing import Final
 
 from replay import words
-from replay.auditing.fault import Fault, FaultKind
+from replay.auditing.fault import Fault
 from replay.document.answer import Answer
 from replay.document.contact import ContactRecord, EventRecord
-from replay.document.placeholders import RUN, SESSION
+from replay.document.placeholders import in_run_folder
 from replay.document.ranking import Rank
 from replay.document.run_document import RunDocument
 from replay.document.run_result import Summarised
 from replay.effects.effect_summary import RESULTS
+from replay.show.palette import fault_key
 from replay.show.report.charts import Span
 from replay.show.sections import Section, SectionName, section_of
 from replay.show.words import NOT_COMPUTED, tallied
@@ -33,13 +34,6 @@ Pair = tuple[str, str]
 
 Still = Callable[[str, Fault, tuple[int, int]], tuple[str, str]]
 """Picture of a fault of a detector as HTML, at a size, and its colours in words."""
-
-
-def lane_kind(kind: FaultKind) -> str:
-    """Return the kind of a fault in a lane, which has a colour: ``missed``, ``late`` or ``false``."""
-    if not kind.is_miss:
-        return "false"
-    return "missed" if kind is FaultKind.NEVER_REPORTED else "late"
 
 
 @dataclass(frozen=True)
@@ -115,7 +109,7 @@ class RunView:
 
     def filled(self, command: str) -> str:
         """A command with the names of this run."""
-        return command.replace(RUN, self.folder).replace(SESSION, "session.mcap")
+        return in_run_folder(command, self.folder)
 
     @property
     def doubts(self) -> Sequence[str]:
@@ -175,7 +169,7 @@ def spans(view: RunView, label: str, pair: Pair | None = None) -> dict[str, list
         kinds["right"] += _shared(reference[both], intervals[both])
     for fault in view.faults.get(label, ()):
         if pair in (None, fault.bodies):
-            kinds[lane_kind(fault.kind)].append((fault.start, fault.end))
+            kinds[fault_key(fault.kind)].append((fault.start, fault.end))
     return kinds
 
 

@@ -12,12 +12,12 @@ import numpy as np
 from cdcore import TriangleMesh
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 from cdcore.poses import place_points
-from replay.auditing.fault import Fault
+from replay.auditing.fault import Fault, FaultKind
 from replay.auditing.first_touch import at_touch
 from replay.document.run_result import RunResult
 from replay.show.camera import across, towards_user
 from replay.show.drawn_mesh import bends, edges_of, face_normals
-from replay.show.palette import FALSE_CONTACT, MISSED, Rgba
+from replay.show.palette import COLOUR_NAMES, FALSE_CONTACT, Rgba, fault_colour, fault_key
 from replay.show.report.markup import filled
 from replay.show.report.rasteriser import Colour, Lines, Shape, View, drawn
 from replay.words import length as length_words
@@ -48,7 +48,7 @@ HOLLOW: Final = 1.1
 """A solid of so many times the volume of its mesh differs from it enough to be drawn."""
 
 LARGEST_MARK: Final = 0.03
-"""Metres; a face that is larger is not painted red where bodies meet."""
+"""Metres; a face that is larger is not painted where bodies meet."""
 
 SHORTEST_ARROW: Final = 14.0
 """Units; a shorter gap is a ring."""
@@ -95,6 +95,7 @@ class Sight:
     point: FloatArray
     gap: FloatArray | None  # nearest points (2, 3) of the surfaces; ``None`` where they meet
     away: FloatArray  # direction to look from
+    kind: FaultKind
 
     @property
     def length(self) -> str:
@@ -117,15 +118,15 @@ def fault_still(result: RunResult, label: str, fault: Fault, size: tuple[int, in
         picture=webp(picture),
         strokes=strokes,
         middle=middle,
-        ring="ring missed" if sight.gap is None else "ring",
+        ring=f"ring {fault_key(fault.kind)}" if sight.gap is None else "ring",
         words=_words(sight, label, view, shape == 0, middle) if worded else (),
         x=FIRST[0] - WORDS + 8,
     )
     colours = [f"{sight.white.name} white", f"{sight.glass.name} blue"]
     if sight.white.solid or sight.glass.solid:
         colours.append("collider yellow")
-    if sight.gap is None:
-        colours.append("where they meet red")
+    if fault.kind.is_miss:
+        colours.append(f"where they meet {COLOUR_NAMES[fault_key(fault.kind)]}")
     return svg, ", ".join(colours)
 
 
@@ -206,7 +207,7 @@ def _sight(result: RunResult, label: str, fault: Fault) -> Sight:
     two.sort(key=lambda placed: (placed.name == hollow, placed.filled, np.ptp(placed.mesh.vertices, axis=0).max()))
     gap = None if fault.evidence.nearest is None else np.array(fault.evidence.nearest)
     along = fault.evidence.normal if fault.kind.is_miss else np.zeros(3) if gap is None else gap[1] - gap[0]
-    return Sight(two[0], two[1], np.asarray(fault.point), gap, across(np.asarray(along), user))
+    return Sight(two[0], two[1], np.asarray(fault.point), gap, across(np.asarray(along), user), fault.kind)
 
 
 def _solids(result: RunResult, label: str, bodies: Sequence[int]) -> list[TriangleMesh | None]:
@@ -239,14 +240,14 @@ def _parts(sight: Sight, view: View) -> tuple[list[Shape], list[Shape], list[Lin
     opaque, glass, lines = list[Shape](), list[Shape](), list[Lines]()
     for placed in (sight.white, sight.glass):
         corners = place_points(placed.mesh.vertices, *placed.pose)[placed.mesh.faces]
-        # Two triangles of a bench top would paint it red.
-        red = placed.faces[np.ptp(corners[placed.faces], axis=1).max(axis=1) < LARGEST_MARK]
-        rest = np.delete(corners, red, axis=0)
+        # Two triangles of a bench top would paint it whole.
+        painted = placed.faces[np.ptp(corners[placed.faces], axis=1).max(axis=1) < LARGEST_MARK]
+        rest = np.delete(corners, painted, axis=0)
         if placed is sight.white:
             opaque.append(Shape(rest, WHITE))
         else:
             glass.append(Shape(rest, GLASS, GLASS_ALPHA))
-        opaque.append(Shape(corners[red], unit_colour(MISSED)))
+        opaque.append(Shape(corners[painted], unit_colour(fault_colour(sight.kind))))
         if placed.solid is not None:
             walls, edges = _cage(placed.solid, placed.mesh, placed.pose, view, unit_colour(FALSE_CONTACT))
             glass.append(walls)
@@ -353,7 +354,9 @@ def _words(sight: Sight, label: str, view: View, white: BoolArray, middle: Point
         between = f"from {sight.white.name} to {sight.glass.name}"
         labels.append((middle, sight.length, between if len(between) <= MOST_CHARACTERS else "apart", ""))
     else:
-        labels.append((middle, "contact", f"{label} reports none", "red"))
+        key = fault_key(sight.kind)
+        outcome = {"missed": "reports none", "late": "misses a part", "false": "alone reports it"}[key]
+        labels.append((middle, "contact", f"{label} {outcome}", COLOUR_NAMES[key]))
     labels.sort(key=lambda name: name[0][1])
     made, free = list[Named](), LINES
     for number, (target, name, what, kind) in enumerate(labels):

@@ -16,7 +16,7 @@ from cdcore.bounding.bounding_sphere import Sphere
 from replay import words
 from replay.document.run_result import RunResult
 from replay.show.camera import Eye
-from replay.show.palette import BACKGROUND, tags_of
+from replay.show.palette import BACKGROUND, fault_key, tags_of
 from replay.show.rerun_log import timing
 from replay.show.rerun_log.close_up import EYE, PINS, SPACE
 from replay.show.rerun_log.depth import DEPTHS, deepest_pairs, depth_title
@@ -27,7 +27,7 @@ from replay.show.rerun_log.moments import LISTS, Moments, Time, list_path
 from replay.show.rerun_log.pipeline_view import ALL, BOXES, SearchRun, pipeline_path, search_title
 from replay.show.rerun_log.recording_file import SESSION, drawable, entity
 from replay.show.rerun_log.scene import body_path
-from replay.show.words import lane_legend
+from replay.show.words import LANES_LEGEND, lane_legend
 
 LANE_POINTS: Final = 40
 RULER_POINTS: Final = 64
@@ -49,7 +49,6 @@ PLOTS: Final = 0.22
 AROUND_MOMENT: Final = 0.5
 """Seconds before and after the worked moment in which steps can be read; over a minute they are a carpet."""
 
-LEGEND: Final = "blue: right   yellow: false contact   red: missed or late   grey: contact"
 PLAIN: Final = rrb.Background(color=BACKGROUND[:3], kind=rrb.BackgroundKind.SolidColor)
 STAGES: Final = "Time per frame by stage, ms, added up"
 
@@ -126,7 +125,7 @@ def _answer(picture: Picture) -> Any:
             _row((_text(ANSWER, "The answer"), 0.43), (close_up, 0.33), (room, 0.24)),
             1 - height,
         ),
-        (_row((_states(picture, f"When   {LEGEND}", lanes), 0.55), (moments, 0.45)), height),
+        (_row((_states(picture, f"When   {LANES_LEGEND}", lanes), 0.55), (moments, 0.45)), height),
         name="Answer",
     )
 
@@ -211,7 +210,8 @@ def _details(picture: Picture, label: str) -> Any:
     title = f"What {label} said of each pair"
     if label in result.comparisons:
         outcomes = np.flatnonzero(result.comparisons[label].by_pair.sum(axis=0)).tolist()
-        title = f"Pair by pair    {lane_legend(outcomes, label)}"
+        late = any(fault_key(miss.kind) == "late" for miss in result.misses[label])
+        title = f"Pair by pair    {lane_legend(outcomes, label, late=late)}"
     faulty = bool(result.misses.get(label) or result.false.get(label))
     listed = _list([list_path(label)] if faulty else [], f"All moments of {label}: click a time")
     text = _text(details_path(label), "Settings, and what each stage takes")

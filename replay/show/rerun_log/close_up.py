@@ -22,8 +22,8 @@ from replay.auditing.outcome import Episode
 from replay.document.run_result import RunResult
 from replay.show.camera import CLOSE_UP, Eye, across, eye_before, placed, towards_user, view_rotation
 from replay.show.drawn_mesh import bends, edges_of, face_normals
-from replay.show.palette import FALSE_CONTACT, FREE, MISSED, Rgba, albedo, see_through, tags_of
-from replay.show.rerun_log.moments import COLOURS, Moments, Time, nearest_moments, point_of
+from replay.show.palette import FALSE_CONTACT, FREE, Rgba, albedo, fault_colour, fault_key, see_through, tags_of
+from replay.show.rerun_log.moments import Moments, Time, nearest_moments, point_of
 from replay.show.rerun_log.recording_file import (
     RecordingWriter,
     Steps,
@@ -158,7 +158,7 @@ def log_close_ups(
         }
         _log_cages(writer, result, label, cages, steps)
     dots = np.array([fault.point for fault in faults.values()], dtype=np.float32).reshape(-1, 3)
-    colours = packed(COLOURS[fault.kind.category] for fault in faults.values())
+    colours = packed(fault_colour(fault.kind) for fault in faults.values())
     writer.static(PINS, rr.Points3D(dots, colors=colours, radii=rr.Radius.ui_points(4.0)))
 
 
@@ -166,7 +166,9 @@ def _marks(result: RunResult, fault: Fault, eye: Eye) -> list[Mark]:
     """Return the text of a close-up: that a contact was missed, or how far apart the bodies are, with a measure."""
     about = np.asarray(fault.point)
     if fault.kind.is_miss:
-        return text_beside(eye, about, f"{fault.detector} misses this contact", MISSED, 0.0, 0.36)
+        part = "" if fault_key(fault.kind) == "missed" else "a part of "
+        text = f"{fault.detector} misses {part}this contact"
+        return text_beside(eye, about, text, fault_colour(fault.kind), 0.0, 0.36)
     if fault.evidence.nearest is None:
         return text_beside(eye, about, f"{fault.detector}: false contact", FALSE_CONTACT, 0.0, 0.36)
     gap, free = length(fault.metres), free_body(result, fault)

@@ -15,9 +15,10 @@ import rerun as rr
 from numpy.typing import NDArray
 
 from cdcore.protocol import counts_as_contact
+from replay.auditing.fault import Fault
 from replay.auditing.outcome import Comparison, Outcome, counts_by_pair
 from replay.document.run_result import RunResult
-from replay.show.palette import OUTCOMES, SERIES, VERDICTS, WITHIN_TOLERANCE, Rgba
+from replay.show.palette import LATE_LOOK, OUTCOMES, REFERENCE, SERIES, VERDICTS, Rgba, fault_key
 from replay.show.rerun_log.recording_file import RecordingWriter, drawable, entity, packed
 from replay.words import safe_text
 
@@ -93,12 +94,25 @@ def ranked_pairs(comparison: Comparison, grasped: NDArray[np.bool_]) -> list[int
 def log_pair_lanes(writer: RecordingWriter, result: RunResult, label: str) -> None:
     """Send what a detector made of each pair, or, where nothing was compared, what it said."""
     comparison = result.comparisons.get(label)
-    states, styles = result.detections[label].verdict, VERDICTS
+    states, styles, looks = result.detections[label].verdict, VERDICTS, [*VERDICTS.values()]
     if comparison is not None:
-        states, styles = comparison.by_contact, OUTCOMES
+        states, styles, looks = comparison.by_contact, OUTCOMES, [*OUTCOMES.values(), LATE_LOOK]
     labels = np.array([styles[code][0] if code in styles else "" for code in range(256)], dtype=object)
+    columns = result.assembly.contact_columns
     for path, column in pair_lanes(result, label).items():
-        log_lane(writer, path, spans_of(writer, labels[states[:, column]]), styles.values())
+        texts = labels[states[:, column]]
+        for miss in result.misses.get(label, ()):
+            if columns[miss.pair] == column:
+                _mark_late(texts, miss)
+        log_lane(writer, path, spans_of(writer, texts), looks)
+
+
+def _mark_late(texts: NDArray[np.object_], miss: Fault, frames: int = 0) -> None:
+    """Set the missed frames of a contact that is reported in part to *late*, at least ``frames`` of them."""
+    if fault_key(miss.kind) == "late":
+        segment = texts[miss.first : miss.last + 1]
+        segment[segment == OUTCOMES[Outcome.MISSED][0]] = LATE_LOOK[0]
+        texts[miss.first : miss.first + frames] = LATE_LOOK[0]
 
 
 def detector_lanes(result: RunResult, order: Sequence[str]) -> list[str]:
@@ -112,15 +126,19 @@ def log_detector_lanes(writer: RecordingWriter, result: RunResult, order: Sequen
     verdict, outcomes = result.detections[result.oracle].verdict, result.comparisons[order[0]].outcome
     touched = (counts_as_contact(verdict) & (outcomes != Outcome.GRASPED)).any(axis=1)
     labels = np.where(touched, "contact", "").astype(object)
-    log_lane(writer, lanes[0], spans_of(writer, labels), [("contact", WITHIN_TOLERANCE)])
+    log_lane(writer, lanes[0], spans_of(writer, labels), [("contact", REFERENCE)])
     for label, path in zip(order, lanes[1:], strict=False):
         outcome = result.comparisons[label].outcome
         labels = np.full(len(outcome), "", dtype=object)
         for code in reversed(SHOWN):
             labels[(outcome == code).any(axis=1)] = OUTCOMES[code][0]
+        narrowest = round(NARROWEST * len(labels))
         for miss in result.misses[label]:
-            labels[miss.first : miss.first + round(NARROWEST * len(labels))] = OUTCOMES[Outcome.MISSED][0]
-        log_lane(writer, path, spans_of(writer, labels), [OUTCOMES[code] for code in SHOWN])
+            _mark_late(labels, miss, narrowest)
+        for miss in result.misses[label]:
+            if fault_key(miss.kind) == "missed":
+                labels[miss.first : max(miss.last + 1, miss.first + narrowest)] = OUTCOMES[Outcome.MISSED][0]
+        log_lane(writer, path, spans_of(writer, labels), [*(OUTCOMES[code] for code in SHOWN), LATE_LOOK])
 
 
 def spans_of(writer: RecordingWriter, labels: NDArray[np.object_]) -> list[Span]:

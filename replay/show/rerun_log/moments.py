@@ -24,7 +24,7 @@ from replay.document.run_result import RunResult
 from replay.document.scores import LISTED
 from replay.effects.output import Vector, vector_of
 from replay.errors import RunFolderError
-from replay.show.palette import FALSE_CONTACT, MISSED, TRUE_CONTACT, Rgba
+from replay.show.palette import REFERENCE, Rgba, fault_colour
 from replay.show.rerun_log.recording_file import RecordingWriter, entity, require_complete_file
 from replay.show.rerun_log.recording_reader import RecordingDamagedError, read_texts
 from replay.words import length, plural
@@ -32,7 +32,6 @@ from replay.words import length, plural
 MISS, FALSE, CONTACT = "miss", "false", "contact"
 """Kinds of moments."""
 
-COLOURS: Final = {MISS: MISSED, FALSE: FALSE_CONTACT, CONTACT: TRUE_CONTACT}
 UNREADABLE: Final = (OSError, ValueError, RuntimeError, TypeError, RecursionError, RecordingDamagedError)
 """What reading a damaged recording raises: Rerun's reader, and the list of moments in it."""
 
@@ -139,7 +138,8 @@ def log_moment_lists(writer: RecordingWriter, result: RunResult, moments: Moment
     lines: dict[str, list[tuple[int, tuple[str, str, Rgba]]]] = {}
     for (time, moment), name in zip(moments.items(), names, strict=True):
         label, kind, _ = _key(moment)
-        line = (_line(moment, writer.session_ns(time) / 1e9, name, widths), kind, COLOURS[kind])
+        colour = fault_colour(moment.kind) if isinstance(moment, Fault) else REFERENCE
+        line = (_line(moment, writer.session_ns(time) / 1e9, name, widths), kind, colour)
         lines.setdefault(label, []).append((writer.session_ns(time), line))
     for label, rows in lines.items():
         times, texts = zip(*rows, strict=True)

@@ -107,9 +107,10 @@ def _log_room(writer: RecordingWriter, picture: Picture) -> None:
     log_world(writer, assembly, scene, named or assembly.names, colours)
     log_touches(writer, result)
     # Contacts of the reference have the colours of the worst detector's misses.
-    worst = result.comparisons.get(next(iter(picture.order), ""))
+    worst = next(iter(picture.order), "")
+    comparison, misses = result.comparisons.get(worst), result.misses.get(worst, ())
     for label in [result.oracle] if result.oracle else result.detections:
-        log_contacts(writer, label, result.detections[label], worst)
+        log_contacts(writer, label, result.detections[label], comparison, misses)
     log_missed_faces(writer, result)
 
 

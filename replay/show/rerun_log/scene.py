@@ -15,13 +15,24 @@ from numpy.typing import NDArray
 
 from cdcore import Detection, FaceSets, Motion, TriangleMesh
 from cdcore.numerics import FloatArray
-from replay.auditing.fault import worst_first
+from replay.auditing.fault import Fault, worst_first
 from replay.auditing.first_touch import at_touch
 from replay.auditing.outcome import Comparison, Outcome
 from replay.document.run_result import RunResult
 from replay.prepare.assembly import Assembly
 from replay.show.drawn_mesh import face_normals, shaded
-from replay.show.palette import MISSED_FACES, OUTCOMES, TRUE_CONTACT, Rgba, albedo, tags_of
+from replay.show.palette import (
+    LATE,
+    MISSED,
+    OUTCOMES,
+    TRUE_CONTACT,
+    VEIL,
+    Rgba,
+    albedo,
+    fault_colour,
+    fault_key,
+    tags_of,
+)
 from replay.show.rerun_log.recording_file import RecordingClock, RecordingWriter, entity, packed, pose_columns
 from sessions.model.scene import Scene
 
@@ -116,10 +127,17 @@ def log_touches(writer: RecordingWriter, result: RunResult) -> None:
             writer.session_rows(body_path(assembly.names[body]), ns, poses)
 
 
-def log_contacts(writer: RecordingWriter, label: str, detection: Detection, comparison: Comparison | None) -> None:
+def log_contacts(
+    writer: RecordingWriter,
+    label: str,
+    detection: Detection,
+    comparison: Comparison | None,
+    misses: Sequence[Fault] = (),
+) -> None:
     """Send ``world/contacts/<label>``: the curves in which surfaces meet.
 
-    What ``comparison`` calls missed is red, the rest blue. Nothing is sent of a detection without faces or curves.
+    What ``comparison`` calls missed is red, or pink where ``misses`` say that a part was missed, the rest blue. Nothing
+    is sent of a detection without faces or curves.
     """
     sets, path = detection.face_sets, entity("world", "contacts", label)
     if sets is None or detection.section_source is None:
@@ -130,7 +148,13 @@ def log_contacts(writer: RecordingWriter, label: str, detection: Detection, comp
     curves = [curve[np.isfinite(curve).all(axis=(1, 2))] for curve in curves]
     lengths = np.array([len(curve) for curve in curves], dtype=np.int64)
     outcomes = np.zeros(len(contacts), np.uint8) if comparison is None else comparison.outcome[at]
-    colours = packed(OUTCOMES[code][1] if code in COLOURED else TRUE_CONTACT for code in outcomes.tolist())
+    looks = [OUTCOMES[code][1] if code in COLOURED else TRUE_CONTACT for code in outcomes.tolist()]
+    for miss in misses:
+        if fault_key(miss.kind) == "late":
+            part = (at[1] == miss.pair) & (at[0] >= miss.first) & (at[0] <= miss.last) & (outcomes == Outcome.MISSED)
+            for index in np.flatnonzero(part).tolist():
+                looks[index] = LATE
+    colours = packed(looks)
     strips = np.concatenate([np.zeros((0, 2, 3)), *curves]).astype(np.float32)
     lines = rr.LineStrips3D.columns(strips=strips, colors=np.repeat(colours, lengths))
     in_frame = np.bincount(np.searchsorted(frames, at[0]), lengths, len(frames))
@@ -149,15 +173,15 @@ def drawn_contacts(clock: RecordingClock, sets: FaceSets) -> tuple[Faces, Faces]
 
 
 def log_missed_faces(writer: RecordingWriter, result: RunResult) -> None:
-    """Send below each body, in its own frame, per frame its faces that met and were missed.
+    """Send below each body, in its own frame, per frame its faces that met and were missed, or missed in a part.
 
     Where the oracle lists no faces, those of each miss's deepest moment, which may lie between frames.
     """
     assembly, misses = result.assembly, [*chain.from_iterable(result.misses.values())]
-    red: dict[int, dict[Time, list[Faces]]] = {
-        body: {} for miss in misses for body in assembly.pairs[miss.pair].tolist()
+    painted_at: dict[tuple[int, Rgba], dict[Time, list[Faces]]] = {
+        (body, fault_colour(miss.kind)): {} for miss in misses for body in assembly.pairs[miss.pair].tolist()
     }
-    left = dict.fromkeys(red, DRAWN_MISSED_FACES)
+    left = dict.fromkeys((body for body, _ in painted_at), DRAWN_MISSED_FACES)
     for miss in worst_first(misses):
         oracle, met = result.detections[result.oracle], dict[Time, Faces]()
         if oracle.face_sets is not None:
@@ -168,10 +192,11 @@ def log_missed_faces(writer: RecordingWriter, result: RunResult) -> None:
             for body, painted in _painted(assembly, miss.pair, faces).items():
                 if 0 < len(painted) <= left[body]:
                     left[body] -= len(painted)
-                    red[body].setdefault(time, []).append(painted)
-    for body, faces_at in sorted(red.items()):
-        mesh = assembly.bodies[body].mesh
-        _log_red_faces(writer, f"{body_path(assembly.names[body])}/missed_faces", mesh, faces_at)
+                    painted_at[body, fault_colour(miss.kind)].setdefault(time, []).append(painted)
+    for (body, colour), faces_at in sorted(painted_at.items()):
+        name = "missed_faces" if colour == MISSED else "late_faces"
+        path = f"{body_path(assembly.names[body])}/{name}"
+        _log_painted_faces(writer, path, assembly.bodies[body].mesh, faces_at, colour)
 
 
 def _painted(assembly: Assembly, pair: int, faces: Faces) -> dict[int, Faces]:
@@ -187,8 +212,8 @@ def face_areas(mesh: TriangleMesh, faces: Faces) -> FloatArray:
     return areas
 
 
-def _log_red_faces(
-    writer: RecordingWriter, path: str, mesh: TriangleMesh, painted: Mapping[Time, Sequence[Faces]]
+def _log_painted_faces(
+    writer: RecordingWriter, path: str, mesh: TriangleMesh, painted: Mapping[Time, Sequence[Faces]], colour: Rgba
 ) -> None:
     # A row without faces after each stretch, else the patch would stay for ever: the viewer shows the latest row.
     after = ((frame + 1, 0) for frame, _ in painted if frame + 1 < len(writer.clock.ns))
@@ -199,4 +224,4 @@ def _log_red_faces(
     corners = (triangles + PUSHED_OUT * face_normals(triangles)[1][:, None]).reshape(-1, 3)
     shapes = rr.Mesh3D.columns(vertex_positions=corners.astype(np.float32))
     writer.rows(path, times, shapes, [3 * len(some) for some in faces])
-    writer.static(path, rr.Mesh3D.from_fields(albedo_factor=MISSED_FACES))
+    writer.static(path, rr.Mesh3D.from_fields(albedo_factor=(*colour[:3], VEIL)))

@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 
+from replay.auditing.fault import FaultKind
 from replay.auditing.outcome import Outcome
 from replay.cli.terminal import STYLES
 from replay.document.tables import IN_RED, PARTLY
 from replay.show import palette
 from replay.show.palette import albedo
+from replay.show.words import LANES_LEGEND
 
 
 def hue_distance(a, b):
@@ -27,6 +29,15 @@ def test_nothing_but_missed_is_near_the_red():
         albedo((tag,)) for tag in ("glass", "hand", "headset", "bench", "rod", "metal", "plastic", "stopper", "?")
     ]
     assert min(hue_distance(palette.MISSED, other) for other in others) > 100
+
+
+@pytest.mark.parametrize("kind", FaultKind)
+def test_a_fault_has_one_colour_on_every_screen(kind):
+    key = palette.fault_key(kind)
+    assert palette.hex_of(palette.fault_colour(kind)) == palette.DARK[key]
+    assert (palette.fault_colour(kind) == palette.MISSED) == (kind is FaultKind.NEVER_REPORTED)
+    words = {"missed": "missed", "late": "late or cut short", "false": "false contact"}
+    assert f"{palette.COLOUR_NAMES[key]}: {words[key]}" in LANES_LEGEND
 
 
 def test_red_yellow_and_blue_differ_in_lightness_too():

@@ -6,12 +6,12 @@ from support.small_worlds import jumping
 
 from cdcore import Verdict
 from cdcore.bounding.bounding_sphere import sphere_best
-from replay.auditing.fault import Fault
+from replay.auditing.fault import Fault, FaultKind
 from replay.auditing.outcome import Outcome
 from replay.engine import compute
 from replay.show.camera import CLOSE_UP, placed
 from replay.show.drawn_mesh import face_normals
-from replay.show.palette import FREE, MISSED, TRUE_CONTACT, WITHIN_TOLERANCE, albedo, see_through, tags_of
+from replay.show.palette import FREE, LATE, MISSED, TRUE_CONTACT, WITHIN_TOLERANCE, albedo, see_through, tags_of
 from replay.show.rerun_log import scene
 from replay.show.rerun_log.close_up import ROOM, close_up_eyes, detectors_with_solids, sharp_edges
 from replay.show.rerun_log.moments import FALSE, LISTS, MISS, key_moments, read_bookmarks
@@ -62,7 +62,8 @@ def moments(run, read):
         (output,) = read.at_ns("world/focus/words", "Points3D:labels", ns)
         (eye,) = read.at_ns("world/focus/eye", "Transform3D:translation", ns)
         if name[1] == MISS:
-            assert output == f"{name[0]} misses this contact"
+            part = "" if fault.kind == FaultKind.NEVER_REPORTED else "a part of "
+            assert output == f"{name[0]} misses {part}this contact"
             yield np.linalg.norm(np.subtract(eye, fault.point)), CLOSE_UP
         elif np.isfinite(size):
             assert length(size) in output
@@ -86,7 +87,7 @@ def words(run, read):
 
 
 def curves(run, read):
-    """The sections of the reference, red where they were missed and blue where they were found."""
+    """The sections of the reference: red where missed, pink where a part was missed, blue where found."""
     detection, (label,) = run.detections[run.oracle], run.comparisons
     path = f"world/contacts/{run.oracle}"
     drawn, outcome = f"/{path}" in read.entities, run.comparisons[label].outcome
@@ -95,7 +96,10 @@ def curves(run, read):
         strips, colours = [np.zeros((0, 2, 3))], []
         for pair in np.flatnonzero(detection.verdict[frame] == Verdict.CONTACT).tolist():
             strips.append(detection.section(frame, pair))
-            colours += [COLOURS.get(outcome[frame, pair], TRUE_CONTACT)] * len(strips[-1])
+            parts = [miss for miss in run.misses[label] if miss.pair == pair and miss.kind != FaultKind.NEVER_REPORTED]
+            late = any(miss.first <= frame <= miss.last for miss in parts)
+            looks = COLOURS | ({Outcome.MISSED: LATE} if late else {})
+            colours += [looks.get(outcome[frame, pair], TRUE_CONTACT)] * len(strips[-1])
         yield np.reshape(read.at(path, "LineStrips3D:strips", frame), (-1, 2, 3)), np.concatenate(strips)
         yield read.at(path, "LineStrips3D:colors", frame), packed(colours)
 
@@ -112,13 +116,15 @@ def red_faces(run, read):
             touch = miss.evidence.touch
             met = {nanoseconds(run, *miss.moment): miss.evidence.faces if touch is None else [touch.faces]}
             times |= {ns - early for ns in met for early in (0, 1)}
+        kind = "missed" if miss.kind == FaultKind.NEVER_REPORTED else "late"
         for ns, faces in met.items():
             sides = dict(zip(assembly.pairs[miss.pair].tolist(), np.transpose(faces), strict=True))
             small = {body: k[face_areas(assembly.bodies[body].mesh, k) <= LARGE_FACE] for body, k in sides.items()}
             for body, side in (small if any(map(len, small.values())) else sides).items():
-                painted.setdefault(body, {}).setdefault(ns, set()).update(side.tolist())
-    for body, faces_at in painted.items():
-        path, mesh = f"world/{assembly.names[body]}/missed_faces", assembly.bodies[body].mesh
+                key = body, "missed" if miss.kind == FaultKind.NEVER_REPORTED else "late"
+                painted.setdefault(key, {}).setdefault(ns, set()).update(side.tolist())
+    for (body, kind), faces_at in painted.items():
+        path, mesh = f"world/{assembly.names[body]}/{kind}_faces", assembly.bodies[body].mesh
         for ns in times:
             recorded = read.at_ns(path, "Mesh3D:vertex_positions", ns)
             faces = mesh.triangles[sorted(faces_at.get(ns, ()))]
