@@ -1,7 +1,5 @@
 """How kernels are compiled: once per machine, again when any of their sources changes.
 
-Names that numba does not promise stand in ``cdcore.kernels.parts`` alone, which makes it compile quicker.
-
 Two habits of the compiler make kernels expensive to compile. It copies a function into each of its many call sites:
 without the first mark below the triangle test took 35 s instead of 6. And it takes an array apart into seven numbers:
 with addresses instead (``cdcore.kernels.memory``) the first exact answer compiles in two thirds of the time (2026-11).
@@ -12,7 +10,7 @@ the demo's 20 (2026-11).
 import gc
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import cache, wraps
+from functools import wraps
 from time import perf_counter
 from typing import Any, Final, TypeVar, cast
 
@@ -46,24 +44,9 @@ JIT_OPTIONS: Final[dict[str, Any]] = {
 INNER_OPTIONS: Final[dict[str, Any]] = JIT_OPTIONS | {"no_cpython_wrapper": True}
 """Options for what only kernels call."""
 
-OLDEST_TRIED: Final = (0, 61)
-NEWEST_TRIED: Final = (0, 68)
-"""Versions of numba with which the tests of ``cdcore.kernels.parts`` pass."""
-
-
-@cache
-def quick_compilers() -> tuple[dict[str, Any], dict[str, Any]]:
-    """Options of ``njit`` for kernels and for parts of kernels; none for a numba that has not been tried.
-
-    Without them kernels compute the same. Tried as the only way (2026-11-28): the first demo on a machine took 52 s of
-    processor time instead of 39, and ``exact`` 1.04 (live) to 1.11 (faces) of its time, since references to arrays are
-    counted then. Most of it is numba's typing and writing in Python, for 225 functions; LLVM takes a quarter.
-    """
-    if not OLDEST_TRIED <= numba.version_info.short <= NEWEST_TRIED:
-        return {}, {}
-    from cdcore.kernels.parts import KERNEL_OPTIONS_OF_NUMBA, PART_OPTIONS_OF_NUMBA
-
-    return KERNEL_OPTIONS_OF_NUMBA, PART_OPTIONS_OF_NUMBA
+# Their references to arrays need no counting, which is atomic, and took a sixth of the time to compile (2026-11).
+PART_OPTIONS: Final[dict[str, Any]] = INNER_OPTIONS | {"_nrt": False}
+"""Options for what allocates nothing besides, as the documentation of ``numba.extending.register_jitable`` has it."""
 
 
 def kernel(function: Function) -> Function:
@@ -92,8 +75,8 @@ def kernel(function: Function) -> Function:
         return answer
 
     call.dispatcher = compiled  # type: ignore[attr-defined]
-    inner_options: Any = INNER_OPTIONS | quick_compilers()[0]
-    callable_in_kernels: Any = overload(call, jit_options=inner_options, strict=False)
+    make_callable: Any = overload
+    callable_in_kernels = make_callable(call, jit_options=INNER_OPTIONS, strict=False)
     callable_in_kernels(lambda *_: function)
     return cast(Function, call)
 
@@ -101,14 +84,13 @@ def kernel(function: Function) -> Function:
 def _with_cache(function: Function) -> tuple[Any, KernelCache | None]:
     """numba's dispatcher of a kernel, and the files of its cache, verified; ``None`` where nothing can be kept."""
     make: Any = njit
-    options = JIT_OPTIONS | quick_compilers()[0]
     try:
-        compiled = make(cache=True, **options)(function)
+        compiled = make(cache=True, **JIT_OPTIONS)(function)
     except RuntimeError:  # no folder that numba tries can be written
-        return make(**options)(function), None
+        return make(**JIT_OPTIONS)(function), None
     files = KernelCache.of(function, compiled.stats.cache_path)
     if not files.remove_unless_intact():
-        return make(**options)(function), None
+        return make(**JIT_OPTIONS)(function), None
     return compiled, files
 
 
@@ -119,7 +101,7 @@ def hot_kernel(function: Function) -> Function:
     """
     if INTERPRETED:
         return function
-    mark_as_callee: Any = register_jitable(**INNER_OPTIONS, **quick_compilers()[1])
+    mark_as_callee: Any = register_jitable(**PART_OPTIONS)
     return cast(Function, mark_as_callee(function))
 
 

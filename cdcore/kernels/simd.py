@@ -241,6 +241,11 @@ def _doubles_from(context: Any, builder: Any, signature: Any, arguments: Any, fi
     return [builder.load(builder.gep(start, [address]), align=8) for address in addresses]
 
 
+def _load3(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    values = _doubles_from(context, builder, signature, arguments, arguments[1], range(3))
+    return context.make_tuple(builder, signature.return_type, values)
+
+
 def _row16(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     first = builder.mul(arguments[1], ir.Constant(_INDEX, 16))
     values = _doubles_from(context, builder, signature, arguments, first, range(16))
@@ -272,6 +277,13 @@ def _store_lanes(array: Any, index: int, value: Lanes) -> None:
 load8 = _intrinsic("ai", lambda array, _index: eight(array, types.intp), _load, lambda a, i: _entries(a, i, 8))
 """``load8(array, index)``: consecutive doubles of a contiguous array or an address, index in doubles from its start."""
 load4 = _intrinsic("ai", lambda array, _index: four(array, types.intp), _load, lambda a, i: _entries(a, i, 4))
+load3 = _intrinsic(
+    "ai",
+    lambda array, _index: _many(types.float64, 3)(array, types.intp),
+    _load3,
+    lambda a, i: tuple(_entries(a, i, 3)),
+)
+"""``load3(array, index)``: a point or a direction, three doubles."""
 row16 = _intrinsic(
     "ai", lambda array, _row: _many(types.float64, 16)(array, types.intp), _row16,
     lambda a, i: tuple(_entries(a, 16 * i, 16)),

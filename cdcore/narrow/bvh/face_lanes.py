@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from cdcore.kernels.compiling import always_inlined, hot_kernel, never_inlined
 from cdcore.kernels.memory import Memory
-from cdcore.kernels.simd import Lanes, above, dot, least3, load8, minor, minus, most3, moved, plus, store, triple
-from cdcore.kernels.vectors import Vector, vector_at
+from cdcore.kernels.simd import Lanes, above, dot, least3, load3, load8, minor, minus, most3, moved, plus, store, triple
+from cdcore.kernels.vectors import Vector
 from cdcore.narrow.bvh.bounds import EDGE_SLACK, ROUNDOFF, SIGN_PADS, SIGN_ULPS, TINY
 from cdcore.narrow.bvh.tree_memory import Pair, Scratch, TreeMemory
 
@@ -69,7 +69,7 @@ def certain_lanes(placed: Memory, boxed: Memory, face: int, size: float, pad: fl
     never_inlined()
     reach = 2.0 * size + pad
     bound = reach * reach * (SIGN_PADS * pad + SIGN_ULPS * ROUNDOFF * reach) + TINY
-    fixed = vector_at(boxed, 9 * face), vector_at(boxed, 9 * face + 3), vector_at(boxed, 9 * face + 6)
+    fixed = load3(boxed, 9 * face), load3(boxed, 9 * face + 3), load3(boxed, 9 * face + 6)
     fixed_edges = (
         difference_of(fixed[1], fixed[0]),
         difference_of(fixed[2], fixed[1]),
@@ -159,9 +159,9 @@ def lanes_in_box(corners: Memory, face: int, box: Memory, b: int, pad: float, ma
     for k in range(2, -1, -1):
         p, q, r = load8(rotated, 24 * k), load8(rotated, 24 * k + 8), load8(rotated, 24 * k + 16)
         away, half = load8(scratch.offset, 8 * k), box[16 * b + 12 + k]
-        x = moved(away, *vector_at(corners, 9 * face), p, q, r)
-        y = moved(away, *vector_at(corners, 9 * face + 3), p, q, r)
-        z = moved(away, *vector_at(corners, 9 * face + 6), p, q, r)
+        x = moved(away, *load3(corners, 9 * face), p, q, r)
+        y = moved(away, *load3(corners, 9 * face + 3), p, q, r)
+        z = moved(away, *load3(corners, 9 * face + 6), p, q, r)
         lower, upper = minus(least3(x, y, z), pad), plus(most3(x, y, z), pad)
         mask &= ~(above(lower, half) | above(-half, upper))
         if mask == 0:

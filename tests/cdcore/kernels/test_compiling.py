@@ -5,7 +5,6 @@ import os
 import subprocess
 import sys
 from errno import ENOSPC
-from types import SimpleNamespace
 
 import numba
 import numpy as np
@@ -15,7 +14,7 @@ from numba.core.errors import TypingError
 from numba.core.event import Event
 
 from cdcore.kernels import compiling
-from cdcore.kernels.compiling import Compiled, always_inlined, hot_kernel, kernel, never_inlined, quick_compilers
+from cdcore.kernels.compiling import Compiled, always_inlined, hot_kernel, kernel, never_inlined
 from cdcore.kernels.memory import address_of, doubles_at, doubles_of, integers_of
 from cdcore.kernels.simd import load8, store
 
@@ -100,19 +99,6 @@ def test_a_kernel_that_allocates_is_called_by_a_kernel():
 def test_kernels_and_python_call_kernels_and_parts():
     assert calls_both(3.0) == calls_both.__wrapped__(3.0) == 13.0 + 8.0
     assert (shifted_by_seven(3), doubled_part(3)) == (13, 6)
-
-
-@pytest.mark.parametrize(("version", "quick"), [((0, 60), 0), ((0, 61), 1), ((0, 68), 1), ((0, 69), 0), ((1, 0), 0)])
-def test_only_tried_numba_versions_use_the_quick_compiler(version, quick, monkeypatch):
-    monkeypatch.setattr(numba, "version_info", SimpleNamespace(short=version))
-    assert [bool(options) for options in quick_compilers.__wrapped__()] == [quick, quick]
-
-
-def test_standard_compiler_computes_the_same(kept, monkeypatch):
-    monkeypatch.setattr(compiling, "quick_compilers", lambda: ({}, {}))
-    component = hot_kernel(lambda x: x * x + 1)
-    requested = kernel(lambda x: component(x) + component(x + 1))
-    assert requested(3.0) == 10.0 + 17.0
 
 
 TOGETHER = """
