@@ -65,4 +65,4 @@ class ImportFileError(SessionError):
 
 
 class SceneSourceError(SessionError):
-    """A scene of another program (MJCF, URDF, glTF) that cannot be taken."""
+    """A scene of another program (MJCF, URDF, USD, glTF) that cannot be taken."""

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from sessions import Session
 
 AXES_HELP = "Axes of mesh files: body, x-flipped, y-up, gltf, unity, ... Repeatable."
-SURFACE_WORDS = "mjcf: the geoms that are a body's surface.  [default: auto]"
+SURFACE_WORDS = "mjcf, usd: geometry that is a body's surface.  [default: auto]"
 UNIT_HELP = "Unit of mesh files: m, cm, mm. Default: by size. Repeatable."
 OFFSET_HELP = "contacts: what to add to their clock. Default: estimated."
 
@@ -36,7 +36,7 @@ OFFSET_HELP = "contacts: what to add to their clock. Default: estimated."
 @click.option("--mapping", type=SESSION_FILE, metavar="FILE", help="csv, xdf: which column or channel is what.")
 @click.option("--convention", metavar="NAME", help="Axes of the source: unity, unreal, ... or 'z up, left-handed'.")
 @click.option("--motion", type=SESSION_FILE, metavar="FILE.npz", help="mjcf: joint angles over time, .npz or .csv.")
-@click.option("--root", type=FILE_OR_FOLDER, metavar="DIR", help="mjcf: the folder that holds all files of the model.")
+@click.option("--root", type=FILE_OR_FOLDER, metavar="DIR", help="mjcf, usd: the folder that holds all files.")
 @click.option("--surface", type=click.Choice(["auto", "drawn", "colliding"]), help=SURFACE_WORDS)
 @click.option("--topic", "topics", multiple=True, metavar="TOPIC", help="mcap, ros2: read this alone. Repeatable.")
 @click.option("--mesh-axes", multiple=True, metavar="[BODY=]NAME", help=AXES_HELP)

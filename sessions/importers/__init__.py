@@ -22,6 +22,7 @@ IMPORTERS: Final[dict[str, str]] = {
     "mjcf": "sessions.importers.mjcf_motion:read_mjcf",
     "optitrack": "sessions.importers.optitrack:read_optitrack",
     "ros2": "sessions.importers.mcap_file:read_mcap",
+    "usd": "sessions.importers.usd_motion:read_usd",
     "uxf": "sessions.importers.uxf:read_uxf",
     "xdf": "sessions.importers.xdf:read_xdf",
 }
@@ -33,7 +34,7 @@ AUTO: Final = "auto"
 FOLDERS: Final = ("uxf", AUTO)
 """Formats whose source may be a folder."""
 
-ROBOTS: Final = ("mcap", "mjcf", "ros2")
+ROBOTS: Final = ("mcap", "mjcf", "ros2", "usd")
 """Formats in which names like ``left_wheel`` mean no headset or controller."""
 
 COMMON: Final = ("scene", "scene_folder")

@@ -1,22 +1,20 @@
 """A model of MuJoCo with joint angles over time: bodies, meshes, colliders, pairs that never meet, and poses."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from sessions.errors import ImportFileError
-from sessions.importers.ledger import FACT, Ledger
+from sessions.importers.ledger import Ledger
+from sessions.importers.scene_motion import session_of_scene
 from sessions.importers.stamps import increasing
-from sessions.model.assumption import ASSUMPTIONS_FACT, assumptions_fact
-from sessions.model.scene import Scene
 from sessions.model.session import Session
 from sessions.model.track import Track
 from sessions.scene_formats.joint_motion import body_poses, read_joint_motion
 from sessions.scene_formats.mjcf import body_names, load_model, scene_of
 from sessions.scene_formats.safe_files import SceneFiles
-from sessions.scene_formats.scene_source import Surface, surface_assumptions
+from sessions.scene_formats.scene_source import Surface
 
 
 def read_mjcf(source: Path, motion: str | Path = "", root: str | Path = "", surface: str = Surface.AUTO) -> Session:
@@ -45,28 +43,8 @@ def read_mjcf(source: Path, motion: str | Path = "", root: str | Path = "", surf
         tracks[name] = Track(
             stamps[keep], positions[:, column] @ scene.rotation.T, Rotation.from_matrix(rotations).as_quat()
         )
-    facts = {
-        "conversions": "world +Z up to +Y up, meshes in the axes of their bodies; "
-        + "; ".join(f"not taken: {sentence}" for sentence in scene.left_out),
-        "source_units": "m",
-        "source_convention": "canonical",
-        "handedness": "right",
-        "clock": "time of the motion, from its first row",
-        FACT: ledger.as_text(),
-        ASSUMPTIONS_FACT: assumptions_fact(surface_assumptions(scene, Surface(surface))),
-    }
-    session = Session.from_tracks(
-        tracks,
-        facts=facts,
-        meshes={name: body.mesh for name, body in scene.bodies.items()},
-        scene=Scene(
-            name=source.stem,
-            bodies=tuple(body.declared(scene.rotation) for body in scene.bodies.values()),
-            ignore=scene.excluded,
-        ),
-    )
-    colliders = {name: body.colliders for name, body in scene.bodies.items() if body.colliders}
-    return replace(session, colliders=colliders)
+    clock = "time of the motion, from its first row"
+    return session_of_scene(scene, tracks, ledger, name=source.stem, clock=clock, surface=Surface(surface))
 
 
 def _motion_of(source: Path, motion: str | Path) -> Path:

@@ -16,6 +16,8 @@ STARTS: Final = (
     (FIRST.encode(), "optitrack", f"line 1 begins with {FIRST}, as Motive's exports do"),
     (b"{", "aframe", "it is JSON"),
     (b"<mujoco", "mjcf", "it begins with <mujoco, as models of MuJoCo do"),
+    (b"#usda", "usd", "it begins with #usda, as scenes of USD do"),
+    (b"PXR-USDC", "usd", "it begins with PXR-USDC, as scenes of USD do"),
     (b"#ROSBAG", "", "it is a bag of ROS 1"),
     (b"SQLite format 3", "", "it is an SQLite file, as bags of ROS 2 are"),
 )
@@ -42,6 +44,8 @@ def recognised(source: Path) -> tuple[str, str]:
             if not name:
                 raise ImportFileError(f"{source}: {why}; {ANOTHER_BAG}")
             return name, why
+    if head.startswith(b"PK\x03\x04") and source.suffix.lower() == ".usdz":
+        return "usd", "it is a package of USD"
     line = head.partition(b"\n")[0].decode("utf-8", errors="replace")
     if b"\x00" not in head and (joints := joints_in(source)):
         return "hands", joints

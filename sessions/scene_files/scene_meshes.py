@@ -125,7 +125,8 @@ def with_source(session: Session, source: SceneSource, text: str, path: Path) ->
     kept = [row for row in recording_assumptions(replace(session, facts=facts)) if row.subject is not Subject.SURFACE]
     assumed = [*kept, *surface_assumptions(source, requested)]
     complete = replace(complete, facts={**complete.facts, ASSUMPTIONS_FACT: assumptions_fact(assumed)})
-    notes = [f"scene of {source.format}: not taken: {sentence}" for sentence in dict.fromkeys(source.left_out)]
+    notes = [f"scene of {source.format}: {sentence}" for sentence in source.notes]
+    notes += [f"scene of {source.format}: not taken: {sentence}" for sentence in dict.fromkeys(source.left_out)]
     complete = replace(complete, facts=_converted(complete, notes))
     return with_colliders(complete, path.parent)
 

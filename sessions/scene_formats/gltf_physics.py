@@ -11,6 +11,8 @@ import json
 import re
 import struct
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 from typing import Any, Final
 from urllib.parse import unquote
@@ -21,6 +23,8 @@ from sessions.errors import MeshFileError, SceneError, SceneSourceError
 from sessions.geometry.shapes import make_shape
 from sessions.mesh_data import MeshData, concatenated
 from sessions.meshes.glb_tree import read_glb, read_glb_mesh, rigid_of
+from sessions.scene_formats.body_names import distinct_names, repeated_names
+from sessions.scene_formats.round_shapes import ROUND_FACES, tapered
 from sessions.scene_formats.safe_files import MOST_FILE_BYTES, SceneFiles
 from sessions.scene_formats.scene_source import (
     Matrix,
@@ -36,7 +40,6 @@ KHR, KHR_SHAPES = "KHR_physics_rigid_bodies", "KHR_implicit_shapes"
 OMI, OMI_SHAPES, OMI_JOINT = "OMI_physics_body", "OMI_physics_shape", "OMI_physics_joint"
 STATIC: Final = "static"
 DATA_URI: Final = "data:"
-ROUND_FACES: Final = 4000
 HULLS: Final = frozenset(("convex", "hull"))
 
 Row = dict[str, Any]
@@ -103,19 +106,29 @@ class _Reader:
         check_size(len(physics))
         owner = {number: self._body_of(number, physics) for number in physics}
         bodies, filters = dict[int, SourceBody](), dict[int, list[Row | None]]()
-        for number in sorted(set(owner.values())):
+        numbers = sorted(set(owner.values()))
+        names = dict(zip(numbers, distinct_names([self._steps(number) for number in numbers]), strict=True))
+        for number in numbers:
             parts = [node for node, body in owner.items() if body == number]
             body = self._body(number, parts, physics)
             if body is None:
                 continue
-            if any(body.name == other.name for other in bodies.values()):
-                raise SceneSourceError(f"{path} has two bodies {body.name!r}; give their nodes different names")
-            bodies[number] = body
+            bodies[number] = replace(body, name=names[number])
             filters[number] = [*self._filters_of(parts, physics)]
-        excluded = dict.fromkeys(self._unfiltered_pairs([*bodies], filters))
+        excluded = dict.fromkeys(self._unfiltered_pairs(names, filters))
         excluded |= dict.fromkeys(pair for pair in self._jointed_pairs(physics) if bodies.keys() >= {*pair})
         named = tuple((bodies[first].name, bodies[second].name) for first, second in excluded)
-        return SceneSource("glTF", {body.name: body for body in bodies.values()}, named, tuple(self.left_out))
+        return SceneSource(
+            format="glTF",
+            bodies={body.name: body for body in bodies.values()},
+            excluded=named,
+            left_out=tuple(self.left_out),
+            notes=repeated_names([self._tree.names[number] for number in bodies], [names[number] for number in bodies]),
+        )
+
+    def _steps(self, number: int) -> list[str]:
+        """Names of the nodes from the root of the scene to a node."""
+        return [self._tree.names[node] for node in reversed(self._tree.above(number))]
 
     def _filters_of(self, parts: Iterable[int], physics: Mapping[int, tuple[str, Row]]) -> Iterator[Row | None]:
         """The filter of each collider of a body; ``None``: it collides with everything."""
@@ -125,17 +138,16 @@ class _Reader:
                 yield None if row is None else self._filters[row]
 
     def _unfiltered_pairs(
-        self, numbers: Sequence[int], filters: Mapping[int, Sequence[Row | None]]
+        self, names: Mapping[int, str], filters: Mapping[int, Sequence[Row | None]]
     ) -> Iterator[tuple[int, int]]:
         """Pairs of bodies of which no two colliders meet; where some do and others do not, that is named."""
-        for index, first in enumerate(numbers):
-            for second in numbers[index + 1 :]:
-                answers = {_meet(a, b) for a in filters[first] for b in filters[second]}
-                if answers == {False}:
-                    yield first, second
-                elif len(answers) == 2:
-                    names = f"{self._tree.names[first]!r} and {self._tree.names[second]!r}"
-                    self.left_out.append(f"filters that let some colliders of {names} meet and others not: all meet")
+        for first, second in combinations(filters, 2):
+            answers = {_meet(a, b) for a in filters[first] for b in filters[second]}
+            if answers == {False}:
+                yield first, second
+            elif len(answers) == 2:
+                pair = f"{names[first]!r} and {names[second]!r}"
+                self.left_out.append(f"filters that let some colliders of {pair} meet and others not: all meet")
 
     def _jointed_pairs(self, physics: Mapping[int, tuple[str, Row]]) -> Iterator[tuple[int, int]]:
         """Pairs of bodies that a joint holds together; they collide only where it says so."""
@@ -253,24 +265,7 @@ def _round_shape(kind: str, word: str, row: Row) -> MeshData | None:
     if "radius" in row:
         # A file of an older draft: its height is that of the whole.
         return make_shape(word, {"radius": float(row["radius"]), "length": height}, ROUND_FACES)
-    lower, upper = float(row.get("radiusBottom", radius)), float(row.get("radiusTop", radius))
-    if lower == upper:
-        length = height + 2.0 * lower if is_capsule else height
-        return make_shape(word, {"radius": lower, "length": length}, ROUND_FACES)
-    if height < 0.0 or not (height or is_capsule):
-        return None
-    points = []
-    for end, side in ((lower, -1.0), (upper, 1.0)):
-        centre = np.array([[0.0, side * height / 2.0, 0.0]])
-        if end > 0.0:
-            size = {"radius": end} if is_capsule else {"radius": end, "length": height}
-            corners = make_shape("sphere" if is_capsule else "cylinder", size, ROUND_FACES).vertices
-            # Of a cylinder both discs of an end are laid in the end's plane.
-            points.append(centre + (corners if is_capsule else corners * [1.0, 0.0, 1.0]))
-        elif end == 0.0:
-            points.append(centre)
-    corners = np.unique(np.concatenate(points), axis=0)
-    return convex_hull(MeshData(corners, np.zeros((1, 3), dtype=np.int64))) if len(points) == 2 else None
+    return tapered(word, height, float(row.get("radiusBottom", radius)), float(row.get("radiusTop", radius)))
 
 
 def _meet(first: Row | None, second: Row | None) -> bool:

@@ -91,11 +91,12 @@ class SceneSource:
 
     Parameters
     ----------
-    format : ``MJCF``, ``URDF`` or ``glTF``.
+    format : ``MJCF``, ``URDF``, ``USD`` or ``glTF``.
     bodies : by name, in the order of the file.
     excluded : pairs of bodies that never collide there.
     left_out : sentences on what cannot be taken.
     rotation : (3, 3) from the axes of its world to +Y up.
+    notes : sentences on how it was taken, where the file leaves that open.
     """
 
     format: str
@@ -103,6 +104,7 @@ class SceneSource:
     excluded: tuple[tuple[str, str], ...] = ()
     left_out: tuple[str, ...] = ()
     rotation: Matrix = field(default_factory=lambda: np.eye(3))
+    notes: tuple[str, ...] = ()
 
 
 def read_scene_source(path: str | Path, root: str | Path | None = None, surface: Surface = Surface.AUTO) -> SceneSource:
@@ -131,8 +133,14 @@ def _read(file: Path, root: str | Path | None, surface: Surface) -> SceneSource:
         from sessions.scene_formats.gltf_physics import read_gltf
 
         return read_gltf(file, files)
+    if kind in (".usd", ".usda", ".usdc", ".usdz"):
+        from sessions.scene_formats.usd_physics import read_usd_scene
+
+        return read_usd_scene(file, files, surface)
     if kind not in (".xml", ".mjcf", ".urdf"):
-        raise SceneSourceError(f"{file} is no scene of a known format; give MJCF (.xml), URDF (.urdf) or glTF (.glb)")
+        raise SceneSourceError(
+            f"{file} is no scene of a known format; give MJCF (.xml), URDF (.urdf), USD (.usd) or glTF (.glb)"
+        )
     tag = files.xml(file).tag
     if tag == "mujoco":
         from sessions.scene_formats.mjcf import read_mjcf_scene

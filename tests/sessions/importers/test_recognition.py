@@ -19,6 +19,7 @@ SAMPLES = {
     "mjcf": ["samples/lid.xml"],
     "optitrack": ["optitrack/metres.csv"],
     "ros2": ["samples/bag.mcap"],
+    "usd": ["samples/lid.usda"],
     "uxf": ["uxf/S001/trial_results.csv", "uxf/S001/trackers/head_movement_T001.csv"],
     "xdf": ["samples/take.xdf"],
 }
@@ -33,8 +34,19 @@ def test_samples_are_recognised_and_mutants_end_in_session_or_sentence(tmp_path,
     if name == "mjcf":
         pytest.importorskip("mujoco")
         source.with_suffix(".csv").write_text("time,hinge\n0,0\n0.1,1\n")
+    if name == "usd":
+        pytest.importorskip("pxr")
     assert recognised(source)[0] == ("mcap" if name == "ros2" else name)
     survive(name, source if source.is_file() else source / file.split("/", 2)[2], count, source)
+
+
+@pytest.mark.slow
+def test_binary_mutants_of_usd_end_in_session_or_sentence(tmp_path):
+    pytest.importorskip("pxr")
+    source = tmp_path / "lid.usdc"
+    shutil.copy(HERE / "samples/lid.usdc", source)
+    # Each starts a process of its own, which may die of the mutant.
+    survive("usd", source, 20, source)
 
 
 @pytest.mark.parametrize(

@@ -142,6 +142,18 @@ def test_collider_mesh_needs_no_node_in_the_scene(tmp_path, kind):
     assert np.abs(scene.bodies["cup"].mesh.vertices - expected).max() <= 1e-9
 
 
+def test_bodies_of_one_name_take_the_names_above(tmp_path):
+    cup = {"name": "cup", "physics": {"motion": {}, "collider": {"geometry": {"shape": 0}}}}
+    filters = [{"collisionSystems": ["a"], "notCollideWithSystems": ["a"]}]
+    for node in (left := json.loads(json.dumps(cup))), (right := json.loads(json.dumps(cup))):
+        node["physics"]["collider"]["collisionFilter"] = 0
+    nodes = [{"name": "left", "children": [2]}, {"name": "right", "children": [3]}, left, right]
+    content = document(nodes, [{"type": "sphere"}], "KHR", collisionFilters=filters)
+    scene = read_scene_source(glb(tmp_path / "s.glb", content))
+    assert [*scene.bodies] == [body.name for body in scene.bodies.values()] == ["left/cup", "right/cup"]
+    assert scene.excluded == (("left/cup", "right/cup"),) and "'left/cup' for 'cup'" in scene.notes[0]
+
+
 def test_bodies_outside_the_scene_are_left_alone(tmp_path):
     content = glass("KHR")
     content["scenes"] = [{"nodes": [0]}]

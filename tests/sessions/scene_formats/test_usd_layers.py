@@ -1,0 +1,231 @@
+"""USD layers that a scene may not read, parts that contain themselves, and scenes that would fill the memory."""
+
+import builtins
+import os
+import subprocess
+import sys
+import zipfile
+
+import pytest
+
+from sessions.errors import SceneSourceError
+from sessions.scene_formats.scene_source import read_scene_source
+
+pxr = pytest.importorskip("pxr")
+
+BALL = 'def Sphere "ball" (prepend apiSchemas = ["PhysicsCollisionAPI"])\n{\n}\n'
+HEAD = '#usda 1.0\n(\n    upAxis = "Y"\n    metersPerUnit = 1\n)\n'
+
+
+def scene(folder, text, *, head=HEAD):
+    folder.mkdir(exist_ok=True)
+    path = folder / "scene.usda"
+    path.write_text(head + text)
+    return path
+
+
+def named_by(arc, name):
+    """A scene with a ball that names another layer by an arc of composition."""
+    if arc == "sublayer":
+        return BALL, HEAD.replace(")\n", f"    subLayers = [@{name}@]\n)\n")
+    if arc == "variant":
+        inner = f'variantSet "v" = {{\n"a" {{\n}}\n"b" (references = @{name}@) {{\n}}\n}}\n'
+        more = 'variants = {\nstring v = "a"\n}\nprepend variantSets = "v"'
+        return BALL + f'def "other" (\n{more}\n)\n{{\n{inner}}}\n', HEAD
+    return BALL + f'def "other" ({arc} = @{name}@)\n{{\n}}\n', HEAD
+
+
+ARCS = ["references", "payload", "sublayer", "variant"]
+
+
+@pytest.mark.parametrize("arc", ARCS)
+@pytest.mark.parametrize(
+    ("name", "refusal"),
+    [
+        ("../secret.usda", "lies outside"),
+        ("secret/../../secret.usda", "lies outside"),
+        ("/etc/passwd", "lies outside"),
+        ("link.usda", "lies outside"),
+        ("loop.usda", "a link to itself"),
+        ("https://a.example/b.usda", "by an address"),
+        ("file:/etc/passwd", "by an address"),
+        ("`${NAME}`", "by an expression"),
+        ("notes.txt", "is no USD file"),
+        ("broken.usda", "is no readable USD"),
+        ("empty.usdc", "is no readable USD"),
+        ("broken.usdz", "is no readable USD"),
+        ("chain.usda", "lies outside"),
+    ],
+)
+def test_layer_that_a_scene_may_not_read(tmp_path, capfd, arc, name, refusal):
+    (tmp_path / "secret.usda").write_text(HEAD + BALL)
+    folder = tmp_path / "scene"
+    text, head = named_by(arc, name)
+    path = scene(folder, text, head=head)
+    (folder / "link.usda").symlink_to(tmp_path / "secret.usda")
+    (folder / "loop.usda").symlink_to(folder / "loop.usda")
+    (folder / "notes.txt").write_text("#usda 1.0\n")
+    (folder / "broken.usda").write_text("#usda 1.0\ndef {")
+    (folder / "empty.usdc").write_bytes(b"PXR-USDC" + b"\x00" * 100)
+    (folder / "broken.usdz").write_bytes(b"PK\x03\x04 no archive")
+    (folder / "chain.usda").write_text(HEAD + 'def "a" (references = @../secret.usda@)\n{\n}\n')
+    with pytest.raises(SceneSourceError, match=refusal) as refused:
+        read_scene_source(path)
+    assert "\n" not in str(refused.value)
+    assert capfd.readouterr() == ("", "")  # the library prints nothing beside the sentence
+
+
+@pytest.mark.parametrize("arc", ARCS)
+def test_missing_layer_is_named(tmp_path, capfd, arc):
+    text, head = named_by(arc, "gone.usda")
+    found = read_scene_source(scene(tmp_path, text, head=head))
+    assert [*found.bodies] == ["ball"] and found.left_out == ("the layer 'gone.usda', which is missing",)
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("where", ["working folder", "environment"])
+def test_layer_that_is_found_elsewhere_is_refused(tmp_path, monkeypatch, where):
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    (elsewhere / "found.usda").write_text(HEAD + BALL)
+    path = scene(tmp_path / "scene", BALL + 'def "other" (references = @found.usda@</ball>)\n{\n}\n')
+    if where == "working folder":
+        monkeypatch.chdir(elsewhere)
+        with pytest.raises(SceneSourceError, match="lies outside"):
+            read_scene_source(path)
+    else:
+        # The library looks at its variable once, when it is loaded.
+        code = f"from sessions.scene_formats.scene_source import read_scene_source; read_scene_source({str(path)!r})"
+        environment = {**os.environ, "PXR_AR_DEFAULT_SEARCH_PATH": str(elsewhere)}
+        ran = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=False)
+        assert "lies outside" in ran.stderr
+
+
+def test_part_that_names_no_prim_is_named(tmp_path):
+    found = read_scene_source(scene(tmp_path, BALL + 'def "other" (references = </nowhere>)\n{\n}\n'))
+    assert [*found.bodies] == ["ball"] and "</nowhere>" in found.left_out[0]
+
+
+@pytest.mark.parametrize("kind", ["references", "inherits", "sublayer", "two files"])
+def test_parts_that_contain_themselves_are_refused(tmp_path, kind):
+    head, text = HEAD, BALL
+    if kind == "sublayer":
+        head = HEAD.replace(")\n", "    subLayers = [@scene.usda@]\n)\n")
+    elif kind == "two files":
+        text += 'def "a" (references = @other.usda@</b>)\n{\n}\n'
+        (tmp_path / "other.usda").write_text(HEAD + 'def "b" (references = @scene.usda@</a>)\n{\n}\n')
+    else:
+        text += f'def "a" ({kind} = </b>)\n{{\n}}\ndef "b" ({kind} = </a>)\n{{\n}}\n'
+    with pytest.raises(SceneSourceError, match="contains itself"):
+        read_scene_source(scene(tmp_path, text, head=head))
+
+
+@pytest.mark.parametrize("arc", ["references", "inherits", "specializes", "payload"])
+def test_few_lines_that_ask_for_many_prims_are_refused(tmp_path, monkeypatch, arc):
+    monkeypatch.setattr("sessions.scene_formats.usd_layers.MOST_PRIMS", 1_000)
+    levels = [
+        f'def "level{k}"\n{{\n' + "".join(f'def "c{j}" ({arc} = </level{k + 1}>)\n{{\n}}\n' for j in range(10)) + "}\n"
+        for k in range(20)
+    ]
+    text = BALL + "".join(levels) + 'def Sphere "level20"\n{\n}\n'
+    with pytest.raises(SceneSourceError, match=r"composes more than 1,000 prims"):
+        read_scene_source(scene(tmp_path, text))
+
+
+def test_layers_beside_each_other_may_name_each_other(tmp_path):
+    (tmp_path / "other.usda").write_text(HEAD + 'def "b" (references = @scene.usda@</ball>)\n{\n}\n')
+    text = BALL + 'def "a" (references = @other.usda@</b>)\n{\n}\n'
+    assert [*read_scene_source(scene(tmp_path, text)).bodies] == ["ball", "a"]
+
+
+def test_value_clips_are_refused(tmp_path):
+    clips = 'clips = {\ndictionary default = {\nasset[] assetPaths = [@/etc/passwd@]\nstring primPath = "/a"\n}\n}'
+    with pytest.raises(SceneSourceError, match="value clips"):
+        read_scene_source(scene(tmp_path, BALL + f'def "a" (\n{clips}\n)\n{{\n}}\n'))
+
+
+@pytest.mark.parametrize("inner", ["part.usda", "../secret.usda"])
+def test_package_holds_its_own_layers(tmp_path, inner):
+    (tmp_path / "secret.usda").write_text(HEAD + BALL)
+    folder = tmp_path / "scene"
+    folder.mkdir()
+    path = folder / "scene.usdz"
+    with zipfile.ZipFile(path, "w") as package:
+        text = BALL + f'def "a" (references = @{inner}@</ball>)\n{{\n}}\n'
+        package.writestr("scene.usda", HEAD + text)
+        package.writestr("part.usda", HEAD + BALL)
+    if inner.startswith(".."):
+        try:
+            assert [*read_scene_source(path).bodies] == ["ball"]
+        except SceneSourceError as refused:
+            assert "\n" not in str(refused)
+    else:
+        assert [*read_scene_source(path).bodies] == ["ball", "a"]
+
+
+@pytest.mark.parametrize(
+    ("lines", "refusal"),
+    [
+        ("matrix4d xformOp:transform = ((0,0,0,0),(0,0,0,0),(0,0,0,0),(0,0,0,1))", "a scale of 0"),
+        ("matrix4d xformOp:transform = ((nan,0,0,0),(0,1,0,0),(0,0,1,0),(0,0,0,1))", "no number"),
+        ("matrix4d xformOp:transform = ((1,0,0,0),(0,1,0,0),(0,0,1,0),(inf,0,0,1))", "no number"),
+    ],
+)
+def test_pose_that_is_none_is_refused(tmp_path, lines, refusal):
+    text = BALL.replace("{\n}", f'{{\n{lines}\nuniform token[] xformOpOrder = ["xformOp:transform"]\n}}')
+    with pytest.raises(SceneSourceError, match=refusal):
+        read_scene_source(scene(tmp_path, text))
+
+
+@pytest.mark.parametrize("line", ["double radius = nan", "double radius = -1", "double radius = 0"])
+def test_size_that_is_none_is_named(tmp_path, line):
+    with pytest.raises(SceneSourceError, match=r"no body that collides; not taken: the .*'/ball'"):
+        read_scene_source(scene(tmp_path, BALL.replace("{\n}", f"{{\n{line}\n}}")))
+
+
+@pytest.mark.parametrize("unit", ["0", "-1", "inf", "nan"])
+def test_unit_that_is_none_is_refused(tmp_path, unit):
+    with pytest.raises(SceneSourceError, match="metersPerUnit"):
+        read_scene_source(scene(tmp_path, BALL, head=HEAD.replace("Unit = 1", f"Unit = {unit}")))
+
+
+def test_absence_of_the_library_is_one_sentence(tmp_path, monkeypatch):
+    own = builtins.__import__
+
+    def without(name, *more, **keys):
+        if name == "pxr":
+            raise ImportError(name)
+        return own(name, *more, **keys)
+
+    monkeypatch.setattr(builtins, "__import__", without)
+    with pytest.raises(SceneSourceError, match=r'USD needs usd-core; install it: pip install "vrlab-replay\[usd\]"'):
+        read_scene_source(scene(tmp_path, BALL))
+
+
+def test_binary_layer_that_ends_the_library_is_refused(tmp_path, monkeypatch):
+    from sessions.scene_formats import usd_trial
+
+    (tmp_path / "part.usdc").write_bytes(b"PXR-USDC")
+    path = scene(tmp_path, BALL + 'def "other" (references = @part.usdc@)\n{\n}\n')
+    # The interpreter that dies stands for the library, which does so on few mutants alone.
+    dying = tmp_path / "dying"
+    dying.write_text("#!/bin/sh\nkill -ABRT $$\n")
+    dying.chmod(0o755)
+    monkeypatch.setattr(usd_trial.sys, "executable", str(dying))
+    with pytest.raises(SceneSourceError, match=r"breaks down on .*scene.usda: it is damaged") as refused:
+        read_scene_source(path)
+    assert "\n" not in str(refused.value)
+
+
+def test_trial_reads_as_an_import_does(tmp_path, monkeypatch):
+    from sessions.scene_formats import usd_trial
+
+    part = pxr.Usd.Stage.CreateNew(str(tmp_path / "part.usdc"))
+    part.DefinePrim("/a", "Sphere")
+    part.Save()
+    tried = []
+    monkeypatch.setattr("sessions.scene_formats.usd_layers.try_scene", lambda *given: tried.append(given))
+    path = scene(tmp_path, BALL + 'def "other" (references = @part.usdc@</a>)\n{\n}\n')
+    assert [*read_scene_source(path).bodies] == ["ball"] and tried == [(path, tmp_path.resolve())]
+    usd_trial.try_scene(path, tmp_path)
+    assert [*read_scene_source(scene(tmp_path, BALL)).bodies] == ["ball"] and len(tried) == 1

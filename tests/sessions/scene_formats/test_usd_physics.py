@@ -1,0 +1,360 @@
+"""USD beside the library's own values: poses, colliders, filtered pairs, motion; and what cannot be taken."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from sessions.errors import SessionError
+from sessions.importers import import_session
+from sessions.scene_formats.scene_source import Surface, read_scene_source
+
+pxr = pytest.importorskip("pxr")
+
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, Vt  # noqa: E402
+
+CORNERS = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (0.1, 0.1, 0.1)]
+FACES = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 4), (2, 3, 4), (3, 1, 4)]
+UNIT = 0.01
+
+
+def new_stage(path, *, up="Z", unit=UNIT):
+    stage = Usd.Stage.CreateNew(str(path))
+    UsdGeom.SetStageUpAxis(stage, up)
+    UsdGeom.SetStageMetersPerUnit(stage, unit)
+    return stage
+
+
+def body(stage, path, *, place=(0, 0, 0), turn=(0, 0, 0), scale=1.0):
+    prim = UsdGeom.Xform.Define(stage, path)
+    prim.AddTranslateOp().Set(Gf.Vec3d(*place))
+    prim.AddRotateXYZOp().Set(Gf.Vec3f(*turn))
+    prim.AddScaleOp().Set(Gf.Vec3f(scale))
+    UsdPhysics.RigidBodyAPI.Apply(prim.GetPrim())
+    return prim
+
+
+def collider(prim, *, place=(0, 0, 0), turn=(0, 0, 0), scale=(1, 1, 1), approximation=""):
+    prim.AddTranslateOp().Set(Gf.Vec3d(*place))
+    prim.AddRotateXYZOp().Set(Gf.Vec3f(*turn))
+    prim.AddScaleOp().Set(Gf.Vec3f(*scale))
+    UsdPhysics.CollisionAPI.Apply(prim.GetPrim())
+    if approximation:
+        UsdPhysics.MeshCollisionAPI.Apply(prim.GetPrim()).GetApproximationAttr().Set(approximation)
+    return prim
+
+
+def mesh(stage, path, *, corners=CORNERS, faces=FACES):
+    prim = UsdGeom.Mesh.Define(stage, path)
+    prim.GetPointsAttr().Set(Vt.Vec3fArray([Gf.Vec3f(*corner) for corner in corners]))
+    prim.GetFaceVertexCountsAttr().Set([len(face) for face in faces])
+    prim.GetFaceVertexIndicesAttr().Set([index for face in faces for index in face])
+    return prim
+
+
+def ball(stage, path, **more):
+    return collider(UsdGeom.Sphere.Define(stage, path), **more)
+
+
+def in_world(stage, path, points):
+    """Points of a prim where the library has them, metres, in the axes of the stage."""
+    pose = UsdGeom.XformCache().GetLocalToWorldTransform(stage.GetPrimAtPath(path))
+    return np.array([pose.Transform(Gf.Vec3d(*map(float, point))) for point in points]) * UNIT
+
+
+def placed(source_body, mesh_data):
+    return mesh_data.vertices @ source_body.pose[:3, :3].T + source_body.pose[:3, 3]
+
+
+@pytest.fixture
+def bench(tmp_path):
+    """A cup of two colliders on a table, and a rack of every round shape."""
+    path = tmp_path / "bench.usda"
+    stage = new_stage(path)
+    UsdGeom.Xform.Define(stage, "/World").AddRotateZOp().Set(20.0)
+    cup = body(stage, "/World/cup", place=(10, 20, 30), turn=(10, 20, 30), scale=2.0)
+    UsdPhysics.MassAPI.Apply(cup.GetPrim()).GetMassAttr().Set(0.25)
+    collider(mesh(stage, "/World/cup/wall"), place=(1, 2, 3), turn=(4, 5, 6), approximation="convexHull")
+    collider(mesh(stage, "/World/cup/inner/handle"), place=(3, 2, 1), scale=(-1, 2, 3))
+    collider(UsdGeom.Cube.Define(stage, "/World/table"), place=(0, 0, -5), scale=(50, 30, 1))
+    rack = "/World/rack"
+    body(stage, rack, turn=(0, 0, 40))
+    for number, (kind, axis) in enumerate(
+        [("Sphere", ""), ("Capsule", "X"), ("Cylinder", "Y"), ("Cone", "Z"), ("Capsule", "Z")]
+    ):
+        prim = getattr(UsdGeom, kind).Define(stage, f"{rack}/{kind}_{axis or number}")
+        prim.GetRadiusAttr().Set(3.0)
+        if axis:
+            prim.GetAxisAttr().Set(axis)
+            prim.GetHeightAttr().Set(8.0)
+        collider(prim, place=(0, 20 * number, 0), turn=(0, 0, 30), scale=(1, 2, 3) if number == 0 else (2, 1, 1.5))
+    stage.Save()
+    return path
+
+
+def test_bodies_stand_where_the_library_has_them(bench):
+    scene, stage = read_scene_source(bench), Usd.Stage.Open(str(bench))
+    assert [*scene.bodies] == ["cup", "table", "rack"] and scene.format == "USD"
+    assert {name: part.moves for name, part in scene.bodies.items()} == {"cup": True, "table": False, "rack": True}
+    assert scene.bodies["cup"].mass == 0.25 and scene.bodies["table"].mass is None
+    for path in ("/World/cup", "/World/rack"):
+        own = UsdGeom.XformCache().GetLocalToWorldTransform(stage.GetPrimAtPath(path)).RemoveScaleShear()
+        pose = scene.bodies[path.rpartition("/")[2]].pose
+        assert np.abs(pose[:3, :3] - np.array(own.ExtractRotationMatrix()).T).max() <= 1e-9
+        assert np.abs(pose[:3, 3] - UNIT * np.array(own.ExtractTranslation())).max() <= 1e-9
+    wall, handle = scene.bodies["cup"].colliders
+    corners = np.array(CORNERS, dtype=np.float32)
+    assert np.abs(placed(scene.bodies["cup"], wall) - in_world(stage, "/World/cup/wall", corners[:4])).max() <= 1e-9
+    inner = placed(scene.bodies["cup"], handle)
+    assert np.abs(inner - in_world(stage, "/World/cup/inner/handle", corners)).max() <= 1e-9
+    assert wall.volume > 0.0 and handle.volume > 0.0  # a mirror turns no face inside out
+    assert scene.notes == ("lengths times 0.01 (metersPerUnit)",)
+
+
+def test_round_colliders_have_the_sizes_of_the_library(bench):
+    scene, stage = read_scene_source(bench), Usd.Stage.Open(str(bench))
+    load = getattr(UsdPhysics, "UsdPhysicsLoadStageFromPrimRange", None) or UsdPhysics.LoadUsdPhysicsFromRange
+    found = load(stage, ["/"])
+    sizes = {}
+    for kind in ("SphereShape", "CapsuleShape", "CylinderShape", "ConeShape"):
+        paths, rows = found[getattr(UsdPhysics.ObjectType, kind)]
+        sizes |= {path.name: row for path, row in zip(paths, rows, strict=True)}
+    assert len(sizes) == 5
+    rack, solids = scene.bodies["rack"], scene.bodies["rack"].colliders
+    for solid, (name, row) in zip(solids, ((name, sizes[name]) for name in [*_names(stage)]), strict=True):
+        pose = UsdGeom.XformCache().GetLocalToWorldTransform(stage.GetPrimAtPath(f"/World/rack/{name}"))
+        rigid = np.array(pose.RemoveScaleShear())
+        local = (placed(rack, solid) - UNIT * rigid[3, :3]) @ rigid[:3, :3].T
+        radius, half = UNIT * row.radius, UNIT * getattr(row, "halfHeight", 0.0)
+        along = "XYZ".index(name[-1]) if half else 0
+        side, axial = np.linalg.norm(np.delete(local, along, axis=1), axis=1), local[:, along]
+        if name.startswith("Sphere"):
+            assert np.abs(np.linalg.norm(local, axis=1) - radius).max() <= 1e-9
+        elif name.startswith("Capsule"):
+            beyond = axial - np.clip(axial, -half, half)
+            assert np.abs(np.hypot(side, beyond) - radius).max() <= 1e-9
+        else:
+            lower = radius if name.startswith("Cone") else side.max()
+            assert np.abs(np.abs(axial) - half).max() <= 1e-9 and abs(side.max() - radius) <= 1e-9
+            assert abs(side[axial < 0].max() - lower) <= 1e-9
+            if name.startswith("Cone"):
+                assert side[axial > 0].max() <= 1e-9  # its tip points along the axis
+    table = scene.bodies["table"]
+    half_extents = np.array(found[UsdPhysics.ObjectType.CubeShape][1][0].halfExtents, dtype=np.float64)
+    assert np.abs(np.ptp(table.mesh.vertices, axis=0) - 2 * UNIT * half_extents).max() <= 1e-9
+
+
+def _names(stage):
+    return [prim.GetName() for prim in stage.GetPrimAtPath("/World/rack").GetChildren()]
+
+
+@pytest.mark.parametrize(
+    ("approximation", "corners", "sentence"),
+    [
+        ("none", 5, ""),
+        ("convexHull", 4, ""),
+        ("convexDecomposition", 5, "an engine cuts itself"),
+        ("meshSimplification", 5, "an engine makes itself"),
+        ("boundingCube", 8, "an engine may rotate"),
+        ("boundingSphere", 0, "an engine may shrink"),
+        ("sdf", None, "its mesh collides as 'sdf'"),
+        ("sphereFill", None, "its mesh collides as 'sphereFill'"),
+    ],
+)
+def test_mesh_collides_as_its_file_says(tmp_path, approximation, corners, sentence):
+    stage = new_stage(tmp_path / "s.usda", unit=1.0)
+    body(stage, "/cup", place=(1, 2, 3))
+    collider(mesh(stage, "/cup/wall"), approximation=approximation)
+    stage.Save()
+    scene = read_scene_source(tmp_path / "s.usda")
+    assert sentence in " ".join(scene.left_out) and bool(scene.left_out) == bool(sentence)
+    solids = scene.bodies["cup"].colliders
+    if corners is None:
+        assert solids == () and len(scene.bodies["cup"].mesh.vertices) == 5
+    elif corners:
+        assert len(solids[0].vertices) == corners
+    else:
+        away = np.linalg.norm(solids[0].vertices - 0.5, axis=1)
+        assert np.abs(away - np.sqrt(0.75)).max() <= 1e-6
+
+
+@pytest.mark.parametrize("kind", ["filtered body", "filtered collider", "group", "joint", "articulation"])
+def test_pairs_that_never_meet_are_excluded(tmp_path, kind):
+    stage = new_stage(tmp_path / "s.usda")
+    for number, name in enumerate(("arm", "hand", "cup")):
+        body(stage, f"/world/{name}", place=(number * 10, 0, 0))
+        ball(stage, f"/world/{name}/shape")
+    arm, shape = stage.GetPrimAtPath("/world/arm"), stage.GetPrimAtPath("/world/arm/shape")
+    if kind.startswith("filtered"):
+        target = "/world/hand" if kind == "filtered body" else "/world/hand/shape"
+        UsdPhysics.FilteredPairsAPI.Apply(arm if kind == "filtered body" else shape).CreateFilteredPairsRel().AddTarget(
+            target
+        )
+    elif kind == "group":
+        for name, filtered in (("arm", "hand"), ("hand", "arm")):
+            group = UsdPhysics.CollisionGroup.Define(stage, f"/groups/{name}")
+            group.GetCollidersCollectionAPI().CreateIncludesRel().AddTarget(f"/world/{name}")
+            group.CreateFilteredGroupsRel().AddTarget(f"/groups/{filtered}")
+    elif kind == "joint":
+        joint = UsdPhysics.RevoluteJoint.Define(stage, "/world/wrist")
+        joint.CreateBody0Rel().AddTarget("/world/arm")
+        joint.CreateBody1Rel().AddTarget("/world/hand/shape")
+    else:
+        root = stage.GetPrimAtPath("/world")
+        root.CreateAttribute("physxArticulation:enabledSelfCollisions", Sdf.ValueTypeNames.Bool).Set(False)
+    stage.Save()
+    scene = read_scene_source(tmp_path / "s.usda")
+    every = (("arm", "hand"), ("arm", "cup"), ("hand", "cup"))
+    assert scene.excluded == (every if kind == "articulation" else every[:1])
+    assert ("joints (1 PhysicsRevoluteJoint)" in " ".join(scene.left_out)) == (kind == "joint")
+
+
+def test_filter_of_one_collider_of_two_is_named(tmp_path):
+    stage = new_stage(tmp_path / "s.usda")
+    for name in ("arm", "cup"):
+        body(stage, f"/{name}")
+        for part in ("a", "b"):
+            ball(stage, f"/{name}/{part}")
+    UsdPhysics.FilteredPairsAPI.Apply(stage.GetPrimAtPath("/arm/a")).CreateFilteredPairsRel().AddTarget("/cup")
+    stage.Save()
+    scene = read_scene_source(tmp_path / "s.usda")
+    assert scene.excluded == () and "some colliders of 'arm' and 'cup' meet" in " ".join(scene.left_out)
+
+
+def test_offsets_become_margins(tmp_path):
+    stage = new_stage(tmp_path / "s.usda")
+    for name, contact, rest in (("cup", 2.0, 0.0), ("tray", float("-inf"), 1.0)):
+        body(stage, f"/{name}")
+        prim = ball(stage, f"/{name}/shape").GetPrim()
+        prim.CreateAttribute("physxCollision:contactOffset", Sdf.ValueTypeNames.Float).Set(contact)
+        prim.CreateAttribute("physxCollision:restOffset", Sdf.ValueTypeNames.Float).Set(rest)
+    stage.Save()
+    scene = read_scene_source(tmp_path / "s.usda")
+    assert [part.margin for part in scene.bodies.values()] == [0.02, 0.0]
+    assert scene.left_out == ("the rest offset of 'tray'",)
+
+
+def test_drawn_surface_and_hidden_colliders_are_told_apart(tmp_path):
+    stage = new_stage(tmp_path / "s.usda", unit=1.0)
+    body(stage, "/cup")
+    mesh(stage, "/cup/drawn")
+    hidden = collider(UsdGeom.Cube.Define(stage, "/cup/solid"), place=(0.5, 0.5, 0.5), scale=(0.5, 0.5, 0.5))
+    hidden.GetPurposeAttr().Set("guide")
+    stage.Save()
+    scene = read_scene_source(tmp_path / "s.usda")
+    assert len(scene.bodies["cup"].mesh.vertices) == 5 and scene.bodies["cup"].surface == "drawn"
+    assert len(scene.bodies["cup"].colliders[0].vertices) == 8
+    colliding = read_scene_source(tmp_path / "s.usda", surface=Surface.COLLIDING)
+    assert len(colliding.bodies["cup"].mesh.vertices) == 8
+
+
+def test_instances_and_referenced_layers_are_bodies_of_their_own(tmp_path):
+    part = new_stage(tmp_path / "part.usdc", unit=1.0)
+    body(part, "/part", scale=1.0)
+    collider(mesh(part, "/part/wall"))
+    part.SetDefaultPrim(part.GetPrimAtPath("/part"))
+    part.Save()
+    stage = new_stage(tmp_path / "s.usda", unit=1.0)
+    for name, x in (("left", 1), ("right", 2)):
+        prim = UsdGeom.Xform.Define(stage, f"/{name}")
+        prim.AddTranslateOp().Set(Gf.Vec3d(x, 0, 0))
+        inner = stage.DefinePrim(f"/{name}/cup")
+        inner.GetReferences().AddReference("./part.usdc")
+        inner.SetInstanceable(True)
+    stage.Save()
+    scene = read_scene_source(tmp_path / "s.usda")
+    assert {name: part.pose[0, 3] for name, part in scene.bodies.items()} == {"left/cup": 1.0, "right/cup": 2.0}
+    assert scene.notes == ("names that are there more than once: 'left/cup' for 'cup', 'right/cup' for 'cup'",)
+
+
+@pytest.mark.parametrize("up", ["Y", "Z"])
+@pytest.mark.parametrize("ending", ["usda", "usdc", "usd"])
+def test_time_samples_become_poses(tmp_path, up, ending):
+    path = tmp_path / f"motion.{ending}"
+    stage = new_stage(path, up=up)
+    stage.SetTimeCodesPerSecond(50)
+    carrier = UsdGeom.Xform.Define(stage, "/carrier")
+    shift = carrier.AddTranslateOp()
+    for code in (10, 14):
+        shift.Set(Gf.Vec3d(code, 2 * code, 0), code)
+    cup = body(stage, "/carrier/cup", scale=2.0)
+    for code in (10, 11, 13):
+        cup.GetOrderedXformOps()[1].Set(Gf.Vec3f(code, 2 * code, 3 * code), code)
+    ball(stage, "/carrier/cup/shape")
+    body(stage, "/tray")
+    ball(stage, "/tray/shape")
+    stage.Save()
+    session = import_session("auto", path)
+    track = session.tracks["cup"]
+    assert track.times_ns.tolist() == [0, 20_000_000, 60_000_000, 80_000_000] and [*session.tracks] == ["cup"]
+    world = np.eye(3) if up == "Y" else np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
+    for row, code in enumerate((10, 11, 13, 14)):
+        own = UsdGeom.XformCache(code).GetLocalToWorldTransform(stage.GetPrimAtPath("/carrier/cup")).RemoveScaleShear()
+        rotation = world @ np.array(own.ExtractRotationMatrix()).T
+        assert np.abs(Rotation.from_quat(track.quaternions_xyzw[row]).as_matrix() - rotation).max() <= 1e-9
+        assert np.abs(track.positions[row] - world @ own.ExtractTranslation() * UNIT).max() <= 1e-9
+    assert session.scene.body("tray").fixed is not None and session.scene.body("cup").fixed is None
+
+
+def test_scene_without_motion_is_no_recording(bench):
+    with pytest.raises(SessionError, match="time samples; take the scene"):
+        import_session("usd", bench)
+
+
+def test_what_cannot_be_taken_is_named(tmp_path):
+    stage = new_stage(tmp_path / "s.usda")
+    cup = body(stage, "/cup")
+    scale = cup.GetOrderedXformOps()[2]
+    for code in (1, 2):
+        scale.Set(Gf.Vec3f(code), code)
+    shape = ball(stage, "/cup/shape")
+    shape.GetRadiusAttr().Set(2.0, 1)
+    shape.GetRadiusAttr().Set(3.0, 2)
+    lid = ball(stage, "/cup/lid")
+    lid.GetOrderedXformOps()[0].Set(Gf.Vec3d(1, 2, 3), 3)
+    collider(UsdGeom.Plane.Define(stage, "/ground"))
+    soft = mesh(stage, "/cloth").GetPrim()
+    soft.AddAppliedSchema("PhysxDeformableSurfaceAPI")
+    zone = ball(stage, "/zone").GetPrim()
+    zone.AddAppliedSchema("PhysxTriggerAPI")
+    UsdGeom.PointInstancer.Define(stage, "/grass")
+    UsdPhysics.CollisionAPI.Apply(UsdGeom.Xform.Define(stage, "/group").GetPrim())
+    body(stage, "/ghost")
+    mesh(stage, "/ghost/drawn")
+    broken = collider(mesh(stage, "/cup/broken", faces=[(0, 1, 9)]))
+    assert broken
+    stage.Save()
+    left_out = " ".join(import_session("usd", tmp_path / "s.usda").facts["conversions"].split("; "))
+    for sentence in (
+        "the scale of 'cup', which changes",
+        "the changing shape of '/cup/shape'",
+        "the motion of '/cup/lid' within 'cup'",
+        "the collider '/ground': an endless plane",
+        "the soft body '/cloth'",
+        "the trigger '/zone'",
+        "the instances of point instancer '/grass'",
+        "the collider '/group': a shape 'Xform'",
+        "the body 'ghost', of which nothing collides",
+        "the collider '/cup/broken': face 0 names vertices",
+    ):
+        assert sentence in left_out
+
+
+def test_disabled_bodies_and_colliders_do_not_count(tmp_path):
+    stage = new_stage(tmp_path / "s.usda")
+    table = body(stage, "/table")
+    UsdPhysics.RigidBodyAPI(table.GetPrim()).CreateRigidBodyEnabledAttr().Set(False)
+    ball(stage, "/table/top")
+    off = ball(stage, "/off")
+    UsdPhysics.CollisionAPI(off.GetPrim()).CreateCollisionEnabledAttr().Set(False)
+    stage.Save()
+    scene = read_scene_source(tmp_path / "s.usda")
+    assert [(name, part.moves) for name, part in scene.bodies.items()] == [("top", False)]
+
+
+def test_units_and_axes_that_nobody_says_are_noted(tmp_path):
+    stage = Usd.Stage.CreateNew(str(tmp_path / "s.usda"))
+    ball(stage, "/ball")
+    stage.Save()
+    scene = read_scene_source(tmp_path / "s.usda")
+    assert scene.notes == ("metersPerUnit is not said: 0.01, as USD defines", "upAxis is not said: Y, as USD defines")
+    assert scene.bodies["ball"].mesh.bounds[1, 1] == pytest.approx(0.01, rel=1e-9)
