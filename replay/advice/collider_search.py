@@ -286,6 +286,13 @@ class ColliderSearch:
                 front.append(tried)
         return front
 
+    def cut_in_time(self, cuts: Sequence[Cut]) -> dict[str, NotCut]:
+        """Cut what there is time for; a cut that takes longer than the time left is not begun."""
+        left = self._deadline.left(TRYING)
+        missing = {cut.key: NotCut("", late=True) for cut in cuts if cut.seconds > left}
+        begun = [cut for cut in cuts if cut.key not in missing]
+        return missing | cut_ahead(begun, self._deadline.report, max(0.0, left))
+
     def _is_enough(self, tried: Tried) -> bool:
         """Whether a choice keeps to the limits."""
         return self._limits.hold(tried.false, tried.missed)
@@ -333,7 +340,7 @@ class ColliderSearch:
         cuts = {
             cut.key: (name, cut) for name, step in by_ladder.values() for cut in self.ladders[name].other_cuts(step)
         }
-        missing = self._cut_in_time([cut for _, cut in cuts.values()])
+        missing = self.cut_in_time([cut for _, cut in cuts.values()])
         self.not_tried = [cuts[key] for key, not_cut in missing.items() if not_cut.late]
         for name in [name for name, step in self.steps.items() if step]:
             ladder = self.ladders[name]
@@ -351,7 +358,7 @@ class ColliderSearch:
         false = {name: int(hulls.false_frames[(pairs == k).any(axis=1)].sum()) for k, name in enumerate(self.steps)}
         names = [name for name in self.steps if false[name] and not self.ladders[name].reason]
         names.sort(key=lambda name: -false[name])
-        missing = self._cut_in_time([self.ladders[name].finest_cut() for name in names])
+        missing = self.cut_in_time([self.ladders[name].finest_cut() for name in names])
         for name in names:
             cut = self.ladders[name].finest_cut()
             # A body whose hull was taken back loses as much by pieces as it saves.
@@ -385,13 +392,6 @@ class ColliderSearch:
                 return tried.loss <= reached.loss + SIMILAR_LOSS and self._is_enough(tried) >= self._is_enough(reached)
 
             yield steps[bisect_left(steps[:-1], True, key=enough)]
-
-    def _cut_in_time(self, cuts: Sequence[Cut]) -> dict[str, NotCut]:
-        """Cut what there is time for; a cut that takes longer than the time left is not begun."""
-        left = self._deadline.left(TRYING)
-        missing = {cut.key: NotCut("", late=True) for cut in cuts if cut.seconds > left}
-        begun = [cut for cut in cuts if cut.key not in missing]
-        return missing | cut_ahead(begun, self._deadline.report, max(0.0, left))
 
     def _merit(self, steps: Mapping[str, int]) -> tuple[int, float, int, float]:
         """Order of choices that may replace each other: the limits, the loss, the pieces, the volume that they fill."""

@@ -23,6 +23,9 @@ from replay.prepare.assembly import Assembly
 ROUNDING: Final = 1e-9
 """Fraction of a volume that is none: common volumes of equal boxes differ by 1e-16 of it, of curved solids by 1e-10."""
 
+FILE_ROUNDING: Final = 2.0**-24
+"""Fraction of a coordinate by which a file of colliders may move it: half a step of its float32."""
+
 
 def shape_figures(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> dict[str, Any]:
     """Pieces, triangles, volumes beyond and missing as fractions of the mesh, and reaches in millimetres, plain data.
@@ -36,7 +39,9 @@ def shape_figures(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> dict[st
     if solid is not None and volume > 0.0 and all(piece.is_closed for piece in pieces):
         filled = manifold_union(pieces)
         common = (filled ^ solid).volume()
-        beyond, missing = (_beyond_rounding((part - common) / volume) for part in (filled.volume(), volume))
+        least = volume_rounding(mesh, volume)
+        differences = filled.volume() - common, volume - common
+        beyond, missing = (part / volume if part > least else 0.0 for part in differences)
     return {
         "pieces": len(pieces),
         "triangles": sum(len(piece.faces) for piece in pieces),
@@ -44,7 +49,7 @@ def shape_figures(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> dict[st
         "beyond": beyond,
         "missing": missing,
         "reach_mm": 1e3 * reach(mesh, pieces),
-        "outside_mm": 1e3 * outside_by(mesh, pieces),
+        "outside_mm": 1e3 * _beyond_rounding(outside_by(mesh, pieces), mesh),
         **seam_figures(mesh, pieces),
     }
 
@@ -65,9 +70,24 @@ def seam_figures(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> dict[str
     return {"overlap_mm": 1e3 * widest[SeamKind.OVERLAP], "slit_mm": 1e3 * widest[SeamKind.SLIT], "seams": rows}
 
 
-def _beyond_rounding(fraction: float) -> float:
-    """The fraction, and 0 where it is what booleans of solids round away."""
-    return fraction if fraction > ROUNDING else 0.0
+def volume_rounding(mesh: TriangleMesh, volume: float) -> float:
+    """Cubic metres of a closed mesh of this volume that are none: what booleans and the written file round away.
+
+    A file moves the surface by at most its rounding, so that the volume changes by at most that times the area.
+    """
+    a, b, c = np.moveaxis(mesh.triangles, 1, 0)
+    area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+    return max(ROUNDING * abs(volume), area * _file_rounding(mesh))
+
+
+def _file_rounding(mesh: TriangleMesh) -> float:
+    """Metres by which a file of colliders may move a corner, at most: the diagonal of the roundings of coordinates."""
+    return 3.0**0.5 * FILE_ROUNDING * float(np.abs(mesh.referenced_vertices).max())
+
+
+def _beyond_rounding(metres: float, mesh: TriangleMesh) -> float:
+    """The length, and 0 where it is what the written file rounds away."""
+    return metres if metres > _file_rounding(mesh) else 0.0
 
 
 def reach(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> float:
@@ -80,7 +100,7 @@ def reach(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> float:
         return _farthest(np.concatenate([piece.triangles for piece in pieces]), mesh)
     outside = manifold_union(pieces) - solid
     # A sliver between equal surfaces is what booleans of solids round away.
-    if outside.is_empty() or outside.volume() <= ROUNDING * abs(solid.volume()):
+    if outside.is_empty() or outside.volume() <= volume_rounding(mesh, solid.volume()):
         return 0.0
     made = outside.to_mesh64()
     corners = made.vert_properties[:, :3][np.asarray(made.tri_verts).astype(np.int64)]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from cdcore.bounding.hull import hull_of
-from cdcore.mesh import TriangleMesh
+from cdcore.mesh import TriangleMesh, once_a_mesh
 from cdcore.numerics import FloatArray
 from cdcore.protocol import Solids
 
@@ -27,9 +27,15 @@ def solids_of(pieces: Sequence[TriangleMesh]) -> Solids:
 
 def within_triangles(piece: TriangleMesh) -> TriangleMesh:
     """A convex solid with as few triangles as engines take: the hull of the corners that leave least outside."""
-    corners = piece.vertices
     if len(piece.faces) <= MOST_TRIANGLES:
         return piece
+    return _with_fewer_corners(piece) or piece
+
+
+@once_a_mesh
+def _with_fewer_corners(piece: TriangleMesh) -> TriangleMesh | None:
+    """The same, made once: levels of joined pieces share most of them; ``None``: a few corners span no solid."""
+    corners = piece.vertices
     directions = np.array([step for step in np.ndindex(3, 3, 3) if step != (1, 1, 1)], dtype=np.float64) - 1.0
     chosen = np.unique((corners @ directions.T).argmax(axis=0))
     while (hull := hull_of(corners[chosen])) is not None:
@@ -40,7 +46,7 @@ def within_triangles(piece: TriangleMesh) -> TriangleMesh:
         if 2 * (len(chosen) + 1) - 4 > MOST_TRIANGLES or farthest in chosen:
             return hull
         chosen = np.union1d(chosen, farthest)
-    return piece
+    return None
 
 
 def beyond_planes(points: FloatArray, piece: TriangleMesh) -> FloatArray:
@@ -94,8 +100,21 @@ def outside_by(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> float:
     points = np.concatenate([mesh.referenced_vertices, mesh.triangles.mean(axis=1)])
     beyond = np.stack([beyond_planes(points, piece) for piece in pieces])
     nearest = beyond.argmin(axis=0)
-    away = np.flatnonzero(beyond.min(axis=0) > 0.0)
-    return max((_distance(points[k], pieces[nearest[k]].vertices) for k in away.tolist()), default=0.0)
+    is_away = beyond.min(axis=0) > 0.0
+    farthest = 0.0
+    for number in np.unique(nearest[is_away]).tolist():
+        farthest = max(farthest, _farthest(points[is_away & (nearest == number)], pieces[number]))
+    return farthest
+
+
+def _farthest(points: FloatArray, piece: TriangleMesh) -> float:
+    """Metres from points (n, 3) outside a convex piece to it, at most."""
+    from replay.cutting.surface_distance import Surface
+
+    # The nearest point of a solid is on its surface: 1.03 to 16 times as fast as weights of corners (2026-11-29).
+    if piece.is_closed:
+        return float(Surface(piece.triangles).distances(points)[0].max())
+    return max(_distance(point, piece.vertices) for point in points)
 
 
 def _distance(point: FloatArray, corners: FloatArray) -> float:

@@ -29,14 +29,22 @@ import numpy as np
 from cdcore.mesh import TriangleMesh
 from cdcore.numerics import TAU
 from replay import words
-from replay.advice.collider_search import CONVEX, ColliderSearch, Deadline, Ladder, Limits, as_row
+from replay.advice.collider_search import (
+    CONVEX,
+    OTHER_METHODS,
+    ColliderSearch,
+    Deadline,
+    Ladder,
+    Limits,
+    as_row,
+)
 from replay.advice.report_card import contact_figures, shape_figures
 from replay.advice.scoring import Scoring
 from replay.advice.settings import FASTEST
 from replay.auditing.tolerance import Reference
 from replay.cutting.convex_solids import MOST_TRIANGLES
 from replay.cutting.methods import METHODS
-from replay.cutting.piece_store import Cut, convex_pieces
+from replay.cutting.piece_store import Cut, convex_pieces, cut_ahead
 from replay.detection.detector_spec import TRUSTED, parse_detector
 from replay.detection.progress import Progress, Silent
 from replay.document.run_result import RunResult
@@ -60,8 +68,11 @@ from sessions.temporary_folders import temporary_folder
 MAX_FALSE: Final = 0.2
 """Fraction of the reported contact time that may be false when nothing is said."""
 
-CARD_COUNTS: Final = (8, 16, 32)
-"""The most pieces of a method that get a report card."""
+CARD_PIECES: Final = 16
+"""The most pieces of V-HACD and of CoACD that get a report card."""
+
+CARD_TIME: Final = 600.0
+"""Seconds that cutting for report cards takes at most where there is no limit of time."""
 
 DEFAULT_LIMITS: Final = Limits(false=MAX_FALSE)
 
@@ -183,7 +194,7 @@ def fix_colliders(
     time_limit : seconds for cutting and searching, after which the best pieces until then are taken; ``None``: no
         limit. Reading the session, counting the hulls, the report cards and the last run are not in it.
     force : replace an earlier folder of the kind.
-    every_method : make report cards of boxes, spheres and capsules too, and of all pieces that are cut.
+    every_method : make report cards of boxes, spheres and capsules too, of V-HACD, and of CoACD where there is time.
     asked : ``scene``, ``pairs``, ``start``, ``end``, ``policy``, ``tau`` and ``seed``, as ``replay.run``.
 
     Raises ``TradeoffError``: no contact happens, no such engine; ``OutputError``: the folder cannot be written; and as
@@ -214,8 +225,13 @@ def fix_colliders(
         )
         advance(1)
     with progress.stage("Cutting and trying colliders", None if time_limit is None else 100) as advance:
-        search = ColliderSearch(ready.assembly, scoring, rate, limits, Deadline(time_limit, advance))
+        deadline = Deadline(time_limit, advance)
+        search = ColliderSearch(ready.assembly, scoring, rate, limits, deadline)
+        cuts = _card_cuts(search.ladders) if every_method else {}
+        quick = [of_body["vhacd"] for of_body in cuts.values()]
+        cut_ahead(quick, deadline.report, CARD_TIME if time_limit is None else time_limit)
         search.run()
+        not_tried = search.not_tried + _late_cuts(search, cuts)
     axes = default_mesh_axes("glb", pose_convention(session.facts))
     with nullcontext() if target_folder is None else result_folder(target_folder, COLLIDERS, force=force) as written:
         shipped, rows = _shipped(session, search, target, written, axes)
@@ -230,7 +246,7 @@ def fix_colliders(
                     pieces = [TriangleMesh(piece.vertices, piece.faces) for piece in shipped.colliders[name]]
                     shapes[name] = replace(shapes[name], after=pieces)
                     row["after"] = _card(ready.assembly, scoring.reference, name, pieces)
-                others = _other_cuts(search.ladders[name]) if every_method else {}
+                others = _other_cuts(search.ladders[name], cuts.get(name, {})) if every_method else {}
                 row["others"] = [
                     {"how": how} | _card(ready.assembly, scoring.reference, name, convex_pieces(cut))
                     for how, cut in others.items()
@@ -254,7 +270,7 @@ def fix_colliders(
             shapes=shapes,
             time_up=search.time_up,
             steps=() if target is None else target.steps,
-            not_tried=tuple(_not_tried_sentence(name, cut) for name, cut in search.not_tried),
+            not_tried=tuple(_not_tried_sentence(name, cut) for name, cut in not_tried),
         )
         if written is not None:
             if target is not None:
@@ -299,15 +315,28 @@ def _card(assembly: Assembly, reference: Reference, name: str, pieces: Sequence[
     return shape_figures(mesh, pieces) | contact_figures(assembly, reference, name, pieces)
 
 
-def _other_cuts(ladder: Ladder) -> dict[str, Cut]:
-    """Other colliders of a body, in words: solids of one piece, and pieces of every method that are cut already."""
-    cuts = {METHODS[name].words: Cut(ladder.mesh, name, 1) for name in ("box", "sphere", "capsule")}
-    for name in ("sectors", "vhacd", "coacd"):
-        for most in CARD_COUNTS:
-            cut = Cut(ladder.mesh, name, most)
-            if not ladder.reason and cut.seconds == 0.0:
-                cuts[f"{METHODS[name].words}, {most} at most"] = cut
-    return cuts
+def _card_cuts(ladders: Mapping[str, Ladder]) -> dict[str, dict[str, Cut]]:
+    """Cuts by V-HACD and CoACD that get a report card, of each body that can be cut: name of the body, method."""
+    return {
+        name: {method: Cut(ladder.mesh, method, CARD_PIECES) for method in OTHER_METHODS}
+        for name, ladder in ladders.items()
+        if not ladder.reason
+    }
+
+
+def _late_cuts(search: ColliderSearch, cuts: Mapping[str, Mapping[str, Cut]]) -> list[tuple[str, Cut]]:
+    """Cut by CoACD for report cards what there is time for; the name of the body and the cut of each of the others."""
+    named = {cut.key: (name, cut) for name, of_body in cuts.items() for cut in of_body.values()}
+    not_tried = {cut.key for _, cut in search.not_tried}
+    missing = search.cut_in_time([cut for _, cut in named.values()])
+    return [named[key] for key, not_cut in missing.items() if not_cut.late and key not in not_tried]
+
+
+def _other_cuts(ladder: Ladder, cuts: Mapping[str, Cut]) -> dict[str, Cut]:
+    """Other colliders of a body, in words: solids of one piece, and those of ``cuts`` that are cut by now."""
+    solids = {METHODS[name].words: Cut(ladder.mesh, name, 1) for name in ("box", "sphere", "capsule")}
+    made = {f"{cut.row.words}, {cut.most} at most": cut for cut in cuts.values() if cut.seconds == 0.0}
+    return solids | made
 
 
 def _figures(result: RunResult, label: str, pieces: int) -> dict[str, Any]:

@@ -177,8 +177,9 @@ def comparison(before: Row, after: Row, contacts: int) -> list[Figure]:
     figures = []
     for name, key, text in FIGURES:
         if before[key] is not None or after[key] is not None:
-            change = _change(before[key], after[key]) if key != "pieces" else ""
-            figures.append(Figure(name, text(before, contacts), text(after, contacts), change))
+            was, now = text(before, contacts), text(after, contacts)
+            change = _change(before[key], after[key]) if key != "pieces" and was != now else ""
+            figures.append(Figure(name, was, now, change))
     return figures
 
 
@@ -209,8 +210,9 @@ def body_card(row: Row, shape: BodyShape) -> BodyCard:
         was, now = column.value(before), column.value(after)
         if was is None and now is None:
             continue
-        change = _change(was, now) if cut and column.name not in ("pieces", "triangles") else ""
-        figures.append(Figure(column.name, text_of(column.cell(was)), text_of(column.cell(now)) if cut else "", change))
+        texts = text_of(column.cell(was)), text_of(column.cell(now))
+        compared = cut and texts[0] != texts[1] and column.name not in ("pieces", "triangles")
+        figures.append(Figure(column.name, texts[0], texts[1] if cut else "", _change(was, now) if compared else ""))
     return BodyCard(
         name=name,
         what=f"{how}{reason}",

@@ -20,6 +20,19 @@ def test_larger_box_has_its_closed_form_errors():
     assert card["reach_mm"] == pytest.approx(500.0, rel=1e-6) and card["outside_mm"] == 0.0
 
 
+@pytest.mark.parametrize("shift", [0.0, 1.0])
+def test_rounding_of_the_written_file_is_no_figure(shift):
+    """A thin cup: float32 corners left 0.000011 % of its volume outside, which was called worse than before."""
+    wall = [(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)]
+    cup = moved(revolved_mesh(wall, 48), (shift, 0.0, 0.0))
+    hull = hull_collider(cup)
+    written = TriangleMesh(hull.vertices.astype(np.float32).astype(np.float64), hull.faces)
+    card = shape_figures(cup, [written])
+    assert (card["missing"], card["outside_mm"]) == (0.0, 0.0) and card["beyond"] > 1.0
+    aside = shape_figures(cup, [moved(hull, (2e-6, 0.0, 0.0))])
+    assert aside["missing"] > 0.0 and aside["outside_mm"] > 0.0
+
+
 def test_half_a_box_misses_half_of_a_box():
     whole, half = box_mesh((1.0, 1.0, 1.0)), moved(box_mesh((0.5, 1.0, 1.0)), (-0.25, 0.0, 0.0))
     card = shape_figures(whole, [half])

@@ -2,6 +2,7 @@
 
 import json
 from contextlib import contextmanager
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -13,6 +14,7 @@ from support.small_worlds import STEP_NS, cube
 import replay
 from replay.advice.collider_search import Limits
 from replay.cli.main import main
+from replay.cutting.methods import METHODS
 from replay.errors import OutputError, TradeoffError
 from replay.running.collider_files import COLLIDERS, fix_colliders
 from sessions import MeshData, Session, import_session, load_mesh, read_session, write_session
@@ -134,13 +136,15 @@ def test_front_is_better_with_every_more_pieces(shipped):
 
 
 @pytest.mark.slow
-def test_every_method_has_a_card_of_its_own(session):
+def test_every_method_has_a_card_or_is_named_with_its_time(session, monkeypatch):
+    monkeypatch.setitem(METHODS, "coacd", replace(METHODS["coacd"], seconds=3000.0))
     made = fix_colliders(session, limits=Limits(0.3), every_method=True)
     cards = {card["how"]: card for card in made.bodies[0]["others"]}
-    assert {"one box", "one sphere", "one capsule", "sectors by height and angle, 16 at most"} <= cards.keys()
+    assert {"one box", "one sphere", "one capsule", "V-HACD, 16 at most"} == cards.keys()
     assert cards["one box"]["beyond"] > made.bodies[0]["before"]["beyond"] > made.bodies[0]["after"]["beyond"]
     assert cards["one box"]["false"] >= made.bodies[0]["after"]["false"]
     assert made.folder is None and made.engine == ""
+    assert made.not_tried == ("CoACD of beaker (16 pieces) was not tried: it takes about 15 min.",)
 
 
 def test_mujoco_takes_the_written_model(session, tmp_path):
