@@ -93,7 +93,11 @@ def write_page(
         people.say(*(f"note: {sentence}" for sentence in study.unmatched))
         inputs |= {"questionnaire": f"sha256:{file_hash(questionnaire)}", "codebook": f"sha256:{file_hash(codebook)}"}
     folder.write_study(sessions, study, out, title=title, inputs=inputs, force=force, seed=seed, tables=tables)
-    answer(as_json, folder.as_json(sessions, study), lambda: study_tables(study, sessions))
+    answer(
+        as_json,
+        folder.as_json(sessions, study),
+        lambda: study_tables(study, sessions, out, seed, verbose=people.verbose),
+    )
     people.say("", f"wrote {out}", f"read it:  {out / 'study.html'}")
     return OK
 

@@ -1,58 +1,51 @@
 """A study and a check of printed tables, as a terminal shows them."""
 
 from collections.abc import Iterator, Sequence
-from typing import Final
+from pathlib import Path
 
-from rich.console import Group
+from rich.console import Group, RenderableType
 from rich.text import Text
 
 from replay.advice.open_guesses import open_guesses_line
-from replay.cli.terminal import line, terminal
+from replay.cli.terminal import STYLES, Paragraph, line, terminal
 from replay.document.tables import FAINT, IN_BLUE, STRONG, WARNING, Marked, table
 from replay.studies.class_study import tables
 from replay.studies.class_study.analysis import Study
+from replay.studies.class_study.class_answer import class_answer
 from replay.studies.class_study.class_runs import ClassRuns, runs_with_open_guesses
-from replay.studies.class_study.class_tables import class_counts
+from replay.studies.class_study.class_tables import ClassTables, class_counts, places
 from replay.studies.class_study.published import AGREES, INCONSISTENT, Remark
-from replay.words import plural
 
 MARKS = {INCONSISTENT: WARNING, "weak": IN_BLUE, AGREES: FAINT}
 """Kind of a remark -> its mark, the worst kind first."""
 
-MOST_ROWS: Final = 9
-OBSERVED: Final = "Associations in the students observed; no figure here says what causes what."
 
-
-def study_tables(study: Study | None, runs: ClassRuns) -> Group:
-    """Whether a conclusion changes with the detector, and what was found, in 24 lines; the page holds the rest."""
-    first = [Text(), line(tables.opening(study, class_counts(runs)), STRONG)]
-    first += [
-        line(sentence, WARNING) for sentence in open_guesses_line(runs_with_open_guesses(runs), len(runs.metrics))
-    ]
-    if study is None:
-        return terminal(*first)
-    first.append(line(f"{tables.behind(study)}.", FAINT))
+def study_tables(study: Study | None, runs: ClassRuns, out: Path, seed: int = 0, *, verbose: bool = False) -> Group:
+    """The answer of the page in ``out`` under its headings; ``verbose``: every result and each reliability too."""
+    parts: list[RenderableType] = [Text(), Paragraph("", tables.opening(study, class_counts(runs)), STYLES[STRONG])]
+    for row in class_answer(ClassTables(runs, seed), places(runs, out), study):
+        links = "; ".join(text for text, _ in row.links)
+        parts.append(Paragraph(f"  {row.name:<6}", f"{row.text} {links}." if links else row.text))
+    guesses = open_guesses_line(runs_with_open_guesses(runs), len(runs.metrics))
+    parts += [Paragraph("", sentence, STYLES[WARNING]) for sentence in guesses]
+    if study is None or not verbose:
+        return terminal(*parts)
     results = sorted(_results(study), key=lambda row: row[-1] != "associated")
     result_tables = (
         [table("", ("result", "figure", "conclusion"), results, words=("result", "conclusion"))] if results else []
     )
     alphas = ", ".join(f"{name} {reliability.alpha:.2f}" for name, reliability in study.reliabilities.items())
-    last = [line(f"Cronbach's alpha: {alphas}.", FAINT)] if alphas else []
-    if study.refusals:
-        last.append(line(f"{plural(len(study.refusals), 'result')} not given: the page says which and why.", WARNING))
+    last = [Paragraph("", f"Cronbach's alpha: {alphas}.", STYLES[FAINT])] if alphas else []
     if any(c.kind == "multiple" for c in study.coefficients):
-        last.insert(0, line("* the other predictors held equal", FAINT))
-    displayed = [result_table.first(MOST_ROWS, "{} more on the page") for result_table in result_tables]
-    return terminal(*first, *displayed, *last, line(OBSERVED, FAINT))
+        last.insert(0, Paragraph("", "*: with the other predictors held constant", STYLES[FAINT]))
+    return terminal(*parts, *result_tables, *last)
 
 
 def _results(study: Study) -> Iterator[tuple[str, str, str]]:
     """A line per coefficient and per comparison of groups: what, how much, and what that says."""
     for finding in study.findings:
-        name, outcome = tables.readable_name(finding.name), tables.readable_name(finding.outcome)
         footnote = " *" if finding.kind == "multiple" else ""
-        what = f"{outcome}: {name}" if finding.kind == "groups" else f"{name}, {outcome}{footnote}"
-        yield what, f"{finding.beta:+.2f}", finding.conclusion.partition(":")[0]
+        yield f"{tables.result_name(finding)}{footnote}", f"{finding.beta:+.2f}", finding.conclusion.partition(":")[0]
 
 
 def check_table(remarks: Sequence[Remark]) -> Group:

@@ -1,4 +1,4 @@
-"""The three charts of a class: time in contact by group, associations, and reliability, each with its intervals."""
+"""The charts of a class, with intervals: results by detector, time in contact by group, associations, reliability."""
 
 from typing import Final
 
@@ -6,13 +6,17 @@ import numpy as np
 
 from replay import words
 from replay.show.plots import IntervalRow, Plot, interval_plot
-from replay.studies.class_study.analysis import Study
+from replay.studies.class_study.analysis import Sensitivity, Study
 from replay.studies.class_study.class_tables import ClassTables
 from replay.studies.class_study.refusals import LEAST_IN_CELL
-from replay.studies.class_study.tables import readable_name
+from replay.studies.class_study.regression import Finding
+from replay.studies.class_study.tables import readable_name, result_name
 
 ACCEPTABLE_ALPHA: Final = 0.7
 """Cronbach's alpha from which on a scale is commonly called reliable."""
+
+MOST_RESULTS: Final = 12
+"""Rows of the chart of results by detector."""
 
 EVERYBODY: Final = "all students"
 
@@ -21,8 +25,32 @@ def class_charts(tables: ClassTables, study: Study | None) -> list[Plot]:
     """Return the charts for which there are figures."""
     charts = [_contact_time(tables, study)]
     if study is not None:
-        charts += [_associations(study), _reliability(study)]
+        charts = [_sensitivity(study), *charts, _associations(study), _reliability(study)]
     return [chart for chart in charts if chart is not None]
+
+
+def _sensitivity(study: Study) -> Plot | None:
+    """Each result about contacts with the detector of the study, and with every other one below it."""
+    by_result: dict[tuple[str, str], list[Sensitivity]] = {}
+    for row in sorted(study.sensitivity, key=lambda row: not row.changes):
+        by_result.setdefault((row.before.name, row.before.outcome), []).append(row)
+    rows: list[IntervalRow] = []
+    for others in by_result.values():
+        before = others[0].before
+        rows.append(_result_row(f"{result_name(before)}: {study.detector}", before, "reference"))
+        for row in others:
+            if row.after is not None and np.isfinite(row.after.beta):
+                rows.append(_result_row(row.detector, row.after, "false" if row.changes else "right"))
+    caption = (
+        "The headline: each result about contacts by the detector that found them, with 95 % intervals. Grey: the "
+        "detector of this page, blue: the same conclusion, yellow: another one."
+    )
+    return interval_plot(rows[:MOST_RESULTS], caption, "coefficient or difference", marks=(0.0,)) if rows else None
+
+
+def _result_row(name: str, finding: Finding, kind: str) -> IntervalRow:
+    label = f"{finding.beta:+.2f}, n = {finding.students}"
+    return IntervalRow(name, finding.beta, finding.low, finding.high, label, kind)
 
 
 def _contact_time(tables: ClassTables, study: Study | None) -> Plot | None:
@@ -34,8 +62,10 @@ def _contact_time(tables: ClassTables, study: Study | None) -> Plot | None:
         estimate = tables.contact_seconds_a_minute(members)
         if estimate.students >= LEAST_IN_CELL and np.isfinite(estimate.value):
             label = f"{estimate.value:.3g} s, n = {estimate.students}"
-            rows.append(IntervalRow(group, estimate.value, estimate.low, estimate.high, label, "right"))
-    caption = "Time in contact a minute, in seconds; what several pairs touch at a time adds up. Bars: 95 % intervals."
+            name = f"group {group}" if groups else group
+            rows.append(IntervalRow(name, estimate.value, estimate.low, estimate.high, label, "right"))
+    declared = " Groups are those that the codebook declares." if groups else ""
+    caption = f"Time in contact a minute, in seconds, all pairs added up. Bars: 95 % intervals.{declared}"
     return interval_plot(rows, caption, "seconds of contact a minute", start=0.0) if rows else None
 
 
@@ -52,7 +82,9 @@ def _associations(study: Study) -> Plot | None:
         )
         for c in study.coefficients
     ]
-    held = " *: the other predictors held equal." if any(c.kind == "multiple" for c in study.coefficients) else ""
+    held = (
+        " *: with the other predictors held constant." if any(c.kind == "multiple" for c in study.coefficients) else ""
+    )
     caption = f"Associations, standardised, with 95 % intervals; blue: associated, grey: may be chance.{held}"
     return interval_plot(rows, caption, "standardised coefficient", marks=(0.0,)) if rows else None
 

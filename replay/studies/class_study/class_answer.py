@@ -1,4 +1,4 @@
-"""The first answers about a class: what was found, where to look, why contacts are missed, what to use, how sure."""
+"""The first answers about a class: what was found, where to look, why contacts are missed, what to do, how sure."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -7,6 +7,8 @@ from typing import Final
 import numpy as np
 
 from replay import words
+from replay.auditing.fault import Cause
+from replay.document.fault_sentences import REASONS
 from replay.document.tables import Marked
 from replay.studies.class_study.analysis import Study
 from replay.studies.class_study.class_tables import ClassTables, Place, sessions_table
@@ -19,6 +21,9 @@ MOST_SESSIONS: Final = 3
 
 MOST_FOUND: Final = 3
 """Results that are named there."""
+
+MOST_REFUSED: Final = 2
+"""Results left out that are named there."""
 
 MEAN_MS: Final = "mean_ms"
 """Column of the metrics with the milliseconds of a detector a frame."""
@@ -36,12 +41,12 @@ class AnswerRow:
 def class_answer(tables: ClassTables, where: Mapping[str, Place], study: Study | None) -> list[AnswerRow]:
     """Return the rows below the first sentence of a class; a row without text or links is left out."""
     rows = [
-        AnswerRow("Found", _results(study)),
-        AnswerRow("Missed", " ".join(tables.headlines())),
+        AnswerRow("What", " ".join([_results(study), *tables.headlines()])),
         AnswerRow("When", "Look first at", _first_sessions(tables, where)),
         AnswerRow("Why", _causes(tables)),
-        AnswerRow("Use", _detector(tables, study)),
+        AnswerRow("Do", _detector(tables, study)),
         AnswerRow("Cost", _times(tables)),
+        AnswerRow("Or", _other_detectors(study)),
         AnswerRow("Sure", " ".join(_certainty(tables, study))),
     ]
     return [row for row in rows if row.text and (row.name != "When" or row.links)]
@@ -65,31 +70,55 @@ def _first_sessions(tables: ClassTables, where: Mapping[str, Place]) -> tuple[tu
     return tuple(links[:MOST_SESSIONS])
 
 
+CAUSES: Final[Mapping[str, str]] = {
+    Cause.BETWEEN_SAMPLES: "the contact, or a part of it, falls between two samples",
+    Cause.LATE: "its reports come late",
+    Cause.EARLY: "its reports end early",
+    **REASONS["misses"],
+}
+"""Cause -> why a contact is missed, as the end of a sentence; others stand as they are called."""
+
+
 def _causes(tables: ClassTables) -> str:
-    """The most frequent cause of the misses of each detector that five students or more have."""
+    """The most frequent cause of the misses of each detector that five students or more have, with its count."""
     counts_of: dict[str, dict[str, float]] = {}
+    totals: dict[str, float] = {}
     for (label, cause), counts in tables.counts("misses", "detector", "cause").items():
+        totals[label] = totals.get(label, 0.0) + counts.sum()
         if cause and tables.students_with(counts) >= LEAST_IN_CELL:
             counts_of.setdefault(label, {})[cause] = counts.sum()
     sentences = []
     for label, causes in counts_of.items():
-        most = [cause for cause, count in causes.items() if count == max(causes.values())]
-        sentences.append(f"{label} misses most often because of: {', '.join(most)}.")
+        most = max(causes.values())
+        for cause in (cause for cause, count in causes.items() if count == most):
+            # What is left over could be of few students.
+            every = totals[label] == sum(causes.values())
+            share = f"{most:.0f} of {totals[label]:.0f}" if every else "most"
+            sentences.append(f"{label}: {CAUSES.get(cause, cause)} ({share} missed or late contacts).")
     return " ".join(sentences)
 
 
 def _detector(tables: ClassTables, study: Study | None) -> str:
-    """The detector that the figures come from, and whether another one would do."""
+    """The detector whose contacts to use."""
+    if study is not None:
+        return f"Use the contacts of {study.detector}: every figure about contacts on this page comes from them."
     trusted = dict.fromkeys(oracle for run in tables.runs.metrics if (oracle := tables.runs.of(run, "oracle")))
-    if study is None:
-        return f"{' or '.join(trusted)}: the reference of these sessions." if trusted else ""
-    tested = [row for row in study.sensitivity if row.tested]
+    if not trusted:
+        return ""
+    return f"Use the contacts of {' or '.join(trusted)}, the reference: the others are measured against them."
+
+
+def _other_detectors(study: Study | None) -> str:
+    """Which other detectors would do, and which change a conclusion; ``""``: none was tested."""
+    tested = [row for row in study.sensitivity if row.tested] if study is not None else []
     changing = list(dict.fromkeys(row.detector for row in tested if row.changes))
-    source = f"{study.detector}: every figure on contacts comes from it."
+    same = [label for label in dict.fromkeys(row.detector for row in tested) if label not in changing]
+    sentences = []
+    if same:
+        sentences.append(f"The same conclusions follow with {', '.join(same)}.")
     if changing:
-        return f"{source} Another conclusion follows with {', '.join(changing)}."
-    same = list(dict.fromkeys(row.detector for row in tested))
-    return f"{source} The same conclusions follow with {', '.join(same)}." if same else source
+        sentences.append(f"Another conclusion follows with {', '.join(changing)}.")
+    return " ".join(sentences)
 
 
 def _times(tables: ClassTables) -> str:
@@ -108,14 +137,16 @@ def _times(tables: ClassTables) -> str:
 
 
 def _certainty(tables: ClassTables, study: Study | None) -> Iterator[str]:
-    """Sentences on the students behind the figures, on what was refused, and on what no figure says."""
+    """Sentences on the students behind the figures, on what was left out, and on what no figure says."""
     students = len(tables.runs.students)
     if study is not None:
         yield f"{behind(study)}."
     else:
         yield f"{few(students)} students." if students < LEAST_IN_CELL else f"{plural(students, 'student')}."
-    yield "Brackets and bars are 95 % intervals over students drawn anew."
+    yield "Brackets and bars are 95 % intervals: other classes like this one may give any figure within."
     if study is not None:
-        if study.refusals:
-            yield f"{plural(len(study.refusals), 'result')} not given: Method says which and why."
-        yield "Associations of the students observed: no figure says what causes what."
+        refused = [f"{refusal.what} ({refusal.reason})" for refusal in study.refusals]
+        if refused:
+            rest = f"; {len(refused) - MOST_REFUSED} more under Method" if len(refused) > MOST_REFUSED else ""
+            yield f"Left out: {'; '.join(refused[:MOST_REFUSED])}{rest}."
+        yield "Only associations were observed: no figure says what causes what."

@@ -26,7 +26,7 @@ from replay.studies.class_study.resampling import Estimate, Resampling
 from replay.words import plural
 from sessions.mcap.metadata import NOT_STATED
 
-FIGURES: Final = "n: students whose rows are counted. Below a figure: 95 % intervals, students drawn anew."
+FIGURES: Final = "n: students whose rows are counted. Below a figure: its 95 % interval over students."
 FAULTS: Final = {"misses": "miss", "false_contacts": "false contact"}
 SUPPRESSED: Final = "not shown"
 """Stands for the students of a row that would tell, less from a total, what a row of few students may not."""

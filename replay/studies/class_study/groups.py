@@ -93,7 +93,7 @@ def _compare(
         )
         p = float(test.pvalue)
     return GroupDifference(
-        name=f"{pair[1]} against {pair[0]}",
+        name=f"group {pair[1]} less group {pair[0]}",
         kind="groups",
         variables=(outcome,),
         students=len(both),

@@ -11,6 +11,7 @@ from replay.document.tables import STRONG, Cell, Column, Marked, Table
 from replay.studies.class_study.analysis import Sensitivity, Study
 from replay.studies.class_study.refusals import few
 from replay.studies.class_study.regression import UNDECIDED, Finding
+from replay.words import plural
 
 OBSERVED_ONLY: Final = (
     "Associations in the students observed. Nothing was assigned at random, so no figure here says what would happen "
@@ -34,6 +35,12 @@ def readable_name(name: str) -> str:
     return re.sub(r"\bper min\b", "per minute", name.replace("_", " "))
 
 
+def result_name(finding: Finding) -> str:
+    """A result in words: ``near misses with motivation``; ``near misses: group b less group a``."""
+    name, outcome = readable_name(finding.name), readable_name(finding.outcome)
+    return f"{outcome}: {name}" if finding.kind == "groups" else f"{name} with {outcome}"
+
+
 def p_text(p: float | None) -> str:
     """A p-value with three places; ``none`` where no rule allows one."""
     return "none" if p is None else "< 0.001" if p < 0.001 else f"{p:.3f}"
@@ -43,7 +50,7 @@ def headlines(study: Study) -> list[str]:
     """Headlines: the associations, most pronounced first, or a sentence that there are none."""
     lines = []
     for c in sorted((c for c in study.coefficients if c.associated), key=lambda c: -abs(c.beta)):
-        condition = "" if c.kind == "simple" else ", the other predictors held equal"
+        condition = "" if c.kind == "simple" else ", with the other predictors held constant"
         what = f"{_capital(c.name)} is associated with {_more(c)} {readable_name(c.outcome)}{condition}"
         lines.append(f"{what}: {_between(c)}, n = {c.students}")
     for two in study.groups:
@@ -206,24 +213,24 @@ def study_tables(study: Study) -> dict[str, Table]:
     }  # fmt: skip
 
 
-QUESTION: Final = "Does the detector change a conclusion?"
-
-
 def opening(study: Study | None, counts: str) -> str:
     """The first sentence of page and terminal: how many, and whether a conclusion changes with the detector."""
-    return f"{counts}. {QUESTION} {_verdict(study)}"
+    return f"{counts}: {_verdict(study)}"
 
 
 def _verdict(study: Study | None) -> str:
-    """``No.``, or what changes, or why that is not known."""
+    """``the detector changes no conclusion.``, or what changes, or why that is not known."""
+    unknown = "whether the detector changes a conclusion is not known"
     if study is None:
-        return "Not known: there is no questionnaire."
+        return f"{unknown}, since there is no questionnaire."
     if not study.sensitivity:
-        return "Not known: no result about contacts could be compared between detectors."
+        return f"{unknown}, since no result about contacts could be compared between detectors."
     if not any(row.tested for row in study.sensitivity):
-        return "Not known: no result could be tested with another detector."
+        return f"{unknown}, since no result could be tested with another detector."
     changed = [_changed(study, row) for row in study.sensitivity if row.tested and row.changes]
-    return f"Yes: {'; '.join(changed)}." if changed else "No."
+    if changed:
+        return f"the detector changes {plural(len(changed), 'conclusion')}: {'; '.join(changed)}."
+    return "the detector changes no conclusion."
 
 
 def _changed(study: Study, row: Sensitivity) -> str:

@@ -1,4 +1,5 @@
 import json
+import re
 
 import pytest
 from support.study_samples import CODEBOOK, a_class, made_class, write_answers
@@ -22,6 +23,8 @@ def test_study_page_prints_associations_on_a_screen(files, tmp_path, capsys, mon
     assert main(files) == 0
     printed, output = capsys.readouterr()
     assert printed == snapshot
+    headings = re.findall(r"^  (\w+) ", printed, re.MULTILINE)
+    assert headings == ["What", "When", "Why", "Do", "Cost", "Or", "Sure"]
     assert len(printed.splitlines()) <= 24 and max(map(len, printed.splitlines())) <= 80
     assert "study.html" in output and (tmp_path / "study" / "study.html").is_file()
 
@@ -39,7 +42,7 @@ def test_study_page_first_says_whether_the_detector_matters(files, tmp_path, cap
     text = [*files[:3], "--out"]
     assert main([*text, str(tmp_path / "alone")]) == 0
     printed, output = capsys.readouterr()
-    assert "Not known: there is no questionnaire." in " ".join(printed.split()) and "study.html" in output
+    assert "is not known, since there is no questionnaire." in " ".join(printed.split()) and "study.html" in output
     assert json.loads((tmp_path / "alone" / "study.json").read_text("utf-8"))["sessions"] == 30
     assert main([*files, "--format", "json", "-q"]) == 0
     reported = json.loads(capsys.readouterr().out)
@@ -48,7 +51,7 @@ def test_study_page_first_says_whether_the_detector_matters(files, tmp_path, cap
     )
     assert {row["detector"] for row in reported["sensitivity"]} == {"slow", "coarse"}
     page = (tmp_path / "study" / "study.html").read_text("utf-8")
-    assert page.index("Does the detector change a conclusion?") < page.index("Sessions to look at first")
+    assert page.index("the detector changes ") < page.index("Sessions to look at first")
     assert main([*text, str(tmp_path / "half"), *files[-2:]]) == 2
     assert "a questionnaire and its codebook go together" in capsys.readouterr().err
 

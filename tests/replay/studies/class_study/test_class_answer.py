@@ -9,7 +9,7 @@ import pytest
 from support.study_samples import a_class, codebook, made_class, questionnaire
 
 from replay.studies.class_study.analysis import analyse
-from replay.studies.class_study.class_answer import class_answer
+from replay.studies.class_study.class_answer import CAUSES, class_answer
 from replay.studies.class_study.class_runs import read_class
 from replay.studies.class_study.class_tables import ClassTables, places
 from replay.studies.class_study.page import study_html
@@ -37,10 +37,11 @@ def rows_of(runs, study, folder):
 @pytest.mark.parametrize("questioned", [True, False])
 def test_page_answers_seven_headings_in_their_order(runs, study, tmp_path, questioned):
     page = study_html(runs, places(runs, tmp_path), study if questioned else None)
-    assert re.findall(r"<dt>(\w+)</dt>", page) == ["Found", "Missed", "When", "Why", "Use", "Cost", "Sure"]
+    names = ["What", "When", "Why", "Do", "Cost", "Or", "Sure"]
+    assert re.findall(r"<dt>(\w+)</dt>", page) == [name for name in names if questioned or name != "Or"]
     text = unescape(re.sub(r"<[^>]*>", "", page[page.index("<dl>") : page.index("</dl>")]))
     assert ("there is no questionnaire" in text) == (not questioned)
-    assert "exact: " in text
+    assert "Use the contacts of exact" in text
 
 
 def test_cause_of_each_detector_is_its_most_frequent_one(runs, study, tmp_path):
@@ -52,8 +53,9 @@ def test_cause_of_each_detector_is_its_most_frequent_one(runs, study, tmp_path):
     for label in runs.audited:
         counts = {cause: count for (own, cause), count in counted.items() if own == label}
         most = {cause for cause, count in counts.items() if count == max(counts.values())}
-        printed = re.search(rf"{label} misses most often because of: ([^.]*)\.", why)[1]
-        assert set(printed.split(", ")) == most
+        printed = re.findall(rf"{label}: (.*?) \((\d+) of (\d+) missed or late contacts\)", why)
+        assert {text for text, _, _ in printed} == {CAUSES.get(cause, cause) for cause in most}
+        assert {(int(count), int(of)) for _, count, of in printed} == {(max(counts.values()), sum(counts.values()))}
 
 
 def test_first_sessions_lead_to_their_miss(runs, study, tmp_path):
@@ -66,11 +68,11 @@ def test_first_sessions_lead_to_their_miss(runs, study, tmp_path):
 def test_a_cause_of_fewer_than_five_students_is_not_named(tmp_path):
     few = read_class(made_class(tmp_path / "runs", 4, 4))
     rows = rows_of(few, None, tmp_path)
-    assert "Why" not in rows and "Missed" not in rows and "fewer than 5 students" in rows["Sure"].text
+    assert "Why" not in rows and "misses" not in rows["What"].text and "fewer than 5 students" in rows["Sure"].text
 
 
 def test_changing_detectors_are_named_as_such(runs, study, tmp_path):
-    text = rows_of(runs, study, tmp_path)["Use"].text
+    text = rows_of(runs, study, tmp_path)["Or"].text
     changing = {row.detector for row in study.sensitivity if row.tested and row.changes}
     assert ("Another conclusion follows with" in text) == bool(changing)
     assert all(label in text for label in changing)

@@ -47,7 +47,7 @@ def test_class_below_five_students_lists_sessions_without_figures(tmp_path, stud
     listed = {student_of[row[0].text] for row in sessions_table(runs, where).rows} - {""}
     assert len(listed) == min(5, known)
     html = study_html(runs, where)
-    assert "Not known: there is no questionnaire." in html
+    assert "is not known, since there is no questionnaire." in html
     assert ("There is none in the sessions with a pseudonym." in html) == (not known)
 
 

@@ -74,30 +74,35 @@ def test_conclusion_needs_both_p_and_interval_from_every_detector(sign):
     assert Sensitivity("hybrid", 0.9, result, None).conclusion == "not tested"
 
 
+UNKNOWN = "whether the detector changes a conclusion is not known, since"
+
 STATES = {
-    "none": (lambda: None, "Not known: there is no questionnaire."),
+    "none": (lambda: None, f"{UNKNOWN} there is no questionnaire."),
     "one detector": (
         lambda: study(other=""),
-        "Not known: no result about contacts could be compared between detectors.",
+        f"{UNKNOWN} no result about contacts could be compared between detectors.",
     ),
-    "the same": (study, "No."),
+    "the same": (study, "the detector changes no conclusion."),
     "another": (
         lambda: study(scattered=True),
-        "Yes: contacts per minute with motivation holds with exact, not with hybrid.",
+        "the detector changes 1 conclusion: contacts per minute with motivation holds with exact, not with hybrid.",
     ),
     "groups": (
         lambda: study(arms=True, recall=1.0),
-        "Yes: contacts per minute with motivation holds with hybrid, not with exact; the difference in "
-        "contacts per minute (second against first) holds with exact, not with hybrid.",
+        "the detector changes 2 conclusions: contacts per minute with motivation holds with hybrid, not with exact; "
+        "the difference in contacts per minute (group second less group first) holds with exact, not with hybrid.",
     ),
-    "nobody tested": (lambda: study(9), "Not known: no result could be tested with another detector."),
+    "nobody tested": (
+        lambda: study(9),
+        f"{UNKNOWN} no result could be tested with another detector.",
+    ),
 }
 
 
 @pytest.mark.parametrize("state", STATES)
 def test_the_first_line_says_whether_a_conclusion_changes(state):
     make, answer = STATES[state]
-    assert opening(make(), "40 students") == f"40 students. Does the detector change a conclusion? {answer}"
+    assert opening(make(), "40 students") == f"40 students: {answer}"
 
 
 def test_result_states_student_count_once_and_marks_associations():
