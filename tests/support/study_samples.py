@@ -90,7 +90,7 @@ def metrics(contacts, *, detectors=("exact",), recall=(1.0,), sessions=1):
 
 PAIRS = [("hand-left", "beaker"), ("hand-right", "flask"), ("beaker", "burette"), ("flask", "stand")]
 TASKS, STAGES, TYPES = ("pour", "stir", None), ("first", "second"), ("immersive", "desktop")
-CAUSES = ("between two looks", "thinner than a step")
+CAUSES = ("between samples", "budget ran out")
 DETECTORS = {"slow": 0.3, "coarse": 0.1}
 """Label -> share of the contacts that it never finds."""
 UNREAD = dict.fromkeys(("first", "last", "deepest", "stamp_ns"), 0) | {"frames": 1, "message": "", "time": 0.0}

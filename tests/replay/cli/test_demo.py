@@ -83,6 +83,7 @@ def _within(miss, episode):
 def test_small_class_is_replayed_up_to_its_page(tmp_path, capsys):
     assert main(["demo", "--class", "5", "--out", str(tmp_path / "class")]) == 0
     printed, output = capsys.readouterr()
-    assert "5 students, 5 sessions" in printed and "the detector changes a conclusion is not known" in " ".join(printed.split())
+    text = " ".join(printed.split())
+    assert "5 students, 5 sessions" in text and "the detector changes a conclusion is not known" in text
     assert "few-students" in (tmp_path / "class" / "study" / "study.html").read_text("utf-8")
     assert "5 of 5  S05: done" in output
