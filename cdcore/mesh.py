@@ -70,7 +70,8 @@ class TriangleMesh:
         interior and are left out.
         """
         edges = np.sort(self._proper_faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-        _, counts = np.unique(edges, axis=0, return_counts=True)
+        # One number an edge: rows are sorted ten times as slowly.
+        _, counts = np.unique(edges[:, 0] * len(self.vertices) + edges[:, 1], return_counts=True)
         return bool(len(counts) > 0 and (counts % 2 == 0).all())
 
     @cached_property

@@ -142,28 +142,25 @@ def fill_nearest(
     ``candidates`` (n,) is scratch: the triangles that can be nearest to any of the points.
     """
     count = select_candidates(points, middles, radii, candidates)
+    if not count:
+        return
+    chosen = candidates[0]
     for k in range(len(points)):
-        p = vector_at(points[k], 0)
-        # A middle is a point of its triangle: the nearest triangle is no farther away than the nearest middle.
-        least = inf
-        for row in range(count):
-            away = between(p, vector_at(middles[candidates[row]], 0))
-            least = min(least, dot(away, away))
-        best, limit = inf, sqrt(least) * (1.0 + 1e-12)
-        for row in range(count):
-            n = candidates[row]
-            away = between(p, vector_at(middles[n], 0))
-            reach = limit + radii[n]
+        p, best = vector_at(points[k], 0), inf
+        # The triangle nearest to the point before comes first: neighbours are often nearest to the same one.
+        for row in range(-1, count):
+            n = chosen if row < 0 else candidates[row]
+            away, reach = between(p, vector_at(middles[n], 0)), best * (1.0 + 1e-12) + radii[n]
             if dot(away, away) > reach * reach:
                 continue
             nine = corners[n]
             q = nearest_on_face(p, vector_at(nine, 0), vector_at(nine, 3), vector_at(nine, 6))
             away = between(p, q)
             metres = sqrt(dot(away, away))
-            if metres < best:
-                best, nearest[k] = metres, n
-                limit = min(limit, metres * (1.0 + 1e-12))
-        distance[k] = best
+            # Of triangles equally near it is the first.
+            if metres < best or (metres == best and n < chosen):
+                best, chosen = metres, n
+        distance[k], nearest[k] = best, chosen
 
 
 @kernel

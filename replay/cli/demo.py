@@ -64,8 +64,10 @@ def command(
             raise click.UsageError("--class makes a class; leave out --session-only, --noise and --fix-time")
         return _demo_class(out or CLASS_FOLDER, students, seed=made["seed"], jobs=jobs, people=people)
     from replay.cli.run_report import report_run
+    from replay.show.results.without_pandas import leave_pandas_out
     from sessions.synthetic.truth import truth_path
 
+    leave_pandas_out()
     stage = f"making up a session in a laboratory ({made['scene']})"
     if session_only:
         file = out or Path(f"{made['scene']}.mcap")

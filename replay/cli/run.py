@@ -82,7 +82,9 @@ def command(
     """
     from replay.document.gates import Gates, times_of
     from replay.show.results.spreadsheets import PARQUET, require_form, write_run_tables
+    from replay.show.results.without_pandas import leave_pandas_out
 
+    leave_pandas_out()
     picture = not options.pop("no_picture")
     if options["step_rate"] is None:
         del options["step_rate"]

@@ -66,3 +66,20 @@ def test_distances_have_their_closed_form_beside_above_and_at_corners():
     distance, closest = distance_to_triangles(points, np.tile(triangle, (5, 1, 1)))
     assert distance == pytest.approx([2.0, 1.0, 5.0, 2.4, 0.0])
     assert closest[:3] == pytest.approx(np.array([[1, 1, 0], [2, 0, 0], [0, 0, 0]]))
+
+
+def test_largest_distance_is_at_least_a_known_one():
+    triangles = triangles_of(0)
+    points = np.random.default_rng(5).normal(size=(20, 3))
+    alone = largest_distance(points, triangles, *balls_of(triangles))
+    assert largest_distance(points, triangles, *balls_of(triangles), 0.5 * alone) == alone
+    assert largest_distance(points, triangles, *balls_of(triangles), 2.0 * alone) == 2.0 * alone
+
+
+def test_of_triangles_equally_near_the_first_is_named():
+    """Two triangles with a common edge, and a point beyond it that is asked after one nearest to the second."""
+    triangles = np.array([[[0, 0, 0], [1, 0, 0], [0, -1, 0]], [[0, 0, 0], [1, 0, 0], [0, 0, -1.0]]])
+    points = np.array([[0.3, 0.1, -0.5], [0.3, 1.0, 1.0]])
+    distance, nearest = nearest_triangles(points, triangles, *balls_of(triangles))
+    assert nearest.tolist() == [1, 0]
+    assert distance == pytest.approx([0.1, np.sqrt(2.0)])

@@ -1,0 +1,24 @@
+"""Arrow finds no pandas in a run of the command line, and hands out data frames all the same."""
+
+import subprocess
+import sys
+
+import pytest
+
+SCRIPT = """
+import sys
+from replay.show.results.without_pandas import leave_pandas_out
+leave_pandas_out()
+import pyarrow as pa
+numbers = pa.table({"a": pa.array([1.5, 2.5])})
+assert "pandas" not in sys.modules, "Arrow loaded pandas"
+assert numbers.to_pandas()["a"].sum() == 4.0
+import pandas as pd
+assert pa.array(pd.Series([1.0, float("nan")])).null_count == 1
+"""
+
+
+def test_arrow_loads_pandas_where_a_data_frame_is_wanted_alone():
+    pytest.importorskip("pandas")
+    done = subprocess.run([sys.executable, "-c", SCRIPT], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
