@@ -55,6 +55,38 @@ def test_links_stand_where_the_library_has_them(arm):
     assert scene.bodies["fore"].mass == 2 and scene.excluded == (("base", "fore"), ("fore", "cup"))
 
 
+def chain(path, count):
+    """A chain of links, each held by a joint that is fixed, or moves from the middle on."""
+    box = '<collision><geometry><box size="0.1 0.1 0.1"/></geometry></collision>'
+    links = [f'<link name="link{k}">{box}</link>' for k in range(count)]
+    limit = '<limit lower="0" upper="1" effort="1" velocity="1"/>'
+    joints = [
+        f'<joint name="joint{k}" type="{"fixed" if k < count // 2 else "revolute"}"><parent link="link{k - 1}"/>'
+        f'<child link="link{k}"/><origin xyz="0.1 0 0" rpy="0.01 0.02 0.03"/><axis xyz="0 0 1"/>{limit}</joint>'
+        for k in range(1, count)
+    ]
+    # Joints stand in the file in any order.
+    path.write_text(f'<robot name="chain">{"".join(links)}{"".join(reversed(joints))}</robot>')
+    return path
+
+
+def test_links_of_a_chain_stand_where_the_library_has_them(tmp_path):
+    path = chain(tmp_path / "chain.urdf", 40)
+    scene, model = read_scene_source(path), yourdfpy.URDF.load(str(path), load_meshes=False)
+    assert len(scene.bodies) == 40
+    for name, body in scene.bodies.items():
+        assert np.abs(body.pose - model.get_transform(name)).max() <= 1e-9
+    assert [body.moves for body in scene.bodies.values()] == [False] * 20 + [True] * 20
+
+
+def test_long_chain_asks_the_library_for_neighbours_alone(tmp_path, monkeypatch):
+    asked = []
+    own = yourdfpy.URDF.get_transform
+    monkeypatch.setattr(yourdfpy.URDF, "get_transform", lambda *given: asked.append(given[1:]) or own(*given))
+    read_scene_source(chain(tmp_path / "chain.urdf", 400))
+    assert len(asked) == 400 and sum(len(names) == 1 for names in asked) == 1
+
+
 def test_geometry_has_its_origin_scale_and_package(arm):
     scene = read_scene_source(arm)
     solid = scene.bodies["fore"].colliders[0]
