@@ -16,9 +16,16 @@ from replay.advice.scoring import wrong_counts
 from replay.auditing.contact_counts import ContactCounts, count_contacts, count_reports
 from replay.auditing.episodes import column_runs
 from replay.auditing.outcome import Outcome
-from replay.auditing.sampling_offsets import OFFSET_SETTING, PHASES, Proportions, counts_over_offsets, has_offsets
+from replay.auditing.sampling_offsets import (
+    OFFSET_SETTING,
+    PHASES,
+    OffsetCounts,
+    Proportions,
+    counts_over_offsets,
+    has_offsets,
+)
 from replay.auditing.tolerance import Reference
-from replay.auditing.wilson import proportion
+from replay.auditing.wilson import Proportion, proportion
 from replay.cutting.compound import names_as_setting
 from replay.cutting.convex_solids import volume_of
 from replay.cutting.piece_store import Cut, cut_ahead, why_not_cut
@@ -26,7 +33,7 @@ from replay.detection.detector_spec import DetectorSpec, parse_detector, spec_te
 from replay.detection.progress import Advance, Progress
 from replay.detection.run_detector import detect_all, make_detector, run_detector
 from replay.document.answer import Answer, Fix, FixFigures
-from replay.document.before_after import Errors, change_text, errors_of_rank, errors_of_row
+from replay.document.before_after import Errors, change_text, errors_of_rank, errors_of_row, worse_text
 from replay.document.cost import busy_sentence, busy_text
 from replay.document.diagnosis import pieces_may_help
 from replay.document.placeholders import SESSION
@@ -135,6 +142,8 @@ class _Measuring:
         spec = parse_detector(f"fix={rank.setting}")
         self._rest = {key: value for key, value in spec.settings.items() if key not in SHARED}
         self._seed = result.document.seed
+        self._counted: dict[str, tuple[ContactCounts, int, Proportion]] = {}
+        self._offsets: tuple[str, OffsetCounts] | None = None
 
     def fix(self) -> Fix | None:
         """The Fix that was measured; ``None``: no body of the worst pairs is worth cutting."""
@@ -150,7 +159,9 @@ class _Measuring:
             return self._not_cut([*uncut, *late])
         most, loss = self._fewest(ready, meshes)
         kept = self._worth_cutting(ready, most, loss)
-        best = self._figures(self._spec(kept, most), kept)
+        stepped = self._spec(kept, most)
+        spec = self._without_new_misses(stepped)
+        best = self._figures(spec, kept)
         whole = [name for name in ready if name not in kept]
         stay = "stays" if len(whole) == 1 else "stay"
         losers = [f"{_names(whole)} {stay} whole: no better cut."] if whole else []
@@ -161,9 +172,14 @@ class _Measuring:
                 f"Convex pieces of {_names(kept)} make it no better: {self._change(best)} (measured here in {seconds})."
             )
             return Fix(f"{tried}{rest} {self._result.oracle} tests every triangle.", False)
-        text = f"Split {_names(kept)} into convex pieces: {self._change(best)} (measured here in {seconds})."
+        step, trade = "", []
+        if spec is not stepped:
+            step = " and test every frame"
+            change = change_text(*self._errors_of(self._stepped(stepped)))
+            trade = [f"At {rate(self._rest['rate_hz'])} instead: {change}."]
+        text = f"Split {_names(kept)} into convex pieces{step}: {self._change(best)} (measured here in {seconds})."
         busy = [best.busy] if best.busy and not busy_text(self._result.document) else []
-        rest = "".join(f" {sentence}" for sentence in (*busy, *uncut, *losers, *late))
+        rest = "".join(f" {sentence}" for sentence in (*trade, *busy, *uncut, *losers, *late))
         return Fix(
             text=f"{text}{rest} To ship it:",
             measured=True,
@@ -245,18 +261,47 @@ class _Measuring:
         return DetectorSpec("fix", "collider", {**pieces, **self._rest})
 
     def _loss_at_every_frame(self, spec: DetectorSpec) -> float:
-        always = replace(spec, settings={**spec.settings, "rate_hz": None})
-        detector = make_detector(always, self._result.assembly, self._seed)
-        comparison = self._reference.compare(detect_all(detector, self._result.assembly))
-        once = count_contacts(comparison, self._reference.contacts)
-        return float(wrong_counts(once, 0, count_reports(comparison).proportion(Outcome.FALSE_CONTACT), None)["loss"])
+        return float(wrong_counts(*self._counts_at_every_frame(spec), None)["loss"])
+
+    def _counts_at_every_frame(self, spec: DetectorSpec) -> tuple[ContactCounts, int, Proportion]:
+        """What ``wrong_counts`` takes of pieces that are tested in every frame; counted once."""
+        every = _at_every_frame(spec)
+        if every.text not in self._counted:
+            detector = make_detector(every, self._result.assembly, self._seed)
+            comparison = self._reference.compare(detect_all(detector, self._result.assembly))
+            once = count_contacts(comparison, self._reference.contacts)
+            self._counted[every.text] = once, 0, count_reports(comparison).proportion(Outcome.FALSE_CONTACT)
+        return self._counted[every.text]
+
+    def _stepped(self, spec: DetectorSpec) -> Mapping[str, Any]:
+        """Errors of pieces at the step of the detector, over all sampling offsets."""
+        return wrong_counts(*self._counts_at_every_frame(spec), self._offset_counts(spec))
+
+    def _offset_counts(self, spec: DetectorSpec) -> OffsetCounts:
+        if self._offsets is None or self._offsets[0] != spec.text:
+            counts = counts_over_offsets(spec, self._result.assembly, self._reference, self._seed, live=False)
+            self._offsets = spec.text, counts
+        return self._offsets[1]
+
+    def _without_new_misses(self, spec: DetectorSpec) -> DetectorSpec:
+        """The same pieces in every frame, where their step makes something worse than before and every frame nothing.
+
+        A filled hull is in contact all the time, so that no step of it misses a touch; pieces meet the touch alone.
+        """
+        if not has_offsets(spec, len(self._result.assembly.motion)) or not worse_text(
+            *self._errors_of(self._stepped(spec))
+        ):
+            return spec
+        every = wrong_counts(*self._counts_at_every_frame(spec), None)
+        is_better = every["loss"] < self._rank.loss and not worse_text(*self._errors_of(every))
+        return _at_every_frame(spec) if is_better else spec
 
     def _figures(self, spec: DetectorSpec, names: Sequence[str]) -> _Measured:
         """The figures that ``run`` gives this detector."""
         assembly, offsets, chosen = self._result.assembly, None, spec
         live = self._result.document.detectors[self._rank.label].live
         if has_offsets(spec, len(assembly.motion)):
-            offsets = counts_over_offsets(spec, assembly, self._reference, self._seed, live=False)
+            offsets = self._offset_counts(spec)
             chosen = replace(spec, settings={OFFSET_SETTING: offsets.typical_offset, **spec.settings})
         run = run_detector(chosen, assembly, seed=self._seed, faces=False, advance=lambda _: None, live=live)
         comparison = self._reference.compare(run.detection)
@@ -295,12 +340,20 @@ class _Measuring:
 
     def _errors(self, measured: _Measured) -> tuple[Errors, Errors]:
         """Errors of the detector as it is and with pieces; without times where one of them is of a busy machine."""
-        before, after = self._rank.mean, measured.seconds
         idle = not (busy_text(self._result.document) or measured.busy)
-        return (
-            errors_of_rank(self._rank, before if idle else None),
-            errors_of_row(measured.counts, self._rank.contacts, after if idle else None),
-        )
+        before, after = (self._rank.mean, measured.seconds) if idle else (None, None)
+        return self._errors_of(measured.counts, before, after)
+
+    def _errors_of(
+        self, counts: Mapping[str, Any], before: float | None = None, after: float | None = None
+    ) -> tuple[Errors, Errors]:
+        """Errors of the detector as it is and of pieces with these counts, and their seconds a frame."""
+        return errors_of_rank(self._rank, before), errors_of_row(counts, self._rank.contacts, after)
+
+
+def _at_every_frame(spec: DetectorSpec) -> DetectorSpec:
+    """The detector without a step."""
+    return replace(spec, settings={key: value for key, value in spec.settings.items() if key != "rate_hz"})
 
 
 def _proportions(once: ContactCounts) -> Proportions:
@@ -318,8 +371,8 @@ def _range(counts: Mapping[str, Any], name: str) -> tuple[int, int]:
 
 
 def _pieces_label(pieces: int, rate_hz: float | None) -> str:
-    """``32 convex pieces at 50 Hz``."""
-    sampled = f" at {rate(rate_hz)}" if rate_hz else ""
+    """``32 convex pieces at 50 Hz``; ``32 convex pieces, every frame``."""
+    sampled = f" at {rate(rate_hz)}" if rate_hz else ", every frame"
     return f"{plural(pieces, 'convex piece')}{sampled}"
 
 

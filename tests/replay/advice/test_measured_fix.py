@@ -21,6 +21,7 @@ from replay.document.ranking import fixed_rank
 from replay.engine import compute
 from replay.running.runner import run
 from replay.studies.synthetic_sessions import synthetic_session
+from replay.words import plural
 from sessions import MeshData, Session, write_session
 
 WALL = [(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)]
@@ -33,14 +34,16 @@ def nothing_cut(monkeypatch, tmp_path):
     monkeypatch.setattr(piece_store, "cache_folder", lambda: tmp_path / "cache")
 
 
-def stirred(beaker, name="beaker"):
+def stirred(beaker, name="beaker", touching=None):
     """A rod that stirs in a beaker: free in its middle most of the time, at its wall now and then."""
     meshes = {name: beaker, "rod": revolved_mesh(ROD, 8)}
     axis = int(np.argmax(np.ptp(beaker.vertices, axis=0)))
     count, side = 60, (axis + 1) % 3
     positions = {body: np.zeros((count, 3)) for body in meshes}
     positions["rod"][:, axis] = 0.05
-    positions["rod"][:, side] = np.where(np.arange(count) % 15 < 3, 0.031, 0.001 * (np.arange(count) % 15))
+    positions["rod"][:, side] = np.where(
+        np.arange(count) % 15 < 3 if touching is None else touching, 0.031, 0.001 * (np.arange(count) % 15)
+    )
     still = np.tile([0.0, 0.0, 0.0, 1.0], (count, 1))
     poses = {body: (position, still) for body, position in positions.items()}
     data = {body: MeshData(mesh.vertices, mesh.faces) for body, mesh in meshes.items()}
@@ -55,7 +58,7 @@ def test_repeated_measured_fix_gives_its_figures(subject):
     session = stirred(BEAKER)
     first = run(session, detectors=f"subject={subject},exact", fix_time=60)
     fix = first.answers[0].fix
-    assert fix.measured and fix.text.startswith("Split beaker into convex pieces: ")
+    assert fix.measured and fix.text.startswith("Split beaker into convex pieces")
     again = run(session, detectors=f"it={fix.setting},subject={subject},exact")
     ranks = {rank.label: rank for rank in again.ranking}
     pieces = len(again.detectors["it"].parts["beaker"])
@@ -66,6 +69,22 @@ def test_repeated_measured_fix_gives_its_figures(subject):
     assert [getattr(row, name) for name in same] == [getattr(ranks["it"], name) for name in same]
     assert ranks["it"].loss < ranks["subject"].loss
     assert first.document.answers[0].fix.setting == fix.setting
+
+
+def test_step_that_pieces_miss_more_with_is_left_for_every_frame():
+    """A hull is in contact all the time and misses no touch; pieces at 50 Hz miss touches of one frame of 11 ms."""
+    touching = np.isin(np.arange(60), (15, 31, 47, 52))
+    session = stirred(BEAKER, touching=touching)
+    first = run(session, detectors="subject=hull50,exact", fix_time=60)
+    fix = first.answers[0].fix
+    assert fix.measured and fix.text.startswith("Split beaker into convex pieces and test every frame: ")
+    promised, trade = fix.text.split(" At 50 Hz instead: ")
+    assert "but missed" in trade and "but missed" not in promised and "rate_hz" not in fix.setting
+    again = run(session, detectors=f"it={fix.setting},stepped={fix.setting[:-1]},rate_hz=50],subject=hull50,exact")
+    ranks = {rank.label: rank for rank in again.ranking}
+    before, after, stepped = (errors_of_rank(ranks[label], None) for label in ("subject", "it", "stepped"))
+    assert change_text(before, after, plural(len(again.detectors["it"].parts["beaker"]), "piece")) in promised
+    assert trade.startswith(f"{change_text(before, stepped)}.")
 
 
 def test_name_of_any_characters_is_accepted_as_a_spec():
@@ -188,7 +207,7 @@ def test_bodies_whose_pieces_miss_more_stay_uncut(two_beakers, missing_pieces):
     fix = result.answers[0].fix
     assert fix.measured and fix.text.startswith("Split beaker into ")
     assert "second stays whole: no better cut." in fix.text
-    assert ",cut=beaker," in fix.setting
+    assert ",cut=beaker" in fix.setting and "second" not in fix.setting
 
 
 def test_good_pieces_of_both_bodies_are_advised(two_beakers):
