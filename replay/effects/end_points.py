@@ -19,6 +19,7 @@ from replay.effects.chemistry.matter import Matter
 from replay.effects.chemistry.mixture import GAS, SOLID, Mixture
 from replay.effects.chemistry.solver import Solver
 from replay.effects.output import EffectEvent
+from replay.effects.titrated_concentration import titrated_concentration
 
 LEAST: Final = 1e-6
 """An excess below this share of the greatest there was is none: what a slow reaction leaves ends no titration."""
@@ -75,8 +76,8 @@ def end_points(matter: Matter, vessel: str) -> list[EffectEvent]:
                 f"{left} and {right} are equivalent in {vessel}, but {words.as_percentage(reacted)} of them have "
                 "reacted: no end point"
             )
-            at, values = float(crossing.at(history.times)), {"reacted": reacted}
-            events.append(EffectEvent(at, "incomplete", (vessel,), None, values, text, "warning"))
+            at = float(crossing.at(history.times))
+            events.append(EffectEvent(at, "incomplete", (vessel,), None, {"reacted": reacted}, text, "warning"))
     for number, (crossing, left, right, _) in enumerate(points, start=1):
         came = history.added_ml[crossing.after] > history.added_ml[crossing.before]
         added = history.added_ml[:, came].sum(axis=1)
@@ -84,8 +85,15 @@ def end_points(matter: Matter, vessel: str) -> list[EffectEvent]:
         over = float(added[-1]) - volume
         which = f" (end point {number} of {len(points)})" if len(points) > 1 else ""
         tail = f"; overshot by {words.fixed(over, 2)} mL" if number == len(points) else ""
-        text = f"{left} and {right} are equivalent in {vessel} after {words.fixed(volume, 2)} mL{which}{tail}"
-        values = {"volume_ml": volume, "overshot_ml": over, "number": number}
+        sources = [name for name, index in matter.ledger.at.items() if name and came[index]]
+        concentration, values = "", dict[str, float | str]()
+        if len(sources) == 1:
+            concentration, values = titrated_concentration(
+                matter.recipe.contents, vessel, sources[0], (left, right), volume
+            )
+        text = f"{left} and {right} are equivalent in {vessel} after {words.fixed(volume, 2)} mL{which}"
+        text += concentration + tail
+        values |= {"volume_ml": volume, "overshot_ml": over, "number": number}
         events.append(EffectEvent(float(crossing.at(history.times)), "end-point", (vessel,), None, values, text))
     return events
 

@@ -12,6 +12,7 @@ from replay.effects.chemistry.formulas import charge_of, molar_mass
 from replay.effects.chemistry.matter import MOST_FOREIGN_MOL_KG, Matter, matter_of
 from replay.effects.chemistry.mixture import GAS, LIGANDS, SOLID, Mixture
 from replay.effects.chemistry.recipe import Reaction
+from replay.effects.chemistry.salts import WATER_KG
 from replay.effects.chemistry.supersaturated import aged, supersaturated
 from replay.effects.chemistry.unreacted import LEAST_FORMED, unreacted
 from replay.effects.end_points import end_points
@@ -32,6 +33,9 @@ DAVIES_MOL_KG: Final = 1.5
 LEAST_REPORTED: Final = 1e-4
 """Of a metal that a complex holds at some time: less is not told unless an equation names it."""
 
+
+STRONG_MOL_KG: Final = 6.0
+"""Of one ion: beyond it PHREEQC's activities often have no answer."""
 
 SETTLED_PH: Final = 0.01
 """A pH this near to its last value has come to its end."""
@@ -96,7 +100,13 @@ def _tell_solution(matter: Matter, vessel: str, times: FloatArray, findings: Fin
     if not known.all():
         first = float(times[wet[~known][0]])
         moments = f"{int((~known).sum())} of {len(wet)} moments"
-        text = f"PHREEQC finds no equilibrium in {vessel} at {moments}: no pH is given there"
+        kilograms = np.maximum(amounts[~known, matter.ledger.water] * WATER_KG, 1e-300)
+        molal = float((np.abs(matter.totals(amounts[~known])).max(axis=1) / kilograms).max())
+        text = f"no pH is given in {vessel} at {moments}, and solids stay there as they were: PHREEQC has no answer"
+        if molal > STRONG_MOL_KG:
+            text += f" for so strong a solution ({quantity(molal, 'mol/kg')}); a weaker one has a pH"
+        else:
+            text += " there; the pH before and after holds"
         findings.events.append(EffectEvent(first, "no-equilibrium", (vessel,), None, {}, text, "warning"))
     strong = np.flatnonzero(solved.ionic[rows] > DAVIES_MOL_KG)
     if len(strong):
@@ -208,7 +218,8 @@ def _brines(matter: Matter, vessel: str) -> list[EffectEvent]:
         solid = column.removesuffix(SOLID)
         text = (
             f"{solid} is in a brine in {vessel}, beside more than {MOST_FOREIGN_MOL_KG:g} mol/kg of other ions: how "
-            "much of it dissolves there is not known (its table is of pure water), so no mass of it is given"
+            "much of it dissolves there is not known (its table is of pure water), so no mass of it is given, and a pH "
+            "there may be off by some tenths"
         )
         values = {"formula": solid}
         events.append(EffectEvent(time, "brine", (vessel,), None, values, text, "warning"))

@@ -14,13 +14,10 @@ from cdcore.numerics import FloatArray, IntArray
 from replay.effects.chemistry.components import BASES, METALS, PROTON, WATER, component_of, dissolved_components
 from replay.effects.chemistry.enthalpy import CONSTANTS
 from replay.effects.chemistry.formulas import charge_of
-from replay.effects.chemistry.mixture import Mixture
+from replay.effects.chemistry.mixture import EARTH_METALS, Mixture
 
 TABLE: Final[Mapping[str, Mapping[str, float]]] = CONSTANTS["heat_content"]
 """Cation and anion -> mol/kg of their salt -> kJ/mol."""
-
-ALKALINE: Final = frozenset(("Li+", "Na+", "K+", "Rb+", "Cs+", "Mg^2+", "Ca^2+", "Sr^2+", "Ba^2+"))
-"""Metals whose pairs with hydroxide are its ions."""
 
 HYDROXIDE: Final = "OH-"
 
@@ -175,7 +172,7 @@ def _ions(makeup: Mapping[str, float]) -> dict[str, float]:
                 ions[name] = many
         elif component_of(component).charge:
             ions[component] = many
-    if protons < 0 and set(heavy) & ALKALINE:
+    if protons < 0 and set(heavy) & EARTH_METALS:
         ions[HYDROXIDE] = float(-protons)
     if protons > 0:
         ions[PROTON] = ions.get(PROTON, 0.0) + protons

@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from cdcore.numerics import FloatArray
-from replay.effects.chemistry.components import PROTON, WATER, component_of, dissolved_components
+from replay.effects.chemistry.components import METALS, PROTON, WATER, component_of, dissolved_components
 from replay.effects.chemistry.database import Database, Entry, Makeup
 from replay.effects.chemistry.enthalpy import ENTHALPY, HYDROXIDE_KJ_MOL, PROTONATED, enthalpy_j
 
@@ -18,6 +18,12 @@ SOLID, GAS = "(s)", "(g)"
 
 LIGANDS: Final = frozenset(("NH3", "CN-", "SCN-", "C2O4^2-", "S2O3^2-", "C10H12N2O8^4-", "C6H5O7^3-", "C2H8N2"))
 """What makes complexes that a laboratory course speaks of, unlike pairs of ions that only attract each other."""
+
+LIMITING_CHARGE: Final = -2.0
+"""Of a metal's complex, from which on the limiting law is far off in strong solutions, where such complexes form."""
+
+EARTH_METALS: Final = frozenset(("Li+", "Na+", "K+", "Rb+", "Cs+", "Mg^2+", "Ca^2+", "Sr^2+", "Ba^2+"))
+"""Metals whose pairs with anions are no complexes."""
 
 ALWAYS_COUNTED: Final = (
     "H H+ -1 1 1", "H(0) H2 0 1", "H(1) H+ -1 1", "E e- 0 0 0", "O H2O 0 16 16", "O(0) O2 0 16", "O(-2) H2O 0 16",
@@ -238,7 +244,7 @@ def phreeqc_data(mixture: Mixture) -> str:
             f"\tdelta_h {entry.kilojoule!r} kJ",
             *(f"\t{option}" for option in analytic),
         ]
-        lines += [f"\t{option}" for option in entry.options if "gamma" in option]
+        lines += [f"\t{option}" for option in entry.options if "gamma" in option and not _is_limiting(entry, option)]
     lines.append("PHASES")
     symbols = dict(zip(mixture.components[1:], mixture.symbols, strict=True))
     for row, phase in enumerate(mixture.phases):
@@ -247,6 +253,19 @@ def phreeqc_data(mixture: Mixture) -> str:
         lines += [phase_name(row), _equation(makeup, formula, mixture, dissolving=True)]
         lines += [f"\tlog_k {phase.entry.log_k!r}", f"\tdelta_h {phase.entry.kilojoule!r} kJ"]
     return "\n".join([*lines, "END", ""])
+
+
+def _is_limiting(entry: Entry, option: str) -> bool:
+    """Whether minteq.v4 gives a metal's complex of two negative charges or more the limiting law of Debye and Hueckel.
+
+    By it silver chloride would dissolve without end in hydrochloric acid of 3 mol/L, as AgCl3-2. They take the equation
+    of Davies instead, as ions without any coefficient do.
+    """
+    components = [component for component in entry.makeup if component not in (PROTON, WATER)]
+    charge = sum(entry.makeup[component] * component_of(component).charge for component in components)
+    charge += entry.makeup.get(PROTON, 0.0)
+    is_complex = bool(set(components) & METALS - EARTH_METALS)
+    return is_complex and charge <= LIMITING_CHARGE and option.split()[1:] == ["0", "0"]
 
 
 def phase_name(row: int) -> str:

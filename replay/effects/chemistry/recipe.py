@@ -49,6 +49,15 @@ STRONG_ANIONS: Final = frozenset(("Cl-", "Br-", "I-", "NO3-", "ClO4-", "ClO3-", 
 UNWILLING_J: Final = 20e3
 """Free energy of a mol of reaction above which it does not proceed by itself; chosen by us, 3.5 powers of ten."""
 
+CONCENTRATED_MOLAR: Final = 8.0
+"""mol/L of protons from which an acid is a concentrated one; chosen by us."""
+
+CONCENTRATED_J: Final = 12e3
+"""Free energy that a mol of protons of a concentrated acid has more than at 1 mol/L.
+
+Of 12 mol/L of HCl, whose mean activity coefficient is 17 at 16 mol/kg: R T ln 270, less a little. Source: CRC Handbook.
+"""
+
 _UNKNOWN_SOLUBILITY: Final = (
     "nothing says how much {!r} dissolves; give solid.solubility_g_100g, g in 100 g of water, to the body that holds it"
 )
@@ -240,7 +249,7 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
     reactions = []
     for table, equation, phase in zip(declared, equations, read, strict=True):
         process = _process(table, equation, phase, phases)
-        unwilling = "" if process is None else _unwilling(process, equation, phase)
+        unwilling = "" if process is None else _unwilling(process, equation, phase, _strongest_acid(contents))
         if process is not None and not unwilling and process not in processes:
             processes.append(process)
         process_index = processes.index(process) if process is not None and not unwilling else -1
@@ -414,8 +423,22 @@ def _changes(equation: Equation, phase: Mapping[str, str], phases: _Phases, sepa
     return {component: many for component, many in changes.items() if many != 0.0} if set(changes) - {WATER} else {}
 
 
-def _unwilling(process: Process, equation: Equation, phase: Mapping[str, str]) -> str:
-    """Why an equation does not proceed by itself; ``""``: it does, or no table knows its free energies."""
+def _strongest_acid(contents: Mapping[str, Contents]) -> float:
+    """mol/L of protons in the strongest acid of any vessel; 0 where there is none."""
+    strengths = [
+        max(0, dissolved_components(formula).get(PROTON, 0)) * amount / held.volume_ml * 1e3
+        for held in contents.values()
+        for formula, amount in held.amounts.items()
+        if formula != WATER and held.volume_ml > 0.0 and set(dissolved_components(formula)) <= STRONG_ANIONS | {PROTON}
+    ]
+    return max(strengths, default=0.0)
+
+
+def _unwilling(process: Process, equation: Equation, phase: Mapping[str, str], acid_molar: float) -> str:
+    """Why an equation does not proceed by itself; ``""``: it does, or no table knows its free energies.
+
+    ``acid_molar``: mol/L of protons in the strongest acid that there is.
+    """
     if process.salt is not None:
         return ""
     changes: dict[str, float] = {}
@@ -430,6 +453,9 @@ def _unwilling(process: Process, equation: Equation, phase: Mapping[str, str]) -
     joule = free_energy_j({component: many for component, many in changes.items() if many})
     if process.acid <= 0.0:
         joule += NEUTRAL_PROTON_J * max(0.0, -process.changes.get(PROTON, 0.0))
+    if acid_molar >= CONCENTRATED_MOLAR:
+        # As manganese dioxide frees chlorine from concentrated acid alone.
+        joule -= CONCENTRATED_J * max(0.0, -process.changes.get(PROTON, 0.0))
     if not joule > UNWILLING_J:
         return ""
     metal = next(

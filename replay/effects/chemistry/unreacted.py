@@ -31,13 +31,17 @@ def unreacted(matter: Matter, formed: BoolArray) -> Iterator[EffectEvent]:
     ``formed`` : (reactions,) whether an ion that the equation makes was there.
     """
     begin = max((float(history.times[0]) for history in matter.histories.values()), default=0.0)
+    end = max((float(history.times[-1]) for history in matter.histories.values()), default=0.0)
     for number, reaction in enumerate(matter.recipe.reactions):
         reason = reaction.unwilling or _reason(matter, reaction, bool(formed[number]))
         if reason:
             equation = reaction.declared["equation"]
-            text = f"{equation} does not proceed: {reason}"
+            verb = "makes no solid and no gas" if "stays dissolved" in reason else "does not proceed"
+            text = f"{equation} {verb}: {reason}"
             values = {"equation": equation, "reason": reason}
-            yield EffectEvent(begin, "no-reaction", (), None, values, text, "warning")
+            # Until the end something may have come that lets it proceed.
+            time = begin if reaction.unwilling else end
+            yield EffectEvent(time, "no-reaction", (), None, values, text, "warning")
 
 
 def _reason(matter: Matter, reaction: Reaction, formed: bool) -> str:
@@ -75,8 +79,8 @@ def _products(matter: Matter, reaction: Reaction) -> str | None:
             continue
         if any(np.ptp(matter.amount(name, column)) > 0.0 for name in matter.histories):
             return ""
-        bubbles = ": there is too little for bubbles at 1 atmosphere" if column.endswith(GAS) else ""
-        text = text or f"{formula} stays dissolved{bubbles}"
+        reason = "too little for bubbles at 1 atmosphere" if column.endswith(GAS) else "less than what dissolves"
+        text = text or f"all {formula} stays dissolved, there is {reason}"
     return text
 
 

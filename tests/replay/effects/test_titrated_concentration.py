@@ -1,0 +1,50 @@
+"""Concentrations that a titration gives, from the volume alone, and where it gives none."""
+
+import pytest
+from support.liquid_worlds import COLUMN, MIX, glass, run_in
+
+from replay.effects.chemistry.contents import Contents
+from replay.effects.titrated_concentration import titrated_concentration
+
+OPEN = [*([0.0] * 2), *([90.0] * 200), *([0.0] * 10)]
+"""Degrees of the stopcock: some 2.5 mL run in."""
+
+MOHR = {"formula": "(NH4)2Fe(SO4)2.6H2O", "mass_g": 0.0392}
+IRON = "MnO4- + 5 Fe2+ + 8 H+ -> Mn2+ + 5 Fe3+ + 4 H2O"
+IODINE = "I2 + 2 S2O3^2- -> 2 I- + S4O6^2-"
+ROWS = [
+    ({"NaOH": 0.1}, {"HCl": 0.05}, None, "HCl + NaOH -> NaCl + H2O", ("HCl", 0.05)),
+    ({"NaOH": 0.1}, {"H2SO4": 0.03}, None, "H2SO4 + 2 NaOH -> Na2SO4 + 2 H2O", ("H2SO4", 0.03)),
+    ({"NaOH": 0.1}, {"CH3COOH": 0.05}, None, "CH3COOH + NaOH -> CH3COONa + H2O", ("CH3COOH", 0.05)),
+    ({"Na2S2O3": 0.1}, {"I2": 0.001, "KI": 0.1}, None, IODINE, ("I2", 0.001)),
+    ({"KMnO4": 0.02}, {"H2SO4": 1.0}, MOHR, IRON, ("KMnO4", 0.02)),
+]
+
+
+def end_points(burette, flask, solid, equation):
+    """Events of the end points of a burette's liquid in 2 mL."""
+    titrant = glass("burette", 50.0, solutes=burette, cavity=COLUMN)
+    sample = glass("flask", 2.0, solutes=flask, properties={"solid": solid} if solid else {})
+    return run_in(OPEN, MIX, ("reaction", {"equation": equation}), base=titrant, acid=sample)["reaction"].output.named(
+        "end-point"
+    )
+
+
+@pytest.mark.parametrize(("burette", "flask", "solid", "equation", "expected"), ROWS, ids=lambda row: str(row)[:24])
+def test_an_end_point_gives_the_concentration_that_was_sought(burette, flask, solid, equation, expected):
+    *_, event = end_points(burette, flask, solid, equation)
+    formula, molar = expected
+    assert event.values["formula"] == formula and event.values["mol_per_l"] == pytest.approx(molar, rel=0.01)
+    assert f"{molar:g} mol/L" in event.text
+
+
+def test_two_bases_give_no_single_concentration():
+    events = end_points({"HCl": 0.1}, {"NaOH": 0.03, "Na2CO3": 0.02}, None, "HCl + NaOH -> NaCl + H2O")
+    assert "mol_per_l" in events[0].values and "mol_per_l" not in events[-1].values
+
+
+def test_a_ratio_of_no_whole_numbers_gives_none():
+    contents = {"b": Contents(50.0, {"NaOH": 5e-3}, {}, {}), "f": Contents(20.0, {"HCl": 1.0e-3}, {}, {})}
+    assert titrated_concentration(contents, "f", "b", ("HCl", "NaOH"), 10.0)[1]["mol_per_l"] == pytest.approx(0.05)
+    assert titrated_concentration(contents, "f", "b", ("HCl", "NaOH"), 10.4) == ("", {})
+    assert titrated_concentration(contents, "f", "elsewhere", ("HCl", "NaOH"), 10.0) == ("", {})
