@@ -30,7 +30,11 @@ from sessions.scene_formats.scene_source import (
 FIRST_HIDDEN_GROUP: Final = 3
 """MuJoCo's viewer draws geoms of the groups 0 to 2; from 3 on they are colliders by custom."""
 ROUND_FACES: Final = 4000
-"""Of a capsule, a sphere or an ellipsoid: with fewer, 1 of 275 pair-frames of a finger and a bowl is no contact."""
+"""Of a capsule, a sphere or an ellipsoid, inscribed in the true shape.
+
+A recorded hand is in contact with a mug in 722, 732, 732, 733 and 733 of 1,900 pair-frames with 200, 500, 1,000, 2,000
+and 4,000 faces, with a bowl in 268, 274, 274, 275 and 275. A shift of the mug by up to a micrometre changes none.
+"""
 Z_OF_Y: Final = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 """Lays a shape along +Y along +Z, where MuJoCo has it."""
 NOT_TAKEN: Final = {"PLANE": "an endless plane", "HFIELD": "a height field", "SDF": "a signed distance field"}
