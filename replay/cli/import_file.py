@@ -16,6 +16,7 @@ from replay.words import plural
 
 if TYPE_CHECKING:
     from sessions import Session
+    from sessions.importers.csv_draft import UnknownColumnsError
 
 AXES_HELP = "Axes of mesh files: body, x-flipped, y-up, gltf, unity, ... Repeatable."
 SURFACE_WORDS = "mjcf, usd: geometry that is a body's surface.  [default: auto]"
@@ -149,6 +150,7 @@ def _imported(
 ) -> "Session":
     """The recording with the meshes, the colliders and the scene given, and with what was assumed of all of them."""
     from sessions.importers import import_session, makes_bodies
+    from sessions.importers.csv_draft import UnknownColumnsError
 
     given = {name: value for name, value in options.items() if value}
     given["meshes"] = _meshes(named)
@@ -161,12 +163,35 @@ def _imported(
         given |= {"scene": read_scene(scene), "scene_folder": scene.parent}
     more = [f"--mesh {quote(text)}" for text in named] + ([f"--meshes {quote(str(meshes))}"] if meshes else [])
     with _drafted(source, out, more):
-        imported = import_session(kind, source, **given)
+        try:
+            imported = import_session(kind, source, **given)
+        except UnknownColumnsError as error:
+            mapping = _draft_with_axes(error, source, given.get("convention", ""))
+            if mapping is None:
+                raise
+            imported = import_session(error.format, source, **given, mapping=mapping)
     if scene is None or not adds:
         return imported
     from sessions.scene_files.scene_meshes import with_scene
 
     return with_scene(imported, scene)
+
+
+def _draft_with_axes(error: "UnknownColumnsError", source: Path, convention: str) -> Path | None:
+    """The file of a drafted mapping that the axes complete; ``None``: it lacks more, or another one is there."""
+    from sessions.errors import ImportFileError
+    from sessions.whole_files import whole_file
+
+    draft, text = _draft_file(source), error.draft_with_axes(convention) if convention else ""
+    if not text or (draft.exists() and draft.read_bytes() != text.encode()):
+        return None
+    with whole_file(draft, ImportFileError) as stream:
+        stream.write(text.encode())
+    return draft
+
+
+def _draft_file(source: Path) -> Path:
+    return source.with_suffix(".columns.toml")
 
 
 def _adds_to_recording(scene: Path) -> bool:
@@ -192,7 +217,7 @@ def _drafted(source: Path, out: Path, more: Sequence[str]) -> Iterator[None]:
     try:
         yield
     except UnknownColumnsError as error:
-        draft = source.with_suffix(".columns.toml")
+        draft = _draft_file(source)
         todo = " ".join([f"replay import {error.format} {source} --mapping {draft}", *more, f"-o {out}"])
         if draft.exists():
             raise ImportFileError(f"{error}; {draft} is there already: {todo}") from None

@@ -11,6 +11,8 @@ would stand in Unity turned by just that half circle. It is the turn that a mesh
 through such an exporter (``--mesh-axes x-flipped``), the other way round; Unreal's exchange of Y and Z likewise. So
 files are written in the axes that a GLB from the engine of the recording has (`default_mesh_axes`), and lie on the mesh
 that the user has there. Poses of no such engine have meshes with Y up as glTF says, and those are written as they are.
+MuJoCo reads an OBJ as it is: where poses are right-handed, its pieces stand in the axes of the body, as an OBJ of the
+user does.
 
 Source: KhronosGroup/UnityGLTF, SchemaExtensions.CoordinateSpaceConversionScale; `mesh_axes.toml`.
 """
@@ -60,6 +62,7 @@ from replay.show.fix_page.page import AFTER, BEFORE, BodyShape, Cure, cure_page
 from replay.show.results.run_folder import REPORT, FolderKind, check_target, result_folder, write_summary
 from replay.words import safe_text
 from sessions import MeshData, Session
+from sessions.meshes.conventions import Convention
 from sessions.meshes.mesh_axes import default_mesh_axes
 from sessions.model.assumption import pose_convention
 from sessions.scene_files.body_axes import from_body_axes, in_body_axes
@@ -232,7 +235,7 @@ def fix_colliders(
         cut_ahead(quick, deadline.report, CARD_TIME if time_limit is None else time_limit)
         search.run()
         not_tried = search.not_tried + _late_cuts(search, cuts)
-    axes = default_mesh_axes("glb", pose_convention(session.facts))
+    axes = _file_axes(target, pose_convention(session.facts))
     with nullcontext() if target_folder is None else result_folder(target_folder, COLLIDERS, force=force) as written:
         shipped, rows = _shipped(session, search, target, written, axes)
         shapes: dict[str, BodyShape] = {}
@@ -297,6 +300,16 @@ def before_after_page(fixed: FixedColliders) -> str:
             again=again,
         )
     )
+
+
+def _file_axes(target: EngineFiles | None, poses: Convention) -> str:
+    """Axes of the written files: those that a mesh has in the engine, which reads an OBJ as it is.
+
+    An engine of OBJ files is right-handed, so that an OBJ in axes of left-handed poses would be mirrored there.
+    """
+    if target is None or poses.handedness != "right":
+        return default_mesh_axes("glb", poses)
+    return default_mesh_axes(target.file_type, poses)
 
 
 def _require_plain_names(names: Sequence[str]) -> None:

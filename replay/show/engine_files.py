@@ -27,6 +27,7 @@ class EngineFiles:
     extra : name of a file -> its text, made of all pieces.
     steps : sentences: what to do in the engine.
     page : the address that says so.
+    file_type : of the files that it reads: ``obj``, as they are, or ``glb``, whose importers turn them.
     """
 
     name: str
@@ -36,6 +37,7 @@ class EngineFiles:
     steps: tuple[str, ...]
     page: str
     drawn: bool = False
+    file_type: str = "glb"
 
 
 def engine_files(name: str) -> EngineFiles:
@@ -143,6 +145,7 @@ ENGINE_FILES: Final[dict[str, EngineFiles]] = {
         extra=_mujoco,
         steps=("Load colliders.xml, or take its mesh assets and geoms into your own model.",),
         page="https://mujoco.readthedocs.io/en/stable/XMLreference.html#body-geom",
+        file_type="obj",
     ),
 }
 """Name on the command line -> what the engine is given."""

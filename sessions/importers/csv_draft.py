@@ -43,6 +43,10 @@ NEARLY_AT_REST: Final = 0.9
 """The size of a quaternion's scalar in the first row from which a body has hardly turned: 52 degrees."""
 
 
+AXES_UNKNOWN: Final = "the axes (convention)"
+UNIT_UNKNOWN: Final = "the unit of lengths (m unless you say otherwise)"
+
+
 class UnknownColumnsError(ImportFileError):
     """A CSV of no known log; ``draft`` is a mapping to be checked and completed, ``unknown`` what it lacks.
 
@@ -55,6 +59,12 @@ class UnknownColumnsError(ImportFileError):
         self.draft, self.unknown, self.format = draft, tuple(unknown), format
         listed = ", ".join(columns[:24]) + (", ..." if len(columns) > 24 else "")
         super().__init__(f"{source}: its columns are of no known log: {listed}; describe them with --mapping FILE")
+
+    def draft_with_axes(self, convention: str) -> str:
+        """Returns the draft with these axes; ``""``: it lacks more than axes and a unit, which may be the usual one."""
+        if not {*self.unknown} <= {AXES_UNKNOWN, UNIT_UNKNOWN}:
+            return ""
+        return re.sub(r"^# convention = .*$", f"convention = {json.dumps(convention)}", self.draft, flags=re.MULTILINE)
 
 
 def draft_of(head: CsvHead, table: CsvTable) -> UnknownColumnsError:
@@ -196,7 +206,7 @@ def _lines(head: CsvHead, table: CsvTable, gaps: _Gaps) -> Iterator[str]:
     yield from (f"{key} = {json.dumps(value)}" for key, value in _keys(head.layout).items())
     if head.columns_by_number:
         gaps.guessed.append(Guessable.COLUMNS)
-    gaps.unknown.append("the axes (convention)")
+    gaps.unknown.append(AXES_UNKNOWN)
     yield f'# convention = "unity"   # which axes? one of: {", ".join(CONVENTIONS)}'
     yield _units(head, [column for body in bodies.values() for column in body.position], gaps)
     yield from ("", "[time]", *_clock(head, clock, gaps))
@@ -244,7 +254,7 @@ def _units(head: CsvHead, columns: Sequence[str], gaps: _Gaps) -> str:
     unit = next((unit for column in columns if (unit := unit_in_name(column) or head.unit(column)) in LENGTHS), "")
     if unit:
         return f'units = "{unit}"'
-    gaps.unknown.append("the unit of lengths (m unless you say otherwise)")
+    gaps.unknown.append(UNIT_UNKNOWN)
     numbers = [number for column in columns for number in head.numbers(column)]
     limits = f"places run from {min(numbers):g} to {max(numbers):g}" if numbers else ""
     return f'# units = "m"   # m, cm or mm? {limits}'

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import trimesh
+from scipy.spatial.transform import Rotation
 from support.shapes import revolved_mesh
 from support.small_worlds import STEP_NS, cube
 
@@ -198,7 +199,12 @@ def farthest(points, others):
 
 @pytest.mark.parametrize(
     ("engine", "convention", "importer", "metres"),
-    [("unity", "unity", FLIP_X, 1.0), ("unreal", "unreal", SWAP_YZ, 0.01), ("unity", "gltf", FLIP_X, 1.0)],
+    [
+        ("unity", "unity", FLIP_X, 1.0),
+        ("unreal", "unreal", SWAP_YZ, 0.01),
+        ("unity", "gltf", FLIP_X, 1.0),
+        ("godot", "godot", np.eye(3), 1.0),
+    ],
 )
 def test_written_colliders_land_on_the_users_mesh(engine, convention, importer, metres, tmp_path):
     """``convention`` of the poses; the GLB of the mesh comes out of the same engine, or of any program for glTF."""
@@ -207,7 +213,7 @@ def test_written_colliders_land_on_the_users_mesh(engine, convention, importer, 
     for name, solid in {"Cup": cup, "Rod": trimesh.creation.box((0.01, 0.1, 0.01))}.items():
         exported = solid.copy()
         exported.vertices = solid.vertices @ (np.eye(3) if convention == "gltf" else importer.T)
-        if convention != "gltf":
+        if convention != "gltf" and np.linalg.det(importer) < 0.0:
             exported.faces = exported.faces[:, ::-1]
         (tmp_path / f"{name}.glb").write_bytes(exported.export(file_type="glb"))
     frames = np.arange(20)
@@ -227,7 +233,7 @@ def test_written_colliders_land_on_the_users_mesh(engine, convention, importer, 
     session = import_session("csv", tmp_path / "log.csv", mapping=tmp_path / "map.toml", meshes=meshes)
     shipped = fix_colliders(session, tmp_path / "made", engine=engine, limits=Limits(1.0))
     placed = placed_by_an_engine(shipped.folder / "Cup.glb", importer)
-    (piece,) = [points for name, points in placed.items() if name == "UCX_Cup_00"]
+    (piece,) = [points for name, points in placed.items() if name in ("UCX_Cup_00", "Cup_00-convcolonly")]
     assert farthest(piece, in_engine) < 1e-6
     assert np.abs([piece.min(axis=0) - in_engine.min(axis=0), piece.max(axis=0) - in_engine.max(axis=0)]).max() < 1e-6
     rotated = piece @ np.diag([-1.0, 1.0, -1.0])
@@ -239,6 +245,40 @@ def test_written_colliders_land_on_the_users_mesh(engine, convention, importer, 
     again = read_session(shipped.folder / "session.mcap")
     (canonical,) = again.colliders["Cup"]
     assert farthest(canonical.vertices, session.meshes["Cup"].vertices) < 1e-6
+
+
+def geoms_in_mujoco(model, body):
+    """Corners of the mesh geoms of a body as MuJoCo has them, which moves each mesh to its middle."""
+    corners = []
+    for geom in np.flatnonzero(model.geom_bodyid == body):
+        mesh = model.geom_dataid[geom]
+        first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
+        rotation = Rotation.from_quat(np.roll(model.geom_quat[geom], -1))
+        corners.append(rotation.apply(model.mesh_vert[first : first + count]) + model.geom_pos[geom])
+    return np.concatenate(corners)
+
+
+def test_mujoco_geoms_lie_on_the_users_mesh(tmp_path):
+    """Poses with Z up, and an OBJ in the axes of the body, which MuJoCo reads as it is."""
+    mujoco = pytest.importorskip("mujoco", reason="the extra `engines` is not installed")
+    cup = open_cup()
+    cup.export(tmp_path / "Cup.obj")
+    trimesh.creation.box((0.01, 0.1, 0.01)).export(tmp_path / "Rod.obj")
+    rows = [f"{0.02 * frame},{-0.06 + 0.02 * (frame < 10)},0.05,0,0,1" for frame in range(20)]
+    (tmp_path / "log.csv").write_text("\n".join(["t,x,y,z,zero,one", *rows]))
+    zero = 'quaternion_xyzw = ["zero", "zero", "zero", "one"]'
+    (tmp_path / "map.toml").write_text(
+        f'convention = "z-up"\n[time]\ncolumn = "t"\nunit = "s"\n[bodies.Cup]\nposition = ["zero", "zero", "zero"]\n'
+        f'{zero}\n[bodies.Rod]\nposition = ["x", "y", "z"]\n{zero}\n'
+    )
+    meshes = {name: tmp_path / f"{name}.obj" for name in ("Cup", "Rod")}
+    session = import_session("csv", tmp_path / "log.csv", mapping=tmp_path / "map.toml", meshes=meshes)
+    shipped = fix_colliders(session, tmp_path / "made", engine="mujoco", limits=Limits(1.0))
+    model = mujoco.MjModel.from_xml_path(str(shipped.folder / "colliders.xml"))
+    body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "Cup")
+    corners = geoms_in_mujoco(model, body)
+    assert farthest(corners, cup.vertices) < 1e-6
+    assert np.abs([corners.min(axis=0) - cup.bounds[0], corners.max(axis=0) - cup.bounds[1]]).max() < 1e-6
 
 
 def test_names_with_control_characters_are_refused_before_cutting(session, tmp_path, monkeypatch):

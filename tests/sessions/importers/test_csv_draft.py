@@ -41,6 +41,26 @@ def test_completed_draft_gives_written_poses(tmp_path, capsys, kind):
         assert np.allclose(seconds, TIME * case.get("slower", 1), atol=case.get("rounded_s", 2e-6))
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_axes_alone_complete_a_draft_that_lacks_nothing_else(tmp_path, kind):
+    path, out = Path(shutil.copy(LOGS / f"{kind}.csv", tmp_path / "log.csv")), tmp_path / "s.mcap"
+    with pytest.raises(UnknownColumnsError) as refusal:
+        import_session("csv", path)
+    lacks_more = any("axes" not in item and "unit of lengths" not in item for item in refusal.value.unknown)
+    code = main(["import", "csv", str(path), "--convention", "openvr", "-o", str(out)])
+    assert (code == 1) == lacks_more == (not out.exists())
+    if not lacks_more:
+        track = read_session(out).tracks[KINDS[kind]["bodies"][0]]
+        assert has_poses(track, POSITIONS[0], Rotation.from_quat(QUATERNIONS[0]))
+        # The draft is kept, to be checked, and the same command goes on from it; one of a person is never replaced.
+        draft = tmp_path / "log.columns.toml"
+        assert 'convention = "openvr"' in draft.read_text()
+        again = ["import", "csv", str(path), "--convention", "openvr", "--force", "-o", str(out)]
+        assert main(again) == 0
+        draft.write_text("mine")
+        assert main(again) == 1 and draft.read_text() == "mine"
+
+
 def test_draft_is_never_overwritten_and_unknowns_are_comments(tmp_path, capsys):
     path = tmp_path / "log.csv"
     path.write_text("t,x,y,z,yaw,pitch,roll\n" + "".join(f"{k / 90},1,2,3,0,0,0\n" for k in range(9)))
