@@ -24,12 +24,10 @@ def certainty(document: RunDocument, ranks: Sequence[Rank]) -> list[str]:
     made_up = "made-up " if "synthetic" in document.session.facts else ""
     session = f"One {made_up}session with {plural(contacts, 'contact')}"
     sentences = [f"{session}{_interval(ranks[0])}." if contacts else f"{session}."]
-    if made_up:
-        sentences.append("Real trackers and people may differ.")
     every = (counts for rank in ranks for counts in (rank.missed_counts, rank.late_counts))
     ranges = [counts for counts in every if counts is not None and counts[0] != counts[1]]
     if ranges:
-        sentences.append(f"{words.count_range(ranges[0])} means best to worst of {PHASES} start times of the sampling.")
+        sentences.append(f"{words.count_range(ranges[0])}: best to worst of {PHASES} start times of sampling.")
     return [*sentences, *filter(None, [_noise(document, ranks), busy_text(document)])]
 
 
@@ -42,13 +40,13 @@ def _interval(worst: Rank) -> str:
     few = ", too few for a sure rate" if leading.upper - leading.lower > WIDE else ""
     value = words.as_percentage(fraction_of(leading))
     interval = words.interval(leading.lower, leading.upper)
-    return f"{few}: the share of {what}, here {value}, may be {interval} (95 % interval)"
+    return f"{few}: the {value} of {what} may be {interval} (95 % interval)"
 
 
 def _noise(document: RunDocument, ranks: Sequence[Rank]) -> str:
     """Whether tracker noise was tried, and how many contacts hold in it."""
     proof = document.audit[ranks[0].label].noise_proof
     if document.noise is None or proof is None:
-        return "Tracker noise was not tried (--noise)."
+        return "Tracker noise: not tried (--noise)."
     contacts = plural(ranks[-1].contacts, "contact")
     return f"{proof.contacts} of {contacts} hold in {plural(document.noise.copies, 'copy', 'copies')} with noise."

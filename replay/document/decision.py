@@ -13,7 +13,7 @@ from replay.document.ranking import Rank, fault_text, fixed_rank
 from replay.document.run_document import RunDocument
 from replay.words import plural
 
-CALL: Final = "To call it frame by frame from Python:"
+CALL: Final = "To call it from Python:"
 CALL_COMMAND: Final = "replay guide your-own-detector"
 
 
@@ -63,8 +63,8 @@ def decision(document: RunDocument, ranks: Sequence[Rank], answers: Sequence[Ans
 
 
 def _measured_fixes(ranks: Sequence[Rank], answers: Sequence[Answer]) -> list[tuple[Rank, Fix]]:
-    """The detectors that have a measured Fix which is not in the run, each with the Fix."""
-    fixes = {answer.label: answer.fix for answer in answers}
+    """The worst detector, where it has a measured Fix which is not in the run: the ranking has a row of that Fix."""
+    fixes = {answer.label: answer.fix for answer in answers[:1]}
     return [(rank, fix) for rank in ranks if (fix := fixes.get(rank.label)) is not None and fix.figures is not None]
 
 
@@ -88,16 +88,15 @@ def _faster(document: RunDocument, best: Rank, reference: Rank) -> bool:
 
 
 def _reference_text(reference: Rank) -> str:
-    what = "its mean time fits" if reference.p99 is None else "99 % of its frames fit"
-    right = f"none of {plural(reference.contacts, 'contact')} is missed or false by definition"
-    return f"Ship {reference.label}, the reference: {right}, and {what} into {FRAME}."
+    right = f"none of {plural(reference.contacts, 'contact')} missed or false by definition"
+    return f"Ship {reference.label}, the reference: {right}, within {FRAME}."
 
 
 def _next_best(best: Rank | None) -> str:
     if best is None:
         return "No other detector of this run decided every contact frame by frame."
     if not best.loss:
-        return f"{best.label} is as right, and not known to be faster."
+        return f"{best.label} is as right, not known to be faster."
     return f"Next best is {best.label}: {fault_text(best)}."
 
 

@@ -128,7 +128,7 @@ def why_false(false: Fault, label: str, by: Audited) -> str:
     if false.cause == Cause.HULL_FILLS_HOLLOW:
         other = next(body for body in false.labels if body != false.evidence.hollow)
         hollow = false.evidence.hollow
-        far = "" if isnan(false.metres) else f" but is still {length(false.metres)} from the mesh of {hollow}"
+        far = "" if isnan(false.metres) else f", still {length(false.metres)} from the mesh,"
         return f"The convex hull of {hollow} fills its hollow: {other} is inside the hull{far} {when}."
     if false.cause == Cause.CONTACT_OFFSET:
         return _within_offset(false, label, by, f"the {shape} of {pair}", gap)

@@ -255,7 +255,7 @@ def _what_else(result: Summarised) -> str:
     """The faults of the worst detector that the first sentence leaves out; ``""``: none."""
     worst = result.ranking[0]
     text = lesser_faults(worst) if len(result.ranking) > 2 else ""
-    return f"Also of {worst.label}: {text}." if text else ""
+    return f"{text[:1].upper()}{text[1:]}." if text else ""
 
 
 def price(result: Summarised, decided: Decision | None) -> str:
@@ -268,14 +268,16 @@ def price(result: Summarised, decided: Decision | None) -> str:
         text = cost(result.document)
         return f"{text} {TIMES_ARE}" if text else ""
     detectors, worst = result.document.detectors, result.ranking[0]
-    stays = f"With it: {fault_text(rank)}."
+    # Of the reference the decision says that it misses nothing.
+    stays = "" if rank is result.ranking[-1] else f" With it: {fault_text(rank)}."
     if rank.mean is None:
-        return f"{stays} The time of {rank.label} was not measured."
+        return f"The time of {rank.label} was not measured.{stays}"
     live = rank.label not in detectors or detectors[rank.label].live
-    text = time_text(rank.label, rank.mean, rank.p99)
+    beside = ""
     if worst.mean is not None and worst.label != rank.label and live == detectors[worst.label].live:
-        text += f"; {worst.label} takes {words.frame_time(worst.mean)}"
-    return f"{text}.{'' if live else AT_ONCE} {stays} {TIMES_ARE}"
+        beside = f" ({worst.label}: {words.frame_time(worst.mean)})"
+    text = time_text(rank.label, rank.mean, rank.p99, beside)
+    return f"{text}.{'' if live else AT_ONCE}{stays} {TIMES_ARE}"
 
 
 def _alternative(first: Answer, decided: Decision | None, oracle: str) -> list[Reason]:

@@ -135,8 +135,8 @@ def fixed_rank(rank: Rank, fix: Fix) -> Rank:
 
 
 def with_fixes(ranks: Sequence[Rank], answers: Sequence[Answer]) -> list[Rank]:
-    """Return the detectors of a run, the measured Fix of each below it."""
-    fixes = {answer.label: answer.fix for answer in answers}
+    """Return the detectors of a run, the measured Fix of the worst one below it."""
+    fixes = {answer.label: answer.fix for answer in answers[:1]}
     rows = []
     for rank in ranks:
         fix = fixes.get(rank.label)

@@ -338,7 +338,7 @@ MISSED = {
 REPORTED = rf"\S+ reported contact of {PAIR} {WHEN} for {SPAN}; {GAP}"
 FALSE = {
     rf"The convex hull of (?P<one>{BODY}) fills its hollow: (?P<other>{BODY}) is inside the hull"
-    rf"(?: but is still (?P<gap>[\d.]+) mm from the mesh of (?P=one))? {WHEN}\.": in_hull,
+    rf"(?:, still (?P<gap>[\d.]+) mm from the mesh,)? {WHEN}\.": in_hull,
     rf"{PAIR} are (?P<near>[\d.]+) mm apart {WHEN}; {FROM}": within_offset,
     rf"The .* of {PAIR} do not meet {WHEN}, and {GAP}; {FROM}": within_offset,
     rf"The (?P<shape>.*) of {PAIR} meet {WHEN}; {GAP}\.": shapes_meet,

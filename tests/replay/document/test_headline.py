@@ -27,7 +27,7 @@ def test_the_cost_is_the_reference_beside_a_busy_machine(busy):
     detectors = {"slow": took(1e-5, 2e-5, busy=busy), "exact": took(4.1e-5, 1e-4)}
     document = document_with(audit={"slow": audit_of()}, detectors=detectors, oracle="exact")
     text = price(SimpleNamespace(document=document), None)
-    frames = "0.37 % of a 90 Hz frame, and at most 0.1 ms in 99 % of the frames it tests"
+    frames = "0.37 % of a 90 Hz frame; 99 % of frames within 0.1 ms"
     assert text == f"exact takes 0.041 ms a frame, {frames}. {TIMES_ARE}"
     reference = Rank("exact", "", "", 3, 4.1e-5, 1e-4)
     *_, last = certainty(document, (replace(reference, label="slow"), reference))

@@ -145,12 +145,12 @@ def test_interval_of_the_answer_is_that_of_the_ranking(state):
     first = certainty(result.document, result.ranking)[0]
     worst = result.ranking[0]
     assert first.startswith(f"One session with {words.plural(worst.contacts, 'contact')}")
-    printed = re.search(r"the share of (.*), here (.* %), may be (.*) \(95 % interval\)\.$", first)
+    printed = re.search(r"the (.* %) of (.*) may be (.*) \(95 % interval\)\.$", first)
     assert bool(printed) == bool(worst.contacts)
     if printed:
-        leading = worst.false if printed[1] == "false contact" else worst.missed
+        leading = worst.false if printed[2] == "false contact" else worst.missed
         assert printed[3] == words.interval(leading.lower, leading.upper)
-        assert printed[2] == words.as_percentage(leading.value or 0.0)
+        assert printed[1] == words.as_percentage(leading.value or 0.0)
         assert ("too few" in first) == (leading.upper - leading.lower > 0.5)
 
 
@@ -159,7 +159,7 @@ def test_a_made_up_session_is_said_beside_its_certainty(facts, made_up):
     document = steady("several").document
     document = structs.replace(document, session=structs.replace(document.session, facts=facts))
     text = " ".join(certainty(document, steady("several").ranking))
-    assert ("made-up session" in text) == ("Real trackers" in text) == made_up
+    assert ("made-up session" in text) == made_up
 
 
 @pytest.mark.parametrize("state", AUDITED)

@@ -159,7 +159,8 @@ def test_choices_of_pair_detector_and_text_filter_others(page):
       .map((node) => node.dataset.pair ?? node.closest('[data-pair]').dataset.pair)""")
     assert 0 < len(visible) < every and set(pairs) == {"a and b03"}
     assert (
-        page.ask("document.querySelector('#choose [role=status]').textContent") == f"{len(visible)} of {every} faults"
+        page.ask("document.querySelector('#choose [role=status]').textContent")
+        == f"{len(visible)} of {every} faults of all detectors"
     )
     press(page, "Escape")
     label = next(name for name in ("slow", "late") if name != worst(page))
