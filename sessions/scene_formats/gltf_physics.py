@@ -33,7 +33,7 @@ from sessions.scene_formats.scene_source import (
     Surface,
     check_size,
     convex_hull,
-    surface_and_colliders,
+    surface_parts,
 )
 
 KHR, KHR_SHAPES = "KHR_physics_rigid_bodies", "KHR_implicit_shapes"
@@ -189,7 +189,7 @@ class _Reader:
         ]
         if not drawn and not colliding:
             return None
-        surfaces, _ = surface_and_colliders(drawn, colliding, Surface.AUTO)
+        surfaces = surface_parts(drawn, colliding, Surface.AUTO)
         moves = bool(motion) and motion.get("type") != STATIC
         return SourceBody(name, concatenated(surfaces), tuple(colliding), frame, moves, mass=motion.get("mass"))
 

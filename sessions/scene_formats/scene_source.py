@@ -159,10 +159,14 @@ def surface_and_colliders(
     drawn: list[MeshData], colliding: list[MeshData], surface: Surface
 ) -> tuple[list[MeshData], tuple[MeshData, ...]]:
     """Returns of which parts a body's surface is made, and its colliders; both kinds are in the frame of the body."""
-    solids = tuple(map(convex_hull, colliding))
+    return surface_parts(drawn, colliding, surface), tuple(map(convex_hull, colliding))
+
+
+def surface_parts(drawn: list[MeshData], colliding: list[MeshData], surface: Surface) -> list[MeshData]:
+    """Returns of which parts a body's surface is made."""
     if not drawn or not colliding:
-        return colliding or drawn, solids
-    return drawn if chosen_surface(drawn, colliding, surface) == Surface.DRAWN else colliding, solids
+        return colliding or drawn
+    return drawn if chosen_surface(drawn, colliding, surface) == Surface.DRAWN else colliding
 
 
 def chosen_surface(drawn: list[MeshData], colliding: list[MeshData], surface: Surface) -> str:

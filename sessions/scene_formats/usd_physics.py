@@ -29,7 +29,7 @@ from sessions.scene_formats.scene_source import (
     Surface,
     check_size,
     chosen_surface,
-    surface_and_colliders,
+    surface_parts,
 )
 from sessions.scene_formats.usd_layers import MOST_PRIMS, open_stage, usd_errors
 from sessions.scene_formats.usd_shapes import TAKEN, drawn_mesh, solid_mesh
@@ -242,7 +242,7 @@ class _Reader:
             if not parts.colliding:
                 self.left_out.append(f"the body {name!r}, of which nothing collides")
             return None
-        surfaces, _ = surface_and_colliders(drawn, colliding, self._surface)
+        surfaces = surface_parts(drawn, colliding, self._surface)
         margins = [self._offset(prim, CONTACT_OFFSET) for prim in parts.colliding]
         if any(self._offset(prim, REST_OFFSET) for prim in parts.colliding):
             self.left_out.append(f"the rest offset of {name!r}")
