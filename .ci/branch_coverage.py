@@ -1,6 +1,7 @@
-"""Branch coverage of the rooms whose kernels decide: trees of boxes, and triangles.
+"""Branch coverage of the rooms whose kernels decide: trees of boxes, triangles, and the search of the paper.
 
     python .ci/branch_coverage.py --least 95
+    python .ci/branch_coverage.py --rooms cdcore/search
 
 Kernels run as the Python functions that they are (``NUMBA_DISABLE_JIT=1``), since compiled ones are not measured: the
 rooms' own tests, then all detectors in a laboratory and in random worlds. One line a room: the percentage of statements
@@ -17,21 +18,24 @@ from pathlib import Path
 from typing import Any, Final
 
 ROOT: Final = Path(__file__).resolve().parents[1]
+SEARCH_TESTS: Final = ("small_worlds", "equations", "printed", "search_settings")
+"""Tests of the search whose worlds are so small that they end without a compiler; some others take minutes each."""
 ROOMS: Final = {
-    "cdcore/narrow/bvh": "tests/cdcore/narrow/bvh",
-    "cdcore/triangles": "tests/cdcore/triangles",
+    "cdcore/narrow/bvh": ("tests/cdcore/narrow/bvh",),
+    "cdcore/triangles": ("tests/cdcore/triangles",),
+    "cdcore/search": tuple(f"tests/cdcore/search/test_{name}.py" for name in SEARCH_TESTS),
 }
-"""Room of the source -> the folder of its tests."""
+"""Room of the source -> its tests."""
 WORLDS: Final = (0,)
 """Seeds of the random worlds, of each shape."""
 MOST_LINES: Final = 12
 """Lines that did not run, named of a file."""
 
 
-def run_measured(data: Path, *command: str) -> None:
-    """Run a Python program with interpreted kernels and add what it covered to the data; its failure ends this one."""
+def run_measured(data: Path, rooms: list[str], *command: str) -> None:
+    """Run a Python program with interpreted kernels; add what it covered to the data, or end if it fails."""
     environment = os.environ | {"NUMBA_DISABLE_JIT": "1", "COVERAGE_FILE": str(data)}
-    options = ["--branch", "--append", f"--source={','.join(ROOMS)}"]
+    options = ["--branch", "--append", f"--source={','.join(rooms)}"]
     done = subprocess.run(
         [sys.executable, "-m", "coverage", "run", *options, *command],
         cwd=ROOT,
@@ -66,15 +70,17 @@ def main() -> int:
     """Measure and print; 1 where a room is below the least."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--least", type=float, default=95.0, help="percentage of each room")
+    parser.add_argument("--rooms", nargs="+", choices=list(ROOMS), default=list(ROOMS))
     options = parser.parse_args()
+    tests = [path for room in options.rooms for path in ROOMS[room]]
     with tempfile.TemporaryDirectory() as folder:
         data = Path(folder) / "coverage"
-        run_measured(data, "-m", "pytest", "-q", "-n", "0", "-p", "no:cacheprovider", *ROOMS.values())
+        run_measured(data, options.rooms, "-m", "pytest", "-q", "-n", "0", "-p", "no:cacheprovider", *tests)
         worlds = json.dumps([list(WORLDS)])
-        run_measured(data, "tests/support/digests.py", "--interpreted", worlds)
+        run_measured(data, options.rooms, "tests/support/digests.py", "--interpreted", worlds)
         files = measured_files(data)
     is_below = False
-    for room in ROOMS:
+    for room in options.rooms:
         inside = {path: file for path, file in files.items() if path.startswith(f"{room}/")}
         ran = percentage([file["summary"] for file in inside.values()])
         is_below |= ran < options.least

@@ -1,0 +1,93 @@
+"""Under every setting a search among three boxes finds true pairs, alike live and traced; misses are explained.
+
+The worlds are so small that their kernels can also run as Python: ``.ci/branch_coverage.py`` measures them so.
+"""
+
+import numpy as np
+import pytest
+from support.search_scenes import I3, NO_SEEDS, ball_of, exact_pairs, search_of
+from support.shapes import box_mesh
+
+from cdcore import Body, Motion, create_detector
+from cdcore.protocol import detect_live
+from cdcore.search.search_settings import EQUATIONS, VARIANTS
+
+HERE = (I3, np.zeros(3))
+SETTINGS = [
+    *({"variant": variant} for variant in VARIANTS),
+    *({"without_equation": equation, "restart_after": 40} for equation in EQUATIONS),
+    {"samples": 12},
+    {"rest": 0.5},
+    {"stop_first": False},
+    {"warm_start": False},
+]
+
+
+def face_pairs(detection, frame, pair):
+    return {tuple(row) for row in detection.faces(frame, pair).tolist()}
+
+
+@pytest.fixture(scope="module")
+def boxes():
+    """Three boxes, the third without a pose in the last frame; overlap, the same again, a touch, a gap, nested, far."""
+    bodies = [Body(name, box_mesh()) for name in "abc"]
+    positions = np.zeros((6, 3, 3))
+    positions[:, 1] = [
+        [0.9, 0.1, 0.2],
+        [0.9, 0.1, 0.2],
+        [1.0, 0.0, 0.0],
+        [1.01, 0.0, 0.0],
+        [0.4, 0.3, 0.2],
+        [9.0, 0, 0],
+    ]
+    positions[:, 2, 1] = [0.8, 0.8, 0.8, 0.801, 3.0, 3.0]
+    valid = np.ones((6, 3), dtype=bool)
+    valid[-1, 2] = False
+    motion = Motion(np.arange(6.0), positions, np.broadcast_to(np.eye(3), (6, 3, 3, 3)), valid)
+    return bodies, motion, create_detector("exact", bodies).detect(motion, faces=True)
+
+
+@pytest.mark.parametrize("settings", SETTINGS, ids=str)
+def test_faces_are_true_and_live_and_trace_agree(settings, boxes):
+    bodies, motion, exact = boxes
+    detector = create_detector("qaco", bodies, budget=100, **settings)
+    detection, watched = detector.detect(motion, faces=True), detector.watch(motion)
+    assert settings.get("samples") or (detection.verdict == 1).any()
+    for frame, column in np.argwhere(detection.verdict == 1).tolist():
+        assert face_pairs(detection, frame, column) <= face_pairs(exact, frame, column)
+    assert np.array_equal(detect_live(detector, motion).verdict == 1, detection.verdict == 1)
+    for (frame, column), noted in watched.search.noted.items():
+        trace = watched.search.trace(motion, frame, column)
+        assert trace.result == noted.result
+        assert (np.diff(trace.distance[trace.best()][:-1]) < 0).all()
+        assert watched.search.points(motion, frame, column, noted.result.closest).shape == (2, 3)
+        assert (noted.result.hit is not None) == (detection.verdict[frame, column] == 1)
+
+
+@pytest.mark.parametrize("name", ["qaco", "hybrid-qaco"])
+@pytest.mark.parametrize(("settings", "sampled"), [({"samples": 1}, False), ({"budget": 1}, True)], ids=str)
+def test_misses_are_explained_by_sample_or_budget(name, settings, sampled, boxes):
+    bodies, motion, exact = boxes
+    detector = create_detector(name, bodies, **settings)
+    missed = np.argwhere((exact.face_counts > 0) & (detector.detect(motion).verdict != 1)).tolist()
+    reasons = [detector.explain(motion, frame, column, exact.faces(frame, column)) for frame, column in missed]
+    assert {reason.sample_meets for reason in reasons} == {sampled}
+    assert all((reason.found_with_more is not None) == sampled for reason in reasons)
+
+
+@pytest.mark.parametrize("offset", [(1.0, 0.25, 0.125), (0.0, 0.0, 0.0), (1.0, 1.0, 1.0), (0.3, 0.2, 0.1)])
+def test_curve_of_a_hit_is_every_pair_of_two_boxes(offset):
+    box, pose = box_mesh(), (I3, np.array(offset))
+    search = search_of(box, box, variant="local", budget=1000)
+    truth = exact_pairs(search, box, box, pose, HERE)
+    assert search.search(pose, HERE, 0.0).hit in truth
+    assert {tuple(row) for row in search.curve(NO_SEEDS).tolist()} == truth
+
+
+def test_a_curve_outgrows_its_first_memory():
+    ball = ball_of(32)
+    search = search_of(ball, ball)
+    truth = exact_pairs(search, ball, ball, HERE, HERE)
+    assert len(truth) > 256
+    assert search.search(HERE, HERE, 0.0).hit is not None
+    assert {tuple(row) for row in search.curve(NO_SEEDS).tolist()} == truth
