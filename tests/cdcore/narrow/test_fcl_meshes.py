@@ -73,3 +73,15 @@ def test_equal_meshes_use_a_common_tree_and_can_be_separate():
     assert pairs.touch(0, 1)
     pairs.place(1, np.eye(3), np.array([4.0, 0, 0]))
     assert not pairs.touch(0, 1)
+
+
+def test_a_tree_outlives_its_detector_and_ends_with_its_mesh():
+    """Detectors of a run are made one after the other of the same meshes."""
+    mesh, before = box_mesh((5, 1, 7)), len(TREES)
+    FclMeshes([mesh])
+    assert len(TREES) == before + 1
+    tree = TREES[mesh.content_hash]
+    FclMeshes([mesh])
+    assert TREES[mesh.content_hash] is tree
+    del mesh, tree
+    assert len(TREES) == before
