@@ -13,7 +13,7 @@ import numpy as np
 
 from cdcore.numerics import FloatArray
 from replay import words
-from replay.effects.chemistry.components import PROTON, WATER, dissolved_components
+from replay.effects.chemistry.components import METALS, PROTON, WATER, dissolved_components, heavy_components
 from replay.effects.chemistry.ledger_columns import ADDED, WITHOUT_HEAT_C
 from replay.effects.chemistry.matter import Matter
 from replay.effects.chemistry.mixture import GAS, SOLID, Mixture
@@ -63,10 +63,19 @@ def end_points(matter: Matter, vessel: str) -> list[EffectEvent]:
 
     The volume is that which came from where the flow came from that did it: the titrant, rinses left out.
     """
+    totals = matter.totals(matter.histories[vessel].amounts)
+    return _events(matter, vessel, chain(_of_protons(matter, vessel, totals), _of_electrons(matter, vessel)))
+
+
+def ion_end_points(matter: Matter, vessel: str) -> list[EffectEvent]:
+    """Events of a metal and an anion that are equivalent where they make a solid or a complex."""
+    return _events(matter, vessel, _of_ions(matter, vessel, matter.totals(matter.histories[vessel].amounts)))
+
+
+def _events(matter: Matter, vessel: str, kinds: Crossings) -> list[EffectEvent]:
     history = matter.histories[vessel]
     if not history.added_ml[-1].any():
         return []
-    kinds = chain(_of_protons(matter, vessel, matter.totals(history.amounts)), _of_electrons(matter, vessel))
     crossings = sorted(kinds, key=lambda row: (row[0].before, row[0].fraction))
     events: list[EffectEvent] = []
     points = [row for row in crossings if row[3] >= COMPLETE]
@@ -87,7 +96,7 @@ def end_points(matter: Matter, vessel: str) -> list[EffectEvent]:
         tail = f"; overshot by {words.fixed(over, 2)} mL" if number == len(points) else ""
         sources = [name for name, index in matter.ledger.at.items() if name and came[index]]
         concentration, values = "", dict[str, float | str]()
-        if len(sources) == 1:
+        if len(sources) == 1 and _is_plain_titration(matter, vessel, crossing, sources[0]):
             concentration, values = titrated_concentration(
                 matter.recipe.contents, vessel, sources[0], (left, right), volume
             )
@@ -96,6 +105,17 @@ def end_points(matter: Matter, vessel: str) -> list[EffectEvent]:
         values |= {"volume_ml": volume, "overshot_ml": over, "number": number}
         events.append(EffectEvent(float(crossing.at(history.times)), "end-point", (vessel,), None, values, text))
     return events
+
+
+def _is_plain_titration(matter: Matter, vessel: str, crossing: _Crossing, titrant: str) -> bool:
+    """Whether the titrant is all dissolved, and all else that came until a crossing was water."""
+    solids = [name for name in matter.ledger.column if name.endswith(SOLID)]
+    if any(matter.amount(titrant, name).any() for name in solids):
+        return False
+    added = matter.histories[vessel].added_ml[crossing.after]
+    others = [name for name, index in matter.ledger.at.items() if name not in (titrant, "") and added[index] > 0.0]
+    contents = matter.recipe.contents
+    return all(name in contents and set(contents[name].amounts) <= {WATER} for name in others)
 
 
 def _of_protons(matter: Matter, vessel: str, totals: FloatArray) -> Crossings:
@@ -219,6 +239,38 @@ def _of_electrons(matter: Matter, vessel: str) -> Crossings:
                 reacted = float(crossing.at(extent))
                 remaining = max(0.0, float(crossing.at(np.minimum(left, right))))
                 yield crossing, oxidant, reductant, reacted / (reacted + remaining)
+
+
+def _of_ions(matter: Matter, vessel: str, totals: FloatArray) -> Crossings:
+    """Yields the crossings of a metal and an anion that an equation makes a complex or a solid of, all but a little."""
+    if matter.solver is None:
+        return
+    components = matter.solver.mixture.components
+    pairs: dict[tuple[str, ...], str] = {}
+    for reaction in matter.recipe.reactions:
+        for formula in reaction.equation.products if reaction.process < 0 else ():
+            heavy = heavy_components(formula)
+            if len(heavy) == 2 and len(METALS & set(heavy)) == 1 and set(heavy) <= set(components):
+                pairs.setdefault(tuple(sorted(heavy)), formula)
+    for formula in pairs.values():
+        (one, ones), (other, others) = sorted(heavy_components(formula).items())
+        left, right = totals[:, components.index(one)] / ones, totals[:, components.index(other)] / others
+        for crossing in _crossings(left - right):
+            made = _made(matter, vessel, formula, crossing)
+            whole = float(crossing.at(np.minimum(left, right)))
+            if whole > 0.0 and made >= COMPLETE * whole:
+                yield crossing, one, other, made / whole
+
+
+def _made(matter: Matter, vessel: str, formula: str, crossing: _Crossing) -> float:
+    """Mol of a solid or complex at a crossing."""
+    if formula + SOLID in matter.ledger.column:
+        return float(crossing.at(matter.amount(vessel, formula + SOLID)))
+    assert matter.solver is not None
+    row = matter.solver.mixture.row_of(formula)
+    times = matter.histories[vessel].times[[crossing.before, crossing.after]]
+    wet, solved = matter.solved(vessel, times)
+    return float(solved.species[:, row].min()) if row is not None and len(wet) == len(times) else 0.0
 
 
 def _reagent(matter: Matter, process: int, column: str) -> str:

@@ -6,6 +6,7 @@ import numpy as np
 
 from cdcore.numerics import BoolArray
 from replay import words
+from replay.effects.chemistry.assumed import assumed
 from replay.effects.chemistry.components import METALS, PROTON, WATER, dissolved_components, heavy_components
 from replay.effects.chemistry.database import formula_of
 from replay.effects.chemistry.formulas import charge_of, molar_mass
@@ -15,7 +16,7 @@ from replay.effects.chemistry.recipe import Reaction
 from replay.effects.chemistry.salts import WATER_KG
 from replay.effects.chemistry.supersaturated import aged, supersaturated
 from replay.effects.chemistry.unreacted import LEAST_FORMED, unreacted
-from replay.effects.end_points import end_points
+from replay.effects.end_points import end_points, ion_end_points
 from replay.effects.inputs import EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series
 from replay.effects.protocol import spec_of
@@ -64,10 +65,12 @@ def compute(inputs: EffectInputs) -> EffectOutput:
         _tell_gases(inputs, matter, vessel, findings)
         _tell_solids(inputs, matter, vessel, findings)
         findings.events += _brines(matter, vessel)
+        findings.events += ion_end_points(matter, vessel)
         findings.events += end_points(matter, vessel) or _changed_ph(vessel, findings.series.get(f"{vessel}/pH"))
     findings.events += unreacted(matter, formed)
     findings.events += supersaturated(matter)
     findings.events += aged(matter)
+    findings.events += assumed(matter)
     return findings.output()
 
 

@@ -1,0 +1,68 @@
+"""What the chemistry takes for granted where no data say it: solids without a constant, molecules beyond solubility."""
+
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+
+from replay.effects.chemistry.components import PROTON, WATER
+from replay.effects.chemistry.contents import MOST_DISSOLVED
+from replay.effects.chemistry.ledger import Process
+from replay.effects.chemistry.matter import Matter
+from replay.effects.chemistry.mixture import GAS, SOLID
+from replay.effects.output import EffectEvent
+from replay.words import quantity
+
+LEAST_MOL: Final = 1e-9
+"""Of a reaction: less is none."""
+
+STANDING: Final = 1.2
+"""Of a solubility, from which what is dissolved beyond it is told."""
+
+
+def assumed(matter: Matter) -> Iterator[EffectEvent]:
+    """Events ``assumed`` of solids whose solubility no data know, ``beyond`` of molecules that leave the water."""
+    for row, process in enumerate(matter.ledger.processes):
+        solid = _metathesis_solid(process)
+        begins = [
+            float(history.times[moments[0]])
+            for history in matter.histories.values()
+            if len(moments := np.flatnonzero(history.extents[:, row] > LEAST_MOL))
+        ]
+        if solid and begins:
+            text = (
+                f"no data know how much {solid} dissolves: {process.text} runs until one of its reagents is used up; "
+                "to have some stay dissolved, give its log_k, phreeqc = '''PHASES ...'''"
+            )
+            yield EffectEvent(min(begins), "assumed", (), None, {"formula": solid}, text)
+    for vessel, history in matter.histories.items():
+        litres = np.where(history.volume_ml > 0.0, history.volume_ml * 1e-3, np.inf)
+        # Iodide takes up one iodine each, as triiodide.
+        iodide = matter.amount(vessel, "I-") / litres
+        for formula, most in MOST_DISSOLVED.items():
+            molar = matter.amount(vessel, formula) / litres
+            limit = STANDING * (most + (iodide if formula == "I2" else 0.0))
+            moments = np.flatnonzero(molar > limit)
+            if len(moments) and not {formula + GAS, formula + SOLID} & set(matter.ledger.column):
+                leaves = "falls out as a solid" if formula == "I2" else "leaves as a gas or a second liquid"
+                text = (
+                    f"{vessel} holds {quantity(float(molar[moments].max()), 'mol/L')} {formula}, beyond its "
+                    f"solubility: what is beyond {leaves}, and that is not computed"
+                )
+                time = float(history.times[moments[0]])
+                yield EffectEvent(time, "beyond", (vessel,), None, {"formula": formula}, text, "warning")
+
+
+def _metathesis_solid(process: Process) -> str:
+    """The solid that dissolved ions make without any change of theirs; ``""``: another equation."""
+    made = [column for column, many in process.changes.items() if many > 0.0 and column not in (PROTON, WATER)]
+    used = [column for column, many in process.changes.items() if many < 0.0]
+    solids = [column for column in made if column.endswith(SOLID)]
+    if (
+        process.rate is not None
+        or len(solids) != 1
+        or len(made) > 1
+        or any(name.endswith((SOLID, GAS)) for name in used)
+    ):
+        return ""
+    return solids[0].removesuffix(SOLID)
