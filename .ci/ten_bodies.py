@@ -9,6 +9,7 @@ each until they touch, and up again. Pieces are cut anew: the command gets an em
 
 import json
 import os
+import resource
 import subprocess
 import sys
 import time
@@ -140,7 +141,10 @@ def main(folder: str, *options: str) -> int:
     seconds = time.monotonic() - began
     bodies = json.loads((target / "fix" / "colliders.json").read_text())["bodies"]
     cards = Counter(card["how"].split(",")[0] for row in bodies for card in row["others"])
-    print(f"{seconds:.1f} s, {most / 2**20:.0f} MiB, exit code {child.returncode}; cards beside hulls and advice:")
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    processor = used.ru_utime + used.ru_stime
+    print(f"{seconds:.1f} s, {processor:.1f} s of processor time, {most / 2**20:.0f} MiB, exit code {child.returncode}")
+    print("cards beside hulls and advice:")
     for how, count in cards.items():
         print(f"  {how}: {count}")
     return int(seconds > LONGEST or most > MOST_BYTES or not any("V-HACD" in how for how in cards))

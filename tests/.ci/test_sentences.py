@@ -22,7 +22,7 @@ def test_no_sentence_of_the_tool_is_a_riddle(printed):
     [
         ("replay/cli/commands.py", "Save what is left of a torn or damaged session file."),
         ("replay/cli/share.py", "Send the whole folder."),
-        ("replay/show/report/run.html", "One card per pair of bodies, with its longest fault."),
+        ("replay/show/report/run.html", "One card per pair of bodies, with its worst fault."),
         ("sessions/doctor/findings.toml", "check line of sight and base stations"),
         ("replay/studies/class_study/tables.py", "could be distinguished from chance in ... students"),
     ],

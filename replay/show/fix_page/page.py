@@ -147,7 +147,7 @@ def cure_page(cure: Cure) -> str:
     """Returns the page as text, self-contained."""
     result = cure.result
     view = replace(view_of(result), folder="")
-    fault = _drawn_fault(result)
+    fault, busy = _drawn_fault(result), busy_text(view.document)
     stills: list[tuple[str, str]] = []
     if fault is not None:
         captions = _moment(result, fault, _reported(result, fault))
@@ -159,28 +159,33 @@ def cure_page(cure: Cure) -> str:
         cure=cure,
         sentence=cure_sentences(result, cure.before, cure.after),
         stills=stills,
-        figures=comparison(cure.before, cure.after, view.ranking[-1].contacts),
+        figures=comparison(cure.before, cure.after, view.ranking[-1].contacts, busy=bool(busy)),
         comparison=_lanes(view, None if fault is None else _seconds(result, fault)),
-        bodies=[body_card(row, cure.shapes[row["body"]]) for row in sorted(cure.bodies, key=_order)],
+        bodies=[body_card(row, cure.shapes[row["body"]], busy=bool(busy)) for row in sorted(cure.bodies, key=_order)],
         untouched=[row["body"] for row in cure.bodies if row["after"]["missed"] is None],
         front=front_plot(cure),
         front_table=front_table(cure.front),
         counts={label: fault_counts(view, label) for label in (BEFORE, AFTER)},
         labels=(BEFORE, AFTER),
-        times_are=" ".join(filter(None, [TIMES_ARE, busy_text(view.document)])),
+        times_are=" ".join(filter(None, [TIMES_ARE, busy])),
         gradient=Markup(scale_gradient()),
     )
 
 
-def comparison(before: Row, after: Row, contacts: int) -> list[Figure]:
-    """Returns every figure of the session before and after."""
+def comparison(before: Row, after: Row, contacts: int, *, busy: bool) -> list[Figure]:
+    """Returns every figure of the session before and after; times of a ``busy`` machine are not compared."""
     figures = []
     for name, key, text in FIGURES:
         if before[key] is not None or after[key] is not None:
             was, now = text(before, contacts), text(after, contacts)
-            change = _change(before[key], after[key]) if key != "pieces" and was != now else ""
+            change = _change(before[key], after[key]) if was != now and key not in _unmarked(busy) else ""
             figures.append(Figure(name, was, now, change))
     return figures
+
+
+def _unmarked(busy: bool) -> set[str]:
+    """Keys and names of columns that are never marked: more pieces are a price, times of a busy machine are chance."""
+    return {"pieces", "triangles", *(("ms", "p99_ms") if busy else ())}
 
 
 def _change(before: float | None, after: float | None) -> str:
@@ -190,7 +195,7 @@ def _change(before: float | None, after: float | None) -> str:
     return "worse" if after > before else "better"
 
 
-def body_card(row: Row, shape: BodyShape) -> BodyCard:
+def body_card(row: Row, shape: BodyShape, *, busy: bool) -> BodyCard:
     """Returns the card of a body: pictures and figures of its hull and of its pieces."""
     name, before, after = row["body"], row["before"], row["after"]
     cut = after["pieces"] > 1
@@ -211,7 +216,7 @@ def body_card(row: Row, shape: BodyShape) -> BodyCard:
         if was is None and now is None:
             continue
         texts = text_of(column.cell(was)), text_of(column.cell(now))
-        compared = cut and texts[0] != texts[1] and column.name not in ("pieces", "triangles")
+        compared = cut and texts[0] != texts[1] and column.name not in _unmarked(busy)
         figures.append(Figure(column.name, texts[0], texts[1] if cut else "", _change(was, now) if compared else ""))
     return BodyCard(
         name=name,

@@ -12,7 +12,7 @@ from support.shapes import box_mesh, moved, revolved_mesh
 from cdcore import TriangleMesh
 from replay.advice.collider_search import Limits
 from replay.running.collider_files import before_after_page, fix_colliders
-from replay.show.fix_page.page import cure_sentences, seam_line
+from replay.show.fix_page.page import comparison, cure_sentences, seam_line
 from replay.show.fix_page.pictures import beyond_mesh, colour_numbers, scale_colour
 from replay.show.palette import SERIES
 from sessions import MeshData, Session
@@ -89,6 +89,9 @@ def test_milliseconds_are_left_out_on_a_busy_machine(fixed, fraction):
     assert ("ms a frame" in text) == (fraction == 1.0) and " false, now " in text
     page = before_after_page(replace(fixed, result=result))
     assert ("The machine was busy (40 %)" in page) == (fraction < 1.0)
+    slower = fixed.after | {"ms": 2.0 * fixed.before["ms"]}
+    marks = {figure.name: figure.change for figure in comparison(fixed.before, slower, 4, busy=fraction < 1.0)}
+    assert marks["mean time a frame"] == ("worse" if fraction == 1.0 else "")
 
 
 def test_distance_beyond_a_box_is_that_of_its_surface():
