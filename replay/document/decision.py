@@ -6,7 +6,6 @@ from typing import Final
 
 from replay.auditing.loss import fraction_of
 from replay.detection.recorded import RECORDED
-from replay.document.answer import Answer, Fix
 from replay.document.cost import BUDGET_MS, FRAME, busy_text
 from replay.document.placeholders import SESSION
 from replay.document.ranking import Rank, fault_text, fixed_rank
@@ -15,6 +14,9 @@ from replay.words import plural
 
 CALL: Final = "To call it from Python:"
 CALL_COMMAND: Final = "replay guide your-own-detector"
+
+Step = tuple[str, str]
+"""Text and command of a Fix."""
 
 
 @dataclass(frozen=True)
@@ -26,16 +28,16 @@ class Decision:
     text : the decision, its reason, and the next best.
     command : of the next step; ``""``: there is none.
     rank : the detector that it names; ``None``: this run cannot tell.
-    fix : the Fix that it is; ``None``: it is a detector of the run.
+    is_fix : whether it is the measured Fix of the worst detector.
     """
 
     text: str
     command: str = ""
     rank: Rank | None = None
-    fix: Fix | None = None
+    is_fix: bool = False
 
 
-def decision(document: RunDocument, ranks: Sequence[Rank], answers: Sequence[Answer]) -> Decision | None:
+def decision(document: RunDocument, ranks: Sequence[Rank]) -> Decision | None:
     """Return which detector to ship; ``None``: nothing was audited.
 
     The reference counts as right, so it is the one to ship wherever it runs frame by frame in the time of a frame, and
@@ -49,23 +51,21 @@ def decision(document: RunDocument, ranks: Sequence[Rank], answers: Sequence[Ans
     # Times of all frames at once are worse evidence than live ones, unless there are no others.
     live = [rank for rank in ranks if document.detectors[rank.label].live] or ranks
     decided = [rank for rank in others if not rank.undecided and rank in live]
-    fixed = [(fixed_rank(rank, fix), fix) for rank, fix in _measured_fixes(decided, answers)]
-    fixes = {rank.label: fix for rank, fix in fixed}
-    decided += [rank for rank, _ in fixed]
+    steps: dict[str, Step] = {}
+    for answer in document.answers[:1]:
+        # The ranking has a row of this Fix.
+        rank, fix = next((rank for rank in decided if rank.label == answer.label), None), answer.fix
+        if rank is not None and fix is not None and fix.figures is not None:
+            decided.append(fixed_rank(rank, fix.figures, fix.setting))
+            steps[decided[-1].label] = fix.text, fix.command
     best = min(decided, key=_preference, default=None)
     too_slow = _too_slow(reference) if reference in live else "did not run frame by frame"
     if too_slow:
-        return _without_reference(reference, too_slow, best, fixes)
+        return _without_reference(reference, too_slow, best, steps)
     if best is not None and not best.loss and _faster(document, best, reference):
         text = f"Ship {best.label}: no contact of {reference.contacts} missed, none false, and faster than"
-        return _with_step(f"{text} {reference.label}, the reference.", best, fixes)
+        return _with_step(f"{text} {reference.label}, the reference.", best, steps)
     return _with_step(f"{_reference_text(reference)} {_next_best(best)}", reference, {})
-
-
-def _measured_fixes(ranks: Sequence[Rank], answers: Sequence[Answer]) -> list[tuple[Rank, Fix]]:
-    """The worst detector, where it has a measured Fix which is not in the run: the ranking has a row of that Fix."""
-    fixes = {answer.label: answer.fix for answer in answers[:1]}
-    return [(rank, fix) for rank in ranks if (fix := fixes.get(rank.label)) is not None and fix.figures is not None]
 
 
 def _preference(rank: Rank) -> tuple[float, float, bool, float]:
@@ -100,23 +100,23 @@ def _next_best(best: Rank | None) -> str:
     return f"Next best is {best.label}: {fault_text(best)}."
 
 
-def _without_reference(reference: Rank, too_slow: str, best: Rank | None, fixes: dict[str, Fix]) -> Decision:
+def _without_reference(reference: Rank, too_slow: str, best: Rank | None, steps: dict[str, Step]) -> Decision:
     """The best detector but the reference; none decided: what to try."""
     why = f"{reference.label}, the reference, {too_slow}"
     if best is None:
         text = f"Ship nothing of this run: {why}, and no other detector decided every contact frame by frame."
         return Decision(f"{text} To try other settings:", f"replay tradeoff {SESSION}")
-    fix = fixes.get(best.label)
-    if fix is not None:
-        return Decision(f"Ship {best.label}, since {why}. {fix.text}", fix.command, best, fix)
-    return _with_step(f"Ship {best.label}: {fault_text(best)}; {why}.", best, fixes)
+    if best.label in steps:
+        text, command = steps[best.label]
+        return Decision(f"Ship {best.label}, since {why}. {text}", command, best, is_fix=True)
+    return _with_step(f"Ship {best.label}: {fault_text(best)}; {why}.", best, steps)
 
 
-def _with_step(text: str, rank: Rank, fixes: dict[str, Fix]) -> Decision:
+def _with_step(text: str, rank: Rank, steps: dict[str, Step]) -> Decision:
     """With the command that puts it to work; code of one's own, and an engine, are at work already."""
-    fix = fixes.get(rank.label)
-    if fix is not None and fix.command:
-        return Decision(f"{text} {fix.text}", fix.command, rank, fix)
+    change, command = steps.get(rank.label, ("", ""))
+    if command:
+        return Decision(f"{text} {change}", command, rank, is_fix=True)
     if ":" in rank.what or rank.setting == RECORDED:
-        return Decision(text, "", rank, fix)
-    return Decision(f"{text} {CALL}", CALL_COMMAND, rank, fix)
+        return Decision(text, "", rank, bool(change))
+    return Decision(f"{text} {CALL}", CALL_COMMAND, rank, bool(change))

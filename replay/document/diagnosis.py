@@ -1,7 +1,7 @@
 """Why each detector of a run is wrong, what mends it, and which moment shows it: its ``Answer``."""
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
 from math import isfinite, isnan
 from typing import Any, Final
@@ -41,9 +41,18 @@ def answers(result: RunResult, document: RunDocument, ranks: Sequence[Rank]) -> 
             # Contacts that were left undecided come first in the sentence, and no fault explains them.
             answer = structs.replace(answer, why=_undecided(document.audit[label], label))
         elif fault is not None:
-            fix, moment = _fix(result, document, ranks, rank, fault), _moment(result, fault)
+            fix, (frame, later_ns) = _fix(result, document, ranks, rank, fault), fault.moment
+            moment = KeyMoment(
+                kind=fault.kind.category.value,
+                number=fault.number,
+                frame=frame,
+                later_ns=later_ns,
+                seconds=float(result.assembly.motion.times[frame]) + later_ns / 1e9,
+                pair=fault.bodies,
+                metres=None if isnan(fault.metres) else fault.metres,
+            )
             when = when_text(result, document, rank, fault)
-            why = f"{fault.why}{_other_why(result, rank, fault)}"
+            why = f"{fault.why}{_other_why(result, rank, missed=fault.kind.is_miss)}"
             answer = structs.replace(answer, why=why, fix=fix, moment=moment, when=when)
         answers_made.append(answer)
     return tuple(answers_made)
@@ -88,22 +97,22 @@ def _key_fault(result: RunResult, rank: Rank) -> Fault | None:
     """Return the worst fault of the most frequent cause, of the kind that weighs more in the loss."""
     misses, false = result.misses.get(rank.label, ()), result.false.get(rank.label, ())
     if (rank.leads_false and false) or not misses:
-        cause = _main_cause(false)
+        cause = _main_cause((fault.cause, fault.frames) for fault in false)
         return next(iter(worst_first(fault for fault in false if fault.cause == cause)), None)
     never = [miss for miss in misses if miss.kind is FaultKind.NEVER_REPORTED] or list(misses)
-    cause = _main_cause(never)
+    cause = _main_cause((miss.cause, miss.frames) for miss in never)
     return worst_first(miss for miss in never if miss.cause == cause)[0]
 
 
-def _other_why(result: RunResult, rank: Rank, fault: Fault) -> str:
+def _other_why(result: RunResult, rank: Rank, *, missed: bool) -> str:
     """Return why the detector has faults of the other category: the most frequent cause; ``""``: it has none."""
     misses, false = result.misses.get(rank.label, ()), result.false.get(rank.label, ())
-    others: Sequence[Fault] = false if fault.kind.is_miss else misses
+    others: Sequence[Fault] = false if missed else misses
     never = [other for other in others if other.kind is FaultKind.NEVER_REPORTED]
     others = never or others
     if not others:
         return ""
-    cause = _main_cause(others)
+    cause = _main_cause((other.cause, other.frames) for other in others)
     alike = [other for other in others if other.cause == cause]
     example = max(alike, key=lambda other: (other.frames, -other.number))
     if len(others) == 1:
@@ -112,25 +121,12 @@ def _other_why(result: RunResult, rank: Rank, fault: Fault) -> str:
     return f" {example.why} That is the cause of {len(alike)} of {len(others)} {names}."
 
 
-def _main_cause(faults: Sequence[Fault]) -> Cause | None:
+def _main_cause(frames_of: Iterable[tuple[Cause, int]]) -> Cause | None:
     """The cause of most frames."""
     frames: Counter[Cause] = Counter()
-    for fault in faults:
-        frames[fault.cause] += fault.frames
+    for cause, count in frames_of:
+        frames[cause] += count
     return frames.most_common(1)[0][0] if frames else None
-
-
-def _moment(result: RunResult, fault: Fault) -> KeyMoment:
-    frame, later_ns = fault.moment
-    return KeyMoment(
-        kind=fault.kind.category.value,
-        number=fault.number,
-        frame=frame,
-        later_ns=later_ns,
-        seconds=float(result.assembly.motion.times[frame]) + later_ns / 1e9,
-        pair=fault.bodies,
-        metres=None if isnan(fault.metres) else fault.metres,
-    )
 
 
 def _fix(result: RunResult, document: RunDocument, ranks: Sequence[Rank], rank: Rank, fault: Fault) -> Fix:

@@ -7,7 +7,7 @@ from replay import words
 from replay.auditing.flicker import FLICKER_SECONDS, Flicker
 from replay.auditing.noisy_contacts import ABSENT, HOLDS, UNDECIDABLE
 from replay.detection.recorded import CLOCK_FACT, OFFSET_FACT, RECORDED, ReportClock
-from replay.document.answer import Answer, Reason
+from replay.document.answer import Reason
 from replay.document.certainty import certainty
 from replay.document.cost import AT_ONCE, TIMES_ARE, cost, time_text
 from replay.document.decision import Decision, decision
@@ -228,14 +228,18 @@ def compounds(result: RunResult) -> list[str]:
 
 def answer_reasons(result: Summarised) -> list[Reason]:
     """Return the headings below the first sentence of a run: what else, when, why, what to do, its cost, how sure."""
-    first, decided = result.answers[0], decision(result.document, result.ranking, result.answers)
+    first, decided = result.answers[0], decision(result.document, result.ranking)
+    fix = first.fix
+    # A Fix that is the reference is the decision already, or too slow.
+    named = [result.oracle, *([decided.rank.label] if decided is not None and decided.rank is not None else [])]
+    alternative = fix is not None and decided is not None and not decided.is_fix and fix.detector not in named
     rows = [
         ("What", _what_else(result), ""),
         ("When", first.when, ""),
         ("Why", first.why, ""),
         *([] if decided is None else [("Do", decided.text, decided.command)]),
         ("Cost", price(result, decided), ""),
-        *_alternative(first, decided, result.oracle),
+        *([("Or", f"To improve {first.label} itself: {fix.text}", fix.command)] if fix and alternative else []),
         ("Sure", " ".join([*_doubtful(result.document), *certainty(result.document, result.ranking)]), ""),
     ]
     return [row for row in rows if row[1]]
@@ -278,14 +282,3 @@ def price(result: Summarised, decided: Decision | None) -> str:
         beside = f" ({worst.label}: {words.frame_time(worst.mean)})"
     text = time_text(rank.label, rank.mean, rank.p99, beside)
     return f"{text}.{'' if live else AT_ONCE}{stays} {TIMES_ARE}"
-
-
-def _alternative(first: Answer, decided: Decision | None, oracle: str) -> list[Reason]:
-    """The Fix of the worst detector, where it is not the decision itself."""
-    fix = first.fix
-    if fix is None or decided is None or fix is decided.fix:
-        return []
-    # The reference is the decision already, or it is too slow.
-    if fix.detector and fix.detector in (oracle, "" if decided.rank is None else decided.rank.label):
-        return []
-    return [("Or", f"To improve {first.label} itself: {fix.text}", fix.command)]

@@ -9,7 +9,7 @@ from replay.auditing.loss import fraction_of, loss, lost
 from replay.auditing.sampling_offsets import PHASES
 from replay.auditing.wilson import Proportion, proportion
 from replay.detection.recorded import RECORDED
-from replay.document.answer import Answer, Fix
+from replay.document.answer import FixFigures
 from replay.document.audit import CountRange, DetectorAudit
 from replay.document.cost import BUDGET_MS
 from replay.document.detector_labels import detector_label
@@ -113,14 +113,12 @@ def _rank(document: RunDocument, label: str) -> Rank:
     )
 
 
-def fixed_rank(rank: Rank, fix: Fix) -> Rank:
+def fixed_rank(rank: Rank, figures: FixFigures, setting: str) -> Rank:
     """Return the row of a measured Fix, beside that of the detector it mends."""
-    figures = fix.figures
-    assert figures is not None
     return Rank(
         label=f"{rank.label}+fix",
         what=figures.what,
-        setting=fix.setting,
+        setting=setting,
         contacts=rank.contacts,
         mean=figures.mean,
         p99=figures.p99,
@@ -134,13 +132,15 @@ def fixed_rank(rank: Rank, fix: Fix) -> Rank:
     )
 
 
-def with_fixes(ranks: Sequence[Rank], answers: Sequence[Answer]) -> list[Rank]:
+def with_fixes(ranks: Sequence[Rank], document: RunDocument) -> list[Rank]:
     """Return the detectors of a run, the measured Fix of the worst one below it."""
-    fixes = {answer.label: answer.fix for answer in answers[:1]}
+    fixes = {answer.label: answer.fix for answer in document.answers[:1]}
     rows = []
     for rank in ranks:
         fix = fixes.get(rank.label)
-        rows += [rank] if fix is None or fix.figures is None else [rank, fixed_rank(rank, fix)]
+        rows.append(rank)
+        if fix is not None and fix.figures is not None:
+            rows.append(fixed_rank(rank, fix.figures, fix.setting))
     return rows
 
 

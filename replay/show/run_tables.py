@@ -126,7 +126,7 @@ def ranking_table(result: Summarised) -> Table:
 
     Counts are smallest to largest over the sampling offsets.
     """
-    ranks = with_fixes(result.ranking, result.answers)
+    ranks = with_fixes(result.ranking, result.document)
     contacts = ranks[-1].contacts if ranks else 0
     made_of = f"made of {'it' if contacts == 1 else 'them'}" if contacts else "reported"
     title = f"{happened(contacts) if ranks else ''} What each detector {made_of}:"

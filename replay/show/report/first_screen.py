@@ -81,7 +81,7 @@ def comparison_of(view: RunView, mark: float | None = None) -> Comparison:
     section = section_of(view, SectionName.RANKING)
     table = section.table.narrow().values() if view.ranking else Table((), ())
     rows = []
-    ranks = with_fixes(view.ranking, view.answers)
+    ranks = with_fixes(view.ranking, view.document)
     for rank, cells in zip(ranks, table.cells(), strict=True):
         cell_texts = [(name, text_of(cell)) for name, cell in zip(table.head, cells, strict=True)]
         leads = bad = ""

@@ -71,7 +71,7 @@ def ranking_text(result: RunResult) -> str:
     named = Column(contacts, of=lambda rank: f"{rank.label}:{NO_BREAK}{rank.what}")
     ranking = section_of(result, SectionName.RANKING).table.narrow().values()
     columns = (replace(column, name=column.short or column.name) for column in ranking.columns)
-    return markdown(Table.of([named, *columns], with_fixes(result.ranking, result.answers)))
+    return markdown(Table.of([named, *columns], with_fixes(result.ranking, result.document)))
 
 
 def accuracy_text(result: RunResult) -> str:

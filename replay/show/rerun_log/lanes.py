@@ -15,7 +15,6 @@ import rerun as rr
 from numpy.typing import NDArray
 
 from cdcore.protocol import counts_as_contact
-from replay.auditing.fault import Fault
 from replay.auditing.outcome import Comparison, Outcome, counts_by_pair
 from replay.document.run_result import RunResult
 from replay.show.palette import LATE_LOOK, OUTCOMES, REFERENCE, SERIES, VERDICTS, Rgba, fault_key
@@ -102,17 +101,16 @@ def log_pair_lanes(writer: RecordingWriter, result: RunResult, label: str) -> No
     for path, column in pair_lanes(result, label).items():
         texts = labels[states[:, column]]
         for miss in result.misses.get(label, ()):
-            if columns[miss.pair] == column:
-                _mark_late(texts, miss)
+            if columns[miss.pair] == column and fault_key(miss.kind) == "late":
+                _mark_late(texts, miss.first, miss.last)
         log_lane(writer, path, spans_of(writer, texts), looks)
 
 
-def _mark_late(texts: NDArray[np.object_], miss: Fault, frames: int = 0) -> None:
+def _mark_late(texts: NDArray[np.object_], first: int, last: int, frames: int = 0) -> None:
     """Set the missed frames of a contact that is reported in part to *late*, at least ``frames`` of them."""
-    if fault_key(miss.kind) == "late":
-        segment = texts[miss.first : miss.last + 1]
-        segment[segment == OUTCOMES[Outcome.MISSED][0]] = LATE_LOOK[0]
-        texts[miss.first : miss.first + frames] = LATE_LOOK[0]
+    segment = texts[first : last + 1]
+    segment[segment == OUTCOMES[Outcome.MISSED][0]] = LATE_LOOK[0]
+    texts[first : first + frames] = LATE_LOOK[0]
 
 
 def detector_lanes(result: RunResult, order: Sequence[str]) -> list[str]:
@@ -134,7 +132,8 @@ def log_detector_lanes(writer: RecordingWriter, result: RunResult, order: Sequen
             labels[(outcome == code).any(axis=1)] = OUTCOMES[code][0]
         narrowest = round(NARROWEST * len(labels))
         for miss in result.misses[label]:
-            _mark_late(labels, miss, narrowest)
+            if fault_key(miss.kind) == "late":
+                _mark_late(labels, miss.first, miss.last, narrowest)
         for miss in result.misses[label]:
             if fault_key(miss.kind) == "missed":
                 labels[miss.first : max(miss.last + 1, miss.first + narrowest)] = OUTCOMES[Outcome.MISSED][0]

@@ -16,6 +16,7 @@ from replay.document.run_result import RunResult
 from replay.effects.effect_summary import happened
 from replay.effects.output import Vector
 from replay.show.camera import ASPECT, Eye, overview
+from replay.show.palette import fault_key
 from replay.show.report.still import CARD, fault_still
 from replay.show.rerun_log import documents, lanes
 from replay.show.rerun_log.blueprint import Picture, build_blueprint
@@ -108,9 +109,12 @@ def _log_room(writer: RecordingWriter, picture: Picture) -> None:
     log_touches(writer, result)
     # Contacts of the reference have the colours of the worst detector's misses.
     worst = next(iter(picture.order), "")
-    comparison, misses = result.comparisons.get(worst), result.misses.get(worst, ())
+    comparison = result.comparisons.get(worst)
+    late = [
+        (miss.pair, miss.first, miss.last) for miss in result.misses.get(worst, ()) if fault_key(miss.kind) == "late"
+    ]
     for label in [result.oracle] if result.oracle else result.detections:
-        log_contacts(writer, label, result.detections[label], comparison, misses)
+        log_contacts(writer, label, result.detections[label], comparison, late)
     log_missed_faces(writer, result)
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from cdcore import Detection, FaceSets, Motion, TriangleMesh
 from cdcore.numerics import FloatArray
-from replay.auditing.fault import Fault, worst_first
+from replay.auditing.fault import worst_first
 from replay.auditing.first_touch import at_touch
 from replay.auditing.outcome import Comparison, Outcome
 from replay.document.run_result import RunResult
@@ -30,7 +30,6 @@ from replay.show.palette import (
     Rgba,
     albedo,
     fault_colour,
-    fault_key,
     tags_of,
 )
 from replay.show.rerun_log.recording_file import RecordingClock, RecordingWriter, entity, packed, pose_columns
@@ -132,12 +131,12 @@ def log_contacts(
     label: str,
     detection: Detection,
     comparison: Comparison | None,
-    misses: Sequence[Fault] = (),
+    late: Sequence[tuple[int, int, int]] = (),
 ) -> None:
     """Send ``world/contacts/<label>``: the curves in which surfaces meet.
 
-    What ``comparison`` calls missed is red, or pink where ``misses`` say that a part was missed, the rest blue. Nothing
-    is sent of a detection without faces or curves.
+    What ``comparison`` calls missed is red, or pink within ``late`` (pair, first and last frame), the rest blue.
+    Nothing is sent of a detection without faces or curves.
     """
     sets, path = detection.face_sets, entity("world", "contacts", label)
     if sets is None or detection.section_source is None:
@@ -149,11 +148,10 @@ def log_contacts(
     lengths = np.array([len(curve) for curve in curves], dtype=np.int64)
     outcomes = np.zeros(len(contacts), np.uint8) if comparison is None else comparison.outcome[at]
     looks = [OUTCOMES[code][1] if code in COLOURED else TRUE_CONTACT for code in outcomes.tolist()]
-    for miss in misses:
-        if fault_key(miss.kind) == "late":
-            part = (at[1] == miss.pair) & (at[0] >= miss.first) & (at[0] <= miss.last) & (outcomes == Outcome.MISSED)
-            for index in np.flatnonzero(part).tolist():
-                looks[index] = LATE
+    for pair, first, last in late:
+        part = (at[1] == pair) & (at[0] >= first) & (at[0] <= last) & (outcomes == Outcome.MISSED)
+        for index in np.flatnonzero(part).tolist():
+            looks[index] = LATE
     colours = packed(looks)
     strips = np.concatenate([np.zeros((0, 2, 3)), *curves]).astype(np.float32)
     lines = rr.LineStrips3D.columns(strips=strips, colors=np.repeat(colours, lengths))

@@ -64,7 +64,7 @@ def test_repeated_measured_fix_gives_its_figures(subject):
     pieces = len(again.detectors["it"].parts["beaker"])
     before, after = (errors_of_rank(ranks[label], None) for label in ("subject", "it"))
     assert change_text(before, after, f"{pieces} pieces") in fix.text
-    row = fixed_rank(ranks["subject"], fix)
+    row = fixed_rank(ranks["subject"], fix.figures, fix.setting)
     same = ("missed", "late_or_cut_short", "time_missed", "missed_counts", "late_counts", "false", "loss", "phases")
     assert [getattr(row, name) for name in same] == [getattr(ranks["it"], name) for name in same]
     assert ranks["it"].loss < ranks["subject"].loss

@@ -95,7 +95,7 @@ SLOW = 1.1e-3 * BUDGET_MS
     ],
 )
 def test_one_detector_is_shipped_that_is_right_and_fits(ranks, settings, ships):
-    made = decision(document_of(*(rank.label for rank in ranks), **settings), ranks, ())
+    made = decision(document_of(*(rank.label for rank in ranks), **settings), ranks)
     assert (None if made.rank is None else made.rank.label) == ships
     assert made.text.endswith((".", ":")) and made.text.endswith(":") == bool(made.command)
     assert ships is None or made.text.startswith(f"Ship {ships}")
@@ -128,15 +128,15 @@ def fix_of(false, missed):
 def test_a_shipped_fix_has_its_trade_in_the_same_sentence(false, missed, ships):
     ranks = [rank_of("a", false=0.86), rank_of("exact", p99=SLOW)]
     fix = fix_of(false, missed)
-    made = decision(document_of("a", "exact"), ranks, [Answer("a", "", fix=fix)])
-    assert made.rank.label == ships and (made.fix is fix) == (ships == "a+fix")
-    if made.fix is fix:
+    made = decision(structs.replace(document_of("a", "exact"), answers=(Answer("a", "", fix=fix),)), ranks)
+    assert made.rank.label == ships and made.is_fix == (ships == "a+fix")
+    if made.is_fix:
         assert fix.text in made.text and "but missed" in made.text and made.command == fix.command
         assert made.rank.loss == pytest.approx(false + missed / 9)
 
 
 def test_without_an_audit_nothing_is_recommended_or_sure():
-    assert decision(document_of("a"), (), ()) is None and certainty(document_of("a"), ()) == []
+    assert decision(document_of("a"), ()) is None and certainty(document_of("a"), ()) == []
 
 
 @pytest.mark.parametrize("state", AUDITED)
