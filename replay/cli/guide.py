@@ -70,11 +70,12 @@ def _best_section(context: click.Context, query: Sequence[str]) -> tuple[str, st
         advice = f"near words: {', '.join(near)}" if near else "`replay guide` lists its pages"
         raise click.UsageError(f"the guide has no section about {' '.join(query)!r}; {advice}", context)
     best, *others = matches
+    missing = [term for term in best.missing if term.isidentifier()]
     if 2 * len(best.missing) > len(terms):  # a whole section about something else would mislead
-        heading = f"No section is about {' '.join(terms)}. The nearest, and the page to open:\n"
+        words = ", ".join(missing) or "most of these words"
+        heading = f"No section holds {words}. The nearest, and the page to open:\n"
         return best.section.topic, "\n".join([heading, *_pages_to_open(matches)])
     lines = []
-    missing = [term for term in best.missing if term.isidentifier()]
     if missing:
         lines.append(f"Not in this section: {', '.join(missing)}.\n")
     lines.append(best.section.page)

@@ -71,7 +71,7 @@ def test_repeated_measured_fix_gives_its_figures(subject):
     assert first.document.answers[0].fix.setting == fix.setting
 
 
-def test_step_that_pieces_miss_more_with_is_left_for_every_frame():
+def test_pieces_that_miss_more_are_advised_at_every_frame():
     """A hull is in contact all the time and misses no touch; pieces at 50 Hz miss touches of one frame of 11 ms."""
     touching = np.isin(np.arange(60), (15, 31, 47, 52))
     session = stirred(BEAKER, touching=touching)

@@ -50,7 +50,7 @@ def test_a_query_without_a_full_match_says_so(capsys):
 def test_weak_match_lists_pages_instead_of_one(capsys):
     assert main(["guide", "doctor", "qqqqqq", "wwwwww"]) == 0
     printed = capsys.readouterr().out
-    assert printed.startswith("No section is about doctor qqqqqq wwwwww. The nearest, and the page to open:\n\n- ")
+    assert printed.startswith("No section holds qqqqqq, wwwwww. The nearest, and the page to open:\n\n- ")
     assert "`replay guide your-recording`" in printed and "\n#" not in printed
 
 

@@ -119,7 +119,7 @@ def test_copper_hydroxide_beside_ammonia_is_said_to_be_aged():
     assert "name that solid instead" in event.text and event.level == "warning"
 
 
-def test_a_basic_salt_that_no_data_know_names_those_they_have():
+def test_unknown_basic_salt_is_refused_with_the_known_named():
     basic = ("reaction", {"equation": "2 CuSO4 + 2 NH3 + 2 H2O -> Cu2(OH)2SO4 + (NH4)2SO4"})
     with pytest.raises(PlanError, match=r"'Cu2\(OH\)2SO4' dissolves; of its ions they have .*Cu4\(OH\)6SO4"):
         titrated_with_ammonia(1.0, basic)

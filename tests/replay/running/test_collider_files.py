@@ -137,7 +137,7 @@ def test_front_is_better_with_every_more_pieces(shipped):
 
 
 @pytest.mark.slow
-def test_every_method_has_a_card_or_is_named_with_its_time(session, monkeypatch):
+def test_every_method_has_a_card_or_its_time(session, monkeypatch):
     monkeypatch.setitem(METHODS, "coacd", replace(METHODS["coacd"], seconds=3000.0))
     made = fix_colliders(session, limits=Limits(0.3), every_method=True)
     cards = {card["how"]: card for card in made.bodies[0]["others"]}

@@ -52,7 +52,7 @@ def test_a_known_solid_assumes_nothing():
         ),
     ],
 )  # fmt: skip
-def test_ions_that_make_a_solid_or_complex_have_an_end_point(burette, flask, equation, formula, molar):
+def test_ions_of_a_solid_or_complex_have_an_end_point(burette, flask, equation, formula, molar):
     (event,) = reaction(burette, flask, equation).named("end-point")
     assert event.values["formula"] == formula and event.values["mol_per_l"] == pytest.approx(molar, rel=0.01)
 

@@ -55,7 +55,7 @@ def joule_of(solution):
     return float(content.joule(moles, np.ones(1))[0])
 
 
-def test_a_salt_in_two_portions_has_the_heat_of_the_whole():
+def test_salt_in_two_portions_has_the_heat_of_the_whole():
     assert joule_of({"NaNO3": 3.0, "KCl": 3.0}) == pytest.approx(joule_of({"NaCl": 3.0, "KNO3": 3.0}), rel=1e-12)
     assert joule_of({"NaCl": 4.0}) == pytest.approx(-4.0 * 1430.0, rel=1e-9)
     assert joule_of({"HCl": 1.0}) == 0.0 == joule_of({"Na2CO3": 0.5})

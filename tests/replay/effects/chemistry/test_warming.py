@@ -6,7 +6,7 @@ import pytest
 from replay.effects.chemistry.warming import cooled, heat_given_off
 
 
-def test_an_acid_gives_the_heat_of_its_table_and_no_more():
+def test_acid_gives_the_heat_of_its_table_and_no_more():
     heats = {1.0: 28.07e3, 10.0: 67.03e3, 50.0: 73.34e3}
     acid, water = np.array([1.0, 2.0, 1.0, 1.0]), np.array([1.0, 20.0, 50.0, 1e9])
     assert heat_given_off(acid, water, heats) == pytest.approx([28.07e3, 2.0 * 67.03e3, 73.34e3, 73.34e3])
