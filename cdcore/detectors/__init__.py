@@ -140,6 +140,14 @@ OPTIONAL: Final[dict[str, DetectorRow]] = {
         extra="physx",
         no_triangles=HULLS,
     ),
+    "newton": DetectorRow(
+        entry="cdcore.detectors.engines:NewtonDetector",
+        label="Newton's colliders",
+        contact_offset="gap_m",
+        engine="newton",
+        extra="newton",
+        no_triangles=HULLS,
+    ),
 }
 """Rows that need an engine of an extra; without it they are refused when they are made."""
 

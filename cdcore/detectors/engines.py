@@ -8,6 +8,7 @@ import numpy as np
 from cdcore.engines.bullet_world import BulletWorld
 from cdcore.engines.engine_detector import EngineDetector, ShapedSettings
 from cdcore.engines.mujoco_world import MujocoWorld
+from cdcore.engines.newton_world import NewtonWorld
 from cdcore.engines.physx_world import PhysxWorld
 from cdcore.engines.rapier_world import RapierWorld
 from cdcore.protocol.settings import MOST_METRES, RateSettings, number
@@ -160,3 +161,40 @@ class PhysxDetector(EngineDetector[PhysxSettings]):
         """The contact offsets of both bodies, metres."""
         offset = self.settings.contact_offset_m
         return 2.0 * (UNITY_OFFSET_M if offset is None else offset)
+
+
+@dataclass(frozen=True, kw_only=True)
+class NewtonSettings(ShapedSettings):
+    """Settings of ``newton``.
+
+    ``shape``: hull or mesh, the triangles of what is not convex. ``rate_hz``: looks per second of session time;
+    ``None``: every frame. ``gap_m``: metres around each body within which Newton lists a contact, so that two bodies
+    are in contact below twice that distance; at 0 they touch. Newton's own default, 0.1, lists contacts early and
+    pushes nothing apart before it touches.
+    """
+
+    gap_m: float = number(0.0, 0, MOST_METRES, unit="metres")
+
+
+class NewtonDetector(EngineDetector[NewtonSettings]):
+    """Asks Newton, on the processor, for its list of contacts.
+
+    A hull within a hull is CONTACT. Triangles count from outside: a hull whose middle is inside a mesh, between the
+    faces of a wall for instance, is CLEAR. Kernels are compiled once per machine, which
+    takes 17 s to three minutes.
+
+    Source: ``CollisionPipeline`` of newton. Needs the extra ``newton``, else a MissingEngineError.
+    """
+
+    name = "newton"
+    title = "Newton"
+    World = NewtonWorld
+    meshes_meet = True
+    Settings = NewtonSettings
+    sources = ("The Newton developers, Newton 1.8, https://newton-physics.github.io/newton: collisions",)
+    choose_when = "your engine is Newton"
+    cannot = "list faces, or see hulls whose middle is inside a triangle mesh"
+
+    def contact_reach(self, _pair: int) -> float:
+        """The gaps of both bodies, metres."""
+        return 2.0 * self.settings.gap_m

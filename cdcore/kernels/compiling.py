@@ -9,7 +9,7 @@ the demo's 20 (2026-11).
 
 import gc
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from functools import wraps
 from time import perf_counter
 from typing import Any, Final, TypeVar, cast
@@ -30,6 +30,9 @@ NUMBA_SETTINGS: Final[Any] = numba.config
 INTERPRETED: Final = bool(NUMBA_SETTINGS.DISABLE_JIT)
 """Whether kernels run as the Python functions that they are, for a debugger or to measure coverage: slowly, with the
 same answers. Set by ``NUMBA_DISABLE_JIT=1``."""
+
+ENGINE_COMPILES: Final = "cdcore:engine compiles"
+"""Kind of event, beside numba's own, of an engine that compiles."""
 
 # Nobody calls the wrapper for C callers that is made of every kernel, no kernel has array expressions to rewrite, and
 # divisions that check for zero branch: together a third of the time to compile.
@@ -106,7 +109,7 @@ def hot_kernel(function: Function) -> Function:
 
 
 class Compiled(event.Listener):
-    """Listens to numba: how many kernels were compiled, and how long that took.
+    """Listens to numba and to engines: how many kernels were compiled, and how long that took.
 
     ``tell`` is called with the seconds spent so far, when a kernel is about to compile. Meanwhile the garbage
     collector rests: a compiler makes many objects that live and few cycles, and the search for cycles took a tenth of
@@ -118,6 +121,8 @@ class Compiled(event.Listener):
         self.seconds = 0.0
         self.folder: str | None = None
         """Where later starts find the machine code; ``None`` if nothing could be written."""
+        self.engine = ""
+        """Name of the engine whose own compiler works; empty: numba does."""
         self._tell, self._depth, self._since, self._collects = tell, 0, 0.0, False
 
     def on_start(self, event: Any) -> None:
@@ -125,8 +130,12 @@ class Compiled(event.Listener):
         self._depth += 1
         if self._depth > 1:
             return
-        compiled = event.data["dispatcher"]
-        if compiled.py_func.__module__.startswith("cdcore."):
+        self.engine = event.data.get("engine", "")
+        if self.engine:
+            self.kernels += 1
+            self.folder = event.data["folder"]
+            self._tell(self.seconds)
+        elif (compiled := event.data["dispatcher"]).py_func.__module__.startswith("cdcore."):
             self.kernels += 1
             self.folder = compiled.stats.cache_path
             self._tell(self.seconds)
@@ -149,11 +158,19 @@ def compiling_reported(tell: Callable[[float], None]) -> Iterator[Compiled]:
     heard = Compiled(tell)
     listen: Any = event.register
     forget: Any = event.unregister
-    listen("numba:compile", heard)
+    for kind in ("numba:compile", ENGINE_COMPILES):
+        listen(kind, heard)
     try:
         yield heard
     finally:
-        forget("numba:compile", heard)
+        for kind in ("numba:compile", ENGINE_COMPILES):
+            forget(kind, heard)
+
+
+def engine_compiles(engine: str, folder: str) -> AbstractContextManager[None]:
+    """Report to ``compiling_reported`` that an engine compiles in this context, whose machine code goes to a folder."""
+    trigger: Any = event.trigger_event
+    return cast("AbstractContextManager[None]", trigger(ENGINE_COMPILES, data={"engine": engine, "folder": folder}))
 
 
 Operation = TypeVar("Operation", bound=Callable[..., Any])

@@ -65,12 +65,14 @@ def compiling_announced(listener: object, *, alone: bool = False) -> Iterator[No
 
     def tell(seconds: float) -> None:
         nonlocal announced_at
-        if not alone:
+        if not alone and not compiled.engine:
             compile_beside()
         if seconds - announced_at >= TELL_EVERY:
             announced_at = seconds
             so_far = f" ({words.fixed(seconds, 0)} s so far)" if seconds >= 1 else ""
-            listener.say(f"Compiling kernels for this machine, once{so_far}")
+            kernels = f"{compiled.engine}'s kernels" if compiled.engine else "kernels"
+            minutes = "; this can take minutes" if compiled.engine else ""
+            listener.say(f"Compiling {kernels} for this machine, once{minutes}{so_far}")
 
     with compiling_reported(tell) as compiled:
         yield

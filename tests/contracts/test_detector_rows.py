@@ -106,9 +106,10 @@ def test_stress_asks_every_row_about_which_triangles_say_something():
 
 
 def test_engine_modules_are_those_of_the_extras():
-    assert ENGINE_MODULE == {"mujoco": "mujoco", "rapier": "rapier3d", "bullet": "pybullet", "physx": "ovphysx"}
+    modules = {"mujoco": "mujoco", "rapier": "rapier3d", "bullet": "pybullet", "physx": "ovphysx", "newton": "newton"}
+    assert modules == ENGINE_MODULE
     assert all(find_spec(module) is None or module in ENGINE_MODULE.values() for module in ENGINE_MODULE.values())
-    assert {row.extra for row in OPTIONAL.values()} == {"engines", "physx"}
+    assert {row.extra for row in OPTIONAL.values()} == {"engines", "physx", "newton"}
 
 
 @pytest.mark.parametrize("name", TABLE)

@@ -32,6 +32,8 @@ REACH = {
     # PhysX: contactOffset computed from gravity and step, twice 9.81 / 60**2 m a body, and contact below the sum of
     # both: nvidia-omniverse.github.io/PhysX/ovphysx, simulation_setup/collision, "Rest and Contact Offsets".
     "physx": 2 * 2 * 9.81 / 60**2 * 1000,
+    # Newton: ShapeConfig.margin 0; our row sets gap 0, which its documentation calls additional detection distance.
+    "newton": 0.0,
 }
 
 
@@ -57,6 +59,7 @@ def test_cube_touches_plate_below_the_documented_distance(name):
         ("rapier", {"prediction_m": 0.005}, 5.0),
         ("bullet", {"margin_m": 0.004}, 2 * 4.0 + 0.02 * (50 + 4) * 3**0.5),
         ("physx", {"contact_offset_m": 0.01}, 20.0),
+        ("newton", {"gap_m": 0.005}, 10.0),
     ],
 )
 def test_another_offset_moves_the_distance_by_as_much(name, settings, millimetres):
@@ -71,6 +74,7 @@ def test_another_offset_moves_the_distance_by_as_much(name, settings, millimetre
         # A millimetre and more too late between edges: Rapier measures at corners of faces.
         ("rapier", {"prediction_m": 0.01}, 0.01, 1e-6, 3e-3),
         ("bullet", {}, 0.002, 1e-3, 0.0),
+        pytest.param("newton", {}, 0.0, 1e-6, 5e-6, marks=pytest.mark.slow),
         pytest.param("physx", {"contact_offset_m": 0.01}, 0.02, 1e-6, 2e-5, marks=pytest.mark.slow),
     ],
 )
@@ -137,11 +141,12 @@ def test_crowded_bodies_lose_no_contacts(name):
     assert counts_as_contact(create_detector(name, bodies).detect(still(bodies, positions)).verdict).all()
 
 
-@pytest.mark.skipif(find_spec("rapier3d") is None, reason="rapier3d is an extra")
-def test_rapier_tests_two_meshes():
+@pytest.mark.parametrize("name", ["rapier", pytest.param("newton", marks=pytest.mark.slow)])
+def test_two_meshes_are_tested_against_each_other(name):
+    pytest.importorskip(ENGINE_MODULE[name])
     bodies = [Body("a", beaker_mesh()), Body("b", beaker_mesh())]
     motion = unturned([[[0, 0, 0], [9, 0, 0]], [[0, 0, 0], [0.03, 0, 0]]])
-    assert in_contact("rapier", bodies, motion, shape="mesh").tolist() == [False, True]
+    assert in_contact(name, bodies, motion, shape="mesh").tolist() == [False, True]
 
 
 @pytest.mark.parametrize("name", OWN)

@@ -116,7 +116,7 @@ def test_unknown_settings_are_answered_with_known_settings():
 def test_missing_engine_error_says_how_to_install_it(name, monkeypatch):
     module = ENGINE_MODULE[name]
     monkeypatch.setitem(sys.modules, module, None)
-    extra = "physx" if name == "physx" else "engines"
+    extra = name if name in ("physx", "newton") else "engines"
     with pytest.raises(
         MissingEngineError, match=rf'^{module} is not installed; pip install "vrlab-replay\[{extra}\]"'
     ) as text:
@@ -129,7 +129,7 @@ def test_settings_arrive_and_are_kept():
 
 
 def test_table_loads_no_engine_before_use():
-    engines = {"fcl", "numba", "scipy", "mujoco", "rapier3d", "pybullet", "ovphysx"}
+    engines = {"fcl", "numba", "scipy", "mujoco", "rapier3d", "pybullet", "ovphysx", "newton", "warp"}
     code = f"import sys, cdcore; cdcore.DETECTORS; cdcore.Motion; print({engines} & set(sys.modules))"
     done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert done.stdout.strip() == "set()"

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from numba import njit
 
+from cdcore.kernels.compiling import engine_compiles
 from replay.detection import compile_notice
 from replay.detection.compile_notice import compiling_announced
 from replay.detection.progress import Silent
@@ -74,6 +75,14 @@ def test_beside_who_compares_clocks_no_process_compiles(started):
     with compiling_announced(heard, alone=True):
         fresh_kernel("cdcore.narrow.bvh.traverse")(1)
     assert started == [] and heard.sentences[-1].startswith("Compiled in ")
+
+
+def test_an_engine_that_compiles_is_announced_before_it_ends(started):
+    heard = Heard()
+    with compiling_announced(heard), engine_compiles("Newton", "cache/warp"):
+        assert heard.sentences == ["Compiling Newton's kernels for this machine, once; this can take minutes"]
+    assert heard.sentences[1].endswith("; later starts load it from cache/warp")
+    assert started == [], "no kernels of ours are needed beside"
 
 
 @pytest.mark.parametrize("cores", [1, None])

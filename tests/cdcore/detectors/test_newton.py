@@ -1,0 +1,104 @@
+"""Newton decides as exact hulls do, loses no contact for want of room, and reports what it compiles."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from support.shapes import beaker_mesh, box_mesh, lab, rod_mesh, still
+
+from cdcore import Body, TriangleMesh, Verdict, create_detector
+from cdcore.engines import newton_world
+from cdcore.errors import InvalidMeshError, MissingEngineError
+from cdcore.kernels.compiling import compiling_reported
+from cdcore.protocol import counts_as_contact
+
+pytest.importorskip("newton", reason="newton is no part of `test`: the extra of that name")
+warp = pytest.importorskip("warp")
+
+pytestmark = pytest.mark.slow
+"""Loading its kernels takes seconds, compiling them minutes."""
+
+
+def crowd(count):
+    bodies = [Body(f"box {k}", box_mesh((0.1, 0.1, 0.1))) for k in range(count)]
+    return bodies, still(bodies, np.random.default_rng(0).normal(scale=0.01, size=(count, 3)))
+
+
+def test_it_agrees_with_hulls_in_every_frame_of_the_lab():
+    bodies, motion = lab(60)
+    answer, ours = (
+        counts_as_contact(create_detector(name, bodies).detect(motion).verdict) for name in ("newton", "collider")
+    )
+    assert np.array_equal(answer, ours) and ours.sum() > 100
+
+
+def test_buffer_without_room_grows_and_loses_no_contact(monkeypatch):
+    monkeypatch.setattr(newton_world, "LEAST_ROOM", 1)
+    monkeypatch.setattr(newton_world, "CONTACTS_PER_PAIR", 0)
+    bodies, motion = crowd(8)
+    detector = create_detector("newton", bodies)
+    assert counts_as_contact(detector.detect(motion).verdict).all()
+    assert detector._world._contact_room > 28
+
+
+def test_triangles_without_room_grow_and_lose_no_contact(monkeypatch):
+    monkeypatch.setattr(newton_world, "TRIANGLE_PAIRS", 2)
+    bodies = [Body("beaker", beaker_mesh()), Body("rod", rod_mesh())]
+    motion = still(bodies, [[0, 0, 0], [0, 0, 0]])
+    detector = create_detector("newton", bodies, shape="mesh")
+    answer = detector.detect(motion).verdict
+    assert np.array_equal(answer, create_detector("exact", bodies).detect(motion).verdict)
+    assert detector._world._triangle_room > 2 and answer[0, 0] == Verdict.CONTACT
+
+
+def test_more_contacts_than_there_is_room_for_are_refused(monkeypatch):
+    monkeypatch.setattr(newton_world, "LEAST_ROOM", 1)
+    monkeypatch.setattr(newton_world, "CONTACTS_PER_PAIR", 0)
+    monkeypatch.setattr(newton_world, "LARGEST_ROOM", 10)
+    monkeypatch.setattr(newton_world, "TRIANGLE_PAIRS", 1)
+    bodies, motion = crowd(8)
+    with pytest.raises(InvalidMeshError, match=r"^Newton has no room for the contacts of these meshes, more than 10 "):
+        create_detector("newton", bodies).detect(motion)
+
+
+def test_hull_whose_middle_is_inside_a_mesh_is_clear():
+    """The limit that the row states; its surfaces cross the wall all the same."""
+    sheet, stub = box_mesh((1.0, 1.0, 0.01)), box_mesh((0.1, 0.1, 0.5))
+    vertices = np.concatenate([sheet.vertices, stub.vertices + np.array([0.4, 0.4, 0.3])])
+    corner = TriangleMesh(vertices, np.concatenate([sheet.faces, stub.faces + len(sheet.vertices)]))
+    bodies = [Body("corner", corner), Body("rod", box_mesh((0.005, 0.005, 0.2)))]
+    for height, word in ((0.0, Verdict.CLEAR), (0.02, Verdict.CONTACT)):
+        motion = still(bodies, [[0, 0, 0], [0.01, 0.02, height]])
+        assert create_detector("exact", bodies).detect(motion).verdict[0, 0] == Verdict.CONTACT
+        assert create_detector("newton", bodies, shape="mesh").detect(motion).verdict[0, 0] == word
+
+
+def test_what_its_compiler_does_is_reported(monkeypatch):
+    seconds, compiled = [], []
+    monkeypatch.setattr(warp._src.build, "build_cpu", lambda path, **_: compiled.append(path))
+    with compiling_reported(seconds.append) as heard, newton_world._compiling(warp):
+        warp._src.build.build_cpu("kernel.o", mode="release")
+    assert (compiled, len(seconds), heard.kernels, heard.engine) == (["kernel.o"], 1, 1, "Newton")
+    assert heard.folder == warp.config.kernel_cache_dir
+
+
+def test_cache_that_cannot_be_written_is_a_sentence(monkeypatch):
+    def refused():
+        raise PermissionError("no")
+
+    monkeypatch.setattr(warp, "init", refused)
+    with pytest.raises(MissingEngineError, match=r"^newton can keep its kernels nowhere; set WARP_CACHE_PATH to "):
+        create_detector("newton", crowd(2)[0])
+
+
+def test_second_process_compiles_nothing():
+    code = (
+        "from cdcore import Body, TriangleMesh, create_detector; import numpy as np;"
+        "from cdcore.kernels.compiling import compiling_reported;"
+        "mesh = TriangleMesh(np.eye(4, 3), [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]);"
+        "context = compiling_reported(lambda _: None); heard = context.__enter__();"
+        "create_detector('newton', [Body('a', mesh), Body('b', mesh)]); print(heard.kernels)"
+    )
+    runs = [subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True) for _ in range(2)]
+    assert runs[1].stdout.strip() == "0" and runs[1].stderr == ""
