@@ -35,8 +35,8 @@ from replay.detection.run_detector import detect_all, make_detector, run_detecto
 from replay.document.answer import Answer, Fix, FixFigures
 from replay.document.before_after import Errors, change_text, errors_of_rank, errors_of_row, worse_text
 from replay.document.cost import busy_sentence, busy_text
+from replay.document.decision import SHIP_COMMAND
 from replay.document.diagnosis import pieces_may_help
-from replay.document.placeholders import SESSION
 from replay.document.ranking import Rank
 from replay.document.run_result import RunResult
 from replay.document.summary import sample_times
@@ -183,7 +183,7 @@ class _Measuring:
         return Fix(
             text=f"{text}{rest} To ship it:",
             measured=True,
-            command=f"replay fix {SESSION} --engine unity",
+            command=SHIP_COMMAND,
             setting=spec_text(best.spec.name, best.spec.settings),
             figures=best.figures,
         )

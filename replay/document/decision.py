@@ -1,7 +1,7 @@
 """The decision of a run: which detector to ship for this session, why, and which is next best."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from replay.auditing.loss import fraction_of
@@ -10,10 +10,12 @@ from replay.document.cost import BUDGET_MS, FRAME, busy_text
 from replay.document.placeholders import SESSION
 from replay.document.ranking import Rank, fault_text, fixed_rank
 from replay.document.run_document import RunDocument
-from replay.words import plural
 
 CALL: Final = "To call it from Python:"
 CALL_COMMAND: Final = "replay guide your-own-detector"
+
+SHIP_COMMAND: Final = f"replay fix {SESSION} --engine unity"
+"""Writes the colliders of a measured Fix for an engine."""
 
 Step = tuple[str, str]
 """Text and command of a Fix."""
@@ -29,25 +31,48 @@ class Decision:
     command : of the next step; ``""``: there is none.
     rank : the detector that it names; ``None``: this run cannot tell.
     is_fix : whether it is the measured Fix of the worst detector.
+    in_code : what to ship in code of one's own, where ``text`` is about an engine; ``None``: ``text`` says it.
     """
 
     text: str
     command: str = ""
     rank: Rank | None = None
     is_fix: bool = False
+    in_code: "Decision | None" = None
 
 
 def decision(document: RunDocument, ranks: Sequence[Rank]) -> Decision | None:
     """Return which detector to ship; ``None``: nothing was audited.
 
-    The reference counts as right, so it is the one to ship wherever it runs frame by frame in the time of a frame, and
-    no other is as right and faster. Else it is the detector, or the measured Fix of one, with the smallest loss.
+    Colliders of an engine that are worst, and better once they are cut, are decided first: an engine can ship those.
+    In code of one's own the reference counts as right, so it is the one to ship wherever it runs frame by frame in the
+    time of a frame, and no other is as right and faster. Else it is the detector, or the measured Fix of one, with the
+    smallest loss.
     """
     if not ranks:
         return None
-    *others, reference = ranks
-    if not reference.contacts:
+    if not ranks[-1].contacts:
         return Decision("Decide with another session: this one has no contact that was compared.")
+    in_code = _in_code(document, ranks)
+    for answer in document.answers[:1]:
+        rank, fix = next((rank for rank in ranks[:-1] if rank.label == answer.label), None), answer.fix
+        if rank is None or fix is None or fix.figures is None or fix.command != SHIP_COMMAND:
+            continue
+        fixed = fixed_rank(rank, fix.figures, fix.setting)
+        if fixed.loss < rank.loss:
+            other = None if in_code.is_fix else replace(in_code, text=_where("In code of your own", in_code.text))
+            return Decision(_where("In your engine", fix.text), fix.command, fixed, is_fix=True, in_code=other)
+    return in_code
+
+
+def _where(place: str, text: str) -> str:
+    """A sentence after the place it is about."""
+    return f"{place}, {text[:1].lower()}{text[1:]}"
+
+
+def _in_code(document: RunDocument, ranks: Sequence[Rank]) -> Decision:
+    """Which detector to ship where code of one's own detects contacts."""
+    *others, reference = ranks
     # Times of all frames at once are worse evidence than live ones, unless there are no others.
     live = [rank for rank in ranks if document.detectors[rank.label].live] or ranks
     decided = [rank for rank in others if not rank.undecided and rank in live]
@@ -88,8 +113,7 @@ def _faster(document: RunDocument, best: Rank, reference: Rank) -> bool:
 
 
 def _reference_text(reference: Rank) -> str:
-    right = f"none of {plural(reference.contacts, 'contact')} missed or false by definition"
-    return f"Ship {reference.label}, the reference: {right}, within {FRAME}."
+    return f"Ship {reference.label}, the reference: right by definition, and within {FRAME}."
 
 
 def _next_best(best: Rank | None) -> str:

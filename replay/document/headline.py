@@ -232,6 +232,7 @@ def answer_reasons(result: Summarised) -> list[Reason]:
     fix = first.fix
     # A Fix that is the reference is the decision already, or too slow.
     named = [result.oracle, *([decided.rank.label] if decided is not None and decided.rank is not None else [])]
+    in_code = None if decided is None else decided.in_code
     alternative = fix is not None and decided is not None and not decided.is_fix and fix.detector not in named
     rows = [
         ("What", _what_else(result), ""),
@@ -240,6 +241,7 @@ def answer_reasons(result: Summarised) -> list[Reason]:
         *([] if decided is None else [("Do", decided.text, decided.command)]),
         ("Cost", price(result, decided), ""),
         *([("Or", f"To improve {first.label} itself: {fix.text}", fix.command)] if fix and alternative else []),
+        *([] if in_code is None else [("Or", in_code.text, in_code.command)]),
         ("Sure", " ".join([*_doubtful(result.document), *certainty(result.document, result.ranking)]), ""),
     ]
     return [row for row in rows if row[1]]

@@ -131,8 +131,19 @@ def test_a_shipped_fix_has_its_trade_in_the_same_sentence(false, missed, ships):
     made = decision(structs.replace(document_of("a", "exact"), answers=(Answer("a", "", fix=fix),)), ranks)
     assert made.rank.label == ships and made.is_fix == (ships == "a+fix")
     if made.is_fix:
-        assert fix.text in made.text and "but missed" in made.text and made.command == fix.command
+        assert fix.text[1:] in made.text and "but missed" in made.text and made.command == fix.command
         assert made.rank.loss == pytest.approx(false + missed / 9)
+
+
+@pytest.mark.parametrize(("false", "place"), [(0.1, "In your engine, split b"), (0.8, "Ship exact")])
+def test_engine_gets_its_fix_and_own_code_the_reference(false, place):
+    ranks = [rank_of("a", false=0.86), rank_of("exact")]
+    answers = (Answer("a", "", fix=fix_of(false, missed=1)),)
+    made = decision(structs.replace(document_of("a", "exact"), answers=answers), ranks)
+    assert made.text.startswith(place)
+    assert (made.in_code is not None) == made.is_fix
+    if made.in_code is not None:
+        assert made.in_code.text.startswith("In code of your own, ship exact, the reference")
 
 
 def test_without_an_audit_nothing_is_recommended_or_sure():
