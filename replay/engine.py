@@ -19,6 +19,7 @@ from replay.auditing.episodes import episodes
 from replay.auditing.examination import examine
 from replay.auditing.false_contacts import false_contacts
 from replay.auditing.flicker import find_flicker
+from replay.auditing.holding import holdings
 from replay.auditing.matching import match_episodes
 from replay.auditing.noisy_contacts import in_noise
 from replay.auditing.sampling_offsets import STEPS, OffsetCounts, at_offset, counts_over_offsets, has_offsets
@@ -249,7 +250,7 @@ def _audited(ready: Prepared, oracle: str, detected: Detected, progress: Progres
         detectors={label: run.detector for label, run in runs.items()},
     )
     if reference is None:
-        return result
+        return replace(result, holdings=holdings(assembly, session)) if runs else result
     audited = {label: run for label, run in runs.items() if label != oracle}
     # Misses are examined with other kernels.
     with progress.stage(COMPARING, 2 * EXAMINING * len(audited)) as advance, compiling_announced(progress):

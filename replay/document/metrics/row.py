@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore.numerics import IntArray
-from replay.auditing.holding import Grasp, grasps, hand_bodies
+from replay.auditing.holding import Grasp, grasps, hand_bodies, within
 from replay.auditing.outcome import Episode, Outcome
 from replay.auditing.sampling_offsets import OFFSET_SETTING
 from replay.document.metrics.hands import ACTIVITIES, fixed_bodies, moving, span_names, task_seconds
@@ -131,7 +131,9 @@ def _shared(result: RunResult, grasping: _Grasping) -> dict[str, Any]:
 def _of_detector(result: RunResult, label: str, grasping: _Grasping, minutes: float) -> dict[str, Any]:
     assembly = result.assembly
     whole = result.episodes[label]
-    own = [episode for episode in whole if not assembly.grasped[episode.pair]]
+    frames = np.array([(episode.pair, episode.first, episode.last) for episode in whole], dtype=np.int64).reshape(-1, 3)
+    grasped = assembly.grasped[frames[:, 0]] | within(result.holdings, *frames.T)
+    own = [episode for episode, is_grasped in zip(whole, grasped.tolist(), strict=True) if not is_grasped]
     unintended = [
         episode
         for episode in own

@@ -17,6 +17,7 @@ from replay.document.metrics.row import (
 )
 from replay.effects.output import EffectEvent
 from replay.engine import compute
+from sessions.model.track import HandTrack
 from sessions.synthetic.scenes import make_scene_session
 
 PAIRS = np.array([[0, 1], [1, 2], [0, 2]])
@@ -85,6 +86,24 @@ def test_a_contact_of_metrics_is_a_contact_of_the_run():
     counts = {row["detector"]: row["contacts_per_min"] * minutes for row in metric_rows(result)}
     assert counts == pytest.approx({label: len(actual) for label, actual in result.episodes.items()})
     assert counts["exact"] == pytest.approx(10) == result.document.audit["hybrid"].contacts
+
+
+@pytest.mark.parametrize("oracle", ["exact", "none"])
+def test_contacts_a_minute_leave_out_what_a_hand_holds(oracle):
+    """The hand touches the cube, carries it while its trigger is pressed, and lets go; once the cube meets the ball."""
+    time = np.arange(300) * 0.01
+    cube = 0.5 * np.clip(time - 1.0, 0.0, 1.0)
+    hand = np.where(time < 1.0, -3.0 + 2.0 * time, cube - 0.95)
+    ball = np.where((time > 0.2) & (time < 0.3), 0.9, 9.0)
+    trigger = ((time >= 1.0) & (time < 2.0)).astype(float)
+    hands = {"p/right": HandTrack(np.arange(300) * 10_000_000, trigger)}
+    session = replace(cubes({"hand-right": hand, "cube": cube, "ball": ball}), hands=hands)
+    result = run(session, detectors="hull50", oracle=oracle)
+    counts = {row["detector"]: row["contacts_per_min"] * row["valid_minutes"] for row in metric_rows(result)}
+    assert {label: len(contacts) for label, contacts in result.episodes.items()} == dict.fromkeys(counts, 2)
+    assert counts == pytest.approx(dict.fromkeys(counts, 1))
+    held = result.tables["episodes"].column("held")
+    assert held.count(True) == held.count(False) == len(counts)
 
 
 @pytest.mark.parametrize(
