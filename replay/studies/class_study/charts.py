@@ -85,7 +85,10 @@ def _associations(study: Study) -> Plot | None:
     held = (
         " *: with the other predictors held constant." if any(c.kind == "multiple" for c in study.coefficients) else ""
     )
-    caption = f"Associations, standardised, with 95 % intervals; blue: associated, grey: may be chance.{held}"
+    caption = (
+        "Associations, standardised, with 95 % intervals; blue: associated, grey: may be chance. A grey bar can leave "
+        f"out zero: colours follow p after Holm's correction, bars have none.{held}"
+    )
     return interval_plot(rows, caption, "standardised coefficient", marks=(0.0,)) if rows else None
 
 

@@ -41,7 +41,7 @@ class AnswerRow:
 def class_answer(tables: ClassTables, where: Mapping[str, Place], study: Study | None) -> list[AnswerRow]:
     """Return the rows below the first sentence of a class; a row without text or links is left out."""
     rows = [
-        AnswerRow("What", " ".join([_results(study), *tables.headlines()])),
+        AnswerRow("What", " ".join(filter(None, [tables.rate_difference(), _results(study), *tables.headlines()]))),
         AnswerRow("When", "Look first at", _first_sessions(tables, where)),
         AnswerRow("Why", _causes(tables)),
         AnswerRow("Do", _detector(tables, study)),

@@ -50,6 +50,11 @@ def percent(value: float) -> str:
     return f"{words.as_percentage(value)}"
 
 
+def per_minute(value: float) -> str:
+    """How many contacts a minute, the number alone."""
+    return f"{value:.3g}"
+
+
 def rate(value: float) -> str:
     """How many a session."""
     return f"{value:.2g} a session"
@@ -103,12 +108,44 @@ class ClassTables:
             estimate = self._never(label, contacts)[1]
             if estimate.students >= LEAST_IN_CELL:
                 students = self._counted_students(estimate.students)
-                between = f"{percent(estimate.low)} to {percent(estimate.high)}, n = {students}"
+                between = f"{percent(estimate.low)} to {percent(estimate.high)}, {students}"
                 lines.append(
                     f"{label} misses {percent(estimate.value)} of the contacts ({between})"
                     f"{self._false_contacts(label)}."
                 )
         return lines
+
+    def rate_difference(self) -> str:
+        """Sentence on the detector whose contacts a minute differ most from the reference's; ``""``: none differs.
+
+        Both have to be measured in the same sessions: else the difference could be one of students.
+        """
+        trusted = self._trusted()
+        if len(trusted) != 1:
+            return ""
+        (oracle,) = trusted
+        measured, reference = np.isfinite(self._rates(oracle)), self._a_minute(oracle)
+        if reference.students < LEAST_IN_CELL:
+            return ""
+        rates = {
+            label: self._a_minute(label).value
+            for label in self.runs.audited
+            if np.array_equal(np.isfinite(self._rates(label)), measured)
+        }
+        most = max(rates, key=lambda label: abs(rates[label] - reference.value), default="")
+        if not most or per_minute(rates[most]) == per_minute(reference.value):
+            return ""
+        more = ""
+        if reference.value:
+            change = rates[most] / reference.value - 1.0
+            more = f" ({'+' if change > 0 else '-'}{percent(abs(change))})"
+        return (
+            f"{most} reports {per_minute(rates[most])} contacts a minute, {oracle} {per_minute(reference.value)}{more}."
+        )
+
+    def _trusted(self) -> list[str]:
+        """Detectors that others are compared with, in order of appearance."""
+        return list(dict.fromkeys(oracle for run in self.runs.metrics if (oracle := self.runs.of(run, "oracle"))))
 
     def _false_contacts(self, label: str) -> str:
         """Words on the false contacts of a detector, to follow those on its misses."""
@@ -120,11 +157,11 @@ class ClassTables:
         return f" and reports {estimate.value:.2g} false contacts a session ({between})"
 
     def _counted_students(self, counted: int) -> str:
-        """``52``, or ``44 of 52``, and why: a student without a contact has no share of missed ones."""
-        others = len(self.runs.students) - counted
-        if not others:
-            return f"{counted}"
-        return f"{counted} of {len(self.runs.students)}; {few(others)} others had no contact in a session it replayed"
+        """``52 students``, or ``44 of 52 students``, and why: one without a contact has no share of missed ones."""
+        students = len(self.runs.students)
+        if counted == students:
+            return f"{counted} students"
+        return f"{counted} of {students} students; the others had no contact to miss"
 
     def sample(self) -> dict[str, str]:
         """Content and device of the sessions, under the names of Table II."""
@@ -136,12 +173,12 @@ class ClassTables:
 
     def detectors(self) -> Table:
         """A row per detector, the trusted ones first."""
-        trusted = dict.fromkeys(oracle for run in self.runs.metrics if (oracle := self.runs.of(run, "oracle")))
+        trusted = self._trusted()
         contacts = self.counts("episodes", "missed_by")
         faults = [self.counts(name, "detector") for name in FAULTS]
         rows = []
         for label in dict.fromkeys((*trusted, *self.runs.audited)):
-            cells = [self._a_minute(label), "", "", ""]
+            cells = [cell(self._a_minute(label), per_minute), "", "", ""]
             if label not in trusted:
                 nothing = np.zeros(len(self._owners))
                 rates = (self._rate(counts.get((label,), nothing), label) for counts in faults)
@@ -255,13 +292,17 @@ class ClassTables:
         estimate = self._drawn.ratio(lost, every)
         return cell(estimate, percent, f"{lost.sum():.0f} of {every.sum():.0f}"), estimate
 
-    def _a_minute(self, label: str) -> Cell:
+    def _a_minute(self, label: str) -> Estimate:
         """Contacts a minute that a detector sees."""
-        rows = (detectors.get(label, {}) for detectors in self.runs.metrics.values())
-        rates = np.array([row.get("contacts_per_min") for row in rows], dtype=np.float64)
+        rates = self._rates(label)
         measured = self._of_students(np.isfinite(rates))
         means = self._of_students(np.nan_to_num(rates)) / np.maximum(measured, 1.0)
-        return cell(self._drawn.ratio(means, np.minimum(measured, 1.0)), "{:.3g}".format)
+        return self._drawn.ratio(means, np.minimum(measured, 1.0))
+
+    def _rates(self, label: str) -> FloatArray:
+        """Contacts a minute that a detector sees in each session; NaN where it saw none of the session."""
+        rows = (detectors.get(label, {}) for detectors in self.runs.metrics.values())
+        return np.array([row.get("contacts_per_min") for row in rows], dtype=np.float64)
 
 
 def _table(heads: Sequence[str], figures: Sequence[str], rows: Sequence[_Row], notes: Iterable[str] = ()) -> Table:

@@ -13,7 +13,6 @@ from replay.studies.class_study.class_answer import class_answer
 from replay.studies.class_study.class_runs import ClassRuns, runs_with_open_guesses
 from replay.studies.class_study.class_tables import ClassTables, Place, class_counts, sessions_table
 from replay.studies.class_study.regression import LEVEL
-from replay.studies.class_study.reliability import kaiser_word
 from replay.studies.class_study.tables import (
     OBSERVED_ONLY,
     behind,
@@ -90,6 +89,6 @@ def _all_items(study: Study) -> Iterator[str]:
     if study.kmo is not None and study.bartlett is not None:
         b = study.bartlett
         yield (
-            f"All items together: KMO {study.kmo:.3f} ({kaiser_word(study.kmo)}); Bartlett's chi-square "
+            f"All items together: KMO {study.kmo:.3f}; Bartlett's chi-square "
             f"{b.chi_square:.1f} with {b.degrees} degrees of freedom, p {p_text(b.p)}; n = {b.students}."
         )

@@ -120,7 +120,7 @@ HEADS: Final = {
     "vif": "VIF",
     "alpha": "Cronbach's alpha",
     "least_item_total": "least item with the rest",
-    "pooled_beta": "paper's coefficient",
+    "pooled_beta": "pooled coefficient",
     "pooled_fit": "its fit",
     "pooled_p": "its p",
 }
@@ -204,8 +204,8 @@ def study_tables(study: Study) -> dict[str, Table]:
             "outcome first_group first_students first_mean second_group second_students second_mean pooled_beta "
             "pooled_fit pooled_p difference=beta low high p p_holm conclusion",
             [
-                "The paper computes coefficient, adjusted fit and significance, with one predictor, nothing "
-                "corrected.",
+                "The published study that this page follows computes the pooled coefficient, its fit and its p: one "
+                "predictor, nothing corrected.",
                 "The data allow the second group's mean less the first's, p of t with HC3 errors, Holm across "
                 "the rows.",
             ],
@@ -219,7 +219,7 @@ def opening(study: Study | None, counts: str) -> str:
 
 
 def _verdict(study: Study | None) -> str:
-    """``the detector changes no conclusion.``, or what changes, or why that is not known."""
+    """Whether the detector changes a conclusion, what changes, or why that is not known."""
     unknown = "whether the detector changes a conclusion is not known"
     if study is None:
         return f"{unknown}, since there is no questionnaire."
@@ -230,7 +230,16 @@ def _verdict(study: Study | None) -> str:
     changed = [_changed(study, row) for row in study.sensitivity if row.tested and row.changes]
     if changed:
         return f"the detector changes {plural(len(changed), 'conclusion')}: {'; '.join(changed)}."
-    return "the detector changes no conclusion."
+    return f"the detector changes no conclusion{_nothing_associated(study)}."
+
+
+def _nothing_associated(study: Study) -> str:
+    """``; no association was found with any detector``; ``""`` where one about behaviour was found."""
+    results = [result for row in study.sensitivity for result in (row.before, row.after) if result is not None]
+    if any(result.associated for result in results):
+        return ""
+    about = " with behaviour" if any(finding.associated for finding in study.findings) else ""
+    return f"; no association{about} was found with any detector"
 
 
 def _changed(study: Study, row: Sensitivity) -> str:
@@ -252,4 +261,4 @@ def sample_table(study: Study, here: Mapping[str, str]) -> Table:
     }  # fmt: skip
     rows = tuple((name, printed, own[name]) for name, printed in PRINTED.items())
     columns = Column("what"), Column("printed"), Column("here")
-    return Table(columns, rows, "Table II of the paper, beside this study")
+    return Table(columns, rows, "Table II of the published study, beside this one")

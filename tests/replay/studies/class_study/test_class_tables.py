@@ -2,6 +2,7 @@
 
 import shutil
 from dataclasses import replace
+from statistics import fmean
 
 import pyarrow as pa
 import pytest
@@ -110,12 +111,40 @@ def test_students_file_names_each_session_once(tmp_path):
 
 def test_headline_says_why_n_is_smaller_than_the_class(tmp_path):
     runs, made = tables_of(tmp_path, 12, 12, detectors={"slow": 0.9}, contacts=20)
-    assert made.headlines()[0].count("n = 12) and reports ")
+    assert made.headlines()[0].count(", 12 students) and reports ")
     without = [row for row in runs.tables["episodes"].to_pylist() if row["place"] >= 5]
     schema = runs.tables["episodes"].schema
     fewer = replace(runs, tables=runs.tables | {"episodes": pa.Table.from_pylist(without, schema=schema)})
     sentence = ClassTables(fewer).headlines()[0]
-    assert "n = 7 of 12; 5 others had no contact in a session it replayed" in sentence
+    assert "7 of 12 students; the others had no contact to miss" in sentence
+
+
+def test_detector_with_most_other_rates_is_named_beside_reference(tmp_path):
+    runs, made = tables_of(tmp_path, 12, 6, contacts=20)
+    by_detector = {}
+    for label in ("exact", *runs.audited):
+        of_student = {}
+        for rows in runs.metrics.values():
+            of_student.setdefault(rows[label]["student"], []).append(rows[label]["contacts_per_min"])
+        by_detector[label] = fmean(map(fmean, of_student.values()))
+    slow, exact = by_detector["slow"], by_detector["exact"]
+    assert slow < by_detector["coarse"] < exact
+    fewer = f"-{100 * (1 - slow / exact):.0f} %"
+    assert made.rate_difference() == f"slow reports {slow:.3g} contacts a minute, exact {exact:.3g} ({fewer})."
+    assert made.rate_difference() in study_html(runs, places(runs, tmp_path))
+
+
+@pytest.mark.parametrize("state", ["equal", "few students", "other sessions"])
+def test_no_rate_stands_beside_one_that_cannot_differ(tmp_path, state):
+    runs, made = tables_of(tmp_path, 8, 4 if state == "few students" else 8, detectors={"slow": 0.5}, contacts=20)
+    rows = [dict(own) for own in runs.metrics.values()]
+    if state == "equal":
+        rows = [own | {"slow": own["slow"] | {"contacts_per_min": own["exact"]["contacts_per_min"]}} for own in rows]
+    if state == "other sessions":
+        del rows[0]["slow"]
+    changed = replace(runs, metrics=dict(zip(runs.metrics, rows, strict=True)))
+    assert ClassTables(changed).rate_difference() == ""
+    assert bool(made.rate_difference()) == (state != "few students")
 
 
 def test_contact_seconds_are_a_recount_of_contacts_by_minutes(tmp_path):

@@ -105,6 +105,19 @@ def test_the_first_line_says_whether_a_conclusion_changes(state):
     assert opening(make(), "40 students") == f"40 students: {answer}"
 
 
+def test_unchanged_conclusions_say_where_no_association_was_found():
+    nothing, some = finding(-0.1, 0.2, 0.5), finding(0.1, 1.2, 0.04)
+    same, about = Sensitivity("hybrid", 0.9, nothing, nothing), Sensitivity("hybrid", 0.9, some, some)
+    answers = {
+        "": ([same, about], [nothing, some]),
+        "; no association with behaviour was found with any detector": ([same], [nothing, some]),
+        "; no association was found with any detector": ([same], [nothing]),
+    }
+    for answer, (sensitivity, findings) in answers.items():
+        made = SimpleNamespace(sensitivity=sensitivity, findings=findings)
+        assert opening(made, "40 students") == f"40 students: the detector changes no conclusion{answer}."
+
+
 def test_result_states_student_count_once_and_marks_associations():
     finding = SimpleNamespace(students=40, p=0.5, conclusion="")
     (line,) = headlines(SimpleNamespace(coefficients=(), groups=(), findings=[finding, finding]))
