@@ -136,10 +136,21 @@ def _check(declared: Declaration, scene: Scene) -> None:
         if kind == "flame":
             heats = scene.body(declared["heats"]) or SceneBody(declared["heats"])
             _capacity(heats)
+            if (heats.extra.get("properties") or {}).get("liquid"):
+                _check_liquid(declared, Vessel(heats))
             if declared["turns_c"] is not None:
                 _check_solid(Vessel(heats))
     except EffectError as error:
         raise declared.fail(str(error).removeprefix("scene: ")) from error
+
+
+def _check_liquid(declared: Declaration, vessel: Vessel) -> None:
+    """Raises EffectError: a liquid stands over the flame at first, and nothing says when it boils."""
+    if vessel.contents("liquid") and vessel.volume_ml > 0.0 and declared["boils_c"] is None:
+        raise vessel.fail(
+            "holds a liquid over a flame, which heats heat_capacity_j_per_k alone: count the liquid in it, 4.18 J/K "
+            "for a mL of water, and give boils_c of this effect"
+        )
 
 
 def _check_solid(vessel: Vessel) -> None:

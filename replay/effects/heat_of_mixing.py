@@ -56,8 +56,10 @@ def mixed(inputs: EffectInputs, declared: Declaration, findings: Findings) -> No
         # What boils is told so, whatever its heat over its capacity is rounded to.
         volume_ml = history.volume_ml[history.rows(times)]
         celsius[(celsius > boils(declared) - BOILING) & (volume_ml > 0.0)] = boils(declared)
-        note_temperature(declared, findings, name, Series(times, celsius, "degC"), volume_ml > 0.0)
+        # The first drops on a dry solid have no temperature of their own.
         mixed_rows = _is_mixed(name, matter, times, volume_ml)
+        series = Series(times[mixed_rows], celsius[mixed_rows], "degC")
+        note_temperature(declared, findings, name, series, volume_ml[mixed_rows] > 0.0)
         findings.events += [
             *_extremes(name, times[mixed_rows], celsius[mixed_rows]),
             *_frozen(name, matter, declared["ambient_c"]),

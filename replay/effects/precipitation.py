@@ -27,6 +27,9 @@ from replay.words import quantity
 CLOUDY_MOL_L: Final = 1e-3
 """Solid per litre that is drawn as fully cloudy; chosen by us, for the picture only."""
 
+LEAST_G: Final = 1e-3
+"""A precipitate of less before the first frame is not told: nobody sees it in the glass."""
+
 DISSOLVED_AGAIN: Final = 0.05
 """Share of the greatest mass of a precipitate from which on its dissolving is an event."""
 
@@ -56,12 +59,18 @@ def compute(inputs: EffectInputs) -> EffectOutput:
 def _events(
     declared: Declaration, vessel: str, times: FloatArray, amount: FloatArray, initial: float
 ) -> Iterator[EffectEvent]:
-    """Events of its onset with the greatest mass and of what dissolves after that, or of what dissolves at first.
+    """Events of what falls out with its greatest mass, of what dissolves, and of what falls out after that.
 
-    ``initial``: mol that the scene puts into the vessel; some of it may have dissolved before the first frame.
+    ``initial``: mol that the scene puts into the vessel; of that some may have dissolved before the first frame, or
+    more have fallen out.
     """
     solid, per_mol = declared["solid"], molar_mass(declared["solid"])
+    fell, standing = float(amount[0]) - initial, max(initial, float(amount[0]))
     grown, fallen = np.flatnonzero(amount > amount[0]), np.flatnonzero(np.diff(amount) < 0.0)
+    if fell * per_mol > LEAST_G:
+        values = {"mass_g": fell * per_mol, "moles": fell, "formula": solid}
+        text = f"{quantity(fell * per_mol, 'g')} {solid} have fallen out in {vessel} before the recording begins"
+        yield EffectEvent(float(times[0]), "precipitate", (vessel,), None, values, f"{text}, {declared['colour']}")
     if len(grown):
         most = float(amount.max())
         values = {"mass_g": most * per_mol, "moles": most, "formula": solid}
@@ -74,12 +83,31 @@ def _events(
             values = {"mass_g": gone, "left_g": most_g - gone, "formula": solid}
             text = f"{quantity(gone, 'g')} of {quantity(most_g, 'g')} {solid} dissolve again in {vessel}"
             yield EffectEvent(float(times[least]), "dissolved", (vessel,), None, values, text)
+            yield from _grown_again(declared, vessel, times[least:], amount[least:], most)
     elif len(fallen) or amount[0] < initial:
-        row = fallen[-1] + 1 if len(fallen) else 0
-        gone, at_first = (initial - float(amount[-1])) * per_mol, initial * per_mol
+        again = float(amount[-1] - amount.min()) > DISSOLVED_AGAIN * standing
+        row = int(amount.argmin()) if again else int(fallen[-1]) + 1 if len(fallen) else 0
+        gone, at_first = (standing - float(amount[row])) * per_mol, standing * per_mol
+        if fell > 0.0 and (gone <= DISSOLVED_AGAIN * at_first or at_first <= LEAST_G):
+            return
         values = {"mass_g": gone, "left_g": at_first - gone, "formula": solid}
         text = f"{quantity(gone, 'g')} of {quantity(at_first, 'g')} {solid} dissolve in {vessel}"
         yield EffectEvent(float(times[row]), "dissolved", (vessel,), None, values, text)
+        yield from _grown_again(declared, vessel, times[row:], amount[row:], standing)
+
+
+def _grown_again(
+    declared: Declaration, vessel: str, times: FloatArray, amount: FloatArray, whole: float
+) -> Iterator[EffectEvent]:
+    """Event of what falls out again after the first row, if it is a share of the whole, in mol, worth telling."""
+    grown = float(amount[-1] - amount[0])
+    if grown <= DISSOLVED_AGAIN * whole:
+        return
+    solid, mass_g = declared["solid"], grown * molar_mass(declared["solid"])
+    onset = int(np.flatnonzero(amount > amount[0])[0])
+    values = {"mass_g": mass_g, "moles": grown, "formula": solid}
+    text = f"{quantity(mass_g, 'g')} {solid} fall out again in {vessel}, {declared['colour']}"
+    yield EffectEvent(float(times[onset]), "precipitate", (vessel,), None, values, text)
 
 
 SPEC = spec_of("precipitation", compute)

@@ -96,6 +96,7 @@ class Process:
     # protons that its reagents bring; below 0 hydroxide, and it ends with it; 0: it needs neither
     acid: float = field(default=0.0, compare=False)
     salt: Salt | None = field(default=None, compare=False)  # that it dissolves, up to its solubility
+    catalysts: frozenset[str] = frozenset()  # columns without which it does not proceed
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,11 +151,12 @@ class Ledger:
         self.vessels, self.processes, self.solver, self.warmth = vessels, processes, solver, warmth
         self.salts = salts
         made = [process.changes for process in processes] + [salt.changes for salt in salts]
+        catalysts = chain.from_iterable(sorted(process.catalysts) for process in processes)
         formed = () if solver is None else solver.mixture.changes
         components: tuple[str, ...] = () if solver is None else solver.mixture.components
         phases = () if solver is None else tuple(phase.column for phase in solver.mixture.phases)
         always = (PROTON, WATER, *NO_MATTER)
-        self.columns = tuple(dict.fromkeys(chain(columns, *made, *formed, components, always)))
+        self.columns = tuple(dict.fromkeys(chain(columns, *made, *formed, catalysts, components, always)))
         self.at = {name: index for index, name in enumerate((*vessels, ""))}
         self.column = {name: index for index, name in enumerate(self.columns)}
         count = len(self.at)
@@ -217,7 +219,9 @@ class Ledger:
             heat = excess * float(self.capacity(index, self.volume_ml[index], self.amounts[index]))
             self.amounts[index, self.column[HEAT]] = heat
             self._react(index, self.state[index : index + 1], trials=0)
-            self.amounts[index, self.column[HEAT]] = heat
+            # What dissolved or reacted has another heat capacity, at the temperature that the vessel has.
+            settled = excess * float(self.capacity(index, self.volume_ml[index], self.amounts[index]))
+            self.amounts[index, self.column[HEAT]] = settled
             self.amounts[index, self.column[LATENT]] = 0.0
             self._note(index, 0, time)
 
@@ -521,9 +525,11 @@ class Ledger:
         used = np.flatnonzero(changes < 0.0)
         used = used[(used != self.proton) & (used != self.water)]
         limits = [amounts[..., column] / -changes[column] for column in used.tolist()]
-        if process.acid > 0.0 and changes[self.proton] < 0.0:
+        # A product may hold the acid that was used: SO2 stands as hydrogensulfite at the pH at which no acid is free.
+        used_acid = float(changes @ self.holds_acid - changes[self.proton])
+        if process.acid > 0.0 and used_acid > 0.0:
             free = amounts[..., self.proton] - amounts @ self.holds_acid
-            limits.append(free / -changes[self.proton])
+            limits.append(free / used_acid)
         if process.acid < 0.0:
             limits.append((amounts @ self.holds_base - amounts[..., self.proton]) / -process.acid)
         if process.salt is not None:
@@ -534,7 +540,15 @@ class Ledger:
             whole = flat - standing[:, None] * self.salt_changes[index]
             room = standing - settled_solid(process.salt, self.column, whole, here)
             limits.append(room.reshape(amounts.shape[:-1]))
+        limits += [self._catalysed(self.column[column], amounts) for column in process.catalysts]
         return np.maximum(0.0, np.min(limits, axis=0))
+
+    def _catalysed(self, column: int, amounts: FloatArray) -> FloatArray:
+        """No limit (...) where a catalyst is there, else 0; protons that weak acids hold are none."""
+        amount = amounts[..., column]
+        if column == self.proton:
+            amount = amount - amounts @ self.holds_acid
+        return np.where(amount > 0.0, np.inf, 0.0)
 
     def _plain_celsius(self, amounts: FloatArray) -> FloatArray:
         return np.full(len(amounts), self.warmth.room if self.warmth.followed else WITHOUT_HEAT_C)

@@ -267,12 +267,38 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
 def asks_phreeqc(tables: Tables, contents: Mapping[str, Contents]) -> bool:
     """Whether anything declared needs PHREEQC.
 
-    A reaction without a rate, a precipitation and an indicator of the pH do, and the heat of dissolved ions.
+    A reaction without a rate, a precipitation and an indicator of the pH do, the heat of dissolved ions, and a reaction
+    with acid beside ions that hold protons: how many they give up is PHREEQC's.
     """
     at_once = any(table["rate_per_s"] is None for table in tables.get("reaction", ()))
     indicators = any(table["indicator"] or table["from_ph"] is not None for table in tables.get("colour", ()))
     heat = any(table["of"] != "flame" for table in tables.get("heat", ()))
-    return at_once or bool(tables.get("precipitation")) or indicators or (heat and _gives_heat(contents))
+    return (
+        at_once
+        or bool(tables.get("precipitation"))
+        or indicators
+        or (heat and _gives_heat(contents))
+        or _shares_acid(tables, contents)
+    )
+
+
+def _shares_acid(tables: Tables, contents: Mapping[str, Contents]) -> bool:
+    """Whether an equation that uses acid stands beside anions of weak acids, or ammonium, which hold protons."""
+    equations = [_equation(table) for table in tables.get("reaction", ())]
+    acid = any(
+        PROTON in (components_of(formula) or {})
+        for equation in equations
+        for formula in equation.reagents
+        if formula != WATER
+    )
+    components = {
+        component
+        for content in contents.values()
+        for formula in content.amounts
+        for component in components_of(formula) or {}
+    }
+    weak = {component for component in components if charge_of(component) < 0 or component in BASES}
+    return acid and bool(weak - STRONG_ANIONS)
 
 
 def _gives_heat(contents: Mapping[str, Contents]) -> bool:
@@ -350,7 +376,18 @@ def _process(table: Declaration, equation: Equation, phase: Mapping[str, str], p
         for formula, many in equation.reagents.items()
         if formula != WATER and phase.get(formula) not in ("s", "g")
     )
-    return Process(table["equation"], changes, rate, joule, float(acid), salt)
+    return Process(table["equation"], changes, rate, joule, float(acid), salt, _catalysts(equation, phase))
+
+
+def _catalysts(equation: Equation, phase: Mapping[str, str]) -> frozenset[str]:
+    """Columns of what stands on both sides of an equation: it is not used up, and nothing proceeds without it."""
+    unchanged = [formula for formula in equation.reagents if formula != WATER and not equation.changes[formula]]
+    columns: set[str] = set()
+    for formula in unchanged:
+        state = phase.get(formula, "")
+        heavy = heavy_components(formula) or dissolved_components(formula)
+        columns |= {f"{formula}({state})"} if state in ("s", "g") else set(heavy)
+    return frozenset(columns)
 
 
 def _can_settle(formula: str, phase: Mapping[str, str]) -> bool:

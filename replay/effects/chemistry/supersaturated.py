@@ -39,6 +39,12 @@ def aged(matter: Matter) -> Iterator[EffectEvent]:
             yield EffectEvent(float(history.times[-1]), "aged", (vessel,), None, values, text, "warning")
 
 
+def _basic_sulfate_stands(matter: Matter, vessel: str) -> bool:
+    """Whether a scene names the basic copper sulfate in place of aged hydroxide, as `aged` advises beside ammonia."""
+    named = "Cu4(OH)6SO4(s)" in matter.ledger.column
+    return named and all(matter.amount(vessel, column).any() for column in ("SO4^2-", "NH3"))
+
+
 def supersaturated(matter: Matter) -> Iterator[EffectEvent]:
     """An event ``supersaturated`` for each vessel and solid that would fall out there, and that no table names."""
     phases = undeclared_phases(matter.recipe)
@@ -58,9 +64,9 @@ def supersaturated(matter: Matter) -> Iterator[EffectEvent]:
         indices = solver.saturation(amounts[:, columns], amounts[:, ledger.water], celsius)
         for phase, values in zip(phases, indices.T, strict=True):
             beyond = np.flatnonzero(values > BEYOND)
-            if not len(beyond):
-                continue
             solid = phase.column.removesuffix(SOLID)
+            if not len(beyond) or (solid == "Cu(OH)2" and _basic_sulfate_stands(matter, vessel)):
+                continue
             text = (
                 f"{solid} is beyond its solubility in {vessel}, and no effect lets it fall out: it stays dissolved. "
                 f'To let it fall out, add [[effect]] kind = "precipitation", solid = "{solid}"'

@@ -1,0 +1,152 @@
+"""Vessels as they stand at the first frame, reactions that wait for what they need, and solids that come back."""
+
+import pytest
+from support.liquid_worlds import COLUMN, MIX, glass, poured, run_in, still, world
+
+from replay.effects.effect_plan import plan_faults
+from replay.engine import compute
+from sessions.model.scene import SceneBody
+
+CALM = ("heat", {"of": "liquids", "ambient_c": 20.0, "loss_w_per_k": 0.0})
+MIXED = ("mixing", {"in": ["b"]})
+POUR = [0.0, *([60.0] * 3), *([0.0] * 200)]
+
+
+def standing(flask, *more, count=20):
+    """Effects of a run in which a flask stands."""
+    return compute(world({"flask": still(count)}, (flask,), MIX, *more, step_ns=100_000_000)).effects
+
+
+def falls(solid):
+    return "precipitation", {"solid": solid, "colour": "white"}
+
+
+def reacts(equation, **more):
+    return "reaction", {"equation": equation, **more}
+
+
+SULFATE = reacts("BaCl2 + Na2SO4 -> BaSO4 + 2 NaCl")
+
+
+def test_precipitates_of_the_first_frame_have_their_mass():
+    """It once said that -0.466 g of 0 g dissolve."""
+    flask = glass("flask", 40.0, solutes={"BaCl2": 0.05, "Na2SO4": 0.05})
+    (event,) = standing(flask, SULFATE, falls("BaSO4"))["precipitation"].events
+    assert event.name == "precipitate" and event.time == 0.0
+    assert event.values["mass_g"] == pytest.approx(0.002 * 233.39, rel=1e-3)
+    assert "have fallen out in flask before the recording begins" in event.text
+
+
+def test_what_dissolves_of_a_first_precipitate_is_counted_of_it():
+    """It once said that 0 g of 0 g dissolve."""
+    flask = glass("flask", 2.0, solutes={"AgNO3": 0.05, "NaCl": 0.05})
+    ammonia = glass("burette", 50.0, solute="NH3", molar=8.0, cavity=COLUMN)
+    equations = (reacts("AgNO3 + NaCl -> AgCl + NaNO3"), reacts("AgCl + 2 NH3 -> Ag(NH3)2+ + Cl-"))
+    effects = run_in([0.0, 0.0, *([90.0] * 60), 0.0], MIX, *equations, falls("AgCl"), base=ammonia, acid=flask)
+    first, dissolved = effects["precipitation"].events
+    assert [first.name, dissolved.name] == ["precipitate", "dissolved"]
+    assert 0.0 < dissolved.values["mass_g"] <= first.values["mass_g"] == pytest.approx(1e-4 * 143.32, rel=1e-2)
+    assert dissolved.values["left_g"] >= 0.0
+
+
+@pytest.mark.parametrize(
+    ("solute", "equation", "rate"),
+    [
+        ("Na2S2O3", "S2O3^2- + 2 H+ -> SO2 + S + H2O", {}),
+        ("Na2S2O3", "S2O3^2- + 2 H+ -> SO2 + S + H2O", {"rate_per_s": 1.0}),
+        ("NaHCO3", "NaHCO3 + HCl -> NaCl + H2O + CO2", {"rate_per_s": 1.0}),
+        ("Na2SO3", "SO3^2- + 2 H+ -> SO2(g) + H2O", {"rate_per_s": 1.0}),
+    ],
+)
+def test_reactions_with_acid_wait_until_acid_is_there(solute, equation, rate):
+    """Each once ran in its own neutral or basic solution."""
+    bodies = (glass("a", 60.0, solute="HCl", molar=0.2), glass("b", 10.0, solute=solute, molar=0.02))
+    effects = poured(POUR, bodies, MIXED, reacts(equation, **rate))
+    history = effects["reaction"].series["b/extent"]
+    first = history.times < effects["pour"].events[0].time
+    assert not history.values[first].any()
+    assert history.values[-1] > 0.5 * 0.02 * 10e-3
+
+
+def test_a_reaction_without_any_acid_is_said_not_to_proceed():
+    bodies = (glass("a", 60.0), glass("b", 10.0, solute="Na2S2O3", molar=0.1))
+    effects = poured(POUR, bodies, MIXED, reacts("S2O3^2- + 2 H+ -> SO2 + S + H2O"), falls("S"))
+    (event,) = effects["reaction"].output.named("no-reaction")
+    assert "no acid gives its H+" in event.text
+    assert not effects["precipitation"].series["b/S"].values.any()
+
+
+def test_ammonium_gives_a_metal_no_acid_of_a_strong_one():
+    """Of 5 mmol of ammonium 0.6 % are used at pH 7; it once gave all."""
+    flask = glass("flask", 10.0, solute="NH4Cl", molar=0.5, properties={"solid": {"formula": "Zn", "mass_g": 1.0}})
+    acid = glass("burette", 50.0, solute="HCl", molar=0.1, cavity=COLUMN)
+    zinc = reacts("Zn + 2 HCl -> ZnCl2 + H2", rate_per_s=50.0)
+    effects = run_in([0.0] * 40, MIX, zinc, base=acid, acid=flask)
+    assert effects["reaction"].series["flask/extent"].values.max() < 0.01 * 0.5 * 5e-3
+
+
+def test_a_catalyst_of_both_sides_must_be_there():
+    bodies = (
+        glass("a", 60.0, solute="H2O2", molar=1.0),
+        glass("b", 0.0, properties={"solid": {"formula": "MnO2", "mass_g": 0.5}}),
+    )
+    split = reacts("2 H2O2 + MnO2 -> 2 H2O + O2 + MnO2", rate_per_s=0.5)
+    effects = poured(POUR, bodies, ("mixing", {"in": ["a", "b"]}), split)
+    extents = {name: row.values for name, row in effects["reaction"].series.items() if name.endswith("extent")}
+    assert set(extents) == {"b/extent"} and extents["b/extent"][-1] > 0.0
+
+
+@pytest.mark.parametrize("mass_g", [5.0, 30.0])
+def test_a_vessel_begins_at_its_declared_temperature(mass_g):
+    """What dissolves before the first frame once warmed it by up to 4 K."""
+    properties = {"solid": {"formula": "KNO3", "mass_g": mass_g}, "temperature_c": 80.0}
+    effects = standing(glass("flask", 50.0, properties=properties), CALM)
+    assert effects["heat"].series["flask/temperature"].values[0] == pytest.approx(80.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("solid", "more"),
+    [("NH4NO3", ()), ("CaO", (reacts("CaO + H2O -> Ca(OH)2"), falls("Ca(OH)2")))],
+)
+def test_curves_of_dry_solids_keep_to_their_events(solid, more):
+    """The first drops once drew a curve down to -20 degC, or to 0 and up to 100."""
+    bodies = (glass("a", 60.0), glass("b", 0.0, properties={"solid": {"formula": solid, "mass_g": 4.0}}))
+    effects = poured(POUR, bodies, MIXED, CALM, *more)["heat"]
+    values = effects.series["b/temperature"].values
+    stated = [event.values["to_c"] for event in effects.events if event.name in ("warmest", "coldest")]
+    assert [values.min(), values.max()] == pytest.approx(sorted([20.0, *stated]), abs=1e-9)
+
+
+def test_advice_for_copper_in_ammonia_goes_in_no_circle():
+    """Where the basic sulfate is named, hydroxide is advised no more."""
+    flask = glass("flask", 2.0, solute="CuSO4", molar=0.1)
+    ammonia = glass("burette", 50.0, solute="NH3", molar=1.0, cavity=COLUMN)
+    fresh = reacts("4 CuSO4 + 6 NH3 + 6 H2O -> Cu4(OH)6SO4 + 3 (NH4)2SO4")
+    drip = [0.0, 0.0, *([90.0] * 60), 0.0]
+    effects = run_in(drip, MIX, fresh, falls("Cu4(OH)6SO4"), base=ammonia, acid=flask)
+    assert not effects["reaction"].output.named("supersaturated")
+
+
+def test_what_recrystallises_after_dissolving_is_said():
+    bodies = (
+        glass("a", 60.0, properties={"temperature_c": 80.0}),
+        glass("b", 0.0, properties={"solid": {"formula": "KNO3", "mass_g": 6.0}}),
+    )
+    cooling = ("heat", {"of": "liquids", "ambient_c": 20.0, "loss_w_per_k": 200.0})
+    events = poured(POUR, bodies, MIXED, falls("KNO3"), cooling)["precipitation"].events
+    assert [event.name for event in events] == ["dissolved", "precipitate"]
+    dissolved, grown = events
+    assert dissolved.time < grown.time and "fall out again" in grown.text
+    assert 0.0 < grown.values["mass_g"] < dissolved.values["mass_g"] <= 6.0
+
+
+def test_a_liquid_over_a_flame_needs_its_boiling_point():
+    dish = glass("dish", 20.0, properties={"heat_capacity_j_per_k": 60.0})
+    flame = {
+        "of": "flame", "source": "lamp", "heats": "dish", "within": 0.02, "base": [0.0, 0.1, 0.0], "power_w": 160.0,
+        "loss_w_per_k": 0.4, "ambient_c": 20.0,
+    }  # fmt: skip
+    poses = {"lamp": still(2), "dish": still(2)}
+    faults = plan_faults(world(poses, (SceneBody("lamp"), dish), ("heat", flame)).scene)
+    assert len(faults) == 1 and "holds a liquid over a flame" in faults[0]
+    assert not plan_faults(world(poses, (SceneBody("lamp"), dish), ("heat", {**flame, "boils_c": 100.0})).scene)
