@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from itertools import permutations
 from math import ceil, floor, isfinite, log1p, log10
 from operator import itemgetter
+from textwrap import wrap
 from typing import Final
 
 from replay.words import number as number_text
@@ -84,6 +85,7 @@ class Plot:
     dots: list[PlacedDot] = field(default_factory=list)
     words: list[Words] = field(default_factory=list)
     caption: str = ""  # below it, where that is shorter than ``description``
+    title: str = ""
 
 
 @dataclass(frozen=True)
@@ -157,6 +159,7 @@ def interval_plot(
     alternative: str,
     x_title: str,
     *,
+    title: str = "",
     marks: Sequence[float] = (),
     start: float | None = None,
     end: float | None = None,
@@ -169,10 +172,13 @@ def interval_plot(
     ends += [*marks, *(bound for bound in (start, end) if bound is not None)]
     smallest, largest = min(ends), max(ends)
     ticks = ticks_of(max(largest, smallest + 1e-9), 5, smallest)
-    size = INTERVAL_WIDTH, ROW_HEIGHT * len(rows) + INTERVAL_FOOT
-    left, right, bottom = 8.0, INTERVAL_WIDTH - 8.0, ROW_HEIGHT * len(rows) + 4.0
+    left, right = 8.0, INTERVAL_WIDTH - 8.0
+    names = [wrap(row.name, max(1, round((right - left) / LETTER) - len(row.label) - 2)) for row in rows]
+    further = HIGH * sum(len(lines) - 1 for lines in names)
+    bottom = ROW_HEIGHT * len(rows) + further + 4.0
+    size = INTERVAL_WIDTH, bottom - 4.0 + INTERVAL_FOOT
     spoken = "; ".join(f"{row.name}: {row.label}" for row in rows)
-    plot = Plot(f"{alternative} {spoken}.", size, caption=alternative)
+    plot = Plot(f"{alternative} {spoken}.", size, caption=alternative, title=title)
 
     def across(value: float) -> float:
         return left + (min(max(value, ticks[0]), ticks[-1]) - ticks[0]) / (ticks[-1] - ticks[0]) * (right - left)
@@ -182,16 +188,17 @@ def interval_plot(
         side = "start" if tick == ticks[0] else "end" if tick == ticks[-1] else "middle"
         plot.words.append(Words(number_text(tick), (across(tick), bottom + 15), side))
     plot.words.append(Words(x_title, (right, bottom + 31), "end"))
-    for number, row in enumerate(rows):
-        y = ROW_HEIGHT * number + 30.0
-        letters = round((right - left) / LETTER) - len(row.label) - 2
-        name = row.name if len(row.name) <= letters else f"{row.name[: letters - 1]}…"
+    top = 0.0
+    for number, (row, lines) in enumerate(zip(rows, names, strict=True)):
+        y = top + HIGH * (len(lines) - 1) + 30.0
         # Names stay free of the marks.
         plot.lines.extend(("end", [(across(mark), y - 8), (across(mark), y + 8)]) for mark in marks)
-        plot.words.extend([Words(name, (left, y - 11), dot=number), Words(row.label, (right, y - 11), "end")])
+        plot.words.extend(Words(text, (left, top + 19.0 + HIGH * k), dot=number) for k, text in enumerate(lines))
+        plot.words.append(Words(row.label, (right, top + 19.0), "end"))
         if isfinite(row.lower) and isfinite(row.upper):
             plot.lines.append((f"whisker {row.kind}".strip(), [(across(row.lower), y), (across(row.upper), y)]))
         plot.dots.append(PlacedDot(row.kind, (across(row.value), y), f"{row.name}: {row.label}", ""))
+        top += ROW_HEIGHT + HIGH * (len(lines) - 1)
     return plot
 
 

@@ -45,7 +45,10 @@ def _sensitivity(study: Study) -> Plot | None:
         "The headline: each result about contacts by the detector that found them, with 95 % intervals. Grey: the "
         "detector of this page, blue: the same conclusion, yellow: another one."
     )
-    return interval_plot(rows[:MOST_RESULTS], caption, "coefficient or difference", marks=(0.0,)) if rows else None
+    if not rows:
+        return None
+    title = "Results about contacts by detector"
+    return interval_plot(rows[:MOST_RESULTS], caption, "coefficient or difference", title=title, marks=(0.0,))
 
 
 def _result_row(name: str, finding: Finding, kind: str) -> IntervalRow:
@@ -66,7 +69,9 @@ def _contact_time(tables: ClassTables, study: Study | None) -> Plot | None:
             rows.append(IntervalRow(name, estimate.value, estimate.low, estimate.high, label, "right"))
     declared = " Groups are those that the codebook declares." if groups else ""
     caption = f"Time in contact a minute, in seconds, all pairs added up. Bars: 95 % intervals.{declared}"
-    return interval_plot(rows, caption, "seconds of contact a minute", start=0.0) if rows else None
+    if not rows:
+        return None
+    return interval_plot(rows, caption, "seconds of contact a minute", title="Time in contact", start=0.0)
 
 
 def _associations(study: Study) -> Plot | None:
@@ -89,7 +94,9 @@ def _associations(study: Study) -> Plot | None:
         "Associations, standardised, with 95 % intervals; blue: associated, grey: may be chance. A grey bar can leave "
         f"out zero: colours follow p after Holm's correction, bars have none.{held}"
     )
-    return interval_plot(rows, caption, "standardised coefficient", marks=(0.0,)) if rows else None
+    if not rows:
+        return None
+    return interval_plot(rows, caption, "standardised coefficient", title="Associations", marks=(0.0,))
 
 
 def _reliability(study: Study) -> Plot | None:
@@ -100,4 +107,7 @@ def _reliability(study: Study) -> Plot | None:
     ]
     limit = words.number(ACCEPTABLE_ALPHA)
     caption = f"Reliability of the questionnaire, with 95 % intervals; the line is {limit}, the usual limit."
-    return interval_plot(rows, caption, "Cronbach's alpha", marks=(ACCEPTABLE_ALPHA,), end=1.0) if rows else None
+    if not rows:
+        return None
+    title = "Reliability of the questionnaire"
+    return interval_plot(rows, caption, "Cronbach's alpha", title=title, marks=(ACCEPTABLE_ALPHA,), end=1.0)

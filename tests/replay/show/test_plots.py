@@ -5,7 +5,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from replay.show.plots import HIGH, Axis, Dot, curve, scatter, text_width
+from replay.show.plots import HIGH, LETTER, Axis, Dot, IntervalRow, curve, interval_plot, scatter, text_width
 from replay.show.report.charts import lane, path_of
 
 
@@ -42,3 +42,18 @@ def test_lane_draws_intervals_in_its_window_and_lines_for_short():
     boxes = "M0.000 0H1.000V20H0.000ZM2.000 0H2.020V20H2.000Z"
     assert drawn.length == 10.0
     assert drawn.paths == [("missed", boxes), ("missed tick", "M2.010 0V20"), ("now", "M5.000 0V20")]
+
+
+def test_long_name_of_an_interval_stands_whole_on_several_lines():
+    names = ["ease of use with unintended contacts per minute: exact" * 2, "short"]
+    rows = [IntervalRow(name, 0.5, 0.0, 1.0, "+0.50, n = 24") for name in names]
+    plot = interval_plot(rows, "Results.", "coefficient", title="By detector")
+    assert plot.title == "By detector"
+    lines = [[words for words in plot.words if words.dot == number] for number in range(2)]
+    assert ["".join(words.text.replace(" ", "") for words in own) for own in lines] == [
+        name.replace(" ", "") for name in names
+    ]
+    heights = [words.at[1] for own in lines for words in own]
+    assert len(lines[0]) > 1 and heights == sorted(set(heights))
+    assert all(words.at[0] + LETTER * len(words.text) <= plot.size[0] for own in lines for words in own)
+    assert lines[0][-1].at[1] < plot.dots[0].at[1] < lines[1][0].at[1] < plot.dots[1].at[1] < plot.size[1]

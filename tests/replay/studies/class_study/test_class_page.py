@@ -152,6 +152,25 @@ def test_page_fits_a_phone_without_errors_or_requests(made, tmp_path, scheme):
         assert page.errors() == [] and page.requests() == [made[1].as_uri()]
 
 
+CLIPPED = """[...document.querySelectorAll("caption, .rows td:first-child, .narrow-cards td")].filter((cell) => {
+  const box = cell.getBoundingClientRect();
+  return box.width && (box.left < 0 || box.right > innerWidth || cell.scrollWidth > cell.clientWidth + 1);
+}).map((cell) => cell.textContent)"""
+
+
+@pytest.mark.slow
+def test_phone_clips_no_caption_card_or_first_column(made, tmp_path):
+    with opened(made[1].as_uri(), tmp_path, (400, 800)) as page:
+        page.ask("for (const part of document.querySelectorAll('details')) part.open = true")
+        assert page.ask("document.querySelectorAll('.narrow-cards td').length") > 0
+        assert page.ask(CLIPPED) == []
+        scrolled = (
+            "[...document.querySelectorAll('.wide')].filter((one) => (one.scrollLeft = 9999, one.scrollLeft > 0))"
+        )
+        assert page.ask(f"{scrolled}.length") > 0
+        assert page.ask(CLIPPED) == []
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_the_accessibility_checker_finds_nothing_serious(made, tmp_path, scheme):
