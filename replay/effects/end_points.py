@@ -4,7 +4,7 @@ What is equivalent follows from the amounts alone: the excess of protons over al
 sign. Only a cut at which the pH has an inflection is an end point: nobody could see the others.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import chain, pairwise
 from typing import Final
@@ -54,6 +54,12 @@ class _Crossing:
 Crossings = Iterator[tuple[_Crossing, str, str, float]]
 """Crossings, the names of what is equivalent, and the share of it that has reacted."""
 
+Finder = Callable[[FloatArray], Iterator[_Crossing]]
+"""Finds the crossings of an excess (n,) over the rows of a history."""
+
+BEYOND: Final = 1.25
+"""Share of what has run in up to which an end point that was not reached is said; chosen by us."""
+
 COMPLETE: Final = 0.9
 """Share of two equivalent reagents that must have reacted for an end point: an indicator or a colour shows it then."""
 
@@ -63,8 +69,47 @@ def end_points(matter: Matter, vessel: str) -> list[EffectEvent]:
 
     The volume is that which came from where the flow came from that did it: the titrant, rinses left out.
     """
+    events = _events(matter, vessel, _of_acid_and_redox(matter, vessel, _crossings))
+    return events or list(_not_reached(matter, vessel))
+
+
+def _of_acid_and_redox(matter: Matter, vessel: str, find: Finder) -> Crossings:
     totals = matter.totals(matter.histories[vessel].amounts)
-    return _events(matter, vessel, chain(_of_protons(matter, vessel, totals), _of_electrons(matter, vessel)))
+    return chain(_of_protons(matter, vessel, totals, find), _of_electrons(matter, vessel, find))
+
+
+def _not_reached(matter: Matter, vessel: str) -> Iterator[EffectEvent]:
+    """Event of the nearest end point at which a titration had not arrived when its titrant ended."""
+    history = matter.histories[vessel]
+    growth = np.flatnonzero(np.diff(history.added_ml, axis=0).any(axis=1))
+    if not len(growth):
+        return
+    after = int(growth[-1]) + 1
+    came = history.added_ml[after] > history.added_ml[after - 1]
+    added = history.added_ml[:, came].sum(axis=1)
+    alone = (history.added_ml[:, ~came] == history.added_ml[after, ~came]).all(axis=1)
+    before = int(np.argmax(alone & (added >= 0.5 * added[after])))
+    sources = [name for name, index in matter.ledger.at.items() if name and came[index]]
+
+    def ahead(excess: FloatArray) -> Iterator[_Crossing]:
+        first, last = float(excess[before]), float(excess[after])
+        nearer = abs(last) < abs(first) and first * last > 0.0
+        if nearer and abs(last) > LEAST * np.abs(excess).max():
+            yield _Crossing(before, after, first / (first - last), last > first)
+
+    ends = sorted(
+        (float(crossing.at(added)), left, right)
+        for crossing, left, right, reacted in _of_acid_and_redox(matter, vessel, ahead)
+        if reacted >= COMPLETE and crossing.at(added) <= BEYOND * added[after]
+    )
+    if len(sources) == 1 and ends and before < after:
+        volume, left, right = ends[0]
+        text = (
+            f"{words.fixed(float(added[after]), 2)} mL of {sources[0]} came into {vessel}; the end point of {left} and "
+            f"{right} would be at {words.fixed(volume, 2)} mL"
+        )
+        values: dict[str, float | str] = {"volume_ml": volume, "came_ml": float(added[after])}
+        yield EffectEvent(float(history.times[after]), "not-reached", (vessel,), None, values, text)
 
 
 def ion_end_points(matter: Matter, vessel: str) -> list[EffectEvent]:
@@ -118,7 +163,7 @@ def _is_plain_titration(matter: Matter, vessel: str, crossing: _Crossing, titran
     return all(name in contents and set(contents[name].amounts) <= {WATER} for name in others)
 
 
-def _of_protons(matter: Matter, vessel: str, totals: FloatArray) -> Crossings:
+def _of_protons(matter: Matter, vessel: str, totals: FloatArray, find: Finder) -> Crossings:
     solver = matter.solver
     if solver is None:
         return
@@ -134,7 +179,7 @@ def _of_protons(matter: Matter, vessel: str, totals: FloatArray) -> Crossings:
     cuts = [-np.inf, *sorted({step for steps in mine for step in steps if STRONGEST < step < WEAKEST}), np.inf]
     for lower, upper in pairwise(cuts):
         excess = bare[:, 0] - totals @ np.array([sum(step >= upper for step in steps) for steps in mine])
-        for crossing in _crossings(excess):
+        for crossing in find(excess):
             point = crossing.at(totals)
             sizes = [float(point @ [cut in steps for steps in mine]) for cut in (lower, upper) if np.isfinite(cut)]
             size = min(sizes, default=float(np.abs(excess).max()))
@@ -219,7 +264,7 @@ def _names(
     return (" + ".join(acids), " + ".join(bases)) if acids and bases else None
 
 
-def _of_electrons(matter: Matter, vessel: str) -> Crossings:
+def _of_electrons(matter: Matter, vessel: str, find: Finder) -> Crossings:
     """Yields the crossings at which the second reagent of an equation begins to be left over."""
     for row, process in enumerate(matter.recipe.processes):
         used = sorted(
@@ -235,7 +280,7 @@ def _of_electrons(matter: Matter, vessel: str) -> Crossings:
             left, right = (matter.amount(vessel, column) / -process.changes[column] for column in used)
             oxidant, reductant = (_reagent(matter, row, column) for column in used)
             extent = matter.histories[vessel].extents[:, row]
-            for crossing in _crossings(left - right):
+            for crossing in find(left - right):
                 reacted = float(crossing.at(extent))
                 remaining = max(0.0, float(crossing.at(np.minimum(left, right))))
                 yield crossing, oxidant, reductant, reacted / (reacted + remaining)

@@ -66,7 +66,11 @@ def compute(inputs: EffectInputs) -> EffectOutput:
         _tell_solids(inputs, matter, vessel, findings)
         findings.events += _brines(matter, vessel)
         findings.events += ion_end_points(matter, vessel)
-        findings.events += end_points(matter, vessel) or _changed_ph(vessel, findings.series.get(f"{vessel}/pH"))
+        points = end_points(matter, vessel)
+        findings.events += points
+        # A titration that was not ended still tells where its pH has come to.
+        if not points or points[0].name == "not-reached":
+            findings.events += _changed_ph(vessel, findings.series.get(f"{vessel}/pH"))
     findings.events += unreacted(matter, formed)
     findings.events += supersaturated(matter)
     findings.events += aged(matter)

@@ -140,6 +140,22 @@ def test_what_recrystallises_after_dissolving_is_said():
     assert 0.0 < grown.values["mass_g"] < dissolved.values["mass_g"] <= 6.0
 
 
+@pytest.mark.parametrize("millilitres", [1.0, 2.2, 3.0])
+def test_an_end_point_shortly_ahead_is_said(millilitres):
+    flask = glass("flask", 25.0, solute="HCl", molar=0.01)
+    frames = 400
+    effects = run_in(
+        [0.0, *([90.0] * frames), 0.0], MIX, reacts("HCl + NaOH -> NaCl + H2O"), acid=flask,
+        settings={"full_area_m2": 6e-7 * millilitres / 5.0},
+    )  # fmt: skip
+    ran = effects["burette"].events[0].values["volume_ml"]
+    events = effects["reaction"].output.named("not-reached")
+    assert bool(events) == (ran < 2.5 <= 1.25 * ran), ran
+    for event in events:
+        assert event.values["volume_ml"] == pytest.approx(2.5, rel=1e-3)
+        assert event.values["came_ml"] == pytest.approx(ran)
+
+
 def test_a_liquid_over_a_flame_needs_its_boiling_point():
     dish = glass("dish", 20.0, properties={"heat_capacity_j_per_k": 60.0})
     flame = {
