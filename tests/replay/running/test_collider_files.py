@@ -15,6 +15,7 @@ from support.small_worlds import STEP_NS, cube
 import replay
 from replay.advice.collider_search import Limits
 from replay.cli.main import main
+from replay.cutting import piece_store
 from replay.cutting.methods import METHODS
 from replay.errors import OutputError, TradeoffError
 from replay.running.collider_files import COLLIDERS, fix_colliders
@@ -137,7 +138,9 @@ def test_front_is_better_with_every_more_pieces(shipped):
 
 
 @pytest.mark.slow
-def test_every_method_has_a_card_or_its_time(session, monkeypatch):
+def test_every_method_has_a_card_or_its_time(session, monkeypatch, tmp_path):
+    monkeypatch.setattr(piece_store, "_in_memory", {})  # another test may have cut the beaker by CoACD
+    monkeypatch.setattr(piece_store, "cache_folder", lambda: tmp_path / "cache")
     monkeypatch.setitem(METHODS, "coacd", replace(METHODS["coacd"], seconds=3000.0))
     made = fix_colliders(session, limits=Limits(0.3), every_method=True)
     cards = {card["how"]: card for card in made.bodies[0]["others"]}
