@@ -6,6 +6,7 @@ from typing import Final
 
 from replay.auditing.loss import fraction_of
 from replay.detection.recorded import RECORDED
+from replay.document.answer import Fix
 from replay.document.cost import BUDGET_MS, FRAME, busy_text
 from replay.document.placeholders import SESSION
 from replay.document.ranking import Rank, fault_text, fixed_rank
@@ -54,15 +55,25 @@ def decision(document: RunDocument, ranks: Sequence[Rank]) -> Decision | None:
     if not ranks[-1].contacts:
         return Decision("Decide with another session: this one has no contact that was compared.")
     in_code = _in_code(document, ranks)
-    for answer in document.answers[:1]:
-        rank, fix = next((rank for rank in ranks[:-1] if rank.label == answer.label), None), answer.fix
-        if rank is None or fix is None or fix.figures is None or fix.command != SHIP_COMMAND:
-            continue
-        fixed = fixed_rank(rank, fix.figures, fix.setting)
-        if fixed.loss < rank.loss:
-            other = None if in_code.is_fix else replace(in_code, text=_where("In code of your own", in_code.text))
-            return Decision(_where("In your engine", fix.text), fix.command, fixed, is_fix=True, in_code=other)
-    return in_code
+    measured = _measured_fix(document, [rank for rank in ranks[:-1] if not rank.undecided])
+    if measured is None:
+        return in_code
+    rank, fixed, fix = measured
+    if fix.command != SHIP_COMMAND or fixed.loss >= rank.loss:
+        return in_code
+    other = None if in_code.is_fix else replace(in_code, text=_where("In code of your own", in_code.text))
+    return Decision(_where("In your engine", fix.text), fix.command, fixed, is_fix=True, in_code=other)
+
+
+def _measured_fix(document: RunDocument, decided: Sequence[Rank]) -> tuple[Rank, Rank, Fix] | None:
+    """The detector that the answer is about, the row of its measured Fix, and the Fix; ``None``: none was measured."""
+    if not document.answers:
+        return None
+    answer = document.answers[0]
+    rank, fix = next((rank for rank in decided if rank.label == answer.label), None), answer.fix
+    if rank is None or fix is None or fix.figures is None:
+        return None
+    return rank, fixed_rank(rank, fix.figures, fix.setting), fix
 
 
 def _where(place: str, text: str) -> str:
@@ -77,12 +88,11 @@ def _in_code(document: RunDocument, ranks: Sequence[Rank]) -> Decision:
     live = [rank for rank in ranks if document.detectors[rank.label].live] or ranks
     decided = [rank for rank in others if not rank.undecided and rank in live]
     steps: dict[str, Step] = {}
-    for answer in document.answers[:1]:
-        # The ranking has a row of this Fix.
-        rank, fix = next((rank for rank in decided if rank.label == answer.label), None), answer.fix
-        if rank is not None and fix is not None and fix.figures is not None:
-            decided.append(fixed_rank(rank, fix.figures, fix.setting))
-            steps[decided[-1].label] = fix.text, fix.command
+    measured = _measured_fix(document, decided)
+    if measured is not None:
+        _, fixed, fix = measured
+        decided.append(fixed)
+        steps[fixed.label] = fix.text, fix.command
     best = min(decided, key=_preference, default=None)
     too_slow = _too_slow(reference) if reference in live else "did not run frame by frame"
     if too_slow:
@@ -113,7 +123,9 @@ def _faster(document: RunDocument, best: Rank, reference: Rank) -> bool:
 
 
 def _reference_text(reference: Rank) -> str:
-    return f"Ship {reference.label}, the reference: right by definition, and within {FRAME}."
+    timed = reference.mean is not None or reference.p99 is not None
+    time = f"and within {FRAME}" if timed else "its time not measured"
+    return f"Ship {reference.label}, the reference: right by definition, {time}."
 
 
 def _next_best(best: Rank | None) -> str:

@@ -1,7 +1,7 @@
 """Reads a USD scene in a process of its own first: on a damaged binary layer the library may end its whole process.
 
-Of 1,500 mutants of a small .usdc one in 300 did, none of its text (usd-core 26.11, 2026-11); a few bytes of a binary
-layer may also ask for more memory than there is.
+Mutant 279 of a small .usdc did, and none of 1,500 mutants of its text (usd-core 26.11, 2026-11); a few bytes of a
+binary layer may also ask for more memory than there is.
 """
 
 import os

@@ -146,6 +146,19 @@ def test_engine_gets_its_fix_and_own_code_the_reference(false, place):
         assert made.in_code.text.startswith("In code of your own, ship exact, the reference")
 
 
+def test_untimed_reference_is_not_said_to_fit_a_frame():
+    ranks = [rank_of("a", missed=1), rank_of("exact", mean=None, p99=None)]
+    text = decision(document_of("a", "exact"), ranks).text
+    assert "time not measured" in text and "90 Hz" not in text
+
+
+def test_fix_of_an_undecided_detector_is_no_decision():
+    ranks = [rank_of("a", false=0.86, undecided=2), rank_of("exact")]
+    answers = (Answer("a", "", fix=fix_of(0.1, missed=0)),)
+    made = decision(structs.replace(document_of("a", "exact"), answers=answers), ranks)
+    assert made.rank.label == "exact" and not made.is_fix
+
+
 def test_without_an_audit_nothing_is_recommended_or_sure():
     assert decision(document_of("a"), ()) is None and certainty(document_of("a"), ()) == []
 
