@@ -264,7 +264,7 @@ class _Measuring:
         return float(wrong_counts(*self._counts_at_every_frame(spec), None)["loss"])
 
     def _counts_at_every_frame(self, spec: DetectorSpec) -> tuple[ContactCounts, int, Proportion]:
-        """What ``wrong_counts`` takes of pieces that are tested in every frame; counted once."""
+        """The input of ``wrong_counts`` for pieces that are tested in every frame; counted once."""
         every = _at_every_frame(spec)
         if every.text not in self._counted:
             detector = make_detector(every, self._result.assembly, self._seed)

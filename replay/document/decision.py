@@ -24,7 +24,7 @@ Step = tuple[str, str]
 
 @dataclass(frozen=True)
 class Decision:
-    """Which detector to ship.
+    """The detector to ship, with the reason.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def _where(place: str, text: str) -> str:
 
 
 def _in_code(document: RunDocument, ranks: Sequence[Rank]) -> Decision:
-    """Which detector to ship where code of one's own detects contacts."""
+    """The detector to ship where code of one's own detects contacts."""
     *others, reference = ranks
     # Times of all frames at once are worse evidence than live ones, unless there are no others.
     live = [rank for rank in ranks if document.detectors[rank.label].live] or ranks

@@ -261,7 +261,7 @@ class _Reader:
         )
 
     def _mesh(self, prim: Any, to_body: Matrix, *, solid: bool) -> MeshData | None:
-        """What is drawn of a prim, or collides, in the frame of its body; ``None``: it is named as not taken."""
+        """The mesh of a prim that is drawn or collides, in the frame of its body; ``None``: named as not taken."""
         pose, path = self._pose(prim), str(prim.GetPath())
         try:
             rigid = self._frame(pose, path)

@@ -1,4 +1,4 @@
-"""What the chemistry takes for granted where no data say it: solids without a constant, molecules beyond solubility."""
+"""Assumptions of the chemistry where no data exist: solids without a constant, molecules beyond solubility."""
 
 from collections.abc import Iterator
 from typing import Final

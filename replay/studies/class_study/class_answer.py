@@ -109,7 +109,7 @@ def _detector(tables: ClassTables, study: Study | None) -> str:
 
 
 def _other_detectors(study: Study | None) -> str:
-    """Which other detectors would do, and which change a conclusion; ``""``: none was tested."""
+    """The other detectors that would do, and those that change a conclusion; ``""``: none was tested."""
     tested = [row for row in study.sensitivity if row.tested] if study is not None else []
     changing = list(dict.fromkeys(row.detector for row in tested if row.changes))
     same = [label for label in dict.fromkeys(row.detector for row in tested) if label not in changing]

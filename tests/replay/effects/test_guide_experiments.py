@@ -97,7 +97,7 @@ def titrated_with_ammonia(molar, *tables):
 
 
 def test_basic_copper_sulfate_dissolves_in_more_ammonia():
-    """As in a flask: the pale precipitate goes, and all copper is the deep blue ammine; 1 mol/L is enough."""
+    """In a flask the pale precipitate goes, and all copper is the deep blue ammine; 1 mol/L is enough."""
     effects = titrated_with_ammonia(
         1.0,
         ("reaction", {"equation": "4 CuSO4 + 6 NH3 + 6 H2O -> Cu4(OH)6SO4 + 3 (NH4)2SO4"}),

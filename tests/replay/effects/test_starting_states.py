@@ -77,7 +77,7 @@ def test_a_reaction_without_any_acid_is_said_not_to_proceed():
 
 
 def test_ammonium_gives_a_metal_no_acid_of_a_strong_one():
-    """Of 5 mmol of ammonium 0.6 % are used at pH 7; it once gave all."""
+    """At pH 7, 0.6 % of 5 mmol of ammonium are used; it once gave all."""
     flask = glass("flask", 10.0, solute="NH4Cl", molar=0.5, properties={"solid": {"formula": "Zn", "mass_g": 1.0}})
     acid = glass("burette", 50.0, solute="HCl", molar=0.1, cavity=COLUMN)
     zinc = reacts("Zn + 2 HCl -> ZnCl2 + H2", rate_per_s=50.0)
@@ -98,7 +98,7 @@ def test_a_catalyst_of_both_sides_must_be_there():
 
 @pytest.mark.parametrize("mass_g", [5.0, 30.0])
 def test_a_vessel_begins_at_its_declared_temperature(mass_g):
-    """What dissolves before the first frame once warmed it by up to 4 K."""
+    """Salt that dissolves before the first frame once warmed it by up to 4 K."""
     properties = {"solid": {"formula": "KNO3", "mass_g": mass_g}, "temperature_c": 80.0}
     effects = standing(glass("flask", 50.0, properties=properties), CALM)
     assert effects["heat"].series["flask/temperature"].values[0] == pytest.approx(80.0, abs=1e-9)
@@ -118,7 +118,7 @@ def test_curves_of_dry_solids_keep_to_their_events(solid, more):
 
 
 def test_advice_for_copper_in_ammonia_goes_in_no_circle():
-    """Where the basic sulfate is named, hydroxide is advised no more."""
+    """A scene that names the basic sulfate is not advised the hydroxide."""
     flask = glass("flask", 2.0, solute="CuSO4", molar=0.1)
     ammonia = glass("burette", 50.0, solute="NH3", molar=1.0, cavity=COLUMN)
     fresh = reacts("4 CuSO4 + 6 NH3 + 6 H2O -> Cu4(OH)6SO4 + 3 (NH4)2SO4")

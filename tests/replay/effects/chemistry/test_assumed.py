@@ -1,4 +1,4 @@
-"""What no data say is told: solids without a constant, iodine beyond its solubility, end points of ions."""
+"""Gaps in the data are reported: solids without a constant, iodine beyond its solubility, end points of ions."""
 
 import pytest
 from support.liquid_worlds import COLUMN, MIX, glass, run_in
