@@ -32,6 +32,9 @@ SOLIDS: Final = frozenset(_TABLES["phases"]["solids"])
 MOST_IONS: Final = 16
 """Ions in a formula: more are no formula of a laboratory."""
 
+MOST_KINDS: Final = 4
+"""Kinds of ions in a formula, protons and water not counted: Mohr's salt has three."""
+
 
 @dataclass(frozen=True)
 class Component:
@@ -85,33 +88,57 @@ def is_known(formula: str) -> bool:
 
 def _combinations(heavy: Counter[str]) -> Iterator[Counter[str]]:
     """Ions that have exactly these atoms; none where there are no atoms but hydrogen and oxygen."""
-    if not heavy:
-        yield Counter()
-        return
     components = [component_of(name) for name in ELEMENTS]
     fitting = [
-        candidate for candidate in components if all(heavy[atom] >= many for atom, many in candidate.heavy.items())
+        candidate
+        for candidate in components
+        if candidate.heavy and all(heavy[atom] >= many for atom, many in candidate.heavy.items())
     ]
-    yield from _filled(+heavy, fitting, Counter())
+    choices = {atom: sum(atom in candidate.heavy for candidate in fitting) for atom in heavy}
+    # Ions of the atom with the fewest choices first: what cannot be made of the others is seen at once.
+    atoms_by_choices = sorted(heavy, key=lambda atom: (choices[atom], atom))
+    fitting.sort(key=lambda candidate: min(atoms_by_choices.index(atom) for atom in candidate.heavy))
+    ions = [tuple(candidate.heavy.get(atom, 0) for atom in atoms_by_choices) for candidate in fitting]
+    wanted = tuple(heavy[atom] for atom in atoms_by_choices)
+    for counts in _sums(ions, wanted):
+        yield Counter({fitting[row].name: many for row, many in counts.items()})
 
 
-def _filled(heavy: Counter[str], fitting: list[Component], chosen: Counter[str]) -> Iterator[Counter[str]]:
-    if not heavy:
-        yield chosen
-        return
-    if sum(chosen.values()) >= MOST_IONS:
-        return
-    # The atom with the fewest choices first.
-    atom = min(heavy, key=lambda element: (sum(element in component.heavy for component in fitting), element))
-    for row, component in enumerate(fitting):
-        if atom not in component.heavy or any(heavy[element] < many for element, many in component.heavy.items()):
-            continue
-        rest = heavy.copy()
-        rest.subtract(component.heavy)
-        left = [
-            candidate for position, candidate in enumerate(fitting) if position >= row or atom not in candidate.heavy
-        ]
-        yield from _filled(+rest, left, chosen + Counter({component.name: 1}))
+def _sums(ions: list[tuple[int, ...]], wanted: tuple[int, ...]) -> Iterator[Counter[int]]:
+    """How often to take which row of ``ions`` for sums of exactly ``wanted`` atoms.
+
+    At most ``MOST_IONS`` ions of ``MOST_KINDS`` kinds.
+    """
+
+    @cache
+    def fewest(row: int, rest: tuple[int, ...]) -> float:
+        """Fewest ions, of this row and those below, that sum to the rest; infinite where none do."""
+        if not any(rest):
+            return 0
+        if row == len(ions):
+            return float("inf")
+        without = fewest(row + 1, rest)
+        less = _less(rest, ions[row])
+        return without if less is None else min(without, 1 + fewest(row, less))
+
+    def sums(row: int, rest: tuple[int, ...], chosen: Counter[int]) -> Iterator[Counter[int]]:
+        if not any(rest):
+            yield chosen
+            return
+        if sum(chosen.values()) + fewest(row, rest) > MOST_IONS:
+            return
+        less = _less(rest, ions[row])
+        if less is not None and (row in chosen or len(chosen) < MOST_KINDS):
+            yield from sums(row, less, chosen + Counter({row: 1}))
+        yield from sums(row + 1, rest, chosen)
+
+    yield from sums(0, wanted, Counter())
+
+
+def _less(atoms_left: tuple[int, ...], ion: tuple[int, ...]) -> tuple[int, ...] | None:
+    """Atoms that remain without those of an ion; ``None``: it has more than there are."""
+    rest = tuple(many - taken for many, taken in zip(atoms_left, ion, strict=True))
+    return None if min(rest) < 0 else rest
 
 
 def _completed(formula: str, ions: Counter[str], counted: Counter[str]) -> dict[str, int] | None:

@@ -1,0 +1,34 @@
+"""Ions that sum to the atoms of a formula, against an exhaustive search, and how long a formula takes to read."""
+
+import itertools
+import time
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from replay.effects.chemistry.components import MOST_IONS, MOST_KINDS, _sums, components_of
+
+ATOMS = st.tuples(st.integers(0, 2), st.integers(0, 2), st.integers(0, 2))
+
+
+@given(ions=st.lists(ATOMS.filter(any), min_size=1, max_size=6, unique=True), wanted=ATOMS.filter(any))
+def test_sums_are_those_of_an_exhaustive_search(ions, wanted):
+    most = [min(total // atoms for total, atoms in zip(wanted, ion, strict=True) if atoms) for ion in ions]
+    exhaustive = set()
+    for counts in itertools.product(*(range(limit + 1) for limit in most)):
+        atoms = tuple(sum(many * ion[place] for many, ion in zip(counts, ions, strict=True)) for place in range(3))
+        kinds = sum(many > 0 for many in counts)
+        if atoms == wanted and sum(counts) <= MOST_IONS and kinds <= MOST_KINDS:
+            exhaustive.add(frozenset((row, many) for row, many in enumerate(counts) if many))
+    sums = [frozenset(counts.items()) for counts in _sums(ions, wanted)]
+    assert len(sums) == len(set(sums))
+    assert set(sums) == exhaustive
+
+
+@pytest.mark.parametrize("formula", ["Fe4(Fe(CN)6)3", "Fe3(Fe(CN)6)2", "Zn3K2(Fe(CN)6)2", "Mg2C10H12N2O8"])
+def test_large_formula_is_read_within_a_second(formula):
+    components_of.cache_clear()
+    began = time.process_time()
+    components_of(formula)
+    assert time.process_time() - began < 1.0
