@@ -19,7 +19,7 @@ from replay.auditing.episodes import episodes
 from replay.auditing.examination import examine
 from replay.auditing.false_contacts import false_contacts
 from replay.auditing.flicker import find_flicker
-from replay.auditing.holding import holdings
+from replay.auditing.holding import are_grasped, holdings
 from replay.auditing.matching import match_episodes
 from replay.auditing.noisy_contacts import in_noise
 from replay.auditing.sampling_offsets import STEPS, OffsetCounts, at_offset, counts_over_offsets, has_offsets
@@ -133,7 +133,14 @@ def compute(
             trusted, truth = runs[lineup.oracle], result.episodes[lineup.oracle]
             noise = in_noise(noise_spec, ready.assembly, session.scene, trusted, truth, settings.seed, advance)
             misses = {
-                label: tuple(replace(miss, noise=noise.labels[miss.contact - 1]) for miss in of_detector)
+                label: tuple(
+                    replace(
+                        miss,
+                        noise=noise.labels[miss.contact - 1],
+                        noise_share=noise.contacts[miss.contact - 1].fraction,
+                    )
+                    for miss in of_detector
+                )
                 for label, of_detector in result.misses.items()
             }
             result = replace(result, noise=noise, misses=misses)
@@ -278,13 +285,17 @@ def _audited(ready: Prepared, oracle: str, detected: Detected, progress: Progres
         advance(EXAMINING * len(comparisons))
         false = {}
         for label, comparison in comparisons.items():
-            by = subjects[label]
+            by, holding_episodes = subjects[label], reference.holdings
+            grasped = are_grasped(assembly, holding_episodes, misses[label])
             misses[label] = tuple(
-                replace(miss, why=why_missed(miss, label, by, truth[miss.contact - 1])) for miss in misses[label]
+                replace(miss, grasped=in_hand, why=why_missed(miss, label, by, truth[miss.contact - 1]))
+                for miss, in_hand in zip(misses[label], grasped, strict=True)
             )
+            reported = false_contacts(assembly, comparison, by)
+            grasped = are_grasped(assembly, holding_episodes, reported)
             false[label] = tuple(
-                replace(contact, why=why_false(contact, label, by))
-                for contact in false_contacts(assembly, comparison, by)
+                replace(contact, grasped=in_hand, why=why_false(contact, label, by))
+                for contact, in_hand in zip(reported, grasped, strict=True)
             )
             advance(EXAMINING)
     return replace(

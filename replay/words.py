@@ -5,6 +5,7 @@ fraction are left out: ``0.7 mm``, ``18.2 mm``, ``300 mm``, ``1.2 m``; ``0.13 ms
 functions, so that a number is the same wherever it stands.
 """
 
+from collections.abc import Mapping
 from datetime import datetime
 from math import ceil, floor, log10
 from typing import Final
@@ -154,3 +155,8 @@ def _plain(letter: str) -> bool:
 def plural(number: int, thing: str, several: str = "") -> str:
     """``1 frame``, ``2 frames``; ``several`` where an s is not enough."""
     return f"{number:,} {thing if number == 1 else several or thing + 's'}"
+
+
+def tallied(counts: Mapping[str, int]) -> str:
+    """Names and how often each: ``contact: 18, breakage: 1``. The name of an event is no word that has a plural."""
+    return ", ".join(f"{name}: {count:,}" for name, count in counts.items())

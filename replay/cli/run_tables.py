@@ -18,7 +18,7 @@ from replay.document.tables import FAINT, GOOD, IN_RED, IN_YELLOW, Table
 from replay.effects.effect_summary import event_lines
 from replay.show import run_tables as built
 from replay.show.sections import SectionName, section_of
-from replay.show.words import tallied
+from replay.words import tallied
 
 EVENT_ROWS: Final = 20
 

@@ -1,43 +1,33 @@
-"""Contacts, misses, false contacts and events of a run as tables: what each column holds is said here, once."""
+"""Contacts, misses, false contacts and events of a run as tables, and faults read again from such rows."""
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
-from math import nan
-from typing import Any, Final
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import chain
+from typing import Any
 
+import msgspec
 import numpy as np
 
 from cdcore.protocol import counts_as_contact
-from replay.auditing.fault import Cause, Evidence, Fault, FaultKind
-from replay.auditing.holding import within
+from replay.auditing.fault import Fault
+from replay.auditing.holding import are_grasped
 from replay.auditing.outcome import Episode
+from replay.document.columns import field_values, file_columns
 from replay.document.contact import EFFECT
 from replay.document.run_document import StoredTable
 from replay.document.run_result import RunResult
-from replay.document.tables import Table, columns_of
-from replay.effects.output import plain_value, vector_of
+from replay.document.tables import Table
+from replay.effects.output import plain_value
 from replay.prepare.flags import flag_word
-
-COLUMNS: Final = columns_of("document/result_tables.toml")
 
 
 def result_tables(result: RunResult) -> dict[str, Table]:
     """The tables of a run, in order of time: contacts, misses and false contacts of every detector, and events."""
-    noise = {
-        label: [{"noise": _in_noise(result, miss.contact)} for miss in misses]
-        for label, misses in result.misses.items()
-    }
-    hollows = {
-        label: [{"hollow": contact.evidence.hollow or None} for contact in false]
-        for label, false in result.false.items()
-    }
-    misses = _entries(result, result.misses, noise)
-    false = _entries(result, result.false, hollows)
     return {
-        "episodes": _episodes(result),
-        "misses": Table.of(COLUMNS["misses"], misses),
-        "false": Table.of(COLUMNS["false"], false),
-        "events": Table.of(COLUMNS["events"], sorted(_events(result), key=lambda row: row["stamp_ns"])),
+        "episodes": Table.of(file_columns("episodes"), _contacts(result)),
+        "misses": Table.of(file_columns("misses"), chain.from_iterable(result.misses.values())),
+        "false": Table.of(file_columns("false"), chain.from_iterable(result.false.values())),
+        "events": Table.of(file_columns("events"), sorted(_events(result), key=lambda row: row["stamp_ns"])),
     }
 
 
@@ -46,45 +36,35 @@ def stored(name: str, table: Table) -> StoredTable:
     return StoredTable(file=f"{name}.parquet", rows=len(table.rows))
 
 
-def fault_of_row(row: Mapping[str, Any], pairs: Sequence[str]) -> Fault:
-    """Return the fault of a row of the table of misses or of false contacts.
+def faults_of_rows(name: str, rows: Iterable[Mapping[str, Any]], pairs: Sequence[str]) -> Iterator[Fault]:
+    """Yield the faults of the rows of a table, ``misses`` or ``false``.
 
     ``pairs``: names of all pairs. The faces that meet and the first touch are not in the tables. Raises
     ``ValueError``: a run has no such kind, cause or pair.
     """
-    kind = FaultKind(row["kind"])
-    frame = row.get("deepest") if kind.is_miss else row.get("widest")
-    metres = row.get("cut_length") if kind.is_miss else row.get("gap")
-    point = [row.get(f"point_{axis}") or 0.0 for axis in "xyz"]
-    bodies = row["body_a"], row["body_b"]
-    return Fault(
-        number=row["number"],
-        detector=row["detector"],
-        pair=pairs.index("-".join(bodies)),
-        bodies=bodies,
-        labels=bodies,
-        kind=kind,
-        first=row["first"],
-        last=row["last"],
-        start=row["start"],
-        end=row["end"],
-        frame=row["first"] if frame is None else frame,
-        point=vector_of(np.array(point)),
-        metres=nan if metres is None else metres,
-        depth=_or_nan(row.get("depth")),
-        volume=_or_nan(row.get("common_volume")),
-        depth_at_least=bool(row.get("depth_at_least")),
-        not_measured=row.get("depth_unknown") or "",
-        evidence=Evidence(hollow=row.get("hollow") or "", face_pairs=row.get("face_pairs") or 0),
-        contact=row.get("episode") or 0,
-        cause=Cause(row["cause"]),
-        why=row.get("why") or "",
-        noise=row.get("noise") or "",
-    )
+    columns = file_columns(name)
+    for row in rows:
+        fields = field_values(columns, row)
+        evidence = fields.get("evidence", {})
+        evidence.pop("touch", None)
+        bodies = tuple(fields["bodies"].values())
+        complete = {
+            **fields,
+            **_vectors(fields),
+            "evidence": {**evidence, **_vectors(evidence)},
+            "bodies": bodies,
+            "labels": bodies,
+            "pair": pairs.index("-".join(bodies)),
+        }
+        try:
+            yield msgspec.convert(complete, Fault)
+        except msgspec.ValidationError as error:
+            raise ValueError(str(error)) from error
 
 
-def _or_nan(value: float | None) -> float:
-    return nan if value is None else value
+def _vectors(fields: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the fields that have three numbers, as such."""
+    return {name: tuple(value.values()) for name, value in fields.items() if name in ("point", "normal")}
 
 
 def _events(result: RunResult) -> Iterator[dict[str, Any]]:
@@ -135,47 +115,40 @@ def _event(zero: int, stamps: tuple[int, int | None], source: str, **columns: st
     }
 
 
-def _episodes(result: RunResult) -> Table:
-    """Contacts, and what became of each."""
+def _contacts(result: RunResult) -> Iterator[dict[str, Any]]:
+    """Yield the contacts of each detector, numbered in order of time, and what became of each."""
     never: dict[tuple[str, int], list[str]] = {}
     for label in result.comparisons:
         for number in result.counts[label].missed_numbers:
             never.setdefault((result.oracle, number), []).append(label)
     status = {label: matches.status() for label, matches in result.matches.items()}
     match = {(label, pair.reported): pair for label, matches in result.matches.items() for pair in matches.matched}
-
-    outcomes = {
-        label: [
-            {
-                "noise": _in_noise(result, number) if label == result.oracle else (None, None),
+    for label, contacts in result.episodes.items():
+        is_reference = label == result.oracle
+        grasped = are_grasped(result.assembly, result.holdings, contacts)
+        for number, contact in enumerate(contacts, start=1):
+            noise = _in_noise(result, number) if is_reference else (None, None)
+            yield {
+                "detector": label,
+                "number": number,
+                "bodies": result.assembly.things_of(contact.pair),
+                "grasped": grasped[number - 1],
+                "first": contact.first,
+                "last": contact.last,
+                "start": contact.start,
+                "end": contact.end,
+                "frames": contact.frames,
+                "frames_lost": contact.frames_lost,
+                "cuts": contact.cuts,
+                "noise": noise[0],
+                "noise_share": noise[1],
                 "missed_by": ",".join(never.get((label, number), ())),
                 "members": _first_members(result, label, contact),
                 "flag": _doubt(result, contact),
                 "status": status.get(label, {}).get(number, ""),
                 "match": match.get((label, number)),
-                "depth": result.depths[number - 1] if label == result.oracle and result.depths else None,
+                "depth": result.depths[number - 1] if is_reference and result.depths else None,
             }
-            for number, contact in enumerate(contacts, start=1)
-        ]
-        for label, contacts in result.episodes.items()
-    }
-    return Table.of(COLUMNS["episodes"], _entries(result, result.episodes, outcomes))
-
-
-def _entries(
-    result: RunResult, by_detector: Mapping[str, Sequence[Any]], values: Mapping[str, Sequence[dict[str, Any]]]
-) -> Iterator[dict[str, Any]]:
-    """Yield the contacts or faults of each detector, numbered in order of time, each with its other ``values``.
-
-    ``thing`` is an ``Episode`` or a ``Fault``.
-    """
-    for label, things in by_detector.items():
-        spans = np.array([(thing.pair, thing.first, thing.last) for thing in things], dtype=np.int64).reshape(-1, 3)
-        grasped = result.assembly.grasped[spans[:, 0]] | within(result.holdings, *spans.T)
-        for number, (thing, is_grasped) in enumerate(zip(things, grasped.tolist(), strict=True), 1):
-            bodies = result.assembly.things_of(thing.pair)
-            row = {"label": label, "number": number, "thing": thing, "bodies": bodies, "held": is_grasped}
-            yield row | values[label][number - 1]
 
 
 def _in_noise(result: RunResult, number: int) -> tuple[str | None, float | None]:

@@ -7,6 +7,7 @@ import re
 import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from enum import StrEnum
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any, Final
 
@@ -14,6 +15,29 @@ from replay.words import safe_text
 
 if TYPE_CHECKING:
     import pyarrow as pa
+
+
+class Output(StrEnum):
+    """The two kinds of output of a table, where a column is in one of them alone."""
+
+    SCREENS = "screens"
+    """Terminal, Markdown, report, notebook and picture."""
+    FILES = "files"
+    """Parquet, CSV, Excel and JSON."""
+
+
+class Holds(StrEnum):
+    """What the values of a column refer to: a reader of a run folder checks them."""
+
+    DETECTOR = "detector"
+    """Labels of detectors of the run."""
+    BODY = "body"
+    """Names of bodies of the session."""
+    FRAME = "frame"
+    """Frames of the session, from 0."""
+    NUMBER = "number"
+    """Numbers of contacts and faults, from 1."""
+
 
 STRONG, FAINT = "strong", "faint"
 IN_RED, PARTLY, IN_BLUE, IN_YELLOW = "missed", "partly", "found", "invented"
@@ -45,7 +69,7 @@ class Column:
     dtype: type = str
     meaning: str = ""
     of: str | Callable[[Any], Any] = ""  # where a row has it: attributes, keys and places with dots; ``""``: its name
-    unit: str = ""
+    unit: str = ""  # of the values in files
     show: Callable[[Any], Cell] | str = ""  # what people read of a value, or its format: ``.3f``
     mark: str = ""  # of cells that are neither 0 nor empty
     whole: bool = False
@@ -53,8 +77,13 @@ class Column:
     short: str = ""  # shorter name in a picture; ``""``: its name
     wide: bool = False  # shown only where all columns find room
     names_row: bool = False  # whether it says what a row is about, rather than a value
-    number: Callable[[Any], float | None] | str = ""  # of a row: its number in Parquet; ``""``: the value itself
-    scale: float = 1.0  # multiplies a value in Parquet, where the name has another unit: 1000 of seconds in a ``ms``
+    only: Output | None = None  # the outputs that have it; ``None``: all
+    stored: str = ""  # its name in files; ``""``: its name in lower case, without blanks
+    number: Callable[[Any], float | None] | str = ""  # of a row: its number in files; ``""``: the value itself
+    scale: float = 1.0  # multiplies a value in files, where the name has another unit: 1000 of seconds in a ``ms``
+    empty_is_null: bool = False  # whether an empty text says that there is no value
+    required: bool = False  # whether every row of a file has it
+    holds: Holds | None = None  # what its values refer to
 
     @property
     def words(self) -> bool:
@@ -73,23 +102,29 @@ class Column:
                 value = value[step]
             else:
                 value = value[int(step)] if step.isdigit() else getattr(value, step)
-        return None if value != value else value
+        if value != value or (self.empty_is_null and value == ""):
+            return None
+        return value
 
     @property
-    def stored(self) -> "Column":
-        """The column as Parquet has it: numbers, texts as people read them, and a name without spaces."""
-        name = self.name.lower().replace("%", "percent").replace(" ", "_")
+    def for_files(self) -> "Column":
+        """The column as files have it: a name without spaces, numbers, and texts."""
+        name = self.stored or self.name.lower().replace("%", "percent").replace(" ", "_")
         if self.number:
-            return replace(self, name=name, of=self.number, dtype=float)
-        return replace(self, name=name, of=self._stored_value)
+            return replace(self, name=name, of=self.number, dtype=float, show="")
+        if self.dtype is str and self.show:
+            return replace(self, name=name, of=self._text, show="")
+        if self.scale != 1.0:
+            return replace(self, name=name, of=self._scaled, show="")
+        return replace(self, name=name, of=self.of or self.name, show="")
 
-    def _stored_value(self, row: Any) -> Any:
+    def _text(self, row: Any) -> str | None:
         value = self.value(row)
-        if value is None:
-            return None
-        if self.dtype is str:
-            return text_of(self.cell(value))
-        return value if self.scale == 1.0 else self.scale * value
+        return None if value is None else text_of(self.cell(value))
+
+    def _scaled(self, row: Any) -> float | None:
+        value = self.value(row)
+        return None if value is None else self.scale * value
 
     def cell(self, value: Any) -> Cell:
         """A value as people read it; ``None`` as nothing."""
@@ -208,6 +243,7 @@ def columns_of(file: str, named: Mapping[str, Callable[[Any], Any]] | None = Non
                 columns.extend(lists[row])
                 continue
             row["dtype"] = kinds[row.get("dtype", "str")]
+            row |= {key: kind(row[key]) for key, kind in (("only", Output), ("holds", Holds)) if key in row}
             row |= {key: (named or {}).get(row.get(key, ""), row.get(key, "")) for key in ("of", "show", "number")}
             columns.append(Column(**row))
         lists[name] = tuple(columns)

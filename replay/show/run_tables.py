@@ -11,30 +11,22 @@ from cdcore.protocol import DECIDED, REFUSED
 from replay import words
 from replay.auditing.fault import Cause, worst_first
 from replay.auditing.sampling_offsets import PHASES
-from replay.auditing.wilson import OVER_CONTACTS, Proportion
+from replay.auditing.wilson import OVER_CONTACTS
 from replay.document.audit import ContactPairFrames, DetectorAudit
+from replay.document.columns import REFERENCE, false_cell, file_columns, screen_columns
 from replay.document.cost import BUDGET_MS, busy_text
-from replay.document.detector import LongestStage
 from replay.document.gates import percent
-from replay.document.ranking import Range, all_unconfirmed, with_fixes
+from replay.document.ranking import all_unconfirmed, with_fixes
 from replay.document.run_document import ContactLengths
 from replay.document.run_result import Summarised
-from replay.document.session import EffectRecord
-from replay.document.tables import IN_RED, IN_YELLOW, PARTLY, Cell, Column, Marked, Table, columns_of, table
-from replay.effects.effects_runner import CURVES
-from replay.show.words import (
-    PAIR_FRAME_ROWS,
-    WITHIN,
-    tallied,
-)
+from replay.document.tables import Cell, Column, Marked, Table, table
+from replay.show.words import PAIR_FRAME_ROWS, WITHIN
 from replay.words import plural
 from sessions import Finding
 from sessions.mcap.metadata import NOT_STATED
 
 LATE_OR_SHORT = "late or cut short"
 FALSE_CONTACT = "false contact"
-REFERENCE = "reference"
-NOT_APPLICABLE = "-"
 
 UNCONFIRMED = "unconfirmed frames"
 """Stands for *false frames* of a detector that only calls them candidates."""
@@ -42,83 +34,8 @@ UNCONFIRMED = "unconfirmed frames"
 CUT = "cut by lost poses"
 """Column of contacts, there only where lost poses cut one."""
 
-CERTAIN_SECONDS = 1e-6
-"""Uncertainty of a first touch up to which none is stated."""
-
 MOST_REASONS = 4
 """Reasons listed why containment was refused; each open body makes one of its own."""
-
-
-def _count(counts: Range | None, mark: str, otherwise: str) -> Cell:
-    return otherwise if counts is None else Marked(words.count_range(counts), mark if counts[1] else "")
-
-
-def _false_cell(of: tuple[Proportion | None, bool], *, intervals: bool = False) -> Cell:
-    false, unconfirmed = of
-    if false is None:
-        return NOT_APPLICABLE
-    if false.value is None:
-        return "0 %"
-    word = " unconfirmed" if unconfirmed else ""
-    text = percent(false, word.strip()) if intervals else f"{words.as_percentage(false.value)}{word}"
-    return Marked(text, IN_YELLOW if false.count else "")
-
-
-def _mean_count(proportion: Proportion | None, contacts: int) -> float | None:
-    """Contacts with a fault, the mean over the sampling offsets; ``None`` of the reference."""
-    return None if proportion is None else (proportion.value or 0.0) * contacts
-
-
-def _ms(seconds: float | None) -> str:
-    return NOT_APPLICABLE if seconds is None else words.milliseconds(seconds)
-
-
-def _moment(begin_within: tuple[float, float]) -> Cell:
-    """When a miss begins; a first touch between frames says how far it is uncertain, if by more than a microsecond."""
-    begin, uncertainty = begin_within
-    text = words.timestamp(begin)
-    return text if uncertainty <= CERTAIN_SECONDS else Marked(text, "", f"within {words.duration(uncertainty)}")
-
-
-def _quick_ms(seconds: float | None) -> str:
-    return "" if seconds is None else words.milliseconds(seconds)
-
-
-def _stage(longest: LongestStage | None) -> str:
-    return f"{longest.stage} {words.fixed(100 * longest.fraction, 0)} %" if longest else ""
-
-
-COLUMNS = columns_of(
-    "show/run_tables.toml",
-    {
-        "count_in_red": lambda counts: _count(counts, IN_RED, REFERENCE),
-        "count_in_part": lambda counts: _count(counts, PARTLY, NOT_APPLICABLE),
-        "mean_missed": lambda rank: _mean_count(rank.missed, rank.contacts),
-        "mean_late": lambda rank: _mean_count(rank.late_or_cut_short, rank.contacts),
-        "false_fraction": lambda rank: None if rank.false is None else rank.false.value,
-        "undecided_of": lambda rank: None if rank.missed_counts is None else rank.undecided,
-        "or_dash": lambda count: NOT_APPLICABLE if count is None else count,
-        "false_of": lambda rank: (rank.false, rank.unconfirmed),
-        "false_share": _false_cell,
-        "ms": _ms,
-        "loss": words.loss_number,
-        "quick_ms": _quick_ms,
-        "percent_or_dash": lambda fraction: NOT_APPLICABLE if fraction is None else words.as_percentage(fraction),
-        "percent": lambda fraction: "" if fraction is None else words.as_percentage(fraction),
-        "stage": _stage,
-        "cut_of": lambda row: row["lengths"] and row["lengths"].cut,
-        "pair": " - ".join,
-        "moment": _moment,
-        "timestamp": words.timestamp,
-        "millimetres": lambda metres: None if metres is None else words.number(1e3 * metres),
-        "reasons_of": lambda row: "; ".join(row["effect"].because),
-        "reported_of": lambda row: _reported(row["effect"]),
-        "trigger_of": lambda row: row["effect"].trigger or "always",
-        "work_of": lambda row: ", ".join(f"{name} {count:,}" for name, count in row["effect"].counters.items()),
-        "skipped_of": lambda row: 1.0 - row["effect"].frames_run / max(1, row["effect"].frames),
-        "percent_number": lambda fraction: None if fraction is None else words.percentage(100.0 * fraction),
-    },
-)
 
 
 def ranking_table(result: Summarised) -> Table:
@@ -130,7 +47,7 @@ def ranking_table(result: Summarised) -> Table:
     contacts = ranks[-1].contacts if ranks else 0
     made_of = f"made of {'it' if contacts == 1 else 'them'}" if contacts else "reported"
     title = f"{happened(contacts) if ranks else ''} What each detector {made_of}:"
-    made = Table.of(COLUMNS["ranking"], ranks, title, timing_notes(result))
+    made = Table.of(screen_columns("ranking"), ranks, title, timing_notes(result))
     some = any(rank.undecided for rank in ranks)
     return made.only(*(name for name in made.head if some or name != "undecided"))
 
@@ -146,27 +63,23 @@ def short_labels(ranking: Table, result: Summarised) -> Table:
 
 def with_intervals(ranking: Table) -> Table:
     """A ranking with the interval of each fraction beside it."""
-    cell = partial(_false_cell, intervals=True)
+    cell = partial(false_cell, intervals=True)
     columns = (replace(column, show=cell) if column.name == FALSE_CONTACT else column for column in ranking.columns)
     return replace(ranking, columns=tuple(columns), notes=(OVER_CONTACTS, *ranking.notes))
 
 
 def stored_tables(result: Summarised) -> dict[str, Table]:
-    """Tables of the screens as Parquet has them, by name; those without a row are left out.
+    """Tables of the screens as files have them, by name; those without a row are left out.
 
-    Numbers of contacts in the ranking are means over the sampling offsets.
+    Numbers of contacts in the ranking are means over the sampling offsets; the measured Fix has a row of its own.
     """
     rows: dict[str, Sequence[Any]] = {
-        "ranking": result.ranking,
+        "ranking": with_fixes(result.ranking, result.document),
         "times": _time_rows(result),
         "effects": _effect_rows(result),
         "session": _session_rows(result),
     }
-    return {
-        name: Table.of((column.stored for column in COLUMNS[name]), of_table)
-        for name, of_table in rows.items()
-        if of_table
-    }
+    return {name: Table.of(file_columns(name), of_table) for name, of_table in rows.items() if of_table}
 
 
 def timing_notes(result: Summarised) -> list[str]:
@@ -250,7 +163,7 @@ def pair_table(result: Summarised, label: str) -> Table:
     rows.sort(key=lambda row: (-row["frames"].missed, -row["frames"].false_contact))
     rows = [line for row in rows for line in (row, *_member_rows(result, row["pair"], label))]
     title = f"Contacts ({result.oracle}), and how {label} reported them"
-    made = Table.of(COLUMNS["pairs"], rows + grasped_rows, title, containment_notes(result, result.oracle))
+    made = Table.of(screen_columns("pairs"), rows + grasped_rows, title, containment_notes(result, result.oracle))
     absent = {name for name in (WITHIN, CUT) if not any(made.column(name))}
     absent.add("false frames" if all_unconfirmed(result.document.audit[label]) else UNCONFIRMED)
     return made.only(*(name for name in made.head if name not in absent))
@@ -282,10 +195,9 @@ def contact_table(result: Summarised, label: str) -> Table:
         for grasped, contacts in ((False, pair.contacts), (True, pair.grasped_contacts))
         if label in contacts
     ]
-    made = Table.of(
-        COLUMNS["lengths"] + COLUMNS["cut"], rows, f"Contacts found by {label}", containment_notes(result, label)
-    )
-    return made if any(made.column(CUT)) else made.only(*(column.name for column in COLUMNS["lengths"]))
+    lengths, title = screen_columns("lengths"), f"Contacts found by {label}"
+    made = Table.of((*lengths, *screen_columns("cut")), rows, title, containment_notes(result, label))
+    return made if any(made.column(CUT)) else made.only(*(column.name for column in lengths))
 
 
 def containment_notes(result: Summarised, label: str) -> list[str]:
@@ -306,7 +218,7 @@ def containment_notes(result: Summarised, label: str) -> list[str]:
 def miss_table(result: Summarised, label: str) -> Table:
     """The misses of a detector, the deepest first."""
     misses = worst_first(fault for fault in result.faults[label] if fault.kind.is_miss)
-    made = Table.of(COLUMNS["misses"], misses, f"missed by {label}, deepest first")
+    made = Table.of(screen_columns("misses"), misses, f"missed by {label}, deepest first")
     noisy = any(made.column("in noise"))
     if any(miss.depth_at_least for miss in misses):
         made = replace(made, notes=(*made.notes, "At least so deep: not every frame of a miss was searched."))
@@ -316,7 +228,7 @@ def miss_table(result: Summarised, label: str) -> Table:
 def false_table(result: Summarised, label: str) -> Table:
     """The false contacts of a detector, the one with the widest gap first."""
     false = worst_first(fault for fault in result.faults[label] if not fault.kind.is_miss)
-    made = Table.of(COLUMNS["false"], false)
+    made = Table.of(screen_columns("false"), false)
     unconfirmed = all(cause is Cause.BOUNDING_VOLUMES for cause in made.column("why"))
     thing = "unconfirmed contact" if unconfirmed else "false contact"
     return replace(made, title=f"{thing}s of {label}, widest gap first")
@@ -332,7 +244,7 @@ def cost_table(result: Summarised) -> Table:
     notes = [f"{label} cannot run frame by frame" for label, detector in audited.items() if not detector.online]
     if busy := busy_text(result.document):
         notes.append(busy)
-    return Table.of(COLUMNS["times"], _time_rows(result), "Time of each detector", notes)
+    return Table.of(screen_columns("times"), _time_rows(result), "Time of each detector", notes)
 
 
 def _time_rows(result: Summarised) -> list[dict[str, Any]]:
@@ -343,15 +255,9 @@ def _time_rows(result: Summarised) -> list[dict[str, Any]]:
     return rows
 
 
-def _reported(effect: EffectRecord) -> str:
-    """Events of an effect, or its curves."""
-    curves = int(effect.counters.get(CURVES, 0))
-    return tallied(effect.events) or (plural(curves, "curve") if curves else "nothing")
-
-
 def effect_table(result: Summarised) -> Table:
     """Effects of the plan: what each found, why it ran, what it cost, how much of the session its trigger skipped."""
-    return Table.of(COLUMNS["effects"], _effect_rows(result), "Effects")
+    return Table.of(screen_columns("effects"), _effect_rows(result), "Effects")
 
 
 def _effect_rows(result: Summarised) -> list[dict[str, Any]]:
@@ -360,7 +266,7 @@ def _effect_rows(result: Summarised) -> list[dict[str, Any]]:
 
 def session_table(result: Summarised) -> Table:
     """Facts about the recording, and frames and bodies left out."""
-    return Table.of(COLUMNS["session"], _session_rows(result), "Facts of the session")
+    return Table.of(screen_columns("session"), _session_rows(result), "Facts of the session")
 
 
 def _session_rows(result: Summarised) -> list[tuple[str, object]]:

@@ -10,7 +10,7 @@ from replay.document.headline import answer_reasons, doubts, flicker_notes, unde
 from replay.document.run_result import Summarised
 from replay.document.tables import Table, markdown, markdown_text
 from replay.show import run_tables
-from replay.show.words import tallied
+from replay.words import tallied
 
 MOST_FAULTS: Final = 20
 """Rows of a table of faults; Parquet holds them all."""

@@ -61,8 +61,8 @@ def tradeoff_list(done: Tradeoff, *, everything: bool = False) -> Table:
 
 
 def tradeoff_numbers(done: Tradeoff) -> Table:
-    """The settings as Parquet has them; numbers of contacts are means over the sampling offsets."""
-    return Table.of((column.stored for column in COLUMNS["settings"]), done.rows)
+    """The settings as files have them; numbers of contacts are means over the sampling offsets."""
+    return Table.of((column.for_files for column in COLUMNS["settings"]), done.rows)
 
 
 def _more(done: Tradeoff, hidden: int) -> list[str]:

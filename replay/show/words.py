@@ -64,8 +64,3 @@ def lane_legend(outcomes: Iterable[int], by: str = "", *, late: bool = False) ->
     if late:
         labels.insert(1, PINK)
     return "    ".join(labels)
-
-
-def tallied(counts: Mapping[str, int]) -> str:
-    """Names and how often each: ``contact: 18, breakage: 1``. The name of an event is no word that has a plural."""
-    return ", ".join(f"{name}: {count:,}" for name, count in counts.items())

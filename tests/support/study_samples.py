@@ -93,8 +93,8 @@ TASKS, STAGES, TYPES = ("pour", "stir", None), ("first", "second"), ("immersive"
 CAUSES = ("between samples", "budget ran out")
 DETECTORS = {"slow": 0.3, "coarse": 0.1}
 """Label -> share of the contacts that it never finds."""
-UNREAD = dict.fromkeys(("first", "last", "deepest", "stamp_ns"), 0) | {"frames": 1, "message": "", "time": 0.0}
-UNREAD |= {"start": 0.0, "end": 0.0}
+UNREAD = dict.fromkeys(("first", "last", "deepest", "widest", "stamp_ns"), 0)
+UNREAD |= {"frames": 1, "message": "", "time": 0.0, "start": 0.0, "end": 0.0}
 """What every row of a run states and no page of a class prints."""
 
 
@@ -149,8 +149,8 @@ class Session:
 
     def write(self, folder):
         folder.mkdir(parents=True)
-        for name, (file, kinds, _) in DATA_SET.items():
-            own = {column: kind for column, kind in kinds.items() if column != "run"}
+        for name, (file, columns) in DATA_SET.items():
+            own = {name: column.dtype for name, column in columns.items() if name != "run"}
             whole = [{column: row.get(column) for column in own} for row in self.rows[name]]
             pq.write_table(table_of(whole, own).replace_schema_metadata({"schema": SCHEMA}), folder / file)
         summary = {"made": self.keys["session"]}

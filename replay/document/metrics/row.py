@@ -9,22 +9,22 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore.numerics import IntArray
-from replay.auditing.holding import Grasp, grasps, hand_bodies, within
+from replay.auditing.holding import Grasp, are_grasped, grasps, hand_bodies
 from replay.auditing.outcome import Episode, Outcome
 from replay.auditing.sampling_offsets import OFFSET_SETTING
+from replay.document.columns import file_columns
 from replay.document.metrics.hands import ACTIVITIES, fixed_bodies, moving, span_names, task_seconds
 from replay.document.metrics.near import NearMiss, close_intervals, without_contact
 from replay.document.run_result import RunResult
 from replay.document.summary import session_digest
-from replay.document.tables import columns_of, types_of
+from replay.document.tables import types_of
 from sessions.mcap.metadata import NOT_STATED
 
 REACH_S: Final = 0.5
 """A hand touching what it takes this long before or after the press means to."""
 
-COLUMNS: Final = columns_of("document/metrics/row.toml")
-METRICS: Final = types_of(COLUMNS["metrics"])
-MEASURED: Final = types_of(COLUMNS["measured"])
+METRICS: Final = types_of(file_columns("metrics"))
+MEASURED: Final = types_of(file_columns("measured"))
 """Column -> type; a value nobody measured is null."""
 
 SPILLS: Final = ("pour", "spill")
@@ -131,9 +131,8 @@ def _shared(result: RunResult, grasping: _Grasping) -> dict[str, Any]:
 def _of_detector(result: RunResult, label: str, grasping: _Grasping, minutes: float) -> dict[str, Any]:
     assembly = result.assembly
     whole = result.episodes[label]
-    frames = np.array([(episode.pair, episode.first, episode.last) for episode in whole], dtype=np.int64).reshape(-1, 3)
-    grasped = assembly.grasped[frames[:, 0]] | within(result.holdings, *frames.T)
-    own = [episode for episode, is_grasped in zip(whole, grasped.tolist(), strict=True) if not is_grasped]
+    grasped = are_grasped(assembly, result.holdings, whole)
+    own = [episode for episode, is_grasped in zip(whole, grasped, strict=True) if not is_grasped]
     unintended = [
         episode
         for episode in own

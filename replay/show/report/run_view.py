@@ -20,8 +20,8 @@ from replay.effects.effect_summary import RESULTS
 from replay.show.palette import fault_key
 from replay.show.report.charts import Span
 from replay.show.sections import Section, SectionName, section_of
-from replay.show.words import NOT_COMPUTED, tallied
-from replay.words import date, plural
+from replay.show.words import NOT_COMPUTED
+from replay.words import date, plural, tallied
 from sessions.mcap.metadata import NOT_STATED
 
 FIRST_DATE_NS: Final = 946_684_800 * 10**9

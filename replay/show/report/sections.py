@@ -7,6 +7,7 @@ from typing import Final
 
 from replay import words
 from replay.auditing.loss import LOSS_MEANING
+from replay.document.columns import screen_columns
 from replay.document.headline import findings_of
 from replay.document.run_document import RunDocument
 from replay.document.tables import Table, table
@@ -31,9 +32,7 @@ FRAME_WORDS: Final = (
     "one of them could not decide, or a pose was lost. Between frames: only the way from frame to frame shows it."
 )
 GLOSSARY: Final = {
-    **{
-        column.name: column.meaning for column in run_tables.COLUMNS["ranking"] if not (column.wide or column.names_row)
-    },
+    **{column.name: column.meaning for column in screen_columns("ranking") if not (column.wide or column.names_row)},
     "loss": LOSS_MEANING,
     "reference": "the detector that the others are compared with",
     "0-2": "best to worst count over 16 start times of the sampling: where the first sample falls is chance",

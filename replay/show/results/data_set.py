@@ -10,24 +10,26 @@ from typing import Final
 import pyarrow as pa
 import pyarrow.compute as pc
 
+from replay.document.columns import file_columns
 from replay.document.metrics.row import MEASURED
+from replay.document.tables import Column
 from replay.errors import RunFolderError
 from replay.prepare.session_input import require_folder
 from replay.show.results.batch_parts import FOLDER, LIST, Mark, Shard, read_shards, summaries, write_shards
-from replay.show.results.parquet import KEYS, SCHEMA, TYPES, UNREADABLE, read_table
+from replay.show.results.parquet import SCHEMA, TYPES, UNREADABLE, read_table
 from replay.show.results.reading import checked_table
 from replay.show.results.run_folder import READ_TABLES, SUMMARY, table_file
 
-RUN: Final[dict[str, type]] = {"run": str}
+(RUN,) = file_columns("run")
 
-ADDED: Final = ("run", *MEASURED)
+ADDED: Final = (RUN.name, *MEASURED)
 """Columns of metrics that are none: where a row is from, beside which reference, and what the detector took."""
 
 DATA_SET: Final = {
-    "false_contacts" if name == "false" else name: (f"{name}.parquet", RUN | own | KEYS, needed)
-    for name, (own, needed) in READ_TABLES.items()
+    "false_contacts" if name == "false" else name: (f"{name}.parquet", {RUN.name: RUN, **own})
+    for name, own in READ_TABLES.items()
 }
-"""Table -> the file in a run folder, its columns, and those that no row may lack."""
+"""Table -> the file in a run folder, and its columns by name."""
 
 
 def read(folder: Path | str) -> dict[str, pa.Table]:
@@ -136,8 +138,8 @@ def write_batch_tables(batch: Path, requests: Mapping[str, str]) -> None:
 
 def joined(run_set: RunSet, name: str) -> pa.Table:
     """One table of all runs; the columns that every run should have come first."""
-    file, kinds, _ = DATA_SET[name]
-    tables = [_no_rows(kinds), *run_set.pieces(name)]
+    file, own = DATA_SET[name]
+    tables = [_no_rows(own), *run_set.pieces(name)]
     try:
         return pa.concat_tables(tables, promote_options="default")
     except UNREADABLE as error:
@@ -146,16 +148,16 @@ def joined(run_set: RunSet, name: str) -> pa.Table:
         ) from error
 
 
-def _no_rows(kinds: Mapping[str, type]) -> pa.Table:
-    return pa.Table.from_batches([], pa.schema([(column, TYPES[kind]) for column, kind in kinds.items()]))
+def _no_rows(columns: Mapping[str, Column]) -> pa.Table:
+    return pa.Table.from_batches([], pa.schema([(name, TYPES[column.dtype]) for name, column in columns.items()]))
 
 
 def rows_of_run(top: Path, run: str, name: str) -> pa.Table:
     """The rows of one table of a run folder; of a run that has no such table none."""
-    file, kinds, _ = DATA_SET[name]
+    file, own = DATA_SET[name]
     path = top / run / file
     if not path.is_file():
-        return _no_rows(kinds)
+        return _no_rows(own)
     table = _plain(path, name)
     return table.append_column("run", pa.array([run or "."] * len(table), TYPES[str]))
 
@@ -170,10 +172,11 @@ def _plain(path: Path, name: str, columns: Sequence[str] | None = None, *, shard
     version = schema.rpartition("/")[2] or "0"
     if not version.isdecimal() or int(version[:9]) > int(SCHEMA.rpartition("/")[2]):
         raise RunFolderError(f"{path} has schema {schema!r}, this version reads up to {SCHEMA!r}; update it")
-    _, kinds, needed = DATA_SET[name]
-    needed |= RUN.keys() if shard else set()
+    own = DATA_SET[name][1]
+    if not shard:
+        own = {column: declared for column, declared in own.items() if column != RUN.name}
+        if RUN.name in table.column_names:
+            table = table.drop_columns(RUN.name)
     if columns is not None:
-        needed &= frozenset(columns)
-    if not shard and "run" in table.column_names:
-        table = table.drop_columns("run")
-    return checked_table(path, table, kinds, needed)
+        own = {column: declared for column, declared in own.items() if column in columns}
+    return checked_table(path, table, own)

@@ -7,11 +7,12 @@ from typing import Any, Final
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from replay.document.columns import file_columns
 from replay.document.metrics.hands import ACTIVITIES, activities
 from replay.document.metrics.row import pseudonym
 from replay.document.run_result import RunResult
 from replay.document.summary import session_digest
-from replay.document.tables import ARROW, Column, Table
+from replay.document.tables import ARROW, Column, Table, types_of
 from replay.errors import RunFolderError
 
 TYPES: Final = {kind: pa.type_for_alias(name) for kind, name in ARROW.items()}
@@ -56,7 +57,7 @@ def _require_dense(about: pq.FileMetaData, size: int, path: Path) -> None:
         raise RunFolderError(f"{path} claims {about.num_rows:,} rows that it does not hold; run its session again")
 
 
-KEYS: Final[dict[str, type]] = dict.fromkeys(("session", "student", *ACTIVITIES), str)
+KEYS: Final = types_of(file_columns("keys"))
 
 SCHEMA: Final = "vrlab-replay/tables/2"
 """Stands as ``schema`` in the metadata of each table that has ``KEYS``; a table of version 1 has neither."""

@@ -5,7 +5,7 @@ ends in one ``RunFolderError``. Nothing that is read leads to an import, or to a
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from math import isfinite
 from pathlib import Path
 from typing import Any, Final
@@ -15,6 +15,7 @@ import pyarrow.compute as pc
 
 from replay.document.coding import document_of
 from replay.document.run_document import RunDocument
+from replay.document.tables import Column, Holds
 from replay.errors import RunFolderError
 from replay.show.results.parquet import TYPES
 
@@ -23,10 +24,6 @@ LARGEST_SECONDS: Final = 1e10
 """Seconds of any session, three hundred years; a sum of squares of larger numbers may not be finite."""
 
 AGAIN: Final = "run its session again"
-
-SECONDS: Final = ("start", "end", "time", "end_time")
-NUMBERED: Final = ("number", "episode", "truth")
-"""Columns that count from 1, where they are not null."""
 
 
 def read_json(path: Path) -> Any:
@@ -69,67 +66,73 @@ def checked_document(path: Path, plain: Any) -> RunDocument:
     return document
 
 
-def checked_table(path: Path, table: pa.Table, kinds: Mapping[str, type], needed: frozenset[str]) -> pa.Table:
-    """A table whose columns have these types, dictionaries unpacked; ``needed`` columns are there and hold no null.
+def checked_table(path: Path, table: pa.Table, columns: Mapping[str, Column]) -> pa.Table:
+    """A table whose columns have these types, dictionaries unpacked; required ones are there and hold no null.
 
     Numbers are finite, and seconds those of a session. A column that is not known stays where it is plain. Raises
     ``RunFolderError``.
     """
-    if missing := sorted(needed - set(table.column_names)):
+    required = {name for name, column in columns.items() if column.required}
+    if missing := sorted(required - set(table.column_names)):
         raise RunFolderError(f"{path} lacks the column {missing[0]!r}; {AGAIN}")
     if len(set(table.column_names)) < len(table.column_names):
         raise RunFolderError(f"{path} has two columns of one name; {AGAIN}")
     for index, name in enumerate(table.column_names):
-        column = table.column(index)
-        type_ = column.type.value_type if pa.types.is_dictionary(column.type) else column.type
-        allowed = (TYPES[kinds[name]], pa.null()) if name in kinds else tuple(TYPES.values())
+        values, declared = table.column(index), columns.get(name, Column(name))
+        type_ = values.type.value_type if pa.types.is_dictionary(values.type) else values.type
+        allowed = (TYPES[declared.dtype], pa.null()) if name in columns else tuple(TYPES.values())
         if type_ not in allowed:
             raise RunFolderError(f"{path}: the column {name!r} is {type_}, not {allowed[0]}; {AGAIN}")
-        column = column.cast(allowed[0]) if name in kinds else column.cast(type_)
-        _require_plain(path, name, column, needed)
-        table = table.set_column(index, name, column)
+        values = values.cast(allowed[0]) if name in columns else values.cast(type_)
+        _require_plain(path, declared, values)
+        table = table.set_column(index, name, values)
     return table
 
 
-def _require_plain(path: Path, name: str, column: pa.ChunkedArray, needed: frozenset[str]) -> None:
+def _require_plain(path: Path, column: Column, values: pa.ChunkedArray) -> None:
     """Refuse a column with values that no run writes."""
-    if name in needed and column.null_count:
-        raise RunFolderError(f"{path}: the column {name!r} has a row without a value; {AGAIN}")
+    if column.required and values.null_count:
+        raise RunFolderError(f"{path}: the column {column.name!r} has a row without a value; {AGAIN}")
     # No number of Python goes into these calculations: to take one, Arrow loads pandas where it is installed, 36 MB.
-    if pa.types.is_floating(column.type):
-        limit = LARGEST_SECONDS if name in SECONDS else 1e300
-        least, most = (end or 0.0 for end in pc.min_max(column).as_py().values())
-        wrong = max(-least, most) > limit or pc.any(pc.is_nan(column)).as_py()
-    elif pa.types.is_integer(column.type) and not name.endswith("stamp_ns"):
-        smallest = pc.min_max(column).as_py()["min"]
-        wrong = smallest is not None and smallest < (1 if name in NUMBERED else 0)
+    if pa.types.is_floating(values.type):
+        limit = LARGEST_SECONDS if column.unit == "s" else 1e300
+        least, most = (end or 0.0 for end in pc.min_max(values).as_py().values())
+        wrong = max(-least, most) > limit or pc.any(pc.is_nan(values)).as_py()
+    elif pa.types.is_integer(values.type) and column.unit != "ns":
+        smallest = pc.min_max(values).as_py()["min"]
+        wrong = smallest is not None and smallest < (1 if column.holds is Holds.NUMBER else 0)
     else:
         wrong = False
     if wrong:
-        raise RunFolderError(f"{path}: the column {name!r} has a value that no run writes; {AGAIN}")
+        raise RunFolderError(f"{path}: the column {column.name!r} has a value that no run writes; {AGAIN}")
 
 
-def checked_contacts(path: Path, table: pa.Table, document: RunDocument) -> pa.Table:
-    """Rows of contacts, misses or false contacts that are of the detectors, bodies and frames of a document."""
-    bodies = document.session.bodies.keys()
-    named = {"detector": document.detectors.keys(), "body_a": bodies, "body_b": bodies}
-    for column, names in named.items():
-        for word in pc.unique(table[column]).to_pylist():
-            if word not in names:
-                raise RunFolderError(f"{path}: {word[:40]!r} is no {column.partition('_')[0]} of its run; {AGAIN}")
-    if not len(table):
-        return table
-    ordered = pc.all(pc.less_equal(table["first"], table["last"])).as_py()
-    within = pc.max(table["last"]).as_py() < document.session.frames
-    in_time = pc.all(pc.less_equal(table["start"], table["end"])).as_py()
+def checked_rows(path: Path, table: pa.Table, columns: Mapping[str, Column], document: RunDocument) -> pa.Table:
+    """Rows whose detectors, bodies and frames are those of a document, and whose intervals do not run backwards."""
+    known: dict[Holds | None, Collection[str]] = {
+        Holds.DETECTOR: document.detectors.keys(),
+        Holds.BODY: document.session.bodies.keys(),
+    }
+    frames = document.session.frames
+    present = [columns[name] for name in table.column_names if name in columns]
+    for column in present:
+        for text in pc.unique(table[column.name]).to_pylist() if column.holds in known else ():
+            if text not in known[column.holds]:
+                raise RunFolderError(f"{path}: {text[:40]!r} is no {column.holds} of its run; {AGAIN}")
     in_session = all(
-        pc.all(pc.less(table[name], document.session.frames)).as_py() is not False
-        for name in ("deepest", "widest")
-        if name in table.column_names
+        pc.all(pc.less(table[column.name], frames)).as_py() is not False
+        for column in present
+        if column.holds is Holds.FRAME
     )
-    if not (ordered and within and in_time and in_session):
+    ordered = all(
+        pc.all(pc.less_equal(table[first], table[last])).as_py() is not False
+        for first, last in (("first", "last"), ("start", "end"))
+        if first in columns
+    )
+    if not (in_session and ordered):
         raise RunFolderError(f"{path} has a row outside the frames of its run; {AGAIN}")
-    numbers = table.group_by(["detector", "number"]).aggregate([])
-    if len(numbers) < len(table):
-        raise RunFolderError(f"{path} has two rows of one number; {AGAIN}")
+    if "number" in columns:
+        numbers = table.group_by(["detector", "number"]).aggregate([])
+        if len(numbers) < len(table):
+            raise RunFolderError(f"{path} has two rows of one number; {AGAIN}")
     return table

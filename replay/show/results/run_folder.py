@@ -18,23 +18,23 @@ from replay.auditing.fault import Fault
 from replay.detection.progress import Advance, ignored
 from replay.document.answer import Answer
 from replay.document.coding import json_of
+from replay.document.columns import FILE_TABLES, file_columns
 from replay.document.contact import ContactRecord, EventRecord, contacts_by_detector, events_of
 from replay.document.file_hash import file_hash
 from replay.document.machine import give_back_memory
-from replay.document.metrics.row import MEASURED, METRICS
 from replay.document.ranking import Rank, ranking
-from replay.document.result_tables import COLUMNS, fault_of_row
+from replay.document.result_tables import faults_of_rows
 from replay.document.run_document import SCHEMA, RunDocument
 from replay.document.run_result import RunResult
 from replay.document.summary import frame_seconds, recording_mark
-from replay.document.tables import types_of
+from replay.document.tables import Column
 from replay.effects.output import plain_value
 from replay.errors import OutputError, RunFolderError
 from replay.prepare.session_input import require_folder
 from replay.show.report.page import write_report
 from replay.show.results import parquet_tables
-from replay.show.results.parquet import KEYS, read_table, with_keys
-from replay.show.results.reading import checked_contacts, checked_document, checked_table, read_json
+from replay.show.results.parquet import read_table, with_keys
+from replay.show.results.reading import checked_document, checked_rows, checked_table, read_json
 from replay.show.run_tables import stored_tables
 from replay.show.tradeoff_table import tradeoff_numbers
 from sessions.model.constants import SCENE_FACT
@@ -44,19 +44,11 @@ SUMMARY: Final = "summary.json"
 PICTURE: Final = "run.rrd"
 REPORT: Final = "report.html"
 
-TYPES: Final = {name: types_of(columns) for name, columns in COLUMNS.items()} | {"metrics": METRICS | MEASURED}
-SPAN: Final = TYPES["heads"].keys() | TYPES["span"].keys()
-NEEDED: Final = {
-    "episodes": SPAN | {"frames"},
-    "misses": SPAN | {"kind", "cause", "deepest"},
-    "false": SPAN | {"kind", "cause"},
-    "events": {"stamp_ns", "source", "name", "message", "time"},
-    "metrics": {"session", "settings", "detector"},
+READ_TABLES: Final[Mapping[str, Mapping[str, Column]]] = {
+    name: {column.name: column for column in file_columns(*FILE_TABLES[name])}
+    for name in ("episodes", "misses", "false", "events", "metrics")
 }
-READ_TABLES: Final[Mapping[str, tuple[dict[str, type], frozenset[str]]]] = {
-    name: (TYPES[name], frozenset(needed)) for name, needed in NEEDED.items()
-}
-"""The tables that are read again as rows: columns with their types but ``KEYS``, and those that no row may lack."""
+"""The tables that are read again as rows, with their columns by name."""
 
 
 @dataclass(frozen=True)
@@ -209,11 +201,11 @@ class RunFolder:
         faults: dict[str, list[Fault]] = {label: [] for label in self.document.audit}
         pairs = [pair.name for pair in self.document.pairs]
         for name in ("false", "misses"):
-            for row in self.rows(name):
-                try:
-                    faults[row["detector"]].append(fault_of_row(row, pairs))
-                except (ValueError, KeyError) as error:
-                    raise RunFolderError.unreadable(table_file(self.path, name), error) from error
+            try:
+                for fault in faults_of_rows(name, self.rows(name), pairs):
+                    faults[fault.detector].append(fault)
+            except (ValueError, KeyError) as error:
+                raise RunFolderError.unreadable(table_file(self.path, name), error) from error
         return faults
 
     @cached_property
@@ -281,7 +273,7 @@ class RunFolder:
 
     def rows(self, name: str) -> list[dict[str, Any]]:
         """The rows of one of ``READ_TABLES``; ``RunFolderError``: no run writes such rows."""
-        path, (kinds, needed) = table_file(self.path, name), READ_TABLES[name]
+        path, columns = table_file(self.path, name), READ_TABLES[name]
         table = read_table(path)
         stored = self.document.tables.get(name)
         if stored is not None and stored.rows != len(table):
@@ -289,8 +281,8 @@ class RunFolder:
             raise RunFolderError(f"{path} holds {counts}; run its session again")
         if len(table) > path.stat().st_size:
             raise RunFolderError(f"{path} claims {len(table):,} rows that it does not hold; run its session again")
-        table = checked_table(path, table, kinds | KEYS, needed)
-        return (checked_contacts(path, table, self.document) if needed >= SPAN else table).to_pylist()
+        table = checked_table(path, table, columns)
+        return checked_rows(path, table, columns, self.document).to_pylist()
 
 
 def read_run_folder(path: str | Path) -> RunFolder:

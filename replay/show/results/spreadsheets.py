@@ -11,11 +11,12 @@ import pyarrow.parquet as pq
 from msgspec import structs
 
 from replay.document.coding import json_of
-from replay.document.metrics.row import COLUMNS as METRIC_COLUMNS
-from replay.document.result_tables import COLUMNS
+from replay.document.columns import FILE_TABLES, file_columns
 from replay.errors import OutputError
+from replay.show.results.data_set import DATA_SET
 from replay.show.results.parquet import read_table
 from replay.show.results.run_folder import SUMMARY, read_run_folder
+from replay.show.tradeoff_table import COLUMNS as TRADEOFF_COLUMNS
 from sessions.whole_files import whole_file
 
 CSV, PARQUET, XLSX = "csv", "parquet", "xlsx"
@@ -25,12 +26,16 @@ WORKBOOK: Final = "tables.xlsx"
 NO_XLSXWRITER: Final = 'Excel tables need XlsxWriter: pip install "vrlab-replay[excel]"'
 
 UNITS: Final = {
-    column.name: column.unit
-    for columns in (*COLUMNS.values(), *METRIC_COLUMNS.values())
-    for column in columns
-    if column.unit
+    name: {column.name: column.unit for column in columns if column.unit}
+    for name, columns in {
+        **{name: file_columns(*lists) for name, lists in FILE_TABLES.items()},
+        "tradeoff": tuple(column.for_files for column in TRADEOFF_COLUMNS["settings"]),
+    }.items()
 }
-"""Column of a table of a run -> its unit, where its name does not say it."""
+"""Table of a run folder -> the units of its columns; a name that ends in ``/`` stands for all that begin so."""
+
+FILE_OF: Final = {name: Path(file).stem for name, (file, _) in DATA_SET.items()}
+"""Table over many runs -> the table of a run folder that it joins."""
 
 FORMULA_STARTS: Final = ("=", "+", "-", "@", "\t", "\r", "\n", "\uff1d", "\uff0b", "\uff0d", "\uff20")
 """First characters of a text that a spreadsheet may run; the last four are wide forms, which some take for the same."""
@@ -58,7 +63,7 @@ def write_tables(tables: Mapping[str, pa.Table], folder: Path, form: str) -> lis
     """Write tables to a folder: a CSV file each, or a sheet each of one workbook; sentences on those left out."""
     if form == CSV:
         for name, table in tables.items():
-            _write_csv(table, folder / f"{name}.csv")
+            _write_csv(name, table, folder / f"{name}.csv")
     if form == PARQUET:
         for name, table in tables.items():
             pq.write_table(table, folder / f"{name}.parquet", compression="zstd")
@@ -84,9 +89,15 @@ def write_run_tables(folder: Path, form: str) -> list[str]:
     return left_out
 
 
-def headings(names: Iterable[str]) -> list[str]:
-    """Return names of columns with their units: ``start [s]``."""
-    return [f"{name} [{UNITS[name]}]" if name in UNITS else name for name in names]
+def headings(names: Iterable[str], table: str) -> list[str]:
+    """Return names of columns of a table with their units: ``start [s]``."""
+    units = UNITS.get(FILE_OF.get(table, table), {})
+    with_units = []
+    for name in names:
+        beginning, slash, _ = name.partition("/")
+        unit = units.get(beginning + slash)
+        with_units.append(f"{name} [{unit}]" if unit else name)
+    return with_units
 
 
 def inert(value: Any) -> Any:
@@ -109,11 +120,11 @@ def _rows(table: pa.Table) -> Iterator[Sequence[Any]]:
         yield from zip(*(column.to_pylist() for column in batch.columns), strict=True)
 
 
-def _write_csv(table: pa.Table, path: Path) -> None:
+def _write_csv(name: str, table: pa.Table, path: Path) -> None:
     """Write a table in UTF-8 with the mark by which Excel knows it."""
     with path.open("w", encoding="utf-8-sig", newline="") as file:
         writer = csv.writer(file, lineterminator="\r\n")
-        writer.writerow([inert(name) for name in headings(table.column_names)])
+        writer.writerow([inert(heading) for heading in headings(table.column_names, name)])
         writer.writerows([inert(value) for value in row] for row in _rows(table))
 
 
@@ -130,7 +141,7 @@ def _write_workbook(tables: Mapping[str, pa.Table], path: Path) -> list[str]:
                 continue
             sheet = book.add_worksheet(name[:31])
             sheet.freeze_panes(1, 0)
-            for column, heading in enumerate(headings(table.column_names)):
+            for column, heading in enumerate(headings(table.column_names, name)):
                 sheet.write_string(0, column, heading, bold)
             for number, row in enumerate(_rows(table), 1):
                 for column, value in enumerate(row):

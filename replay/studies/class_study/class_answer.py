@@ -8,6 +8,7 @@ import numpy as np
 
 from replay import words
 from replay.auditing.fault import Cause
+from replay.document.columns import file_names
 from replay.document.fault_sentences import REASONS
 from replay.document.tables import Marked
 from replay.studies.class_study.analysis import Study
@@ -25,7 +26,7 @@ MOST_FOUND: Final = 3
 MOST_REFUSED: Final = 2
 """Results left out that are named there."""
 
-MEAN_MS: Final = "mean_ms"
+DETECTOR, MEAN_MS = file_names("metrics", "detector", "mean_ms")
 """Column of the metrics with the milliseconds of a detector a frame."""
 
 
@@ -127,9 +128,9 @@ def _times(tables: ClassTables) -> str:
     if MEAN_MS not in metrics.column_names:
         return "Times of the detectors were not measured."
     times: dict[str, list[float]] = {}
-    for row in metrics.select(["detector", MEAN_MS]).to_pylist():
+    for row in metrics.select([DETECTOR, MEAN_MS]).to_pylist():
         if row[MEAN_MS] is not None and np.isfinite(row[MEAN_MS]):
-            times.setdefault(row["detector"], []).append(row[MEAN_MS] / 1e3)
+            times.setdefault(row[DETECTOR], []).append(row[MEAN_MS] / 1e3)
     if not times:
         return "Times of the detectors were not measured."
     means = [f"{label} {words.frame_time(float(np.mean(values)))}" for label, values in times.items()]

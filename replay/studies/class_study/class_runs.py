@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import pyarrow as pa
 import pyarrow.compute as pc
 
+from replay.document.columns import file_names
 from replay.errors import StudyError
 from replay.show.results.data_set import ADDED, DATA_SET, RunSet, find_runs, joined
 from replay.show.results.parquet import TYPES
@@ -22,18 +23,21 @@ Row = Mapping[str, Any]
 
 HEADS: Final = ("run", "detector", "body_a", "body_b", "held")
 
-NEEDED: Final[dict[str, tuple[str, ...]]] = {
-    "episodes": (*HEADS, "missed_by", "task", "stage", "start", "end"),
-    "misses": (*HEADS, "number", "kind", "cause", "cut_length", "touch", "start"),
-    "false_contacts": ("run", "detector", "held", "kind", "cause"),
+COUNTED_COLUMNS: Final[dict[str, tuple[str, ...]]] = {
+    "episodes": file_names("episodes", *HEADS, "missed_by", "task", "stage", "start", "end"),
+    "misses": file_names("misses", *HEADS, "number", "kind", "cause", "cut_length", "touch", "start"),
+    "false_contacts": file_names("false", "run", "detector", "held", "kind", "cause"),
 }
-"""Table -> the columns of it that the page needs: of 4,000 sessions all of them would not fit into 300 MB."""
+"""Table -> the columns of it that the page counts: of 4,000 sessions all of them would not fit into 300 MB."""
 
 OPEN_GUESSES: Final = "open_questions"
 """The key of a summary with the guesses of an import that change its contacts."""
 
-ABOUT: Final = ("run", "session", "student", "oracle", "vr_type", "scene")
+ABOUT: Final = file_names("metrics", "run", "session", "student", "oracle", "vr_type", "scene")
 """What metrics say of a session, the same in every row of it."""
+
+OF_DETECTOR: Final = file_names("metrics", "detector", "contacts_per_min", "valid_minutes", "settings")
+"""What metrics say of a detector of a session."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +90,7 @@ def read_class(folder: Path, students: Path | None = None) -> ClassRuns:
     run_set = find_runs(folder)
     named = read_students(students) if students is not None else {}
     table = joined(run_set, "metrics")
-    rows = table.select([*ABOUT, "detector", "contacts_per_min", "valid_minutes", "settings"]).to_pylist()
+    rows = table.select([*ABOUT, *OF_DETECTOR]).to_pylist()
     first: dict[str, tuple[str, str]] = {}
     for row in rows:
         session = row["session"] or row["run"]
@@ -104,7 +108,7 @@ def read_class(folder: Path, students: Path | None = None) -> ClassRuns:
         folder,
         metrics,
         table.filter(pc.is_in(table["run"], pa.array(metrics, pa.string()))),
-        {name: _counted_rows(run_set, name, metrics) for name in NEEDED},
+        {name: _counted_rows(run_set, name, metrics) for name in COUNTED_COLUMNS},
         repeated=len(measured) - len(metrics),
         unmeasured=len(run_set.runs) - len(measured),
     )
@@ -139,12 +143,12 @@ def _counted_rows(run_set: RunSet, name: str, metrics: Mapping[str, Mapping[str,
     sessions = [next(iter(rows.values())) for rows in metrics.values()]
     keys = "run", "oracle", "vr_type"
     runs, oracles, types = (pa.array([row[key] for row in sessions], pa.string()) for key in keys)
-    kinds = DATA_SET[name][1]
-    empty = pa.schema([(column, TYPES[kinds[column]]) for column in NEEDED[name]]).empty_table()
+    names, declared = COUNTED_COLUMNS[name], DATA_SET[name][1]
+    empty = pa.schema([(column, TYPES[declared[column].dtype]) for column in names]).empty_table()
     tables = []
-    for piece in (empty, *run_set.pieces(name, NEEDED[name])):
+    for piece in (empty, *run_set.pieces(name, names)):
         # A column that a run has not is null in its rows.
-        rows = pa.concat_tables([empty, piece], promote_options="default").select(NEEDED[name])
+        rows = pa.concat_tables([empty, piece], promote_options="default").select(names)
         index = pc.index_in(rows["run"], runs)
         counted = pc.and_(pc.is_valid(index), pc.invert(pc.fill_null(rows["held"], False)))
         if name == "episodes":

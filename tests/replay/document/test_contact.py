@@ -2,14 +2,17 @@
 
 import json
 from dataclasses import replace
+from typing import get_args
 
+import msgspec
 import pytest
 from support.small_worlds import TWO_BUMPS, cubes
 
 from replay import run
+from replay.document.columns import file_columns
 from replay.document.contact import ContactRecord, EventRecord
-from replay.document.result_tables import COLUMNS
 from replay.document.run_document import StoredTable
+from replay.document.tables import ARROW
 from replay.errors import RunFolderError
 from replay.show.results.run_folder import read_run_folder
 from sessions.model.session import Event
@@ -58,6 +61,26 @@ def test_a_table_of_other_length_than_counted_is_refused(written, name):
         read.rows(name)
 
 
+def plain_types(annotation):
+    """Types of columns that an annotation is made of."""
+    if isinstance(annotation, type) and annotation in ARROW:
+        return [annotation]
+    return [type_ for inner in get_args(annotation) for type_ in plain_types(inner)]
+
+
 @pytest.mark.parametrize("name", TABLES)
-def test_a_record_has_a_field_for_every_column(name):
-    assert set(TABLES[name].__struct_encode_fields__) == {column.name for column in COLUMNS[name]}
+def test_fields_of_a_record_are_declared_columns_of_their_type(name):
+    columns = {column.name: column for column in file_columns(name)}
+    for declared in msgspec.structs.fields(TABLES[name]):
+        column = columns[declared.encode_name]
+        assert set(plain_types(declared.type)) == {column.dtype}, declared.name
+        assert column.required == declared.required, declared.name
+
+
+def test_faults_read_from_a_folder_are_those_of_the_run(written):
+    result, folder = written
+    read = read_run_folder(folder).faults
+    for label, faults in result.faults.items():
+        for fault, again in zip(faults, read[label], strict=True):
+            evidence = replace(fault.evidence, touch=None, nearest=None)
+            assert again == replace(fault, evidence=evidence, agreeing=(0, 0))

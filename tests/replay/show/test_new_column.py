@@ -1,12 +1,15 @@
 """A column of a table is one row of one list: every output shows it, and Parquet holds its number."""
 
+import csv
 import re
 from dataclasses import replace
 from html import unescape
 from io import StringIO
 
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from msgspec import structs
 from rich.console import Console
 from support.report_states import POSITIONS, SCENE, TWO, steady, with_steady_times
 from support.small_worlds import cubes
@@ -15,12 +18,16 @@ import replay
 from replay.cli.run_markdown import run_markdown
 from replay.cli.run_tables import run_screen
 from replay.cli.run_tables import run_tables as verbose_tables
+from replay.document import columns
+from replay.document.ranking import with_fixes
+from replay.document.result_tables import result_tables, stored
 from replay.document.tables import Column
 from replay.engine import compute
-from replay.show import run_tables
 from replay.show.report.page import report_html
 from replay.show.rerun_log.documents import answer_text, detector_text, ranking_text
-from replay.show.results.run_folder import write_run_folder
+from replay.show.results.parquet import TYPES
+from replay.show.results.run_folder import read_run_folder, write_run_folder
+from replay.show.results.spreadsheets import headings, write_tables
 from replay.show.run_tables import stored_tables
 from replay.show.sections import SECTIONS, SectionName
 
@@ -51,7 +58,7 @@ def texts(tmp_path_factory):
     result, folder = steady("several"), tmp_path_factory.mktemp("runs")
     before = texts_of(result, write_run_folder(result, folder / "before"))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(run_tables.COLUMNS, "ranking", (*run_tables.COLUMNS["ranking"], NEW))
+        patch.setitem(columns.COLUMNS, "ranking", (*columns.COLUMNS["ranking"], NEW))
         after = texts_of(result, write_run_folder(result, folder / "after"))
     return result, folder / "after", before, after
 
@@ -69,14 +76,14 @@ def test_a_new_column_is_a_column_in_parquet(texts):
     result, folder, *_ = texts
     rows = pq.read_table(folder / "ranking.parquet").to_pylist()
     assert {row["detector"]: row["probe"] for row in rows} == {
-        rank.label: 40.0 + len(rank.label) for rank in result.ranking
+        rank.label: 40.0 + len(rank.label) for rank in with_fixes(result.ranking, result.document)
     }
 
 
 def test_parquet_holds_the_numbers_behind_the_cells(texts):
     result, folder, *_ = texts
     rows = {row["detector"]: row for row in pq.read_table(folder / "ranking.parquet").to_pylist()}
-    for rank in result.ranking[:-1]:
+    for rank in with_fixes(result.ranking, result.document)[:-1]:
         row = rows[rank.label]
         assert row["missed"] == pytest.approx(rank.missed.value * rank.contacts)
         assert row["late_or_cut_short"] == pytest.approx(rank.late_or_cut_short.value * rank.contacts)
@@ -113,17 +120,56 @@ def faulty():
 
 @pytest.mark.parametrize("table", TABLES)
 def test_new_column_of_any_table_reaches_five_outputs(faulty, table, monkeypatch):
-    monkeypatch.setitem(run_tables.COLUMNS, table, (*run_tables.COLUMNS[table], MARKER))
+    monkeypatch.setitem(columns.COLUMNS, table, (*columns.COLUMNS[table], MARKER))
     texts = all_texts(faulty)
     assert texts.keys() == set(OUTPUTS)
     assert [output for output, text in texts.items() if "marker-cell" not in text] == []
 
 
-@pytest.mark.parametrize("table", ["times", "session", "effects"])
-def test_new_column_reaches_parquet_too(faulty, table, monkeypatch):
-    monkeypatch.setitem(run_tables.COLUMNS, table, (*run_tables.COLUMNS[table], MARKER))
-    stored = stored_tables(faulty)[table]
-    assert set(stored.to_arrow()["probe"].to_pylist()) == {"marker-cell"}
+FILE_TABLES = (*TABLES, "episodes", "events")
+MEASURED = replace(MARKER, dtype=float, unit="m", of=lambda row: 2.5, show=lambda value: "marker-cell")
+
+
+@pytest.fixture
+def with_column(faulty, tmp_path, request, monkeypatch):
+    """The folder of a run with one more row in the declaration of a table."""
+    monkeypatch.setitem(columns.COLUMNS, request.param, (*columns.COLUMNS[request.param], MEASURED))
+    tables = result_tables(faulty)
+    document = structs.replace(faulty.document, tables={name: stored(name, table) for name, table in tables.items()})
+    folder = tmp_path / "run"
+    write_run_folder(replace(faulty, tables=tables, document=document), folder)
+    return request.param, folder
+
+
+@pytest.mark.parametrize("with_column", FILE_TABLES, indirect=True)
+def test_new_column_reaches_parquet_csv_and_reader(with_column):
+    name, folder = with_column
+    assert set(pq.read_table(folder / f"{name}.parquet")["probe"].to_pylist()) <= {2.5}
+    write_tables({name: pq.read_table(folder / f"{name}.parquet")}, folder, "csv")
+    head, *rows = csv.reader((folder / f"{name}.csv").read_text(encoding="utf-8-sig").splitlines())
+    assert "probe" in head
+    assert {row[head.index("probe")] for row in rows} <= {"2.5"}
+    if name in ("episodes", "misses", "false", "events"):
+        assert {row["probe"] for row in read_run_folder(folder).rows(name)} <= {2.5}
+
+
+def test_every_column_of_a_run_folder_is_declared(faulty, tmp_path):
+    write_run_folder(faulty, tmp_path / "run")
+    files = {file.stem: pq.read_table(file) for file in (tmp_path / "run").glob("*.parquet")}
+    assert files.keys() == columns.FILE_TABLES.keys()
+    for name, table in files.items():
+        declared = {column.name: TYPES[column.dtype] for column in columns.file_columns(*columns.FILE_TABLES[name])}
+        for field in table.schema:
+            beginning, slash, _ = field.name.partition("/")
+            type_ = field.type.value_type if pa.types.is_dictionary(field.type) else field.type
+            assert type_ == declared[beginning + slash], (name, field.name)
+
+
+def test_a_heading_has_the_unit_that_its_table_declares():
+    assert headings(["start", "cut_length", "frames"], "misses") == ["start [s]", "cut_length [m]", "frames"]
+    assert headings(["mean_ms", "missed"], "ranking") == ["mean_ms [ms]", "missed"]
+    assert headings(["seconds/exact/broad", "frame"], "timing") == ["seconds/exact/broad [s]", "frame"]
+    assert headings(["gap", "probe"], "false_contacts") == ["gap [m]", "probe"]
 
 
 def test_parquet_has_milliseconds_and_percent_where_names_say_so(faulty):
@@ -157,4 +203,4 @@ def test_no_output_shows_a_column_that_no_table_has(faulty):
 
 @pytest.mark.parametrize("table", TABLES)
 def test_every_column_of_every_table_has_a_meaning(table):
-    assert all(column.meaning for column in run_tables.COLUMNS[table])
+    assert all(column.meaning for column in columns.COLUMNS[table])

@@ -57,7 +57,7 @@ def test_csv_has_the_rows_of_parquet_and_units_in_headings(run):
     for file in run.out.glob("*.parquet"):
         table = pq.read_table(file)
         head, *rows = csv_rows(file.with_suffix(".csv"))
-        assert head == headings(table.column_names)
+        assert head == headings(table.column_names, file.stem)
         assert rows == [[text_of(value) for value in row.values()] for row in table.to_pylist()]
     assert {"start [s]", "cut_length [m]"} <= {*csv_rows(run.out / "misses.csv")[0]}
     assert any(cell.startswith("'=cmd") for row in csv_rows(run.out / "misses.csv") for cell in row)
@@ -69,7 +69,7 @@ def test_workbook_holds_the_rows_of_parquet_as_numbers_and_text(run):
     book = openpyxl.load_workbook(run.out / "tables.xlsx")
     assert set(book.sheetnames) == {file.stem for file in run.out.glob("*.parquet")}
     table, (head, *rows) = pq.read_table(run.out / "misses.parquet"), [*book["misses"].rows]
-    assert [cell.value for cell in head] == headings(table.column_names)
+    assert [cell.value for cell in head] == headings(table.column_names, "misses")
     expected = [list(row.values()) for row in table.to_pylist()]
     for cells, values in zip(rows, expected, strict=True):
         # Excel keeps 15 digits of a number.
@@ -98,8 +98,8 @@ def test_no_text_becomes_a_formula(text, tmp_path):
 
 def test_large_stamps_stay_exact_in_a_workbook(tmp_path):
     openpyxl = pytest.importorskip("openpyxl")
-    write_tables({"t": pa.table({"stamp_ns": [1709283600000000001, 5]})}, tmp_path, "xlsx")
-    values = [row[0].value for row in openpyxl.load_workbook(tmp_path / "tables.xlsx")["t"].rows]
+    write_tables({"events": pa.table({"stamp_ns": [1709283600000000001, 5]})}, tmp_path, "xlsx")
+    values = [row[0].value for row in openpyxl.load_workbook(tmp_path / "tables.xlsx")["events"].rows]
     assert values == ["stamp_ns [ns]", "1709283600000000001", 5]
 
 
@@ -168,7 +168,7 @@ def test_tables_of_a_batch_hold_rows_of_all_runs(tmp_path, form):
     assert set(written) == set(tables)
     for name, table in tables.items():
         head, *rows = written[name]
-        assert head == headings(table.column_names) and len(rows) == len(table)
+        assert head == headings(table.column_names, name) and len(rows) == len(table)
     runs = {row[written["misses"][0].index("run")] for row in written["misses"][1:]}
     assert runs == ({"first", "=second"} if form == "xlsx" else {"first", "'=second"})
     cells = [cell for rows in written.values() for row in rows for cell in row if isinstance(cell, str)]

@@ -1,0 +1,152 @@
+"""Every column of every table of a run: what it holds and how people read it is declared once, in ``columns.toml``."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any, Final
+
+from replay import words
+from replay.auditing.wilson import Proportion
+from replay.document.detector import LongestStage
+from replay.document.gates import percent
+from replay.document.ranking import Range
+from replay.document.session import EffectRecord
+from replay.document.tables import IN_RED, IN_YELLOW, PARTLY, Cell, Column, Marked, Output, columns_of
+from replay.effects.effects_runner import CURVES
+from replay.words import plural, tallied
+
+REFERENCE: Final = "reference"
+NOT_APPLICABLE: Final = "-"
+
+CERTAIN_SECONDS: Final = 1e-6
+"""Uncertainty of a first touch up to which none is stated."""
+
+
+def _count(counts: Range | None, mark: str, otherwise: str) -> Cell:
+    return otherwise if counts is None else Marked(words.count_range(counts), mark if counts[1] else "")
+
+
+def false_cell(of: tuple[Proportion | None, bool], *, intervals: bool = False) -> Cell:
+    """Return the cell of a share of false contact; ``intervals``: with its interval."""
+    false, unconfirmed = of
+    if false is None:
+        return NOT_APPLICABLE
+    if false.value is None:
+        return "0 %"
+    word = " unconfirmed" if unconfirmed else ""
+    text = percent(false, word.strip()) if intervals else f"{words.as_percentage(false.value)}{word}"
+    return Marked(text, IN_YELLOW if false.count else "")
+
+
+def _mean_count(proportion: Proportion | None, contacts: int) -> float | None:
+    """Contacts with a fault, the mean over the sampling offsets; ``None`` of the reference."""
+    return None if proportion is None else (proportion.value or 0.0) * contacts
+
+
+def _ms(seconds: float | None) -> str:
+    return NOT_APPLICABLE if seconds is None else words.milliseconds(seconds)
+
+
+def _moment(begin_within: tuple[float, float]) -> Cell:
+    """When a miss begins; a first touch between frames says how far it is uncertain, if by more than a microsecond."""
+    begin, uncertainty = begin_within
+    text = words.timestamp(begin)
+    return text if uncertainty <= CERTAIN_SECONDS else Marked(text, "", f"within {words.duration(uncertainty)}")
+
+
+def _quick_ms(seconds: float | None) -> str:
+    return "" if seconds is None else words.milliseconds(seconds)
+
+
+def _stage(longest: LongestStage | None) -> str:
+    return f"{longest.stage} {words.fixed(100 * longest.fraction, 0)} %" if longest else ""
+
+
+def _reported(effect: EffectRecord) -> str:
+    """Events of an effect, or its curves."""
+    curves = int(effect.counters.get(CURVES, 0))
+    return tallied(effect.events) or (plural(curves, "curve") if curves else "nothing")
+
+
+COLUMNS: Final = columns_of(
+    "document/columns.toml",
+    {
+        "count_in_red": lambda counts: _count(counts, IN_RED, REFERENCE),
+        "count_in_part": lambda counts: _count(counts, PARTLY, NOT_APPLICABLE),
+        "mean_missed": lambda rank: _mean_count(rank.missed, rank.contacts),
+        "mean_late": lambda rank: _mean_count(rank.late_or_cut_short, rank.contacts),
+        "false_fraction": lambda rank: None if rank.false is None else rank.false.value,
+        "undecided_of": lambda rank: None if rank.missed_counts is None else rank.undecided,
+        "or_dash": lambda count: NOT_APPLICABLE if count is None else count,
+        "false_of": lambda rank: (rank.false, rank.unconfirmed),
+        "false_share": false_cell,
+        "ms": _ms,
+        "loss": words.loss_number,
+        "quick_ms": _quick_ms,
+        "percent_or_dash": lambda fraction: NOT_APPLICABLE if fraction is None else words.as_percentage(fraction),
+        "percent": lambda fraction: "" if fraction is None else words.as_percentage(fraction),
+        "stage": _stage,
+        "cut_of": lambda row: row["lengths"] and row["lengths"].cut,
+        "pair": " - ".join,
+        "plain_text": str,
+        "moment": _moment,
+        "timestamp": words.timestamp,
+        "millimetres": lambda metres: None if metres is None else words.number(1e3 * metres),
+        "reasons_of": lambda row: "; ".join(row["effect"].because),
+        "reported_of": lambda row: _reported(row["effect"]),
+        "trigger_of": lambda row: row["effect"].trigger or "always",
+        "work_of": lambda row: ", ".join(f"{name} {count:,}" for name, count in row["effect"].counters.items()),
+        "skipped_of": lambda row: 1.0 - row["effect"].frames_run / max(1, row["effect"].frames),
+        "percent_number": lambda fraction: None if fraction is None else words.percentage(100.0 * fraction),
+    },
+)
+
+
+def screen_columns(name: str) -> tuple[Column, ...]:
+    """Return the columns of a table that terminal, Markdown, report, notebook and picture show."""
+    return tuple(column for column in COLUMNS[name] if column.only is not Output.FILES)
+
+
+def file_columns(*names: str) -> tuple[Column, ...]:
+    """Return the columns of one or several lists as Parquet, CSV, Excel and JSON have them."""
+    columns = (column for name in names for column in COLUMNS[name])
+    return tuple(column.for_files for column in columns if column.only is not Output.SCREENS)
+
+
+FILE_TABLES: Final[Mapping[str, tuple[str, ...]]] = {
+    "episodes": ("episodes", "keys"),
+    "misses": ("misses", "keys"),
+    "false": ("false", "keys"),
+    "events": ("events", "keys"),
+    "metrics": ("metrics", "measured"),
+    "frames": ("frames",),
+    "timing": ("timing",),
+    "series": ("series",),
+    "ranking": ("ranking",),
+    "times": ("times",),
+    "effects": ("effects",),
+    "session": ("session",),
+}
+"""Tables of a run folder: each file and the lists that hold its columns."""
+
+
+def file_names(table: str, *names: str) -> tuple[str, ...]:
+    """Return names of columns of a table of a run folder; ``KeyError``: it has no such column."""
+    known = {column.name for column in file_columns(*FILE_TABLES[table], "run")}
+    unknown = [name for name in names if name not in known]
+    if unknown:
+        raise KeyError(f"the table {table} has no column {', '.join(unknown)}")
+    return names
+
+
+def field_values(columns: Iterable[Column], row: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the fields that a row of a file was made of, nested as the paths of its columns say; null is left out."""
+    fields: dict[str, Any] = {}
+    for column in columns:
+        value = row.get(column.name)
+        if value is None or not isinstance(column.of, str):
+            continue
+        *parents, last = column.of.split(".")
+        inner = fields
+        for parent in parents:
+            inner = inner.setdefault(parent, {})
+        inner[last] = value
+    return fields
