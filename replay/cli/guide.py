@@ -16,6 +16,9 @@ WIDEST: Final = 100
 """Columns: longer lines of prose are hard to read."""
 
 
+COLUMNS_PAGE: Final = "columns"
+"""The page that is made from the declaration of the tables' columns."""
+
 MOST_OTHERS: Final = 5
 """Other sections that are named below the best one."""
 
@@ -37,12 +40,17 @@ def command(context: click.Context, /, query: tuple[str, ...], script: bool, **_
     replay guide what-is-wrong
     replay guide what-is-wrong > page.md
     replay guide unity csv
+    replay guide columns
     replay guide unity --script
     """
     from replay.guide.pages import INDEX, page, topics, write_scripts
 
     name = "-".join(query) or INDEX
-    if name == INDEX or name in topics():
+    if name == COLUMNS_PAGE:
+        from replay.show.column_list import columns_page
+
+        topic, text = name, columns_page()
+    elif name == INDEX or name in topics():
         topic, text = name, page(name)
     else:
         topic, text = _best_section(context, query)

@@ -1,6 +1,7 @@
 """Every column of every table of a run: what it holds and how people read it is declared once, in ``columns.toml``."""
 
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from typing import Any, Final
 
 from replay import words
@@ -9,9 +10,11 @@ from replay.document.detector import LongestStage
 from replay.document.gates import percent
 from replay.document.ranking import Range
 from replay.document.session import EffectRecord
-from replay.document.tables import IN_RED, IN_YELLOW, PARTLY, Cell, Column, Marked, Output, columns_of
+from replay.document.tables import IN_RED, IN_YELLOW, PARTLY, Cell, Column, Marked, Output, columns_of, data_of
 from replay.effects.effects_runner import CURVES
 from replay.words import plural, tallied
+
+DECLARATION: Final = "document/columns.toml"
 
 REFERENCE: Final = "reference"
 NOT_APPLICABLE: Final = "-"
@@ -67,7 +70,7 @@ def _reported(effect: EffectRecord) -> str:
 
 
 COLUMNS: Final = columns_of(
-    "document/columns.toml",
+    DECLARATION,
     {
         "count_in_red": lambda counts: _count(counts, IN_RED, REFERENCE),
         "count_in_part": lambda counts: _count(counts, PARTLY, NOT_APPLICABLE),
@@ -111,26 +114,30 @@ def file_columns(*names: str) -> tuple[Column, ...]:
     return tuple(column.for_files for column in columns if column.only is not Output.SCREENS)
 
 
-FILE_TABLES: Final[Mapping[str, tuple[str, ...]]] = {
-    "episodes": ("episodes", "keys"),
-    "misses": ("misses", "keys"),
-    "false": ("false", "keys"),
-    "events": ("events", "keys"),
-    "metrics": ("metrics", "measured"),
-    "frames": ("frames",),
-    "timing": ("timing",),
-    "series": ("series",),
-    "ranking": ("ranking",),
-    "times": ("times",),
-    "effects": ("effects",),
-    "session": ("session",),
+@dataclass(frozen=True)
+class FileTable:
+    """A table of a run folder: the lists that hold its columns, what a row is, its name over many runs."""
+
+    lists: tuple[str, ...]
+    row: str
+    joined: str = ""  # ``""``: it is not read over many runs
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """Its columns as files have them."""
+        return file_columns(*self.lists)
+
+
+FILE_TABLES: Final[Mapping[str, FileTable]] = {
+    name: FileTable(tuple(table["lists"]), table["row"], table.get("joined", ""))
+    for name, table in data_of(DECLARATION)["tables"].items()
 }
-"""Tables of a run folder: each file and the lists that hold its columns."""
+"""Tables of a run folder by the name of their file."""
 
 
 def file_names(table: str, *names: str) -> tuple[str, ...]:
     """Return names of columns of a table of a run folder; ``KeyError``: it has no such column."""
-    known = {column.name for column in file_columns(*FILE_TABLES[table], "run")}
+    known = {column.name for column in (*FILE_TABLES[table].columns, *file_columns("run"))}
     unknown = [name for name in names if name not in known]
     if unknown:
         raise KeyError(f"the table {table} has no column {', '.join(unknown)}")

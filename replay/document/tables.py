@@ -236,7 +236,8 @@ def columns_of(file: str, named: Mapping[str, Callable[[Any], Any]] | None = Non
     """
     lists: dict[str, tuple[Column, ...]] = {}
     kinds = {kind.__name__: kind for kind in ARROW}
-    for name, rows in data_of(file).items():
+    declared = {name: rows for name, rows in data_of(file).items() if isinstance(rows, list)}
+    for name, rows in declared.items():
         columns: list[Column] = []
         for row in rows:
             if isinstance(row, str):

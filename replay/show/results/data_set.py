@@ -10,7 +10,7 @@ from typing import Final
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from replay.document.columns import file_columns
+from replay.document.columns import FILE_TABLES, file_columns
 from replay.document.metrics.row import MEASURED
 from replay.document.tables import Column
 from replay.errors import RunFolderError
@@ -26,8 +26,7 @@ ADDED: Final = (RUN.name, *MEASURED)
 """Columns of metrics that are none: where a row is from, beside which reference, and what the detector took."""
 
 DATA_SET: Final = {
-    "false_contacts" if name == "false" else name: (f"{name}.parquet", {RUN.name: RUN, **own})
-    for name, own in READ_TABLES.items()
+    FILE_TABLES[name].joined: (f"{name}.parquet", {RUN.name: RUN, **own}) for name, own in READ_TABLES.items()
 }
 """Table -> the file in a run folder, and its columns by name."""
 

@@ -18,7 +18,7 @@ from replay.auditing.fault import Fault
 from replay.detection.progress import Advance, ignored
 from replay.document.answer import Answer
 from replay.document.coding import json_of
-from replay.document.columns import FILE_TABLES, file_columns
+from replay.document.columns import FILE_TABLES
 from replay.document.contact import ContactRecord, EventRecord, contacts_by_detector, events_of
 from replay.document.file_hash import file_hash
 from replay.document.machine import give_back_memory
@@ -45,8 +45,7 @@ PICTURE: Final = "run.rrd"
 REPORT: Final = "report.html"
 
 READ_TABLES: Final[Mapping[str, Mapping[str, Column]]] = {
-    name: {column.name: column for column in file_columns(*FILE_TABLES[name])}
-    for name in ("episodes", "misses", "false", "events", "metrics")
+    name: {column.name: column for column in table.columns} for name, table in FILE_TABLES.items() if table.joined
 }
 """The tables that are read again as rows, with their columns by name."""
 

@@ -11,9 +11,8 @@ import pyarrow.parquet as pq
 from msgspec import structs
 
 from replay.document.coding import json_of
-from replay.document.columns import FILE_TABLES, file_columns
+from replay.document.columns import FILE_TABLES
 from replay.errors import OutputError
-from replay.show.results.data_set import DATA_SET
 from replay.show.results.parquet import read_table
 from replay.show.results.run_folder import SUMMARY, read_run_folder
 from replay.show.tradeoff_table import COLUMNS as TRADEOFF_COLUMNS
@@ -28,13 +27,13 @@ NO_XLSXWRITER: Final = 'Excel tables need XlsxWriter: pip install "vrlab-replay[
 UNITS: Final = {
     name: {column.name: column.unit for column in columns if column.unit}
     for name, columns in {
-        **{name: file_columns(*lists) for name, lists in FILE_TABLES.items()},
+        **{name: table.columns for name, table in FILE_TABLES.items()},
         "tradeoff": tuple(column.for_files for column in TRADEOFF_COLUMNS["settings"]),
     }.items()
 }
 """Table of a run folder -> the units of its columns; a name that ends in ``/`` stands for all that begin so."""
 
-FILE_OF: Final = {name: Path(file).stem for name, (file, _) in DATA_SET.items()}
+FILE_OF: Final = {table.joined: name for name, table in FILE_TABLES.items() if table.joined}
 """Table over many runs -> the table of a run folder that it joins."""
 
 FORMULA_STARTS: Final = ("=", "+", "-", "@", "\t", "\r", "\n", "\uff1d", "\uff0b", "\uff0d", "\uff20")

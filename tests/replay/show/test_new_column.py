@@ -15,6 +15,7 @@ from support.report_states import POSITIONS, SCENE, TWO, steady, with_steady_tim
 from support.small_worlds import cubes
 
 import replay
+from replay.cli.main import main
 from replay.cli.run_markdown import run_markdown
 from replay.cli.run_tables import run_screen
 from replay.cli.run_tables import run_tables as verbose_tables
@@ -23,8 +24,11 @@ from replay.document.ranking import with_fixes
 from replay.document.result_tables import result_tables, stored
 from replay.document.tables import Column
 from replay.engine import compute
+from replay.guide.pages import page
+from replay.show.column_list import joined_tables
 from replay.show.report.page import report_html
 from replay.show.rerun_log.documents import answer_text, detector_text, ranking_text
+from replay.show.results.data_set import DATA_SET
 from replay.show.results.parquet import TYPES
 from replay.show.results.run_folder import read_run_folder, write_run_folder
 from replay.show.results.spreadsheets import headings, write_tables
@@ -158,7 +162,7 @@ def test_every_column_of_a_run_folder_is_declared(faulty, tmp_path):
     files = {file.stem: pq.read_table(file) for file in (tmp_path / "run").glob("*.parquet")}
     assert files.keys() == columns.FILE_TABLES.keys()
     for name, table in files.items():
-        declared = {column.name: TYPES[column.dtype] for column in columns.file_columns(*columns.FILE_TABLES[name])}
+        declared = {column.name: TYPES[column.dtype] for column in columns.FILE_TABLES[name].columns}
         for field in table.schema:
             beginning, slash, _ = field.name.partition("/")
             type_ = field.type.value_type if pa.types.is_dictionary(field.type) else field.type
@@ -204,3 +208,18 @@ def test_no_output_shows_a_column_that_no_table_has(faulty):
 @pytest.mark.parametrize("table", TABLES)
 def test_every_column_of_every_table_has_a_meaning(table):
     assert all(column.meaning for column in columns.COLUMNS[table])
+
+
+def test_a_new_column_is_in_the_list_of_the_guide(monkeypatch, capsys):
+    monkeypatch.setitem(columns.COLUMNS, "misses", (*columns.COLUMNS["misses"], replace(MEASURED, meaning="a probe")))
+    assert main(["guide", "columns"]) == 0
+    listed = capsys.readouterr().out
+    assert "| `probe` | m | float64 | a probe |" in listed
+    for name, table in columns.FILE_TABLES.items():
+        section = listed.partition(f"## {name}.parquet")[2].partition("\n## ")[0]
+        assert re.findall(r"^\| `([^`]+)` \|", section, re.MULTILINE) == [column.name for column in table.columns]
+
+
+def test_the_guide_lists_the_tables_over_many_runs():
+    assert joined_tables() in page("many-sessions")
+    assert [table.joined for table in columns.FILE_TABLES.values() if table.joined] == list(DATA_SET)
