@@ -168,24 +168,26 @@ class _Measuring:
         seconds = duration(round(monotonic() - self._began, 1))
         if best.counts["loss"] >= self._rank.loss:
             rest = "".join(f" {sentence}" for sentence in (*uncut, *late))
-            tried = (
-                f"Convex pieces of {_names(kept)} make it no better: {self._change(best)} (measured here in {seconds})."
+            return Fix(
+                text=f"Convex pieces of {_names(kept)} make it no better.",
+                measured=False,
+                change=f"{self._change(best)}.",
+                notes=f"Measured here in {seconds}.{rest} {self._result.oracle} tests every triangle.",
             )
-            return Fix(f"{tried}{rest} {self._result.oracle} tests every triangle.", False)
         step, trade = "", []
         if spec is not stepped:
             step = " and test every frame"
             change = change_text(*self._errors_of(self._stepped(stepped)))
             trade = [f"At {rate(self._rest['rate_hz'])} instead: {change}."]
-        text = f"Split {_names(kept)} into convex pieces{step}: {self._change(best)} (measured here in {seconds})."
         busy = [best.busy] if best.busy and not busy_text(self._result.document) else []
-        rest = "".join(f" {sentence}" for sentence in (*trade, *busy, *uncut, *losers, *late))
         return Fix(
-            text=f"{text}{rest} To ship it:",
+            text=f"Split {_names(kept)} into {plural(best.pieces, 'convex piece')}{step}.",
             measured=True,
             command=SHIP_COMMAND,
             setting=spec_text(best.spec.name, best.spec.settings),
             figures=best.figures,
+            change=f"{self._change(best)}.",
+            notes=" ".join([f"Measured here in {seconds}.", *trade, *busy, *uncut, *losers, *late]),
         )
 
     def _not_cut(self, sentences: Sequence[str]) -> Fix | None:
@@ -335,8 +337,8 @@ class _Measuring:
         )
 
     def _change(self, measured: _Measured) -> str:
-        """``86 % false, now 19 %; missed 0-1 of 18, now 0-2; 28 pieces; 0.02 ms a frame more``, no time if busy."""
-        return change_text(*self._errors(measured), plural(measured.pieces, "piece"))
+        """``False 86 % -> 19 %, but missed 0-1 -> 0-2 (of 18); 0.02 ms a frame more``, no time if busy."""
+        return change_text(*self._errors(measured))
 
     def _errors(self, measured: _Measured) -> tuple[Errors, Errors]:
         """Errors of the detector as it is and with pieces; without times where one of them is of a busy machine."""

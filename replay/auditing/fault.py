@@ -46,6 +46,14 @@ class FaultKind(StrEnum):
 MISS_KINDS: Final = (FaultKind.NEVER_REPORTED, FaultKind.REPORTED_LATE, FaultKind.LOST_EARLY, FaultKind.INTERRUPTED)
 """Kinds of missed contact."""
 
+MISS_NAMES: Final = {
+    FaultKind.NEVER_REPORTED: "missed contact",
+    FaultKind.REPORTED_LATE: "late contact",
+    FaultKind.LOST_EARLY: "short contact",
+    FaultKind.INTERRUPTED: "interrupted contact",
+}
+"""Kind -> noun of a contact that was reported in part or never; all are numbered together."""
+
 
 class Cause(StrEnum):
     """The stage of a detector that made a fault."""
@@ -189,9 +197,9 @@ class Fault:
 
     @property
     def name(self) -> str:
-        """``miss``, ``false contact`` or, where no triangle was tested, ``unconfirmed contact``."""
+        """``late contact``, ``false contact`` or, where no triangle was tested, ``unconfirmed contact``."""
         if self.kind.is_miss:
-            return "miss"
+            return MISS_NAMES[self.kind]
         return "unconfirmed contact" if self.cause is Cause.BOUNDING_VOLUMES else "false contact"
 
     @property

@@ -33,9 +33,10 @@ def run_markdown(result: Summarised, broken: Sequence[str]) -> str:
 def reasons(answer: Section) -> list[str]:
     """Why the worst detector is wrong and what mends it, as list items in Markdown; nothing where nothing is wrong."""
     items = []
-    for heading, text, command in answer.reasons:
-        quoted = f" `{command}`" if command else ""
-        items.append(f"- **{heading}** {markdown_text(text)}{quoted}")
+    for reason in answer.reasons:
+        quoted = f" `{reason.command}`" if reason.command else ""
+        text = " ".join(filter(None, [reason.text, reason.figures]))
+        items.append(f"- **{reason.heading}** {markdown_text(text)}{quoted}")
     return items
 
 

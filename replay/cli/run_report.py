@@ -43,7 +43,7 @@ def report_run(
 
     if people.verbose:
         answer_cited(False, {}, lambda: run_tables(result), sources)
-    show(run_screen(result, where, recording=str(recording or SESSION)))
+    show(run_screen(result, where, recording=str(recording or SESSION), verbose=people.verbose))
     return code
 
 

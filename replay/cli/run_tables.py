@@ -24,11 +24,17 @@ EVENT_ROWS: Final = 20
 
 PAIR_ROWS: Final = 20
 
+BELOW: Final = " " * 8
+"""Before the lines below the first one of a heading."""
 
-def run_screen(result: RunResult, where: Sequence[str] = (), *, recording: str = SESSION) -> Group:
+
+def run_screen(
+    result: RunResult, where: Sequence[str] = (), *, recording: str = SESSION, verbose: bool = False
+) -> Group:
     """Default terminal output of a run; the next step comes last.
 
-    ``where``: lines that say how to see it; ``recording``: the file that was replayed, for the commands.
+    ``where``: lines that say how to see it; ``recording``: the file that was replayed, for the commands; ``verbose``:
+    with the details of each heading of the answer.
     """
     contents: list[Table | RenderableType] = []
     ranking = section_of(result, SectionName.RANKING)
@@ -42,7 +48,7 @@ def run_screen(result: RunResult, where: Sequence[str] = (), *, recording: str =
         contents += [Text(), line(no_detection(result))]
     contents += effect_parts(result)
     if result.ranking:
-        contents += answer_lines(result, recording)
+        contents += answer_lines(result, recording, verbose=verbose)
     doubts = section_of(result, SectionName.SESSION).sentences
     contents += [Paragraph("", text.replace(RECORDING, quote(recording)), STYLES[IN_YELLOW]) for text in doubts]
     if where:
@@ -51,15 +57,19 @@ def run_screen(result: RunResult, where: Sequence[str] = (), *, recording: str =
     return terminal(*contents)
 
 
-def answer_lines(result: RunResult, recording: str) -> Iterator[RenderableType]:
+def answer_lines(result: RunResult, recording: str, *, verbose: bool = False) -> Iterator[RenderableType]:
     """Yields the error of the worst detector; then when, why, what to do, its cost and how sure."""
     answer = section_of(result, SectionName.ANSWER)
     yield Text()
     yield Paragraph("", answer.sentences[0], STYLES[_mark(result)])
-    for name, text, command in answer.reasons:
-        yield Paragraph(f"  {name:<6}", text)
-        if command:
-            yield Command(command.replace(SESSION, quote(recording)).replace(RUN, quote(str(result.out or RUN))))
+    for reason in answer.reasons:
+        yield Paragraph(f"  {reason.heading:<6}", reason.text, "bold")
+        if reason.figures:
+            yield Paragraph(BELOW, reason.figures)
+        if reason.command:
+            yield Command(reason.command.replace(SESSION, quote(recording)).replace(RUN, quote(str(result.out or RUN))))
+        if verbose and reason.details:
+            yield Paragraph(BELOW, reason.details, STYLES[FAINT])
 
 
 def effect_parts(result: RunResult) -> list[Table | RenderableType]:

@@ -1,5 +1,6 @@
 """The answer about a detector: what is wrong, why, what mends it, and the one moment that shows it."""
 
+from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from msgspec import Meta, Struct
@@ -7,8 +8,25 @@ from msgspec import Meta, Struct
 from replay.auditing.record import Count
 from replay.auditing.wilson import Proportion
 
-Reason = tuple[str, str, str]
-"""A heading of the answer, its text and the command that goes with it; ``""``: none."""
+
+@dataclass(frozen=True)
+class Reason:
+    """A heading of the answer, with its texts in the order in which people need them.
+
+    Parameters
+    ----------
+    heading : ``What``, ``When``, ``Why``, ``Do``, ``Cost``, ``Or`` or ``Sure``.
+    text : the answer itself, one short sentence.
+    figures : the sentences below it: figures, and faults of the other category; ``""``: none.
+    command : to be copied; ``""``: none.
+    details : what a page folds and a terminal prints with ``-v``; ``""``: nothing.
+    """
+
+    heading: str
+    text: str
+    figures: str = ""
+    command: str = ""
+    details: str = ""
 
 
 class KeyMoment(Struct, frozen=True):
@@ -71,12 +89,14 @@ class Fix(Struct, frozen=True):
 
     Parameters
     ----------
-    text : what to do, and where it was measured what becomes better and what becomes worse.
+    text : what to do, in a sentence.
     measured : whether that was measured on this session.
     command : measures it, with ``SESSION`` or ``RUN`` in place of a path; ``""``: there is none.
     setting : the detector that was measured, as ``replay run --detectors`` takes it; ``""``: it is in the run.
     figures : those that were measured; ``None``: not measured, or in the ranking of the run.
     detector : label of the detector of the run that mends it; ``""``: none of the run does.
+    change : where it was measured, what becomes better and what becomes worse; else ``""``.
+    notes : how it was measured and what else was tried; ``""``: nothing to add.
     """
 
     text: str
@@ -85,10 +105,24 @@ class Fix(Struct, frozen=True):
     setting: str = ""
     figures: FixFigures | None = None
     detector: str = ""
+    change: str = ""
+    notes: str = ""
 
 
 class Answer(Struct, frozen=True):
-    """The first sentences about a detector; ``when`` and ``why`` are ``""`` where nothing is wrong."""
+    """The first sentences about a detector; ``when`` and ``why`` are ``""`` where nothing is wrong.
+
+    Parameters
+    ----------
+    label : of the detector.
+    sentence : its larger fault.
+    why : the cause of the fault at the moment.
+    fix : what removes that cause; ``None``: nothing is wrong.
+    moment : that shows it; ``None``: nothing is wrong, or contacts were left undecided.
+    when : the time and the bodies of that moment.
+    other_times : when the other faults happened.
+    other_causes : the cause of the faults of the other category; ``""``: there are none.
+    """
 
     label: str
     sentence: str
@@ -96,11 +130,13 @@ class Answer(Struct, frozen=True):
     fix: Fix | None = None
     moment: KeyMoment | None = None
     when: str = ""
+    other_times: str = ""
+    other_causes: str = ""
 
     @property
     def reasons(self) -> list[Reason]:
-        """``When``, ``Why``, ``Fix``: each with text and command; nothing where nothing is wrong."""
-        rows = [("When", self.when, ""), ("Why", self.why, "")]
+        """``When``, ``Why``, ``Fix``, each with its texts and its command; nothing where nothing is wrong."""
+        rows = [Reason("When", self.when, self.other_times), Reason("Why", self.why, self.other_causes)]
         if self.fix is not None:
-            rows.append(("Fix", self.fix.text, self.fix.command))
-        return [row for row in rows if row[1]]
+            rows.append(Reason("Fix", self.fix.text, self.fix.change, self.fix.command, self.fix.notes))
+        return [row for row in rows if row.text]

@@ -23,13 +23,13 @@ class Count:
         return self.smallest, self.largest
 
     def change(self, after: "Count", of: str = "") -> str:
-        """``0-1 of 18, now 0-2``; ``0-1 of 18 as before``; with means where the ranges are equal and the means not."""
+        """``0-1 -> 0-2``; ``0-1 as before``; with means where the ranges are equal and the means not."""
         count, count_after = words.count_range(self.range), words.count_range(after.range)
         if count != count_after:
-            return f"{count}{of}, now {count_after}"
+            return f"{count} -> {count_after}{of}"
         if self.equals(after):
             return f"{count}{of} as before"
-        return f"{count}{of}, {words.mean_count(self.mean)} on average, now {words.mean_count(after.mean)}"
+        return f"{count}{of} ({words.mean_count(self.mean)} -> {words.mean_count(after.mean)} on average)"
 
     def equals(self, other: "Count") -> bool:
         """Whether both read the same."""
@@ -76,21 +76,25 @@ def errors_of_rank(rank: Rank, seconds: float | None) -> Errors:
 
 
 def change_text(before: Errors, after: Errors, pieces: str = "") -> str:
-    """``86 % false, now 19 %, but missed 0-1 of 18, now 0-2, and late or cut short 1-3, now 5; 28 pieces; 0.02 ms``
+    """``False 86 % -> 19 %, but missed 0-1 -> 0-2 and late or cut short 1-3 -> 5 of 18; 28 pieces``
 
     Kinds of error that become more stand behind the others, after *but*; one that neither has is left out. ``pieces``
     are those after, in words; ``""``: no pieces.
     """
     false, false_after = words.as_percentage(before.false), words.as_percentage(after.false)
-    text = f"{false} false as before" if false == false_after else f"{false} false, now {false_after}"
+    text = f"false {false} as before" if false == false_after else f"false {false} -> {false_after}"
     clauses = [(text, false != false_after and after.false > before.false)]
-    for kind, was, now in (("missed", before.missed, after.missed), ("late or cut short", before.late, after.late)):
-        if was.largest or now.largest:
-            clauses.append((f"{kind} {was.change(now, f' of {before.contacts:,}')}", was.is_worse(now)))
+    kinds = ("missed", before.missed, after.missed), ("late or cut short", before.late, after.late)
+    counted = [count for count in kinds if count[1].largest or count[2].largest]
+    counted.sort(key=lambda count: count[1].is_worse(count[2]))
+    for number, (kind, was, now) in enumerate(counted, 1):
+        of = f" of {before.contacts:,}" if number == len(counted) else ""
+        clauses.append((f"{kind} {was.change(now, of)}", was.is_worse(now)))
     if len(clauses) == 1:
         clauses.append(("none missed or late", False))
     better, worse = ([text for text, more in clauses if more is kind] for kind in (False, True))
-    parts = [", but ".join(filter(None, ["; ".join(better), ", and ".join(worse)]))]
+    changes = ", but ".join(filter(None, [", ".join(better), " and ".join(worse)]))
+    parts = [f"{changes[:1].upper()}{changes[1:]}"]
     if pieces:
         parts.append(pieces)
     if before.seconds is not None and after.seconds is not None:

@@ -7,7 +7,6 @@ from replay import words
 from replay.auditing.loss import fraction_of
 from replay.auditing.sampling_offsets import PHASES
 from replay.auditing.wilson import Proportion
-from replay.document.cost import busy_text
 from replay.document.ranking import Rank
 from replay.document.run_document import RunDocument
 from replay.words import plural
@@ -17,30 +16,32 @@ WIDE: Final = 0.5
 
 
 def certainty(document: RunDocument, ranks: Sequence[Rank]) -> list[str]:
-    """Return sentences on what the figures rest on; none where nothing was audited."""
+    """Return sentences on what the figures rest on, the main one first; none where nothing was audited."""
     if not ranks:
         return []
     contacts = ranks[-1].contacts
     made_up = "made-up " if "synthetic" in document.session.facts else ""
-    session = f"One {made_up}session with {plural(contacts, 'contact')}"
-    sentences = [f"{session}{_interval(ranks[0])}." if contacts else f"{session}."]
+    sentences = [_interval(ranks[0]) if contacts else "Not at all: no contact was compared."]
+    sentences.append(f"One {made_up}session{'; 95 % interval' if contacts else ''}.")
     every = (counts for rank in ranks for counts in (rank.missed_counts, rank.late_counts))
     ranges = [counts for counts in every if counts is not None and counts[0] != counts[1]]
     if ranges:
         sentences.append(f"{words.count_range(ranges[0])}: best to worst of {PHASES} start times of sampling.")
-    return [*sentences, *filter(None, [_noise(document, ranks), busy_text(document)])]
+    return [*sentences, _noise(document, ranks)]
 
 
 def _interval(worst: Rank) -> str:
-    """The 95 % interval of the figure that the first sentence is about; ``""``: there is none."""
+    """The 95 % interval of the figure that the first sentence is about, with the contacts that it rests on."""
     leading: Proportion | None = worst.false if worst.leads_false else worst.missed
-    if leading is None:
-        return ""
-    what = "false contact" if worst.leads_false else "missed contacts"
-    few = ", too few for a sure rate" if leading.upper - leading.lower > WIDE else ""
+    assert leading is not None, "an audited detector has its fractions"
+    what = "false" if worst.leads_false else "missed"
     value = words.as_percentage(fraction_of(leading))
     interval = words.interval(leading.lower, leading.upper)
-    return f"{few}: the {value} of {what} may be {interval} (95 % interval)"
+    may_be = f"{value} {what} may be {interval}"
+    contacts = plural(worst.contacts, "contact")
+    if leading.upper - leading.lower > WIDE:
+        return f"Not very: with {contacts}, {may_be}."
+    return f"With {contacts}, {may_be}."
 
 
 def _noise(document: RunDocument, ranks: Sequence[Rank]) -> str:

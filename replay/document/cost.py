@@ -9,9 +9,9 @@ from sessions.model.constants import HEADSET_HZ
 BUDGET_MS: Final = 1000.0 / HEADSET_HZ
 """Milliseconds of a frame of the headset: the time in which a live loop does everything."""
 
-TIMES_ARE: Final = "Times of this tool on this machine, not of your engine."
+TIMES_ARE: Final = "Times are this tool's, not your engine's."
 
-AT_ONCE: Final = " It ran on all frames at once, not frame by frame."
+AT_ONCE: Final = "Timed on all frames at once, not frame by frame."
 
 BUSY: Final = 0.05
 """Share of the clock that others had; with less, the 99 % of three runs lie within 30 % of each other."""
@@ -26,15 +26,10 @@ def cost(document: RunDocument) -> str:
         return ""
     detector = document.detectors[document.oracle]
     seconds = detector.seconds
-    text = time_text(document.oracle, seconds.per_frame_mean, seconds.p99)
-    return f"{text}.{'' if detector.live else AT_ONCE}"
-
-
-def time_text(label: str, mean: float, p99: float | None, beside: str = "") -> str:
-    """``exact takes 0.041 ms a frame (hull50: 0.013 ms), 0.37 % of a 90 Hz frame; 99 % of frames within 0.1 ms``"""
-    percentage = words.as_percentage(1e3 * mean / BUDGET_MS)
-    text = f"{label} takes {words.frame_time(mean)} a frame{beside}, {percentage} of {FRAME}"
-    return text if p99 is None else f"{text}; 99 % of frames within {words.frame_time(p99)}"
+    percentage = words.as_percentage(1e3 * seconds.per_frame_mean / BUDGET_MS)
+    text = f"{document.oracle} takes {words.frame_time(seconds.per_frame_mean)} a frame, {percentage} of {FRAME}"
+    slowest = "" if seconds.p99 is None else f"; 99 % of frames within {words.frame_time(seconds.p99)}"
+    return f"{text}{slowest}.{'' if detector.live else f' {AT_ONCE}'}"
 
 
 def busy_text(document: RunDocument) -> str:

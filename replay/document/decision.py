@@ -18,9 +18,6 @@ CALL_COMMAND: Final = "replay guide your-own-detector"
 SHIP_COMMAND: Final = f"replay fix {SESSION} --engine unity"
 """Writes the colliders of a measured Fix for an engine."""
 
-Step = tuple[str, str]
-"""Text and command of a Fix."""
-
 
 @dataclass(frozen=True)
 class Decision:
@@ -28,15 +25,19 @@ class Decision:
 
     Parameters
     ----------
-    text : the decision, its reason, and the next best.
+    text : the decision and its reason, in a sentence.
+    figures : what it changes, or the next best; ``""``: nothing.
     command : of the next step; ``""``: there is none.
+    details : how it was measured and what else was tried; ``""``: nothing.
     rank : the detector that it names; ``None``: this run cannot tell.
     is_fix : whether it is the measured Fix of the worst detector.
     in_code : what to ship in code of one's own, where ``text`` is about an engine; ``None``: ``text`` says it.
     """
 
     text: str
+    figures: str = ""
     command: str = ""
+    details: str = ""
     rank: Rank | None = None
     is_fix: bool = False
     in_code: "Decision | None" = None
@@ -61,8 +62,8 @@ def decision(document: RunDocument, ranks: Sequence[Rank]) -> Decision | None:
     rank, fixed, fix = measured
     if fix.command != SHIP_COMMAND or fixed.loss >= rank.loss:
         return in_code
-    other = None if in_code.is_fix else replace(in_code, text=_where("In code of your own", in_code.text))
-    return Decision(_where("In your engine", fix.text), fix.command, fixed, is_fix=True, in_code=other)
+    made = _fix_decision(fix, fixed)
+    return made if in_code.is_fix else replace(made, in_code=_in_own_code(in_code))
 
 
 def _measured_fix(document: RunDocument, decided: Sequence[Rank]) -> tuple[Rank, Rank, Fix] | None:
@@ -76,9 +77,15 @@ def _measured_fix(document: RunDocument, decided: Sequence[Rank]) -> tuple[Rank,
     return rank, fixed_rank(rank, fix.figures, fix.setting), fix
 
 
-def _where(place: str, text: str) -> str:
-    """A sentence after the place it is about."""
-    return f"{place}, {text[:1].lower()}{text[1:]}"
+def _fix_decision(fix: Fix, rank: Rank) -> Decision:
+    """The measured Fix as the decision; ``rank`` is its row."""
+    return Decision(fix.text, fix.change, fix.command, fix.notes, rank, is_fix=True)
+
+
+def _in_own_code(decided: Decision) -> Decision:
+    """A decision that follows one about an engine, with the place that it is about."""
+    text = decided.text.replace(", the reference:", ":")
+    return replace(decided, text=f"In your own code, {text[:1].lower()}{text[1:]}")
 
 
 def _in_code(document: RunDocument, ranks: Sequence[Rank]) -> Decision:
@@ -87,20 +94,20 @@ def _in_code(document: RunDocument, ranks: Sequence[Rank]) -> Decision:
     # Times of all frames at once are worse evidence than live ones, unless there are no others.
     live = [rank for rank in ranks if document.detectors[rank.label].live] or ranks
     decided = [rank for rank in others if not rank.undecided and rank in live]
-    steps: dict[str, Step] = {}
+    fixes: dict[str, Fix] = {}
     measured = _measured_fix(document, decided)
     if measured is not None:
         _, fixed, fix = measured
         decided.append(fixed)
-        steps[fixed.label] = fix.text, fix.command
+        fixes[fixed.label] = fix
     best = min(decided, key=_preference, default=None)
     too_slow = _too_slow(reference) if reference in live else "did not run frame by frame"
     if too_slow:
-        return _without_reference(reference, too_slow, best, steps)
+        return _without_reference(reference, too_slow, best, fixes)
     if best is not None and not best.loss and _faster(document, best, reference):
-        text = f"Ship {best.label}: no contact of {reference.contacts} missed, none false, and faster than"
-        return _with_step(f"{text} {reference.label}, the reference.", best, steps)
-    return _with_step(f"{_reference_text(reference)} {_next_best(best)}", reference, {})
+        text = f"Ship {best.label}: no contact missed, none false, and faster than {reference.label}, the reference."
+        return _ship(text, "", best, fixes)
+    return _ship(_reference_text(reference), _next_best(best), reference, {})
 
 
 def _preference(rank: Rank) -> tuple[float, float, bool, float]:
@@ -124,7 +131,7 @@ def _faster(document: RunDocument, best: Rank, reference: Rank) -> bool:
 
 def _reference_text(reference: Rank) -> str:
     timed = reference.mean is not None or reference.p99 is not None
-    time = f"and within {FRAME}" if timed else "its time not measured"
+    time = f"within {FRAME}" if timed else "its time not measured"
     return f"Ship {reference.label}, the reference: right by definition, {time}."
 
 
@@ -136,23 +143,27 @@ def _next_best(best: Rank | None) -> str:
     return f"Next best is {best.label}: {fault_text(best)}."
 
 
-def _without_reference(reference: Rank, too_slow: str, best: Rank | None, steps: dict[str, Step]) -> Decision:
+def _without_reference(reference: Rank, too_slow: str, best: Rank | None, fixes: dict[str, Fix]) -> Decision:
     """The best detector but the reference; none decided: what to try."""
     why = f"{reference.label}, the reference, {too_slow}"
     if best is None:
-        text = f"Ship nothing of this run: {why}, and no other detector decided every contact frame by frame."
-        return Decision(f"{text} To try other settings:", f"replay tradeoff {SESSION}")
-    if best.label in steps:
-        text, command = steps[best.label]
-        return Decision(f"Ship {best.label}, since {why}. {text}", command, best, is_fix=True)
-    return _with_step(f"Ship {best.label}: {fault_text(best)}; {why}.", best, steps)
+        others = "No other detector of this run decided every contact frame by frame."
+        command = f"replay tradeoff {SESSION}"
+        return Decision(f"Ship nothing of this run: {why}.", f"{others} To try other settings:", command)
+    faults = "" if best.label in fixes else f"{best.label}: {fault_text(best)}."
+    return _ship(f"Ship {best.label}: {why}.", faults, best, fixes)
 
 
-def _with_step(text: str, rank: Rank, steps: dict[str, Step]) -> Decision:
+def _ship(text: str, figures: str, rank: Rank, fixes: dict[str, Fix]) -> Decision:
     """With the command that puts it to work; code of one's own, and an engine, are at work already."""
-    change, command = steps.get(rank.label, ("", ""))
-    if command:
-        return Decision(f"{text} {change}", command, rank, is_fix=True)
+    fix = fixes.get(rank.label)
+    if fix is not None:
+        made = _fix_decision(fix, rank)
+        made = replace(made, text=text, figures=" ".join(filter(None, [figures, fix.text, fix.change])))
+        if fix.command:
+            return made
+    else:
+        made = Decision(text, figures, rank=rank)
     if ":" in rank.what or rank.setting == RECORDED:
-        return Decision(text, "", rank, bool(change))
-    return Decision(f"{text} {CALL}", CALL_COMMAND, rank, bool(change))
+        return made
+    return replace(made, figures=f"{made.figures} {CALL}".lstrip(), command=CALL_COMMAND)

@@ -21,7 +21,7 @@ from replay.document.audit import DetectorAudit
 from replay.document.before_after import Count, Errors, change_text, errors_of_rank
 from replay.document.cost import busy_text
 from replay.document.detector_labels import detector_label, sentence_of
-from replay.document.fault_sentences import when_text
+from replay.document.fault_sentences import other_times, when_text
 from replay.document.placeholders import RUN, SESSION
 from replay.document.ranking import Rank, fault_text
 from replay.document.run_document import RunDocument
@@ -51,9 +51,15 @@ def answers(result: RunResult, document: RunDocument, ranks: Sequence[Rank]) -> 
                 pair=fault.bodies,
                 metres=None if isnan(fault.metres) else fault.metres,
             )
-            when = when_text(result, document, rank, fault)
-            why = f"{fault.why}{_other_why(result, rank, missed=fault.kind.is_miss)}"
-            answer = structs.replace(answer, why=why, fix=fix, moment=moment, when=when)
+            answer = structs.replace(
+                answer,
+                why=fault.why,
+                fix=fix,
+                moment=moment,
+                when=when_text(result, rank, fault, moment.seconds),
+                other_times=other_times(result, document, rank, fault),
+                other_causes=_other_causes(result, rank, missed=fault.kind.is_miss),
+            )
         answers_made.append(answer)
     return tuple(answers_made)
 
@@ -104,7 +110,7 @@ def _key_fault(result: RunResult, rank: Rank) -> Fault | None:
     return worst_first(miss for miss in never if miss.cause == cause)[0]
 
 
-def _other_why(result: RunResult, rank: Rank, *, missed: bool) -> str:
+def _other_causes(result: RunResult, rank: Rank, *, missed: bool) -> str:
     """Return why the detector has faults of the other category: the most frequent cause; ``""``: it has none."""
     misses, false = result.misses.get(rank.label, ()), result.false.get(rank.label, ())
     others: Sequence[Fault] = false if missed else misses
@@ -116,9 +122,9 @@ def _other_why(result: RunResult, rank: Rank, *, missed: bool) -> str:
     alike = [other for other in others if other.cause == cause]
     example = max(alike, key=lambda other: (other.frames, -other.number))
     if len(others) == 1:
-        return f" {example.why}"
+        return example.why
     names = "false contacts" if not example.kind.is_miss else "missed contacts" if never else "late or short contacts"
-    return f" {example.why} That is the cause of {len(alike)} of {len(others)} {names}."
+    return f"{example.why} That is the cause of {len(alike)} of {len(others)} {names}."
 
 
 def _main_cause(frames_of: Iterable[tuple[Cause, int]]) -> Cause | None:
@@ -152,7 +158,7 @@ def _fix(result: RunResult, document: RunDocument, ranks: Sequence[Rank], rank: 
     # Code of one's own is imported only where the command names it.
     detector = f"{rank.label}={spec.name}" if ":" in spec.name else rank.label
     command = f"replay shrink {RUN} --{fault.kind.category} {fault.number} --detector {detector}"
-    return Fix("Not known. A small test of this fault is made by", False, command)
+    return Fix("No cure is known. To make a small test of this fault:", False, command)
 
 
 def pieces_may_help(result: RunResult, rank: Rank) -> bool:
@@ -226,6 +232,8 @@ def _mended(spec: DetectorSpec, cause: Cause) -> Iterator[tuple[DetectorSpec, st
         yield mended, _setting_label(mended)
 
 
+MEASURED: Final = "Measured on this session."
+
 FEWEST_PIECES: Final = 16
 MOST_PIECES: Final = 64
 """Convex pieces that a compound is asked for first, and at most: CoACD gives no more of a beaker."""
@@ -286,10 +294,12 @@ def _at_every_frame(result: RunResult, document: RunDocument, rank: Rank, spec: 
         p99=None,
     )
     return Fix(
-        text=f"{text}: {change_text(before, after)} (measured on this session).",
+        text=f"{text}.",
         measured=True,
         setting=mended.text,
         figures=figures,
+        change=f"{change_text(before, after)}.",
+        notes=MEASURED,
     )
 
 
@@ -306,8 +316,8 @@ def _measured(text: str, rank: Rank, other: Rank, document: RunDocument) -> Fix:
         return Fix(f"{text} ({other.label}), {right}.", True, detector=other.label)
     idle = not busy_text(document)
     before, after = (errors_of_rank(each, each.mean if idle else None) for each in (rank, other))
-    text = f"{text} ({other.label}): {change_text(before, after)} (measured on this session)."
-    return Fix(text, True, detector=other.label)
+    change = f"{change_text(before, after)}."
+    return Fix(f"{text} ({other.label}).", True, detector=other.label, change=change, notes=MEASURED)
 
 
 def _setting_label(spec: DetectorSpec) -> str:

@@ -220,19 +220,29 @@ MOST_MOMENTS: Final = 2
 """Faults of the other category that are named one by one."""
 
 
-def when_text(result: RunResult, document: RunDocument, rank: Rank, fault: Fault) -> str:
-    """Return when the faults of the pair of ``fault`` happened, and which the detector has of the other category."""
+def when_text(result: RunResult, rank: Rank, fault: Fault, seconds: float) -> str:
+    """Return the moment at which to look at a fault, its bodies, and which of how many faults it is."""
+    misses, false = result.misses.get(rank.label, ()), result.false.get(rank.label, ())
+    every = misses if fault.kind.is_miss else false
+    if len(every) == 1:
+        which = f"the only {fault.name}"
+    elif fault.kind.is_miss:
+        which = f"{fault.name}, {fault.number} of {len(every)} missed, late or cut short"
+    else:
+        which = f"{fault.name} {fault.number} of {len(every)}"
+    return f"At {words.moment(seconds)}: {' and '.join(fault.bodies)}, {which}."
+
+
+def other_times(result: RunResult, document: RunDocument, rank: Rank, fault: Fault) -> str:
+    """Return when the other faults of the pair of ``fault`` happened, and those of the other category."""
     misses, false = result.misses.get(rank.label, ()), result.false.get(rank.label, ())
     every, others = (misses, false) if fault.kind.is_miss else (false, misses)
     alike = [other for other in every if other.bodies == fault.bodies]
     start, end = min(other.start for other in alike), max(other.end for other in alike)
     digits = 1 if document.session.duration >= LONG else 3
     first, last = (words.fixed(second, digits) for second in (start, end))
-    name, pair = fault.name, " and ".join(fault.bodies)
-    total = f"{len(every)} missed, late or cut short" if fault.kind.is_miss else plural(len(every), name)
-    span = f"At {first} s" if first == last else f"From {first} to {last} s"
-    several = f"{span}, {len(alike)} of {total}: {pair}."
-    sentences = [several if len(every) > 1 else f"At {first} s, the only {name}: {pair}."]
+    span = f"at {first} s" if first == last else f"from {first} to {last} s"
+    sentences = [f"This pair has {len(alike)} of them, {span}."] if len(alike) > 1 else []
     never = [other for other in others if not other.kind.is_miss or other.kind is FaultKind.NEVER_REPORTED]
     if never:
         sentences.append(_moments(never))

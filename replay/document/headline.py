@@ -9,9 +9,9 @@ from replay.auditing.noisy_contacts import ABSENT, HOLDS, UNDECIDABLE
 from replay.detection.recorded import CLOCK_FACT, OFFSET_FACT, RECORDED, ReportClock
 from replay.document.answer import Reason
 from replay.document.certainty import certainty
-from replay.document.cost import AT_ONCE, TIMES_ARE, cost, time_text
+from replay.document.cost import AT_ONCE, FRAME, TIMES_ARE, busy_text
 from replay.document.decision import Decision, decision
-from replay.document.ranking import all_unconfirmed, fault_text, lesser_faults
+from replay.document.ranking import all_unconfirmed, lesser_faults
 from replay.document.run_document import RunDocument
 from replay.document.run_result import RunResult, Summarised
 from replay.words import plural
@@ -229,22 +229,42 @@ def compounds(result: RunResult) -> list[str]:
 def answer_reasons(result: Summarised) -> list[Reason]:
     """Return the headings below the first sentence of a run: what else, when, why, what to do, its cost, how sure."""
     first, decided = result.answers[0], decision(result.document, result.ranking)
-    fix = first.fix
-    # A Fix that is the reference is the decision already, or too slow.
-    named = [result.oracle, *([decided.rank.label] if decided is not None and decided.rank is not None else [])]
     in_code = None if decided is None else decided.in_code
-    alternative = fix is not None and decided is not None and not decided.is_fix and fix.detector not in named
+    sure, *rest = [*_doubtful(result.document), *certainty(result.document, result.ranking)]
     rows = [
-        ("What", _what_else(result), ""),
-        ("When", first.when, ""),
-        ("Why", first.why, ""),
-        *([] if decided is None else [("Do", decided.text, decided.command)]),
-        ("Cost", price(result, decided), ""),
-        *([("Or", f"To improve {first.label} itself: {fix.text}", fix.command)] if fix and alternative else []),
-        *([] if in_code is None else [("Or", in_code.text, in_code.command)]),
-        ("Sure", " ".join([*_doubtful(result.document), *certainty(result.document, result.ranking)]), ""),
+        Reason("What", _what_else(result)),
+        Reason("When", first.when, first.other_times),
+        Reason("Why", first.why, first.other_causes),
+        *([] if decided is None else [_decided("Do", decided)]),
+        price(result, decided),
+        *_improvement(result, decided),
+        *([] if in_code is None else [_decided("Or", in_code, folded=True)]),
+        Reason("Sure", sure, " ".join(rest)),
     ]
-    return [row for row in rows if row[1]]
+    return [row for row in rows if row.text]
+
+
+def _decided(heading: str, decided: Decision, *, folded: bool = False) -> Reason:
+    """A decision below its heading; ``folded``: all but its sentence is left to the details."""
+    if not folded:
+        return Reason(heading, decided.text, decided.figures, decided.command, decided.details)
+    command = f"`{decided.command}`" if decided.command else ""
+    details = " ".join(filter(None, [decided.details, decided.figures, command]))
+    return Reason(heading, decided.text, details=details)
+
+
+def _improvement(result: Summarised, decided: Decision | None) -> list[Reason]:
+    """The Fix of the worst detector, where another detector is the decision; else nothing."""
+    first = result.answers[0]
+    if first.fix is None or decided is None or decided.is_fix:
+        return []
+    # A Fix that is the reference is the decision already, or too slow.
+    named = [result.oracle, *([decided.rank.label] if decided.rank is not None else [])]
+    if first.fix.detector in named:
+        return []
+    fix = first.fix
+    text = f"To improve {first.label} itself: {fix.text[:1].lower()}{fix.text[1:]}"
+    return [Reason("Or", text, fix.change, fix.command, fix.notes)]
 
 
 def _doubtful(document: RunDocument) -> list[str]:
@@ -261,26 +281,27 @@ def _what_else(result: Summarised) -> str:
     """The faults of the worst detector that the first sentence leaves out; ``""``: none."""
     worst = result.ranking[0]
     text = lesser_faults(worst) if len(result.ranking) > 2 else ""
-    return f"{text[:1].upper()}{text[1:]}." if text else ""
+    return f"Also {text}." if text else ""
 
 
-def price(result: Summarised, decided: Decision | None) -> str:
-    """Return what the decision costs: time a frame beside that of the worst detector, and the errors that stay.
+def price(result: Summarised, decided: Decision | None) -> Reason:
+    """Return what the decision costs: time a frame beside that of the worst detector.
 
-    Where nothing was decided it is the time of the reference; ``""``: nothing was audited.
+    Where nothing was decided it is the time of the reference; without a text where nothing was audited.
     """
-    rank = None if decided is None else decided.rank
-    if rank is None:
-        text = cost(result.document)
-        return f"{text} {TIMES_ARE}" if text else ""
-    detectors, worst = result.document.detectors, result.ranking[0]
-    # Of the reference the decision says that it misses nothing.
-    stays = "" if rank is result.ranking[-1] else f" With it: {fault_text(rank)}."
+    if not result.ranking:
+        return Reason("Cost", "")
+    document, worst = result.document, result.ranking[0]
+    rank = result.ranking[-1] if decided is None or decided.rank is None else decided.rank
     if rank.mean is None:
-        return f"The time of {rank.label} was not measured.{stays}"
+        return Reason("Cost", f"The time of {rank.label} was not measured.", busy_text(document))
+    detectors = document.detectors
     live = rank.label not in detectors or detectors[rank.label].live
     beside = ""
     if worst.mean is not None and worst.label != rank.label and live == detectors[worst.label].live:
-        beside = f" ({worst.label}: {words.frame_time(worst.mean)})"
-    text = time_text(rank.label, rank.mean, rank.p99, beside)
-    return f"{text}.{'' if live else AT_ONCE}{stays} {TIMES_ARE}"
+        beside = f", {worst.label} {words.frame_time(worst.mean)}"
+    text = f"{rank.label} takes {words.frame_time(rank.mean)} a frame{beside}."
+    budget = f"{words.as_percentage(rank.of_frame)} of {FRAME}."
+    figures = " ".join(filter(None, [budget, "" if live else AT_ONCE, TIMES_ARE, busy_text(document)]))
+    slowest = "" if rank.p99 is None else f"99 % of frames within {words.frame_time(rank.p99)}."
+    return Reason("Cost", text, figures, details=slowest)

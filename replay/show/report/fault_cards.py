@@ -36,7 +36,7 @@ class Card:
     Parameters
     ----------
     key : kind of a lane, which has a colour: ``missed``, ``late`` or ``false``.
-    title : what and which number: ``Miss 2``.
+    title : what and which number: ``Late contact 2``.
     size : length of the intersection curve or of the gap, ``""`` where it was not measured.
     contact : number of the missed contact of the reference; 0: the fault is a false contact.
     bodies : ``a and b``.

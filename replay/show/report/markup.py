@@ -49,7 +49,6 @@ def environment() -> "Environment":
     made.globals |= {"allowed": Markup(ALLOWED), "colours": Markup(page_colours())}
     made.filters |= {
         "address": address_of,
-        "clause": first_clause,
         "figure": parts_of,
         "here": in_run_folder,
         "path": path_of,
@@ -69,12 +68,6 @@ def parts_of(sentence: str) -> tuple[str, str, str]:
     """Splits a sentence at its first figure: text before, figure, text after."""
     before, figure, after = [*FIGURE_IN_TEXT.split(sentence, 1), "", ""][:3]
     return before, figure, after
-
-
-def first_clause(text: str) -> tuple[str, str]:
-    """Splits a text before its first comma, colon or full stop: the clause, and the rest."""
-    clause, *rest = re.split(r"(?=[,:.](?:\s|$))", text, maxsplit=1)
-    return clause, "".join(rest)
 
 
 def moment_address(kind: str, number: int, by: str = "") -> str:

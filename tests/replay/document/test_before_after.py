@@ -12,38 +12,38 @@ def errors(false=0.86, missed=(0, 1, 0.5), late=(0, 0, 0.0), seconds=None, conta
 BEFORE = errors()
 
 STATES = {
-    "better": (errors(0.19, (0, 0, 0.0)), "86 % false, now 19 %; missed 0-1 of 18, now 0; 28 pieces", ""),
+    "better": (errors(0.19, (0, 0, 0.0)), "False 86 % -> 19 %, missed 0-1 -> 0 of 18; 28 pieces", ""),
     "worse in missed": (
         errors(0.19, (0, 2, 0.75)),
-        "86 % false, now 19 %, but missed 0-1 of 18, now 0-2; 28 pieces",
+        "False 86 % -> 19 %, but missed 0-1 -> 0-2 of 18; 28 pieces",
         "More contacts are missed than before.",
     ),
     "worse in the mean alone": (
         errors(0.19, (0, 1, 0.75)),
-        "86 % false, now 19 %, but missed 0-1 of 18, 0.5 on average, now 0.75; 28 pieces",
+        "False 86 % -> 19 %, but missed 0-1 of 18 (0.5 -> 0.75 on average); 28 pieces",
         "More contacts are missed than before.",
     ),
     "worse in late": (
         errors(0.19, late=(5, 9, 7.0)),
-        "86 % false, now 19 %; missed 0-1 of 18 as before, but late or cut short 0 of 18, now 5-9; 28 pieces",
+        "False 86 % -> 19 %, missed 0-1 as before, but late or cut short 0 -> 5-9 of 18; 28 pieces",
         "More contacts are late or cut short than before.",
     ),
     "worse in both": (
         errors(0.19, (1, 2, 1.5), (5, 9, 7.0)),
-        "86 % false, now 19 %, but missed 0-1 of 18, now 1-2, and late or cut short 0 of 18, now 5-9; 28 pieces",
+        "False 86 % -> 19 %, but missed 0-1 -> 1-2 and late or cut short 0 -> 5-9 of 18; 28 pieces",
         "More contacts are missed, and more are late or cut short, than before.",
     ),
     "worse in false": (
         errors(0.9, (0, 0, 0.0)),
-        "missed 0-1 of 18, now 0, but 86 % false, now 90 %; 28 pieces",
+        "Missed 0-1 -> 0 of 18, but false 86 % -> 90 %; 28 pieces",
         "More contact time is false than before.",
     ),
     "worse in all": (
         errors(0.9, (1, 2, 1.5), (5, 9, 7.0)),
-        "86 % false, now 90 %, and missed 0-1 of 18, now 1-2, and late or cut short 0 of 18, now 5-9; 28 pieces",
+        "False 86 % -> 90 % and missed 0-1 -> 1-2 and late or cut short 0 -> 5-9 of 18; 28 pieces",
         "More contacts are missed, and more are late or cut short, and more contact time is false, than before.",
     ),
-    "equal": (errors(), "86 % false as before; missed 0-1 of 18 as before; 28 pieces", ""),
+    "equal": (errors(), "False 86 % as before, missed 0-1 of 18 as before; 28 pieces", ""),
 }
 
 
@@ -56,7 +56,7 @@ def test_sentence_names_both_values_and_what_gets_worse(state):
 
 def test_errors_that_neither_has_are_one_clause():
     before, after = errors(missed=(0, 0, 0.0)), errors(0.0, missed=(0, 0, 0.0))
-    assert change_text(before, after, "1 piece") == "86 % false, now 0 %; none missed or late; 1 piece"
+    assert change_text(before, after, "1 piece") == "False 86 % -> 0 %, none missed or late; 1 piece"
 
 
 @pytest.mark.parametrize(
@@ -70,7 +70,7 @@ def test_errors_that_neither_has_are_one_clause():
 )
 def test_time_is_a_difference_where_both_were_measured(seconds, text):
     before, after = (errors(missed=(0, 0, 0.0), seconds=each) for each in seconds)
-    assert change_text(before, after, "2 pieces") == f"86 % false as before; none missed or late; 2 pieces{text}"
+    assert change_text(before, after, "2 pieces") == f"False 86 % as before, none missed or late; 2 pieces{text}"
 
 
 def test_row_of_scoring_is_read_with_its_ranges():

@@ -398,12 +398,12 @@ def fixes_hold(run, session, *, again):
         if fix is None:
             continue
         if not fix.measured:
-            assert "measured on this session" not in fix.text
+            assert "Measured on this session" not in fix.notes and not fix.change
             if fix.command.startswith("replay run"):
                 spec = parse_detector("fix=" + fix.command.split('"')[1])
                 assert str(spec) != str(parse_detector("fix=" + rank.setting))
             continue
-        named = re.search(r"\((\S+)\)(?:, the reference here)?: ", fix.text)
+        named = re.search(r"\((\S+)\)[.,]", fix.text)
         if fix.text.startswith("Sample every frame"):
             settings = run.document.detectors[answer.label].settings
             spec = (run.document.detectors[answer.label].name, settings | {"rate_hz": None})
@@ -421,14 +421,15 @@ def fixes_hold(run, session, *, again):
 
 def figures_of(fix):
     """Largest counts missed and late, and the false share, as a fix prints those after it; what it leaves out is 0."""
-    false = re.search(r"([\d.]+) % false(?: as before|, now ([\d.]+) %)", fix.text)
+    false = re.search(r"[fF]alse ([\d.]+) %(?: as before| -> ([\d.]+) %)", fix.change)
     largest = []
     for kind in ("missed", "late or cut short"):
-        average = r"(?:, [\d.]+ on average, now [\d.]+)"
-        changed = rf"(?: as before|{average}|, now ([\d,-]+))"
-        printed = re.search(rf"; {kind} ([\d,-]+)(?: of [\d,]+)?{changed}", fix.text)
+        average = r"(?: \([\d.]+ -> [\d.]+ on average\))"
+        changed = rf"(?: as before|{average}| -> ([\d-]+))"
+        printed = re.search(rf"(?i:{kind}) ([\d-]+)(?: of [\d,]+)?{changed}", fix.change)
+        assert printed or kind.split()[0] not in fix.change.lower() or "none missed or late" in fix.change
         after = (printed[2] or printed[1]) if printed else "0"
-        largest.append(int(after.replace(",", "").split("-")[-1]))
+        largest.append(int(after.split("-")[-1]))
     return *largest, float(false[2] or false[1])
 
 

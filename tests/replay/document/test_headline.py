@@ -9,7 +9,6 @@ from support.report_states import audit_of, detector_of, document_with, times_of
 from support.small_worlds import TWO_BUMPS, cubes, jumping
 
 from replay.document.audit import GraspedCounts
-from replay.document.certainty import certainty
 from replay.document.cost import TIMES_ARE
 from replay.document.diagnosis import answers
 from replay.document.headline import compounds, grasped_notes, price
@@ -26,13 +25,15 @@ def took(mean, p99, *, live=True, busy=0.0):
 def test_the_cost_is_the_reference_beside_a_busy_machine(busy):
     detectors = {"slow": took(1e-5, 2e-5, busy=busy), "exact": took(4.1e-5, 1e-4)}
     document = document_with(audit={"slow": audit_of()}, detectors=detectors, oracle="exact")
-    text = price(SimpleNamespace(document=document), None)
-    frames = "0.37 % of a 90 Hz frame; 99 % of frames within 0.1 ms"
-    assert text == f"exact takes 0.041 ms a frame, {frames}. {TIMES_ARE}"
     reference = Rank("exact", "", "", 3, 4.1e-5, 1e-4)
-    *_, last = certainty(document, (replace(reference, label="slow"), reference))
-    assert (last == "The machine was busy (69 %): run again for reliable times.") == (busy > 0.05)
-    assert price(SimpleNamespace(document=structs.replace(document, audit={})), None) == ""
+    ranks = (replace(reference, label="slow", mean=1e-5), reference)
+    cost = price(SimpleNamespace(document=document, ranking=ranks), None)
+    assert cost.text == "exact takes 0.041 ms a frame, slow 0.01 ms."
+    assert cost.figures.startswith(f"0.37 % of a 90 Hz frame. {TIMES_ARE}")
+    assert cost.details == "99 % of frames within 0.1 ms."
+    sentence = "The machine was busy (69 %): run again for reliable times."
+    assert cost.figures.endswith(sentence) == (busy > 0.05)
+    assert price(SimpleNamespace(document=structs.replace(document, audit={}), ranking=()), None).text == ""
 
 
 def test_the_cost_of_every_frame_is_measured_live():
