@@ -28,8 +28,13 @@ LEAST_GAS: Final = 1e-6
 LEAST_PH: Final = 0.05
 """A pH that ends nearer to its begin tells no result; a school's meter shows 0.1."""
 
-DAVIES_MOL_KG: Final = 1.5
-"""Ionic strength up to which PHREEQC's minteq.v4 is taken without a word; its activities (Davies) are fitted to 0.5."""
+EXACT_MOL_KG: Final = 1.0
+VERY_STRONG_MOL_KG: Final = 5.0
+"""Ionic strength up to which activities are taken without a word, and from which a pH may be off by more than tenths.
+
+PHREEQC's data bases differ by up to 0.6 at 1 mol/kg of 25 salts, and by 1.2 at 3 mol/kg of calcium chloride, of ionic
+strength 9 (tests/replay/effects/chemistry/test_strong_solutions.py).
+"""
 
 LEAST_REPORTED: Final = 1e-4
 """Of a metal that a complex holds at some time: less is not told unless an equation names it."""
@@ -115,15 +120,15 @@ def _tell_solution(matter: Matter, vessel: str, times: FloatArray, findings: Fin
         else:
             text += " there; the pH before and after holds"
         findings.events.append(EffectEvent(first, "no-equilibrium", (vessel,), None, {}, text, "warning"))
-    strong = np.flatnonzero(solved.ionic[rows] > DAVIES_MOL_KG)
+    strong = np.flatnonzero(solved.ionic[rows] > EXACT_MOL_KG)
     if len(strong):
         most = float(solved.ionic[rows].max())
         solids = _solids_at(matter, vessel, times[known_times[strong]])
         doubtful = f", and of {' and '.join(solids)} twice as much or half may dissolve" if solids else ""
+        doubt = "by 1 or more" if most > VERY_STRONG_MOL_KG else "by some tenths"
         text = (
             f"the solution in {vessel} is too concentrated for exact activities "
-            f"(ionic strength {words.fixed(most, 1)} mol/kg, fitted up to 0.5): "
-            f"its pH may be off by some tenths{doubtful}"
+            f"(ionic strength {words.fixed(most, 1)} mol/kg, fitted up to 0.5): its pH may be off {doubt}{doubtful}"
         )
         values = {"ionic_strength_mol_kg": most}
         findings.events.append(

@@ -8,10 +8,12 @@ product ``A @ B`` acts with A first, and a body goes to the world by scale, then
 this project are column matrices: the transpose. Angles are radians.
 """
 
+import re
 import sys
 import tomllib
 from collections import Counter
 from contextlib import suppress
+from functools import cache
 from itertools import product
 from pathlib import Path
 from types import SimpleNamespace
@@ -355,6 +357,47 @@ WITHOUT_POLYSULFIDES = "SOLUTION_SPECIES\n" + "".join(
 """minteq.v4 writes them unbalanced, beside solid sulfur: a solution without any has none."""
 
 
+KIELLAND = {
+    "Cd+2": 5, "Hg2+2": 4, "Hg+2": 5, "Sn+2": 6, "Pb+2": 4.5, "Ni+2": 6, "Co+2": 6, "Be+2": 8, "Cr+3": 6, "Co+3": 6,
+    "CrO4-2": 4, "MoO4-2": 4.5, "SeO4-2": 4, "Citrate-3": 5, "Tartarate-2": 5, "Phthalate-2": 6, "Mn+3": 6, "Fe+3": 6,
+}  # fmt: skip
+"""Angstrom of ions whose activities minteq.v4 does not have. Source: J. Kielland, J. Am. Chem. Soc. 59, 1937."""
+
+PARKHURST = {
+    "Mg+2": (5.5, 0.2), "Ca+2": (5, 0.165), "Sr+2": (5.26, 0.121), "Ba+2": (4, 0.153), "SO4-2": (5, -0.04),
+    "CO3-2": (5.4, 0), "PO4-3": (4, 0), "Al+3": (6, 0), "Fe+2": (6, 0), "Mn+2": (6, 0), "Cu+2": (6, 0), "Zn+2": (5, 0),
+}  # fmt: skip
+"""The same, with a term linear in the ionic strength, by phreeqc.dat."""
+
+
+@cache
+def minteq():
+    """Text of minteq.v4 with activities for strong solutions.
+
+    Its "-gamma 0 0" is the equation of Davies in MINTEQA2, for which it was written, and the limiting law in PHREEQC.
+    Ions of two charges or more get a size.
+    """
+    import phreeqc
+
+    sizes = {**{name: (size, 0) for name, size in KIELLAND.items()}, **PARKHURST}
+    text = (Path(phreeqc.__file__).parent / "databases" / "minteq.v4.dat").read_text("utf-8", errors="replace")
+    species, phases, rest = text.partition("\nPHASES")
+    lines, ion = [], ""
+    for line in species.splitlines():
+        if " = " in line and not line.lstrip().startswith("#"):
+            ion = line.split(" = ")[1].split(" + ")[0].split()[-1]
+            if ion in sizes:
+                lines += [line, "\t-gamma {} {}".format(*sizes[ion])]
+                continue
+        charge = re.search(r"[+-](\d*)$", ion)
+        if line.split() == ["-gamma", "0", "0"] and charge:
+            if ion not in sizes and int(charge[1] or 1) > 1:
+                lines.append("\t-gamma 5 0")
+            continue
+        lines.append(line)
+    return "\n".join(lines) + phases + rest
+
+
 def answer(moles, phases, kilograms, species=()):
     """pH, and mol of each phase and species, of so many mol of formulas in so much water at 25 degC."""
     import phreeqc
@@ -374,7 +417,7 @@ def answer(moles, phases, kilograms, species=()):
     if "S(-2)" in totals:
         output += f"{WITHOUT_POLYSULFIDES}END\n"
     library = phreeqc.Phreeqc()
-    library.LoadDatabase(str(Path(phreeqc.__file__).parent / "databases" / "minteq.v4.dat"))
+    library.LoadDatabaseString(minteq())
     if library.RunString(output + "\n".join([*lines, "END\n"])):
         raise ValueError(library.GetErrorString())
     columns = library.GetSelectedOutput()
@@ -400,4 +443,4 @@ if __name__ == "__main__":
         moles, litres = mixture(row)
         if row.get("by") == "PHREEQC":
             result = answer(moles, row.get("phases", {}), litres, row.get("species", {}))
-            print(row["name"], {name: round(value, 6) for name, value in result.items()}, sep=": ")
+            print(row["name"], {name: float(f"{value:.6g}") for name, value in result.items()}, sep=": ")

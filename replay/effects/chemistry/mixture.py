@@ -19,8 +19,11 @@ SOLID, GAS = "(s)", "(g)"
 LIGANDS: Final = frozenset(("NH3", "CN-", "SCN-", "C2O4^2-", "S2O3^2-", "C10H12N2O8^4-", "C6H5O7^3-", "C2H8N2"))
 """What makes complexes that a laboratory course speaks of, unlike pairs of ions that only attract each other."""
 
-LIMITING_CHARGE: Final = -2.0
-"""Of a metal's complex, from which on the limiting law is far off in strong solutions, where such complexes form."""
+SEVERAL_CHARGES: Final = 2.0
+COMPLEX_ANGSTROM: Final = 5.0
+"""Size of an ion of several charges of which no table has one. Source: J. Kielland, J. Am. Chem. Soc. 59, 1937, who has
+4 to 5 for complexes and anions of three and four charges.
+"""
 
 EARTH_METALS: Final = frozenset(("Li+", "Na+", "K+", "Rb+", "Cs+", "Mg^2+", "Ca^2+", "Sr^2+", "Ba^2+"))
 """Metals whose pairs with anions are no complexes."""
@@ -148,6 +151,10 @@ class Mixture:
             for phase in self.phases
         )
 
+    def species_of(self, makeup: Makeup) -> Entry | None:
+        """The species of a makeup; ``None``: there is none."""
+        return self._by_makeup.get(_key(makeup))
+
     def row_of(self, formula: str) -> int | None:
         """The row of the species that a formula means; ``None``: there is no such species.
 
@@ -235,7 +242,7 @@ def phreeqc_data(mixture: Mixture) -> str:
             continue
         if entry.name in masters:
             lines += [f"{names[entry.name]} = {names[entry.name]}", "\tlog_k 0"]
-            lines += [f"\t{option}" for option in entry.options if "gamma" in option]
+            lines += [f"\t{option}" for option in _gamma(entry, mixture)]
             continue
         lines.append(_equation(entry.makeup, names[entry.name], mixture))
         analytic = [option for option in entry.options if "analytic" in option]
@@ -244,7 +251,7 @@ def phreeqc_data(mixture: Mixture) -> str:
             f"\tdelta_h {entry.kilojoule!r} kJ",
             *(f"\t{option}" for option in analytic),
         ]
-        lines += [f"\t{option}" for option in entry.options if "gamma" in option and not _is_limiting(entry, option)]
+        lines += [f"\t{option}" for option in _gamma(entry, mixture)]
     lines.append("PHASES")
     symbols = dict(zip(mixture.components[1:], mixture.symbols, strict=True))
     for row, phase in enumerate(mixture.phases):
@@ -255,17 +262,28 @@ def phreeqc_data(mixture: Mixture) -> str:
     return "\n".join([*lines, "END", ""])
 
 
-def _is_limiting(entry: Entry, option: str) -> bool:
-    """Whether minteq.v4 gives a metal's complex of two negative charges or more the limiting law of Debye and Hueckel.
+def _gamma(entry: Entry, mixture: Mixture) -> list[str]:
+    """Line of an ion's activity coefficient; none where PHREEQC takes that of Davies.
 
-    By it silver chloride would dissolve without end in hydrochloric acid of 3 mol/L, as AgCl3-2. They take the equation
-    of Davies instead, as ions without any coefficient do.
+    minteq.v4 writes 0 0 for what MINTEQA2 gives the equation of Davies, and PHREEQC takes that for the limiting law.
+    Both are far off for ions of several charges beyond 0.5 mol/kg: ferrous sulfate of 1 mol/L had a pH of 7.9. Such
+    ions get a size, and a metal with neutral ligands the activity of the metal.
     """
-    components = [component for component in entry.makeup if component not in (PROTON, WATER)]
-    charge = sum(entry.makeup[component] * component_of(component).charge for component in components)
-    charge += entry.makeup.get(PROTON, 0.0)
-    is_complex = bool(set(components) & METALS - EARTH_METALS)
-    return is_complex and charge <= LIMITING_CHARGE and option.split()[1:] == ["0", "0"]
+    own = [option for option in entry.options if "gamma" in option]
+    charge = sum(
+        many * (1.0 if name == PROTON else component_of(name).charge)
+        for name, many in entry.makeup.items()
+        if name != WATER
+    )
+    if charge == 0.0 or any(option.split()[1:3] != ["0", "0"] for option in own):
+        return own
+    if abs(charge) < SEVERAL_CHARGES:
+        return []
+    for metal in METALS & set(entry.makeup):
+        bare = mixture.species_of({metal: 1.0})
+        if bare is not None and bare is not entry and component_of(metal).charge == charge:
+            return _gamma(bare, mixture)
+    return [f"-gamma {COMPLEX_ANGSTROM:g} 0"]
 
 
 def phase_name(row: int) -> str:
