@@ -28,4 +28,4 @@ def test_readme_states_false_contact_of_hulls_as_the_results_do():
     assert f"{min(fractions):.0f} % to {max(fractions):.0f} % is false" in README
     assert f"(median {median(fractions):.0f} %" in README
     (contacts,) = [count for count, fraction in recordings_with_contacts() if fraction == max(fractions)]
-    assert contacts == 1 and f"the {max(fractions):.0f} % are a single contact" in README
+    assert contacts == 1 and f"The {max(fractions):.0f} % come from a recording with one contact" in README
