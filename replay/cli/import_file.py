@@ -274,10 +274,14 @@ def _notes(session: "Session") -> Iterator[str]:
         yield from ledger.sentences()
     for row in recording_assumptions(session):
         of_mesh = row.subject in (Subject.MESH_AXES, Subject.COLLIDER_AXES) and row.origin is not Origin.FORMAT
-        if of_mesh or (
-            row.subject in (*DRAFTED, Subject.JOINT_RADII, Subject.SURFACE)
-            and row.origin is Origin.GUESS
-            and not row.is_open
+        if (
+            of_mesh
+            or (row.subject is Subject.LENGTH_UNIT and row.is_open)
+            or (
+                row.subject in (*DRAFTED, Subject.JOINT_RADII, Subject.SURFACE)
+                and row.origin is Origin.GUESS
+                and not row.is_open
+            )
         ):
             yield f"{row.title}: {row.sentence}"
     if "assumed" in session.facts:

@@ -5,14 +5,16 @@ key is in ``guessed`` of the mapping), or the user wrote it into the mapping.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
-from sessions.importers.csv_mapping import CLOCK_NS, CsvMapping, Guessable, PoseColumns
+from sessions.errors import ImportFileError
+from sessions.importers.csv_mapping import CLOCK_NS, LENGTHS, TEXT, CsvMapping, Guessable, PoseColumns
 from sessions.importers.csv_table import CsvTable
-from sessions.importers.csv_text import WORDS, name_tokens_of, unit_in_name
+from sessions.importers.csv_text import STATED_LENGTHS, WORDS, name_tokens_of, stated_units
 from sessions.importers.pose_table import SourceFrame
 from sessions.meshes.conventions import Convention
 from sessions.model.assumption import Assumption, Confidence, Origin, Subject, grouped_assumptions
@@ -22,7 +24,52 @@ LIKELY_RATES_HZ: Final = (10.0, 250.0)
 """Rates of trackers and headsets; a guessed unit of time that gives another rate is not sure."""
 
 QUATERNION_KINDS: Final = ("quaternion_xyzw", "quaternion_wxyz")
+ANGLE_UNITS: Final = ("deg", "rad")
+UNITS_OF_MAPPINGS: Final = (*LENGTHS, *CLOCK_NS, *ANGLE_UNITS)
 TIME_TOKENS: Final = frozenset(WORDS["time"])
+
+
+def with_stated_units(table: CsvTable, plan: CsvMapping) -> CsvMapping:
+    """Returns the mapping with the units that the headings or the row of units state, where it leaves them out.
+
+    Raises ImportFileError: the mapping contradicts them, columns state several, or one that no mapping has.
+    """
+    if plan.kind:
+        return plan
+    positions = [column for pose in plan.poses for column in pose.position]
+    _check_unit(table, [plan.time] if plan.time else [], plan.unit, [*CLOCK_NS], "unit")
+    length_unit = _check_unit(table, positions, plan.units, STATED_LENGTHS, "units")
+    body = _with_angle_unit(table, plan.body) if plan.body else None
+    bodies = {name: _with_angle_unit(table, columns) for name, columns in plan.bodies.items()}
+    return replace(plan, units=length_unit, body=body, bodies=bodies)
+
+
+def _with_angle_unit(table: CsvTable, pose: PoseColumns) -> PoseColumns:
+    if pose.kind not in ("euler", "rotation_vector"):
+        return pose
+    given = ("deg" if pose.degrees else "rad") if pose.is_angle_unit_stated else ""
+    unit = _check_unit(table, pose.rotation, given, ANGLE_UNITS, "angle_unit")
+    return replace(pose, degrees=unit != "rad")
+
+
+def _check_unit(table: CsvTable, columns: Sequence[str], given: str, kind: Sequence[str], key: str) -> str:
+    """The unit of columns: that of the mapping, where it does not contradict what they state, or else theirs.
+
+    ``given``: the unit under ``key`` of the mapping, or ``""``.
+    """
+    stated = stated_units(map(table.stated_unit, columns), kind)
+    if given:
+        stated = [unit for unit in stated if unit in kind]
+    if not stated or stated == [given] or given == TEXT:
+        return given
+    where = f"{table.source}: the columns {', '.join(columns)} state {' and '.join(stated)}"
+    if given:
+        raise ImportFileError(
+            f'{where}, and the mapping says {key} = "{given}"; correct one of them, or name the columns in the mapping'
+        )
+    if len(stated) > 1 or stated[0] not in UNITS_OF_MAPPINGS:
+        raise ImportFileError(f"{where}; convert them to one unit that a mapping has, and say it: {key}")
+    return stated[0]
 
 
 def source_frame(table: CsvTable, plan: CsvMapping, axes: Convention, *, is_named: bool) -> SourceFrame:
@@ -53,7 +100,7 @@ def _length_unit(table: CsvTable, plan: CsvMapping, axes: Convention) -> tuple[s
     if plan.kind:
         return plan.units, Origin.FORMAT
     columns = [column for pose in plan.poses for column in pose.position]
-    return plan.units, _origin(plan, Guessable.LENGTH_UNIT, is_stated=_state_unit(table, plan, columns, plan.units))
+    return plan.units, _origin(plan, Guessable.LENGTH_UNIT, is_stated=_state_unit(table, columns, plan.units))
 
 
 def _clock_origin(plan: CsvMapping) -> Origin:
@@ -83,7 +130,7 @@ def _time_unit(table: CsvTable, plan: CsvMapping) -> tuple[Assumption, ...]:
         return (Assumption(Subject.TIME_UNIT, form or "ISO 8601", origin, confidence, reason=reason),)
     if plan.kind:
         return (Assumption(Subject.TIME_UNIT, plan.unit, Origin.FORMAT),)
-    origin = _origin(plan, Guessable.TIME_UNIT, is_stated=_state_unit(table, plan, [plan.time], plan.unit))
+    origin = _origin(plan, Guessable.TIME_UNIT, is_stated=_state_unit(table, [plan.time], plan.unit))
     confidence, reason = Confidence.SURE, ""
     if origin is Origin.GUESS:
         steps = np.diff(np.unique(table.stamps(plan.time, plan.unit)))
@@ -147,7 +194,7 @@ def _euler_order(plan: CsvMapping, columns: PoseColumns, axes: Convention) -> As
 def _angle_unit(table: CsvTable, plan: CsvMapping, columns: PoseColumns) -> Assumption:
     """The unit of angles; where nobody says it, angles of one turn of radians at most leave it open."""
     unit = "deg" if columns.degrees else "rad"
-    is_stated = _state_unit(table, plan, columns.rotation, unit)
+    is_stated = _state_unit(table, columns.rotation, unit)
     origin = _origin(plan, Guessable.ANGLE_UNIT, is_stated=is_stated)
     if not columns.is_angle_unit_stated and not is_stated:
         origin = Origin.GUESS
@@ -166,11 +213,9 @@ def _angle_unit(table: CsvTable, plan: CsvMapping, columns: PoseColumns) -> Assu
     )
 
 
-def _state_unit(table: CsvTable, plan: CsvMapping, columns: tuple[str, ...] | list[str], unit: str) -> bool:
+def _state_unit(table: CsvTable, columns: tuple[str, ...] | list[str], unit: str) -> bool:
     """Whether the headings of columns, or the row of units, say this unit of each."""
-    if plan.layout.columns:
-        return False
-    return bool(columns) and all(unit in (unit_in_name(column), table.unit(column)) for column in columns)
+    return bool(columns) and all(unit == table.stated_unit(column) for column in columns)
 
 
 def _origin(plan: CsvMapping, key: Guessable | None, *, is_stated: bool) -> Origin:

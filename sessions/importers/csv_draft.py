@@ -7,9 +7,7 @@ for a person.
 import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field
-from datetime import datetime
 from functools import partial
 from pathlib import Path
 from typing import Final, NamedTuple
@@ -20,7 +18,14 @@ from sessions.errors import ImportFileError
 from sessions.importers.csv_long_table import column_of_bodies, is_interleaved, order_of, repeats_within
 from sessions.importers.csv_mapping import CLOCK_NS, LENGTHS, ROLES, ROW_MAJOR, TEXT, CsvLayout, Guessable, PoseColumns
 from sessions.importers.csv_table import CsvTable
-from sessions.importers.csv_text import NUMBER, WORDS, CsvHead, name_tokens_of, unit_in_name
+from sessions.importers.csv_text import (
+    STATED_LENGTHS,
+    WORDS,
+    CsvHead,
+    name_tokens_of,
+    stated_units,
+    text_format,
+)
 from sessions.importers.ledger import is_large_loss
 from sessions.importers.stamps import rows_lost
 from sessions.meshes.conventions import CONVENTIONS
@@ -98,6 +103,8 @@ class _Body:
     """The columns of a body by what they hold and their axis."""
 
     columns: dict[tuple[str, str], str] = field(default_factory=dict)
+    repeated: list[tuple[str, str]] = field(default_factory=list)
+    """Pairs of columns that hold the same by their names, such as a place in the world and in the parent's frame."""
 
     def columns_of(self, kind: str, axes: str) -> list[str]:
         """The columns of all these axes, or none."""
@@ -141,22 +148,49 @@ def _bodies(columns: Sequence[str]) -> dict[str, _Body]:
         return {"": _Body({**cells, **{(MATRIX, at): name for at, name in zip(NINE, matrix, strict=True)}})}
     bodies: dict[str, _Body] = {}
     for column in columns:
-        tokens = name_tokens_of(column.replace("_RS_R", "").replace("_RS", ""))  # frames of EuRoC
-        if not tokens:
-            continue
-        *before, last = tokens
-        kind = next((KIND_OF[word.lower()] for word in reversed(before) if word.lower() in KIND_OF), POSITION)
-        match = AXIS.fullmatch(last.lower())
-        axis = ANGLE_NAMES.get(last.lower(), "")
-        if axis:
-            kind = ANGLES
-        elif last.isdigit() and before and before[-1].lower() in QUATERNION:
-            kind, axis = UNORDERED, last
-        elif match and (not match[1] or match[1] in KIND_OF):
-            kind, axis = KIND_OF.get(match[1], kind), match[2]
-        if axis and not {word.lower() for word in before} & OTHER:
-            bodies.setdefault(_name(column, before), _Body()).columns.setdefault((kind, axis), column)
+        role = _role_of(column)
+        if role is not None:
+            body = bodies.setdefault(role.body, _Body())
+            first = body.columns.setdefault((role.kind, role.axis), column)
+            if first != column:
+                body.repeated.append((first, column))
     return bodies
+
+
+class _Role(NamedTuple):
+    """The body of a column, the kind of its number, and the axis."""
+
+    body: str
+    kind: str
+    axis: str
+
+
+def _role_of(column: str) -> _Role | None:
+    """The role of a column in a pose by its name; ``None``: it has none."""
+    tokens = name_tokens_of(column.replace("_RS_R", "").replace("_RS", ""))  # frames of EuRoC
+    if not tokens or {word.lower() for word in tokens[:-1]} & OTHER:
+        return None
+    *before, last = tokens
+    kind = next((KIND_OF[word.lower()] for word in reversed(before) if word.lower() in KIND_OF), POSITION)
+    if axis := ANGLE_NAMES.get(last.lower(), ""):
+        return _Role(_name(column, before), ANGLES, axis)
+    if not last.isdigit():
+        match = _axis_in(last)
+        return _Role(_name(column, before), KIND_OF.get(match[1], kind), match[2]) if match else None
+    if before and before[-1].lower() in QUATERNION:
+        return _Role(_name(column, before), UNORDERED, last)
+    match = _axis_in(before[-1]) if before else None
+    if match is None:
+        return None
+    # Behind the axis is the number of a body, as in x1, or in x.1 where two columns had the name x.
+    own = [word for word in before[:-1] if word.lower() not in {*KIND_OF, *NOISE}]
+    return _Role("_".join([*own, last]), KIND_OF.get(match[1], kind), match[2])
+
+
+def _axis_in(word: str) -> re.Match[str] | None:
+    """The kind and the axis in the last word of a name: ``x``, or ``qx``."""
+    match = AXIS.fullmatch(word.lower())
+    return match if match and match[1] in ("", *KIND_OF) else None
 
 
 def _name(column: str, tokens: Sequence[str]) -> str:
@@ -211,6 +245,9 @@ def _lines(head: CsvHead, table: CsvTable, gaps: _Gaps) -> Iterator[str]:
     yield _units(head, [column for body in bodies.values() for column in body.position], gaps)
     yield from ("", "[time]", *_clock(head, clock, gaps))
     posed = {name: body for name, body in bodies.items() if body.position and body.rotation[1]}
+    repeated = [pair for body in posed.values() for pair in body.repeated]
+    if repeated:
+        gaps.unknown.append(f"which of the columns {repeated[0][0]!r} and {repeated[0][1]!r} is meant")
     names = [name for name in _named(head, NAMES) if not head.numbers(name)]
     lost = ""
     if ("" in posed or len(posed) == 1) and clock.column:
@@ -251,13 +288,16 @@ def _lines(head: CsvHead, table: CsvTable, gaps: _Gaps) -> Iterator[str]:
 
 def _units(head: CsvHead, columns: Sequence[str], gaps: _Gaps) -> str:
     """The unit of lengths."""
-    unit = next((unit for column in columns if (unit := unit_in_name(column) or head.unit(column)) in LENGTHS), "")
-    if unit:
-        return f'units = "{unit}"'
-    gaps.unknown.append(UNIT_UNKNOWN)
+    stated = stated_units(map(head.stated_unit, columns), STATED_LENGTHS)
+    if len(stated) == 1 and stated[0] in LENGTHS:
+        return f'units = "{stated[0]}"'
+    if stated:
+        gaps.unknown.append(f"the unit of lengths (the headings say {', '.join(stated)})")
+    else:
+        gaps.unknown.append(UNIT_UNKNOWN)
     numbers = [number for column in columns for number in head.numbers(column)]
     limits = f"places run from {min(numbers):g} to {max(numbers):g}" if numbers else ""
-    return f'# units = "m"   # m, cm or mm? {limits}'
+    return f'# units = "m"   # {", ".join(LENGTHS[:-1])} or {LENGTHS[-1]}? {limits}'
 
 
 def _rotation(head: CsvHead, body: _Body, gaps: _Gaps) -> Iterator[str]:
@@ -309,9 +349,11 @@ def clock_of(head: CsvHead) -> Clock:
     form = next(map(text_format, head.cells(column)), None)
     if form is not None:
         return Clock(column, TEXT, form)
-    values, unit = head.numbers(column), unit_in_name(column) or head.unit(column)
+    values, unit = head.numbers(column), head.stated_unit(column)
+    if unit and unit not in CLOCK_NS:
+        return Clock(column, "")
     steps = [step for step in np.diff(values) if step > 0]
-    if steps and unit not in CLOCK_NS:
+    if steps and not unit:
         step = float(np.median(steps))
         unit = next((name for name, lower, upper in STEPS if lower <= step < upper), "")
         if TICKS[0] <= values[0] < TICKS[1]:
@@ -342,9 +384,9 @@ def _clock(head: CsvHead, clock: Clock, gaps: _Gaps) -> Iterator[str]:
         return
     if not clock.unit:
         gaps.unknown.append("the unit of time")
-    elif clock.unit not in (unit_in_name(clock.column), head.unit(clock.column)):
+    elif clock.unit != head.stated_unit(clock.column):
         gaps.guessed.append(Guessable.TIME_UNIT)
-    yield f'unit = "{clock.unit}"' if clock.unit else '# unit = "s"   # s, ms, us, ns or ticks (.NET)'
+    yield f'unit = "{clock.unit}"' if clock.unit else '# unit = "s"   # s, ms, us, ns, min, h or ticks (.NET)'
     values = head.numbers(clock.column)
     if values and values[0] < 0:
         yield f"offset = {-values[0]!r}   # in that unit: no stamp of a session lies before 0"
@@ -375,12 +417,3 @@ def _names_of_bodies(
     if column:
         return [column], repeats_within(table, stamps, column, used)
     return [], f"{lost:,} of {len(table):,} rows are dropped: they repeat a stamp or go back"
-
-
-def text_format(cell: str) -> str | None:
-    """The format of a wall-clock text: "" for ISO 8601, else as ``strptime`` takes it; ``None`` where it is none."""
-    for form in ("", *WORDS["formats"]) if not NUMBER.fullmatch(cell) else ():
-        with suppress(ValueError):
-            _ = datetime.strptime(cell, form) if form else datetime.fromisoformat(cell)
-            return form
-    return None

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from sessions.errors import ImportFileError
-from sessions.importers.csv_assumptions import source_frame
+from sessions.importers.csv_assumptions import source_frame, with_stated_units
 from sessions.importers.csv_draft import draft_of
 from sessions.importers.csv_long_table import column_of_bodies
 from sessions.importers.csv_mapping import KINDS, OTHER, UNITY, VALUE, CsvMapping, PoseColumns, read_mapping
@@ -29,6 +29,7 @@ from sessions.model.track import HandTrack
 from sessions.names import side_of
 
 NAMED_KINDS = 5  # Unknown kinds of rows that are named
+NAMED_COLUMNS = 12  # Columns without a role that are named
 
 MOST_BODIES = 1000  # More names than a laboratory has bodies: then the column holds something else
 
@@ -62,7 +63,7 @@ def read_csv(
     if not (convention or plan.convention):
         raise ImportFileError("the axes of the CSV are not known; name a convention (for Unity: unity)")
     axes = convention_named(convention or plan.convention)
-    plan = _in_order_of(plan, axes, str(source))
+    plan = _in_order_of(with_stated_units(table, plan), axes, str(source))
     return _CsvLog(table, plan, ledger).session(source_frame(table, plan, axes, is_named=bool(convention)))
 
 
@@ -110,7 +111,7 @@ class _CsvLog:
             Event(stamp, name or "event", message, body)
             for stamp, name, message, body in self._cells("event", OTHER, VALUE, self._plan.name)
         )
-        session = imported(tables, frame, ledger, table.notes, self._numbers())
+        session = imported(tables, frame, ledger, [*table.notes, *self._unread_columns()], self._numbers())
         return replace(session, events=events, hands=self._hands(), live_contacts=contacts)
 
     def _refuse_long_table(self) -> None:
@@ -131,6 +132,17 @@ class _CsvLog:
                 f"{table.count_different(column)} bodies apart: write [body] with name = {json.dumps(column)} into the "
                 "mapping in place of [bodies.NAME]"
             )
+
+    def _unread_columns(self) -> Iterator[str]:
+        """A sentence on the columns that the mapping does not name, if there are any."""
+        plan = self._plan
+        used = {plan.time, plan.name, plan.kind, *(column for column, _ in plan.scalars.values())}
+        used |= {column for pose in plan.poses for column in (*pose.numbers, pose.valid)}
+        used |= {OTHER, VALUE} if plan.kind else set()
+        unread = [column for column in self._table.columns if column and column not in used]
+        if unread:
+            more = f" and {len(unread) - NAMED_COLUMNS} more" if len(unread) > NAMED_COLUMNS else ""
+            yield f"columns that are not read: {', '.join(unread[:NAMED_COLUMNS])}{more}"
 
     def _stamps(self, rows: Rows) -> Stamps:
         return self._table.stamps(self._plan.time, self._plan.unit, rows)

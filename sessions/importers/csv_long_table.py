@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 
 from sessions.importers.csv_table import CsvTable
+from sessions.importers.csv_text import is_date_or_time
 from sessions.importers.ledger import is_large_loss
 from sessions.importers.stamps import Stamps, rows_lost
 
@@ -35,10 +36,11 @@ def column_of_bodies(table: CsvTable, stamps: Stamps, used: Collection[str]) -> 
 
 
 def _candidates(table: CsvTable, used: Collection[str]) -> list[str]:
-    """Columns of few values, those of text first."""
+    """Columns of few values that are no dates, those of text first."""
     most = min(MOST_VALUES, len(table) // LEAST_ROWS)
     free = [column for column in table.columns if column not in used and 2 <= table.count_different(column) <= most]
-    return sorted(free, key=table.holds_numbers)
+    names = [column for column in free if not is_date_or_time(table.first_text(column))]
+    return sorted(names, key=table.holds_numbers)
 
 
 def is_interleaved(table: CsvTable, column: str) -> bool:

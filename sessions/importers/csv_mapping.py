@@ -30,11 +30,19 @@ MESH_KEYS: Final = (MESH_AXES_KEY, MESH_UNITS_KEY, COLLIDER_AXES_KEY)
 """Keys of a mapping on the meshes beside a recording; they take what the options of these names take."""
 TEXT: Final = "text"
 """The unit of a clock that is written as a date and a time."""
-LENGTHS: Final = ("m", "cm", "mm")
+LENGTHS: Final = ("m", "cm", "mm", "inch", "ft")
 KINDS: Final = ("pose", "enter", "exit", "trigger", "event", "scalar")
 OTHER, VALUE = "other", "value"
 """Columns of rows that are no poses."""
-CLOCK_NS: Final[Mapping[str, float]] = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1.0, "ticks": 100.0}
+CLOCK_NS: Final[Mapping[str, float]] = {
+    "s": 1e9,
+    "ms": 1e6,
+    "us": 1e3,
+    "ns": 1.0,
+    "min": 6e10,
+    "h": 3.6e12,
+    "ticks": 100.0,
+}
 """Nanoseconds per unit of the clock; ``ticks`` are .NET's, counted from the year 1."""
 
 
@@ -165,7 +173,7 @@ class CsvMapping:
     unit: str
     convention: str = ""
     units: str = ""
-    """m, cm or mm; "": that of the convention, or else metres."""
+    """One of ``LENGTHS``; "": that of the headings, of the convention, or else metres."""
     layout: CsvLayout = CsvLayout()
     name: str = ""
     body: PoseColumns | None = None

@@ -34,6 +34,7 @@ from sessions.importers.csv_text import (
     excel_separator,
     is_row_of_units,
     split_lines,
+    unit_in_name,
 )
 from sessions.importers.ledger import Ledger
 from sessions.importers.pose_table import PoseTable
@@ -41,7 +42,27 @@ from sessions.importers.stamps import Numbers, Rows, Stamps
 from sessions.input_files import read_bytes
 from sessions.scene_files.toml_table import nearest
 
-EMPTY: Final = ["", "nan", "NaN", "NAN", "null", "NULL", "None", "N/A", "n/a", "-"]  # Cells that say: no number here
+EMPTY: Final = [
+    "",
+    "nan",
+    "NaN",
+    "NAN",
+    "-nan",
+    "-nan(ind)",
+    "nan(ind)",
+    "1.#QNAN",
+    "-1.#IND",
+    "null",
+    "NULL",
+    "None",
+    "NA",
+    "#N/A",
+    "N/A",
+    "n/a",
+    "-",
+]
+"""Cells that say: no number here."""
+DAY_NS: Final = 86_400_000_000_000
 TICKS_1970: Final = 621_355_968_000_000_000  # .NET ticks (100 ns since the year 1) at the Unix epoch
 NO_YEAR: Final = 1900  # What strptime says of a time of day without a date
 LONGEST_LINE: Final = 1_000_000  # Letters of a line that are read; a header of 12 bodies has a thousand
@@ -50,7 +71,6 @@ MOST_TITLES: Final = 8  # Titles of tables that an error names
 RAGGED: Final = "with too few or too many cells"
 HEADER_AGAIN: Final = "that repeat the header"
 DECIMAL_POINT: Final = re.compile(r"-?[0-9]*\.[0-9]+")
-TRUE_TEXTS: Final = ("1", "1.0", "true", "True", "TRUE", "yes", "valid")
 EMPTY_LINE: Final = re.compile(rb"\n[ \t]*\r?\n")
 SPACES: Final = re.compile(rb"[ \t]+")
 ENDS_OF_LINES: Final = re.compile(rb"^ | (?=\r?$)", re.MULTILINE)
@@ -73,6 +93,8 @@ class CsvTable:
         self.source, self._layout, self._mapped = source, layout, mapped
         self._units = dict[str, str]()
         self._has_other_table = False
+        self._times_of_day = dict[str, Stamps]()
+        self._passes_midnight = False
         try:
             text = self._below_head(_utf8(source))
         except (UnicodeDecodeError, csv.Error) as error:
@@ -142,6 +164,10 @@ class CsvTable:
         cells = [cell for row in split_lines([line.decode("utf-8")], self._layout.delimiter) for cell in row]
         is_alone = bool(cells) and not any(cells[1:])
         return cells[0] if is_alone and not NUMBER.fullmatch(cells[0]) else ""
+
+    def stated_unit(self, column: str) -> str:
+        """The unit that a name or the row of units states; nothing where a mapping names the columns."""
+        return "" if self._layout.columns else unit_in_name(column) or self.unit(column)
 
     def unit(self, column: str) -> str:
         """The unit that the row of units gives a column, as a mapping writes it, or nothing."""
@@ -265,6 +291,8 @@ class CsvTable:
             notes.append("the last line has no line break and may be cut short: its pose is flagged as lost")
         if self._has_other_table:
             notes.append('of several tables the first is read; the mapping may name one: table = "TITLE"')
+        if self._passes_midnight:
+            notes.append("the time of day passes midnight, and goes on in the next day")
         return notes
 
     def __len__(self) -> int:
@@ -296,6 +324,10 @@ class CsvTable:
             has = bool_values(pc.equal(cells, text_scalar(word)))
             rows_of[word] = has if rows is None else has & rows
         return rows_of
+
+    def first_text(self, column: str) -> str:
+        """The first cell of a column that is not empty, or nothing."""
+        return next(filter(None, self._cells(column).unique().to_pylist()), "")
 
     def count_different(self, column: str) -> int:
         """How many different texts a column holds."""
@@ -387,7 +419,19 @@ class CsvTable:
             ) from None
 
     def _wall_clock(self, column: str, rows: Rows | None, form: str) -> Stamps:
-        """Stamps of dates and times in text; without a zone they count as UTC."""
+        """Stamps of dates and times in text; without a zone they count as UTC.
+
+        Times of day without a date go on past midnight, by the order of all rows.
+        """
+        if form and not re.search("%[dj]", form):
+            if column not in self._times_of_day:
+                times = self._stamps_of_texts(column, None, form)
+                self._times_of_day[column] = _past_midnight(times)
+                self._passes_midnight |= not np.array_equal(self._times_of_day[column], times)
+            return self._times_of_day[column] if rows is None else self._times_of_day[column][rows]
+        return self._stamps_of_texts(column, rows, form)
+
+    def _stamps_of_texts(self, column: str, rows: Rows | None, form: str) -> Stamps:
         stamps = []
         for row, cell in enumerate(self.texts(column, rows)):
             try:
@@ -398,8 +442,17 @@ class CsvTable:
         return np.array(stamps, dtype=np.int64)
 
     def flags(self, column: str, rows: Rows | None = None) -> Rows:
-        """Whether each cell says yes, (n,)."""
-        return bool_values(pc.is_in(self._cells(column, rows), text_array(TRUE_TEXTS)))
+        """Whether each cell says yes, (n,).
+
+        Raises ImportFileError: a cell says neither yes nor no, such as a number other than 0 and 1.
+        """
+        cells = self._cells(column, rows)
+        answers = {text: _is_yes(text) for text in cells.unique().to_pylist()}
+        if (unclear := next((text for text, answer in answers.items() if answer is None), None)) is not None:
+            row = self.texts(column, rows).index(unclear)
+            cure = "write true or false there, or leave valid out of the mapping"
+            raise self._wrong(column, rows, row, f"{unclear[:40]!r} does not say whether a pose is valid; {cure}")
+        return bool_values(pc.is_in(cells, text_array([text for text, answer in answers.items() if answer])))
 
     def poses(self, columns: PoseColumns, stamps: Stamps, rows: Rows | None = None) -> PoseTable:
         """The poses of some rows; the last of a file that may be cut short is flagged as lost."""
@@ -441,6 +494,8 @@ def _exact_stamps(cells: Any, unit: str) -> Stamps | None:
 
     Arrow's 128-bit decimals hold the digits as an integer, which at the right scale is the nanoseconds.
     """
+    if unit not in DECIMALS:
+        return None
     try:
         decimals = cells.cast(pa.decimal128(38, DECIMALS[unit]))
     except pa.ArrowInvalid:
@@ -461,6 +516,26 @@ def _exact_stamps(cells: Any, unit: str) -> Stamps | None:
             return None
         stamps = stamps * 100
     return stamps if _fits(stamps, LARGEST) else None
+
+
+def _past_midnight(stamps: Stamps) -> Stamps:
+    """Times of day that go on in the next day where one is more than half a day before the last, (n,)."""
+    if not len(stamps):
+        return stamps
+    days = np.concatenate([[0], np.cumsum(-np.rint(np.diff(stamps) / DAY_NS).astype(np.int64))])
+    return stamps + (days - min(int(days.min()), 0)) * DAY_NS
+
+
+def _is_yes(text: str) -> bool | None:
+    """Whether a cell says yes; ``None``: it says neither yes nor no."""
+    word = text.lower()
+    if word in WORDS["valid_cells"]:
+        return True
+    if word in WORDS["lost_cells"] or text in EMPTY:
+        return False
+    with suppress(ValueError):
+        return {1.0: True, 0.0: False}.get(float(word))
+    return None
 
 
 def _fits(stamps: Stamps, largest: int) -> bool:

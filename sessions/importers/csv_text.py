@@ -9,16 +9,20 @@ import csv
 import io
 import re
 import tomllib
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 from typing import Any, Final
 
 from sessions.errors import ImportFileError
-from sessions.importers.csv_mapping import ROW_MAJOR, CsvLayout
+from sessions.importers.csv_mapping import LENGTHS, ROW_MAJOR, CsvLayout
 from sessions.input_files import opened
 
 HEAD_BYTES: Final = 200_000
+FIRST_BYTES: Final = 200
+"""Bytes of a file in which a text of two bytes a letter has zeros."""
 FIRST_ROWS: Final = 200
 """Rows by which a draft tells units and kinds of columns."""
 LINES_ABOVE: Final = 50
@@ -32,11 +36,23 @@ SEPARATOR: Final = re.compile('"?sep=(.)"?', re.IGNORECASE)
 
 DECIMAL_COMMA: Final = re.compile(r"[+-]?\d+,\d+")
 BYTE_ORDER_MARK: Final = codecs.BOM_UTF8
-ENCODINGS: Final = {codecs.BOM_UTF16_LE: "UTF-16", codecs.BOM_UTF16_BE: "UTF-16"}
-"""First bytes of a text in another encoding than UTF-8 that says so."""
-NUMBER: Final = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?|nan|NaN")
+ENCODINGS: Final = {
+    codecs.BOM_UTF32_LE: "UTF-32",
+    codecs.BOM_UTF32_BE: "UTF-32",
+    codecs.BOM_UTF16_LE: "UTF-16",
+    codecs.BOM_UTF16_BE: "UTF-16",
+}
+"""First bytes of a text in another encoding than UTF-8 that says so; those of UTF-32 begin with those of UTF-16."""
 WORDS: Final[dict[str, Any]] = tomllib.loads(Path(__file__).with_name("csv_words.toml").read_text("utf-8"))
 """What words of a column's name say: its kind, the axis of an angle, a unit; and wall clocks beside ISO 8601."""
+STATED_UNIT: Final = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]")
+"""What a column's name holds in brackets."""
+TIME: Final = frozenset(WORDS["time"])
+KNOWN_UNITS: Final = frozenset(WORDS["units"].values())
+STATED_LENGTHS: Final = (*LENGTHS, "um")
+DATE: Final = re.compile(r"[0-9]{1,4}([-/.])[0-9]{1,2}\1[0-9]{1,4}")
+SUFFIXES, TIME_SUFFIXES = frozenset(WORDS["suffixes"]), frozenset(WORDS["time_suffixes"])
+NUMBER: Final = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?|nan|NaN")
 UNITS: Final = frozenset(WORDS["units"]) | frozenset(WORDS["more_units"])
 UNORDERED: Final = ("q1", "q2", "q3", "q4")
 """A quaternion whose order a file does not tell: TUM's files have the scalar last, others first."""
@@ -76,6 +92,10 @@ class CsvHead:
     def numbers(self, column: str) -> list[float]:
         """The numbers among the first cells of a column."""
         return [float(cell.replace(",", ".")) for cell in self.cells(column) if NUMBER.fullmatch(cell)]
+
+    def stated_unit(self, column: str) -> str:
+        """The unit that a column's name or the row of units states, or nothing."""
+        return unit_in_name(column) or self.unit(column)
 
     def unit(self, column: str) -> str:
         """The unit that the row of units gives a column, or nothing."""
@@ -141,15 +161,16 @@ def _layout(delimiter: str, rows: Sequence[Sequence[str]], skip_lines: int, colu
 
 
 def check_encoding(source: Path, data: bytes) -> None:
-    """Refuse text in another encoding than UTF-8 that says so by its first bytes."""
-    if encoding := named_encoding(data):
+    """Refuse text in another encoding than UTF-8 that says so by its first bytes, or by zeros between its letters."""
+    first = data[:FIRST_BYTES]
+    if encoding := named_encoding(data) or ("UTF-16" if 4 * first.count(0) > len(first) else ""):
         raise ImportFileError(f"{source}: this is no CSV text in UTF-8 but in {encoding}; save it as UTF-8")
 
 
 def is_row_of_units(cells: Sequence[str]) -> bool:
-    """Whether cells are units or empty, and one is a unit."""
+    """Whether cells are units or empty, and one is a unit of a length, a time or an angle."""
     written = [bare_unit(cell) for cell in cells if cell.strip()]
-    return bool(written) and all(cell in UNITS for cell in written)
+    return any(cell in WORDS["units"] for cell in written) and all(cell in UNITS for cell in written)
 
 
 def bare_unit(cell: str) -> str:
@@ -158,12 +179,14 @@ def bare_unit(cell: str) -> str:
 
 
 def name_and_unit(column: str) -> tuple[list[str], str]:
-    """The words of a name, and the unit that it states."""
-    stated = re.search(r"[\[(]\s*([A-Za-z]+)\s*[\])]", column)
+    """The words of a name, and the unit that it states; one that no mapping has as it stands there."""
+    stated = STATED_UNIT.search(column)
     tokens = re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+", re.sub(r"[\[(].*?[\])]", "", column))
-    unit = WORDS["units"].get(stated[1].lower(), "") if stated else ""
-    if len(tokens) > 1 and tokens[-1].lower() in WORDS["units"]:
-        unit = unit or WORDS["units"][tokens.pop().lower()]
+    unit = WORDS["units"].get(stated[1].lower(), stated[1]) if stated else ""
+    *before, last = [token.lower() for token in tokens] or [""]
+    if before and (last in SUFFIXES or (last in TIME_SUFFIXES and not TIME.isdisjoint(before))):
+        tokens.pop()
+        unit = unit or WORDS["units"][last]
     return tokens, unit
 
 
@@ -173,8 +196,33 @@ def name_tokens_of(column: str) -> list[str]:
 
 
 def unit_in_name(column: str) -> str:
-    """Returns the unit that a column's name states, as a mapping writes it, or ``""``."""
+    """Returns the unit that a column's name states, as a mapping writes it, or ``""``.
+
+    One that no mapping has is the text in the brackets.
+    """
     return name_and_unit(column)[1]
+
+
+def stated_units(units: Iterable[str], kind: Collection[str]) -> list[str]:
+    """Returns the different units of a kind, such as lengths, among those that columns state.
+
+    A text in brackets that is no unit at all may be one of this kind.
+    """
+    return [*dict.fromkeys(unit for unit in units if unit and (unit in kind or unit not in KNOWN_UNITS))]
+
+
+def text_format(cell: str) -> str | None:
+    """The format of a wall-clock text: "" for ISO 8601, else as ``strptime`` takes it; ``None`` where it is none."""
+    for form in ("", *WORDS["formats"]) if not NUMBER.fullmatch(cell) else ():
+        with suppress(ValueError):
+            _ = datetime.strptime(cell, form) if form else datetime.fromisoformat(cell)
+            return form
+    return None
+
+
+def is_date_or_time(cell: str) -> bool:
+    """Returns whether a text is a date, a time of day, or both."""
+    return DATE.fullmatch(cell) is not None or text_format(cell) is not None
 
 
 def _numbers(row: Sequence[str]) -> int:

@@ -22,6 +22,7 @@ NO_STAMP: Final = -(1 << 63)
 """Stands for the stamp of a transform that bears none; no recording is that early."""
 STATIC: Final = "_static"
 """The end of the topic whose transforms stay until they are sent again."""
+NO_TIME: Final = "with a stamp of 0 among others that have one"
 OUTSIDE: Final = "before or after all transforms of a frame that it hangs from"
 LARGEST_GAP_NS: Final = 200_000_000
 """A frame silent for longer than this is not interpolated: its pose in between is flagged as lost."""
@@ -41,8 +42,9 @@ class _Link:
     def table(self, name: str, ledger: Ledger) -> tuple[Stamps, Numbers, int]:
         """Stamps that increase (n,), x y z qx qy qz qw (n, 7), and how many transforms have no stamp of their own.
 
-        Transforms are taken in the order in which they were logged. A stamp of 0 is none where all are 0, as ROS has
-        it; without a stamp the time of logging counts.
+        Transforms are taken in the order in which they were logged, unless their stamps increase in that of the file.
+        A stamp of 0 is none where all are 0, as ROS has it; without a stamp the time of logging counts. Where some are
+        0, the clock of the others is not that of the logging, and those of 0 are dropped.
         """
         stamps = np.frombuffer(self.stamps, dtype=np.int64)
         logged = np.frombuffer(self.log_times, dtype=np.int64)
@@ -51,7 +53,11 @@ class _Link:
         if not (stamps > 0).any():
             unstamped = np.ones(len(stamps), dtype=np.bool_)
         stamps = np.where(unstamped, logged, stamps)
-        if (logged[1:] < logged[:-1]).any():
+        zero = (stamps == 0) & ~unstamped
+        if zero.sum() > 1:  # a simulation may begin at 0, once
+            ledger.book("transforms", name, read=int(zero.sum()), kept=0, dropped={NO_TIME: int(zero.sum())})
+            stamps, logged, rows = stamps[~zero], logged[~zero], rows[~zero]
+        if (logged[1:] < logged[:-1]).any() and (stamps[1:] < stamps[:-1]).any():
             order = np.argsort(logged, kind="stable")
             stamps, rows = stamps[order], rows[order]
         keep = increasing(name, stamps, (rows,), ledger, kind="transforms")

@@ -56,13 +56,14 @@ def read_mcap(
         _add(source, channel, log_ns, message, tree)
     messages.account(ledger)
     tables, notes, joined = tree.tables(join=len(topics) > 1)
+    notes += messages.unread_topics()
     confidence = Confidence.SURE if messages.are_of_ros else Confidence.OPEN
     frame = SourceFrame.in_axes(convention, ASSUMED, "", "stamps of the messages, ns", joined, confidence)
     return imported(tables, frame, ledger, notes)
 
 
 FRAMES: Final = ("FrameTransform", "FrameTransforms", "TransformStamped", "TFMessage")
-POSES: Final = ("PoseInFrame", "PosesInFrame", "PoseStamped", "PoseWithCovarianceStamped", "PoseArray")
+POSES: Final = ("PoseInFrame", "PosesInFrame", "PoseStamped", "PoseWithCovarianceStamped", "PoseArray", "Odometry")
 """Last words of the names of schemas: frames that bear their own names, and poses that are named after their topic."""
 
 
@@ -198,6 +199,20 @@ class _PoseMessages:
                         raise _unreadable(self._source, brief(error)) from None
                     continue
                 yield table
+
+    def unread_topics(self) -> list[str]:
+        """A sentence on the topics with messages that hold no poses known here; none where topics were chosen."""
+        catalogue = self._file.catalogue
+        unread = {
+            channel.topic: channel.schema_name or "no schema"
+            for number, channel in catalogue.channels.items()
+            if number not in self._channels and (catalogue.counted is None or catalogue.counted.get(number, 0))
+        }
+        if self._topics or not unread:
+            return []
+        named = ", ".join(f"{topic} ({name})" for topic, name in [*unread.items()][:NAMED_TOPICS])
+        more = f" and {len(unread) - NAMED_TOPICS} more" if len(unread) > NAMED_TOPICS else ""
+        return [f"topics that are not read: {named}{more}"]
 
     def account(self, ledger: Ledger) -> None:
         """Book the messages read, and those that the file's statistics count and that could not be read."""

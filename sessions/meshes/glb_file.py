@@ -44,6 +44,7 @@ SHAPE_PRESERVING: Final = frozenset({
 DRACO: Final = "KHR_draco_mesh_compression"
 MESHOPT: Final = ("EXT_meshopt_compression", "KHR_meshopt_compression")
 INSTANCING: Final = "EXT_mesh_gpu_instancing"
+VISIBILITY: Final = "KHR_node_visibility"
 COMPRESSED: Final = "its meshes are compressed by {}; export it without compression"
 REFUSED: Final = {
     DRACO: COMPRESSED.format("Draco"),

@@ -3,6 +3,7 @@
 Source: Khronos glTF 2.0 specification, sections 3.5 (scenes and nodes), 3.7 (meshes, skins, morph targets).
 """
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -13,10 +14,14 @@ from numpy.typing import NDArray
 from sessions.errors import EmptyMeshError, MeshFileError
 from sessions.geometry.rotations import rotated
 from sessions.mesh_data import MeshData, concatenated
-from sessions.meshes.glb_file import DRACO, INSTANCING, MOST_FACES, REFUSED, GlbFile, Row, at
+from sessions.meshes.glb_file import DRACO, INSTANCING, MOST_FACES, REFUSED, VISIBILITY, GlbFile, Row, at
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
+ROTATION_TOLERANCE: Final = 1e-3
+"""A quaternion of a node that is longer or shorter by more is none: nobody knows what its program meant."""
+COLLIDER_NAME: Final = re.compile(r"(UBX|USP|UCP|UCX|UTM)_(.+?)(?:_[0-9]+)?")
+"""A box, sphere, capsule or convex collider of a body, as Unreal's importer takes them: ``UCX_Beaker_03``; a mesh."""
 EXACT: Final = "vrlab_positions_float64"
 """In the ``extras`` of a primitive: the buffer view that holds its positions in float64."""
 
@@ -48,7 +53,8 @@ class Surface:
 class GlbTree:
     """The nodes of the default scene: ``names``, ``parents`` (-1: none), ``poses`` 4x4 to the world; ``surfaces``.
 
-    Names, parents and poses have a row for every node of the file; ``reached`` are those that hang in the scene.
+    Names, parents and poses have a row for every node of the file; ``reached`` are those that hang in the scene,
+    ``hidden`` those of them that are not drawn.
     """
 
     names: tuple[str, ...]
@@ -56,6 +62,7 @@ class GlbTree:
     poses: tuple[Array, ...]
     surfaces: tuple[Surface, ...]
     reached: frozenset[int]
+    hidden: frozenset[int]
 
     def whole(self) -> MeshData:
         """All surfaces where their nodes put them; a skin where its joints do, whatever its own node says."""
@@ -67,16 +74,23 @@ class GlbTree:
     def below(self, name: str) -> MeshData | None:
         """All that hangs on the node of this name, in its frame and in metres; ``None``: nothing does.
 
-        A face of a skin hangs on the joint that moves it most, as it lies at rest: nothing is deformed.
+        A face of a skin hangs on the joint that moves it most, as it lies at rest: nothing is deformed. Colliders of
+        Unreal's names below the node are no part of its surface.
         """
         if name not in self.names:
             return None
         home = self.names.index(name)
         from_world = np.linalg.inv(rigid_of(self.poses[home]))
-        cut = (piece for surface in self._in_file_order() for piece in _cut(surface))
+        surfaces = self._in_file_order()
+        own = (surface for surface in surfaces if surface.node == home or not self.is_collider(surface))
+        cut = (piece for surface in own for piece in _cut(surface))
         return _joined(
             mesh.transformed(from_world @ self.poses[node]) for node, mesh in cut if home in self.above(node)
         )
+
+    def is_collider(self, surface: Surface) -> bool:
+        """Whether the node of a surface has the name of a collider, as Unreal's importer takes them."""
+        return COLLIDER_NAME.fullmatch(self.names[surface.node]) is not None
 
     def in_frame(self, frame: Array, surface: Surface) -> MeshData:
         """Return a surface in a frame, given by its pose 4x4 in the world."""
@@ -161,7 +175,7 @@ class _Reader:
         if roots is None:
             inner = {child for node in nodes for child in node.get("children", ())}
             roots = [number for number in range(len(nodes)) if number not in inner]
-        parents, poses = [-1] * len(nodes), [np.eye(4) for _ in nodes]
+        parents, poses, hidden = [-1] * len(nodes), [np.eye(4) for _ in nodes], set[int]()
         waiting, reached = [(root, -1, np.eye(4)) for root in roots], set[int]()
         while waiting:
             number, parent, pose = waiting.pop()
@@ -169,6 +183,8 @@ class _Reader:
             if number in reached:
                 raise MeshFileError("a node hangs on two others; export it again")
             reached.add(number)
+            if parent in hidden or not node.get("extensions", {}).get(VISIBILITY, {}).get("visible", True):
+                hidden.add(number)
             parents[number], poses[number] = parent, pose @ _local(node, unit_rotations=self._unit_rotations)
             waiting += [(child, number, poses[number]) for child in node.get("children", ())]
         if sum(self._corners(nodes[number]) for number in reached) > 3 * MOST_FACES:
@@ -176,7 +192,7 @@ class _Reader:
         joint_poses = {number: poses[number] for number in reached}
         surfaces = [surface for number in sorted(reached) for surface in self._surfaces(number, joint_poses)]
         names = tuple(str(node.get("name") or f"node {number}") for number, node in enumerate(nodes))
-        return GlbTree(names, tuple(parents), tuple(poses), tuple(surfaces), frozenset(reached))
+        return GlbTree(names, tuple(parents), tuple(poses), tuple(surfaces), frozenset(reached), frozenset(hidden))
 
     def mesh(self, number: int) -> MeshData | None:
         row = at(self._file.rows("meshes"), number)
@@ -328,6 +344,8 @@ def _local(node: Row, *, unit_rotations: bool) -> Array:
     length = np.linalg.norm(quaternion)
     if not length > 0.0:
         raise MeshFileError("a node has a rotation without length; export it again")
+    if not abs(length - 1.0) <= ROTATION_TOLERANCE:
+        raise MeshFileError(f"a node has a rotation of length {length:.4g} in place of 1; export it again")
     pose[:3, :3] = rotated(quaternion / length if unit_rotations else quaternion, np.eye(3)).T
     pose[:3, :3] *= node.get("scale", (1.0, 1.0, 1.0))
     pose[:3, 3] = node.get("translation", (0.0, 0.0, 0.0))

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from sessions.errors import EmptyMeshError, MeshFileError
 from sessions.input_files import read_bytes
 from sessions.mesh_data import MeshData, concatenated, has_consistent_winding, least_area
-from sessions.meshes.glb_tree import read_glb
+from sessions.meshes.glb_tree import GlbTree, read_glb
 from sessions.meshes.obj_file import read_obj
 from sessions.meshes.off_file import read_off
 from sessions.meshes.ply_file import read_ply
@@ -195,11 +195,26 @@ def _read_with_trimesh(data: bytes, kind: str) -> tuple[NDArray[np.float64], NDA
 
 def _read_glb(data: bytes, node: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     tree = read_glb(data)
+    if not node:
+        _refuse_other_surfaces(tree)
     mesh = tree.below(node) if node else tree.whole()
     if mesh is None:
         near = get_close_matches(node, tree.owners, n=1) or tree.owners[:8]
         raise MeshFileError(f"no mesh hangs on a node {node!r}; there are: {', '.join(near)}")
     return mesh.vertices, mesh.faces
+
+
+def _refuse_other_surfaces(tree: GlbTree) -> None:
+    """Refuse a file in which hidden nodes or colliders of Unreal's names are beside the surface of a body."""
+    colliders = [tree.names[surface.node] for surface in tree.surfaces if tree.is_collider(surface)]
+    if 0 < len(colliders) < len(tree.surfaces):
+        raise MeshFileError(
+            f"it holds the collider {colliders[0]!r} beside the surface; take it by --colliders, and the surface by "
+            "--meshes, which looks for a node of the body's name"
+        )
+    hidden = [tree.names[surface.node] for surface in tree.surfaces if surface.node in tree.hidden]
+    if 0 < len(hidden) < len(tree.surfaces):
+        raise MeshFileError(f"its node {hidden[0]!r} is hidden; show it, or export without it")
 
 
 def _weld_equal_vertices(

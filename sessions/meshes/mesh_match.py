@@ -12,7 +12,7 @@ import numpy as np
 from sessions.errors import MeshFileError
 from sessions.input_files import check_regular, read_bytes
 from sessions.mesh_data import MeshData
-from sessions.meshes.glb_tree import GlbTree, read_glb, rigid_of
+from sessions.meshes.glb_tree import COLLIDER_NAME, GlbTree, read_glb, rigid_of
 from sessions.meshes.mesh_files import FILE_TYPES, hull, load_mesh
 from sessions.quantities import length, number
 
@@ -169,10 +169,6 @@ def _plain(name: str) -> str:
     return re.sub(r"\(clone\)|[\W_]", "", name.lower())
 
 
-NAMED: Final = re.compile(r"(UBX|USP|UCP|UCX|UTM)_(.+?)(?:_[0-9]+)?")
-"""A box, sphere, capsule or convex collider of a body, as Unreal's importer takes them: ``UCX_Beaker_03``; a mesh."""
-
-
 @dataclass(frozen=True, eq=False)
 class ColliderFile:
     """Colliders of a file: body -> those in its own frame, in the order of the nodes.
@@ -211,12 +207,12 @@ def read_colliders(path: Path, names: Sequence[str] | None) -> ColliderFile:
         raise MeshFileError(f"collider file {path}: {error}") from None
     except Exception as error:  # as in mesh files: any error means damaged
         raise MeshFileError(f"collider file {path}: this is no readable GLB ({error}); export it again") from error
-    prefixed = {named[2] for named in map(NAMED.fullmatch, tree.names) if named}
+    prefixed = {named[2] for named in map(COLLIDER_NAME.fullmatch, tree.names) if named}
     colliders: dict[str, list[MeshData]] = {}
     left = []
     drawn: list[str] = []
     for surface in sorted(tree.surfaces, key=lambda surface: (surface.node, surface.order)):
-        named = NAMED.fullmatch(tree.names[surface.node])
+        named = COLLIDER_NAME.fullmatch(tree.names[surface.node])
         body, convex = (named[2], named[1] != "UTM") if named else (_body_above(tree, surface.node, names or ()), False)
         if not body or (names is not None and body not in names):
             left.append(tree.names[surface.node])

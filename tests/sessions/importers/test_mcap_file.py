@@ -333,3 +333,55 @@ def test_broken_file_is_refused_in_a_sentence_without_output(tmp_path, name, cap
 def test_ros_without_its_library_is_refused_in_a_sentence(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "mcap_ros2.decoder", None)
     refused("ros2", cdr()(tmp_path / "a.mcap"), r'need mcap-ros2-support; install it: pip install "vrlab-replay\[forma')
+
+
+def frames(*stamps, logged=None, child="cup"):
+    """Messages of one frame at these stamps, logged at those times or at others."""
+    logged = stamps if logged is None else logged
+    return [
+        ("/tf", FRAME, log, moved("map", child, stamp, row=row % COUNT))
+        for row, (stamp, log) in enumerate(zip(stamps, logged, strict=True))
+    ]
+
+
+def test_topics_that_are_not_read_are_named(tmp_path):
+    others = [("/scene", "foxglove.SceneUpdate", 1, {"entities": []}), ("/imu", "sensor_msgs/msg/Imu", 2, {})]
+    session = import_session("mcap", as_json(tmp_path / "m.mcap", [*frames(*STAMPS), *others]))
+    unread = "topics that are not read: /scene (foxglove.SceneUpdate), /imu (sensor_msgs/msg/Imu)"
+    assert unread in session.facts["conversions"]
+    chosen = import_session("mcap", tmp_path / "m.mcap", topics=["/tf"])
+    assert "not read" not in chosen.facts["conversions"]
+
+
+def test_odometry_is_a_pose_of_its_topic(tmp_path):
+    messages = [
+        ("/base/odom", "nav_msgs/msg/Odometry", stamp, {
+            "header": {"stamp": {"sec": int(stamp) // 10**9, "nanosec": int(stamp) % 10**9}, "frame_id": "map"},
+            "child_frame_id": "base",
+            "pose": {"pose": placed(0, row, "position", "orientation"), "covariance": [0.0] * 36},
+        })
+        for row, stamp in enumerate(STAMPS)
+    ]  # fmt: skip
+    session = import_session("mcap", as_json(tmp_path / "m.mcap", messages))
+    assert has_poses(session.tracks["base/odom"], POSITIONS[0], ROTATIONS[0], ROS, STAMPS)
+
+
+def test_late_logging_costs_no_transform_whose_stamps_increase(tmp_path):
+    logged = STAMPS + (30_000_000 * np.sin(np.arange(COUNT))).astype(np.int64)
+    session = import_session("mcap", as_json(tmp_path / "m.mcap", frames(*STAMPS, logged=logged)))
+    assert session.tracks["cup"].times_ns.tolist() == STAMPS.tolist()
+
+
+def test_stamps_of_zero_among_others_are_dropped(tmp_path):
+    stamps = STAMPS.copy()
+    stamps[::5] = 0
+    session = import_session("mcap", as_json(tmp_path / "m.mcap", frames(*stamps, logged=STAMPS)))
+    assert session.tracks["cup"].times_ns.tolist() == stamps[stamps > 0].tolist()
+    (account,) = [row for row in ledger_of(session.facts) if row.kind == "transforms"]
+    assert (account.read, account.kept, account.lost) == (COUNT, COUNT - 5, 5)
+
+
+def test_simulation_that_begins_at_zero_keeps_its_first_transform(tmp_path):
+    stamps = STAMPS - STAMPS[0]
+    session = import_session("mcap", as_json(tmp_path / "m.mcap", frames(*stamps)))
+    assert session.tracks["cup"].times_ns.tolist() == stamps.tolist()

@@ -256,3 +256,51 @@ def test_another_version_and_a_cut_file_are_named(data, message):
 def test_unreadable_files_are_refused_in_a_sentence(more, message):
     with pytest.raises(MeshFileError, match=message):
         mesh_from_bytes(glb({**item_mesh({}, primitive()), **more}, TRIANGLE), "glb")
+
+
+@pytest.mark.parametrize("length", [2.0, 1.01, 0.9])
+def test_rotation_that_is_not_of_length_one_is_refused(length):
+    node = {"rotation": [0.0, 0.0, 0.6 * length, 0.8 * length]}
+    with pytest.raises(MeshFileError, match="a rotation of length"):
+        mesh_from_bytes(glb(item_mesh(node, primitive()), TRIANGLE), "glb")
+
+
+def two_nodes(first, second, **more):
+    """A file with a triangle on each of two nodes."""
+    nodes = [{"mesh": 0, **first}, {"mesh": 0, **second}]
+    return glb({"nodes": nodes, "meshes": [{"primitives": [primitive()]}], **more}, TRIANGLE)
+
+
+HIDDEN = {"extensions": {"KHR_node_visibility": {"visible": False}}}
+
+
+@pytest.mark.parametrize(
+    "nodes",
+    [
+        [{"mesh": 0}, {"mesh": 0, "name": "spare", **HIDDEN}],
+        [{"mesh": 0}, {"children": [2], **HIDDEN}, {"mesh": 0, "name": "spare"}],
+    ],
+)
+def test_surface_of_a_hidden_node_is_not_joined_in_silence(nodes):
+    data = glb({"nodes": nodes, "meshes": [{"primitives": [primitive()]}]}, TRIANGLE)
+    with pytest.raises(MeshFileError, match="'spare' is hidden"):
+        mesh_from_bytes(data, "glb")
+
+
+@pytest.mark.parametrize("prefix", ["UCX", "UBX", "USP", "UCP", "UTM"])
+def test_colliders_beside_a_surface_are_no_part_of_it(prefix):
+    data = two_nodes({"name": "cup"}, {"name": f"{prefix}_cup_00", "scale": [2.0, 2.0, 2.0]})
+    with pytest.raises(MeshFileError, match=f"the collider '{prefix}_cup_00' beside the surface"):
+        mesh_from_bytes(data, "glb")
+    assert np.array_equal(mesh_from_bytes(data, "glb", node="cup").vertices, TRIANGLE)
+
+
+def test_collider_that_hangs_on_its_body_is_no_surface():
+    nodes = [{"mesh": 0, "name": "cup", "children": [1]}, {"mesh": 0, "name": "UCX_cup_00"}]
+    data = glb({"nodes": nodes, "meshes": [{"primitives": [primitive()]}]}, TRIANGLE)
+    assert len(mesh_from_bytes(data, "glb", node="cup").faces) == 1
+
+
+def test_file_of_colliders_alone_is_read_whole():
+    data = two_nodes({"name": "UCX_cup_00"}, {"name": "UCX_cup_01"})
+    assert len(mesh_from_bytes(data, "glb").faces) == 2

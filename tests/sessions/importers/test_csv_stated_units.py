@@ -1,0 +1,150 @@
+"""The unit that a heading states is the unit that is read; one that no mapping has is asked, never taken for metres."""
+
+import re
+
+import numpy as np
+import pytest
+
+from replay.cli.main import main
+from sessions import read_session
+from sessions.errors import ImportFileError
+from sessions.importers import import_session
+from sessions.importers.csv_draft import UnknownColumnsError
+
+SECONDS = 5.0 + np.arange(20) / 90
+POSITION = (0.3, 1.25, -0.5)
+"""Metres; the same in all rows."""
+ANGLE = 0.7
+"""Radians about the axis x."""
+METRES = {
+    "x (mm)": 1e-3, "x_mm": 1e-3, "x [millimetre]": 1e-3, "x (cm)": 0.01, "X(CM)": 0.01, "x [centimeters]": 0.01,
+    "x (in)": 0.0254, "x_in": 0.0254, "x [inch]": 0.0254, "x (feet)": 0.3048, "x_ft": 0.3048, "x (m)": 1.0,
+}  # fmt: skip
+CLOCKS = {
+    "time (s)": 1.0, "time_ms": 1e-3, "time [us]": 1e-6, "time (µs)": 1e-6, "time (min)": 60.0, "time_min": 60.0,
+    "time [hours]": 3600.0, "Timestamp (Milliseconds)": 1e-3,
+}  # fmt: skip
+
+
+def write(path, time="time", axes=("x", "y", "z"), metres=1.0, second=1.0, rotation="qx,qy,qz,qw", units=""):
+    """A recording whose numbers are in these units; ``units``: a row of them below the header."""
+    head = [",".join([time, *axes, rotation]), *filter(None, [units])]
+    turned = {4: (np.sin(ANGLE / 2), 0, 0, np.cos(ANGLE / 2)), 3: (ANGLE, 0, 0)}[rotation.count(",") + 1]
+    cells = [*(coordinate / metres for coordinate in POSITION), *turned]
+    rows = [",".join(f"{cell:.12g}" for cell in (stamp / second, *cells)) for stamp in SECONDS]
+    path.write_text("\n".join([*head, *rows, ""]), encoding="utf-8")
+    return path
+
+
+def named(column):
+    """The headings of three axes after the pattern of the first."""
+    return [re.sub("^[xX]", axis, column) for axis in "xyz"]
+
+
+def check(session):
+    (track,) = session.tracks.values()
+    assert track.valid.all()
+    assert np.allclose(track.positions, POSITION, atol=1e-6)
+    assert np.allclose(track.times_ns / 1e9, SECONDS, atol=1e-6)
+    assert np.allclose(2 * np.arctan2(track.quaternions_xyzw[:, 0], track.quaternions_xyzw[:, 3]), ANGLE, atol=1e-6)
+
+
+def mapped(axes, lines="", time="time", unit="s", rotation='quaternion_xyzw = ["qx", "qy", "qz", "qw"]'):
+    columns = ", ".join(f'"{axis}"' for axis in axes)
+    return f'{lines}\n[time]\ncolumn = "{time}"\nunit = "{unit}"\n[bodies.cup]\nposition = [{columns}]\n{rotation}\n'
+
+
+def import_with(folder, mapping, **recording):
+    (folder / "map.toml").write_text(mapping, encoding="utf-8")
+    return import_session(
+        "csv", write(folder / "log.csv", **recording), mapping=folder / "map.toml", convention="openvr"
+    )
+
+
+@pytest.mark.parametrize("column", METRES)
+def test_lengths_are_read_in_the_unit_of_their_heading(tmp_path, column):
+    path, out = write(tmp_path / "log.csv", axes=named(column), metres=METRES[column]), tmp_path / "s.mcap"
+    assert main(["import", "csv", str(path), "--convention", "openvr", "-o", str(out)]) == 0
+    check(read_session(out))
+
+
+@pytest.mark.parametrize("column", METRES)
+def test_mapping_without_units_takes_those_of_the_headings(tmp_path, column):
+    check(import_with(tmp_path, mapped(named(column)), axes=named(column), metres=METRES[column]))
+
+
+def test_heading_wins_over_the_unit_of_a_convention(tmp_path):
+    path = write(tmp_path / "log.csv", axes=named("x (m)"))
+    (tmp_path / "map.toml").write_text(mapped(named("x (m)"), 'convention = "unreal"'))
+    (track,) = import_session("csv", path, mapping=tmp_path / "map.toml").tracks.values()
+    assert np.allclose(np.linalg.norm(track.positions, axis=1), np.linalg.norm(POSITION))
+
+
+@pytest.mark.parametrize("units", ["s,ft,ft,ft,,,,", "(s),[inch],[inch],[inch],-,-,-,-", "ms,mm,mm,mm,,,,"])
+def test_row_of_units_says_what_rows_hold(tmp_path, units):
+    metres = {"ft": 0.3048, "[inch]": 0.0254, "mm": 1e-3}[units.split(",")[1]]
+    second = 1e-3 if units.startswith("ms") else 1.0
+    path, out = write(tmp_path / "log.csv", metres=metres, second=second, units=units), tmp_path / "s.mcap"
+    assert main(["import", "csv", str(path), "--convention", "openvr", "-o", str(out)]) == 0
+    check(read_session(out))
+
+
+@pytest.mark.parametrize("column", CLOCKS)
+def test_stamps_are_read_in_the_unit_of_their_heading(tmp_path, column):
+    path, out = write(tmp_path / "log.csv", time=column, second=CLOCKS[column]), tmp_path / "s.mcap"
+    assert main(["import", "csv", str(path), "--convention", "openvr", "-o", str(out)]) == 0
+    check(read_session(out))
+
+
+def test_angles_are_read_in_the_unit_of_their_heading(tmp_path):
+    euler = 'euler = {x = "rx [rad]", y = "ry [rad]", z = "rz [rad]"}\norder = "XYZ"'
+    check(import_with(tmp_path, mapped("xyz", rotation=euler), rotation="rx [rad],ry [rad],rz [rad]"))
+
+
+@pytest.mark.parametrize(
+    ("columns", "stated"),
+    [
+        (("x [um]", "y [um]", "z [um]"), "um"),
+        (("x (furlong)", "y (furlong)", "z (furlong)"), "furlong"),
+        (("x (m)", "y (mm)", "z (m)"), "m, mm"),
+    ],
+)
+def test_draft_asks_for_a_unit_that_headings_leave_open(tmp_path, columns, stated):
+    path, out = write(tmp_path / "log.csv", axes=columns), tmp_path / "s.mcap"
+    with pytest.raises(UnknownColumnsError) as refusal:
+        import_session("csv", path)
+    assert f"the unit of lengths (the headings say {stated})" in refusal.value.unknown
+    assert main(["import", "csv", str(path), "--convention", "openvr", "-o", str(out)]) == 1 and not out.exists()
+
+
+@pytest.mark.parametrize("column", ["time (frames)", "time [0.1ms]", "time (m)"])
+def test_draft_guesses_no_unit_of_time_beside_a_stated_one(tmp_path, column):
+    with pytest.raises(UnknownColumnsError) as refusal:
+        import_session("csv", write(tmp_path / "log.csv", time=column))
+    assert "the unit of time" in refusal.value.unknown
+
+
+@pytest.mark.parametrize(
+    ("mapping", "recording", "message"),
+    [
+        (mapped(named("x (mm)"), 'units = "m"'), {"axes": named("x (mm)")}, 'state mm, .* units = "m"'),
+        (mapped("xyz", time="time (ms)"), {"time": "time (ms)"}, 'state ms, .* unit = "s"'),
+        (mapped(["x (m)", "y (mm)", "z"]), {"axes": ["x (m)", "y (mm)", "z"]}, "state m and mm; convert"),
+        (mapped(named("x (mile)")), {"axes": named("x (mile)")}, "state mile; convert"),
+    ],
+)
+def test_mapping_that_contradicts_the_headings_is_refused(tmp_path, mapping, recording, message):
+    with pytest.raises(ImportFileError, match=message):
+        import_with(tmp_path, mapping, **recording)
+
+
+def test_mapping_that_names_the_columns_decides_alone(tmp_path):
+    axes = ["a", "b", "c"]
+    lines = 'skip_lines = 1\nunits = "m"\ncolumns = ["time", "a", "b", "c", "qx", "qy", "qz", "qw"]'
+    check(import_with(tmp_path, mapped(axes, lines), axes=named("x (mm)")))
+
+
+def test_open_unit_of_lengths_is_said_even_without_contacts(tmp_path, capsys):
+    path, out = write(tmp_path / "log.csv", metres=1e-3), tmp_path / "s.mcap"
+    assert main(["import", "csv", str(path), "--convention", "openvr", "-o", str(out)]) == 0
+    assert "unit of lengths: m; guessed, not sure" in " ".join(capsys.readouterr().err.split())

@@ -1,0 +1,151 @@
+"""Columns and cells that may mean several things: they are asked, named or refused, and never taken in silence."""
+
+from datetime import datetime, timedelta
+
+import numpy as np
+import pytest
+
+from replay.cli.main import main
+from sessions import read_session
+from sessions.errors import ImportFileError
+from sessions.importers import import_session
+from sessions.importers.csv_draft import UnknownColumnsError
+
+COUNT = 40
+SECONDS = np.arange(COUNT) / 90
+POSE = "x,y,z,qx,qy,qz,qw"
+START = datetime(2026, 3, 28, 23, 59, 59, 800_000)
+
+
+def row(*cells):
+    return ",".join(map(str, cells))
+
+
+def pose(step, body=0):
+    """The cells of a pose of which no two are alike."""
+    return row(round(0.01 * step + body, 6), 1 + body, -0.5, 0, 0, 0, 1)
+
+
+def import_csv(folder, *lines):
+    """The session of a CSV by its own draft, as a user imports it."""
+    path, out = folder / "log.csv", folder / "s.mcap"
+    path.write_text("\n".join([*lines, ""]))
+    assert main(["import", "csv", str(path), "--convention", "openvr", "-o", str(out)]) == 0
+    return read_session(out)
+
+
+def refused_draft(folder, *lines):
+    """The error of a CSV without a mapping."""
+    path = folder / "log.csv"
+    path.write_text("\n".join([*lines, ""]))
+    with pytest.raises(UnknownColumnsError) as refusal:
+        import_session("csv", path)
+    return refusal.value
+
+
+def time_of_day(step):
+    return (START + timedelta(seconds=float(SECONDS[step]))).strftime("%H:%M:%S.%f")
+
+
+def date(step, form="%Y-%m-%d"):
+    return (START + timedelta(seconds=float(SECONDS[step]))).strftime(form)
+
+
+def check_clock(track):
+    assert np.allclose((track.times_ns - track.times_ns[0]) / 1e9, SECONDS, atol=2e-6)
+    assert np.allclose(np.diff(track.positions[:, 0]), 0.01)
+
+
+@pytest.mark.parametrize("form", ["%Y-%m-%d", "%d.%m.%Y", "%m/%d/%Y"])
+def test_dates_beside_times_of_day_are_no_bodies(tmp_path, form):
+    rows = [row(date(step, form), time_of_day(step), pose(step)) for step in range(COUNT)]
+    session = import_csv(tmp_path, f"Date,Time,{POSE}", *rows)
+    assert session.names == ("log",)
+    check_clock(session.tracks["log"])
+
+
+@pytest.mark.parametrize("in_blocks", [False, True])
+def test_times_of_day_go_on_past_midnight(tmp_path, in_blocks):
+    cells = [(step, body) for step in range(COUNT) for body in range(2)]
+    if in_blocks:
+        cells.sort(key=lambda cell: cell[1])
+    rows = [row(time_of_day(step), ("cup", "rod")[body], pose(step, body)) for step, body in cells]
+    session = import_csv(tmp_path, f"time,name,{POSE}", *rows)
+    assert session.names == ("cup", "rod")
+    for track in session.tracks.values():
+        check_clock(track)
+    assert session.tracks["cup"].times_ns[0] == session.tracks["rod"].times_ns[0]
+    assert "passes midnight" in session.facts["conversions"]
+
+
+def test_body_seen_after_midnight_alone_is_in_the_next_day(tmp_path):
+    rows = [row(time_of_day(step), "cup", pose(step)) for step in range(COUNT)]
+    rows += [row(time_of_day(step), "rod", pose(step, 1)) for step in range(COUNT - 10, COUNT)]
+    tracks = import_csv(tmp_path, f"time,name,{POSE}", *rows).tracks
+    assert tracks["rod"].times_ns[-1] == tracks["cup"].times_ns[-1]
+
+
+@pytest.mark.parametrize(
+    ("yes", "no"),
+    [("OK", "LOST"), ("Y", "N"), ("tracked", "untracked"), ("1.000", "0.000"), ("TRUE", ""), ("t", "nan")],
+)
+def test_flags_in_other_words_say_which_poses_are_lost(tmp_path, yes, no):
+    rows = [row(SECONDS[step], pose(step), no if 10 <= step < 20 else yes) for step in range(COUNT)]
+    valid = import_csv(tmp_path, f"time,{POSE},valid", *rows).tracks["log"].valid
+    assert np.flatnonzero(~valid).tolist() == [*range(10, 20)]
+
+
+@pytest.mark.parametrize("cell", ["2", "0.95", "limited", "-1"])
+def test_flag_that_says_neither_yes_nor_no_is_refused(tmp_path, capsys, cell):
+    rows = [row(SECONDS[step], pose(step), cell if step == 7 else 1) for step in range(COUNT)]
+    (tmp_path / "log.csv").write_text("\n".join([f"time,{POSE},valid", *rows, ""]))
+    out = str(tmp_path / "s.mcap")
+    assert main(["import", "csv", str(tmp_path / "log.csv"), "--convention", "openvr", "-o", out]) == 1
+    assert f"line 9, column 'valid': '{cell}' does not say whether" in " ".join(capsys.readouterr().err.split())
+
+
+def test_columns_that_are_not_read_are_named(tmp_path, capsys):
+    rows = [row(SECONDS[step], pose(step), 5, 6, 7) for step in range(COUNT)]
+    session = import_csv(tmp_path, f"time,{POSE},rod_x,rod_y,rod_z", *rows)
+    assert session.names == ("log",)
+    assert "columns that are not read: rod_x, rod_y, rod_z" in " ".join(capsys.readouterr().err.split())
+
+
+def test_columns_that_are_all_read_are_not_named(tmp_path):
+    rows = [row(SECONDS[step], pose(step)) for step in range(COUNT)]
+    assert "not read" not in import_csv(tmp_path, f"time,{POSE}", *rows).facts["conversions"]
+
+
+def test_draft_asks_which_of_two_poses_is_meant(tmp_path):
+    names = [f"{frame}{kind}" for frame in ("local", "world") for kind in ("Pos.x", "Pos.y", "Pos.z")]
+    names += [f"localRot.{axis}" for axis in "xyzw"]
+    rows = [row(SECONDS[step], 0, 0, 0, pose(step)) for step in range(COUNT)]
+    assert (
+        "which of the columns 'localPos.x' and 'worldPos.x' is meant"
+        in refused_draft(tmp_path, row("time", *names), *rows).unknown
+    )
+
+
+@pytest.mark.parametrize(
+    ("second", "bodies"),
+    [("x{},y{},z{},qx{},qy{},qz{},qw{}", ("1", "2")), ("x.{},y.{},z.{},qx.{},qy.{},qz.{},qw.{}", ("1", "2"))],
+)
+def test_numbers_behind_axes_are_bodies(tmp_path, second, bodies):
+    head = row("time", *(second.replace("{}", body) for body in bodies))
+    session = import_csv(tmp_path, head, *(row(SECONDS[k], pose(k), pose(k, 1)) for k in range(COUNT)))
+    assert session.names == bodies
+    assert np.allclose(session.tracks["2"].positions - session.tracks["1"].positions, [1, 1, 0])
+
+
+def test_columns_named_twice_by_pandas_are_a_second_body(tmp_path):
+    twice = row(POSE, row(*(f"{column}.1" for column in POSE.split(","))))
+    session = import_csv(tmp_path, f"time,{twice}", *(row(SECONDS[k], pose(k), pose(k, 1)) for k in range(COUNT)))
+    assert session.names == ("log", "1")
+
+
+@pytest.mark.parametrize("encoding", ["utf-16-le", "utf-16-be", "utf-32-le", "utf-32"])
+def test_wide_letters_without_a_mark_are_named(tmp_path, encoding):
+    path = tmp_path / "log.csv"
+    path.write_bytes("\n".join([f"time,{POSE}", *(row(SECONDS[k], pose(k)) for k in range(COUNT))]).encode(encoding))
+    with pytest.raises(ImportFileError, match=r"in UTF-(16|32); save it as UTF-8"):
+        import_session("csv", path)
