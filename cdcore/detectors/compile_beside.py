@@ -1,8 +1,8 @@
-"""Compiles the kernels of the paper's search, of ``exact`` and of what examines its contacts, those needed last first.
+"""Compiles the kernels of the paper's search, of ``exact`` and of what examines its contacts, in the order of a run.
 
 A first run starts this in a process of its own (``python -m cdcore.detectors.compile_beside``). Meanwhile the run
-itself compiles what it needs first: the traversal of ``exact``, and the volumes. What one process has compiled the
-other loads.
+itself compiles what it needs first: the traversal of ``exact``, which comes last here, and the volumes, which this
+leaves out. What one process has compiled the other loads.
 """
 
 import gc
@@ -32,12 +32,13 @@ def compile_kernels() -> None:
     translations[:, 1] = [[0.1, 0.1, -0.05], [0.6, 0.6, 0.6], [0.2, 0.2, 0.2]]
     rotations = np.tile(np.eye(3), (3, 2, 1, 1))
     motion = Motion([0.0, 1.0, 2.0], translations, rotations)
+    # ``exact`` asks first whether its contacts could be others; a run that is this far compiled it once more (2026-11).
+    margins = MarginStage((large, small), 1e-6)
+    margins.near((0, 1), rotations[1:2], translations[1:2])
     # Only the search: a whole detector would compile the volumes before it, as the run does at the same time.
     search = SearchStage([large, small], np.array([[0, 1]]), create_detector("hybrid-qaco", [large, small]).settings)
     search.decide(motion, np.ones((3, 1), dtype=np.bool_), search.fresh_memory(), faces=True)
     (at_large, at_small), faces = zip(rotations[0], translations[0], strict=True), np.array([[0, 1]])
-    margins = MarginStage((large, small), 1e-6)
-    margins.near((0, 1), rotations[1:2], translations[1:2])
     margins.shallow((0, 1), faces, rotations[0], translations[0])
     section_of_faces(large, at_large, small, at_small, faces)
     # A copy, as depths are searched: numba compiles a kernel once more for an array that cannot be written.

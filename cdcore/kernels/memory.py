@@ -4,13 +4,13 @@ numba hands an array over as seven numbers and counts its references; two trees,
 to four hundred numbers per call and most of the time to compile. Inside a kernel an address is indexed like a
 one-dimensional array, without any check: the caller keeps the arrays alive and their sizes right.
 
-A ``reader`` makes a named tuple of such memory and of numbers from one row of integers, an address or a number each.
+A ``reader`` makes a named tuple of such memory and of numbers from one row of words, an address or a number each.
 The arrays themselves as operands of one named tuple took ten times as long to hand over, 2.7 microseconds for 25 of
 them, which a live look pays for every pair (2026-11).
 """
 
-from collections.abc import Callable
-from functools import cache, partial
+from collections.abc import Callable, Iterator
+from functools import cache
 from itertools import count
 from types import SimpleNamespace
 from typing import Annotated, Any, Final, get_type_hints
@@ -22,6 +22,7 @@ from numba.core.errors import TypingError
 from numpy.typing import NDArray
 
 from cdcore.kernels.compiling import machine_operation
+from cdcore.kernels.vectors import Vector
 
 KEPT_BYTES: Final = 16 << 20
 """An array that is as large as the poses of a long stretch."""
@@ -148,59 +149,64 @@ def integers_of_rows(rows: Rows) -> NDArray[np.int64]:
 
 
 def _shape(kind: Any) -> Any:
+    """numba's type of a field of a row: a named tuple, an address, three doubles, a double or an integer."""
     make: Any = types.NamedTuple
     pointer: Any = types.CPointer
-    entries = []
-    for hint in get_type_hints(kind, include_extras=True).values():
-        if hasattr(hint, "_fields"):
-            entries.append(_shape(hint))
-        else:
-            entries.append(pointer(hint.__metadata__[0]) if hasattr(hint, "__metadata__") else types.int64)
-    return make(entries, kind)
+    many: Any = types.UniTuple
+    if hasattr(kind, "_fields"):
+        return make([_shape(hint) for hint in get_type_hints(kind, include_extras=True).values()], kind)
+    if hasattr(kind, "__metadata__"):
+        return pointer(kind.__metadata__[0])
+    if kind == Vector:
+        return many(types.float64, 3)
+    return types.float64 if kind is float else types.int64
 
 
-def reader(kind: Any) -> Callable[[Memory], Any]:
-    """For kernels: what reads a named tuple from the place in memory at which its row starts."""
+def _words(shape: Any) -> int:
+    """Words of eight bytes that a field takes in a row."""
+    if isinstance(shape, types.BaseTuple):
+        entries: Any = shape
+        return sum(map(_words, entries))
+    return 1
+
+
+def reader(kind: Any) -> Callable[[Memory, int], Any]:
+    """Returns what reads a named tuple, in kernels, from a row of words: ``read(rows, index)``."""
     shape = _shape(kind)
+    length = _words(shape)
 
-    def typed(_context: Any, row: Any) -> Any:
-        def generate(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-            indices = count()
+    def typed(_context: Any, rows: Any, index: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            word, words = ir.IntType(64), count()
+            index = context.cast(builder, arguments[1], signature.args[1], types.int64)
+            first = builder.mul(index, word(length))
 
             def value(item: Any) -> Any:
-                if isinstance(item, types.NamedTuple):
-                    return context.make_tuple(builder, item, [value(entry) for entry in item.types])
-                index = ir.Constant(ir.IntType(64), next(indices))
-                word = builder.load(builder.gep(arguments[0], [index]))
-                return word if item is types.int64 else builder.inttoptr(word, context.get_value_type(item))
+                if isinstance(item, types.BaseTuple):
+                    entries: Any = item
+                    return context.make_tuple(builder, item, [value(entry) for entry in entries])
+                address = builder.gep(arguments[0], [builder.add(first, word(next(words)))])
+                if isinstance(item, types.CPointer):
+                    at = builder.load(builder.bitcast(address, word.as_pointer()))
+                    return builder.inttoptr(at, context.get_value_type(item))
+                return builder.load(builder.bitcast(address, context.get_value_type(item).as_pointer()))
 
             return value(shape)
 
-        return shape(row), generate
+        return shape(rows, index), generate
 
-    return machine_operation(typed, partial(_read, kind))
+    def interpreted(rows: Any, index: int) -> Any:
+        first = int(index) * length
+        return _read(shape, iter(rows[first : first + length].tolist()))
 
-
-@cache
-def _kinds_of_entries(kind: Any) -> list[Any]:
-    """For each field of a named tuple: a named tuple, NumPy's type string of its entries, or "" for a number."""
-    kinds: list[Any] = []
-    for hint in get_type_hints(kind, include_extras=True).values():
-        if hasattr(hint, "_fields"):
-            kinds.append(hint)
-        else:
-            kinds.append(TYPE_STRINGS[hint.__metadata__[0]] if hasattr(hint, "__metadata__") else "")
-    return kinds
+    return machine_operation(typed, interpreted)
 
 
-def _read(kind: Any, row: Any) -> Any:
-    """A named tuple from a row of words, which may be an iterator of them, in Python."""
-    words = iter(row)
-    entries = []
-    for of in _kinds_of_entries(kind):
-        if hasattr(of, "_fields"):
-            entries.append(_read(of, words))
-        else:
-            word = int(next(words))
-            entries.append(memory_at(word, of) if of else word)
-    return kind(*entries)
+def _read(shape: Any, words: Iterator[Any]) -> Any:
+    """A field of a row from its words, in Python."""
+    if isinstance(shape, types.NamedTuple):
+        return shape.instance_class(*(_read(entry, words) for entry in shape))
+    if isinstance(shape, types.UniTuple):
+        return tuple(_read(entry, words) for entry in shape)
+    word = next(words)
+    return memory_at(word, TYPE_STRINGS[shape.dtype]) if isinstance(shape, types.CPointer) else word

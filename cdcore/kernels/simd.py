@@ -246,12 +246,6 @@ def _load3(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     return context.make_tuple(builder, signature.return_type, values)
 
 
-def _row16(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    first = builder.mul(arguments[1], ir.Constant(_INDEX, 16))
-    values = _doubles_from(context, builder, signature, arguments, first, range(16))
-    return context.make_tuple(builder, signature.return_type, values)
-
-
 def _corners4(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     lanes = ir.Constant(_vector(four), ir.Undefined)
     values = _doubles_from(context, builder, signature, arguments, arguments[1], (0, 3, 6, 0))
@@ -284,11 +278,6 @@ load3 = _intrinsic(
     lambda a, i: tuple(_entries(a, i, 3)),
 )
 """``load3(array, index)``: a point or a direction, three doubles."""
-row16 = _intrinsic(
-    "ai", lambda array, _row: _many(types.float64, 16)(array, types.intp), _row16,
-    lambda a, i: tuple(_entries(a, 16 * i, 16)),
-)  # fmt: skip
-"""``row16(array, i)``: row i of a contiguous array (n, 16) as sixteen doubles."""
 corners4 = _intrinsic(
     "ai", lambda array, _index: four(array, types.intp), _corners4, lambda a, i: _entries(a, i, 7)[[0, 3, 6, 0]]
 )

@@ -7,7 +7,7 @@ import numpy as np
 
 from cdcore.kernels.compiling import always_inlined, hot_kernel, kernel, never_inlined
 from cdcore.kernels.memory import Memory, doubles_of
-from cdcore.numerics import BoolArray, FloatArray
+from cdcore.numerics import BoolArray, FloatArray, IntArray
 from cdcore.poses.kernels import same_pose
 
 GOOD = -1
@@ -97,24 +97,20 @@ def split(matrix: Memory, position: Memory, rotation: Memory, k: int) -> bool:
 @kernel
 def check_poses(
     matrices: FloatArray, position: FloatArray, rotation: FloatArray, valid: BoolArray, keep: float, reject: float,
-    scratch: FloatArray, changed: BoolArray,
+    scratch: FloatArray, last: IntArray, changed: BoolArray,
 ) -> tuple[int, int, float]:  # fmt: skip
     """Check poses of N bodies at T times, repair what is within ``reject``, put identity where nothing is ``valid``.
 
     ``position`` (T, N, 3) and ``rotation`` (T, N, 3, 3), contiguous, are changed in place; ``matrices`` (T, N, 4, 4):
-    where they come from, or nothing; ``valid`` (T, N); ``scratch`` (18,). Fills ``changed`` (T, N) as of ``Motion``; a
-    pose that repeats the last one was checked there. In numpy the same took six times as long. Returns the number of
-    the first bad pose or GOOD, how many were repaired, and the worst error of a valid one.
+    where they come from, or nothing; ``valid`` (T, N); ``scratch`` (18,); ``last`` (N,): filled with GOOD. Fills
+    ``changed`` (T, N) as of ``Motion``; a pose that repeats the last one was checked there. In numpy the same took six
+    times as long. Returns the number of the first bad pose or GOOD, how many were repaired, and the worst error of a
+    valid one.
     """
-    entries, positions, rotations, room = (
-        doubles_of(matrices),
-        doubles_of(position),
-        doubles_of(rotation),
-        doubles_of(scratch),
-    )
+    entries, positions, rotations = doubles_of(matrices), doubles_of(position), doubles_of(rotation)
+    room = doubles_of(scratch)
     given, repaired, worst = matrices.size > 0, 0, 0.0
     frames, bodies = valid.shape
-    last = np.full(bodies, GOOD)
     for t in range(frames):
         for body in range(bodies):
             k, before, present = t * bodies + body, last[body], valid[t, body]
@@ -136,13 +132,14 @@ def check_poses(
 
 
 @kernel
-def note_changes(position: FloatArray, rotation: FloatArray, valid: BoolArray, changed: BoolArray) -> None:
+def note_changes(
+    position: FloatArray, rotation: FloatArray, valid: BoolArray, last: IntArray, changed: BoolArray
+) -> None:
     """Fill ``changed`` (T, N) as of ``Motion``, of poses ``position`` (T, N, 3) and ``rotation`` (T, N, 3, 3),
-    contiguous.
+    contiguous; ``last`` (N,): filled with GOOD.
     """
     positions, rotations = doubles_of(position), doubles_of(rotation)
     frames, bodies = valid.shape
-    last = np.full(bodies, GOOD)
     for t in range(frames):
         for body in range(bodies):
             k, before = t * bodies + body, last[body]

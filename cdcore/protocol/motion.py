@@ -74,10 +74,11 @@ class Motion:
         linked: ArrayLike | None, names: Sequence[str] | None,
     ) -> None:  # fmt: skip
         """Check arrays of our own, filled from matrices if there are any, and keep them, in one pass over all poses."""
-        changed = np.empty(mask.shape, dtype=np.bool_)
+        kernels, changed = _kernels(), np.empty(mask.shape, dtype=np.bool_)
+        room, last = np.empty(18), np.full(mask.shape[1], kernels.GOOD)
         # a read-only view whatever was given: else the kernel would be compiled for both kinds
-        bad, repaired, worst = _kernels().check_poses(
-            readonly(matrices[:]), position, rotation, mask, ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, np.empty(18), changed
+        bad, repaired, worst = kernels.check_poses(
+            readonly(matrices[:]), position, rotation, mask, ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, room, last, changed
         )
         if bad >= 0:
             where, (frame, body) = _where(bad, mask, clock, names), divmod(bad, mask.shape[1])
@@ -156,9 +157,10 @@ class Motion:
         A body without a pose is thought to stay where it was, or to wait where it will be first.
         """
         # Of a motion that was checked the pass that did it has filled this in.
-        changed = np.empty(self.valid.shape, dtype=np.bool_)
+        kernels, changed = _kernels(), np.empty(self.valid.shape, dtype=np.bool_)
         rotation, position = (np.ascontiguousarray(array) for array in (self.rotations, self.translations))
-        _kernels().note_changes(readonly(position[:]), readonly(rotation[:]), self.valid, changed)
+        last = np.full(self.valid.shape[1], kernels.GOOD)
+        kernels.note_changes(readonly(position[:]), readonly(rotation[:]), self.valid, last, changed)
         return readonly(changed)
 
     def frames(self, start: int, stop: int) -> Motion:

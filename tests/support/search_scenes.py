@@ -88,7 +88,7 @@ ROOM = 4096
 
 @kernel
 def relative_of(row, relative, middle, squares):
-    pair = pair_at(integers_of(row))
+    pair = pair_at(integers_of(row), 0)
     fill_relative(pair.pose_a, pair.pose_b, 0 * len(row), relative)
     return largest_chord(relative, 4 + 0 * len(row), 8 + 0 * len(row), middle, squares)
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from cdcore.kernels.compiling import always_inlined, hot_kernel
-from cdcore.kernels.memory import Memory
+from cdcore.kernels.memory import Memory, reader
 from cdcore.kernels.simd import (
     above,
     dot,
@@ -23,7 +23,6 @@ from cdcore.kernels.simd import (
     moved,
     outside,
     plus,
-    row16,
     size,
     store,
 )
@@ -32,21 +31,20 @@ from cdcore.narrow.bvh.tree_memory import Scratch
 
 
 class Box(NamedTuple):
-    """A box of a tree: its centre, its axes, half its lengths along them, and the radius of the ball around it."""
+    """A row of ``BoxTree.boxes``: an oriented box and the radius of the ball around it.
+
+    ``axes_x``: the x components of its three axes; ``half``: half its lengths along these.
+    """
 
     centre: Vector
-    axes: tuple[Vector, Vector, Vector]
+    axes_x: Vector
+    axes_y: Vector
+    axes_z: Vector
     half: Vector
     radius: float
 
 
-@hot_kernel
-def load_box(boxes: Memory, k: int) -> Box:
-    """Box ``k`` of a tree; a row holds the axes component by component."""
-    always_inlined()
-    row = row16(boxes, k)
-    axes = (row[3], row[6], row[9]), (row[4], row[7], row[10]), (row[5], row[8], row[11])
-    return Box((row[0], row[1], row[2]), axes, (row[12], row[13], row[14]), row[15])
+box_at = reader(Box)
 
 
 @hot_kernel
@@ -62,10 +60,10 @@ def lanes_that_may_meet(
     """
     always_inlined()
     relative, middle, offset = scratch.relative, scratch.middle, scratch.offset
-    box_a, box_b = load_box(boxes_a, a), load_box(boxes_b, b)
+    box_a, box_b = box_at(boxes_a, a), box_at(boxes_b, b)
     (cx, cy, cz), (ha0, ha1, ha2), radius_a = box_a.centre, box_a.half, box_a.radius
     (bx, by, bz), (hb0, hb1, hb2) = box_b.centre, box_b.half
-    (b00, b01, b02), (b10, b11, b12), (b20, b21, b22) = box_b.axes
+    (b00, b10, b20), (b01, b11, b21), (b02, b12, b22) = box_b.axes_x, box_b.axes_y, box_b.axes_z
     x = moved(minus(load8(relative, 72), bx), cx, cy, cz, load8(relative, 0), load8(relative, 8), load8(relative, 16))
     y = moved(minus(load8(relative, 80), by), cx, cy, cz, load8(relative, 24), load8(relative, 32), load8(relative, 40))
     z = moved(minus(load8(relative, 88), bz), cx, cy, cz, load8(relative, 48), load8(relative, 56), load8(relative, 64))

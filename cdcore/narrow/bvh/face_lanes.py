@@ -69,29 +69,25 @@ def certain_lanes(placed: Memory, boxed: Memory, face: int, size: float, pad: fl
     never_inlined()
     reach = 2.0 * size + pad
     bound = reach * reach * (SIGN_PADS * pad + SIGN_ULPS * ROUNDOFF * reach) + TINY
-    fixed = load3(boxed, 9 * face), load3(boxed, 9 * face + 3), load3(boxed, 9 * face + 6)
-    fixed_edges = (
-        difference_of(fixed[1], fixed[0]),
-        difference_of(fixed[2], fixed[1]),
-        difference_of(fixed[0], fixed[2]),
-    )
-    corners = corner_at(placed, 0), corner_at(placed, 24), corner_at(placed, 48)
-    normal = normal_of(fixed_edges[0], fixed_edges[1])
-    above_0, below_0 = side(normal, difference_of(corners[0], fixed[0]), bound)
-    above_1, below_1 = side(normal, difference_of(corners[1], fixed[0]), bound)
-    above_2, below_2 = side(normal, difference_of(corners[2], fixed[0]), bound)
+    fixed_0, fixed_1, fixed_2 = load3(boxed, 9 * face), load3(boxed, 9 * face + 3), load3(boxed, 9 * face + 6)
+    fixed_edge_0 = difference_of(fixed_1, fixed_0)
+    fixed_edge_1 = difference_of(fixed_2, fixed_1)
+    fixed_edge_2 = difference_of(fixed_0, fixed_2)
+    corner_0, corner_1, corner_2 = corner_at(placed, 0), corner_at(placed, 24), corner_at(placed, 48)
+    normal = normal_of(fixed_edge_0, fixed_edge_1)
+    above_0, below_0 = side(normal, difference_of(corner_0, fixed_0), bound)
+    above_1, below_1 = side(normal, difference_of(corner_1, fixed_0), bound)
+    above_2, below_2 = side(normal, difference_of(corner_2, fixed_0), bound)
     separated = ((above_0 & above_1 & above_2) | (below_0 & below_1 & below_2)) & mask
     if separated == mask:
         return separated << 8
-    edges = (
-        difference_of(corners[1], corners[0]),
-        difference_of(corners[2], corners[1]),
-        difference_of(corners[0], corners[2]),
-    )
-    plane = normal_of(edges[0], edges[1])
-    fixed_above_0, fixed_below_0 = side(plane, difference_of(fixed[0], corners[0]), bound)
-    fixed_above_1, fixed_below_1 = side(plane, difference_of(fixed[1], corners[0]), bound)
-    fixed_above_2, fixed_below_2 = side(plane, difference_of(fixed[2], corners[0]), bound)
+    edge_0 = difference_of(corner_1, corner_0)
+    edge_1 = difference_of(corner_2, corner_1)
+    edge_2 = difference_of(corner_0, corner_2)
+    plane = normal_of(edge_0, edge_1)
+    fixed_above_0, fixed_below_0 = side(plane, difference_of(fixed_0, corner_0), bound)
+    fixed_above_1, fixed_below_1 = side(plane, difference_of(fixed_1, corner_0), bound)
+    fixed_above_2, fixed_below_2 = side(plane, difference_of(fixed_2, corner_0), bound)
     separated |= (
         (fixed_above_0 & fixed_above_1 & fixed_above_2) | (fixed_below_0 & fixed_below_1 & fixed_below_2)
     ) & mask
@@ -108,10 +104,12 @@ def certain_lanes(placed: Memory, boxed: Memory, face: int, size: float, pad: fl
     meet = 0
     all_positive_0, all_positive_1, all_positive_2 = 255, 255, 255
     all_negative_0, all_negative_1, all_negative_2 = 255, 255, 255
+    corners, edges = (corner_0, corner_1, corner_2), (edge_0, edge_1, edge_2)
     for k in range(3):
-        positive_0, negative_0 = orientation(difference_of(fixed[0], corners[k]), edges[k], fixed_edges[0], bound)
-        positive_1, negative_1 = orientation(difference_of(fixed[1], corners[k]), edges[k], fixed_edges[1], bound)
-        positive_2, negative_2 = orientation(difference_of(fixed[2], corners[k]), edges[k], fixed_edges[2], bound)
+        corner, edge = corners[k], edges[k]
+        positive_0, negative_0 = orientation(difference_of(fixed_0, corner), edge, fixed_edge_0, bound)
+        positive_1, negative_1 = orientation(difference_of(fixed_1, corner), edge, fixed_edge_1, bound)
+        positive_2, negative_2 = orientation(difference_of(fixed_2, corner), edge, fixed_edge_2, bound)
         meet |= crosses[k] & ((positive_0 & positive_1 & positive_2) | (negative_0 & negative_1 & negative_2))
         all_positive_0 &= positive_0
         all_positive_1 &= positive_1

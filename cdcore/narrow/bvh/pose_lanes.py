@@ -138,7 +138,7 @@ def fill_tracks(
     rotation_entries, translation_entries, scratch = doubles_of(rotations), doubles_of(translations), doubles_of(lanes)
     many = rotations.shape[1]
     for k in range(len(bodies)):
-        pose = pose_at(integers_of(rows[k]))
+        pose = pose_at(integers_of(rows), k)
         copy_poses(rotation_entries, translation_entries, many, bodies[k], pose.frames, pose.entries, pose.stride)
         pose.facts[0] = place_centres(pose, pose.stride, ends[k, 0], ends[k, 1], ends[k, 2], scratch)
         pose.facts[1], pose.path[0] = ends[k, 16], 0.0

@@ -30,7 +30,6 @@ from cdcore.narrow.bvh.tree_memory import (
     LEAF_PAIRS,
     NEAR,
     NODE_TESTS,
-    STATES,
     WORLD_TESTS,
     Pair,
     PoseMemory,
@@ -239,54 +238,45 @@ def largest_chord(relative: Memory, lane: int, lanes: int, middle: Memory, squar
     return chord
 
 
-@hot_kernel
-def search_frames(pair: Pair, scratch: Scratch) -> bool:
-    """Decide the frames of a pair; False when it stopped because a list was full."""
-    never_inlined()
-    state, stop = scratch.state, pair.stop
-    # position_pad of a unit of size
-    pad = POSITION_ULPS * ROUNDOFF + SKEW_FACTOR * (pair.pose_a.facts[0] + pair.pose_b.facts[0])
-    f = state[AT_FRAME]
-    while f < stop:
-        lanes = state[LANES_NOW]
-        if lanes == 0:
-            following = frames_left_out(pair, f, pad, scratch.work)
-            if following > f:
-                f = following
-                continue
-            lanes = frames_alike(pair, f, min(LANES, stop - f))
-            fill_relative(pair.pose_a, pair.pose_b, f, scratch.relative)
-            scratch.work[BLOCKS] += 1
-            scratch.stack[0], scratch.stack[1], scratch.stack[2] = 0, 0, (1 << lanes) - 1
-            state[DEPTH], state[ALIVE], state[LANES_NOW] = 3, (1 << lanes) - 1, lanes
-        largest = 0.0
-        for k in range(lanes):
-            largest = max(largest, size_at(pair, f + k))
-            if pair.hits[f + k] != 0 and not pair.every:
-                state[ALIVE] &= ~(1 << k)
-        chord = largest_chord(scratch.relative, lanes // 2, lanes, scratch.middle, scratch.span)
-        if not search_block(pair, f, chord, pad * largest, scratch):
-            state[AT_FRAME] = f
-            return False
-        state[LANES_NOW] = 0
-        f += lanes
-    state[AT_FRAME] = stop
-    return True
-
-
 @kernel
 def search_pairs(rows: IntArray, room: IntArray, first: int) -> int:
-    """Decide one ``Pair`` of the rows (P, words) after the other from ``first`` on.
+    """Decide one ``Pair`` of the rows (P, words) after the other from ``first`` on, frame by frame.
 
     Stops at a row that leaves something in the lists or fills one, and returns its number; else that of all rows.
     """
-    scratch = scratch_at(integers_of(room))
+    scratch = scratch_at(integers_of(room), 0)
+    state = scratch.state
     for number in range(first, len(rows)):
-        pair = pair_at(integers_of(rows[number]))
-        if scratch.state[GOES_ON] == 0:
-            for k in range(STATES):
-                scratch.state[k] = 0
-        scratch.state[GOES_ON] = 0 if search_frames(pair, scratch) else 1
-        if scratch.state[GOES_ON] != 0 or scratch.keys[0] + scratch.later[0] > 0:
+        pair = pair_at(integers_of(rows), number)
+        if state[GOES_ON] == 0:
+            state[AT_FRAME], state[LANES_NOW] = 0, 0
+        state[GOES_ON] = 0
+        # position_pad of a unit of size
+        pad = POSITION_ULPS * ROUNDOFF + SKEW_FACTOR * (pair.pose_a.facts[0] + pair.pose_b.facts[0])
+        f = state[AT_FRAME]
+        while f < pair.stop:
+            lanes = state[LANES_NOW]
+            if lanes == 0:
+                following = frames_left_out(pair, f, pad, scratch.work)
+                if following > f:
+                    f = following
+                    continue
+                lanes = frames_alike(pair, f, min(LANES, pair.stop - f))
+                fill_relative(pair.pose_a, pair.pose_b, f, scratch.relative)
+                scratch.work[BLOCKS] += 1
+                scratch.stack[0], scratch.stack[1], scratch.stack[2] = 0, 0, (1 << lanes) - 1
+                state[DEPTH], state[ALIVE], state[LANES_NOW] = 3, (1 << lanes) - 1, lanes
+            largest = 0.0
+            for k in range(lanes):
+                largest = max(largest, size_at(pair, f + k))
+                if pair.hits[f + k] != 0 and not pair.every:
+                    state[ALIVE] &= ~(1 << k)
+            chord = largest_chord(scratch.relative, lanes // 2, lanes, scratch.middle, scratch.span)
+            if not search_block(pair, f, chord, pad * largest, scratch):
+                state[AT_FRAME], state[GOES_ON] = f, 1
+                return number
+            state[LANES_NOW] = 0
+            f += lanes
+        if scratch.keys[0] + scratch.later[0] > 0:
             return number
     return len(rows)

@@ -36,7 +36,7 @@ def answer_faces(row: IntArray, room: IntArray, points: FloatArray, digits: IntA
     Returns how many only integers can decide; ``points`` (n, 18) hold the corners of each face pair. Where any contact
     is asked for, a frame in contact already is tested no more.
     """
-    pair, scratch, sums = pair_at(integers_of(row)), scratch_at(integers_of(room)), integers_of(digits)
+    pair, scratch, sums = pair_at(integers_of(row), 0), scratch_at(integers_of(room), 0), integers_of(digits)
     undecided = 0
     for k in range(scratch.later[0]):
         key = scratch.later[k + 1]

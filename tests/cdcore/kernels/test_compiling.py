@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 from errno import ENOSPC
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -15,8 +16,9 @@ from numba.core.event import Event
 
 from cdcore.kernels import compiling
 from cdcore.kernels.compiling import Compiled, always_inlined, hot_kernel, kernel, never_inlined
-from cdcore.kernels.memory import address_of, doubles_at, doubles_of, integers_of
+from cdcore.kernels.memory import Doubles, address_of, doubles_at, doubles_of, integers_of, reader
 from cdcore.kernels.simd import load8, store
+from cdcore.kernels.vectors import Vector
 
 
 @njit
@@ -157,6 +159,36 @@ def last_of_rows(real, whole):
 
 def test_array_of_rows_is_a_single_row_in_a_kernel():
     assert last_of_rows(np.arange(6.0).reshape(2, 3) + 1, np.arange(6).reshape(3, 2)) == (6.0, 5, 1.0)
+
+
+class Ball(NamedTuple):
+    centre: Vector
+    radius: float
+
+
+class Weight(NamedTuple):
+    grams: int
+    places: Doubles
+
+
+ball_at, weight_at = reader(Ball), reader(Weight)
+
+
+@kernel
+def read_rows(real, whole, index):
+    ball, weight = ball_at(doubles_of(real), index), weight_at(integers_of(whole), index)
+    x, y, z = ball.centre
+    return x, y, z, ball.radius, weight.grams, weight.places[0]
+
+
+def test_rows_are_read_as_named_tuples_with_and_without_the_compiler():
+    places = np.array([0.5, 0.25])
+    balls, weights = np.arange(8.0).reshape(2, 4), np.array([[3, address_of(places)], [5, address_of(places) + 8]])
+    assert read_rows(balls, weights, 0) == (0.0, 1.0, 2.0, 3.0, 3, 0.5)
+    assert read_rows(balls, weights, 1) == (4.0, 5.0, 6.0, 7.0, 5, 0.25)
+    assert ball_at.interpreted(balls.ravel(), 1) == Ball((4.0, 5.0, 6.0), 7.0)
+    weight = weight_at.interpreted(weights.ravel(), 1)
+    assert (weight.grams, weight.places[0]) == (5, 0.25)
 
 
 def test_an_array_with_gaps_has_no_address():

@@ -23,7 +23,8 @@ def error_of(matrix):
 def check(position, rotation):
     changed = np.empty((len(position), 1), dtype=bool)
     arrays = position[:, None], rotation[:, None], np.ones_like(changed)
-    return check_poses(NO_MATRICES, *arrays, ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, np.empty(18), changed)
+    last = np.array([GOOD])
+    return check_poses(NO_MATRICES, *arrays, ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, np.empty(18), last, changed)
 
 
 def spoiled(size, seed=0):

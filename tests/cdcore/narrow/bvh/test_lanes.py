@@ -18,7 +18,7 @@ from replay.studies.stress.families import FAMILIES
 
 @kernel
 def requested(boxes_a, a, boxes_b, b, chord, pad, mask, leaves, scratch):
-    return lanes_that_may_meet(boxes_a, a, boxes_b, b, chord, pad, mask, leaves, scratch)
+    return lanes_that_may_meet(doubles_of(boxes_a), a, doubles_of(boxes_b), b, chord, pad, mask, leaves, scratch)
 
 
 @pytest.mark.sampled(3)
@@ -44,7 +44,7 @@ def test_no_lane_with_contact_is_dropped_and_most_others_are(seed, leaves):
 
 @kernel
 def survivors(row, a, b, chord, pad, scratch):
-    pair = pair_at(integers_of(row))
+    pair = pair_at(integers_of(row), 0)
     mask = lanes_that_may_meet(pair.tree_a.boxes, a, pair.tree_b.boxes, b, chord, pad, 255 + 0 * a, True, scratch)
     if mask == 0:
         return 0

@@ -55,7 +55,7 @@ def test_relative_arithmetic_stays_within_the_pad_of_the_reference_vertices(dist
 
 @kernel
 def gap_of(row, frame, pad):
-    pair = pair_at(integers_of(row))
+    pair = pair_at(integers_of(row), 0)
     return root_gap(pair, frame, pad)
 
 
