@@ -30,6 +30,8 @@ from sessions.model.session import Session
 TRACKER: Final = re.compile(r"(?P<body>.+?)_(?P<what>[^_]+)_T(?P<trial>\d+)\.csv")
 POSITION: Final = ("pos_x", "pos_y", "pos_z")
 POSE: Final = PoseColumns(POSITION, ("rot_z", "rot_x", "rot_y"), "euler", "zxy")
+QUATERNION_POSE: Final = PoseColumns(POSITION, ("rot_x", "rot_y", "rot_z", "rot_w"))
+"""The columns of a tracker of one's own that writes quaternions."""
 TIME: Final = "time"
 TRIALS: Final = "trial_results.csv"
 LONGEST_HEADER: Final = 10_000
@@ -51,7 +53,8 @@ def read_uxf(source: Path, *, convention: str | None = None) -> Session:
     ledger = Ledger(folder)
     poses: dict[str, list[PoseTable]] = {}
     numbers: dict[str, list[tuple[Stamps, Numbers]]] = {}
-    notes = ["rotations from Euler angles zxy in degrees to unit quaternions"]
+    notes = list[str]()
+    forms = set[PoseColumns]()
     for path, body in _trackers(folder):
         if not _begins_with(path, TIME):
             ledger.book("files", path.name, read=1, kept=0, dropped={f"whose first line does not name {TIME}": 1})
@@ -59,10 +62,12 @@ def read_uxf(source: Path, *, convention: str | None = None) -> Session:
         table = CsvTable(path, ledger, read_head(path, (TIME,)).layout, body=path.name)
         ledger.book("rows", path.name, read=len(table), kept=len(table))
         stamps = table.stamps(TIME, "s")
+        form = QUATERNION_POSE if "rot_w" in table.columns else POSE
         if POSITION[0] in table.columns:
-            poses.setdefault(body, []).append(table.poses(POSE, stamps))
+            poses.setdefault(body, []).append(table.poses(form, stamps))
+            forms.add(form)
         for column in table.columns:
-            if column not in (TIME, *POSE.numbers) and table.holds_numbers(column):
+            if column not in (TIME, *form.numbers) and table.holds_numbers(column):
                 values = table.numbers((column,))[:, 0]
                 numbers.setdefault(f"{body}/{column}", []).append((stamps, values))
         notes += [f"{path.name}: {note}" for note in table.notes]
@@ -74,7 +79,9 @@ def read_uxf(source: Path, *, convention: str | None = None) -> Session:
     trials = _trials(folder, ledger)
     assumed = ("clock in s since the start of the program (Unity's Time.time)",)
     frame = SourceFrame.in_axes(convention, "unity", "", "Unity's Time.time, s", assumed)
-    frame = replace(frame, others=(Assumption(Subject.EULER_ORDER, "zxy", Origin.FORMAT),))
+    if POSE in forms:
+        notes.insert(0, "rotations from Euler angles zxy in degrees to unit quaternions")
+        frame = replace(frame, others=(Assumption(Subject.EULER_ORDER, "zxy", Origin.FORMAT),))
     samples = imported(tables, frame, ledger, notes, streams)
     return replace(samples, intervals=tuple(trials), facts={"source_file": folder.name, **samples.facts})
 

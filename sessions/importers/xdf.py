@@ -9,7 +9,7 @@ Source: XDF specification, and its wiki, page *MoCap Meta Data*.
 import gzip
 import logging
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property
@@ -32,6 +32,7 @@ from sessions.model.session import Session
 from sessions.scene_files.toml_table import nearest
 
 MAGIC: Final = b"XDF:"
+NAMED_CHANNELS: Final = 8  # Channels without a role that are named
 MOST_UNPACKED, UNPACKED_PER_BYTE = 100_000_000, 50  # Bytes; recordings shrink to a third, zeros to a thousandth
 SAMPLES, HEAD_BYTES = b"\x03\x00", 6
 """The tag of a chunk of samples; behind it and the number of the stream a byte says how wide their count is."""
@@ -79,15 +80,17 @@ def read_xdf(source: Path, *, convention: str | None = None, mapping: str | Path
                 if body != name:
                     notes.append(f"{body}: another body of the name {name}, of stream {stream.name!r}")
                 bodies[body] = stream, channels, TYPED
-                units.add(stream.channels[channels[0]]["unit"].lower())
+                units |= stream.length_units(channels)
     else:
         stated, unit, mapped = read_stream_mapping(mapping)
-        convention, units = convention or stated, {unit}
+        convention = convention or stated
         for body, (name, columns) in mapped.items():
             stream = _stream_named(name, streams, source)
             axes = convention_named(convention or (UNITY_AXES if stream.is_unity else ASSUMED))
             ordered = columns.in_order_of(axes, f"{source}: [bodies.{body}]")
             bodies[body] = stream, stream.labelled(ordered), ordered
+        stated_units = {unit for stream, channels, _ in bodies.values() for unit in stream.length_units(channels)}
+        units = _units_of_mapping(unit, stated_units, source)
     posed = [stream for stream, _, _ in bodies.values()]
     tables = {name: stream.poses(channels, columns) for name, (stream, channels, columns) in bodies.items()}
     if not tables:
@@ -97,6 +100,7 @@ def read_xdf(source: Path, *, convention: str | None = None, mapping: str | Path
             f"there are: {', '.join(present) or 'none'}"
             "; say which channels are a pose with --mapping FILE"
         )
+    notes += _unread_channels(bodies)
     if not is_whole:
         notes.append("the file is cut short or damaged: the last pose of each body is flagged as lost")
         ledger.book("samples", "the end of the file", read=1, kept=0, dropped={"cut off, and perhaps more": 1})
@@ -118,6 +122,32 @@ def read_xdf(source: Path, *, convention: str | None = None, mapping: str | Path
     numbers = [number for stream in streams if stream not in posed for number in stream.numbers()]
     events = tuple(event for stream in streams for event in stream.events())
     return replace(imported(tables, frame, ledger, notes, numbers), events=events)
+
+
+def _units_of_mapping(unit: str, stated: set[str], source: Path) -> set[str]:
+    """The unit of a mapping, or else those that channels state; ImportFileError where they contradict each other."""
+    contradicting = sorted(other for other in stated if METRES.get(other, METRES.get(unit)) != METRES.get(unit))
+    if unit and contradicting:
+        raise ImportFileError(
+            f'{source}: channels state lengths in {", ".join(contradicting)}, and the mapping says units = "{unit}"; '
+            "correct the mapping"
+        )
+    return {unit} if unit else stated
+
+
+def _unread_channels(bodies: Mapping[str, "tuple[_LslStream, list[int], PoseColumns]"]) -> Iterator[str]:
+    """Sentences on the channels of streams of poses that are no part of a pose."""
+    read: dict[str, set[int]] = {}
+    streams = {stream.where: stream for stream, _, _ in bodies.values()}
+    for stream, channels, _ in bodies.values():
+        read.setdefault(stream.where, set()).update(channels)
+    for where, stream in streams.items():
+        labels = [channel["label"] or channel["type"] for channel in stream.channels]
+        unread = [label for number, label in enumerate(labels) if number not in read[where]]
+        if unread:
+            more = f" and {len(unread) - NAMED_CHANNELS} more" if len(unread) > NAMED_CHANNELS else ""
+            named = ", ".join(unread[:NAMED_CHANNELS])
+            yield f"stream {stream.name!r}: channels that are not read: {named}{more}"
 
 
 def _stream_named(name: str, streams: Sequence["_LslStream"], source: Path) -> "_LslStream":
@@ -189,6 +219,10 @@ class _LslStream:
         """Whether LSL4Unity sent it: by its type, or by the types of its channels."""
         kinds = {channel["type"].lower() for channel in self.channels}
         return self.kind.lower().startswith(UNITY) or not kinds.isdisjoint(UNITY_KINDS)
+
+    def length_units(self, channels: Sequence[int]) -> set[str]:
+        """The units that the channels of a place state, in small letters; ``""`` of one that states none."""
+        return {self.channels[number]["unit"].lower() for number in channels[:3]}
 
     @cached_property
     def bodies(self) -> dict[str, list[int]]:

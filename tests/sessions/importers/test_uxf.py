@@ -121,3 +121,18 @@ def test_torn_last_line_costs_a_single_row(folder):
     )
     path.write_text(text[: text.rindex(",")])
     assert "head_movement_T002.csv: 1 of 8 rows dropped: with too few" in books(import_session("uxf", folder))
+
+
+def test_tracker_with_four_rotations_writes_quaternions(folder):
+    expected = {}
+    for trial in (1, 2):
+        path = folder / "trackers" / f"head_movement_T00{trial}.csv"
+        table = np.loadtxt(path, delimiter=",", skiprows=1)
+        rotations = Rotation.from_euler("zxy", table[:, [6, 4, 5]], degrees=True)
+        expected[trial] = rotations
+        header = "time,pos_x,pos_y,pos_z,rot_x,rot_y,rot_z,rot_w"
+        written = np.column_stack([table[:, :4], rotations.as_quat()])
+        np.savetxt(path, written, delimiter=",", header=header, comments="", fmt="%.17g")
+    session = import_session("uxf", folder)
+    assert has_poses(session.tracks["head"], rows("head")[:, 1:4], Rotation.concatenate([*expected.values()]), UNITY)
+    assert not any("rot_w" in name for name in session.scalars)

@@ -281,3 +281,41 @@ def test_other_files_and_missing_library_are_refused_in_a_sentence(tmp_path, mon
     monkeypatch.setitem(sys.modules, "pyxdf", None)
     with pytest.raises(ImportFileError, match=r'XDF needs pyxdf; install it: pip install "vrlab-replay\[formats\]"'):
         import_session("xdf", path)
+
+
+CUP_MAP = """
+[bodies.Cup]
+stream = "Mocap"
+position = ["Cup_PositionX", "Cup_PositionY", "Cup_PositionZ"]
+quaternion_wxyz = ["Cup_OrientationA", "Cup_OrientationB", "Cup_OrientationC", "Cup_OrientationD"]
+"""
+
+
+@pytest.mark.parametrize(("unit", "scale"), [("mm", 1000.0), ("centimeters", 100.0), ("inches", 1 / 0.0254)])
+def test_mapping_without_units_takes_those_of_channels(tmp_path, unit, scale):
+    (tmp_path / "map.toml").write_text(CUP_MAP)
+    path = xdf_file(tmp_path, *take(unit=unit, scale=scale))
+    session = import_session("xdf", path, mapping=tmp_path / "map.toml", convention="openxr")
+    assert has_poses(session.tracks["Cup"], POSITIONS["Cup"], ROTATIONS["Cup"])
+
+
+def test_mapping_that_contradicts_the_units_of_channels_is_refused(tmp_path):
+    (tmp_path / "map.toml").write_text('units = "m"' + CUP_MAP)
+    with pytest.raises(ImportFileError, match='channels state lengths in mm, and the mapping says units = "m"'):
+        import_session("xdf", xdf_file(tmp_path, *take(unit="mm")), mapping=tmp_path / "map.toml")
+
+
+def test_places_of_mixed_units_are_refused(tmp_path):
+    described = channels()
+    described[1]["unit"] = "mm"
+    path = xdf_file(tmp_path, *take(head=stream_header(1, "Mocap", "MoCap", described)))
+    refused("xdf", path, "lengths are in meters, mm")
+
+
+def test_channels_beside_poses_that_are_not_read_are_named(tmp_path):
+    described = channels()
+    described[7]["object"] = "Other"  # of the cup's place X, so that neither has a whole pose
+    path = xdf_file(tmp_path, *take(head=stream_header(1, "Mocap", "MoCap", described)))
+    session = import_session("xdf", path)
+    assert session.names == ("Rod",)
+    assert "stream 'Mocap': channels that are not read: Cup_PositionX, Cup_PositionY" in session.facts["conversions"]
