@@ -33,6 +33,7 @@ from cdcore.numerics import TAU
 from replay import words
 from replay.advice.collider_search import (
     CONVEX,
+    JOINED,
     OTHER_METHODS,
     ColliderSearch,
     Deadline,
@@ -141,12 +142,24 @@ class FixedColliders:
             lines.append(f"Missed contact: {missed}; with a hull a body it is {missed_before}.")
         uncut = [row for row in self.bodies if row["reason"] not in ("", CONVEX)]
         lines += [f"{row['body']} keeps its hull: {row['reason']}." for row in uncut]
+        lines += self._fitted_to_motion()
         lines += self.not_tried
         if self.time_up:
             lines.append("The time limit ended the search: a longer --time-limit may find better pieces, or fewer.")
         elif not self.reached:
             lines.append("No pieces that were tried keep to the limits at so small a loss.")
         return lines
+
+    def _fitted_to_motion(self) -> list[str]:
+        """A sentence about pieces that were joined where no body went, with how far they fill a hollow there."""
+        reaches = {row["body"]: row["after"]["reach_mm"] for row in self.bodies if row["how"].endswith(JOINED)}
+        if not reaches:
+            return []
+        filled = ", ".join(f"{body}: up to {words.length(reach / 1e3)}" for body, reach in reaches.items())
+        return [
+            f"Pieces joined by motion fill hollows where nothing went in this recording ({filled} beyond the mesh). "
+            "Record also the movements that must stay free."
+        ]
 
     def as_json(self) -> dict[str, Any]:
         """Everything as plain data: what the manifest holds."""

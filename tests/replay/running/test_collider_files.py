@@ -295,3 +295,12 @@ def test_names_with_control_characters_are_refused_before_cutting(session, tmp_p
     named = Session.from_arrays(np.arange(4) * STEP_NS, poses, meshes)
     with pytest.raises(TradeoffError, match=r"^bodies are called beaker\\x1b\[2J: no engine takes control characters"):
         fix_colliders(named, tmp_path / "made", engine="unity")
+
+
+def test_pieces_joined_by_motion_are_said_to_fill_hollows(shipped):
+    cut = {**shipped.bodies[0], "how": "sectors by height and angle, joined by motion"}
+    cut["after"] = {**cut["after"], "reach_mm": 28.04}
+    hull = shipped.bodies[1]
+    (sentence,) = [line for line in replace(shipped, bodies=[cut, hull]).remarks if "hollows" in line]
+    assert "(beaker: up to 28 mm beyond the mesh)" in sentence and "rod" not in sentence
+    assert not [line for line in replace(shipped, bodies=[hull]).remarks if "hollows" in line]
