@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from reprlib import repr as short
 from textwrap import shorten
 from time import perf_counter
@@ -115,11 +116,16 @@ class ColliderDetector(PairDetector[ColliderSettings]):
         self.colliders = tuple(Body(name, those.surface) for name, those in solids.items())
         self._trees = box_trees_of([body.mesh for body in self.colliders])
         self._containment = ContainmentStage(self.colliders, pairs)
-        skin, grown = settings.skin_m, self.colliders
+        skin = settings.skin_m
+        self._offset = ContactOffset(self._trees, pairs, 2 * skin) if skin else None
+
+    @cached_property
+    def _broad(self) -> BroadPhase:
+        """Volumes of the solids with their skin; whole motions without one are decided by trees alone."""
+        skin, grown = self.settings.skin_m, self.colliders
         if skin:
             grown = tuple(Body(body.name, box_collider(body.mesh, skin)) for body in self.colliders)
-        self._broad = BroadPhase(grown, pairs)
-        self._offset = ContactOffset(self._trees, pairs, 2 * skin) if skin else None
+        return BroadPhase(grown, self.pairs)
 
     def contact_reach(self, _pair: int) -> float:
         """The skin of both bodies, metres."""

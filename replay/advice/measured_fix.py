@@ -10,8 +10,12 @@ from typing import Any, Final
 import numpy as np
 from msgspec import structs
 
+from cdcore import Detection
 from cdcore.bounding.hull import hull_collider
+from cdcore.detectors import settings_of
 from cdcore.mesh import TriangleMesh
+from cdcore.numerics import IntArray
+from replay.advice.collider_verdicts import ColliderVerdicts, held_at_rate
 from replay.advice.scoring import wrong_counts
 from replay.auditing.contact_counts import ContactCounts, count_contacts, count_reports
 from replay.auditing.episodes import column_runs
@@ -21,17 +25,17 @@ from replay.auditing.sampling_offsets import (
     PHASES,
     OffsetCounts,
     Proportions,
-    counts_over_offsets,
     has_offsets,
+    offset_counts,
 )
 from replay.auditing.tolerance import Reference
 from replay.auditing.wilson import Proportion, proportion
-from replay.cutting.compound import names_as_setting
+from replay.cutting.compound import names_as_setting, with_pieces
 from replay.cutting.convex_solids import volume_of
 from replay.cutting.piece_store import Cut, cut_ahead, why_not_cut
 from replay.detection.detector_spec import DetectorSpec, parse_detector, spec_text
 from replay.detection.progress import Advance, Progress
-from replay.detection.run_detector import detect_all, make_detector, run_detector
+from replay.detection.run_detector import Run, run_detector
 from replay.document.answer import Answer, Fix, FixFigures
 from replay.document.before_after import Errors, change_text, errors_of_rank, errors_of_row, worse_text
 from replay.document.cost import busy_sentence, busy_text
@@ -59,6 +63,12 @@ REPLAY: Final = 0.3
 
 CONVEX: Final = 0.97
 """A body that fills this fraction of its hull is its own piece."""
+
+TIMED_FRAMES: Final = 1536
+"""Frames in which pieces are timed, at most: their mean and 99th percentile are those of a longer motion."""
+
+TIMED_STRETCHES: Final = 16
+"""Stretches of neighbouring frames that these frames are in."""
 
 SHARED: Final = ("shape", "pieces", "method", "cut")
 """Settings of a collider that its pieces replace."""
@@ -142,6 +152,7 @@ class _Measuring:
         spec = parse_detector(f"fix={rank.setting}")
         self._rest = {key: value for key, value in spec.settings.items() if key not in SHARED}
         self._seed = result.document.seed
+        self._verdicts = ColliderVerdicts(result.assembly, self._rest.get("skin_m", 0.0))
         self._counted: dict[str, tuple[ContactCounts, int, Proportion]] = {}
         self._offsets: tuple[str, OffsetCounts] | None = None
 
@@ -157,8 +168,10 @@ class _Measuring:
         ready, late = self._cut([Cut(meshes[name], "auto", FIRST) for name in bodies], bodies)
         if not ready:
             return self._not_cut([*uncut, *late])
-        most, loss = self._fewest(ready, meshes)
-        kept = self._worth_cutting(ready, most, loss)
+        kept = self._worth_cutting(ready, FIRST)
+        most = self._fewest(kept, meshes)
+        if most != FIRST:
+            kept = self._worth_cutting(kept, most)
         stepped = self._spec(kept, most)
         spec = self._without_new_misses(stepped)
         best = self._figures(spec, kept)
@@ -227,8 +240,8 @@ class _Measuring:
                 late.append(f"{name} is not cut: {not_cut.reason}.")
         return ready, late
 
-    def _fewest(self, names: Sequence[str], meshes: Mapping[str, TriangleMesh]) -> tuple[int, float]:
-        """The fewest pieces a body with nearly the smallest loss at every frame, of those cut in time; that loss."""
+    def _fewest(self, names: Sequence[str], meshes: Mapping[str, TriangleMesh]) -> int:
+        """The fewest pieces a body with nearly the smallest loss at every frame, of those cut in time."""
         losses = {FIRST: self._loss_at_every_frame(self._spec(names, FIRST))}
         half, quarter, double = FIRST // 2, FIRST // 4, 2 * FIRST
         for most in (half, quarter, double):
@@ -242,12 +255,11 @@ class _Measuring:
             if left > needed and not cut_ahead(cuts, self._clock.check, left):
                 losses[most] = self._loss_at_every_frame(self._spec(names, most))
             self._clock.check()
-        fewest = _fewest_enough(losses)
-        return fewest, losses[fewest]
+        return _fewest_enough(losses)
 
-    def _worth_cutting(self, names: Sequence[str], most: int, loss: float) -> list[str]:
-        """The bodies whose pieces save more than they miss, at least one; ``loss`` is that of pieces of them all."""
-        kept = list(names)
+    def _worth_cutting(self, names: Sequence[str], most: int) -> list[str]:
+        """The bodies of which at most so many pieces save more than they miss, at least one."""
+        kept, loss = list(names), self._loss_at_every_frame(self._spec(names, most))
         for name in names:
             others = [other for other in kept if other != name]
             if not others or self._clock.left() <= 0.0:
@@ -269,11 +281,16 @@ class _Measuring:
         """The input of ``wrong_counts`` for pieces that are tested in every frame; counted once."""
         every = _at_every_frame(spec)
         if every.text not in self._counted:
-            detector = make_detector(every, self._result.assembly, self._seed)
-            comparison = self._reference.compare(detect_all(detector, self._result.assembly))
+            comparison = self._reference.compare(self._at_every_frame(every))
             once = count_contacts(comparison, self._reference.contacts)
             self._counted[every.text] = once, 0, count_reports(comparison).proportion(Outcome.FALSE_CONTACT)
         return self._counted[every.text]
+
+    def _at_every_frame(self, spec: DetectorSpec) -> Detection:
+        """What the pieces of a detector report at every frame."""
+        pieces = {key: value for key, value in spec.settings.items() if key in SHARED}
+        bodies = with_pieces(self._result.assembly.bodies, settings_of(spec.name, pieces))
+        return self._verdicts.at_every_frame({body.name: body.colliders for body in bodies if body.colliders})
 
     def _stepped(self, spec: DetectorSpec) -> Mapping[str, Any]:
         """Errors of pieces at the step of the detector, over all sampling offsets."""
@@ -281,8 +298,8 @@ class _Measuring:
 
     def _offset_counts(self, spec: DetectorSpec) -> OffsetCounts:
         if self._offsets is None or self._offsets[0] != spec.text:
-            counts = counts_over_offsets(spec, self._result.assembly, self._reference, self._seed, live=False)
-            self._offsets = spec.text, counts
+            every = self._at_every_frame(spec)
+            self._offsets = spec.text, offset_counts(spec.settings["rate_hz"], every, self._reference)
         return self._offsets[1]
 
     def _without_new_misses(self, spec: DetectorSpec) -> DetectorSpec:
@@ -300,23 +317,23 @@ class _Measuring:
 
     def _figures(self, spec: DetectorSpec, names: Sequence[str]) -> _Measured:
         """The figures that ``run`` gives this detector."""
-        assembly, offsets, chosen = self._result.assembly, None, spec
-        live = self._result.document.detectors[self._rank.label].live
-        if has_offsets(spec, len(assembly.motion)):
+        every, rate_hz, offsets = self._at_every_frame(spec), spec.settings.get("rate_hz"), None
+        if has_offsets(spec, len(every.times)):
             offsets = self._offset_counts(spec)
-            chosen = replace(spec, settings={OFFSET_SETTING: offsets.typical_offset, **spec.settings})
-        run = run_detector(chosen, assembly, seed=self._seed, faces=False, advance=lambda _: None, live=live)
-        comparison = self._reference.compare(run.detection)
+        usual = 0.0 if offsets is None else offsets.typical_offset
+        sampled = held_at_rate(every, rate_hz, spec.settings.get(OFFSET_SETTING, usual))
+        comparison = self._reference.compare(sampled)
         once = count_contacts(comparison, self._reference.contacts)
         false = len(column_runs((comparison.outcome == Outcome.FALSE_CONTACT).T))
         invented = count_reports(comparison).proportion(Outcome.FALSE_CONTACT)
+        run = self._timed(spec)
         counts = wrong_counts(once, false, invented, offsets)
         parts = getattr(run.detector, "parts", {})
         pieces = sum(len(parts[name]) for name in names)
         proportions = offsets.proportions() if offsets is not None else _proportions(once)
-        times = sample_times(run.detection, spec.settings.get("rate_hz"))
+        times = sample_times(run.detection, rate_hz)
         figures = FixFigures(
-            what=_pieces_label(pieces, spec.settings.get("rate_hz")),
+            what=_pieces_label(pieces, rate_hz),
             missed=proportions["contacts_missed"],
             late_or_cut_short=proportions["contacts_in_part"],
             time_missed=proportions["missed"],
@@ -336,6 +353,12 @@ class _Measuring:
             figures=figures,
         )
 
+    def _timed(self, spec: DetectorSpec) -> Run:
+        """A run of a detector over stretches that are spread evenly over the motion, live where its own run was."""
+        motion, live = self._result.assembly.motion, self._result.document.detectors[self._rank.label].live
+        assembly = replace(self._result.assembly, motion=motion.take(_timed_frames(len(motion))))
+        return run_detector(spec, assembly, seed=self._seed, faces=False, advance=lambda _: None, live=live)
+
     def _change(self, measured: _Measured) -> str:
         """``False 86 % -> 19 %, but missed 0-1 -> 0-2 (of 18); 0.02 ms a frame more``, no time if busy."""
         return change_text(*self._errors(measured))
@@ -351,6 +374,15 @@ class _Measuring:
     ) -> tuple[Errors, Errors]:
         """Errors of the detector as it is and of pieces with these counts, and their seconds a frame."""
         return errors_of_rank(self._rank, before), errors_of_row(counts, self._rank.contacts, after)
+
+
+def _timed_frames(frames: int) -> IntArray:
+    """Numbers of the frames in which pieces are timed."""
+    if frames <= TIMED_FRAMES:
+        return np.arange(frames)
+    length = TIMED_FRAMES // TIMED_STRETCHES
+    starts = np.linspace(0, frames - length, TIMED_STRETCHES).astype(np.int64)
+    return (starts[:, None] + np.arange(length)).ravel()
 
 
 def _at_every_frame(spec: DetectorSpec) -> DetectorSpec:

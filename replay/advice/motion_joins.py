@@ -7,7 +7,7 @@ contact on the frames of a session, and of joins that add none those that add le
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -17,15 +17,15 @@ from cdcore.detectors import create_detector
 from cdcore.mesh import TriangleMesh
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 from cdcore.protocol import Body, Motion, Solids, counts_as_contact
-from replay.cutting.convex_solids import manifold_of, volume_of, within_triangles
+from replay.cutting.convex_solids import manifold_of, volume_of
 from replay.cutting.planes import cut_in_two
 from replay.prepare.assembly import Assembly
 
 MOST_FRAMES: Final = 400
 """Frames that are asked about, spread evenly over those at which the hull of the body reports false contact."""
 
-AT_ONCE: Final = 64
-"""Pieces that are asked about together."""
+AT_ONCE: Final = 16
+"""Pieces that are asked about together: of more a search asks needlessly, of fewer each takes longer."""
 
 MOST_PIECES: Final = 160
 """Pieces that a body is cut into at most before they are joined."""
@@ -116,81 +116,111 @@ def joined_by_motion(
 ) -> dict[int, list[TriangleMesh]]:
     """Number of pieces -> the pieces, from all of them down to as few as there can be.
 
-    ``check`` is called before each join; what it raises ends the joining.
+    They have any number of triangles, as hulls do. ``check`` is called before each join; what it raises ends the
+    joining.
     """
-    made = [*pieces]
-    touches = list(false_contacts.of(made))
-    levels = {len(made): [*made]}
-    current = list(range(len(made)))
-    joins = _joins_of(made, [(a, b) for k, a in enumerate(current) for b in current[k + 1 :]], false_contacts)
-    while len(current) > 1 and joins.pairs:
-        check()
-        best = joins.best(touches, current)
-        if best is None:
-            break
-        a, b = joins.pairs[best]
-        made.append(joins.hulls[best])
-        touches.append(joins.touches[best])
-        current = [number for number in current if number not in (a, b)]
-        joins = joins.without(a, b).plus(_joins_of(made, [(k, len(made) - 1) for k in current], false_contacts))
-        current.append(len(made) - 1)
-        levels[len(current)] = [made[number] for number in current]
-    return {count: [within_triangles(piece) for piece in level] for count, level in levels.items()}
+    joins = _Joins(pieces, false_contacts)
+    levels = {len(pieces): joins.pieces}
+    while joins.join_next(check):
+        levels[len(joins.pieces)] = joins.pieces
+    return levels
+
+
+@dataclass(eq=False)
+class _Join:
+    """Two pieces that may become one.
+
+    ``touches`` (M,): where their hull reports false contact, at least; once it ``was_tested``, exactly.
+    """
+
+    numbers: tuple[int, int]
+    hull: TriangleMesh
+    added: float
+    touches: BoolArray
+    was_tested: bool = False
 
 
 class _Joins:
-    """Pairs of pieces that may be joined: their hull, the fraction of volume that it adds, its false contacts."""
+    """Pieces of a body, and the pairs of them that may be joined.
 
-    def __init__(
-        self,
-        pairs: Sequence[tuple[int, int]],
-        hulls: Sequence[TriangleMesh],
-        added: Sequence[float],
-        touches: Sequence[BoolArray],
-    ) -> None:
-        self.pairs, self.hulls, self.added, self.touches = list(pairs), list(hulls), list(added), list(touches)
+    The hull of two pieces touches what both touch. So most joins are never tested: another one adds no false contact
+    and less volume.
+    """
 
-    def best(self, touches: Sequence[BoolArray], current: Sequence[int]) -> int | None:
-        """The join with least false contact of all pieces, of equal ones that with least volume."""
-        if not self.pairs:
-            return None
-        pieces = np.array(touches, dtype=np.int16)
-        counts = pieces[current].sum(axis=0)
-        first, second = np.array(self.pairs).T
-        after = counts - pieces[first] - pieces[second] + np.array(self.touches)
-        false = (after > 0).sum(axis=1)
-        return int(np.lexsort((self.added, false))[0])
+    def __init__(self, pieces: Sequence[TriangleMesh], false_contacts: FalseContacts) -> None:
+        self._false_contacts = false_contacts
+        self._made = [*pieces]
+        self._boxes = [piece.bounds for piece in pieces]
+        self._volumes = [volume_of(piece) for piece in pieces]
+        self._touches = list(false_contacts.of(self._made))
+        self._current = list(range(len(pieces)))
+        self._joins = self._joins_of([(a, b) for k, a in enumerate(self._current) for b in self._current[k + 1 :]])
 
-    def without(self, *numbers: int) -> _Joins:
-        """Those of no piece of these numbers."""
-        return self._kept([k for k, pair in enumerate(self.pairs) if not set(pair) & set(numbers)])
+    @property
+    def pieces(self) -> list[TriangleMesh]:
+        """The pieces that are left."""
+        return [self._made[number] for number in self._current]
 
-    def plus(self, other: _Joins) -> _Joins:
-        """Both."""
-        return _Joins(
-            self.pairs + other.pairs, self.hulls + other.hulls, self.added + other.added, self.touches + other.touches
-        )
+    def join_next(self, check: Callable[[], None]) -> bool:
+        """Join two pieces with least false contact of all pieces, of equal joins that with least volume.
 
-    def _kept(self, rows: Sequence[int]) -> _Joins:
-        return _Joins(
-            [self.pairs[k] for k in rows],
-            [self.hulls[k] for k in rows],
-            [self.added[k] for k in rows],
-            [self.touches[k] for k in rows],
-        )
+        False: no two can be joined. ``check`` is called before; what it raises is raised here.
+        """
+        if not self._joins:
+            return False
+        check()
+        join = self._best()
+        first, second = join.numbers
+        number = len(self._made)
+        self._made.append(join.hull)
+        self._boxes.append(join.hull.bounds)
+        self._volumes.append(volume_of(join.hull))
+        self._touches.append(join.touches)
+        gone = [other for other in self._joins if set(other.numbers) & {first, second}]
+        self._current = [other for other in self._current if other not in (first, second)]
+        new = self._joins_of([(other, number) for other in self._current])
+        # The joined piece with a neighbour holds what each of both had held with it.
+        for joined in new:
+            neighbour = joined.numbers[0]
+            for other in gone:
+                if neighbour in other.numbers:
+                    joined.touches = joined.touches | other.touches
+        self._joins = [other for other in self._joins if not set(other.numbers) & {first, second}] + new
+        self._current.append(number)
+        return True
 
+    def _best(self) -> _Join:
+        """The join to be taken; joins are tested until no other one can be better."""
+        touches = np.array(self._touches, dtype=np.int16)
+        first, second = np.array([join.numbers for join in self._joins]).T
+        others = touches[self._current].sum(axis=0) - touches[first] - touches[second]
+        added = np.array([join.added for join in self._joins])
+        false = ((others + np.array([join.touches for join in self._joins])) > 0).sum(axis=1)
+        while True:
+            order = np.lexsort((added, false)).tolist()
+            if self._joins[order[0]].was_tested:
+                return self._joins[order[0]]
+            untested = [number for number in order if not self._joins[number].was_tested][:AT_ONCE]
+            for number, exact in zip(untested, self._tested(untested), strict=True):
+                false[number] = ((others[number] + exact) > 0).sum()
 
-def _joins_of(made: Sequence[TriangleMesh], pairs: Sequence[tuple[int, int]], false_contacts: FalseContacts) -> _Joins:
-    """The joins of these pairs of pieces that have no gap between them."""
-    boxes: FloatArray = np.array([[piece.vertices.min(axis=0), piece.vertices.max(axis=0)] for piece in made])
-    kept, hulls, added = [], [], []
-    for a, b in pairs:
-        if (boxes[a, 0] > boxes[b, 1] + NEAR).any() or (boxes[b, 0] > boxes[a, 1] + NEAR).any():
-            continue
-        hull = hull_of(np.concatenate([made[a].vertices, made[b].vertices]))
-        if hull is not None:
-            separate = volume_of(made[a]) + volume_of(made[b])
-            kept.append((a, b))
-            hulls.append(hull)
-            added.append((volume_of(hull) - separate) / separate)
-    return _Joins(kept, hulls, added, list(false_contacts.of(hulls)))
+    def _tested(self, numbers: Sequence[int]) -> BoolArray:
+        """Where the hulls of joins report false contact, (k, M); the joins keep it."""
+        touches = self._false_contacts.of([self._joins[number].hull for number in numbers])
+        for number, row in zip(numbers, touches, strict=True):
+            self._joins[number].touches, self._joins[number].was_tested = row, True
+        return touches
+
+    def _joins_of(self, pairs: Sequence[tuple[int, int]]) -> list[_Join]:
+        """The joins of those pairs of pieces that have no gap between them."""
+        boxes: FloatArray = np.array(self._boxes)
+        joins = []
+        for a, b in pairs:
+            if (boxes[a, 0] > boxes[b, 1] + NEAR).any() or (boxes[b, 0] > boxes[a, 1] + NEAR).any():
+                continue
+            hull = hull_of(np.concatenate([self._made[a].vertices, self._made[b].vertices]))
+            if hull is not None:
+                separate = self._volumes[a] + self._volumes[b]
+                added = (volume_of(hull) - separate) / separate
+                joins.append(_Join((a, b), hull, added, self._touches[a] | self._touches[b]))
+        return joins

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -19,6 +19,9 @@ from replay.cutting.surface_distance import Surface, farthest_on, farthest_trian
 from replay.detection.detector_spec import DetectorSpec
 from replay.detection.run_detector import make_detector
 from replay.prepare.assembly import Assembly
+
+if TYPE_CHECKING:
+    from manifold3d import Manifold
 
 ROUNDING: Final = 1e-9
 """Fraction of a volume that is none: common volumes of equal boxes differ by 1e-16 of it, of curved solids by 1e-10."""
@@ -36,8 +39,8 @@ def shape_figures(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> dict[st
     solid = manifold_of(mesh) if mesh.is_closed else None
     volume = 0.0 if solid is None else solid.volume()
     beyond = missing = None
-    if solid is not None and volume > 0.0 and all(piece.is_closed for piece in pieces):
-        filled = manifold_union(pieces)
+    filled = manifold_union(pieces) if solid is not None and all(piece.is_closed for piece in pieces) else None
+    if solid is not None and filled is not None and volume > 0.0:
         common = (filled ^ solid).volume()
         least = volume_rounding(mesh, volume)
         differences = filled.volume() - common, volume - common
@@ -48,7 +51,7 @@ def shape_figures(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> dict[st
         "most_triangles": max(len(piece.faces) for piece in pieces),
         "beyond": beyond,
         "missing": missing,
-        "reach_mm": 1e3 * reach(mesh, pieces),
+        "reach_mm": 1e3 * _reach(mesh, pieces, solid, filled),
         "outside_mm": 1e3 * _beyond_rounding(outside_by(mesh, pieces), mesh),
         **seam_figures(mesh, pieces),
     }
@@ -96,9 +99,17 @@ def reach(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> float:
     Of a mesh that is no solid, all of the pieces' surfaces counts: it has no inside.
     """
     solid = manifold_of(mesh) if mesh.is_closed else None
-    if solid is None or not all(piece.is_closed for piece in pieces):
+    filled = manifold_union(pieces) if solid is not None and all(piece.is_closed for piece in pieces) else None
+    return _reach(mesh, pieces, solid, filled)
+
+
+def _reach(
+    mesh: TriangleMesh, pieces: Sequence[TriangleMesh], solid: Manifold | None, filled: Manifold | None
+) -> float:
+    """The same; ``solid``: the mesh, ``filled``: the union of the pieces, ``None`` where they are no solids."""
+    if solid is None or filled is None:
         return _farthest(np.concatenate([piece.triangles for piece in pieces]), mesh)
-    outside = manifold_union(pieces) - solid
+    outside = filled - solid
     # A sliver between equal surfaces is what booleans of solids round away.
     if outside.is_empty() or outside.volume() <= volume_rounding(mesh, solid.volume()):
         return 0.0

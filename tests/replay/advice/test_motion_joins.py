@@ -8,6 +8,7 @@ from support.shapes import revolved_mesh
 
 from cdcore.bounding.hull import hull_collider, hull_of
 from cdcore.protocol import Solids, counts_as_contact
+from replay.advice import motion_joins
 from replay.advice.motion_joins import MOST_PIECES, FalseContacts, joined_by_motion, refined_by_motion
 from replay.cutting.convex_solids import outside_by, solids_of
 from replay.cutting.sectors import sector_ladder
@@ -104,3 +105,20 @@ def test_body_that_nothing_comes_near_has_no_false_contact(two_beakers):
     assembly = prepared(two_beakers, pairs=[("beaker", "stirrer")]).assembly
     nothing = FalseContacts(assembly, "beaker", np.zeros((len(assembly.motion), 1), dtype=np.bool_))
     assert nothing.of([revolved_mesh([(0, 0), (1, 0), (1, 1), (0, 1)], 8)]).shape == (1, 0)
+
+
+def test_untested_joins_change_no_level(stirred, monkeypatch):
+    lazy = joined_by_motion(stirred.by_volume(96), stirred.false_contacts, lambda: None)
+    original = motion_joins._Joins._best
+
+    def test_every_join(joins):
+        untested = [number for number, join in enumerate(joins._joins) if not join.was_tested]
+        joins._tested(untested)
+        return original(joins)
+
+    monkeypatch.setattr(motion_joins._Joins, "_best", test_every_join)
+    eager = joined_by_motion(stirred.by_volume(96), stirred.false_contacts, lambda: None)
+    assert sorted(lazy) == sorted(eager)
+    for count, pieces in lazy.items():
+        corners = [piece.vertices for piece in pieces]
+        assert all(np.array_equal(a, b.vertices) for a, b in zip(corners, eager[count], strict=True))
