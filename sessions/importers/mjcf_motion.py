@@ -1,5 +1,6 @@
 """A model of MuJoCo with joint angles over time: bodies, meshes, colliders, pairs that never meet, and poses."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from sessions.importers.scene_motion import session_of_scene
 from sessions.importers.stamps import increasing
 from sessions.model.session import Session
 from sessions.model.track import Track
-from sessions.scene_formats.joint_motion import body_poses, read_joint_motion
+from sessions.scene_formats.joint_motion import body_poses, posed_bodies, read_joint_motion
 from sessions.scene_formats.mjcf import body_names, load_model, scene_of
 from sessions.scene_formats.safe_files import SceneFiles
 from sessions.scene_formats.scene_source import Surface
@@ -30,19 +31,29 @@ def read_mjcf(source: Path, motion: str | Path = "", root: str | Path = "", surf
     """
     model = load_model(source, SceneFiles(Path(root) if root else source.parent))
     scene = scene_of(model, Surface(surface))
-    seconds, configurations = read_joint_motion(_motion_of(source, motion), model)
-    ledger = Ledger(source)
-    stamps = np.round((seconds - seconds[0]) * 1e9).astype(np.int64)
-    keep = increasing("joint motion", stamps, (configurations,), ledger)
+    joints = read_joint_motion(_motion_of(source, motion), model)
+    ledger, notes = Ledger(source), [*joints.notes]
+    stamps = np.round((joints.seconds - joints.seconds[0]) * 1e9).astype(np.int64)
+    keep = increasing("joint motion", stamps, (joints.configurations,), ledger)
+    configurations = joints.configurations[keep]
     moving = [name for name, body in scene.bodies.items() if body.moves]
     names = body_names(model)
-    positions, quaternions = body_poses(model, configurations[keep], [names.index(name) for name in moving])
+    bodies = [names.index(name) for name in moving]
+    positions, quaternions = body_poses(model, configurations, bodies)
+    valid = posed_bodies(model, configurations, bodies)
     tracks = {}
     for column, name in enumerate(moving):
         rotations = scene.rotation @ Rotation.from_quat(quaternions[:, column][:, [1, 2, 3, 0]]).as_matrix()
         tracks[name] = Track(
-            stamps[keep], positions[:, column] @ scene.rotation.T, Rotation.from_matrix(rotations).as_quat()
+            stamps[keep],
+            positions[:, column] @ scene.rotation.T,
+            Rotation.from_matrix(rotations).as_quat(),
+            valid[:, column],
         )
+        lost = int((~valid[:, column]).sum())
+        if lost:
+            notes.append(f"{name}: {lost} of {len(valid)} rows flagged as lost, since a joint above it has no position")
+    scene = replace(scene, notes=(*scene.notes, *notes))
     clock = "time of the motion, from its first row"
     return session_of_scene(scene, tracks, ledger, name=source.stem, clock=clock, surface=Surface(surface))
 

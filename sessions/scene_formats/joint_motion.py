@@ -2,11 +2,14 @@
 
 ``.npz`` holds ``time`` (T,) in seconds and either ``qpos`` (T, nq) or arrays (T, k) that together are the joints in the
 order of the model; an array (T, 7) of a position and a quaternion wxyz also stands for three slides and three hinges.
-A CSV has a column ``time`` and one for each joint by its name. Pickles are never loaded.
+A CSV has a column ``time`` and one for each joint by its name. Pickles are never loaded. A body is lost where a joint
+above it has no number, or a quaternion that is not of length 1.
 """
 
 import csv
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 from zipfile import BadZipFile
@@ -22,21 +25,71 @@ Numbers = NDArray[np.float64]
 
 TIME: Final = "time"
 WHOLE: Final = "qpos"
+QUATERNION_TOLERANCE: Final = 1e-3
+"""A quaternion whose length is further off 1 is no rotation."""
+UNLIKELY_BEYOND_RAD: Final = 0.2
+"""A simulator lets a hinge give way by less beyond its range."""
 POSE_COLUMNS: Final = 7
 POSE_JOINTS: Final = 6
 MOST_NUMBERS: Final = 100_000_000
 """Of an array: 800 MB. A file of a few bytes may claim more."""
 
 
-def read_joint_motion(path: Path, model: Any) -> tuple[Numbers, Numbers]:
-    """Seconds (T,) and configurations (T, nq) of a motion.
+@dataclass(frozen=True, eq=False)
+class JointMotion:
+    """Joint angles over time.
 
-    Raises ``SceneSourceError``: it is none of this model, or holds Python objects.
+    Parameters
+    ----------
+    seconds : (T,), finite.
+    configurations : (T, nq).
+    notes : sentences on what is not read, and on what is unlikely.
+    """
+
+    seconds: Numbers
+    configurations: Numbers
+    notes: tuple[str, ...] = ()
+
+
+def read_joint_motion(path: Path, model: Any) -> JointMotion:
+    """The joint motion in a file.
+
+    Raises ``SceneSourceError``: it is none of this model, holds Python objects or a row without a time, or its angles
+    are in degrees.
     """
     if path.suffix.lower() == ".csv":
-        return _of_csv(path, model)
-    if path.suffix.lower() != ".npz":
+        motion = _of_csv(path, model)
+    elif path.suffix.lower() == ".npz":
+        motion = _of_npz(path, model)
+    else:
         raise SceneSourceError(f"{path} is no joint motion; give .npz or .csv (pickles are never loaded)")
+    timeless = np.flatnonzero(~np.isfinite(motion.seconds))
+    if len(timeless):
+        raise SceneSourceError(f"{path}: row {int(timeless[0]) + 1} has no time; remove it or repair the file")
+    return replace(motion, notes=(*motion.notes, *_angles_beyond_ranges(path, motion.configurations, model)))
+
+
+def _angles_beyond_ranges(path: Path, configurations: Numbers, model: Any) -> Iterator[str]:
+    """A sentence on each hinge that leaves its range; SceneSourceError where it does so by more than a turn."""
+    mujoco = mujoco_of()
+    for number in range(model.njnt):
+        joint = model.joint(number)
+        if joint.type[0] != mujoco.mjtJoint.mjJNT_HINGE or not model.jnt_limited[number]:
+            continue
+        angles = configurations[:, model.jnt_qposadr[number]]
+        angles = angles[np.isfinite(angles)]
+        lower, upper = model.jnt_range[number]
+        beyond = float(np.maximum(angles - upper, lower - angles).max(initial=0.0))
+        if beyond > 2.0 * np.pi:
+            raise SceneSourceError(
+                f"{path}: joint {joint.name!r} leaves its range of {lower:.3g} to {upper:.3g} rad by {beyond:.3g} rad, "
+                "more than a turn; write angles in radians"
+            )
+        if beyond > UNLIKELY_BEYOND_RAD:
+            yield f"joint {joint.name!r} leaves its range by up to {beyond:.3g} rad; are its angles in radians?"
+
+
+def _of_npz(path: Path, model: Any) -> JointMotion:
     arrays = _arrays(path)
     times = arrays.pop(TIME, None)
     if times is None or times.ndim != 1 or not len(times):
@@ -44,7 +97,9 @@ def read_joint_motion(path: Path, model: Any) -> tuple[Numbers, Numbers]:
     tables = {name: array for name, array in arrays.items() if array.ndim == 2 and len(array) == len(times)}
     if WHOLE in tables:
         tables = {WHOLE: tables[WHOLE]}
-    return times, _configurations(path, tables, model)
+    unread = [name for name in arrays if name not in tables]
+    notes = (f"arrays that are not read: {', '.join(unread)}",) if unread else ()
+    return JointMotion(times, _configurations(path, tables, model), notes)
 
 
 def _arrays(path: Path) -> dict[str, Numbers]:
@@ -81,11 +136,14 @@ def _as_joints(poses: Numbers) -> Numbers:
     return np.concatenate([poses[:, :3], rotations.as_euler("XYZ")], axis=1)
 
 
-def _of_csv(path: Path, model: Any) -> tuple[Numbers, Numbers]:
+def _of_csv(path: Path, model: Any) -> JointMotion:
     rows = [row for row in csv.reader(read_text(path, "joint motion", SceneSourceError).splitlines()) if row]
     head = [name.strip() for name in rows[0]] if rows else []
-    names = {model.joint(number).name: int(model.jnt_qposadr[number]) for number in range(model.njnt)}
-    single = {name: place for name, place in names.items() if _width(model, name) == 1}
+    repeated = [name for name, count in Counter(head).items() if count > 1]
+    if repeated:
+        raise SceneSourceError(f"{path}: column {repeated[0]!r} occurs twice; rename or remove one")
+    names = {model.joint(number).name: number for number in range(model.njnt)}
+    single = {name: int(model.jnt_qposadr[number]) for name, number in names.items() if _width_of(model, number) == 1}
     missing = [name for name in (TIME, *single) if name not in head]
     if missing or len(single) < len(names):
         which = missing or sorted(names.keys() - single.keys())
@@ -99,18 +157,39 @@ def _of_csv(path: Path, model: Any) -> tuple[Numbers, Numbers]:
     configurations = np.zeros((len(table), model.nq))
     for name, place in single.items():
         configurations[:, place] = table[:, head.index(name)]
-    return table[:, head.index(TIME)], configurations
+    unread = [name for name in head if name not in (TIME, *single)]
+    notes = (f"columns that are not read: {', '.join(unread)}",) if unread else ()
+    return JointMotion(table[:, head.index(TIME)], configurations, notes)
 
 
-def _width(model: Any, joint: str) -> int:
+def _width_of(model: Any, joint: int) -> int:
+    """How many numbers a joint has in a configuration."""
     mujoco = mujoco_of()
-    kind = mujoco.mjtJoint(int(model.joint(joint).type[0]))
+    kind = mujoco.mjtJoint(int(model.jnt_type[joint]))
     return {mujoco.mjtJoint.mjJNT_FREE: 7, mujoco.mjtJoint.mjJNT_BALL: 4}.get(kind, 1)
+
+
+def posed_bodies(model: Any, configurations: Numbers, bodies: Sequence[int]) -> NDArray[np.bool_]:
+    """Whether every joint above a body has a position, (T, N): numbers, and quaternions of length 1."""
+    valid = np.ones((len(configurations), model.nbody), dtype=np.bool_)
+    for number in range(model.njnt):
+        start, width = int(model.jnt_qposadr[number]), _width_of(model, number)
+        values = configurations[:, start : start + width]
+        is_posed = np.isfinite(values).all(axis=1)
+        if width > 1:
+            with np.errstate(over="ignore", invalid="ignore"):
+                lengths = np.linalg.norm(values[:, -4:], axis=1)
+            is_posed &= np.abs(lengths - 1.0) <= QUATERNION_TOLERANCE
+        valid[:, int(model.jnt_bodyid[number])] &= is_posed
+    for body in range(1, model.nbody):  # a parent comes before its children
+        valid[:, body] &= valid[:, int(model.body_parentid[body])]
+    return valid[:, list(bodies)]
 
 
 def body_poses(model: Any, configurations: Numbers, bodies: Sequence[int]) -> tuple[Numbers, Numbers]:
     """Positions (T, N, 3) and quaternions wxyz (T, N, 4) of bodies in the world of the model, by forward kinematics."""
     mujoco = mujoco_of()
+    configurations = np.where(np.isfinite(configurations), configurations, model.qpos0)
     data = mujoco.MjData(model)
     positions, quaternions = (
         np.empty((len(configurations), len(bodies), 3)),

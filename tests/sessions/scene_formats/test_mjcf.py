@@ -349,3 +349,85 @@ def test_motion_of_another_model_or_of_objects_is_refused(arm, arrays, refusal):
     np.savez(arm.with_suffix(".npz"), **arrays)
     with pytest.raises(SessionError, match=refusal):
         import_session("mjcf", arm)
+
+
+LIMITED = """
+<mujoco><compiler angle="radian"/><worldbody>
+<body name="cup"><freejoint/><geom type="box" size=".05 .06 .07" pos=".01 .02 .03"/></body>
+<body name="arm" pos="0 0 1"><joint name="elbow" axis="0 1 0" range="-0.5 2" limited="true"/><geom size="0.1"/>
+<body name="hand" pos="0 0 0.3"><geom size="0.05"/></body></body>
+</worldbody></mujoco>
+"""
+COUNT = 12
+
+
+def motion_of_limited(folder, *changes):
+    """The session of a motion in which some numbers, (rows, column, value), are others."""
+    model = folder / "limited.xml"
+    model.write_text(LIMITED)
+    angles = np.linspace(0.0, 1.5, COUNT)
+    configurations = np.column_stack([np.zeros((COUNT, 3)), np.tile([1.0, 0, 0, 0], (COUNT, 1)), angles])
+    for rows, column, value in changes:
+        configurations[rows, column] = value
+    np.savez(model.with_suffix(".npz"), time=np.arange(COUNT) / 90, qpos=configurations)
+    return import_session("mjcf", model)
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "lost"),
+    [
+        (3, 0.0, ["cup"]),
+        (3, 2.0, ["cup"]),
+        (0, np.nan, ["cup"]),
+        (7, np.nan, ["arm", "hand"]),
+        (7, np.inf, ["arm", "hand"]),
+    ],
+)
+def test_bodies_below_a_joint_without_a_position_are_lost(tmp_path, column, value, lost):
+    session = motion_of_limited(tmp_path, (slice(4, 7), column, value))
+    for name, track in session.tracks.items():
+        assert np.flatnonzero(~track.valid).tolist() == ([4, 5, 6] if name in lost else [])
+        assert np.isfinite(track.positions).all() and name in session.names
+    assert f"{lost[0]}: 3 of 12 rows flagged as lost" in session.facts["conversions"]
+
+
+def test_angles_in_degrees_are_refused(tmp_path):
+    degrees = np.degrees(np.linspace(0.0, 1.5, COUNT))
+    with pytest.raises(SessionError, match=r"'elbow' leaves its range of -0\.5 to 2 rad .* write angles in radians"):
+        motion_of_limited(tmp_path, (slice(None), 7, degrees))
+
+
+def test_angle_far_beyond_its_range_is_named(tmp_path):
+    assert (
+        "joint 'elbow' leaves its range by up to 1 rad" in motion_of_limited(tmp_path, (3, 7, 3.0)).facts["conversions"]
+    )
+    assert "leaves its range" not in motion_of_limited(tmp_path, (3, 7, 2.1)).facts["conversions"]
+
+
+@pytest.mark.parametrize(
+    ("head", "message"), [("time,elbow,elbow", "column 'elbow' occurs twice"), ("elbow,elbow,time", "occurs twice")]
+)
+def test_column_of_a_joint_that_occurs_twice_is_refused(tmp_path, head, message):
+    model = tmp_path / "limited.xml"
+    model.write_text(LIMITED.replace("<freejoint/>", ""))
+    model.with_suffix(".csv").write_text(f"{head}\n0,0,0\n1,1,1\n")
+    with pytest.raises(SessionError, match=message):
+        import_session("mjcf", model)
+
+
+def test_columns_and_arrays_that_are_not_read_are_named(tmp_path):
+    model = tmp_path / "limited.xml"
+    model.write_text(LIMITED.replace("<freejoint/>", ""))
+    model.with_suffix(".csv").write_text("time,elbow,force\n0,0,9\n1,1,9\n")
+    assert "columns that are not read: force" in import_session("mjcf", model).facts["conversions"]
+    model.with_suffix(".csv").unlink()
+    np.savez(model.with_suffix(".npz"), time=np.arange(3.0), qpos=np.zeros((3, 1)), force=np.zeros((3, 1)))
+    assert "arrays that are not read: force" in import_session("mjcf", model).facts["conversions"]
+
+
+def test_row_without_a_time_is_refused(tmp_path):
+    model = tmp_path / "limited.xml"
+    model.write_text(LIMITED.replace("<freejoint/>", ""))
+    model.with_suffix(".csv").write_text("time,elbow\n0,0\nnan,1\n2,1\n")
+    with pytest.raises(SessionError, match="row 2 has no time"):
+        import_session("mjcf", model)
