@@ -27,6 +27,11 @@ def _count(counts: Range | None, mark: str, otherwise: str) -> Cell:
     return otherwise if counts is None else Marked(words.count_range(counts), mark if counts[1] else "")
 
 
+def reported_false_cell(fraction: float | None) -> Cell:
+    """Return the cell of a share of false contact; ``None``: no contact was reported, so none of it is false."""
+    return Marked(words.as_percentage(fraction or 0.0), IN_YELLOW if fraction else "")
+
+
 def false_cell(of: tuple[Proportion | None, bool], *, intervals: bool = False) -> Cell:
     """Return the cell of a share of false contact; ``intervals``: with its interval."""
     false, unconfirmed = of

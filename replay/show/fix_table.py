@@ -5,15 +5,12 @@ from typing import Any, Final
 
 from replay import words
 from replay.advice.pareto import count_text
+from replay.document.columns import reported_false_cell
 from replay.document.cost import TIMES_ARE
-from replay.document.tables import IN_RED, IN_YELLOW, PARTLY, Cell, Marked, Table, columns_of
+from replay.document.tables import IN_RED, PARTLY, Marked, Table, columns_of
 from replay.words import plural
 
 Row = Mapping[str, Any]
-
-
-def _share(fraction: float | None) -> Cell:
-    return "-" if fraction is None else Marked(words.as_percentage(fraction), IN_YELLOW if fraction else "")
 
 
 COLUMNS: Final = columns_of(
@@ -23,7 +20,8 @@ COLUMNS: Final = columns_of(
         "loss": words.loss_number,
         "missed_range": lambda row: Marked(count_text(row, "missed"), IN_RED if row["missed"] else ""),
         "late_range": lambda row: Marked(count_text(row, "late"), PARTLY if row["late"] else ""),
-        "share": _share,
+        "share": reported_false_cell,
+        "share_or_dash": lambda fraction: "-" if fraction is None else reported_false_cell(fraction),
         "plain_share": lambda fraction: "-" if fraction is None else words.as_percentage(fraction),
         "ms_or_dash": lambda ms: "-" if ms is None else words.milliseconds(ms / 1e3),
         "millimetres": lambda length: "-" if length is None else words.millimetres(length / 1e3),

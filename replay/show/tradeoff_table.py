@@ -7,6 +7,7 @@ from replay import words
 from replay.advice.engine_knobs import Engine, knob_text
 from replay.advice.pareto import Row, count_text
 from replay.auditing.loss import LOSS_MEANING
+from replay.document.columns import reported_false_cell
 from replay.document.cost import TIMES_ARE, busy_sentence
 from replay.document.run_result import RunResult, Tradeoff
 from replay.document.tables import IN_RED, IN_YELLOW, PARTLY, Cell, Marked, Table, columns_of
@@ -21,10 +22,6 @@ def _counted(name: str, mark: str = "") -> Callable[[Row], Cell]:
     return lambda row: Marked(count_text(row, name), mark if row[name] else "")
 
 
-def _false(fraction: float | None) -> Cell:
-    return "-" if fraction is None else Marked(words.as_percentage(fraction), IN_YELLOW if fraction else "")
-
-
 COLUMNS: Final = columns_of(
     "show/tradeoff_table.toml",
     {
@@ -33,7 +30,7 @@ COLUMNS: Final = columns_of(
         "late_range": _counted("late", PARTLY),
         "false_contacts_range": _counted("false_contacts", IN_YELLOW),
         "loss": words.loss_number,
-        "share": _false,
+        "share": reported_false_cell,
         "plain_share": lambda fraction: "-" if fraction is None else words.as_percentage(fraction),
         "ms_or_dash": lambda ms: "-" if ms is None else words.milliseconds(ms / 1e3),
         "front": lambda on: "front" if on else "",
