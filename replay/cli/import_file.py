@@ -178,12 +178,12 @@ def _imported(
 
 
 def _draft_with_axes(error: "UnknownColumnsError", source: Path, convention: str) -> Path | None:
-    """The file of a drafted mapping that the axes complete; ``None``: it lacks more, or another one is there."""
+    """The file of a drafted mapping that the axes complete; ``None``: it lacks more, or somebody's own is there."""
     from sessions.errors import ImportFileError
     from sessions.whole_files import whole_file
 
     draft, text = _draft_file(source), error.draft_with_axes(convention) if convention else ""
-    if not text or (draft.exists() and draft.read_bytes() != text.encode()):
+    if not text or (draft.exists() and draft.read_bytes() not in (text.encode(), error.draft.encode())):
         return None
     with whole_file(draft, ImportFileError) as stream:
         stream.write(text.encode())
@@ -219,12 +219,13 @@ def _drafted(source: Path, out: Path, more: Sequence[str]) -> Iterator[None]:
     except UnknownColumnsError as error:
         draft = _draft_file(source)
         todo = " ".join([f"replay import {error.format} {source} --mapping {draft}", *more, f"-o {out}"])
-        if draft.exists():
+        if draft.exists() and draft.read_bytes() != error.draft.encode():
             raise ImportFileError(f"{error}; {draft} is there already: {todo}") from None
-        with whole_file(draft, ImportFileError, overwrite=False) as stream:
+        with whole_file(draft, ImportFileError) as stream:
             stream.write(error.draft.encode())
         left = ", ".join(error.unknown)
-        raise ImportFileError(f"{error}; a draft is in {draft}: say there {left}, then: {todo}") from None
+        axes = "; or name the axes with --convention" if error.draft_with_axes("unity") else ""
+        raise ImportFileError(f"{error}; a draft is in {draft}: say there {left}{axes}, then: {todo}") from None
 
 
 def _contacts(

@@ -6,7 +6,7 @@ for a person.
 
 import json
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -141,14 +141,48 @@ def _keys(layout: CsvLayout) -> dict[str, object]:
     return keys
 
 
+@dataclass(frozen=True)
+class _Reading:
+    """Which words of a column's name say what the column holds; all others name the body.
+
+    ``anywhere``: all words may, not only the one before the axis. ``letters``: words of one letter may, such as the v
+    of a velocity; otherwise they name a body, such as the L of a left hand.
+    """
+
+    anywhere: bool
+    letters: bool
+
+    def words(self, before: Sequence[str], *, axis_says_kind: bool) -> set[str]:
+        """The words before an axis, in small letters, that may say what the column holds."""
+        words = [word.lower() for word in before]
+        if not self.anywhere:
+            words = [] if axis_says_kind else [word for word in words if word not in NOISE][-1:]
+        return {word for word in words if self.letters or len(word) > 1}
+
+
+READINGS: Final = tuple(_Reading(anywhere, letters) for anywhere in (False, True) for letters in (False, True))
+"""The more of a name a reading leaves to the body, the earlier it stands."""
+
+
 def _bodies(columns: Sequence[str]) -> dict[str, _Body]:
+    """The bodies by the reading in which most columns are of a whole pose, and fewest bodies lack a part of theirs."""
     if {*ROW_MAJOR} <= {*columns}:
         cells = {(POSITION, axis): name for axis, name in zip("xyz", ROW_MAJOR[3::4], strict=True)}
         matrix = [name for name in ROW_MAJOR if name[2] != "3"]
         return {"": _Body({**cells, **{(MATRIX, at): name for at, name in zip(NINE, matrix, strict=True)}})}
+    return max((_bodies_by(columns, reading) for reading in READINGS), key=_posed_columns)
+
+
+def _posed_columns(bodies: Mapping[str, _Body]) -> tuple[int, int]:
+    """How many columns are of a body with a whole pose, and, below 0, how many bodies lack a part of it."""
+    whole = [len(body.columns) for body in bodies.values() if body.position and body.rotation[1]]
+    return sum(whole), len(whole) - len(bodies)
+
+
+def _bodies_by(columns: Sequence[str], reading: _Reading) -> dict[str, _Body]:
     bodies: dict[str, _Body] = {}
     for column in columns:
-        role = _role_of(column)
+        role = _role_of(column, reading)
         if role is not None:
             body = bodies.setdefault(role.body, _Body())
             first = body.columns.setdefault((role.kind, role.axis), column)
@@ -165,26 +199,30 @@ class _Role(NamedTuple):
     axis: str
 
 
-def _role_of(column: str) -> _Role | None:
+def _role_of(column: str, reading: _Reading) -> _Role | None:
     """The role of a column in a pose by its name; ``None``: it has none."""
     tokens = name_tokens_of(column.replace("_RS_R", "").replace("_RS", ""))  # frames of EuRoC
-    if not tokens or {word.lower() for word in tokens[:-1]} & OTHER:
+    if not tokens:
         return None
     *before, last = tokens
-    kind = next((KIND_OF[word.lower()] for word in reversed(before) if word.lower() in KIND_OF), POSITION)
-    if axis := ANGLE_NAMES.get(last.lower(), ""):
-        return _Role(_name(column, before), ANGLES, axis)
-    if not last.isdigit():
-        match = _axis_in(last)
-        return _Role(_name(column, before), KIND_OF.get(match[1], kind), match[2]) if match else None
-    if before and before[-1].lower() in QUATERNION:
-        return _Role(_name(column, before), UNORDERED, last)
-    match = _axis_in(before[-1]) if before else None
+    number = ""
+    if last.isdigit() and before and not (reading.letters and before[-1].lower() in QUATERNION):
+        # Behind the axis is the number of a body, as in x1, or in x.1 where two columns had the name x.
+        *before, last, number = tokens
+    match, turn = _axis_in(last), ANGLE_NAMES.get(last.lower(), "")
+    words = reading.words(before, axis_says_kind=bool(turn or (match and match[1])))
+    if words & OTHER:
+        return None
+    own = [word for word in before if word.lower() not in words & {*KIND_OF} | NOISE]
+    name = "_".join([*own, number]) if number else _name(column, own, words)
+    if last.isdigit():
+        return _Role(name, UNORDERED, last)
+    if turn:
+        return _Role(name, ANGLES, turn)
     if match is None:
         return None
-    # Behind the axis is the number of a body, as in x1, or in x.1 where two columns had the name x.
-    own = [word for word in before[:-1] if word.lower() not in {*KIND_OF, *NOISE}]
-    return _Role("_".join([*own, last]), KIND_OF.get(match[1], kind), match[2])
+    kind = next((KIND_OF[word.lower()] for word in reversed(before) if word.lower() in words & {*KIND_OF}), POSITION)
+    return _Role(name, KIND_OF.get(match[1], kind), match[2])
 
 
 def _axis_in(word: str) -> re.Match[str] | None:
@@ -193,14 +231,13 @@ def _axis_in(word: str) -> re.Match[str] | None:
     return match if match and match[1] in ("", *KIND_OF) else None
 
 
-def _name(column: str, tokens: Sequence[str]) -> str:
-    """The body that a column is of, as it is written there: what is left of the words."""
-    own = [word for word in tokens if word.lower() not in {*KIND_OF, *NOISE}]
+def _name(column: str, own: Sequence[str], words: Collection[str]) -> str:
+    """The body that a column is of, as it is written there: what is left without the words that say a kind."""
     if not own:
         return ""
     first = column.index(own[0])
     whole = column[first : column.index(own[-1], first) + len(own[-1])]
-    return whole if not {*re.findall("[a-z]+", whole.lower())} & KIND_OF.keys() else "_".join(own)
+    return whole if not {*re.findall("[a-z]+", whole.lower())} & KIND_OF.keys() & {*words} else "_".join(own)
 
 
 ROTATION_KINDS = {ANGLES: "in angles", MATRIX: "a matrix", UNORDERED: "four numbers without names of axes"}

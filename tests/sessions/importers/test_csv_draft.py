@@ -42,11 +42,14 @@ def test_completed_draft_gives_written_poses(tmp_path, capsys, kind):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_axes_alone_complete_a_draft_that_lacks_nothing_else(tmp_path, kind):
+def test_axes_alone_complete_a_draft_that_lacks_nothing_else(tmp_path, capsys, kind):
     path, out = Path(shutil.copy(LOGS / f"{kind}.csv", tmp_path / "log.csv")), tmp_path / "s.mcap"
     with pytest.raises(UnknownColumnsError) as refusal:
         import_session("csv", path)
     lacks_more = any("axes" not in item and "unit of lengths" not in item for item in refusal.value.unknown)
+    # A draft that nobody changed is no obstacle.
+    assert main(["import", "csv", str(path), "-o", str(out)]) == 1 and (tmp_path / "log.columns.toml").exists()
+    assert ("--convention" in capsys.readouterr().err) != lacks_more
     code = main(["import", "csv", str(path), "--convention", "openvr", "-o", str(out)])
     assert (code == 1) == lacks_more == (not out.exists())
     if not lacks_more:
