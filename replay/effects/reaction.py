@@ -8,6 +8,7 @@ from cdcore.numerics import BoolArray
 from replay import words
 from replay.effects.chemistry.assumed import assumed
 from replay.effects.chemistry.components import METALS, PROTON, WATER, dissolved_components, heavy_components
+from replay.effects.chemistry.contents import MOST_DISSOLVED
 from replay.effects.chemistry.database import formula_of
 from replay.effects.chemistry.formulas import charge_of, molar_mass
 from replay.effects.chemistry.matter import MOST_FOREIGN_MOL_KG, Matter, matter_of
@@ -24,6 +25,9 @@ from replay.words import quantity
 
 LEAST_GAS: Final = 1e-6
 """mol of a gas that nobody sees: a bubble of 0.02 mL."""
+
+LEAST_FRACTION: Final = 0.05
+"""Of a gas that left: less that could stay dissolved is not worth a word."""
 
 LEAST_PH: Final = 0.05
 """A pH that ends nearer to its begin tells no result; a school's meter shows 0.1."""
@@ -203,10 +207,26 @@ def _tell_gases(inputs: EffectInputs, matter: Matter, vessel: str, findings: Fin
             gas, growing = column.removesuffix(GAS), np.flatnonzero(np.diff(gone, prepend=0.0))
             start, end = (float(times[row]) for row in growing[[0, -1]])
             text = f"{quantity(1e3 * gone[-1], 'mmol')} {gas} leave {vessel} as gas"
+            text += _dissolved_gas(matter, vessel, gas, float(gone[-1]))
             findings.series[f"{vessel}/{gas} gone"] = Series(times, gone, "mol")
             findings.events.append(
                 EffectEvent(start, "gas", (vessel,), end, {"moles": float(gone[-1]), "formula": gas}, text)
             )
+
+
+def _dissolved_gas(matter: Matter, vessel: str, gas: str, gone: float) -> str:
+    """End of the sentence of a gas: how much of it stays dissolved, or that nothing counts what does."""
+    last = matter.histories[vessel].times[-1:]
+    row = None if matter.solver is None else matter.solver.mixture.row_of(gas)
+    if row is not None:
+        wet, solved = matter.solved(vessel, last)
+        if len(wet) and not np.isnan(solved.ph[0]):
+            return f"; {quantity(1e3 * float(solved.species[0, row]), 'mmol')} stay dissolved"
+        return ""
+    most = MOST_DISSOLVED.get(gas, 0.0) * 1e-3 * float(matter.histories[vessel].volume_ml[-1])
+    if most < LEAST_FRACTION * gone:
+        return ""
+    return f"; water would keep up to {quantity(1e3 * most, 'mmol')} of it, which is counted as gas"
 
 
 def _tell_solids(inputs: EffectInputs, matter: Matter, vessel: str, findings: Findings) -> None:

@@ -97,6 +97,7 @@ class Process:
     acid: float = field(default=0.0, compare=False)
     salt: Salt | None = field(default=None, compare=False)  # that it dissolves, up to its solubility
     catalysts: frozenset[str] = frozenset()  # columns without which it does not proceed
+    stays: float = 0.0  # mol of reaction, by kg of water, whose gas stays dissolved
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,6 +189,7 @@ class Ledger:
             for holds, ph, hydroxides in ((self.holds_acid, NEUTRAL_PH, False), (self.holds_base, BASIC_PH, True)):
                 for component, protons in solver.mixture.protons_at(ph, hydroxides=hydroxides).items():
                     holds[self.column[component]] = protons
+        self.kept_protons = [self._kept_protons(process) for process in processes]
         counted = [name not in (PROTON, WATER, *NO_MATTER) for name in self.columns]
         counted = [
             here and not name.endswith((SOLID, GAS, ADDED)) for here, name in zip(counted, self.columns, strict=True)
@@ -526,9 +528,10 @@ class Ledger:
         used = used[(used != self.proton) & (used != self.water)]
         limits = [amounts[..., column] / -changes[column] for column in used.tolist()]
         # A product may hold the acid that was used: SO2 stands as hydrogensulfite at the pH at which no acid is free.
-        used_acid = float(changes @ self.holds_acid - changes[self.proton])
+        holds_acid = self.kept_protons[row]
+        used_acid = float(changes @ holds_acid - changes[self.proton])
         if process.acid > 0.0 and used_acid > 0.0:
-            free = amounts[..., self.proton] - amounts @ self.holds_acid
+            free = amounts[..., self.proton] - amounts @ holds_acid
             limits.append(free / used_acid)
         if process.acid < 0.0:
             limits.append((amounts @ self.holds_base - amounts[..., self.proton]) / -process.acid)
@@ -541,7 +544,16 @@ class Ledger:
             room = standing - settled_solid(process.salt, self.column, whole, here)
             limits.append(room.reshape(amounts.shape[:-1]))
         limits += [self._catalysed(self.column[column], amounts) for column in process.catalysts]
-        return np.maximum(0.0, np.min(limits, axis=0))
+        dissolved = process.stays * WATER_KG * amounts[..., self.water]
+        return np.maximum(0.0, np.min(limits, axis=0) - dissolved)
+
+    def _kept_protons(self, process: Process) -> FloatArray:
+        """Protons (columns,) that no acid gives to a process: an anion that leaves as a gas keeps its last but one."""
+        holds = self.holds_acid.copy()
+        for column, many in process.changes.items() if process.stays else ():
+            if many < 0.0 and column not in (PROTON, WATER):
+                holds[self.column[column]] = max(0.0, process.changes.get(PROTON, 0.0) / many - 1.0)
+        return holds
 
     def _catalysed(self, column: int, amounts: FloatArray) -> FloatArray:
         """No limit (...) where a catalyst is there, else 0; protons that weak acids hold are none."""

@@ -3,6 +3,7 @@
 Raised are PlanErrors of the table concerned, with the nearest name: at the plan already, not in the run.
 """
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final
@@ -61,6 +62,9 @@ Of 12 mol/L of HCl, whose mean activity coefficient is 17 at 16 mol/kg: R T ln 2
 _UNKNOWN_SOLUBILITY: Final = (
     "nothing says how much {!r} dissolves; give solid.solubility_g_100g, g in 100 g of water, to the body that holds it"
 )
+
+SOLUBLE_GASES: Final = frozenset(("CO2", "SO2", "H2S", "NH3"))
+"""Gases of which PHREEQC knows how much stays dissolved under one atmosphere."""
 
 NEUTRAL_PROTON_J: Final = 39.95e3
 """Free energy of a mol of protons taken from neutral water instead of from an acid: R T ln 10 times 7 at 25 degC."""
@@ -239,6 +243,7 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
         # A gas that a vessel holds dissolved, such as chlorine water, reacts as what is dissolved.
         own |= {formula: "" for formula in equation.reagents if formula in brought and usual.get(formula) == "g"}
         read.append({**usual, **own, **equation.phases})
+    phases.separate -= _settling_gases(equations, read, phases.separate)
     for equation, phase in zip(equations, read, strict=True):
         for formula in equation.formulas:
             phases.add(formula, phase.get(formula, "") if phase.get(formula, "") in ("s", "g") else "")
@@ -279,6 +284,7 @@ def asks_phreeqc(tables: Tables, contents: Mapping[str, Contents]) -> bool:
         or indicators
         or (heat and _gives_heat(contents))
         or _shares_acid(tables, contents)
+        or any(SOLUBLE_GASES & set(_equation(table).products) for table in tables.get("reaction", ()))
     )
 
 
@@ -352,6 +358,40 @@ def _separate(declared: Sequence[Declaration], equations: Sequence[Equation], na
     return frozenset(slow - at_once - set(named))
 
 
+def _settling_gases(
+    equations: Sequence[Equation], states: Sequence[Mapping[str, str]], separate: frozenset[str]
+) -> set[str]:
+    """Gases that PHREEQC lets leave, although only equations with a rate make them.
+
+    These equations change more than protons: a solid dissolves, or thiosulfate falls apart. Of the others, such as
+    bicarbonate with acid, the rate is that at which the gas leaves.
+    """
+    settling: set[str] = set()
+    leaving: set[str] = set()
+    for equation, state in zip(equations, states, strict=True):
+        made = {formula for formula in SOLUBLE_GASES & separate & set(equation.products) if state.get(formula) == "g"}
+        changes: Counter[str] = Counter()
+        for formula, many in equation.changes.items():
+            whole = state.get(formula) in ("s", "g") and formula not in made
+            for component, count in ({formula: 1} if whole else dissolved_components(formula)).items():
+                changes[component] += many * count
+        cancels = not {component for component, many in changes.items() if many} - {WATER}
+        (leaving if cancels else settling).update(made)
+    return settling - leaving
+
+
+def _dissolved_gas(changes: Mapping[str, float], phases: _Phases) -> float:
+    """mol/kg of its gas under one atmosphere, in mol of a reaction, that stays dissolved before any leaves."""
+    for column, many in changes.items():
+        formula = column.removesuffix(GAS)
+        if phases.database is None or many <= 0.0 or formula not in SOLUBLE_GASES or not column.endswith(GAS):
+            continue
+        gas, molecule = phases.entry(formula, "g"), phases.dissolved(formula)
+        if gas is not None and molecule is not None:
+            return float(10.0 ** (gas.log_k + molecule.log_k)) / many
+    return 0.0
+
+
 def _process(table: Declaration, equation: Equation, phase: Mapping[str, str], phases: _Phases) -> Process | None:
     """Process of what an equation changes beyond the equilibrium; ``None``: PHREEQC or a solubility does all."""
     rate, heat = table["rate_per_s"], table["heat_kj_mol"]
@@ -376,7 +416,8 @@ def _process(table: Declaration, equation: Equation, phase: Mapping[str, str], p
         for formula, many in equation.reagents.items()
         if formula != WATER and phase.get(formula) not in ("s", "g")
     )
-    return Process(table["equation"], changes, rate, joule, float(acid), salt, _catalysts(equation, phase))
+    stays = _dissolved_gas(changes, phases)
+    return Process(table["equation"], changes, rate, joule, float(acid), salt, _catalysts(equation, phase), stays)
 
 
 def _catalysts(equation: Equation, phase: Mapping[str, str]) -> frozenset[str]:

@@ -107,7 +107,8 @@ class Solver:
         table = np.column_stack([np.maximum(totals, least), water_mol, clipped])
         keys = [row.tobytes() for row in table]
         self._fill(self._solutions, table, keys, np.zeros(len(self.mixture.phases), dtype=np.bool_))
-        return table, keys, np.array([self._solutions[key] for key in keys]).reshape(len(keys), -1)
+        width = 2 + len(self.mixture.species) + 2 * len(self.mixture.phases)
+        return table, keys, np.array([self._solutions[key] for key in keys]).reshape(len(keys), width)
 
     def _fill(self, memory: dict[bytes, FloatArray], table: FloatArray, marks: list[bytes], allowed: BoolArray) -> None:
         """Ask for the rows that the memory does not hold."""

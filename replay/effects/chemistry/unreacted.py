@@ -21,6 +21,8 @@ LEAST_FORMED: Final = 0.01
 ROUNDING: Final = 1e-9
 """Of a solid's amount: what differs by less did not dissolve."""
 
+TOO_LITTLE_GAS: Final = "too little for bubbles at 1 atmosphere"
+
 OF_WATER: Final = frozenset((WATER, PROTON, "OH-", "H3O+"))
 """Reagents that every solution has."""
 
@@ -49,9 +51,14 @@ def _reason(matter: Matter, reaction: Reaction, formed: bool) -> str:
     if reaction.process >= 0:
         if any(history.extents[-1, reaction.process] > 0.0 for history in matter.histories.values()):
             return ""
+        process = matter.recipe.processes[reaction.process]
+        missing = _missing(matter, reaction)
+        if process.stays and not missing:
+            gas = next(column for column, many in process.changes.items() if many > 0.0 and column.endswith(GAS))
+            return f"all {gas.removesuffix(GAS)} stays dissolved, there is {TOO_LITTLE_GAS}"
         rival = "what else is in the vessel uses up one of its reagents first"
         acid = "no acid gives its H+, or " if "H+" in reaction.equation.reagents else ""
-        return _missing(matter, reaction) or acid + rival
+        return missing or acid + rival
     if formed:
         return ""
     missing = _missing(matter, reaction)
@@ -79,7 +86,7 @@ def _products(matter: Matter, reaction: Reaction) -> str | None:
             continue
         if any(np.ptp(matter.amount(name, column)) > 0.0 for name in matter.histories):
             return ""
-        reason = "too little for bubbles at 1 atmosphere" if column.endswith(GAS) else "less than what dissolves"
+        reason = TOO_LITTLE_GAS if column.endswith(GAS) else "less than what dissolves"
         text = text or f"all {formula} stays dissolved, there is {reason}"
     return text
 

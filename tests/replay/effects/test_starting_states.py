@@ -50,22 +50,48 @@ def test_what_dissolves_of_a_first_precipitate_is_counted_of_it():
 
 
 @pytest.mark.parametrize(
-    ("solute", "equation", "rate"),
+    ("solute", "molar", "equation", "rate"),
     [
-        ("Na2S2O3", "S2O3^2- + 2 H+ -> SO2 + S + H2O", {}),
-        ("Na2S2O3", "S2O3^2- + 2 H+ -> SO2 + S + H2O", {"rate_per_s": 1.0}),
-        ("NaHCO3", "NaHCO3 + HCl -> NaCl + H2O + CO2", {"rate_per_s": 1.0}),
-        ("Na2SO3", "SO3^2- + 2 H+ -> SO2(g) + H2O", {"rate_per_s": 1.0}),
+        ("Na2S2O3", 0.02, "S2O3^2- + 2 H+ -> SO2 + S + H2O", {}),
+        ("Na2S2O3", 0.02, "S2O3^2- + 2 H+ -> SO2 + S + H2O", {"rate_per_s": 1.0}),
+        ("NaHCO3", 1.0, "NaHCO3 + HCl -> NaCl + H2O + CO2", {"rate_per_s": 1.0}),
+        ("K2CO3", 0.2, "CO3^2- + 2 H+ -> CO2(g) + H2O", {"rate_per_s": 1.0}),
     ],
 )
-def test_reactions_with_acid_wait_until_acid_is_there(solute, equation, rate):
+def test_reactions_with_acid_wait_until_acid_is_there(solute, molar, equation, rate):
     """Each once ran in its own neutral or basic solution."""
-    bodies = (glass("a", 60.0, solute="HCl", molar=0.2), glass("b", 10.0, solute=solute, molar=0.02))
+    bodies = (glass("a", 60.0, solute="HCl", molar=1.0), glass("b", 10.0, solute=solute, molar=molar))
     effects = poured(POUR, bodies, MIXED, reacts(equation, **rate))
     history = effects["reaction"].series["b/extent"]
     first = history.times < effects["pour"].events[0].time
     assert not history.values[first].any()
-    assert history.values[-1] > 0.5 * 0.02 * 10e-3
+    assert history.values[-1] > 0.5 * molar * 10e-3
+
+
+GASES = {
+    "CO2": ("NaHCO3", "HCl", "NaHCO3 + HCl -> NaCl + H2O + CO2"),
+    "SO2": ("Na2SO3", "H2SO4", "Na2SO3 + H2SO4 -> Na2SO4 + H2O + SO2"),
+    "H2S": ("Na2S", "HCl", "Na2S + 2 HCl -> 2 NaCl + H2S"),
+}
+
+
+@pytest.mark.parametrize("molar", [0.02, 0.8])
+@pytest.mark.parametrize("gas", GASES)
+def test_a_rate_changes_no_amount_of_gas(gas, molar):
+    """SO2 once left at once where its equation has a rate, and stayed dissolved where it has none."""
+    solute, acid, equation = GASES[gas]
+    bodies = (glass("a", 60.0, solute=acid, molar=2.0), glass("b", 20.0, solute=solute, molar=molar))
+    at_once, slow = (
+        poured(POUR, bodies, MIXED, reacts(equation, **rate))["reaction"] for rate in ({}, {"rate_per_s": 20.0})
+    )
+    amounts = [sum(event.values["moles"] for event in effect.output.named("gas")) for effect in (at_once, slow)]
+    assert amounts[1] == pytest.approx(amounts[0], rel=0.02, abs=1e-6)
+    for effect in (at_once, slow):
+        stays = [event.text for event in effect.output.named("gas") if "stay dissolved" in event.text]
+        none = [
+            event.text for event in effect.output.named("no-reaction") if f"all {gas} stays dissolved" in event.text
+        ]
+        assert len(stays) + len(none) == 1
 
 
 def test_a_reaction_without_any_acid_is_said_not_to_proceed():
