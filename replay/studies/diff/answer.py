@@ -9,7 +9,7 @@ from replay import words
 from replay.document.run_document import RunDocument
 
 if TYPE_CHECKING:
-    from replay.studies.diff.runs import DetectorDiff
+    from replay.studies.diff.runs import DetectorDiff, Ranges
 
 REPLAYED: Final = ("session.frames", "session.bodies", "window", "oracle", "pairs", "tau", "session.digest")
 """Differences with which the errors of two runs are not of the same contacts."""
@@ -46,15 +46,14 @@ def _helped(detector: DetectorDiff, contacts: int, *, same_machine: bool) -> str
     gain = _gain(detector)
     false_before, false_after = (100 * (fraction or 0.0) for fraction in detector.false_contact)
     worse = false_after > false_before if gain > 0 else false_after < false_before
-    missed_before, missed_after = (0 if counts is None else sum(counts) for counts in detector.missed)
-    worse_missed = missed_after > missed_before if gain > 0 else missed_after < missed_before
+    worse_counts = [_rises(ranges) if gain > 0 else _falls(ranges) for ranges in (detector.missed, detector.late)]
     subject = after if before == after else f"{before} -> {after}"
-    numbers = f"{_false(detector)}, {_missed(detector, contacts)}, {_loss(detector)}"
+    numbers = f"{_false(detector)}, {_missed(detector, contacts)}, {_late(detector)}{_loss(detector)}"
     cost = f"; {_cost(detector)}" if same_machine else ""
     if abs(gain) < LEAST:
         same = "it makes the same errors" if not detector.changed else "other contacts, and the same loss"
         return f"No difference: {subject}: {same} ({numbers}){cost}."
-    on_balance = ", on balance" if worse or worse_missed else ""
+    on_balance = ", on balance" if worse or any(worse_counts) else ""
     return f"{'Yes' if gain > 0 else 'No, worse'}{on_balance}: {subject}: {numbers}{cost}."
 
 
@@ -73,6 +72,23 @@ def _missed(detector: DetectorDiff, contacts: int) -> str:
     before, after = (words.count_range(counts or (0, 0)) for counts in detector.missed)
     whole = words.plural(contacts, "contact")
     return f"{before} of {whole} missed in both" if before == after else f"missed {before} -> {after} of {whole}"
+
+
+def _late(detector: DetectorDiff) -> str:
+    """``late or cut short 1-3 -> 3-5, ``, and nothing where it is the same."""
+    before, after = (words.count_range(counts or (0, 0)) for counts in detector.late)
+    return "" if before == after else f"late or cut short {before} -> {after}, "
+
+
+def _rises(ranges: Ranges) -> bool:
+    """Whether more contacts are counted in the second run, over the sampling offsets."""
+    before, after = (sum(counts or (0, 0)) for counts in ranges)
+    return after > before
+
+
+def _falls(ranges: Ranges) -> bool:
+    """Whether fewer contacts are counted in the second run."""
+    return _rises(ranges[::-1])
 
 
 def _loss(detector: DetectorDiff) -> str:

@@ -48,11 +48,11 @@ class DetectorDiff:
     ``same`` counts contacts that begin and end at the same time in both, ``shifted`` are those that moved, ``gained``
     and ``lost`` contacts that only the second, or only the first, run has. Ratios are seconds of the second
     over those of the first, ``None`` where one was not measured. ``same_verdicts``: whether the digests are equal,
-    ``None`` where one has none. ``missed`` are contacts never found in the first and in the second, the smallest and
-    the largest count over the sampling offsets; ``false_contact`` the parts of the time reported
-    that are false, means over these offsets; ``loss`` what ``replay.auditing.loss`` makes of them: all as the ranking
-    of each run says them, ``None`` where the detector was not audited. ``labels`` are those in the first and in the
-    second run, ``mean_seconds`` those a frame.
+    ``None`` where one has none. ``missed`` are contacts never found in the first and in the second, ``late`` those
+    found late or cut short, the smallest and the largest count over the sampling offsets; ``false_contact`` the parts
+    of the time reported that are false, means over these offsets; ``loss`` what ``replay.auditing.loss`` makes of them:
+    all as the ranking of each run says them, ``None`` where the detector was not audited. ``labels`` are those in the
+    first and in the second run, ``mean_seconds`` those a frame.
     """
 
     labels: Labels
@@ -64,6 +64,7 @@ class DetectorDiff:
     p99_ratio: float | None
     same_verdicts: bool | None
     missed: Ranges
+    late: Ranges
     false_contact: Fractions
     loss: Fractions
     mean_seconds: tuple[float, float]
@@ -146,9 +147,7 @@ def _detector(labels: Labels, runs: Sequence[RunFolder]) -> DetectorDiff:
     kept, come = {i for i, _ in matched}, {j for _, j in matched}
     seconds, digests = [detector.seconds for detector in detectors], [detector.digest for detector in detectors]
     audits = [run.document.audit.get(label) for run, label in zip(runs, labels, strict=True)]
-    missed = tuple(
-        None if audit is None else count_range(audit.counts_over_offsets.contacts_missed) for audit in audits
-    )
+    counts = [None if audit is None else audit.counts_over_offsets for audit in audits]
     ranks = [_audited_rank(run, label) for run, label in zip(runs, labels, strict=True)]
     return DetectorDiff(
         labels=labels,
@@ -159,7 +158,8 @@ def _detector(labels: Labels, runs: Sequence[RunFolder]) -> DetectorDiff:
         time_ratio=_ratio(*(times.detect for times in seconds)),
         p99_ratio=_ratio(*(times.p99 for times in seconds)),
         same_verdicts=None if None in digests else digests[0] == digests[1],
-        missed=missed,
+        missed=tuple(None if each is None else count_range(each.contacts_missed) for each in counts),
+        late=tuple(None if each is None else count_range(each.late_or_cut_short) for each in counts),
         false_contact=tuple(None if audit is None else audit.false_contact_mean.value for audit in audits),
         loss=tuple(None if rank is None else rank.loss for rank in ranks),
         mean_seconds=(seconds[0].per_frame_mean, seconds[1].per_frame_mean),

@@ -6,6 +6,8 @@ from support.small_worlds import cubes
 
 from replay import run
 from replay.cli.main import main
+from replay.show.results.run_folder import read_run_folder
+from replay.studies.diff.answer import answer_of
 from replay.studies.diff.runs import diff_runs
 
 BEFORE = {"a": [0] * 14, "b": [3, 0.9, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3, 3, 3]}
@@ -87,6 +89,32 @@ def test_colliders_under_other_labels_are_compared(before_and_after):
     assert result.answer.startswith("Yes: wide50 -> collider-shipped-50: false contact 20 % -> 0 %, ")
     back = diff_runs(before_and_after / "fine", before_and_after / "coarse")
     assert back.answer.startswith("No, worse: collider-shipped-50 -> wide50: false contact 0 % -> 20 %, ")
+
+
+@pytest.mark.parametrize(
+    ("late", "text"),
+    [
+        (((1, 3), (3, 5)), "Yes, on balance: wide50 -> collider-shipped-50: "),
+        (((1, 3), (1, 3)), "Yes: wide50 -> collider-shipped-50: "),
+        (((3, 5), (1, 3)), "Yes: wide50 -> collider-shipped-50: "),
+    ],
+)
+def test_first_line_says_that_more_contacts_are_late(before_and_after, late, text):
+    folders = [before_and_after / name for name in ("coarse", "fine")]
+    documents = [read_run_folder(folder).document for folder in folders]
+    detectors = diff_runs(*folders).detectors
+    planted = {name: replace(detector, late=late) for name, detector in detectors.items()}
+    answer = answer_of(*documents, planted, {})
+    assert answer.startswith(text)
+    change = " -> ".join(f"{low}-{high}" for low, high in late)
+    assert (f"late or cut short {change}, loss" in answer) == (late[0] != late[1])
+
+
+def test_late_contacts_are_those_of_the_ranking(before_and_after):
+    folders = [before_and_after / name for name in ("coarse", "fine")]
+    ranks = [{rank.label: rank for rank in read_run_folder(folder).ranking} for folder in folders]
+    detector = diff_runs(*folders).detectors["wide50 -> collider-shipped-50"]
+    assert detector.late == tuple(rank[name].late_counts for rank, name in zip(ranks, detector.labels, strict=True))
 
 
 def test_last_detector_of_each_run_is_compared_whatever_it_is(before_and_after):
