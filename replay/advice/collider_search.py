@@ -30,6 +30,7 @@ from replay.cutting.convex_solids import solids_of, volume_of, within_triangles
 from replay.cutting.methods import METHODS, method_of
 from replay.cutting.piece_store import Cut, NotCut, convex_pieces, cut_ahead, why_not_cut
 from replay.detection.progress import Advance
+from replay.errors import TradeoffError
 from replay.prepare.assembly import Assembly
 
 HULL: Final = "hull"
@@ -266,8 +267,16 @@ class ColliderSearch:
         self.time_up = any(not_cut.late for not_cut in missing.values())
 
     def run(self) -> None:
-        """Search until the limits hold, nothing helps, or the time is up; ``steps`` are the best until then."""
+        """Search until the limits hold, nothing helps, or the time is up; ``steps`` are the best until then.
+
+        Raises ``TradeoffError``: nothing touches, neither the meshes nor their hulls.
+        """
         hulls = self._wrong(self.steps)
+        if not self._scoring.contacts and not hulls.false_frames.any():
+            raise TradeoffError(
+                "nothing touches in this session, not even the hulls: no collider does better; "
+                "take a session in which bodies touch or are put into each other"
+            )
         # The first detection of a machine compiles for seconds to minutes: a search would find nothing in what is left.
         self._deadline.begin()
         try:

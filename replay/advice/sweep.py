@@ -24,6 +24,7 @@ from replay.document.machine import machine, versions
 from replay.document.run_result import Tradeoff
 from replay.document.summary import session_name
 from replay.engine import prepared
+from replay.errors import TradeoffError
 from replay.prepare.assembly import Assembly
 from replay.prepare.frame_times import frame_rate
 from replay.settings import RunSettings
@@ -116,6 +117,9 @@ def tradeoff(
         else:
             settings = settings_list(frames_hz=frame_rate(motion.times), shipped=bool(session.colliders))
         scoring = Scoring(assembly, parse_detector(run.oracle or TRUSTED), run.seed, run.tau, session)
+        if not scoring.contacts:
+            oracle = scoring.spec.name
+            raise TradeoffError(f"{oracle} finds no contact in this session: nothing can be missed; take another")
         sweep = _Sweep(assembly, scoring, run.seed, deadline, settings)
         sweep.run(watch)
     return sweep.whole(session)

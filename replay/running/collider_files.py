@@ -213,8 +213,8 @@ def fix_colliders(
     every_method : make report cards of boxes, spheres and capsules too, of V-HACD, and of CoACD where there is time.
     asked : ``scene``, ``pairs``, ``start``, ``end``, ``policy``, ``tau`` and ``seed``, as ``replay.run``.
 
-    Raises ``TradeoffError``: no contact happens, no such engine; ``OutputError``: the folder cannot be written; and as
-    ``replay.run``.
+    Raises ``TradeoffError``: nothing touches, not even the hulls, or there is no such engine; ``OutputError``: the
+    folder cannot be written; and as ``replay.run``.
     """
     progress = progress or Silent()
     target = engine_files(engine) if engine else None

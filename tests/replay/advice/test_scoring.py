@@ -8,7 +8,6 @@ from replay.advice.scoring import Scoring
 from replay.advice.settings import settings_of
 from replay.detection.detector_spec import parse_detector
 from replay.detection.run_detector import make_detector
-from replay.errors import TradeoffError
 from replay.prepare.assemble import assemble
 
 POSITIONS = (3, 1.3, 1.3, 3, 0.9, 3, 1.3, 1.3, 0.9, 0.8, 1.3, 3)
@@ -51,6 +50,7 @@ def test_oracle_has_no_faults_and_balls_are_false_where_overlapping(assembly):
     assert balls["missed"] == balls["late"] == 0 < balls["false_contacts"] and balls["false"] == balls["loss"] == 5 / 8
 
 
-def test_a_session_without_contact_is_refused():
-    with pytest.raises(TradeoffError, match="nothing can be missed"):
-        Scoring(assemble(cubes({"a": [0, 0], "b": [3, 4]})), parse_detector("exact"), 0, TAU)
+def test_without_contact_only_false_contact_is_scored():
+    assembly = assemble(cubes({"a": [0, 0], "b": [3, 1.3]}))
+    balls = figures(assembly, "sphere")
+    assert (balls["contacts"], balls["missed"], balls["false_contacts"], balls["loss"]) == (0, 0, 1, 1.0)

@@ -11,6 +11,7 @@ from cdcore.kernels import compiling
 from replay.advice import sweep as trading
 from replay.advice.sweep import FRONT_PASSES, PASSES, tradeoff
 from replay.engine import compute
+from replay.errors import TradeoffError
 from sessions.model.scene import Scene, SceneBody, SceneEffect
 from sessions.synthetic.scenes import make_scene_session
 
@@ -130,3 +131,8 @@ def test_a_pose_that_the_policy_drops_is_no_contact():
 def test_invalid_tradeoff_arguments_are_refused_in_a_sentence(bumped):
     with pytest.raises(TypeError, match="takes no noise"):
         tradeoff(bumped, noise="vive")
+
+
+def test_session_without_contact_is_refused():
+    with pytest.raises(TradeoffError, match="nothing can be missed"):
+        tradeoff(cubes({"a": [0, 0], "b": [3, 4]}), detectors=LIST)

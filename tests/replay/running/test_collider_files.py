@@ -304,3 +304,30 @@ def test_pieces_joined_by_motion_are_said_to_fill_hollows(shipped):
     (sentence,) = [line for line in replace(shipped, bodies=[cut, hull]).remarks if "hollows" in line]
     assert "(beaker: up to 28 mm beyond the mesh)" in sentence and "rod" not in sentence
     assert not [line for line in replace(shipped, bodies=[hull]).remarks if "hollows" in line]
+
+
+@pytest.fixture
+def dipped(session):
+    """Returns sessions of a rod that goes into the beaker and out, this far from its middle, and touches nothing."""
+    axis = int(np.argmax(np.ptp(session.meshes["beaker"].vertices, axis=0)))
+    count = 30
+    still = np.tile([0.0, 0.0, 0.0, 1.0], (count, 1))
+
+    def at(aside):
+        rod = np.full((count, 3), aside)
+        rod[:, axis] = 0.02 + np.abs(np.linspace(-0.15, 0.15, count))
+        poses = {"beaker": (np.zeros((count, 3)), still), "rod": (rod, still)}
+        return Session.from_arrays(np.arange(count) * STEP_NS, poses, {name: session.meshes[name] for name in poses})
+
+    return at
+
+
+def test_false_contact_is_mended_where_nothing_ever_touches(dipped):
+    fixed = fix_colliders(dipped(0.0), limits=Limits(0.2))
+    assert fixed.before["false"] == 1.0 and not fixed.after["false"]
+    assert fixed.before["missed"] == fixed.after["missed"] == 0
+
+
+def test_session_in_which_not_even_hulls_touch_is_refused(dipped):
+    with pytest.raises(TradeoffError, match="nothing touches in this session, not even the hulls"):
+        fix_colliders(dipped(5.0))
