@@ -186,6 +186,15 @@ def test_blocks_joined_equal_the_whole(table, cut):
             assert joined.at(frame, pair).tolist() == made(table).at(frame, pair).tolist()
 
 
+@given(entries, st.sets(st.integers(0, 7)))
+def test_taken_frames_have_their_own_faces(table, chosen):
+    whole, frames = made(table), np.array(sorted(chosen), dtype=np.int64)
+    taken = whole.take(frames)
+    for number, frame in enumerate(frames):
+        for pair in range(4):
+            assert taken.at(number, pair).tolist() == whole.at(frame, pair).tolist()
+
+
 def test_frames_with_equal_face_sets_store_a_single_set():
     item = np.array([[1, 2], [3, 4]])
     sets = FaceSets.from_shared(np.arange(1000), np.zeros(1000, dtype=int), np.zeros(1000, dtype=int), [item])
