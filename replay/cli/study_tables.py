@@ -25,7 +25,9 @@ def study_tables(study: Study | None, runs: ClassRuns, out: Path, seed: int = 0,
     parts: list[RenderableType] = [Text(), Paragraph("", tables.opening(study, class_counts(runs)), STYLES[STRONG])]
     for row in class_answer(ClassTables(runs, seed), places(runs, out), study):
         links = "; ".join(text for text, _ in row.links)
-        parts.append(Paragraph(f"  {row.name:<6}", f"{row.text} {links}." if links else row.text))
+        parts.append(Paragraph(f"  {row.name:<6}", f"{row.text} {links}." if links else row.text, STYLES[STRONG]))
+        below = (row.figures, row.details if verbose else "")
+        parts += [Paragraph(" " * 8, text) for text in below if text]
     guesses = open_guesses_line(runs_with_open_guesses(runs), len(runs.metrics))
     parts += [Paragraph("", sentence, STYLES[WARNING]) for sentence in guesses]
     if study is None or not verbose:

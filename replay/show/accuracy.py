@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from replay import words
-from replay.document.ranking import Rank
+from replay.document.ranking import Rank, with_fixes
 from replay.document.run_result import Summarised, Tradeoff
 from replay.show.plots import Axis, Dot, Plot, Size, scatter, ticks_of
 
@@ -15,7 +15,7 @@ LEAST_TOP = 0.1
 
 
 def run_dots(result: Summarised) -> list[Dot]:
-    """A dot for each detector of a ranking whose time was measured and that left no contact undecided.
+    """A dot for each detector of a ranking whose time was measured and that left no contact undecided, and its Fix.
 
     The worst one has the kind of its larger fault, ``false`` or ``missed``; the reference is a ``reference``.
     """
@@ -23,7 +23,7 @@ def run_dots(result: Summarised) -> list[Dot]:
     if all(audit.undecided.value == 1 for audit in audits.values()):
         return []
     dots = []
-    for number, rank in enumerate(result.ranking):
+    for number, rank in enumerate(with_fixes(result.ranking, result.document)):
         if rank.mean is not None and not rank.undecided:
             dots.append(Dot(rank.label, 1e3 * rank.mean, rank.loss, _kind(rank, worst=number == 0), rank.label))
     return [_with_loss(dot) for dot in dots]

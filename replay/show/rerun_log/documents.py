@@ -91,8 +91,9 @@ def dots_of(result: RunResult) -> list[tuple[Dot, Rgba]]:
     if result.tradeoff is not None and result.tradeoff.rows:
         dots = tradeoff_dots(result.tradeoff)
         return [(dot, colour_of(number) if dot.kind else TICKS) for number, dot in enumerate(dots)]
-    labels = [*result.detections]
-    return [(dot, colour_of(labels.index(dot.name.rpartition(": ")[0]))) for dot in run_dots(result)]
+    # The measured Fix is no detector of the run: its colour is the next one.
+    numbers = {label: number for number, label in enumerate(result.detections)}
+    return [(dot, colour_of(numbers.get(dot.detector, len(numbers)))) for dot in run_dots(result)]
 
 
 def series_names(result: RunResult) -> dict[str, str]:

@@ -1,7 +1,8 @@
 """The first answers about a class: what was found, where to look, why contacts are missed, what to do, how sure."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
+from math import sqrt, tanh
 from typing import Final
 
 import numpy as np
@@ -14,6 +15,7 @@ from replay.document.tables import Marked
 from replay.studies.class_study.analysis import Study
 from replay.studies.class_study.class_tables import ClassTables, Place, sessions_table
 from replay.studies.class_study.refusals import LEAST_IN_CELL, few
+from replay.studies.class_study.regression import LEVEL
 from replay.studies.class_study.tables import behind, headlines
 from replay.words import plural
 
@@ -26,40 +28,65 @@ MOST_FOUND: Final = 3
 MOST_REFUSED: Final = 2
 """Results left out that are named there."""
 
+FEWEST: Final = 10
+"""Students from which on Fisher's transformation is near enough."""
+
 DETECTOR, MEAN_MS = file_names("metrics", "detector", "mean_ms")
 """Column of the metrics with the milliseconds of a detector a frame."""
 
 
 @dataclass(frozen=True)
 class AnswerRow:
-    """A heading and its sentences; ``links`` are the texts and addresses of what it leads to."""
+    """A heading with its texts, as ``replay.document.answer.Reason`` has them.
+
+    Parameters
+    ----------
+    name : the heading.
+    text : the answer itself, one short sentence.
+    figures : the sentences below it; ``""``: none.
+    links : texts and addresses of what it leads to, behind ``text``.
+    details : what the page folds and a terminal prints with ``-v``; ``""``: nothing.
+    """
 
     name: str
     text: str
+    figures: str = ""
     links: tuple[tuple[str, str], ...] = ()
+    details: str = ""
 
 
 def class_answer(tables: ClassTables, where: Mapping[str, Place], study: Study | None) -> list[AnswerRow]:
     """Return the rows below the first sentence of a class; a row without text or links is left out."""
+    result, *others = _results(study)
     rows = [
-        AnswerRow("What", " ".join(filter(None, [tables.rate_difference(), _results(study), *tables.headlines()]))),
-        AnswerRow("When", "Look first at", _first_sessions(tables, where)),
-        AnswerRow("Why", _causes(tables)),
-        AnswerRow("Do", _detector(tables, study)),
-        AnswerRow("Cost", _times(tables)),
-        AnswerRow("Or", _other_detectors(study)),
-        AnswerRow("Sure", " ".join(_certainty(tables, study))),
+        AnswerRow(
+            "What",
+            result,
+            " ".join(filter(None, [*others, tables.rate_difference()])),
+            details=" ".join(tables.headlines()),
+        ),
+        AnswerRow("When", "Look first at", links=_first_sessions(tables, where)),
+        AnswerRow("Why", *_first_and_rest(_causes(tables))),
+        AnswerRow("Do", *_first_and_rest(_detector(tables, study))),
+        AnswerRow("Cost", *_first_and_rest(_times(tables))),
+        AnswerRow("Or", *_first_and_rest(_other_detectors(study))),
+        _certainty(tables, study),
     ]
     return [row for row in rows if row.text and (row.name != "When" or row.links)]
 
 
-def _results(study: Study | None) -> str:
+def _first_and_rest(sentences: list[str]) -> tuple[str, str]:
+    """The first sentence, and the others as one text."""
+    return sentences[0] if sentences else "", " ".join(sentences[1:])
+
+
+def _results(study: Study | None) -> list[str]:
     """The associations, most pronounced first."""
     if study is None:
-        return "Nothing was tested: there is no questionnaire."
-    found = headlines(study)
-    more = f" {len(found) - MOST_FOUND} more below." if len(found) > MOST_FOUND else ""
-    return " ".join(f"{sentence}." for sentence in found[:MOST_FOUND]) + more
+        return ["Nothing was tested: there is no questionnaire."]
+    results = headlines(study)
+    more = [f"{len(results) - MOST_FOUND} more below."] if len(results) > MOST_FOUND else []
+    return [*(f"{sentence}." for sentence in results[:MOST_FOUND]), *more]
 
 
 def _first_sessions(tables: ClassTables, where: Mapping[str, Place]) -> tuple[tuple[str, str], ...]:
@@ -80,7 +107,7 @@ CAUSES: Final[Mapping[str, str]] = {
 """Cause -> why a contact is missed, as the end of a sentence; others stand as they are called."""
 
 
-def _causes(tables: ClassTables) -> str:
+def _causes(tables: ClassTables) -> list[str]:
     """The most frequent cause of the misses of each detector that five students or more have, with its count."""
     counts_of: dict[str, dict[str, float]] = {}
     totals: dict[str, float] = {}
@@ -96,20 +123,23 @@ def _causes(tables: ClassTables) -> str:
             every = totals[label] == sum(causes.values())
             share = f"{most:.0f} of {totals[label]:.0f}" if every else "most"
             sentences.append(f"{label}: {CAUSES.get(cause, cause)} ({share} missed or late contacts).")
-    return " ".join(sentences)
+    return sentences
 
 
-def _detector(tables: ClassTables, study: Study | None) -> str:
+def _detector(tables: ClassTables, study: Study | None) -> list[str]:
     """The detector whose contacts to use."""
     if study is not None:
-        return f"Use the contacts of {study.detector}: every figure about contacts on this page comes from them."
+        return [
+            f"Use the contacts of {study.detector}.",
+            "Every figure about contacts on this page comes from them.",
+        ]
     trusted = dict.fromkeys(oracle for run in tables.runs.metrics if (oracle := tables.runs.of(run, "oracle")))
     if not trusted:
-        return ""
-    return f"Use the contacts of {' or '.join(trusted)}, the reference: the others are measured against them."
+        return []
+    return [f"Use the contacts of {' or '.join(trusted)}, the reference.", "The others are measured against them."]
 
 
-def _other_detectors(study: Study | None) -> str:
+def _other_detectors(study: Study | None) -> list[str]:
     """The other detectors that would do, and those that change a conclusion; ``""``: none was tested."""
     tested = [row for row in study.sensitivity if row.tested] if study is not None else []
     changing = list(dict.fromkeys(row.detector for row in tested if row.changes))
@@ -118,36 +148,58 @@ def _other_detectors(study: Study | None) -> str:
     if same:
         sentences.append(f"The same conclusions follow with {', '.join(same)}.")
     if changing:
-        sentences.append(f"Another conclusion follows with {', '.join(changing)}.")
-    return " ".join(sentences)
+        sentences.insert(0, f"Another conclusion follows with {', '.join(changing)}.")
+    return sentences
 
 
-def _times(tables: ClassTables) -> str:
+def _times(tables: ClassTables) -> list[str]:
     """Milliseconds a frame of each detector, in the mean of the sessions that measured it."""
     metrics = tables.runs.every_metric
+    unknown = ["Times of the detectors were not measured."]
     if MEAN_MS not in metrics.column_names:
-        return "Times of the detectors were not measured."
+        return unknown
     times: dict[str, list[float]] = {}
     for row in metrics.select([DETECTOR, MEAN_MS]).to_pylist():
         if row[MEAN_MS] is not None and np.isfinite(row[MEAN_MS]):
             times.setdefault(row[DETECTOR], []).append(row[MEAN_MS] / 1e3)
     if not times:
-        return "Times of the detectors were not measured."
+        return unknown
     means = [f"{label} {words.frame_time(float(np.mean(values)))}" for label, values in times.items()]
-    return f"A frame takes in the mean of the sessions: {', '.join(means)}."
+    return [f"A frame takes {', '.join(means)}.", "Means over the sessions."]
 
 
-def _certainty(tables: ClassTables, study: Study | None) -> Iterator[str]:
-    """Sentences on the students behind the figures, on what was left out, and on what no figure says."""
+TWO_SIDED: Final = 1.959964
+"""Quantile of the normal distribution at 97.5 %: a test of two sides at p below 0.05."""
+
+FOUR_IN_FIVE: Final = 0.841621
+"""Quantile at 80 %: the association is found in four of five samples."""
+
+
+def least_association(students: int) -> float | None:
+    """The correlation that a test at 5 % finds in four of five samples of so many students; ``None``: too few.
+
+    Source: Fisher's z transformation, of which the deviation is 1 / sqrt(n - 3).
+    """
+    return None if students < FEWEST else tanh((TWO_SIDED + FOUR_IN_FIVE) / sqrt(students - 3))
+
+
+def _certainty(tables: ClassTables, study: Study | None) -> AnswerRow:
+    """How strong an association must be to be found; the students behind the figures; what was left out."""
     students = len(tables.runs.students)
-    if study is not None:
-        yield f"{behind(study)}."
+    intervals = "Brackets and bars are 95 % intervals: other classes like this one may give any figure within."
+    if study is None:
+        count = f"{few(students)} students." if students < LEAST_IN_CELL else f"{plural(students, 'student')}."
+        return AnswerRow("Sure", count, intervals)
+    figures = [f"{behind(study)}."]
+    text, least = figures[0], least_association(study.students)
+    if least is not None:
+        text = f"With {study.students} students, only associations above {words.number(least, 2)} are found reliably."
+        figures.append(f"Reliably: in 4 of 5 such classes, for one test at p < {LEVEL:g}.")
     else:
-        yield f"{few(students)} students." if students < LEAST_IN_CELL else f"{plural(students, 'student')}."
-    yield "Brackets and bars are 95 % intervals: other classes like this one may give any figure within."
-    if study is not None:
-        refused = [f"{refusal.what} ({refusal.reason})" for refusal in study.refusals]
-        if refused:
-            rest = f"; {len(refused) - MOST_REFUSED} more under Method" if len(refused) > MOST_REFUSED else ""
-            yield f"Left out: {'; '.join(refused[:MOST_REFUSED])}{rest}."
-        yield "Only associations were observed: no figure says what causes what."
+        figures = []
+    refused = [f"{refusal.what} ({refusal.reason})" for refusal in study.refusals]
+    if refused:
+        rest = f"; {len(refused) - MOST_REFUSED} more under Method" if len(refused) > MOST_REFUSED else ""
+        figures.append(f"Left out: {'; '.join(refused[:MOST_REFUSED])}{rest}.")
+    observed = "Only associations were observed: no figure says what causes what."
+    return AnswerRow("Sure", text, " ".join(figures), details=f"{intervals} {observed}")

@@ -4,12 +4,13 @@ import re
 from collections import Counter
 from html import unescape
 
+import numpy as np
 import pyarrow.parquet as pq
 import pytest
 from support.study_samples import a_class, codebook, made_class, questionnaire
 
 from replay.studies.class_study.analysis import analyse
-from replay.studies.class_study.class_answer import CAUSES, class_answer
+from replay.studies.class_study.class_answer import CAUSES, class_answer, least_association
 from replay.studies.class_study.class_runs import read_class
 from replay.studies.class_study.class_tables import ClassTables, places
 from replay.studies.class_study.page import study_html
@@ -49,7 +50,8 @@ def test_cause_of_each_detector_is_its_most_frequent_one(runs, study, tmp_path):
     for file in runs.top.glob("*/misses.parquet"):
         rows = pq.read_table(file).to_pylist()
         counted.update((row["detector"], row["cause"]) for row in rows if not row["held"])
-    why = rows_of(runs, study, tmp_path)["Why"].text
+    row = rows_of(runs, study, tmp_path)["Why"]
+    why = f"{row.text} {row.figures}"
     for label in runs.audited:
         counts = {cause: count for (own, cause), count in counted.items() if own == label}
         most = {cause for cause, count in counts.items() if count == max(counts.values())}
@@ -69,11 +71,33 @@ def test_first_sessions_lead_to_their_miss(runs, study, tmp_path):
 def test_a_cause_of_fewer_than_five_students_is_not_named(tmp_path):
     few = read_class(made_class(tmp_path / "runs", 4, 4))
     rows = rows_of(few, None, tmp_path)
-    assert "Why" not in rows and "misses" not in rows["What"].text and "fewer than 5 students" in rows["Sure"].text
+    assert "Why" not in rows and "misses" not in rows["What"].details and "fewer than 5 students" in rows["Sure"].text
 
 
 def test_changing_detectors_are_named_as_such(runs, study, tmp_path):
-    text = rows_of(runs, study, tmp_path)["Or"].text
+    row = rows_of(runs, study, tmp_path)["Or"]
+    text = f"{row.text} {row.figures}"
     changing = {row.detector for row in study.sensitivity if row.tested and row.changes}
     assert ("Another conclusion follows with" in text) == bool(changing)
     assert all(label in text for label in changing)
+
+
+@pytest.mark.parametrize("students", [10, 24, 100])
+def test_least_association_is_found_in_four_of_five_samples(students):
+    """Pearson correlations of drawn students, judged by Fisher's transformation at 5 %, both sides."""
+    least = least_association(students)
+    random = np.random.default_rng(students)
+    first, rest = random.normal(size=(2, 20_000, students))
+    second = least * first + np.sqrt(1.0 - least**2) * rest
+    first, second = (values - values.mean(axis=1, keepdims=True) for values in (first, second))
+    sums = (first * second).sum(axis=1), (first**2).sum(axis=1), (second**2).sum(axis=1)
+    correlations = sums[0] / np.sqrt(sums[1] * sums[2])
+    significant = np.abs(np.arctanh(correlations)) * np.sqrt(students - 3) > 1.96
+    assert significant.mean() == pytest.approx(0.8, abs=0.03)
+    assert least_association(9) is None
+
+
+def test_power_is_said_where_a_questionnaire_was_tested(runs, study, tmp_path):
+    sure = rows_of(runs, study, tmp_path)["Sure"]
+    assert sure.text == f"With {STUDENTS} students, only associations above 0.59 are found reliably."
+    assert "found reliably" not in rows_of(runs, None, tmp_path)["Sure"].text
