@@ -138,6 +138,6 @@ def _demo_class(out: Path, students: int, *, seed: int, jobs: int, people: Peopl
         people=people,
         seed=seed,
         force=True,
-        title="A class that was made up",
+        title="A made-up class, in whose model the detector has no effect",
     )
     return DATA_LOSS if [*failed, *batch.failed] else OK

@@ -13,8 +13,8 @@ WHOSE = "Detector: a label of the run; of code of your own label=module:Class."
 
 @click.command()
 @click.argument("run", type=RUN_FOLDER, metavar="RUN")
-@click.option("--miss", type=click.IntRange(min=1), metavar="N", help="The miss of this number.")
-@click.option("--false", type=click.IntRange(min=1), metavar="N", help="The false contact of this number.")
+@click.option("--miss", type=click.IntRange(min=1), metavar="N", help="This missed, late or short contact.")
+@click.option("--false", type=click.IntRange(min=1), metavar="N", help="This false contact.")
 @click.option("--detector", "--by", "label", metavar="NAME", help=WHOSE)
 @click.option("--session", type=SESSION_FILE, metavar="FILE", help="The recording, if the run does not lead to it.")
 @click.option("--out", "-o", type=ANY_PATH, default="case", show_default=True, metavar="DIR", help="Folder to write.")

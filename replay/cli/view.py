@@ -11,7 +11,12 @@ from sessions.temporary_folders import temporary_folder
 
 @click.command()
 @click.argument("runs", type=FILE_OR_FOLDER, metavar="RUN|SESSION.mcap...", nargs=-1, required=True)
-@click.option("--miss", type=click.IntRange(min=1), metavar="N", help="Open at this miss; else at the worst moment.")
+@click.option(
+    "--miss",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Open at this missed, late or short contact; else at the worst moment.",
+)
 @click.option("--false", type=click.IntRange(min=1), metavar="N", help="Open at this false contact.")
 @click.option("--by", default="", metavar="LABEL", help="Detector of that fault. Default: the first that has it.")
 @common

@@ -102,7 +102,7 @@ def _missed_proportions(audit: DetectorAudit | NoiseProofAudit) -> Iterator[tupl
         yield f"{audit.contacts_missed} of {contacts} contacts", proportion(audit.contacts_missed, contacts)
         yield f"{frames.count} of {frames.of} pair-frames in contact", frames
         return
-    where = f"over {PHASES} sampling offsets"
+    where = f"over {PHASES} start times of sampling"
     counts = over_offsets(audit.counts_over_offsets.contacts_missed, contacts)
     yield f"contacts: {counts} {where}", means.contacts_missed
     yield f"pair-frames in contact, mean {where}", means.time_missed
@@ -123,7 +123,7 @@ def _false(name: str, label: str, audit: DetectorAudit, most: float) -> Iterator
     measured = audit.false_contact_mean
     if exceeds(measured, most):
         count = f"{measured.count} of the {measured.of} pair-frames in contact that it reports"
-        mean = f"pair-frames in contact, mean over {PHASES} sampling offsets"
+        mean = f"pair-frames in contact, mean over {PHASES} start times of sampling"
         what = count if audit.means_over_offsets is None else mean
         limit = f"more than {name} {most:g}{_not_counted(audit)}"
         yield f"{label} reports false contact: {what} ({percent(measured)}), {limit}"

@@ -83,7 +83,7 @@ def how_measured(done: Tradeoff) -> tuple[str, ...]:
     return (
         f"Loss: {LOSS_MEANING}. front: no other setting is both faster and more accurate.",
         *(
-            ["A range is the smallest and the largest count over 16 sampling offsets; the order goes by the mean."]
+            ["A range is the smallest and largest count over 16 start times of sampling; the mean orders them."]
             if ranges
             else []
         ),
@@ -101,7 +101,7 @@ def engine_table(engine: Engine, rows: Iterable[Row], result: RunResult, *, sett
     session = f"{plural(contacts, 'contact')} in {words.duration(seconds)}, beside {result.oracle}"
     title = f"{engine.name} {engine.version}: {session}"
     notes = (
-        f"Loss: {LOSS_MEANING}. A range is over 16 sampling offsets.",
+        f"Loss: {LOSS_MEANING}. A range is over 16 start times of sampling.",
         TIMES_ARE,
         *engine.notes,
         "replay guide what-to-ship: the page behind every row. -v: each row's setting, for replay run --detectors.",

@@ -49,7 +49,9 @@ LANE_LEGEND: Final[Mapping[int, str]] = {
 PINK: Final = "pink: late or cut short"
 """The colour of frames missed at the beginning, the end or in the midst of a contact that is reported."""
 
-LANES_LEGEND: Final = f"blue: right   yellow: false contact   red: missed   {PINK}   grey: reference"
+LANES_LEGEND: Final = (
+    f"blue: right   yellow: false contact   red: missed   {PINK}   grey: reference   white line: cursor"
+)
 """What the colours of lanes of all pairs mean."""
 
 

@@ -38,6 +38,9 @@ UNREADABLE: Final = (OSError, ValueError, RuntimeError, TypeError, RecursionErro
 CAUSE_WIDTH: Final = max(map(len, Cause))
 """Letters of the longest cause."""
 
+NUMBERED_WIDTH: Final = len("interrupted 12")
+"""Letters of the longest name of a fault, with its number."""
+
 LISTS: Final = "moments/list"
 TABLE: Final = "moments/table"
 
@@ -152,9 +155,10 @@ def _line(moment: Fault | Episode, seconds: float, name: str, widths: tuple[int,
     ``widths``: letters of a label and of the name of a pair.
     """
     label, kind, number = _key(moment)
-    numbered = f"{kind} {number or ''}"
+    # One word of the fault's name: late contacts and missed ones are numbered together.
+    numbered = f"{moment.name.split()[0]} {number}" if isinstance(moment, Fault) else kind
     # The viewer cuts its own column of times, and in a narrow view the end of a line: time and cause come first.
-    line = f"{words.moment(seconds):>10}  {label:<{widths[0]}} {numbered:<8} "
+    line = f"{words.moment(seconds):>10}  {label:<{widths[0]}} {numbered:<{NUMBERED_WIDTH}} "
     if isinstance(moment, Episode):
         return f"{line} {plural(moment.last - moment.first + 1, 'frame'):<{CAUSE_WIDTH}} {name}"
     metres, what = moment.metres, "curve" if moment.kind.is_miss else "apart"

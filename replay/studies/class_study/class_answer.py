@@ -22,13 +22,15 @@ from replay.words import plural
 MOST_SESSIONS: Final = 3
 """Sessions that are named on the first screen; the table below has the others."""
 
+FIRST_SESSIONS: Final = "Of the sessions with most missed or late contacts, each with its longest one."
+
 MOST_FOUND: Final = 3
 """Results that are named there."""
 
 MOST_REFUSED: Final = 2
 """Results left out that are named there."""
 
-FEWEST: Final = 10
+FEWEST: Final = 20
 """Students from which on Fisher's transformation is near enough."""
 
 DETECTOR, MEAN_MS = file_names("metrics", "detector", "mean_ms")
@@ -65,10 +67,10 @@ def class_answer(tables: ClassTables, where: Mapping[str, Place], study: Study |
             " ".join(filter(None, [*others, tables.rate_difference()])),
             details=" ".join(tables.headlines()),
         ),
-        AnswerRow("When", "Look first at", links=_first_sessions(tables, where)),
+        AnswerRow("When", "Look first at", FIRST_SESSIONS, links=_first_sessions(tables, where)),
         AnswerRow("Why", *_first_and_rest(_causes(tables))),
         AnswerRow("Do", *_first_and_rest(_detector(tables, study))),
-        AnswerRow("Cost", *_first_and_rest(_times(tables))),
+        AnswerRow("Cost", *_first_and_rest(_times(tables, study))),
         AnswerRow("Or", *_first_and_rest(_other_detectors(study))),
         _certainty(tables, study),
     ]
@@ -122,7 +124,8 @@ def _causes(tables: ClassTables) -> list[str]:
             # What is left over could be of few students.
             every = totals[label] == sum(causes.values())
             share = f"{most:.0f} of {totals[label]:.0f}" if every else "most"
-            sentences.append(f"{label}: {CAUSES.get(cause, cause)} ({share} missed or late contacts).")
+            because = f" because {CAUSES[cause]}" if cause in CAUSES else f": {cause}"
+            sentences.append(f"{label} is wrong{because} ({share} missed or late contacts).")
     return sentences
 
 
@@ -133,10 +136,15 @@ def _detector(tables: ClassTables, study: Study | None) -> list[str]:
             f"Use the contacts of {study.detector}.",
             "Every figure about contacts on this page comes from them.",
         ]
-    trusted = dict.fromkeys(oracle for run in tables.runs.metrics if (oracle := tables.runs.of(run, "oracle")))
+    trusted = _trusted(tables)
     if not trusted:
         return []
     return [f"Use the contacts of {' or '.join(trusted)}, the reference.", "The others are measured against them."]
+
+
+def _trusted(tables: ClassTables) -> list[str]:
+    """References of the runs, in order of appearance."""
+    return list(dict.fromkeys(oracle for run in tables.runs.metrics if (oracle := tables.runs.of(run, "oracle"))))
 
 
 def _other_detectors(study: Study | None) -> list[str]:
@@ -152,8 +160,8 @@ def _other_detectors(study: Study | None) -> list[str]:
     return sentences
 
 
-def _times(tables: ClassTables) -> list[str]:
-    """Milliseconds a frame of each detector, in the mean of the sessions that measured it."""
+def _times(tables: ClassTables, study: Study | None) -> list[str]:
+    """Milliseconds a frame of each detector, the recommended one first, in the mean of the sessions measured."""
     metrics = tables.runs.every_metric
     unknown = ["Times of the detectors were not measured."]
     if MEAN_MS not in metrics.column_names:
@@ -164,8 +172,11 @@ def _times(tables: ClassTables) -> list[str]:
             times.setdefault(row[DETECTOR], []).append(row[MEAN_MS] / 1e3)
     if not times:
         return unknown
-    means = [f"{label} {words.frame_time(float(np.mean(values)))}" for label, values in times.items()]
-    return [f"A frame takes {', '.join(means)}.", "Means over the sessions."]
+    means = {label: words.frame_time(float(np.mean(values))) for label, values in times.items()}
+    recommended = study.detector if study is not None else next(iter(_trusted(tables)), "")
+    first = recommended if recommended in means else next(iter(means))
+    others = ", ".join(f"{label} {time}" for label, time in means.items() if label != first)
+    return [f"{first} takes {means[first]} a frame.", f"{others}: means over the sessions." if others else ""]
 
 
 TWO_SIDED: Final = 1.959964

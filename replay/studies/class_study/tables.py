@@ -19,6 +19,11 @@ OBSERVED_ONLY: Final = (
 )
 
 
+STUDY: Final = (
+    "Design of Virtual Experiment Teaching of Inorganic Chemistry in Colleges and Universities Based on Unity3D"
+)
+"""Title of the published study of which this page follows the tables."""
+
 PRINTED: Final = {
     "students": "52, at this stage of a chemistry course",
     "groups": "2 of 26",
@@ -204,7 +209,7 @@ def study_tables(study: Study) -> dict[str, Table]:
             "outcome first_group first_students first_mean second_group second_students second_mean pooled_beta "
             "pooled_fit pooled_p difference=beta low high p p_holm conclusion",
             [
-                "The published study that this page follows computes the pooled coefficient, its fit and its p: one "
+                f"{STUDY} computes the pooled coefficient, its fit and its p: one "
                 "predictor, nothing corrected.",
                 "The data allow the second group's mean less the first's, p of t with HC3 errors, Holm across "
                 "the rows.",
@@ -261,4 +266,4 @@ def sample_table(study: Study, here: Mapping[str, str]) -> Table:
     }  # fmt: skip
     rows = tuple((name, printed, own[name]) for name, printed in PRINTED.items())
     columns = Column("what"), Column("printed"), Column("here")
-    return Table(columns, rows, "Table II of the published study, beside this one")
+    return Table(columns, rows, f"{STUDY}: its Table II, beside this study")

@@ -40,7 +40,7 @@ def test_a_gate_judges_the_mean_over_sampling_offsets():
     assert audit["slow"].counts_over_offsets.contacts_missed == CountRange(smallest=0, largest=2, mean=1.0)
     assert Gates(max_missed=0.6).broken(audit, []) == []
     contacts, frames = Gates(max_missed=0.4).broken(audit, [])
-    assert "1.00 of 2, 0-2" in contacts and "16 sampling offsets" in frames
+    assert "1.00 of 2, 0-2" in contacts and "16 start times of sampling" in frames
     twice = pool([audit, audit])
     assert "2.00 of 4, 0-4" in Gates(max_missed=0.4).broken(twice, [])[0]
 

@@ -91,7 +91,9 @@ def test_every_output_has_the_numbers_of_the_tables(state, tmp_path):
     assert (f"… and {len(lost) - 20} more: see misses.parquet" in tables) == (len(lost) > 20)
     faults = [("miss", str(row["number"])) for row in rows["misses"]] + [("false", name) for name, _ in widest]
     assert sorted(re.findall(r' id="(miss|false)-(\d+)(?:-it)?"', page)) == sorted(faults)
-    assert sorted({*re.findall(r"^ *[\d.]+ s +it +(miss|false) (\d+) ", picture, re.MULTILINE)}) == sorted(faults)
+    names = "missed|late|short|interrupted|false"
+    in_list = {*re.findall(rf"^ *[\d.]+ s +it +({names}) (\d+) ", picture, re.MULTILINE)}
+    assert sorted(("false" if name == "false" else "miss", number) for name, number in in_list) == sorted(faults)
     assert f"| pair-frames | {' | '.join(map(str, counts))} |" in picture
     for word, count in zip(COUNTED, counts, strict=True):
         assert [word.lower(), str(count)] in [

@@ -56,7 +56,14 @@ def moments(run, read):
     for name, fault, printed, size in faults(run):
         ns, written = existing[name], f" {length(size)} "
         assert 0 <= ns - nanoseconds(run, *printed) < 10, "of one frame each has a nanosecond of its own"
-        words_of_line = [f"{ns / 1e9:.3f} s", *map(str, name), str(fault.cause), pair_name(fault.pair)]
+        words_of_line = [
+            f"{ns / 1e9:.3f} s",
+            name[0],
+            fault.name.split()[0],
+            str(name[2]),
+            fault.cause,
+            pair_name(fault.pair),
+        ]
         assert f"{lines[ns]} ".startswith(f"{' '.join(words_of_line)} ")
         assert not size > 0 or written in lines[ns]
         (output,) = read.at_ns("world/focus/words", "Points3D:labels", ns)
