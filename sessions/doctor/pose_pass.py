@@ -183,9 +183,16 @@ class _RunningPass:
         stamps = np.concatenate([none, *self.stamps])
         poses_of = [repr(self.names).encode(), stamps.tobytes(), *(digest.digest() for digest in self.hashes)]
         return PosePass(
-            self.names, stamps, np.concatenate([none, *self.logs]), self.marks[: self.count], self.steps[: self.count],
-            position, quaternion, self.worst, hashlib.sha256(b"".join(poses_of)).hexdigest(),
-        )  # fmt: skip
+            self.names,
+            stamps,
+            np.concatenate([none, *self.logs]),
+            self.marks[: self.count],
+            self.steps[: self.count],
+            position,
+            quaternion,
+            self.worst,
+            hashlib.sha256(b"".join(poses_of)).hexdigest(),
+        )
 
 
 def sampled_poses(frames: Frames) -> NDArray[np.float64]:

@@ -49,8 +49,12 @@ CLOCK_NS: Final[Mapping[str, float]] = {
 ROLES: Final = ("pitch", "yaw", "roll")
 """Names of Euler angles by the directions of the body: about the axis to its right, up, and forward."""
 ROTATION_KINDS: Final[Mapping[str, int]] = {
-    "quaternion_xyzw": 4, "quaternion_wxyz": 4, "euler": 3, "rotation_vector": 3, "matrix": 9,
-}  # fmt: skip
+    "quaternion_xyzw": 4,
+    "quaternion_wxyz": 4,
+    "euler": 3,
+    "rotation_vector": 3,
+    "matrix": 9,
+}
 """What a rotation may be, and how many columns hold it."""
 ORDERS: Final = tuple(case("".join(axes)) for axes in permutations("xyz") for case in (str.upper, str.lower))
 """Orders of turning: capital letters turn about axes of the body, small ones about fixed axes."""

@@ -74,9 +74,16 @@ class FrameTree:
         self._interpolated = False
 
     def add(
-        self, parent: str, child: str, stamp_ns: int | None, log_ns: int, numbers: Sequence[float],
-        *, topic: str, static: bool = False,
-    ) -> None:  # fmt: skip
+        self,
+        parent: str,
+        child: str,
+        stamp_ns: int | None,
+        log_ns: int,
+        numbers: Sequence[float],
+        *,
+        topic: str,
+        static: bool = False,
+    ) -> None:
         """Take in a transform: a place and a quaternion xyzw; ``stamp_ns`` is ``None`` where it bears no stamp.
 
         Raises ``ImportFileError``: a frame without a name, with two parents or on two topics, or a stamp beyond int64.

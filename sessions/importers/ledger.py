@@ -17,8 +17,18 @@ FACT: Final = "ledger"
 LARGEST_UNREPORTED_LOSS: Final = 0.01
 """Fraction of what was read of a kind and body; what is dropped above it is a warning."""
 KINDS: Final = (
-    "rows", "samples", "transforms", "messages", "streams", "names", "contacts", "trials", "files", "faces", "nodes",
-)  # fmt: skip
+    "rows",
+    "samples",
+    "transforms",
+    "messages",
+    "streams",
+    "names",
+    "contacts",
+    "trials",
+    "files",
+    "faces",
+    "nodes",
+)
 """What is counted; a stamp is counted as the sample that bears it."""
 MOST_ENTRIES: Final = 100_000
 """Entries that are read back from a file: more than a kind each of as many bodies as a session may have."""
@@ -92,9 +102,15 @@ class Ledger:
         self._entries = {(entry.kind, entry.body): entry for entry in entries}
 
     def book(
-        self, kind: str, body: str = "", *, read: int, kept: int,
-        dropped: Mapping[str, int] | None = None, merged: Mapping[str, int] | None = None,
-    ) -> None:  # fmt: skip
+        self,
+        kind: str,
+        body: str = "",
+        *,
+        read: int,
+        kept: int,
+        dropped: Mapping[str, int] | None = None,
+        merged: Mapping[str, int] | None = None,
+    ) -> None:
         """Add to the account of a kind and body; AssertionError where the counts do not add up. Zeros are left out."""
         assert kind in KINDS, f"nothing is counted as {kind!r}"
         losses = {reason: count for reason, count in (dropped or {}).items() if count}

@@ -24,9 +24,19 @@ LARGEST_SECONDS: Final = 9.0e9  # Just below what int64 nanoseconds hold
 QUATERNION_TOLERANCE: Final = 1e-3
 """A quaternion whose norm is further off 1 is no rotation: its row is flagged as lost."""
 METRES: Final[Mapping[str, float]] = {
-    "m": 1.0, "cm": 0.01, "mm": 0.001, "meter": 1.0, "meters": 1.0, "metres": 1.0, "centimeters": 0.01,
-    "millimeters": 0.001, "inches": 0.0254, "feet": 0.3048, "inch": 0.0254, "ft": 0.3048,
-}  # fmt: skip
+    "m": 1.0,
+    "cm": 0.01,
+    "mm": 0.001,
+    "meter": 1.0,
+    "meters": 1.0,
+    "metres": 1.0,
+    "centimeters": 0.01,
+    "millimeters": 0.001,
+    "inches": 0.0254,
+    "feet": 0.3048,
+    "inch": 0.0254,
+    "ft": 0.3048,
+}
 
 
 SMALLEST_RADIUS_M, LARGEST_RADIUS_M = 0.02, 30.0

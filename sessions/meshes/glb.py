@@ -38,13 +38,21 @@ def meshes_to_glb(meshes: Mapping[str, MeshData]) -> bytes:
         positions = mesh.vertices.astype("<f4")
         indices = mesh.faces.astype("<u4")
         primitive: dict[str, Any] = {
-            "attributes": {"POSITION": len(accessors)}, "indices": len(accessors) + 1, "mode": _TRIANGLES,
-        }  # fmt: skip
+            "attributes": {"POSITION": len(accessors)},
+            "indices": len(accessors) + 1,
+            "mode": _TRIANGLES,
+        }
         accessors += [
-            {"bufferView": len(blocks), "componentType": _FLOAT32, "count": len(positions), "type": "VEC3",
-             "min": positions.min(axis=0).tolist(), "max": positions.max(axis=0).tolist()},
+            {
+                "bufferView": len(blocks),
+                "componentType": _FLOAT32,
+                "count": len(positions),
+                "type": "VEC3",
+                "min": positions.min(axis=0).tolist(),
+                "max": positions.max(axis=0).tolist(),
+            },
             {"bufferView": len(blocks) + 1, "componentType": _UINT32, "count": indices.size, "type": "SCALAR"},
-        ]  # fmt: skip
+        ]
         blocks += [(positions, _ARRAY_BUFFER), (indices, _ELEMENT_ARRAY_BUFFER)]
         if not np.array_equal(positions.astype(np.float64), mesh.vertices):
             primitive["extras"] = {EXACT: len(blocks)}

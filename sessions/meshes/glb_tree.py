@@ -121,8 +121,9 @@ def _cut(surface: Surface) -> list[tuple[int, MeshData]]:
         return [(surface.node, surface.mesh)]
     return [
         (node, MeshData(*_used(surface.mesh.vertices, surface.mesh.faces[surface.joint == node])).transformed(matrix))
-        for node, matrix in surface.to_joint.items() if (surface.joint == node).any()
-    ]  # fmt: skip
+        for node, matrix in surface.to_joint.items()
+        if (surface.joint == node).any()
+    ]
 
 
 def _used(vertices: Array, faces: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:

@@ -65,9 +65,12 @@ class Track(Samples):
         self, times_ns: ArrayLike, positions: ArrayLike, quaternions_xyzw: ArrayLike, valid: ArrayLike | None = None
     ) -> None:
         self._fill(
-            "a track", times_ns, positions=Column(positions, (3,)), quaternions_xyzw=Column(quaternions_xyzw, (4,)),
+            "a track",
+            times_ns,
+            positions=Column(positions, (3,)),
+            quaternions_xyzw=Column(quaternions_xyzw, (4,)),
             valid=Column(valid, (), np.bool_, True),
-        )  # fmt: skip
+        )
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -121,9 +124,13 @@ class GazeTrack(Samples):
     bodies: tuple[str, ...]
 
     def __init__(
-        self, times_ns: ArrayLike, origins: ArrayLike, directions: ArrayLike, valid: ArrayLike | None = None,
+        self,
+        times_ns: ArrayLike,
+        origins: ArrayLike,
+        directions: ArrayLike,
+        valid: ArrayLike | None = None,
         bodies: Sequence[str] | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         flags = Column(valid, (), np.bool_, True)
         self._fill("a gaze", times_ns, origins=Column(origins, (3,)), directions=Column(directions, (3,)), valid=flags)
         count = len(self)

@@ -146,7 +146,7 @@ def _groups(tables: list[TomlTable], base: Scene) -> tuple[SceneGroup, ...]:
     member_of, groups = base.group_of, list[SceneGroup]()
     for table in tables:
         name = table.text("name", None)
-        table.place = f"{table.place} ({name!r})"
+        table.location = f"{table.location} ({name!r})"
         if name in taken:
             table.refuse(f"{taken[name]} has that name; give another")
         members: dict[str, None] = {}
@@ -180,7 +180,7 @@ def bodies_by_selector(scene: Scene) -> Selected:
 
 def _body(table: TomlTable) -> SceneBody:
     name = table.text("id", None)
-    table.place = f"{table.place} ({name!r})"
+    table.location = f"{table.location} ({name!r})"
     shape = table.text("shape", among=SIZES)
     body = SceneBody(
         id=name,
@@ -212,7 +212,7 @@ def _body(table: TomlTable) -> SceneBody:
         if body.instrument not in INSTRUMENTS:
             table.refuse(f"no instrument {body.instrument!r}{nearest(body.instrument, INSTRUMENTS)}")
         elif "options" in body.extra:
-            options = table.within(body.extra["options"], f"{table.place} options")
+            options = table.within(body.extra["options"], f"{table.location} options")
             options.done(instrument_options(body.instrument))
     table.done()
     return body
@@ -328,12 +328,12 @@ def _ends(table: TomlTable, bodies: Selected) -> tuple[list[str], list[str]]:
 
 def _effect(table: TomlTable, bodies: Selected) -> SceneEffect:
     kind = table.text("kind", None)
-    table.place = f"{table.place} ({kind!r})"
+    table.location = f"{table.location} ({kind!r})"
     settings: dict[str, Any] = {}
     if "between" in table:
         settings["between"] = list(table.texts("between", 2))
         if len(settings["between"]) == 2:
-            _ends(table.within(settings, table.place), bodies)
+            _ends(table.within(settings, table.location), bodies)
     settings.update(table.rest())
     return SceneEffect(kind, settings)
 

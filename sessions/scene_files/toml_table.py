@@ -49,16 +49,20 @@ class TomlTable:
     """
 
     def __init__(
-        self, data: Mapping[str, Any], file: str, label: str, error: type[SessionError],
+        self,
+        data: Mapping[str, Any],
+        file: str,
+        label: str,
+        error: type[SessionError],
         faults: list[str] | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         self._data = dict(data)
         self._known: list[str] = []
-        self.file, self.place, self.error, self.faults = file, label, error, faults
+        self.file, self.location, self.error, self.faults = file, label, error, faults
 
     def fail(self, message: str) -> SessionError:
         """The error to raise: file, table, message."""
-        return self.error(f"{self.file}: {self.place + ': ' if self.place else ''}{message}")
+        return self.error(f"{self.file}: {self.location + ': ' if self.location else ''}{message}")
 
     def refuse(self, message: str) -> None:
         """Raise this fault, or keep it where faults are collected."""
@@ -146,7 +150,7 @@ class TomlTable:
     def table(self, key: str) -> "TomlTable | None":
         """A table within, or ``None``."""
         value = self._checked(key, None, "give a table", lambda value: value is None or isinstance(value, dict))
-        label = f"{self.place} {key}" if self.place else f"[{key}]"
+        label = f"{self.location} {key}" if self.location else f"[{key}]"
         return None if value is None else self.within(value, label)
 
     def tables(self, key: str) -> "list[TomlTable] | None":

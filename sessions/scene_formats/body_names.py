@@ -26,11 +26,11 @@ def distinct_names(paths: Sequence[Sequence[str]]) -> list[str]:
             break
         for k in growing:
             lengths[k] += 1
-    used, seen = {*names}, Counter[str]()
+    used, counts = {*names}, Counter[str]()
     for k, name in enumerate(names):
-        seen[name] += 1
-        if seen[name] > 1:
-            number = seen[name]
+        counts[name] += 1
+        if counts[name] > 1:
+            number = counts[name]
             while f"{name}-{number}" in used:
                 number += 1
             names[k] = f"{name}-{number}"

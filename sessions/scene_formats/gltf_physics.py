@@ -33,7 +33,7 @@ from sessions.scene_formats.scene_source import (
     Surface,
     check_size,
     convex_hull,
-    surface_parts,
+    surface_meshes,
 )
 
 KHR, KHR_SHAPES = "KHR_physics_rigid_bodies", "KHR_implicit_shapes"
@@ -99,7 +99,7 @@ class _Reader:
         self._faces = 0
 
     def scene(self, path: Path) -> SceneSource:
-        physics = {number: found for number in sorted(self._tree.reached) if (found := self._physics_of(number))}
+        physics = {number: row for number in sorted(self._tree.reached) if (row := self._physics_of(number))}
         if not physics:
             used = f"; its extension {self._used[0]} is another" if self._used else ""
             raise SceneSourceError(f"{path} has no physics of {KHR} or {OMI}{used}; export it with its colliders")
@@ -109,12 +109,12 @@ class _Reader:
         numbers = sorted(set(owner.values()))
         names = dict(zip(numbers, distinct_names([self._steps(number) for number in numbers]), strict=True))
         for number in numbers:
-            parts = [node for node, body in owner.items() if body == number]
-            body = self._body(number, parts, physics)
+            own_nodes = [node for node, body in owner.items() if body == number]
+            body = self._body(number, own_nodes, physics)
             if body is None:
                 continue
             bodies[number] = replace(body, name=names[number])
-            filters[number] = [*self._filters_of(parts, physics)]
+            filters[number] = [*self._filters_of(own_nodes, physics)]
         excluded = dict.fromkeys(self._unfiltered_pairs(names, filters))
         excluded |= dict.fromkeys(pair for pair in self._jointed_pairs(physics) if bodies.keys() >= {*pair})
         named = tuple((bodies[first].name, bodies[second].name) for first, second in excluded)
@@ -130,9 +130,9 @@ class _Reader:
         """Names of the nodes from the root of the scene to a node."""
         return [self._tree.names[node] for node in reversed(self._tree.above(number))]
 
-    def _filters_of(self, parts: Iterable[int], physics: Mapping[int, tuple[str, Row]]) -> Iterator[Row | None]:
+    def _filters_of(self, own_nodes: Iterable[int], physics: Mapping[int, tuple[str, Row]]) -> Iterator[Row | None]:
         """The filter of each collider of a body; ``None``: it collides with everything."""
-        for node in parts:
+        for node in own_nodes:
             if "collider" in physics[node][1]:
                 row = physics[node][1]["collider"].get("collisionFilter")
                 yield None if row is None else self._filters[row]
@@ -172,13 +172,13 @@ class _Reader:
         moving = (node for node in self._tree.above(number) if node in physics and "motion" in physics[node][1])
         return next(moving, number)
 
-    def _body(self, number: int, parts: list[int], physics: Mapping[int, tuple[str, Row]]) -> SourceBody | None:
+    def _body(self, number: int, own_nodes: list[int], physics: Mapping[int, tuple[str, Row]]) -> SourceBody | None:
         name, frame = self._tree.names[number], rigid_of(self._tree.poses[number])
         motion = physics[number][1].get("motion", {})
         to_body = np.linalg.inv(frame)
-        solids = (self._collider(node, *physics[node], to_body @ self._tree.poses[node]) for node in parts)
+        solids = (self._collider(node, *physics[node], to_body @ self._tree.poses[node]) for node in own_nodes)
         colliding = [solid for solid in solids if solid is not None]
-        for node in parts:
+        for node in own_nodes:
             if "trigger" in physics[node][1]:
                 self.left_out.append(f"the trigger of node {self._tree.names[node]!r}")
         drawn = [
@@ -189,7 +189,7 @@ class _Reader:
         ]
         if not drawn and not colliding:
             return None
-        surfaces = surface_parts(drawn, colliding, Surface.AUTO)
+        surfaces = surface_meshes(drawn, colliding, Surface.AUTO)
         moves = bool(motion) and motion.get("type") != STATIC
         return SourceBody(name, concatenated(surfaces), tuple(colliding), frame, moves, mass=motion.get("mass"))
 

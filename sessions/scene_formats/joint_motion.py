@@ -123,8 +123,10 @@ def _configurations(path: Path, tables: Mapping[str, Numbers], model: Any) -> Nu
     if sum(widths) == model.nq:
         return np.concatenate([*tables.values()], axis=1)
     if sum(widths) - sum(poses) == model.nq:
-        parts = [_as_joints(array) if is_pose else array for array, is_pose in zip(tables.values(), poses, strict=True)]
-        return np.concatenate(parts, axis=1)
+        columns = [
+            _as_joints(array) if is_pose else array for array, is_pose in zip(tables.values(), poses, strict=True)
+        ]
+        return np.concatenate(columns, axis=1)
     raise SceneSourceError(f"{path} has columns of joints: {joints}; the model has {model.nq}; give one for each")
 
 
@@ -155,8 +157,8 @@ def _of_csv(path: Path, model: Any) -> JointMotion:
     if table.ndim != 2 or table.shape[1] != len(head):
         raise SceneSourceError(f"{path} has rows of different lengths, or none; correct it")
     configurations = np.zeros((len(table), model.nq))
-    for name, place in single.items():
-        configurations[:, place] = table[:, head.index(name)]
+    for name, address in single.items():
+        configurations[:, address] = table[:, head.index(name)]
     unread = [name for name in head if name not in (TIME, *single)]
     notes = (f"columns that are not read: {', '.join(unread)}",) if unread else ()
     return JointMotion(table[:, head.index(TIME)], configurations, notes)

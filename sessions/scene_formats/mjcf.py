@@ -94,12 +94,12 @@ def scene_of(model: Any, surface: Surface) -> SceneSource:
             left_out.append(f"the hulls of {len(doubly)} drawn geoms of {name!r}, which collide beside hidden ones")
         drawn_meshes = [geom_mesh(model, geom) for geom in drawn]
         piece_meshes = [geom_mesh(model, geom) for geom in pieces]
-        parts, solids = surface_and_colliders(drawn_meshes, piece_meshes, surface)
+        surfaces, solids = surface_and_colliders(drawn_meshes, piece_meshes, surface)
         pose = np.eye(4)
         pose[:3, :3], pose[:3, 3] = data.xmat[number].reshape(3, 3), data.xpos[number]
         bodies[name] = SourceBody(
             name=name,
-            mesh=concatenated(parts),
+            mesh=concatenated(surfaces),
             colliders=solids,
             pose=pose,
             moves=bool(model.body_weldid[number]),

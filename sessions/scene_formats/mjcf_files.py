@@ -27,7 +27,7 @@ NODES: Final = frozenset(("flexcomp", "composite"))
 
 USERS: Final = 1000
 """Elements that are taken to hold the values which a model gives each of them for users."""
-MOST_PARTS: Final = 200_000
+MOST_ELEMENTS: Final = 200_000
 """Elements after replication; the largest model that was seen, a hundred humanoids, has 5,000."""
 MOST_VALUES: Final = 100_000_000
 """Heights, pixels and corners of generated assets."""
@@ -37,12 +37,12 @@ MOST_VALUES: Final = 100_000_000
 class _Amount:
     """Amount that a file asks for, and the models that it attaches, each with the number of copies."""
 
-    parts: int = 0
+    elements: int = 0
     values: int = 0
     attached: list[tuple[int, str]] = field(default_factory=list)
 
     def add(self, other: "_Amount", copies: int) -> None:
-        self.parts += copies * other.parts
+        self.elements += copies * other.elements
         self.values += copies * other.values
 
 
@@ -66,12 +66,12 @@ class _Check:
         """The amount of a model with what it includes and attaches."""
         elements: list[ElementTree.Element] = []
         total = self._file(path, path.parent, above, elements)
-        whole = _Amount(total.parts, total.values)
+        whole = _Amount(total.elements, total.values)
         for copies, name in total.attached:
             whole.add(self._models.get(name, _Amount()), copies)
-        if whole.parts > MOST_PARTS or whole.values > MOST_VALUES:
+        if whole.elements > MOST_ELEMENTS or whole.values > MOST_VALUES:
             raise SceneSourceError(
-                f"{path} asks for more than {MOST_PARTS:,} parts or {MOST_VALUES:,} generated values; reduce it"
+                f"{path} asks for more than {MOST_ELEMENTS:,} elements or {MOST_VALUES:,} generated values; reduce it"
             )
         self._check_assets(path, elements)
         return whole
@@ -103,7 +103,7 @@ class _Check:
             elif element.tag == "attach":
                 total.attached.append((copies, element.get("model", "")))
             size = prod(_product(element, name) for name in SIZES.get(str(element.tag), ()))
-            total.parts += copies * (size if element.tag in NODES else 1)
+            total.elements += copies * (size if element.tag in NODES else 1)
             total.values += 0 if element.tag in NODES else copies * size
             if element.tag == "size":
                 total.values += USERS * sum(

@@ -159,10 +159,10 @@ def surface_and_colliders(
     drawn: list[MeshData], colliding: list[MeshData], surface: Surface
 ) -> tuple[list[MeshData], tuple[MeshData, ...]]:
     """Returns of which parts a body's surface is made, and its colliders; both kinds are in the frame of the body."""
-    return surface_parts(drawn, colliding, surface), tuple(map(convex_hull, colliding))
+    return surface_meshes(drawn, colliding, surface), tuple(map(convex_hull, colliding))
 
 
-def surface_parts(drawn: list[MeshData], colliding: list[MeshData], surface: Surface) -> list[MeshData]:
+def surface_meshes(drawn: list[MeshData], colliding: list[MeshData], surface: Surface) -> list[MeshData]:
     """Returns of which parts a body's surface is made."""
     if not drawn or not colliding:
         return colliding or drawn

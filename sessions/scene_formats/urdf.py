@@ -71,12 +71,12 @@ def read_urdf(path: Path, files: SceneFiles, surface: Surface) -> SceneSource:
             continue
         faces += sum(len(mesh.faces) for mesh in (*drawn, *colliding))
         check_size(len(bodies), faces)
-        parts, solids = surface_and_colliders(drawn, colliding, surface)
+        surfaces, solids = surface_and_colliders(drawn, colliding, surface)
         mass = None if link.inertial is None else link.inertial.mass
         pose = np.array(poses[link.name], dtype=np.float64)
         kind = chosen_surface(drawn, colliding, surface)
         bodies[link.name] = SourceBody(
-            link.name, concatenated(parts), solids, pose, link.name in moving, mass=mass, surface=kind
+            link.name, concatenated(surfaces), solids, pose, link.name in moving, mass=mass, surface=kind
         )
     joined = [(joint.parent, joint.child) for joint in model.robot.joints]
     excluded = tuple(pair for pair in joined if bodies.keys() >= {*pair})

@@ -29,7 +29,7 @@ from sessions.scene_formats.scene_source import (
     Surface,
     check_size,
     chosen_surface,
-    surface_parts,
+    surface_meshes,
 )
 from sessions.scene_formats.usd_layers import MOST_PRIMS, open_stage, usd_errors
 from sessions.scene_formats.usd_shapes import TAKEN, drawn_mesh, solid_mesh
@@ -77,7 +77,7 @@ def read_usd_motion(
 
 
 @dataclass
-class _Parts:
+class _Geometry:
     """The prims of a body: ``drawn`` and ``colliding``."""
 
     prim: Any
@@ -94,18 +94,20 @@ class _Reader:
         if not 0.0 < self._unit < np.inf:
             raise SceneSourceError(f"metersPerUnit is {self._unit}; give metres above 0")
         self._kilograms = float(usd.UsdPhysics.GetStageKilogramsPerUnit(stage))
-        self._parts: dict[Any, _Parts] = {}
+        self._geometry_of: dict[Any, _Geometry] = {}
         self._names: dict[Any, str] = {}
         self._faces = 0
 
     def scene(self) -> SceneSource:
         """Every body that has a collider, in the order of the stage."""
         joints = self._collect()
-        check_size(len(self._parts))
-        self._names = dict(zip(self._parts, distinct_names([_steps(path) for path in self._parts]), strict=True))
+        check_size(len(self._geometry_of))
+        self._names = dict(
+            zip(self._geometry_of, distinct_names([_steps(path) for path in self._geometry_of]), strict=True)
+        )
         bodies = {}
-        for path, parts in self._parts.items():
-            body = self._body(parts, self._names[path])
+        for path, geometry in self._geometry_of.items():
+            body = self._body(geometry, self._names[path])
             if body is not None:
                 bodies[body.name] = body
         pairs = dict.fromkeys([*self._filtered_pairs(), *self._jointed_pairs(joints)])
@@ -121,7 +123,7 @@ class _Reader:
 
     def motions(self) -> dict[str, UsdMotion]:
         """The motion of each body by name; a body without time samples has none."""
-        times = {path: self._times_of(parts.prim) for path, parts in self._parts.items()}
+        times = {path: self._times_of(geometry.prim) for path, geometry in self._geometry_of.items()}
         if sum(map(len, times.values())) > MOST_POSES:
             raise SceneSourceError(f"the scene has more than {MOST_POSES:,} poses; shorten it")
         rate = float(self._stage.GetTimeCodesPerSecond())
@@ -136,7 +138,7 @@ class _Reader:
         for code in sorted(bodies_at):
             self._poses.SetTime(self._usd.Usd.TimeCode(code))
             for path in bodies_at[code]:
-                pose = self._pose(self._parts[path].prim)
+                pose = self._pose(self._geometry_of[path].prim)
                 poses[path].append(self._frame(pose, path))
                 scales[path].append(np.linalg.norm(pose[:3, :3], axis=0))
         for path, rows in scales.items():
@@ -166,7 +168,9 @@ class _Reader:
                 joints.append(prim)
             else:
                 self._add(prim, is_trigger=TRIGGER in schemas)
-        self._parts = {path: parts for path, parts in self._parts.items() if parts.drawn or parts.colliding}
+        self._geometry_of = {
+            path: geometry for path, geometry in self._geometry_of.items() if geometry.drawn or geometry.colliding
+        }
         if joints:
             kinds = Counter(prim.GetTypeName() for prim in joints)
             named = ", ".join(f"{count} {kind}" for kind, count in kinds.items())
@@ -174,14 +178,14 @@ class _Reader:
         return joints
 
     def _add(self, prim: Any, *, is_trigger: bool) -> None:
-        """Add a prim to the parts of its body, or name why it cannot be taken."""
+        """Add a prim to the geometry of its body, or name why it cannot be taken."""
         path, usd = str(prim.GetPath()), self._usd
         collides = prim.HasAPI(usd.UsdPhysics.CollisionAPI) and self._is_enabled(prim)
         if collides and is_trigger:
             self.left_out.append(f"the trigger {path!r}")
             return
         if self._is_body(prim):
-            self._parts.setdefault(prim.GetPath(), _Parts(prim))
+            self._geometry_of.setdefault(prim.GetPath(), _Geometry(prim))
         if not prim.IsA(usd.UsdGeom.Gprim):
             if collides:
                 self.left_out.append(f"the collider {path!r}: a shape {str(prim.GetTypeName())!r}")
@@ -189,11 +193,11 @@ class _Reader:
         owner = self._owner(prim) or (prim if collides else None)
         if owner is None:
             return
-        parts = self._parts.setdefault(owner.GetPath(), _Parts(owner))
+        geometry = self._geometry_of.setdefault(owner.GetPath(), _Geometry(owner))
         if collides:
-            parts.colliding.append(prim)
+            geometry.colliding.append(prim)
         if self._is_drawn(prim):
-            parts.drawn.append(prim)
+            geometry.drawn.append(prim)
 
     def _is_enabled(self, prim: Any) -> bool:
         return bool(self._usd.UsdPhysics.CollisionAPI(prim).GetCollisionEnabledAttr().Get(self._time))
@@ -232,31 +236,31 @@ class _Reader:
         frame[:3, 3] *= self._unit
         return frame
 
-    def _body(self, parts: _Parts, name: str) -> SourceBody | None:
-        frame = self._frame(self._pose(parts.prim), parts.prim.GetPath())
+    def _body(self, geometry: _Geometry, name: str) -> SourceBody | None:
+        frame = self._frame(self._pose(geometry.prim), geometry.prim.GetPath())
         to_body = np.asarray(np.linalg.inv(frame), dtype=np.float64)
-        drawn = [mesh for prim in parts.drawn if (mesh := self._mesh(prim, to_body, solid=False)) is not None]
-        solids = {prim: self._mesh(prim, to_body, solid=True) for prim in parts.colliding}
+        drawn = [mesh for prim in geometry.drawn if (mesh := self._mesh(prim, to_body, solid=False)) is not None]
+        solids = {prim: self._mesh(prim, to_body, solid=True) for prim in geometry.colliding}
         colliding = [solid for solid in solids.values() if solid is not None]
-        if not parts.colliding or not (drawn or colliding):
-            if not parts.colliding:
+        if not geometry.colliding or not (drawn or colliding):
+            if not geometry.colliding:
                 self.left_out.append(f"the body {name!r}, of which nothing collides")
             return None
-        surfaces = surface_parts(drawn, colliding, self._surface)
-        margins = [self._offset(prim, CONTACT_OFFSET) for prim in parts.colliding]
-        if any(self._offset(prim, REST_OFFSET) for prim in parts.colliding):
+        surfaces = surface_meshes(drawn, colliding, self._surface)
+        margins = [self._offset(prim, CONTACT_OFFSET) for prim in geometry.colliding]
+        if any(self._offset(prim, REST_OFFSET) for prim in geometry.colliding):
             self.left_out.append(f"the rest offset of {name!r}")
-        self._note_changes(parts, name)
+        self._note_changes(geometry, name)
         # What is drawn and what collides may be the same prims.
-        kind = "" if parts.drawn == parts.colliding else chosen_surface(drawn, colliding, self._surface)
+        kind = "" if geometry.drawn == geometry.colliding else chosen_surface(drawn, colliding, self._surface)
         return SourceBody(
             name=name,
             mesh=concatenated(surfaces),
             colliders=tuple(colliding),
             pose=frame,
-            moves=self._is_body(parts.prim),
+            moves=self._is_body(geometry.prim),
             margin=max(margins),
-            mass=self._mass(parts.prim),
+            mass=self._mass(geometry.prim),
             surface=kind,
         )
 
@@ -288,10 +292,10 @@ class _Reader:
         mass = self._usd.UsdPhysics.MassAPI(prim).GetMassAttr().Get(self._time) or 0.0
         return self._kilograms * float(mass) if 0.0 < mass < np.inf else None
 
-    def _note_changes(self, parts: _Parts, name: str) -> None:
+    def _note_changes(self, geometry: _Geometry, name: str) -> None:
         """Name what moves within a body, and meshes that change."""
-        own = {*self._times_of(parts.prim)}
-        for prim in dict.fromkeys([*parts.drawn, *parts.colliding]):
+        own = {*self._times_of(geometry.prim)}
+        for prim in dict.fromkeys([*geometry.drawn, *geometry.colliding]):
             if not own >= {*self._times_of(prim)}:
                 self.left_out.append(f"the motion of {str(prim.GetPath())!r} within {name!r}")
             if any(attribute.ValueMightBeTimeVarying() for attribute in self._shape_attributes(prim)):
@@ -317,7 +321,9 @@ class _Reader:
         """Pairs of bodies of which no two colliders meet; where some do and others do not, that is named."""
         groups = _Groups(self._usd, self._stage)
         filtered = {*self._filtered_colliders()}
-        bodies = {path: tuple(prim.GetPath() for prim in parts.colliding) for path, parts in self._parts.items()}
+        bodies = {
+            path: tuple(prim.GetPath() for prim in geometry.colliding) for path, geometry in self._geometry_of.items()
+        }
         if not filtered and not groups.members:
             return
         for first, second in combinations(bodies, 2):
@@ -343,9 +349,9 @@ class _Reader:
 
     def _colliders_below(self, path: Any) -> Sequence[Any]:
         """The collider of a prim, those of a body, or those of all bodies below a prim."""
-        if path in self._parts:
-            return [prim.GetPath() for prim in self._parts[path].colliding]
-        colliders = (prim.GetPath() for parts in self._parts.values() for prim in parts.colliding)
+        if path in self._geometry_of:
+            return [prim.GetPath() for prim in self._geometry_of[path].colliding]
+        colliders = (prim.GetPath() for geometry in self._geometry_of.values() for prim in geometry.colliding)
         return [collider for collider in colliders if collider.HasPrefix(path)]
 
     def _jointed_pairs(self, joints: Iterable[Any]) -> Iterator[tuple[Any, Any]]:
@@ -357,7 +363,7 @@ class _Reader:
             targets = [joint.GetBody0Rel().GetForwardedTargets(), joint.GetBody1Rel().GetForwardedTargets()]
             ends = [self._owner(self._stage.GetPrimAtPath(target[0])) for target in targets if target]
             paths = [prim.GetPath() for prim in ends if prim]
-            if len({*paths}) == 2 and self._parts.keys() >= {*paths}:
+            if len({*paths}) == 2 and self._geometry_of.keys() >= {*paths}:
                 yield paths[0], paths[1]
 
     def _notes(self, up: str) -> Iterator[str]:

@@ -16,9 +16,12 @@ from sessions.synthetic.paths import Point, Quaternion
 BENCH_TOP = 0.9
 SIDES = ("left", "right")
 EVENT_TEXTS = {
-    "grasp": "takes {}", "release": "lets go of {}", "drop": "drops {}", "break": "breaks {}",
+    "grasp": "takes {}",
+    "release": "lets go of {}",
+    "drop": "drops {}",
+    "break": "breaks {}",
     "end_point": "sees the end point in {}",
-}  # fmt: skip
+}
 
 # Things stand this far above what carries them. Glass exactly on a bench is contact in every frame (and where it is
 # turned, an engine's rounding decides), which would drown the contacts somebody looks for; from 0.1 mm on every

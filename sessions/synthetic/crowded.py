@@ -34,9 +34,13 @@ TREMBLE_M: Final = 0.00055
 FINGER: Final = {"radius": 0.008, "length": 0.07}
 PALM: Final = {"x": 0.08, "y": 0.025, "z": 0.09}
 FINGERS: Final = {
-    "thumb": (-0.045, -0.02, 0.02), "thumb-tip": (-0.055, -0.045, 0.03), "index": (-0.03, -0.045, -0.045),
-    "middle": (-0.01, -0.05, -0.05), "ring": (0.01, -0.05, -0.05), "little": (0.03, -0.045, -0.045),
-}  # fmt: skip
+    "thumb": (-0.045, -0.02, 0.02),
+    "thumb-tip": (-0.055, -0.045, 0.03),
+    "index": (-0.03, -0.045, -0.045),
+    "middle": (-0.01, -0.05, -0.05),
+    "ring": (0.01, -0.05, -0.05),
+    "little": (0.03, -0.045, -0.045),
+}
 """Where the middle of each hangs below the palm, metres."""
 
 

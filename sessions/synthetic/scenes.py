@@ -8,9 +8,17 @@ from sessions.model.session import Session
 from sessions.synthetic.truth import Truth
 
 SCENES = (
-    "bench-bumps", "titration", "silver-chloride", "acid-dilution", "gas-collection", "copper-sulfate", "flame-test",
-    "carbonate-titration", "marble", "ammonia-calorimetry",
-)  # fmt: skip
+    "bench-bumps",
+    "titration",
+    "silver-chloride",
+    "acid-dilution",
+    "gas-collection",
+    "copper-sulfate",
+    "flame-test",
+    "carbonate-titration",
+    "marble",
+    "ammonia-calorimetry",
+)
 
 
 def make_scene_session(

@@ -108,9 +108,14 @@ def carry_cylinder(lab: Lab) -> None:
     script.wait(0.3)
     script.go(at + grip + (0.0, LIFT, 0.0), 0.8)
     bump(
-        lab, "cylinder", "flask", height=LIFT, earliest=script.now + 2.5, kinds=("brief", "long"),
+        lab,
+        "cylinder",
+        "flask",
+        height=LIFT,
+        earliest=script.now + 2.5,
+        kinds=("brief", "long"),
         direction=(1.0, 0.0, 0.0),
-    )  # fmt: skip
+    )
     script.go(CYLINDER_GOAL + grip + (0.0, LIFT - STAND_M, 0.0), 1.5)
     down, taken = script.now, 1.3
     script.go(CYLINDER_GOAL + grip - (0.0, PRESSED_IN + STAND_M, 0.0), taken)

@@ -70,10 +70,14 @@ class Experiment(Declaration):
             events=[_event(fact, self.words[fact.kind]) for fact in truth.facts if fact.kind in self.words],
             intervals=sorted(lab.intervals, key=lambda span: (span.start_ns, span.kind, span.name)),
             facts={
-                "synthetic": self.name, "seed": str(seed), "noise": noise, **MADE_UP,
-                "choreography": str(self.version), "vr_type": "immersive",
+                "synthetic": self.name,
+                "seed": str(seed),
+                "noise": noise,
+                **MADE_UP,
+                "choreography": str(self.version),
+                "vr_type": "immersive",
             },
-        )  # fmt: skip
+        )
         return replace(session, hands=controllers(lab.presses, observed.stamps + START_NS)), truth
 
     def scene(self, faces: int = FACES) -> Scene:

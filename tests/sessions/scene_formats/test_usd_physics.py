@@ -24,18 +24,18 @@ def new_stage(path, *, up="Z", unit=UNIT):
     return stage
 
 
-def body(stage, path, *, place=(0, 0, 0), turn=(0, 0, 0), scale=1.0):
+def body(stage, path, *, translation=(0, 0, 0), angles=(0, 0, 0), scale=1.0):
     prim = UsdGeom.Xform.Define(stage, path)
-    prim.AddTranslateOp().Set(Gf.Vec3d(*place))
-    prim.AddRotateXYZOp().Set(Gf.Vec3f(*turn))
+    prim.AddTranslateOp().Set(Gf.Vec3d(*translation))
+    prim.AddRotateXYZOp().Set(Gf.Vec3f(*angles))
     prim.AddScaleOp().Set(Gf.Vec3f(scale))
     UsdPhysics.RigidBodyAPI.Apply(prim.GetPrim())
     return prim
 
 
-def collider(prim, *, place=(0, 0, 0), turn=(0, 0, 0), scale=(1, 1, 1), approximation=""):
-    prim.AddTranslateOp().Set(Gf.Vec3d(*place))
-    prim.AddRotateXYZOp().Set(Gf.Vec3f(*turn))
+def collider(prim, *, translation=(0, 0, 0), angles=(0, 0, 0), scale=(1, 1, 1), approximation=""):
+    prim.AddTranslateOp().Set(Gf.Vec3d(*translation))
+    prim.AddRotateXYZOp().Set(Gf.Vec3f(*angles))
     prim.AddScaleOp().Set(Gf.Vec3f(*scale))
     UsdPhysics.CollisionAPI.Apply(prim.GetPrim())
     if approximation:
@@ -71,13 +71,13 @@ def bench(tmp_path):
     path = tmp_path / "bench.usda"
     stage = new_stage(path)
     UsdGeom.Xform.Define(stage, "/World").AddRotateZOp().Set(20.0)
-    cup = body(stage, "/World/cup", place=(10, 20, 30), turn=(10, 20, 30), scale=2.0)
+    cup = body(stage, "/World/cup", translation=(10, 20, 30), angles=(10, 20, 30), scale=2.0)
     UsdPhysics.MassAPI.Apply(cup.GetPrim()).GetMassAttr().Set(0.25)
-    collider(mesh(stage, "/World/cup/wall"), place=(1, 2, 3), turn=(4, 5, 6), approximation="convexHull")
-    collider(mesh(stage, "/World/cup/inner/handle"), place=(3, 2, 1), scale=(-1, 2, 3))
-    collider(UsdGeom.Cube.Define(stage, "/World/table"), place=(0, 0, -5), scale=(50, 30, 1))
+    collider(mesh(stage, "/World/cup/wall"), translation=(1, 2, 3), angles=(4, 5, 6), approximation="convexHull")
+    collider(mesh(stage, "/World/cup/inner/handle"), translation=(3, 2, 1), scale=(-1, 2, 3))
+    collider(UsdGeom.Cube.Define(stage, "/World/table"), translation=(0, 0, -5), scale=(50, 30, 1))
     rack = "/World/rack"
-    body(stage, rack, turn=(0, 0, 40))
+    body(stage, rack, angles=(0, 0, 40))
     for number, (kind, axis) in enumerate(
         [("Sphere", ""), ("Capsule", "X"), ("Cylinder", "Y"), ("Cone", "Z"), ("Capsule", "Z")]
     ):
@@ -86,7 +86,9 @@ def bench(tmp_path):
         if axis:
             prim.GetAxisAttr().Set(axis)
             prim.GetHeightAttr().Set(8.0)
-        collider(prim, place=(0, 20 * number, 0), turn=(0, 0, 30), scale=(1, 2, 3) if number == 0 else (2, 1, 1.5))
+        collider(
+            prim, translation=(0, 20 * number, 0), angles=(0, 0, 30), scale=(1, 2, 3) if number == 0 else (2, 1, 1.5)
+        )
     stage.Save()
     return path
 
@@ -94,7 +96,7 @@ def bench(tmp_path):
 def test_bodies_stand_where_the_library_has_them(bench):
     scene, stage = read_scene_source(bench), Usd.Stage.Open(str(bench))
     assert [*scene.bodies] == ["cup", "table", "rack"] and scene.format == "USD"
-    assert {name: part.moves for name, part in scene.bodies.items()} == {"cup": True, "table": False, "rack": True}
+    assert {name: item.moves for name, item in scene.bodies.items()} == {"cup": True, "table": False, "rack": True}
     assert scene.bodies["cup"].mass == 0.25 and scene.bodies["table"].mass is None
     for path in ("/World/cup", "/World/rack"):
         own = UsdGeom.XformCache().GetLocalToWorldTransform(stage.GetPrimAtPath(path)).RemoveScaleShear()
@@ -113,10 +115,10 @@ def test_bodies_stand_where_the_library_has_them(bench):
 def test_round_colliders_have_the_sizes_of_the_library(bench):
     scene, stage = read_scene_source(bench), Usd.Stage.Open(str(bench))
     load = getattr(UsdPhysics, "UsdPhysicsLoadStageFromPrimRange", None) or UsdPhysics.LoadUsdPhysicsFromRange
-    found = load(stage, ["/"])
+    parsed = load(stage, ["/"])
     sizes = {}
     for kind in ("SphereShape", "CapsuleShape", "CylinderShape", "ConeShape"):
-        paths, rows = found[getattr(UsdPhysics.ObjectType, kind)]
+        paths, rows = parsed[getattr(UsdPhysics.ObjectType, kind)]
         sizes |= {path.name: row for path, row in zip(paths, rows, strict=True)}
     assert len(sizes) == 5
     rack, solids = scene.bodies["rack"], scene.bodies["rack"].colliders
@@ -139,7 +141,7 @@ def test_round_colliders_have_the_sizes_of_the_library(bench):
             if name.startswith("Cone"):
                 assert side[axial > 0].max() <= 1e-9  # its tip points along the axis
     table = scene.bodies["table"]
-    half_extents = np.array(found[UsdPhysics.ObjectType.CubeShape][1][0].halfExtents, dtype=np.float64)
+    half_extents = np.array(parsed[UsdPhysics.ObjectType.CubeShape][1][0].halfExtents, dtype=np.float64)
     assert np.abs(np.ptp(table.mesh.vertices, axis=0) - 2 * UNIT * half_extents).max() <= 1e-9
 
 
@@ -162,7 +164,7 @@ def _names(stage):
 )
 def test_mesh_collides_as_its_file_says(tmp_path, approximation, corners, sentence):
     stage = new_stage(tmp_path / "s.usda", unit=1.0)
-    body(stage, "/cup", place=(1, 2, 3))
+    body(stage, "/cup", translation=(1, 2, 3))
     collider(mesh(stage, "/cup/wall"), approximation=approximation)
     stage.Save()
     scene = read_scene_source(tmp_path / "s.usda")
@@ -181,7 +183,7 @@ def test_mesh_collides_as_its_file_says(tmp_path, approximation, corners, senten
 def test_pairs_that_never_meet_are_excluded(tmp_path, kind):
     stage = new_stage(tmp_path / "s.usda")
     for number, name in enumerate(("arm", "hand", "cup")):
-        body(stage, f"/world/{name}", place=(number * 10, 0, 0))
+        body(stage, f"/world/{name}", translation=(number * 10, 0, 0))
         ball(stage, f"/world/{name}/shape")
     arm, shape = stage.GetPrimAtPath("/world/arm"), stage.GetPrimAtPath("/world/arm/shape")
     if kind.startswith("filtered"):
@@ -212,8 +214,8 @@ def test_filter_of_one_collider_of_two_is_named(tmp_path):
     stage = new_stage(tmp_path / "s.usda")
     for name in ("arm", "cup"):
         body(stage, f"/{name}")
-        for part in ("a", "b"):
-            ball(stage, f"/{name}/{part}")
+        for child in ("a", "b"):
+            ball(stage, f"/{name}/{child}")
     UsdPhysics.FilteredPairsAPI.Apply(stage.GetPrimAtPath("/arm/a")).CreateFilteredPairsRel().AddTarget("/cup")
     stage.Save()
     scene = read_scene_source(tmp_path / "s.usda")
@@ -229,15 +231,15 @@ def test_offsets_become_margins(tmp_path):
         prim.CreateAttribute("physxCollision:restOffset", Sdf.ValueTypeNames.Float).Set(rest)
     stage.Save()
     scene = read_scene_source(tmp_path / "s.usda")
-    assert [part.margin for part in scene.bodies.values()] == [0.02, 0.0]
+    assert [item.margin for item in scene.bodies.values()] == [0.02, 0.0]
     assert scene.left_out == ("the rest offset of 'tray'",)
 
 
-def test_drawn_surface_and_hidden_colliders_are_told_apart(tmp_path):
+def test_drawn_surface_and_hidden_colliders_are_distinguished(tmp_path):
     stage = new_stage(tmp_path / "s.usda", unit=1.0)
     body(stage, "/cup")
     mesh(stage, "/cup/drawn")
-    hidden = collider(UsdGeom.Cube.Define(stage, "/cup/solid"), place=(0.5, 0.5, 0.5), scale=(0.5, 0.5, 0.5))
+    hidden = collider(UsdGeom.Cube.Define(stage, "/cup/solid"), translation=(0.5, 0.5, 0.5), scale=(0.5, 0.5, 0.5))
     hidden.GetPurposeAttr().Set("guide")
     stage.Save()
     scene = read_scene_source(tmp_path / "s.usda")
@@ -248,11 +250,11 @@ def test_drawn_surface_and_hidden_colliders_are_told_apart(tmp_path):
 
 
 def test_instances_and_referenced_layers_are_bodies_of_their_own(tmp_path):
-    part = new_stage(tmp_path / "part.usdc", unit=1.0)
-    body(part, "/part", scale=1.0)
-    collider(mesh(part, "/part/wall"))
-    part.SetDefaultPrim(part.GetPrimAtPath("/part"))
-    part.Save()
+    inner_stage = new_stage(tmp_path / "part.usdc", unit=1.0)
+    body(inner_stage, "/part", scale=1.0)
+    collider(mesh(inner_stage, "/part/wall"))
+    inner_stage.SetDefaultPrim(inner_stage.GetPrimAtPath("/part"))
+    inner_stage.Save()
     stage = new_stage(tmp_path / "s.usda", unit=1.0)
     for name, x in (("left", 1), ("right", 2)):
         prim = UsdGeom.Xform.Define(stage, f"/{name}")
@@ -262,7 +264,7 @@ def test_instances_and_referenced_layers_are_bodies_of_their_own(tmp_path):
         inner.SetInstanceable(True)
     stage.Save()
     scene = read_scene_source(tmp_path / "s.usda")
-    assert {name: part.pose[0, 3] for name, part in scene.bodies.items()} == {"left/cup": 1.0, "right/cup": 2.0}
+    assert {name: item.pose[0, 3] for name, item in scene.bodies.items()} == {"left/cup": 1.0, "right/cup": 2.0}
     assert scene.notes == ("names that are there more than once: 'left/cup' for 'cup', 'right/cup' for 'cup'",)
 
 
@@ -348,7 +350,7 @@ def test_disabled_bodies_and_colliders_do_not_count(tmp_path):
     UsdPhysics.CollisionAPI(off.GetPrim()).CreateCollisionEnabledAttr().Set(False)
     stage.Save()
     scene = read_scene_source(tmp_path / "s.usda")
-    assert [(name, part.moves) for name, part in scene.bodies.items()] == [("top", False)]
+    assert [(name, item.moves) for name, item in scene.bodies.items()] == [("top", False)]
 
 
 def test_units_and_axes_that_nobody_says_are_noted(tmp_path):
