@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from sessions.errors import ImportFileError
-from sessions.importers.given_meshes import MeshOptions, placed_meshes
+from sessions.importers.given_meshes import MeshOptions, PlacedMeshes, placed_meshes
 from sessions.importers.ledger import FACT, ledger_of
 from sessions.mesh_data import MeshData
 from sessions.meshes.conventions import Convention
@@ -68,10 +68,12 @@ def finished(
     declared = session.scene if scene is None else with_recorded_groups(scene, session.scene)
     poses = pose_convention(session.facts)
     names = [*session.names, *(body.id for body in declared.bodies if body.id not in session.names)]
-    try:
-        placed = placed_meshes(given, declared, scene_meshes(scene, scene_folder) if scene else {}, names, poses)
-    except ImportFileError as error:
-        raise ImportFileError(f"{source}: {error}") from None
+    placed = PlacedMeshes({})
+    if given != NO_MESHES or scene:
+        try:
+            placed = placed_meshes(given, declared, scene_meshes(scene, scene_folder) if scene else {}, names, poses)
+        except ImportFileError as error:
+            raise ImportFileError(f"{source}: {error}") from None
     meshes = {**session.meshes, **placed.meshes}
     facts = {"source_file": source.name, "conversions": "none", **session.facts}
     ledger = ledger_of(facts)

@@ -71,7 +71,7 @@ class _Check:
             whole.add(self._models.get(name, _Amount()), copies)
         if whole.elements > MOST_ELEMENTS or whole.values > MOST_VALUES:
             raise SceneSourceError(
-                f"{path} asks for more than {MOST_ELEMENTS:,} elements or {MOST_VALUES:,} generated values; reduce it"
+                f"{path} asks for more than {MOST_ELEMENTS:,} parts or {MOST_VALUES:,} generated values; reduce it"
             )
         self._check_assets(path, elements)
         return whole
