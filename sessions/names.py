@@ -22,8 +22,8 @@ _GLOVE_BOX: Final = ("glove", "box")
 
 def name_tokens(name: str) -> list[str]:
     """The words of a name in small letters: those of "LeftHand_2" and "lhand" are "left" and "hand"."""
-    words = [word.lower() for word in re.findall("[A-Z]?[a-z]+|[A-Z]+(?![a-z])", name)]
-    tokens = [token for word in words for token in _separated(word)]
+    pieces = [word.lower() for word in re.findall("[A-Z]?[a-z]+|[A-Z]+(?![a-z])", name)]
+    tokens = [token for word in pieces for token in _separated(word)]
     return tokens if HAND_WORDS.isdisjoint(tokens) else [_SIDE_OF_PREFIX.get(token, token) for token in tokens]
 
 

@@ -20,7 +20,7 @@ from sessions.importers.csv_mapping import CLOCK_NS, LENGTHS, ROLES, ROW_MAJOR, 
 from sessions.importers.csv_table import CsvTable
 from sessions.importers.csv_text import (
     STATED_LENGTHS,
-    WORDS,
+    VOCABULARY,
     CsvHead,
     name_tokens_of,
     stated_units,
@@ -35,15 +35,15 @@ UNORDERED: Final = "quaternion"
 """The kind of four columns whose order their names do not tell."""
 SCALAR_FIRST: Final = "quaternion_wxyz"
 NINE: Final = "012345678"
-KIND_OF: Final = {word: kind for kind in (POSITION, XYZW, ANGLES) for word in WORDS[kind]}
-OTHER, NOISE, TIME, NAMES, VALID = (frozenset(WORDS[kind]) for kind in ("other", "noise", "time", "name", "valid"))
-ANGLE_NAMES: Final = WORDS["turns"]
+KIND_OF: Final = {word: kind for kind in (POSITION, XYZW, ANGLES) for word in VOCABULARY[kind]}
+OTHER, NOISE, TIME, NAMES, VALID = (frozenset(VOCABULARY[kind]) for kind in ("other", "noise", "time", "name", "valid"))
+ANGLE_NAMES: Final = VOCABULARY["turns"]
 AXIS: Final = re.compile(r"([a-z]*?)([xyzw])")
 STEPS: Final = (("s", 5e-4, 0.5), ("ms", 0.5, 500.0), ("us", 500.0, 5e5), ("ns", 5e5, 5e8))
 """Unit of a clock -> the steps between rows that a recording of 2 to 2,000 Hz has in it."""
 TICKS: Final = (621_355_968_000_000_000, 662_380_416_000_000_000)
 """.NET ticks of 1970 and of 2100; as nanoseconds of the Unix epoch these are the years 1989 to 1990."""
-QUATERNION: Final = frozenset(WORDS[XYZW])
+QUATERNION: Final = frozenset(VOCABULARY[XYZW])
 NEARLY_AT_REST: Final = 0.9
 """The size of a quaternion's scalar in the first row from which a body has hardly turned: 52 degrees."""
 
@@ -143,24 +143,24 @@ def _keys(layout: CsvLayout) -> dict[str, object]:
 
 @dataclass(frozen=True)
 class _Reading:
-    """Which words of a column's name say what the column holds; all others name the body.
+    """A choice of the words of a column's name that say what the column holds; all others name the body.
 
-    ``anywhere``: all words may, not only the one before the axis. ``letters``: words of one letter may, such as the v
-    of a velocity; otherwise they name a body, such as the L of a left hand.
+    ``anywhere``: all words may, not only the one before the axis. ``single_letters``: words of one letter may, such as
+    the v of a velocity; otherwise they name a body, such as the L of a left hand.
     """
 
     anywhere: bool
-    letters: bool
+    single_letters: bool
 
-    def words(self, before: Sequence[str], *, axis_says_kind: bool) -> set[str]:
+    def kind_tokens(self, before: Sequence[str], *, axis_says_kind: bool) -> set[str]:
         """The words before an axis, in small letters, that may say what the column holds."""
-        words = [word.lower() for word in before]
+        tokens = [word.lower() for word in before]
         if not self.anywhere:
-            words = [] if axis_says_kind else [word for word in words if word not in NOISE][-1:]
-        return {word for word in words if self.letters or len(word) > 1}
+            tokens = [] if axis_says_kind else [word for word in tokens if word not in NOISE][-1:]
+        return {word for word in tokens if self.single_letters or len(word) > 1}
 
 
-READINGS: Final = tuple(_Reading(anywhere, letters) for anywhere in (False, True) for letters in (False, True))
+READINGS: Final = tuple(_Reading(anywhere, single) for anywhere in (False, True) for single in (False, True))
 """The more of a name a reading leaves to the body, the earlier it stands."""
 
 
@@ -206,22 +206,24 @@ def _role_of(column: str, reading: _Reading) -> _Role | None:
         return None
     *before, last = tokens
     number = ""
-    if last.isdigit() and before and not (reading.letters and before[-1].lower() in QUATERNION):
+    if last.isdigit() and before and not (reading.single_letters and before[-1].lower() in QUATERNION):
         # Behind the axis is the number of a body, as in x1, or in x.1 where two columns had the name x.
         *before, last, number = tokens
-    match, turn = _axis_in(last), ANGLE_NAMES.get(last.lower(), "")
-    words = reading.words(before, axis_says_kind=bool(turn or (match and match[1])))
-    if words & OTHER:
+    match, angle_axis = _axis_in(last), ANGLE_NAMES.get(last.lower(), "")
+    kind_tokens = reading.kind_tokens(before, axis_says_kind=bool(angle_axis or (match and match[1])))
+    if kind_tokens & OTHER:
         return None
-    own = [word for word in before if word.lower() not in words & {*KIND_OF} | NOISE]
-    name = "_".join([*own, number]) if number else _name(column, own, words)
+    own = [word for word in before if word.lower() not in kind_tokens & {*KIND_OF} | NOISE]
+    name = "_".join([*own, number]) if number else _name(column, own, kind_tokens)
     if last.isdigit():
         return _Role(name, UNORDERED, last)
-    if turn:
-        return _Role(name, ANGLES, turn)
+    if angle_axis:
+        return _Role(name, ANGLES, angle_axis)
     if match is None:
         return None
-    kind = next((KIND_OF[word.lower()] for word in reversed(before) if word.lower() in words & {*KIND_OF}), POSITION)
+    kind = next(
+        (KIND_OF[word.lower()] for word in reversed(before) if word.lower() in kind_tokens & {*KIND_OF}), POSITION
+    )
     return _Role(name, KIND_OF.get(match[1], kind), match[2])
 
 
@@ -231,13 +233,13 @@ def _axis_in(word: str) -> re.Match[str] | None:
     return match if match and match[1] in ("", *KIND_OF) else None
 
 
-def _name(column: str, own: Sequence[str], words: Collection[str]) -> str:
+def _name(column: str, own: Sequence[str], kind_tokens: Collection[str]) -> str:
     """The body that a column is of, as it is written there: what is left without the words that say a kind."""
     if not own:
         return ""
     first = column.index(own[0])
     whole = column[first : column.index(own[-1], first) + len(own[-1])]
-    return whole if not {*re.findall("[a-z]+", whole.lower())} & KIND_OF.keys() & {*words} else "_".join(own)
+    return whole if not {*re.findall("[a-z]+", whole.lower())} & KIND_OF.keys() & {*kind_tokens} else "_".join(own)
 
 
 ROTATION_KINDS = {ANGLES: "in angles", MATRIX: "a matrix", UNORDERED: "four numbers without names of axes"}
@@ -448,8 +450,8 @@ def _names_of_bodies(
     used = [clock.column, *(column for body in bodies.values() for column in body.columns.values())]
     if not is_large_loss(lost, len(table)):
         # Rows whose stamps all differ are those of one body, unless a column of names takes turns.
-        taking_turns = (column for column in numbered if is_interleaved(table, column))
-        return names or [column for column in taking_turns if column == column_of_bodies(table, stamps, used)], ""
+        alternating = (column for column in numbered if is_interleaved(table, column))
+        return names or [column for column in alternating if column == column_of_bodies(table, stamps, used)], ""
     column = names[0] if names else column_of_bodies(table, stamps, used)
     if column:
         return [column], repeats_within(table, stamps, column, used)

@@ -31,7 +31,7 @@ from sessions.importers.csv_mapping import (
     read_mapping,
 )
 from sessions.importers.csv_table import CsvTable
-from sessions.importers.csv_text import STATED_LENGTHS, WORDS, name_tokens_of, read_head, stated_units
+from sessions.importers.csv_text import STATED_LENGTHS, VOCABULARY, name_tokens_of, read_head, stated_units
 from sessions.importers.ledger import Ledger, is_large_loss
 from sessions.importers.pose_table import SourceFrame, Stream, imported, numbered
 from sessions.importers.stamps import Rows, Stamps, increasing, rows_lost
@@ -56,7 +56,7 @@ LIKELY_RATES_HZ: Final = (10.0, 250.0)
 QUATERNION_KINDS: Final = ("quaternion_xyzw", "quaternion_wxyz")
 ANGLE_UNITS: Final = ("deg", "rad")
 UNITS_OF_MAPPINGS: Final = (*LENGTHS, *CLOCK_NS, *ANGLE_UNITS)
-TIME_TOKENS: Final = frozenset(WORDS["time"])
+TIME_TOKENS: Final = frozenset(VOCABULARY["time"])
 
 
 def read_csv(

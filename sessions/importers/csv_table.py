@@ -28,7 +28,7 @@ from sessions.importers.csv_mapping import CLOCK_NS, TEXT, CsvLayout, PoseColumn
 from sessions.importers.csv_text import (
     BYTE_ORDER_MARK,
     NUMBER,
-    WORDS,
+    VOCABULARY,
     bare_unit,
     check_encoding,
     excel_separator,
@@ -171,7 +171,7 @@ class CsvTable:
 
     def unit(self, column: str) -> str:
         """The unit that the row of units gives a column, as a mapping writes it, or nothing."""
-        return str(WORDS["units"].get(self._units.get(column, ""), ""))
+        return str(VOCABULARY["units"].get(self._units.get(column, ""), ""))
 
     def _name_columns(self, heads: list[list[str]]) -> None:
         cells = [[word.strip() for word in column] for column in zip_longest(*heads, fillvalue="")]
@@ -529,9 +529,9 @@ def _past_midnight(stamps: Stamps) -> Stamps:
 def _is_yes(text: str) -> bool | None:
     """Whether a cell says yes; ``None``: it says neither yes nor no."""
     word = text.lower()
-    if word in WORDS["valid_cells"]:
+    if word in VOCABULARY["valid_cells"]:
         return True
-    if word in WORDS["lost_cells"] or text in EMPTY:
+    if word in VOCABULARY["lost_cells"] or text in EMPTY:
         return False
     with suppress(ValueError):
         return {1.0: True, 0.0: False}.get(float(word))

@@ -43,17 +43,17 @@ ENCODINGS: Final = {
     codecs.BOM_UTF16_BE: "UTF-16",
 }
 """First bytes of a text in another encoding than UTF-8 that says so; those of UTF-32 begin with those of UTF-16."""
-WORDS: Final[dict[str, Any]] = tomllib.loads(Path(__file__).with_name("csv_words.toml").read_text("utf-8"))
+VOCABULARY: Final[dict[str, Any]] = tomllib.loads(Path(__file__).with_name("csv_words.toml").read_text("utf-8"))
 """What words of a column's name say: its kind, the axis of an angle, a unit; and wall clocks beside ISO 8601."""
 STATED_UNIT: Final = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]")
 """What a column's name holds in brackets."""
-TIME: Final = frozenset(WORDS["time"])
-KNOWN_UNITS: Final = frozenset(WORDS["units"].values())
+TIME: Final = frozenset(VOCABULARY["time"])
+KNOWN_UNITS: Final = frozenset(VOCABULARY["units"].values())
 STATED_LENGTHS: Final = (*LENGTHS, "um")
 DATE: Final = re.compile(r"[0-9]{1,4}([-/.])[0-9]{1,2}\1[0-9]{1,4}")
-SUFFIXES, TIME_SUFFIXES = frozenset(WORDS["suffixes"]), frozenset(WORDS["time_suffixes"])
+SUFFIXES, TIME_SUFFIXES = frozenset(VOCABULARY["suffixes"]), frozenset(VOCABULARY["time_suffixes"])
 NUMBER: Final = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?|nan|NaN")
-UNITS: Final = frozenset(WORDS["units"]) | frozenset(WORDS["more_units"])
+UNITS: Final = frozenset(VOCABULARY["units"]) | frozenset(VOCABULARY["more_units"])
 UNORDERED: Final = ("q1", "q2", "q3", "q4")
 """A quaternion whose order a file does not tell: TUM's files have the scalar last, others first."""
 NAMELESS: Final = {12: ROW_MAJOR, 8: ("timestamp", "tx", "ty", "tz", *UNORDERED)}
@@ -101,7 +101,7 @@ class CsvHead:
         """The unit that the row of units gives a column, or nothing."""
         if not self.units:
             return ""
-        return str(WORDS["units"].get(bare_unit(self.units[self.columns.index(column)]), ""))
+        return str(VOCABULARY["units"].get(bare_unit(self.units[self.columns.index(column)]), ""))
 
 
 def read_head(source: Path, known: Collection[str] = ()) -> CsvHead:
@@ -170,7 +170,7 @@ def check_encoding(source: Path, data: bytes) -> None:
 def is_row_of_units(cells: Sequence[str]) -> bool:
     """Whether cells are units or empty, and one is a unit of a length, a time or an angle."""
     written = [bare_unit(cell) for cell in cells if cell.strip()]
-    return any(cell in WORDS["units"] for cell in written) and all(cell in UNITS for cell in written)
+    return any(cell in VOCABULARY["units"] for cell in written) and all(cell in UNITS for cell in written)
 
 
 def bare_unit(cell: str) -> str:
@@ -182,11 +182,11 @@ def name_and_unit(column: str) -> tuple[list[str], str]:
     """The words of a name, and the unit that it states; one that no mapping has as it stands there."""
     stated = STATED_UNIT.search(column)
     tokens = re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+", re.sub(r"[\[(].*?[\])]", "", column))
-    unit = WORDS["units"].get(stated[1].lower(), stated[1]) if stated else ""
+    unit = VOCABULARY["units"].get(stated[1].lower(), stated[1]) if stated else ""
     *before, last = [token.lower() for token in tokens] or [""]
     if before and (last in SUFFIXES or (last in TIME_SUFFIXES and not TIME.isdisjoint(before))):
         tokens.pop()
-        unit = unit or WORDS["units"][last]
+        unit = unit or VOCABULARY["units"][last]
     return tokens, unit
 
 
@@ -213,7 +213,7 @@ def stated_units(units: Iterable[str], kind: Collection[str]) -> list[str]:
 
 def text_format(cell: str) -> str | None:
     """The format of a wall-clock text: "" for ISO 8601, else as ``strptime`` takes it; ``None`` where it is none."""
-    for form in ("", *WORDS["formats"]) if not NUMBER.fullmatch(cell) else ():
+    for form in ("", *VOCABULARY["formats"]) if not NUMBER.fullmatch(cell) else ():
         with suppress(ValueError):
             _ = datetime.strptime(cell, form) if form else datetime.fromisoformat(cell)
             return form

@@ -11,7 +11,7 @@ from typing import Final
 
 from sessions.importers.csv_draft import Clock, clock_of, incomplete_poses, plain_poses
 from sessions.importers.csv_mapping import PoseColumns
-from sessions.importers.csv_text import WORDS, CsvHead
+from sessions.importers.csv_text import VOCABULARY, CsvHead
 from sessions.importers.hands.joint_names import (
     NUMBERED,
     TOKEN,
@@ -27,12 +27,12 @@ LEAST_JOINTS: Final = 8
 MOST_LISTED: Final = 5
 AXIS: Final = re.compile(r"([a-z]*?)([xyz])")
 IN_BRACKETS: Final = re.compile(r"[\[(].*?[\])]")
-POSITION_WORDS: Final = frozenset(WORDS["position"])
-ROTATION_WORDS: Final = (frozenset(WORDS["quaternion_xyzw"]) | frozenset(WORDS["euler"])) - {"r"}
+POSITION_WORDS: Final = frozenset(VOCABULARY["position"])
+ROTATION_WORDS: Final = (frozenset(VOCABULARY["quaternion_xyzw"]) | frozenset(VOCABULARY["euler"])) - {"r"}
 """Without ``r``, which is the side of a joint."""
-OTHER_WORDS: Final = (frozenset(WORDS["other"]) - {"b"}) | {"direction", "normal", "centre", "center", "scale"}
-WITHOUT_MEANING: Final = frozenset(WORDS["noise"])
-VALID_WORDS: Final = frozenset(WORDS["valid"])
+OTHER_WORDS: Final = (frozenset(VOCABULARY["other"]) - {"b"}) | {"direction", "normal", "centre", "center", "scale"}
+WITHOUT_MEANING: Final = frozenset(VOCABULARY["noise"])
+VALID_WORDS: Final = frozenset(VOCABULARY["valid"])
 SIDE_COLUMNS: Final = frozenset({"hand", "side", "handedness", "type", "chirality"})
 JOINT_COLUMNS: Final = frozenset({"joint", "joints", "landmark", "bone", "id", "index", "name", "keypoint"})
 LONGEST_SIDE: Final = 3
@@ -147,7 +147,7 @@ def _named_joint(name: str, known: Mapping[str, NamedJoint]) -> NamedJoint | Non
 def _before(column: str, endings: frozenset[str]) -> tuple[str, str]:
     """A column's name without its last word and without such ``endings`` before it; and the last word."""
     tokens = [*re.finditer(TOKEN, IN_BRACKETS.sub("", column))]
-    if len(tokens) > 2 and tokens[-1][0].lower() in WORDS["units"]:
+    if len(tokens) > 2 and tokens[-1][0].lower() in VOCABULARY["units"]:
         tokens.pop()
     last = tokens.pop()[0].lower() if tokens else ""
     while tokens and tokens[-1][0].lower() in endings:
