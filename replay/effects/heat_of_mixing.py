@@ -1,7 +1,6 @@
 """The heat of liquids that come together, from the ledger: of dilution and reaction; the wrong order is named."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from replay import words
 from replay.effects.chemistry.components import WATER
@@ -11,7 +10,7 @@ from replay.effects.chemistry.matter import Matter, matter_of
 from replay.effects.chemistry.mixture import SOLID
 from replay.effects.declaring import Declaration
 from replay.effects.inputs import EffectInputs
-from replay.effects.models.outflow import GAP_S, flows
+from replay.effects.models.outflow import flows
 from replay.effects.movement import movement_of
 from replay.effects.output import EffectEvent, Findings, FloatArray, LaneSpan, Series, vector_of
 from replay.effects.temperatures import boils, note_temperature
@@ -57,29 +56,13 @@ def mixed(inputs: EffectInputs, declared: Declaration, findings: Findings) -> No
         volume_ml = history.volume_ml[history.rows(times)]
         celsius[(celsius > boils(declared) - BOILING) & (volume_ml > 0.0)] = boils(declared)
         # The first drops on a dry solid have no temperature of their own.
-        mixed_rows = _is_mixed(name, matter, times, volume_ml)
+        mixed_rows = matter.is_mixed(name, times, volume_ml)
         series = Series(times[mixed_rows], celsius[mixed_rows], "degC")
         note_temperature(declared, findings, name, series, volume_ml[mixed_rows] > 0.0)
         findings.events += [
             *_extremes(name, times[mixed_rows], celsius[mixed_rows]),
             *_frozen(name, matter, declared["ambient_c"]),
         ]
-
-
-def _is_mixed(name: str, matter: Matter, times: FloatArray, volume_ml: FloatArray) -> NDArray[np.bool_]:
-    """Whether a temperature is that of what is mixed, (n,).
-
-    Of a vessel that holds a dry solid at first it is none while liquid comes in: the first drops cannot dissolve all.
-    The first row counts, and the last.
-    """
-    contents = matter.recipe.contents.get(name)
-    if contents is None or contents.volume_ml > 0.0 or not contents.solids:
-        return np.ones(len(times), dtype=np.bool_)
-    incoming = times[1:][np.diff(volume_ml) > 0.0]
-    following = np.append(incoming, np.inf)[np.searchsorted(incoming, times, side="right")]
-    is_mixed: NDArray[np.bool_] = following - times > GAP_S
-    is_mixed[[0, -1]] = True
-    return is_mixed
 
 
 def _dissolved_before(name: str, matter: Matter) -> list[EffectEvent]:
@@ -101,7 +84,7 @@ def _dissolved_before(name: str, matter: Matter) -> list[EffectEvent]:
 def _strong(name: str, matter: Matter) -> list[EffectEvent]:
     """Event of a strong solution whose heat no table has: it is counted as that of a dilute one."""
     history, ledger = matter.histories[name], matter.ledger
-    rows = np.flatnonzero(_is_mixed(name, matter, history.times, history.volume_ml) & (history.volume_ml > 0.0))
+    rows = np.flatnonzero(matter.is_mixed(name, history.times, history.volume_ml) & (history.volume_ml > 0.0))
     species = np.zeros((len(rows), 0))
     if matter.solver is not None and len(rows):
         wet, solved = matter.solved(name, history.times[rows])
@@ -134,7 +117,7 @@ def _strong(name: str, matter: Matter) -> list[EffectEvent]:
 def _frozen(name: str, matter: Matter, room: float) -> list[EffectEvent]:
     """Event of a solution that reaches its freezing point: it gets no colder while ice is there."""
     history = matter.histories[name]
-    is_frozen = (matter.amount(name, LATENT) < 0.0) & _is_mixed(name, matter, history.times, history.volume_ml)
+    is_frozen = (matter.amount(name, LATENT) < 0.0) & matter.is_mixed(name, history.times, history.volume_ml)
     rows = np.flatnonzero(is_frozen)[:1]
     events = []
     for row in rows.tolist():

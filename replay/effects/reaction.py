@@ -124,9 +124,10 @@ def _tell_solution(matter: Matter, vessel: str, times: FloatArray, findings: Fin
         else:
             text += " there; the pH before and after holds"
         findings.events.append(EffectEvent(first, "no-equilibrium", (vessel,), None, {}, text, "warning"))
-    strong = np.flatnonzero(solved.ionic[rows] > EXACT_MOL_KG)
+    mixed = matter.is_mixed(vessel, times[wet], volume_ml)[rows]
+    strong = np.flatnonzero((solved.ionic[rows] > EXACT_MOL_KG) & mixed)
     if len(strong):
-        most = float(solved.ionic[rows].max())
+        most = float(solved.ionic[rows[strong]].max())
         solids = _solids_at(matter, vessel, times[known_times[strong]])
         doubtful = f", and of {' and '.join(solids)} twice as much or half may dissolve" if solids else ""
         doubt = "by 1 or more" if most > VERY_STRONG_MOL_KG else "by some tenths"

@@ -178,14 +178,17 @@ def modules_after(code):
     return set(done.stdout.split())
 
 
-def poured_on(a, b, equation, steps=20, excess=None, solids=None):
-    """Joule above the room, the coldest and the warmest in degC of b while a is poured on it in so many steps."""
+def poured_on(a, b, equation, steps=20, excess=None, solids=None, **keys):
+    """Joule above the room, the coldest and the warmest in degC of b while a is poured on it in so many steps.
+
+    ``keys`` : more of the reaction.
+    """
     bodies = (glass("a", cavity=WIDE, **a), glass("b", cavity=WIDE, **b))
     liquids = {"of": "liquids", "ambient_c": 20.0, "loss_w_per_k": 0.0, "heat_capacity_j_per_ml_k": WATER_J_PER_ML_K}
     effects = (
         SceneEffect("pour", {"from": ["a"], "into": ["b"]}),
         SceneEffect("mixing", {"in": ["b"]}),
-        *([SceneEffect("reaction", {"equation": equation})] if equation else []),
+        *([SceneEffect("reaction", {"equation": equation, **keys})] if equation else []),
         SceneEffect("heat", liquids),
     )
     scene = Scene(bodies=bodies, effects=effects)

@@ -7,9 +7,9 @@ import numpy as np
 
 from replay.effects.chemistry.components import PROTON, WATER
 from replay.effects.chemistry.contents import MOST_DISSOLVED
-from replay.effects.chemistry.ledger import Process
 from replay.effects.chemistry.matter import Matter
 from replay.effects.chemistry.mixture import GAS, SOLID
+from replay.effects.chemistry.processes import Process
 from replay.effects.output import EffectEvent
 from replay.words import quantity
 

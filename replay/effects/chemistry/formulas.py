@@ -7,7 +7,7 @@ or of 42. An equation takes the readings with which it balances.
 import re
 import unicodedata
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cache
@@ -41,6 +41,7 @@ class Equation:
     reagents: Mapping[str, int]
     products: Mapping[str, int]
     phases: Mapping[str, str]  # formula -> ``s``, ``l``, ``g`` or ``aq`` where the equation says so
+    dissolved: frozenset[str] = frozenset()  # solid reagents that the other side has dissolved: C6H12O6(s) -> C6H12O6
 
     @property
     def formulas(self) -> tuple[str, ...]:
@@ -52,6 +53,15 @@ class Equation:
         """Formula -> how many it makes, below 0 of what it uses up."""
         changes = {formula: -many for formula, many in self.reagents.items()}
         return changes | {formula: many + changes.get(formula, 0) for formula, many in self.products.items()}
+
+    def terms(self, states: Mapping[str, str]) -> Iterator[tuple[str, int, str]]:
+        """Formula, how many it makes, below 0 of reagents, and its state, of every term that does not cancel."""
+        for formula, many in self.changes.items():
+            if formula not in self.dissolved:
+                yield formula, many, states.get(formula, "")
+        for formula in sorted(self.dissolved):
+            yield formula, -self.reagents[formula], "s"
+            yield formula, self.products[formula], ""
 
 
 @dataclass(frozen=True)
@@ -196,17 +206,20 @@ def _terms(text: str) -> list[_Term]:
 
 
 def _equation(sides: tuple[list[_Term], list[_Term]], reading: Mapping[tuple[str, ...], str]) -> Equation:
-    phases: dict[str, str] = {}
+    phases: list[dict[str, str]] = []
     counted: list[dict[str, int]] = []
     for side in sides:
         counts: Counter[str] = Counter()
+        phases.append({})
         for term in side:
             formula = reading[term.readings]
             counts[formula] += term.coefficient
             if term.phase:
-                phases[formula] = term.phase
+                phases[-1][formula] = term.phase
         counted.append(dict(counts))
-    return Equation(counted[0], counted[1], phases)
+    before, after = phases
+    dissolved = {formula for formula in counted[1] if before.get(formula) == "s" and after.get(formula) != "s"}
+    return Equation(counted[0], counted[1], {**after, **before}, frozenset(dissolved))
 
 
 def _counted(side: Mapping[str, int]) -> Counter[str]:

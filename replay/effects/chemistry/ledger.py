@@ -9,7 +9,6 @@ the rest to PHREEQC's equilibrium. The ledger keeps the totals; PHREEQC says wha
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from itertools import chain, pairwise
 from typing import Final
 
@@ -31,6 +30,7 @@ from replay.effects.chemistry.ledger_columns import (
     Warmth,
 )
 from replay.effects.chemistry.mixture import GAS, SOLID
+from replay.effects.chemistry.processes import History, Process
 from replay.effects.chemistry.salts import WATER_KG, Salt, settled_solid
 from replay.effects.chemistry.solver import Solver, answered
 from replay.effects.chemistry.warming import cooled
@@ -82,48 +82,6 @@ ROUNDING: Final = 1e-14
 
 FEWER: Final = 1e-9
 """A gas that left by less than this share of the row before is the same: rounding of the equilibrium."""
-
-
-@dataclass(frozen=True)
-class Process:
-    """An equation in the ledger's own columns that no constant brings to equilibrium; what cancels is left out."""
-
-    text: str = field(compare=False)
-    changes: Mapping[str, float]  # column -> mol made by one mol of reaction, negative where it is used up
-    rate: float | None = None  # first-order, 1/s; ``None``: at once
-    # enthalpy of one mol of reaction; NaN: not known
-    joule: float = field(default=float("nan"), compare=False)
-    # protons that its reagents bring; below 0 hydroxide, and it ends with it; 0: it needs neither
-    acid: float = field(default=0.0, compare=False)
-    salt: Salt | None = field(default=None, compare=False)  # that it dissolves, up to its solubility
-    catalysts: frozenset[str] = frozenset()  # columns without which it does not proceed
-    stays: float = 0.0  # mol of reaction, by kg of water, whose gas stays dissolved
-
-
-@dataclass(frozen=True, eq=False)
-class History:
-    """One vessel, a row wherever it changed, and at the first and last time.
-
-    Parameters
-    ----------
-    times, frames, volume_ml : (n,).
-    amounts : (n, columns) mol, of heat J.
-    extents : (n, processes) mol of reaction so far.
-    pending : (n, processes) mol of reaction still to come of a slow process if nothing is added.
-    added_ml : (n, vessels) millilitres that ever came from each.
-    """
-
-    times: FloatArray
-    frames: IntArray
-    volume_ml: FloatArray
-    amounts: FloatArray
-    extents: FloatArray
-    pending: FloatArray
-    added_ml: FloatArray
-
-    def rows(self, times: FloatArray) -> IntArray:
-        """The row (n,) that holds at each time."""
-        return np.maximum(0, np.searchsorted(self.times, times, side="right") - 1)
 
 
 class Ledger:

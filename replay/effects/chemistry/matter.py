@@ -12,8 +12,9 @@ from replay.effects.chemistry.components import PROTON, WATER
 from replay.effects.chemistry.contents import Contents, contents_of
 from replay.effects.chemistry.enthalpy import CONSTANTS
 from replay.effects.chemistry.formulas import charge_of
-from replay.effects.chemistry.ledger import History, Ledger
+from replay.effects.chemistry.ledger import Ledger
 from replay.effects.chemistry.ledger_columns import ADDED, HEAT, UNFOLLOWED, WITHOUT_HEAT_C, Warmth
+from replay.effects.chemistry.processes import History
 from replay.effects.chemistry.recipe import Recipe, recipe_of
 from replay.effects.chemistry.salts import WATER_KG, Salt
 from replay.effects.chemistry.solver import Equilibrium, Solver
@@ -80,6 +81,21 @@ class Matter:
         since = np.maximum(0.0, times - history.times[rows])
         excess = self.amount(vessel, HEAT)[rows] / filled
         return cooled(excess, since, capacity=filled, loss=ledger.warmth.loss)
+
+    def is_mixed(self, vessel: str, times: FloatArray, volume_ml: FloatArray) -> BoolArray:
+        """Whether what is in a vessel is mixed, (n,): its temperature and its strength are then those of all of it.
+
+        Of a vessel that holds a dry solid at first it is not while liquid comes in: the first drops cannot dissolve
+        all. The first row counts, and the last.
+        """
+        contents = self.recipe.contents.get(vessel)
+        if contents is None or contents.volume_ml > 0.0 or not contents.solids:
+            return np.ones(len(times), dtype=np.bool_)
+        incoming = times[1:][np.diff(volume_ml) > 0.0]
+        following = np.append(incoming, np.inf)[np.searchsorted(incoming, times, side="right")]
+        mixed: BoolArray = following - times > GAP_S
+        mixed[[0, -1]] = True
+        return mixed
 
     def celsius(self, vessel: str, times: FloatArray) -> FloatArray:
         """Temperature (n,) at times, that of PHREEQC's constants where no effect heat follows one."""

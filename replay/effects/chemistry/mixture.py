@@ -49,6 +49,7 @@ class Phase:
     column: str  # ``AgCl(s)``, ``CO2(g)``
     components: Mapping[str, int]
     entry: Entry
+    joule: float | None = None  # of a mol above its components, as a scene declares it
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,6 +219,8 @@ class Mixture:
         return sum(makeup[component] * entry.kilojoule for component, entry in bare.items() if entry is not None)
 
     def _phase_joule(self, phase: Phase) -> float:
+        if phase.joule is not None:
+            return phase.joule
         changes: dict[str, float] = {
             **{component: -float(many) for component, many in phase.components.items()},
             phase.column: 1.0,

@@ -5,17 +5,14 @@ Raised are PlanErrors of the table concerned, with the nearest name: at the plan
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from typing import Final
-
-import numpy as np
 
 from replay import words
 from replay.effects.chemistry.components import (
     BASES,
     FRESH,
     GASES,
-    PHASE_NAMES,
     PROTON,
     SOLIDS,
     WATER,
@@ -25,21 +22,21 @@ from replay.effects.chemistry.components import (
     heavy_components,
 )
 from replay.effects.chemistry.contents import Contents
-from replay.effects.chemistry.database import Database, Entry, database_of
+from replay.effects.chemistry.database import Database, database_of
+from replay.effects.chemistry.declared_heats import declared_joule
 from replay.effects.chemistry.enthalpy import FREE_ENERGY, enthalpy_j, free_energy_j
 from replay.effects.chemistry.formulas import Equation, charge_of, equation_of
-from replay.effects.chemistry.ledger import Ledger, Process
+from replay.effects.chemistry.ledger import Ledger
 from replay.effects.chemistry.ledger_columns import ADDED, Warmth
-from replay.effects.chemistry.mixture import GAS, SOLID, Phase, mixture_of
-from replay.effects.chemistry.salts import Salt, salt_of, solubility_of
+from replay.effects.chemistry.mixture import GAS, SOLID, Phase
+from replay.effects.chemistry.phases import Phases
+from replay.effects.chemistry.processes import Process
+from replay.effects.chemistry.salts import Salt
 from replay.effects.chemistry.solver import Solver
 from replay.effects.declaring import Declaration
 from replay.errors import EffectError, PlanError
 
 Tables = Mapping[str, tuple[Declaration, ...]]
-
-SPARING_MOL_KG: Final = 0.1
-"""What dissolves by less, by PHREEQC's constant, falls out where an equation makes it, without being marked (s)."""
 
 ALKALI: Final = frozenset(("Li+", "Na+", "K+", "Rb+", "Cs+"))
 """Ions whose oxides water takes apart at once."""
@@ -59,7 +56,7 @@ CONCENTRATED_J: Final = 12e3
 Of 12 mol/L of HCl, whose mean activity coefficient is 17 at 16 mol/kg: R T ln 270, less a little. Source: CRC Handbook.
 """
 
-_UNKNOWN_SOLUBILITY: Final = (
+UNKNOWN_SOLUBILITY: Final = (
     "nothing says how much {!r} dissolves; give solid.solubility_g_100g, g in 100 g of water, to the body that holds it"
 )
 
@@ -115,98 +112,12 @@ class Recipe:
         return amounts
 
 
-@dataclass(eq=False)
-class _Phases:
-    """Solids and gases of a scene as its equations are read: PHREEQC's, salts with a solubility, and all others."""
-
-    database: Database | None
-    declared: Mapping[str, Mapping[float, float]]  # solid -> solubility that the scene declares
-    separate: frozenset[str]  # solids that only an equation with a rate takes
-    phreeqc: dict[str, Phase] = field(default_factory=dict)
-    salts: dict[str, Salt] = field(default_factory=dict)
-
-    def add(self, formula: str, phase: str) -> None:
-        """Find what a solid or gas is."""
-        column = f"{formula}({phase})"
-        if column in self.phreeqc or column in self.salts or not phase:
-            return
-        table = self.declared.get(formula) or (solubility_of(formula) if phase == "s" else None)
-        if phase == "s" and table is not None and formula not in self.separate:
-            self.salts[column] = salt_of(formula, table)
-            return
-        entry = None if self.database is None or column in self.separate else self.entry(formula, phase)
-        if entry is not None and formula not in self.separate:
-            self.phreeqc[column] = Phase(column, dissolved_components(formula), entry)
-
-    def known(self, formula: str) -> bool:
-        """Whether PHREEQC or a solubility says how much of a solid dissolves."""
-        return formula + SOLID in self.phreeqc or formula + SOLID in self.salts
-
-    def entry(self, formula: str, phase: str) -> Entry | None:
-        """PHREEQC's phase of a formula; of several the one named like it, else the one that dissolves best."""
-        assert self.database is not None
-        phases = self.database.phases
-        if phase == "g":
-            return phases.get(formula + GAS)
-        named = PHASE_NAMES.get(formula, formula)
-        if named in phases and components_of(formula) is not None:
-            return phases[named]
-        components = components_of(formula) or {}
-        mine, water = dry_components(components), components.get(WATER, 0)
-        fitting = [
-            entry
-            for name, entry in phases.items()
-            if mine
-            and dry_components(entry.makeup) == mine
-            and entry.makeup.get(WATER, 0.0) >= water
-            and not name.endswith(GAS)
-        ]
-        # The nearest in crystal water: calcium hydroxide is no hydrate of lime where a formula says which is meant.
-        return max(fitting, key=lambda entry: (-entry.makeup.get(WATER, 0.0), entry.log_k), default=None)
-
-    def sparing(self, formula: str) -> bool:
-        """Whether a formula is a salt that hardly dissolves, by PHREEQC's constant."""
-        if self.database is None or charge_of(formula) or solubility_of(formula) is not None:
-            return False
-        entry = self.entry(formula, "s")
-        if entry is None or entry.makeup.get(PROTON, 0.0) > 0.0:
-            return False
-        molecule = self.dissolved(formula)
-        if molecule is not None and entry.log_k + molecule.log_k > np.log10(SPARING_MOL_KG):
-            return False
-        hydroxide = -entry.makeup.get(PROTON, 0.0)
-        ions = [many for component, many in entry.makeup.items() if component not in (PROTON, WATER)] + [hydroxide]
-        bare = sum(
-            many * self._log_k(component)
-            for component, many in entry.makeup.items()
-            if component not in (PROTON, WATER)
-        )
-        log_product = entry.log_k + bare - 14.0 * hydroxide
-        even = sum(many * np.log10(many) for many in ions if many > 0.0)
-        return bool((log_product - even) / sum(ions) < np.log10(SPARING_MOL_KG))
-
-    def dissolved(self, formula: str) -> Entry | None:
-        """PHREEQC's dissolved species of a formula."""
-        assert self.database is not None
-        mine = dry_components(components_of(formula) or {})
-        return next(
-            (entry for entry in self.database.species.values() if mine and dry_components(entry.makeup) == mine),
-            None,
-        )
-
-    def _log_k(self, component: str) -> float:
-        """log10 of the constant with which a column's bare ion comes from PHREEQC's."""
-        assert self.database is not None
-        species = (entry for entry in self.database.species.values() if dict(entry.makeup) == {component: 1.0})
-        return next((entry.log_k for entry in species), 0.0)
-
-
 def undeclared_phases(recipe: Recipe) -> tuple[Phase, ...]:
     """Solids that may form of what is dissolved, and that no table and no vessel of the scene names."""
     if recipe.solver is None:
         return ()
     mixture = recipe.solver.mixture
-    phases = _Phases(mixture.database, {}, frozenset())
+    phases = Phases(mixture.database, {}, frozenset())
     named = {phase.column for phase in mixture.phases} | {salt.column for salt in recipe.salts}
     named |= {column for process in recipe.processes for column in process.changes}
     named |= {formula + SOLID for reaction in recipe.reactions for formula in reaction.equation.formulas}
@@ -234,7 +145,7 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
     named = {table["solid"] for table in tables.get("precipitation", ())}
     bodies = {solid for content in contents.values() for solid in content.solids}
     solubility = {solid: table for content in contents.values() for solid, table in content.solubility.items()}
-    phases = _Phases(database, solubility, _separate(declared, equations, named))
+    phases = Phases(database, solubility, _separate(declared, equations, named))
     usual = {**dict.fromkeys(SOLIDS | named | bodies, "s"), **dict.fromkeys(GASES, "g")}
     read: list[Mapping[str, str]] = []
     brought = {formula for content in contents.values() for formula in content.amounts}
@@ -260,13 +171,40 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
         process_index = processes.index(process) if process is not None and not unwilling else -1
         reactions.append(Reaction(table, equation, phase, process_index, unwilling))
     columns = _columns(contents, reactions, processes, phases)
-    solver = None
-    if database is not None:
-        solver = Solver(
-            mixture_of(database, sorted(columns), [phases.phreeqc[name] for name in sorted(phases.phreeqc)])
-        )
+    solver = phases.solver(columns)
+    for reaction in reactions:
+        if reaction.declared["heat_kj_mol"] is not None:
+            _declare_heat(reaction, processes, phases, solver)
     salts = tuple(phases.salts[name] for name in sorted(phases.salts))
-    return Recipe(tuple(reactions), tuple(processes), contents, solver, salts)
+    return Recipe(tuple(reactions), tuple(processes), contents, phases.solver(columns), salts)
+
+
+def _declare_heat(reaction: Reaction, processes: list[Process], phases: Phases, solver: Solver | None) -> None:
+    """Give a declared enthalpy to a process, or to the solid that an equation dissolves."""
+    equation, heat = reaction.equation, reaction.declared["heat_kj_mol"]
+    own = (
+        {}
+        if solver is None
+        else dict(
+            zip(
+                (phase.column for phase in solver.mixture.phases),
+                solver.mixture.joule[len(solver.mixture.species) :].tolist(),
+                strict=True,
+            )
+        )
+    )
+    own |= {column: salt.joule for column, salt in phases.salts.items()}
+    solid = _dissolved_solid(equation, reaction.phases, phases)
+    changes = processes[reaction.process].changes if reaction.process >= 0 else {solid: 0.0}
+    joule = declared_joule(heat, equation, reaction.phases, {**own, **dict.fromkeys(changes, 0.0)}, solver)
+    if reaction.process >= 0:
+        processes[reaction.process] = replace(processes[reaction.process], joule=joule)
+    if solid:
+        above = -joule / equation.reagents[solid.removesuffix(SOLID)]
+        if solid in phases.salts:
+            phases.salts[solid] = replace(phases.salts[solid], joule=above)
+        else:
+            phases.phreeqc[solid] = replace(phases.phreeqc[solid], joule=above)
 
 
 def asks_phreeqc(tables: Tables, contents: Mapping[str, Contents]) -> bool:
@@ -371,8 +309,8 @@ def _settling_gases(
     for equation, state in zip(equations, states, strict=True):
         made = {formula for formula in SOLUBLE_GASES & separate & set(equation.products) if state.get(formula) == "g"}
         changes: Counter[str] = Counter()
-        for formula, many in equation.changes.items():
-            whole = state.get(formula) in ("s", "g") and formula not in made
+        for formula, many, phase in equation.terms(state):
+            whole = phase in ("s", "g") and formula not in made
             for component, count in ({formula: 1} if whole else dissolved_components(formula)).items():
                 changes[component] += many * count
         cancels = not {component for component, many in changes.items() if many} - {WATER}
@@ -380,7 +318,7 @@ def _settling_gases(
     return settling - leaving
 
 
-def _dissolved_gas(changes: Mapping[str, float], phases: _Phases) -> float:
+def _dissolved_gas(changes: Mapping[str, float], phases: Phases) -> float:
     """mol/kg of its gas under one atmosphere, in mol of a reaction, that stays dissolved before any leaves."""
     for column, many in changes.items():
         formula = column.removesuffix(GAS)
@@ -392,7 +330,7 @@ def _dissolved_gas(changes: Mapping[str, float], phases: _Phases) -> float:
     return 0.0
 
 
-def _process(table: Declaration, equation: Equation, phase: Mapping[str, str], phases: _Phases) -> Process | None:
+def _process(table: Declaration, equation: Equation, phase: Mapping[str, str], phases: Phases) -> Process | None:
     """Process of what an equation changes beyond the equilibrium; ``None``: PHREEQC or a solubility does all."""
     rate, heat = table["rate_per_s"], table["heat_kj_mol"]
     salt = _dissolving(equation, phase, phases) if rate is not None else None
@@ -400,17 +338,17 @@ def _process(table: Declaration, equation: Equation, phase: Mapping[str, str], p
     if not changes:
         unknown = [formula for formula in equation.reagents if phase.get(formula) == "s" and not phases.known(formula)]
         if unknown:
-            raise table.fail(_UNKNOWN_SOLUBILITY.format(unknown[0]))
+            raise table.fail(UNKNOWN_SOLUBILITY.format(unknown[0]))
         settling = any(_can_settle(formula, phase) for formula in equation.formulas)
         if not settling and not _makes_neutral_complex(equation, phases):
             raise table.fail("equation: nothing happens, all of it stays dissolved; mark what falls out with (s)")
         if rate is not None:
             raise table.fail("rate_per_s: PHREEQC brings what the equation names to equilibrium at once; leave it out")
-        if heat is not None:
-            _declare_heat(table, equation, phase, phases, heat)
+        if heat is not None and not _dissolved_solid(equation, phase, phases):
+            raise table.fail("heat_kj_mol: its heat follows from PHREEQC's enthalpies; leave it out")
         return None
     _check_dissolving(table, equation, phase, salt)
-    joule = 1e3 * heat if heat is not None else -salt.joule if salt is not None else enthalpy_j(changes)
+    joule = -salt.joule if salt is not None else enthalpy_j(changes)
     acid = sum(
         many * dissolved_components(formula).get(PROTON, 0)
         for formula, many in equation.reagents.items()
@@ -422,7 +360,11 @@ def _process(table: Declaration, equation: Equation, phase: Mapping[str, str], p
 
 def _catalysts(equation: Equation, phase: Mapping[str, str]) -> frozenset[str]:
     """Columns of what stands on both sides of an equation: it is not used up, and nothing proceeds without it."""
-    unchanged = [formula for formula in equation.reagents if formula != WATER and not equation.changes[formula]]
+    unchanged = [
+        formula
+        for formula in equation.reagents
+        if formula != WATER and formula not in equation.dissolved and not equation.changes[formula]
+    ]
     columns: set[str] = set()
     for formula in unchanged:
         state = phase.get(formula, "")
@@ -439,7 +381,7 @@ def _can_settle(formula: str, phase: Mapping[str, str]) -> bool:
     return PROTON in components or bool(charge_of(formula) and len(components) > 1) or bool(BASES & set(components))
 
 
-def _makes_neutral_complex(equation: Equation, phases: _Phases) -> bool:
+def _makes_neutral_complex(equation: Equation, phases: Phases) -> bool:
     """Whether an equation makes of ions a complex without charge that PHREEQC knows: ``Al3+ + 3 F- -> AlF3``."""
     if phases.database is None or not any(charge_of(formula) for formula in equation.reagents):
         return False
@@ -448,22 +390,16 @@ def _makes_neutral_complex(equation: Equation, phases: _Phases) -> bool:
     )
 
 
-def _dissolving(equation: Equation, phase: Mapping[str, str], phases: _Phases) -> Salt | None:
+def _dissolved_solid(equation: Equation, phase: Mapping[str, str], phases: Phases) -> str:
+    """Column of the solid that an equation dissolves and nothing else; ``""``: another equation."""
+    solids = [formula + SOLID for formula in equation.reagents if phase.get(formula) == "s"]
+    alone = len(solids) == 1 and not {formula + SOLID for formula in set(equation.reagents) - {WATER}} - set(solids)
+    return solids[0] if alone and solids[0] in (*phases.salts, *phases.phreeqc) else ""
+
+
+def _dissolving(equation: Equation, phase: Mapping[str, str], phases: Phases) -> Salt | None:
     """The salt that an equation dissolves and nothing else."""
-    solids = [formula for formula in equation.reagents if phase.get(formula) == "s"]
-    if len(solids) != 1 or set(equation.reagents) - {solids[0], WATER}:
-        return None
-    return phases.salts.get(solids[0] + SOLID)
-
-
-def _declare_heat(
-    table: Declaration, equation: Equation, phase: Mapping[str, str], phases: _Phases, heat: float
-) -> None:
-    """Take a declared enthalpy as that of dissolving a salt."""
-    salt = _dissolving(equation, phase, phases)
-    if salt is None:
-        raise table.fail("heat_kj_mol: its heat follows from PHREEQC's enthalpies; leave it out")
-    phases.salts[salt.column] = Salt(salt.formula, salt.components, salt.celsius, salt.molal, -1e3 * heat)
+    return phases.salts.get(_dissolved_solid(equation, phase, phases))
 
 
 def _check_dissolving(table: Declaration, equation: Equation, phase: Mapping[str, str], salt: Salt | None) -> None:
@@ -483,14 +419,13 @@ def _check_dissolving(table: Declaration, equation: Equation, phase: Mapping[str
         # An oxide of an alkali metal does not dissolve, it reacts with water to its end.
         if WATER in equation.reagents and components.get(WATER, 0) > 0 and set(components) <= ALKALI | {WATER, PROTON}:
             return
-        raise table.fail(_UNKNOWN_SOLUBILITY.format(solids[0]))
+        raise table.fail(UNKNOWN_SOLUBILITY.format(solids[0]))
 
 
-def _changes(equation: Equation, phase: Mapping[str, str], phases: _Phases, separate: set[str]) -> dict[str, float]:
+def _changes(equation: Equation, phase: Mapping[str, str], phases: Phases, separate: set[str]) -> dict[str, float]:
     """Column -> what one mol of reaction makes beyond what is at equilibrium anyway; ions that only look on cancel."""
     changes: dict[str, float] = {}
-    for formula, coefficient in equation.changes.items():
-        state = phase.get(formula, "")
+    for formula, coefficient, state in equation.terms(phase):
         column = f"{formula}({state})"
         if state in ("s", "g") and (column in separate or column not in (*phases.phreeqc, *phases.salts)):
             components: Mapping[str, int] = {column: 1}
@@ -550,7 +485,7 @@ def _unwilling(process: Process, equation: Equation, phase: Mapping[str, str], a
 
 
 def _columns(
-    contents: Mapping[str, Contents], reactions: Sequence[Reaction], processes: Sequence[Process], phases: _Phases
+    contents: Mapping[str, Contents], reactions: Sequence[Reaction], processes: Sequence[Process], phases: Phases
 ) -> set[str]:
     """Everything that may be dissolved."""
     formulas = [formula for content in contents.values() for formula in content.amounts]

@@ -20,10 +20,11 @@ from replay.effects.chemistry.components import (
     is_known,
 )
 from replay.effects.chemistry.contents import contents_of_scene
-from replay.effects.chemistry.formulas import COMMON, charge_of
+from replay.effects.chemistry.formulas import COMMON, charge_of, crystal_water
 from replay.effects.chemistry.ledger_columns import UNFOLLOWED, WITHOUT_HEAT_C
 from replay.effects.chemistry.mixture import SOLID
-from replay.effects.chemistry.recipe import Reaction, Recipe, Tables, recipe_of
+from replay.effects.chemistry.recipe import UNKNOWN_SOLUBILITY, Reaction, Recipe, Tables, recipe_of
+from replay.effects.chemistry.salts import anhydrous
 from replay.effects.chemistry.warming import WATER_BOILS_C
 from replay.effects.declaring import Declaration
 from replay.effects.vessels import Vessel, check_vessels, vessel_names
@@ -43,6 +44,7 @@ def check_chemistry(tables: Tables, scene: Scene, file: str) -> None:
         _check_basic_salts(reaction, recipe)
     _check_made(tables, recipe)
     _check_known(tables, recipe)
+    _check_solids(tables, recipe, file)
     _check_decided(recipe)
     followed = vessel_names(tables)
     for declared in tables.get("colour", ()):
@@ -52,14 +54,31 @@ def check_chemistry(tables: Tables, scene: Scene, file: str) -> None:
             raise declared.fail(problem + nearest(vessel, followed))
     followed_heat = [declared for declared in tables.get("heat", ()) if declared["of"] != "flame"]
     for declared in followed_heat:
-        _check_heat(recipe)
+        _check_heat(recipe, file)
         _check_temperatures(declared, recipe, scene)
         _check_heated(declared, tables, recipe, scene)
     if not followed_heat and (recipe.salts or recipe.reactions or recipe.solver is not None):
         _check_no_temperature(vessel_names(tables), scene, file)
 
 
-def _check_heat(recipe: Recipe) -> None:
+def _check_solids(tables: Tables, recipe: Recipe, file: str) -> None:
+    """Raises PlanError: a salt or molecule stands in a vessel, and nothing says how much of it dissolves."""
+    if not any(tables.get(kind) for kind in ("reaction", "precipitation", "colour", "heat")):
+        return
+    known = {salt.column for salt in recipe.salts} | {
+        column for process in recipe.processes for column in process.changes
+    }
+    if recipe.solver is not None:
+        known |= {phase.column for phase in recipe.solver.mixture.phases}
+    named = {formula for reaction in recipe.reactions for formula in reaction.equation.reagents}
+    for name in vessel_names(tables):
+        for solid in recipe.contents[name].solids if name in recipe.contents else ():
+            ionic = recipe.solver is not None and components_of(solid) is not None
+            if (ionic or solid in INERT) and solid + SOLID not in known and solid not in named:
+                raise PlanError(f"{file}: body {name!r}: {UNKNOWN_SOLUBILITY.format(solid)}")
+
+
+def _check_heat(recipe: Recipe, file: str) -> None:
     """Raises PlanError: the heat of an equation is not known."""
     for reaction in recipe.reactions:
         if reaction.process >= 0 and np.isnan(recipe.processes[reaction.process].joule):
@@ -68,11 +87,17 @@ def _check_heat(recipe: Recipe) -> None:
             )
     unknown = [salt.formula for salt in recipe.salts if np.isnan(salt.joule)]
     if unknown:
-        where = next(
-            (reaction.declared for reaction in recipe.reactions if unknown[0] in reaction.equation.formulas), None
+        solid = unknown[0]
+        problem = f"no table knows the enthalpy of dissolving {solid!r}"
+        equation = f"{solid}(s) -> {anhydrous(solid)}"
+        if crystal_water(solid):
+            equation += f" + {crystal_water(solid)} H2O"
+        for reaction in recipe.reactions:
+            if reaction.equation.reagents.keys() - {WATER} == {solid}:
+                raise reaction.declared.fail(f"heat_kj_mol is missing: {problem}")
+        raise PlanError(
+            f'{file}: {problem}; declare it: [[effect]] kind = "reaction", equation = "{equation}", heat_kj_mol = ...'
         )
-        problem = f"heat_kj_mol is missing: no table knows the enthalpy of dissolving {unknown[0]!r}"
-        raise where.fail(problem) if where is not None else PlanError(problem)
 
 
 def _check_temperatures(declared: Declaration, recipe: Recipe, scene: Scene) -> None:

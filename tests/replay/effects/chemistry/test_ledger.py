@@ -9,9 +9,10 @@ import pytest
 from replay.effects.chemistry.components import WATER, dissolved_components
 from replay.effects.chemistry.database import database_of
 from replay.effects.chemistry.formulas import atoms, charge_of
-from replay.effects.chemistry.ledger import Ledger, Process
+from replay.effects.chemistry.ledger import Ledger
 from replay.effects.chemistry.ledger_columns import ADDED, HEAT, LATENT, NO_MATTER, STORED, UNFOLLOWED, Warmth
 from replay.effects.chemistry.mixture import Phase, mixture_of
+from replay.effects.chemistry.processes import Process
 from replay.effects.chemistry.salts import SOLUBILITY, salt_of
 from replay.effects.chemistry.solver import Solver
 

@@ -1,0 +1,116 @@
+"""Solids and gases of a scene: PHREEQC's, salts with a solubility, and those that only an equation takes."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+
+from replay.effects.chemistry.components import (
+    PHASE_NAMES,
+    PROTON,
+    WATER,
+    components_of,
+    dissolved_components,
+    dry_components,
+)
+from replay.effects.chemistry.database import Database, Entry
+from replay.effects.chemistry.formulas import charge_of
+from replay.effects.chemistry.mixture import GAS, SOLID, Phase, mixture_of
+from replay.effects.chemistry.salts import Salt, salt_of, solubility_of
+from replay.effects.chemistry.solver import Solver
+
+SPARING_MOL_KG: Final = 0.1
+"""What dissolves by less, by PHREEQC's constant, falls out where an equation makes it, without being marked (s)."""
+
+
+@dataclass(eq=False)
+class Phases:
+    """Solids and gases of a scene as its equations are read: PHREEQC's, salts with a solubility, and all others."""
+
+    database: Database | None
+    declared: Mapping[str, Mapping[float, float]]  # solid -> solubility that the scene declares
+    separate: frozenset[str]  # solids that only an equation with a rate takes
+    phreeqc: dict[str, Phase] = field(default_factory=dict)
+    salts: dict[str, Salt] = field(default_factory=dict)
+
+    def add(self, formula: str, phase: str) -> None:
+        """Find what a solid or gas is."""
+        column = f"{formula}({phase})"
+        if column in self.phreeqc or column in self.salts or not phase:
+            return
+        table = self.declared.get(formula) or (solubility_of(formula) if phase == "s" else None)
+        if phase == "s" and table is not None and formula not in self.separate:
+            self.salts[column] = salt_of(formula, table)
+            return
+        entry = None if self.database is None or column in self.separate else self.entry(formula, phase)
+        if entry is not None and formula not in self.separate:
+            self.phreeqc[column] = Phase(column, dissolved_components(formula), entry)
+
+    def solver(self, columns: Iterable[str]) -> Solver | None:
+        """PHREEQC for what may be dissolved; ``None``: nothing asks it."""
+        if self.database is None:
+            return None
+        return Solver(mixture_of(self.database, sorted(columns), [self.phreeqc[name] for name in sorted(self.phreeqc)]))
+
+    def known(self, formula: str) -> bool:
+        """Whether PHREEQC or a solubility says how much of a solid dissolves."""
+        return formula + SOLID in self.phreeqc or formula + SOLID in self.salts
+
+    def entry(self, formula: str, phase: str) -> Entry | None:
+        """PHREEQC's phase of a formula; of several the one named like it, else the one that dissolves best."""
+        assert self.database is not None
+        phases = self.database.phases
+        if phase == "g":
+            return phases.get(formula + GAS)
+        named = PHASE_NAMES.get(formula, formula)
+        if named in phases and components_of(formula) is not None:
+            return phases[named]
+        components = components_of(formula) or {}
+        mine, water = dry_components(components), components.get(WATER, 0)
+        fitting = [
+            entry
+            for name, entry in phases.items()
+            if mine
+            and dry_components(entry.makeup) == mine
+            and entry.makeup.get(WATER, 0.0) >= water
+            and not name.endswith(GAS)
+        ]
+        # The nearest in crystal water: calcium hydroxide is no hydrate of lime where a formula says which is meant.
+        return max(fitting, key=lambda entry: (-entry.makeup.get(WATER, 0.0), entry.log_k), default=None)
+
+    def sparing(self, formula: str) -> bool:
+        """Whether a formula is a salt that hardly dissolves, by PHREEQC's constant."""
+        if self.database is None or charge_of(formula) or solubility_of(formula) is not None:
+            return False
+        entry = self.entry(formula, "s")
+        if entry is None or entry.makeup.get(PROTON, 0.0) > 0.0:
+            return False
+        molecule = self.dissolved(formula)
+        if molecule is not None and entry.log_k + molecule.log_k > np.log10(SPARING_MOL_KG):
+            return False
+        hydroxide = -entry.makeup.get(PROTON, 0.0)
+        ions = [many for component, many in entry.makeup.items() if component not in (PROTON, WATER)] + [hydroxide]
+        bare = sum(
+            many * self._log_k(component)
+            for component, many in entry.makeup.items()
+            if component not in (PROTON, WATER)
+        )
+        log_product = entry.log_k + bare - 14.0 * hydroxide
+        even = sum(many * np.log10(many) for many in ions if many > 0.0)
+        return bool((log_product - even) / sum(ions) < np.log10(SPARING_MOL_KG))
+
+    def dissolved(self, formula: str) -> Entry | None:
+        """PHREEQC's dissolved species of a formula."""
+        assert self.database is not None
+        mine = dry_components(components_of(formula) or {})
+        return next(
+            (entry for entry in self.database.species.values() if mine and dry_components(entry.makeup) == mine),
+            None,
+        )
+
+    def _log_k(self, component: str) -> float:
+        """log10 of the constant with which a column's bare ion comes from PHREEQC's."""
+        assert self.database is not None
+        species = (entry for entry in self.database.species.values() if dict(entry.makeup) == {component: 1.0})
+        return next((entry.log_k for entry in species), 0.0)
