@@ -41,18 +41,16 @@ def boxes_may_meet(t: int, a: int, b: int, poses: Arrays, boxes: Arrays, room: A
     return not separated_on_all_axes(m, d, halves[a], halves[b], pad)
 
 
-@kernel
 def box_room() -> Arrays:
-    """Scratch memory of ``boxes_may_meet``."""
+    """Scratch memory of ``boxes_may_meet``, handed over: allocating it there takes longer to compile."""
     return np.empty((3, 3)), np.empty(3), np.empty((3, 3)), np.empty(3)
 
 
 @kernel
 def fill_may_meet(
-    frames: IntArray, first: IntArray, second: IntArray, poses: Arrays, boxes: Arrays, meets: BoolArray
+    frames: IntArray, first: IntArray, second: IntArray, poses: Arrays, boxes: Arrays, room: Arrays, meets: BoolArray
 ) -> None:
     """Fill ``meets`` (K,) of bodies ``first[k]`` and ``second[k]``."""
-    room = box_room()
     for k in range(len(frames)):
         meets[k] = boxes_may_meet(frames[k], first[k], second[k], poses, boxes, room)
 
@@ -77,5 +75,5 @@ class BoxStage:
         meets = np.empty(len(frames), dtype=np.bool_)
         first, second = np.ascontiguousarray(self._pairs[columns].T)
         poses = motion.rotations, motion.translations
-        fill_may_meet(np.ascontiguousarray(frames), first, second, poses, self.boxes, meets)
+        fill_may_meet(np.ascontiguousarray(frames), first, second, poses, self.boxes, box_room(), meets)
         return meets

@@ -12,7 +12,7 @@ import numpy as np
 
 from cdcore.broad.box_stage import box_room, boxes_may_meet
 from cdcore.broad.broad_phase import BroadPhase
-from cdcore.broad.sphere_stage import CANDIDATE, CLEAR, NO_POSE, Arrays, sphere_verdicts
+from cdcore.broad.sphere_stage import CANDIDATE, CLEAR, NO_POSE, Arrays, sphere_room, sphere_verdicts
 from cdcore.kernels.compiling import hot_kernel, kernel
 from cdcore.kernels.memory import doubles_of
 from cdcore.numerics import EPS, BoolArray, ByteArray, FloatArray, IntArray
@@ -62,7 +62,7 @@ def note_moves(poses: Arrays, valid: BoolArray, spheres: Arrays, last_poses: Arr
     """
     rotation, translation = poses
     last_rotation, last_translation = last_poses
-    centres, radii = spheres
+    centres, radii, _ = spheres
     positions, rotations = doubles_of(translation), doubles_of(rotation)
     last_positions, last_rotations = doubles_of(last_translation), doubles_of(last_rotation)
     for body in range(len(steps)):
@@ -89,21 +89,21 @@ def note_moves(poses: Arrays, valid: BoolArray, spheres: Arrays, last_poses: Arr
 @kernel
 def decide_by_volumes(
     poses: Arrays, valid: BoolArray, spheres: Arrays, boxes: Arrays, ends: tuple[IntArray, IntArray],
-    memory: Arrays, near: IntArray, verdict: ByteArray,
+    memory: Arrays, room: tuple[Arrays, Arrays, ByteArray], near: IntArray, verdict: ByteArray,
 ) -> int:  # fmt: skip
     """Write to ``verdict`` (P,) what volumes decide about one frame; returns how many pairs are left, in ``near`` (P,).
 
     A pair keeps its verdict if neither body moved, or as long as its steps leave anything of its margin: until points
     have moved by the distance of two surfaces, they neither meet nor pass through each other. What is left shrinks
     from frame to frame, since a sum of all steps would lose small ones after a long way. ``memory``: last poses,
-    steps (N,), margins and clearances (P,).
+    steps (N,), margins and clearances (P,); ``room``: that of spheres, that of boxes, and (1, P) bytes.
     """
     first, second = ends
     last_rotation, last_translation, steps, margins, clearances = memory
-    count, room = 0, box_room()
-    sphere_verdict = np.empty((1, len(first)), dtype=np.uint8)
+    of_spheres, of_boxes, sphere_verdict = room
     note_moves(poses, valid, spheres, (last_rotation, last_translation), steps)
-    sphere_verdicts(poses, valid, spheres, ends, sphere_verdict)
+    sphere_verdicts(poses, valid, spheres, ends, of_spheres, sphere_verdict)
+    count = 0
     for p in range(len(first)):
         a, b = first[p], second[p]
         step = steps[a] + steps[b]
@@ -113,7 +113,7 @@ def decide_by_volumes(
             verdict[p] = NO_POSE
         elif verdict[p] == NO_POSE or (step > 0.0 and not margins[p] > 0.0):
             verdict[p] = CLEAR
-            if sphere_verdict[0, p] == CANDIDATE and boxes_may_meet(0, a, b, poses, boxes, room):
+            if sphere_verdict[0, p] == CANDIDATE and boxes_may_meet(0, a, b, poses, boxes, of_boxes):
                 near[count] = p
                 count += 1
     return count
@@ -140,6 +140,7 @@ class LivePairs:
         self._steps, self._margins, self._clearances = np.zeros(bodies), np.zeros(pairs), np.zeros(pairs)
         last_poses = np.full((bodies, 3, 3), np.nan), np.full((bodies, 3), np.nan)
         self._memory = *last_poses, self._steps, self._margins, self._clearances
+        self._room = sphere_room(bodies), box_room(), np.empty((1, pairs), dtype=np.uint8)
         self._named = np.empty(pairs, dtype=np.int64)
         self._reach, self._waits = [SKIPS.first_reach] * pairs, [0] * pairs
         self.verdict: ByteArray = np.full(pairs, NO_POSE, dtype=np.uint8)
@@ -149,7 +150,7 @@ class LivePairs:
     def near(self, now: Motion) -> list[int]:
         """The pairs that may meet in a motion of one frame, by number; not those that keep their verdict."""
         poses = now.rotations, now.translations
-        count = decide_by_volumes(poses, now.valid, *self._volumes, self._memory, self._named, self.verdict)
+        count = decide_by_volumes(poses, now.valid, *self._volumes, self._memory, self._room, self._named, self.verdict)
         near: list[int] = self._named[:count].tolist()
         return near
 

@@ -27,15 +27,15 @@ Arrays = tuple[FloatArray, ...]
 
 @kernel
 def sphere_verdicts(
-    poses: Arrays, valid: BoolArray, spheres: Arrays, ends: tuple[IntArray, IntArray], verdict: ByteArray
+    poses: Arrays, valid: BoolArray, spheres: Arrays, ends: tuple[IntArray, IntArray], room: Arrays, verdict: ByteArray
 ) -> int:
-    """Fill ``verdict`` (T, P) with CLEAR, CANDIDATE or NO_POSE; returns how many pair-frames were tested."""
-    (rotation, translation), (centres, radii), (first, second) = poses, spheres, ends
+    """Fill ``verdict`` (T, P) with CLEAR, CANDIDATE or NO_POSE; returns how many pair-frames were tested.
+
+    ``spheres``: centres, radii, and sizes of bodies at rest; ``room``: as ``sphere_room`` makes it.
+    """
+    (rotation, translation), (centres, radii, size_at_rest), (first, second) = poses, spheres, ends
+    world, size = room
     frames, bodies = valid.shape
-    world, size, size_at_rest = np.empty((bodies, 3)), np.empty(bodies), np.empty(bodies)
-    for k in range(bodies):
-        x, y, z = centres[k, 0], centres[k, 1], centres[k, 2]
-        size_at_rest[k] = np.sqrt(x * x + y * y + z * z) + radii[k]
     tests = 0
     for t in range(frames):
         for k in range(bodies):
@@ -62,16 +62,23 @@ def sphere_verdicts(
     return tests
 
 
+def sphere_room(bodies: int) -> Arrays:
+    """Scratch memory of ``sphere_verdicts``, handed over: allocating it there takes longer to compile."""
+    return np.empty((bodies, 3)), np.empty(bodies)
+
+
 class SphereStage:
     """Finds the pair-frames whose spheres, one a body, overlap; ``pairs`` (P, 2) are body numbers."""
 
     def __init__(self, spheres: Sequence[Sphere], pairs: IntArray) -> None:
         centres: FloatArray = np.array([sphere.centre for sphere in spheres]).reshape(-1, 3)
-        self.spheres = centres, np.array([sphere.radius for sphere in spheres], dtype=np.float64)
+        radii = np.array([sphere.radius for sphere in spheres], dtype=np.float64)
+        x, y, z = centres.T
+        self.spheres = centres, radii, np.sqrt(x * x + y * y + z * z) + radii
         self.ends = np.ascontiguousarray(pairs[:, 0]), np.ascontiguousarray(pairs[:, 1])
 
     def candidates(self, motion: Motion) -> tuple[ByteArray, int]:
         """CLEAR, CANDIDATE or NO_POSE for every frame and pair, (T, P), and how many were tested."""
         verdict = np.empty((len(motion), len(self.ends[0])), dtype=np.uint8)
-        poses = motion.rotations, motion.translations
-        return verdict, int(sphere_verdicts(poses, motion.valid, self.spheres, self.ends, verdict))
+        poses, room = (motion.rotations, motion.translations), sphere_room(len(self.spheres[0]))
+        return verdict, int(sphere_verdicts(poses, motion.valid, self.spheres, self.ends, room, verdict))

@@ -21,8 +21,7 @@ from cdcore.containment.inner_parts import (
     BESIDE,
     InnerComponents,
     OuterBoxes,
-    clearance_now,
-    mark_without_clearance,
+    fill_clearances,
     reach_of_component,
 )
 from cdcore.containment.inside_by_winding import (
@@ -52,7 +51,7 @@ from cdcore.mesh import TriangleMesh, once_a_mesh
 from cdcore.narrow.bvh.box_tree import BoxTree, build_box_trees
 from cdcore.narrow.bvh.whole_motion import FrameLooks, MotionSearch
 from cdcore.narrow.pair_frames import rows_of_columns
-from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
+from cdcore.numerics import ByteArray, FloatArray, IntArray
 from cdcore.poses import place_points, relative_pose
 from cdcore.protocol import DECIDED, INSIDE_UNDECIDED, PARTLY_DECIDED, REFUSED, Body, Motion, Verdict
 
@@ -154,13 +153,17 @@ def components_in_arrays(components: Sequence[Component]) -> InnerComponents:
     """Parts as kernels read them."""
     counts = np.array([[len(component.probes), len(component.extremes)] for component in components])
     first_point = np.concatenate([[0], np.cumsum(counts.sum(axis=1))])
+    boxes = np.array([component.box for component in components])
+    lower, upper = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
     return InnerComponents(
-        boxes=np.array([component.box for component in components]),
+        boxes=boxes,
         points=np.concatenate(
             [points for component in components for points in (component.probes, component.extremes)]
         ),
         first_point=first_point,
         first_extreme=first_point[:-1] + counts[:, 0],
+        centre=0.5 * (lower + upper),
+        radius=float(np.linalg.norm(0.5 * (upper - lower))),
     )
 
 
@@ -184,7 +187,7 @@ class WindingQuestion:
     def states(self, motion: Motion, frames: IntArray) -> IntArray:
         """INSIDE, OUTSIDE or UNDECIDED, (K,) for K frames."""
         states = np.zeros(len(frames), dtype=np.int64)
-        near = frames_without_clearance(motion, frames, self._ends, self._components, self._boxes, self._size)
+        near = ~(clearances_over(motion, frames, self._ends, self._components, self._boxes, self._size) > 0.0)
         if not near.any():
             return states
         states[near] = self._by_points(motion, frames[near])
@@ -197,9 +200,7 @@ class WindingQuestion:
     def state_now(self, now: Motion) -> tuple[int, float]:
         """INSIDE, OUTSIDE or UNDECIDED in a motion of one frame, and metres of motion for which OUTSIDE stays."""
         # Few arrays: to hand over those of both surfaces takes ten times as long as to compare boxes (2026-11).
-        clearance = clearance_now(
-            now.rotations, now.translations, self._ends, self._components, self._boxes, self._size
-        )
+        clearance = float(clearances_over(now, FIRST_FRAME, self._ends, self._components, self._boxes, self._size)[0])
         if clearance > 0.0:
             return OUTSIDE, clearance
         state = int(self._by_points(now, FIRST_FRAME)[0])
@@ -323,8 +324,7 @@ class ContainmentStage:
             return Verdict.CLEAR, clearance
         verdict, clearance = Verdict.CLEAR, np.inf
         for group in self._nestings[column]:
-            poses = now.rotations, now.translations
-            stays = clearance_now(*poses, group.ends, group.components, group.boxes, group.size)
+            stays = float(clearances_over(now, FIRST_FRAME, group.ends, group.components, group.boxes, group.size)[0])
             clearance = min(clearance, stays)
             if stays <= 0.0 and any(self._inside_now(now, group, nesting) for nesting in group.nestings):
                 return Verdict.CONTAINED, 0.0
@@ -371,7 +371,8 @@ class ContainmentStage:
         """
         if len(group.nestings) < WORTH_A_FILTER:
             return frames
-        return frames[frames_without_clearance(motion, frames, group.ends, group.components, group.boxes, group.size)]
+        clearances = clearances_over(motion, frames, group.ends, group.components, group.boxes, group.size)
+        return frames[~(clearances > 0.0)]
 
     def _fitting(self, inner: int, outer: int) -> list[Nesting]:
         """The parts of a body that are no longer than the box of a part of the other one, if parity decides there."""
@@ -428,13 +429,15 @@ def group_of(nestings: list[Nesting]) -> NestingGroup:
     )
 
 
-def frames_without_clearance(
+def clearances_over(
     motion: Motion, frames: IntArray, ends: tuple[int, int], components: InnerComponents, boxes: OuterBoxes, size: float
-) -> BoolArray:
-    """In which of K frames a part of one body may lie in a box or at a hole of the other, (K,)."""
-    near = np.empty(len(frames), dtype=np.bool_)
-    mark_without_clearance((motion.rotations, motion.translations), frames, ends, components, boxes, size, near)
-    return near
+) -> FloatArray:
+    """Metres by which points of one body may move in each of K frames before a part can lie in a box or at a hole of
+    the other, (K,); not positive where one may lie there already.
+    """
+    clearances = np.empty(len(frames))
+    fill_clearances((motion.rotations, motion.translations), frames, ends, components, boxes, size, clearances)
+    return clearances
 
 
 def has_holes(mesh: TriangleMesh) -> bool:

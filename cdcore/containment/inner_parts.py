@@ -13,7 +13,7 @@ import numpy as np
 from cdcore.containment.placed_points import margin_at
 from cdcore.kernels.box_box import gap_on_face_axes, separated_on_all_axes
 from cdcore.kernels.compiling import kernel, never_inlined
-from cdcore.numerics import BoolArray, FloatArray, IntArray
+from cdcore.numerics import FloatArray, IntArray
 from cdcore.poses.kernels import copy_pose, length_moved, relative_pose
 
 BESIDE: Final = 0
@@ -32,12 +32,15 @@ class InnerComponents(NamedTuple):
     """I connected parts of a body: ``boxes`` (I, 2, 3) and ``points`` (p, 3), on faces first, then outermost vertices.
 
     Those of part i begin at ``first_point[i]``, its vertices at ``first_extreme[i]``; next is ``first_point[i + 1]``.
+    ``centre`` (3,) and ``radius``: of a ball around the boxes of all parts.
     """
 
     boxes: FloatArray
     points: FloatArray
     first_point: IntArray
     first_extreme: IntArray
+    centre: FloatArray
+    radius: float
 
 
 class OuterBoxes(NamedTuple):
@@ -71,58 +74,29 @@ def reach_of_component(
 
 
 @kernel
-def clearance_now(
-    rotations: FloatArray,
-    translations: FloatArray,
-    ends: tuple[int, int],
-    components: InnerComponents,
-    outer: OuterBoxes,
-    size: float,
-) -> float:
-    """``clearance_of_components`` in the one frame of poses (1, N, 3, 3), (1, N, 3); ``ends``: the inner and outer
-    body.
-    """
-    rotation, move = np.empty((3, 3)), np.empty(3)
-    pose_of_inner(rotations, translations, 0, ends, rotation, move)
-    return clearance_of_components(
-        components, outer, rotation, move, margin_at(translations, 0, ends[0], ends[1], size)
-    )
-
-
-@kernel
-def mark_without_clearance(
+def fill_clearances(
     poses: tuple[FloatArray, FloatArray], frames: IntArray, ends: tuple[int, int], components: InnerComponents,
-    outer: OuterBoxes, size: float, near: BoolArray,
+    outer: OuterBoxes, size: float, clearances: FloatArray,
 ) -> None:  # fmt: skip
-    """Note in ``near`` (K,) in which of K frames of poses (T, N, 3, 3), (T, N, 3) a part may not be BESIDE."""
+    """Fill in (K,) how far points may move while all parts stay BESIDE, for K frames of poses (T, N, 3, 3), (T, N, 3).
+
+    0 where a part may not be BESIDE. ``ends``: the inner and the outer body.
+    """
     rotations, translations = poses
-    centre, radius = sphere_of_components(components)
+    centre, radius = components.centre, components.radius
     rotation, move = np.empty((3, 3)), np.empty(3)
     clear_rotation, clear_move, clearance = np.empty((3, 3)), np.empty(3), 0.0
     for k in range(len(frames)):
         pose_of_inner(rotations, translations, frames[k], ends, rotation, move)
         # A tenth of the time of comparing boxes for every part and hole in frame after frame (2026-11).
-        if clearance > 0.0 and length_moved(rotation, move, clear_rotation, clear_move, centre, radius) < clearance:
-            near[k] = False
-            continue
+        if clearance > 0.0:
+            clearances[k] = clearance - length_moved(rotation, move, clear_rotation, clear_move, centre, radius)
+            if clearances[k] > 0.0:
+                continue
         margin = margin_at(translations, frames[k], ends[0], ends[1], size)
         clearance = clearance_of_components(components, outer, rotation, move, margin)
-        near[k] = not clearance > 0.0
+        clearances[k] = clearance
         copy_pose(rotation, move, clear_rotation, clear_move)
-
-
-@kernel
-def sphere_of_components(components: InnerComponents) -> tuple[FloatArray, float]:
-    """Centre (3,) and radius of a sphere around the boxes of all parts."""
-    never_inlined()
-    centre, squared = np.empty(3), 0.0
-    for a in range(3):
-        least, most = components.boxes[0, 0, a], components.boxes[0, 1, a]
-        for i in range(1, len(components.boxes)):
-            least, most = min(least, components.boxes[i, 0, a]), max(most, components.boxes[i, 1, a])
-        centre[a] = 0.5 * (least + most)
-        squared += 0.25 * (most - least) ** 2
-    return centre, np.sqrt(squared)
 
 
 @kernel

@@ -185,7 +185,7 @@ class MeshDetector(PairDetector[Any]):
             if epsilon == 0.0:
                 queried[frames, column] = (poses[1:] != poses[:-1]).any(axis=(1, 2))
                 continue
-            centre, radius = (entries[self._ordered[column, 0]] for entries in self._broad.spheres.spheres)
+            centre, radius, _ = (entries[self._ordered[column, 0]] for entries in self._broad.spheres.spheres)
             ordered = poses[:, ::-1] if self._swapped[column] else poses
             queried[frames, column] = _moved(ordered, centre, float(radius), epsilon)
         return queried

@@ -53,8 +53,8 @@ with compiling_reported(kernels.append):
         assert nested.verdict[0, 0] == Verdict.CONTAINED
         Motion.from_matrices([0.0], np.tile(np.eye(4), (1, 2, 1, 1)))
 print(first, time.process_time() - start, len(kernels))
-parts = set('keep_hit box_room pose_at first_meeting first_contact decided_by_component corners_separated furthest '
-            'box_holds sphere_of_components pose_of_inner clearance_of_components place_boxes length_beyond_box facing '
+parts = set('keep_hit pose_at first_meeting first_contact decided_by_component corners_separated furthest '
+            'box_holds pose_of_inner clearance_of_components place_boxes length_beyond_box facing '
             'winding_number_at ray_crossings point_state triangle_crossed edge_side plane_side'.split())
 print(*sorted({f"{name}:{value.__qualname__}" for name, module in sys.modules.items()
                if name.startswith("cdcore.") and not name.startswith("cdcore.broad.sweep")

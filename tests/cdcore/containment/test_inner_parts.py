@@ -7,8 +7,8 @@ from support.shapes import ball_mesh, box_mesh, merged, moved, random_rotations
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 from cdcore.containment import containment_stage
-from cdcore.containment.containment_stage import farthest_corner, frames_without_clearance, inner_components_of
-from cdcore.containment.inner_parts import BESIDE, OuterBoxes, clearance_now, pose_of_inner, reach_of_component
+from cdcore.containment.containment_stage import clearances_over, farthest_corner, inner_components_of
+from cdcore.containment.inner_parts import BESIDE, OuterBoxes, pose_of_inner, reach_of_component
 from cdcore.containment.winding_surface import winding_surface
 from cdcore.kernels.box_box import gap_on_face_axes
 from cdcore.protocol import detect_live
@@ -53,7 +53,8 @@ def test_components_that_moved_less_than_clearance_stay_outside(name):
     for _ in range(300):
         rotations = np.stack([np.eye(3), random_rotations(rng)])[None]
         positions = np.stack([np.zeros(3), rng.uniform([-0.2, -0.2, -0.2], [0.5, 0.2, 0.2])])[None]
-        clearance = clearance_now(rotations, positions, (1, 0), components, boxes, size)
+        now = Motion([0.0], positions, rotations)
+        clearance = clearances_over(now, np.array([0]), (1, 0), components, boxes, size)[0]
         if clearance <= 0.0:
             continue
         sample += 1
@@ -75,7 +76,7 @@ def test_frames_that_a_clearance_leaves_out_are_beside(name):
     components, boxes, size = inner_components_of(mesh), boxes_of(cup()), farthest_corner(mesh) + farthest_corner(cup())
     for _ in range(40):
         motion = path(rng, 60)
-        near = frames_without_clearance(motion, np.arange(60), (1, 0), components, boxes, size)
+        near = ~(clearances_over(motion, np.arange(60), (1, 0), components, boxes, size) > 0.0)
         rotation, move = np.empty((3, 3)), np.empty(3)
         for frame in np.flatnonzero(~near).tolist():
             pose_of_inner(motion.rotations, motion.translations, frame, (1, 0), rotation, move)
@@ -103,10 +104,10 @@ def test_live_samples_around_holes_agree_with_the_whole_motion(asker, name):
 def test_a_live_sample_near_an_opening_asks_no_winding_number(monkeypatch):
     """It took twice as long when the arrays of both surfaces were handed to a kernel in every sample."""
     requested, compared = [], []
-    decide, compare = containment_stage.decide_by_winding, containment_stage.clearance_now
+    decide, compare = containment_stage.decide_by_winding, containment_stage.clearances_over
     monkeypatch.setattr(containment_stage, "decide_by_winding", lambda *given: requested.append(decide(*given)))
     monkeypatch.setattr(
-        containment_stage, "clearance_now", lambda *given: compared.append(compare(*given)) or compared[-1]
+        containment_stage, "clearances_over", lambda *given: compared.append(compare(*given)) or compared[-1]
     )
     positions = np.array([0.0, 0.0, 0.035]) + np.random.default_rng(3).normal(scale=0.0005, size=(200, 3))
     motion = Motion(
