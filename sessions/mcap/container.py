@@ -5,7 +5,10 @@ record at a time, and no byte behind it. A chunk stays as it is packed; `unpacki
 
 One walk over the records serves everybody: a reader refuses the first fault, the doctor names it, and `recover` goes
 on behind it. It does not need the index at the end, so a file without one, or with messages outside chunks, is read
-the same way.
+the same way. Sound files are not listed by the library's own readers, though ``StreamReader`` takes 0.87 of the time
+(ten minutes of twelve bodies, 2026-11): it holds records to a limit and not the fields within them to their record, so
+that a chunk which claims its neighbour's bytes hides that in silence, and a field that claims a gigabyte is read whole.
+``SeekingReader`` takes 0.08 and trusts the index: of 100 messages whose index leaves chunks out it gives 16.
 
 Source: MCAP specification, https://mcap.dev/spec.
 """

@@ -1,4 +1,6 @@
 import pytest
+from mcap.records import Chunk
+from mcap.stream_reader import StreamReader
 from support.session_files import protobuf_messages, random_frames, session_of, tetrahedron, write_foreign
 
 from sessions.errors import SessionFileError
@@ -50,3 +52,20 @@ def test_attachment_name_is_reported_only_if_complete():
     record = bytes(25) + (8).to_bytes(4, "little") + b"stem.glb" + bytes(30)
     names = [module.attachment_name(record[:size]) for size in range(25, len(record))]
     assert names == [""] * 12 + ["stem.glb"] * 30
+
+
+def test_chunk_that_claims_its_neighbour_hides_no_messages(path, tmp_path):
+    regions = read_catalogue(path).regions
+    first, second = regions[0].span, regions[1].span
+    content = bytearray(path.read_bytes())
+    length_at = first.start + module.HEAD.size + 28  # behind two log times, the unpacked size and its checksum
+    length_at += 4 + int.from_bytes(content[length_at : length_at + 4], "little")
+    claimed = int.from_bytes(content[length_at : length_at + 8], "little") + second.end - first.end
+    content[length_at : length_at + 8] = claimed.to_bytes(8, "little")
+    changed = tmp_path / "claims.mcap"
+    changed.write_bytes(content)
+    assert len(read_catalogue(changed).regions) == len(regions)
+    # The reason why the library's reader does not list files here: it passes over the second chunk.
+    with changed.open("rb") as stream:
+        records = [*StreamReader(stream, emit_chunks=True).records]
+    assert sum(isinstance(record, Chunk) for record in records) == len(regions) - 1
