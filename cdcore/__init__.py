@@ -22,10 +22,24 @@ if TYPE_CHECKING:
     from cdcore.triangles.decide import triangles_intersect
 
 __all__ = [
-    "DETECTORS", "Body", "Detection", "Detector", "FaceSets", "FrameDetector", "Impact", "Motion", "TimeOfImpact",
-    "TriangleMesh", "Verdict", "create_detector", "detect_live", "intersecting_faces", "join", "time_of_impact",
+    "DETECTORS",
+    "Body",
+    "Detection",
+    "Detector",
+    "FaceSets",
+    "FrameDetector",
+    "Impact",
+    "Motion",
+    "TimeOfImpact",
+    "TriangleMesh",
+    "Verdict",
+    "create_detector",
+    "detect_live",
+    "intersecting_faces",
+    "join",
+    "time_of_impact",
     "triangles_intersect",
-]  # fmt: skip
+]
 
 _NAMES = {
     "detectors": "DETECTORS create_detector",

@@ -61,9 +61,15 @@ class TimeOfImpact:
 
 
 def time_of_impact(
-    mesh_a: TriangleMesh, poses_a: ArrayLike, mesh_b: TriangleMesh, poses_b: ArrayLike, *,
-    times: tuple[float, float] = (0.0, 1.0), tolerance: float = DEFAULT_TOLERANCE, effort: int = DEFAULT_EFFORT,
-) -> TimeOfImpact:  # fmt: skip
+    mesh_a: TriangleMesh,
+    poses_a: ArrayLike,
+    mesh_b: TriangleMesh,
+    poses_b: ArrayLike,
+    *,
+    times: tuple[float, float] = (0.0, 1.0),
+    tolerance: float = DEFAULT_TOLERANCE,
+    effort: int = DEFAULT_EFFORT,
+) -> TimeOfImpact:
     """When two meshes first meet on their motion from one pose to another.
 
     Body origins move along lines, rotations turn at a constant rate along the shorter arc, both at once. Choose it for

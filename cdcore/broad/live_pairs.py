@@ -88,9 +88,16 @@ def note_moves(poses: Arrays, valid: BoolArray, spheres: Arrays, last_poses: Arr
 
 @kernel
 def decide_by_volumes(
-    poses: Arrays, valid: BoolArray, spheres: Arrays, boxes: Arrays, ends: tuple[IntArray, IntArray],
-    memory: Arrays, room: tuple[Arrays, Arrays, ByteArray], near: IntArray, verdict: ByteArray,
-) -> int:  # fmt: skip
+    poses: Arrays,
+    valid: BoolArray,
+    spheres: Arrays,
+    boxes: Arrays,
+    ends: tuple[IntArray, IntArray],
+    memory: Arrays,
+    room: tuple[Arrays, Arrays, ByteArray],
+    near: IntArray,
+    verdict: ByteArray,
+) -> int:
     """Write to ``verdict`` (P,) what volumes decide about one frame; returns how many pairs are left, in ``near`` (P,).
 
     A pair keeps its verdict if neither body moved, or as long as its steps leave anything of its margin: until points
@@ -129,9 +136,12 @@ class LivePairs:
     """
 
     def __init__(
-        self, broad: BroadPhase, decide: Decide, inside: DecideInside | None,
+        self,
+        broad: BroadPhase,
+        decide: Decide,
+        inside: DecideInside | None,
         holed: Collection[int] = (),
-    ) -> None:  # fmt: skip
+    ) -> None:
         self._decide, self._inside, spheres = decide, inside, broad.spheres
         self._holed = frozenset(holed)
         self._volumes = spheres.spheres, broad.boxes.boxes, spheres.ends

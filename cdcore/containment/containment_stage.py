@@ -470,9 +470,16 @@ def doubt(mesh: TriangleMesh) -> str:
 
 @kernel
 def mark_fitting(
-    rotations: FloatArray, translations: FloatArray, frames: IntArray, inner: int, outer: int, extremes: FloatArray,
-    boxes: FloatArray, size: float, states: ByteArray,
-) -> int:  # fmt: skip
+    rotations: FloatArray,
+    translations: FloatArray,
+    frames: IntArray,
+    inner: int,
+    outer: int,
+    extremes: FloatArray,
+    boxes: FloatArray,
+    size: float,
+    states: ByteArray,
+) -> int:
     """Mark as UNCERTAIN in ``states`` (K,) where boxes (B, 2, 3) of the outer body may hold all points (E, 3) of the
     inner one, as in a ``Nesting``; returns how often. Poses (F, n, 3, 3), (F, n, 3); ``size``: of both bodies.
     """
@@ -492,10 +499,15 @@ def mark_fitting(
 
 @kernel
 def box_holds(
-    rotations: FloatArray, translations: FloatArray, frame: int, inner: int, outer: int, extremes: FloatArray,
+    rotations: FloatArray,
+    translations: FloatArray,
+    frame: int,
+    inner: int,
+    outer: int,
+    extremes: FloatArray,
     box: FloatArray,
     margin: float,
-) -> bool:  # fmt: skip
+) -> bool:
     """Whether a box (2, 3) of the outer body may hold all points (E, 3) of the inner one."""
     for e in range(len(extremes)):
         x, y, z = point_in_outer(rotations, translations, frame, inner, outer, extremes, e)
@@ -510,9 +522,16 @@ def box_holds(
 
 @kernel
 def decide_by_rays(
-    rotations: FloatArray, translations: FloatArray, frames: IntArray, inner: int, outer: int, probes: FloatArray,
-    grid: InsideGrid, size: float, states: ByteArray,
-) -> None:  # fmt: skip
+    rotations: FloatArray,
+    translations: FloatArray,
+    frames: IntArray,
+    inner: int,
+    outer: int,
+    probes: FloatArray,
+    grid: InsideGrid,
+    size: float,
+    states: ByteArray,
+) -> None:
     """Say in ``states`` (K,), where they are UNCERTAIN, on which side of the outer body's surface the inner one's part
     is: it meets no surface, so any of its ``probes`` (n, 3) tells.
     """

@@ -75,9 +75,14 @@ def reach_of_component(
 
 @kernel
 def fill_clearances(
-    poses: tuple[FloatArray, FloatArray], frames: IntArray, ends: tuple[int, int], components: InnerComponents,
-    outer: OuterBoxes, size: float, clearances: FloatArray,
-) -> None:  # fmt: skip
+    poses: tuple[FloatArray, FloatArray],
+    frames: IntArray,
+    ends: tuple[int, int],
+    components: InnerComponents,
+    outer: OuterBoxes,
+    size: float,
+    clearances: FloatArray,
+) -> None:
     """Fill in (K,) how far points may move while all parts stay BESIDE, for K frames of poses (T, N, 3, 3), (T, N, 3).
 
     0 where a part may not be BESIDE. ``ends``: the inner and the outer body.
@@ -112,9 +117,13 @@ def pose_of_inner(
     never_inlined()
     inner, outer = ends
     relative_pose(
-        rotations[frame, outer], translations[frame, outer], rotations[frame, inner], translations[frame, inner],
-        rotation, move,
-    )  # fmt: skip
+        rotations[frame, outer],
+        translations[frame, outer],
+        rotations[frame, inner],
+        translations[frame, inner],
+        rotation,
+        move,
+    )
 
 
 @kernel
@@ -147,9 +156,15 @@ def clearance_of_components(
 
 @kernel
 def place_boxes(
-    components: InnerComponents, i: int, box: FloatArray, rotation: FloatArray, move: FloatArray, half: FloatArray,
-    half_inner: FloatArray, d: FloatArray,
-) -> None:  # fmt: skip
+    components: InnerComponents,
+    i: int,
+    box: FloatArray,
+    rotation: FloatArray,
+    move: FloatArray,
+    half: FloatArray,
+    half_inner: FloatArray,
+    d: FloatArray,
+) -> None:
     """Half lengths of a box (2, 3) of the outer body and of that of part ``i``, and the way ``d`` between centres."""
     never_inlined()
     for a in range(3):

@@ -66,9 +66,15 @@ def outline_of(mesh: TriangleMesh) -> FloatArray:
 
 @kernel
 def decide_by_winding(
-    poses: tuple[FloatArray, FloatArray], frames: IntArray, ends: tuple[int, int], components: InnerComponents,
-    surface: WindingSurface, outlines: tuple[FloatArray, FloatArray], size: float, states: IntArray,
-) -> None:  # fmt: skip
+    poses: tuple[FloatArray, FloatArray],
+    frames: IntArray,
+    ends: tuple[int, int],
+    components: InnerComponents,
+    surface: WindingSurface,
+    outlines: tuple[FloatArray, FloatArray],
+    size: float,
+    states: IntArray,
+) -> None:
     """Write to ``states`` (K,) whether a part of one body is INSIDE another in K frames, OUTSIDE or UNDECIDED.
 
     MAY_REACH stands where caps must be asked, UNCERTAIN where rounding leaves a ray open. ``poses``: (T, N, 3, 3),

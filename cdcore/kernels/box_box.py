@@ -65,9 +65,15 @@ def separated_on_all_axes(m: FloatArray, d: FloatArray, half_a: FloatArray, half
 
 @hot_kernel
 def relative_box(
-    centre_a: FloatArray, axes_a: FloatArray, centre_b: FloatArray, axes_b: FloatArray, rotation: FloatArray,
-    move: FloatArray, m: FloatArray, d: FloatArray,
-) -> None:  # fmt: skip
+    centre_a: FloatArray,
+    axes_a: FloatArray,
+    centre_b: FloatArray,
+    axes_b: FloatArray,
+    rotation: FloatArray,
+    move: FloatArray,
+    m: FloatArray,
+    d: FloatArray,
+) -> None:
     """``m`` and ``d`` of two boxes whose axes are the rows of ``axes``, with B's pose in A's frame."""
     never_inlined()
     for i in range(3):

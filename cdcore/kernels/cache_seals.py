@@ -22,9 +22,17 @@ from uuid import uuid4
 import numba
 
 SOURCES: Final = (
-    "kernels/*.py", "poses/*.py", "triangles/*.py", "image_space/*.py", "broad/*.py", "narrow/**/*.py",
-    "containment/*.py", "search/*.py", "numerics.py", "protocol/verdict.py",
-)  # fmt: skip
+    "kernels/*.py",
+    "poses/*.py",
+    "triangles/*.py",
+    "image_space/*.py",
+    "broad/*.py",
+    "narrow/**/*.py",
+    "containment/*.py",
+    "search/*.py",
+    "numerics.py",
+    "protocol/verdict.py",
+)
 """Files of kernels and of the constants that become part of them."""
 
 PACKAGE: Final = Path(__file__).parents[1]

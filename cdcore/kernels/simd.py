@@ -128,13 +128,22 @@ def _operation(
     return _intrinsic(operands, typed, generate, interpreted)
 
 
-def _triple(m: _Machine, *v: Any) -> Any:
+def _write_minor(m: _Machine, a: Any, b: Any, c: Any, d: Any) -> Any:
+    return m.builder.fsub(m.builder.fmul(a, b), m.builder.fmul(c, d))
+
+
+def _write_triple(m: _Machine, *v: Any) -> Any:
     sub, mul = m.builder.fsub, m.builder.fmul
     wx, wy, wz, ux, uy, uz, vx, vy, vz = v
     x, y = mul(wx, sub(mul(uy, vz), mul(uz, vy))), mul(wy, sub(mul(uz, vx), mul(ux, vz)))
     return m.builder.fadd(m.builder.fadd(x, y), mul(wz, sub(mul(ux, vy), mul(uy, vx))))
 
 
+def _write_excess(m: _Machine, a: Any, b: Any) -> Any:
+    return m.chosen(">", m.builder.fsub(m.call("fabs", a), b), m.spread(_ZERO))
+
+
+_ZERO = ir.Constant(ir.DoubleType(), 0.0)
 _select: Any = np.where
 
 
@@ -154,7 +163,11 @@ def _dot(a: Lanes, b: Lanes, c: Lanes, x: Lanes, y: Lanes, z: Lanes) -> Lanes:
     return a * x + b * y + c * z
 
 
-_ZERO = ir.Constant(ir.DoubleType(), 0.0)
+def _triple(wx: Lanes, wy: Lanes, wz: Lanes, ux: Lanes, uy: Lanes, uz: Lanes, *v: Lanes) -> Lanes:
+    vx, vy, vz = v
+    return wx * (uy * vz - uz * vy) + wy * (uz * vx - ux * vz) + wz * (ux * vy - uy * vx)
+
+
 plus = _operation("ab", lambda m, a, b: m.builder.fadd(a, b), lambda a, b: a + b)
 minus = _operation("ab", lambda m, a, b: m.builder.fsub(a, b), lambda a, b: a - b)
 times = _operation("ab", lambda m, a, b: m.builder.fmul(a, b), lambda a, b: a * b)
@@ -174,22 +187,11 @@ dot = _operation("abcxyz", lambda m, *v: m.dot(v[:3], v[3:]), _dot)
 """``dot(a, b, c, x, y, z)``: a x + b y + c z, added in that order."""
 moved = _operation("sabcxyz", lambda m, c, *v: m.builder.fadd(c, m.dot(v[:3], v[3:])), lambda s, *v: s + _dot(*v))
 """``moved(s, a, b, c, x, y, z)``: s + (a x + b y + c z)."""
-minor = _operation(
-    "abcd", lambda m, a, b, c, d: m.builder.fsub(m.builder.fmul(a, b), m.builder.fmul(c, d)),
-    lambda a, b, c, d: a * b - c * d,
-)  # fmt: skip
+minor = _operation("abcd", _write_minor, lambda a, b, c, d: a * b - c * d)
 """``minor(a, b, c, d)``: a b - c d."""
-triple = _operation(
-    "abcdefghi", _triple,
-    lambda wx, wy, wz, ux, uy, uz, vx, vy, vz: (
-        wx * (uy * vz - uz * vy) + wy * (uz * vx - ux * vz) + wz * (ux * vy - uy * vx)
-    ),
-)  # fmt: skip
+triple = _operation("abcdefghi", _write_triple, _triple)
 """``triple(wx, wy, wz, ux, uy, uz, vx, vy, vz)``: w . (u x v), every step rounded."""
-excess = _operation(
-    "ab", lambda m, a, b: m.chosen(">", m.builder.fsub(m.call("fabs", a), b), m.spread(_ZERO)),
-    lambda a, b: _greater(np.abs(a) - b, 0.0),
-)  # fmt: skip
+excess = _operation("ab", _write_excess, lambda a, b: _greater(np.abs(a) - b, 0.0))
 """``excess(a, b)``: how far |a| is above b, at least 0."""
 above: Callable[..., int] = _operation("ab", lambda m, a, b: m.bits(a, b), _bits, types.int64)
 """``above(a, b)``: bit k where a > b in lane k."""
@@ -254,6 +256,10 @@ def _corners4(context: Any, builder: Any, signature: Any, arguments: Any) -> Any
     return lanes
 
 
+def _splat8(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+    return _spread(builder, eight, arguments[0])
+
+
 def _first3(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     values = [builder.extract_element(arguments[0], ir.Constant(_LANE, k)) for k in range(3)]
     return context.make_tuple(builder, signature.return_type, values)
@@ -286,8 +292,5 @@ first3 = _intrinsic("a", lambda lanes: _many(types.float64, 3)(lanes), _first3, 
 """The first three lanes as doubles."""
 store = _intrinsic("aiv", lambda array, _index, value: types.void(array, types.intp, value), _store, _store_lanes)
 """``store(array, index, value)``."""
-splat8 = _intrinsic(
-    "a", lambda _number: eight(types.float64), lambda _context, builder, _types, a: _spread(builder, eight, a[0]),
-    lambda number: np.full(8, number, dtype=np.float64),
-)  # fmt: skip
+splat8 = _intrinsic("a", lambda _number: eight(types.float64), _splat8, lambda number: np.full(8, float(number)))
 """One double in every lane."""

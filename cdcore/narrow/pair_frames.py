@@ -34,9 +34,12 @@ Poses = tuple[FloatArray, FloatArray]
 
 
 def ask_changed_poses(
-    motion: Motion, pairs: IntArray, frames: IntArray, columns: IntArray,
+    motion: Motion,
+    pairs: IntArray,
+    frames: IntArray,
+    columns: IntArray,
     ask: Callable[[int, Poses, Poses], Iterable[Answer]],
-) -> tuple[list[Answer], IntArray]:  # fmt: skip
+) -> tuple[list[Answer], IntArray]:
     """Answers of ``ask(column, poses of the first, those of the second)``, one a pose, and the index of each, (K,).
 
     ``pairs`` (P, 2) body numbers; ``frames``, ``columns`` (K,). A pair-frame whose poses are bit for bit those of the

@@ -124,9 +124,17 @@ class TreeStage:
         counts = np.zeros((len(poses.pad), len(self._counters)), dtype=np.int64)
         ended = np.zeros(len(poses.pad), dtype=np.uint8)
         pair_rows = search_rows(
-            self._kind.search, self.trees[a], self.trees[b], poses, every, budget, self._stack, self._digits, counts,
+            self._kind.search,
+            self.trees[a],
+            self.trees[b],
+            poses,
+            every,
+            budget,
+            self._stack,
+            self._digits,
+            counts,
             ended,
-        )  # fmt: skip
+        )
         return pair_rows, counts, ended
 
     def decide_now(

@@ -74,9 +74,7 @@ def rotation_from_quaternion(quaternion_xyzw: FloatArray) -> FloatArray:
     norm = np.sqrt(((x * x + y * y) + z * z) + w * w)
     with np.errstate(invalid="ignore", divide="ignore"):
         x, y, z, w = x / norm, y / norm, z / norm, w / norm
-    entries = [
-        1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w),
-        2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w),
-        2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y),
-    ]  # fmt: skip
-    return np.stack(entries, axis=-1).reshape(*q.shape[:-1], 3, 3)
+    row_x = [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)]
+    row_y = [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)]
+    row_z = [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]
+    return np.stack(row_x + row_y + row_z, axis=-1).reshape(*q.shape[:-1], 3, 3)

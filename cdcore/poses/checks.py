@@ -96,9 +96,16 @@ def split(matrix: Memory, position: Memory, rotation: Memory, k: int) -> bool:
 
 @kernel
 def check_poses(
-    matrices: FloatArray, position: FloatArray, rotation: FloatArray, valid: BoolArray, keep: float, reject: float,
-    scratch: FloatArray, last: IntArray, changed: BoolArray,
-) -> tuple[int, int, float]:  # fmt: skip
+    matrices: FloatArray,
+    position: FloatArray,
+    rotation: FloatArray,
+    valid: BoolArray,
+    keep: float,
+    reject: float,
+    scratch: FloatArray,
+    last: IntArray,
+    changed: BoolArray,
+) -> tuple[int, int, float]:
     """Check poses of N bodies at T times, repair what is within ``reject``, put identity where nothing is ``valid``.
 
     ``position`` (T, N, 3) and ``rotation`` (T, N, 3, 3), contiguous, are changed in place; ``matrices`` (T, N, 4, 4):

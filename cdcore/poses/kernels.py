@@ -58,9 +58,13 @@ def copy_pose(rotation: FloatArray, move: FloatArray, to_rotation: FloatArray, t
 
 @hot_kernel
 def relative_pose(
-    rotation_a: FloatArray, move_a: FloatArray, rotation_b: FloatArray, move_b: FloatArray,
-    rotation: FloatArray, move: FloatArray,
-) -> None:  # fmt: skip
+    rotation_a: FloatArray,
+    move_a: FloatArray,
+    rotation_b: FloatArray,
+    move_b: FloatArray,
+    rotation: FloatArray,
+    move: FloatArray,
+) -> None:
     """The pose of B in A's frame, to ``rotation`` (3, 3) and ``move`` (3,)."""
     never_inlined()
     for i in range(3):
@@ -104,9 +108,13 @@ def same_pose(
 
 @hot_kernel
 def length_moved(
-    rotation: FloatArray, move: FloatArray, from_rotation: FloatArray, from_move: FloatArray, centre: FloatArray,
+    rotation: FloatArray,
+    move: FloatArray,
+    from_rotation: FloatArray,
+    from_move: FloatArray,
+    centre: FloatArray,
     radius: float,
-) -> float:  # fmt: skip
+) -> float:
     """Metres that no point of a ball moves more between two poses; rounding is not covered."""
     always_inlined()
     rotation_change, moved = 0.0, 0.0

@@ -54,4 +54,4 @@ __all__ = [
     "require_bodies",
     "resolve_pairs",
     "stream_live",
-]  # fmt: skip
+]

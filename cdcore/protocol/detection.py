@@ -278,11 +278,16 @@ class Detection:
         """Returns the answer for some frames (n,), increasing; without work, seconds and segments."""
         row = {frame: k for k, frame in enumerate(frames.tolist())}
         return replace(
-            self, times=self.times[frames], verdict=self.verdict[frames], work={}, seconds={}, section_source=None,
+            self,
+            times=self.times[frames],
+            verdict=self.verdict[frames],
+            work={},
+            seconds={},
+            section_source=None,
             face_sets=None if self.face_sets is None else self.face_sets.take(frames),
             reasons={(row[t], p): why for (t, p), why in self.noted_reasons.items() if t in row},
             toi={(row[t], p): toi for (t, p), toi in self.toi.items() if t in row},
-        )  # fmt: skip
+        )
 
     @cached_property
     def digest(self) -> str:

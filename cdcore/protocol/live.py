@@ -106,6 +106,12 @@ def _live_samples(head: Detection, session: Live, motion: Motion) -> Detection:
     seconds[REST] = np.maximum(whole - sum(seconds.values(), np.zeros(len(motion))), 0.0)
     work = {name: count - before[name] for name, count in session.work.items()}
     return replace(
-        head, times=motion.times, verdict=verdict, work=work, seconds=seconds, reasons=reasons, toi={},
+        head,
+        times=motion.times,
+        verdict=verdict,
+        work=work,
+        seconds=seconds,
+        reasons=reasons,
+        toi={},
         section_source=None,
-    )  # fmt: skip
+    )

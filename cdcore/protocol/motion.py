@@ -61,18 +61,31 @@ class Motion:
     worst_orthonormality: float
 
     def __init__(
-        self, times: ArrayLike, translations: ArrayLike, rotations: ArrayLike, valid: ArrayLike | None = None, *,
-        linked: ArrayLike | None = None, names: Sequence[str] | None = None, copy: bool = True,
-    ) -> None:  # fmt: skip
+        self,
+        times: ArrayLike,
+        translations: ArrayLike,
+        rotations: ArrayLike,
+        valid: ArrayLike | None = None,
+        *,
+        linked: ArrayLike | None = None,
+        names: Sequence[str] | None = None,
+        copy: bool = True,
+    ) -> None:
         clock = _times(times)
         position = _array(translations, "translations", (len(clock), None, 3), copy=copy)
         rotation = _array(rotations, "rotations", (len(clock), position.shape[1], 3, 3), copy=copy)
         self._check(clock, NO_MATRICES, position, rotation, _mask(valid, position.shape[:2], "valid"), linked, names)
 
     def _check(
-        self, clock: FloatArray, matrices: FloatArray, position: FloatArray, rotation: FloatArray, mask: BoolArray,
-        linked: ArrayLike | None, names: Sequence[str] | None,
-    ) -> None:  # fmt: skip
+        self,
+        clock: FloatArray,
+        matrices: FloatArray,
+        position: FloatArray,
+        rotation: FloatArray,
+        mask: BoolArray,
+        linked: ArrayLike | None,
+        names: Sequence[str] | None,
+    ) -> None:
         """Check arrays of our own, filled from matrices if there are any, and keep them, in one pass over all poses."""
         kernels, changed = _kernels(), np.empty(mask.shape, dtype=np.bool_)
         room, last = np.empty(18), np.full(mask.shape[1], kernels.GOOD)
@@ -108,9 +121,15 @@ class Motion:
 
     @classmethod
     def from_quaternions(
-        cls, times: ArrayLike, translations: ArrayLike, quaternions_xyzw: ArrayLike, valid: ArrayLike | None = None, *,
-        linked: ArrayLike | None = None, names: Sequence[str] | None = None,
-    ) -> Motion:  # fmt: skip
+        cls,
+        times: ArrayLike,
+        translations: ArrayLike,
+        quaternions_xyzw: ArrayLike,
+        valid: ArrayLike | None = None,
+        *,
+        linked: ArrayLike | None = None,
+        names: Sequence[str] | None = None,
+    ) -> Motion:
         """Build a motion from unit quaternions (T, N, 4), xyzw; norms up to 1e-3 off 1 are renormalised in float64.
 
         Raises
@@ -135,9 +154,14 @@ class Motion:
 
     @classmethod
     def from_matrices(
-        cls, times: ArrayLike, poses: ArrayLike, valid: ArrayLike | None = None, *,
-        linked: ArrayLike | None = None, names: Sequence[str] | None = None,
-    ) -> Motion:  # fmt: skip
+        cls,
+        times: ArrayLike,
+        poses: ArrayLike,
+        valid: ArrayLike | None = None,
+        *,
+        linked: ArrayLike | None = None,
+        names: Sequence[str] | None = None,
+    ) -> Motion:
         """Build a motion from 4x4 matrices (T, N, 4, 4), column convention: the last row is 0 0 0 1."""
         clock = _times(times)
         matrices = _array(poses, "poses", (len(clock), None, 4, 4), copy=False)
@@ -184,10 +208,14 @@ class Motion:
     def _selection(self, rows: slice | IntArray, linked: BoolArray) -> Motion:
         selection = object.__new__(Motion)
         selection.__dict__.update(
-            times=self.times[rows], translations=self.translations[rows], rotations=self.rotations[rows],
-            valid=self.valid[rows], linked=linked, renormalised=self.renormalised,
+            times=self.times[rows],
+            translations=self.translations[rows],
+            rotations=self.rotations[rows],
+            valid=self.valid[rows],
+            linked=linked,
+            renormalised=self.renormalised,
             worst_orthonormality=self.worst_orthonormality,
-        )  # fmt: skip
+        )
         return selection
 
     def blocks(self, frames: int) -> Iterator[Motion]:

@@ -49,9 +49,17 @@ TABLE: Final = 1024
 """First size of the table of tested pairs; it doubles when half full."""
 
 FROM_SETTINGS: Final = (
-    "restart_after", "ants", "turn", "mutation", "alpha", "beta", "evaporation", "reward", "pheromone_least",
+    "restart_after",
+    "ants",
+    "turn",
+    "mutation",
+    "alpha",
+    "beta",
+    "evaporation",
+    "reward",
+    "pheromone_least",
     "pheromone_most",
-)  # fmt: skip
+)
 """Fields of the state that are those of the settings."""
 
 ANSWER: Final = ("hit_a", "hit_b", "best_a", "best_b", "closest", "evaluations", "tests", "restarts", "iterations")

@@ -49,9 +49,16 @@ box_at = reader(Box)
 
 @hot_kernel
 def lanes_that_may_meet(
-    boxes_a: Memory, a: int, boxes_b: Memory, b: int, chord: float, pad: float, mask: int, leaves: bool,
+    boxes_a: Memory,
+    a: int,
+    boxes_b: Memory,
+    b: int,
+    chord: float,
+    pad: float,
+    mask: int,
+    leaves: bool,
     scratch: Scratch,
-) -> int:  # fmt: skip
+) -> int:
     """Lanes of ``mask`` in which node a (of A) and node b (of B) are not certainly apart.
 
     ``scratch.relative`` (96,): poses of A in B's frame, ``scratch.middle`` (9,): the rotation of the middle frame.
@@ -75,11 +82,12 @@ def lanes_that_may_meet(
         return 0
     # entry j (the fourth is not read): axis j of A in the middle frame, then its component along each axis of B
     p, q, r = load4(boxes_a, 16 * a + 3), load4(boxes_a, 16 * a + 6), load4(boxes_a, 16 * a + 9)
-    p, q, r = (
-        dot(middle[0], middle[1], middle[2], p, q, r), dot(middle[3], middle[4], middle[5], p, q, r),
-        dot(middle[6], middle[7], middle[8], p, q, r),
-    )  # fmt: skip
-    p, q, r = dot(b00, b01, b02, p, q, r), dot(b10, b11, b12, p, q, r), dot(b20, b21, b22, p, q, r)
+    in_b_x = dot(middle[0], middle[1], middle[2], p, q, r)
+    in_b_y = dot(middle[3], middle[4], middle[5], p, q, r)
+    in_b_z = dot(middle[6], middle[7], middle[8], p, q, r)
+    p = dot(b00, b01, b02, in_b_x, in_b_y, in_b_z)
+    q = dot(b10, b11, b12, in_b_x, in_b_y, in_b_z)
+    r = dot(b20, b21, b22, in_b_x, in_b_y, in_b_z)
     widening = fused(chord, radius_a, pad)
     (u00, u01, u02), (u10, u11, u12), (u20, u21, u22) = first3(p), first3(q), first3(r)
     p, q, r = size(p), size(q), size(r)

@@ -128,9 +128,13 @@ def fill_path(pose: PoseMemory, radius: float, reach: float) -> None:
 
 @kernel
 def fill_tracks(
-    rotations: FloatArray, translations: FloatArray, bodies: IntArray, rows: IntArray, ends: FloatArray,
+    rotations: FloatArray,
+    translations: FloatArray,
+    bodies: IntArray,
+    rows: IntArray,
+    ends: FloatArray,
     lanes: FloatArray,
-) -> None:  # fmt: skip
+) -> None:
     """Fill the memory that ``rows`` (n, words) of ``PoseMemory`` name for these bodies.
 
     ``ends`` (n, 17): root box and reach; ``lanes`` (LANES,) is scratch.

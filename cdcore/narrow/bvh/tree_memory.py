@@ -96,13 +96,30 @@ and how many frames it has, 0 between blocks; 1 where the search of a pair stopp
 STATES: Final = 5
 
 COUNTERS: Final = (
-    "node_tests", "leaf_pairs", "face_tests", "world_tests", "exact_tests", "integer_tests", "blocks", "skipped",
-    "gap_tests", "reused",
-)  # fmt: skip
+    "node_tests",
+    "leaf_pairs",
+    "face_tests",
+    "world_tests",
+    "exact_tests",
+    "integer_tests",
+    "blocks",
+    "skipped",
+    "gap_tests",
+    "reused",
+)
 """Counted in ``Scratch.work``; the exact stage fills its own two."""
 (
-    NODE_TESTS, LEAF_PAIRS, FACE_PAIRS, WORLD_TESTS, EXACT_TESTS, INTEGER_TESTS, BLOCKS, SKIPPED, GAP_TESTS, REUSED,
-) = range(len(COUNTERS))  # fmt: skip
+    NODE_TESTS,
+    LEAF_PAIRS,
+    FACE_PAIRS,
+    WORLD_TESTS,
+    EXACT_TESTS,
+    INTEGER_TESTS,
+    BLOCKS,
+    SKIPPED,
+    GAP_TESTS,
+    REUSED,
+) = range(len(COUNTERS))
 DOUBLES: Final = (96, 16, 24, 72, 72, 48)
 """Of each array of doubles, in the order of ``Scratch``."""
 

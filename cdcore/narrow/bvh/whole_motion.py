@@ -306,9 +306,11 @@ def _beyond(trees: Sequence[BoxTree], pairs: IntArray, poses: Poses, marks: Byte
     for column, frame in np.argwhere(beyond).tolist():
         a, b = pairs[column].tolist()
         faces = meeting_faces_placed(
-            _triangles(trees[a]), (rotations[frame, a], translations[frame, a]),
-            _triangles(trees[b]), (rotations[frame, b], translations[frame, b]),
-        )  # fmt: skip
+            _triangles(trees[a]),
+            (rotations[frame, a], translations[frame, a]),
+            _triangles(trees[b]),
+            (rotations[frame, b], translations[frame, b]),
+        )
         marks[column, HITS, frame] = len(faces) > 0
         meetings.append(PairMeetings(column, np.full(len(faces), frame), faces))
     return meetings

@@ -71,10 +71,17 @@ def make_room(tree_a: BoxTree, tree_b: BoxTree, most_items: int = MOST_ITEMS) ->
     """Memory for searches between two trees, either way round."""
     depth = len(tree_a.boxes) + len(tree_b.boxes) + 16
     return Scratch(
-        np.empty((most_items, 3), dtype=np.int32), np.empty((depth, 2), dtype=np.int32), np.empty((MOST_INTERVALS, 2)),
-        np.empty((MOST_INTERVALS, 2), dtype=np.int64), np.empty((6, 12)), np.empty(CORNERS),
-        np.empty(18), new_digits(), np.zeros(4), np.zeros(COUNTERS, dtype=np.int64),
-    )  # fmt: skip
+        np.empty((most_items, 3), dtype=np.int32),
+        np.empty((depth, 2), dtype=np.int32),
+        np.empty((MOST_INTERVALS, 2)),
+        np.empty((MOST_INTERVALS, 2), dtype=np.int64),
+        np.empty((6, 12)),
+        np.empty(CORNERS),
+        np.empty(18),
+        new_digits(),
+        np.zeros(4),
+        np.zeros(COUNTERS, dtype=np.int64),
+    )
 
 
 @hot_kernel
@@ -96,9 +103,14 @@ def load_corners(faces: FloatArray, face: int, pose: FloatArray, corners: FloatA
 
 @hot_kernel
 def face_pair_separated(
-    placed_a: FloatArray, face_a: int, placed_b: FloatArray, face_b: int, margin: float, poses: FloatArray,
+    placed_a: FloatArray,
+    face_a: int,
+    placed_b: FloatArray,
+    face_b: int,
+    margin: float,
+    poses: FloatArray,
     corners: FloatArray,
-) -> bool:  # fmt: skip
+) -> bool:
     """Whether two faces certainly stay apart in the part whose end poses are the first two of ``poses``."""
     # Not the whole room: eighty numbers a call took a sixth of the search (2026-11).
     never_inlined()
@@ -188,9 +200,16 @@ def items_left(
 
 @kernel
 def first_meeting(
-    tree_a: BoxTree, leg_a: FloatArray, tree_b: BoxTree, leg_b: FloatArray, start: float, stop: float, first: int,
-    end: int, room: Scratch,
-) -> float:  # fmt: skip
+    tree_a: BoxTree,
+    leg_a: FloatArray,
+    tree_b: BoxTree,
+    leg_b: FloatArray,
+    start: float,
+    stop: float,
+    first: int,
+    end: int,
+    room: Scratch,
+) -> float:
     """When faces of an item meet in a part that is not halved, asked in its middle and at its end; -1.0: at neither.
 
     Faces whose exponents lie too far apart for exact sums do not count as meeting.
@@ -228,9 +247,15 @@ def keep_interval(room: Scratch, depth: int, start: float, stop: float, first: i
 
 @kernel
 def first_contact(
-    tree_a: BoxTree, leg_a: FloatArray, tree_b: BoxTree, leg_b: FloatArray, bounds: FloatArray, tolerance: float,
-    effort: int, room: Scratch,
-) -> int:  # fmt: skip
+    tree_a: BoxTree,
+    leg_a: FloatArray,
+    tree_b: BoxTree,
+    leg_b: FloatArray,
+    bounds: FloatArray,
+    tolerance: float,
+    effort: int,
+    room: Scratch,
+) -> int:
     """FREE, HIT, TOO_CLOSE or TOO_LONG for A on one leg seen from B; shares of the leg and faces in ``room.impacts``.
 
     Parts in which something moves further than ``tolerance``, metres, are always halved; ``effort``: box and face tests
@@ -281,9 +306,17 @@ def first_contact(
 
 @kernel
 def search_legs(
-    tree_a: BoxTree, legs_a: FloatArray, tree_b: BoxTree, legs_b: FloatArray, bounds: FloatArray, tolerance: float,
-    effort: int, room: Scratch, states: ByteArray, impacts: FloatArray,
-) -> None:  # fmt: skip
+    tree_a: BoxTree,
+    legs_a: FloatArray,
+    tree_b: BoxTree,
+    legs_b: FloatArray,
+    bounds: FloatArray,
+    tolerance: float,
+    effort: int,
+    room: Scratch,
+    states: ByteArray,
+    impacts: FloatArray,
+) -> None:
     """Fill ``states`` (K,) and ``impacts`` (K, 4), as ``first_contact`` leaves it in the room unless FREE, for K legs
     with their ``bounds`` (K, 4).
     """

@@ -44,9 +44,13 @@ def shell_vectors(triangles: FloatArray, faces: NDArray[np.integer]) -> FloatArr
 
 
 def can_be_separated(
-    first: FloatArray, second: FloatArray, shell_a: FloatArray, shell_b: FloatArray, meeting: NDArray[np.integer],
+    first: FloatArray,
+    second: FloatArray,
+    shell_a: FloatArray,
+    shell_b: FloatArray,
+    meeting: NDArray[np.integer],
     step: float,
-) -> bool:  # fmt: skip
+) -> bool:
     """Whether some move of the surfaces by ``step`` metres leaves no face pair that meets.
 
     True proves that a move by ``step``, and what rounding adds, ends the contact; False says that no tried move does.

@@ -55,7 +55,7 @@ def put_side(tree: BoxNodes, node: int, rotation: FloatArray, move: FloatArray, 
 @hot_kernel
 def world_boxes_separated(
     tree_a: BoxNodes, a: int, tree_b: BoxNodes, b: int, poses: PairPoses, row: int, box_a: FloatArray, box_b: FloatArray
-) -> bool:  # fmt: skip
+) -> bool:
     """Whether the world boxes of two nodes are further apart than the pad along an axis; if not, both are filled."""
     never_inlined()
     for k in range(3):
@@ -90,7 +90,7 @@ def offset_of_centres(
 @hot_kernel
 def open_nodes(
     child_a: IntArray, a: int, child_b: IntArray, b: int, both: bool, first_is_larger: bool, stack: IntArray, depth: int
-) -> int:  # fmt: skip
+) -> int:
     """Put what is below two nodes, one of them no leaf, on the stack, what is asked first on top; its new depth."""
     never_inlined()
     first_a, first_b = child_a[a], child_b[b]
@@ -120,9 +120,17 @@ def keep_hit(hits: IntArray, count: int, row: int, face_a: int, face_b: int) -> 
 
 @kernel
 def search_rows(  # noqa: C901 - one loop with its stack
-    kind: int, tree_a: BoxNodes, tree_b: BoxNodes, poses: PairPoses, every: bool, budget: int, stack: IntArray,
-    digits: IntArray, counts: IntArray, ended: ByteArray,
-) -> IntArray:  # fmt: skip
+    kind: int,
+    tree_a: BoxNodes,
+    tree_b: BoxNodes,
+    poses: PairPoses,
+    every: bool,
+    budget: int,
+    stack: IntArray,
+    digits: IntArray,
+    counts: IntArray,
+    ended: ByteArray,
+) -> IntArray:
     """Faces that meet, (M, 3) row, face of A, face of B, in K poses; marks in ``ended`` (K,) which are CUT_SHORT, and
     which UNDECIDED, where only integers, or tests without bounds of rounding, can tell.
 
