@@ -37,6 +37,7 @@ SCALAR_FIRST: Final = "quaternion_wxyz"
 NINE: Final = "012345678"
 KIND_OF: Final = {word: kind for kind in (POSITION, XYZW, ANGLES) for word in VOCABULARY[kind]}
 OTHER, NOISE, TIME, NAMES, VALID = (frozenset(VOCABULARY[kind]) for kind in ("other", "noise", "time", "name", "valid"))
+FLAG_WORDS: Final = frozenset(("is", "was"))
 ANGLE_NAMES: Final = VOCABULARY["turns"]
 AXIS: Final = re.compile(r"([a-z]*?)([xyzw])")
 STEPS: Final = (("s", 5e-4, 0.5), ("ms", 0.5, 500.0), ("us", 500.0, 5e5), ("ns", 5e5, 5e8))
@@ -281,12 +282,11 @@ def _lines(head: CsvHead, table: CsvTable, gaps: _Gaps) -> Iterator[str]:
         gaps.guessed.append(Guessable.COLUMNS)
     gaps.unknown.append(AXES_UNKNOWN)
     yield f'# convention = "unity"   # which axes? one of: {", ".join(CONVENTIONS)}'
-    yield _units(head, [column for body in bodies.values() for column in body.position], gaps)
-    yield from ("", "[time]", *_clock(head, clock, gaps))
     posed = {name: body for name, body in bodies.items() if body.position and body.rotation[1]}
-    repeated = [pair for body in posed.values() for pair in body.repeated]
-    if repeated:
-        gaps.unknown.append(f"which of the columns {repeated[0][0]!r} and {repeated[0][1]!r} is meant")
+    yield _units(head, [column for body in (posed or bodies).values() for column in body.position], gaps)
+    yield from ("", "[time]", *_clock(head, clock, gaps))
+    for first, second in [pair for body in posed.values() for pair in body.repeated][:1]:
+        gaps.unknown.append(f"which of the columns {first!r} and {second!r} is meant")
     names = [name for name in _named(head, NAMES) if not head.numbers(name)]
     lost = ""
     if ("" in posed or len(posed) == 1) and clock.column:
@@ -305,7 +305,7 @@ def _lines(head: CsvHead, table: CsvTable, gaps: _Gaps) -> Iterator[str]:
             f"# As one body {lost}.",
             '# If a column tells bodies apart, write [body] and name = "COLUMN" here:',
         )
-    valid = _named(head, VALID) if len(posed) == 1 else []
+    flags = _flag_columns(head, posed)
     for name, body in posed.items():
         is_long = bool(names) and (not name or len(posed) == 1)
         title = (
@@ -314,7 +314,7 @@ def _lines(head: CsvHead, table: CsvTable, gaps: _Gaps) -> Iterator[str]:
             else [f"[bodies.{json.dumps(name or head.source.stem)}]"]
         )
         lines = [*title, f"position = {json.dumps(body.position)}", *_rotation(head, body, gaps)]
-        lines += [f"valid = {json.dumps(column)}" for column in valid[:1]]
+        lines += _valid(flags[name], gaps)
         yield from ("", *([f"# {line}" for line in lines] if lost and (not name or len(posed) == 1) else lines))
     if not posed:
         gaps.unknown.append("which columns are a pose")
@@ -323,6 +323,29 @@ def _lines(head: CsvHead, table: CsvTable, gaps: _Gaps) -> Iterator[str]:
     for name, body in bodies.items():
         if name not in posed and body.position:
             yield f"# {name or 'a body'} has a place and no rotation, so it is left out: {', '.join(body.position)}"
+
+
+def _flag_columns(head: CsvHead, bodies: Collection[str]) -> dict[str, list[str]]:
+    """The columns that say whether a pose of each body is valid: those of its name, or else those of no name.
+
+    Of a single body it is every such column.
+    """
+    flags: dict[str, list[str]] = {}
+    for column in _named(head, VALID):
+        own = [token.lower() for token in name_tokens_of(column)]
+        body = "".join(token for token in own if token not in {*VALID, *FLAG_WORDS, *KIND_OF, *NOISE})
+        flags.setdefault(body, []).append(column)
+    if len(bodies) == 1:
+        return {name: [column for columns in flags.values() for column in columns] for name in bodies}
+    return {name: flags.get("".join(name_tokens_of(name)).lower(), flags.get("", [])) for name in bodies}
+
+
+def _valid(columns: Sequence[str], gaps: _Gaps) -> list[str]:
+    """The key of the column that says whether a pose is valid; of several a person takes one."""
+    if len(columns) <= 1:
+        return [f"valid = {json.dumps(column)}" for column in columns]
+    gaps.unknown.append(f"which of the columns {' and '.join(map(repr, columns))} says whether a pose is valid")
+    return [f"# valid = {json.dumps(column)}" for column in columns]
 
 
 def _units(head: CsvHead, columns: Sequence[str], gaps: _Gaps) -> str:

@@ -149,3 +149,35 @@ def test_wide_letters_without_a_mark_are_named(tmp_path, encoding):
     path.write_bytes("\n".join([f"time,{POSE}", *(row(SECONDS[k], pose(k)) for k in range(COUNT))]).encode(encoding))
     with pytest.raises(ImportFileError, match=r"in UTF-(16|32); save it as UTF-8"):
         import_session("csv", path)
+
+
+FLAGS = {
+    "behind each body": ("cup_tracked", "rod_tracked"),
+    "before each body": ("tracked_cup", "tracked_rod"),
+    "in one word": ("cupIsTracked", "rodIsValid"),
+}
+
+
+def posed(*bodies):
+    return row(*(f"{body}_{column}" for body in bodies for column in POSE.split(",")))
+
+
+@pytest.mark.parametrize("kind", FLAGS)
+def test_each_body_is_lost_by_its_own_flag(tmp_path, kind):
+    cup, rod = FLAGS[kind]
+    rows = [row(SECONDS[k], pose(k), pose(k, 1), int(k < 30), int(k > 5)) for k in range(COUNT)]
+    tracks = import_csv(tmp_path, row("time", posed("cup", "rod"), cup, rod), *rows).tracks
+    assert np.flatnonzero(~tracks["cup"].valid).tolist() == [*range(30, COUNT)]
+    assert np.flatnonzero(~tracks["rod"].valid).tolist() == [*range(6)]
+
+
+def test_flag_without_a_name_is_that_of_every_body(tmp_path):
+    rows = [row(SECONDS[k], pose(k), pose(k, 1), int(k < 30)) for k in range(COUNT)]
+    tracks = import_csv(tmp_path, row("time", posed("cup", "rod"), "tracked"), *rows).tracks
+    assert all(np.flatnonzero(~track.valid).tolist() == [*range(30, COUNT)] for track in tracks.values())
+
+
+def test_draft_asks_which_of_two_flags_counts(tmp_path):
+    rows = [row(SECONDS[k], pose(k), 1, 0) for k in range(COUNT)]
+    refusal = refused_draft(tmp_path, f"time,{POSE},pos_valid,rot_valid", *rows)
+    assert "which of the columns 'pos_valid' and 'rot_valid' says whether a pose is valid" in refusal.unknown
