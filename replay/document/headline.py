@@ -248,8 +248,7 @@ def _decided(heading: str, decided: Decision, *, folded: bool = False) -> Reason
     """A decision below its heading; ``folded``: all but its sentence is left to the details."""
     if not folded:
         return Reason(heading, decided.text, decided.figures, decided.command, decided.details)
-    command = f"`{decided.command}`" if decided.command else ""
-    details = " ".join(filter(None, [decided.details, decided.figures, command]))
+    details = " ".join(filter(None, [decided.details, decided.figures, decided.command]))
     return Reason(heading, decided.text, details=details)
 
 

@@ -14,6 +14,7 @@ from replay.show.report.run_view import RunView, spans
 from replay.show.run_tables import happened
 from replay.show.sections import SectionName, section_of
 from replay.words import duration, plural, safe_text
+from replay.words import interval as interval_text
 
 MOST_LANES: Final = 6
 """Detectors with a lane on the first screen; further ones are folded."""
@@ -41,12 +42,16 @@ MOST_CONTACTS: Final = 4000
 
 @dataclass(frozen=True)
 class RankRow:
-    """A row of the ranking: the class of the worst detector, its worst column, and cells as (column, words)."""
+    """A row of the ranking: the class of the worst detector, its worst column, and cells as (column, words).
+
+    ``interval``: the 95 % interval of the worst figure; ``""``: there is none.
+    """
 
     rank: Rank
     leads: str
     bad: str
     cells: list[tuple[str, str]]
+    interval: str = ""
 
 
 @dataclass(frozen=True)
@@ -84,7 +89,7 @@ def comparison_of(view: RunView, mark: float | None = None) -> Comparison:
     ranks = with_fixes(view.ranking, view.document)
     for rank, cells in zip(ranks, table.cells(), strict=True):
         cell_texts = [(name, text_of(cell)) for name, cell in zip(table.head, cells, strict=True)]
-        leads = bad = ""
+        leads = bad = interval = ""
         if rank is view.ranking[0] and rank.loss:
             leads = _leads(rank)
             bad = (
@@ -94,13 +99,19 @@ def comparison_of(view: RunView, mark: float | None = None) -> Comparison:
                 if rank.missed_counts and rank.missed_counts[1]
                 else ""
             )
+            interval = _interval(rank) if bad == "false contact" else ""
         # The reference has no faults: one wide cell stands for them.
         first = 0 if rank.missed_counts is not None else table.head.index("mean ms")
-        rows.append(RankRow(rank, leads, bad, cell_texts[first:]))
+        rows.append(RankRow(rank, leads, bad, cell_texts[first:], interval))
     title = table.title.rstrip(":") if view.ranking and view.ranking[-1].contacts else happened(0)
     if not _compared(view):
         title = "Nothing was compared."
     return Comparison(title, table.head, rows, list(section.sentences), _scatter(view), _timeline(view, mark))
+
+
+def _interval(rank: Rank) -> str:
+    """The 95 % interval of the time that is false; ``""``: none was reported."""
+    return "" if rank.false is None else interval_text(rank.false.lower, rank.false.upper)
 
 
 def _leads(rank: Rank) -> str:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import sqrt, tanh
+from math import atanh, ceil, sqrt, tanh
 from typing import Final
 
 import numpy as np
@@ -182,6 +182,9 @@ def _times(tables: ClassTables, study: Study | None) -> list[str]:
 TWO_SIDED: Final = 1.959964
 """Quantile of the normal distribution at 97.5 %: a test of two sides at p below 0.05."""
 
+MEDIUM: Final = 0.3
+"""A correlation of medium size (Cohen 1988)."""
+
 FOUR_IN_FIVE: Final = 0.841621
 """Quantile at 80 %: the association is found in four of five samples."""
 
@@ -192,6 +195,11 @@ def least_association(students: int) -> float | None:
     Source: Fisher's z transformation, of which the deviation is 1 / sqrt(n - 3).
     """
     return None if students < FEWEST else tanh((TWO_SIDED + FOUR_IN_FIVE) / sqrt(students - 3))
+
+
+def students_needed(association: float) -> int:
+    """The fewest students of which a test at 5 % finds this correlation in four of five samples."""
+    return ceil(((TWO_SIDED + FOUR_IN_FIVE) / atanh(association)) ** 2 + 3)
 
 
 def _certainty(tables: ClassTables, study: Study | None) -> AnswerRow:
@@ -205,7 +213,11 @@ def _certainty(tables: ClassTables, study: Study | None) -> AnswerRow:
     text, least = figures[0], least_association(study.students)
     if least is not None:
         text = f"With {study.students} students, only associations above {words.number(least, 2)} are found reliably."
-        figures.append(f"Reliably: in 4 of 5 such classes, for one test at p < {LEVEL:g}.")
+        figures = [
+            f"An association of {MEDIUM:g} takes {students_needed(MEDIUM)} students "
+            f"(found in 4 of 5 such classes, one test at p < {LEVEL:g}).",
+            *figures,
+        ]
     else:
         figures = []
     refused = [f"{refusal.what} ({refusal.reason})" for refusal in study.refusals]

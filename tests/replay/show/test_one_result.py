@@ -75,7 +75,7 @@ def test_every_output_has_the_numbers_of_the_tables(state, tmp_path):
         assert re.split(r"\s{2,}", next(line for line in text.splitlines() if line.startswith("it ")))[2:][
             : len(ranked)
         ] == (ranked)
-    assert re.findall(r'data-l="(?:missed|late or cut short|undecided)">(\d+)<', page) == ranked
+    assert re.findall(r'"n(?: bad)?" data-l="(?:missed|late or cut short|undecided)">(\d+)<', page) == ranked
     prompt = repr(replay.RunResult.of(result))
     assert blocks(prompt, "it ")[0][1:3] == ranked[:2]
     for text in (screen, page, picture, run_markdown(result, ()), prompt):

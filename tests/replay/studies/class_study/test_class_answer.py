@@ -10,7 +10,7 @@ import pytest
 from support.study_samples import a_class, codebook, made_class, questionnaire
 
 from replay.studies.class_study.analysis import analyse
-from replay.studies.class_study.class_answer import CAUSES, class_answer, least_association
+from replay.studies.class_study.class_answer import CAUSES, class_answer, least_association, students_needed
 from replay.studies.class_study.class_runs import read_class
 from replay.studies.class_study.class_tables import ClassTables, places
 from replay.studies.class_study.page import study_html
@@ -97,6 +97,7 @@ def test_least_association_is_found_in_four_of_five_samples(students):
     significant = np.abs(np.arctanh(correlations)) * np.sqrt(students - 3) > 1.96
     assert significant.mean() == pytest.approx(0.8, abs=0.03)
     assert least_association(19) is None
+    assert students_needed(least) == students or students_needed(least) == students + 1
 
 
 def test_power_is_said_where_a_questionnaire_was_tested(runs, study, tmp_path):
