@@ -174,7 +174,8 @@ class _Reader:
 
     def _body(self, number: int, own_nodes: list[int], physics: Mapping[int, tuple[str, Row]]) -> SourceBody | None:
         name, frame = self._tree.names[number], rigid_of(self._tree.poses[number])
-        motion = physics[number][1].get("motion", {})
+        # An empty motion is one with all its defaults: that of a body that moves.
+        motion = physics[number][1].get("motion", {"type": STATIC})
         to_body = np.linalg.inv(frame)
         solids = (self._collider(node, *physics[node], to_body @ self._tree.poses[node]) for node in own_nodes)
         colliding = [solid for solid in solids if solid is not None]
@@ -190,7 +191,7 @@ class _Reader:
         if not drawn and not colliding:
             return None
         surfaces = surface_meshes(drawn, colliding, Surface.AUTO)
-        moves = bool(motion) and motion.get("type") != STATIC
+        moves = motion.get("type") != STATIC
         return SourceBody(name, concatenated(surfaces), tuple(colliding), frame, moves, mass=motion.get("mass"))
 
     def _nearest(self, number: int, physics: Mapping[int, tuple[str, Row]]) -> int:
@@ -200,7 +201,7 @@ class _Reader:
     def _collider(self, node: int, kind: str, physics: Row, to_body: Matrix) -> MeshData | None:
         """The solid of a node in the frame of its body; ``None``: it has none that can be taken."""
         collider = physics.get("collider")
-        if not collider:
+        if collider is None:
             return None
         geometry = collider.get("geometry", collider)
         name = self._tree.names[node]

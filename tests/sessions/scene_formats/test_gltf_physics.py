@@ -293,3 +293,26 @@ def test_buffers_of_a_gltf_lie_beside_it(tmp_path):
 def test_file_without_physics_is_refused(tmp_path, content, refusal):
     with pytest.raises(SceneSourceError, match=refusal):
         read_scene_source(glb(tmp_path / "s.glb", content))
+
+
+@pytest.mark.parametrize(
+    ("physics", "moves"),
+    [
+        ({"motion": {}}, True),
+        ({"motion": {"isKinematic": True}}, True),
+        ({"motion": {"type": "dynamic"}}, True),
+        ({"motion": {"type": "static"}}, False),
+        ({}, False),
+    ],
+)
+@pytest.mark.parametrize("kind", ["KHR", "OMI"])
+def test_body_with_a_motion_moves_even_by_defaults_alone(tmp_path, kind, physics, moves):
+    collider = {"collider": {"geometry": {"shape": 0}} if kind == "KHR" else {"shape": 0}}
+    content = document([{"name": "cup", "physics": {**physics, **collider}}], [{"type": "box"}], kind)
+    assert read_scene_source(glb(tmp_path / "s.glb", content)).bodies["cup"].moves is moves
+
+
+def test_collider_without_a_shape_is_named(tmp_path):
+    nodes = [{"name": "cup", "mesh": 0, "physics": {"motion": {}, "collider": {}}}]
+    scene = read_scene_source(glb(tmp_path / "s.glb", document(nodes, [], "KHR")))
+    assert scene.left_out == ("the collider of node 'cup': it names no shape with a triangle",)
