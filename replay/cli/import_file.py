@@ -248,6 +248,8 @@ def _meshes(named: tuple[str, ...]) -> dict[str, Path]:
         body, _, file = text.partition("=")
         if not body or not file:
             raise click.BadParameter(f"{text!r} is not BODY=FILE, for example left=wand.glb", param_hint="--mesh")
+        if body in meshes:
+            raise click.BadParameter(f"{body} is given two meshes; give it one", param_hint="--mesh")
         meshes[body] = SESSION_FILE.convert(file, None, None)
     return meshes
 

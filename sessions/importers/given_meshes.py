@@ -59,7 +59,7 @@ class MeshOptions:
                 raise ImportFileError(f"--mesh-axes {text}: there is no body {body!r}{nearest(body, names)}")
             if not _is_axes(axes, poses):
                 mesh_axes_or_refusal(axes, poses)
-            chosen[body] = axes
+            _choose(chosen, body, axes, "--mesh-axes")
         return chosen
 
     def units_by_body(self, names: Sequence[str]) -> dict[str, str]:
@@ -74,11 +74,17 @@ class MeshOptions:
                 raise ImportFileError(f"--mesh-units {text}: there is no body {body!r}{nearest(body, names)}")
             if unit not in UNITS:
                 raise ImportFileError(f"--mesh-units {text}: there is no unit {unit!r}{nearest(unit, UNITS)}")
-            chosen[body] = unit
+            _choose(chosen, body, unit, "--mesh-units")
         return chosen
 
 
 MESH_OPTIONS: Final = tuple(one.name for one in fields(MeshOptions))
+
+
+def _choose(chosen: dict[str, str], body: str, choice: str, option: str) -> None:
+    """Keep what an option says of a body, or of all others; ImportFileError where it said something else before."""
+    if chosen.setdefault(body, choice) != choice:
+        raise ImportFileError(f"{option} says {chosen[body]} and {choice} of {body or 'the same bodies'}; say one")
 
 
 def _texts(values: str | Sequence[str]) -> list[str]:

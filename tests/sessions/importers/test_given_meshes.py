@@ -5,6 +5,7 @@ from scipy.spatial.transform import Rotation
 from support.mutants import refused
 from support.planted_sessions import EXPORTERS, TO_SOURCE, changed
 
+from replay.cli.main import main
 from sessions.importers import import_session
 from sessions.model.assumption import Origin, Subject, assumptions_of
 from sessions.scene_files.scene_meshes import with_scene
@@ -178,3 +179,25 @@ def test_lengths_use_the_unit_of_the_convention_by_default(tmp_path):
     rows = {row.subject: row for row in assumptions_of(session.facts)}
     assert rows[Subject.LENGTH_UNIT].value == "cm" and rows[Subject.LENGTH_UNIT].origin is Origin.FORMAT
     assert rows[Subject.HANDEDNESS].value == "left" and rows[Subject.POSE_AXES].origin is Origin.USER
+
+
+@pytest.mark.parametrize(
+    ("option", "texts", "message"),
+    [
+        ("mesh_axes", ("tool=gltf", "tool=z-up"), "--mesh-axes says gltf and z-up of tool"),
+        ("mesh_axes", ("gltf", "z-up"), "--mesh-axes says gltf and z-up of the same bodies"),
+        ("mesh_units", ("tool=mm", "tool=cm"), "--mesh-units says mm and cm of tool"),
+    ],
+)
+def test_contradicting_choices_of_a_body_are_refused(tmp_path, option, texts, message):
+    source = recording(tmp_path, "openxr", Rotation.identity(), np.zeros(3))
+    given = {"meshes": {"tool": mesh_file(tmp_path, "obj", VERTICES, FACES)}, option: texts}
+    refused("csv", source, message, mapping=tmp_path / "map.toml", **given)
+
+
+def test_body_that_is_given_two_meshes_is_refused(tmp_path, capsys):
+    source = recording(tmp_path, "openxr", Rotation.identity(), np.zeros(3))
+    mesh = mesh_file(tmp_path, "obj", VERTICES, FACES)
+    options = ["--mapping", str(tmp_path / "map.toml"), "--mesh", f"tool={mesh}", "--mesh", f"tool={mesh}"]
+    assert main(["import", "csv", str(source), *options, "-o", str(tmp_path / "s.mcap")]) == 2
+    assert "tool is given two meshes" in capsys.readouterr().err
