@@ -358,16 +358,23 @@ WITHOUT_POLYSULFIDES = "SOLUTION_SPECIES\n" + "".join(
 
 
 KIELLAND = {
-    "Cd+2": 5, "Hg2+2": 4, "Hg+2": 5, "Sn+2": 6, "Pb+2": 4.5, "Ni+2": 6, "Co+2": 6, "Be+2": 8, "Cr+3": 6, "Co+3": 6,
+    "Cd+2": 5, "Hg2+2": 4, "Pb+2": 4.5, "Ni+2": 6, "Co+2": 6, "Be+2": 8, "Co+3": 6,
     "CrO4-2": 4, "MoO4-2": 4.5, "SeO4-2": 4, "Citrate-3": 5, "Tartarate-2": 5, "Phthalate-2": 6, "Mn+3": 6, "Fe+3": 6,
 }  # fmt: skip
 """Angstrom of ions whose activities minteq.v4 does not have. Source: J. Kielland, J. Am. Chem. Soc. 59, 1937."""
 
 PARKHURST = {
-    "Mg+2": (5.5, 0.2), "Ca+2": (5, 0.165), "Sr+2": (5.26, 0.121), "Ba+2": (4, 0.153), "SO4-2": (5, -0.04),
-    "CO3-2": (5.4, 0), "PO4-3": (4, 0), "Al+3": (6, 0), "Fe+2": (6, 0), "Mn+2": (6, 0), "Cu+2": (6, 0), "Zn+2": (5, 0),
+    "H+": (5, 0.1), "Mg+2": (5.5, 0.2), "Ca+2": (5, 0.165), "Sr+2": (5.26, 0.121), "Ba+2": (4, 0.153),
+    "SO4-2": (5, -0.04), "CO3-2": (5.4, 0), "PO4-3": (4, 0), "Al+3": (6, 0), "Fe+2": (6, 0), "Mn+2": (6, 0),
+    "Cu+2": (6, 0), "Zn+2": (5, 0),
 }  # fmt: skip
-"""The same, with a term linear in the ionic strength, by phreeqc.dat."""
+"""The same, with a term linear in the ionic strength, by phreeqc.dat; H+ as measured in hydrochloric acid."""
+
+NO_PAIRS = ("NaCO3-", "NaHCO3", "NaHPO4-", "KHPO4-")
+"""With them primary standard buffers of phosphate and carbonate have a pH that is 0.08 and 0.14 below their own."""
+
+
+ANIONIC_COMPLEX = re.compile(r"(Ag|Al|Be|Cd|Co(?!3|OH)|Cr(?!O)|Cu|Fe|Hg|Mn(?!O)|Ni|Pb|Sn|Tl|V|Zn).*-\d+$")
 
 
 @cache
@@ -383,15 +390,18 @@ def minteq():
     text = (Path(phreeqc.__file__).parent / "databases" / "minteq.v4.dat").read_text("utf-8", errors="replace")
     species, phases, rest = text.partition("\nPHASES")
     lines, ion = [], ""
-    for line in species.splitlines():
+    for line in filter(str.strip, species.splitlines()):
         if " = " in line and not line.lstrip().startswith("#"):
             ion = line.split(" = ")[1].split(" + ")[0].split()[-1]
             if ion in sizes:
                 lines += [line, "\t-gamma {} {}".format(*sizes[ion])]
                 continue
+        if ion in NO_PAIRS and line.split()[0] == "log_k":
+            lines.append("\tlog_k -9")
+            continue
         charge = re.search(r"[+-](\d*)$", ion)
         if line.split() == ["-gamma", "0", "0"] and charge:
-            if ion not in sizes and int(charge[1] or 1) > 1:
+            if ion not in sizes and int(charge[1] or 1) > 1 and not ANIONIC_COMPLEX.match(ion):
                 lines.append("\t-gamma 5 0")
             continue
         lines.append(line)

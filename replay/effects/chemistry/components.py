@@ -29,6 +29,10 @@ INERT: Final = frozenset(_TABLES["inert"]["formulas"])
 GASES: Final = frozenset(_TABLES["phases"]["gases"])
 SOLIDS: Final = frozenset(_TABLES["phases"]["solids"])
 
+ORGANIC_BASES: Final = BASES - {"NH3"}
+SALT_ANIONS: Final = frozenset(("Cl-", "Br-", "I-", "NO3-", "ClO4-", "SO4^2-"))
+"""Anions with which a molecular formula of an organic base is read as its salt."""
+
 MOST_IONS: Final = 16
 """Ions in a formula: more are no formula of a laboratory."""
 
@@ -159,6 +163,12 @@ def _plausible(formula: str, ions: Counter[str], water: int) -> bool:
     organic = [name for name in ions if len(component_of(name).heavy) and "C" in component_of(name).heavy]
     organic = [name for name in organic if name not in ("CO3^2-", "CN-", "SCN-")]
     if organic and water != crystal_water(formula):
+        return False
+    # TRIS is no trimethylammonium hydrogencarbonate, lysine no salt of dimethylamine.
+    if set(ions) & ORGANIC_BASES and not (set(ions) <= ORGANIC_BASES | SALT_ANIONS or set(ions) & METALS):
+        return False
+    # Pyrophosphate does not become phosphate in water, as an oxide of phosphorus does.
+    if "PO4^3-" in ions and water < 0 and (len(ions) > 1 or charge_of(formula) != 0):
         return False
     # Only chromate is known to lose water; any other ion that did would be another molecule.
     ion_or_base = charge_of(formula) != 0 or any(name in BASES for name in ions)

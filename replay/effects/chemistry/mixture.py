@@ -35,11 +35,14 @@ ALWAYS_COUNTED: Final = (
 """Elements that PHREEQC cannot do without, and two ions that do nothing but balance a charge."""
 
 ALWAYS_DEFINED: Final = (
-    "H+ = H+", "\tlog_k 0", "e- = e-", "\tlog_k 0", "H2O = H2O", "\tlog_k 0",
+    "H+ = H+", "\tlog_k 0", "\t-gamma 5 0.1", "e- = e-", "\tlog_k 0", "H2O = H2O", "\tlog_k 0",
     "2 H2O = O2 + 4 H+ + 4 e-", "\tlog_k -85.9951", "2 H+ + 2 e- = H2", "\tlog_k -3.15",
     "Zp+ = Zp+", "\tlog_k 0", "Zn- = Zn-", "\tlog_k 0",
 )  # fmt: skip
-"""Their species; oxygen and hydrogen take up what rounding leaves of electrons."""
+"""Their species; oxygen and hydrogen take up what rounding leaves of electrons.
+
+Protons have the activity of hydrochloric acid up to 16 mol/kg, by R. A. Robinson and R. H. Stokes.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -270,7 +273,8 @@ def _gamma(entry: Entry, mixture: Mixture) -> list[str]:
 
     minteq.v4 writes 0 0 for what MINTEQA2 gives the equation of Davies, and PHREEQC takes that for the limiting law.
     Both are far off for ions of several charges beyond 0.5 mol/kg: ferrous sulfate of 1 mol/L had a pH of 7.9. Such
-    ions get a size, and a metal with neutral ligands the activity of the metal.
+    ions get a size, and a metal with neutral ligands the activity of the metal. Anionic complexes of metals keep
+    Davies: with a size silver chloride would dissolve without end in 2 mol/L of hydrochloric acid, as AgCl4-3.
     """
     own = [option for option in entry.options if "gamma" in option]
     charge = sum(
@@ -280,7 +284,7 @@ def _gamma(entry: Entry, mixture: Mixture) -> list[str]:
     )
     if charge == 0.0 or any(option.split()[1:3] != ["0", "0"] for option in own):
         return own
-    if abs(charge) < SEVERAL_CHARGES:
+    if abs(charge) < SEVERAL_CHARGES or (charge < 0.0 and set(entry.makeup) & METALS - EARTH_METALS):
         return []
     for metal in METALS & set(entry.makeup):
         bare = mixture.species_of({metal: 1.0})

@@ -13,6 +13,7 @@ from replay.effects.chemistry.components import (
     BASES,
     FRESH,
     GASES,
+    METALS,
     PROTON,
     SOLIDS,
     WATER,
@@ -416,8 +417,10 @@ def _check_dissolving(table: Declaration, equation: Equation, phase: Mapping[str
     if {component: many for component, many in made.items() if component != WATER} == {
         component: many * coefficient for component, many in components.items() if component != WATER
     }:
-        # An oxide of an alkali metal does not dissolve, it reacts with water to its end.
-        if WATER in equation.reagents and components.get(WATER, 0) > 0 and set(components) <= ALKALI | {WATER, PROTON}:
+        # An oxide of an alkali metal does not dissolve, it reacts with water to its end; an anhydride too.
+        basic = components.get(WATER, 0) > 0 and set(components) <= ALKALI | {WATER, PROTON}
+        anhydride = components.get(WATER, 0) < 0 < components.get(PROTON, 0) and not METALS & set(components)
+        if WATER in equation.reagents and (basic or anhydride):
             return
         raise table.fail(UNKNOWN_SOLUBILITY.format(solids[0]))
 

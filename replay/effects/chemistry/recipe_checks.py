@@ -20,7 +20,7 @@ from replay.effects.chemistry.components import (
     is_known,
 )
 from replay.effects.chemistry.contents import contents_of_scene
-from replay.effects.chemistry.formulas import COMMON, charge_of, crystal_water
+from replay.effects.chemistry.formulas import COMMON, atoms, charge_of, crystal_water
 from replay.effects.chemistry.ledger_columns import UNFOLLOWED, WITHOUT_HEAT_C
 from replay.effects.chemistry.mixture import SOLID
 from replay.effects.chemistry.recipe import UNKNOWN_SOLUBILITY, Reaction, Recipe, Tables, recipe_of
@@ -274,7 +274,10 @@ def _check_known(tables: Tables, recipe: Recipe) -> None:
     for name, content in recipe.contents.items():
         for formula in content.amounts:
             if not is_known(formula):
+                meant = [common for common in (*COMMON, *INERT) if atoms(common) == atoms(formula)]
+                advice = (
+                    f"did you mean {meant[0]!r}?" if meant else "take an acid or base that they know, or leave it out"
+                )
                 raise tabled[0].fail(
-                    f"PHREEQC's data do not know {formula!r} in {name!r}, which may change the pH"
-                    f"{nearest(formula, (*COMMON, *INERT))}"
+                    f"PHREEQC's data do not know {formula!r} in {name!r}, which may change the pH; {advice}"
                 )

@@ -115,3 +115,14 @@ def test_what_stands_on_both_sides_changes_by_the_difference():
 def test_unbalanced_equation_is_counted_as_it_is_meant(equation, counted):
     with pytest.raises(ValueError, match=f"is not balanced: {counted}; correct"):
         equation_of(equation)
+
+
+@pytest.mark.parametrize("formula", ["C4H11NO3", "C4H12NO3Cl", "C6H14N2O2", "C6H12N4", "K4P2O7", "C8H18N2O4S"])
+def test_molecules_are_no_salts_of_their_atoms(formula):
+    """TRIS was read as trimethylammonium hydrogencarbonate, with a pH 1.2 off; pyrophosphate as phosphate."""
+    assert components_of(formula) is None
+
+
+@pytest.mark.parametrize("formula", ["CH3NH3Cl", "C4H12NBr", "C2H10N2Cl2", "CH3COONH4", "Na2S2O5", "P4O10", "K2Cr2O7"])
+def test_salts_of_bases_and_anhydrides_are_read(formula):
+    assert components_of(formula) is not None

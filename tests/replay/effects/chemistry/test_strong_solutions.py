@@ -119,3 +119,37 @@ def test_iron_thiocyanate_has_the_constant_of_a_laboratory():
     """138 at 0.5 mol/L of perchlorate. Source: H. S. Frank and R. L. Oswalt, J. Am. Chem. Soc. 69, 1947."""
     _, moles = dissolved({"Fe(ClO4)3": 1e-3, "KSCN": 1e-3, "HClO4": 0.5})
     assert moles["FeSCN+2"] / (moles["Fe+3"] * moles["SCN-"]) == pytest.approx(138.0, rel=0.2)
+
+
+# pH at 25 degC. Source: Y. C. Wu, W. F. Koch, R. A. Durst, NBS Special Publication 260-53, 1988: primary and secondary
+# standards, mol/kg; the last: R. A. Robinson and R. H. Stokes, hydrochloric acid with potassium chloride.
+BUFFERS = [
+    ({"KHC8H4O4": 0.05}, 4.006),
+    ({"KH2PO4": 0.025, "Na2HPO4": 0.025}, 6.863),
+    ({"KH2PO4": 0.008695, "Na2HPO4": 0.03043}, 7.415),
+    ({"Na2B4O7": 0.01}, 9.183),
+    ({"NaHCO3": 0.025, "Na2CO3": 0.025}, 10.011),
+    ({"KC6H7O7": 0.05}, 3.776),
+    ({"KC4H5O6": 0.0341}, 3.557),
+    ({"Ca(OH)2": 0.0203}, 12.454),
+    ({"KH3C4O8": 0.05}, 1.681),
+    ({"HCl": 0.01, "KCl": 0.09}, 2.07),
+]
+
+
+@pytest.mark.parametrize(("molal", "ph"), BUFFERS, ids=[" + ".join(row[0]) for row in BUFFERS])
+def test_standard_buffers_have_their_certified_ph(molal, ph):
+    """By minteq.v4 as it is phosphate is 6.75 and carbonate 9.87: it pairs sodium with them."""
+    assert dissolved(molal)[0] == pytest.approx(ph, abs=0.05)
+
+
+@pytest.mark.parametrize(("molal", "mean"), [(1.0, 0.809), (3.0, 1.316), (5.0, 2.38), (10.0, 10.44)])
+def test_protons_of_strong_acid_have_their_measured_activity(molal, mean):
+    """By Robinson and Stokes, of HCl; nitric acid of 12 mol/L once had a pH of -5."""
+    assert dissolved({"HCl": molal})[0] == pytest.approx(-np.log10(molal * mean), abs=0.35)
+
+
+@pytest.mark.parametrize(("ion", "log_k"), [("Cr+3", 9.5688), ("Sn+2", 7.094), ("Hg+2", 6.194), ("S-2", -17.3)])
+def test_activities_leave_constants_as_they_are(ion, log_k):
+    """A line that gives an ion a size once set its constant to 0: chromium chloride had a pH of 2.3."""
+    assert database_of().species[ion].log_k == pytest.approx(log_k, abs=0.01)
