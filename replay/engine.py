@@ -137,7 +137,7 @@ def compute(
                     replace(
                         miss,
                         noise=noise.labels[miss.contact - 1],
-                        noise_share=noise.contacts[miss.contact - 1].fraction,
+                        noise_fraction=noise.contacts[miss.contact - 1].fraction,
                     )
                     for miss in of_detector
                 )

@@ -98,10 +98,10 @@ def as_percentage(fraction: float | None) -> str:
 
 def interval(lower: float, upper: float) -> str:
     """An interval of a share: ``16 to 100 %``, ``0.2 to 1.5 %``, as coarse as its width allows, rounded outwards."""
-    low, high = 100 * lower, 100 * upper
-    decimals = max(0, 1 - floor(log10(high - low))) if high > low else 1
+    lower_percent, upper_percent = 100 * lower, 100 * upper
+    decimals = max(0, 1 - floor(log10(upper_percent - lower_percent))) if upper_percent > lower_percent else 1
     step = 10**decimals
-    return f"{number(floor(low * step) / step, 4)} to {number(ceil(high * step) / step, 4)} %"
+    return f"{number(floor(lower_percent * step) / step, 4)} to {number(ceil(upper_percent * step) / step, 4)} %"
 
 
 def loss_number(loss: float) -> str:

@@ -190,7 +190,7 @@ class _Measuring:
         step, trade = "", []
         if spec is not stepped:
             step = " and test every frame"
-            change = change_text(*self._errors_of(self._stepped(stepped)))
+            change = change_text(*self._errors_of(self._errors_at_step(stepped)))
             trade = [f"At {rate(self._rest['rate_hz'])} instead: {change}."]
         busy = [best.busy] if best.busy and not busy_text(self._result.document) else []
         return Fix(
@@ -292,7 +292,7 @@ class _Measuring:
         bodies = with_pieces(self._result.assembly.bodies, settings_of(spec.name, pieces))
         return self._verdicts.at_every_frame({body.name: body.colliders for body in bodies if body.colliders})
 
-    def _stepped(self, spec: DetectorSpec) -> Mapping[str, Any]:
+    def _errors_at_step(self, spec: DetectorSpec) -> Mapping[str, Any]:
         """Errors of pieces at the step of the detector, over all sampling offsets."""
         return wrong_counts(*self._counts_at_every_frame(spec), self._offset_counts(spec))
 
@@ -308,7 +308,7 @@ class _Measuring:
         A filled hull is in contact all the time, so that no step of it misses a touch; pieces meet the touch alone.
         """
         if not has_offsets(spec, len(self._result.assembly.motion)) or not worse_text(
-            *self._errors_of(self._stepped(spec))
+            *self._errors_of(self._errors_at_step(spec))
         ):
             return spec
         every = wrong_counts(*self._counts_at_every_frame(spec), None)
@@ -348,7 +348,7 @@ class _Measuring:
             spec=spec,
             counts=counts,
             seconds=run.seconds_per_frame,
-            busy=busy_sentence(0.0 if run.processor_share is None else 1.0 - run.processor_share),
+            busy=busy_sentence(0.0 if run.processor_fraction is None else 1.0 - run.processor_fraction),
             pieces=pieces,
             figures=figures,
         )

@@ -27,8 +27,8 @@ RAYS_OF_THE_INSIDE: Final = 5
 RAYS_OF_THE_OUTSIDE: Final = 20
 """So many rays that meet nothing prove the outside of a surface with holes: inside, at most a third leaves by one."""
 
-CORNERS_AT_HOLES: Final = 12
-"""Corners of a body that must all be outside of a component with holes: it may reach in by a hole."""
+MOST_CORNERS_AT_HOLES: Final = 12
+"""Corners of a body, at most, that must all be outside of a component with holes: it may reach in by a hole."""
 
 MOST_RIM_EDGES: Final = 6
 """A hole with more edges around it is an opening, where it is not tiny."""
@@ -61,7 +61,7 @@ class SurfaceComponent:
             return False
         if self.is_closed:
             return self._holds_point(corners[0])
-        chosen = np.linspace(0, len(corners) - 1, min(CORNERS_AT_HOLES, len(corners))).astype(np.intp)
+        chosen = np.linspace(0, len(corners) - 1, min(MOST_CORNERS_AT_HOLES, len(corners))).astype(np.intp)
         return False if all(self._holds_point(corner) is False for corner in corners[chosen]) else None
 
     def _holds_point(self, point: Array) -> bool | None:

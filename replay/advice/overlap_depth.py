@@ -18,7 +18,7 @@ from sessions.mesh_data import MeshData, has_consistent_winding
 SURFACE_POINTS: Final = 4000
 """Points on each surface: 2 mm apart on a beaker of 250 ml."""
 
-VERTICES: Final = 1500
+MOST_VERTICES: Final = 1500
 """Vertices of each body that are looked up; of more, evenly chosen ones."""
 
 
@@ -32,7 +32,7 @@ class SampledSurface:
     @cached_property
     def vertices(self) -> FloatArray:
         """Vertices (n, 3) and the points on the surface, which stand for large faces."""
-        step = max(1, len(self._mesh.vertices) // VERTICES)
+        step = max(1, len(self._mesh.vertices) // MOST_VERTICES)
         return np.concatenate([self._mesh.vertices[::step], self._points[0][::4]])
 
     @cached_property

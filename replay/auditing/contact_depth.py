@@ -15,7 +15,7 @@ from cdcore.numerics import FloatArray
 from replay.auditing.fault import Fault
 from replay.auditing.outcome import Episode
 from replay.auditing.sample_budget import spread_frames
-from replay.cutting.solid_overlap import CommonPart, Solid, common_part, solid_of
+from replay.cutting.solid_overlap import Intersection, Solid, intersection_of, solid_of
 from replay.prepare.assembly import Assembly
 
 FRAMES: Final = 5
@@ -70,7 +70,7 @@ class DepthMeter:
         self._measured: dict[Segment, ContactDepth] = {}
         self._depths: dict[tuple[int, int], float] = {}
         self._searched: dict[int, dict[int, tuple[float, float]]] = {}
-        self._parts: dict[int, CommonPart | None] = {}  # of frames of the segment that is measured
+        self._intersections: dict[int, Intersection | None] = {}  # of frames of the segment that is measured
 
     @property
     def series(self) -> DepthSeries:
@@ -122,20 +122,21 @@ class DepthMeter:
     def _depth(self, frame: int, pair: int) -> float:
         """Depth of a pair in a frame, measured once."""
         if (frame, pair) not in self._depths:
-            part = self._parts[frame] if frame in self._parts else self._common_part(frame, pair)
-            self._depths[frame, pair] = 0.0 if part is None else part.depth
+            known = frame in self._intersections
+            common = self._intersections[frame] if known else self._intersection(frame, pair)
+            self._depths[frame, pair] = 0.0 if common is None else common.depth
         return self._depths[frame, pair]
 
-    def _common_part(self, frame: int, pair: int) -> CommonPart | None:
+    def _intersection(self, frame: int, pair: int) -> Intersection | None:
         a, b = (self._solids[index] for index in self._assembly.pairs[pair].tolist())
-        return common_part(a, b, *self._relative(frame, pair))
+        return intersection_of(a, b, *self._relative(frame, pair))
 
     def _search(self, pair: int, frames: Sequence[int]) -> Mapping[int, tuple[float, float]]:
         """Depth at corners and common volume in frames of a pair, but those that cannot be the deepest.
 
         No depth changes by more than the bodies move against each other.
         """
-        self._parts.clear()
+        self._intersections.clear()
         searched = self._searched.setdefault(pair, {})
         corners = self._box_corners(frames, pair)
         bound, best = np.full(len(frames), np.inf), 0.0
@@ -144,8 +145,8 @@ class DepthMeter:
             if bound[row] < best:
                 continue
             if frame not in searched:
-                part = self._parts[frame] = self._common_part(frame, pair)
-                searched[frame] = (0.0, 0.0) if part is None else (part.depth_at_corners, part.volume)
+                common = self._intersections[frame] = self._intersection(frame, pair)
+                searched[frame] = (0.0, 0.0) if common is None else (common.depth_at_corners, common.volume)
             depth = searched[frame][0]
             moved = np.linalg.norm(corners - corners[row], axis=2).max(axis=1)
             best, bound = max(best, depth), np.minimum(bound, depth + moved)

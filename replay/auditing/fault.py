@@ -165,7 +165,7 @@ class Fault:
     why : sentence about the cause.
     labels : names of its two bodies for a sentence, a member of a group with that of its group: ``hand (thumb)``.
     noise : whether the missed contact holds in spite of tracker noise; ``""``: not asked for.
-    noise_share : fraction of noisy copies that have the missed contact; ``None``: not asked for.
+    noise_fraction : fraction of noisy copies that have the missed contact; ``None``: not asked for.
     grasped : whether a hand holds the body meanwhile, or a body is the other's parent.
     """
 
@@ -191,7 +191,7 @@ class Fault:
     agreeing: tuple[int, int] = (0, 0)
     why: str = ""
     noise: str = ""
-    noise_share: float | None = None
+    noise_fraction: float | None = None
     grasped: bool = False
     labels: tuple[str, str] = ("", "")
 

@@ -61,7 +61,7 @@ class TerminalProgress:
 
     def __init__(self, people: People, every: float = EVERY) -> None:
         self.say = people.say
-        self._quiet, self._every = people.quiet, every
+        self._quiet, self._interval_s = people.quiet, every
 
     def stage(self, name: str, total: int | None = None, unit: str = "frames") -> AbstractContextManager[Advance]:
         """Report a piece of work of ``total`` units while it lasts."""
@@ -79,12 +79,12 @@ class TerminalProgress:
             nonlocal done, printed_at
             done += more
             now = time.monotonic()
-            if now - printed_at >= self._every:
+            if now - printed_at >= self._interval_s:
                 printed_at = now
                 self.say(f"{name}: {pace(done / total if total else 0.0, now - begun)}")
 
         yield advance
-        if time.monotonic() - begun >= self._every:
+        if time.monotonic() - begun >= self._interval_s:
             self.say(f"{name}: {pace(1.0, time.monotonic() - begun)}")
 
 

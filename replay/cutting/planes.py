@@ -19,11 +19,11 @@ from replay.cutting.joins import Ladder, joins_by_volume
 if TYPE_CHECKING:
     from manifold3d import Manifold
 
-MOST_PARTS: Final = 96
-"""Parts after which no more are cut."""
+MOST_REGIONS: Final = 96
+"""Regions after which no more are cut."""
 
 CONVEX: Final = 0.005
-"""Fraction of the body's volume that hulls of all parts may add before no more are cut."""
+"""Fraction of the body's volume that hulls of all regions may add before no more are cut."""
 
 DIRECTIONS: Final = np.array(
     [(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 0, -1), (1, 1, 0), (1, -1, 0), (0, 1, 1), (0, 1, -1)], dtype=float
@@ -34,10 +34,10 @@ LEVELS: Final = 3
 """Planes of each direction at the levels at which most corners lie."""
 
 FRACTIONS: Final = (0.25, 0.5, 0.75)
-"""Planes of each direction at these fractions of the extent of a part."""
+"""Planes of each direction at these fractions of the extent of a region."""
 
 LEAST: Final = 1e-6
-"""Fraction of the volume of a body below which a part is a rounding of the cuts."""
+"""Fraction of the volume of a body below which a region is a rounding of the cuts."""
 
 ROUNDING: Final = 1e-6
 """Fraction by which equal volumes may differ."""
@@ -51,28 +51,28 @@ def plane_ladder(mesh: TriangleMesh) -> Ladder | None:
     solid = manifold_of(mesh) if mesh.is_closed else None
     if solid is None or solid.volume() <= 0.0:
         return None
-    pieces = [hull for part in _parts(solid) if (hull := hull_of(_corners(part))) is not None]
+    pieces = [hull for region in _convex_regions(solid) if (hull := hull_of(_corners(region))) is not None]
     least = LEAST * solid.volume()
     pieces = [piece for piece in pieces if volume_of(piece) > least]
     return joins_by_volume(pieces) if pieces else None
 
 
-def _parts(solid: Manifold) -> list[Manifold]:
-    """The solid cut until the hulls of its parts add next to nothing, the part whose hull adds most first."""
-    parts = [(_added(part), part) for part in solid.decompose()]
+def _convex_regions(solid: Manifold) -> list[Manifold]:
+    """The solid cut until the hulls of its regions add next to nothing, the region whose hull adds most first."""
+    regions = [(_hull_excess(region), region) for region in solid.decompose()]
     enough, spent = CONVEX * solid.volume(), 0.0
     done: list[Manifold] = []
-    while parts and len(parts) + len(done) < MOST_PARTS and sum(added for added, _ in parts) + spent > enough:
-        parts.sort(key=lambda item: item[0])
-        added, part = parts.pop()
-        halves = best_cut(part)
+    while regions and len(regions) + len(done) < MOST_REGIONS and sum(excess for excess, _ in regions) + spent > enough:
+        regions.sort(key=lambda item: item[0])
+        excess, region = regions.pop()
+        halves = best_cut(region)
         # A ring cut in two has hulls that add as much as its own: only the next cut pays.
-        if not halves or sum(each for each, _ in halves) > added * (1.0 + ROUNDING):
-            done.append(part)
-            spent += added
+        if not halves or sum(each for each, _ in halves) > excess * (1.0 + ROUNDING):
+            done.append(region)
+            spent += excess
         else:
-            parts += halves
-    return [*done, *(part for _, part in parts)]
+            regions += halves
+    return [*done, *(region for _, region in regions)]
 
 
 def cut_in_two(piece: TriangleMesh, solid: Manifold) -> list[TriangleMesh]:
@@ -85,16 +85,17 @@ def cut_in_two(piece: TriangleMesh, solid: Manifold) -> list[TriangleMesh]:
     return made if len(made) > 1 else []
 
 
-def best_cut(part: Manifold) -> list[tuple[float, Manifold]]:
+def best_cut(region: Manifold) -> list[tuple[float, Manifold]]:
     """The components on both sides of the plane that leaves least for hulls to add, each with what its hull adds."""
-    corners, best, least = _corners(part), [], np.inf
+    corners, best, least = _corners(region), [], np.inf
     for normal in DIRECTIONS / np.linalg.norm(DIRECTIONS, axis=1, keepdims=True):
         for level in _levels(corners @ normal):
-            halves = [(_added(half), half) for half in part.split_by_plane(tuple(normal), level) if not half.is_empty()]
-            added = sum(each for each, _ in halves)
-            if len(halves) == 2 and added < least:
-                best, least = halves, added
-    return [(_added(piece), piece) for _, half in best for piece in half.decompose() if piece.volume() > 0.0]
+            sides = region.split_by_plane(tuple(normal), level)
+            halves = [(_hull_excess(side), side) for side in sides if not side.is_empty()]
+            excess = sum(each for each, _ in halves)
+            if len(halves) == 2 and excess < least:
+                best, least = halves, excess
+    return [(_hull_excess(piece), piece) for _, half in best for piece in half.decompose() if piece.volume() > 0.0]
 
 
 def _levels(heights: FloatArray) -> list[float]:
@@ -109,10 +110,10 @@ def _levels(heights: FloatArray) -> list[float]:
     return [*at_corners, *(lower + fraction * (upper - lower) for fraction in FRACTIONS)]
 
 
-def _added(part: Manifold) -> float:
-    """Cubic metres that the hull of a part adds to it."""
-    return float(part.hull().volume() - part.volume())
+def _hull_excess(region: Manifold) -> float:
+    """Cubic metres that the hull of a region adds to it."""
+    return float(region.hull().volume() - region.volume())
 
 
-def _corners(part: Manifold) -> FloatArray:
-    return np.asarray(part.to_mesh64().vert_properties[:, :3])
+def _corners(region: Manifold) -> FloatArray:
+    return np.asarray(region.to_mesh64().vert_properties[:, :3])

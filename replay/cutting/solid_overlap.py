@@ -52,14 +52,14 @@ def solid_of(mesh: TriangleMesh) -> Solid:
     return Solid(mesh)
 
 
-def common_solid(first: Solid, second: Solid, rotation: FloatArray, translation: FloatArray) -> Manifold:
+def intersection_solid(first: Solid, second: Solid, rotation: FloatArray, translation: FloatArray) -> Manifold:
     """The common part of two solids in the axes of the second; rotation and translation (3, 3), (3,) of the first."""
     assert first.manifold is not None and second.manifold is not None
     return first.manifold.transform(np.column_stack([rotation, translation])) ^ second.manifold
 
 
 @dataclass(frozen=True, eq=False)
-class CommonPart:
+class Intersection:
     """Common part of two bodies that have one.
 
     Parameters
@@ -98,16 +98,16 @@ class CommonPart:
         return depth
 
 
-def common_part(first: Solid, second: Solid, rotation: FloatArray, translation: FloatArray) -> CommonPart | None:
+def intersection_of(first: Solid, second: Solid, rotation: FloatArray, translation: FloatArray) -> Intersection | None:
     """Common part of two solids, ``None``: there is none; the pose is that of the first in the axes of the second."""
-    common = common_solid(first, second, rotation, translation)
+    common = intersection_solid(first, second, rotation, translation)
     if common.is_empty():
         return None
     mesh = common.to_mesh64()
     faces = np.asarray(mesh.tri_verts).astype(np.int64)
     in_second = np.array(mesh.vert_properties[:, :3], dtype=np.float64, order="C")
     in_first = (in_second - translation) @ rotation
-    return CommonPart(
+    return Intersection(
         triangles_in=(in_first[faces], in_second[faces]),
         corners_in=(in_first, in_second),
         surfaces=(first.surface, second.surface),

@@ -129,9 +129,9 @@ def farthest_on(region: FloatArray, surface: Surface, least: float = 0.0, *, tho
     # Nowhere on a triangle is it farther than at a corner, plus the longer edge from there.
     edges = np.linalg.norm(region - np.roll(region, 1, axis=1), axis=2)
     longest = np.maximum(edges, np.roll(edges, -1, axis=1))
-    loose = (at_corners[numbers.reshape(-1, 3)] + longest).min(axis=1)
-    order = np.argsort(-loose, kind="stable")
-    triangles, stale = region[order[loose[order] > best * (1.0 + PRECISION)][:MOST_TRIANGLES]], 0
+    upper_bounds = (at_corners[numbers.reshape(-1, 3)] + longest).min(axis=1)
+    order = np.argsort(-upper_bounds, kind="stable")
+    triangles, stale = region[order[upper_bounds[order] > best * (1.0 + PRECISION)][:MOST_TRIANGLES]], 0
     for _ in range(LEVELS if thorough or len(surface.triangles) < FINE else 1):
         if not len(triangles) or stale >= STALE:
             break
@@ -275,8 +275,8 @@ def _bounds(triangles: FloatArray, surface: Surface) -> tuple[FloatArray, float]
 def _quartered(triangles: FloatArray) -> FloatArray:
     a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
     ab, bc, ca = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)
-    parts = ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))
-    return np.concatenate([np.stack(part, axis=1) for part in parts])
+    quarters = ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))
+    return np.concatenate([np.stack(corners_of_quarter, axis=1) for corners_of_quarter in quarters])
 
 
 def _farthest_on_triangle(triangle: FloatArray, surface: Surface) -> float:

@@ -21,7 +21,7 @@ _LABEL = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
 _FORM = re.compile(r"(?:(?P<label>[^=\[\]]+)=)?(?P<name>[^=\[\]]+)(?:\[(?P<settings>[^\[\]]*)\])?")
 _UNSAFE = re.compile(r"[^A-Za-z0-9._-]+")
 _COMMA_OUTSIDE = re.compile(r",(?![^\[]*\])")
-_WORDS = {"true": True, "false": False, "none": None}
+_LITERALS = {"true": True, "false": False, "none": None}
 MOST_RELEASE: Final = 1.0
 """Metres of the largest distance up to which a contact may last."""
 
@@ -179,8 +179,8 @@ def _setting(text: str, setting: str) -> tuple[str, Any]:
 
 
 def _value(text: str) -> Any:
-    if text.lower() in _WORDS:
-        return _WORDS[text.lower()]
+    if text.lower() in _LITERALS:
+        return _LITERALS[text.lower()]
     for kind in (int, float):
         try:
             return kind(text)

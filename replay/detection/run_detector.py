@@ -63,7 +63,7 @@ class Run:
     warm: float
     detect: float
     # of the seconds of the looks those in which this process was at work; ``None`` if not asked live
-    processor_share: float | None = None
+    processor_fraction: float | None = None
     # seconds in which this process was at work while it was asked live; ``None`` if not asked live
     processor_seconds: float | None = None
     # (T, P) contact that it reports only because of its release distance; ``None``: it has none

@@ -94,13 +94,13 @@ def change_text(before: Errors, after: Errors, pieces: str = "") -> str:
         clauses.append(("none missed or late", False))
     better, worse = ([text for text, more in clauses if more is kind] for kind in (False, True))
     changes = ", but ".join(filter(None, [", ".join(better), " and ".join(worse)]))
-    parts = [f"{changes[:1].upper()}{changes[1:]}"]
+    sentences = [f"{changes[:1].upper()}{changes[1:]}"]
     if pieces:
-        parts.append(pieces)
+        sentences.append(pieces)
     if before.seconds is not None and after.seconds is not None:
         difference = after.seconds - before.seconds
-        parts.append(f"{words.frame_time(abs(difference))} a frame {'more' if difference >= 0.0 else 'less'}")
-    return "; ".join(parts)
+        sentences.append(f"{words.frame_time(abs(difference))} a frame {'more' if difference >= 0.0 else 'less'}")
+    return "; ".join(sentences)
 
 
 def worse_text(before: Errors, after: Errors) -> str:

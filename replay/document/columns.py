@@ -10,7 +10,7 @@ from replay.document.detector import LongestStage
 from replay.document.gates import percent
 from replay.document.ranking import Range
 from replay.document.session import EffectRecord
-from replay.document.tables import IN_RED, IN_YELLOW, PARTLY, Cell, Column, Marked, Output, columns_of, data_of
+from replay.document.tables import IN_RED, IN_YELLOW, PARTLY, Cell, Column, Marked, Output, columns_of, package_toml
 from replay.effects.effects_runner import CURVES
 from replay.words import plural, tallied
 
@@ -135,7 +135,7 @@ class FileTable:
 
 FILE_TABLES: Final[Mapping[str, FileTable]] = {
     name: FileTable(tuple(table["lists"]), table["row"], table.get("joined", ""))
-    for name, table in data_of(DECLARATION)["tables"].items()
+    for name, table in package_toml(DECLARATION)["tables"].items()
 }
 """Tables of a run folder by the name of their file."""
 

@@ -31,7 +31,7 @@ class ContactRecord(Struct, frozen=True, kw_only=True):
     depth, common_volume, deepest : of the reference: metres and cubic metres that the bodies are in each other at the
         deepest frame, and that frame; ``depth_at_least``: frames were left out of the search for it;
         ``depth_unknown`` says why they are not known.
-    noise, noise_share : whether it holds in spite of tracker noise, and the fraction of noisy copies that have it.
+    noise, noise_fraction : whether it holds in spite of tracker noise, and the fraction of noisy copies that have it.
     """
 
     detector: str
@@ -55,7 +55,7 @@ class ContactRecord(Struct, frozen=True, kw_only=True):
     onset_error: float | None = None
     duration_error: float | None = None
     noise: str | None = None
-    noise_share: float | None = None
+    noise_fraction: float | None = field(default=None, name="noise_share")
     depth: float | None = None
     common_volume: float | None = None
     deepest: Count | None = None

@@ -21,10 +21,10 @@ from replay.document.detector_labels import SHAPES
 from replay.document.ranking import Rank
 from replay.document.run_document import RunDocument
 from replay.document.run_result import RunResult
-from replay.document.tables import data_of
+from replay.document.tables import package_toml
 from replay.words import duration, length, plural
 
-REASONS: Final = data_of("document/reasons.toml")
+REASONS: Final = package_toml("document/reasons.toml")
 """Of ``misses`` and of ``false`` contacts: cause -> why, as the end of a sentence."""
 
 UNEXPLAINED: Final = "nothing known about it explains this"

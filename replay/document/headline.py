@@ -121,7 +121,7 @@ def _release(flicker: Flicker) -> str:
     joined = flicker.interruptions - release.interruptions
     costs = ""
     if release.false_contact is not None and release.false_contact_without is not None:
-        before, after = (words.as_percentage(part) for part in (release.false_contact_without, release.false_contact))
+        before, after = map(words.as_percentage, (release.false_contact_without, release.false_contact))
         costs = f": {after} false contact instead of {before}"
     begin, end = words.length(release.begins), words.length(release.metres)
     interruptions = plural(flicker.interruptions, "interruption")

@@ -141,7 +141,7 @@ def _contacts(result: RunResult) -> Iterator[dict[str, Any]]:
                 "frames_lost": contact.frames_lost,
                 "cuts": contact.cuts,
                 "noise": noise[0],
-                "noise_share": noise[1],
+                "noise_fraction": noise[1],
                 "missed_by": ",".join(never.get((label, number), ())),
                 "members": _first_members(result, label, contact),
                 "flag": _doubt(result, contact),

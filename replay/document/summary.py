@@ -224,7 +224,7 @@ def _seconds(run: Run, offsets: OffsetCounts | None) -> DetectorTimes:
         warm_up=run.warm,
         detect=run.detect,
         per_frame_mean=run.seconds_per_frame,
-        processor_fraction=run.processor_share,
+        processor_fraction=run.processor_fraction,
         stages=stages,
         longest_stage=_longest_stage(stages),
         sample_times=sample_times(run.detection, rate_hz),

@@ -224,7 +224,7 @@ class Table:
         return self.to_arrow().to_pandas()
 
 
-def data_of(file: str) -> dict[str, Any]:
+def package_toml(file: str) -> dict[str, Any]:
     """Contents of a TOML file of this package."""
     return tomllib.loads(files("replay").joinpath(file).read_text(encoding="utf-8"))
 
@@ -236,7 +236,7 @@ def columns_of(file: str, named: Mapping[str, Callable[[Any], Any]] | None = Non
     """
     lists: dict[str, tuple[Column, ...]] = {}
     kinds = {kind.__name__: kind for kind in ARROW}
-    declared = {name: rows for name, rows in data_of(file).items() if isinstance(rows, list)}
+    declared = {name: rows for name, rows in package_toml(file).items() if isinstance(rows, list)}
     for name, rows in declared.items():
         columns: list[Column] = []
         for row in rows:

@@ -134,10 +134,12 @@ class FixedColliders:
     @property
     def remarks(self) -> list[str]:
         """Sentences about the limits, about bodies that are not cut, and about a search that ended early."""
-        lines = [f"False contact: {_share(self.after['false'])}; at most {_share(self.limits.false)} was asked for."]
-        missed, missed_before = _share(self.after["not_reported"]), _share(self.before["not_reported"])
+        lines = [
+            f"False contact: {_percent(self.after['false'])}; at most {_percent(self.limits.false)} was asked for."
+        ]
+        missed, missed_before = _percent(self.after["not_reported"]), _percent(self.before["not_reported"])
         if self.limits.missed is not None:
-            lines.append(f"Missed contact: {missed}; at most {_share(self.limits.missed)} was asked for.")
+            lines.append(f"Missed contact: {missed}; at most {_percent(self.limits.missed)} was asked for.")
         elif missed != missed_before:
             lines.append(f"Missed contact: {missed}; with a hull a body it is {missed_before}.")
         uncut = [row for row in self.bodies if row["reason"] not in ("", CONVEX)]
@@ -439,7 +441,7 @@ def _not_tried_sentence(name: str, cut: Cut) -> str:
     return f"{cut.row.words} of {name} ({cut.most} pieces) was not tried: it takes about {words.duration(cut.seconds)}."
 
 
-def _share(fraction: float | None) -> str:
+def _percent(fraction: float | None) -> str:
     return words.as_percentage(fraction or 0.0)
 
 

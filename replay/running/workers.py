@@ -101,7 +101,7 @@ def _shared_out(workers: "Workers", work: Work, tasks: Tasks, note: OnDone, died
     working = dict[Any, tuple[str, str]]()
     while waiting or working:
         busy = [worker for _, worker in working.values()]
-        free = [worker for worker in workers.places() if worker not in busy]
+        free = [worker for worker in workers.ready_workers() if worker not in busy]
         for worker in free[: len(waiting)]:
             name = waiting.popleft()
             working[workers.submit(worker, work, tasks[name])] = name, worker
@@ -149,7 +149,7 @@ class Workers(AbstractContextManager["Workers"]):
             todo = "start one with `dask scheduler`, or use --jobs for workers on this machine"
             raise WorkerError(f"no scheduler of Dask answers at {scheduler} ({error}); {todo}") from error
         self._alike: set[str] = set()
-        self._seen = time.monotonic()
+        self._last_present = time.monotonic()
 
     def __exit__(self, kind: type[BaseException] | None, *error: object) -> None:
         with self._settings:
@@ -188,9 +188,9 @@ class Workers(AbstractContextManager["Workers"]):
         for process in workers:
             process.join(INTERRUPTED_CLOSING_S)
 
-    def places(self) -> Iterable[str]:
+    def ready_workers(self) -> Iterable[str]:
         """Addresses of the workers that are there and have our versions."""
-        present = self._there()
+        present = self._present_workers()
         if self._cluster is not None and len(present) < self._jobs:
             # Dask gives up a worker that is killed while it starts; this brings it back.
             self._cluster.scale(self._jobs)
@@ -200,18 +200,18 @@ class Workers(AbstractContextManager["Workers"]):
                     _require_same(worker, installed)
                     self._alike.add(worker)
         if self._alike & present:
-            self._seen = time.monotonic()
-        elif time.monotonic() - self._seen > PATIENCE_S:
+            self._last_present = time.monotonic()
+        elif time.monotonic() - self._last_present > PATIENCE_S:
             todo = "start some with `dask worker ADDRESS --nthreads 1`; the same command goes on where it stopped"
             raise WorkerError(f"the scheduler has had no worker for {words.fixed(PATIENCE_S, 0)} s; {todo}")
         return sorted(self._alike & present)
 
     def submit(self, worker: str, work: Work, arguments: tuple[Any, ...]) -> Any:
-        """Give a task to the worker at a place; what stands for its answer."""
+        """Give a task to the worker of an address; what stands for its answer."""
         return self._client.submit(work, *arguments, workers=[worker], pure=False)
 
     def finished(self, working: Mapping[Any, str]) -> Iterable[tuple[Any, Any]]:
-        """Tasks of these (with their places) that are over, each with its answer or ``LOST``; may wait a while.
+        """Tasks that are over, each with its answer or ``LOST``; may wait. ``working`` has the address of each worker.
 
         Raises what a task raised.
         """
@@ -221,7 +221,7 @@ class Workers(AbstractContextManager["Workers"]):
             time.sleep(POLL_S)
         with suppress(TimeoutError, CancelledError):
             wait([*working], timeout=POLL_S, return_when="FIRST_COMPLETED")
-        present = self._there()
+        present = self._present_workers()
         for task, worker in working.items():
             if task.done() or worker not in present:
                 yield task, self._answer(task, worker)
@@ -229,7 +229,7 @@ class Workers(AbstractContextManager["Workers"]):
     def _answer(self, task: Any, worker: str) -> Any:
         from distributed import CancelledError, KilledWorker
 
-        while worker in self._there():  # an answer that waits for us at a worker dies with it
+        while worker in self._present_workers():  # an answer that waits for us at a worker dies with it
             try:
                 return task.result(timeout=10 * POLL_S)
             except (KilledWorker, CancelledError):
@@ -240,7 +240,7 @@ class Workers(AbstractContextManager["Workers"]):
         task.cancel()
         return LOST
 
-    def _there(self) -> set[str]:
+    def _present_workers(self) -> set[str]:
         try:
             return set(self._client.nthreads())
         except OSError as error:

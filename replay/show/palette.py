@@ -11,7 +11,7 @@ from typing import Final
 from cdcore import Verdict
 from replay.auditing.fault import FaultKind
 from replay.auditing.outcome import Outcome
-from replay.document.tables import data_of
+from replay.document.tables import package_toml
 from replay.show.words import OUTCOME_LABELS
 from sessions.model.scene import Scene
 
@@ -149,7 +149,7 @@ VERDICTS: Final[Looks] = {
 }
 """States of a detector lane, in words of the glossary; CLEAR is a gap."""
 
-BY_TAG: Final[Mapping[str, Rgba]] = {tag: tuple(colour) for tag, colour in data_of("show/palette.toml").items()}
+BY_TAG: Final[Mapping[str, Rgba]] = {tag: tuple(colour) for tag, colour in package_toml("show/palette.toml").items()}
 
 _DEFAULT: Final[Rgba] = (168, 164, 156, 255)
 

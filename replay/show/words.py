@@ -59,9 +59,9 @@ def lane_legend(outcomes: Iterable[int], by: str = "", *, late: bool = False) ->
     """The colours of the outcomes there are; ``by``: who missed; ``late``: some are missed in a part."""
     present = set(outcomes)
     labels = [
-        f"{text} by {by}" if by and one == Outcome.MISSED else text
-        for one, text in LANE_LEGEND.items()
-        if one in present
+        f"{text} by {by}" if by and outcome == Outcome.MISSED else text
+        for outcome, text in LANE_LEGEND.items()
+        if outcome in present
     ]
     if late:
         labels.insert(1, PINK)

@@ -29,8 +29,8 @@ class Moving:
 
     valid_minutes: float  # time in which every hand has a pose; with no hand, every tracked body
     path_m: float  # way of all hands together, metres
-    idle_share: float  # share of the valid time in which every hand rests
-    flagged_share: float  # share of the poses of tracked bodies that were not recorded but lost, held or interpolated
+    idle_fraction: float  # share of the valid time in which every hand rests
+    flagged_fraction: float  # share of the poses of tracked bodies that were lost, held or interpolated
 
 
 def moving(assembly: Assembly, hands: list[int]) -> Moving:

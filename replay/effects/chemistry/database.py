@@ -20,7 +20,7 @@ from replay.effects.chemistry.formulas import charge_of
 from replay.errors import EffectError
 
 ELECTRON: Final = "e-"
-KILOJOULE: Final[Mapping[str, float]] = {"kcal": 4.184, "cal": 4.184e-3, "j": 1e-3, "joules": 1e-3}
+KILOJOULES_PER_UNIT: Final[Mapping[str, float]] = {"kcal": 4.184, "cal": 4.184e-3, "j": 1e-3, "joules": 1e-3}
 """kJ in a unit of ``delta_h``; PHREEQC takes kJ where none is written."""
 
 BLOCKS: Final = ("SOLUTION_MASTER_SPECIES", "SOLUTION_SPECIES", "PHASES")
@@ -298,6 +298,6 @@ def _numbers(options: Iterable[str]) -> tuple[float, float] | None:
         if key.lstrip("-") in ("delta_h", "deltah") and values:
             unit = values[1] if len(values) > 1 else "kj"
             kilojoule = float(values[0]) * next(
-                (many for name, many in KILOJOULE.items() if unit.startswith(name)), 1.0
+                (many for name, many in KILOJOULES_PER_UNIT.items() if unit.startswith(name)), 1.0
             )
     return None if log_k is None else (log_k, kilojoule)

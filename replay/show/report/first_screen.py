@@ -24,14 +24,14 @@ def page_facts(view: RunView) -> str:
     """How long a session is, how many contacts it has, and whether it was made up."""
     session = view.document.session
     facts = [duration(session.duration)]
-    if view.ranking and _compared(view):
+    if view.ranking and _any_contact_decided(view):
         facts.append(plural(view.ranking[-1].contacts, "contact"))
     if "synthetic" in session.facts:
         facts.append("made up")
     return ", ".join(facts)
 
 
-def _compared(view: RunView) -> bool:
+def _any_contact_decided(view: RunView) -> bool:
     """Whether anything was decided by both, of any detector."""
     return any(audit.undecided.value != 1 for audit in view.document.audit.values())
 
@@ -104,7 +104,7 @@ def comparison_of(view: RunView, mark: float | None = None) -> Comparison:
         first = 0 if rank.missed_counts is not None else table.head.index("mean ms")
         rows.append(RankRow(rank, leads, bad, cell_texts[first:], interval))
     title = table.title.rstrip(":") if view.ranking and view.ranking[-1].contacts else happened(0)
-    if not _compared(view):
+    if not _any_contact_decided(view):
         title = "Nothing was compared."
     return Comparison(title, table.head, rows, list(section.sentences), _scatter(view), _timeline(view, mark))
 

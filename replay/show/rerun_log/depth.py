@@ -60,9 +60,9 @@ def depths_over_time(result: RunResult, pair: int) -> dict[int, float]:
     depths = dict(result.depth_series[pair])
     for contact in result.episodes[result.oracle]:
         if contact.pair == pair:
-            beside = (
+            neighbours = (
                 frame for frame in (contact.first - 1, contact.last + 1) if 0 <= frame < len(result.assembly.motion)
             )
-            for frame in beside:
+            for frame in neighbours:
                 depths.setdefault(frame, 0.0)
     return dict(sorted(depths.items()))

@@ -6,7 +6,7 @@ where the list is kept.
 
 from typing import Final, NamedTuple
 
-from replay.document.tables import data_of
+from replay.document.tables import package_toml
 from replay.errors import StudyError
 
 LEAST_STUDENTS: Final = 10
@@ -28,7 +28,7 @@ class Rule(NamedTuple):
 
 RULES: Final = {
     name: Rule(*(words.format(students=LEAST_STUDENTS, cell=LEAST_IN_CELL) for words in (row["reason"], row["lift"])))
-    for name, row in data_of("studies/class_study/refusals.toml").items()
+    for name, row in package_toml("studies/class_study/refusals.toml").items()
 }
 """Rule -> why and what lifts it."""
 

@@ -139,7 +139,7 @@ def test_measured_fix_has_no_milliseconds_on_a_busy_machine(monkeypatch, busy):
     monkeypatch.setattr(
         measured_fix,
         "run_detector",
-        lambda *args, **named: replace(original(*args, **named), processor_share=0.6 if busy == "fix" else 1.0),
+        lambda *args, **named: replace(original(*args, **named), processor_fraction=0.6 if busy == "fix" else 1.0),
     )
     (answer,) = measured_fixes(result, 60.0, Silent()).answers
     assert answer.fix.measured and re.match(r"False \d+ % -> \d+ %", answer.fix.change)

@@ -8,7 +8,7 @@ from trimesh import Trimesh
 from cdcore import TriangleMesh
 from cdcore.bounding.hull import hull_of
 from replay.cutting.convex_solids import manifold_of, outside_by, volume_of
-from replay.cutting.planes import MOST_PARTS, cut_in_two, plane_ladder
+from replay.cutting.planes import MOST_REGIONS, cut_in_two, plane_ladder
 
 
 def united(*meshes):
@@ -29,13 +29,13 @@ def pieces_of(mesh, most):
     return [hull_of(corners) for corners in plane_ladder(mesh).pieces(most)]
 
 
-@pytest.mark.parametrize("most", [3, MOST_PARTS])
+@pytest.mark.parametrize("most", [3, MOST_REGIONS])
 def test_body_of_boxes_is_cut_into_its_boxes(most):
     pieces = pieces_of(U_SHAPE, most)
     assert len(pieces) == 3 and sum(map(volume_of, pieces)) == pytest.approx(volume_of(U_SHAPE), rel=1e-9)
 
 
-@pytest.mark.parametrize("most", [1, 2, 8, 24, MOST_PARTS])
+@pytest.mark.parametrize("most", [1, 2, 8, 24, MOST_REGIONS])
 @pytest.mark.parametrize("mesh", [U_SHAPE, CUP], ids=["u", "cup"])
 def test_pieces_are_convex_and_cover_the_body(mesh, most):
     pieces = pieces_of(mesh, most)
@@ -44,7 +44,7 @@ def test_pieces_are_convex_and_cover_the_body(mesh, most):
 
 
 def test_hulls_of_the_finest_pieces_add_little_to_a_cup():
-    filled = sum(map(volume_of, pieces_of(CUP, MOST_PARTS)))
+    filled = sum(map(volume_of, pieces_of(CUP, MOST_REGIONS)))
     assert volume_of(CUP) <= filled * (1.0 + 1e-9)
     assert filled < 1.1 * volume_of(CUP) < 0.5 * volume_of(pieces_of(CUP, 1)[0])
 

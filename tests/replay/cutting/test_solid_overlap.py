@@ -7,7 +7,7 @@ from trimesh.creation import box, cylinder, icosphere
 
 from cdcore.bounding.hull import hull_of
 from cdcore.mesh import TriangleMesh
-from replay.cutting.solid_overlap import common_part, solid_of
+from replay.cutting.solid_overlap import intersection_of, solid_of
 from replay.cutting.surface_distance import Surface, is_outside
 
 SEEDS = range(6)
@@ -33,8 +33,12 @@ def overlap(first, second, at, tilt=STILL, seed=0):
     """Depth and volume of a body in the axes of another, both in one random pose."""
     moved, rotation, translation = placed(second, seed)
     to_moved = rotation @ tilt, rotation @ np.asarray(at, np.float64) + translation
-    part = common_part(solid_of(first), solid_of(moved), *to_moved)
-    return SimpleNamespace(depth=part.depth, volume=part.volume) if part else SimpleNamespace(depth=0.0, volume=0.0)
+    intersection = intersection_of(solid_of(first), solid_of(moved), *to_moved)
+    return (
+        SimpleNamespace(depth=intersection.depth, volume=intersection.volume)
+        if intersection
+        else SimpleNamespace(depth=0.0, volume=0.0)
+    )
 
 
 @pytest.mark.parametrize("seed", SEEDS)

@@ -26,8 +26,8 @@ def test_detection_reports_its_settings_and_times():
 def test_processor_fraction_covers_the_samples_alone(monkeypatch):
     monkeypatch.setattr(detecting, "process_time", lambda: 100.0)  # a process that waits all the time
     requested = {"seed": 0, "faces": False, "advance": lambda done: None}
-    assert run_detector(parse_detector("sphere"), assembly(), live=True, **requested).processor_share == 0.0
-    assert run_detector(parse_detector("sphere"), assembly(), **requested).processor_share is None
+    assert run_detector(parse_detector("sphere"), assembly(), live=True, **requested).processor_fraction == 0.0
+    assert run_detector(parse_detector("sphere"), assembly(), **requested).processor_fraction is None
 
 
 def test_mean_leaves_out_the_time_of_other_programs():

@@ -37,7 +37,7 @@ class Slots:
     def __exit__(self, *_):
         pass
 
-    def places(self):
+    def ready_workers(self):
         return ["x", "y"]
 
     def submit(self, slot, work, arguments):
@@ -107,7 +107,7 @@ def test_local_workers_killed_while_starting_come_back():
 
     with Workers(1) as pool:
         limit, killed = time.monotonic() + 60, 0
-        while not pool.places() or killed < 3:
+        while not pool.ready_workers() or killed < 3:
             assert time.monotonic() < limit
             for item in spawned_by() if killed < 3 else []:
                 item.kill()

@@ -17,9 +17,9 @@ def test_path_and_idle_time_of_a_half_idle_hand():
     assembly = assemble(cubes({"hand": hand, "cube": np.full(len(T), 9.0)}))
     result = moving(assembly, [0])
     assert result.path_m == pytest.approx(3.0, rel=1e-9)
-    assert result.idle_share == pytest.approx(0.5, abs=0.005)
+    assert result.idle_fraction == pytest.approx(0.5, abs=0.005)
     assert result.valid_minutes == pytest.approx(1.0, rel=1e-9)
-    assert result.flagged_share == 0.0
+    assert result.flagged_fraction == 0.0
 
 
 def test_a_lost_tracker_adds_no_path_and_no_valid_time():
@@ -28,14 +28,14 @@ def test_a_lost_tracker_adds_no_path_and_no_valid_time():
     assembly = assemble(framed(np.arange(300) * 10_000_000, status, names=("hand", "cube")))
     result = moving(assembly, [0])
     assert result.valid_minutes * 60 < 2.1
-    assert result.flagged_share == pytest.approx((100 - 0) / 600, abs=0.01)
+    assert result.flagged_fraction == pytest.approx((100 - 0) / 600, abs=0.01)
 
 
 def test_a_trackers_noise_adds_little_to_the_path():
     noise = np.random.default_rng(0).normal(0.0, 0.0003, len(T))
     assembly = assemble(cubes({"hand": noise, "cube": np.full(len(T), 9.0)}))
     result = moving(assembly, [0])
-    assert result.path_m < 0.3 and result.idle_share > 0.99
+    assert result.path_m < 0.3 and result.idle_fraction > 0.99
     assert np.abs(np.diff(noise)).sum() > 1.5
 
 
