@@ -124,11 +124,11 @@ def _sentences(fixed: "FixedColliders", session: str) -> list[str]:
     wrote = (
         f"Wrote {fixed.folder} for {fixed.engine}: a GLB a body, README.txt, colliders.json, session.mcap, report.html."
     )
-    return ["", *lines, wrote, *fixed.steps, *_axes(fixed), *page, "Count it again:", f"  {again}"]
+    return ["", *lines, wrote, *fixed.steps, *steps_about_axes(fixed), *page, "Count it again:", f"  {again}"]
 
 
-def _axes(fixed: "FixedColliders") -> list[str]:
-    """A sentence where the files suit a mesh that was imported as glTF, and no other."""
+def steps_about_axes(fixed: "FixedColliders") -> list[str]:
+    """Returns a sentence where the files suit a mesh that was imported as glTF, and no other."""
     from sessions.meshes.mesh_axes import GLTF
 
     if fixed.engine in ("Unity", "Unreal Engine") and fixed.axes == GLTF:

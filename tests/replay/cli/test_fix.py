@@ -1,12 +1,14 @@
 """From two OBJ files and a CSV to colliders in the folder of an engine, in three commands."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import trimesh
 from support.shapes import revolved_mesh
 
+from replay.cli.fix import steps_about_axes
 from replay.cli.main import main
 from replay.cutting import piece_store
 
@@ -90,3 +92,10 @@ def test_page_is_written_without_an_engine(own, capsys, arguments):
     assert f"{folder.name}/report.html" in output and "replay fix own.mcap --engine unity" in output
     # Without a name the page replaces the one before; a folder that somebody named stays.
     assert main(["fix", "own.mcap", "--max-false", "1", *arguments]) == (1 if arguments else 0)
+
+
+@pytest.mark.parametrize(("axes", "is_said"), [("gltf", True), ("unity", False)])
+def test_unity_is_told_about_pieces_in_axes_of_gltf(axes, is_said):
+    fixed = SimpleNamespace(engine="Unity", axes=axes)
+    assert any("pieces fit a mesh imported there as glTF" in line for line in steps_about_axes(fixed)) == is_said
+    assert steps_about_axes(SimpleNamespace(engine="Godot", axes=axes)) == []

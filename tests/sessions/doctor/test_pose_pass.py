@@ -126,3 +126,10 @@ def test_the_runs_of_a_mask_make_the_mask_again(mask):
         again[first : last + 1] = True
     assert again.tolist() == mask
     assert (result[1:, 0] > result[:-1, 1] + 1).all()
+
+
+def test_worst_norm_is_the_one_furthest_from_one():
+    draft = clean()
+    draft.arrays["quaternion_xyzw"][200, 0] *= 0.1
+    draft.arrays["quaternion_xyzw"][201, 0] *= 1.5
+    assert run_pose_pass([draft.session().frames]).worst_norm[0] == pytest.approx(0.1)
