@@ -47,11 +47,11 @@ def compile_kernels() -> None:
     for distances in (nearest_triangles, largest_distance):
         distances(point, triangles, triangles.mean(axis=1), np.ones(len(triangles)))
     greatest_minimum(np.eye(3), np.ones(3), np.eye(3), np.ones(3))
+    exact, touching = create_detector("exact", [large, small]), translations[:1].copy()
+    touching[0, 1] = [0.2, 0.2, -0.1]  # a corner in the plane of a face: decided in exact arithmetic
+    exact.detect(Motion([0.0], touching, rotations[:1]), faces=True)
     winding_numbers(point, triangles)
-    exact = create_detector("exact", [large, small])
     exact.detect(motion, faces=True)
-    translations[0, 1] = [0.2, 0.2, -0.1]  # a corner in the plane of a face: decided in exact arithmetic
-    exact.detect(Motion([0.0], translations[:1], rotations[:1]), faces=True)
 
 
 if __name__ == "__main__":

@@ -10,16 +10,22 @@ Cost: SHA-256 of what may be loaded, 1 ms a megabyte; all kernels of all detecto
 """
 
 import sys
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, Final
+from time import monotonic, sleep
+from typing import Any, Final, TextIO
 from uuid import uuid4
 
 import numba
+
+try:
+    import fcntl
+except ImportError:  # Windows: each process compiles for itself
+    fcntl = None  # type: ignore[assignment]
 
 SOURCES: Final = (
     "kernels/*.py",
@@ -39,6 +45,10 @@ PACKAGE: Final = Path(__file__).parents[1]
 PYTHON: Final = f".py{sys.version_info.major}{sys.version_info.minor}"
 """What numba writes into the name of each file: versions of Python share folders."""
 SEAL: Final = ".seal"
+LONGEST_WAIT: Final = 120.0
+"""Seconds to wait for another process that compiles the same kernel; then it is thought to be stopped."""
+LOOK_EVERY: Final = 0.02
+"""Seconds between two attempts meanwhile."""
 
 
 @cache
@@ -92,6 +102,25 @@ class KernelCache:
             finally:
                 temporary.unlink(missing_ok=True)
 
+    @contextmanager
+    def one_process(self) -> Iterator[None]:
+        """Wait until no other process loads or compiles this kernel, and let others wait meanwhile.
+
+        Of two processes that need a kernel one compiles and the other loads it. No lock where the folder or the system
+        has none; the system gives a lock back when its process ends.
+        """
+        file: TextIO | None = None
+        with suppress(OSError):
+            self.folder.mkdir(parents=True, exist_ok=True)
+            file = (self.folder / f"{self.source}-{self.line}{PYTHON}.lock").open("w")
+        try:
+            if file is not None and fcntl is not None:
+                _lock(file)
+            yield
+        finally:
+            if file is not None:
+                file.close()
+
     def _files(self, suffix: str) -> list[Path]:
         return sorted(self.folder.glob(f"{self.source}.*-{self.line}{PYTHON}*.{suffix}"))
 
@@ -102,6 +131,20 @@ class KernelCache:
     def _seal_of_content(self) -> str:
         digests = [f"{sha256(file.read_bytes()).hexdigest()} {file.name}" for file in self._files("nb?")]
         return "\n".join([_identity(self.folder), *digests])
+
+
+def _lock(file: TextIO) -> None:
+    """Lock a file for this process, within ``LONGEST_WAIT``."""
+    end = monotonic() + LONGEST_WAIT
+    while True:
+        try:
+            return fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            if monotonic() > end:
+                return None
+            sleep(LOOK_EVERY)
+        except OSError:  # a file system without locks
+            return None
 
 
 def _identity(folder: Path) -> str:

@@ -9,7 +9,7 @@ the demo's 20 (2026-11).
 
 import gc
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 from functools import wraps
 from time import perf_counter
 from typing import Any, Final, TypeVar, cast
@@ -56,25 +56,34 @@ def kernel(function: Function) -> Function:
     """Compile on first use, without the interpreter's lock; keep the machine code for later starts.
 
     The machine code lies where numba keeps it: below ``NUMBA_CACHE_DIR`` if that is set, else beside the sources, else
-    in the user's cache folder. Errors of the disk cost a start its time, and no run its answer. Kernels may call each
-    other. Where kernels are interpreted, numbers overflow and divide by zero as silently as in machine code.
+    in the user's cache folder. Errors of the disk cost a start its time, and no run its answer. Of several processes
+    one compiles a kernel; the others wait and load it. Kernels may call each other. Where kernels are interpreted,
+    numbers overflow and divide by zero as silently as in machine code.
     """
     if INTERPRETED:
         return np.errstate(all="ignore")(function)
     compiled, files = _with_cache(function)
     signatures_before = 0
 
-    @wraps(function)
-    def call(*arguments: Any) -> Any:
+    def seal_new_signatures() -> None:
         nonlocal signatures_before
-        try:
-            answer = compiled(*arguments)
-        except OSError:  # the disk is full: numba has compiled the kernel and could not write it
-            answer = compiled(*arguments)
         if len(compiled.overloads) != signatures_before:
             signatures_before = len(compiled.overloads)
             if files and compiled.stats.cache_misses:
                 files.seal()
+
+    @wraps(function)
+    def call(*arguments: Any) -> Any:
+        if files and not signatures_before:
+            with files.one_process():
+                with suppress(OSError):  # the disk is full: numba has compiled the kernel and could not write it
+                    compiled.compile(tuple(map(numba.typeof, arguments)))
+                seal_new_signatures()
+        try:
+            answer = compiled(*arguments)
+        except OSError:  # the same of another signature
+            answer = compiled(*arguments)
+        seal_new_signatures()
         return answer
 
     call.dispatcher = compiled  # type: ignore[attr-defined]

@@ -1,6 +1,8 @@
 """Cache files of a kernel: whole ones are loaded, anything else is removed and compiled again."""
 
 import shutil
+from threading import Thread
+from time import monotonic
 
 import numba
 import pytest
@@ -163,3 +165,37 @@ def test_each_new_signature_is_sealed(tmp_path, monkeypatch):
     assert (first(2), first(2.0)) == (11, 11.0)
     again = kernel(squared)
     assert (again(2), again(2.0)) == (11, 11.0) and not again.dispatcher.stats.cache_misses
+
+
+def test_a_second_process_waits_until_the_first_has_compiled(tmp_path):
+    files, order = cache_of(tmp_path), []
+
+    def second():
+        with files.one_process():
+            order.append("second")
+
+    with files.one_process():
+        thread = Thread(target=second)
+        thread.start()
+        thread.join(0.1)
+        order.append("first")
+    thread.join(10)
+    assert order == ["first", "second"]
+
+
+def test_kernels_of_other_lines_do_not_wait(tmp_path):
+    with cache_of(tmp_path, line=9).one_process(), cache_of(tmp_path, line=10).one_process():
+        assert len(list(tmp_path.glob("*.lock"))) == 2
+
+
+def test_a_stopped_process_is_not_waited_for_forever(tmp_path, monkeypatch):
+    monkeypatch.setattr(cache_seals, "LONGEST_WAIT", 0.05)
+    files, start = cache_of(tmp_path), monotonic()
+    with files.one_process(), files.one_process():
+        assert monotonic() - start < 5.0
+
+
+def test_a_folder_that_cannot_be_written_has_no_lock(tmp_path):
+    (tmp_path / "file").write_text("")
+    with cache_of(tmp_path / "file").one_process():
+        assert not list(tmp_path.rglob("*.lock"))
