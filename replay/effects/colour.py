@@ -9,6 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from replay import words
 from replay.effects.chemistry.components import components_of
 from replay.effects.chemistry.formulas import ion_of
 from replay.effects.chemistry.matter import Matter, matter_of
@@ -37,6 +38,9 @@ FAINT: Final = 0.02
 
 Source: Vogel, Quantitative Chemical Analysis, 5th ed., 10.91 (0.01 mL of 0.02 mol/L in 100 mL).
 """
+
+SLOW_S: Final = 0.5
+"""Seconds from which a change of colour has a begin and an end that are told; chosen by us."""
 
 OWN: Final = ("from_ph", "to_ph", "acid_colour", "base_colour")
 """Keys of an indicator of the author's own."""
@@ -140,8 +144,12 @@ def _changes(shade: Shade, vessel: str, times: FloatArray, fraction: FloatArray)
         text = f"{shade.name} in {vessel} turns from {old} to {new}"
         if shade.name in shade.species:
             text = f"the colour of {shade.name} in {vessel} {'appears' if side[before] < 0 else 'disappears'}"
-        end = None if after is None else float(times[after])
-        yield EffectEvent(float(times[before + 1]), "colour-change", (vessel,), end, {"to": new}, text)
+        start, end = float(times[before + 1]), None if after is None else float(times[after])
+        if shade.name not in shade.species and end is None:
+            text += ", not wholly by the end"
+        elif shade.name not in shade.species and end is not None and end - start > SLOW_S:
+            text += f", wholly at {words.moment(end)}"
+        yield EffectEvent(start, "colour-change", (vessel,), end, {"to": new}, text)
 
 
 def _lane(shade: Shade, times: FloatArray, fraction: FloatArray) -> list[LaneSpan]:

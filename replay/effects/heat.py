@@ -163,4 +163,16 @@ def _check_solid(vessel: Vessel) -> None:
         raise vessel.fail("has solid.density_g_ml = 0; give it in g/mL")
 
 
-SPEC = spec_of("heat", compute, check=_check)
+def _check_all(tables: Mapping[str, tuple[Declaration, ...]], _scene: Scene, _file: str) -> None:
+    """Raises PlanError: a liquid may come over a flame later, and nothing says when it boils."""
+    targets = {name for kind in ("pour", "burette") for table in tables.get(kind, ()) for name in table["into"]}
+    for declared in tables.get("heat", ()):
+        name = declared["heats"]
+        if declared["of"] == "flame" and declared["boils_c"] is None and name in targets:
+            raise declared.fail(
+                f"a liquid may be poured into {name!r}, which a flame heats by its heat_capacity_j_per_k alone: count "
+                "the liquid in it, 4.18 J/K for a mL of water, and give boils_c of this effect"
+            )
+
+
+SPEC = spec_of("heat", compute, check=_check, check_all=_check_all)

@@ -3,8 +3,8 @@
 import numpy as np
 
 from replay import words
-from replay.effects.chemistry.components import WATER
-from replay.effects.chemistry.formulas import charge_of, molar_mass
+from replay.effects.chemistry.components import PROTON, WATER, dissolved_components
+from replay.effects.chemistry.formulas import atoms, charge_of, molar_mass
 from replay.effects.chemistry.ledger_columns import ADDED, HEAT, LATENT
 from replay.effects.chemistry.matter import Matter, matter_of
 from replay.effects.chemistry.mixture import SOLID
@@ -71,9 +71,13 @@ def _dissolved_before(name: str, matter: Matter) -> list[EffectEvent]:
     for solid, initial in matter.recipe.contents[name].solids.items():
         mass = (initial - float(matter.amount(name, solid + SOLID)[0])) * molar_mass(solid)
         if mass > LEAST_GRAM:
+            oxide = (
+                {"O"} < set(atoms(solid)) and not {"H"} & set(atoms(solid)) and PROTON in dissolved_components(solid)
+            )
+            verb = "react with the water in" if oxide else "dissolve in"
             text = (
-                f"{quantity(mass, 'g')} {solid} dissolve in {name} before the recording begins, and the heat of it is "
-                "not counted: pour the liquid onto the solid, or give the equation of its dissolving a rate_per_s"
+                f"{quantity(mass, 'g')} {solid} {verb} {name} before the recording begins, and the heat of it is not "
+                "counted: pour the liquid onto the solid, or give the equation of it a rate_per_s"
             )
             values: dict[str, float | str] = {"formula": solid, "mass_g": mass}
             time = float(matter.histories[name].times[0])

@@ -67,7 +67,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
         for reaction in reactions:
             if reaction.process >= 0:
                 _tell_extent(inputs, matter, reaction, vessel, findings)
-        if matter.solver is not None and mixed:
+        if matter.solver is not None and (mixed or matter.is_still):
             moments = [_times(inputs, matter, reaction, vessel) for reaction in reactions]
             times = np.unique(np.concatenate(moments or [history.times]))
             formed |= _tell_solution(matter, vessel, times, findings)
@@ -79,7 +79,9 @@ def compute(inputs: EffectInputs) -> EffectOutput:
         findings.events += points
         # A titration that was not ended still tells where its pH has come to.
         if not points or points[0].name == "not-reached":
-            findings.events += _changed_ph(vessel, findings.series.get(f"{vessel}/pH"))
+            series = findings.series.get(f"{vessel}/pH")
+            changes = _changed_ph(vessel, series)
+            findings.events += changes or (_standing_ph(vessel, series) if matter.is_still else [])
     findings.events += unreacted(matter, formed)
     findings.events += supersaturated(matter)
     findings.events += aged(matter)
@@ -269,6 +271,15 @@ def _changed_ph(vessel: str, series: Series | None) -> list[EffectEvent]:
     values = {"from_ph": float(ph[0]), "to_ph": float(ph[-1])}
     text = f"the pH in {vessel} goes from {words.fixed(ph[0], 2)} to {words.fixed(ph[-1], 2)}"
     return [EffectEvent(float(times[changes[-1] + 1]), "ph", (vessel,), None, values, text)]
+
+
+def _standing_ph(vessel: str, series: Series | None) -> list[EffectEvent]:
+    """Event of the pH of a solution that merely stands, at the first moment."""
+    if series is None or not len(series.times):
+        return []
+    ph = float(series.values[0])
+    text = f"the solution in {vessel} has a pH of {words.fixed(ph, 2)}"
+    return [EffectEvent(float(series.times[0]), "ph", (vessel,), None, {"to_ph": ph}, text)]
 
 
 def _times(inputs: EffectInputs, matter: Matter, reaction: Reaction, vessel: str) -> FloatArray:

@@ -46,6 +46,8 @@ def titrated_concentration(
     found = titrated * float(whole) / sample.volume_ml * 1e3
     volume = quantity(sample.volume_ml, "mL")
     text = f"; by {quantity(molar, 'mol/L')} {reagent}, {analyte} had {quantity(found, 'mol/L')} in the first {volume}"
+    # Which of the two is the standard a scene does not say.
+    text += f" (or, with {analyte} as the standard, {reagent} has {quantity(molar, 'mol/L')})"
     return text, {"formula": analyte, "mol_per_l": found}
 
 

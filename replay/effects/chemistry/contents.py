@@ -1,5 +1,6 @@
 """Initial contents of the vessels of a scene; a formula or number that cannot be is refused."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
@@ -24,6 +25,9 @@ MOST_MOLAR: Final[Mapping[str, float]] = CONSTANTS["strongest"]
 
 MOST_DISSOLVED: Final[Mapping[str, float]] = CONSTANTS["dissolved"]
 """Gas or halogen -> mol/L that water dissolves at most under the air of a room."""
+
+EDTA: Final = re.compile(r"EDTA|edta|(Na2H2|H4|Na4|H2)Y$")
+"""Abbreviations of EDTA and its salts, in which Y would be yttrium."""
 
 ROOM_C: Final = 25.0
 """Of a liquid whose temperature nobody states."""
@@ -164,6 +168,8 @@ def _solutes(vessel: Vessel, liquid: Mapping[str, Any]) -> dict[str, float]:
 
 def _formula(vessel: Vessel, text: str) -> str:
     formula = ion_of(text, _reads)
+    if EDTA.search(text):
+        raise vessel.fail(f"holds {text!r}; write the disodium salt of EDTA as 'Na2C10H14N2O8.2H2O'")
     try:
         atoms(formula)
     except ValueError as error:

@@ -51,6 +51,13 @@ class Matter:
         """PHREEQC; ``None``: nobody asks it."""
         return self.ledger.solver
 
+    @property
+    def is_still(self) -> bool:
+        """Whether no liquid moved from one vessel to another, or out of one."""
+        return not any(
+            history.added_ml[-1].any() or np.ptp(history.volume_ml) > 0.0 for history in self.histories.values()
+        )
+
     def amount(self, vessel: str, column: str) -> FloatArray:
         """Mol (n,) of a column at the rows of a vessel's history; zeros for what never was in it."""
         history = self.histories[vessel]

@@ -29,7 +29,7 @@ from replay.effects.chemistry.enthalpy import FREE_ENERGY, enthalpy_j, free_ener
 from replay.effects.chemistry.formulas import Equation, charge_of, equation_of
 from replay.effects.chemistry.ledger import Ledger
 from replay.effects.chemistry.ledger_columns import ADDED, Warmth
-from replay.effects.chemistry.mixture import GAS, SOLID, Phase
+from replay.effects.chemistry.mixture import EARTH_METALS, GAS, SOLID, Phase
 from replay.effects.chemistry.phases import Phases
 from replay.effects.chemistry.processes import Process
 from replay.effects.chemistry.salts import Salt
@@ -38,9 +38,6 @@ from replay.effects.declaring import Declaration
 from replay.errors import EffectError, PlanError
 
 Tables = Mapping[str, tuple[Declaration, ...]]
-
-ALKALI: Final = frozenset(("Li+", "Na+", "K+", "Rb+", "Cs+"))
-"""Ions whose oxides water takes apart at once."""
 
 STRONG_ANIONS: Final = frozenset(("Cl-", "Br-", "I-", "NO3-", "ClO4-", "ClO3-", "SO4^2-"))
 """Anions of strong acids; the heat of sulfuric acid in water has a formula of its own."""
@@ -417,8 +414,11 @@ def _check_dissolving(table: Declaration, equation: Equation, phase: Mapping[str
     if {component: many for component, many in made.items() if component != WATER} == {
         component: many * coefficient for component, many in components.items() if component != WATER
     }:
-        # An oxide of an alkali metal does not dissolve, it reacts with water to its end; an anhydride too.
-        basic = components.get(WATER, 0) > 0 and set(components) <= ALKALI | {WATER, PROTON}
+        # An oxide of an alkali or earth metal reacts with water to its end, and so does an anhydride.
+        basic = components.get(WATER, 0) > 0 > components.get(PROTON, 0) and set(components) <= EARTH_METALS | {
+            WATER,
+            PROTON,
+        }
         anhydride = components.get(WATER, 0) < 0 < components.get(PROTON, 0) and not METALS & set(components)
         if WATER in equation.reagents and (basic or anhydride):
             return

@@ -55,7 +55,8 @@ def supersaturated(matter: Matter) -> Iterator[EffectEvent]:
     columns = [ledger.column[name] for name in solver.mixture.components]
     for vessel, history in matter.histories.items():
         wet = (history.volume_ml > 0.0) & (history.amounts[:, ledger.water] > 0.0)
-        rows = np.flatnonzero(wet) if history.added_ml[-1].any() else np.zeros(0, dtype=np.int64)
+        mixed = history.added_ml[-1].any() or bool(matter.recipe.contents[vessel].solids) or matter.is_still
+        rows = np.flatnonzero(wet) if mixed else np.zeros(0, dtype=np.int64)
         rows = rows[np.unique(np.linspace(0, len(rows) - 1, ROWS).astype(np.int64))] if len(rows) else rows
         if not len(rows):
             continue

@@ -84,11 +84,19 @@ def _products(matter: Matter, reaction: Reaction) -> str | None:
         column = f"{formula}({phase})"
         if phase not in ("s", "g") or column not in matter.ledger.column:
             continue
-        if any(np.ptp(matter.amount(name, column)) > 0.0 for name in matter.histories):
+        if any(_has_come(matter, name, formula, column) for name in matter.histories):
             return ""
         reason = TOO_LITTLE_GAS if column.endswith(GAS) else "less than what dissolves"
         text = text or f"all {formula} stays dissolved, there is {reason}"
     return text
+
+
+def _has_come(matter: Matter, vessel: str, formula: str, column: str) -> bool:
+    """Whether a solid or gas came in a vessel, in the run or at its first moment."""
+    amount = matter.amount(vessel, column)
+    contents = matter.recipe.contents.get(vessel)
+    brought = 0.0 if contents is None else contents.solids.get(formula, 0.0)
+    return bool(np.ptp(amount) > 0.0 or amount[0] > brought * (1.0 + ROUNDING))
 
 
 def _undissolved(matter: Matter, reaction: Reaction) -> str:

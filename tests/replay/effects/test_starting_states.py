@@ -192,3 +192,45 @@ def test_a_liquid_over_a_flame_needs_its_boiling_point():
     faults = plan_faults(world(poses, (SceneBody("lamp"), dish), ("heat", flame)).scene)
     assert len(faults) == 1 and "holds a liquid over a flame" in faults[0]
     assert not plan_faults(world(poses, (SceneBody("lamp"), dish), ("heat", {**flame, "boils_c": 100.0})).scene)
+
+
+def test_a_liquid_that_is_poured_over_a_flame_needs_its_boiling_point():
+    dish = glass("dish", 0.0, properties={"heat_capacity_j_per_k": 60.0})
+    flame = {
+        "of": "flame", "source": "lamp", "heats": "dish", "within": 0.02, "base": [0.0, 0.1, 0.0], "power_w": 160.0,
+        "loss_w_per_k": 0.4, "ambient_c": 20.0,
+    }  # fmt: skip
+    bodies = (SceneBody("lamp"), dish, glass("a", 60.0))
+    pour = ("pour", {"from": ["a"], "into": ["dish"]})
+    poses = {name: still(2) for name in ("lamp", "dish", "a")}
+    (fault,) = plan_faults(world(poses, bodies, pour, ("heat", flame)).scene)
+    assert "a liquid may be poured into 'dish', which a flame heats" in fault
+    assert not plan_faults(world(poses, bodies, pour, ("heat", {**flame, "boils_c": 100.0})).scene)
+
+
+def test_a_solution_that_merely_stands_has_a_ph():
+    (event,) = standing(glass("flask", 50.0, solute="CH3COOH", molar=0.1), reacts("CH3COOH -> CH3COO- + H+"))[
+        "reaction"
+    ].events
+    # Ka = 1.75e-5: x^2 / (0.1 - x).
+    assert event.name == "ph" and event.values["to_ph"] == pytest.approx(2.88, abs=0.02)
+
+
+def test_lime_that_stands_in_water_reacts_with_it():
+    """It was said to dissolve; with a rate its solubility was asked for."""
+    lime = glass("flask", 50.0, properties={"solid": {"formula": "CaO", "mass_g": 1.0}})
+    slaking = "CaO + H2O -> Ca(OH)2(s)"
+    effects = standing(lime, CALM, reacts(slaking), falls("Ca(OH)2"))
+    assert not effects["reaction"].output.named("no-reaction")
+    (before,) = effects["heat"].output.named("dissolved-before")
+    assert "1 g CaO react with the water in flask before" in before.text
+    slow = standing(lime, CALM, reacts(slaking, rate_per_s=2.0), falls("Ca(OH)2"), count=60)
+    (warmest,) = slow["heat"].output.named("warmest")
+    # 65.2 kJ/mol by the NBS tables, without the little that dissolves.
+    assert warmest.values["change_k"] == pytest.approx(65.2e3 / 56.08 / (50.0 * 4.18), rel=0.05)
+
+
+@pytest.mark.parametrize("written", ["Na2H2EDTA", "EDTA", "Na2H2Y", "Na2EDTA"])
+def test_edta_by_its_abbreviation_is_told_its_formula(written):
+    (fault,) = plan_faults(world({"flask": still(2)}, (glass("flask", 9.0, solute=written, molar=0.01),), MIX).scene)
+    assert "write the disodium salt of EDTA as 'Na2C10H14N2O8.2H2O'" in fault
