@@ -23,6 +23,7 @@ import re
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
+from itertools import count
 from pathlib import Path
 from typing import Any, Final
 
@@ -79,6 +80,14 @@ CARD_TIME: Final = 600.0
 """Seconds that cutting for report cards takes at most where there is no limit of time."""
 
 DEFAULT_LIMITS: Final = Limits(false=MAX_FALSE)
+
+LONGEST_NAME: Final = 100
+"""Signs of the name of a body that are in the name of its file, at most."""
+
+WINDOWS_DEVICES: Final = frozenset(
+    ["con", "prn", "aux", "nul", *(f"{device}{k}" for device in ("com", "lpt") for k in range(1, 10))]
+)
+"""Names that no file has on Windows, whatever its ending."""
 
 TIME_LIMIT: Final = 60.0
 """Seconds that cutting and searching take at most when nothing is said."""
@@ -384,8 +393,9 @@ def _shipped(
     colliders: dict[str, tuple[MeshData, ...]] = {}
     in_files: dict[str, list[MeshData]] = {}
     rows: list[dict[str, Any]] = []
-    for number, (name, solids) in enumerate(search.pieces().items()):
-        plain, ladder = _file_name(name, number), search.ladders[name]
+    files = _file_names(list(search.ladders))
+    for name, solids in search.pieces().items():
+        plain, ladder = files[name], search.ladders[name]
         in_file = [from_body_axes(_rounded(solid), axes, poses) for solid in solids]
         mesh = from_body_axes(_rounded(ladder.mesh), axes, poses)
         colliders[name] = tuple(in_body_axes(solid, axes, poses) for solid in _read_back(name, in_file))
@@ -445,10 +455,23 @@ def _percent(fraction: float | None) -> str:
     return words.as_percentage(fraction or 0.0)
 
 
-def _file_name(name: str, number: int) -> str:
-    """The name of a body as that of a file; with a number where signs had to be left out."""
-    plain = re.sub(r"[^A-Za-z0-9._-]", "", name).lstrip(".")
-    return plain if plain == name else f"{plain or 'body'}-{number}"
+def _file_names(names: Sequence[str]) -> dict[str, str]:
+    """Name of a body -> its name as that of a file, where signs are left out with a number.
+
+    No two are the same where capital letters do not count, as on Windows and macOS.
+    """
+    plain = {name: re.sub(r"[^A-Za-z0-9._-]", "", name).lstrip(".")[:LONGEST_NAME] for name in names}
+    files: dict[str, str] = {}
+    taken: set[str] = set()
+    # Names that are files' as they are come first: no other one takes them.
+    for number, name in sorted(enumerate(names), key=lambda item: plain[item[1]] != item[1]):
+        file = plain[name] or "body"
+        is_device = file.partition(".")[0].lower() in WINDOWS_DEVICES
+        if file != name or file.lower() in taken or is_device:
+            file = next(other for k in count(number) if (other := f"{file}-{k}").lower() not in taken)
+        files[name] = file
+        taken.add(file.lower())
+    return files
 
 
 def _rounded(piece: TriangleMesh) -> MeshData:

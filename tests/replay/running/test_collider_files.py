@@ -297,6 +297,22 @@ def test_names_with_control_characters_are_refused_before_cutting(session, tmp_p
         fix_colliders(named, tmp_path / "made", engine="unity")
 
 
+def test_file_names_are_different_where_capitals_do_not_count(session, tmp_path):
+    """Of `Cup` and `cup` one file was left on Windows and macOS, of `my cup` and `mycup-0` everywhere."""
+    names = ["Cup", "cup", "my cup", "mycup-0", "con", "c" * 300, "..", "杯子"]
+    still = np.tile([0.0, 0.0, 0.0, 1.0], (4, 1))
+    poses = {name: (np.tile(0.001 * k * np.arange(4)[:, None], 3), still) for k, name in enumerate(names)}
+    named = Session.from_arrays(np.arange(4) * STEP_NS, poses, dict.fromkeys(names, session.meshes["cube*"]))
+    shipped = fix_colliders(named, tmp_path / "made", engine="mujoco", limits=Limits(1.0))
+    files = [row["file"] for row in shipped.bodies]
+    written = sorted(file.name for file in shipped.folder.glob("*.glb"))
+    assert written == sorted(files) and len({file.lower() for file in files}) == len(names)
+    assert files[:1] == ["Cup.glb"] and files[3] == "mycup-0.glb" and "con.glb" not in files
+    assert max(map(len, files)) <= 110
+    text = (shipped.folder / "colliders.xml").read_text("utf-8")
+    assert text.count("<body name=") == len(names)
+
+
 def test_pieces_joined_by_motion_are_said_to_fill_hollows(shipped):
     cut = {**shipped.bodies[0], "how": "sectors by height and angle, joined by motion"}
     cut["after"] = {**cut["after"], "reach_mm": 28.04}
