@@ -145,7 +145,7 @@ class Ladder:
         self.mesh, self._deadline = mesh, deadline
         self.reason = why_not_cut(mesh)
         hull = hull_collider(mesh)
-        convex = not self.reason and volume_of(mesh) >= SOLID * volume_of(hull)
+        convex = not self.reason and abs(volume_of(mesh)) >= SOLID * volume_of(hull)
         self.reason = CONVEX if convex else self.reason
         self.method = HULL if self.reason else method_of("auto", mesh)
         counts = {"sectors": SECTOR_COUNTS, HULL: ()}.get(self.method, COUNTS)
@@ -177,7 +177,7 @@ class Ladder:
         count = len(self.pieces(step))
         most = [asked for asked in COUNTS if asked <= count][-ALTERNATIVES:]
         cuts = [Cut(self.mesh, name, asked) for name in OTHER_METHODS if name != self.method for asked in most[::-1]]
-        return sorted(cuts, key=lambda cut: cut.row.seconds)
+        return sorted(cuts, key=lambda cut: cut.seconds)
 
     def add_step(self, cut: Cut) -> int:
         """The step of a cut by another method, which ``above`` never leads to."""

@@ -234,7 +234,7 @@ class _Measuring:
                 continue
             not_cut = missing[cut.key]
             if not_cut.late:
-                more = duration(max(usual[cut.key], self._clock.limit))
+                more = duration(max(usual[cut.key], not_cut.spent))
                 late.append(f"Not reached within {duration(self._clock.limit)}: {name} (about {more} more).")
             else:
                 late.append(f"{name} is not cut: {not_cut.reason}.")
@@ -426,7 +426,7 @@ def _why_not_cut(mesh: TriangleMesh) -> str:
 
 def _is_convex(mesh: TriangleMesh) -> bool:
     hull = hull_collider(mesh)
-    return volume_of(mesh) >= CONVEX * volume_of(hull)
+    return abs(volume_of(mesh)) >= CONVEX * volume_of(hull)
 
 
 def _names(names: Sequence[str]) -> str:

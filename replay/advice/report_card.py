@@ -13,7 +13,7 @@ from cdcore.numerics import FloatArray
 from cdcore.protocol import Solids
 from replay.auditing.outcome import Outcome
 from replay.auditing.tolerance import Reference
-from replay.cutting.convex_solids import manifold_of, manifold_union, outside_by, solids_of
+from replay.cutting.convex_solids import area_of, facing_outward, manifold_of, manifold_union, outside_by, solids_of
 from replay.cutting.seams import SeamKind, seams_of
 from replay.cutting.surface_distance import Surface, farthest_on, farthest_triangles
 from replay.detection.detector_spec import DetectorSpec
@@ -36,7 +36,7 @@ def shape_figures(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> dict[st
     ``reach_mm`` is how far a piece stands beyond the surface at most, ``outside_mm`` how far the mesh lies outside its
     pieces. Volumes are ``None`` of a mesh that is no solid. ``seams`` are those of ``replay.cutting.seams``.
     """
-    solid = manifold_of(mesh) if mesh.is_closed else None
+    solid = manifold_of(facing_outward(mesh)) if mesh.is_closed else None
     volume = 0.0 if solid is None else solid.volume()
     beyond = missing = None
     filled = manifold_union(pieces) if solid is not None and all(piece.is_closed for piece in pieces) else None
@@ -78,9 +78,7 @@ def volume_rounding(mesh: TriangleMesh, volume: float) -> float:
 
     A file moves the surface by at most its rounding, so that the volume changes by at most that times the area.
     """
-    a, b, c = np.moveaxis(mesh.triangles, 1, 0)
-    area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
-    return max(ROUNDING * abs(volume), area * _file_rounding(mesh))
+    return max(ROUNDING * abs(volume), area_of(mesh) * _file_rounding(mesh))
 
 
 def _file_rounding(mesh: TriangleMesh) -> float:
@@ -98,7 +96,7 @@ def reach(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> float:
 
     Of a mesh that is no solid, all of the pieces' surfaces counts: it has no inside.
     """
-    solid = manifold_of(mesh) if mesh.is_closed else None
+    solid = manifold_of(facing_outward(mesh)) if mesh.is_closed else None
     filled = manifold_union(pieces) if solid is not None and all(piece.is_closed for piece in pieces) else None
     return _reach(mesh, pieces, solid, filled)
 

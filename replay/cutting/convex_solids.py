@@ -105,6 +105,23 @@ def volume_of(mesh: TriangleMesh) -> float:
     return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
 
 
+@once_a_mesh
+def _turned(mesh: TriangleMesh) -> TriangleMesh:
+    """The mesh with its faces the other way round."""
+    return TriangleMesh(mesh.vertices, mesh.faces[:, ::-1])
+
+
+def facing_outward(mesh: TriangleMesh) -> TriangleMesh:
+    """The mesh; of one whose faces look inwards, as a mirrored one has them, the same with its faces turned."""
+    return _turned(mesh) if mesh.is_closed and volume_of(mesh) < 0.0 else mesh
+
+
+def area_of(mesh: TriangleMesh) -> float:
+    """Square metres of the surface."""
+    a, b, c = np.moveaxis(mesh.triangles, 1, 0)
+    return 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+
+
 def outside_by(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> float:
     """Metres by which corners and middles of the faces of a mesh lie outside all of some convex pieces, at most."""
     points = np.concatenate([mesh.referenced_vertices, mesh.triangles.mean(axis=1)])

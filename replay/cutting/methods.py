@@ -12,6 +12,7 @@ from cdcore.bounding.hull import hull_collider
 from cdcore.mesh import TriangleMesh, once_a_mesh
 from cdcore.numerics import FloatArray, IntArray
 from replay.cutting import planes, sectors
+from replay.cutting.convex_solids import area_of, volume_of
 from replay.cutting.joins import Ladder
 from replay.cutting.planes import plane_ladder
 from replay.cutting.sectors import round_axis, sector_ladder
@@ -24,6 +25,15 @@ COACD_SEARCH: Final = {"mcts_nodes": 10, "mcts_iterations": 60}
 
 VHACD_VOXELS: Final = 100_000
 """A quarter of V-HACD's usual resolution: 16 pieces of a beaker of 3,168 faces take 4 s, not 9 (2 cores, 2026-11)."""
+
+VHACD_SECONDS: Final = 1.35e-4
+"""Seconds that V-HACD takes for a voxel at the surface of a body whose hull fills its box (2 cores, 2026-11)."""
+
+SLIMMEST: Final = 0.05
+"""Fraction of its box that a hull fills at least, as far as time is concerned."""
+
+USUAL_FACES: Final = 3000
+"""Of the mesh for which the seconds of the other methods are given."""
 
 SEED: Final = 0
 
@@ -38,7 +48,7 @@ class Method:
     Parameters
     ----------
     words : what it is called in a sentence.
-    seconds : that it usually takes for a mesh of 3,000 faces on one core; 0: no process of its own is worth it.
+    seconds : of a mesh -> that it takes on one core, about; ``None``: no process of its own is worth it.
     cut : a mesh and the most pieces -> all pieces it may come to; ``None``: the method cannot cut this mesh.
     version : of what cuts: pieces that another version made are made again; ``NOT_INSTALLED``: its package is absent.
     package : that cuts, as ``pip install`` takes it; ``""``: this project does.
@@ -47,7 +57,7 @@ class Method:
     """
 
     words: str
-    seconds: float
+    seconds: Callable[[TriangleMesh], float] | None
     cut: Callable[[TriangleMesh, int], Ladder | None]
     version: Callable[[], str]
     package: str = ""
@@ -112,6 +122,22 @@ def _coacd(mesh: TriangleMesh, most: int) -> Ladder | None:
     return _pieces([np.array(piece, dtype=np.float64) for piece, _ in pieces]) if pieces else None
 
 
+def _by_faces(seconds: float) -> Callable[[TriangleMesh], float]:
+    """Seconds of a mesh that grow with its faces; ``seconds``: of one with ``USUAL_FACES``."""
+    return lambda mesh: seconds * max(0.3, len(mesh.faces) / USUAL_FACES)
+
+
+def _vhacd_seconds(mesh: TriangleMesh) -> float:
+    """Seconds of V-HACD: voxels at the surface, and the more of them the less of its box the hull of a mesh fills.
+
+    Cost: within 1.8 of what it took for 19 instruments and hands of 500 to 5,400 faces, whatever the number of pieces.
+    """
+    sides = np.ptp(mesh.vertices, axis=0)
+    voxel = float(sides.max()) / VHACD_VOXELS ** (1.0 / 3.0)
+    filled = abs(volume_of(hull_collider(mesh))) / max(float(sides.prod()), 1e-300)
+    return float(VHACD_SECONDS * area_of(mesh) / voxel**2 / max(filled, SLIMMEST))
+
+
 def _own() -> str:
     return sectors.VERSION
 
@@ -128,13 +154,13 @@ def _version_of(package: str) -> str:
 
 
 METHODS: Final[dict[str, Method]] = {
-    "hull": Method("one hull", 0.0, _single(hull_collider), _own, counts=False),
-    "box": Method("one box", 0.0, _single(box_collider), _own, counts=False),
-    "sphere": Method("one sphere", 0.0, _single(sphere_collider), _own, counts=False),
-    "capsule": Method("one capsule", 0.0, _single(capsule_collider), _own, counts=False),
-    "sectors": Method("sectors by height and angle", 2.0, _sectors, _own, ladder=True),
-    "planes": Method("planes", 5.0, _planes, _planes_version, ladder=True),
-    "vhacd": Method("V-HACD", 4.0, _vhacd, lambda: _version_of("vhacdx"), package="vhacdx"),
-    "coacd": Method("CoACD", 12.0, _coacd, lambda: _version_of("coacd"), package="coacd"),
+    "hull": Method("one hull", None, _single(hull_collider), _own, counts=False),
+    "box": Method("one box", None, _single(box_collider), _own, counts=False),
+    "sphere": Method("one sphere", None, _single(sphere_collider), _own, counts=False),
+    "capsule": Method("one capsule", None, _single(capsule_collider), _own, counts=False),
+    "sectors": Method("sectors by height and angle", _by_faces(2.0), _sectors, _own, ladder=True),
+    "planes": Method("planes", _by_faces(5.0), _planes, _planes_version, ladder=True),
+    "vhacd": Method("V-HACD", _vhacd_seconds, _vhacd, lambda: _version_of("vhacdx"), package="vhacdx"),
+    "coacd": Method("CoACD", _by_faces(12.0), _coacd, lambda: _version_of("coacd"), package="coacd"),
 }
 """Name -> the method."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from time import monotonic
@@ -34,9 +34,6 @@ POLL_SECONDS: Final = 0.05
 
 WATCH_SECONDS: Final = 0.5
 """How often somebody who waits for pieces is called."""
-
-USUAL_FACES: Final = 3000
-"""Of the mesh for which the seconds of a method are given."""
 
 MOST_FACES: Final = 150_000
 """Of a mesh that is cut: beyond, every method takes minutes and gigabytes."""
@@ -77,17 +74,21 @@ class Cut:
     @property
     def seconds(self) -> float:
         """About how long it takes; 0 where its pieces are kept or need no process of their own."""
-        if not self.row.seconds or ladder_file(self).is_file():
+        if self.row.seconds is None or ladder_file(self).is_file():
             return 0.0
-        return self.row.seconds * max(0.3, len(self.mesh.faces) / USUAL_FACES)
+        return self.row.seconds(self.mesh)
 
 
 @dataclass(frozen=True)
 class NotCut:
-    """Why a cut is not ready, as the end of a sentence; ``late``: its time was up, else the method failed."""
+    """Why a cut is not ready, as the end of a sentence; ``late``: its time was up, else the method failed.
+
+    ``spent``: seconds that a process cut before its time was up; 0: none was begun.
+    """
 
     reason: str
     late: bool
+    spent: float = field(default=0.0, compare=False)
 
 
 def convex_pieces(cut: Cut, watch: Watch | None = None, limit: float = LONGEST_SECONDS) -> tuple[TriangleMesh, ...]:
@@ -124,6 +125,7 @@ def cut_ahead(cuts: Sequence[Cut], watch: Watch | None = None, limit: float = LO
     missing = {cut.key: NotCut(cut.row.not_installed, late=False) for cut in waiting if cut.row.not_installed}
     waiting = [cut for cut in waiting if cut.key not in missing]
     running: dict[subprocess.Popen[bytes], Cut] = {}
+    started: dict[str, float] = {}
     began = called = monotonic()
     if not waiting:
         return missing
@@ -131,10 +133,11 @@ def cut_ahead(cuts: Sequence[Cut], watch: Watch | None = None, limit: float = LO
         leaving.callback(_end, running)
         while waiting or running:
             if monotonic() - began >= limit:
-                missing |= {cut.key: NotCut(_too_long(cut, limit), late=True) for cut in (*running.values(), *waiting)}
+                missing |= _late([*running.values(), *waiting], limit, started)
                 break
             while waiting and len(running) < (os.cpu_count() or 1):
                 cut = waiting.pop(0)
+                started[cut.key] = monotonic()
                 running[_started(cut, folder)] = cut
             with suppress(subprocess.TimeoutExpired):
                 next(iter(running)).wait(POLL_SECONDS)
@@ -150,8 +153,17 @@ def cut_ahead(cuts: Sequence[Cut], watch: Watch | None = None, limit: float = LO
     return missing
 
 
-def _too_long(cut: Cut, limit: float) -> str:
-    return f"{cut.row.words} did not cut this mesh within {duration(limit)}"
+def _late(cuts: Sequence[Cut], limit: float, started: Mapping[str, float]) -> dict[str, NotCut]:
+    """Key of a cut -> that it is late; ``started``: when a process began to cut it."""
+    now = monotonic()
+    return {
+        cut.key: NotCut(
+            reason=f"{cut.row.words} did not cut this mesh within {duration(limit)}",
+            late=True,
+            spent=now - started.get(cut.key, now),
+        )
+        for cut in cuts
+    }
 
 
 def why_not_cut(mesh: TriangleMesh) -> str:

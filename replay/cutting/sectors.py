@@ -11,7 +11,7 @@ import numpy as np
 from cdcore.bounding.hull import hull_of
 from cdcore.mesh import TriangleMesh
 from cdcore.numerics import FloatArray
-from replay.cutting.convex_solids import manifold_of, volume_of
+from replay.cutting.convex_solids import facing_outward, manifold_of, volume_of
 from replay.cutting.joins import Ladder, joins_by_volume
 
 ROUND: Final = 0.8
@@ -75,7 +75,7 @@ def sector_ladder(mesh: TriangleMesh) -> Ladder | None:
     However many are joined, they cover the whole solid.
     """
     axis = round_axis(mesh) if mesh.is_closed else None
-    solid = None if axis is None else manifold_of(mesh)
+    solid = None if axis is None else manifold_of(facing_outward(mesh))
     if axis is None or solid is None or solid.volume() <= 0.0:
         return None
     corner_sets: list[FloatArray] = []

@@ -5,10 +5,14 @@ from time import sleep
 import pytest
 
 from cdcore import TriangleMesh
+from cdcore.bounding.collider_shapes import box_collider
+from cdcore.bounding.hull import hull_collider
 from replay.advice import collider_search
-from replay.advice.collider_search import Limits
+from replay.advice.collider_search import CONVEX, Deadline, Ladder, Limits
+from replay.advice.report_card import shape_figures
 from replay.cutting import piece_store
 from replay.cutting.piece_store import Cut
+from replay.cutting.sectors import sector_ladder
 from replay.running.collider_files import fix_colliders
 
 pytestmark = pytest.mark.usefixtures("quickest_cutter_only")
@@ -71,6 +75,21 @@ def test_limit_of_missed_contact_is_among_the_limits():
     assert Limits(0.2, 0.1).hold(0.2, 0.1)
     assert not Limits(0.2, 0.1).hold(0.2, 0.11)
     assert not Limits(0.2, 0.1).hold(0.21, 0.0)
+
+
+def test_mirrored_bodies_are_cut_and_counted_as_they_are(two_beakers):
+    """Faces of a mirrored body look inwards: its volume is negative, and no cut or figure of volumes was given."""
+    data = two_beakers.meshes["beaker"]
+    beaker, mirrored = (TriangleMesh(data.vertices, faces) for faces in (data.faces, data.faces[:, ::-1]))
+    box = box_collider(beaker)
+    turned_box = TriangleMesh(box.vertices, box.faces[:, ::-1])
+    deadline = Deadline(None, lambda _: None)
+    assert Ladder(turned_box, deadline).reason == Ladder(box, deadline).reason == CONVEX
+    ladders = [sector_ladder(mesh) for mesh in (beaker, mirrored)]
+    assert len(ladders[0].ends) == len(ladders[1].ends) > 8
+    figures = [shape_figures(mesh, [hull_collider(beaker)]) for mesh in (beaker, mirrored)]
+    assert figures[0].pop("seams") == figures[1].pop("seams")
+    assert figures[0] == pytest.approx(figures[1]) and figures[0]["beyond"] > 1.0
 
 
 def plant_methods(monkeypatch, shrunk):
