@@ -93,7 +93,9 @@ def _mujoco(pieces: Pieces) -> dict[str, str]:
             assets.append(f'    <mesh name="{name}_{number:02d}" file="{file}"/>')
             geoms.append(f'      <geom type="mesh" mesh="{name}_{number:02d}"/>')
         bodies += [f'    <body name="{name}">', "      <freejoint/>", *geoms, "    </body>"]
-    lines = ['<mujoco model="colliders">', "  <asset>", *assets, "  </asset>", "  <worldbody>", *bodies]
+    # Without bounds MuJoCo refuses bodies of a millimetre: their inertia is below its least number.
+    bounds = '  <compiler boundmass="1e-9" boundinertia="1e-14"/>'
+    lines = ['<mujoco model="colliders">', bounds, "  <asset>", *assets, "  </asset>", "  <worldbody>", *bodies]
     return {**files, "colliders.xml": "\n".join([*lines, "  </worldbody>", "</mujoco>", ""])}
 
 

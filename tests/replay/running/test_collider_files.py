@@ -161,6 +161,15 @@ def test_mujoco_takes_the_written_model(session, tmp_path):
     assert farthest(solid.vertices, first.vertices) < 1e-6
 
 
+def test_mujoco_takes_bodies_of_a_tenth_of_a_millimetre(session, tmp_path):
+    mujoco = pytest.importorskip("mujoco", reason="the extra `engines` is not installed")
+    tiny = {name: MeshData(5e-3 * mesh.vertices, mesh.faces) for name, mesh in session.meshes.items()}
+    poses = {name: (5e-3 * track.positions, track.quaternions_xyzw) for name, track in session.tracks.items()}
+    small = Session.from_arrays(session.stamps(), poses, tiny)
+    made = fix_colliders(small, tmp_path / "made", engine="mujoco", limits=Limits(1.0))
+    assert mujoco.MjModel.from_xml_path(str(made.folder / "colliders.xml")).nmesh == len(tiny)
+
+
 def test_godot_gets_nodes_that_become_collision_shapes(session, tmp_path):
     made = fix_colliders(session, tmp_path / "made", engine="godot", limits=Limits(0.3))
     assert made.step_hz == 60.0
