@@ -38,9 +38,6 @@ UNREADABLE: Final = (OSError, ValueError, RuntimeError, TypeError, RecursionErro
 CAUSE_WIDTH: Final = max(map(len, Cause))
 """Letters of the longest cause."""
 
-NUMBERED_WIDTH: Final = len("interrupted 12")
-"""Letters of the longest name of a fault, with its number."""
-
 LISTS: Final = "moments/list"
 TABLE: Final = "moments/table"
 
@@ -137,7 +134,11 @@ def list_path(label: str) -> str:
 def log_moment_lists(writer: RecordingWriter, result: RunResult, moments: Moments) -> None:
     """Send one line per moment, for each detector below ``LISTS``."""
     names = [result.assembly.pair_name(moment.pair) for moment in moments.values()]
-    widths = max(len(_key(moment)[0]) for moment in moments.values()), max(map(len, names))
+    widths = (
+        max(len(_key(moment)[0]) for moment in moments.values()),
+        max(len(_numbered(moment)) for moment in moments.values()),
+        max(map(len, names)),
+    )
     lines: dict[str, list[tuple[int, tuple[str, str, Rgba]]]] = {}
     for (time, moment), name in zip(moments.items(), names, strict=True):
         label, kind, _ = _key(moment)
@@ -149,23 +150,26 @@ def log_moment_lists(writer: RecordingWriter, result: RunResult, moments: Moment
         writer.log_lines(list_path(label), np.array(times), texts)
 
 
-def _line(moment: Fault | Episode, seconds: float, name: str, widths: tuple[int, int]) -> str:
+def _numbered(moment: Fault | Episode) -> str:
+    """``late 3``: what a moment is, in one word, and its number; late contacts and missed ones share their numbers."""
+    return f"{moment.name.split()[0]} {moment.number}" if isinstance(moment, Fault) else CONTACT
+
+
+def _line(moment: Fault | Episode, seconds: float, name: str, widths: tuple[int, int, int]) -> str:
     """Return a line of the list: time, detector, number, cause, pair and size of a moment.
 
-    ``widths``: letters of a label and of the name of a pair.
+    ``widths``: letters of a label, of a numbered word and of the name of a pair.
     """
-    label, kind, number = _key(moment)
-    # One word of the fault's name: late contacts and missed ones are numbered together.
-    numbered = f"{moment.name.split()[0]} {number}" if isinstance(moment, Fault) else kind
+    label = _key(moment)[0]
     # The viewer cuts its own column of times, and in a narrow view the end of a line: time and cause come first.
-    line = f"{words.moment(seconds):>10}  {label:<{widths[0]}} {numbered:<{NUMBERED_WIDTH}} "
+    line = f"{words.moment(seconds):>10}  {label:<{widths[0]}} {_numbered(moment):<{widths[1]}} "
     if isinstance(moment, Episode):
         return f"{line} {plural(moment.last - moment.first + 1, 'frame'):<{CAUSE_WIDTH}} {name}"
     metres, what = moment.metres, "curve" if moment.kind.is_miss else "apart"
     if moment.kind.is_miss and not isnan(moment.depth):
         metres, what = moment.depth, "deep"
     size = f"{length(metres)} {what}" if metres > 0 else ""
-    return f"{line} {moment.cause:<{CAUSE_WIDTH}} {name:<{widths[1]}} {size:>14}"
+    return f"{line} {moment.cause:<{CAUSE_WIDTH}} {name:<{widths[2]}} {size:>14}"
 
 
 @dataclass(frozen=True)
