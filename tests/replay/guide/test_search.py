@@ -12,7 +12,7 @@ ANSWERS = [
     ("missed", "glossary", "Answers"),
     ("late", "glossary", "Answers"),
     ("sample", "glossary", "Answers"),
-    ("front", "what-to-ship", "What accuracy costs"),
+    ("front", "glossary", "Answers"),
     ("tau", "hard-cases", "Hard cases"),
     ("hand", "results", "Real hands: people who drink"),
     ("real-hands", "results", "Real hands: people who drink"),
