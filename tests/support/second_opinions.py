@@ -370,9 +370,10 @@ PARKHURST = {
 }  # fmt: skip
 """The same, with a term linear in the ionic strength, by phreeqc.dat; H+ as measured in hydrochloric acid."""
 
-NO_PAIRS = ("NaCO3-", "NaHCO3", "NaHPO4-", "KHPO4-")
-"""With them primary standard buffers of phosphate and carbonate have a pH that is 0.08 and 0.14 below their own."""
-
+CONSTANTS = {"NaCO3-": -9, "NaHCO3": -9, "NaHPO4-": -9, "KHPO4-": -9, "Fe(OH)3-": -31}
+"""log_k that differ from those of minteq.v4: no pairs with which standard buffers of phosphate and carbonate have a pH
+that is 0.08 and 0.14 too low, and the hydroxide of iron(II) of wateq4f and llnl: by minteq.v4 it dissolves in lye.
+"""
 
 ANIONIC_COMPLEX = re.compile(r"(Ag|Al|Be|Cd|Co(?!3|OH)|Cr(?!O)|Cu|Fe|Hg|Mn(?!O)|Ni|Pb|Sn|Tl|V|Zn).*-\d+$")
 
@@ -396,8 +397,8 @@ def minteq():
             if ion in sizes:
                 lines += [line, "\t-gamma {} {}".format(*sizes[ion])]
                 continue
-        if ion in NO_PAIRS and line.split()[0] == "log_k":
-            lines.append("\tlog_k -9")
+        if ion in CONSTANTS and line.split()[0] == "log_k":
+            lines.append(f"\tlog_k {CONSTANTS[ion]}")
             continue
         charge = re.search(r"[+-](\d*)$", ion)
         if line.split() == ["-gamma", "0", "0"] and charge:

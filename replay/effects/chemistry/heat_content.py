@@ -54,44 +54,44 @@ class HeatContent:
 
     Parameters
     ----------
-    columns : name of a column of the ledger -> its place.
+    columns : name of a column of the ledger -> its index.
     mixture : what PHREEQC's species are made of; ``None``: protons and hydroxide are what the ledger counts.
     declared : formulas of salts whose heat the scene declares: their pairs count nothing.
     """
 
     def __init__(self, columns: Mapping[str, int], mixture: Mixture | None, declared: Collection[str] = ()) -> None:
         if mixture is None:
-            dissolved = {name: place for name, place in columns.items() if _is_ion(name)}
+            dissolved = {name: column for name, column in columns.items() if _is_ion(name)}
             rows = [{name: 1.0} for name in dissolved]
-            self._places: IntArray | None = np.array(list(dissolved.values()), dtype=np.int64)
+            self._ion_columns: IntArray | None = np.array(list(dissolved.values()), dtype=np.int64)
         else:
             rows = [_ions(entry.makeup) for entry in mixture.species]
-            self._places = None
+            self._ion_columns = None
         names = dict.fromkeys((PROTON, HYDROXIDE, *(name for row in rows for name in row)))
         self.ions = tuple(names)
-        place = {name: index for index, name in enumerate(self.ions)}
+        index_of = {name: index for index, name in enumerate(self.ions)}
         self._powers = np.zeros((len(rows), len(self.ions)))
         for row, counts in enumerate(rows):
             for name, many in counts.items():
-                self._powers[row, place[name]] = many
+                self._powers[row, index_of[name]] = many
         self._charges = np.array([float(_charge(name)) for name in self.ions])
-        self._proton = place[PROTON], place[HYDROXIDE]
-        held = [set(_ions(dissolved_components(formula))) for formula in declared]
+        self._proton = index_of[PROTON], index_of[HYDROXIDE]
+        declared_ions = [set(_ions(dissolved_components(formula))) for formula in declared]
         self.pairs: list[Pair] = []
         for key, values in TABLE.items():
             cation, anion = key.split()
-            if {cation, anion} <= set(self.ions) and not any({cation, anion} <= ions for ions in held):
-                self.pairs.append(_pair(place[cation], place[anion], _charge(cation), -_charge(anion), values))
+            if {cation, anion} <= set(self.ions) and not any({cation, anion} <= ions for ions in declared_ions):
+                self.pairs.append(_pair(index_of[cation], index_of[anion], _charge(cation), -_charge(anion), values))
         self._declared = np.zeros((len(self.ions), len(self.ions)), dtype=np.bool_)
-        for ions in held:
-            here = [place[name] for name in ions if name in place]
-            self._declared[np.ix_(here, here)] = True
+        for ions in declared_ions:
+            indices = [index_of[name] for name in ions if name in index_of]
+            self._declared[np.ix_(indices, indices)] = True
 
     def moles(self, amounts: FloatArray, species: FloatArray, proton: int) -> FloatArray:
         """Mol (n, ions) of rows of the ledger, by PHREEQC's species where it is asked."""
-        if self._places is None:
+        if self._ion_columns is None:
             return species @ self._powers
-        moles = amounts[:, self._places] @ self._powers
+        moles = amounts[:, self._ion_columns] @ self._powers
         moles[:, self._proton[0]] = np.maximum(0.0, amounts[:, proton])
         moles[:, self._proton[1]] = np.maximum(0.0, -amounts[:, proton])
         return moles
@@ -164,11 +164,11 @@ def _ions(makeup: Mapping[str, float]) -> dict[str, float]:
         return {PROTON: float(protons)} if protons > 0 else {HYDROXIDE: float(-protons)} if protons < 0 else {}
     ions: dict[str, float] = {}
     for component, many in heavy.items():
-        held = min(protons, _most_protons(component)) if component not in METALS else 0
-        if held > 0:
-            protons -= held
-            name = PROTONATED_NAMES.get((component, held), f"{component} + {held} H+")
-            if component_of(component).charge + held:
+        bound = min(protons, _most_protons(component)) if component not in METALS else 0
+        if bound > 0:
+            protons -= bound
+            name = PROTONATED_NAMES.get((component, bound), f"{component} + {bound} H+")
+            if component_of(component).charge + bound:
                 ions[name] = many
         elif component_of(component).charge:
             ions[component] = many
