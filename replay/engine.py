@@ -29,7 +29,7 @@ from replay.detection.detector_spec import TRUSTED, DetectorSpec
 from replay.detection.progress import Advance, Progress, Silent
 from replay.detection.run_detector import MOST_FRAMES_IN_MEMORY, Run, make_detector, run_detector
 from replay.document.diagnosis import answers
-from replay.document.fault_sentences import why_false, why_missed
+from replay.document.fault_sentences import noise_remark, why_false, why_missed
 from replay.document.machine import give_back_memory
 from replay.document.ranking import ranking
 from replay.document.result_tables import result_tables, stored
@@ -286,13 +286,22 @@ def _audited(ready: Prepared, oracle: str, detected: Detected, progress: Progres
         false = {}
         for label, comparison in comparisons.items():
             by, holding_episodes = subjects[label], reference.holdings
-            grasped = are_grasped(assembly, holding_episodes, misses[label])
+            grasped = are_grasped(
+                assembly, holding_episodes, [(miss.pair, miss.first, miss.last) for miss in misses[label]]
+            )
             misses[label] = tuple(
-                replace(miss, grasped=in_hand, why=why_missed(miss, label, by, truth[miss.contact - 1]))
+                replace(
+                    miss,
+                    grasped=in_hand,
+                    why=why_missed(miss, label, by, truth[miss.contact - 1])
+                    + noise_remark(miss.depth, at_least=miss.depth_at_least),
+                )
                 for miss, in_hand in zip(misses[label], grasped, strict=True)
             )
             reported = false_contacts(assembly, comparison, by)
-            grasped = are_grasped(assembly, holding_episodes, reported)
+            grasped = are_grasped(
+                assembly, holding_episodes, [(contact.pair, contact.first, contact.last) for contact in reported]
+            )
             false[label] = tuple(
                 replace(contact, grasped=in_hand, why=why_false(contact, label, by))
                 for contact, in_hand in zip(reported, grasped, strict=True)

@@ -5,7 +5,7 @@ Contact between a hand and what it holds is the rule, not news: it is counted ap
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Final, Protocol
+from typing import Final
 
 import numpy as np
 
@@ -123,26 +123,12 @@ def holdings(assembly: Assembly, session: Session | None, contacts: Iterable[Epi
     )
 
 
-class FramesOfPair(Protocol):
-    """A contact or a fault, as far as the frames of its pair go."""
-
-    @property
-    def pair(self) -> int:
-        """Column of the pair."""
-
-    @property
-    def first(self) -> int:
-        """The first frame."""
-
-    @property
-    def last(self) -> int:
-        """The last frame, included."""
-
-
-def are_grasped(assembly: Assembly, holdings: Sequence[Episode], items: Sequence[FramesOfPair]) -> list[bool]:
-    """Return of each contact or fault whether a hand holds the body meanwhile, or a body is the other's parent."""
-    segments = np.array([(item.pair, item.first, item.last) for item in items], dtype=np.int64).reshape(-1, 3)
-    grasped: list[bool] = (assembly.grasped[segments[:, 0]] | within(holdings, *segments.T)).tolist()
+def are_grasped(
+    assembly: Assembly, holdings: Sequence[Episode], segments: Sequence[tuple[int, int, int]]
+) -> list[bool]:
+    """Return of each (pair, first frame, last frame) whether a hand holds the body, or a parent carries it."""
+    rows = np.array(segments, dtype=np.int64).reshape(-1, 3)
+    grasped: list[bool] = (assembly.grasped[rows[:, 0]] | within(holdings, *rows.T)).tolist()
     return grasped
 
 

@@ -30,18 +30,18 @@ REASONS: Final = package_toml("document/reasons.toml")
 UNEXPLAINED: Final = "nothing known about it explains this"
 
 
-def why_missed(miss: Fault, label: str, by: Audited, contact: Episode) -> str:
-    """Why a contact was missed, late or cut short, in a sentence; ``contact`` is the oracle's that it belongs to.
+def noise_remark(depth: float, *, at_least: bool) -> str:
+    """Return a sentence where the noise of a tracker could have made a missed contact; ``""``: it could not.
 
-    Another sentence follows where the noise of a tracker could have made the contact.
+    ``depth`` in metres; ``at_least``: the contact may be deeper.
     """
-    sentence = _why_missed(miss, label, by, contact)
-    if miss.depth_at_least or not tracker_noise_could_make(miss.depth):
-        return sentence
-    return f"{sentence} It is {length(miss.depth)} deep: the noise of a tracker could have made it."
+    if at_least or not tracker_noise_could_make(depth):
+        return ""
+    return f" It is {length(depth)} deep: the noise of a tracker could have made it."
 
 
-def _why_missed(miss: Fault, label: str, by: Audited, contact: Episode) -> str:
+def why_missed(miss: Fault, label: str, by: Audited, contact: Episode) -> str:
+    """Why a contact was missed, late or cut short, in a sentence; ``contact`` is the oracle's that it belongs to."""
     clause = _outcome(miss, label, by, contact)
     if miss.cause == Cause.BETWEEN_SAMPLES and by.sampled is not None and by.rate_hz:
         return _between_samples(miss, label, by, contact)

@@ -125,7 +125,8 @@ def _contacts(result: RunResult) -> Iterator[dict[str, Any]]:
     match = {(label, pair.reported): pair for label, matches in result.matches.items() for pair in matches.matched}
     for label, contacts in result.episodes.items():
         is_reference = label == result.oracle
-        grasped = are_grasped(result.assembly, result.holdings, contacts)
+        segments = [(contact.pair, contact.first, contact.last) for contact in contacts]
+        grasped = are_grasped(result.assembly, result.holdings, segments)
         for number, contact in enumerate(contacts, start=1):
             noise = _in_noise(result, number) if is_reference else (None, None)
             yield {

@@ -131,7 +131,8 @@ def _shared(result: RunResult, grasping: _Grasping) -> dict[str, Any]:
 def _of_detector(result: RunResult, label: str, grasping: _Grasping, minutes: float) -> dict[str, Any]:
     assembly = result.assembly
     whole = result.episodes[label]
-    grasped = are_grasped(assembly, result.holdings, whole)
+    segments = [(episode.pair, episode.first, episode.last) for episode in whole]
+    grasped = are_grasped(assembly, result.holdings, segments)
     own = [episode for episode, is_grasped in zip(whole, grasped, strict=True) if not is_grasped]
     unintended = [
         episode

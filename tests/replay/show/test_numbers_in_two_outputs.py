@@ -69,6 +69,8 @@ class TablesOfPage(HTMLParser):
             self.tables[-1][1].append([])
         elif tag in ("td", "th"):
             self.tables[-1][1][-1].append(["", int(dict(attrs).get("colspan", 1))])
+        elif {"td", "th"} & set(self._inside):
+            self.tables[-1][1][-1][-1][0] += "\n"  # a remark below the figure is none of its text
 
     def handle_endtag(self, tag):
         if tag in self._inside:
@@ -87,7 +89,10 @@ class TablesOfPage(HTMLParser):
 def page_tables(page):
     """Title, headings and rows; columns that a cell spans beyond its first have no cell."""
     for title, rows in TablesOfPage(page).tables:
-        filled = [[text for cell, wide in row for text in (cell.strip(), *[None] * (wide - 1))] for row in rows]
+        filled = [
+            [text for cell, wide in row for text in (cell.strip().partition("\n")[0].strip(), *[None] * (wide - 1))]
+            for row in rows
+        ]
         if len(filled) > 1:
             yield title, filled[0], filled[1:]
 
