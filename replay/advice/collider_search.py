@@ -468,7 +468,7 @@ class ColliderSearch:
         return replace(self._assembly, bodies=bodies)
 
     def _at_every_frame(self, steps: Mapping[str, int]) -> Detection:
-        """What the pieces of a choice report at every frame."""
+        """Return what the pieces of a choice report at every frame."""
         return self._verdicts.at_every_frame(self._solids(steps))
 
     def _solids(self, steps: Mapping[str, int]) -> dict[str, Solids]:

@@ -287,7 +287,7 @@ class _Measuring:
         return self._counted[every.text]
 
     def _at_every_frame(self, spec: DetectorSpec) -> Detection:
-        """What the pieces of a detector report at every frame."""
+        """Return what the pieces of a detector report at every frame."""
         pieces = {key: value for key, value in spec.settings.items() if key in SHARED}
         bodies = with_pieces(self._result.assembly.bodies, settings_of(spec.name, pieces))
         return self._verdicts.at_every_frame({body.name: body.colliders for body in bodies if body.colliders})

@@ -205,7 +205,7 @@ class _Joins:
                 false[number] = ((others[number] + exact) > 0).sum()
 
     def _tested(self, numbers: Sequence[int]) -> BoolArray:
-        """Where the hulls of joins report false contact, (k, M); the joins keep it."""
+        """Return where the hulls of joins report false contact, (k, M); the joins keep it."""
         touches = self._false_contacts.of([self._joins[number].hull for number in numbers])
         for number, row in zip(numbers, touches, strict=True):
             self._joins[number].touches, self._joins[number].was_tested = row, True

@@ -27,7 +27,7 @@ class Output(StrEnum):
 
 
 class Holds(StrEnum):
-    """What the values of a column refer to: a reader of a run folder checks them."""
+    """Things that the values of a column refer to: a reader of a run folder checks them."""
 
     DETECTOR = "detector"
     """Labels of detectors of the run."""
