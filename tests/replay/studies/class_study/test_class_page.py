@@ -167,8 +167,7 @@ def test_phone_clips_no_caption_card_or_first_column(made, tmp_path):
         scrolled = (
             "[...document.querySelectorAll('.wide')].filter((one) => (one.scrollLeft = 9999, one.scrollLeft > 0))"
         )
-        assert page.ask(f"{scrolled}.length") > 0
-        assert page.ask(CLIPPED) == []
+        assert page.ask(f"{scrolled}.length") == 0, "every table is a list of cards"
 
 
 @pytest.mark.slow
