@@ -42,7 +42,7 @@ def boxes_may_meet(t: int, a: int, b: int, poses: Arrays, boxes: Arrays, room: A
 
 
 def box_room() -> Arrays:
-    """Scratch memory of ``boxes_may_meet``, handed over: allocating it there takes longer to compile."""
+    """Scratch memory of ``boxes_may_meet``."""
     return np.empty((3, 3)), np.empty(3), np.empty((3, 3)), np.empty(3)
 
 

@@ -10,9 +10,9 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from cdcore.broad.box_stage import box_room, boxes_may_meet
+from cdcore.broad.box_stage import boxes_may_meet
 from cdcore.broad.broad_phase import BroadPhase
-from cdcore.broad.sphere_stage import CANDIDATE, CLEAR, NO_POSE, Arrays, sphere_room, sphere_verdicts
+from cdcore.broad.sphere_stage import CANDIDATE, CLEAR, NO_POSE, Arrays, sphere_verdicts
 from cdcore.kernels.compiling import hot_kernel, kernel
 from cdcore.kernels.memory import doubles_of
 from cdcore.numerics import EPS, BoolArray, ByteArray, FloatArray, IntArray
@@ -94,7 +94,6 @@ def decide_by_volumes(
     boxes: Arrays,
     ends: tuple[IntArray, IntArray],
     memory: Arrays,
-    room: tuple[Arrays, Arrays, ByteArray],
     near: IntArray,
     verdict: ByteArray,
 ) -> int:
@@ -103,13 +102,15 @@ def decide_by_volumes(
     A pair keeps its verdict if neither body moved, or as long as its steps leave anything of its margin: until points
     have moved by the distance of two surfaces, they neither meet nor pass through each other. What is left shrinks
     from frame to frame, since a sum of all steps would lose small ones after a long way. ``memory``: last poses,
-    steps (N,), margins and clearances (P,); ``room``: that of spheres, that of boxes, and (1, P) bytes.
+    steps (N,), margins and clearances (P,).
     """
     first, second = ends
     last_rotation, last_translation, steps, margins, clearances = memory
-    of_spheres, of_boxes, sphere_verdict = room
+    sphere_verdict = np.empty((1, len(first)), dtype=np.uint8)
+    sphere_room = np.empty((len(steps), 3)), np.empty(len(steps))
+    box_room = np.empty((3, 3)), np.empty(3), np.empty((3, 3)), np.empty(3)
     note_moves(poses, valid, spheres, (last_rotation, last_translation), steps)
-    sphere_verdicts(poses, valid, spheres, ends, of_spheres, sphere_verdict)
+    sphere_verdicts(poses, valid, spheres, ends, sphere_room, sphere_verdict)
     count = 0
     for p in range(len(first)):
         a, b = first[p], second[p]
@@ -120,7 +121,7 @@ def decide_by_volumes(
             verdict[p] = NO_POSE
         elif verdict[p] == NO_POSE or (step > 0.0 and not margins[p] > 0.0):
             verdict[p] = CLEAR
-            if sphere_verdict[0, p] == CANDIDATE and boxes_may_meet(0, a, b, poses, boxes, of_boxes):
+            if sphere_verdict[0, p] == CANDIDATE and boxes_may_meet(0, a, b, poses, boxes, box_room):
                 near[count] = p
                 count += 1
     return count
@@ -150,7 +151,6 @@ class LivePairs:
         self._steps, self._margins, self._clearances = np.zeros(bodies), np.zeros(pairs), np.zeros(pairs)
         last_poses = np.full((bodies, 3, 3), np.nan), np.full((bodies, 3), np.nan)
         self._memory = *last_poses, self._steps, self._margins, self._clearances
-        self._room = sphere_room(bodies), box_room(), np.empty((1, pairs), dtype=np.uint8)
         self._named = np.empty(pairs, dtype=np.int64)
         self._reach, self._waits = [SKIPS.first_reach] * pairs, [0] * pairs
         self.verdict: ByteArray = np.full(pairs, NO_POSE, dtype=np.uint8)
@@ -160,7 +160,7 @@ class LivePairs:
     def near(self, now: Motion) -> list[int]:
         """The pairs that may meet in a motion of one frame, by number; not those that keep their verdict."""
         poses = now.rotations, now.translations
-        count = decide_by_volumes(poses, now.valid, *self._volumes, self._memory, self._room, self._named, self.verdict)
+        count = decide_by_volumes(poses, now.valid, *self._volumes, self._memory, self._named, self.verdict)
         near: list[int] = self._named[:count].tolist()
         return near
 

@@ -63,7 +63,7 @@ def sphere_verdicts(
 
 
 def sphere_room(bodies: int) -> Arrays:
-    """Scratch memory of ``sphere_verdicts``, handed over: allocating it there takes longer to compile."""
+    """Scratch memory of ``sphere_verdicts``."""
     return np.empty((bodies, 3)), np.empty(bodies)
 
 

@@ -65,25 +65,24 @@ def kernel(function: Function) -> Function:
     compiled, files = _with_cache(function)
     signatures_before = 0
 
-    def seal_new_signatures() -> None:
-        nonlocal signatures_before
-        if len(compiled.overloads) != signatures_before:
-            signatures_before = len(compiled.overloads)
-            if files and compiled.stats.cache_misses:
-                files.seal()
-
     @wraps(function)
     def call(*arguments: Any) -> Any:
+        nonlocal signatures_before
         if files and not signatures_before:
             with files.one_process():
                 with suppress(OSError):  # the disk is full: numba has compiled the kernel and could not write it
                     compiled.compile(tuple(map(numba.typeof, arguments)))
-                seal_new_signatures()
+                signatures_before = len(compiled.overloads)
+                if compiled.stats.cache_misses:
+                    files.seal()
         try:
             answer = compiled(*arguments)
         except OSError:  # the same of another signature
             answer = compiled(*arguments)
-        seal_new_signatures()
+        if len(compiled.overloads) != signatures_before:
+            signatures_before = len(compiled.overloads)
+            if files and compiled.stats.cache_misses:
+                files.seal()
         return answer
 
     call.dispatcher = compiled  # type: ignore[attr-defined]
