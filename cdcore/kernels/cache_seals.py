@@ -47,7 +47,7 @@ PYTHON: Final = f".py{sys.version_info.major}{sys.version_info.minor}"
 SEAL: Final = ".seal"
 LONGEST_WAIT: Final = 120.0
 """Seconds to wait for another process that compiles the same kernel; then it is thought to be stopped."""
-LOOK_EVERY: Final = 0.02
+POLL_INTERVAL: Final = 0.02
 """Seconds between two attempts meanwhile."""
 
 
@@ -103,7 +103,7 @@ class KernelCache:
                 temporary.unlink(missing_ok=True)
 
     @contextmanager
-    def one_process(self) -> Iterator[None]:
+    def locked(self) -> Iterator[None]:
         """Wait until no other process loads or compiles this kernel, and let others wait meanwhile.
 
         Of two processes that need a kernel one compiles and the other loads it. No lock where the folder or the system
@@ -142,7 +142,7 @@ def _lock(file: TextIO) -> None:
         except BlockingIOError:
             if monotonic() > end:
                 return None
-            sleep(LOOK_EVERY)
+            sleep(POLL_INTERVAL)
         except OSError:  # a file system without locks
             return None
 

@@ -69,7 +69,7 @@ def kernel(function: Function) -> Function:
     def call(*arguments: Any) -> Any:
         nonlocal signatures_before
         if files and not signatures_before:
-            with files.one_process():
+            with files.locked():
                 with suppress(OSError):  # the disk is full: numba has compiled the kernel and could not write it
                     compiled.compile(tuple(map(numba.typeof, arguments)))
                 signatures_before = len(compiled.overloads)

@@ -171,10 +171,10 @@ def test_a_second_process_waits_until_the_first_has_compiled(tmp_path):
     files, order = cache_of(tmp_path), []
 
     def second():
-        with files.one_process():
+        with files.locked():
             order.append("second")
 
-    with files.one_process():
+    with files.locked():
         thread = Thread(target=second)
         thread.start()
         thread.join(0.1)
@@ -184,18 +184,18 @@ def test_a_second_process_waits_until_the_first_has_compiled(tmp_path):
 
 
 def test_kernels_of_other_lines_do_not_wait(tmp_path):
-    with cache_of(tmp_path, line=9).one_process(), cache_of(tmp_path, line=10).one_process():
+    with cache_of(tmp_path, line=9).locked(), cache_of(tmp_path, line=10).locked():
         assert len(list(tmp_path.glob("*.lock"))) == 2
 
 
 def test_a_stopped_process_is_not_waited_for_forever(tmp_path, monkeypatch):
     monkeypatch.setattr(cache_seals, "LONGEST_WAIT", 0.05)
     files, start = cache_of(tmp_path), monotonic()
-    with files.one_process(), files.one_process():
+    with files.locked(), files.locked():
         assert monotonic() - start < 5.0
 
 
 def test_a_folder_that_cannot_be_written_has_no_lock(tmp_path):
     (tmp_path / "file").write_text("")
-    with cache_of(tmp_path / "file").one_process():
+    with cache_of(tmp_path / "file").locked():
         assert not list(tmp_path.rglob("*.lock"))

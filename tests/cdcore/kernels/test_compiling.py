@@ -113,7 +113,7 @@ print(heard.kernels)
 
 
 @pytest.mark.slow
-def test_one_of_simultaneous_processes_compiles_and_the_others_load(tmp_path):
+def test_simultaneous_processes_compile_a_kernel_once(tmp_path):
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     start = [sys.executable, "-c", TOGETHER]
     both = [subprocess.Popen(start, env=environment, stdout=subprocess.PIPE, text=True) for _ in range(2)]
