@@ -312,10 +312,11 @@ class ColliderSearch:
 
     def cut_in_time(self, cuts: Sequence[Cut]) -> dict[str, NotCut]:
         """Cut what there is time for; a cut that takes longer than the time left is not begun."""
-        left = self._deadline.left(TRYING)
+        # Pieces that are kept take no time, and are there when it is used up.
+        left = max(0.0, self._deadline.left(TRYING))
         missing = {cut.key: NotCut("", late=True) for cut in cuts if cut.seconds > left}
         begun = [cut for cut in cuts if cut.key not in missing]
-        return missing | cut_ahead(begun, self._deadline.report, max(0.0, left))
+        return missing | cut_ahead(begun, self._deadline.report, left)
 
     def _is_enough(self, tried: Tried) -> bool:
         """Whether a choice keeps to the limits."""

@@ -77,6 +77,15 @@ def test_limit_of_missed_contact_is_among_the_limits():
     assert not Limits(0.2, 0.1).hold(0.21, 0.0)
 
 
+def test_kept_pieces_are_not_late_when_time_is_up(two_beakers):
+    """Of cards that were written it was said that they were not tried, as they take about 0 s."""
+    data = two_beakers.meshes["beaker"]
+    search = object.__new__(collider_search.ColliderSearch)
+    search._deadline = Deadline(0.0, lambda _: None)
+    kept = Cut(TriangleMesh(data.vertices, data.faces), "hull", 1)
+    assert kept.seconds == 0.0 and search.cut_in_time([kept]) == {}
+
+
 def test_mirrored_bodies_are_cut_and_counted_as_they_are(two_beakers):
     """Faces of a mirrored body look inwards: its volume is negative, and no cut or figure of volumes was given."""
     data = two_beakers.meshes["beaker"]
