@@ -9,6 +9,7 @@ from replay.cli.main import main
 from sessions.importers import import_session
 from sessions.model.assumption import Origin, Subject, assumptions_of
 from sessions.scene_files.scene_meshes import with_scene
+from sessions.scene_files.scene_toml import read_scene
 
 VERTICES = np.array([[0.0, 0, 0], [0.3, 0, 0], [0, 0.2, 0], [0, 0, 0.1]])  # no two axes alike, so no turn goes unseen
 FACES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
@@ -122,6 +123,25 @@ def test_scene_mesh_is_rotated_on_import_and_later(tmp_path):
         assert axes_row.is_open == (not key) and axes_row.bodies == ("tool",)
         farthest = max(session.meshes["tool"].vertices.tolist(), key=lambda point: np.abs(point).max())
         assert np.allclose(farthest, corner, rtol=0, atol=1e-7)
+
+
+def test_axes_of_a_scene_are_not_those_of_another_file(tmp_path):
+    mesh_file(tmp_path, "stl", VERTICES, FACES)
+    (tmp_path / "other").mkdir()
+    other = mesh_file(tmp_path / "other", "stl", VERTICES, FACES)
+    source = recording(tmp_path, "ros", Rotation.identity(), np.zeros(3))
+    options = {"mapping": tmp_path / "map.toml", "scene_folder": tmp_path}
+    for axes, given, is_open in (
+        ('mesh_axes = "gltf"\n', {}, False),
+        ('mesh_axes = "gltf"\n', {"meshes": {"tool": other}}, True),
+        ("", {}, True),
+        ("", {"mesh_axes": "z-up"}, False),
+    ):
+        (tmp_path / "scene.toml").write_text(f'[[body]]\nid = "tool"\nmesh = "tool.stl"\n{axes}')
+        scene = read_scene(tmp_path / "scene.toml")
+        session = import_session("csv", source, scene=scene, **options, **given)
+        (axes_row,) = [row for row in assumptions_of(session.facts) if row.subject is Subject.MESH_AXES]
+        assert axes_row.is_open == is_open
 
 
 @pytest.mark.parametrize(

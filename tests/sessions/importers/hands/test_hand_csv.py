@@ -17,6 +17,7 @@ from support.mutants import refused, round_trips
 from sessions.errors import ImportFileError
 from sessions.importers import import_session
 from sessions.importers.csv_draft import UnknownColumnsError
+from sessions.importers.hands.hand_columns import MOST_LISTED, unknown_joints
 from sessions.importers.hands.joint_names import JOINTS, RADII_M, UNITY_JOINTS
 from sessions.importers.ledger import ledger_of
 from sessions.importers.recognition import recognised
@@ -277,6 +278,12 @@ def test_positions_in_a_picture_are_refused(tmp_path):
         for side, joints in hands().items()
     }
     refused("hands", write_wide(tmp_path / "take.csv", TIMES, joints_of), "change their length by .* picture")
+
+
+def test_unknown_joints_beyond_the_listed_are_counted():
+    names = [f"IndexFoo{number}" for number in range(MOST_LISTED + 3)]
+    assert f"{names[MOST_LISTED - 1]!r} and 3 more are no known joints" in unknown_joints(names)
+    assert "more" not in unknown_joints(names[:MOST_LISTED])
 
 
 def test_unknown_joints_are_named_and_a_mapping_says_them(tmp_path):
