@@ -91,7 +91,7 @@ def change_text(before: Errors, after: Errors, pieces: str = "") -> str:
         of = f" of {before.contacts:,}" if number == len(counted) else ""
         clauses.append((f"{kind} {was.change(now, of)}", was.is_worse(now)))
     if len(clauses) == 1:
-        clauses.append(("none missed or late", False))
+        clauses.append(("none missed or late" if before.contacts else "no contact to miss", False))
     better, worse = ([text for text, more in clauses if more is kind] for kind in (False, True))
     changes = ", but ".join(filter(None, [", ".join(better), " and ".join(worse)]))
     sentences = [f"{changes[:1].upper()}{changes[1:]}"]

@@ -7,7 +7,7 @@ from replay import words
 from replay.auditing.loss import fraction_of
 from replay.auditing.sampling_offsets import PHASES
 from replay.auditing.wilson import Proportion
-from replay.document.ranking import Rank
+from replay.document.ranking import Rank, any_decided
 from replay.document.run_document import RunDocument
 from replay.words import plural
 
@@ -21,13 +21,20 @@ def certainty(document: RunDocument, ranks: Sequence[Rank]) -> list[str]:
         return []
     contacts = ranks[-1].contacts
     made_up = "made-up " if "synthetic" in document.session.facts else ""
-    sentences = [_interval(ranks[0]) if contacts else "Not at all: no contact was compared."]
+    sentences = [_interval(ranks[0]) if contacts else _without_contacts(document)]
     sentences.append(f"One {made_up}session{'; 95 % interval' if contacts else ''}.")
     every = (counts for rank in ranks for counts in (rank.missed_counts, rank.late_counts))
     ranges = [counts for counts in every if counts is not None and counts[0] != counts[1]]
     if ranges:
         sentences.append(f"{words.count_range(ranges[0])}: best to worst of {PHASES} start times of sampling.")
     return [*sentences, _noise(document, ranks)]
+
+
+def _without_contacts(document: RunDocument) -> str:
+    """What a session tells in which the reference found no contact."""
+    if not any_decided(document):
+        return "Not at all: nothing was compared."
+    return f"Only of false contact: {document.oracle} found no contact to compare, so none could be missed."
 
 
 def _interval(worst: Rank) -> str:

@@ -13,6 +13,8 @@ TIMES_ARE: Final = "Times are this tool's, not your engine's."
 
 AT_ONCE: Final = "Timed on all frames at once, not frame by frame."
 
+NO_SLOWEST: Final = "The slowest frames were not measured."
+
 BUSY: Final = 0.05
 """Share of the clock that others had; with less, the 99 % of three runs lie within 30 % of each other."""
 

@@ -9,7 +9,7 @@ from replay.detection.recorded import RECORDED
 from replay.document.answer import Fix
 from replay.document.cost import BUDGET_MS, FRAME, busy_text
 from replay.document.placeholders import SESSION
-from replay.document.ranking import Rank, fault_text, fixed_rank
+from replay.document.ranking import Rank, any_decided, fault_text, fixed_rank
 from replay.document.run_document import RunDocument
 
 CALL: Final = "To call it from Python:"
@@ -53,17 +53,17 @@ def decision(document: RunDocument, ranks: Sequence[Rank]) -> Decision | None:
     """
     if not ranks:
         return None
-    if not ranks[-1].contacts:
-        return Decision("Decide with another session: this one has no contact that was compared.")
+    reference = ranks[-1]
     in_code = _in_code(document, ranks)
     measured = _measured_fix(document, [rank for rank in ranks[:-1] if not rank.undecided])
-    if measured is None:
-        return in_code
-    rank, fixed, fix = measured
-    if fix.command != SHIP_COMMAND or fixed.loss >= rank.loss:
-        return in_code
-    made = _fix_decision(fix, fixed)
-    return made if in_code.is_fix else replace(made, in_code=_in_own_code(in_code))
+    if measured is None or measured[2].command != SHIP_COMMAND or measured[1].loss >= measured[0].loss:
+        return in_code if reference.contacts else _another_session(document)
+    made = _fix_decision(measured[2], measured[1])
+    made = replace(made, text=f"In your engine, {_lowered(made.text)}")
+    # Without a contact nothing tells whether a detector other than the reference would miss one.
+    if in_code.is_fix or not (reference.contacts or in_code.rank is reference):
+        return made
+    return replace(made, in_code=_in_own_code(in_code, reference))
 
 
 def _measured_fix(document: RunDocument, decided: Sequence[Rank]) -> tuple[Rank, Rank, Fix] | None:
@@ -82,10 +82,24 @@ def _fix_decision(fix: Fix, rank: Rank) -> Decision:
     return Decision(fix.text, fix.change, fix.command, fix.notes, rank, is_fix=True)
 
 
-def _in_own_code(decided: Decision) -> Decision:
+def _another_session(document: RunDocument) -> Decision:
+    """The decision where no contact was compared and nothing was mended."""
+    compared = any_decided(document)
+    why = f"{document.oracle} found no contact to compare here" if compared else "nothing of this one was compared"
+    return Decision(f"Decide with another session: {why}.")
+
+
+def _in_own_code(decided: Decision, reference: Rank) -> Decision:
     """A decision that follows one about an engine, with the place that it is about."""
-    text = decided.text.replace(", the reference:", ":")
-    return replace(decided, text=f"In your own code, {text[:1].lower()}{text[1:]}")
+    text = _lowered(decided.text)
+    if decided.rank is reference:
+        text = f"ship {reference.label}: {reference.what}, {_right(reference)}."
+    return replace(decided, text=f"In your own code, {text}")
+
+
+def _lowered(sentence: str) -> str:
+    """The sentence as it stands behind a comma."""
+    return f"{sentence[:1].lower()}{sentence[1:]}"
 
 
 def _in_code(document: RunDocument, ranks: Sequence[Rank]) -> Decision:
@@ -104,10 +118,10 @@ def _in_code(document: RunDocument, ranks: Sequence[Rank]) -> Decision:
     too_slow = _too_slow(reference) if reference in live else "did not run frame by frame"
     if too_slow:
         return _without_reference(reference, too_slow, best, fixes)
-    if best is not None and not best.loss and _faster(document, best, reference):
+    if best is not None and reference.contacts and not best.loss and _faster(document, best, reference):
         text = f"Ship {best.label}: no contact missed, none false, and faster than {reference.label}, the reference."
         return _ship(text, "", best, fixes)
-    return _ship(_reference_text(reference), _next_best(best), reference, {})
+    return _ship(_reference_text(reference), _next_best(best) if reference.contacts else "", reference, {})
 
 
 def _preference(rank: Rank) -> tuple[float, float, bool, float]:
@@ -130,9 +144,13 @@ def _faster(document: RunDocument, best: Rank, reference: Rank) -> bool:
 
 
 def _reference_text(reference: Rank) -> str:
+    return f"Ship {reference.label}, the reference: {_right(reference)}."
+
+
+def _right(reference: Rank) -> str:
+    """Why the reference is the one to ship, as the end of a sentence."""
     timed = reference.mean is not None or reference.p99 is not None
-    time = f"within {FRAME}" if timed else "its time not measured"
-    return f"Ship {reference.label}, the reference: right by definition, {time}."
+    return f"right by definition, {f'within {FRAME}' if timed else 'its time not measured'}"
 
 
 def _next_best(best: Rank | None) -> str:

@@ -9,7 +9,7 @@ from replay.auditing.noisy_contacts import ABSENT, HOLDS, UNDECIDABLE
 from replay.detection.recorded import CLOCK_FACT, OFFSET_FACT, RECORDED, ReportClock
 from replay.document.answer import Reason
 from replay.document.certainty import certainty
-from replay.document.cost import AT_ONCE, FRAME, TIMES_ARE, busy_text
+from replay.document.cost import AT_ONCE, FRAME, NO_SLOWEST, TIMES_ARE, busy_text
 from replay.document.decision import Decision, decision
 from replay.document.ranking import all_unconfirmed, lesser_faults
 from replay.document.run_document import RunDocument
@@ -279,8 +279,7 @@ def _doubtful(document: RunDocument) -> list[str]:
 def _what_else(result: Summarised) -> str:
     """The faults of the worst detector that the first sentence leaves out; ``""``: none."""
     worst = result.ranking[0]
-    text = lesser_faults(worst) if len(result.ranking) > 2 else ""
-    return f"Also {text}." if text else ""
+    return lesser_faults(worst) if len(result.ranking) > 2 else ""
 
 
 def price(result: Summarised, decided: Decision | None) -> Reason:
@@ -298,9 +297,9 @@ def price(result: Summarised, decided: Decision | None) -> Reason:
     live = rank.label not in detectors or detectors[rank.label].live
     beside = ""
     if worst.mean is not None and worst.label != rank.label and live == detectors[worst.label].live:
-        beside = f", {worst.label} {words.frame_time(worst.mean)}"
-    text = f"{rank.label} takes {words.frame_time(rank.mean)} a frame{beside}."
-    budget = f"{words.as_percentage(rank.of_frame)} of {FRAME}."
-    figures = " ".join(filter(None, [budget, "" if live else AT_ONCE, TIMES_ARE, busy_text(document)]))
-    slowest = "" if rank.p99 is None else f"99 % of frames within {words.frame_time(rank.p99)}."
-    return Reason("Cost", text, figures, details=slowest)
+        beside = f"; {worst.label} takes {words.frame_time(worst.mean)}"
+    slowest = "" if rank.p99 is None else f", 99 % of frames within {words.frame_time(rank.p99)}"
+    text = f"{rank.label} takes {words.frame_time(rank.mean)} a frame{slowest}{beside}."
+    how = AT_ONCE if not live else NO_SLOWEST if rank.p99 is None else ""
+    budget = f"Mean: {words.as_percentage(rank.of_frame)} of {FRAME}."
+    return Reason("Cost", text, " ".join(filter(None, [budget, how, TIMES_ARE, busy_text(document)])))

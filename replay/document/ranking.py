@@ -149,6 +149,11 @@ def count_range(counts: CountRange) -> Range:
     return counts.smallest, counts.largest
 
 
+def any_decided(document: RunDocument) -> bool:
+    """Whether reference and detector, of any detector, decided any pair-frame together."""
+    return any(audit.undecided.value != 1 for audit in document.audit.values())
+
+
 def all_unconfirmed(audit: DetectorAudit) -> bool:
     """Whether every false pair-frame of an audited detector is a candidate, which nobody confirmed on triangles."""
     return audit.unconfirmed > 0 and audit.unconfirmed == audit.pair_frames.false_contact
@@ -191,8 +196,24 @@ def fault_text(rank: Rank, *, largest: bool = False, whose: str = "its") -> str:
 
 
 def lesser_faults(rank: Rank) -> str:
-    """Return the faults of a detector but the larger one; ``""``: there are none."""
-    return "; ".join(_fault_texts(rank, "its")[1:])
+    """Return sentences about the faults of a detector but the first of ``fault_text``; ``""``: there are none."""
+    false = false_text(rank.false, rank.unconfirmed, f"{rank.label}'s")
+    besides, missed = f"Besides, {false}." if false else "", _misses_too(rank)
+    texts = [text for text in ([besides, missed] if rank.leads_false else [missed, besides]) if text]
+    return " ".join(texts if rank.undecided else texts[1:])
+
+
+def _misses_too(rank: Rank) -> str:
+    """``hull50 also misses 0-1 of 18 contacts; 1-3 are late or cut short.``; ``""``: none of both."""
+    missed, late = rank.missed_counts or (0, 0), rank.late_counts or (0, 0)
+    contacts, verb = plural(rank.contacts, "contact"), "is" if late == (1, 1) else "are"
+    short = f"{words.count_range(late)} {verb} late or cut short"
+    if missed[1]:
+        rest = f"; {short}" if late[1] else ""
+        return f"{rank.label} also misses {words.count_range(missed)} of {contacts}{rest}."
+    if late[1]:
+        return f"{rank.label} also reports {words.count_range(late)} of {contacts} late or cut short."
+    return ""
 
 
 def _fault_texts(rank: Rank, whose: str) -> list[str]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from replay.document.depth import depth_text
-from replay.document.ranking import Rank, with_fixes
+from replay.document.ranking import Rank, any_decided, with_fixes
 from replay.document.tables import Table, text_of
 from replay.show.accuracy import accuracy_plot, run_dots
 from replay.show.plots import SIZE, Plot
@@ -24,16 +24,11 @@ def page_facts(view: RunView) -> str:
     """How long a session is, how many contacts it has, and whether it was made up."""
     session = view.document.session
     facts = [duration(session.duration)]
-    if view.ranking and _any_contact_decided(view):
+    if view.ranking and any_decided(view.document):
         facts.append(plural(view.ranking[-1].contacts, "contact"))
     if "synthetic" in session.facts:
         facts.append("made up")
     return ", ".join(facts)
-
-
-def _any_contact_decided(view: RunView) -> bool:
-    """Whether anything was decided by both, of any detector."""
-    return any(audit.undecided.value != 1 for audit in view.document.audit.values())
 
 
 MOST_CONTACTS: Final = 4000
@@ -104,7 +99,7 @@ def comparison_of(view: RunView, mark: float | None = None) -> Comparison:
         first = 0 if rank.missed_counts is not None else table.head.index("mean ms")
         rows.append(RankRow(rank, leads, bad, cell_texts[first:], interval))
     title = table.title.rstrip(":") if view.ranking and view.ranking[-1].contacts else happened(0)
-    if not _any_contact_decided(view):
+    if not any_decided(view.document):
         title = "Nothing was compared."
     return Comparison(title, table.head, rows, list(section.sentences), _scatter(view), _timeline(view, mark))
 

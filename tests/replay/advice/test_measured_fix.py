@@ -169,7 +169,7 @@ def test_the_command_line_gives_a_fix_time(tmp_path, capsys):
     write_session(stirred(BEAKER), tmp_path / "s.mcap")
     assert main(["run", str(tmp_path / "s.mcap"), "--detectors", "hull50,exact"]) == 0
     output = " ".join(capsys.readouterr().out.split())
-    assert "Do Split beaker into" in output and re.search(r"False \d+ % -> \d+ %", output)
+    assert "Do In your engine, split beaker into" in output and re.search(r"False \d+ % -> \d+ %", output)
     assert main(["run", str(tmp_path / "s.mcap"), "--detectors", "hull50,exact", "--fix-time", "0"]) == 0
     assert "split beaker into" not in capsys.readouterr().out.lower()
 

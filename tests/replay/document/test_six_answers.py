@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from msgspec import structs
 from rich.console import Console, Group
-from support.report_states import STATES, detector_of, document_with, steady, times_of
+from support.report_states import STATES, audit_of, detector_of, document_with, steady, times_of
 
 from replay import words
 from replay.auditing.wilson import proportion
@@ -15,8 +15,8 @@ from replay.cli.run_tables import answer_lines
 from replay.document.answer import Answer, Fix, FixFigures
 from replay.document.certainty import certainty
 from replay.document.cost import BUDGET_MS, busy_sentence
-from replay.document.decision import decision
-from replay.document.ranking import Rank
+from replay.document.decision import SHIP_COMMAND, decision
+from replay.document.ranking import Rank, lesser_faults
 from replay.show.sections import SectionName, section_of
 
 AUDITED = [state for state in STATES if state not in ("no reference", "effects", "findings")]
@@ -150,11 +150,11 @@ def test_a_shipped_fix_has_its_trade_in_the_same_sentence(false, missed, ships):
     made = decision(structs.replace(document_of("a", "exact"), answers=(Answer("a", "", fix=fix),)), ranks)
     assert made.rank.label == ships and made.is_fix == (ships == "a+fix")
     if made.is_fix:
-        assert made.text == fix.text and fix.change == made.figures and made.command == fix.command
+        assert made.text == "In your engine, split b." and fix.change == made.figures and made.command == fix.command
         assert made.rank.loss == pytest.approx(false + missed / 9)
 
 
-@pytest.mark.parametrize(("false", "place"), [(0.1, "Split b"), (0.8, "Ship exact")])
+@pytest.mark.parametrize(("false", "place"), [(0.1, "In your engine, split b"), (0.8, "Ship exact")])
 def test_engine_gets_its_fix_and_own_code_the_reference(false, place):
     ranks = [rank_of("a", false=0.86), rank_of("exact")]
     answers = (Answer("a", "", fix=fix_of(false, missed=1)),)
@@ -162,7 +162,48 @@ def test_engine_gets_its_fix_and_own_code_the_reference(false, place):
     assert made.text.startswith(place)
     assert (made.in_code is not None) == made.is_fix
     if made.in_code is not None:
-        assert made.in_code.text.startswith("In your own code, ship exact: right by definition")
+        assert made.in_code.text.startswith("In your own code, ship exact: exact, right by definition")
+
+
+@pytest.mark.parametrize(
+    ("state", "does"),
+    [("in a hollow that is cut", "In your engine, split gate"), ("in a hollow", "Decide with another")],
+)
+def test_without_a_contact_only_false_contact_is_judged(state, does):
+    reasons = {reason.heading: reason for reason in section_of(steady(state), SectionName.ANSWER).reasons}
+    assert reasons["Do"].text.startswith(does)
+    assert reasons["Sure"].text == "Only of false contact: exact found no contact to compare, so none could be missed."
+    if "cut" in state:
+        assert reasons["Do"].figures == "False 100 % -> 0 %, no contact to miss." and reasons["Do"].command
+        assert reasons["Or"].text.startswith("In your own code, ship exact: every triangle, every frame")
+
+
+def test_without_a_contact_no_other_detector_is_called_right():
+    ranks = [rank_of("a", 0, false=0.86), rank_of("b", 0, mean=5e-5), rank_of("exact", 0)]
+    fix = structs.replace(fix_of(0.0, missed=0), command=SHIP_COMMAND)
+    document = structs.replace(
+        document_of("a", "b", "exact"), answers=(Answer("a", "", fix=fix),), audit={"a": audit_of()}
+    )
+    for reference in (ranks[2], replace(ranks[2], p99=SLOW)):
+        made = decision(document, [*ranks[:2], reference])
+        assert made.is_fix and "b" not in (made.in_code.text if made.in_code else "").split()
+        assert (made.in_code is None) == (reference.p99 == SLOW)
+
+
+@pytest.mark.parametrize(
+    ("missed", "late", "false", "undecided", "text"),
+    [
+        ((0, 1), (1, 3), 0.9, 0, "a also misses 0-1 of 9 contacts; 1-3 are late or cut short."),
+        ((1, 1), (1, 1), 0.9, 0, "a also misses 1 of 9 contacts; 1 is late or cut short."),
+        ((0, 0), (2, 2), 0.9, 0, "a also reports 2 of 9 contacts late or cut short."),
+        ((9, 9), (0, 0), 0.1, 0, "Besides, 10 % of a's contact time is false."),
+        ((9, 9), (0, 0), 0.0, 0, ""),
+        ((9, 9), (0, 0), 0.1, 2, "a also misses 9 of 9 contacts. Besides, 10 % of a's contact time is false."),
+    ],
+)
+def test_lesser_faults_are_whole_sentences(missed, late, false, undecided, text):
+    rank = rank_of("a", missed=missed[1], false=false, undecided=undecided, time_missed=proportion(0, 9))
+    assert lesser_faults(replace(rank, missed_counts=missed, late_counts=late)) == text
 
 
 def test_untimed_reference_is_not_said_to_fit_a_frame():
