@@ -138,6 +138,7 @@ def _demo_class(out: Path, students: int, *, seed: int, jobs: int, people: Peopl
         people=people,
         seed=seed,
         force=True,
-        title="A made-up class, in whose model the detector has no effect",
+        title="A made-up class",
+        note="This class is made up; in its model the detector has no effect on the answers.",
     )
     return DATA_LOSS if [*failed, *batch.failed] else OK

@@ -64,6 +64,7 @@ def write_page(
     as_json: bool = False,
     tables: str = "csv",
     title: str = "Class",
+    note: str = "",
 ) -> int:
     """Analyse runs, and answers by a codebook if there are any; write the study folder ``out``, print the tables."""
     if questionnaire is not None:
@@ -92,7 +93,9 @@ def write_page(
         study = analyse(book, answers, sessions.as_metrics(), detector=detector, seed=seed)
         people.say(*(f"note: {sentence}" for sentence in study.unmatched))
         inputs |= {"questionnaire": f"sha256:{file_hash(questionnaire)}", "codebook": f"sha256:{file_hash(codebook)}"}
-    folder.write_study(sessions, study, out, title=title, inputs=inputs, force=force, seed=seed, tables=tables)
+    folder.write_study(
+        sessions, study, out, title=title, note=note, inputs=inputs, force=force, seed=seed, tables=tables
+    )
     answer(
         as_json,
         folder.as_json(sessions, study),

@@ -1,5 +1,6 @@
 """The charts of a class, with intervals: results by detector, time in contact by group, associations, reliability."""
 
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -10,13 +11,20 @@ from replay.studies.class_study.analysis import Sensitivity, Study
 from replay.studies.class_study.class_tables import ClassTables
 from replay.studies.class_study.refusals import LEAST_IN_CELL
 from replay.studies.class_study.regression import Finding
-from replay.studies.class_study.tables import readable_name, result_name
+from replay.studies.class_study.tables import held_constant, result_name
 
 ACCEPTABLE_ALPHA: Final = 0.7
 """Cronbach's alpha from which on a scale is commonly called reliable."""
 
 MOST_RESULTS: Final = 12
 """Rows of the chart of results by detector."""
+
+COLOURS: Final = "blue: associated, grey: may be chance"
+"""The key of every chart with results that were tested; other charts are drawn as ``UNTESTED``."""
+
+UNTESTED: Final = "untested"
+
+REGRESSIONS: Final = ("simple", "multiple")
 
 EVERYBODY: Final = "all students"
 
@@ -25,35 +33,41 @@ def class_charts(tables: ClassTables, study: Study | None) -> list[Plot]:
     """Return the charts for which there are figures."""
     charts = [_contact_time(tables, study)]
     if study is not None:
-        charts = [_sensitivity(study), *charts, _associations(study), _reliability(study)]
+        coefficients = _sensitivity(study, REGRESSIONS, "Associations by detector", "standardised coefficient")
+        differences = _sensitivity(study, ("groups",), "Groups by detector", "difference of means")
+        charts = [coefficients, differences, *charts, _associations(study), _reliability(study)]
     return [chart for chart in charts if chart is not None]
 
 
-def _sensitivity(study: Study) -> Plot | None:
-    """Each result about contacts with the detector of the study, and with every other one below it."""
-    by_result: dict[tuple[str, str], list[Sensitivity]] = {}
+def _sensitivity(study: Study, kinds: tuple[str, ...], title: str, axis: str) -> Plot | None:
+    """Results about contacts of some kinds by the detector that counts; detectors with equal figures share a row."""
+    by_result: dict[tuple[str, tuple[str, ...]], list[Sensitivity]] = {}
     for row in sorted(study.sensitivity, key=lambda row: not row.changes):
-        by_result.setdefault((row.before.name, row.before.outcome), []).append(row)
+        if row.before.kind in kinds:
+            by_result.setdefault((row.before.name, row.before.variables), []).append(row)
     rows: list[IntervalRow] = []
     for others in by_result.values():
         before = others[0].before
-        rows.append(_result_row(f"{result_name(before)}: {study.detector}", before, "reference"))
-        for row in others:
-            if row.after is not None and np.isfinite(row.after.beta):
-                rows.append(_result_row(row.detector, row.after, "false" if row.changes else "right"))
-    caption = (
-        "The headline: each result about contacts by the detector that found them, with 95 % intervals. Grey: the "
-        "detector of this page, blue: the same conclusion, yellow: another one."
-    )
+        findings = {study.detector: before} | {row.detector: row.after for row in others if row.after is not None}
+        equal: dict[IntervalRow, list[str]] = {}
+        for detector, finding in findings.items():
+            if np.isfinite(finding.beta):
+                equal.setdefault(_figures(finding), []).append(detector)
+        prefix = f"{result_name(before)}{held_constant(before)}: "
+        for figures, detectors in equal.items():
+            rows.append(replace(figures, name=f"{prefix}{', '.join(detectors)}"))
+            prefix = ""
+    caption = f"Results by the detector that counts contacts, with 95 % intervals; {COLOURS}."
     if not rows:
         return None
-    title = "Results about contacts by detector"
-    return interval_plot(rows[:MOST_RESULTS], caption, "coefficient or difference", title=title, marks=(0.0,))
+    return interval_plot(rows[:MOST_RESULTS], caption, axis, title=title, marks=(0.0,))
 
 
-def _result_row(name: str, finding: Finding, kind: str) -> IntervalRow:
+def _figures(finding: Finding) -> IntervalRow:
+    """Return the row of a result without its name, to the digits printed."""
     label = f"{finding.beta:+.2f}, n = {finding.students}"
-    return IntervalRow(name, finding.beta, finding.low, finding.high, label, kind)
+    value, lower, upper = (round(figure, 2) for figure in (finding.beta, finding.low, finding.high))
+    return IntervalRow("", value, lower, upper, label, "right" if finding.associated else "reference")
 
 
 def _contact_time(tables: ClassTables, study: Study | None) -> Plot | None:
@@ -66,7 +80,7 @@ def _contact_time(tables: ClassTables, study: Study | None) -> Plot | None:
         if estimate.students >= LEAST_IN_CELL and np.isfinite(estimate.value):
             label = f"{estimate.value:.3g} s, n = {estimate.students}"
             name = f"group {group}" if groups else group
-            rows.append(IntervalRow(name, estimate.value, estimate.low, estimate.high, label, "right"))
+            rows.append(IntervalRow(name, estimate.value, estimate.low, estimate.high, label, UNTESTED))
     declared = " Groups are those that the codebook declares." if groups else ""
     caption = f"Time in contact a minute, in seconds, all pairs added up. Bars: 95 % intervals.{declared}"
     if not rows:
@@ -76,23 +90,10 @@ def _contact_time(tables: ClassTables, study: Study | None) -> Plot | None:
 
 def _associations(study: Study) -> Plot | None:
     """Standardised coefficients; grey: cannot be distinguished from chance."""
-    rows = [
-        IntervalRow(
-            f"{readable_name(c.name)} with {readable_name(c.outcome)}{'' if c.kind == 'simple' else ' *'}",
-            c.beta,
-            c.low,
-            c.high,
-            f"{c.beta:+.2f}, n = {c.students}",
-            "right" if c.associated else "reference",
-        )
-        for c in study.coefficients
-    ]
-    held = (
-        " *: with the other predictors held constant." if any(c.kind == "multiple" for c in study.coefficients) else ""
-    )
+    rows = [replace(_figures(c), name=f"{result_name(c)}{held_constant(c)}") for c in study.coefficients]
     caption = (
-        "Associations, standardised, with 95 % intervals; blue: associated, grey: may be chance. A grey bar can leave "
-        f"out zero: colours follow p after Holm's correction, bars have none.{held}"
+        f"Associations, standardised, with 95 % intervals; {COLOURS}. A grey bar can leave out zero: colours follow p "
+        "after Holm's correction, bars have none."
     )
     if not rows:
         return None
@@ -102,7 +103,7 @@ def _associations(study: Study) -> Plot | None:
 def _reliability(study: Study) -> Plot | None:
     """Cronbach's alpha of each construct, beside the usual limit."""
     rows = [
-        IntervalRow(name, own.alpha, own.low, own.high, f"{own.alpha:.2f}, n = {own.students}", "right")
+        IntervalRow(name, own.alpha, own.low, own.high, f"{own.alpha:.2f}, n = {own.students}", UNTESTED)
         for name, own in study.reliabilities.items()
     ]
     limit = words.number(ACCEPTABLE_ALPHA)

@@ -12,8 +12,8 @@ from replay.auditing.fault import Cause
 from replay.document.columns import file_names
 from replay.document.fault_sentences import REASONS
 from replay.document.tables import Marked
-from replay.studies.class_study.analysis import Study
-from replay.studies.class_study.class_tables import ClassTables, Place, sessions_table
+from replay.studies.class_study.analysis import Sensitivity, Study
+from replay.studies.class_study.class_tables import ClassTables, Mistakes, Place, sessions_table
 from replay.studies.class_study.refusals import LEAST_IN_CELL, few
 from replay.studies.class_study.regression import LEVEL
 from replay.studies.class_study.tables import behind, headlines
@@ -22,7 +22,13 @@ from replay.words import plural
 MOST_SESSIONS: Final = 3
 """Sessions that are named on the first screen; the table below has the others."""
 
-FIRST_SESSIONS: Final = "Of the sessions with most missed or late contacts, each with its longest one."
+FIRST_SESSIONS: Final = (
+    "These are among the sessions with most missed or late contacts; each link opens the one where the surfaces "
+    "intersect most."
+)
+
+MOST_DETECTORS: Final = 3
+"""Detectors whose mistakes are counted in a sentence."""
 
 MOST_FOUND: Final = 3
 """Results that are named there."""
@@ -68,7 +74,7 @@ def class_answer(tables: ClassTables, where: Mapping[str, Place], study: Study |
             details=" ".join(tables.headlines()),
         ),
         AnswerRow("When", "Look first at", FIRST_SESSIONS, links=_first_sessions(tables, where)),
-        AnswerRow("Why", *_first_and_rest(_causes(tables))),
+        _reason(tables, study),
         AnswerRow("Do", *_first_and_rest(_detector(tables, study))),
         AnswerRow("Cost", *_first_and_rest(_times(tables, study))),
         AnswerRow("Or", *_first_and_rest(_other_detectors(study))),
@@ -129,17 +135,68 @@ def _causes(tables: ClassTables) -> list[str]:
     return sentences
 
 
+def _reason(tables: ClassTables, study: Study | None) -> AnswerRow:
+    """Why a conclusion changes or not: the mistakes of the detectors compared; else why contacts are missed."""
+    causes = _causes(tables)
+    tested = [row for row in study.sensitivity if row.tested] if study is not None else []
+    changing = {row.detector for row in tested if row.changes}
+    compared = changing or {row.detector for row in tested}
+    if study is not None and tested:
+        compared.add(study.detector)
+    counted = {label: tables.mistakes(label) for label in tables.runs.audited if label in compared}
+    known = [(label, counts) for label, counts in counted.items() if counts is not None]
+    known.sort(key=lambda item: (item[0] not in changing, -item[1].wrong))
+    if study is None or not any(counts.wrong or counts.false_contacts for _, counts in known):
+        return AnswerRow("Why", *_first_and_rest(causes))
+    sentences = [f"{label} {_mistakes_text(counts)}." for label, counts in known]
+    if changing:
+        (first, counts), *_ = known
+        leads = "leads to another conclusion" if first in changing else "counts for this study"
+        text = f"{first} {leads}: it {_mistakes_text(counts)}."
+        return AnswerRow("Why", text, " ".join(sentences[1:]), details=" ".join(causes))
+    (first, counts), *others = known[:MOST_DETECTORS]
+    several = len({counts.contacts for _, counts in known}) > 1
+    wrong = [f"{label} {own.wrong}{f' of {own.contacts}' if several else ''}" for label, own in others]
+    wrong.insert(0, f"{first} got {counts.wrong} of {plural(counts.contacts, 'contact')} wrong")
+    moved = "moved no result" if _same_results(tested) else "changed no conclusion"
+    text = f"The detectors' mistakes {moved}: {', '.join(wrong)}."
+    return AnswerRow("Why", text, " ".join(sentences), details=" ".join(causes))
+
+
+def _same_results(tested: list[Sensitivity]) -> bool:
+    """Whether each result has the same figure with every detector, to the digits printed."""
+    return all(row.after is not None and f"{row.before.beta:.3f}" == f"{row.after.beta:.3f}" for row in tested)
+
+
+def _mistakes_text(counts: Mistakes) -> str:
+    """Return the mistakes of a detector by their kind, as the end of a sentence."""
+    missed = f"missed {counts.missed} of {plural(counts.contacts, 'contact')}"
+    late = f"was late or cut short in {counts.late_or_cut_short}"
+    return f"{missed}, {late} and reported {plural(counts.false_contacts, 'false contact')}"
+
+
 def _detector(tables: ClassTables, study: Study | None) -> list[str]:
-    """The detector whose contacts to use."""
-    if study is not None:
-        return [
-            f"Use the contacts of {study.detector}.",
-            "Every figure about contacts on this page comes from them.",
-        ]
+    """The detector with which to count, and where nothing is associated the students that a link takes."""
     trusted = _trusted(tables)
-    if not trusted:
-        return []
-    return [f"Use the contacts of {' or '.join(trusted)}, the reference.", "The others are measured against them."]
+    if study is None:
+        if not trusted:
+            return []
+        return [f"Count contacts with {' or '.join(trusted)}, the reference.", "The others are measured against it."]
+    recommended = study.detector if not trusted or study.detector in trusted else " or ".join(trusted)
+    source = f"Every result about contacts on this page is counted with {study.detector}."
+    students = students_needed(MEDIUM)
+    if not _takes_more_students(study):
+        return [f"Count contacts with {recommended}.", source]
+    return [
+        f"Count contacts with {recommended}; to find an association of {MEDIUM:g}, ask {students} students.",
+        f"So many find it in 4 of 5 such classes (one test at p < {LEVEL:g}).",
+        source,
+    ]
+
+
+def _takes_more_students(study: Study) -> bool:
+    """Whether nothing is associated and a medium association takes more students than were asked."""
+    return study.students < students_needed(MEDIUM) and not any(finding.associated for finding in study.findings)
 
 
 def _trusted(tables: ClassTables) -> list[str]:
@@ -148,16 +205,19 @@ def _trusted(tables: ClassTables) -> list[str]:
 
 
 def _other_detectors(study: Study | None) -> list[str]:
-    """The other detectors that would do, and those that change a conclusion; ``""``: none was tested."""
+    """The other detector that finds most and changes no conclusion; empty: none was tested."""
     tested = [row for row in study.sensitivity if row.tested] if study is not None else []
     changing = list(dict.fromkeys(row.detector for row in tested if row.changes))
     same = [label for label in dict.fromkeys(row.detector for row in tested) if label not in changing]
-    sentences = []
-    if same:
-        sentences.append(f"The same conclusions follow with {', '.join(same)}.")
-    if changing:
-        sentences.insert(0, f"Another conclusion follows with {', '.join(changing)}.")
-    return sentences
+    if changing and not same:
+        return ["None: every other detector that was tested changes a conclusion."]
+    recalls = {row.detector: row.recall for row in tested if row.detector in same and row.recall is not None}
+    if not recalls:
+        return [f"Count with {' or '.join(same)}."] if same else []
+    most = max(recalls.values())
+    best = [label for label, recall in recalls.items() if recall == most]
+    others = ", more than the others that change no conclusion" if len(best) < len(same) == len(recalls) else ""
+    return [f"Count with {' or '.join(best)}, which finds {words.as_percentage(most)} of contact frames{others}."]
 
 
 def _times(tables: ClassTables, study: Study | None) -> list[str]:
@@ -176,7 +236,12 @@ def _times(tables: ClassTables, study: Study | None) -> list[str]:
     recommended = study.detector if study is not None else next(iter(_trusted(tables)), "")
     first = recommended if recommended in means else next(iter(means))
     others = ", ".join(f"{label} {time}" for label, time in means.items() if label != first)
-    return [f"{first} takes {means[first]} a frame.", f"{others}: means over the sessions." if others else ""]
+    seconds = {label: float(np.mean(values)) for label, values in times.items()}
+    cheapest = all(
+        seconds[first] < value and means[first] != means[label] for label, value in seconds.items() if label != first
+    )
+    least = ", less than every other detector" if cheapest and others else ""
+    return [f"{first} takes {means[first]} a frame{least}.", f"{others}: means over the sessions." if others else ""]
 
 
 TWO_SIDED: Final = 1.959964
@@ -213,11 +278,11 @@ def _certainty(tables: ClassTables, study: Study | None) -> AnswerRow:
     text, least = figures[0], least_association(study.students)
     if least is not None:
         text = f"With {study.students} students, only associations above {words.number(least, 2)} are found reliably."
-        figures = [
+        needed = (
             f"An association of {MEDIUM:g} takes {students_needed(MEDIUM)} students "
-            f"(found in 4 of 5 such classes, one test at p < {LEVEL:g}).",
-            *figures,
-        ]
+            f"(found in 4 of 5 such classes, one test at p < {LEVEL:g})."
+        )
+        figures = figures if _takes_more_students(study) else [needed, *figures]
     else:
         figures = []
     refused = [f"{refusal.what} ({refusal.reason})" for refusal in study.refusals]

@@ -25,7 +25,7 @@ HEADS: Final = ("run", "detector", "body_a", "body_b", "held")
 
 COUNTED_COLUMNS: Final[dict[str, tuple[str, ...]]] = {
     "episodes": file_names("episodes", *HEADS, "missed_by", "task", "stage", "start", "end"),
-    "misses": file_names("misses", *HEADS, "number", "kind", "cause", "cut_length", "touch", "start"),
+    "misses": file_names("misses", *HEADS, "number", "episode", "kind", "cause", "cut_length", "touch", "start"),
     "false_contacts": file_names("false", "run", "detector", "held", "kind", "cause"),
 }
 """Table -> the columns of it that the page counts: of 4,000 sessions all of them would not fit into 300 MB."""

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from cdcore.numerics import FloatArray
 from replay import words
+from replay.auditing.fault import FaultKind
 from replay.document.tables import Cell, Column, Marked, Table
 from replay.show.report.markup import moment_address
 from replay.show.results.run_folder import REPORT
@@ -87,6 +88,21 @@ class _Row:
     heads: tuple[str, ...]
     sessions: FloatArray
     cells: tuple[Cell, ...]
+
+
+@dataclass(frozen=True)
+class Mistakes:
+    """Contacts of the sessions that a detector saw, those that it got wrong, and its false contacts."""
+
+    contacts: int
+    missed: int
+    late_or_cut_short: int
+    false_contacts: int
+
+    @property
+    def wrong(self) -> int:
+        """Contacts missed, late or cut short."""
+        return self.missed + self.late_or_cut_short
 
 
 class ClassTables:
@@ -248,6 +264,19 @@ class ClassTables:
                 key = tuple(row[column] or "" for column in columns)
                 counts.setdefault(key, np.zeros(len(self._owners)))[row["place"]] += row["count_all"]
         return dict(sorted(counts.items(), key=lambda item: (-item[1].sum(), item[0])))
+
+    def mistakes(self, label: str) -> Mistakes | None:
+        """Return the mistakes of an audited detector; ``None``: fewer than five students have a contact."""
+        present = sum(self.counts("episodes").values(), np.zeros(len(self._owners))) * self._contacts_by(label)
+        if self.students_with(present) < LEAST_IN_CELL:
+            return None
+        misses = self.runs.tables["misses"].select(["detector", "place", "episode", "kind"])
+        rows = [row for row in misses.to_pylist() if row["detector"] == label]
+        wrong = {(row["place"], row["episode"]) for row in rows if self._known[row["place"]]}
+        never = {(row["place"], row["episode"]) for row in rows if row["kind"] == FaultKind.NEVER_REPORTED}
+        missed = len(wrong & never)
+        false_contacts = sum(self.counts("false_contacts", "detector").get((label,), np.zeros(1)))
+        return Mistakes(int(present.sum()), missed, len(wrong) - missed, int(false_contacts))
 
     def students_with(self, counts: FloatArray) -> int:
         """Number of students in whose sessions anything is counted."""

@@ -26,6 +26,7 @@ def write_study(
     *,
     inputs: dict[str, str],
     title: str = "Class",
+    note: str = "",
     force: bool = False,
     seed: int = 0,
     tables: str = CSV,
@@ -33,11 +34,12 @@ def write_study(
     """Write a study folder; whole, or not at all.
 
     ``inputs`` are names and digests of the files, and the seed; ``title`` heads the page, which leads to the reports
-    of the runs; ``force`` replaces an earlier study folder; ``tables`` is the form of its tables.
+    of the runs, and ``note`` stands below its first sentence; ``force`` replaces an earlier study folder; ``tables``
+    is the form of its tables.
     Raises ``OutputError``: the folder exists, or cannot be written.
     """
     check_target(out, force=force, kind=STUDY)
-    page = study_html(runs, places(runs, out), study, title, seed)
+    page = study_html(runs, places(runs, out), study, title, seed, note)
     with result_folder(out, STUDY, force=force) as folder:
         (folder / PAGE).write_text(page, encoding="utf-8", newline="\n")
         if study is not None:

@@ -37,17 +37,23 @@ MOST_UNMATCHED: Final = 8
 
 
 def study_html(
-    runs: ClassRuns, where: Mapping[str, Place], study: Study | None = None, title: str = "Class", seed: int = 0
+    runs: ClassRuns,
+    where: Mapping[str, Place],
+    study: Study | None = None,
+    title: str = "Class",
+    seed: int = 0,
+    note: str = "",
 ) -> str:
     """The page as text: of the sessions of a class, and of a study where there is a questionnaire.
 
-    ``where`` is run -> name and address of its page.
+    ``where`` is run -> name and address of its page; ``note`` is a sentence below the first one.
     """
     tables = ClassTables(runs, seed)
     undecided = open_guesses_line(runs_with_open_guesses(runs), len(runs.metrics))
     values: dict[str, Any] = {
         "title": title,
         "opening": opening(study, class_counts(runs)),
+        "note": note,
         "doubts": undecided,
         "answer": class_answer(tables, where, study),
         "unmatched": [],

@@ -35,6 +35,10 @@ PRINTED: Final = {
 """The sample as Table II of the paper prints it."""
 
 
+MOST_UNDECIDED: Final = 2
+"""Undecided results that are named."""
+
+
 def readable_name(name: str) -> str:
     """A column's name as words: ``contacts_per_min`` is contacts per minute."""
     return re.sub(r"\bper min\b", "per minute", name.replace("_", " "))
@@ -44,6 +48,11 @@ def result_name(finding: Finding) -> str:
     """A result in words: ``near misses with motivation``; ``near misses: group b less group a``."""
     name, outcome = readable_name(finding.name), readable_name(finding.outcome)
     return f"{outcome}: {name}" if finding.kind == "groups" else f"{name} with {outcome}"
+
+
+def held_constant(finding: Finding) -> str:
+    """Return what follows the name of a coefficient of several predictors."""
+    return ", others held constant" if finding.kind == "multiple" else ""
 
 
 def p_text(p: float | None) -> str:
@@ -70,9 +79,14 @@ def headlines(study: Study) -> list[str]:
     if not tested:
         return ["No association was tested"]
     students = f"{tested[0]}" if len(tested) == 1 else f"{tested[0]} to {tested[-1]}"
-    undecided = sum(finding.conclusion.startswith(UNDECIDED) for finding in study.findings)
-    more = f"; {undecided} of {len(study.findings)} {UNDECIDED}" if undecided else ""
-    return [f"No association could be distinguished from chance in {students} students{more}"]
+    chance = f"No association could be distinguished from chance in {students} students"
+    undecided = [finding for finding in study.findings if finding.conclusion.startswith(UNDECIDED)]
+    if not undecided:
+        return [chance]
+    named = "; ".join(f"{result_name(finding)}{held_constant(finding)}" for finding in undecided[:MOST_UNDECIDED])
+    among = "among them " if len(undecided) > MOST_UNDECIDED else ""
+    verb = "is" if len(undecided) == 1 else "are"
+    return [f"{chance}; {len(undecided)} of {plural(len(study.findings), 'result')} {verb} undecided: {among}{named}"]
 
 
 def _more(finding: Finding) -> str:
@@ -235,16 +249,16 @@ def _verdict(study: Study | None) -> str:
     changed = [_changed(study, row) for row in study.sensitivity if row.tested and row.changes]
     if changed:
         return f"the detector changes {plural(len(changed), 'conclusion')}: {'; '.join(changed)}."
-    return f"the detector changes no conclusion{_nothing_associated(study)}."
+    return f"{_nothing_associated(study) or 'the detector changes no conclusion'}."
 
 
 def _nothing_associated(study: Study) -> str:
-    """``; no association was found with any detector``; ``""`` where one about behaviour was found."""
+    """Say that there is no association, whichever detector counts; ``""`` where one about behaviour was found."""
     results = [result for row in study.sensitivity for result in (row.before, row.after) if result is not None]
     if any(result.associated for result in results):
         return ""
     about = " with behaviour" if any(finding.associated for finding in study.findings) else ""
-    return f"; no association{about} was found with any detector"
+    return f"no association{about} was found, with whichever detector contacts are counted"
 
 
 def _changed(study: Study, row: Sensitivity) -> str:

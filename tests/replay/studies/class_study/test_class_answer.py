@@ -2,6 +2,7 @@
 
 import re
 from collections import Counter
+from dataclasses import replace
 from html import unescape
 
 import numpy as np
@@ -42,7 +43,7 @@ def test_page_answers_seven_headings_in_their_order(runs, study, tmp_path, quest
     assert re.findall(r"<dt>(\w+)</dt>", page) == [name for name in names if questioned or name != "Or"]
     text = unescape(re.sub(r"<[^>]*>", "", page[page.index("<dl>") : page.index("</dl>")]))
     assert ("there is no questionnaire" in text) == (not questioned)
-    assert "Use the contacts of exact" in text
+    assert "Count contacts with exact" in text
 
 
 def test_cause_of_each_detector_is_its_most_frequent_one(runs, study, tmp_path):
@@ -51,7 +52,7 @@ def test_cause_of_each_detector_is_its_most_frequent_one(runs, study, tmp_path):
         rows = pq.read_table(file).to_pylist()
         counted.update((row["detector"], row["cause"]) for row in rows if not row["held"])
     row = rows_of(runs, study, tmp_path)["Why"]
-    why = f"{row.text} {row.figures}"
+    why = f"{row.text} {row.figures} {row.details}"
     for label in runs.audited:
         counts = {cause: count for (own, cause), count in counted.items() if own == label}
         most = {cause for cause, count in counts.items() if count == max(counts.values())}
@@ -77,11 +78,54 @@ def test_a_cause_of_fewer_than_five_students_is_not_named(tmp_path):
 
 
 def test_changing_detectors_are_named_as_such(runs, study, tmp_path):
-    row = rows_of(runs, study, tmp_path)["Or"]
-    text = f"{row.text} {row.figures}"
-    changing = {row.detector for row in study.sensitivity if row.tested and row.changes}
-    assert ("Another conclusion follows with" in text) == bool(changing)
-    assert all(label in text for label in changing)
+    changed = [study.sensitivity[0]] + [replace(row, after=associated(row.after)) for row in study.sensitivity[1:]]
+    assert [row.changes for row in changed] == [False, True]
+    rows = rows_of(runs, replace(study, sensitivity=tuple(changed)), tmp_path)
+    detector = changed[1].detector
+    counts = ClassTables(runs).mistakes(detector)
+    assert rows["Why"].text == (
+        f"{detector} leads to another conclusion: it missed {counts.missed} of {counts.contacts} contacts, was late or "
+        f"cut short in {counts.late_or_cut_short} and reported {counts.false_contacts} false contacts."
+    )
+    assert changed[0].detector in rows["Or"].text and detector not in rows["Or"].text
+    every = replace(study, sensitivity=tuple(replace(row, after=associated(row.after)) for row in study.sensitivity))
+    assert rows_of(runs, every, tmp_path)["Or"].text.startswith("None: every other detector")
+
+
+def associated(finding):
+    return replace(finding, beta=0.7, low=0.4, high=0.9, p=0.001, p_holm=0.001)
+
+
+def test_why_counts_mistakes_that_changed_no_conclusion(runs, study, tmp_path):
+    moved = rows_of(runs, study, tmp_path)["Why"].text
+    assert moved.startswith("The detectors' mistakes changed no conclusion: ")
+    same = replace(study, sensitivity=tuple(replace(row, after=row.before) for row in study.sensitivity))
+    unmoved = rows_of(runs, same, tmp_path)["Why"]
+    assert unmoved.text.startswith("The detectors' mistakes moved no result: ")
+    wrong, contacts = Counter(), 0
+    for folder in runs.top.glob("*/"):
+        misses = pq.read_table(folder / "misses.parquet").to_pylist()
+        wrong.update(
+            detector for detector, _ in {(row["detector"], row["episode"]) for row in misses if not row["held"]}
+        )
+        contacts += sum(not row["held"] for row in pq.read_table(folder / "episodes.parquet").to_pylist())
+    (first, most), (second, fewer) = wrong.most_common()
+    assert unmoved.text.endswith(f": {first} got {most} of {contacts} contacts wrong, {second} {fewer}.")
+
+
+def test_students_needed_stand_below_do_only_without_an_association(runs, study, tmp_path):
+    rows = rows_of(runs, study, tmp_path)
+    assert rows["Do"].text == "Count contacts with exact; to find an association of 0.3, ask 85 students."
+    assert "85" not in rows["Sure"].figures
+    first, *others = study.coefficients
+    some = rows_of(runs, replace(study, coefficients=(associated(first), *others)), tmp_path)
+    assert some["Do"].text == "Count contacts with exact." and "takes 85 students" in some["Sure"].figures
+    assert "ask" not in rows_of(runs, replace(study, students=85), tmp_path)["Do"].text
+
+
+def test_recommended_detector_is_the_reference_though_another_counts(runs, study, tmp_path):
+    do = rows_of(runs, replace(study, detector="slow"), tmp_path)["Do"]
+    assert do.text.startswith("Count contacts with exact") and do.figures.endswith("is counted with slow.")
 
 
 @pytest.mark.parametrize("students", [20, 24, 100])

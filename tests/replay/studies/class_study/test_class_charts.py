@@ -2,8 +2,10 @@
 
 from types import SimpleNamespace
 
+from replay.studies.class_study.analysis import Sensitivity
 from replay.studies.class_study.charts import class_charts
 from replay.studies.class_study.refusals import LEAST_IN_CELL
+from replay.studies.class_study.regression import Finding
 
 
 def class_of(students, seconds=1.5):
@@ -16,3 +18,33 @@ def test_time_in_contact_is_drawn_from_enough_students_only():
     assert len(class_charts(class_of(LEAST_IN_CELL), None)) == 1
     assert class_charts(class_of(LEAST_IN_CELL - 1), None) == []
     assert class_charts(class_of(LEAST_IN_CELL, seconds=float("nan")), None) == []
+
+
+def finding(beta=0.2, kind="multiple", p=0.5):
+    ends = {"beta": beta, "low": beta - 0.1, "high": beta + 0.1, "p": p, "p_holm": p}
+    return Finding(name="grasps", kind=kind, variables=("motivation", "grasps"), students=40, **ends)
+
+
+def study_of(*sensitivity):
+    return SimpleNamespace(
+        detector="exact", sensitivity=sensitivity, coefficients=(finding(),), reliabilities={}, group_of={}
+    )
+
+
+def test_detectors_with_equal_figures_share_a_row():
+    rows = [Sensitivity(label, 0.9, finding(), finding()) for label in ("hull50", "paper")]
+    rows.append(Sensitivity("mesh50", 0.9, finding(), finding(0.7, p=0.01)))
+    by_detector, _, associations = class_charts(class_of(LEAST_IN_CELL), study_of(*rows))
+    start = "grasps with motivation, others held constant"
+    assert [(dot.name, dot.kind) for dot in by_detector.dots] == [
+        (f"{start}: exact, hull50, paper: +0.20, n = 40", "reference"),
+        ("mesh50: +0.70, n = 40", "right"),
+    ]
+    assert [dot.name for dot in associations.dots] == [f"{start}: +0.20, n = 40"]
+
+
+def test_coefficients_and_differences_of_means_have_axes_of_their_own():
+    kinds = [finding(0.2, "simple"), finding(9.0, "groups")]
+    plots = class_charts(class_of(LEAST_IN_CELL), study_of(*(Sensitivity("paper", 0.9, own, own) for own in kinds)))
+    assert [plot.title for plot in plots[:2]] == ["Associations by detector", "Groups by detector"]
+    assert [len(plot.dots) for plot in plots[:2]] == [1, 1]

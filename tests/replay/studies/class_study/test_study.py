@@ -105,23 +105,38 @@ def test_the_first_line_says_whether_a_conclusion_changes(state):
     assert opening(make(), "40 students") == f"40 students: {answer}"
 
 
+WHICHEVER = "with whichever detector contacts are counted"
+
+
 def test_unchanged_conclusions_say_where_no_association_was_found():
     nothing, some = finding(-0.1, 0.2, 0.5), finding(0.1, 1.2, 0.04)
     same, about = Sensitivity("hybrid", 0.9, nothing, nothing), Sensitivity("hybrid", 0.9, some, some)
     answers = {
-        "": ([same, about], [nothing, some]),
-        "; no association with behaviour was found with any detector": ([same], [nothing, some]),
-        "; no association was found with any detector": ([same], [nothing]),
+        "the detector changes no conclusion": ([same, about], [nothing, some]),
+        f"no association with behaviour was found, {WHICHEVER}": ([same], [nothing, some]),
+        f"no association was found, {WHICHEVER}": ([same], [nothing]),
     }
     for answer, (sensitivity, findings) in answers.items():
         made = SimpleNamespace(sensitivity=sensitivity, findings=findings)
-        assert opening(made, "40 students") == f"40 students: the detector changes no conclusion{answer}."
+        assert opening(made, "40 students") == f"40 students: {answer}."
+
+
+def finding_of(kind):
+    """An undecided coefficient."""
+    about = {"name": "ease of use", "outcome": "motivation", "conclusion": "undecided after Holm"}
+    return SimpleNamespace(students=40, p=0.04, kind=kind, **about)
 
 
 def test_result_states_student_count_once_and_marks_associations():
     finding = SimpleNamespace(students=40, p=0.5, conclusion="")
     (line,) = headlines(SimpleNamespace(coefficients=(), groups=(), findings=[finding, finding]))
     assert line == "No association could be distinguished from chance in 40 students"
+    undecided = finding_of("multiple")
+    named = "ease of use with motivation, others held constant"
+    (line,) = headlines(SimpleNamespace(coefficients=(), groups=(), findings=[finding, undecided]))
+    assert line.endswith(f"in 40 students; 1 of 2 results is undecided: {named}")
+    (line,) = headlines(SimpleNamespace(coefficients=(), groups=(), findings=[undecided] * 3))
+    assert line.endswith(f"; 3 of 3 results are undecided: among them {named}; {named}")
     assert CELL_TEXTS["conclusion"]("associated").mark and not CELL_TEXTS["conclusion"]("refused").mark
 
 
