@@ -181,7 +181,7 @@ def read_rows(real, whole, index):
     return x, y, z, ball.radius, weight.grams, weight.places[0]
 
 
-def test_rows_are_read_as_named_tuples_with_and_without_the_compiler():
+def test_rows_are_named_tuples_with_and_without_compiler():
     places = np.array([0.5, 0.25])
     balls, weights = np.arange(8.0).reshape(2, 4), np.array([[3, address_of(places)], [5, address_of(places) + 8]])
     assert read_rows(balls, weights, 0) == (0.0, 1.0, 2.0, 3.0, 3, 0.5)

@@ -78,7 +78,7 @@ def test_limit_of_missed_contact_is_among_the_limits():
 
 
 def test_kept_pieces_are_not_late_when_time_is_up(two_beakers):
-    """Of cards that were written it was said that they were not tried, as they take about 0 s."""
+    """Cards that were written were said not to be tried, as they take about 0 s."""
     data = two_beakers.meshes["beaker"]
     search = object.__new__(collider_search.ColliderSearch)
     search._deadline = Deadline(0.0, lambda _: None)

@@ -194,7 +194,7 @@ def test_a_liquid_over_a_flame_needs_its_boiling_point():
     assert not plan_faults(world(poses, (SceneBody("lamp"), dish), ("heat", {**flame, "boils_c": 100.0})).scene)
 
 
-def test_a_liquid_that_is_poured_over_a_flame_needs_its_boiling_point():
+def test_liquid_poured_over_a_flame_needs_a_boiling_point():
     dish = glass("dish", 0.0, properties={"heat_capacity_j_per_k": 60.0})
     flame = {
         "of": "flame", "source": "lamp", "heats": "dish", "within": 0.02, "base": [0.0, 0.1, 0.0], "power_w": 160.0,

@@ -307,7 +307,7 @@ def test_names_with_control_characters_are_refused_before_cutting(session, tmp_p
 
 
 def test_file_names_are_different_where_capitals_do_not_count(session, tmp_path):
-    """Of `Cup` and `cup` one file was left on Windows and macOS, of `my cup` and `mycup-0` everywhere."""
+    """`Cup` and `cup` left one file on Windows and macOS, `my cup` and `mycup-0` everywhere."""
     names = ["Cup", "cup", "my cup", "mycup-0", "con", "c" * 300, "..", "杯子"]
     still = np.tile([0.0, 0.0, 0.0, 1.0], (4, 1))
     poses = {name: (np.tile(0.001 * k * np.arange(4)[:, None], 3), still) for k, name in enumerate(names)}

@@ -143,27 +143,30 @@ def names_of(table):
     return {heading: column.name for column in columns for heading in (column.name, column.short) if heading}
 
 
-def facts_of(found, labels):
+def facts_of(tables, labels):
     """Cell -> text, of tables as an output shows them."""
     facts = {}
-    for title, heads, rows in found:
+    for title, heads, rows in tables:
         table = next((name for name in SCREEN_TABLES if len(set(heads) & names_of(name).keys()) >= len(heads) - 1), "")
         of = next((label for label in labels if re.search(rf"(?<![\w+]){re.escape(label)}(?![\w+])", title)), "")
         if not table or (table in ("misses", "false", "pairs") and not of):
             continue
-        names, before, seen = names_of(table), "", defaultdict(int)
+        names, before, occurrences = names_of(table), "", defaultdict(int)
         for row in rows:
             first = (row[0] or "").strip("* ")
             key = re.split(r"[:\s]", first)[0] if table in OF_DETECTORS else first.replace(" ", "")
             key, before = (before + key, before) if key == "+fix" else (key, key)
-            seen[key] += 1
+            occurrences[key] += 1
             for heading, text in zip(heads, row, strict=True):
                 column = names.get(heading)
                 if text is None or column in (None, "detector", "what", "pair") or not re.search(r"\d", text):
                     continue
                 name = "detector" if table in OF_DETECTORS else table
                 cell = Cell(
-                    name, "" if name == "detector" else of, f"{key} {seen[key]}", SAME_QUANTITY.get(column, column)
+                    name,
+                    "" if name == "detector" else of,
+                    f"{key} {occurrences[key]}",
+                    SAME_QUANTITY.get(column, column),
                 )
                 facts[cell] = re.sub(r" [\[(].*", "", text.strip("*")) if column == "false contact" else text
     return facts
@@ -190,24 +193,24 @@ def facts_of_files(folder):
             continue
         lists = OF_DETECTORS if table == "metrics" else (table,)
         columns = [column for name in lists for column in COLUMNS[name] if column.only is None]
-        seen = defaultdict(int)
+        occurrences = defaultdict(int)
         for row in pq.read_table(path).to_pylist():
             fault = table in ("misses", "false")
             key = str(next(iter(row.values()))) if not fault else str(row["number"])
             key = row["detector"] if table in ("metrics", *OF_DETECTORS) else key.replace(" ", "")
             of = row["detector"] if fault else ""
-            seen[of, key] += 1
+            occurrences[of, key] += 1
             for column in columns:
                 name = column.for_files.name
                 if row.get(name) is None or column.name in ("detector", "what"):
                     continue
-                shown = row[name]
+                displayed = row[name]
                 if column.dtype is not str and not column.number:
-                    shown = text_of(column.cell(_unscaled(shown, column.scale)))
-                if isinstance(shown, float) or re.search(r"\d", shown):
+                    displayed = text_of(column.cell(_unscaled(displayed, column.scale)))
+                if isinstance(displayed, float) or re.search(r"\d", displayed):
                     kind = table if table not in ("metrics", *OF_DETECTORS) else "detector"
-                    where = Cell(kind, of, f"{key} {seen[of, key]}", SAME_QUANTITY.get(column.name, column.name))
-                    facts.setdefault(where, shown)
+                    where = Cell(kind, of, f"{key} {occurrences[of, key]}", SAME_QUANTITY.get(column.name, column.name))
+                    facts.setdefault(where, displayed)
     return facts
 
 
@@ -240,8 +243,8 @@ def facts_of_tradeoff(result):
         (setting,) = settings_of(f"{rank.label}={rank.setting}")
         row = scoring.figures(result.detections[rank.label], setting, result.assembly)
         unknown = ("label", "settings", "mean_ms", "p99_ms", "front", "passes")
-        shown = tradeoff_table("", [dict.fromkeys(unknown) | row])
-        for column, cell in zip(shown.head, shown.cells()[0], strict=True):
+        table = tradeoff_table("", [dict.fromkeys(unknown) | row])
+        for column, cell in zip(table.head, table.cells()[0], strict=True):
             if column in ("missed", "late or cut short", "false contact", "loss"):
                 facts[Cell("detector", "", f"{rank.label} 1", column)] = text_of(cell)
     return facts
@@ -318,8 +321,8 @@ def agrees(a, b):
     if isinstance(text, float):
         return number == text
     scale = 100.0 if "%" in text else 1.0
-    digits = [re.sub(",", "", found) for found in NUMBER.findall(text)]
-    last = 0.5001 * 10.0 ** -max((len(found.partition(".")[2]) for found in digits), default=0)
+    digits = [re.sub(",", "", number) for number in NUMBER.findall(text)]
+    last = 0.5001 * 10.0 ** -max((len(number.partition(".")[2]) for number in digits), default=0)
     whole = last if "." in text or "%" in text else 1e-9
     return float(digits[0]) - whole <= scale * number <= float(digits[-1]) + whole
 
