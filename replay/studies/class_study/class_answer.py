@@ -77,7 +77,7 @@ def class_answer(tables: ClassTables, where: Mapping[str, Place], study: Study |
         _reason(tables, study),
         AnswerRow("Do", *_first_and_rest(_detector(tables, study))),
         AnswerRow("Cost", *_first_and_rest(_times(tables, study))),
-        AnswerRow("Or", *_first_and_rest(_other_detectors(study))),
+        AnswerRow("Or", *_first_and_rest(_other_detectors(study, _trusted(tables)))),
         _certainty(tables, study),
     ]
     return [row for row in rows if row.text and (row.name != "When" or row.links)]
@@ -142,7 +142,7 @@ def _reason(tables: ClassTables, study: Study | None) -> AnswerRow:
     changing = {row.detector for row in tested if row.changes}
     compared = changing or {row.detector for row in tested}
     if study is not None and tested:
-        compared.add(study.detector)
+        compared = compared | {study.detector}
     counted = {label: tables.mistakes(label) for label in tables.runs.audited if label in compared}
     known = [(label, counts) for label, counts in counted.items() if counts is not None]
     known.sort(key=lambda item: (item[0] not in changing, -item[1].wrong))
@@ -151,8 +151,8 @@ def _reason(tables: ClassTables, study: Study | None) -> AnswerRow:
     sentences = [f"{label} {_mistakes_text(counts)}." for label, counts in known]
     if changing:
         (first, counts), *_ = known
-        leads = "leads to another conclusion" if first in changing else "counts for this study"
-        text = f"{first} {leads}: it {_mistakes_text(counts)}."
+        subject = f"{first} leads to another conclusion: it" if first in changing else f"{first}, which counts here,"
+        text = f"{subject} {_mistakes_text(counts)}."
         return AnswerRow("Why", text, " ".join(sentences[1:]), details=" ".join(causes))
     (first, counts), *others = known[:MOST_DETECTORS]
     several = len({counts.contacts for _, counts in known}) > 1
@@ -204,13 +204,14 @@ def _trusted(tables: ClassTables) -> list[str]:
     return list(dict.fromkeys(oracle for run in tables.runs.metrics if (oracle := tables.runs.of(run, "oracle"))))
 
 
-def _other_detectors(study: Study | None) -> list[str]:
-    """The other detector that finds most and changes no conclusion; empty: none was tested."""
+def _other_detectors(study: Study | None, trusted: list[str]) -> list[str]:
+    """The detector beside the trusted that finds most and changes no conclusion; empty: none was tested."""
     tested = [row for row in study.sensitivity if row.tested] if study is not None else []
     changing = list(dict.fromkeys(row.detector for row in tested if row.changes))
     same = [label for label in dict.fromkeys(row.detector for row in tested) if label not in changing]
     if changing and not same:
         return ["None: every other detector that was tested changes a conclusion."]
+    same = [label for label in same if label not in trusted]
     recalls = {row.detector: row.recall for row in tested if row.detector in same and row.recall is not None}
     if not recalls:
         return [f"Count with {' or '.join(same)}."] if same else []

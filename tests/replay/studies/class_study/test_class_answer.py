@@ -128,6 +128,14 @@ def test_recommended_detector_is_the_reference_though_another_counts(runs, study
     assert do.text.startswith("Count contacts with exact") and do.figures.endswith("is counted with slow.")
 
 
+def test_detector_that_counts_is_not_blamed_for_a_change(runs, study, tmp_path):
+    exact = replace(study.sensitivity[0], detector="exact", recall=1.0)
+    changed = replace(study, detector="slow", sensitivity=(replace(exact, after=associated(exact.after)),))
+    assert rows_of(runs, changed, tmp_path)["Why"].text.startswith("slow, which counts here, missed ")
+    same = rows_of(runs, replace(study, detector="slow", sensitivity=(replace(exact, after=exact.before),)), tmp_path)
+    assert "Or" not in same, "the reference stands below Do"
+
+
 @pytest.mark.parametrize("students", [20, 24, 100])
 def test_least_association_is_found_in_four_of_five_samples(students):
     """Pearson correlations of drawn students, judged by Fisher's transformation at 5 %, both sides."""
