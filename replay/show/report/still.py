@@ -56,13 +56,13 @@ SHORTEST_ARROW: Final = 14.0
 SHARP_DEG: Final = 30.0
 """Faces that meet in a larger angle have an edge between them."""
 
-LID: Final = 0.06
+LID: Final = 0.03
 """Share of the cage's size by which a face is away from the mesh where it closes a hollow."""
 
 MANY_ROWS: Final = 400
 """In a picture of fewer rows lines are thinner."""
 
-WALL_ALPHA, LID_ALPHA = 0.05, 0.17
+WALL_ALPHA, LID_ALPHA = 0.24, 0.42
 
 
 @dataclass(frozen=True)
@@ -346,7 +346,9 @@ def _words(sight: Sight, label: str, view: View, white: BoolArray, middle: Point
         labels.append((point, sight.white.name, verb, ""))
     points = view.pixels(sight.glass.outline)[:, :2] / factor
     points = points[(points.min(axis=1) > 0) & (points[:, 1] < FIRST[1]) & (points[:, 0] < FIRST[0] - WORDS)]
-    named = ("collider", f"tested by {label}", "yellow") if sight.glass.solid else (sight.glass.name, verb, "blue")
+    named = (sight.glass.name, verb, "blue")
+    if sight.glass.solid:
+        named = ("solid collider", f"{label}: contact", "yellow")
     if len(points):
         x, y = points[np.argmax(points[:, 0] - 0.3 * np.abs(points[:, 1] - FIRST[1] * 0.42))].tolist()
         labels.append(((x, y), *named))
