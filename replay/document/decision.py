@@ -15,6 +15,8 @@ from replay.document.run_document import RunDocument
 CALL: Final = "To call it from Python:"
 CALL_COMMAND: Final = "replay guide your-own-detector"
 
+RIGHT: Final = "right by definition"
+
 SHIP_COMMAND: Final = f"replay fix {SESSION} --engine unity"
 """Writes the colliders of a measured Fix for an engine."""
 
@@ -93,7 +95,7 @@ def _in_own_code(decided: Decision, reference: Rank) -> Decision:
     """A decision that follows one about an engine, with the place that it is about."""
     text = _lowered(decided.text)
     if decided.rank is reference:
-        text = f"ship {reference.label}: {reference.what}, {_right(reference)}."
+        text = f"ship {reference.label}: {reference.what}, {RIGHT}."
     return replace(decided, text=f"In your own code, {text}")
 
 
@@ -150,7 +152,7 @@ def _reference_text(reference: Rank) -> str:
 def _right(reference: Rank) -> str:
     """Why the reference is the one to ship, as the end of a sentence."""
     timed = reference.mean is not None or reference.p99 is not None
-    return f"right by definition, {f'within {FRAME}' if timed else 'its time not measured'}"
+    return f"{RIGHT}, {f'within {FRAME}' if timed else 'its time not measured'}"
 
 
 def _next_best(best: Rank | None) -> str:
