@@ -6,6 +6,7 @@ from dataclasses import replace
 from html import unescape
 
 import numpy as np
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from support.study_samples import a_class, codebook, made_class, questionnaire
@@ -156,3 +157,15 @@ def test_power_is_said_where_a_questionnaire_was_tested(runs, study, tmp_path):
     sure = rows_of(runs, study, tmp_path)["Sure"]
     assert sure.text == f"With {STUDENTS} students, only associations above 0.59 are found reliably."
     assert "found reliably" not in rows_of(runs, None, tmp_path)["Sure"].text
+
+
+@pytest.mark.parametrize(("slow_ms", "least"), [(0.02, True), (0.01001, False), (0.005, False)])
+def test_cost_calls_the_recommended_detector_least_only_where_measured(runs, study, tmp_path, slow_ms, least):
+    times = {"exact": 0.01, "slow": slow_ms, "coarse": 0.03}
+    metrics = runs.every_metric
+    milliseconds = pa.array([times[label] for label in metrics["detector"].to_pylist()])
+    if "mean_ms" in metrics.column_names:
+        metrics = metrics.drop_columns(["mean_ms"])
+    timed = replace(runs, every_metric=metrics.append_column("mean_ms", milliseconds))
+    text = rows_of(timed, study, tmp_path)["Cost"].text
+    assert text == f"exact takes 0.01 ms a frame{', less than every other detector' if least else ''}."
