@@ -234,7 +234,14 @@ def _details(picture: Picture, label: str) -> Any:
 
 
 def _close_up(picture: Picture, has_moments: bool) -> Any:
-    return _spatial("Close-up: the nearest moment", picture.room(PINS), EYE) if has_moments else None
+    if not has_moments:
+        return None
+    answers = picture.result.answers
+    moment = answers[0].moment if answers else None
+    worst = ""
+    if moment is not None:
+        worst = f". Worst: {answers[0].label} {moment.kind} {moment.number}, {words.moment(moment.seconds)}"
+    return _spatial(f"Close-up nearest the cursor{worst}", picture.room(PINS), EYE)
 
 
 def _height(lanes: int) -> float:

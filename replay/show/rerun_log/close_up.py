@@ -68,7 +68,10 @@ SHARP_COSINE: Final = float(np.cos(np.radians(1.8)))
 """Edges sharper than this are drawn: the triangles of a flat side are the solver's business."""
 
 DRAWN_EDGES: Final = 40_000
-"""Edges of solids that one detector draws at most, 1 MB; the moments that last longest come first."""
+"""Edges and faces of solids that one detector draws at most, 1.4 MB; the moments that last longest come first."""
+
+SOLID_ALPHA: Final = 90
+"""Alpha of the faces of a solid: what is inside it, and the gap, stay visible."""
 
 GAP: Final[Rgba] = (120, 235, 170, 255)
 """The measure of a gap: it must be seen before glass, a white rod and a yellow solid."""
@@ -174,7 +177,7 @@ def _marks(result: RunResult, fault: Fault, eye: Eye) -> list[Mark]:
     gap, free = length(fault.metres), free_body(result, fault)
     text = f"{' and '.join(fault.bodies)}: {gap} apart"
     if free is not None:
-        text = f"{result.assembly.names[free]} touches nothing: {gap}"
+        text = f"{fault.detector}: contact; {result.assembly.names[free]} is {gap} away"
     # From point to point, and a bar across at both ends.
     ends = np.array(fault.evidence.nearest)
     bar = np.cross(ends[1] - ends[0], view_rotation(eye)[:, 2])
@@ -194,30 +197,40 @@ def detectors_with_solids(result: RunResult) -> list[str]:
 def _log_cages(
     writer: RecordingWriter, result: RunResult, label: str, cages: Mapping[Time, Sequence[int]], steps: Steps
 ) -> None:
-    """Send the edges of the solids of one detector in yellow, below their body, each while a false contact lasts.
+    """Send the solids of one detector in yellow, edges and translucent faces, each while a false contact lasts.
 
     ``cages``: moment -> bodies whose solids are drawn, the moment that lasts longest first.
     """
     detector: Any = result.detectors[label]  # whose solids have one or more convex parts each
     names, left = result.assembly.names, DRAWN_EDGES
-    edges: dict[int, FloatArray] = {}
-    drawn: dict[int, dict[Time, Any]] = {}
+    edges: dict[int, Any] = {}
+    corners: dict[int, Any] = {}
+    drawn: dict[int, list[Time]] = {}
     for time, bodies in cages.items():
         for body in bodies:
             if body not in edges:
                 edges[body] = np.concatenate([sharp_edges(piece) for piece in detector.parts[names[body]]])
-            left -= len(edges[body])
+                corners[body] = np.concatenate([piece.triangles for piece in detector.parts[names[body]]]).reshape(
+                    -1, 3
+                )
+            left -= len(edges[body]) + len(corners[body]) // 3
             if left >= 0:
-                drawn.setdefault(body, {})[time] = edges[body]
-    for body, strips in drawn.items():
+                drawn.setdefault(body, []).append(time)
+    for body, times in drawn.items():
         # Wires ignore alpha: a row without lines hides them.
         path = f"{body_path(names[body])}/{entity(f'solid_of_{label}')}"
-        writer.steps(path, steps, strips, _wires)
+        writer.steps(path, steps, dict.fromkeys(times, edges[body]), _wires)
         writer.static(path, rr.LineStrips3D.from_fields(colors=[FALSE_CONTACT], radii=rr.Radius.ui_points(1.4)))
+        writer.steps(f"{path}/faces", steps, dict.fromkeys(times, corners[body]), _faces)
+        writer.static(f"{path}/faces", rr.Mesh3D.from_fields(albedo_factor=(*FALSE_CONTACT[:3], SOLID_ALPHA)))
 
 
 def _wires(edges: list[Any]) -> rr.ComponentColumnList:
     return rr.LineStrips3D.columns(strips=np.array(edges, dtype=np.float32).reshape(-1, 2, 3))
+
+
+def _faces(corners: list[Any]) -> rr.ComponentColumnList:
+    return rr.Mesh3D.columns(vertex_positions=np.array(corners, dtype=np.float32).reshape(-1, 3))
 
 
 def sharp_edges(mesh: TriangleMesh) -> FloatArray:

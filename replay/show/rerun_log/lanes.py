@@ -103,7 +103,7 @@ def log_pair_lanes(writer: RecordingWriter, result: RunResult, label: str) -> No
         for miss in result.misses.get(label, ()):
             if columns[miss.pair] == column and fault_key(miss.kind) == "late":
                 _mark_late(texts, miss.first, miss.last)
-        log_lane(writer, path, spans_of(writer, texts), looks)
+        log_lane(writer, path, spans_of(writer, texts), looks, worded=False)
 
 
 def _mark_late(texts: NDArray[np.object_], first: int, last: int, frames: int = 0) -> None:
@@ -124,7 +124,7 @@ def log_detector_lanes(writer: RecordingWriter, result: RunResult, order: Sequen
     verdict, outcomes = result.detections[result.oracle].verdict, result.comparisons[order[0]].outcome
     touched = (counts_as_contact(verdict) & (outcomes != Outcome.GRASPED)).any(axis=1)
     labels = np.where(touched, "contact", "").astype(object)
-    log_lane(writer, lanes[0], spans_of(writer, labels), [("contact", REFERENCE)])
+    log_lane(writer, lanes[0], spans_of(writer, labels), [("contact", REFERENCE)], worded=False)
     for label, path in zip(order, lanes[1:], strict=False):
         outcome = result.comparisons[label].outcome
         labels = np.full(len(outcome), "", dtype=object)
@@ -137,7 +137,8 @@ def log_detector_lanes(writer: RecordingWriter, result: RunResult, order: Sequen
         for miss in result.misses[label]:
             if fault_key(miss.kind) == "missed":
                 labels[miss.first : max(miss.last + 1, miss.first + narrowest)] = OUTCOMES[Outcome.MISSED][0]
-        log_lane(writer, path, spans_of(writer, labels), [*(OUTCOMES[code] for code in SHOWN), LATE_LOOK])
+        styles = [*(OUTCOMES[code] for code in SHOWN), LATE_LOOK]
+        log_lane(writer, path, spans_of(writer, labels), styles, worded=False)
 
 
 def spans_of(writer: RecordingWriter, labels: NDArray[np.object_]) -> list[Span]:
@@ -152,10 +153,22 @@ def spans_of(writer: RecordingWriter, labels: NDArray[np.object_]) -> list[Span]
     return [span for span in zip(labels[changes].tolist(), edges, edges[1:], strict=False) if span[0]]
 
 
-def log_lane(writer: RecordingWriter, path: str, spans: Sequence[Span], styles: Iterable[tuple[str, Rgba]]) -> None:
-    """Send a lane of spans in order of time, and the colours of their words."""
+def log_lane(
+    writer: RecordingWriter,
+    path: str,
+    spans: Sequence[Span],
+    styles: Iterable[tuple[str, Rgba]],
+    *,
+    worded: bool = True,
+) -> None:
+    """Send a lane of spans in order of time, and the colours of their words; ``worded``: the words stand in the bars.
+
+    The words of an audit are those of the legend, and a short bar would cut them.
+    """
     colours = dict(styles)
-    writer.static(path, rr.StateConfiguration(values=[*colours], colors=packed(colours.values())))
+    # The viewer writes the value where a label is empty.
+    labels = [word if worded else " " for word in colours]
+    writer.static(path, rr.StateConfiguration(values=[*colours], labels=labels, colors=packed(colours.values())))
     # A first, empty row at zero gives every lane a row wherever the cursor is; a state that begins there replaces it.
     states = {0: ""}
     for word, start, end in spans:

@@ -139,17 +139,20 @@ def red_faces(run, read):
 
 
 def cages(run, read):
-    """The edges of the hull that a body lies in, while a false contact lasts."""
+    """Edges and faces of the hull that a body lies in, while a false contact lasts."""
     names, count = run.assembly.names, len(run.assembly.motion)
     for label in detectors_with_solids(run):
         lasts = {}
         for _, false, *_ in faults(run):
             lasts.setdefault(false.evidence.hollow, np.zeros(count, dtype=bool))[false.first : false.last + 1] = True
         for hollow, frames in lasts.items():
-            edges = sharp_edges(run.detectors[label].colliders[names.index(hollow)].mesh)
+            hull = run.detectors[label].colliders[names.index(hollow)].mesh
+            edges = sharp_edges(hull)
             for k in range(count):
                 recorded = read.at(f"world/{hollow}/solid_of_{label}", "LineStrips3D:strips", k)
                 yield np.reshape(recorded, (-1, 2, 3)), edges if frames[k] else edges[:0]
+                faces = read.at(f"world/{hollow}/solid_of_{label}/faces", "Mesh3D:vertex_positions", k)
+                yield np.reshape(faces, (-1, 3, 3)), hull.triangles if frames[k] else hull.triangles[:0]
 
 
 def colours(run, read):
