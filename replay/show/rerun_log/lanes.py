@@ -103,7 +103,7 @@ def log_pair_lanes(writer: RecordingWriter, result: RunResult, label: str) -> No
         for miss in result.misses.get(label, ()):
             if columns[miss.pair] == column and fault_key(miss.kind) == "late":
                 _mark_late(texts, miss.first, miss.last)
-        log_lane(writer, path, spans_of(writer, texts), looks, worded=False)
+        log_lane(writer, path, spans_of(writer, texts), looks, worded=comparison is None)
 
 
 def _mark_late(texts: NDArray[np.object_], first: int, last: int, frames: int = 0) -> None:
