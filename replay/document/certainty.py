@@ -31,7 +31,7 @@ def certainty(document: RunDocument, ranks: Sequence[Rank]) -> list[str]:
 
 
 def _without_contacts(document: RunDocument) -> str:
-    """What a session tells in which the reference found no contact."""
+    """How sure the figures of a session without any contact of the reference are."""
     if not any_decided(document):
         return "Not at all: nothing was compared."
     return f"Only of false contact: {document.oracle} found no contact to compare, so none could be missed."
