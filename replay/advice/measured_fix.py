@@ -192,9 +192,12 @@ class _Measuring:
             step = " and test every frame"
             change = change_text(*self._errors_of(self._errors_at_step(stepped)))
             trade = [f"At {rate(self._rest['rate_hz'])} instead: {change}."]
+        several = len(kept) > 1
+        reason = f"whose collider{'s report' if several else ' reports'} false contact"
+        pieces = f"{plural(best.pieces, 'convex piece')}{' in all' if several else ''}"
         busy = [best.busy] if best.busy and not busy_text(self._result.document) else []
         return Fix(
-            text=f"Split {_names(kept)} into {plural(best.pieces, 'convex piece')}{step}.",
+            text=f"Split {_names(kept)}, {reason}, into {pieces}{step}.",
             measured=True,
             command=SHIP_COMMAND,
             setting=spec_text(best.spec.name, best.spec.settings),

@@ -65,7 +65,7 @@ def decision(document: RunDocument, ranks: Sequence[Rank]) -> Decision | None:
     # Without a contact nothing tells whether a detector other than the reference would miss one.
     if in_code.is_fix or not (reference.contacts or in_code.rank is reference):
         return made
-    return replace(made, in_code=_in_own_code(in_code, reference))
+    return replace(made, in_code=_in_own_code(document, in_code, reference))
 
 
 def _measured_fix(document: RunDocument, decided: Sequence[Rank]) -> tuple[Rank, Rank, Fix] | None:
@@ -91,11 +91,13 @@ def _another_session(document: RunDocument) -> Decision:
     return Decision(f"Decide with another session: {why}.")
 
 
-def _in_own_code(decided: Decision, reference: Rank) -> Decision:
+def _in_own_code(document: RunDocument, decided: Decision, reference: Rank) -> Decision:
     """A decision that follows one about an engine, with the place that it is about."""
     text = _lowered(decided.text)
     if decided.rank is reference:
-        text = f"ship {reference.label}: {reference.what}, {RIGHT}."
+        # No engine tests all triangles of moving meshes against each other.
+        place = ", which engines do not offer" if document.detectors[reference.label].name == "exact" else ""
+        text = f"ship {reference.label}{place}: {reference.what}, {RIGHT}."
     return replace(decided, text=f"In your own code, {text}")
 
 

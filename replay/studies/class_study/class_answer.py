@@ -160,6 +160,11 @@ def _reason(tables: ClassTables, study: Study | None) -> AnswerRow:
     wrong.insert(0, f"{first} got {counts.wrong} of {plural(counts.contacts, 'contact')} wrong")
     moved = "moved no result" if _same_results(tested) else "changed no conclusion"
     text = f"The detectors' mistakes {moved}: {', '.join(wrong)}."
+    least = least_association(study.students)
+    if least is not None and _takes_more_students(study):
+        sentences.insert(0, text)
+        few_students = f"{study.students} students are too few for an association below {words.number(least, 2)}"
+        text = f"{few_students}; the detectors' mistakes {moved}."
     return AnswerRow("Why", text, " ".join(sentences), details=" ".join(causes))
 
 
@@ -188,8 +193,8 @@ def _detector(tables: ClassTables, study: Study | None) -> list[str]:
     if not _takes_more_students(study):
         return [f"Count contacts with {recommended}.", source]
     return [
-        f"Count contacts with {recommended}; to find an association of {MEDIUM:g}, ask {students} students.",
-        f"So many find it in 4 of 5 such classes (one test at p < {LEVEL:g}).",
+        f"Count contacts with {recommended}; to find an association of {MEDIUM:g}, take {students} students.",
+        f"A class of {students} finds it in 4 of 5 cases (one test at p < {LEVEL:g}).",
         source,
     ]
 
@@ -242,7 +247,11 @@ def _times(tables: ClassTables, study: Study | None) -> list[str]:
         seconds[first] < value and means[first] != means[label] for label, value in seconds.items() if label != first
     )
     least = ", less than every other detector" if cheapest and others else ""
-    return [f"{first} takes {means[first]} a frame{least}.", f"{others}: means over the sessions." if others else ""]
+    text = f"{first} takes {means[first]} a frame{least}."
+    if study is not None and _takes_more_students(study):
+        more = plural(students_needed(MEDIUM) - study.students, "more student")
+        text = f"{more}; counting with {text}"
+    return [text, f"{others}: means over the sessions." if others else ""]
 
 
 TWO_SIDED: Final = 1.959964
@@ -278,7 +287,8 @@ def _certainty(tables: ClassTables, study: Study | None) -> AnswerRow:
     figures = [f"{behind(study)}."]
     text, least = figures[0], least_association(study.students)
     if least is not None:
-        text = f"With {study.students} students, only associations above {words.number(least, 2)} are found reliably."
+        reliable = f"{study.students} students show only associations above {words.number(least, 2)} reliably."
+        text = f"Not very: {reliable}" if least > MEDIUM else reliable
         needed = (
             f"An association of {MEDIUM:g} takes {students_needed(MEDIUM)} students "
             f"(found in 4 of 5 such classes, one test at p < {LEVEL:g})."

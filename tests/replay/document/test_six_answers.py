@@ -162,7 +162,9 @@ def test_engine_gets_its_fix_and_own_code_the_reference(false, place):
     assert made.text.startswith(place)
     assert (made.in_code is not None) == made.is_fix
     if made.in_code is not None:
-        assert made.in_code.text.startswith("In your own code, ship exact: exact, right by definition")
+        assert made.in_code.text.startswith(
+            "In your own code, ship exact, which engines do not offer: exact, right by definition"
+        )
 
 
 @pytest.mark.parametrize(
@@ -175,7 +177,9 @@ def test_without_a_contact_only_false_contact_is_judged(state, does):
     assert reasons["Sure"].text == "Only of false contact: exact found no contact to compare, so none could be missed."
     if "cut" in state:
         assert reasons["Do"].figures == "False 100 % -> 0 %, no contact to miss." and reasons["Do"].command
-        assert reasons["Or"].text.startswith("In your own code, ship exact: every triangle, every frame")
+        assert reasons["Or"].text.startswith(
+            "In your own code, ship exact, which engines do not offer: every triangle, every frame"
+        )
 
 
 def test_without_a_contact_no_other_detector_is_called_right():

@@ -99,10 +99,10 @@ def associated(finding):
 
 def test_why_counts_mistakes_that_changed_no_conclusion(runs, study, tmp_path):
     moved = rows_of(runs, study, tmp_path)["Why"].text
-    assert moved.startswith("The detectors' mistakes changed no conclusion: ")
+    assert moved.endswith("too few for an association below 0.59; the detectors' mistakes changed no conclusion.")
     same = replace(study, sensitivity=tuple(replace(row, after=row.before) for row in study.sensitivity))
     unmoved = rows_of(runs, same, tmp_path)["Why"]
-    assert unmoved.text.startswith("The detectors' mistakes moved no result: ")
+    assert unmoved.text.startswith(f"{STUDENTS} students are too few ") and unmoved.text.endswith("moved no result.")
     wrong, contacts = Counter(), 0
     for folder in runs.top.glob("*/"):
         misses = pq.read_table(folder / "misses.parquet").to_pylist()
@@ -111,17 +111,20 @@ def test_why_counts_mistakes_that_changed_no_conclusion(runs, study, tmp_path):
         )
         contacts += sum(not row["held"] for row in pq.read_table(folder / "episodes.parquet").to_pylist())
     (first, most), (second, fewer) = wrong.most_common()
-    assert unmoved.text.endswith(f": {first} got {most} of {contacts} contacts wrong, {second} {fewer}.")
+    assert f"no result: {first} got {most} of {contacts} contacts wrong, {second} {fewer}. " in unmoved.figures
+    first, *others = same.coefficients
+    some = rows_of(runs, replace(same, coefficients=(associated(first), *others)), tmp_path)["Why"]
+    assert some.text.startswith("The detectors' mistakes moved no result: ")
 
 
 def test_students_needed_stand_below_do_only_without_an_association(runs, study, tmp_path):
     rows = rows_of(runs, study, tmp_path)
-    assert rows["Do"].text == "Count contacts with exact; to find an association of 0.3, ask 85 students."
+    assert rows["Do"].text == "Count contacts with exact; to find an association of 0.3, take 85 students."
     assert "85" not in rows["Sure"].figures
     first, *others = study.coefficients
     some = rows_of(runs, replace(study, coefficients=(associated(first), *others)), tmp_path)
     assert some["Do"].text == "Count contacts with exact." and "takes 85 students" in some["Sure"].figures
-    assert "ask" not in rows_of(runs, replace(study, students=85), tmp_path)["Do"].text
+    assert "take" not in rows_of(runs, replace(study, students=85), tmp_path)["Do"].text
 
 
 def test_recommended_detector_is_the_reference_though_another_counts(runs, study, tmp_path):
@@ -155,8 +158,9 @@ def test_least_association_is_found_in_four_of_five_samples(students):
 
 def test_power_is_said_where_a_questionnaire_was_tested(runs, study, tmp_path):
     sure = rows_of(runs, study, tmp_path)["Sure"]
-    assert sure.text == f"With {STUDENTS} students, only associations above 0.59 are found reliably."
-    assert "found reliably" not in rows_of(runs, None, tmp_path)["Sure"].text
+    assert sure.text == f"Not very: {STUDENTS} students show only associations above 0.59 reliably."
+    assert rows_of(runs, replace(study, students=100), tmp_path)["Sure"].text.startswith("100 students show only ")
+    assert "reliably" not in rows_of(runs, None, tmp_path)["Sure"].text
 
 
 @pytest.mark.parametrize(("slow_ms", "least"), [(0.02, True), (0.01001, False), (0.005, False)])
@@ -168,4 +172,7 @@ def test_cost_calls_the_recommended_detector_least_only_where_measured(runs, stu
         metrics = metrics.drop_columns(["mean_ms"])
     timed = replace(runs, every_metric=metrics.append_column("mean_ms", milliseconds))
     text = rows_of(timed, study, tmp_path)["Cost"].text
-    assert text == f"exact takes 0.01 ms a frame{', less than every other detector' if least else ''}."
+    takes = f"exact takes 0.01 ms a frame{', less than every other detector' if least else ''}."
+    assert text == f"{85 - STUDENTS} more students; counting with {takes}"
+    enough = rows_of(timed, replace(study, students=85), tmp_path)["Cost"].text
+    assert enough == takes
