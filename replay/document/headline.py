@@ -299,7 +299,8 @@ def price(result: Summarised, decided: Decision | None) -> Reason:
     if worst.mean is not None and worst.label != rank.label and live == detectors[worst.label].live:
         beside = f"; {worst.label} {words.frame_time(worst.mean)}"
     slowest = "" if rank.p99 is None else f", 99 % within {words.frame_time(rank.p99)}"
-    text = f"{rank.label} takes {words.frame_time(rank.mean)} a frame{slowest}{beside}."
+    name = f"The fix ({rank.label})" if decided is not None and decided.is_fix else rank.label
+    text = f"{name} takes {words.frame_time(rank.mean)} a frame{slowest}{beside}."
     how = AT_ONCE if not live else NO_SLOWEST if rank.p99 is None else ""
     budget = f"Mean: {words.as_percentage(rank.of_frame)} of {FRAME}."
     return Reason("Cost", text, " ".join(filter(None, [budget, how, TIMES_ARE, busy_text(document)])))

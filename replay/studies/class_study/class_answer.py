@@ -222,8 +222,8 @@ def _other_detectors(study: Study | None, trusted: list[str]) -> list[str]:
         return [f"Count with {' or '.join(same)}."] if same else []
     most = max(recalls.values())
     best = [label for label, recall in recalls.items() if recall == most]
-    others = ", more than the others that change no conclusion" if len(best) < len(same) == len(recalls) else ""
-    return [f"Count with {' or '.join(best)}, which finds {words.as_percentage(most)} of contact frames{others}."]
+    finds = f"it finds {words.as_percentage(most)} of contact frames and changes no conclusion"
+    return [f"Where the reference is too slow, count with {' or '.join(best)}: {finds}."]
 
 
 def _times(tables: ClassTables, study: Study | None) -> list[str]:
