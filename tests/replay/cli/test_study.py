@@ -51,7 +51,7 @@ def test_study_page_first_says_whether_the_detector_matters(files, tmp_path, cap
     )
     assert {row["detector"] for row in reported["sensitivity"]} == {"slow", "coarse"}
     page = (tmp_path / "study" / "study.html").read_text("utf-8")
-    assert page.index("the detector changes ") < page.index("Sessions to look at first")
+    assert page.index("no association with behaviour was found") < page.index("Sessions to look at first")
     assert main([*text, str(tmp_path / "half"), *files[-2:]]) == 2
     assert "a questionnaire and its codebook go together" in capsys.readouterr().err
 
