@@ -95,8 +95,8 @@ def _in_own_code(document: RunDocument, decided: Decision, reference: Rank) -> D
     """A decision that follows one about an engine, with the place that it is about."""
     text = _lowered(decided.text)
     if decided.rank is reference:
-        # No engine tests all triangles of moving meshes against each other.
-        place = ", which engines do not offer" if document.detectors[reference.label].name == "exact" else ""
+        # There only convex Mesh Colliders meet each other, and complex collision is for static bodies: what-to-ship.md.
+        place = ", which Unity and Unreal do not offer" if document.detectors[reference.label].name == "exact" else ""
         text = f"ship {reference.label}{place}: {reference.what}, {RIGHT}."
     return replace(decided, text=f"In your own code, {text}")
 

@@ -163,7 +163,8 @@ class FixedColliders:
 
     def _fitted_to_motion(self) -> list[str]:
         """A sentence about pieces that were joined where no body went, with how far they fill a hollow there."""
-        reaches = {row["body"]: row["after"]["reach_mm"] for row in self.bodies if row["how"].endswith(JOINED)}
+        joined = [row for row in self.bodies if row["how"].endswith(JOINED)]
+        reaches = {row["body"]: row["after"]["reach_mm"] for row in joined if row["after"]["reach_mm"] > 0.0}
         if not reaches:
             return []
         filled = ", ".join(f"{body}: up to {words.length(reach / 1e3)}" for body, reach in reaches.items())

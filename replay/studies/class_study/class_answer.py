@@ -222,7 +222,8 @@ def _other_detectors(study: Study | None, trusted: list[str]) -> list[str]:
         return [f"Count with {' or '.join(same)}."] if same else []
     most = max(recalls.values())
     best = [label for label, recall in recalls.items() if recall == most]
-    finds = f"it finds {words.as_percentage(most)} of contact frames and changes no conclusion"
+    each = "it" if len(best) == 1 else "each"
+    finds = f"{each} finds {words.as_percentage(most)} of contact frames and changes no conclusion"
     return [f"Where the reference is too slow, count with {' or '.join(best)}: {finds}."]
 
 

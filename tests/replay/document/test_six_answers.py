@@ -163,7 +163,7 @@ def test_engine_gets_its_fix_and_own_code_the_reference(false, place):
     assert (made.in_code is not None) == made.is_fix
     if made.in_code is not None:
         assert made.in_code.text.startswith(
-            "In your own code, ship exact, which engines do not offer: exact, right by definition"
+            "In your own code, ship exact, which Unity and Unreal do not offer: exact, right by definition"
         )
 
 
@@ -178,7 +178,7 @@ def test_without_a_contact_only_false_contact_is_judged(state, does):
     if "cut" in state:
         assert reasons["Do"].figures == "False 100 % -> 0 %, no contact to miss." and reasons["Do"].command
         assert reasons["Or"].text.startswith(
-            "In your own code, ship exact, which engines do not offer: every triangle, every frame"
+            "In your own code, ship exact, which Unity and Unreal do not offer: every triangle, every frame"
         )
 
 
