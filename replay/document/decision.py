@@ -6,7 +6,6 @@ from typing import Final
 
 from replay.auditing.loss import fraction_of
 from replay.detection.recorded import RECORDED
-from replay.document.answer import Fix
 from replay.document.cost import BUDGET_MS, FRAME, busy_text
 from replay.document.placeholders import SESSION
 from replay.document.ranking import Rank, any_decided, fault_text, fixed_rank
@@ -58,30 +57,41 @@ def decision(document: RunDocument, ranks: Sequence[Rank]) -> Decision | None:
     reference = ranks[-1]
     in_code = _in_code(document, ranks)
     measured = _measured_fix(document, [rank for rank in ranks[:-1] if not rank.undecided])
-    if measured is None or measured[2].command != SHIP_COMMAND or measured[1].loss >= measured[0].loss:
+    if measured is None or measured.decision.command != SHIP_COMMAND or measured.fixed.loss >= measured.rank.loss:
         return in_code if reference.contacts else _another_session(document)
-    made = _fix_decision(measured[2], measured[1])
-    made = replace(made, text=f"In your engine, {_lowered(made.text)}")
+    made = replace(measured.decision, text=f"In your engine, {_lowered(measured.decision.text)}")
     # Without a contact nothing tells whether a detector other than the reference would miss one.
     if in_code.is_fix or not (reference.contacts or in_code.rank is reference):
         return made
     return replace(made, in_code=_in_own_code(document, in_code, reference))
 
 
-def _measured_fix(document: RunDocument, decided: Sequence[Rank]) -> tuple[Rank, Rank, Fix] | None:
-    """The detector that the answer is about, the row of its measured Fix, and the Fix; ``None``: none was measured."""
+@dataclass(frozen=True)
+class MeasuredFix:
+    """The measured Fix of the detector that the answer is about.
+
+    Parameters
+    ----------
+    rank : the row of the detector.
+    fixed : the row of its Fix.
+    decision : to ship the Fix.
+    """
+
+    rank: Rank
+    fixed: Rank
+    decision: Decision
+
+
+def _measured_fix(document: RunDocument, decided: Sequence[Rank]) -> MeasuredFix | None:
+    """The measured Fix of a decided detector; ``None``: none was measured."""
     if not document.answers:
         return None
     answer = document.answers[0]
     rank, fix = next((rank for rank in decided if rank.label == answer.label), None), answer.fix
     if rank is None or fix is None or fix.figures is None:
         return None
-    return rank, fixed_rank(rank, fix.figures, fix.setting), fix
-
-
-def _fix_decision(fix: Fix, rank: Rank) -> Decision:
-    """The measured Fix as the decision; ``rank`` is its row."""
-    return Decision(fix.text, fix.change, fix.command, fix.notes, rank, is_fix=True)
+    fixed = fixed_rank(rank, fix.figures, fix.setting)
+    return MeasuredFix(rank, fixed, Decision(fix.text, fix.change, fix.command, fix.notes, fixed, is_fix=True))
 
 
 def _another_session(document: RunDocument) -> Decision:
@@ -112,20 +122,17 @@ def _in_code(document: RunDocument, ranks: Sequence[Rank]) -> Decision:
     # Times of all frames at once are worse evidence than live ones, unless there are no others.
     live = [rank for rank in ranks if document.detectors[rank.label].live] or ranks
     decided = [rank for rank in others if not rank.undecided and rank in live]
-    fixes: dict[str, Fix] = {}
     measured = _measured_fix(document, decided)
     if measured is not None:
-        _, fixed, fix = measured
-        decided.append(fixed)
-        fixes[fixed.label] = fix
+        decided.append(measured.fixed)
     best = min(decided, key=_preference, default=None)
     too_slow = _too_slow(reference) if reference in live else "did not run frame by frame"
     if too_slow:
-        return _without_reference(reference, too_slow, best, fixes)
+        return _without_reference(reference, too_slow, best, measured)
     if best is not None and reference.contacts and not best.loss and _faster(document, best, reference):
         text = f"Ship {best.label}: no contact missed, none false, and faster than {reference.label}, the reference."
-        return _ship(text, "", best, fixes)
-    return _ship(_reference_text(reference), _next_best(best) if reference.contacts else "", reference, {})
+        return _ship(text, "", best, measured)
+    return _ship(_reference_text(reference), _next_best(best) if reference.contacts else "", reference)
 
 
 def _preference(rank: Rank) -> tuple[float, float, bool, float]:
@@ -165,23 +172,23 @@ def _next_best(best: Rank | None) -> str:
     return f"Next best is {best.label}: {fault_text(best)}."
 
 
-def _without_reference(reference: Rank, too_slow: str, best: Rank | None, fixes: dict[str, Fix]) -> Decision:
+def _without_reference(reference: Rank, too_slow: str, best: Rank | None, measured: MeasuredFix | None) -> Decision:
     """The best detector but the reference; none decided: what to try."""
     why = f"{reference.label}, the reference, {too_slow}"
     if best is None:
         others = "No other detector of this run decided every contact frame by frame."
         command = f"replay tradeoff {SESSION}"
         return Decision(f"Ship nothing of this run: {why}.", f"{others} To try other settings:", command)
-    faults = "" if best.label in fixes else f"{best.label}: {fault_text(best)}."
-    return _ship(f"Ship {best.label}: {why}.", faults, best, fixes)
+    is_fix = measured is not None and best is measured.fixed
+    faults = "" if is_fix else f"{best.label}: {fault_text(best)}."
+    return _ship(f"Ship {best.label}: {why}.", faults, best, measured)
 
 
-def _ship(text: str, figures: str, rank: Rank, fixes: dict[str, Fix]) -> Decision:
+def _ship(text: str, figures: str, rank: Rank, measured: MeasuredFix | None = None) -> Decision:
     """With the command that puts it to work; code of one's own, and an engine, are at work already."""
-    fix = fixes.get(rank.label)
-    if fix is not None:
-        made = _fix_decision(fix, rank)
-        made = replace(made, text=text, figures=" ".join(filter(None, [figures, fix.text, fix.change])))
+    if measured is not None and rank is measured.fixed:
+        fix = measured.decision
+        made = replace(fix, text=text, figures=" ".join(filter(None, [figures, fix.text, fix.figures])))
         if fix.command:
             return made
     else:

@@ -67,16 +67,14 @@ class Card:
 def cards(view: RunView, label: str) -> list[list[Card]]:
     """Return the faults of each pair, the worst first; before all else the fault that the answer is about."""
     moment = next(answer.moment for answer in view.answers if answer.label == label)
-    key = None if moment is None else (moment.kind, moment.number)
+    faults = worst_first(view.faults.get(label, ()))
+    if moment is not None:
+        alike = [fault for fault in faults if fault.kind.category == moment.kind]
+        leading = [fault for fault in alike if fault.number == moment.number]
+        others = [fault for fault in alike if fault.number != moment.number]
+        faults = [*leading, *others, *(fault for fault in faults if fault.kind.category != moment.kind)]
     groups: dict[Pair, list[Card]] = {}
-    order = sorted(
-        worst_first(view.faults.get(label, ())),
-        key=lambda fault: (
-            (fault.kind.category, fault.number) != key,
-            key is None or fault.kind.category != key[0],
-        ),
-    )
-    for fault in order:
+    for fault in faults:
         group = groups.setdefault(fault.bodies, [])
         group.append(card(view, fault, whole=not group and len(groups) <= MOST_PAIRS))
     return [*groups.values()]
