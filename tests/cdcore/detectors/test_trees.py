@@ -93,6 +93,15 @@ def test_sections_exist_for_every_contact():
         assert np.isfinite(segments).all()
 
 
+@pytest.mark.parametrize(("mode", "most"), [("all", None), ("first", 1)])
+def test_first_contact_mode_stops_at_its_first_pair_of_faces(mode, most):
+    bodies, motion = lab(80)
+    every = create_detector("exact", bodies).detect(motion, faces=True).face_counts
+    counts = create_detector("rapid-style", bodies, mode=mode).detect(motion, faces=True).face_counts
+    assert every.max() > 1
+    assert np.array_equal(counts, np.minimum(every, most or every))
+
+
 @pytest.mark.parametrize("mode", ["paper", "best"])
 @pytest.mark.parametrize(
     ("gap", "verdict"), [(-1e-6, Verdict.CANDIDATE), (0.0, Verdict.CANDIDATE), (1e-6, Verdict.CLEAR)]

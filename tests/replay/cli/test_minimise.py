@@ -121,6 +121,16 @@ def test_minimised_recording_keeps_poses_meshes_contacts_and_starts_in_2000(reco
     assert runs[0].verdict.tobytes() == runs[1].verdict.tobytes() and runs[0].verdict.any()
 
 
+def test_effects_keep_roles_and_their_own_words(recording, tmp_path):
+    declared = SCENE.replace(f'["{SERIAL}", "beaker"]', '["tag:hand", "beaker"]')
+    source, out = tmp_path / "roles.mcap", tmp_path / "small.mcap"
+    write_session(replace(read_session(recording), scene=parse_scene(declared)), source)
+    assert main(["minimise", str(source), "-o", str(out)]) == 0
+    (effect,) = read_session(out).scene.effects
+    role, body = effect.settings["between"]
+    assert role == "tag:hand" and body in {body.id for body in read_session(out).scene.bodies}
+
+
 def test_minimised_device_stamps_stay_beside_their_frames(recording, tmp_path):
     before = read_session(recording)
     sample = before.frames.stamp_ns[:, None] - np.array([5_000_000, 3 * 3600 * 10**9, 0])

@@ -144,6 +144,8 @@ def between_two_samples(claim):
     usual = f"{1e3 / claim.settings['rate_hz']:.3g}"
     if inside or not around or float(answer["lasted"]) > step or answer["step"] != usual:
         return False
+    if answer["apart"] and lasted < float(answer["step"]):
+        return False
     return answer["lasted"] == (f"{lasted:.3g}" if lasted < 1000 else f"{lasted:,.0f}")
 
 
