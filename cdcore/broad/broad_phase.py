@@ -10,7 +10,7 @@ from cdcore.bounding.bounding_sphere import sphere_best
 from cdcore.bounding.box import box_best
 from cdcore.broad.box_stage import BoxStage
 from cdcore.broad.sphere_stage import CLEAR, NO_POSE, SphereStage
-from cdcore.numerics import BoolArray, ByteArray, IntArray, true_places
+from cdcore.numerics import BoolArray, ByteArray, IntArray, true_indices
 from cdcore.protocol import Body, Motion, Verdict, pair_has_pose
 
 
@@ -40,7 +40,7 @@ class BroadPhase:
         """Answer for every frame and pair of the motion."""
         clock = [perf_counter()]
         verdict, tests = self.spheres.candidates(motion)
-        frames, columns = true_places(verdict == Verdict.CANDIDATE)
+        frames, columns = true_indices(verdict == Verdict.CANDIDATE)
         clock.append(perf_counter())
         work = {"sphere_tests": tests}
         verdict[frames, columns] = Verdict.CLEAR
@@ -54,7 +54,7 @@ class BroadPhase:
     def everywhere(self, motion: Motion) -> BroadAnswer:
         """Candidates as if all volumes overlapped: every pair-frame with poses."""
         start, has_pose = perf_counter(), pair_has_pose(motion, self._pairs)
-        frames, columns = true_places(has_pose)
+        frames, columns = true_indices(has_pose)
         verdict = np.where(has_pose, CLEAR, NO_POSE)
         return BroadAnswer(verdict, frames, columns, {}, [start, perf_counter()])
 

@@ -20,7 +20,7 @@ from cdcore.errors import InvalidSettingError
 from cdcore.narrow.bvh.box_tree import box_trees_of
 from cdcore.narrow.bvh.whole_motion import FrameLooks, decide_motion
 from cdcore.narrow.contact_offset import ContactOffset
-from cdcore.numerics import ByteArray, IntArray, true_places
+from cdcore.numerics import ByteArray, IntArray, true_indices
 from cdcore.protocol import (
     Body,
     Detection,
@@ -178,7 +178,7 @@ class ColliderDetector(PairDetector[ColliderSettings]):
                 self._offset.near(motion, frames, columns), Verdict.CONTACT, Verdict.CLEAR
             )
         clock.append(perf_counter())
-        frames, columns = true_places(verdict == Verdict.CLEAR)
+        frames, columns = true_indices(verdict == Verdict.CLEAR)
         containment_tests = self._containment.mark(motion, frames, columns, verdict)
         clock.append(perf_counter())
         return verdict, answer.work | {"containment_tests": containment_tests}, self._seconds(clock)

@@ -16,7 +16,7 @@ from cdcore.narrow.bvh.whole_motion import MotionAnswer, decide_motion
 from cdcore.narrow.continuous.interval_search import FREE, HIT
 from cdcore.narrow.continuous.segment_stage import SegmentStage
 from cdcore.narrow.continuous.swept_spheres import SweptSpheres
-from cdcore.numerics import BoolArray, ByteArray, IntArray, true_places
+from cdcore.numerics import BoolArray, ByteArray, IntArray, true_indices
 from cdcore.protocol import (
     Body,
     Detection,
@@ -116,7 +116,7 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
         searched = has_interval & ~before & motion.changed[:, self.pairs].any(axis=2)
         # The intervals to search in which bounding spheres meet.
         spheres_meet = self._spheres.may_meet(motion.rotations, motion.translations, motion.valid, self.pairs, searched)
-        legs = true_places(spheres_meet)
+        legs = true_indices(spheres_meet)
         search_work = self._search(motion, *legs, answers)
         clock.append(perf_counter())
         containment_tests = self._contain(motion, surfaces, has_interval, answers.verdict)

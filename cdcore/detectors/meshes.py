@@ -17,7 +17,7 @@ from cdcore.containment.containment_stage import ContainmentStage
 from cdcore.detectors import FCL, PAPER
 from cdcore.narrow.mesh_stage import MeshAnswer, MeshStage
 from cdcore.narrow.sections.section_source import section_of_faces
-from cdcore.numerics import BoolArray, ByteArray, FloatArray, Int32Array, IntArray, true_places
+from cdcore.numerics import BoolArray, ByteArray, FloatArray, Int32Array, IntArray, true_indices
 from cdcore.protocol import (
     NO_FACES,
     Body,
@@ -99,7 +99,7 @@ class MeshDetector(PairDetector[Any]):
         """Ask the meshes in these pair-frames; ``None`` where a frame may hold an earlier one's faces."""
         if self._rate_hz is not None or self._epsilon:
             return None
-        frames, columns = true_places(hits)
+        frames, columns = true_indices(hits)
         return self._meshes.decide(motion, frames, columns, faces=True).face_sets(frames, columns)
 
     def _fresh_memory(self) -> _LastQueries:

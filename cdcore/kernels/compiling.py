@@ -48,7 +48,7 @@ INNER_OPTIONS: Final[dict[str, Any]] = JIT_OPTIONS | {"no_cpython_wrapper": True
 """Options for what only kernels call."""
 
 # Their references to arrays need no counting, which is atomic, and took a sixth of the time to compile (2026-11).
-PART_OPTIONS: Final[dict[str, Any]] = INNER_OPTIONS | {"_nrt": False}
+CALLEE_OPTIONS: Final[dict[str, Any]] = INNER_OPTIONS | {"_nrt": False}
 """Options for what allocates nothing besides, as the documentation of ``numba.extending.register_jitable`` has it."""
 
 
@@ -112,7 +112,7 @@ def hot_kernel(function: Function) -> Function:
     """
     if INTERPRETED:
         return function
-    mark_as_callee: Any = register_jitable(**PART_OPTIONS)
+    mark_as_callee: Any = register_jitable(**CALLEE_OPTIONS)
     return cast(Function, mark_as_callee(function))
 
 

@@ -162,22 +162,22 @@ def _shape(kind: Any) -> Any:
     return types.float64 if kind is float else types.int64
 
 
-def _words(shape: Any) -> int:
+def row_width(shape: Any) -> int:
     """Words of eight bytes that a field takes in a row."""
     if isinstance(shape, types.BaseTuple):
         entries: Any = shape
-        return sum(map(_words, entries))
+        return sum(map(row_width, entries))
     return 1
 
 
 def reader(kind: Any) -> Callable[[Memory, int], Any]:
     """Returns what reads a named tuple, in kernels, from a row of words: ``read(rows, index)``."""
     shape = _shape(kind)
-    length = _words(shape)
+    length = row_width(shape)
 
     def typed(_context: Any, rows: Any, index: Any) -> Any:
         def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            word, words = ir.IntType(64), count()
+            word, offsets = ir.IntType(64), count()
             index = context.cast(builder, arguments[1], signature.args[1], types.int64)
             first = builder.mul(index, word(length))
 
@@ -185,7 +185,7 @@ def reader(kind: Any) -> Callable[[Memory, int], Any]:
                 if isinstance(item, types.BaseTuple):
                     entries: Any = item
                     return context.make_tuple(builder, item, [value(entry) for entry in entries])
-                address = builder.gep(arguments[0], [builder.add(first, word(next(words)))])
+                address = builder.gep(arguments[0], [builder.add(first, word(next(offsets)))])
                 if isinstance(item, types.CPointer):
                     at = builder.load(builder.bitcast(address, word.as_pointer()))
                     return builder.inttoptr(at, context.get_value_type(item))
@@ -202,11 +202,11 @@ def reader(kind: Any) -> Callable[[Memory, int], Any]:
     return machine_operation(typed, interpreted)
 
 
-def _read(shape: Any, words: Iterator[Any]) -> Any:
-    """A field of a row from its words, in Python."""
+def _read(shape: Any, entries: Iterator[Any]) -> Any:
+    """A field from the entries of a row, in Python."""
     if isinstance(shape, types.NamedTuple):
-        return shape.instance_class(*(_read(entry, words) for entry in shape))
+        return shape.instance_class(*(_read(entry, entries) for entry in shape))
     if isinstance(shape, types.UniTuple):
-        return tuple(_read(entry, words) for entry in shape)
-    word = next(words)
+        return tuple(_read(entry, entries) for entry in shape)
+    word = next(entries)
     return memory_at(word, TYPE_STRINGS[shape.dtype]) if isinstance(shape, types.CPointer) else word

@@ -58,7 +58,7 @@ class FclMeshes:
         # With enable_contact FCL lists some face pairs twice, and the indices come without it too.
         self._all = fcl.CollisionRequest(num_max_contacts=EVERY_CONTACT, enable_contact=False)
 
-    def place(self, body: int, rotation: FloatArray, translation: FloatArray) -> None:
+    def set_pose(self, body: int, rotation: FloatArray, translation: FloatArray) -> None:
         """Put a body at a pose of a ``Motion``; to one that is not finite FCL would answer *contact*."""
         self._bodies[body].setRotation(rotation)
         self._bodies[body].setTranslation(translation)

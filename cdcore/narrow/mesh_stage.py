@@ -61,7 +61,7 @@ class MeshStage:
     def _placed(self, motion: Motion, frame: int, column: int) -> tuple[int, int]:
         a, b = self._ends[column]
         for body in (a, b):
-            self._meshes.place(body, motion.rotations[frame, body], motion.translations[frame, body])
+            self._meshes.set_pose(body, motion.rotations[frame, body], motion.translations[frame, body])
         return a, b
 
     def decide_now(self, now: Motion, column: int, _margin: float) -> tuple[int, bool]:

@@ -239,8 +239,8 @@ def nearest_triangles_slowly(
         near = np.flatnonzero(away - radii <= away.min() + 2.0 * radius + slack)
         near_middles, near_radii = middles[near], radii[near]
         squared = (block**2).sum(axis=1)[:, None] + (near_middles**2).sum(axis=1) - 2.0 * block @ near_middles.T
-        apart = np.sqrt(np.maximum(squared, 0.0))
-        point, column = np.nonzero(apart - near_radii <= apart.min(axis=1, keepdims=True) + slack)
+        distances = np.sqrt(np.maximum(squared, 0.0))
+        point, column = np.nonzero(distances - near_radii <= distances.min(axis=1, keepdims=True) + slack)
         triangle = near[column]
         exact = distance_to_triangles_slowly(block[point], triangles[triangle])[0]
         order = np.lexsort((exact, point))

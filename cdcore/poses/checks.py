@@ -7,7 +7,7 @@ import numpy as np
 
 from cdcore.kernels.compiling import always_inlined, hot_kernel, kernel, never_inlined
 from cdcore.kernels.memory import Memory, doubles_of
-from cdcore.numerics import BoolArray, FloatArray, IntArray
+from cdcore.numerics import ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, BoolArray, FloatArray, IntArray
 from cdcore.poses.kernels import same_pose
 
 GOOD = -1
@@ -60,9 +60,7 @@ def repair_rotation(r: Memory, o: int, scratch: Memory) -> None:
 
 
 @hot_kernel
-def settled(
-    position: Memory, rotation: Memory, k: int, valid: bool, keep: float, reject: float, scratch: Memory
-) -> float:
+def settled(position: Memory, rotation: Memory, k: int, valid: bool, scratch: Memory) -> float:
     """Repair pose ``k``, or put identity where it is not valid; returns its error, NaN for one to refuse."""
     always_inlined()
     if not valid:
@@ -74,8 +72,8 @@ def settled(
     # a number that is not finite makes its product with 0 NaN; their sum could overflow
     wrong = 0.0 * position[3 * k] + 0.0 * position[3 * k + 1] + 0.0 * position[3 * k + 2]
     error: float = matrix_error(rotation, 9 * k) + wrong
-    if not error <= keep:
-        if not error <= reject:
+    if not error <= ORTHONORMAL_KEEP:
+        if not error <= ORTHONORMAL_REJECT:
             return np.nan
         repair_rotation(rotation, 9 * k, scratch)
     return error
@@ -100,13 +98,12 @@ def check_poses(
     position: FloatArray,
     rotation: FloatArray,
     valid: BoolArray,
-    keep: float,
-    reject: float,
     scratch: FloatArray,
     last: IntArray,
     changed: BoolArray,
 ) -> tuple[int, int, float]:
-    """Check poses of N bodies at T times, repair what is within ``reject``, put identity where nothing is ``valid``.
+    """Check poses of N bodies at T times, repair what is within ORTHONORMAL_REJECT of a rotation, put identity where
+    nothing is ``valid``.
 
     ``position`` (T, N, 3) and ``rotation`` (T, N, 3, 3), contiguous, are changed in place; ``matrices`` (T, N, 4, 4):
     where they come from, or nothing; ``valid`` (T, N); ``scratch`` (18,); ``last`` (N,): filled with GOOD. Fills
@@ -128,11 +125,11 @@ def check_poses(
                 last[body] = k
                 if before >= 0 and same_pose(positions, rotations, k, positions, rotations, before):
                     continue
-            error = settled(positions, rotations, k, present, keep, reject, room)
-            if not error <= reject:
+            error = settled(positions, rotations, k, present, room)
+            if not error <= ORTHONORMAL_REJECT:
                 return k, repaired, worst
             worst = max(worst, error)
-            repaired += error > keep
+            repaired += error > ORTHONORMAL_KEEP
             if present and before >= 0:
                 changed[t, body] = not same_pose(positions, rotations, k, positions, rotations, before)
     return GOOD, repaired, worst

@@ -14,8 +14,6 @@ from numpy.typing import ArrayLike
 
 from cdcore.errors import InvalidPoseError
 from cdcore.numerics import (
-    ORTHONORMAL_KEEP,
-    ORTHONORMAL_REJECT,
     QUATERNION_REJECT,
     BoolArray,
     FloatArray,
@@ -90,9 +88,7 @@ class Motion:
         kernels, changed = _kernels(), np.empty(mask.shape, dtype=np.bool_)
         room, last = np.empty(18), np.full(mask.shape[1], kernels.GOOD)
         # a read-only view whatever was given: else the kernel would be compiled for both kinds
-        bad, repaired, worst = kernels.check_poses(
-            readonly(matrices[:]), position, rotation, mask, ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, room, last, changed
-        )
+        bad, repaired, worst = kernels.check_poses(readonly(matrices[:]), position, rotation, mask, room, last, changed)
         if bad >= 0:
             where, (frame, body) = _where(bad, mask, clock, names), divmod(bad, mask.shape[1])
             if matrices.size and matrices[frame, body, 3].tolist() != LAST_ROW:

@@ -6,7 +6,7 @@ from typing import Final, TypeAlias
 import numpy as np
 
 from cdcore import Detection
-from cdcore.numerics import BoolArray, ByteArray, IntArray, true_places
+from cdcore.numerics import BoolArray, ByteArray, IntArray, true_indices
 from cdcore.protocol import counts_as_contact, is_one_of, is_undecided
 from replay.auditing.outcome import Comparison, Episode, Outcome
 from replay.errors import AuditError
@@ -55,7 +55,7 @@ def compare(
 
 def _excuse(outcome: ByteArray, start: int, within: Within) -> None:
     """Find the ill-posed among the missed and invented of a block that begins at frame ``start``."""
-    frames, columns = true_places(is_one_of(outcome, (Outcome.MISSED, Outcome.FALSE_CONTACT)))
+    frames, columns = true_indices(is_one_of(outcome, (Outcome.MISSED, Outcome.FALSE_CONTACT)))
     if len(frames):
         ill = within(frames + start, columns)
         outcome[frames[ill], columns[ill]] = Outcome.WITHIN_TOLERANCE

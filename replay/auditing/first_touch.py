@@ -38,7 +38,7 @@ def first_touch(assembly: Assembly, pair: int, frame: int) -> FirstTouch | None:
         [TriangleMesh(mesh.triangles[face], [[0, 1, 2]]) for mesh, face in zip(meshes, impact.faces, strict=True)]
     )
     for k in range(2):
-        faces.place(k, rotations[k], positions[k])
+        faces.set_pose(k, rotations[k], positions[k])
     gap, (here, other) = faces.gap(0, 1)
     vector = other - here
     if gap <= NO_GAP:

@@ -7,11 +7,15 @@ which call in the exact arithmetic: a motion without a tie is spared a quarter o
 at instants and between them, and what stands before it; the algorithms of the paper have kernels of their own.
 """
 
+import ast
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
+
+TOP = Path(__file__).parents[2]
 
 FIRST = """
 import sys, time
@@ -22,6 +26,7 @@ from cdcore import triangles_intersect
 from cdcore.kernels.compiling import compiling_reported
 import cdcore.triangles.decide, cdcore.narrow.bvh.whole_motion
 import cdcore.containment.containment_stage
+from cdcore.containment.winding_number import winding_numbers
 
 angle = np.linspace(0, 2 * np.pi, 13)[:-1]
 ring = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
@@ -51,15 +56,16 @@ with compiling_reported(kernels.append):
         inside = [bodies[0], Body("pearl", TriangleMesh(0.2 * corners + [0, 0, 0.4], faces))]
         nested = create_detector("exact", inside).detect(Motion([0.0], np.zeros((1, 2, 3)), turn[:1]))
         assert nested.verdict[0, 0] == Verdict.CONTAINED
+        cup = [Body("cup", TriangleMesh(corners, faces[:-12])), inside[1]]
+        poured = Motion([0.0, 1.0], [[[0, 0, 0], [0, 0, 0]], [[0, 0, 0], [0, 0, 3]]], turn[:2])
+        create_detector("exact", cup).detect(poured)
+        detect_live(create_detector("exact", cup), poured)
+        winding_numbers(corners, bodies[0].mesh.triangles)
         Motion.from_matrices([0.0], np.tile(np.eye(4), (1, 2, 1, 1)))
 print(first, time.process_time() - start, len(kernels))
-parts = set('keep_hit pose_at first_meeting first_contact decided_by_component corners_separated furthest '
-            'box_holds pose_of_inner clearance_of_components place_boxes length_beyond_box facing '
-            'winding_number_at ray_crossings point_state triangle_crossed edge_side plane_side'.split())
-print(*sorted({f"{name}:{value.__qualname__}" for name, module in sys.modules.items()
-               if name.startswith("cdcore.") and not name.startswith("cdcore.broad.sweep")
-               for value in vars(module).values() if hasattr(value, "dispatcher") and not value.dispatcher.signatures}
-              - {f"{name}:{part}" for name in sys.modules for part in parts}))
+print(*sorted({f"{name}:{value.__qualname__}" for name, module in sys.modules.items() if name.startswith("cdcore.")
+               for value in vars(module).values()
+               if hasattr(value, "dispatcher") and value.__module__ == name and not value.dispatcher.signatures}))
 """
 
 
@@ -73,6 +79,29 @@ def started(folder, *arguments):
     return float(first), float(everything), int(kernels), left.split()
 
 
+def called_by_kernels():
+    """Return module:name of kernels that kernels call: they are compiled as a part of these, not by themselves."""
+    called = set()
+    for path in (TOP / "cdcore").rglob("*.py"):
+        module = ".".join(path.relative_to(TOP).with_suffix("").parts)
+        tree = ast.parse(path.read_text())
+        origin = {}
+        for node in ast.walk(tree):
+            if isinstance(node, ast.FunctionDef):
+                origin[node.name] = f"{module}:{node.name}"
+            if isinstance(node, ast.ImportFrom):
+                origin |= {alias.asname or alias.name: f"{node.module}:{alias.name}" for alias in node.names}
+        for function in ast.walk(tree):
+            if isinstance(function, ast.FunctionDef) and is_kernel(function):
+                names = {node.id for node in ast.walk(function) if isinstance(node, ast.Name)}
+                called |= {origin[name] for name in names - {function.name} if name in origin}
+    return called
+
+
+def is_kernel(function):
+    return any(isinstance(mark, ast.Name) and mark.id in ("kernel", "hot_kernel") for mark in function.decorator_list)
+
+
 @pytest.mark.bench
 def test_first_answer_and_all_kernels_compile_in_time(tmp_path):
     first = started(tmp_path / "first")[0]
@@ -84,7 +113,7 @@ def test_first_answer_and_all_kernels_compile_in_time(tmp_path):
     assert first <= 15
     assert everything <= 40
     assert kernels >= 5
-    assert left == [], "every kernel was compiled"
+    assert set(left) - called_by_kernels() == set(), "every kernel was compiled"
     first, _, kernels, _ = started(tmp_path / "all")
     assert first < 1
     assert kernels == 0

@@ -120,7 +120,7 @@ class MotionSearch:
         if not complete:
             marks[:, [HITS, VOLUMES]] *= pair_has_pose(motion, self._pairs).T[:, None]
         hits, near = marks[:, HITS].view(np.bool_), marks[:, VOLUMES] > marks[:, HITS]
-        # by one index, as in ``true_places``
+        # by one index, as in ``true_indices``
         near_columns, near_frames = np.divmod(np.flatnonzero(near), near.shape[1])
         sets = _face_sets(hits, meetings, sources) if faces else NO_FACE_SETS
         laid_out = sum(segment.laid_out for segment in segments)

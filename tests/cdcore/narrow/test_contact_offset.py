@@ -21,7 +21,7 @@ def test_near_agrees_with_fcl_distance_also_on_repeated_poses(reach):
     things, separated = FclMeshes(meshes), np.zeros(FRAMES)
     for frame in range(FRAMES):
         for body in (0, 1):
-            things.place(body, rotations[frame, body], positions[frame, body])
+            things.set_pose(body, rotations[frame, body], positions[frame, body])
         if not things.touch(0, 1):
             separated[frame] = things.gap(0, 1)[0]
     frames = np.flatnonzero(separated > 0)

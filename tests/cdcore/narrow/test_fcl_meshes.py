@@ -19,8 +19,8 @@ def test_faces_are_those_of_an_exhaustive_exact_test(seed):
     meshes = [ball_mesh(0.5, 6, 9), box_mesh((0.9, 0.7, 0.3))]
     pose_a, pose_b = poses(seed, 0.35)
     pairs = FclMeshes(meshes)
-    pairs.place(0, *pose_a)
-    pairs.place(1, *pose_b)
+    pairs.set_pose(0, *pose_a)
+    pairs.set_pose(1, *pose_b)
     expected = meeting_faces_placed(meshes[0].triangles, pose_a, meshes[1].triangles, pose_b).tolist()
     assert pairs.faces(0, 1).tolist() == expected
     assert pairs.touch(0, 1) == bool(expected)
@@ -46,8 +46,8 @@ def test_poses_in_bulk_answer_as_single_poses():
     sequence = [(rotations[:, k], positions[:, k]) for k in range(2)]
     hits, answer = (meshes.at_poses(ask, 0, 1, *sequence) for ask in (meshes.touch, meshes.faces))
     for k in range(40):
-        meshes.place(0, rotations[k, 0], positions[k, 0])
-        meshes.place(1, rotations[k, 1], positions[k, 1])
+        meshes.set_pose(0, rotations[k, 0], positions[k, 0])
+        meshes.set_pose(1, rotations[k, 1], positions[k, 1])
         assert meshes.touch(0, 1) == hits[k]
         assert meshes.faces(0, 1).tolist() == answer[k].tolist()
     assert 3 < sum(hits) < 37
@@ -71,7 +71,7 @@ def test_equal_meshes_use_a_common_tree_and_can_be_separate():
     other = FclMeshes([box_mesh((3, 1, 1))])
     assert len(TREES) == before + 2 and other.touch(0, 0)
     assert pairs.touch(0, 1)
-    pairs.place(1, np.eye(3), np.array([4.0, 0, 0]))
+    pairs.set_pose(1, np.eye(3), np.array([4.0, 0, 0]))
     assert not pairs.touch(0, 1)
 
 

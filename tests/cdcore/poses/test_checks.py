@@ -7,7 +7,7 @@ from support.shapes import nearest_rotation, orthonormality_error, random_rotati
 
 from cdcore.kernels.compiling import kernel
 from cdcore.kernels.memory import doubles_of
-from cdcore.numerics import ORTHONORMAL_KEEP, ORTHONORMAL_REJECT
+from cdcore.numerics import ORTHONORMAL_KEEP
 from cdcore.poses import rotation_from_quaternion
 from cdcore.poses.checks import GOOD, check_poses, matrix_error
 from cdcore.protocol.motion import NO_MATRICES
@@ -24,7 +24,7 @@ def check(position, rotation):
     changed = np.empty((len(position), 1), dtype=bool)
     arrays = position[:, None], rotation[:, None], np.ones_like(changed)
     last = np.array([GOOD])
-    return check_poses(NO_MATRICES, *arrays, ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, np.empty(18), last, changed)
+    return check_poses(NO_MATRICES, *arrays, np.empty(18), last, changed)
 
 
 def spoiled(size, seed=0):

@@ -68,6 +68,6 @@ def test_python_fcl_agrees_on_every_capsule(tmp_path):
     meshes, motion = FclMeshes([body.mesh for body in assembly.bodies]), assembly.motion
     for frame in range(0, FRAMES, 5):
         for body in range(len(assembly.bodies)):
-            meshes.place(body, motion.rotations[frame, body], motion.translations[frame, body])
+            meshes.set_pose(body, motion.rotations[frame, body], motion.translations[frame, body])
         assert (contact[frame] == [meshes.touch(a, b) for a, b in assembly.pairs.tolist()]).all()
     assert contact.any() and not contact.all()
