@@ -27,7 +27,12 @@ _TABLES: Final[dict[str, dict[str, Any]]] = tomllib.loads(
 SPECIES: Final[Mapping[str, tuple[str, float]]] = {name: tuple(row) for name, row in _TABLES["species"].items()}
 """Ion -> its colour, and the mol/L at which it is full."""
 
-INDICATORS: Final[Mapping[str, Mapping[str, Any]]] = {name: row for name, row in _TABLES.items() if name != "species"}
+SOLIDS: Final[Mapping[str, str]] = {solid: colour for colour, row in _TABLES["solids"].items() for solid in row}
+"""Solid -> its colour."""
+
+INDICATORS: Final[Mapping[str, Mapping[str, Any]]] = {
+    name: row for name, row in _TABLES.items() if name not in ("species", "solids")
+}
 """Name -> its range and colours."""
 
 NOTHING_LOG: Final = -30.0

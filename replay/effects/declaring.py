@@ -7,7 +7,7 @@ from itertools import product
 from types import MappingProxyType
 from typing import Any, Final
 
-from replay.effects.output import COLOURS
+from replay.effects.output import COLOUR_WORDS, COLOURS, SHADES
 from replay.errors import PlanError
 from sessions.errors import SessionError
 from sessions.model.scene import Scene, SceneEffect
@@ -157,7 +157,8 @@ def _text(value: Any, field: Field, _: Scene) -> str:
     if not isinstance(value, str) or not value:
         raise ValueError(f" is {value!r}; give text")
     if field.kind == "colour" and value not in COLOURS:
-        raise ValueError(f" is {value!r}; there are: {', '.join(COLOURS)}")
+        plain = ", ".join(word for word in COLOUR_WORDS if " " not in word)
+        raise ValueError(f" is {value!r}; there are: {plain}; two as in red-brown, and {', '.join(SHADES)} before them")
     among = () if field.kind == "colour" else field.among
     if among and value not in among:
         raise ValueError(f" is {value!r}{nearest(value, among)}")

@@ -6,6 +6,7 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from importlib.resources import files
+from itertools import permutations
 from typing import Any, Final
 
 import numpy as np
@@ -25,10 +26,6 @@ def vector_of(point: FloatArray) -> Vector:
 Rgba = tuple[int, int, int, int]
 
 _DRAWN: Final = tomllib.loads(files("replay.effects").joinpath("output.toml").read_text(encoding="utf-8"))
-COLOURS: Final[Mapping[str, Rgba]] = {word: tuple(colour) for word, colour in _DRAWN["colours"].items()}
-"""Word -> red, green, blue, alpha; drawn, not measured."""
-WATERY: Final = COLOURS["colourless"]
-"""A liquid that no effect gives a colour."""
 
 
 def blended(first: Rgba | NDArray[np.uint8], second: Rgba, fraction: FloatArray) -> NDArray[np.uint8]:
@@ -37,6 +34,36 @@ def blended(first: Rgba | NDArray[np.uint8], second: Rgba, fraction: FloatArray)
     mixed = (1.0 - weight) * np.array(first, dtype=np.float64) + weight * np.array(second, dtype=np.float64)
     return np.round(mixed).astype(np.uint8)
 
+
+COLOUR_WORDS: Final[Mapping[str, Rgba]] = {word: tuple(colour) for word, colour in _DRAWN["colours"].items()}
+"""Plain colour -> red, green, blue, alpha; drawn, not measured."""
+
+SHADES: Final[Mapping[str, tuple[str, float]]] = {word: tuple(row) for word, row in _DRAWN["shades"].items()}
+"""Word before a colour -> the colour towards which it goes, and how far."""
+
+
+def _toward(first: Rgba, second: Rgba, fraction: float) -> Rgba:
+    red, green, blue, alpha = blended(first, second, np.array([fraction]))[0].tolist()
+    return red, green, blue, alpha
+
+
+def _colours() -> dict[str, Rgba]:
+    """Plain colours, halves of two such as ``blue-green``, and the shades of both such as ``deep blue``."""
+    plain = {word: rgba for word, rgba in COLOUR_WORDS.items() if " " not in word}
+    halves = {f"{a}-{b}": _toward(plain[a], plain[b], 0.5) for a, b in permutations(plain, 2)}
+    shades = {
+        f"{shade} {word}": _toward(rgba, plain[target], fraction)
+        for shade, (target, fraction) in SHADES.items()
+        for word, rgba in {**plain, **halves}.items()
+    }
+    return {**plain, **halves, **shades, **COLOUR_WORDS}
+
+
+COLOURS: Final[Mapping[str, Rgba]] = _colours()
+"""Every colour that a scene may name -> red, green, blue, alpha."""
+
+WATERY: Final = COLOURS["colourless"]
+"""A liquid that no effect gives a colour."""
 
 QUANTITIES: Final[Mapping[str, str]] = _DRAWN["quantities"]
 """Unit of a series -> quantity and unit, for an axis."""

@@ -6,9 +6,11 @@ from typing import Final
 
 import numpy as np
 
+from replay import words
 from replay.effects.chemistry.formulas import molar_mass
 from replay.effects.chemistry.matter import matter_of
 from replay.effects.chemistry.mixture import SOLID
+from replay.effects.colour import SOLIDS
 from replay.effects.declaring import Declaration
 from replay.effects.inputs import EffectInputs
 from replay.effects.output import (
@@ -23,6 +25,7 @@ from replay.effects.output import (
 )
 from replay.effects.protocol import spec_of
 from replay.words import quantity
+from sessions.model.scene import Scene
 
 CLOUDY_MOL_L: Final = 1e-3
 """Solid per litre that is drawn as fully cloudy; chosen by us, for the picture only."""
@@ -48,21 +51,29 @@ def compute(inputs: EffectInputs) -> EffectOutput:
                 continue
             findings.ran[history.frames] = True
             findings.series[f"{vessel}/{solid}"] = Series(history.times, amount * molar_mass(solid), "g")
-            findings.events += _events(declared, vessel, history.times, amount, initial)
+            is_salt = solid + SOLID in {salt.column for salt in matter.recipe.salts}
+            has_reading = is_salt and matter.ledger.warmth.followed
+            celsius = matter.celsius(vessel, history.times) if has_reading else None
+            findings.events += _events(declared, vessel, history.times, amount, initial, celsius)
             if vessel in drawn:
                 litres = np.where(history.volume_ml > 0.0, history.volume_ml * 1e-3, np.inf)
-                cloud = blended(WATERY, COLOURS[declared["colour"]], amount / litres / CLOUDY_MOL_L)
+                cloud = blended(WATERY, COLOURS[colour_of(declared)], amount / litres / CLOUDY_MOL_L)
                 findings.liquids[vessel] = replace(drawn[vessel], rgba=cloud)
     return findings.output()
 
 
 def _events(
-    declared: Declaration, vessel: str, times: FloatArray, amount: FloatArray, initial: float
+    declared: Declaration,
+    vessel: str,
+    times: FloatArray,
+    amount: FloatArray,
+    initial: float,
+    celsius: FloatArray | None,
 ) -> Iterator[EffectEvent]:
     """Events of what falls out with its greatest mass, of what dissolves, and of what falls out after that.
 
     ``initial``: mol that the scene puts into the vessel; of that some may have dissolved before the first frame, or
-    more have fallen out.
+    more have fallen out. ``celsius``: temperatures, of a salt whose solubility depends on them.
     """
     solid, per_mol = declared["solid"], molar_mass(declared["solid"])
     fell, standing = float(amount[0]) - initial, max(initial, float(amount[0]))
@@ -70,12 +81,17 @@ def _events(
     if fell * per_mol > LEAST_G:
         values = {"mass_g": fell * per_mol, "moles": fell, "formula": solid}
         text = f"{quantity(fell * per_mol, 'g')} {solid} have fallen out in {vessel} before the recording begins"
-        yield EffectEvent(float(times[0]), "precipitate", (vessel,), None, values, f"{text}, {declared['colour']}")
+        yield EffectEvent(float(times[0]), "precipitate", (vessel,), None, values, f"{text}, {colour_of(declared)}")
     if len(grown):
         most = float(amount.max())
         values = {"mass_g": most * per_mol, "moles": most, "formula": solid}
         mass = quantity(values["mass_g"], "g")
-        text = f"{solid} falls out in {vessel}: up to {mass}, {declared['colour']}"
+        onset = ""
+        if celsius is not None:
+            warmth = float(celsius[grown[0]])
+            values["celsius"] = warmth
+            onset = f" at {words.fixed(warmth, 1)} degC"
+        text = f"{solid} falls out in {vessel}{onset}: up to {mass}, {colour_of(declared)}"
         yield EffectEvent(float(times[grown[0]]), "precipitate", (vessel,), None, values, text)
         least = int(amount.argmax()) + int(amount[amount.argmax() :].argmin())
         gone, most_g = (most - float(amount[least])) * per_mol, most * per_mol
@@ -106,8 +122,18 @@ def _grown_again(
     solid, mass_g = declared["solid"], grown * molar_mass(declared["solid"])
     onset = int(np.flatnonzero(amount > amount[0])[0])
     values = {"mass_g": mass_g, "moles": grown, "formula": solid}
-    text = f"{quantity(mass_g, 'g')} {solid} fall out again in {vessel}, {declared['colour']}"
+    text = f"{quantity(mass_g, 'g')} {solid} fall out again in {vessel}, {colour_of(declared)}"
     yield EffectEvent(float(times[onset]), "precipitate", (vessel,), None, values, text)
 
 
-SPEC = spec_of("precipitation", compute)
+def colour_of(declared: Declaration) -> str:
+    """The colour of a solid, as declared or as tables know it; ``""``: nobody knows."""
+    return declared["colour"] or SOLIDS.get(declared["solid"], "")
+
+
+def _check(declared: Declaration, _scene: Scene) -> None:
+    if not colour_of(declared):
+        raise declared.fail(f"colour is missing: no table knows that of {declared['solid']}")
+
+
+SPEC = spec_of("precipitation", compute, check=_check)

@@ -39,10 +39,9 @@ def aged(matter: Matter) -> Iterator[EffectEvent]:
             yield EffectEvent(float(history.times[-1]), "aged", (vessel,), None, values, text, "warning")
 
 
-def _basic_sulfate_stands(matter: Matter, vessel: str) -> bool:
-    """Whether a scene names the basic copper sulfate in place of aged hydroxide, as `aged` advises beside ammonia."""
-    named = "Cu4(OH)6SO4(s)" in matter.ledger.column
-    return named and all(matter.amount(vessel, column).any() for column in ("SO4^2-", "NH3"))
+def _is_basic_sulfate(matter: Matter, vessel: str) -> bool:
+    """Whether what falls out of copper in a vessel is its basic sulfate and no hydroxide: beside ammonia."""
+    return all(matter.amount(vessel, column).any() for column in ("SO4^2-", "NH3"))
 
 
 def supersaturated(matter: Matter) -> Iterator[EffectEvent]:
@@ -66,7 +65,9 @@ def supersaturated(matter: Matter) -> Iterator[EffectEvent]:
         for phase, values in zip(phases, indices.T, strict=True):
             beyond = np.flatnonzero(values > BEYOND)
             solid = phase.column.removesuffix(SOLID)
-            if not len(beyond) or (solid == "Cu(OH)2" and _basic_sulfate_stands(matter, vessel)):
+            if solid == "Cu(OH)2" and _is_basic_sulfate(matter, vessel):
+                solid = "Cu4(OH)6SO4"
+            if not len(beyond) or solid + SOLID in ledger.column:
                 continue
             text = (
                 f"{solid} is beyond its solubility in {vessel}, and no effect lets it fall out: it stays dissolved. "

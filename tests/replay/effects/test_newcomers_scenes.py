@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from support.liquid_worlds import COLUMN, MIX, glass, poured, run_in, still, world
 
+from replay.effects.chemistry.components import FRESH
+from replay.effects.colour import SOLIDS
 from replay.effects.effect_plan import plan_faults
 from replay.effects.output import COLOURS
 from replay.engine import compute
@@ -34,6 +36,9 @@ def test_a_salt_crystallises_where_its_solution_merely_cools():
     # 50 mL of hot water weigh as much less as it is lighter: 0.978 g/mL at 70 degC. Source: CRC Handbook.
     left = np.interp(celsius, [20.0, 30.0], [31.6, 45.8]) / 2.0 * 0.978
     assert event.name == "precipitate"
+    # 40 g in 48.9 g of water are saturated at 48.3 degC: 63.9 g in 100 g at 40 degC, 85.5 g at 50 degC (Seidell).
+    assert event.values["celsius"] == pytest.approx(48.3, abs=1.0)
+    assert f"falls out in flask at {event.values['celsius']:.1f} degC" in event.text
     assert effects["precipitation"].series["flask/KNO3"].values[-1] == pytest.approx(40.0 - left, rel=0.02)
 
 
@@ -58,6 +63,22 @@ def test_heat_of_a_solid_is_released_by_equations_with_rates():
     (warmest,) = effects["heat"].output.named("warmest")
     # -66.1 kJ/mol by Nuffield Advanced Chemistry.
     assert warmest.values["change_k"] == pytest.approx(4.0 / 159.6 * 66.1e3 / (50.0 * 4.18), rel=0.03)
+
+
+@pytest.mark.parametrize("solid", FRESH)
+def test_advice_to_let_a_solid_fall_out_needs_no_colour(solid):
+    assert SOLIDS[solid] in COLOURS
+
+
+@pytest.mark.parametrize("colour", ["deep blue", "light blue", "pale yellow", "blue-green", "dark red-brown", "grey"])
+def test_colours_may_have_shades_and_be_halves_of_two(colour):
+    tables = (MIX, HEAT, ("precipitation", {"solid": "KNO3", "colour": colour}))
+    assert plan_faults(world({"flask": still(2)}, (nitre(20.0),), *tables).scene) == ()
+
+
+def test_shades_are_ordered_from_pale_to_dark():
+    brightness = [sum(COLOURS[f"{shade} blue"][:3]) for shade in ("pale", "light", "bright", "deep")]
+    assert brightness == sorted(brightness, reverse=True)
 
 
 @pytest.mark.parametrize("liquid", [{}, {"solute": "H2O"}])
@@ -105,7 +126,7 @@ def test_colour_appears_when_its_ion_is_visible():
 @pytest.mark.parametrize(
     ("burette", "flask", "equation", "solid"),
     [
-        (("NH3", 1.0), ("CuSO4", 0.1), "Cu2+ + 4 NH3 -> Cu(NH3)4^2+", "Cu(OH)2"),
+        (("NH3", 1.0), ("CuSO4", 0.1), "Cu2+ + 4 NH3 -> Cu(NH3)4^2+", "Cu4(OH)6SO4"),
         (("NaOH", 1.0), ("FeCl3", 0.1), "HCl + NaOH -> NaCl + H2O", "Fe(OH)3"),
         (("Na2SO4", 0.5), ("BaCl2", 0.1), "CH3COOH -> CH3COO- + H+", "BaSO4"),
         (("K2CrO4", 0.1), ("AgNO3", 0.1), "2 CrO4^2- + 2 H+ -> Cr2O7^2- + H2O", "Ag2CrO4"),
