@@ -17,28 +17,60 @@ if TYPE_CHECKING:
     from sessions.meshes.glb import mesh_to_glb
     from sessions.meshes.mesh_files import load_mesh
     from sessions.model.event import Event, Interval, LiveContact
-    from sessions.model.frames import Frames, Status
+    from sessions.model.samples import Frames, GazeTrack, HandTrack, ScalarTrack, Status, Track
     from sessions.model.scene import Scene
     from sessions.model.session import Session
-    from sessions.model.track import GazeTrack, HandTrack, ScalarTrack, Track
     from sessions.scene_files.scene_toml import parse_scene, read_scene
 
 __all__ = [
-    "IMPORTERS", "Event", "Finding", "Frames", "GazeTrack", "HandTrack", "Interval", "LiveContact", "MeshData",
-    "Recorder", "ScalarTrack", "Scene", "Session", "Severity", "Status", "Track", "examine", "import_session",
-    "load_mesh", "make_instrument", "make_shape", "mesh_to_glb", "parse_scene", "read_scene", "read_session", "recover",
+    "IMPORTERS",
+    "Event",
+    "Finding",
+    "Frames",
+    "GazeTrack",
+    "HandTrack",
+    "Interval",
+    "LiveContact",
+    "MeshData",
+    "Recorder",
+    "ScalarTrack",
+    "Scene",
+    "Session",
+    "Severity",
+    "Status",
+    "Track",
+    "examine",
+    "import_session",
+    "load_mesh",
+    "make_instrument",
+    "make_shape",
+    "mesh_to_glb",
+    "parse_scene",
+    "read_scene",
+    "read_session",
+    "recover",
     "write_session",
-]  # fmt: skip
+]
 
 _NAMES = {
-    "doctor.examine": "examine", "doctor.finding": "Finding Severity", "geometry.shapes": "make_shape",
-    "glassware.catalogue": "make_instrument", "importers": "IMPORTERS import_session",
-    "mcap.reader": "read_session", "mcap.recorder": "Recorder", "mcap.writer": "write_session",
-    "mesh_data": "MeshData", "meshes.glb": "mesh_to_glb", "meshes.mesh_files": "load_mesh",
-    "model.event": "Event Interval LiveContact", "model.frames": "Frames Status", "model.scene": "Scene",
-    "model.session": "Session", "model.track": "GazeTrack HandTrack ScalarTrack Track",
-    "mcap.salvage": "recover", "scene_files.scene_toml": "parse_scene read_scene",
-}  # fmt: skip
+    "doctor.examine": "examine",
+    "doctor.finding": "Finding Severity",
+    "geometry.shapes": "make_shape",
+    "glassware.catalogue": "make_instrument",
+    "importers": "IMPORTERS import_session",
+    "mcap.reader": "read_session",
+    "mcap.recorder": "Recorder",
+    "mcap.writer": "write_session",
+    "mesh_data": "MeshData",
+    "meshes.glb": "mesh_to_glb",
+    "meshes.mesh_files": "load_mesh",
+    "model.event": "Event Interval LiveContact",
+    "model.scene": "Scene",
+    "model.samples": "Frames GazeTrack HandTrack ScalarTrack Status Track",
+    "model.session": "Session",
+    "mcap.salvage": "recover",
+    "scene_files.scene_toml": "parse_scene read_scene",
+}
 _HOME = {name: f"sessions.{module}" for module, names in _NAMES.items() for name in names.split()}
 """Public name -> module; loaded on first use, so that ``import sessions`` costs nothing."""
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from sessions import Session
 from sessions.geometry.rotations import rotated
-from sessions.model.frames import Frames, Status
+from sessions.model.samples import Frames, Status
 from sessions.model.scene import Pose
 
 USABLE: Final = (Status.VALID, Status.HELD, Status.INTERPOLATED)

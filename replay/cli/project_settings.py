@@ -70,8 +70,7 @@ def settings_file(given: Sequence[Path]) -> Path | None:
 def read_settings(file: Path, ctx: click.Context) -> dict[str, Any]:
     """Parameter -> value, as the option of that name takes it; ``click.UsageError``: one sentence for each mistake."""
     from sessions.errors import SceneError
-    from sessions.input_files import read_text
-    from sessions.scene_files.toml_table import nearest, parse_toml
+    from sessions.input_files import nearest, parse_toml, read_text
 
     try:
         parsed = parse_toml(read_text(file, "settings", SceneError), str(file), SceneError).rest()

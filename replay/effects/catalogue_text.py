@@ -8,7 +8,7 @@ from typing import Any, Final
 from replay.effects import CATALOGUE
 from replay.effects.declaring import Field, field_of
 from replay.errors import EffectError
-from sessions.scene_files.toml_table import nearest
+from sessions.input_files import nearest
 
 COLUMNS: Final = 80
 

@@ -18,8 +18,8 @@ from replay.effects.inputs import EffectInputs
 from replay.effects.output import COLOURS, EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series, blended
 from replay.effects.protocol import spec_of
 from replay.effects.spans import spans_of
+from sessions.input_files import nearest
 from sessions.model.scene import Scene
-from sessions.scene_files.toml_table import nearest
 
 _TABLES: Final[dict[str, dict[str, Any]]] = tomllib.loads(
     resources.files("replay.effects.chemistry").joinpath("indicators.toml").read_text(encoding="utf-8")

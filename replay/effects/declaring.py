@@ -10,9 +10,9 @@ from typing import Any, Final
 from replay.effects.output import COLOUR_WORDS, COLOURS, SHADES
 from replay.errors import PlanError
 from sessions.errors import SessionError
+from sessions.input_files import TomlTable, is_number, nearest
 from sessions.model.scene import Scene, SceneEffect
 from sessions.scene_files.scene_toml import bodies_by_selector
-from sessions.scene_files.toml_table import TomlTable, is_number, nearest
 
 Pair = tuple[str, str]
 

@@ -13,8 +13,8 @@ from replay.effects import RETIRED_KINDS, effect_kinds, load_effect
 from replay.effects.declaring import Declaration, Pair, body_faults, declare
 from replay.effects.protocol import POSES, EffectSpec
 from replay.errors import EffectError, PlanError, WrongInputError
+from sessions.input_files import nearest
 from sessions.model.scene import Scene
-from sessions.scene_files.toml_table import nearest
 
 Key = TypeVar("Key")
 Reasons = dict[Key, list[str]]

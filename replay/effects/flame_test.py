@@ -11,8 +11,8 @@ from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArra
 from replay.effects.protocol import spec_of
 from replay.effects.spans import BoolArray, Span, steadied
 from replay.effects.vessels import Vessel, check_vessels, inside
+from sessions.input_files import nearest
 from sessions.model.scene import Scene
-from sessions.scene_files.toml_table import nearest
 
 
 def compute(inputs: EffectInputs) -> EffectOutput:

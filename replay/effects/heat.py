@@ -16,8 +16,8 @@ from replay.effects.spans import BoolArray, steadied
 from replay.effects.temperatures import boils, note_temperature
 from replay.effects.vessels import Vessel
 from replay.errors import EffectError
+from sessions.input_files import is_number
 from sessions.model.scene import Scene, SceneBody
-from sessions.scene_files.toml_table import is_number
 
 SOLID_G_ML: Final = 2.0
 """Of a solid whose density nobody states, for the picture only: most salts have 1.7 to 2.5."""

@@ -17,9 +17,9 @@ from replay.effects.output import WATERY, EffectEvent, FloatArray, Liquid, vecto
 from replay.effects.spans import BoolArray
 from replay.errors import EffectError, PlanError
 from sessions.errors import SessionError
+from sessions.input_files import is_number
 from sessions.model.scene import Scene, SceneBody
 from sessions.scene_files.scene_meshes import INSTRUMENT_FACES
-from sessions.scene_files.toml_table import is_number
 
 if TYPE_CHECKING:
     from sessions.glassware.instrument import Cavity

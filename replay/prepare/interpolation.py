@@ -70,14 +70,14 @@ def filled(blocks: Iterable[Frames]) -> Iterator[FilledFrames]:
         if ready > first:
             yield _fill(window, first, ready)
         kept = int(np.searchsorted(window.stamp_ns, window.stamp_ns[ready] - BRIDGE_NS))
-        window, first = window.part(kept, len(window)), ready - kept
+        window, first = window.segment(kept, len(window)), ready - kept
     if window is not None and len(window):
         yield _fill(window, first, len(window))
 
 
 def _fill(window: Frames, first: int, stop: int) -> FilledFrames:
     """Fill some frames of a window; the rest of it only serves as their past and future."""
-    head = window.part(first, stop)
+    head = window.segment(first, stop)
     origin = _ORIGIN[head.status]
     position, quaternion = head.position.copy(), head.quaternion_xyzw.copy()
     position[origin == PoseOrigin.NONE] = np.nan

@@ -22,7 +22,7 @@ from sessions.mcap.schemas import WORLD
 from sessions.mcap.unpacking import read_region
 from sessions.mcap.writer import SCENE_FILE
 from sessions.mesh_data import MeshData
-from sessions.model.frames import Frames
+from sessions.model.samples import Frames
 from sessions.model.scene import Scene
 from sessions.model.session import Session
 

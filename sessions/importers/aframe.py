@@ -18,12 +18,19 @@ import numpy as np
 
 from sessions.errors import ImportFileError
 from sessions.importers.ledger import Ledger
-from sessions.importers.pose_table import PoseTable, SourceFrame, imported, number, numbered, stamps_of
-from sessions.importers.stamps import last_of_each_stamp
+from sessions.importers.pose_table import (
+    PoseTable,
+    SourceFrame,
+    imported,
+    last_of_each_stamp,
+    number,
+    numbered,
+    stamps_of,
+)
 from sessions.meshes.conventions import Convention, quaternion_from_euler
 from sessions.model.event import Event
+from sessions.model.samples import HandTrack
 from sessions.model.session import Session
-from sessions.model.track import HandTrack
 from sessions.names import side_of
 
 OPENVR_GAMEPAD: Final = "OpenVR Gamepad"

@@ -27,7 +27,7 @@ from sessions.importers.csv_text import (
     text_format,
 )
 from sessions.importers.ledger import is_large_loss
-from sessions.importers.stamps import rows_lost
+from sessions.importers.pose_table import rows_lost
 from sessions.meshes.conventions import CONVENTIONS
 
 POSITION, XYZW, ANGLES, MATRIX = "position", "quaternion_xyzw", "euler", "matrix"

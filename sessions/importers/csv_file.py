@@ -33,14 +33,13 @@ from sessions.importers.csv_mapping import (
 from sessions.importers.csv_table import CsvTable
 from sessions.importers.csv_text import STATED_LENGTHS, VOCABULARY, name_tokens_of, read_head, stated_units
 from sessions.importers.ledger import Ledger, is_large_loss
-from sessions.importers.pose_table import SourceFrame, Stream, imported, numbered
-from sessions.importers.stamps import Rows, Stamps, increasing, rows_lost
+from sessions.importers.pose_table import Rows, SourceFrame, Stamps, Stream, imported, increasing, numbered, rows_lost
 from sessions.meshes.conventions import Convention
 from sessions.meshes.conventions import convention as convention_named
 from sessions.model.assumption import Assumption, Confidence, Origin, Subject, grouped_assumptions
 from sessions.model.event import Event, LiveContact
+from sessions.model.samples import HandTrack
 from sessions.model.session import Session
-from sessions.model.track import HandTrack
 from sessions.names import side_of
 from sessions.quantities import number
 

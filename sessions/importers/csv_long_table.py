@@ -8,7 +8,7 @@ import numpy as np
 from sessions.importers.csv_table import CsvTable
 from sessions.importers.csv_text import is_date_or_time
 from sessions.importers.ledger import is_large_loss
-from sessions.importers.stamps import Stamps, rows_lost
+from sessions.importers.pose_table import Stamps, rows_lost
 
 MOST_VALUES: Final = 100
 """Different values of a column that may be names of bodies."""

@@ -17,12 +17,10 @@ import numpy as np
 from sessions.errors import ImportFileError, SessionError
 from sessions.geometry.rotations import quaternion_from_matrix, quaternion_from_vector
 from sessions.importers.given_meshes import MeshOptions
-from sessions.importers.pose_table import LARGEST_SECONDS, QUATERNION_TOLERANCE
-from sessions.importers.stamps import Numbers
-from sessions.input_files import read_text
+from sessions.importers.pose_table import LARGEST_SECONDS, QUATERNION_TOLERANCE, Numbers
+from sessions.input_files import TomlTable, nearest, parse_toml, read_text
 from sessions.meshes.axes_text import axes_as_text
 from sessions.meshes.conventions import Convention, convention, quaternion_from_euler, same_euler_order
-from sessions.scene_files.toml_table import TomlTable, nearest, parse_toml
 
 MOST_LINES: Final = 1000
 MESH_AXES_KEY, MESH_UNITS_KEY, COLLIDER_AXES_KEY = "mesh_axes", "mesh_units", "collider_axes"

@@ -37,10 +37,8 @@ from sessions.importers.csv_text import (
     unit_in_name,
 )
 from sessions.importers.ledger import Ledger
-from sessions.importers.pose_table import PoseTable
-from sessions.importers.stamps import Numbers, Rows, Stamps
-from sessions.input_files import read_bytes
-from sessions.scene_files.toml_table import nearest
+from sessions.importers.pose_table import Numbers, PoseTable, Rows, Stamps
+from sessions.input_files import nearest, read_bytes
 
 EMPTY: Final = [
     "",

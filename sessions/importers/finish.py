@@ -24,7 +24,7 @@ from sessions.model.assumption import (
     assumptions_of,
     pose_convention,
 )
-from sessions.model.frames import Status
+from sessions.model.samples import Status
 from sessions.model.scene import Scene, SceneBody
 from sessions.model.session import Session
 from sessions.names import SIDES, is_hand, is_head, name_tokens

@@ -14,8 +14,7 @@ import numpy as np
 from sessions.errors import ImportFileError
 from sessions.geometry.rotations import quaternion_product, rotated, slerp
 from sessions.importers.ledger import Ledger
-from sessions.importers.pose_table import PoseTable, is_rotation
-from sessions.importers.stamps import Numbers, Stamps, increasing
+from sessions.importers.pose_table import Numbers, PoseTable, Stamps, increasing, is_rotation
 
 MOST_NAMED: Final = 5
 NO_STAMP: Final = -(1 << 63)

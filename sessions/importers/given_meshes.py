@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Final
 
 from sessions.errors import ImportFileError, SessionError
+from sessions.input_files import nearest
 from sessions.mesh_data import MeshData
 from sessions.meshes.conventions import Convention
 from sessions.meshes.mesh_axes import (
@@ -19,7 +20,6 @@ from sessions.model.assumption import Assumption, grouped_assumptions
 from sessions.model.scene import Scene
 from sessions.scene_files.body_axes import axes_assumption, in_body_axes
 from sessions.scene_files.mesh_units import mesh_unit, scene_mesh_unit, units_beside_others
-from sessions.scene_files.toml_table import nearest
 
 MeshSource = str | Path | MeshData
 

@@ -15,8 +15,7 @@ from typing import Any, Final
 from sessions.errors import ImportFileError, SessionFileError
 from sessions.importers.frame_tree import FrameTree
 from sessions.importers.ledger import Ledger
-from sessions.importers.pose_table import SourceFrame, imported, number
-from sessions.importers.stamps import iso_nanoseconds
+from sessions.importers.pose_table import SourceFrame, imported, iso_nanoseconds, number
 from sessions.mcap.container import ChannelInfo
 from sessions.mcap.reader import McapFile
 from sessions.mcap.refusals import brief

@@ -7,10 +7,10 @@ from scipy.spatial.transform import Rotation
 
 from sessions.errors import ImportFileError
 from sessions.importers.ledger import Ledger
+from sessions.importers.pose_table import increasing
 from sessions.importers.scene_motion import session_of_scene
-from sessions.importers.stamps import increasing
+from sessions.model.samples import Track
 from sessions.model.session import Session
-from sessions.model.track import Track
 from sessions.scene_formats.safe_files import SceneFiles
 from sessions.scene_formats.scene_source import Surface
 from sessions.scene_formats.usd_physics import read_usd_motion

@@ -20,8 +20,7 @@ from sessions.importers.csv_mapping import PoseColumns
 from sessions.importers.csv_table import CsvTable
 from sessions.importers.csv_text import read_head
 from sessions.importers.ledger import Ledger
-from sessions.importers.pose_table import LARGEST_SECONDS, PoseTable, SourceFrame, Stream, imported
-from sessions.importers.stamps import Numbers, Stamps
+from sessions.importers.pose_table import LARGEST_SECONDS, Numbers, PoseTable, SourceFrame, Stamps, Stream, imported
 from sessions.input_files import check_regular
 from sessions.model.assumption import Assumption, Origin, Subject
 from sessions.model.event import Interval

@@ -23,13 +23,22 @@ import numpy as np
 from sessions.errors import ImportFileError
 from sessions.importers.csv_mapping import LENGTHS, PoseColumns, convention_key, mapping_table, pose_columns
 from sessions.importers.ledger import Ledger
-from sessions.importers.pose_table import METRES, PoseTable, SourceFrame, Stream, imported, numbered, stamps_of
-from sessions.importers.stamps import Numbers, Stamps
+from sessions.importers.pose_table import (
+    METRES,
+    Numbers,
+    PoseTable,
+    SourceFrame,
+    Stamps,
+    Stream,
+    imported,
+    numbered,
+    stamps_of,
+)
+from sessions.input_files import nearest
 from sessions.meshes.conventions import convention as convention_named
 from sessions.model.assumption import Confidence
 from sessions.model.event import Event
 from sessions.model.session import Session
-from sessions.scene_files.toml_table import nearest
 
 MAGIC: Final = b"XDF:"
 NAMED_CHANNELS: Final = 8  # Channels without a role that are named

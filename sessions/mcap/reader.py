@@ -26,7 +26,7 @@ from sessions.mcap.unpacking import MessageTable, read_region, together
 from sessions.mcap.writer import SCENE_FILE
 from sessions.mesh_data import MeshData
 from sessions.model.constants import SCENE_FACT
-from sessions.model.frames import Frames
+from sessions.model.samples import Frames
 from sessions.model.scene import Scene
 from sessions.model.session import Session
 
@@ -142,8 +142,8 @@ class McapFrames:
             pending.append(block)
             while sum(map(len, pending)) >= frames:
                 whole = Frames.join(pending) if len(pending) > 1 else pending[0]
-                yield whole.part(0, frames)
-                pending = [whole.part(frames, len(whole))] if len(whole) > frames else []
+                yield whole.segment(0, frames)
+                pending = [whole.segment(frames, len(whole))] if len(whole) > frames else []
         if pending:
             yield Frames.join(pending)
 

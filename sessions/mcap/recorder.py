@@ -26,10 +26,9 @@ from sessions.mcap.recorded_frames import Poses, RecordedFrame, frames_of, nanos
 from sessions.mcap.schemas import GAZE_PREFIX, HANDS_PREFIX, SCALARS_PREFIX, TRACKS_PREFIX
 from sessions.mcap.writer import SessionWriter, write_session
 from sessions.model.event import Event, Interval, LiveContact
-from sessions.model.frames import Status
+from sessions.model.samples import GazeTrack, HandTrack, Samples, ScalarTrack, Status, Track
 from sessions.model.scene import Scene
 from sessions.model.session import mesh_of
-from sessions.model.track import GazeTrack, HandTrack, Samples, ScalarTrack, Track
 from sessions.whole_files import abandoned, locks
 
 if TYPE_CHECKING:

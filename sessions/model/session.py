@@ -13,9 +13,8 @@ from sessions.errors import MeshFileError, SessionError, WrongInputError
 from sessions.mesh_data import MeshData
 from sessions.model.constants import BLOCK_FRAMES
 from sessions.model.event import Event, Interval, LiveContact
-from sessions.model.frames import Frames, Status, absent_samples
+from sessions.model.samples import Frames, GazeTrack, HandTrack, ScalarTrack, Track
 from sessions.model.scene import Scene
-from sessions.model.track import GazeTrack, HandTrack, ScalarTrack, Track
 
 if TYPE_CHECKING:
     MeshLike = MeshData | tuple[ArrayLike, ArrayLike]
@@ -146,7 +145,7 @@ class Session:
     @cached_property
     def tracks(self) -> dict[str, Track]:
         """The samples of each body on its own clock, its faster track where it has one; repeats are dropped."""
-        slow = {name: _track(self.frames, column) for column, name in enumerate(self.names)}
+        slow = {name: self.frames.track(column) for column, name in enumerate(self.names)}
         return {**slow, **self.fast_tracks}
 
     @classmethod
@@ -190,7 +189,9 @@ class Session:
         if meshes is not None:
             _require_mapping("meshes", meshes, "(vertices (v, 3), faces (f, 3))")
         given = {name: mesh_of(name, mesh) for name, mesh in (meshes or {}).items()}
-        return cls(_frames(tracks), given, scene or Scene(), tuple(events), tuple(intervals), dict(facts or {}))
+        return cls(
+            Frames.from_tracks(tracks), given, scene or Scene(), tuple(events), tuple(intervals), dict(facts or {})
+        )
 
 
 def _require_mapping(what: str, given: object, value: str) -> None:
@@ -220,34 +221,3 @@ def mesh_of(name: str, mesh: "MeshLike") -> MeshData:
         raise MeshFileError(f"the mesh of {name!r}: give it as (vertices (v, 3), faces (f, 3))") from None
     except MeshFileError as error:
         raise MeshFileError(f"the mesh of {name!r}: {error}") from None
-
-
-def _frames(tracks: Mapping[str, Track]) -> Frames:
-    names = tuple(tracks)
-    if not names:
-        return Frames.empty(names)
-    stamps = _different_stamps([track.times_ns for track in tracks.values()])
-    sample, position, quaternion, status = absent_samples(len(stamps), len(names))
-    for column, track in enumerate(tracks.values()):
-        rows = np.searchsorted(stamps, track.times_ns)
-        sample[rows, column] = track.times_ns
-        position[rows, column] = track.positions
-        quaternion[rows, column] = track.quaternions_xyzw
-        status[rows, column] = np.where(track.valid, Status.VALID, Status.LOST)
-    return Frames(names, stamps, stamps.copy(), sample, position, quaternion, status)
-
-
-def _different_stamps(stamps_of_tracks: Sequence[NDArray[np.int64]]) -> NDArray[np.int64]:
-    """All stamps in order, each once; `numpy.unique` would import masked arrays for it, in 13 ms."""
-    stamps = np.sort(np.concatenate(stamps_of_tracks))
-    is_first = np.ones(len(stamps), dtype=np.bool_)
-    is_first[1:] = stamps[1:] != stamps[:-1]
-    return stamps[is_first]
-
-
-def _track(frames: Frames, column: int) -> Track:
-    present = np.flatnonzero(frames.status[:, column] != Status.ABSENT)
-    stamps, first = np.unique(frames.sample_ns[present, column], return_index=True)
-    rows = present[first]
-    valid = frames.status[rows, column] != Status.LOST
-    return Track(stamps, frames.position[rows, column], frames.quaternion_xyzw[rows, column], valid)

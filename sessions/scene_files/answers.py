@@ -26,9 +26,8 @@ from sessions.model.assumption import (
     assumptions_of,
     pose_convention,
 )
-from sessions.model.frames import Frames
+from sessions.model.samples import Frames, Track
 from sessions.model.session import Session
-from sessions.model.track import Track
 from sessions.scene_files.body_axes import axes_change
 from sessions.scene_files.pose_axes import with_pose_axes
 

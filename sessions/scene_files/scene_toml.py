@@ -9,13 +9,12 @@ from typing import Any, cast
 
 from sessions.errors import SceneError, SessionError
 from sessions.geometry.shapes import DEFAULT_FACES, MOST_FACES, SIZES
-from sessions.input_files import read_text
+from sessions.input_files import TomlTable, is_number, nearest, parse_toml, read_text
 from sessions.meshes.conventions import CONVENTIONS, quaternion_from_euler
 from sessions.meshes.mesh_axes import mesh_axes_matrix
 from sessions.model.constants import SPACE_RADIUS
 from sessions.model.scene import TAG, Pose, Scene, SceneBody, SceneEffect, SceneGroup, selected_bodies
 from sessions.quantities import number
-from sessions.scene_files.toml_table import TomlTable, is_number, nearest, parse_toml
 
 EXTRA_KEYS = ("mass", "margin", "cavity", "faces", "options", "properties")
 """Keys of a body that are kept as written: ``faces`` and ``options`` for its mesh, the others for effects."""

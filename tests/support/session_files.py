@@ -14,7 +14,7 @@ from mcap.writer import CompressionType, Writer
 
 from sessions.mcap.schemas import channel_spec
 from sessions.mesh_data import MeshData
-from sessions.model.frames import Frames, Status
+from sessions.model.samples import Frames, Status
 from sessions.model.session import Session
 
 COLUMNS = ("stamp_ns", "log_ns", "sample_ns", "position", "quaternion_xyzw", "status")

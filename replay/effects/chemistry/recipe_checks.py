@@ -29,8 +29,8 @@ from replay.effects.chemistry.warming import WATER_BOILS_C
 from replay.effects.declaring import Declaration
 from replay.effects.vessels import Vessel, check_vessels, vessel_names
 from replay.errors import PlanError
+from sessions.input_files import nearest
 from sessions.model.scene import Scene
-from sessions.scene_files.toml_table import nearest
 
 
 def check_chemistry(tables: Tables, scene: Scene, file: str) -> None:

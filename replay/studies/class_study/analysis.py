@@ -26,7 +26,7 @@ from replay.studies.class_study.refusals import LEAST_IN_CELL, PERSONS_PER_ITEM,
 from replay.studies.class_study.regression import Finding, holm, regress
 from replay.studies.class_study.reliability import Bartlett, Reliability, bartlett, kmo, reliability
 from replay.words import plural
-from sessions.scene_files.toml_table import nearest
+from sessions.input_files import nearest
 from sessions.synthetic.rng import random_stream
 
 if TYPE_CHECKING:

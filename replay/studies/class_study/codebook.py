@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from replay.errors import StudyError
-from sessions.scene_files.toml_table import TomlTable
+from sessions.input_files import TomlTable
 
 SCALE: Final = (1.0, 5.0)
 """Ends of the scale where the codebook names none."""

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from sessions.errors import SceneError
 from sessions.geometry.rings import even_angles, revolved, sewn
 from sessions.geometry.rotations import quaternion_product
-from sessions.importers.stamps import Numbers, Rows, Stamps
+from sessions.importers.pose_table import Numbers, Rows, Stamps
 from sessions.mesh_data import MeshData
-from sessions.model.track import Track
+from sessions.model.samples import Track
 
 FACES: Final = 2000
 """Faces of a capsule, about: inscribed in the true one, at most 0.53 % of its radius inside it."""

@@ -10,7 +10,7 @@ from sessions.importers.csv_table import CsvTable
 from sessions.importers.hands.hand_columns import HandLayout, JointColumns
 from sessions.importers.hands.joint_names import NamedJoint, side_in
 from sessions.importers.ledger import Ledger
-from sessions.importers.stamps import Numbers, Rows, Stamps, increasing
+from sessions.importers.pose_table import Numbers, Rows, Stamps, increasing
 
 MOST_LISTED: Final = 6
 

@@ -16,7 +16,7 @@ from sessions.importers.csv_mapping import CLOCK_NS, LENGTHS, TEXT, convention_k
 from sessions.importers.csv_text import CsvHead
 from sessions.importers.hands.hand_columns import HandLayout
 from sessions.importers.hands.joint_names import JOINTS, NamedJoint
-from sessions.scene_files.toml_table import TomlTable, nearest
+from sessions.input_files import TomlTable, nearest
 
 SIDES: Final = ("left", "right")
 

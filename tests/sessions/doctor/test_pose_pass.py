@@ -38,7 +38,7 @@ def test_a_body_that_appears_later_gets_a_column():
         frames.names[:1], frames.stamp_ns[:50], frames.log_ns[:50], frames.sample_ns[:50, :1],
         frames.position[:50, :1], frames.quaternion_xyzw[:50, :1], frames.status[:50, :1],
     )  # fmt: skip
-    outcome = run_pose_pass([few, frames.part(50, 900)])
+    outcome = run_pose_pass([few, frames.segment(50, 900)])
     assert outcome.names == frames.names and outcome.marks.shape == (900, 3)
     assert not outcome.has(Mark.PRESENT)[:50, 1].any() and outcome.has(Mark.PRESENT)[50:, 1].all()
 

@@ -122,7 +122,7 @@ def test_two_worlds_are_refused_and_first_duplicate_pose_counts(tmp_path):
     publish, log, payload = protobuf_messages(frames)[0]
     other = protobuf_messages(frames)[1][2]
     path = write_foreign(tmp_path / "f.mcap", [(publish, log, payload + other)])
-    assert_same_frames(read_session(path).frames, frames.part(0, 1))
+    assert_same_frames(read_session(path).frames, frames.segment(0, 1))
     (result,) = {item.message for item in examine(path) if item.code == "duplicate-stamps"}
     assert result == "1 frames hold two samples of it; the first was taken"
 

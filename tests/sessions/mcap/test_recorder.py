@@ -10,7 +10,7 @@ from support.session_files import assert_same_frames, random_frames, tetrahedron
 from sessions import Event, Interval, LiveContact, Recorder, read_session, recover
 from sessions.errors import SessionError, SessionFileError, TornFileError
 from sessions.mcap import recorder as recorder_module
-from sessions.model.frames import Status
+from sessions.model.samples import Status
 
 POSE = ((0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
 
@@ -51,7 +51,7 @@ def test_what_was_recorded_is_read_bit_for_bit(tmp_path):
         recorder.poses(int(frames.stamp_ns[0]), dict.fromkeys(frames.names, POSE))
         record_frames(recorder, frames)
     session = read_session(tmp_path / "s.mcap")
-    assert_same_frames(session.frames.part(1, len(session.frames)), frames)
+    assert_same_frames(session.frames.segment(1, len(session.frames)), frames)
     assert_same_frames(session.frames, read_frames_plainly(tmp_path / "s.mcap", frames.names))
     assert session.facts["vr_type"] == "desktop" and list(session.meshes) == ["body 1"]
     assert [path.name for path in tmp_path.iterdir()] == ["s.mcap"]

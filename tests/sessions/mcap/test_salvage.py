@@ -120,7 +120,7 @@ def test_file_cut_anywhere_keeps_all_complete_chunks_unchanged(whole, tmp_path):
         kept = read_session(out).frames
         assert len(kept) == result.frames
         if len(kept):
-            assert_same_frames(kept, truth.part(0, len(kept)))
+            assert_same_frames(kept, truth.segment(0, len(kept)))
 
 
 def test_foreign_file_is_recovered_with_its_channels(tmp_path):

@@ -21,10 +21,9 @@ from sessions.mcap.reader import read_session
 from sessions.mcap.writer import write_session
 from sessions.meshes.glb import mesh_to_glb
 from sessions.model.event import Event, Interval, LiveContact
-from sessions.model.frames import Frames
+from sessions.model.samples import Frames, GazeTrack, HandTrack, ScalarTrack, Track
 from sessions.model.scene import Scene, SceneBody
 from sessions.model.session import Session
-from sessions.model.track import GazeTrack, HandTrack, ScalarTrack, Track
 from sessions.scene_files.scene_toml import parse_scene
 
 
@@ -80,7 +79,7 @@ class Ragged:
 
     def blocks(self, frames):
         for start, stop in zip(self._cuts, self._cuts[1:], strict=False):
-            yield self._frames.part(start, stop)
+            yield self._frames.segment(start, stop)
 
 
 def test_bytes_do_not_depend_on_block_sizes(tmp_path):

@@ -3,10 +3,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.session_files import assert_same_frames, random_frames, session_of
 
-from sessions.model.frames import Frames, Status
+from sessions.model.samples import Frames, Status, Track
 from sessions.model.scene import Scene, SceneBody, candidate_pairs
 from sessions.model.session import Session
-from sessions.model.track import Track
 
 POSES = (np.zeros((2, 3)), np.ones((2, 4)))
 

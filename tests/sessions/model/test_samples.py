@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 
 from sessions.errors import SessionError
-from sessions.model.frames import Status
-from sessions.model.track import Track, checked_stamps
+from sessions.model.samples import Status, Track, checked_stamps
 
 
 def test_status_numbers_belong_to_the_file_format():

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from sessions.errors import ImportFileError
 from sessions.importers.ledger import Ledger
-from sessions.importers.stamps import increasing, iso_nanoseconds, last_of_each_stamp, longest_increasing
+from sessions.importers.pose_table import increasing, iso_nanoseconds, last_of_each_stamp, longest_increasing
 
 STEP = 11_111_111
 STAMPS = STEP * np.arange(180, dtype=np.int64)
