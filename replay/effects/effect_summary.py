@@ -1,7 +1,8 @@
 """Plan and effects of a run in figures that JSON can hold: what ran, why, at what price, and what did not."""
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -10,7 +11,8 @@ from replay import words
 from replay.effects import CATALOGUE
 from replay.effects.effect_plan import Plan
 from replay.effects.effects_runner import EffectRun
-from replay.effects.output import EffectEvent, FloatArray
+from replay.effects.equivalence import Equivalence
+from replay.effects.output import EffectEvent, FloatArray, Series
 
 _RANKS: Final = {name: rank for row in CATALOGUE.values() for name, rank in row.get("results", {}).items()}
 RESULTS: Final = tuple(sorted(_RANKS, key=lambda name: _RANKS[name]))
@@ -67,22 +69,60 @@ def leading(effects: Mapping[str, EffectRun]) -> EffectEvent | None:
     return min(results, key=lambda event: RESULTS.index(event.name), default=events[-1] if events else None)
 
 
-def titration_curves(effects: Mapping[str, EffectRun]) -> dict[str, tuple[FloatArray, FloatArray, list[float]]]:
-    """Vessel -> millilitres that came in (n,), its pH (n,), and the millilitres at each end point."""
-    curves = {}
-    volumes = effects["mixing"].series if "mixing" in effects else {}
-    for name, ph in effects["reaction"].series.items() if "reaction" in effects else ():
-        vessel = name.removesuffix("/pH")
-        volume = volumes.get(f"{vessel}/volume")
-        if vessel != name and volume is not None and len(ph.times) > 1:
-            ends = [
-                event.time
-                for event in effects["reaction"].events
-                if (event.name, event.bodies) == ("end-point", (vessel,))
+@dataclass(frozen=True, eq=False)
+class TitrationCurve:
+    """A quantity of a vessel over what came in, with the volume at each of its end points."""
+
+    vessel: str
+    quantity: str  # ``pH``, ``redox potential``, ``pAg``, ``mol of Fe^2+ left``
+    unit: str  # at its axis
+    added_ml: FloatArray  # (n,)
+    values: FloatArray  # (n,)
+    ends_ml: Sequence[float]
+
+
+def titration_curves(effects: Mapping[str, EffectRun]) -> list[TitrationCurve]:
+    """Curves of every vessel into which something came.
+
+    A redox titration has that of its potential, or of a reagent whose potential nobody knows, one of a metal that of
+    its pM; the pH is drawn where acid and base have an end point, or nothing else is.
+    """
+    if not {"mixing", "reaction"} <= effects.keys():
+        return []
+    curves: list[TitrationCurve] = []
+    for name, volume in effects["mixing"].series.items():
+        vessel = name.removesuffix("/volume")
+        if vessel != name:
+            mine = [
+                curve
+                for key, series in effects["reaction"].series.items()
+                if (curve := _titration_curve(effects["reaction"], vessel, key, series, volume)) is not None
             ]
-            added, at = (np.interp(times, volume.times, volume.values) - volume.values[0] for times in (ph.times, ends))
-            curves[vessel] = (added, ph.values, at.tolist())
+            others = [curve for curve in mine if curve.quantity != "pH"]
+            curves += others + [curve for curve in mine if curve not in others and (curve.ends_ml or not others)]
     return curves
+
+
+def _titration_curve(run: EffectRun, vessel: str, name: str, series: Series, volume: Series) -> TitrationCurve | None:
+    """Curve of a series of a vessel; ``None``: it is of another vessel, or no quantity that a titration draws."""
+    quantity = name.removeprefix(f"{vessel}/")
+    if quantity == name or len(series.times) < 2:
+        return None
+    unit = series.unit
+    if quantity == "potential":
+        kind, quantity = Equivalence.OXIDANT_AND_REDUCTANT, "redox potential"
+    elif quantity.endswith(" left"):
+        kind, quantity = Equivalence.OXIDANT_AND_REDUCTANT, f"mol of {quantity}"
+    elif unit == "pH":
+        kind = Equivalence.ACID_AND_BASE
+    elif quantity == unit:
+        kind = Equivalence.METAL_AND_ANION
+    else:
+        return None
+    ends = [event.time for event in run.output.named("end-point") if event.bodies == (vessel,)
+            and event.values["of"] == kind]  # fmt: skip
+    added, at = (np.interp(times, volume.times, volume.values) - volume.values[0] for times in (series.times, ends))
+    return TitrationCurve(vessel, quantity, unit, added, series.values, at.tolist())
 
 
 def event_lines(effects: Mapping[str, EffectRun], most: int) -> list[str]:

@@ -18,6 +18,7 @@ from replay.effects.chemistry.ledger_columns import ADDED, WITHOUT_HEAT_C
 from replay.effects.chemistry.matter import Matter
 from replay.effects.chemistry.mixture import GAS, SOLID, Mixture
 from replay.effects.chemistry.solver import Solver
+from replay.effects.equivalence import Equivalence
 from replay.effects.output import EffectEvent
 from replay.effects.titrated_concentration import titrated_concentration
 
@@ -51,8 +52,18 @@ class _Crossing:
         return rows[self.before] + self.fraction * (rows[self.after] - rows[self.before])
 
 
-Crossings = Iterator[tuple[_Crossing, str, str, float]]
-"""Crossings, the names of what is equivalent, and the share of it that has reacted."""
+@dataclass(frozen=True)
+class _Equivalent:
+    """Two reagents that are equivalent at a crossing, and the share of them that has reacted."""
+
+    crossing: _Crossing
+    kind: Equivalence
+    left: str
+    right: str
+    reacted: float = 1.0
+
+
+Crossings = Iterator[_Equivalent]
 
 Finder = Callable[[FloatArray], Iterator[_Crossing]]
 """Finds the crossings of an excess (n,) over the rows of a history."""
@@ -98,9 +109,9 @@ def _not_reached(matter: Matter, vessel: str) -> Iterator[EffectEvent]:
             yield _Crossing(before, after, first / (first - last), last > first)
 
     ends = sorted(
-        (float(crossing.at(added)), left, right)
-        for crossing, left, right, reacted in _of_acid_and_redox(matter, vessel, ahead)
-        if reacted >= COMPLETE and crossing.at(added) <= BEYOND * added[after]
+        (float(point.crossing.at(added)), point.left, point.right)
+        for point in _of_acid_and_redox(matter, vessel, ahead)
+        if point.reacted >= COMPLETE and point.crossing.at(added) <= BEYOND * added[after]
     )
     if len(sources) == 1 and ends and before < after:
         volume, left, right = ends[0]
@@ -117,39 +128,56 @@ def ion_end_points(matter: Matter, vessel: str) -> list[EffectEvent]:
     return _events(matter, vessel, _of_ions(matter, vessel, matter.totals(matter.histories[vessel].amounts)))
 
 
+def titrated_metals(matter: Matter, vessel: str) -> set[str]:
+    """Metals of a vessel that an anion titrated, or that titrated one."""
+    if not matter.histories[vessel].added_ml[-1].any():
+        return set()
+    totals = matter.totals(matter.histories[vessel].amounts)
+    return {name for point in _of_ions(matter, vessel, totals) for name in (point.left, point.right)} & METALS
+
+
 def _events(matter: Matter, vessel: str, kinds: Crossings) -> list[EffectEvent]:
     history = matter.histories[vessel]
     if not history.added_ml[-1].any():
         return []
-    crossings = sorted(kinds, key=lambda row: (row[0].before, row[0].fraction))
-    events: list[EffectEvent] = []
-    points = [row for row in crossings if row[3] >= COMPLETE]
-    for crossing, left, right, reacted in crossings:
-        if reacted < COMPLETE:
-            text = (
-                f"{left} and {right} are equivalent in {vessel}, but {words.as_percentage(reacted)} of them have "
-                "reacted: no end point"
-            )
-            at = float(crossing.at(history.times))
-            events.append(EffectEvent(at, "incomplete", (vessel,), None, {"reacted": reacted}, text, "warning"))
-    for number, (crossing, left, right, _) in enumerate(points, start=1):
-        came = history.added_ml[crossing.after] > history.added_ml[crossing.before]
-        added = history.added_ml[:, came].sum(axis=1)
-        volume = float(crossing.at(added))
-        over = float(added[-1]) - volume
-        which = f" (end point {number} of {len(points)})" if len(points) > 1 else ""
-        tail = f"; overshot by {words.fixed(over, 2)} mL" if number == len(points) else ""
-        sources = [name for name, index in matter.ledger.at.items() if name and came[index]]
-        concentration, values = "", dict[str, float | str]()
-        if len(sources) == 1 and _is_plain_titration(matter, vessel, crossing, sources[0]):
-            concentration, values = titrated_concentration(
-                matter.recipe.contents, vessel, sources[0], (left, right), volume
-            )
-        text = f"{left} and {right} are equivalent in {vessel} after {words.fixed(volume, 2)} mL{which}"
-        text += concentration + tail
-        values |= {"volume_ml": volume, "overshot_ml": over, "number": number}
-        events.append(EffectEvent(float(crossing.at(history.times)), "end-point", (vessel,), None, values, text))
+    found = sorted(kinds, key=lambda point: (point.crossing.before, point.crossing.fraction))
+    points = [point for point in found if point.reacted >= COMPLETE]
+    events = [_incomplete(matter, vessel, point) for point in found if point.reacted < COMPLETE]
+    events += [_end_point(matter, vessel, point, number, len(points)) for number, point in enumerate(points, start=1)]
     return events
+
+
+def _incomplete(matter: Matter, vessel: str, point: _Equivalent) -> EffectEvent:
+    """Event of reagents that are equivalent before they have reacted: a slow reaction."""
+    text = (
+        f"{point.left} and {point.right} are equivalent in {vessel}, but {words.as_percentage(point.reacted)} of them "
+        "have reacted: no end point"
+    )
+    time = float(point.crossing.at(matter.histories[vessel].times))
+    return EffectEvent(time, "incomplete", (vessel,), None, {"reacted": point.reacted}, text, "warning")
+
+
+def _end_point(matter: Matter, vessel: str, point: _Equivalent, number: int, count: int) -> EffectEvent:
+    """Event of an end point: its volume, the concentration that it gives, and after the last what overshot it."""
+    history, crossing = matter.histories[vessel], point.crossing
+    came = history.added_ml[crossing.after] > history.added_ml[crossing.before]
+    added = history.added_ml[:, came].sum(axis=1)
+    volume = float(crossing.at(added))
+    over = float(added[-1]) - volume
+    sources = [name for name, index in matter.ledger.at.items() if name and came[index]]
+    concentration, values = "", dict[str, float | str]()
+    if len(sources) == 1 and _is_plain_titration(matter, vessel, crossing, sources[0]):
+        concentration, values = titrated_concentration(
+            matter.recipe.contents, vessel, sources[0], (point.left, point.right), volume
+        )
+    text = f"{point.left} and {point.right} are equivalent in {vessel} after {words.fixed(volume, 2)} mL"
+    if count > 1:
+        text += f" (end point {number} of {count})"
+    text += concentration
+    if number == count:
+        text += f"; overshot by {words.fixed(over, 2)} mL"
+    values |= {"volume_ml": volume, "overshot_ml": over, "number": number, "of": point.kind.value}
+    return EffectEvent(float(crossing.at(history.times)), "end-point", (vessel,), None, values, text)
 
 
 def _is_plain_titration(matter: Matter, vessel: str, crossing: _Crossing, titrant: str) -> bool:
@@ -187,7 +215,7 @@ def _of_protons(matter: Matter, vessel: str, totals: FloatArray, find: Finder) -
             if size > 0.0 and water_mol > 0.0 and _inflects(solver, point, size, water_mol):
                 names = _names(matter, mixture, vessel, crossing, lower, upper)
                 if names is not None:
-                    yield crossing, *names, 1.0
+                    yield _Equivalent(crossing, Equivalence.ACID_AND_BASE, *names)
 
 
 def _inflects(solver: Solver, point: FloatArray, size: float, water: float) -> bool:
@@ -278,12 +306,13 @@ def _of_electrons(matter: Matter, vessel: str, find: Finder) -> Crossings:
             and matter.histories[vessel].extents[-1, row] > 0.0
         ):
             left, right = (matter.amount(vessel, column) / -process.changes[column] for column in used)
-            oxidant, reductant = (_reagent(matter, row, column) for column in used)
+            oxidant, reductant = (reagent_of(matter, row, column) for column in used)
             extent = matter.histories[vessel].extents[:, row]
             for crossing in find(left - right):
                 reacted = float(crossing.at(extent))
                 remaining = max(0.0, float(crossing.at(np.minimum(left, right))))
-                yield crossing, oxidant, reductant, reacted / (reacted + remaining)
+                fraction = reacted / (reacted + remaining)
+                yield _Equivalent(crossing, Equivalence.OXIDANT_AND_REDUCTANT, oxidant, reductant, fraction)
 
 
 def _of_ions(matter: Matter, vessel: str, totals: FloatArray) -> Crossings:
@@ -304,7 +333,7 @@ def _of_ions(matter: Matter, vessel: str, totals: FloatArray) -> Crossings:
             made = _made(matter, vessel, formula, crossing)
             whole = float(crossing.at(np.minimum(left, right)))
             if whole > 0.0 and made >= COMPLETE * whole:
-                yield crossing, one, other, made / whole
+                yield _Equivalent(crossing, Equivalence.METAL_AND_ANION, one, other, made / whole)
 
 
 def _made(matter: Matter, vessel: str, formula: str, crossing: _Crossing) -> float:
@@ -318,7 +347,7 @@ def _made(matter: Matter, vessel: str, formula: str, crossing: _Crossing) -> flo
     return float(solved.species[:, row].min()) if row is not None and len(wet) == len(times) else 0.0
 
 
-def _reagent(matter: Matter, process: int, column: str) -> str:
+def reagent_of(matter: Matter, process: int, column: str) -> str:
     """The reagent, as its equation writes it, that a column stands for: Cr2O7^2- is counted as CrO4^2-."""
     reagents = (
         formula

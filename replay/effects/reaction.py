@@ -21,6 +21,7 @@ from replay.effects.end_points import end_points, ion_end_points
 from replay.effects.inputs import EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series
 from replay.effects.protocol import spec_of
+from replay.effects.titrated_quantities import titrated_quantities
 from replay.words import quantity
 
 LEAST_GAS: Final = 1e-6
@@ -55,8 +56,8 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``end-point`` where acid and base, or oxidant and reductant, are equivalent, ``gas``, ``ph``, and others.
 
     ``no-reaction`` names an equation that made nothing, ``concentrated`` a solution beyond PHREEQC's activities.
-    Series of pH, of ions that an equation names, of gas that left, and of the extent of what has no constant: at
-    equilibrium no equation has its own.
+    Series of pH, redox potential and free metal, of ions that an equation names, of gas that left, and of the extent of
+    what has no constant: at equilibrium no equation has its own.
     """
     matter, findings = matter_of(inputs), Findings(len(inputs))
     reactions = matter.recipe.reactions
@@ -71,6 +72,8 @@ def compute(inputs: EffectInputs) -> EffectOutput:
             moments = [_times(inputs, matter, reaction, vessel) for reaction in reactions]
             times = np.unique(np.concatenate(moments or [history.times]))
             formed |= _tell_solution(matter, vessel, times, findings)
+        if mixed:
+            findings.series.update(titrated_quantities(matter, vessel))
         _tell_gases(inputs, matter, vessel, findings)
         _tell_solids(inputs, matter, vessel, findings)
         findings.events += _brines(matter, vessel)

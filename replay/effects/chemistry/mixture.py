@@ -97,6 +97,12 @@ class Mixture:
         return tuple(_symbols(len(self.components) - 1))
 
     @cached_property
+    def bare_names(self) -> tuple[str | None, ...]:
+        """Name in PHREEQC's text of the bare ion of each component; ``None``: PHREEQC has it with protons alone."""
+        bare = [self.species_of({component: 1.0}) for component in self.components]
+        return tuple(None if entry is None else self.names[entry.name] for entry in bare)
+
+    @cached_property
     def powers(self) -> FloatArray:
         """(s, m) how many of each part are in a species."""
         rows = [[entry.makeup.get(component, 0.0) for component in self.components] for entry in self.species]

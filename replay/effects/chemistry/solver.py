@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from contextlib import chdir
 from dataclasses import dataclass
+from itertools import pairwise
 from tempfile import TemporaryDirectory
 from typing import Any, Final
 
@@ -39,6 +40,8 @@ TOLERANCE: Final = 1e-12
 class Equilibrium:
     """Equilibria of rows: ``species`` (n, s) and ``phases`` (n, p) in mol, ``ph`` and ``ionic`` (n,), mol/kg.
 
+    ``log_activity`` (n, m): of the bare ion of each component, NaN of one that PHREEQC knows with protons alone.
+
     Of a row for which PHREEQC has no answer ``ph`` is NaN, and all is thought bare ions.
     """
 
@@ -46,6 +49,7 @@ class Equilibrium:
     phases: FloatArray
     ph: FloatArray
     ionic: FloatArray
+    log_activity: FloatArray
 
 
 class Solver:
@@ -77,8 +81,8 @@ class Solver:
         mixture = self.mixture
         allowed = np.ones(len(mixture.phases), dtype=np.bool_) if phases is None else phases
         table, keys, answers = self._dissolved(totals, water_mol, celsius)
-        species, count = len(mixture.species), len(mixture.phases)
-        saturation = answers[:, 2 + species + count :]
+        _, species, formed, indices, activities = self._columns()
+        saturation = answers[:, indices]
         forming = ((saturation > 0.0) & allowed).any(axis=1) | (np.isnan(answers[:, 0]) & allowed.any())
         rows = np.flatnonzero(forming)
         if len(rows):
@@ -90,13 +94,25 @@ class Solver:
             self._settled.clear()
         self.unanswered += int(np.isnan(answers[:, 0]).sum())
         return Equilibrium(
-            answers[:, 2 : 2 + species], answers[:, 2 + species : 2 + species + count], answers[:, 0], answers[:, 1]
+            species=answers[:, species],
+            phases=answers[:, formed],
+            ph=answers[:, 0],
+            ionic=answers[:, 1],
+            log_activity=answers[:, activities],
         )
 
     def saturation(self, totals: FloatArray, water_mol: FloatArray, celsius: FloatArray) -> FloatArray:
         """Saturation index (n, p) of each phase in solutions in rows; NaN where PHREEQC has no answer."""
         _, _, answers = self._dissolved(totals, water_mol, celsius)
-        return answers[:, 2 + len(self.mixture.species) + len(self.mixture.phases) :]
+        return answers[:, self._columns()[3]]
+
+    def _columns(self) -> tuple[slice, ...]:
+        """Columns of an answer: pH and ionic strength, mol of species and of phases, saturation indices, activities."""
+        mixture = self.mixture
+        count = len(mixture.phases)
+        widths = (2, len(mixture.species), count, count, len(mixture.components))
+        starts = np.cumsum([0, *widths]).tolist()
+        return tuple(slice(start, stop) for start, stop in pairwise(starts))
 
     def _dissolved(
         self, totals: FloatArray, water_mol: FloatArray, celsius: FloatArray
@@ -107,7 +123,7 @@ class Solver:
         table = np.column_stack([np.maximum(totals, least), water_mol, clipped])
         keys = [row.tobytes() for row in table]
         self._fill(self._solutions, table, keys, np.zeros(len(self.mixture.phases), dtype=np.bool_))
-        width = 2 + len(self.mixture.species) + 2 * len(self.mixture.phases)
+        width = self._columns()[-1].stop
         return table, keys, np.array([self._solutions[key] for key in keys]).reshape(len(keys), width)
 
     def _fill(self, memory: dict[bytes, FloatArray], table: FloatArray, marks: list[bytes], allowed: BoolArray) -> None:
@@ -122,7 +138,8 @@ class Solver:
     def _ask(self, table: FloatArray, allowed: BoolArray) -> Sequence[FloatArray]:
         """Answers of rows; those that fail together are asked one by one.
 
-        An answer is pH, ionic strength, mol of species, mol of phases, and saturation indices of the phases.
+        An answer is pH, ionic strength, mol of species, mol of phases, saturation indices of the phases, and log10 of
+        activities of bare ions.
         """
         self.queries += len(table)
         count_of_components = len(self.mixture.components)
@@ -157,7 +174,8 @@ class Solver:
         water = {PROTON: 1.0} if protons > 0.0 else {PROTON: -1.0, WATER: 1.0}
         species[place[frozenset(water.items())]] = abs(protons)
         count = len(mixture.phases)
-        return np.concatenate([[np.nan, np.nan], species, np.zeros(count), np.full(count, np.nan)])
+        unknown = np.full(count + len(mixture.components), np.nan)
+        return np.concatenate([[np.nan, np.nan], species, np.zeros(count), unknown])
 
     def _run(self, table: FloatArray, allowed: BoolArray) -> FloatArray | None:
         """Answers (n, ...) of rows by PHREEQC; ``None``: it found none for one of them."""
@@ -183,6 +201,8 @@ class Solver:
         columns_of_answer += [column(f"m_{mixture.names[entry.name]}(mol/kgw)") * water for entry in mixture.species]
         columns_of_answer += [column(phase_name(row)) for row in range(len(mixture.phases))]
         columns_of_answer += [column(f"si_{phase_name(row)}") for row in range(len(mixture.phases))]
+        unknown = np.full(len(rows), np.nan)
+        columns_of_answer += [unknown if name is None else column(f"la_{name}") for name in mixture.bare_names]
         return np.array(columns_of_answer).T
 
     def _solution_text(self, table: FloatArray, allowed: BoolArray) -> str:
@@ -247,11 +267,12 @@ class Solver:
             library = phreeqc.Phreeqc()
             mixture = self.mixture
             names = " ".join(mixture.names[entry.name] for entry in mixture.species)
+            bare = " ".join(name for name in mixture.bare_names if name is not None)
             phases = " ".join(phase_name(row) for row in range(len(mixture.phases)))
             output = (
                 f"KNOBS\n -convergence_tolerance {TOLERANCE}\n -iterations 400\n"
                 "SELECTED_OUTPUT 1\n -reset false\n -state true\n -pH true\n -ionic_strength true\n -water true\n"
-                f" -high_precision true\n -molalities {names}\n"
+                f" -high_precision true\n -molalities {names}\n -activities {bare}\n"
             )
             if phases:
                 output += f" -equilibrium_phases {phases}\n -saturation_indices {phases}\n"

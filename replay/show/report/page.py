@@ -106,12 +106,13 @@ def _temperatures(result: RunResult) -> Iterator[Plot]:
 
 
 def _titrations(result: RunResult) -> Iterator[Plot]:
-    """The pH of each vessel that was titrated over what came in, with a line at each end point."""
-    for vessel, (added, ph, ends) in titration_curves(result.effects).items():
-        title = f"The pH in {vessel} over what came in"
-        if ends:
-            points = " and ".join(words.fixed(end, 2) for end in ends)
-            lines = "line is its end point" if len(ends) == 1 else "lines are its end points"
+    """The pH, potential or free metal of each vessel that was titrated, with a line at each end point."""
+    for drawn in titration_curves(result.effects):
+        title = f"The {drawn.quantity} in {drawn.vessel} over what came in"
+        if drawn.ends_ml:
+            points = " and ".join(words.fixed(end, 2) for end in drawn.ends_ml)
+            lines = "line is its end point" if len(drawn.ends_ml) == 1 else "lines are its end points"
             title += f"; the {lines}, {points} mL"
-        points_of = np.stack([added, ph], axis=1).tolist()
-        yield curve(points_of, ends, f"{title}.", "came in, mL", "pH")
+        points_of = np.stack([drawn.added_ml, drawn.values], axis=1).tolist()
+        lowest = min(0.0, float(drawn.values.min()))
+        yield curve(points_of, drawn.ends_ml, f"{title}.", "came in, mL", drawn.unit, lowest)

@@ -69,9 +69,9 @@ def test_carbonate_has_two_end_points_at_every_rate(hz):
     effects = titrated({"Na2CO3": 0.05}, {"HCl": 0.1}, (gas,), hz=hz)
     events = [event.values["volume_ml"] for event in effects["reaction"].output.named("end-point")]
     assert events == pytest.approx([5.0, 10.0], abs=0.01)
-    drawn = titration_curves(effects)["flask"][2]
-    assert drawn == pytest.approx([5.0, 10.0], abs=0.01)
-    assert titration_curves({"reaction": effects["reaction"]}) == {} == titration_curves({"mixing": effects["mixing"]})
+    (drawn,) = titration_curves(effects)
+    assert drawn.quantity == "pH" and drawn.ends_ml == pytest.approx([5.0, 10.0], abs=0.01)
+    assert titration_curves({"reaction": effects["reaction"]}) == [] == titration_curves({"mixing": effects["mixing"]})
 
 
 @pytest.mark.parametrize("row", TABLE["ions"], ids=lambda row: row["equation"])

@@ -1,0 +1,209 @@
+"""Redox potential of a solution by Nernst's equation, from the couples of the equations that ran in it.
+
+An equation without a constant runs to its end, so that beside its end point one of its two couples has both its forms:
+that couple sets the potential. Standard potentials follow from free energies of formation, at 25 degC; activities are
+those of PHREEQC.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import lcm, log
+from typing import Final
+
+import numpy as np
+
+from cdcore.numerics import FloatArray
+from replay.effects.chemistry.components import PROTON, WATER
+from replay.effects.chemistry.enthalpy import FREE_ENERGY
+from replay.effects.chemistry.formulas import atoms, charge_of
+from replay.effects.chemistry.matter import Matter
+from replay.effects.chemistry.mixture import GAS, SOLID
+from replay.effects.chemistry.salts import WATER_KG
+from replay.effects.chemistry.solver import Equilibrium
+
+FARADAY_KJ_MOL_V: Final = 96.48533
+"""Charge of a mol of electrons. Source: CODATA 2018."""
+
+GAS_KJ_MOL_K: Final = 8.314463e-3
+"""Gas constant. Source: CODATA 2018."""
+
+ZERO_C_KELVIN: Final = 273.15
+
+TRIIODIDE: Final = 698.0
+"""Constant of I2 + I- = I3- at 25 degC. Source: D. A. Palmer et al., J. Solution Chem. 13, 1984."""
+
+COMPLEXES_UNKNOWN: Final[Mapping[str, str]] = {"Ce^4+": "SO4^2-"}
+"""Oxidised form -> what binds it without a constant in PHREEQC's data: cerium in sulfuric acid has 1.44 V, not 1.74."""
+
+IODINE, IODIDE, PEROXIDE = "I2", "I-", "H2O2"
+
+
+@dataclass(frozen=True)
+class Couple:
+    """Half a redox reaction: the oxidised form, protons and electrons make the reduced form and water."""
+
+    oxidised: str  # columns of the ledger
+    reduced: str
+    oxidised_count: int
+    reduced_count: int
+    protons: int  # below 0: the oxidised form has the more
+    electrons: int
+    volt: float  # standard potential against that of hydrogen
+
+
+def couples_of(changes: Mapping[str, float]) -> tuple[Couple, Couple] | None:
+    """Couples of the oxidant and of the reductant of an equation.
+
+    ``changes`` : column -> mol that one mol of reaction makes. ``None``: it is no redox reaction of two reagents, or no
+    table has the free energy of a form.
+    """
+    made = [column for column, many in changes.items() if many > 0.0 and column not in (PROTON, WATER)]
+    used = [column for column, many in changes.items() if many < 0.0 and column not in (PROTON, WATER)]
+    couples = [couple for column in used if (couple := _couple(column, _partner(column, made))) is not None]
+    oxidants = [couple for couple in couples if couple.oxidised in used]
+    reductants = [couple for couple in couples if couple.reduced in used]
+    if len(used) != 2 or len(oxidants) != 1 or len(reductants) != 1:
+        return None
+    return oxidants[0], reductants[0]
+
+
+def potential(matter: Matter, vessel: str, times: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Times (n,) at which a couple of a vessel has both its forms, and its potential in V (n,) there.
+
+    Where several have both, that of which there is most counts: it holds the potential. None where an equation ran
+    whose couples are not known.
+    """
+    couples = _couples_that_ran(matter, vessel)
+    if not couples or matter.solver is None:
+        return np.zeros(0), np.zeros(0)
+    wet, solved = matter.solved(vessel, times)
+    amounts = matter.states(vessel, times[wet])[0]
+    celsius = matter.celsius(vessel, times[wet])
+    electrons = np.array([_electrons(matter, amounts, couple) for couple in couples])
+    volts = np.array([_volt(matter, amounts, solved, celsius, couple) for couple in couples])
+    electrons[~np.isfinite(volts)] = 0.0
+    best = np.argmax(electrons, axis=0)
+    rows = np.arange(len(wet))
+    known = electrons[best, rows] > 0.0
+    return times[wet][known], volts[best, rows][known]
+
+
+def _couples_that_ran(matter: Matter, vessel: str) -> list[Couple]:
+    """Couples of the equations that ran at once in a vessel; none where those of one are not known."""
+    found: dict[Couple, None] = {}
+    for row, process in enumerate(matter.recipe.processes):
+        used = [column for column, many in process.changes.items() if many < 0.0 and column not in (PROTON, WATER)]
+        if len(used) != 2 or not matter.histories[vessel].extents[-1, row] > 0.0:
+            continue
+        couples = couples_of(process.changes)
+        if (
+            process.rate is not None
+            or couples is None
+            or any(_unknown_complex(matter, vessel, couple) for couple in couples)
+        ):
+            return []
+        found |= dict.fromkeys(couples)
+    return list(found)
+
+
+def _unknown_complex(matter: Matter, vessel: str, couple: Couple) -> bool:
+    """Whether something in a vessel binds a form of a couple in complexes that PHREEQC's data lack."""
+    ligand = COMPLEXES_UNKNOWN.get(couple.oxidised)
+    return ligand is not None and bool(matter.amount(vessel, ligand).any())
+
+
+def _partner(column: str, made: Sequence[str]) -> str:
+    """What a reagent becomes: the product with its atoms but hydrogen and oxygen; ``""``: not one alone."""
+    mine = _heavy(column)
+    if column == PEROXIDE:
+        return next((product for product in made if product.removesuffix(GAS) == "O2"), WATER)
+    partners = [product for product in made if mine and _heavy(product).keys() == mine.keys()]
+    return partners[0] if len(partners) == 1 else ""
+
+
+def _couple(reagent: str, product: str) -> Couple | None:
+    """Couple of a reagent and what it becomes; ``None``: neither is oxidised, or a free energy is missing."""
+    if not product or not {reagent, product} <= FREE_ENERGY.keys():
+        return None
+    element = next(iter(_heavy(reagent)), "O")
+    count, product_count = _atoms(reagent).get(element, 0), _atoms(product).get(element, 0)
+    whole = lcm(count, product_count)
+    count, product_count = whole // count, whole // product_count
+    sides = [(count, _atoms(reagent)), (-product_count, _atoms(product))]
+    water = sum(many * held.get("O", 0) for many, held in sides) if product != WATER else 0
+    protons = 2 * water - sum(many * held.get("H", 0) for many, held in sides)
+    electrons = count * _charge(reagent) + protons - product_count * _charge(product)
+    if electrons == 0:
+        return None
+    if electrons < 0:
+        return _couple(product, reagent)
+    kilojoule = product_count * FREE_ENERGY[product] + water * FREE_ENERGY[WATER] - count * FREE_ENERGY[reagent]
+    return Couple(
+        oxidised=reagent,
+        reduced=product,
+        oxidised_count=count,
+        reduced_count=product_count,
+        protons=protons,
+        electrons=electrons,
+        volt=-kilojoule / (electrons * FARADAY_KJ_MOL_V),
+    )
+
+
+def _atoms(column: str) -> Mapping[str, int]:
+    return atoms(column.removesuffix(SOLID).removesuffix(GAS))
+
+
+def _heavy(column: str) -> dict[str, int]:
+    """Atoms of a column but hydrogen and oxygen."""
+    return {element: many for element, many in _atoms(column).items() if element not in "HO"}
+
+
+def _charge(column: str) -> int:
+    return charge_of(column.removesuffix(SOLID).removesuffix(GAS))
+
+
+def _electrons(matter: Matter, amounts: FloatArray, couple: Couple) -> FloatArray:
+    """Mol of electrons (n,) that the scarcer form of a couple takes or gives."""
+    forms = ((couple.oxidised, couple.oxidised_count), (couple.reduced, couple.reduced_count))
+    scarce = [amounts[:, matter.ledger.column[column]] / count for column, count in forms]
+    return couple.electrons * np.minimum(*scarce)
+
+
+def _volt(matter: Matter, amounts: FloatArray, solved: Equilibrium, celsius: FloatArray, couple: Couple) -> FloatArray:
+    """Potential (n,) in V by Nernst's equation; NaN or infinite where a form has no activity."""
+    quotient = (
+        couple.reduced_count * _log_activity(matter, amounts, solved, couple.reduced)
+        - couple.oxidised_count * _log_activity(matter, amounts, solved, couple.oxidised)
+        + couple.protons * solved.ph
+    )
+    slope = log(10.0) * GAS_KJ_MOL_K * (celsius + ZERO_C_KELVIN) / (couple.electrons * FARADAY_KJ_MOL_V)
+    return couple.volt - slope * quotient
+
+
+def _log_activity(matter: Matter, amounts: FloatArray, solved: Equilibrium, column: str) -> FloatArray:
+    """log10 of the activity (n,) of a form: of an ion by PHREEQC, of a molecule its mol/kg; solids and gases have 1."""
+    if column == WATER or column.endswith((SOLID, GAS)):
+        return np.zeros(len(amounts))
+    kilograms = amounts[:, matter.ledger.water] * WATER_KG
+    free = _free_iodine(matter, amounts, kilograms)
+    components = () if matter.solver is None else matter.solver.mixture.components
+    with np.errstate(divide="ignore", invalid="ignore"):
+        if column not in components:
+            molal = amounts[:, matter.ledger.column[column]] / kilograms
+            return np.log10(free[IODINE] if column == IODINE else molal)
+        ion = solved.log_activity[:, components.index(column)]
+        if column != IODIDE:
+            return ion
+        return ion + np.log10(free[IODIDE] * kilograms / amounts[:, matter.ledger.column[IODIDE]])
+
+
+def _free_iodine(matter: Matter, amounts: FloatArray, kilograms: FloatArray) -> dict[str, FloatArray]:
+    """mol/kg (n,) of iodine and of iodide that are not triiodide, which the ledger counts as both."""
+    iodine, iodide = (
+        amounts[:, matter.ledger.column[name]] / kilograms if name in matter.ledger.column else np.zeros(len(amounts))
+        for name in (IODINE, IODIDE)
+    )
+    whole = iodine + iodide + 1.0 / TRIIODIDE
+    # The smaller root of the quadratic, in the form without a difference of like numbers.
+    bound = 2.0 * iodine * iodide / (whole + np.sqrt(whole**2 - 4.0 * iodine * iodide))
+    return {IODINE: iodine - bound, IODIDE: iodide - bound}

@@ -1,0 +1,115 @@
+"""Redox potentials (`replay.effects.chemistry.redox`) are those of handbooks and of PHREEQC at full equilibrium."""
+
+import numpy as np
+import phreeqc
+import pytest
+from support.liquid_worlds import COLUMN, MIX, glass, run_in
+from support.second_opinions import minteq
+
+from replay.effects.chemistry.redox import couples_of
+from replay.effects.effect_summary import titration_curves
+
+PERMANGANATE = "MnO4- + 5 Fe2+ + 8 H+ -> Mn2+ + 5 Fe3+ + 4 H2O"
+VOLT_PER_PE = 0.05916
+"""R T ln 10 / F at 25 degC."""
+NO_OXYGEN = "SOLUTION_SPECIES\n2H2O = O2 + 4H+ + 4e-\n log_k -200\n"
+"""PHREEQC's permanganate would oxidise water, which takes days."""
+
+
+def curves(flask, burette, equation, rate=None):
+    """Curves of 10 mL in the flask into which the burette runs, 18 mL in 8 s."""
+    reaction = ("reaction", {"equation": equation} | ({} if rate is None else {"rate_per_s": rate}))
+    effects = run_in(
+        [0.0, 0.0, *([90.0] * 720), 0.0],
+        MIX,
+        reaction,
+        acid=glass("flask", 10.0, solutes=flask),
+        base=glass("burette", 50.0, solutes=burette, cavity=COLUMN),
+        step_ns=round(1e9 / 90),
+        settings={"full_area_m2": 1.2e-6},
+    )
+    return {curve.quantity: curve for curve in titration_curves(effects)}
+
+
+def potential_by_phreeqc(molar):
+    """V of a solution of ions (PHREEQC's name -> mol/L) where every oxidation state is at equilibrium but oxygen."""
+    library = phreeqc.Phreeqc()
+    library.LoadDatabaseString(minteq())
+    # Each state is brought alone, so that PHREEQC mixes what it would otherwise refuse to be given together.
+    text = f"{NO_OXYGEN}SOLUTION 1\n units mol/kgw\n pH 7 charge\nREACTION 1\n"
+    text += "".join(f" {formula} {float(amount)!r}\n" for formula, amount in molar.items())
+    text += " 1.0 moles\nSELECTED_OUTPUT\n -reset false\n -pe true\nEND\n"
+    assert not library.RunString(text), library.GetErrorString()
+    return VOLT_PER_PE * library.GetSelectedOutput()["pe"][-1]
+
+
+# Standard potentials in V: CRC Handbook, 97th ed., Electrochemical Series; I2 and Br2 dissolved.
+HANDBOOK = [
+    ({"MnO4-": -1.0, "Fe^2+": -5.0, "H+": -8.0, "Mn^2+": 1.0, "Fe^3+": 5.0, "H2O": 4.0}, 1.507, 0.771),
+    ({"H2O2": -1.0, "I-": -2.0, "H+": -2.0, "I2": 1.0, "H2O": 2.0}, 1.776, 0.621),
+    ({"MnO4-": -2.0, "H2O2": -5.0, "H+": -6.0, "Mn^2+": 2.0, "O2(g)": 5.0, "H2O": 8.0}, 1.507, 0.695),
+    ({"Ce^4+": -2.0, "Sn^2+": -1.0, "Ce^3+": 2.0, "Sn^4+": 1.0}, 1.72, 0.151),
+    ({"IO3-": -1.0, "I-": -5.0, "H+": -6.0, "I2": 3.0, "H2O": 3.0}, 1.195, 0.621),
+    ({"Br2": -1.0, "I-": -2.0, "Br-": 2.0, "I2": 1.0}, 1.0873, 0.621),
+    ({"MnO4-": -2.0, "C2O4^2-": -5.0, "H+": -16.0, "Mn^2+": 2.0, "CO2(g)": 10.0, "H2O": 8.0}, 1.507, -0.59),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("changes", "oxidant", "reductant"), HANDBOOK)
+def test_standard_potentials_are_those_of_the_handbook(changes, oxidant, reductant):
+    both = couples_of(changes)
+    assert [couple.volt for couple in both] == pytest.approx([oxidant, reductant], abs=0.025)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{"H+": -1.0, "CH3COO-": -1.0, "CO2(g)": 1.0}, {"Ag+": -1.0, "Cl-": -1.0, "AgCl(s)": 1.0},
+     {"VO2+": -1.0, "Fe^2+": -1.0, "VO^2+": 1.0, "Fe^3+": 1.0}],
+)  # fmt: skip
+def test_couples_without_free_energies_are_not_invented(changes):
+    assert couples_of(changes) is None
+
+
+def test_permanganate_has_the_potential_of_phreeqc_before_and_after():
+    drawn = curves({"FeSO4": 0.05, "H2SO4": 0.5}, {"KMnO4": 0.02}, PERMANGANATE)["redox potential"]
+    assert drawn.ends_ml == pytest.approx([5.0], abs=0.01) and drawn.unit == "V"
+    for added in (0.5, 2.5, 4.5, 5.5, 8.0, 15.0):
+        litre = 1.0 / (10.0 + added)
+        molar = {"FeSO4": 0.5 * litre, "H2SO4": 5.0 * litre, "KMnO4": 0.02 * added * litre}
+        mine = np.interp(added, drawn.added_ml, drawn.values)
+        assert mine == pytest.approx(potential_by_phreeqc(molar), abs=0.02), added
+
+
+def test_iodine_has_its_potential_beside_triiodide():
+    """By hand: of 0.05 mol/L iodine in 0.1 mol/L iodide 1.3 mmol/L are free; iodide has an activity of 0.8."""
+    drawn = curves({"I2": 0.05, "KI": 0.1}, {"Na2S2O3": 0.1}, "I2 + 2 S2O32- -> 2 I- + S4O6^2-")["redox potential"]
+    bound = min(np.roots([1.0, -(0.05 + 0.1 + 1.0 / 698.0), 0.05 * 0.1]))
+    free, iodide = 0.05 - bound, 0.1 - bound
+    expected = 0.621 + 0.5 * VOLT_PER_PE * np.log10(free / (0.8 * iodide) ** 2)
+    assert free == pytest.approx(1.3e-3, rel=0.1)
+    assert drawn.values[0] == pytest.approx(expected, abs=0.005)
+    assert drawn.values[-1] < 0.15
+
+
+def test_cerium_in_sulfuric_acid_has_amounts_and_no_potential():
+    drawn = curves({"FeSO4": 0.05, "H2SO4": 0.5}, {"Ce(SO4)2": 0.05}, "Ce4+ + Fe2+ -> Ce3+ + Fe3+")
+    assert set(drawn) == {"mol of Fe^2+ left"}
+    left = drawn["mol of Fe^2+ left"]
+    assert np.interp([0.0, 5.0, 10.0, 15.0], left.added_ml, left.values) == pytest.approx(
+        [5e-4, 2.5e-4, 0.0, 0.0], abs=2e-6
+    )
+    assert left.ends_ml == pytest.approx([10.0], abs=0.01)
+
+
+def test_a_slow_oxidation_draws_what_is_left():
+    assert set(curves({"FeSO4": 0.05, "H2SO4": 0.5}, {"KMnO4": 0.02}, PERMANGANATE, rate=5.0)) == {"mol of Fe^2+ left"}
+
+
+def test_silver_draws_p_ag_and_lye_the_ph():
+    (drawn,) = curves({"NaCl": 0.05}, {"AgNO3": 0.1}, "Ag+ + Cl- -> AgCl").values()
+    assert drawn.quantity == drawn.unit == "pAg" and drawn.ends_ml == pytest.approx([5.0], abs=0.01)
+    # Half of the silver chloride's log_k 9.75 at the end point, before it nearly all of it.
+    assert np.interp(5.0, drawn.added_ml, drawn.values) == pytest.approx(4.9, abs=0.4)
+    assert drawn.values[0] > 8.0 and drawn.values[-1] < 1.6
+    (drawn,) = curves({"HCl": 0.05}, {"NaOH": 0.1}, "HCl + NaOH -> NaCl + H2O").values()
+    assert drawn.quantity == "pH"
