@@ -384,11 +384,16 @@ class Ledger:
         # What is solid is thought dissolved, so that the outcome hangs on what there is and not on how it came.
         standing = amounts[:, self.phases] * ~self.gas
         amounts -= standing @ self.formation
+        rested = amounts.copy()
+        self._dissolve_for_equations(amounts)
         for _ in self.quick:
             for row in self.quick:
                 extent = self._limit(row, amounts, celsius)
                 self._apply(amounts, extent[:, None] * self.changes[row])
                 done[:, row] += extent
+        # Where nothing reacted, ions beside much solid keep their digits.
+        idle = ~done.any(axis=1)
+        amounts[idle] = rested[idle]
         self._crystallise(amounts, celsius)
         if self.solver is not None and (len(self.phases) or self.warmth.followed):
             self._settle_beside_salts(amounts, standing, celsius)
@@ -413,6 +418,17 @@ class Ledger:
         # At one of these it stays until all steam or ice is gone. What was brought hotter or colder stays as it is.
         amounts[:, heat] = np.clip(whole, np.minimum(bottom, top), top)
         amounts[:, latent] = whole - amounts[:, heat]
+
+    def _dissolve_for_equations(self, amounts: FloatArray) -> None:
+        """Dissolve salts, in place, whose ions an equation at once uses: as it uses them up more of the solid follows.
+
+        One that an equation with a rate dissolves does so by itself.
+        """
+        for index, changes, slow in zip(self.salt_columns, self.salt_changes, self.dissolves_slowly, strict=True):
+            parts = np.flatnonzero(changes < 0.0)
+            parts = parts[(parts != self.proton) & (parts != self.water)]
+            if not slow and (self.changes[np.ix_(self.quick, parts)] < 0.0).any():
+                self._apply(amounts, -amounts[:, [index]] * changes)
 
     def _crystallise(self, amounts: FloatArray, celsius: FloatArray) -> None:
         """Bring salts to saturation, in place: what is beyond is solid, what is solid dissolves if there is room."""
