@@ -43,7 +43,10 @@ TRIGGER: Final = "PhysxTriggerAPI"
 CONTACT_OFFSET, REST_OFFSET = "physxCollision:contactOffset", "physxCollision:restOffset"
 SELF_COLLISIONS: Final = "physxArticulation:enabledSelfCollisions"
 MOST_POSES: Final = 20_000_000
-"""Of all bodies and times: 1.1 GB. Each sample of a prim moves all bodies below it."""
+"""Of all bodies and times: 1.1 GB. Every body that moves is posed at the samples of all."""
+FRAME_TOLERANCE: Final = 1e-6
+"""Of a frame: time samples that lie a frame apart differ by rounding."""
+POSED_BETWEEN: Final = "poses between time samples as USD interpolates them, at the frames of the scene"
 
 
 @dataclass(frozen=True)
@@ -73,7 +76,8 @@ def read_usd_motion(
         stage, missing = open_stage(usd, path, files, is_trial=is_trial)
         reader = _Reader(usd, stage, surface, missing)
         scene, motions = reader.scene(), reader.motions()
-        return replace(scene, left_out=tuple(reader.left_out)), motions
+        notes = (*scene.notes, POSED_BETWEEN) if reader.are_posed_between else scene.notes
+        return replace(scene, left_out=tuple(dict.fromkeys(reader.left_out)), notes=notes), motions
 
 
 @dataclass
@@ -97,6 +101,8 @@ class _Reader:
         self._geometry_of: dict[Any, _Geometry] = {}
         self._names: dict[Any, str] = {}
         self._faces = 0
+        self.are_posed_between = False
+        """Whether bodies are posed at frames that are no time sample of any."""
 
     def scene(self) -> SceneSource:
         """Every body that has a collider, in the order of the stage."""
@@ -123,31 +129,45 @@ class _Reader:
 
     def motions(self) -> dict[str, UsdMotion]:
         """The motion of each body by name; a body without time samples has none."""
-        times = {path: self._times_of(geometry.prim) for path, geometry in self._geometry_of.items()}
-        if sum(map(len, times.values())) > MOST_POSES:
-            raise SceneSourceError(f"the scene has more than {MOST_POSES:,} poses; shorten it")
+        own_times = {path: self._times_of(geometry.prim) for path, geometry in self._geometry_of.items()}
+        moving = [path for path, codes in own_times.items() if codes]
+        if not moving:
+            return {}
         rate = float(self._stage.GetTimeCodesPerSecond())
         if not 0.0 < rate < np.inf:
             raise SceneSourceError(f"timeCodesPerSecond is {rate}; give a number above 0")
-        bodies_at: dict[float, list[Any]] = {}
-        for path, codes in times.items():
-            for code in codes:
-                bodies_at.setdefault(code, []).append(path)
-        poses: dict[Any, list[Matrix]] = {path: [] for path, codes in times.items() if codes}
-        scales: dict[Any, list[NDArray[np.float64]]] = {path: [] for path in poses}
-        for code in sorted(bodies_at):
+        codes = self._sampled_codes(sorted({code for path in moving for code in own_times[path]}), len(moving))
+        poses: dict[Any, list[Matrix]] = {path: [] for path in moving}
+        scales: dict[Any, list[NDArray[np.float64]]] = {path: [] for path in moving}
+        for code in codes:
             self._poses.SetTime(self._usd.Usd.TimeCode(code))
-            for path in bodies_at[code]:
+            for path in moving:
                 pose = self._pose(self._geometry_of[path].prim)
                 poses[path].append(self._frame(pose, path))
                 scales[path].append(np.linalg.norm(pose[:3, :3], axis=0))
         for path, rows in scales.items():
             if not np.allclose(rows, rows[0], rtol=1e-6):
                 self.left_out.append(f"the scale of {self._names[path]!r}, which changes")
-        return {
-            self._names[path]: UsdMotion(np.array(sorted(times[path])) / rate, np.array(rows))
-            for path, rows in poses.items()
-        }
+        return {self._names[path]: UsdMotion(np.array(codes) / rate, np.array(rows)) for path, rows in poses.items()}
+
+    def _sampled_codes(self, keys: Sequence[float], bodies: int) -> list[float]:
+        """Time codes at which bodies are posed: the time samples of all, and frames of the scene where none is.
+
+        A pose between two samples is defined by USD, so a body that is keyed at its start and end is there all along.
+        """
+        frame = float(self._stage.GetTimeCodesPerSecond()) / float(self._stage.GetFramesPerSecond() or np.inf)
+        steps = np.diff(keys)
+        with np.errstate(divide="ignore", over="ignore"):
+            parts = np.maximum(np.ceil(steps / frame - FRAME_TOLERANCE), 1.0) if frame > 0.0 else np.ones(len(steps))
+        if bodies * (float(parts.sum()) + 1.0) > MOST_POSES:
+            raise SceneSourceError(f"the scene has more than {MOST_POSES:,} poses; shorten it")
+        codes = [
+            float(start + part * step / count)
+            for start, step, count in zip(keys, steps.tolist(), parts.astype(np.int64).tolist(), strict=False)
+            for part in range(count)
+        ]
+        self.are_posed_between = len(codes) + 1 > len(keys)
+        return [*codes, keys[-1]]
 
     def _collect(self) -> list[Any]:
         """Sort the prims of the stage by the body that they belong to; the joints of the stage."""
@@ -298,6 +318,9 @@ class _Reader:
         for prim in dict.fromkeys([*geometry.drawn, *geometry.colliding]):
             if not own >= {*self._times_of(prim)}:
                 self.left_out.append(f"the motion of {str(prim.GetPath())!r} within {name!r}")
+            scheme = prim.GetAttribute("subdivisionScheme")
+            if scheme and scheme.HasAuthoredValue() and scheme.Get(self._time) != "none":
+                self.left_out.append(f"the subdivision of {str(prim.GetPath())!r}: its polygons are taken as they are")
             if any(attribute.ValueMightBeTimeVarying() for attribute in self._shape_attributes(prim)):
                 self.left_out.append(f"the changing shape of {str(prim.GetPath())!r}")
 

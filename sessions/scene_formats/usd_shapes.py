@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from sessions.errors import MeshFileError, SceneError
 from sessions.geometry.shapes import make_shape
 from sessions.mesh_data import MeshData
+from sessions.meshes.polygons import PolygonMesh
 from sessions.scene_formats.round_shapes import ROUND_FACES, tapered
 from sessions.scene_formats.scene_source import convex_hull
 
@@ -84,7 +85,7 @@ def _approximation(usd: Any, prim: Any, time: Any) -> str:
 
 
 def _mesh(mesh: Any, time: Any) -> MeshData:
-    """The faces of a mesh as fans of triangles, without its holes, wound outwards."""
+    """The faces of a mesh as triangles, without its holes, wound outwards."""
     points, counts, indices = (
         np.array([] if value is None else value)
         for value in (
@@ -93,20 +94,25 @@ def _mesh(mesh: Any, time: Any) -> MeshData:
             mesh.GetFaceVertexIndicesAttr().Get(time),
         )
     )
-    if not len(points) or not len(counts):
+    if not len(points) or not (counts >= 3).any():
         raise MeshFileError("its mesh has no face")
     if counts.min() < 0 or int(counts.sum(dtype=np.int64)) != len(indices):
         raise MeshFileError(f"its mesh has {len(indices):,} indices, and its faces count {int(counts.sum()):,}")
-    starts = np.cumsum(counts, dtype=np.int64) - counts
-    triangles = np.maximum(counts.astype(np.int64) - 2, 0)
+    outside = np.flatnonzero((indices < 0) | (indices >= len(points)))
+    if len(outside):
+        face = int(np.searchsorted(np.cumsum(counts, dtype=np.int64), outside[0], side="right"))
+        raise MeshFileError(f"face {face} names vertex {indices[outside[0]]} of a mesh with {len(points):,} vertices")
+    is_face = np.ones(len(counts), dtype=np.bool_)
     holes = np.array(mesh.GetHoleIndicesAttr().Get(time) or (), dtype=np.int64)
-    triangles[holes[(holes >= 0) & (holes < len(counts))]] = 0
-    first = np.repeat(starts, triangles)
-    step = np.arange(len(first)) - np.repeat(np.cumsum(triangles) - triangles, triangles)
-    faces = indices[np.column_stack([first, first + step + 1, first + step + 2])]
+    is_face[holes[(holes >= 0) & (holes < len(counts))]] = False
+    if not (counts[is_face] >= 3).any():
+        raise MeshFileError("its mesh is nothing but holes")
+    corners = indices[np.repeat(is_face, counts)]
+    polygons = PolygonMesh(points.astype(np.float64), corners.astype(np.int64), counts[is_face].astype(np.int64))
+    vertices, faces = polygons.triangulated()
     if mesh.GetOrientationAttr().Get(time) == "leftHanded":
         faces = faces[:, ::-1]
-    return MeshData(points, faces)
+    return MeshData(vertices, faces)
 
 
 def _shape(prim: Any, time: Any, scale: Array) -> MeshData:

@@ -297,6 +297,61 @@ def test_time_samples_become_poses(tmp_path, up, ending):
     assert session.scene.body("tray").fixed is not None and session.scene.body("cup").fixed is None
 
 
+RACK = [(0, 0), (3, 0), (3, 3), (2, 3), (2, 1), (1, 1), (1, 3), (0, 3)]
+"""The outline of a U, whose arms a fan of the first corner would join."""
+
+
+def test_concave_faces_are_cut_inside_their_outline(tmp_path):
+    stage = new_stage(tmp_path / "rack.usda")
+    count = len(RACK)
+    sides = [(at, (at + 1) % count, count + (at + 1) % count, count + at) for at in range(count)]
+    faces = [tuple(reversed(range(count))), tuple(range(count, 2 * count)), *sides]
+    body(stage, "/rack")
+    collider(mesh(stage, "/rack/u", corners=[(x, y, z) for z in (0, 1) for x, y in RACK], faces=faces))
+    stage.Save()
+    rack = read_scene_source(tmp_path / "rack.usda").bodies["rack"].mesh
+    sides = np.cross(*(rack.triangles[:, at] - rack.triangles[:, 0] for at in (1, 2)))
+    area = np.linalg.norm(sides, axis=1).sum() / 2.0
+    assert area == pytest.approx((2 * 7 + 16) * UNIT**2, rel=1e-6)
+    assert rack.volume == pytest.approx(7 * UNIT**3, rel=1e-6)
+
+
+@pytest.mark.parametrize(("per_second", "frames"), [(60, 60), (1000, 25)])
+def test_bodies_are_posed_between_their_time_samples(tmp_path, per_second, frames):
+    """One body is keyed at its ends alone, the other halfway too: both are there in every frame, as USD has them."""
+    stage = new_stage(tmp_path / "keys.usda", up="Y", unit=1.0)
+    stage.SetTimeCodesPerSecond(per_second)
+    stage.SetFramesPerSecond(frames)
+    for name, codes in (("rod", (0, 2)), ("cup", (0, 1, 2))):
+        prim = body(stage, f"/{name}")
+        for second in codes:
+            prim.GetOrderedXformOps()[0].Set(Gf.Vec3d(second, second**2, 0), second * per_second)
+            prim.GetOrderedXformOps()[1].Set(Gf.Vec3f(0, 0, 90 * second), second * per_second)
+        ball(stage, f"/{name}/shape")
+    stage.Save()
+    session = import_session("usd", tmp_path / "keys.usda")
+    for name, track in session.tracks.items():
+        assert len(track.times_ns) == 2 * frames + 1 and track.valid.all()
+        for row, nanoseconds in enumerate(track.times_ns.tolist()):
+            cache = UsdGeom.XformCache(nanoseconds / 1e9 * per_second)
+            own = cache.GetLocalToWorldTransform(stage.GetPrimAtPath(f"/{name}"))
+            assert np.abs(track.positions[row] - own.ExtractTranslation()).max() <= 1e-6
+            turned = Rotation.from_quat(track.quaternions_xyzw[row]).as_matrix()
+            assert np.abs(turned - np.array(own.ExtractRotationMatrix()).T).max() <= 1e-6
+    assert "as USD interpolates" in session.facts["conversions"]
+
+
+def test_subdivision_that_is_not_taken_is_named(tmp_path):
+    stage = new_stage(tmp_path / "smooth.usda")
+    body(stage, "/cup")
+    for name, scheme in (("smooth", "catmullClark"), ("plain", "none")):
+        collider(mesh(stage, f"/cup/{name}")).GetSubdivisionSchemeAttr().Set(scheme)
+    stage.Save()
+    assert read_scene_source(tmp_path / "smooth.usda").left_out == (
+        "the subdivision of '/cup/smooth': its polygons are taken as they are",
+    )
+
+
 def test_scene_without_motion_is_no_recording(bench):
     with pytest.raises(SessionError, match="time samples; take the scene"):
         import_session("usd", bench)
@@ -336,7 +391,7 @@ def test_what_cannot_be_taken_is_named(tmp_path):
         "the instances of point instancer '/grass'",
         "the collider '/group': a shape 'Xform'",
         "the body 'ghost', of which nothing collides",
-        "the collider '/cup/broken': face 0 names vertices",
+        "the collider '/cup/broken': face 0 names vertex",
     ):
         assert sentence in left_out
 
