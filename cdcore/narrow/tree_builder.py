@@ -23,8 +23,8 @@ BINS: Final = 16
 """Places along an axis at which a split by surface area may cut."""
 SHORTEST_SPLIT: Final = 0.25
 """Axes along which a box is shorter than this share of its longest side are not tried."""
-FACES_TOGETHER: Final = 4096
-"""So many faces of small bodies go through the builder together: what a step makes of them, a cache still holds."""
+FACES_TOGETHER: Final = 16384
+"""So many faces of small bodies go through the builder together: a step of all takes as many calls as of one."""
 
 Boxes = tuple[FloatArray, FloatArray, FloatArray]
 """Of the n nodes of a level: axes (3, 3, n), one a row, and the least and largest coordinates along them (3, n)."""
@@ -214,16 +214,30 @@ def cheapest_cuts(
     lower = np.minimum.reduceat(along, first, axis=1)
     width = (np.maximum.reduceat(along, first, axis=1) - lower) / BINS
     fraction = (along - lower[:, node]) / np.where(width > 0, width, 1.0)[:, node]
+    # Bins are the slowest axis: the smallest up to each bin are then one call a bin.
     rows = node + len(first) * np.arange(3)[:, None]
-    slot = (BINS * rows + np.minimum(BINS - 1, fraction.astype(np.int64))).ravel()
-    counts = np.bincount(slot, minlength=BINS * lower.size).reshape(*lower.shape, BINS).cumsum(axis=-1)
-    boxes = np.full((6, *counts.shape), np.inf)
+    slot = (lower.size * np.minimum(BINS - 1, fraction.astype(np.int64)) + rows).ravel()
+    counts = np.bincount(slot, minlength=BINS * lower.size).reshape(BINS, *lower.shape).cumsum(axis=0)
+    boxes = np.full((6, BINS, *lower.shape), np.inf)
     for bound, coordinate in zip(boxes.reshape(6, -1), spans, strict=True):
         np.minimum.at(bound, slot, np.tile(coordinate, 3))
-    left, right = (np.minimum.accumulate(some, axis=-1) for some in (boxes, boxes[..., ::-1]))
-    before, after = (half_surface(-some[:3] - some[3:]) for some in (left[..., :-1], right[..., -2::-1]))
-    number, total = counts[..., :-1], counts[..., -1:]
+    after = half_surface(-box_sides(boxes[:, ::-1])[:, -2::-1])
+    before = half_surface(-box_sides(boxes)[:, :-1])
+    number, total = counts[:-1], counts[-1:]
     with np.errstate(invalid="ignore"):
         cost = number * before + (total - number) * after
     cost[(number == 0) | (number == total)] = np.inf
-    return cost.min(axis=-1), lower + (cost.argmin(axis=-1) + 1) * width
+    return cost.min(axis=0), lower + (cost.argmin(axis=0) + 1) * width
+
+
+def box_sides(bounds: FloatArray) -> FloatArray:
+    """Sides (3, b, ...), negative, of the box around the contents of each bin and those before it.
+
+    ``bounds`` (6, b, ...) of each bin: least coordinates, and the largest, negative.
+    """
+    sides = np.empty_like(bounds[:3])
+    least = bounds[:, 0]
+    for number in range(bounds.shape[1]):
+        least = np.minimum(least, bounds[:, number])
+        np.add(least[:3], least[3:], out=sides[:, number])
+    return sides

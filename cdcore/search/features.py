@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.mesh import TriangleMesh
+from cdcore.mesh import TriangleMesh, once_a_mesh
 from cdcore.numerics import FloatArray, IntArray, readonly
 from cdcore.search.state import stream_of
 
@@ -57,6 +57,7 @@ class Features:
         return float(self.rows[:, RADIUS].mean())
 
 
+@once_a_mesh
 def features_of(mesh: TriangleMesh) -> Features:
     """The features of a mesh. Cost: a few microseconds a face."""
     triangles = mesh.triangles
