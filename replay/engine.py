@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from time import perf_counter
@@ -18,6 +18,7 @@ from replay.auditing.contact_depth import contact_depths
 from replay.auditing.episodes import episodes
 from replay.auditing.examination import examine
 from replay.auditing.false_contacts import false_contacts
+from replay.auditing.fault import Fault
 from replay.auditing.flicker import find_flicker
 from replay.auditing.holding import are_grasped, holdings
 from replay.auditing.matching import match_episodes
@@ -42,7 +43,7 @@ from replay.prepare.assemble import Pairs, assemble
 from replay.prepare.assembly import Assembly
 from replay.prepare.flags import Flags
 from replay.prepare.holding_poses import load_window
-from replay.prepare.noise import parse_noise
+from replay.prepare.noise import NoiseSpec, parse_noise
 from replay.prepare.policy import Policy, PolicyLike, parse_policy
 from replay.prepare.repair import Repair, repair_session
 from replay.prepare.session_input import require_session
@@ -56,10 +57,14 @@ EXAMINING: Final = 8
 
 
 @dataclass(frozen=True, eq=False)
-class Prepared:
-    """Plan, repaired session and assembly from which every verb starts: the same poses, the same pairs.
+class PreparedSession:
+    """What every verb starts from: the same poses, the same pairs.
 
-    ``plan`` is the scene's; ``repaired`` holds the session as the policy leaves it.
+    Parameters
+    ----------
+    plan : bodies, pairs and effects that the scene asks for.
+    repaired : the session as the policy leaves it.
+    assembly : bodies, pairs and motion of the session, as detectors need them.
     """
 
     plan: Plan
@@ -67,34 +72,35 @@ class Prepared:
     assembly: Assembly
 
 
-def prepared(
+def prepare(
     session: Session,
     *,
     pairs: Pairs | None = None,
     start: float | None = None,
     end: float | None = None,
     policy: PolicyLike | Policy | None = None,
-    looking: bool = True,
+    detecting: bool = True,
     progress: Progress | None = None,
-) -> Prepared:
+) -> PreparedSession:
     """Examine and repair a session by the policy, choose its pairs, and assemble it.
 
-    ``looking``: whether a detector will run; the other parameters are as for ``replay.run``.
+    ``detecting``: whether a detector will run; the other parameters are as for ``replay.run``.
     """
     require_session(session, path=False)
-    progress, planned = progress or Silent(), plan(session.scene)
-    rules = parse_policy(policy)
-    # What a scene's effects do not name is not looked at, unless somebody asks for pairs.
-    alone = session.scene.effects is not None and pairs is None and (planned.pairs or not looking)
+    progress = progress or Silent()
+    planned = plan(session.scene)
+    # Bodies that the scene's effects do not name are left out, unless the caller names pairs.
+    only_effects = session.scene.effects is not None and pairs is None and (planned.pairs or not detecting)
     with progress.stage("Examining the recording", 2) as advance:
-        repaired = repair_session(load_window(session, start, end), rules, planned.bodies if alone else None)
+        window = load_window(session, start, end)
+        repaired = repair_session(window, parse_policy(policy), planned.bodies if only_effects else None)
         advance(1)
-        chosen_pairs = _chosen_pairs(planned, pairs, repaired.session, looking)
+        chosen_pairs = _chosen_pairs(planned, pairs, repaired.session, detecting)
         assembly = assemble(
-            repaired.session, pairs=chosen_pairs, start=start, end=end, looking=looking, session_scan=repaired.scan
+            repaired.session, pairs=chosen_pairs, start=start, end=end, detecting=detecting, session_scan=repaired.scan
         )
         advance(1)
-    return Prepared(planned, repaired, assembly)
+    return PreparedSession(planned, repaired, assembly)
 
 
 def compute(
@@ -105,67 +111,59 @@ def compute(
     ``changes`` are fields of ``RunSettings``, in place of those of ``settings``. Raises ``ReplayError``,
     ``CollisionCoreError`` or ``SessionError``: one sentence each.
     """
-    progress, began, planned = progress or Silent(), perf_counter(), plan(session.scene)
+    began = perf_counter()
+    progress = progress or Silent()
+    planned = plan(session.scene)
     settings = replace(settings or RunSettings(), **changes)
-    lineup = _called_for(planned, settings, session)
+    lineup = _lineup(planned, settings, session)
     noise_spec = parse_noise(settings.noises, settings.noise_copies)
     if noise_spec and not lineup.oracle:
         raise NoiseError("noise needs detectors and a reference; name detectors, or leave out --noise")
-    ready = prepared(
+    prepared = prepare(
         session,
         pairs=settings.pairs,
         start=settings.start,
         end=settings.end,
         policy=settings.policy,
-        looking=bool(lineup.specs),
+        detecting=bool(lineup.specs),
         progress=progress,
     )
-    # Of a recording of hours, what one step frees is too much to be kept for the next.
-    release_memory = give_back_memory if len(ready.assembly.motion) > MOST_FRAMES_IN_MEMORY else lambda: None
+    # In a recording of hours, what one step frees is too much to be kept for the next.
+    release_memory = give_back_memory if len(prepared.assembly.motion) > MOST_FRAMES_IN_MEMORY else lambda: None
     release_memory()
-    detected = _detected(ready, lineup, settings, progress)
+    detectors = _run_detectors(prepared, lineup, settings, progress)
     release_memory()
-    runs, result = detected.runs, _audited(ready, lineup.oracle, detected, progress)
-    flicker = find_flicker(runs, result.episodes, ready.assembly, detected.reference, detected.offsets, settings.seed)
+    result = _audit(prepared, lineup.oracle, detectors, progress)
+    flicker = find_flicker(
+        detectors.runs, result.episodes, prepared.assembly, detectors.reference, detectors.offsets, settings.seed
+    )
     result = replace(result, flicker=flicker)
     if noise_spec:
-        with progress.stage("Replaying copies with noise", len(ready.assembly.motion)) as advance:
-            trusted, truth = runs[lineup.oracle], result.episodes[lineup.oracle]
-            noise = in_noise(noise_spec, ready.assembly, session.scene, trusted, truth, settings.seed, advance)
-            misses = {
-                label: tuple(
-                    replace(
-                        miss,
-                        noise=noise.labels[miss.contact - 1],
-                        noise_fraction=noise.contacts[miss.contact - 1].fraction,
-                    )
-                    for miss in of_detector
-                )
-                for label, of_detector in result.misses.items()
-            }
-            result = replace(result, noise=noise, misses=misses)
-    effects = recorded(result.session, ready.assembly)
+        result = _with_noise(result, noise_spec, detectors.runs[lineup.oracle], settings.seed, progress)
+    effects = recorded(result.session, prepared.assembly)
     if planned.effects:
         with progress.stage(f"Simulating {plural(len(planned.effects), 'effect')}"):
-            believed = _believed(planned, runs, lineup.oracle)
-            effects |= run_effects(planned, result.session, ready.assembly, believed)
+            detections = _detections_of_effects(planned, detectors.runs, lineup.oracle)
+            effects |= run_effects(planned, result.session, prepared.assembly, detections)
     result = replace(result, effects=effects)
     document = document_of_run(
-        result, runs, ready.repaired.scan, planned, settings=settings, lineup=lineup, began=began
+        result, detectors.runs, prepared.repaired.scan, planned, settings=settings, lineup=lineup, began=began
     )
     release_memory()
     ranks = ranking(document)
     tables = result_tables(result)
-    complete = structs.replace(
-        document, answers=answers(result, document, ranks), tables={name: stored(name, tables[name]) for name in tables}
+    document = structs.replace(
+        document,
+        answers=answers(result, document, ranks),
+        tables={name: stored(name, table) for name, table in tables.items()},
     )
-    return replace(result, tables=tables, document=complete, ranking=ranks, answers=complete.answers)
+    return replace(result, tables=tables, document=document, ranking=ranks, answers=document.answers)
 
 
-def _called_for(planned: Plan, settings: RunSettings, session: Session) -> Lineup:
-    """The detectors to run: those asked for, else the usual ones if the plan or an oracle needs them, and the effects'.
+def _lineup(planned: Plan, settings: RunSettings, session: Session) -> Lineup:
+    """Return the detectors to run: those of the settings, or the default ones if the plan or an oracle needs them.
 
-    Those whom only effects ask see the whole motion.
+    Detectors that only effects need are added, and run over the whole motion at once.
     """
     if settings.detectors is None and settings.oracle in (None, NO_ORACLE) and not planned.detection:
         return Lineup()
@@ -176,11 +174,15 @@ def _called_for(planned: Plan, settings: RunSettings, session: Session) -> Lineu
 
 
 @dataclass(frozen=True)
-class Detected:
-    """Answers and times of each detector, by label, in the order of the lineup.
+class DetectorRuns:
+    """Answers and times of the detectors of a run.
 
-    ``reference``: the oracle's contacts, ``None`` without an oracle; ``offsets``: of a fixed rate the counts at each
-    sampling offset; ``face_source``: the most trusted answer, with faces, for some frames.
+    Parameters
+    ----------
+    runs : label -> answer and times, in the order of the lineup.
+    reference : contacts of the oracle; ``None``: the run has no oracle.
+    offsets : label of a detector of a fixed rate -> counts at each sampling offset.
+    face_source : the most trusted answer, with faces, for some frames.
     """
 
     runs: dict[str, Run]
@@ -189,39 +191,41 @@ class Detected:
     face_source: Callable[[Motion], Detection]
 
 
-def _detected(ready: Prepared, lineup: Lineup, settings: RunSettings, progress: Progress) -> Detected:
-    """Ask every detector; one of a fixed rate samples at the offset whose counts are typical of all offsets."""
+def _run_detectors(
+    prepared: PreparedSession, lineup: Lineup, settings: RunSettings, progress: Progress
+) -> DetectorRuns:
+    """Run every detector; one of a fixed rate samples at the offset whose counts are typical of all offsets."""
     runs: dict[str, Run] = {}
     offsets: dict[str, OffsetCounts] = {}
-    assembly, oracle = ready.assembly, lineup.oracle
-    frames = len(assembly.motion)
+    assembly, oracle = prepared.assembly, lineup.oracle
+    reference, face_source = None, _face_source(assembly, settings.seed, None)
     if not lineup.specs:
-        return Detected(runs, None, offsets, _face_source(assembly, settings.seed, None))
+        return DetectorRuns(runs, reference, offsets, face_source)
+    frames = len(assembly.motion)
     # The oracle comes first: its contacts say which offset is typical.
     specs = sorted(lineup.specs, key=lambda spec: spec.label != oracle)
-    rated = {spec.label for spec in specs if oracle not in ("", spec.label) and has_offsets(spec, frames)}
-    reference, face_source = None, _face_source(assembly, settings.seed, None)
-    name = f"Replaying {plural(len(specs), 'detector')}"
+    fixed_rate = {spec.label for spec in specs if oracle not in ("", spec.label) and has_offsets(spec, frames)}
+    stage = f"Replaying {plural(len(specs), 'detector')}"
     with (
-        progress.stage(name, (len(specs) + len(rated)) * frames) as advance,
+        progress.stage(stage, (len(specs) + len(fixed_rate)) * frames) as advance,
         compiling_announced(progress),
     ):
         for spec in specs:
-            live, chosen = spec.label in lineup.live, spec
-            if spec.label in rated and reference is not None:
+            live, sampled = spec.label in lineup.live, spec
+            if spec.label in fixed_rate and reference is not None:
                 counts = counts_over_offsets(
                     spec, assembly, reference, settings.seed, live=live, advance=_steps_as_frames(advance, frames)
                 )
                 offsets[spec.label] = counts
-                chosen = at_offset(spec, counts)
-            faces = spec.label in (oracle, *ready.plan.detectors)
-            run = run_detector(chosen, assembly, seed=settings.seed, faces=faces, advance=advance, live=live)
+                sampled = at_offset(spec, counts)
+            faces = spec.label in (oracle, *prepared.plan.detectors)
+            run = run_detector(sampled, assembly, seed=settings.seed, faces=faces, advance=advance, live=live)
             runs[spec.label] = replace(run, spec=spec)
             if spec.label == oracle:
                 face_source = _face_source(assembly, settings.seed, run)
                 tolerance = Tolerance(assembly, face_source, settings.tau)
-                reference = Reference.of(run.detection, assembly, ready.repaired.session, tolerance)
-    return Detected({spec.label: runs[spec.label] for spec in lineup.specs}, reference, offsets, face_source)
+                reference = Reference.of(run.detection, assembly, prepared.repaired.session, tolerance)
+    return DetectorRuns({spec.label: runs[spec.label] for spec in lineup.specs}, reference, offsets, face_source)
 
 
 def _steps_as_frames(advance: Advance, frames: int) -> Advance:
@@ -236,11 +240,11 @@ def _steps_as_frames(advance: Advance, frames: int) -> Advance:
     return step
 
 
-def _audited(ready: Prepared, oracle: str, detected: Detected, progress: Progress) -> RunResult:
-    """The answers held to the oracle's: contacts, misses, false contacts, causes, sampling offsets."""
-    assembly, session = ready.assembly, ready.repaired.session
-    runs, reference = detected.runs, detected.reference
-    by_label = {
+def _audit(prepared: PreparedSession, oracle: str, detectors: DetectorRuns, progress: Progress) -> RunResult:
+    """Compare every detector with the oracle: contacts, misses, false contacts, causes, depths."""
+    assembly, session = prepared.assembly, prepared.repaired.session
+    runs, reference = detectors.runs, detectors.reference
+    contacts = {
         label: reference.episodes
         if reference is not None and label == oracle
         else episodes(run.detection, assembly.motion.valid, assembly.contact_columns)
@@ -251,27 +255,22 @@ def _audited(ready: Prepared, oracle: str, detected: Detected, progress: Progres
         assembly=assembly,
         detections={label: run.detection for label, run in runs.items()},
         oracle=oracle,
-        episodes=by_label,
-        repaired=ready.repaired,
-        flags=Flags.of(ready.repaired.spans, assembly, session.scene),
+        episodes=contacts,
+        repaired=prepared.repaired,
+        flags=Flags.of(prepared.repaired.spans, assembly, session.scene),
         detectors={label: run.detector for label, run in runs.items()},
     )
     if reference is None:
         return replace(result, holdings=holdings(assembly, session)) if runs else result
+    truth = contacts[oracle]
     audited = {label: run for label, run in runs.items() if label != oracle}
-    # Misses are examined with other kernels.
+    # Misses are examined with kernels that no detector has compiled yet.
     with progress.stage(COMPARING, 2 * EXAMINING * len(audited)) as advance, compiling_announced(progress):
-        truth = by_label[oracle]
         comparisons = {label: reference.compare(run.detection, (label, oracle)) for label, run in audited.items()}
         counts = {label: count_contacts(comparison, truth) for label, comparison in comparisons.items()}
         matches = {
             label: match_episodes(
-                # A contact at an instant still speaks for the interval that begins there.
-                comparison,
-                truth,
-                by_label[label],
-                counts[label],
-                reach=int((runs[label].detection.covers, runs[oracle].detection.covers) == ("instants", "intervals")),
+                comparison, truth, contacts[label], counts[label], reach=_reach(runs[label], runs[oracle])
             )
             for label, comparison in comparisons.items()
         }
@@ -279,33 +278,15 @@ def _audited(ready: Prepared, oracle: str, detected: Detected, progress: Progres
             label: Audited(assembly.motion, run.detector, run.detection, reference.truth, run.prolonged)
             for label, run in audited.items()
         }
-        misses, causes = examine(comparisons, truth, subjects, runs[oracle], assembly, detected.face_source)
-        depths = contact_depths(assembly, truth, misses)
-        misses = dict(depths.misses)
+        examined, causes = examine(comparisons, truth, subjects, runs[oracle], assembly, detectors.face_source)
+        depths = contact_depths(assembly, truth, examined)
         advance(EXAMINING * len(comparisons))
-        false = {}
+        misses: dict[str, tuple[Fault, ...]] = {}
+        false: dict[str, tuple[Fault, ...]] = {}
         for label, comparison in comparisons.items():
-            by, holding_episodes = subjects[label], reference.holdings
-            grasped = are_grasped(
-                assembly, holding_episodes, [(miss.pair, miss.first, miss.last) for miss in misses[label]]
-            )
-            misses[label] = tuple(
-                replace(
-                    miss,
-                    grasped=in_hand,
-                    why=why_missed(miss, label, by, truth[miss.contact - 1])
-                    + noise_remark(miss.depth, at_least=miss.depth_at_least),
-                )
-                for miss, in_hand in zip(misses[label], grasped, strict=True)
-            )
-            reported = false_contacts(assembly, comparison, by)
-            grasped = are_grasped(
-                assembly, holding_episodes, [(contact.pair, contact.first, contact.last) for contact in reported]
-            )
-            false[label] = tuple(
-                replace(contact, grasped=in_hand, why=why_false(contact, label, by))
-                for contact, in_hand in zip(reported, grasped, strict=True)
-            )
+            subject = subjects[label]
+            misses[label] = _explained(assembly, reference, subject, depths.misses[label])
+            false[label] = _explained(assembly, reference, subject, false_contacts(assembly, comparison, subject))
             advance(EXAMINING)
     return replace(
         result,
@@ -314,7 +295,7 @@ def _audited(ready: Prepared, oracle: str, detected: Detected, progress: Progres
         matches=matches,
         false=false,
         causes=causes,
-        phases=detected.offsets,
+        phases=detectors.offsets,
         counts=counts,
         reference=reference,
         depths=depths.contacts,
@@ -324,17 +305,57 @@ def _audited(ready: Prepared, oracle: str, detected: Detected, progress: Progres
     )
 
 
-def _chosen_pairs(planned: Plan, requested: Pairs | None, session: Session, looking: bool) -> Pairs | None:
-    """The pairs asked for, and those that effects ask about; ``None``, all that move, where there are neither."""
+def _reach(subject: Run, oracle: Run) -> int:
+    """Frames between a contact and a report of it: 1 where instants are compared with the intervals they begin."""
+    return int((subject.detection.covers, oracle.detection.covers) == ("instants", "intervals"))
+
+
+def _explained(
+    assembly: Assembly, reference: Reference, subject: Audited, faults: Sequence[Fault]
+) -> tuple[Fault, ...]:
+    """Faults of a detector, each with the sentence about its cause and whether a hand holds a body of the pair."""
+    segments = [(fault.pair, fault.first, fault.last) for fault in faults]
+    explained = []
+    for fault, grasped in zip(faults, are_grasped(assembly, reference.holdings, segments), strict=True):
+        if fault.kind.is_miss:
+            why = why_missed(fault, fault.detector, subject, reference.episodes[fault.contact - 1])
+            why += noise_remark(fault.depth, at_least=fault.depth_at_least)
+        else:
+            why = why_false(fault, fault.detector, subject)
+        explained.append(replace(fault, grasped=grasped, why=why))
+    return tuple(explained)
+
+
+def _with_noise(result: RunResult, spec: NoiseSpec, oracle: Run, seed: int, progress: Progress) -> RunResult:
+    """Decide noisy copies of the recording again, and say of each miss whether it holds in them."""
+    with progress.stage("Replaying copies with noise", len(result.assembly.motion)) as advance:
+        truth = result.episodes[result.oracle]
+        noise = in_noise(spec, result.assembly, result.session.scene, oracle, truth, seed, advance)
+    misses = {
+        label: tuple(
+            replace(
+                miss,
+                noise=noise.labels[miss.contact - 1],
+                noise_fraction=noise.contacts[miss.contact - 1].fraction,
+            )
+            for miss in faults
+        )
+        for label, faults in result.misses.items()
+    }
+    return replace(result, noise=noise, misses=misses)
+
+
+def _chosen_pairs(planned: Plan, requested: Pairs | None, session: Session, detecting: bool) -> Pairs | None:
+    """Return the pairs that the caller names and those that effects need; ``None``: all that move."""
     if session.scene.effects is None:
         return requested
     fixed = {body.id for body in session.scene.bodies if body.fixed is not None}
     present = {name for name in (*session.names, *fixed) if name in session.meshes}
     chosen_pairs = [*(requested or ()), *(pair for pair in planned.pairs or () if present.issuperset(pair))]
-    return None if looking and not chosen_pairs else chosen_pairs
+    return None if detecting and not chosen_pairs else chosen_pairs
 
 
-def _believed(planned: Plan, runs: dict[str, Run], oracle: str) -> dict[str, Detection]:
+def _detections_of_effects(planned: Plan, runs: dict[str, Run], oracle: str) -> dict[str, Detection]:
     """Return the detections that effects read: of the detector they name, else of the oracle, else of the first."""
     chosen = runs.get(oracle) or next(iter(runs.values()), None)
     by_name = {run.spec.name: run for run in reversed(runs.values()) if not run.spec.settings}

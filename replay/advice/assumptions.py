@@ -25,7 +25,7 @@ from replay.advice.rereading import Rereadings
 from replay.advice.sampled_contacts import MOST_FRAMES, best_fitting_axes, collider_misfit
 from replay.advice.scene_outcome import Outcome, outcome_text
 from replay.detection.progress import Progress, Silent
-from replay.engine import prepared
+from replay.engine import prepare
 from replay.errors import ReplayError
 from replay.prepare.assembly import Assembly
 from sessions import Session
@@ -110,7 +110,7 @@ def examine_assumptions(
     Raises ``ReplayError``, ``CollisionCoreError``, ``SessionError``: it cannot be replayed as it is.
     """
     progress = progress or Silent()
-    whole = assembly if assembly is not None else prepared(session, progress=progress).assembly
+    whole = assembly if assembly is not None else prepare(session, progress=progress).assembly
     frames = chosen_frames(len(whole.motion))
     rereadings = Rereadings(session, whole, frames)
     rows = open_rows(session) if rows is None else rows

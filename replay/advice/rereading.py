@@ -15,7 +15,7 @@ from cdcore import Body, Motion
 from cdcore.numerics import FloatArray, IntArray
 from replay.advice.sampled_poses import is_plain
 from replay.advice.scene_outcome import Outcome, ReplayedBodies
-from replay.engine import prepared
+from replay.engine import prepare
 from replay.prepare.assemble import body_of
 from replay.prepare.assembly import Assembly
 from sessions import MeshData, Session
@@ -62,7 +62,7 @@ class Rereadings:
         """Returns the outcome of the recording changed by one answer to an assumption of it."""
         meshes = self._meshes(changed, row)
         if meshes is None:
-            again = prepared(changed).assembly
+            again = prepare(changed).assembly
             return ReplayedBodies(again).outcome(again.motion.take(self._frames[self._frames < len(again.motion)]))
         rotations = dict[int, FloatArray]()
         is_mirrored = [False] * len(self._whole.bodies)

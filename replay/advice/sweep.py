@@ -23,7 +23,7 @@ from replay.detection.sample_times import P99
 from replay.document.machine import machine, versions
 from replay.document.run_result import Tradeoff
 from replay.document.summary import session_name
-from replay.engine import prepared
+from replay.engine import prepare
 from replay.errors import TradeoffError
 from replay.prepare.assembly import Assembly
 from replay.prepare.frame_times import frame_rate
@@ -109,9 +109,9 @@ def tradeoff(
     run = RunSettings(**options)
     with compiling_reported(lambda *_: None) as compiled:
         deadline = _Deadline(time_limit, compiled)
-        ready = prepared(session, pairs=run.pairs, start=run.start, end=run.end, policy=run.policy)
-        motion, session = ready.assembly.motion, ready.repaired.session
-        assembly = replace(ready.assembly, motion=motion.frames(0, len(motion)))
+        prepared = prepare(session, pairs=run.pairs, start=run.start, end=run.end, policy=run.policy)
+        motion, session = prepared.assembly.motion, prepared.repaired.session
+        assembly = replace(prepared.assembly, motion=motion.frames(0, len(motion)))
         if run.detectors is not None:
             settings = settings_of(run.detectors)
         else:

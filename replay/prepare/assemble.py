@@ -44,7 +44,7 @@ def assemble(
     pairs: Pairs | None = None,
     start: float | None = None,
     end: float | None = None,
-    looking: bool = True,
+    detecting: bool = True,
     session_scan: SessionScan | None = None,
 ) -> Assembly:
     """A whole session, or the frames from ``start`` to ``end`` seconds after its first, ready for detection.
@@ -53,7 +53,7 @@ def assemble(
     ----------
     pairs : pairs of body names; ``None``: the scene's, else all with relative motion.
     start, end : seconds after the first frame, both included; ``None``: the session's own.
-    looking : whether a detector will run; without one, a session may have no pair.
+    detecting : whether a detector will run; without one, a session may have no pair.
     seen : the pass over its frames; ``None``: it is made here.
 
     Raises ``AssemblyError``: no frame, none between ``start`` and ``end``, no body with a mesh, no pair, or a scene
@@ -82,14 +82,14 @@ def assemble(
     kinematics = Kinematics(scene, session.names, names)
     moves = dict(zip(session.names, session_scan.moves.tolist(), strict=True))
     rows = chosen_pairs(scene, names, moves, pairs)
-    if not len(rows) and looking:
+    if not len(rows) and detecting:
         raise AssemblyError(f"no pair to replay: {_why_no_pair(session, names, moves, pairs)}")
     stamps = _window(session_scan, start, end)
     placed = _placed(session, kinematics, stamps, len(bodies))
     declared = [scene.body(name) for name in names]
     return Assembly(
         bodies=bodies,
-        motion=_motion(stamps, placed, session_scan, session, names, looking=len(rows) > 0),
+        motion=_motion(stamps, placed, session_scan, session, names, detecting=len(rows) > 0),
         pairs=rows,
         grasped=grasped_pairs(scene, names, rows),
         stamp_ns=stamps,
@@ -130,7 +130,7 @@ def _placed(session: Session, kinematics: Kinematics, stamps: IntArray, bodies: 
 
 
 def _motion(
-    stamps: IntArray, placed: Placed, scan: SessionScan, session: Session, names: list[str], *, looking: bool
+    stamps: IntArray, placed: Placed, scan: SessionScan, session: Session, names: list[str], *, detecting: bool
 ) -> Motion:
     times = (stamps - scan.first_ns) / 1e9
     valid = placed.origin != PoseOrigin.NONE
@@ -141,7 +141,7 @@ def _motion(
         breaks = _breaks(scan, chain_of(name, session.scene))
         begun, ended = (np.searchsorted(edge, stamps) for edge in breaks.T)
         linked[:, column] &= begun == ended
-    if looking:
+    if detecting:
         return Motion(times, placed.translation, placed.rotation, valid, linked=linked, names=names, copy=False)
     # The scan has checked every sample, and no detector will use these poses: the compiler stays unloaded.
     return Motion.of_rigid(times, placed.translation, placed.rotation, valid, linked)

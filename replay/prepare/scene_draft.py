@@ -54,7 +54,7 @@ def drafted(session: Session) -> Draft:
         return Draft()
     beginning = begun(bare)
     repair = repair_session(beginning, parse_policy(None))
-    assembly = assemble(repair.session, looking=False, session_scan=repair.scan)
+    assembly = assemble(repair.session, detecting=False, session_scan=repair.scan)
     if not len(assembly.pairs):
         return Draft()
     near = assembly.pairs[_near(assembly)].tolist()

@@ -52,7 +52,7 @@ from replay.cutting.piece_store import Cut, convex_pieces, cut_ahead
 from replay.detection.detector_spec import TRUSTED, parse_detector
 from replay.detection.progress import Progress, Silent
 from replay.document.run_result import RunResult
-from replay.engine import prepared
+from replay.engine import prepare
 from replay.errors import TradeoffError
 from replay.prepare.assembly import Assembly
 from replay.prepare.frame_times import frame_rate
@@ -234,27 +234,27 @@ def fix_colliders(
     if target_folder is not None:
         check_target(target_folder, force=force, kind=COLLIDERS)
     session = opened(session_or_path, options.pop("scene", None))
-    ready = prepared(
+    prepared = prepare(
         session,
         progress=progress,
         **{key: options[key] for key in ("pairs", "start", "end", "policy") if key in options},
     )
     if target is not None:
-        _require_plain_names(ready.assembly.names)
+        _require_plain_names(prepared.assembly.names)
     step_hz = STEP_RATE if target is None else target.step_hz
     rate = {} if step_hz >= FASTEST * frame_rate(session.stamps() / 1e9) else {"rate_hz": step_hz}
     with progress.stage("Finding the contacts", 1) as advance:
         scoring = Scoring(
-            ready.assembly,
+            prepared.assembly,
             parse_detector(TRUSTED),
             options.get("seed", 0),
             options.get("tau", TAU),
-            ready.repaired.session,
+            prepared.repaired.session,
         )
         advance(1)
     with progress.stage("Cutting and trying colliders", None if time_limit is None else 100) as advance:
         deadline = Deadline(time_limit, advance)
-        search = ColliderSearch(ready.assembly, scoring, rate, limits, deadline)
+        search = ColliderSearch(prepared.assembly, scoring, rate, limits, deadline)
         cuts = _card_cuts(search.ladders) if every_method else {}
         quick = [of_body["vhacd"] for of_body in cuts.values()]
         cut_ahead(quick, deadline.report, CARD_TIME if time_limit is None else time_limit)
@@ -268,15 +268,15 @@ def fix_colliders(
             for row in rows:
                 name = row["body"]
                 hulls = search.ladders[name].pieces(0)
-                row["before"] = row["after"] = _card(ready.assembly, scoring.reference, name, hulls)
+                row["before"] = row["after"] = _card(prepared.assembly, scoring.reference, name, hulls)
                 shapes[name] = BodyShape(search.ladders[name].mesh, hulls, hulls)
                 if search.steps[name]:
                     pieces = [TriangleMesh(piece.vertices, piece.faces) for piece in shipped.colliders[name]]
                     shapes[name] = replace(shapes[name], after=pieces)
-                    row["after"] = _card(ready.assembly, scoring.reference, name, pieces)
+                    row["after"] = _card(prepared.assembly, scoring.reference, name, pieces)
                 others = _other_cuts(search.ladders[name], cuts.get(name, {})) if every_method else {}
                 row["others"] = [
-                    {"how": how} | _card(ready.assembly, scoring.reference, name, convex_pieces(cut))
+                    {"how": how} | _card(prepared.assembly, scoring.reference, name, convex_pieces(cut))
                     for how, cut in others.items()
                 ]
                 advance(1)

@@ -1,4 +1,4 @@
-"""A wrong answer of a run about one pair, ready to be asked again about less."""
+"""A wrong answer of a run about one pair, with all that is needed to decide it again on less."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from replay.auditing.fault import Fault
 from replay.auditing.sampling_offsets import OFFSET_SETTING
 from replay.detection.detector_spec import parse_detector
 from replay.detection.recorded import RECORDED
-from replay.engine import prepared
+from replay.engine import prepare
 from replay.errors import RunFolderError, ShrinkError
 from replay.prepare.assembly import Assembly
 from replay.show.results.run_folder import RunFolder
@@ -177,9 +177,9 @@ def _stored_fault(run: RunFolder, miss: int | None, false: int | None, detector:
 def _assembled(run: RunFolder, session: Path | None, scene: Path | None) -> Assembly:
     """Bodies, poses and pairs as the run had them."""
     recording = run.recording(session, scene)
-    ready = prepared(read_session(recording, scene=scene), policy=run.document.policy, **asdict(run.document.window))
-    run.require_digest(recording, ready.repaired.digest)
-    replayed, assembly = run.document.session, ready.assembly
+    prepared = prepare(read_session(recording, scene=scene), policy=run.document.policy, **asdict(run.document.window))
+    run.require_digest(recording, prepared.repaired.digest)
+    replayed, assembly = run.document.session, prepared.assembly
     if len(assembly.motion) != replayed.frames or {*assembly.names} != {*replayed.bodies}:
         raise RunFolderError(f"{run.path} speaks of other frames or bodies than its recording has; run it again")
     return assembly

@@ -12,12 +12,12 @@ from replay.advice import collider_verdicts
 from replay.advice.collider_verdicts import ColliderVerdicts, held_at_rate
 from replay.detection.detector_spec import DetectorSpec
 from replay.detection.run_detector import detect_all, make_detector
-from replay.engine import prepared
+from replay.engine import prepare
 
 
 @pytest.fixture
 def assembly(two_beakers):
-    return prepared(two_beakers, pairs=[("beaker", "rod"), ("second", "stirrer")]).assembly
+    return prepare(two_beakers, pairs=[("beaker", "rod"), ("second", "stirrer")]).assembly
 
 
 def solids(assembly, boxed=()):

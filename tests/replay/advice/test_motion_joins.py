@@ -14,14 +14,14 @@ from replay.cutting.convex_solids import outside_by, solids_of
 from replay.cutting.sectors import sector_ladder
 from replay.detection.detector_spec import DetectorSpec
 from replay.detection.run_detector import make_detector
-from replay.engine import prepared
+from replay.engine import prepare
 
 
 class Stirred:
     """A beaker in which a rod stirs near one side of the wall."""
 
     def __init__(self, session):
-        self.assembly = prepared(session, pairs=[("beaker", "rod")]).assembly
+        self.assembly = prepare(session, pairs=[("beaker", "rod")]).assembly
         self.mesh = self.assembly.bodies[self.assembly.names.index("beaker")].mesh
         self.exact = self.contact([self.mesh])
         self.ladder = sector_ladder(self.mesh)
@@ -102,7 +102,7 @@ def test_time_that_is_up_ends_the_joining(stirred):
 
 
 def test_body_that_nothing_comes_near_has_no_false_contact(two_beakers):
-    assembly = prepared(two_beakers, pairs=[("beaker", "stirrer")]).assembly
+    assembly = prepare(two_beakers, pairs=[("beaker", "stirrer")]).assembly
     nothing = FalseContacts(assembly, "beaker", np.zeros((len(assembly.motion), 1), dtype=np.bool_))
     assert nothing.of([revolved_mesh([(0, 0), (1, 0), (1, 1), (0, 1)], 8)]).shape == (1, 0)
 

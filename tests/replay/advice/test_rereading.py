@@ -9,7 +9,7 @@ from replay.advice.assumptions import chosen_frames
 from replay.advice.open_guesses import open_rows
 from replay.advice.rereading import SIGNED_PERMUTATIONS, Rereadings, change_of_axes
 from replay.advice.scene_outcome import ReplayedBodies
-from replay.engine import prepared
+from replay.engine import prepare
 from sessions import MeshData
 from sessions.importers import import_session
 from sessions.model.assumption import Confidence, Origin, Subject
@@ -47,7 +47,7 @@ def with_open_pose_axes(session):
 )
 def test_every_reading_has_the_contacts_of_a_whole_preparation(tmp_path, convention, kind, exported):
     session = with_open_pose_axes(imported(tmp_path, convention, kind, exported))
-    whole = prepared(session).assembly
+    whole = prepare(session).assembly
     rereadings = Rereadings(session, whole, chosen_frames(len(whole.motion)))
     rows = open_rows(session)
     assert {row.subject for row in rows} == {Subject.POSE_AXES, Subject.MESH_AXES}
@@ -55,7 +55,7 @@ def test_every_reading_has_the_contacts_of_a_whole_preparation(tmp_path, convent
         for value in row.alternatives:
             changed = session if value == row.value else answered(session, row, value)
             quick = rereadings.outcome(changed, row)
-            assembly = prepared(changed).assembly
+            assembly = prepare(changed).assembly
             slow = ReplayedBodies(assembly).outcome(assembly.motion)
             assert np.array_equal(quick.contact, slow.contact), (row.subject, value)
             assert quick.contacts == slow.contacts
