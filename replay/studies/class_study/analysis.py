@@ -24,7 +24,14 @@ from replay.studies.class_study.joining import (
 )
 from replay.studies.class_study.refusals import LEAST_IN_CELL, PERSONS_PER_ITEM, StudyRefusedError, few
 from replay.studies.class_study.regression import Finding, holm, regress
-from replay.studies.class_study.reliability import Bartlett, Reliability, bartlett, kmo, reliability
+from replay.studies.class_study.reliability import (
+    ACCEPTABLE_ALPHA,
+    Bartlett,
+    Reliability,
+    bartlett,
+    kmo,
+    reliability,
+)
 from replay.words import plural
 from sessions.input_files import nearest
 from sessions.synthetic.rng import random_stream
@@ -98,6 +105,44 @@ class Study:
     def findings(self) -> tuple[Finding, ...]:
         """Every coefficient, then every difference of groups."""
         return self.coefficients + self.groups
+
+    @property
+    def tested(self) -> bool:
+        """Whether any result has a p-value."""
+        return any(finding.p is not None for finding in self.findings)
+
+    @property
+    def obstacle(self) -> StudyRefusedError | None:
+        """The refusal because of which no result is tested; ``None``: one is, or none was asked for."""
+        refusals = (refused for refused in self.refusals if "regression" in refused.what)
+        return None if self.tested else next(refusals, None)
+
+    @property
+    def nothing_associated(self) -> bool:
+        """Whether no result is an association or a difference of groups."""
+        return not any(finding.associated for finding in self.findings)
+
+    @property
+    def retested(self) -> tuple[Sensitivity, ...]:
+        """The results that were tested with another detector too."""
+        return tuple(row for row in self.sensitivity if row.tested)
+
+    @property
+    def changing(self) -> list[str]:
+        """The detectors with which a conclusion is another."""
+        return list(dict.fromkeys(row.detector for row in self.retested if row.changes))
+
+    @property
+    def same_results(self) -> bool:
+        """Whether each result has the same figure with every detector, to the digits printed."""
+        pairs = ((row.before, row.after) for row in self.retested)
+        return all(after is not None and f"{before.beta:.3f}" == f"{after.beta:.3f}" for before, after in pairs)
+
+    @property
+    def unreliable_scales(self) -> list[str]:
+        """The constructs of results whose alpha is below the usual limit."""
+        used = {name for finding in self.findings for name in finding.variables}
+        return [name for name, own in self.reliabilities.items() if name in used and not own.alpha >= ACCEPTABLE_ALPHA]
 
 
 def analyse(

@@ -10,11 +10,9 @@ from replay.show.plots import IntervalRow, Plot, interval_plot
 from replay.studies.class_study.analysis import Sensitivity, Study
 from replay.studies.class_study.class_tables import ClassTables
 from replay.studies.class_study.refusals import LEAST_IN_CELL
-from replay.studies.class_study.regression import Finding
+from replay.studies.class_study.regression import UNDECIDED, Finding
+from replay.studies.class_study.reliability import ACCEPTABLE_ALPHA
 from replay.studies.class_study.tables import held_constant, result_name
-
-ACCEPTABLE_ALPHA: Final = 0.7
-"""Cronbach's alpha from which on a scale is commonly called reliable."""
 
 MOST_RESULTS: Final = 12
 """Rows of the chart of results by detector."""
@@ -35,7 +33,9 @@ def class_charts(tables: ClassTables, study: Study | None) -> list[Plot]:
     if study is not None:
         coefficients = _sensitivity(study, REGRESSIONS, "Associations by detector", "standardised coefficient")
         differences = _sensitivity(study, ("groups",), "Groups by detector", "difference of means")
-        charts = [coefficients, differences, *charts, _associations(study), _reliability(study)]
+        associations, by_detector = [_associations(study), _reliability(study)], [coefficients, differences]
+        first, then = (by_detector, associations) if study.changing else (associations, by_detector)
+        charts = [*first, *then, *charts]
     return [chart for chart in charts if chart is not None]
 
 
@@ -55,7 +55,8 @@ def _sensitivity(study: Study, kinds: tuple[str, ...], title: str, axis: str) ->
                 equal.setdefault(_figures(finding), []).append(detector)
         prefix = f"{result_name(before)}{held_constant(before)}: "
         for figures, detectors in equal.items():
-            rows.append(replace(figures, name=f"{prefix}{', '.join(detectors)}"))
+            same = f"the same with {len(detectors)} detectors" if len(equal) == 1 else ", ".join(detectors)
+            rows.append(replace(figures, name=f"{prefix}{same}"))
             prefix = ""
     caption = f"Results by the detector that counts contacts, with 95 % intervals; {COLOURS}."
     if not rows:
@@ -65,7 +66,8 @@ def _sensitivity(study: Study, kinds: tuple[str, ...], title: str, axis: str) ->
 
 def _figures(finding: Finding) -> IntervalRow:
     """Return the row of a result without its name, to the digits printed."""
-    label = f"{finding.beta:+.2f}, n = {finding.students}"
+    undecided = f" {UNDECIDED}" if finding.conclusion.startswith(UNDECIDED) else ""
+    label = f"{finding.beta:+.2f}{undecided}, n = {finding.students}"
     value, lower, upper = (round(figure, 2) for figure in (finding.beta, finding.low, finding.high))
     return IntervalRow("", value, lower, upper, label, "right" if finding.associated else "reference")
 
@@ -92,8 +94,8 @@ def _associations(study: Study) -> Plot | None:
     """Standardised coefficients; grey: cannot be distinguished from chance."""
     rows = [replace(_figures(c), name=f"{result_name(c)}{held_constant(c)}") for c in study.coefficients]
     caption = (
-        f"Associations, standardised, with 95 % intervals; {COLOURS}. A grey bar can leave out zero: colours follow p "
-        "after Holm's correction, bars have none."
+        f"Associations with 95 % intervals; {COLOURS}. With one predictor a coefficient is the correlation. A grey bar "
+        "can leave out zero: colours follow p after Holm's correction, bars have none."
     )
     if not rows:
         return None

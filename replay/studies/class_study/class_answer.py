@@ -1,22 +1,27 @@
-"""The first answers about a class: what was found, where to look, why contacts are missed, what to do, how sure."""
+"""The first answers about a class: the result, where to look, its reason, what to do, the cost, how sure."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import atanh, ceil, sqrt, tanh
 from typing import Final
 
 import numpy as np
 
 from replay import words
-from replay.auditing.fault import Cause
 from replay.document.columns import file_names
-from replay.document.fault_sentences import REASONS
 from replay.document.tables import Marked
-from replay.studies.class_study.analysis import Sensitivity, Study
-from replay.studies.class_study.class_tables import ClassTables, Mistakes, Place, sessions_table
+from replay.studies.class_study.analysis import Study
+from replay.studies.class_study.class_reasons import reason
+from replay.studies.class_study.class_tables import ClassTables, Place, sessions_table
+from replay.studies.class_study.power import (
+    MEDIUM,
+    least_correlation,
+    more_students_needed,
+    students_needed,
+    tests_together,
+)
 from replay.studies.class_study.refusals import LEAST_IN_CELL, few
 from replay.studies.class_study.regression import LEVEL
-from replay.studies.class_study.tables import behind, headlines
+from replay.studies.class_study.tables import behind, families_text, headlines, undecided_text
 from replay.words import plural
 
 MOST_SESSIONS: Final = 3
@@ -27,17 +32,17 @@ FIRST_SESSIONS: Final = (
     "intersect most."
 )
 
-MOST_DETECTORS: Final = 3
-"""Detectors whose mistakes are counted in a sentence."""
-
 MOST_FOUND: Final = 3
 """Results that are named there."""
 
 MOST_REFUSED: Final = 2
 """Results left out that are named there."""
 
-FEWEST: Final = 20
-"""Students from which on Fisher's transformation is near enough."""
+MOST_SCALES: Final = 2
+"""Unreliable scales that are named there."""
+
+FRAMES_A_SECOND: Final = 90.0
+"""Frames of a headset, by which the time of a class is estimated."""
 
 DETECTOR, MEAN_MS = file_names("metrics", "detector", "mean_ms")
 """Column of the metrics with the milliseconds of a detector a frame."""
@@ -66,6 +71,8 @@ class AnswerRow:
 def class_answer(tables: ClassTables, where: Mapping[str, Place], study: Study | None) -> list[AnswerRow]:
     """Return the rows below the first sentence of a class; a row without text or links is left out."""
     result, *others = _results(study)
+    why = reason(tables, study)
+    times = _mean_times(tables)
     rows = [
         AnswerRow(
             "What",
@@ -73,11 +80,11 @@ def class_answer(tables: ClassTables, where: Mapping[str, Place], study: Study |
             " ".join(filter(None, [*others, tables.rate_difference()])),
             details=" ".join(tables.headlines()),
         ),
-        AnswerRow("When", "Look first at", FIRST_SESSIONS, links=_first_sessions(tables, where)),
-        _reason(tables, study),
-        AnswerRow("Do", *_first_and_rest(_detector(tables, study))),
-        AnswerRow("Cost", *_first_and_rest(_times(tables, study))),
-        AnswerRow("Or", *_first_and_rest(_other_detectors(study, _trusted(tables)))),
+        _first_sessions(tables, where),
+        AnswerRow("Why", why.text, why.figures, details=why.details),
+        AnswerRow("Do", *_first_and_rest(_actions(tables, study))),
+        AnswerRow("Cost", *_first_and_rest(_costs(tables, study, times))),
+        AnswerRow("Or", *_first_and_rest(_other_detectors(study, tables.trusted, times))),
         _certainty(tables, study),
     ]
     return [row for row in rows if row.text and (row.name != "When" or row.links)]
@@ -89,134 +96,91 @@ def _first_and_rest(sentences: list[str]) -> tuple[str, str]:
 
 
 def _results(study: Study | None) -> list[str]:
-    """The associations, most pronounced first."""
+    """The associations, most pronounced first; else the undecided results, and their definition."""
     if study is None:
         return ["Nothing was tested: there is no questionnaire."]
     results = headlines(study)
     more = [f"{len(results) - MOST_FOUND} more below."] if len(results) > MOST_FOUND else []
-    return [*(f"{sentence}." for sentence in results[:MOST_FOUND]), *more]
+    meaning = [undecided_text(study), families_text(study)] if study.nothing_associated else []
+    return [*(f"{sentence}." for sentence in results[:MOST_FOUND]), *more, *meaning]
 
 
-def _first_sessions(tables: ClassTables, where: Mapping[str, Place]) -> tuple[tuple[str, str], ...]:
+def _first_sessions(tables: ClassTables, where: Mapping[str, Place]) -> AnswerRow:
     """The sessions in which most is missed, by name, each with its miss."""
-    links = []
-    for name, look, _ in sessions_table(tables.runs, where).rows:
-        if isinstance(name, Marked) and isinstance(look, Marked) and look.to:
-            links.append((f"{name.text}: {look.text}", look.to))
-    return tuple(links[:MOST_SESSIONS])
+    examples = []
+    for name, example, _ in sessions_table(tables.runs, where).rows:
+        if isinstance(name, Marked) and isinstance(example, Marked) and example.to:
+            pair, _, moment = example.text.rpartition(" at ")
+            examples.append((name.text, pair, moment, example.to))
+    examples = examples[:MOST_SESSIONS]
+    pairs = {pair for _, pair, _, _ in examples}
+    links = tuple(
+        (f"{name} at {moment}" if len(pairs) == 1 else f"{name}: {pair} at {moment}", address)
+        for name, pair, moment, address in examples
+    )
+    common = ""
+    if len(pairs) == 1:
+        common = f"{'All are' if len(examples) > 1 else 'It is'} of the pair {pairs.pop()}. "
+    return AnswerRow("When", "Mistakes of detectors to look at first:", f"{common}{FIRST_SESSIONS}", links)
 
 
-CAUSES: Final[Mapping[str, str]] = {
-    Cause.BETWEEN_SAMPLES: "the contact, or a part of it, falls between two samples",
-    Cause.LATE: "its reports come late",
-    Cause.EARLY: "its reports end early",
-    **REASONS["misses"],
-}
-"""Cause -> why a contact is missed, as the end of a sentence; others stand as they are called."""
-
-
-def _causes(tables: ClassTables) -> list[str]:
-    """The most frequent cause of the misses of each detector that five students or more have, with its count."""
-    counts_of: dict[str, dict[str, float]] = {}
-    totals: dict[str, float] = {}
-    for (label, cause), counts in tables.counts("misses", "detector", "cause").items():
-        totals[label] = totals.get(label, 0.0) + counts.sum()
-        if cause and tables.students_with(counts) >= LEAST_IN_CELL:
-            counts_of.setdefault(label, {})[cause] = counts.sum()
-    sentences = []
-    for label, causes in counts_of.items():
-        most = max(causes.values())
-        for cause in (cause for cause, count in causes.items() if count == most):
-            # What is left over could be of few students.
-            every = totals[label] == sum(causes.values())
-            share = f"{most:.0f} of {totals[label]:.0f}" if every else "most"
-            because = f" because {CAUSES[cause]}" if cause in CAUSES else f": {cause}"
-            sentences.append(f"{label} is wrong{because} ({share} missed or late contacts).")
-    return sentences
-
-
-def _reason(tables: ClassTables, study: Study | None) -> AnswerRow:
-    """Why a conclusion changes or not: the mistakes of the detectors compared; else why contacts are missed."""
-    causes = _causes(tables)
-    tested = [row for row in study.sensitivity if row.tested] if study is not None else []
-    changing = {row.detector for row in tested if row.changes}
-    compared = changing or {row.detector for row in tested}
-    if study is not None and tested:
-        compared = compared | {study.detector}
-    counted = {label: tables.mistakes(label) for label in tables.runs.audited if label in compared}
-    known = [(label, counts) for label, counts in counted.items() if counts is not None]
-    known.sort(key=lambda item: (item[0] not in changing, -item[1].wrong))
-    if study is None or not any(counts.wrong or counts.false_contacts for _, counts in known):
-        return AnswerRow("Why", *_first_and_rest(causes))
-    sentences = [f"{label} {_mistakes_text(counts)}." for label, counts in known]
-    if changing:
-        (first, counts), *_ = known
-        subject = f"{first} leads to another conclusion: it" if first in changing else f"{first}, which counts here,"
-        text = f"{subject} {_mistakes_text(counts)}."
-        return AnswerRow("Why", text, " ".join(sentences[1:]), details=" ".join(causes))
-    (first, counts), *others = known[:MOST_DETECTORS]
-    several = len({counts.contacts for _, counts in known}) > 1
-    wrong = [f"{label} {own.wrong}{f' of {own.contacts}' if several else ''}" for label, own in others]
-    wrong.insert(0, f"{first} got {counts.wrong} of {plural(counts.contacts, 'contact')} wrong")
-    moved = "moved no result" if _same_results(tested) else "changed no conclusion"
-    text = f"The detectors' mistakes {moved}: {', '.join(wrong)}."
-    least = least_association(study.students)
-    if least is not None and _takes_more_students(study):
-        sentences.insert(0, text)
-        few_students = f"{study.students} students are too few for an association below {words.number(least, 2)}"
-        text = f"{few_students}; the detectors' mistakes {moved}."
-    return AnswerRow("Why", text, " ".join(sentences), details=" ".join(causes))
-
-
-def _same_results(tested: list[Sensitivity]) -> bool:
-    """Whether each result has the same figure with every detector, to the digits printed."""
-    return all(row.after is not None and f"{row.before.beta:.3f}" == f"{row.after.beta:.3f}" for row in tested)
-
-
-def _mistakes_text(counts: Mistakes) -> str:
-    """Return the mistakes of a detector by their kind, as the end of a sentence."""
-    missed = f"missed {counts.missed} of {plural(counts.contacts, 'contact')}"
-    late = f"was late or cut short in {counts.late_or_cut_short}"
-    return f"{missed}, {late} and reported {plural(counts.false_contacts, 'false contact')}"
-
-
-def _detector(tables: ClassTables, study: Study | None) -> list[str]:
-    """The detector with which to count, and where nothing is associated the students that a link takes."""
-    trusted = _trusted(tables)
+def _actions(tables: ClassTables, study: Study | None) -> list[str]:
+    """Sentences on the detector with which to count; where nothing is associated, on questions and students too."""
+    trusted = tables.trusted
     if study is None:
         if not trusted:
             return []
         return [f"Count contacts with {' or '.join(trusted)}, the reference.", "The others are measured against it."]
-    recommended = study.detector if not trusted or study.detector in trusted else " or ".join(trusted)
+    recommended = [study.detector] if not trusted or study.detector in trusted else trusted
+    wrong = [label for label in study.changing if label not in trusted] or (
+        [study.detector] if study.changing and study.detector not in recommended else []
+    )
+    actions = [f"count contacts with {' or '.join(recommended)}{f', not with {_listed(wrong)}' if wrong else ''}"]
     source = f"Every result about contacts on this page is counted with {study.detector}."
-    students = students_needed(MEDIUM)
-    if not _takes_more_students(study):
-        return [f"Count contacts with {recommended}.", source]
+    if study.obstacle:
+        actions.append(study.obstacle.lift)
+    if study.tested and study.nothing_associated and (scales := study.unreliable_scales):
+        named = _listed(scales) if len(scales) <= MOST_SCALES else f"{len(scales)} scales"
+        actions.append(f"revise the questions on {named}")
+    if not more_students_needed(study):
+        return [f"{_as_sentence(actions)}.", source]
+    tests = tests_together(study)
+    students = students_needed(MEDIUM, tests)
+    actions.append(f"study at least {students} students")
     return [
-        f"Count contacts with {recommended}; to find an association of {MEDIUM:g}, take {students} students.",
-        f"A class of {students} finds it in 4 of 5 cases (one test at p < {LEVEL:g}).",
+        f"{_as_sentence(actions)}.",
+        f"{students} students show a correlation of {MEDIUM:g} in 4 of 5 classes ({_level(tests)}).",
         source,
     ]
 
 
-def _takes_more_students(study: Study) -> bool:
-    """Whether nothing is associated and a medium association takes more students than were asked."""
-    return study.students < students_needed(MEDIUM) and not any(finding.associated for finding in study.findings)
+def _as_sentence(actions: list[str]) -> str:
+    """Actions joined by commas and a last *and*, with a capital."""
+    *first, last = actions
+    text = f"{', '.join(first)}{',' if len(first) > 1 else ''} and {last}" if first else last
+    return text[:1].upper() + text[1:]
 
 
-def _trusted(tables: ClassTables) -> list[str]:
-    """References of the runs, in order of appearance."""
-    return list(dict.fromkeys(oracle for run in tables.runs.metrics if (oracle := tables.runs.of(run, "oracle"))))
+def _listed(names: list[str]) -> str:
+    """``a``, ``a and b``, ``a, b and c``."""
+    *first, last = names
+    return f"{', '.join(first)} and {last}" if first else last
 
 
-def _other_detectors(study: Study | None, trusted: list[str]) -> list[str]:
-    """The detector beside the trusted that finds most and changes no conclusion; empty: none was tested."""
-    tested = [row for row in study.sensitivity if row.tested] if study is not None else []
-    changing = list(dict.fromkeys(row.detector for row in tested if row.changes))
+def _level(tests: int) -> str:
+    """The level of a test, and its correction where several are made."""
+    return f"p < {LEVEL:g}, corrected for {tests} tests" if tests > 1 else f"one test at p < {LEVEL:g}"
+
+
+def _other_detectors(study: Study | None, trusted: list[str], times: Mapping[str, float]) -> list[str]:
+    """The quicker detector beside the trusted that finds most and changes no conclusion; empty: there is none."""
+    tested = study.retested if study is not None else []
+    changing = study.changing if study is not None else []
     same = [label for label in dict.fromkeys(row.detector for row in tested) if label not in changing]
     if changing and not same:
         return ["None: every other detector that was tested changes a conclusion."]
-    same = [label for label in same if label not in trusted]
+    slowest = max((times.get(label, np.inf) for label in trusted), default=np.inf)
+    same = [label for label in same if label not in trusted and (label not in times or times[label] < slowest)]
     recalls = {row.detector: row.recall for row in tested if row.detector in same and row.recall is not None}
     if not recalls:
         return [f"Count with {' or '.join(same)}."] if same else []
@@ -227,79 +191,97 @@ def _other_detectors(study: Study | None, trusted: list[str]) -> list[str]:
     return [f"Where the reference is too slow, count with {' or '.join(best)}: {finds}."]
 
 
-def _times(tables: ClassTables, study: Study | None) -> list[str]:
-    """Milliseconds a frame of each detector, the recommended one first, in the mean of the sessions measured."""
+def _mean_times(tables: ClassTables) -> dict[str, float]:
+    """Seconds a frame of each detector, in the mean of the sessions that measured them."""
     metrics = tables.runs.every_metric
-    unknown = ["Times of the detectors were not measured."]
     if MEAN_MS not in metrics.column_names:
-        return unknown
+        return {}
     times: dict[str, list[float]] = {}
     for row in metrics.select([DETECTOR, MEAN_MS]).to_pylist():
         if row[MEAN_MS] is not None and np.isfinite(row[MEAN_MS]):
             times.setdefault(row[DETECTOR], []).append(row[MEAN_MS] / 1e3)
+    return {label: float(np.mean(values)) for label, values in times.items()}
+
+
+def _costs(tables: ClassTables, study: Study | None, times: Mapping[str, float]) -> list[str]:
+    """Sentences on the students that are lacking, and on the time of the recommended detector and of the others."""
+    sentences = []
+    seconds = tables.recorded_seconds
+    if study is not None and more_students_needed(study):
+        lacking = students_needed(MEDIUM, tests_together(study)) - study.students
+        mean = words.duration(seconds / len(tables.runs.metrics))
+        each = f" with a recording of about {mean} each" if seconds else ""
+        sentences.append(f"{plural(lacking, 'more student')}{each}.")
     if not times:
-        return unknown
-    means = {label: words.frame_time(float(np.mean(values))) for label, values in times.items()}
-    recommended = study.detector if study is not None else next(iter(_trusted(tables)), "")
-    first = recommended if recommended in means else next(iter(means))
-    others = ", ".join(f"{label} {time}" for label, time in means.items() if label != first)
-    seconds = {label: float(np.mean(values)) for label, values in times.items()}
-    cheapest = all(
-        seconds[first] < value and means[first] != means[label] for label, value in seconds.items() if label != first
-    )
+        return [*sentences, "Times of the detectors were not measured."]
+    recommended = study.detector if study is not None else next(iter(tables.trusted), "")
+    first = recommended if recommended in times else next(iter(times))
+    others = [label for label in times if label != first]
+    own = words.frame_time(times[first])
+    cheapest = all(times[first] < times[label] and own != words.frame_time(times[label]) for label in others)
     least = ", less than every other detector" if cheapest and others else ""
-    text = f"{first} takes {means[first]} a frame{least}."
-    if study is not None and _takes_more_students(study):
-        more = plural(students_needed(MEDIUM) - study.students, "more student")
-        text = f"{more}; counting with {text}"
-    return [text, f"{others}: means over the sessions." if others else ""]
-
-
-TWO_SIDED: Final = 1.959964
-"""Quantile of the normal distribution at 97.5 %: a test of two sides at p below 0.05."""
-
-MEDIUM: Final = 0.3
-"""A correlation of medium size (Cohen 1988)."""
-
-FOUR_IN_FIVE: Final = 0.841621
-"""Quantile at 80 %: the association is found in four of five samples."""
-
-
-def least_association(students: int) -> float | None:
-    """The correlation that a test at 5 % finds in four of five samples of so many students; ``None``: too few.
-
-    Source: Fisher's z transformation, of which the deviation is 1 / sqrt(n - 3).
-    """
-    return None if students < FEWEST else tanh((TWO_SIDED + FOUR_IN_FIVE) / sqrt(students - 3))
-
-
-def students_needed(association: float) -> int:
-    """The fewest students of which a test at 5 % finds this correlation in four of five samples."""
-    return ceil(((TWO_SIDED + FOUR_IN_FIVE) / atanh(association)) ** 2 + 3)
+    whole = f" ({words.duration(times[first] * seconds * FRAMES_A_SECOND)} for this class)" if seconds else ""
+    sentences.append(f"{first} takes {own} a frame{whole}{least}.")
+    if len(sentences) > 1:
+        sentences[:2] = [f"{sentences[0][:-1]}; {sentences[1]}"]
+    figures = ", ".join(f"{label} {words.frame_time(times[label])}" for label in others)
+    clock = f"at {FRAMES_A_SECOND:g} frames a second" if seconds else ""
+    machine = " ".join(filter(None, ["Means over the sessions,", clock, "on the machine that replayed them."]))
+    return [*sentences, *([f"{figures}."] if figures else []), machine]
 
 
 def _certainty(tables: ClassTables, study: Study | None) -> AnswerRow:
-    """How strong an association must be to be found; the students behind the figures; what was left out."""
+    """How sure the effect of the detector and the associations are, and the students behind the figures."""
     students = len(tables.runs.students)
     intervals = "Brackets and bars are 95 % intervals: other classes like this one may give any figure within."
     if study is None:
         count = f"{few(students)} students." if students < LEAST_IN_CELL else f"{plural(students, 'student')}."
         return AnswerRow("Sure", count, intervals)
-    figures = [f"{behind(study)}."]
-    text, least = figures[0], least_association(study.students)
-    if least is not None:
-        reliable = f"{study.students} students show only associations above {words.number(least, 2)} reliably."
-        text = f"Not very: {reliable}" if least > MEDIUM else reliable
-        needed = (
-            f"An association of {MEDIUM:g} takes {students_needed(MEDIUM)} students "
-            f"(found in 4 of 5 such classes, one test at p < {LEVEL:g})."
-        )
-        figures = figures if _takes_more_students(study) else [needed, *figures]
-    else:
-        figures = []
+    tests = tests_together(study)
+    figures, least = [f"{behind(study)}."], least_correlation(study.students, tests)
+    if least is not None and study.tested:
+        scale = f"{study.students} students show a correlation from {words.number(least, 2)} on in 4 of 5 classes"
+        other = " Coefficients with others held constant are on another scale." if _has_multiple(study) else ""
+        figures.insert(0, f"{scale} ({_level(tests)}).{other}")
+        if not more_students_needed(study):
+            figures.insert(1, f"A correlation of {MEDIUM:g} takes {students_needed(MEDIUM, tests)} students.")
     refused = [f"{refusal.what} ({refusal.reason})" for refusal in study.refusals]
     if refused:
         rest = f"; {len(refused) - MOST_REFUSED} more under Method" if len(refused) > MOST_REFUSED else ""
         figures.append(f"Left out: {'; '.join(refused[:MOST_REFUSED])}{rest}.")
     observed = "Only associations were observed: no figure says what causes what."
+    text = " ".join(filter(None, [_certainty_of_detectors(study, tables), _certainty_of_associations(study, least)]))
     return AnswerRow("Sure", text, " ".join(figures), details=f"{intervals} {observed}")
+
+
+def _has_multiple(study: Study) -> bool:
+    """Whether a coefficient stands beside other predictors."""
+    return any(finding.kind == "multiple" for finding in study.coefficients)
+
+
+def _certainty_of_detectors(study: Study, tables: ClassTables) -> str:
+    """Return how sure it is that the detector changes a conclusion, or none; ``""``: that was not tested."""
+    if not study.retested:
+        return ""
+    if study.changing:
+        trusted = [label for label in (study.detector, *study.changing) if label in tables.trusted]
+        return f"Sure about the detectors: they are measured against {trusted[0]}, the reference." if trusted else ""
+    detectors = len({study.detector, *(row.detector for row in study.retested)})
+    if study.same_results:
+        return f"Sure that the detector changes nothing here: {detectors} detectors give the same results."
+    return f"Sure that the detector changes no conclusion here: {detectors} detectors lead to the same ones."
+
+
+def _certainty_of_associations(study: Study, least: float | None) -> str:
+    """Return how sure it is that associations exist, or that there is none."""
+    students = plural(study.students, "student")
+    if not study.tested:
+        return f"Nothing is known of associations: none was tested in {students}."
+    if not study.nothing_associated:
+        return f"Fairly sure of the associations: p is below {LEVEL:g} after correction for tests made together."
+    if least is None:
+        return f"Not sure that there is no association: {students} are very few."
+    limit = words.number(least, 2)
+    if least > MEDIUM:
+        return f"Not sure that there is no association: {students} can miss a correlation below {limit}."
+    return f"Fairly sure that no correlation is above {limit}: {students} would mostly show it."

@@ -1,7 +1,7 @@
 """All sessions of a folder of runs, and the rows that the tables of the class page count, each with its session."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -11,8 +11,8 @@ import pyarrow.compute as pc
 from replay.document.columns import file_names
 from replay.errors import StudyError
 from replay.show.results.data_set import ADDED, DATA_SET, RunSet, find_runs, joined
-from replay.show.results.parquet import TYPES
-from replay.show.results.run_folder import SUMMARY, read_run_folder
+from replay.show.results.parquet import TYPES, read_table
+from replay.show.results.run_folder import SUMMARY, read_run_folder, table_file
 from replay.studies.class_study.joining import check_pseudonyms, read_rows
 from replay.studies.class_study.refusals import StudyRefusedError
 
@@ -39,6 +39,9 @@ ABOUT: Final = file_names("metrics", "run", "session", "student", "oracle", "vr_
 OF_DETECTOR: Final = file_names("metrics", "detector", "contacts_per_min", "valid_minutes", "settings")
 """What metrics say of a detector of a session."""
 
+TITLES: Final = file_names("ranking", "detector", "what")
+"""A detector and what it is, in words."""
+
 
 @dataclass(frozen=True)
 class ClassRuns:
@@ -47,7 +50,8 @@ class ClassRuns:
     ``metrics`` are run -> detector -> row, ``every_metric`` all columns of them. ``tables`` are those of the data set:
     what a hand holds is left out, and of ``episodes`` all but the trusted detector's; every row has ``place``, the
     number of its run in ``metrics``, and ``vr_type``. ``student`` is ``""`` where nobody states one. ``repeated``
-    counts runs of a session that is there already, and ``unmeasured`` those without metrics.
+    counts runs of a session that is there already, and ``unmeasured`` those without metrics. ``titles`` are what the
+    detectors of the first run are, in words.
     """
 
     top: Path
@@ -56,6 +60,7 @@ class ClassRuns:
     tables: dict[str, pa.Table]
     repeated: int
     unmeasured: int
+    titles: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def students(self) -> list[str]:
@@ -111,7 +116,16 @@ def read_class(folder: Path, students: Path | None = None) -> ClassRuns:
         {name: _counted_rows(run_set, name, metrics) for name in COUNTED_COLUMNS},
         repeated=len(measured) - len(metrics),
         unmeasured=len(run_set.runs) - len(measured),
+        titles=_titles(table_file(folder / next(iter(metrics)), "ranking")) if metrics else {},
     )
+
+
+def _titles(ranking: Path) -> dict[str, str]:
+    """Label of a detector -> what it is, in words, from the ranking of a run; empty: the run has none."""
+    if not ranking.is_file():
+        return {}
+    rows = read_table(ranking, TITLES).to_pylist()
+    return {str(label): str(title) for label, title in (row.values() for row in rows) if label and title}
 
 
 def runs_with_open_guesses(runs: ClassRuns) -> list[str]:

@@ -136,7 +136,7 @@ class ClassTables:
 
         Both have to be measured in the same sessions: else the difference could be one of students.
         """
-        trusted = self._trusted()
+        trusted = self.trusted
         if len(trusted) != 1:
             return ""
         (oracle,) = trusted
@@ -159,9 +159,18 @@ class ClassTables:
             f"{most} reports {per_minute(rates[most])} contacts a minute, {oracle} {per_minute(reference.value)}{more}."
         )
 
-    def _trusted(self) -> list[str]:
+    @property
+    def trusted(self) -> list[str]:
         """Detectors that others are compared with, in order of appearance."""
         return list(dict.fromkeys(oracle for run in self.runs.metrics if (oracle := self.runs.of(run, "oracle"))))
+
+    @property
+    def recorded_seconds(self) -> float:
+        """Seconds with known poses, of all sessions together; 0: none states them, or few students have any."""
+        rows = [next(iter(rows.values())) for rows in self.runs.metrics.values()]
+        minutes = [row.get("valid_minutes") for row in rows]
+        known = [value for value in minutes if value is not None and np.isfinite(value)]
+        return 60.0 * sum(known) if len(self.runs.students) >= LEAST_IN_CELL and len(known) == len(rows) else 0.0
 
     def _false_contacts(self, label: str) -> str:
         """Words on the false contacts of a detector, to follow those on its misses."""
@@ -189,7 +198,7 @@ class ClassTables:
 
     def detectors(self) -> Table:
         """A row per detector, the trusted ones first."""
-        trusted = self._trusted()
+        trusted = self.trusted
         contacts = self.counts("episodes", "missed_by")
         faults = [self.counts(name, "detector") for name in FAULTS]
         rows = []

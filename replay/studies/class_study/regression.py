@@ -24,6 +24,8 @@ LEVEL: Final = 0.05
 """Associated: p after Holm's correction is below this, and the interval leaves out zero."""
 
 UNDECIDED: Final = "undecided"
+AFTER_HOLM: Final = f"{UNDECIDED} after Holm"
+INTERVAL_HOLDS_ZERO: Final = f"{UNDECIDED}: interval holds zero"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,7 +78,7 @@ class Finding:
             return "not tested"
         if self.p >= LEVEL:
             return "not distinguished from chance"
-        return f"{UNDECIDED} after Holm" if self._side else f"{UNDECIDED}: interval holds zero"
+        return AFTER_HOLM if self._side else INTERVAL_HOLDS_ZERO
 
     @property
     def _side(self) -> int:

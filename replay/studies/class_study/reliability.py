@@ -15,6 +15,9 @@ WORST_CONDITION: Final = 1e12
 LEAST_SPREAD: Final = 1e-12
 """Below this a variance of answers is rounding."""
 
+ACCEPTABLE_ALPHA: Final = 0.7
+"""Alpha from which on a scale is commonly called reliable. Source: Nunnally (1978), Psychometric Theory."""
+
 KAISER: Final = ((0.9, "marvellous"), (0.8, "meritorious"), (0.7, "middling"), (0.6, "mediocre"), (0.5, "miserable"))
 """Kaiser's words. Source: Kaiser (1974), Psychometrika 39, 31-36."""
 

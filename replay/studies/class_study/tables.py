@@ -10,7 +10,7 @@ from replay.detection.detector_spec import TRUSTED
 from replay.document.tables import STRONG, Cell, Column, Marked, Table
 from replay.studies.class_study.analysis import Sensitivity, Study
 from replay.studies.class_study.refusals import few
-from replay.studies.class_study.regression import UNDECIDED, Finding
+from replay.studies.class_study.regression import AFTER_HOLM, INTERVAL_HOLDS_ZERO, LEVEL, UNDECIDED, Finding
 from replay.words import plural
 
 OBSERVED_ONLY: Final = (
@@ -34,6 +34,9 @@ PRINTED: Final = {
 }
 """The sample as Table II of the paper prints it."""
 
+ASSOCIATION: Final = ("association", "associations")
+COMPARISON: Final = ("comparison of groups", "comparisons of groups")
+"""One and several results of a kind; p-values are corrected within a kind."""
 
 MOST_UNDECIDED: Final = 2
 """Undecided results that are named."""
@@ -78,15 +81,43 @@ def headlines(study: Study) -> list[str]:
     tested = sorted({finding.students for finding in study.findings if finding.p is not None})
     if not tested:
         return ["No association was tested"]
-    students = f"{tested[0]}" if len(tested) == 1 else f"{tested[0]} to {tested[-1]}"
-    chance = f"No association could be distinguished from chance in {students} students"
     undecided = [finding for finding in study.findings if finding.conclusion.startswith(UNDECIDED)]
     if not undecided:
-        return [chance]
+        students = f"{tested[0]}" if len(tested) == 1 else f"{tested[0]} to {tested[-1]}"
+        return [f"No association could be distinguished from chance in {students} students"]
     named = "; ".join(f"{result_name(finding)}{held_constant(finding)}" for finding in undecided[:MOST_UNDECIDED])
     among = "among them " if len(undecided) > MOST_UNDECIDED else ""
     verb = "is" if len(undecided) == 1 else "are"
-    return [f"{chance}; {len(undecided)} of {plural(len(study.findings), 'result')} {verb} undecided: {among}{named}"]
+    others = "" if len(undecided) == len(study.findings) else ". The others may be chance"
+    results = plural(len(study.findings), "result")
+    return [f"{len(undecided)} of {results} {verb} undecided: {among}{named}{others}"]
+
+
+def undecided_text(study: Study) -> str:
+    """Sentences that define each kind of undecided result by its first one; ``""``: every result is decided."""
+    by_conclusion = {finding.conclusion: finding for finding in reversed(study.findings)}
+    sentences = []
+    if finding := by_conclusion.get(AFTER_HOLM):
+        family, thing = (study.groups, COMPARISON) if finding.kind == "groups" else (study.coefficients, ASSOCIATION)
+        tests = plural(sum(other.p is not None for other in family), *thing)
+        sentences.append(
+            f"Undecided means here: p is {p_text(finding.p)} alone, which is below {LEVEL:g}, but "
+            f"{p_text(finding.p_holm)} after correction for {tests} tested together."
+        )
+    if finding := by_conclusion.get(INTERVAL_HOLDS_ZERO):
+        sentences.append(
+            f"Undecided means {'also' if sentences else 'here'}: p is {p_text(finding.p)}, which is below {LEVEL:g}, "
+            "but the 95 % interval holds zero."
+        )
+    return " ".join(sentences)
+
+
+def families_text(study: Study) -> str:
+    """Sentence on the results of both kinds; ``""``: all are of one kind."""
+    if not study.coefficients or not study.groups:
+        return ""
+    kinds = plural(len(study.coefficients), *ASSOCIATION), plural(len(study.groups), *COMPARISON)
+    return f"The results are {kinds[0]} and {kinds[1]}."
 
 
 def _more(finding: Finding) -> str:
@@ -258,7 +289,8 @@ def _nothing_associated(study: Study) -> str:
     if any(result.associated for result in results):
         return ""
     about = " with behaviour" if any(finding.associated for finding in study.findings) else ""
-    return f"no association{about} was found, with whichever detector contacts are counted"
+    clear = "clear " if any(result.conclusion.startswith(UNDECIDED) for result in (*results, *study.findings)) else ""
+    return f"no {clear}association{about} was found, whichever collision detector counts the contacts"
 
 
 def _changed(study: Study, row: Sensitivity) -> str:

@@ -25,17 +25,28 @@ def finding(beta=0.2, kind="multiple", p=0.5):
     return Finding(name="grasps", kind=kind, variables=("motivation", "grasps"), students=40, **ends)
 
 
-def study_of(*sensitivity):
+def study_of(*sensitivity, changing=()):
     return SimpleNamespace(
-        detector="exact", sensitivity=sensitivity, coefficients=(finding(),), reliabilities={}, group_of={}
+        detector="exact",
+        sensitivity=sensitivity,
+        changing=changing,
+        coefficients=(finding(),),
+        reliabilities={},
+        group_of={},
     )
+
+
+def titles(plots):
+    return [plot.title for plot in plots]
 
 
 def test_detectors_with_equal_figures_share_a_row():
     rows = [Sensitivity(label, 0.9, finding(), finding()) for label in ("hull50", "paper")]
-    rows.append(Sensitivity("mesh50", 0.9, finding(), finding(0.7, p=0.01)))
-    by_detector, _, associations = class_charts(class_of(LEAST_IN_CELL), study_of(*rows))
     start = "grasps with motivation, others held constant"
+    _, same, _ = class_charts(class_of(LEAST_IN_CELL), study_of(*rows))
+    assert [dot.name for dot in same.dots] == [f"{start}: the same with 3 detectors: +0.20, n = 40"]
+    rows.append(Sensitivity("mesh50", 0.9, finding(), finding(0.7, p=0.01)))
+    associations, by_detector, _ = class_charts(class_of(LEAST_IN_CELL), study_of(*rows))
     assert [(dot.name, dot.kind) for dot in by_detector.dots] == [
         (f"{start}: exact, hull50, paper: +0.20, n = 40", "reference"),
         ("mesh50: +0.70, n = 40", "right"),
@@ -43,8 +54,24 @@ def test_detectors_with_equal_figures_share_a_row():
     assert [dot.name for dot in associations.dots] == [f"{start}: +0.20, n = 40"]
 
 
+def test_charts_by_detector_stand_first_where_one_changes_a_conclusion():
+    rows = [Sensitivity("mesh50", 0.9, finding(), finding(0.7, p=0.01))]
+    unchanged = titles(class_charts(class_of(LEAST_IN_CELL), study_of(*rows)))
+    changed = titles(class_charts(class_of(LEAST_IN_CELL), study_of(*rows, changing=["mesh50"])))
+    assert unchanged[:2] == ["Associations", "Associations by detector"]
+    assert changed[:2] == ["Associations by detector", "Associations"]
+
+
+def test_undecided_result_is_labelled_so():
+    undecided = finding(0.2, "simple", p=0.04)
+    study = study_of()
+    study.coefficients = (Finding(**vars(undecided) | {"p_holm": 0.1}),)
+    associations, *_ = class_charts(class_of(LEAST_IN_CELL), study)
+    assert [dot.name for dot in associations.dots] == ["grasps with motivation: +0.20 undecided, n = 40"]
+
+
 def test_coefficients_and_differences_of_means_have_axes_of_their_own():
     kinds = [finding(0.2, "simple"), finding(9.0, "groups")]
     plots = class_charts(class_of(LEAST_IN_CELL), study_of(*(Sensitivity("paper", 0.9, own, own) for own in kinds)))
-    assert [plot.title for plot in plots[:2]] == ["Associations by detector", "Groups by detector"]
-    assert [len(plot.dots) for plot in plots[:2]] == [1, 1]
+    assert titles(plots[1:3]) == ["Associations by detector", "Groups by detector"]
+    assert [len(plot.dots) for plot in plots[1:3]] == [1, 1]

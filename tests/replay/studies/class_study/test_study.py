@@ -19,7 +19,14 @@ from replay.studies.class_study.folder import as_json, write_study
 from replay.studies.class_study.page import study_html
 from replay.studies.class_study.refusals import StudyRefusedError
 from replay.studies.class_study.regression import Finding
-from replay.studies.class_study.tables import CELL_TEXTS, headlines, opening, study_tables
+from replay.studies.class_study.tables import (
+    CELL_TEXTS,
+    families_text,
+    headlines,
+    opening,
+    study_tables,
+    undecided_text,
+)
 
 NAMES = ("first", "second")
 EASE, CONTACTS = ("motivation", "ease of use"), ("motivation", "contacts_per_min")
@@ -105,7 +112,7 @@ def test_the_first_line_says_whether_a_conclusion_changes(state):
     assert opening(make(), "40 students") == f"40 students: {answer}"
 
 
-WHICHEVER = "with whichever detector contacts are counted"
+WHICHEVER = "whichever collision detector counts the contacts"
 
 
 def test_unchanged_conclusions_say_where_no_association_was_found():
@@ -115,6 +122,7 @@ def test_unchanged_conclusions_say_where_no_association_was_found():
         "the detector changes no conclusion": ([same, about], [nothing, some]),
         f"no association with behaviour was found, {WHICHEVER}": ([same], [nothing, some]),
         f"no association was found, {WHICHEVER}": ([same], [nothing]),
+        f"no clear association was found, {WHICHEVER}": ([same], [nothing, finding(-0.1, 1.2, 0.04)]),
     }
     for answer, (sensitivity, findings) in answers.items():
         made = SimpleNamespace(sensitivity=sensitivity, findings=findings)
@@ -134,10 +142,32 @@ def test_result_states_student_count_once_and_marks_associations():
     undecided = finding_of("multiple")
     named = "ease of use with motivation, others held constant"
     (line,) = headlines(SimpleNamespace(coefficients=(), groups=(), findings=[finding, undecided]))
-    assert line.endswith(f"in 40 students; 1 of 2 results is undecided: {named}")
+    assert line == f"1 of 2 results is undecided: {named}. The others may be chance"
     (line,) = headlines(SimpleNamespace(coefficients=(), groups=(), findings=[undecided] * 3))
-    assert line.endswith(f"; 3 of 3 results are undecided: among them {named}; {named}")
+    assert line == f"3 of 3 results are undecided: among them {named}; {named}"
     assert CELL_TEXTS["conclusion"]("associated").mark and not CELL_TEXTS["conclusion"]("refused").mark
+
+
+def test_undecided_is_defined_by_the_result_that_is():
+    wide, corrected = finding(-0.1, 1.2, 0.04), replace(finding(0.1, 1.2, 0.017), p_holm=0.1)
+    chance = finding(-0.1, 1.2, 0.5)
+    after_holm = (
+        "Undecided means here: p is 0.017 alone, which is below 0.05, but 0.100 after correction for 3 associations "
+        "tested together."
+    )
+    holds_zero = "p is 0.040, which is below 0.05, but the 95 % interval holds zero."
+    for coefficients, text in (
+        ((chance, corrected, chance), after_holm),
+        ((chance, wide), f"Undecided means here: {holds_zero}"),
+        ((wide, corrected, chance), f"{after_holm} Undecided means also: {holds_zero}"),
+        ((chance,), ""),
+    ):
+        made = SimpleNamespace(coefficients=coefficients, groups=(), findings=coefficients)
+        assert undecided_text(made) == text and families_text(made) == ""
+    groups = (replace(corrected, kind="groups"),)
+    made = SimpleNamespace(coefficients=(chance,), groups=groups, findings=(chance, *groups))
+    assert undecided_text(made).endswith("after correction for 1 comparison of groups tested together.")
+    assert families_text(made) == "The results are 1 association and 1 comparison of groups."
 
 
 def test_detector_with_fewest_misses_is_chosen_unless_requested_otherwise():
