@@ -32,6 +32,7 @@ from replay.effects.chemistry.ledger_columns import (
 from replay.effects.chemistry.mixture import GAS, SOLID
 from replay.effects.chemistry.processes import History, Process
 from replay.effects.chemistry.salts import WATER_KG, Salt, settled_solid
+from replay.effects.chemistry.saturation import Saturation
 from replay.effects.chemistry.solver import Solver, answered
 from replay.effects.chemistry.warming import cooled
 
@@ -95,6 +96,7 @@ class Ledger:
     salts : solids that dissolve up to their solubility.
     solid_fraction : of a solid that is poured along with the liquid.
     warmth : how heat is followed.
+    slow_solids : PHREEQC with the solids that a process dissolves at its rate; ``None``: there are none.
     """
 
     def __init__(
@@ -106,6 +108,7 @@ class Ledger:
         salts: Sequence[Salt] = (),
         solid_fraction: float = 0.0,
         warmth: Warmth = UNFOLLOWED,
+        slow_solids: Solver | None = None,
     ) -> None:
         self.vessels, self.processes, self.solver, self.warmth = vessels, processes, solver, warmth
         self.salts = salts
@@ -156,6 +159,7 @@ class Ledger:
         self.ion_charges = np.array(
             [float(abs(charge_of(name))) if here else 0.0 for here, name in zip(counted, self.columns, strict=True)]
         )
+        self._saturation = None if slow_solids is None else Saturation(slow_solids, self.column)
         self._settles = bool(len(self.phases) or len(salts))
         self.heats = Heats(self.column, None if solver is None else solver.mixture, salts, warmth)
         # A slow process that nothing else touches is in closed form from one event to the next.
@@ -518,6 +522,14 @@ class Ledger:
             room = standing - settled_solid(process.salt, self.column, whole, here)
             limits.append(room.reshape(amounts.shape[:-1]))
         limits += [self._catalysed(self.column[column], amounts) for column in process.catalysts]
+        if process.saturates:
+            assert self._saturation is not None
+            flat = np.atleast_2d(amounts)
+            here = self._plain_celsius(flat) if celsius is None else celsius
+            room = self._saturation.dissolves(process.saturates, flat, here).reshape(amounts.shape[:-1])
+            room /= -changes[self.column[process.saturates]]
+            # Where PHREEQC has no answer the acid limits it.
+            return np.maximum(0.0, np.where(np.isnan(room), np.min(limits, axis=0), room))
         dissolved = process.stays * WATER_KG * amounts[..., self.water]
         return np.maximum(0.0, np.min(limits, axis=0) - dissolved)
 

@@ -33,6 +33,7 @@ class Phases:
     declared: Mapping[str, Mapping[float, float]]  # solid -> solubility that the scene declares
     separate: frozenset[str]  # solids that only an equation with a rate takes
     phreeqc: dict[str, Phase] = field(default_factory=dict)
+    slow: dict[str, Phase] = field(default_factory=dict)  # PHREEQC's solids that a process dissolves at its rate
     salts: dict[str, Salt] = field(default_factory=dict)
 
     def add(self, formula: str, phase: str) -> None:
@@ -53,6 +54,28 @@ class Phases:
         if self.database is None:
             return None
         return Solver(mixture_of(self.database, sorted(columns), [self.phreeqc[name] for name in sorted(self.phreeqc)]))
+
+    def slow_solver(self, columns: Iterable[str]) -> Solver | None:
+        """PHREEQC with the solids that dissolve at a rate beside all others; ``None``: there are none."""
+        if self.database is None or not self.slow:
+            return None
+        every = self.phreeqc | self.slow
+        return Solver(mixture_of(self.database, sorted(columns), [every[name] for name in sorted(every)]))
+
+    def dissolves_slowly(self, changes: Mapping[str, float]) -> str:
+        """Note and return the column of a solid of PHREEQC's that a process dissolves and no more; ``""``: none."""
+        solids = [column for column, many in changes.items() if many < 0.0 and column.endswith(SOLID)]
+        if self.database is None or len(solids) != 1:
+            return ""
+        formula = solids[0].removesuffix(SOLID)
+        components = dissolved_components(formula)
+        dissolved = {name: many for name, many in changes.items() if name not in (solids[0], WATER)}
+        whole = {name: -changes[solids[0]] * many for name, many in components.items() if name != WATER}
+        entry = self.entry(formula, "s") if dissolved == whole else None
+        if entry is None:
+            return ""
+        self.slow[solids[0]] = Phase(solids[0], components, entry)
+        return solids[0]
 
     def known(self, formula: str) -> bool:
         """Whether PHREEQC or a solubility says how much of a solid dissolves."""

@@ -23,6 +23,8 @@ class Process:
     salt: Salt | None = field(default=None, compare=False)  # that it dissolves, up to its solubility
     catalysts: frozenset[str] = frozenset()  # columns without which it does not proceed
     stays: float = 0.0  # mol of reaction, by kg of water, whose gas stays dissolved
+    # column of a solid that it dissolves at its rate, as far as PHREEQC's equilibrium lets it; ``""``: another process
+    saturates: str = ""
 
 
 @dataclass(frozen=True, eq=False)

@@ -85,6 +85,7 @@ class Recipe:
     contents: Mapping[str, Contents]  # vessel -> what is in it at first
     solver: Solver | None  # PHREEQC; ``None``: nothing declared asks it
     salts: tuple[Salt, ...]
+    slow_solids: Solver | None = None  # PHREEQC with the solids that an equation dissolves at its rate
 
     @property
     def declared_heats(self) -> frozenset[str]:
@@ -96,7 +97,16 @@ class Recipe:
         """A ledger with everything in its vessels."""
         fills = {name: self._columns(contents) for name, contents in self.contents.items()}
         columns = tuple(column for fill in fills.values() for column in fill)
-        made = Ledger(tuple(fills), columns, self.processes, self.solver, self.salts, solid_fraction, warmth)
+        made = Ledger(
+            vessels=tuple(fills),
+            columns=columns,
+            processes=self.processes,
+            solver=self.solver,
+            salts=self.salts,
+            solid_fraction=solid_fraction,
+            warmth=warmth,
+            slow_solids=self.slow_solids,
+        )
         for name, fill in fills.items():
             made.fill(name, self.contents[name].volume_ml, fill)
         return made
@@ -174,7 +184,14 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
         if reaction.declared["heat_kj_mol"] is not None:
             _declare_heat(reaction, processes, phases, solver)
     salts = tuple(phases.salts[name] for name in sorted(phases.salts))
-    return Recipe(tuple(reactions), tuple(processes), contents, phases.solver(columns), salts)
+    return Recipe(
+        reactions=tuple(reactions),
+        processes=tuple(processes),
+        contents=contents,
+        solver=phases.solver(columns),
+        salts=salts,
+        slow_solids=phases.slow_solver(columns),
+    )
 
 
 def _declare_heat(reaction: Reaction, processes: list[Process], phases: Phases, solver: Solver | None) -> None:
@@ -353,7 +370,17 @@ def _process(table: Declaration, equation: Equation, phase: Mapping[str, str], p
         if formula != WATER and phase.get(formula) not in ("s", "g")
     )
     stays = _dissolved_gas(changes, phases)
-    return Process(table["equation"], changes, rate, joule, float(acid), salt, _catalysts(equation, phase), stays)
+    return Process(
+        text=table["equation"],
+        changes=changes,
+        rate=rate,
+        joule=joule,
+        acid=float(acid),
+        salt=salt,
+        catalysts=_catalysts(equation, phase),
+        stays=stays,
+        saturates="" if rate is None else phases.dissolves_slowly(changes),
+    )
 
 
 def _catalysts(equation: Equation, phase: Mapping[str, str]) -> frozenset[str]:

@@ -1,0 +1,80 @@
+"""A solid that an equation dissolves at a rate dissolves up to PHREEQC's equilibrium, and its gas leaves for good."""
+
+import phreeqc
+import pytest
+from support.liquid_worlds import glass, poured
+from support.second_opinions import minteq
+
+MARBLE = "CaCO3 + 2 HCl -> CaCl2 + H2O + CO2"
+WATER_ML = 1.0
+STEPS = 200
+"""Portions of marble that PHREEQC dissolves one after the other."""
+
+
+def poured_on(solid, acid, molar, equation, rate):
+    """Series and gas of acid poured within 20 ms on a gram of a solid in a little water, 4 s later."""
+    bodies = (
+        glass("a", 60.0, solute=acid, molar=molar),
+        glass("b", WATER_ML, properties={"solid": {"formula": solid, "mass_g": 1.0}}),
+    )
+    reaction = ("reaction", {"equation": equation} | ({} if rate is None else {"rate_per_s": rate}))
+    effects = poured([0.0, 60.0, 60.0, *([0.0] * 400)], bodies, ("mixing", {"in": ["b"]}), reaction)
+    gas = sum(event.values["moles"] for event in effects["reaction"].output.named("gas"))
+    return {name: series.values[-1] for name, series in effects["reaction"].series.items()}, gas, effects
+
+
+def stepwise(acid_mol, kilograms):
+    """Marble that dissolves in small portions while CO2 leaves for good: mol dissolved, mol of gas and pH."""
+    library = phreeqc.Phreeqc()
+    library.LoadDatabaseString(minteq())
+    start = (
+        "SELECTED_OUTPUT\n -reset false\n -pH true\n -saturation_indices Calcite\n -equilibrium_phases CO2(g)\n"
+        f"SOLUTION 1\n units mol/kgw\n water {kilograms}\n pH 1 charge\n Cl {acid_mol / kilograms}\nEND\n"
+    )
+    assert not library.RunString(start)
+    portion, dissolved, gas = 0.65 * acid_mol / STEPS, 0.0, 0.0
+    step = (
+        f"USE solution 1\nREACTION 1\n CaCO3 1\n {portion} moles\n"
+        "EQUILIBRIUM_PHASES 1\n CO2(g) 0 0\nSAVE solution 2\nEND\n"
+    )
+    while True:
+        assert not library.RunString(step)
+        output = library.GetSelectedOutput()
+        if output["si_Calcite"][-1] >= 0.0:
+            break
+        dissolved += portion
+        gas += output["CO2(g)"][-1]
+        assert not library.RunString("COPY solution 2 1\nEND\n")
+    # The last portion dissolves in what is left of the gas.
+    last = "-equilibrium_phases Calcite\nUSE solution 1\nEQUILIBRIUM_PHASES 2\n Calcite 0 1\nEND\n"
+    assert not library.RunString(f"SELECTED_OUTPUT\n -reset false\n -pH true\n {last}")
+    output = library.GetSelectedOutput()
+    return dissolved + 1.0 - output["Calcite"][-1], gas, output["pH"][-1]
+
+
+@pytest.mark.parametrize("molar", [1.0, 0.3, 0.1])
+def test_marble_dissolves_at_a_rate_as_far_as_phreeqc_says(molar):
+    """With acid alone as its limit 3.6 % more dissolved, and the pH was 6.3."""
+    series, gas, effects = poured_on("CaCO3", "HCl", molar, MARBLE, 5.0)
+    volume = effects["mixing"].series["b/volume"].values[-1]
+    dissolved, left, ph = stepwise(1e-3 * molar * (volume - WATER_ML), 1e-3 * volume)
+    assert series["b/extent"] == pytest.approx(dissolved, rel=0.01)
+    assert gas == pytest.approx(left, rel=0.01, abs=2e-6)
+    assert series["b/pH"] == pytest.approx(ph, abs=0.05)
+
+
+SULFIDES = [
+    ("FeS", "FeS + 2 HCl -> FeCl2 + H2S", 0.03),
+    pytest.param("ZnS", "ZnS + 2 HCl -> ZnCl2 + H2S", 0.01, marks=pytest.mark.slow),
+    ("CuS", "CuS + 2 HCl -> CuCl2 + H2S", 0.0),
+]
+
+
+@pytest.mark.parametrize(("solid", "equation", "tolerance"), SULFIDES)
+def test_a_rate_changes_no_amount_of_a_sulfide_that_dissolves(solid, equation, tolerance):
+    at_once, gas, _ = poured_on(solid, "HCl", 1.0, equation, None)
+    slow, slow_gas, _ = poured_on(solid, "HCl", 1.0, equation, 5.0)
+    assert slow_gas == pytest.approx(gas, rel=max(tolerance, 1e-9))
+    assert slow["b/pH"] == pytest.approx(at_once["b/pH"], abs=0.02)
+    if solid == "CuS":
+        assert slow_gas == 0.0
