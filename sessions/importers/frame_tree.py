@@ -23,8 +23,12 @@ STATIC: Final = "_static"
 """The end of the topic whose transforms stay until they are sent again."""
 NO_TIME: Final = "with a stamp of 0 among others that have one"
 OUTSIDE: Final = "before or after all transforms of a frame that it hangs from"
+MOST_AT_A_PULSE: Final = 3
+"""Samples a second from which they are not those of a clock that pulses on the second, which is off by little."""
+SEVERAL_PARTS: Final = 5
+"""Different parts of a second, of which chance puts none into its first thousandth."""
 LARGEST_GAP_NS: Final = 200_000_000
-"""A frame silent for longer than this is not interpolated: its pose in between is flagged as lost."""
+"""A frame silent for longer than this, and elsewhere after it, is not interpolated: its pose there is lost."""
 
 
 @dataclass
@@ -59,8 +63,22 @@ class _Link:
         if (logged[1:] < logged[:-1]).any() and (stamps[1:] < stamps[:-1]).any():
             order = np.argsort(logged, kind="stable")
             stamps, rows = stamps[order], rows[order]
+        _refuse_coarse_nanoseconds(name, stamps[stamps > 0], ledger)
         keep = increasing(name, stamps, (rows,), ledger, kind="transforms")
         return stamps[keep], rows[keep], int(unstamped.sum())
+
+
+def _refuse_coarse_nanoseconds(name: str, stamps: Stamps, ledger: Ledger) -> None:
+    """Refuse stamps whose nanoseconds are microseconds or milliseconds: each second passes in a thousandth of it."""
+    _, samples = np.unique(stamps // 1_000_000_000, return_counts=True)
+    parts = np.unique(stamps % 1_000_000_000)
+    if (samples >= MOST_AT_A_PULSE).sum() < 2 or len(parts) < SEVERAL_PARTS:
+        return
+    if int(parts[-1]) < 1_000_000:
+        raise ImportFileError(
+            f"{ledger.source}: frame {name!r}: the nanoseconds of its {len(stamps):,} stamps are all below 1,000,000: "
+            "they seem to be microseconds or milliseconds; write nanoseconds"
+        )
 
 
 class FrameTree:
@@ -126,6 +144,10 @@ class FrameTree:
                 "choose one by --topic; several --topic are taken to share one world"
             )
         assumed = [f"frames {_named(roots)} taken for one world"] if len(roots) > 1 else []
+        if roots and (unframed := [name for name, root in root_of.items() if not root]):
+            assumed.append(
+                f"poses of {_named(unframed[:MOST_NAMED])}, which name no frame, taken to be in {roots[0]!r}"
+            )
         still = [name for name, root in root_of.items() if roots and root not in ("", *roots)]
         chains = {name: chain for name, chain in chains.items() if name not in still}
         moving = [self._tables[name][0] for name in self._links if self._moves(name)]
@@ -192,7 +214,8 @@ class FrameTree:
         rows_after[between, :3] = start[:, :3] + fraction[:, None] * (end[:, :3] - start[:, :3])
         with np.errstate(invalid="ignore", divide="ignore"):
             rows_after[between, 3:] = slerp(start[:, 3:], end[:, 3:], fraction)
-            lost = (step > LARGEST_GAP_NS) | ~(is_rotation(start[:, 3:]) & is_rotation(end[:, 3:]))
+            has_moved = (start != end).any(axis=1)
+            lost = (has_moved & (step > LARGEST_GAP_NS)) | ~(is_rotation(start[:, 3:]) & is_rotation(end[:, 3:]))
         rows_after[between[lost]] = np.nan
         return rows_after
 

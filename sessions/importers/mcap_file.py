@@ -51,7 +51,9 @@ def read_mcap(
     ledger = Ledger(source)
     tree = FrameTree(ledger)
     messages = _PoseMessages(source, topics)
+    sizes = dict[str, int]()
     for channel, log_ns, message in messages:
+        _check_size(source, channel, message, sizes)
         _add(source, channel, log_ns, message, tree)
     messages.account(ledger)
     tables, notes, joined = tree.tables(join=len(topics) > 1)
@@ -64,6 +66,22 @@ def read_mcap(
 FRAMES: Final = ("FrameTransform", "FrameTransforms", "TransformStamped", "TFMessage")
 POSES: Final = ("PoseInFrame", "PosesInFrame", "PoseStamped", "PoseWithCovarianceStamped", "PoseArray", "Odometry")
 """Last words of the names of schemas: frames that bear their own names, and poses that are named after their topic."""
+
+
+def _check_size(source: Path, channel: ChannelInfo, message: Any, sizes: dict[str, int]) -> None:
+    """Refuse arrays of poses that get shorter: the pose of a body then has the place of another one.
+
+    ``sizes``: topic -> poses of its longest array so far. An empty array, of a moment when nothing was seen, is none.
+    """
+    poses = None if _kind(channel) in FRAMES else _first_field(message, "poses")
+    count = len(poses) if hasattr(poses, "__len__") else 0
+    longest = max(count, sizes.get(channel.topic, 0))
+    if 0 < count < longest:
+        raise ImportFileError(
+            f"{source}: {channel.topic}: its arrays get shorter, from {longest:,} poses to {count:,}, so that nobody "
+            "knows which body a pose is of; record a topic for each body, or choose others by --topic"
+        )
+    sizes[channel.topic] = longest
 
 
 def _add(source: Path, channel: ChannelInfo, log_ns: int, message: Any, tree: FrameTree) -> None:
@@ -115,7 +133,12 @@ def _stamp_of(time: Any) -> int | None:
     seconds, nanoseconds = _first_field(time, "seconds", "sec"), _first_field(time, "nanos", "nsec", "nanosec")
     if seconds is None and nanoseconds is None:
         raise ValueError(f"a timestamp is {_brief(time)}; write it as sec and nsec")
-    stamp = _integer(seconds) * 1_000_000_000 + _integer(nanoseconds)
+    whole, part = _integer(seconds), _integer(nanoseconds)
+    stamp = whole * 1_000_000_000 + part
+    if whole > 0 and not 0 <= part < 1_000_000_000:
+        raise ValueError(
+            f"a timestamp has {part} nanoseconds beside its {whole} seconds; write those of less than a second"
+        )
     if stamp < 0:
         raise ValueError(f"a timestamp is {stamp} ns, before 0; correct the stamps")
     return stamp

@@ -22,6 +22,8 @@ ROTATION_TOLERANCE: Final = 1e-3
 """A quaternion of a node that is longer or shorter by more is none: nobody knows what its program meant."""
 COLLIDER_NAME: Final = re.compile(r"(UBX|USP|UCP|UCX|UTM)_(.+?)(?:_[0-9]+)?")
 """A box, sphere, capsule or convex collider of a body, as Unreal's importer takes them: ``UCX_Beaker_03``; a mesh."""
+LEVEL_NAME: Final = re.compile(r"(.*?)[ _.-]?LOD[ _]?([0-9]+)", re.IGNORECASE)
+"""One of several surfaces of different detail, as engines name them: ``Beaker_LOD1``."""
 EXACT: Final = "vrlab_positions_float64"
 """In the ``extras`` of a primitive: the buffer view that holds its positions in float64."""
 
@@ -66,6 +68,7 @@ class GlbTree:
 
     def whole(self) -> MeshData:
         """All surfaces where their nodes put them; a skin where its joints do, whatever its own node says."""
+        self._refuse_levels(surface.node for surface in self.surfaces)
         mesh = _joined(self.in_frame(np.eye(4), surface) for surface in self._in_file_order())
         if mesh is None:
             raise EmptyMeshError("the file holds no triangle; export the surface as triangles")
@@ -83,10 +86,23 @@ class GlbTree:
         from_world = np.linalg.inv(rigid_of(self.poses[home]))
         surfaces = self._in_file_order()
         own = (surface for surface in surfaces if surface.node == home or not self.is_collider(surface))
-        cut = (piece for surface in own for piece in _cut(surface))
-        return _joined(
-            mesh.transformed(from_world @ self.poses[node]) for node, mesh in cut if home in self.above(node)
-        )
+        cut = [piece for surface in own for piece in _cut(surface) if home in self.above(piece[0])]
+        self._refuse_levels(node for node, _ in cut)
+        return _joined(mesh.transformed(from_world @ self.poses[node]) for node, mesh in cut)
+
+    def _refuse_levels(self, nodes: Iterable[int]) -> None:
+        """Refuse to join levels of detail: engines draw one of them at a time."""
+        levels: dict[str, dict[int, str]] = {}
+        for node in nodes:
+            named = next(
+                filter(None, map(LEVEL_NAME.fullmatch, (self.names[number] for number in self.above(node)))), None
+            )
+            if named:
+                levels.setdefault(named[1], {}).setdefault(int(named[2]), named[0])
+        for names in levels.values():
+            if len(names) > 1:
+                first, second, *_ = (names[level] for level in sorted(names))
+                raise MeshFileError(f"{first!r} and {second!r} are one surface in different detail; export one of them")
 
     def is_collider(self, surface: Surface) -> bool:
         """Whether the node of a surface has the name of a collider, as Unreal's importer takes them."""

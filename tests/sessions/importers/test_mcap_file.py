@@ -161,6 +161,12 @@ STAMPED = {
     "a bare number": (lambda k: 1_700_000_000 + k, "a timestamp is 1700000001; write it as sec and nsec"),
     "other names": (lambda k: {"s": k}, "write it as sec and nsec"),
     "before 0": (lambda k: {"sec": -k}, "before 0; correct the stamps"),
+    "nanoseconds of the whole stamp": (
+        lambda k: {"sec": k, "nsec": k * 10**9 + 7},
+        "1000000007 nanoseconds beside its 1",
+    ),
+    "nanoseconds before the second": (lambda k: {"sec": k, "nsec": -1}, "-1 nanoseconds beside its 1 seconds"),
+    "nanoseconds alone": (lambda k: {"nsec": k * 10**9 + 7}, [1_000_000_007, 2_000_000_007]),
     "no date": (lambda k: "yesterday", "Invalid isoformat string"),
 }
 
@@ -174,6 +180,57 @@ def test_stamps_of_any_form_are_read_or_refused(tmp_path, kind):
         refused("mcap", path, expected)
         return
     assert import_session("mcap", path).tracks["cup"].times_ns.tolist() == expected
+
+
+@pytest.mark.parametrize("fraction", [10**3, 10**6], ids=["microseconds", "milliseconds"])
+def test_nanoseconds_in_a_larger_unit_are_refused(tmp_path, fraction):
+    stamps = np.arange(180) * 16_666_667 + 5_000_000_000
+    coarse = [stamp // 10**9 * 10**9 + stamp % 10**9 // fraction for stamp in stamps.tolist()]
+    rows = [("/tf", FRAME, stamp, moved("world", "cup", stamp, row=k % COUNT)) for k, stamp in enumerate(coarse)]
+    refused("mcap", as_json(tmp_path / "a.mcap", rows), "nanoseconds of its 180 stamps are all below 1,000,000")
+
+
+def test_a_clock_that_pulses_on_the_second_is_read(tmp_path):
+    stamps = [k * 10**9 + 1_000 * (k % 7) for k in range(1, 21)]
+    rows = [("/tf", FRAME, stamp, moved("world", "cup", stamp, row=k)) for k, stamp in enumerate(stamps)]
+    assert import_session("mcap", as_json(tmp_path / "a.mcap", rows)).tracks["cup"].times_ns.tolist() == stamps
+
+
+def in_array(rows):
+    poses = [placed(of, row, "position", "orientation") for of, row in rows]
+    return {"timestamp": {"sec": 1 + rows[0][1] if rows else 1, "nsec": 0}, "frame_id": "map", "poses": poses}
+
+
+def test_arrays_that_get_shorter_name_no_body(tmp_path):
+    schema = "foxglove.PosesInFrame"
+    lengths = [2, 2, 1, 2]
+    rows = [("/seen", schema, k, in_array([(of, k) for of in range(2)][-count:])) for k, count in enumerate(lengths)]
+    path = as_json(tmp_path / "short.mcap", [*rows, ("/tf", FRAME, 1, moved("map", "cup"))])
+    refused("mcap", path, "/seen: its arrays get shorter, from 2 poses to 1, so that nobody knows")
+    assert import_session("mcap", path, topics=["/tf"]).names == ("cup",)
+    unseen = [*rows[:2], ("/seen", schema, 2, in_array([])), rows[3]]
+    assert import_session("mcap", as_json(tmp_path / "none.mcap", unseen)).names == ("seen/0", "seen/1")
+
+
+def test_poses_that_name_no_frame_are_an_assumption(tmp_path):
+    schema = "foxglove.PoseInFrame"
+    rows = [("/tf", FRAME, k, moved("map", "cup", k, row=k)) for k in (1, 2)]
+    for frame, text in (("", "poses of 'pen', which name no frame, taken to be in 'map'"), ("map", "")):
+        pose = {"timestamp": {"sec": 0, "nsec": 1}, "frame_id": frame, "pose": placed(1, 1, "position", "orientation")}
+        session = import_session("mcap", as_json(tmp_path / f"{frame}.mcap", [*rows, ("/pen", schema, 1, pose)]))
+        assert text in session.facts["assumed"] and ("name no frame" in session.facts["assumed"]) == bool(text)
+
+
+def test_a_slow_frame_that_stays_loses_no_pose_below(tmp_path):
+    """A table that is sent once a second: its cup is where both put it, and lost only where the table moved."""
+    rows = [("/tf", FRAME, s, moved("table", "cup", s, 0, k)) for k, s in enumerate(STAMPS.tolist())]
+    for row, is_lost in ((0, False), (1, True)):
+        ends = [("/slow", FRAME, s, moved("map", "table", s, 1, at)) for s, at in ((STAMPS[0], 0), (STAMPS[-1], row))]
+        track = import_session("mcap", as_json(tmp_path / f"{row}.mcap", [*rows, *ends])).tracks["cup"]
+        assert track.valid[[0, -1]].all() and (~track.valid[1:-1] == is_lost).all()
+    place, _ = joined((1, 0), (0, ALL))
+    calm = import_session("mcap", tmp_path / "0.mcap").tracks["cup"]
+    assert np.abs(calm.positions - place @ ROS.T).max() <= 1e-9
 
 
 def sent(topic, count=20, stamp=lambda k: k + 1, name="cup", of=0):

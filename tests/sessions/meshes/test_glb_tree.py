@@ -43,6 +43,24 @@ def item_mesh(node, *primitives):
     return {"nodes": [{"mesh": 0, **node}], "meshes": [{"primitives": list(primitives)}]}
 
 
+@pytest.mark.parametrize("names", [("cup_LOD0", "cup_LOD1"), ("LOD2", "LOD0"), ("cup.lod1", "cup LOD 3")])
+def test_levels_of_detail_are_not_joined(names):
+    nodes = [{"name": "cup", "children": [1, 2]}, *({"name": name, "mesh": 0} for name in names)]
+    data = glb({"nodes": nodes, "scenes": [{"nodes": [0]}], "meshes": [{"primitives": [primitive()]}]}, TRIANGLE)
+    for node in ("", "cup"):
+        with pytest.raises(MeshFileError, match="are one surface in different detail; export one of them"):
+            mesh_from_bytes(data, "glb", 1.0, node)
+    for name in names:
+        assert len(mesh_from_bytes(data, "glb", 1.0, name).faces) == 1
+
+
+@pytest.mark.parametrize("names", [("cup_LOD0", "lid_LOD1"), ("cup_LOD0", "cup_LOD0"), ("pilod", "cup")])
+def test_parts_of_one_detail_are_joined(names):
+    nodes = [{"name": name, "mesh": 0} for name in names]
+    tree = {"nodes": nodes, "scenes": [{"nodes": [0, 1]}], "meshes": [{"primitives": [primitive()]}]}
+    assert len(mesh_from_bytes(glb(tree, TRIANGLE), "glb").faces) == 2
+
+
 def test_node_tree_is_split_unscaled_and_joins_as_in_trimesh():
     rng, scene = np.random.default_rng(3), trimesh.Scene()
     solids = {name: trimesh.creation.icosphere(1, radius) for name, radius in (("a", 1.0), ("b", 0.4), ("c", 0.2))}
