@@ -73,7 +73,7 @@ def _check_size(source: Path, channel: ChannelInfo, message: Any, sizes: dict[st
 
     ``sizes``: topic -> poses of its longest array so far. An empty array, of a moment when nothing was seen, is none.
     """
-    poses = None if _kind(channel) in FRAMES else _first_field(message, "poses")
+    poses: Any = None if _kind(channel) in FRAMES else _first_field(message, "poses")
     count = len(poses) if hasattr(poses, "__len__") else 0
     longest = max(count, sizes.get(channel.topic, 0))
     if 0 < count < longest:
