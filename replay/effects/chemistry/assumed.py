@@ -5,11 +5,13 @@ from typing import Final
 
 import numpy as np
 
+from replay import words
 from replay.effects.chemistry.components import PROTON, WATER
 from replay.effects.chemistry.contents import MOST_DISSOLVED
 from replay.effects.chemistry.matter import Matter
 from replay.effects.chemistry.mixture import GAS, SOLID
 from replay.effects.chemistry.processes import Process
+from replay.effects.chemistry.spontaneity import stops_early
 from replay.effects.output import EffectEvent
 from replay.words import quantity
 
@@ -35,6 +37,7 @@ def assumed(matter: Matter) -> Iterator[EffectEvent]:
                 "to have some stay dissolved, give its log_k, phreeqc = '''PHASES ...'''"
             )
             yield EffectEvent(min(begins), "assumed", (), None, {"formula": solid}, text)
+    yield from _early_stops(matter)
     for vessel, history in matter.histories.items():
         litres = np.where(history.volume_ml > 0.0, history.volume_ml * 1e-3, np.inf)
         # Iodide takes up one iodine each, as triiodide.
@@ -51,6 +54,28 @@ def assumed(matter: Matter) -> Iterator[EffectEvent]:
                 )
                 time = float(history.times[moments[0]])
                 yield EffectEvent(time, "beyond", (vessel,), None, {"formula": formula}, text, "warning")
+
+
+def _early_stops(matter: Matter) -> Iterator[EffectEvent]:
+    """Event of an equation that ran to its end, and whose free energy would let it stop before."""
+    for reaction in matter.recipe.reactions:
+        if reaction.process < 0 or not stops_early(reaction.free_energy_j):
+            continue
+        extents = {name: history.extents[:, reaction.process] for name, history in matter.histories.items()}
+        begins = [
+            float(matter.histories[name].times[np.flatnonzero(extent > LEAST_MOL)[0]])
+            for name, extent in extents.items()
+            if (extent > LEAST_MOL).any()
+        ]
+        if begins:
+            equation, kilojoule = reaction.declared["equation"], reaction.free_energy_j / 1e3
+            text = (
+                f"{equation} is computed until one of its reagents is used up, but its free energy is "
+                f"{words.fixed(kilojoule, 0, signed=True)} kJ/mol: it stops at an equilibrium before, and how much of "
+                "each is left is not computed"
+            )
+            values = {"equation": equation, "kilojoule": kilojoule}
+            yield EffectEvent(min(begins), "assumed", (), None, values, text, "warning")
 
 
 def _metathesis_solid(process: Process) -> str:

@@ -8,7 +8,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
-from replay import words
 from replay.effects.chemistry.components import (
     BASES,
     FRESH,
@@ -25,7 +24,7 @@ from replay.effects.chemistry.components import (
 from replay.effects.chemistry.contents import Contents
 from replay.effects.chemistry.database import Database, database_of
 from replay.effects.chemistry.declared_heats import declared_joule
-from replay.effects.chemistry.enthalpy import FREE_ENERGY, enthalpy_j, free_energy_j
+from replay.effects.chemistry.enthalpy import enthalpy_j
 from replay.effects.chemistry.formulas import Equation, charge_of, equation_of
 from replay.effects.chemistry.ledger import Ledger
 from replay.effects.chemistry.ledger_columns import ADDED, Warmth
@@ -34,25 +33,11 @@ from replay.effects.chemistry.phases import Phases
 from replay.effects.chemistry.processes import Process
 from replay.effects.chemistry.salts import Salt
 from replay.effects.chemistry.solver import Solver
+from replay.effects.chemistry.spontaneity import STRONG_ANIONS, free_energy_of, reason_not_to_proceed, strongest_acid
 from replay.effects.declaring import Declaration
 from replay.errors import EffectError, PlanError
 
 Tables = Mapping[str, tuple[Declaration, ...]]
-
-STRONG_ANIONS: Final = frozenset(("Cl-", "Br-", "I-", "NO3-", "ClO4-", "ClO3-", "SO4^2-"))
-"""Anions of strong acids; the heat of sulfuric acid in water has a formula of its own."""
-
-UNWILLING_J: Final = 20e3
-"""Free energy of a mol of reaction above which it does not proceed by itself; chosen by us, 3.5 powers of ten."""
-
-CONCENTRATED_MOLAR: Final = 8.0
-"""mol/L of protons from which an acid is a concentrated one; chosen by us."""
-
-CONCENTRATED_J: Final = 12e3
-"""Free energy that a mol of protons of a concentrated acid has more than at 1 mol/L.
-
-Of 12 mol/L of HCl, whose mean activity coefficient is 17 at 16 mol/kg: R T ln 270, less a little. Source: CRC Handbook.
-"""
 
 UNKNOWN_SOLUBILITY: Final = (
     "nothing says how much {!r} dissolves; give solid.solubility_g_100g, g in 100 g of water, to the body that holds it"
@@ -60,9 +45,6 @@ UNKNOWN_SOLUBILITY: Final = (
 
 SOLUBLE_GASES: Final = frozenset(("CO2", "SO2", "H2S", "NH3"))
 """Gases of which PHREEQC knows how much stays dissolved under one atmosphere."""
-
-NEUTRAL_PROTON_J: Final = 39.95e3
-"""Free energy of a mol of protons taken from neutral water instead of from an acid: R T ln 10 times 7 at 25 degC."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +56,7 @@ class Reaction:
     phases: Mapping[str, str]  # formula -> ``s``, ``g`` or nothing
     process: int  # its place among the ledger's processes; -1: it is at equilibrium, by constants
     unwilling: str = ""  # why it does not proceed by itself; ``""``: it does
+    free_energy_j: float = float("nan")  # of a mol of what has no constant; NaN: no table knows it
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,11 +156,14 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
     reactions = []
     for table, equation, phase in zip(declared, equations, read, strict=True):
         process = _process(table, equation, phase, phases)
-        unwilling = "" if process is None else _unwilling(process, equation, phase, _strongest_acid(contents))
+        unwilling, joule = "", float("nan")
+        if process is not None and process.salt is None:
+            joule = free_energy_of(process, equation, phase, phases, strongest_acid(contents))
+            unwilling = reason_not_to_proceed(joule, process, equation)
         if process is not None and not unwilling and process not in processes:
             processes.append(process)
         process_index = processes.index(process) if process is not None and not unwilling else -1
-        reactions.append(Reaction(table, equation, phase, process_index, unwilling))
+        reactions.append(Reaction(table, equation, phase, process_index, unwilling, joule))
     columns = _columns(contents, reactions, processes, phases)
     solver = phases.solver(columns)
     for reaction in reactions:
@@ -464,54 +450,6 @@ def _changes(equation: Equation, phase: Mapping[str, str], phases: Phases, separ
         for component, many in components.items():
             changes[component] = changes.get(component, 0.0) + coefficient * many
     return {component: many for component, many in changes.items() if many != 0.0} if set(changes) - {WATER} else {}
-
-
-def _strongest_acid(contents: Mapping[str, Contents]) -> float:
-    """mol/L of protons in the strongest acid of any vessel; 0 where there is none."""
-    strengths = [
-        max(0, dissolved_components(formula).get(PROTON, 0)) * amount / held.volume_ml * 1e3
-        for held in contents.values()
-        for formula, amount in held.amounts.items()
-        if formula != WATER and held.volume_ml > 0.0 and set(dissolved_components(formula)) <= STRONG_ANIONS | {PROTON}
-    ]
-    return max(strengths, default=0.0)
-
-
-def _unwilling(process: Process, equation: Equation, phase: Mapping[str, str], acid_molar: float) -> str:
-    """Why an equation does not proceed by itself; ``""``: it does, or no table knows its free energies.
-
-    ``acid_molar``: mol/L of protons in the strongest acid that there is.
-    """
-    if process.salt is not None:
-        return ""
-    changes: dict[str, float] = {}
-    for formula, coefficient in equation.changes.items():
-        column = f"{formula}({phase.get(formula, '')})"
-        # A solid that PHREEQC brings to equilibrium counts as the solid that it becomes.
-        components: Mapping[str, int] = {column: 1} if column in FREE_ENERGY else dissolved_components(formula)
-        if column in process.changes:
-            components = {column: 1}
-        for component, many in components.items():
-            changes[component] = changes.get(component, 0.0) + coefficient * many
-    joule = free_energy_j({component: many for component, many in changes.items() if many})
-    if process.acid <= 0.0:
-        joule += NEUTRAL_PROTON_J * max(0.0, -process.changes.get(PROTON, 0.0))
-    if acid_molar >= CONCENTRATED_MOLAR:
-        # As manganese dioxide frees chlorine from concentrated acid alone.
-        joule -= CONCENTRATED_J * max(0.0, -process.changes.get(PROTON, 0.0))
-    if not joule > UNWILLING_J:
-        return ""
-    metal = next(
-        (
-            column.removesuffix(SOLID)
-            for column, many in process.changes.items()
-            if column.endswith(SOLID) and many < 0.0
-        ),
-        "",
-    )
-    if metal and "H2" in equation.products:
-        return f"{metal} is nobler than hydrogen"
-    return f"its free energy is {words.fixed(joule / 1e3, 0, signed=True)} kJ/mol"
 
 
 def _columns(

@@ -1,0 +1,126 @@
+"""Whether an equation without a constant proceeds by itself: its free energy, in acid, in water and in lye."""
+
+from collections.abc import Mapping
+from typing import Final
+
+import numpy as np
+
+from replay import words
+from replay.effects.chemistry.components import PROTON, WATER, dissolved_components, dry_components
+from replay.effects.chemistry.contents import Contents
+from replay.effects.chemistry.enthalpy import FREE_ENERGY, free_energy_j
+from replay.effects.chemistry.formulas import Equation
+from replay.effects.chemistry.mixture import SOLID
+from replay.effects.chemistry.phases import Phases
+from replay.effects.chemistry.processes import Process
+
+STRONG_ANIONS: Final = frozenset(("Cl-", "Br-", "I-", "NO3-", "ClO4-", "ClO3-", "SO4^2-"))
+"""Anions of strong acids; the heat of sulfuric acid in water has a formula of its own."""
+
+UNWILLING_J: Final = 20e3
+"""Free energy of a mol of reaction above which it does not proceed by itself; chosen by us, 3.5 powers of ten."""
+
+CONCENTRATED_MOLAR: Final = 8.0
+"""mol/L of protons from which an acid is a concentrated one; chosen by us."""
+
+CONCENTRATED_J: Final = 12e3
+"""Free energy that a mol of protons of a concentrated acid has more than at 1 mol/L.
+
+Of 12 mol/L of HCl, whose mean activity coefficient is 17 at 16 mol/kg: R T ln 270, less a little. Source: CRC Handbook.
+"""
+
+EVEN_J: Final = -15e3
+"""Free energy from which a reaction leaves some of its reagents: of two that make two, 5 % at -15 kJ/mol."""
+
+ALKALI: Final = frozenset(("Li+", "Na+", "K+"))
+"""Ions that only look on."""
+
+LOG_J: Final = 5.708e3
+"""Free energy of a power of ten of a constant: R T ln 10 at 25 degC."""
+
+NEUTRAL_PROTON_J: Final = 39.95e3
+"""Free energy of a mol of protons taken from neutral water instead of from an acid: R T ln 10 times 7 at 25 degC."""
+
+
+def strongest_acid(contents: Mapping[str, Contents]) -> float:
+    """mol/L of protons in the strongest acid of any vessel; 0 where there is none."""
+    strengths = [
+        max(0, dissolved_components(formula).get(PROTON, 0)) * amount / held.volume_ml * 1e3
+        for held in contents.values()
+        for formula, amount in held.amounts.items()
+        if formula != WATER and held.volume_ml > 0.0 and set(dissolved_components(formula)) <= STRONG_ANIONS | {PROTON}
+    ]
+    return max(strengths, default=0.0)
+
+
+def free_energy_of(
+    process: Process, equation: Equation, phase: Mapping[str, str], phases: Phases, acid_molar: float
+) -> float:
+    """Free energy in J of a mol of an equation where it runs; NaN where no table knows one of its formulas.
+
+    ``acid_molar``: mol/L of protons in the strongest acid that there is.
+    """
+    changes: dict[str, float] = {}
+    joule, free_protons = 0.0, process.changes.get(PROTON, 0.0)
+    for formula, coefficient in equation.changes.items():
+        column = f"{formula}({phase.get(formula, '')})"
+        # A solid that PHREEQC brings to equilibrium counts as the solid that it becomes.
+        components: Mapping[str, int] = {column: 1} if column in FREE_ENERGY else dissolved_components(formula)
+        if column in process.changes:
+            components = {column: 1}
+        elif not phase.get(formula):
+            log_k = _log_constant(formula, phases)
+            joule -= LOG_J * log_k * coefficient
+            free_protons -= components.get(PROTON, 0) * coefficient if log_k else 0.0
+        for component, many in components.items():
+            changes[component] = changes.get(component, 0.0) + coefficient * many
+    joule += free_energy_j({component: many for component, many in changes.items() if many})
+    if process.acid < 0.0:
+        # Hydroxide takes up the protons that it makes: chlorine gives bleach in lye and not in water.
+        joule -= 2.0 * NEUTRAL_PROTON_J * max(0.0, free_protons)
+    if process.acid <= 0.0:
+        joule += NEUTRAL_PROTON_J * max(0.0, -free_protons)
+    if acid_molar >= CONCENTRATED_MOLAR:
+        # As manganese dioxide frees chlorine from concentrated acid alone.
+        joule -= CONCENTRATED_J * max(0.0, -process.changes.get(PROTON, 0.0))
+    return joule
+
+
+def reason_not_to_proceed(joule: float, process: Process, equation: Equation) -> str:
+    """Why an equation does not proceed by itself; ``""``: it does, or nobody knows its free energy."""
+    if not joule > UNWILLING_J:
+        return ""
+    metal = next(
+        (
+            column.removesuffix(SOLID)
+            for column, many in process.changes.items()
+            if column.endswith(SOLID) and many < 0.0
+        ),
+        "",
+    )
+    if metal and "H2" in equation.products:
+        return f"{metal} is nobler than hydrogen"
+    return f"its free energy is {words.fixed(joule / 1e3, 0, signed=True)} kJ/mol"
+
+
+def stops_early(joule: float) -> bool:
+    """Whether an equation that is computed to its end would stop at an equilibrium before it."""
+    return bool(np.isfinite(joule)) and EVEN_J < joule <= UNWILLING_J
+
+
+def _log_constant(formula: str, phases: Phases) -> float:
+    """log10 of the constant with which an acid, hydroxide or complex comes from its ions; 0 where PHREEQC has none.
+
+    Of a salt such as K2Cr2O7 that of its ion.
+    """
+    if phases.database is None:
+        return 0.0
+    components = dry_components(dissolved_components(formula))
+    ion = {component: many for component, many in components.items() if component not in ALKALI}
+    if not ion or (set(ion) == {PROTON} and ion[PROTON] > 0):
+        return 0.0
+    logs = {frozenset(dry_components(entry.makeup).items()): entry.log_k for entry in phases.database.species.values()}
+    log_k = logs.get(frozenset(ion.items()))
+    if log_k is None:
+        return 0.0
+    return log_k - sum(many * logs.get(frozenset({(component, 1.0)}), 0.0) for component, many in ion.items())

@@ -1,0 +1,68 @@
+"""Free energies of equations against standard potentials and constants of others, and what follows from them."""
+
+import pytest
+from support.liquid_worlds import MIX, glass, still, world
+
+from replay.effects.chemistry.contents import contents_of_scene
+from replay.effects.chemistry.recipe import recipe_of
+from replay.effects.effect_plan import plan
+from replay.engine import compute
+
+FARADAY_KJ = 96.485
+WATER_KJ = 79.89  # of H+ + OH- -> H2O
+
+# Equation, solutes, kJ/mol. Potentials: CRC Handbook, 97th ed., Electrochemical Series (V); constants at 25 degC.
+ENERGIES = [
+    ("Ag+ + Fe2+ -> Ag + Fe3+", ("AgNO3", "FeSO4"), -FARADAY_KJ * (0.7996 - 0.771)),
+    ("2 Fe3+ + 2 I- -> 2 Fe2+ + I2", ("FeCl3", "KI"), -2 * FARADAY_KJ * (0.771 - 0.621)),
+    ("Cr2O7^2- + 14 H+ + 6 Cl- -> 2 Cr3+ + 3 Cl2 + 7 H2O", ("K2Cr2O7", "HCl"), -6 * FARADAY_KJ * (1.36 - 1.35827)),
+    ("Cr2O7^2- + 14 H+ + 6 Fe2+ -> 2 Cr3+ + 6 Fe3+ + 7 H2O", ("K2Cr2O7", "FeSO4", "HCl"), -6 * FARADAY_KJ * 0.589),
+    # Hydrolysis of chlorine: pK 3.36 (Wang and Margerum, Inorg. Chem. 33, 1994); pKa of HClO 7.53 (CRC).
+    ("Cl2 + H2O -> HCl + HClO", ("Cl2",), 5.708 * 3.36),
+    ("Cl2 + 2 NaOH -> NaCl + NaClO + H2O", ("Cl2", "NaOH"), 5.708 * (3.36 + 7.53) - 2 * WATER_KJ),
+    ("Cl2 + 2 OH- -> Cl- + ClO- + H2O", ("Cl2", "KOH"), 5.708 * (3.36 + 7.53) - 2 * WATER_KJ),
+    # Br2(aq)/Br- 1.0873 and, in base, BrO3-/Br- 0.61: BrO3-/Br2 0.5145.
+    ("3 Br2 + 6 OH- -> 5 Br- + BrO3- + 3 H2O", ("Br2", "NaOH"), -5 * FARADAY_KJ * (1.0873 - 0.5145)),
+]
+
+
+def flask(solutes, molar=0.1):
+    return glass("flask", 50.0, solutes=dict.fromkeys(solutes, molar))
+
+
+def scene_with(equation, solutes):
+    return world({"flask": still(4)}, (flask(solutes),), MIX, ("reaction", {"equation": equation}))
+
+
+@pytest.mark.parametrize(("equation", "solutes", "kilojoule"), ENERGIES, ids=lambda value: str(value)[:40])
+def test_free_energies_follow_from_potentials_and_constants(equation, solutes, kilojoule):
+    scene = scene_with(equation, solutes).scene
+    tables = {kind: step.declared for kind, step in plan(scene).steps.items()}
+    (reaction,) = recipe_of(tables, contents_of_scene(scene, "scene.toml")).reactions
+    assert reaction.free_energy_j / 1e3 == pytest.approx(kilojoule, rel=0.05, abs=5.0)
+
+
+@pytest.mark.parametrize(
+    ("equation", "solutes", "is_told"),
+    [
+        ("Ag+ + Fe2+ -> Ag + Fe3+", ("AgNO3", "FeSO4"), True),
+        ("Cr2O7^2- + 14 H+ + 6 Cl- -> 2 Cr3+ + 3 Cl2 + 7 H2O", ("K2Cr2O7", "HCl"), True),
+        ("I2 + 2 S2O3^2- -> 2 I- + S4O6^2-", ("I2", "KI", "Na2S2O3"), False),
+        ("Br2 + 2 KI -> 2 KBr + I2", ("Br2", "KI"), False),
+    ],
+)
+def test_equations_that_stop_at_an_equilibrium_are_told(equation, solutes, is_told):
+    """Silver and iron(III) come to 12 % of what is there by K = 3, and not to all of it."""
+    events = compute(scene_with(equation, solutes)).effects["reaction"].output.named("assumed")
+    assert bool(events) == is_told
+    assert all("it stops at an equilibrium before" in event.text for event in events)
+
+
+@pytest.mark.parametrize("equation", [row[0] for row in ENERGIES if "OH" in row[0]])
+def test_halogens_react_with_lye(equation):
+    """Their free energy in water, +62 kJ/mol of chlorine, forbade it before."""
+    solutes = {"Br2" if "Br2" in equation else "Cl2": 0.01, "NaOH" if "NaOH" in equation else "KOH": 0.1}
+    body = glass("flask", 50.0, solutes=solutes)
+    session = world({"flask": still(4)}, (body,), MIX, ("reaction", {"equation": equation}))
+    extent = compute(session).effects["reaction"].series["flask/extent"].values[-1]
+    assert extent == pytest.approx(5e-4 / (3 if "3 Br2" in equation else 1))
