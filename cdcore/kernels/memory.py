@@ -145,7 +145,7 @@ def row_of(kind: Any, **entries: NDArray[Any] | int) -> Rows:
 
 def integers_of_rows(rows: Rows) -> NDArray[np.int64]:
     """The same memory as a kernel takes it, (n, words)."""
-    return rows.view(np.int64).reshape(len(rows), -1)
+    return rows.view(np.int64).reshape(len(rows), rows.dtype.itemsize // 8)
 
 
 def _shape(kind: Any) -> Any:

@@ -193,7 +193,9 @@ def test_an_empty_motion_gives_an_empty_answer(name, scene):
 def test_single_body_has_no_pairs_and_no_verdicts(name, scene):
     bodies, motion = scene
     alone = Motion(motion.times, motion.translations[:, :1], motion.rotations[:, :1])
-    assert create_detector(name, bodies[:1]).detect(alone).verdict.shape == (FRAMES, 0)
+    detector = create_detector(name, bodies[:1])
+    assert detector.detect(alone).verdict.shape == (FRAMES, 0)
+    assert detect_live(detector, alone).verdict.shape == (FRAMES, 0)
 
 
 def test_verdicts_are_read_only_and_the_motion_is_not_changed(name, scene):

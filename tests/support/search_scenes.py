@@ -9,10 +9,9 @@ from cdcore.kernels.compiling import kernel
 from cdcore.kernels.memory import integers_of, layout
 from cdcore.narrow.bvh.bounds import position_pad
 from cdcore.narrow.bvh.box_tree import build_box_trees
-from cdcore.narrow.bvh.pose_lanes import Tracks
 from cdcore.narrow.bvh.traverse import fill_relative, largest_chord
 from cdcore.narrow.bvh.tree_memory import DOUBLES, Pair, Scratch, TreeMemory, pair_at
-from cdcore.narrow.bvh.whole_motion import PairRows
+from cdcore.narrow.bvh.whole_motion import SegmentSearch
 from cdcore.search.features import features_of, sample_of
 from cdcore.search.pair_search import PairSearch
 from cdcore.search.search_settings import SearchSettings
@@ -95,15 +94,16 @@ def relative_of(row, relative, middle, squares):
 
 def row_of_pair(trees, matrices, move):
     """Trees and poses of two bodies, as given, as the kernels take them, and what must be kept while they do."""
-    tracks, marks = Tracks(trees, np.arange(2), len(matrices)), np.zeros((1, 3, len(matrices)), dtype=np.uint8)
+    search = SegmentSearch(trees, np.array([[0, 1]]), len(matrices), every=True)
+    tracks, marks = search.tracks, np.zeros((1, 3, len(matrices)), dtype=np.uint8)
     tracks.lay_out(np.ones((len(matrices), 2), dtype=bool))
     tracks.fill(matrices, move)
-    integers = PairRows(trees, np.array([[0, 1]]), every=True).about(tracks, marks, 0, len(matrices))
+    integers = search.rows_about(marks, 0, len(matrices))
     pair = integers.view(layout(Pair))[:, 0]
     for side, body in zip("ab", range(2), strict=True):
         pair[f"tree_{side}"] = trees[body].memory_row.view(layout(TreeMemory))
         pair[f"pose_{side}"] = tracks.rows[body]
-    return integers[0], (tracks, marks)
+    return integers[0], (search, marks)
 
 
 class EightFrames:

@@ -13,17 +13,17 @@ from typing import Final
 import numpy as np
 
 from cdcore.kernels.compiling import always_inlined, hot_kernel, kernel, never_inlined
-from cdcore.kernels.memory import Memory, fetch_early, integers_of
-from cdcore.kernels.simd import LANES, dot, fused, load4, load8, minus, splat8, store
+from cdcore.kernels.memory import Memory, doubles_of, fetch_early, integers_of
+from cdcore.kernels.simd import LANES, dot, first3, fused, load4, load8, minus, splat8, store
 from cdcore.narrow.bvh.bounds import CHORD_SLACK, POSITION_ULPS, ROUNDOFF, SKEW_FACTOR
-from cdcore.narrow.bvh.box_lanes import lanes_that_may_meet
-from cdcore.narrow.bvh.face_lanes import survivors_of_leaves
-from cdcore.narrow.bvh.frame_skips import frames_left_out, poses_repeat, size_at
+from cdcore.narrow.bvh.boxes_and_faces import lanes_that_may_meet, survivors_of_leaves
+from cdcore.narrow.bvh.poses_and_skips import frames_left_out, poses_repeat, size_at
 from cdcore.narrow.bvh.tree_memory import (
     ALIVE,
     AT_FRAME,
     BLOCKS,
     DEPTH,
+    EXACT_TESTS,
     FACE_PAIRS,
     GOES_ON,
     LANES_NOW,
@@ -38,12 +38,15 @@ from cdcore.narrow.bvh.tree_memory import (
     pair_at,
     scratch_at,
 )
-from cdcore.numerics import IntArray
+from cdcore.numerics import ByteArray, FloatArray, IntArray
 from cdcore.poses.kernels import place_coordinate
-from cdcore.triangles.decide import UNDECIDED, Corners, corners_meet
+from cdcore.triangles.decide import UNDECIDED, Corners, corners_meet, undecided_pair_meets
 
 MOST_AT_ONCE: Final = 512
 """Face pairs that two leaves may add to a list: eight faces against eight in eight frames."""
+
+MEETS, NOT_TESTED, NOTED = 1, 3, 4
+"""Answers of ``answer_faces`` beside 0 (apart) and ``UNDECIDED``; noted: its frame is marked, it is among the keys."""
 
 SIMILAR_SIZE_RATIO: Final = 4.0
 """Frames of one block keep one distance, in the largest of their sizes: none is larger than another by this factor."""
@@ -280,3 +283,45 @@ def search_pairs(rows: IntArray, room: IntArray, first: int) -> int:
         if scratch.keys[0] + scratch.later[0] > 0:
             return number
     return len(rows)
+
+
+@hot_kernel
+def write_corners(corners: Corners, pair: Memory, first: int) -> None:
+    """The three corners to nine numbers from ``pair[first]`` on."""
+    never_inlined()
+    p = pair
+    p[first], p[first + 3], p[first + 6] = first3(corners.x)
+    p[first + 1], p[first + 4], p[first + 7] = first3(corners.y)
+    p[first + 2], p[first + 5], p[first + 8] = first3(corners.z)
+
+
+@kernel
+def answer_faces(row: IntArray, room: IntArray, points: FloatArray, digits: IntArray, answers: ByteArray) -> int:
+    """Answer the face pairs of ``Scratch.later`` that are ``NOT_TESTED``, and note those that meet.
+
+    Returns how many only integers can decide; ``points`` (n, 18) hold the corners of each face pair. Where any contact
+    is asked for, a frame in contact already is tested no more.
+    """
+    pair, scratch, sums = pair_at(integers_of(row), 0), scratch_at(integers_of(room), 0), integers_of(digits)
+    undecided = 0
+    for k in range(scratch.later[0]):
+        key = scratch.later[k + 1]
+        frame = key >> (pair.bits_a + pair.bits_b)
+        face_a, face_b = (key >> pair.bits_b) & ((1 << pair.bits_a) - 1), key & ((1 << pair.bits_b) - 1)
+        if answers[k] == NOT_TESTED:
+            answers[k] = 0
+            if pair.hits[frame] == 0 or pair.every:
+                corners = doubles_of(points[k])
+                write_corners(place_face(pair.tree_a.placed, face_a, pair.pose_a, frame), corners, 0)
+                write_corners(place_face(pair.tree_b.placed, face_b, pair.pose_b, frame), corners, 9)
+                answers[k] = undecided_pair_meets(corners, sums)
+                if answers[k] == UNDECIDED:
+                    undecided += 1
+                else:
+                    scratch.work[EXACT_TESTS] += 1
+        if answers[k] == MEETS:
+            answers[k] = NOTED
+            pair.hits[frame] = 1
+            if pair.every:
+                append(scratch.keys, key_of(pair, frame, pair.tree_a.faces[face_a], pair.tree_b.faces[face_b]))
+    return undecided

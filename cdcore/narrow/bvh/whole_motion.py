@@ -18,13 +18,14 @@ from numpy.typing import NDArray
 from cdcore.kernels.memory import address_of, integers_of_rows, keep_freed_memory, layout, row_of
 from cdcore.narrow.brute_force import meeting_faces_placed
 from cdcore.narrow.bvh.box_tree import BoxTree
-from cdcore.narrow.bvh.pose_lanes import Tracks
-from cdcore.narrow.bvh.traverse import MOST_AT_ONCE, search_pairs
+from cdcore.narrow.bvh.poses_and_skips import Tracks
+from cdcore.narrow.bvh.traverse import MOST_AT_ONCE, NOT_TESTED, answer_faces, search_pairs
 from cdcore.narrow.bvh.tree_memory import (
     BEYOND,
     COUNTERS,
     DOUBLES,
     GOES_ON,
+    INTEGER_TESTS,
     NEAR,
     STATES,
     Pair,
@@ -32,9 +33,9 @@ from cdcore.narrow.bvh.tree_memory import (
     Scratch,
     TreeMemory,
 )
-from cdcore.narrow.bvh.undecided import UndecidedFaces
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
 from cdcore.protocol import FaceSets, Motion, Verdict, pair_has_pose
+from cdcore.triangles.decide import UNDECIDED, new_digits, unsummed_intersect
 
 STAGES: Final = ("poses", "search", "faces")
 """Reading poses; spheres, trees, and what only exact arithmetic decides; sorting and collecting."""
@@ -148,21 +149,19 @@ class FrameLooks:
 
     def __init__(self, trees: Sequence[BoxTree], pairs: IntArray) -> None:
         self._trees, self._pairs = trees, pairs
-        self._workspace = Workspace(trees, every=False)
-        self._tracks = Tracks(trees, np.arange(len(trees)), 1)
-        self._tracks.lay_out(np.ones((1, len(trees)), dtype=np.bool_))
+        self._search = SegmentSearch(trees, pairs, 1, every=False)
+        self._search.tracks.lay_out(np.ones((1, len(trees)), dtype=np.bool_))
         self._ready: Motion | None = None
         self._marks = np.zeros((len(pairs), 3, 1), dtype=np.uint8)
-        rows = PairRows(trees, pairs, every=False).about(self._tracks, self._marks, 0, 1)
-        self._rows = list(rows[:, None])
+        self._rows = list(self._search.rows_about(self._marks, 0, 1)[:, None])
 
     def decide(self, now: Motion, column: int, _margin: float) -> tuple[int, bool]:
         """CONTACT or CLEAR for one pair, and False: to know how far it is apart costs more than to ask again."""
         if self._ready is not now:
-            self._tracks.fill(now.rotations, now.translations)
+            self._search.tracks.fill(now.rotations, now.translations)
             self._ready = now
             self._marks[:] = 0
-        self._workspace.search(self._rows[column])
+        self._search.decide_rows(self._rows[column])
         hit, volumes, _ = self._marks[column, :, 0].tolist()
         if volumes == BEYOND:
             hit = decide_motion(self._trees, self._pairs[[column]], now).hits[0, 0]
@@ -172,32 +171,6 @@ class FrameLooks:
 def face_bits(trees: Sequence[BoxTree]) -> IntArray:
     """Bits of the largest number of a face of each tree."""
     return np.array([(len(tree.faces) - 1).bit_length() for tree in trees])
-
-
-class PairRows:
-    """The ``Pair`` of each of P pairs (P, 2) of bodies with a tree each, as kernels read them."""
-
-    def __init__(self, trees: Sequence[BoxTree], pairs: IntArray, *, every: bool) -> None:
-        radius, bits = np.array([tree.boxes[0, 15] for tree in trees]), face_bits(trees)
-        self.swapped = radius[pairs[:, 0]] > radius[pairs[:, 1]]
-        self._a, self._b = np.where(self.swapped[:, None], pairs[:, ::-1], pairs).T
-        self.bits_a, self.bits_b = bits[self._a], bits[self._b]
-        tree_rows = np.array([tree.memory_row for tree in trees]).view(layout(TreeMemory))[:, 0]
-        self._pose_rows = np.zeros(len(trees), dtype=layout(PoseMemory))
-        self._rows = np.zeros(len(pairs), dtype=layout(Pair))
-        self._rows["tree_a"], self._rows["tree_b"] = tree_rows[self._a], tree_rows[self._b]
-        self._rows["every"], self._rows["bits_a"], self._rows["bits_b"] = every, self.bits_a, self.bits_b
-        self._integers = integers_of_rows(self._rows)
-
-    def about(self, tracks: Tracks, marks: ByteArray, start: int, stop: int) -> IntArray:
-        """Rows of integers (P, w) that ask about frames ``start`` to ``stop`` of ``marks`` (P, 3, T), as laid out."""
-        rows = self._rows
-        self._pose_rows[tracks.bodies] = tracks.rows
-        rows["pose_a"], rows["pose_b"] = self._pose_rows[self._a], self._pose_rows[self._b]
-        planes, plane = address_of(marks) + start + 3 * marks.shape[2] * np.arange(len(rows)), marks.shape[2]
-        rows["hits"], rows["volumes"], rows["repeats"] = planes, planes + plane, planes + 2 * plane
-        rows["stop"] = stop - start
-        return self._integers
 
 
 class Poses(NamedTuple):
@@ -217,29 +190,99 @@ class SegmentAnswer(NamedTuple):
 
 
 class SegmentSearch:
-    """Answers one stretch of frames after another, at most ``frames`` long, in memory of its own; one a thread."""
+    """Searches one segment of frames after another, each at most ``frames`` long, in memory of its own; one a thread.
+
+    ``every``: all face pairs of pairs (P, 2) of bodies with a tree each, or else whether any meets.
+    """
 
     def __init__(self, trees: Sequence[BoxTree], pairs: IntArray, frames: int, *, every: bool) -> None:
         self.frames, self.every = frames, every
-        self._tracks = Tracks(trees, np.unique(pairs), frames)
-        self._rows, self._workspace = PairRows(trees, pairs, every=every), Workspace(trees, every=every)
+        self.tracks = Tracks(trees, np.unique(pairs), frames)
+        radius, bits = np.array([tree.boxes[0, 15] for tree in trees]), face_bits(trees)
+        self._swapped = radius[pairs[:, 0]] > radius[pairs[:, 1]]
+        self._a, self._b = np.where(self._swapped[:, None], pairs[:, ::-1], pairs).T
+        self._bits_a, self._bits_b = bits[self._a], bits[self._b]
+        tree_rows = np.array([tree.memory_row for tree in trees]).view(layout(TreeMemory))[:, 0]
+        self._rows = np.zeros(len(pairs), dtype=layout(Pair))
+        self._rows["tree_a"], self._rows["tree_b"] = tree_rows[self._a], tree_rows[self._b]
+        self._rows["every"], self._rows["bits_a"], self._rows["bits_b"] = every, self._bits_a, self._bits_b
+        self._pose_rows, self._integers = np.zeros(len(trees), dtype=layout(PoseMemory)), integers_of_rows(self._rows)
+        self._make_room(max((len(tree.links) for tree in trees), default=0))
+
+    def _make_room(self, nodes: int) -> None:
+        """Make the ``Scratch`` memory of trees of at most so many nodes."""
+        self._work = np.zeros(len(COUNTERS), dtype=np.int64)
+        # what is decided later joins the keys
+        most = LIST + MOST_AT_ONCE
+        depth = 6 * (nodes + 1)
+        lengths = {"stack": depth, "candidates": 4 * 64, "near": 8, "state": STATES, "keys": 2 * most, "later": most}
+        lists = {name: np.zeros(length, dtype=np.int64) for name, length in lengths.items()}
+        self._state, self._keys, self._later = lists["state"], lists["keys"], lists["later"]
+        self._kept = lists, {name: np.empty(length) for name, length in zip(Scratch._fields, DOUBLES, strict=False)}
+        ends = {"keys_end": LIST, "later_end": LIST if self.every else FEW}
+        row = row_of(Scratch, **lists, **self._kept[1], **ends, work=self._work)
+        self._room = row.reshape(1).view(np.int64)
+        self._points, self._answers, self._digits = np.empty((most, 18)), np.empty(most, np.uint8), new_digits()
 
     def decide(self, poses: Poses, start: int, stop: int, marks: ByteArray) -> SegmentAnswer:
         """Mark the contacts of frames ``start`` to ``stop``."""
         began = perf_counter()
-        self._tracks.lay_out(poses.changed[start:stop])
-        self._tracks.fill(poses.rotations[start:stop], poses.translations[start:stop])
-        rows = self._rows.about(self._tracks, marks, start, stop)
+        self.tracks.lay_out(poses.changed[start:stop])
+        self.tracks.fill(poses.rotations[start:stop], poses.translations[start:stop])
+        rows = self.rows_about(marks, start, stop)
         laid_out = perf_counter() - began
-        self._workspace.work[:] = 0
-        meetings = [self._unpacked(column, keys, start) for column, keys in self._workspace.search(rows)]
-        return SegmentAnswer(meetings, self._workspace.work.copy(), laid_out)
+        self._work[:] = 0
+        meetings = [self._unpacked(column, keys, start) for column, keys in self.decide_rows(rows)]
+        return SegmentAnswer(meetings, self._work.copy(), laid_out)
+
+    def rows_about(self, marks: ByteArray, start: int, stop: int) -> IntArray:
+        """Each ``Pair`` as a row of integers (P, w), about frames ``start`` to ``stop`` of ``marks`` (P, 3, T)."""
+        rows = self._rows
+        self._pose_rows[self.tracks.bodies] = self.tracks.rows
+        rows["pose_a"], rows["pose_b"] = self._pose_rows[self._a], self._pose_rows[self._b]
+        planes, plane = address_of(marks) + start + 3 * marks.shape[2] * np.arange(len(rows)), marks.shape[2]
+        rows["hits"], rows["volumes"], rows["repeats"] = planes, planes + plane, planes + 2 * plane
+        rows["stop"] = stop - start
+        return self._integers
+
+    def decide_rows(self, rows: IntArray) -> list[tuple[int, IntArray]]:
+        """Decide all frames that each ``Pair`` of the rows (P, w) asks about.
+
+        Returns the numbers of rows with face pairs that meet, if these are asked for, and the pairs, packed.
+        """
+        by_row: dict[int, list[IntArray]] = {}
+        row = 0
+        self._state[GOES_ON] = 0
+        while row < len(rows):
+            # a row that ends with nothing in the lists is followed by the next one, inside the kernel
+            row = search_pairs(rows, self._room, row)
+            if row == len(rows):
+                break
+            if self._later[0]:
+                self._decide_later(rows[row])
+            if self.every:
+                by_row.setdefault(row, []).append(self._keys[1 : self._keys[0] + 1].copy())
+            self._keys[0] = self._later[0] = 0
+            if not self._state[GOES_ON]:
+                row += 1
+        return [(number, np.concatenate(keys)) for number, keys in by_row.items()]
+
+    def _decide_later(self, row: IntArray) -> None:
+        """Note the contacts among the face pairs that the filter left open of a row, by exact sums, then integers."""
+        answers = self._answers[: self._later[0]]
+        answers[:] = NOT_TESTED
+        undecided = answer_faces(row, self._room, self._points, self._digits, answers)
+        if undecided:
+            self._work[INTEGER_TESTS] += undecided
+            left = np.flatnonzero(answers == UNDECIDED)
+            answers[left] = unsummed_intersect(self._points[left].reshape(-1, 2, 3, 3))
+            answer_faces(row, self._room, self._points, self._digits, answers)
 
     def _unpacked(self, column: int, keys: IntArray, start: int) -> PairMeetings:
         """Frames and face pairs of a pair, sorted, faces in the order in which it was asked about."""
-        bits_a, bits_b = int(self._rows.bits_a[column]), int(self._rows.bits_b[column])
+        bits_a, bits_b = int(self._bits_a[column]), int(self._bits_b[column])
         faces = np.empty((len(keys), 2), dtype=np.int32)
-        if self._rows.swapped[column]:
+        if self._swapped[column]:
             lower = keys & ((1 << bits_b) - 1)
             keys = (keys >> (bits_a + bits_b) << bits_b | lower) << bits_a | ((keys >> bits_b) & ((1 << bits_a) - 1))
             bits_a, bits_b = bits_b, bits_a
@@ -256,46 +299,6 @@ def _without_gaps(motion: Motion) -> tuple[FloatArray, FloatArray]:
     last = np.maximum.accumulate(np.where(valid, np.arange(len(valid))[:, None], -1), axis=0)
     source, body = np.where(last < 0, valid.argmax(axis=0), last), np.arange(valid.shape[1])
     return motion.rotations[source, body], motion.translations[source, body]
-
-
-class Workspace:
-    """Memory for one search after another, which all ask for ``every`` face pair or none does; one a thread."""
-
-    def __init__(self, trees: Sequence[BoxTree], *, every: bool) -> None:
-        self._every, self.work = every, np.zeros(len(COUNTERS), dtype=np.int64)
-        depth = 6 * (max((len(tree.links) for tree in trees), default=0) + 1)
-        many = LIST + MOST_AT_ONCE
-        # what is decided later joins the keys
-        lengths = {"stack": depth, "candidates": 4 * 64, "near": 8, "state": STATES, "keys": 2 * many, "later": many}
-        lists = {name: np.zeros(length, dtype=np.int64) for name, length in lengths.items()}
-        self._state, self._keys, self._later = lists["state"], lists["keys"], lists["later"]
-        self._kept = lists, {name: np.empty(length) for name, length in zip(Scratch._fields, DOUBLES, strict=False)}
-        ends = {"keys_end": LIST, "later_end": LIST if every else FEW}
-        row = row_of(Scratch, **lists, **self._kept[1], **ends, work=self.work)
-        self._room = row.reshape(1).view(np.int64)
-        self._undecided = UndecidedFaces(self._room, many)
-
-    def search(self, rows: IntArray) -> list[tuple[int, IntArray]]:
-        """Decide all frames that each ``Pair`` of the rows (P, words) asks about.
-
-        Returns the numbers of rows with face pairs that meet, if these are asked for, and the pairs, packed.
-        """
-        by_row: dict[int, list[IntArray]] = {}
-        row = 0
-        self._state[GOES_ON] = 0
-        while row < len(rows):
-            # a row that ends with nothing in the lists is followed by the next one, inside the kernel
-            row = search_pairs(rows, self._room, row)
-            if row == len(rows):
-                break
-            if self._later[0]:
-                self._undecided.decide(rows[row], self._later[0], self.work)
-            if self._every:
-                by_row.setdefault(row, []).append(self._keys[1 : self._keys[0] + 1].copy())
-            self._keys[0] = self._later[0] = 0
-            if not self._state[GOES_ON]:
-                row += 1
-        return [(number, np.concatenate(keys)) for number, keys in by_row.items()]
 
 
 def _beyond(trees: Sequence[BoxTree], pairs: IntArray, poses: Poses, marks: ByteArray) -> list[PairMeetings]:

@@ -9,8 +9,7 @@ from support.second_opinions import faces_below
 from cdcore.kernels.compiling import kernel
 from cdcore.kernels.memory import doubles_of, integers_of
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
-from cdcore.narrow.bvh.box_lanes import lanes_that_may_meet
-from cdcore.narrow.bvh.face_lanes import certain_lanes, survivors_of_leaves
+from cdcore.narrow.bvh.boxes_and_faces import certain_lanes, lanes_that_may_meet, survivors_of_leaves
 from cdcore.narrow.bvh.tree_memory import pair_at
 from cdcore.triangles.decide import triangles_intersect
 from replay.studies.stress.families import FAMILIES

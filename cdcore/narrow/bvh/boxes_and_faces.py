@@ -1,14 +1,40 @@
-"""The faces of two leaves in eight frames: slabs of boxes, then certain signs; the rest is asked in the world.
+"""Two boxes, two leaves and two faces in eight frames: which frames keep them apart, or let them meet, for certain.
 
-The signs are those of ``cdcore.triangles.filter``, taken in the frame of a leaf's box and counted only where they are
-larger than the kernels' distance from the reference vertices allows (``bounds``, certain signs).
+**Boxes.** Centres are exact in every lane. Radii are those of the block's middle frame, widened by how far the relative
+rotation strays from it; any direction separates if the widened radii say so.
+
+**Faces.** The slabs of boxes first, then certain signs: those of ``cdcore.triangles.filter``, taken in the frame of a
+leaf's box and counted only where they are larger than the kernels' distance from the reference vertices allows
+(``bounds``, certain signs). Only the rest is asked at the reference vertices.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from cdcore.kernels.compiling import always_inlined, hot_kernel, never_inlined
-from cdcore.kernels.memory import Memory
-from cdcore.kernels.simd import Lanes, above, dot, least3, load3, load8, minor, minus, most3, moved, plus, store, triple
+from cdcore.kernels.memory import Memory, reader
+from cdcore.kernels.simd import (
+    Lanes,
+    above,
+    dot,
+    excess,
+    first3,
+    fused,
+    least3,
+    load3,
+    load4,
+    load8,
+    minor,
+    minus,
+    most3,
+    moved,
+    outside,
+    plus,
+    size,
+    store,
+    triple,
+)
 from cdcore.kernels.vectors import Vector
 from cdcore.narrow.bvh.bounds import EDGE_SLACK, ROUNDOFF, SIGN_PADS, SIGN_ULPS, TINY
 from cdcore.narrow.bvh.tree_memory import Pair, Scratch, TreeMemory
@@ -17,6 +43,95 @@ Point = tuple[Lanes, Lanes, Lanes]
 """A point or a difference of points in eight frames; one that is fixed is a ``Vector``."""
 Signs = tuple[int, int]
 """Lanes in which a value is certainly above zero, and those in which it is certainly below."""
+
+
+class Box(NamedTuple):
+    """A row of ``BoxTree.boxes``: an oriented box and the radius of the ball around it.
+
+    ``axes_x``: the x components of its three axes; ``half``: half its lengths along these.
+    """
+
+    centre: Vector
+    axes_x: Vector
+    axes_y: Vector
+    axes_z: Vector
+    half: Vector
+    radius: float
+
+
+box_at = reader(Box)
+
+
+@hot_kernel
+def lanes_that_may_meet(
+    boxes_a: Memory,
+    a: int,
+    boxes_b: Memory,
+    b: int,
+    chord: float,
+    pad: float,
+    mask: int,
+    leaves: bool,
+    scratch: Scratch,
+) -> int:
+    """Lanes of ``mask`` in which node a (of A) and node b (of B) are not certainly apart.
+
+    ``scratch.relative`` (96,): poses of A in B's frame, ``scratch.middle`` (9,): the rotation of the middle frame.
+    Leaves the centre of a in b's box frame in ``scratch.offset`` (24,). Cross products of axes are tried for two leaves
+    only: at inner nodes they cost more than they cull.
+    """
+    always_inlined()
+    relative, middle, offset = scratch.relative, scratch.middle, scratch.offset
+    box_a, box_b = box_at(boxes_a, a), box_at(boxes_b, b)
+    (cx, cy, cz), (ha0, ha1, ha2), radius_a = box_a.centre, box_a.half, box_a.radius
+    (bx, by, bz), (hb0, hb1, hb2) = box_b.centre, box_b.half
+    (b00, b10, b20), (b01, b11, b21), (b02, b12, b22) = box_b.axes_x, box_b.axes_y, box_b.axes_z
+    x = moved(minus(load8(relative, 72), bx), cx, cy, cz, load8(relative, 0), load8(relative, 8), load8(relative, 16))
+    y = moved(minus(load8(relative, 80), by), cx, cy, cz, load8(relative, 24), load8(relative, 32), load8(relative, 40))
+    z = moved(minus(load8(relative, 88), bz), cx, cy, cz, load8(relative, 48), load8(relative, 56), load8(relative, 64))
+    t0, t1, t2 = dot(b00, b01, b02, x, y, z), dot(b10, b11, b12, x, y, z), dot(b20, b21, b22, x, y, z)
+    e0, e1, e2 = excess(t0, hb0), excess(t1, hb1), excess(t2, hb2)
+    radius = radius_a + pad
+    mask &= ~above(dot(e0, e1, e2, e0, e1, e2), radius * radius)
+    if mask == 0:
+        return 0
+    # entry j (the fourth is not read): axis j of A in the middle frame, then its component along each axis of B
+    p, q, r = load4(boxes_a, 16 * a + 3), load4(boxes_a, 16 * a + 6), load4(boxes_a, 16 * a + 9)
+    in_b_x = dot(middle[0], middle[1], middle[2], p, q, r)
+    in_b_y = dot(middle[3], middle[4], middle[5], p, q, r)
+    in_b_z = dot(middle[6], middle[7], middle[8], p, q, r)
+    p = dot(b00, b01, b02, in_b_x, in_b_y, in_b_z)
+    q = dot(b10, b11, b12, in_b_x, in_b_y, in_b_z)
+    r = dot(b20, b21, b22, in_b_x, in_b_y, in_b_z)
+    widening = fused(chord, radius_a, pad)
+    (u00, u01, u02), (u10, u11, u12), (u20, u21, u22) = first3(p), first3(q), first3(r)
+    p, q, r = size(p), size(q), size(r)
+    (f00, f01, f02), (f10, f11, f12), (f20, f21, f22) = first3(p), first3(q), first3(r)
+    mask &= ~outside(t0, hb0 + widening + dot(f00, f01, f02, ha0, ha1, ha2))
+    mask &= ~outside(t1, hb1 + widening + dot(f10, f11, f12, ha0, ha1, ha2))
+    mask &= ~outside(t2, hb2 + widening + dot(f20, f21, f22, ha0, ha1, ha2))
+    if mask == 0:
+        return 0
+    r0, r1, r2 = first3(moved(plus(load4(boxes_a, 16 * a + 12), widening), hb0, hb1, hb2, p, q, r))
+    mask &= ~outside(dot(t0, t1, t2, u00, u10, u20), r0)
+    mask &= ~outside(dot(t0, t1, t2, u01, u11, u21), r1)
+    mask &= ~outside(dot(t0, t1, t2, u02, u12, u22), r2)
+    if mask == 0 or not leaves:
+        return mask
+    store(offset, 0, t0)
+    store(offset, 8, t1)
+    store(offset, 16, t2)
+    # direction e_i x a_j: radii of B from its other two axes, of A from its other two, both at the middle frame
+    mask &= ~outside(minor(t2, u10, t1, u20), widening + hb1 * f20 + hb2 * f10 + ha1 * f02 + ha2 * f01)
+    mask &= ~outside(minor(t2, u11, t1, u21), widening + hb1 * f21 + hb2 * f11 + ha2 * f00 + ha0 * f02)
+    mask &= ~outside(minor(t2, u12, t1, u22), widening + hb1 * f22 + hb2 * f12 + ha0 * f01 + ha1 * f00)
+    mask &= ~outside(minor(t0, u20, t2, u00), widening + hb2 * f00 + hb0 * f20 + ha1 * f12 + ha2 * f11)
+    mask &= ~outside(minor(t0, u21, t2, u01), widening + hb2 * f01 + hb0 * f21 + ha2 * f10 + ha0 * f12)
+    mask &= ~outside(minor(t0, u22, t2, u02), widening + hb2 * f02 + hb0 * f22 + ha0 * f11 + ha1 * f10)
+    mask &= ~outside(minor(t1, u00, t0, u10), widening + hb0 * f10 + hb1 * f00 + ha1 * f22 + ha2 * f21)
+    mask &= ~outside(minor(t1, u01, t0, u11), widening + hb0 * f11 + hb1 * f01 + ha2 * f20 + ha0 * f22)
+    mask &= ~outside(minor(t1, u02, t0, u12), widening + hb0 * f12 + hb1 * f02 + ha0 * f21 + ha1 * f20)
+    return mask
 
 
 @hot_kernel
@@ -61,13 +176,14 @@ def orientation(offset: Point, e: Point, f: Vector, bound: float) -> Signs:
 
 
 @hot_kernel
-def certain_lanes(placed: Memory, boxed: Memory, face: int, size: float, pad: float, mask: int) -> int:
+def certain_lanes(placed: Memory, boxed: Memory, face: int, furthest: float, pad: float, mask: int) -> int:
     """Lanes of ``mask`` in which two faces certainly meet, plus 256 times those in which they certainly do not.
 
-    ``placed`` (72,): the moved face. ``size``: no corner of either is further from the origin in the lanes of ``mask``.
+    ``placed`` (72,): the moved face. ``furthest``: no corner of either is further from the origin in any of
+    the lanes.
     """
     never_inlined()
-    reach = 2.0 * size + pad
+    reach = 2.0 * furthest + pad
     bound = reach * reach * (SIGN_PADS * pad + SIGN_ULPS * ROUNDOFF * reach) + TINY
     fixed_0, fixed_1, fixed_2 = load3(boxed, 9 * face), load3(boxed, 9 * face + 3), load3(boxed, 9 * face + 6)
     fixed_edge_0 = difference_of(fixed_1, fixed_0)
@@ -202,14 +318,15 @@ def survivors_of_leaves(pair: Pair, a: int, b: int, pad: float, mask: int, scrat
     enter_box_frame(tree_b.boxes, b, scratch.relative, scratch.rotated)
     first_b, stop_b = faces_of_leaf(tree_b, b)
     # a face of A that overlaps the box in every slab has no corner further out than by the size of its own box
-    size, count = tree_b.boxes[16 * b + 15] + 2.0 * (tree_a.boxes[16 * a + 15] * EDGE_SLACK + 2.0 * pad), 0
+    furthest = tree_b.boxes[16 * b + 15] + 2.0 * (tree_a.boxes[16 * a + 15] * EDGE_SLACK + 2.0 * pad)
+    count = 0
     for face_a in range(*faces_of_leaf(tree_a, a)):
         inside = lanes_in_box(tree_a.corners, face_a, tree_b.boxes, b, pad, mask, scratch)
         if inside == 0:
             continue
         for row in range(near_faces(scratch.span, tree_b.spans, first_b, stop_b, inside, near)):
             face_b, left = near[row] >> 8, near[row] & 255
-            certain = certain_lanes(scratch.moved, tree_b.boxed, face_b, size, pad, left)
+            certain = certain_lanes(scratch.moved, tree_b.boxed, face_b, furthest, pad, left)
             left &= ~(certain >> 8)
             candidates[4 * count], candidates[4 * count + 1] = face_a, face_b
             candidates[4 * count + 2], candidates[4 * count + 3] = left & ~certain, left & certain
