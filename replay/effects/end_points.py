@@ -306,7 +306,7 @@ def _of_electrons(matter: Matter, vessel: str, find: Finder) -> Crossings:
             and matter.histories[vessel].extents[-1, row] > 0.0
         ):
             left, right = (matter.amount(vessel, column) / -process.changes[column] for column in used)
-            oxidant, reductant = (reagent_of(matter, row, column) for column in used)
+            oxidant, reductant = (matter.recipe.reagent(row, column) for column in used)
             extent = matter.histories[vessel].extents[:, row]
             for crossing in find(left - right):
                 reacted = float(crossing.at(extent))
@@ -345,17 +345,6 @@ def _made(matter: Matter, vessel: str, formula: str, crossing: _Crossing) -> flo
     times = matter.histories[vessel].times[[crossing.before, crossing.after]]
     wet, solved = matter.solved(vessel, times)
     return float(solved.species[:, row].min()) if row is not None and len(wet) == len(times) else 0.0
-
-
-def reagent_of(matter: Matter, process: int, column: str) -> str:
-    """The reagent, as its equation writes it, that a column stands for: Cr2O7^2- is counted as CrO4^2-."""
-    reagents = (
-        formula
-        for reaction in matter.recipe.reactions
-        if reaction.process == process
-        for formula in reaction.equation.reagents
-    )
-    return next((formula for formula in reagents if column in dissolved_components(formula)), column)
 
 
 def _crossings(excess: FloatArray) -> Iterator[_Crossing]:

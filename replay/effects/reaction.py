@@ -16,7 +16,7 @@ from replay.effects.chemistry.mixture import GAS, LIGANDS, SOLID, Mixture
 from replay.effects.chemistry.recipe import Reaction
 from replay.effects.chemistry.salts import WATER_KG
 from replay.effects.chemistry.supersaturated import aged, supersaturated
-from replay.effects.chemistry.unreacted import LEAST_FORMED, unreacted
+from replay.effects.chemistry.unreacted import LEAST_FORMED, stopped, unreacted
 from replay.effects.end_points import end_points, ion_end_points
 from replay.effects.inputs import EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series
@@ -86,6 +86,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
             changes = _changed_ph(vessel, series)
             findings.events += changes or (_standing_ph(vessel, series) if matter.is_still else [])
     findings.events += unreacted(matter, formed)
+    findings.events += stopped(matter)
     findings.events += supersaturated(matter)
     findings.events += aged(matter)
     findings.events += assumed(matter)

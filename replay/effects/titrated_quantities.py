@@ -10,7 +10,7 @@ from replay.effects.chemistry.formulas import atoms
 from replay.effects.chemistry.matter import Matter
 from replay.effects.chemistry.mixture import GAS, SOLID
 from replay.effects.chemistry.redox import potential
-from replay.effects.end_points import reagent_of, titrated_metals
+from replay.effects.end_points import titrated_metals
 from replay.effects.output import Series
 
 NOTHING_LOG: Final = -50.0
@@ -46,5 +46,5 @@ def _reagents_left(matter: Matter, vessel: str) -> Iterator[tuple[str, Series]]:
         for column in used:
             amount = matter.states(vessel, history.times)[0][:, matter.ledger.column[column]]
             if amount[0] > 0.0:
-                name = f"{vessel}/{reagent_of(matter, row, column)} left"
+                name = f"{vessel}/{matter.recipe.reagent(row, column)} left"
                 yield name, Series(history.times, np.asarray(amount), "mol")

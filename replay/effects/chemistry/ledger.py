@@ -29,10 +29,10 @@ from replay.effects.chemistry.ledger_columns import (
     WITHOUT_HEAT_C,
     Warmth,
 )
+from replay.effects.chemistry.limits import Limits
 from replay.effects.chemistry.mixture import GAS, SOLID
 from replay.effects.chemistry.processes import History, Process
 from replay.effects.chemistry.salts import WATER_KG, Salt, settled_solid
-from replay.effects.chemistry.saturation import Saturation
 from replay.effects.chemistry.solver import Solver, answered
 from replay.effects.chemistry.warming import cooled
 
@@ -63,12 +63,6 @@ KELVIN_STEP: Final = 0.25
 
 MOST_STEPS: Final = 800
 """Of these in one go."""
-
-NEUTRAL_PH: Final = 7.0
-"""An equation without a constant uses up protons down to this pH: those that weaker acids hold there stay."""
-
-BASIC_PH: Final = 13.0
-"""Where it uses up hydroxide, that which metal ions hold at this pH is used already."""
 
 MOST_ROUNDS: Final = 60
 NEAR_SOLID: Final = 1e-6
@@ -144,13 +138,6 @@ class Ledger:
         )
         self.gas = np.array([name.endswith(GAS) for name in phases], dtype=np.bool_)
         self.proton, self.water = self.column[PROTON], self.column[WATER]
-        # Protons that each column holds where acid is used up, and hydroxide that it holds where that is.
-        self.holds_acid, self.holds_base = np.zeros((2, len(self.columns)))
-        if solver is not None:
-            for holds, ph, hydroxides in ((self.holds_acid, NEUTRAL_PH, False), (self.holds_base, BASIC_PH, True)):
-                for component, protons in solver.mixture.protons_at(ph, hydroxides=hydroxides).items():
-                    holds[self.column[component]] = protons
-        self.kept_protons = [self._kept_protons(process) for process in processes]
         counted = [name not in (PROTON, WATER, *NO_MATTER) for name in self.columns]
         counted = [
             here and not name.endswith((SOLID, GAS, ADDED)) for here, name in zip(counted, self.columns, strict=True)
@@ -159,7 +146,8 @@ class Ledger:
         self.ion_charges = np.array(
             [float(abs(charge_of(name))) if here else 0.0 for here, name in zip(counted, self.columns, strict=True)]
         )
-        self._saturation = None if slow_solids is None else Saturation(slow_solids, self.column)
+        room_c = warmth.room if warmth.followed else WITHOUT_HEAT_C
+        self.limits = Limits(processes, self.changes, self.column, solver, slow_solids, room_c)
         self._settles = bool(len(self.phases) or len(salts))
         self.heats = Heats(self.column, None if solver is None else solver.mixture, salts, warmth)
         # A slow process that nothing else touches is in closed form from one event to the next.
@@ -335,7 +323,7 @@ class Ledger:
         """Mol (..., processes) that slow processes would go on for; 0 for the others."""
         extents = np.zeros((*amounts.shape[:-1], len(self.processes)))
         for row in self.slow:
-            extents[..., row] = self._limit(row, amounts)
+            extents[..., row] = self.limits.extent(row, amounts)
         return extents
 
     def _slowly(self, index: int, seconds: float) -> None:
@@ -392,7 +380,7 @@ class Ledger:
         self._dissolve_for_equations(amounts)
         for _ in self.quick:
             for row in self.quick:
-                extent = self._limit(row, amounts, celsius)
+                extent = self.limits.extent(row, amounts, celsius)
                 self._apply(amounts, extent[:, None] * self.changes[row])
                 done[:, row] += extent
         # Where nothing reacted, ions beside much solid keep their digits.
@@ -498,58 +486,6 @@ class Ledger:
         rows[:, self.components] = np.where(scarce, dissolved, rest)
         if self.warmth.followed:
             rows[:, self.column[STORED]] = self.heats.dissolved(rows, species)
-
-    def _limit(self, row: int, amounts: FloatArray, celsius: FloatArray | None = None) -> FloatArray:
-        """Mol (...) of a process until the first of what it uses is used up; water never is."""
-        process, changes = self.processes[row], self.changes[row]
-        used = np.flatnonzero(changes < 0.0)
-        used = used[(used != self.proton) & (used != self.water)]
-        limits = [amounts[..., column] / -changes[column] for column in used.tolist()]
-        # A product may hold the acid that was used: SO2 stands as hydrogensulfite at the pH at which no acid is free.
-        holds_acid = self.kept_protons[row]
-        used_acid = float(changes @ holds_acid - changes[self.proton])
-        if process.acid > 0.0 and used_acid > 0.0:
-            free = amounts[..., self.proton] - amounts @ holds_acid
-            limits.append(free / used_acid)
-        if process.acid < 0.0:
-            limits.append((amounts @ self.holds_base - amounts[..., self.proton]) / -process.acid)
-        if process.salt is not None:
-            flat = np.atleast_2d(amounts)
-            here = self._plain_celsius(flat) if celsius is None else celsius
-            standing = flat[:, self.column[process.salt.column]]
-            index = [salt.column for salt in self.salts].index(process.salt.column)
-            whole = flat - standing[:, None] * self.salt_changes[index]
-            room = standing - settled_solid(process.salt, self.column, whole, here)
-            limits.append(room.reshape(amounts.shape[:-1]))
-        limits += [self._catalysed(self.column[column], amounts) for column in process.catalysts]
-        if process.saturates:
-            assert self._saturation is not None
-            flat = np.atleast_2d(amounts)
-            here = self._plain_celsius(flat) if celsius is None else celsius
-            room = self._saturation.dissolves(process.saturates, flat, here).reshape(amounts.shape[:-1])
-            room /= -changes[self.column[process.saturates]]
-            # Where PHREEQC has no answer the acid limits it.
-            return np.maximum(0.0, np.where(np.isnan(room), np.min(limits, axis=0), room))
-        dissolved = process.stays * WATER_KG * amounts[..., self.water]
-        return np.maximum(0.0, np.min(limits, axis=0) - dissolved)
-
-    def _kept_protons(self, process: Process) -> FloatArray:
-        """Protons (columns,) that no acid gives to a process: an anion that leaves as a gas keeps its last but one."""
-        holds = self.holds_acid.copy()
-        for column, many in process.changes.items() if process.stays else ():
-            if many < 0.0 and column not in (PROTON, WATER):
-                holds[self.column[column]] = max(0.0, process.changes.get(PROTON, 0.0) / many - 1.0)
-        return holds
-
-    def _catalysed(self, column: int, amounts: FloatArray) -> FloatArray:
-        """No limit (...) where a catalyst is there, else 0; protons that weak acids hold are none."""
-        amount = amounts[..., column]
-        if column == self.proton:
-            amount = amount - amounts @ self.holds_acid
-        return np.where(amount > 0.0, np.inf, 0.0)
-
-    def _plain_celsius(self, amounts: FloatArray) -> FloatArray:
-        return np.full(len(amounts), self.warmth.room if self.warmth.followed else WITHOUT_HEAT_C)
 
     def _apply(self, amounts: FloatArray, moved: FloatArray) -> None:
         """Add what was made to amounts, in place; what limits ends at exactly nothing where all of it is used."""

@@ -76,6 +76,16 @@ class Recipe:
         declared = (reaction for reaction in self.reactions if reaction.declared["heat_kj_mol"] is not None)
         return frozenset(formula for reaction in declared for formula in reaction.equation.reagents)
 
+    def reagent(self, process: int, column: str) -> str:
+        """The reagent, as its equation writes it, that a column stands for: Cr2O7^2- is counted as CrO4^2-."""
+        reagents = (
+            formula
+            for reaction in self.reactions
+            if reaction.process == process
+            for formula in reaction.equation.reagents
+        )
+        return next((formula for formula in reagents if column in dissolved_components(formula)), column)
+
     def ledger(self, solid_fraction: float, warmth: Warmth) -> Ledger:
         """A ledger with everything in its vessels."""
         fills = {name: self._columns(contents) for name, contents in self.contents.items()}

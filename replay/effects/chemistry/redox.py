@@ -70,10 +70,11 @@ def couples_of(changes: Mapping[str, float]) -> tuple[Couple, Couple] | None:
 def potential(matter: Matter, vessel: str, times: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Times (n,) at which a couple of a vessel has both its forms, and its potential in V (n,) there.
 
-    Where several have both, that of which there is most counts: it holds the potential. None where an equation ran
-    whose couples are not known.
+    Of several equations the couple of which there is most counts: it holds the potential. There is none where both
+    couples of an equation have all their forms, as one that stopped for want of acid, or where couples are not known.
     """
-    couples = _couples_that_ran(matter, vessel)
+    pairs = _couples_that_ran(matter, vessel)
+    couples = list(dict.fromkeys(couple for pair in pairs for couple in pair))
     if not couples or matter.solver is None:
         return np.zeros(0), np.zeros(0)
     wet, solved = matter.solved(vessel, times)
@@ -85,25 +86,24 @@ def potential(matter: Matter, vessel: str, times: FloatArray) -> tuple[FloatArra
     best = np.argmax(electrons, axis=0)
     rows = np.arange(len(wet))
     known = electrons[best, rows] > 0.0
+    for pair in pairs:
+        both = [electrons[couples.index(couple)] > 0.0 for couple in pair]
+        known &= ~np.logical_and(*both)
     return times[wet][known], volts[best, rows][known]
 
 
-def _couples_that_ran(matter: Matter, vessel: str) -> list[Couple]:
-    """Couples of the equations that ran at once in a vessel; none where those of one are not known."""
-    found: dict[Couple, None] = {}
+def _couples_that_ran(matter: Matter, vessel: str) -> list[tuple[Couple, Couple]]:
+    """Couples of each equation that ran at once in a vessel; none where those of one are not known."""
+    pairs: list[tuple[Couple, Couple]] = []
     for row, process in enumerate(matter.recipe.processes):
         used = [column for column, many in process.changes.items() if many < 0.0 and column not in (PROTON, WATER)]
         if len(used) != 2 or not matter.histories[vessel].extents[-1, row] > 0.0:
             continue
-        couples = couples_of(process.changes)
-        if (
-            process.rate is not None
-            or couples is None
-            or any(_unknown_complex(matter, vessel, couple) for couple in couples)
-        ):
+        pair = couples_of(process.changes)
+        if process.rate is not None or pair is None or any(_unknown_complex(matter, vessel, couple) for couple in pair):
             return []
-        found |= dict.fromkeys(couples)
-    return list(found)
+        pairs.append(pair)
+    return pairs
 
 
 def _unknown_complex(matter: Matter, vessel: str, couple: Couple) -> bool:

@@ -1,4 +1,4 @@
-"""Declared equations that made nothing, with the reason."""
+"""Declared equations that made nothing, or stopped for want of acid, with the reason."""
 
 from collections.abc import Iterator
 from typing import Final
@@ -10,6 +10,7 @@ from replay import words
 from replay.effects.chemistry.components import PROTON, WATER, dissolved_components, heavy_components
 from replay.effects.chemistry.formulas import charge_of
 from replay.effects.chemistry.ledger_columns import ADDED
+from replay.effects.chemistry.limits import Cause
 from replay.effects.chemistry.matter import Matter
 from replay.effects.chemistry.mixture import GAS, SOLID
 from replay.effects.chemistry.recipe import Reaction
@@ -20,6 +21,12 @@ LEAST_FORMED: Final = 0.01
 
 ROUNDING: Final = 1e-9
 """Of a solid's amount: what differs by less did not dissolve."""
+
+HARDLY: Final = 1e-4
+"""Of a solid that was brought: less did not dissolve to speak of."""
+
+IN_WATER: Final = (Cause.ACID, Cause.HYDROXIDE)
+"""What an equation may lack while all of its reagents are there."""
 
 TOO_LITTLE_GAS: Final = "too little for bubbles at 1 atmosphere"
 
@@ -46,19 +53,32 @@ def unreacted(matter: Matter, formed: BoolArray) -> Iterator[EffectEvent]:
             yield EffectEvent(time, "no-reaction", (), None, values, text, "warning")
 
 
+def stopped(matter: Matter) -> Iterator[EffectEvent]:
+    """An event ``stopped`` for each equation of several reagents that ended for want of acid or hydroxide alone."""
+    for row, process in enumerate(matter.recipe.processes):
+        for vessel, history in matter.histories.items():
+            extent, amounts = history.extents[-1, row], history.amounts[-1]
+            if not extent > 0.0:
+                continue
+            limits = matter.ledger.limits.by_cause(row, amounts)
+            reagents = {cause: float(limit) for cause, limit in limits.items() if not isinstance(cause, Cause)}
+            ended = [cause for cause in IN_WATER if cause in limits and limits[cause] <= ROUNDING * extent]
+            left_over = all(limit > LEAST_FORMED * (limit + extent) for limit in reagents.values())
+            if len(reagents) < 2 or not ended or not left_over:
+                continue
+            left = [
+                f"{words.quantity(-1e3 * limit * process.changes[column], 'mmol')} {matter.recipe.reagent(row, column)}"
+                for column, limit in reagents.items()
+            ]
+            text = f"{process.text} stops in {vessel} for want of {ended[0]}: {' and '.join(left)} are left"
+            values = {"equation": process.text}
+            yield EffectEvent(float(history.times[-1]), "stopped", (vessel,), None, values, text, "warning")
+
+
 def _reason(matter: Matter, reaction: Reaction, formed: bool) -> str:
     """Why an equation made nothing; ``""``: it did."""
     if reaction.process >= 0:
-        if any(history.extents[-1, reaction.process] > 0.0 for history in matter.histories.values()):
-            return ""
-        process = matter.recipe.processes[reaction.process]
-        missing = _missing(matter, reaction)
-        if process.stays and not missing:
-            gas = next(column for column, many in process.changes.items() if many > 0.0 and column.endswith(GAS))
-            return f"all {gas.removesuffix(GAS)} stays dissolved, there is {TOO_LITTLE_GAS}"
-        rival = "what else is in the vessel uses up one of its reagents first"
-        acid = "no acid gives its H+, or " if "H+" in reaction.equation.reagents else ""
-        return missing or acid + rival
+        return _reason_of_process(matter, reaction)
     if formed:
         return ""
     missing = _missing(matter, reaction)
@@ -76,6 +96,71 @@ def _reason(matter: Matter, reaction: Reaction, formed: bool) -> str:
     return f"less than {words.fixed(100 * LEAST_FORMED, 0)} % becomes {complexes[0]}" if complexes else ""
 
 
+def _reason_of_process(matter: Matter, reaction: Reaction) -> str:
+    """Why an equation without a constant made nothing; ``""``: it did."""
+    process = matter.recipe.processes[reaction.process]
+    extents = sum(float(history.extents[-1, reaction.process]) for history in matter.histories.values())
+    pending = sum(float(history.pending[-1, reaction.process]) for history in matter.histories.values())
+    solid = process.saturates.removesuffix(SOLID)
+    brought = sum(contents.solids.get(solid, 0.0) for contents in matter.recipe.contents.values())
+    hardly = bool(solid) and -(extents + pending) * process.changes[process.saturates] < HARDLY * brought
+    if extents > 0.0 and not hardly:
+        return ""
+    missing = _missing(matter, reaction)
+    if missing:
+        return missing
+    if hardly:
+        return f"{solid} hardly dissolves in it"
+    for vessel, history in matter.histories.items():
+        wet = history.volume_ml > 0.0
+        if all(_present(matter, reaction, vessel, formula)[wet].any() for formula in reaction.equation.reagents):
+            return _ended_by(matter, reaction, vessel)
+    return "its reagents were never together"
+
+
+def _ended_by(matter: Matter, reaction: Reaction, vessel: str) -> str:
+    """What kept an equation from running in a vessel that had all of its reagents."""
+    history = matter.histories[vessel]
+    wet = np.flatnonzero(history.volume_ml > 0.0)
+    limits = matter.ledger.limits.by_cause(reaction.process, history.amounts[wet])
+    short = {cause: np.broadcast_to(limit <= 0.0, wet.shape) for cause, limit in limits.items()}
+    # The moment at which the least was lacking.
+    row = int(np.argmin(np.sum(list(short.values()), axis=0)))
+    causes = [cause for cause, lacks in short.items() if lacks[row]]
+    process = matter.recipe.processes[reaction.process]
+    if not causes and process.stays:
+        gas = next(column for column, many in process.changes.items() if many > 0.0 and column.endswith(GAS))
+        return f"all {gas.removesuffix(GAS)} stays dissolved, there is {TOO_LITTLE_GAS}"
+    return " and ".join(_lack(matter, reaction, vessel, cause) for cause in causes) or "it ends before it begins"
+
+
+def _lack(matter: Matter, reaction: Reaction, vessel: str, cause: str | Cause) -> str:
+    """Words for what an equation lacked in a vessel."""
+    process = matter.recipe.processes[reaction.process]
+    if cause is Cause.SATURATION and process.salt is not None:
+        return f"{vessel} is saturated with {process.salt.formula}"
+    if cause is Cause.ACID or (cause is Cause.CATALYST and PROTON in process.catalysts):
+        if not _added(matter, vessel, sign=1):
+            return f"it needs acid, and none came into {vessel}"
+        return f"it needs acid, and none is free in {vessel}: a base takes it up, or the acid is too weak"
+    if cause is Cause.HYDROXIDE:
+        if not _added(matter, vessel, sign=-1):
+            return f"it needs hydroxide, and none came into {vessel}"
+        return f"it needs hydroxide, and none is free in {vessel}: an acid takes it up, or the base is too weak"
+    if cause is Cause.CATALYST:
+        return f"what else is in {vessel} binds what it needs"
+    return f"what else is in {vessel} uses up {matter.recipe.reagent(reaction.process, cause)} first"
+
+
+def _added(matter: Matter, vessel: str, *, sign: int) -> bool:
+    """Whether a formula with protons (1), or one that takes them (-1), was ever added to a vessel."""
+    return any(
+        sign * dissolved_components(column.removesuffix(ADDED)).get(PROTON, 0) > 0
+        for column in matter.ledger.columns
+        if column.endswith(ADDED) and matter.amount(vessel, column).any()
+    )
+
+
 def _products(matter: Matter, reaction: Reaction) -> str | None:
     """Why no solid and no gas of an equation came; ``""``: one did; ``None``: it makes neither."""
     text = None
@@ -87,8 +172,27 @@ def _products(matter: Matter, reaction: Reaction) -> str | None:
         if any(_has_come(matter, name, formula, column) for name in matter.histories):
             return ""
         reason = TOO_LITTLE_GAS if column.endswith(GAS) else "less than what dissolves"
-        text = text or f"all {formula} stays dissolved, there is {reason}"
+        sentence = f"all {formula} stays dissolved, there is {reason}"
+        if column.endswith(GAS) and not _is_dissolved(matter, formula):
+            reagent = "acid" if dissolved_components(formula).get(PROTON, 0) > 0 else "base"
+            sentence = f"no {formula} forms, there is too little {reagent}"
+        text = text or sentence
     return text
+
+
+def _is_dissolved(matter: Matter, formula: str) -> bool:
+    """Whether a gas ever stood dissolved as such, and not as the ions of its acid or base alone."""
+    row = None if matter.solver is None else matter.solver.mixture.row_of(formula)
+    if row is None:
+        return True
+    for vessel, history in matter.histories.items():
+        wet, solved = matter.solved(vessel, history.times)
+        amounts = history.amounts[wet]
+        for component in heavy_components(formula):
+            whole = amounts[:, matter.ledger.column[component]]
+            if (solved.species[:, row] > LEAST_FORMED * whole)[whole > 0.0].any():
+                return True
+    return False
 
 
 def _has_come(matter: Matter, vessel: str, formula: str, column: str) -> bool:

@@ -246,4 +246,4 @@ def test_no_acid_is_named_where_protons_are_lacking():
         acid=glass("flask", 2.0, solutes={"FeSO4": 0.01}),
     )  # fmt: skip
     (event,) = effects["reaction"].output.named("no-reaction")
-    assert "does not proceed: no acid gives its H+" in event.text
+    assert "does not proceed: it needs acid, and none came into flask" in event.text

@@ -98,7 +98,7 @@ def test_a_reaction_without_any_acid_is_said_not_to_proceed():
     bodies = (glass("a", 60.0), glass("b", 10.0, solute="Na2S2O3", molar=0.1))
     effects = poured(POUR, bodies, MIXED, reacts("S2O3^2- + 2 H+ -> SO2 + S + H2O"), falls("S"))
     (event,) = effects["reaction"].output.named("no-reaction")
-    assert "no acid gives its H+" in event.text
+    assert "it needs acid, and none came into b" in event.text
     assert not effects["precipitation"].series["b/S"].values.any()
 
 

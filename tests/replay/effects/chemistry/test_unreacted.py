@@ -1,0 +1,62 @@
+"""Reasons of `replay.effects.chemistry.unreacted` are right in every state of acid, base and reagents."""
+
+import pytest
+from support.liquid_worlds import COLUMN, MIX, glass, run_in
+
+IRON = "MnO4- + 5 Fe2+ + 8 H+ -> Mn2+ + 5 Fe3+ + 4 H2O"
+PEROXIDE = "H2O2 + 2 I- + 2 H+ -> I2 + 2 H2O"
+SULFITE = "Na2SO3 + 2 HCl -> 2 NaCl + H2O + SO2"
+IODATE = "3 I2 + 6 OH- -> 5 I- + IO3- + 3 H2O"
+NONE_CAME = "it needs acid, and none came into flask"
+NONE_FREE = "it needs acid, and none is free in flask: a base takes it up, or the acid is too weak"
+IODINE = {"I2": 0.0005, "KI": 0.1}
+
+
+def run(flask, burette, *equations):
+    """The reaction of 10 mL in the flask into which the burette runs, 18 mL in 8 s."""
+    reactions = [("reaction", {"equation": equation}) for equation in equations]
+    base = glass("burette", 50.0, solutes=burette, cavity=COLUMN)
+    degrees = [0.0, 0.0, *([90.0] * 240), 0.0]
+    acid = glass("flask", 10.0, solutes=flask)
+    return run_in(
+        degrees, MIX, *reactions, acid=acid, base=base, step_ns=33_333_333, settings={"full_area_m2": 1.2e-6}
+    )["reaction"]
+
+
+STATES = [
+    ({"FeSO4": 0.05}, {"KMnO4": 0.02}, IRON, NONE_CAME),
+    ({"FeSO4": 0.05, "H2SO4": 0.05, "NaOH": 0.2}, {"KMnO4": 0.02}, IRON, NONE_FREE),
+    ({"KI": 0.05}, {"H2O2": 0.02}, PEROXIDE, NONE_CAME),
+    ({"KI": 0.05, "NaOH": 0.1}, {"H2O2": 0.02}, PEROXIDE, NONE_CAME),
+    ({"KI": 0.05, "NaOH": 0.1}, {"H2O2": 0.02, "HCl": 0.01}, PEROXIDE, NONE_FREE),
+    ({"KI": 0.05}, {"H2SO4": 0.02}, "H2O2 + 2 I- + 2 H+ -> I2 + 2 H2O", "nobody brings"),
+    ({"Na2SO3": 0.05, "NaOH": 0.5}, {"HCl": 0.05}, SULFITE, "no SO2 forms, there is too little acid"),
+    ({"Na2SO3": 0.01}, {"HCl": 0.05}, SULFITE, "all SO2 stays dissolved, there is too little for bubbles"),
+    (IODINE, {"HCl": 0.001}, IODATE, "it needs hydroxide, and none came into flask"),
+    (IODINE, {"NaOH": 0.001, "HCl": 0.002}, IODATE, "it needs hydroxide, and none is free in flask"),
+]
+
+
+@pytest.mark.parametrize(("flask", "burette", "equation", "reason"), STATES)
+def test_the_reason_is_that_of_the_state(flask, burette, equation, reason):
+    if reason == "nobody brings":
+        with pytest.raises(Exception, match="nobody brings 'H2O2'"):
+            run(flask, burette, equation)
+        return
+    (event,) = run(flask, burette, equation).output.named("no-reaction")
+    assert reason in event.text and event.text.startswith(equation)
+
+
+@pytest.mark.parametrize("flask", [{"FeSO4": 0.05, "H2SO4": 0.05}, {"FeSO4": 0.05, "CH3COOH": 0.5}])
+def test_enough_acid_is_reported_as_no_lack(flask):
+    events = run(flask, {"KMnO4": 0.02}, IRON).events
+    assert not {event.name for event in events} & {"no-reaction", "stopped"}
+
+
+def test_too_little_acid_stops_with_what_is_left():
+    """0.1 mmol of protons for 0.5 mmol of iron(II), which needs 0.8 mmol: an eighth reacts."""
+    run_of = run({"FeSO4": 0.05, "H2SO4": 0.005}, {"KMnO4": 0.02}, IRON)
+    (event,) = run_of.output.named("stopped")
+    assert "stops in flask for want of acid: 0.438 mmol Fe^2+ and" in event.text
+    assert "flask/potential" in run_of.series  # while iron alone has both its forms
+    assert run_of.series["flask/potential"].times[-1] < run_of.series["flask/pH"].times[-1]
