@@ -15,17 +15,23 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from sessions.errors import ImportFileError
+from sessions.importers.csv_head import CsvHead, text_format
 from sessions.importers.csv_long_table import column_of_bodies, is_interleaved, order_of, repeats_within
-from sessions.importers.csv_mapping import CLOCK_NS, LENGTHS, ROLES, ROW_MAJOR, TEXT, CsvLayout, Guessable, PoseColumns
-from sessions.importers.csv_table import CsvTable
-from sessions.importers.csv_text import (
+from sessions.importers.csv_mapping import (
+    CLOCK_NS,
+    LENGTHS,
+    ROLES,
+    ROW_MAJOR,
     STATED_LENGTHS,
+    TEXT,
     VOCABULARY,
-    CsvHead,
+    CsvLayout,
+    Guessable,
+    PoseColumns,
     name_tokens_of,
     stated_units,
-    text_format,
 )
+from sessions.importers.csv_table import CsvTable
 from sessions.importers.ledger import is_large_loss
 from sessions.importers.pose_table import rows_lost
 from sessions.meshes.conventions import CONVENTIONS
@@ -37,8 +43,8 @@ SCALAR_FIRST: Final = "quaternion_wxyz"
 NINE: Final = "012345678"
 KIND_OF: Final = {word: kind for kind in (POSITION, XYZW, ANGLES) for word in VOCABULARY[kind]}
 OTHER, NOISE, TIME, NAMES, VALID = (frozenset(VOCABULARY[kind]) for kind in ("other", "noise", "time", "name", "valid"))
-FLAG_WORDS: Final = frozenset(("is", "was"))
-ANGLE_NAMES: Final = VOCABULARY["turns"]
+FLAG_TOKENS: Final = frozenset(("is", "was"))
+ANGLE_NAMES: Final = VOCABULARY["angle_axes"]
 AXIS: Final = re.compile(r"([a-z]*?)([xyzw])")
 STEPS: Final = (("s", 5e-4, 0.5), ("ms", 0.5, 500.0), ("us", 500.0, 5e5), ("ns", 5e5, 5e8))
 """Unit of a clock -> the steps between rows that a recording of 2 to 2,000 Hz has in it."""
@@ -146,19 +152,19 @@ def _keys(layout: CsvLayout) -> dict[str, object]:
 class _Reading:
     """A choice of the words of a column's name that say what the column holds; all others name the body.
 
-    ``anywhere``: all words may, not only the one before the axis. ``single_letters``: words of one letter may, such as
-    the v of a velocity; otherwise they name a body, such as the L of a left hand.
+    ``anywhere``: all words may, not only the one before the axis. ``single_characters``: words of one letter may, such
+    as the v of a velocity; otherwise they name a body, such as the L of a left hand.
     """
 
     anywhere: bool
-    single_letters: bool
+    single_characters: bool
 
     def kind_tokens(self, before: Sequence[str], *, axis_says_kind: bool) -> set[str]:
         """The words before an axis, in small letters, that may say what the column holds."""
         tokens = [word.lower() for word in before]
         if not self.anywhere:
             tokens = [] if axis_says_kind else [word for word in tokens if word not in NOISE][-1:]
-        return {word for word in tokens if self.single_letters or len(word) > 1}
+        return {word for word in tokens if self.single_characters or len(word) > 1}
 
 
 READINGS: Final = tuple(_Reading(anywhere, single) for anywhere in (False, True) for single in (False, True))
@@ -207,7 +213,7 @@ def _role_of(column: str, reading: _Reading) -> _Role | None:
         return None
     *before, last = tokens
     number = ""
-    if last.isdigit() and before and not (reading.single_letters and before[-1].lower() in QUATERNION):
+    if last.isdigit() and before and not (reading.single_characters and before[-1].lower() in QUATERNION):
         # Behind the axis is the number of a body, as in x1, or in x.1 where two columns had the name x.
         *before, last, number = tokens
     match, angle_axis = _axis_in(last), ANGLE_NAMES.get(last.lower(), "")
@@ -333,7 +339,7 @@ def _flag_columns(head: CsvHead, bodies: Collection[str]) -> dict[str, list[str]
     flags: dict[str, list[str]] = {}
     for column in _named(head, VALID):
         own = [token.lower() for token in name_tokens_of(column)]
-        body = "".join(token for token in own if token not in {*VALID, *FLAG_WORDS, *KIND_OF, *NOISE})
+        body = "".join(token for token in own if token not in {*VALID, *FLAG_TOKENS, *KIND_OF, *NOISE})
         flags.setdefault(body, []).append(column)
     if len(bodies) == 1:
         return {name: [column for columns in flags.values() for column in columns] for name in bodies}

@@ -16,22 +16,26 @@ import numpy as np
 
 from sessions.errors import ImportFileError
 from sessions.importers.csv_draft import draft_of
+from sessions.importers.csv_head import read_head
 from sessions.importers.csv_long_table import column_of_bodies
 from sessions.importers.csv_mapping import (
     CLOCK_NS,
     KINDS,
     LENGTHS,
     OTHER,
+    STATED_LENGTHS,
     TEXT,
+    TIME_TOKENS,
     UNITY,
     VALUE,
     CsvMapping,
     Guessable,
     PoseColumns,
+    name_tokens_of,
     read_mapping,
+    stated_units,
 )
 from sessions.importers.csv_table import CsvTable
-from sessions.importers.csv_text import STATED_LENGTHS, VOCABULARY, name_tokens_of, read_head, stated_units
 from sessions.importers.ledger import Ledger, is_large_loss
 from sessions.importers.pose_table import Rows, SourceFrame, Stamps, Stream, imported, increasing, numbered, rows_lost
 from sessions.meshes.conventions import Convention
@@ -55,7 +59,6 @@ LIKELY_RATES_HZ: Final = (10.0, 250.0)
 QUATERNION_KINDS: Final = ("quaternion_xyzw", "quaternion_wxyz")
 ANGLE_UNITS: Final = ("deg", "rad")
 UNITS_OF_MAPPINGS: Final = (*LENGTHS, *CLOCK_NS, *ANGLE_UNITS)
-TIME_TOKENS: Final = frozenset(VOCABULARY["time"])
 
 
 def read_csv(

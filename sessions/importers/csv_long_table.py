@@ -5,8 +5,8 @@ from typing import Final
 
 import numpy as np
 
+from sessions.importers.csv_head import is_date_or_time
 from sessions.importers.csv_table import CsvTable
-from sessions.importers.csv_text import is_date_or_time
 from sessions.importers.ledger import is_large_loss
 from sessions.importers.pose_table import Stamps, rows_lost
 

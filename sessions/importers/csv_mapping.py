@@ -1,16 +1,18 @@
 """How to read a CSV: which columns hold what, in which units, on which clock; from a TOML file, or built in.
 
 The built-in mapping is for the CSV of the README's Unity script: a row per body and time, and further rows for
-triggers and collisions.
+triggers and collisions. A unit that a mapping leaves out may stand in the heading of a column or below it.
 """
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+import re
+import tomllib
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from itertools import permutations
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -56,6 +58,18 @@ ROTATION_KINDS: Final[Mapping[str, int]] = {
 """What a rotation may be, and how many columns hold it."""
 ORDERS: Final = tuple(case("".join(axes)) for axes in permutations("xyz") for case in (str.upper, str.lower))
 """Orders of turning: capital letters turn about axes of the body, small ones about fixed axes."""
+
+VOCABULARY: Final[dict[str, Any]] = tomllib.loads(Path(__file__).with_name("csv_vocabulary.toml").read_text("utf-8"))
+"""What words of a column's name say: its kind, the axis of an angle, a unit; words of flags; and wall clocks."""
+STATED_UNIT: Final = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]")
+"""What a column's name holds in brackets."""
+EMPTY_CELLS: Final[tuple[str, ...]] = tuple(VOCABULARY["empty_cells"])
+"""Cells that say: no number here."""
+TIME_TOKENS: Final = frozenset(VOCABULARY["time"])
+KNOWN_UNITS: Final = frozenset(VOCABULARY["units"].values())
+STATED_LENGTHS: Final = (*LENGTHS, "um")
+SUFFIXES, TIME_SUFFIXES = frozenset(VOCABULARY["suffixes"]), frozenset(VOCABULARY["time_suffixes"])
+UNITS: Final = frozenset(VOCABULARY["units"]) | frozenset(VOCABULARY["more_units"])
 
 
 class Guessable(StrEnum):
@@ -354,3 +368,64 @@ def pose_columns(table: TomlTable) -> PoseColumns:
     )
     table.done()
     return columns
+
+
+def is_row_of_units(cells: Sequence[str]) -> bool:
+    """Whether cells are units or empty, and one is a unit of a length, a time or an angle."""
+    written = [bare_unit(cell) for cell in cells if cell.strip()]
+    return any(cell in VOCABULARY["units"] for cell in written) and all(cell in UNITS for cell in written)
+
+
+def bare_unit(cell: str) -> str:
+    """A unit in small letters, without brackets."""
+    return cell.strip(" []()").lower()
+
+
+def unit_in_cell(cell: str) -> str:
+    """Returns the unit in a cell of the row of units, as a mapping writes it, or ``""``."""
+    return str(VOCABULARY["units"].get(bare_unit(cell), ""))
+
+
+def name_and_unit(column: str) -> tuple[list[str], str]:
+    """The words of a name, and the unit that it states; one that no mapping has as it stands there."""
+    stated = STATED_UNIT.search(column)
+    tokens = re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+", re.sub(r"[\[(].*?[\])]", "", column))
+    unit = VOCABULARY["units"].get(stated[1].lower(), stated[1]) if stated else ""
+    *before, last = [token.lower() for token in tokens] or [""]
+    if before and (last in SUFFIXES or (last in TIME_SUFFIXES and not TIME_TOKENS.isdisjoint(before))):
+        tokens.pop()
+        unit = unit or VOCABULARY["units"][last]
+    return tokens, unit
+
+
+def name_tokens_of(column: str) -> list[str]:
+    """Returns the words of a column's name."""
+    return name_and_unit(column)[0]
+
+
+def unit_in_name(column: str) -> str:
+    """Returns the unit that a column's name states, as a mapping writes it, or ``""``.
+
+    One that no mapping has is the text in the brackets.
+    """
+    return name_and_unit(column)[1]
+
+
+def stated_units(units: Iterable[str], kind: Collection[str]) -> list[str]:
+    """Returns the different units of a kind, such as lengths, among those that columns state.
+
+    A text in brackets that is no unit at all may be one of this kind.
+    """
+    return [*dict.fromkeys(unit for unit in units if unit and (unit in kind or unit not in KNOWN_UNITS))]
+
+
+def is_yes(text: str) -> bool | None:
+    """Whether a cell says yes; ``None``: it says neither yes nor no."""
+    word = text.lower()
+    if word in VOCABULARY["valid_cells"]:
+        return True
+    if word in VOCABULARY["lost_cells"] or text in EMPTY_CELLS:
+        return False
+    with suppress(ValueError):
+        return {1.0: True, 0.0: False}.get(float(word))
+    return None

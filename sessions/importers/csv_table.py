@@ -4,14 +4,13 @@ Rows that are not as long as the header are left out and counted; a file with co
 numbers is refused. A table ends where, below an empty line, the title of another one begins.
 """
 
-import calendar
+import codecs
 import csv
 import io
 import json
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from datetime import datetime
 from decimal import Decimal, InvalidOperation
 from itertools import islice, zip_longest
 from pathlib import Path
@@ -24,50 +23,40 @@ import pyarrow.csv
 from numpy.typing import NDArray
 
 from sessions.errors import ImportFileError
-from sessions.importers.csv_mapping import CLOCK_NS, TEXT, CsvLayout, PoseColumns
-from sessions.importers.csv_text import (
-    BYTE_ORDER_MARK,
-    NUMBER,
-    VOCABULARY,
-    bare_unit,
-    check_encoding,
-    excel_separator,
+from sessions.importers.csv_mapping import (
+    CLOCK_NS,
+    EMPTY_CELLS,
+    TEXT,
+    CsvLayout,
+    PoseColumns,
     is_row_of_units,
-    split_lines,
+    is_yes,
+    unit_in_cell,
     unit_in_name,
 )
 from sessions.importers.ledger import Ledger
-from sessions.importers.pose_table import Numbers, PoseTable, Rows, Stamps
+from sessions.importers.pose_table import Numbers, PoseTable, Rows, Stamps, past_midnight, wall_clock_ns
 from sessions.input_files import nearest, read_bytes
 
-EMPTY: Final = [
-    "",
-    "nan",
-    "NaN",
-    "NAN",
-    "-nan",
-    "-nan(ind)",
-    "nan(ind)",
-    "1.#QNAN",
-    "-1.#IND",
-    "null",
-    "NULL",
-    "None",
-    "NA",
-    "#N/A",
-    "N/A",
-    "n/a",
-    "-",
-]
-"""Cells that say: no number here."""
-DAY_NS: Final = 86_400_000_000_000
 TICKS_1970: Final = 621_355_968_000_000_000  # .NET ticks (100 ns since the year 1) at the Unix epoch
-NO_YEAR: Final = 1900  # What strptime says of a time of day without a date
 LONGEST_LINE: Final = 1_000_000  # Letters of a line that are read; a header of 12 bodies has a thousand
 BLOCK_BYTES: Final = 1 << 22  # Of text that becomes columns at once; no row is longer
 MOST_TITLES: Final = 8  # Titles of tables that an error names
 RAGGED: Final = "with too few or too many cells"
 HEADER_AGAIN: Final = "that repeat the header"
+SEPARATOR: Final = re.compile('"?sep=(.)"?', re.IGNORECASE)
+"""The line that Excel begins a CSV with to say what stands between its cells."""
+BYTE_ORDER_MARK: Final = codecs.BOM_UTF8
+ENCODINGS: Final = {
+    codecs.BOM_UTF32_LE: "UTF-32",
+    codecs.BOM_UTF32_BE: "UTF-32",
+    codecs.BOM_UTF16_LE: "UTF-16",
+    codecs.BOM_UTF16_BE: "UTF-16",
+}
+"""First bytes of a text in another encoding than UTF-8 that says so; those of UTF-32 begin with those of UTF-16."""
+FIRST_BYTES: Final = 200
+"""Bytes of a file in which a text of two bytes a letter has zeros."""
+NUMBER: Final = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?|nan|NaN")
 DECIMAL_POINT: Final = re.compile(r"-?[0-9]*\.[0-9]+")
 EMPTY_LINE: Final = re.compile(rb"\n[ \t]*\r?\n")
 SPACES: Final = re.compile(rb"[ \t]+")
@@ -136,7 +125,7 @@ class CsvTable:
         units = split_lines([stream.readline(LONGEST_LINE).decode("utf-8")], layout.delimiter)
         if not layout.columns and units and len(units[0]) == len(self.columns) and is_row_of_units(units[0]):
             self._above += 1
-            self._units = dict(zip(self.columns, map(bare_unit, units[0]), strict=True))
+            self._units = dict(zip(self.columns, units[0], strict=True))
             start = stream.tell()
         rows = text[start:]
         if layout.delimiter == " ":
@@ -169,7 +158,7 @@ class CsvTable:
 
     def unit(self, column: str) -> str:
         """The unit that the row of units gives a column, as a mapping writes it, or nothing."""
-        return str(VOCABULARY["units"].get(self._units.get(column, ""), ""))
+        return unit_in_cell(self._units.get(column, ""))
 
     def _name_columns(self, heads: list[list[str]]) -> None:
         cells = [[word.strip() for word in column] for column in zip_longest(*heads, fillvalue="")]
@@ -347,7 +336,7 @@ class CsvTable:
         cells = self._cells(column, rows)
         if self._layout.decimal != ".":
             cells = pc.replace_substring(cells, self._layout.decimal, ".")
-        return pc.if_else(pc.is_in(cells, text_array(EMPTY)), text_scalar(None), cells)
+        return pc.if_else(pc.is_in(cells, text_array(EMPTY_CELLS)), text_scalar(None), cells)
 
     def _floats(self, column: str, rows: Rows | None = None) -> Numbers:
         cells = self._number_cells(column, rows)
@@ -424,7 +413,7 @@ class CsvTable:
         if form and not re.search("%[dj]", form):
             if column not in self._times_of_day:
                 times = self._stamps_of_texts(column, None, form)
-                self._times_of_day[column] = _past_midnight(times)
+                self._times_of_day[column] = past_midnight(times)
                 self._passes_midnight |= not np.array_equal(self._times_of_day[column], times)
             return self._times_of_day[column] if rows is None else self._times_of_day[column][rows]
         return self._stamps_of_texts(column, rows, form)
@@ -433,7 +422,7 @@ class CsvTable:
         stamps = []
         for row, cell in enumerate(self.texts(column, rows)):
             try:
-                stamps.append(_nanoseconds(cell, form))
+                stamps.append(wall_clock_ns(cell, form))
             except ValueError:
                 expected = f"of the format {form!r}" if form else "in ISO 8601; say its format under [time]"
                 raise self._wrong(column, rows, row, f"{cell[:40]!r} is no date and time {expected}") from None
@@ -445,7 +434,7 @@ class CsvTable:
         Raises ImportFileError: a cell says neither yes nor no, such as a number other than 0 and 1.
         """
         cells = self._cells(column, rows)
-        answers = {text: _is_yes(text) for text in cells.unique().to_pylist()}
+        answers = {text: is_yes(text) for text in cells.unique().to_pylist()}
         if (unclear := next((text for text, answer in answers.items() if answer is None), None)) is not None:
             row = self.texts(column, rows).index(unclear)
             cure = "write true or false there, or leave valid out of the mapping"
@@ -468,6 +457,30 @@ def _utf8(source: Path) -> bytes:
     text = text.removeprefix(BYTE_ORDER_MARK)
     text.decode("utf-8")
     return text if b"\n" in text else text.replace(b"\r", b"\n")
+
+
+def check_encoding(source: Path, data: bytes) -> None:
+    """Refuse text in another encoding than UTF-8 that says so by its first bytes, or by zeros between its letters."""
+    first = data[:FIRST_BYTES]
+    if encoding := named_encoding(data) or ("UTF-16" if 4 * first.count(0) > len(first) else ""):
+        raise ImportFileError(f"{source}: this is no CSV text in UTF-8 but in {encoding}; save it as UTF-8")
+
+
+def named_encoding(data: bytes) -> str:
+    """Returns the encoding other than UTF-8 that the first bytes of a text name, or ``""``."""
+    return next((name for start, name in ENCODINGS.items() if data.startswith(start)), "")
+
+
+def excel_separator(line: str) -> str:
+    """Returns the character that Excel's first line ``sep=;`` names, or ``""``."""
+    match = SEPARATOR.fullmatch(line.strip("\r\n \ufeff"))
+    return match[1] if match else ""
+
+
+def split_lines(lines: Sequence[str], delimiter: str) -> list[list[str]]:
+    """Returns the cells of lines, without spaces around them; spaces between cells may be several."""
+    texts = (" ".join(line.split()) for line in lines) if delimiter == " " else lines
+    return [[cell.strip() for cell in row] for row in csv.reader(texts, delimiter=delimiter)]
 
 
 def has_decimal_commas(row: str, width: int) -> bool:
@@ -516,36 +529,8 @@ def _exact_stamps(cells: Any, unit: str) -> Stamps | None:
     return stamps if _fits(stamps, LARGEST) else None
 
 
-def _past_midnight(stamps: Stamps) -> Stamps:
-    """Times of day that go on in the next day where one is more than half a day before the last, (n,)."""
-    if not len(stamps):
-        return stamps
-    days = np.concatenate([[0], np.cumsum(-np.rint(np.diff(stamps) / DAY_NS).astype(np.int64))])
-    return stamps + (days - min(int(days.min()), 0)) * DAY_NS
-
-
-def _is_yes(text: str) -> bool | None:
-    """Whether a cell says yes; ``None``: it says neither yes nor no."""
-    word = text.lower()
-    if word in VOCABULARY["valid_cells"]:
-        return True
-    if word in VOCABULARY["lost_cells"] or text in EMPTY:
-        return False
-    with suppress(ValueError):
-        return {1.0: True, 0.0: False}.get(float(word))
-    return None
-
-
 def _fits(stamps: Stamps, largest: int) -> bool:
     return not len(stamps) or bool(-largest < stamps.min() and stamps.max() < largest)
-
-
-def _nanoseconds(text: str, form: str) -> int:
-    """Nanoseconds since 1970 of a date and time, to the microsecond; a time of day counts from midnight."""
-    moment = datetime.strptime(text, form) if form else datetime.fromisoformat(text)
-    if moment.year == NO_YEAR:
-        moment = moment.replace(year=1970)
-    return calendar.timegm(moment.utctimetuple()) * 1_000_000_000 + moment.microsecond * 1000
 
 
 # Values go by buffers: ``pyarrow.array``, ``pyarrow.scalar`` and ``to_numpy`` import pandas where it is installed, to

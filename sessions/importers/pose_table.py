@@ -59,6 +59,8 @@ OUT_OF_ORDER: Final = "with a stamp out of order"
 REPEATED: Final = "with the stamp of another sample"
 SAME_SAMPLE: Final = "that repeat a sample"
 
+DAY_NS: Final = 86_400_000_000_000
+NO_YEAR: Final = 1900  # What strptime says of a time of day without a date
 FRACTION: Final = re.compile(r"(?<=:[0-9]{2})[.,]([0-9]+)")
 """The fraction of a second in ISO 8601."""
 
@@ -329,6 +331,22 @@ def iso_nanoseconds(text: str) -> int:
     fraction = (match[1] if match else "")[:9].ljust(9, "0")
     moment = datetime.fromisoformat(FRACTION.sub("", text, count=1) if match else text)
     return calendar.timegm(moment.utctimetuple()) * 1_000_000_000 + int(fraction)
+
+
+def wall_clock_ns(text: str, form: str) -> int:
+    """Nanoseconds since 1970 of a date and time, to the microsecond; a time of day counts from midnight."""
+    moment = datetime.strptime(text, form) if form else datetime.fromisoformat(text)
+    if moment.year == NO_YEAR:
+        moment = moment.replace(year=1970)
+    return calendar.timegm(moment.utctimetuple()) * 1_000_000_000 + moment.microsecond * 1000
+
+
+def past_midnight(stamps: Stamps) -> Stamps:
+    """Times of day that go on in the next day where one is more than half a day before the last, (n,)."""
+    if not len(stamps):
+        return stamps
+    days = np.concatenate([[0], np.cumsum(-np.rint(np.diff(stamps) / DAY_NS).astype(np.int64))])
+    return stamps + (days - min(int(days.min()), 0)) * DAY_NS
 
 
 def last_of_each_stamp(name: str, stamps: Stamps, ledger: Ledger) -> NDArray[np.intp]:

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Final
 
 from sessions.errors import ImportFileError
-from sessions.importers.csv_text import read_head
+from sessions.importers.csv_head import read_head
 from sessions.importers.hands.hand_columns import hand_layout
 from sessions.importers.optitrack import FIRST
 from sessions.importers.uxf import TRACKER, TRIALS

@@ -16,9 +16,9 @@ from typing import Final
 import numpy as np
 
 from sessions.errors import ImportFileError
+from sessions.importers.csv_head import read_head
 from sessions.importers.csv_mapping import PoseColumns
 from sessions.importers.csv_table import CsvTable
-from sessions.importers.csv_text import read_head
 from sessions.importers.ledger import Ledger
 from sessions.importers.pose_table import LARGEST_SECONDS, Numbers, PoseTable, SourceFrame, Stamps, Stream, imported
 from sessions.input_files import check_regular

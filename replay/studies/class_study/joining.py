@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 from replay.errors import StudyError
 from replay.studies.class_study.codebook import Codebook, Item
 from replay.studies.class_study.refusals import StudyRefusedError
-from sessions.importers.csv_text import spreadsheet_rows
+from sessions.importers.csv_head import spreadsheet_rows
 
 if TYPE_CHECKING:
     from pandas import DataFrame, Series

@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from sessions.importers.csv_draft import Clock, clock_of, incomplete_poses, plain_poses
-from sessions.importers.csv_mapping import PoseColumns
-from sessions.importers.csv_text import VOCABULARY, CsvHead
+from sessions.importers.csv_head import CsvHead
+from sessions.importers.csv_mapping import VOCABULARY, PoseColumns
 from sessions.importers.hands.joint_names import (
     NUMBERED,
     TOKEN,
@@ -27,12 +27,12 @@ LEAST_JOINTS: Final = 8
 MOST_LISTED: Final = 5
 AXIS: Final = re.compile(r"([a-z]*?)([xyz])")
 IN_BRACKETS: Final = re.compile(r"[\[(].*?[\])]")
-POSITION_WORDS: Final = frozenset(VOCABULARY["position"])
-ROTATION_WORDS: Final = (frozenset(VOCABULARY["quaternion_xyzw"]) | frozenset(VOCABULARY["euler"])) - {"r"}
+POSITION_TOKENS: Final = frozenset(VOCABULARY["position"])
+ROTATION_TOKENS: Final = (frozenset(VOCABULARY["quaternion_xyzw"]) | frozenset(VOCABULARY["euler"])) - {"r"}
 """Without ``r``, which is the side of a joint."""
-OTHER_WORDS: Final = (frozenset(VOCABULARY["other"]) - {"b"}) | {"direction", "normal", "centre", "center", "scale"}
+OTHER_TOKENS: Final = (frozenset(VOCABULARY["other"]) - {"b"}) | {"direction", "normal", "centre", "center", "scale"}
 WITHOUT_MEANING: Final = frozenset(VOCABULARY["noise"])
-VALID_WORDS: Final = frozenset(VOCABULARY["valid"])
+VALID_TOKENS: Final = frozenset(VOCABULARY["valid"])
 SIDE_COLUMNS: Final = frozenset({"hand", "side", "handedness", "type", "chirality"})
 JOINT_COLUMNS: Final = frozenset({"joint", "joints", "landmark", "bone", "id", "index", "name", "keypoint"})
 LONGEST_SIDE: Final = 3
@@ -157,10 +157,10 @@ def _before(column: str, endings: frozenset[str]) -> tuple[str, str]:
 
 def _position_of(column: str) -> tuple[str, str] | None:
     """The name and the axis of a column of a position; ``None``: it is none."""
-    name, last = _before(column, POSITION_WORDS | WITHOUT_MEANING)
+    name, last = _before(column, POSITION_TOKENS | WITHOUT_MEANING)
     match = AXIS.fullmatch(last)
-    is_position = match is not None and (not match[1] or match[1] in POSITION_WORDS)
-    if match is None or not is_position or not name or {*tokens_of(name)} & (OTHER_WORDS | ROTATION_WORDS):
+    is_position = match is not None and (not match[1] or match[1] in POSITION_TOKENS)
+    if match is None or not is_position or not name or {*tokens_of(name)} & (OTHER_TOKENS | ROTATION_TOKENS):
         return None
     return name, match[2]
 
@@ -200,7 +200,7 @@ def _wide_joints(
 
 def _is_of_hand(column: str, known: Mapping[str, NamedJoint]) -> bool:
     """Whether a column is of a joint or a finger: its rotation, or something else that is left out."""
-    name, _ = _before(column, POSITION_WORDS | ROTATION_WORDS | OTHER_WORDS | WITHOUT_MEANING)
+    name, _ = _before(column, POSITION_TOKENS | ROTATION_TOKENS | OTHER_TOKENS | WITHOUT_MEANING)
     return _named_joint(name, known) is not None or names_finger(tokens_of(name))
 
 
@@ -242,10 +242,10 @@ def _row_position(head: CsvHead) -> JointColumns | None:
     axes, radius, width = dict[str, str](), "", ""
     for column in head.columns:
         name, last = _before(column, frozenset())
-        if {*tokens_of(name)} & (OTHER_WORDS | ROTATION_WORDS):
+        if {*tokens_of(name)} & (OTHER_TOKENS | ROTATION_TOKENS):
             continue
         match = AXIS.fullmatch(last)
-        if match and (not match[1] or match[1] in POSITION_WORDS):
+        if match and (not match[1] or match[1] in POSITION_TOKENS):
             axes.setdefault(match[2], column)
         radius = radius or (column if last == "radius" else "")
         width = width or (column if last == "width" else "")
@@ -257,6 +257,6 @@ def _valid_columns(head: CsvHead) -> dict[str, str]:
     columns = dict[str, str]()
     for column in head.columns:
         tokens = tokens_of(column)
-        if not VALID_WORDS.isdisjoint(tokens) and not names_finger(tokens) and joint_of(tokens) is None:
+        if not VALID_TOKENS.isdisjoint(tokens) and not names_finger(tokens) and joint_of(tokens) is None:
             columns.setdefault(side_in(column), column)
     return columns

@@ -11,9 +11,9 @@ from typing import Final
 
 import numpy as np
 
-from sessions.importers.csv_mapping import CLOCK_NS
+from sessions.importers.csv_head import CsvHead, read_head
+from sessions.importers.csv_mapping import CLOCK_NS, unit_in_name
 from sessions.importers.csv_table import CsvTable
-from sessions.importers.csv_text import CsvHead, read_head, unit_in_name
 from sessions.importers.hands import hand_checks
 from sessions.importers.hands.capsules import BoneMotion, bone_motion, capsule_mesh
 from sessions.importers.hands.hand_columns import HandLayout, hand_layout, unknown_joints

@@ -1,28 +1,25 @@
-"""The text of a CSV: its encoding, what stands between its cells, where its table begins, what its columns are called.
+"""The head of a CSV that no mapping describes: its delimiter, where its table begins, what its columns are called.
 
-Excel's line ``sep=;`` is passed over, and so is a row of units below the header. Columns may be set apart by several
-spaces. Recordings are UTF-8; only questionnaires, which people type, are read in the encodings of spreadsheets too.
+Columns may be set apart by several spaces. Recordings are UTF-8; only questionnaires, which people type, are read in
+the encodings of spreadsheets too.
 """
 
-import codecs
 import csv
 import io
 import re
-import tomllib
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from sessions.errors import ImportFileError
-from sessions.importers.csv_mapping import LENGTHS, ROW_MAJOR, CsvLayout
+from sessions.importers.csv_mapping import ROW_MAJOR, VOCABULARY, CsvLayout, is_row_of_units, unit_in_cell, unit_in_name
+from sessions.importers.csv_table import NUMBER, check_encoding, excel_separator, named_encoding, split_lines
 from sessions.input_files import opened
 
 HEAD_BYTES: Final = 200_000
-FIRST_BYTES: Final = 200
-"""Bytes of a file in which a text of two bytes a letter has zeros."""
 FIRST_ROWS: Final = 200
 """Rows by which a draft tells units and kinds of columns."""
 LINES_ABOVE: Final = 50
@@ -31,29 +28,8 @@ DELIMITERS: Final = (",", ";", "\t", " ")
 SPREADSHEET_DELIMITERS: Final = (",", ";", "\t", "|")
 """Characters that spreadsheets put between columns; where the decimal comma is usual, Excel writes semicolons."""
 
-SEPARATOR: Final = re.compile('"?sep=(.)"?', re.IGNORECASE)
-"""The line that Excel begins a CSV with to say what stands between its cells."""
-
 DECIMAL_COMMA: Final = re.compile(r"[+-]?\d+,\d+")
-BYTE_ORDER_MARK: Final = codecs.BOM_UTF8
-ENCODINGS: Final = {
-    codecs.BOM_UTF32_LE: "UTF-32",
-    codecs.BOM_UTF32_BE: "UTF-32",
-    codecs.BOM_UTF16_LE: "UTF-16",
-    codecs.BOM_UTF16_BE: "UTF-16",
-}
-"""First bytes of a text in another encoding than UTF-8 that says so; those of UTF-32 begin with those of UTF-16."""
-VOCABULARY: Final[dict[str, Any]] = tomllib.loads(Path(__file__).with_name("csv_words.toml").read_text("utf-8"))
-"""What words of a column's name say: its kind, the axis of an angle, a unit; and wall clocks beside ISO 8601."""
-STATED_UNIT: Final = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]")
-"""What a column's name holds in brackets."""
-TIME: Final = frozenset(VOCABULARY["time"])
-KNOWN_UNITS: Final = frozenset(VOCABULARY["units"].values())
-STATED_LENGTHS: Final = (*LENGTHS, "um")
 DATE: Final = re.compile(r"[0-9]{1,4}([-/.])[0-9]{1,2}\1[0-9]{1,4}")
-SUFFIXES, TIME_SUFFIXES = frozenset(VOCABULARY["suffixes"]), frozenset(VOCABULARY["time_suffixes"])
-NUMBER: Final = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?|nan|NaN")
-UNITS: Final = frozenset(VOCABULARY["units"]) | frozenset(VOCABULARY["more_units"])
 UNORDERED: Final = ("q1", "q2", "q3", "q4")
 """A quaternion whose order a file does not tell: TUM's files have the scalar last, others first."""
 NAMELESS: Final = {12: ROW_MAJOR, 8: ("timestamp", "tx", "ty", "tz", *UNORDERED)}
@@ -99,9 +75,7 @@ class CsvHead:
 
     def unit(self, column: str) -> str:
         """The unit that the row of units gives a column, or nothing."""
-        if not self.units:
-            return ""
-        return str(VOCABULARY["units"].get(bare_unit(self.units[self.columns.index(column)]), ""))
+        return unit_in_cell(self.units[self.columns.index(column)]) if self.units else ""
 
 
 def read_head(source: Path, known: Collection[str] = ()) -> CsvHead:
@@ -160,57 +134,6 @@ def _layout(delimiter: str, rows: Sequence[Sequence[str]], skip_lines: int, colu
     return CsvLayout(delimiter, decimal_letter(delimiter, rows[:1]), skip_lines=skip_lines, columns=columns)
 
 
-def check_encoding(source: Path, data: bytes) -> None:
-    """Refuse text in another encoding than UTF-8 that says so by its first bytes, or by zeros between its letters."""
-    first = data[:FIRST_BYTES]
-    if encoding := named_encoding(data) or ("UTF-16" if 4 * first.count(0) > len(first) else ""):
-        raise ImportFileError(f"{source}: this is no CSV text in UTF-8 but in {encoding}; save it as UTF-8")
-
-
-def is_row_of_units(cells: Sequence[str]) -> bool:
-    """Whether cells are units or empty, and one is a unit of a length, a time or an angle."""
-    written = [bare_unit(cell) for cell in cells if cell.strip()]
-    return any(cell in VOCABULARY["units"] for cell in written) and all(cell in UNITS for cell in written)
-
-
-def bare_unit(cell: str) -> str:
-    """A unit in small letters, without brackets."""
-    return cell.strip(" []()").lower()
-
-
-def name_and_unit(column: str) -> tuple[list[str], str]:
-    """The words of a name, and the unit that it states; one that no mapping has as it stands there."""
-    stated = STATED_UNIT.search(column)
-    tokens = re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+", re.sub(r"[\[(].*?[\])]", "", column))
-    unit = VOCABULARY["units"].get(stated[1].lower(), stated[1]) if stated else ""
-    *before, last = [token.lower() for token in tokens] or [""]
-    if before and (last in SUFFIXES or (last in TIME_SUFFIXES and not TIME.isdisjoint(before))):
-        tokens.pop()
-        unit = unit or VOCABULARY["units"][last]
-    return tokens, unit
-
-
-def name_tokens_of(column: str) -> list[str]:
-    """Returns the words of a column's name."""
-    return name_and_unit(column)[0]
-
-
-def unit_in_name(column: str) -> str:
-    """Returns the unit that a column's name states, as a mapping writes it, or ``""``.
-
-    One that no mapping has is the text in the brackets.
-    """
-    return name_and_unit(column)[1]
-
-
-def stated_units(units: Iterable[str], kind: Collection[str]) -> list[str]:
-    """Returns the different units of a kind, such as lengths, among those that columns state.
-
-    A text in brackets that is no unit at all may be one of this kind.
-    """
-    return [*dict.fromkeys(unit for unit in units if unit and (unit in kind or unit not in KNOWN_UNITS))]
-
-
 def text_format(cell: str) -> str | None:
     """The format of a wall-clock text: "" for ISO 8601, else as ``strptime`` takes it; ``None`` where it is none."""
     for form in ("", *VOCABULARY["formats"]) if not NUMBER.fullmatch(cell) else ():
@@ -229,11 +152,6 @@ def _numbers(row: Sequence[str]) -> int:
     return sum(NUMBER.fullmatch(cell) is not None for cell in row)
 
 
-def named_encoding(data: bytes) -> str:
-    """Returns the encoding other than UTF-8 that the first bytes of a text name, or ``""``."""
-    return next((name for start, name in ENCODINGS.items() if data.startswith(start)), "")
-
-
 def decoded(data: bytes) -> str:
     """Returns a text by its byte order mark; without one as UTF-8, or else as Excel writes it on Windows.
 
@@ -245,18 +163,6 @@ def decoded(data: bytes) -> str:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
         return data.decode("cp1252")
-
-
-def excel_separator(line: str) -> str:
-    """Returns the character that Excel's first line ``sep=;`` names, or ``""``."""
-    match = SEPARATOR.fullmatch(line.strip("\r\n \ufeff"))
-    return match[1] if match else ""
-
-
-def split_lines(lines: Sequence[str], delimiter: str) -> list[list[str]]:
-    """Returns the cells of lines, without spaces around them; spaces between cells may be several."""
-    texts = (" ".join(line.split()) for line in lines) if delimiter == " " else lines
-    return [[cell.strip() for cell in row] for row in csv.reader(texts, delimiter=delimiter)]
 
 
 def widest_delimiter(line: str) -> str:
