@@ -62,24 +62,27 @@ def called_functions(reading: Callable[[], Session]) -> set[tuple[str, str]]:
     return called
 
 
+def functions_by_format() -> dict[str, set[tuple[str, str]]]:
+    """Return the called functions of a recorder's MCAP and of a CSV with a mapping."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        write_recordings(folder)
+        return {
+            "MCAP": called_functions(lambda: read_session(folder / "take.mcap")),
+            "CSV": called_functions(lambda: import_session("csv", folder / "take.csv", mapping=folder / "map.toml")),
+        }
+
+
 def main() -> None:
     """Print a line for each format."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--list", action="store_true")
     given = parser.parse_args()
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        write_recordings(folder)
-        readings = {
-            "MCAP": lambda: read_session(folder / "take.mcap"),
-            "CSV": lambda: import_session("csv", folder / "take.csv", mapping=folder / "map.toml"),
-        }
-        for label, reading in readings.items():
-            called = called_functions(reading)
-            files = sorted({file for file, _ in called})
-            print(f"{label}: {len(files)} files, {len(called)} functions")
-            for file in files if given.list else ():
-                print(f"  {file}: {', '.join(sorted(function for path, function in called if path == file))}")
+    for label, called in functions_by_format().items():
+        files = sorted({file for file, _ in called})
+        print(f"{label}: {len(files)} files, {len(called)} functions")
+        for file in files if given.list else ():
+            print(f"  {file}: {', '.join(sorted(function for path, function in called if path == file))}")
 
 
 if __name__ == "__main__":

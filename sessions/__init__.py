@@ -8,7 +8,8 @@ if TYPE_CHECKING:
     from sessions.doctor.finding import Finding, Severity
     from sessions.geometry.shapes import make_shape
     from sessions.glassware.catalogue import make_instrument
-    from sessions.importers import IMPORTERS, import_session
+    from sessions.importers import IMPORTERS
+    from sessions.importers.importing import import_session
     from sessions.mcap.reader import read_session
     from sessions.mcap.recorder import Recorder
     from sessions.mcap.salvage import recover
@@ -57,7 +58,8 @@ _NAMES = {
     "doctor.finding": "Finding Severity",
     "geometry.shapes": "make_shape",
     "glassware.catalogue": "make_instrument",
-    "importers": "IMPORTERS import_session",
+    "importers": "IMPORTERS",
+    "importers.importing": "import_session",
     "mcap.reader": "read_session",
     "mcap.recorder": "Recorder",
     "mcap.writer": "write_session",

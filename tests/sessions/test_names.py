@@ -2,7 +2,7 @@
 
 import pytest
 
-from sessions.importers.finish import proxy_for
+from sessions.importers.importing import proxy_for
 from sessions.names import is_hand, is_head, name_tokens, side_of
 
 LEFT_HANDS = (

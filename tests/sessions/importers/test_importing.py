@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from support.mutants import books, refused
 
-from sessions import MeshData, Session, Track, importers
-from sessions.importers import ENTRY_POINT_GROUP, IMPORTERS, import_session, importer_names
-from sessions.importers.finish import finished
+from sessions import MeshData, Session, Track
+from sessions.importers import ENTRY_POINT_GROUP, IMPORTERS, import_session, importer_names, importing
 from sessions.importers.given_meshes import MeshOptions
+from sessions.importers.importing import finished
 from sessions.importers.ledger import Ledger
 from sessions.importers.pose_table import PoseTable, SourceFrame, imported
 from sessions.meshes.conventions import CONVENTIONS
@@ -80,7 +80,7 @@ def outside(monkeypatch):
     module = type(sys)("sessions.importers.from_outside")
     module.read_outside, module.falls = read_outside, falls
     monkeypatch.setitem(sys.modules, "sessions.importers.from_outside", module)
-    monkeypatch.setattr(importers, "entry_points", lambda **wanted: points.select(**wanted))
+    monkeypatch.setattr(importing, "entry_points", lambda **wanted: points.select(**wanted))
 
 
 def test_importer_of_another_package_is_listed_like_others(outside, tmp_path):
