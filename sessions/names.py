@@ -3,15 +3,15 @@
 import re
 from typing import Final
 
-HEAD_WORDS: Final = frozenset({"head", "hmd", "headset", "camera"})
-HAND_WORDS: Final = frozenset({"hand", "controller", "wand", "glove"})
+HEAD_TOKENS: Final = frozenset({"head", "hmd", "headset", "camera"})
+HAND_TOKENS: Final = frozenset({"hand", "controller", "wand", "glove"})
 """A tracked hand, or the device that stands for it."""
 SIDES: Final = ("left", "right")
-DEVICE_WORDS: Final = frozenset({"vive", "index"})
+DEVICE_TOKENS: Final = frozenset({"vive", "index"})
 """Words of products, which name no side and no kind of device."""
 
 _SIDE_OF_PREFIX: Final = {"l": "left", "r": "right", "left": "left", "right": "right"}
-_HANDS: Final = "|".join(sorted(HAND_WORDS))
+_HANDS: Final = "|".join(sorted(HAND_TOKENS))
 _JOINED: Final = re.compile(f"(l|r|left|right)?({_HANDS})(left|right|anchor|mesh|model|tracker)?")
 """A hand and its side in one word, such as "lhand", "lefthand" and "handleft", or a hand and its role: "handmodel"."""
 _SIDE_FIRST: Final = re.compile(f"(left|right)({_HANDS})(.*)")
@@ -24,7 +24,7 @@ def name_tokens(name: str) -> list[str]:
     """The words of a name in small letters: those of "LeftHand_2" and "lhand" are "left" and "hand"."""
     pieces = [word.lower() for word in re.findall("[A-Z]?[a-z]+|[A-Z]+(?![a-z])", name)]
     tokens = [token for word in pieces for token in _separated(word)]
-    return tokens if HAND_WORDS.isdisjoint(tokens) else [_SIDE_OF_PREFIX.get(token, token) for token in tokens]
+    return tokens if HAND_TOKENS.isdisjoint(tokens) else [_SIDE_OF_PREFIX.get(token, token) for token in tokens]
 
 
 def _separated(word: str) -> list[str]:
@@ -37,13 +37,13 @@ def _separated(word: str) -> list[str]:
 
 def is_head(name: str) -> bool:
     """Whether a word of the name is one of a head."""
-    return not HEAD_WORDS.isdisjoint(name_tokens(name))
+    return not HEAD_TOKENS.isdisjoint(name_tokens(name))
 
 
 def is_hand(name: str) -> bool:
     """Whether a word of the name is one of a hand; "handle" and "glove box" are none."""
     tokens = name_tokens(name)
-    hands = [k for k, token in enumerate(tokens) if token in HAND_WORDS]
+    hands = [k for k, token in enumerate(tokens) if token in HAND_TOKENS]
     return any(tuple(tokens[k : k + 2]) != _GLOVE_BOX for k in hands)
 
 

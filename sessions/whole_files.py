@@ -42,7 +42,7 @@ def whole_file(
         stream.flush()
         if sys.platform == "win32":  # which renames no open file
             stream.close()
-        move_into_place(partial, target, overwrite=overwrite)
+        move_to_target(partial, target, overwrite=overwrite)
 
 
 @contextmanager
@@ -153,7 +153,7 @@ def _settle(old: Path, target: Path, listed: Listed | None) -> None:
             old.rmdir()
 
 
-def move_into_place(partial: Path, target: Path, *, overwrite: bool) -> None:
+def move_to_target(partial: Path, target: Path, *, overwrite: bool) -> None:
     """Give a file its name; without ``overwrite`` an error where there is one of that name by then."""
     if overwrite:
         partial.replace(target)

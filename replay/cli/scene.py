@@ -49,7 +49,7 @@ def new(session: Path, out: Path | None, meshes: Path | None, force: bool, as_js
     heading = f"A first scene of {session.name}, to edit; `replay scene check` names what is wrong with it."
     with whole_file(target, OutputError, overwrite=force, parents=True) as file:
         file.write(draft_text(session_read, draft, files, " ".join(heading.split())).encode())
-    messages += [match.words for match in matches.values()]
+    messages += [match.sentence for match in matches.values()]
     messages += [f"moved together throughout: {', '.join(group)}" for group in draft.held]
     bare = [name for name in session_read.names if name not in session_read.meshes]
     messages += [f"no mesh: {', '.join(bare)}"] * bool(bare)

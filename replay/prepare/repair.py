@@ -166,21 +166,21 @@ def repair_session(session: Session, policy: Policy, needed: Collection[str] | N
     if replaced:
         repaired = replace(session, source=RepairedFrames(session.blocks, session.names, replaced))
     first_ns = int(poses.stamp_ns[0]) if len(poses.stamp_ns) else 0
-    zero = first_ns if session.part is None else session.part.first_ns
+    zero = first_ns if session.segment is None else session.segment.first_ns
     # The frame after a gap is flagged: the path into it is not known.
     gaps = [PoseSpan("gap", ALL_BODIES, row, row, 1) for row in (gap_rows(poses.stamp_ns) + 1).tolist()]
     flagged = tuple(_flagged(poses, span, policy, replaced.get(span.column), zero) for span in (*spans, *gaps))
     as_recorded = not replaced and bool((np.diff(poses.stamp_ns) > 0).all()) and not poses.has(NO_ROTATION).any()
-    session_scan = scan_of(poses, session.part) if as_recorded else scan(repaired)
+    session_scan = scan_of(poses, session.segment) if as_recorded else scan(repaired)
     return Repair(repaired, policy, findings, flagged, poses.digest, session_scan)
 
 
 def _in_recording(session: Session, findings: Iterable[Finding]) -> Iterator[Finding]:
     """Findings in a part of a recording, in seconds of the whole; nothing is said of what lies outside."""
-    if session.part is None:
+    if session.segment is None:
         yield from findings
         return
-    first = session.part.first_ns
+    first = session.segment.first_ns
     for finding in findings:
         if finding.start_ns is not None and finding.end_ns is not None:
             finding = replace(finding, start=(finding.start_ns - first) / 1e9, end=(finding.end_ns - first) / 1e9)

@@ -67,7 +67,7 @@ def drafted(session: Session) -> Draft:
     grasped = tuple(tuple(sorted(names[body] for body in group)) for group in groups)
     examined = (
         ""
-        if beginning.part is None
+        if beginning.segment is None
         else f"its first {words.fixed(repair.scan.duration / 3600, 1)} h, which fit into memory"
     )
     return Draft(tuple((names[i], names[j]) for i, j in free_pairs), grasped, examined)

@@ -17,7 +17,7 @@ from sessions.doctor.pose_spans import Jumps, teleports
 from sessions.doctor.timing import out_of_order
 from sessions.doctor.track_watch import Mark
 from sessions.model.constants import BLOCK_FRAMES
-from sessions.model.session import SessionPart
+from sessions.model.session import SessionSegment
 
 NO_ROTATION: Final = Mark.NOT_FINITE | Mark.ZERO_QUATERNION | Mark.NON_UNIT
 """Marks of a sample that claims to be a pose and is none."""
@@ -83,10 +83,10 @@ def scan(session: Session) -> SessionScan:
         row, body = (int(k) for k in np.argwhere(bad)[0])
         raise InvalidPoseError(_no_pose(session, int(poses.stamp_ns[row]), body))
     backwards, repeated = out_of_order(np.concatenate(stamps))
-    return scan_of(poses, session.part, int(repeated.sum()), int(backwards.sum()))
+    return scan_of(poses, session.segment, int(repeated.sum()), int(backwards.sum()))
 
 
-def scan_of(poses: PosePass, window: SessionPart | None, repeated: int = 0, backwards: int = 0) -> SessionScan:
+def scan_of(poses: PosePass, window: SessionSegment | None, repeated: int = 0, backwards: int = 0) -> SessionScan:
     """The figures of a pass over frames whose stamps increase and whose samples are poses or lost."""
     stamps = poses.stamp_ns
     first_ns = int(stamps[0]) if len(stamps) else 0
@@ -107,7 +107,7 @@ def _no_pose(session: Session, stamp_ns: int, body: int) -> str:
     """Text on the defect of a body's sample in the first frame of this stamp."""
     stamps = session.stamps()
     number = int(np.flatnonzero(stamps == stamp_ns)[0])
-    first_ns = int(stamps[0]) if session.part is None else session.part.first_ns
+    first_ns = int(stamps[0]) if session.segment is None else session.segment.first_ns
     block = next(block for block in session.blocks(BLOCK_FRAMES) if stamp_ns in block.stamp_ns)
     row = int(np.flatnonzero(block.stamp_ns == stamp_ns)[0])
     time = (stamp_ns - first_ns) / 1e9
@@ -118,6 +118,6 @@ def _no_pose(session: Session, stamp_ns: int, body: int) -> str:
             norm = float(np.sqrt((quaternion * quaternion).sum()))
         norm_text = number_text(norm, 6) if np.isfinite(norm) else f"{norm}"
         what = f"quaternion {quaternion.tolist()} has norm {norm_text}, not 1"
-    number = number if session.part is None else int(session.part.numbers[number])
+    number = number if session.segment is None else int(session.segment.numbers[number])
     where = f"frame {number} ({words.fixed(time, 6)} s), body {block.names[body]}: "
     return f"{where}{what}; flag the sample as lost, repair it, or choose a --policy"

@@ -20,14 +20,14 @@ from sessions.meshes.mesh_axes import BODY, MESH_ROTATIONS
 from sessions.meshes.mesh_match import UNITS
 from sessions.model.assumption import ASSUMPTIONS_FACT, Assumption, Subject, assumptions_fact
 from sessions.model.scene import SceneBody, SceneEffect, SceneGroup
-from sessions.names import HAND_WORDS, HEAD_WORDS, SIDES, name_tokens
+from sessions.names import HAND_TOKENS, HEAD_TOKENS, SIDES, name_tokens
 from sessions.scene_files.answers import recording_assumptions
 
 EPOCH_NS: Final = 946_684_800 * 10**9
 """When every minimised recording begins: 2000-01-01 00:00 UTC."""
 NEAR_NS: Final = 3600 * 10**9
 """A device stamp further from its frame is of another clock, which would say when it was; the frame's stands for it."""
-ROLES: Final = HEAD_WORDS | HAND_WORDS | {*SIDES, "glass", "bench", "rod"}
+ROLES: Final = HEAD_TOKENS | HAND_TOKENS | {*SIDES, "glass", "bench", "rod"}
 """Words of names and tags that the tool itself reads: they may stay."""
 KINDS: Final = ("task", "stage", "feature")
 FACTS: Final = {

@@ -10,7 +10,7 @@ from sessions.doctor.finding import Finding, Span
 from sessions.doctor.pose_pass import PosePass
 from sessions.geometry.rotations import rotated
 from sessions.model.scene import Scene
-from sessions.names import DEVICE_WORDS, HAND_WORDS, HEAD_WORDS, SIDES, name_tokens
+from sessions.names import DEVICE_TOKENS, HAND_TOKENS, HEAD_TOKENS, SIDES, name_tokens
 from sessions.quantities import length
 
 FAR_M: Final = 25.0  # Metres from the origin in the median: no tracked room is that large (VIVE: 10 m by 10 m)
@@ -27,7 +27,7 @@ LATERAL_GAP_M: Final = 0.05  # Hands closer to each other sideways than this do 
 
 LEVEL_M: Final = 0.5  # Metres that a head moves up and down, 10th to 90th percentile; it walks farther
 
-_HAND_TOKENS = HAND_WORDS | DEVICE_WORDS | {*SIDES, "palm"}
+_HAND_TOKENS = HAND_TOKENS | DEVICE_TOKENS | {*SIDES, "palm"}
 FloatArray = NDArray[np.float64]
 Roles = dict[str, int]
 """``head``, ``left`` and ``right`` -> column, those that are there."""
@@ -41,7 +41,7 @@ def roles_of(names: tuple[str, ...], scene: Scene) -> Roles:
         tokens = frozenset(name_tokens(name))
         if (declared is not None and declared.parent) or not tokens:
             continue
-        if tokens & HEAD_WORDS and tokens <= HEAD_WORDS | DEVICE_WORDS:
+        if tokens & HEAD_TOKENS and tokens <= HEAD_TOKENS | DEVICE_TOKENS:
             roles.setdefault("head", column)
         elif tokens <= _HAND_TOKENS:
             for side in SIDES:

@@ -25,7 +25,7 @@ class Line:
     least: int = 1
 
     @property
-    def share(self) -> float:
+    def weight(self) -> float:
         """How many points the stroke asks for, relative to others."""
         return float(np.hypot(self.end[0] - self.start[0], self.end[1] - self.start[1])) * STRAIGHT_FRACTION
 
@@ -45,7 +45,7 @@ class Arc:
     least: int = 2
 
     @property
-    def share(self) -> float:
+    def weight(self) -> float:
         """How many points the stroke asks for, relative to others."""
         return abs(self.finish - self.begin) * self.radius
 
@@ -88,7 +88,7 @@ def sampled(strokes: Sequence[Stroke], segments: int) -> Polyline:
     """Return a polyline along the strokes of about ``segments`` segments, never fewer than the strokes demand."""
     counts = [stroke.least for stroke in strokes]
     for _ in range(segments - sum(counts)):
-        longest = max(range(len(strokes)), key=lambda i: strokes[i].share / counts[i])
+        longest = max(range(len(strokes)), key=lambda i: strokes[i].weight / counts[i])
         counts[longest] += 1
     pieces = [stroke.sample(count) for stroke, count in zip(strokes, counts, strict=True)]
     polyline: Polyline = np.concatenate([pieces[0], *(piece[1:] for piece in pieces[1:])])

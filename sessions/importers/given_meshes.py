@@ -78,7 +78,7 @@ class MeshOptions:
         return chosen
 
 
-MESH_OPTIONS: Final = tuple(one.name for one in fields(MeshOptions))
+MESH_OPTIONS: Final = tuple(option.name for option in fields(MeshOptions))
 
 
 def _choose(chosen: dict[str, str], body: str, choice: str, option: str) -> None:
@@ -210,7 +210,7 @@ def _given(options: MeshOptions, names: Sequence[str], poses: Convention) -> tup
             unit = _unit_of_scale(match.scale)
             assumption = mesh_unit(match.file.name, match.mesh, unit, poses, is_stated=bool(stated))
             given[name] = FileMesh(match.mesh, match.file.name, assumption)
-            notes.append(match.words)
+            notes.append(match.sentence)
         notes += without
     return given, notes
 

@@ -17,7 +17,7 @@ SESSION_RECORD, BODIES_RECORD = "vrlab.session", "vrlab.bodies"
 MESH_HASH = "mesh.sha256/"
 FORMAT = "format"
 NOT_STATED = "not stated"
-SHARE = "share"
+SHAREABLE = "share"
 
 DECLARED = {
     "source_units": NOT_STATED,

@@ -209,7 +209,7 @@ class _KeptMessages:
         """Keep a stretch of messages that can be read; any other is noted as lost."""
         try:
             table = read_region(stream, region, self._declared)
-            kept = table.part(_readable(table, self._declared))
+            kept = table.take(_readable(table, self._declared))
             decoder = self._decoder.fork()
             stamps = [stamp for frames in decoder.decode(kept) for stamp in frames.stamp_ns.tolist()]
         except SessionFileError as error:

@@ -52,7 +52,7 @@ class MessageTable:
         """One message's payload."""
         return self.data[self.start[row] : self.end[row]]
 
-    def part(self, rows: NDArray[np.int64]) -> "MessageTable":
+    def take(self, rows: NDArray[np.int64]) -> "MessageTable":
         """Some of the messages."""
         return MessageTable(self.data, *(getattr(self, name)[rows] for name in _COLUMNS))
 

@@ -37,7 +37,7 @@ class Match:
     file: Path
     node: str
     scale: float
-    words: str
+    sentence: str
 
 
 def guessed(mesh: MeshData, what: str) -> tuple[float, str]:
@@ -173,12 +173,12 @@ def _plain(name: str) -> str:
 class ColliderFile:
     """Colliders of a file: body -> those in its own frame, in the order of the nodes.
 
-    ``unowned``: names of nodes with a mesh of no body; ``words``: a sentence on all of it.
+    ``unowned``: names of nodes with a mesh of no body; ``sentence``: one on all of it.
     """
 
     solids: dict[str, tuple[MeshData, ...]]
     unowned: tuple[str, ...]
-    words: str
+    sentence: str
 
     @property
     def count(self) -> int:

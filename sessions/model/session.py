@@ -32,7 +32,7 @@ class FrameSource(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class SessionPart:
+class SessionSegment:
     """The position of the frames of a session in the recording that they are a part of.
 
     Parameters
@@ -85,7 +85,7 @@ class Session:
     colliders : body name -> the solids that an engine has in place of its mesh, in the body's own frame.
     gaze : participant -> where they looked.
     scalars : name -> a number over time: a heart rate, a marker, a channel of an EEG.
-    part : where the frames stand in the recording, of whose frames these are a part; ``None``: they are all.
+    segment : where the frames stand in the recording, of whose frames these are a part; ``None``: they are all.
     """
 
     source: FrameSource
@@ -101,7 +101,7 @@ class Session:
     colliders: Mapping[str, tuple[MeshData, ...]] = field(default_factory=dict)
     gaze: Mapping[str, GazeTrack] = field(default_factory=dict)
     scalars: Mapping[str, ScalarTrack] = field(default_factory=dict)
-    part: SessionPart | None = None
+    segment: SessionSegment | None = None
 
     def __repr__(self) -> str:
         """Frames, bodies and meshes; of a file no frame is read for them."""
@@ -134,13 +134,13 @@ class Session:
     def between(self, first_stamp_ns: int, last_stamp_ns: int) -> "Session":
         """The frames whose stamps lie between two, both included, as a session.
 
-        All else of the session stays, and ``part`` says where the frames stand in the recording.
+        All else of the session stays, and ``segment`` says where the frames stand in the recording.
         """
         stamps = self.stamps()
         numbers = np.flatnonzero((stamps >= first_stamp_ns) & (stamps <= last_stamp_ns))
         source = _Between(self.source, first_stamp_ns, last_stamp_ns)
         first_ns = int(stamps[0]) if len(stamps) else 0
-        return replace(self, source=source, part=SessionPart(first_ns, numbers))
+        return replace(self, source=source, segment=SessionSegment(first_ns, numbers))
 
     @cached_property
     def tracks(self) -> dict[str, Track]:

@@ -166,7 +166,7 @@ def with_collider_file(session: Session, colliders: ColliderFile, axes: str = CO
     rotated = {
         name: tuple(in_body_axes(solid, axes, poses) for solid in solids) for name, solids in colliders.solids.items()
     }
-    return replace(session, colliders=rotated, facts=_converted(session, [colliders.words]))
+    return replace(session, colliders=rotated, facts=_converted(session, [colliders.sentence]))
 
 
 def scene_meshes(scene: Scene, folder: str | Path = ".") -> dict[str, MeshData]:

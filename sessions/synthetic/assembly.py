@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sessions.errors import SessionError
-from sessions.mcap.metadata import SHARE
+from sessions.mcap.metadata import SHAREABLE
 from sessions.model.constants import HEADSET_HZ
 from sessions.model.samples import Track
 from sessions.synthetic.paths import Path, Poses
@@ -18,7 +18,7 @@ from sessions.synthetic.truth import Fact, Interval
 # 2024-03-01 09:00 UTC: an absolute start shows at once where somebody turns stamps into float seconds (0.2 us lost).
 START_NS = 1_709_283_600_000_000_000
 
-MADE_UP = {"source_units": "m", "consent": SHARE}
+MADE_UP = {"source_units": "m", "consent": SHAREABLE}
 """Facts of every made-up session: nobody moved in it."""
 
 NOISES: Mapping[str, TrackerNoise | None] = {"off": None, "vive": VIVE}

@@ -119,7 +119,7 @@ class Declaration:
     seconds: float = 0.0
     """Length where the steps say when things are done (then a task tells ``from`` when ``to`` when it lasts); 0: as
     long as the procedure takes."""
-    words: Mapping[str, str] = field(default_factory=lambda: EVENT_TEXTS)
+    event_texts: Mapping[str, str] = field(default_factory=lambda: EVENT_TEXTS)
     """What the program logs of a fact of this kind."""
     version: int = 1
     """Of the choreography: another one has other poses for the same seed."""

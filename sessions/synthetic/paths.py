@@ -158,7 +158,7 @@ class Stir:
     start: float
     end: float
     radius: float
-    turns_per_second: float
+    revolutions_per_second: float
     """Of the angle, which starts at +X and turns towards +Z."""
     taps: tuple[Tap, ...] = ()
     """Of the radius; their directions count for nothing."""
@@ -170,7 +170,7 @@ class Stir:
         radius = self.radius * np.minimum(opened, closed)
         for tap in self.taps:
             radius = radius + tap.amplitude * knock((times - tap.start) / tap.period)
-        angle = 2.0 * np.pi * self.turns_per_second * (times - self.start)
+        angle = 2.0 * np.pi * self.revolutions_per_second * (times - self.start)
         return radius[..., None] * np.stack([np.cos(angle), np.zeros_like(angle), np.sin(angle)], axis=-1)
 
 

@@ -23,7 +23,7 @@ from replay.show.report.page import page_of
 from replay.show.report.page_script import TABLES, page_script
 from replay.show.report.run_view import Hero, RunView, session_names
 from replay.show.results.run_folder import PICTURE, FolderKind, RunFolder, result_folder, write_summary
-from sessions.mcap.metadata import SHARE
+from sessions.mcap.metadata import SHAREABLE
 
 SHARED: Final = FolderKind("shared", "share.json", "vrlab-replay/share/1")
 INDEX: Final = "index.html"
@@ -32,7 +32,7 @@ INDEX: Final = "index.html"
 def require_consent(folders: Sequence[RunFolder]) -> None:
     """Refuse recordings whose fact ``consent`` is not ``share``; ``OutputError`` says which and what to do."""
     consents = {str(run.path): run.document.session.facts.get("consent", "not stated") for run in folders}
-    without = [f"{path} (consent: {consent})" for path, consent in consents.items() if consent != SHARE]
+    without = [f"{path} (consent: {consent})" for path, consent in consents.items() if consent != SHAREABLE]
     if without:
         what = f"no consent to share is recorded: {', '.join(without)}"
         raise OutputError(f"{what}; motion can identify a person; if you have consent, add --anyway")

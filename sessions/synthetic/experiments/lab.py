@@ -130,7 +130,7 @@ class Lab:
         script, (position, quaternion) = self.hands[side], self.where[thing]
         grip_point = self.layout.site(thing, at) - below * UP if isinstance(at, str) else at
         grip = position + rotated(quaternion, grip_point)
-        self.look(grip)
+        self.look_at(grip)
         script.over(grip, self.travel, quaternion=IDENTITY)
         script.wait(0.3)
         lifted = position + SNAP * UP
@@ -150,24 +150,24 @@ class Lab:
         seconds: float | None = None,
         *,
         quaternion: ArrayLike | None = None,
-        high: float | None = None,
+        height: float | None = None,
     ) -> None:
-        """Move the held thing so that its origin is at ``position``; with ``high`` up to that height and over first."""
+        """Move the grasped thing until its origin is at ``position``; with ``height`` up to it and over first."""
         thing = self.grasped[side]
         rotation = self.where[thing][1] if quaternion is None else np.asarray(quaternion)
-        self.look(position)
+        self.look_at(position)
         hand, hand_rotation = self._hand_for(side, position, rotation)
-        if high is None:
+        if height is None:
             self.hands[side].go(hand, seconds, quaternion=hand_rotation)
         else:
-            above = high + float(hand[1]) - float(np.asarray(position)[1])
+            above = height + float(hand[1]) - float(np.asarray(position)[1])
             self.hands[side].over(hand, above, quaternion=hand_rotation)
         self.where[thing] = (np.asarray(position), rotation)
 
-    def place(self, side: str, position: ArrayLike, *, high: float | None = None) -> None:
+    def put_down(self, side: str, position: ArrayLike, *, height: float | None = None) -> None:
         """Put the held thing down at ``position`` and open the hand: it settles by `SNAP` to where it stands."""
         goal = np.asarray(position, dtype=np.float64)
-        self.carry(side, goal + 0.05 * UP, high=high)
+        self.carry(side, goal + 0.05 * UP, height=height)
         self.carry(side, goal + SNAP * UP, 0.7)
         thing = self.grasped[side]
         lifted, quaternion = self.where[thing]
@@ -176,10 +176,10 @@ class Lab:
         self.things[thing].append((self._let_go(side), Standing(*self.where[thing])))
         self.hands[side].wait(0.25)
 
-    def put_back(self, side: str, high: float | None = None, by: float = 0.12, *, rest: bool = False) -> None:
+    def put_back(self, side: str, height: float | None = None, by: float = 0.12, *, rest: bool = False) -> None:
         """Put the held thing where it stood at first; lift the empty hand off it by ``by`` metres, or bring it home."""
         home = self.layout.placed[self.grasped[side]].position
-        self.place(side, home, high=self.travel - 0.1 if high is None else high)
+        self.put_down(side, home, height=self.travel - 0.1 if height is None else height)
         self.leave(side, by)
         if rest:
             self.rest(side)
@@ -212,7 +212,7 @@ class Lab:
         self.where[thing] = (np.array([x, fall.floor, z]), fall.quaternion)
         self.hands[side].wait(impact - moment + 0.8)
 
-    def look(self, at: ArrayLike | str, *, after: float = 0.0) -> None:
+    def look_at(self, at: ArrayLike | str, *, after: float = 0.0) -> None:
         """The eyes turn to a place, or to where a body stood at first, when both hands have rested for ``after`` s."""
         if after:
             self.wait(after)

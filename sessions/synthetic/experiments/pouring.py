@@ -74,13 +74,13 @@ class Outlet:
     """S, inner cross-section of the column, m2."""
     head: float
     """h0, level over the tip at time 0, metres."""
-    turns: Sequence[StopcockRotation]
+    rotations: Sequence[StopcockRotation]
     """In order of time, none overlapping."""
 
     def opened(self, time: float) -> float:
         """Integral of the open area from 0 to ``time``, m2 s."""
         total, rest_from, angle = 0.0, 0.0, 0.0
-        for rotation in self.turns:
+        for rotation in self.rotations:
             if time <= rotation.start:
                 break
             total += angle * (rotation.start - rest_from) + rotation.swept(time)

@@ -67,7 +67,7 @@ class Experiment(Declaration):
             {name: tracks[name] for name in lab.layout.placed if name in tracks},
             meshes=lab.layout.meshes,
             scene=self.scene(faces),
-            events=[_event(fact, self.words[fact.kind]) for fact in truth.facts if fact.kind in self.words],
+            events=[_event(fact, self.event_texts[fact.kind]) for fact in truth.facts if fact.kind in self.event_texts],
             intervals=sorted(lab.intervals, key=lambda span: (span.start_ns, span.kind, span.name)),
             facts={
                 "synthetic": self.name,

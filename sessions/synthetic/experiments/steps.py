@@ -49,7 +49,7 @@ def pour(lab: Lab, side: str, target: str, millilitres: float, *, seconds: float
     axis, lip = np.cross(UP, forward), np.array(cavity.opening.lip)
     middle = _mouth(lab, target) + beside * forward
     rim_height = lip[1] + CLEAR_OF_RIM
-    lab.carry(side, middle + rim_height * UP - rotated(quaternion, lip), high=lab.travel - 0.1)
+    lab.carry(side, middle + rim_height * UP - rotated(quaternion, lip), height=lab.travel - 0.1)
     script.wait(0.3)
     fraction = np.linspace(0.0, 1.0, round(seconds / STEP_S) + 1)[1:]
 
@@ -96,7 +96,7 @@ def stir(
     position = lab.where[vessel][0] + tip_height * UP
     top = float(_mouth(lab, vessel)[1]) + 0.04
     above = np.array([position[0], top, position[2]])
-    lab.carry(side, above, high=max(top, lab.travel - 0.15))
+    lab.carry(side, above, height=max(top, lab.travel - 0.15))
     lab.carry(side, position)
     start, revolutions = script.now, float(lab.rng.uniform(1.0, 1.3))
     taps = []
@@ -123,13 +123,13 @@ def _circle(lab: Lab, side: str, kind: str, circles: Stir, bodies: tuple[str, ..
     script = lab.hands[side]
     script.overlays.append(circles)
     script.wait_until(circles.end)
-    values = {"turns_per_second": circles.turns_per_second, "radius_m": circles.radius}
+    values = {"turns_per_second": circles.revolutions_per_second, "radius_m": circles.radius}
     lab.fact(kind, circles.start + lab.late, script.now + lab.late, bodies, **values)
 
 
 def rap(lab: Lab, side: str, target: str, height: float, seconds: float, *, note: str) -> None:
     """Touch a standing glass with the knuckles of an empty hand for so many seconds."""
-    lab.look(lab.where[target][0])
+    lab.look_at(lab.where[target][0])
     script, meets, at = _before(lab, side, target, height)
     dent = Dent(0.0024, seconds, 0.0264)
     script.go(meets.origin_at(at, dent.gap), 0.6)
@@ -222,7 +222,7 @@ def _stopcock(lab: Lab, outlet: Outlet) -> PosesAt:
 
     def path(times: Array, _hands: Mapping[str, Poses]) -> Poses:
         angle = np.zeros_like(times)
-        for rotation in outlet.turns:
+        for rotation in outlet.rotations:
             after = times >= rotation.start
             angle[after] = [rotation.angle(time) for time in times[after]]
         return np.tile(position, (len(times), 1)), quaternion_about(AXIS, angle)
@@ -238,7 +238,7 @@ SIDEWAYS = axis_angle_quaternion((0.0, 0.0, 1.0), -0.5 * np.pi)
 def dip(lab: Lab, vessel: str) -> None:
     """Lower the wire's tip into a beaker and lift it out."""
     position = lab.where[vessel][0]
-    lab.carry("right", position + 0.11 * UP, high=BENCH_TOP + 0.21, quaternion=(0.0, 0.0, 0.0, 1.0))
+    lab.carry("right", position + 0.11 * UP, height=BENCH_TOP + 0.21, quaternion=(0.0, 0.0, 0.0, 1.0))
     lab.carry("right", position + 0.014 * UP)
     start = lab.hands["right"].now
     lab.hands["right"].wait(float(lab.rng.uniform(0.8, 1.4)))
@@ -301,8 +301,8 @@ def set_tube(lab: Lab) -> None:
     mouth = float(lab.layout.meshes["flask"].bounds[1, 1])
     lab.grasp("left", "tube", (0.0, 0.3, 0.0))
     seat = flask + (mouth - TUBE_IN_FLASK) * UP
-    lab.carry("left", seat + 0.16 * UP, high=BENCH_TOP + 0.28)
-    lab.place("left", seat)
+    lab.carry("left", seat + 0.16 * UP, height=BENCH_TOP + 0.28)
+    lab.put_down("left", seat)
     lab.leave("left", 0.22)
     x, y, z = lab.hands["left"].position
     lab.hands["left"].go((x - 0.2, y, z + 0.1))
@@ -314,7 +314,7 @@ def collect_gas(lab: Lab) -> None:
     top = lab.where["tube"][0] + TUBE_LENGTH * UP
     lab.grasp("right", "jar", (0.0, 0.12, 0.0))
     over = top + (JAR_HEIGHT + LOWER_BY - INSIDE_BY) * UP
-    lab.carry("right", over, high=float(over[1]))
+    lab.carry("right", over, height=float(over[1]))
     entered, left = _visit(lab, "right", (over, over - LOWER_BY * UP), LOWER_S, 22.0, 1.0 - INSIDE_BY / LOWER_BY)
     begun = lab.last("pour").start
     moles, rate = (

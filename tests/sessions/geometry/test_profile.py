@@ -26,8 +26,8 @@ def test_volume_of_cylinder_and_cone_cup_matches_closed_form():
 def test_rounded_corner_is_a_tangent_quarter_circle():
     first, arc, last = rounded([(1.0, 1.0), (2.0, 1.0, 0.5), (2.0, 4.0)])
     assert (first.end, arc.centre, last.start) == (pytest.approx((1.5, 1.0)), (1.5, 1.5), pytest.approx((2.0, 1.5)))
-    assert arc.share == pytest.approx(0.25 * np.pi) and arc.finish == pytest.approx(0.0, abs=1e-15)
-    assert Arc((0.0, 0.0), 2.0, 1.0, 3.0).share == pytest.approx(4.0)
+    assert arc.weight == pytest.approx(0.25 * np.pi) and arc.finish == pytest.approx(0.0, abs=1e-15)
+    assert Arc((0.0, 0.0), 2.0, 1.0, 3.0).weight == pytest.approx(4.0)
 
 
 seeds = st.integers(0, 2**32 - 1)

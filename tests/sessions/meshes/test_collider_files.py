@@ -49,7 +49,7 @@ def test_convex_colliders_become_hulls_and_match_their_body(tmp_path):
         ("UCX_lamp_01", BALL, moved(0, 0, 0)),
     )
     file_of_two = read_colliders(file, ["a", "b"])
-    result, text = file_of_two.solids, file_of_two.words
+    result, text = file_of_two.solids, file_of_two.sentence
     assert text == "colliders of c.glb: a 2, b 1 (of no body: UCX_lamp_01)"
     box, disc = result["a"]
     assert box.volume == pytest.approx(0.008, rel=1e-5) and box.bounds[0, 0] == pytest.approx(0.4, abs=1e-6)
@@ -73,7 +73,7 @@ def test_body_mesh_beside_named_colliders_is_no_collider(tmp_path):
     """Unreal's importer takes a file so; without such names the mesh of the body is its collider."""
     pose = moved(0, 0, 0)
     hulls = read_colliders(write(tmp_path / "c.glb", ("a", RING, pose), ("UCX_a_00", BOX, pose)), ["a"])
-    result, text = hulls.solids, hulls.words
+    result, text = hulls.solids, hulls.sentence
     assert [solid.volume for solid in result["a"]] == pytest.approx([0.008], rel=1e-5)
     assert text == "colliders of c.glb: a 1 (drawn beside them: a)"
     alone = read_colliders(write(tmp_path / "d.glb", ("a", RING, pose)), ["a"]).solids

@@ -48,9 +48,9 @@ def test_folder_is_matched_by_name_and_reported(tmp_path):
         "old spare": "spare.obj",
     }
     reported_of_it = "beaker: Beaker_250.obj; a like name; Beaker_250.obj is 8 units long, taken for cm: 80 mm"
-    assert result["beaker"].words == reported_of_it
+    assert result["beaker"].sentence == reported_of_it
     assert result["beaker"].mesh.bounds[1, 0] == pytest.approx(0.04, rel=0.05) and result["beaker"].scale == 0.01
-    assert result["Flask"].words == "Flask: flask.obj" and note == ["no mesh is named like: camera"]
+    assert result["Flask"].sentence == "Flask: flask.obj" and note == ["no mesh is named like: camera"]
     forced, _ = matched(tmp_path, ["flask"], {"": 0.001})
     assert np.array_equal(forced["flask"].mesh.vertices, result["Flask"].mesh.vertices * 0.001)
 
@@ -76,7 +76,7 @@ def test_a_glb_of_many_nodes_is_split_among_its_bodies(tmp_path):
         }
         # Each in its node's frame, where a tracker reports it, not where the file has it.
         assert np.abs(result["flask"].mesh.bounds).max() == pytest.approx(0.05, abs=1e-6)
-        assert note == ["no mesh is named like: rod"] and result["flask"].words == "flask: lab.glb, node Flask"
+        assert note == ["no mesh is named like: rod"] and result["flask"].sentence == "flask: lab.glb, node Flask"
 
 
 def test_unmatched_and_damaged_files_are_refused_in_a_sentence(tmp_path):

@@ -69,7 +69,7 @@ def test_the_frames_between_two_stamps_know_where_they_stood():
     session = Session.from_tracks({"a": track_of([1, 3, 4, 9])})
     piece = session.between(3, 4)
     assert piece.frames.stamp_ns.tolist() == [3, 4]
-    assert (piece.part.first_ns, piece.part.numbers.tolist()) == (1, [1, 2])
+    assert (piece.segment.first_ns, piece.segment.numbers.tolist()) == (1, [1, 2])
 
 
 def test_pairs_are_declared_or_all_outside_groups_and_ignores():

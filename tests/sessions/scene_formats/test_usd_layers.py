@@ -78,13 +78,13 @@ def test_layer_that_a_scene_may_not_read(tmp_path, capfd, arc, name, refusal):
 @pytest.mark.parametrize("arc", ARCS)
 def test_missing_layer_is_named(tmp_path, capfd, arc):
     text, head = named_by(arc, "gone.usda")
-    found = read_scene_source(scene(tmp_path, text, head=head))
-    assert [*found.bodies] == ["ball"] and found.left_out == ("the layer 'gone.usda', which is missing",)
+    scene_source = read_scene_source(scene(tmp_path, text, head=head))
+    assert [*scene_source.bodies] == ["ball"] and scene_source.left_out == ("the layer 'gone.usda', which is missing",)
     assert capfd.readouterr() == ("", "")
 
 
 @pytest.mark.parametrize("where", ["working folder", "environment"])
-def test_layer_that_is_found_elsewhere_is_refused(tmp_path, monkeypatch, where):
+def test_layer_of_another_folder_is_refused(tmp_path, monkeypatch, where):
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
     (elsewhere / "found.usda").write_text(HEAD + BALL)
@@ -101,13 +101,13 @@ def test_layer_that_is_found_elsewhere_is_refused(tmp_path, monkeypatch, where):
         assert "lies outside" in ran.stderr
 
 
-def test_part_that_names_no_prim_is_named(tmp_path):
-    found = read_scene_source(scene(tmp_path, BALL + 'def "other" (references = </nowhere>)\n{\n}\n'))
-    assert [*found.bodies] == ["ball"] and "</nowhere>" in found.left_out[0]
+def test_reference_to_no_prim_is_named(tmp_path):
+    scene_source = read_scene_source(scene(tmp_path, BALL + 'def "other" (references = </nowhere>)\n{\n}\n'))
+    assert [*scene_source.bodies] == ["ball"] and "</nowhere>" in scene_source.left_out[0]
 
 
 @pytest.mark.parametrize("kind", ["references", "inherits", "sublayer", "two files"])
-def test_parts_that_contain_themselves_are_refused(tmp_path, kind):
+def test_arcs_that_contain_themselves_are_refused(tmp_path, kind):
     head, text = HEAD, BALL
     if kind == "sublayer":
         head = HEAD.replace(")\n", "    subLayers = [@scene.usda@]\n)\n")
@@ -189,7 +189,7 @@ def test_unit_that_is_none_is_refused(tmp_path, unit):
         read_scene_source(scene(tmp_path, BALL, head=HEAD.replace("Unit = 1", f"Unit = {unit}")))
 
 
-def test_absence_of_the_library_is_one_sentence(tmp_path, monkeypatch):
+def test_absence_of_the_library_is_explained(tmp_path, monkeypatch):
     own = builtins.__import__
 
     def without(name, *more, **keys):
@@ -220,9 +220,9 @@ def test_binary_layer_that_ends_the_library_is_refused(tmp_path, monkeypatch):
 def test_trial_reads_as_an_import_does(tmp_path, monkeypatch):
     from sessions.scene_formats import usd_trial
 
-    part = pxr.Usd.Stage.CreateNew(str(tmp_path / "part.usdc"))
-    part.DefinePrim("/a", "Sphere")
-    part.Save()
+    layer = pxr.Usd.Stage.CreateNew(str(tmp_path / "part.usdc"))
+    layer.DefinePrim("/a", "Sphere")
+    layer.Save()
     tried = []
     monkeypatch.setattr("sessions.scene_formats.usd_layers.try_scene", lambda *given: tried.append(given))
     path = scene(tmp_path, BALL + 'def "other" (references = @part.usdc@</a>)\n{\n}\n')
