@@ -52,11 +52,14 @@ def round_axis(mesh: TriangleMesh) -> tuple[FloatArray, FloatArray] | None:
         flat = (corners - point)[:, across]
         profile = np.column_stack([np.hypot(*flat.T), corners @ axis])
         sector = (np.arctan2(flat[:, 1], flat[:, 0]) // (2 * np.pi / AROUND)).astype(np.int64) % AROUND
-        near = [
-            cKDTree(some).query(profile)[0] < NEAR * size if len(some := profile[sector == number]) else False
-            for number in np.unique(sector)
-        ]
-        fraction = float(np.mean(np.all(near, axis=0))) if len(near) == AROUND else 0.0
+        near = np.ones(len(profile), dtype=np.bool_)
+        for number in range(AROUND):
+            some = profile[sector == number]
+            near &= cKDTree(some).query(profile)[0] < NEAR * size if len(some) else False
+            # Each sector takes corners away: a hand is known not to be round after the first.
+            if near.mean() < ROUND:
+                break
+        fraction = float(near.mean())
         if fraction >= ROUND and (best is None or fraction > best[0]):
             best = fraction, point, axis
     return None if best is None else best[1:]

@@ -288,11 +288,11 @@ def _farthest_on_triangle(triangle: FloatArray, surface: Surface) -> float:
     for _ in range(STEPS):
         point = triangle[0] + weights @ axes
         room = np.array([weights[0], weights[1], 1.0 - weights.sum()])
-        step = _best_step(point, depth, surface, axes, (sides, room)) if depth > 0.0 else None
-        if step is None:
+        ascent = _best_step(point, depth, surface, axes, (sides, room)) if depth > 0.0 else None
+        if ascent is None:
             break
-        moved, depth = step
-        weights = np.linalg.lstsq(axes.T, moved - triangle[0], rcond=None)[0]
+        step, depth = ascent
+        weights = weights + step
     return depth
 
 
@@ -304,10 +304,11 @@ def _ascend(point: FloatArray, surface: Surface, boundary: Surface) -> float:
     for _ in range(2 * STEPS if len(surface.triangles) < FINE else STEPS // 2):
         if room <= NARROW * start:
             break
-        step = _best_step(point, depth, surface, np.eye(3), (sides, np.full(6, room / np.sqrt(3.0))))
-        if step is None:
+        ascent = _best_step(point, depth, surface, np.eye(3), (sides, np.full(6, room / np.sqrt(3.0))))
+        if ascent is None:
             break
-        point, depth = step
+        step, depth = ascent
+        point = point + step
         room = float(boundary.distances(point[None])[0][0])
     return depth
 
@@ -319,7 +320,7 @@ def _best_step(
     axes: FloatArray,
     limits: tuple[FloatArray, FloatArray],
 ) -> tuple[FloatArray, float] | None:
-    """The point reached by a step along axes (k, 3), within ``limits`` (rows, right side), and its distance.
+    """A step (k,) along axes (k, 3) within ``limits`` (rows, right side), and the distance of the point it leads to.
 
     The step leads to the greatest of the tangents of the distances to single triangles. They are right on the near side
     of each, so that the true distance is no less: where it is, a triangle was left out, and is taken in. ``None``: the
@@ -329,14 +330,16 @@ def _best_step(
 
     away = np.sqrt(((surface.middles - point) ** 2) @ np.ones(3)) - surface.radii
     rows = np.argpartition(away, NEAREST)[:NEAREST] if len(away) > NEAREST else np.arange(len(away))
+    step = np.zeros(len(axes))
     for _ in range(TAKEN_IN):
         distance, closest = _kernels().distance_to_triangles(
             np.broadcast_to(point, (len(rows), 3)), surface.triangles[rows]
         )
         gradients = (point - closest) / np.maximum(distance, 1e-300)[:, None]
-        step = greatest_minimum(gradients @ axes.T, distance, *limits)
-        if step is None:
+        highest = greatest_minimum(gradients @ axes.T, distance, *limits)
+        if highest is None:
             return None
+        step = highest
         promised = float((distance + gradients @ axes.T @ step).min())
         if promised <= depth * (1.0 + PRECISION):
             return None
@@ -345,4 +348,4 @@ def _best_step(
         if reached[0] >= promised * (1.0 - PRECISION) or nearest[0] in rows:
             break
         rows = np.append(rows, nearest[0])
-    return (moved, float(reached[0])) if reached[0] > depth * (1.0 + PRECISION) else None
+    return (step, float(reached[0])) if reached[0] > depth * (1.0 + PRECISION) else None

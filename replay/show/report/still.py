@@ -166,10 +166,11 @@ def _with_colliders(sight: Sight, result: RunResult, label: str) -> Sight:
 
 def webp(picture: FloatArray) -> str:
     """A raster picture as it lies in an address."""
-    from PIL import Image
+    import PIL.Image
+    import PIL.WebPImagePlugin  # without it the first picture loads the plugins of all forty formats
 
     out = io.BytesIO()
-    Image.fromarray(np.round(picture * 255).astype(np.uint8)).save(out, "WEBP", quality=82, method=2)
+    PIL.Image.fromarray(np.round(picture * 255).astype(np.uint8)).save(out, "WEBP", quality=82, method=2)
     return b64encode(out.getvalue()).decode()
 
 
