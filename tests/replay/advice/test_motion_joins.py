@@ -101,10 +101,13 @@ def test_time_that_is_up_ends_the_joining(stirred):
             call(stirred.by_volume(6), stirred.false_contacts, check)
 
 
-def test_body_that_nothing_comes_near_has_no_false_contact(two_beakers):
+def test_pieces_are_tested_at_no_frame_without_false_contact(two_beakers):
     assembly = prepare(two_beakers, pairs=[("beaker", "stirrer")]).assembly
-    nothing = FalseContacts(assembly, "beaker", np.zeros((len(assembly.motion), 1), dtype=np.bool_))
-    assert nothing.of([revolved_mesh([(0, 0), (1, 0), (1, 1), (0, 1)], 8)]).shape == (1, 0)
+    never = np.zeros((len(assembly.motion), 1), dtype=np.bool_)  # of one pair
+    false_contacts = FalseContacts(assembly, "beaker", never)
+    cylinder = revolved_mesh([(0, 0), (1, 0), (1, 1), (0, 1)], 8)
+    pieces, frames = false_contacts.of([cylinder]).shape
+    assert (pieces, frames) == (1, 0)
 
 
 def test_untested_joins_change_no_level(stirred, monkeypatch):

@@ -19,14 +19,19 @@ def test_depth_of_rod_in_block_is_depth_of_its_end(depth):
     assert overlap_depth(block, rod, motion, 0, (0, 1)) == pytest.approx(depth, abs=0.002)
 
 
-def test_separate_bodies_and_open_surfaces_have_no_depth():
-    block = box(0.2, 0.2, 0.2)
-    sheet = SampledSurface(TriangleMesh(block.vertices, block.faces[:-2]))
-    far = Motion(np.array([0.0]), np.array([[[0.0, 0, 0], [1.0, 0, 0]]]), np.tile(np.eye(3), (1, 2, 1, 1)))
-    near = Motion(np.array([0.0]), np.array([[[0.0, 0, 0], [0.05, 0, 0]]]), np.tile(np.eye(3), (1, 2, 1, 1)))
-    assert overlap_depth(SampledSurface(block), SampledSurface(block), far, 0, (0, 1)) == 0.0
-    assert sheet.depth_of(np.zeros((1, 3))) == 0.0 and not sheet.has_consistent_winding
-    assert overlap_depth(SampledSurface(block), SampledSurface(block), near, 0, (0, 1)) > 0.04
+@pytest.mark.parametrize(("apart", "depth"), [(1.0, 0.0), (0.15, 0.05)])
+def test_depth_of_two_blocks_is_what_is_left_of_their_width(apart, depth):
+    block = SampledSurface(box(0.2, 0.2, 0.2))
+    motion = Motion(np.array([0.0]), np.array([[[0.0, 0, 0], [apart, 0, 0]]]), np.tile(np.eye(3), (1, 2, 1, 1)))
+    assert overlap_depth(block, block, motion, 0, (0, 1)) == pytest.approx(depth, abs=0.01)
+
+
+def test_point_in_an_open_box_has_no_depth():
+    block, centre = box(0.2, 0.2, 0.2), np.zeros((1, 3))
+    open_box = SampledSurface(TriangleMesh(block.vertices, block.faces[:-2]))
+    assert SampledSurface(block).depth_of(centre) > 0.09
+    assert open_box.depth_of(centre) == 0.0
+    assert not open_box.has_consistent_winding
 
 
 def test_winding_does_not_swap_inside_and_outside():

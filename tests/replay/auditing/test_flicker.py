@@ -165,7 +165,16 @@ def test_reference_takes_no_release_distance():
         compute(gaps(BOUNCES), detectors="mesh=discrete", oracle="exact[release_m=0.001]")
 
 
-@pytest.mark.parametrize("metres", ["-1", "2", "true", "nan", "abc"])
-def test_release_distance_is_a_length(metres):
+@pytest.mark.parametrize(
+    "metres",
+    [
+        pytest.param("-1", id="negative"),
+        pytest.param("2", id="more than a metre"),
+        pytest.param("true", id="no number"),
+        pytest.param("nan", id="not finite"),
+        pytest.param("abc", id="a word"),
+    ],
+)
+def test_release_distance_outside_0_to_1_metre_is_refused(metres):
     with pytest.raises(DetectorSpecError, match="release_m="):
         compute(gaps(BOUNCES), detectors=f"discrete[release_m={metres}]")

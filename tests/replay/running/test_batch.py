@@ -73,14 +73,14 @@ def test_session_with_a_lost_reply_is_accepted(files, tmp_path):
     assert (tmp_path / "s0" / "summary.json").stat().st_mtime_ns != when
 
 
-def test_another_scene_under_the_same_name_is_another_batch(files, tmp_path):
-    scene = tmp_path / "scene.toml"
+def test_batch_folder_is_refused_after_its_scene_file_changed(tmp_path):
+    scene, runs = tmp_path / "scene.toml", tmp_path / "runs"
+    settings = {**SETTINGS, "scene": str(scene)}
     scene.write_text('[scene]\nname = "one"\n')
-    requested = {**SETTINGS, "scene": str(scene)}
+    run_batch([], runs, settings=settings)
+    scene.write_text('[scene]\nname = "other"\n')
     with pytest.raises(OutputError, match="other settings"):
-        for name in ("one", "other"):
-            scene.write_text(f'[scene]\nname = "{name}"\n')
-            run_batch([], tmp_path / "runs", settings=requested)
+        run_batch([], runs, settings=settings)
 
 
 def test_failure_is_reported_and_ends_no_other_session(files, tmp_path):

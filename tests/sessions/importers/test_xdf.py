@@ -155,12 +155,13 @@ def test_text_streams_are_events_and_number_streams_scalars(tmp_path):
     assert "axes" not in session.facts["assumed"]
 
 
-def test_an_object_without_confidence_is_lost(tmp_path):
-    names = ("Rod",)
-    rows = np.column_stack([numbers()[:, :7], np.arange(COUNT) % 2])
-    head = stream_header(1, "M", "MoCap", channels(names=names, types=(*TYPES, "Confidence")))
+def test_rows_of_confidence_0_are_lost(tmp_path):
+    rod_poses = numbers()[:, :7]
+    confidence = np.arange(COUNT) % 2  # 0, 1, 0, 1 ...
+    rows = np.column_stack([rod_poses, confidence])
+    head = stream_header(1, "M", "MoCap", channels(names=("Rod",), types=(*TYPES, "Confidence")))
     track = import_session("xdf", xdf_file(tmp_path, head, samples(1, STAMPS, rows))).tracks["Rod"]
-    assert track.valid.tolist() == [bool(k % 2) for k in range(COUNT)]
+    assert track.valid.tolist() == (confidence == 1).tolist()
 
 
 @pytest.mark.parametrize(("cut", "kept", "skipped"), [(100, COUNT, False), (130, COUNT // 2, True)])

@@ -281,18 +281,23 @@ def test_buffers_of_a_gltf_lie_beside_it(tmp_path):
 @pytest.mark.parametrize(
     ("content", "refusal"),
     [
-        ({"asset": {"version": "2.0"}, "nodes": [{"name": "a"}], "scenes": [{"nodes": [0]}]}, "has no physics"),
-        ({"asset": {"version": "2.0"}, "extensionsUsed": ["OMI_collider"], "nodes": []}, "extension OMI_collider is"),
-        (
-            {"asset": {"version": "2.0"}, "nodes": [{"extensions": {"OMI_physics_body": {"trigger": {}}}}]},
-            "no body that collides; not taken: the trigger of node 'node 0'",
+        pytest.param({"nodes": [{"name": "a"}], "scenes": [{"nodes": [0]}]}, "has no physics", id="no physics"),
+        pytest.param(
+            {"extensionsUsed": ["OMI_collider"], "nodes": []}, "extension OMI_collider is", id="outdated extension"
         ),
-        ({"asset": {"version": "2.0"}, "nodes": [{"children": [1]}, {}, {"children": [1]}]}, "hangs on two others"),
+        pytest.param(
+            {"nodes": [{"extensions": {"OMI_physics_body": {"trigger": {}}}}]},
+            "no body that collides; not taken: the trigger of node 'node 0'",
+            id="only a trigger",
+        ),
+        pytest.param(
+            {"nodes": [{"children": [1]}, {}, {"children": [1]}]}, "hangs on two others", id="node with two parents"
+        ),
     ],
 )
-def test_file_without_physics_is_refused(tmp_path, content, refusal):
+def test_gltf_that_gives_no_scene_is_refused_with_the_reason(tmp_path, content, refusal):
     with pytest.raises(SceneSourceError, match=refusal):
-        read_scene_source(glb(tmp_path / "s.glb", content))
+        read_scene_source(glb(tmp_path / "s.glb", {"asset": {"version": "2.0"}, **content}))
 
 
 @pytest.mark.parametrize(

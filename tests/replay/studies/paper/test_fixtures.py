@@ -64,7 +64,8 @@ def test_faces_are_counted_once_however_many_pairs_they_belong_to():
     assert faces_of_pairs(np.zeros((0, 2), dtype=np.int64)) == 0
 
 
-def test_a_target_that_no_pose_meets_is_refused(monkeypatch):
-    monkeypatch.setattr(fixtures, "ATTEMPTS", 0)
+def test_fixture_is_refused_when_no_attempt_finds_a_pose(monkeypatch):
+    monkeypatch.setattr(fixtures, "ATTEMPTS", 0)  # gives up before the first pose
+    fixture_without_its_cache = fixture.__wrapped__
     with pytest.raises(FixtureError, match="in which 100 faces meet; choose a target from 100 to 1000"):
-        fixture.__wrapped__(100, 0)
+        fixture_without_its_cache(100, 0)
