@@ -175,6 +175,11 @@ class _Reading:
         if made is None or mine is None:
             self.problems.append(f"{name}: {equation!r} has a species that nothing defines, or no log_k")
             return
+        if made[1] and any("analytic" in option for option in options):
+            self.problems.append(
+                f"{name}: -analytic holds for an equation of the data base's own ions; write it with them"
+            )
+            return
         if not made[0].get(ELECTRON):
             # In terms of the file's ions, whatever species its equation is written with.
             log_k, kilojoule = mine[0] - made[1], mine[1] - made[2]

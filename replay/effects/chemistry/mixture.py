@@ -271,6 +271,7 @@ def phreeqc_data(mixture: Mixture) -> str:
         formula = _written(makeup, symbols)
         lines += [phase_name(row), _equation(makeup, formula, mixture, dissolving=True)]
         lines += [f"\tlog_k {phase.entry.log_k!r}", f"\tdelta_h {phase.entry.kilojoule!r} kJ"]
+        lines += [f"\t{option}" for option in phase.entry.options if "analytic" in option]
     return "\n".join([*lines, "END", ""])
 
 

@@ -75,7 +75,8 @@ def formation():
 )
 def test_an_equilibrium_constant_is_that_of_its_source(equation, value, heat, source, reaction):
     assert (
-        source in (*SOURCES.FILES, "nist46", "smith-martell", "harvey", "eawag", "buffers", "unverified") and reaction
+        source in (*SOURCES.FILES, "nist46", "smith-martell", "harvey", "eawag", "buffers", "solubility", "unverified")
+        and reaction
     )
     if source == "nist46":
         assert (value, heat) == NIST_46[int(reaction.split()[1].rstrip(","))]
