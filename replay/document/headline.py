@@ -20,6 +20,8 @@ from sessions.doctor.finding import CODES
 
 FIRST_GROUPS: Final = ("import", "scale")
 """Groups of findings that make an answer doubtful even where they are warnings."""
+FIRST_CODES: Final = ("mesh-units", "often-missing")
+"""Codes of other groups that do."""
 NOT_COVERED: Final = (
     "Not in these copies: a constant offset of a tracker, a wrong mesh, noise that the recording already has."
 )
@@ -59,7 +61,7 @@ def doubts_of(findings: Iterable[Finding]) -> list[str]:
     """The same of findings."""
     grouped: dict[tuple[Severity, str], list[Finding]] = {}
     for row in findings:
-        if row.severity == Severity.ERROR or CODES[row.code].group in FIRST_GROUPS or row.code == "mesh-units":
+        if row.severity == Severity.ERROR or CODES[row.code].group in FIRST_GROUPS or row.code in FIRST_CODES:
             grouped.setdefault((row.severity, row.code), []).append(row)
     lines = []
     for (severity, code), (row, *more) in grouped.items():

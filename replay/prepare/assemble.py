@@ -83,7 +83,9 @@ def assemble(
     moves = dict(zip(session.names, session_scan.moves.tolist(), strict=True))
     rows = chosen_pairs(scene, names, moves, pairs)
     if not len(rows) and detecting:
-        raise AssemblyError(f"no pair to replay: {_why_no_pair(session, names, moves, pairs)}")
+        without_pose = [name for name, has in zip(session.names, session_scan.has_pose, strict=True) if not has]
+        why = _without_pose([name for name in without_pose if name in names])
+        raise AssemblyError(f"no pair to replay: {why or _why_no_pair(session, names, moves, pairs)}")
     stamps = _window(session_scan, start, end)
     placed = _placed(session, kinematics, stamps, len(bodies))
     declared = [scene.body(name) for name in names]
@@ -101,6 +103,14 @@ def assemble(
         live_residual=_residual(session),
         group_of=scene.group_of,
     )
+
+
+def _without_pose(names: Sequence[str]) -> str:
+    """Why bodies of which every sample is lost are in no pair; ``""``: there are none."""
+    if not names:
+        return ""
+    verb = "has" if len(names) == 1 else "have"
+    return f"{', '.join(names)} {verb} no pose that is not lost; `replay doctor` says where; correct the export"
 
 
 def _why_no_pair(session: Session, names: list[str], moves: dict[str, bool], requested: Pairs | None) -> str:

@@ -6,8 +6,8 @@ from typing import Final
 import numpy as np
 
 from cdcore.numerics import FloatArray
-from replay.prepare.interpolation import BRIDGE_NS
 from sessions.doctor.timing import typical_step
+from sessions.model.constants import BRIDGE_NS
 
 USUAL_STEPS: Final = 2.0
 """A next frame that is farther away than this many usual steps, and than what is bridged, comes after a gap."""

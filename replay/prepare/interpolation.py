@@ -20,9 +20,7 @@ from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
 from replay.prepare.assembly import PoseOrigin
 from sessions import Frames, Status
 from sessions.geometry.rotations import slerp
-
-BRIDGE_NS: Final = 50_000_000
-"""A sample speaks for at most 50 ms: five samples of a 90 Hz tracker, and 1-2 cm of an ordinary hand movement."""
+from sessions.model.constants import BRIDGE_NS
 
 _ORIGIN: Final = np.array(
     [PoseOrigin.NONE, PoseOrigin.RECORDED, PoseOrigin.NONE, PoseOrigin.HELD, PoseOrigin.INTERPOLATED], dtype=np.uint8

@@ -43,6 +43,7 @@ class SessionScan:
     stamp_ns : (T,) int64 of the frames kept, strictly increasing.
     repeated, backwards : frames left out because their stamp repeats the latest one, or lies before it.
     moves : (N,) bool, whether any two usable samples of a body differ.
+    has_pose : (N,) bool, whether any sample of a body is a pose.
     jumps : what the doctor calls a teleport.
     """
 
@@ -51,6 +52,7 @@ class SessionScan:
     repeated: int
     backwards: int
     moves: BoolArray
+    has_pose: BoolArray
     jumps: Jumps
 
     @property
@@ -99,6 +101,7 @@ def scan_of(poses: PosePass, window: SessionSegment | None, repeated: int = 0, b
         repeated=repeated,
         backwards=backwards,
         moves=np.asarray(moves),
+        has_pose=np.any(poses.has(Mark.PRESENT) & ~poses.has(Mark.LOST | Mark.NOT_FINITE), axis=0),
         jumps=teleports(poses),
     )
 

@@ -10,6 +10,7 @@ from sessions.doctor.finding import Finding, Severity, Span
 from sessions.doctor.pose_pass import PosePass
 from sessions.doctor.runs import runs
 from sessions.doctor.track_watch import Mark
+from sessions.model.constants import BRIDGE_NS
 from sessions.quantities import duration
 
 GAP_STEPS: Final = 3.0  # A step longer than three median steps is a gap
@@ -17,6 +18,12 @@ SAME_MOMENT: Final = 0.1  # Of the longer steps: a shorter step is within one mo
 LONGER_STEPS: Final = 0.9  # The quantile of the steps that counts as the longer ones, below most gaps
 LONG_GAP_NS: Final = 250_000_000
 """A longer gap is worth a warning: a quarter of a second is enough for a hand to touch and leave a glass."""
+USUAL_STEPS_NS: Final = (500_000, 500_000_000)
+"""Median steps of recordings of 2 to 2,000 samples a second; another one says that the unit of the clock is wrong."""
+FEW_FRAMES: Final = 10
+"""Frames that say nothing about rates."""
+OFTEN_MISSING: Final = 0.4
+"""Of the frames: a body without a pose in so many was recorded when it changed, or by another clock."""
 SKEW_NS: Final = 1_000_000_000  # A recorder writes a frame within milliseconds of its stamp; a second is two clocks
 EPOCH_NS: Final = 86_400_000_000_000  # A day or more apart, the two clocks merely start at different zeros
 
@@ -29,6 +36,7 @@ def time_findings(pose_pass: PosePass) -> Iterator[Finding]:
     yield from _order(stamps)
     yield from _gaps(stamps, int(stamps[0]), "")
     yield from _skew(pose_pass)
+    yield from _rate(stamps)
     backwards, repeated = out_of_order(stamps)
     plain = ~(backwards | repeated | np.concatenate([[False], (backwards | repeated)[:-1]]))
     for column, name in enumerate(pose_pass.names):
@@ -36,6 +44,7 @@ def time_findings(pose_pass: PosePass) -> Iterator[Finding]:
         present = pose_pass.has(Mark.PRESENT, column)
         if not present.all() and present.any():
             yield from _own_gaps(stamps, present & plain, name)
+            yield from _often_missing(stamps, present, name)
 
 
 COUNTED: Final = (
@@ -113,6 +122,25 @@ def _skew(pose_pass: PosePass) -> Iterator[Finding]:
         message = f"log time and frame time are {float(np.median(skew[first : last + 1])) / 1e9:+.3f} s apart"
         span = Span.of(stamps, first, last)
         yield span.finding("clock-skew", message, count=last - first + 1)
+
+
+def _rate(stamps: NDArray[np.int64]) -> Iterator[Finding]:
+    """A clock in another unit than it was taken for."""
+    step = typical_step(stamps)
+    if len(stamps) < FEW_FRAMES or not step or USUAL_STEPS_NS[0] <= step <= USUAL_STEPS_NS[1]:
+        return
+    message = f"the median step from frame to frame is {duration(step / 1e9)}"
+    yield Span.of(stamps, 0, len(stamps) - 1).finding("clock-unit", message, count=len(stamps))
+
+
+def _often_missing(stamps: NDArray[np.int64], present: NDArray[np.bool_], name: str) -> Iterator[Finding]:
+    """A body that has no pose in many frames, not even one that its last sample speaks for."""
+    last = np.maximum.accumulate(np.where(present, np.arange(len(stamps)), -1))
+    is_missing = (last < 0) | (stamps - stamps[last] > BRIDGE_NS)
+    count = int(is_missing.sum())
+    if len(stamps) >= FEW_FRAMES and count >= OFTEN_MISSING * len(stamps):
+        message = f"no pose in {count:,} of {len(stamps):,} frames; its samples: {int(present.sum()):,}"
+        yield Span.of(stamps, 0, len(stamps) - 1).finding("often-missing", message, name, count)
 
 
 def _counted(pose_pass: PosePass, column: int) -> Iterator[Finding]:

@@ -8,6 +8,9 @@ SPACE_RADIUS: Final = 1000.0
 HEADSET_HZ: Final = 90.0
 """Frames per second of the headsets that the tool is made for, and of synthetic sessions by default."""
 
+BRIDGE_NS: Final = 50_000_000
+"""A sample speaks for at most 50 ms: five samples of a 90 Hz tracker, and 1-2 cm of an ordinary hand movement."""
+
 BLOCK_FRAMES: Final = 16384
 """Frames (three minutes at 90 Hz) that are read or detected together: working memory stays bounded, and a longer block
 is no faster."""

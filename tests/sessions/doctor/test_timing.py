@@ -42,3 +42,36 @@ def test_shifted_log_clock_is_accepted_and_its_jump_reported():
     draft.arrays["log_ns"][600:] += 5 * 10**9
     (item,) = findings(draft)
     assert (item.code, item.severity, item.start_ns) == ("clock-skew", Severity.WARNING, draft.arrays["stamp_ns"][600])
+
+
+@pytest.mark.parametrize(
+    ("step_ns", "expected"), [(400_000, True), (600_000, False), (400_000_000, False), (16_666_666_667, True)]
+)
+def test_clock_of_an_impossible_rate_has_the_wrong_unit(step_ns, expected):
+    draft = clean()
+    draft.arrays["stamp_ns"] = draft.arrays["log_ns"] = draft.arrays["stamp_ns"][0] + step_ns * np.arange(FRAMES)
+    found = [item for item in findings(draft) if item.code == "clock-unit"]
+    assert [(item.severity, item.count) for item in found] == [(Severity.WARNING, FRAMES)] * expected
+
+
+BEFORE = np.arange(FRAMES) < FRAMES // 2
+"""Frames of a first clock, where the others are of a second one."""
+
+
+@pytest.mark.parametrize(
+    ("rows", "expected"),
+    [
+        (np.arange(FRAMES) == 0, True),  # recorded once, as what stands still
+        (np.arange(FRAMES) % (FRAMES // 3) == 0, True),  # recorded when it changed
+        (BEFORE, True),
+        (np.arange(FRAMES) % 4 == 0, False),  # a quarter of the rate
+        (np.arange(FRAMES) > FRAMES // 4, False),  # appears
+    ],
+)
+def test_body_without_a_pose_in_most_frames_is_named(rows, expected):
+    draft = clean()
+    draft.arrays["status"][~rows, 1] = Status.ABSENT
+    found = [item for item in findings(draft) if item.code == "often-missing"]
+    assert [item.body for item in found] == ["hand-left"] * expected
+    for item in found:
+        assert f"{item.count:,} of {FRAMES:,} frames; its samples: {int(rows.sum()):,}" in item.message
