@@ -11,6 +11,7 @@ from typing import Any, Final, TypeAlias, TypeVar
 
 from replay import words
 from replay.advice.settings import USUAL_HZ
+from replay.document.columns import count_text
 from replay.document.cost import busy_sentence
 from replay.words import plural
 from sessions.model.constants import HEADSET_HZ
@@ -134,11 +135,6 @@ def _usual(rows: Sequence[Row], best: Row) -> Row | None:
 
 def _ms(row: Row) -> str:
     return words.frame_time(row["mean_ms"] / 1e3)
-
-
-def count_text(row: Row, name: str) -> str:
-    """``0-1``, the smallest and the largest count over the sampling offsets; one number where they are equal."""
-    return words.count_range((row[f"{name}_smallest"], row[f"{name}_largest"]))
 
 
 def wrong_text(row: Row) -> str:

@@ -97,13 +97,12 @@ def _screen(fixed: "FixedColliders", people: People) -> Any:
     from replay.show.fix_table import before_after_table, card_table, front_table
 
     contacts = fixed.result.ranking[-1].contacts if fixed.result.ranking else 0
-    cards = card_table(fixed.bodies)
-    tables = [cards if people.verbose else cards.narrow()]
-    if people.verbose:
-        tables.append(front_table(fixed.front))
     busy = busy_text(fixed.result.document)
-    tables.append(before_after_table(fixed.before, fixed.after, contacts=contacts, step_hz=fixed.step_hz, busy=busy))
-    return terminal(*tables)
+    cards = card_table(fixed.bodies)
+    both = before_after_table(fixed.before, fixed.after, contacts=contacts, step_hz=fixed.step_hz, busy=busy)
+    if people.verbose:
+        return terminal(cards, front_table(fixed.front), both)
+    return terminal(cards.narrow(), both.narrow())
 
 
 def _sentences(fixed: "FixedColliders", session: str) -> list[str]:

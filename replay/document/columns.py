@@ -1,6 +1,6 @@
-"""Every column of every table of a run: what it holds and how people read it is declared once, in ``columns.toml``."""
+"""Every column of every table: what it holds and how people read it is declared once, in ``columns.toml``."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -30,6 +30,24 @@ def _count(counts: Range | None, mark: str, otherwise: str) -> Cell:
 def reported_false_cell(fraction: float | None) -> Cell:
     """Return the cell of a share of false contact; ``None``: no contact was reported, so none of it is false."""
     return Marked(words.as_percentage(fraction or 0.0), IN_YELLOW if fraction else "")
+
+
+def count_text(row: Mapping[str, Any], name: str) -> str:
+    """``0-1``, the smallest and the largest count over the sampling offsets; one number where they are equal."""
+    return words.count_range((row[f"{name}_smallest"], row[f"{name}_largest"]))
+
+
+def _range_cell(name: str, mark: str) -> Callable[[Mapping[str, Any]], Cell]:
+    """How often a setting is wrong in one way, over the sampling offsets."""
+    return lambda row: Marked(count_text(row, name), mark if row[name] else "")
+
+
+def _percent_or_dash(fraction: float | None) -> str:
+    return NOT_APPLICABLE if fraction is None else words.as_percentage(fraction)
+
+
+def _reported_false_or_dash(fraction: float | None) -> Cell:
+    return NOT_APPLICABLE if fraction is None else reported_false_cell(fraction)
 
 
 def false_cell(of: tuple[Proportion | None, bool], *, intervals: bool = False) -> Cell:
@@ -89,7 +107,7 @@ COLUMNS: Final = columns_of(
         "ms": _ms,
         "loss": words.loss_number,
         "quick_ms": _quick_ms,
-        "percent_or_dash": lambda fraction: NOT_APPLICABLE if fraction is None else words.as_percentage(fraction),
+        "percent_or_dash": _percent_or_dash,
         "percent": lambda fraction: "" if fraction is None else words.as_percentage(fraction),
         "stage": _stage,
         "cut_of": lambda row: row["lengths"] and row["lengths"].cut,
@@ -104,6 +122,16 @@ COLUMNS: Final = columns_of(
         "work_of": lambda row: ", ".join(f"{name} {count:,}" for name, count in row["effect"].counters.items()),
         "skipped_of": lambda row: 1.0 - row["effect"].frames_run / max(1, row["effect"].frames),
         "percent_number": lambda fraction: None if fraction is None else words.percentage(100.0 * fraction),
+        "row_of": lambda row: row,
+        "missed_range": _range_cell("missed", IN_RED),
+        "late_range": _range_cell("late", PARTLY),
+        "false_contacts_range": _range_cell("false_contacts", IN_YELLOW),
+        "reported_false": reported_false_cell,
+        "reported_false_or_dash": _reported_false_or_dash,
+        "ms_or_dash": lambda ms: NOT_APPLICABLE if ms is None else words.milliseconds(ms / 1e3),
+        "length_mm": lambda length: NOT_APPLICABLE if length is None else words.millimetres(length / 1e3),
+        "front": lambda on_front: "front" if on_front else "",
+        "text_or_dash": lambda text: text or NOT_APPLICABLE,
     },
 )
 

@@ -232,9 +232,12 @@ def package_toml(file: str) -> dict[str, Any]:
 def columns_of(file: str, named: Mapping[str, Callable[[Any], Any]] | None = None) -> dict[str, tuple[Column, ...]]:
     """Lists of columns, declared in a TOML file of this package; a word stands for the columns of a list above it.
 
-    ``named`` are the functions that ``of`` and ``show`` name there.
+    ``named`` are the functions that ``show`` and ``number`` name there, and ``of`` where it ends in ``_of``: a row may
+    have a value of the same name.
     """
     lists: dict[str, tuple[Column, ...]] = {}
+    functions = dict(named or {})
+    functions_of_rows = {name: function for name, function in functions.items() if name.endswith("_of")}
     kinds = {kind.__name__: kind for kind in ARROW}
     declared = {name: rows for name, rows in package_toml(file).items() if isinstance(rows, list)}
     for name, rows in declared.items():
@@ -245,7 +248,8 @@ def columns_of(file: str, named: Mapping[str, Callable[[Any], Any]] | None = Non
                 continue
             row["dtype"] = kinds[row.get("dtype", "str")]
             row |= {key: kind(row[key]) for key, kind in (("only", Output), ("holds", Holds)) if key in row}
-            row |= {key: (named or {}).get(row.get(key, ""), row.get(key, "")) for key in ("of", "show", "number")}
+            row |= {key: functions.get(row[key], row[key]) for key in ("show", "number") if key in row}
+            row |= {"of": functions_of_rows.get(row.get("of", ""), row.get("of", ""))}
             columns.append(Column(**row))
         lists[name] = tuple(columns)
     return lists

@@ -1,44 +1,27 @@
 """Colliders to ship, as tables: before and after, the front, a report card a body."""
 
 from collections.abc import Iterable, Mapping
-from typing import Any, Final
+from typing import Any
 
 from replay import words
-from replay.advice.pareto import count_text
-from replay.document.columns import reported_false_cell
+from replay.document.columns import screen_columns
 from replay.document.cost import TIMES_ARE
-from replay.document.tables import IN_RED, PARTLY, Marked, Table, columns_of
+from replay.document.tables import Table
 from replay.words import plural
 
 Row = Mapping[str, Any]
-
-
-COLUMNS: Final = columns_of(
-    "show/fix_table.toml",
-    {
-        "row_of": lambda row: row,
-        "loss": words.loss_number,
-        "missed_range": lambda row: Marked(count_text(row, "missed"), IN_RED if row["missed"] else ""),
-        "late_range": lambda row: Marked(count_text(row, "late"), PARTLY if row["late"] else ""),
-        "share": reported_false_cell,
-        "share_or_dash": lambda fraction: "-" if fraction is None else reported_false_cell(fraction),
-        "plain_share": lambda fraction: "-" if fraction is None else words.as_percentage(fraction),
-        "ms_or_dash": lambda ms: "-" if ms is None else words.milliseconds(ms / 1e3),
-        "millimetres": lambda length: "-" if length is None else words.millimetres(length / 1e3),
-    },
-)
 
 
 def before_after_table(before: Row, after: Row, *, contacts: int, step_hz: float, busy: str = "") -> Table:
     """A hull a body, and the pieces, as ``run`` counts them; ``busy``: a note about the times of a busy machine."""
     rows = [{"what": "before: a hull a body", **before}, {"what": "after: these pieces", **after}]
     title = f"{plural(contacts, 'contact')}, colliders at {words.number(step_hz)} steps a second"
-    return Table.of(COLUMNS["before_after"], rows, title, [TIMES_ARE, *filter(None, [busy])])
+    return Table.of(screen_columns("before_after"), rows, title, [TIMES_ARE, *filter(None, [busy])])
 
 
 def front_table(front: Iterable[Row]) -> Table:
     """The choices that nothing with as few pieces beats."""
-    return Table.of(COLUMNS["front"], front, "Pieces against loss, of all choices that were tried")
+    return Table.of(screen_columns("pieces_front"), front, "Pieces against loss, of all choices that were tried")
 
 
 def card_table(bodies: Iterable[Row]) -> Table:
@@ -50,4 +33,4 @@ def card_table(bodies: Iterable[Row]) -> Table:
             rows.append({"body": "", "collider": body["how"], **body["after"]})
         rows += [{"body": "", "collider": card["how"], **card} for card in body["others"]]
     note = "False and missed contact of a body are counted with every other body as its own mesh, at every frame."
-    return Table.of(COLUMNS["cards"], rows, "Report card of each collider", (note,))
+    return Table.of(screen_columns("cards"), rows, "Report card of each collider", (note,))

@@ -1,48 +1,25 @@
 """Accuracy beside its price, a row per setting that was tried."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import Final
 
 from replay import words
 from replay.advice.engine_knobs import Engine, knob_text
-from replay.advice.pareto import Row, count_text
+from replay.advice.pareto import Row
 from replay.auditing.loss import LOSS_MEANING
-from replay.document.columns import reported_false_cell
+from replay.document.columns import file_columns, screen_columns
 from replay.document.cost import TIMES_ARE, busy_sentence
 from replay.document.run_result import RunResult, Tradeoff
-from replay.document.tables import IN_RED, IN_YELLOW, PARTLY, Cell, Marked, Table, columns_of
+from replay.document.tables import Table
 from replay.words import plural
 
 SHORT: Final = 12
 """Rows of a list that is cut short; those on the front are always in it."""
 
 
-def _counted(name: str, mark: str = "") -> Callable[[Row], Cell]:
-    """How often a setting is wrong in one way, over the sampling offsets."""
-    return lambda row: Marked(count_text(row, name), mark if row[name] else "")
-
-
-COLUMNS: Final = columns_of(
-    "show/tradeoff_table.toml",
-    {
-        "row_of": lambda row: row,
-        "missed_range": _counted("missed", IN_RED),
-        "late_range": _counted("late", PARTLY),
-        "false_contacts_range": _counted("false_contacts", IN_YELLOW),
-        "loss": words.loss_number,
-        "share": reported_false_cell,
-        "plain_share": lambda fraction: "-" if fraction is None else words.as_percentage(fraction),
-        "ms_or_dash": lambda ms: "-" if ms is None else words.milliseconds(ms / 1e3),
-        "front": lambda on: "front" if on else "",
-        "or_dash": lambda words: words or "-",
-        "choice_of": lambda row: f"{row['number']}  {knob_text(row['knobs'])}",
-    },
-)
-
-
 def tradeoff_table(title: str, rows: Iterable[Row], notes: Iterable[str] = ()) -> Table:
     """These rows, in the order given."""
-    return Table.of(COLUMNS["settings"], rows, title, notes)
+    return Table.of(screen_columns("tradeoff"), rows, title, notes)
 
 
 def tradeoff_list(done: Tradeoff, *, everything: bool = False) -> Table:
@@ -53,13 +30,13 @@ def tradeoff_list(done: Tradeoff, *, everything: bool = False) -> Table:
     notes = _more(done, len(rows) - len(displayed))
     if everything:
         notes += how_measured(done)
-    made = Table.of(COLUMNS["settings"], displayed, title, notes)
+    made = Table.of(screen_columns("tradeoff"), displayed, title, notes)
     return made if everything else made.narrow()
 
 
 def tradeoff_numbers(done: Tradeoff) -> Table:
     """The settings as files have them; numbers of contacts are means over the sampling offsets."""
-    return Table.of((column.for_files for column in COLUMNS["settings"]), done.rows)
+    return Table.of(file_columns("tradeoff"), done.rows)
 
 
 def _more(done: Tradeoff, hidden: int) -> list[str]:
@@ -106,5 +83,6 @@ def engine_table(engine: Engine, rows: Iterable[Row], result: RunResult, *, sett
         *engine.notes,
         "replay guide what-to-ship: the page behind every row. -v: each row's setting, for replay run --detectors.",
     )
-    made = Table.of(COLUMNS["engine"], rows, title, notes)
+    choices = [{**row, "choice": f"{row['number']}  {knob_text(row['knobs'])}"} for row in rows]
+    made = Table.of(screen_columns("engine"), choices, title, notes)
     return made if settings else made.narrow()

@@ -1,6 +1,6 @@
 """The page of ``replay fix``: one sentence, one moment with both colliders, both columns of figures, and all bodies."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import isnan
 from typing import Any, Final
@@ -9,15 +9,15 @@ from markupsafe import Markup
 
 from cdcore import TriangleMesh
 from replay import words
-from replay.advice.pareto import count_text
 from replay.auditing.fault import Fault, worst_first
 from replay.document.before_after import change_text, errors_of_row, worse_text
+from replay.document.columns import screen_columns
 from replay.document.cost import TIMES_ARE, busy_text
 from replay.document.headline import beside, undecided
 from replay.document.run_result import RunResult
-from replay.document.tables import text_of
+from replay.document.tables import Column, text_of
 from replay.show.fix_page.pictures import mesh_picture, pieces_picture, reach_picture, scale_gradient
-from replay.show.fix_table import COLUMNS, front_table
+from replay.show.fix_table import front_table
 from replay.show.plots import Axis, Dot, Plot, scatter, ticks_of
 from replay.show.report.fault_cards import fault_counts
 from replay.show.report.first_screen import Comparison, comparison_of
@@ -34,34 +34,6 @@ AFTER: Final = "pieces"
 
 SHARP: Final = 0.01
 """Fraction of a figure by which it must change to be called better or worse."""
-
-Text = Callable[[Row, int], str]
-"""A figure in words, of a row of figures and the number of contacts."""
-
-
-def _share(key: str) -> Text:
-    return lambda row, _contacts: "-" if row[key] is None else words.as_percentage(row[key])
-
-
-def _counts(key: str) -> Text:
-    return lambda row, contacts: f"{count_text(row, key)} of {contacts}"
-
-
-def _milliseconds(key: str) -> Text:
-    return lambda row, _contacts: "-" if row[key] is None else words.frame_time(row[key] / 1e3)
-
-
-FIGURES: Final[tuple[tuple[str, str, Text], ...]] = (
-    ("false contact", "false", _share("false")),
-    ("contact time not reported", "not_reported", _share("not_reported")),
-    ("contacts missed", "missed", _counts("missed")),
-    ("contacts late or cut short", "late", _counts("late")),
-    ("loss", "loss", lambda row, _contacts: words.loss_number(row["loss"])),
-    ("pieces of all bodies", "pieces", lambda row, _contacts: f"{row['pieces']}"),
-    ("mean time a frame", "ms", _milliseconds("ms")),
-    ("p99 of a frame", "p99_ms", _milliseconds("p99_ms")),
-)
-"""Name, key and text of each figure of the session; of every one but the pieces more is worse."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +131,8 @@ def cure_page(cure: Cure) -> str:
         cure=cure,
         sentence=cure_sentences(result, cure.before, cure.after),
         stills=stills,
-        figures=comparison(cure.before, cure.after, view.ranking[-1].contacts, busy=bool(busy)),
+        figures=comparison(screen_columns("before_after"), cure.before, cure.after, busy=bool(busy)),
+        contacts=view.ranking[-1].contacts,
         comparison=_lanes(view, None if fault is None else _seconds(result, fault)),
         bodies=[body_card(row, cure.shapes[row["body"]], busy=bool(busy)) for row in sorted(cure.bodies, key=_order)],
         untouched=[row["body"] for row in cure.bodies if row["after"]["missed"] is None],
@@ -172,20 +145,25 @@ def cure_page(cure: Cure) -> str:
     )
 
 
-def comparison(before: Row, after: Row, contacts: int, *, busy: bool) -> list[Figure]:
-    """Returns every figure of the session before and after; times of a ``busy`` machine are not compared."""
+def comparison(columns: Iterable[Column], before: Row, after: Row, *, busy: bool) -> list[Figure]:
+    """Returns a figure a column, before and after; times of a ``busy`` machine are not compared."""
     figures = []
-    for name, key, text in FIGURES:
-        if before[key] is not None or after[key] is not None:
-            was, now = text(before, contacts), text(after, contacts)
-            change = _change(before[key], after[key]) if was != now and key not in _unmarked(busy) else ""
-            figures.append(Figure(name, was, now, change))
+    for column in columns:
+        if column.names_row:
+            continue
+        number = column.for_files
+        was, now = number.value(before), number.value(after)
+        if was is None and now is None:
+            continue
+        text, text_after = (text_of(column.cell(column.value(row))) for row in (before, after))
+        change = _change(was, now) if text != text_after and column.name not in _unmarked(busy) else ""
+        figures.append(Figure(column.name, text, text_after, change))
     return figures
 
 
 def _unmarked(busy: bool) -> set[str]:
-    """Keys and names of columns that are never marked: more pieces are a price, times of a busy machine are chance."""
-    return {"pieces", "triangles", *(("ms", "p99_ms") if busy else ())}
+    """Names of columns that are never marked: more pieces are a price, times of a busy machine are chance."""
+    return {"pieces", "triangles", *(("ms", "mean ms", "p99 ms") if busy else ())}
 
 
 def _change(before: float | None, after: float | None) -> str:
@@ -210,14 +188,9 @@ def body_card(row: Row, shape: BodyShape, *, busy: bool) -> BodyCard:
             pictures.append((reach_picture(shape.mesh, solids, farthest, f"{name}, {text} the mesh"), text))
     how = f"{plural(after['pieces'], 'piece')}: {row['how']}" if cut else "keeps its hull"
     reason = f": {row['reason']}" if row["reason"] and not cut else ""
-    figures = []
-    for column in COLUMNS["cards"][2:]:
-        was, now = column.value(before), column.value(after)
-        if was is None and now is None:
-            continue
-        texts = text_of(column.cell(was)), text_of(column.cell(now))
-        compared = cut and texts[0] != texts[1] and column.name not in _unmarked(busy)
-        figures.append(Figure(column.name, texts[0], texts[1] if cut else "", _change(was, now) if compared else ""))
+    figures = comparison(screen_columns("cards"), before, after, busy=busy)
+    if not cut:
+        figures = [replace(figure, after="", change="") for figure in figures]
     return BodyCard(
         name=name,
         what=f"{how}{reason}",

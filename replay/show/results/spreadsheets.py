@@ -15,7 +15,6 @@ from replay.document.columns import FILE_TABLES
 from replay.errors import OutputError
 from replay.show.results.parquet import read_table
 from replay.show.results.run_folder import SUMMARY, read_run_folder
-from replay.show.tradeoff_table import COLUMNS as TRADEOFF_COLUMNS
 from sessions.whole_files import whole_file
 
 CSV, PARQUET, XLSX = "csv", "parquet", "xlsx"
@@ -25,11 +24,7 @@ WORKBOOK: Final = "tables.xlsx"
 NO_XLSXWRITER: Final = 'Excel tables need XlsxWriter: pip install "vrlab-replay[excel]"'
 
 UNITS: Final = {
-    name: {column.name: column.unit for column in columns if column.unit}
-    for name, columns in {
-        **{name: table.columns for name, table in FILE_TABLES.items()},
-        "tradeoff": tuple(column.for_files for column in TRADEOFF_COLUMNS["settings"]),
-    }.items()
+    name: {column.name: column.unit for column in table.columns if column.unit} for name, table in FILE_TABLES.items()
 }
 """Table of a run folder -> the units of its columns; a name that ends in ``/`` stands for all that begin so."""
 

@@ -10,11 +10,12 @@ from replay.advice.pareto import advice_of
 from replay.advice.settings import Setting
 from replay.cli.main import main
 from replay.cli.tradeoff import percent_of_settings
+from replay.document import columns
 from replay.document.run_result import Tradeoff
 from replay.document.tables import Column
 from replay.show.report.tradeoff import tradeoff_values
 from replay.show.results.run_folder import read_run_folder
-from replay.show.tradeoff_table import COLUMNS, tradeoff_list, tradeoff_numbers
+from replay.show.tradeoff_table import tradeoff_list, tradeoff_numbers
 from sessions import write_session
 
 POSITIONS = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
@@ -68,7 +69,7 @@ def tried(count, **about):
 
 def test_a_new_column_is_seen_in_terminal_report_and_parquet(monkeypatch):
     new = Column("probe", of=lambda row: f"marker-{row['label']}")
-    monkeypatch.setitem(COLUMNS, "settings", (*COLUMNS["settings"], new))
+    monkeypatch.setitem(columns.COLUMNS, "tradeoff", (*columns.COLUMNS["tradeoff"], new))
     done = tried(3)
     made = [tradeoff_list(done), tradeoff_values(done)["table"], tradeoff_numbers(done)]
     assert [table.column("probe") for table in made] == [["marker-r0", "marker-r1", "marker-r2"]] * 3

@@ -3,18 +3,26 @@
 import re
 from dataclasses import replace
 from html import unescape
+from io import StringIO
 from itertools import pairwise
 
 import numpy as np
 import pytest
 from msgspec import structs
+from rich.console import Console
 from support.shapes import box_mesh, moved, revolved_mesh
 
 from cdcore import TriangleMesh
 from replay.advice.collider_search import Limits
+from replay.cli.console import People
+from replay.cli.fix import _screen
+from replay.document import columns
+from replay.document.columns import screen_columns
+from replay.document.tables import Column, text_of
 from replay.running.collider_files import before_after_page, fix_colliders
 from replay.show.fix_page.page import comparison, cure_sentences, seam_line
 from replay.show.fix_page.pictures import beyond_mesh, colour_numbers, scale_colour
+from replay.show.fix_table import before_after_table
 from replay.show.palette import SERIES
 from sessions import MeshData, Session
 
@@ -91,8 +99,28 @@ def test_milliseconds_are_left_out_on_a_busy_machine(fixed, fraction):
     page = before_after_page(replace(fixed, result=result))
     assert ("The machine was busy (40 %)" in page) == (fraction < 1.0)
     slower = fixed.after | {"ms": 2.0 * fixed.before["ms"]}
-    marks = {figure.name: figure.change for figure in comparison(fixed.before, slower, 4, busy=fraction < 1.0)}
-    assert marks["mean time a frame"] == ("worse" if fraction == 1.0 else "")
+    figures = comparison(screen_columns("before_after"), fixed.before, slower, busy=fraction < 1.0)
+    marks = {figure.name: figure.change for figure in figures}
+    assert marks["mean ms"] == ("worse" if fraction == 1.0 else "")
+
+
+@pytest.mark.parametrize("table", ["before_after", "pieces_front", "cards"])
+def test_new_column_of_a_fix_reaches_terminal_and_page(fixed, table, monkeypatch):
+    probe = Column("probe", float, of=lambda row: 40.0, show=lambda value: "marker-cell")
+    monkeypatch.setitem(columns.COLUMNS, table, (*columns.COLUMNS[table], probe))
+    console = Console(width=400, file=StringIO())
+    console.print(_screen(fixed, People(verbose=True)))
+    assert "marker-cell" in console.file.getvalue()
+    assert "marker-cell" in before_after_page(fixed)
+
+
+def test_page_compares_every_column_of_the_table_in_the_terminal(fixed, page):
+    table = before_after_table(fixed.before, fixed.after, contacts=4, step_hz=50.0)
+    compared = re.search(r'<section class="compared">.*?</table>', page, re.S)[0]
+    assert re.findall(r'<th scope="row">(.*?)</th>', compared) == table.values().head
+    cells = re.findall(r'<td class="n ?(?:\w*)">(.*?)</td>', compared)
+    before, after = ([text_of(cell) for cell in row] for row in table.values().cells())
+    assert list(zip(cells[::2], cells[1::2], strict=True)) == list(zip(before, after, strict=True))
 
 
 def test_distance_beyond_a_box_is_that_of_its_surface():

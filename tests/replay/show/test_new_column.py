@@ -11,7 +11,7 @@ import pyarrow.parquet as pq
 import pytest
 from msgspec import structs
 from rich.console import Console
-from support.report_states import POSITIONS, SCENE, TWO, steady, with_steady_times
+from support.report_states import ABOUT, POSITIONS, SCENE, TWO, price_row, steady, with_steady_times
 from support.small_worlds import cubes
 
 import replay
@@ -22,6 +22,7 @@ from replay.cli.run_tables import run_tables as verbose_tables
 from replay.document import columns
 from replay.document.ranking import with_fixes
 from replay.document.result_tables import result_tables, stored
+from replay.document.run_result import Tradeoff
 from replay.document.tables import Column
 from replay.engine import compute
 from replay.guide.pages import page
@@ -158,7 +159,8 @@ def test_new_column_reaches_parquet_csv_and_reader(with_column):
 
 
 def test_every_column_of_a_run_folder_is_declared(faulty, tmp_path):
-    write_run_folder(faulty, tmp_path / "run")
+    tried = Tradeoff((price_row("exact", 1.0, 0, front=True),), ("exact",), ("No advice.",), (), ABOUT)
+    write_run_folder(replace(faulty, tradeoff=tried), tmp_path / "run")
     files = {file.stem: pq.read_table(file) for file in (tmp_path / "run").glob("*.parquet")}
     assert files.keys() == columns.FILE_TABLES.keys()
     for name, table in files.items():
@@ -205,7 +207,7 @@ def test_no_output_shows_a_column_that_no_table_has(faulty):
     assert not [output for output, text in all_texts(faulty).items() if "marker-cell" in text]
 
 
-@pytest.mark.parametrize("table", TABLES)
+@pytest.mark.parametrize("table", columns.COLUMNS)
 def test_every_column_of_every_table_has_a_meaning(table):
     assert all(column.meaning for column in columns.COLUMNS[table])
 
