@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 from replay.auditing.record import Count, Fraction, Record
 
 OVER_CONTACTS: Final = (
-    "In brackets: 95 % intervals over contacts, not over sampling offsets alone. They are too narrow where contacts "
-    "are few and the missed ones are long."
+    "In brackets: 95 % intervals over contacts, not over start times of sampling alone. They are too narrow where "
+    "contacts are few and the missed ones are long."
 )
 """Explanation of the intervals beside every fraction of contacts, pair-frames and faces.
 

@@ -119,8 +119,9 @@ def _demo(out: Path, force: bool, people: People, *, fix_time: float, **made: An
 
 def _demo_class(out: Path, students: int, *, seed: int, jobs: int, people: People) -> int:
     """Make up a class, replay its sessions, analyse it, all in one folder; killed, it goes on where it stopped."""
-    from replay.cli.study import require_extra, write_page
+    from replay.cli.study import PageRequest, require_extra, write_page
     from replay.running.batch import run_batch
+    from replay.studies.class_study.page import Heading
     from replay.studies.class_study.synthetic_class import ANSWERS, CODEBOOK, SESSIONS, make_class
 
     require_extra()
@@ -130,15 +131,7 @@ def _demo_class(out: Path, students: int, *, seed: int, jobs: int, people: Peopl
     people.say(f"replaying {len(files)} sessions ...")
     settings = {"seed": 0, "picture": False}  # the usual detectors, as the demo asks
     batch = run_batch(files, out / "runs", jobs=jobs, settings=settings, on_done=counting(people, len(files)))
-    write_page(
-        out / "runs",
-        out / "study",
-        questionnaire=out / ANSWERS,
-        codebook=out / CODEBOOK,
-        people=people,
-        seed=seed,
-        force=True,
-        title="A made-up class",
-        note="This class is made up; in its model the detector has no effect on the answers.",
-    )
+    note = "This class is made up; in its model the detector has no effect on the answers."
+    request = PageRequest(out / "runs", questionnaire=out / ANSWERS, codebook=out / CODEBOOK, seed=seed)
+    write_page(request, out / "study", people=people, heading=Heading("A made-up class", note), force=True)
     return DATA_LOSS if [*failed, *batch.failed] else OK

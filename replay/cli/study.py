@@ -1,13 +1,19 @@
 """``replay study``: what students did, and what they answered, and printed tables recomputed."""
 
 import os
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from replay.cli.console import GATE_FAILED, OK, People, answer
 from replay.cli.options import ANY_PATH, RUN_FOLDER, SESSION_FILE, force, reporting, tables
+
+if TYPE_CHECKING:
+    from replay.studies.class_study.analysis import Study
+    from replay.studies.class_study.class_runs import ClassRuns
+    from replay.studies.class_study.page import Heading
 
 
 @click.group()
@@ -40,69 +46,98 @@ def require_extra() -> None:
 @tables("csv")
 @force
 @reporting
-def page(people: People, **options: Any) -> int:
+def page(people: People, out: Path, tables: str, force: bool, as_json: bool, **inputs: Any) -> int:
     """One page over all sessions of a folder of runs, with the study where there is a questionnaire.
 
     \b
     replay study page class/runs --out class/page
     replay study page class/runs --questionnaire answers.csv --codebook codebook.yaml --out class/page
     """
-    return write_page(people=people, **options)
+    return write_page(PageRequest(**inputs), out, people=people, force=force, as_json=as_json, tables=tables)
+
+
+@dataclass(frozen=True)
+class PageRequest:
+    """The inputs of a page: runs, answers with their codebook if there are any, and how they are analysed."""
+
+    runs: Path
+    questionnaire: Path | None
+    codebook: Path | None
+    students: Path | None = None
+    detector: str | None = None
+    seed: int = 0
 
 
 def write_page(
-    runs: Path,
+    request: PageRequest,
     out: Path,
     *,
-    questionnaire: Path | None,
-    codebook: Path | None,
     people: People,
-    students: Path | None = None,
-    detector: str | None = None,
-    seed: int = 0,
+    heading: "Heading | None" = None,
     force: bool = False,
     as_json: bool = False,
     tables: str = "csv",
-    title: str = "Class",
-    note: str = "",
 ) -> int:
-    """Analyse runs, and answers by a codebook if there are any; write the study folder ``out``, print the tables."""
-    if questionnaire is not None:
+    """Analyse what is requested; write the study folder ``out``, print the tables."""
+    if (request.questionnaire is None) != (request.codebook is None):
+        raise click.UsageError("a questionnaire and its codebook go together; give both or none")
+    if request.questionnaire is not None:
         require_extra()
     # Arrow's own pool keeps memory that it used: a class of 4,000 sessions took 340 MB with it, 260 without.
     os.environ.setdefault("ARROW_DEFAULT_MEMORY_POOL", "system")
     from replay.cli.study_tables import study_tables
-    from replay.document.file_hash import file_hash
     from replay.show.results.run_folder import check_target
     from replay.show.results.spreadsheets import require_form
     from replay.studies.class_study import folder
-    from replay.studies.class_study.analysis import analyse
     from replay.studies.class_study.class_runs import read_class
-    from replay.studies.class_study.codebook import read_codebook
-    from replay.studies.class_study.joining import read_questionnaire
+    from replay.studies.class_study.page import Heading
 
-    if (questionnaire is None) != (codebook is None):
-        raise click.UsageError("a questionnaire and its codebook go together; give both or none")
     require_form(tables)
     check_target(out, force=force, kind=folder.STUDY)
-    study, sessions, inputs = None, read_class(runs, students), {"seed": str(seed)}
-    if questionnaire is not None and codebook is not None:
-        book = read_codebook(codebook)
-        people.say("resampling students")
-        answers = read_questionnaire(questionnaire, book)
-        study = analyse(book, answers, sessions.as_metrics(), detector=detector, seed=seed)
-        people.say(*(f"note: {sentence}" for sentence in study.unmatched))
-        inputs |= {"questionnaire": f"sha256:{file_hash(questionnaire)}", "codebook": f"sha256:{file_hash(codebook)}"}
+    sessions = read_class(request.runs, request.students)
+    study = _analysed(request, sessions, people)
     folder.write_study(
-        sessions, study, out, title=title, note=note, inputs=inputs, force=force, seed=seed, tables=tables
+        sessions,
+        study,
+        out,
+        heading=heading or Heading(),
+        inputs=_inputs(request),
+        force=force,
+        seed=request.seed,
+        tables=tables,
     )
     answer(
         as_json,
         folder.as_json(sessions, study),
-        lambda: study_tables(study, sessions, out, seed, verbose=people.verbose),
+        lambda: study_tables(study, sessions, out, request.seed, verbose=people.verbose),
     )
     people.say("", f"wrote {out}", f"read it:  {out / 'study.html'}")
     return OK
+
+
+def _analysed(request: PageRequest, sessions: "ClassRuns", people: People) -> "Study | None":
+    """The study of the answers; ``None``: there is no questionnaire."""
+    from replay.studies.class_study.analysis import analyse
+    from replay.studies.class_study.codebook import read_codebook
+    from replay.studies.class_study.joining import read_questionnaire
+
+    if request.questionnaire is None or request.codebook is None:
+        return None
+    book = read_codebook(request.codebook)
+    people.say("resampling students")
+    answers = read_questionnaire(request.questionnaire, book)
+    study = analyse(book, answers, sessions.as_metrics(), detector=request.detector, seed=request.seed)
+    people.say(*(f"note: {sentence}" for sentence in study.unmatched))
+    return study
+
+
+def _inputs(request: PageRequest) -> dict[str, str]:
+    """The seed, and digests of the files of answers."""
+    from replay.document.file_hash import file_hash
+
+    files = {"questionnaire": request.questionnaire, "codebook": request.codebook}
+    digests = {name: f"sha256:{file_hash(file)}" for name, file in files.items() if file is not None}
+    return {"seed": str(request.seed)} | digests
 
 
 @command.command()

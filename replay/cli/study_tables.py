@@ -22,32 +22,30 @@ MARKS = {INCONSISTENT: WARNING, "weak": IN_BLUE, AGREES: FAINT}
 
 def study_tables(study: Study | None, runs: ClassRuns, out: Path, seed: int = 0, *, verbose: bool = False) -> Group:
     """The answer of the page in ``out`` under its headings; ``verbose``: every result and each reliability too."""
-    parts: list[RenderableType] = [Text(), Paragraph("", tables.opening(study, class_counts(runs)), STYLES[STRONG])]
+    lines: list[RenderableType] = [Text(), Paragraph("", tables.opening(study, class_counts(runs)), STYLES[STRONG])]
     for row in class_answer(ClassTables(runs, seed), places(runs, out), study):
         links = "; ".join(text for text, _ in row.links)
-        parts.append(Paragraph(f"  {row.name:<6}", f"{row.text} {links}." if links else row.text, STYLES[STRONG]))
+        lines.append(Paragraph(f"  {row.name:<6}", f"{row.text} {links}." if links else row.text, STYLES[STRONG]))
         below = (row.figures, row.details if verbose else "")
-        parts += [Paragraph(" " * 8, text) for text in below if text]
+        lines += [Paragraph(" " * 8, text) for text in below if text]
     guesses = open_guesses_line(runs_with_open_guesses(runs), len(runs.metrics))
-    parts += [Paragraph("", sentence, STYLES[WARNING]) for sentence in guesses]
+    lines += [Paragraph("", sentence, STYLES[WARNING]) for sentence in guesses]
     if study is None or not verbose:
-        return terminal(*parts)
+        return terminal(*lines)
     results = sorted(_results(study), key=lambda row: row[-1] != "associated")
     result_tables = (
         [table("", ("result", "figure", "conclusion"), results, words=("result", "conclusion"))] if results else []
     )
     alphas = ", ".join(f"{name} {reliability.alpha:.2f}" for name, reliability in study.reliabilities.items())
     last = [Paragraph("", f"Cronbach's alpha: {alphas}.", STYLES[FAINT])] if alphas else []
-    if any(c.kind == "multiple" for c in study.coefficients):
-        last.insert(0, Paragraph("", "*: with the other predictors held constant", STYLES[FAINT]))
-    return terminal(*parts, *result_tables, *last)
+    return terminal(*lines, *result_tables, *last)
 
 
 def _results(study: Study) -> Iterator[tuple[str, str, str]]:
     """A line per coefficient and per comparison of groups: what, how much, and what that says."""
     for finding in study.findings:
-        footnote = " *" if finding.kind == "multiple" else ""
-        yield f"{tables.result_name(finding)}{footnote}", f"{finding.beta:+.2f}", finding.conclusion.partition(":")[0]
+        name = f"{tables.result_name(finding)}{tables.held_constant(finding)}"
+        yield name, f"{finding.beta:+.2f}", finding.conclusion.partition(":")[0]
 
 
 def check_table(remarks: Sequence[Remark]) -> Group:

@@ -10,7 +10,7 @@ from replay.detection.recorded import CLOCK_FACT, OFFSET_FACT, RECORDED, ReportC
 from replay.document.answer import Reason
 from replay.document.certainty import certainty
 from replay.document.cost import AT_ONCE, FRAME, NO_SLOWEST, TIMES_ARE, busy_text
-from replay.document.decision import Decision, decision
+from replay.document.decision import Decision, decision, fix_figures
 from replay.document.ranking import all_unconfirmed, lesser_faults
 from replay.document.run_document import RunDocument
 from replay.document.run_result import RunResult, Summarised
@@ -265,7 +265,7 @@ def _improvement(result: Summarised, decided: Decision | None) -> list[Reason]:
         return []
     fix = first.fix
     text = f"To improve {first.label} itself: {fix.text[:1].lower()}{fix.text[1:]}"
-    return [Reason("Or", text, fix.change, fix.command, fix.notes)]
+    return [Reason("Or", text, fix_figures(fix), fix.command, fix.notes)]
 
 
 def _doubtful(document: RunDocument) -> list[str]:

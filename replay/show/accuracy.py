@@ -10,6 +10,9 @@ from replay.show.plots import Axis, Dot, Plot, Size, scatter, ticks_of
 
 TITLE = "Accuracy against cost"
 
+LOSS_AXIS = "loss = shares missed + not reported + false; 0 is right"
+"""Title of the axis of losses."""
+
 LEAST_TOP = 0.1
 """The axis of losses reaches up to this at least: where all are right, dots stand on the floor of a plot."""
 
@@ -47,9 +50,9 @@ def _with_loss(dot: Dot) -> Dot:
     return replace(dot, name=f"{dot.name}: {words.loss_number(dot.y)}")
 
 
-def accuracy_plot(dots: Sequence[Dot], size: Size, remark: str = "") -> Plot:
-    """Losses over milliseconds a frame; the ``remark`` stands beside the name of the axis of losses."""
+def accuracy_plot(dots: Sequence[Dot], size: Size, up_title: str = LOSS_AXIS) -> Plot:
+    """Losses over milliseconds a frame."""
     largest = max([LEAST_TOP, *(dot.y for dot in dots)])
-    up = Axis(f"loss: 0 is right{remark}", ticks_of(largest, 3))
+    up = Axis(up_title, ticks_of(largest, 3))
     spoken = ", ".join(f"{dot.name} at {words.frame_time(dot.x / 1e3)} a frame" for dot in dots)
     return scatter(dots, f"{TITLE}, as losses: {spoken}", "mean ms a frame", up, size)

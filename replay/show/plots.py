@@ -1,4 +1,4 @@
-"""Charts as lines, dots and words on a flat field, y downwards: a page draws them as SVG, the picture in a flat view.
+"""Charts as lines, dots and labels on a flat field, y downwards: a page draws them as SVG, the picture in a flat view.
 
 Rerun has no plot of one quantity over another. Lengths are in units of which a letter is ``LETTER`` wide.
 """
@@ -28,14 +28,17 @@ WIDEST: Final = "MWmw@%"
 MOST_PERMUTED: Final = 5
 """Names that are placed in every order, the best of which counts."""
 
-BESIDE: Final = 5
+BESIDE: Final = 7
 """Candidates beside a dot; a name farther away has a line to it."""
+
+CROSSED: Final = 100
+"""Cost of a name on the line from another name to its dot."""
 
 LEFT_OUT: Final = 1000
 """Cost of a name without room."""
 
-HIGH: Final = 15.0
-"""Height of a line of words."""
+LINE_HEIGHT: Final = 15.0
+"""Height of a line of text."""
 
 INTERVAL_WIDTH, ROW_HEIGHT, INTERVAL_FOOT = 400.0, 42.0, 40.0
 """Of a plot of intervals: its width, the height of a row, and that of axis and title."""
@@ -66,8 +69,8 @@ class PlacedDot:
 
 
 @dataclass(frozen=True)
-class Words:
-    """Words whose ``start``, ``middle`` or ``end`` is at a point of their base line; ``dot``: what they name."""
+class Label:
+    """A text whose ``start``, ``middle`` or ``end`` is at a point of its base line; ``dot``: what it names."""
 
     text: str
     at: Point
@@ -83,7 +86,7 @@ class Plot:
     size: Size
     lines: list[tuple[str, list[Point]]] = field(default_factory=list)  # kind, and corners
     dots: list[PlacedDot] = field(default_factory=list)
-    words: list[Words] = field(default_factory=list)
+    labels: list[Label] = field(default_factory=list)
     caption: str = ""  # below it, where that is shorter than ``description``
     title: str = ""
 
@@ -92,7 +95,7 @@ class Plot:
 class Axis:
     """Ticks of an axis, and where a value stands between the first and the last."""
 
-    words: str
+    title: str
     ticks: Sequence[float]
     scale: Callable[[float], float] = float
 
@@ -107,7 +110,7 @@ class Axis:
         ticks = _decades(smallest, largest)
         return Axis(title, ticks, lambda value: log10(max(value, ticks[0])))
 
-    def share(self, value: float) -> float:
+    def fraction(self, value: float) -> float:
         """Position of a value on the axis, 0 to 1."""
         first, last = self.scale(self.ticks[0]), self.scale(self.ticks[-1])
         return (self.scale(value) - first) / (last - first)
@@ -118,12 +121,13 @@ def scatter(dots: Sequence[Dot], alternative: str, x_title: str, up: Axis, size:
     across = Axis.of(x_title, [dot.x for dot in dots if dot.x > 0] or [1.0], 5)
     plot = _axes(Plot(alternative, size), across, up)
     plot.dots.extend(
-        PlacedDot(dot.kind, _place(plot, across.share(dot.x), up.share(dot.y)), dot.name, dot.detector) for dot in dots
+        PlacedDot(dot.kind, _pixel(plot, across.fraction(dot.x), up.fraction(dot.y)), dot.name, dot.detector)
+        for dot in dots
     )
     for number, box, leads in _names(plot, [dot.name for dot in dots]):
         x, y = plot.dots[number].at
         side = "end" if box[2] < x else "start"
-        plot.words.append(Words(dots[number].name, (box[2 if side == "end" else 0], box[3] - 3), side, dot=number))
+        plot.labels.append(Label(dots[number].name, (box[2 if side == "end" else 0], box[3] - 3), side, dot=number))
         if leads:
             plot.lines.append(("leader", [(x, y), _nearest_corner(box, (x, y))]))
     return plot
@@ -136,9 +140,9 @@ def curve(
     across = Axis(x_title, ticks_of(max(points[-1][0], *(x for x, _ in points), 1e-9), 5))
     up = Axis(y_title, ticks_of(max(*(y for _, y in points), lowest + 1e-9), 3, lowest))
     plot = _axes(Plot(alternative, SIZE), across, up)
-    plot.lines.append(("curve", [_place(plot, across.share(x), up.share(y)) for x, y in points]))
+    plot.lines.append(("curve", [_pixel(plot, across.fraction(x), up.fraction(y)) for x, y in points]))
     for end in ends:
-        plot.lines.append(("end", [_place(plot, across.share(end), height) for height in (1.0, 0.0)]))
+        plot.lines.append(("end", [_pixel(plot, across.fraction(end), height) for height in (1.0, 0.0)]))
     return plot
 
 
@@ -174,7 +178,7 @@ def interval_plot(
     ticks = ticks_of(max(largest, smallest + 1e-9), 5, smallest)
     left, right = 8.0, INTERVAL_WIDTH - 8.0
     names = [wrap(row.name, max(1, round((right - left) / LETTER) - len(row.label) - 2)) for row in rows]
-    further = HIGH * sum(len(lines) - 1 for lines in names)
+    further = LINE_HEIGHT * sum(len(lines) - 1 for lines in names)
     bottom = ROW_HEIGHT * len(rows) + further + 4.0
     size = INTERVAL_WIDTH, bottom - 4.0 + INTERVAL_FOOT
     spoken = "; ".join(f"{row.name}: {row.label}" for row in rows)
@@ -186,19 +190,21 @@ def interval_plot(
     for tick in ticks:
         plot.lines.append(("grid", [(across(tick), 4.0), (across(tick), bottom)]))
         side = "start" if tick == ticks[0] else "end" if tick == ticks[-1] else "middle"
-        plot.words.append(Words(number_text(tick), (across(tick), bottom + 15), side))
-    plot.words.append(Words(x_title, (right, bottom + 31), "end"))
+        plot.labels.append(Label(number_text(tick), (across(tick), bottom + 15), side))
+    plot.labels.append(Label(x_title, (right, bottom + 31), "end"))
     top = 0.0
     for number, (row, lines) in enumerate(zip(rows, names, strict=True)):
-        y = top + HIGH * (len(lines) - 1) + 30.0
+        y = top + LINE_HEIGHT * (len(lines) - 1) + 30.0
         # Names stay free of the marks.
         plot.lines.extend(("end", [(across(mark), y - 8), (across(mark), y + 8)]) for mark in marks)
-        plot.words.extend(Words(text, (left, top + 19.0 + HIGH * k), dot=number) for k, text in enumerate(lines))
-        plot.words.append(Words(row.label, (right, top + 19.0), "end"))
+        plot.labels.extend(
+            Label(text, (left, top + 19.0 + LINE_HEIGHT * k), dot=number) for k, text in enumerate(lines)
+        )
+        plot.labels.append(Label(row.label, (right, top + 19.0), "end"))
         if isfinite(row.lower) and isfinite(row.upper):
             plot.lines.append((f"whisker {row.kind}".strip(), [(across(row.lower), y), (across(row.upper), y)]))
         plot.dots.append(PlacedDot(row.kind, (across(row.value), y), f"{row.name}: {row.label}", ""))
-        top += ROW_HEIGHT + HIGH * (len(lines) - 1)
+        top += ROW_HEIGHT + LINE_HEIGHT * (len(lines) - 1)
     return plot
 
 
@@ -207,7 +213,7 @@ def _frame(size: Size) -> Box:
     return 34.0, 22.0, size[0] - 18.0, size[1] - 38.0
 
 
-def _place(plot: Plot, x: float, y: float) -> Point:
+def _pixel(plot: Plot, x: float, y: float) -> Point:
     """Pixel at these fractions of both axes."""
     left, top, right, bottom = _frame(plot.size)
     return left + x * (right - left), bottom - y * (bottom - top)
@@ -217,20 +223,20 @@ def _axes(plot: Plot, across: Axis, up: Axis) -> Plot:
     """With grid lines, ticks and what both axes are."""
     left, _, right, bottom = _frame(plot.size)
     for tick in up.ticks:
-        y = _place(plot, 0.0, up.share(tick))[1]
+        y = _pixel(plot, 0.0, up.fraction(tick))[1]
         plot.lines.append(("grid", [(left, y), (right, y)]))
-        plot.words.append(Words(number_text(tick), (left - 7, y + 4), "end"))
+        plot.labels.append(Label(number_text(tick), (left - 7, y + 4), "end"))
     for tick in across.ticks:
-        x = _place(plot, across.share(tick), 0.0)[0]
-        plot.words.append(Words(number_text(tick), (x, bottom + 17), "middle"))
-    plot.words.extend([Words(up.words, (left, 11.0)), Words(across.words, (right, bottom + 34), "end")])
+        x = _pixel(plot, across.fraction(tick), 0.0)[0]
+        plot.labels.append(Label(number_text(tick), (x, bottom + 17), "middle"))
+    plot.labels.extend([Label(up.title, (left, 11.0)), Label(across.title, (right, bottom + 34), "end")])
     return plot
 
 
 def _names(plot: Plot, names: Sequence[str]) -> list[tuple[int, Box, bool]]:
     """Number, box and need of a line of every name that finds room; few names are tried in every order."""
     dots = [(x - 6, y - 6, x + 6, y + 6) for x, y in (dot.at for dot in plot.dots)]
-    taken = [*dots, *(_box_of(text) for text in plot.words)]
+    taken = [*dots, *(_box_of(text) for text in plot.labels)]
     numbers = range(len(names))
     orders = permutations(numbers) if len(names) <= MOST_PERMUTED else [tuple(numbers)]
     return min((_placed_names(plot, names, order, taken) for order in orders), key=itemgetter(0))[1]
@@ -240,18 +246,31 @@ def _placed_names(
     plot: Plot, names: Sequence[str], order: Sequence[int], taken: Sequence[Box]
 ) -> tuple[int, list[tuple[int, Box, bool]]]:
     """Cost of an order, which grows with names far from their dots or left out, and the names in it."""
-    boxes, cost, placed = [*taken], 0, []
+    boxes, leaders, cost, placed = [*taken], list[Box](), 0, []
     for number in order:
-        x, y = plot.dots[number].at
-        candidates = list(_candidates(x, y, text_width(names[number])))
-        free = next((rank for rank, box in enumerate(candidates) if _is_free(box, boxes, plot.size)), None)
-        if free is None:
+        dot = plot.dots[number].at
+        others = [box for k, box in enumerate(boxes) if k != number]
+        free = []
+        for rank, box in enumerate(_candidates(*dot, text_width(names[number]))):
+            if _is_free(box, boxes, plot.size):
+                crossed = not _is_apart(box, leaders) or (rank >= BESIDE and not _is_apart(_leader(box, dot), others))
+                free.append((crossed, rank, box))
+        if not free:
             cost += LEFT_OUT
             continue
-        boxes.append(candidates[free])
-        cost += free if free < BESIDE else BESIDE * free
-        placed.append((number, candidates[free], free >= BESIDE))
+        crossed, rank, box = min(free)
+        boxes.append(box)
+        if rank >= BESIDE:
+            leaders.append(_leader(box, dot))
+        cost += CROSSED * crossed + (rank if rank < BESIDE else BESIDE * rank)
+        placed.append((number, box, rank >= BESIDE))
     return cost, placed
+
+
+def _leader(box: Box, dot: Point) -> Box:
+    """The field of the line from a dot to the box of its name."""
+    x, y = _nearest_corner(box, dot)
+    return min(x, dot[0]) - 1, min(y, dot[1]), max(x, dot[0]) + 1, max(y, dot[1])
 
 
 def text_width(text: str) -> float:
@@ -270,22 +289,30 @@ def _letter_width(letter: str) -> float:
 def _candidates(x: float, y: float, wide: float) -> Iterator[Box]:
     """Boxes for the name of a dot, the best first: beside it, then farther away."""
     corners = [(x + 10, y - 8), (x - 10 - wide, y - 8), (x - wide / 2, y - 24), (x + 6, y - 22), (x - wide - 4, y - 22)]
+    # Ticks stand close below a dot on the floor.
+    corners += [(x + 10, y - 13), (x - 10 - wide, y - 13)]
     for rise in (-40, 14, -58, 30, -76, -94):
         corners += [(x + shift * wide, y + rise) for shift in (-0.5, -1.0, 0.0)]
     for left, top in corners:
-        yield left, top, left + wide, top + HIGH
+        yield left, top, left + wide, top + LINE_HEIGHT
 
 
 def _is_free(box: Box, taken: Sequence[Box], size: Size) -> bool:
     left, top, right, bottom = box
     inside = left >= _frame(size)[0] and right <= size[0] and top >= 0 and bottom <= size[1]
-    return inside and not any(a < right and left < c and b < bottom and top < d for a, b, c, d in taken)
+    return inside and _is_apart(box, taken)
 
 
-def _box_of(text: Words) -> Box:
+def _is_apart(box: Box, others: Sequence[Box]) -> bool:
+    """Whether a box overlaps none of others."""
+    left, top, right, bottom = box
+    return not any(a < right and left < c and b < bottom and top < d for a, b, c, d in others)
+
+
+def _box_of(text: Label) -> Box:
     wide, (x, y) = text_width(text.text), text.at
     left = x - {"start": 0.0, "middle": wide / 2, "end": wide}[text.side]
-    return left, y - HIGH + 3, left + wide, y + 3
+    return left, y - LINE_HEIGHT + 3, left + wide, y + 3
 
 
 def _nearest_corner(box: Box, point: Point) -> Point:

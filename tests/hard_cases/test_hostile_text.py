@@ -26,7 +26,7 @@ from replay.show.results.run_folder import RunFolder
 from replay.show.share import folder
 from replay.studies.class_study.analysis import analyse
 from replay.studies.class_study.class_runs import read_class
-from replay.studies.class_study.page import study_html
+from replay.studies.class_study.page import Heading, study_html
 from replay.words import safe_text
 from sessions import Event, Interval, Session, parse_scene, write_session
 
@@ -95,7 +95,7 @@ def page_of_class(word, study):
         for name in ("PAIRS", "TASKS", "STAGES", "TYPES", "CAUSES"):
             patch.setattr(study_samples, name, [(word, word)] if name == "PAIRS" else [word, word])
         runs = read_class(made_class(Path(base), 12, 6, detectors={word: 0.5}, rare=0))
-        return study_html(runs, dict.fromkeys(runs.metrics, (word, "run")), study, f"A class of {word}")
+        return study_html(runs, dict.fromkeys(runs.metrics, (word, "run")), study, Heading(f"A class of {word}"))
 
 
 def shared_of(word):

@@ -16,6 +16,7 @@ from replay.document.cost import TIMES_ARE, busy_text
 from replay.document.headline import beside, undecided
 from replay.document.run_result import RunResult
 from replay.document.tables import Column, text_of
+from replay.show.accuracy import LOSS_AXIS
 from replay.show.fix_page.pictures import mesh_picture, pieces_picture, reach_picture, scale_gradient
 from replay.show.fix_table import front_table
 from replay.show.plots import Axis, Dot, Plot, scatter, ticks_of
@@ -219,7 +220,7 @@ def front_plot(cure: Cure) -> Plot | None:
         name = f"{tried['pieces']}: {words.loss_number(tried['loss'])}{', chosen' if chosen else ''}"
         dots.append(Dot(name, tried["pieces"], tried["loss"], "front" if chosen else ""))
     text = "Loss over pieces of all choices that were tried: " + ", ".join(dot.name for dot in dots)
-    up = Axis("loss: 0 is right; green: chosen", ticks_of(max(dot.y for dot in dots), 3))
+    up = Axis(f"{LOSS_AXIS}; green: chosen", ticks_of(max(dot.y for dot in dots), 3))
     return scatter(dots, text, "pieces of all bodies", up)
 
 

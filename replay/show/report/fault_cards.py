@@ -159,4 +159,5 @@ def fault_counts(view: RunView, label: str) -> str:
     of = f" of the {every:,} faults of this run" if every > len(faults) else f" {'fault' if every == 1 else 'faults'}"
     over = next(rank for rank in view.ranking if rank.label == label).phases
     at = " Moments are those of the start time of sampling whose counts are nearest the mean." if over > 1 else ""
-    return f"{len(faults):,}{of}: {', '.join(counts)}.{at}"
+    shared = " Missed and late contacts share their numbers, which --miss takes." if count["late"] else ""
+    return f"{len(faults):,}{of}: {', '.join(counts)}.{shared}{at}"

@@ -117,7 +117,8 @@ def _answer(picture: Picture) -> Any:
     """Tab of the answer: text, close-up of the worst moment, room, lanes and list of moments."""
     lanes = [*picture.lanes, *picture.doing][:MOST_LANES]
     room = _spatial("Where", picture.room(EYE, f"{SPACE}/lines"), picture.answer_eye)
-    moments = _list([f"{LISTS}/**"] if picture.moments else [], "Moments: click a time")
+    title = "Moments: click a time; --miss and --false take the numbers"
+    moments = _list([f"{LISTS}/**"] if picture.moments else [], title)
     height = _height(max(3, len(lanes)))
     close_up = _close_up(picture, bool(picture.moments))
     return _column(

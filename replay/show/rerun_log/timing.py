@@ -124,7 +124,7 @@ def _log_stages(writer: RecordingWriter, label: str, stages: Mapping[str, FloatA
 def log_accuracy(writer: RecordingWriter, dots: Sequence[tuple[Dot, Rgba]]) -> None:
     """Send losses over costs, the plot of the page, in a flat view: Rerun plots over time alone."""
     if dots:
-        plot = accuracy_plot([dot for dot, _ in dots], SIZE, "; left is cheaper, down is better")
+        plot = accuracy_plot([dot for dot, _ in dots], SIZE, "loss: 0 is right; left is cheaper, down is better")
         _log_plot(writer, plot, [colour for _, colour in dots])
 
 
@@ -140,11 +140,11 @@ def _log_plot(writer: RecordingWriter, plot: Plot, colours: Sequence[Rgba]) -> N
     dots = placed([dot.at for dot in plot.dots])
     writer.static(f"{root}/dots", rr.Points2D(dots, colors=packed(colours), radii=radius(9.0)))
     half = {"start": LETTER / 2, "middle": 0.0, "end": -LETTER / 2}
-    anchors = placed([(words.at[0] + half[words.side] * len(words.text), words.at[1]) for words in plot.words])
+    anchors = placed([(text.at[0] + half[text.side] * len(text.text), text.at[1]) for text in plot.labels])
     texts = rr.Points2D(
         anchors - np.array([0.0, UP]),
-        labels=[words.text for words in plot.words],
-        colors=packed(TICKS if words.dot < 0 else colours[words.dot] for words in plot.words),
+        labels=[text.text for text in plot.labels],
+        colors=packed(TICKS if text.dot < 0 else colours[text.dot] for text in plot.labels),
         radii=radius(0.01),
         show_labels=True,
     )

@@ -177,10 +177,10 @@ def analyse(
     coefficients, groups = study.coefficients(), study.groups()
     sensitivity = []
     if study.recall is not None:
-        about_behaviour = [one for one in (*coefficients, *groups) if {*metrics} & {*one.variables}]
+        about_behaviour = [row for row in (*coefficients, *groups) if {*metrics} & {*row.variables}]
         for name, other in of_each.items():
             # Each detector's findings are a family of p of their own.
-            again = {(one.variables, one.name): one for one in (*other.coefficients(), *other.groups())}
+            again = {(row.variables, row.name): row for row in (*other.coefficients(), *other.groups())}
             sensitivity += [
                 Sensitivity(name, other.recall, before, again.get((before.variables, before.name)))
                 for before in about_behaviour
@@ -216,9 +216,9 @@ class _Analysis:
         self.variables = answers[[]].assign(**scores)
         self.forbidden = "provenance" if self.recall is None else ""
         if not self.forbidden:
-            asked = dict.fromkeys(name for question in codebook.questions for name in question if name in metrics)
+            requested = dict.fromkeys(name for question in codebook.questions for name in question if name in metrics)
             try:
-                self.variables = self.variables.join(means_of_students(metrics, answers, [*asked]))
+                self.variables = self.variables.join(means_of_students(metrics, answers, [*requested]))
             except StudyRefusedError as refused:
                 self.forbidden = refused.rule
 

@@ -32,7 +32,7 @@ FIRST_SESSIONS: Final = (
     "intersect most."
 )
 
-MOST_FOUND: Final = 3
+MOST_RESULTS: Final = 3
 """Results that are named there."""
 
 MOST_REFUSED: Final = 2
@@ -100,9 +100,9 @@ def _results(study: Study | None) -> list[str]:
     if study is None:
         return ["Nothing was tested: there is no questionnaire."]
     results = headlines(study)
-    more = [f"{len(results) - MOST_FOUND} more below."] if len(results) > MOST_FOUND else []
+    more = [f"{len(results) - MOST_RESULTS} more below."] if len(results) > MOST_RESULTS else []
     meaning = [undecided_text(study), families_text(study)] if study.nothing_associated else []
-    return [*(f"{sentence}." for sentence in results[:MOST_FOUND]), *more, *meaning]
+    return [*(f"{sentence}." for sentence in results[:MOST_RESULTS]), *more, *meaning]
 
 
 def _first_sessions(tables: ClassTables, where: Mapping[str, Place]) -> AnswerRow:

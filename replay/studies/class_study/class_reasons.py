@@ -126,7 +126,7 @@ def _causes(tables: ClassTables) -> list[str]:
         for cause in (cause for cause, count in causes.items() if count == most):
             # What is left over could be of few students.
             every = totals[label] == sum(causes.values())
-            share = f"{most:.0f} of {totals[label]:.0f}" if every else "most"
+            counted = f"{most:.0f} of {totals[label]:.0f}" if every else "most"
             because = f" because {CAUSES[cause]}" if cause in CAUSES else f": {cause}"
-            sentences.append(f"{label} is wrong{because} ({share} missed or late contacts).")
+            sentences.append(f"{label} is wrong{because} ({counted} missed or late contacts).")
     return sentences

@@ -9,7 +9,7 @@ from replay.show.results.spreadsheets import CSV, write_tables
 from replay.studies.class_study.analysis import Study
 from replay.studies.class_study.class_runs import ClassRuns
 from replay.studies.class_study.class_tables import places
-from replay.studies.class_study.page import study_html
+from replay.studies.class_study.page import Heading, study_html
 from replay.studies.class_study.tables import study_tables
 
 SCHEMA: Final = "vrlab-study/1"
@@ -25,21 +25,20 @@ def write_study(
     out: Path,
     *,
     inputs: dict[str, str],
-    title: str = "Class",
-    note: str = "",
+    heading: Heading = Heading(),  # noqa: B008  (frozen)
     force: bool = False,
     seed: int = 0,
     tables: str = CSV,
 ) -> Path:
     """Write a study folder; whole, or not at all.
 
-    ``inputs`` are names and digests of the files, and the seed; ``title`` heads the page, which leads to the reports
-    of the runs, and ``note`` stands below its first sentence; ``force`` replaces an earlier study folder; ``tables``
-    is the form of its tables.
+    ``inputs`` are names and digests of the files, and the seed; ``heading`` is that of the page, which leads to the
+    reports of the runs; ``force`` replaces an earlier study folder; ``tables`` is the form of its tables.
+
     Raises ``OutputError``: the folder exists, or cannot be written.
     """
     check_target(out, force=force, kind=STUDY)
-    page = study_html(runs, places(runs, out), study, title, seed, note)
+    page = study_html(runs, places(runs, out), study, heading, seed)
     with result_folder(out, STUDY, force=force) as folder:
         (folder / PAGE).write_text(page, encoding="utf-8", newline="\n")
         if study is not None:

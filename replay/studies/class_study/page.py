@@ -1,6 +1,7 @@
 """``study.html``: what a study found, in plain words that claim association and never cause."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any, Final
 
 from replay.advice.open_guesses import open_guesses_line
@@ -36,24 +37,31 @@ MOST_UNMATCHED: Final = 8
 """Codes without a partner that stand at the top of the page."""
 
 
+@dataclass(frozen=True)
+class Heading:
+    """The title of a page, and a sentence below its first one; ``""``: none."""
+
+    title: str = "Class"
+    note: str = ""
+
+
 def study_html(
     runs: ClassRuns,
     where: Mapping[str, Place],
     study: Study | None = None,
-    title: str = "Class",
+    heading: Heading = Heading(),
     seed: int = 0,
-    note: str = "",
 ) -> str:
     """The page as text: of the sessions of a class, and of a study where there is a questionnaire.
 
-    ``where`` is run -> name and address of its page; ``note`` is a sentence below the first one.
+    ``where`` is run -> name and address of its page.
     """
     tables = ClassTables(runs, seed)
     undecided = open_guesses_line(runs_with_open_guesses(runs), len(runs.metrics))
     values: dict[str, Any] = {
-        "title": title,
+        "title": heading.title,
         "opening": opening(study, class_counts(runs)),
-        "note": note,
+        "note": heading.note,
         "doubts": undecided,
         "answer": class_answer(tables, where, study),
         "unmatched": [],

@@ -15,7 +15,7 @@ from replay.cli.run_tables import answer_lines
 from replay.document.answer import Answer, Fix, FixFigures
 from replay.document.certainty import certainty
 from replay.document.cost import BUDGET_MS, busy_sentence
-from replay.document.decision import SHIP_COMMAND, decision
+from replay.document.decision import FIX_WRITES, SHIP_COMMAND, decision
 from replay.document.ranking import Rank, lesser_faults
 from replay.show.sections import SectionName, section_of
 
@@ -150,7 +150,11 @@ def test_a_shipped_fix_has_its_trade_in_the_same_sentence(false, missed, ships):
     made = decision(structs.replace(document_of("a", "exact"), answers=(Answer("a", "", fix=fix),)), ranks)
     assert made.rank.label == ships and made.is_fix == (ships == "a+fix")
     if made.is_fix:
-        assert made.text == "In your engine, split b." and fix.change == made.figures and made.command == fix.command
+        assert (
+            made.text == "In your engine, split b."
+            and made.figures == f"{fix.change} {FIX_WRITES}"
+            and made.command == fix.command
+        )
         assert made.rank.loss == pytest.approx(false + missed / 9)
 
 
@@ -176,7 +180,9 @@ def test_without_a_contact_only_false_contact_is_judged(state, does):
     assert reasons["Do"].text.startswith(does)
     assert reasons["Sure"].text == "Only of false contact: exact found no contact to compare, so none could be missed."
     if "cut" in state:
-        assert reasons["Do"].figures == "False 100 % -> 0 %, no contact to miss." and reasons["Do"].command
+        assert (
+            reasons["Do"].figures == f"False 100 % -> 0 %, no contact to miss. {FIX_WRITES}" and reasons["Do"].command
+        )
         assert reasons["Or"].text.startswith(
             "In your own code, ship exact, which Unity and Unreal do not offer: every triangle, every frame"
         )

@@ -5,7 +5,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from replay.show.plots import HIGH, LETTER, Axis, Dot, IntervalRow, curve, interval_plot, scatter, text_width
+from replay.show.plots import LETTER, LINE_HEIGHT, Axis, Dot, IntervalRow, curve, interval_plot, scatter, text_width
 from replay.show.report.charts import lane, path_of
 
 
@@ -15,14 +15,14 @@ def test_names_stand_beside_their_dots_without_overlap(seed):
     dots = [Dot(f"detector {k}", float(x), float(y)) for k, (x, y) in enumerate(random.uniform(0.1, 9.0, (6, 2)))]
     plot = scatter(dots, "", "ms", Axis("wrong", [0, 5, 10]))
     boxes = []
-    for text in plot.words:
+    for text in plot.labels:
         wide = text_width(text.text)
         boxes.append(
             (text.at[0] - {"start": 0, "middle": wide / 2, "end": wide}[text.side], wide, text.at[1], text.dot)
         )
     assert sum(dot >= 0 for *_, dot in boxes) == len(dots)
     for (x, wide, y, dot), (other, broad, below, _) in combinations(boxes, 2):
-        assert dot < 0 or x + wide <= other or other + broad <= x or abs(y - below) >= HIGH
+        assert dot < 0 or x + wide <= other or other + broad <= x or abs(y - below) >= LINE_HEIGHT
 
 
 def test_logarithmic_axis_has_powers_of_ten_and_ends_at_maximum():
@@ -49,11 +49,26 @@ def test_long_name_of_an_interval_stands_whole_on_several_lines():
     rows = [IntervalRow(name, 0.5, 0.0, 1.0, "+0.50, n = 24") for name in names]
     plot = interval_plot(rows, "Results.", "coefficient", title="By detector")
     assert plot.title == "By detector"
-    lines = [[words for words in plot.words if words.dot == number] for number in range(2)]
-    assert ["".join(words.text.replace(" ", "") for words in own) for own in lines] == [
+    lines = [[label for label in plot.labels if label.dot == number] for number in range(2)]
+    assert ["".join(label.text.replace(" ", "") for label in own) for own in lines] == [
         name.replace(" ", "") for name in names
     ]
-    heights = [words.at[1] for own in lines for words in own]
+    heights = [label.at[1] for own in lines for label in own]
     assert len(lines[0]) > 1 and heights == sorted(set(heights))
-    assert all(words.at[0] + LETTER * len(words.text) <= plot.size[0] for own in lines for words in own)
+    assert all(label.at[0] + LETTER * len(label.text) <= plot.size[0] for own in lines for label in own)
     assert lines[0][-1].at[1] < plot.dots[0].at[1] < lines[1][0].at[1] < plot.dots[1].at[1] < plot.size[1]
+
+
+def test_no_name_stands_on_the_line_to_another_dot():
+    """Dots of a demo, of which the reference's name found room only above another name."""
+    costs = {"exact: 0": (0.019, 0.0), "mesh50: 0.12": (0.033, 0.12), "hull50+fix: 0.2": (0.042, 0.2)}
+    costs |= {"paper: 0.03": (0.043, 0.03), "hull50: 0.9": (0.018, 0.9)}
+    dots = [Dot(name, x, y) for name, (x, y) in costs.items()]
+    plot = scatter(dots, "", "mean ms a frame", Axis("loss", [0, 0.5, 1]))
+    leaders = [corners for kind, corners in plot.lines if kind == "leader"]
+    for label in plot.labels:
+        wide = text_width(label.text)
+        left = label.at[0] - {"start": 0.0, "middle": wide / 2, "end": wide}[label.side]
+        for (x, y), (end, top) in leaders:
+            apart = max(x, end) <= left or left + wide <= min(x, end)
+            assert apart or max(y, top) <= label.at[1] - LINE_HEIGHT + 3 or label.at[1] + 3 <= min(y, top), label.text

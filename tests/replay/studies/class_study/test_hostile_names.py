@@ -10,6 +10,7 @@ from support.study_samples import a_class, codebook, made_class, questionnaire
 from replay.studies.class_study.analysis import analyse
 from replay.studies.class_study.class_runs import read_class
 from replay.studies.class_study.folder import write_study
+from replay.studies.class_study.page import Heading
 
 HOSTILE = '=cmd|"/c calc"!A1 <script>throw 1</script><img src=x onerror=alert(1)> &amp; \u202e'
 STUDENTS = 20
@@ -48,7 +49,7 @@ def hostile_class(tmp_path, monkeypatch):
 
 
 def test_names_are_no_markup_and_no_script_in_the_page(hostile_class, tmp_path):
-    out = write_study(*hostile_class, tmp_path / "study", inputs={}, title=HOSTILE)
+    out = write_study(*hostile_class, tmp_path / "study", inputs={}, heading=Heading(HOSTILE))
     page = (out / "study.html").read_text("utf-8")
     assert page.count("&lt;script&gt;throw 1") > 5 and "<img" not in page and "\u202e" not in page
     assert page.count("<script") == 1
@@ -60,7 +61,7 @@ def test_names_are_no_markup_and_no_script_in_the_page(hostile_class, tmp_path):
 
 
 def test_names_are_no_formula_in_its_tables(hostile_class, tmp_path):
-    out = write_study(*hostile_class, tmp_path / "study", inputs={}, title=HOSTILE)
+    out = write_study(*hostile_class, tmp_path / "study", inputs={}, heading=Heading(HOSTILE))
     cells = []
     for file in out.glob("*.csv"):
         with file.open(encoding="utf-8-sig", newline="") as stream:

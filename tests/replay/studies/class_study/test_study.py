@@ -16,7 +16,7 @@ from replay.studies.class_study.analysis import Sensitivity, analyse
 from replay.studies.class_study.class_runs import read_class
 from replay.studies.class_study.class_tables import places
 from replay.studies.class_study.folder import as_json, write_study
-from replay.studies.class_study.page import study_html
+from replay.studies.class_study.page import Heading, study_html
 from replay.studies.class_study.refusals import StudyRefusedError
 from replay.studies.class_study.regression import Finding
 from replay.studies.class_study.tables import (
@@ -292,11 +292,11 @@ def test_the_page_of_a_study_reads_so(runs, snapshot):
     group = ["first"] * 31 + ["second"] * 9
     table["stirs"] = 1.0
     result = analyse(requested, questionnaire(answers, group), table)
-    page = study_html(runs, places(runs, runs.top), result, "Class of 2026")
+    page = study_html(runs, places(runs, runs.top), result, Heading("Class of 2026"))
     page = re.sub(r"<(style|script|svg)\b.*?</\1>", "", page, flags=re.S)
     page = re.sub(r"</(td|th)>", " | ", re.sub(r"</(p|tr|h[1-6]|li|summary|caption)>", "\n", page))
     assert re.sub(r"[ \n]*\n[ \n]*", "\n", re.sub("<[^>]+>", "", page)) == snapshot
-    few_students = study_html(runs, places(runs, runs.top), replace(result, bartlett=None), "Class of 2026")
+    few_students = study_html(runs, places(runs, runs.top), replace(result, bartlett=None), Heading("Class of 2026"))
     assert "All items together" in page and "All items together" not in few_students
 
 
