@@ -50,5 +50,5 @@ WRITERS = {"rerun", "pyarrow", "rich", "matplotlib", "mcap", "click", "jinja2"}
     ],
     ids=["a package", "help and usage", "every detector", "reading poses", "naming instruments", "what computes"],
 )
-def test_it_loads_nothing_that_it_does_not_need(code, never):
+def test_command_imports_no_package_that_it_does_not_need(code, never):
     assert not loaded_by(code) & never

@@ -102,7 +102,7 @@ def seconds(call, clock=perf_counter):
 @pytest.mark.bench
 @pytest.mark.parametrize(("faces", "seed"), [(faces, seed) for faces in (500, FACES) for seed in SEEDS] + [(50000, 0)])
 @pytest.mark.parametrize(("what", "at_most"), [("bool", BOOLEANS_AT_MOST), ("faces", FACE_SETS_AT_MOST)])
-def test_it_takes_at_most_this_fraction_of_the_loops_time(faces, what, at_most, seed):
+def test_hybrid_takes_at_most_this_fraction_of_the_loop(faces, what, at_most, seed):
     work, loop, detector = session(faces, 5400, seed)
     own(work, detector, what)
     both = [(seconds(lambda: loop.query(what)), seconds(lambda: own(work, detector, what))) for _ in range(REPEATS)]

@@ -89,7 +89,7 @@ def test_the_hash_knows_coordinates_faces_and_nothing_else():
     assert box_mesh().content_hash != TriangleMesh(box_mesh().vertices, box_mesh().faces[::-1]).content_hash
 
 
-def test_it_prints_as_its_size():
+def test_mesh_prints_as_its_size():
     assert repr(box_mesh()) == "TriangleMesh(8 vertices, 12 faces)"
 
 

@@ -48,7 +48,7 @@ def has_faces(detection):
     return detection.face_sets is not None
 
 
-def test_it_has_the_shape_of_a_detector(name, scene):
+def test_detector_has_the_methods_of_the_protocol(name, scene):
     detector = create_detector(name, scene[0])
     assert isinstance(detector, Detector)
     assert detector.name == whole(name).detector == name

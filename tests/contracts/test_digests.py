@@ -13,8 +13,8 @@ KNOWN = json.loads(FILE.read_text())
 PIECES = ("verdicts", "faces", "counters")
 
 
-def changes(group):
-    """Variants whose digests are not those written down, each with the parts that differ."""
+def parts_that_differ(group):
+    """Variants whose digests are not those of ``digests.json``, each with the parts that differ."""
     result = {}
     for variant in asked_in(group):
         known, now = KNOWN[group][variant_name(*variant)].split(), digests(group, *variant).split()
@@ -25,21 +25,21 @@ def changes(group):
 
 
 @pytest.mark.parametrize("group", QUICK)
-def test_verdicts_faces_and_counters_are_those_written_down(group):
-    assert changes(group) == {}
+def test_verdicts_faces_and_counters_equal_the_kept_digests(group):
+    assert parts_that_differ(group) == {}
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("group", SLOW)
 def test_digests_of_scenes_hard_cases_and_random_worlds_are_unchanged(group):
-    assert changes(group) == {}
+    assert parts_that_differ(group) == {}
 
 
 @needs_data
 @pytest.mark.slow
 @pytest.mark.parametrize("group", REAL)
-def test_those_of_real_recordings_are_too(group):
-    assert changes(group) == {}
+def test_digests_of_real_recordings_are_unchanged(group):
+    assert parts_that_differ(group) == {}
 
 
 def test_every_row_of_the_table_has_digests():

@@ -25,7 +25,7 @@ def crowd(count):
     return bodies, still(bodies, np.random.default_rng(0).normal(scale=0.01, size=(count, 3)))
 
 
-def test_it_agrees_with_hulls_in_every_frame_of_the_lab():
+def test_newton_agrees_with_hulls_in_every_frame():
     bodies, motion = lab(60)
     answer, ours = (
         counts_as_contact(create_detector(name, bodies).detect(motion).verdict) for name in ("newton", "collider")
@@ -83,7 +83,7 @@ def test_what_its_compiler_does_is_reported(monkeypatch):
     assert heard.folder == warp.config.kernel_cache_dir
 
 
-def test_cache_that_cannot_be_written_is_a_sentence(monkeypatch):
+def test_cache_that_cannot_be_written_is_one_clear_error(monkeypatch):
     def refused():
         raise PermissionError("no")
 

@@ -95,26 +95,30 @@ def test_search_hits_need_no_mesh_query_without_faces():
     assert plain.work["mesh_queries"] < detector.detect(motion, faces=True).work["mesh_queries"]
 
 
-def test_search_contacts_missed_by_meshes_keep_their_faces():
+def test_faces_come_from_the_search_where_meshes_find_none():
     bodies, motion = lab(150)
-    detector, search = create_detector("hybrid-qaco", bodies, decide="mesh"), detected("hybrid-qaco")
-    ask = detector._meshes.decide
+    detector = create_detector("hybrid-qaco", bodies, decide="mesh")
+    by_search, by_meshes = detected("hybrid-qaco"), detected("hybrid")
+    blind_pairs = 3  # the first three, in which the meshes find nothing
+    decide = detector._meshes.decide
 
-    def none_on_early_pairs(*requested, faces):
-        answer = ask(*requested, faces=faces)
-        early = requested[2] < 3
+    def decide_blindly(motion, frames, columns, *, faces):
+        answer = decide(motion, frames, columns, faces=faces)
+        blind, no_faces = columns < blind_pairs, len(answer.sets)
         return replace(
             answer,
-            hits=answer.hits & ~early,
-            which=np.where(early, len(answer.sets), answer.which),
+            hits=answer.hits & ~blind,
+            which=np.where(blind, no_faces, answer.which),
             sets=[*answer.sets, np.zeros((0, 2), dtype=np.int32)],
         )
 
-    detector._meshes.decide = none_on_early_pairs
-    both = detector.detect(motion, faces=True)
-    for frame, pair in np.argwhere(search.verdict == Verdict.CONTACT).tolist():
-        same = search if pair < 3 else detected("hybrid")
-        assert np.array_equal(both.faces(frame, pair), same.faces(frame, pair)), (frame, pair)
+    detector._meshes.decide = decide_blindly
+    detection = detector.detect(motion, faces=True)
+    contacts = np.argwhere(by_search.verdict == Verdict.CONTACT).tolist()
+    assert {pair < blind_pairs for _, pair in contacts} == {True, False}
+    for frame, pair in contacts:
+        expected = by_search if pair < blind_pairs else by_meshes
+        assert np.array_equal(detection.faces(frame, pair), expected.faces(frame, pair)), (frame, pair)
 
 
 def test_deciding_by_search_gives_no_false_contact():

@@ -28,7 +28,7 @@ def test_distant_bodies_cost_obb_a_test_per_move():
     assert (work["node_tests"], work["leaf_tests"], work["tree_queries"], work["reused"]) == (1, 0, 1, 3)
 
 
-def test_it_invents_nothing_and_finds_most_of_what_overlaps():
+def test_image_space_invents_nothing_and_finds_most_overlaps():
     bodies, motion = lab(80)
     truth = counts_as_contact(create_detector("exact", bodies).detect(motion).verdict)
     detection = create_detector("image-space", bodies).detect(motion)

@@ -80,7 +80,7 @@ def test_each_column_comes_once_with_all_its_rows_in_order(columns):
         assert list(result) == sorted(result)
 
 
-def test_it_equals_the_exhaustive_test():
+def test_meeting_faces_equal_the_exhaustive_test():
     rng = np.random.default_rng(1)
     a, b = face_soup(rng, 60), face_soup(rng, 50)
     meshes = [body.mesh for body in bodies_of([a, b])]
@@ -99,7 +99,7 @@ def test_a_pose_that_is_none_is_refused_by_its_body():
         intersecting_faces(mesh, mesh, np.eye(4), np.full((4, 4), np.nan))
 
 
-def test_it_finds_exactly_the_pairs_the_predicate_says_meet(monkeypatch):
+def test_meeting_faces_are_those_of_the_triangle_predicate(monkeypatch):
     rng = np.random.default_rng(0)
     first, second = face_soup(rng, 23, 1.0), face_soup(rng, 31, 1.0)
     every = np.array([[a, b] for a in first for b in second])

@@ -203,9 +203,9 @@ def test_shipped_pieces_are_those_that_cutting_gives(nothing_cut, monkeypatch, t
         shipped = piece_store.convex_pieces(cut)
         with monkeypatch.context() as patch:
             patch.setattr(piece_store, "SHIPPED", tmp_path / "nothing")
-            assert cut.seconds > 0
-            again = piece_store.convex_pieces(cut)
-        assert [piece.content_hash for piece in again] == [piece.content_hash for piece in shipped]
+            assert cut.seconds > 0, "nothing is kept: it has to be cut"
+            freshly_cut = piece_store.convex_pieces(cut)
+        assert [piece.content_hash for piece in freshly_cut] == [piece.content_hash for piece in shipped]
 
 
 def test_bodies_whose_pieces_miss_more_stay_uncut(two_beakers, missing_pieces):

@@ -91,7 +91,7 @@ def test_the_table_of_planted_and_reported_causes_is_diagonal():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("planted", ELSEWHERE)
-def test_the_table_is_diagonal_in_other_sessions_too(planted):
+def test_planted_causes_are_found_in_other_sessions(planted):
     session, detector, oracle, cause = ELSEWHERE[planted]
     (answer,) = compute(session(), detectors=detector, oracle=oracle).causes.values()
     assert answer.examined > 0

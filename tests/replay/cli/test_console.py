@@ -18,7 +18,7 @@ def test_people_are_spoken_to_on_stderr_unless_quiet(capsys):
     assert (out, err) == ("", "hello\nmore\n")
 
 
-def test_a_broken_gate_is_named_to_the_quiet_too(capsys):
+def test_broken_gate_is_named_in_quiet_mode(capsys):
     assert People(quiet=True).gate([]) == 0 and People(quiet=True).gate(["it missed 1"]) == 4
     assert capsys.readouterr().err == "gate: it missed 1\n"
 

@@ -86,7 +86,7 @@ def test_an_answer_is_written_changes_the_contacts_and_is_forgotten(recording, c
     assert main(["doctor", str(recording), "--forget-answers"]) == 0 and recording.read_bytes() == before
 
 
-def test_answers_are_written_to_the_mapping_too(recording, tmp_path, capsys):
+def test_answers_are_written_to_the_mapping(recording, tmp_path, capsys):
     mapping = tmp_path / "map.toml"
     mapping.write_text('convention = "ros"\n')
     assert main(["doctor", str(recording), "--answer", "1b", "--mapping", str(mapping)]) == 0

@@ -35,7 +35,7 @@ def failing(monkeypatch, error):
     monkeypatch.setattr(module.cli, "main", fail)
 
 
-def test_exhausted_memory_is_a_sentence_and_numpy_warnings_stay_hidden(monkeypatch, capsys):
+def test_exhausted_memory_is_one_clear_error_without_warnings(monkeypatch, capsys):
     failing(monkeypatch, MemoryError())
     assert main(["info"]) == 1
     output = capsys.readouterr().err
@@ -56,7 +56,7 @@ def test_address_space_too_small_for_all_processors_is_refused(monkeypatch, caps
     assert main(["--version"]) == 0
 
 
-def test_a_name_that_is_no_text_is_a_sentence(tmp_path, capsys):
+def test_path_that_is_no_text_is_one_clear_error(tmp_path, capsys):
     assert main(["run", str(tmp_path), "-o", "a\udcff"]) == 2
     output = capsys.readouterr().err
     assert "error: " in output and "this should not have happened" not in output and output.isascii()
@@ -70,7 +70,7 @@ def test_a_name_that_is_no_text_is_a_sentence(tmp_path, capsys):
         (KeyboardInterrupt(), 130, "interrupted"),
     ],
 )
-def test_every_error_is_a_sentence_and_debug_shows_its_origin(monkeypatch, capsys, error, code, arguments):
+def test_errors_are_one_sentence_and_debug_shows_their_origin(monkeypatch, capsys, error, code, arguments):
     failing(monkeypatch, error)
     assert main(["info"]) == code
     output = capsys.readouterr().err

@@ -23,7 +23,7 @@ def test_list_resolves_files_from_its_folder_and_skips_comments(folder, monkeypa
     assert several([listed]) and several([folder]) and not several([folder / "a.mcap"])
 
 
-def test_unreachable_store_in_a_list_is_a_sentence(folder, monkeypatch):
+def test_unreachable_store_in_a_list_is_one_clear_error(folder, monkeypatch):
     pytest.importorskip("upath")
     (folder / "list.txt").write_text("memory://class/one.mcap\n", "utf-8")
     (file,) = session_files([folder / "list.txt"])

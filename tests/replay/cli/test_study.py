@@ -29,7 +29,7 @@ def test_study_page_prints_associations_on_a_screen(files, tmp_path, capsys, mon
     assert "study.html" in output and (tmp_path / "study" / "study.html").is_file()
 
 
-def test_refused_study_is_a_sentence_with_its_rule(files, tmp_path, capsys):
+def test_refused_study_names_its_rule_in_one_error(files, tmp_path, capsys):
     answers, _ = a_class(30)
     write_answers(tmp_path / "answers.csv", answers, [f"Ada {k}" for k in range(30)])
     assert main(files) == 1

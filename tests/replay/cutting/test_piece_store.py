@@ -142,7 +142,7 @@ def test_meshes_that_cannot_be_cut_say_why(monkeypatch):
     assert "1,280 faces" in why_not_cut(many)
 
 
-def test_a_method_that_cannot_cut_a_mesh_is_a_sentence():
+def test_method_that_cannot_cut_a_mesh_is_one_clear_error():
     with pytest.raises(CutError, match=r"^sectors by height and angle cannot cut this mesh; take another method"):
         convex_pieces(Cut(box_mesh((0.1, 0.05, 0.2)), "sectors", 8))
 

@@ -87,7 +87,7 @@ def test_a_rate_is_ranked_by_its_mean_over_offsets():
     assert fault_text(rank) == "10 % of its contact time is false; 0-2 of 18 contacts missed"
 
 
-def test_undecided_or_undetected_contacts_are_ranked_too():
+def test_undecided_or_undetected_contacts_are_ranked():
     lazy, blind = audited(0, 0, 0, undecided=18), audited(0, 0, 0, 0)
     assert [rank.label for rank in ranking(run(blind=blind, lazy=lazy))] == ["lazy", "blind", "exact"]
     nothing = structs.replace(audited(0, 0, 0, 0), contacts=0)

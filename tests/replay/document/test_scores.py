@@ -22,11 +22,11 @@ def test_contacts_of_a_body_and_its_parent_are_no_episodes():
 
 
 def test_excused_contacts_count_in_no_fraction():
-    matches = EpisodeMatches(
-        (EpisodeMatch(1, 1, 3, 0.5, -0.25),), missed=(2,), excused_truth=(3,), excused_reports=(2,)
-    )
+    match = EpisodeMatch(1, 1, 3, onset_error=0.5, duration_error=-0.25)
+    matches = EpisodeMatches((match,), missed=(2,), excused_truth=(3,), excused_reports=(2,))
     figures = matching_of(matches, 3, 2)
-    assert figures.missed_proportion.of == 2 and figures.false_proportion.of == 1
+    assert figures.missed_proportion.of == 3 - 1  # contact 3 is excused
+    assert figures.false_proportion.of == 2 - 1  # report 2 is excused
     assert structs.astuple(figures.onset_error) == pytest.approx([0.5] * 4)
 
 

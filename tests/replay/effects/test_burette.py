@@ -54,7 +54,7 @@ def test_a_lost_tap_or_flask_keeps_its_last_pose():
 OUTFLOW = {"discharge": 0.6, "section": 1e-4, "head": 0.5, "available": 4e-5}
 
 
-def test_it_solves_torricellis_equation_with_an_area_that_changes():
+def test_outflow_solves_torricellis_equation_with_a_changing_area():
     times = np.linspace(0.0, 40.0, 401)
     area = 6e-7 * np.interp(times, [0, 5, 20, 30, 40], [0.0, 1.0, 1.0, 0.1, 0.0])
 

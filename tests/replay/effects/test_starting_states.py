@@ -7,7 +7,7 @@ from replay.effects.effect_plan import plan_faults
 from replay.engine import compute
 from sessions.model.scene import SceneBody
 
-CALM = ("heat", {"of": "liquids", "ambient_c": 20.0, "loss_w_per_k": 0.0})
+NO_HEAT_LOSS = ("heat", {"of": "liquids", "ambient_c": 20.0, "loss_w_per_k": 0.0})
 MIXED = ("mixing", {"in": ["b"]})
 POUR = [0.0, *([60.0] * 3), *([0.0] * 200)]
 
@@ -17,7 +17,7 @@ def standing(flask, *more, count=20):
     return compute(world({"flask": still(count)}, (flask,), MIX, *more, step_ns=100_000_000)).effects
 
 
-def falls(solid):
+def precipitates(solid):
     return "precipitation", {"solid": solid, "colour": "white"}
 
 
@@ -31,7 +31,7 @@ SULFATE = reacts("BaCl2 + Na2SO4 -> BaSO4 + 2 NaCl")
 def test_precipitates_of_the_first_frame_have_their_mass():
     """It once said that -0.466 g of 0 g dissolve."""
     flask = glass("flask", 40.0, solutes={"BaCl2": 0.05, "Na2SO4": 0.05})
-    (event,) = standing(flask, SULFATE, falls("BaSO4"))["precipitation"].events
+    (event,) = standing(flask, SULFATE, precipitates("BaSO4"))["precipitation"].events
     assert event.name == "precipitate" and event.time == 0.0
     assert event.values["mass_g"] == pytest.approx(0.002 * 233.39, rel=1e-3)
     assert "have fallen out in flask before the recording begins" in event.text
@@ -42,7 +42,7 @@ def test_what_dissolves_of_a_first_precipitate_is_counted_of_it():
     flask = glass("flask", 2.0, solutes={"AgNO3": 0.05, "NaCl": 0.05})
     ammonia = glass("burette", 50.0, solute="NH3", molar=8.0, cavity=COLUMN)
     equations = (reacts("AgNO3 + NaCl -> AgCl + NaNO3"), reacts("AgCl + 2 NH3 -> Ag(NH3)2+ + Cl-"))
-    effects = run_in([0.0, 0.0, *([90.0] * 60), 0.0], MIX, *equations, falls("AgCl"), base=ammonia, acid=flask)
+    effects = run_in([0.0, 0.0, *([90.0] * 60), 0.0], MIX, *equations, precipitates("AgCl"), base=ammonia, acid=flask)
     first, dissolved = effects["precipitation"].events
     assert [first.name, dissolved.name] == ["precipitate", "dissolved"]
     assert 0.0 < dissolved.values["mass_g"] <= first.values["mass_g"] == pytest.approx(1e-4 * 143.32, rel=1e-2)
@@ -96,7 +96,7 @@ def test_a_rate_changes_no_amount_of_gas(gas, molar):
 
 def test_a_reaction_without_any_acid_is_said_not_to_proceed():
     bodies = (glass("a", 60.0), glass("b", 10.0, solute="Na2S2O3", molar=0.1))
-    effects = poured(POUR, bodies, MIXED, reacts("S2O3^2- + 2 H+ -> SO2 + S + H2O"), falls("S"))
+    effects = poured(POUR, bodies, MIXED, reacts("S2O3^2- + 2 H+ -> SO2 + S + H2O"), precipitates("S"))
     (event,) = effects["reaction"].output.named("no-reaction")
     assert "it needs acid, and none came into b" in event.text
     assert not effects["precipitation"].series["b/S"].values.any()
@@ -126,18 +126,18 @@ def test_a_catalyst_of_both_sides_must_be_there():
 def test_a_vessel_begins_at_its_declared_temperature(mass_g):
     """Salt that dissolves before the first frame once warmed it by up to 4 K."""
     properties = {"solid": {"formula": "KNO3", "mass_g": mass_g}, "temperature_c": 80.0}
-    effects = standing(glass("flask", 50.0, properties=properties), CALM)
+    effects = standing(glass("flask", 50.0, properties=properties), NO_HEAT_LOSS)
     assert effects["heat"].series["flask/temperature"].values[0] == pytest.approx(80.0, abs=1e-9)
 
 
 @pytest.mark.parametrize(
     ("solid", "more"),
-    [("NH4NO3", ()), ("CaO", (reacts("CaO + H2O -> Ca(OH)2"), falls("Ca(OH)2")))],
+    [("NH4NO3", ()), ("CaO", (reacts("CaO + H2O -> Ca(OH)2"), precipitates("Ca(OH)2")))],
 )
 def test_curves_of_dry_solids_keep_to_their_events(solid, more):
     """The first drops once drew a curve down to -20 degC, or to 0 and up to 100."""
     bodies = (glass("a", 60.0), glass("b", 0.0, properties={"solid": {"formula": solid, "mass_g": 4.0}}))
-    effects = poured(POUR, bodies, MIXED, CALM, *more)["heat"]
+    effects = poured(POUR, bodies, MIXED, NO_HEAT_LOSS, *more)["heat"]
     values = effects.series["b/temperature"].values
     stated = [event.values["to_c"] for event in effects.events if event.name in ("warmest", "coldest")]
     assert [values.min(), values.max()] == pytest.approx(sorted([20.0, *stated]), abs=1e-9)
@@ -149,7 +149,7 @@ def test_advice_for_copper_in_ammonia_goes_in_no_circle():
     ammonia = glass("burette", 50.0, solute="NH3", molar=1.0, cavity=COLUMN)
     fresh = reacts("4 CuSO4 + 6 NH3 + 6 H2O -> Cu4(OH)6SO4 + 3 (NH4)2SO4")
     drip = [0.0, 0.0, *([90.0] * 60), 0.0]
-    effects = run_in(drip, MIX, fresh, falls("Cu4(OH)6SO4"), base=ammonia, acid=flask)
+    effects = run_in(drip, MIX, fresh, precipitates("Cu4(OH)6SO4"), base=ammonia, acid=flask)
     assert not effects["reaction"].output.named("supersaturated")
 
 
@@ -159,7 +159,7 @@ def test_what_recrystallises_after_dissolving_is_said():
         glass("b", 0.0, properties={"solid": {"formula": "KNO3", "mass_g": 6.0}}),
     )
     cooling = ("heat", {"of": "liquids", "ambient_c": 20.0, "loss_w_per_k": 200.0})
-    events = poured(POUR, bodies, MIXED, falls("KNO3"), cooling)["precipitation"].events
+    events = poured(POUR, bodies, MIXED, precipitates("KNO3"), cooling)["precipitation"].events
     assert [event.name for event in events] == ["dissolved", "precipitate"]
     dissolved, grown = events
     assert dissolved.time < grown.time and "fall out again" in grown.text
@@ -216,18 +216,23 @@ def test_a_solution_that_merely_stands_has_a_ph():
     assert event.name == "ph" and event.values["to_ph"] == pytest.approx(2.88, abs=0.02)
 
 
-def test_lime_that_stands_in_water_reacts_with_it():
-    """It was said to dissolve; with a rate its solubility was asked for."""
-    lime = glass("flask", 50.0, properties={"solid": {"formula": "CaO", "mass_g": 1.0}})
-    slaking = "CaO + H2O -> Ca(OH)2(s)"
-    effects = standing(lime, CALM, reacts(slaking), falls("Ca(OH)2"))
+LIME = glass("flask", 50.0, properties={"solid": {"formula": "CaO", "mass_g": 1.0}})
+SLAKING = "CaO + H2O -> Ca(OH)2(s)"
+
+
+def test_lime_in_water_reacts_before_the_first_frame():
+    effects = standing(LIME, NO_HEAT_LOSS, reacts(SLAKING), precipitates("Ca(OH)2"))
     assert not effects["reaction"].output.named("no-reaction")
     (before,) = effects["heat"].output.named("dissolved-before")
     assert "1 g CaO react with the water in flask before" in before.text
-    slow = standing(lime, CALM, reacts(slaking, rate_per_s=2.0), falls("Ca(OH)2"), count=60)
-    (warmest,) = slow["heat"].output.named("warmest")
-    # 65.2 kJ/mol by the NBS tables, without the little that dissolves.
-    assert warmest.values["change_k"] == pytest.approx(65.2e3 / 56.08 / (50.0 * 4.18), rel=0.05)
+
+
+def test_slaking_lime_warms_water_by_its_heat_of_reaction():
+    effects = standing(LIME, NO_HEAT_LOSS, reacts(SLAKING, rate_per_s=2.0), precipitates("Ca(OH)2"), count=60)
+    (warmest,) = effects["heat"].output.named("warmest")
+    slaking_j_per_mol = 65.2e3  # NBS tables, without the little that dissolves
+    moles, water_j_per_k = 1.0 / 56.08, 50.0 * 4.18
+    assert warmest.values["change_k"] == pytest.approx(slaking_j_per_mol * moles / water_j_per_k, rel=0.05)
 
 
 @pytest.mark.parametrize("written", ["Na2H2EDTA", "EDTA", "Na2H2Y", "Na2EDTA"])

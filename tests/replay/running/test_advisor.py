@@ -58,7 +58,7 @@ def test_recorded_colliders_get_a_row_distinct_from_hulls(plain):
     assert int((run.detections["it"].verdict == Verdict.CONTACT).sum()) == 10
 
 
-def test_an_engine_that_is_not_installed_is_a_sentence(plain):
+def test_engine_that_is_not_installed_is_one_clear_error(plain):
     advice = replay.advise(cubes(POSITIONS), engine="unreal")
     assert sum("pieces=16" in row["setting"] for row in advice.rows) == 2
     with pytest.raises(TradeoffError, match=r"^mujoco itself is needed and is not installed; pip install "):

@@ -16,26 +16,32 @@ CSV = "time,a,b,what\n100.04,a,b,begin\n100.05,a,b,end\n100.08,b,a,begin\n100.11
 
 
 @pytest.fixture
-def csv(tmp_path):
+def log_100_s_ahead(tmp_path):
+    """An engine's log whose clock is 100 s ahead; its fifth report is of Floor, which is no body of the session."""
     path = tmp_path / "engine.csv"
     path.write_text(CSV, encoding="utf-8")
     return path
 
 
-def test_another_clock_is_fitted_and_the_reports_become_a_detector(csv, tmp_path):
-    session, fit = import_contacts(csv, cubes(POSITIONS))
+def test_offset_of_another_clock_is_fitted(log_100_s_ahead):
+    session, fit = import_contacts(log_100_s_ahead, cubes(POSITIONS))
     assert fit.seconds == pytest.approx(-100.0) and fit.residual == pytest.approx(0.0, abs=1e-9)
     assert (fit.matched, fit.of) == (4, 5)
     assert float(session.facts[OFFSET_FACT]) == pytest.approx(-100.0)
     assert float(session.facts[DRIFT_FACT]) == 0.0
+
+
+def test_imported_reports_are_a_detector_that_misses_nothing(log_100_s_ahead, tmp_path):
+    session, _ = import_contacts(log_100_s_ahead, cubes(POSITIONS))
     write_session(session, tmp_path / "s.mcap")
     result = compute(read_session(tmp_path / "s.mcap"), detectors="recorded", oracle="exact")
-    assert result.document.audit["recorded"].time_missed.count == 0
-    assert result.document.audit["recorded"].time_missed.of == 4
+    missed = result.document.audit["recorded"].time_missed
+    assert missed.count == 0
+    assert missed.of == sum(x < 1 for x in POSITIONS["b"]) == 4
 
 
-def test_a_given_offset_is_taken_as_it_is(csv):
-    session, fit = import_contacts(csv, cubes(POSITIONS), offset=-99.99)
+def test_a_given_offset_is_taken_as_it_is(log_100_s_ahead):
+    session, fit = import_contacts(log_100_s_ahead, cubes(POSITIONS), offset=-99.99)
     assert fit.seconds == -99.99 and fit.residual == pytest.approx(0.01)
     assert float(session.facts[RESIDUAL_FACT]) == pytest.approx(0.01)
     assert session.live_contacts[0].time_ns == 50_000_000
@@ -49,8 +55,8 @@ def test_contacts_beyond_session_bounds_fit_no_begin_or_end(tmp_path):
     assert session.live_contacts[1].time_ns == 5_200_000_000
 
 
-def test_without_a_partner_the_residual_is_unknown(csv):
-    session, fit = import_contacts(csv, cubes(POSITIONS), offset=50.0)
+def test_without_a_partner_the_residual_is_unknown(log_100_s_ahead):
+    session, fit = import_contacts(log_100_s_ahead, cubes(POSITIONS), offset=50.0)
     assert (fit.residual, session.facts[RESIDUAL_FACT]) == (None, "unknown")
 
 

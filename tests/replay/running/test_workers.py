@@ -16,7 +16,7 @@ from replay.running.workers import Workers, do_all
 needs_sigkill = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs a signal that cannot be caught")
 
 
-def test_missing_dask_or_scheduler_is_a_sentence(monkeypatch):
+def test_missing_dask_or_scheduler_is_one_clear_error(monkeypatch):
     pytest.importorskip("distributed")
     with pytest.raises(WorkerError, match=r"no scheduler of Dask answers at nonsense://a .*or use --jobs"):
         Workers(1, "nonsense://a")

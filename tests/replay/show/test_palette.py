@@ -40,7 +40,7 @@ def test_a_fault_has_one_colour_on_every_screen(kind):
     assert f"{palette.COLOUR_NAMES[key]}: {words[key]}" in LANES_LEGEND
 
 
-def test_red_yellow_and_blue_differ_in_lightness_too():
+def test_red_yellow_and_blue_differ_in_lightness():
     values = sorted(lightness(colour) for colour in (palette.MISSED, palette.FALSE_CONTACT, palette.TRUE_CONTACT))
     assert values[1] / values[0] > 1.2
     assert values[2] / values[1] > 1.2

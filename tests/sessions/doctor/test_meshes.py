@@ -42,7 +42,7 @@ def test_needles_are_no_points():
     assert degenerate_faces(needle).tolist() == [False, True, False]
 
 
-def test_a_mesh_that_cannot_be_loaded_is_a_finding():
+def test_mesh_that_cannot_be_loaded_is_reported_by_the_doctor():
     class Broken(dict):
         def __getitem__(self, name):
             raise MeshFileError("the mesh is gone; find it")

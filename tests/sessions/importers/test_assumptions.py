@@ -70,7 +70,7 @@ def test_foxglove_messages_say_no_axes(tmp_path):
     assert (axes.value, axes.confidence) == ("ros", Confidence.OPEN) and "unity" in axes.alternatives
 
 
-def test_a_small_mesh_beside_others_in_centimetres_may_be_too(tmp_path):
+def test_small_mesh_beside_others_in_centimetres_may_be_in_centimetres(tmp_path):
     """0.8 units pass for metres by their size alone; the file beside it is in centimetres."""
     for name, size in (("beaker", 12.0), ("stopper", 0.8)):
         trimesh.creation.box((size, size, size)).export(tmp_path / f"{name}.obj")

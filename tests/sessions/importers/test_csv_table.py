@@ -233,19 +233,18 @@ def test_unnamed_second_table_is_a_loss_with_its_cure(imported):
 
 
 @pytest.mark.parametrize(
-    ("convention", "axes"),
+    ("convention", "order", "axes"),
     [
-        ("unity", "xyz"),
-        ("godot", "xyz"),
-        ("unreal", "yzx"),
-        ("ros", "yzx"),
-        ("z-up", "xzy"),
-        ("z up, left-handed", "xzy"),
+        ("unity", "", "xyz"),
+        ("godot", "", "xyz"),
+        ("unreal", "", "yzx"),
+        ("ros", "", "yzx"),
+        ("z-up", 'order = "ZXY"', "xzy"),  # has no order of its own
+        ("z up, left-handed", 'order = "ZXY"', "xzy"),
     ],
 )
-def test_pitch_yaw_and_roll_use_axes_of_their_convention(imported, convention, axes):
+def test_pitch_yaw_and_roll_use_axes_of_their_convention(imported, convention, order, axes):
     """Pitch is about the axis to the right, yaw about the one up, roll about the one ahead."""
-    order = "" if convention in ("unity", "godot", "unreal", "ros") else 'order = "ZXY"'
     head, rows = ("t", "x", "y", "z", "Pitch", "Yaw", "Roll"), [["0", "1", "2", "3", "10", "20", "30"]]
     mapping = f"""
 convention = "{convention}"

@@ -36,16 +36,25 @@ def test_rigid_bodies_arrive_in_metres_at_take_times(kind):
     assert ("Euler angles" in facts["assumed"]) == ("angles" in kind)
 
 
-def test_empty_frames_are_lost_and_short_rows_counted(tmp_path):
+def test_frames_without_a_pose_are_lost(tmp_path):
     lines = (FOLDER / "metres.csv").read_text("utf-8").splitlines()
-    for row in (-5, -4):
-        frame, time, *cells = lines[row].split(",")
-        lines[row] = ",".join([frame, time, *("" for _ in cells)])
-    (tmp_path / "take.csv").write_text("\r\n".join([*lines, "8,0.2"]), newline="")
+    blank = [3, 4]
+    for frame in blank:
+        row = len(lines) - len(STAMPS) + frame
+        number, time, *cells = lines[row].split(",")
+        lines[row] = ",".join([number, time, *("" for _ in cells)])
+    (tmp_path / "take.csv").write_text("\r\n".join([*lines, ""]), newline="")
     session = import_session("optitrack", tmp_path / "take.csv")
-    assert np.flatnonzero(~session.tracks["Cup"].valid).tolist() == [3, 4]
+    assert np.flatnonzero(~session.tracks["Cup"].valid).tolist() == blank
     assert "Cup, Left hand: 2 rows flagged as lost that hold no pose" in session.facts["conversions"]
-    assert "rows dropped: with too few or too many cells" in books(session)
+
+
+def test_rows_that_are_too_short_are_dropped_and_counted(tmp_path):
+    take = (FOLDER / "metres.csv").read_text("utf-8").rstrip()
+    too_short = "8,0.2"  # a frame and its time, without a pose
+    (tmp_path / "take.csv").write_text(f"{take}\r\n{too_short}", newline="")
+    session = import_session("optitrack", tmp_path / "take.csv")
+    assert "1 of 9 rows dropped: with too few or too many cells" in books(session)
 
 
 def take(path, bodies):

@@ -65,6 +65,6 @@ def test_pin_beside_centimetre_meshes_may_be_smaller():
     assert guesses({"pin": (0.2, "m"), "cup": (12.0, "cm")})["pin"] == ("m", "cm")
 
 
-def test_the_unit_of_the_poses_is_possible_too():
+def test_unit_of_the_poses_is_a_possible_unit_of_meshes():
     row = mesh_unit("pin.obj", mesh(0.2, 0.2, 0.2), "m", CONVENTIONS["unreal"], is_stated=False)
     assert row.alternatives == ("m", "cm") and row.is_open

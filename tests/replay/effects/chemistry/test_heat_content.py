@@ -119,7 +119,7 @@ def test_a_dissolved_solid_adds_to_the_heat_capacity(formula, molal, joule_k):
     assert heats.capacities(amounts) == pytest.approx((molal * solid_j_per_mol_k(formula), 0.0))
 
 
-def test_a_solid_that_does_not_dissolve_is_warmed_too():
+def test_solid_that_does_not_dissolve_is_warmed():
     """143 g of silver chloride keep 52 J/K by Kopp's rule: hot water on it cools by that of both."""
     chloride = {"properties": {"solid": {"formula": "AgCl", "mass_g": 143.32}}, "volume_ml": 0.0}
     joule, _, warmest = poured_on({"volume_ml": 100.0}, chloride, None, solids={"b": 52.0}, excess={"a": 40.0})

@@ -30,7 +30,7 @@ def test_number_leads_to_its_moment_and_wrong_number_is_refused(recording):
 
 
 @pytest.mark.parametrize("content", [b"", b"not a recording", b"RRF2", bytes(100), "a third"])
-def test_damaged_recording_is_a_sentence(recording, tmp_path, content):
+def test_damaged_recording_is_one_clear_error(recording, tmp_path, content):
     whole = recording.read_bytes()
     (tmp_path / "run.rrd").write_bytes(whole[: len(whole) // 3] if content == "a third" else content)
     with pytest.raises(RunFolderError, match=r"run\.rrd is damaged; run its session again$"):

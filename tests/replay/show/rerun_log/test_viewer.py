@@ -15,7 +15,7 @@ from replay.show.rerun_log.moments import Bookmark, read_bookmarks
 from replay.show.rerun_log.viewer import OpenViewer, ViewerError, open_viewer, start_viewer
 
 
-def test_missing_binary_is_a_sentence(monkeypatch, tmp_path):
+def test_missing_viewer_is_one_clear_error(monkeypatch, tmp_path):
     monkeypatch.setattr(module.rerun_cli, "__path__", [str(tmp_path)])
     with pytest.raises(ViewerError, match="came without its viewer"):
         start_viewer()

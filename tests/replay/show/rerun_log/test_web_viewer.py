@@ -102,7 +102,7 @@ def test_the_server_starts_again_where_its_port_is_taken(monkeypatch):
     assert b"WebHandle" in files[SCRIPT] and files[PROGRAM][:4] == b"\0asm"
 
 
-def test_server_that_always_ends_is_a_sentence(monkeypatch, tmp_path):
+def test_server_that_always_ends_is_one_clear_error(monkeypatch, tmp_path):
     ended = Mock(wraps=lambda *_, **__: subprocess.Popen(["false"]))
     monkeypatch.setattr(web_viewer, "_start_server", ended)
     with pytest.raises(viewer.ViewerError, match="ended at once, 3 times"):

@@ -38,19 +38,20 @@ RUNS = {
 }
 
 
-def plain(value):
+def cell_text(value):
     return f"{value:.9g}" if isinstance(value, float) else str(value)
 
 
 @pytest.mark.parametrize("name", RUNS)
-def test_the_tables_of_a_run_read_as_they_did(name, tmp_path, snapshot, monkeypatch):
-    monkeypatch.setattr(tables, "VERDICT_FRAMES", 5)
-    folder = write_run_folder(with_steady_times(RUNS[name]()), tmp_path / "run")
+def test_tables_of_a_run_equal_their_snapshot(name, tmp_path, snapshot, monkeypatch):
+    monkeypatch.setattr(tables, "VERDICT_FRAMES", 5)  # a run of 12 frames is written in three parts
+    make_run = RUNS[name]
+    folder = write_run_folder(with_steady_times(make_run()), tmp_path / "run")
     lines = []
     for file in sorted(folder.glob("*.parquet")):
         table = pq.read_table(file)
         lines += [file.name, *(f"  {column.name}: {column.type}" for column in table.schema)]
-        lines += [" | ".join(map(plain, row.values())) for row in table.to_pylist()]
+        lines += [" | ".join(map(cell_text, row.values())) for row in table.to_pylist()]
     assert "\n".join(lines) == snapshot
 
 

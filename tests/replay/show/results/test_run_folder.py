@@ -104,7 +104,7 @@ def test_a_folder_that_is_no_run_is_never_replaced(tmp_path):
     check_target(tmp_path / "new")
 
 
-def test_unwritable_path_is_a_sentence(result, tmp_path):
+def test_unwritable_path_is_one_clear_error(result, tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="cannot be written"):
         write_run_folder(result, tmp_path / "file" / "run")

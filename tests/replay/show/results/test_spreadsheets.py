@@ -110,7 +110,7 @@ def test_table_longer_than_a_sheet_is_left_out_by_name(tmp_path, monkeypatch):
     assert sentence == "t has 3 rows, more than an Excel sheet holds: use its Parquet file"
 
 
-def test_missing_package_is_a_sentence(tmp_path, monkeypatch, run):
+def test_missing_package_is_one_clear_error(tmp_path, monkeypatch, run):
     for name in ("xlsxwriter", "pandas", "polars"):
         monkeypatch.setitem(sys.modules, name, None)
     with pytest.raises(OutputError, match=r'Excel tables need XlsxWriter: pip install "vrlab-replay\[excel\]"'):
