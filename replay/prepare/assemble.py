@@ -98,7 +98,7 @@ def assemble(
         origin=placed.origin,
         proxies=tuple(body.id for body in declared if body is not None and body.proxy),
         left_out=tuple(name for name in session.names if name not in session.meshes),
-        notes=(*session_scan.notes(), *_absent(session)),
+        notes=(*session_scan.notes(), *_absent(session), *_fixed_and_tracked(session)),
         live_contacts=session.live_contacts,
         live_residual=_residual(session),
         group_of=scene.group_of,
@@ -213,3 +213,9 @@ def _absent(session: Session) -> list[str]:
     declared = [body.id for body in session.scene.bodies if body.id not in present]
     missing = dict.fromkeys([*declared, *absent_bodies(session.scene, [*present])])
     return [f"body {name!r} is declared in the scene but was not recorded" for name in missing]
+
+
+def _fixed_and_tracked(session: Session) -> list[str]:
+    """A note on every body whose fixed pose is not used, for it has poses of its own."""
+    bodies = (body.id for body in session.scene.bodies if body.fixed is not None and body.id in session.names)
+    return [f"the fixed pose of body {name!r} is not used: the recording has poses of it" for name in bodies]

@@ -44,7 +44,7 @@ def time_findings(pose_pass: PosePass) -> Iterator[Finding]:
         present = pose_pass.has(Mark.PRESENT, column)
         if not present.all() and present.any():
             yield from _own_gaps(stamps, present & plain, name)
-            yield from _often_missing(stamps, present, name)
+        yield from _often_missing(stamps, present, name)
 
 
 COUNTED: Final = (

@@ -9,7 +9,7 @@ Source: the format of aframe-motion-capture-components (``poses``, ``events``, `
 import json
 import math
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
@@ -19,8 +19,10 @@ import numpy as np
 from sessions.errors import ImportFileError
 from sessions.importers.ledger import Ledger
 from sessions.importers.pose_table import (
+    Numbers,
     PoseTable,
     SourceFrame,
+    degrees_by_format,
     imported,
     last_of_each_stamp,
     number,
@@ -48,11 +50,14 @@ def read_aframe(source: Path) -> Session:
     ledger = Ledger(source)
     devices = _devices(source, ledger)
     tables: dict[str, PoseTable] = {}
+    angles = list[Numbers]()
     events: list[Event] = []
     hands: dict[str, HandTrack] = {}
     for name, device in devices.items():
+        _refuse_quaternions(device["poses"], f"{source}: {name}: poses")
         numbers = np.array([_row(pose) for pose in device["poses"]], dtype=np.float64).reshape(-1, 7)
         stamps = stamps_of(numbers[:, 0], 1e6, f"{source}: {name}: poses")
+        angles.append(numbers[:, 4:])
         quaternions = quaternion_from_euler(np.radians(numbers[:, [5, 4, 6]]), "YXZ")
         tables[name] = PoseTable(stamps, numbers[:, 1:4], quaternions)
         happened = list(_events(name, device.get("events") or [], source))
@@ -64,7 +69,8 @@ def read_aframe(source: Path) -> Session:
             pressed = np.array([PRESSES[event.name] for event in presses])
             rows = last_of_each_stamp(f"trigger {hand}", stamps, ledger)
             hands[hand] = HandTrack(stamps[rows], pressed[rows])
-    frame = SourceFrame(AXES, "m", "performance clock of the browser, ms")
+    clock = "performance clock of the browser, ms"
+    frame = SourceFrame(AXES, "m", clock, others=(degrees_by_format(angles),))
     samples = imported(tables, frame, ledger, ["rotations from Euler angles YXZ in degrees to unit quaternions"])
     return replace(samples, events=tuple(events), hands=hands)
 
@@ -104,6 +110,13 @@ def _row(pose: Any) -> list[float]:
         for key in ("position", "rotation")
         for axis in "xyz"
     ]
+
+
+def _refuse_quaternions(poses: Sequence[Any], where: str) -> None:
+    """Refuse rotations of four numbers, of which three would be taken for angles."""
+    rotations = (pose.get("rotation") for pose in poses if isinstance(pose, dict))
+    if any(isinstance(rotation, dict) and "w" in rotation for rotation in rotations):
+        raise ImportFileError(f"{where}: a rotation has a w: it is a quaternion; write Euler angles in degrees")
 
 
 def _number(value: Any, key: str) -> float:

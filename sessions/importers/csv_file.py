@@ -53,6 +53,8 @@ NAMED_COLUMNS: Final = 12
 """Columns without a role that a note names."""
 MOST_BODIES: Final = 1000
 """More names than a laboratory has bodies: then the column holds something else."""
+LAST_ROW_TOLERANCE: Final = 1e-6
+"""By which the last row of a matrix of a pose may be off 0, 0, 0."""
 LIKELY_RATES_HZ: Final = (10.0, 250.0)
 """Rates of trackers and headsets; a guessed unit of time that gives another rate is not sure."""
 
@@ -90,6 +92,8 @@ def read_csv(
     if not (convention or plan.convention):
         raise ImportFileError("the axes of the CSV are not known; name a convention (for Unity: unity)")
     axes = convention_named(convention or plan.convention)
+    for pose in plan.poses:
+        _check_last_row(table, pose)
     plan = _in_order_of(_with_stated_units(table, plan), axes, str(source))
     return _CsvLog(table, plan, ledger).session(_source_frame(table, plan, axes, is_named=bool(convention)))
 
@@ -110,6 +114,26 @@ def _check_columns(table: CsvTable, plan: CsvMapping) -> None:
     if len(missing) > 1 and len(table.columns) > 1:
         named = ", ".join(map(repr, missing))
         raise ImportFileError(f"{table.source}: no columns {named}; there are: {', '.join(table.columns)}")
+
+
+def _check_last_row(table: CsvTable, pose: PoseColumns) -> None:
+    """Refuse matrices whose last row, in columns that are not read, holds a place: they are written transposed."""
+    first = pose.rotation[0]
+    last = [first.removesuffix("m00") + f"m3{column}" for column in range(3)]
+    if (
+        pose.kind != "matrix"
+        or not first.endswith("m00")
+        or not {*last} <= {*table.columns}
+        or {*last} & {*pose.position}
+    ):
+        return
+    places = table.numbers(last)
+    wrong = np.flatnonzero((np.abs(places) > LAST_ROW_TOLERANCE).any(axis=1))
+    if len(wrong):
+        raise ImportFileError(
+            f"{table.source}: the columns {', '.join(last)} hold {places[wrong[0]].tolist()} in place of zeros: the "
+            "matrices are written column by column; name those of matrix in the other order, and these as position"
+        )
 
 
 class _CsvLog:

@@ -25,6 +25,7 @@ from sessions.model.assumption import ASSUMPTIONS_FACT, Assumption, Confidence, 
 from sessions.model.samples import ScalarTrack, Track
 from sessions.model.session import Session
 from sessions.quantities import length
+from sessions.quantities import number as number_text
 
 Numbers = NDArray[np.float64]
 Stamps = NDArray[np.int64]
@@ -251,6 +252,15 @@ def _grouped(notes: Iterable[str]) -> list[str]:
         what, colon, text = note.partition(": ")
         about.setdefault(colon + text or note, []).append(what if colon else "")
     return [", ".join(filter(None, dict.fromkeys(names))) + text for text, names in about.items()]
+
+
+def degrees_by_format(angles: Iterable[Numbers]) -> Assumption:
+    """Returns that angles are in degrees as their format says; where all would fit radians, that is a doubt."""
+    largest = max((float(np.nanmax(np.abs(rows), initial=0.0)) for rows in angles), default=0.0)
+    if not 0.0 < largest <= 2.0 * math.pi:
+        return Assumption(Subject.ANGLE_UNIT, "deg", Origin.FORMAT)
+    reason = f"the format has degrees, but no angle is larger than {number_text(largest)}, as of radians"
+    return Assumption(Subject.ANGLE_UNIT, "deg", Origin.GUESS, Confidence.OPEN, reason=reason)
 
 
 def numbered(name: str, taken: Container[str]) -> str:

@@ -20,7 +20,16 @@ from sessions.importers.csv_head import read_head
 from sessions.importers.csv_mapping import PoseColumns
 from sessions.importers.csv_table import CsvTable
 from sessions.importers.ledger import Ledger
-from sessions.importers.pose_table import LARGEST_SECONDS, Numbers, PoseTable, SourceFrame, Stamps, Stream, imported
+from sessions.importers.pose_table import (
+    LARGEST_SECONDS,
+    Numbers,
+    PoseTable,
+    SourceFrame,
+    Stamps,
+    Stream,
+    degrees_by_format,
+    imported,
+)
 from sessions.input_files import check_regular
 from sessions.model.assumption import Assumption, Origin, Subject
 from sessions.model.event import Interval
@@ -53,7 +62,7 @@ def read_uxf(source: Path, *, convention: str | None = None) -> Session:
     poses: dict[str, list[PoseTable]] = {}
     numbers: dict[str, list[tuple[Stamps, Numbers]]] = {}
     notes = list[str]()
-    forms = set[PoseColumns]()
+    angles = list[Numbers]()
     for path, body in _trackers(folder):
         if not _begins_with(path, TIME):
             ledger.book("files", path.name, read=1, kept=0, dropped={f"whose first line does not name {TIME}": 1})
@@ -64,7 +73,8 @@ def read_uxf(source: Path, *, convention: str | None = None) -> Session:
         form = QUATERNION_POSE if "rot_w" in table.columns else POSE
         if POSITION[0] in table.columns:
             poses.setdefault(body, []).append(table.poses(form, stamps))
-            forms.add(form)
+            if form is POSE:
+                angles.append(table.numbers(form.rotation))
         for column in table.columns:
             if column not in (TIME, *form.numbers) and table.holds_numbers(column):
                 values = table.numbers((column,))[:, 0]
@@ -78,9 +88,11 @@ def read_uxf(source: Path, *, convention: str | None = None) -> Session:
     trials = _trials(folder, ledger)
     assumed = ("clock in s since the start of the program (Unity's Time.time)",)
     frame = SourceFrame.in_axes(convention, "unity", "", "Unity's Time.time, s", assumed)
-    if POSE in forms:
+    if angles:
         notes.insert(0, "rotations from Euler angles zxy in degrees to unit quaternions")
-        frame = replace(frame, others=(Assumption(Subject.EULER_ORDER, "zxy", Origin.FORMAT),))
+        frame = replace(
+            frame, others=(Assumption(Subject.EULER_ORDER, "zxy", Origin.FORMAT), degrees_by_format(angles))
+        )
     samples = imported(tables, frame, ledger, notes, streams)
     return replace(samples, intervals=tuple(trials), facts={"source_file": folder.name, **samples.facts})
 

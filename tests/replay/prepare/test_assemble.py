@@ -123,6 +123,13 @@ def test_body_that_is_always_lost_is_the_reason_for_no_pair():
         assemble(framed(np.arange(12) * 10 * MS, status, np.zeros((12, 2, 3)), names=("a", "b")))
 
 
+def test_fixed_pose_of_a_recorded_body_is_noted_as_unused():
+    session = jumped(np.ones((12, 2)), scene=Scene(bodies=(SceneBody("b", fixed=Pose((9.0, 9.0, 9.0))),)))
+    assembly = assemble(session)
+    assert "the fixed pose of body 'b' is not used: the recording has poses of it" in assembly.notes
+    assert assembly.motion.translations[:, 1, 2].tolist() == (3.0 + 0.01 * np.arange(12)).tolist()
+
+
 @dataclasses.dataclass
 class Blocks:
     """Frames that come in blocks of one size, whatever is asked for."""

@@ -64,6 +64,7 @@ BEFORE = np.arange(FRAMES) < FRAMES // 2
         (np.arange(FRAMES) == 0, True),  # recorded once, as what stands still
         (np.arange(FRAMES) % (FRAMES // 3) == 0, True),  # recorded when it changed
         (BEFORE, True),
+        (np.zeros(FRAMES, dtype=bool), True),
         (np.arange(FRAMES) % 4 == 0, False),  # a quarter of the rate
         (np.arange(FRAMES) > FRAMES // 4, False),  # appears
     ],

@@ -6,6 +6,7 @@ from scipy.spatial.transform import Rotation
 from support.mutants import books, refused, round_trips
 
 from sessions.importers import import_session
+from sessions.model.assumption import Subject, assumptions_of
 
 
 def pose(stamp, angles=(0.0, 0.0, 0.0)):
@@ -92,3 +93,18 @@ def test_poseless_devices_and_repeated_sides_are_accounted_for(tmp_path):
     assert session.hands["student/left (2)"].trigger.tolist() == [0.0]
     assert "1 of 3 names dropped: without a list of poses" in books(session)
     assert "trigger student/left (2): 1 of 2 samples dropped: with the stamp of another sample" in books(session)
+
+
+def test_rotation_of_four_numbers_is_refused(tmp_path):
+    turned = {**pose(1), "rotation": {"x": 0.0, "y": 0.6, "z": 0.0, "w": 0.8}}
+    refused(
+        "aframe", written(tmp_path, {"cup": {"poses": [turned]}}), "cup: poses: a rotation has a w: it is a quaternion"
+    )
+
+
+@pytest.mark.parametrize(("angle", "text"), [(3.1, "guessed, not sure"), (31.0, "the format"), (0.0, "the format")])
+def test_angles_that_would_fit_radians_are_a_doubt(tmp_path, angle, text):
+    poses = [pose(k, (0.0, angle * k / 9, 0.0)) for k in range(10)]
+    session = import_session("aframe", written(tmp_path, {"cup": {"poses": poses}}))
+    (unit,) = (row for row in assumptions_of(session.facts) if row.subject is Subject.ANGLE_UNIT)
+    assert unit.value == "deg" and text in unit.sentence

@@ -181,3 +181,32 @@ def test_draft_asks_which_of_two_flags_counts(tmp_path):
     rows = [row(SECONDS[k], pose(k), 1, 0) for k in range(COUNT)]
     refusal = refused_draft(tmp_path, f"time,{POSE},pos_valid,rot_valid", *rows)
     assert "which of the columns 'pos_valid' and 'rot_valid' says whether a pose is valid" in refusal.unknown
+
+
+def test_matrices_written_column_by_column_are_refused(tmp_path):
+    names = [f"m{line}{column}" for line in range(4) for column in range(4)]
+    matrix = np.array([[0.0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]])
+    files = {
+        by: [row("time", *names), *(row(second, *cells.ravel()) for second in SECONDS)]
+        for by, cells in (("row", matrix), ("column", matrix.T))
+    }
+    (track,) = import_csv(tmp_path, *files["row"]).tracks.values()
+    assert track.valid.all() and np.abs(track.positions - [1, 2, 3]).max() == 0.0
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join([*files["column"], ""]))
+    mapping = tmp_path / "log.columns.toml"
+    with pytest.raises(
+        ImportFileError, match=r"m30, m31, m32 hold \[1.0, 2.0, 3.0\] in place of zeros: the matrices are"
+    ):
+        import_session("csv", path, mapping=mapping)
+    nine = [f"m{line}{column}" for column in range(3) for line in range(3)]
+    mapping.write_text(
+        f"""convention = "openvr"\n[time]\ncolumn = "time"\nunit = "s"\n[bodies.cup]
+        position = ["m30", "m31", "m32"]\nmatrix = {nine}\n"""
+    )
+    cup = import_session("csv", path, mapping=mapping).tracks["cup"]
+    assert (
+        np.abs(cup.positions - track.positions).max()
+        == np.abs(cup.quaternions_xyzw - track.quaternions_xyzw).max()
+        == 0
+    )

@@ -10,6 +10,7 @@ from support.mutants import books, refused
 from support.second_opinions import UNITY, has_poses
 
 from sessions.importers import import_session
+from sessions.model.assumption import Subject, assumptions_of
 
 WRITTEN = Path(__file__).with_name("uxf") / "S001"
 COUNT = 8
@@ -136,3 +137,17 @@ def test_tracker_with_four_rotations_writes_quaternions(folder):
     session = import_session("uxf", folder)
     assert has_poses(session.tracks["head"], rows("head")[:, 1:4], Rotation.concatenate([*expected.values()]), UNITY)
     assert not any("rot_w" in name for name in session.scalars)
+
+
+def test_angles_of_trackers_that_would_fit_radians_are_a_doubt(folder):
+    whole = import_session("uxf", folder)
+    for path in (folder / "trackers").glob("*_movement_*.csv"):
+        head, *lines = path.read_text().splitlines()
+        cells = [line.split(",") for line in lines]
+        small = [
+            ",".join([*row[:4], *(str(np.radians(float(angle))) for angle in row[4:7]), *row[7:]]) for row in cells
+        ]
+        path.write_text("\n".join([head, *small, ""]))
+    for session, text in ((whole, "deg; the format"), (import_session("uxf", folder), "deg; guessed, not sure")):
+        (unit,) = (row for row in assumptions_of(session.facts) if row.subject is Subject.ANGLE_UNIT)
+        assert unit.sentence.startswith(text)
