@@ -50,9 +50,22 @@ def heated(inputs: EffectInputs, declared: Declaration, findings: Findings) -> N
             {"to_c": reached, "seconds": end - start},
         )
         findings.events.append(EffectEvent(start, "heated", (name, lamp), inputs.end(span[1]), values, text))
+    if spans and _reacts(inputs, name):
+        text = (
+            f"what dissolves and reacts in {name} is computed without the heat of {lamp}: for what it does hot, give "
+            'the body its temperature_c, and let it cool by an effect heat with of = "liquids"'
+        )
+        start = inputs.ends(spans[0])[0]
+        findings.events.append(EffectEvent(start, "not-heated", (name, lamp), None, {}, text, "warning"))
     if spans and declared["turns_c"] is not None:
         _change_colour(declared, findings, Vessel(inputs.body(name)), times, celsius)
     note_temperature(declared, findings, name, Series(times[drawn_rows], celsius[drawn_rows], "degC"))
+
+
+def _reacts(inputs: EffectInputs, name: str) -> bool:
+    """Whether an effect computes what dissolves or reacts in a vessel."""
+    followed = {vessel for table in inputs.tables.get("mixing", ()) for vessel in table["in"]}
+    return name in followed and any(inputs.tables.get(kind) for kind in ("reaction", "precipitation"))
 
 
 def _change_colour(

@@ -53,10 +53,14 @@ def mixed(inputs: EffectInputs, declared: Declaration, findings: Findings) -> No
         times = inputs.times[[0, *range(resting, len(inputs))]]
         celsius = declared["ambient_c"] + matter.kelvin(name, times)
         # What boils is told so, whatever its heat over its capacity is rounded to.
-        volume_ml = history.volume_ml[history.rows(times)]
+        rows = history.rows(times)
+        volume_ml = history.volume_ml[rows]
         celsius[(celsius > boils(declared) - BOILING) & (volume_ml > 0.0)] = boils(declared)
         # The first drops on a dry solid have no temperature of their own.
         mixed_rows = matter.is_mixed(name, times, volume_ml)
+        # An emptied vessel has no temperature, unless glass or solids keep one.
+        keeps_heat = matter.ledger.capacity(matter.ledger.at[name], volume_ml, history.amounts[rows]) > 0.0
+        mixed_rows &= keeps_heat | ~np.maximum.accumulate(keeps_heat)
         series = Series(times[mixed_rows], celsius[mixed_rows], "degC")
         note_temperature(declared, findings, name, series, volume_ml[mixed_rows] > 0.0)
         findings.events += [

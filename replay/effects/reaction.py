@@ -7,6 +7,7 @@ import numpy as np
 from cdcore.numerics import BoolArray
 from replay import words
 from replay.effects.chemistry.assumed import assumed
+from replay.effects.chemistry.before_start import reacted_before
 from replay.effects.chemistry.components import METALS, PROTON, WATER, dissolved_components, heavy_components
 from replay.effects.chemistry.contents import MOST_DISSOLVED
 from replay.effects.chemistry.database import formula_of
@@ -55,7 +56,8 @@ SETTLED_PH: Final = 0.01
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``end-point`` where acid and base, or oxidant and reductant, are equivalent, ``gas``, ``ph``, and others.
 
-    ``no-reaction`` names an equation that made nothing, ``concentrated`` a solution beyond PHREEQC's activities.
+    ``before`` tells what reacted before the first frame, ``no-reaction`` an equation that made nothing,
+    ``concentrated`` a solution beyond PHREEQC's activities.
     Series of pH, redox potential and free metal, of ions that an equation names, of gas that left, and of the extent of
     what has no constant: at equilibrium no equation has its own.
     """
@@ -85,6 +87,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
             series = findings.series.get(f"{vessel}/pH")
             changes = _changed_ph(vessel, series)
             findings.events += changes or (_standing_ph(vessel, series) if matter.is_still else [])
+    findings.events += reacted_before(matter, {table["solid"] for table in inputs.tables.get("precipitation", ())})
     findings.events += unreacted(matter, formed)
     findings.events += stopped(matter)
     findings.events += supersaturated(matter)

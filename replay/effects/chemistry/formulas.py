@@ -27,7 +27,7 @@ ARROWS: Final = ("<=>", "<->", "-->", "==>", "->", "=>", "→", "⟶", "⇌", "�
 
 _TERM = re.compile(r"^(\d+)?\s*(\S+?)(?:\s+\^?(\d*[+-]))?\s*(?:\((s|l|g|aq)\))?$")
 _CHARGE = re.compile(r"^(.*?)(\^?)(\d*)([+-])$")
-_SPELLINGS = str.maketrans({"−": "-", "·": ".", "•": ".", "*": ".", "↓": "(s)", "↑": "(g)"})
+_SPELLINGS = str.maketrans({"−": "-", "·": ".", "•": ".", "⋅": ".", "∙": ".", "*": ".", "↓": "(s)", "↑": "(g)"})
 
 MOST_CHARGE: Final = 6
 """No ion of a school's laboratory has more."""

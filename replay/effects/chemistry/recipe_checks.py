@@ -162,6 +162,8 @@ def _check_brought(reaction: Reaction, recipe: Recipe) -> None:
         dissolved = components_of(formula) is not None and reaction.phases.get(formula) not in ("s", "g")
         ionic = bool(charge_of(formula)) or (bool(METALS & set(mine)) and PROTON not in mine)
         as_ions = dissolved and ionic and set(needed) <= ions
+        if charge_of(formula) and components_of(formula) is None and recipe.solver is not None:
+            raise declared.fail(f"equation: PHREEQC's data do not know {formula!r}; take an ion that they know")
         if not (formula in available or mine in components or as_ions):
             raise declared.fail(f"equation: nobody brings {formula!r}{nearest(formula, available - {WATER})}")
 

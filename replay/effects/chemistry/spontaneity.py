@@ -9,7 +9,7 @@ from replay import words
 from replay.effects.chemistry.components import PROTON, WATER, dissolved_components, dry_components
 from replay.effects.chemistry.contents import Contents
 from replay.effects.chemistry.enthalpy import FREE_ENERGY, free_energy_j
-from replay.effects.chemistry.formulas import Equation
+from replay.effects.chemistry.formulas import Equation, atoms
 from replay.effects.chemistry.mixture import SOLID
 from replay.effects.chemistry.phases import Phases
 from replay.effects.chemistry.processes import Process
@@ -31,6 +31,12 @@ Of 12 mol/L of HCl, whose mean activity coefficient is 17 at 16 mol/kg: R T ln 2
 
 EVEN_J: Final = -15e3
 """Free energy from which a reaction leaves some of its reagents: of two that make two, 5 % at -15 kJ/mol."""
+
+ESTER_J: Final = -3.4e3
+"""Free energy of a carboxylic acid and an alcohol that make an ester and water: R T ln 4, whichever they are.
+
+Source: P. Atkins and J. de Paula, Physical Chemistry, 10th ed.: ethanol and acetic acid, K = 4.
+"""
 
 ALKALI: Final = frozenset(("Li+", "Na+", "K+"))
 """Ions that only look on."""
@@ -75,6 +81,8 @@ def free_energy_of(
         for component, many in components.items():
             changes[component] = changes.get(component, 0.0) + coefficient * many
     joule += free_energy_j({component: many for component, many in changes.items() if many})
+    if np.isnan(joule):
+        joule = _ester_joule(equation)
     if process.acid < 0.0:
         # Hydroxide takes up the protons that it makes: chlorine gives bleach in lye and not in water.
         joule -= 2.0 * NEUTRAL_PROTON_J * max(0.0, free_protons)
@@ -106,6 +114,17 @@ def reason_not_to_proceed(joule: float, process: Process, equation: Equation) ->
 def stops_early(joule: float) -> bool:
     """Whether an equation that is computed to its end would stop at an equilibrium before it."""
     return bool(np.isfinite(joule)) and EVEN_J < joule <= UNWILLING_J
+
+
+def _ester_joule(equation: Equation) -> float:
+    """Free energy in J of making an ester, or of taking it apart with water; NaN of any other equation."""
+    reagents, products = set(equation.reagents), set(equation.products)
+    for sign, made_of, makes in ((1.0, reagents, products), (-1.0, products, reagents)):
+        organic = all(set(atoms(formula)) == {"C", "H", "O"} for formula in made_of | makes - {WATER})
+        acids = {formula for formula in made_of if dissolved_components(formula).get(PROTON, 0) > 0}
+        if organic and WATER in makes and len(made_of) == len(makes) == len(acids) + 1 == 2:
+            return sign * ESTER_J
+    return float("nan")
 
 
 def _log_constant(formula: str, phases: Phases) -> float:

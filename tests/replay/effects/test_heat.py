@@ -53,6 +53,23 @@ def test_beside_or_below_the_flame_nothing_is_heated(where):
     assert run_.events == () and run_.frames_run == 0 and set(run_.series["dish/temperature"].values) == {20.0}
 
 
+@pytest.mark.parametrize("follows", [True, False])
+def test_flames_under_solutions_say_what_they_do_not_heat(follows):
+    """Potassium nitrate stayed at the 7.26 g of a cold solution while the dish was at 67 degC, without a word."""
+    count = len(XS)
+    points = np.zeros((count, 3))
+    points[:, 0], points[:, 1] = XS, 0.2
+    contents = {"heat_capacity_j_per_k": 160.0, "solid": {"formula": "KNO3", "mass_g": 15.0}}
+    dish = glass("dish", 20.0, properties=contents)
+    tables = [("heat", {**FLAME, "boils_c": 100.0})]
+    if follows:
+        tables += [("mixing", {"in": ["dish"]}), ("precipitation", {"solid": "KNO3"})]
+    poses = {"lamp": still(count), "dish": (points, still(count)[1])}
+    output = compute(world(poses, (SceneBody("lamp"), dish), *tables, step_ns=100_000_000)).effects["heat"].output
+    assert [event.name for event in output.events] == ["heated", *["not-heated"] * follows]
+    assert all("without the heat of lamp" in event.text for event in output.named("not-heated"))
+
+
 MIX = ("mixing", {"in": ["b"]})
 TILT = [0.0, 60.0, 60.0, 0.0]
 

@@ -1,5 +1,6 @@
 """Vessels as they stand at the first frame, reactions that wait for what they need, and solids that come back."""
 
+import numpy as np
 import pytest
 from support.liquid_worlds import COLUMN, MIX, glass, poured, run_in, still, world
 
@@ -239,3 +240,37 @@ def test_slaking_lime_warms_water_by_its_heat_of_reaction():
 def test_edta_by_its_abbreviation_is_told_its_formula(written):
     (fault,) = plan_faults(world({"flask": still(2)}, (glass("flask", 9.0, solute=written, molar=0.01),), MIX).scene)
     assert "write the disodium salt of EDTA as 'Na2C10H14N2O8.2H2O'" in fault
+
+
+@pytest.mark.parametrize(
+    ("solutes", "equation", "told"),
+    [
+        ({"NaHCO3": 1.0, "C6H8O7": 0.4}, "HCO3- + H+ -> CO2 + H2O", ["48.2 mmol CO2 have left flask as gas"]),
+        (
+            {"H2O2": 1.0},
+            "2 H2O2 -> 2 H2O + O2",
+            ["25 mmol O2 have left flask as gas", "2 H2O2 -> 2 H2O + O2 has run in flask"],
+        ),
+        ({"Ca(OH)2": 1.0}, "Ca(OH)2 + 2 HCl -> CaCl2 + 2 H2O", ["3.62 g Ca(OH)2 have fallen out in flask"]),
+        ({"HCl": 0.1, "NaOH": 0.05}, "HCl + NaOH -> NaCl + H2O", []),
+    ],
+)
+def test_what_reacts_before_the_first_frame_is_told(solutes, equation, told):
+    """It was gone without a word: the gas, the solid, and all of the hydrogen peroxide."""
+    acid = {"HCl": 0.1} if "HCl" in equation else {}
+    flask = glass("flask", 50.0, solutes=solutes)
+    other = glass("other", 1.0, solutes=acid)
+    bodies, poses = (flask, other), {"flask": still(3), "other": still(3)}
+    tables = (("mixing", {"in": ["flask", "other"]}), reacts(equation))
+    events = compute(world(poses, bodies, *tables)).effects["reaction"].output.named("before")
+    expected = [f"{text} before the recording begins" for text in told]
+    assert [event.text.partition(", by ")[0] for event in events] == expected
+
+
+def test_an_emptied_vessel_has_no_temperature():
+    """A glass that was poured out was said to cool from 80 to 20 degC: to that of the room."""
+    hot = glass("a", 60.0, properties={"temperature_c": 80.0})
+    effects = poured([0.0, *np.linspace(0.0, 120.0, 40), 120.0], (hot, glass("b", 10.0)), MIXED, NO_HEAT_LOSS)
+    series = effects["heat"].series["a/temperature"]
+    assert effects["pour"].series["a/volume"].values[-1] == 0.0 and series.values.min() == pytest.approx(80.0)
+    assert not [event for event in effects["heat"].events if event.bodies == ("a",)]

@@ -126,3 +126,9 @@ def test_molecules_are_no_salts_of_their_atoms(formula):
 @pytest.mark.parametrize("formula", ["CH3NH3Cl", "C4H12NBr", "C2H10N2Cl2", "CH3COONH4", "Na2S2O5", "P4O10", "K2Cr2O7"])
 def test_salts_of_bases_and_anhydrides_are_read(formula):
     assert components_of(formula) is not None
+
+
+@pytest.mark.parametrize("dot", ["·", "•", "⋅", "∙", "*", " . "])
+def test_crystal_water_is_read_behind_every_dot(dot):
+    equation = equation_of(f"CuSO4{dot}5H2O -> CuSO4 + 5 H2O", lambda _: True)
+    assert dict(equation.reagents) == {"CuSO4.5H2O": 1}

@@ -47,6 +47,11 @@ def test_free_energies_follow_from_potentials_and_constants(equation, solutes, k
     [
         ("Ag+ + Fe2+ -> Ag + Fe3+", ("AgNO3", "FeSO4"), True),
         ("Cr2O7^2- + 14 H+ + 6 Cl- -> 2 Cr3+ + 3 Cl2 + 7 H2O", ("K2Cr2O7", "HCl"), True),
+        # Esters: K = 4. Source: P. Atkins and J. de Paula, Physical Chemistry, 10th ed.
+        ("CH3COOH + C2H5OH -> CH3COOC2H5 + H2O", ("CH3COOH", "C2H5OH", "HCl"), True),
+        ("CH3COOC2H5 + H2O -> CH3COOH + C2H5OH", ("CH3COOC2H5", "HCl"), True),
+        ("CH3COOC2H5 + NaOH -> CH3COONa + C2H5OH", ("CH3COOC2H5", "NaOH"), False),
+        ("C12H22O11 + H2O -> 2 C6H12O6", ("C12H22O11", "HCl"), False),
         ("I2 + 2 S2O3^2- -> 2 I- + S4O6^2-", ("I2", "KI", "Na2S2O3"), False),
         ("Br2 + 2 KI -> 2 KBr + I2", ("Br2", "KI"), False),
     ],
