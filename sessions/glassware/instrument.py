@@ -21,9 +21,15 @@ MILLILITRE = 1e-6
 
 # kg/m3. Borosilicate 3.3: ISO 3585 states 2.23 g/cm3. The others are round handbook values: masses are estimates.
 DENSITY: Mapping[str, float] = {
-    GLASS: 2230.0, "porcelain": 2400.0, "steel": 7850.0, "wood": 650.0,
-    "rubber": 1100.0, "laminate": 1400.0, "tissue": 1050.0, "plastic": 1050.0,
-}  # fmt: skip
+    GLASS: 2230.0,
+    "porcelain": 2400.0,
+    "steel": 7850.0,
+    "wood": 650.0,
+    "rubber": 1100.0,
+    "laminate": 1400.0,
+    "tissue": 1050.0,
+    "plastic": 1050.0,
+}
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,6 +3,10 @@
 Besides poses: collisions, triggers, events, numbers. Doubtful rows are flagged as lost; what becomes of every row is in
 the ledger. The heading of a column or the row of units says what a number means, the format of the Unity script defines
 it, a draft guessed it (its key is in ``guessed`` of the mapping), or the user wrote it into the mapping.
+
+The way of a row: `CsvTable` cuts the text into cells. A `CsvMapping` says which columns are a pose, and `read_csv`
+gives each body a `PoseTable` of its rows. `imported` makes it a `Track`: increasing stamps, metres, canonical axes.
+`Frames.from_tracks` aligns the bodies, and `import_session` adds meshes.
 """
 
 import json

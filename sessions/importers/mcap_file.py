@@ -15,7 +15,7 @@ from typing import Any, Final
 from sessions.errors import ImportFileError, SessionFileError
 from sessions.importers.frame_tree import FrameTree
 from sessions.importers.ledger import Ledger
-from sessions.importers.pose_table import SourceFrame, imported, iso_nanoseconds, number
+from sessions.importers.pose_table import SourceFrame, imported, number, wall_clock_ns
 from sessions.mcap.container import ChannelInfo
 from sessions.mcap.reader import McapFile
 from sessions.mcap.refusals import brief
@@ -129,7 +129,7 @@ def _stamp_of(time: Any) -> int | None:
     if time is None:
         return None
     if isinstance(time, str):
-        return iso_nanoseconds(time)
+        return wall_clock_ns(time)
     seconds, nanoseconds = _first_field(time, "seconds", "sec"), _first_field(time, "nanos", "nsec", "nanosec")
     if seconds is None and nanoseconds is None:
         raise ValueError(f"a timestamp is {_brief(time)}; write it as sec and nsec")

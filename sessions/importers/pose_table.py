@@ -62,8 +62,8 @@ SAME_SAMPLE: Final = "that repeat a sample"
 
 DAY_NS: Final = 86_400_000_000_000
 NO_YEAR: Final = 1900  # What strptime says of a time of day without a date
-FRACTION: Final = re.compile(r"(?<=:[0-9]{2})[.,]([0-9]+)")
-"""The fraction of a second in ISO 8601."""
+FRACTION: Final = re.compile(r"(?:(?<=:[0-9]{2}:[0-9]{2})|(?<=T[0-9]{6}))[.,]([0-9]+)")
+"""The fraction of a second in ISO 8601, with and without colons."""
 
 
 class PoseTable(NamedTuple):
@@ -332,23 +332,21 @@ def increasing(name: str, stamps: Stamps, values: Sequence[Numbers], ledger: Led
     return keep
 
 
-def iso_nanoseconds(text: str) -> int:
-    """Nanoseconds since 1970 of a date and time in ISO 8601, to the last of nine digits; without a zone it is UTC.
+def wall_clock_ns(text: str, form: str = "") -> int:
+    """Nanoseconds since 1970 of a date and time; without a zone it is UTC, a time of day counts from midnight.
 
-    ValueError: it is none.
+    ``form``: as ``datetime.strptime`` takes it, exact to the microsecond; ``""``: ISO 8601, to the last of nine digits.
+    ValueError: the text is none.
     """
-    match = FRACTION.search(text)
-    fraction = (match[1] if match else "")[:9].ljust(9, "0")
-    moment = datetime.fromisoformat(FRACTION.sub("", text, count=1) if match else text)
-    return calendar.timegm(moment.utctimetuple()) * 1_000_000_000 + int(fraction)
-
-
-def wall_clock_ns(text: str, form: str) -> int:
-    """Nanoseconds since 1970 of a date and time, to the microsecond; a time of day counts from midnight."""
-    moment = datetime.strptime(text, form) if form else datetime.fromisoformat(text)
-    if moment.year == NO_YEAR:
-        moment = moment.replace(year=1970)
-    return calendar.timegm(moment.utctimetuple()) * 1_000_000_000 + moment.microsecond * 1000
+    fraction = None if form else FRACTION.search(text)
+    if form:
+        moment = datetime.strptime(text, form)
+        if moment.year == NO_YEAR:
+            moment = moment.replace(year=1970)
+    else:
+        moment = datetime.fromisoformat(FRACTION.sub("", text, count=1))
+    nanoseconds = int(fraction[1][:9].ljust(9, "0")) if fraction else moment.microsecond * 1000
+    return calendar.timegm(moment.utctimetuple()) * 1_000_000_000 + nanoseconds
 
 
 def past_midnight(stamps: Stamps) -> Stamps:

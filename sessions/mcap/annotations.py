@@ -130,14 +130,15 @@ Columns = Mapping[str, tuple[str, int]]
 
 _STREAMS: Mapping[str, tuple[Callable[..., Any], Columns]] = {
     schemas.TRACKS_PREFIX: (
-        Track, {"position": ("positions", 3), "quaternion_xyzw": ("quaternions_xyzw", 4), "valid": ("valid", 1)},
+        Track,
+        {"position": ("positions", 3), "quaternion_xyzw": ("quaternions_xyzw", 4), "valid": ("valid", 1)},
     ),
     schemas.GAZE_PREFIX: (
         GazeTrack,
         {"origin": ("origins", 3), "direction": ("directions", 3), "valid": ("valid", 1), "body": ("bodies", 1)},
     ),
     schemas.SCALARS_PREFIX: (ScalarTrack, {"value": ("values", 1)}),
-}  # fmt: skip
+}
 """Prefix of topics -> class of the stream, and field of its messages -> column and numbers per sample."""
 
 _KINDS: Mapping[str, Any] = {"valid": np.bool_, "body": object}

@@ -353,8 +353,13 @@ class Catalogue:
 
 
 ENTERED = {
-    Opcode.HEADER, Opcode.METADATA, Opcode.CHUNK, Opcode.MESSAGE_INDEX, Opcode.ATTACHMENT, Opcode.STATISTICS,
-}  # fmt: skip
+    Opcode.HEADER,
+    Opcode.METADATA,
+    Opcode.CHUNK,
+    Opcode.MESSAGE_INDEX,
+    Opcode.ATTACHMENT,
+    Opcode.STATISTICS,
+}
 """Records that a catalogue takes in; what the index repeats of others is not looked at."""
 
 

@@ -22,9 +22,12 @@ OWN_MESSAGES = Path(__file__).with_name("session.textproto")
 PROFILE = "vrlab/1"
 PROFILE_FAMILY = "vrlab/"
 WORLD = "world"
-TF, TRACKING, EVENTS, INTERVALS, SCENE, LIVE_CONTACTS = (
-    "/tf", "/tracking", "/events", "/intervals", "/scene", "/contacts/live",
-)  # fmt: skip
+TF = "/tf"
+TRACKING = "/tracking"
+EVENTS = "/events"
+INTERVALS = "/intervals"
+SCENE = "/scene"
+LIVE_CONTACTS = "/contacts/live"
 HANDS_PREFIX, TRACKS_PREFIX, GAZE_PREFIX, SCALARS_PREFIX = "/hands/", "/tracks/", "/gaze/", "/scalars/"
 STREAMS = {HANDS_PREFIX: "hands", TRACKS_PREFIX: "fast_tracks", GAZE_PREFIX: "gaze", SCALARS_PREFIX: "scalars"}
 """Prefix of topics -> the part of a session that holds them by what follows the prefix."""
@@ -67,10 +70,17 @@ def _dependencies_first(file: Any) -> Iterator[Any]:
 
 
 _MESSAGE_OF: dict[str, Any] = {
-    TF: FrameTransforms, EVENTS: Log, SCENE: SceneUpdate,
-    TRACKING: "Tracking", INTERVALS: "Interval", LIVE_CONTACTS: "Contact",
-    HANDS_PREFIX: "Hand", TRACKS_PREFIX: "TrackSamples", GAZE_PREFIX: "GazeSamples", SCALARS_PREFIX: "ScalarSamples",
-}  # fmt: skip
+    TF: FrameTransforms,
+    EVENTS: Log,
+    SCENE: SceneUpdate,
+    TRACKING: "Tracking",
+    INTERVALS: "Interval",
+    LIVE_CONTACTS: "Contact",
+    HANDS_PREFIX: "Hand",
+    TRACKS_PREFIX: "TrackSamples",
+    GAZE_PREFIX: "GazeSamples",
+    SCALARS_PREFIX: "ScalarSamples",
+}
 """Topic, or prefix of topics -> the message's class, or the name of our own."""
 
 

@@ -18,7 +18,7 @@ from sessions.mcap.metadata import (
     collider_file,
     mesh_file,
     session_record,
-)  # fmt: skip
+)
 from sessions.mcap.scene_update import scene_update
 from sessions.mcap.schemas import PROFILE, SCENE, STREAMS, TF, TRACKING, channel_spec
 from sessions.mesh_data import MeshData

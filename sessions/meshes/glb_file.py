@@ -28,17 +28,44 @@ WIDTHS: Final = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3"
 MOST_FACES: Final = 20_000_000
 """Of all instances: nodes may repeat a mesh, so a small file can ask for any number."""
 
-SHAPE_PRESERVING: Final = frozenset({
-    "KHR_lights_punctual", "EXT_lights_ies", "EXT_lights_image_based",
-    "KHR_materials_anisotropy", "KHR_materials_clearcoat", "KHR_materials_common", "KHR_materials_diffuse_transmission",
-    "KHR_materials_dispersion", "KHR_materials_emissive_strength", "KHR_materials_ior", "KHR_materials_iridescence",
-    "KHR_materials_pbrSpecularGlossiness", "KHR_materials_sheen", "KHR_materials_specular",
-    "KHR_materials_transmission", "KHR_materials_unlit", "KHR_materials_variants", "KHR_materials_volume",
-    "KHR_texture_basisu", "KHR_texture_transform", "EXT_texture_webp", "EXT_texture_avif", "MSFT_texture_dds",
-    "KHR_xmp", "KHR_xmp_json_ld", "KHR_animation_pointer", "EXT_mesh_features", "EXT_structural_metadata",
-    "KHR_mesh_quantization",
-    "KHR_physics_rigid_bodies", "KHR_implicit_shapes", "OMI_physics_body", "OMI_physics_shape", "OMI_physics_joint",
-})  # fmt: skip
+SHAPE_PRESERVING: Final = frozenset(
+    {
+        "KHR_lights_punctual",
+        "EXT_lights_ies",
+        "EXT_lights_image_based",
+        "KHR_materials_anisotropy",
+        "KHR_materials_clearcoat",
+        "KHR_materials_common",
+        "KHR_materials_diffuse_transmission",
+        "KHR_materials_dispersion",
+        "KHR_materials_emissive_strength",
+        "KHR_materials_ior",
+        "KHR_materials_iridescence",
+        "KHR_materials_pbrSpecularGlossiness",
+        "KHR_materials_sheen",
+        "KHR_materials_specular",
+        "KHR_materials_transmission",
+        "KHR_materials_unlit",
+        "KHR_materials_variants",
+        "KHR_materials_volume",
+        "KHR_texture_basisu",
+        "KHR_texture_transform",
+        "EXT_texture_webp",
+        "EXT_texture_avif",
+        "MSFT_texture_dds",
+        "KHR_xmp",
+        "KHR_xmp_json_ld",
+        "KHR_animation_pointer",
+        "EXT_mesh_features",
+        "EXT_structural_metadata",
+        "KHR_mesh_quantization",
+        "KHR_physics_rigid_bodies",
+        "KHR_implicit_shapes",
+        "OMI_physics_body",
+        "OMI_physics_shape",
+        "OMI_physics_joint",
+    }
+)
 """Extensions that leave a surface where it is, and quantization, whose types of numbers are read."""
 
 DRACO: Final = "KHR_draco_mesh_compression"

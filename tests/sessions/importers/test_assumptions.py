@@ -92,13 +92,13 @@ def test_small_mesh_beside_others_in_centimetres_may_be_in_centimetres(tmp_path)
 def test_few_wild_positions_leave_the_room_as_it_is(far):
     positions = np.full((300, 3), 0.5)
     positions[[7, 250]] = far
-    times, turns = np.arange(300), np.tile([0.0, 0.0, 0.0, 1.0], (300, 1))
-    track = Track(times, positions, turns, np.ones(300, dtype=bool))
+    times, upright = np.arange(300), np.tile([0.0, 0.0, 0.0, 1.0], (300, 1))
+    track = Track(times, positions, upright, np.ones(300, dtype=bool))
     assert room_radius([track]) == pytest.approx(0.75**0.5)
     assert room_radius([]) == 0.0
 
 
-def test_room_radius_of_many_far_positions_is_theirs():
+def test_room_radius_includes_many_far_positions():
     positions = np.full((300, 3), 0.0)
     positions[::10, 0] = 1500.0
     track = Track(np.arange(300), positions, np.tile([0.0, 0.0, 0.0, 1.0], (300, 1)), np.ones(300, dtype=bool))

@@ -32,11 +32,11 @@ def test_every_body_has_the_columns_of_its_name(names, style):
 
 
 @pytest.mark.parametrize("style", STYLES)
-def test_bodies_of_one_letter_apart_stand_in_their_places(tmp_path, style):
+def test_bodies_with_similar_names_keep_their_positions(tmp_path, style):
     names = ["PenA", "PenB", "PenR"]
     header = ",".join(["t", *(name + ending for name in names for ending in STYLES[style])])
     rows = [
-        ",".join([f"{frame / 90:.6f}", *(f"{place},{frame / 90},0,0,0,0,1" for place in range(3))])
+        ",".join([f"{frame / 90:.6f}", *(f"{offset},{frame / 90},0,0,0,0,1" for offset in range(3))])
         for frame in range(9)
     ]
     path = tmp_path / "log.csv"
@@ -50,7 +50,7 @@ def test_bodies_of_one_letter_apart_stand_in_their_places(tmp_path, style):
     assert np.allclose(session.frames.position[0, :, 0], [0, 1, 2])
 
 
-def test_letters_before_an_axis_say_what_a_column_holds():
-    places, rotations = [f"cup_p_{axis}" for axis in "xyz"], [f"cup_q_{axis}" for axis in "xyzw"]
-    poses = plain_poses([*places, *rotations, *(f"cup_v_{axis}" for axis in "xyz")])
-    assert list(poses) == ["cup"] and [*poses["cup"].position] == places and [*poses["cup"].rotation] == rotations
+def test_prefix_of_an_axis_tells_the_kind_of_a_column():
+    positions, rotations = [f"cup_p_{axis}" for axis in "xyz"], [f"cup_q_{axis}" for axis in "xyzw"]
+    poses = plain_poses([*positions, *rotations, *(f"cup_v_{axis}" for axis in "xyz")])
+    assert list(poses) == ["cup"] and [*poses["cup"].position] == positions and [*poses["cup"].rotation] == rotations

@@ -29,8 +29,8 @@ CLOCKS = {
 def write(path, time="time", axes=("x", "y", "z"), metres=1.0, second=1.0, rotation="qx,qy,qz,qw", units=""):
     """A recording whose numbers are in these units; ``units``: a row of them below the header."""
     head = [",".join([time, *axes, rotation]), *filter(None, [units])]
-    turned = {4: (np.sin(ANGLE / 2), 0, 0, np.cos(ANGLE / 2)), 3: (ANGLE, 0, 0)}[rotation.count(",") + 1]
-    cells = [*(coordinate / metres for coordinate in POSITION), *turned]
+    rotation_cells = {4: (np.sin(ANGLE / 2), 0, 0, np.cos(ANGLE / 2)), 3: (ANGLE, 0, 0)}[rotation.count(",") + 1]
+    cells = [*(coordinate / metres for coordinate in POSITION), *rotation_cells]
     rows = [",".join(f"{cell:.12g}" for cell in (stamp / second, *cells)) for stamp in SECONDS]
     path.write_text("\n".join([*head, *rows, ""]), encoding="utf-8")
     return path
@@ -118,7 +118,7 @@ def test_draft_asks_for_a_unit_that_headings_leave_open(tmp_path, columns, state
 
 
 @pytest.mark.parametrize("column", ["time (frames)", "time [0.1ms]", "time (m)"])
-def test_draft_guesses_no_unit_of_time_beside_a_stated_one(tmp_path, column):
+def test_draft_guesses_no_unit_of_time_beside_a_stated_unit(tmp_path, column):
     with pytest.raises(UnknownColumnsError) as refusal:
         import_session("csv", write(tmp_path / "log.csv", time=column))
     assert "the unit of time" in refusal.value.unknown
@@ -144,7 +144,7 @@ def test_mapping_that_names_the_columns_decides_alone(tmp_path):
     check(import_with(tmp_path, mapped(axes, lines), axes=named("x (mm)")))
 
 
-def test_open_unit_of_lengths_is_said_even_without_contacts(tmp_path, capsys):
+def test_open_unit_of_lengths_is_reported_even_without_contacts(tmp_path, capsys):
     path, out = write(tmp_path / "log.csv", metres=1e-3), tmp_path / "s.mcap"
     assert main(["import", "csv", str(path), "--convention", "openvr", "-o", str(out)]) == 0
     assert "unit of lengths: m; guessed, not sure" in " ".join(capsys.readouterr().err.split())

@@ -14,8 +14,8 @@ TIMES = [f"{k / 90:.6f}" for k in range(COUNT)]
 POSITIONS = np.round(np.random.default_rng(3).normal(size=(COUNT, 3)), 4)
 NAMES = ("t", "x", "y", "z", "qx", "qy", "qz", "qw")
 ROWS = [
-    [time, *(f"{number:.4f}" for number in place), "0", "0", "0", "1"]
-    for time, place in zip(TIMES, POSITIONS, strict=True)
+    [time, *(f"{number:.4f}" for number in position), "0", "0", "0", "1"]
+    for time, position in zip(TIMES, POSITIONS, strict=True)
 ]
 MAPPING = """
 convention = "openxr"

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sessions.importers import import_session
 from sessions.importers.csv_table import bool_array, bool_values, float_values, text_array, text_scalar
 
 READS_A_TABLE = """
@@ -48,3 +49,15 @@ def test_numbers_come_back_with_nan_for_what_is_missing(chunks):
 def test_reading_a_table_imports_no_heavy_library(tmp_path):
     done = subprocess.run([sys.executable, "-c", READS_A_TABLE], cwd=tmp_path, capture_output=True, text=True)
     assert (done.stdout.strip(), done.returncode) == ("[]", 0), done.stderr
+
+
+def test_date_in_iso_8601_keeps_its_nanoseconds(tmp_path):
+    stamps = ("2026-03-04T10:00:00.000000500", "2026-03-04T10:00:00.000000900", "2026-03-04T10:00:00.5")
+    rows = [f"{stamp},0,0,0,0,0,0,1" for stamp in stamps]
+    (tmp_path / "take.csv").write_text("\n".join(["date,x,y,z,qx,qy,qz,qw", *rows, ""]))
+    (tmp_path / "map.toml").write_text(
+        'convention = "openxr"\n[time]\ncolumn = "date"\nunit = "text"\n[bodies.cup]\n'
+        'position = ["x", "y", "z"]\nquaternion_xyzw = ["qx", "qy", "qz", "qw"]\n'
+    )
+    session = import_session("csv", tmp_path / "take.csv", mapping=tmp_path / "map.toml")
+    assert np.diff(session.frames.stamp_ns).tolist() == [400, 499_999_100]

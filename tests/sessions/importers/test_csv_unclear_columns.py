@@ -78,7 +78,7 @@ def test_times_of_day_go_on_past_midnight(tmp_path, in_blocks):
     assert "passes midnight" in session.facts["conversions"]
 
 
-def test_body_seen_after_midnight_alone_is_in_the_next_day(tmp_path):
+def test_body_recorded_only_after_midnight_is_in_the_next_day(tmp_path):
     rows = [row(time_of_day(step), "cup", pose(step)) for step in range(COUNT)]
     rows += [row(time_of_day(step), "rod", pose(step, 1)) for step in range(COUNT - 10, COUNT)]
     tracks = import_csv(tmp_path, f"time,name,{POSE}", *rows).tracks
@@ -89,7 +89,7 @@ def test_body_seen_after_midnight_alone_is_in_the_next_day(tmp_path):
     ("yes", "no"),
     [("OK", "LOST"), ("Y", "N"), ("tracked", "untracked"), ("1.000", "0.000"), ("TRUE", ""), ("t", "nan")],
 )
-def test_flags_in_other_words_say_which_poses_are_lost(tmp_path, yes, no):
+def test_flags_of_other_spellings_mark_lost_poses(tmp_path, yes, no):
     rows = [row(SECONDS[step], pose(step), no if 10 <= step < 20 else yes) for step in range(COUNT)]
     valid = import_csv(tmp_path, f"time,{POSE},valid", *rows).tracks["log"].valid
     assert np.flatnonzero(~valid).tolist() == [*range(10, 20)]
@@ -144,7 +144,7 @@ def test_columns_named_twice_by_pandas_are_a_second_body(tmp_path):
 
 
 @pytest.mark.parametrize("encoding", ["utf-16-le", "utf-16-be", "utf-32-le", "utf-32"])
-def test_wide_letters_without_a_mark_are_named(tmp_path, encoding):
+def test_utf16_without_a_byte_order_mark_is_named(tmp_path, encoding):
     path = tmp_path / "log.csv"
     path.write_bytes("\n".join([f"time,{POSE}", *(row(SECONDS[k], pose(k)) for k in range(COUNT))]).encode(encoding))
     with pytest.raises(ImportFileError, match=r"in UTF-(16|32); save it as UTF-8"):

@@ -80,7 +80,7 @@ def outside(monkeypatch):
     module = type(sys)("sessions.importers.from_outside")
     module.read_outside, module.falls = read_outside, falls
     monkeypatch.setitem(sys.modules, "sessions.importers.from_outside", module)
-    monkeypatch.setattr(importing, "entry_points", lambda **wanted: points.select(**wanted))
+    monkeypatch.setattr(importing, "entry_points", lambda **selection: points.select(**selection))
 
 
 def test_importer_of_another_package_is_listed_like_others(outside, tmp_path):

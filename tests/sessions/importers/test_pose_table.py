@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from sessions.errors import ImportFileError
 from sessions.importers.ledger import Ledger
-from sessions.importers.pose_table import increasing, iso_nanoseconds, last_of_each_stamp, longest_increasing
+from sessions.importers.pose_table import increasing, last_of_each_stamp, longest_increasing, wall_clock_ns
 
 STEP = 11_111_111
 STAMPS = STEP * np.arange(180, dtype=np.int64)
@@ -80,7 +80,8 @@ def test_a_state_takes_the_last_value_of_each_stamp():
         ("1970-01-01T01:00:02,5+01:00", 2_500_000_000),
         ("2024-03-01T09:00:00", 1_709_283_600_000_000_000),
         ("1970-01-01 00:00:00.000000001999Z", 1),
+        ("19700101T000001.123456789Z", 1_123_456_789),
     ],
 )
 def test_a_date_keeps_its_nanoseconds(text, expected):
-    assert iso_nanoseconds(text) == expected
+    assert wall_clock_ns(text) == expected

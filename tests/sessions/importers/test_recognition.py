@@ -29,8 +29,8 @@ SAMPLES = {
 @pytest.mark.parametrize(("name", "file"), [(name, file) for name in IMPORTERS for file in SAMPLES[name]])
 def test_samples_are_recognised_and_mutants_end_in_session_or_sentence(tmp_path, name, file, count):
     source = tmp_path / file.split("/")[1]
-    place = HERE / file.split("/")[0] / source.name
-    (shutil.copytree if place.is_dir() else shutil.copy)(place, source)
+    sample = HERE / file.split("/")[0] / source.name
+    (shutil.copytree if sample.is_dir() else shutil.copy)(sample, source)
     if name == "mjcf":
         pytest.importorskip("mujoco")
         source.with_suffix(".csv").write_text("time,hinge\n0,0\n0.1,1\n")

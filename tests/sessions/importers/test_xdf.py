@@ -58,7 +58,7 @@ def test_objects_of_a_mocap_stream_arrive_in_metres(tmp_path, unit, scale):
     assert session.facts["clock"] == "LSL clock of the recording computer, s"
 
 
-POSE_OUTLET = [{"label": one} for one in ("PosX", "PosY", "PosZ", "RotX", "RotY", "RotZ", "RotW")]
+POSE_OUTLET = [{"label": label} for label in ("PosX", "PosY", "PosZ", "RotX", "RotY", "RotZ", "RotW")]
 PLAIN = [
     {"label": label, "type": kind} for kind, labels in (("position", "xyz"), ("quaternion", "xyzw")) for label in labels
 ]
@@ -306,7 +306,7 @@ def test_mapping_that_contradicts_the_units_of_channels_is_refused(tmp_path):
         import_session("xdf", xdf_file(tmp_path, *take(unit="mm")), mapping=tmp_path / "map.toml")
 
 
-def test_places_of_mixed_units_are_refused(tmp_path):
+def test_positions_in_mixed_units_are_refused(tmp_path):
     described = channels()
     described[1]["unit"] = "mm"
     path = xdf_file(tmp_path, *take(head=stream_header(1, "Mocap", "MoCap", described)))
