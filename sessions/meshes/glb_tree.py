@@ -23,7 +23,7 @@ ROTATION_TOLERANCE: Final = 1e-3
 COLLIDER_NAME: Final = re.compile(r"(UBX|USP|UCP|UCX|UTM)_(.+?)(?:_[0-9]+)?")
 """A box, sphere, capsule or convex collider of a body, as Unreal's importer takes them: ``UCX_Beaker_03``; a mesh."""
 LEVEL_NAME: Final = re.compile(r"(.*?)[ _.-]?LOD[ _]?([0-9]+)", re.IGNORECASE)
-"""One of several surfaces of different detail, as engines name them: ``Beaker_LOD1``."""
+"""One of several surfaces of different detail, as engines name them: Beaker_LOD1."""
 EXACT: Final = "vrlab_positions_float64"
 """In the ``extras`` of a primitive: the buffer view that holds its positions in float64."""
 
