@@ -16,7 +16,7 @@ from cdcore.broad.sphere_stage import CANDIDATE, CLEAR, NO_POSE, Arrays, sphere_
 from cdcore.kernels.compiling import hot_kernel, kernel
 from cdcore.kernels.memory import doubles_of
 from cdcore.numerics import EPS, BoolArray, ByteArray, FloatArray, IntArray
-from cdcore.poses.kernels import length_moved, same_pose
+from cdcore.poses.kernels import copy_pose, length_moved, same_pose
 from cdcore.protocol import Motion
 
 STEP_ULPS: Final = 64.0
@@ -80,10 +80,7 @@ def note_moves(poses: Arrays, valid: BoolArray, spheres: Arrays, last_poses: Arr
         )
         step = moved * (1.0 + 1e-9) + STEP_ULPS * EPS * size
         steps[body] = step if step == step else np.inf
-        for i in range(3):
-            last_translation[body, i] = now_translation[i]
-            for j in range(3):
-                last_rotation[body, i, j] = now_rotation[i, j]
+        copy_pose(now_rotation, now_translation, last_rotation[body], last_translation[body])
 
 
 @kernel

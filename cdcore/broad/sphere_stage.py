@@ -16,6 +16,7 @@ import numpy as np
 from cdcore.bounding.bounding_sphere import Sphere
 from cdcore.kernels.compiling import kernel
 from cdcore.numerics import EPS, PAD_ULPS, UNDERFLOW_PAD, BoolArray, ByteArray, FloatArray, IntArray
+from cdcore.poses.kernels import place_coordinate
 from cdcore.protocol import Motion, Verdict
 
 CLEAR, CANDIDATE, NO_POSE = np.uint8(Verdict.CLEAR), np.uint8(Verdict.CANDIDATE), np.uint8(Verdict.NO_POSE)
@@ -41,8 +42,8 @@ def sphere_verdicts(
         for k in range(bodies):
             x, y, z, largest = centres[k, 0], centres[k, 1], centres[k, 2], 0.0
             for i in range(3):
-                rotated = (rotation[t, k, i, 0] * x + rotation[t, k, i, 1] * y) + rotation[t, k, i, 2] * z
-                world[k, i] = rotated + translation[t, k, i]
+                row = rotation[t, k, i, 0], rotation[t, k, i, 1], rotation[t, k, i, 2]
+                world[k, i] = place_coordinate(row, translation[t, k, i], (x, y, z))
                 largest = max(largest, abs(translation[t, k, i]))
             size[k] = size_at_rest[k] + largest
         for p in range(len(first)):

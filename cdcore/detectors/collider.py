@@ -19,7 +19,7 @@ from cdcore.containment.containment_stage import ContainmentStage
 from cdcore.errors import InvalidSettingError
 from cdcore.narrow.bvh.box_tree import box_trees_of
 from cdcore.narrow.bvh.whole_motion import FrameLooks, decide_motion
-from cdcore.narrow.contact_offset import ContactOffset
+from cdcore.narrow.continuous.clearance import ContactOffset
 from cdcore.numerics import ByteArray, IntArray, true_indices
 from cdcore.protocol import (
     Body,

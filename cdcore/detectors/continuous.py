@@ -15,7 +15,7 @@ from cdcore.narrow.bvh.box_tree import box_trees_of
 from cdcore.narrow.bvh.whole_motion import MotionAnswer, decide_motion
 from cdcore.narrow.continuous.interval_search import FREE, HIT
 from cdcore.narrow.continuous.segment_stage import SegmentStage
-from cdcore.narrow.continuous.swept_spheres import SweptSpheres
+from cdcore.narrow.continuous.swept import SweptSpheres
 from cdcore.numerics import BoolArray, ByteArray, IntArray, true_indices
 from cdcore.protocol import (
     Body,

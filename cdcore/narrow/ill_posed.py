@@ -14,9 +14,7 @@ from numpy.typing import NDArray
 from cdcore.narrow.brute_force import near_faces
 from cdcore.narrow.bvh.box_tree import box_trees_of
 from cdcore.narrow.continuous.clearance import certainly_separated
-from cdcore.narrow.margins.overlap_bounds import overlap_bounds
-from cdcore.narrow.margins.separating_moves import can_be_separated, shell_vectors
-from cdcore.narrow.margins.triangle_margins import triangle_margins
+from cdcore.narrow.margins import can_be_separated, overlap_bounds, shell_vectors, triangle_margins
 from cdcore.numerics import EPS, BoolArray, FloatArray
 from cdcore.poses import place_points
 from cdcore.protocol import Body

@@ -25,7 +25,7 @@ from sessions import Scene
 from sessions.model.constants import HEADSET_HZ
 
 if TYPE_CHECKING:
-    from cdcore.narrow.contact_offset import ContactOffset
+    from cdcore.narrow.continuous.clearance import ContactOffset
 
 HOLDS, UNDECIDABLE, ABSENT = "holds", "undecidable", "absent"
 
@@ -102,7 +102,7 @@ def in_noise(
         )
     # Here, since a run without noise and contacts loads no compiler.
     from cdcore.narrow.bvh.box_tree import box_trees_of
-    from cdcore.narrow.contact_offset import ContactOffset
+    from cdcore.narrow.continuous.clearance import ContactOffset
 
     motion, noise = assembly.motion, noise_of(spec, assembly, scene)
     drawn = NoisyCopies(noise, spec.copies, seed)

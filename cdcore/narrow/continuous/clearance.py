@@ -1,4 +1,4 @@
-"""Whether two surfaces that rest certainly keep a distance: the search between frames, of a way on which nothing moves.
+"""Whether two surfaces at rest certainly keep a distance: the search between frames, of a path without motion.
 
 Where the nearest features are a face, edges or corners, a direction that the search tries lies along the distance. So
 what is apart by more than a reach is proven, but for rounding.
@@ -13,9 +13,10 @@ import numpy as np
 from cdcore.kernels.compiling import kernel
 from cdcore.narrow.bvh.box_tree import BoxTree
 from cdcore.narrow.continuous.interval_search import Scratch, boxes_left, make_room
-from cdcore.narrow.pair_frames import Poses
-from cdcore.numerics import BoolArray, FloatArray
+from cdcore.narrow.pair_frames import Poses, ask_changed_poses
+from cdcore.numerics import BoolArray, FloatArray, IntArray
 from cdcore.poses import relative_pose
+from cdcore.protocol import Motion
 
 
 def certainly_separated(trees: Sequence[BoxTree], pose_a: Poses, pose_b: Poses, reach: FloatArray) -> BoolArray:
@@ -38,3 +39,26 @@ def keep_reach(
             room.poses[0, entry], room.poses[1, entry] = poses[k, entry], poses[k, entry]
         room.waiting[0, 0], room.waiting[0, 1] = 0, 0
         separated[k] = boxes_left(tree_a, tree_b, 0.0, reach[k], 0.0, room, 0) == 0
+
+
+class ContactOffset:
+    """Asks whether surfaces of ``pairs`` (P, 2) that do not meet are at most ``reach`` metres apart; a tree a body.
+
+    Distances are computed in floats: between 1e-9 of the bodies' size below and above the reach either may be said.
+    """
+
+    def __init__(self, trees: Sequence[BoxTree], pairs: IntArray, reach: float) -> None:
+        self._trees, self._pairs, self._reach = trees, np.sort(pairs, axis=1), reach
+
+    def near(self, motion: Motion, frames: IntArray, columns: IntArray) -> BoolArray:
+        """Marks the pair-frames without contact that are within reach, (K,)."""
+
+        def separated(column: int, pose_a: Poses, pose_b: Poses) -> list[bool]:
+            trees = [self._trees[body] for body in self._pairs[column]]
+            answer: list[bool] = certainly_separated(
+                trees, pose_a, pose_b, np.full(len(pose_a[0]), self._reach)
+            ).tolist()
+            return answer
+
+        answers, which = ask_changed_poses(motion, self._pairs, frames, columns, separated)
+        return ~np.array(answers, dtype=np.bool_)[which]

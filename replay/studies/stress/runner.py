@@ -9,7 +9,7 @@ import numpy as np
 
 from cdcore import Verdict
 from cdcore.detectors import detector_names, detector_row, settings_of
-from cdcore.narrow.margins.triangle_margins import triangle_margins
+from cdcore.narrow.margins import triangle_margins
 from cdcore.numerics import TAU, BoolArray, ByteArray, FloatArray
 from cdcore.protocol import is_undecided
 from cdcore.triangles.integers import pair_intersects_integers

@@ -8,7 +8,7 @@ from support.shapes import ball_mesh, box_mesh, merged
 from cdcore import Body
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.ill_posed import MarginStage
-from cdcore.narrow.margins.triangle_margins import triangle_margins
+from cdcore.narrow.margins import triangle_margins
 
 
 @pytest.mark.sampled(3)

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cdcore.kernels.compiling import kernel
-from cdcore.triangles import orientation
+from cdcore.triangles import exact_pairs
 from cdcore.triangles import sums as exact_sums
 from cdcore.triangles.sums import new_digits
 
@@ -98,17 +98,17 @@ def test_only_zero_and_moderate_sizes_count_as_moderate():
 
 @kernel
 def orientation_sign(p, a, b, c, d, w):
-    return orientation.orientation_sign(p.ravel(), a, b, c, d, w)
+    return exact_pairs.orientation_sign(p.ravel(), a, b, c, d, w)
 
 
 @kernel
 def orientation_filtered(p, a, b, c, d):
-    return orientation.orientation_filtered(p.ravel(), a, b, c, d)
+    return exact_pairs.orientation_filtered(p.ravel(), a, b, c, d)
 
 
 @kernel
 def cross_sign(p, a, b, c, d, axis, w):
-    return orientation.cross_sign(p.ravel(), a, b, c, d, axis, w)
+    return exact_pairs.cross_sign(p.ravel(), a, b, c, d, axis, w)
 
 
 def exact_volume(p):

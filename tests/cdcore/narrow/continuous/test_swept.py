@@ -8,8 +8,7 @@ from support.shapes import ball_mesh, moved
 from cdcore.bounding.bounding_sphere import sphere_best
 from cdcore.kernels.compiling import kernel
 from cdcore.narrow.continuous.motion_segments import legs_of, pose_at
-from cdcore.narrow.continuous.swept import faces_stay_separated
-from cdcore.narrow.continuous.swept_spheres import SweptSpheres
+from cdcore.narrow.continuous.swept import SweptSpheres, faces_stay_separated
 from cdcore.triangles.decide import triangles_intersect
 
 

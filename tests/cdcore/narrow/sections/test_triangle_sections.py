@@ -8,7 +8,7 @@ from support.shapes import ball_mesh, box_mesh
 
 from cdcore import Body, Motion, create_detector
 from cdcore.errors import InvalidTrianglesError
-from cdcore.narrow.margins.triangle_margins import triangle_margins
+from cdcore.narrow.margins import triangle_margins
 from cdcore.narrow.sections.triangle_sections import triangle_pair_sections
 from cdcore.triangles.decide import triangles_intersect
 from replay.studies.stress.families import FAMILIES

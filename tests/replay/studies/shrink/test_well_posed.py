@@ -9,7 +9,7 @@ import pytest
 from support.small_worlds import along_x, cube
 
 from cdcore import Motion, TriangleMesh, Verdict, create_detector
-from cdcore.narrow.margins.triangle_margins import triangle_margins
+from cdcore.narrow.margins import triangle_margins
 from cdcore.numerics import TAU
 from replay import run
 from replay.cli.main import main

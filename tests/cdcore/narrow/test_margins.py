@@ -11,9 +11,7 @@ from support.shapes import box_mesh, merged, random_rotations
 from cdcore.narrow.brute_force import meeting_faces_exhaustive, near_faces
 from cdcore.narrow.bvh.box_tree import build_box_trees
 from cdcore.narrow.continuous.clearance import certainly_separated
-from cdcore.narrow.margins.overlap_bounds import overlap_bounds
-from cdcore.narrow.margins.separating_moves import can_be_separated, shell_vectors, unit
-from cdcore.narrow.margins.triangle_margins import triangle_margins
+from cdcore.narrow.margins import can_be_separated, overlap_bounds, shell_vectors, triangle_margins, unit
 from replay.studies.stress.families import FAMILIES
 
 FLOOR = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]

@@ -4,7 +4,7 @@ from support.shapes import beaker_mesh, random_rotations, rod_mesh
 
 from cdcore import Motion
 from cdcore.narrow.bvh.box_tree import build_box_trees
-from cdcore.narrow.contact_offset import ContactOffset
+from cdcore.narrow.continuous.clearance import ContactOffset
 from cdcore.narrow.fcl_meshes import FclMeshes
 
 FRAMES = 200

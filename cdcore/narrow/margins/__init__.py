@@ -1,1 +1,0 @@
-"""How far two bodies are from the other answer: clearance, penetration, and moves that separate them."""
