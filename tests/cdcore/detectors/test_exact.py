@@ -1,12 +1,19 @@
 """``exact`` and ``static`` say CONTACT where the exhaustive test does, whatever their settings."""
 
+import re
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
+import pytest
 from scipy.spatial.transform import Rotation
 from support.shapes import ball_mesh, box_mesh, unturned
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, join
 from cdcore.protocol import detect_live
 
+CALL_COUNTS = Path(__file__).parents[3] / ".ci" / "call_counts.py"
 FRAMES = 40
 
 
@@ -108,3 +115,11 @@ def test_live_ties_and_extreme_sizes_equal_the_whole_motion():
     whole = detector.detect(motion).verdict
     assert whole[:, 0].tolist() == [Verdict.CONTACT, Verdict.CONTACT, Verdict.CLEAR, Verdict.CLEAR]
     assert np.array_equal(detect_live(detector, motion).verdict, whole)
+
+
+@pytest.mark.slow
+def test_question_passes_few_files_and_functions():
+    printed = subprocess.check_output([sys.executable, CALL_COUNTS], text=True)
+    files, functions = map(int, re.match(r"exact: (\d+) files, (\d+) functions", printed).groups())
+    assert files <= 10
+    assert functions <= 55
