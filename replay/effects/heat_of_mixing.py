@@ -42,7 +42,7 @@ def mixed(inputs: EffectInputs, declared: Declaration, findings: Findings) -> No
         findings.events.append(event)
         findings.lane(event.bodies[-1], LaneSpan(event.time, event.end or event.time, "water into acid"))
     for name, history in matter.histories.items():
-        findings.events += [*_dissolved_before(name, matter), *_strong(name, matter)]
+        findings.events += [*_dissolved_before(name, matter), *_strong(name, matter), *_estimated(name, matter)]
         changed = np.flatnonzero(np.diff(history.volume_ml, prepend=history.volume_ml[0]))
         if not len(changed) and not matter.amount(name, HEAT).any():
             continue
@@ -120,6 +120,24 @@ def _strong(name: str, matter: Matter) -> list[EffectEvent]:
     values: dict[str, float | str] = {"ions": ions[row], "mol_kg": float(molal[row])}
     first = float(history.times[rows[np.flatnonzero(molal)[0]]])
     return [EffectEvent(first, "strong", (name,), None, values, text, "warning")]
+
+
+def _estimated(name: str, matter: Matter) -> list[EffectEvent]:
+    """Event of a strong solution whose heat capacity no table has: it is that of its water and its solutes."""
+    history = matter.histories[name]
+    rows = np.flatnonzero(
+        matter.is_mixed(name, history.times, history.volume_ml)
+        & (history.volume_ml > 0.0)
+        & matter.ledger.heats.is_estimated(history.amounts)
+    )
+    if not len(rows):
+        return []
+    text = (
+        f"the heat capacity of the strong solution in {name} is estimated from its water and what is dissolved: a "
+        "change of its temperature may be off by a tenth, in strong acids by a fifth; a measured one is given as "
+        "heat_capacity_j_per_ml_k"
+    )
+    return [EffectEvent(float(history.times[rows[0]]), "estimated", (name,), None, {}, text)]
 
 
 def _frozen(name: str, matter: Matter, room: float) -> list[EffectEvent]:

@@ -1,23 +1,27 @@
 """Heats of what stands in vessels: enthalpy of the dissolved and of solids, and what keeps how much heat."""
 
 from collections.abc import Mapping, Sequence
+from typing import Final
 
 import numpy as np
 
-from cdcore.numerics import FloatArray
+from cdcore.numerics import BoolArray, FloatArray
 from replay.effects.chemistry.components import PROTON, WATER
 from replay.effects.chemistry.heat_content import HeatContent
 from replay.effects.chemistry.ledger_columns import CAPACITY, STORED, Warmth
 from replay.effects.chemistry.mixture import SOLID, Mixture
 from replay.effects.chemistry.salts import WATER_KG, Salt
-from replay.effects.chemistry.warming import heat_given_off, solid_j_per_mol_k
+from replay.effects.chemistry.warming import WATER_J_PER_ML_K, heat_given_off, solid_j_per_mol_k
 
 FIRST_J_PER_KG_K, WHOLE_J_PER_KG_K = 200.0, 1000.0
-"""J/K of dissolved solids in a kg of water: below the first they add nothing to its own, from the second on all.
+"""J/K of what is dissolved in a kg of water: below the first it adds nothing to the water's, from the second on all.
 
 Within 6 % of the heat capacities of solutions of NaNO3, NH4NO3, NH4Cl, KNO3, CaCl2 and NaCl up to 10 mol/kg, of NaOH up
-to 10, by M. Laliberte, J. Chem. Eng. Data 54, 2009.
+to 10, by M. Laliberte, J. Chem. Eng. Data 54, 2009. By handbook values, written without a copy at hand, 8 % too much
+for CaCl2 of 20 % by mass (14 % with 4.18 J/K for every mL), 12 to 19 % for strong hydrochloric acid (25 to 47 %).
 """
+
+WATER_J_PER_KG_K: Final = 1e3 * WATER_J_PER_ML_K
 
 
 class Heats:
@@ -44,6 +48,11 @@ class Heats:
         self._solid_capacity = np.array([solid_j_per_mol_k(name.removesuffix(SOLID)) for name in solids])
         self.content = HeatContent(column, mixture, warmth.declared) if warmth.followed else None
 
+    def is_estimated(self, amounts: FloatArray) -> BoolArray:
+        """Whether the heat capacity of rows (n, columns) is that of water and solutes, and the latter count."""
+        _, dissolved = self.capacities(amounts)
+        return (dissolved > 0.0) & (self._warmth.per_ml is None)
+
     def enthalpy(self, amounts: FloatArray) -> FloatArray:
         """J (n,) of what is dissolved, of solids and of gases that left, above the parts they are made of."""
         stored = amounts[:, self._column[STORED]].copy()
@@ -69,8 +78,15 @@ class Heats:
         water = amounts[:, self._column[WATER]] + np.minimum(0.0, amounts[:, self._column[PROTON]])
         return np.maximum(water * WATER_KG, 1e-300)
 
+    def liquid(self, volume_ml: FloatArray | float, amounts: FloatArray) -> FloatArray:
+        """Heat capacity (...), J/K, of liquids but what is dissolved: as declared by volume, else of their water."""
+        if self._warmth.per_ml is not None:
+            return np.asarray(self._warmth.per_ml * volume_ml)
+        kilograms = self.water_kg(np.atleast_2d(amounts)).reshape(amounts.shape[:-1])
+        return np.asarray(WATER_J_PER_KG_K * np.where(np.asarray(volume_ml) > 0.0, kilograms, 0.0))
+
     def capacities(self, amounts: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Heat capacities (...), J/K, of the solids that were brought: of what is still solid, and of what dissolved.
+        """Heat capacities (...), J/K, of what was brought beside water: of what is still solid, and of what dissolved.
 
         A solid that falls out of a solution keeps no heat of its own: the volume of its solution counts already.
         """

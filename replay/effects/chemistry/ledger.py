@@ -167,7 +167,8 @@ class Ledger:
         for index, name in enumerate(self.vessels):
             excess = self.warmth.excess.get(name, 0.0)
             # At its own temperature it is brought to equilibrium; what heat that gave is gone before the recording.
-            self.amounts[index, self.column[CAPACITY]] = self.warmth.solids.get(name, 0.0)
+            solids, solutes = (known.get(name, 0.0) for known in (self.warmth.solids, self.warmth.solutes))
+            self.amounts[index, self.column[CAPACITY]] = solids + solutes
             heat = excess * float(self.capacity(index, self.volume_ml[index], self.amounts[index]))
             self.amounts[index, self.column[HEAT]] = heat
             self._react(index, self.state[index : index + 1], trials=0)
@@ -180,7 +181,7 @@ class Ledger:
     def capacity(self, index: int, volume_ml: FloatArray | float, amounts: FloatArray) -> FloatArray:
         """Heat capacity, J/K, of a vessel with so much in it, solids (..., columns) included."""
         solid, dissolved = self.heats.capacities(amounts)
-        return self.warmth.per_ml * volume_ml + self.glass[index] + solid + dissolved
+        return self.heats.liquid(volume_ml, amounts) + self.glass[index] + solid + dissolved
 
     def advance(self, index: int, frame: int, time: float) -> None:
         """Let slow processes and the loss of heat of a vessel go on to a time."""
@@ -502,7 +503,7 @@ class Ledger:
         """Fractions (columns,) that move with all of the liquid: the vessel and solids that stay keep their heat."""
         amounts = self.amounts[source]
         solid, dissolved = self.heats.capacities(amounts)
-        liquid, moved = self.warmth.per_ml * volume_ml + dissolved, self.solid_fraction * solid
+        liquid, moved = self.heats.liquid(volume_ml, amounts) + dissolved, self.solid_fraction * solid
         whole, brought = liquid + solid + self.glass[source], amounts[self.column[CAPACITY]]
         moving = self.moving.copy()
         moving[self.column[HEAT]] = (liquid + moved) / whole if whole > 0.0 else 1.0

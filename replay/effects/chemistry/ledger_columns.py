@@ -14,8 +14,8 @@ STORED: Final = "enthalpy of what is dissolved"
 LATENT: Final = "heat of steam and ice"
 """Columns of energy, J; the last above 0 of what boils, below 0 of ice: it comes back as the vessel cools or warms."""
 
-CAPACITY: Final = "heat capacity of solids"
-"""Column, J/K, of what was brought as solid, whether it has dissolved since or not."""
+CAPACITY: Final = "heat capacity of solids and solutes"
+"""Column, J/K, of what was brought as solid, whether it has dissolved since or not, and of solutes where they count."""
 
 NO_MATTER: Final = (HEAT, STORED, LATENT, CAPACITY)
 
@@ -27,13 +27,14 @@ WITHOUT_HEAT_C: Final = 25.0
 class Warmth:
     """How liquids keep, lose and gain heat; energies are above that of the room."""
 
-    per_ml: float  # J/(mL K) of the liquids
+    per_ml: float | None  # J/(mL K) of the liquids as declared; ``None``: that of their water and solutes
     glass: Mapping[str, float]  # vessel -> J/K of the vessel itself, its calorimeter constant
     excess: Mapping[str, float]  # vessel -> kelvin above the room at first
     loss: float  # W/K
     most: float  # kelvin above the room at which it boils
     room: float = WITHOUT_HEAT_C  # degC
     solids: Mapping[str, float] = field(default_factory=dict)  # vessel -> J/K of the solids in it at first
+    solutes: Mapping[str, float] = field(default_factory=dict)  # vessel -> J/K of what is dissolved in it at first
     solute: str = ""  # column of an acid whose dilution gives heat
     dilution: Mapping[float, float] = field(default_factory=dict)  # mol of water for one of it -> J/mol
     declared: tuple[str, ...] = ()  # formulas whose heat of dissolving the scene declares

@@ -18,7 +18,7 @@ from replay.effects.chemistry.processes import History
 from replay.effects.chemistry.recipe import Recipe, recipe_of
 from replay.effects.chemistry.salts import WATER_KG, Salt
 from replay.effects.chemistry.solver import Equilibrium, Solver
-from replay.effects.chemistry.warming import WATER_BOILS_C, WATER_J_PER_ML_K, cooled, solid_j_per_mol_k
+from replay.effects.chemistry.warming import WATER_BOILS_C, cooled, solid_j_per_mol_k
 from replay.effects.inputs import EffectInputs
 from replay.effects.models.outflow import GAP_S, Stream
 from replay.effects.movement import movement_of
@@ -185,9 +185,10 @@ def _warmth(inputs: EffectInputs, vessels: Mapping[str, Vessel], recipe: Recipe)
     brought = {formula for contents in recipe.contents.values() for formula in contents.amounts}
     acid = next((formula for formula in CONSTANTS["dilution"] if formula in brought), "")
     return Warmth(
-        per_ml=WATER_J_PER_ML_K if per_ml is None else per_ml,
+        per_ml=per_ml,
         glass={name: vessel.glass_j_per_k for name, vessel in vessels.items()},
         solids={name: _solids(vessel, recipe.contents.get(name), room) for name, vessel in vessels.items()},
+        solutes={name: _solutes(contents) for name, contents in recipe.contents.items()} if per_ml is None else {},
         excess={name: vessel.celsius(room) - room for name, vessel in vessels.items()},
         loss=declared["loss_w_per_k"],
         most=(WATER_BOILS_C if declared["boils_c"] is None else declared["boils_c"]) - room,
@@ -206,6 +207,11 @@ def _solids(vessel: Vessel, contents: Contents | None, room: float) -> float:
     if dry and vessel.glass_j_per_k > 0.0:
         return 0.0
     return sum(amount * solid_j_per_mol_k(formula) for formula, amount in contents.solids.items())
+
+
+def _solutes(contents: Contents) -> float:
+    """J/K of what is dissolved in a vessel."""
+    return sum(amount * solid_j_per_mol_k(formula) for formula, amount in contents.amounts.items() if formula != WATER)
 
 
 def dilution_of(acid: str, *, asked: bool) -> Mapping[float, float]:
