@@ -4,10 +4,9 @@ import re
 
 import numpy as np
 import pytest
-from support.liquid_worlds import COLUMN, TAP, glass, still, tap_rotations, tilted, world
+from oracles.random_liquids import printed
+from support.liquid_worlds import COLUMN, TAP, glass, still, tap_rotations, tilted
 
-from replay.effects.effect_summary import event_lines
-from replay.engine import compute
 from sessions.model.scene import SceneBody
 
 COUNT = 220
@@ -73,40 +72,6 @@ def chain():
         ("reaction", {"equation": "Zn + 2 HCl -> ZnCl2 + H2", "rate_per_s": 0.8}),
         ("reaction", {"equation": "HCl + NaOH -> NaCl + H2O"}), ("reaction", {"equation": "NH3 + HCl -> NH4Cl"}),
     )  # fmt: skip
-
-
-def called(value, names):
-    """Settings with other names of bodies."""
-    if isinstance(value, list):
-        return [called(item, names) for item in value]
-    if isinstance(value, dict):
-        return {key: called(item, names) for key, item in value.items()}
-    return names.get(value, value) if isinstance(value, str) else value
-
-
-def printed(make, order=lambda rows: rows, names=None, back=lambda text: text):
-    """Every line of the terminal, the figures of the summary and every row of the tables, as names of the first."""
-    poses, bodies, tables = make()
-    names = names or {}
-    poses = {names.get(name, name): poses[name] for name in order(list(poses))}
-    bodies = [SceneBody(names.get(item.id, item.id), extra=item.extra) for item in order(list(bodies))]
-    tables = [(kind, called(settings, names)) for kind, settings in order(list(tables))]
-    result = compute(world(poses, bodies, *tables), detectors=())
-    figures = {
-        kind: {key: getattr(record, key) for key in ("about", "because", "events", "frames", "frames_run", "sources")}
-        for kind, record in result.document.effects.items()
-    }
-    rows, spans = {}, []
-    for kind, run in result.effects.items():
-        lanes = ((name, span) for name, lane in run.output.lanes.items() for span in lane)
-        spans += [f"{kind} {name} {span.start:.2f} to {span.end:.2f} s: {span.word}" for name, span in lanes]
-        for name, series in run.series.items():
-            scale = np.nanmax(np.abs(series.values), initial=1e-12)
-            digits = [f"{value:.8f}" for value in np.round(series.values / scale, 8) + 0.0]
-            rows[kind, back(name)] = (np.round(series.times, 9).tolist(), f"{scale:.9g}", digits)
-        for name, liquid in run.output.liquids.items():
-            rows[kind, back(name), "drawn"] = (np.round(liquid.level, 12).tolist(), liquid.rgba.tolist())
-    return [back(line) for line in (*event_lines(result.effects, 999), *sorted(spans))], figures, rows
 
 
 @pytest.mark.parametrize("make", [titration, pours, chain])
