@@ -87,12 +87,12 @@ class Examined:
     @property
     def sampled(self) -> Assembly:
         """The assembly in the frames that were asked."""
-        whole, frames = self.assembly, self.frames
+        whole_assembly, frames = self.assembly, self.frames
         return replace(
-            whole,
-            motion=whole.motion.take(frames),
-            stamp_ns=whole.stamp_ns[frames],
-            origin=whole.origin[frames],
+            whole_assembly,
+            motion=whole_assembly.motion.take(frames),
+            stamp_ns=whole_assembly.stamp_ns[frames],
+            origin=whole_assembly.origin[frames],
         )
 
 
@@ -110,9 +110,9 @@ def examine_assumptions(
     Raises ``ReplayError``, ``CollisionCoreError``, ``SessionError``: it cannot be replayed as it is.
     """
     progress = progress or Silent()
-    whole = assembly if assembly is not None else prepare(session, progress=progress).assembly
-    frames = chosen_frames(len(whole.motion))
-    rereadings = Rereadings(session, whole, frames)
+    whole_assembly = assembly if assembly is not None else prepare(session, progress=progress).assembly
+    frames = chosen_frames(len(whole_assembly.motion))
+    rereadings = Rereadings(session, whole_assembly, frames)
     rows = open_rows(session) if rows is None else rows
     total = 1 + sum(len(row.alternatives) - 1 for row in rows)
     with progress.stage("Trying what the files do not say", total, "alternatives") as advance:
@@ -140,7 +140,7 @@ def examine_assumptions(
             different = _different(alternatives)
             if len(different) > 1:
                 questions.append(Question(row, different, _plausible(session, row, different)))
-    return Examined(session, whole, frames, current, tuple(questions[:MOST_QUESTIONS]))
+    return Examined(session, whole_assembly, frames, current, tuple(questions[:MOST_QUESTIONS]))
 
 
 def _plausible(session: Session, row: Assumption, alternatives: Sequence[Alternative]) -> str:
@@ -188,11 +188,11 @@ def _described(changed: Session, row: Assumption, value: str) -> str:
 
 def _different(alternatives: Sequence[Alternative]) -> tuple[Alternative, ...]:
     """The first of those that answer alike, in order."""
-    kept: list[Alternative] = []
+    kept_alternatives: list[Alternative] = []
     for alternative in alternatives:
-        if not any(np.array_equal(alternative.outcome.contact, other.outcome.contact) for other in kept):
-            kept.append(alternative)
-    return tuple(kept)
+        if not any(np.array_equal(alternative.outcome.contact, other.outcome.contact) for other in kept_alternatives):
+            kept_alternatives.append(alternative)
+    return tuple(kept_alternatives)
 
 
 def sentences_of(question: Question) -> Iterator[str]:
@@ -216,18 +216,18 @@ def first_screen_lines(session: Session, assembly: Assembly | None, progress: Pr
     called after people.
     """
     untried = untried_lines(session)
-    said = untried_rows(session)
+    rows_not_tried = untried_rows(session)
     rows = open_rows(session)
     if not rows:
-        return GuessLines(untried, guess_lines(session, said))
+        return GuessLines(untried, guess_lines(session, rows_not_tried))
     try:
         examined = examine_assumptions(session, assembly, progress)
     except (ReplayError, CollisionCoreError, SessionError) as error:
         failed = [f"Not decided, and not tried ({error}): {row.title_by_bodies}. {DECIDE}" for row in rows]
-        return GuessLines([*untried, *failed], guess_lines(session, [*said, *rows]))
+        return GuessLines([*untried, *failed], guess_lines(session, [*rows_not_tried, *rows]))
     questions = [f"{question_sentence(question)} {DECIDE}" for question in examined.questions]
-    asked = [question.assumption for question in examined.questions]
-    return GuessLines([*untried, *questions], guess_lines(session, [*said, *asked]))
+    open_assumptions = [question.assumption for question in examined.questions]
+    return GuessLines([*untried, *questions], guess_lines(session, [*rows_not_tried, *open_assumptions]))
 
 
 def question_sentence(question: Question) -> str:

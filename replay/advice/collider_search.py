@@ -96,8 +96,8 @@ class Deadline:
     def report(self) -> None:
         """Report progress."""
         if self._seconds is not None:
-            used = 1.0 - self.left() / max(self._seconds, 1e-9)
-            percent = max(self._percent, min(99, int(100 * used)))
+            used_fraction = 1.0 - self.left() / max(self._seconds, 1e-9)
+            percent = max(self._percent, min(99, int(100 * used_fraction)))
             self._advance(percent - self._percent)
             self._percent = percent
 
@@ -175,8 +175,13 @@ class Ladder:
     def other_cuts(self, step: int) -> list[Cut]:
         """Cuts by other methods with at most as many pieces as a step has, those that take least time first."""
         count = len(self.pieces(step))
-        most = [asked for asked in COUNTS if asked <= count][-ALTERNATIVES:]
-        cuts = [Cut(self.mesh, name, asked) for name in OTHER_METHODS if name != self.method for asked in most[::-1]]
+        piece_counts = [piece_count for piece_count in COUNTS if piece_count <= count][-ALTERNATIVES:]
+        cuts = [
+            Cut(self.mesh, name, piece_count)
+            for name in OTHER_METHODS
+            if name != self.method
+            for piece_count in piece_counts[::-1]
+        ]
         return sorted(cuts, key=lambda cut: cut.seconds)
 
     def add_step(self, cut: Cut) -> int:
@@ -204,10 +209,10 @@ class Ladder:
 
     def above(self, step: int) -> list[int]:
         """Steps to try next: the first one that is worth it, and the last."""
-        every = range(step + 1, len(self.counts))
+        finer_steps = range(step + 1, len(self.counts))
         filled = _filled(self.pieces(step))
-        worth = [higher for higher in every if _filled(self.pieces(higher)) <= WORTH * filled]
-        return sorted({*worth[:1], *every[-1:]})
+        worth = [higher for higher in finer_steps if _filled(self.pieces(higher)) <= WORTH * filled]
+        return sorted({*worth[:1], *finer_steps[-1:]})
 
     def pieces(self, step: int) -> Sequence[TriangleMesh]:
         """The pieces of a step. Raises ``TimeUpError`` where the time is up before they are cut."""
@@ -397,14 +402,14 @@ class ColliderSearch:
         """Steps of a body with pieces joined by its motion: as many as it has now, or fewer where that is free."""
         ladder, check = self.ladders[name], self._deadline.check
         steps_with_hull = {**self.steps, name: 0}
-        assembly, every = self._with_pieces(steps_with_hull), self._at_every_frame(steps_with_hull)
-        false_contact = self._scoring.reference.compare(every).outcome == Outcome.FALSE_CONTACT
+        assembly, detection = self._with_pieces(steps_with_hull), self._at_every_frame(steps_with_hull)
+        false_contact = self._scoring.reference.compare(detection).outcome == Outcome.FALSE_CONTACT
         false_contacts = FalseContacts(assembly, name, false_contact)
-        most = self._limits.pieces or len(ladder.pieces(self.steps[name]))
+        most_pieces = self._limits.pieces or len(ladder.pieces(self.steps[name]))
         finest = convex_pieces(cut, check)
         for fine in (finest, refined_by_motion(finest, ladder.mesh, false_contacts, check)):
             levels = joined_by_motion(fine, false_contacts, check)
-            counts = sorted(count for count in levels if count <= most)
+            counts = sorted(count for count in levels if count <= most_pieces)
             if not counts:
                 continue
             steps = [ladder.add_pieces(levels[count], f"{cut.row.words}, {JOINED}") for count in counts]
@@ -435,10 +440,10 @@ class ColliderSearch:
     def _above(self, steps: Mapping[str, int], column: int) -> list[dict[str, int]]:
         """More pieces of one body of a pair, or of both: one alone may change nothing."""
         higher = {name: self.ladders[name].above(steps[name]) for name in self._assembly.bodies_of(column)}
-        found = [{**steps, name: step} for name, more in higher.items() for step in more]
+        step_choices = [{**steps, name: step} for name, more in higher.items() for step in more]
         if all(higher.values()):
-            found.append({**steps, **{name: more[-1] for name, more in higher.items()}})
-        return found
+            step_choices.append({**steps, **{name: more[-1] for name, more in higher.items()}})
+        return step_choices
 
     def _wrong(self, steps: Mapping[str, int]) -> Tried:
         """Errors of a choice over the session; measured once."""
@@ -447,10 +452,10 @@ class ColliderSearch:
             # The hulls are counted whatever it takes: they are what is written where nothing else was tried in time.
             if self._tried:
                 self._deadline.check()
-            pieces, every = self.pieces(steps), self._at_every_frame(steps)
+            pieces, detection = self.pieces(steps), self._at_every_frame(steps)
             rate_hz = self._rate.get("rate_hz")
-            comparison = self._scoring.reference.compare(held_at_rate(every, rate_hz))
-            figures = self._scoring.figures_of(comparison, every, rate_hz)
+            comparison = self._scoring.reference.compare(held_at_rate(detection, rate_hz))
+            figures = self._scoring.figures_of(comparison, detection, rate_hz)
             false, missed = figures["false"] or 0.0, figures["not_reported"] or 0.0
             self._tried[key] = Tried(
                 steps=key,

@@ -53,22 +53,22 @@ class ColliderVerdicts:
         if not columns:
             return {}
         bodies = tuple(replace(body, colliders=colliders[body.name]) for body in self._assembly.bodies)
-        seen = replace(self._assembly, bodies=bodies, pairs=self._assembly.pairs[columns])
-        verdict = detect_all(make_detector(self._spec, seen, 0), seen).verdict
+        pair_assembly = replace(self._assembly, bodies=bodies, pairs=self._assembly.pairs[columns])
+        verdict = detect_all(make_detector(self._spec, pair_assembly, 0), pair_assembly).verdict
         return {column: verdict[:, number].copy() for number, column in enumerate(columns)}
 
     def _keep(self, detected: Mapping[tuple[int, TriangleMesh, TriangleMesh], ByteArray]) -> None:
         """Keep verdicts; of too many those that were kept first are dropped."""
         self._kept.update(detected)
-        most = max(len(self._assembly.pairs), MOST_BYTES // max(1, len(self._assembly.motion)))
-        for key in list(self._kept)[: max(0, len(self._kept) - most)]:
+        most_kept = max(len(self._assembly.pairs), MOST_BYTES // max(1, len(self._assembly.motion)))
+        for key in list(self._kept)[: max(0, len(self._kept) - most_kept)]:
             del self._kept[key]
 
 
-def held_at_rate(every: Detection, rate_hz: float | None, offset_s: float = 0.0) -> Detection:
+def held_at_rate(frame_by_frame: Detection, rate_hz: float | None, offset_s: float = 0.0) -> Detection:
     """The detection of the same detector with a step rate: each sample is held until the next one."""
-    posed = every.verdict != Verdict.NO_POSE
-    samples = ZeroOrderHold(len(every.pairs), rate_hz, offset_s)
-    sampled = samples.sampled(every.times)
-    verdict, _ = samples.hold(every.verdict[sampled], posed[sampled], sampled, posed)
-    return replace(every, verdict=verdict)
+    has_pose = frame_by_frame.verdict != Verdict.NO_POSE
+    samples = ZeroOrderHold(len(frame_by_frame.pairs), rate_hz, offset_s)
+    sampled = samples.sampled(frame_by_frame.times)
+    verdict, _ = samples.hold(frame_by_frame.verdict[sampled], has_pose[sampled], sampled, has_pose)
+    return replace(frame_by_frame, verdict=verdict)

@@ -35,8 +35,8 @@ class Choice:
     def asked(self, frames_hz: float) -> str:
         """Argument of ``replay run --detectors``; a step as fast as the recording sees every frame and has no rate."""
         fast = self.settings["rate_hz"] >= FASTEST * frames_hz
-        kept = {key: value for key, value in self.settings.items() if key != "rate_hz" or not fast}
-        return spec_text(self.detector, kept)
+        kept_settings = {key: value for key, value in self.settings.items() if key != "rate_hz" or not fast}
+        return spec_text(self.detector, kept_settings)
 
 
 @dataclass(frozen=True)

@@ -168,36 +168,36 @@ class _Measuring:
         ready, late = self._cut([Cut(meshes[name], "auto", FIRST) for name in bodies], bodies)
         if not ready:
             return self._not_cut([*uncut, *late])
-        kept = self._worth_cutting(ready, FIRST)
-        most = self._fewest(kept, meshes)
+        cut_bodies = self._worth_cutting(ready, FIRST)
+        most = self._fewest(cut_bodies, meshes)
         if most != FIRST:
-            kept = self._worth_cutting(kept, most)
-        stepped = self._spec(kept, most)
+            cut_bodies = self._worth_cutting(cut_bodies, most)
+        stepped = self._spec(cut_bodies, most)
         spec = self._without_new_misses(stepped)
-        best = self._figures(spec, kept)
-        whole = [name for name in ready if name not in kept]
-        stay = "stays" if len(whole) == 1 else "stay"
-        losers = [f"{_names(whole)} {stay} whole: no better cut."] if whole else []
+        best = self._figures(spec, cut_bodies)
+        uncut_bodies = [name for name in ready if name not in cut_bodies]
+        stay = "stays" if len(uncut_bodies) == 1 else "stay"
+        losers = [f"{_names(uncut_bodies)} {stay} whole: no better cut."] if uncut_bodies else []
         seconds = duration(round(monotonic() - self._began, 1))
         if best.counts["loss"] >= self._rank.loss:
-            rest = "".join(f" {sentence}" for sentence in (*uncut, *late))
+            remarks = "".join(f" {sentence}" for sentence in (*uncut, *late))
             return Fix(
-                text=f"Convex pieces of {_names(kept)} make it no better.",
+                text=f"Convex pieces of {_names(cut_bodies)} make it no better.",
                 measured=False,
                 change=f"{self._change(best)}.",
-                notes=f"Measured here in {seconds}.{rest} {self._result.oracle} tests every triangle.",
+                notes=f"Measured here in {seconds}.{remarks} {self._result.oracle} tests every triangle.",
             )
         step, trade = "", []
         if spec is not stepped:
             step = " and test every frame"
             change = change_text(*self._errors_of(self._errors_at_step(stepped)))
             trade = [f"At {rate(self._rest['rate_hz'])} instead: {change}."]
-        several = len(kept) > 1
+        several = len(cut_bodies) > 1
         reason = f"whose collider{'s report' if several else ' reports'} false contact"
         pieces = f"{plural(best.pieces, 'convex piece')}{' in all' if several else ''}"
         busy = [best.busy] if best.busy and not busy_text(self._result.document) else []
         return Fix(
-            text=f"Split {_names(kept)}, {reason}, into {pieces}{step}.",
+            text=f"Split {_names(cut_bodies)}, {reason}, into {pieces}{step}.",
             measured=True,
             command=SHIP_COMMAND,
             setting=spec_text(best.spec.name, best.spec.settings),
@@ -228,7 +228,7 @@ class _Measuring:
     def _cut(self, cuts: Sequence[Cut], names: Sequence[str]) -> tuple[list[str], list[str]]:
         """Names of the bodies whose pieces are ready, and a sentence about each of the others."""
         limit = self._clock.left() - REPLAY * self._clock.limit
-        usual = {cut.key: cut.seconds for cut in cuts}
+        seconds_of_cut = {cut.key: cut.seconds for cut in cuts}
         missing = cut_ahead(cuts, self._clock.check, max(0.0, limit))
         ready = [name for name, cut in zip(names, cuts, strict=True) if cut.key not in missing]
         late = []
@@ -237,8 +237,8 @@ class _Measuring:
                 continue
             not_cut = missing[cut.key]
             if not_cut.late:
-                more = duration(max(usual[cut.key], not_cut.spent))
-                late.append(f"Not reached within {duration(self._clock.limit)}: {name} (about {more} more).")
+                more_time = duration(max(seconds_of_cut[cut.key], not_cut.spent))
+                late.append(f"Not reached within {duration(self._clock.limit)}: {name} (about {more_time} more).")
             else:
                 late.append(f"{name} is not cut: {not_cut.reason}.")
         return ready, late
@@ -262,16 +262,16 @@ class _Measuring:
 
     def _worth_cutting(self, names: Sequence[str], most: int) -> list[str]:
         """The bodies of which at most so many pieces save more than they miss, at least one."""
-        kept, loss = list(names), self._loss_at_every_frame(self._spec(names, most))
+        cut_bodies, loss = list(names), self._loss_at_every_frame(self._spec(names, most))
         for name in names:
-            others = [other for other in kept if other != name]
+            others = [other for other in cut_bodies if other != name]
             if not others or self._clock.left() <= 0.0:
                 break
             without = self._loss_at_every_frame(self._spec(others, most))
             if without <= loss:
-                kept, loss = others, without
+                cut_bodies, loss = others, without
             self._clock.check()
-        return kept
+        return cut_bodies
 
     def _spec(self, names: Sequence[str], most: int) -> DetectorSpec:
         pieces = {"shape": "compound", "pieces": most, "method": "auto", "cut": names_as_setting(names)}
@@ -282,12 +282,16 @@ class _Measuring:
 
     def _counts_at_every_frame(self, spec: DetectorSpec) -> tuple[ContactCounts, int, Proportion]:
         """The input of ``wrong_counts`` for pieces that are tested in every frame; counted once."""
-        every = _at_every_frame(spec)
-        if every.text not in self._counted:
-            comparison = self._reference.compare(self._at_every_frame(every))
-            once = count_contacts(comparison, self._reference.contacts)
-            self._counted[every.text] = once, 0, count_reports(comparison).proportion(Outcome.FALSE_CONTACT)
-        return self._counted[every.text]
+        frame_spec = _at_every_frame(spec)
+        if frame_spec.text not in self._counted:
+            comparison = self._reference.compare(self._at_every_frame(frame_spec))
+            frame_counts = count_contacts(comparison, self._reference.contacts)
+            self._counted[frame_spec.text] = (
+                frame_counts,
+                0,
+                count_reports(comparison).proportion(Outcome.FALSE_CONTACT),
+            )
+        return self._counted[frame_spec.text]
 
     def _at_every_frame(self, spec: DetectorSpec) -> Detection:
         """Return what the pieces of a detector report at every frame."""
@@ -301,8 +305,8 @@ class _Measuring:
 
     def _offset_counts(self, spec: DetectorSpec) -> OffsetCounts:
         if self._offsets is None or self._offsets[0] != spec.text:
-            every = self._at_every_frame(spec)
-            self._offsets = spec.text, offset_counts(spec.settings["rate_hz"], every, self._reference)
+            frame_verdicts = self._at_every_frame(spec)
+            self._offsets = spec.text, offset_counts(spec.settings["rate_hz"], frame_verdicts, self._reference)
         return self._offsets[1]
 
     def _without_new_misses(self, spec: DetectorSpec) -> DetectorSpec:
@@ -314,33 +318,33 @@ class _Measuring:
             *self._errors_of(self._errors_at_step(spec))
         ):
             return spec
-        every = wrong_counts(*self._counts_at_every_frame(spec), None)
-        is_better = every["loss"] < self._rank.loss and not worse_text(*self._errors_of(every))
+        frame_counts = wrong_counts(*self._counts_at_every_frame(spec), None)
+        is_better = frame_counts["loss"] < self._rank.loss and not worse_text(*self._errors_of(frame_counts))
         return _at_every_frame(spec) if is_better else spec
 
     def _figures(self, spec: DetectorSpec, names: Sequence[str]) -> _Measured:
         """The figures that ``run`` gives this detector."""
-        every, rate_hz, offsets = self._at_every_frame(spec), spec.settings.get("rate_hz"), None
-        if has_offsets(spec, len(every.times)):
+        frame_verdicts, rate_hz, offsets = self._at_every_frame(spec), spec.settings.get("rate_hz"), None
+        if has_offsets(spec, len(frame_verdicts.times)):
             offsets = self._offset_counts(spec)
-        usual = 0.0 if offsets is None else offsets.typical_offset
-        sampled = held_at_rate(every, rate_hz, spec.settings.get(OFFSET_SETTING, usual))
+        typical_offset = 0.0 if offsets is None else offsets.typical_offset
+        sampled = held_at_rate(frame_verdicts, rate_hz, spec.settings.get(OFFSET_SETTING, typical_offset))
         comparison = self._reference.compare(sampled)
-        once = count_contacts(comparison, self._reference.contacts)
+        sampled_counts = count_contacts(comparison, self._reference.contacts)
         false = len(column_runs((comparison.outcome == Outcome.FALSE_CONTACT).T))
-        invented = count_reports(comparison).proportion(Outcome.FALSE_CONTACT)
+        false_contact = count_reports(comparison).proportion(Outcome.FALSE_CONTACT)
         run = self._timed(spec)
-        counts = wrong_counts(once, false, invented, offsets)
-        parts = getattr(run.detector, "parts", {})
-        pieces = sum(len(parts[name]) for name in names)
-        proportions = offsets.proportions() if offsets is not None else _proportions(once)
+        counts = wrong_counts(sampled_counts, false, false_contact, offsets)
+        solids = getattr(run.detector, "parts", {})
+        pieces = sum(len(solids[name]) for name in names)
+        proportions = offsets.proportions() if offsets is not None else _proportions(sampled_counts)
         times = sample_times(run.detection, rate_hz)
         figures = FixFigures(
             what=_pieces_label(pieces, rate_hz),
             missed=proportions["contacts_missed"],
             late_or_cut_short=proportions["contacts_in_part"],
             time_missed=proportions["missed"],
-            false=invented if offsets is None else offsets.false_contact,
+            false=false_contact if offsets is None else offsets.false_contact,
             missed_counts=_range(counts, "missed"),
             late_counts=_range(counts, "late"),
             offsets=1 if offsets is None else PHASES,
@@ -393,12 +397,12 @@ def _at_every_frame(spec: DetectorSpec) -> DetectorSpec:
     return replace(spec, settings={key: value for key, value in spec.settings.items() if key != "rate_hz"})
 
 
-def _proportions(once: ContactCounts) -> Proportions:
+def _proportions(frame_counts: ContactCounts) -> Proportions:
     """Shares of the contacts of a detector that has no sampling offsets."""
     return {
-        "contacts_missed": proportion(once.missed, once.contacts),
-        "contacts_in_part": proportion(once.late_or_cut_short, once.contacts),
-        "missed": once.proportion(Outcome.MISSED),
+        "contacts_missed": proportion(frame_counts.missed, frame_counts.contacts),
+        "contacts_in_part": proportion(frame_counts.late_or_cut_short, frame_counts.contacts),
+        "missed": frame_counts.proportion(Outcome.MISSED),
     }
 
 

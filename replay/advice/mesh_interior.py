@@ -61,8 +61,8 @@ class SurfaceComponent:
             return False
         if self.is_closed:
             return self._holds_point(corners[0])
-        chosen = np.linspace(0, len(corners) - 1, min(MOST_CORNERS_AT_HOLES, len(corners))).astype(np.intp)
-        return False if all(self._holds_point(corner) is False for corner in corners[chosen]) else None
+        sampled_corners = np.linspace(0, len(corners) - 1, min(MOST_CORNERS_AT_HOLES, len(corners))).astype(np.intp)
+        return False if all(self._holds_point(corner) is False for corner in corners[sampled_corners]) else None
 
     def _holds_point(self, point: Array) -> bool | None:
         """Whether a point (3,) is inside; ``None``: rays leave it open."""
@@ -155,8 +155,8 @@ class MeshInterior:
     @cached_property
     def _order(self) -> Indices:
         """Vertices that faces have, component by component."""
-        used = np.unique(self._faces)
-        order: Indices = used[np.argsort(self._labels[used], kind="stable")]
+        used_vertices = np.unique(self._faces)
+        order: Indices = used_vertices[np.argsort(self._labels[used_vertices], kind="stable")]
         return order
 
     @cached_property
@@ -227,10 +227,10 @@ def _rims(edges: Indices, count: int) -> Iterator[Indices]:
 
 def _is_opening(rims: list[Indices], vertices: Array, triangles: Array) -> bool:
     """Whether holes with these rims are too large to be lost faces."""
-    caps = [_fan_area(vertices[rim]) for rim in rims]
-    whole = _area(triangles) + sum(caps)
-    large = [area for rim, area in zip(rims, caps, strict=True) if len(rim) > MOST_RIM_EDGES]
-    return sum(caps) > LARGEST_CAP_FRACTION * whole or max(large, default=0.0) > TINY_FRACTION * whole
+    cap_areas = [_fan_area(vertices[rim]) for rim in rims]
+    closed_area = _area(triangles) + sum(cap_areas)
+    large = [area for rim, area in zip(rims, cap_areas, strict=True) if len(rim) > MOST_RIM_EDGES]
+    return sum(cap_areas) > LARGEST_CAP_FRACTION * closed_area or max(large, default=0.0) > TINY_FRACTION * closed_area
 
 
 def _fan_area(edges: Array) -> float:

@@ -47,11 +47,13 @@ class FalseContacts:
         frames = np.flatnonzero(false_contact[:, columns].any(axis=1))
         if len(frames) > MOST_FRAMES:
             frames = frames[np.linspace(0, len(frames) - 1, MOST_FRAMES).round().astype(np.int64)]
-        others = np.where(assembly.pairs[columns, 0] == body, assembly.pairs[columns, 1], assembly.pairs[columns, 0])
+        other_bodies = np.where(
+            assembly.pairs[columns, 0] == body, assembly.pairs[columns, 1], assembly.pairs[columns, 0]
+        )
         self._at_risk = false_contact[np.ix_(frames, columns)]
-        self._body, self._others = assembly.bodies[body], [assembly.bodies[k] for k in others.tolist()]
+        self._body, self._others = assembly.bodies[body], [assembly.bodies[k] for k in other_bodies.tolist()]
         motion = assembly.motion
-        self._numbers: IntArray = np.array([*others.tolist(), body], dtype=np.int64)
+        self._numbers: IntArray = np.array([*other_bodies.tolist(), body], dtype=np.int64)
         self._times, self._translations = motion.times[frames], motion.translations[frames]
         self._rotations, self._valid = motion.rotations[frames], motion.valid[frames]
 
@@ -90,16 +92,16 @@ def refined_by_motion(
     solid = manifold_of(facing_outward(mesh))
     if solid is None:
         return list(pieces)
-    done: list[TriangleMesh] = []
+    joined_pieces: list[TriangleMesh] = []
     counts = false_contacts.of(pieces).sum(axis=1).tolist()
     left = [(count, PATIENCE, piece) for count, piece in zip(counts, pieces, strict=True)]
-    while left and len(done) + len(left) < MOST_PIECES:
+    while left and len(joined_pieces) + len(left) < MOST_PIECES:
         check()
         worst = max(range(len(left)), key=lambda k: left[k][0])
         count, patience, piece = left.pop(worst)
         halves = cut_in_two(piece, solid) if count else []
         if not halves:
-            done.append(piece)
+            joined_pieces.append(piece)
             continue
         touches = false_contacts.of(halves)
         patience = PATIENCE if touches.any(axis=0).sum() < count else patience - 1
@@ -107,8 +109,8 @@ def refined_by_motion(
             if patience and row.any():
                 left.append((int(row.sum()), patience, half))
             else:
-                done.append(half)
-    return [*done, *(piece for _, _, piece in left)]
+                joined_pieces.append(half)
+    return [*joined_pieces, *(piece for _, _, piece in left)]
 
 
 def joined_by_motion(
@@ -178,14 +180,14 @@ class _Joins:
         self._touches.append(join.touches)
         gone = [other for other in self._joins if set(other.numbers) & {first, second}]
         self._current = [other for other in self._current if other not in (first, second)]
-        new = self._joins_of([(other, number) for other in self._current])
+        new_joins = self._joins_of([(other, number) for other in self._current])
         # The joined piece with a neighbour holds what each of both had held with it.
-        for joined in new:
+        for joined in new_joins:
             neighbour = joined.numbers[0]
             for other in gone:
                 if neighbour in other.numbers:
                     joined.touches = joined.touches | other.touches
-        self._joins = [other for other in self._joins if not set(other.numbers) & {first, second}] + new
+        self._joins = [other for other in self._joins if not set(other.numbers) & {first, second}] + new_joins
         self._current.append(number)
         return True
 
@@ -193,16 +195,16 @@ class _Joins:
         """The join to be taken; joins are tested until no other one can be better."""
         touches = np.array(self._touches, dtype=np.int16)
         first, second = np.array([join.numbers for join in self._joins]).T
-        others = touches[self._current].sum(axis=0) - touches[first] - touches[second]
+        other_touches = touches[self._current].sum(axis=0) - touches[first] - touches[second]
         added = np.array([join.added for join in self._joins])
-        false = ((others + np.array([join.touches for join in self._joins])) > 0).sum(axis=1)
+        false = ((other_touches + np.array([join.touches for join in self._joins])) > 0).sum(axis=1)
         while True:
             order = np.lexsort((added, false)).tolist()
             if self._joins[order[0]].was_tested:
                 return self._joins[order[0]]
             untested = [number for number in order if not self._joins[number].was_tested][:AT_ONCE]
             for number, exact in zip(untested, self._tested(untested), strict=True):
-                false[number] = ((others[number] + exact) > 0).sum()
+                false[number] = ((other_touches[number] + exact) > 0).sum()
 
     def _tested(self, numbers: Sequence[int]) -> BoolArray:
         """Return where the hulls of joins report false contact, (k, M); the joins keep it."""

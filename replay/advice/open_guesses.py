@@ -57,10 +57,10 @@ def guess_lines(session: Session, questions: Collection[Assumption] = ()) -> lis
 
 def undecided_sentence(row: Assumption, path: str) -> str:
     """Returns an open assumption with its alternatives, how to see what each would change, and how to decide."""
-    others = [value for value in row.alternatives if value != row.value]
+    alternatives = [value for value in row.alternatives if value != row.value]
     option = OPTIONS.get(row.subject, "the mapping")
     return (
-        f"Not decided: {row.title}. Taken for {row.value}; others: {', '.join(others)}. To see what each would "
+        f"Not decided: {row.title}. Taken for {row.value}; others: {', '.join(alternatives)}. To see what each would "
         f"change: replay doctor {path} --look. To decide: {option} when you import it"
     )
 

@@ -74,9 +74,9 @@ class SampledSurface:
         )
         if not inside_box.any():
             return 0.0
-        near = points[inside_box]
-        distance, index = self._tree.query(near)
-        toward = ((near - self._points[0][index]) * self._points[1][index]).sum(axis=1)
+        points_in_box = points[inside_box]
+        distance, index = self._tree.query(points_in_box)
+        toward = ((points_in_box - self._points[0][index]) * self._points[1][index]).sum(axis=1)
         # Of a point beside the sampled one most of the distance is along the surface.
         below = toward < 0.0
         return float(np.minimum(distance, -toward)[below].max(initial=0.0))

@@ -99,8 +99,10 @@ class PairStates:
     def _travelled(self, rotations: Array, translations: Array) -> list[float]:
         """Metres that no point of the second body has exceeded on its way to each pose since the first, k of them."""
         step = np.diff(translations, axis=0)
-        turn = np.diff(rotations, axis=0).reshape(-1, 9)
-        metres = np.sqrt((step * step).sum(axis=1)) + self._reach * np.sqrt((turn * turn).sum(axis=1))
+        rotation_change = np.diff(rotations, axis=0).reshape(-1, 9)
+        metres = np.sqrt((step * step).sum(axis=1)) + self._reach * np.sqrt(
+            (rotation_change * rotation_change).sum(axis=1)
+        )
         travelled: list[float] = np.concatenate([[0.0], np.cumsum(metres)]).tolist()
         return travelled
 

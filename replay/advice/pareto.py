@@ -123,8 +123,11 @@ def _most_accurate(rows: Sequence[Row]) -> str:
 def _rest_of_front(rows: Sequence[Row]) -> list[str]:
     """A sentence on each setting of the front that gets something wrong beyond the smallest loss, the best first."""
     least, front = min(row["loss"] for row in rows), front_of(rows)
-    rest = [row for row in rows if row["label"] in front and row["loss"] > least]
-    return [f"With {row['label']}: {wrong_text(row)}." for row in sorted(rest, key=lambda row: float(row["loss"]))]
+    others_on_front = [row for row in rows if row["label"] in front and row["loss"] > least]
+    return [
+        f"With {row['label']}: {wrong_text(row)}."
+        for row in sorted(others_on_front, key=lambda row: float(row["loss"]))
+    ]
 
 
 def _usual(rows: Sequence[Row], best: Row) -> Row | None:
@@ -151,5 +154,5 @@ def wrong_text(row: Row) -> str:
 def _slow_frames(row: Row, best: Row) -> str:
     if row["p99_ms"] is None or best["p99_ms"] is None or row["p99_ms"] >= CHEAPER * best["p99_ms"]:
         return "slow samples (p99) get no cheaper"
-    p99, best_p99 = (words.frame_time(each["p99_ms"] / 1e3) for each in (row, best))
+    p99, best_p99 = (words.frame_time(setting["p99_ms"] / 1e3) for setting in (row, best))
     return f"slow samples (p99) take {p99} in place of {best_p99}"

@@ -44,7 +44,9 @@ def shape_figures(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> dict[st
         common = (filled ^ solid).volume()
         least = volume_rounding(mesh, volume)
         differences = filled.volume() - common, volume - common
-        beyond, missing = (part / volume if part > least else 0.0 for part in differences)
+        beyond, missing = (
+            volume_difference / volume if volume_difference > least else 0.0 for volume_difference in differences
+        )
     return {
         "pieces": len(pieces),
         "triangles": sum(len(piece.faces) for piece in pieces),
@@ -111,8 +113,8 @@ def _reach(
     # A sliver between equal surfaces is what booleans of solids round away.
     if outside.is_empty() or outside.volume() <= volume_rounding(mesh, solid.volume()):
         return 0.0
-    made = outside.to_mesh64()
-    corners = made.vert_properties[:, :3][np.asarray(made.tri_verts).astype(np.int64)]
+    outside_mesh = outside.to_mesh64()
+    corners = outside_mesh.vert_properties[:, :3][np.asarray(outside_mesh.tri_verts).astype(np.int64)]
     return _farthest(corners, mesh)
 
 
@@ -136,18 +138,18 @@ def contact_figures(
         replace(body, colliders=solids_of(pieces) if body.name == name else Solids((body.mesh,), body.mesh))
         for body in assembly.bodies
     )
-    seen = replace(assembly, bodies=bodies, pairs=assembly.pairs[columns])
-    detector = make_detector(DetectorSpec("card", "collider", {"shape": "shipped"}), seen, 0)
+    pair_assembly = replace(assembly, bodies=bodies, pairs=assembly.pairs[columns])
+    detector = make_detector(DetectorSpec("card", "collider", {"shape": "shipped"}), pair_assembly, 0)
     detection = detector.detect(assembly.motion)
     verdict = reference.truth.verdict.copy()
     verdict[:, columns] = detection.verdict
     comparison = reference.compare(replace(reference.truth, verdict=verdict))
-    both, missed, false = comparison.by_pair[columns][:, [Outcome.BOTH, Outcome.MISSED, Outcome.FALSE_CONTACT]].sum(
+    right, missed, false = comparison.by_pair[columns][:, [Outcome.BOTH, Outcome.MISSED, Outcome.FALSE_CONTACT]].sum(
         axis=0
     )
     seconds = sum(float(np.sum(stage)) for stage in detection.seconds.values())
     return {
-        "false": float(false / (both + false)) if both + false else None,
-        "missed": float(missed / (both + missed)) if both + missed else None,
+        "false": float(false / (right + false)) if right + false else None,
+        "missed": float(missed / (right + missed)) if right + missed else None,
         "ms": 1e3 * seconds / max(1, len(assembly.motion)),
     }

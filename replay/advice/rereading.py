@@ -62,8 +62,8 @@ class Rereadings:
         """Returns the outcome of the recording changed by one answer to an assumption of it."""
         meshes = self._meshes(changed, row)
         if meshes is None:
-            again = prepare(changed).assembly
-            return ReplayedBodies(again).outcome(again.motion.take(self._frames[self._frames < len(again.motion)]))
+            reread = prepare(changed).assembly
+            return ReplayedBodies(reread).outcome(reread.motion.take(self._frames[self._frames < len(reread.motion)]))
         rotations = dict[int, FloatArray]()
         is_mirrored = [False] * len(self._whole.bodies)
         rebuilt = dict[int, Body]()

@@ -62,9 +62,9 @@ class _PairScene:
         Raises ``QueryLimitError``.
         """
         states = np.full(len(rows), PairState.APART, dtype=np.int8)
-        near = np.flatnonzero(self.depths[rows] >= -CLEAR_GAP_M)
-        chosen = rows[near]
-        states[near] = self._states.states(self._rotations[chosen], self._translations[chosen], budget)
+        near_rows = np.flatnonzero(self.depths[rows] >= -CLEAR_GAP_M)
+        chosen = rows[near_rows]
+        states[near_rows] = self._states.states(self._rotations[chosen], self._translations[chosen], budget)
         return states
 
 
@@ -93,15 +93,15 @@ def alternatives_differ(session: Session, assumption: Assumption) -> bool | None
     near_pairs = list[Alternatives]()
     for pair in _pairs(session, [name for name in poses.names if name in session.meshes]):
         columns = poses.names.index(pair[0]), poses.names.index(pair[1])
-        both = np.flatnonzero(poses.is_usable[:, columns[0]] & poses.is_usable[:, columns[1]])
-        near_pairs.append(_pair_scenes(scenes, pair, columns, both))
+        posed_rows = np.flatnonzero(poses.is_usable[:, columns[0]] & poses.is_usable[:, columns[1]])
+        near_pairs.append(_pair_scenes(scenes, pair, columns, posed_rows))
     return _states_differ(near_pairs)
 
 
 def _all_follow(session: Session, row: Assumption) -> bool:
     """Whether all meshes turn with the poses under every alternative."""
-    others = (value for value in row.alternatives if value != row.value)
-    return all(follows_its_poses(session, answered(session, row, value)) for value in others)
+    alternatives = (value for value in row.alternatives if value != row.value)
+    return all(follows_its_poses(session, answered(session, row, value)) for value in alternatives)
 
 
 def _scenes(session: Session, assumption: Assumption, values: Iterable[str], rows: Rows) -> list[_Scene]:
@@ -128,13 +128,13 @@ def _pairs(session: Session, names: Sequence[str]) -> list[tuple[str, str]]:
 
 def _pair_scenes(scenes: Sequence[_Scene], pair: tuple[str, str], columns: tuple[int, int], rows: Rows) -> Alternatives:
     """A pair under each alternative, in those of some frames in which it is within reach under any."""
-    near = rows[_is_within_reach(scenes, pair, columns, rows)]
+    rows_within_reach = rows[_is_within_reach(scenes, pair, columns, rows)]
     poses = dict[int, tuple[Array, Array]]()
     alternatives = []
     for scene in scenes:
         key = id(scene.poses)
         if key not in poses:
-            poses[key] = _relative_poses(scene.poses, columns, near)
+            poses[key] = _relative_poses(scene.poses, columns, rows_within_reach)
         alternatives.append(_PairScene((scene.meshes[pair[0]], scene.meshes[pair[1]]), *poses[key]))
     return alternatives
 
@@ -222,13 +222,13 @@ def _telling_rows(alternatives: Alternatives) -> Rows:
     """Frames in which alternatives likely differ: boxes are disjoint under one and deep under another, or just deep."""
     depths = np.stack([pair_scene.depths for pair_scene in alternatives])
     deepest, is_separated = depths.max(axis=0, initial=-np.inf), depths.min(axis=0, initial=np.inf) < 0.0
-    chosen = set[int]()
+    chosen_rows = set[int]()
     for mask in (is_separated, ~is_separated):
         overlapping = np.flatnonzero(mask & (deepest > 0.0))
         if len(overlapping):
-            chosen.add(int(overlapping[deepest[overlapping].argmax()]))
-            chosen.update(overlapping[evenly(len(overlapping), TESTS_OF_A_PAIR)].tolist())
-    return np.array(sorted(chosen), dtype=np.intp)
+            chosen_rows.add(int(overlapping[deepest[overlapping].argmax()]))
+            chosen_rows.update(overlapping[evenly(len(overlapping), TESTS_OF_A_PAIR)].tolist())
+    return np.array(sorted(chosen_rows), dtype=np.intp)
 
 
 def _contradict(states: Sequence[NDArray[np.int8]]) -> bool:
@@ -256,6 +256,6 @@ def collider_misfit(session: Session, names: Sequence[str]) -> float:
         solids: Sequence[MeshData] = session.colliders.get(name, ())
         if name in session.meshes and solids:
             bounds = np.stack([solid.bounds for solid in solids])
-            whole = np.stack([bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)])
-            misfit = max(misfit, float(np.abs(whole - session.meshes[name].bounds).max()))
+            swept_box = np.stack([bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)])
+            misfit = max(misfit, float(np.abs(swept_box - session.meshes[name].bounds).max()))
     return misfit

@@ -60,9 +60,9 @@ class PlacedPoses:
         self.names = tuple(name for name in [*session.names, *fixed] if name in session.meshes)
         # Gaps are filled from all frames; only the chosen ones are placed, however long the recording is.
         columns = zip(*(vars(frames).values() for frames in filled([session.frames])), strict=True)
-        chosen = FilledFrames(*(np.concatenate(column)[rows] for column in columns))
-        placed = Placed.empty(len(chosen), len(self.names))
-        Kinematics(session.scene, session.names, self.names).place(chosen, placed)
+        filled_frames = FilledFrames(*(np.concatenate(column)[rows] for column in columns))
+        placed = Placed.empty(len(filled_frames), len(self.names))
+        Kinematics(session.scene, session.names, self.names).place(filled_frames, placed)
         self.positions = placed.translation
         self.is_usable = placed.origin != PoseOrigin.NONE
         self._rotations = placed.rotation

@@ -133,8 +133,8 @@ class ReplayedBodies:
         frames, pairs = np.nonzero(contact)
         # Pair by pair, so that each pair is among those chosen.
         order = np.lexsort((frames, pairs))
-        chosen = order[evenly(len(order), DEPTH_FRAMES)]
-        rows = np.stack([frames[chosen], pairs[chosen]], axis=1)
+        sampled_rows = order[evenly(len(order), DEPTH_FRAMES)]
+        rows = np.stack([frames[sampled_rows], pairs[sampled_rows]], axis=1)
         depths = np.zeros(len(rows))
         for number, (frame, pair) in enumerate(rows.tolist()):
             first, second = self.pairs[pair].tolist()
@@ -145,10 +145,10 @@ class ReplayedBodies:
     def _closest(self, motion: Motion) -> tuple[float | None, int, int]:
         """Metres of the smallest gap among the frames in which two bodies are nearest, its frame and its pair."""
         best: tuple[float | None, int, int] = None, 0, 0
-        most = max(1, GAP_FRAMES // len(self.pairs)) if len(self.pairs) else 0
+        most_frames = max(1, GAP_FRAMES // len(self.pairs)) if len(self.pairs) else 0
         for pair, (first, second) in enumerate(self.pairs.tolist()):
-            both = np.flatnonzero(motion.valid[:, first] & motion.valid[:, second])
-            for frame in both[self._nearest(motion, both, first, second)[:most]].tolist():
+            posed_frames = np.flatnonzero(motion.valid[:, first] & motion.valid[:, second])
+            for frame in posed_frames[self._nearest(motion, posed_frames, first, second)[:most_frames]].tolist():
                 gap, _ = self._mesh_stage.gap(motion, frame, pair)
                 if best[0] is None or gap < best[0]:
                     best = gap, frame, pair

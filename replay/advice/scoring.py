@@ -31,8 +31,8 @@ def wrong_counts(
         counts = {"missed": [once.missed], "late": [once.late_or_cut_short], "false_contacts": [false_contacts]}
         contacts_missed, time_missed = proportion(once.missed, once.contacts), once.proportion(Outcome.MISSED)
     else:
-        missed, late = (fault_counts.sum(axis=1).tolist() for fault_counts in offsets.faults.values())
-        counts = {"missed": missed, "late": late, "false_contacts": offsets.false_contacts.tolist()}
+        missed, late_counts = (fault_counts.sum(axis=1).tolist() for fault_counts in offsets.faults.values())
+        counts = {"missed": missed, "late": late_counts, "false_contacts": offsets.false_contacts.tolist()}
         proportions = offsets.proportions()
         contacts_missed, time_missed, false = (
             proportions[name] for name in ("contacts_missed", "missed", "false_contact")
@@ -83,16 +83,16 @@ class Scoring:
         self, comparison: Comparison, every: Detection | None = None, rate_hz: float | None = None
     ) -> dict[str, Any]:
         """The same of a detection that is compared; ``every``: what it says at every frame, of one with a step rate."""
-        once, offsets = count_contacts(comparison, self.contacts), None
+        counts, offsets = count_contacts(comparison, self.contacts), None
         if every is not None and rate_hz:
             offsets = offset_counts(rate_hz, every, self.reference)
         false = len(column_runs((comparison.outcome == Outcome.FALSE_CONTACT).T))
         return {
-            "contacts": once.contacts,
+            "contacts": counts.contacts,
             "offsets": 1 if offsets is None else PHASES,
-            "contacts_undecided": once.undecided,
-            "contact_frames_undecided": once.frames_undecided,
-            **wrong_counts(once, false, count_reports(comparison).proportion(Outcome.FALSE_CONTACT), offsets),
+            "contacts_undecided": counts.undecided,
+            "contact_frames_undecided": counts.frames_undecided,
+            **wrong_counts(counts, false, count_reports(comparison).proportion(Outcome.FALSE_CONTACT), offsets),
         }
 
     def _at_every_frame(self, setting: Setting, assembly: Assembly) -> Detection:

@@ -66,11 +66,11 @@ def settings_list(*, frames_hz: float = inf, shipped: bool = False) -> tuple[Set
     recording has colliders.
     """
     text = files("replay.advice").joinpath("settings.toml").read_text("utf-8")
-    made = {setting.label: setting for row in tomllib.loads(text)["row"] for setting in _of_row(**row)}
+    settings_by_label = {setting.label: setting for row in tomllib.loads(text)["row"] for setting in _of_row(**row)}
     available = {"shipped": shipped}
     return tuple(
         setting
-        for setting in made.values()
+        for setting in settings_by_label.values()
         if available.get(setting.settings.get("shape", ""), True) and (setting.rate_hz or 0.0) < FASTEST * frames_hz
     )
 

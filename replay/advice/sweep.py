@@ -70,12 +70,12 @@ class _Trial(Timed):
         super().__init__(setting.label, detector, assembly.motion, rate_hz=setting.rate_hz)
         self.row: dict[str, Any] = {}
         sample = self.motion.take(warm_frames(len(self.motion)))
-        alone = Timed(self.label, detector, sample)
+        timed_alone = Timed(self.label, detector, sample)
         for _ in range(2):  # the first one compiles
             began = perf_counter()
             detector.detect(sample)
             self.answer = (perf_counter() - began) * len(self.motion) / max(1, len(sample))
-            self.frame = float(LiveFrames(sample, len(sample)).live_pass([alone])[0].mean())
+            self.frame = float(LiveFrames(sample, len(sample)).live_pass([timed_alone])[0].mean())
 
 
 ASKED: Final = ("detectors", "oracle", "pairs", "start", "end", "seed", "tau", "policy")
@@ -157,8 +157,8 @@ class _Sweep:
             self._timed(batch)
             size, fraction = LATER_ROUNDS, REFINE
         for _ in range(FRONT_PASSES - PASSES):
-            near = {*front_of(self._rows()), *contenders_of(self._rows())}
-            front = [trial for trial in self._trials if trial.label in near]
+            near_front = {*front_of(self._rows()), *contenders_of(self._rows())}
+            front = [trial for trial in self._trials if trial.label in near_front]
             if self._pass_seconds(front) < self._deadline.left():
                 watch(len(self._trials), len(self._wanted))
                 self._pass(front)
@@ -219,8 +219,8 @@ class _Sweep:
         """Passes over a round; the first round settles how many frames a pass has."""
         if self._clock is None:
             frame = self._pass_seconds(batch) / FEWEST_FRAMES
-            most = self._deadline.left(TIME) / (PASSES * frame)
-            frames = LiveFrames(self._assembly.motion, int(max(FEWEST_FRAMES, min(MOST_FRAMES, most))))
+            most_frames = self._deadline.left(TIME) / (PASSES * frame)
+            frames = LiveFrames(self._assembly.motion, int(max(FEWEST_FRAMES, min(MOST_FRAMES, most_frames))))
             self._clock = Clock(frames, self._pair[0], self._pair[1], self._deadline.compiled)
         for _ in range(PASSES):
             self._pass(batch)
@@ -267,7 +267,7 @@ class _Sweep:
             "clock": self._clock.as_json(),
             "processor_share": at_work,
         }
-        tried = {row["label"] for row in rows}
-        cut = tuple(setting.label for setting in self._wanted if setting.label not in tried)
+        tried_labels = {row["label"] for row in rows}
+        cut = tuple(setting.label for setting in self._wanted if setting.label not in tried_labels)
         advice = tuple(advice_of(rows, processor_fraction=at_work))
         return Tradeoff(tuple(sorted_rows(rows)), tuple(front), advice, cut, about)

@@ -61,13 +61,13 @@ class Timed:
         passes, on logarithms; one pass has none: nan.
         """
         logs = np.log(_of_passes(self.own, level, samples) / _of_passes(self.reference, level))
-        middle, wide, count = float(logs.mean()), np.nan, len(logs)
+        middle, half_width, count = float(logs.mean()), np.nan, len(logs)
         if count > 1:
             from scipy.special import stdtrit
 
             # Bounded: two passes of a busy machine may be anything apart.
-            wide = min(float(stdtrit(count - 1, 0.975)) * float(logs.std(ddof=1)) / sqrt(count), 300.0)
-        return np.exp([middle, middle - wide, middle + wide]) * [1.0, 1.0 / widened, widened]
+            half_width = min(float(stdtrit(count - 1, 0.975)) * float(logs.std(ddof=1)) / sqrt(count), 300.0)
+        return np.exp([middle, middle - half_width, middle + half_width]) * [1.0, 1.0 / widened, widened]
 
 
 def _of_passes(seconds: Sequence[FloatArray], level: float | None, samples: BoolArray | None = None) -> FloatArray:
@@ -77,8 +77,8 @@ def _of_passes(seconds: Sequence[FloatArray], level: float | None, samples: Bool
     tick says that the frame took less than it can tell.
     """
     passes = np.stack(seconds)
-    usual = np.median(passes, axis=0)
-    calm = np.where(passes > INTERRUPTED * usual, usual, passes)
+    median_pass = np.median(passes, axis=0)
+    calm = np.where(passes > INTERRUPTED * median_pass, median_pass, passes)
     if level is None:
         return np.maximum(calm.mean(axis=1), 1e-9)
     sampled = calm if samples is None else calm[:, samples]
@@ -105,13 +105,13 @@ class Clock:
             spent = 0.0 if self._compiled is None else self._compiled.seconds
             began, at_work = perf_counter(), process_time()
             reference, *passes = self.frames.live_pass(timed, self.twin.passes)
-            taken, worked = perf_counter() - began, process_time() - at_work
+            clock_seconds, worked = perf_counter() - began, process_time() - at_work
             if self._compiled is None or self._compiled.seconds == spent:
                 break
-        self.seconds += taken
+        self.seconds += clock_seconds
         self.at_work += worked
-        for setting, own in zip(timed[1:], passes, strict=True):
-            setting.own.append(own)
+        for setting, seconds_of_pass in zip(timed[1:], passes, strict=True):
+            setting.own.append(seconds_of_pass)
             setting.reference.append(reference)
 
     @property
@@ -165,7 +165,7 @@ class LiveFrames:
         """Mask of timed frames that a detector of this rate runs on, (count,): at its ticks, or all without a rate."""
         masks = []
         for lead, timed in self.turns:
-            times = np.array([now.times[0] for now in (*lead, *timed)])
+            times = np.array([frame.times[0] for frame in (*lead, *timed)])
             masks.append(sampled_frames(times, rate_hz)[len(lead) :])
         return np.concatenate(masks)
 
@@ -185,13 +185,13 @@ class LiveFrames:
                 began = perf_counter()
                 setting.detector.detect(setting.motion)
                 seconds[k] = (perf_counter() - began) / max(1, len(setting.motion))
-        collecting, at = gc.isenabled(), 0
+        collecting, position = gc.isenabled(), 0
         gc.disable()
         try:
             for lead, timed in self.turns:
                 for k in shuffled.permutation([*live]).tolist():
-                    _ask(live[k], lead, timed, seconds[k, at:])
-                at += len(timed)
+                    _ask(live[k], lead, timed, seconds[k, position:])
+                position += len(timed)
         finally:
             if collecting:
                 gc.enable()
@@ -203,9 +203,9 @@ def _singly(motion: Motion, start: int, stop: int) -> list[Motion]:
 
 
 def _ask(session: Live, lead: Sequence[Motion], timed: Sequence[Motion], seconds: FloatArray) -> None:
-    for now in lead:
-        session.look(now)
-    for k, now in enumerate(timed):
+    for frame in lead:
+        session.look(frame)
+    for k, frame in enumerate(timed):
         began = perf_counter()
-        session.look(now)
+        session.look(frame)
         seconds[k] = perf_counter() - began

@@ -207,13 +207,13 @@ def causes_of_miss(miss: Fault, frames: Iterable[int], by: Audited, truth: Exact
         candidates = (frame,) if instants else (frame, max(frame - 1, 0))
         ends = [end for end in candidates if truth.is_contact(end, miss.pair)]
         # An interval whose contact shows where it begins is explained there: at its end there is none to miss.
-        at = ends[0] if ends else frame
-        shifted = delay != 0 and at_frame(by.reported(miss.pair), at + delay)
+        examined_frame = ends[0] if ends else frame
+        shifted = delay != 0 and at_frame(by.reported(miss.pair), examined_frame + delay)
         cause = first_failed(
-            by.stages(at, miss.pair, truth.faces(at, miss.pair)),
-            int(by.subject.verdict[at, miss.pair]),
+            by.stages(examined_frame, miss.pair, truth.faces(examined_frame, miss.pair)),
+            int(by.subject.verdict[examined_frame, miss.pair]),
             at_instant=bool(ends) or instants,
-            tests_inside=not refused or truth.verdict(at, miss.pair) != Verdict.CONTAINED,
+            tests_inside=not refused or truth.verdict(examined_frame, miss.pair) != Verdict.CONTAINED,
             timing=(delay_cause(delay) if shifted else None, *of_engine),
         )
         causes.append(cause)

@@ -64,12 +64,12 @@ class ClockOffset:
             text += f" at the first report, drift {words.fixed(100 * self.drift, 3, signed=True)} %"
         if self.delay is not None:
             text += f", {delay_text(self.delay)}"
-        far = f"{1e3 * WINDOW:g} ms"
+        window = f"{1e3 * WINDOW:g} ms"
         if self.residual is None:
-            return f"{text}, residual unknown: all {self.of} begins and ends are over {far} from a true one"
+            return f"{text}, residual unknown: all {self.of} begins and ends are over {window} from a true one"
         text += f", residual {words.fixed(1e3 * self.residual, 1)} ms of {self.matched} of {self.of} begins and ends"
         if self.matched < self.of:
-            text += f"; {self.of - self.matched} are left out, more than {far} from every true one of their pair"
+            text += f"; {self.of - self.matched} are left out, more than {window} from every true one of their pair"
         if self.rivals:
             text += f"; {self.rivals} other offsets fit as many, the smallest was taken: if it is wrong, {SAY_IT}"
         elif self.own and self.delay:
@@ -207,6 +207,6 @@ def _drifting(partners: _Partners) -> tuple[float, float]:
     offset, _ = _densest(gap - drift * later)
     for _ in range(3):
         left, nearest = np.abs(gap - offset - drift * later), partners.nearest(offset, drift)
-        taken = (left <= WINDOW) & (left == nearest[partners.report])
-        drift, offset = np.polyfit(later[taken], gap[taken], 1).tolist()
+        is_matched = (left <= WINDOW) & (left == nearest[partners.report])
+        drift, offset = np.polyfit(later[is_matched], gap[is_matched], 1).tolist()
     return offset, drift

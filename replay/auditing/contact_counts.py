@@ -93,8 +93,8 @@ class ContactCounts:
 
     def _left_out(self, decided: bool) -> int:
         """Contacts with frames that were left out, and others that were decided or none."""
-        some = (self.frames[:, [Outcome.BOTH, Outcome.MISSED]] > 0).any(axis=1)
-        return int(((self.frames[:, Outcome.LEFT_OUT] > 0) & (some == decided)).sum())
+        has_frames = (self.frames[:, [Outcome.BOTH, Outcome.MISSED]] > 0).any(axis=1)
+        return int(((self.frames[:, Outcome.LEFT_OUT] > 0) & (has_frames == decided)).sum())
 
 
 def count_contacts(comparison: Comparison, contacts: Sequence[Episode]) -> ContactCounts:
@@ -124,17 +124,17 @@ def grasped_counts(
     columns = list(pairs)
     grasped = comparison.outcome[:, columns] == Outcome.GRASPED
     truth, reported = (counts_as_contact(verdict[:, columns]) for verdict in verdicts)
-    own = [contact for contact in contacts if contact.pair in columns]
+    pair_contacts = [contact for contact in contacts if contact.pair in columns]
     # No detector says contact in a frame without a pose.
     reported_frames = [
-        int(reported[episode.first : episode.last + 1, columns.index(episode.pair)].sum()) for episode in own
+        int(reported[episode.first : episode.last + 1, columns.index(episode.pair)].sum()) for episode in pair_contacts
     ]
     frames = {"both": truth & reported, "missed": truth & ~reported, "invented": reported & ~truth}
     return {
-        "contacts": len(own),
+        "contacts": len(pair_contacts),
         "contacts_missed": reported_frames.count(0),
         "contacts_in_part": sum(
-            0 < count < episode.frames for count, episode in zip(reported_frames, own, strict=True)
+            0 < count < episode.frames for count, episode in zip(reported_frames, pair_contacts, strict=True)
         ),
         **{name: int((grasped & frames_of_kind).sum()) for name, frames_of_kind in frames.items()},
     }

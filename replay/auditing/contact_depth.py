@@ -84,9 +84,9 @@ class DepthMeter:
         queried = sorted({*segments}, key=lambda segment: (segment[1] - segment[2], segment))
         measured = queried[:MOST_MEASURED]
         frames = len({(pair, frame) for pair, first, last in measured for frame in range(first, last + 1)})
-        most = frames if frames <= FRAMES_SEARCHED else max(FRAMES, FRAMES_SEARCHED // len(measured))
+        most_frames = frames if frames <= FRAMES_SEARCHED else max(FRAMES, FRAMES_SEARCHED // len(measured))
         for segment in measured:
-            self._measured[segment] = self._deepest(segment, most)
+            self._measured[segment] = self._deepest(segment, most_frames)
         for segment in queried[MOST_MEASURED:]:
             self._measured[segment] = ContactDepth(frame=segment[1], reason=TOO_MANY)
 
@@ -98,7 +98,7 @@ class DepthMeter:
     def _solids(self) -> tuple[Solid, ...]:
         return tuple(solid_of(body.mesh) for body in self._assembly.bodies)
 
-    def _deepest(self, segment: Segment, most: int) -> ContactDepth:
+    def _deepest(self, segment: Segment, most_frames: int) -> ContactDepth:
         """Depth at the frame of a segment, of at most so many, whose common part has the deepest corner."""
         pair, first, last = segment
         a, b = (self._solids[index] for index in self._assembly.pairs[pair].tolist())
@@ -106,7 +106,7 @@ class DepthMeter:
         reasons = [f"{name} {solid.reason}" for name, solid in zip(names, (a, b), strict=True) if solid.reason]
         if reasons:
             return ContactDepth(frame=first, reason=" and ".join(reasons))
-        frames = [frame for frame in spread_frames(first, last, most).tolist() if self._has_pose(frame, pair)]
+        frames = [frame for frame in spread_frames(first, last, most_frames).tolist() if self._has_pose(frame, pair)]
         if not frames:
             return ContactDepth(frame=first, reason="a pose is lost")
         searched = self._search(pair, frames)
@@ -116,14 +116,14 @@ class DepthMeter:
         depths = {frame: self._depth(frame, pair) for frame in (deepest, largest)}
         frame = max(depths, key=lambda frame: depths[frame])
         depth = max(depths[frame], searched[frame][0])
-        at_least = most < last - first + 1
+        at_least = most_frames < last - first + 1
         return ContactDepth(depth=depth, volume=searched[frame][1], frame=frame, at_least=at_least)
 
     def _depth(self, frame: int, pair: int) -> float:
         """Depth of a pair in a frame, measured once."""
         if (frame, pair) not in self._depths:
-            known = frame in self._intersections
-            common = self._intersections[frame] if known else self._intersection(frame, pair)
+            is_intersected = frame in self._intersections
+            common = self._intersections[frame] if is_intersected else self._intersection(frame, pair)
             self._depths[frame, pair] = 0.0 if common is None else common.depth
         return self._depths[frame, pair]
 
@@ -195,9 +195,9 @@ def contact_depths(
 ) -> MeasuredDepths:
     """Return the depth of each contact of the reference, and the misses of each detector with theirs."""
     meter = DepthMeter(assembly)
-    every = [miss for of_detector in misses.values() for miss in of_detector]
+    all_misses = [miss for of_detector in misses.values() for miss in of_detector]
     segments = [(contact.pair, contact.first, contact.last) for contact in contacts]
-    meter.measure([*segments, *((miss.pair, miss.first, miss.last) for miss in every)])
+    meter.measure([*segments, *((miss.pair, miss.first, miss.last) for miss in all_misses)])
     measured = {
         label: tuple(
             replace(

@@ -18,9 +18,9 @@ FEWER_WRONG: Final = 4
 def constant_delay(subject: Detection, oracle: Detection, pair: int) -> int:
     """Frames by which all that is said of a pair comes late; negative: early; 0: by no constant number."""
     answers, true = reported(subject, oracle, pair), counts_as_contact(oracle.verdict[:, pair])
-    late = _frames_late(answers, true, subject.times)
-    if late:
-        return late
+    frames_late = _frames_late(answers, true, subject.times)
+    if frames_late:
+        return frames_late
     # Backwards in time what comes early comes late.
     return -_frames_late(answers[::-1], true[::-1], -subject.times[::-1])
 
@@ -51,9 +51,9 @@ def at_frame(mask: BoolArray, frame: int) -> bool:
 def _frames_late(answers: BoolArray, true: BoolArray, times: FloatArray) -> int:
     """By how many frames ``said`` comes after ``true``; 0: by no constant number."""
     frames = len(answers)
-    most = int(np.searchsorted(times, times[0] + LATEST))
+    most_frames = int(np.searchsorted(times, times[0] + LATEST))
     # What is said in the first frames has no frame before the recording to come from: it counts as wrong.
-    wrong = [int((answers[by:] != true[: frames - by]).sum() + answers[:by].sum()) for by in range(most)]
+    wrong = [int((answers[by:] != true[: frames - by]).sum() + answers[:by].sum()) for by in range(most_frames)]
     by = int(np.argmin(wrong))
     # What is only lost, and never said too long, is not late.
     return by if by and wrong[by] * FEWER_WRONG <= wrong[0] and bool((answers & ~true).any()) else 0

@@ -60,11 +60,19 @@ def examine(
         ]
         for label, comparison in comparisons.items()
     }
-    own = trusted.detection
-    has_faces = own.face_sets is not None and own.covers == "instants" and not holds_answers(trusted.settings)
+    trusted_detection = trusted.detection
+    has_faces = (
+        trusted_detection.face_sets is not None
+        and trusted_detection.covers == "instants"
+        and not holds_answers(trusted.settings)
+    )
     causes: dict[str, list[list[Cause]]] = {label: [[] for _ in misses] for label, misses in numbered.items()}
     for label, index, miss, of_frames in examined_misses(
-        assembly, own if has_faces else faces_of, numbered, subjects, between=own.covers == "intervals"
+        assembly,
+        trusted_detection if has_faces else faces_of,
+        numbered,
+        subjects,
+        between=trusted_detection.covers == "intervals",
     ):
         numbered[label][index], causes[label][index] = miss, of_frames
     misses = {label: tuple(of_detector) for label, of_detector in numbered.items()}
@@ -96,8 +104,8 @@ def examined_misses(
     """
     plan = _frames_to_decide(misses)
     count = sum(map(len, misses.values()))
-    most = EVIDENCE_BUDGET.frames_per_miss(count)
-    curve_frames = {segment: spread_frames(segment[1], segment[2], most) for segment in plan}
+    frames_per_miss = EVIDENCE_BUDGET.frames_per_miss(count)
+    curve_frames = {segment: spread_frames(segment[1], segment[2], frames_per_miss) for segment in plan}
     finder = EvidenceFinder(assembly, between=between)
     for group in grouped(plan, lambda segment: len(curve_frames[segment]), FRAMES_AT_ONCE):
         decided = [frames for segment in group for _, _, frames in plan[segment]]
@@ -122,10 +130,12 @@ def _frames_to_decide(misses: Mapping[str, Sequence[Fault]]) -> dict[Segment, li
     """Return for each segment its misses, label and index, with the frames that their detector decides again."""
     plan = defaultdict[Segment, list[tuple[str, int, IntArray]]](list)
     for label, of_detector in misses.items():
-        most = CAUSE_BUDGET.frames_per_miss(len(of_detector))
-        every = max(1, -(-len(of_detector) // CAUSE_BUDGET.total))
+        frames_per_miss = CAUSE_BUDGET.frames_per_miss(len(of_detector))
+        stride = max(1, -(-len(of_detector) // CAUSE_BUDGET.total))
         for index, miss in enumerate(of_detector):
-            frames = spread_frames(miss.first, miss.last, most) if index % every == 0 else np.zeros(0, np.int64)
+            frames = (
+                spread_frames(miss.first, miss.last, frames_per_miss) if index % stride == 0 else np.zeros(0, np.int64)
+            )
             plan[miss.pair, miss.first, miss.last].append((label, index, frames))
     return dict(plan)
 

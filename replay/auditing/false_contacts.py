@@ -51,8 +51,8 @@ class _Shapes:
         if not isinstance(detector, PairDetector) or not detector_row(detector.name).contact_offset:
             return None
         shape = getattr(detector.settings, "shape", "hull")
-        made = create_detector("collider", detector.bodies, pairs=detector.pairs, shape=shape)
-        return made if isinstance(made, Explains) else None
+        collider = create_detector("collider", detector.bodies, pairs=detector.pairs, shape=shape)
+        return collider if isinstance(collider, Explains) else None
 
     def meet(self, motion: Motion, frame: int, pair: int) -> bool:
         """Whether the shapes of a pair meet; of a detector whose shapes are not known, what it says itself."""
@@ -81,14 +81,14 @@ class _Hulls:
         """How many vertices of another body, of some spread over it, are in the convex hull of a body."""
         motion, bodies = self._assembly.motion, self._assembly.bodies
         vertices = bodies[other].mesh.vertices
-        some = vertices[:: 1 + len(vertices) // MOST_VERTICES]
-        world = place_points(some, motion.rotations[frame, other], motion.translations[frame, other])
+        sampled_vertices = vertices[:: 1 + len(vertices) // MOST_VERTICES]
+        world = place_points(sampled_vertices, motion.rotations[frame, other], motion.translations[frame, other])
         local = (world - motion.translations[frame, body]) @ motion.rotations[frame, body]
         # Few vertices are in the box around the hull, and a hull has thousands of planes.
         hollowed = bodies[body].mesh.vertices
-        near = local[((local >= hollowed.min(axis=0)) & (local <= hollowed.max(axis=0))).all(axis=1)]
+        vertices_in_box = local[((local >= hollowed.min(axis=0)) & (local <= hollowed.max(axis=0))).all(axis=1)]
         planes = self._hull_planes(body, hollowed)
-        return int((near @ planes[:, :3].T + planes[:, 3] < 0.0).all(axis=1).sum()) if len(planes) else 0
+        return int((vertices_in_box @ planes[:, :3].T + planes[:, 3] < 0.0).all(axis=1).sum()) if len(planes) else 0
 
     def _hull_planes(self, body: int, vertices: FloatArray) -> FloatArray:
         """Planes (n, 4) of the convex hull of a body, normals outwards, in its own frame; none of a flat mesh."""
@@ -116,7 +116,7 @@ def false_contacts(assembly: Assembly, comparison: Comparison, by: Audited) -> t
     from cdcore.narrow.mesh_stage import MeshStage
 
     longest = np.argsort([first - last for _, first, last in segments.tolist()], kind="stable")[:GAP_FRAMES_TOTAL]
-    most = min(GAP_FRAMES, GAP_FRAMES_TOTAL // len(longest))
+    most_frames = min(GAP_FRAMES, GAP_FRAMES_TOTAL // len(longest))
     reports = cache(lambda pair: runs(is_one_of(outcome[:, pair], REPORTED)))
     measured, meshes, faults = set(longest.tolist()), MeshStage(assembly.bodies, assembly.pairs), list[Fault]()
     shapes = _Shapes(by.detector)
@@ -124,7 +124,7 @@ def false_contacts(assembly: Assembly, comparison: Comparison, by: Audited) -> t
     for number, (pair, first, last) in enumerate(segments.tolist(), 1):
         # Not its ends: there the pair is about to part, and the next moment is near.
         inner = (last - first) // 4
-        frames = spread_frames(first + inner, last - inner, most if number - 1 in measured else 1).tolist()
+        frames = spread_frames(first + inner, last - inner, most_frames if number - 1 in measured else 1).tolist()
         report = reports(pair)[np.searchsorted(reports(pair)[:, 0], first, side="right") - 1]
         before, after = reported_around(outcome[:, pair], int(report[0]), int(report[1]), first, last)
         fault = Fault(

@@ -39,8 +39,8 @@ def first_touch(assembly: Assembly, pair: int, frame: int) -> FirstTouch | None:
     )
     for k in range(2):
         faces.set_pose(k, rotations[k], positions[k])
-    gap, (here, other) = faces.gap(0, 1)
-    vector = other - here
+    gap, (point, other) = faces.gap(0, 1)
+    vector = other - point
     if gap <= NO_GAP:
         centres = np.stack([mesh.referenced_vertices.mean(axis=0) for mesh in meshes])
         vector = np.diff(np.einsum("kij,kj->ki", rotations, centres) + positions, axis=0)[0]
@@ -51,7 +51,7 @@ def first_touch(assembly: Assembly, pair: int, frame: int) -> FirstTouch | None:
         impact.toi[1],
         later,
         impact.faces,
-        vector_of((here + other) / 2),
+        vector_of((point + other) / 2),
         vector_of(direction(vector)),
     )
 

@@ -196,8 +196,8 @@ def _measured(spec: DetectorSpec, assembly: Assembly, reference: Reference | Non
     offsets = None
     if reference is not None and has_offsets(spec, len(assembly.motion)):
         offsets = counts_over_offsets(spec, assembly, reference, seed, live=False)
-    chosen = spec if offsets is None else at_offset(spec, offsets)
-    run = run_detector(chosen, assembly, seed=seed, faces=False, advance=ignored)
+    offset_spec = spec if offsets is None else at_offset(spec, offsets)
+    run = run_detector(offset_spec, assembly, seed=seed, faces=False, advance=ignored)
     detection = run.detection
     contacts = episodes(detection, assembly.motion.valid, assembly.contact_columns)
     contacts = _not_grasped(contacts, assembly, reference)
@@ -224,13 +224,13 @@ def _near(interruptions: Sequence[Interruption], run: Run, assembly: Assembly, s
     """The interruptions in which the shapes stay within ``WIDEST_RELEASE`` beyond the contact offset."""
     if not interruptions:
         return []
-    near = frames_within(_reach(run, assembly) + WIDEST_RELEASE, run.detector, assembly, seed)
+    within_reach = frames_within(_reach(run, assembly) + WIDEST_RELEASE, run.detector, assembly, seed)
     sampled = _sampled(run, assembly)
     return [
         interruption
         for interruption in interruptions
         for frames in (_samples(interruption, sampled),)
-        if any(near[frames, column].all() for column in _touching(interruption, run, assembly))
+        if any(within_reach[frames, column].all() for column in _touching(interruption, run, assembly))
     ]
 
 
@@ -269,6 +269,8 @@ def _widest(interruption: Interruption, run: Run, assembly: Assembly, stage: "Me
     """Metres by which the shapes part in some frames; of the members of a group, those that part least."""
     widest = []
     for column in _touching(interruption, run, assembly):
-        posed = frames[assembly.motion.valid[frames][:, assembly.pairs[column]].all(axis=1)]
-        widest.append(max((stage.gap(assembly.motion, frame, column)[0] for frame in posed.tolist()), default=0.0))
+        frames_with_pose = frames[assembly.motion.valid[frames][:, assembly.pairs[column]].all(axis=1)]
+        widest.append(
+            max((stage.gap(assembly.motion, frame, column)[0] for frame in frames_with_pose.tolist()), default=0.0)
+        )
     return max(0.0, min(widest, default=0.0))

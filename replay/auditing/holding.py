@@ -84,14 +84,14 @@ def _taken(motion: Motion, hand: int, movable: list[int], start: float, end: flo
     position, rotation = motion.translations[rows, hand], motion.rotations[rows, hand]
     best, nearest = -1, np.inf
     for body in movable:
-        known = motion.valid[rows, hand] & motion.valid[rows, body]
-        if known.sum() < 3:
+        has_pose = motion.valid[rows, hand] & motion.valid[rows, body]
+        if has_pose.sum() < 3:
             continue
-        positions = motion.translations[rows, body][known]
-        own = np.einsum("tji,tj->ti", rotation[known], positions - position[known])
+        positions = motion.translations[rows, body][has_pose]
+        local_positions = np.einsum("tji,tj->ti", rotation[has_pose], positions - position[has_pose])
         moved = float(np.linalg.norm(np.ptp(positions, axis=0)))
-        if moved > LEAST_MOVED_M and float(np.ptp(own, axis=0).max()) < RIGID_M:
-            away = float(np.linalg.norm(own.mean(axis=0)))
+        if moved > LEAST_MOVED_M and float(np.ptp(local_positions, axis=0).max()) < RIGID_M:
+            away = float(np.linalg.norm(local_positions.mean(axis=0)))
             best, nearest = (body, away) if away < nearest else (best, nearest)
     return best
 

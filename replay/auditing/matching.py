@@ -62,31 +62,34 @@ def match_episodes(
     reach : frames after its last for which a subject's contact still speaks: 1 for instants beside intervals.
     """
     grasped, grasped_reports = (_grasped(comparison, some) for some in (truth, reported))
-    overlaps, chosen = _matched(truth, reported, reach, grasped)
+    overlaps, matched_overlaps = _matched(truth, reported, reach, grasped)
     of_truth, of_reported = (
         Counter(episode.truth for episode in overlaps),
         Counter(episode.reported for episode in overlaps),
     )
-    taken, used = {overlap.truth for overlap in chosen}, {overlap.reported for overlap in chosen}
+    matched_contacts, matched_reports = (
+        {overlap.truth for overlap in matched_overlaps},
+        {overlap.reported for overlap in matched_overlaps},
+    )
     explained = of_reported.keys() | grasped_reports
-    extra = [(number, episode) for number, episode in enumerate(reported, 1) if number not in explained]
+    unexplained = [(number, episode) for number, episode in enumerate(reported, 1) if number not in explained]
     missed = counts.missed_numbers
     outcome = comparison.by_contact
     false_contacts = [
         number
-        for number, episode in extra
+        for number, episode in unexplained
         if (outcome[episode.first : episode.last + 1, episode.pair] == Outcome.FALSE_CONTACT).any()
     ]
     return EpisodeMatches(
-        matched=tuple(chosen),
+        matched=tuple(matched_overlaps),
         missed=tuple(missed),
         false_contacts=tuple(false_contacts),
         split=tuple(sorted(number for number, count in of_truth.items() if count > 1)),
         merged=tuple(sorted(number for number, count in of_reported.items() if count > 1)),
-        absorbed=tuple(sorted(set(of_truth) - taken)),
-        pieces=tuple(sorted(set(of_reported) - used)),
+        absorbed=tuple(sorted(set(of_truth) - matched_contacts)),
+        pieces=tuple(sorted(set(of_reported) - matched_reports)),
         excused_truth=tuple(sorted({*range(1, len(truth) + 1)} - set(of_truth) - set(missed) - grasped)),
-        excused_reports=tuple(sorted({number for number, _ in extra} - set(false_contacts))),
+        excused_reports=tuple(sorted({number for number, _ in unexplained} - set(false_contacts))),
         grasped_truth=tuple(sorted(grasped)),
         grasped_reports=tuple(sorted(grasped_reports)),
     )

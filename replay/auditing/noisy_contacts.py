@@ -137,8 +137,10 @@ def _result(
         for first, last in _spans(wavering, times, AGREED_S):
             if times[last] - times[first] >= REST_S:
                 resting.append(pair.span(first, last))
-        taken = [span for contact, span in zip(contacts, windows, strict=True) if contact.pair == columns[pair.column]]
-        passes = [pair.span(*span) for span in _between(frames, taken, times)]
+        contact_windows = [
+            span for contact, span in zip(contacts, windows, strict=True) if contact.pair == columns[pair.column]
+        ]
+        passes = [pair.span(*span) for span in _between(frames, contact_windows, times)]
         near += [span for span in passes if span.word != ABSENT and not _at_rest(span, resting)]
     # A contact of a group holds where that of a member holds.
     spans = tuple(
@@ -186,8 +188,10 @@ def _spans(frames: IntArray, times: FloatArray, gap_s: float) -> list[tuple[int,
 
 def _at_rest(span: NoisySpan, resting: Sequence[NoisySpan]) -> bool:
     """Whether most of a span lies in stretches at rest of its pair."""
-    alike = [rest for rest in resting if rest.pair == span.pair]
-    frames = sum(max(0, min(span.last, rest.last) - max(span.first, rest.first) + 1) for rest in alike)
+    alike = [resting_span for resting_span in resting if resting_span.pair == span.pair]
+    frames = sum(
+        max(0, min(span.last, resting_span.last) - max(span.first, resting_span.first) + 1) for resting_span in alike
+    )
     return 2 * frames > span.last - span.first + 1
 
 
@@ -204,8 +208,8 @@ class NoisyPair:
     def _detector(self) -> Detector:
         """The oracle for the two bodies alone."""
         bodies = tuple(self._assembly.bodies[end] for end in self._ends)
-        alone = replace(self._assembly, bodies=bodies, pairs=np.array([[0, 1]]))
-        return make_detector(self._oracle.spec, alone, self._seed)
+        pair_assembly = replace(self._assembly, bodies=bodies, pairs=np.array([[0, 1]]))
+        return make_detector(self._oracle.spec, pair_assembly, self._seed)
 
     def ask(self, start: int, block: Motion, drawn: NoisyCopies, errors: Mapping[str, FloatArray]) -> None:
         """Ask all copies about a block that begins with frame ``start``, where the noise may change the answer."""

@@ -84,9 +84,11 @@ class OffsetCounts:
     def proportions(self) -> Proportions:
         """Counts over all offsets, and their shares: means over the offsets, with intervals over contacts."""
         offsets, contacts, _ = self.frames.shape
-        whole = np.full(contacts, offsets)
+        samples_per_contact = np.full(contacts, offsets)
         missed, both = self.frames.sum(axis=0)[:, [Outcome.MISSED, Outcome.BOTH]].T
-        proportions = {name: proportion_of_clusters(fault.sum(axis=0), whole) for name, fault in self.faults.items()}
+        proportions = {
+            name: proportion_of_clusters(fault.sum(axis=0), samples_per_contact) for name, fault in self.faults.items()
+        }
         return proportions | {
             "missed": proportion_of_clusters(missed, missed + both),
             "false_contact": self.false_contact,
@@ -147,13 +149,16 @@ def counts_over_offsets(
     ``advance`` is called with ``STEPS`` in all.
     """
     detector = make_detector(replace(spec, settings={**spec.settings, "rate_hz": None}), assembly, seed)
-    every, band = detect_all(detector, assembly), release_band(spec, detector, assembly, seed)
+    at_every_frame, band = detect_all(detector, assembly), release_band(spec, detector, assembly, seed)
     seconds = _sample_seconds(detector, assembly.motion) if live else None
     advance(STEPS - PHASES)
-    at_offsets = offset_counts(spec.settings["rate_hz"], every, reference, advance, band)
+    at_offsets = offset_counts(spec.settings["rate_hz"], at_every_frame, reference, advance, band)
     if band is not None:
-        every = replace(every, verdict=band.lasting(every.verdict, np.ones(len(every.times), dtype=np.bool_)))
-    comparison = reference.compare(every)
+        at_every_frame = replace(
+            at_every_frame,
+            verdict=band.lasting(at_every_frame.verdict, np.ones(len(at_every_frame.times), dtype=np.bool_)),
+        )
+    comparison = reference.compare(at_every_frame)
     always = count_contacts(comparison, reference.contacts)
     every_frame = EveryFrame(
         contacts_missed=always.missed,
@@ -182,26 +187,29 @@ def sampling_offsets(rate_hz: float) -> FloatArray:
 
 def offset_counts(
     rate_hz: float,
-    every: Detection,
+    at_every_frame: Detection,
     reference: Reference,
     advance: Advance = ignored,
     band: ReleaseBand | None = None,
 ) -> OffsetCounts:
-    """Count contacts at each offset of a rate; the answer of a sample, taken from ``every``, lasts until the next.
+    """Count contacts at each offset of a rate; the answer of a sample, taken from ``at_every_frame``, lasts
+    until the next.
 
     ``band``: prolongs the contacts of the samples.
     """
     frames = np.zeros((PHASES, len(reference.contacts), len(Outcome)), dtype=np.int64)
-    reported, positives, false = np.zeros((3, *every.verdict.shape), dtype=np.uint8)
+    reported, positives, false = np.zeros((3, *at_every_frame.verdict.shape), dtype=np.uint8)
     segments, fractions = np.zeros(PHASES, dtype=np.int64), np.zeros(PHASES)
     offsets = sampling_offsets(rate_hz)
-    posed = every.verdict != Verdict.NO_POSE
+    has_pose = at_every_frame.verdict != Verdict.NO_POSE
     for number, later in enumerate(offsets.tolist()):
-        samples = ZeroOrderHold(len(every.pairs), rate_hz, later)
-        sampled = samples.sampled(every.times)
-        sample_verdict = every.verdict[sampled] if band is None else band.lasting(every.verdict[sampled], sampled)
-        believed, _ = samples.hold(sample_verdict, posed[sampled], sampled, posed)
-        comparison = reference.compare(replace(every, verdict=believed))
+        samples = ZeroOrderHold(len(at_every_frame.pairs), rate_hz, later)
+        sampled = samples.sampled(at_every_frame.times)
+        sample_verdict = (
+            at_every_frame.verdict[sampled] if band is None else band.lasting(at_every_frame.verdict[sampled], sampled)
+        )
+        believed, _ = samples.hold(sample_verdict, has_pose[sampled], sampled, has_pose)
+        comparison = reference.compare(replace(at_every_frame, verdict=believed))
         frames[number] = count_contacts(comparison, reference.contacts).frames
         outcome = comparison.outcome
         false_frames = is_one_of(outcome, (Outcome.FALSE_CONTACT,))

@@ -60,24 +60,26 @@ class Tolerance:
         """Return a function from K disagreeing pair-frames (frames, columns) to those within tolerance, (K,)."""
 
         def within(frames: IntArray, columns: IntArray) -> BoolArray:
-            chosen = is_one_of(subject.verdict[frames, columns], EXCUSABLE)
-            chosen &= is_one_of(oracle.verdict[frames, columns], EXCUSABLE)
-            chosen &= self._tau > 0 and subject.covers == oracle.covers == "instants"
-            frames, columns = frames[chosen], columns[chosen]
-            new = self._measured[frames, columns] == 0
-            self._measured[frames[new], columns[new]] = 1 + self._within(frames[new], columns[new])
-            chosen[chosen] = self._measured[frames, columns] == 2
-            return chosen
+            is_excusable = is_one_of(subject.verdict[frames, columns], EXCUSABLE)
+            is_excusable &= is_one_of(oracle.verdict[frames, columns], EXCUSABLE)
+            is_excusable &= self._tau > 0 and subject.covers == oracle.covers == "instants"
+            frames, columns = frames[is_excusable], columns[is_excusable]
+            unmeasured = self._measured[frames, columns] == 0
+            self._measured[frames[unmeasured], columns[unmeasured]] = 1 + self._within(
+                frames[unmeasured], columns[unmeasured]
+            )
+            is_excusable[is_excusable] = self._measured[frames, columns] == 2
+            return is_excusable
 
         return within
 
     def _within(self, frames: IntArray, columns: IntArray) -> BoolArray:
         within = np.zeros(len(frames), dtype=np.bool_)
-        known, row = np.unique(frames, return_inverse=True)
-        for start in range(0, len(known), FRAMES_AT_ONCE):
-            here = np.flatnonzero((row >= start) & (row < start + FRAMES_AT_ONCE))
-            motion = self._assembly.motion.take(known[start : start + FRAMES_AT_ONCE])
-            within[here] = self._judge(motion, row[here] - start, columns[here])
+        frame_numbers, row = np.unique(frames, return_inverse=True)
+        for start in range(0, len(frame_numbers), FRAMES_AT_ONCE):
+            block_rows = np.flatnonzero((row >= start) & (row < start + FRAMES_AT_ONCE))
+            motion = self._assembly.motion.take(frame_numbers[start : start + FRAMES_AT_ONCE])
+            within[block_rows] = self._judge(motion, row[block_rows] - start, columns[block_rows])
         return within
 
     def _judge(self, motion: Motion, rows: IntArray, columns: IntArray) -> BoolArray:
@@ -85,15 +87,15 @@ class Tolerance:
         truth = self._faces(motion)
         meet = truth.verdict[rows, columns] == Verdict.CONTACT
         within = np.zeros(len(rows), dtype=np.bool_)
-        for column, some in rows_of_columns(columns):
+        for column, column_rows in rows_of_columns(columns):
             bodies = self._assembly.pairs[column]
             pair = int(bodies[0]), int(bodies[1])
-            separated = some[~meet[some]]
+            separated = column_rows[~meet[column_rows]]
             if len(separated):
                 poses = rows[separated][:, None], bodies
                 within[separated] = self._stage.near(pair, motion.rotations[poses], motion.translations[poses])
             known: dict[tuple[bytes, bytes], bool] = {}
-            for entry in some[meet[some]]:
+            for entry in column_rows[meet[column_rows]]:
                 rotation_pair, move = motion.rotations[rows[entry], bodies], motion.translations[rows[entry], bodies]
                 key = rotation_pair.tobytes(), move.tobytes()
                 if key not in known:

@@ -85,10 +85,12 @@ def proportion_of_clusters(counts: ArrayLike, wholes: ArrayLike) -> Proportion:
 
     ``counts`` (C,) of ``wholes`` (C,) are those of each cluster; one without members is none.
     """
-    both = np.array([counts, wholes], dtype=object)  # whole numbers of Python: squares of face pairs pass 64 bits
-    (squared, crossed), (_, whole) = (both @ both.T).tolist()
-    count, of = both.sum(axis=1).tolist()
-    return proportion(count, of, int((both[1] > 0).sum()), (squared, crossed, whole))
+    counts_and_wholes = np.array(
+        [counts, wholes], dtype=object
+    )  # whole numbers of Python: squares of face pairs pass 64 bits
+    (squared, crossed), (_, whole) = (counts_and_wholes @ counts_and_wholes.T).tolist()
+    count, of = counts_and_wholes.sum(axis=1).tolist()
+    return proportion(count, of, int((counts_and_wholes[1] > 0).sum()), (squared, crossed, whole))
 
 
 def pooled(proportions: Sequence[Proportion]) -> Proportion:
@@ -116,7 +118,7 @@ def _effective(count: int, of: int, clusters: int, squares: Sequence[int]) -> fl
         return clusters
     fraction, (squared, crossed, whole) = count / of, squares
     spread = squared - 2 * fraction * crossed + fraction * fraction * whole
-    wide = float(stdtrit(max(of * of / whole - 1.0, 1.0), 0.975)) / Z95
+    widening = float(stdtrit(max(of * of / whole - 1.0, 1.0), 0.975)) / Z95
     # Clusters that are all alike have no spread: the number is then cut to all there are.
-    number = fraction * (1 - fraction) * (of - whole / of) ** 2 / max(spread, 1e-9 * whole) / wide**2
+    number = fraction * (1 - fraction) * (of - whole / of) ** 2 / max(spread, 1e-9 * whole) / widening**2
     return min(max(number, 1.0), of)

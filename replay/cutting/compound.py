@@ -25,15 +25,17 @@ def with_pieces(bodies: Sequence[Body], settings: "ColliderSettings", watch: Wat
     from cdcore.detectors.collider import bodies_to_cut
 
     names = bodies_to_cut(settings, bodies)
-    made = []
+    bodies_with_pieces = []
     for body in bodies:
         if body.name in names:
-            made.append(replace(body, colliders=_solids(Cut(body.mesh, settings.method, settings.pieces), watch)))
+            bodies_with_pieces.append(
+                replace(body, colliders=_solids(Cut(body.mesh, settings.method, settings.pieces), watch))
+            )
         elif body.colliders is None:
-            made.append(replace(body, colliders=_hull_of(body.mesh)))
+            bodies_with_pieces.append(replace(body, colliders=_hull_of(body.mesh)))
         else:
-            made.append(body)
-    return tuple(made)
+            bodies_with_pieces.append(body)
+    return tuple(bodies_with_pieces)
 
 
 def _solids(cut: Cut, watch: Watch | None) -> Solids:

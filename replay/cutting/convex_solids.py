@@ -41,15 +41,15 @@ def _with_fewer_corners(piece: TriangleMesh) -> TriangleMesh | None:
     """The same, made once: levels of joined pieces share most of them; ``None``: a few corners span no solid."""
     corners = piece.vertices
     directions = np.array([step for step in np.ndindex(3, 3, 3) if step != (1, 1, 1)], dtype=np.float64) - 1.0
-    chosen = np.unique((corners @ directions.T).argmax(axis=0))
-    while (hull := hull_of(corners[chosen])) is not None:
+    hull_corners = np.unique((corners @ directions.T).argmax(axis=0))
+    while (hull := hull_of(corners[hull_corners])) is not None:
         outside = beyond_planes(corners, hull)
         # A closed convex solid of V corners has 2 V - 4 triangles. One at a time: neighbours lie outside together.
         # Corners that lie in a face of the hull, as those of a box that is cut into a grid, are never left outside.
         farthest = outside.argmax()
-        if 2 * (len(chosen) + 1) - 4 > MOST_TRIANGLES or farthest in chosen:
+        if 2 * (len(hull_corners) + 1) - 4 > MOST_TRIANGLES or farthest in hull_corners:
             return hull
-        chosen = np.union1d(chosen, farthest)
+        hull_corners = np.union1d(hull_corners, farthest)
     return None
 
 
@@ -78,8 +78,8 @@ def union_of(pieces: Sequence[TriangleMesh]) -> TriangleMesh:
         starts = np.cumsum([0, *(len(piece.vertices) for piece in pieces)])
         faces = [piece.faces + start for piece, start in zip(pieces, starts, strict=False)]
         return TriangleMesh(np.concatenate([piece.vertices for piece in pieces]), np.concatenate(faces))
-    whole = manifold_union(pieces).to_mesh64()
-    return TriangleMesh(whole.vert_properties[:, :3], np.asarray(whole.tri_verts).astype(np.int64))
+    union = manifold_union(pieces).to_mesh64()
+    return TriangleMesh(union.vert_properties[:, :3], np.asarray(union.tri_verts).astype(np.int64))
 
 
 def manifold_union(pieces: Sequence[TriangleMesh]) -> Manifold:

@@ -126,7 +126,7 @@ def cut_ahead(cuts: Sequence[Cut], watch: Watch | None = None, limit: float = LO
     waiting = [cut for cut in waiting if cut.key not in missing]
     running: dict[subprocess.Popen[bytes], Cut] = {}
     started: dict[str, float] = {}
-    began = called = monotonic()
+    began = last_call = monotonic()
     if not waiting:
         return missing
     with temporary_folder() as folder, ExitStack() as leaving:
@@ -147,8 +147,8 @@ def cut_ahead(cuts: Sequence[Cut], watch: Watch | None = None, limit: float = LO
                     _keep(cut, folder)
                 else:
                     missing[cut.key] = NotCut(f"{cut.row.words} cannot cut this mesh", late=False)
-            if watch is not None and monotonic() - called >= WATCH_SECONDS:
-                called = monotonic()
+            if watch is not None and monotonic() - last_call >= WATCH_SECONDS:
+                last_call = monotonic()
                 watch()
     return missing
 
@@ -226,24 +226,24 @@ def _is_kept(cut: Cut) -> bool:
 
 def _keep(cut: Cut, folder: Path) -> None:
     """Take what a process left into the cache folder: whole or not at all, another process may be reading."""
-    made, file = folder / f"{cut.key}.out.npz", ladder_file(cut)
+    unfinished_file, file = folder / f"{cut.key}.out.npz", ladder_file(cut)
     try:
         if file.parent == SHIPPED:  # damaged, and not ours to replace
             raise PermissionError
         with whole_file(file, OSError, parents=True) as stream:
-            stream.write(made.read_bytes())
+            stream.write(unfinished_file.read_bytes())
     except OSError:
-        _in_memory[cut.key] = _read_ladder(made)
+        _in_memory[cut.key] = _read_ladder(unfinished_file)
 
 
 def _read_ladder(file: Path) -> Ladder:
-    with np.load(file) as kept:
-        return Ladder(kept["corners"], kept["ends"], kept["joins"])
+    with np.load(file) as archive:
+        return Ladder(archive["corners"], archive["ends"], archive["joins"])
 
 
 def _read_pieces(file: Path) -> tuple[TriangleMesh, ...]:
-    with np.load(file) as kept:
-        corners, faces = (np.split(kept[name], kept[f"{name}_ends"][:-1]) for name in ("corners", "faces"))
+    with np.load(file) as archive:
+        corners, faces = (np.split(archive[name], archive[f"{name}_ends"][:-1]) for name in ("corners", "faces"))
     return tuple(TriangleMesh(*piece) for piece in zip(corners, faces, strict=True))
 
 
@@ -260,14 +260,14 @@ def _write_pieces(file: Path, pieces: Sequence[TriangleMesh]) -> None:
 
 def _started(cut: Cut, folder: Path) -> subprocess.Popen[bytes]:
     """A process that cuts a mesh from a file and leaves its pieces in another one: libraries cannot be interrupted."""
-    given = folder / f"{cut.key}.npz"
-    np.savez(given, vertices=cut.mesh.vertices, faces=cut.mesh.faces)
+    shipped_file = folder / f"{cut.key}.npz"
+    np.savez(shipped_file, vertices=cut.mesh.vertices, faces=cut.mesh.faces)
     arguments = [
         sys.executable,
         "-P",
         "-c",
         CHILD,
-        str(given),
+        str(shipped_file),
         cut.name,
         str(cut.most),
         str(folder / f"{cut.key}.out.npz"),

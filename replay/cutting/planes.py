@@ -61,18 +61,22 @@ def _convex_regions(solid: Manifold) -> list[Manifold]:
     """The solid cut until the hulls of its regions add next to nothing, the region whose hull adds most first."""
     regions = [(_hull_excess(region), region) for region in solid.decompose()]
     enough, spent = CONVEX * solid.volume(), 0.0
-    done: list[Manifold] = []
-    while regions and len(regions) + len(done) < MOST_REGIONS and sum(excess for excess, _ in regions) + spent > enough:
+    finished: list[Manifold] = []
+    while (
+        regions
+        and len(regions) + len(finished) < MOST_REGIONS
+        and sum(excess for excess, _ in regions) + spent > enough
+    ):
         regions.sort(key=lambda item: item[0])
         excess, region = regions.pop()
         halves = best_cut(region)
         # A ring cut in two has hulls that add as much as its own: only the next cut pays.
-        if not halves or sum(each for each, _ in halves) > excess * (1.0 + ROUNDING):
-            done.append(region)
+        if not halves or sum(half_excess for half_excess, _ in halves) > excess * (1.0 + ROUNDING):
+            finished.append(region)
             spent += excess
         else:
             regions += halves
-    return [*done, *(region for _, region in regions)]
+    return [*finished, *(region for _, region in regions)]
 
 
 def cut_in_two(piece: TriangleMesh, solid: Manifold) -> list[TriangleMesh]:
@@ -81,8 +85,8 @@ def cut_in_two(piece: TriangleMesh, solid: Manifold) -> list[TriangleMesh]:
 
     halves = best_cut(solid ^ Manifold.hull_points(piece.vertices))
     least = LEAST * solid.volume()
-    made = [hull for _, half in halves if half.volume() > least and (hull := hull_of(_corners(half))) is not None]
-    return made if len(made) > 1 else []
+    hulls = [hull for _, half in halves if half.volume() > least and (hull := hull_of(_corners(half))) is not None]
+    return hulls if len(hulls) > 1 else []
 
 
 def best_cut(region: Manifold) -> list[tuple[float, Manifold]]:
@@ -92,7 +96,7 @@ def best_cut(region: Manifold) -> list[tuple[float, Manifold]]:
         for level in _levels(corners @ normal):
             sides = region.split_by_plane(tuple(normal), level)
             halves = [(_hull_excess(side), side) for side in sides if not side.is_empty()]
-            excess = sum(each for each, _ in halves)
+            excess = sum(half_excess for half_excess, _ in halves)
             if len(halves) == 2 and excess < least:
                 best, least = halves, excess
     return [(_hull_excess(piece), piece) for _, half in best for piece in half.decompose() if piece.volume() > 0.0]
@@ -104,9 +108,9 @@ def _levels(heights: FloatArray) -> list[float]:
     steps = np.round((heights - lower) / max(upper - lower, 1e-12) * 1000.0).astype(np.int64)
     counts = np.bincount(steps, minlength=1001)
     counts[[*range(11), *range(990, 1001)]] = 0
-    most = [step for step in np.argsort(-counts, kind="stable")[:LEVELS].tolist() if counts[step]]
+    most_cut_levels = [step for step in np.argsort(-counts, kind="stable")[:LEVELS].tolist() if counts[step]]
     # The level of the corners themselves, not of the step: a plane beside a floor leaves a sliver of it.
-    at_corners = [float(np.median(heights[steps == step])) for step in most]
+    at_corners = [float(np.median(heights[steps == step])) for step in most_cut_levels]
     return [*at_corners, *(lower + fraction * (upper - lower) for fraction in FRACTIONS)]
 
 

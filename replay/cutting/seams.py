@@ -58,7 +58,7 @@ def seams_of(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> list[Seam]:
     size = float(np.ptp(mesh.vertices, axis=0).max())
     lower = np.array([piece.vertices.min(axis=0) for piece in pieces])
     upper = np.array([piece.vertices.max(axis=0) for piece in pieces])
-    found = []
+    seams = []
     for first, second in combinations(range(len(pieces)), 2):
         between = np.maximum(lower[first] - upper[second], lower[second] - upper[first])
         if float(np.linalg.norm(np.maximum(between, 0.0))) > WIDEST * size:
@@ -66,14 +66,14 @@ def seams_of(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> list[Seam]:
         gap = signed_gap(pieces[first].vertices, pieces[second].vertices)
         numbers = first, second
         if gap.metres < -NARROWEST:
-            place = _common_point(pieces[first], pieces[second])
-            found.append(Seam(SeamKind.OVERLAP, numbers, -gap.metres, _plain(place)))
+            point = _common_point(pieces[first], pieces[second])
+            seams.append(Seam(SeamKind.OVERLAP, numbers, -gap.metres, _plain(point)))
         elif NARROWEST < gap.metres <= WIDEST * size and mesh.is_closed:
-            place = _point_between(pieces[first].vertices, pieces[second].vertices, gap)
-            others = [piece for number, piece in enumerate(pieces) if number not in numbers]
-            if not is_outside(place[None], mesh.triangles)[0] and _is_free(place, others):
-                found.append(Seam(SeamKind.SLIT, numbers, gap.metres, _plain(place)))
-    return sorted(found, key=lambda seam: -seam.width)
+            point = _point_between(pieces[first].vertices, pieces[second].vertices, gap)
+            other_pieces = [piece for number, piece in enumerate(pieces) if number not in numbers]
+            if not is_outside(point[None], mesh.triangles)[0] and _is_free(point, other_pieces):
+                seams.append(Seam(SeamKind.SLIT, numbers, gap.metres, _plain(point)))
+    return sorted(seams, key=lambda seam: -seam.width)
 
 
 @dataclass(frozen=True, eq=False)

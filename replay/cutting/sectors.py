@@ -52,14 +52,14 @@ def round_axis(mesh: TriangleMesh) -> tuple[FloatArray, FloatArray] | None:
         flat = (corners - point)[:, across]
         profile = np.column_stack([np.hypot(*flat.T), corners @ axis])
         sector = (np.arctan2(flat[:, 1], flat[:, 0]) // (2 * np.pi / AROUND)).astype(np.int64) % AROUND
-        near = np.ones(len(profile), dtype=np.bool_)
+        has_neighbour = np.ones(len(profile), dtype=np.bool_)
         for number in range(AROUND):
-            some = profile[sector == number]
-            near &= cKDTree(some).query(profile)[0] < NEAR * size if len(some) else False
+            sector_profile = profile[sector == number]
+            has_neighbour &= cKDTree(sector_profile).query(profile)[0] < NEAR * size if len(sector_profile) else False
             # Each sector takes corners away: a hand is known not to be round after the first.
-            if near.mean() < ROUND:
+            if has_neighbour.mean() < ROUND:
                 break
-        fraction = float(near.mean())
+        fraction = float(has_neighbour.mean())
         if fraction >= ROUND and (best is None or fraction > best[0]):
             best = fraction, point, axis
     return None if best is None else best[1:]
@@ -109,12 +109,12 @@ def _bands(solid: Any, mesh: TriangleMesh, axis: FloatArray) -> list[Any]:
             cuts.append(level)
         if len(cuts) == BENDS:
             break
-    bands, rest = [], solid
+    bands, uncut = [], solid
     for cut in sorted(cuts):
-        above, below = rest.split_by_plane(tuple(axis), cut)
+        above, below = uncut.split_by_plane(tuple(axis), cut)
         bands.append(below)
-        rest = above
-    return [component for band in (*bands, rest) for component in band.decompose() if component.volume() > 0.0]
+        uncut = above
+    return [component for band in (*bands, uncut) for component in band.decompose() if component.volume() > 0.0]
 
 
 def _area_at(solid: Any, axis: FloatArray, level: float) -> float:

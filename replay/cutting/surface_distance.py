@@ -149,14 +149,14 @@ def farthest_on(region: FloatArray, surface: Surface, least: float = 0.0, *, tho
 
 def finer(triangles: FloatArray, longest: float) -> FloatArray:
     """Triangles (n, 3, 3) halved at their longest edge until no edge is longer, or ``HALVINGS`` times."""
-    done = []
+    short_enough = []
     for _ in range(HALVINGS):
         is_long = _edge_lengths(triangles).max(axis=1) > longest
-        done.append(triangles[~is_long])
+        short_enough.append(triangles[~is_long])
         triangles = _halved(triangles[is_long])
         if not len(triangles):
             break
-    return np.concatenate([*done, triangles])
+    return np.concatenate([*short_enough, triangles])
 
 
 class SampledSurface:
@@ -175,8 +175,10 @@ class SampledSurface:
     def distances(self, points: FloatArray) -> FloatArray:
         """Metres from points (k, 3) to the surface, (k,)."""
         count = min(BESIDE, len(self._triangles))
-        _, near = self._tree.query(points, k=range(1, count + 1))
-        distance, _ = _kernels().distance_to_triangles(np.repeat(points, count, axis=0), self._triangles[near.ravel()])
+        _, nearest = self._tree.query(points, k=range(1, count + 1))
+        distance, _ = _kernels().distance_to_triangles(
+            np.repeat(points, count, axis=0), self._triangles[nearest.ravel()]
+        )
         return np.asarray(distance.reshape(-1, count).min(axis=1))
 
 
@@ -257,10 +259,10 @@ def _deepest_inside(points: FloatArray, depths: FloatArray, region: FloatArray) 
     order = np.argsort(-depths, kind="stable")
     # The first of them mostly is, and a winding number takes as long as the distance.
     for start in range(0, len(order), POINTS_AT_ONCE):
-        some = order[start : start + POINTS_AT_ONCE]
-        inside = ~is_outside(points[some], region)
+        block = order[start : start + POINTS_AT_ONCE]
+        inside = ~is_outside(points[block], region)
         if inside.any():
-            return int(some[inside.argmax()])
+            return int(block[inside.argmax()])
     return None
 
 

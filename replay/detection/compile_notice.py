@@ -77,8 +77,8 @@ def compiling_announced(listener: object, *, alone: bool = False) -> Iterator[No
     with compiling_reported(tell) as compiled:
         yield
     if compiled.kernels:
-        kept = f"later starts load it from {compiled.folder}"
-        where = kept if compiled.folder else "no folder to keep it could be written"
+        kept_text = f"later starts load it from {compiled.folder}"
+        where = kept_text if compiled.folder else "no folder to keep it could be written"
         listener.say(f"Compiled in {words.fixed(compiled.seconds, 0)} s; {where}")
         if not alone:
             listener.say("Times of this run may be too long: run again for reliable times")

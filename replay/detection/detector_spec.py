@@ -68,8 +68,8 @@ class DetectorSpec:
             raise DetectorSpecError(
                 f"{self.label!r} cannot be a label; use letters, digits, '.', '_' and '-', a letter or digit first"
             )
-        known = isinstance(self.release, (int, float)) and not isinstance(self.release, bool)
-        if not (known and isfinite(self.release) and 0.0 <= self.release <= MOST_RELEASE):
+        is_number = isinstance(self.release, (int, float)) and not isinstance(self.release, bool)
+        if not (is_number and isfinite(self.release) and 0.0 <= self.release <= MOST_RELEASE):
             raise DetectorSpecError(f"{RELEASE}={self.release} is not allowed; give metres from 0 to {MOST_RELEASE:g}")
 
     def __str__(self) -> str:
@@ -120,8 +120,8 @@ def parse_detectors(given: SpecsLike) -> tuple[DetectorSpec, ...]:
     if isinstance(given, Mapping):
         specs = [parse_detector(value, label) for label, value in given.items()]
     else:
-        alone = isinstance(given, str | DetectorSpec) or _is_pair(given)
-        given_specs = cast("Iterable[SpecLike]", [given] if alone else given)
+        is_single = isinstance(given, str | DetectorSpec) or _is_pair(given)
+        given_specs = cast("Iterable[SpecLike]", [given] if is_single else given)
         specs = [parse_detector(spec) for given_spec in given_specs for spec in _single_specs(given_spec)]
     labels = [spec.label for spec in specs]
     twice = next((label for label in labels if labels.count(label) > 1), None)

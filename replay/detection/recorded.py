@@ -146,8 +146,8 @@ class RecordedDetector(PairDetector[RecordedSettings]):
             stages = self._collider.explain(motion, frame, pair, faces)
         time, uncertainty = float(motion.times[frame]), self.clock_uncertainty
         spans = self._spans.get(pair, np.zeros((0, 2)))
-        near = bool((np.abs(spans - time) <= uncertainty).any()) if uncertainty > 0.0 else None
-        return replace(stages, within_clock=near)
+        is_near_edge = bool((np.abs(spans - time) <= uncertainty).any()) if uncertainty > 0.0 else None
+        return replace(stages, within_clock=is_near_edge)
 
     def stepped(self, start: float, end: float) -> bool | None:
         """Whether a physics step of the engine falls between two moments, in seconds; ``None``: not known."""
@@ -168,9 +168,9 @@ class RecordedDetector(PairDetector[RecordedSettings]):
     def _make_collider(self) -> Explains | None:
         if self.settings.shape is None:
             return None
-        made = create_detector("collider", self.bodies, pairs=self.pairs, shape=self.settings.shape)
-        assert isinstance(made, Explains)
-        return made
+        collider = create_detector("collider", self.bodies, pairs=self.pairs, shape=self.settings.shape)
+        assert isinstance(collider, Explains)
+        return collider
 
 
 def recorded_detector(
@@ -186,14 +186,14 @@ def recorded_detector(
     ``residual`` is the uncertainty of the reports' clock in seconds, as the import measured it. Raises ``AuditError``:
     there are no reports, or a setting it does not have.
     """
-    known = RecordedSettings.__dataclass_fields__
+    known_settings = RecordedSettings.__dataclass_fields__
     for name in settings:
-        if name not in known:
-            raise AuditError(f"detector {RECORDED!r} has no setting {name!r}; it has: {', '.join(known)}")
-    made = RecordedSettings(**settings)  # type: ignore[arg-type]
-    if made.residual is None:
-        made = replace(made, residual=residual)
-    return RecordedDetector(bodies, pairs, made, contacts, first_ns)
+        if name not in known_settings:
+            raise AuditError(f"detector {RECORDED!r} has no setting {name!r}; it has: {', '.join(known_settings)}")
+    recorded_settings = RecordedSettings(**settings)  # type: ignore[arg-type]
+    if recorded_settings.residual is None:
+        recorded_settings = replace(recorded_settings, residual=residual)
+    return RecordedDetector(bodies, pairs, recorded_settings, contacts, first_ns)
 
 
 def physics_steps(spans: Sequence[NDArray[np.float64]], rate_hz: float | None) -> tuple[float, float] | None:
@@ -203,8 +203,8 @@ def physics_steps(spans: Sequence[NDArray[np.float64]], rate_hz: float | None) -
     """
     moments = np.unique(np.round(np.concatenate([np.zeros(0), *spans]), 5))
     moments = moments[np.isfinite(moments)]
-    tried = (rate_hz,) if rate_hz is not None else STEP_RATES if len(moments) >= FEWEST_STAMPS else ()
-    for rate in tried:
+    candidate_rates = (rate_hz,) if rate_hz is not None else STEP_RATES if len(moments) >= FEWEST_STAMPS else ()
+    for rate in candidate_rates:
         phases = np.exp(2j * np.pi * moments * rate)
         phase = np.angle(phases.sum()) / (2 * np.pi)
         if (np.abs(np.angle(phases * np.exp(-2j * np.pi * phase))) <= 2 * np.pi * STEP_SLACK).all():
@@ -232,8 +232,8 @@ def _rows(times: NDArray[np.float64], spans: NDArray[np.float64], before: float)
     first = np.searchsorted(times, spans[:, 0])
     stop = np.searchsorted(times, spans[:, 1])
     fresh = spans[:, 0] > before
-    for start, end, new in zip(first.tolist(), stop.tolist(), fresh.tolist(), strict=True):
-        if new and start < len(times):
+    for start, end, is_fresh in zip(first.tolist(), stop.tolist(), fresh.tolist(), strict=True):
+        if is_fresh and start < len(times):
             end = max(end, start + 1)
         if end > start:
             yield start, end

@@ -46,8 +46,8 @@ def shape_settings(detector: Detector) -> dict[str, Any]:
         return {"shape": settings["shape"] or "shipped"}
     if not detector_row(detector.name).contact_offset:
         return {"shape": "mesh"}
-    kept = {key: settings[key] for key in ("shape", "pieces", "method", "cut") if settings.get(key)}
-    return {"shape": "hull"} | kept
+    shape_settings = {key: settings[key] for key in ("shape", "pieces", "method", "cut") if settings.get(key)}
+    return {"shape": "hull"} | shape_settings
 
 
 def near_spec(detector: Detector, release: float) -> DetectorSpec:

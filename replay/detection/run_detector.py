@@ -146,10 +146,10 @@ def run_detector(
         at_work = process_time()
         if live:
             live_detection = join(_advancing(stream_live(detector, motion.blocks(LIVE_FRAMES)), advance))
-            at_work, taken = process_time() - at_work, perf_counter() - clock[-1]
-            whole = detect_all(detector, assembly, faces=True) if faces else live_detection
+            at_work, clock_seconds = process_time() - at_work, perf_counter() - clock[-1]
+            with_faces = detect_all(detector, assembly, faces=True) if faces else live_detection
             detection = replace(
-                whole, verdict=live_detection.verdict, work=live_detection.work, seconds=live_detection.seconds
+                with_faces, verdict=live_detection.verdict, work=live_detection.work, seconds=live_detection.seconds
             )
         else:
             detection = detect_all(detector, assembly, faces=faces, advance=advance)
@@ -162,7 +162,7 @@ def run_detector(
     fraction = processor_seconds = None
     if live:
         detect = float(sum(np.sum(stage) for stage in detection.seconds.values()))
-        fraction, processor_seconds = min(1.0, at_work / taken), at_work
+        fraction, processor_seconds = min(1.0, at_work / clock_seconds), at_work
     return Run(
         spec,
         detector,
@@ -186,8 +186,8 @@ def release_band(spec: DetectorSpec, detector: Detector, assembly: Assembly, see
 
 def frames_within(metres: float, detector: Detector, assembly: Assembly, seed: int) -> BoolArray:
     """(T, P) frames in which the shapes that a detector puts in place of the meshes are at most so far apart."""
-    near = make_detector(near_spec(detector, metres), assembly, seed)
-    return counts_as_contact(detect_all(near, assembly).verdict)
+    near_detector = make_detector(near_spec(detector, metres), assembly, seed)
+    return counts_as_contact(detect_all(near_detector, assembly).verdict)
 
 
 def _prolonged(detection: Detection, detector: Detector, band: ReleaseBand) -> tuple[Detection, BoolArray]:
@@ -196,10 +196,10 @@ def _prolonged(detection: Detection, detector: Detector, band: ReleaseBand) -> t
         raise DetectorSpecError(f"{detection.detector} decides between frames; leave {RELEASE} out of its settings")
     settings, times = detector.settings, detection.times
     rate = (settings.rate_hz, settings.sampling_offset_s) if isinstance(settings, RateSettings) else (None, 0.0)
-    samples, posed = ZeroOrderHold(len(detection.pairs), *rate), detection.verdict != Verdict.NO_POSE
+    samples, has_pose = ZeroOrderHold(len(detection.pairs), *rate), detection.verdict != Verdict.NO_POSE
     sampled = samples.sampled(times)
     lasting = band.lasting(detection.verdict[sampled], sampled)
-    verdict, _ = samples.hold(lasting, posed[sampled], sampled, posed)
+    verdict, _ = samples.hold(lasting, has_pose[sampled], sampled, has_pose)
     prolonged = counts_as_contact(verdict) & ~counts_as_contact(detection.verdict)
     return replace(detection, verdict=verdict), prolonged
 
@@ -225,18 +225,18 @@ def watched_again(detector: object, motion: Motion) -> Watched | None:
 
 def _joined(blocks: Iterator[Detection], detector: Detector, assembly: Assembly) -> Detection:
     """Join the blocks of a motion of hours; their faces are dropped when there are too many."""
-    kept: list[Detection] = []
+    kept_blocks: list[Detection] = []
     rows = 0
     for block in blocks:
         rows += 0 if block.face_sets is None else len(block.face_sets.faces)
         if rows > FACE_ROWS or holds_answers(asdict(detector.settings)):
-            kept = [replace(detection, face_sets=None) for detection in kept]
+            kept_blocks = [replace(detection, face_sets=None) for detection in kept_blocks]
             block = replace(block, face_sets=None)
-        kept.append(replace(block, section_source=None))
-    whole = join(kept)
-    if whole.face_sets is None:
-        return whole
-    return replace(whole, section_source=partial(section_of_frame, assembly.bodies, assembly.pairs, assembly.motion))
+        kept_blocks.append(replace(block, section_source=None))
+    joined = join(kept_blocks)
+    if joined.face_sets is None:
+        return joined
+    return replace(joined, section_source=partial(section_of_frame, assembly.bodies, assembly.pairs, assembly.motion))
 
 
 def holds_answers(settings: Mapping[str, Any]) -> bool:

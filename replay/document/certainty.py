@@ -23,8 +23,8 @@ def certainty(document: RunDocument, ranks: Sequence[Rank]) -> list[str]:
     made_up = "made-up " if "synthetic" in document.session.facts else ""
     sentences = [_interval(ranks[0]) if contacts else _without_contacts(document)]
     sentences.append(f"One {made_up}session{'; 95 % interval' if contacts else ''}.")
-    every = (counts for rank in ranks for counts in (rank.missed_counts, rank.late_counts))
-    ranges = [counts for counts in every if counts is not None and counts[0] != counts[1]]
+    count_ranges = (counts for rank in ranks for counts in (rank.missed_counts, rank.late_counts))
+    ranges = [counts for counts in count_ranges if counts is not None and counts[0] != counts[1]]
     if ranges:
         sentences.append(f"{words.count_range(ranges[0])}: best to worst of {PHASES} start times of sampling.")
     return [*sentences, _noise(document, ranks)]
@@ -41,10 +41,10 @@ def _interval(worst: Rank) -> str:
     """The 95 % interval of the figure that the first sentence is about, with the contacts that it rests on."""
     leading: Proportion | None = worst.false if worst.leads_false else worst.missed
     assert leading is not None, "an audited detector has its fractions"
-    what = "false" if worst.leads_false else "missed"
+    error_word = "false" if worst.leads_false else "missed"
     value = words.as_percentage(fraction_of(leading))
     interval = words.interval(leading.lower, leading.upper)
-    may_be = f"{value} {what} may be {interval}"
+    may_be = f"{value} {error_word} may be {interval}"
     contacts = plural(worst.contacts, "contact")
     if leading.upper - leading.lower > WIDE:
         return f"Not very: with {contacts}, {may_be}."

@@ -15,7 +15,7 @@ def sources_behind(
     """``detector NAME`` or ``effect KIND`` -> citations, in the order given, each name once."""
     behind = {f"detector {name}": tuple(getattr(_class_of(name), "sources", ())) for name in detectors}
     behind |= {f"effect {kind}": run.spec.sources for kind, run in effects}
-    return {what: sources or NONE_NAMED for what, sources in behind.items()}
+    return {subject: sources or NONE_NAMED for subject, sources in behind.items()}
 
 
 def _class_of(detector: str) -> type:
@@ -25,4 +25,4 @@ def _class_of(detector: str) -> type:
 
 def citations(behind: Mapping[str, tuple[str, ...]]) -> str:
     """The sources as text: what was used, its sources indented below it."""
-    return "\n  ".join(["sources", *("\n    ".join([what, *sources]) for what, sources in behind.items())])
+    return "\n  ".join(["sources", *("\n    ".join([subject, *sources]) for subject, sources in behind.items())])

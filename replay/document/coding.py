@@ -112,8 +112,8 @@ def _plain_type(value: Any, expected: Any) -> Any:
     if get_origin(expected) is Annotated:
         return _plain_type(value, get_args(expected)[0])
     if get_origin(expected) in (Union, types.UnionType) and value is not None:
-        others = [kind for kind in get_args(expected) if kind is not types.NoneType]
-        return _plain_type(value, others[0]) if len(others) == 1 else expected
+        types_but_none = [kind for kind in get_args(expected) if kind is not types.NoneType]
+        return _plain_type(value, types_but_none[0]) if len(types_but_none) == 1 else expected
     return expected
 
 

@@ -170,8 +170,8 @@ FILE_TABLES: Final[Mapping[str, FileTable]] = {
 
 def file_names(table: str, *names: str) -> tuple[str, ...]:
     """Return names of columns of a table of a run folder; ``KeyError``: it has no such column."""
-    known = {column.name for column in (*FILE_TABLES[table].columns, *file_columns("run"))}
-    unknown = [name for name in names if name not in known]
+    declared_names = {column.name for column in (*FILE_TABLES[table].columns, *file_columns("run"))}
+    unknown = [name for name in names if name not in declared_names]
     if unknown:
         raise KeyError(f"the table {table} has no column {', '.join(unknown)}")
     return names

@@ -45,8 +45,8 @@ class Gates:
         for name in ("max_missed", "max_p99_ms", "max_false", "max_missed_depth"):
             limit, most = getattr(self, name), float_info.max if name in units else 1.0
             if limit is not None and not (isinstance(limit, (int, float)) and 0.0 <= limit <= most):
-                what = units.get(name, "a share from 0 to 1")
-                raise AuditError(f"{name} is {limit}; give {what}")
+                range_text = units.get(name, "a share from 0 to 1")
+                raise AuditError(f"{name} is {limit}; give {range_text}")
 
     def broken(self, audit: Mapping[str, DetectorAudit], times: Sequence[tuple[str, Times]]) -> list[str]:
         """A sentence for each limit that was exceeded or could not be checked.
@@ -72,11 +72,11 @@ def _missed(name: str, label: str, audit: DetectorAudit, most: float) -> Iterato
     counted = audit.noise_proof or audit
     contacts, undecided = counted.contacts, audit.contact_frames_undecided
     if undecided:
-        whole = f"{audit.contacts_undecided} of {contacts} contacts"
-        yield f"{name} cannot be checked: {label} left {undecided} pair-frames in contact undecided, {whole} whole"
+        in_whole = f"{audit.contacts_undecided} of {contacts} contacts whole"
+        yield f"{name} cannot be checked: {label} left {undecided} pair-frames in contact undecided, {in_whole}"
     elif not contacts:
-        what = "contact that holds in spite of the noise" if audit.noise_proof else "contact"
-        yield f"{name} cannot be checked: there is no {what} for {label} to miss"
+        contact_noun = "contact that holds in spite of the noise" if audit.noise_proof else "contact"
+        yield f"{name} cannot be checked: there is no {contact_noun} for {label} to miss"
     yield from _undecided_reference(name, audit)
     for missed, proportion_missed in _missed_proportions(counted):
         if exceeds(proportion_missed, most):
@@ -124,9 +124,9 @@ def _false(name: str, label: str, audit: DetectorAudit, most: float) -> Iterator
     if exceeds(measured, most):
         count = f"{measured.count} of the {measured.of} pair-frames in contact that it reports"
         mean = f"pair-frames in contact, mean over {PHASES} start times of sampling"
-        what = count if audit.means_over_offsets is None else mean
+        measured_count = count if audit.means_over_offsets is None else mean
         limit = f"more than {name} {most:g}{_not_counted(audit)}"
-        yield f"{label} reports false contact: {what} ({percent(measured)}), {limit}"
+        yield f"{label} reports false contact: {measured_count} ({percent(measured)}), {limit}"
 
 
 def _too_deep(name: str, label: str, audit: DetectorAudit, most: float) -> Iterator[str]:

@@ -83,8 +83,8 @@ def undecided(result: Summarised) -> list[str]:
             lines.append(f"Not counted: {frames}{because or f', which {result.oracle} did not decide'}.")
     for label, audit in audits.items():
         if audit.undecided_alone:
-            what = f"{audit.undecided_alone:,} of {audit.undecided.of:,} pair-frames with a pose"
-            lines.append(f"Not counted: {what}, which {label} did not decide.")
+            undecided_frames = f"{audit.undecided_alone:,} of {audit.undecided.of:,} pair-frames with a pose"
+            lines.append(f"Not counted: {undecided_frames}, which {label} did not decide.")
             lines += [f"Of them {count:,}: {reason}." for reason, count in audit.undecided_reasons.items()]
     return lines
 
@@ -108,11 +108,11 @@ def flicker_notes(result: Summarised) -> list[str]:
 def _interrupted(label: str, flicker: Flicker) -> str:
     """``7 of 25 contacts of mesh50 are 1 contact, interrupted 6 times for at most 100 ms and 1.1 mm each.``"""
     contacts = f"{flicker.contacts:,} of {plural(flicker.reported, 'contact')} of {label}"
-    once = flicker.interruptions == 1
-    often, each = ("once", "") if once else (plural(flicker.interruptions, "time"), " each")
-    most = words.duration(FLICKER_SECONDS)
+    is_single = flicker.interruptions == 1
+    often, each = ("once", "") if is_single else (plural(flicker.interruptions, "time"), " each")
+    longest = words.duration(FLICKER_SECONDS)
     gap = "" if flicker.widest is None else f" and {words.length(flicker.widest)}"
-    return f"{contacts} are {plural(flicker.joined, 'contact')}, interrupted {often} for at most {most}{gap}{each}."
+    return f"{contacts} are {plural(flicker.joined, 'contact')}, interrupted {often} for at most {longest}{gap}{each}."
 
 
 def _release(flicker: Flicker) -> str:
@@ -222,9 +222,9 @@ def compounds(result: RunResult) -> list[str]:
     for label, detector in result.detectors.items():
         if getattr(detector.settings, "shape", "") == "compound" and hasattr(detector, "parts"):
             counts = [len(solids) for solids in detector.parts.values()]
-            each = "1 piece" if max(counts) == 1 else f"{min(counts)} to {max(counts)} pieces"
+            pieces_text = "1 piece" if max(counts) == 1 else f"{min(counts)} to {max(counts)} pieces"
             request = f"{label} was limited to {detector.settings.pieces} convex pieces of a mesh"
-            lines.append(f"{request}: it made {each} of each, {sum(counts)} in all.")
+            lines.append(f"{request}: it made {pieces_text} of each, {sum(counts)} in all.")
     return lines
 
 
@@ -303,6 +303,6 @@ def price(result: Summarised, decided: Decision | None) -> Reason:
     slowest = "" if rank.p99 is None else f", 99 % within {words.frame_time(rank.p99)}"
     name = f"The fix ({rank.label})" if decided is not None and decided.is_fix else rank.label
     text = f"{name} takes {words.frame_time(rank.mean)} a frame{slowest}{beside}."
-    how = AT_ONCE if not live else NO_SLOWEST if rank.p99 is None else ""
+    reason = AT_ONCE if not live else NO_SLOWEST if rank.p99 is None else ""
     budget = f"Mean: {words.as_percentage(rank.of_frame)} of {FRAME}."
-    return Reason("Cost", text, " ".join(filter(None, [budget, how, TIMES_ARE, busy_text(document)])))
+    return Reason("Cost", text, " ".join(filter(None, [budget, reason, TIMES_ARE, busy_text(document)])))

@@ -117,10 +117,10 @@ def _event(zero: int, stamps: tuple[int, int | None], source: str, **columns: st
 
 def _contacts(result: RunResult) -> Iterator[dict[str, Any]]:
     """Yield the contacts of each detector, numbered in order of time, and what became of each."""
-    never: dict[tuple[str, int], list[str]] = {}
+    missed_by_contact: dict[tuple[str, int], list[str]] = {}
     for label in result.comparisons:
         for number in result.counts[label].missed_numbers:
-            never.setdefault((result.oracle, number), []).append(label)
+            missed_by_contact.setdefault((result.oracle, number), []).append(label)
     status = {label: matches.status() for label, matches in result.matches.items()}
     match = {(label, pair.reported): pair for label, matches in result.matches.items() for pair in matches.matched}
     for label, contacts in result.episodes.items():
@@ -143,7 +143,7 @@ def _contacts(result: RunResult) -> Iterator[dict[str, Any]]:
                 "cuts": contact.cuts,
                 "noise": noise[0],
                 "noise_fraction": noise[1],
-                "missed_by": ",".join(never.get((label, number), ())),
+                "missed_by": ",".join(missed_by_contact.get((label, number), ())),
                 "members": _first_members(result, label, contact),
                 "flag": _doubt(result, contact),
                 "status": status.get(label, {}).get(number, ""),

@@ -265,10 +265,10 @@ def _pair_audits(result: RunResult, columns: Sequence[int], touching: set[str]) 
             grasped=int(counts[Outcome.GRASPED]),
         )
         if result.oracle in touching or any(msgspec.structs.astuple(frames)):
-            own = result.counts[label].of_pair(pair)
+            pair_counts = result.counts[label].of_pair(pair)
             audits[label] = PairAudit(
-                contacts_missed=own.missed,
-                late_or_cut_short=own.late_or_cut_short,
+                contacts_missed=pair_counts.missed,
+                late_or_cut_short=pair_counts.late_or_cut_short,
                 pair_frames=frames,
                 while_grasped=_while_grasped(result, label, list(columns)) if frames.grasped else None,
             )
@@ -324,9 +324,9 @@ def undecided_proportion(result: RunResult, label: str) -> Proportion:
     for verdict, outcome in zip(
         result.detections[result.oracle].verdict.T, result.comparisons[label].outcome.T, strict=True
     ):
-        posed = verdict != Verdict.NO_POSE
-        left.append(int((posed & (outcome == Outcome.LEFT_OUT)).sum()))
-        whole.append(int(posed.sum()))
+        has_pose = verdict != Verdict.NO_POSE
+        left.append(int((has_pose & (outcome == Outcome.LEFT_OUT)).sum()))
+        whole.append(int(has_pose.sum()))
     return proportion_of_clusters(left, whole)
 
 

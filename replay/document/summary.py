@@ -234,11 +234,11 @@ def _seconds(run: Run, offsets: OffsetCounts | None) -> DetectorTimes:
 
 def _longest_stage(stages: Mapping[str, float]) -> LongestStage | None:
     """The stage that takes most of the seconds; ``None`` where none takes any."""
-    whole = sum(stages.values())
-    if whole <= 0:
+    seconds_of_stages = sum(stages.values())
+    if seconds_of_stages <= 0:
         return None
     longest = max(stages, key=stages.__getitem__)
-    return LongestStage(stage=longest, fraction=stages[longest] / whole)
+    return LongestStage(stage=longest, fraction=stages[longest] / seconds_of_stages)
 
 
 def sample_times(detection: Detection, rate_hz: float | None) -> SampleTimes | None:

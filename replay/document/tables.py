@@ -154,8 +154,13 @@ class Table:
     @staticmethod
     def of(columns: Iterable[Column], rows: Iterable[Any], title: str = "", notes: Iterable[str] = ()) -> "Table":
         """Every column of every row."""
-        kept = tuple(columns)
-        return Table(kept, tuple(tuple(column.value(row) for column in kept) for row in rows), title, tuple(notes))
+        column_tuple = tuple(columns)
+        return Table(
+            column_tuple,
+            tuple(tuple(column.value(row) for column in column_tuple) for row in rows),
+            title,
+            tuple(notes),
+        )
 
     @property
     def head(self) -> list[str]:
@@ -176,9 +181,13 @@ class Table:
     def only(self, *names: str, heads: Mapping[str, str] = NO_HEADS) -> "Table":
         """The columns of these names, in this order, some below other words; one that is not there is left out."""
         index = {name: k for k, name in enumerate(self.head)}
-        chosen = [index[name] for name in names if name in index]
-        columns = (replace(self.columns[k], name=heads.get(self.columns[k].name, self.columns[k].name)) for k in chosen)
-        return replace(self, columns=tuple(columns), rows=tuple(tuple(row[k] for k in chosen) for row in self.rows))
+        column_indices = [index[name] for name in names if name in index]
+        columns = (
+            replace(self.columns[k], name=heads.get(self.columns[k].name, self.columns[k].name)) for k in column_indices
+        )
+        return replace(
+            self, columns=tuple(columns), rows=tuple(tuple(row[k] for k in column_indices) for row in self.rows)
+        )
 
     def narrow(self) -> "Table":
         """The columns that find room on every screen."""
@@ -199,8 +208,12 @@ class Table:
 
     def first(self, most: int, more: str) -> "Table":
         """The first rows; where there are others, a note says how many: ``more`` with their number in its braces."""
-        rest = len(self.rows) - most
-        return self if rest <= 0 else replace(self, rows=self.rows[:most], notes=(*self.notes, more.format(rest)))
+        hidden_rows = len(self.rows) - most
+        return (
+            self
+            if hidden_rows <= 0
+            else replace(self, rows=self.rows[:most], notes=(*self.notes, more.format(hidden_rows)))
+        )
 
     def cells(self) -> list[tuple[Cell, ...]]:
         """The rows as people read them."""
@@ -217,7 +230,7 @@ class Table:
         # Not by rows as JSON has them: 68,000 contacts of two hours would take 80 MB for a moment.
         values = {column.name: [row[k] for row in self.rows] for k, column in enumerate(self.columns)}
         kinds = types_of(self.columns)
-        return pa.table({name: pa.array(own, ARROW[kinds[name]]) for name, own in values.items()})
+        return pa.table({name: pa.array(column_values, ARROW[kinds[name]]) for name, column_values in values.items()})
 
     def to_pandas(self) -> Any:
         """All columns as a data frame; needs pandas."""

@@ -53,8 +53,10 @@ def advise(session_or_path: Session | str | Path, *, engine: str, **options: Any
     if options.get("oracle") == "none":
         raise AuditError("advice needs a reference to compare with; leave oracle out for the exact one")
     session = opened(session_or_path, options.pop("scene", None))
-    chosen = engine_named(engine)
-    choices = [choice for choice in chosen.choices if session.colliders or choice.settings.get("shape") != "shipped"]
+    engine_row = engine_named(engine)
+    choices = [
+        choice for choice in engine_row.choices if session.colliders or choice.settings.get("shape") != "shipped"
+    ]
     needs = {number: detector_row(choice.detector).engine for number, choice in enumerate(choices, 1)}
     absent = {number: module for number, module in needs.items() if module and find_spec(module) is None}
     if 1 in absent:
@@ -71,7 +73,7 @@ def advise(session_or_path: Session | str | Path, *, engine: str, **options: Any
         f'Row {number} was not tried: {module} is not installed; pip install "vrlab-replay[engines]"'
         for number, module in absent.items()
     ]
-    return Advice(chosen, tuple(rows), (*advice_text(chosen.name, rows), *left), result)
+    return Advice(engine_row, tuple(rows), (*advice_text(engine_row.name, rows), *left), result)
 
 
 def _row(result: RunResult, label: str, choice: Choice, setting: str) -> dict[str, Any]:

@@ -206,8 +206,8 @@ def _begin(out: Path, request: Mapping[str, Any], *, force: bool) -> set[str]:
 
 def _is_whole(out: Path, mark: str, *, picture: bool) -> bool:
     try:
-        made = read_run_folder(out).document.request == mark
-        return made and ((out / PICTURE).is_file() or not picture)
+        is_complete = read_run_folder(out).document.request == mark
+        return is_complete and ((out / PICTURE).is_file() or not picture)
     except RunFolderError:
         return False
 

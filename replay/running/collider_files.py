@@ -274,10 +274,10 @@ def fix_colliders(
                     pieces = [TriangleMesh(piece.vertices, piece.faces) for piece in shipped.colliders[name]]
                     shapes[name] = replace(shapes[name], after=pieces)
                     row["after"] = _card(prepared.assembly, scoring.reference, name, pieces)
-                others = _other_cuts(search.ladders[name], cuts.get(name, {})) if every_method else {}
+                other_cuts = _other_cuts(search.ladders[name], cuts.get(name, {})) if every_method else {}
                 row["others"] = [
                     {"how": how} | _card(prepared.assembly, scoring.reference, name, convex_pieces(cut))
-                    for how, cut in others.items()
+                    for how, cut in other_cuts.items()
                 ]
                 advance(1)
         sampled = "".join(f",{key}={value:g}" for key, value in rate.items())
@@ -291,7 +291,7 @@ def fix_colliders(
             bodies=tuple(rows),
             before=_figures(result, BEFORE, sum(row["before"]["pieces"] for row in rows)),
             after=_figures(result, AFTER, sum(row["after"]["pieces"] for row in rows)),
-            front=tuple(as_row(tried) for tried in search.front()),
+            front=tuple(as_row(choice) for choice in search.front()),
             limits=limits,
             axes=axes,
             result=result,
@@ -310,7 +310,7 @@ def fix_colliders(
 
 def before_after_page(fixed: FixedColliders) -> str:
     """Returns the page that shows hulls before and pieces after, self-contained."""
-    again = f'replay run session.mcap --detectors "{fixed.setting}"' if fixed.folder is not None else ""
+    run_command = f'replay run session.mcap --detectors "{fixed.setting}"' if fixed.folder is not None else ""
     return cure_page(
         Cure(
             result=fixed.result,
@@ -322,7 +322,7 @@ def before_after_page(fixed: FixedColliders) -> str:
             notes=fixed.remarks,
             engine=fixed.engine,
             steps=fixed.steps,
-            again=again,
+            again=run_command,
         )
     )
 
@@ -373,8 +373,8 @@ def _late_cuts(search: ColliderSearch, cuts: Mapping[str, Mapping[str, Cut]]) ->
 def _other_cuts(ladder: Ladder, cuts: Mapping[str, Cut]) -> dict[str, Cut]:
     """Other colliders of a body, in words: solids of one piece, and those of ``cuts`` that are cut by now."""
     solids = {METHODS[name].words: Cut(ladder.mesh, name, 1) for name in ("box", "sphere", "capsule")}
-    made = {f"{cut.row.words}, {cut.most} at most": cut for cut in cuts.values() if cut.seconds == 0.0}
-    return solids | made
+    cuts_by_label = {f"{cut.row.words}, {cut.most} at most": cut for cut in cuts.values() if cut.seconds == 0.0}
+    return solids | cuts_by_label
 
 
 def _figures(result: RunResult, label: str, pieces: int) -> dict[str, Any]:
@@ -463,15 +463,15 @@ def _file_names(names: Sequence[str]) -> dict[str, str]:
     """
     plain = {name: re.sub(r"[^A-Za-z0-9._-]", "", name).lstrip(".")[:LONGEST_NAME] for name in names}
     files: dict[str, str] = {}
-    taken: set[str] = set()
+    taken_names: set[str] = set()
     # Names that are files' as they are come first: no other one takes them.
     for number, name in sorted(enumerate(names), key=lambda item: plain[item[1]] != item[1]):
         file = plain[name] or "body"
         is_device = file.partition(".")[0].lower() in WINDOWS_DEVICES
-        if file != name or file.lower() in taken or is_device:
-            file = next(other for k in count(number) if (other := f"{file}-{k}").lower() not in taken)
+        if file != name or file.lower() in taken_names or is_device:
+            file = next(other for k in count(number) if (other := f"{file}-{k}").lower() not in taken_names)
         files[name] = file
-        taken.add(file.lower())
+        taken_names.add(file.lower())
     return files
 
 

@@ -46,8 +46,8 @@ def import_contacts(
     """
     ledger = ledger_of(session.facts) or Ledger(source)
     contacts = read_contacts(source, ledger)
-    known = {name for contact in contacts for name in (contact.body_a, contact.body_b)} & set(session.meshes)
-    if not known:
+    body_names = {name for contact in contacts for name in (contact.body_a, contact.body_b)} & set(session.meshes)
+    if not body_names:
         raise AuditError(f"{source} names no body of the session, which has: {', '.join(session.meshes)}; rename them")
     result = compute(session, detectors="exact", oracle="none", offline=True, progress=progress)
     fit = estimate_offset(_reported(contacts), _true(result), offset, _known(contacts, result))
@@ -92,9 +92,9 @@ def _reported(contacts: Iterable[LiveContact]) -> Moments:
     moments: Moments = {}
     for (a, b), spans in reported_spans(contacts).items():
         for span in spans:
-            for kind, at in zip(("begin", "end"), span, strict=True):
-                if at is not None:
-                    moments.setdefault((a, b, kind), []).append(at / 1e9)
+            for kind, moment in zip(("begin", "end"), span, strict=True):
+                if moment is not None:
+                    moments.setdefault((a, b, kind), []).append(moment / 1e9)
     return moments
 
 

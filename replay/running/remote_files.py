@@ -69,10 +69,10 @@ def delivered(out: Any) -> Iterator[Any]:
     from replay.show.results.run_folder import SUMMARY
 
     with temporary_folder() as folder:
-        made = folder / out.name
-        yield made
+        local_folder = folder / out.name
+        yield local_folder
         with reaching(out):
             (out / SUMMARY).unlink(missing_ok=True)
             out.fs.makedirs(out.path, exist_ok=True)
-            for file in sorted(made.iterdir(), key=lambda file: file.name == SUMMARY):
+            for file in sorted(local_folder.iterdir(), key=lambda file: file.name == SUMMARY):
                 out.fs.put_file(str(file), (out / file.name).path)

@@ -62,8 +62,8 @@ def run(
 
         with reaching(target):
             check_target(target, force=force)
-    with fetched(session_or_path) as here:
-        result = compute(opened(here, scene), settings, progress=progress, **changes)
+    with fetched(session_or_path) as local_session:
+        result = compute(opened(local_session, scene), settings, progress=progress, **changes)
     result = with_measured_fixes(with_open_questions(result, progress), progress)
     if request:
         result = replace(result, document=structs.replace(result.document, request=request))

@@ -135,11 +135,17 @@ class Workers(AbstractContextManager["Workers"]):
         self._foreign_processes = {process.pid for process in multiprocessing.active_children()}
         if scheduler is None:
             # The system ends who takes too much memory; a worker that Dask stops for it would wait for ever.
-            own: dict[str, Any] = {"memory_limit": 0, "dashboard_address": None, "silence_logs": logging.CRITICAL}
+            cluster_settings: dict[str, Any] = {
+                "memory_limit": 0,
+                "dashboard_address": None,
+                "silence_logs": logging.CRITICAL,
+            }
             # Dask reads the settings whenever a worker starts, so they hold until the end.
             self._settings.enter_context(dask.config.set(CLUSTER_SETTINGS))
             try:
-                self._cluster = LocalCluster(n_workers=jobs, threads_per_worker=1, config=CLUSTER_SETTINGS, **own)
+                self._cluster = LocalCluster(
+                    n_workers=jobs, threads_per_worker=1, config=CLUSTER_SETTINGS, **cluster_settings
+                )
             except KeyboardInterrupt:
                 self._kill_workers()
                 raise
@@ -194,8 +200,8 @@ class Workers(AbstractContextManager["Workers"]):
         if self._cluster is not None and len(present) < self._jobs:
             # Dask gives up a worker that is killed while it starts; this brings it back.
             self._cluster.scale(self._jobs)
-        if new := [worker for worker in present if worker not in self._alike]:
-            for worker, installed in self._client.run(versions, workers=new, on_error="return").items():
+        if unchecked_workers := [worker for worker in present if worker not in self._alike]:
+            for worker, installed in self._client.run(versions, workers=unchecked_workers, on_error="return").items():
                 if not isinstance(installed, OSError):  # it died before it could say
                     _require_same(worker, installed)
                     self._alike.add(worker)
@@ -252,9 +258,9 @@ def _require_same(worker: str, installed: Any) -> None:
     if isinstance(installed, Exception):
         todo = "install it there, with the same versions"
         raise WorkerError(f"the worker {worker} cannot load vrlab-replay ({installed}); {todo}")
-    here = versions()
+    local_versions = versions()
     for name in PACKAGES:
-        if installed.get(name) != here.get(name):
-            is_remote, is_here = (of.get(name, "none") for of in (installed, here))
+        if installed.get(name) != local_versions.get(name):
+            is_remote, is_here = (of.get(name, "none") for of in (installed, local_versions))
             todo = "install the same everywhere"
             raise WorkerError(f"the worker {worker} has {name} {is_remote}, this machine {is_here}; {todo}")

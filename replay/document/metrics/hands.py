@@ -41,8 +41,8 @@ def moving(assembly: Assembly, hands: list[int]) -> Moving:
     watched = hands or tracked
     rows = frames_at(motion.times, STEP_S, float(motion.times[-1]) + 0.5 * STEP_S)
     seconds = np.diff(motion.times[rows])
-    known = np.asarray(motion.valid[rows][:, watched].all(axis=1))
-    usable = known[1:] & known[:-1] & (seconds <= LONGEST_STEP_S)
+    has_pose = np.asarray(motion.valid[rows][:, watched].all(axis=1))
+    usable = has_pose[1:] & has_pose[:-1] & (seconds <= LONGEST_STEP_S)
     steps = np.linalg.norm(np.diff(motion.translations[rows][:, watched], axis=0), axis=2)[usable]
     valid = float(seconds[usable].sum())
     resting = (steps < IDLE_M_S * seconds[usable, None]).all(axis=1)
@@ -56,8 +56,8 @@ def frames_at(times: NDArray[np.float64], step: float, end: float) -> NDArray[np
     Only ticks next to a frame are made: one stamp in Unix time makes the span half a century, 18 billion ticks.
     """
     first = float(times[0])
-    near = np.unique(np.floor((times - first) / step))
-    ticks = first + step * np.unique(np.concatenate([near - 1.0, near, near + 1.0]))
+    step_numbers = np.unique(np.floor((times - first) / step))
+    ticks = first + step * np.unique(np.concatenate([step_numbers - 1.0, step_numbers, step_numbers + 1.0]))
     ticks = ticks[(ticks >= first) & (ticks < end)]
     return np.unique(np.minimum(np.searchsorted(times, ticks), len(times) - 1))
 

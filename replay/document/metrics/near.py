@@ -55,7 +55,7 @@ def close_intervals(assembly: Assembly, pairs: IntArray) -> tuple[NearMiss, ...]
         times = motion.times[samples[close[:, columns == pair].any(axis=1)]]
         intervals = np.split(times, np.flatnonzero(np.diff(times) > BREAK_S) + 1)
         near_misses += [NearMiss(pair, float(block[0]), float(block[-1])) for block in intervals if len(block)]
-    return tuple(sorted(near_misses, key=lambda near: (near.start, near.pair)))
+    return tuple(sorted(near_misses, key=lambda near_miss: (near_miss.start, near_miss.pair)))
 
 
 def without_contact(near_misses: Sequence[NearMiss], touching: FloatArray) -> tuple[NearMiss, ...]:
@@ -66,7 +66,9 @@ def without_contact(near_misses: Sequence[NearMiss], touching: FloatArray) -> tu
     """
     pair, start, end = touching.T
     return tuple(
-        near
-        for near in near_misses
-        if not ((pair == near.pair) & (start <= near.end + BREAK_S) & (end >= near.start - BREAK_S)).any()
+        near_miss
+        for near_miss in near_misses
+        if not (
+            (pair == near_miss.pair) & (start <= near_miss.end + BREAK_S) & (end >= near_miss.start - BREAK_S)
+        ).any()
     )

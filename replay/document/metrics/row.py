@@ -69,15 +69,15 @@ def pseudonym(result: RunResult) -> str:
 def effect_metrics(result: RunResult) -> dict[str, Any]:
     """Return the metrics from effects, ``None`` where no effect measures them; breakages also as recorded."""
     last = float(result.assembly.motion.times[-1])
-    spills, near, broken = (_events(result, *event_name) for event_name in (SPILLS, HAZARDS, BREAKAGES))
+    spills, hazards, broken = (_events(result, *event_name) for event_name in (SPILLS, HAZARDS, BREAKAGES))
     if broken is None and result.session.scene.effects is None and result.session.events:
         broken = [event for event in result.session.events if event.name == "break"]
     return {
         "breakages": None if broken is None else len(broken),
         "spilled_ml": None if spills is None else sum(float(episode.values["volume_ml"]) for episode in spills),
         "hazard_seconds": None
-        if near is None
-        else sum((last if episode.end is None else episode.end) - episode.time for episode in near),
+        if hazards is None
+        else sum((last if episode.end is None else episode.end) - episode.time for episode in hazards),
     }
 
 
@@ -91,7 +91,7 @@ def _grasping(result: RunResult) -> _Grasping:
     hands, fixed = hand_bodies(assembly, result.session), fixed_bodies(assembly)
     # A scene that declares effects is asked for those alone: the topic of hands is not read for a grasp nobody wants.
     queried = result.session.scene.effects is None or "grasp" in result.effects
-    taken = grasps(assembly, result.session) if queried else None
+    grasp_spans = grasps(assembly, result.session) if queried else None
     not_grasped = [
         pair
         for pair, (a, b) in enumerate(assembly.pairs.tolist())
@@ -101,10 +101,10 @@ def _grasping(result: RunResult) -> _Grasping:
         episode
         for episode in close_intervals(assembly, np.array(not_grasped, dtype=np.int64))
         if not intended(
-            Episode(episode.pair, 0, 0, episode.start, episode.end), assembly.pairs, fixed, hands, taken or ()
+            Episode(episode.pair, 0, 0, episode.start, episode.end), assembly.pairs, fixed, hands, grasp_spans or ()
         )
     )
-    return _Grasping(hands, taken, fixed, close)
+    return _Grasping(hands, grasp_spans, fixed, close)
 
 
 def _shared(result: RunResult, grasping: _Grasping) -> dict[str, Any]:
@@ -130,25 +130,27 @@ def _shared(result: RunResult, grasping: _Grasping) -> dict[str, Any]:
 
 def _of_detector(result: RunResult, label: str, grasping: _Grasping, minutes: float) -> dict[str, Any]:
     assembly = result.assembly
-    whole = result.episodes[label]
-    segments = [(episode.pair, episode.first, episode.last) for episode in whole]
+    detector_episodes = result.episodes[label]
+    segments = [(episode.pair, episode.first, episode.last) for episode in detector_episodes]
     grasped = are_grasped(assembly, result.holdings, segments)
-    own = [episode for episode, is_grasped in zip(whole, grasped, strict=True) if not is_grasped]
+    not_grasped = [episode for episode, is_grasped in zip(detector_episodes, grasped, strict=True) if not is_grasped]
     unintended = [
         episode
-        for episode in own
+        for episode in not_grasped
         if not intended(episode, assembly.pairs, grasping.fixed, grasping.hands, grasping.grasps or ())
     ]
-    spans = np.array([(episode.pair, episode.start, episode.end) for episode in whole], dtype=np.float64).reshape(-1, 3)
-    near = without_contact(grasping.close, spans)
+    spans = np.array(
+        [(episode.pair, episode.start, episode.end) for episode in detector_episodes], dtype=np.float64
+    ).reshape(-1, 3)
+    close_spans = without_contact(grasping.close, spans)
     return {
         "settings": settings_digest(result, label),
         "detector": label,
         "recall": recall(result, label),
         "contact_frames": contact_frames(result),
-        "contacts_per_min": len(own) / minutes if minutes else None,
+        "contacts_per_min": len(not_grasped) / minutes if minutes else None,
         "unintended_contacts_per_min": len(unintended) / minutes if minutes else None,
-        "near_misses": len(near),
+        "near_misses": len(close_spans),
     }
 
 
