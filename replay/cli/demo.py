@@ -32,6 +32,7 @@ STUDENTS: Final = 52
     metavar="STUDENTS",
     help=f"A class of so many students instead (the paper's: {STUDENTS}), with its study and its page.",
 )
+@click.option("--brief", is_flag=True, help="With --class: touches so brief that colliders at 50 Hz miss some.")
 @click.option("-o", "--out", type=ANY_PATH, help=f"Folder, or with --session-only the file.  [default: {FOLDER}]")
 @click.option("--seed", type=int, default=0, show_default=True, help="Seed of the made-up session.")
 @click.option(
@@ -44,6 +45,7 @@ STUDENTS: Final = 52
 def command(
     session_only: bool,
     students: int | None,
+    brief: bool,
     jobs: int,
     out: Path | None,
     force: bool,
@@ -62,7 +64,9 @@ def command(
     if students is not None:
         if session_only or made["noise"] or fix_time:
             raise click.UsageError("--class makes a class; leave out --session-only, --noise and --fix-time")
-        return _demo_class(out or CLASS_FOLDER, students, seed=made["seed"], jobs=jobs, people=people)
+        return _demo_class(out or CLASS_FOLDER, students, brief=brief, seed=made["seed"], jobs=jobs, people=people)
+    if brief:
+        raise click.UsageError("--brief is for --class")
     from replay.cli.run_report import report_run
     from replay.show.results.without_pandas import leave_pandas_out
     from sessions.synthetic.truth import truth_path
@@ -117,7 +121,14 @@ def _demo(out: Path, force: bool, people: People, *, fix_time: float, **made: An
     return replace(result, out=out)
 
 
-def _demo_class(out: Path, students: int, *, seed: int, jobs: int, people: People) -> int:
+NO_EFFECT: Final = "in its model the detector has no effect on the answers"
+BRIEF_EFFECT: Final = (
+    "in its model students who find it hard touch more often, but so briefly that colliders at 50 Hz miss some touches"
+)
+"""What is true of a made-up class, as the end of a sentence."""
+
+
+def _demo_class(out: Path, students: int, *, brief: bool, seed: int, jobs: int, people: People) -> int:
     """Make up a class, replay its sessions, analyse it, all in one folder; killed, it goes on where it stopped."""
     from replay.cli.study import PageRequest, require_extra, write_page
     from replay.running.batch import run_batch
@@ -126,12 +137,12 @@ def _demo_class(out: Path, students: int, *, seed: int, jobs: int, people: Peopl
 
     require_extra()
     people.say(f"making up {students} students and recording their sessions ...")
-    failed = make_class(out, students=students, seed=seed, jobs=jobs, on_done=counting(people, students))
+    failed = make_class(out, students=students, seed=seed, brief=brief, jobs=jobs, on_done=counting(people, students))
     files = sorted((out / SESSIONS).glob("*.mcap"))
     people.say(f"replaying {len(files)} sessions ...")
     settings = {"seed": 0, "picture": False}  # the usual detectors, as the demo asks
     batch = run_batch(files, out / "runs", jobs=jobs, settings=settings, on_done=counting(people, len(files)))
-    note = "This class is made up; in its model the detector has no effect on the answers."
+    note = f"This class is made up; {BRIEF_EFFECT if brief else NO_EFFECT}."
     request = PageRequest(out / "runs", questionnaire=out / ANSWERS, codebook=out / CODEBOOK, seed=seed)
     write_page(request, out / "study", people=people, heading=Heading("A made-up class", note), force=True)
     return DATA_LOSS if [*failed, *batch.failed] else OK

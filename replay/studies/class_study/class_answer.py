@@ -21,7 +21,7 @@ from replay.studies.class_study.power import (
 )
 from replay.studies.class_study.refusals import LEAST_IN_CELL, few
 from replay.studies.class_study.regression import LEVEL
-from replay.studies.class_study.tables import behind, families_text, headlines, undecided_text
+from replay.studies.class_study.tables import behind, families_text, headlines, listed, undecided_text
 from replay.words import plural
 
 MOST_SESSIONS: Final = 3
@@ -135,12 +135,13 @@ def _actions(tables: ClassTables, study: Study | None) -> list[str]:
     wrong = [label for label in study.changing if label not in trusted] or (
         [study.detector] if study.changing and study.detector not in recommended else []
     )
-    actions = [f"count contacts with {' or '.join(recommended)}{f', not with {_listed(wrong)}' if wrong else ''}"]
+    instead = f", not with {listed(wrong, 'or')}" if wrong else ""
+    actions = [f"count contacts with {listed(recommended, 'or')}{instead}"]
     source = f"Every result about contacts on this page is counted with {study.detector}."
     if study.obstacle:
         actions.append(study.obstacle.lift)
     if study.tested and study.nothing_associated and (scales := study.unreliable_scales):
-        named = _listed(scales) if len(scales) <= MOST_SCALES else f"{len(scales)} scales"
+        named = listed(scales) if len(scales) <= MOST_SCALES else f"{len(scales)} scales"
         actions.append(f"revise the questions on {named}")
     if not more_students_needed(study):
         return [f"{_as_sentence(actions)}.", source]
@@ -159,12 +160,6 @@ def _as_sentence(actions: list[str]) -> str:
     *first, last = actions
     text = f"{', '.join(first)}{',' if len(first) > 1 else ''} and {last}" if first else last
     return text[:1].upper() + text[1:]
-
-
-def _listed(names: list[str]) -> str:
-    """``a``, ``a and b``, ``a, b and c``."""
-    *first, last = names
-    return f"{', '.join(first)} and {last}" if first else last
 
 
 def _level(tests: int) -> str:

@@ -50,7 +50,9 @@ def reason(tables: ClassTables, study: Study | None) -> ClassReason:
         subject = f"{first} leads to another conclusion: it"
         if first not in study.changing:
             subject = f"{first}, which counts here,"
-        return ClassReason(f"{subject} {_mistakes_text(counts)}.", " ".join(sentences[1:]), " ".join(causes))
+        own = [cause for cause in causes if cause.startswith(f"{first} ")]
+        rest = [cause for cause in causes if cause not in own]
+        return ClassReason(f"{subject} {_mistakes_text(counts)}.", " ".join([*own, *sentences[1:]]), " ".join(rest))
     answers = [*filter(None, [_hidden_association(study), _unchanged(study, known, tables.runs.titles)])]
     if not answers:
         return ClassReason(" ".join(causes[:1]), " ".join(causes[1:]))

@@ -1,6 +1,7 @@
 """A synthetic class: answers and behaviour of its students are drawn from a model that is written down.
 
-In the model, ease of use is associated with motivation and with fewer accidental touches; near misses with nothing.
+In the model, ease of use is associated with motivation and with fewer accidental touches; near misses with nothing. In
+a class of brief touches, students who find it hard touch more often, but so briefly that samples miss some touches.
 """
 
 import json
@@ -39,6 +40,10 @@ MODEL: Final = {
 are shares in motivation, ``ease_touches`` that of ease in the number of accidental touches.
 """
 
+BRIEF_TOUCHES: Final = {"touches_hard": 13, "seconds_hard": 0.013, "touches_easy": 11, "seconds_easy": 0.15}
+"""A class of brief touches: their number, give or take one, and how long they last where ease is below its mean (hard),
+and above it. A brief touch covers one frame at 90 Hz or two, so that colliders at 50 Hz miss some."""
+
 
 @dataclass(frozen=True)
 class Student:
@@ -51,13 +56,19 @@ class Student:
     near: int
 
 
-def draw_class(students: int = STUDENTS, seed: int = 0) -> list[Student]:
-    """Draw the students; each depends on the seed and on its own number alone."""
-    return [_student(k, seed) for k in range(students)]
+def draw_class(students: int = STUDENTS, seed: int = 0, *, brief: bool = False) -> list[Student]:
+    """Draw the students, of ``brief`` touches if asked; each depends on the seed and on its own number alone."""
+    return [_student(k, seed, brief) for k in range(students)]
 
 
 def make_class(
-    out: Path, *, students: int = STUDENTS, seed: int = 0, jobs: int = 1, on_done: OnDone | None = None
+    out: Path,
+    *,
+    students: int = STUDENTS,
+    seed: int = 0,
+    brief: bool = False,
+    jobs: int = 1,
+    on_done: OnDone | None = None,
 ) -> dict[str, str]:
     """Write sessions, questionnaire, codebook and truth to a folder; what is there already is kept.
 
@@ -65,8 +76,9 @@ def make_class(
     """
     from pandas import DataFrame
 
-    drawn = draw_class(students, seed)
-    truth = json.dumps({"seed": seed, "students": students, "model": MODEL}, indent=1) + "\n"
+    drawn = draw_class(students, seed, brief=brief)
+    model = MODEL | BRIEF_TOUCHES if brief else MODEL
+    truth = json.dumps({"seed": seed, "students": students, "model": model}, indent=1) + "\n"
     _check_folder(out, truth)
     (out / SESSIONS).mkdir(parents=True, exist_ok=True)
     _write(out / TRUTH, truth)
@@ -100,7 +112,7 @@ def record_student(student: Student, path: Path, seed: int) -> str:
     return ""
 
 
-def _student(k: int, seed: int) -> Student:
+def _student(k: int, seed: int, brief: bool) -> Student:
     random = random_stream(seed, "student", str(k))
     ease, use, immersion, own, clumsy = random.normal(size=5)
     shared = MODEL["ease_motivation"] * ease + MODEL["immersion_motivation"] * immersion
@@ -115,7 +127,16 @@ def _student(k: int, seed: int) -> Student:
     drive = MODEL["ease_touches"] * ease + np.sqrt(1.0 - MODEL["ease_touches"] ** 2) * clumsy
     count = int(np.clip(np.round(MODEL["mean_touches"] + MODEL["touch_spread"] * drive), 0, 8))
     touches = tuple(np.round(np.exp(random.uniform(np.log(0.02), np.log(0.3), count)), 4).tolist())
-    return Student(f"S{k + 1:02d}", GROUPS[k % 2], answers, touches, int(min(3, random.poisson(MODEL["mean_near"]))))
+    near = int(min(3, random.poisson(MODEL["mean_near"])))
+    if brief:
+        touches = _brief_touches(float(ease), int(random.integers(-1, 2)))
+    return Student(f"S{k + 1:02d}", GROUPS[k % 2], answers, touches, near)
+
+
+def _brief_touches(ease: float, more: int) -> tuple[float, ...]:
+    """Seconds of each touch, ``more`` or fewer than usual; brief where ease is below its mean."""
+    trait = "hard" if ease < 0.0 else "easy"
+    return (BRIEF_TOUCHES[f"seconds_{trait}"],) * (int(BRIEF_TOUCHES[f"touches_{trait}"]) + more)
 
 
 def _check_folder(out: Path, truth: str) -> None:

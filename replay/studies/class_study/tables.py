@@ -1,7 +1,7 @@
 """The sentences and tables of a study, for page, terminal and files; none of them claims a cause."""
 
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Final
 
@@ -277,9 +277,13 @@ def _verdict(study: Study | None) -> str:
         return f"{unknown}, since no result about contacts could be compared between detectors."
     if not any(row.tested for row in study.sensitivity):
         return f"{unknown}, since no result could be tested with another detector."
-    changed = [_changed(study, row) for row in study.sensitivity if row.tested and row.changes]
+    changed: dict[str, list[Sensitivity]] = {}
+    for row in study.sensitivity:
+        if row.tested and row.changes:
+            changed.setdefault(_result_text(row.before), []).append(row)
     if changed:
-        return f"the detector changes {plural(len(changed), 'conclusion')}: {'; '.join(changed)}."
+        texts = [text for result, rows in changed.items() for text in _changed(study, result, rows)]
+        return f"the detector changes {plural(len(changed), 'conclusion')}: {'; '.join(texts)}."
     return f"{_nothing_associated(study) or 'the detector changes no conclusion'}."
 
 
@@ -293,14 +297,30 @@ def _nothing_associated(study: Study) -> str:
     return f"no {clear}association{about} was found, whichever collision detector counts the contacts"
 
 
-def _changed(study: Study, row: Sensitivity) -> str:
-    """With which detector a conclusion holds, and with which it does not."""
-    name, outcome = readable_name(row.before.name), readable_name(row.before.outcome)
-    what = f"the difference in {outcome} ({name})" if row.before.kind == "groups" else f"{name} with {outcome}"
-    if row.after is not None and row.before.associated and row.after.associated:
-        return f"{what} has another sign with {row.detector} than with {study.detector}"
-    detectors = (study.detector, row.detector) if row.before.associated else (row.detector, study.detector)
-    return "{} holds with {}, not with {}".format(what, *detectors)
+def _result_text(finding: Finding) -> str:
+    """A result as the subject of a sentence."""
+    name, outcome = readable_name(finding.name), readable_name(finding.outcome)
+    if finding.kind == "groups":
+        return f"the difference in {outcome} ({name})"
+    return f"{name} with {outcome}{held_constant(finding)}"
+
+
+def _changed(study: Study, result: str, rows: Sequence[Sensitivity]) -> Iterator[str]:
+    """Yields with which detectors a result holds, with which it does not, and with which it has another sign."""
+    both = [row.detector for row in rows if row.before.associated and row.after is not None and row.after.associated]
+    others = [row.detector for row in rows if row.detector not in both]
+    if others and rows[0].before.associated:
+        yield f"{result} holds with {study.detector}, not with {listed(others, 'or')}"
+    elif others:
+        yield f"{result} holds with {listed(others)}, not with {study.detector}"
+    if both:
+        yield f"{result} has another sign with {listed(both)} than with {study.detector}"
+
+
+def listed(names: Sequence[str], last: str = "and") -> str:
+    """``a``, ``a and b``, ``a, b and c``."""
+    *first, end = names
+    return f"{', '.join(first)} {last} {end}" if first else end
 
 
 def sample_table(study: Study, here: Mapping[str, str]) -> Table:

@@ -33,6 +33,10 @@ def test_a_small_demo_records_replays_and_names_what_was_missed(tmp_path, monkey
     assert len(read_session(tmp_path / "replay-demo" / "session.mcap").frames) == report["session"]["frames"]
 
 
+def test_brief_touches_are_for_a_class(capsys):
+    assert main(["demo", "--brief"]) == 2 and "--brief is for --class" in capsys.readouterr().err
+
+
 def test_class_is_written_to_the_named_folder(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     Path("mine").touch()

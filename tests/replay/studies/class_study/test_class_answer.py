@@ -103,6 +103,7 @@ def test_changing_detectors_are_named_as_such(runs, study, tmp_path):
         f"{detector} leads to another conclusion: it missed {counts.missed} of {counts.contacts} contacts, was late or "
         f"cut short in {counts.late_or_cut_short} and reported {counts.false_contacts} false contacts."
     )
+    assert rows["Why"].figures.startswith(f"{detector} is wrong")
     assert changed[0].detector in rows["Or"].text and detector not in rows["Or"].text
     every = replace(study, sensitivity=tuple(replace(row, after=associated(row.after)) for row in study.sensitivity))
     assert rows_of(runs, every, tmp_path)["Or"].text.startswith("None: every other detector")

@@ -112,6 +112,24 @@ def test_the_first_line_says_whether_a_conclusion_changes(state):
     assert opening(make(), "40 students") == f"40 students: {answer}"
 
 
+def test_detectors_that_change_one_result_share_its_sentence():
+    some, nothing = finding(0.1, 1.2, 0.04), finding(-0.1, 0.2, 0.5)
+    other_sign = finding(-1.2, -0.1, 0.04)
+    result = "contacts per minute with motivation"
+    for before, afters, text in (
+        (some, {"b": nothing, "c": nothing, "d": nothing}, f"{result} holds with a, not with b, c or d"),
+        (nothing, {"b": some, "c": some}, f"{result} holds with b and c, not with a"),
+        (
+            some,
+            {"b": nothing, "c": other_sign},
+            f"{result} holds with a, not with b; {result} has another sign with c than with a",
+        ),
+    ):
+        rows = [Sensitivity(label, 0.9, before, after) for label, after in afters.items()]
+        made = SimpleNamespace(detector="a", sensitivity=rows, findings=[before])
+        assert opening(made, "9 students") == f"9 students: the detector changes 1 conclusion: {text}."
+
+
 WHICHEVER = "whichever collision detector counts the contacts"
 
 

@@ -29,6 +29,17 @@ def test_traits_and_touches_go_together_as_the_model_says():
     assert abs(np.corrcoef(scores(drawn, "use"), motivation)[0, 1]) < 0.05
 
 
+def test_brief_touches_are_more_and_shorter_where_it_is_hard():
+    plain, drawn = draw_class(400), draw_class(400, brief=True)
+    assert [item.answers for item in plain] == [item.answers for item in drawn]
+    lengths = {len(set(item.touches)) for item in drawn}
+    brief = np.array([item.touches[0] < 0.02 for item in drawn])
+    counts = np.array([len(item.touches) for item in drawn])
+    assert lengths == {1} and 0.4 < brief.mean() < 0.6
+    assert set(counts[brief]) == {12, 13, 14} and set(counts[~brief]) == {10, 11, 12}
+    assert scores(drawn, "ease")[brief].mean() < 3.0 < scores(drawn, "ease")[~brief].mean()
+
+
 def test_larger_class_contains_the_smaller_class():
     assert draw_class(9, 3)[:4] == draw_class(4, 3) != draw_class(4, 4)
 
@@ -53,3 +64,5 @@ def test_unrelated_or_other_class_folder_is_left_alone(tmp_path):
     make_class(tmp_path / "class", students=1)
     with pytest.raises(OutputError, match="another seed or size"):
         make_class(tmp_path / "class", students=6)
+    with pytest.raises(OutputError, match="another seed or size"):
+        make_class(tmp_path / "class", students=1, brief=True)
