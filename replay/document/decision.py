@@ -136,7 +136,7 @@ def _in_code(document: RunDocument, ranks: Sequence[Rank]) -> Decision:
     if measured is not None:
         decided.append(measured.fixed)
     best = min(decided, key=_preference, default=None)
-    too_slow = _too_slow(reference) if reference in live else "did not run frame by frame"
+    too_slow = _too_slow(document, reference) if reference in live else "did not run frame by frame"
     if too_slow:
         return _without_reference(reference, too_slow, best, measured)
     if best is not None and reference.contacts and not best.loss and _faster(document, best, reference):
@@ -150,9 +150,10 @@ def _preference(rank: Rank) -> tuple[float, float, bool, float]:
     return rank.loss, fraction_of(rank.missed), rank.mean is None, rank.mean or 0.0
 
 
-def _too_slow(reference: Rank) -> str:
+def _too_slow(document: RunDocument, reference: Rank) -> str:
     """Why the reference cannot be used live, as the end of a sentence; ``""``: it can."""
-    seconds = reference.mean if reference.p99 is None else reference.p99
+    # By the clock the slowest frames of a busy machine are those in which other programs ran.
+    seconds = reference.mean if reference.p99 is None or busy_text(document) else reference.p99
     if seconds is not None and 1e3 * seconds > BUDGET_MS:
         return f"takes longer than {FRAME}"
     return ""

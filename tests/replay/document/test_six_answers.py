@@ -108,6 +108,8 @@ SLOW = 1.1e-3 * BUDGET_MS
         ([rank_of("b", mean=5e-5), rank_of("exact")], {}, "b"),
         ([rank_of("b", mean=5e-5), rank_of("exact")], {"others": 0.5}, "exact"),
         ([rank_of("b", mean=None, p99=None), rank_of("exact")], {}, "exact"),
+        # Other programs ran in the slowest frames.
+        ([rank_of("a", missed=1), rank_of("exact", p99=SLOW)], {"others": 0.5}, "exact"),
         ([rank_of("a", undecided=2), rank_of("exact")], {}, "exact"),
         ([rank_of("a", undecided=2), rank_of("exact", p99=SLOW)], {}, None),
         ([rank_of("a", 0), rank_of("exact", 0)], {}, None),
