@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from support.liquid_worlds import poured_on
+from support.processes import script
 
 from replay.effects.chemistry.components import dissolved_components
 from replay.effects.chemistry.formulas import molar_mass
@@ -40,6 +41,14 @@ def pitzer_kilojoule(key, molal):
 @pytest.mark.parametrize("key", PITZER)
 def test_a_heat_of_the_table_is_that_of_pitzers_equation(key, molal):
     assert TABLE[key][f"{molal:g}"] == pytest.approx(pitzer_kilojoule(key, molal), abs=0.4)
+
+
+def test_every_value_of_the_table_is_printed_again_by_its_parameters():
+    contents = script("heat_contents")
+    rows = list(contents.rows())
+    assert len(rows) > 280
+    for pair, molal, stands, (_, value) in rows:
+        assert stands == pytest.approx(value, abs=contents.ENOUGH_KJ), (pair, molal)
 
 
 def joule_of(solution):
