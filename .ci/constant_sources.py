@@ -24,7 +24,7 @@ ELEMENTS = {
     "F-": "F", "ClO-": {"": "Cl(1)"}, "IO3-": {"": "I(5)"}, "SO3-2": {"": "S(4)", "sit": "S(+4)"},
     "S2O3-2": {"": "S(2)", "sit": "S(+2)"}, "Ox-2": "Ox", "NH4+": "N(-3)", "Ca+2": "Ca", "Mg+2": "Mg",
     "Fe+2": {"": "Fe(2)"}, "Fe+3": {"": "Fe(3)"}, "Ag+": "Ag", "Ni+2": "Ni", "Zn+2": "Zn",
-    "Co+2": {"": "Co(2)"}, "Pb+2": "Pb", "SO4-2": "S(6)", "Cu+2": {"": "Cu", "minteq.v4": "Cu(2)"},
+    "Co+2": {"": "Co(2)"}, "Pb+2": "Pb", "Cd+2": "Cd", "SO4-2": "S(6)", "Cu+2": {"": "Cu", "minteq.v4": "Cu(2)"},
 }  # fmt: skip
 """Ion of a reaction -> the element that brings it, by data base where they differ."""
 

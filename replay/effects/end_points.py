@@ -4,9 +4,9 @@ What is equivalent follows from the amounts alone: the excess of protons over al
 sign. Only a cut at which the pH has an inflection is an end point: nobody could see the others.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from itertools import chain, pairwise
+from itertools import chain, combinations, pairwise
 from typing import Final
 
 import numpy as np
@@ -74,6 +74,12 @@ BEYOND: Final = 1.25
 COMPLETE: Final = 0.9
 """Share of two equivalent reagents that must have reacted for an end point: an indicator or a colour shows it then."""
 
+ALONE: Final = 0.99
+"""The same where another partner of the ion is there: calcium beside magnesium shows no end point of its own."""
+
+MOST_PARTNERS: Final = 4
+"""Partners of an ion that may be equivalent to it together."""
+
 
 def end_points(matter: Matter, vessel: str) -> list[EffectEvent]:
     """Events in order of what came in, with its volume, what overshot it, and whose it is.
@@ -133,7 +139,8 @@ def titrated_metals(matter: Matter, vessel: str) -> set[str]:
     if not matter.histories[vessel].added_ml[-1].any():
         return set()
     totals = matter.totals(matter.histories[vessel].amounts)
-    return {name for point in _of_ions(matter, vessel, totals) for name in (point.left, point.right)} & METALS
+    points = _of_ions(matter, vessel, totals)
+    return {name for point in points for side in (point.left, point.right) for name in side.split(" + ")} & METALS
 
 
 def _events(matter: Matter, vessel: str, kinds: Crossings) -> list[EffectEvent]:
@@ -316,7 +323,10 @@ def _of_electrons(matter: Matter, vessel: str, find: Finder) -> Crossings:
 
 
 def _of_ions(matter: Matter, vessel: str, totals: FloatArray) -> Crossings:
-    """Yields the crossings of a metal and an anion that an equation makes a complex or a solid of, all but a little."""
+    """Yields the crossings of an ion and those that equations bind it to, in a complex or a solid, all but a little.
+
+    Of several partners, such as calcium and magnesium with EDTA, all that are bound by then count together.
+    """
     if matter.solver is None:
         return
     components = matter.solver.mixture.components
@@ -326,25 +336,61 @@ def _of_ions(matter: Matter, vessel: str, totals: FloatArray) -> Crossings:
             heavy = heavy_components(formula)
             if len(heavy) == 2 and len(METALS & set(heavy)) == 1 and set(heavy) <= set(components):
                 pairs.setdefault(tuple(sorted(heavy)), formula)
-    for formula in pairs.values():
-        (one, ones), (other, others) = sorted(heavy_components(formula).items())
-        left, right = totals[:, components.index(one)] / ones, totals[:, components.index(other)] / others
-        for crossing in _crossings(left - right):
-            made = _made(matter, vessel, formula, crossing)
-            whole = float(crossing.at(np.minimum(left, right)))
-            if whole > 0.0 and made >= COMPLETE * whole:
-                yield _Equivalent(crossing, Equivalence.METAL_AND_ANION, one, other, made / whole)
+    for ion, partners in _together(pairs):
+        own = totals[:, components.index(ion)]
+        bound, needed = [], np.zeros(len(own))
+        for partner in partners:
+            formula = pairs[(min(ion, partner), max(ion, partner))]
+            heavy = heavy_components(formula)
+            moles = totals[:, components.index(partner)] / heavy[partner]
+            bound.append((formula, moles))
+            needed = needed + moles * heavy[ion]
+        others = {name for pair in pairs if ion in pair for name in pair} - {ion, *partners}
+        for crossing in _crossings(own - needed):
+            rivalled = any(float(crossing.at(totals[:, components.index(name)])) > 0.0 for name in others)
+            whole = [float(crossing.at(moles)) for _, moles in bound]
+            made = _made(matter, vessel, totals, crossing)
+            shares = [
+                made.get(formula, 0.0) / moles for (formula, _), moles in zip(bound, whole, strict=True) if moles > 0.0
+            ]
+            if len(shares) == len(bound) and min(shares) >= (ALONE if rivalled else COMPLETE):
+                names = sorted((ion, " + ".join(partners))) if len(partners) == 1 else [ion, " + ".join(partners)]
+                yield _Equivalent(crossing, Equivalence.METAL_AND_ANION, names[0], names[1], min(shares))
 
 
-def _made(matter: Matter, vessel: str, formula: str, crossing: _Crossing) -> float:
-    """Mol of a solid or complex at a crossing."""
-    if formula + SOLID in matter.ledger.column:
-        return float(crossing.at(matter.amount(vessel, formula + SOLID)))
-    assert matter.solver is not None
-    row = matter.solver.mixture.row_of(formula)
-    times = matter.histories[vessel].times[[crossing.before, crossing.after]]
-    wet, solved = matter.solved(vessel, times)
-    return float(solved.species[:, row].min()) if row is not None and len(wet) == len(times) else 0.0
+def _together(pairs: Iterable[tuple[str, ...]]) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """Ions and partners that they may be equivalent to: one, or several of them together."""
+    partners: dict[str, set[str]] = {}
+    for one, other in pairs:
+        yield one, (other,)
+        partners.setdefault(one, set()).add(other)
+        partners.setdefault(other, set()).add(one)
+    for ion, mine in sorted(partners.items()):
+        for count in range(2, min(len(mine), MOST_PARTNERS) + 1):
+            for several in combinations(sorted(mine), count):
+                yield ion, several
+
+
+def _made(matter: Matter, vessel: str, totals: FloatArray, crossing: _Crossing) -> dict[str, float]:
+    """Formula of each complex and solid -> mol of it at the very crossing, where PHREEQC has an answer."""
+    solver, history, ledger = matter.solver, matter.histories[vessel], matter.ledger
+    assert solver is not None
+    water = crossing.at(history.amounts[:, ledger.water])
+    celsius = crossing.at(matter.celsius(vessel, history.times))
+    solved = solver.equilibrium(crossing.at(totals)[None], np.atleast_1d(water), np.atleast_1d(celsius), ~ledger.gas)
+    if np.isnan(solved.ph[0]):
+        return {}
+    made = {}
+    for reaction in matter.recipe.reactions:
+        for formula in reaction.equation.products:
+            column = formula + SOLID
+            names = [phase.column for phase in solver.mixture.phases]
+            row = solver.mixture.row_of(formula)
+            if column in names:
+                made[formula] = float(solved.phases[0, names.index(column)])
+            elif row is not None:
+                made[formula] = float(solved.species[0, row])
+    return made
 
 
 def _crossings(excess: FloatArray) -> Iterator[_Crossing]:

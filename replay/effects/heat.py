@@ -148,9 +148,10 @@ def _check(declared: Declaration, scene: Scene) -> None:
     try:
         if kind == "flame":
             heats = scene.body(declared["heats"]) or SceneBody(declared["heats"])
-            _capacity(heats)
+            # What a liquid needs is told at once, its share of the capacity included.
             if (heats.extra.get("properties") or {}).get("liquid"):
                 _check_liquid(declared, Vessel(heats))
+            _capacity(heats)
             if declared["turns_c"] is not None:
                 _check_solid(Vessel(heats))
     except EffectError as error:

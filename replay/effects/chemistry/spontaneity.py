@@ -29,8 +29,8 @@ CONCENTRATED_J: Final = 12e3
 Of 12 mol/L of HCl, whose mean activity coefficient is 17 at 16 mol/kg: R T ln 270, less a little. Source: CRC Handbook.
 """
 
-EVEN_J: Final = -15e3
-"""Free energy from which a reaction leaves some of its reagents: of two that make two, 5 % at -15 kJ/mol."""
+EVEN_J: Final = -12e3
+"""Free energy from which a reaction leaves some of its reagents: of two that make two, 8 % at -12 kJ/mol."""
 
 ESTER_J: Final = -3.4e3
 """Free energy of a carboxylic acid and an alcohol that make an ester and water: R T ln 4, whichever they are.

@@ -79,3 +79,10 @@ def test_an_oxidation_in_ions_has_a_single_end_point(row):
     (event,) = titrated(row["flask"], row["burette"], (row["equation"],))["reaction"].output.named("end-point")
     assert event.values["volume_ml"] == pytest.approx(row["volume_ml"], abs=0.01)
     assert event.text.startswith(f"{row['names']} are equivalent in flask")
+
+
+@pytest.mark.parametrize("row", TABLE["shared"], ids=lambda row: row["name"])
+def test_ions_that_share_a_titrant_have_their_sums_as_ends(row):
+    """A hardness titration ended with calcium alone, at 5 of 7 mL, and of two halides only the first had an end."""
+    events = titrated(row["flask"], row["burette"], row["equations"])["reaction"].output.named("end-point")
+    assert [event.values["volume_ml"] for event in events] == pytest.approx(row["ends"], abs=0.01)
