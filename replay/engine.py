@@ -58,7 +58,7 @@ EXAMINING: Final = 8
 
 @dataclass(frozen=True, eq=False)
 class PreparedSession:
-    """What every verb starts from: the same poses, the same pairs.
+    """A session as every verb starts from it: the same poses, the same pairs.
 
     Parameters
     ----------

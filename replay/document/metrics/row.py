@@ -41,7 +41,7 @@ TASK: Final = "task_seconds/"
 
 @dataclass(frozen=True)
 class _Grasping:
-    """Return the columns that are the same for every detector of a run."""
+    """Hands, what they grasp, and near misses: the same for every detector of a run."""
 
     hands: Mapping[int, str]
     grasps: tuple[Grasp, ...] | None

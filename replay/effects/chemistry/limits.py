@@ -21,7 +21,7 @@ BASIC_PH: Final = 13.0
 
 
 class Cause(StrEnum):
-    """What ends a process, where it is no reagent that is used up."""
+    """An end of a process other than that a reagent is used up."""
 
     ACID = "acid"
     HYDROXIDE = "hydroxide"

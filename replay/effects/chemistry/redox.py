@@ -113,7 +113,7 @@ def _unknown_complex(matter: Matter, vessel: str, couple: Couple) -> bool:
 
 
 def _partner(column: str, made: Sequence[str]) -> str:
-    """What a reagent becomes: the product with its atoms but hydrogen and oxygen; ``""``: not one alone."""
+    """Return the product that a reagent becomes: that with its atoms but hydrogen and oxygen; ``""``: not one alone."""
     mine = _heavy(column)
     if column == PEROXIDE:
         return next((product for product in made if product.removesuffix(GAS) == "O2"), WATER)

@@ -119,7 +119,7 @@ def _reason_of_process(matter: Matter, reaction: Reaction) -> str:
 
 
 def _ended_by(matter: Matter, reaction: Reaction, vessel: str) -> str:
-    """What kept an equation from running in a vessel that had all of its reagents."""
+    """Return the cause that kept an equation from running in a vessel that had all of its reagents."""
     history = matter.histories[vessel]
     wet = np.flatnonzero(history.volume_ml > 0.0)
     limits = matter.ledger.limits.by_cause(reaction.process, history.amounts[wet])

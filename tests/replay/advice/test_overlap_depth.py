@@ -20,7 +20,7 @@ def test_depth_of_rod_in_block_is_depth_of_its_end(depth):
 
 
 @pytest.mark.parametrize(("apart", "depth"), [(1.0, 0.0), (0.15, 0.05)])
-def test_depth_of_two_blocks_is_what_is_left_of_their_width(apart, depth):
+def test_depth_of_two_blocks_is_their_overlap(apart, depth):
     block = SampledSurface(box(0.2, 0.2, 0.2))
     motion = Motion(np.array([0.0]), np.array([[[0.0, 0, 0], [apart, 0, 0]]]), np.tile(np.eye(3), (1, 2, 1, 1)))
     assert overlap_depth(block, block, motion, 0, (0, 1)) == pytest.approx(depth, abs=0.01)

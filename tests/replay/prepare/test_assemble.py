@@ -116,7 +116,7 @@ def test_session_without_pairs_is_refused_with_the_reason(session, text):
         assemble(session)
 
 
-def test_body_that_is_always_lost_is_the_reason_for_no_pair():
+def test_body_that_is_always_lost_leaves_no_pair():
     status = np.ones((12, 2))
     status[:, 1] = int(Status.LOST)
     with pytest.raises(AssemblyError, match="no pair to replay: b has no pose that is not lost; `replay doctor` says"):

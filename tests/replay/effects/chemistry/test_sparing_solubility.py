@@ -34,7 +34,7 @@ def test_sparing_salts_dissolve_as_tables_say_hot_and_cold(solid, celsius, grams
     assert dissolved(solid, celsius, grams) == pytest.approx(grams, rel=0.15)
 
 
-def test_a_course_by_temperature_of_ones_own_is_taken_or_refused():
+def test_solubility_by_temperature_of_a_scene_is_taken_or_refused():
     """It was dropped without a word: an author's log_k held at every temperature."""
     flask = glass("flask", 50.0, solutes={"PbCl2": 0.01})
     course = "PHASES\nMine\n PbCl2 = Pb+2 + 2 Cl-\n log_k -4.78\n -analytic {}\n"
