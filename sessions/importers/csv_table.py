@@ -193,7 +193,7 @@ class CsvTable:
     def _parsed(self, text: bytes) -> Any:
         """The rows that are as long as the header, as Arrow text."""
         schema = pa.schema([(name, pa.string()) for name in self.columns])
-        if not text.strip():
+        if not text or text.isspace():
             return schema.empty_table()
         try:
             return pa.csv.read_csv(
@@ -257,7 +257,8 @@ class CsvTable:
     """Numbers of the rows that are no header, (n,), where some are."""
 
     def _last_row_is_whole(self) -> bool:
-        line = self._text.rstrip(b"\r\n").rpartition(b"\n")[2].decode("utf-8")
+        rows = self._text.rstrip(b"\r\n")
+        line = rows[rows.rfind(b"\n") + 1 :].decode("utf-8")
         with suppress(csv.Error):
             return [len(row) for row in csv.reader([line], delimiter=self._layout.delimiter)] == [len(self.columns)]
         return False

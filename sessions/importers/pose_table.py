@@ -241,8 +241,11 @@ def room_radius(tracks: Iterable[Track]) -> float:
     """
     positions = [track.positions[track.valid] for track in tracks]
     with np.errstate(over="ignore"):
-        distances = np.sort(np.concatenate([np.hypot.reduce(rows, axis=1) for rows in positions] or [np.zeros(0)]))
-    return float(distances[-(len(distances) // 100) - 1]) if len(distances) else 0.0
+        distances = np.concatenate([np.hypot.reduce(rows, axis=1) for rows in positions] or [np.zeros(0)])
+    if not len(distances):
+        return 0.0
+    rank = len(distances) - 1 - len(distances) // 100
+    return float(np.partition(distances, rank)[rank])
 
 
 def _grouped(notes: Iterable[str]) -> list[str]:
