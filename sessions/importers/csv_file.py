@@ -131,11 +131,11 @@ def _check_last_row(table: CsvTable, pose: PoseColumns) -> None:
         or {*last} & {*pose.position}
     ):
         return
-    places = table.numbers(last)
-    wrong = np.flatnonzero((np.abs(places) > LAST_ROW_TOLERANCE).any(axis=1))
+    entries = table.numbers(last)
+    wrong = np.flatnonzero((np.abs(entries) > LAST_ROW_TOLERANCE).any(axis=1))
     if len(wrong):
         raise ImportFileError(
-            f"{table.source}: the columns {', '.join(last)} hold {places[wrong[0]].tolist()} in place of zeros: the "
+            f"{table.source}: the columns {', '.join(last)} hold {entries[wrong[0]].tolist()} in place of zeros: the "
             "matrices are written column by column; name those of matrix in the other order, and these as position"
         )
 

@@ -25,7 +25,7 @@ NO_TIME: Final = "with a stamp of 0 among others that have one"
 OUTSIDE: Final = "before or after all transforms of a frame that it hangs from"
 MOST_AT_A_PULSE: Final = 3
 """Samples a second from which they are not those of a clock that pulses on the second, which is off by little."""
-SEVERAL_PARTS: Final = 5
+SEVERAL_FRACTIONS: Final = 5
 """Different parts of a second, of which chance puts none into its first thousandth."""
 LARGEST_GAP_NS: Final = 200_000_000
 """A frame silent for longer than this, and elsewhere after it, is not interpolated: its pose there is lost."""
@@ -71,10 +71,10 @@ class _Link:
 def _refuse_coarse_nanoseconds(name: str, stamps: Stamps, ledger: Ledger) -> None:
     """Refuse stamps whose nanoseconds are microseconds or milliseconds: each second passes in a thousandth of it."""
     _, samples = np.unique(stamps // 1_000_000_000, return_counts=True)
-    parts = np.unique(stamps % 1_000_000_000)
-    if (samples >= MOST_AT_A_PULSE).sum() < 2 or len(parts) < SEVERAL_PARTS:
+    fractions = np.unique(stamps % 1_000_000_000)
+    if (samples >= MOST_AT_A_PULSE).sum() < 2 or len(fractions) < SEVERAL_FRACTIONS:
         return
-    if int(parts[-1]) < 1_000_000:
+    if int(fractions[-1]) < 1_000_000:
         raise ImportFileError(
             f"{ledger.source}: frame {name!r}: the nanoseconds of its {len(stamps):,} stamps are all below 1,000,000: "
             "they seem to be microseconds or milliseconds; write nanoseconds"

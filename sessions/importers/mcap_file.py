@@ -133,11 +133,11 @@ def _stamp_of(time: Any) -> int | None:
     seconds, nanoseconds = _first_field(time, "seconds", "sec"), _first_field(time, "nanos", "nsec", "nanosec")
     if seconds is None and nanoseconds is None:
         raise ValueError(f"a timestamp is {_brief(time)}; write it as sec and nsec")
-    whole, part = _integer(seconds), _integer(nanoseconds)
-    stamp = whole * 1_000_000_000 + part
-    if whole > 0 and not 0 <= part < 1_000_000_000:
+    whole, remainder = _integer(seconds), _integer(nanoseconds)
+    stamp = whole * 1_000_000_000 + remainder
+    if whole > 0 and not 0 <= remainder < 1_000_000_000:
         raise ValueError(
-            f"a timestamp has {part} nanoseconds beside its {whole} seconds; write those of less than a second"
+            f"a timestamp has {remainder} nanoseconds beside its {whole} seconds; write those of less than a second"
         )
     if stamp < 0:
         raise ValueError(f"a timestamp is {stamp} ns, before 0; correct the stamps")

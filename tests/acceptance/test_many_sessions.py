@@ -86,9 +86,9 @@ def driven_by(folder, out, every, workers):
     last, killed, chance = begun, 0, random.Random(7)
     often, _, unit = every.partition(" ")
 
-    def on_done(name, became):
+    def on_done(name, result):
         nonlocal last, killed
-        reported.append((name, became, time.monotonic() - begun, me.memory_info().rss))
+        reported.append((name, result, time.monotonic() - begun, me.memory_info().rss))
         passed = time.monotonic() - last if unit == "s" else len(reported) - float(often) * killed
         if every and passed >= float(often) and len(reported) < 0.9 * SESSIONS:
             chance.choice(sorted(spawned_by(me), key=lambda item: item.pid)).kill()

@@ -112,7 +112,7 @@ def test_twelve_writers_leave_a_single_complete_folder(tmp_path):
     out, ends = tmp_path / "out", []
     begin = threading.Barrier(12)
 
-    def one(word):
+    def overwrite(word):
         try:
             with whole_folder(out, RefusalError) as folder:
                 write(folder, word)
@@ -121,7 +121,7 @@ def test_twelve_writers_leave_a_single_complete_folder(tmp_path):
         except RefusalError as error:
             assert "another program" in str(error)
 
-    threads = [threading.Thread(target=one, args=(str(k),)) for k in range(12)]
+    threads = [threading.Thread(target=overwrite, args=(str(k),)) for k in range(12)]
     [thread.start() for thread in threads]
     [thread.join() for thread in threads]
     assert len(ends) == 1 and (out / "table").read_text() == (out / "mark").read_text() == ends[0]

@@ -130,7 +130,7 @@ class Lab:
         script, (position, quaternion) = self.hands[side], self.where[thing]
         grip_point = self.layout.site(thing, at) - below * UP if isinstance(at, str) else at
         grip = position + rotated(quaternion, grip_point)
-        self.look_at(grip)
+        self.gaze_at(grip)
         script.over(grip, self.travel, quaternion=IDENTITY)
         script.wait(0.3)
         lifted = position + SNAP * UP
@@ -155,7 +155,7 @@ class Lab:
         """Move the grasped thing until its origin is at ``position``; with ``height`` up to it and over first."""
         thing = self.grasped[side]
         rotation = self.where[thing][1] if quaternion is None else np.asarray(quaternion)
-        self.look_at(position)
+        self.gaze_at(position)
         hand, hand_rotation = self._hand_for(side, position, rotation)
         if height is None:
             self.hands[side].go(hand, seconds, quaternion=hand_rotation)
@@ -212,7 +212,7 @@ class Lab:
         self.where[thing] = (np.array([x, fall.floor, z]), fall.quaternion)
         self.hands[side].wait(impact - moment + 0.8)
 
-    def look_at(self, at: ArrayLike | str, *, after: float = 0.0) -> None:
+    def gaze_at(self, at: ArrayLike | str, *, after: float = 0.0) -> None:
         """The eyes turn to a place, or to where a body stood at first, when both hands have rested for ``after`` s."""
         if after:
             self.wait(after)

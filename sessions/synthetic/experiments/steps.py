@@ -129,7 +129,7 @@ def _circle(lab: Lab, side: str, kind: str, circles: Stir, bodies: tuple[str, ..
 
 def rap(lab: Lab, side: str, target: str, height: float, seconds: float, *, note: str) -> None:
     """Touch a standing glass with the knuckles of an empty hand for so many seconds."""
-    lab.look_at(lab.where[target][0])
+    lab.gaze_at(lab.where[target][0])
     script, meets, at = _before(lab, side, target, height)
     dent = Dent(0.0024, seconds, 0.0264)
     script.go(meets.origin_at(at, dent.gap), 0.6)

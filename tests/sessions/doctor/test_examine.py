@@ -68,7 +68,7 @@ def test_memory_and_file_give_the_same_findings(tmp_path):
     assert examine(draft.session()) == examine(draft.write(tmp_path / "a.mcap"))
 
 
-def said(scene, names, meshes):
+def scene_codes(scene, names, meshes):
     return {(item.code, item.body, item.severity) for item in scene_findings(scene, names, meshes)}
 
 
@@ -77,7 +77,7 @@ def test_declared_but_unrecorded_and_undeclared_bodies_are_reported():
         bodies=(SceneBody("a", proxy=True), SceneBody("b"), SceneBody("c", parent="gone", fixed=Pose())),
         pairs=(("a", "d"),),
     )
-    assert said(scene, ["a", "e"], ["a", "c"]) == {
+    assert scene_codes(scene, ["a", "e"], ["a", "c"]) == {
         ("proxy", "a", Severity.NOTE),
         ("unrecorded-body", "b", Severity.WARNING),
         ("unrecorded-body", "c", Severity.ERROR),

@@ -50,8 +50,8 @@ def test_shifted_log_clock_is_accepted_and_its_jump_reported():
 def test_clock_of_an_impossible_rate_has_the_wrong_unit(step_ns, expected):
     draft = clean()
     draft.arrays["stamp_ns"] = draft.arrays["log_ns"] = draft.arrays["stamp_ns"][0] + step_ns * np.arange(FRAMES)
-    found = [item for item in findings(draft) if item.code == "clock-unit"]
-    assert [(item.severity, item.count) for item in found] == [(Severity.WARNING, FRAMES)] * expected
+    reported = [item for item in findings(draft) if item.code == "clock-unit"]
+    assert [(item.severity, item.count) for item in reported] == [(Severity.WARNING, FRAMES)] * expected
 
 
 BEFORE = np.arange(FRAMES) < FRAMES // 2
@@ -72,7 +72,7 @@ BEFORE = np.arange(FRAMES) < FRAMES // 2
 def test_body_without_a_pose_in_most_frames_is_named(rows, expected):
     draft = clean()
     draft.arrays["status"][~rows, 1] = Status.ABSENT
-    found = [item for item in findings(draft) if item.code == "often-missing"]
-    assert [item.body for item in found] == ["hand-left"] * expected
-    for item in found:
+    reported = [item for item in findings(draft) if item.code == "often-missing"]
+    assert [item.body for item in reported] == ["hand-left"] * expected
+    for item in reported:
         assert f"{item.count:,} of {FRAMES:,} frames; its samples: {int(rows.sum()):,}" in item.message

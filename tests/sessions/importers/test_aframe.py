@@ -96,9 +96,9 @@ def test_poseless_devices_and_repeated_sides_are_accounted_for(tmp_path):
 
 
 def test_rotation_of_four_numbers_is_refused(tmp_path):
-    turned = {**pose(1), "rotation": {"x": 0.0, "y": 0.6, "z": 0.0, "w": 0.8}}
+    rotated = {**pose(1), "rotation": {"x": 0.0, "y": 0.6, "z": 0.0, "w": 0.8}}
     refused(
-        "aframe", written(tmp_path, {"cup": {"poses": [turned]}}), "cup: poses: a rotation has a w: it is a quaternion"
+        "aframe", written(tmp_path, {"cup": {"poses": [rotated]}}), "cup: poses: a rotation has a w: it is a quaternion"
     )
 
 

@@ -228,9 +228,9 @@ def test_a_slow_frame_that_stays_loses_no_pose_below(tmp_path):
         ends = [("/slow", FRAME, s, moved("map", "table", s, 1, at)) for s, at in ((STAMPS[0], 0), (STAMPS[-1], row))]
         track = import_session("mcap", as_json(tmp_path / f"{row}.mcap", [*rows, *ends])).tracks["cup"]
         assert track.valid[[0, -1]].all() and (~track.valid[1:-1] == is_lost).all()
-    place, _ = joined((1, 0), (0, ALL))
+    pose_positions, _ = joined((1, 0), (0, ALL))
     calm = import_session("mcap", tmp_path / "0.mcap").tracks["cup"]
-    assert np.abs(calm.positions - place @ ROS.T).max() <= 1e-9
+    assert np.abs(calm.positions - pose_positions @ ROS.T).max() <= 1e-9
 
 
 def sent(topic, count=20, stamp=lambda k: k + 1, name="cup", of=0):

@@ -80,7 +80,7 @@ def test_poses_missing_in_the_chunk_index_are_read(file):
     of_poses = (Opcode.MESSAGE_INDEX, (1).to_bytes(2, "little"))
     file.write_bytes(
         with_records(
-            file.read_bytes(), lambda parts: [piece for piece in parts if (piece[0], piece[1][:2]) != of_poses]
+            file.read_bytes(), lambda records: [piece for piece in records if (piece[0], piece[1][:2]) != of_poses]
         )
     )
     assert_same_frames(read_session(file).frames, frames)

@@ -114,10 +114,10 @@ bodies = st.builds(
 
 
 @given(st.text(max_size=8), st.lists(bodies, max_size=4, unique_by=lambda body: body.id), st.none() | st.just(()))
-def test_a_scene_written_as_toml_reads_back_the_same(name, found, effects):
-    scene = Scene(name=name, bodies=tuple(found), effects=effects)
+def test_a_scene_written_as_toml_reads_back_the_same(name, declared, effects):
+    scene = Scene(name=name, bodies=tuple(declared), effects=effects)
     back = parse_scene(scene_to_toml(scene))
-    assert (back.name, back.bodies, back.pairs, back.effects) == (name, tuple(found), None, effects)
+    assert (back.name, back.bodies, back.pairs, back.effects) == (name, tuple(declared), None, effects)
     assert scene_to_toml(back) == scene_to_toml(scene)
 
 

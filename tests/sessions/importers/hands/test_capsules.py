@@ -72,9 +72,9 @@ def test_capsules_lie_between_their_joints_without_twisting():
     np.testing.assert_allclose(track.positions, child, atol=1e-15)
     np.testing.assert_allclose(rotated(track.quaternions_xyzw, [0.0, -motion.length, 0.0]) + child, parent, atol=1e-12)
     steps = quaternion_product(track.quaternions_xyzw[1:], quaternion_inverse(track.quaternions_xyzw[:-1]))
-    turned = 2.0 * np.arccos(np.clip(steps[:, 3], -1.0, 1.0))
+    rotation_angles = 2.0 * np.arccos(np.clip(steps[:, 3], -1.0, 1.0))
     bent = np.arccos(np.clip((directions[1:] * directions[:-1]).sum(axis=1), -1.0, 1.0))
-    np.testing.assert_allclose(turned, bent, atol=1e-6)
+    np.testing.assert_allclose(rotation_angles, bent, atol=1e-6)
 
 
 def test_opposite_directions_are_no_rotation_by_chance():
