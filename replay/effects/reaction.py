@@ -69,15 +69,15 @@ def compute(inputs: EffectInputs) -> EffectOutput:
         findings.ran[history.frames[1:]] |= mixed
         for reaction in reactions:
             if reaction.process >= 0:
-                _tell_extent(inputs, matter, reaction, vessel, findings)
+                _add_extent(inputs, matter, reaction, vessel, findings)
         if matter.solver is not None and (mixed or matter.is_still):
             moments = [_times(inputs, matter, reaction, vessel) for reaction in reactions]
             times = np.unique(np.concatenate(moments or [history.times]))
-            formed |= _tell_solution(matter, vessel, times, findings)
+            formed |= _add_solution(matter, vessel, times, findings)
         if mixed:
             findings.series.update(titrated_quantities(matter, vessel))
-        _tell_gases(inputs, matter, vessel, findings)
-        _tell_solids(inputs, matter, vessel, findings)
+        _add_gases(inputs, matter, vessel, findings)
+        _add_solids(inputs, matter, vessel, findings)
         findings.events += _brines(matter, vessel)
         findings.events += ion_end_points(matter, vessel)
         points = end_points(matter, vessel)
@@ -96,7 +96,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     return findings.output()
 
 
-def _tell_solution(matter: Matter, vessel: str, times: FloatArray, findings: Findings) -> BoolArray:
+def _add_solution(matter: Matter, vessel: str, times: FloatArray, findings: Findings) -> BoolArray:
     """Series of pH and of the ions that equations make; which reactions made what they make, as (r,) bool."""
     assert matter.solver is not None
     mixture = matter.solver.mixture
@@ -110,7 +110,7 @@ def _tell_solution(matter: Matter, vessel: str, times: FloatArray, findings: Fin
         findings.series[f"{vessel}/pH"] = Series(times[known_times], solved.ph[rows], "pH")
     amounts, _, volume_ml = matter.states(vessel, times[wet])
     litres = volume_ml * 1e-3
-    for name, row in _ions_to_tell(matter, mixture, solved.species[rows], amounts[rows]).items():
+    for name, row in _reported_ions(matter, mixture, solved.species[rows], amounts[rows]).items():
         values = solved.species[rows, row] / litres[rows]
         findings.series[f"{vessel}/{name}"] = Series(times[known_times], values, "mol/L")
     for number, reaction in enumerate(matter.recipe.reactions):
@@ -162,11 +162,11 @@ def _solids_at(matter: Matter, vessel: str, times: FloatArray) -> list[str]:
     )
 
 
-def _ions_to_tell(matter: Matter, mixture: Mixture, species: FloatArray, amounts: FloatArray) -> dict[str, int]:
-    """Name -> row of the ions and molecules whose concentration is told.
+def _reported_ions(matter: Matter, mixture: Mixture, species: FloatArray, amounts: FloatArray) -> dict[str, int]:
+    """Name -> row of the ions and molecules whose concentration is reported.
 
     They are those that an equation or a vessel names, if they are complexes or weak acids and bases, and every complex
-    of a metal with a ligand that holds a fraction of it worth telling.
+    of a metal with a ligand that holds more than a trace of it.
     """
     rows_by_name: dict[str, int] = {}
     equations = [formula for reaction in matter.recipe.reactions for formula in reaction.equation.formulas]
@@ -193,7 +193,7 @@ def _ions_to_tell(matter: Matter, mixture: Mixture, species: FloatArray, amounts
     return rows_by_name
 
 
-def _tell_extent(inputs: EffectInputs, matter: Matter, reaction: Reaction, vessel: str, findings: Findings) -> None:
+def _add_extent(inputs: EffectInputs, matter: Matter, reaction: Reaction, vessel: str, findings: Findings) -> None:
     """How far an equation without a constant went in a vessel: a series, and a lane while it goes on."""
     times = _times(inputs, matter, reaction, vessel)
     extent = matter.states(vessel, times)[1][:, reaction.process]
@@ -207,7 +207,7 @@ def _tell_extent(inputs: EffectInputs, matter: Matter, reaction: Reaction, vesse
         findings.lane(vessel, LaneSpan(float(times[moving[0]]), float(times[moving[-1]]), equation))
 
 
-def _tell_gases(inputs: EffectInputs, matter: Matter, vessel: str, findings: Findings) -> None:
+def _add_gases(inputs: EffectInputs, matter: Matter, vessel: str, findings: Findings) -> None:
     """Adds gas that left, wherever it went: an event from the first to the last of it, and its amount as a series."""
     times = inputs.times if matter.ledger.slow else matter.histories[vessel].times
     amounts = matter.states(vessel, times)[0]
@@ -239,7 +239,7 @@ def _dissolved_gas(matter: Matter, vessel: str, gas: str, gone: float) -> str:
     return f"; water would keep up to {quantity(1e3 * most, 'mmol')} of it, which is counted as gas"
 
 
-def _tell_solids(inputs: EffectInputs, matter: Matter, vessel: str, findings: Findings) -> None:
+def _add_solids(inputs: EffectInputs, matter: Matter, vessel: str, findings: Findings) -> None:
     """Mass of each solid at equilibrium that changes, where no effect precipitation follows it."""
     followed = {declared["solid"] for declared in inputs.tables.get("precipitation", ())}
     ledger = matter.ledger

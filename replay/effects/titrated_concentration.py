@@ -39,16 +39,16 @@ def titrated_concentration(
     if not 0 < whole.numerator <= LARGEST or abs(float(whole) * titrated / moles - 1.0) > NEAR:
         return "", {}
     if analyte in sample.solids:
-        found = moles / float(whole) / volume_ml * 1e3
+        result = moles / float(whole) / volume_ml * 1e3
         mass = moles * molar_mass(analyte)
-        text = f"; by {quantity(mass, 'g')} of {analyte}, {reagent} has {quantity(found, 'mol/L')}"
-        return text, {"formula": reagent, "mol_per_l": found}
-    found = titrated * float(whole) / sample.volume_ml * 1e3
+        text = f"; by {quantity(mass, 'g')} of {analyte}, {reagent} has {quantity(result, 'mol/L')}"
+        return text, {"formula": reagent, "mol_per_l": result}
+    result = titrated * float(whole) / sample.volume_ml * 1e3
     volume = quantity(sample.volume_ml, "mL")
-    text = f"; by {quantity(molar, 'mol/L')} {reagent}, {analyte} had {quantity(found, 'mol/L')} in the first {volume}"
+    text = f"; by {quantity(molar, 'mol/L')} {reagent}, {analyte} had {quantity(result, 'mol/L')} in the first {volume}"
     # Which of the two is the standard a scene does not say.
     text += f" (or, with {analyte} as the standard, {reagent} has {quantity(molar, 'mol/L')})"
-    return text, {"formula": analyte, "mol_per_l": found}
+    return text, {"formula": analyte, "mol_per_l": result}
 
 
 def _matching(amounts: Mapping[str, float], names: tuple[str, str]) -> dict[str, float]:

@@ -220,8 +220,8 @@ def a_scene(seed, attempt):
     equations = rng.choice(len(EQUATIONS), int(rng.integers(1, 3)), replace=False)
     tables = [("pour", flow), ("mixing", {"in": names}), *(("reaction", EQUATIONS[k]) for k in equations.tolist())]
     if rng.random() < 0.5:
-        told = {} if rng.random() < 0.5 else {"heat_capacity_j_per_ml_k": 4.18}
-        tables.append(("heat", {**HEAT_TABLE, **told}))
+        declared = {} if rng.random() < 0.5 else {"heat_capacity_j_per_ml_k": 4.18}
+        tables.append(("heat", {**HEAT_TABLE, **declared}))
     return poses, bodies, tables, hz
 
 

@@ -205,7 +205,7 @@ def poured_on(a, b, equation, steps=20, excess=None, solids=None, **keys):
         room=20.0,
         solids=solids or {},
         solute=acid and acid + ADDED,
-        dilution=dilution_of(acid, asked=recipe.solver is not None),
+        dilution=dilution_of(acid, has_phreeqc=recipe.solver is not None),
     )
     book = recipe.ledger(0.0, warmth)
     book.begin(0.0)

@@ -103,12 +103,12 @@ def _combinations(heavy: Counter[str]) -> Iterator[Counter[str]]:
     atoms_by_choices = sorted(heavy, key=lambda atom: (choices[atom], atom))
     fitting.sort(key=lambda candidate: min(atoms_by_choices.index(atom) for atom in candidate.heavy))
     ions = [tuple(candidate.heavy.get(atom, 0) for atom in atoms_by_choices) for candidate in fitting]
-    wanted = tuple(heavy[atom] for atom in atoms_by_choices)
-    for counts in _sums(ions, wanted):
+    required = tuple(heavy[atom] for atom in atoms_by_choices)
+    for counts in _sums(ions, required):
         yield Counter({fitting[row].name: many for row, many in counts.items()})
 
 
-def _sums(ions: list[tuple[int, ...]], wanted: tuple[int, ...]) -> Iterator[Counter[int]]:
+def _sums(ions: list[tuple[int, ...]], required: tuple[int, ...]) -> Iterator[Counter[int]]:
     """How often to take which row of ``ions`` for sums of exactly ``wanted`` atoms.
 
     At most ``MOST_IONS`` ions of ``MOST_KINDS`` kinds.
@@ -136,7 +136,7 @@ def _sums(ions: list[tuple[int, ...]], wanted: tuple[int, ...]) -> Iterator[Coun
             yield from sums(row, less, chosen + Counter({row: 1}))
         yield from sums(row + 1, rest, chosen)
 
-    yield from sums(0, wanted, Counter())
+    yield from sums(0, required, Counter())
 
 
 def _less(atoms_left: tuple[int, ...], ion: tuple[int, ...]) -> tuple[int, ...] | None:

@@ -30,7 +30,7 @@ DILUTE_EQUIVALENTS, STRONG_EQUIVALENTS = 1.1, 2.0
 """mol/kg of charges up to which a heat is that of infinite dilution, as tables of schools give it, and from which the
 whole difference counts; chosen by us."""
 
-STRETCH: Final = 1.25
+LAST_HOLDS_TO: Final = 1.25
 """Of the last molality of a table: up to this its last value holds."""
 
 LEAST_FRACTION: Final = 0.1
@@ -113,7 +113,7 @@ class HeatContent:
         missing = (cations / whole[:, None])[:, :, None] * (anions / whole[:, None])[:, None, :]
         missing[:, self._declared] = 0.0
         for pair in self.pairs:
-            known = strength / pair.strength <= STRETCH * pair.molal[-1]
+            known = strength / pair.strength <= LAST_HOLDS_TO * pair.molal[-1]
             missing[:, pair.cation, pair.anion] *= ~known
         worst = missing.reshape(len(moles), -1).argmax(axis=1)
         names = [f"{self.ions[row // len(self.ions)]} and {self.ions[row % len(self.ions)]}" for row in worst.tolist()]

@@ -43,7 +43,7 @@ class Heats:
         self._salt_joule = np.array([salt.joule for salt in salts])
         phases = () if mixture is None else tuple(phase.column for phase in mixture.phases)
         self._phases = np.array([column[name] for name in phases], dtype=np.int64)
-        solids = {name: place for name, place in column.items() if name.endswith(SOLID)} if warmth.followed else {}
+        solids = {name: index for name, index in column.items() if name.endswith(SOLID)} if warmth.followed else {}
         self._solids = np.array(list(solids.values()), dtype=np.int64)
         self._solid_capacity = np.array([solid_j_per_mol_k(name.removesuffix(SOLID)) for name in solids])
         self.content = HeatContent(column, mixture, warmth.declared) if warmth.followed else None

@@ -418,9 +418,9 @@ class Ledger:
         One that an equation with a rate dissolves does so by itself.
         """
         for index, changes, slow in zip(self.salt_columns, self.salt_changes, self.dissolves_slowly, strict=True):
-            parts = np.flatnonzero(changes < 0.0)
-            parts = parts[(parts != self.proton) & (parts != self.water)]
-            if not slow and (self.changes[np.ix_(self.quick, parts)] < 0.0).any():
+            ions = np.flatnonzero(changes < 0.0)
+            ions = ions[(ions != self.proton) & (ions != self.water)]
+            if not slow and (self.changes[np.ix_(self.quick, ions)] < 0.0).any():
                 self._apply(amounts, -amounts[:, [index]] * changes)
 
     def _crystallise(self, amounts: FloatArray, celsius: FloatArray) -> None:

@@ -194,7 +194,7 @@ def _warmth(inputs: EffectInputs, vessels: Mapping[str, Vessel], recipe: Recipe)
         most=(WATER_BOILS_C if declared["boils_c"] is None else declared["boils_c"]) - room,
         room=room,
         solute=acid and acid + ADDED,
-        dilution=dilution_of(acid, asked=recipe.solver is not None),
+        dilution=dilution_of(acid, has_phreeqc=recipe.solver is not None),
         declared=tuple(sorted(recipe.declared_heats & {salt.formula for salt in recipe.salts})),
     )
 
@@ -214,10 +214,10 @@ def _solutes(contents: Contents) -> float:
     return sum(amount * solid_j_per_mol_k(formula) for formula, amount in contents.amounts.items() if formula != WATER)
 
 
-def dilution_of(acid: str, *, asked: bool) -> Mapping[float, float]:
-    """Mol of water for one of acid -> J/mol; ``asked``: PHREEQC has the heat of its anions in much water."""
+def dilution_of(acid: str, *, has_phreeqc: bool) -> Mapping[float, float]:
+    """Mol of water for one of acid -> J/mol; ``has_phreeqc``: PHREEQC has the heat of its anions in much water."""
     heats = {float(water): 1e3 * kilojoule for water, kilojoule in CONSTANTS["dilution"].get(acid, {}).items()}
-    return {water: joule for water, joule in heats.items() if water <= UNDISSOCIATED_WATER or not asked}
+    return {water: joule for water, joule in heats.items() if water <= UNDISSOCIATED_WATER or not has_phreeqc}
 
 
 def _segments(streams: tuple[Stream, ...], times: FloatArray) -> Iterator[tuple[IntArray, list[Stream], FloatArray]]:

@@ -232,12 +232,12 @@ def asks_phreeqc(tables: Tables, contents: Mapping[str, Contents]) -> bool:
         or bool(tables.get("precipitation"))
         or indicators
         or (heat and _gives_heat(contents))
-        or _shares_acid(tables, contents)
+        or _competes_for_acid(tables, contents)
         or any(SOLUBLE_GASES & set(_equation(table).products) for table in tables.get("reaction", ()))
     )
 
 
-def _shares_acid(tables: Tables, contents: Mapping[str, Contents]) -> bool:
+def _competes_for_acid(tables: Tables, contents: Mapping[str, Contents]) -> bool:
     """Whether an equation that uses acid stands beside anions of weak acids, or ammonium, which hold protons."""
     equations = [_equation(table) for table in tables.get("reaction", ())]
     acid = any(

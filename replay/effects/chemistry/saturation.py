@@ -23,7 +23,7 @@ class Saturation:
         mixture = solver.mixture
         self._solver, self._column = solver, column
         self._solids = {
-            phase.column: place for place, phase in enumerate(mixture.phases) if phase.column.endswith(SOLID)
+            phase.column: index for index, phase in enumerate(mixture.phases) if phase.column.endswith(SOLID)
         }
         self._components = [column[name] for name in mixture.components]
 
@@ -40,8 +40,8 @@ class Saturation:
         present = amounts[rows]
         totals = present[:, self._components]
         uses = self._solver.mixture.uses
-        for name, place in self._solids.items():
-            totals = totals + present[:, self._column[name], None] * uses[place]
+        for name, index in self._solids.items():
+            totals = totals + present[:, self._column[name], None] * uses[index]
         equilibrium = self._solver.equilibrium(totals, present[:, self._column[WATER]], celsius[rows])
         settled = equilibrium.phases[:, self._solids[solid]]
         room[rows] = np.where(answered(equilibrium), standing[rows] - settled, np.nan)

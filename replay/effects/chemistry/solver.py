@@ -158,21 +158,21 @@ class Solver:
     def _bare(self, row: FloatArray) -> FloatArray:
         """All as ions, and no pH: a proton on each of the strongest bases while there are protons, else hydroxide."""
         mixture = self.mixture
-        place = {frozenset(entry.makeup.items()): index for index, entry in enumerate(mixture.species)}
+        row_of_makeup = {frozenset(entry.makeup.items()): index for index, entry in enumerate(mixture.species)}
         species, protons = np.zeros(len(mixture.species)), float(row[0])
         steps = {component: mixture.pka(component) for component in mixture.components[1:]}
         for component in sorted(steps, key=lambda name: max(steps[name], default=-np.inf), reverse=True):
             amount = float(row[mixture.components.index(component)])
-            acid = place.get(frozenset({component: 1.0, PROTON: 1.0}.items()))
-            held = min(amount, max(0.0, protons)) if acid is not None and component not in METALS else 0.0
+            acid = row_of_makeup.get(frozenset({component: 1.0, PROTON: 1.0}.items()))
+            bound = min(amount, max(0.0, protons)) if acid is not None and component not in METALS else 0.0
             if acid is not None:
-                species[acid] = held
-            protons -= held
-            bare = place.get(frozenset({component: 1.0}.items()))
+                species[acid] = bound
+            protons -= bound
+            bare = row_of_makeup.get(frozenset({component: 1.0}.items()))
             if bare is not None:
-                species[bare] = amount - held
+                species[bare] = amount - bound
         water = {PROTON: 1.0} if protons > 0.0 else {PROTON: -1.0, WATER: 1.0}
-        species[place[frozenset(water.items())]] = abs(protons)
+        species[row_of_makeup[frozenset(water.items())]] = abs(protons)
         count = len(mixture.phases)
         unknown = np.full(count + len(mixture.components), np.nan)
         return np.concatenate([[np.nan, np.nan], species, np.zeros(count), unknown])

@@ -51,10 +51,12 @@ NEUTRAL_PROTON_J: Final = 39.95e3
 def strongest_acid(contents: Mapping[str, Contents]) -> float:
     """mol/L of protons in the strongest acid of any vessel; 0 where there is none."""
     strengths = [
-        max(0, dissolved_components(formula).get(PROTON, 0)) * amount / held.volume_ml * 1e3
-        for held in contents.values()
-        for formula, amount in held.amounts.items()
-        if formula != WATER and held.volume_ml > 0.0 and set(dissolved_components(formula)) <= STRONG_ANIONS | {PROTON}
+        max(0, dissolved_components(formula).get(PROTON, 0)) * amount / content.volume_ml * 1e3
+        for content in contents.values()
+        for formula, amount in content.amounts.items()
+        if formula != WATER
+        and content.volume_ml > 0.0
+        and set(dissolved_components(formula)) <= STRONG_ANIONS | {PROTON}
     ]
     return max(strengths, default=0.0)
 
