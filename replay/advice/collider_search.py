@@ -22,7 +22,7 @@ from cdcore.bounding.hull import hull_collider
 from cdcore.mesh import TriangleMesh
 from cdcore.numerics import IntArray
 from cdcore.protocol import Solids
-from replay.advice.collider_verdicts import ColliderVerdicts, held_at_rate
+from replay.advice.collider_verdicts import ColliderVerdicts, sampled_at_rate
 from replay.advice.motion_joins import FalseContacts, joined_by_motion, refined_by_motion
 from replay.advice.scoring import Scoring
 from replay.auditing.outcome import Outcome
@@ -454,7 +454,7 @@ class ColliderSearch:
                 self._deadline.check()
             pieces, detection = self.pieces(steps), self._at_every_frame(steps)
             rate_hz = self._rate.get("rate_hz")
-            comparison = self._scoring.reference.compare(held_at_rate(detection, rate_hz))
+            comparison = self._scoring.reference.compare(sampled_at_rate(detection, rate_hz))
             figures = self._scoring.figures_of(comparison, detection, rate_hz)
             false, missed = figures["false"] or 0.0, figures["not_reported"] or 0.0
             self._tried[key] = Tried(

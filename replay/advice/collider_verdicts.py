@@ -65,7 +65,7 @@ class ColliderVerdicts:
             del self._kept[key]
 
 
-def held_at_rate(frame_by_frame: Detection, rate_hz: float | None, offset_s: float = 0.0) -> Detection:
+def sampled_at_rate(frame_by_frame: Detection, rate_hz: float | None, offset_s: float = 0.0) -> Detection:
     """The detection of the same detector with a step rate: each sample is held until the next one."""
     has_pose = frame_by_frame.verdict != Verdict.NO_POSE
     samples = ZeroOrderHold(len(frame_by_frame.pairs), rate_hz, offset_s)

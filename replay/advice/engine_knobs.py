@@ -32,7 +32,7 @@ class Choice:
     detector: str = "collider"
     consequence: str = ""
 
-    def asked(self, frames_hz: float) -> str:
+    def detector_text(self, frames_hz: float) -> str:
         """Argument of ``replay run --detectors``; a step as fast as the recording sees every frame and has no rate."""
         fast = self.settings["rate_hz"] >= FASTEST * frames_hz
         kept_settings = {key: value for key, value in self.settings.items() if key != "rate_hz" or not fast}

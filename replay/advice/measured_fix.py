@@ -15,7 +15,7 @@ from cdcore.bounding.hull import hull_collider
 from cdcore.detectors import settings_of
 from cdcore.mesh import TriangleMesh
 from cdcore.numerics import IntArray
-from replay.advice.collider_verdicts import ColliderVerdicts, held_at_rate
+from replay.advice.collider_verdicts import ColliderVerdicts, sampled_at_rate
 from replay.advice.scoring import wrong_counts
 from replay.auditing.contact_counts import ContactCounts, count_contacts, count_reports
 from replay.auditing.episodes import column_runs
@@ -67,7 +67,7 @@ CONVEX: Final = 0.97
 TIMED_FRAMES: Final = 1536
 """Frames in which pieces are timed, at most: their mean and 99th percentile are those of a longer motion."""
 
-TIMED_STRETCHES: Final = 16
+TIMED_SEGMENTS: Final = 16
 """Stretches of neighbouring frames that these frames are in."""
 
 SHARED: Final = ("shape", "pieces", "method", "cut")
@@ -328,7 +328,7 @@ class _Measuring:
         if has_offsets(spec, len(frame_verdicts.times)):
             offsets = self._offset_counts(spec)
         typical_offset = 0.0 if offsets is None else offsets.typical_offset
-        sampled = held_at_rate(frame_verdicts, rate_hz, spec.settings.get(OFFSET_SETTING, typical_offset))
+        sampled = sampled_at_rate(frame_verdicts, rate_hz, spec.settings.get(OFFSET_SETTING, typical_offset))
         comparison = self._reference.compare(sampled)
         sampled_counts = count_contacts(comparison, self._reference.contacts)
         false = len(column_runs((comparison.outcome == Outcome.FALSE_CONTACT).T))
@@ -387,8 +387,8 @@ def _timed_frames(frames: int) -> IntArray:
     """Numbers of the frames in which pieces are timed."""
     if frames <= TIMED_FRAMES:
         return np.arange(frames)
-    length = TIMED_FRAMES // TIMED_STRETCHES
-    starts = np.linspace(0, frames - length, TIMED_STRETCHES).astype(np.int64)
+    length = TIMED_FRAMES // TIMED_SEGMENTS
+    starts = np.linspace(0, frames - length, TIMED_SEGMENTS).astype(np.int64)
     return (starts[:, None] + np.arange(length)).ravel()
 
 

@@ -35,7 +35,7 @@ class PairState(IntEnum):
     """State of a pair in a frame."""
 
     UNKNOWN = 0
-    APART = 1
+    SEPARATED = 1
     """No contact is reported; within a part with an opening it stays undecided whether there is one."""
     CONTACT = 2
 
@@ -130,10 +130,10 @@ class PairStates:
         )
         if True in inside:
             return PairState.CONTACT
-        return PairState.UNKNOWN if None in inside else PairState.APART
+        return PairState.UNKNOWN if None in inside else PairState.SEPARATED
 
 
-def can_be_asked(mesh: MeshData) -> bool:
+def can_be_tested(mesh: MeshData) -> bool:
     """Returns whether FCL can be trusted with a mesh.
 
     It misses faces that are points or segments. They are left out where faces with area have their corners.

@@ -68,7 +68,7 @@ def seam_figures(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> dict[str
             "kind": seam.kind.value,
             "pieces": list(seam.pieces),
             "width_mm": 1e3 * seam.width,
-            "at_mm": [1e3 * coordinate for coordinate in seam.place],
+            "at_mm": [1e3 * coordinate for coordinate in seam.point],
         }
         for seam in seams
     ]

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from replay.advice.pair_states import CLEAR_GAP_M, PairState, PairStates, QueryBudget, QueryLimitError, can_be_asked
+from replay.advice.pair_states import CLEAR_GAP_M, PairState, PairStates, QueryBudget, QueryLimitError, can_be_tested
 from replay.advice.sampled_poses import USABLE, SampledPoses, is_plain, sampled_poses
 from replay.errors import ReplayError
 from replay.prepare.pair_choice import chosen_pairs
@@ -61,7 +61,7 @@ class _PairScene:
 
         Raises ``QueryLimitError``.
         """
-        states = np.full(len(rows), PairState.APART, dtype=np.int8)
+        states = np.full(len(rows), PairState.SEPARATED, dtype=np.int8)
         near_rows = np.flatnonzero(self.depths[rows] >= -CLEAR_GAP_M)
         chosen = rows[near_rows]
         states[near_rows] = self._states.states(self._rotations[chosen], self._translations[chosen], budget)
@@ -87,7 +87,7 @@ def alternatives_differ(session: Session, assumption: Assumption) -> bool | None
         scenes = _scenes(session, assumption, values, rows)
     except (SessionError, ReplayError):
         return None
-    if not all(can_be_asked(mesh) for scene in scenes for mesh in scene.meshes.values()):
+    if not all(can_be_tested(mesh) for scene in scenes for mesh in scene.meshes.values()):
         return None
     poses = scenes[0].poses
     near_pairs = list[Alternatives]()
@@ -233,7 +233,7 @@ def _telling_rows(alternatives: Alternatives) -> Rows:
 
 def _contradict(states: Sequence[NDArray[np.int8]]) -> bool:
     """Whether a frame is in contact under one alternative and apart under another."""
-    is_apart = np.any([state == PairState.APART for state in states], axis=0)
+    is_apart = np.any([state == PairState.SEPARATED for state in states], axis=0)
     is_contact = np.any([state == PairState.CONTACT for state in states], axis=0)
     return bool((is_apart & is_contact).any())
 

@@ -35,7 +35,7 @@ class Setting:
         return DetectorSpec(self.label if self.named else self.detector, self.detector, dict(self.settings))
 
     @property
-    def asked(self) -> str:
+    def detector_text(self) -> str:
         """Argument of ``replay run --detectors`` that runs it."""
         return spec_text(self.detector, self.settings)
 

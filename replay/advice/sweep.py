@@ -78,7 +78,7 @@ class _Trial(Timed):
             self.frame = float(LiveFrames(sample, len(sample)).live_pass([timed_alone])[0].mean())
 
 
-ASKED: Final = ("detectors", "oracle", "pairs", "start", "end", "seed", "tau", "policy")
+RUN_OPTIONS: Final = ("detectors", "oracle", "pairs", "start", "end", "seed", "tau", "policy")
 """Fields of ``RunSettings`` that a tradeoff takes."""
 
 
@@ -103,9 +103,9 @@ def tradeoff(
     """
     from cdcore.kernels.compiling import compiling_reported  # loads the compiler: not for those who only write tables
 
-    unknown = ", ".join(sorted(options.keys() - {*ASKED}))
+    unknown = ", ".join(sorted(options.keys() - {*RUN_OPTIONS}))
     if unknown:
-        raise TypeError(f"tradeoff takes no {unknown}; it takes time_limit, watch, {', '.join(ASKED)}")
+        raise TypeError(f"tradeoff takes no {unknown}; it takes time_limit, watch, {', '.join(RUN_OPTIONS)}")
     run = RunSettings(**options)
     with compiling_reported(lambda *_: None) as compiled:
         deadline = _Deadline(time_limit, compiled)
@@ -145,7 +145,7 @@ class _Sweep:
         self, assembly: Assembly, scoring: Scoring, seed: int, deadline: _Deadline, settings: Sequence[Setting]
     ) -> None:
         self._assembly, self._scoring, self._seed, self._deadline = assembly, scoring, seed, deadline
-        self._wanted, self._left = settings, [*settings]
+        self._settings, self._left = settings, [*settings]
         self._pair = [_Trial(Setting(TRUSTED, TRUSTED), assembly, seed) for _ in range(2)]
         self._clock: Clock | None = None
         self._trials: list[_Trial] = []
@@ -160,9 +160,9 @@ class _Sweep:
             near_front = {*front_of(self._rows()), *contenders_of(self._rows())}
             front = [trial for trial in self._trials if trial.label in near_front]
             if self._pass_seconds(front) < self._deadline.left():
-                watch(len(self._trials), len(self._wanted))
+                watch(len(self._trials), len(self._settings))
                 self._pass(front)
-        watch(len(self._wanted), len(self._wanted))
+        watch(len(self._settings), len(self._settings))
 
     def _rows(self) -> list[dict[str, Any]]:
         """Those that have a price by now."""
@@ -171,11 +171,11 @@ class _Sweep:
     def _begun(self, size: int, fraction: float, watch: Watch) -> list[_Trial]:
         """The next settings, made and counted, as many as can be timed too within the limit."""
         batch: list[_Trial] = []
-        for setting in next_to_front(self._left, self._wanted, front_of(self._rows())):
+        for setting in next_to_front(self._left, self._settings, front_of(self._rows())):
             # The first setting is tried whatever it takes: a table without rows says nothing.
             if len(batch) == size or (self._trials and self._deadline.left(fraction) <= 0):
                 break
-            watch(len(self._trials), len(self._wanted))
+            watch(len(self._trials), len(self._settings))
             self._left.remove(setting)
             trial = self._counted(setting, batch)
             if trial is not None:
@@ -196,7 +196,7 @@ class _Sweep:
         detection = trial.detector.detect(trial.motion)
         trial.row = {
             "label": setting.label,
-            "settings": setting.asked,
+            "settings": setting.detector_text,
             "detector": setting.detector,
             "line": setting.line,
             "value": setting.value,
@@ -268,6 +268,6 @@ class _Sweep:
             "processor_share": at_work,
         }
         tried_labels = {row["label"] for row in rows}
-        cut = tuple(setting.label for setting in self._wanted if setting.label not in tried_labels)
+        cut = tuple(setting.label for setting in self._settings if setting.label not in tried_labels)
         advice = tuple(advice_of(rows, processor_fraction=at_work))
         return Tradeoff(tuple(sorted_rows(rows)), tuple(front), advice, cut, about)

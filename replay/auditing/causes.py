@@ -90,7 +90,7 @@ class Audited:
         """Metres between two surfaces from which the detector reports contact; 0 where it has no contact offset."""
         return self.detector.contact_reach(pair) if isinstance(self.detector, PairDetector) else 0.0
 
-    def posed(self, pair: int) -> BoolArray:
+    def has_pose(self, pair: int) -> BoolArray:
         """(T,) frames in which both bodies of a pair have a pose."""
         return np.logical_and(*self.motion.valid[:, self.subject.pairs[pair]].T)
 

@@ -48,7 +48,7 @@ class ClockOffset:
     drift: float = 0.0  # seconds a second; 0 where none fits much better
     first: float = 0.0  # the other clock's seconds at its first report
     rivals: int = 0  # other offsets at which as many reports find a partner
-    own: bool = False  # whether the engine's clock was taken for the recording's own
+    is_own_clock: bool = False  # whether the engine's clock was taken for the recording's own
     # median seconds from a true begin or end to its report, after the offset; ``None``: not told from the offset
     delay: float | None = None
 
@@ -58,7 +58,7 @@ class ClockOffset:
 
     def __str__(self) -> str:
         text = f"clock offset {words.fixed(self.seconds, 4, signed=True)} s"
-        if self.own:
+        if self.is_own_clock:
             text += " (taken for the recording's own clock)"
         if self.drift:
             text += f" at the first report, drift {words.fixed(100 * self.drift, 3, signed=True)} %"
@@ -72,7 +72,7 @@ class ClockOffset:
             text += f"; {self.of - self.matched} are left out, more than {window} from every true one of their pair"
         if self.rivals:
             text += f"; {self.rivals} other offsets fit as many, the smallest was taken: if it is wrong, {SAY_IT}"
-        elif self.own and self.delay:
+        elif self.is_own_clock and self.delay:
             text += f"; if the engine had another clock, {SAY_IT}"
         return text
 
@@ -85,33 +85,33 @@ def delay_text(seconds: float) -> str:
 
 
 @dataclass(frozen=True)
-class ClockKnowledge:
-    """Facts about the two clocks that are known before anything is fitted."""
+class ClockFacts:
+    """Facts about the two clocks, from before anything is fitted."""
 
-    frame: float = 0.0  # usual seconds from a recorded frame to the next: a true moment is known no better
-    step: float | None = None  # seconds of the engine's physics step; ``None``: not known
-    own: Sequence[float] = ()  # offsets that the recording's own clock would have
+    frame_interval: float = 0.0  # usual seconds from a recorded frame to the next: a true moment is known no better
+    physics_step: float | None = None  # seconds of the engine's physics step; ``None``: not known
+    own_clock_offsets: Sequence[float] = ()  # offsets that the recording's own clock would have
 
 
-NOTHING_KNOWN: Final = ClockKnowledge()
+NO_FACTS: Final = ClockFacts()
 
 
 def estimate_offset(
-    reported: Moments, truth: Moments, given: float | None = None, known: ClockKnowledge = NOTHING_KNOWN
+    reported: Moments, truth: Moments, known_offset: float | None = None, facts: ClockFacts = NO_FACTS
 ) -> ClockOffset:
     """Estimate the offset of a clock, and its drift, from the begins and ends of contacts that two sides report.
 
     A delay that is the same for all reports and longer than a physics step cannot be told from an offset of another
     clock. Contacts that come at equal intervals support several shifts equally; of those the smallest is taken.
 
-    ``reported``, ``truth``: moments per pair and kind, each on its own clock; ``given``: take this offset, without a
-    drift, and only say how well it fits; ``known``: see ``ClockKnowledge``.
+    ``reported``, ``truth``: moments per pair and kind, each on its own clock; ``known_offset``: take this offset,
+    without a drift, and only say how well it fits; ``facts``: see ``ClockFacts``.
 
     Raises ``AuditError``: at most one report has a partner, and one alone fits every clock.
     """
     first = min((moment for moments in reported.values() for moment in moments), default=0.0)
-    partners, shift, drift, rivals = _Partners(reported, truth, first), given or 0.0, 0.0, 0
-    if given is None:
+    partners, shift, drift, rivals = _Partners(reported, truth, first), known_offset or 0.0, 0.0, 0
+    if known_offset is None:
         if not len(partners.gap):
             raise AuditError(
                 "no reported contact is of a pair that truly touches, so its clock cannot be estimated; "
@@ -124,18 +124,18 @@ def estimate_offset(
             (shift, drift), rivals = moving, 0
     nearest = partners.nearest(shift, drift)
     paired = nearest[nearest <= WINDOW]
-    if len(paired) < 2 and given is None:
+    if len(paired) < 2 and known_offset is None:
         raise AuditError(f"one report alone fits every clock, so no offset can be estimated; {SAY_IT}")
-    own = None if given is not None or drift else _own_clock(shift, known)
-    if own is not None:
-        offset, rivals = own, 0
-    elif given is not None or known.step is None:
+    own_offset = None if known_offset is not None or drift else _own_clock(shift, facts)
+    if own_offset is not None:
+        offset, rivals = own_offset, 0
+    elif known_offset is not None or facts.physics_step is None:
         offset = shift
     else:
         # A report waits for the next step, a true moment for the next frame: by half of each in the mean.
-        offset = shift + max(0.0, known.step - known.frame) / 2.0
+        offset = shift + max(0.0, facts.physics_step - facts.frame_interval) / 2.0
     # Fitted without a step, the offset holds the delay too, and no report would seem late.
-    separate = own is not None or given is not None or known.step is not None
+    separate = own_offset is not None or known_offset is not None or facts.physics_step is not None
     lateness = partners.lateness(shift, drift, offset)
     return ClockOffset(
         seconds=offset,
@@ -145,16 +145,20 @@ def estimate_offset(
         drift=drift,
         first=first,
         rivals=rivals,
-        own=own is not None,
+        is_own_clock=own_offset is not None,
         delay=float(np.median(lateness)) if separate and len(lateness) else None,
     )
 
 
-def _own_clock(shift: float, known: ClockKnowledge) -> float | None:
+def _own_clock(shift: float, facts: ClockFacts) -> float | None:
     """The offset of the recording's own clock from which a delay of the engine alone explains a shift, if any."""
     # Half a frame early: the engine saw the contact before the next frame was recorded.
-    offsets = [own for own in known.own if -(known.frame + WORTH_A_DRIFT) <= own - shift <= LATEST]
-    return min(offsets, key=lambda own: abs(own - shift), default=None)
+    offsets = [
+        offset
+        for offset in facts.own_clock_offsets
+        if -(facts.frame_interval + WORTH_A_DRIFT) <= offset - shift <= LATEST
+    ]
+    return min(offsets, key=lambda offset: abs(offset - shift), default=None)
 
 
 class _Partners:

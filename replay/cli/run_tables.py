@@ -10,7 +10,7 @@ from rich.text import Text
 
 from replay.cli.terminal import STYLES, Command, Paragraph, line, terminal
 from replay.document.audit import DetectorAudit
-from replay.document.headline import beside, engine_reports
+from replay.document.headline import engine_reports, notes_of
 from replay.document.placeholders import RECORDING, RUN, SESSION
 from replay.document.run_result import RunResult
 from replay.document.summary import CAVEAT
@@ -90,7 +90,7 @@ def run_tables(result: RunResult) -> Group:
     contents: list[Table | RenderableType] = []
     if result.ranking:
         contents += [built.with_intervals(section_of(result, SectionName.RANKING).table)]
-        notes = [*built.containment_notes(result, result.oracle), *built.sampling_notes(result), *beside(result)]
+        notes = [*built.containment_notes(result, result.oracle), *built.sampling_notes(result), *notes_of(result)]
         contents += [line(note, FAINT) for note in notes]
     for label in (rank.label for rank in result.ranking[:-1]):
         pairs = built.pair_table(result, label)

@@ -106,14 +106,14 @@ def volume_of(mesh: TriangleMesh) -> float:
 
 
 @once_a_mesh
-def _turned(mesh: TriangleMesh) -> TriangleMesh:
+def _flipped(mesh: TriangleMesh) -> TriangleMesh:
     """The mesh with its faces the other way round."""
     return TriangleMesh(mesh.vertices, mesh.faces[:, ::-1])
 
 
 def facing_outward(mesh: TriangleMesh) -> TriangleMesh:
     """The mesh; of one whose faces look inwards, as a mirrored one has them, the same with its faces turned."""
-    return _turned(mesh) if mesh.is_closed and volume_of(mesh) < 0.0 else mesh
+    return _flipped(mesh) if mesh.is_closed and volume_of(mesh) < 0.0 else mesh
 
 
 def area_of(mesh: TriangleMesh) -> float:

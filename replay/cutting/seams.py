@@ -40,13 +40,13 @@ class Seam:
     ----------
     pieces : numbers of both, from 0.
     width : metres; of an overlap the shortest way that separates them, of a slit the shortest way that closes it.
-    place : a point of it, (3,), in the axes of the body.
+    point : a point of it, (3,), in the axes of the body.
     """
 
     kind: SeamKind
     pieces: tuple[int, int]
     width: float
-    place: tuple[float, float, float]
+    point: tuple[float, float, float]
 
 
 def seams_of(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> list[Seam]:

@@ -76,7 +76,7 @@ def _between_samples(miss: Fault, label: str, by: Audited, contact: Episode) -> 
     """A miss in frames of which most were not sampled."""
     assert by.sampled is not None and by.rate_hz
     clause = _outcome(miss, label, by, contact)
-    sampled = by.sampled & by.posed(miss.pair)
+    sampled = by.sampled & by.has_pose(miss.pair)
     inside = int(sampled[miss.first : miss.last + 1].sum())
     if inside:
         return f"{clause}: it took no sample in {miss.frames - inside} of these frames."
@@ -165,7 +165,7 @@ def _last_answer(false: Fault, label: str, by: Audited, gap: str) -> str:
         return (
             f"{label} reported contact of {pair} for {long} {when}; {gap}: by its own account it took no sample there."
         )
-    sampled = by.sampled & by.posed(false.pair)
+    sampled = by.sampled & by.has_pose(false.pair)
     if not sampled[false.first : false.last + 1].any():
         report = f"it reported contact of {pair} for {long} {when}, too long"
         return f"{label} keeps its answer until its next sample: {report}."

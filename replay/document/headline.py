@@ -150,7 +150,7 @@ def grasped_notes(result: Summarised) -> list[str]:
     return lines
 
 
-def beside(result: RunResult) -> list[str]:
+def notes_of(result: RunResult) -> list[str]:
     """Return notes beside the headlines: what was not decided or not counted, and what is chance."""
     return [
         *undecided(result),

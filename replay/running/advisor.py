@@ -63,9 +63,11 @@ def advise(session_or_path: Session | str | Path, *, engine: str, **options: Any
         raise TradeoffError(f'{absent[1]} itself is needed and is not installed; pip install "vrlab-replay[engines]"')
     frames_hz = frame_rate(session.stamps() / 1e9)
     present = {f"row-{number}": choice for number, choice in enumerate(choices, 1) if number not in absent}
-    result = run(session, detectors={label: choice.asked(frames_hz) for label, choice in present.items()}, **options)
+    result = run(
+        session, detectors={label: choice.detector_text(frames_hz) for label, choice in present.items()}, **options
+    )
     rows = [
-        _row(result, label, choice, choice.asked(frames_hz))
+        _row(result, label, choice, choice.detector_text(frames_hz))
         for label, choice in present.items()
         if label in result.comparisons
     ]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from replay.auditing.clock_offset import ClockKnowledge, ClockOffset, estimate_offset
+from replay.auditing.clock_offset import ClockFacts, ClockOffset, estimate_offset
 from replay.detection.progress import Progress
 from replay.detection.recorded import (
     CLOCK_FACT,
@@ -50,14 +50,14 @@ def import_contacts(
     if not body_names:
         raise AuditError(f"{source} names no body of the session, which has: {', '.join(session.meshes)}; rename them")
     result = compute(session, detectors="exact", oracle="none", offline=True, progress=progress)
-    fit = estimate_offset(_reported(contacts), _true(result), offset, _known(contacts, result))
+    fit = estimate_offset(_reported(contacts), _true(result), offset, _clock_facts(contacts, result))
     placed = tuple(
         replace(
             contact, time_ns=contact.time_ns + result.assembly.first_ns + round(1e9 * fit.at(contact.time_ns / 1e9))
         )
         for contact in contacts
     )
-    if fit.own:
+    if fit.is_own_clock:
         clock, residual = ReportClock.OWN, "0"
     else:
         clock = ReportClock.FITTED if offset is None else ReportClock.GIVEN
@@ -73,7 +73,7 @@ def import_contacts(
     return replace(session, live_contacts=placed, facts=facts), fit
 
 
-def _known(contacts: Iterable[LiveContact], result: RunResult) -> ClockKnowledge:
+def _clock_facts(contacts: Iterable[LiveContact], result: RunResult) -> ClockFacts:
     """The steps of both sides, and the offsets of a file on the recording's own clock.
 
     Its seconds count from the first frame, or are the recording's stamps.
@@ -81,10 +81,10 @@ def _known(contacts: Iterable[LiveContact], result: RunResult) -> ClockKnowledge
     moments = np.array([contact.time_ns / 1e9 for contact in contacts])
     steps = physics_steps([moments], None)
     times = result.assembly.motion.times
-    return ClockKnowledge(
-        frame=float(np.median(np.diff(times))) if len(times) > 1 else 0.0,
-        step=None if steps is None else 1.0 / steps[0],
-        own=(0.0, -result.assembly.first_ns / 1e9),
+    return ClockFacts(
+        frame_interval=float(np.median(np.diff(times))) if len(times) > 1 else 0.0,
+        physics_step=None if steps is None else 1.0 / steps[0],
+        own_clock_offsets=(0.0, -result.assembly.first_ns / 1e9),
     )
 
 

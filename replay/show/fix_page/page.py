@@ -13,7 +13,7 @@ from replay.auditing.fault import Fault, worst_first
 from replay.document.before_after import change_text, errors_of_row, worse_text
 from replay.document.columns import screen_columns
 from replay.document.cost import TIMES_ARE, busy_text
-from replay.document.headline import beside, undecided
+from replay.document.headline import notes_of, undecided
 from replay.document.run_result import RunResult
 from replay.document.tables import Column, text_of
 from replay.show.accuracy import LOSS_AXIS
@@ -127,7 +127,7 @@ def cure_page(cure: Cure) -> str:
         stills = list(zip(paired_stills(result, (BEFORE, AFTER), fault, CARD), captions, strict=True))
     return page_of(
         view,
-        beside(result)[len(undecided(result)) :],
+        notes_of(result)[len(undecided(result)) :],
         "show/fix_page/page.html",
         cure=cure,
         sentence=cure_sentences(result, cure.before, cure.after),

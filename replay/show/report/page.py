@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from replay import words
-from replay.document.headline import beside
+from replay.document.headline import notes_of
 from replay.document.run_result import RunResult
 from replay.document.summary import CAVEAT
 from replay.effects.effect_summary import titration_curves
@@ -35,7 +35,7 @@ def report_html(result: RunResult) -> str:
     """The page as text."""
     ranking = section_of(result, SectionName.RANKING)
     # Those of the ranking stand below it.
-    notes = beside(result)[len(ranking.sentences) :] if result.ranking else beside(result)
+    notes = notes_of(result)[len(ranking.sentences) :] if result.ranking else notes_of(result)
     return page_of(
         view_of(result),
         notes,

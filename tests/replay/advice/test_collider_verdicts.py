@@ -9,7 +9,7 @@ from cdcore.bounding.collider_shapes import box_collider
 from cdcore.bounding.hull import hull_collider
 from cdcore.protocol import Solids
 from replay.advice import collider_verdicts
-from replay.advice.collider_verdicts import ColliderVerdicts, held_at_rate
+from replay.advice.collider_verdicts import ColliderVerdicts, sampled_at_rate
 from replay.detection.detector_spec import DetectorSpec
 from replay.detection.run_detector import detect_all, make_detector
 from replay.engine import prepare
@@ -43,7 +43,7 @@ def test_kept_verdicts_are_those_of_the_detector(assembly, settings, rate_hz):
         assert np.array_equal(every.verdict, detected(assembly, colliders, settings))
         rate = {"rate_hz": rate_hz} if rate_hz else {}
         expected = detected(assembly, colliders, {**settings, **rate})
-        assert np.array_equal(held_at_rate(every, rate_hz).verdict, expected)
+        assert np.array_equal(sampled_at_rate(every, rate_hz).verdict, expected)
 
 
 def test_only_pairs_of_changed_bodies_are_detected_again(assembly, monkeypatch):

@@ -29,7 +29,7 @@ def test_every_engine_row_is_documented_and_can_be_audited(name, choice):
     assert all(engine.pages[page] in GUIDE for page in choice.pages)
     if detector_row(choice.detector).engine:
         pytest.importorskip(detector_row(choice.detector).engine)
-    spec, solid = parse_detector(choice.asked(1e9)), TriangleMesh(cube().vertices, cube().faces)
+    spec, solid = parse_detector(choice.detector_text(1e9)), TriangleMesh(cube().vertices, cube().faces)
     bodies = [Body(name, solid, Solids((solid,), solid)) for name in "ab"]
     assert create_detector(spec.name, bodies, **spec.settings).name == spec.name
 
@@ -38,7 +38,7 @@ def test_every_engine_row_is_documented_and_can_be_audited(name, choice):
 def test_engine_rows_follow_their_setting_and_engine_limits(name, choice):
     """Two triangle meshes, and continuous detection of meshes: neither reports contact in the engine."""
     knobs, settings = {**engines()[name].choices[0].knobs, **choice.knobs}, choice.settings
-    assert not re.search("shape=mesh|continuous", choice.asked(1e9))
+    assert not re.search("shape=mesh|continuous", choice.detector_text(1e9))
     assert not re.search("Continuous|sdf|Complex", " ".join(choice.knobs.values()))
     step = knobs.get("Fixed Timestep") or knobs.get("Async Fixed Time Step Size") or knobs["timestep"]
     pieces = "16" in " ".join(knobs.values())
@@ -54,7 +54,7 @@ def test_engine_rows_follow_their_setting_and_engine_limits(name, choice):
 
 def test_a_step_as_fast_as_the_recording_sees_every_frame():
     fast = next(choice for _, choice in CHOICES if choice.settings["rate_hz"] == 90)
-    assert "rate_hz" not in fast.asked(89.94) and "rate_hz=90" in fast.asked(120.0)
+    assert "rate_hz" not in fast.detector_text(89.94) and "rate_hz=90" in fast.detector_text(120.0)
 
 
 def test_unknown_engine_is_answered_with_known_engines():

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from cdcore import Body, Motion, TriangleMesh, create_detector
 from cdcore.protocol import counts_as_contact
-from replay.advice.pair_states import PairState, PairStates, QueryBudget, QueryLimitError, can_be_asked
+from replay.advice.pair_states import PairState, PairStates, QueryBudget, QueryLimitError, can_be_tested
 from sessions import MeshData
 
 FRAMES = 400
@@ -115,7 +115,7 @@ def test_frames_between_two_distances_are_left_out():
     positions[:, 0] = 0.3 + 0.01 * np.sin(np.arange(FRAMES) / 50)
     pair = PairStates(ball, ball)
     cost_of_ten = 10 * (10.0 + 30.0 + 0.02 * 160)
-    assert (pair.states(rotations, positions, QueryBudget(cost_of_ten)) == PairState.APART).all()
+    assert (pair.states(rotations, positions, QueryBudget(cost_of_ten)) == PairState.SEPARATED).all()
 
 
 def test_more_queries_than_the_budget_are_refused():
@@ -131,7 +131,7 @@ def test_bodies_that_rest_on_each_other_decide_nothing_by_rounding():
     positions = np.zeros((5, 3))
     positions[:, 1] = 0.1 + gaps
     states = PairStates(mesh_data(box), mesh_data(box)).states(np.tile(np.eye(3), (5, 1, 1)), positions, QueryBudget())
-    assert (states[:4] != PairState.APART).all() and states[4] == PairState.APART
+    assert (states[:4] != PairState.SEPARATED).all() and states[4] == PairState.SEPARATED
 
 
 def test_inside_of_an_open_mesh_is_unknown():
@@ -174,13 +174,13 @@ def test_faces_without_area_are_left_out_between_other_faces():
     box = trimesh.creation.box((0.1, 0.1, 0.1))
     point, segment = [0, 0, 0], [int(box.faces[0, 0]), int(box.faces[0, 1]), int(box.faces[0, 1])]
     with_flat = MeshData(box.vertices, np.concatenate([box.faces, [point, segment]]))
-    assert can_be_asked(with_flat)
+    assert can_be_tested(with_flat)
     positions = np.zeros((3, 3))
     positions[:, 0] = 0.05, 0.0999, 0.1002
     poses = np.tile(np.eye(3), (3, 1, 1)), positions
-    expected = [PairState.CONTACT, PairState.CONTACT, PairState.APART]
+    expected = [PairState.CONTACT, PairState.CONTACT, PairState.SEPARATED]
     assert PairStates(with_flat, with_flat).states(*poses, QueryBudget()).tolist() == expected
 
 
 def test_loose_segments_are_not_asked():
-    assert not can_be_asked(MeshData([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0]], [[0, 1, 2], [0, 1, 3]]))
+    assert not can_be_tested(MeshData([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0]], [[0, 1, 2], [0, 1, 3]]))

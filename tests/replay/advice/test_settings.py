@@ -9,9 +9,9 @@ from replay.detection.detector_spec import parse_detector
 
 def test_compounds_and_existing_shipped_colliders_are_listed():
     bare = {setting.label for setting in settings_list()}
-    more = {setting.asked for setting in settings_list(shipped=True) if setting.label not in bare}
+    more = {setting.detector_text for setting in settings_list(shipped=True) if setting.label not in bare}
     assert more == {"collider[shape=shipped]"}
-    compounds = {setting.asked for setting in settings_list() if setting.settings.get("shape") == "compound"}
+    compounds = {setting.detector_text for setting in settings_list() if setting.settings.get("shape") == "compound"}
     assert compounds == {f"collider[shape=compound,pieces={most}]" for most in (4, 16)}
 
 
@@ -22,7 +22,7 @@ def test_every_setting_exists_and_its_spec_is_accepted():
         detector = load_detector(setting.detector)
         assert set(setting.settings) <= {item.name for item in fields(detector.Settings)}, setting.label
         detector.Settings(**setting.settings)
-        again = parse_detector(setting.asked)
+        again = parse_detector(setting.detector_text)
         assert (again.name, dict(again.settings)) == (setting.detector, dict(setting.settings))
 
 

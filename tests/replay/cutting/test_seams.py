@@ -35,7 +35,7 @@ def test_planted_seam_has_its_kind_width_and_place(width, sign, seed):
     (seam,) = seams_of(rotated(BAR, rotation), pieces)
     assert seam.kind is (SeamKind.SLIT if sign > 0 else SeamKind.OVERLAP)
     assert seam.width == pytest.approx(width, rel=1e-6) and seam.pieces == (0, 1)
-    assert np.abs(rotation.T @ seam.place - (0.03, 0.0, 0.0)).max() < 0.051
+    assert np.abs(rotation.T @ seam.point - (0.03, 0.0, 0.0)).max() < 0.051
 
 
 def test_pieces_that_meet_have_no_seam():

@@ -130,11 +130,11 @@ def test_an_engine_has_the_same_faults_by_every_import(tmp_path, clock, delay):
     (tmp_path / "engine.csv").write_text("\n".join(rows), encoding="utf-8")
     imported, fit = import_contacts(tmp_path / "engine.csv", replace(session, live_contacts=()))
     if clock != "another":
-        assert fit.own and fit.delay == pytest.approx(delay + 0.0045, abs=0.003)
+        assert fit.is_own_clock and fit.delay == pytest.approx(delay + 0.0045, abs=0.003)
         assert recorded_figures(imported) == unity
     elif not delay:
         # Fitted within a few milliseconds, so a few contacts more or less begin a frame late.
-        assert not fit.own and fit.seconds == pytest.approx(-3600.0 - stamps[0], abs=0.004)
+        assert not fit.is_own_clock and fit.seconds == pytest.approx(-3600.0 - stamps[0], abs=0.004)
         assert np.abs(np.subtract(recorded_figures(imported), unity)[:3]).max() <= 6
     else:
         assert fit.seconds == pytest.approx(-3600.0 - stamps[0] - delay, abs=0.004)
