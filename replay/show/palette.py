@@ -42,7 +42,7 @@ DARK: Final[Mapping[str, str]] = {
     "reference": "#c3ccd6",
     "right": "#4f9be8",
     "missed": "#ff2d3c",
-    "late": "#c2408a",
+    "late": "#ed5e8e",
     "false": "#ffcc00",
 }
 """Kind -> its colour on a dark page, in pictures, and in the viewer, which is dark."""

@@ -53,7 +53,8 @@ class RankRow:
 class Timeline:
     """A lane for each detector: its label, what stands beside it, and the lane.
 
-    ``window``: first second and length; ``contacts``: those of the reference, or of all detectors, as JSON.
+    ``window``: first second and length; ``contacts``: those of the reference, or of all detectors, as JSON;
+    ``note``: on rows of the ranking without a lane.
     """
 
     lanes: list[tuple[str, str, Lane]]
@@ -61,6 +62,7 @@ class Timeline:
     contacts: str
     legend: list[tuple[str, str]]
     ticks: list[tuple[float, str]]
+    note: str = ""
     most: int = MOST_LANES
 
 
@@ -141,7 +143,14 @@ def _timeline(view: RunView, mark: float | None) -> Timeline:
         contacts=_contacts_json(view),
         legend=legend,
         ticks=ruler(*window),
+        note=_without_lane(view),
     )
+
+
+def _without_lane(view: RunView) -> str:
+    """Sentence on the measured Fix, of which a run keeps counts alone; ``""``: none was measured."""
+    fixes = [rank.label for rank in with_fixes(view.ranking, view.document) if rank not in view.ranking]
+    return "".join(f"{label} has no lane: its contacts were counted, not kept." for label in fixes)
 
 
 def _contacts_json(view: RunView) -> str:

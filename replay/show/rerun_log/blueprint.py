@@ -116,7 +116,8 @@ def build_blueprint(picture: Picture) -> rrb.Blueprint:
 def _answer(picture: Picture) -> Any:
     """Tab of the answer: text, close-up of the worst moment, room, lanes and list of moments."""
     lanes = [*picture.lanes, *picture.doing][:MOST_LANES]
-    room = _spatial("Where", picture.room(EYE, f"{SPACE}/lines"), picture.answer_eye)
+    where = "Where   a dot: a fault, in the colours of When"
+    room = _spatial(where, picture.room(EYE, f"{SPACE}/lines"), picture.answer_eye)
     title = "Moments: click a time; --miss and --false take the numbers"
     moments = _list([f"{LISTS}/**"] if picture.moments else [], title)
     height = _height(max(3, len(lanes)))

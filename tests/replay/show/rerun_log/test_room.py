@@ -54,16 +54,16 @@ def faults(run):
 
 def fault_lines_and_eyes(run, read):
     """Every fault has a line, a number that leads there, a dot, and an eye and words before it."""
-    places, pair_name = read_bookmarks(read.path), run.assembly.pair_name
+    bookmarks, pair_name = read_bookmarks(read.path), run.assembly.pair_name
     lists = [path[1:] for path in read.entities if path.startswith(f"/{LISTS}")]
     lines = {ns: " ".join(text[0].split()) for path in lists for ns, _, text in read.column(path, "TextLog:text")}
-    yield sorted(lines), sorted(place.session_ns for place in places)
-    existing = {(place.label, place.kind, place.number): place.session_ns for place in places}
+    yield sorted(lines), sorted(bookmark.session_ns for bookmark in bookmarks)
+    existing = {(bookmark.label, bookmark.kind, bookmark.number): bookmark.session_ns for bookmark in bookmarks}
     assert {name for name in existing if name[0]} == {name for name, *_ in faults(run)}
     for name, fault, printed, size in faults(run):
         ns, written = existing[name], f" {length(size)} "
         assert 0 <= ns - nanoseconds(run, *printed) < 10, "of one frame each has a nanosecond of its own"
-        words_of_line = [
+        texts_of_line = [
             f"{ns / 1e9:.3f} s",
             name[0],
             fault.name.split()[0],
@@ -71,13 +71,13 @@ def fault_lines_and_eyes(run, read):
             fault.cause,
             pair_name(fault.pair),
         ]
-        assert f"{lines[ns]} ".startswith(f"{' '.join(words_of_line)} ")
+        assert f"{lines[ns]} ".startswith(f"{' '.join(texts_of_line)} ")
         assert not size > 0 or written in lines[ns]
         (output,) = read.at_ns("world/focus/words", "Points3D:labels", ns)
         (eye,) = read.at_ns("world/focus/eye", "Transform3D:translation", ns)
         if name[1] == MISS:
-            part = "" if fault.kind == FaultKind.NEVER_REPORTED else "a part of "
-            assert output == f"{name[0]} misses {part}this contact"
+            extent = "" if fault.kind == FaultKind.NEVER_REPORTED else "a part of "
+            assert output == f"{name[0]} misses {extent}this contact"
             yield np.linalg.norm(np.subtract(eye, fault.point)), CLOSE_UP
         elif np.isfinite(size):
             assert length(size) in output
@@ -86,7 +86,7 @@ def fault_lines_and_eyes(run, read):
     yield np.sort(dots, axis=0), np.sort([fault.point for _, fault, *_ in faults(run)], axis=0)
 
 
-def fault_words(run, read):
+def fault_labels(run, read):
     """Words and lines stand there while a fault lasts, at no other time; where two overlap, one may end the other's."""
     lasting = np.zeros(len(run.assembly.motion))
     segments = [slice(min(fault.first, frame), fault.last + 1) for _, fault, (frame, _), _ in faults(run)]
@@ -95,8 +95,8 @@ def fault_words(run, read):
     sure = np.ones(len(lasting), dtype=bool)
     for segment in segments:
         sure[segment] &= lasting[segment].max() == 1
-    for part, component in (("words", "Points3D:labels"), ("lines", "LineStrips3D:strips")):
-        recorded = [len(read.at(f"world/focus/{part}", component, frame)) > 0 for frame in range(len(lasting))]
+    for name, component in (("words", "Points3D:labels"), ("lines", "LineStrips3D:strips")):
+        recorded = [len(read.at(f"world/focus/{name}", component, frame)) > 0 for frame in range(len(lasting))]
         yield np.array(recorded)[sure], lasting[sure]
 
 
@@ -185,7 +185,7 @@ def body_colours(run, read):
             yield recorded, packed([(*colour[:3], colour[3] * assembly.motion.valid[frame, body])])[0]
 
 
-PARTS = (fault_lines_and_eyes, fault_words, contact_curves, missed_faces, hulls_around_bodies, body_colours)
+CHECKS = (fault_lines_and_eyes, fault_labels, contact_curves, missed_faces, hulls_around_bodies, body_colours)
 
 NOTHING_DRAWN = {
     "slow rate": hulls_around_bodies,
@@ -197,11 +197,11 @@ NOTHING_DRAWN = {
 
 
 @pytest.mark.parametrize("run_name", sorted(NOTHING_DRAWN))
-@pytest.mark.parametrize("part", PARTS)
-def test_scene_at_a_cursor_matches_the_result_at_that_time(part, run_name, runs, drawn):
-    """Each part yields what the recording shows at a time, and what the result says of that time."""
-    compared = [*part(runs[run_name], drawn(runs[run_name]))]
-    assert bool(compared) != (part is NOTHING_DRAWN[run_name])
+@pytest.mark.parametrize("check", CHECKS)
+def test_scene_at_a_cursor_matches_the_result_at_that_time(check, run_name, runs, drawn):
+    """Each check yields what the recording shows at a time, and what the result says of that time."""
+    compared = [*check(runs[run_name], drawn(runs[run_name]))]
+    assert bool(compared) != (check is NOTHING_DRAWN[run_name])
     for recorded, expected in compared:
         assert np.shape(recorded) == np.shape(expected)
         assert np.allclose(recorded, expected, rtol=0.0, atol=1e-6)

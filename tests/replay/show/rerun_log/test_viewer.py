@@ -68,7 +68,7 @@ def settled(opened, title):
 
 @pytest.mark.slow
 def test_no_view_reports_an_error_and_a_recording_is_open(opened):
-    settled(opened, "Where")
+    settled(opened, "Where   a dot: a fault, in the colours of When")
     state = opened.state()
     assert len(state.recordings) == 1
     assert not [(view.name, report.summary) for view in state.views for report in view.reports]
