@@ -73,11 +73,7 @@ def contents_of(vessel: Vessel) -> Contents:
         formula = _formula(vessel, text)
         if formula in concentrations:
             raise vessel.fail(f"holds {formula!r} twice; give one concentration")
-        most = MOST_MOLAR.get(formula, MOST_G_L / molar_mass(formula))
-        if molar > most:
-            raise vessel.fail(f"holds {molar:g} mol/L of {formula!r}; the strongest solution of it has {number(most)}")
-        if formula not in MOST_MOLAR:
-            _check_saturated(vessel, formula, molar)
+        _check_strength(vessel, formula, molar)
         concentrations[formula] = molar
     _check_dissolved(vessel, concentrations)
     amounts = {formula: litres * molar for formula, molar in concentrations.items()}
@@ -115,6 +111,22 @@ def _solubility(vessel: Vessel, formula: str, value: Any) -> Mapping[float, floa
         raise vessel.fail(f"has solid.solubility_g_100g = {error}") from error
     assert table is not None
     return table
+
+
+def _check_strength(vessel: Vessel, formula: str, molar: float) -> None:
+    """Raises EffectError: no solution is as strong as a liquid that a vessel holds."""
+    if formula in MOST_MOLAR:
+        if molar > MOST_MOLAR[formula]:
+            most = number(MOST_MOLAR[formula])
+            raise vessel.fail(f"holds {molar:g} mol/L of {formula!r}; the strongest solution of it has {most}")
+        return
+    _check_saturated(vessel, formula, molar)
+    grams = molar * molar_mass(formula)
+    if grams > MOST_G_L:
+        raise vessel.fail(
+            f"holds {molar:g} mol/L of {formula!r}, which is {number(grams)} g in a litre: no solution is so strong; "
+            "give molar in mol/L"
+        )
 
 
 def _check_saturated(vessel: Vessel, formula: str, molar: float) -> None:

@@ -161,7 +161,9 @@ def _check_brought(reaction: Reaction, recipe: Recipe) -> None:
         needed = [(component, many > 0) for component, many in mine.items() if component != PROTON]
         dissolved = components_of(formula) is not None and reaction.phases.get(formula) not in ("s", "g")
         ionic = bool(charge_of(formula)) or (bool(METALS & set(mine)) and PROTON not in mine)
-        as_ions = dissolved and ionic and set(needed) <= ions
+        # A weak acid is there where its anion meets a stronger one: oxalic acid of sodium oxalate in sulfuric acid.
+        freed = mine.get(PROTON, 0) > 0 and (PROTON, True) in ions and bool(needed)
+        as_ions = dissolved and (ionic or freed) and set(needed) <= ions
         if charge_of(formula) and components_of(formula) is None and recipe.solver is not None:
             raise declared.fail(f"equation: PHREEQC's data do not know {formula!r}; take an ion that they know")
         if not (formula in available or mine in components or as_ions):
