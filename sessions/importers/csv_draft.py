@@ -9,6 +9,7 @@ import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import islice, pairwise
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -30,10 +31,12 @@ from sessions.importers.csv_mapping import (
     PoseColumns,
     name_tokens_of,
     stated_units,
+    unit_in_cell,
 )
 from sessions.importers.csv_table import CsvTable
 from sessions.importers.ledger import is_large_loss
 from sessions.importers.pose_table import rows_lost
+from sessions.input_files import opened
 from sessions.meshes.conventions import CONVENTIONS
 
 POSITION, XYZW, ANGLES, MATRIX = "position", "quaternion_xyzw", "euler", "matrix"
@@ -311,6 +314,7 @@ def _lines(head: CsvHead, table: CsvTable, gaps: _Gaps) -> Iterator[str]:
             f"# As one body {lost}.",
             '# If a column tells bodies apart, write [body] and name = "COLUMN" here:',
         )
+    gaps.unknown += _by_row(head, table, names)
     flags = _flag_columns(head, posed)
     for name, body in posed.items():
         is_long = bool(names) and (not name or len(posed) == 1)
@@ -329,6 +333,24 @@ def _lines(head: CsvHead, table: CsvTable, gaps: _Gaps) -> Iterator[str]:
     for name, body in bodies.items():
         if name not in posed and body.position:
             yield f"# {name or 'a body'} has a place and no rotation, so it is left out: {', '.join(body.position)}"
+
+
+def _by_row(head: CsvHead, table: CsvTable, names: Collection[str]) -> Iterator[str]:
+    """Yields what columns that no draft reads may change from row to row: the frame of a pose, its unit, its loss."""
+    frames, units, seen, states = (frozenset(VOCABULARY[kind]) for kind in ("frames", "units_by_row", "seen", "states"))
+    cells_of_flags = {*VOCABULARY["valid_cells"], *VOCABULARY["lost_cells"]}
+    for column in head.columns:
+        words = {word.lower() for word in name_tokens_of(column)}
+        if not words & (frames | units | seen | states) or words & VALID or column in names:
+            continue
+        if table.count_different(column) < 2 and not words & units:
+            continue
+        if words & frames and not head.numbers(column):
+            yield f"whether the poses of a row are in the frame that column {column!r} names"
+        elif words & units and any(map(unit_in_cell, head.cells(column))):
+            yield f"the unit of lengths, which column {column!r} says for each row"
+        elif words & seen or (words & states and {cell.lower() for cell in head.cells(column)} <= cells_of_flags):
+            yield f"whether column {column!r} says which poses are lost (valid takes a column of 1 and 0)"
 
 
 def _flag_columns(head: CsvHead, bodies: Collection[str]) -> dict[str, list[str]]:
@@ -359,13 +381,29 @@ def _units(head: CsvHead, columns: Sequence[str], gaps: _Gaps) -> str:
     stated = stated_units(map(head.stated_unit, columns), STATED_LENGTHS)
     if len(stated) == 1 and stated[0] in LENGTHS:
         return f'units = "{stated[0]}"'
+    above = _units_above(head)
     if stated:
         gaps.unknown.append(f"the unit of lengths (the headings say {', '.join(stated)})")
+    elif above:
+        gaps.unknown.append(f"the unit of lengths (a line above the header says {', '.join(above)})")
     else:
         gaps.unknown.append(UNIT_UNKNOWN)
     numbers = [number for column in columns for number in head.numbers(column)]
     limits = f"places run from {min(numbers):g} to {max(numbers):g}" if numbers else ""
     return f'# units = "m"   # {", ".join(LENGTHS[:-1])} or {LENGTHS[-1]}? {limits}'
+
+
+def _units_above(head: CsvHead) -> list[str]:
+    """The units of lengths that lines above the header name; of one letter or two those behind the word unit."""
+    with opened(head.source, "recording", ImportFileError) as stream:
+        lines = [*islice(stream, head.layout.skip_lines)]
+    units = list[str]()
+    for line in lines:
+        words = re.findall("[a-zµμ]+", line.decode("utf-8", errors="replace").lower())
+        for before, word in pairwise(["", *words]):
+            if len(word) > 2 or word in ("mm", "cm") or before in VOCABULARY["units_by_row"]:
+                units.append(unit_in_cell(word))
+    return [unit for unit in dict.fromkeys(units) if unit in STATED_LENGTHS]
 
 
 def _rotation(head: CsvHead, body: _Body, gaps: _Gaps) -> Iterator[str]:

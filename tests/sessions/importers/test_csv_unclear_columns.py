@@ -210,3 +210,45 @@ def test_matrices_written_column_by_column_are_refused(tmp_path):
         == np.abs(cup.quaternions_xyzw - track.quaternions_xyzw).max()
         == 0
     )
+
+
+LONG = [(step, body) for step in range(COUNT) for body in ("cup", "pen")]
+
+
+@pytest.mark.parametrize(
+    ("column", "cell", "text"),
+    [
+        ("parent", lambda step, body: "table" if body == "cup" else "", "in the frame that column 'parent' names"),
+        ("space", lambda step, body: "local" if body == "cup" else "world", "in the frame that column 'space' names"),
+        ("space", lambda step, body: "world", ""),
+        ("unit", lambda step, body: "mm" if body == "cup" else "m", "the unit of lengths, which column 'unit' says"),
+        ("unit", lambda step, body: "cm", "the unit of lengths, which column 'unit' says"),
+        ("confidence", lambda step, body: step / COUNT, "'confidence' says which poses are lost"),
+        ("confidence", lambda step, body: 1.0, ""),
+        ("is_lost", lambda step, body: int(step > 9), "'is_lost' says which poses are lost"),
+        ("trackingState", lambda step, body: 63 * int(step > 9), "'trackingState' says which poses are lost"),
+        ("status", lambda step, body: "OK" if step > 9 else "LOST", "'status' says which poses are lost"),
+        ("status", lambda step, body: "pour" if step > 9 else "grasp", ""),
+    ],
+)
+def test_draft_asks_for_what_columns_change_by_row(tmp_path, column, cell, text):
+    rows = [row(SECONDS[step], body, cell(step, body), pose(step, body == "pen")) for step, body in LONG]
+    unknown = refused_draft(tmp_path, f"time,name,{column},{POSE}", *rows).unknown
+    asked = [question for question in unknown if f"column {column!r}" in question]
+    assert len(asked) == bool(text) and all(text in question for question in asked)
+
+
+@pytest.mark.parametrize(
+    ("line", "unit"),
+    [
+        ("# units: cm", "cm"),
+        ("# positions in millimetres", "mm"),
+        ('{"unit": "m", "fps": 60}', "m"),
+        ("# recorded in min 3 by m. meyer", ""),
+    ],
+)
+def test_draft_asks_for_the_unit_of_a_line_above(tmp_path, line, unit):
+    rows = [row(SECONDS[step], pose(step)) for step in range(COUNT)]
+    asked = "the unit of lengths (a line above the header says "
+    unknown = refused_draft(tmp_path, line, f"time,{POSE}", *rows).unknown
+    assert [question for question in unknown if question.startswith(asked)] == [f"{asked}{unit})"] * bool(unit)
