@@ -115,13 +115,14 @@ def _add_solution(matter: Matter, vessel: str, times: FloatArray, findings: Find
         findings.series[f"{vessel}/{name}"] = Series(times[known_times], values, "mol/L")
     for number, reaction in enumerate(matter.recipe.reactions):
         for formula in reaction.equation.products:
-            made = mixture.row_of(formula) if charge_of(formula) else None
-            if made is None or reaction.process >= 0:
+            made = _complexes(mixture, formula) if charge_of(formula) else []
+            if not made or reaction.process >= 0:
                 continue
             scarcest = np.full(len(wet), np.inf)
             for component, many in heavy_components(formula).items():
                 scarcest = np.minimum(scarcest, amounts[:, matter.ledger.column[component]] / many)
-            formed[number] |= bool((solved.species[:, made] > LEAST_FORMED * scarcest)[scarcest > 0.0].any())
+            moles = solved.species[:, made].sum(axis=1)
+            formed[number] |= bool((moles > LEAST_FORMED * scarcest)[scarcest > 0.0].any())
     if not known.all():
         first = float(times[wet[~known][0]])
         moments = f"{int((~known).sum())} of {len(wet)} moments"
@@ -149,6 +150,15 @@ def _add_solution(matter: Matter, vessel: str, times: FloatArray, findings: Find
             EffectEvent(float(times[known_times[strong[0]]]), "concentrated", (vessel,), None, values, text)
         )
     return formed
+
+
+def _complexes(mixture: Mixture, formula: str) -> list[int]:
+    """Rows of a complex, and of those of the same ions that more of its ligand makes of it: FeF3 of FeF^2+."""
+    heavy = set(heavy_components(formula))
+    row = mixture.row_of(formula)
+    if row is None or len(heavy) == 1:
+        return [] if row is None else [row]
+    return [k for k, entry in enumerate(mixture.species) if set(entry.makeup) - {PROTON, WATER} == heavy]
 
 
 def _solids_at(matter: Matter, vessel: str, times: FloatArray) -> list[str]:

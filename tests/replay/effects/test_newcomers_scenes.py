@@ -247,3 +247,16 @@ def test_no_acid_is_named_where_protons_are_lacking():
     )  # fmt: skip
     (event,) = effects["reaction"].output.named("no-reaction")
     assert "does not proceed: it needs acid, and none came into flask" in event.text
+
+
+@pytest.mark.parametrize(
+    ("solutes", "equation", "proceeds"),
+    [
+        ({"Fe(NO3)3": 0.001, "NaF": 0.1, "HNO3": 0.01}, "Fe3+ + F- -> FeF2+", True),
+        ({"ZnCl2": 0.01, "NH3": 0.1, "HCl": 1.0}, "Zn2+ + 4 NH3 -> Zn(NH3)4^2+", False),
+    ],
+)
+def test_complexes_of_more_ligands_count_as_formed(solutes, equation, proceeds):
+    """In much fluoride iron stands as FeF3: 'Fe3+ + F- -> FeF2+ does not proceed' was said of it."""
+    effects = standing(0.5, glass("flask", 2.0, solutes=solutes), ("reaction", {"equation": equation}))
+    assert bool(effects["reaction"].output.named("no-reaction")) != proceeds
