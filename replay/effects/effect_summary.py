@@ -110,7 +110,7 @@ def _titration_curve(run: EffectRun, vessel: str, name: str, series: Series, vol
         return None
     unit = series.unit
     if quantity == "potential":
-        kind, quantity = Equivalence.OXIDANT_AND_REDUCTANT, "redox potential"
+        kind, quantity, unit = Equivalence.OXIDANT_AND_REDUCTANT, "redox potential", "V against hydrogen"
     elif quantity.endswith(" left"):
         kind, quantity = Equivalence.OXIDANT_AND_REDUCTANT, f"mol of {quantity}"
     elif unit == "pH":

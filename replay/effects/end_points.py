@@ -147,9 +147,9 @@ def _events(matter: Matter, vessel: str, kinds: Crossings) -> list[EffectEvent]:
     history = matter.histories[vessel]
     if not history.added_ml[-1].any():
         return []
-    found = sorted(kinds, key=lambda point: (point.crossing.before, point.crossing.fraction))
-    points = [point for point in found if point.reacted >= COMPLETE]
-    events = [_incomplete(matter, vessel, point) for point in found if point.reacted < COMPLETE]
+    equivalents = sorted(kinds, key=lambda point: (point.crossing.before, point.crossing.fraction))
+    points = [point for point in equivalents if point.reacted >= COMPLETE]
+    events = [_incomplete(matter, vessel, point) for point in equivalents if point.reacted < COMPLETE]
     events += [_end_point(matter, vessel, point, number, len(points)) for number, point in enumerate(points, start=1)]
     return events
 
@@ -350,21 +350,21 @@ def _of_ions(matter: Matter, vessel: str, totals: FloatArray) -> Crossings:
             rivalled = any(float(crossing.at(totals[:, components.index(name)])) > 0.0 for name in others)
             whole = [float(crossing.at(moles)) for _, moles in bound]
             made = _made(matter, vessel, totals, crossing)
-            shares = [
+            fractions = [
                 made.get(formula, 0.0) / moles for (formula, _), moles in zip(bound, whole, strict=True) if moles > 0.0
             ]
-            if len(shares) == len(bound) and min(shares) >= (ALONE if rivalled else COMPLETE):
+            if len(fractions) == len(bound) and min(fractions) >= (ALONE if rivalled else COMPLETE):
                 names = sorted((ion, " + ".join(partners))) if len(partners) == 1 else [ion, " + ".join(partners)]
-                yield _Equivalent(crossing, Equivalence.METAL_AND_ANION, names[0], names[1], min(shares))
+                yield _Equivalent(crossing, Equivalence.METAL_AND_ANION, names[0], names[1], min(fractions))
 
 
 def _together(pairs: Iterable[tuple[str, ...]]) -> Iterator[tuple[str, tuple[str, ...]]]:
     """Ions and partners that they may be equivalent to: one, or several of them together."""
     partners: dict[str, set[str]] = {}
-    for one, other in pairs:
-        yield one, (other,)
-        partners.setdefault(one, set()).add(other)
-        partners.setdefault(other, set()).add(one)
+    for ion, other in pairs:
+        yield ion, (other,)
+        partners.setdefault(ion, set()).add(other)
+        partners.setdefault(other, set()).add(ion)
     for ion, mine in sorted(partners.items()):
         for count in range(2, min(len(mine), MOST_PARTNERS) + 1):
             for several in combinations(sorted(mine), count):

@@ -53,8 +53,8 @@ class Limits:
         self._processes, self._changes, self._column, self._room_c = processes, changes, column, room_c
         self._proton, self._water = column[PROTON], column[WATER]
         self._saturation = None if slow_solids is None else Saturation(slow_solids, column)
-        self._holds_acid = _held_protons(solver, column, NEUTRAL_PH, hydroxides=False)
-        self._holds_base = _held_protons(solver, column, BASIC_PH, hydroxides=True)
+        self._holds_acid = _bound_protons(solver, column, NEUTRAL_PH, hydroxides=False)
+        self._holds_base = _bound_protons(solver, column, BASIC_PH, hydroxides=True)
         self._kept_protons = [self._protons_kept(process) for process in processes]
 
     def extent(self, row: int, amounts: FloatArray, celsius: FloatArray | None = None) -> FloatArray:
@@ -70,9 +70,9 @@ class Limits:
         """Column of a reagent, or another cause -> mol (...) of a process at which it ends by that."""
         process, changes = self._processes[row], self._changes[row]
         limits: dict[str | Cause, FloatArray] = {
-            name: amounts[..., place] / -changes[place]
-            for name, place in self._column.items()
-            if changes[place] < 0.0 and place not in (self._proton, self._water)
+            name: amounts[..., index] / -changes[index]
+            for name, index in self._column.items()
+            if changes[index] < 0.0 and index not in (self._proton, self._water)
         }
         # A product may hold the acid that was used: SO2 stands as hydrogensulfite at the pH at which no acid is free.
         holds_acid = self._kept_protons[row]
@@ -132,7 +132,7 @@ class Limits:
         return np.full(len(rows), self._room_c) if celsius is None else celsius
 
 
-def _held_protons(solver: Solver | None, column: Mapping[str, int], ph: float, *, hydroxides: bool) -> FloatArray:
+def _bound_protons(solver: Solver | None, column: Mapping[str, int], ph: float, *, hydroxides: bool) -> FloatArray:
     """Protons (columns,) that each column holds at a pH; ``hydroxides``: with those that it takes from water."""
     holds = np.zeros(len(column))
     if solver is not None:

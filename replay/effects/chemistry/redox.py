@@ -130,8 +130,8 @@ def _couple(reagent: str, product: str) -> Couple | None:
     whole = lcm(count, product_count)
     count, product_count = whole // count, whole // product_count
     sides = [(count, _atoms(reagent)), (-product_count, _atoms(product))]
-    water = sum(many * held.get("O", 0) for many, held in sides) if product != WATER else 0
-    protons = 2 * water - sum(many * held.get("H", 0) for many, held in sides)
+    water = sum(many * counted.get("O", 0) for many, counted in sides) if product != WATER else 0
+    protons = 2 * water - sum(many * counted.get("H", 0) for many, counted in sides)
     electrons = count * _charge(reagent) + protons - product_count * _charge(product)
     if electrons == 0:
         return None

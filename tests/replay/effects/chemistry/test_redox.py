@@ -72,7 +72,7 @@ def test_couples_without_free_energies_are_not_invented(changes):
 
 def test_permanganate_has_the_potential_of_phreeqc_before_and_after():
     drawn = curves({"FeSO4": 0.05, "H2SO4": 0.5}, {"KMnO4": 0.02}, PERMANGANATE)["redox potential"]
-    assert drawn.ends_ml == pytest.approx([5.0], abs=0.01) and drawn.unit == "V"
+    assert drawn.ends_ml == pytest.approx([5.0], abs=0.01) and drawn.unit == "V against hydrogen"
     for added in (0.5, 2.5, 4.5, 5.5, 8.0, 15.0):
         litre = 1.0 / (10.0 + added)
         molar = {"FeSO4": 0.5 * litre, "H2SO4": 5.0 * litre, "KMnO4": 0.02 * added * litre}
