@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
 from time import perf_counter
@@ -20,7 +20,7 @@ from replay.auditing.examination import examine
 from replay.auditing.false_contacts import false_contacts
 from replay.auditing.fault import Fault
 from replay.auditing.flicker import find_flicker
-from replay.auditing.holding import are_grasped, holdings
+from replay.auditing.holding import holdings
 from replay.auditing.matching import match_episodes
 from replay.auditing.noisy_contacts import in_noise
 from replay.auditing.sampling_offsets import STEPS, OffsetCounts, at_offset, counts_over_offsets, has_offsets
@@ -30,7 +30,7 @@ from replay.detection.detector_spec import TRUSTED, DetectorSpec
 from replay.detection.progress import Advance, Progress, Silent
 from replay.detection.run_detector import MOST_FRAMES_IN_MEMORY, Run, make_detector, run_detector
 from replay.document.diagnosis import answers
-from replay.document.fault_sentences import noise_remark, why_false, why_missed
+from replay.document.fault_sentences import explained
 from replay.document.machine import give_back_memory
 from replay.document.ranking import ranking
 from replay.document.result_tables import result_tables, stored
@@ -285,8 +285,8 @@ def _audit(prepared: PreparedSession, oracle: str, detectors: DetectorRuns, prog
         false: dict[str, tuple[Fault, ...]] = {}
         for label, comparison in comparisons.items():
             subject = subjects[label]
-            misses[label] = _explained(assembly, reference, subject, depths.misses[label])
-            false[label] = _explained(assembly, reference, subject, false_contacts(assembly, comparison, subject))
+            misses[label] = explained(assembly, reference, subject, depths.misses[label])
+            false[label] = explained(assembly, reference, subject, false_contacts(assembly, comparison, subject))
             advance(EXAMINING)
     return replace(
         result,
@@ -308,22 +308,6 @@ def _audit(prepared: PreparedSession, oracle: str, detectors: DetectorRuns, prog
 def _reach(subject: Run, oracle: Run) -> int:
     """Frames between a contact and a report of it: 1 where instants are compared with the intervals they begin."""
     return int((subject.detection.covers, oracle.detection.covers) == ("instants", "intervals"))
-
-
-def _explained(
-    assembly: Assembly, reference: Reference, subject: Audited, faults: Sequence[Fault]
-) -> tuple[Fault, ...]:
-    """Faults of a detector, each with the sentence about its cause and whether a hand holds a body of the pair."""
-    segments = [(fault.pair, fault.first, fault.last) for fault in faults]
-    explained = []
-    for fault, grasped in zip(faults, are_grasped(assembly, reference.holdings, segments), strict=True):
-        if fault.kind.is_miss:
-            why = why_missed(fault, fault.detector, subject, reference.episodes[fault.contact - 1])
-            why += noise_remark(fault.depth, at_least=fault.depth_at_least)
-        else:
-            why = why_false(fault, fault.detector, subject)
-        explained.append(replace(fault, grasped=grasped, why=why))
-    return tuple(explained)
 
 
 def _with_noise(result: RunResult, spec: NoiseSpec, oracle: Run, seed: int, progress: Progress) -> RunResult:

@@ -6,7 +6,6 @@ from typing import Final
 
 from replay.auditing.loss import fraction_of
 from replay.detection.recorded import RECORDED
-from replay.document.answer import Fix
 from replay.document.cost import BUDGET_MS, FRAME, busy_text
 from replay.document.placeholders import SESSION
 from replay.document.ranking import Rank, any_decided, fault_text, fixed_rank
@@ -95,13 +94,13 @@ def _measured_fix(document: RunDocument, decided: Sequence[Rank]) -> MeasuredFix
     if rank is None or fix is None or fix.figures is None:
         return None
     fixed = fixed_rank(rank, fix.figures, fix.setting)
-    shipped = Decision(fix.text, fix_figures(fix), fix.command, fix.notes, fixed, is_fix=True)
+    shipped = Decision(fix.text, fix_figures(fix.change, fix.command), fix.command, fix.notes, fixed, is_fix=True)
     return MeasuredFix(rank, fixed, shipped)
 
 
-def fix_figures(fix: Fix) -> str:
+def fix_figures(change: str, command: str) -> str:
     """Return what a Fix changes, and what its command writes where that is files."""
-    return f"{fix.change} {FIX_WRITES}".lstrip() if fix.command == SHIP_COMMAND else fix.change
+    return f"{change} {FIX_WRITES}".lstrip() if command == SHIP_COMMAND else change
 
 
 def _another_session(document: RunDocument) -> Decision:

@@ -4,6 +4,7 @@ A sentence names its moment, and says no more than what was measured there.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -14,7 +15,9 @@ from replay import words
 from replay.auditing.causes import Audited
 from replay.auditing.delay import frames_wrong
 from replay.auditing.fault import Cause, Fault, FaultKind
+from replay.auditing.holding import are_grasped
 from replay.auditing.outcome import Episode
+from replay.auditing.tolerance import Reference
 from replay.detection.recorded import RecordedDetector
 from replay.document.depth import tracker_noise_could_make
 from replay.document.detector_labels import SHAPES
@@ -22,12 +25,27 @@ from replay.document.ranking import Rank
 from replay.document.run_document import RunDocument
 from replay.document.run_result import RunResult
 from replay.document.tables import package_toml
+from replay.prepare.assembly import Assembly
 from replay.words import duration, length, plural
 
 REASONS: Final = package_toml("document/reasons.toml")
 """Of ``misses`` and of ``false`` contacts: cause -> why, as the end of a sentence."""
 
 UNEXPLAINED: Final = "nothing known about it explains this"
+
+
+def explained(assembly: Assembly, reference: Reference, subject: Audited, faults: Sequence[Fault]) -> tuple[Fault, ...]:
+    """Faults of a detector, each with the sentence about its cause and whether a hand holds a body of the pair."""
+    segments = [(fault.pair, fault.first, fault.last) for fault in faults]
+    with_reasons = []
+    for fault, grasped in zip(faults, are_grasped(assembly, reference.holdings, segments), strict=True):
+        if fault.kind.is_miss:
+            why = why_missed(fault, fault.detector, subject, reference.episodes[fault.contact - 1])
+            why += noise_remark(fault.depth, at_least=fault.depth_at_least)
+        else:
+            why = why_false(fault, fault.detector, subject)
+        with_reasons.append(replace(fault, grasped=grasped, why=why))
+    return tuple(with_reasons)
 
 
 def noise_remark(depth: float, *, at_least: bool) -> str:

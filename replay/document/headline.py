@@ -265,7 +265,7 @@ def _improvement(result: Summarised, decided: Decision | None) -> list[Reason]:
         return []
     fix = first.fix
     text = f"To improve {first.label} itself: {fix.text[:1].lower()}{fix.text[1:]}"
-    return [Reason("Or", text, fix_figures(fix), fix.command, fix.notes)]
+    return [Reason("Or", text, fix_figures(fix.change, fix.command), fix.command, fix.notes)]
 
 
 def _doubtful(document: RunDocument) -> list[str]:
