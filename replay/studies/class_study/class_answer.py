@@ -19,7 +19,7 @@ from replay.studies.class_study.power import (
     students_needed,
     tests_together,
 )
-from replay.studies.class_study.refusals import LEAST_IN_CELL, few
+from replay.studies.class_study.refusals import LEAST_IN_CELL, LEAST_STUDENTS, few
 from replay.studies.class_study.regression import LEVEL
 from replay.studies.class_study.tables import behind, families_text, headlines, listed, undecided_text
 from replay.words import plural
@@ -40,6 +40,8 @@ MOST_REFUSED: Final = 2
 
 MOST_SCALES: Final = 2
 """Unreliable scales that are named there."""
+
+HOW_TO_TEST: Final = "To test conclusions, add --questionnaire answers.csv --codebook codebook.yaml."
 
 FRAMES_A_SECOND: Final = 90.0
 """Frames of a headset, by which the time of a class is estimated."""
@@ -130,7 +132,7 @@ def _actions(tables: ClassTables, study: Study | None) -> list[str]:
     if study is None:
         if not trusted:
             return []
-        return [f"Count contacts with {' or '.join(trusted)}, the reference.", "The others are measured against it."]
+        return [f"Count contacts with {listed(trusted, 'or')}, the reference.", HOW_TO_TEST]
     recommended = [study.detector] if not trusted or study.detector in trusted else trusted
     wrong = [label for label in study.changing if label not in trusted] or (
         [study.detector] if study.changing and study.detector not in recommended else []
@@ -202,8 +204,7 @@ def _costs(tables: ClassTables, study: Study | None, times: Mapping[str, float])
     """Sentences on the students that are lacking, and on the time of the recommended detector and of the others."""
     sentences = []
     seconds = tables.recorded_seconds
-    if study is not None and more_students_needed(study):
-        lacking = students_needed(MEDIUM, tests_together(study)) - study.students
+    if study is not None and (lacking := _lacking_students(study)):
         mean = words.duration(seconds / len(tables.runs.metrics))
         each = f" with a recording of about {mean} each" if seconds else ""
         sentences.append(f"{plural(lacking, 'more student')}{each}.")
@@ -225,13 +226,20 @@ def _costs(tables: ClassTables, study: Study | None, times: Mapping[str, float])
     return [*sentences, *([f"{figures}."] if figures else []), machine]
 
 
+def _lacking_students(study: Study) -> int:
+    """Number of students who are lacking for a test, or for a medium correlation; 0: there are enough."""
+    if study.obstacle is not None and study.obstacle.rule == "few-students":
+        return max(0, LEAST_STUDENTS - study.students)
+    return students_needed(MEDIUM, tests_together(study)) - study.students if more_students_needed(study) else 0
+
+
 def _certainty(tables: ClassTables, study: Study | None) -> AnswerRow:
     """How sure the effect of the detector and the associations are, and the students behind the figures."""
     students = len(tables.runs.students)
     intervals = "Brackets and bars are 95 % intervals: other classes like this one may give any figure within."
     if study is None:
         count = f"{few(students)} students." if students < LEAST_IN_CELL else f"{plural(students, 'student')}."
-        return AnswerRow("Sure", count, intervals)
+        return AnswerRow("Sure", f"Nothing is known of conclusions: none was tested in {count}", intervals)
     tests = tests_together(study)
     figures, least = [f"{behind(study)}."], least_correlation(study.students, tests)
     if least is not None and study.tested:

@@ -184,7 +184,8 @@ def test_study_without_a_test_says_why_and_counts_no_students(runs, study, tmp_p
     assert rows["Sure"].text == f"Nothing is known of associations: none was tested in {STUDENTS} students."
     assert "correlation" not in rows["Sure"].figures
     refused = StudyRefusedError("few-students", "p of the regression of a on b")
-    few = rows_of(runs, replace(untested, sensitivity=(), refusals=(refused,)), tmp_path)
+    few = rows_of(runs, replace(untested, students=8, sensitivity=(), refusals=(refused,)), tmp_path)
+    assert few["Cost"].text.startswith("2 more students")
     assert few["Why"].text.startswith("No test was possible: a p-value from fewer than 10 students ")
     assert few["Do"].text == "Count contacts with exact and study at least 10 students."
 
@@ -244,7 +245,9 @@ def test_certainty_is_of_the_detector_and_of_the_associations(runs, study, tmp_p
     first, *others = study.coefficients
     some = rows_of(runs, replace(study, coefficients=(associated(first), *others)), tmp_path)["Sure"].text
     assert some.endswith("Fairly sure of the associations: p is below 0.05 after correction for tests made together.")
-    assert "sure" not in rows_of(runs, None, tmp_path)["Sure"].text.lower()
+    without = rows_of(runs, None, tmp_path)
+    assert without["Sure"].text == f"Nothing is known of conclusions: none was tested in {STUDENTS} students."
+    assert "--questionnaire" in without["Do"].figures
 
 
 @pytest.mark.parametrize(("slow_ms", "least"), [(0.02, True), (0.01001, False), (0.005, False)])
