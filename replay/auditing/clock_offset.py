@@ -125,7 +125,7 @@ def estimate_offset(
     nearest = partners.nearest(shift, drift)
     paired = nearest[nearest <= WINDOW]
     if len(paired) < 2 and known_offset is None:
-        raise AuditError(f"one report alone fits every clock, so no offset can be estimated; {SAY_IT}")
+        raise AuditError(f"fewer than two reports fit true contacts with one offset, so none is estimated; {SAY_IT}")
     own_offset = None if known_offset is not None or drift else _own_clock(shift, facts)
     if own_offset is not None:
         offset, rivals = own_offset, 0
@@ -212,5 +212,7 @@ def _drifting(partners: _Partners) -> tuple[float, float]:
     for _ in range(3):
         left, nearest = np.abs(gap - offset - drift * later), partners.nearest(offset, drift)
         is_matched = (left <= WINDOW) & (left == nearest[partners.report])
+        if len(np.unique(later[is_matched])) < 2:
+            break  # Reports of one moment lie on lines of any drift.
         drift, offset = np.polyfit(later[is_matched], gap[is_matched], 1).tolist()
     return offset, drift

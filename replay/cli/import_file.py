@@ -234,11 +234,12 @@ def _contacts(
     """A session with the reported contacts in it, and how well their clock fits."""
     if session is None:
         raise click.UsageError("contacts belong to a session; name it with --session FILE.mcap")
+    from replay.prepare.assemble import unknown_in_reports
     from replay.running.contact_import import import_contacts
     from sessions import read_session
 
     joined, fit = import_contacts(source, read_session(session, scene=scene), offset=offset)
-    return joined, [f"{len(joined.live_contacts):,} reports of {source}; {fit}"]
+    return joined, [f"{len(joined.live_contacts):,} reports of {source}; {fit}", *unknown_in_reports(joined)]
 
 
 def _meshes(named: tuple[str, ...]) -> dict[str, Path]:

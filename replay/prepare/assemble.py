@@ -23,7 +23,7 @@ from replay.prepare.interpolation import filled
 from replay.prepare.kinematics import Kinematics, Placed
 from replay.prepare.pair_choice import chosen_pairs, grasped_pairs, rest_frames
 from replay.prepare.session_scan import SessionScan, in_order, scan
-from replay.words import safe_text
+from replay.words import plural, safe_text
 from sessions import MeshData, Session
 from sessions.doctor.timing import gap_rows
 from sessions.importers.pose_table import LARGEST_SECONDS
@@ -33,6 +33,8 @@ from sessions.model.scene import absent_bodies
 RESIDUAL_FACT: Final = "contacts_clock_residual_s"
 """Fact of a session whose reported contacts came from another clock."""
 
+MOST_UNKNOWN: Final = 5
+"""Names in an engine's reports that a note lists."""
 GIVE_MESHES: Final = "import it again with --mesh BODY=FILE, or name meshes in a scene (replay scene new)"
 
 Pairs = Sequence[tuple[str, str]]
@@ -98,7 +100,7 @@ def assemble(
         origin=placed.origin,
         proxies=tuple(body.id for body in declared if body is not None and body.proxy),
         left_out=tuple(name for name in session.names if name not in session.meshes),
-        notes=(*session_scan.notes(), *_absent(session), *_fixed_and_tracked(session)),
+        notes=(*session_scan.notes(), *_absent(session), *_fixed_and_tracked(session), *unknown_in_reports(session)),
         live_contacts=session.live_contacts,
         live_residual=_residual(session),
         group_of=scene.group_of,
@@ -219,3 +221,16 @@ def _fixed_and_tracked(session: Session) -> list[str]:
     """A note on every body whose fixed pose is not used, for it has poses of its own."""
     bodies = (body.id for body in session.scene.bodies if body.fixed is not None and body.id in session.names)
     return [f"the fixed pose of body {name!r} is not used: the recording has poses of it" for name in bodies]
+
+
+def unknown_in_reports(session: Session) -> list[str]:
+    """A sentence on names in the engine's reports that are no body of the session, if there are any."""
+    present = {*session.names, *(body.id for body in session.scene.bodies)}
+    pairs = [{contact.body_a, contact.body_b} for contact in session.live_contacts]
+    unknown = sorted({name for pair in pairs for name in pair} - present)
+    if not unknown:
+        return []
+    reports = plural(sum(bool(pair - present) for pair in pairs), "report")
+    more = f" and {len(unknown) - MOST_UNKNOWN} more" if len(unknown) > MOST_UNKNOWN else ""
+    named = ", ".join(map(repr, unknown[:MOST_UNKNOWN]))
+    return [f"compared with nothing, for no body is called {named}{more}: {reports} of the engine"]

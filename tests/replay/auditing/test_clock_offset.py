@@ -57,7 +57,7 @@ def test_without_a_common_pair_nothing_is_guessed():
 
 @pytest.mark.parametrize("reported", [{BEGIN: [1.0]}, {BEGIN: [1.0], END: [9.0]}])
 def test_single_report_fits_no_clock(reported):
-    with pytest.raises(AuditError, match=r"one report alone fits every clock.*--offset"):
+    with pytest.raises(AuditError, match=r"fewer than two reports fit true contacts.*--offset"):
         estimate_offset(reported, {BEGIN: [0.0, 3.0], END: [4.0]})
     assert estimate_offset(reported, {BEGIN: [0.99]}, 0.0).matched == 1
 
@@ -99,3 +99,11 @@ def test_a_clock_without_a_drift_is_given_none():
         reported, truth = drifting(int(rng.integers(2, 12)), float(rng.uniform(5, 60)), 0.0, rng, jitter=0.02)
         drifts.append(estimate_offset(reported, truth).drift)
     assert sum(drift != 0.0 for drift in drifts) <= 1
+
+
+@pytest.mark.filterwarnings("error")
+def test_reports_that_fit_at_one_moment_alone_give_no_drift():
+    begins = [5.0 + k for k in range(5)]
+    reported = {BEGIN: begins, END: [begin + 0.2 for begin in begins]}
+    with pytest.raises(AuditError, match="fewer than two reports fit true contacts"):
+        estimate_offset(reported, {BEGIN: [1.6], END: [2.4]})

@@ -13,6 +13,7 @@ from replay.errors import AssemblyError
 from replay.prepare.assemble import assemble
 from replay.prepare.assembly import PoseOrigin
 from sessions import Scene, Session, Status
+from sessions.model.event import LiveContact
 from sessions.model.scene import Pose, SceneBody
 
 MS = 1_000_000
@@ -128,6 +129,15 @@ def test_fixed_pose_of_a_recorded_body_is_noted_as_unused():
     assembly = assemble(session)
     assert "the fixed pose of body 'b' is not used: the recording has poses of it" in assembly.notes
     assert assembly.motion.translations[:, 1, 2].tolist() == (3.0 + 0.01 * np.arange(12)).tolist()
+
+
+def test_names_of_reports_that_are_no_body_are_noted():
+    reports = (("a", "b"), ("a", "Bench"), ("b", "B"), ("b", "Bench"))
+    contacts = tuple(LiveContact(0, first, second, "enter") for first, second in reports)
+    notes = assemble(dataclasses.replace(jumped(np.ones((12, 2))), live_contacts=contacts)).notes
+    assert "compared with nothing, for no body is called 'B', 'Bench': 3 reports of the engine" in notes
+    known = dataclasses.replace(jumped(np.ones((12, 2))), live_contacts=contacts[:1])
+    assert not any("compared with nothing" in note for note in assemble(known).notes)
 
 
 @dataclasses.dataclass
