@@ -123,7 +123,7 @@ def _first_sessions(tables: ClassTables, where: Mapping[str, Place]) -> AnswerRo
     common = ""
     if len(pairs) == 1:
         common = f"{'All are' if len(examples) > 1 else 'It is'} of the pair {pairs.pop()}. "
-    return AnswerRow("When", "Mistakes of detectors to look at first:", f"{common}{FIRST_SESSIONS}", links)
+    return AnswerRow("When", "Mistakes of detectors to open first:", f"{common}{FIRST_SESSIONS}", links)
 
 
 def _actions(tables: ClassTables, study: Study | None) -> list[str]:
