@@ -1,11 +1,9 @@
 """The colour of a liquid: an indicator by the pH or by an ion, or an ion that has a colour of its own."""
 
-import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from importlib import resources
 from itertools import pairwise
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
@@ -13,6 +11,7 @@ from replay import words
 from replay.effects.chemistry.components import components_of
 from replay.effects.chemistry.formulas import ion_of
 from replay.effects.chemistry.matter import Matter, matter_of
+from replay.effects.colour_tables import INDICATORS, SPECIES
 from replay.effects.declaring import Declaration
 from replay.effects.inputs import EffectInputs
 from replay.effects.output import COLOURS, EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series, blended
@@ -20,20 +19,6 @@ from replay.effects.protocol import spec_of
 from replay.effects.spans import spans_of
 from sessions.input_files import nearest
 from sessions.model.scene import Scene
-
-_TABLES: Final[dict[str, dict[str, Any]]] = tomllib.loads(
-    resources.files("replay.effects.chemistry").joinpath("indicators.toml").read_text(encoding="utf-8")
-)
-SPECIES: Final[Mapping[str, tuple[str, float]]] = {name: tuple(row) for name, row in _TABLES["species"].items()}
-"""Ion -> its colour, and the mol/L at which it is full."""
-
-SOLIDS: Final[Mapping[str, str]] = {solid: colour for colour, row in _TABLES["solids"].items() for solid in row}
-"""Solid -> its colour."""
-
-INDICATORS: Final[Mapping[str, Mapping[str, Any]]] = {
-    name: row for name, row in _TABLES.items() if name not in ("species", "solids")
-}
-"""Name -> its range and colours."""
 
 NOTHING_LOG: Final = -30.0
 """log10 of mol/L that stands for none at all."""

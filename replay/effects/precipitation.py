@@ -10,7 +10,7 @@ from replay import words
 from replay.effects.chemistry.formulas import molar_mass
 from replay.effects.chemistry.matter import matter_of
 from replay.effects.chemistry.mixture import SOLID
-from replay.effects.colour import SOLIDS
+from replay.effects.colour_tables import SOLIDS
 from replay.effects.declaring import Declaration
 from replay.effects.inputs import EffectInputs
 from replay.effects.output import (

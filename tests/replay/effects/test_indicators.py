@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from support.liquid_worlds import COLUMN, MIX, glass, run_in
 
-from replay.effects.colour import INDICATORS
+from replay.effects.colour_tables import INDICATORS
 
 OPEN = [*([0.0] * 2), *([90.0] * 160), *([0.0] * 10)]
 """Degrees of the stopcock: some 2 mL run in."""

@@ -5,7 +5,7 @@ import pytest
 from support.liquid_worlds import COLUMN, MIX, glass, poured, run_in, still, world
 
 from replay.effects.chemistry.components import FRESH
-from replay.effects.colour import SOLIDS
+from replay.effects.colour_tables import SOLIDS
 from replay.effects.effect_plan import plan_faults
 from replay.effects.output import COLOURS
 from replay.engine import compute
