@@ -52,7 +52,7 @@ def test_the_search_sees_formats_of_every_kind():
 
 
 def test_columns_in_toml_name_the_function_that_formats_them():
-    files = [file for file in sorted(TOP.rglob("*.toml")) if "meaning =" in file.read_text("utf-8")]
-    assert len(files) > 2
-    formats_in_files = {file.name: re.findall(r'show = "[^"]*\.\d[^"]*"', file.read_text("utf-8")) for file in files}
-    assert not {name: shows for name, shows in formats_in_files.items() if shows}
+    (columns,) = [file for file in TOP.rglob("*.toml") if "meaning =" in file.read_text("utf-8")]
+    shows = re.findall(r'show = "([^"]*)"', columns.read_text("utf-8"))
+    assert len(shows) > 20
+    assert not [show for show in shows if re.search(r"\.\d", show)]

@@ -109,7 +109,7 @@ def _combinations(heavy: Counter[str]) -> Iterator[Counter[str]]:
 
 
 def _sums(ions: list[tuple[int, ...]], required: tuple[int, ...]) -> Iterator[Counter[int]]:
-    """How often to take which row of ``ions`` for sums of exactly ``wanted`` atoms.
+    """How often to take which row of ``ions`` for sums of exactly ``required`` atoms.
 
     At most ``MOST_IONS`` ions of ``MOST_KINDS`` kinds.
     """
