@@ -28,7 +28,7 @@ from replay.detection.run_detector import make_detector
 from replay.engine import prepared
 from replay.words import as_percentage
 from sessions import MeshData, Session
-from sessions.geometry.profile import rounded, sampled
+from sessions.geometry.profile import rounded_strokes, sampled_polyline
 from sessions.geometry.rings import revolved_solid
 from sessions.geometry.shapes import make_shape
 from sessions.glassware.catalogue import make_instrument
@@ -102,8 +102,9 @@ def mug() -> Case:
     """A mug of 80 x 95 mm with a handle through which a finger fits."""
     from manifold3d import CrossSection, Manifold
 
-    outline = sampled(
-        rounded([[0, 0], [0.04, 0, 0.004], [0.04, 0.095], [0.036, 0.095], [0.036, 0.005, 0.004], [0, 0.005]]), 24
+    outline = sampled_polyline(
+        rounded_strokes([[0, 0], [0.04, 0, 0.004], [0.04, 0.095], [0.036, 0.095], [0.036, 0.005, 0.004], [0, 0.005]]),
+        24,
     )
     cup = manifold_of(as_mesh(revolved_solid(outline, 28)))
     ring = CrossSection.circle(0.005, 8).translate((0.027, 0.0)).revolve(20)

@@ -22,7 +22,7 @@ from sessions.glassware.devices import COARSE_STEPS, FOLDER, GRIPS, TOLERANCES
 from sessions.glassware.instrument import in_single_precision
 from sessions.mesh_data import MeshData
 from sessions.meshes.glb import mesh_to_glb
-from sessions.meshes.mesh_files import simplified
+from sessions.meshes.mesh_files import simplified_mesh
 
 Points = NDArray[np.float64]
 Distance = NDArray[np.float64]
@@ -336,7 +336,7 @@ def main() -> None:
         meshes[f"hand_{1e3 * grip:.0f}"] = surface_of(partial(_distance, grip=grip), *corners, DENSE_FACES)
     for name, mesh in meshes.items():
         fine = in_single_precision(mesh)
-        coarse = reduce(simplified, TOLERANCES[: COARSE_STEPS[name.partition("_")[0]]], fine)
+        coarse = reduce(simplified_mesh, TOLERANCES[: COARSE_STEPS[name.partition("_")[0]]], fine)
         for file, level in ((name, fine), (f"{name}_coarse", coarse)):
             (FOLDER / f"{file}.glb").write_bytes(mesh_to_glb(level, name))
             print(f"{file:14} {len(level.faces):6,} faces")

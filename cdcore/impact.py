@@ -117,7 +117,7 @@ def time_of_impact(
     stacked = np.stack([_two(poses_a, "poses_a"), _two(poses_b, "poses_b")], axis=1)
     motion = Motion.from_matrices(times, stacked, names=("A", "B"))
     trees = box_trees_of([mesh_a, mesh_b])
-    touching = _touching(trees, motion)
+    touching = _touching_faces(trees, motion)
     if touching is not None:
         start = float(motion.times[0])
         return TimeOfImpact(Impact.HIT, (start, start), touching, False)
@@ -143,7 +143,7 @@ def _two(poses: ArrayLike, what: str) -> np.ndarray[tuple[int, ...], np.dtype[np
     return array
 
 
-def _touching(trees: list[BoxTree], motion: Motion) -> tuple[int, int] | None:
+def _touching_faces(trees: list[BoxTree], motion: Motion) -> tuple[int, int] | None:
     """The first faces that meet at the start."""
     meeting = decide_motion(trees, np.array([[0, 1]]), motion.frames(0, 1), faces=True).sets.faces
     return (int(meeting[0, 0]), int(meeting[0, 1])) if len(meeting) else None

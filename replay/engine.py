@@ -33,11 +33,11 @@ from replay.document.diagnosis import answers
 from replay.document.fault_sentences import explained
 from replay.document.machine import give_back_memory
 from replay.document.ranking import ranking
-from replay.document.result_tables import result_tables, stored
+from replay.document.result_tables import result_tables, stored_table
 from replay.document.run_result import RunResult
 from replay.document.summary import document_of_run
 from replay.effects.effect_plan import Plan, plan
-from replay.effects.effects_runner import recorded, run_effects
+from replay.effects.effects_runner import recorded_scalars, run_effects
 from replay.errors import NoiseError
 from replay.prepare.assemble import Pairs, assemble
 from replay.prepare.assembly import Assembly
@@ -140,7 +140,7 @@ def compute(
     result = replace(result, flicker=flicker)
     if noise_spec:
         result = _with_noise(result, noise_spec, detectors.runs[lineup.oracle], settings.seed, progress)
-    effects = recorded(result.session, prepared.assembly)
+    effects = recorded_scalars(result.session, prepared.assembly)
     if planned.effects:
         with progress.stage(f"Simulating {plural(len(planned.effects), 'effect')}"):
             detections = _detections_of_effects(planned, detectors.runs, lineup.oracle)
@@ -155,7 +155,7 @@ def compute(
     document = structs.replace(
         document,
         answers=answers(result, document, ranks),
-        tables={name: stored(name, table) for name, table in tables.items()},
+        tables={name: stored_table(name, table) for name, table in tables.items()},
     )
     return replace(result, tables=tables, document=document, ranking=ranks, answers=document.answers)
 

@@ -33,7 +33,7 @@ def quantity(value: float | None, unit: str) -> str:
     return text if text == NOT_MEASURED else f"{text} {unit}"
 
 
-def reading(value: float, unit: str, decimals: int) -> str:
+def instrument_reading(value: float, unit: str, decimals: int) -> str:
     """Reading of an instrument with so many decimals: ``24.85 mL`` of a burette, ``7.00`` of a pH meter."""
     return f"{value:.{decimals}f} {unit}".rstrip()
 
@@ -58,7 +58,7 @@ def moment(seconds: float) -> str:
     return f"{timestamp(seconds)} s"
 
 
-def fixed(value: float, decimals: int, *, signed: bool = False) -> str:
+def decimal(value: float, decimals: int, *, signed: bool = False) -> str:
     """A number with so many decimals, for a unit that follows: ``18.2``, ``+0.35``."""
     return f"{value:{'+' if signed else ''}.{decimals}f}"
 
@@ -157,6 +157,6 @@ def plural(number: int, thing: str, several: str = "") -> str:
     return f"{number:,} {thing if number == 1 else several or thing + 's'}"
 
 
-def tallied(counts: Mapping[str, int]) -> str:
+def tally_text(counts: Mapping[str, int]) -> str:
     """Names and how often each: ``contact: 18, breakage: 1``. The name of an event is no word that has a plural."""
     return ", ".join(f"{name}: {count:,}" for name, count in counts.items())

@@ -49,7 +49,7 @@ def check_regular(path: str | Path, what: str, error: type[Exception]) -> None:
 
 
 @contextmanager
-def opened(path: str | Path, what: str, error: type[Exception]) -> Iterator[BinaryIO]:
+def open_input(path: str | Path, what: str, error: type[Exception]) -> Iterator[BinaryIO]:
     """A file open for reading; ``error``, one sentence, for whatever the system says while it is read."""
     check_regular(path, what, error)
     try:
@@ -65,7 +65,7 @@ def opened(path: str | Path, what: str, error: type[Exception]) -> Iterator[Bina
 
 def read_bytes(path: str | Path, what: str, error: type[Exception]) -> bytes:
     """All bytes of a file."""
-    with opened(path, what, error) as stream:
+    with open_input(path, what, error) as stream:
         return stream.read()
 
 

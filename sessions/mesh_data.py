@@ -65,7 +65,7 @@ class MeshData:
         return MeshData(self.vertices @ pose[:3, :3].T + pose[:3, 3], faces)
 
 
-def concatenated(meshes: list[MeshData]) -> MeshData:
+def concatenated_meshes(meshes: list[MeshData]) -> MeshData:
     """Return one mesh that holds the faces of all, in order; vertices are not shared across them."""
     starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])[:-1]
     faces = [mesh.faces + start for mesh, start in zip(meshes, starts, strict=True)]

@@ -23,11 +23,11 @@ _GLOVE_BOX: Final = ("glove", "box")
 def name_tokens(name: str) -> list[str]:
     """The words of a name in small letters: those of "LeftHand_2" and "lhand" are "left" and "hand"."""
     pieces = [word.lower() for word in re.findall("[A-Z]?[a-z]+|[A-Z]+(?![a-z])", name)]
-    tokens = [token for word in pieces for token in _separated(word)]
+    tokens = [token for word in pieces for token in _separated_words(word)]
     return tokens if HAND_TOKENS.isdisjoint(tokens) else [_SIDE_OF_PREFIX.get(token, token) for token in tokens]
 
 
-def _separated(word: str) -> list[str]:
+def _separated_words(word: str) -> list[str]:
     match = _JOINED.fullmatch(word) or _SIDE_FIRST.fullmatch(word)
     if match is None:
         return [word]

@@ -71,12 +71,12 @@ def in_unit_of_size(value: float | None, units: Scale) -> str:
     for larger, larger_name in units[1:]:
         least = SMALLEST_FRACTION if larger_name in ("mm", "ms") else 1.0
         # Rounding comes first: 999.9 mm would be told as 1000 mm.
-        if _rounded(abs(value) / larger) >= least:
+        if _rounded_value(abs(value) / larger) >= least:
             size, name = larger, larger_name
     return f"{number(value / size)} {name}"
 
 
-def _rounded(value: float) -> float:
+def _rounded_value(value: float) -> float:
     """The value to as many significant digits as are printed."""
     return value if value == 0.0 else round(value, DIGITS - 1 - floor(log10(abs(value))))
 

@@ -13,7 +13,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO, Final
 
-from sessions.whole_files import abandoned, locks
+from sessions.whole_files import is_abandoned, locks
 
 PREFIX: Final = "replay-"
 IN_USE: Final = "in-use"
@@ -24,7 +24,7 @@ CONTENT: Final = "files"
 def temporary_folder() -> Iterator[Path]:
     """Give an empty folder that only this user can read; folders that killed programs left are removed before."""
     remove_leftovers()
-    root, stream = _created()
+    root, stream = _create_folder()
     try:
         content = root / CONTENT
         content.mkdir()
@@ -40,12 +40,12 @@ def remove_leftovers() -> None:
     """Remove temporary folders of this user whose process is dead; one without a lock file belongs to others."""
     for root in Path(tempfile.gettempdir()).glob(f"{PREFIX}*"):
         with suppress(OSError):
-            if _is_own_folder(root) and abandoned(root / IN_USE, otherwise=False):
+            if _is_own_folder(root) and is_abandoned(root / IN_USE, otherwise=False):
                 (root / IN_USE).unlink()  # Windows refuses it while the owner lives
                 shutil.rmtree(root, ignore_errors=True)
 
 
-def _created() -> tuple[Path, BinaryIO]:
+def _create_folder() -> tuple[Path, BinaryIO]:
     while True:
         root = Path(tempfile.mkdtemp(prefix=PREFIX))
         stream = (root / IN_USE).open("xb")

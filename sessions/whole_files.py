@@ -37,7 +37,7 @@ def whole_file(
     Without ``overwrite`` a file that is there by then stays; with ``parents`` folders above it are made. Raises
     ``error``, one sentence, for what the system says.
     """
-    with _reserved(target, error, parents=parents) as (partial, stream):
+    with _reserved_file(target, error, parents=parents) as (partial, stream):
         yield stream
         stream.flush()
         if sys.platform == "win32":  # which renames no open file
@@ -52,7 +52,7 @@ def whole_folder(target: Path, error: type[Exception], listed: Listed | None = N
     ``listed``: an earlier folder of that name is replaced; only the files that it lists are deleted, others stay in
     the folder. ``None``: nothing is replaced. Raises ``error``, one sentence, for what the system says.
     """
-    with _reserved(target, error, listed, parents=True) as (partial, _):
+    with _reserved_file(target, error, listed, parents=True) as (partial, _):
         folder, old = partial.with_suffix(FOLDER), partial.with_suffix(OLD)
         folder.mkdir()
         try:
@@ -68,7 +68,7 @@ def whole_folder(target: Path, error: type[Exception], listed: Listed | None = N
 
 
 @contextmanager
-def _reserved(
+def _reserved_file(
     target: Path, error: type[Exception], listed: Listed | None = None, *, parents: bool
 ) -> Iterator[tuple[Path, BinaryIO]]:
     """A new file beside the target, held by this process; it is gone when the block ends."""
@@ -76,7 +76,7 @@ def _reserved(
         if parents:
             target.parent.mkdir(parents=True, exist_ok=True)
         remove_abandoned(target, listed)
-        partial, stream = _created(target)
+        partial, stream = _create_file(target)
         try:
             with stream:
                 yield partial, stream
@@ -92,7 +92,7 @@ def _reserved(
         raise error(f"{target} cannot be written ({why}); {todo}") from problem
 
 
-def _created(target: Path) -> tuple[Path, BinaryIO]:
+def _create_file(target: Path) -> tuple[Path, BinaryIO]:
     while True:
         partial = target.with_name(f".{target.name}.{uuid4().hex[:8]}{PARTIAL}")
         stream = partial.open("xb")
@@ -117,7 +117,7 @@ def locks(stream: BinaryIO, *, otherwise: bool = True) -> bool:
     return True
 
 
-def abandoned(partial: Path, *, otherwise: bool = True) -> bool:
+def is_abandoned(partial: Path, *, otherwise: bool = True) -> bool:
     """Whether there is such a file and no living process holds it; ``otherwise`` where nobody knows."""
     if not partial.is_file() or partial.is_symlink():
         return partial.is_symlink()
@@ -129,7 +129,7 @@ def remove_abandoned(target: Path, listed: Listed | None) -> None:
     """Remove what killed writers of the target left beside it."""
     for partial in target.parent.glob(f".{escape(target.name)}.????????{PARTIAL}"):
         with suppress(OSError):
-            if abandoned(partial, otherwise=False):
+            if is_abandoned(partial, otherwise=False):
                 shutil.rmtree(partial.with_suffix(FOLDER), ignore_errors=True)
                 _settle(partial.with_suffix(OLD), target, listed)
                 partial.unlink()

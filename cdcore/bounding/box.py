@@ -43,7 +43,7 @@ class Box:
 
 def box_by_body_axes(mesh: TriangleMesh) -> Box:
     """The axis-aligned box in the body's own frame (AABB at rest; it turns with the body)."""
-    return _fitted(mesh.referenced_vertices, np.eye(3))
+    return _fitted_box(mesh.referenced_vertices, np.eye(3))
 
 
 def box_by_principal_axes(mesh: TriangleMesh) -> Box:
@@ -54,7 +54,7 @@ def box_by_principal_axes(mesh: TriangleMesh) -> Box:
     size = float(np.abs(spread).max())
     scaled = spread / size if size > 0 else spread
     _, axes = np.linalg.eigh(scaled.T @ scaled)
-    return _fitted(points, np.ascontiguousarray(axes))
+    return _fitted_box(points, np.ascontiguousarray(axes))
 
 
 def box_best(mesh: TriangleMesh) -> Box:
@@ -62,7 +62,7 @@ def box_best(mesh: TriangleMesh) -> Box:
     return min(box_by_body_axes(mesh), box_by_principal_axes(mesh), key=lambda box: box.surface)
 
 
-def _fitted(points: FloatArray, axes: FloatArray) -> Box:
+def _fitted_box(points: FloatArray, axes: FloatArray) -> Box:
     along = points @ axes
     lower, upper = along.min(axis=0), along.max(axis=0)
     middle = lower / 2 + upper / 2

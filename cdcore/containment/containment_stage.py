@@ -361,7 +361,11 @@ class ContainmentStage:
     def _nestings(self) -> list[list[NestingGroup]]:
         """Per pair, the parts that could lie inside the other body at all."""
         return [
-            [group_of(nestings) for nestings in (self._fitting(i, j), self._fitting(j, i)) if nestings]
+            [
+                group_of(nestings)
+                for nestings in (self._possible_nestings(i, j), self._possible_nestings(j, i))
+                if nestings
+            ]
             for i, j in self._pairs
         ]
 
@@ -374,7 +378,7 @@ class ContainmentStage:
         clearances = clearances_over(motion, frames, group.ends, group.components, group.boxes, group.size)
         return frames[~(clearances > 0.0)]
 
-    def _fitting(self, inner: int, outer: int) -> list[Nesting]:
+    def _possible_nestings(self, inner: int, outer: int) -> list[Nesting]:
         """The parts of a body that are no longer than the box of a part of the other one, if parity decides there."""
         if not parity_decides(self._meshes[outer]):
             return []

@@ -171,7 +171,7 @@ def crossed_faces(point: FloatArray, triangles: FloatArray) -> tuple[list[int], 
     (start, *corners), _ = integer_points(np.concatenate([point[None], triangles[column].reshape(-1, 3)]))
     numbers, facings = [], []
     for face, a, b, c in zip(np.flatnonzero(column).tolist(), corners[::3], corners[1::3], corners[2::3], strict=True):
-        if _above(a, b, start) ^ _above(b, c, start) ^ _above(c, a, start):
+        if _passes_above(a, b, start) ^ _passes_above(b, c, start) ^ _passes_above(c, a, start):
             # whether the plane of the triangle lies beyond the point along +x
             upright = normal((a, b, c))
             if dot(upright, difference(start, a)) * upright[0] < 0:
@@ -180,7 +180,7 @@ def crossed_faces(point: FloatArray, triangles: FloatArray) -> tuple[list[int], 
     return numbers, facings
 
 
-def _above(a: Vector, b: Vector, p: Vector) -> bool:
+def _passes_above(a: Vector, b: Vector, p: Vector) -> bool:
     """Whether the projection of edge ab along x passes above p (larger z at p's y), half open."""
     if (a[1] > p[1]) == (b[1] > p[1]):
         return False

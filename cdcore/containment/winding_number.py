@@ -99,12 +99,12 @@ def ray_crossings(grid: InsideGrid, component: IntArray, point: FloatArray, marg
         if state == UNCERTAIN:
             return RAY_UNCERTAIN
         if state:
-            crossings[component[face]] += facing(grid.triangles[face])
+            crossings[component[face]] += facing_sign(grid.triangles[face])
     return 0
 
 
 @kernel
-def facing(corners: FloatArray) -> int:
+def facing_sign(corners: FloatArray) -> int:
     """1 where the normal of a triangle (3, 3) points along +x, so that a ray leaves through it; -1 where it enters."""
     never_inlined()
     e, f = corners[1, 1] - corners[0, 1], corners[1, 2] - corners[0, 2]

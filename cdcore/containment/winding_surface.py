@@ -110,11 +110,11 @@ def winding_surface(mesh: TriangleMesh) -> WindingSurface:
     """The parts of a mesh with their caps. Cost: a millisecond a thousand faces, once a mesh."""
     # Scaled by a power of two, which rounds nothing: areas of a mesh of 1e90 m overflow, of 1e-97 m they vanish.
     exponent = int(np.frexp(np.abs(mesh.triangles).max())[1])
-    components = _joined(_components(mesh, -exponent))
-    caps = [_stacked([hole.cap for hole in component.holes], (0, 3, 3)) for component in components]
+    components = _joined_components(_components(mesh, -exponent))
+    caps = [_stacked_arrays([hole.cap for hole in component.holes], (0, 3, 3)) for component in components]
     return WindingSurface(
         grid=build_inside_grid(
-            np.ldexp(_stacked([component.triangles for component in components] + caps, (0, 3, 3)), exponent)
+            np.ldexp(_stacked_arrays([component.triangles for component in components] + caps, (0, 3, 3)), exponent)
         ),
         component=np.concatenate(
             [
@@ -125,11 +125,12 @@ def winding_surface(mesh: TriangleMesh) -> WindingSurface:
         boxes=np.ldexp(np.array([component.box for component in components]).reshape(-1, 2, 3), exponent),
         kinds=np.array([component.kind for component in components], dtype=np.int64),
         signs=np.array([component.sign for component in components], dtype=np.int64),
-        opposed=_opposed(components),
-        caps=np.ldexp(_stacked(caps, (0, 3, 3)), exponent),
+        opposed=_opposed_components(components),
+        caps=np.ldexp(_stacked_arrays(caps, (0, 3, 3)), exponent),
         first_cap=_starts([len(cap) for cap in caps]),
         holes=np.ldexp(
-            _stacked([hole.box[None] for component in components for hole in component.holes], (0, 2, 3)), exponent
+            _stacked_arrays([hole.box[None] for component in components for hole in component.holes], (0, 2, 3)),
+            exponent,
         ),
         first_hole=_starts([len(component.holes) for component in components]),
     )
@@ -168,7 +169,7 @@ def _components(mesh: TriangleMesh, exponent: int) -> list[_SurfaceComponent]:
     ]
 
 
-def _joined(components: list[_SurfaceComponent]) -> list[_SurfaceComponent]:
+def _joined_components(components: list[_SurfaceComponent]) -> list[_SurfaceComponent]:
     """Closed parts and parts that lost faces as they are; all others as one, for together they may enclose something.
 
     Fewer flat sheets than ``FEWEST_SIDES`` enclose nothing and are left out.
@@ -377,7 +378,7 @@ def _kind(component: FloatArray, holes: list[Hole]) -> ComponentKind:
     return ComponentKind.HOLED
 
 
-def _opposed(components: list[_SurfaceComponent]) -> IntArray:
+def _opposed_components(components: list[_SurfaceComponent]) -> IntArray:
     """1 for each part that crosses or touches another that is wound the other way."""
     opposed = np.zeros(len(components), dtype=np.int64)
     triangles = [component.triangles for component in components]
@@ -400,7 +401,7 @@ def _areas(triangles: FloatArray) -> FloatArray:
     return areas
 
 
-def _stacked(arrays: list[FloatArray], empty: tuple[int, ...]) -> FloatArray:
+def _stacked_arrays(arrays: list[FloatArray], empty: tuple[int, ...]) -> FloatArray:
     """Arrays put after each other; of none an empty one."""
     return np.ascontiguousarray(np.concatenate([np.zeros(empty), *arrays]))
 

@@ -198,9 +198,9 @@ def load_detector(name: str) -> type[Any]:
         raise UnknownDetectorError(f"no detector {name!r}; {hint} are: {', '.join(detector_names())}")
     if row is not None:
         module, _, attribute = entry.partition(":")
-        return _checked(name, getattr(import_module(module), attribute))
+        return _checked_class(name, getattr(import_module(module), attribute))
     try:
-        return _checked(name, _load_class(*entry.split(":", maxsplit=1)))
+        return _checked_class(name, _load_class(*entry.split(":", maxsplit=1)))
     except LookupError as error:
         if name == entry:
             raise UnknownDetectorError(str(error.args[0])) from error
@@ -226,7 +226,7 @@ def _load_class(module_name: str, class_name: str) -> Any:
     raise LookupError(f"{module_name} has no class {class_name!r}; {hint}")
 
 
-def _checked(name: str, detector_class: type[Any]) -> type[Any]:
+def _checked_class(name: str, detector_class: type[Any]) -> type[Any]:
     lacks = [attribute for attribute in ("Settings", "detect", "stream") if not hasattr(detector_class, attribute)]
     lacks += sorted(getattr(detector_class, "__abstractmethods__", ()))
     if lacks:

@@ -102,7 +102,7 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
         """Detect from the last frame of the block before on, which is the memory, and leave out that row."""
         block, first = motion, len(memory)
         if memory:
-            motion = _joined(memory[0], block)
+            motion = _joined_motion(memory[0], block)
         if len(block):
             memory[:] = [block.frames(len(block) - 1, len(block))]
         clock = [perf_counter()]
@@ -196,7 +196,7 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
         return {"unresolved": unresolved, "searched": len(frames)} | searched.work
 
 
-def _joined(last: Motion, motion: Motion) -> Motion:
+def _joined_motion(last: Motion, motion: Motion) -> Motion:
     """A block with the last frame of the block before at its head; poses keep their bits."""
     names = ("times", "translations", "rotations", "valid", "linked")
     *poses, linked = (np.concatenate([getattr(last, name), getattr(motion, name)]) for name in names)

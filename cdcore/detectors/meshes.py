@@ -187,7 +187,7 @@ class MeshDetector(PairDetector[Any]):
                 continue
             centre, radius, _ = (entries[self._ordered[column, 0]] for entries in self._broad.spheres.spheres)
             ordered = poses[:, ::-1] if self._swapped[column] else poses
-            queried[frames, column] = _moved(ordered, centre, float(radius), epsilon)
+            queried[frames, column] = _moved_poses(ordered, centre, float(radius), epsilon)
         return queried
 
     def _section(
@@ -209,7 +209,7 @@ def _poses_of(motion: Motion, frames: IntArray, ends: IntArray) -> FloatArray:
     return np.concatenate([rotation.reshape(*rotation.shape[:-2], 9), move], axis=-1)
 
 
-def _moved(poses: FloatArray, centre: FloatArray, radius: float, epsilon: float) -> BoolArray:
+def _moved_poses(poses: FloatArray, centre: FloatArray, radius: float, epsilon: float) -> BoolArray:
     """Marks which of K poses (1 + K, 2, 12) are further than ``epsilon`` from the last query; the first is that query.
 
     Seen from the second body, the ball of the first moves by at most ``|dR|_F d + |dc|``: the Frobenius norm bounds the

@@ -52,7 +52,7 @@ def engine_solid(body: Body, shape: str, engine: str, least_thickness: float) ->
     middle = (lower + upper) / 2
     if shape == "mesh" and not is_convex(body.mesh):
         return EngineSolid(body.name, body.mesh.vertices - middle, middle, body.mesh.faces)
-    solid = thickened(body.mesh.referenced_vertices - middle, least_thickness)
+    solid = thickened_points(body.mesh.referenced_vertices - middle, least_thickness)
     hull = hull_of(solid)
     return EngineSolid(body.name, solid if hull is None else hull.vertices, middle)
 
@@ -68,7 +68,7 @@ def is_convex(mesh: TriangleMesh) -> bool:
     return abs(full - abs(_volume(mesh))) <= CONVEX_FRACTION * full
 
 
-def thickened(points: FloatArray, least: float) -> FloatArray:
+def thickened_points(points: FloatArray, least: float) -> FloatArray:
     """The points (n, 3); those of a sheet or a needle, thinner than ``least``, on both sides of it, so far apart."""
     about = points - points.mean(axis=0)
     for axis in np.linalg.eigh(about.T @ about)[1].T:

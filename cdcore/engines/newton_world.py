@@ -49,7 +49,7 @@ class NewtonWorld:
         self._pairs = pairs.astype(np.int32)
         self._contact_room = max(LEAST_ROOM, CONTACTS_PER_PAIR * len(pairs))
         self._triangle_room = TRIANGLE_PAIRS
-        with _compiling(warp), mesh_may_be_refused("Newton", ValueError):
+        with _reporting_compilation(warp), mesh_may_be_refused("Newton", ValueError):
             builder = newton.ModelBuilder(gravity=(0.0, 0.0, 0.0))
             config = newton.ModelBuilder.ShapeConfig(gap=settings.gap_m, margin=0.0, density=0.0)
             for solid in solids:
@@ -125,7 +125,7 @@ def _add(engine: Any, builder: Any, solid: EngineSolid, config: Any) -> None:
 
 
 @contextmanager
-def _compiling(warp: Any) -> Iterator[None]:
+def _reporting_compilation(warp: Any) -> Iterator[None]:
     """Warp logs nothing in this context; each kernel that it compiles is reported to ``compiling_reported``.
 
     MissingEngineError where it can write its kernels nowhere.

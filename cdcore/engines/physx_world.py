@@ -49,7 +49,9 @@ class PhysxWorld:
             if not ovphysx.PhysX.get_cpu_mode():  # it is asked once a process
                 ovphysx.PhysX.set_cpu_mode(True)
             self._physx = ovphysx.PhysX()
-            self._stage = _attached(ovphysx, ovstage, self._physx, schemas, _scene(solids, settings.contact_offset_m))
+            self._stage = _attached_scene(
+                ovphysx, ovstage, self._physx, schemas, _scene(solids, settings.contact_offset_m)
+            )
             self._paths = ovstage.PathDictionary(self._stage)
             self._names = [f"/World/{_name(k)}" for k in range(len(solids))]
             self._put(self._away, self._unturned)
@@ -62,7 +64,7 @@ class PhysxWorld:
         present = valid[:, None]
         self._put(np.where(present, translations, self._away), np.where(present, rotations, self._unturned))
         self._physx.step_sync(STEP)
-        return self._reported()
+        return self._reported_pairs()
 
     def _put(self, translations: FloatArray, rotations: FloatArray) -> None:
         """Bodies at poses at once, and on their way to them: bodies with no target sleep and report nothing."""
@@ -75,7 +77,7 @@ class PhysxWorld:
                     tensor.assign(rows[tensor.numpy().shape[-1]][self._numbers(group)])
                     session.commit_sync(group)
 
-    def _reported(self) -> IntArray:
+    def _reported_pairs(self) -> IntArray:
         chosen = self._engine.types.ContactSelection("/World/b*", self._names)
         kind = self._engine.types.SimObjectType.CONTACT_SENSOR
         with self._physx.read_sync(kind, ["filteredContactCount"], contacts=[chosen]) as result:
@@ -91,7 +93,7 @@ class PhysxWorld:
         return [int(path[-DIGITS:]) for path in paths]
 
 
-def _attached(engine: Any, staging: Any, physx: Any, schemas: list[str], scene: str) -> Any:
+def _attached_scene(engine: Any, staging: Any, physx: Any, schemas: list[str], scene: str) -> Any:
     if not getattr(engine, "_schemas_registered", False):
         staging.population.register_usd_schemas(schemas)
         engine._schemas_registered = True

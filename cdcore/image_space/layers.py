@@ -42,7 +42,7 @@ def side_of_edge(pu: float, pv: float, qu: float, qv: float, x: float, y: float)
 
 
 @hot_kernel
-def crossing(face: FloatArray, u: int, v: int, w: int, x: float, y: float) -> float:
+def crossing_depth(face: FloatArray, u: int, v: int, w: int, x: float, y: float) -> float:
     """Depth at which the ray at (x, y) along w crosses the face; infinite where it does not."""
     never_inlined()
     ab = side_of_edge(face[0, u], face[0, v], face[1, u], face[1, v], x, y)
@@ -78,7 +78,7 @@ def visit_layers(
         for i in range(begin_i, end_i):
             x = first[u] + i * size[u]
             for j in range(begin_j, end_j):
-                depth = crossing(face, u, v, w, x, first[v] + j * size[v])
+                depth = crossing_depth(face, u, v, w, x, first[v] + j * size[v])
                 if depth != np.inf:
                     pixel = i * count[v] + j
                     if keep:

@@ -50,7 +50,7 @@ def cross(p: Vector, q: Vector) -> Vector:
 
 
 @hot_kernel
-def rotated(pose: FloatArray, p: Vector) -> Vector:
+def rotated_vector(pose: FloatArray, p: Vector) -> Vector:
     """A direction turned by a pose (12,): rotation by rows, then place."""
     always_inlined()
     return dot(vector_at(pose, 0), p), dot(vector_at(pose, 3), p), dot(vector_at(pose, 6), p)

@@ -59,7 +59,7 @@ class MarginStage:
         self, pair: tuple[int, int], faces: NDArray[np.integer], rotations: FloatArray, translations: FloatArray
     ) -> bool:
         """Whether some move of the surfaces by tau ends the contact; parameters as for ``shallow``."""
-        placed = [self._placed(body, rotations[side], translations[side]) for side, body in enumerate(pair)]
+        placed = [self._placed_triangles(body, rotations[side], translations[side]) for side, body in enumerate(pair)]
         shells = [self._shell(body) @ rotations[side].T for side, body in enumerate(pair)]
         return can_be_separated(placed[0], placed[1], shells[0], shells[1], faces, self._tau)
 
@@ -74,7 +74,8 @@ class MarginStage:
         answer = ~certainly_separated(trees, pose_a, pose_b, self._tau + POSE_ULPS * EPS * size)
         for row in np.flatnonzero(answer):
             first, second = (
-                self._placed(body, rotations[row, side], translations[row, side]) for side, body in enumerate(pair)
+                self._placed_triangles(body, rotations[row, side], translations[row, side])
+                for side, body in enumerate(pair)
             )
             answer[row] = self._clear_by_tau_at_most(first, second)
         return answer[which]
@@ -88,5 +89,5 @@ class MarginStage:
         nearest = np.argsort(gaps, kind="stable")[: int((gaps <= self._tau).sum())]
         return any(triangle_margins(pairs[[row]])[1][0] <= self._tau for row in nearest)
 
-    def _placed(self, body: int, rotation: FloatArray, translation: FloatArray) -> FloatArray:
+    def _placed_triangles(self, body: int, rotation: FloatArray, translation: FloatArray) -> FloatArray:
         return place_points(self._triangles[body], rotation, translation)

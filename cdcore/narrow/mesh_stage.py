@@ -56,9 +56,9 @@ class MeshStage:
 
     def gap(self, motion: Motion, frame: int, column: int) -> tuple[float, FloatArray]:
         """Metres between the surfaces of a pair that does not meet, and the nearest points (2, 3), world metres."""
-        return self._meshes.gap(*self._placed(motion, frame, column))
+        return self._meshes.gap(*self._place_solids(motion, frame, column))
 
-    def _placed(self, motion: Motion, frame: int, column: int) -> tuple[int, int]:
+    def _place_solids(self, motion: Motion, frame: int, column: int) -> tuple[int, int]:
         a, b = self._ends[column]
         for body in (a, b):
             self._meshes.set_pose(body, motion.rotations[frame, body], motion.translations[frame, body])
@@ -66,7 +66,7 @@ class MeshStage:
 
     def decide_now(self, now: Motion, column: int, _margin: float) -> tuple[int, bool]:
         """CONTACT or CLEAR for one pair in a motion of one frame, and False: how far it is apart is not asked."""
-        return (CONTACT if self._meshes.touch(*self._placed(now, 0, column)) else CLEAR), False
+        return (CONTACT if self._meshes.touch(*self._place_solids(now, 0, column)) else CLEAR), False
 
 
 CONTACT, CLEAR = int(Verdict.CONTACT), int(Verdict.CLEAR)

@@ -60,7 +60,7 @@ def repair_rotation(r: Memory, o: int, scratch: Memory) -> None:
 
 
 @hot_kernel
-def settled(position: Memory, rotation: Memory, k: int, valid: bool, scratch: Memory) -> float:
+def settle_pose(position: Memory, rotation: Memory, k: int, valid: bool, scratch: Memory) -> float:
     """Repair pose ``k``, or put identity where it is not valid; returns its error, NaN for one to refuse."""
     always_inlined()
     if not valid:
@@ -125,7 +125,7 @@ def check_poses(
                 last[body] = k
                 if before >= 0 and same_pose(positions, rotations, k, positions, rotations, before):
                     continue
-            error = settled(positions, rotations, k, present, room)
+            error = settle_pose(positions, rotations, k, present, room)
             if not error <= ORTHONORMAL_REJECT:
                 return k, repaired, worst
             worst = max(worst, error)

@@ -158,17 +158,17 @@ class Reasons(Mapping[PairFrame, str]):
 
     def __iter__(self) -> Iterator[PairFrame]:
         yield from self.noted
-        for frame, pair in self._undecided():
+        for frame, pair in self._undecided_pair_frames():
             if (frame, pair) not in self.noted:
                 yield frame, pair
 
     def __len__(self) -> int:
-        return len(self.noted) + sum((frame, pair) not in self.noted for frame, pair in self._undecided())
+        return len(self.noted) + sum((frame, pair) not in self.noted for frame, pair in self._undecided_pair_frames())
 
     def __repr__(self) -> str:
         return f"Reasons({len(self.noted)} noted, {len(self)} in all)"
 
-    def _undecided(self) -> list[list[int]]:
+    def _undecided_pair_frames(self) -> list[list[int]]:
         """Frames and pairs that need a reason."""
         pair_frames: list[list[int]] = np.argwhere(
             is_one_of(self.verdict, (Verdict.UNRESOLVED, Verdict.INVALID))
@@ -361,8 +361,8 @@ def join(detections: Iterable[Detection]) -> Detection:
         times=np.concatenate([answer.times for answer in answers]),
         verdict=np.concatenate([answer.verdict for answer in answers]),
         face_sets=faces,
-        work=_added([answer.work for answer in answers]),
-        seconds=_added([answer.seconds for answer in answers]),
+        work=_added_totals([answer.work for answer in answers]),
+        seconds=_added_totals([answer.seconds for answer in answers]),
         reasons={(t + start, p): why for start, answer in blocks for (t, p), why in answer.noted_reasons.items()},
         toi={(t + start, p): toi for start, answer in blocks for (t, p), toi in answer.toi.items()},
         section_source=None if None in sources else partial(_section_in_block, sources, first),
@@ -376,7 +376,7 @@ def _section_in_block(sources: list[Any], first: list[int], frame: int, pair: in
     return segments
 
 
-def _added(tables: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def _added_totals(tables: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Totals are added, arrays over frames put after each other."""
     total: dict[str, Any] = {}
     for name in dict.fromkeys(key for table in tables for key in table):

@@ -20,7 +20,7 @@ def equation_15(angle: float, chain: int, features: int) -> int:
     Differs: printed linear in the amplitude, which draws the end faces twenty times too often.
     """
     never_inlined()
-    return index_of(abs(wrapped(angle - 0.5 * PI * chain)) / PI, features)
+    return index_of(abs(wrapped_angle(angle - 0.5 * PI * chain)) / PI, features)
 
 
 @hot_kernel
@@ -36,7 +36,7 @@ def equation_16(pheromone: float, heuristic: float, alpha: float, beta: float) -
 def equation_17(angle: float, step: float) -> float:
     """The gate: a rotation of the amplitudes by a step. Differs: printed with ``-cos``, which is none."""
     always_inlined()
-    return wrapped(angle + step)
+    return wrapped_angle(angle + step)
 
 
 @hot_kernel
@@ -65,7 +65,7 @@ def equation_20(pheromone: float, evaporation: float, deposit: float) -> float:
 
 
 @hot_kernel
-def wrapped(angle: float) -> float:
+def wrapped_angle(angle: float) -> float:
     """The same direction in [-pi, pi]."""
     return angle - TWO_PI * np.floor(angle / TWO_PI + 0.5)
 

@@ -209,11 +209,11 @@ class SearchStage:
             if result.hit is not None:
                 pairs = search.curve(NO_SEEDS)
         known.seeds = pairs[np.linspace(0, len(pairs) - 1, min(SEEDS, len(pairs))).astype(np.int64)]
-        faces = self._numbered(column, pairs)
+        faces = self._numbered_face_pairs(column, pairs)
         known.faces = faces[np.lexsort((faces[:, 1], faces[:, 0]))].astype(np.int32)
         return result
 
-    def _numbered(self, column: int, indices: IntArray) -> IntArray:
+    def _numbered_face_pairs(self, column: int, indices: IntArray) -> IntArray:
         """The face pairs, in the order of the pair, at indices (k, 2) in the order of the search."""
         search = self._searches[column]
         faces = np.stack([search.first.face[indices[:, 0]], search.second.face[indices[:, 1]]], axis=1)

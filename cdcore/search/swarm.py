@@ -14,7 +14,7 @@ from cdcore.search.equations import (
     equation_19,
     equation_20,
     index_of,
-    wrapped,
+    wrapped_angle,
 )
 from cdcore.search.evaluation import evaluate
 from cdcore.search.local_descent import descend, is_over
@@ -25,11 +25,11 @@ FARTHEST = 1e-3
 
 
 @hot_kernel
-def decoded(angle: float, chain: int, features: int, state: State) -> int:
+def decode_angle(angle: float, chain: int, features: int, state: State) -> int:
     """Index of the feature an angle stands for: (15), or without it straight from the angle."""
     never_inlined()
     if state.left_out_equation == 15:
-        return index_of(wrapped(angle) / TWO_PI + 0.5, features)
+        return index_of(wrapped_angle(angle) / TWO_PI + 0.5, features)
     return equation_15(angle, chain, features)
 
 
@@ -49,7 +49,7 @@ def populate(swarm: Swarm, features_a: int, features_b: int, state: State) -> No
 
 
 @hot_kernel
-def clamped(pheromone: float, state: State) -> float:
+def clamped_pheromone(pheromone: float, state: State) -> float:
     """Pheromone inside its clamp."""
     return float(max(state.pheromone_least, min(pheromone, state.pheromone_most)))
 
@@ -63,7 +63,7 @@ def reward(ant: State, distance: float, state: State) -> None:
     ant.fitness = fitness
     ant.heuristic = 1.0 / (FARTHEST + distance / state.scale)
     if state.left_out_equation != 19:
-        ant.pheromone = clamped(equation_19(ant.pheromone, change, state.reward), state)
+        ant.pheromone = clamped_pheromone(equation_19(ant.pheromone, change, state.reward), state)
 
 
 @hot_kernel
@@ -75,7 +75,7 @@ def weigh(swarm: Swarm, best: int, state: State) -> float:
         ant = swarm[k]
         if state.left_out_equation != 20:
             deposit = ant.fitness if k == best else 0.0
-            ant.pheromone = clamped(equation_20(ant.pheromone, state.evaporation, deposit), state)
+            ant.pheromone = clamped_pheromone(equation_20(ant.pheromone, state.evaporation, deposit), state)
         ant.weight = 0.0
         if state.left_out_equation != 16:
             ant.weight = equation_16(ant.pheromone, ant.heuristic, state.alpha, state.beta)
@@ -88,7 +88,7 @@ def weigh(swarm: Swarm, best: int, state: State) -> float:
 
 
 @hot_kernel
-def followed(swarm: Swarm, ants: int, level: float) -> int:
+def chosen_ant(swarm: Swarm, ants: int, level: float) -> int:
     """The ant whose cumulated weight first exceeds a level."""
     for k in range(ants):
         if swarm[k].weight > level:
@@ -97,10 +97,10 @@ def followed(swarm: Swarm, ants: int, level: float) -> int:
 
 
 @hot_kernel
-def stepped(angle: float, target: float, state: State) -> float:
+def rotated_angle(angle: float, target: float, state: State) -> float:
     """A rotation towards the target angle, (17), and with some probability a NOT gate, (18)."""
     never_inlined()
-    ahead = wrapped(target - angle)
+    ahead = wrapped_angle(target - angle)
     sign, fraction, chance = 1.0 if draw(state) < 0.5 else -1.0, draw(state), draw(state)
     size = state.turn * fraction
     if ahead != 0.0:
@@ -118,10 +118,10 @@ def move(swarm: Swarm, total: float, state: State) -> None:
     """Every ant follows one drawn by weight, all from the places before the move."""
     never_inlined()
     for k in range(state.ants):
-        chosen = followed(swarm, state.ants, draw(state) * total)
+        chosen = chosen_ant(swarm, state.ants, draw(state) * total)
         for body in range(2):
             angle, target = swarm[k].angles[body], swarm[chosen].angles[body]
-            swarm[k].next_angles[body] = stepped(angle, target, state)
+            swarm[k].next_angles[body] = rotated_angle(angle, target, state)
     for k in range(state.ants):
         swarm[k].angles[0], swarm[k].angles[1] = swarm[k].next_angles[0], swarm[k].next_angles[1]
 
@@ -145,8 +145,8 @@ def iterate(swarm: Swarm, faces: Faces, state: State) -> None:
     for k in range(state.ants):
         closest, ant = np.inf, swarm[k]
         for chain in range(chains):
-            i = faces.pick_a[decoded(ant.angles[0], chain, len(faces.pick_a), state)]
-            j = faces.pick_b[decoded(ant.angles[1], chain, len(faces.pick_b), state)]
+            i = faces.pick_a[decode_angle(ant.angles[0], chain, len(faces.pick_a), state)]
+            j = faces.pick_b[decode_angle(ant.angles[1], chain, len(faces.pick_b), state)]
             d = evaluate(i, j, faces, state)
             closest = min(closest, d)
             if best < 0 or d < best_d:

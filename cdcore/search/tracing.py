@@ -81,7 +81,7 @@ class NotingStage(SearchStage):
         poses, stamp = self._poses(motion, frame, column), float(motion.times[frame])
         result = search.search(*poses, stamp, start=noted.start, budget=noted.budget)
         i, j, iteration, by = rows[:, [0, 1, 3, 4]].astype(np.int64).T
-        faces = self._numbered(column, np.stack([i, j], axis=1))
+        faces = self._numbered_face_pairs(column, np.stack([i, j], axis=1))
         return SearchTrace(faces, rows[:, 2], iteration, np.array(SOURCES)[by], rows[:, 5], result)
 
     def points(self, motion: Motion, frame: int, column: int, pair: Pair) -> FloatArray:

@@ -33,7 +33,7 @@ class Corners(NamedTuple):
 
 
 @hot_kernel
-def less(a: Corners, b: Corners) -> Corners:
+def corner_differences(a: Corners, b: Corners) -> Corners:
     """a - b, lane by lane."""
     always_inlined()
     return Corners(minus(a.x, b.x), minus(a.y, b.y), minus(a.z, b.z))
@@ -47,7 +47,7 @@ def first_of(a: Corners) -> Corners:
 
 
 @hot_kernel
-def following(a: Corners) -> Corners:
+def following_corners(a: Corners) -> Corners:
     """In each lane the corner that follows around the face."""
     always_inlined()
     return Corners(following4(a.x), following4(a.y), following4(a.z))
@@ -77,7 +77,7 @@ def same_signs(sides: int) -> bool:
 
 
 @hot_kernel
-def crossing(sides: int) -> int:
+def crossing_edges(sides: int) -> int:
     """From certain sides of three corners, the edges (bits 0-2) whose ends lie certainly on different sides."""
     always_inlined()
     up, down = sides & 7, sides >> 3
@@ -88,32 +88,32 @@ def crossing(sides: int) -> int:
 def corners_meet(a: Corners, b: Corners) -> int:
     """0 no, 1 yes, or UNDECIDED for two faces."""
     always_inlined()
-    e, f = less(following(a), a), less(following(b), b)
+    e, f = corner_differences(following_corners(a), a), corner_differences(following_corners(b), b)
     edge_a, edge_b = largest(e), largest(f)
-    reach = largest(less(first_of(b), a)) + edge_a + edge_b
+    reach = largest(corner_differences(first_of(b), a)) + edge_a + edge_b
     # asked this way round, what is not a number is undecided
     if not reach <= LARGEST_FILTERED:
         return UNDECIDED
     scale = DETERMINANT_BOUND * reach
     bound = scale * edge_b * edge_b + UNDERFLOW_GUARD
-    sides_a = signs(less(a, first_of(b)), first_of(f), first_of(following(f)), bound)
+    sides_a = signs(corner_differences(a, first_of(b)), first_of(f), first_of(following_corners(f)), bound)
     if same_signs(sides_a):
         return 0
     bound = scale * edge_a * edge_a + UNDERFLOW_GUARD
-    sides_b = signs(less(b, first_of(a)), first_of(e), first_of(following(e)), bound)
+    sides_b = signs(corner_differences(b, first_of(a)), first_of(e), first_of(following_corners(e)), bound)
     if same_signs(sides_b):
         return 0
     bound = scale * edge_a * edge_b + UNDERFLOW_GUARD
     # turns of each edge of A about the edges of B
-    u = signs(less(b, first_of(a)), first_of(e), f, bound)
-    a, e = following(a), following(e)
-    v = signs(less(b, first_of(a)), first_of(e), f, bound)
-    a, e = following(a), following(e)
-    w = signs(less(b, first_of(a)), first_of(e), f, bound)
+    u = signs(corner_differences(b, first_of(a)), first_of(e), f, bound)
+    a, e = following_corners(a), following_corners(e)
+    v = signs(corner_differences(b, first_of(a)), first_of(e), f, bound)
+    a, e = following_corners(a), following_corners(e)
+    w = signs(corner_differences(b, first_of(a)), first_of(e), f, bound)
     # an edge of A passes B inside when it turns one way about all of B's edges; edge j of B likewise, bit by bit
     inside = int(same_signs(u)) | int(same_signs(v)) << 1 | int(same_signs(w)) << 2
     oriented = u & v & w
-    if (crossing(sides_a) & inside) | (crossing(sides_b) & (oriented | (oriented >> 3))):
+    if (crossing_edges(sides_a) & inside) | (crossing_edges(sides_b) & (oriented | (oriented >> 3))):
         return 1
     known = 7
     for side_bits in (sides_a, sides_b, u, v, w):

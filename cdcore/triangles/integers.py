@@ -36,7 +36,7 @@ def cross(a: Vector, b: Vector) -> Vector:
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-def scaled(a: Vector, factor: int) -> Vector:
+def scaled_vector(a: Vector, factor: int) -> Vector:
     """The vector a times a number."""
     return a[0] * factor, a[1] * factor, a[2] * factor
 
@@ -73,7 +73,7 @@ def candidate_axes(first: Triangle, second: Triangle) -> Iterator[Vector]:
         for edge in edges:
             # what of it is at right angles to the edge, times the square of that
             along, square = dot(offset, edge), dot(edge, edge)
-            yield difference(scaled(offset, square), scaled(edge, along))
+            yield difference(scaled_vector(offset, square), scaled_vector(edge, along))
 
 
 def separates(axis: Vector, first: Triangle, second: Triangle) -> bool:

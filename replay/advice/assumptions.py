@@ -31,7 +31,7 @@ from replay.prepare.assembly import Assembly
 from sessions import Session
 from sessions.errors import SessionError
 from sessions.model.assumption import Assumption, Subject
-from sessions.scene_files.answers import answered, recording_assumptions
+from sessions.scene_files.answers import recording_assumptions, with_answer
 from sessions.scene_files.pose_axes import follows_its_poses
 
 
@@ -51,7 +51,7 @@ class Alternative:
         """Evidence in the recording: its contacts, or how colliders fit their meshes."""
         if self.overshoot is None:
             return outcome_text(self.outcome)
-        return f"colliders up to {words.fixed(1e3 * self.overshoot, 0)} mm off the bounds of their meshes"
+        return f"colliders up to {words.decimal(1e3 * self.overshoot, 0)} mm off the bounds of their meshes"
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +67,7 @@ class Question:
 
 
 @dataclass(frozen=True, eq=False)
-class Examined:
+class AssumptionReview:
     """A recording as it is, and what is to be asked of it.
 
     ``frames``: numbers of the frames that were asked, of all of the assembly.
@@ -101,7 +101,7 @@ def examine_assumptions(
     assembly: Assembly | None = None,
     progress: Progress | None = None,
     rows: Sequence[Assumption] | None = None,
-) -> Examined:
+) -> AssumptionReview:
     """Replays a recording under every alternative of its open assumptions.
 
     ``assembly``: the recording as it is, ready for detection; ``None``: it is made here. ``rows``: the assumptions to
@@ -127,10 +127,12 @@ def examine_assumptions(
             alternatives = []
             for value in dict.fromkeys((row.value, *row.alternatives)):
                 if value == row.value:
-                    alternatives.append(Alternative(value, _described(session, row, value), current, is_current=True))
+                    alternatives.append(
+                        Alternative(value, assumption_text(session, row, value), current, is_current=True)
+                    )
                     continue
-                changed = answered(session, row, value)
-                description = _described(changed, row, value)
+                changed = with_answer(session, row, value)
+                description = assumption_text(changed, row, value)
                 if row.subject is Subject.POSE_AXES and follows_its_poses(session, changed):
                     outcome = current
                 else:
@@ -140,7 +142,7 @@ def examine_assumptions(
             different = _different(alternatives)
             if len(different) > 1:
                 questions.append(Question(row, different, _plausible(session, row, different)))
-    return Examined(session, whole_assembly, frames, current, tuple(questions[:MOST_QUESTIONS]))
+    return AssumptionReview(session, whole_assembly, frames, current, tuple(questions[:MOST_QUESTIONS]))
 
 
 def _plausible(session: Session, row: Assumption, alternatives: Sequence[Alternative]) -> str:
@@ -159,8 +161,8 @@ def collider_questions(session: Session, row: Assumption, current: Outcome) -> l
         return []
     alternatives = []
     for value in dict.fromkeys((row.value, *row.alternatives)):
-        changed = session if value == row.value else answered(session, row, value)
-        description = row.description if value == row.value else _described(changed, row, value)
+        changed = session if value == row.value else with_answer(session, row, value)
+        description = row.description if value == row.value else assumption_text(changed, row, value)
         alternatives.append(
             Alternative(value, description, current, value == row.value, overshoot=collider_misfit(changed, row.bodies))
         )
@@ -172,7 +174,7 @@ def chosen_frames(count: int) -> IntArray:
     return np.unique(np.linspace(0, count - 1, min(count, MOST_FRAMES)).round().astype(np.int64))
 
 
-def _described(changed: Session, row: Assumption, value: str) -> str:
+def assumption_text(changed: Session, row: Assumption, value: str) -> str:
     """The words of the assumption as it stands in a changed recording."""
     if row.subject is Subject.LENGTH_UNIT:
         return f"lengths in {value}"
@@ -221,12 +223,12 @@ def first_screen_lines(session: Session, assembly: Assembly | None, progress: Pr
     if not rows:
         return GuessLines(untried, guess_lines(session, rows_not_tried))
     try:
-        examined = examine_assumptions(session, assembly, progress)
+        review = examine_assumptions(session, assembly, progress)
     except (ReplayError, CollisionCoreError, SessionError) as error:
         failed = [f"Not decided, and not tried ({error}): {row.title_by_bodies}. {DECIDE}" for row in rows]
         return GuessLines([*untried, *failed], guess_lines(session, [*rows_not_tried, *rows]))
-    questions = [f"{question_sentence(question)} {DECIDE}" for question in examined.questions]
-    open_assumptions = [question.assumption for question in examined.questions]
+    questions = [f"{question_sentence(question)} {DECIDE}" for question in review.questions]
+    open_assumptions = [question.assumption for question in review.questions]
     return GuessLines([*untried, *questions], guess_lines(session, [*rows_not_tried, *open_assumptions]))
 
 

@@ -210,8 +210,8 @@ class Ladder:
     def above(self, step: int) -> list[int]:
         """Steps to try next: the first one that is worth it, and the last."""
         finer_steps = range(step + 1, len(self.counts))
-        filled = _filled(self.pieces(step))
-        worth = [higher for higher in finer_steps if _filled(self.pieces(higher)) <= WORTH * filled]
+        filled = _total_volume(self.pieces(step))
+        worth = [higher for higher in finer_steps if _total_volume(self.pieces(higher)) <= WORTH * filled]
         return sorted({*worth[:1], *finer_steps[-1:]})
 
     def pieces(self, step: int) -> Sequence[TriangleMesh]:
@@ -231,7 +231,7 @@ class Ladder:
         return self._solids[step]
 
 
-def _filled(pieces: Sequence[TriangleMesh]) -> float:
+def _total_volume(pieces: Sequence[TriangleMesh]) -> float:
     """The sum of the volumes of closed pieces."""
     return sum(abs(volume_of(piece)) for piece in pieces)
 
@@ -276,7 +276,7 @@ class ColliderSearch:
 
         Raises ``TradeoffError``: nothing touches, neither the meshes nor their hulls.
         """
-        hulls = self._wrong(self.steps)
+        hulls = self._measure(self.steps)
         if not self._scoring.contacts and not hulls.false_frames.any():
             raise TradeoffError(
                 "nothing touches in this session, not even the hulls: no collider does better; "
@@ -287,7 +287,7 @@ class ColliderSearch:
         try:
             if not self._is_enough(hulls):
                 self._cut_ahead(hulls.false_frames)
-                self._climb()
+                self._add_pieces()
                 self._descend()
                 self._join_by_motion(hulls)
                 self._try_other_methods()
@@ -327,9 +327,9 @@ class ColliderSearch:
         """Whether a choice keeps to the limits."""
         return self._limits.hold(tried.false, tried.missed)
 
-    def _climb(self) -> None:
+    def _add_pieces(self) -> None:
         """Take more pieces as long as the loss falls and the limits are not reached."""
-        tried = self._wrong(self.steps)
+        tried = self._measure(self.steps)
         spent: set[int] = set()
         while not self._is_enough(tried):
             frames = tried.false_frames
@@ -337,7 +337,7 @@ class ColliderSearch:
             worst = next((column for column in order if column not in spent and frames[column]), None)
             if worst is None:
                 break
-            choices = [(self._wrong(steps), steps) for steps in self._above(self.steps, worst)]
+            choices = [(self._measure(steps), steps) for steps in self._finer_choices(self.steps, worst)]
             better = min(choices, key=lambda choice: (choice[0].loss, choice[0].pieces), default=None)
             if better is None or better[0].loss >= tried.loss:
                 spent.add(worst)
@@ -346,7 +346,7 @@ class ColliderSearch:
 
     def _descend(self) -> None:
         """Take fewer pieces of each body where that costs nothing, the body of most pieces first."""
-        reached = self._wrong(self.steps)
+        reached = self._measure(self.steps)
         for name in sorted(self.steps, key=lambda body: -len(self.ladders[body].pieces(self.steps[body]))):
             self.steps = {**self.steps, name: self._least(self.steps, name, reached)}
         self._drop_losers()
@@ -356,7 +356,7 @@ class ColliderSearch:
         within_limits = self._is_enough(reached)
 
         def enough(step: int) -> bool:
-            tried = self._wrong({**steps, name: step})
+            tried = self._measure({**steps, name: step})
             if within_limits:
                 return self._is_enough(tried) and tried.contact_loss <= reached.contact_loss + SLACK
             return tried.loss <= reached.loss + SLACK
@@ -394,11 +394,11 @@ class ColliderSearch:
             # A body whose hull was taken back loses as much by pieces as it saves.
             if cut.key in missing or (not self.steps[name] and self._limits.pieces is None):
                 continue
-            for step in self._joined(name, cut):
+            for step in self._joined_steps(name, cut):
                 self.steps = min(self.steps, {**self.steps, name: step}, key=self._merit)
         self.time_up = self.time_up or any(not_cut.late for not_cut in missing.values())
 
-    def _joined(self, name: str, cut: Cut) -> Iterator[int]:
+    def _joined_steps(self, name: str, cut: Cut) -> Iterator[int]:
         """Steps of a body with pieces joined by its motion: as many as it has now, or fewer where that is free."""
         ladder, check = self.ladders[name], self._deadline.check
         steps_with_hull = {**self.steps, name: 0}
@@ -413,31 +413,31 @@ class ColliderSearch:
             if not counts:
                 continue
             steps = [ladder.add_pieces(levels[count], f"{cut.row.words}, {JOINED}") for count in counts]
-            reached = self._wrong({**self.steps, name: steps[-1]})
+            reached = self._measure({**self.steps, name: steps[-1]})
 
             def enough(step: int, reached: Tried = reached) -> bool:
-                tried = self._wrong({**self.steps, name: step})
+                tried = self._measure({**self.steps, name: step})
                 return tried.loss <= reached.loss + SIMILAR_LOSS and self._is_enough(tried) >= self._is_enough(reached)
 
             yield steps[bisect_left(steps[:-1], True, key=enough)]
 
     def _merit(self, steps: Mapping[str, int]) -> tuple[int, float, int, float]:
         """Order of choices that may replace each other: the limits, the loss, the pieces, the volume that they fill."""
-        tried = self._wrong(steps)
-        filled = sum(_filled(pieces) for pieces in self.pieces(steps).values())
+        tried = self._measure(steps)
+        filled = sum(_total_volume(pieces) for pieces in self.pieces(steps).values())
         return not self._is_enough(tried), round(tried.loss / SIMILAR_LOSS), tried.pieces, filled
 
     def _drop_losers(self) -> None:
         """Give bodies their hull back whose pieces lose as much as they save, the worst of them first."""
         while True:
-            loss = self._wrong(self.steps).loss
+            loss = self._measure(self.steps).loss
             with_hull = [{**self.steps, name: 0} for name, step in self.steps.items() if step]
-            best = min(with_hull, key=lambda steps: self._wrong(steps).loss, default=None)
-            if best is None or self._wrong(best).loss > loss:
+            best = min(with_hull, key=lambda steps: self._measure(steps).loss, default=None)
+            if best is None or self._measure(best).loss > loss:
                 return
             self.steps = best
 
-    def _above(self, steps: Mapping[str, int], column: int) -> list[dict[str, int]]:
+    def _finer_choices(self, steps: Mapping[str, int], column: int) -> list[dict[str, int]]:
         """More pieces of one body of a pair, or of both: one alone may change nothing."""
         higher = {name: self.ladders[name].above(steps[name]) for name in self._assembly.bodies_of(column)}
         step_choices = [{**steps, name: step} for name, more in higher.items() for step in more]
@@ -445,7 +445,7 @@ class ColliderSearch:
             step_choices.append({**steps, **{name: more[-1] for name, more in higher.items()}})
         return step_choices
 
-    def _wrong(self, steps: Mapping[str, int]) -> Tried:
+    def _measure(self, steps: Mapping[str, int]) -> Tried:
         """Errors of a choice over the session; measured once."""
         key = tuple(steps.values())
         if key not in self._tried:

@@ -41,14 +41,14 @@ class ColliderVerdicts:
         surfaces = [colliders[name].surface for name in assembly.names]
         keys = [(column, surfaces[a], surfaces[b]) for column, (a, b) in enumerate(assembly.pairs.tolist())]
         missing = [column for column, key in enumerate(keys) if key not in self._kept]
-        detected = {keys[column]: verdict for column, verdict in self._detected(missing, colliders).items()}
+        detected = {keys[column]: verdict for column, verdict in self._detect_columns(missing, colliders).items()}
         verdict = np.empty((len(assembly.motion), len(keys)), dtype=np.uint8)
         for column, key in enumerate(keys):
             verdict[:, column] = detected[key] if key in detected else self._kept[key]
         self._keep(detected)
         return Detection("collider", assembly.names, assembly.pairs, assembly.motion.times, verdict)
 
-    def _detected(self, columns: list[int], colliders: Mapping[str, Solids]) -> dict[int, ByteArray]:
+    def _detect_columns(self, columns: list[int], colliders: Mapping[str, Solids]) -> dict[int, ByteArray]:
         """Column of a pair -> its verdicts (T,), detected now."""
         if not columns:
             return {}

@@ -333,7 +333,7 @@ class _Measuring:
         sampled_counts = count_contacts(comparison, self._reference.contacts)
         false = len(column_runs((comparison.outcome == Outcome.FALSE_CONTACT).T))
         false_contact = count_reports(comparison).proportion(Outcome.FALSE_CONTACT)
-        run = self._timed(spec)
+        run = self._run_over_stretches(spec)
         counts = wrong_counts(sampled_counts, false, false_contact, offsets)
         solids = getattr(run.detector, "parts", {})
         pieces = sum(len(solids[name]) for name in names)
@@ -360,7 +360,7 @@ class _Measuring:
             figures=figures,
         )
 
-    def _timed(self, spec: DetectorSpec) -> Run:
+    def _run_over_stretches(self, spec: DetectorSpec) -> Run:
         """A run of a detector over stretches that are spread evenly over the motion, live where its own run was."""
         motion, live = self._result.assembly.motion, self._result.document.detectors[self._rank.label].live
         assembly = replace(self._result.assembly, motion=motion.take(_timed_frames(len(motion))))

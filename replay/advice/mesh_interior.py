@@ -150,7 +150,7 @@ class MeshInterior:
         labels = component_labels(self._faces, len(self._vertices))
         if (labels[self._faces] == labels[self._faces[0, 0]]).all():
             return labels
-        return component_labels(self._merged_faces, len(self._vertices))[self._merged]
+        return component_labels(self._merged_faces, len(self._vertices))[self._merged_vertices]
 
     @cached_property
     def _order(self) -> Indices:
@@ -172,7 +172,7 @@ class MeshInterior:
         return np.stack([np.minimum.reduceat(points, starts), np.maximum.reduceat(points, starts)], axis=1)
 
     @cached_property
-    def _merged(self) -> Indices:
+    def _merged_vertices(self) -> Indices:
         """For each vertex the least number of those in the same place, (n,)."""
         order = np.lexsort(self._vertices.T)
         ordered = self._vertices[order]
@@ -186,7 +186,7 @@ class MeshInterior:
     @cached_property
     def _merged_faces(self) -> Indices:
         """Faces (f, 3) by merged vertices."""
-        return self._merged[self._faces]
+        return self._merged_vertices[self._faces]
 
     @cached_property
     def _components(self) -> dict[int, SurfaceComponent]:

@@ -171,7 +171,7 @@ class _Joins:
         if not self._joins:
             return False
         check()
-        join = self._best()
+        join = self._best_join()
         first, second = join.numbers
         number = len(self._made)
         self._made.append(join.hull)
@@ -191,7 +191,7 @@ class _Joins:
         self._current.append(number)
         return True
 
-    def _best(self) -> _Join:
+    def _best_join(self) -> _Join:
         """The join to be taken; joins are tested until no other one can be better."""
         touches = np.array(self._touches, dtype=np.int16)
         first, second = np.array([join.numbers for join in self._joins]).T
@@ -203,10 +203,10 @@ class _Joins:
             if self._joins[order[0]].was_tested:
                 return self._joins[order[0]]
             untested = [number for number in order if not self._joins[number].was_tested][:AT_ONCE]
-            for number, exact in zip(untested, self._tested(untested), strict=True):
+            for number, exact in zip(untested, self._false_contact_of_joins(untested), strict=True):
                 false[number] = ((other_touches[number] + exact) > 0).sum()
 
-    def _tested(self, numbers: Sequence[int]) -> BoolArray:
+    def _false_contact_of_joins(self, numbers: Sequence[int]) -> BoolArray:
         """Return where the hulls of joins report false contact, (k, M); the joins keep it."""
         touches = self._false_contacts.of([self._joins[number].hull for number in numbers])
         for number, row in zip(numbers, touches, strict=True):

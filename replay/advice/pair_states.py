@@ -77,7 +77,7 @@ class PairStates:
         Raises ``QueryLimitError``.
         """
         states = np.full(len(rotations), PairState.UNKNOWN, dtype=np.int8)
-        travelled = self._travelled(rotations, translations)
+        travelled = self._path_lengths(rotations, translations)
         row = 0
         while row < len(rotations):
             gap = self._gap(rotations[row], translations[row], budget)
@@ -96,7 +96,7 @@ class PairStates:
             row = end
         return states
 
-    def _travelled(self, rotations: Array, translations: Array) -> list[float]:
+    def _path_lengths(self, rotations: Array, translations: Array) -> list[float]:
         """Metres that no point of the second body has exceeded on its way to each pose since the first, k of them."""
         step = np.diff(translations, axis=0)
         rotation_change = np.diff(rotations, axis=0).reshape(-1, 9)

@@ -29,12 +29,12 @@ CHEAPER: Final = 0.95
 """A p99 above this share of another one is no cheaper."""
 
 
-def counts(row: Row) -> bool:
+def is_comparable(row: Row) -> bool:
     """Whether a row may be on the front: of one that left contact undecided nobody knows what it misses."""
     return not row["contact_frames_undecided"] and row["mean_ms"] is not None
 
 
-def tied(a: Row, b: Row) -> bool:
+def is_tied(a: Row, b: Row) -> bool:
     """Whether two times are equal, or their intervals overlap."""
     if a["mean_ms"] == b["mean_ms"]:
         return True
@@ -42,32 +42,32 @@ def tied(a: Row, b: Row) -> bool:
     return None not in ends and ends[0] <= ends[3] and ends[2] <= ends[1]
 
 
-def quicker(a: Row, b: Row) -> bool:
+def is_quicker(a: Row, b: Row) -> bool:
     """Whether one time is surely less than another one."""
-    return bool(a["mean_ms"] < b["mean_ms"]) and not tied(a, b)
+    return bool(a["mean_ms"] < b["mean_ms"]) and not is_tied(a, b)
 
 
 def winner_of(rows: Sequence[Row]) -> Row:
     """Best row among the fastest and those that tie with it; the earlier of equals."""
     quickest = min(rows, key=lambda row: float(row["mean_ms"]))
-    ties = [row for row in rows if tied(row, quickest)]
+    ties = [row for row in rows if is_tied(row, quickest)]
     return min(ties, key=lambda row: (row["loss"], not row["complete"]))
 
 
 def front_of(rows: Sequence[Row]) -> list[str]:
     """Labels on the front, quickest first: each is surely quicker than all that have a smaller loss."""
     front: list[Row] = []
-    left = [row for row in rows if counts(row)]
+    left = [row for row in rows if is_comparable(row)]
     for least in sorted({row["loss"] for row in left}):
         best = winner_of([row for row in left if row["loss"] == least])
-        if not front or quicker(best, front[-1]):
+        if not front or is_quicker(best, front[-1]):
             front.append(best)
     return [row["label"] for row in reversed(front)]
 
 
 def contenders_of(rows: Sequence[Row]) -> list[str]:
     """Labels of what is on the front, or would be if its time were known better."""
-    left = [row for row in rows if counts(row)]
+    left = [row for row in rows if is_comparable(row)]
     return [
         row["label"]
         for row in left
@@ -77,7 +77,7 @@ def contenders_of(rows: Sequence[Row]) -> list[str]:
 
 def sorted_rows(rows: Sequence[AnyRow]) -> list[AnyRow]:
     """By loss, then by the mean; what was not decided comes last."""
-    return sorted(rows, key=lambda row: (not counts(row), row["loss"], row["mean_ms"] or inf))
+    return sorted(rows, key=lambda row: (not is_comparable(row), row["loss"], row["mean_ms"] or inf))
 
 
 def advice_of(rows: Sequence[Row], *, processor_fraction: float = 1.0) -> list[str]:
@@ -87,7 +87,7 @@ def advice_of(rows: Sequence[Row], *, processor_fraction: float = 1.0) -> list[s
     advise nothing about cost.
     ``processor_fraction``: of the seconds on the clock those in which this process was at work.
     """
-    candidates = [row for row in rows if counts(row) and row["mean_low"] is not None]
+    candidates = [row for row in rows if is_comparable(row) and row["mean_low"] is not None]
     if len(candidates) < FEWEST:
         were = f"{plural(len(candidates), 'setting')} {'was' if len(candidates) == 1 else 'were'}"
         return [f"No advice: {were} timed twice or more, and advice needs {FEWEST}."]
@@ -100,11 +100,11 @@ def advice_of(rows: Sequence[Row], *, processor_fraction: float = 1.0) -> list[s
     fraction = words.as_percentage(best["mean_ms"] * HEADSET_HZ / 1e3)
     wrong = f" It gets wrong: {wrong_text(best)}." if best["loss"] else ""
     first = f"{cost} {_ms(best)} a frame ({best['label']}), {fraction} of a {HEADSET_HZ:g} Hz frame.{wrong}"
-    other = _usual(candidates, best) or (by_label[front[-2]] if len(front) > 1 else None)
+    other = _row_of_a_new_project(candidates, best) or (by_label[front[-2]] if len(front) > 1 else None)
     if other is None:
         return [first, "No other setting is faster beyond doubt."]
     wrong = wrong_text(other)
-    if not quicker(other, best):
+    if not is_quicker(other, best):
         return [first, f"With {other['label']} a frame takes {_ms(other)}, not surely less: {wrong}."]
     return [first, f"At {_ms(other)} ({other['label']}): {wrong}; {_slow_frames(other, best)}."]
 
@@ -130,7 +130,7 @@ def _rest_of_front(rows: Sequence[Row]) -> list[str]:
     ]
 
 
-def _usual(rows: Sequence[Row], best: Row) -> Row | None:
+def _row_of_a_new_project(rows: Sequence[Row], best: Row) -> Row | None:
     """Row closest to an engine's new project: the rate nearest to ``USUAL_HZ``, then the smallest loss."""
     rates = [row for row in rows if row["rate_hz"] and row["loss"] > best["loss"]]
     return min(rates, key=lambda row: (abs(row["rate_hz"] - USUAL_HZ), row["loss"]), default=None)

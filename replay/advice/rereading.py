@@ -77,13 +77,17 @@ class Rereadings:
                 continue
             is_mirrored[number] = bool(np.linalg.det(matrix) < 0.0)
             rotations[number] = matrix @ MIRROR if is_mirrored[number] else matrix
-        motion = self._rotated(rotations)
+        motion = self._motion_with_exchanged_axes(rotations)
         if rebuilt:
-            bodies = tuple(rebuilt.get(number, body) for number, body in enumerate(self._mirrored(is_mirrored)))
+            bodies = tuple(
+                rebuilt.get(number, body) for number, body in enumerate(self._bodies_with_mirror_images(is_mirrored))
+            )
             return ReplayedBodies(replace(self._whole, bodies=bodies)).outcome(motion)
         key = tuple(is_mirrored)
         if key not in self._replayed:
-            self._replayed[key] = ReplayedBodies(replace(self._whole, bodies=self._mirrored(is_mirrored)))
+            self._replayed[key] = ReplayedBodies(
+                replace(self._whole, bodies=self._bodies_with_mirror_images(is_mirrored))
+            )
         return self._replayed[key].outcome(motion)
 
     def _meshes(self, changed: Session, row: Assumption) -> dict[str, MeshData] | None:
@@ -99,7 +103,7 @@ class Rereadings:
         back[:3, :3] = pose_axes_change(self._session, changed).T
         return {name: mesh.transformed(back) for name, mesh in changed.meshes.items()}
 
-    def _rotated(self, rotations: dict[int, FloatArray]) -> Motion:
+    def _motion_with_exchanged_axes(self, rotations: dict[int, FloatArray]) -> Motion:
         """The motion with the axes of some bodies exchanged before their poses."""
         if not any(not np.array_equal(matrix, np.eye(3)) for matrix in rotations.values()):
             return self._motion
@@ -109,7 +113,7 @@ class Rereadings:
         motion = self._motion
         return Motion.of_rigid(motion.times, motion.translations, changed, motion.valid, motion.linked)
 
-    def _mirrored(self, is_mirrored: list[bool]) -> tuple[Body, ...]:
+    def _bodies_with_mirror_images(self, is_mirrored: list[bool]) -> tuple[Body, ...]:
         """The bodies, some as their mirror images in their plane x = 0."""
         mirror = np.eye(4)
         mirror[:3, :3] = MIRROR

@@ -19,7 +19,7 @@ from replay.prepare.pair_choice import chosen_pairs
 from sessions import MeshData, Session
 from sessions.errors import SessionError
 from sessions.model.assumption import Assumption, Subject
-from sessions.scene_files.answers import answered
+from sessions.scene_files.answers import with_answer
 from sessions.scene_files.pose_axes import follows_its_poses
 
 MOST_FRAMES: Final = 12_000
@@ -101,7 +101,7 @@ def alternatives_differ(session: Session, assumption: Assumption) -> bool | None
 def _all_follow(session: Session, row: Assumption) -> bool:
     """Whether all meshes turn with the poses under every alternative."""
     alternatives = (value for value in row.alternatives if value != row.value)
-    return all(follows_its_poses(session, answered(session, row, value)) for value in alternatives)
+    return all(follows_its_poses(session, with_answer(session, row, value)) for value in alternatives)
 
 
 def _scenes(session: Session, assumption: Assumption, values: Iterable[str], rows: Rows) -> list[_Scene]:
@@ -109,7 +109,7 @@ def _scenes(session: Session, assumption: Assumption, values: Iterable[str], row
     poses = sampled_poses(session, rows)
     scenes = []
     for value in values:
-        changed = session if value == assumption.value else answered(session, assumption, value)
+        changed = session if value == assumption.value else with_answer(session, assumption, value)
         is_unmoved = changed.source is session.source and (is_plain(session) or changed.scene == session.scene)
         scenes.append(_Scene(changed.meshes, poses if is_unmoved else sampled_poses(changed, rows)))
     return scenes
@@ -242,7 +242,7 @@ def best_fitting_axes(session: Session, row: Assumption) -> str:
     """Returns the axes of colliders whose bounds are clearly nearer to those of their meshes, else those assumed."""
     values = tuple(dict.fromkeys((row.value, *row.alternatives)))
     misfits = {
-        value: collider_misfit(session if value == row.value else answered(session, row, value), row.bodies)
+        value: collider_misfit(session if value == row.value else with_answer(session, row, value), row.bodies)
         for value in values
     }
     best = min(values, key=lambda value: misfits[value])

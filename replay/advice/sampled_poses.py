@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sessions import Session
-from sessions.geometry.rotations import rotated
+from sessions.geometry.rotations import rotated_vectors
 from sessions.model.samples import Frames, Status
 from sessions.model.scene import Pose
 
@@ -45,7 +45,7 @@ class RecordedPoses:
 
     def rotations(self, column: int, rows: Rows) -> Array:
         """Returns the rotations of a body in some of the chosen frames, (n, 3, 3)."""
-        return rotated(self._quaternions[rows, column][:, None], np.eye(3)).transpose(0, 2, 1)
+        return rotated_vectors(self._quaternions[rows, column][:, None], np.eye(3)).transpose(0, 2, 1)
 
 
 class PlacedPoses:
@@ -53,13 +53,13 @@ class PlacedPoses:
 
     def __init__(self, session: Session, rows: Rows) -> None:
         from replay.prepare.assembly import PoseOrigin
-        from replay.prepare.interpolation import FilledFrames, filled
+        from replay.prepare.interpolation import FilledFrames, fill_frames
         from replay.prepare.kinematics import Kinematics, Placed
 
         fixed = [body.id for body in session.scene.bodies if body.fixed is not None and body.id not in session.names]
         self.names = tuple(name for name in [*session.names, *fixed] if name in session.meshes)
         # Gaps are filled from all frames; only the chosen ones are placed, however long the recording is.
-        columns = zip(*(vars(frames).values() for frames in filled([session.frames])), strict=True)
+        columns = zip(*(vars(frames).values() for frames in fill_frames([session.frames])), strict=True)
         filled_frames = FilledFrames(*(np.concatenate(column)[rows] for column in columns))
         placed = Placed.empty(len(filled_frames), len(self.names))
         Kinematics(session.scene, session.names, self.names).place(filled_frames, placed)

@@ -60,7 +60,7 @@ class Outcome:
     deep_at_rest: float = 0.0
 
 
-def resting(motion: Motion) -> BoolArray:
+def resting_bodies(motion: Motion) -> BoolArray:
     """Returns whether each body hardly moves from a frame on for half a second, (T, N)."""
     count = len(motion)
     is_resting = np.zeros(motion.valid.shape, dtype=np.bool_)
@@ -111,7 +111,7 @@ class ReplayedBodies:
         detection = self._detector.detect(motion)
         contact = counts_as_contact(detection.verdict)
         depths, rows = self._depths(motion, contact)
-        is_resting = resting(motion)
+        is_resting = resting_bodies(motion)
         resting_depths, _ = self._depths(motion, contact & is_resting[:, self.pairs].all(axis=2))
         if len(depths):
             frame, pair = rows[int(depths.argmax())].tolist()
@@ -171,5 +171,5 @@ def outcome_text(outcome: Outcome) -> str:
         return f"no contact{nearest}"
     contacts = plural(outcome.contacts, "contact")
     if outcome.deepest > DEEP_M:
-        return f"{contacts}, bodies up to {words.fixed(1e3 * outcome.deepest, 0)} mm deep in each other"
-    return f"{contacts}, at most {words.fixed(max(1.0, np.ceil(1e3 * outcome.deepest)), 0)} mm deep"
+        return f"{contacts}, bodies up to {words.decimal(1e3 * outcome.deepest, 0)} mm deep in each other"
+    return f"{contacts}, at most {words.decimal(max(1.0, np.ceil(1e3 * outcome.deepest)), 0)} mm deep"

@@ -153,8 +153,8 @@ class _Sweep:
     def run(self, watch: Watch) -> None:
         """Rounds until everything was tried or the time is up; what is left of it goes to the front."""
         size, fraction = FIRST_ROUND, BEGIN
-        while batch := self._begun(size, fraction, watch):
-            self._timed(batch)
+        while batch := self._next_trials(size, fraction, watch):
+            self._time_batch(batch)
             size, fraction = LATER_ROUNDS, REFINE
         for _ in range(FRONT_PASSES - PASSES):
             near_front = {*front_of(self._rows()), *contenders_of(self._rows())}
@@ -168,7 +168,7 @@ class _Sweep:
         """Those that have a price by now."""
         return [trial.row for trial in self._trials if trial.passes]
 
-    def _begun(self, size: int, fraction: float, watch: Watch) -> list[_Trial]:
+    def _next_trials(self, size: int, fraction: float, watch: Watch) -> list[_Trial]:
         """The next settings, made and counted, as many as can be timed too within the limit."""
         batch: list[_Trial] = []
         for setting in next_to_front(self._left, self._settings, front_of(self._rows())):
@@ -177,13 +177,13 @@ class _Sweep:
                 break
             watch(len(self._trials), len(self._settings))
             self._left.remove(setting)
-            trial = self._counted(setting, batch)
+            trial = self._count_faults(setting, batch)
             if trial is not None:
                 self._trials.append(trial)
                 batch.append(trial)
         return batch
 
-    def _counted(self, setting: Setting, batch: Sequence[_Trial]) -> _Trial | None:
+    def _count_faults(self, setting: Setting, batch: Sequence[_Trial]) -> _Trial | None:
         """Make a setting, warm it up, let it answer and count; ``None``: it cannot be timed too within the limit."""
         left = self._deadline.left() if self._trials else float("inf")
         options = setting.settings
@@ -215,7 +215,7 @@ class _Sweep:
         count = FEWEST_FRAMES if self._clock is None else self._clock.frames.count
         return OVERHEAD * count * sum(trial.frame for trial in {*self._pair, *trials})
 
-    def _timed(self, batch: Sequence[_Trial]) -> None:
+    def _time_batch(self, batch: Sequence[_Trial]) -> None:
         """Passes over a round; the first round settles how many frames a pass has."""
         if self._clock is None:
             frame = self._pass_seconds(batch) / FEWEST_FRAMES

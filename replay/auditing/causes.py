@@ -15,7 +15,7 @@ from cdcore import Detection, Motion, Verdict
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 from cdcore.protocol import REFUSED, Explains, Explanation, PairDetector, counts_as_contact
 from cdcore.protocol.settings import RateSettings
-from replay.auditing.delay import at_frame, constant_delay, reported
+from replay.auditing.delay import at_frame, constant_delay, reported_frames
 from replay.auditing.fault import MISS_CAUSES, Cause, Fault, FaultKind
 from replay.auditing.outcome import Comparison, Outcome
 from replay.detection.recorded import RecordedDetector
@@ -111,7 +111,7 @@ class Audited:
     def reported(self, pair: int) -> BoolArray:
         """(T,) frames in which a contact of a pair counts as reported."""
         if pair not in self._reported:
-            self._reported[pair] = reported(self.subject, self.oracle, pair)
+            self._reported[pair] = reported_frames(self.subject, self.oracle, pair)
         return self._reported[pair]
 
 

@@ -42,9 +42,9 @@ class ClockOffset:
     # the middle 95 % of the reports that found a partner lie within this many seconds of it after that; ``None``: none
     # did
     residual: float | None
-    # matched, of: reports that found a partner within ``WINDOW``, and reports there are
+    # matched, reports: reports that found a partner within ``WINDOW``, and reports there are
     matched: int
-    of: int
+    reports: int
     drift: float = 0.0  # seconds a second; 0 where none fits much better
     first: float = 0.0  # the other clock's seconds at its first report
     rivals: int = 0  # other offsets at which as many reports find a partner
@@ -57,19 +57,23 @@ class ClockOffset:
         return self.seconds + self.drift * (seconds - self.first)
 
     def __str__(self) -> str:
-        text = f"clock offset {words.fixed(self.seconds, 4, signed=True)} s"
+        text = f"clock offset {words.decimal(self.seconds, 4, signed=True)} s"
         if self.is_own_clock:
             text += " (taken for the recording's own clock)"
         if self.drift:
-            text += f" at the first report, drift {words.fixed(100 * self.drift, 3, signed=True)} %"
+            text += f" at the first report, drift {words.decimal(100 * self.drift, 3, signed=True)} %"
         if self.delay is not None:
             text += f", {delay_text(self.delay)}"
         window = f"{1e3 * WINDOW:g} ms"
         if self.residual is None:
-            return f"{text}, residual unknown: all {self.of} begins and ends are over {window} from a true one"
-        text += f", residual {words.fixed(1e3 * self.residual, 1)} ms of {self.matched} of {self.of} begins and ends"
-        if self.matched < self.of:
-            text += f"; {self.of - self.matched} are left out, more than {window} from every true one of their pair"
+            return f"{text}, residual unknown: all {self.reports} begins and ends are over {window} from a true one"
+        text += (
+            f", residual {words.decimal(1e3 * self.residual, 1)} ms of {self.matched} of {self.reports} begins and ends"
+        )
+        if self.matched < self.reports:
+            text += (
+                f"; {self.reports - self.matched} are left out, more than {window} from every true one of their pair"
+            )
         if self.rivals:
             text += f"; {self.rivals} other offsets fit as many, the smallest was taken: if it is wrong, {SAY_IT}"
         elif self.is_own_clock and self.delay:
@@ -81,7 +85,7 @@ def delay_text(seconds: float) -> str:
     """``reports 4.5 ms late in the median``."""
     if round(1e4 * seconds) == 0:
         return "reports on time in the median"
-    return f"reports {words.fixed(1e3 * abs(seconds), 1)} ms {'late' if seconds > 0 else 'early'} in the median"
+    return f"reports {words.decimal(1e3 * abs(seconds), 1)} ms {'late' if seconds > 0 else 'early'} in the median"
 
 
 @dataclass(frozen=True)
@@ -119,7 +123,7 @@ def estimate_offset(
             )
         shift, rivals = _densest(partners.gap)
         still = np.minimum(partners.nearest(shift, 0.0), WINDOW).mean()
-        moving = _drifting(partners)
+        moving = _fitted_line(partners)
         if still > WORTH_A_DRIFT and 2.0 * np.minimum(partners.nearest(*moving), WINDOW).mean() < still:
             (shift, drift), rivals = moving, 0
     nearest = partners.nearest(shift, drift)
@@ -141,7 +145,7 @@ def estimate_offset(
         seconds=offset,
         residual=float(np.quantile(paired, 0.95)) if len(paired) else None,
         matched=len(paired),
-        of=sum(map(len, reported.values())),
+        reports=sum(map(len, reported.values())),
         drift=drift,
         first=first,
         rivals=rivals,
@@ -200,7 +204,7 @@ def _densest(gaps: NDArray[np.float64]) -> tuple[float, int]:
     return min(middle, key=abs), int((np.diff(middle) > WINDOW).sum())
 
 
-def _drifting(partners: _Partners) -> tuple[float, float]:
+def _fitted_line(partners: _Partners) -> tuple[float, float]:
     """Offset and drift of the line that most differences are near; no drift where there are too few for one."""
     gap, later = partners.gap, partners.later
     offset, drift = _densest(gap)[0], 0.0

@@ -99,10 +99,10 @@ class ContactCounts:
 
 def count_contacts(comparison: Comparison, contacts: Sequence[Episode]) -> ContactCounts:
     """Count the outcomes of ``contacts``, the oracle's, frame by frame."""
-    return _counted(comparison.by_contact, contacts)
+    return _count_by_outcome(comparison.by_contact, contacts)
 
 
-def _counted(outcome: ByteArray, contacts: Sequence[Episode]) -> ContactCounts:
+def _count_by_outcome(outcome: ByteArray, contacts: Sequence[Episode]) -> ContactCounts:
     frames = np.zeros((len(contacts), len(Outcome)), dtype=np.int64)
     for row, episode in zip(frames, contacts, strict=True):
         row[:] = np.bincount(outcome[episode.first : episode.last + 1, episode.pair], minlength=len(Outcome))
@@ -144,4 +144,4 @@ def count_reports(comparison: Comparison) -> ContactCounts:
     """Count the contacts that a detector reports: true, false, or within tolerance."""
     reported_frames = column_runs(is_one_of(column, REPORTED) for column in comparison.outcome.T)
     reports = [Episode(pair, first, last, 0.0, 0.0) for pair, first, last in reported_frames.tolist()]
-    return _counted(comparison.outcome, reports)
+    return _count_by_outcome(comparison.outcome, reports)

@@ -140,7 +140,7 @@ class DepthMeter:
         searched = self._searched.setdefault(pair, {})
         corners = self._box_corners(frames, pair)
         bound, best = np.full(len(frames), np.inf), 0.0
-        for row in _halving(len(frames)):
+        for row in _numbers_by_halving(len(frames)):
             frame = frames[row]
             if bound[row] < best:
                 continue
@@ -180,7 +180,7 @@ class MeasuredDepths:
     series: DepthSeries
 
 
-def _halving(count: int) -> list[int]:
+def _numbers_by_halving(count: int) -> list[int]:
     """Numbers below a count: both ends, the middle, the middles of the halves, and so on."""
     numbers = dict.fromkeys([0, count - 1])
     gaps = 1

@@ -17,7 +17,7 @@ FEWER_WRONG: Final = 4
 
 def constant_delay(subject: Detection, oracle: Detection, pair: int) -> int:
     """Frames by which all that is said of a pair comes late; negative: early; 0: by no constant number."""
-    answers, true = reported(subject, oracle, pair), counts_as_contact(oracle.verdict[:, pair])
+    answers, true = reported_frames(subject, oracle, pair), counts_as_contact(oracle.verdict[:, pair])
     frames_late = _frames_late(answers, true, subject.times)
     if frames_late:
         return frames_late
@@ -27,14 +27,14 @@ def constant_delay(subject: Detection, oracle: Detection, pair: int) -> int:
 
 def frames_wrong(subject: Detection, oracle: Detection, pair: int, delay: int) -> tuple[int, int]:
     """Frames in which what is said of a pair is wrong: as it is said, and moved earlier by ``delay`` frames."""
-    answers, true = reported(subject, oracle, pair), counts_as_contact(oracle.verdict[:, pair])
+    answers, true = reported_frames(subject, oracle, pair), counts_as_contact(oracle.verdict[:, pair])
     if delay < 0:
         answers, true, delay = answers[::-1], true[::-1], -delay
     moved = int((answers[delay:] != true[: len(true) - delay]).sum() + answers[:delay].sum())
     return int((answers != true).sum()), moved
 
 
-def reported(subject: Detection, oracle: Detection, pair: int) -> BoolArray:
+def reported_frames(subject: Detection, oracle: Detection, pair: int) -> BoolArray:
     """(T,) frames in which a contact counts as reported."""
     answers = counts_as_contact(subject.verdict[:, pair])
     if (subject.covers, oracle.covers) == ("instants", "intervals"):

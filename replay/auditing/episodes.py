@@ -41,20 +41,20 @@ def episodes(
     for column in np.unique(columns).tolist():
         contact, no_pose = np.zeros(len(detection.times), dtype=np.bool_), np.ones(len(detection.times), dtype=np.bool_)
         for member in np.flatnonzero(columns == column).tolist():
-            verdict, (first, second) = detection.verdict[:, member], detection.pairs[member]
-            contact |= counts_as_contact(verdict)
-            no_pose &= verdict == Verdict.NO_POSE if valid is None else ~(valid[:, first] & valid[:, second])
+            verdicts, (first, second) = detection.verdict[:, member], detection.pairs[member]
+            contact |= counts_as_contact(verdicts)
+            no_pose &= verdicts == Verdict.NO_POSE if valid is None else ~(valid[:, first] & valid[:, second])
         for span, lost, cuts in _across_lost_poses(contact, no_pose):
             start, end = float(detection.times[span[0]]), float(ends[span[1]])
             contacts.append(Episode(column, *span, start, end, lost, cuts))
     return tuple(sorted(contacts, key=lambda episode: (episode.first, episode.pair)))
 
 
-Span = tuple[int, int]
+Stretch = tuple[int, int]
 """First and last frame, both included."""
 
 
-def _across_lost_poses(contact: BoolArray, lost: BoolArray) -> Iterator[tuple[Span, tuple[Span, ...], int]]:
+def _across_lost_poses(contact: BoolArray, lost: BoolArray) -> Iterator[tuple[Stretch, tuple[Stretch, ...], int]]:
     """Contacts of one pair, the stretches of lost poses within each, and how many such stretches cut it."""
     posed = np.cumsum(~lost)
     segments = runs(contact)

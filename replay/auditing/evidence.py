@@ -18,7 +18,7 @@ TOUCHES_IN_ALL: Final = 500
 recording, get no faces."""
 
 
-Measured = tuple[int, Vector, float, Evidence]
+CurveMeasurement = tuple[int, Vector, float, Evidence]
 """The frame to look at, a point on the curve, the length of the curve in metres, and the geometry there."""
 
 
@@ -32,7 +32,7 @@ class EvidenceFinder:
         self._middles = [(corners.min(axis=0) + corners.max(axis=0)) / 2 for corners in vertices]
         self._touches = TOUCHES_IN_ALL if between else 0
 
-    def measured(self, pair: int, first: int, frames: Iterable[int], truth: ExactAnswer) -> Measured:
+    def measure(self, pair: int, first: int, frames: Iterable[int], truth: ExactAnswer) -> CurveMeasurement:
         """Measure a pair in that of these frames in which the surfaces intersect in the longest curve.
 
         Of equals it is the one with most faces, then the earliest. Faces that an answer about every frame lists are not
@@ -49,12 +49,12 @@ class EvidenceFinder:
         frame, point, metres, evidence = longest
         if self._touches and not evidence.face_pairs:
             self._touches -= 1
-            return _before(self._assembly, pair, first) or longest
+            return _first_touch_before(self._assembly, pair, first) or longest
         if truth.frames is None:
             return frame, point, metres, replace(evidence, faces=None)
         return longest
 
-    def _longest_curve(self, pair: int, frames: Iterable[int], truth: ExactAnswer) -> Measured:
+    def _longest_curve(self, pair: int, frames: Iterable[int], truth: ExactAnswer) -> CurveMeasurement:
         size, best = (-1.0, 0), None
         for frame in frames:
             faces = truth.faces(frame, pair)
@@ -85,7 +85,7 @@ class EvidenceFinder:
         ]
 
 
-def _before(assembly: Assembly, pair: int, first: int) -> Measured | None:
+def _first_touch_before(assembly: Assembly, pair: int, first: int) -> CurveMeasurement | None:
     """Measure the first touch on the way to a frame; ``None``: it is not known."""
     touch = first_touch(assembly, pair, first - 1)
     if touch is None:

@@ -14,7 +14,7 @@ from replay.auditing.evidence import EvidenceFinder
 from replay.auditing.fault import Cause, Fault
 from replay.auditing.misses import missed_faults
 from replay.auditing.outcome import Comparison, Episode
-from replay.auditing.sample_budget import SampleBudget, grouped, spread_frames
+from replay.auditing.sample_budget import SampleBudget, grouped_by_size, spread_frames
 from replay.detection.run_detector import Run, holds_answers
 from replay.prepare.assembly import Assembly
 
@@ -107,7 +107,7 @@ def examined_misses(
     frames_per_miss = EVIDENCE_BUDGET.frames_per_miss(count)
     curve_frames = {segment: spread_frames(segment[1], segment[2], frames_per_miss) for segment in plan}
     finder = EvidenceFinder(assembly, between=between)
-    for group in grouped(plan, lambda segment: len(curve_frames[segment]), FRAMES_AT_ONCE):
+    for group in grouped_by_size(plan, lambda segment: len(curve_frames[segment]), FRAMES_AT_ONCE):
         decided = [frames for segment in group for _, _, frames in plan[segment]]
         if between:
             # An interval is also decided at the frame where it begins.
@@ -115,7 +115,7 @@ def examined_misses(
         truth = _exact_answer(source, assembly.motion, [*(curve_frames[segment] for segment in group), *decided])
         for segment in group:
             pair, first, _ = segment
-            frame, point, metres, evidence = finder.measured(pair, first, curve_frames[segment].tolist(), truth)
+            frame, point, metres, evidence = finder.measure(pair, first, curve_frames[segment].tolist(), truth)
             for label, index, frames in plan[segment]:
                 miss = misses[label][index]
                 causes = causes_of_miss(miss, frames.tolist(), subjects[label], truth)

@@ -140,8 +140,8 @@ def false_contacts(assembly: Assembly, comparison: Comparison, by: Audited) -> t
             end=float(ends[last]),
             frame=frames[0],
         )
-        fault = _measured(fault, assembly, meshes if number - 1 in measured else None, frames)
-        faults.append(_explained(fault, by, shapes, hulls))
+        fault = _with_largest_gap(fault, assembly, meshes if number - 1 in measured else None, frames)
+        faults.append(_with_cause(fault, by, shapes, hulls))
     return tuple(faults)
 
 
@@ -159,7 +159,7 @@ def _side_is_known(oracle: Detection, pair: int) -> bool:
     return not answer.startswith(REFUSED)
 
 
-def _measured(fault: Fault, assembly: Assembly, meshes: "MeshStage | None", frames: Sequence[int]) -> Fault:
+def _with_largest_gap(fault: Fault, assembly: Assembly, meshes: "MeshStage | None", frames: Sequence[int]) -> Fault:
     """Return a false contact with its largest gap, the frame of it, its middle and its ends."""
     if meshes is None:
         origins = assembly.motion.translations[frames[0], assembly.pairs[fault.pair]]
@@ -170,7 +170,7 @@ def _measured(fault: Fault, assembly: Assembly, meshes: "MeshStage | None", fram
     return replace(fault, frame=frame, point=vector_of(ends.mean(axis=0)), metres=gap, evidence=evidence)
 
 
-def _explained(fault: Fault, by: Audited, shapes: _Shapes, hulls: _Hulls | None) -> Fault:
+def _with_cause(fault: Fault, by: Audited, shapes: _Shapes, hulls: _Hulls | None) -> Fault:
     """Return a false contact with its cause."""
     cause = _cause(by, fault)
     if cause is not Cause.COLLIDERS_MEET:

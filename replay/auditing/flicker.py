@@ -21,7 +21,7 @@ from replay.auditing.record import Count, Fraction, Metres, Record
 from replay.auditing.sampling_offsets import OffsetCounts, at_offset, counts_over_offsets, has_offsets
 from replay.auditing.tolerance import Reference
 from replay.detection.detector_spec import DetectorSpec
-from replay.detection.progress import ignored
+from replay.detection.progress import ignore_progress
 from replay.detection.release_band import near_spec
 from replay.detection.run_detector import Run, frames_within, make_detector, run_detector
 from replay.detection.sample_times import sampled_frames
@@ -150,7 +150,7 @@ def find_flicker(
     flicker: dict[str, Flicker] = {}
     for label, run in runs.items():
         counted = _not_grasped(contacts[label], assembly, reference)
-        interruptions = _near(interruptions_of(counted), run, assembly, seed)
+        interruptions = _near_interruptions(interruptions_of(counted), run, assembly, seed)
         if not interruptions:
             continue
         flicker[label] = flicker_of(counted, interruptions)
@@ -180,7 +180,7 @@ def _release(gaps: FloatArray, run: Run, assembly: Assembly, reference: Referenc
     """Return the smallest release distance, rounded up, that is no less than any of the gaps, measured."""
     steps = max(1, ceil((float(gaps.max()) + ROUNDING) / RELEASE_STEP))
     spec = replace(run.spec, release=round(steps * RELEASE_STEP, 6))
-    return structs.replace(_measured(spec, assembly, reference, seed), begins=_reach(run, assembly))
+    return structs.replace(_measure_release(spec, assembly, reference, seed), begins=_reach(run, assembly))
 
 
 def _reach(run: Run, assembly: Assembly) -> float:
@@ -191,13 +191,13 @@ def _reach(run: Run, assembly: Assembly) -> float:
     return max((detector.contact_reach(pair) for pair in range(len(assembly.pairs))), default=0.0)
 
 
-def _measured(spec: DetectorSpec, assembly: Assembly, reference: Reference | None, seed: int) -> ReleaseDistance:
+def _measure_release(spec: DetectorSpec, assembly: Assembly, reference: Reference | None, seed: int) -> ReleaseDistance:
     """Return what a run of a detector with a release distance prints of it."""
     offsets = None
     if reference is not None and has_offsets(spec, len(assembly.motion)):
         offsets = counts_over_offsets(spec, assembly, reference, seed, live=False)
     offset_spec = spec if offsets is None else at_offset(spec, offsets)
-    run = run_detector(offset_spec, assembly, seed=seed, faces=False, advance=ignored)
+    run = run_detector(offset_spec, assembly, seed=seed, faces=False, advance=ignore_progress)
     detection = run.detection
     contacts = episodes(detection, assembly.motion.valid, assembly.contact_columns)
     contacts = _not_grasped(contacts, assembly, reference)
@@ -206,7 +206,7 @@ def _measured(spec: DetectorSpec, assembly: Assembly, reference: Reference | Non
         begins=0.0,
         setting=spec.text,
         contacts=len(contacts),
-        interruptions=len(_near(interruptions_of(contacts), run, assembly, seed)),
+        interruptions=len(_near_interruptions(interruptions_of(contacts), run, assembly, seed)),
         false_contact=_false_contact(detection, reference, offsets),
     )
 
@@ -220,21 +220,23 @@ def _false_contact(detection: Detection, reference: Reference | None, offsets: O
     return count_reports(reference.compare(detection)).proportion(Outcome.FALSE_CONTACT).value
 
 
-def _near(interruptions: Sequence[Interruption], run: Run, assembly: Assembly, seed: int) -> list[Interruption]:
+def _near_interruptions(
+    interruptions: Sequence[Interruption], run: Run, assembly: Assembly, seed: int
+) -> list[Interruption]:
     """The interruptions in which the shapes stay within ``WIDEST_RELEASE`` beyond the contact offset."""
     if not interruptions:
         return []
     within_reach = frames_within(_reach(run, assembly) + WIDEST_RELEASE, run.detector, assembly, seed)
-    sampled = _sampled(run, assembly)
+    sampled = _sampled_frames(run, assembly)
     return [
         interruption
         for interruption in interruptions
         for frames in (_samples(interruption, sampled),)
-        if any(within_reach[frames, column].all() for column in _touching(interruption, run, assembly))
+        if any(within_reach[frames, column].all() for column in _columns_in_contact(interruption, run, assembly))
     ]
 
 
-def _sampled(run: Run, assembly: Assembly) -> BoolArray:
+def _sampled_frames(run: Run, assembly: Assembly) -> BoolArray:
     """(T,) frames in which a detector samples; all of one that is none of our table."""
     settings = run.detector.settings
     rate = (settings.rate_hz, settings.sampling_offset_s) if isinstance(settings, RateSettings) else (None, 0.0)
@@ -247,7 +249,7 @@ def _samples(interruption: Interruption, sampled: BoolArray) -> IntArray:
     return frames[sampled[frames]] if sampled[frames].any() else frames
 
 
-def _touching(interruption: Interruption, run: Run, assembly: Assembly) -> list[int]:
+def _columns_in_contact(interruption: Interruption, run: Run, assembly: Assembly) -> list[int]:
     """The columns of a pair, or of the members of a group, that are in contact just before an interruption."""
     before = run.detection.verdict[interruption.first - 1]
     columns = assembly.columns_of_contact(interruption.pair)
@@ -261,14 +263,14 @@ def _gaps(interruptions: Sequence[Interruption], run: Run, assembly: Assembly, s
 
     shapes = make_detector(near_spec(run.detector, 0.0), assembly, seed)
     stage = MeshStage(getattr(shapes, "colliders", assembly.bodies), assembly.pairs)
-    sampled = _sampled(run, assembly)
+    sampled = _sampled_frames(run, assembly)
     return np.array([_widest(gap, run, assembly, stage, _samples(gap, sampled)) for gap in interruptions])
 
 
 def _widest(interruption: Interruption, run: Run, assembly: Assembly, stage: "MeshStage", frames: IntArray) -> float:
     """Metres by which the shapes part in some frames; of the members of a group, those that part least."""
     widest = []
-    for column in _touching(interruption, run, assembly):
+    for column in _columns_in_contact(interruption, run, assembly):
         frames_with_pose = frames[assembly.motion.valid[frames][:, assembly.pairs[column]].all(axis=1)]
         widest.append(
             max((stage.gap(assembly.motion, frame, column)[0] for frame in frames_with_pose.tolist()), default=0.0)

@@ -12,7 +12,7 @@ import numpy as np
 from cdcore import Motion
 from cdcore.numerics import BoolArray, IntArray
 from replay.auditing.outcome import Episode
-from replay.effects.spans import switched
+from replay.effects.spans import hysteresis_spans
 from replay.prepare.assembly import Assembly
 from sessions import Session
 from sessions.names import is_hand, side_of
@@ -66,7 +66,7 @@ def grasps(assembly: Assembly, session: Session | None) -> tuple[Grasp, ...] | N
         for key, track in session.hands.items():
             if side and key.rpartition("/")[2] == side:
                 times = (track.times_ns - assembly.first_ns) / 1e9
-                for first, stop in switched(track.trigger.astype(np.float64), PRESSED, RELEASED):
+                for first, stop in hysteresis_spans(track.trigger.astype(np.float64), PRESSED, RELEASED):
                     start, end = float(times[first]), float(times[min(stop, len(times) - 1)])
                     if start <= window[1] and end >= window[0]:
                         holding_episodes.append(Grasp(body, start, end, _taken(motion, body, movable, start, end)))

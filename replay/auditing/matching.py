@@ -61,8 +61,8 @@ def match_episodes(
     counts : what became of the oracle's contacts.
     reach : frames after its last for which a subject's contact still speaks: 1 for instants beside intervals.
     """
-    grasped, grasped_reports = (_grasped(comparison, some) for some in (truth, reported))
-    overlaps, matched_overlaps = _matched(truth, reported, reach, grasped)
+    grasped, grasped_reports = (_grasped_contacts(comparison, some) for some in (truth, reported))
+    overlaps, matched_overlaps = _match_overlaps(truth, reported, reach, grasped)
     of_truth, of_reported = (
         Counter(episode.truth for episode in overlaps),
         Counter(episode.reported for episode in overlaps),
@@ -97,10 +97,10 @@ def match_episodes(
 
 def partners(episode: Sequence[Episode], other: Sequence[Episode]) -> list[tuple[int, int]]:
     """Numbers, from 1, of the episodes of two lists that belong together: one to one, by most frames in common."""
-    return [(overlap.truth, overlap.reported) for overlap in _matched(episode, other, 0, set())[1]]
+    return [(overlap.truth, overlap.reported) for overlap in _match_overlaps(episode, other, 0, set())[1]]
 
 
-def _grasped(comparison: Comparison, episodes: Sequence[Episode]) -> set[int]:
+def _grasped_contacts(comparison: Comparison, episodes: Sequence[Episode]) -> set[int]:
     """Numbers of the contacts that are held in every frame."""
     outcome = comparison.by_contact
     outcomes = (
@@ -109,12 +109,12 @@ def _grasped(comparison: Comparison, episodes: Sequence[Episode]) -> set[int]:
     return {number for number, outcomes_of in outcomes if (outcomes_of == Outcome.GRASPED).all()}
 
 
-def _matched(
+def _match_overlaps(
     truth: Sequence[Episode], reported: Sequence[Episode], reach: int, grasped: set[int]
 ) -> tuple[list[EpisodeMatch], list[EpisodeMatch]]:
     """All overlaps but those of ``grasped`` contacts of the first list, and the best assignment in its order."""
     overlaps = [episode for episode in _overlaps(truth, reported, reach) if episode.truth not in grasped]
-    return overlaps, sorted(_best(overlaps), key=lambda episode: episode.truth)
+    return overlaps, sorted(_best_assignment(overlaps), key=lambda episode: episode.truth)
 
 
 def _overlaps(truth: Sequence[Episode], reported: Sequence[Episode], reach: int) -> Iterator[EpisodeMatch]:
@@ -137,7 +137,7 @@ def _overlaps(truth: Sequence[Episode], reported: Sequence[Episode], reach: int)
             j += 1
 
 
-def _best(overlaps: Sequence[EpisodeMatch]) -> list[EpisodeMatch]:
+def _best_assignment(overlaps: Sequence[EpisodeMatch]) -> list[EpisodeMatch]:
     """The overlaps of most frames in all that share no episode.
 
     An overlap is at odds only with the run of overlaps right before it that share one of its episodes.

@@ -129,7 +129,7 @@ def _result(
 ) -> NoiseResult:
     times, columns = assembly.motion.times, assembly.contact_columns
     near, resting = list[NoisySpan](), list[NoisySpan]()
-    windows = [_widened(contact, times) for contact in contacts]
+    windows = [_widened_segment(contact, times) for contact in contacts]
     for pair in pairs:
         frames, in_contact = pair.answer
         counts = np.bitwise_count(in_contact).sum(axis=1, dtype=np.int64)
@@ -164,7 +164,7 @@ def _result(
     )
 
 
-def _widened(contact: Episode, times: FloatArray) -> tuple[int, int]:
+def _widened_segment(contact: Episode, times: FloatArray) -> tuple[int, int]:
     first = int(np.searchsorted(times, times[contact.first] - WIDENED_S))
     last = int(np.searchsorted(times, times[contact.last] + WIDENED_S, side="right")) - 1
     return first, last
@@ -215,7 +215,7 @@ class NoisyPair:
         """Ask all copies about a block that begins with frame ``start``, where the noise may change the answer."""
         self._copies = drawn.copies
         touching = counts_as_contact(self._oracle.detection.verdict[start : start + len(block), self.column])
-        near = self._near(block, touching)
+        near = self._uncertain_frames(block, touching)
         uncertain = near | touching
         # What no noise reaches all copies say alike.
         in_contact = np.ones((int(uncertain.sum()), drawn.copies), dtype=np.bool_)
@@ -229,7 +229,7 @@ class NoisyPair:
             self.queried += int(near.sum())
         self._blocks.append((np.flatnonzero(uncertain) + start, np.packbits(in_contact, axis=1)))
 
-    def _near(self, block: Motion, touching: BoolArray) -> BoolArray:
+    def _uncertain_frames(self, block: Motion, touching: BoolArray) -> BoolArray:
         """Frames (T,) in which noise may change the answer: surfaces meet, or are nearer than it reaches."""
         if self._offset is None:
             return np.zeros_like(touching)
@@ -246,8 +246,8 @@ class NoisyPair:
         return frames, in_contact
 
     def span(self, first: int, last: int) -> NoisySpan:
-        """Return the fraction of the copies that have a contact anywhere in a segment of frames."""
-        frames, in_contact = self.answer
-        rows = slice(*np.searchsorted(frames, [first, last + 1]))
+        """Return the fraction of the copies that have a contact anywhere in a segment of frame_numbers."""
+        frame_numbers, in_contact = self.answer
+        rows = slice(*np.searchsorted(frame_numbers, [first, last + 1]))
         spans = np.bitwise_count(np.bitwise_or.reduce(in_contact[rows], axis=0)).sum()
         return NoisySpan(self.column, first, last, float(spans / self._copies))

@@ -36,7 +36,7 @@ def spread_frames(first: int, last: int, most: int) -> IntArray:
     return np.unique(np.round(np.linspace(first, last, most)).astype(np.int64))
 
 
-def grouped(items: Iterable[Item], size: Callable[[Item], int], most: int) -> Iterator[list[Item]]:
+def grouped_by_size(items: Iterable[Item], size: Callable[[Item], int], most: int) -> Iterator[list[Item]]:
     """Yield the items in order, in groups of at most ``most`` in size; a larger item is a group by itself."""
     group: list[Item] = []
     used = 0

@@ -17,7 +17,7 @@ from replay.auditing.outcome import Outcome
 from replay.auditing.tolerance import Reference
 from replay.auditing.wilson import Proportion, proportion_of_clusters
 from replay.detection.detector_spec import DetectorSpec
-from replay.detection.progress import Advance, ignored
+from replay.detection.progress import Advance, ignore_progress
 from replay.detection.release_band import ReleaseBand
 from replay.detection.run_detector import MOST_FRAMES_IN_MEMORY, detect_all, make_detector, release_band, warm_frames
 from replay.prepare.assembly import Assembly
@@ -141,7 +141,13 @@ def at_offset(spec: DetectorSpec, offsets: OffsetCounts) -> DetectorSpec:
 
 
 def counts_over_offsets(
-    spec: DetectorSpec, assembly: Assembly, reference: Reference, seed: int, *, live: bool, advance: Advance = ignored
+    spec: DetectorSpec,
+    assembly: Assembly,
+    reference: Reference,
+    seed: int,
+    *,
+    live: bool,
+    advance: Advance = ignore_progress,
 ) -> OffsetCounts:
     """The counts at all offsets of a detector with a rate, and those of the same detector without one.
 
@@ -189,7 +195,7 @@ def offset_counts(
     rate_hz: float,
     at_every_frame: Detection,
     reference: Reference,
-    advance: Advance = ignored,
+    advance: Advance = ignore_progress,
     band: ReleaseBand | None = None,
 ) -> OffsetCounts:
     """Count contacts at each offset of a rate; the answer of a sample, taken from ``at_every_frame``, lasts

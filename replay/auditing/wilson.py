@@ -93,7 +93,7 @@ def proportion_of_clusters(counts: ArrayLike, wholes: ArrayLike) -> Proportion:
     return proportion(count, of, int((counts_and_wholes[1] > 0).sum()), (squared, crossed, whole))
 
 
-def pooled(proportions: Sequence[Proportion]) -> Proportion:
+def pooled_proportion(proportions: Sequence[Proportion]) -> Proportion:
     """Return the proportion of several sessions together, from the counts of each."""
     count = sum(session.count for session in proportions)
     of = sum(session.of for session in proportions)

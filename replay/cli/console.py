@@ -9,7 +9,7 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import IO, TYPE_CHECKING, Any, Final
 
 from replay import words
-from replay.detection.progress import Advance, ignored
+from replay.detection.progress import Advance, ignore_progress
 from replay.words import number, safe_text
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ class People:
         """Sentences, each on a line, at once."""
         if not self.quiet:
             for sentence in sentences:
-                print(_folded(safe_text(sentence), sys.stderr), file=sys.stderr, flush=True)
+                print(_folded_sentence(safe_text(sentence), sys.stderr), file=sys.stderr, flush=True)
 
     def detail(self, sentence: str) -> None:
         """One sentence for those who asked for more."""
@@ -67,7 +67,7 @@ class TerminalProgress:
         """Report a piece of work of ``total`` units while it lasts."""
         del unit
         if self._quiet:
-            return nullcontext(ignored)
+            return nullcontext(ignore_progress)
         return _bar(name, total) if sys.stderr.isatty() else self._lines(name, total)
 
     @contextmanager
@@ -91,10 +91,10 @@ class TerminalProgress:
 def pace(fraction: float, seconds: float) -> str:
     """Progress of a stage with its time: ``43 %  12 s left``, ``100 %  14 s``."""
     if fraction >= 1.0:
-        return f"100 %  {words.fixed(seconds, 0)} s"
+        return f"100 %  {words.decimal(seconds, 0)} s"
     if fraction <= 0.0:
-        return f"{words.fixed(seconds, 0)} s so far"
-    return f"{words.fixed(100 * fraction, 0):>3} %  {words.fixed(seconds * (1.0 - fraction) / fraction, 0)} s left"
+        return f"{words.decimal(seconds, 0)} s so far"
+    return f"{words.decimal(100 * fraction, 0):>3} %  {words.decimal(seconds * (1.0 - fraction) / fraction, 0)} s left"
 
 
 @contextmanager
@@ -118,7 +118,7 @@ def _bar(name: str, total: int | None) -> Iterator[Advance]:
         bars.live.transient = (bars.tasks[0].elapsed or 0.0) < LONG
 
 
-def counting(people: People, total: int) -> Callable[[str, str], None]:
+def progress_counter(people: People, total: int) -> Callable[[str, str], None]:
     """Tells each finished piece with how many there are, how long the rest may take and how many a minute are done."""
     count, worked, begun = 0, 0, time.monotonic()
 
@@ -126,13 +126,13 @@ def counting(people: People, total: int) -> Callable[[str, str], None]:
         nonlocal count, worked
         count, worked = count + 1, worked + (outcome != "kept")
         each = (time.monotonic() - begun) / max(worked, 1)
-        rest = f", about {words.fixed(each * (total - count), 0)} s left at {number(60 / each)} a minute"
+        rest = f", about {words.decimal(each * (total - count), 0)} s left at {number(60 / each)} a minute"
         people.say(f"{count:>4} of {total}  {name}: {outcome}{rest if worked and count < total else ''}")
 
     return tell
 
 
-def _folded(text: str, stream: "IO[str]") -> str:
+def _folded_sentence(text: str, stream: "IO[str]") -> str:
     """A sentence for a terminal, no word of it cut; elsewhere as it is, unless ``COLUMNS`` asks."""
     if not (stream.isatty() or "COLUMNS" in os.environ):
         return text
@@ -159,7 +159,7 @@ def show(made: "RenderableType | list[str]") -> None:
     """
     if isinstance(made, str | list):
         for line in [made] if isinstance(made, str) else made:
-            print(_folded(safe_text(line), sys.stdout))
+            print(_folded_sentence(safe_text(line), sys.stdout))
     elif sys.stdout.isatty():
         stdout_console().print(made, crop=False)
     else:

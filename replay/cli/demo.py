@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from replay import words
-from replay.cli.console import DATA_LOSS, OK, People, TerminalProgress, counting, show
+from replay.cli.console import DATA_LOSS, OK, People, TerminalProgress, progress_counter, show
 from replay.cli.options import ANY_PATH, FIX_SECONDS, fix_time, force, jobs, reporting, require_free
 from sessions.temporary_folders import temporary_folder
 
@@ -86,7 +86,7 @@ def command(
     seconds = FIX_SECONDS if fix_time is None else fix_time
     result = _demo(folder, force or out is None, people, fix_time=seconds, **made)
     seconds = result.document.session.duration
-    people.say(f"Made up a {words.fixed(seconds, 0)} s session: {folder / SESSION}")
+    people.say(f"Made up a {words.decimal(seconds, 0)} s session: {folder / SESSION}")
     return report_run(result, people, as_json=as_json, recording=folder / SESSION)
 
 
@@ -137,11 +137,13 @@ def _demo_class(out: Path, students: int, *, brief: bool, seed: int, jobs: int, 
 
     require_extra()
     people.say(f"making up {students} students and recording their sessions ...")
-    failed = make_class(out, students=students, seed=seed, brief=brief, jobs=jobs, on_done=counting(people, students))
+    failed = make_class(
+        out, students=students, seed=seed, brief=brief, jobs=jobs, on_done=progress_counter(people, students)
+    )
     files = sorted((out / SESSIONS).glob("*.mcap"))
     people.say(f"replaying {len(files)} sessions ...")
     settings = {"seed": 0, "picture": False}  # the usual detectors, as the demo asks
-    batch = run_batch(files, out / "runs", jobs=jobs, settings=settings, on_done=counting(people, len(files)))
+    batch = run_batch(files, out / "runs", jobs=jobs, settings=settings, on_done=progress_counter(people, len(files)))
     note = f"This class is made up; {BRIEF_EFFECT if brief else NO_EFFECT}."
     request = PageRequest(out / "runs", questionnaire=out / ANSWERS, codebook=out / CODEBOOK, seed=seed)
     write_page(request, out / "study", people=people, heading=Heading("A made-up class", note), force=True)

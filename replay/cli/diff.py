@@ -68,7 +68,7 @@ def _labels(pairs: tuple[str, ...]) -> list[tuple[str, str]]:
 def _report(difference: "RunDiff", run_a: Path, run_b: Path) -> "Iterator[Table | RenderableType]":
     from replay.cli.terminal import line
     from replay.document.tables import STRONG
-    from replay.studies.diff.diff_words import changes, diff_table, settings_lines
+    from replay.studies.diff.diff_words import change_lines, diff_table, settings_lines
 
     yield line(difference.answer, STRONG)
     yield line(f"before: {run_a}; after: {run_b}")
@@ -78,7 +78,7 @@ def _report(difference: "RunDiff", run_a: Path, run_b: Path) -> "Iterator[Table 
             yield line(f"only in {side}: {', '.join(labels)}")
     yield diff_table(difference)
     for label, detector in difference.detectors.items():
-        listed = [*changes(detector)]
+        listed = [*change_lines(detector)]
         yield from (line(f"{label}: {text}") for text in listed[:MOST_ROWS])
         if len(listed) > MOST_ROWS:
             yield line(f"{label}: … and {len(listed) - MOST_ROWS} more with --format json")

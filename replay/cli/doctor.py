@@ -53,14 +53,14 @@ def command(
         return _look(files, people, as_json=as_json, answers=answers, forgets=forget_answers, mapping=mapping)
     from replay.cli.terminal import terminal
     from replay.effects.effect_plan import plan_faults
-    from replay.running.remote_files import fetched
+    from replay.running.remote_files import local_copy
     from replay.words import plural
     from sessions import examine
     from sessions.doctor.finding import in_order
 
     findings_of_file = {}
     for file in files:
-        with fetched(file) as here:
+        with local_copy(file) as here:
             findings_of_file[file] = in_order(
                 [*examine(here, scene=scene, planned=plan_faults), *_inside_findings(here)]
             )

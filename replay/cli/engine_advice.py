@@ -22,17 +22,17 @@ def advise_engine(session: Path, engine: str, people: People, *, as_json: bool, 
     if not any(cache_folder().glob("cut-*")):
         people.say("cutting meshes into convex pieces, once per machine: about ten seconds each ...")
     advice = advise(session, engine=engine, progress=TerminalProgress(people), **options)
-    undecided = [text.replace(RECORDING, quote(str(session))) for text in open_questions(advice.result.document)]
+    questions = [text.replace(RECORDING, quote(str(session))) for text in open_questions(advice.result.document)]
     plain = {
         "engine": advice.engine.name,
         "version": advice.engine.version,
         "pages": dict(advice.engine.pages),
         "rows": list(advice.rows),
         "advice": list(advice.sentences),
-        "open_questions": undecided,
+        "open_questions": questions,
     }
     table = engine_table(advice.engine, advice.rows, advice.result, settings=people.verbose)
-    sentences = map(line, [*advice.sentences, *undecided])
+    sentences = map(line, [*advice.sentences, *questions])
     answer_cited(as_json, plain, lambda: terminal(table, Text(), *sentences), sources_of(advice.result, people))
     code = close_run(advice.result, people)
     if advice.result.out is not None:

@@ -11,7 +11,7 @@ from replay.cli.console import FAILURE, OK, People, TerminalProgress, answer, sh
 from replay.cli.options import ANY_PATH, SESSION_FILE, SHARE, Number, force, reporting, scene, tau
 
 if TYPE_CHECKING:
-    from replay.running.collider_files import FixedColliders
+    from replay.running.collider_files import ColliderFix
 
 ENGINE_HELP = "Write files for unity, unreal, godot or mujoco."
 OUT_HELP = "Folder for page and files.  [default: fix-ENGINE, or fix-page]"
@@ -73,7 +73,7 @@ def command(
     limits = Limits(false=max_false, missed=max_missed, pieces=max_pieces)
     try:
         with compiling_announced(people):
-            fixed = fix_colliders(
+            fix = fix_colliders(
                 session,
                 folder,
                 engine=engine,
@@ -85,51 +85,49 @@ def command(
     except KeyboardInterrupt:
         people.say("the pieces that are cut are kept: the same command goes on from them")
         raise
-    answer(as_json, fixed.as_json() | {"limits": asdict(limits)}, lambda: _screen(fixed, people))
+    answer(as_json, fix.as_json() | {"limits": asdict(limits)}, lambda: _screen(fix, people))
     if not as_json:
-        show(_sentences(fixed, str(session)))
-    return OK if fixed.reached else FAILURE
+        show(_sentences(fix, str(session)))
+    return OK if fix.reached else FAILURE
 
 
-def _screen(fixed: "FixedColliders", people: People) -> Any:
+def _screen(fix: "ColliderFix", people: People) -> Any:
     from replay.cli.terminal import terminal
     from replay.document.cost import busy_text
     from replay.show.fix_table import before_after_table, card_table, front_table
 
-    contacts = fixed.result.ranking[-1].contacts if fixed.result.ranking else 0
-    busy = busy_text(fixed.result.document)
-    cards = card_table(fixed.bodies)
-    both = before_after_table(fixed.before, fixed.after, contacts=contacts, step_hz=fixed.step_hz, busy=busy)
+    contacts = fix.result.ranking[-1].contacts if fix.result.ranking else 0
+    busy = busy_text(fix.result.document)
+    cards = card_table(fix.bodies)
+    both = before_after_table(fix.before, fix.after, contacts=contacts, step_hz=fix.step_hz, busy=busy)
     if people.verbose:
-        return terminal(cards, front_table(fixed.front), both)
+        return terminal(cards, front_table(fix.front), both)
     return terminal(cards.narrow(), both.narrow())
 
 
-def _sentences(fixed: "FixedColliders", session: str) -> list[str]:
+def _sentences(fix: "ColliderFix", session: str) -> list[str]:
     """Sentences about errors reached, uncut bodies, steps in the engine, and the command to measure again."""
     from replay.document.headline import open_questions
     from replay.document.placeholders import RECORDING
     from replay.show.fix_page.page import cure_sentences
 
-    lines = [text.replace(RECORDING, quote(session)) for text in open_questions(fixed.result.document)]
-    lines.append(cure_sentences(fixed.result, fixed.before, fixed.after))
-    lines += fixed.remarks
-    assert fixed.folder is not None
-    again = f'replay run {quote(str(fixed.folder / "session.mcap"))} --detectors "{fixed.setting}"'
-    page = ["Before and after:", f"  {fixed.folder / 'report.html'}"]
-    if not fixed.engine:
+    lines = [text.replace(RECORDING, quote(session)) for text in open_questions(fix.result.document)]
+    lines.append(cure_sentences(fix.result, fix.before, fix.after))
+    lines += fix.remarks
+    assert fix.folder is not None
+    again = f'replay run {quote(str(fix.folder / "session.mcap"))} --detectors "{fix.setting}"'
+    page = ["Before and after:", f"  {fix.folder / 'report.html'}"]
+    if not fix.engine:
         write = ["To write them for your engine:", f"  replay fix {quote(session)} --engine unity"]
         return ["", *lines, *page, "Count it again:", f"  {again}", *write]
-    wrote = (
-        f"Wrote {fixed.folder} for {fixed.engine}: a GLB a body, README.txt, colliders.json, session.mcap, report.html."
-    )
-    return ["", *lines, wrote, *fixed.steps, *steps_about_axes(fixed), *page, "Count it again:", f"  {again}"]
+    wrote = f"Wrote {fix.folder} for {fix.engine}: a GLB a body, README.txt, colliders.json, session.mcap, report.html."
+    return ["", *lines, wrote, *fix.steps, *steps_about_axes(fix), *page, "Count it again:", f"  {again}"]
 
 
-def steps_about_axes(fixed: "FixedColliders") -> list[str]:
+def steps_about_axes(fix: "ColliderFix") -> list[str]:
     """Returns a sentence where the files suit a mesh that was imported as glTF, and no other."""
     from sessions.meshes.mesh_axes import GLTF
 
-    if fixed.engine in ("Unity", "Unreal Engine") and fixed.axes == GLTF:
-        return [f"The poses are not in axes of {fixed.engine}: pieces fit a mesh imported there as glTF."]
+    if fix.engine in ("Unity", "Unreal Engine") and fix.axes == GLTF:
+        return [f"The poses are not in axes of {fix.engine}: pieces fit a mesh imported there as glTF."]
     return []

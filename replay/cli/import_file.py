@@ -75,7 +75,7 @@ def command(
     if kind == "contacts":
         imported, notes = _contacts(source, session, given["scene"], offset)
     else:
-        imported = _imported(kind, source, out, **given)
+        imported = _import_recording(kind, source, out, **given)
         notes = [*_notes(imported)]
     if imported.live_contacts:
         if kind != "contacts":
@@ -138,7 +138,7 @@ def _large_losses(imported: "Session", people: People) -> bool:
     return bool(losses)
 
 
-def _imported(
+def _import_recording(
     kind: str,
     source: Path,
     out: Path,
@@ -162,7 +162,7 @@ def _imported(
 
         given |= {"scene": read_scene(scene), "scene_folder": scene.parent}
     more = [f"--mesh {quote(text)}" for text in named] + ([f"--meshes {quote(str(meshes))}"] if meshes else [])
-    with _drafted(source, out, more):
+    with _drafting_a_mapping(source, out, more):
         try:
             imported = import_session(kind, source, **given)
         except UnknownColumnsError as error:
@@ -205,7 +205,7 @@ def _adds_to_recording(scene: Path) -> bool:
 
 
 @contextmanager
-def _drafted(source: Path, out: Path, more: Sequence[str]) -> Iterator[None]:
+def _drafting_a_mapping(source: Path, out: Path, more: Sequence[str]) -> Iterator[None]:
     """Beside a CSV that nobody has described a draft of its mapping is written; the error says how to go on.
 
     ``more``: further options of the command.

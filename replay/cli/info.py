@@ -25,10 +25,10 @@ def command(session: Path, scene: Path | None, as_json: bool, people: People) ->
     """Say what FILE.mcap, here or at a URL, holds: bodies with rates and gaps, duration, tasks, stages, events."""
     from replay.cli.terminal import terminal
     from replay.prepare.session_info import session_info
-    from replay.running.remote_files import fetched
+    from replay.running.remote_files import local_copy
     from sessions import read_session
 
-    with fetched(session) as file:
+    with local_copy(session) as file:
         info = session_info(read_session(file, scene=scene))
     answer(as_json, info, lambda: terminal(*_report(info, session, people.verbose)))
     return 0
@@ -41,9 +41,9 @@ def _report(info: dict[str, Any], file: Path, verbose: bool) -> "Iterator[Table 
     scene = f"  ({info['scene']})" if info["scene"] else ""
     yield plain(file.name + scene, "bold")
     gaps = plural(clock["gaps"], "gap") + (
-        f" (longest {words.fixed(1e3 * clock['longest_gap'], 0)} ms)" if clock["gaps"] else ""
+        f" (longest {words.decimal(1e3 * clock['longest_gap'], 0)} ms)" if clock["gaps"] else ""
     )
-    frames = f"{clock['count']:,} frames at {words.fixed(clock['rate_hz'], 1)} Hz"
+    frames = f"{clock['count']:,} frames at {words.decimal(clock['rate_hz'], 1)} Hz"
     yield f"{_clock_time(clock['duration'])}, {frames}, {gaps}"
     if clock["not_forward"]:
         yield f"{clock['not_forward']:,} stamps do not go forward; a run leaves those frames out"
@@ -56,7 +56,7 @@ def _report(info: dict[str, Any], file: Path, verbose: bool) -> "Iterator[Table 
     if info["events"]:
         yield "events: " + ", ".join(f"{name} {count}" for name, count in info["events"].items())
     if info["ledger"]:
-        yield from (plain(line, "dim") for line in _imported(info["ledger"]))
+        yield from (plain(line, "dim") for line in _import_account_lines(info["ledger"]))
     listed = (f"{key}: {value}" for key, value in info["facts"].items() if verbose or key in SHORT_FACTS)
     yield from (plain(text, "dim") for text in listed)
     if info["assumptions"]:
@@ -64,7 +64,7 @@ def _report(info: dict[str, Any], file: Path, verbose: bool) -> "Iterator[Table 
         yield table("Assumptions of the import", ("about", "taken for, and its source"), rows, words=2)
 
 
-def _imported(accounts: list[dict[str, Any]]) -> Iterator[str]:
+def _import_account_lines(accounts: list[dict[str, Any]]) -> Iterator[str]:
     """Yields the counts that the import read and kept, and a line for everything dropped or merged."""
     ledger = Ledger("", [Entry(**account) for account in accounts])
     kinds = dict.fromkeys(entry.kind for entry in ledger if entry.read)
@@ -92,7 +92,7 @@ def _streams(info: dict[str, Any]) -> Iterator[str]:
 
 def _samples(clock: dict[str, Any]) -> str:
     return (
-        f"{plural(clock['count'], 'sample')} at {words.fixed(clock['rate_hz'], 1)} Hz, {plural(clock['gaps'], 'gap')}"
+        f"{plural(clock['count'], 'sample')} at {words.decimal(clock['rate_hz'], 1)} Hz, {plural(clock['gaps'], 'gap')}"
     )
 
 
@@ -106,7 +106,7 @@ def _bodies(bodies: list[dict[str, Any]]) -> Table:
         moving: tuple[Cell, ...] = ("fixed", "", "")
         if not body["fixed"]:
             sampled = sum(count for word, count in counts.items() if word != "absent")
-            moving = (sampled, f"{words.fixed(body['rate_hz'], 1)} Hz", body["gaps"])
+            moving = (sampled, f"{words.decimal(body['rate_hz'], 1)} Hz", body["gaps"])
         name = body["name"] + (" (proxy)" if body["proxy"] else "")
         lost = (counts.get(word, 0) for word in ("lost", "held", "interpolated"))
         rows.append((name, body["faces"] or "no mesh", *moving, *lost))
@@ -115,7 +115,7 @@ def _bodies(bodies: list[dict[str, Any]]) -> Table:
 
 def _clock_time(seconds: float) -> str:
     if seconds < 120:
-        return f"{words.fixed(seconds, 1)} s"
+        return f"{words.decimal(seconds, 1)} s"
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours} h {minutes} min" if hours else f"{minutes} min {rest} s"

@@ -15,7 +15,7 @@ from replay.cli.console import DATA_LOSS, OK, People, TerminalProgress, answer
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
-    from replay.advice.assumptions import Examined, Question
+    from replay.advice.assumptions import AssumptionReview, Question
     from sessions import Session
     from sessions.model.assumption import Assumption
 
@@ -104,7 +104,7 @@ def look_at(
     answer(as_json, _as_json(examined, pictures, given), lambda: _screen(examined, pictures, path))
     chosen = dict(given)
     if is_terminal if asks is None else asks:
-        chosen |= _asked(examined.questions, given)
+        chosen |= _answers_of_a_person(examined.questions, given)
     if mapping is not None and chosen:
         session = _kept_in_mapping(session, path, mapping, examined.questions, chosen, people)
     _keep(session, path, examined.questions, chosen, people)
@@ -158,7 +158,7 @@ def _renew_pictures(path: Path, people: People) -> None:
         people.say(f"note: the pictures in {folder} show the recording before the answers ({error})")
 
 
-def _write_pictures(examined: "Examined", folder: Path, people: People) -> list[Path]:
+def _write_pictures(examined: "AssumptionReview", folder: Path, people: People) -> list[Path]:
     """The pictures of three moments, and the recording for Rerun where that can be written."""
     from replay.show.rerun_log.scene_look import write_scene_recording
     from replay.show.scene_look import moments_to_show, write_scene_pictures
@@ -186,7 +186,7 @@ def _check_answers(questions: Sequence["Question"], given: Answers) -> None:
             raise click.BadParameter(f"question {number + 1} has the answers {allowed}", param_hint="--answer")
 
 
-def _as_json(examined: "Examined", pictures: Sequence[Path], given: Answers) -> dict[str, Any]:
+def _as_json(examined: "AssumptionReview", pictures: Sequence[Path], given: Answers) -> dict[str, Any]:
     questions = [
         {
             "question": question.assumption.title,
@@ -211,7 +211,7 @@ def _as_json(examined: "Examined", pictures: Sequence[Path], given: Answers) -> 
     return {"pictures": [str(path) for path in pictures], "asked": frames, "questions": questions}
 
 
-def _screen(examined: "Examined", pictures: Sequence[Path], path: Path) -> "RenderableType":
+def _screen(examined: "AssumptionReview", pictures: Sequence[Path], path: Path) -> "RenderableType":
     """The pictures, what the recording shows as it is, and each question with its alternatives."""
     from rich.text import Text
 
@@ -245,7 +245,7 @@ def _capital(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def _asked(questions: Sequence["Question"], given: Answers) -> dict[int, int]:
+def _answers_of_a_person(questions: Sequence["Question"], given: Answers) -> dict[int, int]:
     """Reads the answers of a person on the terminal; Enter leaves a question open."""
     chosen = {}
     for number, question in enumerate(questions):
@@ -267,14 +267,14 @@ def _asked(questions: Sequence["Question"], given: Answers) -> dict[int, int]:
 def _keep(session: "Session", path: Path, questions: Sequence["Question"], chosen: Answers, people: People) -> None:
     """Write the answers into the recording, and say how to undo them and how to give them to the next import."""
     from sessions import write_session
-    from sessions.scene_files.answers import OPTIONS, answered
+    from sessions.scene_files.answers import OPTIONS, with_answer
 
     if not chosen:
         return
     changed = session
     for number, alternative in chosen.items():
         value = questions[number].alternatives[alternative].value
-        changed = answered(changed, questions[number].assumption, value)
+        changed = with_answer(changed, questions[number].assumption, value)
         option = OPTIONS.get(questions[number].assumption.subject, "")
         if option.startswith("--"):
             people.say(f"To answer it when you import again: {option} {value!r}".replace("'", '"'))

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from replay.advice.open_guesses import open_guesses_line
-from replay.cli.console import DATA_LOSS, OK, People, counting, print_json, show
+from replay.cli.console import DATA_LOSS, OK, People, print_json, progress_counter, show
 from replay.cli.run_report import lost_poses
 from replay.document.audit import DetectorAudit
 from replay.document.coding import plain_of
@@ -33,13 +33,13 @@ def run_many(
     *,
     as_json: bool,
     as_markdown: bool,
-    tables: str,
+    table_format: str,
     settings: Mapping[str, Any],
     **how: Any,
 ) -> int:
     """Run sessions as ``run_batch`` does, ``how`` it is asked; print figures over all of them; the exit code.
 
-    ``tables`` is the form of the tables over all sessions, in the folder ``out``.
+    ``table_format`` is the form of the tables over all sessions, in the folder ``out``.
 
     Without ``out`` the run folders are made where nobody looks, and are gone afterwards.
     """
@@ -57,10 +57,10 @@ def run_many(
         if folder is None:
             folder = kept.enter_context(temporary_folder())
             settings = {**settings, "picture": False}
-        done = counting(people, len(files))
+        done = progress_counter(people, len(files))
         batch = run_batch(files, folder, settings=settings, on_done=done, on_died=died, **how)
-        if tables != PARQUET and batch.runs:
-            people.say(*write_tables(read(folder), folder, tables))
+        if table_format != PARQUET and batch.runs:
+            people.say(*write_tables(read(folder), folder, table_format))
     broken = limits.broken(batch.audit, [(name, run.times) for name, run in batch.runs.items()])
     lost = bool(batch.failed) or any(run.dropped_frames or lost_poses(run.flagged) for run in batch.runs.values())
     sessions = [session_table(batch)] if batch.runs else []

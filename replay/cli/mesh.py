@@ -31,14 +31,14 @@ def repair(source: Path, out: Path, body: str | None, force: bool, as_json: bool
     replay mesh repair session.mcap --body beaker -o beaker.glb
     """
     from replay.errors import OutputError
-    from sessions.doctor.meshes import mesh_findings, repaired
+    from sessions.doctor.meshes import mesh_findings, repaired_mesh
     from sessions.meshes.glb import mesh_to_glb
     from sessions.whole_files import whole_file
 
     if source.suffix.lower() == ".mcap" and body is None:
         raise click.UsageError("say whose mesh it is in the recording with --body NAME")
     require_free(out, force=force)
-    mended, done = repaired(_mesh(source, body))
+    mended, done = repaired_mesh(_mesh(source, body))
     left = [finding.message for finding in mesh_findings(out.stem, mended)]
     with whole_file(out, OutputError, overwrite=force, parents=True) as file:
         file.write(mesh_to_glb(mended, body or out.stem))

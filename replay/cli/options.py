@@ -50,9 +50,9 @@ class FilePath(click.Path):
         except UnicodeEncodeError:
             self.fail(f"{value!r} is not UTF-8; name another", param, ctx)
         if self.url and "://" in str(value):
-            from replay.running.remote_files import located
+            from replay.running.remote_files import path_of_place
 
-            return located(value)
+            return path_of_place(value)
         if not self.exists:
             return super().convert(value, param, ctx)
         if path.is_dir() and not self.dir_okay:
@@ -145,7 +145,7 @@ def common(command: Callable[..., int]) -> Callable[..., int]:
 MARKDOWN = "markdown"
 
 
-def answering(*formats: str) -> OptionDecorator:
+def format_options(*formats: str) -> OptionDecorator:
     """``--format`` and what ``common`` gives: the verb gets ``as_json`` too, and ``as_markdown`` if it can write it."""
 
     def applied(command: Callable[..., int]) -> Callable[..., int]:
@@ -162,7 +162,7 @@ def answering(*formats: str) -> OptionDecorator:
     return applied
 
 
-reporting = answering("text", "json")
+reporting = format_options("text", "json")
 
 
 def require_free(*files: Path, force: bool) -> None:

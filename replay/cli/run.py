@@ -14,8 +14,8 @@ from replay.cli.options import (
     SHARE,
     Length,
     Number,
-    answering,
     fix_time,
+    format_options,
     jobs,
     lineup,
     replaying,
@@ -32,7 +32,7 @@ DEPTH_HELP = "Exit 4 when bodies are deeper in each other in a miss: 2mm."
 LATE_HELP = "Exit 4 when the slowest 1 % of the samples take longer."
 
 
-def _renamed(_: click.Context, __: click.Parameter, value: str | None) -> None:
+def _refuse_old_name(_: click.Context, __: click.Parameter, value: str | None) -> None:
     """Refuse the old name of an option with the new one."""
     if value is not None:
         raise click.UsageError("--max-invented is called --max-false now")
@@ -49,12 +49,12 @@ def _renamed(_: click.Context, __: click.Parameter, value: str | None) -> None:
 @click.option("--max-missed", type=SHARE, metavar="SHARE", help=MISSED_HELP)
 @click.option("--max-false", type=SHARE, metavar="SHARE", help=FALSE_HELP)
 @click.option("--max-missed-depth", type=Length(), metavar="LENGTH", help=DEPTH_HELP)
-@click.option("--max-invented", hidden=True, expose_value=False, callback=_renamed)
+@click.option("--max-invented", hidden=True, expose_value=False, callback=_refuse_old_name)
 @click.option("--max-p99-ms", type=Number(min=0), metavar="MS", help=LATE_HELP)
 @fix_time
 @tables("parquet")
 @replaying
-@answering("text", "json", MARKDOWN)
+@format_options("text", "json", MARKDOWN)
 def command(
     sessions: tuple[Path, ...],
     out: Path | None,
@@ -104,7 +104,7 @@ def command(
             raise click.UsageError("--scheduler needs --out, a folder that all its workers reach")
         from replay.cli.many_sessions import run_many
 
-        output = {"as_json": as_json, "as_markdown": as_markdown, "tables": form}
+        output = {"as_json": as_json, "as_markdown": as_markdown, "table_format": form}
         return run_many(files, out, people, limits, settings=options | {"picture": picture}, **output, **how)
     import replay
     from replay.cli.run_report import close_run, report_run

@@ -18,7 +18,7 @@ from replay.document.tables import FAINT, GOOD, IN_RED, IN_YELLOW, Table
 from replay.effects.effect_summary import event_lines
 from replay.show import run_tables as built
 from replay.show.sections import SectionName, section_of
-from replay.words import tallied
+from replay.words import tally_text
 
 EVENT_ROWS: Final = 20
 
@@ -78,7 +78,7 @@ def effect_parts(result: RunResult) -> list[Table | RenderableType]:
         table = built.effect_table(result).narrow()
         return [table, Text(), *(line(text) for text in event_lines(result.effects, EVENT_ROWS))]
     kinds = [
-        f"{kind} ({tallied(effect.events)})"
+        f"{kind} ({tally_text(effect.events)})"
         for kind, effect in result.document.effects.items()
         if kind != "contact" and effect.events
     ]

@@ -32,20 +32,20 @@ def new(session: Path, out: Path | None, meshes: Path | None, force: bool, as_js
     replay run session.mcap --scene bench.toml --out runs/bench
     """
     from replay.errors import OutputError
-    from replay.prepare.scene_draft import draft_text, drafted
+    from replay.prepare.scene_draft import draft_scene, draft_text
     from replay.words import plural
     from sessions import read_session
-    from sessions.meshes.mesh_match import matched
+    from sessions.meshes.mesh_match import match_meshes
     from sessions.scene_files.scene_meshes import with_meshes
     from sessions.whole_files import whole_file
 
     target = out or session.with_suffix(".toml")
     require_free(target, force=force)
     session_read = read_session(session)
-    matches, messages = ({}, []) if meshes is None else matched(meshes, session_read.names)
+    matches, messages = ({}, []) if meshes is None else match_meshes(meshes, session_read.names)
     session_read = with_meshes(session_read, {name: match.mesh for name, match in matches.items()}, [])
-    files = {name: (_beside(match.file, target), match.node, match.scale) for name, match in matches.items()}
-    draft = drafted(session_read)
+    files = {name: (_relative_path(match.file, target), match.node, match.scale) for name, match in matches.items()}
+    draft = draft_scene(session_read)
     heading = f"A first scene of {session.name}, to edit; `replay scene check` names what is wrong with it."
     with whole_file(target, OutputError, overwrite=force, parents=True) as file:
         file.write(draft_text(session_read, draft, files, " ".join(heading.split())).encode())
@@ -59,7 +59,7 @@ def new(session: Path, out: Path | None, meshes: Path | None, force: bool, as_js
     return OK
 
 
-def _beside(file: Path, scene: Path) -> str:
+def _relative_path(file: Path, scene: Path) -> str:
     """How a scene names a file: from where it lies itself, where both lie on one drive."""
     try:
         return Path(os.path.relpath(file.resolve(), scene.resolve().parent)).as_posix()
@@ -84,7 +84,7 @@ def check(scene: Path, as_json: bool, people: People) -> int:
     from replay.effects.effect_summary import plan_summary
     from replay.words import plural
 
-    declared, faults = _checked(scene)
+    declared, faults = _checked_scene(scene)
     if faults:
         answer(as_json, {"file": str(scene), "faults": faults}, lambda: faults)
         return FAILURE
@@ -114,7 +114,7 @@ def effects(kind: str | None, as_json: bool, people: People) -> int:
     return OK
 
 
-def _checked(file: Path) -> tuple[Scene, list[str]]:
+def _checked_scene(file: Path) -> tuple[Scene, list[str]]:
     """The scene of a file, or the one that a session carries, and its faults; a session with any is refused."""
     from replay.effects.effect_plan import plan_faults
     from sessions.errors import SceneError
@@ -153,8 +153,8 @@ def plan_lines(name: str, planned: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _reason(why: list[str]) -> str:
-    """``contact needs it, and grasp``: sentences as they are, kinds as those that need the item."""
-    kinds, sentences = [reason for reason in why if " " not in reason], [reason for reason in why if " " in reason]
-    if kinds:
-        sentences.append(f"{' and '.join(kinds)} {'needs' if len(kinds) == 1 else 'need'} it")
+    """``contact needs it, and grasp``: sentences as they are, effects as those that need the item."""
+    effects, sentences = [reason for reason in why if " " not in reason], [reason for reason in why if " " in reason]
+    if effects:
+        sentences.append(f"{' and '.join(effects)} {'needs' if len(effects) == 1 else 'need'} it")
     return ", ".join(sentences)

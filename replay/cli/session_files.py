@@ -11,16 +11,16 @@ LIST = ".txt"
 
 def session_files(given: Iterable[Path]) -> list[Path]:
     """The files given, those in folders given, and those that lists name; one without any is a wrong use."""
-    from replay.running.remote_files import reaching
+    from replay.running.remote_files import store_errors
 
     files: list[Path] = []
     for path in given:
-        with reaching(path):
+        with store_errors(path):
             in_folder = sorted(path.glob("*.mcap")) if path.is_dir() else None
         if in_folder is not None:
             matching, what = in_folder, "session files (*.mcap)"
         elif path.suffix == LIST:
-            matching, what = listed(path), "line with a session file"
+            matching, what = sessions_of_list(path), "line with a session file"
         else:
             matching, what = [path], ""
         if not matching:
@@ -34,20 +34,22 @@ def several(given: Iterable[Path]) -> bool:
     return any(path.is_dir() or path.suffix == LIST for path in given)
 
 
-def listed(path: Path) -> list[Path]:
+def sessions_of_list(path: Path) -> list[Path]:
     """The sessions that a text file names, one a line: paths from its folder on, or URLs; ``#`` begins a remark.
 
     Raises ``click.UsageError``: a line names no file, and it says which line.
     """
-    from replay.running.remote_files import is_remote, located, reaching
+    from replay.running.remote_files import is_remote, path_of_place, store_errors
 
     try:
-        with reaching(path):
+        with store_errors(path):
             lines = path.read_text("utf-8").splitlines()
     except UnicodeDecodeError as error:
         raise click.UsageError(f"{path} is no text in UTF-8; list session files in it, one a line") from error
     names = {number: line.partition("#")[0].strip() for number, line in enumerate(lines, 1)}
-    files = {number: located(name if "://" in name else path.parent / name) for number, name in names.items() if name}
+    files = {
+        number: path_of_place(name if "://" in name else path.parent / name) for number, name in names.items() if name
+    }
     for number, file in files.items():
         if not is_remote(file) and not file.is_file():
             raise click.UsageError(f"{path}, line {number}: {file} is no file; mend the line or begin it with #")

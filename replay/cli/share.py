@@ -31,5 +31,5 @@ def command(runs: tuple[Path, ...], out: Path, anyway: bool, force: bool, people
     if why := write_shared(runs, out, anyway=anyway, force=force):
         people.say(f"the report alone, without a picture: {why}")
     size = sum(file.stat().st_size for file in out.iterdir()) / 1e6
-    people.say(f"wrote {out}, {words.fixed(size, 0)} MB; open {out / INDEX} in a browser, or send the folder")
+    people.say(f"wrote {out}, {words.decimal(size, 0)} MB; open {out / INDEX} in a browser, or send the folder")
     return 0

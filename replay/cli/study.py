@@ -95,7 +95,7 @@ def write_page(
     require_form(tables)
     check_target(out, force=force, kind=folder.STUDY)
     sessions = read_class(request.runs, request.students)
-    study = _analysed(request, sessions, people)
+    study = _study_of_answers(request, sessions, people)
     folder.write_study(
         sessions,
         study,
@@ -115,7 +115,7 @@ def write_page(
     return OK
 
 
-def _analysed(request: PageRequest, sessions: "ClassRuns", people: People) -> "Study | None":
+def _study_of_answers(request: PageRequest, sessions: "ClassRuns", people: People) -> "Study | None":
     """The study of the answers; ``None``: there is no questionnaire."""
     from replay.studies.class_study.analysis import analyse
     from replay.studies.class_study.codebook import read_codebook

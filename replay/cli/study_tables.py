@@ -22,7 +22,10 @@ MARKS = {INCONSISTENT: WARNING, "weak": IN_BLUE, AGREES: FAINT}
 
 def study_tables(study: Study | None, runs: ClassRuns, out: Path, seed: int = 0, *, verbose: bool = False) -> Group:
     """The answer of the page in ``out`` under its headings; ``verbose``: every result and each reliability too."""
-    lines: list[RenderableType] = [Text(), Paragraph("", tables.opening(study, class_counts(runs)), STYLES[STRONG])]
+    lines: list[RenderableType] = [
+        Text(),
+        Paragraph("", tables.opening_sentence(study, class_counts(runs)), STYLES[STRONG]),
+    ]
     for row in class_answer(ClassTables(runs, seed), places(runs, out), study):
         links = "; ".join(text for text, _ in row.links)
         lines.append(Paragraph(f"  {row.name:<6}", f"{row.text} {links}." if links else row.text, STYLES[STRONG]))
@@ -44,7 +47,7 @@ def study_tables(study: Study | None, runs: ClassRuns, out: Path, seed: int = 0,
 def _results(study: Study) -> Iterator[tuple[str, str, str]]:
     """A line per coefficient and per comparison of groups: what, how much, and what that says."""
     for finding in study.findings:
-        name = f"{tables.result_name(finding)}{tables.held_constant(finding)}"
+        name = f"{tables.result_name(finding)}{tables.condition_text(finding)}"
         yield name, f"{finding.beta:+.2f}", finding.conclusion.partition(":")[0]
 
 

@@ -101,11 +101,11 @@ class Command:
             yield Text(indent + command, no_wrap=True, overflow="ignore")
             return
         lines = (indent + command).replace(" --", f" \\\n{indent}  --").split("\n")
-        pieces = [piece for line in lines for piece in _continued(line, room)]
+        pieces = [piece for line in lines for piece in _continuation_lines(line, room)]
         yield Text("\n".join(pieces), no_wrap=True, overflow="ignore")
 
 
-def _continued(line: str, room: int) -> list[str]:
+def _continuation_lines(line: str, room: int) -> list[str]:
     """Pieces of a line of a command, each at most as wide as the room where commas allow it."""
     pieces = []
     while len(line) > room:
@@ -142,7 +142,7 @@ class Fitted:
         for number, block in enumerate(self._blocks(options.max_width)):
             if number:
                 yield Text()
-            yield self._drawn(block, options.max_width)
+            yield self._rich_table(block, options.max_width)
 
     def _widths(self, k: int) -> tuple[int, int]:
         """Least and greatest width of a column: its longest word, where words may stand below each other."""
@@ -166,7 +166,7 @@ class Fitted:
             blocks[-1].append(k)
         return blocks
 
-    def _drawn(self, block: list[int], room: int) -> RichTable:
+    def _rich_table(self, block: list[int], room: int) -> RichTable:
         made = RichTable(
             box=box.SIMPLE_HEAD,
             header_style="dim",

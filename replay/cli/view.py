@@ -37,7 +37,7 @@ def command(runs: tuple[Path, ...], miss: int | None, false: int | None, by: str
 
     where = f" at miss {miss}" if miss else f" at false contact {false}" if false else ""
     with temporary_folder() as folder:
-        recordings = [run if run.is_dir() else _pictured(run, folder, people) for run in runs]
+        recordings = [run if run.is_dir() else _write_picture(run, folder, people) for run in runs]
         people.say(f"opening {' and '.join(map(str, runs))}{where}; close its window, or press Ctrl-C here, to end")
         if len(runs) > 1:
             people.say("Ctrl+Alt+Down in the viewer shows the next run")
@@ -45,7 +45,7 @@ def command(runs: tuple[Path, ...], miss: int | None, false: int | None, by: str
     return 0
 
 
-def _pictured(session: Path, folder: Path, people: People) -> Path:
+def _write_picture(session: Path, folder: Path, people: People) -> Path:
     """A run folder with the picture of a session in which no detector was asked."""
     import replay
 

@@ -122,7 +122,7 @@ def _coacd(mesh: TriangleMesh, most: int) -> Ladder | None:
     return _pieces([np.array(piece, dtype=np.float64) for piece, _ in pieces]) if pieces else None
 
 
-def _by_faces(seconds: float) -> Callable[[TriangleMesh], float]:
+def _seconds_by_faces(seconds: float) -> Callable[[TriangleMesh], float]:
     """Seconds of a mesh that grow with its faces; ``seconds``: of one with ``USUAL_FACES`` or more.
 
     Cost: within 2.3 of what was measured for 10 hollow bodies of 1,500 to 5,400 faces, but 4.5 for CoACD of a headset.
@@ -161,9 +161,9 @@ METHODS: Final[dict[str, Method]] = {
     "box": Method("one box", None, _single(box_collider), _own, counts=False),
     "sphere": Method("one sphere", None, _single(sphere_collider), _own, counts=False),
     "capsule": Method("one capsule", None, _single(capsule_collider), _own, counts=False),
-    "sectors": Method("sectors by height and angle", _by_faces(1.4), _sectors, _own, ladder=True),
-    "planes": Method("planes", _by_faces(7.0), _planes, _planes_version, ladder=True),
+    "sectors": Method("sectors by height and angle", _seconds_by_faces(1.4), _sectors, _own, ladder=True),
+    "planes": Method("planes", _seconds_by_faces(7.0), _planes, _planes_version, ladder=True),
     "vhacd": Method("V-HACD", _vhacd_seconds, _vhacd, lambda: _version_of("vhacdx"), package="vhacdx"),
-    "coacd": Method("CoACD", _by_faces(12.0), _coacd, lambda: _version_of("coacd"), package="coacd"),
+    "coacd": Method("CoACD", _seconds_by_faces(12.0), _coacd, lambda: _version_of("coacd"), package="coacd"),
 }
 """Name -> the method."""

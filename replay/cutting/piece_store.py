@@ -138,7 +138,7 @@ def cut_ahead(cuts: Sequence[Cut], watch: Watch | None = None, limit: float = LO
             while waiting and len(running) < (os.cpu_count() or 1):
                 cut = waiting.pop(0)
                 started[cut.key] = monotonic()
-                running[_started(cut, folder)] = cut
+                running[_start_cutting(cut, folder)] = cut
             with suppress(subprocess.TimeoutExpired):
                 next(iter(running)).wait(POLL_SECONDS)
             for child in [child for child in running if child.poll() is not None]:
@@ -258,7 +258,7 @@ def _write_pieces(file: Path, pieces: Sequence[TriangleMesh]) -> None:
         )
 
 
-def _started(cut: Cut, folder: Path) -> subprocess.Popen[bytes]:
+def _start_cutting(cut: Cut, folder: Path) -> subprocess.Popen[bytes]:
     """A process that cuts a mesh from a file and leaves its pieces in another one: libraries cannot be interrupted."""
     shipped_file = folder / f"{cut.key}.npz"
     np.savez(shipped_file, vertices=cut.mesh.vertices, faces=cut.mesh.faces)

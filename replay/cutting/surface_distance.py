@@ -143,7 +143,7 @@ def farthest_on(region: FloatArray, surface: Surface, least: float = 0.0, *, tho
                 best = max(best, _farthest_on_triangle(triangles[index], surface))
         order = order[bounds[order] > best * (1.0 + PRECISION)][:MOST_TRIANGLES]
         stale = 0 if best > before * (1.0 + PRECISION) else stale + 1
-        triangles = _quartered(triangles[order])
+        triangles = _quartered_triangles(triangles[order])
     return best
 
 
@@ -153,7 +153,7 @@ def finer(triangles: FloatArray, longest: float) -> FloatArray:
     for _ in range(HALVINGS):
         is_long = _edge_lengths(triangles).max(axis=1) > longest
         short_enough.append(triangles[~is_long])
-        triangles = _halved(triangles[is_long])
+        triangles = _halved_triangles(triangles[is_long])
         if not len(triangles):
             break
     return np.concatenate([*short_enough, triangles])
@@ -198,7 +198,7 @@ def farthest_triangles(region: FloatArray, surface: FloatArray) -> FloatArray:
         promising, bounds = triangles[bounds > best], bounds[bounds > best]
         is_small = _edge_lengths(promising).max(axis=1) <= sampled.size / SAMPLES
         small += list(zip(bounds[is_small].tolist(), promising[is_small], strict=True))
-        triangles = _halved(promising[~is_small])
+        triangles = _halved_triangles(promising[~is_small])
         if not len(triangles):
             break
     small.sort(key=lambda bounded: -bounded[0])
@@ -224,12 +224,12 @@ def _edge_lengths(triangles: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.norm(np.roll(triangles, -1, axis=1) - triangles, axis=2))
 
 
-def _halved(triangles: FloatArray) -> FloatArray:
+def _halved_triangles(triangles: FloatArray) -> FloatArray:
     """Triangles (n, 3, 3) halved at their longest edges, (2 n, 3, 3)."""
     edge = _edge_lengths(triangles).argmax(axis=1)
     a, b, c = (triangles[np.arange(len(edge)), (edge + step) % 3] for step in range(3))
-    middle = 0.5 * (a + b)
-    return np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
+    midpoints = 0.5 * (a + b)
+    return np.concatenate([np.stack([a, midpoints, c], axis=1), np.stack([midpoints, b, c], axis=1)])
 
 
 def farthest_within(region: FloatArray, surface: Surface, least: float) -> float:
@@ -274,7 +274,7 @@ def _bounds(triangles: FloatArray, surface: Surface) -> tuple[FloatArray, float]
     return bounds, float(distance.max())
 
 
-def _quartered(triangles: FloatArray) -> FloatArray:
+def _quartered_triangles(triangles: FloatArray) -> FloatArray:
     a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
     ab, bc, ca = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)
     quarters = ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))
@@ -285,39 +285,39 @@ def _farthest_on_triangle(triangle: FloatArray, surface: Surface) -> float:
     """Metres to the farthest point of one triangle (3, 3), as far as ascent from its middle leads."""
     axes = triangle[1:] - triangle[0]
     weights = np.full(2, 1.0 / 3.0)
-    depth = float(surface.distances(triangle.mean(axis=0)[None])[0][0])
+    distance = float(surface.distances(triangle.mean(axis=0)[None])[0][0])
     sides = np.array([[-1.0, 0.0], [0.0, -1.0], [1.0, 1.0]])
     for _ in range(STEPS):
         point = triangle[0] + weights @ axes
         room = np.array([weights[0], weights[1], 1.0 - weights.sum()])
-        ascent = _best_step(point, depth, surface, axes, (sides, room)) if depth > 0.0 else None
+        ascent = _best_step(point, distance, surface, axes, (sides, room)) if distance > 0.0 else None
         if ascent is None:
             break
-        step, depth = ascent
+        step, distance = ascent
         weights = weights + step
-    return depth
+    return distance
 
 
 def _ascend(point: FloatArray, surface: Surface, boundary: Surface) -> float:
     """Metres to the farthest point to which ascent from a point within a region leads without leaving it."""
-    depth = float(surface.distances(point[None])[0][0])
+    distance = float(surface.distances(point[None])[0][0])
     room = start = float(boundary.distances(point[None])[0][0])
     sides = np.concatenate([np.eye(3), -np.eye(3)])
     for _ in range(2 * STEPS if len(surface.triangles) < FINE else STEPS // 2):
         if room <= NARROW * start:
             break
-        ascent = _best_step(point, depth, surface, np.eye(3), (sides, np.full(6, room / np.sqrt(3.0))))
+        ascent = _best_step(point, distance, surface, np.eye(3), (sides, np.full(6, room / np.sqrt(3.0))))
         if ascent is None:
             break
-        step, depth = ascent
+        step, distance = ascent
         point = point + step
         room = float(boundary.distances(point[None])[0][0])
-    return depth
+    return distance
 
 
 def _best_step(
     point: FloatArray,
-    depth: float,
+    distance_to_beat: float,
     surface: Surface,
     axes: FloatArray,
     limits: tuple[FloatArray, FloatArray],
@@ -343,11 +343,11 @@ def _best_step(
             return None
         step = highest
         promised = float((distance + gradients @ axes.T @ step).min())
-        if promised <= depth * (1.0 + PRECISION):
+        if promised <= distance_to_beat * (1.0 + PRECISION):
             return None
         moved = point + step @ axes
         reached, nearest = surface.distances(moved[None])
         if reached[0] >= promised * (1.0 - PRECISION) or nearest[0] in rows:
             break
         rows = np.append(rows, nearest[0])
-    return (step, float(reached[0])) if reached[0] > depth * (1.0 + PRECISION) else None
+    return (step, float(reached[0])) if reached[0] > distance_to_beat * (1.0 + PRECISION) else None

@@ -69,7 +69,7 @@ def compiling_announced(listener: object, *, alone: bool = False) -> Iterator[No
             compile_beside()
         if seconds - announced_at >= TELL_EVERY:
             announced_at = seconds
-            so_far = f" ({words.fixed(seconds, 0)} s so far)" if seconds >= 1 else ""
+            so_far = f" ({words.decimal(seconds, 0)} s so far)" if seconds >= 1 else ""
             kernels = f"{compiled.engine}'s kernels" if compiled.engine else "kernels"
             minutes = "; this can take minutes" if compiled.engine else ""
             listener.say(f"Compiling {kernels} for this machine, once{minutes}{so_far}")
@@ -79,6 +79,6 @@ def compiling_announced(listener: object, *, alone: bool = False) -> Iterator[No
     if compiled.kernels:
         kept_text = f"later starts load it from {compiled.folder}"
         where = kept_text if compiled.folder else "no folder to keep it could be written"
-        listener.say(f"Compiled in {words.fixed(compiled.seconds, 0)} s; {where}")
+        listener.say(f"Compiled in {words.decimal(compiled.seconds, 0)} s; {where}")
         if not alone:
             listener.say("Times of this run may be too long: run again for reliable times")

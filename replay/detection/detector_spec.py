@@ -147,7 +147,9 @@ def _parse_text(text: str) -> DetectorSpec:
     match = _FORM.fullmatch(text)
     if match is None:
         raise DetectorSpecError(f"{text!r} names no detector; {_HOW}")
-    settings = dict(_setting(text, setting) for setting in (match["settings"] or "").split(",") if setting.strip())
+    settings = dict(
+        _parsed_setting(text, setting) for setting in (match["settings"] or "").split(",") if setting.strip()
+    )
     label = match["label"].strip() if match["label"] else None
     return _named_spec(match["name"].strip(), settings, label=label)
 
@@ -171,7 +173,7 @@ def _named_spec(name: str, settings: Mapping[str, Any], *, label: str | None) ->
     return DetectorSpec(label, row, {**implied, **rate, **settings}, release)
 
 
-def _setting(text: str, setting: str) -> tuple[str, Any]:
+def _parsed_setting(text: str, setting: str) -> tuple[str, Any]:
     key, equals, value = setting.partition("=")
     if not equals or not key.strip().isidentifier() or not value.strip():
         raise DetectorSpecError(f"{setting.strip()!r} in {text!r} is no setting; {_HOW}")

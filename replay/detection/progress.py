@@ -8,7 +8,7 @@ Advance = Callable[[int], None]
 """Called with the number of units (frames) just done."""
 
 
-def ignored(_: int) -> None:
+def ignore_progress(_: int) -> None:
     """Discards progress."""
 
 
@@ -27,4 +27,4 @@ class Silent:
     def stage(self, name: str, total: int | None = None, unit: str = "frames") -> Iterator[Advance]:
         """Begin a piece of work without a report."""
         del name, total, unit
-        yield ignored
+        yield ignore_progress

@@ -46,7 +46,7 @@ FEWEST_STAMPS: Final = 8
 STEP_SLACK: Final = 0.02
 """Of a step: how far a stamp may lie beside the grid."""
 
-Span = tuple[int | None, int | None]
+ReportSpan = tuple[int | None, int | None]
 """First and last nanosecond; ``None``: it began before the first report, or no end was reported."""
 
 
@@ -212,7 +212,7 @@ def physics_steps(spans: Sequence[NDArray[np.float64]], rate_hz: float | None) -
     return None if rate_hz is None else (rate_hz, 0.0)
 
 
-def _seconds(spans: Sequence[Span], first_ns: int) -> NDArray[np.float64]:
+def _seconds(spans: Sequence[ReportSpan], first_ns: int) -> NDArray[np.float64]:
     """Spans (n, 2) in seconds of the session, from a begin until an end; open ends at infinity.
 
     Both lie a microsecond earlier, so that a frame whose stamp is rounded differently is at the stamp.
@@ -239,13 +239,13 @@ def _rows(times: NDArray[np.float64], spans: NDArray[np.float64], before: float)
             yield start, end
 
 
-def reported_spans(contacts: Iterable[LiveContact]) -> dict[tuple[str, str], list[Span]]:
+def reported_spans(contacts: Iterable[LiveContact]) -> dict[tuple[str, str], list[ReportSpan]]:
     """Spans per pair of names (sorted), in order of time.
 
     A second begin within a contact changes nothing, nor does a second end. A pair whose first report is an end, or
     that it stays, was in contact from the start.
     """
-    spans: dict[tuple[str, str], list[Span]] = {}
+    spans: dict[tuple[str, str], list[ReportSpan]] = {}
     begun: dict[tuple[str, str], int | None] = {}
     for contact in sorted(contacts, key=lambda reported: reported.time_ns):
         pair = (min(contact.body_a, contact.body_b), max(contact.body_a, contact.body_b))

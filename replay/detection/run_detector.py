@@ -20,7 +20,7 @@ from cdcore.protocol import ZeroOrderHold, counts_as_contact, detect_live, own_f
 from cdcore.protocol.settings import RateSettings
 from replay.cutting.compound import with_pieces
 from replay.detection.detector_spec import RELEASE, DetectorSpec
-from replay.detection.progress import Advance, ignored
+from replay.detection.progress import Advance, ignore_progress
 from replay.detection.recorded import RECORDED, recorded_detector
 from replay.detection.release_band import ReleaseBand, near_spec
 from replay.errors import DetectorSpecError, ReplayError
@@ -105,12 +105,12 @@ def make_detector(spec: DetectorSpec, assembly: Assembly, seed: int) -> Detector
     bodies = assembly.bodies
     if spec.name == "collider" and settings.get("shape") == "compound":
         bodies = with_pieces(bodies, settings_of(spec.name, settings))
-    with blamed(spec, kind, "to be made"):
+    with blame_detector(spec, kind, "to be made"):
         return create_detector(spec.name, bodies, pairs=assembly.pairs, **settings)
 
 
 @contextmanager
-def blamed(spec: DetectorSpec, kind: type, action: str) -> Iterator[None]:
+def blame_detector(spec: DetectorSpec, kind: type, action: str) -> Iterator[None]:
     """An exception in a detector that is not of our table is a fault of its code, and says where."""
     try:
         yield
@@ -133,7 +133,7 @@ def run_detector(
     detector = make_detector(spec, assembly, seed)
     clock.append(perf_counter())
     motion, live = assembly.motion, live and detector.online
-    with blamed(spec, type(detector), "to detect"):
+    with blame_detector(spec, type(detector), "to detect"):
         # What fails on the sample fails below too, under the number that the frame has in the recording.
         with suppress(OwnDetectorError):
             sample = motion.take(warm_frames(len(motion)))
@@ -145,7 +145,7 @@ def run_detector(
         clock.append(perf_counter())
         at_work = process_time()
         if live:
-            live_detection = join(_advancing(stream_live(detector, motion.blocks(LIVE_FRAMES)), advance))
+            live_detection = join(_with_progress(stream_live(detector, motion.blocks(LIVE_FRAMES)), advance))
             at_work, clock_seconds = process_time() - at_work, perf_counter() - clock[-1]
             with_faces = detect_all(detector, assembly, faces=True) if faces else live_detection
             detection = replace(
@@ -157,7 +157,7 @@ def run_detector(
     band = release_band(spec, detector, assembly, seed)
     prolonged = None
     if band is not None:
-        detection, prolonged = _prolonged(detection, detector, band)
+        detection, prolonged = _prolong_contacts(detection, detector, band)
     prepare, warm, detect = np.diff(clock).tolist()
     fraction = processor_seconds = None
     if live:
@@ -190,7 +190,7 @@ def frames_within(metres: float, detector: Detector, assembly: Assembly, seed: i
     return counts_as_contact(detect_all(near_detector, assembly).verdict)
 
 
-def _prolonged(detection: Detection, detector: Detector, band: ReleaseBand) -> tuple[Detection, BoolArray]:
+def _prolong_contacts(detection: Detection, detector: Detector, band: ReleaseBand) -> tuple[Detection, BoolArray]:
     """A detection whose contacts last to the release distance, and the contact (T, P) that is there because of it."""
     if detection.covers != "instants":
         raise DetectorSpecError(f"{detection.detector} decides between frames; leave {RELEASE} out of its settings")
@@ -204,15 +204,17 @@ def _prolonged(detection: Detection, detector: Detector, band: ReleaseBand) -> t
     return replace(detection, verdict=verdict), prolonged
 
 
-def detect_all(detector: Detector, assembly: Assembly, *, faces: bool = False, advance: Advance = ignored) -> Detection:
+def detect_all(
+    detector: Detector, assembly: Assembly, *, faces: bool = False, advance: Advance = ignore_progress
+) -> Detection:
     """Detection of every frame, many frames a call; long motions are split into blocks."""
     motion = assembly.motion
     if len(motion) <= WHOLE_FRAMES:
         detection = detector.detect(motion, faces=faces)
         advance(len(motion))
         return detection
-    blocks = _advancing(detector.stream(motion.blocks(WHOLE_FRAMES), faces=faces), advance)
-    return _joined(blocks, detector, assembly) if len(motion) > MOST_FRAMES_IN_MEMORY else join(blocks)
+    blocks = _with_progress(detector.stream(motion.blocks(WHOLE_FRAMES), faces=faces), advance)
+    return _joined_blocks(blocks, detector, assembly) if len(motion) > MOST_FRAMES_IN_MEMORY else join(blocks)
 
 
 def watched_again(detector: object, motion: Motion) -> Watched | None:
@@ -223,7 +225,7 @@ def watched_again(detector: object, motion: Motion) -> Watched | None:
     return detector.watch(motion) if len(motion) <= MOST_FRAMES_IN_MEMORY and isinstance(detector, Watchable) else None
 
 
-def _joined(blocks: Iterator[Detection], detector: Detector, assembly: Assembly) -> Detection:
+def _joined_blocks(blocks: Iterator[Detection], detector: Detector, assembly: Assembly) -> Detection:
     """Join the blocks of a motion of hours; their faces are dropped when there are too many."""
     kept_blocks: list[Detection] = []
     rows = 0
@@ -244,7 +246,7 @@ def holds_answers(settings: Mapping[str, Any]) -> bool:
     return settings.get("rate_hz") is not None
 
 
-def _advancing(blocks: Iterator[Detection], advance: Advance) -> Iterator[Detection]:
+def _with_progress(blocks: Iterator[Detection], advance: Advance) -> Iterator[Detection]:
     for block in blocks:
         yield block
         advance(len(block.times))

@@ -69,7 +69,7 @@ def type_problems(value: Any, expected: Any, path: str = "") -> Iterator[str]:
         msgspec.convert(value, expected)
     except msgspec.ValidationError as error:
         problems = [problem for item in _items(value, expected, path) for problem in type_problems(*item)]
-        problems += _missing(value, expected, path)
+        problems += _missing_fields(value, expected, path)
         if problems:
             yield from problems
         else:
@@ -83,25 +83,25 @@ def _items(value: Any, expected: Any, path: str) -> Iterator[tuple[Any, Any, str
     if _is_record(expected) and isinstance(value, Mapping):
         for field in fields(expected):
             if field.encode_name in value:
-                yield value[field.encode_name], field.type, _below(path, field.encode_name)
+                yield value[field.encode_name], field.type, _path_of_key(path, field.encode_name)
     elif get_origin(expected) is dict and isinstance(value, Mapping):
         _, inner = get_args(expected)
         for key, item in value.items():
-            yield item, inner, _below(path, key)
+            yield item, inner, _path_of_key(path, key)
     elif get_origin(expected) is tuple and isinstance(value, list):
         inner = get_args(expected)
         types_of_items = [inner[0]] * len(value) if inner[-1] is Ellipsis else list(inner)
         for index, (item, type_of_item) in enumerate(zip(value, types_of_items, strict=False)):
-            yield item, type_of_item, _below(path, str(index))
+            yield item, type_of_item, _path_of_key(path, str(index))
 
 
-def _missing(value: Any, expected: Any, path: str) -> list[str]:
+def _missing_fields(value: Any, expected: Any, path: str) -> list[str]:
     """A problem for each field that a record needs and a mapping lacks."""
     expected = _plain_type(value, expected)
     if not (_is_record(expected) and isinstance(value, Mapping)):
         return []
     return [
-        f"{_below(path, field.encode_name)}: is missing"
+        f"{_path_of_key(path, field.encode_name)}: is missing"
         for field in fields(expected)
         if field.required and field.encode_name not in value
     ]
@@ -121,6 +121,6 @@ def _is_record(expected: Any) -> bool:
     return isinstance(expected, type) and issubclass(expected, Struct)
 
 
-def _below(path: str, key: str) -> str:
+def _path_of_key(path: str, key: str) -> str:
     """The path of a key; what somebody sent is cut short."""
     return f"{path}.{key[:80]}" if path else key[:80]

@@ -12,7 +12,7 @@ from replay.document.ranking import Range
 from replay.document.session import EffectRecord
 from replay.document.tables import IN_RED, IN_YELLOW, PARTLY, Cell, Column, Marked, Output, columns_of, package_toml
 from replay.effects.effects_runner import CURVES
-from replay.words import plural, tallied
+from replay.words import plural, tally_text
 
 DECLARATION: Final = "document/columns.toml"
 
@@ -83,13 +83,13 @@ def _quick_ms(seconds: float | None) -> str:
 
 
 def _stage(longest: LongestStage | None) -> str:
-    return f"{longest.stage} {words.fixed(100 * longest.fraction, 0)} %" if longest else ""
+    return f"{longest.stage} {words.decimal(100 * longest.fraction, 0)} %" if longest else ""
 
 
 def _reported(effect: EffectRecord) -> str:
     """Events of an effect, or its curves."""
     curves = int(effect.counters.get(CURVES, 0))
-    return tallied(effect.events) or (plural(curves, "curve") if curves else "nothing")
+    return tally_text(effect.events) or (plural(curves, "curve") if curves else "nothing")
 
 
 COLUMNS: Final = columns_of(

@@ -62,7 +62,7 @@ def decision(document: RunDocument, ranks: Sequence[Rank]) -> Decision | None:
     measured = _measured_fix(document, [rank for rank in ranks[:-1] if not rank.undecided])
     if measured is None or measured.decision.command != SHIP_COMMAND or measured.fixed.loss >= measured.rank.loss:
         return in_code if reference.contacts else _another_session(document)
-    made = replace(measured.decision, text=f"In your engine, {_lowered(measured.decision.text)}")
+    made = replace(measured.decision, text=f"In your engine, {_with_small_first_letter(measured.decision.text)}")
     # Without a contact nothing tells whether a detector other than the reference would miss one.
     if in_code.is_fix or not (reference.contacts or in_code.rank is reference):
         return made
@@ -112,7 +112,7 @@ def _another_session(document: RunDocument) -> Decision:
 
 def _in_own_code(document: RunDocument, decided: Decision, reference: Rank) -> Decision:
     """A decision that follows one about an engine, with the place that it is about."""
-    text = _lowered(decided.text)
+    text = _with_small_first_letter(decided.text)
     if decided.rank is reference:
         # There only convex Mesh Colliders meet each other, and complex collision is for static bodies: what-to-ship.md.
         place = ", which Unity and Unreal do not offer" if document.detectors[reference.label].name == "exact" else ""
@@ -120,7 +120,7 @@ def _in_own_code(document: RunDocument, decided: Decision, reference: Rank) -> D
     return replace(decided, text=f"In your own code, {text}")
 
 
-def _lowered(sentence: str) -> str:
+def _with_small_first_letter(sentence: str) -> str:
     """The sentence as it stands behind a comma."""
     return f"{sentence[:1].lower()}{sentence[1:]}"
 
@@ -165,10 +165,10 @@ def _faster(document: RunDocument, best: Rank, reference: Rank) -> bool:
 
 
 def _reference_text(reference: Rank) -> str:
-    return f"Ship {reference.label}, the reference: {_right(reference)}."
+    return f"Ship {reference.label}, the reference: {_why_reference(reference)}."
 
 
-def _right(reference: Rank) -> str:
+def _why_reference(reference: Rank) -> str:
     """Why the reference is the one to ship, as the end of a sentence."""
     timed = reference.mean is not None or reference.p99 is not None
     return f"{RIGHT}, {f'within {FRAME}' if timed else 'its time not measured'}"

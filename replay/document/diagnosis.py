@@ -39,7 +39,7 @@ def answers(result: RunResult, document: RunDocument, ranks: Sequence[Rank]) -> 
         answer = Answer(label, sentence)
         if rank.undecided:
             # Contacts that were left undecided come first in the sentence, and no fault explains them.
-            answer = structs.replace(answer, why=_undecided(document.audit[label], label))
+            answer = structs.replace(answer, why=_undecided_sentence(document.audit[label], label))
         elif fault is not None:
             fix, (frame, later_ns) = _fix(result, document, ranks, rank, fault), fault.moment
             moment = KeyMoment(
@@ -80,7 +80,7 @@ def _sentence(result: RunResult, document: RunDocument, rank: Rank, worst: bool)
     return f"{who} {verb} worst: {fault_text(rank, largest=True, whose=whose)}.{more}"
 
 
-def _undecided(audit: DetectorAudit, label: str) -> str:
+def _undecided_sentence(audit: DetectorAudit, label: str) -> str:
     """Return a sentence about pair-frames that a detector left undecided, with its reasons."""
     frames = plural(audit.contact_frames_undecided, "pair-frame")
     reasons = "; ".join(audit.undecided_reasons)
@@ -147,14 +147,14 @@ def _fix(result: RunResult, document: RunDocument, ranks: Sequence[Rank], rank: 
         if every_frame is not None:
             return every_frame
     runs = _Runs(document, ranks)
-    for mended, text in _mended(spec, cause):
+    for mended, text in _detectors_without_cause(spec, cause):
         if runs.same(mended, rank.label):
             continue
         label = runs.label_of(mended)
         if label is None:
-            return _unmeasured(f"{sentence_of(text)}: not measured. To measure it:", mended)
+            return _fix_not_measured(f"{sentence_of(text)}: not measured. To measure it:", mended)
         if runs.rank_of(label).loss < rank.loss:
-            return _measured(sentence_of(text), rank, runs.rank_of(label), document)
+            return _fix_measured_in_run(sentence_of(text), rank, runs.rank_of(label), document)
     # Code of one's own is imported only where the command names it.
     detector = f"{rank.label}={spec.name}" if ":" in spec.name else rank.label
     command = f"replay shrink {RUN} --{fault.kind.category} {fault.number} --detector {detector}"
@@ -188,24 +188,24 @@ class _Runs:
         meant = asdict(settings_of(spec.name, dict(spec.settings)))
         if "seed" in meant:
             meant["seed"] = spec.settings.get("seed", self._seed)
-        return _deciding(meant) == _deciding(made.settings)
+        return _deciding_settings(meant) == _deciding_settings(made.settings)
 
     def rank_of(self, label: str) -> Rank:
         """Its row of the ranking."""
         return self._ranks[label]
 
 
-def _deciding(settings: Mapping[str, Any]) -> dict[str, Any]:
+def _deciding_settings(settings: Mapping[str, Any]) -> dict[str, Any]:
     """The settings that decide answers: pieces are those of a compound, and an offset belongs to the session."""
     unused = {OFFSET_SETTING} if settings.get("shape") == "compound" else {OFFSET_SETTING, "pieces", "method", "cut"}
     return {key: value for key, value in settings.items() if key not in unused}
 
 
-def _unmeasured(text: str, spec: DetectorSpec) -> Fix:
+def _fix_not_measured(text: str, spec: DetectorSpec) -> Fix:
     return Fix(text, False, f'replay run {SESSION} --detectors "{spec.text}"')
 
 
-def _mended(spec: DetectorSpec, cause: Cause) -> Iterator[tuple[DetectorSpec, str]]:
+def _detectors_without_cause(spec: DetectorSpec, cause: Cause) -> Iterator[tuple[DetectorSpec, str]]:
     """Detectors without a cause, the nearest to the one that has it first, each in words; none where nobody knows."""
     row = detector_row(spec.name)
     setting = row.contact_offset
@@ -268,7 +268,7 @@ def _at_every_frame(result: RunResult, document: RunDocument, rank: Rank, spec: 
     settings = {key: value for key, value in spec.settings.items() if key not in ("rate_hz", OFFSET_SETTING)}
     mended = replace(spec, settings=settings)
     if every is None:
-        return _unmeasured(f"{text}: not measured. To measure it:", mended)
+        return _fix_not_measured(f"{text}: not measured. To measure it:", mended)
     if loss(proportion(every.contacts_missed, rank.contacts), every.missed, every.false_contact) >= rank.loss:
         return None
     missed, late = every.contacts_missed, every.late_or_cut_short
@@ -309,7 +309,7 @@ def _recorded_rate(result: RunResult) -> str:
     return f" ({rate(frames_hz)})" if isfinite(frames_hz) else ""
 
 
-def _measured(text: str, rank: Rank, other: Rank, document: RunDocument) -> Fix:
+def _fix_measured_in_run(text: str, rank: Rank, other: Rank, document: RunDocument) -> Fix:
     """With the errors of another detector of this run, or of the reference itself."""
     if other.label not in document.audit:
         right = "the reference here: it counts as right"

@@ -123,13 +123,13 @@ def _late_miss(miss: Fault, by: Audited) -> str:
     """Why a contact is reported late or early: all of the pair is, by a number of frames, or this report alone."""
     delay = by.delay(miss.pair)
     if delay and (delay > 0) == (miss.cause == Cause.LATE):
-        return _delayed(by, miss.pair, delay)
+        return _delay_sentence(by, miss.pair, delay)
     if miss.kind == FaultKind.REPORTED_LATE:
         return "its report of this contact begins late"
     return "its report of this contact ends early"
 
 
-def _delayed(by: Audited, pair: int, delay: int) -> str:
+def _delay_sentence(by: Audited, pair: int, delay: int) -> str:
     wrong, moved = frames_wrong(by.subject, by.oracle, pair, delay)
     direction = "earlier" if delay > 0 else "later"
     return (
@@ -196,7 +196,7 @@ def _late_report(false: Fault, by: Audited) -> str:
     """Why contact is reported before or after a true one: all of the pair is moved, or this report alone."""
     delay = by.delay(false.pair)
     if delay and (delay > 0) == (false.cause == Cause.LATE):
-        return _delayed(by, false.pair, delay)
+        return _delay_sentence(by, false.pair, delay)
     if false.kind == FaultKind.ENDS_LATE:
         return "its report of this contact ends late"
     if false.kind == FaultKind.STARTS_EARLY:
@@ -258,7 +258,7 @@ def other_times(result: RunResult, document: RunDocument, rank: Rank, fault: Fau
     alike = [other for other in every if other.bodies == fault.bodies]
     start, end = min(other.start for other in alike), max(other.end for other in alike)
     digits = 1 if document.session.duration >= LONG else 3
-    first, last = (words.fixed(second, digits) for second in (start, end))
+    first, last = (words.decimal(second, digits) for second in (start, end))
     span = f"at {first} s" if first == last else f"from {first} to {last} s"
     sentences = [f"This pair has {len(alike)} of them, {span}."] if len(alike) > 1 else []
     never = [other for other in others if not other.kind.is_miss or other.kind is FaultKind.NEVER_REPORTED]

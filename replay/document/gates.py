@@ -54,7 +54,7 @@ class Gates:
         ``audit`` is over all sessions, by label; ``times`` are sessions with what each detector took.
         """
         rows = (
-            ("--max-missed", self.max_missed, _missed),
+            ("--max-missed", self.max_missed, _broken_miss_gates),
             ("--max-false", self.max_false, _false),
             ("--max-missed-depth", self.max_missed_depth, _too_deep),
         )
@@ -68,7 +68,7 @@ class Gates:
         return sentences + ([] if self.max_p99_ms is None else _late(audit, times, self.max_p99_ms))
 
 
-def _missed(name: str, label: str, audit: DetectorAudit, most: float) -> Iterator[str]:
+def _broken_miss_gates(name: str, label: str, audit: DetectorAudit, most: float) -> Iterator[str]:
     counted = audit.noise_proof or audit
     contacts, undecided = counted.contacts, audit.contact_frames_undecided
     if undecided:
@@ -112,7 +112,7 @@ def over_offsets(counts: CountRange, of: int) -> str:
     """``0.50 of 18, 0-1``: mean, and smallest to largest over the sampling offsets; one number where all are equal."""
     if counts.smallest == counts.largest:
         return f"{counts.smallest} of {of}"
-    return f"{words.fixed(counts.mean, 2)} of {of}, {counts.smallest}-{counts.largest}"
+    return f"{words.decimal(counts.mean, 2)} of {of}, {counts.smallest}-{counts.largest}"
 
 
 def _false(name: str, label: str, audit: DetectorAudit, most: float) -> Iterator[str]:

@@ -71,7 +71,7 @@ def doubts_of(findings: Iterable[Finding]) -> list[str]:
     return lines
 
 
-def undecided(result: Summarised) -> list[str]:
+def undecided_lines(result: Summarised) -> list[str]:
     """A line of what the reference did not decide, and one for each detector that left out more than that."""
     audits = result.document.audit
     lines = []
@@ -99,13 +99,13 @@ def _because(reasons: Mapping[str, int]) -> str:
 def flicker_notes(result: Summarised) -> list[str]:
     """A line for each detector of which contacts are interrupted, with the release distance that joins them."""
     return [
-        f"Flicker: {_interrupted(label, detector.flicker)} {_release(detector.flicker)}".rstrip()
+        f"Flicker: {_flicker_sentence(label, detector.flicker)} {_release(detector.flicker)}".rstrip()
         for label, detector in result.document.detectors.items()
         if detector.flicker is not None
     ]
 
 
-def _interrupted(label: str, flicker: Flicker) -> str:
+def _flicker_sentence(label: str, flicker: Flicker) -> str:
     """``7 of 25 contacts of mesh50 are 1 contact, interrupted 6 times for at most 100 ms and 1.1 mm each.``"""
     contacts = f"{flicker.contacts:,} of {plural(flicker.reported, 'contact')} of {label}"
     is_single = flicker.interruptions == 1
@@ -153,7 +153,7 @@ def grasped_notes(result: Summarised) -> list[str]:
 def notes_of(result: RunResult) -> list[str]:
     """Return notes beside the headlines: what was not decided or not counted, and what is chance."""
     return [
-        *undecided(result),
+        *undecided_lines(result),
         *flicker_notes(result),
         *engine_reports(result),
         *grasped_notes(result),
@@ -192,7 +192,7 @@ def _lateness(what: str, seconds: float) -> str:
     """``begins 4.5 ms late``."""
     if round(1e4 * seconds) == 0:
         return f"{what} on time"
-    return f"{what} {words.fixed(1e3 * abs(seconds), 1)} ms {'late' if seconds > 0 else 'early'}"
+    return f"{what} {words.decimal(1e3 * abs(seconds), 1)} ms {'late' if seconds > 0 else 'early'}"
 
 
 def in_noise(result: RunResult) -> list[str]:
@@ -237,16 +237,16 @@ def answer_reasons(result: Summarised) -> list[Reason]:
         Reason("What", _what_else(result)),
         Reason("When", first.when, first.other_times),
         Reason("Why", first.why, first.other_causes),
-        *([] if decided is None else [_decided("Do", decided)]),
+        *([] if decided is None else [_decision_reason("Do", decided)]),
         price(result, decided),
         *_improvement(result, decided),
-        *([] if in_code is None else [_decided("Or", in_code, folded=True)]),
+        *([] if in_code is None else [_decision_reason("Or", in_code, folded=True)]),
         Reason("Sure", sure, " ".join(rest)),
     ]
     return [row for row in rows if row.text]
 
 
-def _decided(heading: str, decided: Decision, *, folded: bool = False) -> Reason:
+def _decision_reason(heading: str, decided: Decision, *, folded: bool = False) -> Reason:
     """A decision below its heading; ``folded``: all but its sentence is left to the details."""
     if not folded:
         return Reason(heading, decided.text, decided.figures, decided.command, decided.details)

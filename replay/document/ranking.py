@@ -171,7 +171,7 @@ def false_text(proportion_false: Proportion | None, unconfirmed: bool, whose: st
     return f"{words.as_percentage(false)} of {whose} contact time is {what}"
 
 
-def lost_text(missed: Range, late: Range, contacts: int) -> str:
+def misses_text(missed: Range, late: Range, contacts: int) -> str:
     """``0-2 of 18 contacts missed, 5-9 late or cut short``; ``""``: none of both."""
     clauses = []
     things = plural(contacts, "contact")
@@ -217,7 +217,7 @@ def _misses_too(rank: Rank) -> str:
 
 
 def _fault_texts(rank: Rank, whose: str) -> list[str]:
-    lost_contacts = lost_text(rank.missed_counts or (0, 0), rank.late_counts or (0, 0), rank.contacts)
+    lost_contacts = misses_text(rank.missed_counts or (0, 0), rank.late_counts or (0, 0), rank.contacts)
     undecided = f"{rank.undecided} of {plural(rank.contacts, 'contact')} undecided" if rank.undecided else ""
     clauses = [
         (2.0, undecided),

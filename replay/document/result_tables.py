@@ -31,7 +31,7 @@ def result_tables(result: RunResult) -> dict[str, Table]:
     }
 
 
-def stored(name: str, table: Table) -> StoredTable:
+def stored_table(name: str, table: Table) -> StoredTable:
     """Return how the document names a table: its file in the run folder, and its number of rows."""
     return StoredTable(file=f"{name}.parquet", rows=len(table.rows))
 

@@ -20,7 +20,7 @@ from replay.auditing.matching import EpisodeMatches
 from replay.auditing.noisy_contacts import HOLDS
 from replay.auditing.outcome import Comparison, Outcome, counts_by_pair
 from replay.auditing.sampling_offsets import OffsetCounts, spread
-from replay.auditing.wilson import Proportion, pooled, proportion, proportion_of_clusters
+from replay.auditing.wilson import Proportion, pooled_proportion, proportion, proportion_of_clusters
 from replay.document.audit import (
     NOT_EXAMINED,
     CauseCounts,
@@ -59,7 +59,7 @@ def score(result: RunResult, label: str) -> DetectorAudit:
         reference_undecided_reasons=reasons_of(reference),
         reference_inside_undecided=inside_undecided(reference),
         between_frames=_between_frames(result, label),
-        unconfirmed=_unconfirmed(result, label),
+        unconfirmed=_count_unconfirmed(result, label),
         contacts=contacts.contacts,
         contacts_cut=sum(contact.cuts > 0 for contact in result.not_grasped),
         contacts_missed=contacts.missed,
@@ -98,7 +98,7 @@ def _pair_frames(comparison: Comparison) -> PairFrames:
     )
 
 
-def _unconfirmed(result: RunResult, label: str) -> int:
+def _count_unconfirmed(result: RunResult, label: str) -> int:
     """Count false pair-frames that are candidates."""
     # Column by column, here and below: a table of flags for hours of frames is as large as the verdicts.
     columns = zip(result.detections[label].verdict.T, result.comparisons[label].outcome.T, strict=True)
@@ -378,7 +378,7 @@ def _sum(values: Sequence[Any]) -> Any:
     if isinstance(first, MissedDepth):
         return _pooled_depth(values)
     if isinstance(first, Proportion):
-        return pooled(values)
+        return pooled_proportion(values)
     if isinstance(first, msgspec.Struct):
         fields = first.__struct_fields__
         return type(first)(**{name: _sum([getattr(value, name) for value in values]) for name in fields})

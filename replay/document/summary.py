@@ -117,7 +117,7 @@ def document_of_run(
         policy=repair.policy.as_json(),
         findings=tuple(msgspec.convert(finding.as_json(), FindingRecord) for finding in repair.findings),
         flagged=tuple(msgspec.convert(vars(span), FlaggedPoses) for span in repair.spans),
-        flagged_verdicts={label: _flagged(result, label) for label in runs},
+        flagged_verdicts={label: _verdicts_in_doubt(result, label) for label in runs},
         versions=versions(),
         machine=machine(),
         plan=msgspec.convert(plan_summary(planned), PlanRecord),
@@ -126,7 +126,7 @@ def document_of_run(
     )
 
 
-def _flagged(result: RunResult, label: str) -> dict[str, int]:
+def _verdicts_in_doubt(result: RunResult, label: str) -> dict[str, int]:
     """Verdicts of a detector that rest on a pose in doubt, by verdict; those without a pose rest on none."""
     detection, count = result.detections[label], np.zeros(len(Verdict), dtype=np.int64)
     for start in range(0, len(detection.verdict), VERDICT_FRAMES):

@@ -18,7 +18,7 @@ from cdcore.numerics import BoolArray, IntArray
 from replay import words
 from replay.effects.contact import EffectContact, touches_of
 from replay.effects.declaring import Declaration, Pair
-from replay.effects.fitting import HALF_WINDOW, LEAST_SAMPLES, Parabola, before, fitted, settled_runs
+from replay.effects.fitting import HALF_WINDOW, LEAST_SAMPLES, Parabola, fit_parabola, rows_before, settled_runs
 from replay.effects.inputs import BodyPoses, EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Vector, vector_of
 from replay.effects.protocol import spec_of
@@ -53,8 +53,8 @@ class Impact:
 
     frame: int
     time: float  # seconds
-    speed: float  # before they met, across the surfaces where their normal is known (``across``), else in all, m/s
-    across: bool
+    speed: float  # before they met, across the surfaces along their normal where it is known (``is_along_normal``), m/s
+    is_along_normal: bool
     point: Vector | None
 
 
@@ -87,29 +87,29 @@ def _impacts(inputs: EffectInputs, pair: Pair, ran: BoolArray) -> Iterator[Impac
 def _impact(inputs: EffectInputs, touch: EffectContact, pair: Pair, ran: BoolArray) -> Iterator[Impact]:
     """The impact at the begin of a contact; none, and counted, where the path into it is not known."""
     a, b = inputs.poses(pair[0]), inputs.poses(pair[1])
-    last = touch.before
+    last = touch.last_clear_frame
     if last < 0:
         inputs.count("not judged: in contact from the start")
         return
     runs = settled_runs(a.times, a.valid & b.valid, a.linked & b.linked)
-    rows = before(runs, last)
+    rows = rows_before(runs, last)
     if touch.first != last + 1 or runs[touch.first] != runs[last] or not len(rows):
         inputs.count("not judged: gap, loss or jump before it")
         return
     ran[rows[0] : touch.first + 1] = True
-    path = _closing(a, b, touch, np.append(rows, touch.first))
-    fit = fitted(a.times[rows], path[:-1])
-    if fit.misfit > MISFIT_M:
+    path = _relative_path(a, b, touch, np.append(rows, touch.first))
+    parabola = fit_parabola(a.times[rows], path[:-1])
+    if parabola.misfit > MISFIT_M:
         inputs.count("not judged: the path jumps")
         return
     direction = np.array(touch.normal) if touch.normal is not None else None
-    time = _time_of_impact(fit, path[-1], (float(a.times[last]), float(a.times[touch.first])), direction)
-    velocity = fit.velocity(time)
+    time = _time_of_impact(parabola, path[-1], (float(a.times[last]), float(a.times[touch.first])), direction)
+    velocity = parabola.velocity(time)
     speed = float(np.sqrt(velocity @ velocity)) if direction is None else abs(float(velocity @ direction))
     yield Impact(touch.first, time, speed, direction is not None, touch.point)
 
 
-def _closing(a: BodyPoses, b: BodyPoses, touch: EffectContact, rows: IntArray) -> FloatArray:
+def _relative_path(a: BodyPoses, b: BodyPoses, touch: EffectContact, rows: IntArray) -> FloatArray:
     """Path (n, 3) of the place of contact on the first body, seen from that on the second, world axes."""
     if touch.point is None:
         return a.translation[rows] - b.translation[rows]
@@ -120,22 +120,24 @@ def _closing(a: BodyPoses, b: BodyPoses, touch: EffectContact, rows: IntArray) -
     return ends[0] - ends[1]
 
 
-def _time_of_impact(fit: Parabola, met: FloatArray, span: tuple[float, float], direction: FloatArray | None) -> float:
+def _time_of_impact(
+    parabola: Parabola, contact_position: FloatArray, span: tuple[float, float], direction: FloatArray | None
+) -> float:
     """When the parabola comes to where the bodies met, within the step in which they did.
 
     A body that stops at once is seen, in the first frame of contact, where it was at the impact. One that went on is
     seen further: then this is the end of the step, and the speed is off by what it gained in the step at most.
     """
     lower, upper = span
-    speed = fit.velocity(lower)
+    speed = parabola.velocity(lower)
     # A body at rest has no direction; the least speed only keeps 0 / 0 out.
     direction_of_motion = direction if direction is not None else speed / max(float(np.sqrt(speed @ speed)), 1e-12)
     sign = float(np.copysign(1.0, speed @ direction_of_motion))
-    goal = sign * float(met @ direction_of_motion)
+    goal = sign * float(contact_position @ direction_of_motion)
     for _ in range(60):
         middle = 0.5 * (lower + upper)
         lower, upper = (
-            (middle, upper) if sign * float(fit.position(middle) @ direction_of_motion) < goal else (lower, middle)
+            (middle, upper) if sign * float(parabola.position(middle) @ direction_of_motion) < goal else (lower, middle)
         )
     return upper
 
@@ -144,14 +146,14 @@ def _events(inputs: EffectInputs, declared: Declaration, pair: Pair, impact: Imp
     limit = declared["speed_m_s"]
     values = {
         "speed_m_s": impact.speed,
-        "across": impact.across,
+        "across": impact.is_along_normal,
         "threshold_m_s": limit,
         "broken": impact.speed > limit,
     }
     mass = inputs.body(pair[0]).extra.get("mass")
     if mass is not None:
         values["energy_j"] = 0.5 * float(mass) * impact.speed**2
-    text = f"{pair[0]} meets {pair[1]} at {words.fixed(impact.speed, 2)} m/s"
+    text = f"{pair[0]} meets {pair[1]} at {words.decimal(impact.speed, 2)} m/s"
     event = EffectEvent(impact.time, "impact", pair, None, values, text, point=impact.point)
     crash = replace(event, name="broken", message=f"{pair[0]} breaks: {text}", level="error")
     return [event, crash] if values["broken"] else [event]
@@ -172,11 +174,11 @@ def bounces(inputs: EffectInputs, pair: Pair) -> list[Impact]:
     """Impacts of the first body on the second, in order of time: five known frames before each, and two after."""
     a, b = inputs.poses(pair[0]), inputs.poses(pair[1])
     mesh, poses = inputs.mesh(pair[0]), a.relative_to(b)
-    centre = poses.translation + poses.rotation @ _box(mesh).mean(axis=0)
+    centre = poses.translation + poses.rotation @ _bounding_box(mesh).mean(axis=0)
     runs = settled_runs(a.times, poses.valid, poses.linked)
     approach = _Approach(poses, centre, runs, mesh, inputs.mesh(pair[1]))
     impacts: list[Impact] = []
-    for row in _near(approach):
+    for row in _candidate_frames(approach):
         bounce = _bounce(approach, row) if not impacts or row > impacts[-1].frame + 2 else None
         if bounce is not None:
             point = b.rotation[row] @ np.array(bounce.point) + b.translation[row]
@@ -184,36 +186,37 @@ def bounces(inputs: EffectInputs, pair: Pair) -> list[Impact]:
     return impacts
 
 
-def _near(approach: _Approach) -> list[int]:
+def _candidate_frames(approach: _Approach) -> list[int]:
     """Frames from which two more are known, in which it moves and could come to the other within two steps."""
     times, centre, runs = approach.poses.times, approach.centre, approach.runs
     if len(times) < LEAST_SAMPLES + 2:
         return []
     step = np.linalg.norm(np.diff(centre, axis=0, prepend=centre[:1]), axis=1)
     speed = step / np.maximum(np.diff(times, prepend=times[0] - 1.0), 1e-9)
-    lower, upper = _box(approach.other)
+    lower, upper = _bounding_box(approach.other)
     away = np.maximum(0.0, np.maximum(lower - centre, centre - upper))
     radius = 0.5 * float(np.linalg.norm(np.ptp(approach.mesh.vertices, axis=0)))
-    reach = np.linalg.norm(away, axis=1) - radius <= 3.0 * step + REACH_M
-    known = np.zeros(len(times), dtype=np.bool_)
-    known[1:-2] = (runs[1:-2] >= 0) & (runs[1:-2] == runs[:-3]) & (runs[1:-2] == runs[3:])
-    return np.flatnonzero(known & reach & (speed > SLOWEST_M_S)).tolist()
+    is_within_reach = np.linalg.norm(away, axis=1) - radius <= 3.0 * step + REACH_M
+    is_known = np.zeros(len(times), dtype=np.bool_)
+    is_known[1:-2] = (runs[1:-2] >= 0) & (runs[1:-2] == runs[:-3]) & (runs[1:-2] == runs[3:])
+    return np.flatnonzero(is_known & is_within_reach & (speed > SLOWEST_M_S)).tolist()
 
 
 def _bounce(approach: _Approach, row: int) -> Impact | None:
     """The impact between a frame and the next, at a place in the other's frame; ``None``: it meets nothing there."""
     times, centre = approach.poses.times, approach.centre
-    fit = _fall(times, centre, before(approach.runs, row))
-    if fit is None:
+    parabola = _fall(times, centre, rows_before(approach.runs, row))
+    if parabola is None:
         return None
     first_time, middle_time, last = times[row : row + 3].tolist()
-    velocity = fit.velocity(first_time)
+    velocity = parabola.velocity(first_time)
     speed = float(np.linalg.norm(velocity))
     if speed < SLOWEST_M_S:
         return None
     direction_of_motion = velocity / speed
     behind = [
-        float((fit.position(time) - centre[row + k]) @ direction_of_motion) for k, time in ((1, middle_time), (2, last))
+        float((parabola.position(time) - centre[row + k]) @ direction_of_motion)
+        for k, time in ((1, middle_time), (2, last))
     ]
     later = speed * (last - middle_time)
     # What is on its path in the next frame meets after it, and is judged from there.
@@ -221,56 +224,60 @@ def _bounce(approach: _Approach, row: int) -> Impact | None:
     if behind[1] < NOISE_M + LAG * later or (on_path and behind[1] < NOISE_M + 0.95 * later):
         return None
     # Noise may leave the least gap between what met.
-    met = _meeting(approach, fit, row, 0.0) or _meeting(approach, fit, row, NOISE_M)
-    if met is None:
+    contact_position = _contact_time_and_point(approach, parabola, row, 0.0) or _contact_time_and_point(
+        approach, parabola, row, NOISE_M
+    )
+    if contact_position is None:
         return None
-    time, point = met
-    velocity = fit.velocity(time)
+    time, point = contact_position
+    velocity = parabola.velocity(time)
     change = (centre[row + 2] - centre[row + 1]) / (last - middle_time) - velocity
-    across = change / max(float(np.linalg.norm(change)), 1e-12)
-    return Impact(row, time, abs(float(velocity @ across)), True, point)
+    is_along_normal = change / max(float(np.linalg.norm(change)), 1e-12)
+    return Impact(row, time, abs(float(velocity @ is_along_normal)), True, point)
 
 
 def _fall(times: FloatArray, centre: FloatArray, rows: IntArray) -> Parabola | None:
     """The parabola of the last frames; the last five alone where the others began before the fall."""
     for last in (rows, rows[-LEAST_SAMPLES:]) if len(rows) else ():
-        fit = fitted(times[last], centre[last])
-        if fit.misfit <= (CONTAMINATED_M if len(last) > LEAST_SAMPLES else NOISE_M):
-            return fit
+        parabola = fit_parabola(times[last], centre[last])
+        if parabola.misfit <= (CONTAMINATED_M if len(last) > LEAST_SAMPLES else NOISE_M):
+            return parabola
     return None
 
 
-def _meeting(approach: _Approach, fit: Parabola, row: int, gap: float) -> tuple[float, Vector] | None:
+def _contact_time_and_point(
+    approach: _Approach, parabola: Parabola, row: int, gap: float
+) -> tuple[float, Vector] | None:
     """When, and where in the other's frame, it would have come within reach; ``None``: it would have passed."""
     rotation, times = approach.poses.rotation[row], approach.poses.times
-    mine, box = approach.mesh.vertices @ rotation.T, _box(approach.other)
-    other_vertices, own = approach.other.vertices, _box(approach.mesh)
+    mine, box = approach.mesh.vertices @ rotation.T, _bounding_box(approach.other)
+    other_vertices, own = approach.other.vertices, _bounding_box(approach.mesh)
     start = approach.poses.translation[row] - approach.centre[row]
 
-    def touching(time: float) -> FloatArray:
-        shift = start + fit.position(time)
-        inside = _within(mine + shift, box, gap)
+    def contact_point(time: float) -> FloatArray:
+        shift = start + parabola.position(time)
+        inside = _is_inside_box(mine + shift, box, gap)
         if inside.any():
             return (mine + shift)[inside].mean(axis=0)
-        near_vertices = _within((other_vertices - shift) @ rotation, own, gap)
+        near_vertices = _is_inside_box((other_vertices - shift) @ rotation, own, gap)
         return np.asarray(other_vertices[near_vertices].mean(axis=0)) if near_vertices.any() else np.zeros(0)
 
-    tried = np.linspace(times[row], times[row + 2], SAMPLES).tolist()
-    hit = next((k for k, time in enumerate(tried) if len(touching(time))), None)
+    trial_times = np.linspace(times[row], times[row + 2], SAMPLES).tolist()
+    hit = next((k for k, time in enumerate(trial_times) if len(contact_point(time))), None)
     if hit is None:
         return None
-    earlier, later = tried[max(0, hit - 1)], tried[hit]
+    earlier, later = trial_times[max(0, hit - 1)], trial_times[hit]
     for _ in range(20):
         half = 0.5 * (earlier + later)
-        earlier, later = (earlier, half) if len(touching(half)) else (half, later)
-    return later, vector_of(touching(later))
+        earlier, later = (earlier, half) if len(contact_point(half)) else (half, later)
+    return later, vector_of(contact_point(later))
 
 
-def _within(points: FloatArray, box: FloatArray, gap: float) -> FloatArray:
+def _is_inside_box(points: FloatArray, box: FloatArray, gap: float) -> FloatArray:
     return ((points >= box[0] - gap) & (points <= box[1] + gap)).all(axis=1)
 
 
-def _box(mesh: MeshData) -> FloatArray:
+def _bounding_box(mesh: MeshData) -> FloatArray:
     """Lowest and highest corner (2, 3)."""
     return np.stack([mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)])
 

@@ -15,33 +15,39 @@ from sessions.model.scene import Scene
 
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``run-in``, ``spill`` and ``overflow``; delivered and left volume as series; a lane of the open spans."""
-    findings, moved = Findings(len(inputs)), movement_of(inputs)
+    findings, liquid_movement = Findings(len(inputs)), movement_of(inputs)
     names = dict.fromkeys(declared["body"] for declared in inputs.declared)
     pouring_targets = {name for declared in inputs.tables.get("pour", ()) for name in declared["into"]}
     into = {name for declared in inputs.declared for name in declared["into"]}
-    mine = [stream for stream in moved.streams if stream.source in (into - pouring_targets if stream.over else names)]
+    own_streams = [
+        stream
+        for stream in liquid_movement.streams
+        if stream.source in (into - pouring_targets if stream.over else names)
+    ]
     for name in names:
-        gone = gone_ml(len(inputs), (stream for stream in mine if stream.source == name and not stream.over))
+        gone = gone_ml(len(inputs), (stream for stream in own_streams if stream.source == name and not stream.over))
         # Shown too at the frames about a flow, so that a line through them has no slope where nothing ran.
-        changing = gone > 0.0
-        findings.ran |= changing
-        findings.lanes[name] = inputs.lane_spans(spans_of(changing), "open")
-        findings.series[f"{name}/delivered"] = _sampled(inputs, changing, np.cumsum(gone))
-        findings.series[f"{name}/volume"] = left = _sampled(inputs, changing, moved.volume_ml[name])
-        findings.liquids[name] = moved.vessels[name].drawn(left.times, left.values)
-    for flow in flows(mine, 0.0):
+        is_flowing = gone > 0.0
+        findings.ran |= is_flowing
+        findings.lanes[name] = inputs.lane_spans(spans_of(is_flowing), "open")
+        findings.series[f"{name}/delivered"] = _series_around_flow(inputs, is_flowing, np.cumsum(gone))
+        findings.series[f"{name}/volume"] = left = _series_around_flow(
+            inputs, is_flowing, liquid_movement.volume_ml[name]
+        )
+        findings.liquids[name] = liquid_movement.vessels[name].liquid_to_draw(left.times, left.values)
+    for flow in flows(own_streams, 0.0):
         name, where = ("run-in", f"into {flow.target}") if flow.target else ("spill", "beside everything")
         findings.events.append(flow_event(inputs, flow, name, f"run from {flow.source} {where}", digits=2))
-    return findings.output(moved)
+    return findings.output(liquid_movement)
 
 
-def _sampled(inputs: EffectInputs, flowing: BoolArray, values: FloatArray) -> Series:
+def _series_around_flow(inputs: EffectInputs, flowing: BoolArray, values: FloatArray) -> Series:
     """Series of the frames in which it flowed, those beside them, and the first and last."""
-    changing = flowing.copy()
-    changing[:-1] |= flowing[1:]
-    changing[1:] |= flowing[:-1]
-    changing[[0, -1]] = True
-    return Series(inputs.times[changing], values[changing], "mL")
+    is_flowing = flowing.copy()
+    is_flowing[:-1] |= flowing[1:]
+    is_flowing[1:] |= flowing[:-1]
+    is_flowing[[0, -1]] = True
+    return Series(inputs.times[is_flowing], values[is_flowing], "mL")
 
 
 def _check(declared: Declaration, _scene: Scene) -> None:

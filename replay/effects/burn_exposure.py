@@ -22,17 +22,19 @@ def compute(inputs: EffectInputs) -> EffectOutput:
             for touch in touches_of(inputs, pair):
                 span = (touch.first, touch.stop)
                 findings.ran[slice(*span)] = True
-                felt = surface(inputs, declared, pair[1], touch)
-                events = _judged(inputs, declared, pair, touch, felt)
+                felt_c = surface_temperature(inputs, declared, pair[1], touch)
+                events = _exposure_events(inputs, declared, pair, touch, felt_c)
                 findings.events += events
-                findings.lane(f"{pair[0]}-{pair[1]}", *inputs.lane_spans([span], events[-1].name))
+                findings.add_lane(f"{pair[0]}-{pair[1]}", *inputs.lane_spans([span], events[-1].name))
                 findings.series[f"{pair[1]}/touched at {touch.first}"] = Series(
-                    inputs.times[slice(*span)], felt, "degC"
+                    inputs.times[slice(*span)], felt_c, "degC"
                 )
     return findings.output()
 
 
-def surface(inputs: EffectInputs, declared: Declaration, hot_body_name: str, touch: EffectContact) -> FloatArray:
+def surface_temperature(
+    inputs: EffectInputs, declared: Declaration, hot_body_name: str, touch: EffectContact
+) -> FloatArray:
     """Temperature (n,) of the part during a contact: declared, else what ``heat`` says, at first that of the room."""
     times = inputs.times[touch.first : touch.stop]
     if declared["surface_c"] is not None:
@@ -43,33 +45,35 @@ def surface(inputs: EffectInputs, declared: Declaration, hot_body_name: str, tou
     return np.interp(times, heat.times, heat.values)
 
 
-def _judged(
-    inputs: EffectInputs, declared: Declaration, pair: tuple[str, str], touch: EffectContact, felt: FloatArray
+def _exposure_events(
+    inputs: EffectInputs, declared: Declaration, pair: tuple[str, str], touch: EffectContact, felt_c: FloatArray
 ) -> list[EffectEvent]:
-    start, end = inputs.ends((touch.first, touch.stop))
+    start, end = inputs.span_times((touch.first, touch.stop))
     times = inputs.times[touch.first : touch.stop]
-    hot = felt > declared["threshold_c"]
+    is_hot = felt_c > declared["threshold_c"]
     steps = np.diff(np.append(times, end))
-    above = float(steps[hot].sum())
-    hottest = float(felt.max())
-    values = {"seconds": end - start, "seconds_above": above, "surface_c": hottest}
-    text = f"{pair[0]} is on {pair[1]} at {words.fixed(hottest, 0)} degC for {words.fixed(end - start, 2)} s"
+    seconds_above = float(steps[is_hot].sum())
+    hottest = float(felt_c.max())
+    values = {"seconds": end - start, "seconds_above": seconds_above, "surface_c": hottest}
+    text = f"{pair[0]} is on {pair[1]} at {words.decimal(hottest, 0)} degC for {words.decimal(end - start, 2)} s"
     last = inputs.end(touch.stop)
-    exposed = EffectEvent(start, "exposed", pair, last, values, text, "warning" if above else "info", touch.point)
+    exposed = EffectEvent(
+        start, "exposed", pair, last, values, text, "warning" if seconds_above else "info", touch.point
+    )
     burn = replace(exposed, name="burn", message=f"burn: {text}", level="error")
-    return [exposed] if above < declared["seconds"] else [exposed, burn]
+    return [exposed] if seconds_above < declared["seconds"] else [exposed, burn]
 
 
 def _check_all(tables: Mapping[str, tuple[Declaration, ...]], _scene: Scene, _file: str) -> None:
     heats = tables.get("heat", ())
-    hot = {table["heats"] for table in heats}
+    heated_bodies = {table["heats"] for table in heats}
     if any(table["of"] != "flame" for table in heats):
         from replay.effects.vessels import vessel_names  # a flame alone loads no vessel
 
-        hot |= set(vessel_names(tables))
+        heated_bodies |= set(vessel_names(tables))
     for declared in tables["burn-exposure"]:
         for _, hot_body_name in declared["between"] if declared["surface_c"] is None else ():
-            if hot_body_name not in hot:
+            if hot_body_name not in heated_bodies:
                 raise declared.fail(f"nothing says how hot {hot_body_name!r} is; give surface_c or an effect heat")
 
 

@@ -50,8 +50,8 @@ def catalogue_lines(kinds: tuple[str, ...]) -> Iterator[str]:
             yield ""
         yield f"{kind}: {CATALOGUE[kind]['about']}" if kind in CATALOGUE else kind
         for key, field in fields_of(kind).items():
-            yield from _wrapped(f"{key} = {toml_of(example_of(field))}", "  ")
-            yield from _wrapped(f"{field.about} ({_needed(field)})", "      ")
+            yield from _wrapped_lines(f"{key} = {toml_of(example_of(field))}", "  ")
+            yield from _wrapped_lines(f"{field.about} ({_requirement_text(field)})", "      ")
 
 
 def catalogue_data(kinds: tuple[str, ...]) -> dict[str, dict[str, dict[str, Any]]]:
@@ -83,14 +83,14 @@ def toml_of(value: Any) -> str:
     return json.dumps(value, ensure_ascii=False) if isinstance(value, str | bool) else repr(value)
 
 
-def _needed(field: Field) -> str:
+def _requirement_text(field: Field) -> str:
     unit = f"{field.unit}, " if field.unit else ""
     if field.default is not None:
         return f"{unit}default {toml_of(field.default)}"
     return f"{unit}{'optional' if field.optional else 'required'}"
 
 
-def _wrapped(text: str, indent: str) -> Iterator[str]:
+def _wrapped_lines(text: str, indent: str) -> Iterator[str]:
     for line in text.splitlines():
         yield from textwrap.wrap(
             line,

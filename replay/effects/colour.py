@@ -14,7 +14,16 @@ from replay.effects.chemistry.matter import Matter, matter_of
 from replay.effects.colour_tables import INDICATORS, SPECIES
 from replay.effects.declaring import Declaration
 from replay.effects.inputs import EffectInputs
-from replay.effects.output import COLOURS, EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series, blended
+from replay.effects.output import (
+    COLOURS,
+    EffectEvent,
+    EffectOutput,
+    Findings,
+    FloatArray,
+    LaneSpan,
+    Series,
+    blend_colours,
+)
 from replay.effects.protocol import spec_of
 from replay.effects.spans import spans_of
 from sessions.input_files import nearest
@@ -44,8 +53,8 @@ class Shade:
     species: tuple[str, ...]  # ions whose concentration decides; none: the pH does
     start: float  # pH, log10 of mol/L, or mol/L of an ion's own colour
     stop: float
-    before: str
-    after: str
+    colour_before: str
+    colour_after: str
 
 
 def shade_of(declared: Declaration) -> Shade:
@@ -78,12 +87,14 @@ def compute(inputs: EffectInputs) -> EffectOutput:
         findings.events += _changes(shade, vessel, quantity.times, fraction)
         lane = vessel if vessel not in findings.lanes else f"{vessel} {shade.name}"
         findings.lanes[lane] = _lane(shade, quantity.times, fraction)
-        clear = findings.liquids.get(vessel) or inputs.output("mixing").liquids.get(vessel)
-        if clear is not None:
-            rows = np.maximum(0, np.searchsorted(quantity.times, clear.times, side="right") - 1)
+        mixed_liquid = findings.liquids.get(vessel) or inputs.output("mixing").liquids.get(vessel)
+        if mixed_liquid is not None:
+            rows = np.maximum(0, np.searchsorted(quantity.times, mixed_liquid.times, side="right") - 1)
             # What has no colour of its own lets that of another ion through.
-            before = clear.rgba if shade.before == "colourless" else COLOURS[shade.before]
-            findings.liquids[vessel] = replace(clear, rgba=blended(before, COLOURS[shade.after], fraction[rows]))
+            start_rgba = mixed_liquid.rgba if shade.colour_before == "colourless" else COLOURS[shade.colour_before]
+            findings.liquids[vessel] = replace(
+                mixed_liquid, rgba=blend_colours(start_rgba, COLOURS[shade.colour_after], fraction[rows])
+            )
     return findings.output()
 
 
@@ -95,11 +106,11 @@ def _quantity(inputs: EffectInputs, vessel: str, shade: Shade) -> Series | None:
     times = matter.histories[vessel].times
     if matter.ledger.slow:
         times = np.union1d(times, inputs.times)
-    molar = np.sum([_molar(matter, vessel, ion, times) for ion in shade.species], axis=0)
+    concentration = np.sum([_molar(matter, vessel, ion, times) for ion in shade.species], axis=0)
     if shade.name in shade.species:
-        return Series(times, molar, "mol/L")
+        return Series(times, concentration, "mol/L")
     with np.errstate(divide="ignore"):
-        return Series(times, np.maximum(NOTHING_LOG, np.log10(molar)), "log")
+        return Series(times, np.maximum(NOTHING_LOG, np.log10(concentration)), "log")
 
 
 def _molar(matter: Matter, vessel: str, ion: str, times: FloatArray) -> FloatArray:
@@ -108,12 +119,12 @@ def _molar(matter: Matter, vessel: str, ion: str, times: FloatArray) -> FloatArr
     litres = np.where(volume_ml > 0.0, volume_ml * 1e-3, np.inf)
     row = None if matter.solver is None else matter.solver.mixture.row_of(ion)
     if row is not None:
-        wet, solved = matter.solved(vessel, times)
+        wet, equilibria = matter.equilibria(vessel, times)
         moles = np.zeros(len(times))
         # Where PHREEQC finds no equilibrium the last one stands; before the first there is no colour.
-        is_known = ~np.isnan(solved.ph)
-        last_known = np.maximum.accumulate(np.where(is_known, np.arange(len(is_known)), 0))
-        moles[wet] = np.where(is_known[last_known], solved.species[last_known, row], 0.0)
+        is_solved = ~np.isnan(equilibria.ph)
+        last_known = np.maximum.accumulate(np.where(is_solved, np.arange(len(is_solved)), 0))
+        moles[wet] = np.where(is_solved[last_known], equilibria.species[last_known, row], 0.0)
         return moles / litres
     index = matter.ledger.column.get(ion)
     return np.zeros(len(times)) if index is None else amounts[:, index] / litres
@@ -124,17 +135,21 @@ def _changes(shade: Shade, vessel: str, times: FloatArray, fraction: FloatArray)
     least = FAINT if shade.name in shade.species else 0.0
     side = np.where(fraction <= least, -1, np.where(fraction >= 1.0, 1, 0))
     ends = np.flatnonzero(side).tolist()
-    passed: list[tuple[int, int | None]] = [
-        (before, after) for before, after in pairwise(ends) if side[before] != side[after]
+    passages: list[tuple[int, int | None]] = [
+        (row_before, row_after) for row_before, row_after in pairwise(ends) if side[row_before] != side[row_after]
     ]
     if ends and ends[-1] < len(side) - 1:
-        passed.append((ends[-1], None))
-    for before, after in passed:
-        old, new = (shade.before, shade.after) if side[before] < 0 else (shade.after, shade.before)
+        passages.append((ends[-1], None))
+    for row_before, row_after in passages:
+        old, new = (
+            (shade.colour_before, shade.colour_after)
+            if side[row_before] < 0
+            else (shade.colour_after, shade.colour_before)
+        )
         text = f"{shade.name} in {vessel} turns from {old} to {new}"
         if shade.name in shade.species:
-            text = f"the colour of {shade.name} in {vessel} {'appears' if side[before] < 0 else 'disappears'}"
-        start, end = float(times[before + 1]), None if after is None else float(times[after])
+            text = f"the colour of {shade.name} in {vessel} {'appears' if side[row_before] < 0 else 'disappears'}"
+        start, end = float(times[row_before + 1]), None if row_after is None else float(times[row_after])
         if shade.name not in shade.species and end is None:
             text += ", not wholly by the end"
         elif shade.name not in shade.species and end is not None and end - start > SLOW_S:
@@ -143,12 +158,12 @@ def _changes(shade: Shade, vessel: str, times: FloatArray, fraction: FloatArray)
 
 
 def _lane(shade: Shade, times: FloatArray, fraction: FloatArray) -> list[LaneSpan]:
-    before, after = COLOURS[shade.before], COLOURS[shade.after]
-    between = tuple(blended(before, after, np.array([0.5]))[0].tolist())
+    start_rgba, end_rgba = COLOURS[shade.colour_before], COLOURS[shade.colour_after]
+    middle_rgba = tuple(blend_colours(start_rgba, end_rgba, np.array([0.5]))[0].tolist())
     masks = (
-        (fraction <= 0.0, shade.before, before),
-        ((fraction > 0.0) & (fraction < 1.0), f"{shade.before} to {shade.after}", between),
-        (fraction >= 1.0, shade.after, after),
+        (fraction <= 0.0, shade.colour_before, start_rgba),
+        ((fraction > 0.0) & (fraction < 1.0), f"{shade.colour_before} to {shade.colour_after}", middle_rgba),
+        (fraction >= 1.0, shade.colour_after, end_rgba),
     )
     return [
         LaneSpan(float(times[first]), float(times[min(stop, len(times) - 1)]), word, rgba)
@@ -171,7 +186,7 @@ def _check(declared: Declaration, _scene: Scene) -> None:
             raise declared.fail(
                 f"{given[0]} belongs to an indicator, and this is the colour of {shade.name}; leave it out"
             )
-        if not shade.after:
+        if not shade.colour_after:
             raise declared.fail(
                 f"colour is missing: no table knows that of {shade.name!r}{nearest(shade.name, SPECIES)}"
             )

@@ -9,7 +9,7 @@ from replay.effects.declaring import Pair
 from replay.effects.inputs import EffectInputs, PairContact
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Vector, vector_of
 from replay.effects.protocol import spec_of
-from replay.effects.spans import steadied
+from replay.effects.spans import steady_spans
 
 FLAT: Final = 1e-3
 """A curve narrower than this share of its length is a line, and a line has no plane."""
@@ -24,7 +24,7 @@ class EffectContact:
     first: int
     stop: int
     last: int  # last frame seen in contact: poses may be lost between it and ``stop``
-    before: int  # last frame before ``first`` known to be clear; -1 where there is none
+    last_clear_frame: int  # last frame before ``first`` known to be clear; -1 where there is none
     point: Vector | None  # where the surfaces met in the first frame, world metres, or ``None`` without faces
     # unit vector across the curve in which they met there, either way, or ``None`` where it spans no plane
     normal: Vector | None
@@ -37,11 +37,11 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     findings = Findings(len(inputs))
     for pair in inputs.pairs:
         reported = inputs.contact(pair)
-        spans = steadied(reported.touching, reported.known, frames_in=1)
-        mine = touches[frozenset(pair)] = [_touch(reported, first, stop) for first, stop in spans]
+        spans = steady_spans(reported.touching, reported.known, frames_in=1)
+        own_touches = touches[frozenset(pair)] = [_touch(reported, first, stop) for first, stop in spans]
         name = f"{pair[0]}-{pair[1]}"
-        findings.lane(name, *inputs.lane_spans([(touch.first, touch.last + 1) for touch in mine], "contact"))
-        findings.events += [_event(inputs, touch) for touch in mine]
+        findings.add_lane(name, *inputs.lane_spans([(touch.first, touch.last + 1) for touch in own_touches], "contact"))
+        findings.events += [_event(inputs, touch) for touch in own_touches]
     findings.events.sort(key=lambda event: (event.time, event.bodies))
     findings.ran[:] = True
     return findings.output(touches)
@@ -54,14 +54,14 @@ def touches_of(inputs: EffectInputs, pair: Pair, *, flickers: bool = False) -> l
 
 
 def _touch(reported: PairContact, first: int, stop: int) -> EffectContact:
-    clear = np.flatnonzero(reported.known[:first] & ~reported.touching[:first])
+    clear_frames = np.flatnonzero(reported.known[:first] & ~reported.touching[:first])
     points = reported.section(first).reshape(-1, 3)
     point = vector_of(points.mean(axis=0)) if len(points) else None
     touching = reported.touching[first:stop][reported.known[first:stop]]
     flicker = not (touching[1:] & touching[:-1]).any()
     last = first + int(np.flatnonzero(reported.touching[first:stop])[-1])
-    before = int(clear[-1]) if len(clear) else -1
-    return EffectContact(reported.pair, first, stop, last, before, point, _normal(points), flicker)
+    last_clear_frame = int(clear_frames[-1]) if len(clear_frames) else -1
+    return EffectContact(reported.pair, first, stop, last, last_clear_frame, point, _normal(points), flicker)
 
 
 def _normal(points: FloatArray) -> Vector | None:

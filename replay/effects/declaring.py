@@ -37,8 +37,8 @@ class Field:
 def field_of(row: Mapping[str, Any]) -> Field:
     """A field from its row in the catalogue: its kind with its meaning, and any other keys of `Field`."""
     (kind, about), *others = row.items()
-    rest: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in others}
-    return Field(kind, about, **rest)
+    extra_fields: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in others}
+    return Field(kind, about, **extra_fields)
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,24 +104,24 @@ def _unknown(key: str, fields: Mapping[str, Field], retired: Mapping[str, str]) 
     return f"unknown key {key!r}{nearest(key, fields)}" if advice is None else f"{key}: {advice}"
 
 
-def _selected(word: object, scene: Scene) -> tuple[str, ...]:
+def _bodies_of_selector(word: object, scene: Scene) -> tuple[str, ...]:
     if not isinstance(word, str) or not word:
         raise ValueError(f" names {word!r}; give ids of bodies or tag:WORD")
-    named = bodies_by_selector(scene)
-    if word not in named:
-        raise ValueError(f": no body is {word!r}{nearest(word, named)}")
-    return tuple(named[word])
+    bodies_by_name = bodies_by_selector(scene)
+    if word not in bodies_by_name:
+        raise ValueError(f": no body is {word!r}{nearest(word, bodies_by_name)}")
+    return tuple(bodies_by_name[word])
 
 
 def _bodies(value: Any, _: Field, scene: Scene) -> tuple[str, ...]:
     selectors = value if isinstance(value, list | tuple) else [value]
     if not selectors:
         raise ValueError(" is empty; give ids of bodies or tag:WORD")
-    return tuple(dict.fromkeys(name for word in selectors for name in _selected(word, scene)))
+    return tuple(dict.fromkeys(name for word in selectors for name in _bodies_of_selector(word, scene)))
 
 
 def _body(value: Any, _: Field, scene: Scene) -> str:
-    first, *more = _selected(value, scene)
+    first, *more = _bodies_of_selector(value, scene)
     if more:
         raise ValueError(f" is {value!r}, which stands for {', '.join((first, *more))}; give one body")
     return first
@@ -130,7 +130,7 @@ def _body(value: Any, _: Field, scene: Scene) -> str:
 def _pairs(value: Any, _: Field, scene: Scene) -> tuple[Pair, ...]:
     if not isinstance(value, list | tuple) or len(value) != 2:
         raise ValueError(f" is {value!r}; give two: [first, second], each an id or tag:WORD")
-    first, second = (_selected(word, scene) for word in value)
+    first, second = (_bodies_of_selector(word, scene) for word in value)
     chosen: dict[frozenset[str], Pair] = {}
     for a, b in product(first, second):
         if a != b:

@@ -70,13 +70,13 @@ def plan(scene: Scene) -> Plan:
         raise WrongInputError(f"a scene is needed, not {type(scene).__name__}; a session has one: session.scene")
     faults: list[str] = []
     file = scene.file
-    declared = _declared(scene, file, faults)
+    declared = _declare_tables(scene, file, faults)
     faults += body_faults(scene, file)
     if faults:
         raise PlanError(*faults)
     if scene.effects is None:
         return Plan({}, scene.pairs, detection=True, not_run=effect_kinds())
-    specs, because = _closure(declared)
+    specs, reasons_by_kind = _closure(declared)
     tables = {kind: declared.get(kind, ()) for kind in specs}
     for spec in specs.values():
         try:
@@ -86,9 +86,9 @@ def plan(scene: Scene) -> Plan:
             faults += error.faults
     if faults:
         raise PlanError(*dict.fromkeys(faults))
-    needs = {kind: spec.needed(tables[kind]) for kind, spec in specs.items()}
+    needed_kinds_by_kind = {kind: spec.needed_kinds(tables[kind]) for kind, spec in specs.items()}
     inputs = {
-        kind: tuple(dict.fromkeys((*needs[kind], *(used for used in specs[kind].uses if used in specs))))
+        kind: tuple(dict.fromkeys((*needed_kinds_by_kind[kind], *(used for used in specs[kind].uses if used in specs))))
         for kind in sorted(specs)
     }
     try:
@@ -98,13 +98,13 @@ def plan(scene: Scene) -> Plan:
     pairs: dict[str, _Pairs] = {kind: {} for kind in order}
     for kind in reversed(order):
         _add(pairs[kind], _values(specs[kind], tables[kind], "pairs"))
-        for needed in needs[kind]:
+        for needed in needed_kinds_by_kind[kind]:
             _add(pairs[needed], pairs[kind].values())
     steps = {
-        kind: Step(specs[kind], tables[kind], tuple(pairs[kind].values()), inputs[kind], because[kind])
+        kind: Step(specs[kind], tables[kind], tuple(pairs[kind].values()), inputs[kind], reasons_by_kind[kind])
         for kind in order
     }
-    return _whole(scene, steps)
+    return _plan_of_steps(scene, steps)
 
 
 def plan_faults(scene: Scene) -> tuple[str, ...]:
@@ -118,14 +118,14 @@ def plan_faults(scene: Scene) -> tuple[str, ...]:
     return ()
 
 
-def _declared(scene: Scene, file: str, faults: list[str]) -> dict[str, tuple[Declaration, ...]]:
+def _declare_tables(scene: Scene, file: str, faults: list[str]) -> dict[str, tuple[Declaration, ...]]:
     tables: dict[str, tuple[Declaration, ...]] = {}
     known = effect_kinds()
     for row, effect in enumerate(scene.effects or (), start=1):
         if effect.kind not in known:
             advice = RETIRED_KINDS.get(effect.kind)
-            meant = f": {advice}" if advice else nearest(effect.kind, known)
-            faults.append(f"{file}: [[effect]] {row}: no effect of kind {effect.kind!r}{meant}")
+            suggestion = f": {advice}" if advice else nearest(effect.kind, known)
+            faults.append(f"{file}: [[effect]] {row}: no effect of kind {effect.kind!r}{suggestion}")
             continue
         spec = load_effect(effect.kind)
         try:
@@ -135,20 +135,20 @@ def _declared(scene: Scene, file: str, faults: list[str]) -> dict[str, tuple[Dec
         except PlanError as error:
             faults += error.faults
             continue
-        before = tables.get(effect.kind, ())
-        faults += _clashes(declaration, before, spec)
+        earlier_tables = tables.get(effect.kind, ())
+        faults += _clashes(declaration, earlier_tables, spec)
         # A table that stands there twice asks for nothing more.
-        if all(table.values != declaration.values for table in before):
-            tables[effect.kind] = (*before, declaration)
+        if all(table.values != declaration.values for table in earlier_tables):
+            tables[effect.kind] = (*earlier_tables, declaration)
     return tables
 
 
-def _clashes(new: Declaration, before: tuple[Declaration, ...], spec: EffectSpec) -> list[str]:
+def _clashes(new: Declaration, earlier_tables: tuple[Declaration, ...], spec: EffectSpec) -> list[str]:
     """Names keys in which two tables of one thing differ."""
-    same = [table for table in before if spec.single and table[spec.single] == new.values[spec.single]]
+    tables_alike = [table for table in earlier_tables if spec.single and table[spec.single] == new.values[spec.single]]
     return [
         str(new.fail(f"{key} is {new[key]!r} and {table.table} says {table[key]!r}; one {spec.kind} has one"))
-        for table in same[:1]
+        for table in tables_alike[:1]
         for key, field_ in spec.fields.items()
         if field_.kind not in ("bodies", "pairs") and new[key] != table[key]
     ]
@@ -156,22 +156,22 @@ def _clashes(new: Declaration, before: tuple[Declaration, ...], spec: EffectSpec
 
 def _closure(declared: Mapping[str, tuple[Declaration, ...]]) -> tuple[dict[str, EffectSpec], Reasons[str]]:
     specs: dict[str, EffectSpec] = {}
-    because: Reasons[str] = {kind: [DECLARED] for kind in declared}
-    waiting = sorted(declared)
-    for kind in waiting:  # it grows by what is needed
+    reasons_by_kind: Reasons[str] = {kind: [DECLARED] for kind in declared}
+    pending_kinds = sorted(declared)
+    for kind in pending_kinds:  # it grows by what is needed
         if kind not in specs:
             specs[kind] = load_effect(kind)
-            for needed in specs[kind].needed(declared.get(kind, ())):
-                waiting.append(needed)
-                _note(because, needed, f"{kind} needs it")
-    return specs, because
+            for needed in specs[kind].needed_kinds(declared.get(kind, ())):
+                pending_kinds.append(needed)
+                _note(reasons_by_kind, needed, f"{kind} needs it")
+    return specs, reasons_by_kind
 
 
 def _values(spec: EffectSpec, declared: tuple[Declaration, ...], kind: str) -> list[Any]:
     """Values that the tables of an effect give to fields of a kind; lists are laid out."""
     keys = [key for key, field in spec.fields.items() if field.kind == kind]
-    given = [declaration[key] for declaration in declared for key in keys if declaration[key]]
-    return given if kind == "body" else [value for values in given for value in values]
+    given_values = [declaration[key] for declaration in declared for key in keys if declaration[key]]
+    return given_values if kind == "body" else [value for values in given_values for value in values]
 
 
 def _add(known: _Pairs, pairs: Iterable[Pair]) -> None:
@@ -186,11 +186,11 @@ def _note(reasons: Reasons[Any], key: Pair | str, why: str) -> None:
         known.append(why)
 
 
-def _whole(scene: Scene, steps: Mapping[str, Step]) -> Plan:
+def _plan_of_steps(scene: Scene, steps: Mapping[str, Step]) -> Plan:
     known: _Pairs = {}
     pairs: Reasons[Pair] = {}
     bodies, topics, detectors = (Reasons[str]() for _ in range(3))
-    asking = {"the scene's own pairs": scene.pairs or ()}
+    pairs_by_asker = {"the scene's own pairs": scene.pairs or ()}
     for kind, step in steps.items():
         for topic in (POSES, *step.spec.reads):
             _note(topics, topic, kind)
@@ -199,8 +199,8 @@ def _whole(scene: Scene, steps: Mapping[str, Step]) -> Plan:
             _note(bodies, name, kind)
         if step.spec.detector:
             _note(detectors, step.spec.detector, kind)
-            asking[kind] = step.pairs
-    for why, requested in asking.items():
+            pairs_by_asker[kind] = step.pairs
+    for why, requested in pairs_by_asker.items():
         _add(known, requested)
         for pair in requested:
             _note(pairs, known[frozenset(pair)], why)

@@ -56,15 +56,15 @@ def effect_summary(effects: Mapping[str, EffectRun], seconds: float) -> dict[str
     }
 
 
-def happened(effects: Mapping[str, EffectRun]) -> list[tuple[str, EffectEvent]]:
+def events_in_order(effects: Mapping[str, EffectRun]) -> list[tuple[str, EffectEvent]]:
     """Kind and event, in order of time, and of their words where several are at one time."""
     events = [(kind, event) for kind, run in effects.items() for event in run.events]
     return sorted(events, key=lambda row: (row[1].time, row[0], row[1].name, row[1].text))
 
 
-def leading(effects: Mapping[str, EffectRun]) -> EffectEvent | None:
+def leading_event(effects: Mapping[str, EffectRun]) -> EffectEvent | None:
     """The weightiest result of an experiment; where nothing is one, the last event: it is what the others led to."""
-    events = [event for _, event in happened(effects)]
+    events = [event for _, event in events_in_order(effects)]
     results = (event for event in events if event.name in RESULTS)
     return min(results, key=lambda event: RESULTS.index(event.name), default=events[-1] if events else None)
 
@@ -93,13 +93,13 @@ def titration_curves(effects: Mapping[str, EffectRun]) -> list[TitrationCurve]:
     for name, volume in effects["mixing"].series.items():
         vessel = name.removesuffix("/volume")
         if vessel != name:
-            mine = [
+            own_curves = [
                 curve
                 for key, series in effects["reaction"].series.items()
                 if (curve := _titration_curve(effects["reaction"], vessel, key, series, volume)) is not None
             ]
-            others = [curve for curve in mine if curve.quantity != "pH"]
-            curves += others + [curve for curve in mine if curve not in others and (curve.ends_ml or not others)]
+            others = [curve for curve in own_curves if curve.quantity != "pH"]
+            curves += others + [curve for curve in own_curves if curve not in others and (curve.ends_ml or not others)]
     return curves
 
 
@@ -119,7 +119,7 @@ def _titration_curve(run: EffectRun, vessel: str, name: str, series: Series, vol
         kind = Equivalence.METAL_AND_ANION
     else:
         return None
-    ends = [event.time for event in run.output.named("end-point") if event.bodies == (vessel,)
+    ends = [event.time for event in run.output.events_named("end-point") if event.bodies == (vessel,)
             and event.values["of"] == kind]  # fmt: skip
     added, at = (np.interp(times, volume.times, volume.values) - volume.values[0] for times in (series.times, ends))
     return TitrationCurve(vessel, quantity, unit, added, series.values, at.tolist())
@@ -127,6 +127,6 @@ def _titration_curve(run: EffectRun, vessel: str, name: str, series: Series, vol
 
 def event_lines(effects: Mapping[str, EffectRun], most: int) -> list[str]:
     """The first events, a line each, and how many more there are."""
-    events = happened(effects)
+    events = events_in_order(effects)
     lines = [f"{words.moment(event.time)}: {event.text}" for _, event in events[:most]]
     return lines + ([f"and {len(events) - most} more"] if len(events) > most else [])

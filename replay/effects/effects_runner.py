@@ -56,13 +56,13 @@ def run_effects(
     ``detections``: name of a detector that a spec names -> the answer its effect reads.
     Raises EffectError: the recording does not hold what a declared effect needs.
     """
-    done: dict[str, EffectRun] = {}
+    effect_runs: dict[str, EffectRun] = {}
     tables = {kind: step.declared for kind, step in planned.steps.items()}
-    made: dict[str, Any] = {}
+    shared_objects: dict[str, Any] = {}
     for kind, step in planned.steps.items():
-        outputs = {name: done[name].output for name in step.inputs}
+        outputs = {name: effect_runs[name].output for name in step.inputs}
         pairs = tuple(pair for pair in step.pairs if frozenset(assembly.names).issuperset(pair))
-        done[kind] = _run(
+        effect_runs[kind] = _run(
             step,
             EffectInputs(
                 kind,
@@ -76,10 +76,10 @@ def run_effects(
                 outputs,
                 Counter(),
                 tables,
-                made,
+                shared_objects,
             ),
         )
-    return done
+    return effect_runs
 
 
 def _run(step: Step, inputs: EffectInputs) -> EffectRun:
@@ -109,7 +109,7 @@ CURVES: Final = "curves"
 RECORDED = EffectSpec(SCALARS, "Numbers that were recorded beside the poses.", lambda _: EffectOutput())
 
 
-def recorded(session: Session, assembly: Assembly) -> dict[str, EffectRun]:
+def recorded_scalars(session: Session, assembly: Assembly) -> dict[str, EffectRun]:
     """Kind -> the numbers between the first and the last frame of the assembly; empty where there are none."""
     start, count = perf_counter(), len(assembly.motion)
     series = {}

@@ -13,7 +13,7 @@ import numpy as np
 
 from cdcore.numerics import FloatArray
 from replay import words
-from replay.effects.chemistry.components import METALS, PROTON, WATER, dissolved_components, heavy_components
+from replay.effects.chemistry.components import METALS, PROTON, WATER, dissolved_components, solute_components
 from replay.effects.chemistry.ledger_columns import ADDED, WITHOUT_HEAT_C
 from replay.effects.chemistry.matter import Matter
 from replay.effects.chemistry.mixture import GAS, SOLID, Mixture
@@ -42,14 +42,14 @@ STRONGEST, WEAKEST = -2.0, 16.0
 class _Crossing:
     """A change of sign of an excess: between two rows of a history, by a straight line."""
 
-    before: int
-    after: int
+    row_before: int
+    row_after: int
     fraction: float
     rising: bool
 
-    def at(self, rows: FloatArray) -> FloatArray:
+    def interpolate(self, rows: FloatArray) -> FloatArray:
         """Interpolates rows (n, ...) at the crossing."""
-        return rows[self.before] + self.fraction * (rows[self.after] - rows[self.before])
+        return rows[self.row_before] + self.fraction * (rows[self.row_after] - rows[self.row_before])
 
 
 @dataclass(frozen=True)
@@ -86,44 +86,44 @@ def end_points(matter: Matter, vessel: str) -> list[EffectEvent]:
 
     The volume is that which came from where the flow came from that did it: the titrant, rinses left out.
     """
-    events = _events(matter, vessel, _of_acid_and_redox(matter, vessel, _crossings))
-    return events or list(_not_reached(matter, vessel))
+    events = _events(matter, vessel, _acid_and_redox_points(matter, vessel, _crossings))
+    return events or list(_unreached_event(matter, vessel))
 
 
-def _of_acid_and_redox(matter: Matter, vessel: str, find: Finder) -> Crossings:
+def _acid_and_redox_points(matter: Matter, vessel: str, find: Finder) -> Crossings:
     totals = matter.totals(matter.histories[vessel].amounts)
-    return chain(_of_protons(matter, vessel, totals, find), _of_electrons(matter, vessel, find))
+    return chain(_acid_base_points(matter, vessel, totals, find), _redox_points(matter, vessel, find))
 
 
-def _not_reached(matter: Matter, vessel: str) -> Iterator[EffectEvent]:
+def _unreached_event(matter: Matter, vessel: str) -> Iterator[EffectEvent]:
     """Event of the nearest end point at which a titration had not arrived when its titrant ended."""
     history = matter.histories[vessel]
     growth = np.flatnonzero(np.diff(history.added_ml, axis=0).any(axis=1))
     if not len(growth):
         return
     after = int(growth[-1]) + 1
-    came = history.added_ml[after] > history.added_ml[after - 1]
-    added = history.added_ml[:, came].sum(axis=1)
-    alone = (history.added_ml[:, ~came] == history.added_ml[after, ~came]).all(axis=1)
-    before = int(np.argmax(alone & (added >= 0.5 * added[after])))
-    sources = [name for name, index in matter.ledger.at.items() if name and came[index]]
+    is_source = history.added_ml[after] > history.added_ml[after - 1]
+    added = history.added_ml[:, is_source].sum(axis=1)
+    is_titrant_only = (history.added_ml[:, ~is_source] == history.added_ml[after, ~is_source]).all(axis=1)
+    row_before = int(np.argmax(is_titrant_only & (added >= 0.5 * added[after])))
+    sources = [name for name, index in matter.ledger.at.items() if name and is_source[index]]
 
-    def ahead(excess: FloatArray) -> Iterator[_Crossing]:
-        first, last = float(excess[before]), float(excess[after])
+    def crossings_ahead(excess: FloatArray) -> Iterator[_Crossing]:
+        first, last = float(excess[row_before]), float(excess[after])
         nearer = abs(last) < abs(first) and first * last > 0.0
         if nearer and abs(last) > LEAST * np.abs(excess).max():
-            yield _Crossing(before, after, first / (first - last), last > first)
+            yield _Crossing(row_before, after, first / (first - last), last > first)
 
     ends = sorted(
-        (float(point.crossing.at(added)), point.left, point.right)
-        for point in _of_acid_and_redox(matter, vessel, ahead)
-        if point.reacted >= COMPLETE and point.crossing.at(added) <= BEYOND * added[after]
+        (float(point.crossing.interpolate(added)), point.left, point.right)
+        for point in _acid_and_redox_points(matter, vessel, crossings_ahead)
+        if point.reacted >= COMPLETE and point.crossing.interpolate(added) <= BEYOND * added[after]
     )
-    if len(sources) == 1 and ends and before < after:
+    if len(sources) == 1 and ends and row_before < after:
         volume, left, right = ends[0]
         text = (
-            f"{words.fixed(float(added[after]), 2)} mL of {sources[0]} came into {vessel}; the end point of {left} and "
-            f"{right} would be at {words.fixed(volume, 2)} mL"
+            f"{words.decimal(float(added[after]), 2)} mL of {sources[0]} came into {vessel}; the end point of {left} "
+            f"and {right} would be at {words.decimal(volume, 2)} mL"
         )
         values: dict[str, float | str] = {"volume_ml": volume, "came_ml": float(added[after])}
         yield EffectEvent(float(history.times[after]), "not-reached", (vessel,), None, values, text)
@@ -131,7 +131,9 @@ def _not_reached(matter: Matter, vessel: str) -> Iterator[EffectEvent]:
 
 def ion_end_points(matter: Matter, vessel: str) -> list[EffectEvent]:
     """Events of a metal and an anion that are equivalent where they make a solid or a complex."""
-    return _events(matter, vessel, _of_ions(matter, vessel, matter.totals(matter.histories[vessel].amounts)))
+    return _events(
+        matter, vessel, _metal_and_anion_points(matter, vessel, matter.totals(matter.histories[vessel].amounts))
+    )
 
 
 def titrated_metals(matter: Matter, vessel: str) -> set[str]:
@@ -139,7 +141,7 @@ def titrated_metals(matter: Matter, vessel: str) -> set[str]:
     if not matter.histories[vessel].added_ml[-1].any():
         return set()
     totals = matter.totals(matter.histories[vessel].amounts)
-    points = _of_ions(matter, vessel, totals)
+    points = _metal_and_anion_points(matter, vessel, totals)
     return {name for point in points for side in (point.left, point.right) for name in side.split(" + ")} & METALS
 
 
@@ -147,44 +149,46 @@ def _events(matter: Matter, vessel: str, kinds: Crossings) -> list[EffectEvent]:
     history = matter.histories[vessel]
     if not history.added_ml[-1].any():
         return []
-    equivalents = sorted(kinds, key=lambda point: (point.crossing.before, point.crossing.fraction))
+    equivalents = sorted(kinds, key=lambda point: (point.crossing.row_before, point.crossing.fraction))
     points = [point for point in equivalents if point.reacted >= COMPLETE]
-    events = [_incomplete(matter, vessel, point) for point in equivalents if point.reacted < COMPLETE]
-    events += [_end_point(matter, vessel, point, number, len(points)) for number, point in enumerate(points, start=1)]
+    events = [_incomplete_event(matter, vessel, point) for point in equivalents if point.reacted < COMPLETE]
+    events += [
+        _end_point_event(matter, vessel, point, number, len(points)) for number, point in enumerate(points, start=1)
+    ]
     return events
 
 
-def _incomplete(matter: Matter, vessel: str, point: _Equivalent) -> EffectEvent:
+def _incomplete_event(matter: Matter, vessel: str, point: _Equivalent) -> EffectEvent:
     """Event of reagents that are equivalent before they have reacted: a slow reaction."""
     text = (
         f"{point.left} and {point.right} are equivalent in {vessel}, but {words.as_percentage(point.reacted)} of them "
         "have reacted: no end point"
     )
-    time = float(point.crossing.at(matter.histories[vessel].times))
+    time = float(point.crossing.interpolate(matter.histories[vessel].times))
     return EffectEvent(time, "incomplete", (vessel,), None, {"reacted": point.reacted}, text, "warning")
 
 
-def _end_point(matter: Matter, vessel: str, point: _Equivalent, number: int, count: int) -> EffectEvent:
+def _end_point_event(matter: Matter, vessel: str, point: _Equivalent, number: int, count: int) -> EffectEvent:
     """Event of an end point: its volume, the concentration that it gives, and after the last what overshot it."""
     history, crossing = matter.histories[vessel], point.crossing
-    came = history.added_ml[crossing.after] > history.added_ml[crossing.before]
-    added = history.added_ml[:, came].sum(axis=1)
-    volume = float(crossing.at(added))
-    over = float(added[-1]) - volume
-    sources = [name for name, index in matter.ledger.at.items() if name and came[index]]
+    is_source = history.added_ml[crossing.row_after] > history.added_ml[crossing.row_before]
+    added = history.added_ml[:, is_source].sum(axis=1)
+    volume = float(crossing.interpolate(added))
+    overshoot_ml = float(added[-1]) - volume
+    sources = [name for name, index in matter.ledger.at.items() if name and is_source[index]]
     concentration, values = "", dict[str, float | str]()
     if len(sources) == 1 and _is_plain_titration(matter, vessel, crossing, sources[0]):
         concentration, values = titrated_concentration(
             matter.recipe.contents, vessel, sources[0], (point.left, point.right), volume
         )
-    text = f"{point.left} and {point.right} are equivalent in {vessel} after {words.fixed(volume, 2)} mL"
+    text = f"{point.left} and {point.right} are equivalent in {vessel} after {words.decimal(volume, 2)} mL"
     if count > 1:
         text += f" (end point {number} of {count})"
     text += concentration
     if number == count:
-        text += f"; overshot by {words.fixed(over, 2)} mL"
-    values |= {"volume_ml": volume, "overshot_ml": over, "number": number, "of": point.kind.value}
-    return EffectEvent(float(crossing.at(history.times)), "end-point", (vessel,), None, values, text)
+        text += f"; overshot by {words.decimal(overshoot_ml, 2)} mL"
+    values |= {"volume_ml": volume, "overshot_ml": overshoot_ml, "number": number, "of": point.kind.value}
+    return EffectEvent(float(crossing.interpolate(history.times)), "end-point", (vessel,), None, values, text)
 
 
 def _is_plain_titration(matter: Matter, vessel: str, crossing: _Crossing, titrant: str) -> bool:
@@ -192,35 +196,47 @@ def _is_plain_titration(matter: Matter, vessel: str, crossing: _Crossing, titran
     solids = [name for name in matter.ledger.column if name.endswith(SOLID)]
     if any(matter.amount(titrant, name).any() for name in solids):
         return False
-    added = matter.histories[vessel].added_ml[crossing.after]
+    added = matter.histories[vessel].added_ml[crossing.row_after]
     others = [name for name, index in matter.ledger.at.items() if name not in (titrant, "") and added[index] > 0.0]
     contents = matter.recipe.contents
     return all(name in contents and set(contents[name].amounts) <= {WATER} for name in others)
 
 
-def _of_protons(matter: Matter, vessel: str, totals: FloatArray, find: Finder) -> Crossings:
+def _acid_base_points(matter: Matter, vessel: str, totals: FloatArray, find: Finder) -> Crossings:
     solver = matter.solver
     if solver is None:
         return
     mixture = solver.mixture
     water = matter.amount(vessel, WATER)
-    bare = totals.copy()
+    excess_protons = totals.copy()
     # Protons are counted above the barest form of each part.
-    bare[:, 0] -= totals[:, 1:] @ np.array([mixture.least_protons(component) for component in mixture.components[1:]])
-    mine = [()] + [
+    excess_protons[:, 0] -= totals[:, 1:] @ np.array(
+        [mixture.least_protons(component) for component in mixture.components[1:]]
+    )
+    pka_by_component = [()] + [
         mixture.pka(component) if amount.any() else ()
         for component, amount in zip(mixture.components[1:], totals.T[1:], strict=True)
     ]
-    cuts = [-np.inf, *sorted({step for steps in mine for step in steps if STRONGEST < step < WEAKEST}), np.inf]
+    cuts = [
+        -np.inf,
+        *sorted({step for steps in pka_by_component for step in steps if STRONGEST < step < WEAKEST}),
+        np.inf,
+    ]
     for lower, upper in pairwise(cuts):
-        excess = bare[:, 0] - totals @ np.array([sum(step >= upper for step in steps) for steps in mine])
+        excess = excess_protons[:, 0] - totals @ np.array(
+            [sum(step >= upper for step in steps) for steps in pka_by_component]
+        )
         for crossing in find(excess):
-            point = crossing.at(totals)
-            sizes = [float(point @ [cut in steps for steps in mine]) for cut in (lower, upper) if np.isfinite(cut)]
+            point = crossing.interpolate(totals)
+            sizes = [
+                float(point @ [cut in steps for steps in pka_by_component])
+                for cut in (lower, upper)
+                if np.isfinite(cut)
+            ]
             size = min(sizes, default=float(np.abs(excess).max()))
-            water_mol = float(crossing.at(water))
+            water_mol = float(crossing.interpolate(water))
             if size > 0.0 and water_mol > 0.0 and _inflects(solver, point, size, water_mol):
-                names = _names(matter, mixture, vessel, crossing, lower, upper)
+                names = _reagent_names(matter, mixture, vessel, crossing, lower, upper)
                 if names is not None:
                     yield _Equivalent(crossing, Equivalence.ACID_AND_BASE, *names)
 
@@ -233,24 +249,24 @@ def _inflects(solver: Solver, point: FloatArray, size: float, water: float) -> b
     solids = np.array([phase.column.endswith(SOLID) for phase in solver.mixture.phases], dtype=np.bool_)
     ph = solver.equilibrium(totals, np.full(count, water), np.full(count, WITHOUT_HEAT_C), solids).ph
     steep, middle = -np.diff(ph) / np.diff(HALF_STEP), 0.5 * (HALF_STEP[1:] + HALF_STEP[:-1])
-    near = np.abs(middle) <= NARROW
+    is_near_cut = np.abs(middle) <= NARROW
     flat = (steep[middle < -NARROW].min(), steep[middle > NARROW].min())
-    return bool(steep[near].max() > STEEPER * max(flat))
+    return bool(steep[is_near_cut].max() > STEEPER * max(flat))
 
 
-def _names(
+def _reagent_names(
     matter: Matter, mixture: Mixture, vessel: str, crossing: _Crossing, lower: float, upper: float
 ) -> tuple[str, str] | None:
     """Acids and bases, as they were brought, that are equivalent at a cut; ``None``: one of the two is missing."""
     history = matter.histories[vessel]
-    came = np.flatnonzero(history.added_ml[crossing.after] > history.added_ml[crossing.before])
+    source_indices = np.flatnonzero(history.added_ml[crossing.row_after] > history.added_ml[crossing.row_before])
     fills = matter.recipe.contents
-    sources = [name for name, index in matter.ledger.at.items() if index in came]
+    sources = [name for name, index in matter.ledger.at.items() if index in source_indices]
     titrants = {formula for name in sources if name in fills for formula in fills[name].amounts}
     brought = {
         column.removesuffix(ADDED)
         for column in matter.ledger.column
-        if column.endswith(ADDED) and matter.amount(vessel, column)[crossing.before] > 0.0
+        if column.endswith(ADDED) and matter.amount(vessel, column)[crossing.row_before] > 0.0
     }
 
     def steps(formula: str) -> list[float]:
@@ -278,51 +294,51 @@ def _names(
         )
         return sites > protons(formula)
 
-    def gives(formula: str) -> bool:
+    def gives_protons(formula: str) -> bool:
         strong = all(pka <= STRONGEST for pka in steps(formula))
         return protons(formula) > 0 and (strong or any(pka <= lower for pka in steps(formula)))
 
-    def takes(formula: str) -> bool:
+    def takes_protons(formula: str) -> bool:
         return protons(formula) < 0 or (is_base(formula) and any(pka >= upper for pka in steps(formula)))
 
-    mine = sorted(brought - titrants) or sorted(brought)
+    own_formulas = sorted(brought - titrants) or sorted(brought)
     if crossing.rising:
         acids, bases = (
             sorted(formula for formula in titrants if protons(formula) > 0),
-            [formula for formula in mine if takes(formula)],
+            [formula for formula in own_formulas if takes_protons(formula)],
         )
     else:
         acids, bases = (
-            [formula for formula in mine if gives(formula)],
+            [formula for formula in own_formulas if gives_protons(formula)],
             sorted(formula for formula in titrants if protons(formula) < 0 or is_base(formula)),
         )
     return (" + ".join(acids), " + ".join(bases)) if acids and bases else None
 
 
-def _of_electrons(matter: Matter, vessel: str, find: Finder) -> Crossings:
+def _redox_points(matter: Matter, vessel: str, find: Finder) -> Crossings:
     """Yields the crossings at which the second reagent of an equation begins to be left over."""
     for row, process in enumerate(matter.recipe.processes):
-        used = sorted(
+        reagents = sorted(
             column for column, many in process.changes.items() if many < 0.0 and column not in (PROTON, WATER)
         )
-        undissolved = any(column.endswith((SOLID, GAS)) for column in used)
+        has_undissolved = any(column.endswith((SOLID, GAS)) for column in reagents)
         if (
             process.rate is None
-            and len(used) == 2
-            and not undissolved
+            and len(reagents) == 2
+            and not has_undissolved
             and matter.histories[vessel].extents[-1, row] > 0.0
         ):
-            left, right = (matter.amount(vessel, column) / -process.changes[column] for column in used)
-            oxidant, reductant = (matter.recipe.reagent(row, column) for column in used)
+            left, right = (matter.amount(vessel, column) / -process.changes[column] for column in reagents)
+            oxidant, reductant = (matter.recipe.reagent(row, column) for column in reagents)
             extent = matter.histories[vessel].extents[:, row]
             for crossing in find(left - right):
-                reacted = float(crossing.at(extent))
-                remaining = max(0.0, float(crossing.at(np.minimum(left, right))))
+                reacted = float(crossing.interpolate(extent))
+                remaining = max(0.0, float(crossing.interpolate(np.minimum(left, right))))
                 fraction = reacted / (reacted + remaining)
                 yield _Equivalent(crossing, Equivalence.OXIDANT_AND_REDUCTANT, oxidant, reductant, fraction)
 
 
-def _of_ions(matter: Matter, vessel: str, totals: FloatArray) -> Crossings:
+def _metal_and_anion_points(matter: Matter, vessel: str, totals: FloatArray) -> Crossings:
     """Yields the crossings of an ion and those that equations bind it to, in a complex or a solid, all but a little.
 
     Of several partners, such as calcium and magnesium with EDTA, all that are bound by then count together.
@@ -333,25 +349,27 @@ def _of_ions(matter: Matter, vessel: str, totals: FloatArray) -> Crossings:
     pairs: dict[tuple[str, ...], str] = {}
     for reaction in matter.recipe.reactions:
         for formula in reaction.equation.products if reaction.process < 0 else ():
-            heavy = heavy_components(formula)
-            if len(heavy) == 2 and len(METALS & set(heavy)) == 1 and set(heavy) <= set(components):
-                pairs.setdefault(tuple(sorted(heavy)), formula)
+            solutes = solute_components(formula)
+            if len(solutes) == 2 and len(METALS & set(solutes)) == 1 and set(solutes) <= set(components):
+                pairs.setdefault(tuple(sorted(solutes)), formula)
     for ion, partners in _together(pairs):
         own = totals[:, components.index(ion)]
         bound, needed = [], np.zeros(len(own))
         for partner in partners:
             formula = pairs[(min(ion, partner), max(ion, partner))]
-            heavy = heavy_components(formula)
-            moles = totals[:, components.index(partner)] / heavy[partner]
+            solutes = solute_components(formula)
+            moles = totals[:, components.index(partner)] / solutes[partner]
             bound.append((formula, moles))
-            needed = needed + moles * heavy[ion]
+            needed = needed + moles * solutes[ion]
         others = {name for pair in pairs if ion in pair for name in pair} - {ion, *partners}
         for crossing in _crossings(own - needed):
-            rivalled = any(float(crossing.at(totals[:, components.index(name)])) > 0.0 for name in others)
-            whole = [float(crossing.at(moles)) for _, moles in bound]
-            made = _made(matter, vessel, totals, crossing)
+            rivalled = any(float(crossing.interpolate(totals[:, components.index(name)])) > 0.0 for name in others)
+            whole = [float(crossing.interpolate(moles)) for _, moles in bound]
+            amount_made = _amount_made(matter, vessel, totals, crossing)
             fractions = [
-                made.get(formula, 0.0) / moles for (formula, _), moles in zip(bound, whole, strict=True) if moles > 0.0
+                amount_made.get(formula, 0.0) / moles
+                for (formula, _), moles in zip(bound, whole, strict=True)
+                if moles > 0.0
             ]
             if len(fractions) == len(bound) and min(fractions) >= (ALONE if rivalled else COMPLETE):
                 names = sorted((ion, " + ".join(partners))) if len(partners) == 1 else [ion, " + ".join(partners)]
@@ -371,26 +389,28 @@ def _together(pairs: Iterable[tuple[str, ...]]) -> Iterator[tuple[str, tuple[str
                 yield ion, several
 
 
-def _made(matter: Matter, vessel: str, totals: FloatArray, crossing: _Crossing) -> dict[str, float]:
+def _amount_made(matter: Matter, vessel: str, totals: FloatArray, crossing: _Crossing) -> dict[str, float]:
     """Formula of each complex and solid -> mol of it at the very crossing, where PHREEQC has an answer."""
     solver, history, ledger = matter.solver, matter.histories[vessel], matter.ledger
     assert solver is not None
-    water = crossing.at(history.amounts[:, ledger.water])
-    celsius = crossing.at(matter.celsius(vessel, history.times))
-    solved = solver.equilibrium(crossing.at(totals)[None], np.atleast_1d(water), np.atleast_1d(celsius), ~ledger.gas)
-    if np.isnan(solved.ph[0]):
+    water = crossing.interpolate(history.amounts[:, ledger.water])
+    celsius = crossing.interpolate(matter.celsius(vessel, history.times))
+    equilibria = solver.equilibrium(
+        crossing.interpolate(totals)[None], np.atleast_1d(water), np.atleast_1d(celsius), ~ledger.gas
+    )
+    if np.isnan(equilibria.ph[0]):
         return {}
-    made = {}
+    amount_made = {}
     for reaction in matter.recipe.reactions:
         for formula in reaction.equation.products:
             column = formula + SOLID
             names = [phase.column for phase in solver.mixture.phases]
             row = solver.mixture.row_of(formula)
             if column in names:
-                made[formula] = float(solved.phases[0, names.index(column)])
+                amount_made[formula] = float(equilibria.phases[0, names.index(column)])
             elif row is not None:
-                made[formula] = float(solved.species[0, row])
-    return made
+                amount_made[formula] = float(equilibria.species[0, row])
+    return amount_made
 
 
 def _crossings(excess: FloatArray) -> Iterator[_Crossing]:

@@ -41,12 +41,12 @@ class Parabola:
         return np.asarray(polyval(time - self.at, polyder(self.coefficients)))
 
 
-def fitted(times: FloatArray, points: FloatArray) -> Parabola:
+def fit_parabola(times: FloatArray, points: FloatArray) -> Parabola:
     """The least-squares parabola through n >= 5 samples (n,) and (n, k), centred on the last one."""
     at = float(times[-1])
     coefficients = np.asarray(polyfit(times - at, points, 2), dtype=np.float64)
-    away = polyval(times - at, coefficients).T - points
-    return Parabola(at, coefficients, float(np.sqrt((away * away).sum(axis=1).mean())))
+    residuals = polyval(times - at, coefficients).T - points
+    return Parabola(at, coefficients, float(np.sqrt((residuals * residuals).sum(axis=1).mean())))
 
 
 def settled_runs(times: FloatArray, valid: BoolArray, linked: BoolArray) -> IntArray:
@@ -61,7 +61,7 @@ def settled_runs(times: FloatArray, valid: BoolArray, linked: BoolArray) -> IntA
     return runs
 
 
-def before(runs: IntArray, frame: int) -> IntArray:
+def rows_before(runs: IntArray, frame: int) -> IntArray:
     """The last frames up to ``frame`` of its stretch, nine at most; fewer than five count as none."""
     rows = np.arange(max(0, frame - 2 * HALF_WINDOW), frame + 1)
     same = np.logical_and.accumulate(runs[rows][::-1] == runs[frame])[::-1]
@@ -71,11 +71,11 @@ def before(runs: IntArray, frame: int) -> IntArray:
 
 def velocities(times: FloatArray, points: FloatArray, runs: IntArray, frames: IntArray) -> FloatArray:
     """Velocity (n, k) at frames (n,) from the nine samples around each that belong to its stretch; NaN below five."""
-    near = frames[:, None] + np.arange(-HALF_WINDOW, HALF_WINDOW + 1)
-    rows = np.clip(near, 0, len(times) - 1)
-    inside = (near == rows) & (runs[rows] == runs[frames, None]) & (runs[frames, None] >= 0)
-    since = np.where(inside, times[rows] - times[frames, None], 0.0)
-    powers = inside[..., None] * since[..., None] ** np.arange(3)
+    nearby_frames = frames[:, None] + np.arange(-HALF_WINDOW, HALF_WINDOW + 1)
+    rows = np.clip(nearby_frames, 0, len(times) - 1)
+    is_in_run = (nearby_frames == rows) & (runs[rows] == runs[frames, None]) & (runs[frames, None] >= 0)
+    since = np.where(is_in_run, times[rows] - times[frames, None], 0.0)
+    powers = is_in_run[..., None] * since[..., None] ** np.arange(3)
     # The least-squares parabola of each frame; what is outside weighs nothing.
-    fits = np.linalg.pinv(powers) @ np.where(inside[..., None], points[rows], 0.0)
-    return np.where(inside.sum(axis=1)[:, None] >= LEAST_SAMPLES, fits[:, 1], np.nan)
+    fits = np.linalg.pinv(powers) @ np.where(is_in_run[..., None], points[rows], 0.0)
+    return np.where(is_in_run.sum(axis=1)[:, None] >= LEAST_SAMPLES, fits[:, 1], np.nan)

@@ -9,7 +9,7 @@ from replay.effects.declaring import Declaration
 from replay.effects.inputs import BodyPoses, EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Series
 from replay.effects.protocol import spec_of
-from replay.effects.spans import Span, switched
+from replay.effects.spans import FrameRange, hysteresis_spans
 from sessions.mesh_data import MeshData
 
 FRAMES_AT_ONCE: Final = 64
@@ -34,7 +34,9 @@ def compute(inputs: EffectInputs) -> EffectOutput:
             findings.ran[rows] = True
             release_distance = declared["distance"] + declared["leave_by"]
             # Beyond the gate it is far.
-            spans = switched(-np.where(np.isnan(distance), np.inf, distance), -declared["distance"], -release_distance)
+            spans = hysteresis_spans(
+                -np.where(np.isnan(distance), np.inf, distance), -declared["distance"], -release_distance
+            )
             findings.events += [_event(inputs, visitor, hazard, distance, span) for span in spans]
             name = f"{visitor}-{hazard}"
             if len(rows):
@@ -46,8 +48,8 @@ def compute(inputs: EffectInputs) -> EffectOutput:
 
 def _distance(inputs: EffectInputs, declared: Declaration, visitor: str, hazard: str) -> FloatArray:
     """Distance (T,) of the visitor's surface to the hazard's box; NaN where its ball is too far to matter."""
-    comer, danger = inputs.poses(visitor), inputs.poses(hazard)
-    valid = comer.valid & danger.valid
+    visitor_poses, hazard_poses = inputs.poses(visitor), inputs.poses(hazard)
+    valid = visitor_poses.valid & hazard_poses.valid
     mesh = inputs.mesh(hazard)
     box = mesh.vertices[np.unique(mesh.faces)]
     lower, upper = box.min(axis=0), box.max(axis=0)
@@ -55,15 +57,15 @@ def _distance(inputs: EffectInputs, declared: Declaration, visitor: str, hazard:
     vertices = surface_points(inputs.mesh(visitor))
     middle = (vertices.min(axis=0) + vertices.max(axis=0)) / 2.0
     radius = float(np.linalg.norm(vertices - middle, axis=1).max())
-    centre = danger.local(comer.point(middle))
+    centre = hazard_poses.to_body_frame(visitor_poses.point(middle))
     away = np.maximum(0.0, np.maximum(lower - centre, centre - upper))
-    gate = np.linalg.norm(away, axis=1) - radius <= declared["distance"] + declared["leave_by"]
-    rows = np.flatnonzero(gate & valid)
+    is_near_enough = np.linalg.norm(away, axis=1) - radius <= declared["distance"] + declared["leave_by"]
+    rows = np.flatnonzero(is_near_enough & valid)
     inputs.count("vertex tests", len(rows) * len(vertices))
     distance = np.full(len(inputs), np.nan)
     for start in range(0, len(rows), FRAMES_AT_ONCE):
         chunk = rows[start : start + FRAMES_AT_ONCE]
-        relative = comer.take(chunk).relative_to(danger.take(chunk))
+        relative = visitor_poses.take(chunk).relative_to(hazard_poses.take(chunk))
         distance[chunk] = np.sqrt(_square_to_box(vertices, relative, lower, upper).min(axis=0))
     return distance
 
@@ -83,11 +85,13 @@ def _square_to_box(points: FloatArray, relative: BodyPoses, lower: FloatArray, u
     return total
 
 
-def _event(inputs: EffectInputs, visitor: str, hazard: str, distance: FloatArray, span: Span) -> EffectEvent:
-    start, last = inputs.ends(span)
+def _event(inputs: EffectInputs, visitor: str, hazard: str, distance: FloatArray, span: FrameRange) -> EffectEvent:
+    start, last = inputs.span_times(span)
     least = float(np.nanmin(distance[slice(*span)]))
     values = {"seconds": last - start, "least_m": least}
-    text = f"{visitor} comes within {words.fixed(least * 1e3, 0)} mm of {hazard} for {words.fixed(last - start, 1)} s"
+    text = (
+        f"{visitor} comes within {words.decimal(least * 1e3, 0)} mm of {hazard} for {words.decimal(last - start, 1)} s"
+    )
     return EffectEvent(start, "near", (visitor, hazard), inputs.end(span[1]), values, text, "warning")
 
 

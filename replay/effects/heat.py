@@ -7,12 +7,12 @@ from typing import Any, Final
 import numpy as np
 
 from replay import words
-from replay.effects.chemistry.warming import warmed
+from replay.effects.chemistry.warming import heating_curve
 from replay.effects.declaring import Declaration
 from replay.effects.inputs import EffectInputs
 from replay.effects.output import COLOURS, EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series
 from replay.effects.protocol import spec_of
-from replay.effects.spans import BoolArray, steadied
+from replay.effects.spans import BoolArray, steady_spans
 from replay.effects.temperatures import boils, note_temperature
 from replay.effects.vessels import Vessel
 from replay.errors import EffectError
@@ -23,16 +23,16 @@ SOLID_G_ML: Final = 2.0
 """Of a solid whose density nobody states, for the picture only: most salts have 1.7 to 2.5."""
 
 
-def heated(inputs: EffectInputs, declared: Declaration, findings: Findings) -> None:
+def find_flame_heating(inputs: EffectInputs, declared: Declaration, findings: Findings) -> None:
     """Find events ``heated`` and ``boil``, and the temperature from the first heat on."""
     name, lamp = declared["heats"], declared["source"]
-    spans, times = steadied(_over(inputs, declared), np.ones(len(inputs), dtype=np.bool_)), inputs.times
+    spans, times = steady_spans(_is_over_flame(inputs, declared), np.ones(len(inputs), dtype=np.bool_)), inputs.times
     power = np.zeros(len(times))
     for begin, stop in spans:
         power[begin:stop] = declared["power_w"]
     first = spans[0][0] if spans else len(times)
     findings.ran[first:] = True
-    celsius = warmed(
+    celsius = heating_curve(
         times,
         power,
         capacity=_capacity(inputs.body(name)),
@@ -41,64 +41,64 @@ def heated(inputs: EffectInputs, declared: Declaration, findings: Findings) -> N
         boils=boils(declared),
     )
     drawn_rows = [0, *range(max(1, first - 1), len(times))]
-    findings.lane(name, *inputs.lane_spans(spans, "over the flame"))
+    findings.add_lane(name, *inputs.lane_spans(spans, "over the flame"))
     for span in spans:
-        start, end = inputs.ends(span)
-        reached = float(celsius[min(span[1], len(times) - 1)])
+        start, end = inputs.span_times(span)
+        reached_c = float(celsius[min(span[1], len(times) - 1)])
         text, values = (
-            f"{lamp} heats {name} to {words.fixed(reached, 0)} degC in {words.fixed(end - start, 1)} s",
-            {"to_c": reached, "seconds": end - start},
+            f"{lamp} heats {name} to {words.decimal(reached_c, 0)} degC in {words.decimal(end - start, 1)} s",
+            {"to_c": reached_c, "seconds": end - start},
         )
         findings.events.append(EffectEvent(start, "heated", (name, lamp), inputs.end(span[1]), values, text))
-    if spans and _reacts(inputs, name):
+    if spans and _has_reactions(inputs, name):
         text = (
             f"what dissolves and reacts in {name} is computed without the heat of {lamp}: for what it does hot, give "
             'the body its temperature_c, and let it cool by an effect heat with of = "liquids"'
         )
-        start = inputs.ends(spans[0])[0]
+        start = inputs.span_times(spans[0])[0]
         findings.events.append(EffectEvent(start, "not-heated", (name, lamp), None, {}, text, "warning"))
     if spans and declared["turns_c"] is not None:
         _change_colour(declared, findings, Vessel(inputs.body(name)), times, celsius)
     note_temperature(declared, findings, name, Series(times[drawn_rows], celsius[drawn_rows], "degC"))
 
 
-def _reacts(inputs: EffectInputs, name: str) -> bool:
+def _has_reactions(inputs: EffectInputs, name: str) -> bool:
     """Whether an effect computes what dissolves or reacts in a vessel."""
-    followed = {vessel for table in inputs.tables.get("mixing", ()) for vessel in table["in"]}
-    return name in followed and any(inputs.tables.get(kind) for kind in ("reaction", "precipitation"))
+    followed_vessels = {vessel for table in inputs.tables.get("mixing", ()) for vessel in table["in"]}
+    return name in followed_vessels and any(inputs.tables.get(kind) for kind in ("reaction", "precipitation"))
 
 
 def _change_colour(
     declared: Declaration, findings: Findings, vessel: Vessel, times: FloatArray, celsius: FloatArray
 ) -> None:
     """The solid that is heated takes another colour when it is first so hot, and keeps it."""
-    name, before, after = vessel.body.id, declared["from_colour"], declared["to_colour"]
+    name, colour_before, colour_after = vessel.body.id, declared["from_colour"], declared["to_colour"]
     volume = vessel.amount("solid", "mass_g") / vessel.amount("solid", "density_g_ml", SOLID_G_ML)
     changed_rows = np.flatnonzero(celsius >= declared["turns_c"])[:1].tolist()
     rows = np.array([0, *changed_rows])
-    drawn = vessel.drawn(times[rows], np.full(len(rows), volume))
+    liquid = vessel.liquid_to_draw(times[rows], np.full(len(rows), volume))
     findings.liquids[name] = replace(
-        drawn, rgba=np.array([COLOURS[before], COLOURS[after]], dtype=np.uint8)[: len(rows)]
+        liquid, rgba=np.array([COLOURS[colour_before], COLOURS[colour_after]], dtype=np.uint8)[: len(rows)]
     )
     ends = [float(times[row]) for row in (0, *changed_rows, -1)]
-    colours = (before, after)
-    findings.lane(
+    colours = (colour_before, colour_after)
+    findings.add_lane(
         f"{name} colour",
         *(LaneSpan(start, end, word, COLOURS[word]) for start, end, word in zip(ends, ends[1:], colours, strict=False)),
     )
     for row in changed_rows:
-        text = f"{vessel.contents('solid')['formula']} in {name} turns from {before} to {after}"
-        values = {"celsius": float(celsius[row]), "to": after}
+        text = f"{vessel.contents('solid')['formula']} in {name} turns from {colour_before} to {colour_after}"
+        values = {"celsius": float(celsius[row]), "to": colour_after}
         findings.events.append(EffectEvent(float(times[row]), "turned", (name,), None, values, text))
 
 
-def _over(inputs: EffectInputs, declared: Declaration) -> BoolArray:
+def _is_over_flame(inputs: EffectInputs, declared: Declaration) -> BoolArray:
     """(T,) whether the body's origin is above the flame's foot and near its axis; where not seen, as last seen."""
     lamp, dish = (inputs.poses(declared[key]).last_known() for key in ("source", "heats"))
-    local = lamp.local(dish.translation) - np.array(declared["base"])
-    near = np.hypot(local[:, 0], local[:, 2]) < declared["within"]
-    over = (local[:, 1] > 0.0) & (local[:, 1] <= declared["height"])
-    return near & over & lamp.valid & dish.valid
+    local = lamp.to_body_frame(dish.translation) - np.array(declared["base"])
+    is_near_axis = np.hypot(local[:, 0], local[:, 2]) < declared["within"]
+    is_above_foot = (local[:, 1] > 0.0) & (local[:, 1] <= declared["height"])
+    return is_near_axis & is_above_foot & lamp.valid & dish.valid
 
 
 def _capacity(body: SceneBody) -> float:
@@ -127,22 +127,22 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     findings = Findings(len(inputs))
     for declared in inputs.declared:
         if declared["of"] == "flame":
-            heated(inputs, declared, findings)
+            find_flame_heating(inputs, declared, findings)
         else:
-            from replay.effects.heat_of_mixing import mixed  # a flame alone loads no chemistry
+            from replay.effects.heat_of_mixing import find_mixing_heat  # a flame alone loads no chemistry
 
-            mixed(inputs, declared, findings)
+            find_mixing_heat(inputs, declared, findings)
     return findings.output()
 
 
 def _check(declared: Declaration, scene: Scene) -> None:
     kind = declared["of"]
-    needed, besides = KINDS[kind]
+    needed_things, optional_thing = KINDS[kind]
     for thing, keys in FIELDS.items():
         given = [key for key in keys if declared[key] is not None]
-        if given and thing not in (*needed, besides):
+        if given and thing not in (*needed_things, optional_thing):
             raise declared.fail(f"{given[0]} belongs to heat of a {thing}, and this is of a {kind}; leave it out")
-        missing = [key for key in keys if key not in given] if given or thing in needed else ()
+        missing = [key for key in keys if key not in given] if given or thing in needed_things else ()
         if missing:
             raise declared.fail(f"{missing[0]} is missing: heat of a {thing} needs {', '.join(keys)}")
     try:

@@ -35,14 +35,18 @@ LEAST_KELVIN = 0.05
 """A vessel whose temperature changes by less tells no result; a school's thermometer shows 0.1."""
 
 
-def mixed(inputs: EffectInputs, declared: Declaration, findings: Findings) -> None:
+def find_mixing_heat(inputs: EffectInputs, declared: Declaration, findings: Findings) -> None:
     """Find events ``warmest``, ``coldest``, ``wrong-order`` and ``boil``, and the temperature of every vessel."""
     matter = matter_of(inputs)
     for event in _wrong_orders(inputs, matter):
         findings.events.append(event)
-        findings.lane(event.bodies[-1], LaneSpan(event.time, event.end or event.time, "water into acid"))
+        findings.add_lane(event.bodies[-1], LaneSpan(event.time, event.end or event.time, "water into acid"))
     for name, history in matter.histories.items():
-        findings.events += [*_dissolved_before(name, matter), *_strong(name, matter), *_estimated(name, matter)]
+        findings.events += [
+            *_early_dissolution_events(name, matter),
+            *_strong_solution_events(name, matter),
+            *_estimated(name, matter),
+        ]
         changed = np.flatnonzero(np.diff(history.volume_ml, prepend=history.volume_ml[0]))
         if not len(changed) and not matter.amount(name, HEAT).any():
             continue
@@ -64,12 +68,12 @@ def mixed(inputs: EffectInputs, declared: Declaration, findings: Findings) -> No
         series = Series(times[mixed_rows], celsius[mixed_rows], "degC")
         note_temperature(declared, findings, name, series, volume_ml[mixed_rows] > 0.0)
         findings.events += [
-            *_extremes(name, times[mixed_rows], celsius[mixed_rows]),
-            *_frozen(name, matter, declared["ambient_c"]),
+            *_extreme_events(name, times[mixed_rows], celsius[mixed_rows]),
+            *_freezing_events(name, matter, declared["ambient_c"]),
         ]
 
 
-def _dissolved_before(name: str, matter: Matter) -> list[EffectEvent]:
+def _early_dissolution_events(name: str, matter: Matter) -> list[EffectEvent]:
     """Events of solids that stand in a liquid from the start: the heat of their dissolving is not seen."""
     events = []
     for solid, initial in matter.recipe.contents[name].solids.items():
@@ -89,14 +93,14 @@ def _dissolved_before(name: str, matter: Matter) -> list[EffectEvent]:
     return events
 
 
-def _strong(name: str, matter: Matter) -> list[EffectEvent]:
+def _strong_solution_events(name: str, matter: Matter) -> list[EffectEvent]:
     """Event of a strong solution whose heat no table has: it is counted as that of a dilute one."""
     history, ledger = matter.histories[name], matter.ledger
     rows = np.flatnonzero(matter.is_mixed(name, history.times, history.volume_ml) & (history.volume_ml > 0.0))
     species = np.zeros((len(rows), 0))
     if matter.solver is not None and len(rows):
-        wet, solved = matter.solved(name, history.times[rows])
-        rows, species = rows[wet], solved.species
+        wet, equilibria = matter.equilibria(name, history.times[rows])
+        rows, species = rows[wet], equilibria.species
     amounts = history.amounts[rows]
     if not len(rows) or ledger.heats.content is None:
         return []
@@ -107,9 +111,9 @@ def _strong(name: str, matter: Matter) -> list[EffectEvent]:
         if all(charge_of(column) == 0 for column in salt.components) and salt.formula not in ledger.warmth.declared:
             (component,) = (column for column in salt.components if column != WATER)
             dissolved = amounts[:, ledger.column[component]] / kilograms
-            stronger = dissolved > np.maximum(molal, DILUTE_MOLAL)
-            molal = np.where(stronger, dissolved, molal)
-            ions = [salt.formula if mine else other for mine, other in zip(stronger.tolist(), ions, strict=True)]
+            is_stronger = dissolved > np.maximum(molal, DILUTE_MOLAL)
+            molal = np.where(is_stronger, dissolved, molal)
+            ions = [salt.formula if mine else other for mine, other in zip(is_stronger.tolist(), ions, strict=True)]
     if not molal.any():
         return []
     row = int(np.argmax(molal))
@@ -140,7 +144,7 @@ def _estimated(name: str, matter: Matter) -> list[EffectEvent]:
     return [EffectEvent(float(history.times[rows[0]]), "estimated", (name,), None, {}, text)]
 
 
-def _frozen(name: str, matter: Matter, room: float) -> list[EffectEvent]:
+def _freezing_events(name: str, matter: Matter, room: float) -> list[EffectEvent]:
     """Event of a solution that reaches its freezing point: it gets no colder while ice is there."""
     history = matter.histories[name]
     is_frozen = (matter.amount(name, LATENT) < 0.0) & matter.is_mixed(name, history.times, history.volume_ml)
@@ -148,21 +152,21 @@ def _frozen(name: str, matter: Matter, room: float) -> list[EffectEvent]:
     events = []
     for row in rows.tolist():
         celsius = room + float(matter.kelvin(name, history.times[row : row + 1])[0])
-        point = f"{name} reaches its freezing point, {words.fixed(celsius, 1)} degC"
+        point = f"{name} reaches its freezing point, {words.decimal(celsius, 1)} degC"
         text = f"{point}: it gets no colder, how much ice forms is not computed"
         values = {"celsius": celsius}
         events.append(EffectEvent(float(history.times[row]), "freeze", (name,), None, values, text, "warning"))
     return events
 
 
-def _extremes(name: str, times: FloatArray, celsius: FloatArray) -> list[EffectEvent]:
+def _extreme_events(name: str, times: FloatArray, celsius: FloatArray) -> list[EffectEvent]:
     """The warmest and the coldest that a vessel gets after its start: what calorimetry reads."""
     events = []
     for word, row, sign in (("warmest", int(np.argmax(celsius)), 1.0), ("coldest", int(np.argmin(celsius)), -1.0)):
         change = float(celsius[row] - celsius[0])
         if sign * change > LEAST_KELVIN:
             verb = "warms" if sign > 0.0 else "cools"
-            text = f"{name} {verb} from {words.fixed(celsius[0], 2)} to {words.fixed(celsius[row], 2)} degC"
+            text = f"{name} {verb} from {words.decimal(celsius[0], 2)} to {words.decimal(celsius[row], 2)} degC"
             values = {"from_c": float(celsius[0]), "to_c": float(celsius[row]), "change_k": change}
             events.append(EffectEvent(float(times[row]), word, (name,), None, values, text))
     return events
@@ -180,7 +184,7 @@ def _wrong_orders(inputs: EffectInputs, matter: Matter) -> list[EffectEvent]:
             streams.append(stream.select(np.flatnonzero((target > source) & (target > STRONG_MOL_ML))))
     events = []
     for flow in flows(streams, LEAST_ML):
-        amount, acid_name = words.fixed(flow.total_ml, 1), acid.removesuffix(ADDED)
+        amount, acid_name = words.decimal(flow.total_ml, 1), acid.removesuffix(ADDED)
         text = f"{amount} mL from {flow.source} are poured into {acid_name} in {flow.target}"
         end, values = float(flow.times[-1]), {"volume_ml": flow.total_ml}
         events.append(

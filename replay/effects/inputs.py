@@ -14,7 +14,7 @@ from cdcore.numerics import IntArray
 from cdcore.protocol import is_one_of, is_undecided
 from replay.effects.declaring import Declaration, Pair
 from replay.effects.output import EffectOutput, FloatArray, LaneSpan
-from replay.effects.spans import BoolArray, Span
+from replay.effects.spans import BoolArray, FrameRange
 from replay.errors import EffectError
 from replay.prepare.assembly import Assembly
 from replay.prepare.frame_times import frame_ends
@@ -63,11 +63,11 @@ class BodyPoses:
 
     def relative_to(self, other: "BodyPoses") -> "BodyPoses":
         """The same in the other body's frame."""
-        translation = other.local(self.translation)
+        translation = other.to_body_frame(self.translation)
         rotation = np.einsum("tji,tjk->tik", other.rotation, self.rotation)
         return BodyPoses(self.times, translation, rotation, self.valid & other.valid, self.linked & other.linked)
 
-    def local(self, points: FloatArray) -> FloatArray:
+    def to_body_frame(self, points: FloatArray) -> FloatArray:
         """World places (T, 3) in the body's frame; they mean nothing where there is no pose."""
         return np.einsum("tji,tj->ti", self.rotation, points - self.translation)
 
@@ -113,7 +113,7 @@ class EffectInputs:
     outputs: Mapping[str, EffectOutput]  # of the effects it needs or uses
     counters: Counter[str]
     tables: Mapping[str, tuple[Declaration, ...]]  # declarations of every kind of the plan
-    made: dict[str, Any]  # what effects share
+    shared_objects: dict[str, Any]  # what effects share
 
     @property
     def times(self) -> FloatArray:
@@ -123,7 +123,7 @@ class EffectInputs:
     def __len__(self) -> int:
         return len(self.times)
 
-    def ends(self, span: Span) -> tuple[float, float]:
+    def span_times(self, span: FrameRange) -> tuple[float, float]:
         """First second of a span, and the second at which it is over; the recording's last, if it ends before."""
         first, stop = span
         return float(self.times[first]), float(self.times[min(stop, len(self) - 1)])
@@ -132,23 +132,23 @@ class EffectInputs:
         """The ``end`` of an event that is over at frame ``stop``; ``None``: the recording ends before."""
         return None if stop >= len(self) else float(frame_ends(self.times)[stop - 1])
 
-    def lane_spans(self, spans: Iterable[Span], word: str) -> list[LaneSpan]:
+    def lane_spans(self, spans: Iterable[FrameRange], word: str) -> list[LaneSpan]:
         """Spans of frames as spans of a lane."""
-        return [LaneSpan(*self.ends(span), word) for span in spans]
+        return [LaneSpan(*self.span_times(span), word) for span in spans]
 
     def count(self, name: str, by: int = 1) -> None:
         """Add to a counter of this effect's work."""
         self.counters[name] += by
 
-    def shared(self, name: str, make: Callable[[], Any]) -> Any:
+    def shared_object(self, name: str, make: Callable[[], Any]) -> Any:
         """Returns an object that several effects share, such as the ledger of matter: made by the first that asks."""
-        if name not in self.made:
-            self.made[name] = make()
-        return self.made[name]
+        if name not in self.shared_objects:
+            self.shared_objects[name] = make()
+        return self.shared_objects[name]
 
     def body(self, name: str) -> SceneBody:
         """The declaration of a body."""
-        declaration = self.session.scene.body(self._named(name))
+        declaration = self.session.scene.body(self._checked_name(name))
         return declaration if declaration is not None else SceneBody(name)
 
     def poses(self, name: str) -> BodyPoses:
@@ -157,7 +157,7 @@ class EffectInputs:
         Raises EffectError: no effect of the plan names it, or it has no mesh or no track.
         """
         names = self.assembly.names
-        if self._named(name) not in names:
+        if self._checked_name(name) not in names:
             raise EffectError(
                 f"effect {self.kind!r}: body {name!r} has no mesh or was not recorded; record it, or give it "
                 "fixed = { position = [x, y, z] } if it stands still"
@@ -168,7 +168,7 @@ class EffectInputs:
 
     def mesh(self, name: str) -> MeshData:
         """Vertices and faces in the body's frame."""
-        return self.session.meshes[self._named(name)]
+        return self.session.meshes[self._checked_name(name)]
 
     def output(self, kind: str) -> EffectOutput:
         """The output of an effect this one needs or uses.
@@ -212,7 +212,7 @@ class EffectInputs:
         verdict = self.detection.verdict[:, column]
         return PairContact(pair, is_one_of(verdict, TOUCHING), ~is_undecided(verdict), self.detection, column)
 
-    def _named(self, name: str) -> str:
+    def _checked_name(self, name: str) -> str:
         if name not in self.known_bodies:
             raise EffectError(f"effect {self.kind!r} asks for body {name!r}, which no declared effect names")
         return name

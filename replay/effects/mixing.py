@@ -23,7 +23,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
             amount = matter.amount(name, column)
             if column.endswith(ADDED) and amount.any():
                 findings.series[f"{name}/{column}"] = Series(history.times, amount / litres, "mol/L")
-        findings.liquids[name] = matter.vessels[name].drawn(history.times, history.volume_ml)
+        findings.liquids[name] = matter.vessels[name].liquid_to_draw(history.times, history.volume_ml)
     return findings.output()
 
 

@@ -16,7 +16,7 @@ from cdcore.numerics import FloatArray, IntArray
 from replay.effects.declaring import Declaration
 from replay.effects.fitting import HALF_WINDOW, settled_runs, velocities
 from replay.effects.inputs import BodyPoses, EffectInputs
-from replay.effects.models.outflow import Stream, entry_times, over_weir, points_at_height, run_out, twist
+from replay.effects.models.outflow import Stream, entry_times, points_at_height, run_out, twist_angle, weir_flow
 from replay.effects.output import Series
 from replay.effects.spans import BoolArray
 from replay.effects.vessels import ML, Vessel, vessels_of
@@ -55,105 +55,110 @@ def gone_ml(count: int, streams: Iterable[Stream]) -> FloatArray:
 
 def movement_of(inputs: EffectInputs) -> Movement:
     """The movement of this run, made once."""
-    return inputs.shared("movement", lambda: _moved(inputs))
+    return inputs.shared_object("movement", lambda: _compute_movement(inputs))
 
 
-def _moved(inputs: EffectInputs) -> Movement:
+def _compute_movement(inputs: EffectInputs) -> Movement:
     placed_vessels = _placed_vessels(inputs)
     names, count = list(placed_vessels), len(inputs)
-    coming = {name: np.zeros(count) for name in placed_vessels}
+    inflow = {name: np.zeros(count) for name in placed_vessels}
     while True:
-        given = {name: placed.given(coming[name]) for name, placed in placed_vessels.items()}
-        after = {name: np.zeros(count) for name in placed_vessels}
-        for source, (leaving, _, _) in given.items():
-            target = placed_vessels[source].aimed(leaving, placed_vessels)
-            for number in set(target[leaving > 0.0].tolist()) - {SPILLED}:
-                after[names[number]] += np.where(target == number, leaving, 0.0)
-        if all(np.array_equal(after[name], coming[name]) for name in placed_vessels):
+        outflows = {name: placed.outflows(inflow[name]) for name, placed in placed_vessels.items()}
+        next_inflow = {name: np.zeros(count) for name in placed_vessels}
+        for source, (outflow_ml, _, _) in outflows.items():
+            target = placed_vessels[source].target_numbers(outflow_ml, placed_vessels)
+            for number in set(target[outflow_ml > 0.0].tolist()) - {SPILLED}:
+                next_inflow[names[number]] += np.where(target == number, outflow_ml, 0.0)
+        if all(np.array_equal(next_inflow[name], inflow[name]) for name in placed_vessels):
             break
-        coming = after
+        inflow = next_inflow
     return Movement(
         {name: placed.vessel for name, placed in placed_vessels.items()},
-        {name: staying for name, (_, _, staying) in given.items()},
-        tuple(stream for name, placed in placed_vessels.items() for stream in placed.streams(names, *given[name][:2])),
+        {name: staying for name, (_, _, staying) in outflows.items()},
+        tuple(
+            stream for name, placed in placed_vessels.items() for stream in placed.streams(names, *outflows[name][:2])
+        ),
     )
 
 
 class _PlacedVessel:
     """A vessel: what leaves it, where to and from which point.
 
-    ``tap``: the table of a burette; ``into``: vessels that may receive; ``None``: it gives nothing.
+    ``tap``: the table of a burette; ``receivers``: vessels that may receive; ``None``: it gives nothing.
     """
 
     def __init__(
-        self, inputs: EffectInputs, vessel: Vessel, tap: Declaration | None, into: tuple[str, ...] | None
+        self, inputs: EffectInputs, vessel: Vessel, tap: Declaration | None, receivers: tuple[str, ...] | None
     ) -> None:
-        self.inputs, self.vessel, self.tap, self.into = inputs, vessel, tap, into or ()
+        self.inputs, self.vessel, self.tap, self.receivers = inputs, vessel, tap, receivers or ()
         self.poses = inputs.poses(vessel.body.id)
         self.last_known, count = self.poses.last_known(), len(inputs)
         self.target, self.point = np.full(count, UNKNOWN), np.zeros((count, 3))  # (T,) number of a vessel, (T, 3)
-        self.kept = self.most = np.full(count, np.inf)
+        self.kept_volume = self.weir_limit = np.full(count, np.inf)
         if tap is not None:
             self.area = _open_area(inputs, tap) * self.last_known.valid
-        elif into is not None:
-            self.kept, self.most = self._kept(), self._most()
+        elif receivers is not None:
+            self.kept_volume, self.weir_limit = self._volume_kept_by_tilt(), self._weir_limit()
 
-    def given(self, coming: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def outflows(self, inflow: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Volumes that leave by tilt or stopcock, run over, and stay, each (T,), with what comes in."""
-        first, brim = self.vessel.volume_ml, self.vessel.brim_ml
-        came = np.cumsum(coming)
+        initial_volume, brim = self.vessel.volume_ml, self.vessel.brim_ml
+        total_inflow = np.cumsum(inflow)
         if self.tap is not None:
             let_out = (
                 run_out(
                     self.inputs.times,
                     self.area,
-                    coming * ML,
+                    inflow * ML,
                     discharge=self.tap["discharge"],
                     section=self.vessel.section_m2,
                     foot=self.vessel.floor - self.tap["tip"][1],
-                    volume=first * ML,
+                    volume=initial_volume * ML,
                 )
                 / ML
             )
-            top = first + came - np.cumsum(let_out)
-            over = np.minimum(top, np.maximum.accumulate(np.maximum(0.0, top - brim)))
-            return let_out, np.diff(over, prepend=0.0), top - over
+            top = initial_volume + total_inflow - np.cumsum(let_out)
+            overflow = np.minimum(top, np.maximum.accumulate(np.maximum(0.0, top - brim)))
+            return let_out, np.diff(overflow, prepend=0.0), top - overflow
         # With all that came in taken off, what a vessel holds only falls: to what its tilt keeps, and to its brim.
-        bounds = np.stack([self.kept - (came - coming), brim - came], axis=1)
-        lowest = np.minimum(first, np.minimum.accumulate(bounds.ravel())).reshape(-1, 2)
-        previous = np.concatenate([[first], lowest[:-1, 1]])
-        if (previous - lowest[:, 0] > self.most).any():
-            lowest = _lowered(first, bounds, self.most)
-            previous = np.concatenate([[first], lowest[:-1, 1]])
-        return previous - lowest[:, 0], lowest[:, 0] - lowest[:, 1], np.maximum(0.0, came + lowest[:, 1])
+        bounds = np.stack([self.kept_volume - (total_inflow - inflow), brim - total_inflow], axis=1)
+        lowest = np.minimum(initial_volume, np.minimum.accumulate(bounds.ravel())).reshape(-1, 2)
+        previous = np.concatenate([[initial_volume], lowest[:-1, 1]])
+        if (previous - lowest[:, 0] > self.weir_limit).any():
+            lowest = _remaining_volumes(initial_volume, bounds, self.weir_limit)
+            previous = np.concatenate([[initial_volume], lowest[:-1, 1]])
+        return previous - lowest[:, 0], lowest[:, 0] - lowest[:, 1], np.maximum(0.0, total_inflow + lowest[:, 1])
 
-    def aimed(self, leaving: FloatArray, placed_vessels: "Mapping[str, _PlacedVessel]") -> IntArray:
+    def target_numbers(self, leaving: FloatArray, placed_vessels: "Mapping[str, _PlacedVessel]") -> IntArray:
         """Number (T,) of the vessel that it falls into in each frame in which it flows, or `SPILLED`."""
         rows = np.flatnonzero((leaving > 0.0) & (self.target == UNKNOWN))
         if len(rows):
             if self.tap is not None:
                 local, velocity = np.array([self.tap["tip"]]), np.zeros((len(rows), 3))
             else:
-                local, velocity = self.vessel.shape.exit(_down(self.last_known, rows)), self._velocity(rows)
+                local, velocity = (
+                    self.vessel.shape.exit(_gravity_direction(self.last_known, rows)),
+                    self._velocity(rows),
+                )
             offset = np.einsum("tij,tj->ti", self.last_known.rotation[rows], local * np.ones((len(rows), 1)))
-            self._land(rows, self.last_known.translation[rows] + offset, velocity, placed_vessels)
+            self._note_landing(rows, self.last_known.translation[rows] + offset, velocity, placed_vessels)
         return self.target
 
-    def streams(self, names: list[str], leaving: FloatArray, over: FloatArray) -> Iterator[Stream]:
+    def streams(self, names: list[str], leaving: FloatArray, overflow: FloatArray) -> Iterator[Stream]:
         """Yields the stream to each target, and the one over its brim."""
-        into = dict(enumerate(names)) | {SPILLED: ""}
+        receivers = dict(enumerate(names)) | {SPILLED: ""}
         openings = [
-            (into[number], False, np.where(self.target == number, leaving, 0.0), self.point)
+            (receivers[number], False, np.where(self.target == number, leaving, 0.0), self.point)
             for number in sorted(set(self.target[leaving > 0.0].tolist()))
         ]
-        openings.append(("", True, over, self.last_known.point(self.vessel.point("opening"))))
+        openings.append(("", True, overflow, self.last_known.point(self.vessel.point("opening"))))
         for name, over_brim, volume, points in openings:
             rows = np.flatnonzero(volume > 0.0)
             if len(rows):
                 times = self.inputs.times[rows]
                 yield Stream(self.vessel.body.id, name, over_brim, times, rows, volume[rows], points[rows])
 
-    def _kept(self) -> FloatArray:
+    def _volume_kept_by_tilt(self) -> FloatArray:
         """Millilitres (T,) that its tilt keeps; infinite where its tilt is not known."""
         poses = self.poses
         # A frame reached by a jump or a loss is no evidence of a tilt: a glitch of one frame would empty the glass.
@@ -161,41 +166,41 @@ class _PlacedVessel:
         # Of the first frame the next one tells.
         known[:1] |= poses.valid[:1] & poses.linked[1:2].all()
         known &= ~_flipped_once(poses)
-        kept = np.full(len(known), np.inf)
-        kept[known] = self.vessel.shape.kept_ml(_down(poses, known))
-        return kept
+        kept_volume = np.full(len(known), np.inf)
+        kept_volume[known] = self.vessel.shape.kept_ml(_gravity_direction(poses, known))
+        return kept_volume
 
-    def _most(self) -> FloatArray:
+    def _weir_limit(self) -> FloatArray:
         """Millilitres (T,) that can run over a tilted rim in the step up to each frame: its opening as a full weir."""
-        down, width = _down(self.last_known, slice(None)), 2.0 * self.vessel.size("opening_radius")
+        down, width = _gravity_direction(self.last_known, slice(None)), 2.0 * self.vessel.size("opening_radius")
         head = width * np.where(down[:, 1] < 0.0, np.hypot(down[:, 0], down[:, 2]), 1.0)
-        most = np.diff(self.inputs.times, prepend=0.0) * over_weir(head, width) / ML
+        weir_limit = np.diff(self.inputs.times, prepend=0.0) * weir_flow(head, width) / ML
         # How long a vessel had been tilted before the recording is not known.
-        most[:1] = np.inf
-        return most
+        weir_limit[:1] = np.inf
+        return weir_limit
 
-    def _land(
+    def _note_landing(
         self, rows: IntArray, start: FloatArray, velocity: FloatArray, placed_vessels: "Mapping[str, _PlacedVessel]"
     ) -> None:
         """Note into which vessel it falls, and where it started; if into none, where it lands."""
         best, target = np.full(len(rows), np.inf), np.full(len(rows), SPILLED)
         floor = np.full(len(rows), np.inf)
-        for name in self.into:
+        for name in self.receivers:
             poses, vessel = placed_vessels[name].last_known.take(rows), placed_vessels[name].vessel
             centre = poses.translation + np.einsum("tij,j->ti", poses.rotation, vessel.point("opening"))
             time = entry_times(start, velocity, centre, poses.rotation[:, :, 1], vessel.size("opening_radius"))
             time = np.where(poses.valid, time, np.inf)
             target, best = np.where(time < best, [*placed_vessels].index(name), target), np.minimum(time, best)
             floor = np.where(poses.valid, np.minimum(floor, poses.translation[:, 1]), floor)
-        landed = points_at_height(start, velocity, np.where(np.isfinite(floor), floor, start[:, 1]))
-        self.target[rows], self.point[rows] = target, np.where((target == SPILLED)[:, None], landed, start)
+        landing_points = points_at_height(start, velocity, np.where(np.isfinite(floor), floor, start[:, 1]))
+        self.target[rows], self.point[rows] = target, np.where((target == SPILLED)[:, None], landing_points, start)
 
     def _velocity(self, rows: IntArray) -> FloatArray:
         """Velocity of the lip (n, 3), which the liquid leaves with; 0 where the path about the frame is not known."""
         poses, times = self.poses, self.inputs.times
-        near = np.unique(np.clip(rows[:, None] + np.arange(-HALF_WINDOW, HALF_WINDOW + 1), 0, len(times) - 1))
+        nearby_rows = np.unique(np.clip(rows[:, None] + np.arange(-HALF_WINDOW, HALF_WINDOW + 1), 0, len(times) - 1))
         lips = np.zeros((len(times), 3))
-        lips[near] = poses.translation[near] + poses.rotation[near] @ self.vessel.point("lip")
+        lips[nearby_rows] = poses.translation[nearby_rows] + poses.rotation[nearby_rows] @ self.vessel.point("lip")
         return np.nan_to_num(velocities(times, lips, settled_runs(times, poses.valid, poses.linked), rows))
 
 
@@ -212,17 +217,17 @@ def _flipped_once(poses: BodyPoses) -> BoolArray:
 def _placed_vessels(inputs: EffectInputs) -> dict[str, _PlacedVessel]:
     """Every vessel between which liquid moves, by name; those that give know which may receive."""
     taps: dict[str, Declaration] = {}
-    into: dict[str, tuple[str, ...]] = {}
+    receivers: dict[str, tuple[str, ...]] = {}
     for declared in inputs.tables.get("burette", ()):
         taps.setdefault(declared["body"], declared)
-        into[declared["body"]] = into.get(declared["body"], ()) + declared["into"]
+        receivers[declared["body"]] = receivers.get(declared["body"], ()) + declared["into"]
     for declared in inputs.tables.get("pour", ()):
         for source in declared["from"]:
             others = tuple(name for name in declared["into"] if name != source)
-            into[source] = into.get(source, ()) + others
-    names = dict.fromkeys(name for source, targets in into.items() for name in (source, *targets))
+            receivers[source] = receivers.get(source, ()) + others
+    names = dict.fromkeys(name for source, targets in receivers.items() for name in (source, *targets))
     return {
-        name: _PlacedVessel(inputs, vessel, taps.get(name), into.get(name))
+        name: _PlacedVessel(inputs, vessel, taps.get(name), receivers.get(name))
         for name, vessel in vessels_of(inputs, names).items()
     }
 
@@ -232,27 +237,27 @@ def _open_area(inputs: EffectInputs, declared: Declaration) -> FloatArray:
     key, stand = inputs.poses(declared["joint"]), inputs.poses(declared["body"])
     axis = np.array(declared["axis"])
     relative = key.relative_to(stand).last_known()
-    angle = np.where(relative.valid, twist(relative.rotation, axis / np.sqrt(axis @ axis)), 0.0)
+    angle = np.where(relative.valid, twist_angle(relative.rotation, axis / np.sqrt(axis @ axis)), 0.0)
     angle = np.abs(np.degrees(angle))
     angle[angle < declared["closed_below_deg"]] = 0.0
     return declared["full_area_m2"] * np.minimum(1.0, angle / declared["full_angle_deg"])
 
 
-def _lowered(first: float, bounds: FloatArray, most: FloatArray) -> FloatArray:
-    """Volume (T, 2) left of ``first`` by the tilt and brim of each frame, ``bounds``; a tilt takes ``most`` (T,)."""
-    rows = np.flatnonzero(bounds.min(axis=1) < first)
-    left, lowered = first, []
-    for (kept, brim), limit in zip(bounds[rows].tolist(), most[rows].tolist(), strict=True):
-        tilted = max(left - limit, min(left, kept))
+def _remaining_volumes(initial_volume: float, bounds: FloatArray, weir_limit: FloatArray) -> FloatArray:
+    """Volume (T, 2) left of ``initial_volume`` by the ``bounds`` of tilt and brim; a tilt takes ``weir_limit`` (T,)."""
+    rows = np.flatnonzero(bounds.min(axis=1) < initial_volume)
+    left, lowered = initial_volume, []
+    for (kept_volume, brim), limit in zip(bounds[rows].tolist(), weir_limit[rows].tolist(), strict=True):
+        tilted = max(left - limit, min(left, kept_volume))
         left = min(tilted, brim)
         lowered.append((tilted, left))
-    lowest = np.full(bounds.shape, first)
+    lowest = np.full(bounds.shape, initial_volume)
     # Between these frames nothing leaves.
     lowest[rows[0] :] = np.repeat([after for _, after in lowered], np.diff(rows, append=len(lowest)))[:, None]
     lowest[rows] = lowered
     return lowest
 
 
-def _down(poses: BodyPoses, rows: IntArray | BoolArray | slice) -> FloatArray:
+def _gravity_direction(poses: BodyPoses, rows: IntArray | BoolArray | slice) -> FloatArray:
     """The direction (n, 3) of gravity in the body's frame."""
     return -poses.rotation[rows][:, 1, :]

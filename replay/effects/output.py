@@ -28,7 +28,7 @@ Rgba = tuple[int, int, int, int]
 _DRAWN: Final = tomllib.loads(files("replay.effects").joinpath("output.toml").read_text(encoding="utf-8"))
 
 
-def blended(first: Rgba | NDArray[np.uint8], second: Rgba, fraction: FloatArray) -> NDArray[np.uint8]:
+def blend_colours(first: Rgba | NDArray[np.uint8], second: Rgba, fraction: FloatArray) -> NDArray[np.uint8]:
     """(n, 4) from the first colour (share 0), which may be one a row, to the second (share 1)."""
     weight = np.clip(fraction, 0.0, 1.0)[:, None]
     mixed = (1.0 - weight) * np.array(first, dtype=np.float64) + weight * np.array(second, dtype=np.float64)
@@ -42,17 +42,17 @@ SHADES: Final[Mapping[str, tuple[str, float]]] = {word: tuple(row) for word, row
 """Word before a colour -> the colour towards which it goes, and how far."""
 
 
-def _toward(first: Rgba, second: Rgba, fraction: float) -> Rgba:
-    red, green, blue, alpha = blended(first, second, np.array([fraction]))[0].tolist()
+def _mix_colours(first: Rgba, second: Rgba, fraction: float) -> Rgba:
+    red, green, blue, alpha = blend_colours(first, second, np.array([fraction]))[0].tolist()
     return red, green, blue, alpha
 
 
 def _colours() -> dict[str, Rgba]:
     """Plain colours, halves of two such as ``blue-green``, and the shades of both such as ``deep blue``."""
     plain = {word: rgba for word, rgba in COLOUR_WORDS.items() if " " not in word}
-    halves = {f"{a}-{b}": _toward(plain[a], plain[b], 0.5) for a, b in permutations(plain, 2)}
+    halves = {f"{a}-{b}": _mix_colours(plain[a], plain[b], 0.5) for a, b in permutations(plain, 2)}
     shades = {
-        f"{shade} {word}": _toward(rgba, plain[target], fraction)
+        f"{shade} {word}": _mix_colours(rgba, plain[target], fraction)
         for shade, (target, fraction) in SHADES.items()
         for word, rgba in {**plain, **halves}.items()
     }
@@ -167,7 +167,7 @@ class EffectOutput:
     liquids: Mapping[str, Liquid] = field(default_factory=dict)  # body -> what stands in it
     data: Any = None  # for the effects that need this one
 
-    def named(self, name: str) -> tuple[EffectEvent, ...]:
+    def events_named(self, name: str) -> tuple[EffectEvent, ...]:
         """The events of one name."""
         return tuple(event for event in self.events if event.name == name)
 
@@ -198,7 +198,7 @@ class Findings:
         self.liquids: dict[str, Liquid] = {}
         self.ran = np.zeros(count, dtype=np.bool_)
 
-    def lane(self, name: str, *spans: LaneSpan) -> None:
+    def add_lane(self, name: str, *spans: LaneSpan) -> None:
         """Add spans to a lane."""
         if spans:
             self.lanes.setdefault(name, []).extend(spans)

@@ -21,7 +21,7 @@ from replay.effects.output import (
     Findings,
     FloatArray,
     Series,
-    blended,
+    blend_colours,
 )
 from replay.effects.protocol import spec_of
 from replay.words import quantity
@@ -39,15 +39,15 @@ DISSOLVED_AGAIN: Final = 0.05
 
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``precipitate`` at its onset, ``dissolved``, mass as a series, and a cloudy liquid."""
-    matter, drawn = matter_of(inputs), inputs.output("mixing").liquids
+    matter, mixed_liquids = matter_of(inputs), inputs.output("mixing").liquids
     findings = Findings(len(inputs))
     for declared in sorted(inputs.declared, key=lambda table: table["solid"]):
         solid = declared["solid"]
         for vessel, history in matter.histories.items():
             amount = matter.amount(vessel, solid + SOLID)
             initial = matter.recipe.contents[vessel].solids.get(solid, 0.0)
-            untouched = not history.added_ml[-1].any() and not np.ptp(amount) and initial == amount[0]
-            if untouched or solid + SOLID in matter.brines(vessel):
+            is_untouched = not history.added_ml[-1].any() and not np.ptp(amount) and initial == amount[0]
+            if is_untouched or solid + SOLID in matter.brines(vessel):
                 continue
             findings.ran[history.frames] = True
             findings.series[f"{vessel}/{solid}"] = Series(history.times, amount * molar_mass(solid), "g")
@@ -55,10 +55,10 @@ def compute(inputs: EffectInputs) -> EffectOutput:
             has_reading = is_salt and matter.ledger.warmth.followed
             celsius = matter.celsius(vessel, history.times) if has_reading else None
             findings.events += _events(declared, vessel, history.times, amount, initial, celsius)
-            if vessel in drawn:
+            if vessel in mixed_liquids:
                 litres = np.where(history.volume_ml > 0.0, history.volume_ml * 1e-3, np.inf)
-                cloud = blended(WATERY, COLOURS[colour_of(declared)], amount / litres / CLOUDY_MOL_L)
-                findings.liquids[vessel] = replace(drawn[vessel], rgba=cloud)
+                cloud_rgba = blend_colours(WATERY, COLOURS[colour_of(declared)], amount / litres / CLOUDY_MOL_L)
+                findings.liquids[vessel] = replace(mixed_liquids[vessel], rgba=cloud_rgba)
     return findings.output()
 
 
@@ -76,23 +76,23 @@ def _events(
     more have fallen out. ``celsius``: temperatures, of a salt whose solubility depends on them.
     """
     solid, per_mol = declared["solid"], molar_mass(declared["solid"])
-    fell, standing = float(amount[0]) - initial, max(initial, float(amount[0]))
-    grown, fallen = np.flatnonzero(amount > amount[0]), np.flatnonzero(np.diff(amount) < 0.0)
-    if fell * per_mol > LEAST_G:
-        values = {"mass_g": fell * per_mol, "moles": fell, "formula": solid}
-        text = f"{quantity(fell * per_mol, 'g')} {solid} have fallen out in {vessel} before the recording begins"
+    fallen_mol, standing = float(amount[0]) - initial, max(initial, float(amount[0]))
+    growth_rows, fallen_rows = np.flatnonzero(amount > amount[0]), np.flatnonzero(np.diff(amount) < 0.0)
+    if fallen_mol * per_mol > LEAST_G:
+        values = {"mass_g": fallen_mol * per_mol, "moles": fallen_mol, "formula": solid}
+        text = f"{quantity(fallen_mol * per_mol, 'g')} {solid} have fallen out in {vessel} before the recording begins"
         yield EffectEvent(float(times[0]), "precipitate", (vessel,), None, values, f"{text}, {colour_of(declared)}")
-    if len(grown):
+    if len(growth_rows):
         most = float(amount.max())
         values = {"mass_g": most * per_mol, "moles": most, "formula": solid}
         mass = quantity(values["mass_g"], "g")
         onset = ""
         if celsius is not None:
-            warmth = float(celsius[grown[0]])
+            warmth = float(celsius[growth_rows[0]])
             values["celsius"] = warmth
-            onset = f" at {words.fixed(warmth, 1)} degC"
+            onset = f" at {words.decimal(warmth, 1)} degC"
         text = f"{solid} falls out in {vessel}{onset}: up to {mass}, {colour_of(declared)}"
-        yield EffectEvent(float(times[grown[0]]), "precipitate", (vessel,), None, values, text)
+        yield EffectEvent(float(times[growth_rows[0]]), "precipitate", (vessel,), None, values, text)
         least = int(amount.argmax()) + int(amount[amount.argmax() :].argmin())
         gone, most_g = (most - float(amount[least])) * per_mol, most * per_mol
         if gone > DISSOLVED_AGAIN * most_g:
@@ -100,11 +100,11 @@ def _events(
             text = f"{quantity(gone, 'g')} of {quantity(most_g, 'g')} {solid} dissolve again in {vessel}"
             yield EffectEvent(float(times[least]), "dissolved", (vessel,), None, values, text)
             yield from _grown_again(declared, vessel, times[least:], amount[least:], most)
-    elif len(fallen) or amount[0] < initial:
-        again = float(amount[-1] - amount.min()) > DISSOLVED_AGAIN * standing
-        row = int(amount.argmin()) if again else int(fallen[-1]) + 1 if len(fallen) else 0
+    elif len(fallen_rows) or amount[0] < initial:
+        falls_again = float(amount[-1] - amount.min()) > DISSOLVED_AGAIN * standing
+        row = int(amount.argmin()) if falls_again else int(fallen_rows[-1]) + 1 if len(fallen_rows) else 0
         gone, at_first = (standing - float(amount[row])) * per_mol, standing * per_mol
-        if fell > 0.0 and (gone <= DISSOLVED_AGAIN * at_first or at_first <= LEAST_G):
+        if fallen_mol > 0.0 and (gone <= DISSOLVED_AGAIN * at_first or at_first <= LEAST_G):
             return
         values = {"mass_g": gone, "left_g": at_first - gone, "formula": solid}
         text = f"{quantity(gone, 'g')} of {quantity(at_first, 'g')} {solid} dissolve in {vessel}"
@@ -116,12 +116,12 @@ def _grown_again(
     declared: Declaration, vessel: str, times: FloatArray, amount: FloatArray, whole: float
 ) -> Iterator[EffectEvent]:
     """Event of what falls out again after the first row, if it is a share of the whole, in mol, worth telling."""
-    grown = float(amount[-1] - amount[0])
-    if grown <= DISSOLVED_AGAIN * whole:
+    growth_mol = float(amount[-1] - amount[0])
+    if growth_mol <= DISSOLVED_AGAIN * whole:
         return
-    solid, mass_g = declared["solid"], grown * molar_mass(declared["solid"])
+    solid, mass_g = declared["solid"], growth_mol * molar_mass(declared["solid"])
     onset = int(np.flatnonzero(amount > amount[0])[0])
-    values = {"mass_g": mass_g, "moles": grown, "formula": solid}
+    values = {"mass_g": mass_g, "moles": growth_mol, "formula": solid}
     text = f"{quantity(mass_g, 'g')} {solid} fall out again in {vessel}, {colour_of(declared)}"
     yield EffectEvent(float(times[onset]), "precipitate", (vessel,), None, values, text)
 

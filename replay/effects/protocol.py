@@ -64,7 +64,7 @@ class EffectSpec:
     # refuses what tables of several kinds, and the bodies, do not make together; ``str``: the scene's file
     check_all: Callable[[Mapping[str, tuple[Declaration, ...]], Scene, str], None] | None = None
 
-    def needed(self, declared: tuple[Declaration, ...]) -> tuple[str, ...]:
+    def needed_kinds(self, declared: tuple[Declaration, ...]) -> tuple[str, ...]:
         """Kinds needed by these declarations; without any, those needed always."""
         kinds = [*self.needs]
         for kind, (key, *values) in self.needs_if.items():

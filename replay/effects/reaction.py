@@ -6,9 +6,9 @@ import numpy as np
 
 from cdcore.numerics import BoolArray
 from replay import words
-from replay.effects.chemistry.assumed import assumed
+from replay.effects.chemistry.assumed import assumption_events
 from replay.effects.chemistry.before_start import reacted_before
-from replay.effects.chemistry.components import METALS, PROTON, WATER, dissolved_components, heavy_components
+from replay.effects.chemistry.components import METALS, PROTON, WATER, dissolved_components, solute_components
 from replay.effects.chemistry.contents import MOST_DISSOLVED
 from replay.effects.chemistry.database import formula_of
 from replay.effects.chemistry.formulas import charge_of, molar_mass
@@ -16,8 +16,8 @@ from replay.effects.chemistry.matter import MOST_FOREIGN_MOL_KG, Matter, matter_
 from replay.effects.chemistry.mixture import GAS, LIGANDS, SOLID, Mixture
 from replay.effects.chemistry.recipe import Reaction
 from replay.effects.chemistry.salts import WATER_KG
-from replay.effects.chemistry.supersaturated import aged, supersaturated
-from replay.effects.chemistry.unreacted import LEAST_FORMED, stopped, unreacted
+from replay.effects.chemistry.supersaturated import aged_hydroxide_events, supersaturation_events
+from replay.effects.chemistry.unreacted import LEAST_FORMED, no_reaction_events, stop_events
 from replay.effects.end_points import end_points, ion_end_points
 from replay.effects.inputs import EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series
@@ -63,18 +63,18 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     """
     matter, findings = matter_of(inputs), Findings(len(inputs))
     reactions = matter.recipe.reactions
-    formed = np.zeros(len(reactions), dtype=np.bool_)
+    has_formed = np.zeros(len(reactions), dtype=np.bool_)
     for vessel, history in matter.histories.items():
-        mixed = bool(history.added_ml[-1].any())
-        findings.ran[history.frames[1:]] |= mixed
+        has_inflow = bool(history.added_ml[-1].any())
+        findings.ran[history.frames[1:]] |= has_inflow
         for reaction in reactions:
             if reaction.process >= 0:
                 _add_extent(inputs, matter, reaction, vessel, findings)
-        if matter.solver is not None and (mixed or matter.is_still):
+        if matter.solver is not None and (has_inflow or matter.is_still):
             moments = [_times(inputs, matter, reaction, vessel) for reaction in reactions]
             times = np.unique(np.concatenate(moments or [history.times]))
-            formed |= _add_solution(matter, vessel, times, findings)
-        if mixed:
+            has_formed |= _add_solution(matter, vessel, times, findings)
+        if has_inflow:
             findings.series.update(titrated_quantities(matter, vessel))
         _add_gases(inputs, matter, vessel, findings)
         _add_solids(inputs, matter, vessel, findings)
@@ -88,11 +88,11 @@ def compute(inputs: EffectInputs) -> EffectOutput:
             changes = _changed_ph(vessel, series)
             findings.events += changes or (_standing_ph(vessel, series) if matter.is_still else [])
     findings.events += reacted_before(matter, {table["solid"] for table in inputs.tables.get("precipitation", ())})
-    findings.events += unreacted(matter, formed)
-    findings.events += stopped(matter)
-    findings.events += supersaturated(matter)
-    findings.events += aged(matter)
-    findings.events += assumed(matter)
+    findings.events += no_reaction_events(matter, has_formed)
+    findings.events += stop_events(matter)
+    findings.events += supersaturation_events(matter)
+    findings.events += aged_hydroxide_events(matter)
+    findings.events += assumption_events(matter)
     return findings.output()
 
 
@@ -100,18 +100,18 @@ def _add_solution(matter: Matter, vessel: str, times: FloatArray, findings: Find
     """Series of pH and of the ions that equations make; which reactions made what they make, as (r,) bool."""
     assert matter.solver is not None
     mixture = matter.solver.mixture
-    wet, solved = matter.solved(vessel, times)
-    known = ~np.isnan(solved.ph)
-    known_times, rows = wet[known], np.flatnonzero(known)
-    formed = np.zeros(len(matter.recipe.reactions), dtype=np.bool_)
+    wet, equilibria = matter.equilibria(vessel, times)
+    has_answer = ~np.isnan(equilibria.ph)
+    known_times, rows = wet[has_answer], np.flatnonzero(has_answer)
+    has_formed = np.zeros(len(matter.recipe.reactions), dtype=np.bool_)
     if not len(wet):
-        return formed
+        return has_formed
     if len(rows):
-        findings.series[f"{vessel}/pH"] = Series(times[known_times], solved.ph[rows], "pH")
+        findings.series[f"{vessel}/pH"] = Series(times[known_times], equilibria.ph[rows], "pH")
     amounts, _, volume_ml = matter.states(vessel, times[wet])
     litres = volume_ml * 1e-3
-    for name, row in _reported_ions(matter, mixture, solved.species[rows], amounts[rows]).items():
-        values = solved.species[rows, row] / litres[rows]
+    for name, row in _reported_ions(matter, mixture, equilibria.species[rows], amounts[rows]).items():
+        values = equilibria.species[rows, row] / litres[rows]
         findings.series[f"{vessel}/{name}"] = Series(times[known_times], values, "mol/L")
     for number, reaction in enumerate(matter.recipe.reactions):
         for formula in reaction.equation.products:
@@ -119,15 +119,15 @@ def _add_solution(matter: Matter, vessel: str, times: FloatArray, findings: Find
             if not made or reaction.process >= 0:
                 continue
             scarcest = np.full(len(wet), np.inf)
-            for component, many in heavy_components(formula).items():
+            for component, many in solute_components(formula).items():
                 scarcest = np.minimum(scarcest, amounts[:, matter.ledger.column[component]] / many)
-            moles = solved.species[:, made].sum(axis=1)
-            formed[number] |= bool((moles > LEAST_FORMED * scarcest)[scarcest > 0.0].any())
-    if not known.all():
-        first = float(times[wet[~known][0]])
-        moments = f"{int((~known).sum())} of {len(wet)} moments"
-        kilograms = np.maximum(amounts[~known, matter.ledger.water] * WATER_KG, 1e-300)
-        molal = float((np.abs(matter.totals(amounts[~known])).max(axis=1) / kilograms).max())
+            moles = equilibria.species[:, made].sum(axis=1)
+            has_formed[number] |= bool((moles > LEAST_FORMED * scarcest)[scarcest > 0.0].any())
+    if not has_answer.all():
+        first = float(times[wet[~has_answer][0]])
+        moments = f"{int((~has_answer).sum())} of {len(wet)} moments"
+        kilograms = np.maximum(amounts[~has_answer, matter.ledger.water] * WATER_KG, 1e-300)
+        molal = float((np.abs(matter.totals(amounts[~has_answer])).max(axis=1) / kilograms).max())
         text = f"no pH is given in {vessel} at {moments}, and solids stay there as they were: PHREEQC has no answer"
         if molal > STRONG_MOL_KG:
             text += f" for so strong a solution ({quantity(molal, 'mol/kg')}); a weaker one has a pH"
@@ -135,30 +135,31 @@ def _add_solution(matter: Matter, vessel: str, times: FloatArray, findings: Find
             text += " there; the pH before and after holds"
         findings.events.append(EffectEvent(first, "no-equilibrium", (vessel,), None, {}, text, "warning"))
     mixed = matter.is_mixed(vessel, times[wet], volume_ml)[rows]
-    strong = np.flatnonzero((solved.ionic[rows] > EXACT_MOL_KG) & mixed)
+    strong = np.flatnonzero((equilibria.ionic[rows] > EXACT_MOL_KG) & mixed)
     if len(strong):
-        most = float(solved.ionic[rows[strong]].max())
+        most = float(equilibria.ionic[rows[strong]].max())
         solids = _solids_at(matter, vessel, times[known_times[strong]])
-        doubtful = f", and of {' and '.join(solids)} twice as much or half may dissolve" if solids else ""
-        doubt = "by 1 or more" if most > VERY_STRONG_MOL_KG else "by some tenths"
+        solid_note = f", and of {' and '.join(solids)} twice as much or half may dissolve" if solids else ""
+        ph_note = "by 1 or more" if most > VERY_STRONG_MOL_KG else "by some tenths"
         text = (
             f"the solution in {vessel} is too concentrated for exact activities "
-            f"(ionic strength {words.fixed(most, 1)} mol/kg, fitted up to 0.5): its pH may be off {doubt}{doubtful}"
+            f"(ionic strength {words.decimal(most, 1)} mol/kg, fitted up to 0.5): its pH may be off "
+            f"{ph_note}{solid_note}"
         )
         values = {"ionic_strength_mol_kg": most}
         findings.events.append(
             EffectEvent(float(times[known_times[strong[0]]]), "concentrated", (vessel,), None, values, text)
         )
-    return formed
+    return has_formed
 
 
 def _complexes(mixture: Mixture, formula: str) -> list[int]:
     """Rows of a complex, and of those of the same ions that more of its ligand makes of it: FeF3 of FeF^2+."""
-    heavy = set(heavy_components(formula))
+    solutes = set(solute_components(formula))
     row = mixture.row_of(formula)
-    if row is None or len(heavy) == 1:
+    if row is None or len(solutes) == 1:
         return [] if row is None else [row]
-    return [k for k, entry in enumerate(mixture.species) if set(entry.makeup) - {PROTON, WATER} == heavy]
+    return [k for k, entry in enumerate(mixture.species) if set(entry.makeup) - {PROTON, WATER} == solutes]
 
 
 def _solids_at(matter: Matter, vessel: str, times: FloatArray) -> list[str]:
@@ -184,11 +185,11 @@ def _reported_ions(matter: Matter, mixture: Mixture, species: FloatArray, amount
     for formula in dict.fromkeys((*equations, *brought)):
         if formula != WATER:
             row = mixture.row_of(formula)
-            heavy = heavy_components(formula)
+            solutes = solute_components(formula)
             complexed = bool(charge_of(formula)) and (
-                len(heavy) > 1 or dissolved_components(formula).get(PROTON, 0) < -1
+                len(solutes) > 1 or dissolved_components(formula).get(PROTON, 0) < -1
             )
-            weak = not charge_of(formula) and len(heavy) == 1 and not METALS & set(heavy)
+            weak = not charge_of(formula) and len(solutes) == 1 and not METALS & set(solutes)
             if row is not None and (complexed or weak):
                 rows_by_name[formula] = row
     rows_reported = set(rows_by_name.values())
@@ -207,14 +208,14 @@ def _add_extent(inputs: EffectInputs, matter: Matter, reaction: Reaction, vessel
     """How far an equation without a constant went in a vessel: a series, and a lane while it goes on."""
     times = _times(inputs, matter, reaction, vessel)
     extent = matter.states(vessel, times)[1][:, reaction.process]
-    moving = np.flatnonzero(np.diff(extent, prepend=0.0))
-    if len(moving):
+    moving_rows = np.flatnonzero(np.diff(extent, prepend=0.0))
+    if len(moving_rows):
         findings.ran |= np.isin(inputs.times, times)
         equation = reaction.declared["equation"]
         # Named by the equation wherever there are several, so that no order of tables names one.
-        which = f" of {equation}" if len(matter.recipe.reactions) > 1 else ""
-        findings.series[f"{vessel}/extent{which}"] = Series(times, extent, "mol")
-        findings.lane(vessel, LaneSpan(float(times[moving[0]]), float(times[moving[-1]]), equation))
+        equation_note = f" of {equation}" if len(matter.recipe.reactions) > 1 else ""
+        findings.series[f"{vessel}/extent{equation_note}"] = Series(times, extent, "mol")
+        findings.add_lane(vessel, LaneSpan(float(times[moving_rows[0]]), float(times[moving_rows[-1]]), equation))
 
 
 def _add_gases(inputs: EffectInputs, matter: Matter, vessel: str, findings: Findings) -> None:
@@ -239,9 +240,9 @@ def _dissolved_gas(matter: Matter, vessel: str, gas: str, gone: float) -> str:
     last = matter.histories[vessel].times[-1:]
     row = None if matter.solver is None else matter.solver.mixture.row_of(gas)
     if row is not None:
-        wet, solved = matter.solved(vessel, last)
-        if len(wet) and not np.isnan(solved.ph[0]):
-            return f"; {quantity(1e3 * float(solved.species[0, row]), 'mmol')} stay dissolved"
+        wet, equilibria = matter.equilibria(vessel, last)
+        if len(wet) and not np.isnan(equilibria.ph[0]):
+            return f"; {quantity(1e3 * float(equilibria.species[0, row]), 'mmol')} stay dissolved"
         return ""
     most = MOST_DISSOLVED.get(gas, 0.0) * 1e-3 * float(matter.histories[vessel].volume_ml[-1])
     if most < LEAST_FRACTION * gone:
@@ -251,7 +252,7 @@ def _dissolved_gas(matter: Matter, vessel: str, gas: str, gone: float) -> str:
 
 def _add_solids(inputs: EffectInputs, matter: Matter, vessel: str, findings: Findings) -> None:
     """Mass of each solid at equilibrium that changes, where no effect precipitation follows it."""
-    followed = {declared["solid"] for declared in inputs.tables.get("precipitation", ())}
+    followed_solids = {declared["solid"] for declared in inputs.tables.get("precipitation", ())}
     ledger = matter.ledger
     history, brines = matter.histories[vessel], matter.brines(vessel)
     for index in (*ledger.phases.tolist(), *ledger.salt_columns.tolist()):
@@ -259,7 +260,7 @@ def _add_solids(inputs: EffectInputs, matter: Matter, vessel: str, findings: Fin
         amount = history.amounts[:, index]
         if ledger.columns[index] in brines:
             continue
-        if ledger.columns[index].endswith(SOLID) and solid not in followed and np.ptp(amount) > 0.0:
+        if ledger.columns[index].endswith(SOLID) and solid not in followed_solids and np.ptp(amount) > 0.0:
             findings.series[f"{vessel}/{solid}"] = Series(history.times, amount * molar_mass(solid), "g")
 
 
@@ -286,7 +287,7 @@ def _changed_ph(vessel: str, series: Series | None) -> list[EffectEvent]:
     # While it cools it drifts on; what counts is when it had come near its last value.
     changes = np.flatnonzero(np.abs(ph - ph[-1]) > SETTLED_PH)
     values = {"from_ph": float(ph[0]), "to_ph": float(ph[-1])}
-    text = f"the pH in {vessel} goes from {words.fixed(ph[0], 2)} to {words.fixed(ph[-1], 2)}"
+    text = f"the pH in {vessel} goes from {words.decimal(ph[0], 2)} to {words.decimal(ph[-1], 2)}"
     return [EffectEvent(float(times[changes[-1] + 1]), "ph", (vessel,), None, values, text)]
 
 
@@ -295,7 +296,7 @@ def _standing_ph(vessel: str, series: Series | None) -> list[EffectEvent]:
     if series is None or not len(series.times):
         return []
     ph = float(series.values[0])
-    text = f"the solution in {vessel} has a pH of {words.fixed(ph, 2)}"
+    text = f"the solution in {vessel} has a pH of {words.decimal(ph, 2)}"
     return [EffectEvent(float(series.times[0]), "ph", (vessel,), None, {"to_ph": ph}, text)]
 
 
@@ -304,8 +305,8 @@ def _times(inputs: EffectInputs, matter: Matter, reaction: Reaction, vessel: str
     history = matter.histories[vessel]
     if reaction.declared["rate_per_s"] is None or reaction.process < 0:
         return history.times
-    on = (history.pending[:, reaction.process] > 0.0) | (history.extents[:, reaction.process] > 0.0)
-    first = int(history.frames[int(np.argmax(on))]) if on.any() else len(inputs)
+    is_running = (history.pending[:, reaction.process] > 0.0) | (history.extents[:, reaction.process] > 0.0)
+    first = int(history.frames[int(np.argmax(is_running))]) if is_running.any() else len(inputs)
     return inputs.times[first:]
 
 

@@ -9,7 +9,7 @@ from cdcore.numerics import BoolArray as BoolArray
 from cdcore.numerics import FloatArray
 from sessions.doctor.runs import runs
 
-Span = tuple[int, int]
+FrameRange = tuple[int, int]
 """First frame, and the frame after the last."""
 
 FRAMES: Final = 2
@@ -17,12 +17,12 @@ FRAMES: Final = 2
 to frame, so that a contact at rest flickers."""
 
 
-def spans_of(mask: BoolArray) -> list[Span]:
+def spans_of(mask: BoolArray) -> list[FrameRange]:
     """Maximal stretches of True in (T,), each ``(first, stop)``."""
     return [(first, last + 1) for first, last in runs(mask).tolist()]
 
 
-def steadied(flag: BoolArray, known: BoolArray, frames_in: int = FRAMES) -> list[Span]:
+def steady_spans(flag: BoolArray, known: BoolArray, frames_in: int = FRAMES) -> list[FrameRange]:
     """Spans that begin with ``frames_in`` frames of True in a row and end with `FRAMES` of False in a row.
 
     A span begins at the first of the frames that opened it and stops at the first of those that closed it. Frames that
@@ -32,7 +32,7 @@ def steadied(flag: BoolArray, known: BoolArray, frames_in: int = FRAMES) -> list
     ``frames_in``: at least 1.
     """
     rows = np.flatnonzero(known)
-    spans: list[Span] = []
+    spans: list[FrameRange] = []
     begin = -1
     changes = np.flatnonzero(np.diff(flag[rows])) + 1
     for first, stop in pairwise([0, *changes.tolist(), len(rows)] if len(rows) else []):
@@ -45,9 +45,9 @@ def steadied(flag: BoolArray, known: BoolArray, frames_in: int = FRAMES) -> list
     return [*spans, (begin, len(flag))] if begin >= 0 else spans
 
 
-def switched(value: FloatArray, on_above: float, off_below: float) -> list[Span]:
+def hysteresis_spans(value: FloatArray, on_above: float, off_below: float) -> list[FrameRange]:
     """Spans in which a value is on: from above ``on_above`` until below ``off_below``; NaN changes nothing."""
-    spans: list[Span] = []
+    spans: list[FrameRange] = []
     begin = -1
     above, below = value > on_above, value < off_below
     for row in np.flatnonzero(above | below).tolist():

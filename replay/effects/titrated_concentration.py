@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Final
 
-from replay.effects.chemistry.components import WATER, dissolved_components, heavy_components
+from replay.effects.chemistry.components import WATER, dissolved_components, solute_components
 from replay.effects.chemistry.contents import Contents
 from replay.effects.chemistry.formulas import molar_mass
 from replay.words import quantity
@@ -31,9 +31,9 @@ def titrated_concentration(
     analytes = _matching({**sample.amounts, **sample.solids}, names)
     if len(reagents) != 1 or len(analytes) != 1 or reagents == analytes:
         return "", {}
-    ((reagent, brought),) = reagents.items()
+    ((reagent, reagent_mol),) = reagents.items()
     ((analyte, moles),) = analytes.items()
-    molar = brought / titrant.volume_ml * 1e3
+    molar = reagent_mol / titrant.volume_ml * 1e3
     titrated = molar * volume_ml * 1e-3
     whole = Fraction(moles / titrated).limit_denominator(LARGEST)
     if not 0 < whole.numerator <= LARGEST or abs(float(whole) * titrated / moles - 1.0) > NEAR:
@@ -53,7 +53,7 @@ def titrated_concentration(
 
 def _matching(amounts: Mapping[str, float], names: tuple[str, str]) -> dict[str, float]:
     """Formulas of amounts that are named, or hold an ion that is."""
-    ions = {component for name in names if " + " not in name for component in heavy_components(name)}
+    ions = {component for name in names if " + " not in name for component in solute_components(name)}
     named = {formula: amount for formula, amount in amounts.items() if formula in names}
     return named or {
         formula: amount

@@ -27,23 +27,23 @@ def titrated_quantities(matter: Matter, vessel: str) -> Iterator[tuple[str, Seri
         yield from _reagents_left(matter, vessel)
     for metal in sorted(titrated_metals(matter, vessel)):
         assert matter.solver is not None
-        wet, solved = matter.solved(vessel, history.times)
-        logs = solved.log_activity[:, matter.solver.mixture.components.index(metal)]
-        known = logs > NOTHING_LOG
-        if known.any():
+        wet, equilibria = matter.equilibria(vessel, history.times)
+        logs = equilibria.log_activity[:, matter.solver.mixture.components.index(metal)]
+        has_activity = logs > NOTHING_LOG
+        if has_activity.any():
             (element,) = atoms(metal)
-            yield f"{vessel}/p{element}", Series(history.times[wet][known], -logs[known], f"p{element}")
+            yield f"{vessel}/p{element}", Series(history.times[wet][has_activity], -logs[has_activity], f"p{element}")
 
 
 def _reagents_left(matter: Matter, vessel: str) -> Iterator[tuple[str, Series]]:
     """Name and mol of each reagent that a vessel held and that a redox equation uses up there."""
     history = matter.histories[vessel]
     for row, process in enumerate(matter.recipe.processes):
-        used = [column for column, many in process.changes.items() if many < 0.0 and column not in (PROTON, WATER)]
-        undissolved = any(column.endswith((SOLID, GAS)) for column in used)
-        if len(used) != 2 or undissolved or not history.extents[-1, row] > 0.0:
+        reagents = [column for column, many in process.changes.items() if many < 0.0 and column not in (PROTON, WATER)]
+        undissolved = any(column.endswith((SOLID, GAS)) for column in reagents)
+        if len(reagents) != 2 or undissolved or not history.extents[-1, row] > 0.0:
             continue
-        for column in used:
+        for column in reagents:
             amount = matter.states(vessel, history.times)[0][:, matter.ledger.column[column]]
             if amount[0] > 0.0:
                 name = f"{vessel}/{matter.recipe.reagent(row, column)} left"

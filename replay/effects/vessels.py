@@ -66,16 +66,16 @@ class Vessel:
         self.body = body
         self._properties, cavity = (_table(body.extra, key) for key in ("properties", "cavity"))
         try:
-            own = _own_cavity(body) if body.instrument else None
+            own_cavity = _own_cavity(body) if body.instrument else None
         except (SessionError, TypeError, ValueError) as error:  # the latter two from options of the wrong type
             raise self.fail(f"has a cavity that cannot be made: {error}") from error
-        self.cavity = {**(own.table if own else {}), **cavity}
+        self.cavity = {**(own_cavity.table if own_cavity else {}), **cavity}
         if not self.cavity:
             raise self.fail(
                 "has no cavity; give capacity_ml, floor, mark, opening, opening_radius, lip, "
                 "or an instrument that is a vessel"
             )
-        self.sliced = _sliced(own) if own and not cavity.keys() >= {"radius", "height"} else None
+        self.sliced = _sliced_cavity(own_cavity) if own_cavity and not cavity.keys() >= {"radius", "height"} else None
 
     def fail(self, text: str) -> EffectError:
         """The error to raise, naming the body."""
@@ -133,7 +133,7 @@ class Vessel:
                     "opens downwards: its bulb holds the liquid, which no effect lets go; leave it out of from and into"
                 )
             return self.sliced
-        if not self._formed:
+        if not self._has_form:
             raise self.fail(
                 "is poured from and its cavity has no radius and height; give those of the cylinder that it is, from "
                 "its floor to its lip, or an instrument"
@@ -142,14 +142,14 @@ class Vessel:
         return Cylinder(size("radius"), size("height"), point("lip"), point("opening"), size("opening_radius"))
 
     @property
-    def _formed(self) -> bool:
+    def _has_form(self) -> bool:
         """Whether anything tells its form."""
         return self.sliced is not None or {"radius", "height"} <= self.cavity.keys()
 
     @property
     def brim_ml(self) -> float:
         """Volume of the upright vessel; infinite where the scene does not say: it never runs over."""
-        return self.shape.brim_ml if self._formed else math.inf
+        return self.shape.brim_ml if self._has_form else math.inf
 
     @property
     def section_m2(self) -> float:
@@ -173,7 +173,7 @@ class Vessel:
             raise self.fail(f"has cavity.{key} = {value!r}; give three numbers in metres")
         return np.array(value, dtype=np.float64)
 
-    def drawn(self, times: FloatArray, volume_ml: FloatArray) -> Liquid:
+    def liquid_to_draw(self, times: FloatArray, volume_ml: FloatArray) -> Liquid:
         """Its liquid up to its level, as a cylinder of the vessel's mean cross-section."""
         colour = np.tile(np.array(WATERY, dtype=np.uint8), (len(times), 1))
         return Liquid(times, self.level(volume_ml), self.floor, math.sqrt(self.section_m2 / math.pi), colour)
@@ -194,7 +194,7 @@ def _own_cavity(body: SceneBody) -> "Cavity | None":
 
 
 @cache
-def _sliced(cavity: "Cavity") -> SlicedCavity:
+def _sliced_cavity(cavity: "Cavity") -> SlicedCavity:
     """The cavity's mesh of an instrument that is a vessel, with one table for all scenes."""
     filled, opening = cavity.to_brim, cavity.opening
     return SlicedCavity(filled.vertices, filled.faces, np.array(opening.centre), np.array(opening.normal))
@@ -202,17 +202,17 @@ def _sliced(cavity: "Cavity") -> SlicedCavity:
 
 def check_vessels(tables: Mapping[str, tuple[Declaration, ...]], scene: Scene, file: str) -> None:
     """Raises PlanError: a vessel that the tables of liquids name lacks something."""
-    faults, poured = [], {name for table in tables.get("pour", ()) for name in table["from"]}
+    faults, poured_names = [], {name for table in tables.get("pour", ()) for name in table["from"]}
     others = [name for table in tables.get("flame-test", ()) for name in table["vessels"]]
     for name in dict.fromkeys((*vessel_names(tables), *others)):
         try:
             vessel = Vessel(scene.body(name) or SceneBody(name))
             # Asked for, so that what is missing is named.
-            for quantity in ("section_m2", "volume_ml", "shape" if name in poured else "brim_ml"):
+            for quantity in ("section_m2", "volume_ml", "shape" if name in poured_names else "brim_ml"):
                 getattr(vessel, quantity)
             if vessel.volume_ml > vessel.brim_ml * (1.0 + 1e-9):
                 raise vessel.fail(
-                    f"has liquid.volume_ml = {vessel.volume_ml:g} and a brim at {words.fixed(vessel.brim_ml, 0)} mL"
+                    f"has liquid.volume_ml = {vessel.volume_ml:g} and a brim at {words.decimal(vessel.brim_ml, 0)} mL"
                 )
             vessel.point("opening")
             vessel.size("opening_radius")
@@ -235,12 +235,12 @@ def vessels_of(inputs: EffectInputs, names: Iterable[str]) -> dict[str, Vessel]:
     return {name: Vessel(inputs.body(name)) for name in names}
 
 
-def inside(points: FloatArray, poses: BodyPoses, vessel: Vessel) -> BoolArray:
+def is_inside(points: FloatArray, poses: BodyPoses, vessel: Vessel) -> BoolArray:
     """(T,) whether world places (T, 3) lie between a vessel's floor and mouth and no wider than the mouth."""
-    local, middle = poses.local(points), vessel.point("opening")
-    across = np.hypot(local[:, 0] - middle[0], local[:, 2] - middle[2])
-    between = (local[:, 1] >= vessel.floor) & (local[:, 1] <= middle[1])
-    return between & (across <= vessel.size("opening_radius")) & poses.valid
+    local, middle = poses.to_body_frame(points), vessel.point("opening")
+    radii = np.hypot(local[:, 0] - middle[0], local[:, 2] - middle[2])
+    is_between = (local[:, 1] >= vessel.floor) & (local[:, 1] <= middle[1])
+    return is_between & (radii <= vessel.size("opening_radius")) & poses.valid
 
 
 def flow_event(inputs: EffectInputs, flow: Stream, name: str, text: str, digits: int = 1) -> EffectEvent:

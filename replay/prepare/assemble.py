@@ -19,7 +19,7 @@ from replay.cutting.convex_solids import solids_of
 from replay.errors import AssemblyError
 from replay.prepare.assembly import Assembly, PoseOrigin
 from replay.prepare.flags import chain_of
-from replay.prepare.interpolation import filled
+from replay.prepare.interpolation import fill_frames
 from replay.prepare.kinematics import Kinematics, Placed
 from replay.prepare.pair_choice import chosen_pairs, grasped_pairs, rest_frames
 from replay.prepare.session_scan import SessionScan, in_order, scan
@@ -89,7 +89,7 @@ def assemble(
         why = _without_pose([name for name in without_pose if name in names])
         raise AssemblyError(f"no pair to replay: {why or _why_no_pair(session, names, moves, pairs)}")
     stamps = _window(session_scan, start, end)
-    placed = _placed(session, kinematics, stamps, len(bodies))
+    placed = _place_frames(session, kinematics, stamps, len(bodies))
     declared = [scene.body(name) for name in names]
     return Assembly(
         bodies=bodies,
@@ -127,10 +127,10 @@ def _why_no_pair(session: Session, names: list[str], moves: dict[str, bool], req
     return f"{why}{'; ' + without if bare else ''}; name pairs in the scene"
 
 
-def _placed(session: Session, kinematics: Kinematics, stamps: IntArray, bodies: int) -> Placed:
+def _place_frames(session: Session, kinematics: Kinematics, stamps: IntArray, bodies: int) -> Placed:
     """The frames of these stamps, written block by block into arrays of their size."""
     whole, done = Placed.empty(len(stamps), bodies), 0
-    for frames in filled(in_order(session.blocks(BLOCK_FRAMES))):
+    for frames in fill_frames(in_order(session.blocks(BLOCK_FRAMES))):
         first, last = np.searchsorted(frames.stamp_ns, stamps[0]), np.searchsorted(frames.stamp_ns, stamps[-1], "right")
         frames = frames.part(int(first), int(last))
         rows = slice(done, done + len(frames))

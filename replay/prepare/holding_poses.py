@@ -75,14 +75,14 @@ def load_window(session: Session, start: float | None, end: float | None) -> Ses
     if count * bodies > MOST_POSES:
         seconds = (min(upper, int(stamps.max())) - max(lower, int(stamps[0]))) / 1e9
         raise AssemblyError(
-            f"{count:,} frames of {bodies} bodies ({words.fixed(seconds / 3600, 1)} h) do not fit into memory, "
-            f"which holds {words.fixed(MOST_POSES / 1e6, 0)} million poses (two hours of twelve bodies); "
+            f"{count:,} frames of {bodies} bodies ({words.decimal(seconds / 3600, 1)} h) do not fit into memory, "
+            f"which holds {words.decimal(MOST_POSES / 1e6, 0)} million poses (two hours of twelve bodies); "
             f"replay a part of at most {round(seconds * MOST_POSES / (count * bodies)):,} s with --start and --end"
         )
     return decoded_once(session.between(lower - MARGIN_NS, upper + MARGIN_NS))
 
 
-def begun(session: Session) -> Session:
+def load_beginning(session: Session) -> Session:
     """The session, decoded once; of one that is too long to be held its first ``MOST_POSES``."""
     stamps, most = session.stamps(), MOST_POSES // max(1, len(session.names))
     if len(stamps) > most:

@@ -53,7 +53,7 @@ class FilledFrames:
         return FilledFrames(*(column[start:stop] for column in vars(self).values()))
 
 
-def filled(blocks: Iterable[Frames]) -> Iterator[FilledFrames]:
+def fill_frames(blocks: Iterable[Frames]) -> Iterator[FilledFrames]:
     """Fill frames whose stamps increase, block by block; a frame leaves once nothing to come can change it.
 
     The joined result does not depend on how the frames were cut into blocks, to the last bit.
@@ -95,7 +95,7 @@ def _fill(window: Frames, first: int, stop: int) -> FilledFrames:
         r, c, b, a = rows[between], columns[between], before[between], after[between]
         fraction = since[between] / (since[between] + until[between])
         start, end = (np.hstack([window.position[k, c], window.quaternion_xyzw[k, c]]) for k in (b, a))
-        position[r, c], quaternion[r, c] = np.split(blended(start, end, fraction), [3], axis=1)
+        position[r, c], quaternion[r, c] = np.split(interpolate_poses(start, end, fraction), [3], axis=1)
         origin[r, c] = PoseOrigin.INTERPOLATED
     return FilledFrames(head.stamp_ns, position, quaternion, origin)
 
@@ -108,7 +108,7 @@ def neighbours(present: BoolArray) -> tuple[IntArray, IntArray]:
     return before, np.minimum.accumulate(np.where(present, numbers, count)[::-1], axis=0)[::-1]
 
 
-def blended(start: FloatArray, end: FloatArray, fraction: FloatArray) -> FloatArray:
+def interpolate_poses(start: FloatArray, end: FloatArray, fraction: FloatArray) -> FloatArray:
     """Poses (n, 7), position and quaternion, at ``fraction`` (n,) between two: straight, and by slerp."""
     translation = start[:, :3] + (end[:, :3] - start[:, :3]) * fraction[:, None]
     first, last = (pose[:, 3:] / np.linalg.norm(pose[:, 3:], axis=1, keepdims=True) for pose in (start, end))

@@ -77,7 +77,7 @@ class Kinematics:
         known: dict[str, _World] = {}
         translation, rotation, origin = placed
         for column, name in enumerate(self._bodies):
-            world, offset = self._tracker(name, frames, known), self._declared(name).offset
+            world, offset = self._tracker(name, frames, known), self._declared_body(name).offset
             if offset != Pose():
                 world = world.then(_at_rest(offset))
             translation[:, column], rotation[:, column] = world.translation, world.rotation
@@ -85,13 +85,13 @@ class Kinematics:
         none = origin == PoseOrigin.NONE
         translation[none], rotation[none] = 0.0, np.eye(3)
 
-    def _declared(self, name: str) -> SceneBody:
+    def _declared_body(self, name: str) -> SceneBody:
         return self._scene.body(name) or SceneBody(name)
 
     def _tracker(self, name: str, frames: FilledFrames, known: dict[str, _World]) -> _World:
         """The frame of a tracker, joint or fixed body in the world; ``known`` are those computed before."""
         if name not in known:
-            declared = self._declared(name)
+            declared = self._declared_body(name)
             if name in self._column:
                 column = self._column[name]
                 rotation = rotation_from_quaternion(frames.quaternion_xyzw[:, column])
@@ -106,12 +106,12 @@ class Kinematics:
     def _check_chain(self, name: str) -> None:
         chain = chain_of(name, self._scene)
         for child, body in pairwise([name, *chain]):
-            if body not in self._column and self._declared(body).fixed is None:
+            if body not in self._column and self._declared_body(body).fixed is None:
                 raise AssemblyError(
                     f"body {body!r}, parent of {child!r}, has neither a track nor a fixed pose; "
                     "record it, give it `fixed`, or take `parent` away"
                 )
-        again = self._declared(chain[-1]).parent
+        again = self._declared_body(chain[-1]).parent
         if again:
             circle = " -> ".join([*chain, again])
             raise AssemblyError(f"the parents of body {name!r} run in a circle: {circle}; break it")

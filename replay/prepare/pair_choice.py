@@ -42,7 +42,7 @@ def chosen_pairs(
     if requested is None:
         candidates = candidate_pairs(scene, names)
     else:
-        candidates = [pair for ends in requested for pair in _expanded(scene, names, ends)]
+        candidates = [pair for ends in requested for pair in _pairs_of_selectors(scene, names, ends)]
     if requested is None and scene.pairs is None:
         rest = rest_frames(scene, names, moves)
         candidates = [(a, b) for a, b in candidates if rest[a] != rest[b]]
@@ -64,7 +64,7 @@ def grasped_pairs(scene: Scene, names: Sequence[str], pairs: NDArray[np.int64]) 
     return np.array(grasped, dtype=np.bool_)
 
 
-def _expanded(scene: Scene, names: Sequence[str], ends: Sequence[str]) -> list[tuple[str, str]]:
+def _pairs_of_selectors(scene: Scene, names: Sequence[str], ends: Sequence[str]) -> list[tuple[str, str]]:
     """The pairs of bodies that a pair of selectors stands for."""
     if len(ends) != 2 or ends[0] == ends[1]:
         raise AssemblyError(f"{tuple(ends)!r} is no pair; name two different bodies")
@@ -78,10 +78,10 @@ def _expanded(scene: Scene, names: Sequence[str], ends: Sequence[str]) -> list[t
     if selected == [[ends[0]], [ends[1]]]:
         return [(ends[0], ends[1])]
     united = scene.group_of
-    return [(a, b) for a in selected[0] for b in selected[1] if a != b and not _united(united, a, b)]
+    return [(a, b) for a in selected[0] for b in selected[1] if a != b and not _in_one_group(united, a, b)]
 
 
-def _united(group_of: Mapping[str, str], a: str, b: str) -> bool:
+def _in_one_group(group_of: Mapping[str, str], a: str, b: str) -> bool:
     """Whether two bodies are members of one group."""
     return a in group_of and group_of[a] == group_of.get(b)
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from replay import words
 from replay.errors import RefusedError
 from replay.prepare.flags import FlagSpan
-from replay.prepare.interpolation import blended, neighbours
+from replay.prepare.interpolation import interpolate_poses, neighbours
 from replay.prepare.policy import DROP, HOLD, INTERPOLATE, REFUSE, Policy
 from replay.prepare.session_scan import NO_ROTATION, SessionScan, scan, scan_of
 from sessions import Finding, Frames, Session, Status
@@ -49,12 +49,12 @@ class Replacement:
     ----------
     rows : (k,) frame numbers in the file, ascending.
     status : (k,) uint8, values of ``Status``.
-    pose : (k, 7) place and quaternion that replace them; NaN where there is none.
+    poses : (k, 7) place and quaternion that replace them; NaN where there is none.
     """
 
     rows: NDArray[np.int64]
     status: NDArray[np.uint8]
-    pose: NDArray[np.float64]
+    poses: NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,11 +73,11 @@ class RepairedFrames:
             status = block.status.copy()
             for column, replacement in self.replaced.items():
                 replaced_rows = slice(*np.searchsorted(replacement.rows, [first, first + len(block)]))
-                rows, pose = replacement.rows[replaced_rows] - first, replacement.pose[replaced_rows]
+                rows, poses = replacement.rows[replaced_rows] - first, replacement.poses[replaced_rows]
                 status[rows, column] = replacement.status[replaced_rows]
                 present = replacement.status[replaced_rows] != Status.LOST
-                position[rows[present], column] = pose[present, :3]
-                quaternion[rows[present], column] = pose[present, 3:]
+                position[rows[present], column] = poses[present, :3]
+                quaternion[rows[present], column] = poses[present, 3:]
             yield replace(block, position=position, quaternion_xyzw=quaternion, status=status)
             first += len(block)
 
@@ -103,17 +103,17 @@ def _replacement(pose_pass: PosePass, spans: Sequence[PoseSpan], policy: Policy,
     between = (rank == RANKS[INTERPOLATE]) & inside & (width <= limit)
     status = np.full(len(rows), Status.LOST, dtype=np.uint8)
     status[repeated], status[between] = Status.HELD, Status.INTERPOLATED
-    pose = np.full((len(rows), 7), np.nan)
+    poses = np.full((len(rows), 7), np.nan)
     if repeated.any() or between.any():
         chunks = [
             np.hstack([block.position[:, column], block.quaternion_xyzw[:, column]]) for block in blocks(BLOCK_FRAMES)
         ]
         poses = np.concatenate(chunks)
-        pose[repeated] = poses[start[repeated]]
-        pose[between] = blended(poses[start[between]], poses[end[between]], since[between] / width[between])
+        poses[repeated] = poses[start[repeated]]
+        poses[between] = interpolate_poses(poses[start[between]], poses[end[between]], since[between] / width[between])
     elif pose_pass.has(Mark.LOST, column)[rows].all():
         return None
-    return Replacement(rows, status, pose)
+    return Replacement(rows, status, poses)
 
 
 @dataclass(frozen=True)
@@ -169,7 +169,7 @@ def repair_session(session: Session, policy: Policy, needed: Collection[str] | N
     zero = first_ns if session.segment is None else session.segment.first_ns
     # The frame after a gap is flagged: the path into it is not known.
     gaps = [PoseSpan("gap", ALL_BODIES, row, row, 1) for row in (gap_rows(poses.stamp_ns) + 1).tolist()]
-    flagged = tuple(_flagged(poses, span, policy, replaced.get(span.column), zero) for span in (*spans, *gaps))
+    flagged = tuple(_flag_span(poses, span, policy, replaced.get(span.column), zero) for span in (*spans, *gaps))
     as_recorded = not replaced and bool((np.diff(poses.stamp_ns) > 0).all()) and not poses.has(NO_ROTATION).any()
     session_scan = scan_of(poses, session.segment) if as_recorded else scan(repaired)
     return Repair(repaired, policy, findings, flagged, poses.digest, session_scan)
@@ -188,7 +188,7 @@ def _in_recording(session: Session, findings: Iterable[Finding]) -> Iterator[Fin
             yield finding
 
 
-def _flagged(poses: PosePass, span: PoseSpan, policy: Policy, replaced: Replacement | None, zero: int) -> FlagSpan:
+def _flag_span(poses: PosePass, span: PoseSpan, policy: Policy, replaced: Replacement | None, zero: int) -> FlagSpan:
     """A fault and what became of its samples; ``zero`` is the stamp of second 0."""
     statuses = Counter({int(Status.LOST): span.count} if span.code == "tracking-lost" else {})
     if replaced is not None:

@@ -14,7 +14,7 @@ from cdcore.protocol import Verdict, counts_as_contact
 from replay import words
 from replay.prepare.assemble import assemble
 from replay.prepare.assembly import Assembly
-from replay.prepare.holding_poses import begun
+from replay.prepare.holding_poses import load_beginning
 from replay.prepare.policy import parse_policy
 from replay.prepare.repair import repair_session
 from sessions import Session
@@ -47,17 +47,17 @@ class Draft:
     seen: str = ""
 
 
-def drafted(session: Session) -> Draft:
+def draft_scene(session: Session) -> Draft:
     """Look through a recording once, of one that is too long to be held through its beginning; errors as of a run."""
-    bare = replace(session, scene=replace(session.scene, pairs=None, ignore=(), effects=None, text=""))
+    undeclared_session = replace(session, scene=replace(session.scene, pairs=None, ignore=(), effects=None, text=""))
     if not session.meshes:
         return Draft()
-    beginning = begun(bare)
+    beginning = load_beginning(undeclared_session)
     repair = repair_session(beginning, parse_policy(None))
     assembly = assemble(repair.session, detecting=False, session_scan=repair.scan)
     if not len(assembly.pairs):
         return Draft()
-    near = assembly.pairs[_near(assembly)].tolist()
+    near = assembly.pairs[_pairs_that_come_near(assembly)].tolist()
     times = assembly.motion.times
     samples = assembly.motion.take(np.flatnonzero(np.diff(np.floor(times / SAMPLE_S), prepend=-1.0)))
     rigid = [pair for pair in near if _rigid(samples, *pair)]
@@ -68,12 +68,12 @@ def drafted(session: Session) -> Draft:
     examined = (
         ""
         if beginning.segment is None
-        else f"its first {words.fixed(repair.scan.duration / 3600, 1)} h, which fit into memory"
+        else f"its first {words.decimal(repair.scan.duration / 3600, 1)} h, which fit into memory"
     )
     return Draft(tuple((names[i], names[j]) for i, j in free_pairs), grasped, examined)
 
 
-def _near(assembly: Assembly) -> BoolArray:
+def _pairs_that_come_near(assembly: Assembly) -> BoolArray:
     """(P,) which pairs come near."""
     boxes = create_detector("collider", assembly.bodies, pairs=assembly.pairs, shape="box", skin_m=NEAR_M / 2)
     near = np.zeros(len(assembly.pairs), dtype=np.bool_)
@@ -127,5 +127,5 @@ def _about(session: Session, name: str) -> str:
     mesh: MeshData | None = session.meshes.get(name)
     if mesh is None:
         return "it has no mesh: give it mesh = FILE, shape or instrument, or contacts of it cannot be found"
-    size = " x ".join(words.fixed(100 * edge, 1) for edge in mesh.bounds[1] - mesh.bounds[0])
+    size = " x ".join(words.decimal(100 * edge, 1) for edge in mesh.bounds[1] - mesh.bounds[0])
     return f"{'tracked' if name in session.names else 'fixed'}; {len(mesh.faces):,} faces, {size} cm"

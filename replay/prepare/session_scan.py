@@ -122,5 +122,5 @@ def _no_pose(session: Session, stamp_ns: int, body: int) -> str:
         norm_text = number_text(norm, 6) if np.isfinite(norm) else f"{norm}"
         what = f"quaternion {quaternion.tolist()} has norm {norm_text}, not 1"
     number = number if session.segment is None else int(session.segment.numbers[number])
-    where = f"frame {number} ({words.fixed(time, 6)} s), body {block.names[body]}: "
+    where = f"frame {number} ({words.decimal(time, 6)} s), body {block.names[body]}: "
     return f"{where}{what}; flag the sample as lost, repair it, or choose a --policy"

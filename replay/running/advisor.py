@@ -13,7 +13,7 @@ from replay.advice.scoring import wrong_counts
 from replay.document.run_result import RunResult
 from replay.errors import AuditError, TradeoffError
 from replay.prepare.frame_times import frame_rate
-from replay.running.runner import opened, run
+from replay.running.runner import open_session, run
 from sessions import Session
 
 
@@ -52,7 +52,7 @@ def advise(session_or_path: Session | str | Path, *, engine: str, **options: Any
     """
     if options.get("oracle") == "none":
         raise AuditError("advice needs a reference to compare with; leave oracle out for the exact one")
-    session = opened(session_or_path, options.pop("scene", None))
+    session = open_session(session_or_path, options.pop("scene", None))
     engine_row = engine_named(engine)
     choices = [
         choice for choice in engine_row.choices if session.colliders or choice.settings.get("shape") != "shipped"

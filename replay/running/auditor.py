@@ -63,7 +63,7 @@ def audit(
     >>> audit("session.mcap", detectors="hybrid-qaco", max_missed=0.01).broken  # doctest: +SKIP
     """
     from replay.prepare.session_input import require_session
-    from replay.running.remote_files import located, reaching
+    from replay.running.remote_files import path_of_place, store_errors
     from replay.running.runner import run
     from replay.show.results.run_folder import check_target
 
@@ -75,9 +75,9 @@ def audit(
         raise AuditError("there is no session to audit; name at least one")
     if options.get("oracle") == "none":
         raise AuditError("an audit needs a reference to compare with; leave oracle out for the exact one")
-    folders = _folders(several, None if out is None else located(out))
+    folders = _folders(several, None if out is None else path_of_place(out))
     for folder in filter(None, folders):
-        with reaching(folder):
+        with store_errors(folder):
             check_target(folder, force=options.get("force", False))
     results = [run(session, out=folder, **options) for session, folder in zip(several, folders, strict=True)]
     pooled = pool(result.document.audit for result in results)

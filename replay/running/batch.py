@@ -21,7 +21,7 @@ from replay.document.run_document import RunDocument
 from replay.document.scores import pool
 from replay.document.session import FlaggedPoses
 from replay.errors import OutputError, RunFolderError
-from replay.running.remote_files import delivered, fetched, is_remote, located, reaching
+from replay.running.remote_files import is_remote, local_copy, path_of_place, run_folder_for, store_errors
 from replay.running.runner import run
 from replay.running.workers import DONE, KEPT, OnDone, do_all
 from replay.show.results.batch_parts import FOLDER as TABLES
@@ -116,7 +116,7 @@ def run_batch(
     ``PlaceError``: a URL that cannot be reached; ``WorkerError``: workers that cannot be used.
     """
     # A path that means the same in every process.
-    named, folder = _named([located(path).absolute() for path in sessions]), located(out).absolute()
+    named, folder = _paths_by_name([path_of_place(path).absolute() for path in sessions]), path_of_place(out).absolute()
     chosen = dict(settings)
     # Not whether there is a picture: it changes no answer, so a folder without pictures can be given them later.
     options = {name: value for name, value in chosen.items() if name != "picture"}
@@ -125,7 +125,7 @@ def run_batch(
         options["scene"] = file_hash(chosen["scene"])
     # As JSON, which has no tuples: a worker that reads it makes the same marks.
     request = json.loads(json.dumps({"schema": SCHEMA, "settings": options, "versions": versions()}))
-    with reaching(folder):
+    with store_errors(folder):
         existing, kept = _begin(folder, request, force=force), set[str]()
 
     def tell(name: str, outcome: str) -> None:
@@ -153,7 +153,7 @@ def _remove_what_killed_workers_left(folder: Any, names: Iterable[str]) -> None:
         return
     for name in names:
         with suppress(OSError, OutputError):
-            remove_abandoned(folder / name, RUN.listed)
+            remove_abandoned(folder / name, RUN.listed_files)
 
 
 def batch_digest(out: Path, names: Sequence[str]) -> tuple[str, dict[str, SessionOfBatch]]:
@@ -169,7 +169,7 @@ def batch_digest(out: Path, names: Sequence[str]) -> tuple[str, dict[str, Sessio
     return digest.hexdigest(), runs
 
 
-def _named(sessions: Sequence[Path]) -> dict[str, Path]:
+def _paths_by_name(sessions: Sequence[Path]) -> dict[str, Path]:
     named: dict[str, Path] = {}
     for path in sorted(sessions, key=lambda session_path: session_path.name):
         if path.stem in ("", ".", "..") or path.stem.casefold() in (BATCH, TABLES):
@@ -215,12 +215,14 @@ def _is_whole(out: Path, mark: str, *, picture: bool) -> bool:
 def run_session(path: Path, out: Path, settings: Mapping[str, Any], request: Any = "") -> str:
     """Run one session into its folder: ``KEPT`` if it stands there already, why it failed, or ``""``."""
     try:
-        with fetched(path) as file:
+        with local_copy(path) as file:
             # Over all that is asked of the recording, and its contents; its run folder keeps it.
             mark = hashlib.sha256(json.dumps([request, file_hash(file)], sort_keys=True).encode()).hexdigest()
             if _is_whole(out, mark, picture=settings.get("picture", True)):
                 return KEPT
-            with delivered(out) as folder:  # one begun in a store by a process that was killed is no run folder yet
+            with run_folder_for(
+                out
+            ) as folder:  # one begun in a store by a process that was killed is no run folder yet
                 run(file, out=folder, force=True, request=mark, **settings)
     except Exception as error:
         return " ".join(f"{type(error).__name__}: {error}".split())

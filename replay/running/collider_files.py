@@ -57,7 +57,7 @@ from replay.errors import TradeoffError
 from replay.prepare.assembly import Assembly
 from replay.prepare.frame_times import frame_rate
 from replay.running.advisor import wrong_in
-from replay.running.runner import opened, run
+from replay.running.runner import open_session, run
 from replay.settings import STEP_RATE
 from replay.show.engine_files import EngineFiles, engine_files
 from replay.show.fix_page.page import AFTER, BEFORE, BodyShape, Cure, cure_page
@@ -96,7 +96,7 @@ COLLIDERS: Final = FolderKind("colliders", "colliders.json", "vrlab-replay/colli
 
 
 @dataclass(frozen=True, eq=False)
-class FixedColliders:
+class ColliderFix:
     """The colliders to ship, and what they give.
 
     Parameters
@@ -205,7 +205,7 @@ def fix_colliders(
     progress: Progress | None = None,
     every_method: bool = False,
     **options: Any,
-) -> FixedColliders:
+) -> ColliderFix:
     """Find the fewest convex pieces a body that keep to limits, replay the session with them, and write them.
 
     Bodies that are round about an axis are cut by height and angle, others by planes and V-HACD; fine pieces are joined
@@ -233,7 +233,7 @@ def fix_colliders(
     target_folder = Path(folder) if folder is not None else None
     if target_folder is not None:
         check_target(target_folder, force=force, kind=COLLIDERS)
-    session = opened(session_or_path, options.pop("scene", None))
+    session = open_session(session_or_path, options.pop("scene", None))
     prepared = prepare(
         session,
         progress=progress,
@@ -262,7 +262,7 @@ def fix_colliders(
         not_tried = search.not_tried + _late_cuts(search, cuts)
     axes = _file_axes(target, pose_convention(session.facts))
     with nullcontext() if target_folder is None else result_folder(target_folder, COLLIDERS, force=force) as written:
-        shipped, rows = _shipped(session, search, target, written, axes)
+        shipped, rows = _ship_pieces(session, search, target, written, axes)
         shapes: dict[str, BodyShape] = {}
         with progress.stage("Writing report cards", len(rows)) as advance:
             for row in rows:
@@ -283,7 +283,7 @@ def fix_colliders(
         sampled = "".join(f",{key}={value:g}" for key, value in rate.items())
         hull, setting = (f"collider[shape={shape}{sampled}]" for shape in ("compound,pieces=1", "shipped"))
         result = run(shipped, detectors={BEFORE: hull, AFTER: setting}, progress=progress, **options)
-        fixed = FixedColliders(
+        fix = ColliderFix(
             engine="" if target is None else target.name,
             folder=target_folder,
             step_hz=step_hz,
@@ -302,26 +302,26 @@ def fix_colliders(
         )
         if written is not None:
             if target is not None:
-                (written / "README.txt").write_text(_read_me(fixed, target), "utf-8")
-            (written / REPORT).write_text(before_after_page(fixed), "utf-8", newline="\n")
-            write_summary(written, COLLIDERS, {"schema": COLLIDERS.schema, **fixed.as_json()})
-    return fixed
+                (written / "README.txt").write_text(_read_me(fix, target), "utf-8")
+            (written / REPORT).write_text(before_after_page(fix), "utf-8", newline="\n")
+            write_summary(written, COLLIDERS, {"schema": COLLIDERS.schema, **fix.as_json()})
+    return fix
 
 
-def before_after_page(fixed: FixedColliders) -> str:
+def before_after_page(fix: ColliderFix) -> str:
     """Returns the page that shows hulls before and pieces after, self-contained."""
-    run_command = f'replay run session.mcap --detectors "{fixed.setting}"' if fixed.folder is not None else ""
+    run_command = f'replay run session.mcap --detectors "{fix.setting}"' if fix.folder is not None else ""
     return cure_page(
         Cure(
-            result=fixed.result,
-            before=fixed.before,
-            after=fixed.after,
-            bodies=fixed.bodies,
-            shapes=fixed.shapes,
-            front=fixed.front,
-            notes=fixed.remarks,
-            engine=fixed.engine,
-            steps=fixed.steps,
+            result=fix.result,
+            before=fix.before,
+            after=fix.after,
+            bodies=fix.bodies,
+            shapes=fix.shapes,
+            front=fix.front,
+            notes=fix.remarks,
+            engine=fix.engine,
+            steps=fix.steps,
             again=run_command,
         )
     )
@@ -384,7 +384,7 @@ def _figures(result: RunResult, label: str, pieces: int) -> dict[str, Any]:
     return wrong_in(result, label) | {"ms": 1e3 * seconds.per_frame_mean, "p99_ms": p99_ms, "pieces": pieces}
 
 
-def _shipped(
+def _ship_pieces(
     session: Session, search: ColliderSearch, target: EngineFiles | None, written: Path | None, axes: str
 ) -> tuple[Session, list[dict[str, Any]]]:
     """The session with the pieces as a file gives them back, and a row a body; the files where a folder is given."""
@@ -397,8 +397,8 @@ def _shipped(
     files = _file_names(list(search.ladders))
     for name, solids in search.pieces().items():
         plain, ladder = files[name], search.ladders[name]
-        in_file = [from_body_axes(_rounded(solid), axes, poses) for solid in solids]
-        mesh = from_body_axes(_rounded(ladder.mesh), axes, poses)
+        in_file = [from_body_axes(_in_glb_numbers(solid), axes, poses) for solid in solids]
+        mesh = from_body_axes(_in_glb_numbers(ladder.mesh), axes, poses)
         colliders[name] = tuple(in_body_axes(solid, axes, poses) for solid in _read_back(name, in_file))
         in_files[plain] = in_file
         if written is not None and target is not None:
@@ -423,7 +423,7 @@ def _glb(name: str, mesh: MeshData, pieces: Sequence[MeshData], target: EngineFi
     """A node a piece, named as the engine wants it; the body's own mesh beside them where the engine wants that."""
     from sessions.meshes.glb import meshes_to_glb
 
-    nodes = {name: mesh} if target.drawn else {}
+    nodes = {name: mesh} if target.has_mesh else {}
     nodes |= {target.node.format(body=name, number=k): piece for k, piece in enumerate(pieces)}
     return meshes_to_glb(nodes)
 
@@ -439,12 +439,12 @@ def _read_back(name: str, pieces: Sequence[MeshData]) -> tuple[MeshData, ...]:
         return read_colliders(file, [name]).solids[name]
 
 
-def _read_me(fixed: FixedColliders, target: EngineFiles) -> str:
+def _read_me(fix: ColliderFix, target: EngineFiles) -> str:
     """Returns the read-me: contents of the folder, steps in the engine, command to measure again."""
     lines = [f"Colliders for {target.name}, from the motion of a recorded session.", ""]
     lines += [f"{number}. {step}" for number, step in enumerate(target.steps, 1)]
     lines += ["", f"Source: {target.page}", "", "colliders.json holds the figures. To count them again:"]
-    return "\n".join([*lines, f'replay run session.mcap --detectors "{fixed.setting}"', ""])
+    return "\n".join([*lines, f'replay run session.mcap --detectors "{fix.setting}"', ""])
 
 
 def _not_tried_sentence(name: str, cut: Cut) -> str:
@@ -475,6 +475,6 @@ def _file_names(names: Sequence[str]) -> dict[str, str]:
     return files
 
 
-def _rounded(piece: TriangleMesh) -> MeshData:
+def _in_glb_numbers(piece: TriangleMesh) -> MeshData:
     """The piece in the numbers that a GLB has for any program."""
     return MeshData(piece.vertices.astype(np.float32).astype(np.float64), piece.faces)

@@ -50,7 +50,7 @@ def import_contacts(
     if not body_names:
         raise AuditError(f"{source} names no body of the session, which has: {', '.join(session.meshes)}; rename them")
     result = compute(session, detectors="exact", oracle="none", offline=True, progress=progress)
-    fit = estimate_offset(_reported(contacts), _true(result), offset, _clock_facts(contacts, result))
+    fit = estimate_offset(_reported_moments(contacts), _true(result), offset, _clock_facts(contacts, result))
     placed = tuple(
         replace(
             contact, time_ns=contact.time_ns + result.assembly.first_ns + round(1e9 * fit.at(contact.time_ns / 1e9))
@@ -88,7 +88,7 @@ def _clock_facts(contacts: Iterable[LiveContact], result: RunResult) -> ClockFac
     )
 
 
-def _reported(contacts: Iterable[LiveContact]) -> Moments:
+def _reported_moments(contacts: Iterable[LiveContact]) -> Moments:
     moments: Moments = {}
     for (a, b), spans in reported_spans(contacts).items():
         for span in spans:

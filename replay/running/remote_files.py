@@ -9,7 +9,7 @@ from replay.errors import PlaceError, ReplayError
 from sessions.temporary_folders import temporary_folder
 
 
-def located(name: Any) -> Path:
+def path_of_place(name: Any) -> Path:
     """A path; for a URL like ``s3://bucket/runs`` what acts like one. ``PlaceError``: nothing here reads such URLs."""
     if is_remote(name) or "://" not in str(name):
         return name if is_remote(name) else Path(name)
@@ -32,7 +32,7 @@ def is_remote(given: Any) -> bool:
 
 
 @contextmanager
-def reaching(where: Any) -> Iterator[None]:
+def store_errors(where: Any) -> Iterator[None]:
     """Turns errors at a URL into ``PlaceError``: each kind of store has errors of its own."""
     try:
         yield
@@ -44,21 +44,21 @@ def reaching(where: Any) -> Iterator[None]:
 
 
 @contextmanager
-def fetched(given: Any) -> Iterator[Any]:
+def local_copy(given: Any) -> Iterator[Any]:
     """Yields the argument; for a URL, a local copy that lasts until the block ends."""
-    remote: Any = located(given) if isinstance(given, str) else given
+    remote: Any = path_of_place(given) if isinstance(given, str) else given
     if not is_remote(remote):
         yield given
         return
     with temporary_folder() as folder:
         copy = folder / remote.name
-        with reaching(remote):
+        with store_errors(remote):
             remote.fs.get_file(remote.path, str(copy))
         yield copy
 
 
 @contextmanager
-def delivered(out: Any) -> Iterator[Any]:
+def run_folder_for(out: Any) -> Iterator[Any]:
     """The run folder to write; of one at a URL a folder on this machine, put there when the block ends well.
 
     Its summary is put last: a folder without one was begun by a process that was killed, and is made anew.
@@ -71,7 +71,7 @@ def delivered(out: Any) -> Iterator[Any]:
     with temporary_folder() as folder:
         local_folder = folder / out.name
         yield local_folder
-        with reaching(out):
+        with store_errors(out):
             (out / SUMMARY).unlink(missing_ok=True)
             out.fs.makedirs(out.path, exist_ok=True)
             for file in sorted(local_folder.iterdir(), key=lambda file: file.name == SUMMARY):

@@ -12,7 +12,7 @@ from replay.detection.progress import Progress, Silent
 from replay.document import run_result
 from replay.engine import compute
 from replay.prepare.session_input import require_session
-from replay.running.remote_files import delivered, fetched, located, reaching
+from replay.running.remote_files import local_copy, path_of_place, run_folder_for, store_errors
 from replay.running.run_result import RunResult
 from replay.settings import RunSettings
 from sessions import Session
@@ -56,20 +56,20 @@ def run(
     >>> result = replay.run("session.mcap", detectors="slow=discrete[rate_hz=22.5],exact")  # doctest: +SKIP
     """
     progress = progress or Silent()
-    target = None if out is None else located(out)
+    target = None if out is None else path_of_place(out)
     if target is not None:
         from replay.show.results.run_folder import check_target
 
-        with reaching(target):
+        with store_errors(target):
             check_target(target, force=force)
-    with fetched(session_or_path) as local_session:
-        result = compute(opened(local_session, scene), settings, progress=progress, **changes)
+    with local_copy(session_or_path) as local_session:
+        result = compute(open_session(local_session, scene), settings, progress=progress, **changes)
     result = with_measured_fixes(with_open_questions(result, progress), progress)
     if request:
         result = replace(result, document=structs.replace(result.document, request=request))
     if target is not None:
         result = replace(result, out=target)
-        with delivered(target) as folder:
+        with run_folder_for(target) as folder:
             write_watched(result, folder, progress, force=force, picture=picture)
     return RunResult.of(result)
 
@@ -95,7 +95,7 @@ def with_measured_fixes(result: run_result.RunResult, progress: Progress) -> run
     return measured_fixes(result, limit, progress)
 
 
-def opened(given: Session | str | Path, scene: str | Path | None) -> Session:
+def open_session(given: Session | str | Path, scene: str | Path | None) -> Session:
     """A session, or the one in a file, with a scene in place of its own where one is given.
 
     Raises ``WrongInputError``: neither a session nor a path.

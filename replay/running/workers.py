@@ -209,7 +209,7 @@ class Workers(AbstractContextManager["Workers"]):
             self._last_present = time.monotonic()
         elif time.monotonic() - self._last_present > PATIENCE_S:
             todo = "start some with `dask worker ADDRESS --nthreads 1`; the same command goes on where it stopped"
-            raise WorkerError(f"the scheduler has had no worker for {words.fixed(PATIENCE_S, 0)} s; {todo}")
+            raise WorkerError(f"the scheduler has had no worker for {words.decimal(PATIENCE_S, 0)} s; {todo}")
         return sorted(self._alike & present)
 
     def submit(self, worker: str, work: Work, arguments: tuple[Any, ...]) -> Any:

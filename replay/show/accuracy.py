@@ -40,9 +40,9 @@ def _kind(rank: Rank, worst: bool) -> str:
     return "false" if rank.leads_false else "missed"
 
 
-def tradeoff_dots(done: Tradeoff) -> list[Dot]:
+def tradeoff_dots(tradeoff: Tradeoff) -> list[Dot]:
     """A dot for each setting that was tried; those on the front come first, so that they find room for their names."""
-    rows = sorted(done.rows, key=lambda row: not row["front"])
+    rows = sorted(tradeoff.rows, key=lambda row: not row["front"])
     return [_with_loss(Dot(row["label"], row["mean_ms"], row["loss"], "front" if row["front"] else "")) for row in rows]
 
 
@@ -54,5 +54,5 @@ def accuracy_plot(dots: Sequence[Dot], size: Size, up_title: str = LOSS_AXIS) ->
     """Losses over milliseconds a frame."""
     largest = max([LEAST_TOP, *(dot.y for dot in dots)])
     up = Axis(up_title, ticks_of(largest, 3))
-    spoken = ", ".join(f"{dot.name} at {words.frame_time(dot.x / 1e3)} a frame" for dot in dots)
-    return scatter(dots, f"{TITLE}, as losses: {spoken}", "mean ms a frame", up, size)
+    dots_text = ", ".join(f"{dot.name} at {words.frame_time(dot.x / 1e3)} a frame" for dot in dots)
+    return scatter(dots, f"{TITLE}, as losses: {dots_text}", "mean ms a frame", up, size)

@@ -46,25 +46,25 @@ class Eye:
     target: tuple[float, float, float]
 
 
-def across(along: FloatArray, user: FloatArray) -> FloatArray:
-    """The unit direction to look from: across a gap, or ``along`` the surfaces that meet, from the ``user``'s side.
+def viewing_direction(gap_direction: FloatArray, user_direction: FloatArray) -> FloatArray:
+    """The unit direction to look from: across a gap, or along the surfaces that meet, from the user's side.
 
-    ``along`` is from one body to the other, of any length; 0: unknown.
+    ``gap_direction`` is from one body to the other, of any length; 0: unknown.
     """
-    step = along / max(float(np.linalg.norm(along)), 1e-12)
+    step = gap_direction / max(float(np.linalg.norm(gap_direction)), 1e-12)
     azimuth = np.arange(AZIMUTHS) * (2 * np.pi / AZIMUTHS)
     flat, up = np.cos(RAISED), np.full(AZIMUTHS, np.sin(RAISED))
     choices = np.stack([flat * np.sin(azimuth), up, flat * np.cos(azimuth)], axis=1)
-    chosen: FloatArray = choices[int(np.argmin(np.abs(choices @ step) - USER_SIDE * (choices @ user)))]
+    chosen: FloatArray = choices[int(np.argmin(np.abs(choices @ step) - USER_SIDE * (choices @ user_direction)))]
     return chosen
 
 
-def eye_before(target: FloatArray, away: FloatArray) -> Eye:
-    """An eye that looks at a point (3,) from ``away`` of it, metres."""
-    return Eye(vector_of(target + away), vector_of(target))
+def eye_before(target: FloatArray, offset: FloatArray) -> Eye:
+    """An eye that looks at a point (3,) from an ``offset`` of it, metres."""
+    return Eye(vector_of(target + offset), vector_of(target))
 
 
-def placed(motion: Motion, frame: int, body: int, points: FloatArray) -> FloatArray:
+def points_in_world(motion: Motion, frame: int, body: int, points: FloatArray) -> FloatArray:
     """Points (n, 3) of a body where it stands in a frame, world metres."""
     return place_points(points, motion.rotations[frame, body], motion.translations[frame, body])
 
@@ -73,10 +73,10 @@ def towards_user(assembly: Assembly, scene: Scene, frame: int, point: Sequence[f
     """Horizontal unit direction from a point to the user's head; +Z, towards the user of a fresh frame, if unknown."""
     for column, body in enumerate(assembly.bodies):
         if "headset" in tags_of(body.name, scene) and assembly.motion.valid[frame, column]:
-            away = assembly.motion.translations[frame, column] - np.asarray(point)
-            length = float(np.hypot(away[0], away[2]))
+            offset = assembly.motion.translations[frame, column] - np.asarray(point)
+            length = float(np.hypot(offset[0], offset[2]))
             if length > 0.05:
-                return np.array([away[0] / length, 0.0, away[2] / length])
+                return np.array([offset[0] / length, 0.0, offset[2] / length])
     return np.array([0.0, 0.0, 1.0])
 
 
@@ -87,16 +87,16 @@ def overview(assembly: Assembly, scene: Scene, points: FloatArray, frame: int, a
     """
     if not len(points):
         # Hours of poses need not be held to frame a bench.
-        some = slice(None, None, len(assembly.motion) // 10_000 or 1)
-        points = assembly.motion.translations[some][assembly.motion.valid[some]]
+        sampled_frames = slice(None, None, len(assembly.motion) // 10_000 or 1)
+        points = assembly.motion.translations[sampled_frames][assembly.motion.valid[sampled_frames]]
     if not len(points):
         points = np.zeros((1, 3))
     side = towards_user(assembly, scene, min(frame, len(assembly.motion) - 1), points.mean(axis=0).tolist())
     # A turn aside shows depth: straight from the user's eye, hands and rims line up.
     azimuth, rise = np.radians(ROTATED_DEG), np.radians(RAISED_DEG)
     cos, sin = np.cos(azimuth), np.sin(azimuth)
-    aside = np.array([side[0] * cos + side[2] * sin, 0.0, side[2] * cos - side[0] * sin])
-    axes = axes_of(aside * np.cos(rise) + np.array([0.0, np.sin(rise), 0.0]))
+    rotated_direction = np.array([side[0] * cos + side[2] * sin, 0.0, side[2] * cos - side[0] * sin])
+    axes = axes_of(rotated_direction * np.cos(rise) + np.array([0.0, np.sin(rise), 0.0]))
     local = points @ axes
     centre = (local.min(axis=0) + local.max(axis=0)) / 2
     right, up, depth = (local - centre).T
@@ -111,9 +111,9 @@ def view_rotation(eye: Eye) -> FloatArray:
     return axes_of(np.subtract(eye.position, eye.target))
 
 
-def axes_of(away: FloatArray) -> FloatArray:
-    """Axes right, up and back as columns (3, 3) of an eye in the direction ``away``, of any length."""
-    back = away / np.linalg.norm(away)
+def axes_of(offset: FloatArray) -> FloatArray:
+    """Axes right, up and back as columns (3, 3) of an eye in the direction ``offset``, of any length."""
+    back = offset / np.linalg.norm(offset)
     right = np.cross([0.0, 1.0, 0.0], back)
     right = right / np.linalg.norm(right)
     return np.stack([right, np.cross(back, right), back], axis=1)

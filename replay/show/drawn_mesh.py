@@ -35,24 +35,24 @@ def edges_of(mesh: TriangleMesh) -> tuple[FloatArray, IntArray]:
     return points[first[count == 2]], np.stack([order[start], order[start + 1]], axis=1) // 3
 
 
-def bends(normals: FloatArray, faces: IntArray) -> FloatArray:
+def bend_cosines(normals: FloatArray, faces: IntArray) -> FloatArray:
     """Cosine of the angle at which the two faces of each edge meet, from unit normals (f, 3)."""
     cosine: FloatArray = (normals[faces[:, 0]] * normals[faces[:, 1]]).sum(axis=1)
     return cosine
 
 
 @once_a_mesh
-def shaded(mesh: TriangleMesh) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.uint32]]:
+def shaded_mesh(mesh: TriangleMesh) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.uint32]]:
     """Vertices, unit normals (v, 3) and faces (f, 3) to draw: smooth over gentle edges, flat across sharp ones."""
-    area, unit = face_normals(mesh.triangles)
+    area, unit_normals = face_normals(mesh.triangles)
     faces = edges_of(mesh)[1]
-    left, right = faces[bends(unit, faces) >= CREASE_COSINE].T
-    links = coo_array((np.ones(len(left)), (left, right)), shape=(len(unit), len(unit)))
-    patch = connected_components(links, directed=False)[1]
-    corners = mesh.merged_faces.reshape(-1) * len(unit) + np.repeat(patch, 3)
+    left, right = faces[bend_cosines(unit_normals, faces) >= CREASE_COSINE].T
+    links = coo_array((np.ones(len(left)), (left, right)), shape=(len(unit_normals), len(unit_normals)))
+    smooth_patch = connected_components(links, directed=False)[1]
+    corners = mesh.merged_faces.reshape(-1) * len(unit_normals) + np.repeat(smooth_patch, 3)
     _, first, number = np.unique(corners, return_index=True, return_inverse=True)
     total = np.stack([np.bincount(number, np.repeat(area[:, k], 3)) for k in range(3)], axis=1)
     length = np.linalg.norm(total, axis=1, keepdims=True)
-    normals = np.divide(total, length, out=np.repeat(unit, 3, axis=0)[first], where=length > 0)
+    normals = np.divide(total, length, out=np.repeat(unit_normals, 3, axis=0)[first], where=length > 0)
     vertices = mesh.triangles.reshape(-1, 3)[first]
     return vertices.astype(np.float32), normals.astype(np.float32), number.reshape(-1, 3).astype(np.uint32)

@@ -23,7 +23,7 @@ class EngineFiles:
     name : in sentences.
     step_hz : of a new project.
     node : name of the node of a piece, of body and number.
-    drawn : whether a body's own mesh stands beside its pieces, under the body's name.
+    has_mesh : whether a body's own mesh stands beside its pieces, under the body's name.
     extra : name of a file -> its text, made of all pieces.
     steps : sentences: what to do in the engine.
     page : the address that says so.
@@ -36,7 +36,7 @@ class EngineFiles:
     extra: Callable[[Pieces], dict[str, str]]
     steps: tuple[str, ...]
     page: str
-    drawn: bool = False
+    has_mesh: bool = False
     file_type: str = "glb"
 
 
@@ -77,7 +77,7 @@ def _unity(_pieces: Pieces) -> dict[str, str]:
     return {"ColliderPieces.cs": UNITY_SCRIPT}
 
 
-def _none(_pieces: Pieces) -> dict[str, str]:
+def _no_files(_pieces: Pieces) -> dict[str, str]:
     return {}
 
 
@@ -124,16 +124,16 @@ ENGINE_FILES: Final[dict[str, EngineFiles]] = {
         name="Unreal Engine",
         step_hz=engines()["unreal"].step_hz,
         node="UCX_{body}_{number:02d}",
-        extra=_none,
+        extra=_no_files,
         steps=("Import each GLB whole: the mesh in it takes the UCX_ pieces beside it as its collision.",),
         page="https://dev.epicgames.com/documentation/en-us/unreal-engine/fbx-static-mesh-pipeline-in-unreal-engine",
-        drawn=True,
+        has_mesh=True,
     ),
     "godot": EngineFiles(
         name="Godot",
         step_hz=60.0,
         node="{body}_{number:02d}-convcolonly",
-        extra=_none,
+        extra=_no_files,
         steps=(
             "Copy the folder into the project: the importer makes a convex shape of each -convcolonly node.",
             "Each node comes as a StaticBody3D; move its shapes under your own body where the body moves.",

@@ -14,7 +14,7 @@ from replay.errors import AuditError
 from replay.show.accuracy import accuracy_plot, run_dots
 from replay.show.palette import LIGHT
 from replay.show.report.first_screen import comparison_of
-from replay.show.report.markup import filled
+from replay.show.report.markup import render_template
 from replay.show.report.page import view_of
 from replay.show.sections import SectionName, details, section_of
 from replay.words import duration, plural, safe_text
@@ -43,14 +43,14 @@ LEGEND_LETTER: Final = 7.0
 
 def run_text(result: RunResult) -> str:
     """A run in at most fifteen lines: what was replayed, the ranking, the answer, where it was written."""
-    lines = [_what(result)]
+    lines = [_run_sentence(result)]
     if result.ranking:
-        made = section_of(result, SectionName.RANKING).table.narrow()
-        made = made.only("detector", *made.values().head)
-        cells = [made.head] + [[text_of(cell) for cell in row] for row in made.cells()]
-        kept, rest = cells[: MOST_DETECTORS + 1], len(cells) - MOST_DETECTORS - 1
-        widths = [max(len(row[k]) for row in kept) for k in range(len(made.head))]
-        lines += [_row(row, widths) for row in kept]
+        narrow_table = section_of(result, SectionName.RANKING).table.narrow()
+        narrow_table = narrow_table.only("detector", *narrow_table.values().head)
+        cells = [narrow_table.head] + [[text_of(cell) for cell in row] for row in narrow_table.cells()]
+        rows_kept, rest = cells[: MOST_DETECTORS + 1], len(cells) - MOST_DETECTORS - 1
+        widths = [max(len(row[k]) for row in rows_kept) for k in range(len(narrow_table.head))]
+        lines += [_text_row(row, widths) for row in rows_kept]
         lines += [f"... and {rest} more in .ranking"] if rest > 0 else []
         lines += wrap(section_of(result, SectionName.ANSWER).sentences[0], WIDTH)[:MOST_WRAPPED]
     else:
@@ -58,7 +58,7 @@ def run_text(result: RunResult) -> str:
             f"{label}: {plural(len(contacts), 'contact')}"
             for label, contacts in list(result.contacts.items())[:MOST_DETECTORS]
         ]
-    lines.append(_where(result))
+    lines.append(_location_sentence(result))
     return "\n".join(line if len(line) <= WIDTH else line[: WIDTH - 3] + "..." for line in lines[:MOST_LINES])
 
 
@@ -66,15 +66,15 @@ def run_html(result: RunResult) -> str:
     """The ranking as a table, the answer below it, and a link to the report and to the picture."""
     ranking = section_of(result, SectionName.RANKING)
     files = [name for name in FILES if result.out and (result.out / name).is_file()]
-    return filled(
+    return render_template(
         "show/notebook.html",
-        what=_what(result),
-        where=_where(result),
+        what=_run_sentence(result),
+        where=_location_sentence(result),
         ranking=ranking.table if result.ranking else None,
         undecided=ranking.sentences,
         answer=section_of(result, SectionName.ANSWER),
         details=details(result),
-        command_of=partial(_command, result=result),
+        command_of=partial(_filled_command, result=result),
         links=result.out and [((result.out / name).as_posix(), FILES[name]) for name in files],
     )
 
@@ -110,7 +110,7 @@ def run_plot(result: RunResult) -> Plot:
     ]
     kinds = [(kind, label) for kind, label in timeline.legend if kind in LIGHT]
     starts = accumulate((LEGEND_LETTER * len(label) + 44 for _, label in kinds), initial=12.0)
-    svg = filled(
+    svg = render_template(
         "show/plot.svg",
         width=SCATTER_SIZE[0],
         height=legend_top + 24 + LANE_HEIGHT * len(lanes) + 26,
@@ -131,7 +131,7 @@ def run_plot(result: RunResult) -> Plot:
     return Plot(svg, len(lanes))
 
 
-def _what(result: RunResult) -> str:
+def _run_sentence(result: RunResult) -> str:
     session = result.document.session
     bodies = plural(len(session.bodies), "body", "bodies")
     pairs = plural(len(result.document.pairs), "pair")
@@ -139,17 +139,17 @@ def _what(result: RunResult) -> str:
     return f"Run{origin}: {session.frames:,} frames in {duration(session.duration)}, {bodies}, {pairs}"
 
 
-def _where(result: RunResult) -> str:
+def _location_sentence(result: RunResult) -> str:
     if result.out is None:
         return "Nothing was written: .write(folder) writes report, tables and picture; .plot() and .view() show it."
     return f"Written to {result.out}; .plot() and .view() show it here."
 
 
-def _command(command: str, result: RunResult) -> str:
+def _filled_command(command: str, result: RunResult) -> str:
     recording, folder = result.session.origin or SESSION, str(result.out or RUN)
     return command.replace(SESSION, quote(recording)).replace(RUN, quote(folder))
 
 
-def _row(cells: list[str], widths: list[int]) -> str:
+def _text_row(cells: list[str], widths: list[int]) -> str:
     first, *others = zip(cells, widths, strict=True)
     return "  ".join([first[0].ljust(first[1]), *(cell.rjust(width) for cell, width in others)])

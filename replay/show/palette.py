@@ -163,9 +163,9 @@ GROUND: Final = frozenset({"bench", "table", "furniture"})
 
 def tags_of(body: str, scene: Scene) -> tuple[str, ...]:
     """Tags of a body as declared; for a body that declares none, the words of its name."""
-    declared = scene.body(body)
-    if declared is not None and declared.tags:
-        return declared.tags
+    declared_body = scene.body(body)
+    if declared_body is not None and declared_body.tags:
+        return declared_body.tags
     tokens = [word for word in re.split(r"[^a-z]+", body.lower()) if word]
     return tuple(tokens)
 

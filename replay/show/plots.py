@@ -28,13 +28,13 @@ WIDEST: Final = "MWmw@%"
 MOST_PERMUTED: Final = 5
 """Names that are placed in every order, the best of which counts."""
 
-BESIDE: Final = 7
+CANDIDATES_BESIDE: Final = 7
 """Candidates beside a dot; a name farther away has a line to it."""
 
-CROSSED: Final = 100
+CROSSING_COST: Final = 100
 """Cost of a name on the line from another name to its dot."""
 
-LEFT_OUT: Final = 1000
+OMISSION_COST: Final = 1000
 """Cost of a name without room."""
 
 LINE_HEIGHT: Final = 15.0
@@ -43,7 +43,7 @@ LINE_HEIGHT: Final = 15.0
 INTERVAL_WIDTH, ROW_HEIGHT, INTERVAL_FOOT = 400.0, 42.0, 40.0
 """Of a plot of intervals: its width, the height of a row, and that of axis and title."""
 
-SPREAD: Final = 30.0
+LOGARITHMIC_RATIO: Final = 30.0
 """An axis of which the largest value is so many times the smallest is logarithmic."""
 
 
@@ -103,7 +103,7 @@ class Axis:
     def of(title: str, values: Sequence[float], most: int, *, zero: bool = False) -> "Axis":
         """An axis from 0, or a logarithmic one where the values are far apart; with ``zero`` that has a 0 too."""
         smallest, largest = min(value for value in values if value > 0), max(values)
-        if largest <= SPREAD * smallest:
+        if largest <= LOGARITHMIC_RATIO * smallest:
             return Axis(title, ticks_of(largest, most))
         if zero:
             return Axis(title, [0.0, *_decades(1.0, largest)], log1p)
@@ -116,19 +116,19 @@ class Axis:
         return (self.scale(value) - first) / (last - first)
 
 
-def scatter(dots: Sequence[Dot], alternative: str, x_title: str, up: Axis, size: Size = SIZE) -> Plot:
+def scatter(dots: Sequence[Dot], alternative: str, x_title: str, y_axis: Axis, size: Size = SIZE) -> Plot:
     """Named dots; each name stands where it covers no other, farther away with a line to its dot, or is left out."""
-    across = Axis.of(x_title, [dot.x for dot in dots if dot.x > 0] or [1.0], 5)
-    plot = _axes(Plot(alternative, size), across, up)
+    x_axis = Axis.of(x_title, [dot.x for dot in dots if dot.x > 0] or [1.0], 5)
+    plot = _axes(Plot(alternative, size), x_axis, y_axis)
     plot.dots.extend(
-        PlacedDot(dot.kind, _pixel(plot, across.fraction(dot.x), up.fraction(dot.y)), dot.name, dot.detector)
+        PlacedDot(dot.kind, _pixel(plot, x_axis.fraction(dot.x), y_axis.fraction(dot.y)), dot.name, dot.detector)
         for dot in dots
     )
-    for number, box, leads in _names(plot, [dot.name for dot in dots]):
+    for number, box, has_leader in _names(plot, [dot.name for dot in dots]):
         x, y = plot.dots[number].at
         side = "end" if box[2] < x else "start"
         plot.labels.append(Label(dots[number].name, (box[2 if side == "end" else 0], box[3] - 3), side, dot=number))
-        if leads:
+        if has_leader:
             plot.lines.append(("leader", [(x, y), _nearest_corner(box, (x, y))]))
     return plot
 
@@ -137,12 +137,12 @@ def curve(
     points: Sequence[Point], ends: Sequence[float], alternative: str, x_title: str, y_title: str, lowest: float = 0.0
 ) -> Plot:
     """A curve over linear axes, with a vertical line at each end point; ``lowest`` is where the upright axis begins."""
-    across = Axis(x_title, ticks_of(max(points[-1][0], *(x for x, _ in points), 1e-9), 5))
-    up = Axis(y_title, ticks_of(max(*(y for _, y in points), lowest + 1e-9), 3, lowest))
-    plot = _axes(Plot(alternative, SIZE), across, up)
-    plot.lines.append(("curve", [_pixel(plot, across.fraction(x), up.fraction(y)) for x, y in points]))
+    x_axis = Axis(x_title, ticks_of(max(points[-1][0], *(x for x, _ in points), 1e-9), 5))
+    y_axis = Axis(y_title, ticks_of(max(*(y for _, y in points), lowest + 1e-9), 3, lowest))
+    plot = _axes(Plot(alternative, SIZE), x_axis, y_axis)
+    plot.lines.append(("curve", [_pixel(plot, x_axis.fraction(x), y_axis.fraction(y)) for x, y in points]))
     for end in ends:
-        plot.lines.append(("end", [_pixel(plot, across.fraction(end), height) for height in (1.0, 0.0)]))
+        plot.lines.append(("end", [_pixel(plot, x_axis.fraction(end), height) for height in (1.0, 0.0)]))
     return plot
 
 
@@ -178,32 +178,32 @@ def interval_plot(
     ticks = ticks_of(max(largest, smallest + 1e-9), 5, smallest)
     left, right = 8.0, INTERVAL_WIDTH - 8.0
     names = [wrap(row.name, max(1, round((right - left) / LETTER) - len(row.label) - 2)) for row in rows]
-    further = LINE_HEIGHT * sum(len(lines) - 1 for lines in names)
-    bottom = ROW_HEIGHT * len(rows) + further + 4.0
+    extra_height = LINE_HEIGHT * sum(len(lines) - 1 for lines in names)
+    bottom = ROW_HEIGHT * len(rows) + extra_height + 4.0
     size = INTERVAL_WIDTH, bottom - 4.0 + INTERVAL_FOOT
-    spoken = "; ".join(f"{row.name}: {row.label}" for row in rows)
-    plot = Plot(f"{alternative} {spoken}.", size, caption=alternative, title=title)
+    rows_text = "; ".join(f"{row.name}: {row.label}" for row in rows)
+    plot = Plot(f"{alternative} {rows_text}.", size, caption=alternative, title=title)
 
-    def across(value: float) -> float:
+    def x_of(value: float) -> float:
         return left + (min(max(value, ticks[0]), ticks[-1]) - ticks[0]) / (ticks[-1] - ticks[0]) * (right - left)
 
     for tick in ticks:
-        plot.lines.append(("grid", [(across(tick), 4.0), (across(tick), bottom)]))
+        plot.lines.append(("grid", [(x_of(tick), 4.0), (x_of(tick), bottom)]))
         side = "start" if tick == ticks[0] else "end" if tick == ticks[-1] else "middle"
-        plot.labels.append(Label(number_text(tick), (across(tick), bottom + 15), side))
+        plot.labels.append(Label(number_text(tick), (x_of(tick), bottom + 15), side))
     plot.labels.append(Label(x_title, (right, bottom + 31), "end"))
     top = 0.0
     for number, (row, lines) in enumerate(zip(rows, names, strict=True)):
         y = top + LINE_HEIGHT * (len(lines) - 1) + 30.0
         # Names stay free of the marks.
-        plot.lines.extend(("end", [(across(mark), y - 8), (across(mark), y + 8)]) for mark in marks)
+        plot.lines.extend(("end", [(x_of(mark), y - 8), (x_of(mark), y + 8)]) for mark in marks)
         plot.labels.extend(
             Label(text, (left, top + 19.0 + LINE_HEIGHT * k), dot=number) for k, text in enumerate(lines)
         )
         plot.labels.append(Label(row.label, (right, top + 19.0), "end"))
         if isfinite(row.lower) and isfinite(row.upper):
-            plot.lines.append((f"whisker {row.kind}".strip(), [(across(row.lower), y), (across(row.upper), y)]))
-        plot.dots.append(PlacedDot(row.kind, (across(row.value), y), f"{row.name}: {row.label}", ""))
+            plot.lines.append((f"whisker {row.kind}".strip(), [(x_of(row.lower), y), (x_of(row.upper), y)]))
+        plot.dots.append(PlacedDot(row.kind, (x_of(row.value), y), f"{row.name}: {row.label}", ""))
         top += ROW_HEIGHT + LINE_HEIGHT * (len(lines) - 1)
     return plot
 
@@ -219,51 +219,53 @@ def _pixel(plot: Plot, x: float, y: float) -> Point:
     return left + x * (right - left), bottom - y * (bottom - top)
 
 
-def _axes(plot: Plot, across: Axis, up: Axis) -> Plot:
+def _axes(plot: Plot, x_axis: Axis, y_axis: Axis) -> Plot:
     """With grid lines, ticks and what both axes are."""
     left, _, right, bottom = _frame(plot.size)
-    for tick in up.ticks:
-        y = _pixel(plot, 0.0, up.fraction(tick))[1]
+    for tick in y_axis.ticks:
+        y = _pixel(plot, 0.0, y_axis.fraction(tick))[1]
         plot.lines.append(("grid", [(left, y), (right, y)]))
         plot.labels.append(Label(number_text(tick), (left - 7, y + 4), "end"))
-    for tick in across.ticks:
-        x = _pixel(plot, across.fraction(tick), 0.0)[0]
+    for tick in x_axis.ticks:
+        x = _pixel(plot, x_axis.fraction(tick), 0.0)[0]
         plot.labels.append(Label(number_text(tick), (x, bottom + 17), "middle"))
-    plot.labels.extend([Label(up.title, (left, 11.0)), Label(across.title, (right, bottom + 34), "end")])
+    plot.labels.extend([Label(y_axis.title, (left, 11.0)), Label(x_axis.title, (right, bottom + 34), "end")])
     return plot
 
 
 def _names(plot: Plot, names: Sequence[str]) -> list[tuple[int, Box, bool]]:
     """Number, box and need of a line of every name that finds room; few names are tried in every order."""
     dots = [(x - 6, y - 6, x + 6, y + 6) for x, y in (dot.at for dot in plot.dots)]
-    taken = [*dots, *(_box_of(text) for text in plot.labels)]
+    taken_boxes = [*dots, *(_box_of(text) for text in plot.labels)]
     numbers = range(len(names))
     orders = permutations(numbers) if len(names) <= MOST_PERMUTED else [tuple(numbers)]
-    return min((_placed_names(plot, names, order, taken) for order in orders), key=itemgetter(0))[1]
+    return min((_placed_names(plot, names, order, taken_boxes) for order in orders), key=itemgetter(0))[1]
 
 
 def _placed_names(
-    plot: Plot, names: Sequence[str], order: Sequence[int], taken: Sequence[Box]
+    plot: Plot, names: Sequence[str], order: Sequence[int], taken_boxes: Sequence[Box]
 ) -> tuple[int, list[tuple[int, Box, bool]]]:
     """Cost of an order, which grows with names far from their dots or left out, and the names in it."""
-    boxes, leaders, cost, placed = [*taken], list[Box](), 0, []
+    boxes, leaders, cost, placed = [*taken_boxes], list[Box](), 0, []
     for number in order:
         dot = plot.dots[number].at
         others = [box for k, box in enumerate(boxes) if k != number]
-        free = []
+        free_boxes = []
         for rank, box in enumerate(_candidates(*dot, text_width(names[number]))):
             if _is_free(box, boxes, plot.size):
-                crossed = not _is_apart(box, leaders) or (rank >= BESIDE and not _is_apart(_leader(box, dot), others))
-                free.append((crossed, rank, box))
-        if not free:
-            cost += LEFT_OUT
+                is_crossed = not _is_apart(box, leaders) or (
+                    rank >= CANDIDATES_BESIDE and not _is_apart(_leader(box, dot), others)
+                )
+                free_boxes.append((is_crossed, rank, box))
+        if not free_boxes:
+            cost += OMISSION_COST
             continue
-        crossed, rank, box = min(free)
+        is_crossed, rank, box = min(free_boxes)
         boxes.append(box)
-        if rank >= BESIDE:
+        if rank >= CANDIDATES_BESIDE:
             leaders.append(_leader(box, dot))
-        cost += CROSSED * crossed + (rank if rank < BESIDE else BESIDE * rank)
-        placed.append((number, box, rank >= BESIDE))
+        cost += CROSSING_COST * is_crossed + (rank if rank < CANDIDATES_BESIDE else CANDIDATES_BESIDE * rank)
+        placed.append((number, box, rank >= CANDIDATES_BESIDE))
     return cost, placed
 
 
@@ -286,21 +288,27 @@ def _letter_width(letter: str) -> float:
     return CAPITAL_BOLD if letter.isupper() else LETTER_BOLD
 
 
-def _candidates(x: float, y: float, wide: float) -> Iterator[Box]:
+def _candidates(x: float, y: float, width: float) -> Iterator[Box]:
     """Boxes for the name of a dot, the best first: beside it, then farther away."""
-    corners = [(x + 10, y - 8), (x - 10 - wide, y - 8), (x - wide / 2, y - 24), (x + 6, y - 22), (x - wide - 4, y - 22)]
+    corners = [
+        (x + 10, y - 8),
+        (x - 10 - width, y - 8),
+        (x - width / 2, y - 24),
+        (x + 6, y - 22),
+        (x - width - 4, y - 22),
+    ]
     # Ticks stand close below a dot on the floor.
-    corners += [(x + 10, y - 13), (x - 10 - wide, y - 13)]
+    corners += [(x + 10, y - 13), (x - 10 - width, y - 13)]
     for rise in (-40, 14, -58, 30, -76, -94):
-        corners += [(x + shift * wide, y + rise) for shift in (-0.5, -1.0, 0.0)]
+        corners += [(x + shift * width, y + rise) for shift in (-0.5, -1.0, 0.0)]
     for left, top in corners:
-        yield left, top, left + wide, top + LINE_HEIGHT
+        yield left, top, left + width, top + LINE_HEIGHT
 
 
-def _is_free(box: Box, taken: Sequence[Box], size: Size) -> bool:
+def _is_free(box: Box, taken_boxes: Sequence[Box], size: Size) -> bool:
     left, top, right, bottom = box
     inside = left >= _frame(size)[0] and right <= size[0] and top >= 0 and bottom <= size[1]
-    return inside and _is_apart(box, taken)
+    return inside and _is_apart(box, taken_boxes)
 
 
 def _is_apart(box: Box, others: Sequence[Box]) -> bool:
@@ -310,9 +318,9 @@ def _is_apart(box: Box, others: Sequence[Box]) -> bool:
 
 
 def _box_of(text: Label) -> Box:
-    wide, (x, y) = text_width(text.text), text.at
-    left = x - {"start": 0.0, "middle": wide / 2, "end": wide}[text.side]
-    return left, y - LINE_HEIGHT + 3, left + wide, y + 3
+    width, (x, y) = text_width(text.text), text.at
+    left = x - {"start": 0.0, "middle": width / 2, "end": width}[text.side]
+    return left, y - LINE_HEIGHT + 3, left + width, y + 3
 
 
 def _nearest_corner(box: Box, point: Point) -> Point:
@@ -322,9 +330,9 @@ def _nearest_corner(box: Box, point: Point) -> Point:
 
 def ticks_of(largest: float, most: int, smallest: float = 0.0) -> list[float]:
     """Round numbers from the last that is not above the smallest value to the first that is not below the largest."""
-    rough = (largest - smallest) / most
-    power = 10.0 ** floor(log10(rough))
-    step = next(power * k for k in (1, 2, 2.5, 5, 10) if power * k >= rough * 0.999)
+    rough_step = (largest - smallest) / most
+    power = 10.0 ** floor(log10(rough_step))
+    step = next(power * k for k in (1, 2, 2.5, 5, 10) if power * k >= rough_step * 0.999)
     return [step * k for k in range(floor(smallest / step), ceil(largest / step - 1e-9) + 1)]
 
 

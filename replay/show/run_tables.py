@@ -46,17 +46,18 @@ def ranking_table(result: Summarised) -> Table:
     ranks = with_fixes(result.ranking, result.document)
     contacts = ranks[-1].contacts if ranks else 0
     made_of = f"made of {'it' if contacts == 1 else 'them'}" if contacts else "reported"
-    title = f"{happened(contacts) if ranks else ''} What each detector {made_of}:"
-    made = Table.of(screen_columns("ranking"), ranks, title, timing_notes(result))
-    some = any(rank.undecided for rank in ranks)
-    return made.only(*(name for name in made.head if some or name != "undecided"))
+    title = f"{contacts_sentence(contacts) if ranks else ''} What each detector {made_of}:"
+    built_table = Table.of(screen_columns("ranking"), ranks, title, timing_notes(result))
+    has_undecided = any(rank.undecided for rank in ranks)
+    return built_table.only(*(name for name in built_table.head if has_undecided or name != "undecided"))
 
 
 def short_labels(ranking: Table, result: Summarised) -> Table:
     """A ranking whose rows of a Fix are called ``+fix``, below the detector that each mends: for narrow screens."""
-    at = ranking.head.index("detector")
+    label_index = ranking.head.index("detector")
     rows = (
-        row if row[at] in result.document.detectors else (*row[:at], "+fix", *row[at + 1 :]) for row in ranking.rows
+        row if row[label_index] in result.document.detectors else (*row[:label_index], "+fix", *row[label_index + 1 :])
+        for row in ranking.rows
     )
     return replace(ranking, rows=tuple(rows))
 
@@ -84,21 +85,23 @@ def stored_tables(result: Summarised) -> dict[str, Table]:
 
 def timing_notes(result: Summarised) -> list[str]:
     """Lines on times that cannot be compared: of detectors not timed frame by frame, of a few very long samples."""
-    live = {rank.label: result.document.detectors[rank.label].live for rank in result.ranking if rank.mean}
-    at_once = [label for label, frame_by_frame in live.items() if not frame_by_frame]
+    live_by_label = {rank.label: result.document.detectors[rank.label].live for rank in result.ranking if rank.mean}
+    batch_labels = [label for label, frame_by_frame in live_by_label.items() if not frame_by_frame]
     notes = []
-    if len(at_once) not in (0, len(live)):
-        verb = "was" if len(at_once) == 1 else "were"
+    if len(batch_labels) not in (0, len(live_by_label)):
+        verb = "was" if len(batch_labels) == 1 else "were"
         notes.append(
-            f"{', '.join(at_once)} {verb} run on all frames at once: compare no time with those of other rows."
+            f"{', '.join(batch_labels)} {verb} run on all frames at once: compare no time with those of other rows."
         )
-    uneven = [rank.label for rank in result.ranking if rank.mean and rank.p99 is not None and rank.mean > rank.p99]
-    if uneven:
-        notes.append(f"The mean of {', '.join(uneven)} is above p99: at most 1 in 100 samples took very long.")
+    uneven_labels = [
+        rank.label for rank in result.ranking if rank.mean and rank.p99 is not None and rank.mean > rank.p99
+    ]
+    if uneven_labels:
+        notes.append(f"The mean of {', '.join(uneven_labels)} is above p99: at most 1 in 100 samples took very long.")
     return notes
 
 
-def happened(contacts: int) -> str:
+def contacts_sentence(contacts: int) -> str:
     """How many contacts the reference found, as a sentence."""
     return f"{plural(contacts, 'contact')} happened." if contacts else "No contact happened."
 
@@ -108,9 +111,9 @@ def sampling_notes(result: Summarised) -> list[str]:
     labels = [rank.label for rank in result.ranking if rank.phases > 1]
     if not labels:
         return []
-    who = ", ".join(labels)
+    labels_text = ", ".join(labels)
     moments = "moments are those of the start time whose counts are nearest the mean"
-    return [f"Counts of {who}: best to worst of {PHASES} start times of the sampling; {moments}."]
+    return [f"Counts of {labels_text}: best to worst of {PHASES} start times of the sampling; {moments}."]
 
 
 def pair_frame_table(title: str, audit: Mapping[str, DetectorAudit]) -> Table:
@@ -163,17 +166,19 @@ def pair_table(result: Summarised, label: str) -> Table:
     rows.sort(key=lambda row: (-row["frames"].missed, -row["frames"].false_contact))
     rows = [line for row in rows for line in (row, *_member_rows(result, row["pair"], label))]
     title = f"Contacts ({result.oracle}), and how {label} reported them"
-    made = Table.of(screen_columns("pairs"), rows + grasped_rows, title, containment_notes(result, result.oracle))
-    absent = {name for name in (WITHIN, CUT) if not any(made.column(name))}
-    absent.add("false frames" if all_unconfirmed(result.document.audit[label]) else UNCONFIRMED)
-    return made.only(*(name for name in made.head if name not in absent))
+    built_table = Table.of(
+        screen_columns("pairs"), rows + grasped_rows, title, containment_notes(result, result.oracle)
+    )
+    absent_columns = {name for name in (WITHIN, CUT) if not any(built_table.column(name))}
+    absent_columns.add("false frames" if all_unconfirmed(result.document.audit[label]) else UNCONFIRMED)
+    return built_table.only(*(name for name in built_table.head if name not in absent_columns))
 
 
 def _member_rows(result: Summarised, group: str, label: str) -> Iterator[dict[str, Any]]:
     """Rows of the members of a group that touched, or were said to: its contacts are counted in its own row."""
     for pair in result.document.pairs:
         audit = pair.audit.get(label)
-        if pair.group == group and audit is not None and _touched(audit.pair_frames):
+        if pair.group == group and audit is not None and _has_touched(audit.pair_frames):
             yield {
                 "pair": f"  {pair.name}",
                 "lengths": None,
@@ -183,7 +188,7 @@ def _member_rows(result: Summarised, group: str, label: str) -> Iterator[dict[st
             }
 
 
-def _touched(frames: ContactPairFrames) -> bool:
+def _has_touched(frames: ContactPairFrames) -> bool:
     return bool(frames.both or frames.missed or frames.false_contact or frames.within_tolerance)
 
 
@@ -196,8 +201,8 @@ def contact_table(result: Summarised, label: str) -> Table:
         if label in contacts
     ]
     lengths, title = screen_columns("lengths"), f"Contacts found by {label}"
-    made = Table.of((*lengths, *screen_columns("cut")), rows, title, containment_notes(result, label))
-    return made if any(made.column(CUT)) else made.only(*(column.name for column in lengths))
+    built_table = Table.of((*lengths, *screen_columns("cut")), rows, title, containment_notes(result, label))
+    return built_table if any(built_table.column(CUT)) else built_table.only(*(column.name for column in lengths))
 
 
 def containment_notes(result: Summarised, label: str) -> list[str]:
@@ -207,41 +212,47 @@ def containment_notes(result: Summarised, label: str) -> list[str]:
     """
     of_groups = {pair.group for pair in result.document.pairs}
     pairs = [pair for pair in result.document.pairs if pair.name not in of_groups]
-    stated = [pair.containment.get(label, DECIDED) for pair in pairs]
-    refused = [word for word in stated if word.startswith(REFUSED)]
-    why = [word.removeprefix(REFUSED) for word in dict.fromkeys(refused)]
+    containments = [pair.containment.get(label, DECIDED) for pair in pairs]
+    refusals = [word for word in containments if word.startswith(REFUSED)]
+    why = [word.removeprefix(REFUSED) for word in dict.fromkeys(refusals)]
     more = f"; {len(why) - MOST_REASONS} more in summary.json" if len(why) > MOST_REASONS else ""
-    of = f"{len(refused)} of {plural(len(stated), 'pair')}"
-    return [f"{label}: containment refused for {of}: {'; '.join(why[:MOST_REASONS])}{more}"] if refused else []
+    refused_text = f"{len(refusals)} of {plural(len(containments), 'pair')}"
+    return (
+        [f"{label}: containment refused for {refused_text}: {'; '.join(why[:MOST_REASONS])}{more}"] if refusals else []
+    )
 
 
 def miss_table(result: Summarised, label: str) -> Table:
     """The misses of a detector, the deepest first."""
     misses = worst_first(fault for fault in result.faults[label] if fault.kind.is_miss)
-    made = Table.of(screen_columns("misses"), misses, f"missed by {label}, deepest first")
-    noisy = any(made.column("in noise"))
+    built_table = Table.of(screen_columns("misses"), misses, f"missed by {label}, deepest first")
+    has_noise = any(built_table.column("in noise"))
     if any(miss.depth_at_least for miss in misses):
-        made = replace(made, notes=(*made.notes, "At least so deep: not every frame of a miss was searched."))
-    return made.only(*(name for name in made.head if noisy or name != "in noise"))
+        built_table = replace(
+            built_table, notes=(*built_table.notes, "At least so deep: not every frame of a miss was searched.")
+        )
+    return built_table.only(*(name for name in built_table.head if has_noise or name != "in noise"))
 
 
 def false_table(result: Summarised, label: str) -> Table:
     """The false contacts of a detector, the one with the widest gap first."""
     false = worst_first(fault for fault in result.faults[label] if not fault.kind.is_miss)
-    made = Table.of(screen_columns("false"), false)
-    unconfirmed = all(cause is Cause.BOUNDING_VOLUMES for cause in made.column("why"))
+    built_table = Table.of(screen_columns("false"), false)
+    unconfirmed = all(cause is Cause.BOUNDING_VOLUMES for cause in built_table.column("why"))
     thing = "unconfirmed contact" if unconfirmed else "false contact"
-    return replace(made, title=f"{thing}s of {label}, widest gap first")
+    return replace(built_table, title=f"{thing}s of {label}, widest gap first")
 
 
-LATE = f"over {words.fixed(BUDGET_MS, 1)} ms"
+LATE = f"over {words.decimal(BUDGET_MS, 1)} ms"
 """Column of the frames that took longer than one at 90 Hz."""
 
 
 def cost_table(result: Summarised) -> Table:
     """The times of each detector; the mean is over all frames, quantiles and the share over budget over the samples."""
-    audited = {label: result.document.detectors[label] for label in result.document.audit}
-    notes = [f"{label} cannot run frame by frame" for label, detector in audited.items() if not detector.online]
+    audited_detectors = {label: result.document.detectors[label] for label in result.document.audit}
+    notes = [
+        f"{label} cannot run frame by frame" for label, detector in audited_detectors.items() if not detector.online
+    ]
     if busy := busy_text(result.document):
         notes.append(busy)
     return Table.of(screen_columns("times"), _time_rows(result), "Time of each detector", notes)
@@ -300,11 +311,11 @@ def finding_table(
     What a code means and what to do stands below its first row only: with nine losses of tracking it would be most of
     the table.
     """
-    first = {finding.code: finding for finding in reversed(findings)}
+    first_of_code = {finding.code: finding for finding in reversed(findings)}
 
     def message(finding: Finding) -> Cell:
-        below = f"{finding.meaning}; {finding.fix}" if finding is first[finding.code] else ""
-        return Marked(finding.message, "", below)
+        meaning_text = f"{finding.meaning}; {finding.fix}" if finding is first_of_code[finding.code] else ""
+        return Marked(finding.message, "", meaning_text)
 
     columns = (
         Column("severity", of="severity", show=lambda level: Marked(level.name.lower(), marks[level]), whole=True),

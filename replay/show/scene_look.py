@@ -12,9 +12,9 @@ from cdcore.poses import place_points
 from replay import words
 from replay.errors import OutputError
 from replay.prepare.assembly import Assembly
-from replay.show.camera import placed, towards_user
+from replay.show.camera import points_in_world, towards_user
 from replay.show.palette import BACKGROUND, SERIES, TICKS, Rgba
-from replay.show.report.rasteriser import Colour, Lines, Shape, View, drawn
+from replay.show.report.rasteriser import Colour, Lines, Shape, View, draw_picture
 from sessions.model.scene import Scene
 from sessions.whole_files import whole_file
 
@@ -58,8 +58,8 @@ class Guides:
 
 def moments_to_show(assembly: Assembly, closest_frame: int, closest_pair: int) -> list[Moment]:
     """Returns the first, the middle and the closest moment; ``closest_*`` by number in the assembly."""
-    whole = np.flatnonzero(assembly.motion.valid.any(axis=1))
-    rows = whole if len(whole) else np.zeros(1, dtype=np.int64)
+    posed_frames = np.flatnonzero(assembly.motion.valid.any(axis=1))
+    rows = posed_frames if len(posed_frames) else np.zeros(1, dtype=np.int64)
     pair = tuple(assembly.pairs[closest_pair].tolist()) if len(assembly.pairs) else ()
     return [
         Moment("first", int(rows[0])),
@@ -68,7 +68,7 @@ def moments_to_show(assembly: Assembly, closest_frame: int, closest_pair: int) -
     ]
 
 
-def guides_of(points: FloatArray, toward: FloatArray) -> Guides:
+def guides_of(points: FloatArray, corner_direction: FloatArray) -> Guides:
     """Returns a grid of 10 cm below points (n, 3), and axes at its corner that lies farthest in a direction (3,)."""
     lower, upper = points.min(axis=0), points.max(axis=0)
     spacing = GRID_M
@@ -79,7 +79,9 @@ def guides_of(points: FloatArray, toward: FloatArray) -> Guides:
     ]
     along_x = [[[edges[0][0], lower[1], z], [edges[0][-1], lower[1], z]] for z in edges[1]]
     along_z = [[[x, lower[1], edges[1][0]], [x, lower[1], edges[1][-1]]] for x in edges[0]]
-    ends = [edge[-1] if side > 0 else edge[0] for edge, side in zip(edges, toward[[0, 2]].tolist(), strict=True)]
+    ends = [
+        edge[-1] if side > 0 else edge[0] for edge, side in zip(edges, corner_direction[[0, 2]].tolist(), strict=True)
+    ]
     corner = np.array([ends[0], lower[1], ends[1]])
     axes = np.stack([np.stack([corner, corner + spacing * np.eye(3)[axis]]) for axis in range(3)])
     return Guides(np.array(along_x + along_z), axes, spacing)
@@ -101,22 +103,24 @@ def write_scene_pictures(assembly: Assembly, scene: Scene, moments: Sequence[Mom
 
 def scene_picture(assembly: Assembly, scene: Scene, moment: Moment) -> bytes:
     """Returns a moment as PNG."""
-    displayed = [body for body in range(len(assembly.bodies)) if assembly.motion.valid[moment.frame, body]]
-    focused = [body for body in displayed if not moment.bodies or body in moment.bodies] or displayed
-    corners = {body: _corners(assembly, moment.frame, body) for body in displayed}
+    displayed_bodies = [body for body in range(len(assembly.bodies)) if assembly.motion.valid[moment.frame, body]]
+    focused_bodies = [
+        body for body in displayed_bodies if not moment.bodies or body in moment.bodies
+    ] or displayed_bodies
+    corners = {body: _corners(assembly, moment.frame, body) for body in displayed_bodies}
     if not corners:
         return _png(np.broadcast_to(_colour(BACKGROUND), (SIZE[1], SIZE[0], 3)), [])
-    focus = np.concatenate([corners[body].reshape(-1, 3) for body in focused])
+    focus = np.concatenate([corners[body].reshape(-1, 3) for body in focused_bodies])
     direction = _direction(towards_user(assembly, scene, moment.frame, focus.mean(axis=0).tolist()))
     guides = guides_of(focus, direction)
-    around = np.concatenate([focus, guides.axes.reshape(-1, 3)])
-    view = View.of(around, direction, SIZE)
-    shapes = [Shape(corners[body], _body_colour(body)) for body in displayed]
+    all_points = np.concatenate([focus, guides.axes.reshape(-1, 3)])
+    view = View.of(all_points, direction, SIZE)
+    shapes = [Shape(corners[body], _body_colour(body)) for body in displayed_bodies]
     lines = [Lines(guides.grid, _colour(TICKS), 0.35)]
     for axis, colour in zip(guides.axes, AXIS_COLOURS, strict=True):
         lines.append(Lines(axis[None], _colour(colour), 1.0, 3))
     background = np.broadcast_to(_colour(BACKGROUND), (SIZE[1], SIZE[0], 3)).astype(np.float64)
-    picture, _ = drawn(view, shapes, [], lines, background)
+    picture, _ = draw_picture(view, shapes, [], lines, background)
     return _png(picture, [*_labels(assembly, view, guides, corners, moment)])
 
 
@@ -124,21 +128,21 @@ def _corners(assembly: Assembly, frame: int, body: int) -> FloatArray:
     """Triangles (n, 3, 3) of a body where it stands in a frame."""
     mesh = assembly.bodies[body].mesh
     step = max(1, len(mesh.faces) // MOST_FACES)
-    corners: FloatArray = placed(assembly.motion, frame, body, mesh.vertices)[mesh.faces[::step]]
+    corners: FloatArray = points_in_world(assembly.motion, frame, body, mesh.vertices)[mesh.faces[::step]]
     return corners
 
 
 def _direction(user: FloatArray) -> FloatArray:
     """From the user's side, a little aside and from above."""
     azimuth, rise = np.radians(ROTATED_DEG), np.radians(RAISED_DEG)
-    aside = np.array(
+    rotated_direction = np.array(
         [
             user[0] * np.cos(azimuth) + user[2] * np.sin(azimuth),
             0.0,
             user[2] * np.cos(azimuth) - user[0] * np.sin(azimuth),
         ]
     )
-    return aside * np.cos(rise) + np.array([0.0, np.sin(rise), 0.0])
+    return rotated_direction * np.cos(rise) + np.array([0.0, np.sin(rise), 0.0])
 
 
 def _body_colour(body: int) -> Colour:

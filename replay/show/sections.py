@@ -6,11 +6,11 @@ from enum import StrEnum
 from typing import Final
 
 from replay.document.answer import Reason
-from replay.document.headline import answer_reasons, doubts, flicker_notes, undecided
+from replay.document.headline import answer_reasons, doubts, flicker_notes, undecided_lines
 from replay.document.run_result import Summarised
 from replay.document.tables import Table, markdown, markdown_text
 from replay.show import run_tables
-from replay.words import tallied
+from replay.words import tally_text
 
 MOST_FAULTS: Final = 20
 """Rows of a table of faults; Parquet holds them all."""
@@ -61,17 +61,17 @@ def section_of(run: Summarised, name: SectionName) -> Section:
     return SECTIONS[name](run)
 
 
-def _answer(run: Summarised) -> Section:
+def _answer_section(run: Summarised) -> Section:
     """The sentence about the worst detector; then when, why, what to do, its cost and how sure."""
     if not run.answers:
         return Section(SectionName.ANSWER)
     return Section(SectionName.ANSWER, (run.answers[0].sentence,), reasons=tuple(answer_reasons(run)))
 
 
-def _ranking(run: Summarised) -> Section:
+def _ranking_section(run: Summarised) -> Section:
     """Every detector, and what was not decided; without a reference the contacts of each detector."""
     if run.ranking:
-        notes = (*undecided(run), *flicker_notes(run))
+        notes = (*undecided_lines(run), *flicker_notes(run))
         return Section(SectionName.RANKING, notes, (run_tables.ranking_table(run),))
     contacts = (run_tables.contact_table(run, label) for label in run.document.detectors)
     return Section(SectionName.RANKING, tuple(flicker_notes(run)), tuple(contacts))
@@ -88,35 +88,35 @@ def fault_tables(run: Summarised, labels: Iterable[str]) -> Iterator[Table]:
                 yield table.first(MOST_FAULTS, f"… and {{}} more: see {name}.parquet or --format json")
 
 
-def _faults(run: Summarised) -> Section:
+def _faults_section(run: Summarised) -> Section:
     return Section(SectionName.FAULTS, tables=tuple(fault_tables(run, (rank.label for rank in run.ranking))))
 
 
-def _times(run: Summarised) -> Section:
+def _times_section(run: Summarised) -> Section:
     tables = (run_tables.cost_table(run),) if run.document.detectors else ()
     return Section(SectionName.TIMES, tables=tables)
 
 
-def _session(run: Summarised) -> Section:
+def _session_section(run: Summarised) -> Section:
     """Facts of the recording, and doubts about the answer."""
     return Section(SectionName.SESSION, tuple(doubts(run.document)), (run_tables.session_table(run),))
 
 
-def _effects(run: Summarised) -> Section:
+def _effects_section(run: Summarised) -> Section:
     effects = run.document.effects
     if not effects:
         return Section(SectionName.EFFECTS)
-    reported = (f"{kind}: {tallied(effect.events)}." for kind, effect in effects.items() if effect.events)
+    reported = (f"{kind}: {tally_text(effect.events)}." for kind, effect in effects.items() if effect.events)
     return Section(SectionName.EFFECTS, tuple(reported), (run_tables.effect_table(run),))
 
 
 SECTIONS: Final[dict[SectionName, Callable[[Summarised], Section]]] = {
-    SectionName.ANSWER: _answer,
-    SectionName.RANKING: _ranking,
-    SectionName.FAULTS: _faults,
-    SectionName.TIMES: _times,
-    SectionName.SESSION: _session,
-    SectionName.EFFECTS: _effects,
+    SectionName.ANSWER: _answer_section,
+    SectionName.RANKING: _ranking_section,
+    SectionName.FAULTS: _faults_section,
+    SectionName.TIMES: _times_section,
+    SectionName.SESSION: _session_section,
+    SectionName.EFFECTS: _effects_section,
 }
 """Name -> section of a run; every screen takes its sentences and tables from here."""
 

@@ -13,7 +13,7 @@ from replay.document.run_result import RunResult, Tradeoff
 from replay.document.tables import Table
 from replay.words import plural
 
-SHORT: Final = 12
+MOST_SHORT_ROWS: Final = 12
 """Rows of a list that is cut short; those on the front are always in it."""
 
 
@@ -22,41 +22,41 @@ def tradeoff_table(title: str, rows: Iterable[Row], notes: Iterable[str] = ()) -
     return Table.of(screen_columns("tradeoff"), rows, title, notes)
 
 
-def tradeoff_list(done: Tradeoff, *, everything: bool = False) -> Table:
+def tradeoff_list(tradeoff: Tradeoff, *, everything: bool = False) -> Table:
     """Table for a terminal: settings by loss, the front marked, long lists cut short."""
-    about, rows = done.about, list(done.rows)
-    displayed = [row for number, row in enumerate(rows) if everything or row["front"] or number < SHORT]
+    about, rows = tradeoff.about, list(tradeoff.rows)
+    displayed = [row for number, row in enumerate(rows) if everything or row["front"] or number < MOST_SHORT_ROWS]
     title = f"{plural(about['contacts'], 'contact')} in {words.duration(about['seconds'])}, beside {about['oracle']}"
-    notes = _more(done, len(rows) - len(displayed))
+    notes = _omission_notes(tradeoff, len(rows) - len(displayed))
     if everything:
-        notes += how_measured(done)
-    made = Table.of(screen_columns("tradeoff"), displayed, title, notes)
-    return made if everything else made.narrow()
+        notes += measurement_sentences(tradeoff)
+    built_table = Table.of(screen_columns("tradeoff"), displayed, title, notes)
+    return built_table if everything else built_table.narrow()
 
 
-def tradeoff_numbers(done: Tradeoff) -> Table:
+def tradeoff_numbers(tradeoff: Tradeoff) -> Table:
     """The settings as files have them; numbers of contacts are means over the sampling offsets."""
-    return Table.of(file_columns("tradeoff"), done.rows)
+    return Table.of(file_columns("tradeoff"), tradeoff.rows)
 
 
-def _more(done: Tradeoff, hidden: int) -> list[str]:
+def _omission_notes(tradeoff: Tradeoff, hidden_rows: int) -> list[str]:
     """How many rows are not shown, and how many settings were not tried."""
     sentences = []
-    if hidden:
-        sentences.append(f"{hidden} more with -v")
-    if done.cut:
-        single = len(done.cut) == 1
-        limit = words.duration(done.about["time_limit"] or 0.0)
-        sentences.append(f"{len(done.cut)} {'setting was' if single else 'settings were'} not tried within {limit}")
+    if hidden_rows:
+        sentences.append(f"{hidden_rows} more with -v")
+    if tradeoff.cut:
+        single = len(tradeoff.cut) == 1
+        limit = words.duration(tradeoff.about["time_limit"] or 0.0)
+        sentences.append(f"{len(tradeoff.cut)} {'setting was' if single else 'settings were'} not tried within {limit}")
     return [f"... {'; '.join(sentences)}"] if sentences else []
 
 
-def how_measured(done: Tradeoff) -> tuple[str, ...]:
+def measurement_sentences(tradeoff: Tradeoff) -> tuple[str, ...]:
     """Sentences on the measured times, their repetitions and their accuracy."""
-    about, made, check = done.about, done.about["machine"], done.about["clock"]
+    about, machine, check = tradeoff.about, tradeoff.about["machine"], tradeoff.about["clock"]
     ends = "" if check["low"] is None else f" [{words.number(check['low'])}, {words.number(check['high'])}]"
     tie = "a tie" if check["tie"] else f"no tie, so every interval is widened by {words.number(check['widened'])}"
-    ranges = any(row["offsets"] > 1 for row in done.rows)
+    ranges = any(row["offsets"] > 1 for row in tradeoff.rows)
     return (
         f"Loss: {LOSS_MEANING}. front: no other setting is both faster and more accurate.",
         *(
@@ -67,7 +67,7 @@ def how_measured(done: Tradeoff) -> tuple[str, ...]:
         f"Times: frame by frame, {about['live_frames']:,} frames a pass, in turns with {about['reference']}; no "
         "compilation is in them. Times of this tool on this machine, not of your engine.",
         f"The clock's self-check: {about['reference']} timed twice gives {words.number(check['ratio'])}{ends}, {tie}.",
-        f"Measured on {made['system']} {made['processor']}, {made['cores']} cores.",
+        f"Measured on {machine['system']} {machine['processor']}, {machine['cores']} cores.",
         *filter(None, [busy_sentence(1 - about["processor_share"])]),
     )
 
@@ -84,5 +84,5 @@ def engine_table(engine: Engine, rows: Iterable[Row], result: RunResult, *, sett
         "replay guide what-to-ship: the page behind every row. -v: each row's setting, for replay run --detectors.",
     )
     choices = [{**row, "choice": f"{row['number']}  {knob_text(row['knobs'])}"} for row in rows]
-    made = Table.of(screen_columns("engine"), choices, title, notes)
-    return made if settings else made.narrow()
+    built_table = Table.of(screen_columns("engine"), choices, title, notes)
+    return built_table if settings else built_table.narrow()

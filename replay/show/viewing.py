@@ -44,17 +44,17 @@ def share(runs: PathLike | Sequence[PathLike], out: PathLike, *, anyway: bool = 
     """
     from replay.show.share.folder import INDEX
 
-    several: Sequence[Any] = runs if isinstance(runs, list | tuple) else [runs]
-    write_shared(several, Path(out), anyway=anyway, force=force)
+    run_list: Sequence[Any] = runs if isinstance(runs, list | tuple) else [runs]
+    write_shared(run_list, Path(out), anyway=anyway, force=force)
     return Path(out) / INDEX
 
 
 def write_shared(runs: Sequence[PathLike], out: Path, *, anyway: bool, force: bool) -> str:
     """Writes the folder of ``share``; returns why it holds no picture, ``""`` if it holds one."""
     from replay.show.results.run_folder import check_target, read_run_folder
-    from replay.show.share.folder import SHARED, require_consent, write_shared_folder
+    from replay.show.share.folder import SHARED_FOLDER, require_consent, write_shared_folder
 
-    check_target(out, force=force, kind=SHARED)
+    check_target(out, force=force, kind=SHARED_FOLDER)
     folders = [read_run_folder(run) for run in runs]
     if not anyway:
         require_consent(folders)

@@ -50,7 +50,7 @@ KNOWN_VALUES: Final = {
 
 
 @dataclass(frozen=True)
-class _Shifted:
+class _ShiftedFrames:
     """The frames of a session on the new clock, under the new names, block by block."""
 
     session: Session
@@ -60,8 +60,8 @@ class _Shifted:
     def blocks(self, frames: int) -> Iterator[Frames]:
         for block in self.session.blocks(frames):
             stamp, sample = block.stamp_ns + self.later_ns, block.sample_ns + self.later_ns
-            far = np.abs(sample - stamp[:, None]) > NEAR_NS
-            sample = np.where(far, stamp[:, None], sample)
+            is_of_another_clock = np.abs(sample - stamp[:, None]) > NEAR_NS
+            sample = np.where(is_of_another_clock, stamp[:, None], sample)
             yield replace(block, names=self.names, stamp_ns=stamp, log_ns=stamp.copy(), sample_ns=sample)
 
 
@@ -73,26 +73,26 @@ def pseudonym(kind: str, name: str) -> str:
 def minimise(session: Session) -> Session:
     """Poses, meshes, scene, when events, tasks and stages were, and ``FACTS``, under new names and on a new clock."""
     first = next((int(block.stamp_ns[0]) for block in session.blocks(1) if len(block)), EPOCH_NS)
-    later = EPOCH_NS - first
-    names = _numbered([*session.names, *(body.id for body in session.scene.bodies), *session.meshes])
+    shift_ns = EPOCH_NS - first
+    names = _numbered_names([*session.names, *(body.id for body in session.scene.bodies), *session.meshes])
     facts = {key: session.facts[key] for key, allowed in FACTS.items() if session.facts.get(key) in allowed}
     assumptions = _open_assumptions(session, names)
     if assumptions:
         facts[ASSUMPTIONS_FACT] = assumptions_fact(assumptions)
-    stated = session.facts.get("pseudonym", "not stated")
+    stated_pseudonym = session.facts.get("pseudonym", "not stated")
     return Session(
-        _Shifted(session, tuple(names[name] for name in session.names), later),
+        _ShiftedFrames(session, tuple(names[name] for name in session.names), shift_ns),
         {names[name]: mesh for name, mesh in session.meshes.items()},
         _scene(session.scene, names),
         tuple(
-            Event(event.time_ns + later, pseudonym("event", event.name), body=names.get(event.body, ""))
+            Event(event.time_ns + shift_ns, pseudonym("event", event.name), body=names.get(event.body, ""))
             for event in session.events
         ),
-        tuple(_interval(interval, later) for interval in session.intervals),
-        facts | ({} if stated == "not stated" else {"pseudonym": pseudonym("participant", stated)}),
+        tuple(_interval(interval, shift_ns) for interval in session.intervals),
+        facts | ({} if stated_pseudonym == "not stated" else {"pseudonym": pseudonym("participant", stated_pseudonym)}),
         colliders={names[name]: solids for name, solids in session.colliders.items() if name in names},
         fast_tracks={
-            names[name]: Track(track.times_ns + later, track.positions, track.quaternions_xyzw, track.valid)
+            names[name]: Track(track.times_ns + shift_ns, track.positions, track.quaternions_xyzw, track.valid)
             for name, track in session.fast_tracks.items()
             if name in names
         },
@@ -112,18 +112,20 @@ def _open_assumptions(session: Session, names: Mapping[str, str]) -> list[Assump
     return kept
 
 
-def _numbered(names: Iterable[str]) -> dict[str, str]:
+def _numbered_names(names: Iterable[str]) -> dict[str, str]:
     """Old name -> new one, of the words in ROLES and a number."""
-    made: dict[str, str] = {}
+    new_names: dict[str, str] = {}
     for name in dict.fromkeys(names):
         tokens = name_tokens(name)
-        made[name] = "-".join([*dict.fromkeys(word for word in tokens if word in ROLES), f"body-{len(made) + 1}"])
-    return made
+        new_names[name] = "-".join(
+            [*dict.fromkeys(word for word in tokens if word in ROLES), f"body-{len(new_names) + 1}"]
+        )
+    return new_names
 
 
-def _interval(interval: Interval, later: int) -> Interval:
+def _interval(interval: Interval, shift_ns: int) -> Interval:
     kind = interval.kind if interval.kind in KINDS else pseudonym("kind", interval.kind)
-    return Interval(interval.start_ns + later, interval.end_ns + later, kind, pseudonym(kind, interval.name))
+    return Interval(interval.start_ns + shift_ns, interval.end_ns + shift_ns, kind, pseudonym(kind, interval.name))
 
 
 def _scene(scene: Scene, names: Mapping[str, str]) -> Scene:
@@ -132,41 +134,43 @@ def _scene(scene: Scene, names: Mapping[str, str]) -> Scene:
     kept = Scene(
         name=pseudonym("scene", scene.name),
         bodies=tuple(_body(body, names, {**groups, "": ""}) for body in scene.bodies),
-        pairs=None if scene.pairs is None else _renamed(scene.pairs, names),
+        pairs=None if scene.pairs is None else _renamed_pairs(scene.pairs, names),
         groups=tuple(
             SceneGroup(f"thing-{number}", tuple(names[member] for member in group.members))
             for number, group in enumerate(scene.groups, 1)
         ),
-        ignore=_renamed(scene.ignore, names),
+        ignore=_renamed_pairs(scene.ignore, names),
         space_radius=scene.space_radius,
     )
     effects = [_effect(effect, kept, names) for effect in scene.effects or ()]
     return kept if scene.effects is None else replace(kept, effects=tuple(filter(None, effects)))
 
 
-def _renamed(pairs: Iterable[tuple[str, str]], names: Mapping[str, str]) -> tuple[tuple[str, str], ...]:
+def _renamed_pairs(pairs: Iterable[tuple[str, str]], names: Mapping[str, str]) -> tuple[tuple[str, str], ...]:
     return tuple((names[a], names[b]) for a, b in pairs)
 
 
 def _body(body: SceneBody, names: Mapping[str, str], groups: Mapping[str, str]) -> SceneBody:
     mass = {key: value for key, value in body.extra.items() if key == "mass" and isinstance(value, int | float)}
     tags = tuple(tag for tag in body.tags if tag in ROLES)
-    named = replace(body, id=names[body.id], group=groups[body.group], parent=names.get(body.parent, ""), tags=tags)
-    return replace(named, mesh="", node="", scale=1.0, mesh_axes="", extra=mass)
+    renamed_body = replace(
+        body, id=names[body.id], group=groups[body.group], parent=names.get(body.parent, ""), tags=tags
+    )
+    return replace(renamed_body, mesh="", node="", scale=1.0, mesh_axes="", extra=mass)
 
 
 def _effect(effect: SceneEffect, scene: Scene, names: Mapping[str, str]) -> SceneEffect | None:
     """The effect with the new names; ``None`` where it says words of its own or needs what the scene lost."""
 
-    def renamed(value: Any) -> Any:
+    def rename_value(value: Any) -> Any:
         if isinstance(value, str):
-            return value if value in known or value.removeprefix("tag:") in ROLES else names[value]
-        return [renamed(item) for item in value] if isinstance(value, list | tuple) else float(value)
+            return value if value in fixed_tokens or value.removeprefix("tag:") in ROLES else names[value]
+        return [rename_value(item) for item in value] if isinstance(value, list | tuple) else float(value)
 
     try:
-        known = {word for field in load_effect(effect.kind).fields.values() for word in field.among}
-        made = SceneEffect(effect.kind, {key: renamed(value) for key, value in effect.settings.items()})
-        plan(replace(scene, effects=(made,)))
+        fixed_tokens = {word for field in load_effect(effect.kind).fields.values() for word in field.among}
+        renamed_effect = SceneEffect(effect.kind, {key: rename_value(value) for key, value in effect.settings.items()})
+        plan(replace(scene, effects=(renamed_effect,)))
     except (KeyError, TypeError, ReplayError, SessionError):
         return None
-    return made
+    return renamed_effect

@@ -22,11 +22,11 @@ def synthetic_session(name: str, seed: int = 0, noise: str | None = None) -> tup
     ``noise`` is ``vive`` or ``off``; by default a scene has it and an analytic session has not. An unknown name is a
     ``SessionError`` that lists the names.
     """
-    chosen: dict[str, Any] = {} if noise is None else {"noise": noise}
+    noise_option: dict[str, Any] = {} if noise is None else {"noise": noise}
     if name in SCENES:
-        return make_scene_session(name, seed=seed, **chosen)
+        return make_scene_session(name, seed=seed, **noise_option)
     if name in ANALYTIC:
-        return make_analytic(name, seed=seed, **chosen)
+        return make_analytic(name, seed=seed, **noise_option)
     if name == CROWDED:
-        return make_crowded_lab(seed=seed, **chosen)
+        return make_crowded_lab(seed=seed, **noise_option)
     raise SessionError(f"no made-up session {name!r}; there are: {', '.join(made_up_names())}")

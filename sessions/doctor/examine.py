@@ -12,7 +12,7 @@ from sessions.doctor.meshes import all_mesh_findings, mesh_findings
 from sessions.doctor.pose_pass import PosePass, run_pose_pass
 from sessions.doctor.session_findings import examine_session, scene_findings
 from sessions.errors import MeshFileError, SceneError, SessionFileError
-from sessions.input_files import opened
+from sessions.input_files import open_input
 from sessions.mcap import reader
 from sessions.mcap.container import Region
 from sessions.mcap.frame_codec import Appearance, FrameDecoder
@@ -51,7 +51,7 @@ def examine(
         return in_order([*examine_session(replaced), *_bad_scene(planned(replaced.scene))])
     path = Path(recording)
     kind = path.suffix.lower()
-    with opened(path, "file", SessionFileError):
+    with open_input(path, "file", SessionFileError):
         if kind in MESH_FILES:
             return in_order([*_mesh_file(path)])
         if kind == ".toml":
@@ -77,7 +77,7 @@ def _bad_scene(faults: Iterable[str]) -> Iterator[Finding]:
 Checked = tuple[Scene, dict[str, MeshData], list[str]]
 
 
-def _checked(path: Path, planned: "Planned") -> Checked:
+def _checked_scene(path: Path, planned: "Planned") -> Checked:
     from sessions.input_files import read_text
     from sessions.scene_files.scene_meshes import checked_scene
 
@@ -87,7 +87,7 @@ def _checked(path: Path, planned: "Planned") -> Checked:
         return Scene(), {}, [*error.faults]
 
 
-def _replacing(path: Path, planned: "Planned", attached: Callable[[], Checked], names: Sequence[str]) -> Checked:
+def _scene_of_file(path: Path, planned: "Planned", attached: Callable[[], Checked], names: Sequence[str]) -> Checked:
     """The scene of a file in place of the attached one, or added to it if it declares no body."""
     from sessions.input_files import read_text
     from sessions.scene_files.scene_meshes import checked_scene
@@ -103,7 +103,7 @@ def _replacing(path: Path, planned: "Planned", attached: Callable[[], Checked], 
 
 
 def _scene_file(path: Path, planned: "Planned") -> Iterator[Finding]:
-    scene, meshes, faults = _checked(path, planned)
+    scene, meshes, faults = _checked_scene(path, planned)
     yield from _bad_scene(faults)
     yield from all_mesh_findings(meshes)
     for finding in scene_findings(scene, [body.id for body in scene.bodies if body.fixed is None], [*meshes]):
@@ -125,8 +125,10 @@ def _session_file(path: Path, replaced: str | Path | None, planned: "Planned") -
     file.attempt(partial(reader.check_version, file), None)
     names = file.attempt(partial(reader.listed_names, file), ()) if file.own else ()
     nothing: Checked = (Scene(), {}, [])
-    attached = partial(file.attempt, partial(_attached, file, planned), nothing)
-    scene, declared, faults = attached() if replaced is None else _replacing(Path(replaced), planned, attached, names)
+    attached = partial(file.attempt, partial(_attached_scene, file, planned), nothing)
+    scene, declared, faults = (
+        attached() if replaced is None else _scene_of_file(Path(replaced), planned, attached, names)
+    )
     session = reader.session_of(file, names, scene)
     reader.load_streams(session)
     decoder, damaged = FrameDecoder(file.catalogue, names, strict=False), Damaged()
@@ -139,7 +141,7 @@ def _session_file(path: Path, replaced: str | Path | None, planned: "Planned") -
         yield Finding("no-poses", "it holds no pose that can be read")
     yield from _bad_scene(faults)
     yield from _file_findings(file)
-    yield from _noted(decoder, damaged, pose_pass, names if file.own else pose_pass.names)
+    yield from _decoding_findings(decoder, damaged, pose_pass, names if file.own else pose_pass.names)
     yield from examine_session(replace(session, meshes={**session.meshes, **declared}), pose_pass)
 
 
@@ -178,7 +180,7 @@ def _file_findings(file: McapFile) -> Iterator[Finding]:
     yield from dict.fromkeys(refusal(error, name) for error, name in refused)
 
 
-def _attached(file: McapFile, planned: "Planned") -> Checked:
+def _attached_scene(file: McapFile, planned: "Planned") -> Checked:
     """The scene that a file carries."""
     from sessions.scene_files.scene_meshes import checked_scene
 
@@ -186,7 +188,9 @@ def _attached(file: McapFile, planned: "Planned") -> Checked:
     return (Scene(), {}, []) if data is None else checked_scene(data.decode(errors="replace"), SCENE_FILE, planned)
 
 
-def _noted(decoder: FrameDecoder, damaged: Damaged, pose_pass: PosePass, listed: tuple[str, ...]) -> Iterator[Finding]:
+def _decoding_findings(
+    decoder: FrameDecoder, damaged: Damaged, pose_pass: PosePass, listed: tuple[str, ...]
+) -> Iterator[Finding]:
     """Findings of what a strict reader refuses."""
     zero = int(pose_pass.stamp_ns[0]) if len(pose_pass.stamp_ns) else 0
     for region, error in (*damaged.unpacked, *damaged.unread):

@@ -29,7 +29,7 @@ Row = tuple[str, int, str]
 
 def mesh_findings(name: str, mesh: MeshData) -> Iterator[Finding]:
     """Everything about one mesh; ``count`` is in faces or edges."""
-    welded = _welded(mesh)
+    welded = _welded_faces(mesh)
     faces, flat = len(mesh.faces), int(degenerate_faces(mesh).sum())
     doubles = faces - int(row_numbers(np.sort(welded, axis=1)).max(initial=-1)) - 1
     size = float((mesh.bounds[1] - mesh.bounds[0]).max())
@@ -78,7 +78,7 @@ def _edges(mesh: MeshData, faces: Faces) -> list[Row]:
     ]
 
 
-def _welded(mesh: MeshData) -> NDArray[np.int64]:
+def _welded_faces(mesh: MeshData) -> NDArray[np.int64]:
     """Faces over vertices that are different places: exporters split vertices at seams of textures and normals."""
     return row_numbers(np.round(mesh.vertices / WELD_DISTANCE_M))[mesh.faces]
 
@@ -104,7 +104,7 @@ def all_mesh_findings(meshes: Mapping[str, MeshData], names: Iterable[str] | Non
             yield from mesh_findings(name, mesh)
 
 
-def repaired(mesh: MeshData) -> tuple[MeshData, list[str]]:
+def repaired_mesh(mesh: MeshData) -> tuple[MeshData, list[str]]:
     """The mesh without doubled vertices, flat and repeated faces, holes and faces that wind inwards; what was done.
 
     A hole gets a fan of faces about the mean of its rim: right for a flat hole, a guess for any other, and a lid where
@@ -115,12 +115,12 @@ def repaired(mesh: MeshData) -> tuple[MeshData, list[str]]:
         rounded = np.round(points / WELD_DISTANCE_M)
         _, first, merged = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
         points, faces = points[first], merged.reshape(-1)[faces]
-        repairs += _counted(len(rounded) - len(first), "vertex", "vertices", "at the place of another joined")
+        repairs += _repair_text(len(rounded) - len(first), "vertex", "vertices", "at the place of another joined")
     flat = degenerate_faces(MeshData(points, faces))
     faces = faces[~flat]
-    repairs += _counted(int(flat.sum()), "face", "faces", "without area removed")
+    repairs += _repair_text(int(flat.sum()), "face", "faces", "without area removed")
     _, kept = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
-    repairs += _counted(len(faces) - len(kept), "repeated face", "repeated faces", "removed")
+    repairs += _repair_text(len(faces) - len(kept), "repeated face", "repeated faces", "removed")
     faces = faces[np.sort(kept)]
     if not len(faces):
         return mesh, ["nothing is left of it without its flat faces; it stays as it was"]
@@ -130,15 +130,15 @@ def repaired(mesh: MeshData) -> tuple[MeshData, list[str]]:
         middle = len(points)
         points = np.concatenate([points, points[rim].mean(axis=0, keepdims=True)])
         faces = np.concatenate([faces, [(b, a, middle) for a, b in zip(rim, np.roll(rim, -1), strict=True)]])
-    repairs += _counted(len(holes), "hole", "holes", "closed")
+    repairs += _repair_text(len(holes), "hole", "holes", "closed")
     oriented = outward(MeshData(points, faces))
     inward = int((oriented.faces != faces).any(axis=1).sum())
-    repairs += _counted(inward, "face", "faces", "turned to wind outwards")
+    repairs += _repair_text(inward, "face", "faces", "turned to wind outwards")
     used, number = np.unique(oriented.faces, return_inverse=True)
     return MeshData(oriented.vertices[used], number.reshape(-1, 3)), repairs
 
 
-def _counted(count: int, singular: str, plural: str, done: str) -> list[str]:
+def _repair_text(count: int, singular: str, plural: str, done: str) -> list[str]:
     return [f"{count:,} {singular if count == 1 else plural} {done}"] if count else []
 
 

@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sessions.doctor.track_watch import SAMPLE, Mark, TrackWatch, marked, with_marks
+from sessions.doctor.track_watch import SAMPLE, Mark, TrackWatch, is_marked, with_marks
 from sessions.model.constants import SPACE_RADIUS
 from sessions.model.samples import Frames, Status
 
@@ -56,7 +56,7 @@ class PosePass:
 
     def has(self, mark: Mark, column: int | slice = slice(None)) -> NDArray[np.bool_]:
         """Mask of samples with any of these marks, (T,) of one body, (T, N) of all."""
-        return marked(self.marks[:, column], mark)
+        return is_marked(self.marks[:, column], mark)
 
     def usable_rows(self, column: int) -> NDArray[np.int64]:
         """Frames in which a sample of this body claims to be a pose, is finite, and lies where a room may be."""
@@ -111,7 +111,7 @@ class _RunningPass:
         if sum(map(len, self.poses)) > MOST_SAMPLES:
             self.poses, self.thinned = [block[::2] for block in self.poses], 2 * self.thinned
         with np.errstate(over="ignore", invalid="ignore"):
-            self.marks[first : self.count] |= self._alone(frames)
+            self.marks[first : self.count] |= self._marks_of_single_samples(frames)
             for column, watch in enumerate(self.watches):
                 track = self._track(frames, first, column)
                 # Row by row and body by body, so that it does not depend on blocks.
@@ -130,7 +130,7 @@ class _RunningPass:
             self.marks = np.pad(self.marks, ((0, taller), (0, wider)))
             self.steps = np.pad(self.steps, ((0, taller), (0, wider)), constant_values=np.nan)
 
-    def _alone(self, frames: Frames) -> NDArray[np.uint32]:
+    def _marks_of_single_samples(self, frames: Frames) -> NDArray[np.uint32]:
         """Marks of samples that need no neighbour."""
         present, lost = frames.status != Status.ABSENT, frames.status == Status.LOST
         claims = present & ~lost
@@ -162,7 +162,7 @@ class _RunningPass:
 
     def _track(self, frames: Frames, first: int, column: int) -> NDArray[np.void]:
         marks = self.marks[first : self.count, column]
-        rows = np.flatnonzero(marked(marks, Mark.PRESENT) & ~marked(marks, Mark.NO_POSE))
+        rows = np.flatnonzero(is_marked(marks, Mark.PRESENT) & ~is_marked(marks, Mark.NO_POSE))
         track = np.empty(len(rows), SAMPLE)
         track["row"] = rows + first
         track["time"] = (frames.stamp_ns[rows] - self.stamps[0][0]) / 1e9

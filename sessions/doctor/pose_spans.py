@@ -12,7 +12,7 @@ from sessions.doctor.finding import Finding, Span
 from sessions.doctor.pose_pass import PosePass
 from sessions.doctor.runs import runs
 from sessions.doctor.scale import unit_guess
-from sessions.doctor.track_watch import Mark, marked
+from sessions.doctor.track_watch import Mark, is_marked
 from sessions.quantities import duration, length, number
 
 LEAST_FROZEN: Final = 5  # Repeats of a position that are worth a word; browsers repeat one or two samples in a row
@@ -102,7 +102,7 @@ class _Track:
         self.steps = pose_pass.steps[self.rows, column]
 
     def has(self, mark: Mark) -> NDArray[np.bool_]:
-        return marked(self.marks, mark)
+        return is_marked(self.marks, mark)
 
     def span(self, code: str, first: int, last: int, size: float) -> PoseSpan:
         return PoseSpan(code, self.column, int(self.rows[first]), int(self.rows[last]), last - first + 1, size)
@@ -169,7 +169,7 @@ def pose_findings(pose_pass: PosePass) -> Iterator[Finding]:
         grouped[span.code, span.column].append(span)
     for (code, column), spans in grouped.items():
         listed_spans = _merged_teleports(pose_pass, spans) if code == "teleport" else spans
-        yield from (_listed(pose_pass, span) for span in listed_spans[:MOST_OF_A_KIND])
+        yield from (_finding_of_span(pose_pass, span) for span in listed_spans[:MOST_OF_A_KIND])
         rest = listed_spans[MOST_OF_A_KIND:]
         if rest:
             count = sum(span.count for span in rest)
@@ -189,7 +189,7 @@ def _merged_teleports(pose_pass: PosePass, teleports: Sequence[PoseSpan]) -> lis
     return merged
 
 
-def _listed(pose_pass: PosePass, span: PoseSpan) -> Finding:
+def _finding_of_span(pose_pass: PosePass, span: PoseSpan) -> Finding:
     seconds = (int(pose_pass.stamp_ns[span.last]) - int(pose_pass.stamp_ns[span.first])) / 1e9
     samples = "1 sample" if span.count == 1 else f"{span.count} samples ({duration(seconds)})"
     message = MESSAGES[span.code].format(

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from sessions.doctor.finding import Finding, Span
 from sessions.doctor.pose_pass import PosePass
-from sessions.geometry.rotations import rotated
+from sessions.geometry.rotations import rotated_vectors
 from sessions.model.scene import Scene
 from sessions.names import DEVICE_TOKENS, HAND_TOKENS, HEAD_TOKENS, SIDES, name_tokens
 from sessions.quantities import length
@@ -98,7 +98,7 @@ def _up(pose_pass: PosePass, roles: Roles) -> Iterator[Finding]:
         # In a wrong unit every height is impossible: that alone says nothing about the axes.
         position = position * METRES.get((unit_guess(pose_pass, head) or ("metres",))[0], 1.0)
         height = float(np.median(position[:, 1]))
-        up = np.median(rotated(q, (0.0, 1.0, 0.0)), axis=0)
+        up = np.median(rotated_vectors(q, (0.0, 1.0, 0.0)), axis=0)
         axis = int(np.abs(up).argmax())
         if (axis != 1 or up[1] < 0) and not LEAST_HEAD_M <= height <= MOST_HEAD_M:
             sign = "+" if up[axis] > 0 else "-"
@@ -122,7 +122,7 @@ def _sides(pose_pass: PosePass, roles: Roles) -> Iterator[Finding]:
     """The right hand belongs on the right of the head; mirrored coordinates or swapped devices put it on the left."""
     if len(roles) < 3:
         return
-    right = rotated(pose_pass.quaternion[:, roles["head"]], (1.0, 0.0, 0.0))
+    right = rotated_vectors(pose_pass.quaternion[:, roles["head"]], (1.0, 0.0, 0.0))
     lateral_gap = ((pose_pass.position[:, roles["right"]] - pose_pass.position[:, roles["left"]]) * right).sum(axis=1)
     lateral_gap = lateral_gap[np.isfinite(lateral_gap)]
     clear = lateral_gap[np.abs(lateral_gap) > LATERAL_GAP_M]

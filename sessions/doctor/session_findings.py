@@ -76,7 +76,7 @@ def scene_findings(scene: Scene, names: Sequence[str], meshes: Sequence[str]) ->
     fixed = [body.id for body in scene.bodies if body.fixed is not None]
     present = {*names, *fixed}
     for body in scene.bodies:
-        yield from _declared(body, present)
+        yield from _findings_of_declaration(body, present)
     declared = {body.id for body in scene.bodies}
     for name in absent_bodies(scene, [*present]):
         if name not in declared:
@@ -91,7 +91,7 @@ def scene_findings(scene: Scene, names: Sequence[str], meshes: Sequence[str]) ->
             yield Finding("undeclared-body", "recorded, but not declared in the scene", name)
 
 
-def _declared(body: SceneBody, present: set[str]) -> Iterator[Finding]:
+def _findings_of_declaration(body: SceneBody, present: set[str]) -> Iterator[Finding]:
     if body.id not in present:
         message = "declared in the scene, with neither a track nor a fixed pose"
         yield Finding("unrecorded-body", message, body.id)

@@ -40,7 +40,7 @@ def time_findings(pose_pass: PosePass) -> Iterator[Finding]:
     backwards, repeated = out_of_order(stamps)
     plain = ~(backwards | repeated | np.concatenate([[False], (backwards | repeated)[:-1]]))
     for column, name in enumerate(pose_pass.names):
-        yield from _counted(pose_pass, column)
+        yield from _findings_of_counts(pose_pass, column)
         present = pose_pass.has(Mark.PRESENT, column)
         if not present.all() and present.any():
             yield from _own_gaps(stamps, present & plain, name)
@@ -143,7 +143,7 @@ def _often_missing(stamps: NDArray[np.int64], present: NDArray[np.bool_], name: 
         yield Span.of(stamps, 0, len(stamps) - 1).finding("often-missing", message, name, count)
 
 
-def _counted(pose_pass: PosePass, column: int) -> Iterator[Finding]:
+def _findings_of_counts(pose_pass: PosePass, column: int) -> Iterator[Finding]:
     for code, mark, what in COUNTED:
         rows = np.flatnonzero(pose_pass.has(mark, column))
         if len(rows):

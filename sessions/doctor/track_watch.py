@@ -50,7 +50,7 @@ class Mark(IntFlag):
     ROTATION_OUTLIER = 1 << 16
 
 
-def marked(marks: NDArray[np.uint32], mark: Mark) -> NDArray[np.bool_]:
+def is_marked(marks: NDArray[np.uint32], mark: Mark) -> NDArray[np.bool_]:
     """Mask of samples with any of these marks, in the shape of ``marks``."""
     return np.asarray((marks & np.uint32(mark)) != 0)
 

@@ -60,7 +60,7 @@ class Arc:
 Stroke = Line | Arc
 
 
-def rounded(corners: Iterable[Sequence[float]]) -> list[Stroke]:
+def rounded_strokes(corners: Iterable[Sequence[float]]) -> list[Stroke]:
     """Return strokes along corners (r, y, rounding, least).
 
     A rounding of 0, or none, leaves a corner sharp. ``least`` are the fewest segments of the rounding (2 if not
@@ -84,7 +84,7 @@ def rounded(corners: Iterable[Sequence[float]]) -> list[Stroke]:
     return strokes
 
 
-def sampled(strokes: Sequence[Stroke], segments: int) -> Polyline:
+def sampled_polyline(strokes: Sequence[Stroke], segments: int) -> Polyline:
     """Return a polyline along the strokes of about ``segments`` segments, never fewer than the strokes demand."""
     counts = [stroke.least for stroke in strokes]
     for _ in range(segments - sum(counts)):
@@ -114,10 +114,10 @@ def offset(polyline: Polyline, distance: float) -> Polyline:
 
 def volume_below(polyline: Polyline, level: float) -> float:
     """Return the volume in m3 that the turned polyline holds up to the height ``level``."""
-    return float(_frusta(clipped(polyline, level)).sum())
+    return float(_frusta(clipped_polyline(polyline, level)).sum())
 
 
-def clipped(polyline: Polyline, level: float) -> Polyline:
+def clipped_polyline(polyline: Polyline, level: float) -> Polyline:
     """Return the polyline up to where it last rises through ``level``; a vertex closer than 1 um below gives way."""
     rising = np.flatnonzero((polyline[:-1, 1] < level) & (polyline[1:, 1] >= level))
     i = int(rising[-1])
@@ -131,10 +131,10 @@ def level_holding(polyline: Polyline, volume: float) -> float:
     """Return the height y up to which the turned polyline holds ``volume`` m3."""
     volumes = np.concatenate([[0.0], np.cumsum(_frusta(polyline))])
     segment = int(np.searchsorted(volumes, volume)) - 1
-    return solved(lambda y: volume_below(polyline, y) - volume, polyline[segment, 1], polyline[segment + 1, 1])
+    return solve_rising(lambda y: volume_below(polyline, y) - volume, polyline[segment, 1], polyline[segment + 1, 1])
 
 
-def solved(rising: Callable[[float], float], lower: float, upper: float) -> float:
+def solve_rising(rising: Callable[[float], float], lower: float, upper: float) -> float:
     """Return the root between ``lower`` and ``upper`` of a function that rises through zero there, to the last bit."""
     while lower < (middle := 0.5 * (lower + upper)) < upper:  # no double lies between them: nothing is left to halve
         if rising(middle) < 0.0:

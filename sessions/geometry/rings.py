@@ -45,7 +45,7 @@ def area_factor(angles: NDArray[np.float64]) -> float:
     return float(np.sqrt(2.0 * np.pi / np.sin(steps).sum()))
 
 
-def revolved(polyline: Polyline, angles: NDArray[np.float64], factor: float | None = None) -> list[Ring]:
+def revolved_rings(polyline: Polyline, angles: NDArray[np.float64], factor: float | None = None) -> list[Ring]:
     """Return a ring for each point (r, y) of the polyline; a point with r = 0 becomes a pole."""
     scale = area_factor(angles) if factor is None else factor
     circle = np.column_stack([np.cos(angles), np.zeros(len(angles)), np.sin(angles)])
@@ -57,7 +57,7 @@ def revolved(polyline: Polyline, angles: NDArray[np.float64], factor: float | No
 
 def revolved_solid(polyline: Polyline, sections: int) -> MeshData:
     """Return the solid of revolution under a polyline that starts and ends on the axis."""
-    return sewn(revolved(polyline, even_angles(sections)))
+    return sewn(revolved_rings(polyline, even_angles(sections)))
 
 
 def _band(a: NDArray[np.int64], b: NDArray[np.int64], falling: bool) -> NDArray[np.int64]:

@@ -32,7 +32,7 @@ def quaternion_inverse(q: ArrayLike) -> Array:
     return np.asarray(q, dtype=np.float64) * np.array([-1.0, -1.0, -1.0, 1.0])
 
 
-def rotated(q: ArrayLike, v: ArrayLike) -> Array:
+def rotated_vectors(q: ArrayLike, v: ArrayLike) -> Array:
     """Vectors (..., 3) turned by unit quaternions (..., 4)."""
     given = np.asarray(q, dtype=np.float64)
     vector = np.asarray(v, dtype=np.float64)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sessions.errors import SceneError
-from sessions.geometry.rings import even_angles, revolved, sewn
+from sessions.geometry.rings import even_angles, revolved_rings, sewn
 from sessions.geometry.solids import box
 from sessions.mesh_data import MeshData
 
@@ -41,7 +41,7 @@ def make_shape(shape: str, size: Mapping[str, float], faces: int = DEFAULT_FACES
     if shape == "box":
         return box((size["x"], size["y"], size["z"]))
     outline, sections = _round_outline(shape, size, max(int(faces), LEAST_FACES))
-    return sewn(revolved(outline, even_angles(sections), factor=1.0))
+    return sewn(revolved_rings(outline, even_angles(sections), factor=1.0))
 
 
 def _check(shape: str, size: Mapping[str, float], faces: int) -> None:

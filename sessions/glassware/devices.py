@@ -14,10 +14,10 @@ from typing import Final
 
 import numpy as np
 
-from sessions.glassware.instrument import Instrument, weighed
-from sessions.glassware.united import fitted
+from sessions.glassware.instrument import Instrument, weighed_instrument
+from sessions.glassware.united import fitted_mesh
 from sessions.mesh_data import MeshData
-from sessions.meshes.mesh_files import load_mesh, refined, simplified
+from sessions.meshes.mesh_files import load_mesh, refined_mesh, simplified_mesh
 
 FOLDER: Final = Path(__file__).with_name("device_meshes")
 GRIPS: Final = (0.008, 0.01, 0.02, 0.03, 0.034, 0.045)
@@ -48,33 +48,33 @@ def proxy_wand(faces: int) -> Instrument:
 
     The origin lies under the trackpad, where the handle meets the ring.
     """
-    return weighed("proxy_wand", _shipped("wand", faces), "controller tool", mass=WAND_MASS)
+    return weighed_instrument("proxy_wand", _shipped_mesh("wand", faces), "controller tool", mass=WAND_MASS)
 
 
 def proxy_headset(faces: int) -> Instrument:
     """Return a headset that looks towards -Z, with straps round the head; the origin lies between the eyes."""
-    return weighed("proxy_headset", _shipped("headset", faces), "headset", mass=HEADSET_MASS)
+    return weighed_instrument("proxy_headset", _shipped_mesh("headset", faces), "headset", mass=HEADSET_MASS)
 
 
 def _hand(name: str, faces: int, grip_radius: float, side: float) -> Instrument:
     grip = min(GRIPS, key=lambda radius: abs(radius - grip_radius))
-    mesh = _shipped(f"hand_{1e3 * grip:.0f}", faces)
+    mesh = _shipped_mesh(f"hand_{1e3 * grip:.0f}", faces)
     if side < 0.0:
         mesh = mesh.transformed(np.diag([-1.0, 1.0, 1.0, 1.0]))
-    return weighed(name, mesh, f"hand {name.removeprefix('hand_')}", "tissue")
+    return weighed_instrument(name, mesh, f"hand {name.removeprefix('hand_')}", "tissue")
 
 
 @lru_cache(maxsize=16)
-def _shipped(name: str, faces: int) -> MeshData:
+def _shipped_mesh(name: str, faces: int) -> MeshData:
     """A shipped mesh with about ``faces`` faces, made once: scenes ask for the same hand on both sides."""
     mesh, tolerances = load_mesh(FOLDER / f"{name}_coarse.glb"), TOLERANCES[COARSE_STEPS[name.partition("_")[0]] :]
     if len(mesh.faces) <= faces:
         mesh, tolerances = load_mesh(FOLDER / f"{name}.glb"), TOLERANCES
     if faces > len(mesh.faces):
-        return fitted(lambda length: refined(mesh, length), faces, SPLIT_M)[0]
+        return fitted_mesh(lambda length: refined_mesh(mesh, length), faces, SPLIT_M)[0]
     before = after = mesh
     for tolerance in tolerances:
         if len(after.faces) <= faces:
             break
-        before, after = after, simplified(after, tolerance)
+        before, after = after, simplified_mesh(after, tolerance)
     return min(before, after, key=lambda trial: abs(np.log(len(trial.faces) / faces)))

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from sessions.geometry.profile import rounded, sampled
+from sessions.geometry.profile import rounded_strokes, sampled_polyline
 from sessions.geometry.rings import revolved_solid, sewn
-from sessions.glassware.instrument import MILLILITRE, Cavity, Instrument, Opening, weighed
-from sessions.glassware.united import across_flats, bent, cylinder, divided, fitted, sections_for, swept
+from sessions.glassware.instrument import MILLILITRE, Cavity, Instrument, Opening, weighed_instrument
+from sessions.glassware.united import across_flats, bent, cylinder, divided_path, fitted_mesh, sections_for, swept
 from sessions.mesh_data import MeshData
-from sessions.meshes.mesh_files import refined, subtracted, united
+from sessions.meshes.mesh_files import refined_mesh, subtracted_mesh, united_mesh
 
 # The burette, in metres: bore and wall, heights of its parts, radius of the hole for the key. Barrel of 13 mm:
 # DURAN tubing of borosilicate glass 3.3, product list (SCHOTT); bore and capacity give 526 mm of scale. Length and
@@ -26,7 +26,7 @@ def burette(faces: int) -> Instrument:
     The mark is the zero line. What stands below the 50 mL line is never delivered by reading and is not counted. As
     `burette_stopcock` stands it is closed (handle across); a quarter turn about Z opens it (handle along the barrel).
     """
-    mesh, spacing = fitted(_barrel, faces, 0.004)
+    mesh, spacing = fitted_mesh(_barrel, faces, 0.004)
     column = np.array([(0.0, LAST_MARK), (BORE, LAST_MARK), (BORE, TOP), (0.0, TOP)])
     cavity = Cavity(
         capacity_m3=CAPACITY,
@@ -36,7 +36,7 @@ def burette(faces: int) -> Instrument:
         opening=Opening.upwards(BORE, TOP),
     )
     sites = {"stopcock": (0.0, STOPCOCK, 0.0)}
-    return weighed("burette", mesh, "glass vessel burette open drains", cavity=cavity, sites=sites)
+    return weighed_instrument("burette", mesh, "glass vessel burette open drains", cavity=cavity, sites=sites)
 
 
 def _barrel(spacing: float) -> MeshData:
@@ -45,15 +45,15 @@ def _barrel(spacing: float) -> MeshData:
     outer = BORE + WALL
     tip = [(0.0, 0.0), (1.4e-3, 0.0), (3.5e-3, 40e-3), (3.5e-3, STOPCOCK + 16e-3, 4e-3)]
     points = [*tip, (outer, BARREL_FROM, 6e-3), (outer, TOP, 0.5e-3), (0.0, TOP)]
-    outline = sampled(rounded(points), round(0.3 / max(spacing, 0.02)))
+    outline = sampled_polyline(rounded_strokes(points), round(0.3 / max(spacing, 0.02)))
     narrow = [(0.0, -1e-3), (0.5e-3, -1e-3), (0.5e-3, 2e-3), (1.2e-3, 40e-3), (1.2e-3, STOPCOCK + 12e-3)]
     bore = np.array([*narrow, (BORE, BARREL_FROM + 2e-3), (BORE, TOP + 1e-3), (0.0, TOP + 1e-3)])
     around = sections_for(8e-3, spacing, 8)
     housing = cylinder((0.0, STOPCOCK, -13e-3), (0.0, STOPCOCK, 13e-3), (8.0e-3, 8.0e-3), around)
-    body = united([revolved_solid(outline, sections), housing])
+    body = united_mesh([revolved_solid(outline, sections), housing])
     key = across_flats(KEY_RADIUS, around)
     hole = cylinder((0.0, STOPCOCK, -20e-3), (0.0, STOPCOCK, 20e-3), (key, key), around)
-    return refined(subtracted(body, [revolved_solid(bore, sections), hole]), spacing * 2.0)
+    return refined_mesh(subtracted_mesh(body, [revolved_solid(bore, sections), hole]), spacing * 2.0)
 
 
 def delivery_tube(faces: int) -> Instrument:
@@ -65,7 +65,7 @@ def delivery_tube(faces: int) -> Instrument:
     corners = [(0.0, -0.012, 0.0), (0.0, 0.075, 0.0), (0.17, 0.075, 0.0), (0.17, -0.11, 0.0)]
 
     def build(spacing: float) -> MeshData:
-        path = divided(bent(corners, bend, spacing, least=4), spacing)
+        path = divided_path(bent(corners, bend, spacing, least=4), spacing)
         sections = sections_for(outer, spacing * 0.6)
         walls = [swept(path, [radius] * len(path), sections) for radius in (outer - wall, outer)]
         ends = [
@@ -74,7 +74,7 @@ def delivery_tube(faces: int) -> Instrument:
         ]
         return sewn([*walls[0], ends[0], *walls[1][::-1], ends[1]], around=True, falling_from=len(path) + 1)
 
-    return weighed("delivery_tube", fitted(build, faces, 0.02)[0], "glass tube delivery_tube")
+    return weighed_instrument("delivery_tube", fitted_mesh(build, faces, 0.02)[0], "glass tube delivery_tube")
 
 
 def gas_jar_cover(faces: int) -> Instrument:
@@ -85,4 +85,4 @@ def gas_jar_cover(faces: int) -> Instrument:
     across = np.linspace(radius - bevel, 0.0, max(2, (bands - 3) // 2 + 1))
     edge = [(radius, bevel), (radius, thickness - bevel)]
     outline = [*((r, 0.0) for r in across[::-1]), *edge, *((r, thickness) for r in across)]
-    return weighed("gas_jar_cover", revolved_solid(np.array(outline), sections), "glass plate")
+    return weighed_instrument("gas_jar_cover", revolved_solid(np.array(outline), sections), "glass plate")

@@ -114,7 +114,7 @@ def in_single_precision(mesh: MeshData) -> MeshData:
     return MeshData(mesh.vertices.astype(np.float32), mesh.faces)
 
 
-def weighed(
+def weighed_instrument(
     name: str,
     mesh: MeshData,
     tags: str,

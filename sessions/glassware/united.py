@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sessions.geometry.rings import Ring, area_factor, even_angles, revolved, sewn
+from sessions.geometry.rings import Ring, area_factor, even_angles, revolved_rings, sewn
 from sessions.geometry.solids import box
-from sessions.glassware.instrument import Instrument, metres, rows, weighed
+from sessions.glassware.instrument import Instrument, metres, rows, weighed_instrument
 from sessions.mesh_data import MeshData
-from sessions.meshes.mesh_files import refined, subtracted, united
+from sessions.meshes.mesh_files import refined_mesh, subtracted_mesh, united_mesh
 
 FACE_COUNT_TOLERANCE = 0.08
 SEARCH_STEPS = 9
@@ -26,15 +26,15 @@ def from_row(faces: int, *, name: str) -> Instrument:
         solids = [_solid(solid, spacing) for solid in row["parts"]]
         if len(solids) == 1:
             return solids[0]
-        whole = united(solids)
+        whole = united_mesh(solids)
         if "holes" in row:
-            whole = subtracted(whole, [_solid(hole, spacing) for hole in row["holes"]])
-        return refined(whole, spacing * row.get("coarser", 1.0))
+            whole = subtracted_mesh(whole, [_solid(hole, spacing) for hole in row["holes"]])
+        return refined_mesh(whole, spacing * row.get("coarser", 1.0))
 
-    mesh = fitted(build, faces, metres(row["spacing"]))[0]
+    mesh = fitted_mesh(build, faces, metres(row["spacing"]))[0]
     if row.get("grounded"):
         mesh = MeshData(mesh.vertices - np.array([0.0, mesh.bounds[0, 1], 0.0]), mesh.faces)
-    return weighed(name, mesh, row["tags"], row["material"])
+    return weighed_instrument(name, mesh, row["tags"], row["material"])
 
 
 def _solid(solid: dict[str, Any], spacing: float) -> MeshData:
@@ -44,8 +44,8 @@ def _solid(solid: dict[str, Any], spacing: float) -> MeshData:
     if "ring" in solid:
         outline = np.array(metres(solid["ring"]))
         if solid.get("divided"):
-            outline = divided(outline, spacing)
-        return sewn(revolved(outline[:-1], even_angles(around)), around=True)
+            outline = divided_path(outline, spacing)
+        return sewn(revolved_rings(outline[:-1], even_angles(around)), around=True)
     radius = metres(solid["radius"])
     if "path" in solid:
         pose = _pose(solid)
@@ -84,7 +84,7 @@ def _pose(solid: dict[str, Any]) -> NDArray[np.float64]:
     return pose
 
 
-def fitted(build: Callable[[float], MeshData], faces: int, start: float) -> tuple[MeshData, float]:
+def fitted_mesh(build: Callable[[float], MeshData], faces: int, start: float) -> tuple[MeshData, float]:
     """Return ``build(spacing)``, and the spacing in metres, whose mesh comes nearest to ``faces`` faces.
 
     Cost: up to nine meshes. ``start`` is the first spacing tried; the count is taken to fall with the square of the
@@ -178,7 +178,7 @@ def bent(corners: ArrayLike, radius: float, spacing: float, *, least: int = 3) -
     return np.concatenate([*path, points[-1:]])
 
 
-def divided(path: NDArray[np.float64], spacing: float) -> NDArray[np.float64]:
+def divided_path(path: NDArray[np.float64], spacing: float) -> NDArray[np.float64]:
     """Return the points (n, 3) or (n, 2) of a path, and as many between them that all are about ``spacing`` apart."""
     pieces = [
         np.linspace(start, end, max(1, round(float(np.linalg.norm(end - start)) / spacing)), endpoint=False)

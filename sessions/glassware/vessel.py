@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sessions.geometry.profile import Polyline, Stroke, offset, sampled
-from sessions.geometry.rings import Ring, area_factor, even_angles, revolved, sewn
+from sessions.geometry.profile import Polyline, Stroke, offset, sampled_polyline
+from sessions.geometry.rings import Ring, area_factor, even_angles, revolved_rings, sewn
 from sessions.mesh_data import MeshData
 
 # At 12 sides the wall varies by -1.2 % to +2.3 % around the vessel, at 8 by -2.6 % to +5.4 %; the promise is 10 %.
@@ -56,12 +56,12 @@ class Shape:
     def resolution(self, faces: int) -> tuple[int, int]:
         """Return sections around and segments along the inner profile that give about ``faces`` faces."""
         multiple = 6 if self.foot and np.isfinite(self.foot.hexagonal_beyond) else 1
-        outline = sampled(self.strokes, 0)
+        outline = sampled_polyline(self.strokes, 0)
         length = 2.0 * float(np.linalg.norm(np.diff(outline, axis=0), axis=1).sum())
         around = 2.0 * np.pi * float(outline[:, 0].max())
         ideal_sections = np.sqrt(faces / 2.0 * 1.6 * around / length)
         segments = round(faces / 2.0 / float(np.clip(ideal_sections, GOOD_SECTIONS, MOST_SECTIONS)) / 2.0) - 1
-        segments = len(sampled(self.strokes, segments)) - 1
+        segments = len(sampled_polyline(self.strokes, segments)) - 1
         sections = max(faces / 2.0 / self._bands(segments), LEAST_SECTIONS)
         return multiple * round(sections / multiple), segments
 
@@ -95,7 +95,7 @@ class Revolved:
 def revolved_vessel(shape: Shape, faces: int) -> Revolved:
     """Return the vessel of about ``faces`` faces."""
     sections, segments = shape.resolution(faces)
-    inner = sampled(shape.strokes, segments)
+    inner = sampled_polyline(shape.strokes, segments)
     outer = offset(inner, shape.wall)
     if not shape.foot and not shape.open_below:  # a round bottom stands on its pole, which the chords push out a little
         below = np.array([0.0, outer[:, 1].min()])
@@ -105,10 +105,12 @@ def revolved_vessel(shape: Shape, faces: int) -> Revolved:
         angles = _with_corners(angles)
     inner_rings, outer_rings = _walls(inner, outer, angles, shape)
     bulge = shape.wall / 2.0
-    rim = _half_round(inner_rings[-1], outer_rings[-1], 2 if sections < 32 else 4, bulge * _leaving(inner_rings))
+    rim = _half_round(
+        inner_rings[-1], outer_rings[-1], 2 if sections < 32 else 4, bulge * _leaving_directions(inner_rings)
+    )
     down = len(inner_rings) + len(rim)
     if shape.open_below:
-        bottom = _half_round(outer_rings[0], inner_rings[0], 2, -bulge * _leaving(outer_rings[:2]))
+        bottom = _half_round(outer_rings[0], inner_rings[0], 2, -bulge * _leaving_directions(outer_rings[:2]))
         mesh = sewn([*inner_rings, *rim, *outer_rings[::-1], *bottom], around=True, falling_from=down)
     else:
         base = _foot_rings(shape.foot, angles) if shape.foot else []
@@ -147,7 +149,7 @@ def _walls(
 ) -> tuple[list[Ring], list[Ring]]:
     """Return the rings of both walls; across a spout the outer wall is the inner one moved along its normals."""
     if shape.spout is None:
-        return revolved(inner, angles), revolved(outer, angles)
+        return revolved_rings(inner, angles), revolved_rings(outer, angles)
     spout, scale = shape.spout, np.array([area_factor(angles), 1.0, area_factor(angles)])
     radial = np.column_stack([np.cos(angles), np.zeros_like(angles), np.sin(angles)])
     tangential = np.column_stack([-np.sin(angles), np.zeros_like(angles), np.cos(angles)])
@@ -177,7 +179,7 @@ def _walls(
     return inner_rings, outer_rings
 
 
-def _leaving(rings: Sequence[Ring]) -> NDArray[np.float64]:
+def _leaving_directions(rings: Sequence[Ring]) -> NDArray[np.float64]:
     """Return the unit direction, point by point, in which the last ring leaves the one before it."""
     step = rings[-1] - rings[-2]
     return step / np.linalg.norm(step, axis=1, keepdims=True)
@@ -193,7 +195,7 @@ def _half_round(start: Ring, end: Ring, segments: int, outward: NDArray[np.float
 def _foot_rings(foot: Foot, angles: NDArray[np.float64]) -> list[Ring]:
     hexagon = np.cos(np.pi / 6.0) / np.cos(np.mod(angles, np.pi / 3.0) - np.pi / 6.0)
     circle = np.column_stack([np.cos(angles), np.zeros_like(angles), np.sin(angles)])
-    rings = revolved(np.array(foot.outline), angles)
+    rings = revolved_rings(np.array(foot.outline), angles)
     return [
         (r * hexagon)[:, None] * circle + np.array([0.0, y, 0.0]) if r > foot.hexagonal_beyond else ring
         for ring, (r, y) in zip(rings, foot.outline, strict=True)

@@ -5,9 +5,25 @@ from typing import Any
 
 import numpy as np
 
-from sessions.geometry.profile import Stroke, level_holding, rounded, sampled, solved, volume_below
+from sessions.geometry.profile import (
+    Stroke,
+    level_holding,
+    rounded_strokes,
+    sampled_polyline,
+    solve_rising,
+    volume_below,
+)
 from sessions.geometry.rings import revolved_solid
-from sessions.glassware.instrument import GLASS, MILLILITRE, Cavity, Instrument, Opening, metres, rows, weighed
+from sessions.glassware.instrument import (
+    GLASS,
+    MILLILITRE,
+    Cavity,
+    Instrument,
+    Opening,
+    metres,
+    rows,
+    weighed_instrument,
+)
 from sessions.glassware.vessel import Foot, Revolved, Shape, Spout, revolved_vessel
 
 
@@ -18,11 +34,11 @@ def from_row(faces: int, *, name: str) -> Instrument:
     sites = {site: (0.0, metres(y), 0.0) for site, y in row.get("sites", {}).items()}
     if "outline" in row:
         fewest = row["least_sections"]
-        outline = sampled(
+        outline = sampled_polyline(
             _strokes(row["outline"]), round(min((faces / 4.0) ** 0.5 * row["points"], faces / 2.0 / fewest))
         )
         sections = max(fewest, round(faces / 2.0 / (len(outline) - 2)))
-        return weighed(name, revolved_solid(outline, sections), row["tags"], material, sites=sites)
+        return weighed_instrument(name, revolved_solid(outline, sections), row["tags"], material, sites=sites)
     capacity = row["millilitres"] * MILLILITRE
     shape = _shape(row)
     if "mark" in row:
@@ -30,10 +46,10 @@ def from_row(faces: int, *, name: str) -> Instrument:
         # the bulb is what is solved, its profile sampled as for so many faces.
         def missing(bulb: float) -> float:
             trial = _shape(row, bulb)
-            inner = sampled(trial.strokes, trial.resolution(faces)[1])
+            inner = sampled_polyline(trial.strokes, trial.resolution(faces)[1])
             return volume_below(inner, metres(row["mark"])) - capacity
 
-        shape = _shape(row, solved(missing, *metres(row["bulb_between"])))
+        shape = _shape(row, solve_rising(missing, *metres(row["bulb_between"])))
     revolved = revolved_vessel(shape, faces)
     if "tip_down" in row:
         return _tip_down(row, name, revolved, capacity)
@@ -45,7 +61,7 @@ def from_row(faces: int, *, name: str) -> Instrument:
         to_brim=revolved.brimful(),
         opening=Opening.upwards(radius, height, revolved.reach),
     )
-    return weighed(name, revolved.mesh, row["tags"], material, cavity=cavity, sites=sites)
+    return weighed_instrument(name, revolved.mesh, row["tags"], material, cavity=cavity, sites=sites)
 
 
 def _tip_down(row: dict[str, Any], name: str, revolved: Revolved, capacity: float) -> Instrument:
@@ -62,7 +78,7 @@ def _tip_down(row: dict[str, Any], name: str, revolved: Revolved, capacity: floa
         to_brim=brim.transformed(over),
         opening=Opening(centre=(0.0, tip, 0.0), normal=(0.0, -1.0, 0.0), radius=radius, lip=(0.0, 0.0, 0.0)),
     )
-    return weighed(name, revolved.mesh.transformed(over), row["tags"], cavity=cavity)
+    return weighed_instrument(name, revolved.mesh.transformed(over), row["tags"], cavity=cavity)
 
 
 def _shape(row: dict[str, Any], bulb: float = 1.0) -> Shape:
@@ -85,4 +101,4 @@ def _strokes(corners: Sequence[Sequence[Any]], bulb: float = 1.0) -> list[Stroke
     def radius(written: Any) -> Any:
         return float(written.removesuffix("bulb")) * bulb if isinstance(written, str) else metres(written)
 
-    return rounded([(radius(r), *metres([y, *how[:1]]), *how[1:]) for r, y, *how in corners])
+    return rounded_strokes([(radius(r), *metres([y, *how[:1]]), *how[1:]) for r, y, *how in corners])

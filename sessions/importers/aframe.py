@@ -23,10 +23,10 @@ from sessions.importers.pose_table import (
     PoseTable,
     SourceFrame,
     degrees_by_format,
-    imported,
     last_of_each_stamp,
     number,
-    numbered,
+    numbered_name,
+    session_of_tables,
     stamps_of,
 )
 from sessions.meshes.conventions import Convention, quaternion_from_euler
@@ -64,14 +64,16 @@ def read_aframe(source: Path) -> Session:
         events += [event for event, _ in happened]
         presses = [event for event, button in happened if button == TRIGGER and event.name in PRESSES]
         if presses and _is_vive(device):
-            hand = numbered(f"student/{side_of(name) or name}", hands)
+            hand = numbered_name(f"student/{side_of(name) or name}", hands)
             stamps = np.array([event.time_ns for event in presses], dtype=np.int64)
             pressed = np.array([PRESSES[event.name] for event in presses])
             rows = last_of_each_stamp(f"trigger {hand}", stamps, ledger)
             hands[hand] = HandTrack(stamps[rows], pressed[rows])
     clock = "performance clock of the browser, ms"
     frame = SourceFrame(AXES, "m", clock, others=(degrees_by_format(angles),))
-    samples = imported(tables, frame, ledger, ["rotations from Euler angles YXZ in degrees to unit quaternions"])
+    samples = session_of_tables(
+        tables, frame, ledger, ["rotations from Euler angles YXZ in degrees to unit quaternions"]
+    )
     return replace(samples, events=tuple(events), hands=hands)
 
 

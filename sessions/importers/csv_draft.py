@@ -36,7 +36,7 @@ from sessions.importers.csv_mapping import (
 from sessions.importers.csv_table import CsvTable
 from sessions.importers.ledger import is_large_loss
 from sessions.importers.pose_table import rows_lost
-from sessions.input_files import opened
+from sessions.input_files import open_input
 from sessions.meshes.conventions import CONVENTIONS
 
 POSITION, XYZW, ANGLES, MATRIX = "position", "quaternion_xyzw", "euler", "matrix"
@@ -103,7 +103,7 @@ def _guessed_line(gaps: _Gaps) -> Iterator[str]:
         yield f"guessed = {json.dumps(gaps.guessed)}   # the file does not say these: take out what you have checked"
 
 
-def _named(head: CsvHead, names: frozenset[str]) -> list[str]:
+def _columns_with_words(head: CsvHead, names: frozenset[str]) -> list[str]:
     """The columns in whose names one of these words is."""
     return [name for name in head.columns if not names.isdisjoint(word.lower() for word in name_tokens_of(name))]
 
@@ -296,10 +296,10 @@ def _lines(head: CsvHead, table: CsvTable, gaps: _Gaps) -> Iterator[str]:
     yield from ("", "[time]", *_clock(head, clock, gaps))
     for first, second in [pair for body in posed.values() for pair in body.repeated][:1]:
         gaps.unknown.append(f"which of the columns {first!r} and {second!r} is meant")
-    names = [name for name in _named(head, NAMES) if not head.numbers(name)]
+    names = [name for name in _columns_with_words(head, NAMES) if not head.numbers(name)]
     lost = ""
     if ("" in posed or len(posed) == 1) and clock.column:
-        numbered = [name for name in _named(head, NAMES) if head.numbers(name)]
+        numbered = [name for name in _columns_with_words(head, NAMES) if head.numbers(name)]
         if "" not in posed:
             # The columns of a pose have a name of their own: that of a body, unless rows are of several.
             names, numbered = [], [*names, *numbered]
@@ -359,7 +359,7 @@ def _flag_columns(head: CsvHead, bodies: Collection[str]) -> dict[str, list[str]
     Of a single body it is every such column.
     """
     flags: dict[str, list[str]] = {}
-    for column in _named(head, VALID):
+    for column in _columns_with_words(head, VALID):
         own = [token.lower() for token in name_tokens_of(column)]
         body = "".join(token for token in own if token not in {*VALID, *FLAG_TOKENS, *KIND_OF, *NOISE})
         flags.setdefault(body, []).append(column)
@@ -395,7 +395,7 @@ def _units(head: CsvHead, columns: Sequence[str], gaps: _Gaps) -> str:
 
 def _units_above(head: CsvHead) -> list[str]:
     """The units of lengths that lines above the header name; of one letter or two those behind the word unit."""
-    with opened(head.source, "recording", ImportFileError) as stream:
+    with open_input(head.source, "recording", ImportFileError) as stream:
         lines = [*islice(stream, head.layout.skip_lines)]
     units = list[str]()
     for line in lines:
@@ -449,7 +449,7 @@ class Clock(NamedTuple):
 
 def clock_of(head: CsvHead) -> Clock:
     """The clock of a file as far as its head tells."""
-    column = next(iter(_named(head, TIME)), "")
+    column = next(iter(_columns_with_words(head, TIME)), "")
     if not column:
         return Clock("", "")
     form = next(map(text_format, head.cells(column)), None)

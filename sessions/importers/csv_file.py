@@ -41,7 +41,16 @@ from sessions.importers.csv_mapping import (
 )
 from sessions.importers.csv_table import CsvTable
 from sessions.importers.ledger import Ledger, is_large_loss
-from sessions.importers.pose_table import Rows, SourceFrame, Stamps, Stream, imported, increasing, numbered, rows_lost
+from sessions.importers.pose_table import (
+    Rows,
+    SourceFrame,
+    Stamps,
+    Stream,
+    increasing_rows,
+    numbered_name,
+    rows_lost,
+    session_of_tables,
+)
 from sessions.meshes.conventions import Convention
 from sessions.meshes.conventions import convention as convention_named
 from sessions.model.assumption import Assumption, Confidence, Origin, Subject, grouped_assumptions
@@ -166,7 +175,7 @@ class _CsvLog:
             Event(stamp, name or "event", message, body)
             for stamp, name, message, body in self._cells("event", OTHER, VALUE, self._plan.name)
         )
-        session = imported(tables, frame, ledger, [*table.notes, *self._unread_columns()], self._numbers())
+        session = session_of_tables(tables, frame, ledger, [*table.notes, *self._unread_columns()], self._numbers())
         return replace(session, events=events, hands=self._hands(), live_contacts=contacts)
 
     def _refuse_long_table(self) -> None:
@@ -209,7 +218,7 @@ class _CsvLog:
             texts = (self._table.texts(column, rows) for column in columns)
             yield from zip(self._stamps(rows).tolist(), *texts, strict=True)
 
-    def _named(self, kind: str, column: str) -> Iterator[tuple[str, Rows]]:
+    def _rows_by_name(self, kind: str, column: str) -> Iterator[tuple[str, Rows]]:
         """The names in a column of the rows of a kind, each with its rows."""
         if kind in self._kinds:
             yield from self._table.rows_by_text(column, self._kinds[kind]).items()
@@ -221,7 +230,7 @@ class _CsvLog:
         if self._plan.body is None:
             return
         where = f"{self._table.source}: column {self._plan.name!r}"
-        named = dict(self._named("pose", self._plan.name))
+        named = dict(self._rows_by_name("pose", self._plan.name))
         if len(named) > MOST_BODIES:
             raise ImportFileError(f"{where} names {len(named):,} bodies; is it the column of names?")
         for name, rows in named.items():
@@ -232,7 +241,7 @@ class _CsvLog:
     def _numbers(self) -> Iterator[Stream]:
         """Numbers over time, in columns of their own or in rows of their kind."""
         columns = [(name, self._kinds["pose"], *scalar) for name, scalar in self._plan.scalars.items()]
-        columns += [(name or "scalar", rows, VALUE, "") for name, rows in self._named("scalar", OTHER)]
+        columns += [(name or "scalar", rows, VALUE, "") for name, rows in self._rows_by_name("scalar", OTHER)]
         for name, rows, column, unit in columns:
             yield Stream(name, self._stamps(rows), self._table.numbers((column,), rows)[:, 0], unit)
 
@@ -252,10 +261,10 @@ class _CsvLog:
     def _hands(self) -> dict[str, HandTrack]:
         """``student/<side>`` -> trigger, from the rows that hold one; of rows with one stamp the first counts."""
         hands: dict[str, HandTrack] = {}
-        for name, rows in self._named("trigger", self._plan.name):
-            hand = numbered(f"student/{side_of(name) or name}", hands)
+        for name, rows in self._rows_by_name("trigger", self._plan.name):
+            hand = numbered_name(f"student/{side_of(name) or name}", hands)
             stamps, values = self._stamps(rows), self._table.numbers((VALUE,), rows)
-            keep = increasing(f"trigger {hand}", stamps, (values,), self._ledger)
+            keep = increasing_rows(f"trigger {hand}", stamps, (values,), self._ledger)
             pressed = np.clip(np.nan_to_num(values[keep, 0]), 0.0, 1.0)
             hands[hand] = HandTrack(stamps[keep], pressed)
         return hands

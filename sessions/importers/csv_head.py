@@ -17,7 +17,7 @@ from typing import Final
 from sessions.errors import ImportFileError
 from sessions.importers.csv_mapping import ROW_MAJOR, VOCABULARY, CsvLayout, is_row_of_units, unit_in_cell, unit_in_name
 from sessions.importers.csv_table import NUMBER, check_encoding, excel_separator, named_encoding, split_lines
-from sessions.input_files import opened
+from sessions.input_files import open_input
 
 HEAD_BYTES: Final = 200_000
 FIRST_ROWS: Final = 200
@@ -83,7 +83,7 @@ def read_head(source: Path, known: Collection[str] = ()) -> CsvHead:
 
     Raises ``ImportFileError``: the text is in UTF-16, or the file cannot be read.
     """
-    with opened(source, "recording", ImportFileError) as stream:
+    with open_input(source, "recording", ImportFileError) as stream:
         data = stream.read(HEAD_BYTES)
     check_encoding(source, data)
     lines = data.decode("utf-8-sig", errors="replace").splitlines()[: FIRST_ROWS + LINES_ABOVE]
@@ -152,7 +152,7 @@ def _numbers(row: Sequence[str]) -> int:
     return sum(NUMBER.fullmatch(cell) is not None for cell in row)
 
 
-def decoded(data: bytes) -> str:
+def decoded_text(data: bytes) -> str:
     """Returns a text by its byte order mark; without one as UTF-8, or else as Excel writes it on Windows.
 
     Raises UnicodeDecodeError: it is none of these.
@@ -181,7 +181,7 @@ def spreadsheet_rows(data: bytes) -> list[list[str]]:
 
     Raises UnicodeDecodeError, csv.Error: it is no such text.
     """
-    text = decoded(data)
+    text = decoded_text(data)
     first, _, rest = text.partition("\n")
     delimiter = excel_separator(first)
     if delimiter:

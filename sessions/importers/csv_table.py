@@ -91,7 +91,7 @@ class CsvTable:
         """Row and number of cells of the rows that are not as long as the header, the first of each number."""
         self._ragged_rows = 0
         self._has_decimal_commas = False
-        self._table = self._parsed(self._text)
+        self._table = self._parse_rows(self._text)
         self._check_ragged()
         repeated = self._drop_repeated_headers()
         dropped = {RAGGED: self._ragged_rows, **below}
@@ -190,7 +190,7 @@ class CsvTable:
                 return text[: gap.start() + 1], {f"of another table, {name[:40]!r}, from line {line}": lines}
         return text, {}
 
-    def _parsed(self, text: bytes) -> Any:
+    def _parse_rows(self, text: bytes) -> Any:
         """The rows that are as long as the header, as Arrow text."""
         schema = pa.schema([(name, pa.string()) for name in self.columns])
         if not text or text.isspace():
@@ -351,10 +351,10 @@ class CsvTable:
                 text = self.texts(column, rows)[row]
                 cure = 'write decimal = "," into the mapping' if self._mapped else "export it with decimal points"
                 cure = cure if text.count(",") == 1 else "repair the cell"
-                raise self._wrong(column, rows, row, f"{text[:40]!r} is no number; {cure}") from None
+                raise self._cell_error(column, rows, row, f"{text[:40]!r} is no number; {cure}") from None
         return np.array(values)
 
-    def _wrong(self, column: str, rows: Rows | None, index: int, message: str) -> ImportFileError:
+    def _cell_error(self, column: str, rows: Rows | None, index: int, message: str) -> ImportFileError:
         """The error of a cell, by its index among some rows."""
         row = index if rows is None else int(np.flatnonzero(rows)[index])
         row = row if self._kept_rows is None else int(self._kept_rows[row])
@@ -383,14 +383,14 @@ class CsvTable:
             row = int(stamps.argmin())
             cell = self.texts(column, rows)[row][:40]
             message = f"{cell} is before 0; add it under [time] of the mapping: offset = {cell.lstrip('-')}"
-            raise self._wrong(column, rows, row, message)
+            raise self._cell_error(column, rows, row, message)
         return stamps
 
     def _rounded_stamps(self, column: str, unit: str, rows: Rows | None) -> Stamps:
         """Stamps with digits beyond the nanosecond, or with a cell that is no time, which an error names."""
         missing = np.flatnonzero(~np.isfinite(self._floats(column, rows)))
         if len(missing):
-            raise self._wrong(column, rows, int(missing[0]), "the time is missing; remove the row")
+            raise self._cell_error(column, rows, int(missing[0]), "the time is missing; remove the row")
         scale, start = Decimal(CLOCK_NS[unit]), TICKS_1970 if unit == "ticks" else 0
         try:
             exact = [
@@ -426,7 +426,7 @@ class CsvTable:
                 stamps.append(wall_clock_ns(cell, form))
             except ValueError:
                 expected = f"of the format {form!r}" if form else "in ISO 8601; say its format under [time]"
-                raise self._wrong(column, rows, row, f"{cell[:40]!r} is no date and time {expected}") from None
+                raise self._cell_error(column, rows, row, f"{cell[:40]!r} is no date and time {expected}") from None
         return np.array(stamps, dtype=np.int64)
 
     def flags(self, column: str, rows: Rows | None = None) -> Rows:
@@ -439,7 +439,7 @@ class CsvTable:
         if (unclear := next((text for text, answer in answers.items() if answer is None), None)) is not None:
             row = self.texts(column, rows).index(unclear)
             cure = "write true or false there, or leave valid out of the mapping"
-            raise self._wrong(column, rows, row, f"{unclear[:40]!r} does not say whether a pose is valid; {cure}")
+            raise self._cell_error(column, rows, row, f"{unclear[:40]!r} does not say whether a pose is valid; {cure}")
         return bool_values(pc.is_in(cells, text_array([text for text, answer in answers.items() if answer])))
 
     def poses(self, columns: PoseColumns, stamps: Stamps, rows: Rows | None = None) -> PoseTable:

@@ -12,9 +12,9 @@ from typing import Final
 import numpy as np
 
 from sessions.errors import ImportFileError
-from sessions.geometry.rotations import quaternion_product, rotated, slerp
+from sessions.geometry.rotations import quaternion_product, rotated_vectors, slerp
 from sessions.importers.ledger import Ledger
-from sessions.importers.pose_table import Numbers, PoseTable, Stamps, increasing, is_rotation
+from sessions.importers.pose_table import Numbers, PoseTable, Stamps, increasing_rows, is_rotation
 
 MOST_NAMED: Final = 5
 NO_STAMP: Final = -(1 << 63)
@@ -64,7 +64,7 @@ class _Link:
             order = np.argsort(logged, kind="stable")
             stamps, rows = stamps[order], rows[order]
         _refuse_coarse_nanoseconds(name, stamps[stamps > 0], ledger)
-        keep = increasing(name, stamps, (rows,), ledger, kind="transforms")
+        keep = increasing_rows(name, stamps, (rows,), ledger, kind="transforms")
         return stamps[keep], rows[keep], int(unstamped.sum())
 
 
@@ -152,7 +152,7 @@ class FrameTree:
         chains = {name: chain for name, chain in chains.items() if name not in still}
         moving = [self._tables[name][0] for name in self._links if self._moves(name)]
         everywhen = np.unique(np.concatenate(moving)) if moving else None
-        tables = {name: self._composed(chain, everywhen) for name, chain in chains.items()}
+        tables = {name: self._composed_poses(chain, everywhen) for name, chain in chains.items()}
         empty = [name for name, table in tables.items() if not len(table.times_ns)]
         notes = [f"poses in the root frame {root!r}" for root in roots]
         left_out = {}
@@ -180,7 +180,7 @@ class FrameTree:
             chain.append(parent)
         return chain
 
-    def _composed(self, chain: list[str], everywhen: Stamps | None) -> PoseTable:
+    def _composed_poses(self, chain: list[str], everywhen: Stamps | None) -> PoseTable:
         moving = [self._tables[name][0] for name in chain if self._moves(name)]
         if moving:
             stamps = np.unique(np.concatenate(moving))
@@ -194,7 +194,7 @@ class FrameTree:
         pose = self._at(chain[0], stamps)
         for name in chain[1:]:
             above = self._at(name, stamps)
-            position = above[:, :3] + rotated(above[:, 3:], pose[:, :3])
+            position = above[:, :3] + rotated_vectors(above[:, 3:], pose[:, :3])
             pose = np.concatenate([position, quaternion_product(above[:, 3:], pose[:, 3:])], axis=1)
         return PoseTable(stamps, pose[:, :3], pose[:, 3:])
 

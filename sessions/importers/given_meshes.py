@@ -15,7 +15,7 @@ from sessions.meshes.conventions import Convention
 from sessions.meshes.mesh_axes import (
     mesh_axes_matrix,
 )
-from sessions.meshes.mesh_match import UNITS, guessed, matched
+from sessions.meshes.mesh_match import UNITS, guessed_unit, match_meshes
 from sessions.model.assumption import Assumption, grouped_assumptions
 from sessions.model.scene import Scene
 from sessions.scene_files.body_axes import axes_assumption, in_body_axes
@@ -161,7 +161,7 @@ def placed_meshes(
         for body in scene.bodies
         if body.mesh
     }
-    given, notes = _given(options, names, poses)
+    given, notes = _meshes_of_options(options, names, poses)
     axes_by_body = options.axes_by_body(names, poses)
     for body in scene.bodies:
         if body.mesh and body.mesh_axes and body.id not in given:
@@ -186,7 +186,9 @@ def placed_meshes(
     return placed
 
 
-def _given(options: MeshOptions, names: Sequence[str], poses: Convention) -> tuple[dict[str, FileMesh], list[str]]:
+def _meshes_of_options(
+    options: MeshOptions, names: Sequence[str], poses: Convention
+) -> tuple[dict[str, FileMesh], list[str]]:
     """Body -> mesh of the options, and sentences on the files of a folder."""
     from sessions.meshes.mesh_files import load_mesh
 
@@ -204,7 +206,7 @@ def _given(options: MeshOptions, names: Sequence[str], poses: Convention) -> tup
     if options.mesh_folder is not None:
         bare = [name for name in names if name not in given]
         scales = {name: UNITS[unit] for name, unit in units.items()}
-        matches, without = matched(Path(options.mesh_folder), bare, scales)
+        matches, without = match_meshes(Path(options.mesh_folder), bare, scales)
         for name, match in matches.items():
             stated = units.get(name, units.get("", ""))
             unit = _unit_of_scale(match.scale)
@@ -220,7 +222,7 @@ def _in_metres(mesh: MeshData, file: str, what: str, stated: str, poses: Convent
     if stated:
         factor, note = UNITS[stated], ""
     else:
-        factor, note = guessed(mesh, what)
+        factor, note = guessed_unit(mesh, what)
     scaled = mesh if factor == 1.0 else MeshData(mesh.vertices * factor, mesh.faces)
     unit = mesh_unit(file, scaled, _unit_of_scale(factor), poses, is_stated=bool(stated))
     return FileMesh(scaled, file, unit, (note,) if note else ())

@@ -20,7 +20,7 @@ from sessions.importers import AUTO, ENTRY_POINT_GROUP, FOLDERS, IMPORTERS
 from sessions.importers.csv_mapping import mapped_mesh_options
 from sessions.importers.given_meshes import MESH_OPTIONS, MeshOptions, PlacedMeshes, placed_meshes
 from sessions.importers.ledger import FACT, ledger_of
-from sessions.importers.recognition import joints_in, recognised
+from sessions.importers.recognition import joints_in, recognised_format
 from sessions.input_files import check_regular
 from sessions.mesh_data import MeshData
 from sessions.meshes.conventions import Convention
@@ -90,7 +90,7 @@ def import_session(format: str, source: str | Path, **options: Any) -> Session:
     session = _read(name, path, options)
     if why:
         session = replace(session, facts={**session.facts, "taken_for": f"{name}, because {why}"})
-    return finished(session, path, given, stand_ins=name not in ROBOTS, **common)
+    return finish_import(session, path, given, stand_ins=name not in ROBOTS, **common)
 
 
 def _with_mapped(given: MeshOptions, mapping: str | Path) -> MeshOptions:
@@ -119,7 +119,7 @@ def _taken_for(format: str, path: Path, *, is_mapped: bool = False) -> tuple[str
             check_regular(path, "recording", ImportFileError)
         raise ImportFileError(f"{path} does not exist or is no file; check the path")
     if format == AUTO:
-        return recognised(path)
+        return recognised_format(path)
     joints = joints_in(path) if format == "csv" and not is_mapped else ""
     return ("hands", joints) if joints else (format, "")
 
@@ -151,7 +151,7 @@ def _importer(name: str) -> Any:
     raise ImportFileError(f"no importer {name!r}; there are: {', '.join(importer_names())}")
 
 
-def finished(
+def finish_import(
     session: Session,
     source: Path,
     given: MeshOptions = NO_MESHES,

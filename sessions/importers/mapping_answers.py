@@ -49,7 +49,7 @@ def write_answers(path: Path, answers: Sequence[tuple[Assumption, str]]) -> list
     text = _text(path)
     written = []
     for assumption, value in answers:
-        data = _parsed(text, path)
+        data = _parse_mapping(text, path)
         key = KEYS[assumption.subject]
         changed: Any = value
         if assumption.subject in BY_BODY:
@@ -95,7 +95,7 @@ def _text(path: Path) -> str:
     return read_bytes(path, "mapping", ImportFileError).decode("utf-8-sig")
 
 
-def _parsed(text: str, path: Path) -> dict[str, Any]:
+def _parse_mapping(text: str, path: Path) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
@@ -123,7 +123,7 @@ def _with_key(text: str, key: str, value: Any, path: Path) -> str:
             lines[above - 1] += line_break
         lines.insert(above, _answered_line(line, NOTHING) + line_break)
     changed = "".join(lines)
-    data = _parsed(text, path)
+    data = _parse_mapping(text, path)
     try:
         after = tomllib.loads(changed)
     except tomllib.TOMLDecodeError:

@@ -15,7 +15,7 @@ from typing import Any, Final
 from sessions.errors import ImportFileError, SessionFileError
 from sessions.importers.frame_tree import FrameTree
 from sessions.importers.ledger import Ledger
-from sessions.importers.pose_table import SourceFrame, imported, number, wall_clock_ns
+from sessions.importers.pose_table import SourceFrame, number, session_of_tables, wall_clock_ns
 from sessions.mcap.container import ChannelInfo
 from sessions.mcap.reader import McapFile
 from sessions.mcap.refusals import brief
@@ -60,7 +60,7 @@ def read_mcap(
     notes += messages.unread_topics()
     confidence = Confidence.SURE if messages.are_of_ros else Confidence.OPEN
     frame = SourceFrame.in_axes(convention, ASSUMED, "", "stamps of the messages, ns", joined, confidence)
-    return imported(tables, frame, ledger, notes)
+    return session_of_tables(tables, frame, ledger, notes)
 
 
 FRAMES: Final = ("FrameTransform", "FrameTransforms", "TransformStamped", "TFMessage")
@@ -203,7 +203,7 @@ class _PoseMessages:
         for table in together(self._regions()):
             for row in table.of_channels({*self._channels}).tolist():
                 channel = self._channels[int(table.channel[row])]
-                message = _decoded(self._source, channel, table.payload(row), self._decoders)
+                message = _decode_message(self._source, channel, table.payload(row), self._decoders)
                 self._read += 1
                 yield channel, int(table.log_ns[row]), message
         self._check_topics()
@@ -273,7 +273,9 @@ def _unreadable(source: Path, why: str) -> ImportFileError:
     return ImportFileError(f"{source} is no MCAP file that can be read ({why}); record it again")
 
 
-def _decoded(source: Path, channel: ChannelInfo, data: bytes, decoders: dict[int, Callable[[bytes], Any]]) -> Any:
+def _decode_message(
+    source: Path, channel: ChannelInfo, data: bytes, decoders: dict[int, Callable[[bytes], Any]]
+) -> Any:
     key, where = channel.record.id, f"{source}: {channel.topic}"
     try:
         if key not in decoders:

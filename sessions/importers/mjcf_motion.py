@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from sessions.errors import ImportFileError
 from sessions.importers.ledger import Ledger
-from sessions.importers.pose_table import increasing
+from sessions.importers.pose_table import increasing_rows
 from sessions.importers.scene_motion import session_of_scene
 from sessions.model.samples import Track
 from sessions.model.session import Session
@@ -34,7 +34,7 @@ def read_mjcf(source: Path, motion: str | Path = "", root: str | Path = "", surf
     joints = read_joint_motion(_motion_of(source, motion), model)
     ledger, notes = Ledger(source), [*joints.notes]
     stamps = np.round((joints.seconds - joints.seconds[0]) * 1e9).astype(np.int64)
-    keep = increasing("joint motion", stamps, (joints.configurations,), ledger)
+    keep = increasing_rows("joint motion", stamps, (joints.configurations,), ledger)
     configurations = joints.configurations[keep]
     moving = [name for name, body in scene.bodies.items() if body.moves]
     names = body_names(model)

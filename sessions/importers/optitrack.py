@@ -15,7 +15,7 @@ from sessions.errors import ImportFileError
 from sessions.importers.csv_mapping import CsvLayout, PoseColumns
 from sessions.importers.csv_table import LONGEST_LINE, CsvTable
 from sessions.importers.ledger import Ledger
-from sessions.importers.pose_table import METRES, SourceFrame, imported, numbered
+from sessions.importers.pose_table import METRES, SourceFrame, numbered_name, session_of_tables
 from sessions.model.assumption import Assumption, Origin, Subject
 from sessions.model.session import Session
 
@@ -60,7 +60,7 @@ def read_optitrack(source: Path, *, convention: str | None = None) -> Session:
     clock = f"seconds since the take began ({facts.get('Capture Start Time', 'no date in the file')})"
     frame = SourceFrame.in_axes(convention, AXES, unit.lower(), clock, assumed)
     frame = replace(frame, others=_rotation_assumptions(euler))
-    return imported(tables, frame, ledger, [*notes, *table.notes])
+    return session_of_tables(tables, frame, ledger, [*notes, *table.notes])
 
 
 def _rotation_assumptions(rotation_type: str) -> tuple[Assumption, ...]:
@@ -106,14 +106,14 @@ def _bodies(table: CsvTable, euler: str) -> tuple[dict[str, PoseColumns], list[s
     """
     order, kind = ("XYZW", "quaternion_xyzw") if euler == "Quaternion" else (euler, "euler")
     bodies, notes = dict[str, PoseColumns](), list[str]()
-    for name, columns in _tracked(table):
+    for name, columns in _tracked_columns(table):
         try:
             position = tuple(columns["Position", axis] for axis in "XYZ")
             rotation = tuple(columns["Rotation", axis] for axis in order)
         except KeyError as missing:
             what = f"{name!r} has no column {' '.join(missing.args[0])!r}"
             raise ImportFileError(f"{table.source}: {what}; export it with Rotation Type Quaternion") from None
-        body = numbered(name, bodies)
+        body = numbered_name(name, bodies)
         if body != name:
             notes.append(f"{body}: another body of the name {name}")
         bodies[body] = PoseColumns(position, rotation, kind, euler)
@@ -124,7 +124,7 @@ def _bodies(table: CsvTable, euler: str) -> tuple[dict[str, PoseColumns], list[s
     return bodies, notes
 
 
-def _tracked(table: CsvTable) -> list[tuple[str, dict[tuple[str, str], str]]]:
+def _tracked_columns(table: CsvTable) -> list[tuple[str, dict[tuple[str, str], str]]]:
     """Each rigid body and bone: its name, and its columns by part and axis.
 
     Bodies of one name differ in kind or ID, or begin anew where a column comes again.

@@ -137,7 +137,7 @@ class SourceFrame:
         )
 
 
-def imported(
+def session_of_tables(
     tables: Mapping[str, PoseTable],
     frame: SourceFrame,
     ledger: Ledger,
@@ -165,13 +165,13 @@ def imported(
         done += texts
     scalars: dict[str, ScalarTrack] = {}
     for stream in streams:
-        name = numbered(stream.name, scalars)
+        name = numbered_name(stream.name, scalars)
         if name != stream.name:
             done.append(f"scalar {name}: another of the name {stream.name}")
-        keep = increasing(f"scalar {name}", stream.times_ns, (stream.values,), ledger)
+        keep = increasing_rows(f"scalar {name}", stream.times_ns, (stream.values,), ledger)
         scalars[name] = ScalarTrack(stream.times_ns[keep], stream.values[keep], stream.unit)
     facts = {
-        "conversions": "; ".join(_grouped(done)) or "none",
+        "conversions": "; ".join(_grouped_notes(done)) or "none",
         "source_units": frame.units,
         "source_convention": axes.name,
         "handedness": axes.handedness,
@@ -248,7 +248,7 @@ def room_radius(tracks: Iterable[Track]) -> float:
     return float(np.partition(distances, rank)[rank])
 
 
-def _grouped(notes: Iterable[str]) -> list[str]:
+def _grouped_notes(notes: Iterable[str]) -> list[str]:
     """Notes of the same words about several things as one: ``a, b: 3 rows dropped``."""
     about: dict[str, list[str]] = {}
     for note in notes:
@@ -266,7 +266,7 @@ def degrees_by_format(angles: Iterable[Numbers]) -> Assumption:
     return Assumption(Subject.ANGLE_UNIT, "deg", Origin.GUESS, Confidence.OPEN, reason=reason)
 
 
-def numbered(name: str, taken: Container[str]) -> str:
+def numbered_name(name: str, taken: Container[str]) -> str:
     """The name, or where it is taken the name with the first number that is free: ``cup (2)``."""
     number, free = 1, name
     while free in taken:
@@ -281,7 +281,7 @@ def track_of(name: str, table: PoseTable, frame: SourceFrame, ledger: Ledger) ->
     Rows that hold no rotation are flagged as lost, and keep their numbers.
     """
     notes = []
-    keep = increasing(name, table.times_ns, (table.positions, table.quaternions_xyzw), ledger)
+    keep = increasing_rows(name, table.times_ns, (table.positions, table.quaternions_xyzw), ledger)
     positions = frame.axes.points(table.positions[keep]) * METRES[frame.units]
     quaternions = frame.axes.quaternions(table.quaternions_xyzw[keep])
     claimed = np.ones(len(positions), dtype=np.bool_) if table.valid is None else table.valid[keep]
@@ -313,7 +313,9 @@ def stamps_of(times: Numbers, unit_ns: float, where: str) -> Stamps:
     return np.rint(times * unit_ns).astype(np.int64)
 
 
-def increasing(name: str, stamps: Stamps, values: Sequence[Numbers], ledger: Ledger, *, kind: str = "samples") -> Rows:
+def increasing_rows(
+    name: str, stamps: Stamps, values: Sequence[Numbers], ledger: Ledger, *, kind: str = "samples"
+) -> Rows:
     """Mask (n,) of the kept samples: the longest subsequence whose stamps increase, of equal stamps the first.
 
     The account of this ``kind`` and name says what became of the others. ``values``: what the samples hold, arrays

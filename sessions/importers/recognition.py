@@ -29,7 +29,7 @@ SEPARATORS: Final = (",", ";", "\t")
 FIRST_BYTES: Final = 4096
 
 
-def recognised(source: Path) -> tuple[str, str]:
+def recognised_format(source: Path) -> tuple[str, str]:
     """A format of ``IMPORTERS`` and why; ImportFileError where nothing speaks for one."""
     if source.is_dir():
         return _recognised_folder(source)

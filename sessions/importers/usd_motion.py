@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from sessions.errors import ImportFileError
 from sessions.importers.ledger import Ledger
-from sessions.importers.pose_table import increasing
+from sessions.importers.pose_table import increasing_rows
 from sessions.importers.scene_motion import session_of_scene
 from sessions.model.samples import Track
 from sessions.model.session import Session
@@ -38,7 +38,7 @@ def read_usd(source: Path, root: str | Path = "", surface: str = Surface.AUTO) -
     start = min(float(motion.seconds[0]) for motion in motions.values())
     for name, motion in motions.items():
         stamps = np.round((motion.seconds - start) * 1e9).astype(np.int64)
-        keep = increasing(name, stamps, (motion.poses.reshape(len(stamps), -1),), ledger)
+        keep = increasing_rows(name, stamps, (motion.poses.reshape(len(stamps), -1),), ledger)
         rotations = Rotation.from_matrix(scene.rotation @ motion.poses[keep, :3, :3])
         positions = motion.poses[keep, :3, 3] @ scene.rotation.T
         tracks[name] = Track(stamps[keep], positions, rotations.as_quat())

@@ -28,7 +28,7 @@ from sessions.importers.pose_table import (
     Stamps,
     Stream,
     degrees_by_format,
-    imported,
+    session_of_tables,
 )
 from sessions.input_files import check_regular
 from sessions.model.assumption import Assumption, Origin, Subject
@@ -93,7 +93,7 @@ def read_uxf(source: Path, *, convention: str | None = None) -> Session:
         frame = replace(
             frame, others=(Assumption(Subject.EULER_ORDER, "zxy", Origin.FORMAT), degrees_by_format(angles))
         )
-    samples = imported(tables, frame, ledger, notes, streams)
+    samples = session_of_tables(tables, frame, ledger, notes, streams)
     return replace(samples, intervals=tuple(trials), facts={"source_file": folder.name, **samples.facts})
 
 

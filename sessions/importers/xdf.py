@@ -30,8 +30,8 @@ from sessions.importers.pose_table import (
     SourceFrame,
     Stamps,
     Stream,
-    imported,
-    numbered,
+    numbered_name,
+    session_of_tables,
     stamps_of,
 )
 from sessions.input_files import nearest
@@ -85,7 +85,7 @@ def read_xdf(source: Path, *, convention: str | None = None, mapping: str | Path
     if mapping is None:
         for stream in streams:
             for name, channels in stream.bodies.items():
-                body = name if name not in bodies else numbered(f"{stream.name}/{name}", bodies)
+                body = name if name not in bodies else numbered_name(f"{stream.name}/{name}", bodies)
                 if body != name:
                     notes.append(f"{body}: another body of the name {name}, of stream {stream.name!r}")
                 bodies[body] = stream, channels, TYPED
@@ -130,7 +130,7 @@ def read_xdf(source: Path, *, convention: str | None = None, mapping: str | Path
     frame = SourceFrame.in_axes(convention, min(kinds), max(units), clock, assumed, confidence)
     numbers = [number for stream in streams if stream not in posed for number in stream.numbers()]
     events = tuple(event for stream in streams for event in stream.events())
-    return replace(imported(tables, frame, ledger, notes, numbers), events=events)
+    return replace(session_of_tables(tables, frame, ledger, notes, numbers), events=events)
 
 
 def _units_of_mapping(unit: str, stated: set[str], source: Path) -> set[str]:
@@ -328,10 +328,10 @@ def _streams(source: Path, ledger: Ledger) -> tuple[list[_LslStream], list[str]]
         why = "in places of the file that could not be read, and perhaps more"
         ledger.book("samples", "damaged places", read=skipped, kept=0, dropped={why: skipped})
     notes = list[str]()
-    return _joined([_LslStream(source, stream) for stream in streams], source, ledger, notes), notes
+    return _joined_streams([_LslStream(source, stream) for stream in streams], source, ledger, notes), notes
 
 
-def _joined(streams: list[_LslStream], source: Path, ledger: Ledger, notes: list[str]) -> list[_LslStream]:
+def _joined_streams(streams: list[_LslStream], source: Path, ledger: Ledger, notes: list[str]) -> list[_LslStream]:
     """Streams with the parts of each one that was interrupted joined: all of one description, one after the other.
 
     A recorder writes a stream that comes back as another stream of the same name. Streams that overlap in time stay
@@ -355,14 +355,14 @@ def _joined(streams: list[_LslStream], source: Path, ledger: Ledger, notes: list
         if len(group) == 1 or not disjoint:
             joined += group
         else:
-            joined.append(_LslStream(source, _concatenated([stream.data for stream in group])))
+            joined.append(_LslStream(source, _concatenated_data([stream.data for stream in group])))
             notes.append(f"stream {group[0].name!r}: {len(group)} parts of {samples:,} samples joined")
         merged = {STREAMS_JOINED: len(group) - 1} if disjoint else {}
         ledger.book("streams", read=len(group), kept=len(group) - sum(merged.values()), merged=merged)
     return joined
 
 
-def _concatenated(streams: list[dict[str, Any]]) -> dict[str, Any]:
+def _concatenated_data(streams: list[dict[str, Any]]) -> dict[str, Any]:
     """The data of streams one after the other, as pyxdf holds them."""
     series = [stream["time_series"] for stream in streams if len(stream["time_series"])]
     is_text = any(isinstance(values, list) for values in series)

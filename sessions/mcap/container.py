@@ -30,7 +30,7 @@ from mcap.stream_reader import StreamReader
 from mcap.writer import Writer
 
 from sessions.errors import SessionFileError
-from sessions.mcap.refusals import refused
+from sessions.mcap.refusals import refusal
 from sessions.mcap.schemas import PROFILE_FAMILY, TF, channel_spec
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -79,7 +79,7 @@ def bytes_at(stream: BinaryIO, span: RecordSpan) -> bytes:
     return stream.read(span.end - span.start)
 
 
-def parsed(content: bytes) -> McapRecord | None:
+def parse_record(content: bytes) -> McapRecord | None:
     """The record in these bytes, head included; ``None``: it is damaged, or an attachment with a wrong checksum."""
     reader = StreamReader(io.BytesIO(content), skip_magic=True, emit_chunks=True, record_size_limit=len(content))
     try:
@@ -222,7 +222,7 @@ class Catalogue:
 
         The first of an id counts, so that what a chunk repeats changes nothing for who unpacks it.
         """
-        record = parsed(content)
+        record = parse_record(content)
         if isinstance(record, Schema):
             self.schemas.setdefault(record.id, record)
         elif isinstance(record, Channel) and len(self.channels) < MOST_CHANNELS:
@@ -236,7 +236,7 @@ class Catalogue:
 
     def refuse(self, opcode: int, start: int, code: str, what: str, name: str = "") -> None:
         """Refuse the file for a record, or note the fault and go on."""
-        error = refused(self.path, code, what)
+        error = refusal(self.path, code, what)
         if self.strict:
             raise error
         self.faults.append(Fault(opcode, start, error, name))
@@ -255,9 +255,9 @@ class Catalogue:
         for channel in map(self.channels.__getitem__, ids):
             if not channel.holds_poses:
                 kind, encoding = channel.schema_name or "messages without a schema", channel.record.message_encoding
-                raise refused(self.path, "no-poses", f"/tf holds {kind} as {encoding or 'unknown bytes'}")
+                raise refusal(self.path, "no-poses", f"/tf holds {kind} as {encoding or 'unknown bytes'}")
         if not ids and self.tear is None:
-            raise refused(self.path, "no-poses", "it has no poses")
+            raise refusal(self.path, "no-poses", "it has no poses")
 
     @property
     def is_import(self) -> bool:
@@ -279,7 +279,7 @@ class Catalogue:
         """Refuse a region with which the file unpacks to more than a recording does."""
         most = MOST_UNPACKED + UNPACKED_PER_BYTE * self.size
         if region.messages is None and self.unpacked + region.size > most:
-            raise refused(self.path, "too-much", f"its {self.size:,} bytes unpack to more than the {most:,} allowed")
+            raise refusal(self.path, "too-much", f"its {self.size:,} bytes unpack to more than the {most:,} allowed")
 
     def note(self, region: Region, messages: int) -> None:
         """Count what a region holds, once."""
@@ -303,7 +303,7 @@ class Catalogue:
             self.data_end = span
         elif span.opcode in ENTERED:
             content = bytes_at(stream, span)
-            self._record(span, parsed(content), content)
+            self._record(span, parse_record(content), content)
 
     def _record(self, span: RecordSpan, record: McapRecord | None, content: bytes) -> None:
         if isinstance(record, Header):
@@ -380,8 +380,8 @@ def read_catalogue(path: Path, stream: BinaryIO, *, strict: bool = True) -> Cata
     stream.seek(0)
     if stream.read(len(MAGIC)) != MAGIC:
         if not catalogue.size:
-            raise refused(path, "not-mcap", "it is empty", "record it or copy it again")
-        raise refused(path, "not-mcap", "it is not an MCAP file")
+            raise refusal(path, "not-mcap", "it is empty", "record it or copy it again")
+        raise refusal(path, "not-mcap", "it is not an MCAP file")
     record = RecordSpan(0, 0, len(MAGIC))
     for record in record_spans(stream):
         catalogue.enter(stream, record)

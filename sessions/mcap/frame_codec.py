@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from sessions.errors import SessionFileError
 from sessions.mcap.container import Catalogue, MessageRecord
 from sessions.mcap.metadata import MAX_BODIES
-from sessions.mcap.refusals import TOO_MANY, refused
+from sessions.mcap.refusals import TOO_MANY, refusal
 from sessions.mcap.schemas import TF, TRACKING, WORLD, message_class
 from sessions.mcap.unpacking import MessageTable, rows_at
 from sessions.model.samples import Frames, Status, absent_samples
@@ -321,7 +321,7 @@ class FrameDecoder:
         rows, notes = self._frames_and_notes(table)
         size = table.end[rows] - table.start[rows]
         if len(size) and size.max() > MESSAGE_BYTES:
-            raise self._refused(f"a message on /tf takes {size.max()} bytes, more than the {MESSAGE_BYTES} allowed")
+            raise self._refusal(f"a message on /tf takes {size.max()} bytes, more than the {MESSAGE_BYTES} allowed")
         pending = self._notes_of(table, rows, notes)
         at_once = max(1, CELLS_AT_ONCE // max(1, len(self._columns)))
         for start in range(0, len(rows), at_once):
@@ -344,7 +344,7 @@ class FrameDecoder:
             appearance.count += len(times)
         self._samples_left -= shape[0] * shape[1]
         if self._samples_left < 0:
-            raise self._refused(f"it has more frames of {shape[1]} bodies than a file of its size holds", "too-much")
+            raise self._refusal(f"it has more frames of {shape[1]} bodies than a file of its size holds", "too-much")
         sample, position, quaternion, status = absent_samples(*shape)
         for body, column in zip(samples, columns, strict=True):
             sample[body.rows, column] = body.sample_ns if body.stamped else stamp[body.rows]
@@ -405,7 +405,7 @@ class FrameDecoder:
             transforms = self._transforms(payload)
             left -= len(transforms)
             if left < 0:
-                raise self._refused(TOO_MANY, "too-much")
+                raise self._refusal(TOO_MANY, "too-much")
             taken = set[str]()
             for step, transform in enumerate(transforms):
                 name = transform.child_frame_id
@@ -428,35 +428,35 @@ class FrameDecoder:
         try:
             transforms = FrameTransforms.FromString(payload).transforms
         except DecodeError:
-            raise self._refused("a message on /tf is no foxglove.FrameTransforms") from None
+            raise self._refusal("a message on /tf is no foxglove.FrameTransforms") from None
         if len(transforms) > MOST_TRANSFORMS:
-            raise self._refused(f"a message on /tf holds {len(transforms)} bodies", "too-much")
+            raise self._refusal(f"a message on /tf holds {len(transforms)} bodies", "too-much")
         return transforms
 
     def _times(self, seconds: NDArray[np.int64], nanos: NDArray[np.int64]) -> NDArray[np.int64]:
         limit = (1 << 63) // SECOND_NS - 2
         if not -limit < seconds.min() <= seconds.max() < limit:
-            raise self._refused("a transform is stamped beyond the year 2262")
+            raise self._refusal("a transform is stamped beyond the year 2262")
         return seconds * SECOND_NS + nanos
 
     def _count(self, more: int) -> None:
         """Count what messages hold beyond a sample of each body."""
         self._samples_left -= more
         if self._samples_left < 0:
-            raise self._refused(TOO_MANY, "too-much")
+            raise self._refusal(TOO_MANY, "too-much")
 
     def _column(self, parent: str, name: str) -> int:
         self._parent = parent if self._parent is None else self._parent
         if parent != self._parent and self._strict:
             what = f"/tf holds transforms with parents {self._parent!r} and {parent!r}, and a session has one world"
-            raise self._refused(what, "unknown-frame")
+            raise self._refusal(what, "unknown-frame")
         if name not in self._columns:
             if not self._grow:
-                raise self._refused(
+                raise self._refusal(
                     f"/tf holds body {name!r}, which metadata vrlab.bodies does not list", "unlisted-body"
                 )
             if len(self._columns) == MAX_BODIES:
-                raise self._refused(f"/tf holds more than {MAX_BODIES} bodies", "too-much")
+                raise self._refusal(f"/tf holds more than {MAX_BODIES} bodies", "too-much")
             self._columns[name] = len(self._columns)
         return self._columns[name]
 
@@ -477,7 +477,7 @@ class FrameDecoder:
             try:
                 message = message_class("Tracking").FromString(payload)
             except DecodeError:
-                raise self._refused("a message on /tracking is no vrlab.Tracking") from None
+                raise self._refusal("a message on /tracking is no vrlab.Tracking") from None
             if len(self._notes) >= MAX_BODIES:
                 self._notes.clear()
             self._notes[payload] = [(body.name, body.status) for body in message.bodies]
@@ -487,8 +487,8 @@ class FrameDecoder:
             if column is not None and status[column] != Status.ABSENT and value in _NOTED:
                 status[column] = value
 
-    def _refused(self, what: str, code: str = "bad-message") -> SessionFileError:
-        return refused(self._catalogue.path, code, what)
+    def _refusal(self, what: str, code: str = "bad-message") -> SessionFileError:
+        return refusal(self._catalogue.path, code, what)
 
 
 def _identity(table: MessageTable, row: int) -> _Identity:

@@ -10,7 +10,7 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 
-from sessions.mcap.refusals import refused
+from sessions.mcap.refusals import refusal
 from sessions.mcap.schemas import PROFILE
 
 SESSION_RECORD, BODIES_RECORD = "vrlab.session", "vrlab.bodies"
@@ -85,14 +85,14 @@ def names_of(record: Mapping[str, str] | None, where: Path) -> tuple[str, ...]:
     except (ValueError, RecursionError):  # brackets may be nested deeper than the stack
         names = None
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names) or len(set(names)) < len(names):
-        raise refused(where, "bad-names", f"metadata {BODIES_RECORD} does not list different names")
+        raise refusal(where, "bad-names", f"metadata {BODIES_RECORD} does not list different names")
     if len(names) > MAX_BODIES:
         what = f"metadata {BODIES_RECORD} lists {len(names)} bodies; {MAX_BODIES} are allowed"
-        raise refused(where, "too-much", what)
+        raise refusal(where, "too-much", what)
     return tuple(names)
 
 
 def check_version(profile: str, where: Path) -> None:
     """Refuse a file of our profile that is of another version."""
     if profile != PROFILE:
-        raise refused(where, "unknown-version", f"it is of profile {profile!r} and this program reads {PROFILE!r}")
+        raise refusal(where, "unknown-version", f"it is of profile {profile!r} and this program reads {PROFILE!r}")

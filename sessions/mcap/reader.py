@@ -16,11 +16,11 @@ from google.protobuf.message import DecodeError
 from mcap.records import Attachment
 
 from sessions.errors import MeshFileError, SceneError, SessionError, SessionFileError, TornFileError, WrongInputError
-from sessions.input_files import opened, read_text
+from sessions.input_files import open_input, read_text
 from sessions.mcap import annotations, metadata, schemas
-from sessions.mcap.container import Region, bytes_at, parsed, read_catalogue
+from sessions.mcap.container import Region, bytes_at, parse_record, read_catalogue
 from sessions.mcap.frame_codec import FrameDecoder
-from sessions.mcap.refusals import refused
+from sessions.mcap.refusals import refusal
 from sessions.mcap.schemas import PROFILE_FAMILY, TF, TRACKING
 from sessions.mcap.unpacking import MessageTable, read_region, together
 from sessions.mcap.writer import SCENE_FILE
@@ -42,7 +42,7 @@ class McapFile:
     def __init__(self, path: Path, *, strict: bool = True) -> None:
         self.path = path
         self.refused: list[tuple[SessionFileError, str]] = []
-        with opened(path, "session file", SessionFileError) as stream:
+        with open_input(path, "session file", SessionFileError) as stream:
             self.catalogue = read_catalogue(path, stream, strict=strict)
         # The regions that speak of channels which no record outside chunks has declared are unpacked now.
         with self.path.open("rb") as stream:
@@ -117,7 +117,7 @@ class McapFile:
         if name not in self.catalogue.attachments:
             return None
         with self.path.open("rb") as stream:
-            record = parsed(bytes_at(stream, self.catalogue.attachments[name]))
+            record = parse_record(bytes_at(stream, self.catalogue.attachments[name]))
         assert isinstance(record, Attachment)
         return bytes(record.data)
 
@@ -174,7 +174,7 @@ def read_session(path: str | Path, *, scene: str | Path | None = None) -> Sessio
     if file.catalogue.tear is not None:
         if file.catalogue.is_import:
             what = f"it is cut short at byte {file.catalogue.tear} and no session"
-            raise refused(path, "no-poses", what)
+            raise refusal(path, "no-poses", what)
         raise TornFileError(
             f"{path} is cut short at byte {file.catalogue.tear} and has no index; save what is there with "
             "`replay recover`"
@@ -260,10 +260,10 @@ def attached_mesh(file: McapFile, name: str, expected: str) -> MeshData:
     """The mesh of a body; ``expected`` is its SHA-256."""
     data = file.attachment(metadata.mesh_file(name))
     if data is None:
-        raise refused(file.path, "mesh-unreadable", f"the mesh of {name!r} is not in the file")
+        raise refusal(file.path, "mesh-unreadable", f"the mesh of {name!r} is not in the file")
     if (digest := hashlib.sha256(data).hexdigest()) != expected:
         what = f"the mesh of {name!r} is not the one that was recorded (SHA-256 {digest[:12]!r}, not {expected[:12]!r})"
-        raise refused(file.path, "mesh-hash", what)
+        raise refusal(file.path, "mesh-hash", what)
     return _mesh(file, data)
 
 
@@ -273,7 +273,7 @@ def _mesh(file: McapFile, data: bytes) -> MeshData:
     try:
         return mesh_from_bytes(data, "glb")
     except MeshFileError as error:
-        raise _coded(file, error.code, error) from None
+        raise _refusal_of_file(file, error.code, error) from None
 
 
 def attached_colliders(file: McapFile) -> dict[str, tuple[MeshData, ...]]:
@@ -296,10 +296,10 @@ def attached_scene(file: McapFile) -> Scene:
     try:
         return parse_scene(data.decode("utf-8", errors="replace"), SCENE_FILE)
     except SessionError as error:
-        raise _coded(file, "bad-scene", error) from None
+        raise _refusal_of_file(file, "bad-scene", error) from None
 
 
-def _coded(file: McapFile, code: str, error: SessionError) -> SessionFileError:
+def _refusal_of_file(file: McapFile, code: str, error: SessionError) -> SessionFileError:
     """Turns an error in a part of a file into a refusal of the file."""
     failure = SessionFileError(f"{file.path}: {error}")
     failure.code = code
@@ -337,7 +337,7 @@ def read_topic(where: Path, topic: str, messages: Messages, last_ns: int = 0) ->
     try:
         return _TOPIC_READERS[schemas.topic_key(topic)](messages, last_ns)
     except (DecodeError, ValueError, OverflowError, SessionError):
-        raise refused(where, "bad-message", f"a message on {topic} is not what its schema says") from None
+        raise refusal(where, "bad-message", f"a message on {topic} is not what its schema says") from None
 
 
 def _items(file: McapFile, topic: str) -> Any:

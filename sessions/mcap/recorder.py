@@ -29,7 +29,7 @@ from sessions.model.event import Event, Interval, LiveContact
 from sessions.model.samples import GazeTrack, HandTrack, Samples, ScalarTrack, Status, Track
 from sessions.model.scene import Scene
 from sessions.model.session import mesh_of
-from sessions.whole_files import abandoned, locks
+from sessions.whole_files import is_abandoned, locks
 
 if TYPE_CHECKING:
     from sessions.model.session import MeshLike
@@ -337,7 +337,7 @@ def partial_file(path: Path, *, overwrite: bool) -> BinaryIO:
     if path.exists() and not overwrite:
         raise SessionFileError(f"{path} is there already; give another name, or overwrite=True to replace it")
     try:
-        if overwrite and abandoned(partial):
+        if overwrite and is_abandoned(partial):
             partial.unlink()
         stream = partial.open("xb")
     except FileExistsError:

@@ -38,7 +38,7 @@ TOO_MANY: Final = "its messages hold more bodies than those of a file of its siz
 """Of what is too much, the one sentence of all who count bodies in messages."""
 
 
-def refused(path: Path | str, code: str, what: str, cure: str = "") -> SessionFileError:
+def refusal(path: Path | str, code: str, what: str, cure: str = "") -> SessionFileError:
     """One sentence about a file, with the cure, which is that of the code where no other is given."""
     error = SessionFileError(f"{path}: {what}; {cure or CURES[code].replace(FILE, str(path))}")
     error.code, error.what = code, what

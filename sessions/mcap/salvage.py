@@ -20,9 +20,18 @@ from mcap.writer import Writer
 from numpy.typing import NDArray
 
 from sessions.errors import SessionError, SessionFileError
-from sessions.input_files import opened
+from sessions.input_files import open_input
 from sessions.mcap import metadata
-from sessions.mcap.container import Catalogue, Region, add, bytes_at, finish, parsed, read_catalogue, started_writer
+from sessions.mcap.container import (
+    Catalogue,
+    Region,
+    add,
+    bytes_at,
+    finish,
+    parse_record,
+    read_catalogue,
+    started_writer,
+)
 from sessions.mcap.frame_codec import MESSAGE_BYTES, FrameDecoder
 from sessions.mcap.reader import is_session_topic, load_streams, read_session, read_topic
 from sessions.mcap.refusals import brief
@@ -85,7 +94,7 @@ def recover(path: str | Path, out: str | Path, *, overwrite: bool = False) -> Re
     if source.exists() and target.exists() and target.samefile(source):
         raise SessionFileError(f"{out} is the damaged file itself; name another file to write")
     check_free(target, SessionFileError, force=overwrite)
-    with opened(source, "session file", SessionFileError) as stream:
+    with open_input(source, "session file", SessionFileError) as stream:
         declared = read_catalogue(source, stream, strict=False)
         with whole_file(target, SessionFileError, overwrite=overwrite) as file:
             result = _written(declared, stream, file, target)
@@ -122,7 +131,7 @@ def _written(declared: Catalogue, stream: BinaryIO, file: BinaryIO, target: Path
     for region in declared.regions:
         kept.add(stream, region)
     if not kept.regions and not attachments:
-        raise _nothing(declared.path, next(iter(kept.lost), "there is no chunk in it"))
+        raise _nothing_to_save(declared.path, next(iter(kept.lost), "there is no chunk in it"))
     if not own:
         declared.check_pose_channels()
     listed: tuple[str, ...] = ()
@@ -152,7 +161,7 @@ def _written(declared: Catalogue, stream: BinaryIO, file: BinaryIO, target: Path
     finish(writer)
     file.flush()
     if why := refusal_of(Path(file.name)):
-        raise _nothing(declared.path, why)
+        raise _nothing_to_save(declared.path, why)
     return result
 
 
@@ -179,7 +188,7 @@ def _losses(
         yield f"it was never closed: what was recorded after{last} may be missing"
 
 
-def _nothing(source: Path, why: str) -> SessionFileError:
+def _nothing_to_save(source: Path, why: str) -> SessionFileError:
     return SessionFileError(f"nothing in {source} can be saved: {why}")
 
 
@@ -275,7 +284,7 @@ def _attachments(declared: Catalogue, stream: BinaryIO, hashes: dict[str, str]) 
     keep = {}
     for name, record in declared.attachments.items():
         content = bytes_at(stream, record)
-        made = parsed(content)
+        made = parse_record(content)
         assert isinstance(made, Attachment)
         right = any(content[-4:]) or hashes.get(name) in (None, hashlib.sha256(made.data).hexdigest())
         if right and _reads(name, made.data):

@@ -19,8 +19,8 @@ from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 
 from sessions.errors import SessionFileError
-from sessions.mcap.container import HEAD, LENGTH_BEFORE_DATA, MESSAGE_HEADER, Catalogue, Region, bytes_at, parsed
-from sessions.mcap.refusals import refused
+from sessions.mcap.container import HEAD, LENGTH_BEFORE_DATA, MESSAGE_HEADER, Catalogue, Region, bytes_at, parse_record
+from sessions.mcap.refusals import refusal
 
 _MESSAGE = np.dtype(
     [("opcode", "u1"), ("length", "<u8"), ("channel", "<u2"), ("sequence", "<u4"), ("log", "<u8"), ("publish", "<u8")]
@@ -68,13 +68,13 @@ def together(tables: Iterable[MessageTable]) -> Iterator[MessageTable]:
     for table in tables:
         pending.append(table)
         if sum(len(item.data) for item in pending) >= JOINED_BYTES:
-            yield _joined(pending)
+            yield _joined_messages(pending)
             pending = []
     if pending:
-        yield _joined(pending)
+        yield _joined_messages(pending)
 
 
-def _joined(tables: list[MessageTable]) -> MessageTable:
+def _joined_messages(tables: list[MessageTable]) -> MessageTable:
     if len(tables) == 1:
         return tables[0]
     columns = {name: np.concatenate([getattr(table, name) for table in tables]) for name in _COLUMNS}
@@ -90,18 +90,18 @@ def read_region(stream: BinaryIO, region: Region, catalogue: Catalogue) -> Messa
     catalogue.check_unpacked(region)
     data = bytes_at(stream, region.span)
     if region.is_chunk:
-        chunk = parsed(data)
+        chunk = parse_record(data)
         assert isinstance(chunk, Chunk)
         try:
-            data = unpacked(chunk.data, chunk.compression, chunk.uncompressed_size)
+            data = unpack_chunk(chunk.data, chunk.compression, chunk.uncompressed_size)
         except (zstandard.ZstdError, RuntimeError, ValueError) as error:
-            raise _damaged(catalogue, region, str(error)) from None
+            raise _damage_error(catalogue, region, str(error)) from None
         if chunk.uncompressed_crc and zlib.crc32(data) != chunk.uncompressed_crc:
-            raise _damaged(catalogue, region, "its checksum is wrong")
-    return listed(data, region, catalogue)
+            raise _damage_error(catalogue, region, "its checksum is wrong")
+    return messages_of_region(data, region, catalogue)
 
 
-def unpacked(packed: bytes, compression: str, size: int) -> bytes:
+def unpack_chunk(packed: bytes, compression: str, size: int) -> bytes:
     """The ``size`` bytes that a chunk declares: the one place where data of a file is unpacked.
 
     Never takes the memory of more than that. Raises ``zstandard.ZstdError``, ``RuntimeError`` or ``ValueError``: it
@@ -133,11 +133,11 @@ _UNPACK: dict[str, Callable[[bytes, int], bytes]] = {
 }
 
 
-def _damaged(catalogue: Catalogue, region: Region, why: str) -> SessionFileError:
-    return refused(catalogue.path, "damaged-chunk", f"the chunk at byte {region.span.start} is damaged ({why})")
+def _damage_error(catalogue: Catalogue, region: Region, why: str) -> SessionFileError:
+    return refusal(catalogue.path, "damaged-chunk", f"the chunk at byte {region.span.start} is damaged ({why})")
 
 
-def listed(data: bytes, region: Region, catalogue: Catalogue) -> MessageTable:
+def messages_of_region(data: bytes, region: Region, catalogue: Catalogue) -> MessageTable:
     """The messages in a region's unpacked bytes; schemas and channels among them go to the catalogue.
 
     A record that is longer than the rest is an error.
@@ -153,19 +153,19 @@ def listed(data: bytes, region: Region, catalogue: Catalogue) -> MessageTable:
         if opcode == message:
             if len(starts) >= most:
                 what = f"its {catalogue.size:,} bytes hold more than {catalogue.messages + most:,} messages"
-                raise refused(catalogue.path, "too-much", what)
+                raise refusal(catalogue.path, "too-much", what)
             starts.append(at)
         else:
             catalogue.declare(data[at:end])
         at = end
     if at != size:
-        raise _damaged(catalogue, region, f"the record {at} bytes into it has an impossible length")
+        raise _damage_error(catalogue, region, f"the record {at} bytes into it has an impossible length")
     catalogue.note(region, len(starts))
     begin = np.array(starts, dtype=np.int64)
     table = rows_at(np.frombuffer(data, dtype=np.uint8), begin, MESSAGE_HEADER.size).view(_MESSAGE)[:, 0]
     log, publish = table["log"].astype(np.int64), table["publish"].astype(np.int64)
     if len(log) and min(log.min(), publish.min()) < 0:
-        raise _damaged(catalogue, region, "a stamp in it is beyond the year 2262")
+        raise _damage_error(catalogue, region, "a stamp in it is beyond the year 2262")
     start, end = begin + MESSAGE_HEADER.size, begin + head_size + table["length"].astype(np.int64)
     channel, sequence = table["channel"].astype(np.int64), table["sequence"].astype(np.int64)
     return MessageTable(data, start, end, channel, sequence, log, publish)

@@ -53,7 +53,7 @@ def matrix_of_axes_text(text: str) -> tuple[Array, bool] | None:
     if not matrix[UP].any():
         raise SessionError(f"axes {text!r} do not say which axis is up; write for example 'x forward, y up'")
     is_left = handed is not None and (handed[1] == "left" or handed[2] == "l")
-    completed = _completed(matrix, determinant=-1 if is_left else 1)
+    completed = _completed_matrix(matrix, determinant=-1 if is_left else 1)
     if handed is not None and np.linalg.det(completed) * (-1 if is_left else 1) < 0:
         stated = "left" if is_left else "right"
         raise SessionError(f"axes {text!r} are not {stated}-handed; leave the handedness out, or mend an axis")
@@ -68,7 +68,7 @@ def _named_directions(text: str) -> list[tuple[str, str, str]]:
     return _AXIS_FIRST.findall(text)
 
 
-def _completed(matrix: Array, determinant: int) -> Array:
+def _completed_matrix(matrix: Array, determinant: int) -> Array:
     """The matrix with its empty rows filled so that it has this determinant; a full one as it is."""
     full = matrix.copy()
     if not full[RIGHT].any() and not full[BACK].any():

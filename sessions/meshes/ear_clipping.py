@@ -44,7 +44,7 @@ class Cut:
     covers: bool
 
 
-def clipped(points: Array) -> Cut:
+def clip_ears(points: Array) -> Cut:
     """Return the triangles of a polygon in the plane, (n, 2) with n >= 3, in the sense of its corners.
 
     First a triangle flatter than rounding counts as flat: corners on a straight edge are then cut without slivers where
@@ -129,9 +129,9 @@ class _Clipper:
         if self._side(previous, corner, following) <= 0:
             return False
         ear = previous, corner, following
-        return not any(self._blocks(other, ear) for other in self._near(ear) if other not in ear)
+        return not any(self._blocks(other, ear) for other in self._corners_in_box(ear) if other not in ear)
 
-    def _near(self, ear: Triangle) -> Iterable[int]:
+    def _corners_in_box(self, ear: Triangle) -> Iterable[int]:
         """Corners that are left and lie within the box about a triangle; of few corners all."""
         if len(self._left) <= FEW_CORNERS:
             return self._left

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sessions.errors import EmptyMeshError, MeshFileError
-from sessions.geometry.rotations import rotated
-from sessions.mesh_data import MeshData, concatenated
+from sessions.geometry.rotations import rotated_vectors
+from sessions.mesh_data import MeshData, concatenated_meshes
 from sessions.meshes.glb_file import DRACO, INSTANCING, MOST_FACES, REFUSED, VISIBILITY, GlbFile, Row, at
 
 Array = NDArray[np.float64]
@@ -69,7 +69,7 @@ class GlbTree:
     def whole(self) -> MeshData:
         """All surfaces where their nodes put them; a skin where its joints do, whatever its own node says."""
         self._refuse_levels(surface.node for surface in self.surfaces)
-        mesh = _joined(self.in_frame(np.eye(4), surface) for surface in self._in_file_order())
+        mesh = _joined_meshes(self.in_frame(np.eye(4), surface) for surface in self._in_file_order())
         if mesh is None:
             raise EmptyMeshError("the file holds no triangle; export the surface as triangles")
         return mesh
@@ -88,7 +88,7 @@ class GlbTree:
         own = (surface for surface in surfaces if surface.node == home or not self.is_collider(surface))
         cut = [piece for surface in own for piece in _cut(surface) if home in self.above(piece[0])]
         self._refuse_levels(node for node, _ in cut)
-        return _joined(mesh.transformed(from_world @ self.poses[node]) for node, mesh in cut)
+        return _joined_meshes(mesh.transformed(from_world @ self.poses[node]) for node, mesh in cut)
 
     def _refuse_levels(self, nodes: Iterable[int]) -> None:
         """Refuse to join levels of detail: engines draw one of them at a time."""
@@ -136,20 +136,25 @@ def _cut(surface: Surface) -> list[tuple[int, MeshData]]:
     if surface.joint is None or surface.to_joint is None:
         return [(surface.node, surface.mesh)]
     return [
-        (node, MeshData(*_used(surface.mesh.vertices, surface.mesh.faces[surface.joint == node])).transformed(matrix))
+        (
+            node,
+            MeshData(*_used_vertices(surface.mesh.vertices, surface.mesh.faces[surface.joint == node])).transformed(
+                matrix
+            ),
+        )
         for node, matrix in surface.to_joint.items()
         if (surface.joint == node).any()
     ]
 
 
-def _used(vertices: Array, faces: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
+def _used_vertices(vertices: Array, faces: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
     kept, numbers = np.unique(faces, return_inverse=True)
     return vertices[kept], numbers.reshape(-1, 3)
 
 
-def _joined(meshes: Iterable[MeshData]) -> MeshData | None:
+def _joined_meshes(meshes: Iterable[MeshData]) -> MeshData | None:
     surfaces = [*meshes]
-    return concatenated(surfaces) if surfaces else None
+    return concatenated_meshes(surfaces) if surfaces else None
 
 
 def rigid_of(pose: Array) -> Array:
@@ -217,7 +222,7 @@ class _Reader:
             raise MeshFileError(f"a mesh of it holds more than {MOST_FACES:,} faces; export a coarser one")
         primitives = ((self._faces(primitive), primitive) for primitive in row["primitives"])
         weights = row.get("weights") or ()
-        return _joined(
+        return _joined_meshes(
             MeshData(self._positions(primitive, weights), faces) for faces, primitive in primitives if len(faces)
         )
 
@@ -314,7 +319,7 @@ class _Skin:
         each_face = len(mesh.faces), 3 * joints.shape[1]
         dominant = _heaviest(joints[mesh.faces].reshape(each_face), weights[mesh.faces].reshape(each_face))
         to_joint = dict(zip(self._joints.tolist(), self._inverse, strict=True))
-        return Surface(node, order, mesh, self._joints[dominant], to_joint, self._posed(mesh, joints, weights))
+        return Surface(node, order, mesh, self._joints[dominant], to_joint, self._posed_skin(mesh, joints, weights))
 
     def _influences(self, attributes: Row, count: int) -> tuple[Indices, Array]:
         """Joints and weights of each vertex, (v, k); weights add up to one, all that are zero mean the first joint."""
@@ -329,7 +334,7 @@ class _Skin:
         weights[sums[:, 0] == 0, 0] = 1.0
         return joints, weights / np.where(sums == 0, 1.0, sums)
 
-    def _posed(self, mesh: MeshData, joints: Indices, weights: Array) -> MeshData:
+    def _posed_skin(self, mesh: MeshData, joints: Indices, weights: Array) -> MeshData:
         points = np.zeros_like(mesh.vertices)
         mirrored = 0.0
         for column in range(joints.shape[1]):
@@ -363,7 +368,7 @@ def _local(node: Row, *, unit_rotations: bool) -> Array:
         raise MeshFileError("a node has a rotation without length; export it again")
     if not abs(length - 1.0) <= ROTATION_TOLERANCE:
         raise MeshFileError(f"a node has a rotation of length {length:.4g} in place of 1; export it again")
-    pose[:3, :3] = rotated(quaternion / length if unit_rotations else quaternion, np.eye(3)).T
+    pose[:3, :3] = rotated_vectors(quaternion / length if unit_rotations else quaternion, np.eye(3)).T
     pose[:3, :3] *= node.get("scale", (1.0, 1.0, 1.0))
     pose[:3, 3] = node.get("translation", (0.0, 0.0, 0.0))
     return pose

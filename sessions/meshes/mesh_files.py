@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sessions.errors import EmptyMeshError, MeshFileError
 from sessions.input_files import read_bytes
-from sessions.mesh_data import MeshData, concatenated, has_consistent_winding, least_area
+from sessions.mesh_data import MeshData, concatenated_meshes, has_consistent_winding, least_area
 from sessions.meshes.glb_tree import GlbTree, read_glb
 from sessions.meshes.obj_file import read_obj
 from sessions.meshes.off_file import read_off
@@ -94,12 +94,12 @@ def _read(data: bytes, kind: str, node: str) -> tuple[NDArray[np.float64], NDArr
     return _read_with_trimesh(plain_stl(data) if kind == "stl" else data, kind)
 
 
-def united(meshes: Sequence[MeshData]) -> MeshData:
+def united_mesh(meshes: Sequence[MeshData]) -> MeshData:
     """Return the closed surface of the union of closed meshes; raises `MeshFileError` when one is not closed."""
     return _boolean(meshes, lambda a, b: a + b)
 
 
-def subtracted(mesh: MeshData, others: Sequence[MeshData]) -> MeshData:
+def subtracted_mesh(mesh: MeshData, others: Sequence[MeshData]) -> MeshData:
     """Return the closed ``mesh`` without the insides of ``others``; raises `MeshFileError` when one is not closed."""
     return _boolean([mesh, *others], lambda a, b: a - b)
 
@@ -121,7 +121,7 @@ def hull(mesh: MeshData) -> MeshData:
     return mesh if solid.is_empty() else _from_manifold(solid)
 
 
-def refined(mesh: MeshData, length: float) -> MeshData:
+def refined_mesh(mesh: MeshData, length: float) -> MeshData:
     """Return the closed mesh with edges split to about ``length`` metres; the surface stays where it is.
 
     The thinnest triangles of a seam, split and rounded to float32, can lose their area: then the seam is simplified
@@ -137,7 +137,7 @@ def refined(mesh: MeshData, length: float) -> MeshData:
     return fine
 
 
-def simplified(mesh: MeshData, tolerance: float) -> MeshData:
+def simplified_mesh(mesh: MeshData, tolerance: float) -> MeshData:
     """Return the closed mesh with fewer faces, its surface moved by less than ``tolerance`` metres."""
     return _from_manifold(_to_manifold(mesh).simplify(tolerance))
 
@@ -189,7 +189,7 @@ def _read_with_trimesh(data: bytes, kind: str) -> tuple[NDArray[np.float64], NDA
     ]
     if not meshes:
         raise EmptyMeshError(NO_TRIANGLE)
-    whole = concatenated(meshes)
+    whole = concatenated_meshes(meshes)
     return whole.vertices, whole.faces
 
 

@@ -40,7 +40,7 @@ class Match:
     sentence: str
 
 
-def guessed(mesh: MeshData, what: str) -> tuple[float, str]:
+def guessed_unit(mesh: MeshData, what: str) -> tuple[float, str]:
     """Metres per unit, and what was assumed; no words where metres make sense.
 
     A file names no unit (a GLB is in metres, if its exporter kept to the format). Of metres, centimetres and
@@ -82,7 +82,7 @@ def _unlikeliness(size: float) -> float:
     return max(size / USUAL_M, USUAL_M / size)
 
 
-def matched(
+def match_meshes(
     path: Path, names: Sequence[str], scales: Mapping[str, float] = MappingProxyType({})
 ) -> tuple[dict[str, Match], list[str]]:
     """Body -> its mesh among the files of a folder, or the nodes of one GLB; and which bodies have none.
@@ -94,7 +94,7 @@ def matched(
 
     Raises MeshFileError: no folder and no GLB, or no mesh file in it.
     """
-    offered = [*_offered(path)]
+    offered = [*_offered_meshes(path)]
     if not offered:
         raise MeshFileError(f"{path} holds no mesh; name a folder of {', '.join(FILE_TYPES)} files, or a GLB")
     matches, notes = {}, []
@@ -109,7 +109,7 @@ def matched(
         mesh = load_mesh(file, 1.0, node)
         what = f"{file.name}, node {node}" if node else file.name
         scale = scales.get(name, scales.get(""))
-        factor, assumed = (scale, "") if scale is not None else guessed(mesh, what)
+        factor, assumed = (scale, "") if scale is not None else guessed_unit(mesh, what)
         phrases = [f"{name}: {what}", "" if _plain(label) == _plain(name) else "a like name", assumed]
         text = "; ".join(phrase for phrase in phrases if phrase)
         matches[name] = Match(MeshData(mesh.vertices * factor, mesh.faces), file, node, factor, text)
@@ -121,7 +121,7 @@ Offer = tuple[str, Path, str]
 """Name, file, node."""
 
 
-def _offered(path: Path) -> Iterator[Offer]:
+def _offered_meshes(path: Path) -> Iterator[Offer]:
     if not path.is_dir():
         check_regular(path, "mesh file", MeshFileError)
     files = sorted(path.rglob("*"))[:MOST_FILES] if path.is_dir() else [path]

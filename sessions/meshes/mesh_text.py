@@ -42,23 +42,23 @@ def numbers(text: bytes, where: str) -> NDArray[np.float64]:
 
     ``where`` it stands, for the ``MeshFileError`` about a word that is no number.
     """
-    return _parsed(text, np.float64, where, "number")
+    return _parse_numbers(text, np.float64, where, "number")
 
 
 def whole_numbers(text: bytes, where: str) -> NDArray[np.int64]:
     """Return the whole numbers of a text, (n,) int64; errors as in ``numbers``."""
-    return _parsed(text, np.int64, where, "whole number")
+    return _parse_numbers(text, np.int64, where, "whole number")
 
 
-def _parsed(text: bytes, kind: type[np.generic], where: str, noun: str) -> NDArray[Any]:
-    values = _converted(text, kind)
+def _parse_numbers(text: bytes, kind: type[np.generic], where: str, noun: str) -> NDArray[Any]:
+    values = _numbers_of_text(text, kind)
     if values is not None:
         return values
-    bad = next((word for word in text.split() if _converted(word, kind) is None), text)
-    raise MeshFileError(f"{where} holds {quoted(bad)}, which is no {noun}; export it again")
+    bad = next((word for word in text.split() if _numbers_of_text(word, kind) is None), text)
+    raise MeshFileError(f"{where} holds {quoted_word(bad)}, which is no {noun}; export it again")
 
 
-def _converted(text: bytes, kind: type[np.generic]) -> NDArray[Any] | None:
+def _numbers_of_text(text: bytes, kind: type[np.generic]) -> NDArray[Any] | None:
     """The numbers of a text, one for each word of it; ``None`` where a word is no number.
 
     NumPy's parser takes no underscore, comma or hexadecimal digit. But it reads ``1.5.5`` and ``1-2`` as two numbers
@@ -88,6 +88,6 @@ def _word_count(text: bytes) -> int:
     return int(np.count_nonzero(is_first))
 
 
-def quoted(word: bytes) -> str:
+def quoted_word(word: bytes) -> str:
     """Return a word of a file as it may stand in a sentence: in quotes, cut after 40 letters, escaped."""
     return repr(word[:40].decode("latin-1") + "..." * (len(word) > 40))

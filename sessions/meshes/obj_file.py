@@ -48,7 +48,7 @@ def read_obj(data: bytes) -> PolygonMesh:
     corners = _Numbers(whole_numbers, "a face")
     sizes, vertices_before = array("q"), array("q")
     lines = ascii_text(data).splitlines()
-    for number, line in _joined(lines) if b"\\" in data else enumerate(lines, start=1):
+    for number, line in _joined_lines(lines) if b"\\" in data else enumerate(lines, start=1):
         tokens = (line.partition(b"#")[0] if b"#" in line else line).split()
         if not tokens:
             continue
@@ -80,7 +80,7 @@ def _from_zero(corners: Indices, vertices_before: Indices) -> Indices:
     return indices
 
 
-def _joined(lines: Iterable[bytes]) -> Iterator[tuple[int, bytes]]:
+def _joined_lines(lines: Iterable[bytes]) -> Iterator[tuple[int, bytes]]:
     """The number of each line and the line, with those that it goes on in where it holds numbers alone."""
     numbered = enumerate(lines, start=1)
     for number, line in numbered:

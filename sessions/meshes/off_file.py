@@ -9,7 +9,7 @@ import re
 from typing import Final
 
 from sessions.errors import EmptyMeshError, MeshFileError
-from sessions.meshes.mesh_text import ascii_text, numbers, quoted, whole_numbers
+from sessions.meshes.mesh_text import ascii_text, numbers, quoted_word, whole_numbers
 from sessions.meshes.polygons import PolygonMesh
 
 KEYWORD: Final = re.compile(rb"(ST)?(C)?(N)?(4)?(n)?OFF")
@@ -58,6 +58,6 @@ def _counts(lines: list[list[bytes]]) -> tuple[int, int]:
     if len(first) < 2:
         raise MeshFileError("it does not say how many vertices and faces it holds; export it again")
     if len(first) > 3 or not all(word.isdigit() for word in first):
-        raise MeshFileError(f"it does not begin as an OFF but with {quoted(b' '.join(first))}; export it again")
+        raise MeshFileError(f"it does not begin as an OFF but with {quoted_word(b' '.join(first))}; export it again")
     vertices, faces = whole_numbers(b" ".join(first[:2]), "the count of vertices and faces").tolist()
     return vertices, faces

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from sessions.errors import MeshFileError
-from sessions.meshes.mesh_text import ascii_text, quoted
+from sessions.meshes.mesh_text import ascii_text, quoted_word
 from sessions.meshes.ply_body import BinaryBody, Body, Element, Indices, Property, TextBody
 from sessions.meshes.polygons import PolygonMesh
 
@@ -145,7 +145,7 @@ def _property(kinds: Sequence[str], name: str) -> Property:
 
 
 def _unknown(tokens: Sequence[str]) -> MeshFileError:
-    return MeshFileError(f"its header says {quoted(' '.join(tokens).encode('latin-1'))}; export it again")
+    return MeshFileError(f"its header says {quoted_word(' '.join(tokens).encode('latin-1'))}; export it again")
 
 
 def _polygons(sizes: Indices, corners: Indices) -> Surface:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from sessions.errors import EmptyMeshError, MeshFileError
 from sessions.geometry.orientation import orientation
 from sessions.mesh_data import checked_vertices
-from sessions.meshes.ear_clipping import FEW_CORNERS, FLAT, clipped
+from sessions.meshes.ear_clipping import FEW_CORNERS, FLAT, clip_ears
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -73,7 +73,7 @@ class PolygonMesh:
                 if pairs > MOST_CORNER_PAIRS:
                     raise MeshFileError(f"it has concave faces of {size:,} corners; export the surface as triangles")
                 for row in concave.tolist():
-                    triangles[row] = polygons[row][_clipped(vertices[polygons[row]])]
+                    triangles[row] = polygons[row][_ear_clipped_triangles(vertices[polygons[row]])]
                 faces[first_faces[block][:, None] + np.arange(size - 2)] = triangles
         return vertices, faces
 
@@ -135,7 +135,7 @@ def _winds_alike(points: Array) -> NDArray[np.bool_]:
     return (is_upright | is_repeated).all(axis=1)
 
 
-def _clipped(points: Array) -> Indices:
+def _ear_clipped_triangles(points: Array) -> Indices:
     """Triangles (n - 2, 3) of the corners of one polygon (n, 3), by the first projection in which it can be cut.
 
     Where none can, for corners that lie on each other or edges that cross, the fan stays, if no triangle of it winds
@@ -145,7 +145,7 @@ def _clipped(points: Array) -> Indices:
     normal = np.abs(np.cross(spokes[:-1], spokes[1:]).sum(axis=0))
     axes = np.argsort(-normal, kind="stable")
     for axis in axes[normal[axes] > 0]:
-        cut = clipped(np.delete(points, axis, axis=1))
+        cut = clip_ears(np.delete(points, axis, axis=1))
         if cut.covers:
             return np.array(cut.triangles, dtype=np.int64)
     flat = np.delete(points, axes[0], axis=1)
@@ -153,4 +153,4 @@ def _clipped(points: Array) -> Indices:
     sides = {orientation(first, a, b) for a, b in pairwise(others)}
     if not {1, -1} <= sides:
         return _fan(np.arange(len(points))[None])[0]
-    return np.array(clipped(flat).triangles, dtype=np.int64)
+    return np.array(clip_ears(flat).triangles, dtype=np.int64)

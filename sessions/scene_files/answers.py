@@ -90,12 +90,14 @@ def known_convention(assumptions: Sequence[Assumption], facts: Mapping[str, str]
     return next(named, pose_convention(facts).name)
 
 
-def answered(session: Session, assumption: Assumption, value: str) -> Session:
+def with_answer(session: Session, assumption: Assumption, value: str) -> Session:
     """Returns the recording with another value of one of its assumptions, which its user said.
 
     Raises SessionError: a value that the assumption cannot have, or one that no recording can be changed to.
     """
-    return _changed(session, assumption, assumption.answered(value, _description(session, assumption, value)))
+    return _with_changed_assumption(
+        session, assumption, assumption.answered(value, _description(session, assumption, value))
+    )
 
 
 def with_answers_forgotten(session: Session) -> tuple[Session, int]:
@@ -104,7 +106,9 @@ def with_answers_forgotten(session: Session) -> tuple[Session, int]:
     # Axes of poses last: what a mesh was taken for depends on them.
     for row in sorted(recording_assumptions(session), key=lambda row: row.subject is Subject.POSE_AXES):
         if row.guessed_value:
-            session = _changed(session, row, row.unanswered(_description(session, row, row.guessed_value)))
+            session = _with_changed_assumption(
+                session, row, row.unanswered(_description(session, row, row.guessed_value))
+            )
             forgotten += 1
     return session, forgotten
 
@@ -118,7 +122,7 @@ def _description(session: Session, assumption: Assumption, value: str) -> str:
     return ""
 
 
-def _changed(session: Session, before: Assumption, after: Assumption) -> Session:
+def _with_changed_assumption(session: Session, before: Assumption, after: Assumption) -> Session:
     """The recording with one assumption in place of another."""
     rows = recording_assumptions(session)
     if before not in rows:
@@ -133,7 +137,7 @@ def _changed(session: Session, before: Assumption, after: Assumption) -> Session
         return _in_usual_unit(with_pose_axes(session, before, after), before.value, after.value)
     elif before.subject is Subject.MESH_UNIT:
         scale = UNITS[after.value] / UNITS[before.value]
-        meshes = {name: _scaled(session.meshes[name], scale) for name in before.bodies}
+        meshes = {name: _scaled_mesh(session.meshes[name], scale) for name in before.bodies}
         changed = replace(session, meshes={**session.meshes, **meshes})
     elif before.subject is Subject.LENGTH_UNIT:
         scaled = _scaled_poses(session, UNITS[after.value] / UNITS[before.value])
@@ -151,7 +155,7 @@ def _in_usual_unit(session: Session, before: str, after: str) -> Session:
     for row in recording_assumptions(session):
         if row.subject is Subject.LENGTH_UNIT and row.origin is Origin.GUESS and row.value == was != unit:
             others = [other for other in row.alternatives if other != unit]
-            return _changed(session, row, replace(row, value=unit, alternatives=(unit, *others)))
+            return _with_changed_assumption(session, row, replace(row, value=unit, alternatives=(unit, *others)))
     return session
 
 
@@ -192,7 +196,7 @@ def _rotated_meshes(session: Session, before: Assumption, axes: str) -> dict[str
     return {**session.meshes, **rotated}
 
 
-def _scaled(mesh: MeshData, scale: float) -> MeshData:
+def _scaled_mesh(mesh: MeshData, scale: float) -> MeshData:
     return MeshData(mesh.vertices * scale, mesh.faces)
 
 

@@ -54,7 +54,9 @@ def with_pose_axes(session: Session, before: Assumption, after: Assumption) -> S
         rows.append(changed)
     facts = {**_facts(session.facts, after, new), ASSUMPTIONS_FACT: assumptions_fact(rows)}
     moved = replace(session, meshes=meshes, colliders=colliders, facts=facts)
-    return replace(moved, source=_moved(session.frames, old, new), fast_tracks=_moved_tracks(session, old, new))
+    return replace(
+        moved, source=_frames_in_axes(session.frames, old, new), fast_tracks=_moved_tracks(session, old, new)
+    )
 
 
 def follows_its_poses(before: Session, after: Session) -> bool:
@@ -84,7 +86,7 @@ def _mesh_axes(row: Assumption, poses: Convention) -> Assumption:
     )
 
 
-def _moved(frames: Frames, old: Convention, new: Convention) -> Frames:
+def _frames_in_axes(frames: Frames, old: Convention, new: Convention) -> Frames:
     return Frames(
         frames.names,
         frames.stamp_ns,

@@ -127,7 +127,7 @@ def with_source(session: Session, source: SceneSource, text: str, path: Path) ->
     complete = replace(complete, facts={**complete.facts, ASSUMPTIONS_FACT: assumptions_fact(assumed)})
     notes = [f"scene of {source.format}: {sentence}" for sentence in source.notes]
     notes += [f"scene of {source.format}: not taken: {sentence}" for sentence in dict.fromkeys(source.left_out)]
-    complete = replace(complete, facts=_converted(complete, notes))
+    complete = replace(complete, facts=_converted_meshes(complete, notes))
     return with_colliders(complete, path.parent)
 
 
@@ -166,7 +166,7 @@ def with_collider_file(session: Session, colliders: ColliderFile, axes: str = CO
     rotated = {
         name: tuple(in_body_axes(solid, axes, poses) for solid in solids) for name, solids in colliders.solids.items()
     }
-    return replace(session, colliders=rotated, facts=_converted(session, [colliders.sentence]))
+    return replace(session, colliders=rotated, facts=_converted_meshes(session, [colliders.sentence]))
 
 
 def scene_meshes(scene: Scene, folder: str | Path = ".") -> dict[str, MeshData]:
@@ -207,10 +207,10 @@ def with_meshes(session: Session, meshes: Mapping[str, MeshData], notes: Sequenc
     """The session with these meshes; a body that has one is no stand-in any more. ``notes`` joins its conversions."""
     bodies = tuple(_bare(body) if body.id in meshes else body for body in session.scene.bodies)
     scene = session.scene if bodies == session.scene.bodies else replace(session.scene, bodies=bodies, text="")
-    return replace(session, meshes={**session.meshes, **meshes}, scene=scene, facts=_converted(session, notes))
+    return replace(session, meshes={**session.meshes, **meshes}, scene=scene, facts=_converted_meshes(session, notes))
 
 
-def _converted(session: Session, notes: Sequence[str]) -> dict[str, str]:
+def _converted_meshes(session: Session, notes: Sequence[str]) -> dict[str, str]:
     before = session.facts.get("conversions", "none")
     return {**session.facts, "conversions": "; ".join([*([before] if before != "none" else []), *notes]) or "none"}
 

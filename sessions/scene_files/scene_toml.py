@@ -82,8 +82,8 @@ def scene_and_faults(text: str, file: str, recorded: Scene | None = None) -> tup
         name=name,
         bodies=bodies,
         groups=groups,
-        pairs=None if pairs is None else _selected(pairs, named),
-        ignore=_selected(ignore or [], named),
+        pairs=None if pairs is None else _selected_pairs(pairs, named),
+        ignore=_selected_pairs(ignore or [], named),
         effects=None if effects is None else tuple(_effect(table, named) for table in effects),
         colliders=colliders,
         space_radius=space_radius,
@@ -296,7 +296,7 @@ def _check_bodies(bodies: tuple[SceneBody, ...], whole: TomlTable) -> None:
             whole.refuse(f"{label}: its parents lead back to itself; a joint needs a first body")
 
 
-def _selected(tables: list[TomlTable], bodies: Selected) -> tuple[tuple[str, str], ...]:
+def _selected_pairs(tables: list[TomlTable], bodies: Selected) -> tuple[tuple[str, str], ...]:
     chosen: dict[frozenset[str], tuple[str, str]] = {}
     pairs = 0
     for table in tables:

@@ -21,10 +21,10 @@ import numpy as np
 
 from sessions.errors import MeshFileError, SceneError, SceneSourceError
 from sessions.geometry.shapes import make_shape
-from sessions.mesh_data import MeshData, concatenated
+from sessions.mesh_data import MeshData, concatenated_meshes
 from sessions.meshes.glb_tree import read_glb, read_glb_mesh, rigid_of
 from sessions.scene_formats.body_names import distinct_names, repeated_names
-from sessions.scene_formats.round_shapes import ROUND_FACES, tapered
+from sessions.scene_formats.round_shapes import ROUND_FACES, tapered_shape
 from sessions.scene_formats.safe_files import MOST_FILE_BYTES, SceneFiles
 from sessions.scene_formats.scene_source import (
     Matrix,
@@ -53,7 +53,7 @@ def read_gltf(path: Path, files: SceneFiles) -> SceneSource:
     data = files.read(path, str(path))
     try:
         if data[:4] != b"glTF":
-            data = _packed(json.loads(data.decode("utf-8-sig")), path, files)
+            data = _pack_as_glb(json.loads(data.decode("utf-8-sig")), path, files)
         length = struct.unpack_from("<I", data, 12)[0]
         return _Reader(json.loads(data[20 : 20 + length]), data).scene(path)
     except SceneSourceError:
@@ -64,7 +64,7 @@ def read_gltf(path: Path, files: SceneFiles) -> SceneSource:
         raise SceneSourceError(f"{path} is no readable glTF ({error}); export it again") from error
 
 
-def _packed(document: Row, path: Path, files: SceneFiles) -> bytes:
+def _pack_as_glb(document: Row, path: Path, files: SceneFiles) -> bytes:
     """A glTF as GLB: the files of its buffers are read, and put into it."""
     total = 0
     for buffer in document.get("buffers", ()):
@@ -192,7 +192,7 @@ class _Reader:
             return None
         surfaces = surface_meshes(drawn, colliding, Surface.AUTO)
         moves = motion.get("type") != STATIC
-        return SourceBody(name, concatenated(surfaces), tuple(colliding), frame, moves, mass=motion.get("mass"))
+        return SourceBody(name, concatenated_meshes(surfaces), tuple(colliding), frame, moves, mass=motion.get("mass"))
 
     def _nearest(self, number: int, physics: Mapping[int, tuple[str, Row]]) -> int:
         """The nearest body at a node or above it, or -1."""
@@ -216,7 +216,9 @@ class _Reader:
                 solid, is_hull, missing = _shape(kind, word, inner), False, f"a shape {word!r}"
         else:
             # Of the drafts one names a mesh, the other a node that holds it.
-            solid = self._mesh(int(geometry["mesh"])) if "mesh" in geometry else self._below(geometry.get("node"))
+            solid = (
+                self._mesh(int(geometry["mesh"])) if "mesh" in geometry else self._meshes_below(geometry.get("node"))
+            )
             is_hull, missing = bool(geometry.get("convexHull")), "it names no shape with a triangle"
         if solid is None:
             self.left_out.append(f"the collider of node {name!r}: {missing}")
@@ -229,14 +231,14 @@ class _Reader:
     def _mesh(self, number: int) -> MeshData | None:
         return read_glb_mesh(self._data, number) if number >= 0 else None
 
-    def _below(self, node: int | None) -> MeshData | None:
+    def _meshes_below(self, node: int | None) -> MeshData | None:
         """All meshes of a node and below it, in its own frame; the node need not hang in the scene."""
         if node is None:
             return None
         tree = self._tree if node in self._tree.reached else read_glb(self._data, root=node, unit_rotations=True)
         surfaces = [surface for surface in tree.surfaces if node in tree.above(surface.node)]
         meshes = [tree.in_frame(tree.poses[node], surface) for surface in surfaces]
-        return concatenated(meshes) if meshes else None
+        return concatenated_meshes(meshes) if meshes else None
 
 
 DEFAULTS: Final = {KHR: (0.25, 0.5, 0.5), OMI: (0.5, 1.0, 2.0)}
@@ -266,7 +268,7 @@ def _round_shape(kind: str, word: str, row: Row) -> MeshData | None:
     if "radius" in row:
         # A file of an older draft: its height is that of the whole.
         return make_shape(word, {"radius": float(row["radius"]), "length": height}, ROUND_FACES)
-    return tapered(word, height, float(row.get("radiusBottom", radius)), float(row.get("radiusTop", radius)))
+    return tapered_shape(word, height, float(row.get("radiusBottom", radius)), float(row.get("radiusTop", radius)))
 
 
 def _meet(first: Row | None, second: Row | None) -> bool:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from sessions.errors import SceneSourceError
 from sessions.geometry.shapes import make_shape
-from sessions.mesh_data import MeshData, concatenated
+from sessions.mesh_data import MeshData, concatenated_meshes
 from sessions.scene_formats.mjcf_files import check_mjcf
 from sessions.scene_formats.safe_files import SceneFiles
 from sessions.scene_formats.scene_source import (
@@ -79,7 +79,7 @@ def scene_of(model: Any, surface: Surface) -> SceneSource:
     for number, name in enumerate(names):
         geoms = range(*_geoms(model, number).indices(model.ngeom))
         colliding = [geom for geom in geoms if geom in in_pairs or _has_mask(model, geom)]
-        left_out += _refused(model, name, colliding)
+        left_out += _refused_geoms(model, name, colliding)
         taken = [geom for geom in geoms if _kind(model, geom) not in NOT_TAKEN]
         colliding = [geom for geom in taken if geom in colliding]
         if not colliding:
@@ -99,7 +99,7 @@ def scene_of(model: Any, surface: Surface) -> SceneSource:
         pose[:3, :3], pose[:3, 3] = data.xmat[number].reshape(3, 3), data.xpos[number]
         bodies[name] = SourceBody(
             name=name,
-            mesh=concatenated(surfaces),
+            mesh=concatenated_meshes(surfaces),
             colliders=solids,
             pose=pose,
             moves=bool(model.body_weldid[number]),
@@ -115,7 +115,7 @@ def scene_of(model: Any, surface: Surface) -> SceneSource:
     disable = mujoco.mjtDisableBit
     if model.opt.disableflags & (disable.mjDSBL_CONTACT | disable.mjDSBL_CONSTRAINT):
         left_out.append("the flag that switches all contacts off: pairs are tested")
-    return SceneSource("MJCF", bodies, tuple(_excluded(model, names, bodies)), tuple(left_out), Y_UP_OF_Z_UP)
+    return SceneSource("MJCF", bodies, tuple(_excluded_pairs(model, names, bodies)), tuple(left_out), Y_UP_OF_Z_UP)
 
 
 def body_names(model: Any) -> list[str]:
@@ -142,7 +142,7 @@ def geom_mesh(model: Any, geom: int) -> MeshData:
         sphere = make_shape("sphere", {"radius": 1.0}, ROUND_FACES)
         scale = size if kind == "ELLIPSOID" else np.full(3, size[0])
         mesh = MeshData(sphere.vertices * scale, sphere.faces)
-    return mesh.transformed(_placed(model.geom_pos[geom], model.geom_quat[geom]))
+    return mesh.transformed(_placement(model.geom_pos[geom], model.geom_quat[geom]))
 
 
 def _faces(model: Any, geom: int) -> int:
@@ -150,7 +150,7 @@ def _faces(model: Any, geom: int) -> int:
     return int(model.mesh_facenum[model.geom_dataid[geom]]) if _kind(model, geom) == "MESH" else ROUND_FACES
 
 
-def _placed(position: NDArray[np.float64], quaternion_wxyz: NDArray[np.float64]) -> Matrix:
+def _placement(position: NDArray[np.float64], quaternion_wxyz: NDArray[np.float64]) -> Matrix:
     mujoco, rotation = mujoco_of(), np.empty(9)
     mujoco.mju_quat2Mat(rotation, quaternion_wxyz)
     matrix = np.eye(4)
@@ -163,7 +163,7 @@ def _kind(model: Any, geom: int) -> str:
     return name.removeprefix("mjGEOM_")
 
 
-def _refused(model: Any, name: str, geoms: Sequence[int]) -> Iterator[str]:
+def _refused_geoms(model: Any, name: str, geoms: Sequence[int]) -> Iterator[str]:
     for geom in geoms:
         word = NOT_TAKEN.get(_kind(model, geom))
         if word is not None:
@@ -181,7 +181,7 @@ def _has_mask(model: Any, geom: int) -> bool:
     return bool(model.geom_contype[geom] or model.geom_conaffinity[geom])
 
 
-def _excluded(model: Any, names: Sequence[str], bodies: dict[str, SourceBody]) -> Iterator[tuple[str, str]]:
+def _excluded_pairs(model: Any, names: Sequence[str], bodies: dict[str, SourceBody]) -> Iterator[tuple[str, str]]:
     """Pairs that MuJoCo never tests: named, of a body and its parent, and of geoms whose masks do not meet.
 
     Geoms that the model pairs by name are tested in spite of all that.

@@ -11,7 +11,7 @@ from sessions.scene_formats.scene_source import convex_hull
 ROUND_FACES: Final = 4000
 
 
-def tapered(shape: str, height: float, lower: float, upper: float) -> MeshData | None:
+def tapered_shape(shape: str, height: float, lower: float, upper: float) -> MeshData | None:
     """A ``capsule`` or ``cylinder`` with the radii of its lower and upper end; of two radii the hull of both ends.
 
     ``height``: of a cylinder the whole, of a capsule that between the middles of its ends. An end of radius 0 is a

@@ -27,7 +27,7 @@ class SceneFiles:
 
     def inside(self, path: Path, named: str) -> Path:
         """The path of a file of the scene, links followed; ``named``: as the scene names it."""
-        real = _resolved(path)
+        real = _resolved_path(path)
         if real is None:
             raise SceneSourceError(f"{named} is no path to a file: a link to itself, or too long; correct the scene")
         if not real.is_relative_to(self.root):
@@ -50,12 +50,12 @@ class SceneFiles:
 
     def is_within(self, path: Path) -> bool:
         """Whether a path leads into the scene's folder, to a file or not."""
-        real = _resolved(path)
+        real = _resolved_path(path)
         return real is not None and real.is_relative_to(self.root)
 
     def exists(self, path: Path) -> bool:
         """Whether something stands at a path, within the folder or outside."""
-        real = _resolved(path)
+        real = _resolved_path(path)
         return real is not None and real.exists()
 
     def read(self, path: Path, named: str) -> bytes:
@@ -82,7 +82,7 @@ class SceneFiles:
         return element
 
 
-def _resolved(path: Path) -> Path | None:
+def _resolved_path(path: Path) -> Path | None:
     """The path with its links followed; ``None``: it leads to itself, or no system can open it."""
     try:
         real = path.resolve()

@@ -19,7 +19,7 @@ import numpy as np
 
 from sessions.errors import MeshFileError, SceneError, SceneSourceError
 from sessions.geometry.shapes import make_shape
-from sessions.mesh_data import MeshData, concatenated
+from sessions.mesh_data import MeshData, concatenated_meshes
 from sessions.meshes.mesh_files import load_mesh
 from sessions.scene_formats.safe_files import SceneFiles
 from sessions.scene_formats.scene_source import (
@@ -63,7 +63,7 @@ def read_urdf(path: Path, files: SceneFiles, surface: Surface) -> SceneSource:
         raise SceneSourceError(f"yourdfpy does not read {path}: {error}; correct it") from error
     left_out = [f"the soft body {child.get('name', '')!r}" for child in document if child.tag in SOFT]
     bodies, faces = dict[str, SourceBody](), 0
-    moving = _moving(joints)
+    moving = _moving_links(joints)
     for link in model.robot.links:
         drawn = [*_meshes(link.name, elements[link.name].findall("visual"), path, files, left_out)]
         colliding = [*_meshes(link.name, elements[link.name].findall("collision"), path, files, left_out)]
@@ -76,7 +76,7 @@ def read_urdf(path: Path, files: SceneFiles, surface: Surface) -> SceneSource:
         pose = np.array(poses[link.name], dtype=np.float64)
         kind = chosen_surface(drawn, colliding, surface)
         bodies[link.name] = SourceBody(
-            link.name, concatenated(surfaces), solids, pose, link.name in moving, mass=mass, surface=kind
+            link.name, concatenated_meshes(surfaces), solids, pose, link.name in moving, mass=mass, surface=kind
         )
     joined = [(joint.parent, joint.child) for joint in model.robot.joints]
     excluded = tuple(pair for pair in joined if bodies.keys() >= {*pair})
@@ -113,7 +113,7 @@ def _poses(model: Any, joints: Sequence[Any]) -> dict[str, Matrix]:
     return poses
 
 
-def _moving(joints: Iterable[Any]) -> set[str]:
+def _moving_links(joints: Iterable[Any]) -> set[str]:
     """Links that a joint moves, itself or by a link above; the joints come from the root on."""
     moving = set[str]()
     for joint in joints:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sessions.errors import MeshFileError, SceneError, SceneSourceError
-from sessions.mesh_data import MeshData, concatenated
+from sessions.mesh_data import MeshData, concatenated_meshes
 from sessions.meshes.glb_tree import rigid_of
 from sessions.scene_formats.body_names import distinct_names, repeated_names
 from sessions.scene_formats.safe_files import SceneFiles
@@ -275,7 +275,7 @@ class _Reader:
         kind = "" if geometry.drawn == geometry.colliding else chosen_surface(drawn, colliding, self._surface)
         return SourceBody(
             name=name,
-            mesh=concatenated(surfaces),
+            mesh=concatenated_meshes(surfaces),
             colliders=tuple(colliding),
             pose=frame,
             moves=self._is_body(geometry.prim),

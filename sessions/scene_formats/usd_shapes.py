@@ -13,7 +13,7 @@ from sessions.errors import MeshFileError, SceneError
 from sessions.geometry.shapes import make_shape
 from sessions.mesh_data import MeshData
 from sessions.meshes.polygons import PolygonMesh
-from sessions.scene_formats.round_shapes import ROUND_FACES, tapered
+from sessions.scene_formats.round_shapes import ROUND_FACES, tapered_shape
 from sessions.scene_formats.scene_source import convex_hull
 
 Array = NDArray[np.float64]
@@ -133,7 +133,7 @@ def _shape(prim: Any, time: Any, scale: Array) -> MeshData:
     along = "XYZ".index(axis)
     height = _number(prim, "height", time) * float(scale[along])
     lower, upper = (radius * float(np.delete(scale, along).max()) for radius in _radii(prim, kind, time))
-    solid = tapered("capsule" if kind.startswith("Capsule") else "cylinder", height, lower, upper)
+    solid = tapered_shape("capsule" if kind.startswith("Capsule") else "cylinder", height, lower, upper)
     if solid is None:
         raise SceneError(f"a {kind} without a height or a radius")
     return MeshData(solid.vertices @ FROM_Y[axis].T, solid.faces)

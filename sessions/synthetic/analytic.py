@@ -15,11 +15,11 @@ from sessions.geometry.solids import box, pointed_ball
 from sessions.mesh_data import MeshData
 from sessions.model.constants import HEADSET_HZ
 from sessions.model.session import Session
-from sessions.synthetic.assembly import MADE_UP, START_NS, Recording, recorded
+from sessions.synthetic.assembly import MADE_UP, START_NS, Recording, record_paths
 from sessions.synthetic.motion_profiles import MotionProfile, Swing, passes
 from sessions.synthetic.paths import Path, Poses, Standing
 from sessions.synthetic.rng import random_stream
-from sessions.synthetic.truth import Level, Pair, PlantedEpisode, Truth, levelled, ordered
+from sessions.synthetic.truth import Level, Pair, PlantedEpisode, Truth, levelled_episodes, ordered_pair
 
 # Poses near 1 m and vertices near 0.1 m are rounded to 1e-16 m; ten thousand times that also covers the rounding of
 # stamps to nanoseconds at 4 m/s (4e-9 m).
@@ -50,7 +50,7 @@ def ball_plate(rng: np.random.Generator, seconds: float) -> AnalyticCase:
     return AnalyticCase(
         {"ball": pointed_ball(BALL), "plate": box((0.5, plate, 0.5))},
         {"ball": on_axis(1, profile), "plate": Standing((0.0, -plate / 2.0, 0.0))},
-        {ordered("ball", "plate"): lambda level: profile.between(-plate - BALL - level, BALL + level, seconds)},
+        {ordered_pair("ball", "plate"): lambda level: profile.between(-plate - BALL - level, BALL + level, seconds)},
     )
 
 
@@ -62,7 +62,7 @@ def fast_ball(rng: np.random.Generator, seconds: float) -> AnalyticCase:
     return AnalyticCase(
         {"ball": pointed_ball(ball), "wall": box((0.2, wall, 0.2))},
         {"ball": on_axis(1, profile), "wall": Standing((0.0, 0.0, 0.0))},
-        {ordered("ball", "wall"): within(profile, wall / 2.0 + ball, seconds)},
+        {ordered_pair("ball", "wall"): within(profile, wall / 2.0 + ball, seconds)},
     )
 
 
@@ -101,14 +101,14 @@ def make_analytic(
         raise SessionError(f"no analytic session {name!r}; there are: {', '.join(cases)}")
     case = cases[name](random_stream(seed, "analytic", name), seconds)
     how = Recording(seed=seed, rate_hz=rate_hz, seconds=seconds, noise=noise, jitter=jitter)
-    observed = recorded(case.paths, how)
+    observed = record_paths(case.paths, how)
     facts = {"synthetic": name, "seed": str(seed), "noise": noise, "jitter": jitter, **MADE_UP}
     session = Session.from_tracks(observed.tracks(), meshes=case.meshes, facts=facts)
     pose_error = ROUNDING_M + (how.tracker.margin(case.lever, len(case.meshes)) if how.tracker else 0.0)
     episodes: list[PlantedEpisode] = []
     for kind, table in (("contact", case.contact), ("contained", case.contained)):
         for pair, level in table.items():
-            episodes += levelled(pair, kind, level, pose_error, case.tessellation, (how.latency_s, seconds))
+            episodes += levelled_episodes(pair, kind, level, pose_error, case.tessellation, (how.latency_s, seconds))
     truth = Truth(name, seed, START_NS, seconds, noise, episodes, observed.facts)
     return session, truth
 
@@ -118,7 +118,7 @@ def within(profile: MotionProfile, reach: float, seconds: float) -> Level:
     return lambda level: profile.between(-(reach + level), reach + level, seconds)
 
 
-def unturned(times: Array) -> Array:
+def identity_rotations(times: Array) -> Array:
     """Identity quaternions (..., 4), one a time."""
     return np.broadcast_to(np.array(IDENTITY), (*times.shape, 4)).copy()
 
@@ -129,6 +129,6 @@ def on_axis(axis: int, profile: MotionProfile) -> Path:
     def path(times: Array) -> Poses:
         position = np.zeros((*times.shape, 3))
         position[..., axis] = profile(times)
-        return position, unturned(times)
+        return position, identity_rotations(times)
 
     return path

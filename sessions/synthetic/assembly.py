@@ -12,7 +12,7 @@ from sessions.model.constants import HEADSET_HZ
 from sessions.model.samples import Track
 from sessions.synthetic.paths import Path, Poses
 from sessions.synthetic.rng import random_stream
-from sessions.synthetic.tracker import VIVE, TrackerNoise, disturbed, planned_losses, with_losses
+from sessions.synthetic.tracker import VIVE, TrackerNoise, disturbed_poses, planned_losses, with_losses
 from sessions.synthetic.truth import Fact, Interval
 
 # 2024-03-01 09:00 UTC: an absolute start shows at once where somebody turns stamps into float seconds (0.2 us lost).
@@ -95,7 +95,7 @@ class Recorded:
         return {name: Track(clock, *poses, self.valid.get(name)) for name, poses in all_poses.items()}
 
 
-def recorded(
+def record_paths(
     paths: Mapping[str, Path], how: Recording, *, keep: Mapping[str, Sequence[Interval]] | None = None
 ) -> Recorded:
     """Sample paths as a tracker would: late by the latency, at rest until then.
@@ -113,7 +113,7 @@ def recorded(
         if noise is None:
             poses[name] = clean
             continue
-        noisy = disturbed(clean, times, noise, random_stream(how.seed, "tracker noise", name))
+        noisy = disturbed_poses(clean, times, noise, random_stream(how.seed, "tracker noise", name))
         rng = random_stream(how.seed, "tracking loss", name)
         losses = planned_losses(how.seconds, noise, rng, (keep or {}).get(name, ()))
         poses[name], valid[name] = with_losses(noisy, times, losses, noise)

@@ -14,10 +14,10 @@ from sessions.geometry.shapes import make_shape
 from sessions.model.constants import HEADSET_HZ
 from sessions.model.scene import Scene, SceneBody
 from sessions.model.session import Session
-from sessions.synthetic.analytic import unturned
-from sessions.synthetic.assembly import MADE_UP, START_NS, Recording, recorded
+from sessions.synthetic.analytic import identity_rotations
+from sessions.synthetic.assembly import MADE_UP, START_NS, Recording, record_paths
 from sessions.synthetic.bench import BENCH_TOP, SIDES, STAND_M, Instruments, Placed, with_text
-from sessions.synthetic.paths import Path, Point, Poses, Standing, carried
+from sessions.synthetic.paths import Path, Point, Poses, Standing, carried_poses
 from sessions.synthetic.rng import random_stream
 from sessions.synthetic.truth import Truth
 
@@ -56,17 +56,19 @@ def make_crowded_lab(
     layout = Instruments({"bench": Placed("bench", faces=500, moves=False)} | glasses, faces)
     meshes = dict(layout.meshes)
     palm, finger = make_shape("box", PALM), make_shape("capsule", FINGER, 2_000)
-    observed = recorded({f"{side}-palm": _sweeping(side, random_stream(seed, NAME, side)) for side in SIDES}, how)
+    observed = record_paths(
+        {f"{side}-palm": _sweeping_palm(side, random_stream(seed, NAME, side)) for side in SIDES}, how
+    )
     times = observed.stamps.astype(np.float64) * 1e-9
     things = {
-        name: _trembling(position, times, random_stream(seed, NAME, name))
-        for name, position in zip(glasses, _packed(layout, list(glasses)), strict=True)
+        name: _trembling_glass(position, times, random_stream(seed, NAME, name))
+        for name, position in zip(glasses, _packed_positions(layout, list(glasses)), strict=True)
     }
     hands = []
     for side in SIDES:
         meshes[f"{side}-palm"] = palm
         for finger_name, offset in FINGERS.items():
-            things[f"{side}-{finger_name}"] = carried(observed.poses[f"{side}-palm"], offset)
+            things[f"{side}-{finger_name}"] = carried_poses(observed.poses[f"{side}-palm"], offset)
             meshes[f"{side}-{finger_name}"] = finger
         hands += [SceneBody(f"{side}-{finger_name}", group=side, tags=("hand",)) for finger_name in ("palm", *FINGERS)]
     scene = with_text(Scene(NAME, (*layout.bodies(), *hands)), ("A shaker full of glasses, and two hands of fingers.",))
@@ -75,7 +77,7 @@ def make_crowded_lab(
     return session, Truth(NAME, seed, START_NS, seconds, noise, (), observed.facts)
 
 
-def _packed(layout: Instruments, names: Sequence[str]) -> Iterator[Point]:
+def _packed_positions(layout: Instruments, names: Sequence[str]) -> Iterator[Point]:
     """The position of each glass: a row of its kind along x, `GAP_M` apart; rows behind one another."""
     depth = -0.25
     for row in range(len(ROWS)):
@@ -86,7 +88,7 @@ def _packed(layout: Instruments, names: Sequence[str]) -> Iterator[Point]:
         depth += deep / 2 + GAP_M
 
 
-def _trembling(center: Point, times: Array, rng: np.random.Generator) -> Poses:
+def _trembling_glass(center: Point, times: Array, rng: np.random.Generator) -> Poses:
     """A glass on the shaker: upright, in circles of its own phase."""
     rate, phase = rng.uniform(2.0, 4.0), rng.uniform(0.0, 2 * np.pi)
     position, rotation = Standing(center)(times)
@@ -95,7 +97,7 @@ def _trembling(center: Point, times: Array, rng: np.random.Generator) -> Poses:
     return position, rotation
 
 
-def _sweeping(side: str, rng: np.random.Generator) -> Path:
+def _sweeping_palm(side: str, rng: np.random.Generator) -> Path:
     """A palm that goes to and fro over the glasses and dips its fingers among them."""
     middle, phase = {"left": -0.15, "right": 0.15}[side], rng.uniform(0.0, 2 * np.pi)
 
@@ -103,6 +105,6 @@ def _sweeping(side: str, rng: np.random.Generator) -> Path:
         height = BENCH_TOP + 0.20 + 0.06 * np.sin(2 * np.pi * 0.7 * times + phase)
         x = middle + 0.1 * np.sin(2 * np.pi * 0.23 * times)
         z = 0.18 * np.sin(2 * np.pi * 0.17 * times + phase)
-        return np.stack([x, height, z], axis=-1), unturned(times)
+        return np.stack([x, height, z], axis=-1), identity_rotations(times)
 
     return path

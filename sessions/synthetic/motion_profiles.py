@@ -33,7 +33,9 @@ class Swing:
         last = math.acos(max(-1.0, lower_cosine)) / (2.0 * math.pi)
         periods = range(math.floor(-self.start / self.period) - 1, math.ceil((seconds - self.start) / self.period) + 1)
         spans = [span for k in periods for span in ((k + first, k + last), (k + 1 - last, k + 1 - first))]
-        return joined([(self.start + a * self.period, self.start + b * self.period) for a, b in spans], seconds)
+        return joined_intervals(
+            [(self.start + a * self.period, self.start + b * self.period) for a, b in spans], seconds
+        )
 
 
 @dataclass(frozen=True)
@@ -60,7 +62,7 @@ class Polyline:
             start, end = max(0.0, fractions[0]), min(1.0, fractions[1])
             if start <= end and lower <= upper:
                 spans.append((t0 + start * (t1 - t0), t0 + end * (t1 - t0)))
-        return joined(spans, seconds)
+        return joined_intervals(spans, seconds)
 
 
 MotionProfile = Swing | Polyline
@@ -70,7 +72,7 @@ MotionProfile = Swing | Polyline
 """
 
 
-def joined(spans: Iterable[Interval], seconds: float) -> list[Interval]:
+def joined_intervals(spans: Iterable[Interval], seconds: float) -> list[Interval]:
     """Intervals clipped to [0, seconds], in order, touching ones made one."""
     result: list[Interval] = []
     for start, end in sorted(spans):

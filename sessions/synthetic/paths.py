@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sessions.geometry.profile import solved
-from sessions.geometry.rotations import IDENTITY, Array, quaternion_product, rotated, slerp
+from sessions.geometry.profile import solve_rising
+from sessions.geometry.rotations import IDENTITY, Array, quaternion_product, rotated_vectors, slerp
 
 Point = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -43,7 +43,7 @@ def minimum_jerk_inverse(path_fraction: float) -> float:
     """Share of the time at which a minimum-jerk reach has come this share of its way."""
     if path_fraction in (0.0, 1.0):
         return path_fraction  # flat there: many times come within rounding of the end
-    return solved(lambda time: float(minimum_jerk(time)) - path_fraction, 0.0, 1.0)
+    return solve_rising(lambda time: float(minimum_jerk(time)) - path_fraction, 0.0, 1.0)
 
 
 def knock(time_fraction: ArrayLike) -> Array:
@@ -200,10 +200,10 @@ class Tremor:
         return self._amplitude * gate[..., None] * sway
 
 
-def carried(poses: Poses, offset_position: ArrayLike, offset_quaternion: ArrayLike = IDENTITY) -> Poses:
+def carried_poses(poses: Poses, offset_position: ArrayLike, offset_quaternion: ArrayLike = IDENTITY) -> Poses:
     """Poses of a thing rigidly held: its pose in the holder's frame is constant."""
     position, quaternion = poses
-    return position + rotated(quaternion, offset_position), quaternion_product(quaternion, offset_quaternion)
+    return position + rotated_vectors(quaternion, offset_position), quaternion_product(quaternion, offset_quaternion)
 
 
 @dataclass(frozen=True)
@@ -228,7 +228,7 @@ class OnHand:
 
     def __call__(self, _times: Array, hands: Mapping[str, Poses]) -> Poses:
         """Poses at these times."""
-        return carried(hands[self.hand], self.offset, self.rotation)
+        return carried_poses(hands[self.hand], self.offset, self.rotation)
 
 
 @dataclass(frozen=True)

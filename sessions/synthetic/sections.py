@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sessions.geometry.rotations import Array, rotated
+from sessions.geometry.rotations import Array, rotated_vectors
 from sessions.mesh_data import MeshData
 
 # Between two sections the surfaces are bounded by straight edges, so a finer step only narrows the gap between the
@@ -82,7 +82,7 @@ def approach(mover: MeshData, rotation: ArrayLike, target: MeshData, direction: 
     """
     forward = np.asarray(direction, dtype=np.float64)
     right = np.cross(forward, (0.0, 1.0, 0.0))
-    placed = _Posed(rotated(rotation, mover.vertices) + np.array([0.0, height, 0.0]), mover.faces)
+    placed = _Posed(rotated_vectors(rotation, mover.vertices) + np.array([0.0, height, 0.0]), mover.faces)
     other = _Posed(target.vertices, target.faces)
     lower, upper = max(placed.bottom, other.bottom), min(placed.top, other.top)
     if not lower < upper:

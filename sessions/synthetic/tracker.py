@@ -84,16 +84,16 @@ def _loss(rng: np.random.Generator, seconds: float, noise: TrackerNoise) -> Loss
     return Loss(start, start + length, settled, step)
 
 
-def disturbed(poses: Poses, times: Array, noise: TrackerNoise, rng: np.random.Generator) -> Poses:
+def disturbed_poses(poses: Poses, times: Array, noise: TrackerNoise, rng: np.random.Generator) -> Poses:
     """Poses with correlated noise added (latency is a matter of when the path is sampled)."""
-    wander = _correlated(times, noise.correlation_s, rng)
+    wander = _correlated_noise(times, noise.correlation_s, rng)
     sigma = noise.position_rms_m / np.sqrt(3.0)
     angle = np.radians(noise.rotation_rms_deg) / np.sqrt(3.0)
     position = poses[0] + sigma * wander[:, :3]
     return position, quaternion_product(poses[1], quaternion_from_vector(angle * wander[:, 3:]))
 
 
-def _correlated(times: Array, correlation_s: float, rng: np.random.Generator) -> Array:
+def _correlated_noise(times: Array, correlation_s: float, rng: np.random.Generator) -> Array:
     """Six series of unit variance whose correlation falls exponentially with the true time between samples."""
     fresh = rng.normal(size=(len(times), 6))
     keep = np.exp(-np.diff(times) / correlation_s)

@@ -100,7 +100,7 @@ class Truth:
 
     def of(self, a: str, b: str, kind: str = "contact") -> tuple[PlantedEpisode, ...]:
         """Episodes of one pair, in either order of names."""
-        pair = ordered(a, b)
+        pair = ordered_pair(a, b)
         return tuple(episode for episode in self.episodes if episode.pair == pair and episode.kind == kind)
 
     def seconds_of(self, stamps_ns: ArrayLike) -> NDArray[np.float64]:
@@ -122,7 +122,7 @@ class Truth:
         return answer
 
 
-def ordered(a: str, b: str) -> Pair:
+def ordered_pair(a: str, b: str) -> Pair:
     """Two body names as a sorted pair."""
     return (a, b) if a <= b else (b, a)
 
@@ -145,7 +145,7 @@ def write_truth(truth: Truth, path: str | Path) -> None:
         file.write(f"{text}\n".encode())
 
 
-def levelled(
+def levelled_episodes(
     pair: Pair, kind: str, level: Level, noise: float, tessellation: float, clock: tuple[float, float]
 ) -> list[PlantedEpisode]:
     """Episodes of a pair from its intervals at three levels.
@@ -156,7 +156,7 @@ def levelled(
     """
     near = noise + (tessellation if kind == "contained" else 0.0)
     deep = noise + (tessellation if kind == "contact" else 0.0)
-    possibly, nominal, surely = (_shifted(level(height), clock) for height in (near, 0.0, -deep))
+    possibly, nominal, surely = (_shifted_intervals(level(height), clock) for height in (near, 0.0, -deep))
     episodes: list[PlantedEpisode] = []
     for outer in possibly:
         within = [span for span in nominal if outer[0] <= span[0] and span[1] <= outer[1]]
@@ -168,7 +168,7 @@ def levelled(
     return episodes
 
 
-def _shifted(spans: list[Interval], clock: tuple[float, float]) -> list[Interval]:
+def _shifted_intervals(spans: list[Interval], clock: tuple[float, float]) -> list[Interval]:
     latency, seconds = clock
     late = [(start + latency if start > 0.0 else 0.0, min(end + latency, seconds)) for start, end in spans]
     return [span for span in late if span[0] <= seconds]

@@ -14,7 +14,7 @@ from support.small_worlds import cube
 from replay.engine import compute
 from sessions import MeshData, Session
 from sessions.model.scene import Pose, Scene, SceneBody
-from sessions.synthetic.tracker import VIVE, disturbed
+from sessions.synthetic.tracker import VIVE, disturbed_poses
 
 SECONDS, RATE_HZ, VISITS = 10, 90, 5
 SLAB, TOOL, GLASS = 0.4, 0.06, 0.08
@@ -59,7 +59,7 @@ def made_up(number):
     slab = np.tile([0.0, 0.0, -0.01], (len(times), 1)), still
     glass = np.tile([0.1, 0.0, GLASS / 2 + rng.uniform(-1e-4, 1e-4)], (len(times), 1)), still
     poses = {
-        name: disturbed(true, times, VIVE, np.random.default_rng([22, number, k]))
+        name: disturbed_poses(true, times, VIVE, np.random.default_rng([22, number, k]))
         for k, (name, true) in enumerate({"glass": glass, "slab": slab, "tool": tool}.items())
     }
     bodies = [SceneBody(name) for name in poses]

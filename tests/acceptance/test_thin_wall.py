@@ -11,7 +11,7 @@ from support.shapes import box_mesh
 
 from cdcore import Body, Motion, Verdict, create_detector
 from cdcore.protocol import counts_as_contact
-from replay.studies.stress.scenes import crossing
+from replay.studies.stress.scenes import crossing_motion
 
 CUBE, PLATE = Body("cube", box_mesh((0.005,) * 3)), Body("plate", box_mesh((0.2, 0.2, 0.001)))
 PHASES = (np.arange(1000) + 0.5) / 1000
@@ -19,7 +19,7 @@ PHASES = (np.arange(1000) + 0.5) / 1000
 
 def crossings(speed, aside=0.0):
     """1,000 crossings one after another, each from clear to clear; the motion, frames of each, and the last above."""
-    motion = crossing(speed, 1000, aside)
+    motion = crossing_motion(speed, 1000, aside)
     frames = len(motion) // 1000
     return motion, frames, frames // 2 - 1
 

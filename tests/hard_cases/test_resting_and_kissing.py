@@ -9,7 +9,7 @@ from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, interse
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.poses import rotation_from_quaternion
 from cdcore.protocol import counts_as_contact
-from replay.studies.stress.scenes import SCENES, meeting
+from replay.studies.stress.scenes import SCENES, meeting_faces
 
 ON_MESHES = ["hybrid", "static", "discrete", "exact"]
 UNDECIDED_INSIDE = ("open", "an edge of three faces")
@@ -68,7 +68,9 @@ def test_37_odd_mesh_changes_no_verdict_and_no_face_pair(name, odd):
         assert np.array_equal(verdict, scene.truth)
         partly = "partly: inside undecided: second has holes"
         assert detection.containment == (partly if odd in UNDECIDED_INSIDE else "decided",)
-        assert all(np.array_equal(detection.faces(t, 0), meeting(scene.bodies, scene.motion, t)) for t in range(3))
+        assert all(
+            np.array_equal(detection.faces(t, 0), meeting_faces(scene.bodies, scene.motion, t)) for t in range(3)
+        )
 
 
 @pytest.mark.sampled(2)

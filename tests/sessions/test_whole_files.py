@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from sessions.whole_files import abandoned, whole_file, whole_folder
+from sessions.whole_files import is_abandoned, whole_file, whole_folder
 
 
 class RefusalError(Exception):
@@ -68,7 +68,7 @@ class Watched(type(Path())):
     """A place that is written only by who holds it to the end."""
 
     def replace(self, target):
-        assert not abandoned(Path(self)), "another writer may remove it"
+        assert not is_abandoned(Path(self)), "another writer may remove it"
         return super().replace(target)
 
 

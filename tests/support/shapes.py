@@ -10,10 +10,10 @@ from replay.studies.stress.solids import (  # noqa: F401
     beaker_mesh,
     box_mesh,
     icosphere_mesh,
-    merged,
-    moved,
+    merge_meshes,
     revolved_mesh,
     rod_mesh,
+    shift_mesh,
 )
 
 

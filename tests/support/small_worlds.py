@@ -12,9 +12,9 @@ from sessions.geometry.solids import box, pointed_ball
 from sessions.model.scene import SceneBody
 from sessions.synthetic import analytic
 from sessions.synthetic.analytic import BALL, AnalyticCase, on_axis, within
-from sessions.synthetic.motion_profiles import Polyline, Swing, joined
+from sessions.synthetic.motion_profiles import Polyline, Swing, joined_intervals
 from sessions.synthetic.paths import Standing
-from sessions.synthetic.truth import ordered
+from sessions.synthetic.truth import ordered_pair
 
 STEP_NS = 10_000_000
 """One frame every 10 ms."""
@@ -138,7 +138,7 @@ def spinning_rod(rng, seconds):
     return AnalyticCase(
         {"rod": box((0.3, 2.0 * half_width, 2.0 * half_width)), "post": prism(sides, post, 0.1)},
         {"rod": path, "post": Standing((distance, 0.0, 0.0))},
-        {ordered("post", "rod"): contact},
+        {ordered_pair("post", "rod"): contact},
         tessellation=post * (1.0 - np.cos(np.pi / sides)),
         lever=0.15,
     )
@@ -154,18 +154,20 @@ def grazing_ball(rng, seconds):
     return AnalyticCase(
         {"ball": pointed_ball(BALL), "plate": box((0.5, plate, 0.5))},
         {"ball": on_axis(1, profile), "plate": Standing((0.0, -plate / 2.0, 0.0))},
-        {ordered("ball", "plate"): lambda level: profile.between(-BALL, BALL + level, seconds)},
+        {ordered_pair("ball", "plate"): lambda level: profile.between(-BALL, BALL + level, seconds)},
     )
 
 
 def ball_in_box(rng, seconds):
     """A ball inside a closed box comes out through one wall or the other: contained, contact, clear."""
-    half, pair = 1.0 / 16.0, ordered("ball", "box")
+    half, pair = 1.0 / 16.0, ordered_pair("ball", "box")
     profile = Swing(0.0, half + SMALL_BALL + 0.02, float(rng.uniform(2.5, 3.5)), float(rng.uniform(0.0, 1.0)))
 
     def contact(level):
         lower, upper = half - SMALL_BALL - level, half + SMALL_BALL + level
-        return joined([*profile.between(lower, upper, seconds), *profile.between(-upper, -lower, seconds)], seconds)
+        return joined_intervals(
+            [*profile.between(lower, upper, seconds), *profile.between(-upper, -lower, seconds)], seconds
+        )
 
     return AnalyticCase(
         {"ball": pointed_ball(SMALL_BALL), "box": box((2.0 * half, 2.0 * half, 2.0 * half))},

@@ -79,7 +79,7 @@ def first_child(tree: TreeMemory, node: int) -> int:
 
 
 @hot_kernel
-def opened(pair: Pair, a: int, b: int, open_a: bool, mask: int, stack: Memory, depth: int) -> int:
+def push_children(pair: Pair, a: int, b: int, open_a: bool, mask: int, stack: Memory, depth: int) -> int:
     """Put both children of a node of A or B, each with the other node, on the stack; returns its height."""
     always_inlined()
     if open_a:
@@ -182,7 +182,7 @@ def search_block(pair: Pair, frame: int, chord: float, pad: float, scratch: Scra
             continue
         if not both:
             open_a = leaf_b >= 0 or (leaf_a < 0 and boxes_a[16 * a + 15] > boxes_b[16 * b + 15])
-            depth = opened(pair, a, b, open_a, mask, stack, depth)
+            depth = push_children(pair, a, b, open_a, mask, stack, depth)
             continue
         # Both lists must have room for what two leaves may add.
         if scratch.keys[0] >= scratch.keys_end or scratch.later[0] >= scratch.later_end:

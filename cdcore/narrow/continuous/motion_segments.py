@@ -48,7 +48,7 @@ def legs_of(rotations: FloatArray, translations: FloatArray, frames: IntArray) -
     Here and below legs stand side by side, so that a step is one pass over all of them.
     """
     before, after = (np.ascontiguousarray(rotations[k].reshape(-1, 9).T) for k in (frames - 1, frames))
-    quaternions = quaternions_of(_unrotated(before, after))
+    quaternions = quaternions_of(_products_with_inverse(before, after))
     length = _length(quaternions[:3])
     angle = 2.0 * np.arctan2(length, np.abs(quaternions[3]))
     # A rotation that is not exactly orthonormal would turn from itself to itself.
@@ -71,7 +71,7 @@ def quaternions_of(rotations: FloatArray) -> FloatArray:
     return squares[diagonal.argmax(axis=0), :, np.arange(len(trace))].T
 
 
-def _unrotated(first: FloatArray, second: FloatArray) -> FloatArray:
+def _products_with_inverse(first: FloatArray, second: FloatArray) -> FloatArray:
     """Products R^T S (3, 3, K) of matrices (9, K)."""
     return np.einsum("iak,ibk->abk", first.reshape(3, 3, -1), second.reshape(3, 3, -1))
 
@@ -132,7 +132,7 @@ def leg_pads(legs_a: FloatArray, reach_a: float, legs_b: FloatArray, reach_b: fl
     skew = np.zeros_like(size)
     for legs in (legs_a, legs_b):
         residuals = [
-            _unrotated(angular_speed, angular_speed).reshape(9, -1) - np.eye(3).reshape(9, 1)
+            _products_with_inverse(angular_speed, angular_speed).reshape(9, -1) - np.eye(3).reshape(9, 1)
             for angular_speed in (legs[:9], legs[12:21])
         ]
         size += np.maximum(_length(legs[9:12]), _length(legs[21:24]))

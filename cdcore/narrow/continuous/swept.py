@@ -16,7 +16,7 @@ import numpy as np
 
 from cdcore.bounding.bounding_sphere import Sphere
 from cdcore.kernels.compiling import always_inlined, hot_kernel, never_inlined
-from cdcore.kernels.vectors import Vector, between, beyond, cross, dot, rotated, vector_at
+from cdcore.kernels.vectors import Vector, between, beyond, cross, dot, rotated_vector, vector_at
 from cdcore.numerics import EPS, UNDERFLOW_PAD, BoolArray, FloatArray, IntArray
 from cdcore.poses import place_points
 from cdcore.poses.kernels import placed_by_row
@@ -190,7 +190,11 @@ def boxes_stay_separated(
     wide = margin + chord * box_a[15]
     first = between(vector_at(box_b, 0), placed_by_row(before, vector_at(box_a, 0)))
     last = between(vector_at(box_b, 0), placed_by_row(after, vector_at(box_a, 0)))
-    axes_a = rotated(before, axis_of(box_a, 0)), rotated(before, axis_of(box_a, 1)), rotated(before, axis_of(box_a, 2))
+    axes_a = (
+        rotated_vector(before, axis_of(box_a, 0)),
+        rotated_vector(before, axis_of(box_a, 1)),
+        rotated_vector(before, axis_of(box_a, 2)),
+    )
     for k in range(3):
         axis = axis_of(box_b, k)
         reach = box_b[12 + k] + wide

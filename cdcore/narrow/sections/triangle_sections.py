@@ -44,7 +44,7 @@ def fill_sections(pairs: FloatArray, segments: FloatArray) -> None:
         for edge in range(6):
             face = 0 if edge >= 3 else 9
             a, b = vector_at(p, 3 * edge), vector_at(p, 9 - face + 3 * ((edge + 1) % 3))
-            begin, end = clipped(a, b, p, face, SLACK_ULPS * EPS * extent)
+            begin, end = clipped_interval(a, b, p, face, SLACK_ULPS * EPS * extent)
             if begin <= end:
                 along = between(a, b)
                 points[count], points[count + 1], points[count + 2] = beyond(a, begin, along)
@@ -61,7 +61,7 @@ def fill_sections(pairs: FloatArray, segments: FloatArray) -> None:
 
 
 @hot_kernel
-def clipped(a: Vector, b: Vector, p: FloatArray, face: int, slack: float) -> tuple[float, float]:
+def clipped_interval(a: Vector, b: Vector, p: FloatArray, face: int, slack: float) -> tuple[float, float]:
     """Shares of the way from a to b between which it is within ``slack`` of the face ``p[face:face + 9]``.
 
     The first is above the second where it is nowhere.

@@ -33,7 +33,7 @@ class Moving:
     flagged_fraction: float  # share of the poses of tracked bodies that were lost, held or interpolated
 
 
-def moving(assembly: Assembly, hands: list[int]) -> Moving:
+def measure_hands(assembly: Assembly, hands: list[int]) -> Moving:
     """Measure the hands, given by body number."""
     motion, origin = assembly.motion, assembly.origin
     tracked = sorted(set(range(len(assembly.bodies))) - fixed_bodies(assembly))

@@ -13,7 +13,7 @@ from replay.auditing.holding import Grasp, are_grasped, grasps, hand_bodies
 from replay.auditing.outcome import Episode, Outcome
 from replay.auditing.sampling_offsets import OFFSET_SETTING
 from replay.document.columns import file_columns
-from replay.document.metrics.hands import ACTIVITIES, fixed_bodies, moving, span_names, task_seconds
+from replay.document.metrics.hands import ACTIVITIES, fixed_bodies, measure_hands, span_names, task_seconds
 from replay.document.metrics.near import NearMiss, close_intervals, without_contact
 from replay.document.run_result import RunResult
 from replay.document.summary import session_digest
@@ -53,8 +53,8 @@ def metric_rows(result: RunResult) -> list[dict[str, Any]]:
     """One row per detector of the run; a run of effects alone has one, with the detector ``none`` and no contacts."""
     if len(result.assembly.motion) < 2:
         return []
-    grasping = _grasping(result)
-    shared = _shared(result, grasping)
+    grasping = _grasping_hands(result)
+    shared = _columns_of_session(result, grasping)
     if not result.detections:
         return [{**dict.fromkeys(METRICS), **shared, "detector": NOBODY}]
     return [{**shared, **_of_detector(result, label, grasping, shared["valid_minutes"])} for label in result.detections]
@@ -86,7 +86,7 @@ def _events(result: RunResult, kind: str, name: str) -> list[Any] | None:
     return None if run is None else [event for event in run.events if event.name == name]
 
 
-def _grasping(result: RunResult) -> _Grasping:
+def _grasping_hands(result: RunResult) -> _Grasping:
     assembly = result.assembly
     hands, fixed = hand_bodies(assembly, result.session), fixed_bodies(assembly)
     # A scene that declares effects is asked for those alone: the topic of hands is not read for a grasp nobody wants.
@@ -107,8 +107,8 @@ def _grasping(result: RunResult) -> _Grasping:
     return _Grasping(hands, grasp_spans, fixed, close)
 
 
-def _shared(result: RunResult, grasping: _Grasping) -> dict[str, Any]:
-    motion = moving(result.assembly, list(grasping.hands))
+def _columns_of_session(result: RunResult, grasping: _Grasping) -> dict[str, Any]:
+    motion = measure_hands(result.assembly, list(grasping.hands))
     tasks = task_seconds(result.session)
     return {
         "student": pseudonym(result),

@@ -18,11 +18,11 @@ from replay.words import quantity
 LEAST_MOL: Final = 1e-9
 """Of a reaction: less is none."""
 
-STANDING: Final = 1.2
+SOLUBILITY_FACTOR: Final = 1.2
 """Of a solubility, from which what is dissolved beyond it is told."""
 
 
-def assumed(matter: Matter) -> Iterator[EffectEvent]:
+def assumption_events(matter: Matter) -> Iterator[EffectEvent]:
     """Events ``assumed`` of solids whose solubility no data know, ``beyond`` of molecules that leave the water."""
     for row, process in enumerate(matter.ledger.processes):
         solid = _metathesis_solid(process)
@@ -44,7 +44,7 @@ def assumed(matter: Matter) -> Iterator[EffectEvent]:
         iodide = matter.amount(vessel, "I-") / litres
         for formula, most in MOST_DISSOLVED.items():
             molar = matter.amount(vessel, formula) / litres
-            limit = STANDING * (most + (iodide if formula == "I2" else 0.0))
+            limit = SOLUBILITY_FACTOR * (most + (iodide if formula == "I2" else 0.0))
             moments = np.flatnonzero(molar > limit)
             if len(moments) and not {formula + GAS, formula + SOLID} & set(matter.ledger.column):
                 leaves = "falls out as a solid" if formula == "I2" else "leaves as a gas or a second liquid"
@@ -71,8 +71,8 @@ def _early_stops(matter: Matter) -> Iterator[EffectEvent]:
             equation, kilojoule = reaction.declared["equation"], reaction.free_energy_j / 1e3
             text = (
                 f"{equation} is computed until one of its reagents is used up, but its free energy is "
-                f"{words.fixed(kilojoule, 0, signed=True)} kJ/mol: it stops at an equilibrium before, and how much of "
-                "each is left is not computed"
+                f"{words.decimal(kilojoule, 0, signed=True)} kJ/mol: it stops at an equilibrium before, and how much "
+                "of each is left is not computed"
             )
             values = {"equation": equation, "kilojoule": kilojoule}
             yield EffectEvent(min(begins), "assumed", (), None, values, text, "warning")

@@ -45,7 +45,7 @@ class Component:
     """A column with what it is made of."""
 
     name: str
-    heavy: Mapping[str, int] = field(compare=False)  # atoms but hydrogen and oxygen
+    heavy_atoms: Mapping[str, int] = field(compare=False)  # atoms but hydrogen and oxygen
     hydrogen: int
     oxygen: int
     charge: int
@@ -55,8 +55,8 @@ class Component:
 def component_of(name: str) -> Component:
     """A column by its name."""
     counted = atoms(name)
-    heavy = {atom: many for atom, many in counted.items() if atom not in "HO"}
-    return Component(name, heavy, counted["H"], counted["O"], charge_of(name))
+    heavy_atoms = {atom: many for atom, many in counted.items() if atom not in "HO"}
+    return Component(name, heavy_atoms, counted["H"], counted["O"], charge_of(name))
 
 
 @cache
@@ -70,10 +70,10 @@ def components_of(formula: str) -> Mapping[str, int] | None:
     if formula in ELEMENTS:
         return {formula: 1}
     counted = atoms(formula)
-    heavy = Counter({atom: many for atom, many in counted.items() if atom not in "HO"})
+    heavy_atoms = Counter({atom: many for atom, many in counted.items() if atom not in "HO"})
     best: tuple[tuple[int, int], dict[str, int]] | None = None
-    for ions in _combinations(heavy):
-        completed = _completed(formula, ions, counted)
+    for ions in _combinations(heavy_atoms):
+        completed = _with_protons_and_water(formula, ions, counted)
         rank = (len(ions), sum(ions.values()))
         if completed is not None and (best is None or rank < best[0]):
             best = rank, completed
@@ -90,48 +90,48 @@ def is_known(formula: str) -> bool:
     return formula in INERT or components_of(formula) is not None
 
 
-def _combinations(heavy: Counter[str]) -> Iterator[Counter[str]]:
+def _combinations(heavy_atoms: Counter[str]) -> Iterator[Counter[str]]:
     """Ions that have exactly these atoms; none where there are no atoms but hydrogen and oxygen."""
     components = [component_of(name) for name in ELEMENTS]
-    fitting = [
+    fitting_components = [
         candidate
         for candidate in components
-        if candidate.heavy and all(heavy[atom] >= many for atom, many in candidate.heavy.items())
+        if candidate.heavy_atoms and all(heavy_atoms[atom] >= many for atom, many in candidate.heavy_atoms.items())
     ]
-    choices = {atom: sum(atom in candidate.heavy for candidate in fitting) for atom in heavy}
+    choices = {atom: sum(atom in candidate.heavy_atoms for candidate in fitting_components) for atom in heavy_atoms}
     # Ions of the atom with the fewest choices first: what cannot be made of the others is seen at once.
-    atoms_by_choices = sorted(heavy, key=lambda atom: (choices[atom], atom))
-    fitting.sort(key=lambda candidate: min(atoms_by_choices.index(atom) for atom in candidate.heavy))
-    ions = [tuple(candidate.heavy.get(atom, 0) for atom in atoms_by_choices) for candidate in fitting]
-    required = tuple(heavy[atom] for atom in atoms_by_choices)
-    for counts in _sums(ions, required):
-        yield Counter({fitting[row].name: many for row, many in counts.items()})
+    atoms_by_choices = sorted(heavy_atoms, key=lambda atom: (choices[atom], atom))
+    fitting_components.sort(key=lambda candidate: min(atoms_by_choices.index(atom) for atom in candidate.heavy_atoms))
+    ions = [tuple(candidate.heavy_atoms.get(atom, 0) for atom in atoms_by_choices) for candidate in fitting_components]
+    required = tuple(heavy_atoms[atom] for atom in atoms_by_choices)
+    for counts in _ion_choices(ions, required):
+        yield Counter({fitting_components[row].name: many for row, many in counts.items()})
 
 
-def _sums(ions: list[tuple[int, ...]], required: tuple[int, ...]) -> Iterator[Counter[int]]:
+def _ion_choices(ions: list[tuple[int, ...]], required: tuple[int, ...]) -> Iterator[Counter[int]]:
     """How often to take which row of ``ions`` for sums of exactly ``required`` atoms.
 
     At most ``MOST_IONS`` ions of ``MOST_KINDS`` kinds.
     """
 
     @cache
-    def fewest(row: int, rest: tuple[int, ...]) -> float:
+    def fewest_ions(row: int, rest: tuple[int, ...]) -> float:
         """Fewest ions, of this row and those below, that sum to the rest; infinite where none do."""
         if not any(rest):
             return 0
         if row == len(ions):
             return float("inf")
-        without = fewest(row + 1, rest)
-        less = _less(rest, ions[row])
-        return without if less is None else min(without, 1 + fewest(row, less))
+        without = fewest_ions(row + 1, rest)
+        less = _remaining_atoms(rest, ions[row])
+        return without if less is None else min(without, 1 + fewest_ions(row, less))
 
     def sums(row: int, rest: tuple[int, ...], chosen: Counter[int]) -> Iterator[Counter[int]]:
         if not any(rest):
             yield chosen
             return
-        if sum(chosen.values()) + fewest(row, rest) > MOST_IONS:
+        if sum(chosen.values()) + fewest_ions(row, rest) > MOST_IONS:
             return
-        less = _less(rest, ions[row])
+        less = _remaining_atoms(rest, ions[row])
         if less is not None and (row in chosen or len(chosen) < MOST_KINDS):
             yield from sums(row, less, chosen + Counter({row: 1}))
         yield from sums(row + 1, rest, chosen)
@@ -139,13 +139,13 @@ def _sums(ions: list[tuple[int, ...]], required: tuple[int, ...]) -> Iterator[Co
     yield from sums(0, required, Counter())
 
 
-def _less(atoms_left: tuple[int, ...], ion: tuple[int, ...]) -> tuple[int, ...] | None:
+def _remaining_atoms(atoms_left: tuple[int, ...], ion: tuple[int, ...]) -> tuple[int, ...] | None:
     """Atoms that remain without those of an ion; ``None``: it has more than there are."""
-    rest = tuple(many - taken for many, taken in zip(atoms_left, ion, strict=True))
+    rest = tuple(many - ion_atoms for many, ion_atoms in zip(atoms_left, ion, strict=True))
     return None if min(rest) < 0 else rest
 
 
-def _completed(formula: str, ions: Counter[str], counted: Counter[str]) -> dict[str, int] | None:
+def _with_protons_and_water(formula: str, ions: Counter[str], counted: Counter[str]) -> dict[str, int] | None:
     """Ions with the protons and the water that make up a formula; ``None``: they do not."""
     rows = [(component_of(name), many) for name, many in ions.items()]
     protons = charge_of(formula) - sum(many * ion.charge for ion, many in rows)
@@ -160,9 +160,11 @@ def _completed(formula: str, ions: Counter[str], counted: Counter[str]) -> dict[
 
 def _plausible(formula: str, ions: Counter[str], water: int) -> bool:
     """Whether a formula can be these ions: glycerol is no propionic acid with water, urea no ammonium carbonate."""
-    organic = [name for name in ions if len(component_of(name).heavy) and "C" in component_of(name).heavy]
-    organic = [name for name in organic if name not in ("CO3^2-", "CN-", "SCN-")]
-    if organic and water != crystal_water(formula):
+    organic_ions = [
+        name for name in ions if len(component_of(name).heavy_atoms) and "C" in component_of(name).heavy_atoms
+    ]
+    organic_ions = [name for name in organic_ions if name not in ("CO3^2-", "CN-", "SCN-")]
+    if organic_ions and water != crystal_water(formula):
         return False
     # TRIS is no trimethylammonium hydrogencarbonate, lysine no salt of dimethylamine.
     if set(ions) & ORGANIC_BASES and not (set(ions) <= ORGANIC_BASES | SALT_ANIONS or set(ions) & METALS):
@@ -174,15 +176,15 @@ def _plausible(formula: str, ions: Counter[str], water: int) -> bool:
     ion_or_base = charge_of(formula) != 0 or any(name in BASES for name in ions)
     if ion_or_base and water < 0 and "CrO4^2-" not in ions:
         return False
-    positive = any(name in METALS or name in BASES for name in ions)
-    if positive:
+    has_cation = any(name in METALS or name in BASES for name in ions)
+    if has_cation:
         return True
-    if organic and sum(ions.values()) > 1:
+    if organic_ions and sum(ions.values()) > 1:
         return False
     return charge_of(formula) != 0 or len(ions) <= 1
 
 
-def heavy_components(formula: str) -> dict[str, int]:
+def solute_components(formula: str) -> dict[str, int]:
     """Columns of a formula but protons and water."""
     return {
         component: many for component, many in dissolved_components(formula).items() if component not in (PROTON, WATER)

@@ -188,9 +188,9 @@ def _formula(vessel: Vessel, text: str) -> str:
         water = "; a liquid without solutes is water" if text.lower() == "water" else ""
         raise vessel.fail(f"holds something that cannot be read: {error}{water}") from error
     # AgNo3 would be silver and nobelium.
-    meant = next((common for common in COMMON if common.lower() == formula.lower() and common != formula), "")
-    if meant:
-        raise vessel.fail(f"holds {formula!r}; did you mean {meant!r}?")
+    likely_formula = next((common for common in COMMON if common.lower() == formula.lower() and common != formula), "")
+    if likely_formula:
+        raise vessel.fail(f"holds {formula!r}; did you mean {likely_formula!r}?")
     return formula
 
 

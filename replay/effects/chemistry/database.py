@@ -62,12 +62,12 @@ class Database:
 
 def phreeqc_folder() -> Path:
     """Folder of the data bases of the library phreeqc. Raises EffectError: it is not installed."""
-    where = importlib.util.find_spec("phreeqc")
-    if where is None or not where.submodule_search_locations:
+    module_spec = importlib.util.find_spec("phreeqc")
+    if module_spec is None or not module_spec.submodule_search_locations:
         raise EffectError(
             "the chemistry of this scene needs PHREEQC; install it: pip install 'vrlab-replay[chemistry]'"
         )
-    return Path(where.submodule_search_locations[0]) / "databases"
+    return Path(module_spec.submodule_search_locations[0]) / "databases"
 
 
 @cache
@@ -77,9 +77,9 @@ def database_of(text: str = "") -> Database:
     Raises EffectError: PHREEQC is not installed; ValueError: the text is wrong, a line for each fault.
     """
     base = (phreeqc_folder() / "minteq.v4.dat").read_text(encoding="utf-8", errors="replace")
-    added = resources.files(__package__).joinpath("constants.phr").read_text(encoding="utf-8")
+    added_text = resources.files(__package__).joinpath("constants.phr").read_text(encoding="utf-8")
     reading = _Reading()
-    for source in (base, added):
+    for source in (base, added_text):
         reading.read(source)
     reading.problems.clear()  # surfaces, formulas of halves and what needs an element that is not read
     reading.strict = True
@@ -109,16 +109,18 @@ class _Reading:
                     self._master(line)
             elif name not in BLOCKS and lines and self.strict:
                 self.problems.append(f"{name} is not read; give {', '.join(BLOCKS)}")
-        waiting = [entry for name, lines in blocks if name == "SOLUTION_SPECIES" for entry in _entries(lines)]
-        while waiting:
-            later = [entry for entry in waiting if not self._species(*entry)]
-            if len(later) == len(waiting):
-                self.problems += [f"{equation!r} has a species that nothing defines" for equation, _ in later]
+        pending_entries = [entry for name, lines in blocks if name == "SOLUTION_SPECIES" for entry in _entries(lines)]
+        while pending_entries:
+            remaining_entries = [entry for entry in pending_entries if not self._species(*entry)]
+            if len(remaining_entries) == len(pending_entries):
+                self.problems += [
+                    f"{equation!r} has a species that nothing defines" for equation, _ in remaining_entries
+                ]
                 break
-            waiting = later
+            pending_entries = remaining_entries
         for name, lines in blocks:
             if name == "PHASES":
-                for phase, equation, options in _named(lines):
+                for phase, equation, options in _phase_entries(lines):
                     self._phase(phase, equation, options)
 
     def _master(self, line: str) -> None:
@@ -149,41 +151,43 @@ class _Reading:
                 name, self.ions[name], "", tuple(option for option in options if "gamma" in option)
             )
             return True
-        made = self._sum(left, right[1:])
-        if made is None:
+        combined = self._sum(left, right[1:])
+        if combined is None:
             return False
-        makeup, log_k, kilojoule = made
+        makeup, log_k, kilojoule = combined
         # Polysulfides of minteq.v4 stand unbalanced, beside solid sulfur: in a solution without any there are none.
-        unbalanced = any("no_check" in option for option in options) and not self.strict
-        if makeup.get(ELECTRON) or unbalanced:
+        is_unbalanced = any("no_check" in option for option in options) and not self.strict
+        if makeup.get(ELECTRON) or is_unbalanced:
             return True
         if self.strict and not self._fits(name, makeup, equation):
             return True
-        mine = _numbers(options)
-        if mine is None:
+        own_constants = _numbers(options)
+        if own_constants is None:
             if self.strict:
                 self.problems.append(f"{equation!r} has no log_k")
             return True
         self.ions[name] = makeup
-        self.species[name] = Entry(name, makeup, equation, options, log_k + mine[0], kilojoule + mine[1])
+        self.species[name] = Entry(
+            name, makeup, equation, options, log_k + own_constants[0], kilojoule + own_constants[1]
+        )
         return True
 
     def _phase(self, name: str, equation: str, options: tuple[str, ...]) -> None:
         left, right = _sides(equation)
-        made = self._sum(right, left[1:])
-        mine = _numbers(options)
-        if made is None or mine is None:
+        combined = self._sum(right, left[1:])
+        own_constants = _numbers(options)
+        if combined is None or own_constants is None:
             self.problems.append(f"{name}: {equation!r} has a species that nothing defines, or no log_k")
             return
-        if made[1] and any("analytic" in option for option in options):
+        if combined[1] and any("analytic" in option for option in options):
             self.problems.append(
                 f"{name}: -analytic holds for an equation of the data base's own ions; write it with them"
             )
             return
-        if not made[0].get(ELECTRON):
+        if not combined[0].get(ELECTRON):
             # In terms of the file's ions, whatever species its equation is written with.
-            log_k, kilojoule = mine[0] - made[1], mine[1] - made[2]
-            self.phases[name] = Entry(name, made[0], equation, options, log_k, kilojoule)
+            log_k, kilojoule = own_constants[0] - combined[1], own_constants[1] - combined[2]
+            self.phases[name] = Entry(name, combined[0], equation, options, log_k, kilojoule)
 
     def _sum(
         self, more: Sequence[tuple[float, str]], less: Sequence[tuple[float, str]]
@@ -273,7 +277,7 @@ def _entries(lines: Iterable[str]) -> Iterator[tuple[str, tuple[str, ...]]]:
         yield equation, tuple(options)
 
 
-def _named(lines: Sequence[str]) -> Iterator[tuple[str, str, tuple[str, ...]]]:
+def _phase_entries(lines: Sequence[str]) -> Iterator[tuple[str, str, tuple[str, ...]]]:
     starts = [row for row, line in enumerate(lines) if "=" in line and row > 0]
     for start, stop in zip(starts, [*starts[1:], len(lines) + 1], strict=True):
         yield lines[start - 1].split()[0], lines[start], tuple(lines[start + 1 : stop - 1])

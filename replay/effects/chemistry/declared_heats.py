@@ -11,7 +11,7 @@ import numpy as np
 
 from replay.effects.chemistry.components import WATER, dissolved_components
 from replay.effects.chemistry.formulas import Equation
-from replay.effects.chemistry.solver import Solver, answered
+from replay.effects.chemistry.solver import Solver, has_answer
 
 DILUTE_MOL_KG: Final = 0.1
 """Strength of the solution at which the heat of a dissolved formula is taken: a common one of a laboratory."""
@@ -45,7 +45,7 @@ def dissolved_joule(formula: str, solver: Solver | None) -> float:
     totals = np.array([[DILUTE_MOL_KG * components.get(name, 0) for name in mixture.components]])
     water = np.array([WATER_MOL + DILUTE_MOL_KG * components.get(WATER, 0)])
     none = np.zeros(len(mixture.phases), dtype=np.bool_)
-    solved = solver.equilibrium(totals, water, np.array([STANDARD_C]), none)
-    if not answered(solved)[0]:
+    equilibria = solver.equilibrium(totals, water, np.array([STANDARD_C]), none)
+    if not has_answer(equilibria)[0]:
         return 0.0
-    return float(solved.species[0] @ mixture.joule[: len(mixture.species)]) / DILUTE_MOL_KG
+    return float(equilibria.species[0] @ mixture.joule[: len(mixture.species)]) / DILUTE_MOL_KG

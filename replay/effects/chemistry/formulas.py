@@ -15,7 +15,7 @@ from itertools import product
 from typing import Final
 
 from periodictable import elements
-from periodictable import formula as parsed
+from periodictable import formula as parse_formula
 
 COMMON: Final = (
     "HCl", "HBr", "HNO3", "H2SO4", "CH3COOH", "NaOH", "KOH", "Ba(OH)2", "NH3", "NaCl", "KCl", "AgNO3", "KI", "CuSO4",
@@ -73,30 +73,30 @@ class _Term:
     phase: str
 
 
-def equation_of(text: str, known: Callable[[str], bool] = lambda _: False) -> Equation:
-    """Read an equation; of several readings that balance, those of ``known`` ions are taken.
+def equation_of(text: str, is_known: Callable[[str], bool] = lambda _: False) -> Equation:
+    """Read an equation; of several readings that balance, those of ions that are known (``is_known``) are taken.
 
     Raises ValueError: it cannot be read, or no reading of it has the same atoms and charge on both sides, or two have.
     """
-    plain = _plain(text)
-    arrow = next((sign for sign in ARROWS if sign in plain), "")
+    plain_text = _plain(text)
+    arrow = next((sign for sign in ARROWS if sign in plain_text), "")
     if not arrow:
         raise ValueError(f"{text!r} has no ->; write it as HCl + NaOH -> NaCl + H2O")
-    left, _, right = plain.partition(arrow)
+    left, _, right = plain_text.partition(arrow)
     sides = _terms(left), _terms(right)
-    written = list(dict.fromkeys(term.readings for side in sides for term in side))
+    written_terms = list(dict.fromkeys(term.readings for side in sides for term in side))
     balanced: list[Equation] = []
     readings: list[Equation] = []
-    for chosen in product(*written):
-        reading = dict(zip(written, chosen, strict=True))
+    for chosen_readings in product(*written_terms):
+        reading = dict(zip(written_terms, chosen_readings, strict=True))
         equation = _equation(sides, reading)
         readings.append(equation)
-        if _counted(equation.reagents) == _counted(equation.products):
+        if _count_atoms_and_charge(equation.reagents) == _count_atoms_and_charge(equation.products):
             balanced.append(equation)
     familiar = [
         equation
         for equation in balanced
-        if all(charge_of(formula) == 0 or known(formula) for formula in equation.formulas)
+        if all(charge_of(formula) == 0 or is_known(formula) for formula in equation.formulas)
     ]
     if len(balanced) == 1 or len(familiar) == 1:
         return (familiar or balanced)[0]
@@ -104,23 +104,23 @@ def equation_of(text: str, known: Callable[[str], bool] = lambda _: False) -> Eq
         raise ValueError(f"{text!r} can be read in {len(balanced)} ways; write charges with ^, as SO4^2-")
     # Of readings that do not balance the one that misses least is meant: NH4+ is ammonium, not NH with four charges.
     nearest = min(readings, key=_imbalance)
-    before, after = _counted(nearest.reagents), _counted(nearest.products)
-    wrong = sorted(atom for atom in {*before, *after} if before[atom] != after[atom])
-    counted = ", ".join(f"{atom} {before[atom]} and {after[atom]}" for atom in wrong)
+    before, after = _count_atoms_and_charge(nearest.reagents), _count_atoms_and_charge(nearest.products)
+    unbalanced_atoms = sorted(atom for atom in {*before, *after} if before[atom] != after[atom])
+    counted = ", ".join(f"{atom} {before[atom]} and {after[atom]}" for atom in unbalanced_atoms)
     raise ValueError(f"{text!r} is not balanced: {counted}; correct its coefficients")
 
 
 def _imbalance(equation: Equation) -> int:
     """Atoms and charges that one side of an equation has more than the other."""
-    before, after = _counted(equation.reagents), _counted(equation.products)
+    before, after = _count_atoms_and_charge(equation.reagents), _count_atoms_and_charge(equation.products)
     return sum(abs(before[atom] - after[atom]) for atom in {*before, *after})
 
 
-def ion_of(formula: str, known: Callable[[str], bool] = lambda _: False) -> str:
+def ion_of(formula: str, is_known: Callable[[str], bool] = lambda _: False) -> str:
     """A formula in the form of the tables: ``Cu2+`` becomes ``Cu^2+``, ``SO42-`` ``SO4^2-``, ``NH4+`` stays."""
     # A charge may stand behind a blank: ``PbI4 2-``.
     readings = readings_of(re.sub(r"\s+\^?(?=\d*[+-]$)", "^", _plain(formula.strip())))
-    return next((reading for reading in readings if known(reading)), readings[0])
+    return next((reading for reading in readings if is_known(reading)), readings[0])
 
 
 def readings_of(formula: str) -> tuple[str, ...]:
@@ -130,8 +130,8 @@ def readings_of(formula: str) -> tuple[str, ...]:
         return (formula,)
     body, caret, digits, sign = match.groups()
     if caret or not digits:
-        return (_charged(body, digits, sign),)
-    whole = _charged(body, digits, sign)
+        return (_formula_with_charge(body, digits, sign),)
+    whole = _formula_with_charge(body, digits, sign)
     subscript = body + digits + sign
     readings = [f"{body}{digits[:-1]}^{digits[-1]}{sign}", subscript] if len(digits) > 1 else [whole, subscript]
     # After a bracket or an O the digit counts atoms; after a bare metal it is the charge.
@@ -140,7 +140,7 @@ def readings_of(formula: str) -> tuple[str, ...]:
     return tuple(reading for reading in readings if abs(charge_of(reading)) <= MOST_CHARGE)
 
 
-def _charged(body: str, digits: str, sign: str) -> str:
+def _formula_with_charge(body: str, digits: str, sign: str) -> str:
     return f"{body}^{digits}{sign}" if digits not in ("", "1") else body + sign
 
 
@@ -161,7 +161,7 @@ def _atoms(formula: str) -> Mapping[str, int]:
         if not re.fullmatch(r"[\w()\[\].]+", formula):
             raise ValueError("it is of letters, numbers and brackets")
         # The library joins parts by a plus, and has square brackets for isotopes.
-        counted = parsed(formula.translate(str.maketrans(".[]", "+()"))).atoms
+        counted = parse_formula(formula.translate(str.maketrans(".[]", "+()"))).atoms
     except Exception as error:  # the library's grammar raises what its parser has
         why = f": {error}" if isinstance(error, ValueError) else ""
         close = get_close_matches(formula, COMMON, n=1)
@@ -182,21 +182,21 @@ def crystal_water(formula: str) -> int:
 
 
 def _plain(text: str) -> str:
-    plain = unicodedata.normalize("NFKC", text).translate(_SPELLINGS)
+    plain_text = unicodedata.normalize("NFKC", text).translate(_SPELLINGS)
     # A hydrate written with blanks about its dot is one formula.
-    return re.sub(r"\s*\.\s*(?=\d*\s*H2O)", ".", re.sub(r"(\.\s*\d+)\s+(?=H2O)", r"\1", plain))
+    return re.sub(r"\s*\.\s*(?=\d*\s*H2O)", ".", re.sub(r"(\.\s*\d+)\s+(?=H2O)", r"\1", plain_text))
 
 
 def _terms(text: str) -> list[_Term]:
     # A plus between blanks parts terms; without blanks one does that no charge ends with.
-    written = re.split(r"\s\+\s", text) if re.search(r"\s\+\s", text) else re.split(r"\+(?=[\dA-Z(\[])", text)
+    written_terms = re.split(r"\s\+\s", text) if re.search(r"\s\+\s", text) else re.split(r"\+(?=[\dA-Z(\[])", text)
     terms = []
-    for term in written:
+    for term in written_terms:
         match = _TERM.match(term.strip())
         if match is None:
             raise ValueError(f"{term.strip()!r} is no formula with its coefficient; write for example 2 HCl")
         many, formula, charge, phase = match.groups()
-        readings = (_charged(formula, charge[:-1], charge[-1]),) if charge else readings_of(formula)
+        readings = (_formula_with_charge(formula, charge[:-1], charge[-1]),) if charge else readings_of(formula)
         for reading in readings:
             atoms(reading)
         if many is not None and int(many) < 1:
@@ -222,7 +222,7 @@ def _equation(sides: tuple[list[_Term], list[_Term]], reading: Mapping[tuple[str
     return Equation(counted[0], counted[1], {**after, **before}, frozenset(dissolved))
 
 
-def _counted(side: Mapping[str, int]) -> Counter[str]:
+def _count_atoms_and_charge(side: Mapping[str, int]) -> Counter[str]:
     total: Counter[str] = Counter()
     for formula, coefficient in side.items():
         for atom, count in (*atoms(formula).items(), ("charge", charge_of(formula))):

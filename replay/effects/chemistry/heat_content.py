@@ -82,10 +82,10 @@ class HeatContent:
             cation, anion = key.split()
             if {cation, anion} <= set(self.ions) and not any({cation, anion} <= ions for ions in declared_ions):
                 self.pairs.append(_pair(index_of[cation], index_of[anion], _charge(cation), -_charge(anion), values))
-        self._declared = np.zeros((len(self.ions), len(self.ions)), dtype=np.bool_)
+        self._is_declared = np.zeros((len(self.ions), len(self.ions)), dtype=np.bool_)
         for ions in declared_ions:
             indices = [index_of[name] for name in ions if name in index_of]
-            self._declared[np.ix_(indices, indices)] = True
+            self._is_declared[np.ix_(indices, indices)] = True
 
     def moles(self, amounts: FloatArray, species: FloatArray, proton: int) -> FloatArray:
         """Mol (n, ions) of rows of the ledger, by PHREEQC's species where it is asked."""
@@ -110,15 +110,15 @@ class HeatContent:
         charges, whole, strength, weight = self._strengths(moles, kilograms)
         cations = np.where(self._charges > 0.0, charges, 0.0)
         anions = np.where(self._charges < 0.0, charges, 0.0)
-        missing = (cations / whole[:, None])[:, :, None] * (anions / whole[:, None])[:, None, :]
-        missing[:, self._declared] = 0.0
+        unknown_fractions = (cations / whole[:, None])[:, :, None] * (anions / whole[:, None])[:, None, :]
+        unknown_fractions[:, self._is_declared] = 0.0
         for pair in self.pairs:
             known = strength / pair.strength <= LAST_HOLDS_TO * pair.molal[-1]
-            missing[:, pair.cation, pair.anion] *= ~known
-        worst = missing.reshape(len(moles), -1).argmax(axis=1)
+            unknown_fractions[:, pair.cation, pair.anion] *= ~known
+        worst = unknown_fractions.reshape(len(moles), -1).argmax(axis=1)
         names = [f"{self.ions[row // len(self.ions)]} and {self.ions[row % len(self.ions)]}" for row in worst.tolist()]
-        strong = (missing.sum(axis=(1, 2)) > LEAST_FRACTION) & (weight >= 1.0)
-        return np.where(strong, whole / kilograms, 0.0), names
+        is_strong = (unknown_fractions.sum(axis=(1, 2)) > LEAST_FRACTION) & (weight >= 1.0)
+        return np.where(is_strong, whole / kilograms, 0.0), names
 
     def _strengths(
         self, moles: FloatArray, kilograms: FloatArray
@@ -159,11 +159,11 @@ def _charge(ion: str) -> int:
 def _ions(makeup: Mapping[str, float]) -> dict[str, float]:
     """Ions of a species: a pair of ions is its ions, a complex its metal and its anions, a molecule nothing."""
     protons = round(makeup.get(PROTON, 0.0))
-    heavy = {component: float(many) for component, many in makeup.items() if component not in (PROTON, WATER)}
-    if not heavy:
+    solutes = {component: float(many) for component, many in makeup.items() if component not in (PROTON, WATER)}
+    if not solutes:
         return {PROTON: float(protons)} if protons > 0 else {HYDROXIDE: float(-protons)} if protons < 0 else {}
     ions: dict[str, float] = {}
-    for component, many in heavy.items():
+    for component, many in solutes.items():
         bound = min(protons, _most_protons(component)) if component not in METALS else 0
         if bound > 0:
             protons -= bound
@@ -172,7 +172,7 @@ def _ions(makeup: Mapping[str, float]) -> dict[str, float]:
                 ions[name] = many
         elif component_of(component).charge:
             ions[component] = many
-    if protons < 0 and set(heavy) & EARTH_METALS:
+    if protons < 0 and set(solutes) & EARTH_METALS:
         ions[HYDROXIDE] = float(-protons)
     if protons > 0:
         ions[PROTON] = ions.get(PROTON, 0.0) + protons

@@ -55,14 +55,14 @@ class Heats:
 
     def enthalpy(self, amounts: FloatArray) -> FloatArray:
         """J (n,) of what is dissolved, of solids and of gases that left, above the parts they are made of."""
-        stored = amounts[:, self._column[STORED]].copy()
+        stored_joule = amounts[:, self._column[STORED]].copy()
         if self._warmth.followed:
             if self._mixture is not None:
-                stored += amounts[:, self._phases] @ self._mixture.joule[len(self._mixture.species) :]
-            stored += amounts[:, self._salts] @ self._salt_joule
-        return stored
+                stored_joule += amounts[:, self._phases] @ self._mixture.joule[len(self._mixture.species) :]
+            stored_joule += amounts[:, self._salts] @ self._salt_joule
+        return stored_joule
 
-    def dissolved(self, amounts: FloatArray, species: FloatArray) -> FloatArray:
+    def dissolved_enthalpy(self, amounts: FloatArray, species: FloatArray) -> FloatArray:
         """J (n,) of what is dissolved; ``species``: mol (n, s) as PHREEQC has them, of none where it is not asked."""
         assert self.content is not None
         joule = np.zeros(len(amounts)) if self._mixture is None else species @ self._mixture.joule[: species.shape[1]]

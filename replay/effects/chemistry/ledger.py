@@ -33,8 +33,8 @@ from replay.effects.chemistry.limits import Limits
 from replay.effects.chemistry.mixture import GAS, SOLID
 from replay.effects.chemistry.processes import History, Process
 from replay.effects.chemistry.salts import WATER_KG, Salt, settled_solid
-from replay.effects.chemistry.solver import Solver, answered
-from replay.effects.chemistry.warming import cooled
+from replay.effects.chemistry.solver import Solver, has_answer
+from replay.effects.chemistry.warming import temperature_after_seconds
 
 SPENT: Final = 1e-12
 """A rest below this share of what a vessel held goes with the last drop: it is rounding."""
@@ -132,7 +132,7 @@ class Ledger:
         dissolving = {process.salt.column for process in processes if process.salt is not None}
         self.dissolves_slowly = np.array([salt.column in dissolving for salt in salts], dtype=np.bool_)
         self.slow = [row for row, process in enumerate(processes) if process.rate is not None]
-        self.quick = [row for row, process in enumerate(processes) if process.rate is None]
+        self.quick_processes = [row for row, process in enumerate(processes) if process.rate is None]
         self.components, self.phases = (
             np.array([self.column[name] for name in names], dtype=np.int64) for names in (components, phases)
         )
@@ -142,16 +142,16 @@ class Ledger:
         counted = [
             here and not name.endswith((SOLID, GAS, ADDED)) for here, name in zip(counted, self.columns, strict=True)
         ]
-        self._dissolved = np.array(counted)
+        self._is_dissolved_column = np.array(counted)
         self.ion_charges = np.array(
             [float(abs(charge_of(name))) if here else 0.0 for here, name in zip(counted, self.columns, strict=True)]
         )
         room_c = warmth.room if warmth.followed else WITHOUT_HEAT_C
         self.limits = Limits(processes, self.changes, self.column, solver, slow_solids, room_c)
-        self._settles = bool(len(self.phases) or len(salts))
+        self._has_phases_or_salts = bool(len(self.phases) or len(salts))
         self.heats = Heats(self.column, None if solver is None else solver.mixture, salts, warmth)
         # A slow process that nothing else touches is in closed form from one event to the next.
-        self._alone = len(processes) == 1 and not self._settles and not warmth.followed
+        self._has_closed_form = len(processes) == 1 and not self._has_phases_or_salts and not warmth.followed
         self._blocks: list[list[tuple[FloatArray, IntArray, FloatArray]]] = [[] for _ in range(count)]
 
     def fill(self, vessel: str, volume_ml: float, amounts: Mapping[str, float]) -> None:
@@ -189,19 +189,19 @@ class Ledger:
         begin, self.clock[index] = self.clock[index], max(time, self.clock[index])
         if since <= 0.0:
             return
-        waiting = self.pending(self.amounts[index]) > 0.0
+        waiting = self.pending_extents(self.amounts[index]) > 0.0
         rates = [self.processes[row].rate or 0.0 for row in self.slow if waiting[row]]
-        done, step = 0.0, since if self._alone or not rates else TICK / max(rates)
-        while rates and done < min(since, TIMES / max(rates)):
-            component = min(step, since - done)
+        seconds_done, step = 0.0, since if self._has_closed_form or not rates else TICK / max(rates)
+        while rates and seconds_done < min(since, TIMES / max(rates)):
+            component = min(step, since - seconds_done)
             self._cool(index, component)
-            self._slowly(index, component)
+            self._run_slow_processes(index, component)
             self._react(index, self.state[index : index + 1])
-            done += component
+            seconds_done += component
             step *= GROWTH
-            if not self._alone:
-                self._note(index, frame, float(begin + done))
-        self._rest(index, frame, float(begin + done), since - done)
+            if not self._has_closed_form:
+                self._note(index, frame, float(begin + seconds_done))
+        self._exchange_heat_with_room(index, frame, float(begin + seconds_done), since - seconds_done)
 
     def celsius(self, index: int, rows: FloatArray) -> FloatArray:
         """Temperature (n,) of rows of the state of a place."""
@@ -211,27 +211,29 @@ class Ledger:
         capacity = np.asarray(self.capacity(index, volume[:, 0], amounts))
         return self.warmth.room + amounts[:, self.column[HEAT]] / np.where(capacity > 0.0, capacity, 1.0)
 
-    def freezing(self, amounts: FloatArray) -> FloatArray:
+    def freezing_point_c(self, amounts: FloatArray) -> FloatArray:
         """Freezing point (n,) in degC of what is dissolved in rows (n, columns)."""
         kilograms = amounts[:, self.water] * WATER_KG
-        molal = (amounts[:, self._dissolved].sum(axis=1) + np.abs(amounts[:, self.proton])) / np.where(
+        molal = (amounts[:, self._is_dissolved_column].sum(axis=1) + np.abs(amounts[:, self.proton])) / np.where(
             kilograms > 0.0, kilograms, np.inf
         )
         return np.maximum(LOWEST_FREEZING_C, -CRYOSCOPIC * molal)
 
-    def _rest(self, index: int, frame: int, time: float, seconds: float) -> None:
+    def _exchange_heat_with_room(self, index: int, frame: int, time: float, seconds: float) -> None:
         """Let a vessel cool or warm towards the room; beside a solid it settles again on the way."""
-        here = self.state[index : index + 1]
-        if not (self.warmth.followed and self._settles) or seconds <= 0.0 or self.volume_ml[index] <= 0.0:
+        state_row = self.state[index : index + 1]
+        if not (self.warmth.followed and self._has_phases_or_salts) or seconds <= 0.0 or self.volume_ml[index] <= 0.0:
             self._cool(index, seconds)
             return
         capacity = float(self.capacity(index, self.volume_ml[index], self.amounts[index]))
         excess = float(self.amounts[index, self.column[HEAT]]) / capacity
-        change = abs(excess - float(cooled(excess, seconds, capacity=capacity, loss=self.warmth.loss)))
+        change = abs(
+            excess - float(temperature_after_seconds(excess, seconds, capacity=capacity, loss=self.warmth.loss))
+        )
         steps = min(MOST_STEPS, int(np.ceil(change / KELVIN_STEP)))
         for step in range(steps):
             self._cool(index, seconds / steps)
-            self._react(index, here)
+            self._react(index, state_row)
             if step < steps - 1:
                 self._note(index, frame, time + seconds * (step + 1) / steps)
 
@@ -248,38 +250,48 @@ class Ledger:
         ``over`` (pairs,): it runs over a brim, after the others. A chain, in which what gives also gets, goes frame by
         frame; where something runs over, reacts slowly or grows warm it goes in `LUMPS` steps.
         """
-        ends = [(self.at[source], self.at[target]) for source, target in pairs]
-        getting = {target for _, target in ends}
-        chained = any(source in getting for (source, _), brim in zip(ends, over, strict=True) if not brim)
-        slow = any(self._reacts_slowly(index, ends) for index in getting.union(source for source, _ in ends))
-        if not (chained or over.any() or slow or self.warmth.followed):
-            self._flow(frames, times, ends, volume_ml)
+        flow_ends = [(self.at[source], self.at[target]) for source, target in pairs]
+        receiving_indices = {target for _, target in flow_ends}
+        has_chain = any(
+            source in receiving_indices for (source, _), brim in zip(flow_ends, over, strict=True) if not brim
+        )
+        slow = any(
+            self._reacts_slowly(index, flow_ends)
+            for index in receiving_indices.union(source for source, _ in flow_ends)
+        )
+        if not (has_chain or over.any() or slow or self.warmth.followed):
+            self._flow(frames, times, flow_ends, volume_ml)
             return
-        count = len(frames) if chained else min(len(frames), LUMPS)
+        count = len(frames) if has_chain else min(len(frames), LUMPS)
         for first, stop in pairwise(np.linspace(0, len(frames), count + 1).astype(np.int64).tolist()):
             component, last = volume_ml[first:stop].sum(axis=0), slice(stop - 1, stop)
             for brim in (False, True):
-                moving = np.flatnonzero((over == brim) & (component > 0.0))
-                if len(moving):
-                    self._flow(frames[last], times[last], [ends[k] for k in moving.tolist()], component[None, moving])
+                moving_columns = np.flatnonzero((over == brim) & (component > 0.0))
+                if len(moving_columns):
+                    self._flow(
+                        frames[last],
+                        times[last],
+                        [flow_ends[k] for k in moving_columns.tolist()],
+                        component[None, moving_columns],
+                    )
 
     def _flow(
-        self, frames: IntArray, times: FloatArray, ends: Sequence[tuple[int, int]], volume_ml: FloatArray
+        self, frames: IntArray, times: FloatArray, flow_ends: Sequence[tuple[int, int]], volume_ml: FloatArray
     ) -> None:
         """Flows between places; in more than one frame no source may be a target."""
         # Row 0 of everything below is the state before.
-        total = np.concatenate([np.zeros((1, len(ends))), np.cumsum(volume_ml, axis=0)])
-        indices = sorted({index for both in ends for index in both})
+        total = np.concatenate([np.zeros((1, len(flow_ends))), np.cumsum(volume_ml, axis=0)])
+        indices = sorted({index for both in flow_ends for index in both})
         for index in indices:
             self.advance(index, int(frames[-1]), float(times[-1]))
         states = {index: np.repeat(self.state[index : index + 1], len(total), axis=0) for index in indices}
-        for (source, target), gone in zip(ends, total.T, strict=True):
-            self._move(source, states[source], states[target], gone)
-        getting = {target for _, target in ends}
+        for (source, target), gone_ml in zip(flow_ends, total.T, strict=True):
+            self._move(source, states[source], states[target], gone_ml)
+        receiving_indices = {target for _, target in flow_ends}
         for index, rows in states.items():
             if index != self.at[""]:
                 # What only gives keeps its composition, and stays at equilibrium with its solids.
-                if index in getting:
+                if index in receiving_indices:
                     self._react(index, rows[1:])
                 self._blocks[index].append((times, frames, rows[1:]))
             self.state[index] = rows[-1]
@@ -289,8 +301,10 @@ class Ledger:
         times, frames, rows = (np.concatenate(column) for column in zip(*self._blocks[self.at[vessel]], strict=True))
         last = np.append(np.diff(times) > 0.0, True)
         volume, amounts, extents, added = self._split(rows[last])
-        pending = self.pending(amounts)
-        return History(times[last], frames[last].astype(np.int64), volume[:, 0], amounts, extents, pending, added)
+        remaining_extents = self.pending_extents(amounts)
+        return History(
+            times[last], frames[last].astype(np.int64), volume[:, 0], amounts, extents, remaining_extents, added
+        )
 
     def end(self, frame: int, time: float) -> None:
         """Note every vessel at the last frame."""
@@ -302,43 +316,43 @@ class Ledger:
         """Splits rows of the state: millilitres (n, 1), amounts, extents, and millilitres from each vessel."""
         return np.split(rows, self._cuts, axis=1)
 
-    def _move(self, source: int, giving: FloatArray, taking: FloatArray, gone: FloatArray) -> None:
+    def _move(self, source: int, source_rows: FloatArray, target_rows: FloatArray, gone_ml: FloatArray) -> None:
         """Take from one place what is gone (m + 1,) mL, with its share of everything, and give it to another."""
-        (volume, amounts, *_), volume_before = self._split(giving), self.volume_ml[source]
-        fraction = np.minimum(1.0, gone / volume_before) if volume_before > 0.0 else np.zeros(len(gone))
+        (volume, amounts, *_), volume_before = self._split(source_rows), self.volume_ml[source]
+        fraction = np.minimum(1.0, gone_ml / volume_before) if volume_before > 0.0 else np.zeros(len(gone_ml))
         moving = self.moving
         if self.warmth.followed:
             moving = self._moving_heat(source, volume_before)
         component = fraction[:, None] * (moving * self.amounts[source])
         # Amounts fall to exactly nothing with the last drop: no share of a rounded rest stays behind.
-        last = (gone > 0.0) & (volume[:, 0] - gone <= SPENT * volume_before)
+        last = (gone_ml > 0.0) & (volume[:, 0] - gone_ml <= SPENT * volume_before)
         component = np.where(last[:, None] & (moving == 1.0), amounts, component)
-        moved = np.where(last, volume[:, 0], gone)
-        for rows, sign in ((giving, -1.0), (taking, 1.0)):
+        moved = np.where(last, volume[:, 0], gone_ml)
+        for rows, sign in ((source_rows, -1.0), (target_rows, 1.0)):
             volume, amounts, _, added = self._split(rows)
             volume[:, 0] += sign * moved
             amounts += sign * component
         added[:, source] += moved
 
-    def pending(self, amounts: FloatArray) -> FloatArray:
+    def pending_extents(self, amounts: FloatArray) -> FloatArray:
         """Mol (..., processes) that slow processes would go on for; 0 for the others."""
         extents = np.zeros((*amounts.shape[:-1], len(self.processes)))
         for row in self.slow:
             extents[..., row] = self.limits.extent(row, amounts)
         return extents
 
-    def _slowly(self, index: int, seconds: float) -> None:
+    def _run_slow_processes(self, index: int, seconds: float) -> None:
         """Let slow processes of a vessel go on."""
         amounts = self.amounts[index]
         # 1 - exp(-rate dt) by expm1: for short steps the difference would lose its digits.
         fractions = [-np.expm1(-(process.rate or 0.0) * seconds) for process in self.processes]
-        extents = self.pending(amounts) * fractions
+        extents = self.pending_extents(amounts) * fractions
         # All from the state before; together they take no more than there is.
         consumed = np.minimum(self.changes, 0.0) * extents[:, None]
         consumed[:, [self.proton, self.water]] = 0.0
         need = -consumed.sum(axis=0)
-        short = float(np.max(need / np.where(need > 0.0, np.maximum(amounts, 1e-300), 1.0), initial=0.0))
-        extents /= max(1.0, short)
+        shortage_factor = float(np.max(need / np.where(need > 0.0, np.maximum(amounts, 1e-300), 1.0), initial=0.0))
+        extents /= max(1.0, shortage_factor)
         self._apply(amounts, extents @ self.changes)
         amounts[self.column[HEAT]] -= float(sum(extents[row] * self._joule(row) for row in self.slow))
         self.extents[index] += extents
@@ -349,61 +363,63 @@ class Ledger:
         A vessel without a liquid does not react. ``trials``: of the temperature to which its own heat leads; without
         them it reacts at the temperature that it has.
         """
-        volume, every, extents, _ = self._split(rows)
-        wet = np.flatnonzero((volume[:, 0] > 0.0) & (every[:, self.water] > 0.0))
-        if len(wet) and (self.quick or self._settles or self.warmth.followed):
+        volume, every_amount, extents, _ = self._split(rows)
+        wet = np.flatnonzero((volume[:, 0] > 0.0) & (every_amount[:, self.water] > 0.0))
+        if len(wet) and (self.quick_processes or self._has_phases_or_salts or self.warmth.followed):
             celsius = self.celsius(index, rows[wet])
-            amounts, done = self._reacted(every[wet], celsius)
+            amounts, extents_done = self._react_rows(every_amount[wet], celsius)
             # What dissolves cools or warms what it dissolves in, and that changes how much dissolves.
             for _ in range(trials if self.warmth.followed and len(self.salts) else 0):
                 capacity = np.asarray(self.capacity(index, volume[wet, 0], amounts))
-                reached = self._bounded(self.warmth.room + amounts[:, self.column[HEAT]] / capacity, amounts)
-                if np.abs(reached - celsius).max() < NEAR_KELVIN:
+                reached_celsius = self._clip_celsius(
+                    self.warmth.room + amounts[:, self.column[HEAT]] / capacity, amounts
+                )
+                if np.abs(reached_celsius - celsius).max() < NEAR_KELVIN:
                     break
-                celsius = 0.5 * (celsius + reached)
-                amounts, done = self._reacted(every[wet], celsius)
-            every[wet] = amounts
-            extents[wet] += done
+                celsius = 0.5 * (celsius + reached_celsius)
+                amounts, extents_done = self._react_rows(every_amount[wet], celsius)
+            every_amount[wet] = amounts
+            extents[wet] += extents_done
         if self.warmth.followed:
-            self._boil_or_freeze(index, volume[:, 0], every)
+            self._boil_or_freeze(index, volume[:, 0], every_amount)
 
-    def _bounded(self, celsius: FloatArray, amounts: FloatArray) -> FloatArray:
-        return np.clip(celsius, self.freezing(amounts), self.warmth.room + self.warmth.most)
+    def _clip_celsius(self, celsius: FloatArray, amounts: FloatArray) -> FloatArray:
+        return np.clip(celsius, self.freezing_point_c(amounts), self.warmth.room + self.warmth.most)
 
-    def _reacted(self, before: FloatArray, celsius: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _react_rows(self, before: FloatArray, celsius: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Rows (n, columns) as they are when all has reacted at a temperature (n,), and extents (n, processes)."""
-        amounts, done = before.copy(), np.zeros((len(before), len(self.processes)))
+        amounts, extents_done = before.copy(), np.zeros((len(before), len(self.processes)))
         enthalpy = self.heats.enthalpy(amounts)
         # What is solid is thought dissolved, so that the outcome hangs on what there is and not on how it came.
-        standing = amounts[:, self.phases] * ~self.gas
-        amounts -= standing @ self.formation
-        rested = amounts.copy()
+        standing_solids = amounts[:, self.phases] * ~self.gas
+        amounts -= standing_solids @ self.formation
+        rested_amounts = amounts.copy()
         self._dissolve_for_equations(amounts)
-        for _ in self.quick:
-            for row in self.quick:
+        for _ in self.quick_processes:
+            for row in self.quick_processes:
                 extent = self.limits.extent(row, amounts, celsius)
                 self._apply(amounts, extent[:, None] * self.changes[row])
-                done[:, row] += extent
+                extents_done[:, row] += extent
         # Where nothing reacted, ions beside much solid keep their digits.
-        idle = ~done.any(axis=1)
-        amounts[idle] = rested[idle]
+        has_no_reaction = ~extents_done.any(axis=1)
+        amounts[has_no_reaction] = rested_amounts[has_no_reaction]
         self._crystallise(amounts, celsius)
         if self.solver is not None and (len(self.phases) or self.warmth.followed):
-            self._settle_beside_salts(amounts, standing, celsius)
+            self._settle_beside_salts(amounts, standing_solids, celsius)
         if self.solver is None and self.warmth.followed:
-            amounts[:, self.column[STORED]] = self.heats.dissolved(amounts, np.zeros((len(amounts), 0)))
-        given = enthalpy - self.heats.enthalpy(amounts)
-        for row in self.quick:
-            given -= done[:, row] * self._joule(row)
-        amounts[:, self.column[HEAT]] += given
-        return amounts, done
+            amounts[:, self.column[STORED]] = self.heats.dissolved_enthalpy(amounts, np.zeros((len(amounts), 0)))
+        heat_given = enthalpy - self.heats.enthalpy(amounts)
+        for row in self.quick_processes:
+            heat_given -= extents_done[:, row] * self._joule(row)
+        amounts[:, self.column[HEAT]] += heat_given
+        return amounts, extents_done
 
     def _boil_or_freeze(self, index: int, volume: FloatArray, amounts: FloatArray) -> None:
         """Keep rows between freezing and boiling, in place: what would lead beyond makes steam or ice."""
         heat, latent = self.column[HEAT], self.column[LATENT]
         capacity = np.asarray(self.capacity(index, volume, amounts))
         whole = amounts[:, heat] + amounts[:, latent]
-        bottom = np.where(volume > 0.0, (self.freezing(amounts) - self.warmth.room) * capacity, -np.inf)
+        bottom = np.where(volume > 0.0, (self.freezing_point_c(amounts) - self.warmth.room) * capacity, -np.inf)
         # What keeps no heat, or never boils, has no bound: infinity times nothing would be no number.
         top = np.full(len(capacity), np.inf)
         boils = (volume > 0.0) & (capacity > 0.0) & np.isfinite(self.warmth.most)
@@ -420,7 +436,7 @@ class Ledger:
         for index, changes, slow in zip(self.salt_columns, self.salt_changes, self.dissolves_slowly, strict=True):
             ions = np.flatnonzero(changes < 0.0)
             ions = ions[(ions != self.proton) & (ions != self.water)]
-            if not slow and (self.changes[np.ix_(self.quick, ions)] < 0.0).any():
+            if not slow and (self.changes[np.ix_(self.quick_processes, ions)] < 0.0).any():
                 self._apply(amounts, -amounts[:, [index]] * changes)
 
     def _crystallise(self, amounts: FloatArray, celsius: FloatArray) -> None:
@@ -428,18 +444,18 @@ class Ledger:
         for salt, index, changes, slow in zip(
             self.salts, self.salt_columns, self.salt_changes, self.dissolves_slowly, strict=True
         ):
-            standing = amounts[:, index]
-            solid = settled_solid(salt, self.column, amounts - standing[:, None] * changes, celsius)
+            standing_solids = amounts[:, index]
+            settled_amount = settled_solid(salt, self.column, amounts - standing_solids[:, None] * changes, celsius)
             if slow:
                 # Its own equation dissolves it.
-                solid = np.maximum(solid, standing)
+                settled_amount = np.maximum(settled_amount, standing_solids)
             # Only the difference is moved: beside a mol of solid the ions of a micromol would lose their digits.
-            self._apply(amounts, (solid - standing)[:, None] * changes)
+            self._apply(amounts, (settled_amount - standing_solids)[:, None] * changes)
 
-    def _settle_beside_salts(self, amounts: FloatArray, standing: FloatArray, celsius: FloatArray) -> None:
+    def _settle_beside_salts(self, amounts: FloatArray, standing_solids: FloatArray, celsius: FloatArray) -> None:
         """Bring rows to PHREEQC's equilibrium, in place, and salts to saturation in what gases leave of it."""
         dissolved = amounts.copy()
-        self._settle(amounts, standing, celsius)
+        self._settle(amounts, standing_solids, celsius)
         for _ in range(MOST_ROUNDS if len(self.salts) and self.gas.any() else 0):
             whole = amounts - (amounts[:, self.phases] * ~self.gas) @ self.formation
             solids = whole[:, self.salt_columns].copy()
@@ -449,9 +465,9 @@ class Ledger:
                 return
             dissolved += change @ self.salt_changes
             amounts[...] = dissolved
-            self._settle(amounts, standing, celsius)
+            self._settle(amounts, standing_solids, celsius)
 
-    def _settle(self, rows: FloatArray, standing: FloatArray, celsius: FloatArray) -> None:
+    def _settle(self, rows: FloatArray, standing_solids: FloatArray, celsius: FloatArray) -> None:
         """Bring rows to PHREEQC's equilibrium, in place; where it has no answer, solids stay as they are."""
         assert self.solver is not None
         mixture = self.solver.mixture
@@ -460,8 +476,8 @@ class Ledger:
         equilibrium = self.solver.equilibrium(totals, water, celsius)
         formed = equilibrium.phases.copy()
         species = equilibrium.species.copy()
-        known = answered(equilibrium)
-        gone = np.zeros(len(self.phases))
+        known = has_answer(equilibrium)
+        gone_mol = np.zeros(len(self.phases))
         first = 0
         while self.gas.any():
             gas = formed[:, self.gas]
@@ -471,22 +487,22 @@ class Ledger:
                 break
             # From here on what left before is gone, and the rest is at equilibrium without it.
             first += int(back[0])
-            gone[self.gas] = formed[first - 1, self.gas]
+            gone_mol[self.gas] = formed[first - 1, self.gas]
             later = slice(first, None)
-            rest = rows[later] + gone @ self.formation
+            rest = rows[later] + gone_mol @ self.formation
             again = self.solver.equilibrium(rest[:, self.components], water[later], celsius[later])
-            species[later], formed[later] = again.species, again.phases + gone
-            known[later] = answered(again)
-        formed[~known] = standing[~known]
+            species[later], formed[later] = again.species, again.phases + gone_mol
+            known[later] = has_answer(again)
+        formed[~known] = standing_solids[~known]
         dissolved = species @ mixture.powers
         rows += formed @ self.formation
         rest = rows[:, self.components]
-        scarce = (dissolved < SCARCE * totals) & (np.abs(dissolved - rest) <= ROUNDING * totals) & known[:, None]
+        is_scarce = (dissolved < SCARCE * totals) & (np.abs(dissolved - rest) <= ROUNDING * totals) & known[:, None]
         # Protons are a difference of what gives and what takes them.
-        scarce[:, :1] = False
-        rows[:, self.components] = np.where(scarce, dissolved, rest)
+        is_scarce[:, :1] = False
+        rows[:, self.components] = np.where(is_scarce, dissolved, rest)
         if self.warmth.followed:
-            rows[:, self.column[STORED]] = self.heats.dissolved(rows, species)
+            rows[:, self.column[STORED]] = self.heats.dissolved_enthalpy(rows, species)
 
     def _apply(self, amounts: FloatArray, moved: FloatArray) -> None:
         """Add what was made to amounts, in place; what limits ends at exactly nothing where all of it is used."""
@@ -515,12 +531,14 @@ class Ledger:
         if capacity > 0.0:
             heat = self.column[HEAT]
             joule = float(self.amounts[index, heat])
-            self.amounts[index, heat] = cooled(joule, seconds, capacity=capacity, loss=self.warmth.loss)
+            self.amounts[index, heat] = temperature_after_seconds(
+                joule, seconds, capacity=capacity, loss=self.warmth.loss
+            )
 
-    def _reacts_slowly(self, index: int, ends: Sequence[tuple[int, int]]) -> bool:
+    def _reacts_slowly(self, index: int, flow_ends: Sequence[tuple[int, int]]) -> bool:
         """Whether a slow process goes on in a vessel, or could with what comes."""
-        together = self.amounts[index] + sum(self.amounts[a] for a, b in ends if b == index)
-        return bool(self.slow) and index != self.at[""] and bool(self.pending(together).any())
+        amounts_together = self.amounts[index] + sum(self.amounts[a] for a, b in flow_ends if b == index)
+        return bool(self.slow) and index != self.at[""] and bool(self.pending_extents(amounts_together).any())
 
     def _note(self, index: int, frame: int, time: float) -> None:
         self._blocks[index].append((np.array([time]), np.array([frame]), self.state[index : index + 1].copy()))

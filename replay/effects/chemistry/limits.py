@@ -61,7 +61,7 @@ class Limits:
         """Mol (...) of a process until the first of what it uses is used up, of rows (..., columns); water never is."""
         process = self._processes[row]
         limits = self.by_cause(row, amounts, celsius)
-        dissolved_gas = process.stays * WATER_KG * amounts[..., self._water]
+        dissolved_gas = process.gas_solubility * WATER_KG * amounts[..., self._water]
         return np.maximum(0.0, np.min(list(limits.values()), axis=0) - dissolved_gas)
 
     def by_cause(
@@ -85,23 +85,26 @@ class Limits:
             limits[Cause.SATURATION] = self._salt_room(process, amounts, celsius)
         for catalyst in process.catalysts:
             limits[Cause.CATALYST] = np.minimum(
-                limits.get(Cause.CATALYST, np.array(np.inf)), self._catalysed(self._column[catalyst], amounts)
+                limits.get(Cause.CATALYST, np.array(np.inf)), self._catalyst_limit(self._column[catalyst], amounts)
             )
-        if process.saturates:
-            room = self._slow_room(process.saturates, amounts, celsius) / -changes[self._column[process.saturates]]
+        if process.dissolving_solid:
+            room = (
+                self._slow_room(process.dissolving_solid, amounts, celsius)
+                / -changes[self._column[process.dissolving_solid]]
+            )
             # Where PHREEQC has no answer the acid limits it.
-            known = ~np.isnan(room)
-            limits = {cause: np.where(known, np.inf, limit) for cause, limit in limits.items()}
-            limits[Cause.SATURATION] = np.where(known, room, np.inf)
+            has_answer = ~np.isnan(room)
+            limits = {cause: np.where(has_answer, np.inf, limit) for cause, limit in limits.items()}
+            limits[Cause.SATURATION] = np.where(has_answer, room, np.inf)
         return limits
 
     def _protons_kept(self, process: Process) -> FloatArray:
         """Protons (columns,) that no acid gives to a process: an anion that leaves as a gas keeps its last but one."""
-        holds = self._holds_acid.copy()
-        for column, many in process.changes.items() if process.stays else ():
+        bound_protons = self._holds_acid.copy()
+        for column, many in process.changes.items() if process.gas_solubility else ():
             if many < 0.0 and column not in (PROTON, WATER):
-                holds[self._column[column]] = max(0.0, process.changes.get(PROTON, 0.0) / many - 1.0)
-        return holds
+                bound_protons[self._column[column]] = max(0.0, process.changes.get(PROTON, 0.0) / many - 1.0)
+        return bound_protons
 
     def _salt_room(self, process: Process, amounts: FloatArray, celsius: FloatArray | None) -> FloatArray:
         """Mol (...) of a salt that dissolve until its solution is saturated."""
@@ -121,7 +124,7 @@ class Limits:
         room = self._saturation.dissolves(solid, rows, self._celsius(rows, celsius))
         return room.reshape(amounts.shape[:-1])
 
-    def _catalysed(self, column: int, amounts: FloatArray) -> FloatArray:
+    def _catalyst_limit(self, column: int, amounts: FloatArray) -> FloatArray:
         """No limit (...) where a catalyst is there, else 0; protons that weak acids hold are none."""
         amount = amounts[..., column]
         if column == self._proton:
@@ -134,8 +137,8 @@ class Limits:
 
 def _bound_protons(solver: Solver | None, column: Mapping[str, int], ph: float, *, hydroxides: bool) -> FloatArray:
     """Protons (columns,) that each column holds at a pH; ``hydroxides``: with those that it takes from water."""
-    holds = np.zeros(len(column))
+    bound_protons = np.zeros(len(column))
     if solver is not None:
         for component, protons in solver.mixture.protons_at(ph, hydroxides=hydroxides).items():
-            holds[column[component]] = protons
-    return holds
+            bound_protons[column[component]] = protons
+    return bound_protons

@@ -18,7 +18,7 @@ from replay.effects.chemistry.processes import History
 from replay.effects.chemistry.recipe import Recipe, recipe_of
 from replay.effects.chemistry.salts import WATER_KG, Salt
 from replay.effects.chemistry.solver import Equilibrium, Solver
-from replay.effects.chemistry.warming import WATER_BOILS_C, cooled, solid_j_per_mol_k
+from replay.effects.chemistry.warming import WATER_BOILS_C, solid_j_per_mol_k, temperature_after_seconds
 from replay.effects.inputs import EffectInputs
 from replay.effects.models.outflow import GAP_S, Stream
 from replay.effects.movement import movement_of
@@ -87,7 +87,7 @@ class Matter:
         filled = np.where(capacity > 0.0, capacity, 1.0)
         since = np.maximum(0.0, times - history.times[rows])
         excess = self.amount(vessel, HEAT)[rows] / filled
-        return cooled(excess, since, capacity=filled, loss=ledger.warmth.loss)
+        return temperature_after_seconds(excess, since, capacity=filled, loss=ledger.warmth.loss)
 
     def is_mixed(self, vessel: str, times: FloatArray, volume_ml: FloatArray) -> BoolArray:
         """Whether what is in a vessel is mixed, (n,): its temperature and its strength are then those of all of it.
@@ -110,7 +110,7 @@ class Matter:
             return np.full(len(times), WITHOUT_HEAT_C)
         return self.ledger.warmth.room + self.kelvin(vessel, times)
 
-    def solved(self, vessel: str, times: FloatArray) -> tuple[IntArray, Equilibrium]:
+    def equilibria(self, vessel: str, times: FloatArray) -> tuple[IntArray, Equilibrium]:
         """Rows (k,) of the times at which there is a liquid, and its equilibrium there.
 
         A bubble that left stays away, and no more may bubble.
@@ -136,14 +136,14 @@ class Matter:
         foreign = 0.5 * (charges - own * dissolved) / kilograms
         present = dissolved + amounts[:, ledger.column[salt.column]]
         celsius = self.celsius(vessel, self.histories[vessel].times)
-        near = present > NEAR_SATURATION * salt.saturation(celsius) * kilograms
-        return near & (foreign > MOST_FOREIGN_MOL_KG)
+        is_near_saturation = present > NEAR_SATURATION * salt.saturation(celsius) * kilograms
+        return is_near_saturation & (foreign > MOST_FOREIGN_MOL_KG)
 
     def brines(self, vessel: str) -> dict[str, float]:
         """Salt column -> time at which its solution becomes a brine, of those that do."""
         times = self.histories[vessel].times
-        marked = {salt.column: np.flatnonzero(self.brine(vessel, salt)) for salt in self.recipe.salts}
-        return {column: float(times[rows[0]]) for column, rows in marked.items() if len(rows)}
+        brine_rows = {salt.column: np.flatnonzero(self.brine(vessel, salt)) for salt in self.recipe.salts}
+        return {column: float(times[rows[0]]) for column, rows in brine_rows.items() if len(rows)}
 
     def totals(self, amounts: FloatArray) -> FloatArray:
         """Mol (n, components) of each component of the equilibrium, dissolved and in solids together."""
@@ -154,19 +154,19 @@ class Matter:
 
 def matter_of(inputs: EffectInputs) -> Matter:
     """The ledger of this run, made once."""
-    return inputs.shared("matter", lambda: _matter(inputs))
+    return inputs.shared_object("matter", lambda: _matter(inputs))
 
 
 def _matter(inputs: EffectInputs) -> Matter:
-    moved = movement_of(inputs)
+    liquid_movement = movement_of(inputs)
     names = (name for declared in inputs.tables.get("mixing", ()) for name in declared["in"])
-    vessels = {**vessels_of(inputs, names), **moved.vessels}
+    vessels = {**vessels_of(inputs, names), **liquid_movement.vessels}
     recipe = recipe_of(inputs.tables, {name: contents_of(vessel) for name, vessel in vessels.items()})
     fraction = max((table["solid_fraction"] for table in inputs.tables.get("pour", ())), default=0.0)
     ledger = recipe.ledger(fraction, _warmth(inputs, vessels, recipe))
     times = inputs.times
     ledger.begin(float(times[0]))
-    for frames, streams, volume_ml in _segments(moved.streams, times):
+    for frames, streams, volume_ml in _segments(liquid_movement.streams, times):
         pairs, over = (
             [(stream.source, stream.target) for stream in streams],
             np.array([stream.over for stream in streams]),

@@ -73,12 +73,12 @@ class Mixture:
     @cached_property
     def species(self) -> tuple[Entry, ...]:
         """Dissolved species that can be made of the components, in PHREEQC's order."""
-        mine = {*self.components, WATER}
+        own_columns = {*self.components, WATER}
         # Two names of one makeup would be one species twice: the later definition holds.
         unique = {
             tuple(sorted(entry.makeup.items())): entry
             for entry in self.database.species.values()
-            if set(entry.makeup) <= mine and set(entry.makeup) != {WATER}
+            if set(entry.makeup) <= own_columns and set(entry.makeup) != {WATER}
         }
         return tuple(unique.values())
 
@@ -99,8 +99,8 @@ class Mixture:
     @cached_property
     def bare_names(self) -> tuple[str | None, ...]:
         """Name in PHREEQC's text of the bare ion of each component; ``None``: PHREEQC has it with protons alone."""
-        bare = [self.species_of({component: 1.0}) for component in self.components]
-        return tuple(None if entry is None else self.names[entry.name] for entry in bare)
+        bare_ions = [self.species_of({component: 1.0}) for component in self.components]
+        return tuple(None if entry is None else self.names[entry.name] for entry in bare_ions)
 
     @cached_property
     def powers(self) -> FloatArray:
@@ -135,20 +135,20 @@ class Mixture:
         Measured ones of acids, bases and water; PHREEQC's of complexes. Pairs of an ion of one charge with another ion
         are given no heat of their own: PHREEQC's are not measured well enough for a calorimeter.
         """
-        heavy = [component for component in makeup if component not in (PROTON, WATER)]
+        solutes = [component for component in makeup if component not in (PROTON, WATER)]
         protons = round(makeup.get(PROTON, 0.0))
-        if not heavy:
+        if not solutes:
             return HYDROXIDE_KJ_MOL - ENTHALPY[WATER] if protons < 0 else 0.0
-        known = PROTONATED.get(heavy[0], []) if len(heavy) == 1 and makeup[heavy[0]] == 1.0 else []
+        known = PROTONATED.get(solutes[0], []) if len(solutes) == 1 and makeup[solutes[0]] == 1.0 else []
         if WATER not in makeup and 0 <= protons < len(known):
             return known[protons] - known[0]
-        for component in heavy:
+        for component in solutes:
             rest = {**makeup, component: makeup[component] - 1.0}
             rest = {name: many for name, many in rest.items() if many}
             # A heat of exactly 0 is one that nobody measured.
             single = abs(component_of(component).charge) == 1 and component not in LIGANDS
             unmeasured = self._by_makeup[_key(makeup)].kilojoule == 0.0 and makeup[component] > 1.0
-            if (single or unmeasured) and len(heavy) > 1 and _key(rest) in self._by_makeup:
+            if (single or unmeasured) and len(solutes) > 1 and _key(rest) in self._by_makeup:
                 return self._kilojoule(rest)
         entry = self._by_makeup[_key(makeup)]
         return entry.kilojoule - self._components_kilojoule(makeup)
@@ -199,15 +199,15 @@ class Mixture:
         """
         bound_protons: dict[str, float] = {}
         for component in self.components[1:]:
-            mine = [
+            own_species = [
                 entry for entry in self.species
                 if entry.makeup.get(component, 0.0) == 1.0 and set(entry.makeup) <= {component, PROTON, WATER}
                 and (hydroxides or WATER not in entry.makeup)
             ]  # fmt: skip
-            protons = np.array([entry.makeup.get(PROTON, 0.0) for entry in mine])
-            logs = np.array([entry.log_k for entry in mine]) - protons * ph
+            protons = np.array([entry.makeup.get(PROTON, 0.0) for entry in own_species])
+            logs = np.array([entry.log_k for entry in own_species]) - protons * ph
             weights = 10.0 ** (logs - logs.max(initial=-np.inf))
-            bound_protons[component] = float((weights * protons).sum() / weights.sum()) if len(mine) else 0.0
+            bound_protons[component] = float((weights * protons).sum() / weights.sum()) if len(own_species) else 0.0
         return bound_protons
 
     def _protonations(self, component: str) -> dict[int, float]:
@@ -220,12 +220,12 @@ class Mixture:
 
     def _components_kilojoule(self, makeup: Makeup) -> float:
         """Enthalpy of the bare ions in a makeup above the ions in which PHREEQC counts."""
-        bare = {
+        bare_ions = {
             component: self._by_makeup.get(((component, 1.0),))
             for component in makeup
             if component not in (PROTON, WATER)
         }
-        return sum(makeup[component] * entry.kilojoule for component, entry in bare.items() if entry is not None)
+        return sum(makeup[component] * entry.kilojoule for component, entry in bare_ions.items() if entry is not None)
 
     def _phase_joule(self, phase: Phase) -> float:
         if phase.joule is not None:
@@ -234,9 +234,9 @@ class Mixture:
             **{component: -float(many) for component, many in phase.components.items()},
             phase.column: 1.0,
         }
-        known = enthalpy_j(changes)
-        if not np.isnan(known):
-            return known
+        table_joule = enthalpy_j(changes)
+        if not np.isnan(table_joule):
+            return table_joule
         # PHREEQC's is that of dissolving, in its own ions.
         return 1e3 * (-phase.entry.kilojoule - self._components_kilojoule(phase.entry.makeup))
 
@@ -294,9 +294,9 @@ def _gamma(entry: Entry, mixture: Mixture) -> list[str]:
     if abs(charge) < SEVERAL_CHARGES or (charge < 0.0 and set(entry.makeup) & METALS - EARTH_METALS):
         return []
     for metal in METALS & set(entry.makeup):
-        bare = mixture.species_of({metal: 1.0})
-        if bare is not None and bare is not entry and component_of(metal).charge == charge:
-            return _gamma(bare, mixture)
+        bare_ion = mixture.species_of({metal: 1.0})
+        if bare_ion is not None and bare_ion is not entry and component_of(metal).charge == charge:
+            return _gamma(bare_ion, mixture)
     return [f"-gamma {COMPLEX_ANGSTROM:g} 0"]
 
 

@@ -77,7 +77,7 @@ class Phases:
         self.slow[solids[0]] = Phase(solids[0], components, entry)
         return solids[0]
 
-    def known(self, formula: str) -> bool:
+    def has_known_solubility(self, formula: str) -> bool:
         """Whether PHREEQC or a solubility says how much of a solid dissolves."""
         return formula + SOLID in self.phreeqc or formula + SOLID in self.salts
 
@@ -87,23 +87,23 @@ class Phases:
         phases = self.database.phases
         if phase == "g":
             return phases.get(formula + GAS)
-        named = PHASE_NAMES.get(formula, formula)
-        if named in phases and components_of(formula) is not None:
-            return phases[named]
+        phase_name = PHASE_NAMES.get(formula, formula)
+        if phase_name in phases and components_of(formula) is not None:
+            return phases[phase_name]
         components = components_of(formula) or {}
-        mine, water = dry_components(components), components.get(WATER, 0)
+        own_makeup, water = dry_components(components), components.get(WATER, 0)
         fitting = [
             entry
             for name, entry in phases.items()
-            if mine
-            and dry_components(entry.makeup) == mine
+            if own_makeup
+            and dry_components(entry.makeup) == own_makeup
             and entry.makeup.get(WATER, 0.0) >= water
             and not name.endswith(GAS)
         ]
         # The nearest in crystal water: calcium hydroxide is no hydrate of lime where a formula says which is meant.
         return max(fitting, key=lambda entry: (-entry.makeup.get(WATER, 0.0), entry.log_k), default=None)
 
-    def sparing(self, formula: str) -> bool:
+    def is_sparingly_soluble(self, formula: str) -> bool:
         """Whether a formula is a salt that hardly dissolves, by PHREEQC's constant."""
         if self.database is None or charge_of(formula) or solubility_of(formula) is not None:
             return False
@@ -112,7 +112,7 @@ class Phases:
             return True
         if entry is None or entry.makeup.get(PROTON, 0.0) > 0.0:
             return False
-        molecule = self.dissolved(formula)
+        molecule = self.dissolved_species(formula)
         if molecule is not None and entry.log_k + molecule.log_k > np.log10(SPARING_MOL_KG):
             return False
         hydroxide = -entry.makeup.get(PROTON, 0.0)
@@ -126,12 +126,16 @@ class Phases:
         even = sum(many * np.log10(many) for many in ions if many > 0.0)
         return bool((log_product - even) / sum(ions) < np.log10(SPARING_MOL_KG))
 
-    def dissolved(self, formula: str) -> Entry | None:
+    def dissolved_species(self, formula: str) -> Entry | None:
         """PHREEQC's dissolved species of a formula."""
         assert self.database is not None
-        mine = dry_components(components_of(formula) or {})
+        own_makeup = dry_components(components_of(formula) or {})
         return next(
-            (entry for entry in self.database.species.values() if mine and dry_components(entry.makeup) == mine),
+            (
+                entry
+                for entry in self.database.species.values()
+                if own_makeup and dry_components(entry.makeup) == own_makeup
+            ),
             None,
         )
 

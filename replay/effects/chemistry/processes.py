@@ -22,9 +22,9 @@ class Process:
     acid: float = field(default=0.0, compare=False)
     salt: Salt | None = field(default=None, compare=False)  # that it dissolves, up to its solubility
     catalysts: frozenset[str] = frozenset()  # columns without which it does not proceed
-    stays: float = 0.0  # mol of reaction, by kg of water, whose gas stays dissolved
+    gas_solubility: float = 0.0  # mol of reaction, by kg of water, whose gas stays dissolved
     # column of a solid that it dissolves at its rate, as far as PHREEQC's equilibrium lets it; ``""``: another process
-    saturates: str = ""
+    dissolving_solid: str = ""
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,7 +19,7 @@ from replay.effects.chemistry.components import (
     components_of,
     dissolved_components,
     dry_components,
-    heavy_components,
+    solute_components,
 )
 from replay.effects.chemistry.contents import Contents
 from replay.effects.chemistry.database import Database, database_of
@@ -55,7 +55,7 @@ class Reaction:
     equation: Equation
     phases: Mapping[str, str]  # formula -> ``s``, ``g`` or nothing
     process: int  # its place among the ledger's processes; -1: it is at equilibrium, by constants
-    unwilling: str = ""  # why it does not proceed by itself; ``""``: it does
+    obstacle: str = ""  # why it does not proceed by itself; ``""``: it does
     free_energy_j: float = float("nan")  # of a mol of what has no constant; NaN: no table knows it
 
 
@@ -90,7 +90,7 @@ class Recipe:
         """A ledger with everything in its vessels."""
         fills = {name: self._columns(contents) for name, contents in self.contents.items()}
         columns = tuple(column for fill in fills.values() for column in fill)
-        made = Ledger(
+        filled_ledger = Ledger(
             vessels=tuple(fills),
             columns=columns,
             processes=self.processes,
@@ -101,8 +101,8 @@ class Recipe:
             slow_solids=self.slow_solids,
         )
         for name, fill in fills.items():
-            made.fill(name, self.contents[name].volume_ml, fill)
-        return made
+            filled_ledger.fill(name, self.contents[name].volume_ml, fill)
+        return filled_ledger
 
     def _columns(self, contents: Contents) -> dict[str, float]:
         amounts = {formula + ADDED: amount for formula, amount in contents.amounts.items() if formula != WATER}
@@ -119,14 +119,14 @@ def undeclared_phases(recipe: Recipe) -> tuple[Phase, ...]:
         return ()
     mixture = recipe.solver.mixture
     phases = Phases(mixture.database, {}, frozenset())
-    named = {phase.column for phase in mixture.phases} | {salt.column for salt in recipe.salts}
-    named |= {column for process in recipe.processes for column in process.changes}
-    named |= {formula + SOLID for reaction in recipe.reactions for formula in reaction.equation.formulas}
+    named_solids = {phase.column for phase in mixture.phases} | {salt.column for salt in recipe.salts}
+    named_solids |= {column for process in recipe.processes for column in process.changes}
+    named_solids |= {formula + SOLID for reaction in recipe.reactions for formula in reaction.equation.formulas}
     makeups = [dry_components(phase.components) for phase in mixture.phases]
     undeclared = []
     for formula in FRESH:
-        heavy = set(heavy_components(formula))
-        if formula + SOLID in named or not heavy <= set(mixture.components):
+        solutes = set(solute_components(formula))
+        if formula + SOLID in named_solids or not solutes <= set(mixture.components):
             continue
         entry = phases.entry(formula, "s")
         components = dissolved_components(formula)
@@ -143,37 +143,43 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
     declared = tables.get("reaction", ())
     equations = [_equation(table) for table in declared]
     database = _database(tables, contents)
-    named = {table["solid"] for table in tables.get("precipitation", ())}
+    named_solids = {table["solid"] for table in tables.get("precipitation", ())}
     bodies = {solid for content in contents.values() for solid in content.solids}
     solubility = {solid: table for content in contents.values() for solid, table in content.solubility.items()}
-    phases = Phases(database, solubility, _separate(declared, equations, named))
-    usual = {**dict.fromkeys(SOLIDS | named | bodies, "s"), **dict.fromkeys(GASES, "g")}
-    read: list[Mapping[str, str]] = []
+    phases = Phases(database, solubility, _slow_solids(declared, equations, named_solids))
+    default_states = {**dict.fromkeys(SOLIDS | named_solids | bodies, "s"), **dict.fromkeys(GASES, "g")}
+    states_by_equation: list[Mapping[str, str]] = []
     brought = {formula for content in contents.values() for formula in content.amounts}
     for equation in equations:
-        own = {formula: "s" for formula in equation.formulas if formula not in usual and phases.sparing(formula)}
+        own_states = {
+            formula: "s"
+            for formula in equation.formulas
+            if formula not in default_states and phases.is_sparingly_soluble(formula)
+        }
         # A gas that a vessel holds dissolved, such as chlorine water, reacts as what is dissolved.
-        own |= {formula: "" for formula in equation.reagents if formula in brought and usual.get(formula) == "g"}
-        read.append({**usual, **own, **equation.phases})
-    phases.separate -= _settling_gases(equations, read, phases.separate)
-    for equation, phase in zip(equations, read, strict=True):
+        own_states |= {
+            formula: "" for formula in equation.reagents if formula in brought and default_states.get(formula) == "g"
+        }
+        states_by_equation.append({**default_states, **own_states, **equation.phases})
+    phases.separate -= _settling_gases(equations, states_by_equation, phases.separate)
+    for equation, phase in zip(equations, states_by_equation, strict=True):
         for formula in equation.formulas:
             phases.add(formula, phase.get(formula, "") if phase.get(formula, "") in ("s", "g") else "")
     # What stands in a vessel dissolves, whether an equation names it or not.
-    for solid in sorted(named | bodies - phases.separate):
+    for solid in sorted(named_solids | bodies - phases.separate):
         phases.add(solid, "s")
     processes: list[Process] = []
     reactions = []
-    for table, equation, phase in zip(declared, equations, read, strict=True):
+    for table, equation, phase in zip(declared, equations, states_by_equation, strict=True):
         process = _process(table, equation, phase, phases)
-        unwilling, joule = "", float("nan")
+        obstacle, joule = "", float("nan")
         if process is not None and process.salt is None:
             joule = free_energy_of(process, equation, phase, phases, strongest_acid(contents))
-            unwilling = reason_not_to_proceed(joule, process, equation)
-        if process is not None and not unwilling and process not in processes:
+            obstacle = reason_not_to_proceed(joule, process, equation)
+        if process is not None and not obstacle and process not in processes:
             processes.append(process)
-        process_index = processes.index(process) if process is not None and not unwilling else -1
-        reactions.append(Reaction(table, equation, phase, process_index, unwilling, joule))
+        process_index = processes.index(process) if process is not None and not obstacle else -1
+        reactions.append(Reaction(table, equation, phase, process_index, obstacle, joule))
     columns = _columns(contents, reactions, processes, phases)
     solver = phases.solver(columns)
     for reaction in reactions:
@@ -193,7 +199,7 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
 def _declare_heat(reaction: Reaction, processes: list[Process], phases: Phases, solver: Solver | None) -> None:
     """Give a declared enthalpy to a process, or to the solid that an equation dissolves."""
     equation, heat = reaction.equation, reaction.declared["heat_kj_mol"]
-    own = (
+    joule_by_column = (
         {}
         if solver is None
         else dict(
@@ -204,18 +210,18 @@ def _declare_heat(reaction: Reaction, processes: list[Process], phases: Phases, 
             )
         )
     )
-    own |= {column: salt.joule for column, salt in phases.salts.items()}
+    joule_by_column |= {column: salt.joule for column, salt in phases.salts.items()}
     solid = _dissolved_solid(equation, reaction.phases, phases)
     changes = processes[reaction.process].changes if reaction.process >= 0 else {solid: 0.0}
-    joule = declared_joule(heat, equation, reaction.phases, {**own, **dict.fromkeys(changes, 0.0)}, solver)
+    joule = declared_joule(heat, equation, reaction.phases, {**joule_by_column, **dict.fromkeys(changes, 0.0)}, solver)
     if reaction.process >= 0:
         processes[reaction.process] = replace(processes[reaction.process], joule=joule)
     if solid:
-        above = -joule / equation.reagents[solid.removesuffix(SOLID)]
+        solid_joule = -joule / equation.reagents[solid.removesuffix(SOLID)]
         if solid in phases.salts:
-            phases.salts[solid] = replace(phases.salts[solid], joule=above)
+            phases.salts[solid] = replace(phases.salts[solid], joule=solid_joule)
         else:
-            phases.phreeqc[solid] = replace(phases.phreeqc[solid], joule=above)
+            phases.phreeqc[solid] = replace(phases.phreeqc[solid], joule=solid_joule)
 
 
 def asks_phreeqc(tables: Tables, contents: Mapping[str, Contents]) -> bool:
@@ -289,7 +295,9 @@ def _database(tables: Tables, contents: Mapping[str, Contents]) -> Database | No
         raise PlanError(*(str(where.fail(f"phreeqc: {line}")) for line in str(error).splitlines())) from error
 
 
-def _separate(declared: Sequence[Declaration], equations: Sequence[Equation], named: Iterable[str]) -> frozenset[str]:
+def _slow_solids(
+    declared: Sequence[Declaration], equations: Sequence[Equation], named_solids: Iterable[str]
+) -> frozenset[str]:
     """Solids that only equations with a rate name: they stand apart from what is at equilibrium."""
     at_once = {
         formula
@@ -304,7 +312,7 @@ def _separate(declared: Sequence[Declaration], equations: Sequence[Equation], na
         for formula in eq.formulas
         if len(eq.reagents) > 1
     }
-    return frozenset(slow - at_once - set(named))
+    return frozenset(slow - at_once - set(named_solids))
 
 
 def _settling_gases(
@@ -318,14 +326,16 @@ def _settling_gases(
     settling: set[str] = set()
     leaving: set[str] = set()
     for equation, state in zip(equations, states, strict=True):
-        made = {formula for formula in SOLUBLE_GASES & separate & set(equation.products) if state.get(formula) == "g"}
+        made_gases = {
+            formula for formula in SOLUBLE_GASES & separate & set(equation.products) if state.get(formula) == "g"
+        }
         changes: Counter[str] = Counter()
         for formula, many, phase in equation.terms(state):
-            whole = phase in ("s", "g") and formula not in made
+            whole = phase in ("s", "g") and formula not in made_gases
             for component, count in ({formula: 1} if whole else dissolved_components(formula)).items():
                 changes[component] += many * count
         cancels = not {component for component, many in changes.items() if many} - {WATER}
-        (leaving if cancels else settling).update(made)
+        (leaving if cancels else settling).update(made_gases)
     return settling - leaving
 
 
@@ -335,7 +345,7 @@ def _dissolved_gas(changes: Mapping[str, float], phases: Phases) -> float:
         formula = column.removesuffix(GAS)
         if phases.database is None or many <= 0.0 or formula not in SOLUBLE_GASES or not column.endswith(GAS):
             continue
-        gas, molecule = phases.entry(formula, "g"), phases.dissolved(formula)
+        gas, molecule = phases.entry(formula, "g"), phases.dissolved_species(formula)
         if gas is not None and molecule is not None:
             return float(10.0 ** (gas.log_k + molecule.log_k)) / many
     return 0.0
@@ -344,10 +354,14 @@ def _dissolved_gas(changes: Mapping[str, float], phases: Phases) -> float:
 def _process(table: Declaration, equation: Equation, phase: Mapping[str, str], phases: Phases) -> Process | None:
     """Process of what an equation changes beyond the equilibrium; ``None``: PHREEQC or a solubility does all."""
     rate, heat = table["rate_per_s"], table["heat_kj_mol"]
-    salt = _dissolving(equation, phase, phases) if rate is not None else None
+    salt = _dissolving_salt(equation, phase, phases) if rate is not None else None
     changes = _changes(equation, phase, phases, {salt.column} if salt is not None else set())
     if not changes:
-        unknown = [formula for formula in equation.reagents if phase.get(formula) == "s" and not phases.known(formula)]
+        unknown = [
+            formula
+            for formula in equation.reagents
+            if phase.get(formula) == "s" and not phases.has_known_solubility(formula)
+        ]
         if unknown:
             raise table.fail(UNKNOWN_SOLUBILITY.format(unknown[0]))
         settling = any(_can_settle(formula, phase) for formula in equation.formulas)
@@ -365,7 +379,7 @@ def _process(table: Declaration, equation: Equation, phase: Mapping[str, str], p
         for formula, many in equation.reagents.items()
         if formula != WATER and phase.get(formula) not in ("s", "g")
     )
-    stays = _dissolved_gas(changes, phases)
+    gas_solubility = _dissolved_gas(changes, phases)
     return Process(
         text=table["equation"],
         changes=changes,
@@ -374,8 +388,8 @@ def _process(table: Declaration, equation: Equation, phase: Mapping[str, str], p
         acid=float(acid),
         salt=salt,
         catalysts=_catalysts(equation, phase),
-        stays=stays,
-        saturates="" if rate is None else phases.dissolves_slowly(changes),
+        gas_solubility=gas_solubility,
+        dissolving_solid="" if rate is None else phases.dissolves_slowly(changes),
     )
 
 
@@ -389,8 +403,8 @@ def _catalysts(equation: Equation, phase: Mapping[str, str]) -> frozenset[str]:
     columns: set[str] = set()
     for formula in unchanged:
         state = phase.get(formula, "")
-        heavy = heavy_components(formula) or dissolved_components(formula)
-        columns |= {f"{formula}({state})"} if state in ("s", "g") else set(heavy)
+        solutes = solute_components(formula) or dissolved_components(formula)
+        columns |= {f"{formula}({state})"} if state in ("s", "g") else set(solutes)
     return frozenset(columns)
 
 
@@ -407,7 +421,9 @@ def _makes_neutral_complex(equation: Equation, phases: Phases) -> bool:
     if phases.database is None or not any(charge_of(formula) for formula in equation.reagents):
         return False
     return any(
-        phases.dissolved(formula) is not None for formula in equation.products if len(heavy_components(formula)) > 1
+        phases.dissolved_species(formula) is not None
+        for formula in equation.products
+        if len(solute_components(formula)) > 1
     )
 
 
@@ -418,7 +434,7 @@ def _dissolved_solid(equation: Equation, phase: Mapping[str, str], phases: Phase
     return solids[0] if alone and solids[0] in (*phases.salts, *phases.phreeqc) else ""
 
 
-def _dissolving(equation: Equation, phase: Mapping[str, str], phases: Phases) -> Salt | None:
+def _dissolving_salt(equation: Equation, phase: Mapping[str, str], phases: Phases) -> Salt | None:
     """The salt that an equation dissolves and nothing else."""
     return phases.salts.get(_dissolved_solid(equation, phase, phases))
 
@@ -429,12 +445,12 @@ def _check_dissolving(table: Declaration, equation: Equation, phase: Mapping[str
     if salt is not None or len(solids) != 1 or set(equation.reagents) - {solids[0], WATER}:
         return
     components = dissolved_components(solids[0])
-    made: dict[str, float] = {}
+    made_components: dict[str, float] = {}
     for formula, many in equation.products.items():
         for component, count in dissolved_components(formula).items():
-            made[component] = made.get(component, 0.0) + count * many
+            made_components[component] = made_components.get(component, 0.0) + count * many
     coefficient = equation.reagents[solids[0]]
-    if {component: many for component, many in made.items() if component != WATER} == {
+    if {component: many for component, many in made_components.items() if component != WATER} == {
         component: many * coefficient for component, many in components.items() if component != WATER
     }:
         # An oxide of an alkali or earth metal reacts with water to its end, and so does an anhydride.

@@ -16,8 +16,8 @@ from replay.effects.chemistry.components import (
     components_of,
     dissolved_components,
     dry_components,
-    heavy_components,
     is_known,
+    solute_components,
 )
 from replay.effects.chemistry.contents import contents_of_scene
 from replay.effects.chemistry.formulas import COMMON, atoms, charge_of, crystal_water
@@ -46,12 +46,12 @@ def check_chemistry(tables: Tables, scene: Scene, file: str) -> None:
     _check_known(tables, recipe)
     _check_solids(tables, recipe, file)
     _check_decided(recipe)
-    followed = vessel_names(tables)
+    followed_vessels = vessel_names(tables)
     for declared in tables.get("colour", ()):
         vessel = declared["in"]
-        if vessel not in followed:
+        if vessel not in followed_vessels:
             problem = f"in: nothing is mixed in {vessel!r}; name it in an effect mixing, pour or burette"
-            raise declared.fail(problem + nearest(vessel, followed))
+            raise declared.fail(problem + nearest(vessel, followed_vessels))
     followed_heat = [declared for declared in tables.get("heat", ()) if declared["of"] != "flame"]
     for declared in followed_heat:
         _check_heat(recipe, file)
@@ -73,8 +73,8 @@ def _check_solids(tables: Tables, recipe: Recipe, file: str) -> None:
     named = {formula for reaction in recipe.reactions for formula in reaction.equation.reagents}
     for name in vessel_names(tables):
         for solid in recipe.contents[name].solids if name in recipe.contents else ():
-            ionic = recipe.solver is not None and components_of(solid) is not None
-            if (ionic or solid in INERT) and solid + SOLID not in known and solid not in named:
+            is_ionic = recipe.solver is not None and components_of(solid) is not None
+            if (is_ionic or solid in INERT) and solid + SOLID not in known and solid not in named:
                 raise PlanError(f"{file}: body {name!r}: {UNKNOWN_SOLUBILITY.format(solid)}")
 
 
@@ -109,11 +109,11 @@ def _check_temperatures(declared: Declaration, recipe: Recipe, scene: Scene) -> 
         if contents.volume_ml <= 0.0 or body is None:
             continue
         celsius = Vessel(body).celsius(declared["ambient_c"])
-        bottom = 0.0 + float(ledger.freezing(ledger.amounts[[ledger.at[name]]])[0])
+        bottom = 0.0 + float(ledger.freezing_point_c(ledger.amounts[[ledger.at[name]]])[0])
         if not bottom <= celsius <= top:
             raise declared.fail(
                 f"the liquid in {name!r} has {celsius:g} degC at first; it is a liquid between "
-                f"{words.fixed(bottom, 1)} and {top:g} degC: give temperature_c of the body, or ambient_c"
+                f"{words.decimal(bottom, 1)} and {top:g} degC: give temperature_c of the body, or ambient_c"
             )
 
 
@@ -158,12 +158,12 @@ def _check_brought(reaction: Reaction, recipe: Recipe) -> None:
     for formula in equation.reagents:
         mine = dry_components(dissolved_components(formula))
         # An ion that stands in a vessel may hold protons or none; a salt is there where all of its ions are.
-        needed = [(component, many > 0) for component, many in mine.items() if component != PROTON]
+        needed_ions = [(component, many > 0) for component, many in mine.items() if component != PROTON]
         dissolved = components_of(formula) is not None and reaction.phases.get(formula) not in ("s", "g")
-        ionic = bool(charge_of(formula)) or (bool(METALS & set(mine)) and PROTON not in mine)
+        is_ionic = bool(charge_of(formula)) or (bool(METALS & set(mine)) and PROTON not in mine)
         # A weak acid is there where its anion meets a stronger one: oxalic acid of sodium oxalate in sulfuric acid.
-        freed = mine.get(PROTON, 0) > 0 and (PROTON, True) in ions and bool(needed)
-        as_ions = dissolved and (ionic or freed) and set(needed) <= ions
+        freed = mine.get(PROTON, 0) > 0 and (PROTON, True) in ions and bool(needed_ions)
+        as_ions = dissolved and (is_ionic or freed) and set(needed_ions) <= ions
         if charge_of(formula) and components_of(formula) is None and recipe.solver is not None:
             raise declared.fail(f"equation: PHREEQC's data do not know {formula!r}; take an ion that they know")
         if not (formula in available or mine in components or as_ions):
@@ -194,16 +194,16 @@ def _check_basic_salts(reaction: Reaction, recipe: Recipe) -> None:
         return
     mixture = recipe.solver.mixture
     for formula in reaction.equation.products:
-        components, heavy = components_of(formula), heavy_components(formula)
+        components, solutes = components_of(formula), solute_components(formula)
         known = formula + SOLID in {phase.column for phase in mixture.phases} or mixture.row_of(formula) is not None
-        if charge_of(formula) or components is None or known or len(heavy) < 2:
+        if charge_of(formula) or components is None or known or len(solutes) < 2:
             continue
-        if components.get(PROTON, 0) >= 0 or not METALS & set(heavy) or set(heavy) <= METALS:
+        if components.get(PROTON, 0) >= 0 or not METALS & set(solutes) or set(solutes) <= METALS:
             continue
         basic = sorted(
             entry.equation.split()[0]
             for entry in mixture.database.phases.values()
-            if set(entry.makeup) - {PROTON, WATER} == set(heavy) and entry.makeup.get(PROTON, 0.0) < 0.0
+            if set(entry.makeup) - {PROTON, WATER} == set(solutes) and entry.makeup.get(PROTON, 0.0) < 0.0
         )
         others = f"; of its ions they have {' and '.join(basic)}" if basic else ""
         raise reaction.declared.fail(
@@ -222,12 +222,12 @@ def _check_made(tables: Tables, recipe: Recipe) -> None:
         if formula in reaction.equation.products or formula + SOLID in formed
     }
     brought = {formula for content in recipe.contents.values() for formula in (*content.amounts, *content.solids)}
-    ions = {component for formula in (*brought, *made) for component in heavy_components(formula)}
+    ions = {component for formula in (*brought, *made) for component in solute_components(formula)}
     # What PHREEQC or a solubility lets fall out needs no equation.
     made |= {
         table["solid"]
         for table in tables.get("precipitation", ())
-        if table["solid"] + SOLID in formed and set(heavy_components(table["solid"])) <= ions
+        if table["solid"] + SOLID in formed and set(solute_components(table["solid"])) <= ions
     }
     for table in tables.get("precipitation", ()):
         if table["solid"] + SOLID not in formed and not any(
@@ -260,13 +260,13 @@ def _check_decided(recipe: Recipe) -> None:
         missing = f"{solid.removesuffix(SOLID)!r} is not in PHREEQC's data" if solid else "rate_per_s is missing"
         for text, changes in rivals:
             own = text.strip("'") in reaction.equation.formulas
-            shared = sorted(_used(process.changes) & _used(changes))
+            shared = sorted(_consumed_columns(process.changes) & _consumed_columns(changes))
             if shared and changes is not process.changes and not own:
                 problem = f"{text} wants {shared[0]} too, and nothing says which gets it"
                 raise reaction.declared.fail(f"{missing}: {problem}")
 
 
-def _used(changes: Mapping[str, float]) -> set[str]:
+def _consumed_columns(changes: Mapping[str, float]) -> set[str]:
     return {column for column, many in changes.items() if many < 0.0 and column != WATER}
 
 
@@ -274,7 +274,9 @@ def _check_known(tables: Tables, recipe: Recipe) -> None:
     """Raises PlanError: PHREEQC is asked and does not know a dissolved formula."""
     if recipe.solver is None:
         return
-    tabled = [table for kind in ("reaction", "colour", "precipitation", "heat") for table in tables.get(kind, ())]
+    chemistry_tables = [
+        table for kind in ("reaction", "colour", "precipitation", "heat") for table in tables.get(kind, ())
+    ]
     for name, content in recipe.contents.items():
         for formula in content.amounts:
             if not is_known(formula):
@@ -282,6 +284,6 @@ def _check_known(tables: Tables, recipe: Recipe) -> None:
                 advice = (
                     f"did you mean {meant[0]!r}?" if meant else "take an acid or base that they know, or leave it out"
                 )
-                raise tabled[0].fail(
+                raise chemistry_tables[0].fail(
                     f"PHREEQC's data do not know {formula!r} in {name!r}, which may change the pH; {advice}"
                 )

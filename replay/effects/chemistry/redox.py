@@ -57,12 +57,12 @@ def couples_of(changes: Mapping[str, float]) -> tuple[Couple, Couple] | None:
     ``changes`` : column -> mol that one mol of reaction makes. ``None``: it is no redox reaction of two reagents, or no
     table has the free energy of a form.
     """
-    made = [column for column, many in changes.items() if many > 0.0 and column not in (PROTON, WATER)]
-    used = [column for column, many in changes.items() if many < 0.0 and column not in (PROTON, WATER)]
-    couples = [couple for column in used if (couple := _couple(column, _partner(column, made))) is not None]
-    oxidants = [couple for couple in couples if couple.oxidised in used]
-    reductants = [couple for couple in couples if couple.reduced in used]
-    if len(used) != 2 or len(oxidants) != 1 or len(reductants) != 1:
+    products = [column for column, many in changes.items() if many > 0.0 and column not in (PROTON, WATER)]
+    reagents = [column for column, many in changes.items() if many < 0.0 and column not in (PROTON, WATER)]
+    couples = [couple for column in reagents if (couple := _couple(column, _partner(column, products))) is not None]
+    oxidants = [couple for couple in couples if couple.oxidised in reagents]
+    reductants = [couple for couple in couples if couple.reduced in reagents]
+    if len(reagents) != 2 or len(oxidants) != 1 or len(reductants) != 1:
         return None
     return oxidants[0], reductants[0]
 
@@ -77,11 +77,11 @@ def potential(matter: Matter, vessel: str, times: FloatArray) -> tuple[FloatArra
     couples = list(dict.fromkeys(couple for pair in pairs for couple in pair))
     if not couples or matter.solver is None:
         return np.zeros(0), np.zeros(0)
-    wet, solved = matter.solved(vessel, times)
+    wet, equilibria = matter.equilibria(vessel, times)
     amounts = matter.states(vessel, times[wet])[0]
     celsius = matter.celsius(vessel, times[wet])
     electrons = np.array([_electrons(matter, amounts, couple) for couple in couples])
-    volts = np.array([_volt(matter, amounts, solved, celsius, couple) for couple in couples])
+    volts = np.array([_volt(matter, amounts, equilibria, celsius, couple) for couple in couples])
     electrons[~np.isfinite(volts)] = 0.0
     best = np.argmax(electrons, axis=0)
     rows = np.arange(len(wet))
@@ -96,8 +96,8 @@ def _couples_that_ran(matter: Matter, vessel: str) -> list[tuple[Couple, Couple]
     """Couples of each equation that ran at once in a vessel; none where those of one are not known."""
     pairs: list[tuple[Couple, Couple]] = []
     for row, process in enumerate(matter.recipe.processes):
-        used = [column for column, many in process.changes.items() if many < 0.0 and column not in (PROTON, WATER)]
-        if len(used) != 2 or not matter.histories[vessel].extents[-1, row] > 0.0:
+        reagents = [column for column, many in process.changes.items() if many < 0.0 and column not in (PROTON, WATER)]
+        if len(reagents) != 2 or not matter.histories[vessel].extents[-1, row] > 0.0:
             continue
         pair = couples_of(process.changes)
         if process.rate is not None or pair is None or any(_unknown_complex(matter, vessel, couple) for couple in pair):
@@ -112,12 +112,12 @@ def _unknown_complex(matter: Matter, vessel: str, couple: Couple) -> bool:
     return ligand is not None and bool(matter.amount(vessel, ligand).any())
 
 
-def _partner(column: str, made: Sequence[str]) -> str:
+def _partner(column: str, products: Sequence[str]) -> str:
     """Return the product that a reagent becomes: that with its atoms but hydrogen and oxygen; ``""``: not one alone."""
     mine = _heavy(column)
     if column == PEROXIDE:
-        return next((product for product in made if product.removesuffix(GAS) == "O2"), WATER)
-    partners = [product for product in made if mine and _heavy(product).keys() == mine.keys()]
+        return next((product for product in products if product.removesuffix(GAS) == "O2"), WATER)
+    partners = [product for product in products if mine and _heavy(product).keys() == mine.keys()]
     return partners[0] if len(partners) == 1 else ""
 
 
@@ -169,18 +169,20 @@ def _electrons(matter: Matter, amounts: FloatArray, couple: Couple) -> FloatArra
     return couple.electrons * np.minimum(*scarce)
 
 
-def _volt(matter: Matter, amounts: FloatArray, solved: Equilibrium, celsius: FloatArray, couple: Couple) -> FloatArray:
+def _volt(
+    matter: Matter, amounts: FloatArray, equilibria: Equilibrium, celsius: FloatArray, couple: Couple
+) -> FloatArray:
     """Potential (n,) in V by Nernst's equation; NaN or infinite where a form has no activity."""
     quotient = (
-        couple.reduced_count * _log_activity(matter, amounts, solved, couple.reduced)
-        - couple.oxidised_count * _log_activity(matter, amounts, solved, couple.oxidised)
-        + couple.protons * solved.ph
+        couple.reduced_count * _log_activity(matter, amounts, equilibria, couple.reduced)
+        - couple.oxidised_count * _log_activity(matter, amounts, equilibria, couple.oxidised)
+        + couple.protons * equilibria.ph
     )
     slope = log(10.0) * GAS_KJ_MOL_K * (celsius + ZERO_C_KELVIN) / (couple.electrons * FARADAY_KJ_MOL_V)
     return couple.volt - slope * quotient
 
 
-def _log_activity(matter: Matter, amounts: FloatArray, solved: Equilibrium, column: str) -> FloatArray:
+def _log_activity(matter: Matter, amounts: FloatArray, equilibria: Equilibrium, column: str) -> FloatArray:
     """log10 of the activity (n,) of a form: of an ion by PHREEQC, of a molecule its mol/kg; solids and gases have 1."""
     if column == WATER or column.endswith((SOLID, GAS)):
         return np.zeros(len(amounts))
@@ -191,7 +193,7 @@ def _log_activity(matter: Matter, amounts: FloatArray, solved: Equilibrium, colu
         if column not in components:
             molal = amounts[:, matter.ledger.column[column]] / kilograms
             return np.log10(free[IODINE] if column == IODINE else molal)
-        ion = solved.log_activity[:, components.index(column)]
+        ion = equilibria.log_activity[:, components.index(column)]
         if column != IODIDE:
             return ion
         return ion + np.log10(free[IODIDE] * kilograms / amounts[:, matter.ledger.column[IODIDE]])

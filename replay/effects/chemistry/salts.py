@@ -64,10 +64,10 @@ def solubility_of(formula: str, declared: Any = None) -> Mapping[float, float] |
     Raises ValueError: what is declared is neither a number above 0 nor a table of such by temperature.
     """
     if declared is None:
-        bare = anhydrous(formula)
-        if bare in SOLUBILITY:
-            return SOLUBILITY[bare]
-        mine = components_of(bare)
+        anhydrous_formula = anhydrous(formula)
+        if anhydrous_formula in SOLUBILITY:
+            return SOLUBILITY[anhydrous_formula]
+        mine = components_of(anhydrous_formula)
         return next(
             (table for name, table in SOLUBILITY.items() if mine is not None and components_of(name) == mine), None
         )
@@ -112,11 +112,11 @@ def settled_solid(salt: Salt, column: Mapping[str, int], amounts: FloatArray, ce
     with np.errstate(divide="ignore"):
         for _ in range(HALVINGS):
             solid = 0.5 * (lower + upper)
-            left = [many * np.log((amount - many * solid) / many) for many, amount in ions_present]
+            logs_left = [many * np.log((amount - many * solid) / many) for many, amount in ions_present]
             ions_left = sum(many for many, _ in ions_present)
             # Crystal water of what is solid dissolves nothing.
             free = np.maximum(saturated * (water - bound * solid) * WATER_KG, 1e-300)
-            beyond = np.sum(left, axis=0) > ions_left * np.log(free)
+            beyond = np.sum(logs_left, axis=0) > ions_left * np.log(free)
             lower, upper = np.where(beyond, solid, lower), np.where(beyond, upper, solid)
     settled = 0.5 * (lower + upper)
     return np.where(settled > 1e-12 * np.maximum(most, 0.0), settled, 0.0)

@@ -7,7 +7,7 @@ import numpy as np
 from cdcore.numerics import FloatArray
 from replay.effects.chemistry.components import WATER
 from replay.effects.chemistry.mixture import SOLID
-from replay.effects.chemistry.solver import Solver, answered
+from replay.effects.chemistry.solver import Solver, has_answer
 
 
 class Saturation:
@@ -44,5 +44,5 @@ class Saturation:
             totals = totals + present[:, self._column[name], None] * uses[index]
         equilibrium = self._solver.equilibrium(totals, present[:, self._column[WATER]], celsius[rows])
         settled = equilibrium.phases[:, self._solids[solid]]
-        room[rows] = np.where(answered(equilibrium), standing[rows] - settled, np.nan)
+        room[rows] = np.where(has_answer(equilibrium), standing[rows] - settled, np.nan)
         return room

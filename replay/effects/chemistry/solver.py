@@ -62,10 +62,10 @@ class Solver:
     def __init__(self, mixture: Mixture) -> None:
         self.mixture = mixture
         self.queries = 0  # compositions that PHREEQC was asked for
-        self.unanswered = 0
+        self.unanswered_queries = 0
         self.remember = True
         self._solutions: dict[bytes, FloatArray] = {}
-        self._settled: dict[bytes, FloatArray] = {}
+        self._answers_with_phases: dict[bytes, FloatArray] = {}
         self._library: Any = None
         self._folder: TemporaryDirectory[str] | None = None
 
@@ -80,22 +80,22 @@ class Solver:
         """
         mixture = self.mixture
         allowed = np.ones(len(mixture.phases), dtype=np.bool_) if phases is None else phases
-        table, keys, answers = self._dissolved(totals, water_mol, celsius)
-        _, species, formed, indices, activities = self._columns()
+        table, keys, answers = self._answers_without_phases(totals, water_mol, celsius)
+        _, species, phase_columns, indices, activities = self._columns()
         saturation = answers[:, indices]
-        forming = ((saturation > 0.0) & allowed).any(axis=1) | (np.isnan(answers[:, 0]) & allowed.any())
-        rows = np.flatnonzero(forming)
+        has_forming_phase = ((saturation > 0.0) & allowed).any(axis=1) | (np.isnan(answers[:, 0]) & allowed.any())
+        rows = np.flatnonzero(has_forming_phase)
         if len(rows):
             marks = [allowed.tobytes() + keys[row] for row in rows.tolist()]
-            self._fill(self._settled, table[rows], marks, allowed)
-            answers[rows] = [self._settled[mark] for mark in marks]
+            self._fill(self._answers_with_phases, table[rows], marks, allowed)
+            answers[rows] = [self._answers_with_phases[mark] for mark in marks]
         if not self.remember:
             self._solutions.clear()
-            self._settled.clear()
-        self.unanswered += int(np.isnan(answers[:, 0]).sum())
+            self._answers_with_phases.clear()
+        self.unanswered_queries += int(np.isnan(answers[:, 0]).sum())
         return Equilibrium(
             species=answers[:, species],
-            phases=answers[:, formed],
+            phases=answers[:, phase_columns],
             ph=answers[:, 0],
             ionic=answers[:, 1],
             log_activity=answers[:, activities],
@@ -103,7 +103,7 @@ class Solver:
 
     def saturation(self, totals: FloatArray, water_mol: FloatArray, celsius: FloatArray) -> FloatArray:
         """Saturation index (n, p) of each phase in solutions in rows; NaN where PHREEQC has no answer."""
-        _, _, answers = self._dissolved(totals, water_mol, celsius)
+        _, _, answers = self._answers_without_phases(totals, water_mol, celsius)
         return answers[:, self._columns()[3]]
 
     def _columns(self) -> tuple[slice, ...]:
@@ -114,7 +114,7 @@ class Solver:
         starts = np.cumsum([0, *widths]).tolist()
         return tuple(slice(start, stop) for start, stop in pairwise(starts))
 
-    def _dissolved(
+    def _answers_without_phases(
         self, totals: FloatArray, water_mol: FloatArray, celsius: FloatArray
     ) -> tuple[FloatArray, list[bytes], FloatArray]:
         """Compositions in rows, their keys in the memory, and their answers as solutions without any phase."""
@@ -145,17 +145,17 @@ class Solver:
         count_of_components = len(self.mixture.components)
         water = np.maximum(table[:, -2], 1e-300) * WATER_KG_MOL
         # What is far beyond any solution is not asked for as one.
-        hopeless = (np.abs(table[:, :count_of_components]).max(axis=1) > MOST_MOLAL * water) & ~allowed.any()
-        rows = np.flatnonzero(~hopeless)
+        is_beyond_solution = (np.abs(table[:, :count_of_components]).max(axis=1) > MOST_MOLAL * water) & ~allowed.any()
+        rows = np.flatnonzero(~is_beyond_solution)
         answers = self._run(table[rows], allowed) if len(rows) else None
         if answers is None:
             singles = [self._run(table[row : row + 1], allowed) if len(rows) > 1 else None for row in rows.tolist()]
             known = {row: single[0] for row, single in zip(rows.tolist(), singles, strict=True) if single is not None}
         else:
             known = dict(zip(rows.tolist(), answers, strict=True))
-        return [known[row] if row in known else self._bare(table[row]) for row in range(len(table))]
+        return [known[row] if row in known else self._answer_of_bare_ions(table[row]) for row in range(len(table))]
 
-    def _bare(self, row: FloatArray) -> FloatArray:
+    def _answer_of_bare_ions(self, row: FloatArray) -> FloatArray:
         """All as ions, and no pH: a proton on each of the strongest bases while there are protons, else hydroxide."""
         mixture = self.mixture
         row_of_makeup = {frozenset(entry.makeup.items()): index for index, entry in enumerate(mixture.species)}
@@ -211,8 +211,8 @@ class Solver:
         totals = table[:, : len(mixture.components)]
         # Hydroxide is counted as water less a proton, and is none.
         water = (table[:, -2] + np.minimum(0.0, totals[:, 0])) * WATER_KG_MOL
-        solid = np.array([self._start(row, allowed) for row in totals]) if allowed.any() else None
-        dissolved = totals if solid is None else totals - solid @ mixture.uses
+        initial_solids = np.array([self._initial_phases(row, allowed) for row in totals]) if allowed.any() else None
+        dissolved = totals if initial_solids is None else totals - initial_solids @ mixture.uses
         molal = dissolved[:, 1:] / water[:, None]
         acid = dissolved[:, 0] / water
         guess = np.where(acid > 1e-3, np.clip(-np.log10(np.maximum(acid, 1e-300)), 1.0, 4.0), 7.0)
@@ -240,24 +240,24 @@ class Solver:
             ]
             if excess:
                 lines.append(f" {'Zn' if excess > 0.0 else 'Zp'} {abs(excess)!r}")
-            if solid is not None:
+            if initial_solids is not None:
                 lines.append(f"EQUILIBRIUM_PHASES {number}")
                 lines += [
-                    f" {phase_name(index)} 0 {solid[number - 1, index].item()!r}"
+                    f" {phase_name(index)} 0 {initial_solids[number - 1, index].item()!r}"
                     for index in np.flatnonzero(allowed).tolist()
                 ]
                 lines.append("END")
         return "\n".join([*lines, "END", ""])
 
-    def _start(self, totals: FloatArray, allowed: BoolArray) -> FloatArray:
+    def _initial_phases(self, totals: FloatArray, allowed: BoolArray) -> FloatArray:
         """Mol (p,) of each phase that PHREEQC starts with: nearly all there could be, one after the other."""
-        left, started = totals.copy(), np.zeros(len(self.mixture.phases))
+        remaining_totals, started = totals.copy(), np.zeros(len(self.mixture.phases))
         for index, uses in enumerate(self.mixture.uses):
             taking = uses[1:] > 0.0
             gas = self.mixture.phases[index].column.endswith("(g)")
             if taking.any() and not gas and allowed[index]:
-                started[index] = STANDING * max(0.0, float((left[1:][taking] / uses[1:][taking]).min()))
-                left = left - started[index] * uses
+                started[index] = STANDING * max(0.0, float((remaining_totals[1:][taking] / uses[1:][taking]).min()))
+                remaining_totals = remaining_totals - started[index] * uses
         return started
 
     def _phreeqc(self) -> Any:
@@ -283,6 +283,6 @@ class Solver:
         return self._library
 
 
-def answered(equilibrium: Equilibrium) -> BoolArray:
+def has_answer(equilibrium: Equilibrium) -> BoolArray:
     """(n,) rows for which PHREEQC has an answer."""
     return ~np.isnan(equilibrium.ph)

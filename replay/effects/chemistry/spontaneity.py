@@ -110,7 +110,7 @@ def reason_not_to_proceed(joule: float, process: Process, equation: Equation) ->
     )
     if metal and "H2" in equation.products:
         return f"{metal} is nobler than hydrogen"
-    return f"its free energy is {words.fixed(joule / 1e3, 0, signed=True)} kJ/mol"
+    return f"its free energy is {words.decimal(joule / 1e3, 0, signed=True)} kJ/mol"
 
 
 def stops_early(joule: float) -> bool:

@@ -14,15 +14,15 @@ from replay.effects.output import EffectEvent
 ROWS: Final = 24
 """Compositions of a vessel that are examined, evenly over its history."""
 
-BEYOND: Final = 0.3
+LEAST_SATURATION_INDEX: Final = 0.3
 """Saturation index, log10, from which a solid counts: twice its product; constants are hardly known better."""
 
 
-AGED: Final = 0.01
+LEAST_AGED_FRACTION: Final = 0.01
 """Share of the copper that is left as hydroxide, from which it is told."""
 
 
-def aged(matter: Matter) -> Iterator[EffectEvent]:
+def aged_hydroxide_events(matter: Matter) -> Iterator[EffectEvent]:
     """An event ``aged`` for each vessel whose copper hydroxide outlasts ammonia that dissolves the basic sulfate."""
     ledger = matter.ledger
     needed = ("Cu(OH)2(s)", "Cu^2+", "SO4^2-", "NH3")
@@ -30,7 +30,11 @@ def aged(matter: Matter) -> Iterator[EffectEvent]:
         return
     for vessel, history in matter.histories.items():
         hydroxide, copper, sulfate, ammonia = (matter.amount(vessel, name)[-1] for name in needed)
-        if hydroxide > AGED * (hydroxide + copper) and sulfate > 0.0 and ammonia > 4.0 * (hydroxide + copper):
+        if (
+            hydroxide > LEAST_AGED_FRACTION * (hydroxide + copper)
+            and sulfate > 0.0
+            and ammonia > 4.0 * (hydroxide + copper)
+        ):
             text = (
                 f"Cu(OH)2 is left in {vessel} beside ammonia, as aged hydroxide is; what falls out of copper sulfate "
                 "at first is Cu4(OH)6SO4, which dissolves in less ammonia: name that solid instead"
@@ -44,7 +48,7 @@ def _is_basic_sulfate(matter: Matter, vessel: str) -> bool:
     return all(matter.amount(vessel, column).any() for column in ("SO4^2-", "NH3"))
 
 
-def supersaturated(matter: Matter) -> Iterator[EffectEvent]:
+def supersaturation_events(matter: Matter) -> Iterator[EffectEvent]:
     """An event ``supersaturated`` for each vessel and solid that would fall out there, and that no table names."""
     phases = undeclared_phases(matter.recipe)
     if matter.solver is None or not phases:
@@ -63,7 +67,7 @@ def supersaturated(matter: Matter) -> Iterator[EffectEvent]:
         celsius = matter.celsius(vessel, history.times[rows])
         indices = solver.saturation(amounts[:, columns], amounts[:, ledger.water], celsius)
         for phase, values in zip(phases, indices.T, strict=True):
-            beyond = np.flatnonzero(values > BEYOND)
+            beyond = np.flatnonzero(values > LEAST_SATURATION_INDEX)
             solid = phase.column.removesuffix(SOLID)
             if solid == "Cu(OH)2" and _is_basic_sulfate(matter, vessel):
                 solid = "Cu4(OH)6SO4"

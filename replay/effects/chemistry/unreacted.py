@@ -7,7 +7,7 @@ import numpy as np
 
 from cdcore.numerics import BoolArray
 from replay import words
-from replay.effects.chemistry.components import PROTON, WATER, dissolved_components, heavy_components
+from replay.effects.chemistry.components import PROTON, WATER, dissolved_components, solute_components
 from replay.effects.chemistry.formulas import charge_of
 from replay.effects.chemistry.ledger_columns import ADDED
 from replay.effects.chemistry.limits import Cause
@@ -22,19 +22,19 @@ LEAST_FORMED: Final = 0.01
 ROUNDING: Final = 1e-9
 """Of a solid's amount: what differs by less did not dissolve."""
 
-HARDLY: Final = 1e-4
+LEAST_DISSOLVED: Final = 1e-4
 """Of a solid that was brought: less did not dissolve to speak of."""
 
-IN_WATER: Final = (Cause.ACID, Cause.HYDROXIDE)
+CAUSES_IN_WATER: Final = (Cause.ACID, Cause.HYDROXIDE)
 """What an equation may lack while all of its reagents are there."""
 
 TOO_LITTLE_GAS: Final = "too little for bubbles at 1 atmosphere"
 
-OF_WATER: Final = frozenset((WATER, PROTON, "OH-", "H3O+"))
+REAGENTS_OF_WATER: Final = frozenset((WATER, PROTON, "OH-", "H3O+"))
 """Reagents that every solution has."""
 
 
-def unreacted(matter: Matter, formed: BoolArray) -> Iterator[EffectEvent]:
+def no_reaction_events(matter: Matter, formed: BoolArray) -> Iterator[EffectEvent]:
     """An event ``no-reaction`` for each equation that made nothing in any vessel, with its reason.
 
     ``formed`` : (reactions,) whether an ion that the equation makes was there.
@@ -42,18 +42,18 @@ def unreacted(matter: Matter, formed: BoolArray) -> Iterator[EffectEvent]:
     begin = max((float(history.times[0]) for history in matter.histories.values()), default=0.0)
     end = max((float(history.times[-1]) for history in matter.histories.values()), default=0.0)
     for number, reaction in enumerate(matter.recipe.reactions):
-        reason = reaction.unwilling or _reason(matter, reaction, bool(formed[number]))
+        reason = reaction.obstacle or _reason(matter, reaction, bool(formed[number]))
         if reason:
             equation = reaction.declared["equation"]
             verb = "makes no solid and no gas" if "stays dissolved" in reason else "does not proceed"
             text = f"{equation} {verb}: {reason}"
             values = {"equation": equation, "reason": reason}
             # Until the end something may have come that lets it proceed.
-            time = begin if reaction.unwilling else end
+            time = begin if reaction.obstacle else end
             yield EffectEvent(time, "no-reaction", (), None, values, text, "warning")
 
 
-def stopped(matter: Matter) -> Iterator[EffectEvent]:
+def stop_events(matter: Matter) -> Iterator[EffectEvent]:
     """An event ``stopped`` for each equation of several reagents that ended for want of acid or hydroxide alone."""
     for row, process in enumerate(matter.recipe.processes):
         for vessel, history in matter.histories.items():
@@ -62,15 +62,17 @@ def stopped(matter: Matter) -> Iterator[EffectEvent]:
                 continue
             limits = matter.ledger.limits.by_cause(row, amounts)
             reagents = {cause: float(limit) for cause, limit in limits.items() if not isinstance(cause, Cause)}
-            ended = [cause for cause in IN_WATER if cause in limits and limits[cause] <= ROUNDING * extent]
-            left_over = all(limit > LEAST_FORMED * (limit + extent) for limit in reagents.values())
-            if len(reagents) < 2 or not ended or not left_over:
+            causes_of_end = [
+                cause for cause in CAUSES_IN_WATER if cause in limits and limits[cause] <= ROUNDING * extent
+            ]
+            has_remainder = all(limit > LEAST_FORMED * (limit + extent) for limit in reagents.values())
+            if len(reagents) < 2 or not causes_of_end or not has_remainder:
                 continue
             left = [
                 f"{words.quantity(-1e3 * limit * process.changes[column], 'mmol')} {matter.recipe.reagent(row, column)}"
                 for column, limit in reagents.items()
             ]
-            text = f"{process.text} stops in {vessel} for want of {ended[0]}: {' and '.join(left)} are left"
+            text = f"{process.text} stops in {vessel} for want of {causes_of_end[0]}: {' and '.join(left)} are left"
             values = {"equation": process.text}
             yield EffectEvent(float(history.times[-1]), "stopped", (vessel,), None, values, text, "warning")
 
@@ -81,19 +83,19 @@ def _reason(matter: Matter, reaction: Reaction, formed: bool) -> str:
         return _reason_of_process(matter, reaction)
     if formed:
         return ""
-    missing = _missing(matter, reaction)
+    missing = _missing_reagents_text(matter, reaction)
     if missing:
         return missing
-    products = _products(matter, reaction)
+    products = _no_product_reason(matter, reaction)
     if products is not None:
         return products
-    solid = _undissolved(matter, reaction)
+    solid = _undissolved_solid(matter, reaction)
     if solid:
         return f"{solid} does not dissolve"
     complexes = [
-        formula for formula in reaction.equation.products if charge_of(formula) and len(heavy_components(formula)) > 1
+        formula for formula in reaction.equation.products if charge_of(formula) and len(solute_components(formula)) > 1
     ]
-    return f"less than {words.fixed(100 * LEAST_FORMED, 0)} % becomes {complexes[0]}" if complexes else ""
+    return f"less than {words.decimal(100 * LEAST_FORMED, 0)} % becomes {complexes[0]}" if complexes else ""
 
 
 def _reason_of_process(matter: Matter, reaction: Reaction) -> str:
@@ -101,50 +103,52 @@ def _reason_of_process(matter: Matter, reaction: Reaction) -> str:
     process = matter.recipe.processes[reaction.process]
     extents = sum(float(history.extents[-1, reaction.process]) for history in matter.histories.values())
     pending = sum(float(history.pending[-1, reaction.process]) for history in matter.histories.values())
-    solid = process.saturates.removesuffix(SOLID)
+    solid = process.dissolving_solid.removesuffix(SOLID)
     brought = sum(contents.solids.get(solid, 0.0) for contents in matter.recipe.contents.values())
-    hardly = bool(solid) and -(extents + pending) * process.changes[process.saturates] < HARDLY * brought
-    if extents > 0.0 and not hardly:
+    is_hardly_dissolved = (
+        bool(solid) and -(extents + pending) * process.changes[process.dissolving_solid] < LEAST_DISSOLVED * brought
+    )
+    if extents > 0.0 and not is_hardly_dissolved:
         return ""
-    missing = _missing(matter, reaction)
+    missing = _missing_reagents_text(matter, reaction)
     if missing:
         return missing
-    if hardly:
+    if is_hardly_dissolved:
         return f"{solid} hardly dissolves in it"
     for vessel, history in matter.histories.items():
         wet = history.volume_ml > 0.0
-        if all(_present(matter, reaction, vessel, formula)[wet].any() for formula in reaction.equation.reagents):
-            return _ended_by(matter, reaction, vessel)
+        if all(_is_present(matter, reaction, vessel, formula)[wet].any() for formula in reaction.equation.reagents):
+            return _reason_in_vessel(matter, reaction, vessel)
     return "its reagents were never together"
 
 
-def _ended_by(matter: Matter, reaction: Reaction, vessel: str) -> str:
+def _reason_in_vessel(matter: Matter, reaction: Reaction, vessel: str) -> str:
     """Return the cause that kept an equation from running in a vessel that had all of its reagents."""
     history = matter.histories[vessel]
     wet = np.flatnonzero(history.volume_ml > 0.0)
     limits = matter.ledger.limits.by_cause(reaction.process, history.amounts[wet])
-    short = {cause: np.broadcast_to(limit <= 0.0, wet.shape) for cause, limit in limits.items()}
+    is_lacking = {cause: np.broadcast_to(limit <= 0.0, wet.shape) for cause, limit in limits.items()}
     # The moment at which the least was lacking.
-    row = int(np.argmin(np.sum(list(short.values()), axis=0)))
-    causes = [cause for cause, lacks in short.items() if lacks[row]]
+    row = int(np.argmin(np.sum(list(is_lacking.values()), axis=0)))
+    causes = [cause for cause, lacks in is_lacking.items() if lacks[row]]
     process = matter.recipe.processes[reaction.process]
-    if not causes and process.stays:
+    if not causes and process.gas_solubility:
         gas = next(column for column, many in process.changes.items() if many > 0.0 and column.endswith(GAS))
         return f"all {gas.removesuffix(GAS)} stays dissolved, there is {TOO_LITTLE_GAS}"
-    return " and ".join(_lack(matter, reaction, vessel, cause) for cause in causes) or "it ends before it begins"
+    return " and ".join(_cause_text(matter, reaction, vessel, cause) for cause in causes) or "it ends before it begins"
 
 
-def _lack(matter: Matter, reaction: Reaction, vessel: str, cause: str | Cause) -> str:
+def _cause_text(matter: Matter, reaction: Reaction, vessel: str, cause: str | Cause) -> str:
     """Words for what an equation lacked in a vessel."""
     process = matter.recipe.processes[reaction.process]
     if cause is Cause.SATURATION and process.salt is not None:
         return f"{vessel} is saturated with {process.salt.formula}"
     if cause is Cause.ACID or (cause is Cause.CATALYST and PROTON in process.catalysts):
-        if not _added(matter, vessel, sign=1):
+        if not _was_added(matter, vessel, sign=1):
             return f"it needs acid, and none came into {vessel}"
         return f"it needs acid, and none is free in {vessel}: a base takes it up, or the acid is too weak"
     if cause is Cause.HYDROXIDE:
-        if not _added(matter, vessel, sign=-1):
+        if not _was_added(matter, vessel, sign=-1):
             return f"it needs hydroxide, and none came into {vessel}"
         return f"it needs hydroxide, and none is free in {vessel}: an acid takes it up, or the base is too weak"
     if cause is Cause.CATALYST:
@@ -152,7 +156,7 @@ def _lack(matter: Matter, reaction: Reaction, vessel: str, cause: str | Cause) -
     return f"what else is in {vessel} uses up {matter.recipe.reagent(reaction.process, cause)} first"
 
 
-def _added(matter: Matter, vessel: str, *, sign: int) -> bool:
+def _was_added(matter: Matter, vessel: str, *, sign: int) -> bool:
     """Whether a formula with protons (1), or one that takes them (-1), was ever added to a vessel."""
     return any(
         sign * dissolved_components(column.removesuffix(ADDED)).get(PROTON, 0) > 0
@@ -161,7 +165,7 @@ def _added(matter: Matter, vessel: str, *, sign: int) -> bool:
     )
 
 
-def _products(matter: Matter, reaction: Reaction) -> str | None:
+def _no_product_reason(matter: Matter, reaction: Reaction) -> str | None:
     """Why no solid and no gas of an equation came; ``""``: one did; ``None``: it makes neither."""
     text = None
     for formula in reaction.equation.products:
@@ -186,11 +190,11 @@ def _is_dissolved(matter: Matter, formula: str) -> bool:
     if row is None:
         return True
     for vessel, history in matter.histories.items():
-        wet, solved = matter.solved(vessel, history.times)
+        wet, equilibria = matter.equilibria(vessel, history.times)
         amounts = history.amounts[wet]
-        for component in heavy_components(formula):
+        for component in solute_components(formula):
             whole = amounts[:, matter.ledger.column[component]]
-            if (solved.species[:, row] > LEAST_FORMED * whole)[whole > 0.0].any():
+            if (equilibria.species[:, row] > LEAST_FORMED * whole)[whole > 0.0].any():
                 return True
     return False
 
@@ -203,7 +207,7 @@ def _has_come(matter: Matter, vessel: str, formula: str, column: str) -> bool:
     return bool(np.ptp(amount) > 0.0 or amount[0] > brought * (1.0 + ROUNDING))
 
 
-def _undissolved(matter: Matter, reaction: Reaction) -> str:
+def _undissolved_solid(matter: Matter, reaction: Reaction) -> str:
     """A solid reagent that stands as it stood; ``""``: some of each dissolved, or none is a solid."""
     for formula in reaction.equation.reagents:
         column = formula + SOLID
@@ -219,7 +223,7 @@ def _undissolved(matter: Matter, reaction: Reaction) -> str:
     return ""
 
 
-def _missing(matter: Matter, reaction: Reaction) -> str:
+def _missing_reagents_text(matter: Matter, reaction: Reaction) -> str:
     """Names the reagents that were never in one liquid with the rest; ``""``: none."""
     fewest: list[str] | None = None
     for name, history in matter.histories.items():
@@ -229,7 +233,7 @@ def _missing(matter: Matter, reaction: Reaction) -> str:
         absent = [
             formula
             for formula in reaction.equation.reagents
-            if not _present(matter, reaction, name, formula)[wet].any()
+            if not _is_present(matter, reaction, name, formula)[wet].any()
         ]
         if fewest is None or len(absent) < len(fewest):
             fewest = absent
@@ -238,14 +242,14 @@ def _missing(matter: Matter, reaction: Reaction) -> str:
     return f"{' and '.join(fewest)} never came to its other reagents" if fewest else ""
 
 
-def _present(matter: Matter, reaction: Reaction, vessel: str, formula: str) -> BoolArray:
+def _is_present(matter: Matter, reaction: Reaction, vessel: str, formula: str) -> BoolArray:
     """(n,) rows of a vessel at which a reagent, or what it is made of, is or was in it."""
     count = len(matter.histories[vessel].times)
     standing = reaction.phases.get(formula) == "s" and matter.recipe.contents[vessel].solids.get(formula, 0.0) > 0.0
-    if formula in OF_WATER or standing:
+    if formula in REAGENTS_OF_WATER or standing:
         return np.ones(count, dtype=np.bool_)
     present = np.ones(count, dtype=np.bool_)
-    for component in heavy_components(formula) or dissolved_components(formula):
+    for component in solute_components(formula) or dissolved_components(formula):
         brought = [
             matter.amount(vessel, column) > 0.0
             for column in matter.ledger.columns

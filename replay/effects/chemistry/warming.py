@@ -29,7 +29,7 @@ def solid_j_per_mol_k(formula: str) -> float:
     return sum(many * KOPP_J_PER_MOL_K.get(element, HEAVY_ATOM_J_PER_MOL_K) for element, many in atoms(formula).items())
 
 
-def cooled(
+def temperature_after_seconds(
     celsius: FloatArray | float,
     seconds: FloatArray | float,
     *,
@@ -51,7 +51,7 @@ def cooled(
     return np.asarray(celsius + rate * seconds * fraction)
 
 
-def warmed(
+def heating_curve(
     times: FloatArray, power_w: FloatArray, *, capacity: float, loss: float, ambient: float, boils: float
 ) -> FloatArray:
     """Temperature (n,) at each time, from ambient at the first; power (n,) holds from its time to the next.
@@ -65,7 +65,9 @@ def warmed(
         since = times[segment] - times[first]
         celsius[segment] = np.minimum(
             boils,
-            cooled(celsius[first], since, power_w=float(power_w[first]), capacity=capacity, loss=loss, ambient=ambient),
+            temperature_after_seconds(
+                celsius[first], since, power_w=float(power_w[first]), capacity=capacity, loss=loss, ambient=ambient
+            ),
         )
     return celsius
 

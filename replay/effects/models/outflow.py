@@ -58,7 +58,7 @@ CONTRACTION: Final = math.pi / (math.pi + 2.0)
 """Of a free jet that leaves a sharp edge (Kirchhoff); without unit."""
 
 
-def twist(rotation: FloatArray, axis: FloatArray) -> FloatArray:
+def twist_angle(rotation: FloatArray, axis: FloatArray) -> FloatArray:
     """Angle (T,) in radians, -pi to pi, by which rotations (T, 3, 3) about the unit ``axis`` (3,) turn."""
     vee = np.stack(
         [
@@ -91,7 +91,7 @@ def volume_run_out(
     return np.minimum(section * fall * (2.0 * top - fall), max(0.0, available))
 
 
-def over_weir(head: FloatArray, width: float) -> FloatArray:
+def weir_flow(head: FloatArray, width: float) -> FloatArray:
     """Flow (n,) in m3/s over a sharp edge ``width`` metres wide under a ``head`` (n,) in metres.
 
     Source: Poleni's (2/3) c b sqrt(2 g) h^1.5, with the contraction of a free jet for c.

@@ -13,7 +13,7 @@ from replay.auditing.fault import Fault, worst_first
 from replay.document.before_after import change_text, errors_of_row, worse_text
 from replay.document.columns import screen_columns
 from replay.document.cost import TIMES_ARE, busy_text
-from replay.document.headline import notes_of, undecided
+from replay.document.headline import notes_of, undecided_lines
 from replay.document.run_result import RunResult
 from replay.document.tables import Column, text_of
 from replay.show.accuracy import LOSS_AXIS
@@ -109,11 +109,18 @@ def cure_sentences(result: RunResult, before: Row, after: Row) -> str:
     """
     contacts = result.ranking[-1].contacts if result.ranking else 0
     idle = not busy_text(result.document)
-    was, now = (errors_of_row(row, contacts, row["ms"] / 1e3 if idle else None) for row in (before, after))
+    errors_before, errors_after = (
+        errors_of_row(row, contacts, row["ms"] / 1e3 if idle else None) for row in (before, after)
+    )
     pieces = plural(after["pieces"], "piece")
     if before["pieces"] != after["pieces"]:
         pieces += f" in place of {plural(before['pieces'], 'hull')}"
-    return " ".join([f"{change_text(was, now, pieces)}.", *filter(None, [worse_text(was, now)])])
+    return " ".join(
+        [
+            f"{change_text(errors_before, errors_after, pieces)}.",
+            *filter(None, [worse_text(errors_before, errors_after)]),
+        ]
+    )
 
 
 def cure_page(cure: Cure) -> str:
@@ -123,19 +130,21 @@ def cure_page(cure: Cure) -> str:
     fault, busy = _drawn_fault(result), busy_text(view.document)
     stills: list[tuple[str, str]] = []
     if fault is not None:
-        captions = _moment(result, fault, _reported(result, fault))
+        captions = _moment_captions(result, fault, _is_reported(result, fault))
         stills = list(zip(paired_stills(result, (BEFORE, AFTER), fault, CARD), captions, strict=True))
     return page_of(
         view,
-        notes_of(result)[len(undecided(result)) :],
+        notes_of(result)[len(undecided_lines(result)) :],
         "show/fix_page/page.html",
         cure=cure,
         sentence=cure_sentences(result, cure.before, cure.after),
         stills=stills,
         figures=comparison(screen_columns("before_after"), cure.before, cure.after, busy=bool(busy)),
         contacts=view.ranking[-1].contacts,
-        comparison=_lanes(view, None if fault is None else _seconds(result, fault)),
-        bodies=[body_card(row, cure.shapes[row["body"]], busy=bool(busy)) for row in sorted(cure.bodies, key=_order)],
+        comparison=_compared_lanes(view, None if fault is None else _seconds(result, fault)),
+        bodies=[
+            body_card(row, cure.shapes[row["body"]], busy=bool(busy)) for row in sorted(cure.bodies, key=_card_sort_key)
+        ],
         untouched=[row["body"] for row in cure.bodies if row["after"]["missed"] is None],
         front=front_plot(cure),
         front_table=front_table(cure.front),
@@ -153,21 +162,25 @@ def comparison(columns: Iterable[Column], before: Row, after: Row, *, busy: bool
         if column.names_row:
             continue
         number = column.for_files
-        was, now = number.value(before), number.value(after)
-        if was is None and now is None:
+        value_before, value_after = number.value(before), number.value(after)
+        if value_before is None and value_after is None:
             continue
         text, text_after = (text_of(column.cell(column.value(row))) for row in (before, after))
-        change = _change(was, now) if text != text_after and column.name not in _unmarked(busy) else ""
+        change = (
+            _change_kind(value_before, value_after)
+            if text != text_after and column.name not in _unmarked_columns(busy)
+            else ""
+        )
         figures.append(Figure(column.name, text, text_after, change))
     return figures
 
 
-def _unmarked(busy: bool) -> set[str]:
+def _unmarked_columns(busy: bool) -> set[str]:
     """Names of columns that are never marked: more pieces are a price, times of a busy machine are chance."""
     return {"pieces", "triangles", *(("ms", "mean ms", "p99 ms") if busy else ())}
 
 
-def _change(before: float | None, after: float | None) -> str:
+def _change_kind(before: float | None, after: float | None) -> str:
     """``worse`` or ``better``; ``""``: alike, or not measured."""
     if before is None or after is None or abs(after - before) <= SHARP * max(abs(before), abs(after)):
         return ""
@@ -177,27 +190,27 @@ def _change(before: float | None, after: float | None) -> str:
 def body_card(row: Row, shape: BodyShape, *, busy: bool) -> BodyCard:
     """Returns the card of a body: pictures and figures of its hull and of its pieces."""
     name, before, after = row["body"], row["before"], row["after"]
-    cut = after["pieces"] > 1
+    is_cut = after["pieces"] > 1
     farthest = max(before["reach_mm"], after["reach_mm"]) / 1e3
     pictures = [(mesh_picture(shape.mesh, f"The mesh of {name}"), "mesh")]
-    if cut:
+    if is_cut:
         count = plural(after["pieces"], "piece")
         pictures.append((pieces_picture(shape.after, f"{name} in {count}"), f"{count}, by colour"))
-    for solids, solids_row, what in ((shape.before, before, "hull"), (shape.after, after, "pieces"))[: 1 + cut]:
+    for solids, solids_row, what in ((shape.before, before, "hull"), (shape.after, after, "pieces"))[: 1 + is_cut]:
         if farthest > 0.0:
             text = f"{what}: up to {words.length(solids_row['reach_mm'] / 1e3)} beyond"
             pictures.append((reach_picture(shape.mesh, solids, farthest, f"{name}, {text} the mesh"), text))
-    how = f"{plural(after['pieces'], 'piece')}: {row['how']}" if cut else "keeps its hull"
-    reason = f": {row['reason']}" if row["reason"] and not cut else ""
+    how = f"{plural(after['pieces'], 'piece')}: {row['how']}" if is_cut else "keeps its hull"
+    reason = f": {row['reason']}" if row["reason"] and not is_cut else ""
     figures = comparison(screen_columns("cards"), before, after, busy=busy)
-    if not cut:
+    if not is_cut:
         figures = [replace(figure, after="", change="") for figure in figures]
     return BodyCard(
         name=name,
         what=f"{how}{reason}",
         pictures=pictures,
         figures=figures,
-        after="pieces" if cut else "",
+        after="pieces" if is_cut else "",
         farthest=words.length(farthest) if farthest else "",
         seams=[seam_line(seam) for seam in after["seams"]],
     )
@@ -206,7 +219,7 @@ def body_card(row: Row, shape: BodyShape, *, busy: bool) -> BodyCard:
 def seam_line(seam: Row) -> str:
     """Returns a seam in words: ``overlap of 0.4 mm: pieces 3 and 7, at 12, 40, -3 mm``."""
     first, second = (number + 1 for number in seam["pieces"])
-    width, at = words.length(seam["width_mm"] / 1e3), ", ".join(words.fixed(each, 1) for each in seam["at_mm"])
+    width, at = words.length(seam["width_mm"] / 1e3), ", ".join(words.decimal(each, 1) for each in seam["at_mm"])
     return f"{seam['kind']} of {width}: pieces {first} and {second}, at {at} mm"
 
 
@@ -215,37 +228,37 @@ def front_plot(cure: Cure) -> Plot | None:
     if len(cure.front) < 2:
         return None
     dots = []
-    for tried in cure.front:
-        chosen = tried["pieces"] == cure.after["pieces"]
-        name = f"{tried['pieces']}: {words.loss_number(tried['loss'])}{', chosen' if chosen else ''}"
-        dots.append(Dot(name, tried["pieces"], tried["loss"], "front" if chosen else ""))
+    for choice in cure.front:
+        is_chosen = choice["pieces"] == cure.after["pieces"]
+        name = f"{choice['pieces']}: {words.loss_number(choice['loss'])}{', is_chosen' if is_chosen else ''}"
+        dots.append(Dot(name, choice["pieces"], choice["loss"], "front" if is_chosen else ""))
     text = "Loss over pieces of all choices that were tried: " + ", ".join(dot.name for dot in dots)
     up = Axis(f"{LOSS_AXIS}; green: chosen", ticks_of(max(dot.y for dot in dots), 3))
     return scatter(dots, text, "pieces of all bodies", up)
 
 
-def _order(row: Row) -> tuple[bool, float, str]:
+def _card_sort_key(row: Row) -> tuple[bool, float, str]:
     """Bodies that are cut first, then those with most false contact."""
     return row["after"]["pieces"] == 1, -(row["after"]["false"] or 0.0), row["body"]
 
 
-def _lanes(view: RunView, mark: float | None) -> Comparison:
+def _compared_lanes(view: RunView, mark: float | None) -> Comparison:
     """The lanes of both, each with what it is."""
-    compared = comparison_of(view, mark)
+    comparison_of_lanes = comparison_of(view, mark)
     what = {BEFORE: ": one a body", AFTER: ": those of this page"}
-    lanes = [(label, what.get(label, text), lane) for label, text, lane in compared.timeline.lanes]
+    lanes = [(label, what.get(label, text), lane) for label, text, lane in comparison_of_lanes.timeline.lanes]
     order = [view.oracle, BEFORE, AFTER]
     lanes.sort(key=lambda named: order.index(named[0]))
-    return replace(compared, timeline=replace(compared.timeline, lanes=lanes))
+    return replace(comparison_of_lanes, timeline=replace(comparison_of_lanes.timeline, lanes=lanes))
 
 
 def _drawn_fault(result: RunResult) -> Fault | None:
     """The worst false contact of the hulls that the pieces do not report at its moment, else the worst of all."""
     faults = worst_first(result.false[BEFORE])
-    return next((fault for fault in faults if not _reported(result, fault)), faults[0] if faults else None)
+    return next((fault for fault in faults if not _is_reported(result, fault)), faults[0] if faults else None)
 
 
-def _reported(result: RunResult, fault: Fault) -> bool:
+def _is_reported(result: RunResult, fault: Fault) -> bool:
     """Whether the pieces report contact of the same bodies at the moment that is drawn."""
     seconds = _seconds(result, fault)
     contacts = (contact for contact in result.contacts[AFTER] if contact.bodies == fault.bodies)
@@ -256,12 +269,12 @@ def _seconds(result: RunResult, fault: Fault) -> float:
     return float(result.assembly.motion.times[fault.frame])
 
 
-def _moment(result: RunResult, fault: Fault, reported: bool) -> tuple[str, str]:
+def _moment_captions(result: RunResult, fault: Fault, is_reported: bool) -> tuple[str, str]:
     """Returns what the two pictures of one moment show, a caption each."""
     bodies = " and ".join(fault.bodies)
     gap = "" if isnan(fault.metres) else f" They are {words.length(fault.metres)} apart."
     at = words.moment(_seconds(result, fault))
-    now = "report it too" if reported else "report none"
+    now = "report it too" if is_reported else "report none"
     return (
         f"Before: hulls report contact of {bodies} at {at}.{gap}",
         f"After: the same moment; the pieces {now}. Yellow: colliders.",

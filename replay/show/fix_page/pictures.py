@@ -9,10 +9,10 @@ from cdcore import TriangleMesh
 from cdcore.containment.ray_parity import INSIDE, build_inside_grid, point_state
 from cdcore.numerics import FloatArray, IntArray
 from replay.cutting.surface_distance import SampledSurface, finer
-from replay.show.drawn_mesh import bends, edges_of, face_normals
+from replay.show.drawn_mesh import bend_cosines, edges_of, face_normals
 from replay.show.palette import SERIES, hex_of
-from replay.show.report.markup import filled
-from replay.show.report.rasteriser import Colour, Lines, Shape, View, drawn
+from replay.show.report.markup import render_template
+from replay.show.report.rasteriser import Colour, Lines, Shape, View, draw_picture
 from replay.show.report.still import SHARP_DEG, background, unit_colour, webp
 
 SIZE: Final = (300, 210)
@@ -20,7 +20,7 @@ SIZE: Final = (300, 210)
 
 PIXELS: Final = (390, 273)
 
-AWAY: Final = np.array([0.45, 0.85, 0.8])
+VIEW_DIRECTION: Final = np.array([0.45, 0.85, 0.8])
 """Direction to look from, in the axes of the body: from above, into what is hollow."""
 
 SHADES: Final = 24
@@ -29,7 +29,7 @@ SHADES: Final = 24
 STOPS: Final[tuple[Colour, ...]] = ((0.27, 0.40, 0.62), (0.62, 0.66, 0.66), (1.0, 0.84, 0.25))
 """Colours of the scale from none to the farthest: they differ in lightness, and none of them is the red of misses."""
 
-FINEST: Final = 20
+EDGE_FRACTION: Final = 20
 """Edges of triangles of the scale are at most this part of the size of a body."""
 
 EDGE: Final[Colour] = (0.06, 0.08, 0.11)
@@ -56,9 +56,9 @@ def pieces_picture(pieces: Sequence[TriangleMesh], text: str) -> str:
 
 def reach_picture(mesh: TriangleMesh, pieces: Sequence[TriangleMesh], farthest: float, text: str) -> str:
     """Returns pieces as SVG, coloured by how far their surface lies beyond the mesh, from 0 to ``farthest`` metres."""
-    triangles = finer(np.concatenate([piece.triangles for piece in pieces]), _size(mesh) / FINEST)
-    beyond = beyond_mesh(triangles.mean(axis=1), mesh)
-    shade = np.clip(beyond / max(farthest, 1e-12) * (SHADES - 1), 0, SHADES - 1).round().astype(np.int64)
+    triangles = finer(np.concatenate([piece.triangles for piece in pieces]), _size(mesh) / EDGE_FRACTION)
+    distances_beyond = beyond_mesh(triangles.mean(axis=1), mesh)
+    shade = np.clip(distances_beyond / max(farthest, 1e-12) * (SHADES - 1), 0, SHADES - 1).round().astype(np.int64)
     shapes = [
         Shape(triangles[shade == number], scale_colour(number / (SHADES - 1))) for number in np.unique(shade).tolist()
     ]
@@ -76,14 +76,16 @@ def beyond_mesh(points: FloatArray, mesh: TriangleMesh) -> FloatArray:
     grid = build_inside_grid(mesh.triangles)
     margin = 1e-12 * grid.size
     # A ray that meets an edge leaves it open whether a point is inside: it is drawn by its distance.
-    inside = np.array([point_state(grid, point, margin) == INSIDE for point in points], dtype=np.bool_)
-    return np.where(inside, 0.0, distances)
+    is_inside = np.array([point_state(grid, point, margin) == INSIDE for point in points], dtype=np.bool_)
+    return np.where(is_inside, 0.0, distances)
 
 
 def scale_colour(fraction: float) -> Colour:
     """The colour of the scale at a fraction of it, 0 to 1."""
-    at = np.linspace(0.0, 1.0, len(STOPS))
-    red, green, blue = (float(np.interp(fraction, at, [stop[channel] for stop in STOPS])) for channel in range(3))
+    stop_positions = np.linspace(0.0, 1.0, len(STOPS))
+    red, green, blue = (
+        float(np.interp(fraction, stop_positions, [stop[channel] for stop in STOPS])) for channel in range(3)
+    )
     return red, green, blue
 
 
@@ -92,21 +94,23 @@ def colour_numbers(pieces: Sequence[TriangleMesh], colours: int) -> list[int]:
     lower = np.array([piece.vertices.min(axis=0) for piece in pieces])
     upper = np.array([piece.vertices.max(axis=0) for piece in pieces])
     slack = 1e-3 * float(np.ptp(np.concatenate([lower, upper]), axis=0).max())
-    chosen: list[int] = []
+    colours_chosen: list[int] = []
     for number in range(len(pieces)):
-        near = ((lower[:number] <= upper[number] + slack) & (upper[:number] >= lower[number] - slack)).all(axis=1)
-        beside: IntArray = np.bincount([chosen[k] for k in np.flatnonzero(near)], minlength=colours)
-        used: IntArray = np.bincount(chosen, minlength=colours)
-        chosen.append(min(range(colours), key=lambda colour: (beside[colour], used[colour], colour)))
-    return chosen
+        is_near = ((lower[:number] <= upper[number] + slack) & (upper[:number] >= lower[number] - slack)).all(axis=1)
+        colours_nearby: IntArray = np.bincount([colours_chosen[k] for k in np.flatnonzero(is_near)], minlength=colours)
+        colours_used: IntArray = np.bincount(colours_chosen, minlength=colours)
+        colours_chosen.append(
+            min(range(colours), key=lambda colour: (colours_nearby[colour], colours_used[colour], colour))
+        )
+    return colours_chosen
 
 
-def _picture(shapes: Sequence[Shape], outlined: Sequence[TriangleMesh], text: str) -> str:
+def _picture(shapes: Sequence[Shape], outlined_meshes: Sequence[TriangleMesh], text: str) -> str:
     corners = np.concatenate([shape.corners for shape in shapes])
-    view = View.of(corners.reshape(-1, 3), AWAY, PIXELS)
-    lines = [Lines(_sharp_edges(mesh), EDGE, 0.55) for mesh in outlined]
-    picture, _ = drawn(view, shapes, [], lines, background(PIXELS))
-    return filled(
+    view = View.of(corners.reshape(-1, 3), VIEW_DIRECTION, PIXELS)
+    lines = [Lines(_sharp_edges(mesh), EDGE, 0.55) for mesh in outlined_meshes]
+    picture, _ = draw_picture(view, shapes, [], lines, background(PIXELS))
+    return render_template(
         "show/report/still.html",
         size=SIZE,
         description=text,
@@ -122,7 +126,7 @@ def _picture(shapes: Sequence[Shape], outlined: Sequence[TriangleMesh], text: st
 def _sharp_edges(mesh: TriangleMesh) -> FloatArray:
     """Edges (k, 2, 3) at which faces meet in a large angle."""
     edges, faces = edges_of(mesh)
-    return edges[bends(face_normals(mesh.triangles)[1], faces) < np.cos(np.radians(SHARP_DEG))]
+    return edges[bend_cosines(face_normals(mesh.triangles)[1], faces) < np.cos(np.radians(SHARP_DEG))]
 
 
 def _size(mesh: TriangleMesh) -> float:

@@ -7,7 +7,7 @@ from typing import Final
 from replay.show.plots import Point, ticks_of
 from replay.words import number
 
-Span = tuple[float, float]
+TimeSpan = tuple[float, float]
 """Seconds from start to end."""
 
 KINDS: Final = ("false", "right", "late", "missed", "reference", "contact")
@@ -49,41 +49,43 @@ class Lane:
     paths: list[tuple[str, str]]
 
 
-def lane(spans: Mapping[str, Iterable[Span]], window: Span, label: str, mark: float | None = None) -> Lane:
+def lane(spans: Mapping[str, Iterable[TimeSpan]], window: TimeSpan, label: str, mark: float | None = None) -> Lane:
     """Stretches of each kind on one line, and a mark at the moment of the picture.
 
     A stretch that is too short to be seen is a line of fixed width.
     """
     start, end = window
-    whole = max(end - start, 1e-6)
+    window_length = max(end - start, 1e-6)
     paths = []
     for kind in KINDS:
-        every = list(spans.get(kind, ()))
-        intervals = list(_joined(every, window, whole / NEIGHBOURS if len(every) > MOST_BOXES else 0.0))
+        all_spans = list(spans.get(kind, ()))
+        intervals = list(
+            _merged_spans(all_spans, window, window_length / NEIGHBOURS if len(all_spans) > MOST_BOXES else 0.0)
+        )
         if intervals:
             boxes = "".join(f"M{a - start:.3f} 0H{b - start:.3f}V20H{a - start:.3f}Z" for a, b in intervals)
-            ticks = "".join(f"M{(a + b) / 2 - start:.3f} 0V20" for a, b in intervals if b - a < whole / 300)
+            ticks = "".join(f"M{(a + b) / 2 - start:.3f} 0V20" for a, b in intervals if b - a < window_length / 300)
             paths += [(kind, boxes), (f"{kind} tick", ticks)]
     if mark is not None:
         paths.append(("now", f"M{mark - start:.3f} 0V20"))
-    return Lane(label, whole, paths)
+    return Lane(label, window_length, paths)
 
 
-def _joined(spans: Iterable[Span], window: Span, gap: float) -> Iterator[Span]:
+def _merged_spans(spans: Iterable[TimeSpan], window: TimeSpan, gap: float) -> Iterator[TimeSpan]:
     """Sorted stretches within a window, those joined that are hardly apart."""
-    before: Span | None = None
+    previous_span: TimeSpan | None = None
     for start, end in sorted(spans):
         start, end = max(start, window[0]), min(end, window[1])
         if end <= start:
             continue
-        if before is not None and start - before[1] <= gap:
-            before = before[0], max(before[1], end)
+        if previous_span is not None and start - previous_span[1] <= gap:
+            previous_span = previous_span[0], max(previous_span[1], end)
             continue
-        if before is not None:
-            yield before
-        before = start, end
-    if before is not None:
-        yield before
+        if previous_span is not None:
+            yield previous_span
+        previous_span = start, end
+    if previous_span is not None:
+        yield previous_span
 
 
 def ruler(start: float, end: float) -> list[tuple[float, str]]:

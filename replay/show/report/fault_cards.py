@@ -16,10 +16,10 @@ from replay.show.report.run_view import Pair, RunView, spans
 from replay.show.report.still import CARD, FIRST
 from replay.words import plural
 
-AROUND: Final = 0.35
+MARGIN_FRACTION: Final = 0.35
 """Fraction of a fault that its lane shows before and after it."""
 
-LEAST_AROUND: Final = 0.1
+LEAST_MARGIN_S: Final = 0.1
 """Seconds."""
 
 MOST_LISTED: Final = 2000
@@ -69,25 +69,25 @@ def cards(view: RunView, label: str) -> list[list[Card]]:
     moment = next(answer.moment for answer in view.answers if answer.label == label)
     faults = worst_first(view.faults.get(label, ()))
     if moment is not None:
-        alike = [fault for fault in faults if fault.kind.category == moment.kind]
-        leading = [fault for fault in alike if fault.number == moment.number]
-        others = [fault for fault in alike if fault.number != moment.number]
-        faults = [*leading, *others, *(fault for fault in faults if fault.kind.category != moment.kind)]
+        faults_of_kind = [fault for fault in faults if fault.kind.category == moment.kind]
+        leading_faults = [fault for fault in faults_of_kind if fault.number == moment.number]
+        others = [fault for fault in faults_of_kind if fault.number != moment.number]
+        faults = [*leading_faults, *others, *(fault for fault in faults if fault.kind.category != moment.kind)]
     groups: dict[Pair, list[Card]] = {}
     for fault in faults:
         group = groups.setdefault(fault.bodies, [])
-        group.append(card(view, fault, whole=not group and len(groups) <= MOST_PAIRS))
+        group.append(card(view, fault, with_picture=not group and len(groups) <= MOST_PAIRS))
     return [*groups.values()]
 
 
-def card(view: RunView, fault: Fault, *, whole: bool = True, first: bool = False) -> Card:
-    """Return a fault as text; ``whole``: with picture and lanes; ``first``: with the large picture of a page."""
-    leads = fault.detector == next(iter(view.document.audit))
+def card(view: RunView, fault: Fault, *, with_picture: bool = True, is_first_picture: bool = False) -> Card:
+    """Return a fault as text; with lanes and picture or not; ``is_first_picture``: with the large one of a page."""
+    is_first_detector = fault.detector == next(iter(view.document.audit))
     noise = f" With tracker noise: {fault.noise}." if fault.noise else ""
-    by = f" --by {fault.detector}" if len(view.answers) > 1 else ""
+    detector_option = f" --by {fault.detector}" if len(view.answers) > 1 else ""
     picture, colours = "", ""
-    if whole and view.still is not None:
-        picture, colours = view.still(fault.detector, fault, FIRST if first else CARD)
+    if with_picture and view.still is not None:
+        picture, colours = view.still(fault.detector, fault, FIRST if is_first_picture else CARD)
     return Card(
         key=fault_key(fault.kind),
         title=f"{fault.name.capitalize()} {fault.number}",
@@ -101,11 +101,11 @@ def card(view: RunView, fault: Fault, *, whole: bool = True, first: bool = False
         size=_size_text(fault.depth, fault.metres, at_least=fault.depth_at_least, missed=fault.kind.is_miss),
         contact=fault.contact,
         why=f"{fault.why or fault.cause}{noise}",
-        address=moment_address(fault.kind.category.value, fault.number, "" if leads else fault.detector),
-        command=f"replay view {view.folder} --{fault.kind.category} {fault.number}{by}",
+        address=moment_address(fault.kind.category.value, fault.number, "" if is_first_detector else fault.detector),
+        command=f"replay view {view.folder} --{fault.kind.category} {fault.number}{detector_option}",
         picture=picture,
         colours=colours,
-        lanes=_lanes(view, fault) if whole and not first else (),
+        lanes=_lanes(view, fault) if with_picture and not is_first_picture else (),
     )
 
 
@@ -115,13 +115,13 @@ def _size_text(depth: float, metres: float, *, at_least: bool, missed: bool) -> 
         return text
     if isnan(metres):
         return ""
-    return f"{words.length(metres)} {'curve of intersection' if missed else 'apart'}"
+    return f"{words.length(metres)} {'curve of_all_text intersection' if missed else 'apart'}"
 
 
 def _lanes(view: RunView, fault: Fault) -> list[tuple[str, Lane]]:
     """The reference above the detector, around a fault of one pair."""
-    around = max(AROUND * (fault.end - fault.start), LEAST_AROUND)
-    window = fault.start - around, fault.end + around
+    margin_s = max(MARGIN_FRACTION * (fault.end - fault.start), LEAST_MARGIN_S)
+    window = fault.start - margin_s, fault.end + margin_s
     return [
         (
             name,
@@ -143,21 +143,27 @@ def first_fault(view: RunView) -> Card | None:
     key = answer.moment.kind, answer.moment.number
     faults = view.faults[answer.label]
     fault = next((fault for fault in faults if (fault.kind.category, fault.number) == key), None)
-    return None if fault is None else card(view, fault, first=True)
+    return None if fault is None else card(view, fault, is_first_picture=True)
 
 
 def fault_counts(view: RunView, label: str) -> str:
     """Return how many faults of each kind a detector has, of how many of all detectors: ``23 of the 43 faults ...``."""
     faults = view.faults.get(label, ())
-    every = sum(map(len, view.faults.values()))
+    fault_count = sum(map(len, view.faults.values()))
     count = Counter(fault_key(fault.kind) for fault in faults)
-    confirmed = any(not fault.kind.is_miss and fault.cause is not Cause.BOUNDING_VOLUMES for fault in faults)
+    is_confirmed = any(not fault.kind.is_miss and fault.cause is not Cause.BOUNDING_VOLUMES for fault in faults)
     counts = []
     if count["false"]:
-        counts.append(plural(count["false"], "false contact" if confirmed else "unconfirmed contact"))
+        counts.append(plural(count["false"], "false contact" if is_confirmed else "unconfirmed contact"))
     counts += [f"{count[kind]} {KIND_LABELS[kind]}" for kind in ("missed", "late") if count[kind]]
-    of = f" of the {every:,} faults of this run" if every > len(faults) else f" {'fault' if every == 1 else 'faults'}"
-    over = next(rank for rank in view.ranking if rank.label == label).phases
-    at = " Moments are those of the start time of sampling whose counts are nearest the mean." if over > 1 else ""
-    shared = " Missed and late contacts share their numbers, which --miss takes." if count["late"] else ""
-    return f"{len(faults):,}{of}: {', '.join(counts)}.{shared}{at}"
+    of_all_text = (
+        f" of the {fault_count:,} faults of this run"
+        if fault_count > len(faults)
+        else f" {'fault' if fault_count == 1 else 'faults'}"
+    )
+    phase_count = next(rank for rank in view.ranking if rank.label == label).phases
+    moments_note = (
+        " Moments are those of the start time of sampling whose counts are nearest the mean." if phase_count > 1 else ""
+    )
+    numbers_note = " Missed and late contacts share their numbers, which --miss takes." if count["late"] else ""
+    return f"{len(faults):,}{of_all_text}: {', '.join(counts)}.{numbers_note}{moments_note}"

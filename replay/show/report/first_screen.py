@@ -9,9 +9,9 @@ from replay.document.ranking import Rank, any_decided, with_fixes
 from replay.document.tables import Table, text_of
 from replay.show.accuracy import accuracy_plot, run_dots
 from replay.show.plots import SIZE, Plot
-from replay.show.report.charts import KIND_LABELS, Lane, Span, lane, ruler
+from replay.show.report.charts import KIND_LABELS, Lane, TimeSpan, lane, ruler
 from replay.show.report.run_view import RunView, spans
-from replay.show.run_tables import happened
+from replay.show.run_tables import contacts_sentence
 from replay.show.sections import SectionName, section_of
 from replay.words import duration, plural, safe_text
 from replay.words import interval as interval_text
@@ -58,7 +58,7 @@ class Timeline:
     """
 
     lanes: list[tuple[str, str, Lane]]
-    window: Span
+    window: TimeSpan
     contacts: str
     legend: list[tuple[str, str]]
     ticks: list[tuple[float, str]]
@@ -88,7 +88,7 @@ def comparison_of(view: RunView, mark: float | None = None) -> Comparison:
         cell_texts = [(name, text_of(cell)) for name, cell in zip(table.head, cells, strict=True)]
         leads = bad = interval = ""
         if rank is view.ranking[0] and rank.loss:
-            leads = _leads(rank)
+            leads = _leading_kind(rank)
             bad = (
                 "false contact"
                 if rank.leads_false
@@ -96,22 +96,22 @@ def comparison_of(view: RunView, mark: float | None = None) -> Comparison:
                 if rank.missed_counts and rank.missed_counts[1]
                 else ""
             )
-            interval = _interval(rank) if bad == "false contact" else ""
+            interval = _interval_label(rank) if bad == "false contact" else ""
         # The reference has no faults: one wide cell stands for them.
         first = 0 if rank.missed_counts is not None else table.head.index("mean ms")
         rows.append(RankRow(rank, leads, bad, cell_texts[first:], interval))
-    title = table.title.rstrip(":") if view.ranking and view.ranking[-1].contacts else happened(0)
+    title = table.title.rstrip(":") if view.ranking and view.ranking[-1].contacts else contacts_sentence(0)
     if not any_decided(view.document):
         title = "Nothing was compared."
     return Comparison(title, table.head, rows, list(section.sentences), _scatter(view), _timeline(view, mark))
 
 
-def _interval(rank: Rank) -> str:
+def _interval_label(rank: Rank) -> str:
     """The 95 % interval of the time that is false; ``""``: none was reported."""
     return "" if rank.false is None else interval_text(rank.false.lower, rank.false.upper)
 
 
-def _leads(rank: Rank) -> str:
+def _leading_kind(rank: Rank) -> str:
     return "false" if rank.leads_false else "missed"
 
 
@@ -123,13 +123,16 @@ def _scatter(view: RunView) -> Plot | None:
 
 def _timeline(view: RunView, mark: float | None) -> Timeline:
     """A lane for each detector, the reference on top."""
-    named = [(label, "") for label in view.contacts]
+    described_lanes = [(label, "") for label in view.contacts]
     if view.oracle:
-        named = [(view.oracle, " (reference)"), *((rank.label, f": {rank.what}") for rank in view.ranking[:-1])]
+        described_lanes = [
+            (view.oracle, " (reference)"),
+            *((rank.label, f": {rank.what}") for rank in view.ranking[:-1]),
+        ]
     start = float(view.document.window.start or 0.0)
     window = start, start + float(view.document.session.duration)
     lanes, kinds = [], set[str]()
-    for label, what in named:
+    for label, what in described_lanes:
         intervals_of_kind = {kind: intervals for kind, intervals in spans(view, label).items() if intervals}
         kinds |= intervals_of_kind.keys()
         counts = ", ".join(f"{len(intervals)} {KIND_LABELS[kind]}" for kind, intervals in intervals_of_kind.items())

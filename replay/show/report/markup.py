@@ -22,7 +22,7 @@ FIGURE_IN_TEXT: Final = re.compile(r"(?<![\w.])(\d[\d,.]*(?:-\d+)?(?: %| of \d+ 
 """The figure that a sentence is about."""
 
 
-def filled(template: str, **values: object) -> str:
+def render_template(template: str, **values: object) -> str:
     """A template of this package, ``show/report/run.html``, with these values."""
     return environment().get_template(template).render(values)
 
@@ -38,7 +38,7 @@ def environment() -> "Environment":
     from jinja2 import Environment, FunctionLoader, StrictUndefined
     from markupsafe import Markup
 
-    made = Environment(
+    new_environment = Environment(
         loader=FunctionLoader(file_text),
         undefined=StrictUndefined,
         finalize=_readable,
@@ -46,8 +46,8 @@ def environment() -> "Environment":
         lstrip_blocks=True,
         autoescape=lambda name: not (name or "").endswith(".md"),
     )
-    made.globals |= {"allowed": Markup(ALLOWED), "colours": Markup(page_colours())}
-    made.filters |= {
+    new_environment.globals |= {"allowed": Markup(ALLOWED), "colours": Markup(page_colours())}
+    new_environment.filters |= {
         "address": address_of,
         "figure": parts_of,
         "here": in_run_folder,
@@ -55,7 +55,7 @@ def environment() -> "Environment":
         "plural": plural,
         "moment": words.moment,
     }
-    return made
+    return new_environment
 
 
 def _readable(value: object) -> object:

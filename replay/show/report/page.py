@@ -14,7 +14,7 @@ from replay.effects.effect_summary import titration_curves
 from replay.show.plots import Plot, curve
 from replay.show.report.fault_cards import MOST_LISTED, MOST_PAIRS, cards, fault_counts, first_fault
 from replay.show.report.first_screen import comparison_of, page_facts
-from replay.show.report.markup import filled
+from replay.show.report.markup import render_template
 from replay.show.report.page_script import REPORT, page_script
 from replay.show.report.run_view import Hero, RunView, session_names
 from replay.show.report.sections import GLOSSARY, effect_parts, folds
@@ -22,7 +22,7 @@ from replay.show.report.still import fault_still
 from replay.show.report.tradeoff import tradeoff_values
 from replay.show.sections import SectionName, section_of
 
-WARMED = ("warmest", "coldest", "heated", "boil")
+TEMPERATURE_EVENTS = ("warmest", "coldest", "heated", "boil")
 """Names of events that tell of a temperature."""
 
 
@@ -58,15 +58,17 @@ def page_of(
     ``notes``: what was not counted, or is chance; ``curves`` stand above what the effects found; ``more``: what other
     settings cost, contacts that nobody audited.
     """
-    first = None if view.hero else view.answers[0]
+    first_answer = None if view.hero else view.answers[0]
     faults = [(answer, cards(view, answer.label)) for answer in view.answers]
     values = {
         "view": view,
         "notes": notes,
         "about": page_facts(view),
         "caveat": CAVEAT,
-        "first": None if first is None else first_fault(view),
-        "comparison": comparison_of(view, first.moment.seconds if first and first.moment else None),
+        "first": None if first_answer is None else first_fault(view),
+        "comparison": comparison_of(
+            view, first_answer.moment.seconds if first_answer and first_answer.moment else None
+        ),
         "faults": faults,
         "lead": fault_counts(view, view.answers[0].label) if view.answers else "",
         "most_pairs": MOST_PAIRS,
@@ -78,7 +80,7 @@ def page_of(
         "contacts": (),
         "script": page_script(REPORT),
     }
-    return filled(template, **values | more)
+    return render_template(template, **values | more)
 
 
 def view_of(result: RunResult) -> RunView:
@@ -95,24 +97,24 @@ def view_of(result: RunResult) -> RunView:
 def _temperatures(result: RunResult) -> Iterator[Plot]:
     """The temperature over time of each body of which an effect tells that it became warmer or colder."""
     for run in result.effects.values():
-        warmed = {body for event in run.events if event.name in WARMED for body in event.bodies}
+        warmed_bodies = {body for event in run.events if event.name in TEMPERATURE_EVENTS for body in event.bodies}
         for name, celsius in run.series.items():
             body = name.removesuffix("/temperature")
-            if body != name and body in warmed:
+            if body != name and body in warmed_bodies:
                 points = np.stack([celsius.times, celsius.values], axis=1).tolist()
                 lowest, highest = float(celsius.values.min()), float(celsius.values.max())
-                text = f"The temperature of {body}: {words.fixed(lowest, 2)} to {words.fixed(highest, 2)} degC."
+                text = f"The temperature of {body}: {words.decimal(lowest, 2)} to {words.decimal(highest, 2)} degC."
                 yield curve(points, (), text, "seconds", "degC", lowest)
 
 
 def _titrations(result: RunResult) -> Iterator[Plot]:
     """The pH, potential or free metal of each vessel that was titrated, with a line at each end point."""
-    for drawn in titration_curves(result.effects):
-        title = f"The {drawn.quantity} in {drawn.vessel} over what came in"
-        if drawn.ends_ml:
-            points = " and ".join(words.fixed(end, 2) for end in drawn.ends_ml)
-            lines = "line is its end point" if len(drawn.ends_ml) == 1 else "lines are its end points"
+    for titration in titration_curves(result.effects):
+        title = f"The {titration.quantity} in {titration.vessel} over what came in"
+        if titration.ends_ml:
+            points = " and ".join(words.decimal(end, 2) for end in titration.ends_ml)
+            lines = "line is its end point" if len(titration.ends_ml) == 1 else "lines are its end points"
             title += f"; the {lines}, {points} mL"
-        points_of = np.stack([drawn.added_ml, drawn.values], axis=1).tolist()
-        lowest = min(0.0, float(drawn.values.min()))
-        yield curve(points_of, drawn.ends_ml, f"{title}.", "came in, mL", drawn.unit, lowest)
+        points_of = np.stack([titration.added_ml, titration.values], axis=1).tolist()
+        lowest = min(0.0, float(titration.values.min()))
+        yield curve(points_of, titration.ends_ml, f"{title}.", "came in, mL", titration.unit, lowest)

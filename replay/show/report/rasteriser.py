@@ -24,7 +24,7 @@ ROUNDING: Final = 1e-9
 LIGHT: Final = np.array([-0.35, 0.6, 0.72])
 """Direction to the light, in the axes of the eye."""
 
-BEFORE: Final = 0.002
+LINE_LEAD: Final = 0.002
 """Share of the distance by which a line is drawn before the surface that it lies on."""
 
 Colour = tuple[float, float, float]
@@ -59,15 +59,15 @@ class View:
     centre: tuple[float, float]
 
     @classmethod
-    def of(cls, points: FloatArray, away: FloatArray, size: tuple[int, int], right: int = 0) -> "View":
-        """The view from the direction ``away`` that shows points (n, 3) as large as fits; ``right``: kept free."""
-        axes = axes_of(away)
+    def of(cls, points: FloatArray, view_direction: FloatArray, size: tuple[int, int], right: int = 0) -> "View":
+        """The view from a direction that shows points (n, 3) as large as fits; ``right``: kept free."""
+        axes = axes_of(view_direction)
         wide, height = size[0] - right, size[1]
         local = points @ axes
         middle = (local.min(axis=0) + local.max(axis=0)) / 2
         x, y, depth = np.abs(local - middle)[:, 0], np.abs(local - middle)[:, 1], (local - middle)[:, 2]
-        needed = depth + 2.12 * FOCAL * height * np.maximum(x / wide, y / height)
-        distance = max(0.1, float(needed.max()))
+        needed_distances = depth + 2.12 * FOCAL * height * np.maximum(x / wide, y / height)
+        distance = max(0.1, float(needed_distances.max()))
         return cls(axes @ (middle + np.array([0.0, 0.0, distance])), axes, size, (wide / 2, height / 2))
 
     def local(self, points: FloatArray) -> FloatArray:
@@ -88,44 +88,48 @@ class View:
         return np.concatenate([flat[..., :2], np.ones_like(flat[..., 2:])], axis=-1) / flat[..., 2:]
 
 
-def drawn(
-    view: View, opaque: Sequence[Shape], glass: Sequence[Shape], lines: Sequence[Lines], behind: FloatArray
+def draw_picture(
+    view: View, opaque: Sequence[Shape], glass: Sequence[Shape], lines: Sequence[Lines], background: FloatArray
 ) -> tuple[FloatArray, IntArray]:
     """The picture (rows, columns, 3) from 0 to 1, and the number of the opaque shape seen at each pixel, -1: none.
 
     Translucent layers of a pixel are mixed by their alpha, whatever their order: nothing has to be sorted.
-    Source: McGuire and Bavoil 2013. ``behind`` (rows, columns, 3) is the background.
+    Source: McGuire and Bavoil 2013. ``background``: (rows, columns, 3).
     """
     wide, height = view.size
     count = wide * height
-    colours, depth, number = behind.reshape(-1, 3).copy(), np.zeros(count), np.full(count, -1)
+    colours, depth, number = background.reshape(-1, 3).copy(), np.zeros(count), np.full(count, -1)
     for index, shape in enumerate(opaque):
         local = view.local(shape.corners)
         # Faces are lit on either side.
-        colour = np.outer(0.5 + 0.5 * _facing(local, LIGHT), shape.colour)
-        for face, pixel, near in covered(local, view):
-            np.maximum.at(depth, pixel, near)
-            first = near == depth[pixel]
+        colour = np.outer(0.5 + 0.5 * _facing_cosines(local, LIGHT), shape.colour)
+        for face, pixel, inverse_depth in covered_pixels(local, view):
+            np.maximum.at(depth, pixel, inverse_depth)
+            first = inverse_depth == depth[pixel]
             colours[pixel[first]], number[pixel[first]] = colour[face[first]], index
-    layers, through = np.zeros((len(glass), count)), np.zeros(count)
+    layers, log_transmission = np.zeros((len(glass), count)), np.zeros(count)
     for layer, shape in zip(layers, glass, strict=True):
         local = view.local(shape.corners)
-        alpha = np.minimum(0.9, shape.alpha * (1.0 + 3.0 * (1.0 - _facing(local, local.mean(axis=1))) ** 3))
-        for face, pixel, near in covered(local, view):
-            ahead = near > depth[pixel]
-            layer += np.bincount(pixel[ahead], alpha[face[ahead]], count)
-            through += np.bincount(pixel[ahead], np.log1p(-alpha)[face[ahead]], count)
-    tinted = np.flatnonzero(through)
-    weights = layers[:, tinted]
-    mixed = weights.T @ np.array([shape.colour for shape in glass]).reshape(-1, 3) / weights.sum(axis=0)[:, None]
-    colours[tinted] = mixed + (colours[tinted] - mixed) * np.exp(through[tinted])[:, None]
+        alpha = np.minimum(0.9, shape.alpha * (1.0 + 3.0 * (1.0 - _facing_cosines(local, local.mean(axis=1))) ** 3))
+        for face, pixel, inverse_depth in covered_pixels(local, view):
+            is_ahead = inverse_depth > depth[pixel]
+            layer += np.bincount(pixel[is_ahead], alpha[face[is_ahead]], count)
+            log_transmission += np.bincount(pixel[is_ahead], np.log1p(-alpha)[face[is_ahead]], count)
+    glass_pixels = np.flatnonzero(log_transmission)
+    weights = layers[:, glass_pixels]
+    glass_colours = (
+        weights.T @ np.array([shape.colour for shape in glass]).reshape(-1, 3) / weights.sum(axis=0)[:, None]
+    )
+    colours[glass_pixels] = (
+        glass_colours + (colours[glass_pixels] - glass_colours) * np.exp(log_transmission[glass_pixels])[:, None]
+    )
     for line in lines:
-        on = _line_pixels(line, view, depth)
-        colours[on] += line.alpha * (np.array(line.colour) - colours[on])
+        line_pixels = _line_pixels(line, view, depth)
+        colours[line_pixels] += line.alpha * (np.array(line.colour) - colours[line_pixels])
     return np.clip(colours, 0.0, 1.0).reshape(height, wide, 3), number.reshape(height, wide)
 
 
-def _facing(local: FloatArray, direction: FloatArray) -> FloatArray:
+def _facing_cosines(local: FloatArray, direction: FloatArray) -> FloatArray:
     """Cosines between normals of triangles and a direction, or one direction each, from 0 to 1."""
     normal = np.cross(local[:, 1] - local[:, 0], local[:, 2] - local[:, 0])
     length = np.linalg.norm(normal, axis=1) * np.linalg.norm(direction, axis=-1)
@@ -137,7 +141,7 @@ Covered = tuple[IntArray, IntArray, FloatArray]
 """Triangle, pixel and 1 / depth, (k,) each."""
 
 
-def covered(local: FloatArray, view: View) -> Iterator[Covered]:
+def covered_pixels(local: FloatArray, view: View) -> Iterator[Covered]:
     """Every pixel whose middle a triangle in the eye's axes (n, 3, 3) covers, also one that reaches behind the eye.
 
     Barycentric coordinates over depth are linear on the screen, so they bound a stretch of each row of pixels; their
@@ -148,33 +152,37 @@ def covered(local: FloatArray, view: View) -> Iterator[Covered]:
     depth = flat[..., 2]
     visible = np.flatnonzero((np.abs(np.linalg.det(flat)) > 1e-12) & (depth.max(axis=1, initial=0) > NEAREST))
     # Corner by corner (3, k): sums over rows of three numbers would take most of the time.
-    across, down, rest = np.linalg.inv(flat[visible]).transpose(1, 2, 0)
+    column_terms, row_terms, constant_terms = np.linalg.inv(flat[visible]).transpose(1, 2, 0)
     pixel = flat[visible, :, 1] / np.maximum(depth[visible], NEAREST) - 0.5
     # One that reaches behind the eye may be in any row.
-    ahead = depth[visible].min(axis=1, initial=1) > NEAREST
-    lower = np.where(ahead, np.clip(np.ceil(pixel.min(axis=1)), 0, height), 0).astype(np.int64)
-    stop = np.where(ahead, np.clip(np.floor(pixel.max(axis=1)) + 1, lower, height), height).astype(np.int64)
-    triangle, row = _counted_up(lower, stop)
-    slope, at_left = across[:, triangle], down[:, triangle] * (row + 0.5) + rest[:, triangle]
+    is_ahead = depth[visible].min(axis=1, initial=1) > NEAREST
+    lower = np.where(is_ahead, np.clip(np.ceil(pixel.min(axis=1)), 0, height), 0).astype(np.int64)
+    stop = np.where(is_ahead, np.clip(np.floor(pixel.max(axis=1)) + 1, lower, height), height).astype(np.int64)
+    triangle, row = _concatenated_ranges(lower, stop)
+    slope, at_left = column_terms[:, triangle], row_terms[:, triangle] * (row + 0.5) + constant_terms[:, triangle]
     with np.errstate(divide="ignore", invalid="ignore"):
         border = -at_left / slope - 0.5
     begin = np.where(slope > 0, border, np.where((slope < 0) | (at_left >= 0), -np.inf, np.inf)).max(axis=0)
     end = np.where(slope < 0, border, np.inf).min(axis=0)
     left = np.clip(np.ceil(begin - ROUNDING), 0, wide).astype(np.int64)
     right = np.clip(np.floor(end + ROUNDING) + 1, left, wide).astype(np.int64)
-    near, step = at_left.sum(axis=0), slope.sum(axis=0)
+    inverse_depth, step = at_left.sum(axis=0), slope.sum(axis=0)
     blocks = np.flatnonzero(np.diff(np.cumsum(right - left) // AT_ONCE)) + 1
-    for some in np.split(np.arange(len(row)), blocks):
-        interval, x = _counted_up(left[some], right[some])
-        of = some[interval]
-        yield visible[triangle[of]], x + wide * row[of], np.clip(near[of] + step[of] * (x + 0.5), 0.0, 1.0 / NEAREST)
+    for block_rows in np.split(np.arange(len(row)), blocks):
+        interval, x = _concatenated_ranges(left[block_rows], right[block_rows])
+        triangle_rows = block_rows[interval]
+        yield (
+            visible[triangle[triangle_rows]],
+            x + wide * row[triangle_rows],
+            np.clip(inverse_depth[triangle_rows] + step[triangle_rows] * (x + 0.5), 0.0, 1.0 / NEAREST),
+        )
 
 
-def _counted_up(first: IntArray, stop: IntArray) -> tuple[IntArray, IntArray]:
+def _concatenated_ranges(first: IntArray, stop: IntArray) -> tuple[IntArray, IntArray]:
     """The whole numbers from ``first`` to before ``stop`` one range after the other: which range, and the number."""
     count = stop - first
-    which = np.repeat(np.arange(len(count)), count)
-    return which, np.arange(len(which)) + np.repeat(first - np.cumsum(count) + count, count)
+    range_numbers = np.repeat(np.arange(len(count)), count)
+    return range_numbers, np.arange(len(range_numbers)) + np.repeat(first - np.cumsum(count) + count, count)
 
 
 def _line_pixels(line: Lines, view: View, depth: FloatArray) -> IntArray:
@@ -183,12 +191,12 @@ def _line_pixels(line: Lines, view: View, depth: FloatArray) -> IntArray:
     ends = view.pixels(line.ends)
     steps = np.ceil(np.abs(ends[:, 1, :2] - ends[:, 0, :2]).max(axis=1, initial=0)).astype(np.int64) + 1
     steps = np.minimum(steps, 4 * wide)
-    segment, step = _counted_up(np.zeros_like(steps), steps)
+    segment, step = _concatenated_ranges(np.zeros_like(steps), steps)
     fraction = (step / np.maximum(steps[segment] - 1, 1))[:, None]
-    x, y, near = (ends[segment, 0] * (1 - fraction) + ends[segment, 1] * fraction).T
-    across, down = np.meshgrid(*[np.arange(line.width) - line.width // 2] * 2)
-    column = (np.round(x)[:, None] + across.ravel()).astype(np.int64)
-    row = (np.round(y)[:, None] + down.ravel()).astype(np.int64)
-    inside = (column >= 0) & (column < wide) & (row >= 0) & (row < height)
-    pixel = np.where(inside, column + wide * row, 0)
-    return np.unique(pixel[inside & (near[:, None] * (1 + BEFORE) >= depth[pixel])])
+    x, y, inverse_depth = (ends[segment, 0] * (1 - fraction) + ends[segment, 1] * fraction).T
+    column_offsets, row_offsets = np.meshgrid(*[np.arange(line.width) - line.width // 2] * 2)
+    column = (np.round(x)[:, None] + column_offsets.ravel()).astype(np.int64)
+    row = (np.round(y)[:, None] + row_offsets.ravel()).astype(np.int64)
+    is_in_picture = (column >= 0) & (column < wide) & (row >= 0) & (row < height)
+    pixel = np.where(is_in_picture, column + wide * row, 0)
+    return np.unique(pixel[is_in_picture & (inverse_depth[:, None] * (1 + LINE_LEAD) >= depth[pixel])])

@@ -18,10 +18,10 @@ from replay.document.run_document import RunDocument
 from replay.document.run_result import Summarised
 from replay.effects.effect_summary import RESULTS
 from replay.show.palette import fault_key
-from replay.show.report.charts import Span
+from replay.show.report.charts import TimeSpan
 from replay.show.sections import Section, SectionName, section_of
 from replay.show.words import NOT_COMPUTED
-from replay.words import date, plural, tallied
+from replay.words import date, plural, tally_text
 from sessions.mcap.metadata import NOT_STATED
 
 FIRST_DATE_NS: Final = 946_684_800 * 10**9
@@ -99,7 +99,7 @@ class RunView:
     @cached_property
     def hero(self) -> Hero | None:
         """Headline in place of an answer; ``None`` if there is an answer."""
-        return self.asked or (None if self.answers else _without_audit(self.document, self.events))
+        return self.asked or (None if self.answers else _hero_without_audit(self.document, self.events))
 
     @property
     def title(self) -> str:
@@ -139,7 +139,7 @@ def _names_of_bodies(document: RunDocument) -> str:
     return f"{(', ' if rest else ' and ').join(bodies[:2])}{rest}"
 
 
-def _without_audit(document: RunDocument, events: Sequence[EventRecord]) -> Hero:
+def _hero_without_audit(document: RunDocument, events: Sequence[EventRecord]) -> Hero:
     """How many contacts were found, or what the effects say, the weightiest result first."""
     if document.detectors:
         counts = [
@@ -155,34 +155,34 @@ def _without_audit(document: RunDocument, events: Sequence[EventRecord]) -> Hero
     if results:
         message = min(results, key=lambda event: RESULTS.index(event.name)).message
         return Hero(f"{message[:1].upper()}{message[1:]}", lines)
-    return Hero(tallied(Counter(event.name for event in events)) or NOT_COMPUTED, lines)
+    return Hero(tally_text(Counter(event.name for event in events)) or NOT_COMPUTED, lines)
 
 
-def spans(view: RunView, label: str, pair: Pair | None = None) -> dict[str, list[Span]]:
+def spans(view: RunView, label: str, pair: Pair | None = None) -> dict[str, list[TimeSpan]]:
     """Stretches of a detector's lane by kind, or of the reference's; of one pair or of all."""
-    intervals = _stretches(view, label, pair)
+    intervals = _intervals_by_pair(view, label, pair)
     if label == view.oracle or not view.oracle:
         return {"reference" if view.oracle else "contact": [span for spans in intervals.values() for span in spans]}
-    reference = _stretches(view, view.oracle, pair)
-    kinds: dict[str, list[Span]] = {"right": [], "missed": [], "late": [], "false": []}
-    for both in reference.keys() & intervals.keys():
-        kinds["right"] += _shared(reference[both], intervals[both])
+    reference = _intervals_by_pair(view, view.oracle, pair)
+    kinds: dict[str, list[TimeSpan]] = {"right": [], "missed": [], "late": [], "false": []}
+    for pair_of_both in reference.keys() & intervals.keys():
+        kinds["right"] += _overlaps(reference[pair_of_both], intervals[pair_of_both])
     for fault in view.faults.get(label, ()):
         if pair in (None, fault.bodies):
             kinds[fault_key(fault.kind)].append((fault.start, fault.end))
     return kinds
 
 
-def _stretches(view: RunView, label: str, pair: Pair | None) -> dict[Pair, list[Span]]:
+def _intervals_by_pair(view: RunView, label: str, pair: Pair | None) -> dict[Pair, list[TimeSpan]]:
     """When a detector reports contact of each pair, or of one alone."""
-    intervals: dict[Pair, list[Span]] = {}
+    intervals: dict[Pair, list[TimeSpan]] = {}
     for contact in view.contacts.get(label, ()):
         if pair in (None, contact.bodies):
             intervals.setdefault(contact.bodies, []).append((contact.start, contact.end))
     return intervals
 
 
-def _shared(reference: Sequence[Span], reported: Sequence[Span]) -> Iterator[Span]:
+def _overlaps(reference: Sequence[TimeSpan], reported: Sequence[TimeSpan]) -> Iterator[TimeSpan]:
     """Yields the overlaps of intervals of two lists in order of time."""
     first = 0
     for start, end in reference:

@@ -43,14 +43,14 @@ MOST_HEIGHT: Final = 0.32
 """Share of the height of their tab that lanes of effects take at most."""
 
 MOST_EFFECT_PLOTS: Final = 3
-PLOTS: Final = 0.22
+PLOTS_HEIGHT: Final = 0.22
 """Plots of effects, one per unit, more would be too narrow to read; and their share of the height of their tab."""
 
 AROUND_MOMENT: Final = 0.5
 """Seconds before and after the worked moment in which steps can be read; over a minute they are a carpet."""
 
-PLAIN: Final = rrb.Background(color=BACKGROUND[:3], kind=rrb.BackgroundKind.SolidColor)
-STAGES: Final = "Time per frame by stage, ms, added up"
+PLAIN_BACKGROUND: Final = rrb.Background(color=BACKGROUND[:3], kind=rrb.BackgroundKind.SolidColor)
+STAGES_TITLE: Final = "Time per frame by stage, ms, added up"
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,15 +68,15 @@ class Picture:
     searches: Sequence[SearchRun]  # detectors that are shown at their work
 
     @cached_property
-    def doing(self) -> Sequence[str]:
+    def activity_lanes(self) -> Sequence[str]:
         """Lanes of what people did."""
         return [*session_lanes(self.result)]
 
     @cached_property
-    def whole(self) -> rrb.TimeAxis:
+    def session_axis(self) -> rrb.TimeAxis:
         """The whole session; left alone, the viewer shows one minute around the cursor."""
         times = self.result.assembly.motion.times
-        return _seconds(*((float(times[0]), float(times[-1])) if len(times) else (0.0, 1.0)))
+        return _time_axis(*((float(times[0]), float(times[-1])) if len(times) else (0.0, 1.0)))
 
     @property
     def title(self) -> str:
@@ -94,139 +94,147 @@ def build_blueprint(picture: Picture) -> rrb.Blueprint:
     """The blueprint that is embedded in the recording; its first tab is what was asked for."""
     result, first, tabs = picture.result, 0, []
     if picture.order:
-        tabs.append(_answer(picture))
+        tabs.append(_answer_tab(picture))
     if picture.searches:
-        pipelines = [_pipeline(picture, run) for run in picture.searches]
+        pipelines = [_pipeline_tab(picture, run) for run in picture.searches]
         tabs.append(rrb.Tabs(*pipelines, name="Pipeline", active_tab=0) if pipelines[1:] else pipelines[0])
     if picture.order:
         first = 0 if result.tradeoff is None else len(tabs)
-        tabs.append(_accuracy(picture))
-    if result.effects or picture.doing:
-        tabs.append(_effects(picture))
+        tabs.append(_accuracy_tab(picture))
+    if result.effects or picture.activity_lanes:
+        tabs.append(_effects_tab(picture))
     if not picture.order:
-        tabs.append(_session(picture))
+        tabs.append(_session_tab(picture))
     if result.detections:
-        details = [_details(picture, label) for label in dict.fromkeys([*picture.order, *result.detections])]
+        details = [_details_tab(picture, label) for label in dict.fromkeys([*picture.order, *result.detections])]
         tabs.append(rrb.Tabs(*details, name="Details", active_tab=0))
     times = rrb.TimePanel(timeline=SESSION, state="collapsed", playback_speed=0.25, play_state="paused")
     hidden = rrb.SelectionPanel(state="hidden"), rrb.BlueprintPanel(state="hidden")
     return rrb.Blueprint(rrb.Tabs(*tabs, active_tab=first), times, *hidden, auto_views=False, auto_layout=False)
 
 
-def _answer(picture: Picture) -> Any:
+def _answer_tab(picture: Picture) -> Any:
     """Tab of the answer: text, close-up of the worst moment, room, lanes and list of moments."""
-    lanes = [*picture.lanes, *picture.doing][:MOST_LANES]
+    lanes = [*picture.lanes, *picture.activity_lanes][:MOST_LANES]
     where = "Where   a dot: a fault, in the colours of When"
-    room = _spatial(where, picture.room(EYE, f"{SPACE}/lines"), picture.answer_eye)
+    room = _spatial_view(where, picture.room(EYE, f"{SPACE}/lines"), picture.answer_eye)
     title = "Moments: click a time; --miss and --false take the numbers"
-    moments = _list([f"{LISTS}/**"] if picture.moments else [], title)
-    height = _height(max(3, len(lanes)))
-    close_up = _close_up(picture, bool(picture.moments))
+    moments = _list_view([f"{LISTS}/**"] if picture.moments else [], title)
+    height = _lanes_height(max(3, len(lanes)))
+    close_up = _close_up_view(picture, bool(picture.moments))
     return _column(
         (
-            _row((_text(ANSWER, "The answer"), 0.43), (close_up, 0.33), (room, 0.24)),
+            _row((_text_view(ANSWER, "The answer"), 0.43), (close_up, 0.33), (room, 0.24)),
             1 - height,
         ),
-        (_row((_states(picture, f"When   {LANES_LEGEND}", lanes), 0.55), (moments, 0.45)), height),
+        (_row((_lanes_view(picture, f"When   {LANES_LEGEND}", lanes), 0.55), (moments, 0.45)), height),
         name="Answer",
     )
 
 
-def _pipeline(picture: Picture, run: SearchRun) -> Any:
+def _pipeline_tab(picture: Picture, run: SearchRun) -> Any:
     """Volumes of the pair, one look of the search, the frame in numbers; below both over time, and other moments."""
     name = run.label if len(picture.searches) > 1 else "Pipeline"
-    root, top = pipeline_path(run.label), timing.ceiling([timing.total_ms(run.detection)])
+    root, top = pipeline_path(run.label), timing.plot_cut_ms([timing.total_ms(run.detection)])
     pairs, axis = int(run.counts[ALL].max(initial=0)), rrb.ScalarAxis(range=(0.0, top))
-    title = f"{STAGES}   cut at {words.fixed(top, 2)}: 99.9 % of frames"
-    times = _plot(picture.whole, timing.stages_path(run.label), title, axis_y=axis)
+    title = f"{STAGES_TITLE}   cut at {words.decimal(top, 2)}: 99.9 % of frames"
+    times = _plot_view(picture.session_axis, timing.stages_path(run.label), title, axis_y=axis)
     if not run.searches:
-        counts = _plot(picture.whole, f"{root}/pairs", f"Pairs left after each stage, of {pairs}")
+        counts = _plot_view(picture.session_axis, f"{root}/pairs", f"Pairs left after each stage, of {pairs}")
         return rrb.Vertical(counts, times, name=name)
-    at = float(run.motion.times[run.worked.frame])
+    at = float(run.motion.times[run.worked_search.frame])
     shapes = "1 spheres (grey), 2 boxes (blue)" if BOXES in run.counts else "1 spheres (grey)"
     bodies = [pipeline_path(run.label, "bodies", body) for body in picture.result.assembly.names]
     volumes = [f"- /{body}/{volume}" for body in bodies for volume in ("sphere", "box")]
-    near = _spatial(
+    volumes_view = _spatial_view(
         f"At {words.moment(at)}   {shapes}", [f"/{root}/bodies/**", f"/{root}/near/eye"], f"{root}/near/eye", root
     )
-    what = f"{search_title(run, run.worked)}   dots: faces of ants   white: best pair"
+    what = f"{search_title(run, run.worked_search)}   dots: faces of ants   white: best pair"
     contents = [f"/{root}/bodies/**", f"/{root}/search/**", *volumes]
-    search = _spatial(what, contents, f"{root}/search/eye", root)
-    frame = _text(f"{root}/frame", "This frame: pairs left, and the price")
-    around = _seconds(max(0.0, at - AROUND_MOMENT), at + AROUND_MOMENT)
-    left = _plot(around, f"{root}/pairs", f"Pairs left, of {pairs}, half a second around {words.moment(at)}")
-    moments = _list([f"{root}/moments"], "Other moments: click a time")
+    search = _spatial_view(what, contents, f"{root}/search/eye", root)
+    frame = _text_view(f"{root}/frame", "This frame: pairs left, and the price")
+    near_axis = _time_axis(max(0.0, at - AROUND_MOMENT), at + AROUND_MOMENT)
+    left_plot = _plot_view(
+        near_axis, f"{root}/pairs", f"Pairs left, of {pairs}, half a second around {words.moment(at)}"
+    )
+    moments = _list_view([f"{root}/moments"], "Other moments: click a time")
     return _column(
-        (_row((near, 0.31), (search, 0.40), (frame, 0.29)), 0.68),
-        (_row((left, 0.29), (times, 0.38), (moments, 0.33)), 0.32),
+        (_row((volumes_view, 0.31), (search, 0.40), (frame, 0.29)), 0.68),
+        (_row((left_plot, 0.29), (times, 0.38), (moments, 0.33)), 0.32),
         name=name,
     )
 
 
-def _accuracy(picture: Picture) -> Any:
+def _accuracy_tab(picture: Picture) -> Any:
     """Losses over costs, what they mean, and the time of every frame."""
     name = "Accuracy against cost"
-    bounds = rrb.VisualBounds2D(x_range=timing.WIDE, y_range=timing.HIGH)
+    bounds = rrb.VisualBounds2D(x_range=timing.X_RANGE, y_range=timing.Y_RANGE)
     dots = rrb.Spatial2DView(
-        origin=f"/{timing.SCATTER}", name=f"{name}: one dot a detector", visual_bounds=bounds, background=PLAIN
+        origin=f"/{timing.SCATTER}",
+        name=f"{name}: one dot a detector",
+        visual_bounds=bounds,
+        background=PLAIN_BACKGROUND,
     )
     detections = picture.result.detections
-    upper = timing.ceiling([timing.total_ms(detection) for detection in detections.values()])
-    title = f"Time per frame, ms   cut at {words.fixed(upper, 2)}: 99.9 % of the slowest detector's frames"
+    upper = timing.plot_cut_ms([timing.total_ms(detection) for detection in detections.values()])
+    title = f"Time per frame, ms   cut at {words.decimal(upper, 2)}: 99.9 % of the slowest detector's frames"
     axis = rrb.ScalarAxis(range=(0.0, max(upper, 1.0001 * timing.budget_fraction(upper))))
     paths = [*(timing.total_path(label) for label in detections), timing.BUDGET_LINE]
-    times = _plot(picture.whole, "timing", title, paths, axis_y=axis)
-    right = _column((_text(ACCURACY, "Meaning"), 0.32), (times, 0.68))
-    return _row((dots, 0.5), (right, 0.5), name=name)
+    times = _plot_view(picture.session_axis, "timing", title, paths, axis_y=axis)
+    right_column = _column((_text_view(ACCURACY, "Meaning"), 0.32), (times, 0.68))
+    return _row((dots, 0.5), (right_column, 0.5), name=name)
 
 
-def _effects(picture: Picture) -> Any:
+def _effects_tab(picture: Picture) -> Any:
     """Tab of effects: room, events, lanes and plots, independent of detectors."""
     result, effects = picture.result, picture.result.effects
     bodies = [f"/{body_path(name)}/{leaf}" for name in result.assembly.names for leaf in ("mesh", "liquid")]
-    room = _spatial(picture.title, picture.room(contents=["/world/effects/**", *bodies]), picture.effects_eye)
+    room = _spatial_view(picture.title, picture.room(contents=["/world/effects/**", *bodies]), picture.effects_eye)
     text_column = _column(
-        (_text(HAPPENED, "What happened"), 0.4), (_list(event_paths(effects), "Events: click a time"), 0.6)
+        (_text_view(HAPPENED, "What happened"), 0.4), (_list_view(event_paths(effects), "Events: click a time"), 0.6)
     )
-    lanes = [*effect_lanes(effects), *picture.doing]
-    when = _states(picture, "When: what the effects found, and what people did", lanes)
-    plots = [_plot(picture.whole, "effects", unit, paths) for unit, paths in effect_plots(effects)[:MOST_EFFECT_PLOTS]]
-    lanes_height, plots_height = min(MOST_HEIGHT, _height(len(lanes))), PLOTS if plots else 0.0
+    lanes = [*effect_lanes(effects), *picture.activity_lanes]
+    lanes_view = _lanes_view(picture, "When: what the effects found, and what people did", lanes)
+    plots = [
+        _plot_view(picture.session_axis, "effects", unit, paths)
+        for unit, paths in effect_plots(effects)[:MOST_EFFECT_PLOTS]
+    ]
+    lanes_height, plots_height = min(MOST_HEIGHT, _lanes_height(len(lanes))), PLOTS_HEIGHT if plots else 0.0
     return _column(
         (_row((room, 0.36), (text_column, 0.28)), 1.0 - lanes_height - plots_height),
-        (when, lanes_height),
+        (lanes_view, lanes_height),
         (rrb.Horizontal(*plots) if plots else None, plots_height),
         name="Effects" if effects else "Tasks",
     )
 
 
-def _session(picture: Picture) -> Any:
+def _session_tab(picture: Picture) -> Any:
     """Without anything to compare: the session, and what was replayed."""
-    room = _spatial(picture.title, picture.room(), picture.effects_eye)
-    return _row((room, 0.7), (_text(SESSION_TEXT, "The session"), 0.3), name="Session")
+    room = _spatial_view(picture.title, picture.room(), picture.effects_eye)
+    return _row((room, 0.7), (_text_view(SESSION_TEXT, "The session"), 0.3), name="Session")
 
 
-def _details(picture: Picture, label: str) -> Any:
+def _details_tab(picture: Picture, label: str) -> Any:
     """Tab of one detector: errors, moments, lanes pair by pair, times by stage and counters."""
     result = picture.result
     title = f"What {label} said of each pair"
     if label in result.comparisons:
         outcomes = np.flatnonzero(result.comparisons[label].by_pair.sum(axis=0)).tolist()
-        late = any(fault_key(miss.kind) == "late" for miss in result.misses[label])
-        title = f"Pair by pair    {lane_legend(outcomes, label, late=late)}"
-    faulty = bool(result.misses.get(label) or result.false.get(label))
-    listed = _list([list_path(label)] if faulty else [], f"All moments of {label}: click a time")
-    text = _text(details_path(label), "Settings, and what each stage takes")
-    stages = _plot(picture.whole, timing.stages_path(label), STAGES)
-    counters = _plot(picture.whole, entity("counters", label), "Work per frame: how often each step ran")
+        has_late = any(fault_key(miss.kind) == "late" for miss in result.misses[label])
+        title = f"Pair by pair    {lane_legend(outcomes, label, late=has_late)}"
+    has_faults = bool(result.misses.get(label) or result.false.get(label))
+    moments_list = _list_view([list_path(label)] if has_faults else [], f"All moments of {label}: click a time")
+    text = _text_view(details_path(label), "Settings, and what each stage takes")
+    stages = _plot_view(picture.session_axis, timing.stages_path(label), STAGES_TITLE)
+    counters = _plot_view(picture.session_axis, entity("counters", label), "Work per frame: how often each step ran")
     plots = [stages, counters]
     if deepest_pairs(result):
-        plots.append(_plot(picture.whole, DEPTHS, depth_title(result)))
+        plots.append(_plot_view(picture.session_axis, DEPTHS, depth_title(result)))
     return _column(
-        (_row((text, 0.3), (_close_up(picture, faulty), 0.36), (listed, 0.34)), 0.6),
+        (_row((text, 0.3), (_close_up_view(picture, has_faults), 0.36), (moments_list, 0.34)), 0.6),
         (
             _row(
-                (_states(picture, title, [*pair_lanes(result, label)]), 0.6),
+                (_lanes_view(picture, title, [*pair_lanes(result, label)]), 0.6),
                 (rrb.Tabs(*plots, active_tab=len(plots) - 1 if label == result.oracle else 0), 0.4),
             ),
             0.4,
@@ -235,7 +243,7 @@ def _details(picture: Picture, label: str) -> Any:
     )
 
 
-def _close_up(picture: Picture, has_moments: bool) -> Any:
+def _close_up_view(picture: Picture, has_moments: bool) -> Any:
     if not has_moments:
         return None
     answers = picture.result.answers
@@ -243,10 +251,10 @@ def _close_up(picture: Picture, has_moments: bool) -> Any:
     worst = ""
     if moment is not None:
         worst = f". Worst: {answers[0].label} {moment.kind} {moment.number}, {words.moment(moment.seconds)}"
-    return _spatial(f"Close-up nearest the cursor{worst}", picture.room(PINS), EYE)
+    return _spatial_view(f"Close-up nearest the cursor{worst}", picture.room(PINS), EYE)
 
 
-def _height(lanes: int) -> float:
+def _lanes_height(lanes: int) -> float:
     """Share of the height of a tab that so many lanes need; none needs nothing."""
     return (RULER_POINTS + LANE_POINTS * lanes) / LOW_POINTS if lanes else 0.0
 
@@ -263,13 +271,13 @@ def _column(*sized_views: tuple[Any, float], name: str | None = None) -> Any:
     return rrb.Vertical(*views, row_shares=fractions, name=name)
 
 
-def _seconds(start: float, end: float) -> rrb.TimeAxis:
+def _time_axis(start: float, end: float) -> rrb.TimeAxis:
     """These seconds, from side to side; zooming stays possible."""
     ends = (rr.TimeRangeBoundary.absolute(seconds=at) for at in (start, end))
     return rrb.TimeAxis(view_range=rr.TimeRange(*ends))
 
 
-def _spatial(name: str, contents: Sequence[str], eye: Eye | str, origin: str = "world") -> Any:
+def _spatial_view(name: str, contents: Sequence[str], eye: Eye | str, origin: str = "world") -> Any:
     """A room, dark and without a grid; ``eye``: where it is seen from first, or the entity that the view follows."""
     if isinstance(eye, str):
         controls = rrb.EyeControls3D(tracking_entity=f"/{eye}")
@@ -282,25 +290,25 @@ def _spatial(name: str, contents: Sequence[str], eye: Eye | str, origin: str = "
         contents=contents,
         name=drawable(name),
         eye_controls=controls,
-        background=PLAIN,
+        background=PLAIN_BACKGROUND,
         line_grid=rrb.LineGrid3D(visible=False),
     )
 
 
-def _text(path: str, name: str) -> Any:
+def _text_view(path: str, name: str) -> Any:
     return rrb.TextDocumentView(origin=f"/{path}", name=drawable(name))
 
 
-def _list(paths: Sequence[str], name: str) -> Any:
+def _list_view(paths: Sequence[str], name: str) -> Any:
     """Lines of entities of which a click moves the cursor; of none no view."""
     times, text_columns = [TimelineColumn(SESSION)], [TextLogColumn("body")]
     columns = rrb.TextLogColumns(timeline_columns=times, text_log_columns=text_columns)
-    contents, even = [f"/{path}" for path in paths], rrb.TextLogFormat(monospace_body=True)
-    view = rrb.TextLogView(contents=contents, name=drawable(name), columns=columns, format_options=even)
+    contents, line_format = [f"/{path}" for path in paths], rrb.TextLogFormat(monospace_body=True)
+    view = rrb.TextLogView(contents=contents, name=drawable(name), columns=columns, format_options=line_format)
     return view if paths else None
 
 
-def _plot(axis: rrb.TimeAxis, origin: str, name: str, paths: Iterable[str] = (), **more: Any) -> Any:
+def _plot_view(axis: rrb.TimeAxis, origin: str, name: str, paths: Iterable[str] = (), **more: Any) -> Any:
     """Curves over time: of these entities, or of all below the origin."""
     contents = [f"/{path}" for path in paths] or "$origin/**"
     legend = rrb.PlotLegend(rrb.Corner2D.RightTop)
@@ -309,8 +317,8 @@ def _plot(axis: rrb.TimeAxis, origin: str, name: str, paths: Iterable[str] = (),
     )
 
 
-def _states(picture: Picture, name: str, lanes: Sequence[str]) -> Any:
+def _lanes_view(picture: Picture, name: str, lanes: Sequence[str]) -> Any:
     """Lanes over the whole session; of none no view."""
     contents = [f"/{lane}" for lane in lanes]
-    view = rrb.StateTimelineView(origin="/", contents=contents, name=drawable(name), time_view=picture.whole)
+    view = rrb.StateTimelineView(origin="/", contents=contents, name=drawable(name), time_view=picture.session_axis)
     return view if lanes else None

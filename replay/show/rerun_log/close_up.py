@@ -20,15 +20,23 @@ from cdcore.numerics import FloatArray
 from replay.auditing.fault import Fault
 from replay.auditing.outcome import Episode
 from replay.document.run_result import RunResult
-from replay.show.camera import CLOSE_UP, Eye, across, eye_before, placed, towards_user, view_rotation
-from replay.show.drawn_mesh import bends, edges_of, face_normals
+from replay.show.camera import (
+    CLOSE_UP,
+    Eye,
+    eye_before,
+    points_in_world,
+    towards_user,
+    view_rotation,
+    viewing_direction,
+)
+from replay.show.drawn_mesh import bend_cosines, edges_of, face_normals
 from replay.show.palette import FALSE_CONTACT, FREE, Rgba, albedo, fault_colour, fault_key, see_through, tags_of
 from replay.show.rerun_log.moments import Moments, Time, nearest_moments, point_of
 from replay.show.rerun_log.recording_file import (
     RecordingWriter,
     Steps,
     entity,
-    packed,
+    pack_colours,
     pose_columns,
     steps_of,
     times_of,
@@ -44,21 +52,21 @@ PINS: Final = f"{SPACE}/pins"
 IN_FRONT: Final = 0.4
 """Share of the way from the eye at which words stand: nearer than what they speak of, so that nothing hides them."""
 
-HANGING: Final = 0.05
+TEXT_HEIGHT: Final = 0.05
 """Height of words, in distances of the eye from what it looks at."""
 
-UNSEEN: Final = 0.01
-LEADER: Final = 0.8
+DOT_POINTS: Final = 0.01
+LEADER_POINTS: Final = 0.8
 """Points on the screen: the size of a dot that carries words, and the width of the line from them."""
 
 
 DISTANCES: Final = (CLOSE_UP, 0.45)
 """Metres from the eye to a false contact, at least and at most."""
 
-REACHES: Final = 3.3
+DISTANCE_RADII: Final = 3.3
 """Distance of the eye in radii of the ball that it shall see whole."""
 
-ROOM: Final = 0.5
+LARGEST_BALL_M: Final = 0.5
 """Metres: a larger ball or solid holds the room and is left out: all glass stands on the bench."""
 
 HALF_BAR: Final = 0.006
@@ -85,27 +93,29 @@ def close_up_eyes(result: RunResult, moments: Moments, balls: Sequence[Sphere]) 
     scene, eyes = result.session.scene, dict[Time, Eye]()
     for time, moment in moments.items():
         point = point_of(result, time, moment)
-        user = towards_user(result.assembly, scene, time[0], point)
+        user_direction = towards_user(result.assembly, scene, time[0], point)
         if isinstance(moment, Fault) and moment.kind.is_miss:
-            eyes[time] = eye_before(np.asarray(point), CLOSE_UP * across(np.asarray(moment.evidence.normal), user))
+            eyes[time] = eye_before(
+                np.asarray(point), CLOSE_UP * viewing_direction(np.asarray(moment.evidence.normal), user_direction)
+            )
         else:
-            eyes[time] = _whole_body_eye(result, time, moment, user, balls)
+            eyes[time] = _whole_body_eye(result, time, moment, user_direction, balls)
     return eyes
 
 
 def _whole_body_eye(
-    result: RunResult, time: Time, moment: Fault | Episode, user: FloatArray, balls: Sequence[Sphere]
+    result: RunResult, time: Time, moment: Fault | Episode, user_direction: FloatArray, balls: Sequence[Sphere]
 ) -> Eye:
     """Return an eye so far off that a ball around the solid, or around the smaller body, is seen whole."""
-    assembly, caged = result.assembly, caged_bodies(result, moment, balls)
-    body = min(caged or assembly.pairs[moment.pair].tolist(), key=lambda body: balls[body].radius)
+    assembly, caged_columns = result.assembly, caged_bodies(result, moment, balls)
+    body = min(caged_columns or assembly.pairs[moment.pair].tolist(), key=lambda body: balls[body].radius)
     target = np.asarray(point_of(result, time, moment))
-    if caged:
-        target = placed(assembly.motion, time[0], body, balls[body].centre[None])[0]
+    if caged_columns:
+        target = points_in_world(assembly.motion, time[0], body, balls[body].centre[None])[0]
     ends = moment.evidence.nearest if isinstance(moment, Fault) else None
     gap = np.zeros(3) if ends is None else np.subtract(ends[1], ends[0])
-    distance = float(np.clip(REACHES * balls[body].radius, *DISTANCES))
-    return eye_before(target, distance * across(gap, user))
+    distance = float(np.clip(DISTANCE_RADII * balls[body].radius, *DISTANCES))
+    return eye_before(target, distance * viewing_direction(gap, user_direction))
 
 
 def caged_bodies(result: RunResult, moment: Fault | Episode, balls: Sequence[Sphere]) -> list[int]:
@@ -116,8 +126,8 @@ def caged_bodies(result: RunResult, moment: Fault | Episode, balls: Sequence[Sph
     if not isinstance(moment, Fault) or moment.kind.is_miss or moment.detector not in detectors_with_solids(result):
         return []
     names, pair = result.assembly.names, result.assembly.pairs[moment.pair].tolist()
-    hollow = [body for body in pair if names[body] == moment.evidence.hollow]
-    return [body for body in hollow or pair if balls[body].radius <= ROOM]
+    hollow_bodies = [body for body in pair if names[body] == moment.evidence.hollow]
+    return [body for body in hollow_bodies or pair if balls[body].radius <= LARGEST_BALL_M]
 
 
 def free_body(result: RunResult, moment: Fault | Episode) -> int | None:
@@ -132,15 +142,15 @@ def free_body(result: RunResult, moment: Fault | Episode) -> int | None:
 
 def hiding_bodies(result: RunResult, frame: int, pair: int, eye: Eye, balls: Sequence[Sphere]) -> list[int]:
     """Return the bodies beside a pair whose ball reaches between an eye and what it looks at in a frame."""
-    assembly, hiding = result.assembly, []
+    assembly, hiding_bodies_of = result.assembly, []
     target, away = np.asarray(eye.target), np.subtract(eye.position, eye.target)
-    small = {body for body, ball in enumerate(balls) if ball.radius <= ROOM}
-    for body in small - {*assembly.pairs[pair].tolist()}:
-        centre = placed(assembly.motion, frame, body, balls[body].centre[None])[0]
+    small_bodies = {body for body, ball in enumerate(balls) if ball.radius <= LARGEST_BALL_M}
+    for body in small_bodies - {*assembly.pairs[pair].tolist()}:
+        centre = points_in_world(assembly.motion, frame, body, balls[body].centre[None])[0]
         fraction = np.clip((centre - target) @ away / (away @ away), 0.0, 1.0)
         if np.linalg.norm(centre - target - fraction * away) <= balls[body].radius:
-            hiding.append(body)
-    return hiding
+            hiding_bodies_of.append(body)
+    return hiding_bodies_of
 
 
 def log_close_ups(
@@ -161,7 +171,7 @@ def log_close_ups(
         }
         _log_cages(writer, result, label, cages, steps)
     dots = np.array([fault.point for fault in faults.values()], dtype=np.float32).reshape(-1, 3)
-    colours = packed(fault_colour(fault.kind) for fault in faults.values())
+    colours = pack_colours(fault_colour(fault.kind) for fault in faults.values())
     writer.static(PINS, rr.Points3D(dots, colors=colours, radii=rr.Radius.ui_points(4.0)))
 
 
@@ -169,8 +179,8 @@ def _marks(result: RunResult, fault: Fault, eye: Eye) -> list[Mark]:
     """Return the text of a close-up: that a contact was missed, or how far apart the bodies are, with a measure."""
     about = np.asarray(fault.point)
     if fault.kind.is_miss:
-        part = "" if fault_key(fault.kind) == "missed" else "a part of "
-        text = f"{fault.detector} misses {part}this contact"
+        piece_text = "" if fault_key(fault.kind) == "missed" else "a part of "
+        text = f"{fault.detector} misses {piece_text}this contact"
         return text_beside(eye, about, text, fault_colour(fault.kind), 0.0, 0.36)
     if fault.evidence.nearest is None:
         return text_beside(eye, about, f"{fault.detector}: false contact", FALSE_CONTACT, 0.0, 0.36)
@@ -202,10 +212,10 @@ def _log_cages(
     ``cages``: moment -> bodies whose solids are drawn, the moment that lasts longest first.
     """
     detector: Any = result.detectors[label]  # whose solids have one or more convex parts each
-    names, left = result.assembly.names, DRAWN_EDGES
+    names, edges_left = result.assembly.names, DRAWN_EDGES
     edges: dict[int, Any] = {}
     corners: dict[int, Any] = {}
-    drawn: dict[int, list[Time]] = {}
+    drawn_moments: dict[int, list[Time]] = {}
     for time, bodies in cages.items():
         for body in bodies:
             if body not in edges:
@@ -213,10 +223,10 @@ def _log_cages(
                 corners[body] = np.concatenate([piece.triangles for piece in detector.parts[names[body]]]).reshape(
                     -1, 3
                 )
-            left -= len(edges[body]) + len(corners[body]) // 3
-            if left >= 0:
-                drawn.setdefault(body, []).append(time)
-    for body, times in drawn.items():
+            edges_left -= len(edges[body]) + len(corners[body]) // 3
+            if edges_left >= 0:
+                drawn_moments.setdefault(body, []).append(time)
+    for body, times in drawn_moments.items():
         # Wires ignore alpha: a row without lines hides them.
         path = f"{body_path(names[body])}/{entity(f'solid_of_{label}')}"
         writer.steps(path, steps, dict.fromkeys(times, edges[body]), _wires)
@@ -236,7 +246,7 @@ def _faces(corners: list[Any]) -> rr.ComponentColumnList:
 def sharp_edges(mesh: TriangleMesh) -> FloatArray:
     """Edges (k, 2, 3) at which two faces of a solid meet at an angle."""
     edges, faces = edges_of(mesh)
-    return edges[bends(face_normals(mesh.triangles)[1], faces) < SHARP_COSINE]
+    return edges[bend_cosines(face_normals(mesh.triangles)[1], faces) < SHARP_COSINE]
 
 
 def close_up_colours(result: RunResult, moments: Moments, eyes: Mapping[Time, Eye], balls: Sequence[Sphere]) -> Colours:
@@ -246,17 +256,17 @@ def close_up_colours(result: RunResult, moments: Moments, eyes: Mapping[Time, Ey
     """
     colours: dict[str, list[tuple[int, int, Rgba]]] = {}
     free = {time: free_body(result, moment) for time, moment in moments.items()}
-    hiding = {
+    hiding_bodies_of = {
         time: {*hiding_bodies(result, time[0], moment.pair, eyes[time], balls), _larger(result, moment.pair, balls)}
         for time, moment in moments.items()
     }
-    touched = {body for body in free.values() if body is not None}
-    for body in touched.union(*hiding.values()):
+    changing_bodies = {body for body in free.values() if body is not None}
+    for body in changing_bodies.union(*hiding_bodies_of.values()):
         name = result.assembly.names[body]
         tags = tags_of(name, result.session.scene)
         rows = colours.setdefault(name, [])
         for frame, later, time in nearest_moments(moments.keys()):
-            colour = see_through(tags) if body in hiding[time] else albedo(tags)
+            colour = see_through(tags) if body in hiding_bodies_of[time] else albedo(tags)
             rows.append((frame, later, FREE if body == free[time] else colour))
     return colours
 
@@ -277,7 +287,7 @@ class Mark:
     text: str = ""
 
     @property
-    def part(self) -> str:
+    def layer_name(self) -> str:
         """Entity below that of all marks."""
         if self.text:
             return "words"
@@ -290,23 +300,26 @@ def text_beside(eye: Eye, about: FloatArray, text: str, colour: Rgba, right: flo
     distance = float(np.linalg.norm(np.subtract(eye.position, eye.target)))
     anchor = np.asarray(eye.target) + distance * (right * axes[:, 0] + up * axes[:, 1])
     # Words hang below their place: a line from above begins below them.
-    start = anchor - distance * (HANGING if up > 0 else 0.0) * axes[:, 1]
+    start = anchor - distance * (TEXT_HEIGHT if up > 0 else 0.0) * axes[:, 1]
     points = in_front(eye, np.stack([anchor, start, about]))
-    return [Mark(points[:1], colour, UNSEEN, text), Mark(points[1:], colour, LEADER)]
+    return [Mark(points[:1], colour, DOT_POINTS, text), Mark(points[1:], colour, LEADER_POINTS)]
 
 
 def in_front(eye: Eye, points: FloatArray) -> FloatArray:
     """The same places on the screen (n, 3), so near to the eye that nothing hides them."""
-    nearer: FloatArray = np.asarray(eye.position) + IN_FRONT * (points - eye.position)
-    return nearer
+    near_points: FloatArray = np.asarray(eye.position) + IN_FRONT * (points - eye.position)
+    return near_points
 
 
 def log_marks(writer: RecordingWriter, root: str, steps: Steps, marks: Mapping[Any, Sequence[Mark]]) -> None:
     """Send ``words``, ``lines`` and ``dots`` below a root: the marks of each moment that is shown, and no other."""
     for layer, columns in (("words", _points), ("lines", _strips), ("dots", _points)):
-        drawn = {moment: [mark for mark in some if mark.part == layer] for moment, some in marks.items()}
-        if any(drawn.values()):
-            writer.steps(f"{root}/{layer}", steps, drawn, columns)
+        drawn_moments = {
+            moment: [mark for mark in marks_of_moment if mark.layer_name == layer]
+            for moment, marks_of_moment in marks.items()
+        }
+        if any(drawn_moments.values()):
+            writer.steps(f"{root}/{layer}", steps, drawn_moments, columns)
     writer.static(f"{root}/words", rr.Points3D.from_fields(show_labels=True))
 
 
@@ -322,15 +335,15 @@ def _strips(marks: Sequence[Mark]) -> rr.ComponentColumnList:
 
 def _looks(marks: Sequence[Mark]) -> dict[str, Any]:
     radii = np.array([rr.Radius.ui_points(mark.size) for mark in marks], dtype=np.float32)
-    return {"colors": packed(mark.colour for mark in marks), "radii": radii}
+    return {"colors": pack_colours(mark.colour for mark in marks), "radii": radii}
 
 
 def log_eyes(writer: RecordingWriter, path: str, steps: Steps, eyes: Mapping[Any, Eye]) -> None:
     """Send a camera that stands elsewhere from each step on. A view that tracks it needs no command to follow."""
-    displayed = [eyes[moment] for *_, moment in steps]
+    step_eyes = [eyes[moment] for *_, moment in steps]
     positions, rotations = (
-        np.array([eye.position for eye in displayed]),
-        np.array([view_rotation(eye) for eye in displayed]),
+        np.array([eye.position for eye in step_eyes]),
+        np.array([view_rotation(eye) for eye in step_eyes]),
     )
     writer.rows(path, times_of(steps), pose_columns(positions, rotations))
     shape: dict[str, Any] = {"fov_y": 0.9, "aspect_ratio": 1.3, "image_plane_distance": 0.001, "line_width": 0.0}

@@ -10,7 +10,7 @@ import rerun as rr
 from replay.document.depth import NOISE_SIGMA
 from replay.document.run_result import RunResult
 from replay.show.palette import SERIES
-from replay.show.rerun_log.recording_file import RecordingWriter, drawable, entity, packed
+from replay.show.rerun_log.recording_file import RecordingWriter, drawable, entity, pack_colours
 from replay.show.rerun_log.timing import colour_of
 
 DEPTHS: Final = "depth"
@@ -23,16 +23,16 @@ MOST_CURVES: Final = len(SERIES)
 def deepest_pairs(result: RunResult) -> list[int]:
     """Return the columns of the pairs that have a curve, the deepest first."""
     series = result.depth_series if result.oracle else {}
-    deepest = {pair: max(depths.values(), default=0.0) for pair, depths in series.items()}
-    pairs = [pair for pair, depth in deepest.items() if depth > 0.0]
-    return sorted(pairs, key=lambda pair: (-deepest[pair], pair))
+    depth_by_pair = {pair: max(depths.values(), default=0.0) for pair, depths in series.items()}
+    pairs = [pair for pair, depth in depth_by_pair.items() if depth > 0.0]
+    return sorted(pairs, key=lambda pair: (-depth_by_pair[pair], pair))
 
 
 def depth_title(result: RunResult) -> str:
     """Title of the plot, with the number of pairs that have a curve where others have none."""
     pairs = len(deepest_pairs(result))
-    some = f", {MOST_CURVES} of {pairs} pairs" if pairs > MOST_CURVES else ""
-    return f"Least depth, mm{some}; band: noise"
+    count_text = f", {MOST_CURVES} of {pairs} pairs" if pairs > MOST_CURVES else ""
+    return f"Least depth, mm{count_text}; band: noise"
 
 
 def log_depths(writer: RecordingWriter, result: RunResult) -> None:
@@ -47,7 +47,7 @@ def log_depths(writer: RecordingWriter, result: RunResult) -> None:
             # The viewer would join neighbours into means or maxima, and draw diagonals from one contact to the next.
             aggregation_policy=rr.components.AggregationPolicy.Off,
             units="mm",
-            colors=packed([colour_of(number)]),
+            colors=pack_colours([colour_of(number)]),
             widths=1.8,
             names=drawable(name),
         )

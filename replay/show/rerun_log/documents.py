@@ -16,7 +16,7 @@ from replay.effects.effect_summary import event_lines
 from replay.show.accuracy import run_dots, tradeoff_dots
 from replay.show.palette import TICKS, Rgba
 from replay.show.plots import Dot
-from replay.show.report.markup import filled
+from replay.show.report.markup import render_template
 from replay.show.rerun_log.recording_file import entity
 from replay.show.rerun_log.timing import colour_of, stage_ms
 from replay.show.run_tables import sampling_notes
@@ -45,7 +45,7 @@ def details_path(label: str) -> str:
 
 def answer_text(result: RunResult) -> str:
     """Text of the answer: error, reasons, remedy, cost of accuracy, and the ranking, the worst first."""
-    return filled(
+    return render_template(
         f"{FOLDER}/answer.md",
         result=result,
         answer=section_of(result, SectionName.ANSWER),
@@ -53,7 +53,7 @@ def answer_text(result: RunResult) -> str:
         moment=result.answers[0].moment,
         doubts=section_of(result, SectionName.SESSION).sentences,
         ranking=ranking_text(result) if len(result.ranking) > 2 else "",
-        replayed=replayed(result),
+        replayed=replayed_sentence(result),
         caveat=CAVEAT,
         notes=[*section_of(result, SectionName.RANKING).sentences, *sampling_notes(result)],
         tables=_tables(result, SectionName.TIMES, SectionName.SESSION, SectionName.EFFECTS),
@@ -68,16 +68,16 @@ def _tables(result: RunResult, *names: SectionName) -> list[str]:
 def ranking_text(result: RunResult) -> str:
     """Every detector in Markdown: its name and what it is in one column, so that all fit beside a picture."""
     contacts = plural(result.ranking[-1].contacts, "contact")
-    named = Column(contacts, of=lambda rank: f"{rank.label}:{NO_BREAK}{rank.what}")
+    name_column = Column(contacts, of=lambda rank: f"{rank.label}:{NO_BREAK}{rank.what}")
     ranking = section_of(result, SectionName.RANKING).table.narrow().values()
     columns = (replace(column, name=column.short or column.name) for column in ranking.columns)
-    return markdown(Table.of([named, *columns], with_fixes(result.ranking, result.document)))
+    return markdown(Table.of([name_column, *columns], with_fixes(result.ranking, result.document)))
 
 
 def accuracy_text(result: RunResult) -> str:
     """Text on accuracy: cost of missing nothing, and the accuracy and time of each detector."""
     notes = [*filter(None, [TIMES_ARE, busy_text(result.document)])]
-    return filled(
+    return render_template(
         f"{FOLDER}/accuracy.md",
         cost=cost(result.document),
         notes=notes,
@@ -101,17 +101,17 @@ def series_names(result: RunResult) -> dict[str, str]:
     names = {}
     for label, detector in result.document.detectors.items():
         times = detector.seconds.sample_times
-        slow = f", p99 {words.milliseconds(times.p99)}, longest {words.milliseconds(times.max)}" if times else ""
-        names[label] = f"{label}: mean {words.milliseconds(detector.seconds.per_frame_mean)}{slow}"
+        tail_text = f", p99 {words.milliseconds(times.p99)}, longest {words.milliseconds(times.max)}" if times else ""
+        names[label] = f"{label}: mean {words.milliseconds(detector.seconds.per_frame_mean)}{tail_text}"
     return names
 
 
-def replayed(result: RunResult) -> str:
+def replayed_sentence(result: RunResult) -> str:
     """Sentence with the duration, frames, bodies and pairs replayed."""
     times, assembly = result.assembly.motion.times, result.assembly
-    span = float(times[-1] - times[0]) if len(times) else 0.0
+    duration_s = float(times[-1] - times[0]) if len(times) else 0.0
     pairs = plural(len(assembly.pairs), "pair")
-    return f"{words.duration(span)}, {len(times):,} frames, {len(assembly.bodies)} bodies, {pairs}."
+    return f"{words.duration(duration_s)}, {len(times):,} frames, {len(assembly.bodies)} bodies, {pairs}."
 
 
 def detector_text(result: RunResult, label: str) -> str:
@@ -121,8 +121,8 @@ def detector_text(result: RunResult, label: str) -> str:
         head = (f"against {result.oracle}", *PAIR_FRAME_ROWS.values())
         frames = result.document.audit[label].pair_frames
         counts = markdown(table("", head, [("pair-frames", *(getattr(frames, field) for field in PAIR_FRAME_ROWS))]))
-    rows = [(stage, words.fixed(ms.mean(), 4)) for stage, ms in stage_ms(result.detections[label]).items()]
-    return filled(
+    rows = [(stage, words.decimal(ms.mean(), 4)) for stage, ms in stage_ms(result.detections[label]).items()]
+    return render_template(
         f"{FOLDER}/detector.md",
         answers=[answer for answer in result.answers if answer.label == label],
         setting=result.document.detectors[label].spec,
@@ -134,10 +134,10 @@ def detector_text(result: RunResult, label: str) -> str:
 
 def session_text(result: RunResult) -> str:
     """Text on the session and its events, for a run that compares nothing."""
-    return filled(
+    return render_template(
         f"{FOLDER}/session.md",
         result=result,
-        replayed=replayed(result),
+        replayed=replayed_sentence(result),
         doubts=section_of(result, SectionName.SESSION).sentences,
         caveat=CAVEAT,
         happened=event_lines(result.effects, MANY),

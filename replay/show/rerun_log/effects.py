@@ -10,13 +10,13 @@ import rerun as rr
 from numpy.typing import ArrayLike, NDArray
 
 from replay import words
-from replay.effects.effect_summary import happened, leading
+from replay.effects.effect_summary import events_in_order, leading_event
 from replay.effects.effects_runner import SKIPPED, EffectRun
 from replay.effects.output import QUANTITIES, EffectEvent, LaneSpan, Liquid
 from replay.show.palette import SERIES, WHITE
 from replay.show.rerun_log.lanes import in_series, lane_name, log_lane
 from replay.show.rerun_log.moments import Bookmark, log_bookmarks
-from replay.show.rerun_log.recording_file import RecordingWriter, entity, packed
+from replay.show.rerun_log.recording_file import RecordingWriter, entity, pack_colours
 from replay.show.rerun_log.scene import body_path
 from replay.words import plural, safe_text
 
@@ -43,8 +43,8 @@ Effects = Mapping[str, EffectRun]
 def effect_plots(effects: Effects) -> list[tuple[str, list[str]]]:
     """Quantity and the paths of its series; what led to the result comes first."""
     plots: dict[str, list[str]] = {}
-    best = leading(effects)
-    first = [kind for kind, event in happened(effects) if event is best]
+    leading_result = leading_event(effects)
+    first = [kind for kind, event in events_in_order(effects) if event is leading_result]
     for kind in sorted(effects, key=lambda kind: kind not in first):
         for name, series in effects[kind].series.items():
             axis = QUANTITIES.get(series.unit, series.unit) or "numbers"
@@ -74,7 +74,7 @@ def log_happened(writer: RecordingWriter, effects: Effects, *, leads: bool) -> N
 
     ``leads``: the picture opens at that event, a little later, when it can be seen.
     """
-    events, event = happened(effects), leading(effects)
+    events, event = events_in_order(effects), leading_event(effects)
     if event is None:
         writer.markdown(HAPPENED, "## No effect found anything" if effects else "## What people did")
         return
@@ -98,18 +98,18 @@ def _events_path(kind: str) -> str:
 def log_effects(writer: RecordingWriter, effects: Effects) -> None:
     """Send everything of every effect of the plan; an effect that did not run has no entity."""
     for path, spans in effect_lanes(effects).items():
-        states = [(span.word, *_ns([span.start, span.end]).tolist()) for span in spans]
+        states = [(span.word, *_nanoseconds([span.start, span.end]).tolist()) for span in spans]
         log_lane(writer, path, states, in_series({span.word: span.rgba for span in spans}))
     number = 0
     for kind, run in effects.items():
         for name, series in run.series.items():
             # Every sample: the mean of the samples under a pixel draws a slope from a value to the zero beside it.
-            policy, colour = rr.components.AggregationPolicy.Off, packed([SERIES[number % len(SERIES)]])
+            policy, colour = rr.components.AggregationPolicy.Off, pack_colours([SERIES[number % len(SERIES)]])
             path, number = _series_path(kind, name), number + 1
             writer.static(path, rr.SeriesLines(names=name, colors=colour, aggregation_policy=policy))
-            writer.session_rows(path, _ns(series.times), rr.Scalars.columns(scalars=series.values))
+            writer.session_rows(path, _nanoseconds(series.times), rr.Scalars.columns(scalars=series.values))
         lines = [(safe_text(event.text), event.level.upper(), LEVEL_COLOURS[event.level]) for event in run.events]
-        writer.log_lines(_events_path(kind), _ns([event.time for event in run.events]), lines)
+        writer.log_lines(_events_path(kind), _nanoseconds([event.time for event in run.events]), lines)
         _log_markers(writer, kind, run.events)
     # Of each vessel that of the effect that ran last, which knows most of it (its colour, what fell out).
     liquids = {body: liquid for run in effects.values() for body, liquid in run.output.liquids.items()}
@@ -119,11 +119,11 @@ def log_effects(writer: RecordingWriter, effects: Effects) -> None:
 
 def _log_markers(writer: RecordingWriter, kind: str, events: Sequence[EffectEvent]) -> None:
     """A dot with words from the event on, for every event with a place that somebody should mind."""
-    placed = [event for event in events if event.point is not None and event.level != "info"]
-    for number, event in enumerate(placed[:MARKERS], start=1):
-        colours, position = packed([LEVEL_COLOURS[event.level]]), np.array([event.point])
+    marked_events = [event for event in events if event.point is not None and event.level != "info"]
+    for number, event in enumerate(marked_events[:MARKERS], start=1):
+        colours, position = pack_colours([LEVEL_COLOURS[event.level]]), np.array([event.point])
         columns = rr.Points3D.columns(positions=position, radii=[MARKER_M], labels=[event.text], colors=colours)
-        writer.session_rows(entity("world", ROOT, kind, str(number)), _ns([event.time]), columns)
+        writer.session_rows(entity("world", ROOT, kind, str(number)), _nanoseconds([event.time]), columns)
 
 
 def _log_liquid(writer: RecordingWriter, path: str, liquid: Liquid) -> None:
@@ -136,11 +136,11 @@ def _log_liquid(writer: RecordingWriter, path: str, liquid: Liquid) -> None:
         radii=np.full(count, liquid.radius),
         centers=np.stack([0.0 * middle, middle, 0.0 * middle], axis=1),
         quaternions=np.tile(UPRIGHT_XYZW, (count, 1)),
-        colors=packed(map(tuple, colours.tolist())),
+        colors=pack_colours(map(tuple, colours.tolist())),
         fill_mode=["Solid"] * count,
     )
-    writer.session_rows(path, _ns(liquid.times), columns)
+    writer.session_rows(path, _nanoseconds(liquid.times), columns)
 
 
-def _ns(times: ArrayLike) -> NDArray[np.int64]:
+def _nanoseconds(times: ArrayLike) -> NDArray[np.int64]:
     return np.round(np.asarray(times) * 1e9).astype(np.int64)

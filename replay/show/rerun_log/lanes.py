@@ -18,13 +18,13 @@ from cdcore.protocol import counts_as_contact
 from replay.auditing.outcome import Comparison, Outcome, counts_by_pair
 from replay.document.run_result import RunResult
 from replay.show.palette import LATE_LOOK, OUTCOMES, REFERENCE, SERIES, VERDICTS, Rgba, fault_key
-from replay.show.rerun_log.recording_file import RecordingWriter, drawable, entity, packed
+from replay.show.rerun_log.recording_file import RecordingWriter, drawable, entity, pack_colours
 from replay.words import safe_text
 
-Span = tuple[str, int, int]
+LabelledSpan = tuple[str, int, int]
 """A word, and the first and last nanosecond on the session timeline."""
 
-DOING: Final = "doing"
+ACTIVITY_ROOT: Final = "doing"
 """Lanes stand in the order of their paths: these above those of effects and of the pair in focus."""
 
 KINDS: Final = ("stage", "task", "feature")
@@ -40,10 +40,10 @@ MOST_PAIRS: Final = 40
 MOST_LANES: Final = 4
 """Lanes beside the list at most, as many as a screen of 800 lines shows, the reference's among them."""
 
-SHOWN: Final = (Outcome.MISSED, Outcome.FALSE_CONTACT, Outcome.BOTH)
+RANKED_OUTCOMES: Final = (Outcome.MISSED, Outcome.FALSE_CONTACT, Outcome.BOTH)
 """Outcomes of a lane of all pairs: of several at a time the first is shown."""
 
-UNRANKED: Final = (Outcome.WITHIN_TOLERANCE, Outcome.BETWEEN_FRAMES, Outcome.GRASPED)
+UNRANKED_OUTCOMES: Final = (Outcome.WITHIN_TOLERANCE, Outcome.BETWEEN_FRAMES, Outcome.GRASPED)
 """Outcomes of contact that matter least for the order of lanes."""
 
 NARROWEST: Final = 0.005
@@ -84,10 +84,10 @@ def ranked_pairs(comparison: Comparison, grasped: NDArray[np.bool_]) -> list[int
     A pair that was never in contact, for either detector, has none.
     """
     counts = counts_by_pair(comparison.by_contact, len(Outcome))
-    missed, false_contacts, both = -counts[:, SHOWN].T
-    rest = counts[:, UNRANKED].sum(axis=1)
-    order = np.lexsort((-rest, both, false_contacts, missed, grasped))
-    return [column for column in order.tolist() if counts[column, SHOWN].any() or rest[column]]
+    missed_counts, false_contacts, both_counts = -counts[:, RANKED_OUTCOMES].T
+    other_counts = counts[:, UNRANKED_OUTCOMES].sum(axis=1)
+    order = np.lexsort((-other_counts, both_counts, false_contacts, missed_counts, grasped))
+    return [column for column in order.tolist() if counts[column, RANKED_OUTCOMES].any() or other_counts[column]]
 
 
 def log_pair_lanes(writer: RecordingWriter, result: RunResult, label: str) -> None:
@@ -103,7 +103,7 @@ def log_pair_lanes(writer: RecordingWriter, result: RunResult, label: str) -> No
         for miss in result.misses.get(label, ()):
             if columns[miss.pair] == column and fault_key(miss.kind) == "late":
                 _mark_late(texts, miss.first, miss.last)
-        log_lane(writer, path, spans_of(writer, texts), looks, worded=comparison is None)
+        log_lane(writer, path, spans_of(writer, texts), looks, is_labelled=comparison is None)
 
 
 def _mark_late(texts: NDArray[np.object_], first: int, last: int, frames: int = 0) -> None:
@@ -122,26 +122,26 @@ def detector_lanes(result: RunResult, order: Sequence[str]) -> list[str]:
 def log_detector_lanes(writer: RecordingWriter, result: RunResult, order: Sequence[str], lanes: Sequence[str]) -> None:
     """Send contact of the reference in grey, and what is wrong or right anywhere."""
     verdict, outcomes = result.detections[result.oracle].verdict, result.comparisons[order[0]].outcome
-    touched = (counts_as_contact(verdict) & (outcomes != Outcome.GRASPED)).any(axis=1)
-    labels = np.where(touched, "contact", "").astype(object)
-    log_lane(writer, lanes[0], spans_of(writer, labels), [("contact", REFERENCE)], worded=False)
+    is_touched = (counts_as_contact(verdict) & (outcomes != Outcome.GRASPED)).any(axis=1)
+    labels = np.where(is_touched, "contact", "").astype(object)
+    log_lane(writer, lanes[0], spans_of(writer, labels), [("contact", REFERENCE)], is_labelled=False)
     for label, path in zip(order, lanes[1:], strict=False):
         outcome = result.comparisons[label].outcome
         labels = np.full(len(outcome), "", dtype=object)
-        for code in reversed(SHOWN):
+        for code in reversed(RANKED_OUTCOMES):
             labels[(outcome == code).any(axis=1)] = OUTCOMES[code][0]
-        narrowest = round(NARROWEST * len(labels))
+        least_frames = round(NARROWEST * len(labels))
         for miss in result.misses[label]:
             if fault_key(miss.kind) == "late":
-                _mark_late(labels, miss.first, miss.last, narrowest)
+                _mark_late(labels, miss.first, miss.last, least_frames)
         for miss in result.misses[label]:
             if fault_key(miss.kind) == "missed":
-                labels[miss.first : max(miss.last + 1, miss.first + narrowest)] = OUTCOMES[Outcome.MISSED][0]
-        styles = [*(OUTCOMES[code] for code in SHOWN), LATE_LOOK]
-        log_lane(writer, path, spans_of(writer, labels), styles, worded=False)
+                labels[miss.first : max(miss.last + 1, miss.first + least_frames)] = OUTCOMES[Outcome.MISSED][0]
+        styles = [*(OUTCOMES[code] for code in RANKED_OUTCOMES), LATE_LOOK]
+        log_lane(writer, path, spans_of(writer, labels), styles, is_labelled=False)
 
 
-def spans_of(writer: RecordingWriter, labels: NDArray[np.object_]) -> list[Span]:
+def spans_of(writer: RecordingWriter, labels: NDArray[np.object_]) -> list[LabelledSpan]:
     """Stretches of the same word in a word per frame; ``""`` is a gap."""
     ns = writer.clock.ns
     if not len(ns):
@@ -156,19 +156,19 @@ def spans_of(writer: RecordingWriter, labels: NDArray[np.object_]) -> list[Span]
 def log_lane(
     writer: RecordingWriter,
     path: str,
-    spans: Sequence[Span],
+    spans: Sequence[LabelledSpan],
     styles: Iterable[tuple[str, Rgba]],
     *,
-    worded: bool = True,
+    is_labelled: bool = True,
 ) -> None:
-    """Send a lane of spans in order of time, and the colours of their words; ``worded``: the words stand in the bars.
+    """Send a lane of spans in order of time, and the colours of their words; ``is_labelled``: they stand in bars.
 
     The words of an audit are those of the legend, and a short bar would cut them.
     """
     colours = dict(styles)
     # The viewer writes the value where a label is empty.
-    labels = [word if worded else " " for word in colours]
-    writer.static(path, rr.StateConfiguration(values=[*colours], labels=labels, colors=packed(colours.values())))
+    labels = [word if is_labelled else " " for word in colours]
+    writer.static(path, rr.StateConfiguration(values=[*colours], labels=labels, colors=pack_colours(colours.values())))
     # A first, empty row at zero gives every lane a row wherever the cursor is; a state that begins there replaces it.
     states = {0: ""}
     for word, start, end in spans:
@@ -180,15 +180,15 @@ def log_lane(
     writer.session_rows(path, np.array(stamps, dtype=np.int64), columns)
 
 
-def session_lanes(result: RunResult) -> dict[str, list[Span]]:
+def session_lanes(result: RunResult) -> dict[str, list[LabelledSpan]]:
     """Path -> its spans, in order of time; where spans of a kind overlap, each has a lane of its own."""
     stamps = result.assembly.stamp_ns
     if not len(stamps):
         return {}
-    zero, last = int(stamps[0]), int(stamps[-1] - stamps[0])
-    kinds: dict[str, list[list[Span]]] = {}
+    first_ns, last = int(stamps[0]), int(stamps[-1] - stamps[0])
+    kinds: dict[str, list[list[LabelledSpan]]] = {}
     for interval in sorted(result.session.intervals, key=lambda interval: (interval.start_ns, interval.end_ns)):
-        start, end = max(0, interval.start_ns - zero), min(last, interval.end_ns - zero)
+        start, end = max(0, interval.start_ns - first_ns), min(last, interval.end_ns - first_ns)
         if start < end:
             rows = kinds.setdefault(interval.kind, [])
             row = next((row for row in rows if row[-1][2] <= start), [])
@@ -197,7 +197,7 @@ def session_lanes(result: RunResult) -> dict[str, list[Span]]:
             row.append((safe_text(interval.name or interval.kind), start, end))
     order = sorted(kinds, key=lambda kind: (KINDS.index(kind) if kind in KINDS else len(KINDS), kind))
     lanes = [(kind, row) for kind in order for row in kinds[kind]]
-    return {entity(DOING, f"{number}_{kind}"): row for number, (kind, row) in enumerate(lanes, 1)}
+    return {entity(ACTIVITY_ROOT, f"{number}_{kind}"): row for number, (kind, row) in enumerate(lanes, 1)}
 
 
 def log_session_lanes(writer: RecordingWriter, result: RunResult) -> None:

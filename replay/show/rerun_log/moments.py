@@ -52,18 +52,18 @@ Moments = Mapping[Time, Fault | Episode]
 def key_moments(result: RunResult) -> dict[Time, Fault | Episode]:
     """Return all moments, in order of time; of those in one frame the worst comes last, by a nanosecond."""
     faults = [*_faults(result)]
-    timed: list[tuple[Time, bool, float, Fault | Episode]] = [
+    timed_moments: list[tuple[Time, bool, float, Fault | Episode]] = [
         (fault.moment, fault.kind.is_miss, fault.metres, fault) for fault in faults
     ]
     columns = result.assembly.contact_columns
     for contact in _contacts(result, {int(columns[fault.pair]) for fault in faults}):
-        timed.append((((contact.first + contact.last) // 2, 0), False, 0.0, contact))
+        timed_moments.append((((contact.first + contact.last) // 2, 0), False, 0.0, contact))
     moments: dict[Time, Fault | Episode] = {}
-    frame, later = -1, 0
-    for (at, after), _, _, fault in sorted(timed, key=itemgetter(0, 1, 2)):
-        later = max(after, later + 1) if at == frame else after
+    frame, later_ns = -1, 0
+    for (at, fault_ns), _, _, fault in sorted(timed_moments, key=itemgetter(0, 1, 2)):
+        later_ns = max(fault_ns, later_ns + 1) if at == frame else fault_ns
         frame = at
-        moments[frame, later] = fault
+        moments[frame, later_ns] = fault
     return moments
 
 
@@ -73,21 +73,23 @@ def _faults(result: RunResult) -> Iterator[Fault]:
         yield from worst_first(result.false.get(label, ()))[:LISTED]
 
 
-def _contacts(result: RunResult, faulty: set[int]) -> Iterator[Episode]:
+def _contacts(result: RunResult, faulty_pairs: set[int]) -> Iterator[Episode]:
     """The longest contact of each pair without a fault, the reference's before anybody else's."""
-    longest: dict[int, Episode] = {}
+    longest_contacts: dict[int, Episode] = {}
     for label in (result.oracle, *result.comparisons):
         for contact in sorted(result.episodes[label], key=lambda contact: contact.first - contact.last):
-            longest.setdefault(contact.pair, contact)
-    yield from (_of_member(result, contact) for pair, contact in longest.items() if pair not in faulty)
+            longest_contacts.setdefault(contact.pair, contact)
+    yield from (
+        _contact_of_member(result, contact) for pair, contact in longest_contacts.items() if pair not in faulty_pairs
+    )
 
 
-def _of_member(result: RunResult, contact: Episode) -> Episode:
+def _contact_of_member(result: RunResult, contact: Episode) -> Episode:
     """A contact of a group as that of the member that touches in its middle."""
     reference = result.detections[result.oracle]
     members = result.assembly.columns_of_contact(contact.pair)
-    touching = counts_as_contact(reference.verdict[(contact.first + contact.last) // 2, members])
-    return replace(contact, pair=members[int(touching.argmax())])
+    is_touching = counts_as_contact(reference.verdict[(contact.first + contact.last) // 2, members])
+    return replace(contact, pair=members[int(is_touching.argmax())])
 
 
 def point_of(result: RunResult, time: Time, moment: Fault | Episode) -> Vector:
@@ -100,26 +102,26 @@ def point_of(result: RunResult, time: Time, moment: Fault | Episode) -> Vector:
 
 def nearest_moments(times: Iterable[Time]) -> list[tuple[int, int, Time]]:
     """Frame, nanoseconds after it, and the moment that is nearest from there on: it changes half-way between two."""
-    ordered = [*times]
-    rows = [(0, 0, time) for time in ordered[:1]]
-    for before, time in pairwise(ordered):
-        if before[0] == time[0]:
+    ordered_times = [*times]
+    rows = [(0, 0, time) for time in ordered_times[:1]]
+    for previous_time, time in pairwise(ordered_times):
+        if previous_time[0] == time[0]:
             rows.append((*time, time))
         else:
-            rows.append(((before[0] + time[0] + 1) // 2, 0, time))
+            rows.append(((previous_time[0] + time[0] + 1) // 2, 0, time))
     return rows
 
 
-def leading(result: RunResult, moments: Moments) -> Time:
+def leading_moment(result: RunResult, moments: Moments) -> Time:
     """The moment that comes first: that of the answer; where nothing is wrong the longest contact."""
     answer = result.answers[0]
     if answer.moment is None:
         return max(moments, key=lambda time: moments[time].last - moments[time].first)
     key = (answer.label, answer.moment.kind, answer.moment.number)
-    return next((time for time, fault in moments.items() if _key(fault) == key), next(iter(moments)))
+    return next((time for time, fault in moments.items() if _moment_key(fault) == key), next(iter(moments)))
 
 
-def _key(moment: Fault | Episode) -> tuple[str, str, int]:
+def _moment_key(moment: Fault | Episode) -> tuple[str, str, int]:
     """Label of the detector, kind and number of a moment; no detector is at fault about a contact."""
     if isinstance(moment, Fault):
         return moment.detector, moment.kind.category.value, moment.number
@@ -135,34 +137,34 @@ def log_moment_lists(writer: RecordingWriter, result: RunResult, moments: Moment
     """Send one line per moment, for each detector below ``LISTS``."""
     names = [result.assembly.pair_name(moment.pair) for moment in moments.values()]
     widths = (
-        max(len(_key(moment)[0]) for moment in moments.values()),
-        max(len(_numbered(moment)) for moment in moments.values()),
+        max(len(_moment_key(moment)[0]) for moment in moments.values()),
+        max(len(_number_text(moment)) for moment in moments.values()),
         max(map(len, names)),
     )
     lines: dict[str, list[tuple[int, tuple[str, str, Rgba]]]] = {}
     for (time, moment), name in zip(moments.items(), names, strict=True):
-        label, kind, _ = _key(moment)
+        label, kind, _ = _moment_key(moment)
         colour = fault_colour(moment.kind) if isinstance(moment, Fault) else REFERENCE
-        line = (_line(moment, writer.session_ns(time) / 1e9, name, widths), kind, colour)
+        line = (_list_line(moment, writer.session_ns(time) / 1e9, name, widths), kind, colour)
         lines.setdefault(label, []).append((writer.session_ns(time), line))
     for label, rows in lines.items():
         times, texts = zip(*rows, strict=True)
         writer.log_lines(list_path(label), np.array(times), texts)
 
 
-def _numbered(moment: Fault | Episode) -> str:
+def _number_text(moment: Fault | Episode) -> str:
     """``late 3``: what a moment is, in one word, and its number; late contacts and missed ones share their numbers."""
     return f"{moment.name.split()[0]} {moment.number}" if isinstance(moment, Fault) else CONTACT
 
 
-def _line(moment: Fault | Episode, seconds: float, name: str, widths: tuple[int, int, int]) -> str:
+def _list_line(moment: Fault | Episode, seconds: float, name: str, widths: tuple[int, int, int]) -> str:
     """Return a line of the list: time, detector, number, cause, pair and size of a moment.
 
     ``widths``: letters of a label, of a numbered word and of the name of a pair.
     """
-    label = _key(moment)[0]
+    label = _moment_key(moment)[0]
     # The viewer cuts its own column of times, and in a narrow view the end of a line: time and cause come first.
-    line = f"{words.moment(seconds):>10}  {label:<{widths[0]}} {_numbered(moment):<{widths[1]}} "
+    line = f"{words.moment(seconds):>10}  {label:<{widths[0]}} {_number_text(moment):<{widths[1]}} "
     if isinstance(moment, Episode):
         return f"{line} {plural(moment.last - moment.first + 1, 'frame'):<{CAUSE_WIDTH}} {name}"
     metres, what = moment.metres, "curve" if moment.kind.is_miss else "apart"
@@ -197,9 +199,9 @@ _BOOKMARK_TYPES: Final = get_type_hints(Bookmark)
 
 def bookmarks(writer: RecordingWriter, result: RunResult, moments: Moments) -> list[Bookmark]:
     """Return the position of each moment: of a number that several detectors have, that of the first comes first."""
-    lead, order = leading(result, moments), [*result.comparisons, ""]
+    leading_time, order = leading_moment(result, moments), [*result.comparisons, ""]
     rows = [
-        Bookmark(*_key(moment), session_ns=writer.session_ns(time), leads=time == lead)
+        Bookmark(*_moment_key(moment), session_ns=writer.session_ns(time), leads=time == leading_time)
         for time, moment in moments.items()
     ]
     return sorted(rows, key=lambda bookmark: order.index(bookmark.label))
@@ -218,7 +220,7 @@ def read_bookmarks(recording: Path) -> list[Bookmark]:
     try:
         require_complete_file(recording)
         has_rows, texts = read_texts(recording, f"/{TABLE}", "moments")
-        rows = [_checked(fields) for text in texts for fields in json.loads(text)]
+        rows = [_checked_bookmark(fields) for text in texts for fields in json.loads(text)]
     except UNREADABLE as error:
         raise RunFolderError.unreadable(recording, error) from error
     if has_rows and not texts:
@@ -226,7 +228,7 @@ def read_bookmarks(recording: Path) -> list[Bookmark]:
     return rows
 
 
-def _checked(fields: Any) -> Bookmark:
+def _checked_bookmark(fields: Any) -> Bookmark:
     """Return the bookmark with these fields; ``TypeError`` where a run writes no such fields."""
     bookmark = Bookmark(**fields)
     for field, kind in _BOOKMARK_TYPES.items():

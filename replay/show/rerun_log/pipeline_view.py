@@ -27,14 +27,14 @@ from replay.document.cost import BUDGET_MS
 from replay.document.run_result import RunResult
 from replay.document.tables import markdown, table
 from replay.effects.output import Vector
-from replay.show.camera import Eye, across, eye_before, placed, towards_user
+from replay.show.camera import Eye, eye_before, points_in_world, towards_user, viewing_direction
 from replay.show.palette import GROUND, MISSED, SERIES, WHITE, Rgba, see_through, tags_of
-from replay.show.rerun_log.close_up import ROOM, Mark, log_eyes, log_marks, text_beside
+from replay.show.rerun_log.close_up import LARGEST_BALL_M, Mark, log_eyes, log_marks, text_beside
 from replay.show.rerun_log.recording_file import (
     RecordingWriter,
     Steps,
     entity,
-    packed,
+    pack_colours,
     pose_columns,
     steps_of,
     times_of,
@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 DRAWN_EVALUATIONS: Final = 40_000
 """Evaluations that the looks of one detector draw at most: some 4 MB. Misses come first."""
 
-LOOKS: Final = 60
+MOST_SEARCHES: Final = 60
 """Looks drawn of one detector at most: beyond it nobody steps through them."""
 
 ALL, SPHERES, BOXES, SEARCHED, CONFIRMED = "all pairs", "spheres meet", "boxes meet", "searched", "confirmed"
@@ -72,16 +72,16 @@ SHAPES: Final = {SPHERES: "sphere", BOXES: "box"}
 ENDS: Final[Mapping[str, Rgba]] = {TRUE_CONTACT: SERIES[2], LOST: MISSED}
 """Colour of how a look ended."""
 
-RISE: Final = np.array([0.0, 0.35, 0.0])
+EYE_RISE: Final = np.array([0.0, 0.35, 0.0])
 """How far above the user's side volumes are seen from."""
 
-WHOLE: Final = 2.6
+SPHERES_DISTANCE_RADII: Final = 2.6
 """Distance of that eye in radii of a ball around both spheres: nearer their narrow view would cut them."""
 
 DISTANCES: Final = (0.22, 0.5)
 """Metres from the eye to what the search found, at least and at most."""
 
-REACHES: Final = 4.2
+DISTANCE_RADII: Final = 4.2
 """Distance of that eye in radii of the smaller body, so that all of it is seen."""
 
 
@@ -91,12 +91,12 @@ class Search:
 
     frame: int  # row of the verdict
     pair: int  # its column
-    looked: int  # frame of the look; earlier where the pair was not searched again since
+    search_frame: int  # frame of the look; earlier where the pair was not searched again since
     kind: str  # ``LOST`` or ``TRUE_CONTACT``
     first: int  # frames in which it is shown: of a miss all of it, else this frame alone
     last: int
     later: int = 0  # nanoseconds after the frame
-    meets: Vector | None = None  # where the surfaces of a missed contact meet, world metres
+    meeting_point: Vector | None = None  # where the surfaces of a missed contact meet, world metres
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,21 +107,21 @@ class SearchRun:
     detection: Detection
     motion: Motion
     counts: Mapping[str, IntArray]  # stage -> (T,) pairs that it left
-    watched: Watched  # what each stage did
+    stage_log: Watched  # what each stage did
     searches: Sequence[Search]  # at most one per frame, in order of time
 
     @property
-    def worked(self) -> Search:
+    def worked_search(self) -> Search:
         """The one to begin with: of misses that with the most evaluations, else of contacts."""
         return min(self.searches, key=lambda search: (search.kind != LOST, -self.look(search).evaluations))
 
     def look(self, search: Search) -> SearchResult:
         """Result of the search at its sample."""
-        return self.watched.search.noted[search.looked, search.pair].result
+        return self.stage_log.search.noted[search.search_frame, search.pair].result
 
     def trace(self, search: Search) -> SearchTrace:
         """Everything that its look evaluated."""
-        return self.watched.search.trace(self.motion, search.looked, search.pair)
+        return self.stage_log.search.trace(self.motion, search.search_frame, search.pair)
 
 
 def search_runs(result: RunResult) -> list[SearchRun]:
@@ -129,52 +129,54 @@ def search_runs(result: RunResult) -> list[SearchRun]:
     runs: list[SearchRun] = []
     for label in result.comparisons:
         detection, motion = result.detections[label], result.assembly.motion
-        watched = watched_again(result.detectors.get(label), motion)
-        if watched is not None:
-            searches = _searches(result, label, watched)
-            runs.append(SearchRun(label, detection, motion, stage_counts(detection, watched), watched, searches))
+        stage_log = watched_again(result.detectors.get(label), motion)
+        if stage_log is not None:
+            searches = _searches(result, label, stage_log)
+            runs.append(SearchRun(label, detection, motion, stage_counts(detection, stage_log), stage_log, searches))
     return runs
 
 
-def stage_counts(detection: Detection, watched: Watched) -> dict[str, IntArray]:
+def stage_counts(detection: Detection, stage_log: Watched) -> dict[str, IntArray]:
     """Stage -> pairs that it left, (T,); without boxes there is no such stage."""
-    left = {ALL: detection.verdict != Verdict.NO_POSE, SPHERES: watched.spheres, BOXES: watched.boxes}
-    if watched.boxes is watched.spheres:
-        del left[BOXES]
-    left |= {SEARCHED: watched.searched, CONFIRMED: counts_as_contact(detection.verdict)}
-    return {stage: pairs.sum(axis=1) for stage, pairs in left.items()}
+    pairs_left = {ALL: detection.verdict != Verdict.NO_POSE, SPHERES: stage_log.spheres, BOXES: stage_log.boxes}
+    if stage_log.boxes is stage_log.spheres:
+        del pairs_left[BOXES]
+    pairs_left |= {SEARCHED: stage_log.searched, CONFIRMED: counts_as_contact(detection.verdict)}
+    return {stage: pairs.sum(axis=1) for stage, pairs in pairs_left.items()}
 
 
-def _searches(result: RunResult, label: str, watched: Watched) -> list[Search]:
-    chosen: dict[int, Search] = {}
-    spent = 0
-    for search in [*_missed(result, label, watched), *_begun(result, label, watched)]:
-        evaluations = watched.search.noted[search.looked, search.pair].result.evaluations
-        room = len(chosen) < LOOKS and spent + evaluations <= DRAWN_EVALUATIONS
-        if search.frame not in chosen and room:
-            chosen[search.frame] = search
-            spent += evaluations
-    return [chosen[frame] for frame in sorted(chosen)]
+def _searches(result: RunResult, label: str, stage_log: Watched) -> list[Search]:
+    search_by_frame: dict[int, Search] = {}
+    evaluations_spent = 0
+    for search in [*_missed_searches(result, label, stage_log), *_first_contact_searches(result, label, stage_log)]:
+        evaluations = stage_log.search.noted[search.search_frame, search.pair].result.evaluations
+        has_room = len(search_by_frame) < MOST_SEARCHES and evaluations_spent + evaluations <= DRAWN_EVALUATIONS
+        if search.frame not in search_by_frame and has_room:
+            search_by_frame[search.frame] = search
+            evaluations_spent += evaluations
+    return [search_by_frame[frame] for frame in sorted(search_by_frame)]
 
 
-def _missed(result: RunResult, label: str, watched: Watched) -> Iterator[Search]:
+def _missed_searches(result: RunResult, label: str, stage_log: Watched) -> Iterator[Search]:
     """The frame of each miss that shows most, longest cut first, with the last look before it."""
     for miss in worst_first(result.misses[label]):
-        sampled = np.flatnonzero(watched.searched[: miss.frame + 1, miss.pair])
-        if len(sampled):
-            yield Search(miss.frame, miss.pair, int(sampled[-1]), LOST, miss.first, miss.last, meets=miss.point)
+        searched_frames = np.flatnonzero(stage_log.searched[: miss.frame + 1, miss.pair])
+        if len(searched_frames):
+            yield Search(
+                miss.frame, miss.pair, int(searched_frames[-1]), LOST, miss.first, miss.last, meeting_point=miss.point
+            )
 
 
-def _begun(result: RunResult, label: str, watched: Watched) -> Iterator[Search]:
+def _first_contact_searches(result: RunResult, label: str, stage_log: Watched) -> Iterator[Search]:
     """The first frame of each contact that the search found, spread over the session where there are too many."""
-    begun = [
+    contact_searches = [
         Search(contact.first, contact.pair, contact.first, TRUE_CONTACT, contact.first, contact.first)
         for contact in result.episodes[label]
-        if (contact.first, contact.pair) in watched.search.noted
+        if (contact.first, contact.pair) in stage_log.search.noted
     ]
-    stride = max(1, -(-len(begun) // LOOKS))
+    stride = max(1, -(-len(contact_searches) // MOST_SEARCHES))
     for remainder in range(stride):
-        yield from begun[remainder::stride]
+        yield from contact_searches[remainder::stride]
 
 
 def pipeline_path(label: str, *names: str) -> str:
@@ -195,7 +197,7 @@ def log_pipeline(writer: RecordingWriter, run: SearchRun, result: RunResult, bal
         return
     root = pipeline_path(run.label)
     segments = {search: ((search.frame, search.later), search.first, search.last) for search in run.searches}
-    steps = steps_of(segments, len(run.motion), run.worked)
+    steps = steps_of(segments, len(run.motion), run.worked_search)
     for body, ball in enumerate(balls):
         _log_body(writer, run, result, steps, body, ball)
     eyes = {search: _search_eye(run, result, search, balls) for search in run.searches}
@@ -225,25 +227,27 @@ def _log_body(
     assembly, motion = result.assembly, run.motion
     name, mesh = assembly.names[body], assembly.bodies[body].mesh
     tags, path = tags_of(name, result.session.scene), pipeline_path(run.label, "bodies", name)
-    near = np.array([body in assembly.pairs[search.pair] for *_, search in steps])
-    drawn = near | (not GROUND.isdisjoint(tags))
-    if not drawn.any():
+    is_in_pair = np.array([body in assembly.pairs[search.pair] for *_, search in steps])
+    is_drawn = is_in_pair | (not GROUND.isdisjoint(tags))
+    if not is_drawn.any():
         return
-    when, frames = times_of(steps), [search.frame for *_, search in steps]
+    step_times, frames = times_of(steps), [search.frame for *_, search in steps]
     log_shape(writer, f"{path}/mesh", mesh)
-    writer.rows(path, when, pose_columns(motion.translations[frames, body], motion.rotations[frames, body]))
+    writer.rows(path, step_times, pose_columns(motion.translations[frames, body], motion.rotations[frames, body]))
     colours = np.tile(np.array(see_through(tags), dtype=np.uint8), (len(frames), 1))
-    colours[~(drawn & motion.valid[frames, body]), 3] = 0
-    writer.rows(f"{path}/mesh", when, rr.Mesh3D.columns(albedo_factor=colours))
+    colours[~(is_drawn & motion.valid[frames, body]), 3] = 0
+    writer.rows(f"{path}/mesh", step_times, rr.Mesh3D.columns(albedo_factor=colours))
     # What holds the room has no wires.
-    if ball.radius > ROOM or not near.any():
+    if ball.radius > LARGEST_BALL_M or not is_in_pair.any():
         return
 
     def wires(stage: str, shape: Any, half: ArrayLike, **style: Any) -> None:
         # Wires ignore alpha: an empty row hides them.
         shape_path = f"{path}/{SHAPES[stage]}"
-        writer.rows(shape_path, when, shape.columns(half_sizes=np.tile(half, (int(near.sum()), 1))), near)
-        colour, lines = packed([STAGE_COLOURS[stage]]), rr.components.FillMode.MajorWireframe
+        writer.rows(
+            shape_path, step_times, shape.columns(half_sizes=np.tile(half, (int(is_in_pair.sum()), 1))), is_in_pair
+        )
+        colour, lines = pack_colours([STAGE_COLOURS[stage]]), rr.components.FillMode.MajorWireframe
         writer.static(shape_path, shape.from_fields(fill_mode=lines, colors=colour, **style))
 
     thin, thick = rr.Radius.ui_points(1.0), rr.Radius.ui_points(1.8)
@@ -258,61 +262,65 @@ def _log_body(
 def _volumes_eye(result: RunResult, search: Search, balls: Sequence[Sphere]) -> Eye:
     """An eye that sees the spheres of both bodies whole, but of one that holds the room."""
     motion, pair = result.assembly.motion, result.assembly.pairs[search.pair].tolist()
-    near = [body for body in pair if balls[body].radius <= ROOM] or pair
-    centres = np.concatenate([placed(motion, search.frame, body, balls[body].centre[None]) for body in near])
-    radii = np.array([[balls[body].radius] for body in near])
+    small_bodies = [body for body in pair if balls[body].radius <= LARGEST_BALL_M] or pair
+    centres = np.concatenate(
+        [points_in_world(motion, search.frame, body, balls[body].centre[None]) for body in small_bodies]
+    )
+    radii = np.array([[balls[body].radius] for body in small_bodies])
     middle = ((centres - radii).min(axis=0) + (centres + radii).max(axis=0)) / 2
     reach = (np.linalg.norm(centres - middle, axis=1) + radii[:, 0]).max()
-    away = towards_user(result.assembly, result.session.scene, search.frame, middle.tolist()) + RISE
-    return eye_before(middle, WHOLE * reach * away / np.linalg.norm(away))
+    away = towards_user(result.assembly, result.session.scene, search.frame, middle.tolist()) + EYE_RISE
+    return eye_before(middle, SPHERES_DISTANCE_RADII * reach * away / np.linalg.norm(away))
 
 
 def _search_eye(run: SearchRun, result: RunResult, search: Search, balls: Sequence[Sphere]) -> Eye:
     """An eye before the place where the search ended, or where it missed, that sees the smaller body whole."""
     assembly, sample = result.assembly, run.look(search)
-    ended = run.watched.search.points(assembly.motion, search.frame, search.pair, sample.hit or sample.closest)
-    target = ended.mean(axis=0) if search.meets is None else np.asarray(search.meets)
+    end_points = run.stage_log.search.points(assembly.motion, search.frame, search.pair, sample.hit or sample.closest)
+    target = end_points.mean(axis=0) if search.meeting_point is None else np.asarray(search.meeting_point)
     user = towards_user(assembly, result.session.scene, search.frame, target.tolist())
     radius = min(balls[body].radius for body in assembly.pairs[search.pair].tolist())
-    return eye_before(target, float(np.clip(REACHES * radius, *DISTANCES)) * across(np.zeros(3), user))
+    return eye_before(
+        target, float(np.clip(DISTANCE_RADII * radius, *DISTANCES)) * viewing_direction(np.zeros(3), user)
+    )
 
 
 def _marks(run: SearchRun, result: RunResult, search: Search, eye: Eye) -> list[Mark]:
     """Faces that ants of a look evaluated, the way of its best pair, its end, and where the surfaces of a miss meet."""
     trace, marks, centres = run.trace(search), list[Mark](), list[FloatArray]()
-    by_ants = np.flatnonzero(np.isfinite(trace.pheromone))
+    ant_rows = np.flatnonzero(np.isfinite(trace.pheromone))
     for side, body in enumerate(result.assembly.pairs[search.pair].tolist()):
         corners = result.assembly.bodies[body].mesh.triangles[trace.faces[:, side]]
-        centres.append(placed(run.motion, search.frame, body, corners.mean(axis=1)))
-        once = np.unique(trace.faces[by_ants, side], return_index=True)[1]
-        marks += [Mark(position, SERIES[1], 2.6) for position in centres[side][by_ants[once]][:, None]]
+        centres.append(points_in_world(run.motion, search.frame, body, corners.mean(axis=1)))
+        first_rows = np.unique(trace.faces[ant_rows, side], return_index=True)[1]
+        marks += [Mark(position, SERIES[1], 2.6) for position in centres[side][ant_rows[first_rows]][:, None]]
     path = np.mean(centres, axis=0)[trace.best()]
     marks += [Mark(line, WHITE, 2.0) for line in np.stack([path[:-1], path[1:]], axis=1)]
-    marks.append(Mark(path[-1:], ENDS[search.kind] if search.meets is None else WHITE, 8.0))
+    marks.append(Mark(path[-1:], ENDS[search.kind] if search.meeting_point is None else WHITE, 8.0))
     for number, (step, text, colour, right, up) in enumerate(_path_text(run, search, trace), 3):
         marks += text_beside(eye, path[step], f"{number}  {text}", colour, right, up)
-    if search.meets is not None:
-        meets = np.asarray(search.meets)
-        gap = words.length(float(np.linalg.norm(meets - path[-1])))
+    if search.meeting_point is not None:
+        meeting_point = np.asarray(search.meeting_point)
+        gap = words.length(float(np.linalg.norm(meeting_point - path[-1])))
         text = f"missed: the surfaces meet here, {gap} away"
-        marks += [Mark(meets[None], MISSED, 8.0), *text_beside(eye, meets, text, MISSED, -0.05, 0.40)]
+        marks += [Mark(meeting_point[None], MISSED, 8.0), *text_beside(eye, meeting_point, text, MISSED, -0.05, 0.40)]
     return marks
 
 
 def _path_text(run: SearchRun, search: Search, trace: SearchTrace) -> Iterator[tuple[int, str, Rgba, float, float]]:
     """Steps of the way of the best pair, their words, and how far to the right and up these stand."""
     best, gaps = trace.best(), trace.distance[trace.best()].tolist()
-    last, ago = len(best) - 1, search.frame - search.looked
-    by_ants = np.flatnonzero(trace.source[best] == "ant")
+    last, frames_ago = len(best) - 1, search.frame - search.search_frame
+    ant_rows = np.flatnonzero(trace.source[best] == "ant")
     if last:
         yield 0, f"first pair: {words.length(gaps[0])} apart", WHITE, 0.34, 0.24
-    if len(by_ants) and 0 < by_ants[-1] < last:
-        yield int(by_ants[-1]), f"best ant: {words.length(gaps[by_ants[-1]])}", WHITE, 0.34, 0.10
+    if len(ant_rows) and 0 < ant_rows[-1] < last:
+        yield int(ant_rows[-1]), f"best ant: {words.length(gaps[ant_rows[-1]])}", WHITE, 0.34, 0.10
     if search.kind == TRUE_CONTACT:
         yield last, "confirmed by the triangle test", ENDS[TRUE_CONTACT], 0.14, -0.34
     else:
         end = f"{words.length(gaps[-1])} apart; stopped at {run.look(search).evaluations:,} samples"
-        yield last, f"{end}, {ago} frames ago" if ago else end, WHITE, 0.14, -0.34
+        yield last, f"{end}, {frames_ago} frames ago" if frames_ago else end, WHITE, 0.14, -0.34
 
 
 def _frame_text(run: SearchRun, result: RunResult, search: Search) -> str:
@@ -327,8 +335,8 @@ def _frame_text(run: SearchRun, result: RunResult, search: Search) -> str:
     total = total_ms(run.detection)[search.frame]
     percentage = words.as_percentage(total / BUDGET_MS)
     price = f"{words.frame_time(total / 1e3)} for this frame: {percentage} of a {HEADSET_HZ:g} Hz frame"
-    left = table("", ("stage", "pairs that it leaves"), [*cells.items()])
-    return "\n\n".join([markdown(left), f"**{price}**", markdown(table("", ("stage", "takes"), times))])
+    counts_table = table("", ("stage", "pairs that it leaves"), [*cells.items()])
+    return "\n\n".join([markdown(counts_table), f"**{price}**", markdown(table("", ("stage", "takes"), times))])
 
 
 def _log_list(writer: RecordingWriter, run: SearchRun, result: RunResult) -> None:

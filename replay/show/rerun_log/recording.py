@@ -13,21 +13,21 @@ import numpy as np
 from cdcore.bounding.bounding_sphere import Sphere, sphere_best
 from replay.auditing.fault import Fault
 from replay.document.run_result import RunResult
-from replay.effects.effect_summary import happened
+from replay.effects.effect_summary import events_in_order
 from replay.effects.output import Vector
 from replay.show.camera import ASPECT, Eye, overview
 from replay.show.palette import fault_key
 from replay.show.report.still import CARD, fault_still
 from replay.show.rerun_log import documents, lanes
 from replay.show.rerun_log.blueprint import Picture, build_blueprint
-from replay.show.rerun_log.close_up import ROOM, close_up_colours, close_up_eyes, log_close_ups
+from replay.show.rerun_log.close_up import LARGEST_BALL_M, close_up_colours, close_up_eyes, log_close_ups
 from replay.show.rerun_log.depth import log_depths
 from replay.show.rerun_log.effects import log_effects, log_happened
 from replay.show.rerun_log.leading_still import log_still
 from replay.show.rerun_log.moments import (
     bookmarks,
     key_moments,
-    leading,
+    leading_moment,
     log_bookmarks,
     log_moment_lists,
     point_of,
@@ -39,10 +39,10 @@ from replay.show.rerun_log.timing import log_accuracy, log_timing
 
 APPLICATION: Final = "vrlab-replay"
 
-AROUND: Final = 0.05
+MARGIN_M: Final = 0.05
 """Metres around each point that an overview shows."""
 
-NARROW: Final = 0.8
+NARROW_ASPECT: Final = 0.8
 """Width of the view of the room over its height, beside an answer."""
 
 
@@ -59,8 +59,8 @@ def write_recording(result: RunResult, path: Path) -> None:
     balls = [sphere_best(body.mesh) for body in result.assembly.bodies]
     picture = Picture(
         result=result,
-        answer_eye=_eye(result, points, NARROW),
-        effects_eye=_eye(result, _points_of_events(result, balls), ASPECT),
+        answer_eye=_overview_eye(result, points, NARROW_ASPECT),
+        effects_eye=_overview_eye(result, _points_of_events(result, balls), ASPECT),
         balls=balls,
         moments=moments,
         eyes=close_up_eyes(result, moments, balls),
@@ -75,7 +75,7 @@ def write_recording(result: RunResult, path: Path) -> None:
         _log_room(writer, picture)
         _log_tabs(writer, picture)
         if moments:
-            fault = moments[leading(result, moments)]
+            fault = moments[leading_moment(result, moments)]
             if isinstance(fault, Fault):
                 log_still(writer, fault_still(result, fault.detector, fault, CARD)[0])
 
@@ -83,17 +83,21 @@ def write_recording(result: RunResult, path: Path) -> None:
 def _points_of_events(result: RunResult, balls: Sequence[Sphere]) -> list[tuple[int, Vector]]:
     """Frame of each event, and where its bodies stand, but of those that hold the room: a bench begins at the floor."""
     motion, positions = result.assembly.motion, []
-    small = {name: body for body, name in enumerate(result.assembly.names) if balls[body].radius <= ROOM}
-    for _, event in happened(result.effects):
+    small_bodies = {
+        name: body for body, name in enumerate(result.assembly.names) if balls[body].radius <= LARGEST_BALL_M
+    }
+    for _, event in events_in_order(result.effects):
         # What ends after the last frame is seen in it.
         frame = int(np.searchsorted(motion.times[:-1], event.time))
-        positions += [(frame, motion.translations[frame, small[name]]) for name in event.bodies if name in small]
+        positions += [
+            (frame, motion.translations[frame, small_bodies[name]]) for name in event.bodies if name in small_bodies
+        ]
     return positions
 
 
-def _eye(result: RunResult, positions: Sequence[tuple[int, Vector]], aspect: float) -> Eye:
+def _overview_eye(result: RunResult, positions: Sequence[tuple[int, Vector]], aspect: float) -> Eye:
     """An overview of all places, from the user's side at the first; without any, of wherever bodies were."""
-    corners = AROUND * np.array([*product((-1.0, 1.0), repeat=3)])
+    corners = MARGIN_M * np.array([*product((-1.0, 1.0), repeat=3)])
     points = (np.reshape([position for _, position in positions], (-1, 1, 3)) + corners).reshape(-1, 3)
     return overview(result.assembly, result.session.scene, points, positions[0][0] if positions else 0, aspect)
 
@@ -103,18 +107,18 @@ def _log_room(writer: RecordingWriter, picture: Picture) -> None:
     result = picture.result
     assembly, scene = result.assembly, result.session.scene
     # A run of effects alone needs the bodies that they name, and no other is drawn.
-    named = result.document.plan.bodies if scene.effects is not None and not result.detections else {}
+    drawn_bodies = result.document.plan.bodies if scene.effects is not None and not result.detections else {}
     colours = close_up_colours(result, picture.moments, picture.eyes, picture.balls)
-    log_world(writer, assembly, scene, named or assembly.names, colours)
+    log_world(writer, assembly, scene, drawn_bodies or assembly.names, colours)
     log_touches(writer, result)
     # Contacts of the reference have the colours of the worst detector's misses.
     worst = next(iter(picture.order), "")
     comparison = result.comparisons.get(worst)
-    late = [
+    late_misses = [
         (miss.pair, miss.first, miss.last) for miss in result.misses.get(worst, ()) if fault_key(miss.kind) == "late"
     ]
     for label in [result.oracle] if result.oracle else result.detections:
-        log_contacts(writer, label, result.detections[label], comparison, late)
+        log_contacts(writer, label, result.detections[label], comparison, late_misses)
     log_missed_faces(writer, result)
 
 
@@ -141,5 +145,5 @@ def _log_tabs(writer: RecordingWriter, picture: Picture) -> None:
         writer.markdown(documents.details_path(label), documents.detector_text(result, label))
     log_effects(writer, result.effects)
     lanes.log_session_lanes(writer, result)
-    if result.effects or picture.doing:
+    if result.effects or picture.activity_lanes:
         log_happened(writer, result.effects, leads=not moments)

@@ -56,12 +56,12 @@ def drawable_texts(batch: Any) -> Any:
 class RecordingClock:
     """Stamps of the frames, and which frames are drawn.
 
-    ``ns`` (T,) are nanoseconds since the first frame of the session, ``kept`` (K,) the increasing numbers of the frames
+    ``ns`` (T,) are nanoseconds since the first frame of the session, ``drawn_frames`` (K,) the numbers of the frames
     that are drawn: all of them up to an hour. ``moments`` are those that are drawn in any case.
     """
 
     ns: NDArray[np.int64]
-    kept: NDArray[np.int64]
+    drawn_frames: NDArray[np.int64]
     moments: NDArray[np.int64]
 
     @classmethod
@@ -69,12 +69,12 @@ class RecordingClock:
         """The clock of an assembly, with frames at which there is something to see."""
         stamps, first = assembly.stamp_ns, assembly.motion.times[:1]
         ns = stamps - stamps[:1] + np.round(1e9 * first).astype(np.int64)
-        displayed = np.unique(np.array(moments, dtype=np.int64))
+        moment_frames = np.unique(np.array(moments, dtype=np.int64))
         stride = max(1, -(-len(ns) // limit))
-        return cls(ns, np.union1d(np.arange(0, len(ns), stride), displayed), displayed)
+        return cls(ns, np.union1d(np.arange(0, len(ns), stride), moment_frames), moment_frames)
 
 
-def packed(colours: Iterable[Rgba]) -> NDArray[np.uint32]:
+def pack_colours(colours: Iterable[Rgba]) -> NDArray[np.uint32]:
     """Colours as 0xRRGGBBAA, (n,) uint32: Rerun takes Python integers for floats in some places."""
     return np.array([(r << 24) | (g << 16) | (b << 8) | a for r, g, b, a in colours], dtype=np.uint32)
 
@@ -90,7 +90,7 @@ def entity(*names: str) -> str:
     return rr.new_entity_path([drawable(name) for name in names]).removeprefix("/")
 
 
-def ragged(columns: rr.ComponentColumnList, counts: ArrayLike) -> rr.ComponentColumnList:
+def partition_rows(columns: rr.ComponentColumnList, counts: ArrayLike) -> rr.ComponentColumnList:
     """Give ``counts[k]`` consecutive values to row k.
 
     ``AssertionError`` where the counts do not add up to the values there are: Rerun would shift every later row.
@@ -124,8 +124,8 @@ class RecordingWriter:
 
     def session_ns(self, time: tuple[int, int]) -> int:
         """Nanoseconds on the session timeline of a frame and nanoseconds after it."""
-        frame, later = time
-        return int(self.clock.ns[frame]) + later
+        frame, later_ns = time
+        return int(self.clock.ns[frame]) + later_ns
 
     def rows(
         self, path: str, when: ArrayLike, columns: rr.ComponentColumnList, counts: ArrayLike | None = None
@@ -135,8 +135,8 @@ class RecordingWriter:
         ``when``: frames (n,), or (n, 2) with nanoseconds after each.
         """
         rows = np.asarray(when, dtype=np.int64)
-        frames, later = rows.T if rows.ndim == 2 else (rows, 0)
-        self.session_rows(path, self.clock.ns[frames] + later, columns, counts)
+        frames, later_ns = rows.T if rows.ndim == 2 else (rows, 0)
+        self.session_rows(path, self.clock.ns[frames] + later_ns, columns, counts)
 
     def session_rows(
         self, path: str, ns: NDArray[np.int64], columns: rr.ComponentColumnList, counts: ArrayLike | None = None
@@ -146,7 +146,7 @@ class RecordingWriter:
             return
         if not len(columns):
             raise ValueError(f"no columns for {path}; Rerun dropped the values it was given")
-        rows = columns if counts is None else ragged(columns, counts)
+        rows = columns if counts is None else partition_rows(columns, counts)
         for column in rows:
             column.component_batch = drawable_texts(column.component_batch)
         time = rr.TimeColumn(SESSION, duration=ns.astype("timedelta64[ns]"))
@@ -155,21 +155,21 @@ class RecordingWriter:
     def log_lines(self, path: str, ns: NDArray[np.int64], lines: Sequence[tuple[str, str, Rgba]]) -> None:
         """Send lines of a list, each with its level and colour: a click on the time of one moves the cursor there."""
         texts, levels, colours = zip(*lines, strict=True) if lines else ((), (), ())
-        self.session_rows(path, ns, rr.TextLog.columns(text=texts, level=levels, color=packed(colours)))
+        self.session_rows(path, ns, rr.TextLog.columns(text=texts, level=levels, color=pack_colours(colours)))
 
     def curve(
         self, path: str, values: ArrayLike, name: str, colour: Rgba, width: float = 1.4, *, step: bool = False
     ) -> None:
         """Send a curve of a value per frame (T,), and how it looks; a ``step`` is none that is sloped."""
-        displayed = np.asarray(values, dtype=np.float64)[self.clock.kept]
-        bends = np.ones(len(displayed), dtype=np.bool_)
-        bends[1:-1] = (displayed[1:-1] != displayed[:-2]) | (displayed[1:-1] != displayed[2:])
-        self.rows(path, self.clock.kept[bends], rr.Scalars.columns(scalars=displayed[bends]))
+        drawn_values = np.asarray(values, dtype=np.float64)[self.clock.drawn_frames]
+        bends = np.ones(len(drawn_values), dtype=np.bool_)
+        bends[1:-1] = (drawn_values[1:-1] != drawn_values[:-2]) | (drawn_values[1:-1] != drawn_values[2:])
+        self.rows(path, self.clock.drawn_frames[bends], rr.Scalars.columns(scalars=drawn_values[bends]))
         # Peaks are what a curve is about; the default policy averages them away when zoomed out.
         peaks, steps = rr.components.AggregationPolicy.Max, rr.components.InterpolationMode.StepAfter
         line = rr.SeriesLines.from_fields(
             names=[name],
-            colors=packed([colour]),
+            colors=pack_colours([colour]),
             widths=[width],
             aggregation_policy=peaks,
             interpolation_mode=steps if step else None,
@@ -192,8 +192,8 @@ Steps = Sequence[tuple[int, int, Any]]
 """From a frame, and nanoseconds after it, on: what is shown."""
 
 
-def steps_of(segments: Mapping[Any, tuple[tuple[int, int], int, int]], frames: int, otherwise: Any) -> Steps:
-    """Return what is displayed when: each thing at its time and in its frames; ``otherwise`` at other times.
+def steps_of(segments: Mapping[Any, tuple[tuple[int, int], int, int]], frames: int, default_thing: Any) -> Steps:
+    """Return what is displayed when: each thing at its time and in its frames; ``default_thing`` at other times.
 
     ``segments``: thing -> its time (a frame, and nanoseconds after it), its first and its last frame.
     """
@@ -202,14 +202,14 @@ def steps_of(segments: Mapping[Any, tuple[tuple[int, int], int, int]], frames: i
         rows.setdefault((min(first, time[0]), 0), thing)
     for _, _, last in segments.values():
         if last + 1 < frames:
-            rows.setdefault((last + 1, 0), otherwise)
-    rows.setdefault((0, 0), otherwise)
+            rows.setdefault((last + 1, 0), default_thing)
+    rows.setdefault((0, 0), default_thing)
     return [(*at, rows[at]) for at in sorted(rows)]
 
 
 def times_of(steps: Steps) -> list[tuple[int, int]]:
     """Frame of each step, and nanoseconds after it."""
-    return [(frame, later) for frame, later, _ in steps]
+    return [(frame, later_ns) for frame, later_ns, _ in steps]
 
 
 ENCODED_WITHIN_S: Final = 600.0
@@ -224,10 +224,10 @@ def recording_file(application: str, path: Path, blueprint: rrb.Blueprint) -> It
     """
     stream = rr.RecordingStream(application, recording_id=uuid4())
     try:
-        encoded = rr.binary_stream(recording=stream)
+        encoded_stream = rr.binary_stream(recording=stream)
         stream.send_blueprint(blueprint, make_active=False, make_default=True)
         yield stream
-        content = read_all(encoded)
+        content = read_all(encoded_stream)
     finally:
         stream.disconnect()
     require_complete(content)
@@ -250,10 +250,10 @@ def require_complete_file(recording: Path) -> None:
         require_complete(start + file.read())
 
 
-def read_all(encoded: rr.BinaryStream) -> bytes:
+def read_all(encoded_stream: rr.BinaryStream) -> bytes:
     """Bytes that Rerun has encoded; raises ``OSError`` if encoding takes too long."""
     try:
-        return encoded.read(flush=True, flush_timeout_sec=ENCODED_WITHIN_S) or b""
+        return encoded_stream.read(flush=True, flush_timeout_sec=ENCODED_WITHIN_S) or b""
     except (RuntimeError, ValueError) as error:
         raise OSError(f"Rerun did not encode the picture within {ENCODED_WITHIN_S:g} s ({error})") from error
 
@@ -262,8 +262,8 @@ def name_layer(application: str, recording: str, name: str) -> bytes:
     """Bytes that a viewer opens over a recording, given by its ids, to list it under another name."""
     stream = rr.RecordingStream(application, recording_id=recording)
     try:
-        encoded = rr.binary_stream(recording=stream)
+        encoded_stream = rr.binary_stream(recording=stream)
         stream.send_recording_name(name)
-        return read_all(encoded)
+        return read_all(encoded_stream)
     finally:
         stream.disconnect()

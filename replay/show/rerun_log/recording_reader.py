@@ -62,7 +62,7 @@ class _Reader:
         try:
             self._line.send(question)
             if not self._line.poll(MOST_SECONDS):
-                raise RecordingDamagedError(f"no answer within {words.fixed(MOST_SECONDS, 0)} s")
+                raise RecordingDamagedError(f"no answer within {words.decimal(MOST_SECONDS, 0)} s")
             answer = self._line.recv()
         except (EOFError, OSError) as error:
             raise RecordingDamagedError("the reader ended") from error

@@ -20,7 +20,7 @@ from replay.auditing.first_touch import at_touch
 from replay.auditing.outcome import Comparison, Outcome
 from replay.document.run_result import RunResult
 from replay.prepare.assembly import Assembly
-from replay.show.drawn_mesh import face_normals, shaded
+from replay.show.drawn_mesh import face_normals, shaded_mesh
 from replay.show.palette import (
     LATE,
     MISSED,
@@ -32,7 +32,7 @@ from replay.show.palette import (
     fault_colour,
     tags_of,
 )
-from replay.show.rerun_log.recording_file import RecordingClock, RecordingWriter, entity, packed, pose_columns
+from replay.show.rerun_log.recording_file import RecordingClock, RecordingWriter, entity, pack_colours, pose_columns
 from sessions.model.scene import Scene
 
 DRAWN_CONTACTS: Final = 20_000
@@ -41,10 +41,10 @@ DRAWN_FACES: Final = 400_000
 bench touches it for minutes in hundreds of faces. Beyond this, frames without a moment are strided, and a curve may lag
 behind its body by the stride."""
 
-COLOURED: Final = (Outcome.MISSED, Outcome.FALSE_CONTACT, Outcome.WITHIN_TOLERANCE)
+COLOURED_OUTCOMES: Final = (Outcome.MISSED, Outcome.FALSE_CONTACT, Outcome.WITHIN_TOLERANCE)
 """Outcomes with a colour of their own; all other contacts have that of what is found."""
 
-PUSHED_OUT: Final = 0.00015
+FACE_OFFSET_M: Final = 0.00015
 """Metres that red faces stand off their body, so that the two do not flicker through each other."""
 
 DRAWN_MISSED_FACES: Final = 200_000
@@ -68,28 +68,32 @@ def body_path(name: str) -> str:
 
 
 def log_world(
-    writer: RecordingWriter, assembly: Assembly, scene: Scene, displayed: Container[str], colours: Colours
+    writer: RecordingWriter, assembly: Assembly, scene: Scene, displayed_names: Container[str], colours: Colours
 ) -> None:
-    """Send meshes and poses of the ``displayed`` bodies."""
+    """Send meshes and poses of the bodies of ``displayed_names``."""
     writer.static("world", rr.ViewCoordinates.RIGHT_HAND_Y_UP)
     for column, body in enumerate(assembly.bodies):
-        if body.name in displayed:
-            path, usual = body_path(body.name), albedo(tags_of(body.name, scene))
+        if body.name in displayed_names:
+            path, default_colour = body_path(body.name), albedo(tags_of(body.name, scene))
             log_shape(writer, f"{path}/mesh", body.mesh)
             valid = assembly.motion.valid[:, column]
-            _log_colours(writer, f"{path}/mesh", valid, colours.get(body.name, ()), usual)
+            _log_colours(writer, f"{path}/mesh", valid, colours.get(body.name, ()), default_colour)
             _log_poses(writer, path, assembly.motion, column)
 
 
 def log_shape(writer: RecordingWriter, path: str, mesh: TriangleMesh) -> None:
     """Send a mesh, without a colour."""
-    vertices, normals, faces = shaded(mesh)
+    vertices, normals, faces = shaded_mesh(mesh)
     shape = rr.Mesh3D.from_fields(vertex_positions=vertices, vertex_normals=normals, triangle_indices=faces)
     writer.static(path, shape)
 
 
 def _log_colours(
-    writer: RecordingWriter, path: str, valid: NDArray[np.bool_], steps: Sequence[tuple[int, int, Rgba]], usual: Rgba
+    writer: RecordingWriter,
+    path: str,
+    valid: NDArray[np.bool_],
+    steps: Sequence[tuple[int, int, Rgba]],
+    default_colour: Rgba,
 ) -> None:
     """Send the colour of a body; one without opacity while it has no pose.
 
@@ -97,7 +101,7 @@ def _log_colours(
     """
     flips = np.flatnonzero(np.diff(valid, prepend=~valid[:1])).tolist()
     at = {(frame, later): colour for frame, later, colour in steps}
-    when, colour, rows = sorted({*((frame, 0) for frame in flips), *at}), usual, []
+    when, colour, rows = sorted({*((frame, 0) for frame in flips), *at}), default_colour, []
     for moment in when:
         colour = at.get(moment, colour)
         rows.append((*colour[:3], colour[3] if valid[moment[0]] else 0))
@@ -105,11 +109,11 @@ def _log_colours(
 
 
 def _log_poses(writer: RecordingWriter, path: str, motion: Motion, column: int) -> None:
-    frames = writer.clock.kept[motion.valid[writer.clock.kept, column]]
+    frames = writer.clock.drawn_frames[motion.valid[writer.clock.drawn_frames, column]]
     translation, rotation = motion.translations[frames, column], motion.rotations[frames, column]
     poses = np.hstack([translation, rotation.reshape(-1, 9)])
-    changed = np.append(True, (poses[1:] != poses[:-1]).any(axis=1))[: len(frames)]
-    writer.rows(path, frames[changed], pose_columns(translation[changed], rotation[changed]))
+    is_changed = np.append(True, (poses[1:] != poses[:-1]).any(axis=1))[: len(frames)]
+    writer.rows(path, frames[is_changed], pose_columns(translation[is_changed], rotation[is_changed]))
 
 
 def log_touches(writer: RecordingWriter, result: RunResult) -> None:
@@ -147,16 +151,16 @@ def log_contacts(
     curves = [curve[np.isfinite(curve).all(axis=(1, 2))] for curve in curves]
     lengths = np.array([len(curve) for curve in curves], dtype=np.int64)
     outcomes = np.zeros(len(contacts), np.uint8) if comparison is None else comparison.outcome[at]
-    looks = [OUTCOMES[code][1] if code in COLOURED else TRUE_CONTACT for code in outcomes.tolist()]
+    looks = [OUTCOMES[code][1] if code in COLOURED_OUTCOMES else TRUE_CONTACT for code in outcomes.tolist()]
     for pair, first, last in late:
-        part = (at[1] == pair) & (at[0] >= first) & (at[0] <= last) & (outcomes == Outcome.MISSED)
-        for index in np.flatnonzero(part).tolist():
+        is_late = (at[1] == pair) & (at[0] >= first) & (at[0] <= last) & (outcomes == Outcome.MISSED)
+        for index in np.flatnonzero(is_late).tolist():
             looks[index] = LATE
-    colours = packed(looks)
+    colours = pack_colours(looks)
     strips = np.concatenate([np.zeros((0, 2, 3)), *curves]).astype(np.float32)
     lines = rr.LineStrips3D.columns(strips=strips, colors=np.repeat(colours, lengths))
-    in_frame = np.bincount(np.searchsorted(frames, at[0]), lengths, len(frames))
-    writer.rows(path, frames, lines, in_frame.astype(np.int64))
+    lines_per_frame = np.bincount(np.searchsorted(frames, at[0]), lengths, len(frames))
+    writer.rows(path, frames, lines, lines_per_frame.astype(np.int64))
     writer.static(path, rr.LineStrips3D.from_fields(radii=rr.Radius.ui_points(1.8)))
 
 
@@ -164,10 +168,12 @@ def drawn_contacts(clock: RecordingClock, sets: FaceSets) -> tuple[Faces, Faces]
     """Numbers of the contacts that are drawn, and the frames that get a row; one without contact clears."""
     load = np.zeros(len(clock.ns))
     np.add.at(load, sets.frame, np.maximum(1.0 / DRAWN_CONTACTS, (sets.stop - sets.start) / DRAWN_FACES))
-    stride = max(1, int(np.ceil(load[clock.kept].sum())))
-    frames = np.union1d(clock.kept[::stride], clock.moments)
-    busy = np.isin(frames, sets.frame)
-    return np.flatnonzero(np.isin(sets.frame, frames)), frames[busy | np.append(True, busy[:-1])[: len(busy)]]
+    stride = max(1, int(np.ceil(load[clock.drawn_frames].sum())))
+    frames = np.union1d(clock.drawn_frames[::stride], clock.moments)
+    has_contact = np.isin(frames, sets.frame)
+    return np.flatnonzero(np.isin(sets.frame, frames)), frames[
+        has_contact | np.append(True, has_contact[:-1])[: len(has_contact)]
+    ]
 
 
 def log_missed_faces(writer: RecordingWriter, result: RunResult) -> None:
@@ -179,17 +185,17 @@ def log_missed_faces(writer: RecordingWriter, result: RunResult) -> None:
     painted_at: dict[tuple[int, Rgba], dict[Time, list[Faces]]] = {
         (body, fault_colour(miss.kind)): {} for miss in misses for body in assembly.pairs[miss.pair].tolist()
     }
-    left = dict.fromkeys((body for body, _ in painted_at), DRAWN_MISSED_FACES)
+    faces_left = dict.fromkeys((body for body, _ in painted_at), DRAWN_MISSED_FACES)
     for miss in worst_first(misses):
-        oracle, met = result.detections[result.oracle], dict[Time, Faces]()
+        oracle, faces_by_time = result.detections[result.oracle], dict[Time, Faces]()
         if oracle.face_sets is not None:
-            met = {(frame, 0): oracle.faces(frame, miss.pair) for frame in range(miss.first, miss.last + 1)}
+            faces_by_time = {(frame, 0): oracle.faces(frame, miss.pair) for frame in range(miss.first, miss.last + 1)}
         elif miss.evidence.faces is not None:
-            met = {miss.moment: miss.evidence.faces}
-        for time, faces in met.items():
-            for body, painted in _painted(assembly, miss.pair, faces).items():
-                if 0 < len(painted) <= left[body]:
-                    left[body] -= len(painted)
+            faces_by_time = {miss.moment: miss.evidence.faces}
+        for time, faces in faces_by_time.items():
+            for body, painted in _faces_to_paint(assembly, miss.pair, faces).items():
+                if 0 < len(painted) <= faces_left[body]:
+                    faces_left[body] -= len(painted)
                     painted_at[body, fault_colour(miss.kind)].setdefault(time, []).append(painted)
     for (body, colour), faces_at in sorted(painted_at.items()):
         name = "missed_faces" if colour == MISSED else "late_faces"
@@ -197,11 +203,13 @@ def log_missed_faces(writer: RecordingWriter, result: RunResult) -> None:
         _log_painted_faces(writer, path, assembly.bodies[body].mesh, faces_at, colour)
 
 
-def _painted(assembly: Assembly, pair: int, faces: Faces) -> dict[int, Faces]:
+def _faces_to_paint(assembly: Assembly, pair: int, faces: Faces) -> dict[int, Faces]:
     """Faces to paint of both bodies: large ones only where nothing smaller shows the place."""
-    whole = {body: np.unique(side) for body, side in zip(assembly.pairs[pair].tolist(), faces.T, strict=True)}
-    small = {body: side[face_areas(assembly.bodies[body].mesh, side) <= LARGE_FACE] for body, side in whole.items()}
-    return small if any(map(len, small.values())) else whole
+    unique_faces = {body: np.unique(side) for body, side in zip(assembly.pairs[pair].tolist(), faces.T, strict=True)}
+    small_faces = {
+        body: side[face_areas(assembly.bodies[body].mesh, side) <= LARGE_FACE] for body, side in unique_faces.items()
+    }
+    return small_faces if any(map(len, small_faces.values())) else unique_faces
 
 
 def face_areas(mesh: TriangleMesh, faces: Faces) -> FloatArray:
@@ -219,7 +227,7 @@ def _log_painted_faces(
     none = np.zeros(0, dtype=np.int64)
     faces = [np.unique(np.concatenate([none, *painted.get(time, ())])) for time in times]
     triangles = mesh.triangles[np.concatenate(faces)]
-    corners = (triangles + PUSHED_OUT * face_normals(triangles)[1][:, None]).reshape(-1, 3)
+    corners = (triangles + FACE_OFFSET_M * face_normals(triangles)[1][:, None]).reshape(-1, 3)
     shapes = rr.Mesh3D.columns(vertex_positions=corners.astype(np.float32))
     writer.rows(path, times, shapes, [3 * len(some) for some in faces])
     writer.static(path, rr.Mesh3D.from_fields(albedo_factor=(*colour[:3], VEIL)))

@@ -13,7 +13,7 @@ import rerun.blueprint as rrb
 
 from replay.prepare.assembly import Assembly
 from replay.show.palette import SERIES, TICKS
-from replay.show.rerun_log.recording_file import RecordingClock, RecordingWriter, packed, recording_file
+from replay.show.rerun_log.recording_file import RecordingClock, RecordingWriter, pack_colours, recording_file
 from replay.show.rerun_log.scene import body_path, log_world
 from replay.show.scene_look import AXIS_COLOURS, AXIS_NAMES, Moment, grid_and_axes
 from sessions.model.scene import Scene
@@ -37,13 +37,13 @@ def write_scene_recording(assembly: Assembly, scene: Scene, moments: Sequence[Mo
             middle = body.mesh.vertices.mean(axis=0)[None]
             writer.static(f"{body_path(body.name)}/name", rr.Points3D(middle, labels=[body.name], radii=0.001))
         guides = grid_and_axes(assembly, moments[0].frame)
-        grid = rr.LineStrips3D([*guides.grid], colors=packed([TICKS]), radii=GRID_WIDTH)
+        grid = rr.LineStrips3D([*guides.grid], colors=pack_colours([TICKS]), radii=GRID_WIDTH)
         writer.static("grid", grid)
         directions = np.diff(guides.axes, axis=1)[:, 0]
         arrows = rr.Arrows3D(
             origins=guides.axes[:, 0],
             vectors=directions,
-            colors=packed(AXIS_COLOURS),
+            colors=pack_colours(AXIS_COLOURS),
             labels=[*AXIS_NAMES],
             radii=AXIS_WIDTH,
         )

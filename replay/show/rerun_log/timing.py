@@ -16,14 +16,14 @@ from replay.document.cost import BUDGET_MS
 from replay.show.accuracy import accuracy_plot
 from replay.show.palette import BUDGET, FAINT, SERIES, TICKS, Rgba
 from replay.show.plots import LETTER, Dot, Plot, Point
-from replay.show.rerun_log.recording_file import RecordingWriter, entity, packed
+from replay.show.rerun_log.recording_file import RecordingWriter, entity, pack_colours
 from sessions.model.constants import HEADSET_HZ
 
 BUDGET_LINE: Final = "timing/budget"
 CUT_PERCENTILE: Final = 99.9
 """A plot of times ends at what one frame in a thousand exceeds: one slow frame would press all curves to the floor."""
 
-IDLE: Final = 1e-7
+IDLE_S: Final = 1e-7
 """Seconds, in the mean, below which a stage had nothing to do and is not shown."""
 
 STAGES: Final[Mapping[str, str]] = {
@@ -38,17 +38,17 @@ STAGES: Final[Mapping[str, str]] = {
 """Stage as a detector calls it -> in words of the field; any other keeps its name."""
 
 SCATTER: Final = "accuracy/plot"
-UNIT: Final = 1.3
+UNITS_PER_PLOT_UNIT: Final = 1.3
 """Units of a view, one a pixel at 1,920 x 1,080, for one of a plot."""
 
 SIZE: Final = (690.0, 680.0)
 """Of the plot of losses over costs, in its units."""
 
-UP: Final = 30.0
+TEXT_RISE: Final = 30.0
 """How far words are moved up, in units of the view: the viewer centres them on their place and hangs them below."""
 
-WIDE: Final = (-10.0, UNIT * SIZE[0] + 10.0)
-HIGH: Final = (-40.0, UNIT * SIZE[1] + 10.0)
+X_RANGE: Final = (-10.0, UNITS_PER_PLOT_UNIT * SIZE[0] + 10.0)
+Y_RANGE: Final = (-40.0, UNITS_PER_PLOT_UNIT * SIZE[1] + 10.0)
 """Range of its view along both axes."""
 
 
@@ -61,10 +61,10 @@ def stage_ms(detection: Detection) -> dict[str, FloatArray]:
     """Stage -> milliseconds of each frame, (T,); where the whole motion was asked at once, their mean."""
     frames, stages = len(detection.times), dict[str, FloatArray]()
     for name, value in detection.seconds.items():
-        if np.sum(value) > IDLE * frames:
-            word = STAGES.get(name, name)
+        if np.sum(value) > IDLE_S * frames:
+            stage_name = STAGES.get(name, name)
             ms = 1e3 * (value if isinstance(value, np.ndarray) else np.full(frames, value / max(1, frames)))
-            stages[word] = stages.get(word, 0.0) + ms
+            stages[stage_name] = stages.get(stage_name, 0.0) + ms
     return stages
 
 
@@ -74,7 +74,7 @@ def total_ms(detection: Detection) -> FloatArray:
     return total
 
 
-def ceiling(totals: Sequence[FloatArray]) -> float:
+def plot_cut_ms(totals: Sequence[FloatArray]) -> float:
     """Milliseconds at which a plot of these is cut."""
     return max((float(np.percentile(ms, CUT_PERCENTILE)) for ms in totals if len(ms)), default=0.0) or BUDGET_MS
 
@@ -97,7 +97,7 @@ def stages_path(label: str) -> str:
 def log_timing(writer: RecordingWriter, detections: Mapping[str, Detection], legends: Mapping[str, str]) -> None:
     """Send totals, stages added up, counters and the line of the budget; ``legends``: what stands beside a detector."""
     totals = {label: total_ms(detection) for label, detection in detections.items()}
-    fraction = budget_fraction(ceiling([*totals.values()]))
+    fraction = budget_fraction(plot_cut_ms([*totals.values()]))
     fraction_text = {1.0: "", 0.1: "a tenth of ", 0.01: "a hundredth of "}.get(
         fraction, f"{words.number(fraction)} of "
     )
@@ -132,19 +132,21 @@ def _log_plot(writer: RecordingWriter, plot: Plot, colours: Sequence[Rgba]) -> N
     """Send a plot with the ``colours`` of its dots."""
     root, radius = SCATTER, rr.Radius.ui_points
 
-    def placed(points: Sequence[Point]) -> FloatArray:
-        return UNIT * np.reshape(points, (-1, 2))
+    def view_points(points: Sequence[Point]) -> FloatArray:
+        return UNITS_PER_PLOT_UNIT * np.reshape(points, (-1, 2))
 
-    lines = [placed(corners) for _, corners in plot.lines]
-    writer.static(f"{root}/lines", rr.LineStrips2D(lines, colors=packed([FAINT]), radii=radius(1.0), draw_order=-1.0))
-    dots = placed([dot.at for dot in plot.dots])
-    writer.static(f"{root}/dots", rr.Points2D(dots, colors=packed(colours), radii=radius(9.0)))
-    half = {"start": LETTER / 2, "middle": 0.0, "end": -LETTER / 2}
-    anchors = placed([(text.at[0] + half[text.side] * len(text.text), text.at[1]) for text in plot.labels])
+    lines = [view_points(corners) for _, corners in plot.lines]
+    writer.static(
+        f"{root}/lines", rr.LineStrips2D(lines, colors=pack_colours([FAINT]), radii=radius(1.0), draw_order=-1.0)
+    )
+    dots = view_points([dot.at for dot in plot.dots])
+    writer.static(f"{root}/dots", rr.Points2D(dots, colors=pack_colours(colours), radii=radius(9.0)))
+    side_offsets = {"start": LETTER / 2, "middle": 0.0, "end": -LETTER / 2}
+    anchors = view_points([(text.at[0] + side_offsets[text.side] * len(text.text), text.at[1]) for text in plot.labels])
     texts = rr.Points2D(
-        anchors - np.array([0.0, UP]),
+        anchors - np.array([0.0, TEXT_RISE]),
         labels=[text.text for text in plot.labels],
-        colors=packed(TICKS if text.dot < 0 else colours[text.dot] for text in plot.labels),
+        colors=pack_colours(TICKS if text.dot < 0 else colours[text.dot] for text in plot.labels),
         radii=radius(0.01),
         show_labels=True,
     )

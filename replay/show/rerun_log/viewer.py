@@ -36,7 +36,7 @@ LOOPBACK: Final = "127.0.0.1"
 START_SECONDS: Final = 40.0
 """A cold start of the 290 MB binary from a slow disk stays below half of this."""
 
-QUIET: Final = {**os.environ, "CI": "1"}
+QUIET_ENVIRONMENT: Final = {**os.environ, "CI": "1"}
 """Variables for Rerun's program: on a build server it sends no usage statistics. Its own file of settings says that it
 may from its first start, whoever started it; there is no other switch that leaves the user's files alone."""
 
@@ -70,7 +70,7 @@ class OpenViewer(AbstractContextManager["OpenViewer"]):
         self.process = process
         self.port = port
         self._client = client
-        self._words = log
+        self._log = log
 
     def __exit__(self, *problem: object) -> None:
         self.close()
@@ -82,11 +82,11 @@ class OpenViewer(AbstractContextManager["OpenViewer"]):
             deadline = time.monotonic() + LOAD_SECONDS
             while not _all_present(self.state()):
                 if time.monotonic() > deadline:
-                    late = f"the viewer did not load {recording} in {words.fixed(LOAD_SECONDS, 0)} s"
+                    late = f"the viewer did not load {recording} in {words.decimal(LOAD_SECONDS, 0)} s"
                     raise ViewerError(f"{late}; try `rerun {recording}`")
                 time.sleep(PAUSE_SECONDS)
         except ConnectionError as error:
-            raise ViewerError(_ended(self._words)) from error
+            raise ViewerError(_end_sentence(self._log)) from error
 
     def rename(self, recording: Path, name: str) -> None:
         """Show a recording that is open under another name in the list of recordings."""
@@ -123,7 +123,7 @@ class OpenViewer(AbstractContextManager["OpenViewer"]):
             except subprocess.TimeoutExpired:
                 self.process.kill()
                 self.process.wait()
-        self._words.close()
+        self._log.close()
 
 
 def _all_present(state: ViewerState) -> bool:
@@ -142,7 +142,7 @@ def open_viewer(
     ``RunFolderError``: there is no recording, or no such moment in it; ``ViewerError``: the viewer cannot be started or
     does not load a recording.
     """
-    target = _target(recordings[0], miss, false, by)
+    target = _target_ns(recordings[0], miss, false, by)
     for recording in recordings[1:]:
         read_bookmarks(recording)  # a damaged one is refused before a window opens
     viewer = start_viewer(headless=headless)
@@ -161,7 +161,7 @@ def open_viewer(
     return viewer
 
 
-def _target(recording: Path, miss: int | None, false: int | None, by: str) -> int:
+def _target_ns(recording: Path, miss: int | None, false: int | None, by: str) -> int:
     """Nanoseconds on the session timeline; of several detectors that of the first which has the number.
 
     All misses can be asked for, and those false contacts that are listed.
@@ -170,8 +170,8 @@ def _target(recording: Path, miss: int | None, false: int | None, by: str) -> in
     if miss is None and false is None:
         return next((moment.session_ns for moment in moments if moment.leads and by in (moment.label, "")), 0)
     kind, number, plural = ("miss", miss, "misses") if miss is not None else ("false", false, "false contacts")
-    own = [moment for moment in moments if moment.kind == kind and by in (moment.label, "")]
-    times = {moment.number: moment.session_ns for moment in reversed(own)}
+    matching_moments = [moment for moment in moments if moment.kind == kind and by in (moment.label, "")]
+    times = {moment.number: moment.session_ns for moment in reversed(matching_moments)}
     if number not in times:
         most = f"its {plural} are numbered 1 to {max(times)}" if times else "it has none"
         raise RunFolderError(f"there is no {kind} {number} in {recording}; {most}")
@@ -188,9 +188,11 @@ def start_viewer(*, headless: bool = False, size: tuple[int, int] = (1920, 1080)
     if headless:
         command += ["--headless", "--window-size", f"{size[0]}x{size[1]}"]
     log = tempfile.TemporaryFile()  # noqa: SIM115  (the process writes to it as long as the viewer lives)
-    process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT, env=QUIET)
+    process = subprocess.Popen(
+        command, stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT, env=QUIET_ENVIRONMENT
+    )
     try:
-        return OpenViewer(process, port, _connected(process, port, log), log)
+        return OpenViewer(process, port, _connect_client(process, port, log), log)
     except BaseException:
         process.kill()
         process.wait()
@@ -198,25 +200,25 @@ def start_viewer(*, headless: bool = False, size: tuple[int, int] = (1920, 1080)
         raise
 
 
-def _connected(process: subprocess.Popen[bytes], port: int, log: IO[bytes]) -> ViewerClient:
+def _connect_client(process: subprocess.Popen[bytes], port: int, log: IO[bytes]) -> ViewerClient:
     deadline = time.monotonic() + START_SECONDS
     while True:
         if process.poll() is not None:
-            raise ViewerError(_ended(log))
+            raise ViewerError(_end_sentence(log))
         try:
             client = ViewerClient.connect(f"rerun+http://{LOOPBACK}:{port}/proxy")
             client.get_state()
         except (ConnectionError, RuntimeError) as error:
             if time.monotonic() > deadline:
                 raise ViewerError(
-                    f"the viewer did not answer in {words.fixed(START_SECONDS, 0)} s ({error}); try again"
+                    f"the viewer did not answer in {words.decimal(START_SECONDS, 0)} s ({error}); try again"
                 ) from error
             time.sleep(PAUSE_SECONDS)
         else:
             return client
 
 
-def _ended(log: IO[bytes]) -> str:
+def _end_sentence(log: IO[bytes]) -> str:
     """Why the viewer ended, from what it printed, and what to do."""
     log.seek(0)
     text = log.read().decode("utf-8", "replace")

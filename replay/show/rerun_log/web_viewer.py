@@ -33,7 +33,7 @@ SERVE_SECONDS: Final = 120.0
 SILENT_SECONDS: Final = 5.0
 """A server that sends nothing for so long is asked again; on a port of another program nobody may ever answer."""
 
-TOO_LATE: Final = f"Rerun's web server did not hand out its viewer in {words.fixed(SERVE_SECONDS, 0)} s; try again"
+TOO_LATE: Final = f"Rerun's web server did not hand out its viewer in {words.decimal(SERVE_SECONDS, 0)} s; try again"
 
 STARTS: Final = 3
 READ_BYTES: Final = 1 << 20
@@ -64,7 +64,7 @@ def _served_files(binary: Path) -> dict[str, bytes]:
         process = _start_server(binary, web_port=web_port, log_port=log_port)
         try:
             address = f"http://{viewer.LOOPBACK}:{web_port}"
-            return {name: _fetched(f"{address}/{name}", process, deadline) for name in (SCRIPT, PROGRAM)}
+            return {name: _fetch_file(f"{address}/{name}", process, deadline) for name in (SCRIPT, PROGRAM)}
         except _ServerEndedError:
             continue
         finally:
@@ -75,13 +75,13 @@ def _served_files(binary: Path) -> dict[str, bytes]:
 
 def _start_server(binary: Path, *, web_port: int, log_port: int) -> subprocess.Popen[bytes]:
     ports = ["--port", str(log_port), "--web-viewer-port", str(web_port)]
-    quiet = subprocess.DEVNULL
+    devnull = subprocess.DEVNULL
     return subprocess.Popen(
         [str(binary), "--serve-web", "--bind", viewer.LOOPBACK, *ports],
-        stdin=quiet,
-        stdout=quiet,
-        stderr=quiet,
-        env=viewer.QUIET,
+        stdin=devnull,
+        stdout=devnull,
+        stderr=devnull,
+        env=viewer.QUIET_ENVIRONMENT,
     )
 
 
@@ -89,7 +89,7 @@ class _ServerEndedError(Exception):
     """Rerun's server ended before it handed out a file: another program has its port."""
 
 
-def _fetched(url: str, process: subprocess.Popen[bytes], deadline: float) -> bytes:
+def _fetch_file(url: str, process: subprocess.Popen[bytes], deadline: float) -> bytes:
     """Return a file of Rerun's web server, whose process may still be starting.
 
     Raises ``_ServerEndedError``, and ``ViewerError``: there is no such file, or not all of it before the deadline.
@@ -98,7 +98,7 @@ def _fetched(url: str, process: subprocess.Popen[bytes], deadline: float) -> byt
         try:
             seconds_left = max(viewer.PAUSE_SECONDS, deadline - time.monotonic())
             with NO_PROXY.open(url, timeout=min(SILENT_SECONDS, seconds_left)) as answer:
-                content = _read_before(answer, deadline)
+                content = _read_until(answer, deadline)
         except (OSError, HTTPException) as error:
             if process.poll() is not None:
                 raise _ServerEndedError from error
@@ -115,7 +115,7 @@ def _fetched(url: str, process: subprocess.Popen[bytes], deadline: float) -> byt
             return content
 
 
-def _read_before(answer: HTTPResponse, deadline: float) -> bytes:
+def _read_until(answer: HTTPResponse, deadline: float) -> bytes:
     """Return the content of an answer; ``OSError``: it is cut short, or not all there at the deadline."""
     chunks = []
     while chunk := answer.read1(READ_BYTES):
@@ -132,15 +132,15 @@ def moment_commands(recording: Path, labels: Sequence[str]) -> dict[str, bytes]:
 
     ``labels`` are the audited detectors in their order; an address without one means the first.
     """
-    at: dict[str, int] = {}
+    ns_by_address: dict[str, int] = {}
     for moment in read_bookmarks(recording):
         # Contacts and events are no fault of a detector, and no page has a link to them.
         if moment.label in labels:
             label = "" if moment.label == labels[0] else moment.label
-            at[moment_address(moment.kind, moment.number, label)] = moment.session_ns
+            ns_by_address[moment_address(moment.kind, moment.number, label)] = moment.session_ns
         if moment.leads:
-            at[""] = moment.session_ns
-    return {name: cursor_at(ns) for name, ns in at.items()} | {"layout": _field(11, _field(1, LAYOUT))}
+            ns_by_address[""] = moment.session_ns
+    return {name: cursor_at(ns) for name, ns in ns_by_address.items()} | {"layout": _field(11, _field(1, LAYOUT))}
 
 
 def cursor_at(session_ns: int) -> bytes:

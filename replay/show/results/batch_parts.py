@@ -56,20 +56,20 @@ class Shard:
 def read_shards(batch: Path) -> tuple[Shard, ...]:
     """The parts of a batch; none where there is no list of them that can be read."""
     try:
-        listed = read_json(batch / FOLDER / LIST)
-        if listed["schema"] != SCHEMA:
+        index_data = read_json(batch / FOLDER / LIST)
+        if index_data["schema"] != SCHEMA:
             return ()
         shards = [
             Shard(str(entry["stem"]), {name: _mark(mark) for name, mark in entry["runs"].items()})
-            for entry in listed["parts"]
+            for entry in index_data["parts"]
         ]
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return ()
     return tuple(shards) if all(STEM.fullmatch(shard.stem) for shard in shards) else ()
 
 
-def _mark(given: Any) -> Mark:
-    request, size, changed = given
+def _mark(mark_values: Any) -> Mark:
+    request, size, changed = mark_values
     return str(request), int(size), int(changed)
 
 
@@ -78,23 +78,23 @@ def write_shards(batch: Path, runs: Mapping[str, Mark], tables: Iterable[str], r
 
     Raises ``OutputError``: they cannot be written.
     """
-    before = {shard.stem for shard in read_shards(batch)}
+    old_stems = {shard.stem for shard in read_shards(batch)}
     names, tables = sorted(runs), tuple(tables)
     chunks = [names[start : start + RUNS_PER_SHARD] for start in range(0, len(names), RUNS_PER_SHARD)]
     shards = [_shard(number, {name: runs[name] for name in chunk}) for number, chunk in enumerate(chunks)]
     for shard in shards:
-        if shard.stem not in before:
+        if shard.stem not in old_stems:
             for table in tables:
                 _write_shard(shard.file(batch, table), shard, table, rows_of)
     text = json.dumps({"schema": SCHEMA, "parts": [{"stem": shard.stem, "runs": shard.runs} for shard in shards]})
     with whole_file(batch / FOLDER / LIST, OutputError, parents=True) as file:
         file.write(text.encode())
-    kept = {shard.stem for shard in shards}
+    kept_stems = {shard.stem for shard in shards}
     for table in tables:
-        for written in (batch / FOLDER / table).glob("part-*.parquet"):
-            if written.stem not in kept:
+        for written_file in (batch / FOLDER / table).glob("part-*.parquet"):
+            if written_file.stem not in kept_stems:
                 with suppress(OSError):
-                    written.unlink()
+                    written_file.unlink()
 
 
 def _shard(number: int, runs: dict[str, Mark]) -> Shard:
@@ -111,14 +111,14 @@ def _write_shard(target: Path, shard: Shard, table: str, rows_of: TableOf) -> No
 
 def summaries(top: Path, name: str) -> Iterator[tuple[Path, os.stat_result]]:
     """Files of a name at or below a folder, in no hidden folder, with size and time; no link is followed."""
-    waiting = [top]
-    while waiting:
+    pending_folders = [top]
+    while pending_folders:
         try:
-            with os.scandir(waiting.pop()) as entries:
+            with os.scandir(pending_folders.pop()) as entries:
                 for entry in entries:
                     if entry.is_dir(follow_symlinks=False):
                         if not entry.name.startswith("."):
-                            waiting.append(Path(entry.path))
+                            pending_folders.append(Path(entry.path))
                     elif entry.name == name:
                         yield Path(entry.path), entry.stat()
         except OSError:

@@ -22,11 +22,12 @@ from replay.show.results.run_folder import READ_TABLES, SUMMARY, table_file
 
 (RUN,) = file_columns("run")
 
-ADDED: Final = (RUN.name, *MEASURED)
+ADDED_COLUMNS: Final = (RUN.name, *MEASURED)
 """Columns of metrics that are none: where a row is from, beside which reference, and what the detector took."""
 
 DATA_SET: Final = {
-    FILE_TABLES[name].joined: (f"{name}.parquet", {RUN.name: RUN, **own}) for name, own in READ_TABLES.items()
+    FILE_TABLES[name].joined: (f"{name}.parquet", {RUN.name: RUN, **columns_by_name})
+    for name, columns_by_name in READ_TABLES.items()
 }
 """Table -> the file in a run folder, and its columns by name."""
 
@@ -42,7 +43,7 @@ def read(folder: Path | str) -> dict[str, pa.Table]:
     ``RunFolderError``: there is no run folder, a table cannot be read, or a newer version wrote it.
     """
     run_set = find_runs(require_folder(folder))
-    return {name: joined(run_set, name) for name in DATA_SET}
+    return {name: joined_table(run_set, name) for name in DATA_SET}
 
 
 @dataclass(frozen=True)
@@ -58,35 +59,35 @@ class RunSet:
 
         ``columns`` are those wanted; ``None``: all.
         """
-        file, copied = DATA_SET[name][0], set[str]()
-        for batch, shard, true in self.shards:
+        file, copied_runs = DATA_SET[name][0], set[str]()
+        for batch, shard, valid_runs in self.shards:
             try:
                 with _tight_memory():
-                    rows = _plain(shard.file(self.top / batch, name), name, columns, shard=True)
+                    rows = _plain_table(shard.file(self.top / batch, name), name, columns, shard=True)
             except RunFolderError:
                 continue  # a shard is a copy: its rows are read from the run folders
             paths = pc.binary_join_element_wise(batch, rows["run"], "/") if batch else rows["run"]
             rows = rows.set_column(rows.column_names.index("run"), "run", paths)
-            listed = _paths(batch, true)
-            copied |= listed
+            run_paths = _paths(batch, valid_runs)
+            copied_runs |= run_paths
             # Whatever else stands in the file: a run is where its folder is.
-            if not listed.issuperset(pc.unique(rows["run"]).to_pylist()):
-                rows = rows.filter(pc.is_in(rows["run"], pa.array(sorted(listed), pa.string())))
+            if not run_paths.issuperset(pc.unique(rows["run"]).to_pylist()):
+                rows = rows.filter(pc.is_in(rows["run"], pa.array(sorted(run_paths), pa.string())))
             yield rows
         for run in self.runs:
-            if run not in copied and (self.top / run / file).is_file():
+            if run not in copied_runs and (self.top / run / file).is_file():
                 yield rows_of_run(self.top, run, name)
 
 
 @contextmanager
 def _tight_memory() -> Iterator[None]:
     """Let Arrow allocate from the system: its own pool held 60 MB more for 120 MB of tables (2026-11-23)."""
-    before = pa.default_memory_pool()
+    default_pool = pa.default_memory_pool()
     pa.set_memory_pool(pa.system_memory_pool())
     try:
         yield
     finally:
-        pa.set_memory_pool(before)
+        pa.set_memory_pool(default_pool)
 
 
 def find_runs(top: Path) -> RunSet:
@@ -95,7 +96,9 @@ def find_runs(top: Path) -> RunSet:
     Raises ``RunFolderError``: there is none.
     """
     marks = {
-        file.parent: about for file, about in summaries(top, SUMMARY) if table_file(file.parent, "episodes").is_file()
+        file.parent: file_status
+        for file, file_status in summaries(top, SUMMARY)
+        if table_file(file.parent, "episodes").is_file()
     }
     if not marks:
         raise RunFolderError(f"{top} holds no run folders; make them with `replay run`")
@@ -103,17 +106,17 @@ def find_runs(top: Path) -> RunSet:
     for batch in sorted(file.parent.parent for file, _ in summaries(top, LIST) if file.parent.name == FOLDER):
         for shard in read_shards(batch):
             # Rows of a folder that is gone or was made anew are none of its.
-            true = {name for name, mark in shard.runs.items() if _unchanged(marks.get(batch / name), mark)}
-            if true:
-                shards.append((_path(top, batch), shard, frozenset(true)))
-    return RunSet(top, tuple(_path(top, run) for run in sorted(marks)), tuple(shards))
+            valid_runs = {name for name, mark in shard.runs.items() if _is_unchanged(marks.get(batch / name), mark)}
+            if valid_runs:
+                shards.append((_relative_path(top, batch), shard, frozenset(valid_runs)))
+    return RunSet(top, tuple(_relative_path(top, run) for run in sorted(marks)), tuple(shards))
 
 
-def _unchanged(about: os.stat_result | None, mark: Mark) -> bool:
-    return about is not None and (about.st_size, about.st_mtime_ns) == mark[1:]
+def _is_unchanged(file_status: os.stat_result | None, mark: Mark) -> bool:
+    return file_status is not None and (file_status.st_size, file_status.st_mtime_ns) == mark[1:]
 
 
-def _path(top: Path, folder: Path) -> str:
+def _relative_path(top: Path, folder: Path) -> str:
     """The path of a folder below another; ``""``: the same."""
     path = folder.relative_to(top).as_posix()
     return "" if path == "." else path
@@ -130,15 +133,15 @@ def write_batch_tables(batch: Path, requests: Mapping[str, str]) -> None:
     """
     marks = {}
     for name, request in requests.items():
-        about = (batch / name / SUMMARY).stat()
-        marks[name] = (request, about.st_size, about.st_mtime_ns)
+        file_status = (batch / name / SUMMARY).stat()
+        marks[name] = (request, file_status.st_size, file_status.st_mtime_ns)
     write_shards(batch, marks, DATA_SET, lambda table, name: rows_of_run(batch, name, table))
 
 
-def joined(run_set: RunSet, name: str) -> pa.Table:
+def joined_table(run_set: RunSet, name: str) -> pa.Table:
     """One table of all runs; the columns that every run should have come first."""
-    file, own = DATA_SET[name]
-    tables = [_no_rows(own), *run_set.pieces(name)]
+    file, columns_by_name = DATA_SET[name]
+    tables = [_no_rows(columns_by_name), *run_set.pieces(name)]
     try:
         return pa.concat_tables(tables, promote_options="default")
     except UNREADABLE as error:
@@ -153,15 +156,15 @@ def _no_rows(columns: Mapping[str, Column]) -> pa.Table:
 
 def rows_of_run(top: Path, run: str, name: str) -> pa.Table:
     """The rows of one table of a run folder; of a run that has no such table none."""
-    file, own = DATA_SET[name]
+    file, columns_by_name = DATA_SET[name]
     path = top / run / file
     if not path.is_file():
-        return _no_rows(own)
-    table = _plain(path, name)
+        return _no_rows(columns_by_name)
+    table = _plain_table(path, name)
     return table.append_column("run", pa.array([run or "."] * len(table), TYPES[str]))
 
 
-def _plain(path: Path, name: str, columns: Sequence[str] | None = None, *, shard: bool = False) -> pa.Table:
+def _plain_table(path: Path, name: str, columns: Sequence[str] | None = None, *, shard: bool = False) -> pa.Table:
     """A file with the rows of a table, with words in place of numbers of words, which differ from file to file.
 
     Only the file of a ``part`` says which run a row is of; ``columns``: read no others.
@@ -171,11 +174,11 @@ def _plain(path: Path, name: str, columns: Sequence[str] | None = None, *, shard
     version = schema.rpartition("/")[2] or "0"
     if not version.isdecimal() or int(version[:9]) > int(SCHEMA.rpartition("/")[2]):
         raise RunFolderError(f"{path} has schema {schema!r}, this version reads up to {SCHEMA!r}; update it")
-    own = DATA_SET[name][1]
+    columns_by_name = DATA_SET[name][1]
     if not shard:
-        own = {column: declared for column, declared in own.items() if column != RUN.name}
+        columns_by_name = {column: declared for column, declared in columns_by_name.items() if column != RUN.name}
         if RUN.name in table.column_names:
             table = table.drop_columns(RUN.name)
     if columns is not None:
-        own = {column: declared for column, declared in own.items() if column in columns}
-    return checked_table(path, table, own)
+        columns_by_name = {column: declared for column, declared in columns_by_name.items() if column in columns}
+    return checked_table(path, table, columns_by_name)

@@ -48,13 +48,15 @@ def read_table(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
         raise RunFolderError.unreadable(path, error) from error
 
 
-def _require_dense(about: pq.FileMetaData, size: int, path: Path) -> None:
+def _require_dense(file_metadata: pq.FileMetaData, size: int, path: Path) -> None:
     """Refuse a table that is larger than a file of ``size`` bytes can be."""
-    groups = [about.row_group(k) for k in range(about.num_row_groups)]
+    groups = [file_metadata.row_group(k) for k in range(file_metadata.num_row_groups)]
     content = sum(group.total_byte_size for group in groups)
     rows = sum(group.num_rows for group in groups)
-    if rows != about.num_rows or max(rows, content) > DENSEST * size:
-        raise RunFolderError(f"{path} claims {about.num_rows:,} rows that it does not hold; run its session again")
+    if rows != file_metadata.num_rows or max(rows, content) > DENSEST * size:
+        raise RunFolderError(
+            f"{path} claims {file_metadata.num_rows:,} rows that it does not hold; run its session again"
+        )
 
 
 KEYS: Final = types_of(file_columns("keys"))

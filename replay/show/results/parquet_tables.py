@@ -27,7 +27,7 @@ OUTCOME_NAMES: Final = [outcome.name for outcome in Outcome]
 ROWS_PER_BATCH: Final = 200_000
 """Rows of the frame table that are made at a time: some 20 MB, for a session of any length."""
 
-STATED: Final = (Verdict.UNRESOLVED, Verdict.INVALID)
+STATED_VERDICTS: Final = (Verdict.UNRESOLVED, Verdict.INVALID)
 """Verdicts that are no contact and still worth a row."""
 
 Columns = dict[str, Any]
@@ -43,16 +43,16 @@ def frame_table(result: RunResult) -> Iterator[pa.Table]:
     where frames were timed. ``flag`` names what was in doubt about a pose of either body (``frozen+gap``; null:
     nothing); such pair-frames always have a row, except those after a gap, whose poses are not in doubt.
     """
-    rows, columns = _happened(result)
+    rows, columns = _eventful_pair_frames(result)
     numbers = {
-        f"{kind}/{label}": _numbers(faults[label], rows, columns)
+        f"{kind}/{label}": _fault_numbers(faults[label], rows, columns)
         for label in result.comparisons
         for kind, faults in (("miss", result.misses), ("false", result.false))
     }
     for start in range(0, max(1, len(rows)), ROWS_PER_BATCH):
         batch = slice(start, start + ROWS_PER_BATCH)
-        cut = {name: number[batch] for name, number in numbers.items()}
-        yield pa.table(_frame_columns(result, rows[batch], columns[batch], cut))
+        batch_numbers = {name: number[batch] for name, number in numbers.items()}
+        yield pa.table(_frame_columns(result, rows[batch], columns[batch], batch_numbers))
 
 
 def timing_table(result: RunResult) -> pa.Table:
@@ -69,48 +69,48 @@ def timing_table(result: RunResult) -> pa.Table:
 def series_table(result: RunResult) -> pa.Table:
     """Every value of every series of the effects: ``effect series unit time value``."""
     named = [(kind, name, series) for kind, run in result.effects.items() for name, series in run.series.items()]
-    every = [series for _, _, series in named]
-    rows = np.repeat(np.arange(len(every)), [len(series.times) for series in every])
+    every_series = [series for _, _, series in named]
+    rows = np.repeat(np.arange(len(every_series)), [len(series.times) for series in every_series])
     columns: Columns = {
         "effect": _dictionary(rows, [kind for kind, _, _ in named]),
         "series": _dictionary(rows, [name for _, name, _ in named]),
-        "unit": _dictionary(rows, [series.unit for series in every]),
-        "time": pa.array(np.concatenate([np.zeros(0), *(series.times for series in every)])),
-        "value": pa.array(np.concatenate([np.zeros(0), *(series.values for series in every)])),
+        "unit": _dictionary(rows, [series.unit for series in every_series]),
+        "time": pa.array(np.concatenate([np.zeros(0), *(series.times for series in every_series)])),
+        "value": pa.array(np.concatenate([np.zeros(0), *(series.values for series in every_series)])),
     }
     return pa.table(columns)
 
 
 def metrics_table(result: RunResult) -> pa.Table:
     """The metrics of a run, columns of ``METRICS`` and ``MEASURED`` and one per task."""
-    rows = [row | _measured(result.document, row["detector"]) for row in metric_rows(result)]
+    rows = [row | _measured_columns(result.document, row["detector"]) for row in metric_rows(result)]
     tasks = sorted(name for name in (rows[0] if rows else {}) if name.startswith(TASK))
     return table_of(rows, METRICS | MEASURED | dict.fromkeys(tasks, float))
 
 
-def _measured(document: RunDocument, label: str) -> dict[str, Any]:
+def _measured_columns(document: RunDocument, label: str) -> dict[str, Any]:
     detector = document.detectors.get(label)
     seconds = None if detector is None else detector.seconds
     samples = None if seconds is None else seconds.sample_times
-    taken = (
+    durations_s = (
         None if seconds is None else seconds.per_frame_mean,
         None if samples is None else samples.p99,
         None if samples is None else samples.max,
     )
-    milliseconds = [None if time is None else 1e3 * time for time in taken]
+    milliseconds = [None if time is None else 1e3 * time for time in durations_s]
     return dict(zip(MEASURED, (document.oracle, document.session.facts.get("vr_type"), *milliseconds), strict=True))
 
 
-def _happened(result: RunResult) -> tuple[IntArray, IntArray]:
+def _eventful_pair_frames(result: RunResult) -> tuple[IntArray, IntArray]:
     """Frame and column of every pair-frame in which anything happened, looked for in some frames at a time."""
     rows, columns = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
     for start in range(0, len(result.assembly.stamp_ns), VERDICT_FRAMES):
         verdicts = [detection.verdict[start : start + VERDICT_FRAMES] for detection in result.detections.values()]
-        marked = [counts_as_contact(verdict) | is_one_of(verdict, STATED) for verdict in verdicts]
-        if marked:
+        is_marked = [counts_as_contact(verdict) | is_one_of(verdict, STATED_VERDICTS) for verdict in verdicts]
+        if is_marked:
             flag = result.flags.of_pairs(result.assembly.pairs, start, start + VERDICT_FRAMES)
-            marked += [((flag & POSE_DOUBT) > 0) & (verdict != Verdict.NO_POSE) for verdict in verdicts]
-            frame, column = np.nonzero(np.logical_or.reduce(marked))
+            is_marked += [((flag & POSE_DOUBT) > 0) & (verdict != Verdict.NO_POSE) for verdict in verdicts]
+            frame, column = np.nonzero(np.logical_or.reduce(is_marked))
             rows.append(frame + start)
             columns.append(column)
     return np.concatenate(rows), np.concatenate(columns)
@@ -155,7 +155,7 @@ def _dictionary(values: NDArray[np.integer], names: list[str]) -> pa.DictionaryA
     return pa.DictionaryArray.from_arrays(pa.array(values.astype(np.int32)), pa.array(names, pa.string()))
 
 
-def _numbers(faults: Sequence[Fault], rows: IntArray, columns: IntArray) -> IntArray:
+def _fault_numbers(faults: Sequence[Fault], rows: IntArray, columns: IntArray) -> IntArray:
     """Number of the miss or the false contact that each row belongs to, 0 outside."""
     number = np.zeros(len(rows), dtype=np.int64)
     for fault in faults:

@@ -23,7 +23,7 @@ LARGEST_INT: Final = 2**63 - 1
 LARGEST_SECONDS: Final = 1e10
 """Seconds of any session, three hundred years; a sum of squares of larger numbers may not be finite."""
 
-AGAIN: Final = "run its session again"
+RUN_AGAIN: Final = "run its session again"
 
 
 def read_json(path: Path) -> Any:
@@ -35,26 +35,29 @@ def read_json(path: Path) -> Any:
         raise FileNotFoundError(f"{path} is no file")
     try:
         return json.loads(
-            path.read_text(encoding="utf-8"), parse_int=_whole, parse_float=_finite, parse_constant=_constant
+            path.read_text(encoding="utf-8"),
+            parse_int=_parse_int,
+            parse_float=_parse_finite_float,
+            parse_constant=_refuse_constant,
         )
     except RecursionError as error:
         raise ValueError("it is nested deeper than any summary") from error
 
 
-def _whole(text: str) -> int:
+def _parse_int(text: str) -> int:
     if len(text) > 20 or abs(int(text)) > LARGEST_INT:
         raise ValueError(f"{text[:20]} has more than 64 bits")
     return int(text)
 
 
-def _finite(text: str) -> float:
+def _parse_finite_float(text: str) -> float:
     number = float(text)
     if not isfinite(number):
         raise ValueError(f"{text[:20]} is no finite number")
     return number
 
 
-def _constant(text: str) -> Any:
+def _refuse_constant(text: str) -> Any:
     raise ValueError(f"{text} is no number of JSON")
 
 
@@ -74,15 +77,15 @@ def checked_table(path: Path, table: pa.Table, columns: Mapping[str, Column]) ->
     """
     required = {name for name, column in columns.items() if column.required}
     if missing := sorted(required - set(table.column_names)):
-        raise RunFolderError(f"{path} lacks the column {missing[0]!r}; {AGAIN}")
+        raise RunFolderError(f"{path} lacks the column {missing[0]!r}; {RUN_AGAIN}")
     if len(set(table.column_names)) < len(table.column_names):
-        raise RunFolderError(f"{path} has two columns of one name; {AGAIN}")
+        raise RunFolderError(f"{path} has two columns of one name; {RUN_AGAIN}")
     for index, name in enumerate(table.column_names):
         values, declared = table.column(index), columns.get(name, Column(name))
         type_ = values.type.value_type if pa.types.is_dictionary(values.type) else values.type
         allowed = (TYPES[declared.dtype], pa.null()) if name in columns else tuple(TYPES.values())
         if type_ not in allowed:
-            raise RunFolderError(f"{path}: the column {name!r} is {type_}, not {allowed[0]}; {AGAIN}")
+            raise RunFolderError(f"{path}: the column {name!r} is {type_}, not {allowed[0]}; {RUN_AGAIN}")
         values = values.cast(allowed[0]) if name in columns else values.cast(type_)
         _require_plain(path, declared, values)
         table = table.set_column(index, name, values)
@@ -92,47 +95,47 @@ def checked_table(path: Path, table: pa.Table, columns: Mapping[str, Column]) ->
 def _require_plain(path: Path, column: Column, values: pa.ChunkedArray) -> None:
     """Refuse a column with values that no run writes."""
     if column.required and values.null_count:
-        raise RunFolderError(f"{path}: the column {column.name!r} has a row without a value; {AGAIN}")
+        raise RunFolderError(f"{path}: the column {column.name!r} has a row without a value; {RUN_AGAIN}")
     # No number of Python goes into these calculations: to take one, Arrow loads pandas where it is installed, 36 MB.
     if pa.types.is_floating(values.type):
         limit = LARGEST_SECONDS if column.unit == "s" else 1e300
         least, most = (end or 0.0 for end in pc.min_max(values).as_py().values())
-        wrong = max(-least, most) > limit or pc.any(pc.is_nan(values)).as_py()
+        has_wrong_value = max(-least, most) > limit or pc.any(pc.is_nan(values)).as_py()
     elif pa.types.is_integer(values.type) and column.unit != "ns":
         smallest = pc.min_max(values).as_py()["min"]
-        wrong = smallest is not None and smallest < (1 if column.holds is Holds.NUMBER else 0)
+        has_wrong_value = smallest is not None and smallest < (1 if column.holds is Holds.NUMBER else 0)
     else:
-        wrong = False
-    if wrong:
-        raise RunFolderError(f"{path}: the column {column.name!r} has a value that no run writes; {AGAIN}")
+        has_wrong_value = False
+    if has_wrong_value:
+        raise RunFolderError(f"{path}: the column {column.name!r} has a value that no run writes; {RUN_AGAIN}")
 
 
 def checked_rows(path: Path, table: pa.Table, columns: Mapping[str, Column], document: RunDocument) -> pa.Table:
     """Rows whose detectors, bodies and frames are those of a document, and whose intervals do not run backwards."""
-    known: dict[Holds | None, Collection[str]] = {
+    known_names: dict[Holds | None, Collection[str]] = {
         Holds.DETECTOR: document.detectors.keys(),
         Holds.BODY: document.session.bodies.keys(),
     }
     frames = document.session.frames
-    present = [columns[name] for name in table.column_names if name in columns]
-    for column in present:
-        for text in pc.unique(table[column.name]).to_pylist() if column.holds in known else ():
-            if text not in known[column.holds]:
-                raise RunFolderError(f"{path}: {text[:40]!r} is no {column.holds} of its run; {AGAIN}")
-    in_session = all(
+    present_columns = [columns[name] for name in table.column_names if name in columns]
+    for column in present_columns:
+        for text in pc.unique(table[column.name]).to_pylist() if column.holds in known_names else ():
+            if text not in known_names[column.holds]:
+                raise RunFolderError(f"{path}: {text[:40]!r} is no {column.holds} of its run; {RUN_AGAIN}")
+    is_in_session = all(
         pc.all(pc.less(table[column.name], frames)).as_py() is not False
-        for column in present
+        for column in present_columns
         if column.holds is Holds.FRAME
     )
-    ordered = all(
+    is_ordered = all(
         pc.all(pc.less_equal(table[first], table[last])).as_py() is not False
         for first, last in (("first", "last"), ("start", "end"))
         if first in columns
     )
-    if not (in_session and ordered):
-        raise RunFolderError(f"{path} has a row outside the frames of its run; {AGAIN}")
+    if not (is_in_session and is_ordered):
+        raise RunFolderError(f"{path} has a row outside the frames of its run; {RUN_AGAIN}")
     if "number" in columns:
         numbers = table.group_by(["detector", "number"]).aggregate([])
         if len(numbers) < len(table):
-            raise RunFolderError(f"{path} has two rows of one number; {AGAIN}")
+            raise RunFolderError(f"{path} has two rows of one number; {RUN_AGAIN}")
     return table

@@ -15,7 +15,7 @@ import pyarrow.parquet as pq
 from msgspec import structs
 
 from replay.auditing.fault import Fault
-from replay.detection.progress import Advance, ignored
+from replay.detection.progress import Advance, ignore_progress
 from replay.document.answer import Answer
 from replay.document.coding import json_of
 from replay.document.columns import FILE_TABLES
@@ -58,17 +58,17 @@ class FolderKind:
     mark: str  # the file that says what the folder is; its key ``files`` lists what was written
     schema: str  # what its key ``schema`` holds, up to the version
 
-    def listed(self, folder: Path) -> tuple[str, ...]:
+    def listed_files(self, folder: Path) -> tuple[str, ...]:
         """The files that a command wrote into a folder, the mark last; ``OutputError``: it is none of this kind."""
         if not any(folder.iterdir()):
             return ()
         try:
             mark = read_json(folder / self.mark)
             family, names = self.schema.rpartition("/")[0], list(mark["files"])
-            right = str(mark["schema"]).rpartition("/")[0] == family and all(is_plain_name(name) for name in names)
+            is_right = str(mark["schema"]).rpartition("/")[0] == family and all(is_plain_name(name) for name in names)
         except (OSError, ValueError, KeyError, TypeError, AttributeError):
-            right = False
-        if not right or any((folder / name).is_dir() for name in names):
+            is_right = False
+        if not is_right or any((folder / name).is_dir() for name in names):
             raise OutputError(f"{folder} is not a {self.what} folder and is not replaced; name another folder")
         return (*(name for name in names if name != self.mark), self.mark)
 
@@ -95,12 +95,12 @@ def check_target(out: Path, *, force: bool = False, kind: FolderKind = RUN) -> N
         raise OutputError(f"{out} exists; name another folder, or replace it with --force")
     if out.is_symlink():
         raise OutputError(f"{out} is a link and is not replaced; name the folder itself")
-    kind.listed(out)
+    kind.listed_files(out)
 
 
 def result_folder(out: Path, kind: FolderKind, *, force: bool) -> AbstractContextManager[Path]:
     """A folder to write into that appears whole; with ``force`` in place of what an earlier one of its kind lists."""
-    return whole_folder(out, OutputError, kind.listed if force else None)
+    return whole_folder(out, OutputError, kind.listed_files if force else None)
 
 
 def write_summary(folder: Path, kind: FolderKind, summary: Mapping[str, Any]) -> None:
@@ -129,7 +129,7 @@ def write_run_folder(
     force: bool = False,
     picture: bool = False,
     files: Mapping[str, Path] | None = None,
-    advance: Advance = ignored,
+    advance: Advance = ignore_progress,
 ) -> Path:
     """Write tables, summary, report and picture of a run to the folder ``out``; folders above it are made too.
 
@@ -142,7 +142,7 @@ def write_run_folder(
         from replay.show.rerun_log.recording import write_recording
     with result_folder(out, RUN, force=force) as folder:
         _write_frames(result, table_file(folder, "frames"))
-        _give_back()
+        _release_memory()
         advance(3)
         for name, rows in result.tables.items():
             _write_table(with_keys(rows.to_arrow(), result), table_file(folder, name))
@@ -153,7 +153,7 @@ def write_run_folder(
             _write_table(rows.to_arrow(), table_file(folder, name))
         if result.effects:
             _write_table(parquet_tables.series_table(result), table_file(folder, "series"))
-        _give_back()
+        _release_memory()
         advance(2)
         if picture:
             write_recording(result, folder / PICTURE)
@@ -232,38 +232,38 @@ class RunFolder:
         if not self.has_picture:
             raise RunFolderError(f"{self.path} holds no picture ({PICTURE}); run again without --no-picture")
         try:
-            written = file_hash(path) == self.document.picture_sha256
+            is_as_written = file_hash(path) == self.document.picture_sha256
         except OSError as error:
             raise RunFolderError.unreadable(path, error) from error
-        if not written:
+        if not is_as_written:
             raise RunFolderError(f"{path} is damaged: it is not the picture that its run wrote; run its session again")
         return path
 
-    def recording(self, given: Path | None = None, scene: Path | None = None) -> Path:
+    def find_recording(self, given_path: Path | None = None, scene: Path | None = None) -> Path:
         """The recording that was replayed: the one given, or one of its content in the folder, beside it or here.
 
         ``scene``: the one given in place of the recording's. Raises ``RunFolderError``: no recording, or no scene.
         """
-        mark, replaced = self.document.session.recording, self.document.session.facts.get(SCENE_FACT)
-        if mark is None and given is None:
+        mark, replaced_scene = self.document.session.recording, self.document.session.facts.get(SCENE_FACT)
+        if mark is None and given_path is None:
             raise RunFolderError(f"{self.path} replayed a session in memory; write it to a file and run that")
         folders = (self.path, self.path.parent, Path())
         files = (file for folder in folders for file in sorted(folder.glob("*.mcap")) if file.is_file())
-        alike = (file for file in files if mark is not None and file.stat().st_size == mark.bytes)
-        recording = given or next((file for file in alike if recording_mark(file) == mark), None)
+        files_of_size = (file for file in files if mark is not None and file.stat().st_size == mark.bytes)
+        recording = given_path or next((file for file in files_of_size if recording_mark(file) == mark), None)
         if recording is None:
             raise RunFolderError(f"the recording that {self.path} replayed is not beside it; say where: --session FILE")
-        if replaced and scene is None:
-            raise RunFolderError(f"{self.path} replayed with the scene of {replaced}; give it with --scene FILE")
+        if replaced_scene and scene is None:
+            raise RunFolderError(f"{self.path} replayed with the scene of {replaced_scene}; give it with --scene FILE")
         return recording
 
     def require_miss(self, number: int | None) -> None:
         """Refuse the number of a miss that is not in the run; the ``RunFolderError`` says which there are."""
-        every = chain.from_iterable(self.faults.values())
-        most = max((fault.number for fault in every if fault.kind.is_miss), default=0)
+        all_faults = chain.from_iterable(self.faults.values())
+        most = max((fault.number for fault in all_faults if fault.kind.is_miss), default=0)
         if number is not None and number > most:
-            numbered = f"its misses are numbered 1 to {most}" if most else "nothing was missed in it"
-            raise RunFolderError(f"{self.path} has no miss {number}; {numbered}")
+            numbers_text = f"its misses are numbered 1 to {most}" if most else "nothing was missed in it"
+            raise RunFolderError(f"{self.path} has no miss {number}; {numbers_text}")
 
     def require_digest(self, recording: Path, digest: str) -> None:
         """Refuse a recording of another hash."""
@@ -274,9 +274,9 @@ class RunFolder:
         """The rows of one of ``READ_TABLES``; ``RunFolderError``: no run writes such rows."""
         path, columns = table_file(self.path, name), READ_TABLES[name]
         table = read_table(path)
-        stored = self.document.tables.get(name)
-        if stored is not None and stored.rows != len(table):
-            counts = f"{len(table):,} rows, and {SUMMARY} counts {stored.rows:,}"
+        stored_count = self.document.tables.get(name)
+        if stored_count is not None and stored_count.rows != len(table):
+            counts = f"{len(table):,} rows, and {SUMMARY} counts {stored_count.rows:,}"
             raise RunFolderError(f"{path} holds {counts}; run its session again")
         if len(table) > path.stat().st_size:
             raise RunFolderError(f"{path} claims {len(table):,} rows that it does not hold; run its session again")
@@ -304,8 +304,8 @@ def read_run_folder(path: str | Path) -> RunFolder:
 def _other_version(schema: Any) -> str:
     """Say what to do with a document of another schema."""
     family, number = SCHEMA.rsplit("/", 1)
-    given, _, version = str(schema).rpartition("/")
-    if given != family or not version.isdecimal():
+    given_family, _, version = str(schema).rpartition("/")
+    if given_family != family or not version.isdecimal():
         return f"has schema {repr(schema)[:60]}, this version reads {SCHEMA!r}; run its session again"
     if len(version) > len(number) or int(version) > int(number):
         return f"was written by a newer version ({schema[:40]}, this one reads {SCHEMA}); update vrlab-replay"
@@ -315,7 +315,7 @@ def _other_version(schema: Any) -> str:
     )
 
 
-def _give_back() -> None:
+def _release_memory() -> None:
     """Return the memory of tables, which Arrow and the C library keep: 0.1 GiB of two hours of twelve bodies."""
     pa.default_memory_pool().release_unused()
     give_back_memory()

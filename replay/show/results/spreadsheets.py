@@ -40,7 +40,7 @@ MOST_ROWS: Final = 1_048_575
 MOST_CHARACTERS: Final = 32_767
 """Letters of an Excel cell."""
 
-EXACT: Final = 10**15
+LARGEST_EXACT: Final = 10**15
 """Integers up to this one survive Excel, which keeps 15 digits; larger ones are written as text."""
 
 
@@ -77,9 +77,9 @@ def write_run_tables(folder: Path, form: str) -> list[str]:
     left_out = write_tables(tables, folder, form)
     written = [WORKBOOK] if form == XLSX else [f"{name}.csv" for name in tables]
     document = read_run_folder(folder).document
-    listed = structs.replace(document, files=tuple(sorted({*document.files, *written})))
+    new_document = structs.replace(document, files=tuple(sorted({*document.files, *written})))
     with whole_file(folder / SUMMARY, OutputError) as stream:
-        stream.write(json_of(listed).encode())
+        stream.write(json_of(new_document).encode())
     return left_out
 
 
@@ -94,17 +94,19 @@ def headings(names: Iterable[str], table: str) -> list[str]:
     return with_units
 
 
-def inert(value: Any) -> Any:
+def inert_value(value: Any) -> Any:
     """Return a value that no spreadsheet runs: a text that begins like a formula gets an apostrophe before it."""
     if isinstance(value, str):
         # Blanks and invisible characters before a formula may be dropped.
-        first = next((k for k, letter in enumerate(value) if letter in FORMULA_STARTS or _visible(letter)), len(value))
+        first = next(
+            (k for k, letter in enumerate(value) if letter in FORMULA_STARTS or _is_visible(letter)), len(value)
+        )
         if value.startswith(FORMULA_STARTS, first):
             return f"'{value}"
     return value
 
 
-def _visible(letter: str) -> bool:
+def _is_visible(letter: str) -> bool:
     return letter.isprintable() and not letter.isspace()
 
 
@@ -118,8 +120,8 @@ def _write_csv(name: str, table: pa.Table, path: Path) -> None:
     """Write a table in UTF-8 with the mark by which Excel knows it."""
     with path.open("w", encoding="utf-8-sig", newline="") as file:
         writer = csv.writer(file, lineterminator="\r\n")
-        writer.writerow([inert(heading) for heading in headings(table.column_names, name)])
-        writer.writerows([inert(value) for value in row] for row in _rows(table))
+        writer.writerow([inert_value(heading) for heading in headings(table.column_names, name)])
+        writer.writerows([inert_value(value) for value in row] for row in _rows(table))
 
 
 def _write_workbook(tables: Mapping[str, pa.Table], path: Path) -> list[str]:
@@ -149,7 +151,7 @@ def _write_cell(sheet: Any, row: int, column: int, value: Any) -> None:
         return
     if isinstance(value, bool):
         sheet.write_boolean(row, column, value)
-    elif isinstance(value, int | float) and isfinite(value) and abs(value) < EXACT:
+    elif isinstance(value, int | float) and isfinite(value) and abs(value) < LARGEST_EXACT:
         sheet.write_number(row, column, value)
     elif isinstance(value, float):
         return

@@ -18,23 +18,25 @@ from replay.document.headline import grasped_notes
 from replay.document.machine import versions
 from replay.document.tables import Marked, table
 from replay.errors import OutputError
-from replay.show.report.markup import filled
+from replay.show.report.markup import render_template
 from replay.show.report.page import page_of
 from replay.show.report.page_script import TABLES, page_script
 from replay.show.report.run_view import Hero, RunView, session_names
 from replay.show.results.run_folder import PICTURE, FolderKind, RunFolder, result_folder, write_summary
 from sessions.mcap.metadata import SHAREABLE
 
-SHARED: Final = FolderKind("shared", "share.json", "vrlab-replay/share/1")
+SHARED_FOLDER: Final = FolderKind("shared", "share.json", "vrlab-replay/share/1")
 INDEX: Final = "index.html"
 
 
 def require_consent(folders: Sequence[RunFolder]) -> None:
     """Refuse recordings whose fact ``consent`` is not ``share``; ``OutputError`` says which and what to do."""
     consents = {str(run.path): run.document.session.facts.get("consent", "not stated") for run in folders}
-    without = [f"{path} (consent: {consent})" for path, consent in consents.items() if consent != SHAREABLE]
-    if without:
-        what = f"no consent to share is recorded: {', '.join(without)}"
+    paths_without_consent = [
+        f"{path} (consent: {consent})" for path, consent in consents.items() if consent != SHAREABLE
+    ]
+    if paths_without_consent:
+        what = f"no consent to share is recorded: {', '.join(paths_without_consent)}"
         raise OutputError(f"{what}; motion can identify a person; if you have consent, add --anyway")
 
 
@@ -46,19 +48,19 @@ def write_shared_folder(folders: Sequence[RunFolder], out: Path, *, force: bool 
     pictured_runs = [run for run in folders if run.has_picture]
     for run in pictured_runs:
         _require_whole(run.picture)
-    viewer, why = _viewer() if pictured_runs else ({}, f"no run holds a picture ({PICTURE})")
+    viewer, why = _viewer_files() if pictured_runs else ({}, f"no run holds a picture ({PICTURE})")
     pages = {"run" if len(folders) == 1 else f"run{k}": run for k, run in enumerate(folders, 1)}
     titles: dict[str, str] = {}
-    with result_folder(out, SHARED, force=force) as folder:
+    with result_folder(out, SHARED_FOLDER, force=force) as folder:
         for name, content in viewer.items():
             (folder / name).write_bytes(content)
         for name, run in pages.items():
             page = INDEX if len(pages) == 1 else f"{name}.html"
             titles[name] = _write_run(run, folder / page, name, pictured=bool(viewer) and run in pictured_runs)
         if len(pages) > 1:
-            (folder / INDEX).write_text(_list(pages, titles), encoding="utf-8", newline="\n")
-        mark = {"schema": SHARED.schema, "runs": len(pages), "picture": bool(viewer)}
-        write_summary(folder, SHARED, mark)
+            (folder / INDEX).write_text(_list_page(pages, titles), encoding="utf-8", newline="\n")
+        mark = {"schema": SHARED_FOLDER.schema, "runs": len(pages), "picture": bool(viewer)}
+        write_summary(folder, SHARED_FOLDER, mark)
     return why
 
 
@@ -69,7 +71,7 @@ def _require_whole(picture: Path) -> None:
     read_bookmarks(picture)
 
 
-def _viewer() -> tuple[dict[str, bytes], str]:
+def _viewer_files() -> tuple[dict[str, bytes], str]:
     from replay.show.rerun_log.viewer import ViewerError
     from replay.show.rerun_log.web_viewer import PROGRAM, web_viewer
 
@@ -78,10 +80,10 @@ def _viewer() -> tuple[dict[str, bytes], str]:
     except ViewerError as error:
         return {}, str(error)
     script = files("replay.show.share").joinpath("picture.js").read_bytes()
-    return viewer | {"viewer.js": _packed(viewer.pop(PROGRAM)), "picture.js": script}, ""
+    return viewer | {"viewer.js": _packed_script(viewer.pop(PROGRAM)), "picture.js": script}, ""
 
 
-def _packed(content: bytes) -> bytes:
+def _packed_script(content: bytes) -> bytes:
     return b'window.packed="' + b64encode(gzip.compress(content, 6, mtime=0)) + b'";\n'
 
 
@@ -91,20 +93,20 @@ def _write_run(run: RunFolder, page: Path, name: str, *, pictured: bool) -> str:
     if pictured:
         recording, labels = run.picture, list(run.document.audit)
         shutil.copyfile(recording, page.with_name(f"{name}.rrd"))
-        packed = _moments(recording, labels) + _packed(recording.read_bytes())
-        page.with_name(f"{name}.js").write_bytes(packed)
-    page.write_text(shared_page(view, name, _still(run) if pictured else ""), encoding="utf-8", newline="\n")
+        packed_script = _moments_script(recording, labels) + _packed_script(recording.read_bytes())
+        page.with_name(f"{name}.js").write_bytes(packed_script)
+    page.write_text(shared_page(view, name, _leading_still(run) if pictured else ""), encoding="utf-8", newline="\n")
     return view.title
 
 
-def _moments(recording: Path, labels: Sequence[str]) -> bytes:
+def _moments_script(recording: Path, labels: Sequence[str]) -> bytes:
     from replay.show.rerun_log.web_viewer import moment_commands
 
     commands = {name: b64encode(data).decode() for name, data in moment_commands(recording, labels).items()}
     return f"window.moments={json.dumps(commands)};\n".encode()
 
 
-def _still(run: RunFolder) -> str:
+def _leading_still(run: RunFolder) -> str:
     from replay.show.rerun_log.leading_still import read_still
 
     return read_still(run.picture)
@@ -116,13 +118,13 @@ def shared_page(view: RunView, recording: str, still: str = "") -> str:
     return page_of(view, grasped_notes(view.run), "show/share/page.html", recording=recording, rerun=rerun, still=still)
 
 
-def _list(pages: dict[str, RunFolder], titles: dict[str, str]) -> str:
+def _list_page(pages: dict[str, RunFolder], titles: dict[str, str]) -> str:
     rows: list[Sequence[Any]] = []
     for name, run in pages.items():
-        who = run.document.session.facts.get("pseudonym", "")
-        rows.append((Marked(name, to=f"{name}.html"), who, titles[name]))
+        pseudonym = run.document.session.facts.get("pseudonym", "")
+        rows.append((Marked(name, to=f"{name}.html"), pseudonym, titles[name]))
     runs = table("Runs", ("run", "who", "session and answer"), rows, words=3)
-    return filled("show/share/list.html", runs=runs, script=page_script(TABLES))
+    return render_template("show/share/list.html", runs=runs, script=page_script(TABLES))
 
 
 def folder_view(run: RunFolder, *, pictured: bool) -> RunView:

@@ -22,7 +22,7 @@ from replay.studies.class_study.joining import (
     recall_of,
     unmatched_students,
 )
-from replay.studies.class_study.refusals import LEAST_IN_CELL, PERSONS_PER_ITEM, StudyRefusedError, few
+from replay.studies.class_study.refusals import LEAST_IN_CELL, PERSONS_PER_ITEM, StudyRefusedError, count_text
 from replay.studies.class_study.regression import Finding, holm, regress
 from replay.studies.class_study.reliability import (
     ACCEPTABLE_ALPHA,
@@ -123,26 +123,30 @@ class Study:
         return not any(finding.associated for finding in self.findings)
 
     @property
-    def retested(self) -> tuple[Sensitivity, ...]:
+    def retested_results(self) -> tuple[Sensitivity, ...]:
         """The results that were tested with another detector too."""
         return tuple(row for row in self.sensitivity if row.tested)
 
     @property
-    def changing(self) -> list[str]:
+    def changing_detectors(self) -> list[str]:
         """The detectors with which a conclusion is another."""
-        return list(dict.fromkeys(row.detector for row in self.retested if row.changes))
+        return list(dict.fromkeys(row.detector for row in self.retested_results if row.changes))
 
     @property
     def same_results(self) -> bool:
         """Whether each result has the same figure with every detector, to the digits printed."""
-        pairs = ((row.before, row.after) for row in self.retested)
+        pairs = ((row.before, row.after) for row in self.retested_results)
         return all(after is not None and f"{before.beta:.3f}" == f"{after.beta:.3f}" for before, after in pairs)
 
     @property
     def unreliable_scales(self) -> list[str]:
         """The constructs of results whose alpha is below the usual limit."""
-        used = {name for finding in self.findings for name in finding.variables}
-        return [name for name, own in self.reliabilities.items() if name in used and not own.alpha >= ACCEPTABLE_ALPHA]
+        used_names = {name for finding in self.findings for name in finding.variables}
+        return [
+            name
+            for name, own_reliability in self.reliabilities.items()
+            if name in used_names and not own_reliability.alpha >= ACCEPTABLE_ALPHA
+        ]
 
 
 def analyse(
@@ -158,44 +162,44 @@ def analyse(
     if len(answers) < LEAST_IN_CELL:
         raise StudyRefusedError("small-cell", f"a study of {len(answers)} students")
     _check_names(codebook, metrics)
-    of_each = {name: _Analysis(codebook, answers, rows, seed) for name, rows in metrics.groupby(DETECTOR, sort=False)}
+    analyses = {name: _Analysis(codebook, answers, rows, seed) for name, rows in metrics.groupby(DETECTOR, sort=False)}
     # Who misses nothing may still report false contacts; the reference does neither.
-    chosen = detector or max(of_each, key=lambda name: (of_each[name].recall or 0.0, name == TRUSTED))
-    if chosen not in of_each:
-        raise StudyError(f"no metrics of detector {detector!r}; there are: {', '.join(of_each)}")
-    study = of_each.pop(chosen)
+    chosen_detector = detector or max(analyses, key=lambda name: (analyses[name].recall or 0.0, name == TRUSTED))
+    if chosen_detector not in analyses:
+        raise StudyError(f"no metrics of detector {detector!r}; there are: {', '.join(analyses)}")
+    study = analyses.pop(chosen_detector)
     reliabilities, adequacy, sphericity = {}, None, None
     for name, items in codebook.constructs.items():
-        with study.noted(f"alpha of {name}"):
+        with study.noting_refusal(f"alpha of {name}"):
             reliabilities[name] = reliability(_complete(answers[items]), random_stream(seed, "reliability", name))
     items = [item.name for item in codebook.items]
-    with study.noted("KMO"):
+    with study.noting_refusal("KMO"):
         adequacy = kmo(_complete(answers[items]))
-    with study.noted("Bartlett's test"):
+    with study.noting_refusal("Bartlett's test"):
         sphericity = bartlett(_complete(answers[items]))
     unmatched = unmatched_students(answers.index, metrics[STUDENT])
     coefficients, groups = study.coefficients(), study.groups()
     sensitivity = []
     if study.recall is not None:
-        about_behaviour = [row for row in (*coefficients, *groups) if {*metrics} & {*row.variables}]
-        for name, other in of_each.items():
+        behaviour_findings = [row for row in (*coefficients, *groups) if {*metrics} & {*row.variables}]
+        for name, other in analyses.items():
             # Each detector's findings are a family of p of their own.
-            again = {(row.variables, row.name): row for row in (*other.coefficients(), *other.groups())}
+            findings_by_key = {(row.variables, row.name): row for row in (*other.coefficients(), *other.groups())}
             sensitivity += [
-                Sensitivity(name, other.recall, before, again.get((before.variables, before.name)))
-                for before in about_behaviour
+                Sensitivity(name, other.recall, before, findings_by_key.get((before.variables, before.name)))
+                for before in behaviour_findings
             ]
     return Study(
         students=len(answers),
         rows=study.rows,
-        detector=chosen,
+        detector=chosen_detector,
         recall=study.recall,
         reliabilities=reliabilities,
         kmo=adequacy,
         bartlett=sphericity,
         coefficients=coefficients,
         groups=groups,
-        group_sizes={name: few(int((answers[codebook.group_column] == name).sum())) for name in codebook.groups},
+        group_sizes={name: count_text(int((answers[codebook.group_column] == name).sum())) for name in codebook.groups},
         sensitivity=tuple(sensitivity),
         refusals=tuple(study.refusals),
         warnings=(*_warnings(answers[items]), *_unmatched_warning(unmatched)),
@@ -214,16 +218,18 @@ class _Analysis:
         # variables: a row a student; forbidden: the rule by which there is no behaviour among them, if one does
         scores = {name: answers[items].mean(axis=1, skipna=False) for name, items in codebook.constructs.items()}
         self.variables = answers[[]].assign(**scores)
-        self.forbidden = "provenance" if self.recall is None else ""
-        if not self.forbidden:
-            requested = dict.fromkeys(name for question in codebook.questions for name in question if name in metrics)
+        self.forbidding_rule = "provenance" if self.recall is None else ""
+        if not self.forbidding_rule:
+            requested_metrics = dict.fromkeys(
+                name for question in codebook.questions for name in question if name in metrics
+            )
             try:
-                self.variables = self.variables.join(means_of_students(metrics, answers, [*requested]))
+                self.variables = self.variables.join(means_of_students(metrics, answers, [*requested_metrics]))
             except StudyRefusedError as refused:
-                self.forbidden = refused.rule
+                self.forbidding_rule = refused.rule
 
     @contextmanager
-    def noted(self, what: str) -> Iterator[None]:
+    def noting_refusal(self, what: str) -> Iterator[None]:
         """A result that a rule may forbid: then there is none, and that is noted."""
         try:
             yield
@@ -232,19 +238,19 @@ class _Analysis:
 
     def coefficients(self) -> tuple[Finding, ...]:
         """Those of the codebook's regressions that no rule forbids."""
-        done: list[Finding] = []
+        coefficients_done: list[Finding] = []
         for question in self.codebook.questions:
             model = f"the regression of {question[0]} on {', '.join(question[1:])}"
-            with self.noted(model):
+            with self.noting_refusal(model):
                 fitted = self._fit(*question)
-                done += fitted
+                coefficients_done += fitted
                 if fitted[0].p is None:
                     self.refusals.append(StudyRefusedError("few-students", f"p of {model}"))
-        return holm(done)
+        return holm(coefficients_done)
 
     def _fit(self, *names: str) -> list[Finding]:
         if not {*names} <= {*self.variables}:
-            raise StudyRefusedError(self.forbidden, "")
+            raise StudyRefusedError(self.forbidding_rule, "")
         return regress(names, _complete(self.variables[[*names]]), random_stream(self.seed, "regression", *names))
 
     def groups(self) -> tuple[GroupDifference, ...]:
@@ -255,10 +261,10 @@ class _Analysis:
 
 def _complete(table: "DataFrame") -> FloatArray:
     """The rows without a gap, if they are of so many students that none can be recognised."""
-    complete: FloatArray = table.dropna().to_numpy()
-    if len(complete) < LEAST_IN_CELL:
+    complete_rows: FloatArray = table.dropna().to_numpy()
+    if len(complete_rows) < LEAST_IN_CELL:
         raise StudyRefusedError("small-cell", "")
-    return complete
+    return complete_rows
 
 
 def _warnings(answers: "DataFrame") -> Iterator[str]:
@@ -270,7 +276,7 @@ def _warnings(answers: "DataFrame") -> Iterator[str]:
         )
     unanswered = int(answers.isna().sum().sum())
     if unanswered:
-        yield f"{few(unanswered)} answers are missing; rows with a missing value are left out where it is used"
+        yield f"{count_text(unanswered)} answers are missing; rows with a missing value are left out where it is used"
 
 
 def _unmatched_warning(unmatched: Sequence[str]) -> Iterator[str]:
@@ -282,10 +288,10 @@ def _unmatched_warning(unmatched: Sequence[str]) -> Iterator[str]:
 
 
 def _check_names(codebook: Codebook, metrics: "DataFrame") -> None:
-    known = {*codebook.constructs, *metrics.select_dtypes("number")} - {RECALL}
+    known_names = {*codebook.constructs, *metrics.select_dtypes("number")} - {RECALL}
     for name in (name for question in codebook.questions for name in question):
         if name == codebook.group_column:
             raise StudyError(f"the codebook's groups, {name!r}, are compared without a regression; leave them out")
-        if name not in known:
+        if name not in known_names:
             what = f"the codebook's regressions name {name!r}, which is no construct or metric"
-            raise StudyError(f"{what}{nearest(name, known)}")
+            raise StudyError(f"{what}{nearest(name, known_names)}")

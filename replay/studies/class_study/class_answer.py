@@ -19,9 +19,9 @@ from replay.studies.class_study.power import (
     students_needed,
     tests_together,
 )
-from replay.studies.class_study.refusals import LEAST_IN_CELL, LEAST_STUDENTS, few
+from replay.studies.class_study.refusals import LEAST_IN_CELL, LEAST_STUDENTS, count_text
 from replay.studies.class_study.regression import LEVEL
-from replay.studies.class_study.tables import behind, families_text, headlines, listed, undecided_text
+from replay.studies.class_study.tables import families_text, headlines, listed, source_sentence, undecided_text
 from replay.words import plural
 
 MOST_SESSIONS: Final = 3
@@ -70,23 +70,23 @@ class AnswerRow:
     details: str = ""
 
 
-def class_answer(tables: ClassTables, where: Mapping[str, Place], study: Study | None) -> list[AnswerRow]:
+def class_answer(tables: ClassTables, addresses: Mapping[str, Place], study: Study | None) -> list[AnswerRow]:
     """Return the rows below the first sentence of a class; a row without text or links is left out."""
-    result, *others = _results(study)
+    result, *other_results = _results(study)
     why = reason(tables, study)
     times = _mean_times(tables)
     rows = [
         AnswerRow(
             "What",
             result,
-            " ".join(filter(None, [*others, tables.rate_difference()])),
+            " ".join(filter(None, [*other_results, tables.rate_difference()])),
             details=" ".join(tables.headlines()),
         ),
-        _first_sessions(tables, where),
+        _first_sessions(tables, addresses),
         AnswerRow("Why", why.text, why.figures, details=why.details),
         AnswerRow("Do", *_first_and_rest(_actions(tables, study))),
         AnswerRow("Cost", *_first_and_rest(_costs(tables, study, times))),
-        AnswerRow("Or", *_first_and_rest(_other_detectors(study, tables.trusted, times))),
+        AnswerRow("Or", *_first_and_rest(_other_detectors(study, tables.trusted_detectors, times))),
         _certainty(tables, study),
     ]
     return [row for row in rows if row.text and (row.name != "When" or row.links)]
@@ -107,10 +107,10 @@ def _results(study: Study | None) -> list[str]:
     return [*(f"{sentence}." for sentence in results[:MOST_RESULTS]), *more, *meaning]
 
 
-def _first_sessions(tables: ClassTables, where: Mapping[str, Place]) -> AnswerRow:
+def _first_sessions(tables: ClassTables, addresses: Mapping[str, Place]) -> AnswerRow:
     """The sessions in which most is missed, by name, each with its miss."""
     examples = []
-    for name, example, _ in sessions_table(tables.runs, where).rows:
+    for name, example, _ in sessions_table(tables.runs, addresses).rows:
         if isinstance(name, Marked) and isinstance(example, Marked) and example.to:
             pair, _, moment = example.text.rpartition(" at ")
             examples.append((name.text, pair, moment, example.to))
@@ -120,31 +120,31 @@ def _first_sessions(tables: ClassTables, where: Mapping[str, Place]) -> AnswerRo
         (f"{name} at {moment}" if len(pairs) == 1 else f"{name}: {pair} at {moment}", address)
         for name, pair, moment, address in examples
     )
-    common = ""
+    common_text = ""
     if len(pairs) == 1:
-        common = f"{'All are' if len(examples) > 1 else 'It is'} of the pair {pairs.pop()}. "
-    return AnswerRow("When", "Mistakes of detectors to open first:", f"{common}{FIRST_SESSIONS}", links)
+        common_text = f"{'All are' if len(examples) > 1 else 'It is'} of the pair {pairs.pop()}. "
+    return AnswerRow("When", "Mistakes of detectors to open first:", f"{common_text}{FIRST_SESSIONS}", links)
 
 
 def _actions(tables: ClassTables, study: Study | None) -> list[str]:
     """Sentences on the detector with which to count; where nothing is associated, on questions and students too."""
-    trusted = tables.trusted
+    trusted = tables.trusted_detectors
     if study is None:
         if not trusted:
             return []
         return [f"Count contacts with {listed(trusted, 'or')}, the reference.", HOW_TO_TEST]
-    recommended = [study.detector] if not trusted or study.detector in trusted else trusted
-    wrong = [label for label in study.changing if label not in trusted] or (
-        [study.detector] if study.changing and study.detector not in recommended else []
+    recommended_detectors = [study.detector] if not trusted or study.detector in trusted else trusted
+    wrong = [label for label in study.changing_detectors if label not in trusted] or (
+        [study.detector] if study.changing_detectors and study.detector not in recommended_detectors else []
     )
     instead = f", not with {listed(wrong, 'or')}" if wrong else ""
-    actions = [f"count contacts with {listed(recommended, 'or')}{instead}"]
+    actions = [f"count contacts with {listed(recommended_detectors, 'or')}{instead}"]
     source = f"Every result about contacts on this page is counted with {study.detector}."
     if study.obstacle:
         actions.append(study.obstacle.lift)
     if study.tested and study.nothing_associated and (scales := study.unreliable_scales):
-        named = listed(scales) if len(scales) <= MOST_SCALES else f"{len(scales)} scales"
-        actions.append(f"revise the questions on {named}")
+        scales_text = listed(scales) if len(scales) <= MOST_SCALES else f"{len(scales)} scales"
+        actions.append(f"revise the questions on {scales_text}")
     if not more_students_needed(study):
         return [f"{_as_sentence(actions)}.", source]
     tests = tests_together(study)
@@ -152,7 +152,7 @@ def _actions(tables: ClassTables, study: Study | None) -> list[str]:
     actions.append(f"study at least {students} students")
     return [
         f"{_as_sentence(actions)}.",
-        f"{students} students show a correlation of {MEDIUM:g} in 4 of 5 classes ({_level(tests)}).",
+        f"{students} students show a correlation of {MEDIUM:g} in 4 of 5 classes ({_level_text(tests)}).",
         source,
     ]
 
@@ -164,28 +164,32 @@ def _as_sentence(actions: list[str]) -> str:
     return text[:1].upper() + text[1:]
 
 
-def _level(tests: int) -> str:
+def _level_text(tests: int) -> str:
     """The level of a test, and its correction where several are made."""
     return f"p < {LEVEL:g}, corrected for {tests} tests" if tests > 1 else f"one test at p < {LEVEL:g}"
 
 
 def _other_detectors(study: Study | None, trusted: list[str], times: Mapping[str, float]) -> list[str]:
     """The quicker detector beside the trusted that finds most and changes no conclusion; empty: there is none."""
-    tested = study.retested if study is not None else []
-    changing = study.changing if study is not None else []
-    same = [label for label in dict.fromkeys(row.detector for row in tested) if label not in changing]
-    if changing and not same:
+    tested = study.retested_results if study is not None else []
+    changing = study.changing_detectors if study is not None else []
+    same_detectors = [label for label in dict.fromkeys(row.detector for row in tested) if label not in changing]
+    if changing and not same_detectors:
         return ["None: every other detector that was tested changes a conclusion."]
-    slowest = max((times.get(label, np.inf) for label in trusted), default=np.inf)
-    same = [label for label in same if label not in trusted and (label not in times or times[label] < slowest)]
-    recalls = {row.detector: row.recall for row in tested if row.detector in same and row.recall is not None}
+    slowest_time = max((times.get(label, np.inf) for label in trusted), default=np.inf)
+    same_detectors = [
+        label
+        for label in same_detectors
+        if label not in trusted and (label not in times or times[label] < slowest_time)
+    ]
+    recalls = {row.detector: row.recall for row in tested if row.detector in same_detectors and row.recall is not None}
     if not recalls:
-        return [f"Count with {' or '.join(same)}."] if same else []
+        return [f"Count with {' or '.join(same_detectors)}."] if same_detectors else []
     most = max(recalls.values())
-    best = [label for label, recall in recalls.items() if recall == most]
-    each = "it" if len(best) == 1 else "each"
-    finds = f"{each} finds {words.as_percentage(most)} of contact frames and changes no conclusion"
-    return [f"Where the reference is too slow, count with {' or '.join(best)}: {finds}."]
+    best_detectors = [label for label, recall in recalls.items() if recall == most]
+    pronoun = "it" if len(best_detectors) == 1 else "each"
+    finds = f"{pronoun} finds {words.as_percentage(most)} of contact frames and changes no conclusion"
+    return [f"Where the reference is too slow, count with {' or '.join(best_detectors)}: {finds}."]
 
 
 def _mean_times(tables: ClassTables) -> dict[str, float]:
@@ -204,23 +208,25 @@ def _costs(tables: ClassTables, study: Study | None, times: Mapping[str, float])
     """Sentences on the students that are lacking, and on the time of the recommended detector and of the others."""
     sentences = []
     seconds = tables.recorded_seconds
-    if study is not None and (lacking := _lacking_students(study)):
+    if study is not None and (missing_students := _lacking_students(study)):
         mean = words.duration(seconds / len(tables.runs.metrics))
-        each = f" with a recording of about {mean} each" if seconds else ""
-        sentences.append(f"{plural(lacking, 'more student')}{each}.")
+        recording_text = f" with a recording of about {mean} each" if seconds else ""
+        sentences.append(f"{plural(missing_students, 'more student')}{recording_text}.")
     if not times:
         return [*sentences, "Times of the detectors were not measured."]
-    recommended = study.detector if study is not None else next(iter(tables.trusted), "")
-    first = recommended if recommended in times else next(iter(times))
-    others = [label for label in times if label != first]
-    own = words.frame_time(times[first])
-    cheapest = all(times[first] < times[label] and own != words.frame_time(times[label]) for label in others)
-    least = ", less than every other detector" if cheapest and others else ""
-    whole = f" ({words.duration(times[first] * seconds * FRAMES_A_SECOND)} for this class)" if seconds else ""
-    sentences.append(f"{first} takes {own} a frame{whole}{least}.")
+    recommended_detector = study.detector if study is not None else next(iter(tables.trusted_detectors), "")
+    first = recommended_detector if recommended_detector in times else next(iter(times))
+    other_labels = [label for label in times if label != first]
+    own_time = words.frame_time(times[first])
+    is_cheapest = all(
+        times[first] < times[label] and own_time != words.frame_time(times[label]) for label in other_labels
+    )
+    least_text = ", less than every other detector" if is_cheapest and other_labels else ""
+    class_text = f" ({words.duration(times[first] * seconds * FRAMES_A_SECOND)} for this class)" if seconds else ""
+    sentences.append(f"{first} takes {own_time} a frame{class_text}{least_text}.")
     if len(sentences) > 1:
         sentences[:2] = [f"{sentences[0][:-1]}; {sentences[1]}"]
-    figures = ", ".join(f"{label} {words.frame_time(times[label])}" for label in others)
+    figures = ", ".join(f"{label} {words.frame_time(times[label])}" for label in other_labels)
     clock = f"at {FRAMES_A_SECOND:g} frames a second" if seconds else ""
     machine = " ".join(filter(None, ["Means over the sessions,", clock, "on the machine that replayed them."]))
     return [*sentences, *([f"{figures}."] if figures else []), machine]
@@ -238,23 +244,25 @@ def _certainty(tables: ClassTables, study: Study | None) -> AnswerRow:
     students = len(tables.runs.students)
     intervals = "Brackets and bars are 95 % intervals: other classes like this one may give any figure within."
     if study is None:
-        count = f"{few(students)} students." if students < LEAST_IN_CELL else f"{plural(students, 'student')}."
+        count = f"{count_text(students)} students." if students < LEAST_IN_CELL else f"{plural(students, 'student')}."
         return AnswerRow("Sure", f"Nothing is known of conclusions: none was tested in {count}", intervals)
     tests = tests_together(study)
-    figures, least = [f"{behind(study)}."], least_correlation(study.students, tests)
-    if least is not None and study.tested:
-        scale = f"{study.students} students show a correlation from {words.number(least, 2)} on in 4 of 5 classes"
+    figures, least_size = [f"{source_sentence(study)}."], least_correlation(study.students, tests)
+    if least_size is not None and study.tested:
+        scale = f"{study.students} students show a correlation from {words.number(least_size, 2)} on in 4 of 5 classes"
         other = " Coefficients with others held constant are on another scale." if _has_multiple(study) else ""
-        figures.insert(0, f"{scale} ({_level(tests)}).{other}")
+        figures.insert(0, f"{scale} ({_level_text(tests)}).{other}")
         if not more_students_needed(study):
             figures.insert(1, f"A correlation of {MEDIUM:g} takes {students_needed(MEDIUM, tests)} students.")
     refused = [f"{refusal.what} ({refusal.reason})" for refusal in study.refusals]
     if refused:
         rest = f"; {len(refused) - MOST_REFUSED} more under Method" if len(refused) > MOST_REFUSED else ""
         figures.append(f"Left out: {'; '.join(refused[:MOST_REFUSED])}{rest}.")
-    observed = "Only associations were observed: no figure says what causes what."
-    text = " ".join(filter(None, [_certainty_of_detectors(study, tables), _certainty_of_associations(study, least)]))
-    return AnswerRow("Sure", text, " ".join(figures), details=f"{intervals} {observed}")
+    observed_text = "Only associations were observed: no figure says what causes what."
+    text = " ".join(
+        filter(None, [_certainty_of_detectors(study, tables), _certainty_of_associations(study, least_size)])
+    )
+    return AnswerRow("Sure", text, " ".join(figures), details=f"{intervals} {observed_text}")
 
 
 def _has_multiple(study: Study) -> bool:
@@ -264,27 +272,27 @@ def _has_multiple(study: Study) -> bool:
 
 def _certainty_of_detectors(study: Study, tables: ClassTables) -> str:
     """Return how sure it is that the detector changes a conclusion, or none; ``""``: that was not tested."""
-    if not study.retested:
+    if not study.retested_results:
         return ""
-    if study.changing:
-        trusted = [label for label in (study.detector, *study.changing) if label in tables.trusted]
+    if study.changing_detectors:
+        trusted = [label for label in (study.detector, *study.changing_detectors) if label in tables.trusted_detectors]
         return f"Sure about the detectors: they are measured against {trusted[0]}, the reference." if trusted else ""
-    detectors = len({study.detector, *(row.detector for row in study.retested)})
+    detectors = len({study.detector, *(row.detector for row in study.retested_results)})
     if study.same_results:
         return f"Sure that the detector changes nothing here: {detectors} detectors give the same results."
     return f"Sure that the detector changes no conclusion here: {detectors} detectors lead to the same ones."
 
 
-def _certainty_of_associations(study: Study, least: float | None) -> str:
+def _certainty_of_associations(study: Study, least_size: float | None) -> str:
     """Return how sure it is that associations exist, or that there is none."""
     students = plural(study.students, "student")
     if not study.tested:
         return f"Nothing is known of associations: none was tested in {students}."
     if not study.nothing_associated:
         return f"Fairly sure of the associations: p is below {LEVEL:g} after correction for tests made together."
-    if least is None:
+    if least_size is None:
         return f"Not sure that there is no association: {students} are very few."
-    limit = words.number(least, 2)
-    if least > MEDIUM:
+    limit = words.number(least_size, 2)
+    if least_size > MEDIUM:
         return f"Not sure that there is no association: {students} can miss a correlation below {limit}."
     return f"Fairly sure that no correlation is above {limit}: {students} would mostly show it."

@@ -43,17 +43,19 @@ def reason(tables: ClassTables, study: Study | None) -> ClassReason:
     causes = _causes(tables)
     if study is None:
         return ClassReason(" ".join(causes[:1]), " ".join(causes[1:]))
-    known = _known_mistakes(tables, study)
-    sentences = [f"{label} {_mistakes_text(counts)}." for label, counts in known]
-    if study.changing and known:
-        (first, counts), *_ = known
+    known_mistakes = _known_mistakes(tables, study)
+    sentences = [f"{label} {_mistakes_text(counts)}." for label, counts in known_mistakes]
+    if study.changing_detectors and known_mistakes:
+        (first, counts), *_ = known_mistakes
         subject = f"{first} leads to another conclusion: it"
-        if first not in study.changing:
+        if first not in study.changing_detectors:
             subject = f"{first}, which counts here,"
         own = [cause for cause in causes if cause.startswith(f"{first} ")]
         rest = [cause for cause in causes if cause not in own]
         return ClassReason(f"{subject} {_mistakes_text(counts)}.", " ".join([*own, *sentences[1:]]), " ".join(rest))
-    answers = [*filter(None, [_hidden_association(study), _unchanged(study, known, tables.runs.titles)])]
+    answers = [
+        *filter(None, [_hidden_association(study), _no_change_sentence(study, known_mistakes, tables.runs.titles)])
+    ]
     if not answers:
         return ClassReason(" ".join(causes[:1]), " ".join(causes[1:]))
     return ClassReason(answers[0], " ".join(answers[1:]), " ".join([*sentences, *causes]))
@@ -61,15 +63,17 @@ def reason(tables: ClassTables, study: Study | None) -> ClassReason:
 
 def _known_mistakes(tables: ClassTables, study: Study) -> list[tuple[str, Mistakes]]:
     """The mistakes of the detectors that were compared, those first that change a conclusion; empty: none has any."""
-    compared = {row.detector for row in study.retested}
-    if study.changing:
-        compared = set(study.changing)
-    if compared:
-        compared.add(study.detector)
-    counted = {label: tables.mistakes(label) for label in tables.runs.audited if label in compared}
-    known = [(label, counts) for label, counts in counted.items() if counts is not None]
-    known.sort(key=lambda item: (item[0] not in study.changing, -item[1].wrong))
-    return known if any(counts.wrong or counts.false_contacts for _, counts in known) else []
+    compared_detectors = {row.detector for row in study.retested_results}
+    if study.changing_detectors:
+        compared_detectors = set(study.changing_detectors)
+    if compared_detectors:
+        compared_detectors.add(study.detector)
+    mistakes_by_label = {
+        label: tables.mistakes(label) for label in tables.runs.audited_detectors if label in compared_detectors
+    }
+    known_mistakes = [(label, counts) for label, counts in mistakes_by_label.items() if counts is not None]
+    known_mistakes.sort(key=lambda item: (item[0] not in study.changing_detectors, -item[1].wrong_contacts))
+    return known_mistakes if any(counts.wrong_contacts or counts.false_contacts for _, counts in known_mistakes) else []
 
 
 def _hidden_association(study: Study) -> str:
@@ -77,41 +81,47 @@ def _hidden_association(study: Study) -> str:
     if not study.nothing_associated:
         return ""
     if not study.tested:
-        nothing = "the codebook asks for no association that can be tested"
-        return f"No test was possible: {study.obstacle.reason if study.obstacle else nothing}."
+        no_test_text = "the codebook asks for no association that can be tested"
+        return f"No test was possible: {study.obstacle.reason if study.obstacle else no_test_text}."
     reasons = []
     if scales := study.unreliable_scales:
         alphas = ", ".join(words.number(study.reliabilities[scale].alpha, 2) for scale in scales)
-        named = " and ".join(scales) if len(scales) <= MOST_SCALES else f"{len(scales)} scales"
+        scales_text = " and ".join(scales) if len(scales) <= MOST_SCALES else f"{len(scales)} scales"
         limit = words.number(ACCEPTABLE_ALPHA)
-        reasons.append(f"the answers on {named} are unreliable (Cronbach's alpha {alphas}; {limit} is usual)")
+        reasons.append(f"the answers on {scales_text} are unreliable (Cronbach's alpha {alphas}; {limit} is usual)")
     if more_students_needed(study):
         reasons.append(f"{study.students} students are few")
     return f"An association may be hidden: {' and '.join(reasons)}." if reasons else ""
 
 
-def _unchanged(study: Study, known: list[tuple[str, Mistakes]], titles: Mapping[str, str]) -> str:
+def _no_change_sentence(study: Study, known_mistakes: list[tuple[str, Mistakes]], titles: Mapping[str, str]) -> str:
     """Return the number of mistakes that changed no conclusion; ``""``: there are none."""
-    if not known:
+    if not known_mistakes:
         return ""
-    (first, counts), *others = known[:MOST_DETECTORS]
-    several = len({counts.contacts for _, counts in known}) > 1
-    wrong = [f"{_titled(label, titles)} {own.wrong}{f' of {own.contacts}' if several else ''}" for label, own in others]
-    wrong.insert(0, f"{_titled(first, titles)} got {counts.wrong} of {plural(counts.contacts, 'contact')} wrong")
-    moved = "moved no result" if study.same_results else "changed no conclusion"
-    return f"The detectors' mistakes {moved}: {', '.join(wrong)}."
+    (first, counts), *others = known_mistakes[:MOST_DETECTORS]
+    has_several_counts = len({counts.contacts for _, counts in known_mistakes}) > 1
+    mistake_texts = [
+        f"{_label_with_title(label, titles)} {own.wrong_contacts}{f' of {own.contacts}' if has_several_counts else ''}"
+        for label, own in others
+    ]
+    mistake_texts.insert(
+        0,
+        f"{_label_with_title(first, titles)} got {counts.wrong_contacts} of {plural(counts.contacts, 'contact')} wrong",
+    )
+    effect_text = "moved no result" if study.same_results else "changed no conclusion"
+    return f"The detectors' mistakes {effect_text}: {', '.join(mistake_texts)}."
 
 
-def _titled(label: str, titles: Mapping[str, str]) -> str:
+def _label_with_title(label: str, titles: Mapping[str, str]) -> str:
     """Return the label of a detector and what it is, where that is known."""
     return f"{label} ({titles[label]})" if label in titles else label
 
 
 def _mistakes_text(counts: Mistakes) -> str:
     """Return the mistakes of a detector by their kind, as the end of a sentence."""
-    missed = f"missed {counts.missed} of {plural(counts.contacts, 'contact')}"
-    late = f"was late or cut short in {counts.late_or_cut_short}"
-    return f"{missed}, {late} and reported {plural(counts.false_contacts, 'false contact')}"
+    missed_text = f"missed {counts.missed} of {plural(counts.contacts, 'contact')}"
+    late_text = f"was late or cut short in {counts.late_or_cut_short}"
+    return f"{missed_text}, {late_text} and reported {plural(counts.false_contacts, 'false contact')}"
 
 
 def _causes(tables: ClassTables) -> list[str]:
@@ -127,8 +137,8 @@ def _causes(tables: ClassTables) -> list[str]:
         most = max(causes.values())
         for cause in (cause for cause, count in causes.items() if count == most):
             # What is left over could be of few students.
-            every = totals[label] == sum(causes.values())
-            counted = f"{most:.0f} of {totals[label]:.0f}" if every else "most"
-            because = f" because {CAUSES[cause]}" if cause in CAUSES else f": {cause}"
-            sentences.append(f"{label} is wrong{because} ({counted} missed or late contacts).")
+            is_complete = totals[label] == sum(causes.values())
+            count_text = f"{most:.0f} of {totals[label]:.0f}" if is_complete else "most"
+            because_text = f" because {CAUSES[cause]}" if cause in CAUSES else f": {cause}"
+            sentences.append(f"{label} is wrong{because_text} ({count_text} missed or late contacts).")
     return sentences

@@ -10,7 +10,7 @@ import pyarrow.compute as pc
 
 from replay.document.columns import file_names
 from replay.errors import StudyError
-from replay.show.results.data_set import ADDED, DATA_SET, RunSet, find_runs, joined
+from replay.show.results.data_set import ADDED_COLUMNS, DATA_SET, RunSet, find_runs, joined_table
 from replay.show.results.parquet import TYPES, read_table
 from replay.show.results.run_folder import SUMMARY, read_run_folder, table_file
 from replay.studies.class_study.joining import check_pseudonyms, read_rows
@@ -21,11 +21,13 @@ if TYPE_CHECKING:
 
 Row = Mapping[str, Any]
 
-HEADS: Final = ("run", "detector", "body_a", "body_b", "held")
+EPISODE_HEADS: Final = ("run", "detector", "body_a", "body_b", "held")
 
 COUNTED_COLUMNS: Final[dict[str, tuple[str, ...]]] = {
-    "episodes": file_names("episodes", *HEADS, "missed_by", "task", "stage", "start", "end"),
-    "misses": file_names("misses", *HEADS, "number", "episode", "kind", "cause", "cut_length", "touch", "start"),
+    "episodes": file_names("episodes", *EPISODE_HEADS, "missed_by", "task", "stage", "start", "end"),
+    "misses": file_names(
+        "misses", *EPISODE_HEADS, "number", "episode", "kind", "cause", "cut_length", "touch", "start"
+    ),
     "false_contacts": file_names("false", "run", "detector", "held", "kind", "cause"),
 }
 """Table -> the columns of it that the page counts: of 4,000 sessions all of them would not fit into 300 MB."""
@@ -33,10 +35,10 @@ COUNTED_COLUMNS: Final[dict[str, tuple[str, ...]]] = {
 OPEN_GUESSES: Final = "open_questions"
 """The key of a summary with the guesses of an import that change its contacts."""
 
-ABOUT: Final = file_names("metrics", "run", "session", "student", "oracle", "vr_type", "scene")
+SESSION_COLUMNS: Final = file_names("metrics", "run", "session", "student", "oracle", "vr_type", "scene")
 """What metrics say of a session, the same in every row of it."""
 
-OF_DETECTOR: Final = file_names("metrics", "detector", "contacts_per_min", "valid_minutes", "settings")
+DETECTOR_COLUMNS: Final = file_names("metrics", "detector", "contacts_per_min", "valid_minutes", "settings")
 """What metrics say of a detector of a session."""
 
 TITLES: Final = file_names("ranking", "detector", "what")
@@ -65,23 +67,26 @@ class ClassRuns:
     @property
     def students(self) -> list[str]:
         """All pseudonyms, sorted."""
-        return sorted({self.of(run, "student") for run in self.metrics} - {""})
+        return sorted({self.shared_value(run, "student") for run in self.metrics} - {""})
 
-    def of(self, run: str, name: str) -> str:
+    def shared_value(self, run: str, name: str) -> str:
         """Value that all rows of a run share (``ABOUT``), such as its ``oracle``, the trusted detector; or ``""``."""
         return str(next(iter(self.metrics[run].values()))[name] or "")
 
     @property
-    def audited(self) -> list[str]:
+    def audited_detectors(self) -> list[str]:
         """Detectors that are compared with a trusted one, in order of appearance."""
         rows = (
-            (run, label) for run, rows_of_run in self.metrics.items() if self.of(run, "oracle") for label in rows_of_run
+            (run, label)
+            for run, rows_of_run in self.metrics.items()
+            if self.shared_value(run, "oracle")
+            for label in rows_of_run
         )
-        return list(dict.fromkeys(label for run, label in rows if label != self.of(run, "oracle")))
+        return list(dict.fromkeys(label for run, label in rows if label != self.shared_value(run, "oracle")))
 
     def as_metrics(self) -> "DataFrame":
         """The rows of metrics for an analysis; refused as ``ids`` where one has no pseudonym."""
-        metrics = self.every_metric.drop_columns(ADDED).to_pandas()
+        metrics = self.every_metric.drop_columns(ADDED_COLUMNS).to_pandas()
         check_pseudonyms(metrics["student"].tolist(), "metrics")
         return metrics
 
@@ -93,29 +98,29 @@ def read_class(folder: Path, students: Path | None = None) -> ClassRuns:
     ``StudyRefusedError`` ``ids``: one session of two students.
     """
     run_set = find_runs(folder)
-    named = read_students(students) if students is not None else {}
-    table = joined(run_set, "metrics")
-    rows = table.select([*ABOUT, *OF_DETECTOR]).to_pylist()
+    student_by_session = read_students(students) if students is not None else {}
+    table = joined_table(run_set, "metrics")
+    rows = table.select([*SESSION_COLUMNS, *DETECTOR_COLUMNS]).to_pylist()
     first: dict[str, tuple[str, str]] = {}
     for row in rows:
         session = row["session"] or row["run"]
-        row["student"] = named.get(session, row["student"] or "")
+        row["student"] = student_by_session.get(session, row["student"] or "")
         if first.setdefault(session, (row["run"], row["student"]))[1] != row["student"]:
             raise StudyRefusedError("ids", f"{folder}: session {session} belongs to two students")
     metrics: dict[str, dict[str, Row]] = {run: {} for run, _ in first.values()}
     for row in rows:
         if row["run"] in metrics:
             metrics[row["run"]][row["detector"]] = row
-    owners = pa.array([row["student"] for row in rows], pa.string())
-    table = table.set_column(table.column_names.index("student"), "student", owners)
-    measured = {row["run"] for row in rows}
+    student_column = pa.array([row["student"] for row in rows], pa.string())
+    table = table.set_column(table.column_names.index("student"), "student", student_column)
+    measured_runs = {row["run"] for row in rows}
     return ClassRuns(
         folder,
         metrics,
         table.filter(pc.is_in(table["run"], pa.array(metrics, pa.string()))),
         {name: _counted_rows(run_set, name, metrics) for name in COUNTED_COLUMNS},
-        repeated=len(measured) - len(metrics),
-        unmeasured=len(run_set.runs) - len(measured),
+        repeated=len(measured_runs) - len(metrics),
+        unmeasured=len(run_set.runs) - len(measured_runs),
         titles=_titles(table_file(folder / next(iter(metrics)), "ranking")) if metrics else {},
     )
 
@@ -144,12 +149,12 @@ def read_students(path: Path) -> dict[str, str]:
     rows = read_rows(path)
     if not rows or not {"session", "student"} <= set(rows[0]):
         raise StudyError(f"{path.name} needs the columns session and student")
-    named: dict[str, str] = {}
+    student_by_session: dict[str, str] = {}
     for row in rows:
         session, student = (row["session"] or "").strip(), (row["student"] or "").strip()
-        if named.setdefault(session, student) != student:
+        if student_by_session.setdefault(session, student) != student:
             raise StudyRefusedError("ids", f"{path.name}: session {session} belongs to two students")
-    return named
+    return student_by_session
 
 
 def _counted_rows(run_set: RunSet, name: str, metrics: Mapping[str, Mapping[str, Row]]) -> pa.Table:
@@ -157,16 +162,16 @@ def _counted_rows(run_set: RunSet, name: str, metrics: Mapping[str, Mapping[str,
     sessions = [next(iter(rows.values())) for rows in metrics.values()]
     keys = "run", "oracle", "vr_type"
     runs, oracles, types = (pa.array([row[key] for row in sessions], pa.string()) for key in keys)
-    names, declared = COUNTED_COLUMNS[name], DATA_SET[name][1]
-    empty = pa.schema([(column, TYPES[declared[column].dtype]) for column in names]).empty_table()
+    names, declared_columns = COUNTED_COLUMNS[name], DATA_SET[name][1]
+    no_rows = pa.schema([(column, TYPES[declared_columns[column].dtype]) for column in names]).empty_table()
     tables = []
-    for piece in (empty, *run_set.pieces(name, names)):
+    for piece in (no_rows, *run_set.pieces(name, names)):
         # A column that a run has not is null in its rows.
-        rows = pa.concat_tables([empty, piece], promote_options="default").select(names)
+        rows = pa.concat_tables([no_rows, piece], promote_options="default").select(names)
         index = pc.index_in(rows["run"], runs)
-        counted = pc.and_(pc.is_valid(index), pc.invert(pc.fill_null(rows["held"], False)))
+        is_counted = pc.and_(pc.is_valid(index), pc.invert(pc.fill_null(rows["held"], False)))
         if name == "episodes":
-            counted = pc.and_(counted, pc.equal(rows["detector"], oracles.take(index)))
+            is_counted = pc.and_(is_counted, pc.equal(rows["detector"], oracles.take(index)))
         rows = rows.append_column("place", index).append_column("vr_type", types.take(index))
-        tables.append(rows.filter(counted).drop_columns(["run", "held"]))
+        tables.append(rows.filter(is_counted).drop_columns(["run", "held"]))
     return pa.concat_tables(tables)

@@ -22,7 +22,7 @@ from replay.document.tables import Cell, Column, Marked, Table
 from replay.show.report.markup import moment_address
 from replay.show.results.run_folder import REPORT
 from replay.studies.class_study.class_runs import ClassRuns, Row
-from replay.studies.class_study.refusals import LEAST_IN_CELL, few
+from replay.studies.class_study.refusals import LEAST_IN_CELL, count_text
 from replay.studies.class_study.resampling import Estimate, Resampling
 from replay.words import plural
 from sessions.mcap.metadata import NOT_STATED
@@ -32,7 +32,7 @@ FAULTS: Final = {"misses": "miss", "false_contacts": "false contact"}
 SUPPRESSED: Final = "not shown"
 """Stands for the students of a row that would tell, less from a total, what a row of few students may not."""
 
-NONE: Final = "none"
+NO_NAME: Final = "none"
 """Stands for a task or a stage where no span says one, and for a cause that is not known."""
 
 ABOUT_RECORDINGS: Final = "Each row links to a recording. Figures of fewer than five students are not shown."
@@ -64,7 +64,7 @@ def rate(value: float) -> str:
 def cell(estimate: Estimate, write: Callable[[float], str], counts: str = "") -> Cell:
     """A figure with its interval below it; ``counts``, what it was made from, then stand in its place."""
     if not estimate.students:
-        return NONE
+        return NO_NAME
     value, lower, upper = map(write, (estimate.value, estimate.low, estimate.high))
     return (
         Marked(counts, below=f"{value} ({lower} to {upper})") if counts else Marked(value, below=f"{lower} to {upper}")
@@ -75,7 +75,7 @@ def class_counts(runs: ClassRuns) -> str:
     """Students, sessions and contacts, as the first words of page and terminal; contacts not of few students."""
     students, sessions = len(runs.students), plural(len(runs.metrics), "session")
     if students < LEAST_IN_CELL:
-        return f"{few(students)} students, {sessions}"
+        return f"{count_text(students)} students, {sessions}"
     contacts = int(sum(counts.sum() for counts in ClassTables(runs).counts("episodes").values()))
     return f"{students} students, {sessions}, {plural(contacts, 'contact')}"
 
@@ -100,7 +100,7 @@ class Mistakes:
     false_contacts: int
 
     @property
-    def wrong(self) -> int:
+    def wrong_contacts(self) -> int:
         """Contacts missed, late or cut short."""
         return self.missed + self.late_or_cut_short
 
@@ -111,22 +111,22 @@ class ClassTables:
     def __init__(self, runs: ClassRuns, seed: int = 0) -> None:
         students = runs.students
         self.runs = runs
-        self._drawn = Resampling(len(students), seed)
-        self._owners = [runs.of(run, "student") for run in runs.metrics]
-        self._known = np.array([owner != "" for owner in self._owners], dtype=np.bool_)
+        self._resampling = Resampling(len(students), seed)
+        self._owners = [runs.shared_value(run, "student") for run in runs.metrics]
+        self._has_owner = np.array([owner != "" for owner in self._owners], dtype=np.bool_)
         self._student = np.searchsorted(students, self._owners)
 
     def headlines(self) -> list[str]:
         """Sentences on the contacts that each audited detector misses."""
         lines = []
         contacts = self.counts("episodes", "missed_by")
-        for label in self.runs.audited:
-            estimate = self._never(label, contacts)[1]
+        for label in self.runs.audited_detectors:
+            estimate = self._never_reported(label, contacts)[1]
             if estimate.students >= LEAST_IN_CELL:
                 students = self._counted_students(estimate.students)
-                between = f"{percent(estimate.low)} to {percent(estimate.high)}, {students}"
+                interval_text = f"{percent(estimate.low)} to {percent(estimate.high)}, {students}"
                 lines.append(
-                    f"{label} misses {percent(estimate.value)} of the contacts ({between})"
+                    f"{label} misses {percent(estimate.value)} of the contacts ({interval_text})"
                     f"{self._false_contacts(label)}."
                 )
         return lines
@@ -136,16 +136,16 @@ class ClassTables:
 
         Both have to be measured in the same sessions: else the difference could be one of students.
         """
-        trusted = self.trusted
+        trusted = self.trusted_detectors
         if len(trusted) != 1:
             return ""
         (oracle,) = trusted
-        measured, reference = np.isfinite(self._rates(oracle)), self._a_minute(oracle)
+        measured, reference = np.isfinite(self._rates(oracle)), self._contacts_a_minute(oracle)
         if reference.students < LEAST_IN_CELL:
             return ""
         rates = {
-            label: self._a_minute(label).value
-            for label in self.runs.audited
+            label: self._contacts_a_minute(label).value
+            for label in self.runs.audited_detectors
             if np.array_equal(np.isfinite(self._rates(label)), measured)
         }
         most = max(rates, key=lambda label: abs(rates[label] - reference.value), default="")
@@ -160,26 +160,34 @@ class ClassTables:
         )
 
     @property
-    def trusted(self) -> list[str]:
+    def trusted_detectors(self) -> list[str]:
         """Detectors that others are compared with, in order of appearance."""
-        return list(dict.fromkeys(oracle for run in self.runs.metrics if (oracle := self.runs.of(run, "oracle"))))
+        return list(
+            dict.fromkeys(oracle for run in self.runs.metrics if (oracle := self.runs.shared_value(run, "oracle")))
+        )
 
     @property
     def recorded_seconds(self) -> float:
         """Seconds with known poses, of all sessions together; 0: none states them, or few students have any."""
         rows = [next(iter(rows.values())) for rows in self.runs.metrics.values()]
         minutes = [row.get("valid_minutes") for row in rows]
-        known = [value for value in minutes if value is not None and np.isfinite(value)]
-        return 60.0 * sum(known) if len(self.runs.students) >= LEAST_IN_CELL and len(known) == len(rows) else 0.0
+        known_minutes = [value for value in minutes if value is not None and np.isfinite(value)]
+        return (
+            60.0 * sum(known_minutes)
+            if len(self.runs.students) >= LEAST_IN_CELL and len(known_minutes) == len(rows)
+            else 0.0
+        )
 
     def _false_contacts(self, label: str) -> str:
         """Words on the false contacts of a detector, to follow those on its misses."""
         counts = self.counts("false_contacts", "detector").get((label,), np.zeros(len(self._owners)))
-        estimate = self._drawn.ratio(self._of_students(counts), self._of_students(self._contacts_by(label)))
+        estimate = self._resampling.ratio(
+            self._sum_by_student(counts), self._sum_by_student(self._observed_sessions(label))
+        )
         if not counts.any():
             return " and reports no false contact"
-        between = f"{estimate.low:.2g} to {estimate.high:.2g}"
-        return f" and reports {estimate.value:.2g} false contacts a session ({between})"
+        interval_text = f"{estimate.low:.2g} to {estimate.high:.2g}"
+        return f" and reports {estimate.value:.2g} false contacts a session ({interval_text})"
 
     def _counted_students(self, counted: int) -> str:
         """``52 students``, or ``44 of 52 students``, and why: one without a contact has no share of missed ones."""
@@ -191,51 +199,59 @@ class ClassTables:
     def sample(self) -> dict[str, str]:
         """Content and device of the sessions, under the names of Table II."""
 
-        def stated(name: str) -> str:
-            return ", ".join(dict.fromkeys(self.runs.of(run, name) or NOT_STATED for run in self.runs.metrics))
+        def stated_values(name: str) -> str:
+            return ", ".join(
+                dict.fromkeys(self.runs.shared_value(run, name) or NOT_STATED for run in self.runs.metrics)
+            )
 
-        return {"content": stated("scene"), "device": f"VR type: {stated('vr_type')}"}
+        return {"content": stated_values("scene"), "device": f"VR type: {stated_values('vr_type')}"}
 
     def detectors(self) -> Table:
         """A row per detector, the trusted ones first."""
-        trusted = self.trusted
+        trusted = self.trusted_detectors
         contacts = self.counts("episodes", "missed_by")
         faults = [self.counts(name, "detector") for name in FAULTS]
         rows = []
-        for label in dict.fromkeys((*trusted, *self.runs.audited)):
-            cells = [cell(self._a_minute(label), per_minute), "", "", ""]
+        for label in dict.fromkeys((*trusted, *self.runs.audited_detectors)):
+            cells = [cell(self._contacts_a_minute(label), per_minute), "", "", ""]
             if label not in trusted:
-                nothing = np.zeros(len(self._owners))
-                rates = (self._rate(counts.get((label,), nothing), label) for counts in faults)
-                cells[1:] = [self._never(label, contacts)[0], *rates]
+                no_counts = np.zeros(len(self._owners))
+                rates = (self._rate_cell(counts.get((label,), no_counts), label) for counts in faults)
+                cells[1:] = [self._never_reported(label, contacts)[0], *rates]
             heads = (label, "trusted" if label in trusted else "audited")
-            rows.append(_Row(label, heads, self._of_students(self._contacts_by(label)), tuple(cells)))
+            rows.append(_Row(label, heads, self._sum_by_student(self._observed_sessions(label)), tuple(cells)))
         note = "Contacts a minute: the mean over students, each by the mean of their sessions."
         figures = ("contacts a minute", "contacts never found", "misses", "false contacts")
-        return _table(("detector", "is"), figures, rows, (note, *self._left_out()))
+        return _table(("detector", "is"), figures, rows, (note, *self._omission_sentences()))
 
     def pairs(self) -> Table:
         """A row per detector and pair that it missed, those missed most first."""
-        touched, rows = self.counts("episodes", "body_a", "body_b", "missed_by"), []
+        contacts_by_pair, rows = self.counts("episodes", "body_a", "body_b", "missed_by"), []
         for (label, *pair), misses in self.counts("misses", "detector", "body_a", "body_b").items():
-            contacts = {key: counts for key, counts in touched.items() if [*key[:2]] == pair}
-            present = sum(contacts.values(), misses) * self._contacts_by(label)
-            every, hit = (self._of_students(counts > 0) for counts in (present, misses))
-            where = cell(self._drawn.ratio(hit, every), percent, f"{hit.sum():.0f} of {every.sum():.0f}")
-            cells = (self._rate(misses, label), where, self._never(label, contacts)[0])
+            contacts = {key: counts for key, counts in contacts_by_pair.items() if [*key[:2]] == pair}
+            present = sum(contacts.values(), misses) * self._observed_sessions(label)
+            every, students_with_miss = (self._sum_by_student(counts > 0) for counts in (present, misses))
+            where = cell(
+                self._resampling.ratio(students_with_miss, every),
+                percent,
+                f"{students_with_miss.sum():.0f} of {every.sum():.0f}",
+            )
+            cells = (self._rate_cell(misses, label), where, self._never_reported(label, contacts)[0])
             rows.append(_Row(label, (" - ".join(pair), label), every, cells))
         figures = ("misses", "sessions with a miss", "contacts never found")
         return _table(("pair", "detector"), figures, rows)
 
-    def doing(self) -> Table:
+    def activity_table(self) -> Table:
         """A row per task, stage and VR type: how many contacts, how many missed by any detector."""
         rows = []
         for kind in ("task", "stage", "vr_type"):
             contacts = self.counts("episodes", kind, "missed_by")
             for (value,), durations in self.counts("episodes", kind).items():
-                never = self._never("", {key: counts for key, counts in contacts.items() if key[0] == value})[0]
-                heads = (kind.replace("vr_type", "VR type"), value or (NOT_STATED if kind == "vr_type" else NONE))
-                rows.append(_Row(kind, heads, self._of_students(durations > 0), (self._rate(durations), never)))
+                never = self._never_reported("", {key: counts for key, counts in contacts.items() if key[0] == value})[
+                    0
+                ]
+                heads = (kind.replace("vr_type", "VR type"), value or (NOT_STATED if kind == "vr_type" else NO_NAME))
+                rows.append(_Row(kind, heads, self._sum_by_student(durations > 0), (self._rate_cell(durations), never)))
         return _table(("what", "which"), ("contacts", "missed by any"), rows)
 
     def causes(self) -> Table:
@@ -243,9 +259,9 @@ class ClassTables:
         rows = [
             _Row(
                 word + label,
-                (word, label, kind, cause or NONE),
-                self._of_students(counts > 0),
-                (self._rate(counts, label),),
+                (word, label, kind, cause or NO_NAME),
+                self._sum_by_student(counts > 0),
+                (self._rate_cell(counts, label),),
             )
             for name, word in FAULTS.items()
             for (label, kind, cause), counts in self.counts(name, "detector", "kind", "cause").items()
@@ -261,37 +277,39 @@ class ClassTables:
         minutes = np.array(
             [next(iter(rows.values())).get("valid_minutes") or 0.0 for rows in self.runs.metrics.values()]
         )
-        chosen = np.array([members is None or owner in members for owner in self._owners], dtype=np.float64)
-        return self._drawn.ratio(self._of_students(seconds * chosen), self._of_students(minutes * chosen))
+        is_member = np.array([members is None or owner in members for owner in self._owners], dtype=np.float64)
+        return self._resampling.ratio(
+            self._sum_by_student(seconds * is_member), self._sum_by_student(minutes * is_member)
+        )
 
     def counts(self, name: str, *columns: str) -> Counts:
         """How many rows of a table there are, by values of some columns, in the sessions of known students."""
         counts: dict[tuple[str, ...], FloatArray] = {}
-        summed = self.runs.tables[name].group_by([*columns, "place"]).aggregate([([], "count_all")])
-        for row in summed.to_pylist():
-            if self._known[row["place"]]:
+        grouped_counts = self.runs.tables[name].group_by([*columns, "place"]).aggregate([([], "count_all")])
+        for row in grouped_counts.to_pylist():
+            if self._has_owner[row["place"]]:
                 key = tuple(row[column] or "" for column in columns)
                 counts.setdefault(key, np.zeros(len(self._owners)))[row["place"]] += row["count_all"]
         return dict(sorted(counts.items(), key=lambda item: (-item[1].sum(), item[0])))
 
     def mistakes(self, label: str) -> Mistakes | None:
         """Return the mistakes of an audited detector; ``None``: fewer than five students have a contact."""
-        present = sum(self.counts("episodes").values(), np.zeros(len(self._owners))) * self._contacts_by(label)
+        present = sum(self.counts("episodes").values(), np.zeros(len(self._owners))) * self._observed_sessions(label)
         if self.students_with(present) < LEAST_IN_CELL:
             return None
         misses = self.runs.tables["misses"].select(["detector", "place", "episode", "kind"])
         rows = [row for row in misses.to_pylist() if row["detector"] == label]
-        wrong = {(row["place"], row["episode"]) for row in rows if self._known[row["place"]]}
-        never = {(row["place"], row["episode"]) for row in rows if row["kind"] == FaultKind.NEVER_REPORTED}
-        missed = len(wrong & never)
+        wrong_contacts = {(row["place"], row["episode"]) for row in rows if self._has_owner[row["place"]]}
+        never_reported = {(row["place"], row["episode"]) for row in rows if row["kind"] == FaultKind.NEVER_REPORTED}
+        missed = len(wrong_contacts & never_reported)
         false_contacts = sum(self.counts("false_contacts", "detector").get((label,), np.zeros(1)))
-        return Mistakes(int(present.sum()), missed, len(wrong) - missed, int(false_contacts))
+        return Mistakes(int(present.sum()), missed, len(wrong_contacts) - missed, int(false_contacts))
 
     def students_with(self, counts: FloatArray) -> int:
         """Number of students in whose sessions anything is counted."""
-        return int(np.count_nonzero(self._of_students(counts)))
+        return int(np.count_nonzero(self._sum_by_student(counts)))
 
-    def _left_out(self) -> Iterator[str]:
+    def _omission_sentences(self) -> Iterator[str]:
         """Yields sentences on sessions left out and on settings that differ."""
         runs = self.runs
         if nobody := self._owners.count(""):
@@ -302,40 +320,42 @@ class ClassTables:
         if runs.unmeasured:
             yield f"Runs left out because they have no metrics: {runs.unmeasured}."
         settings = {(label, row["settings"]) for detectors in runs.metrics.values() for label, row in detectors.items()}
-        mixed = sorted(label for label, count in Counter(label for label, _ in settings).items() if count > 1)
-        if mixed:
-            yield f"Not run with the same settings and versions in all sessions: {', '.join(mixed)}."
+        mixed_labels = sorted(label for label, count in Counter(label for label, _ in settings).items() if count > 1)
+        if mixed_labels:
+            yield f"Not run with the same settings and versions in all sessions: {', '.join(mixed_labels)}."
 
-    def _of_students(self, counts: NDArray[np.generic]) -> FloatArray:
+    def _sum_by_student(self, counts: NDArray[np.generic]) -> FloatArray:
         """The sum of what each session has, of every student."""
-        known = self._known
-        return np.bincount(self._student[known], counts[known], len(self.runs.students)).astype(np.float64)
+        is_known = self._has_owner
+        return np.bincount(self._student[is_known], counts[is_known], len(self.runs.students)).astype(np.float64)
 
-    def _contacts_by(self, label: str) -> FloatArray:
+    def _observed_sessions(self, label: str) -> FloatArray:
         """1.0 of each session that a detector saw; ``""``: of all."""
         return np.array([float(not label or label in detectors) for detectors in self.runs.metrics.values()])
 
-    def _rate(self, counts: FloatArray, label: str = "") -> Cell:
+    def _rate_cell(self, counts: FloatArray, label: str = "") -> Cell:
         """How many rows, and how many that are a session."""
-        sessions = self._of_students(self._contacts_by(label))
-        return cell(self._drawn.ratio(self._of_students(counts), sessions), rate, f"{counts.sum():.0f}")
+        sessions = self._sum_by_student(self._observed_sessions(label))
+        return cell(self._resampling.ratio(self._sum_by_student(counts), sessions), rate, f"{counts.sum():.0f}")
 
-    def _never(self, label: str, contacts: Counts) -> tuple[Cell, Estimate]:
+    def _never_reported(self, label: str, contacts: Counts) -> tuple[Cell, Estimate]:
         """Contacts that a detector never finds, ``""``: that any does not; the last of each key says who missed it."""
-        every, lost = np.zeros((2, len(self._owners)))
+        every, lost_counts = np.zeros((2, len(self._owners)))
         for (*_, missed_by), counts in contacts.items():
             every += counts
-            lost += counts * (label in missed_by.split(",") if label else missed_by != "")
-        every, lost = (self._of_students(counts * self._contacts_by(label)) for counts in (every, lost))
-        estimate = self._drawn.ratio(lost, every)
-        return cell(estimate, percent, f"{lost.sum():.0f} of {every.sum():.0f}"), estimate
+            lost_counts += counts * (label in missed_by.split(",") if label else missed_by != "")
+        every, lost_counts = (
+            self._sum_by_student(counts * self._observed_sessions(label)) for counts in (every, lost_counts)
+        )
+        estimate = self._resampling.ratio(lost_counts, every)
+        return cell(estimate, percent, f"{lost_counts.sum():.0f} of {every.sum():.0f}"), estimate
 
-    def _a_minute(self, label: str) -> Estimate:
+    def _contacts_a_minute(self, label: str) -> Estimate:
         """Contacts a minute that a detector sees."""
         rates = self._rates(label)
-        measured = self._of_students(np.isfinite(rates))
-        means = self._of_students(np.nan_to_num(rates)) / np.maximum(measured, 1.0)
-        return self._drawn.ratio(means, np.minimum(measured, 1.0))
+        measured = self._sum_by_student(np.isfinite(rates))
+        means = self._sum_by_student(np.nan_to_num(rates)) / np.maximum(measured, 1.0)
+        return self._resampling.ratio(means, np.minimum(measured, 1.0))
 
     def _rates(self, label: str) -> FloatArray:
         """Contacts a minute that a detector sees in each session; NaN where it saw none of the session."""
@@ -347,33 +367,33 @@ def _table(heads: Sequence[str], figures: Sequence[str], rows: Sequence[_Row], n
     """The rows below their heads, with the students and sessions of each; of few students their number is all."""
     columns = [*(Column(name, whole=name == heads[0]) for name in heads)]
     columns += (Column(name, float) for name in ("n", "sessions", *figures))
-    hidden, values = _hidden(rows), []
+    hidden_rows, values = _hidden_rows(rows), []
     for k, row in enumerate(rows):
         students = int(np.count_nonzero(row.sessions))
         cells: tuple[Cell, ...] = (students, int(row.sessions.sum()), *row.cells)
-        if k in hidden:
-            cells = (few(students) if students < LEAST_IN_CELL else SUPPRESSED, *[""] * (1 + len(row.cells)))
+        if k in hidden_rows:
+            cells = (count_text(students) if students < LEAST_IN_CELL else SUPPRESSED, *[""] * (1 + len(row.cells)))
         values.append((*row.heads, *cells))
     return Table(tuple(columns), tuple(values), FIGURES, (*notes, N_COUNTS))
 
 
-def _hidden(rows: Sequence[_Row]) -> set[int]:
+def _hidden_rows(rows: Sequence[_Row]) -> set[int]:
     """Complementary suppression: indices of rows that show no figure.
 
     Rows of one whole add up to a figure that stands elsewhere: all but one of them would tell that one, 30 misses less
     26. So those that say nothing have to be of five students at least together, else the row of fewest says nothing
     either.
     """
-    hidden: set[int] = set()
+    hidden_rows: set[int] = set()
     for whole in dict.fromkeys(row.whole for row in rows):
         students = {k: row.sessions > 0 for k, row in enumerate(rows) if row.whole == whole}
-        together = np.zeros(len(rows[0].sessions), dtype=np.bool_)
+        has_hidden = np.zeros(len(rows[0].sessions), dtype=np.bool_)
         for k in sorted(students, key=lambda k: np.count_nonzero(students[k])):
-            alone = np.count_nonzero(students[k]) < LEAST_IN_CELL
-            if alone or 0 < np.count_nonzero(together) < LEAST_IN_CELL:
-                hidden.add(k)
-                together |= students[k]
-    return hidden
+            is_too_few = np.count_nonzero(students[k]) < LEAST_IN_CELL
+            if is_too_few or 0 < np.count_nonzero(has_hidden) < LEAST_IN_CELL:
+                hidden_rows.add(k)
+                has_hidden |= students[k]
+    return hidden_rows
 
 
 def places(runs: ClassRuns, out: Path) -> dict[str, Place]:
@@ -381,12 +401,12 @@ def places(runs: ClassRuns, out: Path) -> dict[str, Place]:
 
     A session has the code of its student; of one who has several, or of nobody, digits over its poses stand there.
     """
-    owners = Counter(runs.of(run, "student") for run in runs.metrics)
+    owners = Counter(runs.shared_value(run, "student") for run in runs.metrics)
     examples, names = {}, {}
     for run in runs.metrics:
-        student, session = runs.of(run, "student"), runs.of(run, "session") or run
-        several = f", session {session}" if owners[student] > 1 else ""
-        names[run] = f"{student}{several}" if student else session
+        student, session = runs.shared_value(run, "student"), runs.shared_value(run, "session") or run
+        session_suffix = f", session {session}" if owners[student] > 1 else ""
+        names[run] = f"{student}{session_suffix}" if student else session
     for run in runs.metrics:
         # A run folder has the name of its session file, which may be a person's.
         page = runs.top / run / REPORT
@@ -399,34 +419,36 @@ def sessions_table(runs: ClassRuns, where: Mapping[str, Place]) -> Table:
     misses = runs.tables["misses"]
     owners = [*zip(misses["place"].to_pylist(), misses["detector"].to_pylist(), strict=True)]
     counts = Counter(owners)
-    ranked = []
+    ranked_runs = []
     for index, (run, detectors) in enumerate(runs.metrics.items()):
-        audited = [label for label in detectors if runs.of(run, "oracle") not in ("", label)]
+        audited = [label for label in detectors if runs.shared_value(run, "oracle") not in ("", label)]
         worst = max(audited, key=lambda label: counts[index, label], default="")
-        ranked.append((-counts[index, worst], run, index, worst, audited))
-    students, listed = set[str](), {}
-    for fewer, run, index, label, audited in sorted(ranked):
+        ranked_runs.append((-counts[index, worst], run, index, worst, audited))
+    students, rows_by_run = set[str](), {}
+    for negated_count, run, index, label, audited in sorted(ranked_runs):
         if len(students) >= LEAST_IN_CELL:
             break
         # A session of nobody may be of anybody already there.
-        students |= {runs.of(run, "student")} - {""}
+        students |= {runs.shared_value(run, "student")} - {""}
         name, page = where[run]
         example = Marked("nothing missed" if audited else "not audited")
-        if fewer:
+        if negated_count:
             own = misses.take([k for k, owner in enumerate(owners) if owner == (index, label)])
-            example = _look(min(own.to_pylist(), key=_depth), page, "" if label == audited[0] else label)
-        listed[run] = Marked(name, to=page), example, label
-    rows = tuple(listed[run] for run in sorted(listed))
+            example = _example_cell(
+                min(own.to_pylist(), key=_miss_sort_key), page, "" if label == audited[0] else label
+            )
+        rows_by_run[run] = Marked(name, to=page), example, label
+    rows = tuple(rows_by_run[run] for run in sorted(rows_by_run))
     columns = Column("session", whole=True), Column("look at"), Column("by")
     return Table(columns, rows, "Sessions with most misses, by name", (ABOUT_RECORDINGS,))
 
 
-def _depth(miss: Row) -> tuple[bool, float, int]:
+def _miss_sort_key(miss: Row) -> tuple[bool, float, int]:
     """The longest cut first, as the cards of a report; one that no frame shows has none."""
     return miss["touch"] is not None, -(miss["cut_length"] or 0.0), miss["number"]
 
 
-def _look(miss: Row, page: str, by: str) -> Marked:
+def _example_cell(miss: Row, page: str, by: str) -> Marked:
     text = f"{miss['body_a']} - {miss['body_b']} at {miss['start']:.2f} s"
-    at = moment_address("miss", miss["number"], by)
-    return Marked(text, below=f"miss {miss['number']}, {miss['kind']}", to=f"{page}#{at}")
+    address = moment_address("miss", miss["number"], by)
+    return Marked(text, below=f"miss {miss['number']}, {miss['kind']}", to=f"{page}#{address}")

@@ -60,23 +60,23 @@ def read_codebook(path: Path) -> Codebook:
         # A few lines of aliases of aliases unfold to gigabytes.
         if any(isinstance(token, yaml.AliasToken) for token in yaml.scan(text)):
             raise StudyError(f"{path.name}: aliases (*name) are not read; write out what they stand for")
-        loaded = _with_labels(yaml.safe_load(text))
+        content = _with_labels(yaml.safe_load(text))
     except (OSError, UnicodeDecodeError, yaml.YAMLError, RecursionError) as error:
         raise StudyError(f"{path} cannot be read as YAML: {' '.join(str(error).split())}") from error
-    if not isinstance(loaded, dict):
-        raise StudyError(f"{path.name}: must be a table of names and values, not {loaded!r:.60}")
+    if not isinstance(content, dict):
+        raise StudyError(f"{path.name}: must be a table of names and values, not {content!r:.60}")
     for key, kind, what in (("items", dict, "a table of tables"), ("regressions", list, "a list of tables")):
-        value = loaded.get(key, kind())
+        value = content.get(key, kind())
         entries = value.values() if isinstance(value, dict) else value
         if not isinstance(value, kind) or not all(isinstance(entry, dict) for entry in entries):
             raise StudyError(f"{path.name}: {key} must be {what}, not {value!r:.60}")
     failure: Any = StudyError
-    table = TomlTable(loaded, path.name, "", failure)
+    table = TomlTable(content, path.name, "", failure)
     student, scale = table.text("student", "student"), _scale(table, SCALE)
     items = tuple(_item(name, entry, scale) for name, entry in table.named_tables("items").items())
     questions = tuple(_question(entry) for entry in table.tables("regressions") or ())
-    declared = table.table("groups")
-    groups = () if declared is None else _groups(declared)
+    groups_table = table.table("groups")
+    groups = () if groups_table is None else _groups(groups_table)
     table.done()
     if not items:
         raise table.fail("items is empty; declare at least one item, as `peu1: {construct: ease of use}`")
@@ -116,10 +116,10 @@ def _question(table: TomlTable) -> tuple[str, ...]:
 
 
 def _groups(table: TomlTable) -> tuple[str, tuple[str, ...]]:
-    column, left = table.text("column", None), table.rest()
-    names = left.pop("names", None)
-    if left:
-        raise table.fail(f"unknown key {next(iter(left))!r}; there are: column, names")
+    column, remaining_keys = table.text("column", None), table.rest()
+    names = remaining_keys.pop("names", None)
+    if remaining_keys:
+        raise table.fail(f"unknown key {next(iter(remaining_keys))!r}; there are: column, names")
     if not isinstance(names, list) or len(names) < 2:
         raise table.fail("names must list at least two groups")
     return column, tuple(map(str, names))

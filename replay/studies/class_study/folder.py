@@ -42,8 +42,8 @@ def write_study(
     with result_folder(out, STUDY, force=force) as folder:
         (folder / PAGE).write_text(page, encoding="utf-8", newline="\n")
         if study is not None:
-            named = {name: table.to_arrow() for name, table in study_tables(study).items() if table.rows}
-            write_tables(named, folder, tables)
+            arrow_tables = {name: table.to_arrow() for name, table in study_tables(study).items() if table.rows}
+            write_tables(arrow_tables, folder, tables)
         write_summary(folder, STUDY, {"schema": SCHEMA, "inputs": inputs} | as_json(runs, study))
     return out
 
@@ -52,8 +52,8 @@ def as_json(runs: ClassRuns, study: Study | None) -> dict[str, Any]:
     """Everything that JSON can hold; a value that is no number is null."""
     summary: dict[str, Any] = {"sessions": len(runs.metrics)}
     if study is not None:
-        same = ("students", "rows", "detector", "recall", "kmo", "group_sizes", "warnings")
-        summary |= {name: getattr(study, name) for name in same}
+        plain_fields = ("students", "rows", "detector", "recall", "kmo", "group_sizes", "warnings")
+        summary |= {name: getattr(study, name) for name in plain_fields}
         summary["bartlett"] = None if study.bartlett is None else asdict(study.bartlett)
         summary["refused"] = [
             {"result": r.what, "rule": r.rule, "reason": r.reason, "lift": r.lift} for r in study.refusals

@@ -45,7 +45,7 @@ def compare_groups(
     variables: "DataFrame", group: "Series", names: Sequence[str], seed: int, refusals: list[StudyRefusedError]
 ) -> tuple[GroupDifference, ...]:
     """Compare each variable of the first declared group with each other one; ``group`` says of each student which."""
-    done = []
+    differences = []
     for outcome, other in product(variables, names[1:]):
         pair = (names[0], other)
         first, second = (variables[outcome][group == name].dropna().to_numpy() for name in pair)
@@ -55,8 +55,8 @@ def compare_groups(
         elif np.ptp(first) == np.ptp(second) == 0.0:
             refusals.append(StudyRefusedError("no-variance", what))
         else:
-            done.append(_compare(outcome, pair, first, second, random_stream(seed, "groups", outcome, *pair)))
-    return holm(done)
+            differences.append(_compare(outcome, pair, first, second, random_stream(seed, "groups", outcome, *pair)))
+    return holm(differences)
 
 
 def _compare(
@@ -74,18 +74,20 @@ def _compare(
     """
     from scipy.stats import pearsonr, permutation_test
 
-    both = np.concatenate([first, second])
-    r, pooled_p = map(float, pearsonr(both, np.arange(len(both)) >= len(first)))
+    all_values = np.concatenate([first, second])
+    r, pooled_p = map(float, pearsonr(all_values, np.arange(len(all_values)) >= len(first)))
     means = float(first.mean()), float(second.mean())
     residuals = first - means[0], second - means[1]
-    chance = permutation_test(residuals, _t, vectorized=True, n_resamples=DRAWS, random_state=random).null_distribution
-    least, most = np.quantile(chance, [0.025, 0.975])
-    difference, error = means[1] - means[0], float(_error(first, second))
+    null_distribution_t = permutation_test(
+        residuals, _studentised_difference, vectorized=True, n_resamples=DRAWS, random_state=random
+    ).null_distribution
+    least, most = np.quantile(null_distribution_t, [0.025, 0.975])
+    difference, error = means[1] - means[0], float(_standard_error(first, second))
     p = None
-    if len(both) >= LEAST_STUDENTS:
+    if len(all_values) >= LEAST_STUDENTS:
         test = permutation_test(
             (first, second),
-            _size,
+            _absolute_t,
             vectorized=True,
             n_resamples=PERMUTATIONS,
             alternative="greater",
@@ -96,7 +98,7 @@ def _compare(
         name=f"group {pair[1]} less group {pair[0]}",
         kind="groups",
         variables=(outcome,),
-        students=len(both),
+        students=len(all_values),
         beta=difference,
         low=difference - float(most) * error,
         high=difference - float(least) * error,
@@ -108,21 +110,21 @@ def _compare(
         first_mean=means[0],
         second_mean=means[1],
         pooled_beta=r,
-        pooled_fit=adjusted_fit(r, len(both)),
+        pooled_fit=adjusted_fit(r, len(all_values)),
         pooled_p=pooled_p,
     )
 
 
-def _t(first: FloatArray, second: FloatArray, axis: int) -> FloatArray:
+def _studentised_difference(first: FloatArray, second: FloatArray, axis: int) -> FloatArray:
     """The difference of two groups' means, in its errors."""
-    return (second.mean(axis=axis) - first.mean(axis=axis)) / _error(first, second, axis)
+    return (second.mean(axis=axis) - first.mean(axis=axis)) / _standard_error(first, second, axis)
 
 
-def _size(first: FloatArray, second: FloatArray, axis: int) -> FloatArray:
-    return np.abs(_t(first, second, axis))
+def _absolute_t(first: FloatArray, second: FloatArray, axis: int) -> FloatArray:
+    return np.abs(_studentised_difference(first, second, axis))
 
 
-def _error(first: FloatArray, second: FloatArray, axis: int = 0) -> FloatArray:
+def _standard_error(first: FloatArray, second: FloatArray, axis: int = 0) -> FloatArray:
     """The HC3 error of the difference of two groups' means."""
     squares = sum(group.var(axis=axis, ddof=1) / (group.shape[axis] - 1) for group in (first, second))
     return np.sqrt(np.maximum(squares, 1e-300))

@@ -26,13 +26,15 @@ CONTACT_FRAMES: Final = "contact_frames"
 
 def check_pseudonyms(students: Sequence[str], where: str) -> None:
     """Refuse, as ``ids``, what is missing or looks like a name or an address; rows are named, never the words."""
-    wrong = [k + 1 for k, student in enumerate(students) if not PSEUDONYM.fullmatch(student)]
-    if wrong:
-        message = f"{where}, data row {_first(wrong)}: no pseudonym (letters and at least one digit, as S01)"
+    wrong_rows = [k + 1 for k, student in enumerate(students) if not PSEUDONYM.fullmatch(student)]
+    if wrong_rows:
+        message = (
+            f"{where}, data row {_first_five_text(wrong_rows)}: no pseudonym (letters and at least one digit, as S01)"
+        )
         raise StudyRefusedError("ids", message)
 
 
-def _first(items: Sequence[object]) -> str:
+def _first_five_text(items: Sequence[object]) -> str:
     """At most five of them."""
     return ", ".join(map(str, items[:5])) + (", ..." if len(items) > 5 else "")
 
@@ -51,9 +53,9 @@ def read_rows(path: Path) -> list[dict[str, str]]:
     if not lines:
         return []
     head, *body = lines
-    twice = [name for name in head if name and head.count(name) > 1]
-    if twice:
-        raise StudyError(f"{path.name} has two columns {twice[0]!r}; give each a name of its own")
+    repeated_names = [name for name in head if name and head.count(name) > 1]
+    if repeated_names:
+        raise StudyError(f"{path.name} has two columns {repeated_names[0]!r}; give each a name of its own")
     rows = []
     for number, line in enumerate(body, start=1):
         if any(line[len(head) :]):
@@ -83,9 +85,9 @@ def read_questionnaire(path: Path, codebook: Codebook) -> "DataFrame":
     table = DataFrame(rows, columns=columns, dtype=str).fillna("").apply(lambda column: column.str.strip())
     students = table[codebook.student]
     check_pseudonyms(students.tolist(), path.name)
-    twice = sorted(set(students[students.duplicated()]))
-    if twice:
-        raise StudyRefusedError("ids", f"{path.name}: {', '.join(twice[:5])} answered more than once")
+    repeated_names = sorted(set(students[students.duplicated()]))
+    if repeated_names:
+        raise StudyRefusedError("ids", f"{path.name}: {', '.join(repeated_names[:5])} answered more than once")
     if codebook.groups and not {*table[codebook.group_column]} <= {*codebook.groups}:
         message = f"{path.name}: {codebook.group_column} holds a group that the codebook does not declare"
         raise StudyRefusedError("undeclared-groups", message)
@@ -100,8 +102,8 @@ def _answers(texts: "Series", item: Item, where: str) -> "Series":
 
     values = to_numeric(texts, errors="coerce").astype(float)
     smallest, largest = item.scale
-    wrong = texts[(texts != "") & ~values.between(smallest, largest)]
-    for row, text in wrong.items():
+    wrong_rows = texts[(texts != "") & ~values.between(smallest, largest)]
+    for row, text in wrong_rows.items():
         raise StudyError(
             f"{where}, data row {row + 1}, column {item.name}: {text!r:.40} is not between {smallest:g} and "
             f"{largest:g}, the scale of this item; declare another in the codebook "
@@ -113,9 +115,13 @@ def _answers(texts: "Series", item: Item, where: str) -> "Series":
 def recall_of(metrics: "DataFrame") -> float | None:
     """Share of all contact frames of all rows that are reported; ``None`` when it was not measured in each row."""
     # A row without contacts has no recall; one whose contacts were not counted is no such row.
-    touched = metrics[metrics[CONTACT_FRAMES] != 0]
-    reported = (touched[RECALL] * touched[CONTACT_FRAMES]).sum(skipna=False)
-    return float(reported / touched[CONTACT_FRAMES].sum()) if len(touched) and reported == reported else None
+    contact_rows = metrics[metrics[CONTACT_FRAMES] != 0]
+    reported_frames = (contact_rows[RECALL] * contact_rows[CONTACT_FRAMES]).sum(skipna=False)
+    return (
+        float(reported_frames / contact_rows[CONTACT_FRAMES].sum())
+        if len(contact_rows) and reported_frames == reported_frames
+        else None
+    )
 
 
 def means_of_students(metrics: "DataFrame", answers: "DataFrame", names: Sequence[str]) -> "DataFrame":
@@ -125,35 +131,41 @@ def means_of_students(metrics: "DataFrame", answers: "DataFrame", names: Sequenc
     any association, where three of 15 students had 20 sessions each. Raises ``StudyRefusedError`` ``ids``: no student
     is in both files.
     """
-    both = metrics[metrics[STUDENT].isin(answers.index)]
-    if not len(both):
+    common_rows = metrics[metrics[STUDENT].isin(answers.index)]
+    if not len(common_rows):
         raise StudyRefusedError("ids", "joining answers and metrics: no student is in both files")
-    return both.groupby(STUDENT)[names].mean()
+    return common_rows.groupby(STUDENT)[names].mean()
 
 
-def unmatched_students(answers: Iterable[str], recorded: Iterable[str]) -> list[str]:
+def unmatched_students(answers: Iterable[str], recorded_students: Iterable[str]) -> list[str]:
     """A sentence for each student of one file who is not in the other, with the pseudonym that may be meant.
 
-    ``answers``: pseudonyms of the questionnaire; ``recorded``: pseudonyms of the sessions.
+    ``answers``: pseudonyms of the questionnaire; ``recorded_students``: pseudonyms of the sessions.
     """
-    answering, recording = {*answers}, {*recorded}
-    only_answers = sorted(answering - recording)
-    only_recorded = sorted(recording - answering)
+    answering_students, recording_students = {*answers}, {*recorded_students}
+    only_answers = sorted(answering_students - recording_students)
+    only_recorded = sorted(recording_students - answering_students)
     sentences = []
     for student in only_answers:
-        sentences.append(f"{student!r} of the questionnaire matches no recording{_meant(student, only_recorded)}")
+        sentences.append(
+            f"{student!r} of the questionnaire matches no recording{_suggestion_text(student, only_recorded)}"
+        )
     for student in only_recorded:
-        sentences.append(f"{student!r} of the recordings is not in the questionnaire{_meant(student, only_answers)}")
+        sentences.append(
+            f"{student!r} of the recordings is not in the questionnaire{_suggestion_text(student, only_answers)}"
+        )
     return sentences
 
 
-def _meant(student: str, candidates: Sequence[str]) -> str:
+def _suggestion_text(student: str, candidates: Sequence[str]) -> str:
     """``; did you mean 'S07'?`` for the one candidate that differs in case, spaces, zeros or a single letter."""
-    alike = [candidate for candidate in candidates if _plain(candidate) == _plain(student)]
-    near = alike or get_close_matches(student, candidates, n=1, cutoff=0.75)
-    return f"; did you mean {near[0]!r}?" if len(near) == 1 else ""
+    equal_candidates = [
+        candidate for candidate in candidates if _normalised_pseudonym(candidate) == _normalised_pseudonym(student)
+    ]
+    near_candidates = equal_candidates or get_close_matches(student, candidates, n=1, cutoff=0.75)
+    return f"; did you mean {near_candidates[0]!r}?" if len(near_candidates) == 1 else ""
 
 
-def _plain(student: str) -> str:
+def _normalised_pseudonym(student: str) -> str:
     """A pseudonym without case, signs and leading zeros: "s-07" and "S7" are alike."""
     return re.sub(r"(?<!\d)0+(?=\d)", "", re.sub(r"[\s_-]", "", student.casefold()))

@@ -6,7 +6,7 @@ from typing import Any, Final
 
 from replay.advice.open_guesses import open_guesses_line
 from replay.document.tables import Column, Table
-from replay.show.report.markup import filled
+from replay.show.report.markup import render_template
 from replay.show.report.page_script import TABLES, page_script
 from replay.studies.class_study.analysis import Study
 from replay.studies.class_study.charts import class_charts
@@ -16,12 +16,12 @@ from replay.studies.class_study.class_tables import ClassTables, Place, class_co
 from replay.studies.class_study.regression import LEVEL
 from replay.studies.class_study.tables import (
     OBSERVED_ONLY,
-    behind,
     headlines,
-    on_page,
-    opening,
+    opening_sentence,
     p_text,
+    page_table,
     sample_table,
+    source_sentence,
     study_tables,
 )
 
@@ -60,7 +60,7 @@ def study_html(
     undecided = open_guesses_line(runs_with_open_guesses(runs), len(runs.metrics))
     values: dict[str, Any] = {
         "title": heading.title,
-        "opening": opening(study, class_counts(runs)),
+        "opening": opening_sentence(study, class_counts(runs)),
         "note": heading.note,
         "doubts": undecided,
         "answer": class_answer(tables, where, study),
@@ -71,7 +71,7 @@ def study_html(
         "contacts": {
             "How detectors differ": tables.detectors(),
             "Pairs missed most": tables.pairs(),
-            "Task, stage, VR type": tables.doing(),
+            "Task, stage, VR type": tables.activity_table(),
             "Causes": tables.causes(),
         },
         "script": page_script(TABLES),
@@ -80,19 +80,19 @@ def study_html(
     if study is not None:
         sentences = headlines(study)
         values |= {
-            "unmatched": list(_unmatched(study)),
+            "unmatched": list(_unmatched_sentences(study)),
             "headlines": sentences,
-            "behind": behind(study),
-            "tables": {name: on_page(table) for name, table in study_tables(study).items()},
+            "behind": source_sentence(study),
+            "tables": {name: page_table(table) for name, table in study_tables(study).items()},
             "sample": sample_table(study, tables.sample()),
             "level": LEVEL,
             "reliability": [*_all_items(study), *study.warnings],
             "refusals": Table.of(REFUSALS, study.refusals, "Results not given"),
         }
-    return filled("studies/class_study/page.html", **values)
+    return render_template("studies/class_study/page.html", **values)
 
 
-def _unmatched(study: Study) -> Iterator[str]:
+def _unmatched_sentences(study: Study) -> Iterator[str]:
     """Sentences on students who are in one file only, each named with what may be meant."""
     yield from (f"Code {sentence}." for sentence in study.unmatched[:MOST_UNMATCHED])
     if len(study.unmatched) > MOST_UNMATCHED:

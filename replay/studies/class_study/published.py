@@ -107,8 +107,8 @@ def _regressions(tables: Sequence[Mapping[str, Any]], n: float, where: str) -> I
             message = f"{groups} groups were formed but not compared"
             if follow:
                 best = max(follow, key=lambda row: row.fit)
-                alone = f"one group alone would give a fit of {adjusted_fit(best.beta, n / groups):.3f}"
-                message += f"; the groups are pooled ({alone}, printed {best.fit:g})"
+                single_group_text = f"one group alone would give a fit of {adjusted_fit(best.beta, n / groups):.3f}"
+                message += f"; the groups are pooled ({single_group_text}, printed {best.fit:g})"
             yield Remark(WEAK, name, "groups", message)
 
 
@@ -131,8 +131,10 @@ class _Row:
         p, fit, gives = p_of_correlation(self.beta, self.n), adjusted_fit(self.beta, self.n), f"{self.beta:g}"
         if not self.agrees:
             r = implied_correlation(self.fit, self.n)
-            need = f"which would need r = {r:.3f} (p = {p_of_correlation(r, self.n):.4f})"
-            message = f"a coefficient of {gives} gives an adjusted fit of {fit:.3f}, printed {self.fit:g}, {need}"
+            needed_text = f"which would need r = {r:.3f} (p = {p_of_correlation(r, self.n):.4f})"
+            message = (
+                f"a coefficient of {gives} gives an adjusted fit of {fit:.3f}, printed {self.fit:g}, {needed_text}"
+            )
             yield INCONSISTENT, message
         if abs(p - self.p) > P_TOLERANCE:
             yield INCONSISTENT, f"a coefficient of {gives} has p = {p:.2f} with n = {self.n:g}, printed {self.p:.3f}"

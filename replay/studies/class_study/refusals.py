@@ -42,6 +42,6 @@ class StudyRefusedError(StudyError):
         super().__init__(f"{what}: refused ({rule}): {self.reason}; to lift it, {self.lift}")
 
 
-def few(count: int) -> str:
+def count_text(count: int) -> str:
     """A count of a cell, or that it is too small to be said."""
     return f"fewer than {LEAST_IN_CELL}" if count < LEAST_IN_CELL else f"{count}"

@@ -98,8 +98,8 @@ def regress(names: tuple[str, ...], table: FloatArray, random: np.random.Generat
     """
     students, predictors = len(table), len(names) - 1
     # The mean of equal values may differ from them in its last digit.
-    alike = np.ptp(table, axis=0) <= LEAST_SPREAD * np.abs(table).max(axis=0)
-    if students <= len(names) or alike.any():
+    is_constant = np.ptp(table, axis=0) <= LEAST_SPREAD * np.abs(table).max(axis=0)
+    if students <= len(names) or is_constant.any():
         raise StudyRefusedError("no-variance", "")
     correlation: FloatArray = np.asarray(np.corrcoef(table, rowvar=False))
     if np.linalg.eigvalsh(correlation[1:, 1:])[0] < LEAST_SPREAD:
@@ -131,11 +131,11 @@ def holm(findings: Sequence[Kind]) -> tuple[Kind, ...]:
     Source: Holm (1979), Scand. J. Stat. 6, 65-70.
     """
     # That of statsmodels collects garbage at every call, which in a large process takes longer than all else here.
-    tested = np.array([finding.p for finding in findings if finding.p is not None])
-    order = np.argsort(tested)
-    least = np.maximum.accumulate(tested[order] * np.arange(len(tested), 0, -1))
-    corrected = iter(np.minimum(1.0, least)[np.argsort(order)].tolist())
-    return tuple(finding if finding.p is None else replace(finding, p_holm=next(corrected)) for finding in findings)
+    tested_p = np.array([finding.p for finding in findings if finding.p is not None])
+    order = np.argsort(tested_p)
+    least = np.maximum.accumulate(tested_p[order] * np.arange(len(tested_p), 0, -1))
+    corrected_p = iter(np.minimum(1.0, least)[np.argsort(order)].tolist())
+    return tuple(finding if finding.p is None else replace(finding, p_holm=next(corrected_p)) for finding in findings)
 
 
 def permutation_p(y: FloatArray, x: FloatArray, column: int, random: np.random.Generator) -> float:
@@ -153,15 +153,15 @@ def permutation_p(y: FloatArray, x: FloatArray, column: int, random: np.random.G
     outcome = y - basis @ (basis.T @ y)
     predictor = x[:, column] - basis @ (basis.T @ x[:, column])
     leverage = (basis**2).sum(axis=1) + predictor**2 / (predictor @ predictor)
-    drawn = random.permuted(np.broadcast_to(outcome, (PERMUTATIONS, len(y))), axis=1)
-    unexplained = drawn - (drawn @ basis) @ basis.T
-    chance = _studentised(unexplained, predictor, leverage)
-    observed = float(_studentised(outcome[None], predictor, leverage)[0])
+    permuted_outcomes = random.permuted(np.broadcast_to(outcome, (PERMUTATIONS, len(y))), axis=1)
+    unexplained = permuted_outcomes - (permuted_outcomes @ basis) @ basis.T
+    null_coefficients = _studentised_coefficients(unexplained, predictor, leverage)
+    observed_coefficient = float(_studentised_coefficients(outcome[None], predictor, leverage)[0])
     # A draw equal to the observed value, up to rounding, counts as no smaller.
-    return (1 + int((chance >= observed * (1.0 - 1e-12)).sum())) / (1 + PERMUTATIONS)
+    return (1 + int((null_coefficients >= observed_coefficient * (1.0 - 1e-12)).sum())) / (1 + PERMUTATIONS)
 
 
-def _studentised(outcomes: FloatArray, predictor: FloatArray, leverage: FloatArray) -> FloatArray:
+def _studentised_coefficients(outcomes: FloatArray, predictor: FloatArray, leverage: FloatArray) -> FloatArray:
     """Absolute coefficients (B,) of ``outcomes`` (B, n) on ``predictor`` (n,) in HC3 errors, up to a common factor.
 
     Both are at right angles to the other predictors; ``leverage`` (n,) is that of all predictors.
@@ -176,13 +176,13 @@ def _betas(weights: FloatArray, table: FloatArray) -> FloatArray:
     """Standardised coefficients (B, k) of the first column of (n, 1 + k) on the others, rows weighted by (B, n)."""
     fractions = weights / weights.sum(axis=1, keepdims=True)
     mean = fractions @ table
-    second = np.einsum("bn,ni,nj->bij", fractions, table, table, optimize=True)
-    covariance = second - mean[:, :, None] * mean[:, None, :]
+    second_moments = np.einsum("bn,ni,nj->bij", fractions, table, table, optimize=True)
+    covariance = second_moments - mean[:, :, None] * mean[:, None, :]
     size = np.sqrt(np.maximum(np.einsum("bii->bi", covariance), 0.0))
     with np.errstate(invalid="ignore", divide="ignore"):
         correlation = covariance / (size[:, :, None] * size[:, None, :])
-    usable = np.isfinite(correlation).all(axis=(1, 2))
-    usable[usable] = np.linalg.eigvalsh(correlation[usable, 1:, 1:])[:, 0] > LEAST_SPREAD
+    is_usable = np.isfinite(correlation).all(axis=(1, 2))
+    is_usable[is_usable] = np.linalg.eigvalsh(correlation[is_usable, 1:, 1:])[:, 0] > LEAST_SPREAD
     betas = np.full((len(fractions), table.shape[1] - 1), np.nan)
-    betas[usable] = np.linalg.solve(correlation[usable, 1:, 1:], correlation[usable, 1:, :1])[:, :, 0]
+    betas[is_usable] = np.linalg.solve(correlation[is_usable, 1:, 1:], correlation[is_usable, 1:, :1])[:, :, 0]
     return betas

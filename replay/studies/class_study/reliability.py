@@ -115,13 +115,13 @@ def kmo(answers: FloatArray) -> float:
     matrix = correlations(answers)
     inverse = np.linalg.inv(matrix)
     scale = np.sqrt(np.diag(inverse))
-    off = ~np.eye(len(matrix), dtype=bool)
-    plain, partial = (
-        float(np.square(matrix_of[off]).sum()) for matrix_of in (matrix, inverse / np.outer(scale, scale))
+    off_diagonal = ~np.eye(len(matrix), dtype=bool)
+    plain_squares, partial_squares = (
+        float(np.square(matrix_of[off_diagonal]).sum()) for matrix_of in (matrix, inverse / np.outer(scale, scale))
     )
-    if plain + partial < LEAST_SPREAD:
+    if plain_squares + partial_squares < LEAST_SPREAD:
         raise StudyRefusedError("uncorrelated", "KMO")
-    return plain / (plain + partial)
+    return plain_squares / (plain_squares + partial_squares)
 
 
 def bartlett(answers: FloatArray) -> Bartlett:

@@ -14,10 +14,10 @@ BOOTSTRAPS: Final = 2000
 """Resamples of students behind an interval: its ends then move by about 0.005 from seed to seed."""
 
 
-def interval(drawn: FloatArray, estimate: float, left_out: FloatArray) -> tuple[float, float]:
+def interval(bootstrap_estimates: FloatArray, estimate: float, jackknife_estimates: FloatArray) -> tuple[float, float]:
     """95 % bootstrap interval, bias-corrected and accelerated, its quantiles those of Student's t.
 
-    ``drawn`` (B,) is the estimate in each resample, ``estimate`` the estimate itself, ``left_out`` (n,) the estimate
+    ``bootstrap_estimates`` (B,), ``estimate``: in each resample and itself; ``jackknife_estimates`` (n,): the estimate
     without each one of the n students. At 52 students a plain percentile interval of 95 % holds the truth in 92.6 % of
     classes, this one in 94.0 % (alpha of five items, 1,000 synthetic classes; slopes: 92.8 to 94.4 % against 93.9 to
     95.1 %). ``scipy.stats.bootstrap`` has no such widening.
@@ -26,19 +26,26 @@ def interval(drawn: FloatArray, estimate: float, left_out: FloatArray) -> tuple[
     """
     from scipy.special import ndtr, ndtri, stdtrit  # scipy.stats would take 35 MB for these three
 
-    drawn, left_out = drawn[np.isfinite(drawn)], left_out[np.isfinite(left_out)]
-    students = len(left_out)
-    if len(drawn) == 0 or students < 3:
+    bootstrap_estimates, jackknife_estimates = (
+        bootstrap_estimates[np.isfinite(bootstrap_estimates)],
+        jackknife_estimates[np.isfinite(jackknife_estimates)],
+    )
+    students = len(jackknife_estimates)
+    if len(bootstrap_estimates) == 0 or students < 3:
         return float("nan"), float("nan")
-    below = (np.count_nonzero(drawn < estimate) + 0.5 * np.count_nonzero(drawn == estimate)) / len(drawn)
-    bias = float(ndtri(np.clip(below, 0.5 / len(drawn), 1.0 - 0.5 / len(drawn))))
-    deviations = left_out.mean() - left_out
+    below = (
+        np.count_nonzero(bootstrap_estimates < estimate) + 0.5 * np.count_nonzero(bootstrap_estimates == estimate)
+    ) / len(bootstrap_estimates)
+    bias = float(ndtri(np.clip(below, 0.5 / len(bootstrap_estimates), 1.0 - 0.5 / len(bootstrap_estimates))))
+    deviations = jackknife_estimates.mean() - jackknife_estimates
     size = float(np.square(deviations).sum())
     skew = float((deviations**3).sum()) / (6.0 * size**1.5) if size > 0.0 else 0.0
-    wide = np.sqrt(students / (students - 1.0)) * float(stdtrit(students - 1, 0.975))
-    moved = bias + np.array([-wide, wide])
+    widened_quantile = np.sqrt(students / (students - 1.0)) * float(stdtrit(students - 1, 0.975))
+    moved_quantiles = bias + np.array([-widened_quantile, widened_quantile])
     # Beyond the pole of the correction the bound is the end of what was drawn.
-    lower, upper = np.quantile(drawn, ndtr(bias + moved / np.maximum(1.0 - skew * moved, 1e-6)))
+    lower, upper = np.quantile(
+        bootstrap_estimates, ndtr(bias + moved_quantiles / np.maximum(1.0 - skew * moved_quantiles, 1e-6))
+    )
     return float(lower), float(upper)
 
 
@@ -54,9 +61,12 @@ def with_intervals(
 
     ``statistic`` makes figures (B, k) of weights (B, n), how often each student counts.
     """
-    (estimates,), drawn = statistic(np.ones((1, students))), statistic(weights_of(students, random))
-    left_out = statistic(1.0 - np.eye(students))
-    ends = [interval(drawn[:, k], float(value), left_out[:, k]) for k, value in enumerate(estimates)]
+    (estimates,), bootstrap_estimates = statistic(np.ones((1, students))), statistic(weights_of(students, random))
+    jackknife_estimates = statistic(1.0 - np.eye(students))
+    ends = [
+        interval(bootstrap_estimates[:, k], float(value), jackknife_estimates[:, k])
+        for k, value in enumerate(estimates)
+    ]
     return estimates, np.array(ends)
 
 
@@ -81,18 +91,18 @@ class Resampling:
     def __init__(self, students: int, seed: int = 0) -> None:
         self._weights = weights_of(max(1, students), random_stream(seed, "class page"))
 
-    def ratio(self, above: FloatArray, below: FloatArray) -> Estimate:
+    def ratio(self, numerators: FloatArray, below: FloatArray) -> Estimate:
         """Sum over sum, of each student (n,): contacts by sessions, or contacts missed by contacts."""
-        counted = np.flatnonzero(below)
-        top, base, students = above[counted], below[counted], len(counted)
+        counted_rows = np.flatnonzero(below)
+        top, base, students = numerators[counted_rows], below[counted_rows], len(counted_rows)
         if not students:
             return Estimate(np.nan, np.nan, np.nan, 0)
         estimate = float(top.sum() / base.sum())
         if np.all(top == 0.0) or np.array_equal(top, base):
             # All or nothing looks alike in every draw; each student then counts as one who did or did not.
             return Estimate(estimate, *wilson(estimate * students, students), students)
-        weights = self._weights[:, counted]
+        weights = self._weights[:, counted_rows]
         with np.errstate(invalid="ignore", divide="ignore"):
-            drawn = (weights @ top) / (weights @ base)
-            left_out = (top.sum() - top) / (base.sum() - base)
-        return Estimate(estimate, *interval(drawn, estimate, left_out), students)
+            bootstrap_estimates = (weights @ top) / (weights @ base)
+            jackknife_estimates = (top.sum() - top) / (base.sum() - base)
+        return Estimate(estimate, *interval(bootstrap_estimates, estimate, jackknife_estimates), students)

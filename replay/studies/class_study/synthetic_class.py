@@ -76,7 +76,7 @@ def make_class(
     """
     from pandas import DataFrame
 
-    drawn = draw_class(students, seed, brief=brief)
+    students_drawn = draw_class(students, seed, brief=brief)
     model = MODEL | BRIEF_TOUCHES if brief else MODEL
     truth = json.dumps({"seed": seed, "students": students, "model": model}, indent=1) + "\n"
     _check_folder(out, truth)
@@ -85,14 +85,14 @@ def make_class(
     answers = DataFrame(
         [
             {"student": drawn_student.pseudonym, "group": drawn_student.group, **drawn_student.answers}
-            for drawn_student in drawn
+            for drawn_student in students_drawn
         ]
     )
     _write(out / ANSWERS, answers.to_csv(index=False, lineterminator="\n"))
-    book = files("replay.studies.class_study").joinpath("class_codebook.yaml")
-    _write(out / CODEBOOK, book.read_text(encoding="utf-8"))
+    codebook_file = files("replay.studies.class_study").joinpath("class_codebook.yaml")
+    _write(out / CODEBOOK, codebook_file.read_text(encoding="utf-8"))
     tasks = {}
-    for k, student in enumerate(drawn):
+    for k, student in enumerate(students_drawn):
         path = out / SESSIONS / f"{student.pseudonym}.mcap"
         if not path.is_file():
             tasks[student.pseudonym] = (student, path, seed + 1000 * (k + 1))
@@ -114,17 +114,17 @@ def record_student(student: Student, path: Path, seed: int) -> str:
 
 def _student(k: int, seed: int, brief: bool) -> Student:
     random = random_stream(seed, "student", str(k))
-    ease, use, immersion, own, clumsy = random.normal(size=5)
-    shared = MODEL["ease_motivation"] * ease + MODEL["immersion_motivation"] * immersion
+    ease, use, immersion, own, clumsiness = random.normal(size=5)
+    shared_trait = MODEL["ease_motivation"] * ease + MODEL["immersion_motivation"] * immersion
     rest = np.sqrt(1.0 - MODEL["ease_motivation"] ** 2 - MODEL["immersion_motivation"] ** 2)
-    traits = {"ease": ease, "use": use, "imm": immersion, "mot": shared + rest * own}
+    traits = {"ease": ease, "use": use, "imm": immersion, "mot": shared_trait + rest * own}
     answers = {}
     for short, trait in traits.items():
         for item in range(1, ITEMS_EACH + 1):
             sign = -1.0 if item == ITEMS_EACH else 1.0
             answer = 3.0 + sign * trait + MODEL["item_noise"] * random.normal()
             answers[f"{short}{item}"] = int(np.clip(np.round(answer), 1, 5))
-    drive = MODEL["ease_touches"] * ease + np.sqrt(1.0 - MODEL["ease_touches"] ** 2) * clumsy
+    drive = MODEL["ease_touches"] * ease + np.sqrt(1.0 - MODEL["ease_touches"] ** 2) * clumsiness
     count = int(np.clip(np.round(MODEL["mean_touches"] + MODEL["touch_spread"] * drive), 0, 8))
     touches = tuple(np.round(np.exp(random.uniform(np.log(0.02), np.log(0.3), count)), 4).tolist())
     near = int(min(3, random.poisson(MODEL["mean_near"])))

@@ -9,7 +9,7 @@ from replay import words
 from replay.detection.detector_spec import TRUSTED
 from replay.document.tables import STRONG, Cell, Column, Marked, Table
 from replay.studies.class_study.analysis import Sensitivity, Study
-from replay.studies.class_study.refusals import few
+from replay.studies.class_study.refusals import count_text
 from replay.studies.class_study.regression import AFTER_HOLM, INTERVAL_HOLDS_ZERO, LEVEL, UNDECIDED, Finding
 from replay.words import plural
 
@@ -53,7 +53,7 @@ def result_name(finding: Finding) -> str:
     return f"{outcome}: {name}" if finding.kind == "groups" else f"{name} with {outcome}"
 
 
-def held_constant(finding: Finding) -> str:
+def condition_text(finding: Finding) -> str:
     """Return what follows the name of a coefficient of several predictors."""
     return ", others held constant" if finding.kind == "multiple" else ""
 
@@ -68,29 +68,31 @@ def headlines(study: Study) -> list[str]:
     lines = []
     for c in sorted((c for c in study.coefficients if c.associated), key=lambda c: -abs(c.beta)):
         condition = "" if c.kind == "simple" else ", with the other predictors held constant"
-        what = f"{_capital(c.name)} is associated with {_more(c)} {readable_name(c.outcome)}{condition}"
-        lines.append(f"{what}: {_between(c)}, n = {c.students}")
+        what = f"{_capital(c.name)} is associated with {_direction(c)} {readable_name(c.outcome)}{condition}"
+        lines.append(f"{what}: {_figure_text(c)}, n = {c.students}")
     for two in study.groups:
         if two.associated:
             lines.append(
-                f"{_capital(two.outcome)} is {_more(two)} in group {two.second_group} than in {two.first_group}: "
-                f"{_between(two)}, n = {two.first_students} and {two.second_students}"
+                f"{_capital(two.outcome)} is {_direction(two)} in group {two.second_group} than in {two.first_group}: "
+                f"{_figure_text(two)}, n = {two.first_students} and {two.second_students}"
             )
     if lines:
         return lines
-    tested = sorted({finding.students for finding in study.findings if finding.p is not None})
-    if not tested:
+    tested_counts = sorted({finding.students for finding in study.findings if finding.p is not None})
+    if not tested_counts:
         return ["No association was tested"]
-    undecided = [finding for finding in study.findings if finding.conclusion.startswith(UNDECIDED)]
-    if not undecided:
-        students = f"{tested[0]}" if len(tested) == 1 else f"{tested[0]} to {tested[-1]}"
+    undecided_findings = [finding for finding in study.findings if finding.conclusion.startswith(UNDECIDED)]
+    if not undecided_findings:
+        students = f"{tested_counts[0]}" if len(tested_counts) == 1 else f"{tested_counts[0]} to {tested_counts[-1]}"
         return [f"No association could be distinguished from chance in {students} students"]
-    named = "; ".join(f"{result_name(finding)}{held_constant(finding)}" for finding in undecided[:MOST_UNDECIDED])
-    among = "among them " if len(undecided) > MOST_UNDECIDED else ""
-    verb = "is" if len(undecided) == 1 else "are"
-    others = "" if len(undecided) == len(study.findings) else ". The others may be chance"
+    undecided_names = "; ".join(
+        f"{result_name(finding)}{condition_text(finding)}" for finding in undecided_findings[:MOST_UNDECIDED]
+    )
+    among_text = "among them " if len(undecided_findings) > MOST_UNDECIDED else ""
+    verb = "is" if len(undecided_findings) == 1 else "are"
+    others = "" if len(undecided_findings) == len(study.findings) else ". The others may be chance"
     results = plural(len(study.findings), "result")
-    return [f"{len(undecided)} of {results} {verb} undecided: {among}{named}{others}"]
+    return [f"{len(undecided_findings)} of {results} {verb} undecided: {among_text}{undecided_names}{others}"]
 
 
 def undecided_text(study: Study) -> str:
@@ -120,11 +122,11 @@ def families_text(study: Study) -> str:
     return f"The results are {kinds[0]} and {kinds[1]}."
 
 
-def _more(finding: Finding) -> str:
+def _direction(finding: Finding) -> str:
     return "higher" if finding.beta > 0 else "lower"
 
 
-def _between(finding: Finding) -> str:
+def _figure_text(finding: Finding) -> str:
     return f"{finding.beta:+.2f} [{finding.low:+.2f}, {finding.high:+.2f}]"
 
 
@@ -132,7 +134,7 @@ def _capital(name: str) -> str:
     return readable_name(name)[:1].upper() + readable_name(name)[1:]
 
 
-def behind(study: Study) -> str:
+def source_sentence(study: Study) -> str:
     """Sentence on the students, sessions, detector and its recall behind the study."""
     source = f"contacts from {study.detector}, whose recall was not measured"
     if study.detector == TRUSTED:
@@ -142,7 +144,7 @@ def behind(study: Study) -> str:
     return f"{study.students} students, {study.rows} sessions, {source}"
 
 
-def _recall(value: float | None) -> str:
+def _recall_text(value: float | None) -> str:
     return "not measured" if value is None else words.as_percentage(value)
 
 
@@ -155,7 +157,7 @@ CELL_TEXTS: Final[dict[str, Callable[[Any], Cell]]] = {
 
 NUMBERS: Final[dict[str, Callable[[Any], Cell] | str]] = {
     "beta": "+.3f", "difference": "+.3f", "low": "+.3f", "high": "+.3f", "p": p_text, "p_holm": p_text, "vif": ".2f",
-    "adjusted_r2": ".3f", "recall": _recall, "alpha": ".3f", "least_item_total": ".2f", "pooled_beta": "+.3f",
+    "adjusted_r2": ".3f", "recall": _recall_text, "alpha": ".3f", "least_item_total": ".2f", "pooled_beta": "+.3f",
     "pooled_fit": ".3f", "pooled_p": ".3f", "first_mean": ".4g", "second_mean": ".4g",
 }  # fmt: skip
 """Column of numbers -> its format."""
@@ -190,34 +192,36 @@ TYPES: Final[dict[str, type]] = (
 
 def _table(title: str, rows: Iterable[Any], columns: str, notes: Iterable[str] = ()) -> Table:
     """Raw values of rows; ``columns`` are names, with ``=`` and where a row has the value if it is elsewhere."""
-    named = (column.partition("=") for column in columns.split())
-    displayed = CELL_TEXTS | NUMBERS
-    kept = (Column(name, TYPES.get(name, float), of=of, show=displayed.get(name, "")) for name, _, of in named)
-    return Table.of(kept, rows, title, notes)
+    column_specs = (column.partition("=") for column in columns.split())
+    formats = CELL_TEXTS | NUMBERS
+    columns_kept = (
+        Column(name, TYPES.get(name, float), of=of, show=formats.get(name, "")) for name, _, of in column_specs
+    )
+    return Table.of(columns_kept, rows, title, notes)
 
 
-def on_page(table: Table) -> Table:
+def page_table(table: Table) -> Table:
     """Columns of a table that a page shows: an interval in one, and each group with its mean and number."""
     for prefix in ("first", "second"):
-        table = _joined(table, f"{prefix}_group", (f"{prefix}_students", f"{prefix}_mean"), _group_words)
-    table = _joined(table, "low", ("high",), _interval_words)
+        table = _with_merged_columns(table, f"{prefix}_group", (f"{prefix}_students", f"{prefix}_mean"), _group_words)
+    table = _with_merged_columns(table, "low", ("high",), _interval_words)
     return table.only(*(name for name in table.head if name not in IN_FILES), heads=HEADS)
 
 
-def _joined(table: Table, name: str, others: tuple[str, ...], write: Callable[..., str]) -> Table:
+def _with_merged_columns(table: Table, name: str, others: tuple[str, ...], write: Callable[..., str]) -> Table:
     """A table in which one column stands for itself and others; unchanged where it has no such columns."""
     if not {name, *others} <= {*table.head}:
         return table
     values = [table.column(column) for column in (name, *others)]
-    index, dropped = table.head.index(name), {table.head.index(other) for other in others}
+    index, dropped_columns = table.head.index(name), {table.head.index(other) for other in others}
     columns = [*table.columns]
     columns[index] = replace(columns[index], dtype=str, show="")
-    kept = tuple(column for k, column in enumerate(columns) if k not in dropped)
+    columns_kept = tuple(column for k, column in enumerate(columns) if k not in dropped_columns)
     rows = []
     for row, *cells in zip(table.rows, *values, strict=True):
-        written = None if cells[0] is None else write(*cells)
-        rows.append(tuple(written if k == index else cell for k, cell in enumerate(row) if k not in dropped))
-    return replace(table, columns=kept, rows=tuple(rows))
+        cell_text = None if cells[0] is None else write(*cells)
+        rows.append(tuple(cell_text if k == index else cell for k, cell in enumerate(row) if k not in dropped_columns))
+    return replace(table, columns=columns_kept, rows=tuple(rows))
 
 
 def _interval_words(lower: float, upper: float) -> str:
@@ -232,7 +236,7 @@ def study_tables(study: Study) -> dict[str, Table]:
     """Name in the file -> table: a row per coefficient, construct, result with another detector, and outcome."""
     return {
         "associations": _table(
-            behind(study), [(study, finding) for finding in study.coefficients],
+            source_sentence(study), [(study, finding) for finding in study.coefficients],
             "outcome=1.outcome predictor=1.name regression=1.kind students=1.students beta=1.beta low=1.low "
             "high=1.high p=1.p p_holm=1.p_holm conclusion=1.conclusion adjusted_r2=1.adjusted_r2 vif=1.vif "
             "associated=1.associated detector=0.detector recall=0.recall",
@@ -263,27 +267,27 @@ def study_tables(study: Study) -> dict[str, Table]:
     }  # fmt: skip
 
 
-def opening(study: Study | None, counts: str) -> str:
+def opening_sentence(study: Study | None, counts: str) -> str:
     """The first sentence of page and terminal: how many, and whether a conclusion changes with the detector."""
-    return f"{counts}: {_verdict(study)}"
+    return f"{counts}: {_detector_sentence(study)}"
 
 
-def _verdict(study: Study | None) -> str:
+def _detector_sentence(study: Study | None) -> str:
     """Whether the detector changes a conclusion, what changes, or why that is not known."""
-    unknown = "whether the detector changes a conclusion is not known"
+    unknown_text = "whether the detector changes a conclusion is not known"
     if study is None:
-        return f"{unknown}, since there is no questionnaire."
+        return f"{unknown_text}, since there is no questionnaire."
     if not study.sensitivity:
-        return f"{unknown}, since no result about contacts could be compared between detectors."
+        return f"{unknown_text}, since no result about contacts could be compared between detectors."
     if not any(row.tested for row in study.sensitivity):
-        return f"{unknown}, since no result could be tested with another detector."
-    changed: dict[str, list[Sensitivity]] = {}
+        return f"{unknown_text}, since no result could be tested with another detector."
+    changed_texts: dict[str, list[Sensitivity]] = {}
     for row in study.sensitivity:
         if row.tested and row.changes:
-            changed.setdefault(_result_text(row.before), []).append(row)
-    if changed:
-        texts = [text for result, rows in changed.items() for text in _changed(study, result, rows)]
-        return f"the detector changes {plural(len(changed), 'conclusion')}: {'; '.join(texts)}."
+            changed_texts.setdefault(_result_text(row.before), []).append(row)
+    if changed_texts:
+        texts = [text for result, rows in changed_texts.items() for text in _changed_text(study, result, rows)]
+        return f"the detector changes {plural(len(changed_texts), 'conclusion')}: {'; '.join(texts)}."
     return f"{_nothing_associated(study) or 'the detector changes no conclusion'}."
 
 
@@ -292,9 +296,11 @@ def _nothing_associated(study: Study) -> str:
     results = [result for row in study.sensitivity for result in (row.before, row.after) if result is not None]
     if any(result.associated for result in results):
         return ""
-    about = " with behaviour" if any(finding.associated for finding in study.findings) else ""
-    clear = "clear " if any(result.conclusion.startswith(UNDECIDED) for result in (*results, *study.findings)) else ""
-    return f"no {clear}association{about} was found, whichever collision detector counts the contacts"
+    behaviour_text = " with behaviour" if any(finding.associated for finding in study.findings) else ""
+    clear_text = (
+        "clear " if any(result.conclusion.startswith(UNDECIDED) for result in (*results, *study.findings)) else ""
+    )
+    return f"no {clear_text}association{behaviour_text} was found, whichever collision detector counts the contacts"
 
 
 def _result_text(finding: Finding) -> str:
@@ -302,10 +308,10 @@ def _result_text(finding: Finding) -> str:
     name, outcome = readable_name(finding.name), readable_name(finding.outcome)
     if finding.kind == "groups":
         return f"the difference in {outcome} ({name})"
-    return f"{name} with {outcome}{held_constant(finding)}"
+    return f"{name} with {outcome}{condition_text(finding)}"
 
 
-def _changed(study: Study, result: str, rows: Sequence[Sensitivity]) -> Iterator[str]:
+def _changed_text(study: Study, result: str, rows: Sequence[Sensitivity]) -> Iterator[str]:
     """Yields with which detectors a result holds, with which it does not, and with which it has another sign."""
     both = [row.detector for row in rows if row.before.associated and row.after is not None and row.after.associated]
     others = [row.detector for row in rows if row.detector not in both]
@@ -323,13 +329,13 @@ def listed(names: Sequence[str], last: str = "and") -> str:
     return f"{', '.join(first)} {last} {end}" if first else end
 
 
-def sample_table(study: Study, here: Mapping[str, str]) -> Table:
-    """The sample as the paper prints it, beside this one; ``here`` is what the sessions state."""
+def sample_table(study: Study, own_sample: Mapping[str, str]) -> Table:
+    """The sample as the paper prints it, beside this one; ``own_sample`` is what the sessions state."""
     sizes = ", ".join(f"{name} {count}" for name, count in study.group_sizes.items())
-    own = {
-        "students": few(study.students), "groups": sizes or "none declared", "answers": "questionnaire",
-        "computed with": "this tool: permutations, bootstrap, Holm", **here,
+    sample_here = {
+        "students": count_text(study.students), "groups": sizes or "none declared", "answers": "questionnaire",
+        "computed with": "this tool: permutations, bootstrap, Holm", **own_sample,
     }  # fmt: skip
-    rows = tuple((name, printed, own[name]) for name, printed in PRINTED.items())
+    rows = tuple((name, printed, sample_here[name]) for name, printed in PRINTED.items())
     columns = Column("what"), Column("printed"), Column("here")
     return Table(columns, rows, f"{STUDY}: its Table II, beside this study")

@@ -25,36 +25,42 @@ def answer_of(
     settings: Mapping[str, tuple[Any, Any]],
 ) -> str:
     """Return whether the second run is better, of the detector with the largest change of loss."""
-    compared = {name: detector for name, detector in detectors.items() if first.oracle not in detector.labels}
-    changed = any(detector.changed for detector in detectors.values())
-    audited = [detector for detector in compared.values() if None not in detector.loss]
-    if not compared:
-        contacts = "contacts changed" if changed else "no contact changed"
+    compared_detectors = {name: detector for name, detector in detectors.items() if first.oracle not in detector.labels}
+    has_change = any(detector.changed for detector in detectors.values())
+    audited_detectors = [detector for detector in compared_detectors.values() if None not in detector.loss]
+    if not compared_detectors:
+        contacts = "contacts changed" if has_change else "no contact changed"
         return f"No detector but the reference is in both runs; {contacts}." if detectors else "No detector compares."
-    if not audited:
-        return f"{_changes(compared.values())} No reference says which run is right."
-    reason = _not_comparable(first, second, settings)
+    if not audited_detectors:
+        return f"{_changes_sentence(compared_detectors.values())} No reference says which run is right."
+    reason = _reason_not_to_compare(first, second, settings)
     if reason:
-        return f"{_changes(compared.values())} Whether that is better cannot be told: {reason}."
-    best = max(audited, key=lambda detector: abs(_gain(detector)))
-    return _helped(best, second.audit[best.labels[1]].contacts, same_machine="machine" not in _parts(settings))
+        return f"{_changes_sentence(compared_detectors.values())} Whether that is better cannot be told: {reason}."
+    best = max(audited_detectors, key=lambda detector: abs(_gain(detector)))
+    return _comparison_sentence(
+        best, second.audit[best.labels[1]].contacts, same_machine="machine" not in _setting_groups(settings)
+    )
 
 
-def _helped(detector: DetectorDiff, contacts: int, *, same_machine: bool) -> str:
+def _comparison_sentence(detector: DetectorDiff, contacts: int, *, same_machine: bool) -> str:
     """``Yes: hull50 -> shipped50: false contact 86 % -> 8 %, 0 of 18 contacts missed in both, loss 0.9 -> 0.1.``"""
     before, after = detector.labels
     gain = _gain(detector)
     false_before, false_after = (100 * (fraction or 0.0) for fraction in detector.false_contact)
-    worse = false_after > false_before if gain > 0 else false_after < false_before
-    worse_counts = [_rises(ranges) if gain > 0 else _falls(ranges) for ranges in (detector.missed, detector.late)]
+    is_false_worse = false_after > false_before if gain > 0 else false_after < false_before
+    worse_counts = [
+        _has_risen(ranges) if gain > 0 else _has_fallen(ranges) for ranges in (detector.missed, detector.late)
+    ]
     subject = after if before == after else f"{before} -> {after}"
-    numbers = f"{_false(detector)}, {_missed(detector, contacts)}, {_late(detector)}{_loss(detector)}"
-    cost = f"; {_cost(detector)}" if same_machine else ""
+    numbers = (
+        f"{_false_text(detector)}, {_missed_text(detector, contacts)}, {_late_text(detector)}{_loss_text(detector)}"
+    )
+    cost = f"; {_cost_text(detector)}" if same_machine else ""
     if abs(gain) < LEAST:
-        same = "it makes the same errors" if not detector.changed else "other contacts, and the same loss"
-        return f"No difference: {subject}: {same} ({numbers}){cost}."
-    on_balance = ", on balance" if worse or any(worse_counts) else ""
-    return f"{'Yes' if gain > 0 else 'No, worse'}{on_balance}: {subject}: {numbers}{cost}."
+        same_text = "it makes the same errors" if not detector.changed else "other contacts, and the same loss"
+        return f"No difference: {subject}: {same_text} ({numbers}){cost}."
+    balance_text = ", on balance" if is_false_worse or any(worse_counts) else ""
+    return f"{'Yes' if gain > 0 else 'No, is_false_worse'}{balance_text}: {subject}: {numbers}{cost}."
 
 
 def _gain(detector: DetectorDiff) -> float:
@@ -63,70 +69,70 @@ def _gain(detector: DetectorDiff) -> float:
     return (before or 0.0) - (after or 0.0)
 
 
-def _false(detector: DetectorDiff) -> str:
+def _false_text(detector: DetectorDiff) -> str:
     before, after = (words.as_percentage(fraction or 0.0) for fraction in detector.false_contact)
     return f"{before} false contact in both" if before == after else f"false contact {before} -> {after}"
 
 
-def _missed(detector: DetectorDiff, contacts: int) -> str:
+def _missed_text(detector: DetectorDiff, contacts: int) -> str:
     before, after = (words.count_range(counts or (0, 0)) for counts in detector.missed)
     whole = words.plural(contacts, "contact")
     return f"{before} of {whole} missed in both" if before == after else f"missed {before} -> {after} of {whole}"
 
 
-def _late(detector: DetectorDiff) -> str:
+def _late_text(detector: DetectorDiff) -> str:
     """``late or cut short 1-3 -> 3-5, ``, and nothing where it is the same."""
     before, after = (words.count_range(counts or (0, 0)) for counts in detector.late)
     return "" if before == after else f"late or cut short {before} -> {after}, "
 
 
-def _rises(ranges: Ranges) -> bool:
+def _has_risen(ranges: Ranges) -> bool:
     """Whether more contacts are counted in the second run, over the sampling offsets."""
     before, after = (sum(counts or (0, 0)) for counts in ranges)
     return after > before
 
 
-def _falls(ranges: Ranges) -> bool:
+def _has_fallen(ranges: Ranges) -> bool:
     """Whether fewer contacts are counted in the second run."""
-    return _rises(ranges[::-1])
+    return _has_risen(ranges[::-1])
 
 
-def _loss(detector: DetectorDiff) -> str:
+def _loss_text(detector: DetectorDiff) -> str:
     before, after = (words.loss_number(loss or 0.0) for loss in detector.loss)
     return f"loss {before} in both" if before == after else f"loss {before} -> {after}"
 
 
-def _cost(detector: DetectorDiff) -> str:
+def _cost_text(detector: DetectorDiff) -> str:
     before, after = detector.mean_seconds
     if words.frame_time(abs(after - before)) == words.frame_time(0.0):
         return "the same time a frame"
     return f"{words.frame_time(abs(after - before))} {'more' if after >= before else 'less'} a frame"
 
 
-def _changes(detectors: Iterable[DetectorDiff]) -> str:
+def _changes_sentence(detectors: Iterable[DetectorDiff]) -> str:
     """``Contacts: 1 gained, 40 lost, 2 shifted.``"""
-    every = list(detectors)
+    all_detectors = list(detectors)
     gained, lost, shifted = (
-        sum(len(getattr(detector, kind)) for detector in every) for kind in ("gained", "lost", "shifted")
+        sum(len(getattr(detector, kind)) for detector in all_detectors) for kind in ("gained", "lost", "shifted")
     )
     if not gained + lost + shifted:
         return "No contact changed."
     return f"Contacts: {gained:,} gained, {lost:,} lost, {shifted:,} shifted."
 
 
-def _not_comparable(first: RunDocument, second: RunDocument, settings: Mapping[str, tuple[Any, Any]]) -> str:
+def _reason_not_to_compare(first: RunDocument, second: RunDocument, settings: Mapping[str, tuple[Any, Any]]) -> str:
     """Why errors of the two runs are not of the same contacts, as the end of a sentence; ``""``: they are."""
     if first.session.digest != second.session.digest:
         return "the runs replay different recordings"
-    different = [name for name in REPLAYED if name in settings or name in _parts(settings)]
-    if different:
-        return f"the runs differ in {' and '.join(different)}"
+    differing_names = [name for name in REPLAYED if name in settings or name in _setting_groups(settings)]
+    if differing_names:
+        return f"the runs differ in {' and '.join(differing_names)}"
     references = [run.detectors[run.oracle].digest for run in (first, second) if run.oracle]
     if len(set(references)) > 1:
         return "the contacts of the reference differ: the meshes are others"
     return ""
 
 
-def _parts(settings: Mapping[str, tuple[Any, Any]]) -> set[str]:
+def _setting_groups(settings: Mapping[str, tuple[Any, Any]]) -> set[str]:
     """First two words of the names of all settings: ``window``, ``session.bodies``."""
     return {name.partition(".")[0] for name in settings} | {".".join(name.split(".")[:2]) for name in settings}

@@ -11,46 +11,52 @@ Labels: TypeAlias = tuple[str, str]
 """Label of a detector in the first run, and of one in the second."""
 
 
-def counterparts(first: RunDocument, second: RunDocument, chosen: Sequence[Labels] = ()) -> list[Labels]:
+def counterparts(first: RunDocument, second: RunDocument, chosen_pairs: Sequence[Labels] = ()) -> list[Labels]:
     """Return pairs of labels in the order of the first run, each label at most once.
 
-    The ``chosen`` pairs come first, then equal labels, then the two references. Of the rest, detectors of one row of
+    ``chosen_pairs`` come first, then equal labels, then the two references. Of the rest, detectors of one row of
     the table are paired, those with the fewest different settings first; a last one of each run is paired in any case.
     Raises ``RunFolderError``: no detector of a chosen label.
     """
-    for (label, other), run in product(chosen, (first, second)):
-        requested = label if run is first else other
-        if requested not in run.detectors:
-            raise RunFolderError(f"no detector {requested!r}; there are: {', '.join(run.detectors)}")
-    pairs = list(chosen)
-    before = [label for label in first.detectors if label not in {pair[0] for pair in chosen}]
-    after = [label for label in second.detectors if label not in {pair[1] for pair in chosen}]
-    pairs += [(label, label) for label in before if label in after]
-    if first.oracle in before and second.oracle in after and first.oracle != second.oracle:
+    for (label, other), run in product(chosen_pairs, (first, second)):
+        requested_label = label if run is first else other
+        if requested_label not in run.detectors:
+            raise RunFolderError(f"no detector {requested_label!r}; there are: {', '.join(run.detectors)}")
+    pairs = list(chosen_pairs)
+    first_labels = [label for label in first.detectors if label not in {pair[0] for pair in chosen_pairs}]
+    second_labels = [label for label in second.detectors if label not in {pair[1] for pair in chosen_pairs}]
+    pairs += [(label, label) for label in first_labels if label in second_labels]
+    if first.oracle in first_labels and second.oracle in second_labels and first.oracle != second.oracle:
         pairs.append((first.oracle, second.oracle))
-    before = [label for label in before if label not in {pair[0] for pair in pairs} and label != first.oracle]
-    after = [label for label in after if label not in {pair[1] for pair in pairs} and label != second.oracle]
-    pairs += _alike(first, second, before, after)
+    first_labels = [
+        label for label in first_labels if label not in {pair[0] for pair in pairs} and label != first.oracle
+    ]
+    second_labels = [
+        label for label in second_labels if label not in {pair[1] for pair in pairs} and label != second.oracle
+    ]
+    pairs += _similar_pairs(first, second, first_labels, second_labels)
     order = list(first.detectors)
     return sorted(pairs, key=lambda pair: order.index(pair[0]))
 
 
-def _alike(first: RunDocument, second: RunDocument, before: list[str], after: list[str]) -> list[Labels]:
+def _similar_pairs(
+    first: RunDocument, second: RunDocument, first_labels: list[str], second_labels: list[str]
+) -> list[Labels]:
     """Return pairs of labels that only one run has."""
     candidates = []
-    for label, other in product(before, after):
+    for label, other in product(first_labels, second_labels):
         old, new = first.detectors[label], second.detectors[other]
         names = old.settings.keys() | new.settings.keys()
         different = sum(old.settings.get(name) != new.settings.get(name) for name in names)
         if old.name == new.name:
-            candidates.append((different, before.index(label), after.index(other)))
+            candidates.append((different, first_labels.index(label), second_labels.index(other)))
     pairs: list[Labels] = []
     for _, old_index, new_index in sorted(candidates):
-        label, other = before[old_index], after[new_index]
+        label, other = first_labels[old_index], second_labels[new_index]
         if all(label != pair[0] and other != pair[1] for pair in pairs):
             pairs.append((label, other))
-    left_before = [label for label in before if all(label != pair[0] for pair in pairs)]
-    left_after = [label for label in after if all(label != pair[1] for pair in pairs)]
-    if len(left_before) == len(left_after) == 1:
-        pairs.append((left_before[0], left_after[0]))
+    first_left = [label for label in first_labels if all(label != pair[0] for pair in pairs)]
+    second_left = [label for label in second_labels if all(label != pair[1] for pair in pairs)]
+    if len(first_left) == len(second_left) == 1:
+        pairs.append((first_left[0], second_left[0]))
     return pairs

@@ -20,18 +20,18 @@ TRUTH: Final[Mapping[str, str]] = {
 """How ``status`` of an episode is said, where the run was audited."""
 
 
-def changes(detector: "DetectorDiff") -> Iterator[str]:
+def change_lines(detector: "DetectorDiff") -> Iterator[str]:
     """Every contact that is not the same in both runs: gained, then lost, each by time, then the largest shifts."""
     for kind, contacts in (("gained", detector.gained), ("lost", detector.lost)):
         for contact in sorted(contacts, key=lambda contact: contact.start):
             frames = plural(contact.frames, "frame")
-            yield f"{kind:<7} {_where(contact)}, {frames}{TRUTH.get(str(contact.status), '')}"
+            yield f"{kind:<7} {_contact_text(contact)}, {frames}{TRUTH.get(str(contact.status), '')}"
 
     def order(shift: "Shift") -> tuple[float, float]:
         return -max(abs(shift.start), abs(shift.end)), min(shift.before.start, shift.after.start)
 
     for shift in sorted(detector.shifted, key=order):
-        yield f"shifted {_where(shift.before)}: begins {_moved(shift.start)}, ends {_moved(shift.end)}"
+        yield f"shifted {_contact_text(shift.before)}: begins {_shift_text(shift.start)}, ends {_shift_text(shift.end)}"
 
 
 def settings_lines(diff: "RunDiff") -> Iterator[str]:
@@ -41,11 +41,11 @@ def settings_lines(diff: "RunDiff") -> Iterator[str]:
         yield f"set differently: {name.replace('.settings.', ': ')} {values}"
 
 
-def _times(ratio: float | None) -> str:
-    return "" if ratio is None else f"x {words.fixed(ratio, 2)}"
+def _ratio_text(ratio: float | None) -> str:
+    return "" if ratio is None else f"x {words.decimal(ratio, 2)}"
 
 
-def _change(fractions: "Fractions") -> str:
+def _fractions_text(fractions: "Fractions") -> str:
     """``2.6 -> 0.7 %``; of one that was not audited nothing."""
     if set(fractions) == {None}:
         return ""
@@ -53,7 +53,7 @@ def _change(fractions: "Fractions") -> str:
     return f"{before} %" if before == after else f"{before} -> {after} %"
 
 
-def _range_change(ranges: "Ranges") -> str:
+def _ranges_text(ranges: "Ranges") -> str:
     """``0-2 -> 0``; of one that was not audited nothing."""
     if set(ranges) == {None}:
         return ""
@@ -67,9 +67,9 @@ DIFFERENCES: Final = columns_of(
     "studies/diff/differences.toml",
     {
         "count": len,
-        "range_change": _range_change,
-        "change": _change,
-        "times": _times,
+        "range_change": _ranges_text,
+        "change": _fractions_text,
+        "times": _ratio_text,
         "verdicts": VERDICTS.get,
     },
 )["differences"]
@@ -83,9 +83,9 @@ def diff_table(diff: "RunDiff") -> Table:
     return Table.of(DIFFERENCES, diff.detectors.items(), title, [note])
 
 
-def _where(contact: "ContactRecord") -> str:
+def _contact_text(contact: "ContactRecord") -> str:
     return f"{contact.body_a} - {contact.body_b} at {words.timestamp(contact.start)} s"
 
 
-def _moved(seconds: float) -> str:
-    return "as before" if not round(seconds * 1e4) else f"{words.fixed(1e3 * seconds, 1, signed=True)} ms"
+def _shift_text(seconds: float) -> str:
+    return "as before" if not round(seconds * 1e4) else f"{words.decimal(1e3 * seconds, 1, signed=True)} ms"

@@ -138,23 +138,23 @@ def _detector(labels: Labels, runs: Sequence[RunFolder]) -> DetectorDiff:
     detectors = [run.document.detectors[label] for run, label in zip(runs, labels, strict=True)]
     before, after = (run.contacts[label] for run, label in zip(runs, labels, strict=True))
     number = {name: k for k, name in enumerate(dict.fromkeys(map(_pair, (*before, *after))))}
-    matched = partners(
+    matched_pairs = partners(
         *([_episode(number[_pair(contact)], contact) for contact in contacts] for contacts in (before, after))
     )
-    both = [(before[i - 1], after[j - 1]) for i, j in matched]
-    shifts = [Shift(old, new, new.start - old.start, new.end - old.end) for old, new in both]
-    moved = tuple(shift for shift in shifts if round(shift.start * TICKS) or round(shift.end * TICKS))
-    kept, come = {i for i, _ in matched}, {j for _, j in matched}
+    common_contacts = [(before[i - 1], after[j - 1]) for i, j in matched_pairs]
+    shifts = [Shift(old, new, new.start - old.start, new.end - old.end) for old, new in common_contacts]
+    moved_shifts = tuple(shift for shift in shifts if round(shift.start * TICKS) or round(shift.end * TICKS))
+    kept_numbers, new_numbers = {i for i, _ in matched_pairs}, {j for _, j in matched_pairs}
     seconds, digests = [detector.seconds for detector in detectors], [detector.digest for detector in detectors]
     audits = [run.document.audit.get(label) for run, label in zip(runs, labels, strict=True)]
     counts = [None if audit is None else audit.counts_over_offsets for audit in audits]
     ranks = [_audited_rank(run, label) for run, label in zip(runs, labels, strict=True)]
     return DetectorDiff(
         labels=labels,
-        same=len(shifts) - len(moved),
-        gained=tuple(contact for k, contact in enumerate(after, 1) if k not in come),
-        lost=tuple(contact for k, contact in enumerate(before, 1) if k not in kept),
-        shifted=moved,
+        same=len(shifts) - len(moved_shifts),
+        gained=tuple(contact for k, contact in enumerate(after, 1) if k not in new_numbers),
+        lost=tuple(contact for k, contact in enumerate(before, 1) if k not in kept_numbers),
+        shifted=moved_shifts,
         time_ratio=_ratio(*(times.detect for times in seconds)),
         p99_ratio=_ratio(*(times.p99 for times in seconds)),
         same_verdicts=None if None in digests else digests[0] == digests[1],

@@ -11,15 +11,15 @@ from cdcore.search.search_settings import EQUATIONS
 from replay.auditing.wilson import wilson
 from replay.document.tables import Table
 from replay.show.paper_table import Cell, paper_table
-from replay.studies.paper.fixtures import FAMILY_NAMES, Ways, fixture
+from replay.studies.paper.fixtures import FAMILY_NAMES, SeparationPaths, fixture
 from sessions.synthetic.rng import random_stream
 
 TARGET: Final = 500
 """The meshes of this column of Table I: about 2,700 to 5,300 faces each."""
 BUDGET: Final = 2000
 """Evaluations of a pose."""
-DEEPER: Final = 0.004
-FARTHER: Final = 0.002
+DEEPEST_M: Final = 0.004
+FARTHEST_M: Final = 0.002
 """Metres by which a pose is moved from first touch, inwards or outwards at most."""
 HALVINGS: Final = 16
 
@@ -40,19 +40,21 @@ def near_poses(family: str, count: int, seed: int = 0) -> NearPoses:
     """``count`` random directions and turns; the distance of first touch by bisection, then moved a little."""
     bodies = fixture(TARGET, FAMILY_NAMES.index(family), seed).bodies
     rng = random_stream(seed, "paper/near", family)
-    paths = Ways(rng, bodies, count)
+    paths = SeparationPaths(rng, bodies, count)
     lower, upper = np.full(count, 0.3 * paths.reach), np.full(count, paths.reach)
     for _ in range(HALVINGS):
         middle = (lower + upper) / 2
-        meets = paths.meet(middle)
-        lower, upper = np.where(meets, middle, lower), np.where(meets, upper, middle)
-    distances = lower + rng.uniform(-DEEPER, FARTHER, size=count)
-    posed, meets = paths.motion(distances), paths.meet(distances)
-    return NearPoses(family, bodies, posed.take(np.flatnonzero(meets)), posed.take(np.flatnonzero(~meets)))
+        is_meeting = paths.meet(middle)
+        lower, upper = np.where(is_meeting, middle, lower), np.where(is_meeting, upper, middle)
+    distances = lower + rng.uniform(-DEEPEST_M, FARTHEST_M, size=count)
+    posed_motion, is_meeting = paths.motion(distances), paths.meet(distances)
+    return NearPoses(
+        family, bodies, posed_motion.take(np.flatnonzero(is_meeting)), posed_motion.take(np.flatnonzero(~is_meeting))
+    )
 
 
 @dataclass(frozen=True)
-class Detected:
+class DetectionCounts:
     """Answers of a detector about near poses: of a search one count a search seed, of any other detector one count.
 
     ``hits``: colliding poses detected; ``false``: free poses called contact; ``evaluations``: of all colliding poses.
@@ -63,19 +65,19 @@ class Detected:
     evaluations: tuple[int, ...]
 
 
-def detected(poses: NearPoses, name: str, seeds: Sequence[int] = (), **settings: Any) -> Detected:
+def count_detections(poses: NearPoses, name: str, seeds: Sequence[int] = (), **settings: Any) -> DetectionCounts:
     """Ask a detector about near poses, with each search seed in turn; without ``seeds`` once."""
     answers = []
     for seed in seeds or (None,):
-        given = settings if seed is None else settings | {"seed": seed}
-        detector = create_detector(name, poses.bodies, **given)
+        own_settings = settings if seed is None else settings | {"seed": seed}
+        detector = create_detector(name, poses.bodies, **own_settings)
         colliding = detector.detect(poses.colliding)
         free = detector.detect(poses.free)
         hits = int((colliding.verdict == Verdict.CONTACT).sum())
         false = int((free.verdict == Verdict.CONTACT).sum())
         answers.append((hits, false, int(np.sum(colliding.work.get("evaluations", 0)))))
     hits_of_seeds, false_of_seeds, evaluations = zip(*answers, strict=True)
-    return Detected(hits_of_seeds, false_of_seeds, evaluations)
+    return DetectionCounts(hits_of_seeds, false_of_seeds, evaluations)
 
 
 Rows = list[tuple[Cell, ...]]
@@ -86,30 +88,32 @@ def colony_rows(family: str, count: int, seed: int = 0, search_seeds: int = 1) -
     with each equation switched off; every search with ``search_seeds`` seeds over the same poses.
     """
     rates: Rows = []
-    without: Rows = []
+    ablation_rows: Rows = []
     seeds = range(seed, seed + search_seeds)
-    cold = {"warm_start": False, "budget": BUDGET}
+    cold_settings = {"warm_start": False, "budget": BUDGET}
     poses = near_poses(family, count, seed)
-    at_random = detected(poses, "qaco", seeds, variant="random", **cold)
+    random_counts = count_detections(poses, "qaco", seeds, variant="random", **cold_settings)
     for name in ("exact", "hybrid", "rapid-style", "solid-style", "aabb", "obb"):
-        rates.append((family, name, *_rate(poses, detected(poses, name)), None, None))
+        rates.append((family, name, *_rate(poses, count_detections(poses, name)), None, None))
     for variant in VARIANTS:
-        answers = detected(poses, "qaco", seeds, variant=variant, **cold)
-        rates.append((family, f"qaco {variant}", *_rate(poses, answers), *_work(poses, answers, at_random)))
-    answers = detected(poses, "hybrid-qaco", seeds, **cold)
-    rates.append((family, "hybrid-qaco", *_rate(poses, answers), *_work(poses, answers, at_random)))
+        answers = count_detections(poses, "qaco", seeds, variant=variant, **cold_settings)
+        rates.append((family, f"qaco {variant}", *_rate(poses, answers), *_work(poses, answers, random_counts)))
+    answers = count_detections(poses, "hybrid-qaco", seeds, **cold_settings)
+    rates.append((family, "hybrid-qaco", *_rate(poses, answers), *_work(poses, answers, random_counts)))
     for variant in ("memetic", "corrected"):
         for equation in (None, *EQUATIONS):
-            answers = detected(poses, "qaco", seeds, variant=variant, without_equation=equation, **cold)
+            answers = count_detections(
+                poses, "qaco", seeds, variant=variant, without_equation=equation, **cold_settings
+            )
             name = "nothing" if equation is None else f"({equation})"
-            measured = _rate(poses, answers)[: len(MEASURED)]
-            without.append((family, variant, name, *measured, *_work(poses, answers, at_random)))
-    return rates, without
+            measured_cells = _rate(poses, answers)[: len(MEASURED)]
+            ablation_rows.append((family, variant, name, *measured_cells, *_work(poses, answers, random_counts)))
+    return rates, ablation_rows
 
 
 def colony_tables(families: Sequence[tuple[Rows, Rows]], search_seeds: int) -> list[Table]:
     """Fig. 7's random-collision rate, and the ablation."""
-    rates, without = (tuple(row for rows in tables for row in rows) for tables in zip(*families, strict=True))
+    rates, ablation_rows = (tuple(row for rows in tables for row in rows) for tables in zip(*families, strict=True))
     seeds = f"A search was run with {search_seeds} seeds" if search_seeds > 1 else "A search was run with 1 seed"
     return [
         paper_table(
@@ -124,7 +128,7 @@ def colony_tables(families: Sequence[tuple[Rows, Rows]], search_seeds: int) -> l
             "ablation",
             "The colony with one equation switched off",
             ABLATION_HEAD,
-            without,
+            ablation_rows,
             "The same poses, seeds, budget and intervals as F7e. These seeds do not distinguish two rows whose "
             "ranges overlap.",
         ),
@@ -137,7 +141,7 @@ RATE_HEAD: Final = ("family", "algorithm", *MEASURED, "free", "reported though f
 ABLATION_HEAD: Final = ("family", "variant", "without", *MEASURED, *WORK)
 
 
-def _rate(poses: NearPoses, answers: Detected) -> tuple[Cell, ...]:
+def _rate(poses: NearPoses, answers: DetectionCounts) -> tuple[Cell, ...]:
     """Columns ``MEASURED``, then free poses, and free poses that any seed reported."""
     colliding = len(poses.colliding)
     mean = sum(answers.hits) / len(answers.hits)
@@ -146,8 +150,8 @@ def _rate(poses: NearPoses, answers: Detected) -> tuple[Cell, ...]:
     return (colliding, mean, *extremes, mean / colliding, *interval, len(poses.free), max(answers.false))
 
 
-def _work(poses: NearPoses, answers: Detected, at_random: Detected) -> tuple[Cell, ...]:
+def _work(poses: NearPoses, answers: DetectionCounts, random_counts: DetectionCounts) -> tuple[Cell, ...]:
     """Columns ``WORK``: evaluations of a colliding pose, and their ratio to those of random pairs."""
-    spent = sum(answers.evaluations) / len(answers.evaluations)
-    random = sum(at_random.evaluations) / len(at_random.evaluations)
-    return spent / len(poses.colliding), spent / random if random else None
+    evaluations_spent = sum(answers.evaluations) / len(answers.evaluations)
+    random = sum(random_counts.evaluations) / len(random_counts.evaluations)
+    return evaluations_spent / len(poses.colliding), evaluations_spent / random if random else None

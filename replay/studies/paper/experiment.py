@@ -13,13 +13,13 @@ from replay.studies.paper.fixtures import FAMILY_NAMES, POSES, TARGETS, fixture
 from replay.studies.paper.rows import groups_of
 from replay.studies.paper.table_one import (
     SHARES,
-    accuracy,
+    accuracy_table,
     ask_cut_short,
     ask_to_completion,
-    joined,
+    completion_table,
+    join_answers,
     run_time_table,
-    times,
-    to_completion,
+    time_table,
 )
 
 
@@ -44,32 +44,36 @@ FULL: Final = Size(TARGETS, POSES, 1000, search_seeds=4)
 def run_paper(size: Size = FULL, seed: int = 0, progress: Progress | None = None) -> list[Table]:
     """All tables in order. Raises FixtureError."""
 
-    def each(name: str, work: Callable[..., Any], tasks: Sequence[tuple[Any, ...]]) -> list[Any]:
+    def run_stage(name: str, work: Callable[..., Any], tasks: Sequence[tuple[Any, ...]]) -> list[Any]:
         """Results of ``work`` for each task, as a stage of this name."""
-        done = []
+        results = []
         with (progress or Silent()).stage(name, len(tasks), "parts") as advance:
             for task in tasks:
-                done.append(work(*task))
+                results.append(work(*task))
                 advance(1)
-        return done
+        return results
 
-    fixtures = each("fixtures", fixture, [(*key, seed) for key in product(size.targets, range(size.poses))])
+    fixtures = run_stage("fixtures", fixture, [(*key, seed) for key in product(size.targets, range(size.poses))])
     groups = groups_of(fixtures)
-    complete = joined(each("measuring times", ask_to_completion, [(group,) for group in groups]))
-    short = {
-        fraction: joined(
-            each(f"Table I, B = {fraction:g}", ask_cut_short, [(group, complete, fraction) for group in groups])
+    complete_answers = join_answers(run_stage("measuring times", ask_to_completion, [(group,) for group in groups]))
+    answers_by_budget = {
+        fraction: join_answers(
+            run_stage(
+                f"Table I, B = {fraction:g}", ask_cut_short, [(group, complete_answers, fraction) for group in groups]
+            )
         )
         for fraction in SHARES
     }
-    near = [(family, size.near, seed, size.search_seeds) for family in FAMILY_NAMES]
-    colony = each("searches near contact", colony_rows, near)
-    drawn = each("samples of faces", search_samples, [(family, size.near, seed) for family in FAMILY_NAMES])
+    near_tasks = [(family, size.near, seed, size.search_seeds) for family in FAMILY_NAMES]
+    colony = run_stage("searches near contact", colony_rows, near_tasks)
+    sample_searches = run_stage(
+        "samples of faces", search_samples, [(family, size.near, seed) for family in FAMILY_NAMES]
+    )
     return [
-        run_time_table(complete, short),
-        to_completion(complete),
-        accuracy(short),
-        times(complete),
+        run_time_table(complete_answers, answers_by_budget),
+        completion_table(complete_answers),
+        accuracy_table(answers_by_budget),
+        time_table(complete_answers),
         *colony_tables(colony, size.search_seeds),
-        *feature_sample_tables(drawn),
+        *feature_sample_tables(sample_searches),
     ]

@@ -30,68 +30,77 @@ LIMIT: Final = 20_000
 RATE: Final = 0.9
 """Detection rate that is to be reached."""
 ALL: Final = "all"
-ENOUGH: Final = 20
+LEAST_COVERED: Final = 20
 """Covered poses without which a share of nine in ten says nothing."""
 
 
 @dataclass(frozen=True)
-class Drawn:
+class SampleSearches:
     """The poses of a family, searched within samples of every size."""
 
     family: str
-    meeting: dict[int | None, list[int]]  # size -> how many pairs that meet are in the sample, a pose each
+    meeting_counts: dict[int | None, list[int]]  # size -> how many pairs that meet are in the sample, a pose each
     # searcher and size -> evaluations until the first hit, ``None``: none within ``LIMIT``; covered poses only
     spent: dict[tuple[str, int | None], list[int | None]]
 
 
-def search_samples(family: str, near: int, seed: int) -> Drawn:
+def search_samples(family: str, near: int, seed: int) -> SampleSearches:
     """Search the colliding ones of ``near`` poses; each draw of samples serves every ``DRAWS``-th of them."""
     poses = near_poses(family, near, seed)
     exact = create_detector("exact", poses.bodies, containment=False).detect(poses.colliding, faces=True)
     features = [features_of(body.mesh) for body in poses.bodies]
-    drawn = Drawn(family, defaultdict(list), defaultdict(list))
+    searches = SampleSearches(family, defaultdict(list), defaultdict(list))
     for draw, size in product(range(DRAWS), SIZES):
         key = seed * DRAWS + draw
         first, second = (
-            some.face[sample_of(some, size, key, body.name).pick]
-            for some, body in zip(features, poses.bodies, strict=True)
+            features_of_mesh.face[sample_of(features_of_mesh, size, key, body.name).pick]
+            for features_of_mesh, body in zip(features, poses.bodies, strict=True)
         )
-        covered = []
+        covered_poses = []
         for k in range(draw, len(poses.colliding), DRAWS):
             pairs = exact.faces(k, 0)
             count = int((np.isin(pairs[:, 0], first) & np.isin(pairs[:, 1], second)).sum())
-            drawn.meeting[size].append(count)
+            searches.meeting_counts[size].append(count)
             if count:
-                covered.append(poses.colliding.frames(k, k + 1))
+                covered_poses.append(poses.colliding.frames(k, k + 1))
         for searcher in SEARCHERS:
             detector = create_detector(
                 "qaco", poses.bodies, variant=searcher, seed=key, samples=size, budget=LIMIT, warm_start=False
             )
-            drawn.spent[searcher, size] += [
+            searches.spent[searcher, size] += [
                 int(answer.work["evaluations"]) if answer.verdict[0, 0] == Verdict.CONTACT else None
-                for answer in map(detector.detect, covered)
+                for answer in map(detector.detect, covered_poses)
             ]
-    return drawn
+    return searches
 
 
-def least_evaluations(spent: Sequence[int | None], of: int) -> int | None:
-    """The least budget within which ``RATE`` of ``of`` poses are detected; ``None``: ``LIMIT`` does not do."""
+def least_evaluations(spent: Sequence[int | None], pose_count: int) -> int | None:
+    """The least budget within which ``RATE`` of ``pose_count`` poses are detected; ``None``: ``LIMIT`` does not do."""
     hits = sorted(hit for hit in spent if hit is not None)
-    target = ceil(RATE * of)
+    target = ceil(RATE * pose_count)
     return hits[target - 1] if 0 < target <= len(hits) else None
 
 
-def feature_sample_tables(families: Sequence[Drawn]) -> list[Table]:
+def feature_sample_tables(families: Sequence[SampleSearches]) -> list[Table]:
     """F8: coverage and search."""
     return [_coverage(families), _search(families)]
 
 
-def _coverage(families: Sequence[Drawn]) -> Table:
+def _coverage(families: Sequence[SampleSearches]) -> Table:
     rows: list[tuple[Cell, ...]] = []
-    for drawn in families:
-        for size, meeting in drawn.meeting.items():
-            of, missed = len(meeting), meeting.count(0)
-            rows.append((drawn.family, _word(size), of, missed, missed / of, *wilson(missed, of)))
+    for searches in families:
+        for size, meeting_counts in searches.meeting_counts.items():
+            pose_count, missed_count = len(meeting_counts), meeting_counts.count(0)
+            rows.append(
+                (
+                    searches.family,
+                    _size_text(size),
+                    pose_count,
+                    missed_count,
+                    missed_count / pose_count,
+                    *wilson(missed_count, pose_count),
+                )
+            )
     head = ("family", "faces sampled", "poses", "coverage misses", "rate", "low", "high")
     note = (
         "No pair that meets has both its faces in the sample: no search can find what is not there. Samples of each "
@@ -100,19 +109,29 @@ def _coverage(families: Sequence[Drawn]) -> Table:
     return paper_table("F8 coverage", "Contacts of which a sample of faces holds no pair", head, tuple(rows), note)
 
 
-def _search(families: Sequence[Drawn]) -> Table:
+def _search(families: Sequence[SampleSearches]) -> Table:
     rows: list[tuple[Cell, ...]] = []
-    for drawn in families:
+    for searches in families:
         for searcher in SEARCHERS:
             for size in SIZES:
-                spent, of = drawn.spent[searcher, size], len(drawn.meeting[size])
-                missed = sum(hit is None or hit > BUDGET for hit in spent)
-                least = least_evaluations(spent, len(spent)) if len(spent) >= ENOUGH else None
-                rate = (missed / len(spent), *wilson(missed, len(spent))) if spent else (None, None, None)
-                success_rate = (len(spent) - missed) / of
-                whole = least_evaluations(spent, of)
+                spent, pose_count = searches.spent[searcher, size], len(searches.meeting_counts[size])
+                missed_count = sum(hit is None or hit > BUDGET for hit in spent)
+                evaluations_of_covered = least_evaluations(spent, len(spent)) if len(spent) >= LEAST_COVERED else None
+                rate = (missed_count / len(spent), *wilson(missed_count, len(spent))) if spent else (None, None, None)
+                success_rate = (len(spent) - missed_count) / pose_count
+                evaluations_of_all = least_evaluations(spent, pose_count)
                 rows.append(
-                    (drawn.family, searcher, _word(size), len(spent), missed, *rate, success_rate, least, whole)
+                    (
+                        searches.family,
+                        searcher,
+                        _size_text(size),
+                        len(spent),
+                        missed_count,
+                        *rate,
+                        success_rate,
+                        evaluations_of_covered,
+                        evaluations_of_all,
+                    )
                 )
     head = (
         "family",
@@ -129,10 +148,10 @@ def _search(families: Sequence[Drawn]) -> Table:
     )
     note = (
         "Search misses: a pair that meets is in the sample and is not found. A dash: not reached within "
-        f"{LIMIT:,} evaluations, or fewer than {ENOUGH} poses covered. Intervals: Wilson, 95 %."
+        f"{LIMIT:,} evaluations, or fewer than {LEAST_COVERED} poses covered. Intervals: Wilson, 95 %."
     )
     return paper_table("F8 search", "Misses and evaluations of a search within the sample", head, tuple(rows), note)
 
 
-def _word(size: int | None) -> str:
+def _size_text(size: int | None) -> str:
     return ALL if size is None else str(size)

@@ -28,7 +28,7 @@ POSES: Final = 20
 TOLERANCE: Final = 0.02
 """How far, relative, the number of faces that meet may be from the target."""
 
-LOOKS: Final = 48
+DISTANCES_AT_ONCE: Final = 48
 """Distances tried at once."""
 BRACKETS: Final = 4
 """How many neighbouring distances, one below and one above the target, are looked between."""
@@ -72,11 +72,11 @@ def fixture(target: int, number: int, seed: int = 0) -> Fixture:
     bodies = _bodies_for(family, target, seed)
     rng = random_stream(seed, f"table-1/{target}/{number}", family)
     for _ in range(ATTEMPTS):
-        motion = _with_faces(Ways(rng, bodies, away=0.1), target)
+        motion = _frame_with_faces(SeparationPaths(rng, bodies, away=0.1), target)
         if motion is not None:
             # Every pose has a stamp, hence a random stream, of its own.
             motion = Motion([number / HEADSET_HZ], motion.translations, motion.rotations)
-            pairs = _exact(bodies).detect(motion, faces=True).faces(0, 0)
+            pairs = _exact_detector(bodies).detect(motion, faces=True).faces(0, 0)
             return Fixture(family, target, number, bodies, motion, pairs)
     raise FixtureError(
         f"no pose {number} of {family} in which {target} faces meet; choose a target from {TARGETS[0]} to {TARGETS[-1]}"
@@ -84,11 +84,11 @@ def fixture(target: int, number: int, seed: int = 0) -> Fixture:
 
 
 @cache
-def _exact(bodies: tuple[Body, Body]) -> Detector:
+def _exact_detector(bodies: tuple[Body, Body]) -> Detector:
     return create_detector("exact", bodies, containment=False)
 
 
-class Ways:
+class SeparationPaths:
     """Random directions, and random rotations of two bodies that part along them.
 
     ``away``: metres by which they all stand beside the origin, about.
@@ -96,43 +96,46 @@ class Ways:
 
     def __init__(self, rng: np.random.Generator, bodies: tuple[Body, Body], count: int = 1, away: float = 0.0) -> None:
         self.bodies = bodies
-        self.turns = rotation_from_quaternion(rng.normal(size=(2 * count, 4))).reshape(count, 2, 3, 3)
+        self.body_rotations = rotation_from_quaternion(rng.normal(size=(2 * count, 4))).reshape(count, 2, 3, 3)
         directions = rng.normal(size=(count, 3))
         self.directions = directions / np.linalg.norm(directions, axis=1, keepdims=True)
         spheres = [sphere_about(body.mesh, body.mesh.bounds.mean(axis=0)) for body in bodies]
         self.reach = sum(ball.radius for ball in spheres)
         start = away * rng.normal(size=3) if away else np.zeros(3)
-        self.base = start - np.einsum("tbij,bj->tbi", self.turns, [ball.centre for ball in spheres])
+        self.base = start - np.einsum("tbij,bj->tbi", self.body_rotations, [ball.centre for ball in spheres])
 
     def motion(self, distances: FloatArray) -> Motion:
         """A frame for each distance (T,) of the middles: of each along its direction, or of all along a single one."""
         count = len(distances)
         moves = np.broadcast_to(self.base, (count, 2, 3)).copy()
         moves[:, 1] += distances[:, None] * self.directions
-        return Motion(np.arange(count) / HEADSET_HZ, moves, np.broadcast_to(self.turns, (count, 2, 3, 3)))
+        return Motion(np.arange(count) / HEADSET_HZ, moves, np.broadcast_to(self.body_rotations, (count, 2, 3, 3)))
 
     def meet(self, distances: FloatArray) -> BoolArray:
         """Whether the bodies meet at each distance."""
-        return _exact(self.bodies).detect(self.motion(distances)).verdict[:, 0] == Verdict.CONTACT
+        return _exact_detector(self.bodies).detect(self.motion(distances)).verdict[:, 0] == Verdict.CONTACT
 
     def faces(self, distances: FloatArray) -> NDArray[np.int64]:
         """How many faces meet at each distance."""
-        detection = _exact(self.bodies).detect(self.motion(distances), faces=True)
+        detection = _exact_detector(self.bodies).detect(self.motion(distances), faces=True)
         return np.array([faces_of_pairs(detection.faces(frame, 0)) for frame in range(len(distances))])
 
 
-def _with_faces(path: Ways, target: int) -> Motion | None:
+def _frame_with_faces(path: SeparationPaths, target: int) -> Motion | None:
     """The frame in which the number of faces is nearest to the target, if near enough."""
-    distances = np.linspace(0.0, path.reach, LOOKS, endpoint=False)
+    distances = np.linspace(0.0, path.reach, DISTANCES_AT_ONCE, endpoint=False)
     counts = path.faces(distances)
     crossing = np.flatnonzero((counts[1:] > target) != (counts[:-1] > target))[:BRACKETS]
     if len(crossing):
-        between = np.concatenate([np.linspace(distances[k], distances[k + 1], 16)[1:-1] for k in crossing])
-        distances, counts = np.concatenate([distances, between]), np.concatenate([counts, path.faces(between)])
-    best = int(np.argmin(np.abs(counts - target)))
-    if abs(int(counts[best]) - target) > TOLERANCE * target:
+        between_distances = np.concatenate([np.linspace(distances[k], distances[k + 1], 16)[1:-1] for k in crossing])
+        distances, counts = (
+            np.concatenate([distances, between_distances]),
+            np.concatenate([counts, path.faces(between_distances)]),
+        )
+    best_row = int(np.argmin(np.abs(counts - target)))
+    if abs(int(counts[best_row]) - target) > TOLERANCE * target:
         return None
-    return path.motion(distances[best : best + 1])
+    return path.motion(distances[best_row : best_row + 1])
 
 
 @cache
@@ -151,21 +154,21 @@ def _bodies_for(family: str, target: int, seed: int) -> tuple[Body, Body]:
 def _typical_faces(bodies: tuple[Body, Body], family: str, seed: int) -> float:
     """The largest number of faces along some random ways, three quarters of their median."""
     rng = random_stream(seed, "table-1/tessellation", family)
-    paths = [Ways(rng, bodies, away=0.1) for _ in range(PROBES)]
+    paths = [SeparationPaths(rng, bodies, away=0.1) for _ in range(PROBES)]
     most = [path.faces(np.linspace(0.0, path.reach, 12, endpoint=False)).max() for path in paths]
     return 0.75 * float(np.median(most))
 
 
 def torus(sections: int) -> TriangleMesh:
     """A closed torus about +Y of ``sections`` by half as many quads, two faces each; metres."""
-    large, small, around, tube = 0.05, 0.02, sections, max(3, sections // 2)
-    u = 2 * np.pi * np.arange(around)[:, None] / around
+    large, small, around_count, tube = 0.05, 0.02, sections, max(3, sections // 2)
+    u = 2 * np.pi * np.arange(around_count)[:, None] / around_count
     v = 2 * np.pi * np.arange(tube)[None] / tube
-    points = _turned(u, large + small * np.cos(v), small * np.sin(v))
-    number = np.arange(around * tube).reshape(around, tube)
-    on, up = np.roll(number, -1, axis=0), np.roll(number, -1, axis=1)
-    both = np.roll(on, -1, axis=1)
-    return TriangleMesh(points, _faces((number, on, both), (number, both, up)))
+    points = _points_about_axis(u, large + small * np.cos(v), small * np.sin(v))
+    number = np.arange(around_count * tube).reshape(around_count, tube)
+    next_ring, up = np.roll(number, -1, axis=0), np.roll(number, -1, axis=1)
+    both = np.roll(next_ring, -1, axis=1)
+    return TriangleMesh(points, _faces((number, next_ring, both), (number, both, up)))
 
 
 def sphere(sections: int, radius: float = 0.035) -> TriangleMesh:
@@ -173,15 +176,17 @@ def sphere(sections: int, radius: float = 0.035) -> TriangleMesh:
     rings = max(3, sections // 2)
     u = 2 * np.pi * np.arange(sections)[None] / sections
     v = np.pi * np.arange(1, rings)[:, None] / rings
-    points = radius * np.concatenate([[[0.0, 1.0, 0.0]], _turned(u, np.sin(v), np.cos(v)), [[0.0, -1.0, 0.0]]])
+    points = radius * np.concatenate(
+        [[[0.0, 1.0, 0.0]], _points_about_axis(u, np.sin(v), np.cos(v)), [[0.0, -1.0, 0.0]]]
+    )
     number = 1 + np.arange((rings - 1) * sections).reshape(rings - 1, sections)
-    on = np.roll(number, -1, axis=1)
+    next_ring = np.roll(number, -1, axis=1)
     top, bottom = np.zeros(sections, dtype=np.int64), np.full(sections, len(points) - 1)
-    quads = ((number[:-1], number[1:], on[1:]), (number[:-1], on[1:], on[:-1]))
-    return TriangleMesh(points, _faces(*quads, (top, number[0], on[0]), (bottom, on[-1], number[-1])))
+    quads = ((number[:-1], number[1:], next_ring[1:]), (number[:-1], next_ring[1:], next_ring[:-1]))
+    return TriangleMesh(points, _faces(*quads, (top, number[0], next_ring[0]), (bottom, next_ring[-1], number[-1])))
 
 
-def _turned(angle: FloatArray, radius: FloatArray, height: FloatArray) -> FloatArray:
+def _points_about_axis(angle: FloatArray, radius: FloatArray, height: FloatArray) -> FloatArray:
     """Points (n, 3) at some angles about +Y, row by row."""
     rounds = np.broadcast_arrays(radius * np.cos(angle), height, -radius * np.sin(angle))
     return np.stack(rounds, axis=-1).reshape(-1, 3)

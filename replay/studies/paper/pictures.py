@@ -33,12 +33,12 @@ def write_pictures(tables: Sequence[Table], out: Path) -> list[Path]:
     """Write ``figure_7.png`` and ``figure_8.png`` into a folder, which is made; returns their paths."""
     by_key = {table.key: table for table in tables}
     out.mkdir(parents=True, exist_ok=True)
-    written = []
+    written_files = []
     for name, draw in (("figure_7.png", figure_7), ("figure_8.png", figure_8)):
-        written.append(out / name)
-        with whole_file(written[-1], OutputError) as file:
+        written_files.append(out / name)
+        with whole_file(written_files[-1], OutputError) as file:
             file.write(draw(by_key))
-    return written
+    return written_files
 
 
 def figure_7(tables: Mapping[str, Table]) -> bytes:
@@ -49,14 +49,14 @@ def figure_7(tables: Mapping[str, Table]) -> bytes:
     subfigures: Any = figure.subfigures(2, 1)
     accuracy, times, rates = (tables[key] for key in ("F7ab", "F7c", "F7e"))
     budgets, families = _distinct(accuracy, "B"), _distinct(rates, "family")
-    above = subfigures[0].subplots(1, len(budgets), squeeze=False, sharey="row")[0]
-    for axes, budget in zip(above, budgets, strict=True):
+    upper_axes = subfigures[0].subplots(1, len(budgets), squeeze=False, sharey="row")[0]
+    for axes, budget in zip(upper_axes, budgets, strict=True):
         rows = accuracy.where(B=budget)
         names = _by_algorithm(axes, rows, "mean", "mean, low", "mean, high")
         axes.plot(_numbers(rows, f"mean: {PRINTED}"), names, "x", color=GREY, label=PRINTED)
         axes.set(title=f"7a, b: accuracy, B = {budget:g}", xlabel="face recall of a pose", xlim=(-0.05, 1.05))
-    above[0].invert_yaxis()
-    _legend(subfigures[0], above[0])
+    upper_axes[0].invert_yaxis()
+    _legend(subfigures[0], upper_axes[0])
     first, *others = subfigures[1].subplots(1, 1 + len(families))
     _by_algorithm(first, times, "median, ms", "lower quartile, ms", "upper quartile, ms")
     first.set(title="7c: time of a pose", xlabel="ms for all faces: median, lower to upper quartile", xscale="log")
@@ -75,8 +75,10 @@ def figure_8(tables: Mapping[str, Table]) -> bytes:
     from matplotlib.figure import Figure
 
     coverage, search = tables["F8 coverage"], tables["F8 search"]
-    missed = next(heading for heading in search.head if heading.startswith("misses at"))
-    spent = next(heading for heading in search.head if heading.startswith("evaluations") and "covered" in heading)
+    misses_heading = next(heading for heading in search.head if heading.startswith("misses at"))
+    evaluations_heading = next(
+        heading for heading in search.head if heading.startswith("evaluations") and "covered" in heading
+    )
     families = _distinct(coverage, "family")
     figure = Figure(figsize=(12.0, 10.0), dpi=110, layout="constrained")
     panels = figure.subplots(3, len(families), squeeze=False, sharey="row")
@@ -87,11 +89,11 @@ def figure_8(tables: Mapping[str, Table]) -> bytes:
         for name in _distinct(search, "search"):
             rows = searches.where(search=name)
             _by_size(rates, rows)
-            work.plot(_sizes(work, rows), _numbers(rows, spent), "o-", label=name)
-        rates.set(title=f"8: {missed} evaluations", ylim=(-0.03, 1.03))
+            work.plot(_sizes(work, rows), _numbers(rows, evaluations_heading), "o-", label=name)
+        rates.set(title=f"8: {misses_heading} evaluations", ylim=(-0.03, 1.03))
         # A logarithm cannot show a panel in which nothing was measured.
-        measured = (_numbers(searches, spent) > 0).any()
-        work.set(title=f"8: {spent} poses", yscale="log" if measured else "linear")
+        has_values = (_numbers(searches, evaluations_heading) > 0).any()
+        work.set(title=f"8: {evaluations_heading} poses", yscale="log" if has_values else "linear")
         work.yaxis.set_major_formatter("{x:,.0f}")
     for axes, label in zip(panels[:, 0], ROWS_OF_8, strict=True):
         axes.set_ylabel(label)

@@ -16,7 +16,7 @@ PAPER: Final[dict[str, dict[str, Any]]] = tomllib.loads(
 """Row here -> what is printed of it."""
 
 
-def printed(row: str, what: str) -> float | None:
+def printed_figure(row: str, what: str) -> float | None:
     """Printed figure of a row; ``None``: the paper prints none."""
     value: float | None = PAPER.get(row, {}).get(what)
     return value

@@ -26,17 +26,17 @@ class Row:
     complete: bool = True
 
 
-BARE: Final = {"containment": False}
+WITHOUT_CONTAINMENT: Final = {"containment": False}
 TREE: Final = ("node_tests", "leaf_tests")
 
 ROWS: Final[dict[str, Row]] = {
-    "exact": Row("exact", BARE),
-    "hybrid": Row("hybrid", BARE),
-    "hybrid-qaco mesh": Row("hybrid-qaco", BARE | SEARCH | {"decide": "mesh"}),
-    "rapid-style": Row("rapid-style", BARE, TREE),
-    "solid-style": Row("solid-style", BARE, TREE),
-    "aabb": Row("aabb", BARE, TREE),
-    "obb": Row("obb", BARE, TREE),
+    "exact": Row("exact", WITHOUT_CONTAINMENT),
+    "hybrid": Row("hybrid", WITHOUT_CONTAINMENT),
+    "hybrid-qaco mesh": Row("hybrid-qaco", WITHOUT_CONTAINMENT | SEARCH | {"decide": "mesh"}),
+    "rapid-style": Row("rapid-style", WITHOUT_CONTAINMENT, TREE),
+    "solid-style": Row("solid-style", WITHOUT_CONTAINMENT, TREE),
+    "aabb": Row("aabb", WITHOUT_CONTAINMENT, TREE),
+    "obb": Row("obb", WITHOUT_CONTAINMENT, TREE),
     "hybrid-qaco": Row("hybrid-qaco", SEARCH, ("evaluations",), complete=False),
 } | {
     f"qaco {variant}": Row("qaco", SEARCH | {"variant": variant}, ("evaluations",), complete=False)
@@ -81,9 +81,9 @@ def ask(name: str, detector: Detector, poses: Iterable[Fixture]) -> NDArray[Any]
         detection = detector.detect(pose.motion, faces=True)
         pairs = detection.faces(0, 0)
         seconds = perf_counter() - start
-        both = set(map(tuple, pairs.tolist())) & set(map(tuple, pose.pairs.tolist()))
-        right = np.array(sorted(both), dtype=np.int64).reshape(-1, 2)
-        done = sum(int(np.sum(detection.work[counter])) for counter in ROWS[name].counters)
-        counts = faces_of_pairs(right), pose.faces, len(pairs), len(pose.pairs), len(right)
-        answers.append((pose.target, *counts, done, seconds))
+        common_pairs = set(map(tuple, pairs.tolist())) & set(map(tuple, pose.pairs.tolist()))
+        right_pairs = np.array(sorted(common_pairs), dtype=np.int64).reshape(-1, 2)
+        operations = sum(int(np.sum(detection.work[counter])) for counter in ROWS[name].counters)
+        counts = faces_of_pairs(right_pairs), pose.faces, len(pairs), len(pose.pairs), len(right_pairs)
+        answers.append((pose.target, *counts, operations, seconds))
     return np.array(answers, ANSWER)

@@ -14,7 +14,7 @@ from replay.document.machine import machine
 from replay.document.tables import Table
 from replay.show.paper_table import Cell, paper_table
 from replay.studies.paper.fixtures import Fixture
-from replay.studies.paper.printed import ABOUT_PRINTED, PAPER, PRINTED, printed
+from replay.studies.paper.printed import ABOUT_PRINTED, PAPER, PRINTED, printed_figure
 from replay.studies.paper.rows import BUDGETED, ROWS, Answers, ask, make
 from sessions.synthetic.rng import random_stream
 
@@ -30,23 +30,23 @@ def ask_to_completion(group: Sequence[Fixture]) -> Answers:
     rounds = [
         {name: ask(name, detector, [pose]) for name, detector in detectors.items()} for pose in (group[0], *group)
     ]
-    return joined(rounds[1:])
+    return join_answers(rounds[1:])
 
 
-def budget(complete: Answers, name: str, target: int, fraction: float) -> int:
+def budget(complete_answers: Answers, name: str, target: int, fraction: float) -> int:
     """Operations that row ``name`` does in ``fraction`` medians of ``hybrid``; 1 at least."""
-    hybrid, row = (of_target(complete[row], target) for row in ("hybrid", name))
+    hybrid, row = (of_target(complete_answers[row], target) for row in ("hybrid", name))
     rate = row["operations"].sum() / row["seconds"].sum()
     return max(1, round(fraction * float(np.median(hybrid["seconds"])) * float(rate)))
 
 
-def ask_cut_short(group: Sequence[Fixture], complete: Answers, fraction: float) -> Answers:
+def ask_cut_short(group: Sequence[Fixture], complete_answers: Answers, fraction: float) -> Answers:
     """Ask every row that takes a budget in every pose of a group, with ``fraction`` medians of ``hybrid``."""
-    budgets = {name: budget(complete, name, group[0].target, fraction) for name in BUDGETED}
+    budgets = {name: budget(complete_answers, name, group[0].target, fraction) for name in BUDGETED}
     return {name: ask(name, make(name, group[0].bodies, budget=most), group) for name, most in budgets.items()}
 
 
-def joined(answers: Sequence[Answers]) -> Answers:
+def join_answers(answers: Sequence[Answers]) -> Answers:
     """The answers of all groups, in their order."""
     return {name: np.concatenate([answer[name] for answer in answers]) for name in answers[0]}
 
@@ -56,17 +56,21 @@ def of_target(answers: NDArray[Any], target: int) -> NDArray[Any]:
     return answers[answers["target"] == target]
 
 
-def run_time_table(complete: Answers, equal: Mapping[float, Answers]) -> Table:
-    """Table I; ``equal`` are the answers by share of the common wall time."""
+def run_time_table(complete_answers: Answers, answers_by_fraction: Mapping[float, Answers]) -> Table:
+    """Table I; ``answers_by_fraction``: by share of the common wall time."""
     rows: list[tuple[Cell, ...]] = []
-    for target in np.unique(complete["exact"]["target"]).tolist():
+    for target in np.unique(complete_answers["exact"]["target"]).tolist():
         for name, paper in PAPER.items():
             answers_of_budget = [
-                of_target(by[name], target) for by in (complete, *(equal[fraction] for fraction in SHARES))
+                of_target(answers_of_all[name], target)
+                for answers_of_all in (complete_answers, *(answers_by_fraction[fraction] for fraction in SHARES))
             ]
             cells = [float(answers["faces"].mean()) for answers in answers_of_budget]
-            true, printed_faces = float(answers_of_budget[0]["true_faces"].mean()), paper["detected"].get(str(target))
-            rows.append((target, f"{name} ({paper['name']})", true, *cells, printed_faces))
+            true_faces, printed_faces = (
+                float(answers_of_budget[0]["true_faces"].mean()),
+                paper["detected"].get(str(target)),
+            )
+            rows.append((target, f"{name} ({paper['name']})", true_faces, *cells, printed_faces))
     head = ("faces", "algorithm", "true faces", "to completion", *(f"B = {fraction:g}" for fraction in SHARES), PRINTED)
     return paper_table(
         "Table I", "Mean faces detected, to completion and within equal wall times B", head, tuple(rows),
@@ -75,18 +79,18 @@ def run_time_table(complete: Answers, equal: Mapping[float, Answers]) -> Table:
     )  # fmt: skip
 
 
-def to_completion(complete: Answers) -> Table:
+def completion_table(complete_answers: Answers) -> Table:
     """T1a: the headline."""
     rows: list[tuple[Cell, ...]] = []
-    for name, answers in complete.items():
+    for name, answers in complete_answers.items():
         poses = len(answers)
-        whole = int((answers["right_pairs"] == answers["true_pairs"]).sum())
+        full_poses = int((answers["right_pairs"] == answers["true_pairs"]).sum())
         faces, true, pairs, true_pairs, right, operations = (
             int(answers[field].sum())
             for field in ("faces", "true_faces", "pairs", "true_pairs", "right_pairs", "operations")
         )
         rows.append((
-            name, poses, whole, faces / poses, faces / true, right / true_pairs, right / pairs if pairs else None,
+            name, poses, full_poses, faces / poses, faces / true, right / true_pairs, right / pairs if pairs else None,
             operations / poses or None, 1e3 * float(answers["seconds"].mean()),
         ))  # fmt: skip
     head = (
@@ -100,14 +104,16 @@ def to_completion(complete: Answers) -> Table:
     return paper_table("T1a", "Run to completion, exact hierarchies lose no face", head, tuple(rows), note)
 
 
-def accuracy(equal: Mapping[float, Answers]) -> Table:
+def accuracy_table(answers_by_fraction: Mapping[float, Answers]) -> Table:
     """Fig. 7 a and b: face recall of single poses."""
     rows = []
     for name in BUDGETED:
         for fraction in SHARES:
-            answers = equal[fraction][name]
+            answers = answers_by_fraction[fraction][name]
             recalls = answers["faces"] / answers["true_faces"]
-            rows.append((name, fraction, *spread(recalls), printed(name, "accuracy"), printed(name, "variance")))
+            rows.append(
+                (name, fraction, *spread(recalls), printed_figure(name, "accuracy"), printed_figure(name, "variance"))
+            )
     head = (
         "algorithm", "B", "n", "mean", "mean, low", "mean, high", "standard deviation", "variance",
         f"mean: {PRINTED}", f'"variance": {PRINTED}',
@@ -116,23 +122,23 @@ def accuracy(equal: Mapping[float, Answers]) -> Table:
     return paper_table("F7ab", "Accuracy (face recall of a pose) at equal wall time", head, tuple(rows), note)
 
 
-def times(complete: Answers) -> Table:
+def time_table(complete_answers: Answers) -> Table:
     """Fig. 7 c."""
     quartiles = {
-        name: np.quantile(answers["seconds"], [0.25, 0.5, 0.75]).tolist() for name, answers in complete.items()
+        name: np.quantile(answers["seconds"], [0.25, 0.5, 0.75]).tolist() for name, answers in complete_answers.items()
     }
-    to = quartiles["rapid-style"][1]
+    reference_s = quartiles["rapid-style"][1]
     rows = [
-        (name, 1e3 * middle, 1e3 * lower, 1e3 * upper, middle / to, printed(name, "time"))
+        (name, 1e3 * middle, 1e3 * lower, 1e3 * upper, middle / reference_s, printed_figure(name, "time"))
         for name, (lower, middle, upper) in quartiles.items()
     ]
     head = ("algorithm", "median, ms", "lower quartile, ms", "upper quartile, ms", "to rapid-style", PRINTED)
-    where = ", ".join(f"{key} {value}" for key, value in machine().items())
-    note = f"All faces of a pose; one process, warm, rows in turn; measured on: {where}."
+    machine_text = ", ".join(f"{key} {value}" for key, value in machine().items())
+    note = f"All faces of a pose; one process, warm, rows in turn; measured on: {machine_text}."
     return paper_table("F7c", "Wall time of a pose", head, tuple(rows), note)
 
 
-def spread(given: FloatArray) -> tuple[int, float, float, float, float, float]:
+def spread(values: FloatArray) -> tuple[int, float, float, float, float, float]:
     """Number, mean, interval of the mean at 95 %, standard deviation and variance (by n - 1) of one value or more.
 
     The interval is a percentile bootstrap of ``RESAMPLES`` draws.
@@ -142,7 +148,7 @@ def spread(given: FloatArray) -> tuple[int, float, float, float, float, float]:
     >>> spread(np.array([1.0, 3.0]))[-1]
     2.0
     """
-    draws = random_stream(0, "paper/bootstrap").integers(0, len(given), size=(RESAMPLES, len(given)))
-    lower, upper = np.quantile(given[draws].mean(axis=1), [0.025, 0.975])
-    variance = float(given.var(ddof=1)) if len(given) > 1 else 0.0
-    return len(given), float(given.mean()), float(lower), float(upper), variance**0.5, variance
+    draws = random_stream(0, "paper/bootstrap").integers(0, len(values), size=(RESAMPLES, len(values)))
+    lower, upper = np.quantile(values[draws].mean(axis=1), [0.025, 0.975])
+    variance = float(values.var(ddof=1)) if len(values) > 1 else 0.0
+    return len(values), float(values.mean()), float(lower), float(upper), variance**0.5, variance

@@ -15,12 +15,12 @@ from cdcore.errors import CollisionCoreError
 from cdcore.numerics import FloatArray, IntArray
 from replay.detection.progress import Progress, Silent
 from replay.studies.shrink.well_posed import doubts_of, thin_faces
-from replay.studies.shrink.wrong_answer import WrongAnswer, of_pairs
+from replay.studies.shrink.wrong_answer import WrongAnswer, reduce_to_pairs
 
 DECIMALS: Final = range(13)
 """Decimals that are tried, fewest first; beyond them a number keeps all it has."""
 
-NEAREST: Final = (*range(1, 13), *(round(16 * 2 ** (k / 4)) for k in range(25)))
+NEAREST_COUNTS: Final = (*range(1, 13), *(round(16 * 2 ** (k / 4)) for k in range(25)))
 """Faces of each body that are tried first: those nearest to the other body; up to 1,024."""
 
 
@@ -56,16 +56,16 @@ class Shrinking:
     def run(self) -> WrongAnswer:
         """Reduce frames, bodies, faces, rotations and decimals until none of these steps changes anything."""
         with self._progress.stage("shrink", None, "questions") as self._advance:
-            self._thick_faces()
+            self._drop_thin_faces()
             before: object = None
             while before != (before := self._content()):
-                self._frames()
-                self._bodies()
-                self._nearest_faces()
+                self._reduce_frames()
+                self._reduce_bodies()
+                self._keep_nearest_faces()
                 for body in np.unique(self.fault.pairs[0]).tolist():
-                    self._faces(body)
-                self._plain_rotations()
-                self._decimals()
+                    self._reduce_faces(body)
+                self._remove_rotations()
+                self._round_numbers()
         return self.fault
 
     def _content(self) -> tuple[bytes, ...]:
@@ -73,15 +73,15 @@ class Shrinking:
         arrays = motion.times, motion.translations, motion.rotations, *(mesh.triangles for mesh in meshes)
         return tuple(array.tobytes() for array in arrays)
 
-    def _takes(self, make: Callable[..., WrongAnswer | None], *given: Any) -> bool:
+    def _accept_if_wrong(self, make: Callable[..., WrongAnswer | None], *arguments: Any) -> bool:
         """Whether the detector is wrong about what is made, too; then it is the fault from now on."""
         self.questions += 1
         self._advance(1)
         try:
-            fault = make(*given)
+            fault = make(*arguments)
         except CollisionCoreError:
             return False
-        if fault is None or not fault.stands():
+        if fault is None or not fault.is_reproduced():
             return False
         doubts = doubts_of(fault)
         if doubts - self.doubts:
@@ -89,42 +89,47 @@ class Shrinking:
         self.fault, self.doubts = fault, doubts
         return True
 
-    def _thick_faces(self) -> None:
+    def _drop_thin_faces(self) -> None:
         """No face without an area, where the detector is wrong without them too."""
         for number in range(len(self.fault.bodies)):
-            thin = thin_faces(self.fault.bodies[number].mesh)
-            if thin.any() and not thin.all():
-                self._takes(_with_faces, self.fault, {number: np.flatnonzero(~thin)})
+            is_thin = thin_faces(self.fault.bodies[number].mesh)
+            if is_thin.any() and not is_thin.all():
+                self._accept_if_wrong(_with_faces, self.fault, {number: np.flatnonzero(~is_thin)})
 
-    def _frames(self) -> None:
+    def _reduce_frames(self) -> None:
         fault, last = self.fault, len(self.fault.motion) - 1
-        fewest(np.arange(last), lambda rows: self._takes(_at_frames, fault, np.append(rows, last)))
+        minimal_subset(
+            np.arange(last), lambda rows: self._accept_if_wrong(_fault_at_frames, fault, np.append(rows, last))
+        )
 
-    def _bodies(self) -> None:
+    def _reduce_bodies(self) -> None:
         fault = self.fault
-        fewest(np.arange(1, len(fault.pairs)), lambda rows: self._takes(_of_pairs, fault, np.append(0, rows)))
+        minimal_subset(
+            np.arange(1, len(fault.pairs)),
+            lambda rows: self._accept_if_wrong(_fault_of_pairs, fault, np.append(0, rows)),
+        )
 
-    def _nearest_faces(self) -> None:
+    def _keep_nearest_faces(self) -> None:
         """The faces of both bodies that lie nearest to the other: they hold most faults."""
         fault = self.fault
         ends = fault.pairs[0].tolist()
         centres = [fault.corners(end).mean(axis=1) for end in ends]
         order = [np.argsort(cKDTree(centres[1 - k]).query(centres[k])[0], kind="stable") for k in range(2)]
-        for count in NEAREST:
-            kept = {end: rows[:count] for end, rows in zip(ends, order, strict=True)}
-            if count >= max(map(len, order)) or self._takes(_with_faces, fault, kept):
+        for count in NEAREST_COUNTS:
+            kept_rows = {end: rows[:count] for end, rows in zip(ends, order, strict=True)}
+            if count >= max(map(len, order)) or self._accept_if_wrong(_with_faces, fault, kept_rows):
                 return
 
-    def _faces(self, body: int) -> None:
+    def _reduce_faces(self, body: int) -> None:
         """Fewest faces of one body; a solid that must stay one becomes the hull of fewest corners."""
         mesh = self.fault.bodies[body].mesh
-        if not mesh.is_closed or len(mesh.faces) <= 4 or self._opens(body):
+        if not mesh.is_closed or len(mesh.faces) <= 4 or self._can_lose_face(body):
             fault = self.fault
             rows = np.arange(len(fault.bodies[body].mesh.faces))
-            fewest(rows, lambda rows: self._takes(_with_faces, fault, {body: rows}))
-        self._hull(body)
+            minimal_subset(rows, lambda rows: self._accept_if_wrong(_with_faces, fault, {body: rows}))
+        self._reduce_to_hull(body)
 
-    def _hull(self, body: int) -> None:
+    def _reduce_to_hull(self, body: int) -> None:
         """The hull of fewest corners, where it has fewer faces.
 
         A solid that lost a face is still one, with all of its other faces; a tetrahedron has four.
@@ -133,57 +138,61 @@ class Shrinking:
         if len(mesh.faces) <= 4:
             return
         corners, fault = mesh.vertices[np.unique(mesh.faces)], self.fault
-        if mesh.is_closed or self._takes(_with_hull, fault, body, corners):
-            fewest(np.arange(len(corners)), lambda rows: self._takes(_with_hull, fault, body, corners[rows]))
+        if mesh.is_closed or self._accept_if_wrong(_with_hull, fault, body, corners):
+            minimal_subset(
+                np.arange(len(corners)), lambda rows: self._accept_if_wrong(_with_hull, fault, body, corners[rows])
+            )
         if len(self.fault.bodies[body].mesh.faces) >= len(mesh.faces):
             self.fault, self.doubts = before
 
-    def _opens(self, body: int) -> bool:
+    def _can_lose_face(self, body: int) -> bool:
         """Whether any one of a few faces can go."""
         rows = np.arange(len(self.fault.bodies[body].mesh.faces))
-        some = np.linspace(0, len(rows) - 1, 4).astype(int).tolist()
-        return any(self._takes(_with_faces, self.fault, {body: np.delete(rows, face)}) for face in some)
+        sampled_faces = np.linspace(0, len(rows) - 1, 4).astype(int).tolist()
+        return any(
+            self._accept_if_wrong(_with_faces, self.fault, {body: np.delete(rows, face)}) for face in sampled_faces
+        )
 
-    def _plain_rotations(self) -> None:
+    def _remove_rotations(self) -> None:
         """No rotation at all, of all bodies or of one."""
-        every = list(range(len(self.fault.bodies)))
-        for bodies in (every, *([k] for k in every)):
+        all_bodies = list(range(len(self.fault.bodies)))
+        for bodies in (all_bodies, *([k] for k in all_bodies)):
             rotations = self.fault.motion.rotations.copy()
             rotations[:, bodies] = np.eye(3)
-            if np.array_equal(rotations, self.fault.motion.rotations) or self._takes(
+            if np.array_equal(rotations, self.fault.motion.rotations) or self._accept_if_wrong(
                 _with_poses, self.fault, "rotations", rotations
             ):
                 return
 
-    def _decimals(self) -> None:
+    def _round_numbers(self) -> None:
         for name in ("times", "translations", "rotations"):
-            self._rounded(getattr(self.fault.motion, name), _with_poses, self.fault, name)
+            self._round_values(getattr(self.fault.motion, name), _with_poses, self.fault, name)
         for body in range(len(self.fault.bodies)):
-            self._rounded(self.fault.bodies[body].mesh.vertices, _with_vertices, self.fault, body)
+            self._round_values(self.fault.bodies[body].mesh.vertices, _with_vertices, self.fault, body)
 
-    def _rounded(self, values: FloatArray, make: Callable[..., WrongAnswer], *given: Any) -> None:
+    def _round_values(self, values: FloatArray, make: Callable[..., WrongAnswer], *arguments: Any) -> None:
         """Rounds to the fewest decimals that leave the detector wrong."""
         for decimals in DECIMALS:
-            rounded = np.round(values, decimals) + 0.0
-            if np.array_equal(rounded, values) or self._takes(make, *given, rounded):
+            rounded_values = np.round(values, decimals) + 0.0
+            if np.array_equal(rounded_values, values) or self._accept_if_wrong(make, *arguments, rounded_values):
                 return
 
 
-def fewest(items: IntArray, stands: Callable[[IntArray], bool]) -> IntArray:
+def minimal_subset(items: IntArray, still_stands: Callable[[IntArray], bool]) -> IntArray:
     """Some of the items, in order, that still stand, and of which none can go alone.
 
     Zeller and Hildebrandt, *Simplifying and isolating failure-inducing input*, IEEE TSE 28 (2002): algorithm ddmin.
     All items are taken to stand, and are not asked about.
     """
-    if len(items) and stands(items[:0]):
+    if len(items) and still_stands(items[:0]):
         return items[:0]
     chunks = 2
     while len(items) >= 2:
-        for kept in _tried(items, min(chunks, len(items))):
-            if stands(kept):
+        for kept_rows in _candidate_subsets(items, min(chunks, len(items))):
+            if still_stands(kept_rows):
                 # A part of its own begins anew; what is left without one part goes on as finely.
-                chunks = 2 if len(kept) <= -(-len(items) // chunks) else max(chunks - 1, 2)
-                items = kept
+                chunks = 2 if len(kept_rows) <= -(-len(items) // chunks) else max(chunks - 1, 2)
+                items = kept_rows
                 break
         else:
             if chunks >= len(items):
@@ -192,23 +201,23 @@ def fewest(items: IntArray, stands: Callable[[IntArray], bool]) -> IntArray:
     return items
 
 
-def _tried(items: IntArray, count: int) -> Iterator[IntArray]:
+def _candidate_subsets(items: IntArray, count: int) -> Iterator[IntArray]:
     chunks = np.array_split(np.arange(len(items)), count)
     yield from (items[chunk] for chunk in chunks)
     if count > 2:
         yield from (np.delete(items, chunk) for chunk in chunks)
 
 
-def _at_frames(fault: WrongAnswer, rows: IntArray) -> WrongAnswer:
+def _fault_at_frames(fault: WrongAnswer, rows: IntArray) -> WrongAnswer:
     return replace(fault, motion=fault.motion.take(rows))
 
 
-def _of_pairs(fault: WrongAnswer, rows: IntArray) -> WrongAnswer:
-    return of_pairs(replace(fault, pairs=fault.pairs[rows]))
+def _fault_of_pairs(fault: WrongAnswer, rows: IntArray) -> WrongAnswer:
+    return reduce_to_pairs(replace(fault, pairs=fault.pairs[rows]))
 
 
-def _with_faces(fault: WrongAnswer, kept: dict[int, IntArray]) -> WrongAnswer:
-    for body, rows in kept.items():
+def _with_faces(fault: WrongAnswer, kept_rows: dict[int, IntArray]) -> WrongAnswer:
+    for body, rows in kept_rows.items():
         mesh = fault.bodies[body].mesh
         corners, faces = np.unique(mesh.faces[np.sort(rows)], return_inverse=True)
         fault = _with_mesh(fault, body, TriangleMesh(mesh.vertices[corners], faces.reshape(-1, 3)))

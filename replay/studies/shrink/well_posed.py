@@ -50,11 +50,13 @@ def _margin(fault: WrongAnswer) -> Iterable[Doubt]:
     rotations, move = fault.motion.rotations[-1, [first, second]], fault.motion.translations[-1, [first, second]]
     stage, pair = MarginStage(fault.bodies, TAU), (first, second)
     if fault.contact:
-        meeting = meeting_faces_exhaustive(fault.corners(first), fault.corners(second))
-        if len(meeting):
-            if not stage.shallow(pair, meeting, rotations, move):
+        meeting_faces = meeting_faces_exhaustive(fault.corners(first), fault.corners(second))
+        if len(meeting_faces):
+            if not stage.shallow(pair, meeting_faces, rotations, move):
                 return ()
-            return (Doubt.SHALLOW, Doubt.LOOSE) if stage.loose(pair, meeting, rotations, move) else (Doubt.SHALLOW,)
+            return (
+                (Doubt.SHALLOW, Doubt.LOOSE) if stage.loose(pair, meeting_faces, rotations, move) else (Doubt.SHALLOW,)
+            )
         if fault.oracle == "continuous":
             return ()
     return (Doubt.NEAR,) if stage.near(pair, rotations[None], move[None])[0] else ()

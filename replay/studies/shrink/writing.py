@@ -115,10 +115,10 @@ def _poses(fault: WrongAnswer) -> Iterator[list[Any]]:
     yield ["time", "body", "valid", "x", "y", "z", *(f"r{row}{column}" for row in range(3) for column in range(3))]
     motion = fault.motion
     for frame, time in enumerate(motion.times.tolist()):
-        for body, kept in enumerate(fault.bodies):
+        for body, case_body in enumerate(fault.bodies):
             translation, rotation = motion.translations[frame, body], motion.rotations[frame, body]
             numbers = [*translation.tolist(), *rotation.ravel().tolist()]
-            yield [repr(time), kept.name, int(motion.valid[frame, body]), *map(repr, numbers)]
+            yield [repr(time), case_body.name, int(motion.valid[frame, body]), *map(repr, numbers)]
 
 
 def _report(fault: WrongAnswer, case: Mapping[str, Any]) -> Iterator[str]:

@@ -52,16 +52,16 @@ class WrongAnswer:
         first, second = self.pairs[0].tolist()
         return self.bodies[first], self.bodies[second]
 
-    def stands(self) -> bool:
+    def is_reproduced(self) -> bool:
         """Whether the detector still answers wrongly, and the oracle still as it did; input it refuses does not."""
         try:
-            return self._says(self.oracle, {}) is self.contact and self._says(self.detector, self.settings) is (
-                not self.contact
-            )
+            return self._reports_contact(self.oracle, {}) is self.contact and self._reports_contact(
+                self.detector, self.settings
+            ) is (not self.contact)
         except CollisionCoreError:
             return False
 
-    def _says(self, name: str, settings: Mapping[str, Any]) -> bool | None:
+    def _reports_contact(self, name: str, settings: Mapping[str, Any]) -> bool | None:
         verdict = create_detector(name, self.bodies, pairs=self.pairs, **settings).detect(self.motion).verdict[-1, :1]
         return None if is_undecided(verdict)[0] else bool(counts_as_contact(verdict)[0])
 
@@ -71,7 +71,7 @@ class WrongAnswer:
         return place_points(self.bodies[body].mesh.triangles, *pose)
 
 
-def of_run(
+def fault_of_run(
     run: RunFolder,
     *,
     miss: int | None = None,
@@ -89,11 +89,11 @@ def of_run(
     the recording, or a fault that does not happen again; ``RunFolderError``: no recording or scene, or those of another
     run.
     """
-    stored = _stored_fault(run, miss, false, label)
-    contact = stored.kind.is_miss
-    trusted, label = parse_detector(label).name if label else None, stored.detector
+    stored_fault = _stored_fault(run, miss, false, label)
+    contact = stored_fault.kind.is_miss
+    trusted_class, label = parse_detector(label).name if label else None, stored_fault.detector
     detector = run.document.detectors[label]
-    if ":" in detector.name and detector.name != trusted:
+    if ":" in detector.name and detector.name != trusted_class:
         raise ShrinkError(
             f"{run.path} was made with {detector.name}, a class of somebody's own code; "
             f"to import and run it, add --detector {label}={detector.name}"
@@ -105,43 +105,43 @@ def of_run(
             f"{label} tests colliders that came with the recording, which a test of two meshes cannot hold"
         )
     oracle = "continuous" if run.document.detectors[run.document.oracle].covers == "intervals" else "exact"
-    usual = vars(load_detector(detector.name).Settings())
-    settings = {key: value for key, value in detector.settings.items() if value != usual.get(key)}
-    assembly = _assembled(run, session, scene)
+    default_settings = vars(load_detector(detector.name).Settings())
+    settings = {key: value for key, value in detector.settings.items() if value != default_settings.get(key)}
+    assembly = _assemble_run(run, session, scene)
     names = [body.name for body in assembly.bodies]
-    first_body, second_body = stored.bodies
+    first_body, second_body = stored_fault.bodies
     pair = names.index(first_body), names.index(second_body)
-    frames = [stored.frame] if contact else range(stored.first, stored.last + 1)
+    frames = [stored_fault.frame] if contact else range(stored_fault.first, stored_fault.last + 1)
     for frame, pairs, first in product(frames, _selections(assembly, pair), WINDOWS):
-        began = int(np.searchsorted(assembly.motion.times, assembly.motion.times[frame] - first))
-        motion = assembly.motion.take(np.arange(began, frame + 1))
-        fault = of_pairs(WrongAnswer(detector.name, settings, oracle, assembly.bodies, motion, pairs, contact))
+        first_row = int(np.searchsorted(assembly.motion.times, assembly.motion.times[frame] - first))
+        motion = assembly.motion.take(np.arange(first_row, frame + 1))
+        fault = reduce_to_pairs(WrongAnswer(detector.name, settings, oracle, assembly.bodies, motion, pairs, contact))
         # The first frame is sampled at any offset, so most faults stand without one.
-        plain = {key: value for key, value in settings.items() if key != OFFSET_SETTING}
-        for candidate in (replace(fault, settings=plain), fault):
-            if candidate.stands():
+        settings_without_offset = {key: value for key, value in settings.items() if key != OFFSET_SETTING}
+        for candidate in (replace(fault, settings=settings_without_offset), fault):
+            if candidate.is_reproduced():
                 return candidate
     raise ShrinkError(
-        f"run again on {first_body} and {second_body} at {words.timestamp(stored.start)} s, {label} is right; "
+        f"run again on {first_body} and {second_body} at {words.timestamp(stored_fault.start)} s, {label} is right; "
         "its answer depended on the clock"
     )
 
 
-def of_pairs(fault: WrongAnswer) -> WrongAnswer:
+def reduce_to_pairs(fault: WrongAnswer) -> WrongAnswer:
     """The same with the bodies of its pairs only."""
-    kept = np.unique(fault.pairs)
+    kept_bodies = np.unique(fault.pairs)
     motion = fault.motion
-    poses = motion.translations[:, kept], motion.rotations[:, kept], motion.valid[:, kept]
-    moved = Motion(motion.times, *poses, linked=motion.linked[:, kept])
-    bodies = tuple(fault.bodies[k] for k in kept)
-    return replace(fault, bodies=bodies, motion=moved, pairs=np.searchsorted(kept, fault.pairs))
+    poses = motion.translations[:, kept_bodies], motion.rotations[:, kept_bodies], motion.valid[:, kept_bodies]
+    reduced_motion = Motion(motion.times, *poses, linked=motion.linked[:, kept_bodies])
+    bodies = tuple(fault.bodies[k] for k in kept_bodies)
+    return replace(fault, bodies=bodies, motion=reduced_motion, pairs=np.searchsorted(kept_bodies, fault.pairs))
 
 
 def _selections(assembly: Assembly, pair: tuple[int, int]) -> Iterator[IntArray]:
     """The pair alone, and before the others, which share a budget of the frame with it."""
-    alone = np.array([pair], dtype=np.int64)
-    yield alone
-    yield np.concatenate([alone, assembly.pairs[(np.sort(assembly.pairs) != np.sort(alone)).any(axis=1)]])
+    single_pair = np.array([pair], dtype=np.int64)
+    yield single_pair
+    yield np.concatenate([single_pair, assembly.pairs[(np.sort(assembly.pairs) != np.sort(single_pair)).any(axis=1)]])
 
 
 def _stored_fault(run: RunFolder, miss: int | None, false: int | None, detector: str | None) -> Fault:
@@ -150,19 +150,19 @@ def _stored_fault(run: RunFolder, miss: int | None, false: int | None, detector:
     ``detector``: the label of its detector, its ``module:Class``, or ``label=module:Class``.
     """
     names = {label: run.document.detectors[label].name for label in run.document.audit}
-    among = [
+    matching_labels = [
         label
         for label, name in names.items()
         if detector in (None, label) or (":" in name and detector in (name, f"{label}={name}"))
     ]
-    if detector is not None and not among:
+    if detector is not None and not matching_labels:
         raise ShrinkError(f"{run.path} audited no {detector}; it audited: {', '.join(names) or 'nothing'}")
     if miss is not None:
         run.require_miss(miss)
     number, what = (miss, "miss") if miss is not None else (false, "false contact")
     faults = [
         fault
-        for label in among
+        for label in matching_labels
         for fault in run.faults[label]
         if fault.number == number and fault.kind.is_miss == (miss is not None)
     ]
@@ -174,12 +174,14 @@ def _stored_fault(run: RunFolder, miss: int | None, false: int | None, detector:
     return faults[0]
 
 
-def _assembled(run: RunFolder, session: Path | None, scene: Path | None) -> Assembly:
+def _assemble_run(run: RunFolder, session: Path | None, scene: Path | None) -> Assembly:
     """Bodies, poses and pairs as the run had them."""
-    recording = run.recording(session, scene)
-    prepared = prepare(read_session(recording, scene=scene), policy=run.document.policy, **asdict(run.document.window))
-    run.require_digest(recording, prepared.repaired.digest)
-    replayed, assembly = run.document.session, prepared.assembly
-    if len(assembly.motion) != replayed.frames or {*assembly.names} != {*replayed.bodies}:
+    recording = run.find_recording(session, scene)
+    preparation = prepare(
+        read_session(recording, scene=scene), policy=run.document.policy, **asdict(run.document.window)
+    )
+    run.require_digest(recording, preparation.repaired.digest)
+    session_document, assembly = run.document.session, preparation.assembly
+    if len(assembly.motion) != session_document.frames or {*assembly.names} != {*session_document.bodies}:
         raise RunFolderError(f"{run.path} speaks of other frames or bodies than its recording has; run it again")
     return assembly

@@ -12,9 +12,9 @@ from cdcore.narrow.ill_posed import MarginStage
 from cdcore.numerics import BoolArray, ByteArray
 from cdcore.protocol import counts_as_contact, is_undecided
 from replay.detection.detector_spec import DetectorSpec, SpecLike, parse_detector
-from replay.studies.stress.scenes import SCENES, StressScene, at, meeting, two
+from replay.studies.stress.scenes import SCENES, StressScene, body_pair, meeting_faces, motion_at
 from replay.studies.stress.solids import ball_mesh, box_mesh
-from replay.studies.stress.tally import Tally, judged
+from replay.studies.stress.tally import Tally, judge_answers
 
 REPEATED: Final = 43
 """Number of the case that asks whether an answer repeats, whatever the blocks."""
@@ -29,17 +29,17 @@ def ask_case(detector: SpecLike, number: int, scenes: Sequence[StressScene], *, 
     """Ask a detector one case; ``scenes`` are those of the case, if it has any."""
     spec = parse_detector(detector)
     if number == REPEATED:
-        return _ask_again(spec, seed)
+        return _ask_repeatedly(spec, seed)
     counts: Counter[str] = Counter()
-    why, promised = "", True
+    reason_text, is_promised = "", True
     for scene in scenes:
         verdicts, reason, within_promise = _ask_scene(spec, scene, tau)
         counts.update(verdicts)
-        promised &= within_promise
+        is_promised &= within_promise
         if any(verdicts.get(word) for word in ("missed", "invented", "refused")):
-            why = why or reason
-    if not promised and counts["missed"]:
-        why = why or AT_FRAMES
+            reason_text = reason_text or reason
+    if not is_promised and counts["missed"]:
+        reason_text = reason_text or AT_FRAMES
     questions = sum(len(scene.truth) for scene in scenes)
     return Tally(
         spec.label,
@@ -49,26 +49,28 @@ def ask_case(detector: SpecLike, number: int, scenes: Sequence[StressScene], *, 
         seed,
         questions,
         **dict[str, Any](counts),
-        reason=why,
-        promised=promised,
+        reason=reason_text,
+        promised=is_promised,
     )
 
 
-def _ask_again(spec: DetectorSpec, seed: int) -> Tally:
+def _ask_repeatedly(spec: DetectorSpec, seed: int) -> Tally:
     """One digest for any size of blocks."""
     offsets = np.linspace(-1.3, 1.3, 97)
-    motion = at(np.stack([offsets, 0.1 * np.sin(9 * offsets), np.full(97, 0.2)], axis=1))
+    motion = motion_at(np.stack([offsets, 0.1 * np.sin(9 * offsets), np.full(97, 0.2)], axis=1))
     sizes = (1, 10, 64, 4096)
     options: dict[str, Any] = {}
     try:
-        engine = create_detector(spec.name, two(ball_mesh(0.5), box_mesh()), **spec.settings)
-        whole = engine.detect(motion).digest
-        other = [size for size in sizes if join(list(engine.stream(motion.blocks(size)))).digest != whole]
+        engine = create_detector(spec.name, body_pair(ball_mesh(0.5), box_mesh()), **spec.settings)
+        reference_digest = engine.detect(motion).digest
+        differing_sizes = [
+            size for size in sizes if join(list(engine.stream(motion.blocks(size)))).digest != reference_digest
+        ]
     except CollisionCoreError as error:
         options = {"refused": len(sizes), "reason": str(error)}
     else:
-        if other:
-            options = {"changed": len(other), "reason": f"blocks {other[0]}: another digest"}
+        if differing_sizes:
+            options = {"changed": len(differing_sizes), "reason": f"blocks {differing_sizes[0]}: another digest"}
     return Tally(spec.label, "case", REPEATED, CASES[REPEATED], seed, len(sizes), **options)
 
 
@@ -79,21 +81,21 @@ def _ask_scene(spec: DetectorSpec, scene: StressScene, tau: float) -> tuple[dict
     except CollisionCoreError as error:
         return {"refused": len(scene.truth)}, str(error), True
     verdict = np.concatenate([detection.verdict[:, 0] for detection in detections])
-    reason = next((why for detection in detections for why in detection.reasons.values()), "")
+    reason = next((reason_text for detection in detections for reason_text in detection.reasons.values()), "")
     if scene.covers == "intervals":
-        answers = _over_crossings(verdict.reshape(len(scene.truth), -1))
+        answers = _combine_over_crossings(verdict.reshape(len(scene.truth), -1))
         truth = scene.truth * np.uint8(Verdict.CONTACT)
-        promised = detections[0].covers == "intervals"
+        is_promised = detections[0].covers == "intervals"
     else:
-        answers, truth, promised = verdict, scene.truth, True
+        answers, truth, is_promised = verdict, scene.truth, True
     refused = is_undecided(answers)
     word = (detections[0].containment or ("",))[0]
     if word.startswith("refused: "):
-        silent = (truth == Verdict.CONTAINED) & ~counts_as_contact(answers) & ~refused
-        reason = word.removeprefix("refused: ") if silent.any() else reason
-        refused |= silent
-    counts = judged(answers, truth, refused, lambda wrong: _within(scene, wrong, tau))
-    return {word: int(rows.sum()) for word, rows in counts.items()}, reason, promised
+        is_silent = (truth == Verdict.CONTAINED) & ~counts_as_contact(answers) & ~refused
+        reason = word.removeprefix("refused: ") if is_silent.any() else reason
+        refused |= is_silent
+    counts = judge_answers(answers, truth, refused, lambda is_wrong: _is_within_tolerance(scene, is_wrong, tau))
+    return {word: int(rows.sum()) for word, rows in counts.items()}, reason, is_promised
 
 
 def _detections(spec: DetectorSpec, scene: StressScene) -> list[Detection]:
@@ -104,31 +106,31 @@ def _detections(spec: DetectorSpec, scene: StressScene) -> list[Detection]:
     return [engine.detect(scene.motion)]
 
 
-def _over_crossings(verdict: ByteArray) -> ByteArray:
+def _combine_over_crossings(verdict: ByteArray) -> ByteArray:
     """Combines (crossings, frames) verdicts: a contact anywhere, else undecided anywhere, else clear.
 
     The first frame of a crossing has no interval before it, so that it has no pose there decides nothing.
     """
-    combined = np.full(len(verdict), Verdict.CLEAR, dtype=np.uint8)
-    open_ = is_undecided(verdict)
-    open_[:, 0] &= verdict[:, 0] != Verdict.NO_POSE
-    combined[open_.any(axis=1)] = Verdict.UNRESOLVED
-    combined[(verdict == Verdict.CANDIDATE).any(axis=1)] = Verdict.CANDIDATE
-    combined[(verdict == Verdict.CONTACT).any(axis=1)] = Verdict.CONTACT
-    return combined
+    crossing_verdicts = np.full(len(verdict), Verdict.CLEAR, dtype=np.uint8)
+    is_open = is_undecided(verdict)
+    is_open[:, 0] &= verdict[:, 0] != Verdict.NO_POSE
+    crossing_verdicts[is_open.any(axis=1)] = Verdict.UNRESOLVED
+    crossing_verdicts[(verdict == Verdict.CANDIDATE).any(axis=1)] = Verdict.CANDIDATE
+    crossing_verdicts[(verdict == Verdict.CONTACT).any(axis=1)] = Verdict.CONTACT
+    return crossing_verdicts
 
 
-def _within(scene: StressScene, wrong: BoolArray, tau: float) -> BoolArray:
+def _is_within_tolerance(scene: StressScene, is_wrong: BoolArray, tau: float) -> BoolArray:
     """Mask of wrong answers about instants that lie within tau."""
-    within = np.zeros(len(wrong), dtype=np.bool_)
-    if scene.covers == "intervals" or tau <= 0 or not wrong.any():
-        return within
+    is_within = np.zeros(len(is_wrong), dtype=np.bool_)
+    if scene.covers == "intervals" or tau <= 0 or not is_wrong.any():
+        return is_within
     stage = MarginStage(scene.bodies, tau)
-    for frame in np.flatnonzero(wrong & (scene.truth != Verdict.CONTAINED)).tolist():
+    for frame in np.flatnonzero(is_wrong & (scene.truth != Verdict.CONTAINED)).tolist():
         rotation, move = scene.motion.rotations[frame], scene.motion.translations[frame]
         if scene.truth[frame] == Verdict.CONTACT:
-            question = (0, 1), meeting(scene.bodies, scene.motion, frame), rotation, move
-            within[frame] = stage.shallow(*question) and stage.loose(*question)
+            question = (0, 1), meeting_faces(scene.bodies, scene.motion, frame), rotation, move
+            is_within[frame] = stage.shallow(*question) and stage.loose(*question)
         else:
-            within[frame] = stage.near((0, 1), rotation[None], move[None])[0]
-    return within
+            is_within[frame] = stage.near((0, 1), rotation[None], move[None])[0]
+    return is_within

@@ -47,7 +47,7 @@ class Family:
         return corners.reshape(-1, 2, 3, 3)
 
 
-def nothing(_rng: Generator, n: int) -> FloatArray:
+def zero_corners(_rng: Generator, n: int) -> FloatArray:
     """Six corners at the origin."""
     return np.zeros((n, 6, 3))
 
@@ -69,10 +69,10 @@ def lattice(rng: Generator, n: int) -> FloatArray:
 
 def thick_grid(rng: Generator, n: int) -> FloatArray:
     """Pairs of ``grid`` whose first triangle has an area."""
-    t = nothing(rng, 0)
+    t = zero_corners(rng, 0)
     while len(t) < n:
-        more = grid(rng, n)
-        t = np.concatenate([t, more[unit_normal(more[:, :3])[1] >= 1e-3]])[:n]
+        new_pairs = grid(rng, n)
+        t = np.concatenate([t, new_pairs[unit_normal(new_pairs[:, :3])[1] >= 1e-3]])[:n]
     return t
 
 
@@ -117,7 +117,7 @@ def _shared_edge(_rng: Generator, t: FloatArray) -> None:
     t[:, 3:5] = t[:, 1::-1]
 
 
-def _identical(rng: Generator, t: FloatArray) -> None:
+def _make_identical(rng: Generator, t: FloatArray) -> None:
     order = rng.permuted(np.tile(np.arange(3), (len(t), 1)), axis=1)
     t[:, 3:] = np.take_along_axis(t[:, :3], order[..., None], axis=1)
 
@@ -165,14 +165,14 @@ def _needles(rng: Generator, t: FloatArray) -> None:
     t[:, 3:] += ((t[:, 0] + t[:, 1]) / 2 - (t[:, 3] + t[:, 4]) / 2)[:, None]
 
 
-def _far(rng: Generator, t: FloatArray) -> None:
+def _move_far_away(rng: Generator, t: FloatArray) -> None:
     n = len(t)
     direction = rng.normal(0, 1, (n, 3))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     t[:] = uniform(rng, n) * 1e-2 + (direction * log_uniform(rng, 5, 8, (n, 1)))[:, None]
 
 
-def _tiny(rng: Generator, t: FloatArray) -> None:
+def _shrink(rng: Generator, t: FloatArray) -> None:
     t[:] = (t - 0.5) * log_uniform(rng, -9, -5, (len(t), 1, 1))
 
 
@@ -228,13 +228,13 @@ def _rounded_motion(rng: Generator, t: FloatArray) -> None:
 def _glass_facets(rng: Generator, t: FloatArray) -> None:
     n, width, height, radius = len(t), 0.002, 6e-5, 0.03
     start = rng.uniform(0, 2 * np.pi, n)
-    outside = radius + rng.choice([0.0, 1e-6, 1e-4], n)
+    outer_radius = radius + rng.choice([0.0, 1e-6, 1e-4], n)
     tilt, lift = rng.uniform(-width, width, n), rng.uniform(-3e-5, 3e-5, n)
     for row, (step, level) in enumerate([(0, 0), (1, 0), (0, 1)] * 2):
-        second = row >= 3
-        angle = start + step * width + tilt * second
-        r = outside if second else radius
-        t[:, row] = np.stack([r * np.cos(angle), r * np.sin(angle), level * height + lift * second], axis=-1)
+        is_second = row >= 3
+        angle = start + step * width + tilt * is_second
+        r = outer_radius if is_second else radius
+        t[:, row] = np.stack([r * np.cos(angle), r * np.sin(angle), level * height + lift * is_second], axis=-1)
     t[:] = t.astype(np.float32)
 
 
@@ -243,7 +243,7 @@ _TABLE: tuple[tuple[str, Start, Change | None, bool | None], ...] = (
     ("vertex within ulps of a face", uniform, _vertex_by_ulps, None),
     ("shared vertex", uniform, _shared_vertex, True),
     ("shared edge, folded", uniform, _shared_edge, True),
-    ("identical, permuted", uniform, _identical, True),
+    ("identical, permuted", uniform, _make_identical, True),
     ("coplanar, axis plane", uniform, _coplanar_axis, None),
     ("coplanar oblique", COARSE, _coplanar_oblique, None),
     ("coplanar touching", COARSE, _coplanar_touching, True),
@@ -251,20 +251,20 @@ _TABLE: tuple[tuple[str, Start, Change | None, bool | None], ...] = (
     ("point on a face", grid, _point_on_face, True),
     ("point off a face", thick_grid, _point_off_face, False),
     ("needles", uniform, _needles, None),
-    ("far from the origin", nothing, _far, None),
-    ("tiny", uniform, _tiny, None),
+    ("far from the origin", zero_corners, _move_far_away, None),
+    ("tiny", uniform, _shrink, None),
     ("products underflow", uniform, _underflow, None),
     ("products overflow", uniform, _overflow, None),
     ("edges cross in one point", WHOLE, _edges_cross, True),
     ("vertex exactly on a face", WHOLE, _vertex_on_face, True),
     ("parallel planes, small gap", uniform, _parallel_gap, False),
-    ("shallow overlap", nothing, _shallow, True),
+    ("shallow overlap", zero_corners, _shallow, True),
     ("size ratio 1e6 to 1e9", uniform, _size_ratio, None),
     ("near-coplanar", uniform, _near_coplanar, None),
-    ("thin wall, poke", nothing, _thin_wall, None),
+    ("thin wall, poke", zero_corners, _thin_wall, None),
     ("lattice", lattice, None, None),
     ("lattice, rounded motion", lattice, _rounded_motion, None),
-    ("float32 glass facets", nothing, _glass_facets, None),
+    ("float32 glass facets", zero_corners, _glass_facets, None),
 )
 
 FAMILIES: tuple[Family, ...] = tuple(Family(number, *row) for number, row in enumerate(_TABLE, start=1))

@@ -19,7 +19,7 @@ from replay.errors import OutputError, StressError
 from replay.studies.stress.bodies import ask_case
 from replay.studies.stress.families import FAMILIES, FIRST_SEED, Family
 from replay.studies.stress.scenes import scenes_of
-from replay.studies.stress.tally import StressResult, Tally, judged
+from replay.studies.stress.tally import StressResult, Tally, judge_answers
 from replay.studies.stress.triangle_pairs import verdicts_of
 from sessions.whole_files import whole_file
 
@@ -32,7 +32,7 @@ def detectors_of(text: str) -> list[DetectorSpec]:
     Raises StressError: no detector. Raises DetectorSpecError: text of another form. Raises UnknownDetectorError: lists
     the names there are. Raises InvalidSettingError: a setting that the detector does not have.
     """
-    chosen: dict[str, DetectorSpec] = {}
+    chosen_detectors: dict[str, DetectorSpec] = {}
     for spec in split_specs(str(text)):
         rows = (
             [name for name in detector_names() if not detector_row(name).no_triangles]
@@ -42,10 +42,10 @@ def detectors_of(text: str) -> list[DetectorSpec]:
         for row in rows:
             detector = parse_detector(row)
             settings_of(detector.name, detector.settings)
-            chosen.setdefault(detector.label, detector)
-    if not chosen:
+            chosen_detectors.setdefault(detector.label, detector)
+    if not chosen_detectors:
         raise StressError(f"{text!r} names no detector; there are: {', '.join(detector_names())}, {ALL}")
-    return list(chosen.values())
+    return list(chosen_detectors.values())
 
 
 def numbers_of(text: str | None, what: str, known: Sequence[int]) -> list[int]:
@@ -60,17 +60,17 @@ def numbers_of(text: str | None, what: str, known: Sequence[int]) -> list[int]:
         return []
     if text == ALL:
         return [*known]
-    chosen: set[int] = set()
+    chosen_numbers: set[int] = set()
     least, most = min(known), max(known)
     for entry in text.split(","):
         first, _, last = (word.strip() for word in entry.partition("-"))
         ends = first, last or first
-        inside = all(map(str.isdecimal, ends)) and least <= int(ends[0]) <= int(ends[1]) <= most
-        numbers = {number for number in known if inside and int(ends[0]) <= number <= int(ends[1])}
+        is_in_range = all(map(str.isdecimal, ends)) and least <= int(ends[0]) <= int(ends[1]) <= most
+        numbers = {number for number in known if is_in_range and int(ends[0]) <= number <= int(ends[1])}
         if not numbers:
             raise StressError(f"there is no {what} {entry!r}; they go from {least} to {most}, written as 9 or 3-5,12")
-        chosen |= numbers
-    return sorted(chosen)
+        chosen_numbers |= numbers
+    return sorted(chosen_numbers)
 
 
 def stress(
@@ -92,8 +92,8 @@ def stress(
     detectors = detectors_of(detector)
     labels = [spec.label for spec in detectors]
     if pairs < 1 or seed < 0 or not 0 <= tau < float("inf"):
-        given = f"{pairs} pairs, seed {seed}, tau {tau}"
-        raise StressError(f"{given}: give 1 pair or more, and neither seed nor tau below 0")
+        arguments_text = f"{pairs} pairs, seed {seed}, tau {tau}"
+        raise StressError(f"{arguments_text}: give 1 pair or more, and neither seed nor tau below 0")
     tallies: list[Tally] = []
     with (progress or Silent()).stage("stress", len(detectors) * (len(families) + len(cases)), "questions") as advance:
         for family in families:
@@ -127,13 +127,13 @@ def family_tally(
     Pairs that failed are written to a file in ``out``, ``family-09-hybrid-seed-100.npz``.
     """
 
-    def within(wrong: BoolArray) -> BoolArray:
+    def is_within_tolerance(is_wrong: BoolArray) -> BoolArray:
         # With a tolerance of 0 none is, not even a touch.
-        some = wrong & family.metric & (tau > 0)
-        some[some] = triangle_margins(triangles[some])[1] <= tau
-        return some
+        is_within = is_wrong & family.metric & (tau > 0)
+        is_within[is_within] = triangle_margins(triangles[is_within])[1] <= tau
+        return is_within
 
-    answers = judged(verdict, truth * np.uint8(Verdict.CONTACT), is_undecided(verdict), within)
+    answers = judge_answers(verdict, truth * np.uint8(Verdict.CONTACT), is_undecided(verdict), is_within_tolerance)
     counts: dict[str, Any] = {word: int(rows.sum()) for word, rows in answers.items()}
     row = np.flatnonzero(answers["missed"] | answers["invented"] | answers["refused"])
     target = None

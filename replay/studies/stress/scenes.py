@@ -18,13 +18,21 @@ from cdcore.numerics import TAU, FloatArray
 from cdcore.poses import place_points
 from cdcore.protocol.detection import Covers
 from replay.studies.stress.families import FIRST_SEED, random_rotations
-from replay.studies.stress.solids import ball_mesh, beaker_mesh, box_mesh, icosphere_mesh, merged, moved, rod_mesh
+from replay.studies.stress.solids import (
+    ball_mesh,
+    beaker_mesh,
+    box_mesh,
+    icosphere_mesh,
+    merge_meshes,
+    rod_mesh,
+    shift_mesh,
+)
 from sessions.model.constants import HEADSET_HZ
 
 HAIR: Final = 2.0**-40
 """Metres, a picometre: far below what a tracker sees, far above the rounding of a metre."""
 
-GONE: Final = (2.0**53, 1e17, 1e30, 1e160, 1e300)
+IMPOSSIBLE_M: Final = (2.0**53, 1e17, 1e30, 1e160, 1e300)
 """Metres from the origin: finite, and no pose of a room; squares of the last two are not finite."""
 
 LIFTS: Final = (1e-12, 1e-9, 1e-7, 5e-7, 1e-6, 2e-6, 1e-5)
@@ -46,32 +54,34 @@ class StressScene:
     covers: Covers = "instants"  # whether the frames are asked about, or all of the time between them too
 
 
-def of_instants(name: str, meshes: Meshes, motion: Motion, truth: ArrayLike | None = None) -> StressScene:
+def scene_of_instants(name: str, meshes: Meshes, motion: Motion, truth: ArrayLike | None = None) -> StressScene:
     """A scene whose frames have these verdicts; else all face pairs tell, and nothing may be inside another."""
-    bodies = two(*meshes)
+    bodies = body_pair(*meshes)
     if truth is None:
-        truth = [Verdict.CONTACT if len(meeting(bodies, motion, k)) else Verdict.CLEAR for k in range(len(motion))]
+        truth = [
+            Verdict.CONTACT if len(meeting_faces(bodies, motion, k)) else Verdict.CLEAR for k in range(len(motion))
+        ]
     return StressScene(name, bodies, motion, np.broadcast_to(np.asarray(truth, dtype=np.uint8), len(motion)))
 
 
-def of_intervals(name: str, meshes: Meshes, motion: Motion, meets: bool, crossings: int = 1) -> StressScene:
+def scene_of_intervals(name: str, meshes: Meshes, motion: Motion, meets: bool, crossings: int = 1) -> StressScene:
     """A scene of a motion of several equal parts, each of which has a contact somewhere, or none of which has."""
-    return StressScene(name, two(*meshes), motion, np.full(crossings, meets, dtype=np.uint8), "intervals")
+    return StressScene(name, body_pair(*meshes), motion, np.full(crossings, meets, dtype=np.uint8), "intervals")
 
 
-def two(first: TriangleMesh, second: TriangleMesh) -> tuple[Body, Body]:
+def body_pair(first: TriangleMesh, second: TriangleMesh) -> tuple[Body, Body]:
     """The meshes as bodies."""
     return Body("first", first), Body("second", second)
 
 
-def meeting(bodies: tuple[Body, Body], motion: Motion, frame: int) -> NDArray[np.int64]:
+def meeting_faces(bodies: tuple[Body, Body], motion: Motion, frame: int) -> NDArray[np.int64]:
     """The face pairs (k, 2) that meet in a frame, from all there are, placed as every detector places them."""
     rotations, moves = motion.rotations[frame], motion.translations[frame]
-    placed = (place_points(body.mesh.triangles, rotations[k], moves[k]) for k, body in enumerate(bodies))
-    return meeting_faces_exhaustive(*placed)
+    placed_triangles = (place_points(body.mesh.triangles, rotations[k], moves[k]) for k, body in enumerate(bodies))
+    return meeting_faces_exhaustive(*placed_triangles)
 
 
-def in_worlds(rng: Generator, count: int) -> Motion:
+def random_pose_motion(rng: Generator, count: int) -> Motion:
     """Both bodies in the same random pose, ``count`` times; the first time as they stand."""
     rotations, translations = random_rotations(rng, count), rng.normal(size=(count, 3))
     rotations[0], translations[0] = np.eye(3), 0.0
@@ -80,14 +90,14 @@ def in_worlds(rng: Generator, count: int) -> Motion:
     )
 
 
-def at(translations: ArrayLike) -> Motion:
+def motion_at(translations: ArrayLike) -> Motion:
     """The first body unturned at places (T, 3), the second at the origin."""
     first = np.asarray(translations, dtype=np.float64)
-    both = np.stack([first, np.zeros_like(first)], axis=1)
-    return Motion(np.arange(len(first)) / HEADSET_HZ, both, np.tile(np.eye(3), (len(first), 2, 1, 1)))
+    translations_of_both = np.stack([first, np.zeros_like(first)], axis=1)
+    return Motion(np.arange(len(first)) / HEADSET_HZ, translations_of_both, np.tile(np.eye(3), (len(first), 2, 1, 1)))
 
 
-def moved_away(motion: Motion, offset: ArrayLike) -> Motion:
+def shifted_motion(motion: Motion, offset: ArrayLike) -> Motion:
     """The same somewhere else."""
     return Motion(motion.times, motion.translations + np.asarray(offset), motion.rotations, linked=motion.linked)
 
@@ -102,24 +112,24 @@ def _inside_out(mesh: TriangleMesh) -> TriangleMesh:
 
 def containment(rng: Generator) -> Iterator[StressScene]:
     """27: a body wholly inside another."""
-    inside = {"ball in a box": (ball_mesh(0.1), box_mesh()), "ball in a ball": (ball_mesh(0.2), ball_mesh(1.0))}
-    for name, (inner, outer) in inside.items():
-        yield of_instants(name, (inner, outer), in_worlds(rng, 6), Verdict.CONTAINED)
-        yield of_instants(f"{name}, outer first", (outer, inner), in_worlds(rng, 6), Verdict.CONTAINED)
+    nested_meshes = {"ball in a box": (ball_mesh(0.1), box_mesh()), "ball in a ball": (ball_mesh(0.2), ball_mesh(1.0))}
+    for name, (inner, outer) in nested_meshes.items():
+        yield scene_of_instants(name, (inner, outer), random_pose_motion(rng, 6), Verdict.CONTAINED)
+        yield scene_of_instants(f"{name}, outer first", (outer, inner), random_pose_motion(rng, 6), Verdict.CONTAINED)
 
 
 def cavity(rng: Generator) -> Iterator[StressScene]:
     """28: a rod in the cavity of an open beaker, which is outside the glass."""
-    rod, beaker = moved(rod_mesh(), [0.01, 0.005, 0.01]), beaker_mesh()
-    yield of_instants("rod first", (rod, beaker), in_worlds(rng, 6), Verdict.CLEAR)
-    yield of_instants("beaker first", (beaker, rod), in_worlds(rng, 6), Verdict.CLEAR)
+    rod, beaker = shift_mesh(rod_mesh(), [0.01, 0.005, 0.01]), beaker_mesh()
+    yield scene_of_instants("rod first", (rod, beaker), random_pose_motion(rng, 6), Verdict.CLEAR)
+    yield scene_of_instants("beaker first", (beaker, rod), random_pose_motion(rng, 6), Verdict.CLEAR)
 
 
 def odd_meshes(_rng: Generator) -> Iterator[StressScene]:
     """37: meshes with every common fault, beside a sound one; clear, in contact, far away."""
     box = box_mesh()
     stray = [*box.vertices.tolist(), [50.0, 0, 0]]
-    odd = {
+    odd_meshes_by_name = {
         "faces without area": TriangleMesh(box.vertices, [*box.faces.tolist(), [0, 0, 1], [3, 3, 3]]),
         "faces listed twice": TriangleMesh(box.vertices, np.concatenate([box.faces, box.faces])),
         "vertices not merged": TriangleMesh(box.triangles.reshape(-1, 3), np.arange(36).reshape(-1, 3)),
@@ -129,47 +139,51 @@ def odd_meshes(_rng: Generator) -> Iterator[StressScene]:
         "an edge of three faces": TriangleMesh([*stray[:-1], [-1.0, -1, 0]], [*box.faces.tolist(), [0, 1, 8]]),
         "no area at all": TriangleMesh(np.zeros((3, 3)) + 0.5, [[0, 1, 2], [0, 0, 0]]),
     }
-    for name, mesh in odd.items():
-        yield of_instants(name, (ball_mesh(0.5), mesh), at([[1.1, 0, 0], [0.9, 0.1, 0.2], [3.0, 0, 0]]))
+    for name, mesh in odd_meshes_by_name.items():
+        yield scene_of_instants(name, (ball_mesh(0.5), mesh), motion_at([[1.1, 0, 0], [0.9, 0.1, 0.2], [3.0, 0, 0]]))
 
 
 def far_away(_rng: Generator) -> Iterator[StressScene]:
     """38: thousands of kilometres from the origin, by the poses or in the vertices."""
     ball, box = ball_mesh(0.5), box_mesh()
-    near = at([[x, 0.1, 0.2] for x in (0.9, 0.99, 1.0, 1 + 1e-9, 1.01)])
+    near_motion = motion_at([[x, 0.1, 0.2] for x in (0.9, 0.99, 1.0, 1 + 1e-9, 1.01)])
     for shift in (1e3, 1e5, 1e7):
         offset = np.array([shift, -shift / 3, shift / 7])
-        yield of_instants(f"{shift:g} m in the pose", (ball, box), moved_away(near, offset))
-        yield of_instants(f"{shift:g} m in the vertices", (moved(ball, offset), moved(box, offset)), near)
+        yield scene_of_instants(f"{shift:g} m in the pose", (ball, box), shifted_motion(near_motion, offset))
+        yield scene_of_instants(
+            f"{shift:g} m in the vertices", (shift_mesh(ball, offset), shift_mesh(box, offset)), near_motion
+        )
 
 
-def scaled(_rng: Generator) -> Iterator[StressScene]:
+def scaled_scenes(_rng: Generator) -> Iterator[StressScene]:
     """39: all lengths times a power of two or of ten."""
     for scale in (2.0**-20, 2.0**-10, 2.0**10, 2.0**20, 1e-6, 1e-3, 1e3, 1e6):
         ball, box = (TriangleMesh(mesh.vertices * scale, mesh.faces) for mesh in (ball_mesh(0.5), box_mesh()))
-        motion = at(np.array([[x, 0.1, 0.2] for x in (0.8, 0.9, 1.01, 1.1)]) * scale)
-        yield of_instants(f"times {scale:.3g}", (ball, box), motion)
+        motion = motion_at(np.array([[x, 0.1, 0.2] for x in (0.8, 0.9, 1.01, 1.1)]) * scale)
+        yield scene_of_instants(f"times {scale:.3g}", (ball, box), motion)
 
 
-def resting(rng: Generator) -> Iterator[StressScene]:
+def resting_scenes(rng: Generator) -> Iterator[StressScene]:
     """41: a glass on a table, lifted or sunk by a hair."""
     table = box_mesh((0.3, 0.3, 0.02), (0, 0, -0.01))
     for lift in (0.0, *LIFTS, *(-lift for lift in LIFTS)):
-        yield of_instants(f"lifted by {lift:g} m", (moved(beaker_mesh(), [0, 0, lift]), table), in_worlds(rng, 6))
+        yield scene_of_instants(
+            f"lifted by {lift:g} m", (shift_mesh(beaker_mesh(), [0, 0, lift]), table), random_pose_motion(rng, 6)
+        )
 
 
 def degenerate(rng: Generator) -> Iterator[StressScene]:
     """42: a mesh on itself, kisses in one vertex, a rod on a wall, blocks on one lattice."""
     beaker, ball, rod = beaker_mesh(sides=10), icosphere_mesh(), rod_mesh(0.25, 4.0, 8)
-    blocks = merged(*(box_mesh(centre=(x, y, 0)) for x in range(3) for y in range(2)))
+    blocks = merge_meshes(*(box_mesh(centre=(x, y, 0)) for x in range(3) for y in range(2)))
     scenes = {
         "a mesh on itself": (beaker, beaker),
-        "icospheres kissing": (ball, moved(ball, [0, 0, 2])),
+        "icospheres kissing": (ball, shift_mesh(ball, [0, 0, 2])),
         "a rod on a wall": (rod, box_mesh((1.0, 6.0, 6.0), (0.75, 0, 2.0))),
-        "blocks on a lattice": (blocks, moved(blocks, [1, 1, 1])),
+        "blocks on a lattice": (blocks, shift_mesh(blocks, [1, 1, 1])),
     }
     for name, meshes in scenes.items():
-        yield of_instants(name, meshes, in_worlds(rng, 6))
+        yield scene_of_instants(name, meshes, random_pose_motion(rng, 6))
 
 
 CUBE_AND_PLATE: Final = box_mesh((0.005,) * 3), box_mesh((0.2, 0.2, 0.001))
@@ -182,7 +196,7 @@ REACH: Final = 0.003
 """Half the cube and half the plate, metres: the surfaces meet while the centres are no further apart."""
 
 
-def crossing(speed: float, phases: int = PHASES, aside: ArrayLike = 0.0) -> Motion:
+def crossing_motion(speed: float, phases: int = PHASES, aside: ArrayLike = 0.0) -> Motion:
     """A cube through a plate at 90 Hz, ``phases`` times one after another, each a share of a step later.
 
     ``speed``: metres a second, downward.
@@ -190,11 +204,11 @@ def crossing(speed: float, phases: int = PHASES, aside: ArrayLike = 0.0) -> Moti
     ``aside``: metres from the middle of the plate, one number or (phases,).
     """
     step = speed / HEADSET_HZ
-    before = int(np.ceil(0.012 / step)) + 1
-    frames = 2 * before + 2
+    frames_before = int(np.ceil(0.012 / step)) + 1
+    frames = 2 * frames_before + 2
     phase = (np.arange(phases) + 0.5) / phases
     translations = np.zeros((phases, frames, 2, 3))
-    translations[:, :, 0, 2] = REACH + (phase[:, None] - 1 - np.arange(-before, frames - before)) * step
+    translations[:, :, 0, 2] = REACH + (phase[:, None] - 1 - np.arange(-frames_before, frames - frames_before)) * step
     translations[:, :, 0, 0] = np.broadcast_to(aside, phases)[:, None]
     linked = np.ones((phases, frames, 2), dtype=bool)
     linked[:, 0] = False
@@ -208,18 +222,18 @@ def crossing(speed: float, phases: int = PHASES, aside: ArrayLike = 0.0) -> Moti
 def thin_wall(_rng: Generator) -> Iterator[StressScene]:
     """29: every crossing has a contact, and a pass beside the plate by 3 um to 1 mm has none."""
     for speed in SPEEDS:
-        yield of_intervals(f"{speed:g} m/s", CUBE_AND_PLATE, crossing(speed), True, PHASES)
-        beside = crossing(speed, aside=0.1 + 0.0025 + np.geomspace(3e-6, 1e-3, PHASES))
-        yield of_intervals(f"{speed:g} m/s beside", CUBE_AND_PLATE, beside, False, PHASES)
+        yield scene_of_intervals(f"{speed:g} m/s", CUBE_AND_PLATE, crossing_motion(speed), True, PHASES)
+        passing_motion = crossing_motion(speed, aside=0.1 + 0.0025 + np.geomspace(3e-6, 1e-3, PHASES))
+        yield scene_of_intervals(f"{speed:g} m/s beside", CUBE_AND_PLATE, passing_motion, False, PHASES)
 
 
-def turning(degrees: float) -> Motion:
+def turning_motion(degrees: float) -> Motion:
     """The first body turns about z from minus to plus half the angle, by the shortest arc; the second stands."""
     half = np.radians(degrees) / 2
-    spin = np.zeros((2, 2, 3, 3)) + np.eye(3)
+    spin_rotations = np.zeros((2, 2, 3, 3)) + np.eye(3)
     for frame, angle in enumerate((-half, half)):
-        spin[frame, 0, :2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
-    return Motion([0, 1 / HEADSET_HZ], np.zeros((2, 2, 3)), spin)
+        spin_rotations[frame, 0, :2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
+    return Motion([0, 1 / HEADSET_HZ], np.zeros((2, 2, 3)), spin_rotations)
 
 
 def rotation_only(_rng: Generator) -> Iterator[StressScene]:
@@ -229,10 +243,10 @@ def rotation_only(_rng: Generator) -> Iterator[StressScene]:
         for side in (1, -1):
             post = box_mesh((0.01, 0.01, 0.1), (0.08 * side, 0, 0))
             name = f"{degrees:g} degrees, post {'before' if side > 0 else 'behind'}"
-            yield of_intervals(name, (rod, post), turning(degrees), (side > 0) == (degrees < 180))
+            yield scene_of_intervals(name, (rod, post), turning_motion(degrees), (side > 0) == (degrees < 180))
 
 
-def ends(_rng: Generator) -> Iterator[StressScene]:
+def end_scenes(_rng: Generator) -> Iterator[StressScene]:
     """31: contact only at the first instant, only at the last, and no motion at all."""
     for name, start, end in (
         ("at the start only", 1.0, 1.5),
@@ -240,16 +254,18 @@ def ends(_rng: Generator) -> Iterator[StressScene]:
         ("standing in contact", 0.9, 0.9),
         ("standing apart", 1.1, 1.1),
     ):
-        motion = at([[start, 0, 0], [end, 0, 0]])
-        yield of_intervals(name, (box_mesh(), box_mesh()), motion, name != "standing apart")
+        motion = motion_at([[start, 0, 0], [end, 0, 0]])
+        yield scene_of_intervals(name, (box_mesh(), box_mesh()), motion, name != "standing apart")
 
 
-def grazing(_rng: Generator) -> Iterator[StressScene]:
+def grazing_scenes(_rng: Generator) -> Iterator[StressScene]:
     """32: two tips that pass each other at one instant, touching or by a hair."""
     corners = np.concatenate([np.eye(3), -np.eye(3)])
     tip = TriangleMesh(corners, [[a, b, c] for a in (0, 3) for b in (1, 4) for c in (2, 5)])
     for gap in (0.0, TAU / 2, -TAU / 2, 2 * TAU, -2 * TAU):
-        yield of_intervals(f"gap {gap:g} m", (tip, tip), at([[-0.5, 0, 2 + gap], [0.5, 0, 2 + gap]]), gap <= 0)
+        yield scene_of_intervals(
+            f"gap {gap:g} m", (tip, tip), motion_at([[-0.5, 0, 2 + gap], [0.5, 0, 2 + gap]]), gap <= 0
+        )
 
 
 def reversed_and_split(rng: Generator) -> Iterator[StressScene]:
@@ -265,7 +281,7 @@ def reversed_and_split(rng: Generator) -> Iterator[StressScene]:
             }
             for direction, points in paths.items():
                 name = f"path {number} {'through' if meets else 'beside'} {direction}"
-                yield of_intervals(name, meshes, at(points + shift), meets)
+                yield scene_of_intervals(name, meshes, motion_at(points + shift), meets)
 
 
 def glancing_spins(_rng: Generator) -> Iterator[StressScene]:
@@ -278,60 +294,69 @@ def glancing_spins(_rng: Generator) -> Iterator[StressScene]:
             translations = np.zeros((2, 2, 3))
             translations[:, 0, 2] = -travel, travel
             name = f"{degrees:g} degrees, gap {side * gap:g} m, {travel:g} m along"
-            yield of_intervals(name, (rod, wall), moved_away(turning(degrees), translations), side < 0)
+            yield scene_of_intervals(name, (rod, wall), shifted_motion(turning_motion(degrees), translations), side < 0)
 
 
-def flush(_rng: Generator) -> Iterator[StressScene]:
+def flush_scenes(_rng: Generator) -> Iterator[StressScene]:
     """45: a block that slides along a table and past its end, or stands on it, or in a slot of its own width."""
     table, block = box_mesh((2.0, 2.0, 0.25), (0, 0, -0.125)), box_mesh((0.25,) * 3)
     offsets = np.concatenate([np.zeros(8), np.arange(-16, 25) / 16])
     for lift in (0.0, HAIR, -HAIR, 2.0**-20, -(2.0**-20)):
         meets = _contact_where((lift <= 0) & (np.abs(offsets) <= 1.125))
-        along = np.outer(offsets, [1.0, 0, 0])
-        lifted = along.copy()
-        lifted[:, 2] += 0.125 + lift
-        yield of_instants(f"lifted by {lift:g} m", (block, table), at(lifted), meets)
-        slot = merged(*(box_mesh((2.0, 0.25, 1.0), (0, side * (0.25 + lift), 0)) for side in (1, -1)))
-        yield of_instants(f"a slot wider by {2 * lift:g} m", (block, slot), at(along), meets)
+        positions_along = np.outer(offsets, [1.0, 0, 0])
+        lifted_positions = positions_along.copy()
+        lifted_positions[:, 2] += 0.125 + lift
+        yield scene_of_instants(f"lifted by {lift:g} m", (block, table), motion_at(lifted_positions), meets)
+        slot = merge_meshes(*(box_mesh((2.0, 0.25, 1.0), (0, side * (0.25 + lift), 0)) for side in (1, -1)))
+        yield scene_of_instants(f"a slot wider by {2 * lift:g} m", (block, slot), motion_at(positions_along), meets)
 
 
 def nested_shells(_rng: Generator) -> Iterator[StressScene]:
     """46: a box or a shell in a solid or in the cavity of a shell: free, touching by face, edge or corner, or out."""
     box, solid = box_mesh(), box_mesh((2.0,) * 3)
-    inner, outer = merged(box, _inside_out(box_mesh((0.5,) * 3))), merged(box_mesh((3.0,) * 3), _inside_out(solid))
+    inner, outer = (
+        merge_meshes(box, _inside_out(box_mesh((0.5,) * 3))),
+        merge_meshes(box_mesh((3.0,) * 3), _inside_out(solid)),
+    )
     axes = np.array([[1, 0, 0], [1, 1, 0], [1, -1, 1], [0, 0, -1]])
     away = np.array([0.0, 0.25, 0.5 - HAIR, 0.5, 0.5 + HAIR, 0.5 + 2.0**-10])
     positions = (away[:, None, None] * axes).reshape(-1, 3)
     meets = np.repeat(away >= 0.5, len(axes))
-    for inside, around in product({"box": box, "shell": inner}.items(), {"solid": solid, "shell": outer}.items()):
-        free = Verdict.CONTAINED if around[0] == "solid" else Verdict.CLEAR
-        name, truth = f"{inside[0]} in a {around[0]}", _contact_where(meets, free)
-        yield of_instants(name, (inside[1], around[1]), at(positions), truth)
-        yield of_instants(f"{name}, outer first", (around[1], inside[1]), at(-positions), truth)
+    for inner_item, outer_item in product(
+        {"box": box, "shell": inner}.items(), {"solid": solid, "shell": outer}.items()
+    ):
+        free = Verdict.CONTAINED if outer_item[0] == "solid" else Verdict.CLEAR
+        name, truth = f"{inner_item[0]} in a {outer_item[0]}", _contact_where(meets, free)
+        yield scene_of_instants(name, (inner_item[1], outer_item[1]), motion_at(positions), truth)
+        yield scene_of_instants(f"{name}, outer first", (outer_item[1], inner_item[1]), motion_at(-positions), truth)
 
 
-def gone_wrong(_rng: Generator) -> Iterator[StressScene]:
+def impossible_pose_scenes(_rng: Generator) -> Iterator[StressScene]:
     """47: poses that are finite and impossible, among sound ones, whose answers they must not change."""
     boxes = box_mesh(), box_mesh()
-    sound, met = np.array([[0.75, 0, 0], [1.5, 0, 0], [0.75, 0.25, 0]]), _contact_where([True, False, True])
-    for value, axis, sign in product(GONE, range(3), (1, -1)):
-        lost = np.zeros((1, 3))
-        lost[0, axis] = sign * value
-        translations = np.concatenate([sound, lost, sound, -lost, lost, sound])
+    sound_positions, met = np.array([[0.75, 0, 0], [1.5, 0, 0], [0.75, 0.25, 0]]), _contact_where([True, False, True])
+    for value, axis, sign in product(IMPOSSIBLE_M, range(3), (1, -1)):
+        lost_position = np.zeros((1, 3))
+        lost_position[0, axis] = sign * value
+        translations = np.concatenate(
+            [sound_positions, lost_position, sound_positions, -lost_position, lost_position, sound_positions]
+        )
         meets = _contact_where(np.abs(translations).max(axis=1) <= 1.0)
-        yield of_instants(f"{sign * value:g} m along {'xyz'[axis]}", boxes, at(translations), meets)
+        yield scene_of_instants(f"{sign * value:g} m along {'xyz'[axis]}", boxes, motion_at(translations), meets)
     tiny = [[0.75, 5e-324, -5e-324], [1.5, 5e-324, -0.0], [1.0, 0.0, -0.0]]
-    yield of_instants("the smallest numbers", boxes, at(tiny), met)
-    motion = at(sound)
-    stretched = Motion(motion.times, motion.translations, motion.rotations * (1 + 4e-4))
-    yield of_instants("rotations to repair", boxes, stretched, met)
+    yield scene_of_instants("the smallest numbers", boxes, motion_at(tiny), met)
+    motion = motion_at(sound_positions)
+    stretched_motion = Motion(motion.times, motion.translations, motion.rotations * (1 + 4e-4))
+    yield scene_of_instants("rotations to repair", boxes, stretched_motion, met)
 
 
 def far_crossings(_rng: Generator) -> Iterator[StressScene]:
     """48: a cube through a thin plate, and beside it, a kilometre to eight thousand from the origin."""
-    for far, aside in product((2.0**10, 2.0**17, 2.0**23), (0.0, 0.1 + 0.0025 + 1e-3)):
-        far_motion = moved_away(crossing(1.0, 10, aside), [far, -far, far])
-        yield of_intervals(f"{far:g} m away{', beside' if aside else ''}", CUBE_AND_PLATE, far_motion, not aside, 10)
+    for offset_m, aside in product((2.0**10, 2.0**17, 2.0**23), (0.0, 0.1 + 0.0025 + 1e-3)):
+        far_motion = shifted_motion(crossing_motion(1.0, 10, aside), [offset_m, -offset_m, offset_m])
+        yield scene_of_intervals(
+            f"{offset_m:g} m away{', passing_motion' if aside else ''}", CUBE_AND_PLATE, far_motion, not aside, 10
+        )
 
 
 Maker = Callable[[Generator], Iterator[StressScene]]
@@ -341,18 +366,18 @@ SCENES: Final[dict[int, tuple[str, Maker]]] = {
     28: ("cavity", cavity),
     29: ("thin-wall phases", thin_wall),
     30: ("rotation only", rotation_only),
-    31: ("start, end, no motion", ends),
-    32: ("grazing", grazing),
+    31: ("start, end, no motion", end_scenes),
+    32: ("grazing", grazing_scenes),
     33: ("time reversal and splitting", reversed_and_split),
     37: ("malformed meshes", odd_meshes),
     38: ("far from the origin", far_away),
-    39: ("unit errors", scaled),
-    41: ("resting contact", resting),
+    39: ("unit errors", scaled_scenes),
+    41: ("resting contact", resting_scenes),
     42: ("mesh degeneracies", degenerate),
     44: ("glancing spins", glancing_spins),
-    45: ("flush over a span", flush),
+    45: ("flush over a span", flush_scenes),
     46: ("nested shells", nested_shells),
-    47: ("poses gone wrong", gone_wrong),
+    47: ("poses gone wrong", impossible_pose_scenes),
     48: ("crossings far away", far_crossings),
 }
 """Number of a case -> its name, and what makes its scenes: 29 to 33, 44 and 48 ask about the time between frames."""

@@ -13,24 +13,24 @@ from sessions.geometry.solids import box
 
 def box_mesh(size: ArrayLike = (1.0, 1.0, 1.0), centre: ArrayLike = (0.0, 0.0, 0.0)) -> TriangleMesh:
     """A closed box of 12 faces."""
-    made = box(size, centre)
-    return TriangleMesh(made.vertices, made.faces)
+    box_shape = box(size, centre)
+    return TriangleMesh(box_shape.vertices, box_shape.faces)
 
 
 def revolved_mesh(profile: Sequence[tuple[float, float]], sides: int = 16) -> TriangleMesh:
     """A profile of (radius, height) turned about z; closed where it starts and ends on the axis."""
     radius, height = np.array(profile, dtype=float).T[:, :, None]
     angle = 2 * np.pi * np.arange(sides) / sides
-    around = np.broadcast_arrays(radius * np.cos(angle), radius * np.sin(angle), height)
+    ring_points = np.broadcast_arrays(radius * np.cos(angle), radius * np.sin(angle), height)
     # A ring on the axis is one point.
     counts = np.where(radius[:, 0] > 0, sides, 1)
-    points = [ring[:count] for ring, count in zip(np.stack(around, axis=-1), counts, strict=True)]
+    points = [ring[:count] for ring, count in zip(np.stack(ring_points, axis=-1), counts, strict=True)]
     ring = (np.cumsum(counts) - counts)[:, None] + np.arange(sides) * (radius > 0)
     lower, upper = ring[:-1], ring[1:]
     lower_next, upper_next = (np.roll(ring_edge, -1, axis=1) for ring_edge in (lower, upper))
     faces = np.stack([lower, lower_next, upper_next, lower, upper_next, upper], axis=-1).reshape(-1, 3)
-    whole = (np.diff(np.sort(faces), axis=1) > 0).all(axis=1)
-    return TriangleMesh(np.concatenate(points), faces[whole])
+    has_area = (np.diff(np.sort(faces), axis=1) > 0).all(axis=1)
+    return TriangleMesh(np.concatenate(points), faces[has_area])
 
 
 def ball_mesh(radius: float = 1.0, rings: int = 8, sides: int = 16) -> TriangleMesh:
@@ -65,13 +65,13 @@ def icosphere_mesh() -> TriangleMesh:
     return sphere
 
 
-def merged(*meshes: TriangleMesh) -> TriangleMesh:
+def merge_meshes(*meshes: TriangleMesh) -> TriangleMesh:
     """Several meshes as one of several components."""
     offsets = np.cumsum([0] + [len(mesh.vertices) for mesh in meshes])
     faces = [mesh.faces + offset for mesh, offset in zip(meshes, offsets, strict=False)]
     return TriangleMesh(np.concatenate([mesh.vertices for mesh in meshes]), np.concatenate(faces))
 
 
-def moved(mesh: TriangleMesh, offset: ArrayLike) -> TriangleMesh:
+def shift_mesh(mesh: TriangleMesh, offset: ArrayLike) -> TriangleMesh:
     """The mesh with its vertices shifted."""
     return TriangleMesh(mesh.vertices + np.asarray(offset, dtype=float), mesh.faces)

@@ -79,23 +79,25 @@ class StressResult:
         return asdict(self) | {"broken": self.broken}
 
 
-def judged(
+def judge_answers(
     answers: ByteArray, truth: ByteArray, refused: BoolArray, within: Callable[[BoolArray], BoolArray]
 ) -> Mapping[str, BoolArray]:
     """By the fields of a tally, of which of n verdicts (n,) beside true ones (n,) it is said.
 
     ``refused`` (n,): not decided; ``within``: which of the wrong ones (n,) are wrong about at most a tolerance.
     """
-    unconfirmed = (answers == Verdict.CANDIDATE) & (truth != Verdict.CONTACT)
+    is_unconfirmed = (answers == Verdict.CANDIDATE) & (truth != Verdict.CONTACT)
     answer = np.where(answers == Verdict.NOT_FOUND, Verdict.CLEAR, answers)
     answer[(answers == Verdict.CANDIDATE) & (truth == Verdict.CONTACT)] = Verdict.CONTACT
-    wrong = (answer != truth) & ~refused & ~unconfirmed
-    excused = wrong & within(wrong)
-    missed = wrong & ~excused & (truth != Verdict.CLEAR) & ~((truth == Verdict.CONTAINED) & counts_as_contact(answers))
+    is_wrong = (answer != truth) & ~refused & ~is_unconfirmed
+    is_excused = is_wrong & within(is_wrong)
+    is_missed = (
+        is_wrong & ~is_excused & (truth != Verdict.CLEAR) & ~((truth == Verdict.CONTAINED) & counts_as_contact(answers))
+    )
     return {
-        "missed": missed,
-        "invented": wrong & ~excused & ~missed,
-        "within": excused,
+        "missed": is_missed,
+        "invented": is_wrong & ~is_excused & ~is_missed,
+        "within": is_excused,
         "refused": refused,
-        "unconfirmed": unconfirmed,
+        "unconfirmed": is_unconfirmed,
     }

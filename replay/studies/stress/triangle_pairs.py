@@ -33,11 +33,11 @@ def verdicts_of(detector: SpecLike, pairs: FloatArray) -> ByteArray:
     Raises UnknownDetectorError: lists the names there are.
     """
     spec = parse_detector(detector)
-    known = {item.name for item in fields(load_detector(spec.name).Settings)}
+    known_settings = {item.name for item in fields(load_detector(spec.name).Settings)}
     settings = dict(spec.settings)
     # ``sphere`` keeps its own, because the sphere is its answer.
     if spec.name != "sphere":
-        settings = {name: value for name, value in CHEAPER.items() if name in known} | settings
+        settings = {name: value for name, value in CHEAPER.items() if name in known_settings} | settings
     verdicts = [_batch(spec.name, pairs[start : start + BATCH], settings) for start in range(0, len(pairs), BATCH)]
     return np.concatenate([np.zeros(0, dtype=np.uint8), *verdicts])
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sessions.errors import SceneError
-from sessions.geometry.rings import even_angles, revolved, sewn
+from sessions.geometry.rings import even_angles, revolved_rings, sewn
 from sessions.geometry.rotations import quaternion_product
 from sessions.importers.pose_table import Numbers, Rows, Stamps
 from sessions.mesh_data import MeshData
@@ -65,7 +65,7 @@ def capsule_mesh(length: float, radius: float, parent_radius: float, faces: int 
         upper = _arc(tangent, np.pi / 2.0, max(2, arcs // 2), radius, 0.0)
         outline = np.concatenate([lower, upper])
     outline[[0, -1], 0] = 0.0  # exact: the cosine of pi / 2 is 6e-17 in doubles
-    return sewn(revolved(outline, even_angles(sections), factor=1.0))
+    return sewn(revolved_rings(outline, even_angles(sections), factor=1.0))
 
 
 def _arc(first: float, last: float, steps: int, radius: float, centre: float) -> Numbers:
@@ -88,7 +88,7 @@ def bone_motion(times_ns: Stamps, parent: Numbers, child: Numbers, valid: Rows) 
     length = float(np.median(lengths[present & valid] if (present & valid).any() else lengths[present]))
     usable = present & (lengths > SHORTEST * length) & (lengths < LONGEST * length)
     directions = _carried_forward(along / np.where(usable, lengths, 1.0)[:, None], usable)
-    quaternions = _following(directions)
+    quaternions = _rotations_along(directions)
     change = float(np.percentile(np.abs(lengths[usable & valid] - length), 95.0)) if (usable & valid).any() else 0.0
     positions = np.where(np.isfinite(child), child, 0.0)
     lost = int((np.isfinite(lengths) & valid & ~usable).sum())
@@ -104,7 +104,7 @@ def _carried_forward(directions: Numbers, usable: Rows) -> Numbers:
     return kept
 
 
-def _following(directions: Numbers) -> NDArray[np.float64]:
+def _rotations_along(directions: Numbers) -> NDArray[np.float64]:
     """Quaternions xyzw (n, 4) that take +Y along each direction (n, 3), with the least twist from one to the next.
 
     A capsule is the same however it is twisted; a twist that jumped would read as a body that spins.

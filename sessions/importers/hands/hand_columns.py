@@ -144,7 +144,7 @@ def _named_joint(name: str, known: Mapping[str, NamedJoint]) -> NamedJoint | Non
     return known[name] if name in known else joint_of(tokens_of(name))
 
 
-def _before(column: str, endings: frozenset[str]) -> tuple[str, str]:
+def _split_last_word(column: str, endings: frozenset[str]) -> tuple[str, str]:
     """A column's name without its last word and without such ``endings`` before it; and the last word."""
     tokens = [*re.finditer(TOKEN, IN_BRACKETS.sub("", column))]
     if len(tokens) > 2 and tokens[-1][0].lower() in VOCABULARY["units"]:
@@ -157,7 +157,7 @@ def _before(column: str, endings: frozenset[str]) -> tuple[str, str]:
 
 def _position_of(column: str) -> tuple[str, str] | None:
     """The name and the axis of a column of a position; ``None``: it is none."""
-    name, last = _before(column, POSITION_TOKENS | WITHOUT_MEANING)
+    name, last = _split_last_word(column, POSITION_TOKENS | WITHOUT_MEANING)
     match = AXIS.fullmatch(last)
     is_position = match is not None and (not match[1] or match[1] in POSITION_TOKENS)
     if match is None or not is_position or not name or {*tokens_of(name)} & (OTHER_TOKENS | ROTATION_TOKENS):
@@ -176,7 +176,7 @@ def _wide_joints(
         if position is not None:
             positions.setdefault(position[0], {}).setdefault(position[1], column)
             continue
-        name, last = _before(column, frozenset())
+        name, last = _split_last_word(column, frozenset())
         if name and last in ("radius", "width"):
             (radii if last == "radius" else widths)[tuple(tokens_of(name))] = column
     wide, names, unknown = dict[str, JointColumns](), dict[str, NamedJoint](), list[str]()
@@ -200,7 +200,7 @@ def _wide_joints(
 
 def _is_of_hand(column: str, known: Mapping[str, NamedJoint]) -> bool:
     """Whether a column is of a joint or a finger: its rotation, or something else that is left out."""
-    name, _ = _before(column, POSITION_TOKENS | ROTATION_TOKENS | OTHER_TOKENS | WITHOUT_MEANING)
+    name, _ = _split_last_word(column, POSITION_TOKENS | ROTATION_TOKENS | OTHER_TOKENS | WITHOUT_MEANING)
     return _named_joint(name, known) is not None or names_finger(tokens_of(name))
 
 
@@ -241,7 +241,7 @@ def _row_position(head: CsvHead) -> JointColumns | None:
     """The columns of the joint of a row."""
     axes, radius, width = dict[str, str](), "", ""
     for column in head.columns:
-        name, last = _before(column, frozenset())
+        name, last = _split_last_word(column, frozenset())
         if {*tokens_of(name)} & (OTHER_TOKENS | ROTATION_TOKENS):
             continue
         match = AXIS.fullmatch(last)

@@ -18,10 +18,10 @@ from sessions.importers.hands import hand_checks
 from sessions.importers.hands.capsules import BoneMotion, bone_motion, capsule_mesh
 from sessions.importers.hands.hand_columns import HandLayout, hand_layout, unknown_joints
 from sessions.importers.hands.hand_joints import HandJoints, read_joints
-from sessions.importers.hands.hand_mapping import HandMapping, hand_draft, read_hand_mapping, refused
+from sessions.importers.hands.hand_mapping import HandMapping, hand_draft, hand_file_error, read_hand_mapping
 from sessions.importers.hands.joint_names import PALM, RADII_M, RADII_SOURCE, Bone, bones_of, side_in
 from sessions.importers.ledger import Ledger
-from sessions.importers.pose_table import METRES, SourceFrame, imported
+from sessions.importers.pose_table import METRES, SourceFrame, session_of_tables
 from sessions.mesh_data import MeshData
 from sessions.meshes.conventions import CONVENTIONS
 from sessions.meshes.conventions import convention as convention_named
@@ -47,12 +47,12 @@ def read_hands(source: Path, *, mapping: str | Path | None = None, convention: s
     head = read_head(source)
     layout = hand_layout(head, given.joints)
     if layout is None:
-        raise refused(
+        raise hand_file_error(
             source,
             "there are no joints of a hand in it, neither in names of columns nor in a column of names; say in a "
             'mapping under [joints] which joint each is, such as "Bone_07" = "left index tip"',
         )
-    layout = _completed(head, layout, given)
+    layout = _completed_layout(head, layout, given)
     ledger = Ledger(source)
     text = replace(head.layout, rate_hz=given.rate_hz, format=layout.clock.format)
     table = CsvTable(source, ledger, text)
@@ -63,7 +63,7 @@ def read_hands(source: Path, *, mapping: str | Path | None = None, convention: s
     moved = {hand.name: _in_metres(hand, frame) for hand in hands}
     motions = {hand.name: _motions(moved[hand.name], notes) for hand in hands}
     if not any(motions.values()):
-        raise refused(source, "no two neighbouring joints of a hand have positions in one row")
+        raise hand_file_error(source, "no two neighbouring joints of a hand have positions in one row")
     radii = {hand.name: _radii(moved[hand.name], motions[hand.name]) for hand in hands}
     frame = replace(frame, others=(*frame.others, *_radii_assumptions(moved, radii)))
     notes.append("joints of hands to capsules between neighbours; rotations of joints are not needed")
@@ -76,11 +76,11 @@ def read_hands(source: Path, *, mapping: str | Path | None = None, convention: s
         for name, columns in layout.bodies.items()
     }
     tracks = {body: motion.track for bones in motions.values() for body, motion in bones.items()}
-    session = imported(tables, frame, ledger, notes, made=tracks)
+    session = session_of_tables(tables, frame, ledger, notes, made=tracks)
     return replace(session, meshes=_meshes(motions, radii), scene=_scene(motions))
 
 
-def _completed(head: CsvHead, layout: HandLayout, given: HandMapping) -> HandLayout:
+def _completed_layout(head: CsvHead, layout: HandLayout, given: HandMapping) -> HandLayout:
     """The layout with what a mapping says of time; an error with a draft where something is not known."""
     clock = layout.clock
     if given.rate_hz:
@@ -95,7 +95,7 @@ def _completed(head: CsvHead, layout: HandLayout, given: HandMapping) -> HandLay
     elif not clock.unit:
         gaps.append("the unit of time")
     if not clock.column and given.rate_hz and layout.joint:
-        raise refused(head.source, "rows of joints need a column of time; rate_hz is for a row of all joints")
+        raise hand_file_error(head.source, "rows of joints need a column of time; rate_hz is for a row of all joints")
     if layout.unknown:
         gaps.append(f"which joints these are ({unknown_joints(layout.unknown)})")
     layout = replace(layout, clock=clock)
@@ -107,25 +107,25 @@ def _completed(head: CsvHead, layout: HandLayout, given: HandMapping) -> HandLay
 def _check_hands(source: Path, hands: list[HandJoints]) -> None:
     """Refuse joints that are exchanged, that are nowhere, or that no hand has."""
     if not hands:
-        raise refused(source, "no row of it is of a hand")
+        raise hand_file_error(source, "no row of it is of a hand")
     for hand in hands:
         missing = [joint for joint, positions in hand.positions.items() if not np.isfinite(positions).all(axis=1).any()]
         present = {joint: positions for joint, positions in hand.positions.items() if joint not in missing}
         if not bones_of(present):
-            raise refused(source, f"the {hand.name} has no two neighbouring joints with positions")
+            raise hand_file_error(source, f"the {hand.name} has no two neighbouring joints with positions")
         examined = hand_checks.examined_samples(present)
         if not len(next(iter(examined.values()))):
             continue
         change = hand_checks.length_change(examined)
         if change > hand_checks.LARGEST_CHANGE:
-            raise refused(
+            raise hand_file_error(
                 source,
                 f"the bones of the {hand.name} change their length by {100 * change:.0f} %: these are no positions of "
                 "joints in space (coordinates in a picture?), or joints are named wrongly",
             )
         exchanged = hand_checks.exchanged_joints(examined)
         if exchanged is not None:
-            raise refused(
+            raise hand_file_error(
                 source,
                 f"{exchanged[0]} and {exchanged[1]} of the {hand.name} are exchanged: the other way round its bones "
                 "have the lengths of a hand's in nearly every row; correct the columns, or say in a mapping under "
@@ -143,7 +143,7 @@ def _source_frame(
     sides = {hand.side: hand_checks.side_by_bend(examined[hand.name]) for hand in hands if hand.side}
     mirrored = {side: by_bend != side for side, by_bend in sides.items() if by_bend}
     if len({*mirrored.values()}) > 1:
-        raise refused(
+        raise hand_file_error(
             table.source,
             "by the way their fingers bend, both hands are of one side; correct the column of the side, or the names",
         )
@@ -191,7 +191,7 @@ def _units(table: CsvTable, layout: HandLayout, sizes: list[float], given: HandM
     units = {hand_checks.unit_of_size(size) for size in sizes}
     unit = units.pop() if len(units) == 1 else ""
     if not unit:
-        raise refused(
+        raise hand_file_error(
             table.source,
             f"hands in it are {', '.join(f'{size:.3g}' for size in sizes)} times as large as an adult one's in metres, "
             "which fits neither m, cm nor mm; say units in a mapping if they are right",

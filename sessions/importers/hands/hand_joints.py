@@ -10,7 +10,7 @@ from sessions.importers.csv_table import CsvTable
 from sessions.importers.hands.hand_columns import HandLayout, JointColumns
 from sessions.importers.hands.joint_names import NamedJoint, side_in
 from sessions.importers.ledger import Ledger
-from sessions.importers.pose_table import Numbers, Rows, Stamps, increasing
+from sessions.importers.pose_table import Numbers, Rows, Stamps, increasing_rows
 
 MOST_LISTED: Final = 6
 
@@ -103,7 +103,7 @@ def _hand(
         if not np.array_equal(rows, last_rows):
             last_rows, stamps = rows, table.stamps(layout.clock.column, layout.clock.unit, rows)
         positions = table.numbers(columns.position, rows)
-        keep = increasing(f"{side_in(name)} {joint}".strip(), stamps, (positions,), ledger)
+        keep = increasing_rows(f"{side_in(name)} {joint}".strip(), stamps, (positions,), ledger)
         tracks[joint] = stamps[keep], positions[keep]
         if flag and tracked is None:
             tracked = stamps[keep], table.flags(flag, rows)[keep]

@@ -88,6 +88,6 @@ def hand_draft(head: CsvHead, layout: HandLayout, gaps: Sequence[str]) -> Unknow
     return UnknownColumnsError(head.source, head.columns, "\n".join([*lines, ""]), gaps, "hands")
 
 
-def refused(source: Path, message: str) -> ImportFileError:
+def hand_file_error(source: Path, message: str) -> ImportFileError:
     """The error of a file of hands."""
     return ImportFileError(f"{source}: {message}")

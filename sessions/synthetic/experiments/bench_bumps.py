@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from sessions.synthetic.bench import BENCH_TOP, STAND_M
 from sessions.synthetic.experiments.lab import AWAY, SNAP, Lab
-from sessions.synthetic.experiments.steps import looking
+from sessions.synthetic.experiments.steps import looking_key
 from sessions.synthetic.paths import Dent, KeyPath, OnHand, Standing, Stir, minimum_jerk_inverse
 from sessions.synthetic.sections import round_in_round
 from sessions.synthetic.truth import Interval
@@ -157,7 +157,7 @@ def watch(lab: Lab, at: Sequence[tuple[float, str]]) -> None:
     for time, name in at:
         eyes = EYES + lab.rng.uniform(-0.03, 0.03, 3)
         moment = time + float(lab.rng.uniform(0.0, 0.8)) * (time > 0.0)
-        keys.append(looking(moment, eyes, lab.layout.at(name) + np.array([0.0, 0.08, 0.0])))
+        keys.append(looking_key(moment, eyes, lab.layout.at(name) + np.array([0.0, 0.08, 0.0])))
     lab.gaze = KeyPath(keys)
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sessions.geometry.rotations import IDENTITY, Array, quaternion_inverse, quaternion_product, rotated
+from sessions.geometry.rotations import IDENTITY, Array, quaternion_inverse, quaternion_product, rotated_vectors
 from sessions.model.event import Interval
 from sessions.synthetic.analytic import ROUNDING_M
 from sessions.synthetic.assembly import START_NS, Recording
@@ -20,7 +20,7 @@ from sessions.synthetic.choreography import Script
 from sessions.synthetic.paths import Dent, Falling, KeyPath, OnHand, PosesAt, Standing, Tap
 from sessions.synthetic.rng import random_stream
 from sessions.synthetic.sections import Approach, approach
-from sessions.synthetic.truth import Fact, Level, Pair, PlantedEpisode, levelled, ordered
+from sessions.synthetic.truth import Fact, Level, Pair, PlantedEpisode, levelled_episodes, ordered_pair
 from sessions.synthetic.truth import Interval as Span
 
 UP = np.array([0.0, 1.0, 0.0])
@@ -71,14 +71,14 @@ class Lab:
 
     def contact(self, a: str, b: str, level: Level, *, error_m: float = 0.0, late: float = 0.0, note: str = "") -> None:
         """Write down the contacts of two bodies; ``error_m`` in metres beside rounding, ``late`` in seconds."""
-        self._contacts.append((ordered(a, b), level, 10.0 * ROUNDING_M + error_m, late, note))
+        self._contacts.append((ordered_pair(a, b), level, 10.0 * ROUNDING_M + error_m, late, note))
 
     def episodes(self, seconds: float) -> list[PlantedEpisode]:
         """The contacts of a session that lasts so long, in the order they were written down."""
         return [
             replace(episode, note=note)
             for pair, level, noise_m, late, note in self._contacts
-            for episode in levelled(pair, "contact", level, noise_m, 0.0, (late, seconds))
+            for episode in levelled_episodes(pair, "contact", level, noise_m, 0.0, (late, seconds))
         ]
 
     def tapped(self, a: str, b: str, dent: Dent, tap: Tap, slack: float, note: str) -> None:
@@ -129,13 +129,13 @@ class Lab:
         """
         script, (position, quaternion) = self.hands[side], self.where[thing]
         grip_point = self.layout.site(thing, at) - below * UP if isinstance(at, str) else at
-        grip = position + rotated(quaternion, grip_point)
+        grip = position + rotated_vectors(quaternion, grip_point)
         self.gaze_at(grip)
         script.over(grip, self.travel, quaternion=IDENTITY)
         script.wait(0.3)
         lifted = position + SNAP * UP
         back = quaternion_inverse(script.quaternion)
-        in_hand = rotated(back, lifted - script.position), quaternion_product(back, quaternion)
+        in_hand = rotated_vectors(back, lifted - script.position), quaternion_product(back, quaternion)
         moment = script.now + self.late
         self.things[thing].append((moment, OnHand(f"hand-{side}", *in_hand)))
         self.where[thing] = (lifted, quaternion)
@@ -268,4 +268,4 @@ class Lab:
         placing = self.things[self.grasped[side]][-1][1]
         assert isinstance(placing, OnHand)
         rotation = quaternion_product(quaternion, quaternion_inverse(placing.rotation))
-        return np.asarray(position, dtype=np.float64) - rotated(rotation, placing.offset), rotation
+        return np.asarray(position, dtype=np.float64) - rotated_vectors(rotation, placing.offset), rotation

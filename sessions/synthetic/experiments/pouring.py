@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from sessions.geometry.profile import solved
+from sessions.geometry.profile import solve_rising
 from sessions.glassware.instrument import Cavity
 from sessions.meshes.mesh_files import volume_cut_off
 from sessions.synthetic.paths import GRAVITY, minimum_jerk
@@ -33,7 +33,7 @@ def tilt_keeping(cavity: Cavity, millilitres: float) -> float:
 
     if not 0.0 <= millilitres <= millilitres - missing(0.0):
         raise ValueError(f"a vessel of {millilitres - missing(0.0):.1f} mL cannot keep {millilitres:.1f} mL")
-    return round(solved(missing, 0.0, math.pi / 2.0), 6)
+    return round(solve_rising(missing, 0.0, math.pi / 2.0), 6)
 
 
 @dataclass(frozen=True)
@@ -99,4 +99,4 @@ class Outlet:
         """First time by which ``volume`` m3 is delivered; ValueError where that is not by ``latest``."""
         if self.volume(latest) < volume:
             raise ValueError(f"{self.volume(latest) * 1e6:.3f} mL by {latest} s, not {volume * 1e6:.3f}; open it more")
-        return solved(lambda time: self.volume(time) - volume, 0.0, latest)
+        return solve_rising(lambda time: self.volume(time) - volume, 0.0, latest)

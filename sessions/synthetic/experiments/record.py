@@ -12,7 +12,7 @@ from sessions.model.constants import HEADSET_HZ
 from sessions.model.event import Event
 from sessions.model.scene import Scene, SceneEffect
 from sessions.model.session import Session
-from sessions.synthetic.assembly import MADE_UP, START_NS, Recording, recorded
+from sessions.synthetic.assembly import MADE_UP, START_NS, Recording, record_paths
 from sessions.synthetic.bench import SIDES, Declaration, Placed, with_text
 from sessions.synthetic.choreography import Script, controllers
 from sessions.synthetic.experiments import bench_bumps, steps
@@ -57,7 +57,9 @@ class Experiment(Declaration):
             )
             for side in SIDES
         }
-        observed = recorded({**paths, "headset": _watching(lab)}, replace(how, seconds=seconds), keep=lab.keep)
+        observed = record_paths(
+            {**paths, "headset": _path_of_the_eyes(lab)}, replace(how, seconds=seconds), keep=lab.keep
+        )
         times = observed.stamps.astype(np.float64) * 1e-9
         things = {name: placed_by(phases, times, observed.poses) for name, phases in lab.things.items()}
         facts = [*lab.facts, *(_with_grasped(lab, fact) for fact in observed.facts)]
@@ -122,7 +124,7 @@ def _with_grasped(lab: Lab, loss: Fact) -> Fact:
     return replace(loss, bodies=(hand, *grasped))
 
 
-def _watching(lab: Lab) -> KeyPath:
+def _path_of_the_eyes(lab: Lab) -> KeyPath:
     """The eyes go to where the work is, half a second after it went there."""
     if lab.gaze:
         return lab.gaze
@@ -132,7 +134,7 @@ def _watching(lab: Lab) -> KeyPath:
         moment = time + 0.4 if time > 0.0 else 0.0
         if moment - last < 0.8:
             continue
-        keys.append(steps.looking(moment, EYES + rng.uniform(-0.03, 0.03, 3), position))
+        keys.append(steps.looking_key(moment, EYES + rng.uniform(-0.03, 0.03, 3), position))
         last = moment
     return KeyPath(keys)
 

@@ -15,7 +15,7 @@ from sessions.geometry.rotations import (
     quaternion_about,
     quaternion_facing,
     quaternion_product,
-    rotated,
+    rotated_vectors,
 )
 from sessions.synthetic.bench import BENCH_TOP
 from sessions.synthetic.choreography import Script
@@ -45,11 +45,11 @@ def pour(lab: Lab, side: str, target: str, millilitres: float, *, seconds: float
     before = lab.volumes[source]
     onset, greatest = (tilt_keeping(cavity, kept) for kept in (before, before - millilitres))
     quaternion = lab.where[source][1]
-    forward = rotated(quaternion, (1.0, 0.0, 0.0))
+    forward = rotated_vectors(quaternion, (1.0, 0.0, 0.0))
     axis, lip = np.cross(UP, forward), np.array(cavity.opening.lip)
     middle = _mouth(lab, target) + beside * forward
     rim_height = lip[1] + CLEAR_OF_RIM
-    lab.carry(side, middle + rim_height * UP - rotated(quaternion, lip), height=lab.travel - 0.1)
+    lab.carry(side, middle + rim_height * UP - rotated_vectors(quaternion, lip), height=lab.travel - 0.1)
     script.wait(0.3)
     fraction = np.linspace(0.0, 1.0, round(seconds / STEP_S) + 1)[1:]
 
@@ -57,7 +57,7 @@ def pour(lab: Lab, side: str, target: str, millilitres: float, *, seconds: float
         """Tilt by a fraction of the angle; the lip sinks by the same fraction from ``rim_height`` to `POUR_FROM`."""
         quaternions = quaternion_product(quaternion_about(axis, greatest * eased), quaternion)
         lips = middle + (rim_height + (POUR_FROM - rim_height) * eased)[:, None] * UP
-        lab.follow(side, times, lips - rotated(quaternions, lip), quaternions)
+        lab.follow(side, times, lips - rotated_vectors(quaternions, lip), quaternions)
 
     start = script.now
     tilt(minimum_jerk(fraction), start + fraction * seconds)
@@ -84,7 +84,7 @@ def pour(lab: Lab, side: str, target: str, millilitres: float, *, seconds: float
 def _mouth(lab: Lab, vessel: str) -> Array:
     """Middle of a standing vessel's opening."""
     position, quaternion = lab.where[vessel]
-    return position + rotated(quaternion, lab.layout.cavity(vessel).opening.centre)
+    return position + rotated_vectors(quaternion, lab.layout.cavity(vessel).opening.centre)
 
 
 def stir(
@@ -130,7 +130,7 @@ def _circle(lab: Lab, side: str, kind: str, circles: Stir, bodies: tuple[str, ..
 def rap(lab: Lab, side: str, target: str, height: float, seconds: float, *, note: str) -> None:
     """Touch a standing glass with the knuckles of an empty hand for so many seconds."""
     lab.gaze_at(lab.where[target][0])
-    script, meets, at = _before(lab, side, target, height)
+    script, meets, at = _approach(lab, side, target, height)
     dent = Dent(0.0024, seconds, 0.0264)
     script.go(meets.origin_at(at, dent.gap), 0.6)
     script.wait(0.2)
@@ -142,7 +142,7 @@ def rap(lab: Lab, side: str, target: str, height: float, seconds: float, *, note
 
 def come_close(lab: Lab, side: str, target: str, height: float, clearance: float) -> None:
     """Stop an empty hand ``clearance`` metres before a standing glass and draw back: a near miss."""
-    script, meets, at = _before(lab, side, target, height)
+    script, meets, at = _approach(lab, side, target, height)
     script.go(meets.origin_at(at, clearance), 0.8)
     arrived = script.now
     script.quiet.append((arrived - 0.1, arrived + 0.6))
@@ -153,7 +153,7 @@ def come_close(lab: Lab, side: str, target: str, height: float, clearance: float
     script.go(meets.origin_at(at, 0.08))
 
 
-def _before(lab: Lab, side: str, target: str, height: float) -> tuple[Script, Approach, Array]:
+def _approach(lab: Lab, side: str, target: str, height: float) -> tuple[Script, Approach, Array]:
     """Bring an empty hand 80 mm before a standing thing; its script, where the two meet, and where the thing stands."""
     script, at = lab.hands[side], lab.where[target][0]
     meets = lab.approach(f"hand-{side}", target, height, rotation=script.quaternion)
@@ -369,6 +369,6 @@ def note_burn(lab: Lab, vessel: str, hand: str) -> None:
     lab.fact("burn", *touch, (vessel, hand), surface_c=hot, seconds=touch[1] - touch[0])
 
 
-def looking(time: float, eyes: Array, at: ArrayLike) -> Key:
+def looking_key(time: float, eyes: Array, at: ArrayLike) -> Key:
     """The head with its eyes (3,) turned to a place."""
     return Key(time, eyes, quaternion_facing(np.asarray(at) - eyes))

@@ -6,19 +6,19 @@ from support.search_scenes import I3, ball_of, search_of
 
 from cdcore.kernels.compiling import kernel
 from cdcore.search.state import ANT, SEARCH_RECORD, draw
-from cdcore.search.swarm import decoded, stepped, weigh
+from cdcore.search.swarm import decode_angle, rotated_angle, weigh
 
 
 @kernel
 def decode_all(angles, chain, features, state, positions):
     for k in range(angles.shape[0]):
-        positions[k] = decoded(angles[k], chain, features, state)
+        positions[k] = decode_angle(angles[k], chain, features, state)
 
 
 @kernel
 def step_along(angles, targets, states):
     for k in range(angles.shape[0]):
-        angles[k] = stepped(angles[k], targets[k], states[0])
+        angles[k] = rotated_angle(angles[k], targets[k], states[0])
 
 
 @kernel

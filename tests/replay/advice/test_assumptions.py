@@ -26,7 +26,7 @@ from sessions import read_session, write_session
 from sessions.errors import ImportFileError
 from sessions.importers import import_session
 from sessions.model.assumption import ASSUMPTIONS_FACT, Origin, Subject
-from sessions.scene_files.answers import answered, recording_assumptions, with_answers_forgotten
+from sessions.scene_files.answers import recording_assumptions, with_answer, with_answers_forgotten
 
 FORMATS = ("obj", "stl", "ply", "glb")
 EVERY = [*product(TO_SOURCE, FORMATS, (False, True))]
@@ -113,7 +113,7 @@ def test_answer_equals_import_option_and_can_be_forgotten(tmp_path):
     axes, imported = scene(tmp_path, "unreal", "ply", exported=True)
     before, option = imported(), imported(mesh_axes=axes)
     (row,) = [row for row in recording_assumptions(before) if row.subject is Subject.MESH_AXES]
-    write_session(answered(before, row, axes), tmp_path / "s.mcap")
+    write_session(with_answer(before, row, axes), tmp_path / "s.mcap")
     kept = read_session(tmp_path / "s.mcap")
     for name in ("tool", "plate"):
         assert np.array_equal(kept.meshes[name].vertices, option.meshes[name].vertices)
@@ -136,7 +136,7 @@ def test_lengths_of_another_unit_are_questioned_and_answered(tmp_path):
     session = imported()
     (question,) = examine_assumptions(session).questions
     assert question.assumption.subject is Subject.LENGTH_UNIT and not question.plausible
-    meant = answered(session, question.assumption, "mm")
+    meant = with_answer(session, question.assumption, "mm")
     assert np.array_equal(examine_assumptions(meant).outcome.contact[:, 0], true_contact())
     back, _ = with_answers_forgotten(meant)
     assert np.allclose(back.frames.position, session.frames.position, rtol=1e-15, atol=0)
@@ -152,7 +152,7 @@ def test_recording_of_earlier_release_leaves_axes_unknown_and_questioned(tmp_pat
     assert origins == {Subject.POSE_AXES: Origin.NOT_KNOWN, Subject.MESH_AXES: Origin.NOT_KNOWN}
     (question,) = examine_assumptions(old).questions
     assert question.assumption.value == "gltf"
-    now = answered(old, question.assumption, "body")
+    now = with_answer(old, question.assumption, "body")
     assert np.array_equal(examine_assumptions(now).outcome.contact[:, 0], true_contact())
     back, _ = with_answers_forgotten(now)
     assert recording_assumptions(back) == recording_assumptions(old)
@@ -200,7 +200,7 @@ def test_only_colliders_that_do_not_fit_meshes_are_questioned(tmp_path):
     (question,) = examine_assumptions(session).questions
     assert question.assumption.subject is Subject.COLLIDER_AXES and question.plausible == "x-flipped"
     assert question.alternatives[0].words.startswith("colliders up to ")
-    meant = answered(session, question.assumption, "x-flipped")
+    meant = with_answer(session, question.assumption, "x-flipped")
     stated = imported(mesh_axes=axes, colliders=tmp_path / "flipped.glb", collider_axes="x-flipped")
     for name in ("tool", "plate"):
         assert np.array_equal(meant.colliders[name][0].vertices, stated.colliders[name][0].vertices)
@@ -244,7 +244,7 @@ def test_forgotten_answers_restore_every_fact(tmp_path):
     for session in (poses(), meshes()):
         for row in recording_assumptions(session):
             for value in row.alternatives if row.is_open else ():
-                back, count = with_answers_forgotten(answered(session, row, value))
+                back, count = with_answers_forgotten(with_answer(session, row, value))
                 assert count == 1 and recording_assumptions(back) == recording_assumptions(session)
                 assert {key: text for key, text in back.facts.items() if key != ASSUMPTIONS_FACT} == {
                     key: text for key, text in session.facts.items() if key != ASSUMPTIONS_FACT
@@ -284,7 +284,7 @@ def test_unnamed_pose_axes_are_questioned_where_meshes_do_not_follow(tmp_path):
         if np.array_equal(row.outcome.contact[:, 0], true_contact())
     ]
     assert right == ["unity"]
-    decided = answered(guessed, raised[Subject.POSE_AXES].assumption, "unity")
+    decided = with_answer(guessed, raised[Subject.POSE_AXES].assumption, "unity")
     assert np.array_equal(examine_assumptions(decided).outcome.contact[:, 0], true_contact())
     assert axes == "x-flipped" and Subject.POSE_AXES not in {
         question.assumption.subject for question in examine_assumptions(decided).questions

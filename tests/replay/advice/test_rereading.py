@@ -13,7 +13,7 @@ from replay.engine import prepare
 from sessions import MeshData
 from sessions.importers import import_session
 from sessions.model.assumption import Confidence, Origin, Subject
-from sessions.scene_files.answers import answered, recording_assumptions
+from sessions.scene_files.answers import recording_assumptions, with_answer
 
 
 def imported(folder, convention, kind, exported):
@@ -53,7 +53,7 @@ def test_every_reading_has_the_contacts_of_a_whole_preparation(tmp_path, convent
     assert {row.subject for row in rows} == {Subject.POSE_AXES, Subject.MESH_AXES}
     for row in rows:
         for value in row.alternatives:
-            changed = session if value == row.value else answered(session, row, value)
+            changed = session if value == row.value else with_answer(session, row, value)
             quick = rereadings.outcome(changed, row)
             assembly = prepare(changed).assembly
             slow = ReplayedBodies(assembly).outcome(assembly.motion)

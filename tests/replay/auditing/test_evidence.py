@@ -8,7 +8,7 @@ from cdcore import create_detector
 from replay.auditing.causes import Audited
 from replay.auditing.examination import EVIDENCE_BUDGET, examined_misses
 from replay.auditing.fault import Fault, FaultKind
-from replay.auditing.sample_budget import grouped, spread_frames
+from replay.auditing.sample_budget import grouped_by_size, spread_frames
 from replay.prepare.assemble import assemble
 from sessions import MeshData, Session
 
@@ -75,7 +75,7 @@ def test_long_misses_are_sampled_evenly_with_both_ends():
 
 
 def test_groups_keep_the_order_and_their_limit():
-    assert [*grouped([3, 4, 2, 9, 1, 1, 5], int, 6)] == [[3], [4, 2], [9], [1, 1], [5]]
+    assert [*grouped_by_size([3, 4, 2, 9, 1, 1, 5], int, 6)] == [[3], [4, 2], [9], [1, 1], [5]]
 
 
 @pytest.mark.parametrize(

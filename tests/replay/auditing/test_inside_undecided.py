@@ -71,7 +71,7 @@ def test_no_detector_is_blamed_inside_a_damaged_block(name):
         assert audit.contacts_missed == 0 and audit.pair_frames.missed == 0
         assert audit.reference_undecided == undecided
         assert sum(astuple(audit.pair_frames)) == len(PATH)
-    lines = headline.undecided(run)
+    lines = headline.undecided_lines(run)
     if not undecided:
         assert not any("frames" in line for line in lines)
         return

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest
 
-from replay.auditing.wilson import Proportion, pooled, proportion, proportion_of_clusters, wilson
+from replay.auditing.wilson import Proportion, pooled_proportion, proportion, proportion_of_clusters, wilson
 
 
 @pytest.mark.parametrize(("count", "of"), [(0, 5), (5, 5), (1, 7), (865, 1000), (3, 100_000)])
@@ -53,5 +53,5 @@ def test_several_sessions_say_what_their_contacts_say_together():
     of = random.integers(1, 50, 30)
     counts = random.binomial(of, 0.3)
     pieces = [proportion_of_clusters(counts[a:b], of[a:b]) for a, b in ((0, 11), (11, 30))]
-    assert pooled(pieces) == proportion_of_clusters(counts, of)
-    assert pooled([proportion(1, 4), proportion(2, 5)]) == proportion(3, 9)
+    assert pooled_proportion(pieces) == proportion_of_clusters(counts, of)
+    assert pooled_proportion([proportion(1, 4), proportion(2, 5)]) == proportion(3, 9)

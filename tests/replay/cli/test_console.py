@@ -6,7 +6,7 @@ from support.processes import Watched
 from support.small_worlds import cubes
 
 from replay import run
-from replay.cli.console import People, TerminalProgress, counting, pace
+from replay.cli.console import People, TerminalProgress, pace, progress_counter
 
 
 def test_people_are_spoken_to_on_stderr_unless_quiet(capsys):
@@ -72,7 +72,7 @@ def test_every_stage_of_a_run_reports_all_of_its_work(detectors, tmp_path):
 def test_existing_pieces_count_for_neither_rate_nor_time_left(capsys, monkeypatch):
     times = iter([0.0, 1.0, 3.0, 6.0, 9.0])
     monkeypatch.setattr("replay.cli.console.time.monotonic", lambda: next(times))
-    tell = counting(People(), 4)
+    tell = progress_counter(People(), 4)
     for name, after in {"a": "kept", "b": "done", "c": "it broke", "d": "done"}.items():
         tell(name, after)
     assert capsys.readouterr().err.splitlines() == [

@@ -33,7 +33,7 @@ def test_every_sentence_holds_in_every_state(state):
     session = framed(np.arange(len(lost)) * STEP_NS, lost)
     # A letter more than there are frames: a detector of equal settings would be the reference itself.
     run = compute(session, detectors="it=" + scripted(subject + "n"), oracle="exact=" + scripted(oracle))
-    said = headline.undecided(run) + LIMITS.broken(run.document.audit, [])
+    said = headline.undecided_lines(run) + LIMITS.broken(run.document.audit, [])
     assert said == told["sentences"]
 
 
@@ -89,7 +89,7 @@ def test_pair_frames_an_engine_cannot_test_have_a_reason():
     assert found.document.audit["bullet-mesh"].undecided_reasons == {
         "not supported: Bullet tests no triangle mesh against another": 4
     }
-    assert any("Of them 4: not supported" in words for words in headline.undecided(found))
+    assert any("Of them 4: not supported" in words for words in headline.undecided_lines(found))
 
 
 @pytest.mark.parametrize(("skin", "gap"), [(0.5, 0.6), (0.0, None)])

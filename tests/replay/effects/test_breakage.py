@@ -38,7 +38,7 @@ def falling(height, phase=0.0, rest=-0.0005, count=60, **more):
 
 def broken(session):
     run = compute(session, detectors=()).effects["breakage"]
-    return run.output.named("broken"), run.output.named("impact"), run
+    return run.output.events_named("broken"), run.output.events_named("impact"), run
 
 
 @pytest.mark.sampled(3)

@@ -78,5 +78,5 @@ def test_what_a_full_glass_cannot_hold_runs_over():
     run = run_in([0.0, *([90.0] * 2000), 0.0], MIX, acid=full, settings={"full_area_m2": 6e-6})
     brim = np.pi * RADIUS**2 * 0.06 * 1e6
     assert run["mixing"].series["flask/volume"].values[-1] == pytest.approx(brim, rel=1e-9)
-    (event,) = run["burette"].output.named("overflow")
+    (event,) = run["burette"].output.events_named("overflow")
     assert event.values["volume_ml"] == pytest.approx(120.0 - brim, rel=1e-9) and event.level == "warning"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from support.small_worlds import cubes
 
-from replay.effects.burn_exposure import surface
+from replay.effects.burn_exposure import surface_temperature
 from replay.effects.output import EffectOutput
 from replay.engine import compute
 from sessions.model.scene import Scene, SceneBody, SceneEffect
@@ -52,5 +52,5 @@ def test_a_burn_follows_the_temperature_through_the_contact(within):
 def test_an_unheated_vessel_is_as_warm_as_the_room():
     times, heat = np.arange(5.0), EffectOutput()
     inputs = SimpleNamespace(times=times, output=lambda _: heat, tables={"heat": [{"ambient_c": 19.0}]})
-    felt = surface(inputs, {"surface_c": None}, "cup", SimpleNamespace(first=1, stop=4))
+    felt = surface_temperature(inputs, {"surface_c": None}, "cup", SimpleNamespace(first=1, stop=4))
     assert felt.tolist() == [19.0] * 3

@@ -9,7 +9,7 @@ import pytest
 from support.liquid_worlds import MIX, NEUTRAL, RADIUS, glass, poured, run_in, still, tilted, world
 
 from replay.effects.chemistry.contents import contents_of
-from replay.effects.effect_summary import leading
+from replay.effects.effect_summary import leading_event
 from replay.effects.output import COLOURS, QUANTITIES
 from replay.effects.vessels import Vessel
 from replay.engine import compute
@@ -121,7 +121,7 @@ def test_a_slow_reaction_uses_up_its_limiting_reagent():
     assert event.name == "gas" and event.values == {"moles": extent.values[-1], "formula": "H2"}
     assert (event.time, event.end) == pytest.approx((0.03, 1.0))
     assert effect_plots({"reaction": run})[-1][0] == QUANTITIES["mol"]
-    assert leading({"reaction": run}) == event and gone.values[-1] == extent.values[-1] and gone.unit == "mol"
+    assert leading_event({"reaction": run}) == event and gone.values[-1] == extent.values[-1] and gone.unit == "mol"
 
 
 def test_leaving_gas_is_the_amount_beyond_solubility():
@@ -133,19 +133,19 @@ def test_leaving_gas_is_the_amount_beyond_solubility():
 
     effects = run("NaHCO3", "NaHCO3 + HCl -> NaCl + H2O + CO2")
     volume = effects["mixing"].series["b/volume"].values
-    (event,) = effects["reaction"].output.named("gas")
+    (event,) = effects["reaction"].output.events_named("gas")
     # Gas that left stays away: most of it is gone in the first row with acid for all of the soda, at its volume.
     litres = 1e-3 * volume[volume >= 15.0][0]
     assert event.values["moles"] == pytest.approx(5e-3 - 3.3e-7 * 101325.0 * litres, rel=0.01)
     assert "mmol CO2 leave b as gas" in event.text
-    assert not run("NaOH", NEUTRAL[1]["equation"])["reaction"].output.named("gas")
+    assert not run("NaOH", NEUTRAL[1]["equation"])["reaction"].output.events_named("gas")
 
 
 def test_gas_of_before_the_session_does_not_leave():
     soda = glass("b", 10.0, solutes={"NaHCO3": 0.5, "HCl": 0.4})
     settings = MIXED, reaction("NaHCO3 + HCl -> NaCl + H2O + CO2")
     effects = poured([0.0, *([60.0] * 50)], (glass("a", 60.0), soda), *settings)
-    assert not effects["reaction"].output.named("gas") and effects["mixing"].series["b/volume"].values[-1] > 30.0
+    assert not effects["reaction"].output.events_named("gas") and effects["mixing"].series["b/volume"].values[-1] > 30.0
 
 
 def test_a_ph_without_end_point_is_reported_when_settled():

@@ -24,7 +24,7 @@ def test_every_contact_ends_with_two_clear_frames():
     assert (event.time, event.end) == pytest.approx((0.01, 0.07)) and 0.4 <= event.point[0] <= 0.5
     assert (bump.time, bump.end, bump.values) == (0.09, None, {"frames": 1, "flicker": True})
     ((touch, _),) = contact.output.data.values()
-    assert (touch.before, touch.first, touch.stop) == (0, 1, 7)
+    assert (touch.last_clear_frame, touch.first, touch.stop) == (0, 1, 7)
     assert set(result.detections) == {SPEC.detector} and len(result.assembly.pairs) == 1
 
 

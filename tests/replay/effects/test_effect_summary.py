@@ -5,7 +5,7 @@ import pytest
 from support.small_worlds import cubes
 
 from replay.effects import EFFECTS
-from replay.effects.effect_summary import effect_summary, event_lines, leading
+from replay.effects.effect_summary import effect_summary, event_lines, leading_event
 from replay.effects.effects_runner import EffectRun
 from replay.effects.output import EffectEvent, EffectOutput
 from replay.effects.protocol import EffectSpec
@@ -41,10 +41,11 @@ def run_of(kind, *events, **series):
 def test_the_weightiest_result_leads_else_the_last_event():
     names = enumerate(("pour", "end-point", "colour-change"))
     pour, end, changes = (EffectEvent(float(at), name, ("flask",)) for at, name in names)
-    assert leading({}) is None and leading({"pour": run_of("pour", pour)}) is pour
-    assert leading({"pour": run_of("pour", pour), "a": run_of("a", changes)}) is changes
+    assert leading_event({}) is None and leading_event({"pour": run_of("pour", pour)}) is pour
+    assert leading_event({"pour": run_of("pour", pour), "a": run_of("a", changes)}) is changes
     assert (
-        leading({"a": run_of("a", changes), "reaction": run_of("reaction", end), "pour": run_of("pour", pour)}) is end
+        leading_event({"a": run_of("a", changes), "reaction": run_of("reaction", end), "pour": run_of("pour", pour)})
+        is end
     )
 
 

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from replay.effects.fitting import SETTLE_S, before, fitted, settled_runs, velocities
+from replay.effects.fitting import SETTLE_S, fit_parabola, rows_before, settled_runs, velocities
 
 UNEVEN = np.cumsum(np.array([0.0, 0.011, 0.005, 0.02, 0.011, 0.003, 0.03, 0.011, 0.011, 0.009, 0.011, 0.014]))
 
@@ -13,7 +13,7 @@ def test_a_parabola_is_recovered_from_uneven_stamps(coefficients, zero):
     a, b, c = coefficients
     u = UNEVEN - UNEVEN[-1]
     points = (a + b * u + c * u * u)[:, None]
-    fit = fitted(UNEVEN + zero, points)
+    fit = fit_parabola(UNEVEN + zero, points)
     assert fit.misfit < 1e-9 and fit.position(fit.at)[0] == pytest.approx(a, abs=1e-7)
     assert fit.velocity(fit.at - 0.01)[0] == pytest.approx(b - 0.02 * c, abs=1e-4)
     fitted_values = velocities(UNEVEN, points, np.zeros(12, dtype=np.int64), np.arange(12))
@@ -25,7 +25,7 @@ def test_no_velocity_is_fitted_across_a_gap():
     fitted_values = velocities(UNEVEN, np.where(runs == 0, 0.0, 5.0)[:, None], runs, np.arange(12))
     assert np.isnan(fitted_values[:4]).all() and np.allclose(fitted_values[4:], 0.0)
     runs = np.array([0] * 10 + [1] * 12 + [-1])
-    samples = [before(runs, frame).tolist() for frame in (9, 15, 13, 22)]
+    samples = [rows_before(runs, frame).tolist() for frame in (9, 15, 13, 22)]
     assert samples == [[*range(1, 10)], [*range(10, 16)], [], []]
 
 

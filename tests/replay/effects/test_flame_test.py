@@ -49,7 +49,7 @@ LOST[15:20] = False
     ids=["too short", "clean wire", "one frame is noise", "a loss ends no visit"],
 )
 def test_a_lasting_visit_shows_the_salt_on_the_wire(points, valid, visits):
-    events = [event.values for event in run(points, valid).output.named("flame")]
+    events = [event.values for event in run(points, valid).output.events_named("flame")]
     assert [(visit["salt"], visit["seen"], pytest.approx(visit["seconds"])) for visit in events] == visits
 
 

@@ -59,7 +59,7 @@ TAKEN = [("grasp", "cup", 0.5), ("release", "cup", 1.6)]
 def test_a_thing_is_grasped_until_the_trigger_is_released(hand, cup, trigger, more, expected):
     effect = run(hand, cup, trigger, **more)
     assert [(event.name, event.bodies[1], round(event.time, 2)) for event in effect.events] == expected
-    for event in effect.output.named("grasp"):
+    for event in effect.output.events_named("grasp"):
         assert event.end == (None if len(expected) == 1 else pytest.approx(1.6))
         assert event.values["moved_m"] == pytest.approx(0.5, abs=0.01) and not event.values["touching"]
         assert event.values["held_s"] == pytest.approx((event.end or 2.0) - event.time, abs=0.03)
@@ -70,14 +70,14 @@ def test_a_thing_is_grasped_until_the_trigger_is_released(hand, cup, trigger, mo
 @pytest.mark.parametrize(("slides", "degrees", "taken"), [(21e-3, 0, 1), (23e-3, 0, 0), (0, 21, 1), (0, 23, 0)])
 def test_a_sliding_or_rotating_thing_is_not_grasped(slides, degrees, taken):
     effect = run(HAND, HAND + 0.5 + slides * TIMES, PRESSED, degrees=degrees, scene=NARROW)
-    assert len(effect.output.named("grasp")) == taken
+    assert len(effect.output.events_named("grasp")) == taken
 
 
 def test_the_longer_of_two_intervals_is_the_grasp():
     limits = {"between": ["tag:hand", "cup"], "window_s": 0.02, "held_s": 0.1}
     scene = replace(SCENE, effects=(SceneEffect("grasp", limits),))
     slips = np.interp(TIMES, [0.7, 0.75, 0.9, 2.0], [0.0, 0.1, 0.1, 1.2])
-    (grasp,) = run(TIMES, TIMES + 0.5 - slips, PRESSED, scene=scene).output.named("grasp")
+    (grasp,) = run(TIMES, TIMES + 0.5 - slips, PRESSED, scene=scene).output.events_named("grasp")
     assert grasp.values["held_s"] == pytest.approx(0.18, abs=0.015)
 
 
@@ -96,5 +96,5 @@ def test_a_noisy_grasp_is_detected_at_every_frame_rate(hz, millimetres):
             poses[name] = positions + random.normal(0.0, 1e-3 * millimetres, positions.shape), rotations
         session = Session.from_arrays(stamps, poses, {name: cube(0.2) for name in poses}, SCENE)
         session = replace(session, hands={"ann/left": HandTrack(stamps, trigger)})
-        (grasp,) = compute(session, detectors=()).effects["grasp"].output.named("grasp")
+        (grasp,) = compute(session, detectors=()).effects["grasp"].output.events_named("grasp")
         assert grasp.bodies[1] == "cup" and grasp.values["held_s"] == pytest.approx(1.1, abs=0.12), seed

@@ -34,9 +34,9 @@ def test_permanganate_is_standardised_with_mohrs_salt(equation, names, weighed):
     burette = glass("burette", 50.0, solute="KMnO4", molar=0.02, cavity=COLUMN)
     pink = ("colour", {"in": "flask", "species": "MnO4-"})
     effects = run_in(OPEN, MIX, ("reaction", {"equation": equation}), pink, base=burette, acid=flask)
-    (event,) = effects["reaction"].output.named("end-point")
+    (event,) = effects["reaction"].output.events_named("end-point")
     assert event.text.startswith(f"{names} are equivalent in flask after 1.00 mL")
-    (appears,) = effects["colour"].output.named("colour-change")
+    (appears,) = effects["colour"].output.events_named("colour-change")
     assert appears.time >= event.time and "appears" in appears.text
 
 
@@ -83,7 +83,9 @@ def test_copper_is_titrated_to_its_ammine():
     volume = effects["mixing"].series["flask/volume"].values[-1]
     ammine = effects["reaction"].series["flask/Cu(NH3)4^2+"].values[-1]
     assert ammine * volume == pytest.approx(0.02 * 2.0, rel=0.05)
-    assert effects["colour"].output.named("colour-change")[0].text == "the colour of Cu(NH3)4^2+ in flask appears"
+    assert (
+        effects["colour"].output.events_named("colour-change")[0].text == "the colour of Cu(NH3)4^2+ in flask appears"
+    )
 
 
 AMMINE = ("colour", {"in": "flask", "species": "Cu(NH3)4^2+"})
@@ -106,7 +108,7 @@ def test_basic_copper_sulfate_dissolves_in_more_ammonia():
     )
     assert [event.name for event in effects["precipitation"].events] == ["precipitate", "dissolved"]
     assert effects["precipitation"].series["flask/Cu4(OH)6SO4"].values[-1] == 0.0
-    assert not effects["reaction"].output.named("aged")
+    assert not effects["reaction"].output.events_named("aged")
 
 
 def test_copper_hydroxide_beside_ammonia_is_said_to_be_aged():
@@ -115,7 +117,7 @@ def test_copper_hydroxide_beside_ammonia_is_said_to_be_aged():
         ("reaction", {"equation": "CuSO4 + 2 NH3 + 2 H2O -> Cu(OH)2 + (NH4)2SO4"}),
         ("precipitation", {"solid": "Cu(OH)2", "colour": "blue"}),
     )
-    (event,) = effects["reaction"].output.named("aged")
+    (event,) = effects["reaction"].output.events_named("aged")
     assert "name that solid instead" in event.text and event.level == "warning"
 
 

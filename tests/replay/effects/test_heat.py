@@ -67,7 +67,7 @@ def test_flames_under_solutions_say_what_they_do_not_heat(follows):
     poses = {"lamp": still(count), "dish": (points, still(count)[1])}
     output = compute(world(poses, (SceneBody("lamp"), dish), *tables, step_ns=100_000_000)).effects["heat"].output
     assert [event.name for event in output.events] == ["heated", *["not-heated"] * follows]
-    assert all("without the heat of lamp" in event.text for event in output.named("not-heated"))
+    assert all("without the heat of lamp" in event.text for event in output.events_named("not-heated"))
 
 
 MIX = ("mixing", {"in": ["b"]})
@@ -101,7 +101,7 @@ def test_acid_into_water_gives_off_the_heat_of_the_table():
 
 def test_water_into_acid_is_the_wrong_order():
     effects = mixed((glass("a", 60.0), acid("b", 60.0)), boils_c=400.0)
-    (event,) = effects["heat"].output.named("wrong-order")
+    (event,) = effects["heat"].output.events_named("wrong-order")
     assert event.level == "error" and event.bodies == ("a", "b")
     assert event.time == pytest.approx(0.01)
     assert event.values["volume_ml"] == pytest.approx(effects["pour"].events[0].values["volume_ml"], rel=1e-9)
@@ -111,7 +111,7 @@ def test_water_into_acid_is_the_wrong_order():
 def test_a_boiling_liquid_gets_no_hotter():
     assert run(XS, boils_c=40.0).series["dish/temperature"].values.max() == 40.0
     hot = mixed((glass("a", 60.0), acid("b", 60.0)), [0.0, *([60.0] * 12)])["heat"]
-    assert hot.series["b/temperature"].values.max() == 100.0 and "boils" in hot.output.named("boil")[0].text
+    assert hot.series["b/temperature"].values.max() == 100.0 and "boils" in hot.output.events_named("boil")[0].text
 
 
 COLOUR_CHANGE = {"turns_c": 23.0, "from_colour": "blue", "to_colour": "white"}
@@ -126,7 +126,7 @@ def salted(more, properties=SALT):
 
 def test_a_heated_solid_changes_colour_once():
     heat = compute(salted(COLOUR_CHANGE)).effects["heat"]
-    (event,) = heat.output.named("turned")
+    (event,) = heat.output.events_named("turned")
     # m c dT/dt = P - k (T - Ta), solved for 3 kelvin.
     seconds = -60.0 / 0.4 * np.log(1.0 - 3.0 * 0.4 / 160.0)
     assert event.time == pytest.approx(seconds, abs=0.1) and event.time >= seconds
@@ -135,4 +135,4 @@ def test_a_heated_solid_changes_colour_once():
     assert drawn.rgba.tolist() == [list(COLOURS["blue"]), list(COLOURS["white"])] and drawn.times[1] == event.time
     assert drawn.level[0] > drawn.floor
     cool = compute(salted({**COLOUR_CHANGE, "turns_c": 90.0})).effects["heat"]
-    assert not cool.output.named("turned") and len(cool.output.liquids["dish"].times) == 1
+    assert not cool.output.events_named("turned") and len(cool.output.liquids["dish"].times) == 1

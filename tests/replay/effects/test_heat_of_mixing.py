@@ -31,7 +31,7 @@ def test_a_reaction_gives_the_heat_of_its_enthalpies_of_formation(row):
     series = effects["heat"].series["b/temperature"]
     assert (series.times[0], series.values[0]) == (0.0, 20.0)
     kelvin = series.values[-1] - 20.0
-    (event,) = [candidate for candidate in effects["heat"].output.named("warmest") if candidate.bodies == ("b",)]
+    (event,) = [candidate for candidate in effects["heat"].output.events_named("warmest") if candidate.bodies == ("b",)]
     assert event.values["change_k"] == pytest.approx(kelvin) and "b warms from 20.00 to" in event.text
     per_mol = kelvin * PER_ML * (20.0 + moved) / (row["first"][1] * moved * 1e-3) / 1e3
     assert per_mol == pytest.approx(row["kj_mol"], rel=0.01)
@@ -68,10 +68,10 @@ def test_headline_of_a_dry_solid_is_that_of_the_mixture():
     solid = {"solid": {"formula": "CaCl2.6H2O", "mass_g": 2.0}}
     bodies = (vessel("a", 60.0, "", 0.0), glass("b", 0.0, properties=solid))
     effects = poured([0.0, *np.linspace(0.0, 120.0, 40), *([120.0] * 100)], bodies, MIX, ("heat", HEAT))
-    (coldest,) = effects["heat"].output.named("coldest")
+    (coldest,) = effects["heat"].output.events_named("coldest")
     last = effects["heat"].series["b/temperature"].values[-1]
     assert coldest.values["to_c"] == pytest.approx(last, abs=0.01) and 17.0 < last < 19.9
-    assert not effects["heat"].output.named("freeze")
+    assert not effects["heat"].output.events_named("freeze")
 
 
 @pytest.mark.parametrize(
@@ -87,7 +87,7 @@ def test_heat_of_a_strong_solution_without_a_table_is_named(formula, mass_g, dec
     products = {"Na2S2O3": "2 Na+ + S2O3^2-", "CO(NH2)2": "CO(NH2)2(aq)", "LiCl": "Li+ + Cl-", "NaNO3": "Na+ + NO3-"}
     equation = [("reaction", {"equation": f"{formula}(s) -> {products[formula]}", **declared})] if declared else []
     effects = poured([0.0, *([120.0] * 40), 0.0], bodies, MIX, *equation, ("heat", HEAT))
-    texts = [event.text for event in effects["heat"].output.named("strong")]
+    texts = [event.text for event in effects["heat"].output.events_named("strong")]
     assert len(texts) == bool(ions) and all(f"so strong a solution of {ions} as" in text for text in texts)
 
 
@@ -95,7 +95,7 @@ def test_a_hot_dry_solid_does_not_boil():
     solid = {"solid": {"formula": "KNO3", "mass_g": 10.0}, "temperature_c": 250.0}
     bodies = (vessel("a", 60.0, "", 0.0), glass("b", 0.0, properties=solid))
     effects = poured([0.0] * 20, bodies, MIX, ("heat", HEAT))
-    assert not effects["heat"].output.named("boil")
+    assert not effects["heat"].output.events_named("boil")
 
 
 def test_hot_metal_warms_the_water_poured_on_it():

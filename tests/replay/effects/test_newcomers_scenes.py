@@ -49,7 +49,7 @@ def test_solid_in_water_dissolves_at_the_stated_temperature(celsius):
     (dissolved,) = effects["precipitation"].events
     expected = np.interp(celsius, [10.0, 20.0, 40.0], [20.9, 31.6, 63.9]) / 2.0
     assert dissolved.name == "dissolved" and dissolved.values["mass_g"] == pytest.approx(expected, rel=0.01)
-    before = effects["heat"].output.named("dissolved-before")
+    before = effects["heat"].output.events_named("dissolved-before")
     assert [event.values["formula"] for event in before] == ["KNO3"]
     assert before[0].values["mass_g"] == pytest.approx(expected, rel=0.01)
 
@@ -59,8 +59,8 @@ def test_heat_of_a_solid_is_released_by_equations_with_rates():
     flask = glass("flask", 50.0, properties={"solid": {"formula": "CuSO4", "mass_g": 4.0}})
     slowly = ("reaction", {"equation": "CuSO4(s) -> Cu2+ + SO4^2-", "rate_per_s": 1.0})
     effects = standing(10.0, flask, CALM, slowly)
-    assert not effects["heat"].output.named("dissolved-before")
-    (warmest,) = effects["heat"].output.named("warmest")
+    assert not effects["heat"].output.events_named("dissolved-before")
+    (warmest,) = effects["heat"].output.events_named("warmest")
     # -66.1 kJ/mol by Nuffield Advanced Chemistry.
     assert warmest.values["change_k"] == pytest.approx(4.0 / 159.6 * 66.1e3 / (50.0 * 4.18), rel=0.03)
 
@@ -140,14 +140,14 @@ def test_a_solid_that_no_table_names_is_announced(burette, flask, equation, soli
         base=glass("burette", 50.0, solute=burette[0], molar=burette[1], cavity=COLUMN),
         acid=glass("flask", 2.0, solutes=solutes),
     )  # fmt: skip
-    texts = [event.text for event in effects["reaction"].output.named("supersaturated")]
+    texts = [event.text for event in effects["reaction"].output.events_named("supersaturated")]
     assert len(texts) == 1 and texts[0].startswith(f"{solid} is beyond its solubility in flask")
     named = run_in(
         DRIP, MIX, ("reaction", {"equation": equation}), ("precipitation", {"solid": solid, "colour": "white"}),
         base=glass("burette", 50.0, solute=burette[0], molar=burette[1], cavity=COLUMN),
         acid=glass("flask", 2.0, solutes=solutes),
     )  # fmt: skip
-    assert not named["reaction"].output.named("supersaturated")
+    assert not named["reaction"].output.events_named("supersaturated")
     assert [event.name for event in named["precipitation"].events][:1] == ["precipitate"]
 
 
@@ -157,7 +157,7 @@ def test_nothing_is_announced_where_all_stays_dissolved():
     salts = (glass("a", 60.0, solute="CaCl2", molar=0.01), glass("b", 10.0, solutes={"NaNO3": 0.1, "HCl": 0.1}))
     indicator = ("colour", {"in": "b", "indicator": "litmus"})
     effects = poured([0.0, *([60.0] * 3), 0.0], salts, ("mixing", {"in": ["b"]}), indicator)
-    assert not effects["reaction"].output.named("supersaturated")
+    assert not effects["reaction"].output.events_named("supersaturated")
 
 
 @pytest.mark.parametrize(
@@ -234,7 +234,7 @@ def test_equivalence_without_reaction_is_no_end_point():
             acid=glass("flask", 2.0, solutes={"FeSO4": 0.01, **acid}),
         )  # fmt: skip
         output = effects["reaction"].output
-        events[name] = output.named("end-point"), output.named("incomplete")
+        events[name] = output.events_named("end-point"), output.events_named("incomplete")
     assert len(events["acid"][0]) == 1 and not events["acid"][1]
     assert not events["weak"][0] and "have reacted: no end point" in events["weak"][1][0].text
 
@@ -245,7 +245,7 @@ def test_no_acid_is_named_where_protons_are_lacking():
         base=glass("burette", 50.0, solute="KMnO4", molar=0.02, cavity=COLUMN),
         acid=glass("flask", 2.0, solutes={"FeSO4": 0.01}),
     )  # fmt: skip
-    (event,) = effects["reaction"].output.named("no-reaction")
+    (event,) = effects["reaction"].output.events_named("no-reaction")
     assert "does not proceed: it needs acid, and none came into flask" in event.text
 
 
@@ -259,4 +259,4 @@ def test_no_acid_is_named_where_protons_are_lacking():
 def test_complexes_of_more_ligands_count_as_formed(solutes, equation, proceeds):
     """In much fluoride iron stands as FeF3: 'Fe3+ + F- -> FeF2+ does not proceed' was said of it."""
     effects = standing(0.5, glass("flask", 2.0, solutes=solutes), ("reaction", {"equation": equation}))
-    assert bool(effects["reaction"].output.named("no-reaction")) != proceeds
+    assert bool(effects["reaction"].output.events_named("no-reaction")) != proceeds

@@ -31,7 +31,7 @@ def test_a_plan_is_the_closure_of_the_declared_effects(every):
     for kinds in subsets()[::every]:
         scene = scene_of(kinds)
         planned = plan(scene)
-        needed = {other for step in planned.steps.values() for other in step.spec.needed(step.declared)}
+        needed = {other for step in planned.steps.values() for other in step.spec.needed_kinds(step.declared)}
         assert set(planned.effects) == {effect.kind for effect in scene.effects} | needed, kinds
         assert set(planned.not_run) == set(KINDS) - set(planned.effects)
         for kind, step in planned.steps.items():

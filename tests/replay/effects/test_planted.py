@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from replay.effects.effect_plan import plan
-from replay.effects.effect_summary import leading
+from replay.effects.effect_summary import leading_event
 from replay.engine import compute
 from replay.studies.synthetic_sessions import synthetic_session
 
@@ -36,7 +36,7 @@ def planted(truth, kind):
 @pytest.mark.parametrize(("name", "row"), [(name, row) for row in EXPECTED for name in row["experiments"]])
 def test_every_planted_event_is_reported_once(name, row, seed):
     result, truth = replayed(name, seed)
-    reported, facts = result.effects[row["effect"]].output.named(row["event"]), planted(truth, row["fact"])
+    reported, facts = result.effects[row["effect"]].output.events_named(row["event"]), planted(truth, row["fact"])
     if row["effect"] == "grasp":
         declared = plan(result.session.scene).steps["grasp"].declared
         requested = {frozenset(pair) for item in declared for pair in item["between"]}
@@ -56,7 +56,7 @@ def test_every_planted_event_is_reported_once(name, row, seed):
 def test_every_planted_pour_is_reported_with_its_volume(name, seed):
     result, truth = replayed(name, seed)
     run, facts = result.effects["pour"], planted(truth, "pour")
-    reported = run.output.named("pour")
+    reported = run.output.events_named("pour")
     large = [event for event in reported if event.values["volume_ml"] > 0.5]
     assert [event.bodies for event in large] == [(f.values["source"], f.values["target"]) for f in facts]
     assert sum(event.values["volume_ml"] for event in reported if event not in large) < 0.5
@@ -72,7 +72,7 @@ def test_every_planted_pour_is_reported_with_its_volume(name, seed):
 
 def test_the_indicator_changes_at_the_end_point():
     result, truth = replayed("titration")
-    (change,), (fact,) = result.effects["colour"].output.named("colour-change"), planted(truth, "end_point")
+    (change,), (fact,) = result.effects["colour"].output.events_named("colour-change"), planted(truth, "end_point")
     volume = result.effects["burette"].series["burette/delivered"]
     observed = float(volume.values[volume.times <= change.time][-1])
     assert observed == pytest.approx(fact.values["volume_ml"], abs=0.05) and change.end is not None
@@ -80,7 +80,7 @@ def test_the_indicator_changes_at_the_end_point():
 
 def test_all_marble_dissolves_in_acid_that_is_in_excess():
     result, truth = replayed("marble")
-    (event,), (fact,) = result.effects["precipitation"].output.named("dissolved"), planted(truth, "dissolve")
+    (event,), (fact,) = result.effects["precipitation"].output.events_named("dissolved"), planted(truth, "dissolve")
     assert event.values["left_g"] == 0.0
     assert result.effects["reaction"].series["marble/pH"].values[-1] == pytest.approx(fact.values["ph"], abs=0.02)
 
@@ -92,9 +92,9 @@ def test_gas_that_leaves_while_the_jar_stands_is_as_planted(seed):
     entered, left = np.interp([fact.start, fact.end], gone.times, gone.values)
     assert entered == pytest.approx(fact.values["leaked_before_mol"], rel=0.02)
     assert left - entered == pytest.approx(fact.values["collected_mol"], rel=0.02)
-    (event,) = result.effects["reaction"].output.named("gas")
+    (event,) = result.effects["reaction"].output.events_named("gas")
     assert event.values["moles"] == gone.values[-1] > left
 
 
 def test_the_warmth_of_the_calorimeter_is_the_result():
-    assert "warms from 20.00 to 24.4" in leading(replayed("ammonia-calorimetry")[0].effects).text
+    assert "warms from 20.00 to 24.4" in leading_event(replayed("ammonia-calorimetry")[0].effects).text

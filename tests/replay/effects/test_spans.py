@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from replay.effects.spans import spans_of, steadied, switched
+from replay.effects.spans import hysteresis_spans, spans_of, steady_spans
 
 
 def flags(text):
@@ -20,18 +20,18 @@ ROWS = {
 
 @pytest.mark.parametrize("text", ROWS)
 def test_two_frames_open_and_two_close_a_span(text):
-    assert steadied(*flags(text), 2) == ROWS[text]
+    assert steady_spans(*flags(text), 2) == ROWS[text]
 
 
 @given(st.text(alphabet="C.-", max_size=60))
 def test_spans_do_not_touch_and_contain_their_opening_frames(text):
     flag, known = flags(text)
     assert [any(a <= k < b for a, b in spans_of(flag)) for k in range(len(flag))] == flag.tolist()
-    spans = steadied(flag, known, 2)
+    spans = steady_spans(flag, known, 2)
     assert all(a[1] < b[0] for a, b in pairwise(spans))
     assert all(flag[first] and int((flag & known)[first:stop].sum()) >= 2 for first, stop in spans)
 
 
 def test_a_switch_has_an_upper_and_a_lower_level():
     value = np.array([0.0, 0.5, 0.7, 0.5, np.nan, 0.5, 0.3, 0.5, 0.61])
-    assert switched(value, 0.6, 0.4) == [(2, 6), (8, 9)]
+    assert hysteresis_spans(value, 0.6, 0.4) == [(2, 6), (8, 9)]

@@ -85,12 +85,14 @@ def test_a_rate_changes_no_amount_of_gas(gas, molar):
     at_once, slow = (
         poured(POUR, bodies, MIXED, reacts(equation, **rate))["reaction"] for rate in ({}, {"rate_per_s": 20.0})
     )
-    amounts = [sum(event.values["moles"] for event in effect.output.named("gas")) for effect in (at_once, slow)]
+    amounts = [sum(event.values["moles"] for event in effect.output.events_named("gas")) for effect in (at_once, slow)]
     assert amounts[1] == pytest.approx(amounts[0], rel=0.02, abs=1e-6)
     for effect in (at_once, slow):
-        stays = [event.text for event in effect.output.named("gas") if "stay dissolved" in event.text]
+        stays = [event.text for event in effect.output.events_named("gas") if "stay dissolved" in event.text]
         none = [
-            event.text for event in effect.output.named("no-reaction") if f"all {gas} stays dissolved" in event.text
+            event.text
+            for event in effect.output.events_named("no-reaction")
+            if f"all {gas} stays dissolved" in event.text
         ]
         assert len(stays) + len(none) == 1
 
@@ -98,7 +100,7 @@ def test_a_rate_changes_no_amount_of_gas(gas, molar):
 def test_a_reaction_without_any_acid_is_said_not_to_proceed():
     bodies = (glass("a", 60.0), glass("b", 10.0, solute="Na2S2O3", molar=0.1))
     effects = poured(POUR, bodies, MIXED, reacts("S2O3^2- + 2 H+ -> SO2 + S + H2O"), precipitates("S"))
-    (event,) = effects["reaction"].output.named("no-reaction")
+    (event,) = effects["reaction"].output.events_named("no-reaction")
     assert "it needs acid, and none came into b" in event.text
     assert not effects["precipitation"].series["b/S"].values.any()
 
@@ -151,7 +153,7 @@ def test_advice_for_copper_in_ammonia_goes_in_no_circle():
     fresh = reacts("4 CuSO4 + 6 NH3 + 6 H2O -> Cu4(OH)6SO4 + 3 (NH4)2SO4")
     drip = [0.0, 0.0, *([90.0] * 60), 0.0]
     effects = run_in(drip, MIX, fresh, precipitates("Cu4(OH)6SO4"), base=ammonia, acid=flask)
-    assert not effects["reaction"].output.named("supersaturated")
+    assert not effects["reaction"].output.events_named("supersaturated")
 
 
 def test_what_recrystallises_after_dissolving_is_said():
@@ -176,7 +178,7 @@ def test_an_end_point_shortly_ahead_is_said(millilitres):
         settings={"full_area_m2": 6e-7 * millilitres / 5.0},
     )  # fmt: skip
     ran = effects["burette"].events[0].values["volume_ml"]
-    events = effects["reaction"].output.named("not-reached")
+    events = effects["reaction"].output.events_named("not-reached")
     assert bool(events) == (ran < 2.5 <= 1.25 * ran), ran
     for event in events:
         assert event.values["volume_ml"] == pytest.approx(2.5, rel=1e-3)
@@ -223,14 +225,14 @@ SLAKING = "CaO + H2O -> Ca(OH)2(s)"
 
 def test_lime_in_water_reacts_before_the_first_frame():
     effects = standing(LIME, NO_HEAT_LOSS, reacts(SLAKING), precipitates("Ca(OH)2"))
-    assert not effects["reaction"].output.named("no-reaction")
-    (before,) = effects["heat"].output.named("dissolved-before")
+    assert not effects["reaction"].output.events_named("no-reaction")
+    (before,) = effects["heat"].output.events_named("dissolved-before")
     assert "1 g CaO react with the water in flask before" in before.text
 
 
 def test_slaking_lime_warms_water_by_its_heat_of_reaction():
     effects = standing(LIME, NO_HEAT_LOSS, reacts(SLAKING, rate_per_s=2.0), precipitates("Ca(OH)2"), count=60)
-    (warmest,) = effects["heat"].output.named("warmest")
+    (warmest,) = effects["heat"].output.events_named("warmest")
     slaking_j_per_mol = 65.2e3  # NBS tables, without the little that dissolves
     moles, water_j_per_k = 1.0 / 56.08, 50.0 * 4.18
     assert warmest.values["change_k"] == pytest.approx(slaking_j_per_mol * moles / water_j_per_k, rel=0.05)
@@ -262,7 +264,7 @@ def test_what_reacts_before_the_first_frame_is_told(solutes, equation, told):
     other = glass("other", 1.0, solutes=acid)
     bodies, poses = (flask, other), {"flask": still(3), "other": still(3)}
     tables = (("mixing", {"in": ["flask", "other"]}), reacts(equation))
-    events = compute(world(poses, bodies, *tables)).effects["reaction"].output.named("before")
+    events = compute(world(poses, bodies, *tables)).effects["reaction"].output.events_named("before")
     expected = [f"{text} before the recording begins" for text in told]
     assert [event.text.partition(", by ")[0] for event in events] == expected
 

@@ -25,9 +25,9 @@ def end_points(burette, flask, solid, equation):
     """Events of the end points of a burette's liquid in 2 mL."""
     titrant = glass("burette", 50.0, solutes=burette, cavity=COLUMN)
     sample = glass("flask", 2.0, solutes=flask, properties={"solid": solid} if solid else {})
-    return run_in(OPEN, MIX, ("reaction", {"equation": equation}), base=titrant, acid=sample)["reaction"].output.named(
-        "end-point"
-    )
+    return run_in(OPEN, MIX, ("reaction", {"equation": equation}), base=titrant, acid=sample)[
+        "reaction"
+    ].output.events_named("end-point")
 
 
 @pytest.mark.parametrize(("burette", "flask", "solid", "equation", "expected"), ROWS, ids=lambda row: str(row)[:24])

@@ -28,7 +28,7 @@ def ph_of(solutes):
 
 def check_end_points_and_ph(flask, burette, ends, hz):
     effects = titrated(flask, burette, hz=hz)
-    events = [event.values["volume_ml"] for event in effects["reaction"].output.named("end-point")]
+    events = [event.values["volume_ml"] for event in effects["reaction"].output.events_named("end-point")]
     assert events == pytest.approx(ends, abs=0.01)
     ph, volume = effects["reaction"].series["flask/pH"], effects["mixing"].series["flask/volume"]
     # The same amounts, mixed at once, have the same pH.
@@ -50,7 +50,7 @@ def test_end_points_and_ph_are_right_at_every_rate(row):
 
 
 def settings(effects):
-    return [event.text for event in effects["reaction"].output.named("end-point")]
+    return [event.text for event in effects["reaction"].output.events_named("end-point")]
 
 
 def test_a_mixture_names_the_strong_acid_first():
@@ -67,7 +67,7 @@ def test_carbonate_has_two_end_points_at_every_rate(hz):
     """With CO2 as a gas, which the base once let go before each carbonate had its proton."""
     gas = "Na2CO3 + 2 HCl -> 2 NaCl + H2O + CO2"
     effects = titrated({"Na2CO3": 0.05}, {"HCl": 0.1}, (gas,), hz=hz)
-    events = [event.values["volume_ml"] for event in effects["reaction"].output.named("end-point")]
+    events = [event.values["volume_ml"] for event in effects["reaction"].output.events_named("end-point")]
     assert events == pytest.approx([5.0, 10.0], abs=0.01)
     (drawn,) = titration_curves(effects)
     assert drawn.quantity == "pH" and drawn.ends_ml == pytest.approx([5.0, 10.0], abs=0.01)
@@ -76,7 +76,7 @@ def test_carbonate_has_two_end_points_at_every_rate(hz):
 
 @pytest.mark.parametrize("row", TABLE["ions"], ids=lambda row: row["equation"])
 def test_an_oxidation_in_ions_has_a_single_end_point(row):
-    (event,) = titrated(row["flask"], row["burette"], (row["equation"],))["reaction"].output.named("end-point")
+    (event,) = titrated(row["flask"], row["burette"], (row["equation"],))["reaction"].output.events_named("end-point")
     assert event.values["volume_ml"] == pytest.approx(row["volume_ml"], abs=0.01)
     assert event.text.startswith(f"{row['names']} are equivalent in flask")
 
@@ -84,5 +84,5 @@ def test_an_oxidation_in_ions_has_a_single_end_point(row):
 @pytest.mark.parametrize("row", TABLE["shared"], ids=lambda row: row["name"])
 def test_ions_that_share_a_titrant_have_their_sums_as_ends(row):
     """A hardness titration ended with calcium alone, at 5 of 7 mL, and of two halides only the first had an end."""
-    events = titrated(row["flask"], row["burette"], row["equations"])["reaction"].output.named("end-point")
+    events = titrated(row["flask"], row["burette"], row["equations"])["reaction"].output.events_named("end-point")
     assert [event.values["volume_ml"] for event in events] == pytest.approx(row["ends"], abs=0.01)

@@ -5,7 +5,7 @@ import pytest
 from support.liquid_worlds import HEIGHT, RADIUS, glass
 
 from replay.effects.inputs import BodyPoses
-from replay.effects.vessels import Cylinder, Vessel, inside
+from replay.effects.vessels import Cylinder, Vessel, is_inside
 from sessions.glassware.catalogue import make_instrument
 from sessions.model.scene import SceneBody
 
@@ -23,7 +23,7 @@ def test_a_declared_cylinder_precedes_the_cavity_of_the_instrument():
 def test_an_instrument_brings_its_cavity_and_its_level(name):
     vessel, cavity = Vessel(SceneBody("a", instrument=name)), make_instrument(name).cavity
     assert vessel.size("capacity_ml") == pytest.approx(cavity.capacity_m3 * 1e6)
-    level = vessel.drawn(np.zeros(1), np.array([cavity.capacity_m3 * 1e6])).level
+    level = vessel.liquid_to_draw(np.zeros(1), np.array([cavity.capacity_m3 * 1e6])).level
     assert level[0] == pytest.approx(cavity.mark_height, abs=5e-4)
 
 
@@ -46,5 +46,5 @@ def test_a_point_inside_lies_between_floor_and_mouth():
     rotated = np.tile([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]], (5, 1, 1))
     observed = np.arange(5) != 2
     poses = BodyPoses(np.arange(5.0), np.full((5, 3), 7.0), rotated, observed, observed)
-    assert inside(within @ rotated[0].T + 7.0, poses, vessel).tolist() == observed.tolist()
-    assert not inside(without @ rotated[0].T + 7.0, poses, vessel).any()
+    assert is_inside(within @ rotated[0].T + 7.0, poses, vessel).tolist() == observed.tolist()
+    assert not is_inside(without @ rotated[0].T + 7.0, poses, vessel).any()

@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from support.small_worlds import framed
 
 from replay.prepare.assembly import PoseOrigin
-from replay.prepare.interpolation import blended, filled
+from replay.prepare.interpolation import fill_frames, interpolate_poses
 from sessions import Status
 
 A, V, L, H, I = (int(s) for s in (Status.ABSENT, Status.VALID, Status.LOST, Status.HELD, Status.INTERPOLATED))  # noqa: E741
@@ -31,7 +31,7 @@ MS, NO = 1_000_000, np.nan
 )
 def test_frame_without_a_sample_is_interpolated_from_near_neighbours(status, stamps, origin, positions):
     session = framed(np.round(np.array(stamps) * MS), np.array(status)[:, None])
-    pieces = list(filled(session.blocks(100)))
+    pieces = list(fill_frames(session.blocks(100)))
     actual, position, rotation = (
         np.concatenate([getattr(piece, name)[:, 0] for piece in pieces])
         for name in ("origin", "position", "quaternion_xyzw")
@@ -47,6 +47,6 @@ def test_interpolation_is_straight_and_rotates_as_scipys_slerp(seed):
     ends, fraction = Rotation.random(2, rng=rng), rng.uniform(size=5)
     start, end = (np.tile([*position, *q], (5, 1)) for position, q in zip(np.eye(3)[:2], ends.as_quat(), strict=True))
     end[:, 3:] *= -1.0005  # as another program may have written it
-    actual = blended(start, end, fraction)
+    actual = interpolate_poses(start, end, fraction)
     assert (Rotation.from_quat(actual[:, 3:]) * Slerp([0, 1], ends)(fraction).inv()).magnitude().max() < 1e-7
     assert np.allclose(actual[:, :3], np.outer(1 - fraction, [1, 0, 0]) + np.outer(fraction, [0, 1, 0]))

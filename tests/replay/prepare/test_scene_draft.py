@@ -4,7 +4,7 @@ import numpy as np
 from support.small_worlds import cube
 
 from replay.prepare import holding_poses
-from replay.prepare.scene_draft import draft_text, drafted
+from replay.prepare.scene_draft import draft_scene, draft_text
 from sessions import Session
 from sessions.mesh_data import MeshData
 from sessions.model.scene import Pose, Scene, SceneBody, SceneEffect
@@ -40,7 +40,7 @@ def bench(scene=None, **more):
 
 def test_drafted_scene_contains_near_pairs_and_groups():
     session, near = bench(), {frozenset(("cup", "top")), frozenset(("cup", "lamp"))}
-    draft = drafted(session)
+    draft = draft_scene(session)
     assert {*map(frozenset, draft.near)} == near and draft.held == (("hand-right", "rod"),)
     text = draft_text(session, draft, {"cup": ("m/cup.glb", "Cup", 0.01)}, "A first scene.")
     scene = parse_scene(text)
@@ -55,7 +55,7 @@ def test_body_that_rotates_in_a_hand_is_not_grouped():
     positions, upright = path((0.5, 0.51, 0), (0.3, 0.51, 0), (0.9, 0.51, 0))
     half = np.linspace(0, np.pi / 8, COUNT)
     turning = upright * np.cos(half)[:, None] + [0, 1, 0, 0] * np.sin(half)[:, None]
-    draft = drafted(bench(knob=(positions, turning)))
+    draft = draft_scene(bench(knob=(positions, turning)))
     assert draft.held == (("hand-right", "rod"),) and ("hand-right", "knob") in draft.near
 
 
@@ -65,7 +65,7 @@ def test_draft_keeps_the_recorded_scene_and_pairs_of_effects():
 
     def kept(**more):
         session = bench(Scene("lab", bodies, **more))
-        return parse_scene(draft_text(session, drafted(session), {}, "A first scene."))
+        return parse_scene(draft_text(session, draft_scene(session), {}, "A first scene."))
 
     scene = kept(ignore=(("cup", "far"),), effects=effects, space_radius=9.0, colliders="c.glb")
     assert (scene.name, scene.effects, scene.ignore, scene.pairs) == ("lab", effects, (("cup", "far"),), None)
@@ -76,7 +76,7 @@ def test_draft_keeps_the_recorded_scene_and_pairs_of_effects():
 
 def test_draft_without_meshes_or_neighbours_is_a_scene():
     bare = Session.from_arrays([0, STEP], {'a"b\n': (np.zeros((2, 3)), np.tile([0.0, 0, 0, 1], (2, 1)))})
-    text = draft_text(bare, drafted(bare), {}, "A first scene.")
+    text = draft_text(bare, draft_scene(bare), {}, "A first scene.")
     assert parse_scene(text).bodies == (SceneBody('a"b\n'),) and "it has no mesh" in text
     separate = Session.from_arrays(
         [0, STEP],
@@ -86,10 +86,10 @@ def test_draft_without_meshes_or_neighbours_is_a_scene():
         },
         dict.fromkeys("ab", cube(0.1)),
     )
-    assert parse_scene(draft_text(separate, drafted(separate), {}, "x")).pairs is None
+    assert parse_scene(draft_text(separate, draft_scene(separate), {}, "x")).pairs is None
 
 
 def test_draft_of_a_too_long_recording_uses_its_beginning(monkeypatch):
     monkeypatch.setattr(holding_poses, "MOST_POSES", 5 * COUNT // 2)
-    draft = drafted(bench())
+    draft = draft_scene(bench())
     assert "first" in draft.seen and f"# Looked at: {draft.seen}" in draft_text(bench(), draft, {}, "x")

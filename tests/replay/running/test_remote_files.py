@@ -7,7 +7,7 @@ from support.small_worlds import cubes
 from replay.cli.main import main
 from replay.errors import OutputError, PlaceError
 from replay.running.batch import run_batch
-from replay.running.remote_files import located
+from replay.running.remote_files import path_of_place
 from replay.show.results.run_folder import read_run_folder
 from sessions import write_session
 
@@ -19,10 +19,10 @@ def store(request, tmp_path):
     """A folder of a store, with two sessions in it."""
     pytest.importorskip("upath")
     root = request.getfixturevalue(request.param) if request.param == "s3" else request.param.format(tmp_path)
-    located(root).fs.makedirs(located(root).path + "/sessions", exist_ok=True)
+    path_of_place(root).fs.makedirs(path_of_place(root).path + "/sessions", exist_ok=True)
     for k in range(2):
         write_session(cubes({"a": [0.0] * 9, "b": list(np.linspace(3, 0.8 + 0.1 * k, 9))}), tmp_path / f"s{k}.mcap")
-        located(root).fs.put_file(str(tmp_path / f"s{k}.mcap"), located(f"{root}/sessions/s{k}.mcap").path)
+        path_of_place(root).fs.put_file(str(tmp_path / f"s{k}.mcap"), path_of_place(f"{root}/sessions/s{k}.mcap").path)
     return root
 
 
@@ -44,10 +44,10 @@ def s3():
 def test_a_url_that_nobody_reads_says_what_to_install(monkeypatch):
     pytest.importorskip("upath")
     with pytest.raises(PlaceError, match=r"nonsense://a cannot be reached .*or name a folder"):
-        located("nonsense://a")
+        path_of_place("nonsense://a")
     monkeypatch.setitem(sys.modules, "upath", None)
     with pytest.raises(PlaceError, match=r"s3://a cannot be reached .*pip install \"vrlab-replay\[cluster\]\""):
-        located("s3://a")
+        path_of_place("s3://a")
 
 
 STORES = ["memory://laboratory", "file://{}/far", pytest.param("s3", marks=pytest.mark.slow)]
@@ -61,10 +61,10 @@ def test_store_runs_have_the_digest_of_local_runs(store, tmp_path):
     existing = run_batch(given, f"{store}/runs", settings=SETTINGS)
     assert here.digest == existing.digest != "" and existing.kept == ()
     names = {path.name for path in (tmp_path / "here" / "s0").iterdir()}
-    assert {path.name for path in located(f"{store}/runs/s0").iterdir()} == names
-    put = [name for name in getattr(located(store).fs, "store", ()) if "/runs/s0/" in name]
+    assert {path.name for path in path_of_place(f"{store}/runs/s0").iterdir()} == names
+    put = [name for name in getattr(path_of_place(store).fs, "store", ()) if "/runs/s0/" in name]
     assert put[-1:] in ([], ["/laboratory/runs/s0/summary.json"])
-    located(f"{store}/runs/s1/summary.json").unlink()  # as if killed before the last file was there
+    path_of_place(f"{store}/runs/s1/summary.json").unlink()  # as if killed before the last file was there
     again = run_batch(given, f"{store}/runs", settings=SETTINGS)
     assert again.kept == ("s0",) and again.digest == here.digest
     with pytest.raises(OutputError, match="other settings"):
@@ -87,11 +87,11 @@ def test_missing_store_session_fails_alone_by_name(store, tmp_path, capsys):
 def test_verbs_take_urls_for_sessions_and_runs(store, tmp_path, capsys):
     text = [f"{store}/sessions/s0.mcap", "--detectors", "hybrid", "--no-picture", "-o"]
     assert main(["run", *text, f"{store}/one"]) == 0
-    assert f"{located(f'{store}/one')}/report.html" in capsys.readouterr().out
-    assert read_run_folder(located(f"{store}/one")).document.session.recording.bytes > 0
+    assert f"{path_of_place(f'{store}/one')}/report.html" in capsys.readouterr().out
+    assert read_run_folder(path_of_place(f"{store}/one")).document.session.recording.bytes > 0
     assert main(["run", *text, f"{store}/one"]) == 1
     assert "replace it with --force" in capsys.readouterr().err
-    assert main(["run", *text, f"{store}/one", "--force"]) == 0 and located(f"{store}/one/summary.json").is_file()
+    assert main(["run", *text, f"{store}/one", "--force"]) == 0 and path_of_place(f"{store}/one/summary.json").is_file()
     for verb in ("info", "doctor"):
         assert main([verb, f"{store}/sessions/s0.mcap"]) == 0
         assert "s0.mcap" in capsys.readouterr().out

@@ -21,7 +21,7 @@ from replay.cli.run_tables import run_screen
 from replay.cli.run_tables import run_tables as verbose_tables
 from replay.document import columns
 from replay.document.ranking import with_fixes
-from replay.document.result_tables import result_tables, stored
+from replay.document.result_tables import result_tables, stored_table
 from replay.document.run_result import Tradeoff
 from replay.document.tables import Column
 from replay.engine import compute
@@ -140,7 +140,9 @@ def with_column(faulty, tmp_path, request, monkeypatch):
     """The folder of a run with one more row in the declaration of a table."""
     monkeypatch.setitem(columns.COLUMNS, request.param, (*columns.COLUMNS[request.param], MEASURED))
     tables = result_tables(faulty)
-    document = structs.replace(faulty.document, tables={name: stored(name, table) for name, table in tables.items()})
+    document = structs.replace(
+        faulty.document, tables={name: stored_table(name, table) for name, table in tables.items()}
+    )
     folder = tmp_path / "run"
     write_run_folder(replace(faulty, tables=tables, document=document), folder)
     return request.param, folder

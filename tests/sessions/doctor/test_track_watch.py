@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from sessions.doctor.track_watch import SAMPLE, Mark, TrackWatch, marked
+from sessions.doctor.track_watch import SAMPLE, Mark, TrackWatch, is_marked
 
 COUNT, STEP_S = 400, 1 / 90
 
@@ -40,5 +40,5 @@ def test_marks_of_jerky_steps_do_not_depend_on_blocks(size):
         whole, in_blocks = marks_and_steps(samples, COUNT), marks_and_steps(samples, size)
         np.testing.assert_array_equal(in_blocks[0], whole[0])
         np.testing.assert_array_equal(in_blocks[1], whole[1])
-        teleports += marked(whole[0], Mark.TELEPORT).sum()
+        teleports += is_marked(whole[0], Mark.TELEPORT).sum()
     assert 50 < teleports < 5 * COUNT / 2

@@ -5,11 +5,19 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from sessions.geometry import rotations
-from sessions.geometry.profile import Arc, clipped, level_holding, offset, rounded, solved, volume_below
+from sessions.geometry.profile import (
+    Arc,
+    clipped_polyline,
+    level_holding,
+    offset,
+    rounded_strokes,
+    solve_rising,
+    volume_below,
+)
 
 
 def test_root_is_exact_to_the_last_bits():
-    assert solved(lambda x: x * x - 2.0, 0.0, 2.0) == pytest.approx(np.sqrt(2.0), rel=1e-15)
+    assert solve_rising(lambda x: x * x - 2.0, 0.0, 2.0) == pytest.approx(np.sqrt(2.0), rel=1e-15)
 
 
 def test_volume_of_cylinder_and_cone_cup_matches_closed_form():
@@ -17,14 +25,14 @@ def test_volume_of_cylinder_and_cone_cup_matches_closed_form():
     for level, volume in ((0.5, 0.5), (2.0, 2.0), (2.5, 2.0 + (1.5**3 - 1.0) / 3.0), (3.5, 2.0 + 7.0 / 3.0 + 2.0)):
         assert volume_below(cup, level) == pytest.approx(np.pi * volume, rel=1e-14)
         assert level_holding(cup, np.pi * volume) == pytest.approx(level, rel=1e-14)
-    assert clipped(cup, 2.5).tolist() == [[0.0, 0.0], [1.0, 0.0], [1.0, 2.0], [1.5, 2.5]]
-    assert clipped(cup, 2.0 + 1e-7)[-2:, 1].tolist() == pytest.approx([0.0, 2.0 + 1e-7])
+    assert clipped_polyline(cup, 2.5).tolist() == [[0.0, 0.0], [1.0, 0.0], [1.0, 2.0], [1.5, 2.5]]
+    assert clipped_polyline(cup, 2.0 + 1e-7)[-2:, 1].tolist() == pytest.approx([0.0, 2.0 + 1e-7])
     wall = np.array([[0.0, -0.1], [1.1, -0.1], [1.1, 2.0]])
     assert offset(cup[:3], 0.1) == pytest.approx(wall)
 
 
 def test_rounded_corner_is_a_tangent_quarter_circle():
-    first, arc, last = rounded([(1.0, 1.0), (2.0, 1.0, 0.5), (2.0, 4.0)])
+    first, arc, last = rounded_strokes([(1.0, 1.0), (2.0, 1.0, 0.5), (2.0, 4.0)])
     assert (first.end, arc.centre, last.start) == (pytest.approx((1.5, 1.0)), (1.5, 1.5), pytest.approx((2.0, 1.5)))
     assert arc.weight == pytest.approx(0.25 * np.pi) and arc.finish == pytest.approx(0.0, abs=1e-15)
     assert Arc((0.0, 0.0), 2.0, 1.0, 3.0).weight == pytest.approx(4.0)
@@ -43,8 +51,10 @@ def test_products_rotations_and_inverses_agree_with_scipy(seed):
     product = Rotation.from_quat(rotations.quaternion_product(a.as_quat(), b.as_quat()))
     np.testing.assert_allclose(product.as_matrix(), (a * b).as_matrix(), atol=1e-14)
     v = np.random.default_rng(seed).normal(size=(20, 3))
-    np.testing.assert_allclose(rotations.rotated(a.as_quat(), v), a.apply(v), atol=1e-13)
-    np.testing.assert_allclose(rotations.rotated(rotations.quaternion_inverse(a.as_quat()), a.apply(v)), v, atol=1e-13)
+    np.testing.assert_allclose(rotations.rotated_vectors(a.as_quat(), v), a.apply(v), atol=1e-13)
+    np.testing.assert_allclose(
+        rotations.rotated_vectors(rotations.quaternion_inverse(a.as_quat()), a.apply(v)), v, atol=1e-13
+    )
 
 
 @given(seeds)
@@ -59,8 +69,8 @@ def test_matrices_and_vectors_give_their_rotation(seed):
 def test_facing_rotates_minus_z_forward_and_keeps_up_up():
     q = rotations.quaternion_facing((1.0, -0.4, 0.3))
     forward = np.array([1.0, -0.4, 0.3]) / np.linalg.norm([1.0, -0.4, 0.3])
-    np.testing.assert_allclose(rotations.rotated(q, (0.0, 0.0, -1.0)), forward, atol=1e-14)
-    assert rotations.rotated(q, (0.0, 1.0, 0.0))[1] > 0.9
-    assert abs(rotations.rotated(q, (1.0, 0.0, 0.0))[1]) < 1e-14
+    np.testing.assert_allclose(rotations.rotated_vectors(q, (0.0, 0.0, -1.0)), forward, atol=1e-14)
+    assert rotations.rotated_vectors(q, (0.0, 1.0, 0.0))[1] > 0.9
+    assert abs(rotations.rotated_vectors(q, (1.0, 0.0, 0.0))[1]) < 1e-14
     with pytest.raises(ValueError, match="vertical"):
         rotations.quaternion_facing((0.0, 1.0, 0.0))

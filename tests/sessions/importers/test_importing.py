@@ -8,9 +8,9 @@ from support.mutants import books, refused
 from sessions import MeshData, Session, Track
 from sessions.importers import ENTRY_POINT_GROUP, IMPORTERS, import_session, importer_names, importing
 from sessions.importers.given_meshes import MeshOptions
-from sessions.importers.importing import finished
+from sessions.importers.importing import finish_import
 from sessions.importers.ledger import Ledger
-from sessions.importers.pose_table import PoseTable, SourceFrame, imported
+from sessions.importers.pose_table import PoseTable, SourceFrame, session_of_tables
 from sessions.meshes.conventions import CONVENTIONS
 from sessions.scene_files.scene_toml import parse_scene
 
@@ -27,7 +27,7 @@ def test_longest_increasing_rows_stay_and_missing_rotations_are_flagged():
     rotations = np.tile([0, 0, 0, 1.0], (8, 1))
     rotations[5:] = [[0, 0, 0, 1.1], [np.nan, 0, 0, 1], [0, 0, 0, 1.0005]]
     ledger = Ledger("log")
-    result = imported(
+    result = session_of_tables(
         {"cup": PoseTable(stamps, np.zeros((8, 3)), rotations)}, SourceFrame(CONVENTIONS["gltf"], "m", ""), ledger
     )
     track = result.tracks["cup"]
@@ -40,11 +40,11 @@ def test_longest_increasing_rows_stay_and_missing_rotations_are_flagged():
 
 def test_given_meshes_override_the_scene_and_stand_ins(tmp_path):
     scene = parse_scene('[[body]]\nid = "left"\nshape = "sphere"\nradius = 0.1\n')
-    session = finished(
+    session = finish_import(
         samples("left", "camera"), tmp_path / "x", MeshOptions({"left": TRIANGLE}), scene=scene, stand_ins=True
     )
     assert list(session.meshes) == ["left"] and len(session.meshes["left"].faces) == 1
-    session = finished(samples("table", "camera", "left", "leftWheel"), tmp_path / "x", stand_ins=True)
+    session = finish_import(samples("table", "camera", "left", "leftWheel"), tmp_path / "x", stand_ins=True)
     assert list(session.meshes) == ["camera", "left"] and session.scene.body("camera").proxy
     assert parse_scene(session.scene.text).body("camera").proxy
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from sessions.errors import ImportFileError
 from sessions.importers.ledger import Ledger
-from sessions.importers.pose_table import increasing, last_of_each_stamp, longest_increasing, wall_clock_ns
+from sessions.importers.pose_table import increasing_rows, last_of_each_stamp, longest_increasing, wall_clock_ns
 
 STEP = 11_111_111
 STAMPS = STEP * np.arange(180, dtype=np.int64)
@@ -30,7 +30,7 @@ def test_longest_increasing_subsequence_stays(values):
 
 def kept(stamps):
     ledger = Ledger("log")
-    return increasing("cup", stamps, (np.arange(len(stamps), dtype=np.float64),), ledger), ledger
+    return increasing_rows("cup", stamps, (np.arange(len(stamps), dtype=np.float64),), ledger), ledger
 
 
 @pytest.mark.parametrize(

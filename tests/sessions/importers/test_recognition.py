@@ -8,7 +8,7 @@ from support.mutants import MUTANTS, survive
 
 from sessions.errors import ImportFileError
 from sessions.importers import IMPORTERS, import_session
-from sessions.importers.recognition import recognised
+from sessions.importers.recognition import recognised_format
 
 HERE = Path(__file__).parent
 SAMPLES = {
@@ -36,7 +36,7 @@ def test_samples_are_recognised_and_mutants_end_in_session_or_sentence(tmp_path,
         source.with_suffix(".csv").write_text("time,hinge\n0,0\n0.1,1\n")
     if name == "usd":
         pytest.importorskip("pxr")
-    assert recognised(source)[0] == ("mcap" if name == "ros2" else name)
+    assert recognised_format(source)[0] == ("mcap" if name == "ros2" else name)
     survive(name, source if source.is_file() else source / file.split("/", 2)[2], count, source)
 
 
@@ -55,7 +55,7 @@ def test_binary_mutants_of_usd_end_in_session_or_sentence(tmp_path):
 )
 def test_some_are_known_by_their_first_line_or_name(tmp_path, file, data, known):
     (tmp_path / file).write_bytes(data)
-    name, why = recognised(tmp_path / file)
+    name, why = recognised_format(tmp_path / file)
     assert name == known and ("3 cells" in why or known != "csv")
 
 
@@ -69,7 +69,9 @@ def test_uxf_folder_is_recognised_by_its_files(tmp_path):
     (tmp_path / "trackers" / "hand_movement_T001.csv").write_text("time,pos_x\n")
     (tmp_path / "trials").mkdir()
     (tmp_path / "trials" / "trial_results.csv").write_text("experiment,ppid\n")
-    assert {recognised(folder)[0] for folder in (tmp_path, tmp_path / "trackers", tmp_path / "trials")} == {"uxf"}
+    assert {recognised_format(folder)[0] for folder in (tmp_path, tmp_path / "trackers", tmp_path / "trials")} == {
+        "uxf"
+    }
     with pytest.raises(ImportFileError, match="is one file of a UXF session; name the session's folder"):
         import_session("auto", tmp_path / "trackers" / "hand_movement_T001.csv")
 
@@ -78,7 +80,7 @@ def test_uxf_folder_is_recognised_by_its_files(tmp_path):
 def test_other_bags_are_refused_with_the_converting_command(tmp_path, start):
     (tmp_path / "x.bag").write_bytes(start + bytes(100))
     with pytest.raises(ImportFileError, match=r"bags? of ROS .*rosbags-convert --src BAG .* --dst-storage mcap"):
-        recognised(tmp_path / "x.bag")
+        recognised_format(tmp_path / "x.bag")
     (tmp_path / "metadata.yaml").write_text("rosbag2_bagfile_information:\n")
     with pytest.raises(ImportFileError, match=r"bag of ROS 2: name the .mcap file in it"):
-        recognised(tmp_path)
+        recognised_format(tmp_path)

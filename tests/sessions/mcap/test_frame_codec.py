@@ -19,12 +19,14 @@ from sessions.mcap import frame_codec
 from sessions.mcap.container import Catalogue, ChannelInfo, RecordSpan, Region
 from sessions.mcap.frame_codec import FrameDecoder, FrameEncoder
 from sessions.mcap.schemas import message_class
-from sessions.mcap.unpacking import listed
+from sessions.mcap.unpacking import messages_of_region
 from sessions.model.samples import Frames, Status
 
 
 def table(*records):
-    return listed(b"".join(map(packed, records)), Region(RecordSpan(Opcode.MESSAGE, 0, 0), 0, None), Catalogue(None))
+    return messages_of_region(
+        b"".join(map(packed, records)), Region(RecordSpan(Opcode.MESSAGE, 0, 0), 0, None), Catalogue(None)
+    )
 
 
 def encoded(frames):

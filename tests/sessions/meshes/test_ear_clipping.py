@@ -6,7 +6,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.spatial import Delaunay
 
-from sessions.meshes.ear_clipping import FEW_CORNERS, clipped
+from sessions.meshes.ear_clipping import FEW_CORNERS, clip_ears
 
 
 def doubled_areas(points, triangles):
@@ -45,7 +45,7 @@ def test_triangles_cover_a_polygon_once_and_nothing_else(count, mirrored, on_edg
         outline = with_corners_on_edges(random, outline)
     if mirrored:
         outline = outline[::-1]
-    cut = clipped(outline)
+    cut = clip_ears(outline)
     areas = doubled_areas(outline, cut.triangles) * (-1 if mirrored else 1)
     assert cut.covers and len(cut.triangles) == len(outline) - 2
     assert areas.min() > 0  # none is flat, although corners lie on edges
@@ -86,7 +86,7 @@ def test_self_touching_outlines_are_cut_as_planted(count, grid, fraction, seed):
     areas = doubled_areas(points, [tuple(triangle) for triangle in planted])
     assume(areas.min() > 1e-6)
     outline = points[corners]
-    cut = clipped(outline)
+    cut = clip_ears(outline)
     result = doubled_areas(outline, cut.triangles)
     assert cut.covers and len(cut.triangles) == len(planted)
     assert result.min() > 0 and result.sum() == pytest.approx(areas.sum(), rel=1e-12)
@@ -96,7 +96,7 @@ def test_self_touching_outlines_are_cut_as_planted(count, grid, fraction, seed):
 def test_few_and_many_corners_are_cut_alike_right(count):
     random = np.random.default_rng(count)
     outline = with_corners_on_edges(random, star(random, count))
-    cut = clipped(outline)
+    cut = clip_ears(outline)
     assert cut.covers and len({*map(frozenset, cut.triangles)}) == len(outline) - 2
 
 
@@ -104,7 +104,7 @@ def test_corners_that_lie_nearly_on_an_edge_give_no_slivers():
     angle = 0.3
     square = np.array([[0, 0], [0.1, 0], [0.2, 0], [0.7, 0], [1, 0], [1, 0.3], [1, 1], [0.6, 1], [0, 1], [0, 0.7]])
     tilted = square @ np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
-    areas = doubled_areas(tilted, clipped(tilted).triangles)
+    areas = doubled_areas(tilted, clip_ears(tilted).triangles)
     assert areas.min() > 1e-3 and areas.sum() == pytest.approx(2.0, rel=1e-14)
 
 
@@ -119,5 +119,5 @@ def test_corners_that_lie_nearly_on_an_edge_give_no_slivers():
     ids=["crosses itself", "on one line", "at one point", "there and back"],
 )
 def test_invalid_polygon_keeps_triangle_count_and_is_reported_uncovered(outline):
-    cut = clipped(np.array(outline, dtype=np.float64))
+    cut = clip_ears(np.array(outline, dtype=np.float64))
     assert not cut.covers and len(cut.triangles) == len(outline) - 2

@@ -10,7 +10,7 @@ from support.mutants import MUTANTS, tried
 from sessions.errors import MeshFileError
 from sessions.mesh_data import MeshData, has_consistent_winding
 from sessions.meshes.glb import mesh_to_glb
-from sessions.meshes.mesh_files import FILE_TYPES, load_mesh, mesh_from_bytes, subtracted, united
+from sessions.meshes.mesh_files import FILE_TYPES, load_mesh, mesh_from_bytes, subtracted_mesh, united_mesh
 
 
 def box(extents):
@@ -127,11 +127,11 @@ def test_file_error_names_the_path_without_a_traceback(tmp_path):
 
 def test_unions_and_differences_have_the_volume_of_the_solids():
     plate, bar = box((4, 1, 4)), box((1, 3, 1))
-    assert united([plate, bar]).volume == pytest.approx(16 + 2, rel=1e-6)
-    assert subtracted(plate, [bar]).volume == pytest.approx(16 - 1, rel=1e-6)
-    assert has_consistent_winding(united([plate, bar]))
-    assert has_consistent_winding(subtracted(plate, [bar]))
-    assert same(united([plate, bar]), united([plate, bar]))
+    assert united_mesh([plate, bar]).volume == pytest.approx(16 + 2, rel=1e-6)
+    assert subtracted_mesh(plate, [bar]).volume == pytest.approx(16 - 1, rel=1e-6)
+    assert has_consistent_winding(united_mesh([plate, bar]))
+    assert has_consistent_winding(subtracted_mesh(plate, [bar]))
+    assert same(united_mesh([plate, bar]), united_mesh([plate, bar]))
 
 
 @pytest.mark.parametrize("count", MUTANTS)

@@ -6,7 +6,7 @@ import trimesh
 
 from sessions.errors import MeshFileError
 from sessions.mesh_data import MeshData
-from sessions.meshes.mesh_match import UNITS, guessed, likely_units, matched, possible_units
+from sessions.meshes.mesh_match import UNITS, guessed_unit, likely_units, match_meshes, possible_units
 
 
 def ball(size):
@@ -32,14 +32,14 @@ def position(folder, **sizes):
     ],
 )
 def test_mesh_unit_gives_hand_size_and_is_reported(size, scale, text):
-    result, note = guessed(ball(size), "x")
+    result, note = guessed_unit(ball(size), "x")
     assert result == scale and text in note and bool(text) == bool(note)
 
 
 def test_folder_is_matched_by_name_and_reported(tmp_path):
     position(tmp_path, Beaker_250=8.0, LEFT_hand=0.2, flask=0.1, flask_old=0.1, spare=0.1)
     (tmp_path / "notes.txt").write_text("no mesh")
-    result, note = matched(tmp_path, ["beaker", "LeftHand(Clone)", "Flask", "camera", "hand", "old spare"])
+    result, note = match_meshes(tmp_path, ["beaker", "LeftHand(Clone)", "Flask", "camera", "hand", "old spare"])
     assert {name: item.file.name for name, item in result.items()} == {
         "beaker": "Beaker_250.obj",
         "LeftHand(Clone)": "LEFT_hand.obj",
@@ -51,13 +51,13 @@ def test_folder_is_matched_by_name_and_reported(tmp_path):
     assert result["beaker"].sentence == reported_of_it
     assert result["beaker"].mesh.bounds[1, 0] == pytest.approx(0.04, rel=0.05) and result["beaker"].scale == 0.01
     assert result["Flask"].sentence == "Flask: flask.obj" and note == ["no mesh is named like: camera"]
-    forced, _ = matched(tmp_path, ["flask"], {"": 0.001})
+    forced, _ = match_meshes(tmp_path, ["flask"], {"": 0.001})
     assert np.array_equal(forced["flask"].mesh.vertices, result["Flask"].mesh.vertices * 0.001)
 
 
 def test_two_files_as_good_are_named_and_none_is_taken(tmp_path):
     position(tmp_path, glass_a=0.1, glass_b=0.1)
-    result, note = matched(tmp_path, ["glass"])
+    result, note = match_meshes(tmp_path, ["glass"])
     assert not result
     assert note[0] == "glass: several are named so: glass_a.obj, glass_b.obj; name one with mesh = FILE in the scene"
 
@@ -69,7 +69,7 @@ def test_a_glb_of_many_nodes_is_split_among_its_bodies(tmp_path):
         scene.add_geometry(trimesh.creation.icosphere(1, 0.05), node_name=name, geom_name=name, transform=at)
     (tmp_path / "lab.glb").write_bytes(scene.export(file_type="glb"))
     for where in (tmp_path, tmp_path / "lab.glb"):
-        result, note = matched(where, ["flask", "beaker", "rod"])
+        result, note = match_meshes(where, ["flask", "beaker", "rod"])
         assert {name: (item.file.name, item.node) for name, item in result.items()} == {
             "beaker": ("lab.glb", "Beaker"),
             "flask": ("lab.glb", "Flask"),
@@ -81,12 +81,12 @@ def test_a_glb_of_many_nodes_is_split_among_its_bodies(tmp_path):
 
 def test_unmatched_and_damaged_files_are_refused_in_a_sentence(tmp_path):
     with pytest.raises(MeshFileError, match=r"holds no mesh; name a folder of glb, obj"):
-        matched(tmp_path, ["a"])
+        match_meshes(tmp_path, ["a"])
     (tmp_path / "a.glb").write_bytes(b"glTF????")
     with pytest.raises(MeshFileError, match=r"a.glb: this is no readable GLB"):
-        matched(tmp_path / "a.glb", ["a"])
+        match_meshes(tmp_path / "a.glb", ["a"])
     with pytest.raises(MeshFileError, match=r"a.glb"):
-        matched(tmp_path, ["a"])
+        match_meshes(tmp_path, ["a"])
 
 
 @pytest.mark.parametrize(

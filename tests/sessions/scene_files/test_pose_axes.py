@@ -6,7 +6,7 @@ from support.session_files import write_transforms
 
 from sessions.importers import import_session
 from sessions.model.assumption import Origin, Subject
-from sessions.scene_files.answers import answered, recording_assumptions, with_answers_forgotten
+from sessions.scene_files.answers import recording_assumptions, with_answer, with_answers_forgotten
 from sessions.scene_files.pose_axes import follows_its_poses
 
 OTHERS = ("canonical", "unity", "unreal", "z-up")
@@ -59,7 +59,7 @@ def test_an_answer_is_the_recording_that_the_option_imports(recording, axes):
     row = axes_of(guessed)
     assert (row.value, row.origin, row.is_open) == ("ros", Origin.GUESS, True)
     assert {*row.alternatives} == {"ros", *OTHERS}
-    chosen = answered(guessed, row, axes)
+    chosen = with_answer(guessed, row, axes)
     option = recording(convention=axes)
     assert_same(chosen, option)
     assert mesh_axes(chosen) == mesh_axes(option)
@@ -68,7 +68,7 @@ def test_an_answer_is_the_recording_that_the_option_imports(recording, axes):
 @pytest.mark.parametrize("axes", OTHERS)
 def test_a_forgotten_answer_leaves_the_recording_as_it_was(recording, axes):
     guessed = recording()
-    chosen = answered(guessed, axes_of(guessed), axes)
+    chosen = with_answer(guessed, axes_of(guessed), axes)
     forgotten, count = with_answers_forgotten(chosen)
     assert count == 1
     assert_same(forgotten, guessed)
@@ -81,9 +81,9 @@ def test_a_forgotten_answer_leaves_the_recording_as_it_was(recording, axes):
 
 def test_answers_on_meshes_and_poses_are_forgotten_together(recording):
     guessed = recording()
-    chosen = answered(guessed, axes_of(guessed), "unity")
+    chosen = with_answer(guessed, axes_of(guessed), "unity")
     (row,) = [row for row in recording_assumptions(chosen) if row.bodies == ("rod",) and "axes" in row.subject]
-    chosen = answered(chosen, row, "gltf")
+    chosen = with_answer(chosen, row, "gltf")
     forgotten, count = with_answers_forgotten(chosen)
     assert count == 2
     assert_same(forgotten, guessed)
@@ -91,9 +91,9 @@ def test_answers_on_meshes_and_poses_are_forgotten_together(recording):
 
 def test_meshes_in_the_axes_of_their_bodies_follow_their_poses(recording):
     guessed = recording(mesh_axes="body")
-    assert all(follows_its_poses(guessed, answered(guessed, axes_of(guessed), axes)) for axes in OTHERS)
+    assert all(follows_its_poses(guessed, with_answer(guessed, axes_of(guessed), axes)) for axes in OTHERS)
     mixed = recording()
-    assert not all(follows_its_poses(mixed, answered(mixed, axes_of(mixed), axes)) for axes in OTHERS)
+    assert not all(follows_its_poses(mixed, with_answer(mixed, axes_of(mixed), axes)) for axes in OTHERS)
 
 
 def test_axes_that_an_option_names_have_no_alternative(recording):

@@ -8,7 +8,7 @@ from support.small_worlds import make_analytic
 
 from cdcore import create_detector
 from replay.prepare.assemble import assemble
-from sessions.geometry.rotations import quaternion_inverse, rotated
+from sessions.geometry.rotations import quaternion_inverse, rotated_vectors
 from sessions.glassware.catalogue import made_instrument
 from sessions.synthetic.crowded import NAME, make_crowded_lab
 from sessions.synthetic.scenes import SCENES, make_scene_session
@@ -59,12 +59,12 @@ class Made:
     def point(self, body: str, local):
         """A point of a body's frame in the world, (n, 3)."""
         position, quaternion = self.pose(body)
-        return position + rotated(quaternion, np.asarray(local))
+        return position + rotated_vectors(quaternion, np.asarray(local))
 
     def within(self, body: str, points):
         """World points (n, 3) in a body's frame."""
         position, quaternion = self.pose(body)
-        return rotated(quaternion_inverse(quaternion), points - position)
+        return rotated_vectors(quaternion_inverse(quaternion), points - position)
 
     def cavity(self, body: str):
         return self.vessel(body).table

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from support.small_worlds import prism
 
-from sessions.geometry.rings import even_angles, revolved, sewn
+from sessions.geometry.rings import even_angles, revolved_rings, sewn
 from sessions.geometry.rotations import quaternion_about
 from sessions.geometry.solids import box
 from sessions.synthetic.sections import approach, round_in_round
@@ -21,7 +21,7 @@ def test_a_cube_corner_meets_a_prism_between_the_bounds():
 
 def test_section_of_prism_in_ring_is_difference_of_radii():
     corners = [(0.05, -0.05), (0.06, -0.05), (0.06, 0.05), (0.05, 0.05)]
-    ring = sewn(revolved(np.array(corners), even_angles(64), 1.0 / np.cos(np.pi / 64)), around=True)
+    ring = sewn(revolved_rings(np.array(corners), even_angles(64), 1.0 / np.cos(np.pi / 64)), around=True)
     sure, possible = round_in_round(prism(12, 0.01, 0.4), ring, 0.0)
     assert possible == pytest.approx(0.05 - 0.01, rel=0.01)
     assert sure == pytest.approx(0.05 / np.cos(np.pi / 64) - 0.01 * np.cos(np.pi / 12), rel=1e-6)

@@ -3,14 +3,14 @@ import pytest
 
 from sessions.geometry.rotations import IDENTITY
 from sessions.synthetic.analytic import make_analytic
-from sessions.synthetic.tracker import VIVE, disturbed
+from sessions.synthetic.tracker import VIVE, disturbed_poses
 
 TIMES = np.arange(0.0, 120.0, 1.0 / 90.0)
 REST = (np.tile([0.1, 1.2, -0.3], (len(TIMES), 1)), np.tile(IDENTITY, (len(TIMES), 1)))
 
 
 def test_resting_tracker_errs_and_steps_as_real_trackers():
-    position, quaternion = disturbed(REST, TIMES, VIVE, np.random.default_rng(0))
+    position, quaternion = disturbed_poses(REST, TIMES, VIVE, np.random.default_rng(0))
     error = np.linalg.norm(position - REST[0], axis=1)
     assert np.sqrt((error**2).mean()) == pytest.approx(0.0003, rel=0.1)
     angle = 2.0 * np.degrees(np.arcsin(np.linalg.norm(quaternion[:, :3], axis=1)))

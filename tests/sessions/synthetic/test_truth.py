@@ -9,7 +9,7 @@ from sessions.synthetic.truth import (
     Fact,
     PlantedEpisode,
     Truth,
-    levelled,
+    levelled_episodes,
     truth_path,
     write_truth,
 )
@@ -49,9 +49,9 @@ def separate(height):
 
 def test_episode_length_is_bounded_by_noise_and_tessellation():
     for kind, near, deep in (("contact", 0.125, 0.375), ("contained", 0.375, 0.125)):
-        result, passing = levelled(("a", "b"), kind, separate, 0.125, 0.25, (0.5, 8.5))
+        result, passing = levelled_episodes(("a", "b"), kind, separate, 0.125, 0.25, (0.5, 8.5))
         assert result.nominal == (2.5, 4.5) and result.pair == ("a", "b") and result.kind == kind
         assert result.surely == (2.5 + deep, 4.5 - deep) and result.possibly == (2.5 - near, 4.5 + near)
         assert passing.nominal is passing.surely is None and passing.possibly == (8.5 - near, 8.5)
-    (begun,) = levelled(("a", "b"), "contact", lambda height: [(0.0, 1.0 + height)], 0.125, 0.25, (0.5, 8.5))
+    (begun,) = levelled_episodes(("a", "b"), "contact", lambda height: [(0.0, 1.0 + height)], 0.125, 0.25, (0.5, 8.5))
     assert (begun.surely, begun.nominal, begun.possibly) == ((0.0, 1.125), (0.0, 1.5), (0.0, 1.625))

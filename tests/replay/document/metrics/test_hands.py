@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.small_worlds import cubes, framed
 
-from replay.document.metrics.hands import activities, frames_at, moving, span_names, task_seconds
+from replay.document.metrics.hands import activities, frames_at, measure_hands, span_names, task_seconds
 from replay.document.metrics.near import close_intervals
 from replay.prepare.assemble import assemble
 from sessions.model.event import Interval
@@ -15,7 +15,7 @@ T = np.arange(6001) * 0.01
 def test_path_and_idle_time_of_a_half_idle_hand():
     hand = np.where(T < 30.0, 0.1 * T, 3.0)
     assembly = assemble(cubes({"hand": hand, "cube": np.full(len(T), 9.0)}))
-    result = moving(assembly, [0])
+    result = measure_hands(assembly, [0])
     assert result.path_m == pytest.approx(3.0, rel=1e-9)
     assert result.idle_fraction == pytest.approx(0.5, abs=0.005)
     assert result.valid_minutes == pytest.approx(1.0, rel=1e-9)
@@ -26,7 +26,7 @@ def test_a_lost_tracker_adds_no_path_and_no_valid_time():
     status = np.ones((300, 2), dtype=np.uint8)
     status[100:200, 0] = 0
     assembly = assemble(framed(np.arange(300) * 10_000_000, status, names=("hand", "cube")))
-    result = moving(assembly, [0])
+    result = measure_hands(assembly, [0])
     assert result.valid_minutes * 60 < 2.1
     assert result.flagged_fraction == pytest.approx((100 - 0) / 600, abs=0.01)
 
@@ -34,7 +34,7 @@ def test_a_lost_tracker_adds_no_path_and_no_valid_time():
 def test_a_trackers_noise_adds_little_to_the_path():
     noise = np.random.default_rng(0).normal(0.0, 0.0003, len(T))
     assembly = assemble(cubes({"hand": noise, "cube": np.full(len(T), 9.0)}))
-    result = moving(assembly, [0])
+    result = measure_hands(assembly, [0])
     assert result.path_m < 0.3 and result.idle_fraction > 0.99
     assert np.abs(np.diff(noise)).sum() > 1.5
 
@@ -53,7 +53,7 @@ def test_stamps_in_unix_time_are_measured_without_ticks_since_1970(unix):
     stamps = np.arange(300) * 10_000_000
     stamps[unix] += 1_780_000_000 * 10**9
     assembly = assemble(framed(stamps, np.ones((300, 2))))
-    result = moving(assembly, [0, 1])
+    result = measure_hands(assembly, [0, 1])
     assert 2.5 <= result.valid_minutes * 60 <= 3.0
     assert close_intervals(assembly, np.array([0])) == ()
 

@@ -25,19 +25,19 @@ def reaction(burette, flask, equation):
     ],
 )
 def test_a_solid_without_a_constant_is_named(burette, flask, equation, solid):
-    (event,) = reaction(burette, flask, equation).named("assumed")
+    (event,) = reaction(burette, flask, equation).events_named("assumed")
     assert event.text.startswith(f"no data know how much {solid} dissolves") and event.time > 0.0
 
 
 @pytest.mark.parametrize(("iodide", "told"), [(0.01, True), (0.5, False)])
 def test_iodine_beyond_its_solubility_is_told(iodide, told):
     output = reaction({"H2O2": 0.1}, {"KI": iodide, "H2SO4": 0.2}, PEROXIDE)
-    assert bool(output.named("beyond")) == told
+    assert bool(output.events_named("beyond")) == told
 
 
 def test_a_known_solid_assumes_nothing():
     silver = reaction({"AgNO3": 0.1}, {"NaCl": 0.05}, "AgNO3 + NaCl -> AgCl + NaNO3")
-    assert not silver.named("assumed") and not silver.named("beyond")
+    assert not silver.events_named("assumed") and not silver.events_named("beyond")
 
 
 # Edta is brought as its disodium salt in a buffer of ammonia; the other two are a Fajans and a sulfate titration.
@@ -53,9 +53,9 @@ def test_a_known_solid_assumes_nothing():
     ],
 )  # fmt: skip
 def test_ions_of_a_solid_or_complex_have_an_end_point(burette, flask, equation, formula, molar):
-    (event,) = reaction(burette, flask, equation).named("end-point")
+    (event,) = reaction(burette, flask, equation).events_named("end-point")
     assert event.values["formula"] == formula and event.values["mol_per_l"] == pytest.approx(molar, rel=0.01)
 
 
 def test_a_weak_complex_has_no_end_point():
-    assert not reaction({"FeCl3": 0.1}, {"KSCN": 0.05, "HCl": 0.5}, "Fe3+ + SCN- -> FeSCN^2+").named("end-point")
+    assert not reaction({"FeCl3": 0.1}, {"KSCN": 0.05, "HCl": 0.5}, "Fe3+ + SCN- -> FeSCN^2+").events_named("end-point")

@@ -71,13 +71,13 @@ def salted_out(molar):
 
 def test_a_salt_in_a_brine_is_withheld_by_name():
     output = salted_out(12.0)
-    (event,) = output.named("brine")
+    (event,) = output.events_named("brine")
     assert event.text.startswith("NaCl is in a brine in flask") and event.level == "warning"
     assert "flask/NaCl" not in output.series
 
 
 def test_a_salt_in_weak_acid_is_no_brine():
-    assert not salted_out(0.3).named("brine")
+    assert not salted_out(0.3).events_named("brine")
 
 
 def test_gypsum_in_a_brine_is_named_in_the_warning():
@@ -87,5 +87,5 @@ def test_gypsum_in_a_brine_is_named_in_the_warning():
     sulfate = glass("flask", 2.0, solutes={"Na2SO4": 1.0, "NaCl": 3.0})
     gypsum = ("reaction", {"equation": "CaCl2 + Na2SO4 -> CaSO4 + 2 NaCl"})
     degrees = [*([0.0] * 2), *([90.0] * 60), *([0.0] * 30)]
-    (event,) = run_in(degrees, MIX, gypsum, base=lime, acid=sulfate)["reaction"].output.named("concentrated")
+    (event,) = run_in(degrees, MIX, gypsum, base=lime, acid=sulfate)["reaction"].output.events_named("concentrated")
     assert "of CaSO4 twice as much or half may dissolve" in event.text

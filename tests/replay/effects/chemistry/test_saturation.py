@@ -19,7 +19,7 @@ def poured_on(solid, acid, molar, equation, rate):
     )
     reaction = ("reaction", {"equation": equation} | ({} if rate is None else {"rate_per_s": rate}))
     effects = poured([0.0, 60.0, 60.0, *([0.0] * 400)], bodies, ("mixing", {"in": ["b"]}), reaction)
-    gas = sum(event.values["moles"] for event in effects["reaction"].output.named("gas"))
+    gas = sum(event.values["moles"] for event in effects["reaction"].output.events_named("gas"))
     return {name: series.values[-1] for name, series in effects["reaction"].series.items()}, gas, effects
 
 

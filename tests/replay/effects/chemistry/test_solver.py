@@ -77,7 +77,7 @@ def test_a_charged_composition_keeps_its_charge():
 def test_an_unanswered_row_leaves_the_others_answered():
     solver, totals = made([{"HCl": 0.01}, {"HCl": 1e6}, {"HCl": 0.02}])
     answer = solve(solver, totals)
-    assert np.isnan(answer.ph).tolist() == [False, True, False] and solver.unanswered == 1
+    assert np.isnan(answer.ph).tolist() == [False, True, False] and solver.unanswered_queries == 1
     assert answer.ph[0] == pytest.approx(2.04, abs=0.02)
 
 

@@ -25,7 +25,7 @@ def dissolved(solid, celsius, grams):
     contents = {"solid": {"formula": solid, "mass_g": 3.0 * grams}, "temperature_c": float(celsius)}
     flask = glass("flask", 100.0, cavity={"radius": 0.05, "height": 0.08}, properties=contents)
     effects = compute(world({"flask": still(2)}, (flask,), MIX, CALM, ("precipitation", {"solid": solid}))).effects
-    return effects["precipitation"].output.named("dissolved")[0].values["mass_g"]
+    return effects["precipitation"].output.events_named("dissolved")[0].values["mass_g"]
 
 
 @pytest.mark.parametrize(("solid", "celsius", "grams"), ROWS)

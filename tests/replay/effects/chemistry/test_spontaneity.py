@@ -58,7 +58,7 @@ def test_free_energies_follow_from_potentials_and_constants(equation, solutes, k
 )
 def test_equations_that_stop_at_an_equilibrium_are_told(equation, solutes, is_told):
     """Silver and iron(III) come to 12 % of what is there by K = 3, and not to all of it."""
-    events = compute(scene_with(equation, solutes)).effects["reaction"].output.named("assumed")
+    events = compute(scene_with(equation, solutes)).effects["reaction"].output.events_named("assumed")
     assert bool(events) == is_told
     assert all("it stops at an equilibrium before" in event.text for event in events)
 

@@ -43,7 +43,7 @@ def test_the_reason_is_that_of_the_state(flask, burette, equation, reason):
         with pytest.raises(Exception, match="nobody brings 'H2O2'"):
             run(flask, burette, equation)
         return
-    (event,) = run(flask, burette, equation).output.named("no-reaction")
+    (event,) = run(flask, burette, equation).output.events_named("no-reaction")
     assert reason in event.text and event.text.startswith(equation)
 
 
@@ -56,7 +56,7 @@ def test_enough_acid_is_reported_as_no_lack(flask):
 def test_too_little_acid_stops_with_what_is_left():
     """0.1 mmol of protons for 0.5 mmol of iron(II), which needs 0.8 mmol: an eighth reacts."""
     run_of = run({"FeSO4": 0.05, "H2SO4": 0.005}, {"KMnO4": 0.02}, IRON)
-    (event,) = run_of.output.named("stopped")
+    (event,) = run_of.output.events_named("stopped")
     assert "stops in flask for want of acid: 0.438 mmol Fe^2+ and" in event.text
     assert "flask/potential" in run_of.series  # while iron alone has both its forms
     assert run_of.series["flask/potential"].times[-1] < run_of.series["flask/pH"].times[-1]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from replay.effects.chemistry.warming import cooled, heat_given_off
+from replay.effects.chemistry.warming import heat_given_off, temperature_after_seconds
 
 
 def test_acid_gives_the_heat_of_its_table_and_no_more():
@@ -20,9 +20,15 @@ def test_acid_gives_the_heat_of_its_table_and_no_more():
 def test_an_excess_falls_by_newtons_law(loss):
     seconds, capacity = np.array([0.0, 0.01, 1.0, 60.0]), 418.0
     expected = 30.0 * np.exp(-loss * seconds / capacity)
-    assert cooled(30.0, seconds, capacity=capacity, loss=loss) == pytest.approx(expected, rel=1e-12, abs=1e-13)
+    assert temperature_after_seconds(30.0, seconds, capacity=capacity, loss=loss) == pytest.approx(
+        expected, rel=1e-12, abs=1e-13
+    )
 
 
 def test_a_steady_power_leads_to_its_balance():
-    assert cooled(20.0, 1e6, power_w=8.0, capacity=100.0, loss=0.4, ambient=20.0) == pytest.approx(40.0, rel=1e-12)
-    assert cooled(20.0, 10.0, power_w=8.0, capacity=100.0, loss=0.0, ambient=20.0) == pytest.approx(20.8, rel=1e-12)
+    assert temperature_after_seconds(20.0, 1e6, power_w=8.0, capacity=100.0, loss=0.4, ambient=20.0) == pytest.approx(
+        40.0, rel=1e-12
+    )
+    assert temperature_after_seconds(20.0, 10.0, power_w=8.0, capacity=100.0, loss=0.0, ambient=20.0) == pytest.approx(
+        20.8, rel=1e-12
+    )

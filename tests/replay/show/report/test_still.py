@@ -10,7 +10,7 @@ from PIL import Image
 from support.report_states import steady
 
 from replay.show.report.page import report_html
-from replay.show.report.rasteriser import FOCAL, Lines, Shape, View, covered, drawn
+from replay.show.report.rasteriser import FOCAL, Lines, Shape, View, covered_pixels, draw_picture
 from replay.show.report.still import FIRST, fault_still
 
 SIZE = (180, 120)
@@ -31,7 +31,7 @@ def test_triangle_covers_the_pixels_of_rays_that_meet_it():
     rng = np.random.default_rng(3)
     local = rng.uniform([-1, -0.6, -3], [1, 0.6, -0.5], (12, 3, 3))
     local[8:, 0, 2] = 0.4  # these reach behind the eye
-    result = [np.concatenate(piece) for piece in zip(*covered(local, view()), strict=True)]
+    result = [np.concatenate(piece) for piece in zip(*covered_pixels(local, view()), strict=True)]
     y, x = np.divmod(np.arange(SIZE[0] * SIZE[1]), SIZE[0])
     focus = FOCAL * SIZE[1]
     across, up = (x + 0.5 - SIZE[0] / 2) / focus, -(y + 0.5 - SIZE[1] / 2) / focus
@@ -54,7 +54,7 @@ def test_opaque_wall_hides_and_glass_does_not(alpha):
     opaque, glass = ([wall_of], []) if alpha == 1 else ([], [wall_of])
     opaque.append(Shape(wall(-2.0), (1.0, 0.0, 0.0)))
     line = Lines(np.array([[[-0.5, 0.0, -1.5], [0.5, 0.0, -1.5]]]), (1.0, 1.0, 0.0), 1.0)
-    picture, shape = drawn(view(), opaque, glass, [line], BLACK)
+    picture, shape = draw_picture(view(), opaque, glass, [line], BLACK)
     # The diagonal, where two triangles share an edge, runs through middles of pixels.
     assert (shape == 0).mean() > 0.98
     assert (picture[..., 0].max() > 0.3) == (alpha < 1), "red behind the wall"

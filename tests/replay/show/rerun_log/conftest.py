@@ -67,8 +67,8 @@ def demo_run(frames=270, label=SUBJECT, name="discrete", **settings):
     """Three seconds (or more) at 90 Hz, looked at by ``hybrid`` and by another, else ``discrete`` at 22.5 Hz."""
     stamps, positions, valid = tapping(frames)
     bare = framed(stamps, valid, positions, names=list(MESHES))
-    kept = {"rod": "right", "hand": "right"}
-    bodies = [SceneBody(body, shape="mesh", tags=TAGS[body], group=kept.get(body, "")) for body in MESHES]
+    drawn_frames = {"rod": "right", "hand": "right"}
+    bodies = [SceneBody(body, shape="mesh", tags=TAGS[body], group=drawn_frames.get(body, "")) for body in MESHES]
     meshes = {body: make() for body, make in MESHES.items()}
     session = Session(
         bare.frames,

@@ -9,7 +9,7 @@ from replay.show import camera
 @pytest.mark.parametrize("rotation", np.linspace(0.0, 6.0, 7))
 def test_gap_is_viewed_sideways_from_the_users_side(rotation):
     along, user = np.array([np.cos(rotation), 0.0, np.sin(rotation)]), np.array([0.0, 0.0, 1.0])
-    away = camera.across(0.02 * along, user)
+    away = camera.viewing_direction(0.02 * along, user)
     assert np.linalg.norm(away) == pytest.approx(1.0) and away[1] > 0.3
     assert abs(away @ along) < 0.8 and away @ user > -0.3
-    assert camera.across(np.zeros(3), user) @ user > 0.9
+    assert camera.viewing_direction(np.zeros(3), user) @ user > 0.9

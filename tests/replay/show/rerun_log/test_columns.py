@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import rerun as rr
 
-from replay.show.rerun_log.recording_file import RecordingClock, RecordingWriter, ragged
+from replay.show.rerun_log.recording_file import RecordingClock, RecordingWriter, partition_rows
 from replay.show.rerun_log.scene import log_contacts
 
 
@@ -14,7 +14,7 @@ from replay.show.rerun_log.scene import log_contacts
 def test_counts_that_do_not_add_up_are_refused(counts):
     columns = rr.Points3D.columns(positions=np.zeros((3, 3)))
     with pytest.raises(AssertionError, match=f"{sum(counts)} values announced, 3 given"):
-        ragged(columns, counts)
+        partition_rows(columns, counts)
 
 
 def test_values_that_rerun_drops_are_an_error(tmp_path):
@@ -25,9 +25,9 @@ def test_values_that_rerun_drops_are_an_error(tmp_path):
 
 
 def test_a_long_session_is_strided_but_for_its_moments(demo):
-    assert RecordingClock.of(demo.assembly, limit=270).kept.tolist() == list(range(270))
-    kept = RecordingClock.of(demo.assembly, [200, 100], limit=100).kept.tolist()
-    assert kept == sorted({*range(0, 270, 3), 100, 200})
+    assert RecordingClock.of(demo.assembly, limit=270).drawn_frames.tolist() == list(range(270))
+    drawn_frames = RecordingClock.of(demo.assembly, [200, 100], limit=100).drawn_frames.tolist()
+    assert drawn_frames == sorted({*range(0, 270, 3), 100, 200})
 
 
 @pytest.mark.parametrize("lacks", ["face_sets", "section_source"])

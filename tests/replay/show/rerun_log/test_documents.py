@@ -2,7 +2,7 @@ from support.report_states import price_row, traded
 from support.small_worlds import TWO_BUMPS, cubes
 
 from replay.engine import compute
-from replay.show.rerun_log.documents import dots_of, replayed
+from replay.show.rerun_log.documents import dots_of, replayed_sentence
 
 
 def test_a_setting_stands_at_its_time_and_loss():
@@ -14,4 +14,4 @@ def test_a_setting_stands_at_its_time_and_loss():
 
 def test_what_was_replayed_is_as_long_as_its_window():
     run = compute(cubes(TWO_BUMPS, step_ns=10**8), detectors=(), start=0.5)
-    assert replayed(run).startswith("600 ms, 7 frames")
+    assert replayed_sentence(run).startswith("600 ms, 7 frames")

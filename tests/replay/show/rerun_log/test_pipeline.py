@@ -7,7 +7,7 @@ from cdcore.bounding.bounding_sphere import sphere_best
 from cdcore.poses import rotation_from_quaternion
 from replay.show.palette import MISSED, SERIES
 from replay.show.rerun_log.pipeline_view import LOST, TRUE_CONTACT, search_runs
-from replay.show.rerun_log.recording_file import packed
+from replay.show.rerun_log.recording_file import pack_colours
 from replay.words import length
 
 LABEL = "paper"
@@ -29,14 +29,14 @@ def test_missed_contact_is_red_with_the_distance_of_the_search(searching, watche
     lost = [moment for moment in watched.searches if moment.kind == LOST]
     assert lost
     for moment in lost:
-        *_, stop, meets = read.at(f"{ROOT}/search/dots", "Points3D:positions", moment.frame)
-        assert read.at(f"{ROOT}/search/dots", "Points3D:colors", moment.frame)[-1] == packed([MISSED])[0]
+        *_, stop, meeting_point = read.at(f"{ROOT}/search/dots", "Points3D:positions", moment.frame)
+        assert read.at(f"{ROOT}/search/dots", "Points3D:colors", moment.frame)[-1] == pack_colours([MISSED])[0]
         section = searching.detections["hybrid"].section(moment.frame, moment.pair).mean(axis=1)
-        assert np.linalg.norm(section - meets, axis=1).min() < 1e-6
+        assert np.linalg.norm(section - meeting_point, axis=1).min() < 1e-6
         text = read.at(f"{ROOT}/search/words", "Points3D:labels", moment.frame)[-1]
-        assert text.startswith("missed") and length(float(np.linalg.norm(np.subtract(stop, meets)))) in text
+        assert text.startswith("missed") and length(float(np.linalg.norm(np.subtract(stop, meeting_point)))) in text
     result = next(moment for moment in watched.searches if moment.kind == TRUE_CONTACT)
-    assert read.at(f"{ROOT}/search/dots", "Points3D:colors", result.frame)[-1] == packed([SERIES[2]])[0]
+    assert read.at(f"{ROOT}/search/dots", "Points3D:colors", result.frame)[-1] == pack_colours([SERIES[2]])[0]
 
 
 def test_the_view_of_the_volumes_holds_both_spheres_whole(searching, watched, read):

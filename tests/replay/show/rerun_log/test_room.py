@@ -9,14 +9,14 @@ from cdcore.bounding.bounding_sphere import sphere_best
 from replay.auditing.fault import Fault, FaultKind
 from replay.auditing.outcome import Outcome
 from replay.engine import compute
-from replay.show.camera import CLOSE_UP, placed
+from replay.show.camera import CLOSE_UP, points_in_world
 from replay.show.drawn_mesh import face_normals
 from replay.show.palette import FREE, LATE, MISSED, TRUE_CONTACT, WITHIN_TOLERANCE, albedo, see_through, tags_of
 from replay.show.rerun_log import scene
-from replay.show.rerun_log.close_up import ROOM, close_up_eyes, detectors_with_solids, sharp_edges
+from replay.show.rerun_log.close_up import LARGEST_BALL_M, close_up_eyes, detectors_with_solids, sharp_edges
 from replay.show.rerun_log.moments import FALSE, LISTS, MISS, key_moments, read_bookmarks
-from replay.show.rerun_log.recording_file import RecordingClock, packed
-from replay.show.rerun_log.scene import LARGE_FACE, PUSHED_OUT, drawn_contacts, face_areas
+from replay.show.rerun_log.recording_file import RecordingClock, pack_colours
+from replay.show.rerun_log.scene import FACE_OFFSET_M, LARGE_FACE, drawn_contacts, face_areas
 from replay.words import length
 
 COLOURS = {Outcome.MISSED: MISSED, Outcome.WITHIN_TOLERANCE: WITHIN_TOLERANCE}
@@ -115,7 +115,7 @@ def contact_curves(run, read):
             looks = COLOURS | ({Outcome.MISSED: LATE} if late else {})
             colours += [looks.get(outcome[frame, pair], TRUE_CONTACT)] * len(strips[-1])
         yield np.reshape(read.at(path, "LineStrips3D:strips", frame), (-1, 2, 3)), np.concatenate(strips)
-        yield read.at(path, "LineStrips3D:colors", frame), packed(colours)
+        yield read.at(path, "LineStrips3D:colors", frame), pack_colours(colours)
 
 
 def missed_faces(run, read):
@@ -142,7 +142,7 @@ def missed_faces(run, read):
         for ns in times:
             recorded = read.at_ns(path, "Mesh3D:vertex_positions", ns)
             faces = mesh.triangles[sorted(faces_at.get(ns, ()))]
-            yield np.reshape(recorded, (-1, 3, 3)), faces + PUSHED_OUT * face_normals(faces)[1][:, None]
+            yield np.reshape(recorded, (-1, 3, 3)), faces + FACE_OFFSET_M * face_normals(faces)[1][:, None]
 
 
 def hulls_around_bodies(run, read):
@@ -172,8 +172,8 @@ def body_colours(run, read):
         sight = np.linspace(eye.position, eye.target, 2000)
         for body, name in enumerate(assembly.names):
             pair, tags = assembly.pairs[moment.pair].tolist(), tags_of(name, run.session.scene)
-            centre = placed(assembly.motion, frame, body, balls[body].centre[None])
-            near = np.linalg.norm(sight - centre, axis=1).min() <= balls[body].radius <= ROOM
+            centre = points_in_world(assembly.motion, frame, body, balls[body].centre[None])
+            near = np.linalg.norm(sight - centre, axis=1).min() <= balls[body].radius <= LARGEST_BALL_M
             hides = near if body not in pair else body == max(pair, key=lambda index: (balls[index].radius, index))
             colour = see_through(tags) if hides else albedo(tags)
             is_fault = isinstance(moment, Fault)
@@ -182,7 +182,7 @@ def body_colours(run, read):
             if solids and hollow and body in pair and name != hollow:
                 colour = FREE
             (recorded,) = read.at_ns(f"world/{name}/mesh", "Mesh3D:albedo_factor", ns)
-            yield recorded, packed([(*colour[:3], colour[3] * assembly.motion.valid[frame, body])])[0]
+            yield recorded, pack_colours([(*colour[:3], colour[3] * assembly.motion.valid[frame, body])])[0]
 
 
 CHECKS = (fault_lines_and_eyes, fault_labels, contact_curves, missed_faces, hulls_around_bodies, body_colours)

@@ -71,15 +71,15 @@ def test_incomplete_file_of_a_server_is_abandoned_at_the_deadline(answer):
     with server(answer) as url:
         began = time.monotonic()
         with pytest.raises(viewer.ViewerError, match=r"did not hand out its viewer in \d+ s; try again"):
-            web_viewer._fetched(url, Mock(poll=lambda: None), time.monotonic() + 0.3)
+            web_viewer._fetch_file(url, Mock(poll=lambda: None), time.monotonic() + 0.3)
         assert time.monotonic() - began < 2
 
 
 def test_reply_of_another_program_on_the_port_is_rejected():
     with server(send_all) as url:
-        assert web_viewer._fetched(url, Mock(poll=lambda: None), time.monotonic() + 5) == b"x" * 100
+        assert web_viewer._fetch_file(url, Mock(poll=lambda: None), time.monotonic() + 5) == b"x" * 100
         with pytest.raises(web_viewer._ServerEndedError):
-            web_viewer._fetched(url, Mock(poll=lambda: 1), time.monotonic() + 5)
+            web_viewer._fetch_file(url, Mock(poll=lambda: 1), time.monotonic() + 5)
 
 
 def test_proxy_of_the_environment_is_bypassed(monkeypatch):
@@ -89,7 +89,7 @@ def test_proxy_of_the_environment_is_bypassed(monkeypatch):
         for name in ("no_proxy", "NO_PROXY"):
             monkeypatch.delenv(name, raising=False)
         with server(send_all) as url:
-            assert web_viewer._fetched(url, Mock(poll=lambda: None), time.monotonic() + 5) == b"x" * 100
+            assert web_viewer._fetch_file(url, Mock(poll=lambda: None), time.monotonic() + 5) == b"x" * 100
 
 
 @pytest.mark.slow

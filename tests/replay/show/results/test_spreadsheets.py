@@ -12,7 +12,7 @@ from support.small_worlds import TWO_BUMPS, cubes
 import replay
 from replay.cli.main import main
 from replay.errors import OutputError
-from replay.show.results.spreadsheets import headings, inert, write_run_tables, write_tables
+from replay.show.results.spreadsheets import headings, inert_value, write_run_tables, write_tables
 from sessions import write_session
 
 HOSTILE = [
@@ -49,7 +49,7 @@ def csv_rows(path):
 
 
 def text_of(value):
-    return "" if value is None else str(inert(value))
+    return "" if value is None else str(inert_value(value))
 
 
 def test_csv_has_the_rows_of_parquet_and_units_in_headings(run):

@@ -60,7 +60,7 @@ def test_cause_of_each_detector_is_its_most_frequent_one(runs, study, tmp_path):
         counted.update((row["detector"], row["cause"]) for row in rows if not row["held"])
     row = rows_of(runs, study, tmp_path)["Why"]
     why = f"{row.text} {row.figures} {row.details}"
-    for label in runs.audited:
+    for label in runs.audited_detectors:
         counts = {cause: count for (own, cause), count in counted.items() if own == label}
         most = {cause for cause, count in counts.items() if count == max(counts.values())}
         printed = re.findall(

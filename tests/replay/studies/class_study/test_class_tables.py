@@ -44,7 +44,7 @@ def test_class_below_five_students_lists_sessions_without_figures(tmp_path, stud
     assert counts.startswith(f"{'fewer than 5' if few else known} students, 6 sessions")
     assert bool(made.headlines()) == ("contacts" in counts) != bool(few)
     where = places(runs, tmp_path)
-    student_of = {where[run][0]: runs.of(run, "student") for run in runs.metrics}
+    student_of = {where[run][0]: runs.shared_value(run, "student") for run in runs.metrics}
     listed = {student_of[row[0].text] for row in sessions_table(runs, where).rows} - {""}
     assert len(listed) == min(5, known)
     html = study_html(runs, where)
@@ -122,7 +122,7 @@ def test_headline_says_why_n_is_smaller_than_the_class(tmp_path):
 def test_detector_with_most_other_rates_is_named_beside_reference(tmp_path):
     runs, made = tables_of(tmp_path, 12, 6, contacts=20)
     by_detector = {}
-    for label in ("exact", *runs.audited):
+    for label in ("exact", *runs.audited_detectors):
         of_student = {}
         for rows in runs.metrics.values():
             of_student.setdefault(rows[label]["student"], []).append(rows[label]["contacts_per_min"])
@@ -152,11 +152,11 @@ def test_contact_seconds_are_a_recount_of_contacts_by_minutes(tmp_path):
     members = {"S01", "S02", "S03", "S04", "S05", *runs.students[:2]}
     seconds, minutes = {}, {}
     for run, rows in runs.metrics.items():
-        owner = runs.of(run, "student")
+        owner = runs.shared_value(run, "student")
         minutes[owner] = minutes.get(owner, 0.0) + (next(iter(rows.values()))["valid_minutes"] or 0.0)
     places_of = [*runs.metrics]
     for row in runs.tables["episodes"].to_pylist():
-        owner = runs.of(places_of[row["place"]], "student")
+        owner = runs.shared_value(places_of[row["place"]], "student")
         seconds[owner] = seconds.get(owner, 0.0) + row["end"] - row["start"]
     for chosen in (None, members):
         known = [name for name in runs.students if chosen is None or name in chosen]
@@ -185,5 +185,5 @@ def test_sessions_are_named_by_code_and_tell_repeats_apart(tmp_path):
     names = {run: name for run, (name, _) in places(runs, tmp_path).items()}
     assert len({*names.values()}) == len(names)
     for run, name in names.items():
-        student = runs.of(run, "student")
-        assert name.split(",")[0] == (student or runs.of(run, "session"))
+        student = runs.shared_value(run, "student")
+        assert name.split(",")[0] == (student or runs.shared_value(run, "session"))

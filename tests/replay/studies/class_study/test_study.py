@@ -23,7 +23,7 @@ from replay.studies.class_study.tables import (
     CELL_TEXTS,
     families_text,
     headlines,
-    opening,
+    opening_sentence,
     study_tables,
     undecided_text,
 )
@@ -109,7 +109,7 @@ STATES = {
 @pytest.mark.parametrize("state", STATES)
 def test_the_first_line_says_whether_a_conclusion_changes(state):
     make, answer = STATES[state]
-    assert opening(make(), "40 students") == f"40 students: {answer}"
+    assert opening_sentence(make(), "40 students") == f"40 students: {answer}"
 
 
 def test_detectors_that_change_one_result_share_its_sentence():
@@ -127,7 +127,7 @@ def test_detectors_that_change_one_result_share_its_sentence():
     ):
         rows = [Sensitivity(label, 0.9, before, after) for label, after in afters.items()]
         made = SimpleNamespace(detector="a", sensitivity=rows, findings=[before])
-        assert opening(made, "9 students") == f"9 students: the detector changes 1 conclusion: {text}."
+        assert opening_sentence(made, "9 students") == f"9 students: the detector changes 1 conclusion: {text}."
 
 
 WHICHEVER = "whichever collision detector counts the contacts"
@@ -144,7 +144,7 @@ def test_unchanged_conclusions_say_where_no_association_was_found():
     }
     for answer, (sensitivity, findings) in answers.items():
         made = SimpleNamespace(sensitivity=sensitivity, findings=findings)
-        assert opening(made, "40 students") == f"40 students: {answer}."
+        assert opening_sentence(made, "40 students") == f"40 students: {answer}."
 
 
 def finding_of(kind):

@@ -6,7 +6,7 @@ from support.shapes import beaker_mesh, box_mesh, still
 from cdcore import Body, Verdict, create_detector
 from cdcore.search.search_settings import EQUATIONS
 from replay.studies.paper import colony
-from replay.studies.paper.colony import NearPoses, detected, near_poses
+from replay.studies.paper.colony import NearPoses, count_detections, near_poses
 
 SIZES = [50, pytest.param(colony.TARGET, marks=pytest.mark.slow)]
 """Faces that meet, for which meshes are made: coarse ones in a tenth of a second, and those of the study."""
@@ -46,13 +46,15 @@ def test_collider_contacts_in_free_poses_count_as_false():
         (aside, "collider", {"shape": "hull"}, 0),
         (inside, "collider", {"shape": "hull"}, 1),
     ):
-        answers = detected(NearPoses("", bodies, through_the_floor, free), detector, **settings)
+        answers = count_detections(NearPoses("", bodies, through_the_floor, free), detector, **settings)
         assert (answers.hits, answers.false, answers.evaluations) == ((1,), (false,), (0,))
 
 
 def test_search_seeds_each_give_a_count(poses):
-    both = detected(poses, "qaco", (3, 4), variant="corrected", warm_start=False, budget=200)
-    alone = [detected(poses, "qaco", (seed,), variant="corrected", warm_start=False, budget=200) for seed in (3, 4)]
+    both = count_detections(poses, "qaco", (3, 4), variant="corrected", warm_start=False, budget=200)
+    alone = [
+        count_detections(poses, "qaco", (seed,), variant="corrected", warm_start=False, budget=200) for seed in (3, 4)
+    ]
     assert both.hits == tuple(answers.hits[0] for answers in alone)
     assert both.evaluations == tuple(answers.evaluations[0] for answers in alone)
 

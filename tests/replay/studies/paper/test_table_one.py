@@ -8,7 +8,7 @@ import pytest
 from replay.studies.paper.experiment import Size, run_paper
 from replay.studies.paper.printed import PAPER, PRINTED
 from replay.studies.paper.rows import ANSWER
-from replay.studies.paper.table_one import budget, spread, to_completion
+from replay.studies.paper.table_one import budget, completion_table, spread
 
 
 @pytest.mark.slow
@@ -36,7 +36,7 @@ WHOLE = (100, 10, 10, 4, 4, 4, 0, 0.001)
 
 def test_recall_pools_poses_and_a_whole_pose_has_every_pair():
     answers = np.array([WHOLE, WHOLE, (100, 5, 20, 3, 12, 2, 0, 0.004)], ANSWER)
-    (row,) = to_completion({"exact": answers}).rows
+    (row,) = completion_table({"exact": answers}).rows
     assert row == ("exact", 3, 2, 25 / 3, 25 / 40, 10 / 20, 10 / 11, None, pytest.approx(2.0))
 
 

@@ -21,10 +21,10 @@ from replay import run
 from replay.cli.main import main
 from replay.errors import RunFolderError, ShrinkError
 from replay.show.results.run_folder import read_run_folder
-from replay.studies.shrink.reduce import Shrinking, Size, fewest
+from replay.studies.shrink.reduce import Shrinking, Size, minimal_subset
 from replay.studies.shrink.well_posed import doubts_of
 from replay.studies.shrink.writing import sentence, write_case
-from replay.studies.shrink.wrong_answer import WrongAnswer, of_run
+from replay.studies.shrink.wrong_answer import WrongAnswer, fault_of_run
 from sessions import write_session
 
 PLACES = [3, 3, 0.9, 0.9, 3, 3, 3, 0.9, 3, 3]
@@ -34,7 +34,7 @@ PLACES = [3, 3, 0.9, 0.9, 3, 3, 3, 0.9, 3, 3]
 @given(st.integers(1, 60), st.data())
 def test_only_necessary_faces_are_left(count, data):
     needed = set(data.draw(st.lists(st.integers(0, count - 1), unique=True)))
-    assert set(fewest(np.arange(count), lambda kept: needed <= set(kept.tolist())).tolist()) == needed
+    assert set(minimal_subset(np.arange(count), lambda kept: needed <= set(kept.tolist())).tolist()) == needed
 
 
 @given(st.integers(1, 25), st.integers(0, 2**32))
@@ -45,7 +45,7 @@ def test_nothing_left_can_be_removed_alone_despite_chance(count, seed):
     def stands(kept):
         return known.setdefault(tuple(kept.tolist()), bool(random.random() < 0.4))
 
-    left = fewest(np.arange(count), stands)
+    left = minimal_subset(np.arange(count), stands)
     assert stands(left)
     assert not any(stands(np.delete(left, item)) for item in range(len(left)))
 
@@ -62,7 +62,7 @@ def folder(tmp_path_factory):
 def least(fault):
     shrinking = Shrinking(fault)
     done = shrinking.run()
-    assert done.stands() and shrinking.questions > 0
+    assert done.is_reproduced() and shrinking.questions > 0
     return done
 
 
@@ -80,10 +80,10 @@ def nothing_can_go(fault):
 
 
 def test_miss_between_samples_ends_at_two_frames_and_two_faces(folder):
-    fault = of_run(read_run_folder(folder), miss=1, label="slow")
+    fault = fault_of_run(read_run_folder(folder), miss=1, label="slow")
     done = least(fault)
     assert fault.contact and Size.of(done) == Size(2, 2, (2, 2))
-    assert not any(item.stands() and doubts_of(item) <= doubts_of(done) for item in nothing_can_go(done))
+    assert not any(item.is_reproduced() and doubts_of(item) <= doubts_of(done) for item in nothing_can_go(done))
     assert dict(done.settings) == {"rate_hz": 25} and "discrete[rate_hz=25] misses a contact" in sentence(done)
 
 
@@ -93,19 +93,19 @@ def test_false_contact_is_shrunk_by_number_after_a_correct_start(tmp_path):
     run(tmp_path / "s.mcap", detectors="slow=discrete[rate_hz=25]", out=tmp_path / "run", picture=False)
     opened = read_run_folder(tmp_path / "run")
     assert [(row["number"], row["first"], row["last"]) for row in opened.rows("false")] == [(1, 7, 7)]
-    fault = of_run(opened, false=1)
+    fault = fault_of_run(opened, false=1)
     assert not fault.contact and fault.motion.times[-1] == pytest.approx(0.07)
     assert main(["shrink", str(tmp_path / "run"), "--false", "1", "--out", str(tmp_path / "case")]) == 0
     assert "false contact 1" in (tmp_path / "case" / "README.md").read_text(encoding="utf-8")
     with pytest.raises(ShrinkError, match=r"has no false contact 2$"):
-        of_run(opened, false=2)
+        fault_of_run(opened, false=2)
 
 
 def test_pair_answered_correctly_alone_is_queried_first(tmp_path):
     write_session(cubes({"a": [0, 0, 0, 0.01], "b": [3, 0.9, 3, 3], "c": [9, 9, 9, 8.99]}), tmp_path / "s.mcap")
     name = "support.planted_detectors:Distracted"
     run(tmp_path / "s.mcap", detectors=name, out=tmp_path / "run", picture=False)
-    fault = of_run(read_run_folder(tmp_path / "run"), miss=1, label=name)
+    fault = fault_of_run(read_run_folder(tmp_path / "run"), miss=1, label=name)
     assert fault.pairs.tolist() == [[0, 1], [0, 2], [1, 2]]
 
 
@@ -131,7 +131,7 @@ def test_written_test_fails_on_its_detector_and_passes_on_another(folder, tmp_pa
 
 
 def test_written_numbers_read_back_bit_for_bit(folder, tmp_path):
-    fault = of_run(read_run_folder(folder), miss=1, label="slow")
+    fault = fault_of_run(read_run_folder(folder), miss=1, label="slow")
     odd = fault.motion.translations + np.array([1 / 3, 1e-17, -(2.0**-60)])
     motion = Motion(fault.motion.times + 1 / 7, odd, fault.motion.rotations)
     fault = replace(fault, motion=motion)
@@ -150,15 +150,15 @@ def test_unshrinkable_answer_is_explained_in_a_sentence(folder, tmp_path, capsys
         ({"false": 9, "label": "slow"}, "has no false contact 9 of slow"),
     ):
         with pytest.raises(ShrinkError, match=text):
-            of_run(opened, **requested)
+            fault_of_run(opened, **requested)
     assert main(["shrink", str(folder)]) == 2
     assert "--miss N or --false N" in capsys.readouterr().err
     moved = Path(shutil.copytree(folder, tmp_path / "run"))
     tamper(moved, "session", digest="0" * 64)
     with pytest.raises(RunFolderError, match=r"the recording .* is not beside it; say where: --session"):
-        of_run(read_run_folder(moved), miss=1, label="slow")
+        fault_of_run(read_run_folder(moved), miss=1, label="slow")
     with pytest.raises(RunFolderError, match="is not the recording"):
-        of_run(read_run_folder(moved), miss=1, label="slow", session=folder.parent / "s.mcap")
+        fault_of_run(read_run_folder(moved), miss=1, label="slow", session=folder.parent / "s.mcap")
 
 
 def test_run_with_another_scene_is_shrunk_with_that_scene(folder, tmp_path):
@@ -168,9 +168,9 @@ def test_run_with_another_scene_is_shrunk_with_that_scene(folder, tmp_path):
     run(session, detectors=requested, scene=scene, out=tmp_path / "run", picture=False)
     made = read_run_folder(tmp_path / "run")
     with pytest.raises(RunFolderError, match=r"run replayed with the scene of other.toml; give it with --scene FILE$"):
-        of_run(made, miss=1, label="slow", session=session)
-    fault = of_run(made, miss=1, label="slow", session=session, scene=scene)
-    assert [len(body.mesh.faces) for body in fault.bodies] == [12, 12] and fault.stands()
+        fault_of_run(made, miss=1, label="slow", session=session)
+    fault = fault_of_run(made, miss=1, label="slow", session=session, scene=scene)
+    assert [len(body.mesh.faces) for body in fault.bodies] == [12, 12] and fault.is_reproduced()
     assert np.ptp(fault.bodies[1].mesh.vertices[:, 0]) == pytest.approx(0.9)
     with pytest.raises(ShrinkError, match=r"^ours tests colliders that came with the recording, which a test of two"):
-        of_run(made, miss=1, label="ours", session=session, scene=scene)
+        fault_of_run(made, miss=1, label="ours", session=session, scene=scene)

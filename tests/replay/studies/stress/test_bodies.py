@@ -5,7 +5,7 @@ import pytest
 from replay.studies.stress import bodies
 from replay.studies.stress.bodies import CASES, ask_case
 from replay.studies.stress.runner import stress
-from replay.studies.stress.scenes import at, of_instants
+from replay.studies.stress.scenes import motion_at, scene_of_instants
 from replay.studies.stress.solids import box_mesh
 from replay.studies.stress.tally import StressResult
 
@@ -44,7 +44,7 @@ def test_missed_contact_is_within_tolerance_only_when_no_deeper():
         (slab, [0.1, 0.2, 0.985], 0),
         (box_mesh(), [0.5, 0.0, 0.0], 0),
     ):
-        scene = of_instants("", (box_mesh(), other), at([position]))
+        scene = scene_of_instants("", (box_mesh(), other), motion_at([position]))
         item = ask_case("support.planted_detectors:Blamed", 41, [scene], seed=0, tau=0.01)
         assert (item.within, item.missed, item.reason) == (within, 1 - within, "")
 

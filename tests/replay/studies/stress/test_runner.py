@@ -13,7 +13,7 @@ from replay.studies.stress import runner
 from replay.studies.stress.bodies import CASES
 from replay.studies.stress.families import FAMILIES
 from replay.studies.stress.runner import detectors_of, family_tally, numbers_of, stress
-from replay.studies.stress.tally import StressResult, Tally, judged
+from replay.studies.stress.tally import StressResult, Tally, judge_answers
 
 FLOOR = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
 
@@ -102,7 +102,7 @@ def test_wrong_detector_that_claims_exactness_breaks_the_gate(detector, kind, co
 
 def test_containment_is_missed_by_clear_and_false_for_contact():
     output, truth = (np.array(text, dtype=np.uint8) for text in ([0, 1], [Verdict.CONTAINED] * 2))
-    result = judged(output, truth, np.zeros(2, dtype=bool), lambda wrong: wrong & False)
+    result = judge_answers(output, truth, np.zeros(2, dtype=bool), lambda wrong: wrong & False)
     assert result["missed"].tolist() == [True, False] and result["invented"].tolist() == [False, True]
 
 

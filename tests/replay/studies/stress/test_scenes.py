@@ -5,8 +5,8 @@ import pytest
 import trimesh
 
 from cdcore import Verdict, create_detector
-from replay.studies.stress.scenes import SCENES, crossing, meeting, resting
-from replay.studies.stress.solids import ball_mesh, beaker_mesh, box_mesh, icosphere_mesh, moved, rod_mesh
+from replay.studies.stress.scenes import SCENES, crossing_motion, meeting_faces, resting_scenes
+from replay.studies.stress.solids import ball_mesh, beaker_mesh, box_mesh, icosphere_mesh, rod_mesh, shift_mesh
 
 BETWEEN = (*range(29, 34), 44, 48)
 
@@ -22,7 +22,9 @@ def test_exact_is_right_on_every_scene_frame_and_face_list(number):
         detection = create_detector("exact", scene.bodies).detect(scene.motion, faces=True)
         assert np.array_equal(detection.verdict[:, 0], scene.truth), scene.name
         for frame in range(len(scene.motion)):
-            assert np.array_equal(detection.faces(frame, 0), meeting(scene.bodies, scene.motion, frame)), scene.name
+            assert np.array_equal(detection.faces(frame, 0), meeting_faces(scene.bodies, scene.motion, frame)), (
+                scene.name
+            )
 
 
 @pytest.mark.parametrize("number", [37, 38, 39, 41, *BETWEEN])
@@ -31,12 +33,12 @@ def test_cases_hold_contacts_and_misses(number):
 
 
 def test_lifted_glass_is_clear_and_sunk_glass_meets_the_table():
-    for scene in resting(np.random.default_rng(0)):
+    for scene in resting_scenes(np.random.default_rng(0)):
         assert (scene.truth[0] == Verdict.CONTACT) == (float(scene.name.split()[2]) <= 0), scene.name
 
 
 def test_crossings_are_separate_at_both_ends_and_not_linked():
-    motion = crossing(1.0, 7)
+    motion = crossing_motion(1.0, 7)
     height = motion.translations[:, 0, 2].reshape(7, -1)
     assert (height[:, 0] > 0.003).all() and (height[:, -1] < -0.003).all()
     assert not motion.linked.reshape(7, -1, 2)[:, 0].any() and motion.linked.reshape(7, -1, 2)[:, 1:].all()
@@ -47,7 +49,7 @@ def volume(mesh):
 
 
 def test_volumes_are_those_of_the_shapes():
-    assert volume(moved(box_mesh((1, 2, 3)), [9, 8, 7])) == pytest.approx(6)
+    assert volume(shift_mesh(box_mesh((1, 2, 3)), [9, 8, 7])) == pytest.approx(6)
     assert volume(ball_mesh(1.0, 64, 64)) == pytest.approx(4 / 3 * np.pi, rel=5e-3)
     assert volume(icosphere_mesh()) == pytest.approx(trimesh.creation.icosphere(1).volume, rel=1e-12)
     assert volume(rod_mesh(1.0, 2.0, 400)) == pytest.approx(2 * np.pi, rel=1e-3)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sessions.errors import SceneError
-from sessions.geometry.rotations import quaternion_inverse, quaternion_product, rotated
+from sessions.geometry.rotations import quaternion_inverse, quaternion_product, rotated_vectors
 from sessions.importers.hands.capsules import bone_motion, capsule_mesh
 from sessions.mesh_data import has_consistent_winding
 
@@ -70,7 +70,9 @@ def test_capsules_lie_between_their_joints_without_twisting():
     motion = bone_motion(np.arange(len(parent)), parent, child, np.ones(len(parent), dtype=bool))
     track = motion.track
     np.testing.assert_allclose(track.positions, child, atol=1e-15)
-    np.testing.assert_allclose(rotated(track.quaternions_xyzw, [0.0, -motion.length, 0.0]) + child, parent, atol=1e-12)
+    np.testing.assert_allclose(
+        rotated_vectors(track.quaternions_xyzw, [0.0, -motion.length, 0.0]) + child, parent, atol=1e-12
+    )
     steps = quaternion_product(track.quaternions_xyzw[1:], quaternion_inverse(track.quaternions_xyzw[:-1]))
     rotation_angles = 2.0 * np.arccos(np.clip(steps[:, 3], -1.0, 1.0))
     bent = np.arccos(np.clip((directions[1:] * directions[:-1]).sum(axis=1), -1.0, 1.0))
@@ -81,7 +83,7 @@ def test_opposite_directions_are_no_rotation_by_chance():
     parent = np.zeros((4, 3))
     child = 0.03 * np.array([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]])
     track = bone_motion(np.arange(4), parent, child, np.ones(4, dtype=bool)).track
-    np.testing.assert_allclose(rotated(track.quaternions_xyzw, [0.0, 0.03, 0.0]), child, atol=1e-12)
+    np.testing.assert_allclose(rotated_vectors(track.quaternions_xyzw, [0.0, 0.03, 0.0]), child, atol=1e-12)
 
 
 @pytest.mark.parametrize("wrong", [np.nan, np.inf, 0.0, 1e9, 1e300])

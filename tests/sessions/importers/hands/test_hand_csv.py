@@ -20,7 +20,7 @@ from sessions.importers.csv_draft import UnknownColumnsError
 from sessions.importers.hands.hand_columns import MOST_LISTED, unknown_joints
 from sessions.importers.hands.joint_names import JOINTS, RADII_M, UNITY_JOINTS
 from sessions.importers.ledger import ledger_of
-from sessions.importers.recognition import recognised
+from sessions.importers.recognition import recognised_format
 from sessions.meshes.conventions import CONVENTIONS
 from sessions.model.assumption import Confidence, Origin, Subject, assumptions_of
 
@@ -76,7 +76,7 @@ def written(kind, path, joints_of):
 def test_exporters_write_the_same_hands(tmp_path, kind, bones):
     joints_of = hands()
     path = written(kind, tmp_path / "take.csv", joints_of)
-    assert recognised(path)[0] == "hands"
+    assert recognised_format(path)[0] == "hands"
     session = import_session("auto", path)
     assert [(group.name, len(group.members)) for group in session.scene.groups] == [
         ("left hand", bones),
@@ -348,4 +348,4 @@ def test_rows_that_repeat_or_go_back_are_in_the_books(tmp_path):
 def test_ordinary_tables_are_none_of_hands(tmp_path, first):
     head = ["time", "body", "x", "y", "z", "qx", "qy", "qz", "qw"]
     path = write_rows(tmp_path / "take.csv", head, [[0.0, first, 0, 0, 0, 0, 0, 0, 1]])
-    assert recognised(path)[0] == "csv"
+    assert recognised_format(path)[0] == "csv"

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sessions.geometry.rotations import quaternion_inverse, rotated
+from sessions.geometry.rotations import quaternion_inverse, rotated_vectors
 
 
 def delivered(run):
@@ -11,7 +11,7 @@ def delivered(run):
     (effect,) = (effect for effect in run.session.scene.effects if effect.kind == "burette")
     cavity = run.cavity("burette")
     section = cavity["capacity_ml"] * 1e-6 / (cavity["mark"] - cavity["floor"])
-    arm = rotated(run.poses["stopcock"][1], np.array([1.0, 0.0, 0.0]))
+    arm = rotated_vectors(run.poses["stopcock"][1], np.array([1.0, 0.0, 0.0]))
     opened = np.arctan2(arm[:, 1], arm[:, 0]) / np.radians(effect.settings["full_angle_deg"])
     area = effect.settings["full_area_m2"] * opened
     head, volume = cavity["mark"], [0.0]
@@ -69,8 +69,8 @@ def check_pour(run, fact, before):
     """The recorded tilt lets the liquid out from the stated time on, as much as stated, into what is stated."""
     source, cavity = fact.values["source"], run.cavity(fact.values["source"])
     rotation = run.pose(source)[1]
-    tilt = np.arccos(np.clip(rotated(rotation, np.array([0.0, 1.0, 0.0]))[:, 1], -1.0, 1.0))
-    down = rotated(quaternion_inverse(rotation), np.array([0.0, -1.0, 0.0]))
+    tilt = np.arccos(np.clip(rotated_vectors(rotation, np.array([0.0, 1.0, 0.0]))[:, 1], -1.0, 1.0))
+    down = rotated_vectors(quaternion_inverse(rotation), np.array([0.0, -1.0, 0.0]))
     during = run.near(fact.start - 3.0, fact.end + 0.3)
     kept = kept_by_counting(run.vessel(source), down[during])
     times = run.times[during]
