@@ -25,7 +25,7 @@ from replay.cutting.convex_solids import manifold_of, solids_of
 from replay.cutting.surface_distance import Surface
 from replay.detection.detector_spec import TRUSTED, parse_detector
 from replay.detection.run_detector import make_detector
-from replay.engine import prepared
+from replay.engine import prepare
 from replay.words import as_percentage
 from sessions import MeshData, Session
 from sessions.geometry.profile import rounded_strokes, sampled_polyline
@@ -290,10 +290,10 @@ class Bench:
         self.mesh = as_mesh(case.mesh)
         session = session_of(case)
         pairs = [("body", probe) for probe in PROBES]
-        ready = prepared(session, pairs=pairs)
-        self.assembly = ready.assembly
+        prepared = prepare(session, pairs=pairs)
+        self.assembly = prepared.assembly
         self.mesh = self.assembly.bodies[self.assembly.names.index("body")].mesh
-        self.scoring = Scoring(ready.assembly, parse_detector(TRUSTED), 0, TAU, ready.repaired.session)
+        self.scoring = Scoring(prepared.assembly, parse_detector(TRUSTED), 0, TAU, prepared.repaired.session)
 
     def outcome(self, pieces: Sequence[TriangleMesh]) -> Outcome:
         """The errors of pieces in place of the body."""

@@ -110,7 +110,7 @@ def _gaps(assembly: Assembly, differ: BoolArray) -> tuple[float, float] | None:
     for frame, pair in indices[:: -(-len(indices) // MOST_GAPS)].tolist():
         a, b = assembly.pairs[pair].tolist()
         for body in (a, b):
-            hulls.place(body, motion.rotations[frame, body], motion.translations[frame, body])
+            hulls.set_pose(body, motion.rotations[frame, body], motion.translations[frame, body])
         gaps.append(max(0.0, hulls.gap(a, b)[0]) * 1000)
     return min(gaps), max(gaps)
 

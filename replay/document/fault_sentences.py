@@ -247,7 +247,7 @@ def when_text(result: RunResult, rank: Rank, fault: Fault, seconds: float) -> st
     elif fault.kind.is_miss:
         which = f"{fault.name}, {fault.number} of {len(every)} missed, late or cut short"
     else:
-        which = f"{fault.name} {fault.number} of {len(every)}"
+        which = f"number {fault.number} of {plural(len(every), fault.name)}"
     return f"At {words.moment(seconds)}: {' and '.join(fault.bodies)}, {which}."
 
 

@@ -132,13 +132,13 @@ def _actions(tables: ClassTables, study: Study | None) -> list[str]:
     if study is None:
         if not trusted:
             return []
-        return [f"Count contacts with {listed(trusted, 'or')}, the reference.", HOW_TO_TEST]
+        return [f"Count contacts with the detector {listed(trusted, 'or')}, the reference.", HOW_TO_TEST]
     recommended_detectors = [study.detector] if not trusted or study.detector in trusted else trusted
     wrong = [label for label in study.changing_detectors if label not in trusted] or (
         [study.detector] if study.changing_detectors and study.detector not in recommended_detectors else []
     )
     instead = f", not with {listed(wrong, 'or')}" if wrong else ""
-    actions = [f"count contacts with {listed(recommended_detectors, 'or')}{instead}"]
+    actions = [f"count contacts with the detector {listed(recommended_detectors, 'or')}{instead}"]
     source = f"Every result about contacts on this page is counted with {study.detector}."
     if study.obstacle:
         actions.append(study.obstacle.lift)
@@ -152,7 +152,7 @@ def _actions(tables: ClassTables, study: Study | None) -> list[str]:
     actions.append(f"study at least {students} students")
     return [
         f"{_as_sentence(actions)}.",
-        f"{students} students show a correlation of {MEDIUM:g} in 4 of 5 classes ({_level_text(tests)}).",
+        f"Among {students} students a correlation of {MEDIUM:g} is found with 80 % power ({_level_text(tests)}).",
         source,
     ]
 
@@ -249,7 +249,9 @@ def _certainty(tables: ClassTables, study: Study | None) -> AnswerRow:
     tests = tests_together(study)
     figures, least_size = [f"{source_sentence(study)}."], least_correlation(study.students, tests)
     if least_size is not None and study.tested:
-        scale = f"{study.students} students show a correlation from {words.number(least_size, 2)} on in 4 of 5 classes"
+        scale = (
+            f"Among {study.students} students a correlation of {words.number(least_size, 2)} is found with 80 % power"
+        )
         other = " Coefficients with others held constant are on another scale." if _has_multiple(study) else ""
         figures.insert(0, f"{scale} ({_level_text(tests)}).{other}")
         if not more_students_needed(study):
@@ -291,8 +293,8 @@ def _certainty_of_associations(study: Study, least_size: float | None) -> str:
     if not study.nothing_associated:
         return f"Fairly sure of the associations: p is below {LEVEL:g} after correction for tests made together."
     if least_size is None:
-        return f"Not sure that there is no association: {students} are very few."
+        return f"Not shown: that there is no association. {students} are very few."
     limit = words.number(least_size, 2)
     if least_size > MEDIUM:
-        return f"Not sure that there is no association: {students} can miss a correlation below {limit}."
+        return f"Not shown: that there is no association. {students} can miss a correlation below {limit}."
     return f"Fairly sure that no correlation is above {limit}: {students} would mostly show it."

@@ -50,7 +50,7 @@ def test_page_answers_seven_headings_in_their_order(runs, study, tmp_path, quest
     assert re.findall(r"<dt>(\w+)</dt>", page) == [name for name in names if questioned or name != "Or"]
     text = unescape(re.sub(r"<[^>]*>", "", page[page.index("<dl>") : page.index("</dl>")]))
     assert ("there is no questionnaire" in text) == (not questioned)
-    assert "Count contacts with exact" in text
+    assert "Count contacts with the detector exact" in text
 
 
 def test_cause_of_each_detector_is_its_most_frequent_one(runs, study, tmp_path):
@@ -144,10 +144,10 @@ def test_unreliable_questions_stand_below_why_and_do(runs, study, tmp_path):
         f"{ACCEPTABLE_ALPHA:g} is usual) and {STUDENTS} students are few."
     )
     assert rows["Do"].text == (
-        "Count contacts with exact, revise the questions on motivation, and study at least 85 students."
+        "Count contacts with the detector exact, revise the questions on motivation, and study at least 85 students."
     )
     many = rows_of(runs, replace(unreliable, students=85), tmp_path)
-    assert many["Do"].text == "Count contacts with exact and revise the questions on motivation."
+    assert many["Do"].text == "Count contacts with the detector exact and revise the questions on motivation."
     assert many["Why"].text.endswith("(Cronbach's alpha 0.57; 0.7 is usual).")
     first, *others = unreliable.coefficients
     some = rows_of(runs, replace(unreliable, coefficients=(associated(first), *others)), tmp_path)
@@ -158,12 +158,14 @@ def test_unreliable_questions_stand_below_why_and_do(runs, study, tmp_path):
 
 def test_students_needed_stand_below_do_only_without_an_association(runs, study, tmp_path):
     rows = rows_of(runs, study, tmp_path)
-    assert rows["Do"].text == "Count contacts with exact and study at least 85 students."
-    assert rows["Do"].figures.startswith("85 students show a correlation of 0.3 in 4 of 5 classes (one test at p <")
+    assert rows["Do"].text == "Count contacts with the detector exact and study at least 85 students."
+    assert rows["Do"].figures.startswith(
+        "Among 85 students a correlation of 0.3 is found with 80 % power (one test at p <"
+    )
     assert "85" not in rows["Sure"].figures
     first, *others = study.coefficients
     some = rows_of(runs, replace(study, coefficients=(associated(first), *others)), tmp_path)
-    assert some["Do"].text == "Count contacts with exact." and "takes 85 students" in some["Sure"].figures
+    assert some["Do"].text == "Count contacts with the detector exact." and "takes 85 students" in some["Sure"].figures
     assert "study" not in rows_of(runs, replace(study, students=85), tmp_path)["Do"].text
 
 
@@ -171,7 +173,10 @@ def test_more_students_are_needed_where_more_tests_are_made(runs, study, tmp_pat
     six = replace(study, coefficients=study.coefficients * 6)
     rows = rows_of(runs, six, tmp_path)
     needed = students_needed(0.3, 6)
-    assert rows["Do"].text == f"Count contacts with exact and study at least {needed} students." and needed > 85
+    assert (
+        rows["Do"].text == f"Count contacts with the detector exact and study at least {needed} students."
+        and needed > 85
+    )
     assert "corrected for 6 tests" in rows["Do"].figures and "corrected for 6 tests" in rows["Sure"].figures
     assert rows["Cost"].text.startswith(f"{needed - STUDENTS} more students")
 
@@ -180,14 +185,14 @@ def test_study_without_a_test_says_why_and_counts_no_students(runs, study, tmp_p
     untested = replace(study, coefficients=tuple(replace(row, p=None, p_holm=None) for row in study.coefficients))
     rows = rows_of(runs, replace(untested, sensitivity=()), tmp_path)
     assert rows["Why"].text == "No test was possible: the codebook asks for no association that can be tested."
-    assert rows["Do"].text == "Count contacts with exact." and "more student" not in rows["Cost"].text
+    assert rows["Do"].text == "Count contacts with the detector exact." and "more student" not in rows["Cost"].text
     assert rows["Sure"].text == f"Nothing is known of associations: none was tested in {STUDENTS} students."
     assert "correlation" not in rows["Sure"].figures
     refused = StudyRefusedError("few-students", "p of the regression of a on b")
     few = rows_of(runs, replace(untested, students=8, sensitivity=(), refusals=(refused,)), tmp_path)
     assert few["Cost"].text.startswith("2 more students")
     assert few["Why"].text.startswith("No test was possible: a p-value from fewer than 10 students ")
-    assert few["Do"].text == "Count contacts with exact and study at least 10 students."
+    assert few["Do"].text == "Count contacts with the detector exact and study at least 10 students."
 
 
 def test_detectors_are_explained_beside_their_mistakes(runs, study, tmp_path):
@@ -198,7 +203,7 @@ def test_detectors_are_explained_beside_their_mistakes(runs, study, tmp_path):
 
 def test_recommended_detector_is_the_reference_though_another_counts(runs, study, tmp_path):
     do = rows_of(runs, replace(study, detector="slow"), tmp_path)["Do"]
-    assert do.text.startswith("Count contacts with exact") and do.figures.endswith("is counted with slow.")
+    assert do.text.startswith("Count contacts with the detector exact") and do.figures.endswith("is counted with slow.")
 
 
 def test_detector_that_counts_is_not_blamed_for_a_change(runs, study, tmp_path):
@@ -230,7 +235,7 @@ def test_certainty_is_of_the_detector_and_of_the_associations(runs, study, tmp_p
     sure = rows_of(runs, study, tmp_path)["Sure"]
     assert sure.text == (
         "Sure that the detector changes no conclusion here: 3 detectors lead to the same ones. "
-        f"Not sure that there is no association: {STUDENTS} students can miss a correlation below 0.59."
+        f"Not shown: that there is no association. {STUDENTS} students can miss a correlation below 0.59."
     )
     same = replace(study, sensitivity=tuple(replace(row, after=row.before) for row in study.sensitivity))
     equal = rows_of(runs, same, tmp_path)["Sure"].text
@@ -241,7 +246,7 @@ def test_certainty_is_of_the_detector_and_of_the_associations(runs, study, tmp_p
     another = rows_of(runs, replace(study, sensitivity=changed), tmp_path)["Sure"].text
     assert another.startswith("Sure about the detectors: they are measured against exact, the reference. ")
     few = rows_of(runs, replace(study, students=19), tmp_path)["Sure"].text
-    assert few.endswith("Not sure that there is no association: 19 students are very few.")
+    assert few.endswith("Not shown: that there is no association. 19 students are very few.")
     first, *others = study.coefficients
     some = rows_of(runs, replace(study, coefficients=(associated(first), *others)), tmp_path)["Sure"].text
     assert some.endswith("Fairly sure of the associations: p is below 0.05 after correction for tests made together.")
