@@ -103,17 +103,18 @@ def _replacement(pose_pass: PosePass, spans: Sequence[PoseSpan], policy: Policy,
     between = (rank == RANKS[INTERPOLATE]) & inside & (width <= limit)
     status = np.full(len(rows), Status.LOST, dtype=np.uint8)
     status[repeated], status[between] = Status.HELD, Status.INTERPOLATED
-    poses = np.full((len(rows), 7), np.nan)
+    replaced = np.full((len(rows), 7), np.nan)
     if repeated.any() or between.any():
         chunks = [
             np.hstack([block.position[:, column], block.quaternion_xyzw[:, column]]) for block in blocks(BLOCK_FRAMES)
         ]
         poses = np.concatenate(chunks)
-        poses[repeated] = poses[start[repeated]]
-        poses[between] = interpolate_poses(poses[start[between]], poses[end[between]], since[between] / width[between])
+        fractions = since[between] / width[between]
+        replaced[repeated] = poses[start[repeated]]
+        replaced[between] = interpolate_poses(poses[start[between]], poses[end[between]], fractions)
     elif pose_pass.has(Mark.LOST, column)[rows].all():
         return None
-    return Replacement(rows, status, poses)
+    return Replacement(rows, status, replaced)
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ def path_of_place(name: Any) -> Path:
 
 
 def is_remote(given: Any) -> bool:
-    """Whether this is what ``located`` makes of a URL."""
+    """Whether this is what ``path_of_place`` makes of a URL."""
     return hasattr(given, "fs")
 
 

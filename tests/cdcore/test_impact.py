@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation, Slerp
-from support.shapes import ball_mesh, box_mesh, merged, moved, without_faces
+from support.shapes import ball_mesh, box_mesh, merge_meshes, shift_mesh, without_faces
 
 from cdcore import Impact, intersecting_faces, time_of_impact
 from cdcore.errors import InvalidPoseError, InvalidSettingError
@@ -34,7 +34,7 @@ def test_ball_through_a_plate_hits_at_the_closed_form():
 
 @pytest.mark.parametrize("degrees", [179, 181])
 def test_rotating_rod_hits_posts_on_the_shorter_arc_only(degrees):
-    rod = moved(box_mesh((1.0, 0.02, 0.02)), (0.5, 0, 0))
+    rod = shift_mesh(box_mesh((1.0, 0.02, 0.02)), (0.5, 0, 0))
     post = box_mesh((0.02, 0.02, 1.0))
     turning = direction(pose(), pose(rotvec=(0, 0, np.radians(degrees))))
     left, right = (time_of_impact(rod, turning, post, direction(pose((0, y, 0)), pose((0, y, 0)))) for y in (0.9, -0.9))
@@ -79,11 +79,11 @@ def test_being_inside_is_a_fact_of_its_own_or_undecided():
     out = time_of_impact(ball, leaving, box, REST)
     assert (out.verdict, out.inside) == (Impact.HIT, True)
     assert out.toi[0] <= 0.4 / 3 <= out.toi[1]
-    pair = merged(ball, moved(ball, [9, 0, 0]))
+    pair = merge_meshes(ball, shift_mesh(ball, [9, 0, 0]))
     assert time_of_impact(pair, staying, box, REST).inside is True, "one part is inside, the other far outside"
     assert time_of_impact(ball, staying, without_faces(box, 1), REST).inside is True, "one triangle is missing"
     assert time_of_impact(ball, staying, without_faces(box, 2), REST).inside is None, "one side is missing"
-    assert time_of_impact(ball, staying, merged(box, box), REST).inside is True, "faces drawn twice count once"
+    assert time_of_impact(ball, staying, merge_meshes(box, box), REST).inside is True, "faces drawn twice count once"
     assert time_of_impact(ball, direction(pose((5, 0, 0)), pose((5, 0, 1))), box, REST).inside is False
 
 

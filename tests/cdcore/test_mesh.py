@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.shapes import ball_mesh, beaker_mesh, box_mesh, merged, moved, random_rotations, without_faces
+from support.shapes import ball_mesh, beaker_mesh, box_mesh, merge_meshes, random_rotations, shift_mesh, without_faces
 
 from cdcore import Body, Motion, TriangleMesh, create_detector
 from cdcore.numerics import EPS, PAD_ULPS, UNDERFLOW_PAD
@@ -78,14 +78,14 @@ def test_degenerate_faces_do_not_open_a_closed_mesh():
 
 
 def test_components_are_named_by_their_lowest_face():
-    three = merged(box_mesh(), moved(box_mesh(), [3, 0, 0]), moved(box_mesh(), [6, 0, 0]))
+    three = merge_meshes(box_mesh(), shift_mesh(box_mesh(), [3, 0, 0]), shift_mesh(box_mesh(), [6, 0, 0]))
     assert np.unique(three.components).tolist() == [0, 12, 24]
     assert (three.components[12:24] == 12).all()
 
 
 def test_the_hash_knows_coordinates_faces_and_nothing_else():
     assert box_mesh().content_hash == box_mesh().content_hash
-    assert box_mesh().content_hash != moved(box_mesh(), [1e-16, 0, 1e-16]).content_hash
+    assert box_mesh().content_hash != shift_mesh(box_mesh(), [1e-16, 0, 1e-16]).content_hash
     assert box_mesh().content_hash != TriangleMesh(box_mesh().vertices, box_mesh().faces[::-1]).content_hash
 
 

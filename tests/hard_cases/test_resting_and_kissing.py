@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.shapes import ball_mesh, beaker_mesh, box_mesh, icosphere_mesh, lab, moved, random_rotations, unturned
+from support.shapes import ball_mesh, beaker_mesh, box_mesh, icosphere_mesh, lab, random_rotations, shift_mesh, unturned
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, intersecting_faces
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
@@ -113,6 +113,6 @@ def test_39_scaled_scenes_have_the_same_answers_and_faces(power):
 def test_42_meshes_that_touch_in_a_vertex_meet_in_it():
     first, second = (TriangleMesh(np.add(CORNERS, [x, 0, 0]), OCTAHEDRON) for x in (0.0, 2.0))
     ball, beaker = icosphere_mesh(), beaker_mesh(sides=10)
-    assert [len(intersecting_faces(*two)) for two in ((first, second), (ball, moved(ball, [0, 0, 2])))] == [16, 36]
+    assert [len(intersecting_faces(*two)) for two in ((first, second), (ball, shift_mesh(ball, [0, 0, 2])))] == [16, 36]
     assert {a for a, b in intersecting_faces(beaker, beaker).tolist() if a == b} == set(range(len(beaker.faces)))
     assert len(meeting_faces_exhaustive(first.triangles, second.triangles)) == 16

@@ -230,7 +230,7 @@ def front_plot(cure: Cure) -> Plot | None:
     dots = []
     for choice in cure.front:
         is_chosen = choice["pieces"] == cure.after["pieces"]
-        name = f"{choice['pieces']}: {words.loss_number(choice['loss'])}{', is_chosen' if is_chosen else ''}"
+        name = f"{choice['pieces']}: {words.loss_number(choice['loss'])}{', chosen' if is_chosen else ''}"
         dots.append(Dot(name, choice["pieces"], choice["loss"], "front" if is_chosen else ""))
     text = "Loss over pieces of all choices that were tried: " + ", ".join(dot.name for dot in dots)
     up = Axis(f"{LOSS_AXIS}; green: chosen", ticks_of(max(dot.y for dot in dots), 3))

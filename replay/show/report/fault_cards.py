@@ -115,7 +115,7 @@ def _size_text(depth: float, metres: float, *, at_least: bool, missed: bool) -> 
         return text
     if isnan(metres):
         return ""
-    return f"{words.length(metres)} {'curve of_all_text intersection' if missed else 'apart'}"
+    return f"{words.length(metres)} {'curve of intersection' if missed else 'apart'}"
 
 
 def _lanes(view: RunView, fault: Fault) -> list[tuple[str, Lane]]:

@@ -60,7 +60,7 @@ def _comparison_sentence(detector: DetectorDiff, contacts: int, *, same_machine:
         same_text = "it makes the same errors" if not detector.changed else "other contacts, and the same loss"
         return f"No difference: {subject}: {same_text} ({numbers}){cost}."
     balance_text = ", on balance" if is_false_worse or any(worse_counts) else ""
-    return f"{'Yes' if gain > 0 else 'No, is_false_worse'}{balance_text}: {subject}: {numbers}{cost}."
+    return f"{'Yes' if gain > 0 else 'No, worse'}{balance_text}: {subject}: {numbers}{cost}."
 
 
 def _gain(detector: DetectorDiff) -> float:

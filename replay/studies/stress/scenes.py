@@ -355,7 +355,7 @@ def far_crossings(_rng: Generator) -> Iterator[StressScene]:
     for offset_m, aside in product((2.0**10, 2.0**17, 2.0**23), (0.0, 0.1 + 0.0025 + 1e-3)):
         far_motion = shifted_motion(crossing_motion(1.0, 10, aside), [offset_m, -offset_m, offset_m])
         yield scene_of_intervals(
-            f"{offset_m:g} m away{', passing_motion' if aside else ''}", CUBE_AND_PLATE, far_motion, not aside, 10
+            f"{offset_m:g} m away{', beside' if aside else ''}", CUBE_AND_PLATE, far_motion, not aside, 10
         )
 
 

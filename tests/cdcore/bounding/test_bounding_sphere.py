@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from support.shapes import beaker_mesh, box_mesh, moved
+from support.shapes import beaker_mesh, box_mesh, shift_mesh
 
 from cdcore import TriangleMesh
 from cdcore.bounding.bounding_sphere import (
@@ -29,7 +29,7 @@ def holds(sphere, points):
 
 
 def test_ball_of_a_box_is_centred_on_it():
-    ball = sphere_by_farthest_steps(moved(box_mesh((1, 2, 3)), [5, -2, 1]))
+    ball = sphere_by_farthest_steps(shift_mesh(box_mesh((1, 2, 3)), [5, -2, 1]))
     assert np.allclose(ball.centre, [5, -2, 1], atol=0.1)
     assert ball.radius == pytest.approx(np.sqrt(14) / 2, rel=0.05)
 
@@ -42,7 +42,7 @@ meshes = st.lists(st.tuples(*[st.floats(-1e3, 1e3)] * 3), min_size=3, max_size=1
 @given(meshes)
 @settings(max_examples=100)
 @example(TriangleMesh(np.ones((3, 3)), [[0, 1, 2]]))
-@example(moved(box_mesh(), [1e6, -1e6, 1e6]))
+@example(shift_mesh(box_mesh(), [1e6, -1e6, 1e6]))
 @example(beaker_mesh())
 def test_every_ball_holds_all_used_vertices_and_best_is_smallest(mesh):
     balls = [build(mesh) for build in BUILDERS]
@@ -51,7 +51,7 @@ def test_every_ball_holds_all_used_vertices_and_best_is_smallest(mesh):
 
 
 def test_equation_21_is_the_mean_of_all_triangle_corners():
-    mesh = moved(beaker_mesh(), [1, 2, 3])
+    mesh = shift_mesh(beaker_mesh(), [1, 2, 3])
     total = np.zeros(3)
     for a, b, c in mesh.triangles:
         total += a + b + c

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from support.shapes import box_mesh, moved, random_rotations, revolved_mesh, rod_mesh
+from support.shapes import box_mesh, random_rotations, revolved_mesh, rod_mesh, shift_mesh
 
 from cdcore import TriangleMesh
 from cdcore.bounding.box import box_best, box_by_body_axes, box_by_principal_axes
@@ -28,7 +28,7 @@ meshes = st.lists(st.tuples(*[st.floats(-1e3, 1e3)] * 3), min_size=3, max_size=1
 @given(meshes)
 @settings(max_examples=150)
 @example(TriangleMesh(np.ones((3, 3)), [[0, 1, 2]]))
-@example(moved(rod_mesh(), [1e3, 0, 0]))
+@example(shift_mesh(rod_mesh(), [1e3, 0, 0]))
 def test_box_is_orthonormal_and_holds_all_used_vertices(mesh):
     for build in BUILDERS:
         box = build(mesh)

@@ -8,10 +8,10 @@ from support.shapes import (
     ball_mesh,
     beaker_mesh,
     box_mesh,
-    merged,
-    moved,
+    merge_meshes,
     random_rotations,
     rod_mesh,
+    shift_mesh,
     still,
     without_faces,
 )
@@ -51,27 +51,39 @@ def shapes():
         "ball in box": (ball_mesh(0.1), box_mesh(), True),
         "ball in ball": (ball_mesh(0.2), ball_mesh(1.0), True),
         "box in box, all rays along edges": (box_mesh((0.5, 0.5, 0.5)), box_mesh(), True),
-        "rod in the cavity of a beaker": (moved(rod_mesh(), [0, 0, 0.01]), beaker_mesh(), False),
-        "ball beside a box": (moved(ball_mesh(0.1), [0.7, 0, 0]), box_mesh(), False),
+        "rod in the cavity of a beaker": (shift_mesh(rod_mesh(), [0, 0, 0.01]), beaker_mesh(), False),
+        "ball beside a box": (shift_mesh(ball_mesh(0.1), [0.7, 0, 0]), box_mesh(), False),
         "open ball in box": (without_faces(ball_mesh(0.1), 2), box_mesh(), True),
         "ball in a box that lacks a triangle": (ball_mesh(0.1), without_faces(box_mesh(), 1), True),
-        "two balls in a box": (merged(ball_mesh(0.1), moved(ball_mesh(0.1), [0.3, 0, 0])), box_mesh(), True),
-        "one ball of two in a box": (merged(ball_mesh(0.1), moved(ball_mesh(0.1), [2, 0, 0])), box_mesh(), True),
+        "two balls in a box": (merge_meshes(ball_mesh(0.1), shift_mesh(ball_mesh(0.1), [0.3, 0, 0])), box_mesh(), True),
+        "one ball of two in a box": (
+            merge_meshes(ball_mesh(0.1), shift_mesh(ball_mesh(0.1), [2, 0, 0])),
+            box_mesh(),
+            True,
+        ),
         "one ball of two in a box, the other too large for it": (
-            merged(moved(ball_mesh(3), [9, 0, 0]), ball_mesh(0.1)),
+            merge_meshes(shift_mesh(ball_mesh(3), [9, 0, 0]), ball_mesh(0.1)),
             box_mesh(),
             True,
         ),
         "two balls on both sides of a box": (
-            merged(moved(ball_mesh(0.1), [-2, 0, 0]), moved(ball_mesh(0.1), [2, 0, 0])),
+            merge_meshes(shift_mesh(ball_mesh(0.1), [-2, 0, 0]), shift_mesh(ball_mesh(0.1), [2, 0, 0])),
             box_mesh(),
             False,
         ),
-        "ball in the hollow of a shell": (ball_mesh(0.1), merged(ball_mesh(1.0), inverted(ball_mesh(0.5))), False),
-        "ball in two shells wound alike": (ball_mesh(0.1), merged(ball_mesh(1.0), ball_mesh(0.5)), True),
-        "ball in the core of a shell": (ball_mesh(0.1), merged(ball_mesh(1.0), ball_mesh(0.7), ball_mesh(0.4)), True),
+        "ball in the hollow of a shell": (
+            ball_mesh(0.1),
+            merge_meshes(ball_mesh(1.0), inverted(ball_mesh(0.5))),
+            False,
+        ),
+        "ball in two shells wound alike": (ball_mesh(0.1), merge_meshes(ball_mesh(1.0), ball_mesh(0.5)), True),
+        "ball in the core of a shell": (
+            ball_mesh(0.1),
+            merge_meshes(ball_mesh(1.0), ball_mesh(0.7), ball_mesh(0.4)),
+            True,
+        ),
         "box in a box that is larger by rounding": (box_mesh([np.nextafter(1.0, 0.0)] * 3), box_mesh(), True),
-        "bead in the glass of a beaker": (moved(ball_mesh(0.0005), [0.039, 0, 0.05]), beaker_mesh(), True),
+        "bead in the glass of a beaker": (shift_mesh(ball_mesh(0.0005), [0.039, 0, 0.05]), beaker_mesh(), True),
     }
 
 
@@ -122,20 +134,20 @@ def test_faces_drawn_twice_count_once(reversed_, count):
     )
     twice = Body("box", own)
     assert asked(ball.mesh, own).all()
-    assert not asked(moved(ball.mesh, [0.7, 0.0, 0.0]), own).any()
+    assert not asked(shift_mesh(ball.mesh, [0.7, 0.0, 0.0]), own).any()
     assert containment_word(ball, twice) == containment_word(twice, Body("b", own)) == "decided"
 
 
-CROSSING = (box_mesh(), moved(box_mesh(), [0.5, 0.3, 0.2]))
+CROSSING = (box_mesh(), shift_mesh(box_mesh(), [0.5, 0.3, 0.2]))
 
 
 @pytest.mark.parametrize(
     ("components", "by_parity", "always"),
     [
-        ((box_mesh(), moved(box_mesh(), [9, 0, 0])), True, True),
+        ((box_mesh(), shift_mesh(box_mesh(), [9, 0, 0])), True, True),
         (CROSSING, False, True),
         ((CROSSING[0], inverted(CROSSING[1])), False, False),
-        ((box_mesh(), moved(box_mesh(), [1.0, 0.5, 0.25])), False, True),  # touching
+        ((box_mesh(), shift_mesh(box_mesh(), [1.0, 0.5, 0.25])), False, True),  # touching
         ((ball_mesh(1.0), ball_mesh(0.5)), False, True),
         ((ball_mesh(0.5), box_mesh((9, 9, 9))), False, True),
         ((ball_mesh(1.0), inverted(ball_mesh(0.5))), True, True),  # hollow
@@ -146,7 +158,7 @@ CROSSING = (box_mesh(), moved(box_mesh(), [0.5, 0.3, 0.2]))
 )
 @pytest.mark.parametrize("size", [1.0, 1e-3, 1e103, 1e-110])
 def test_winding_decides_where_overlap_refuses_parity(components, by_parity, always, size):
-    whole = merged(*components)
+    whole = merge_meshes(*components)
     body = Body("parts", TriangleMesh(whole.vertices * size, whole.faces))
     assert parity_decides(body.mesh) == by_parity
     word = containment_word(Body("ball", ball_mesh(0.1)), body)

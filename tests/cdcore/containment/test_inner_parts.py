@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.shapes import ball_mesh, box_mesh, merged, moved, random_rotations
+from support.shapes import ball_mesh, box_mesh, merge_meshes, random_rotations, shift_mesh
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 from cdcore.containment import containment_stage
@@ -21,7 +21,7 @@ def cup():
     ball, box = ball_mesh(0.1, 24, 36), box_mesh([0.1] * 3)
     bowl = TriangleMesh(ball.vertices, ball.faces[ball.triangles[:, :, 2].max(axis=1) <= 1e-9])
     side = (box.triangles[:, :, 0] == 0.05).all(axis=1)
-    return merged(bowl, moved(TriangleMesh(box.vertices, box.faces[~side]), [0.3, 0.0, 0.0]))
+    return merge_meshes(bowl, shift_mesh(TriangleMesh(box.vertices, box.faces[~side]), [0.3, 0.0, 0.0]))
 
 
 def boxes_of(mesh):
@@ -32,7 +32,7 @@ def boxes_of(mesh):
 INNER = {
     "ball": ball_mesh(0.02),
     "rod": box_mesh([0.01, 0.01, 0.15]),
-    "two parts": merged(box_mesh([0.02] * 3), moved(box_mesh([0.01] * 3), [0.06, 0.0, 0.0])),
+    "two parts": merge_meshes(box_mesh([0.02] * 3), shift_mesh(box_mesh([0.01] * 3), [0.06, 0.0, 0.0])),
 }
 
 

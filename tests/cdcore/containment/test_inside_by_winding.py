@@ -4,7 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from support.shapes import ball_mesh, box_mesh, merged, moved, random_rotations, unturned
+from support.shapes import ball_mesh, box_mesh, merge_meshes, random_rotations, shift_mesh, unturned
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 from cdcore.protocol import detect_live
@@ -54,21 +54,21 @@ def without_a_side():
 @cache
 def damaged():
     """Name -> mesh, the middles of the boxes that it fills, how many lost faces it has."""
-    block, other = box_mesh(SIZE), moved(box_mesh(SIZE), SHIFT)
-    small = moved(box_mesh(SIZE / 2), [0.0, 0.0, 0.0])
+    block, other = box_mesh(SIZE), shift_mesh(box_mesh(SIZE), SHIFT)
+    small = shift_mesh(box_mesh(SIZE / 2), [0.0, 0.0, 0.0])
     rows = {"sound": (block, [0 * SHIFT], 0)}
     rows |= {f"block lacks face {k}": (without(block, k), [0 * SHIFT], 1) for k in range(12)}
     rows |= {f"fine block lacks face {k}": (without(grid_box(SIZE, 4), k), [0 * SHIFT], 1) for k in range(0, 192, 20)}
     rows |= {
-        "every face twice": (merged(block, block), [0 * SHIFT], 0),
-        "every face from both sides": (merged(block, reversed_faces(block)), [0 * SHIFT], 0),
-        "one face twice": (merged(block, TriangleMesh(block.vertices, block.faces[3:4])), [0 * SHIFT], 0),
-        "crossing": (merged(block, other), [0 * SHIFT, SHIFT], 0),
-        "crossing, one reversed": (merged(block, reversed_faces(other)), [0 * SHIFT, SHIFT], 2),
-        "nested": (merged(block, small), [0 * SHIFT], 0),
-        "crossing, one lacks a face": (merged(without(block, 5), other), [0 * SHIFT, SHIFT], 1),
+        "every face twice": (merge_meshes(block, block), [0 * SHIFT], 0),
+        "every face from both sides": (merge_meshes(block, reversed_faces(block)), [0 * SHIFT], 0),
+        "one face twice": (merge_meshes(block, TriangleMesh(block.vertices, block.faces[3:4])), [0 * SHIFT], 0),
+        "crossing": (merge_meshes(block, other), [0 * SHIFT, SHIFT], 0),
+        "crossing, one reversed": (merge_meshes(block, reversed_faces(other)), [0 * SHIFT, SHIFT], 2),
+        "nested": (merge_meshes(block, small), [0 * SHIFT], 0),
+        "crossing, one lacks a face": (merge_meshes(without(block, 5), other), [0 * SHIFT, SHIFT], 1),
         "lacks a face, another twice": (
-            merged(without(block, 2), TriangleMesh(block.vertices, block.faces[7:8])),
+            merge_meshes(without(block, 2), TriangleMesh(block.vertices, block.faces[7:8])),
             [0 * SHIFT],
             1,
         ),
@@ -162,7 +162,7 @@ def test_arc_through_a_hole_and_back_is_not_clear(lost):
     for _ in range(60):
         arm, shift = rng.uniform(0.02, 0.05), rng.uniform(-0.035, 0.005)
         depth = rng.uniform(-0.005, 0.8 * arm - 0.005)
-        bead = Body("bead", moved(box_mesh([0.004] * 3), [arm, 0.0, 0.0]))
+        bead = Body("bead", shift_mesh(box_mesh([0.004] * 3), [arm, 0.0, 0.0]))
         origin = np.array([-SIZE[0] / 2 + depth - arm, -0.015, shift])
         ends, dense = (swing(origin, np.linspace(-1.4, 1.4, count)) for count in (2, 201))
         expected = create_detector("exact", [block, bead]).detect(dense).verdict[:, 0]

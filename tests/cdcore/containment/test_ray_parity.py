@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.shapes import ball_mesh, beaker_mesh, box_mesh, merged, random_rotations
+from support.shapes import ball_mesh, beaker_mesh, box_mesh, merge_meshes, random_rotations
 
 from cdcore.containment.ray_parity import (
     INSIDE,
@@ -48,7 +48,7 @@ MESHES = {
     "box": box_mesh(),
     "ball": ball_mesh(0.5, 12, 20),
     "beaker": beaker_mesh(0.5, 1.0, 0.05),
-    "shells": merged(ball_mesh(0.5), ball_mesh(0.3), ball_mesh(0.1)),
+    "shells": merge_meshes(ball_mesh(0.5), ball_mesh(0.3), ball_mesh(0.1)),
 }
 
 

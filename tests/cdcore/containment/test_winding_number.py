@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.shapes import ball_mesh, beaker_mesh, box_mesh, merged, moved
+from support.shapes import ball_mesh, beaker_mesh, box_mesh, merge_meshes, shift_mesh
 
 from cdcore import TriangleMesh
 from cdcore.containment.ray_parity import UNCERTAIN, build_inside_grid, point_state
@@ -47,8 +47,8 @@ def reversed_faces(mesh):
     [
         TriangleMesh(ball_mesh(0.5).vertices, ball_mesh(0.5).faces[5:]),
         TriangleMesh(beaker_mesh(0.5, 1.0, 0.05).vertices, beaker_mesh(0.5, 1.0, 0.05).faces[::2]),
-        merged(box_mesh(), moved(box_mesh(), [0.5, 0.3, 0.2])),
-        merged(box_mesh((2, 2, 2)), reversed_faces(ball_mesh(0.5))),
+        merge_meshes(box_mesh(), shift_mesh(box_mesh(), [0.5, 0.3, 0.2])),
+        merge_meshes(box_mesh((2, 2, 2)), reversed_faces(ball_mesh(0.5))),
     ],
     ids=["holes", "every other face", "crossing", "hollow"],
 )
@@ -77,8 +77,8 @@ SOUND = {
     "box": box_mesh(),
     "ball": ball_mesh(0.5, 12, 20),
     "beaker": beaker_mesh(0.5, 1.0, 0.05),
-    "hollow": merged(ball_mesh(0.5), reversed_faces(ball_mesh(0.3))),
-    "apart": merged(box_mesh(), moved(box_mesh(), [3, 0, 0])),
+    "hollow": merge_meshes(ball_mesh(0.5), reversed_faces(ball_mesh(0.3))),
+    "apart": merge_meshes(box_mesh(), shift_mesh(box_mesh(), [3, 0, 0])),
 }
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.shapes import ball_mesh, box_mesh, icosphere_mesh, merged, moved
+from support.shapes import ball_mesh, box_mesh, icosphere_mesh, merge_meshes, shift_mesh
 
 from cdcore import TriangleMesh
 from cdcore.containment.winding_surface import ComponentKind, winding_surface
@@ -43,7 +43,7 @@ ALL = {
 def test_lost_faces_are_distinguished_from_openings(name):
     mesh, kind = ALL[name]
     assert winding_surface(mesh).kinds.tolist() == [kind]
-    assert winding_surface(merged(mesh, mesh)).kinds.tolist() == [kind]
+    assert winding_surface(merge_meshes(mesh, mesh)).kinds.tolist() == [kind]
     assert winding_surface(TriangleMesh(mesh.vertices, mesh.faces[:, ::-1])).kinds.tolist() == [kind]
 
 
@@ -59,15 +59,17 @@ def test_lost_faces_are_distinguished_from_openings_at_any_size(name, exponent):
 
 def test_flat_sheets_are_left_out_until_they_can_enclose_something():
     side = TriangleMesh([[0, 0, 0], [1, 0, 0.5], [1, 1, 0.5], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
-    sheets = [moved(side, [0, 0, 3 * k]) for k in range(4)]
-    assert winding_surface(side).kinds.tolist() == winding_surface(merged(*sheets[:3])).kinds.tolist() == []
-    assert winding_surface(merged(*sheets)).kinds.tolist() == [ComponentKind.OPEN]
+    sheets = [shift_mesh(side, [0, 0, 3 * k]) for k in range(4)]
+    assert winding_surface(side).kinds.tolist() == winding_surface(merge_meshes(*sheets[:3])).kinds.tolist() == []
+    assert winding_surface(merge_meshes(*sheets)).kinds.tolist() == [ComponentKind.OPEN]
 
 
 @pytest.mark.parametrize("seed", range(20))
 def test_capped_components_are_closed_with_lost_or_reversed_faces(seed):
     rng = np.random.default_rng(seed)
-    mesh = merged(icosphere_mesh(), moved(box_mesh(), [0.4, 0.1, 0.2]), moved(ball_mesh(0.3), [2, 0, 0]))
+    mesh = merge_meshes(
+        icosphere_mesh(), shift_mesh(box_mesh(), [0.4, 0.1, 0.2]), shift_mesh(ball_mesh(0.3), [2, 0, 0])
+    )
     faces = mesh.faces[rng.random(len(mesh.faces)) < 0.8].copy()
     some = rng.random(len(faces)) < 0.3
     faces[some] = faces[some, ::-1]
@@ -95,7 +97,7 @@ def test_components_of_mixed_winding_are_wound_alike():
 
 def cells(counts, sizes=(1.0, 1.0, 1.0)):
     """Boxes side to side in a lattice, each with all of its faces: walls between two are drawn from both sides."""
-    return merged(*(moved(box_mesh(sizes), np.array(cell) * sizes) for cell in np.ndindex(*counts)))
+    return merge_meshes(*(shift_mesh(box_mesh(sizes), np.array(cell) * sizes) for cell in np.ndindex(*counts)))
 
 
 def from_both_sides(mesh, *faces):
@@ -121,7 +123,7 @@ def test_fin_inside_a_solid_is_no_hole():
     box, corners = box_mesh(), [[-0.5, -0.5, -0.5], [0.5, -0.5, -0.5]]
     for tip, kind, faces in (([0.0, 0.1, 0.1], ComponentKind.CLOSED, 12), ([0.0, -0.9, -0.9], ComponentKind.HOLED, 13)):
         fin = TriangleMesh([*corners, tip], [[0, 1, 2], [2, 1, 0]])
-        surface = winding_surface(merged(box, fin))
+        surface = winding_surface(merge_meshes(box, fin))
         assert surface.kinds.tolist() == [kind]
         assert len(surface.grid.triangles) - len(surface.caps) == faces
 
@@ -143,7 +145,7 @@ def test_two_sided_cell_beside_a_solid_is_not_lost():
 
 
 def test_crossing_components_of_opposite_winding_are_noted():
-    box, ball = box_mesh(), moved(ball_mesh(0.3), [0.5, 0.3, 0.2])
+    box, ball = box_mesh(), shift_mesh(ball_mesh(0.3), [0.5, 0.3, 0.2])
     backwards = TriangleMesh(ball.vertices, ball.faces[:, ::-1])
-    assert winding_surface(merged(box, ball, moved(box, [5, 0, 0]))).opposed.tolist() == [0, 0, 0]
-    assert winding_surface(merged(box, backwards, moved(box, [5, 0, 0]))).opposed.tolist() == [1, 1, 0]
+    assert winding_surface(merge_meshes(box, ball, shift_mesh(box, [5, 0, 0]))).opposed.tolist() == [0, 0, 0]
+    assert winding_surface(merge_meshes(box, backwards, shift_mesh(box, [5, 0, 0]))).opposed.tolist() == [1, 1, 0]

@@ -4,13 +4,22 @@ from functools import cache
 
 import numpy as np
 import pytest
-from support.shapes import ball_mesh, beaker_mesh, box_mesh, merged, moved, random_rotations, rod_mesh, without_faces
+from support.shapes import (
+    ball_mesh,
+    beaker_mesh,
+    box_mesh,
+    merge_meshes,
+    random_rotations,
+    rod_mesh,
+    shift_mesh,
+    without_faces,
+)
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 
 FRAMES = 60
-TWO_BALLS = merged(ball_mesh(0.1), moved(ball_mesh(0.1), [0.9, 0, 0]))
-THREE_BALLS = merged(*(moved(ball_mesh(0.08), [0.5 * k, 0.1 * k, 0]) for k in range(3)))
+TWO_BALLS = merge_meshes(ball_mesh(0.1), shift_mesh(ball_mesh(0.1), [0.9, 0, 0]))
+THREE_BALLS = merge_meshes(*(shift_mesh(ball_mesh(0.08), [0.5 * k, 0.1 * k, 0]) for k in range(3)))
 
 
 def reversed_faces(mesh):
@@ -24,7 +33,7 @@ def pairs():
         "rod in box": (box_mesh(), rod_mesh()),
         "one ball of two": (box_mesh(), TWO_BALLS),
         "balls of three": (box_mesh(), THREE_BALLS),
-        "hollow ball": (box_mesh(), merged(ball_mesh(0.1), reversed_faces(ball_mesh(0.05)))),
+        "hollow ball": (box_mesh(), merge_meshes(ball_mesh(0.1), reversed_faces(ball_mesh(0.05)))),
         "bead in glass": (beaker_mesh(0.05, 0.1, 0.02), ball_mesh(0.004)),
     }
 
@@ -56,8 +65,11 @@ def test_contained_bodies_are_not_called_contact(name, exchanged):
     ("mesh", "why"),
     [
         (without_faces(box_mesh(), 1), "a is open"),
-        (merged(box_mesh(), box_mesh()), "a has faces drawn twice"),
-        (merged(box_mesh(), moved(box_mesh(), [0.5, 0.3, 0.2])), "a has faces drawn twice, or parts that cross"),
+        (merge_meshes(box_mesh(), box_mesh()), "a has faces drawn twice"),
+        (
+            merge_meshes(box_mesh(), shift_mesh(box_mesh(), [0.5, 0.3, 0.2])),
+            "a has faces drawn twice, or parts that cross",
+        ),
     ],
 )
 def test_meshes_without_ray_parity_are_invalid_not_clear(mesh, why):

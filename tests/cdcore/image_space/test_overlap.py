@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from manifold3d import Manifold, Mesh64
 from support.random_worlds import ball as octahedron
-from support.shapes import ball_mesh, box_mesh, merged, random_rotations, revolved_mesh
+from support.shapes import ball_mesh, box_mesh, merge_meshes, random_rotations, revolved_mesh
 
 from cdcore import TriangleMesh
 from cdcore.image_space.layers import Window, layers_of
@@ -91,7 +91,7 @@ def test_touching_bodies_have_no_common_volume():
 
 
 CRATE = box_mesh((4, 4, 4))
-HOLLOW = merged(CRATE, box_mesh((2, 2, 2)))
+HOLLOW = merge_meshes(CRATE, box_mesh((2, 2, 2)))
 CORNER = mesh_of(Manifold.cube((1, 4, 4)).translate((-2, -2, -2)) + Manifold.cube((4, 1, 4)).translate((-2, -2, -2)))
 """Two walls: a body that sticks out of one ends behind it on every ray, and its box is within that of both."""
 

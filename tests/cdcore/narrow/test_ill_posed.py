@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from support.random_worlds import KINDS, bodies_of, grid_plate, motion_of, placed
-from support.shapes import ball_mesh, box_mesh, merged
+from support.shapes import ball_mesh, box_mesh, merge_meshes
 
 from cdcore import Body
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
@@ -85,7 +85,7 @@ def test_overlapping_cubes_with_common_planes_do_not_separate(away):
 
 
 def test_exactly_fitting_plug_separates():
-    hole = merged(*(box_mesh((1, 1, 1), [x, y, 0]) for x in (-1, 0, 1) for y in (-1, 0, 1) if x or y))
+    hole = merge_meshes(*(box_mesh((1, 1, 1), [x, y, 0]) for x in (-1, 0, 1) for y in (-1, 0, 1) if x or y))
     bodies = [Body("plug", box_mesh((1, 1, 3))), Body("hole", hole)]
     requested = meeting(bodies, np.zeros((2, 3)))
     assert MarginStage(bodies, 2e-6).loose(*requested)

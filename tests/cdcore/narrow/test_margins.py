@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.random_worlds import bodies_of, grid_plate
-from support.shapes import box_mesh, merged, random_rotations
+from support.shapes import box_mesh, merge_meshes, random_rotations
 
 from cdcore.narrow.brute_force import meeting_faces_exhaustive, near_faces
 from cdcore.narrow.bvh.box_tree import build_box_trees
@@ -127,7 +127,7 @@ def test_flush_cubes_separate_by_exactly_their_depth(seed, fraction):
 
 @pytest.mark.parametrize(("step", "free"), [(0.99e-3, False), (1.01e-3, True)])
 def test_oversized_plug_needs_a_step_of_its_oversize(step, free):
-    hole = merged(*(box_mesh((1, 1, 1), [x, y, 0]) for x in (-1, 0, 1) for y in (-1, 0, 1) if x or y))
+    hole = merge_meshes(*(box_mesh((1, 1, 1), [x, y, 0]) for x in (-1, 0, 1) for y in (-1, 0, 1) if x or y))
     assert freed(box_mesh((1.002, 1.002, 3)), hole, step) == free
 
 

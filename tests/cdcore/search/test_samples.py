@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from support.search_scenes import I3, NO_SEEDS, ball_of, exact_pairs, search_of, torus_mesh
-from support.shapes import merged, moved
+from support.shapes import merge_meshes, shift_mesh
 
 from cdcore.search.features import NEIGHBOURS, features_of, sample_of
 from cdcore.search.state import stream_of
@@ -21,8 +21,8 @@ def test_samples_are_nested_and_depend_on_the_name():
 
 
 def test_faces_are_drawn_by_their_area():
-    small, large = ball_of(300, 0.1), moved(ball_of(300, 1.0), (5, 0, 0))
-    features = features_of(merged(small, large))
+    small, large = ball_of(300, 0.1), shift_mesh(ball_of(300, 1.0), (5, 0, 0))
+    features = features_of(merge_meshes(small, large))
     is_large = features.face >= len(small.faces)
     drawn = np.mean([is_large[sample_of(features, 30, seed, "a").pick].mean() for seed in range(40)])
     assert drawn > 0.97

@@ -112,14 +112,14 @@ def test_pieces_are_tested_at_no_frame_without_false_contact(two_beakers):
 
 def test_untested_joins_change_no_level(stirred, monkeypatch):
     lazy = joined_by_motion(stirred.by_volume(96), stirred.false_contacts, lambda: None)
-    original = motion_joins._Joins._best
+    original = motion_joins._Joins._best_join
 
     def test_every_join(joins):
         untested = [number for number, join in enumerate(joins._joins) if not join.was_tested]
-        joins._tested(untested)
+        joins._false_contact_of_joins(untested)
         return original(joins)
 
-    monkeypatch.setattr(motion_joins._Joins, "_best", test_every_join)
+    monkeypatch.setattr(motion_joins._Joins, "_best_join", test_every_join)
     eager = joined_by_motion(stirred.by_volume(96), stirred.false_contacts, lambda: None)
     assert sorted(lazy) == sorted(eager)
     for count, pieces in lazy.items():

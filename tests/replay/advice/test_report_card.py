@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.shapes import box_mesh, moved, revolved_mesh
+from support.shapes import box_mesh, revolved_mesh, shift_mesh
 from trimesh.creation import icosphere
 
 from cdcore import TriangleMesh
@@ -24,17 +24,17 @@ def test_larger_box_has_its_closed_form_errors():
 def test_rounding_of_the_written_file_is_no_figure(shift):
     """A thin cup: float32 corners left 0.000011 % of its volume outside, which was called worse than before."""
     wall = [(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)]
-    cup = moved(revolved_mesh(wall, 48), (shift, 0.0, 0.0))
+    cup = shift_mesh(revolved_mesh(wall, 48), (shift, 0.0, 0.0))
     hull = hull_collider(cup)
     written = TriangleMesh(hull.vertices.astype(np.float32).astype(np.float64), hull.faces)
     card = shape_figures(cup, [written])
     assert (card["missing"], card["outside_mm"]) == (0.0, 0.0) and card["beyond"] > 1.0
-    aside = shape_figures(cup, [moved(hull, (2e-6, 0.0, 0.0))])
+    aside = shape_figures(cup, [shift_mesh(hull, (2e-6, 0.0, 0.0))])
     assert aside["missing"] > 0.0 and aside["outside_mm"] > 0.0
 
 
 def test_half_a_box_misses_half_of_a_box():
-    whole, half = box_mesh((1.0, 1.0, 1.0)), moved(box_mesh((0.5, 1.0, 1.0)), (-0.25, 0.0, 0.0))
+    whole, half = box_mesh((1.0, 1.0, 1.0)), shift_mesh(box_mesh((0.5, 1.0, 1.0)), (-0.25, 0.0, 0.0))
     card = shape_figures(whole, [half])
     assert card["missing"] == pytest.approx(0.5, rel=1e-6) and card["beyond"] == pytest.approx(0.0, abs=1e-6)
     assert card["outside_mm"] == pytest.approx(500.0, rel=1e-6) and card["reach_mm"] == 0.0
@@ -100,7 +100,8 @@ def test_reach_into_a_fine_narrow_neck_is_found():
 def test_card_names_planted_overlap_and_slit_with_widths():
     bar = box_mesh((0.4, 0.1, 0.1))
     pieces = [
-        moved(box_mesh((width, 0.1, 0.1)), (x, 0.0, 0.0)) for width, x in ((0.1, -0.15), (0.1, -0.051), (0.197, 0.1015))
+        shift_mesh(box_mesh((width, 0.1, 0.1)), (x, 0.0, 0.0))
+        for width, x in ((0.1, -0.15), (0.1, -0.051), (0.197, 0.1015))
     ]
     card = shape_figures(bar, pieces)
     assert card["overlap_mm"] == pytest.approx(1.0, rel=1e-6) and card["slit_mm"] == pytest.approx(4.0, rel=1e-6)

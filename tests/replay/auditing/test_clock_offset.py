@@ -22,12 +22,12 @@ def test_a_shift_is_recovered_despite_lost_and_extra_reports(shift, seed):
     reported[BEGIN] = [*reported[BEGIN], -shift + 200.0]
     result = estimate_offset(reported, truth)
     assert result.seconds == pytest.approx(shift, abs=0.012)
-    assert result.residual < 0.025 and result.matched >= result.of - 4
+    assert result.residual < 0.025 and result.matched >= result.reports - 4
 
 
 def test_the_offset_is_exact_where_the_reports_are():
     result = estimate_offset({BEGIN: [10.0, 11.0, 13.5]}, {BEGIN: [0.0, 1.0, 3.5]})
-    assert (result.seconds, result.residual, result.matched, result.of) == (-10.0, 0.0, 3, 3)
+    assert (result.seconds, result.residual, result.matched, result.reports) == (-10.0, 0.0, 3, 3)
     assert str(result) == "clock offset -10.0000 s, residual 0.0 ms of 3 of 3 begins and ends"
 
 
@@ -79,7 +79,7 @@ def test_drift_is_detected_reported_and_undone(contacts, span, drift, seed):
     reported, truth = drifting(contacts, span, drift, np.random.default_rng(seed))
     result = estimate_offset(reported, truth)
     assert result.drift == pytest.approx(drift, abs=0.02 / span)
-    assert result.residual < 0.016 and result.matched == result.of
+    assert result.residual < 0.016 and result.matched == result.reports
     assert f" at the first report, drift {100 * result.drift:+.3f} %, residual" in str(result)
     for key, moments in reported.items():
         placed = [item + result.at(item) for item in moments]

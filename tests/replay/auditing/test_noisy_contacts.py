@@ -9,7 +9,7 @@ from support.small_worlds import along_x, cube, cubes
 from replay import run
 from replay.auditing import noisy_contacts as module
 from replay.document.gates import Gates
-from replay.document.headline import beside
+from replay.document.headline import notes_of
 from replay.engine import compute
 from sessions import Session
 
@@ -71,7 +71,7 @@ def test_contacts_of_a_glass_at_rest_are_undecidable():
     assert (interval.first, interval.last) == pytest.approx((62, 461), abs=12) and result.noise.near == ()
     before, *text = result.noise.labels
     assert before == module.HOLDS and len(text) > 10 and set(text) == {module.UNDECIDABLE}
-    assert "Noise leaves open whether the bodies of 1 pair at rest touch." in " ".join(beside(result))
+    assert "Noise leaves open whether the bodies of 1 pair at rest touch." in " ".join(notes_of(result))
 
 
 def test_only_the_seed_changes_an_answer_about_noise(monkeypatch):
@@ -102,7 +102,7 @@ def test_tables_and_gates_count_what_holds(tmp_path):
 def test_without_noise_no_column_about_it_is_filled():
     result = compute(gaps([9.0, -1.0, 9.0]), detectors="hybrid")
     assert result.noise is None is result.document.noise and result.document.audit["hybrid"].noise_proof is None
-    assert not any("noise" in line for line in beside(result))
+    assert not any("noise" in line for line in notes_of(result))
 
 
 def test_noise_of_a_rotation_reaches_as_far_as_its_lever():

@@ -99,8 +99,8 @@ def test_cut_that_was_not_begun_has_spent_no_time(empty_cache, monkeypatch):
 
 def test_pieces_are_cut_once_and_damaged_files_remade(empty_cache, monkeypatch):
     started = []
-    start = piece_store._started
-    monkeypatch.setattr(piece_store, "_started", lambda *given: (started.append(1), start(*given))[1])
+    start = piece_store._start_cutting
+    monkeypatch.setattr(piece_store, "_start_cutting", lambda *given: (started.append(1), start(*given))[1])
     first = convex_pieces(Cut(BEAKER, "sectors", 16))
     assert hashes(first) == hashes(convex_pieces(Cut(BEAKER, "sectors", 16))) and len(started) == 1
     kept = sorted(empty_cache.iterdir())

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.shapes import box_mesh, moved, revolved_mesh, without_faces
+from support.shapes import box_mesh, revolved_mesh, shift_mesh, without_faces
 from trimesh import Trimesh
 
 from cdcore import TriangleMesh
@@ -19,8 +19,8 @@ def united(*meshes):
 
 U_SHAPE = united(
     box_mesh((0.2, 0.02, 0.1)),
-    moved(box_mesh((0.02, 0.1, 0.1)), (0.09, 0.045, 0.0)),
-    moved(box_mesh((0.02, 0.1, 0.1)), (-0.09, 0.045, 0.0)),
+    shift_mesh(box_mesh((0.02, 0.1, 0.1)), (0.09, 0.045, 0.0)),
+    shift_mesh(box_mesh((0.02, 0.1, 0.1)), (-0.09, 0.045, 0.0)),
 )
 CUP = revolved_mesh([(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)], 16)
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.shapes import box_mesh, moved, revolved_mesh
+from support.shapes import box_mesh, revolved_mesh, shift_mesh
 
 from cdcore import TriangleMesh
 from cdcore.bounding.hull import hull_of
@@ -16,8 +16,8 @@ def halves(gap, at=0.03, aside=(0.0, 0.0, 0.0)):
     """A bar in two boxes with a slit of this width at x, or an overlap where it is negative."""
     left, right = at - gap / 2 + 0.2, 0.2 - at - gap / 2
     return [
-        moved(box_mesh((left, 0.1, 0.1)), (-0.2 + left / 2, 0.0, 0.0)),
-        moved(box_mesh((right, 0.1, 0.1)), (0.2 - right / 2 + aside[0], aside[1], aside[2])),
+        shift_mesh(box_mesh((left, 0.1, 0.1)), (-0.2 + left / 2, 0.0, 0.0)),
+        shift_mesh(box_mesh((right, 0.1, 0.1)), (0.2 - right / 2 + aside[0], aside[1], aside[2])),
     ]
 
 
@@ -45,7 +45,7 @@ def test_pieces_that_meet_have_no_seam():
 
 def test_room_between_two_fingers_is_no_slit():
     """The mesh has no material there."""
-    fingers = [moved(BAR, (0.0, 0.06 * side, 0.0)) for side in (-1, 1)]
+    fingers = [shift_mesh(BAR, (0.0, 0.06 * side, 0.0)) for side in (-1, 1)]
     whole = TriangleMesh(
         np.concatenate([finger.vertices for finger in fingers]),
         np.concatenate([fingers[0].faces, fingers[1].faces + len(fingers[0].vertices)]),
@@ -54,7 +54,7 @@ def test_room_between_two_fingers_is_no_slit():
 
 
 def test_slit_that_a_third_piece_fills_is_none():
-    filled = moved(box_mesh((0.002, 0.1, 0.1)), (0.03, 0.0, 0.0))
+    filled = shift_mesh(box_mesh((0.002, 0.1, 0.1)), (0.03, 0.0, 0.0))
     assert seams_of(BAR, [*halves(0.001), filled]) != []
     kinds = {seam.kind for seam in seams_of(BAR, [*halves(0.001), filled])}
     assert kinds == {SeamKind.OVERLAP}

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.shapes import box_mesh, merged, moved, revolved_mesh
+from support.shapes import box_mesh, merge_meshes, revolved_mesh, shift_mesh
 from trimesh import Trimesh
 from trimesh.creation import box as solid_box
 from trimesh.creation import icosphere
@@ -49,7 +49,7 @@ def spouted():
 
 def test_round_bodies_have_an_axis_and_long_boxes_none():
     for mesh in (BEAKER, spouted()):
-        point, direction = round_axis(moved(mesh, (7.0, 7.0, 7.0)))
+        point, direction = round_axis(shift_mesh(mesh, (7.0, 7.0, 7.0)))
         height = int(np.argmax(np.ptp(mesh.vertices, axis=0)))
         assert direction[height] == 1.0 and np.allclose(np.delete(point, height), 7.0, atol=1e-3)
     assert round_axis(TriangleMesh(BEAKER.vertices * [1.0, 1.5, 1.0], BEAKER.faces)) is None
@@ -121,7 +121,7 @@ def test_spool_is_cut_at_every_flange_and_separate_discs_stay():
     full = sum(judged(piece).volume for piece in lists[-1])
     assert full < 1.2 * judged(spool).volume < 0.9 * judged(hull_collider(spool)).volume
     disc = revolved_mesh([(0, 0), (0.03, 0), (0.03, 0.02), (0, 0.02)])
-    assert [len(pieces) for pieces in sector_pieces(merged(disc, moved(disc, (0, 0, 0.05))))] == [2]
+    assert [len(pieces) for pieces in sector_pieces(merge_meshes(disc, shift_mesh(disc, (0, 0, 0.05))))] == [2]
 
 
 def test_corners_within_the_faces_of_a_solid_are_left_out():

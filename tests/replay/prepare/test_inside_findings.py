@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from support.shapes import box_mesh, merged, moved
+from support.shapes import box_mesh, merge_meshes, shift_mesh
 
 from cdcore import TriangleMesh
 from replay.cli.main import main
@@ -18,10 +18,10 @@ REVERSED = TriangleMesh(0.5 * BOX.vertices, BOX.faces[:, ::-1])
     ("mesh", "codes"),
     [
         (BOX, []),
-        (merged(BOX, moved(BOX, [9, 0, 0])), []),
-        (merged(BOX, moved(BOX, [0.5, 0.3, 0.2])), ["mesh-parts-cross"]),
-        (merged(BOX, TriangleMesh(0.5 * BOX.vertices, BOX.faces)), ["mesh-parts-nested"]),
-        (merged(BOX, REVERSED), []),
+        (merge_meshes(BOX, shift_mesh(BOX, [9, 0, 0])), []),
+        (merge_meshes(BOX, shift_mesh(BOX, [0.5, 0.3, 0.2])), ["mesh-parts-cross"]),
+        (merge_meshes(BOX, TriangleMesh(0.5 * BOX.vertices, BOX.faces)), ["mesh-parts-nested"]),
+        (merge_meshes(BOX, REVERSED), []),
     ],
     ids=["one", "apart", "crossing", "nested", "hollow"],
 )
@@ -32,7 +32,7 @@ def test_crossing_and_nested_pieces_are_named(mesh, codes):
 @pytest.mark.parametrize(
     ("mesh", "code"),
     [
-        (merged(BOX, moved(BOX, [0.5, 0.3, 0.2])), "mesh-parts-cross"),
+        (merge_meshes(BOX, shift_mesh(BOX, [0.5, 0.3, 0.2])), "mesh-parts-cross"),
         (TriangleMesh(BOX.vertices, BOX.faces[1:]), "mesh-open"),
         (TriangleMesh(BOX.vertices, np.concatenate([BOX.faces, BOX.faces[:1]])), "mesh-duplicate"),
     ],

@@ -26,7 +26,7 @@ def log_100_s_ahead(tmp_path):
 def test_offset_of_another_clock_is_fitted(log_100_s_ahead):
     session, fit = import_contacts(log_100_s_ahead, cubes(POSITIONS))
     assert fit.seconds == pytest.approx(-100.0) and fit.residual == pytest.approx(0.0, abs=1e-9)
-    assert (fit.matched, fit.of) == (4, 5)
+    assert (fit.matched, fit.reports) == (4, 5)
     assert float(session.facts[OFFSET_FACT]) == pytest.approx(-100.0)
     assert float(session.facts[DRIFT_FACT]) == 0.0
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from msgspec import structs
 from rich.console import Console
-from support.shapes import box_mesh, moved, revolved_mesh
+from support.shapes import box_mesh, revolved_mesh, shift_mesh
 
 from cdcore import TriangleMesh
 from replay.advice.collider_search import Limits
@@ -132,7 +132,7 @@ def test_distance_beyond_a_box_is_that_of_its_surface():
 
 
 def test_neighbouring_pieces_have_different_colours():
-    row = [moved(box_mesh((1.0, 1.0, 1.0)), (1.0 * k, 0.0, 0.0)) for k in range(12)]
+    row = [shift_mesh(box_mesh((1.0, 1.0, 1.0)), (1.0 * k, 0.0, 0.0)) for k in range(12)]
     numbers = colour_numbers(row, len(SERIES))
     assert all(a != b for a, b in pairwise(numbers)) and len(set(numbers)) > 2
 

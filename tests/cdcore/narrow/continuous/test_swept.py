@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from support.random_worlds import KINDS, random_walk_of_rotations
-from support.shapes import ball_mesh, moved
+from support.shapes import ball_mesh, shift_mesh
 
 from cdcore.bounding.bounding_sphere import sphere_best
 from cdcore.kernels.compiling import kernel
@@ -43,7 +43,7 @@ PAIRS = np.array([[0, 1], [2, 1], [0, 2]])
 
 def scene(seed, frames=120):
     rng = np.random.default_rng(seed)
-    meshes = [ball_mesh(0.1), moved(ball_mesh(0.05), (0.3, 0, 0)), moved(ball_mesh(0.2), (0, -0.5, 0.2))]
+    meshes = [ball_mesh(0.1), shift_mesh(ball_mesh(0.05), (0.3, 0, 0)), shift_mesh(ball_mesh(0.2), (0, -0.5, 0.2))]
     rotation = np.stack([random_walk_of_rotations(rng, frames, 1.5) for _ in meshes], axis=1)
     move = rng.normal(size=(frames, 3, 3)) * 0.4
     return [sphere_best(mesh) for mesh in meshes], rotation, move

@@ -29,7 +29,7 @@ def study_of(*sensitivity, changing=()):
     return SimpleNamespace(
         detector="exact",
         sensitivity=sensitivity,
-        changing=changing,
+        changing_detectors=changing,
         coefficients=(finding(),),
         reliabilities={},
         group_of={},

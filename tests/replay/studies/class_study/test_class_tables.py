@@ -20,7 +20,7 @@ def tables_of(folder, *given, **more):
 
 
 def every(made):
-    return [make() for make in (made.detectors, made.pairs, made.doing, made.causes)]
+    return [make() for make in (made.detectors, made.pairs, made.activity_table, made.causes)]
 
 
 @pytest.mark.sampled(3)
