@@ -70,7 +70,7 @@ class ClassRuns:
         return sorted({self.shared_value(run, "student") for run in self.metrics} - {""})
 
     def shared_value(self, run: str, name: str) -> str:
-        """Value that all rows of a run share (``SESSION_COLUMNS``), such as its ``oracle``, the trusted detector; or ``""``."""
+        """Return a value that all rows of a run share (``SESSION_COLUMNS``), such as its ``oracle``; or ``""``."""
         return str(next(iter(self.metrics[run].values()))[name] or "")
 
     @property
