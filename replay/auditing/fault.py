@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from enum import StrEnum
 from math import inf, isnan, nan
+from operator import itemgetter
 from typing import Final
 
 from cdcore.numerics import IntArray
@@ -226,7 +227,9 @@ def worst_first(faults: Iterable[Fault]) -> list[Fault]:
     Misses by depth, then those of unknown depth by the length of their curve; false contacts by the width of their gap.
     Equals, to a micrometre, are in order of time.
     """
-    return sorted(faults, key=lambda fault: (-_micrometres(fault.depth), -_micrometres(fault.metres), fault.number))
+    keyed = [((-_micrometres(fault.depth), -_micrometres(fault.metres), fault.number), fault) for fault in faults]
+    keyed.sort(key=itemgetter(0))
+    return [fault for _, fault in keyed]
 
 
 def _micrometres(metres: float) -> float:

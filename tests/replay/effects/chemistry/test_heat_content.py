@@ -43,7 +43,7 @@ def test_a_heat_of_the_table_is_that_of_pitzers_equation(key, molal):
     assert TABLE[key][f"{molal:g}"] == pytest.approx(pitzer_kilojoule(key, molal), abs=0.4)
 
 
-def test_every_value_of_the_table_is_printed_again_by_its_parameters():
+def test_table_values_are_printed_again_from_their_parameters():
     contents = script("heat_contents")
     rows = list(contents.rows())
     assert len(rows) > 280
