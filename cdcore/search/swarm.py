@@ -97,7 +97,7 @@ def chosen_ant(swarm: Swarm, ants: int, level: float) -> int:
 
 
 @hot_kernel
-def rotated_angle(angle: float, target: float, state: State) -> float:
+def rotated_towards(angle: float, target: float, state: State) -> float:
     """A rotation towards the target angle, (17), and with some probability a NOT gate, (18)."""
     never_inlined()
     ahead = wrapped_angle(target - angle)
@@ -121,7 +121,7 @@ def move(swarm: Swarm, total: float, state: State) -> None:
         chosen = chosen_ant(swarm, state.ants, draw(state) * total)
         for body in range(2):
             angle, target = swarm[k].angles[body], swarm[chosen].angles[body]
-            swarm[k].next_angles[body] = rotated_angle(angle, target, state)
+            swarm[k].next_angles[body] = rotated_towards(angle, target, state)
     for k in range(state.ants):
         swarm[k].angles[0], swarm[k].angles[1] = swarm[k].next_angles[0], swarm[k].next_angles[1]
 

@@ -109,11 +109,11 @@ def _reach(
     """The same; ``solid``: the mesh, ``filled``: the union of the pieces, ``None`` where they are no solids."""
     if solid is None or filled is None:
         return _farthest(np.concatenate([piece.triangles for piece in pieces]), mesh)
-    outside = filled - solid
+    overhang = filled - solid
     # A sliver between equal surfaces is what booleans of solids round away.
-    if outside.is_empty() or outside.volume() <= volume_rounding(mesh, solid.volume()):
+    if overhang.is_empty() or overhang.volume() <= volume_rounding(mesh, solid.volume()):
         return 0.0
-    outside_mesh = outside.to_mesh64()
+    outside_mesh = overhang.to_mesh64()
     corners = outside_mesh.vert_properties[:, :3][np.asarray(outside_mesh.tri_verts).astype(np.int64)]
     return _farthest(corners, mesh)
 

@@ -209,9 +209,9 @@ def _states_differ(near_pairs: Sequence[Alternatives]) -> bool | None:
 def _samples_differ(near_pairs: Sequence[Alternatives], budget: QueryBudget) -> bool:
     """Whether in one of a few frames a pair is in contact under one alternative and apart under another."""
     try:
-        for alternatives in near_pairs:
-            rows = _telling_rows(alternatives)
-            if len(rows) and _contradict([pair_scene.states(rows, budget) for pair_scene in alternatives]):
+        for pair_scenes in near_pairs:
+            rows = _telling_rows(pair_scenes)
+            if len(rows) and _contradict([pair_scene.states(rows, budget) for pair_scene in pair_scenes]):
                 return True
     except QueryLimitError:
         return False

@@ -108,7 +108,7 @@ def false_contacts(assembly: Assembly, comparison: Comparison, by: Audited) -> t
     ``by``: who reports them.
     """
     outcome, times = comparison.outcome, assembly.motion.times
-    ends = frame_ends(times)
+    end_times = frame_ends(times)
     segments = column_runs(column == Outcome.FALSE_CONTACT for column in outcome.T)
     if not len(segments):
         return ()
@@ -137,7 +137,7 @@ def false_contacts(assembly: Assembly, comparison: Comparison, by: Audited) -> t
             first=first,
             last=last,
             start=float(times[first]),
-            end=float(ends[last]),
+            end=float(end_times[last]),
             frame=frames[0],
         )
         fault = _with_largest_gap(fault, assembly, meshes if number - 1 in measured else None, frames)

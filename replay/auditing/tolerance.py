@@ -96,10 +96,13 @@ class Tolerance:
                 within[separated] = self._stage.near(pair, motion.rotations[poses], motion.translations[poses])
             known: dict[tuple[bytes, bytes], bool] = {}
             for entry in column_rows[meet[column_rows]]:
-                rotation_pair, move = motion.rotations[rows[entry], bodies], motion.translations[rows[entry], bodies]
-                key = rotation_pair.tobytes(), move.tobytes()
+                rotation_pair, translation_pair = (
+                    motion.rotations[rows[entry], bodies],
+                    motion.translations[rows[entry], bodies],
+                )
+                key = rotation_pair.tobytes(), translation_pair.tobytes()
                 if key not in known:
-                    chosen = pair, truth.faces(int(rows[entry]), column), rotation_pair, move
+                    chosen = pair, truth.faces(int(rows[entry]), column), rotation_pair, translation_pair
                     known[key] = self._stage.shallow(*chosen) and self._stage.loose(*chosen)
                 within[entry] = known[key]
         return within

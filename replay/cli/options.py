@@ -189,7 +189,14 @@ def tables(default: str) -> OptionDecorator:
     return click.option("--tables", type=form, default=default, show_default=True, help=TABLES_HELP)
 
 
-tau = click.option("--tau", type=Number(min=0), default=2e-6, show_default=True, help="Metres of tolerance.")
+def _default_tau() -> float:
+    from cdcore.numerics import TAU
+
+    return TAU
+
+
+TAU_HELP = "Metres of tolerance."
+tau = click.option("--tau", type=Number(min=0), default=_default_tau, show_default="2 micrometres", help=TAU_HELP)
 jobs = click.option(
     "--jobs", type=click.IntRange(min=1), default=1, show_default=True, help="Workers of Dask on this machine."
 )

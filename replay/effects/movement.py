@@ -236,8 +236,8 @@ def _open_area(inputs: EffectInputs, declared: Declaration) -> FloatArray:
     """Open area (T,) in m2 of a stopcock; where its turn was not seen, as it was seen last."""
     key, stand = inputs.poses(declared["joint"]), inputs.poses(declared["body"])
     axis = np.array(declared["axis"])
-    relative = key.relative_to(stand).last_known()
-    angle = np.where(relative.valid, twist_angle(relative.rotation, axis / np.sqrt(axis @ axis)), 0.0)
+    key_in_stand = key.relative_to(stand).last_known()
+    angle = np.where(key_in_stand.valid, twist_angle(key_in_stand.rotation, axis / np.sqrt(axis @ axis)), 0.0)
     angle = np.abs(np.degrees(angle))
     angle[angle < declared["closed_below_deg"]] = 0.0
     return declared["full_area_m2"] * np.minimum(1.0, angle / declared["full_angle_deg"])

@@ -287,7 +287,7 @@ def poses_repeat(pair: Pair, frame: int) -> bool:
 
 
 @hot_kernel
-def frames_left_out(pair: Pair, frame: int, pad: float, work: Memory) -> int:
+def next_frame_to_search(pair: Pair, frame: int, pad: float, work: Memory) -> int:
     """The next frame that is to be searched: marks frames that repeat the one before, or lie beyond the kernels.
 
     Bodies are certainly apart in the others that it passes. ``pad``: as a share of the size.

@@ -31,8 +31,8 @@ def declared_joule(
     """
     joule = 1e3 * kilojoule
     for formula, many, state in equation.terms(states):
-        column = f"{formula}({state})"
-        joule -= many * (columns[column] if column in columns else dissolved_joule(formula, solver))
+        substance = f"{formula}({state})"
+        joule -= many * (columns[substance] if substance in columns else dissolved_joule(formula, solver))
     return joule
 
 

@@ -167,8 +167,10 @@ class Ledger:
         for index, name in enumerate(self.vessels):
             excess = self.warmth.excess.get(name, 0.0)
             # At its own temperature it is brought to equilibrium; what heat that gave is gone before the recording.
-            solids, solutes = (known.get(name, 0.0) for known in (self.warmth.solids, self.warmth.solutes))
-            self.amounts[index, self.column[CAPACITY]] = solids + solutes
+            solids_capacity, solutes_capacity = (
+                known.get(name, 0.0) for known in (self.warmth.solids, self.warmth.solutes)
+            )
+            self.amounts[index, self.column[CAPACITY]] = solids_capacity + solutes_capacity
             heat = excess * float(self.capacity(index, self.volume_ml[index], self.amounts[index]))
             self.amounts[index, self.column[HEAT]] = heat
             self._react(index, self.state[index : index + 1], trials=0)

@@ -122,7 +122,7 @@ def undeclared_phases(recipe: Recipe) -> tuple[Phase, ...]:
     named_solids = {phase.column for phase in mixture.phases} | {salt.column for salt in recipe.salts}
     named_solids |= {column for process in recipe.processes for column in process.changes}
     named_solids |= {formula + SOLID for reaction in recipe.reactions for formula in reaction.equation.formulas}
-    makeups = [dry_components(phase.components) for phase in mixture.phases]
+    declared_makeups = [dry_components(phase.components) for phase in mixture.phases]
     undeclared = []
     for formula in FRESH:
         solutes = set(solute_components(formula))
@@ -130,7 +130,7 @@ def undeclared_phases(recipe: Recipe) -> tuple[Phase, ...]:
             continue
         entry = phases.entry(formula, "s")
         components = dissolved_components(formula)
-        if entry is not None and dry_components(components) not in makeups:
+        if entry is not None and dry_components(components) not in declared_makeups:
             undeclared.append(Phase(formula + SOLID, components, entry))
     return tuple(undeclared)
 

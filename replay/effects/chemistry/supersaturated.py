@@ -25,11 +25,11 @@ LEAST_AGED_FRACTION: Final = 0.01
 def aged_hydroxide_events(matter: Matter) -> Iterator[EffectEvent]:
     """An event ``aged`` for each vessel whose copper hydroxide outlasts ammonia that dissolves the basic sulfate."""
     ledger = matter.ledger
-    needed = ("Cu(OH)2(s)", "Cu^2+", "SO4^2-", "NH3")
-    if not set(needed) <= set(ledger.column) or "Cu4(OH)6SO4(s)" in ledger.column:
+    column_names = ("Cu(OH)2(s)", "Cu^2+", "SO4^2-", "NH3")
+    if not set(column_names) <= set(ledger.column) or "Cu4(OH)6SO4(s)" in ledger.column:
         return
     for vessel, history in matter.histories.items():
-        hydroxide, copper, sulfate, ammonia = (matter.amount(vessel, name)[-1] for name in needed)
+        hydroxide, copper, sulfate, ammonia = (matter.amount(vessel, name)[-1] for name in column_names)
         if (
             hydroxide > LEAST_AGED_FRACTION * (hydroxide + copper)
             and sulfate > 0.0

@@ -93,7 +93,7 @@ def _reason(matter: Matter, reaction: Reaction, formed: bool) -> str:
     if solid:
         return f"{solid} does not dissolve"
     complexes = [
-        formula for formula in reaction.equation.products if charge_of(formula) and len(solute_components(formula)) > 1
+        product for product in reaction.equation.products if charge_of(product) and len(solute_components(product)) > 1
     ]
     return f"less than {words.decimal(100 * LEAST_FORMED, 0)} % becomes {complexes[0]}" if complexes else ""
 

@@ -164,13 +164,13 @@ def spans(view: RunView, label: str, pair: Pair | None = None) -> dict[str, list
     if label == view.oracle or not view.oracle:
         return {"reference" if view.oracle else "contact": [span for spans in intervals.values() for span in spans]}
     reference = _intervals_by_pair(view, view.oracle, pair)
-    kinds: dict[str, list[TimeSpan]] = {"right": [], "missed": [], "late": [], "false": []}
+    spans_by_kind: dict[str, list[TimeSpan]] = {"right": [], "missed": [], "late": [], "false": []}
     for pair_of_both in reference.keys() & intervals.keys():
-        kinds["right"] += _overlaps(reference[pair_of_both], intervals[pair_of_both])
+        spans_by_kind["right"] += _overlaps(reference[pair_of_both], intervals[pair_of_both])
     for fault in view.faults.get(label, ()):
         if pair in (None, fault.bodies):
-            kinds[fault_key(fault.kind)].append((fault.start, fault.end))
-    return kinds
+            spans_by_kind[fault_key(fault.kind)].append((fault.start, fault.end))
+    return spans_by_kind
 
 
 def _intervals_by_pair(view: RunView, label: str, pair: Pair | None) -> dict[Pair, list[TimeSpan]]:

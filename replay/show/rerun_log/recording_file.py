@@ -197,14 +197,14 @@ def steps_of(segments: Mapping[Any, tuple[tuple[int, int], int, int]], frames: i
 
     ``segments``: thing -> its time (a frame, and nanoseconds after it), its first and its last frame.
     """
-    rows = {time: thing for thing, (time, _, _) in segments.items()}
+    thing_at = {time: thing for thing, (time, _, _) in segments.items()}
     for thing, (time, first, _) in segments.items():
-        rows.setdefault((min(first, time[0]), 0), thing)
+        thing_at.setdefault((min(first, time[0]), 0), thing)
     for _, _, last in segments.values():
         if last + 1 < frames:
-            rows.setdefault((last + 1, 0), default_thing)
-    rows.setdefault((0, 0), default_thing)
-    return [(*at, rows[at]) for at in sorted(rows)]
+            thing_at.setdefault((last + 1, 0), default_thing)
+    thing_at.setdefault((0, 0), default_thing)
+    return [(*at, thing_at[at]) for at in sorted(thing_at)]
 
 
 def times_of(steps: Steps) -> list[tuple[int, int]]:

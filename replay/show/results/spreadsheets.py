@@ -88,8 +88,8 @@ def headings(names: Iterable[str], table: str) -> list[str]:
     units = UNITS.get(FILE_OF.get(table, table), {})
     with_units = []
     for name in names:
-        beginning, slash, _ = name.partition("/")
-        unit = units.get(beginning + slash)
+        beginning, separator, _ = name.partition("/")
+        unit = units.get(beginning + separator)
         with_units.append(f"{name} [{unit}]" if unit else name)
     return with_units
 

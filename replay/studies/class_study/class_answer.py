@@ -13,7 +13,7 @@ from replay.studies.class_study.analysis import Study
 from replay.studies.class_study.class_reasons import reason
 from replay.studies.class_study.class_tables import ClassTables, Place, sessions_table
 from replay.studies.class_study.power import (
-    MEDIUM,
+    MEDIUM_CORRELATION,
     least_correlation,
     more_students_needed,
     students_needed,
@@ -148,11 +148,12 @@ def _actions(tables: ClassTables, study: Study | None) -> list[str]:
     if not more_students_needed(study):
         return [f"{_as_sentence(actions)}.", source]
     tests = tests_together(study)
-    students = students_needed(MEDIUM, tests)
+    students = students_needed(MEDIUM_CORRELATION, tests)
     actions.append(f"study at least {students} students")
     return [
         f"{_as_sentence(actions)}.",
-        f"Among {students} students a correlation of {MEDIUM:g} is found with 80 % power ({_level_text(tests)}).",
+        f"Among {students} students a correlation of {MEDIUM_CORRELATION:g} is found with 80 % power "
+        f"({_level_text(tests)}).",
         source,
     ]
 
@@ -236,7 +237,11 @@ def _lacking_students(study: Study) -> int:
     """Number of students who are lacking for a test, or for a medium correlation; 0: there are enough."""
     if study.obstacle is not None and study.obstacle.rule == "few-students":
         return max(0, LEAST_STUDENTS - study.students)
-    return students_needed(MEDIUM, tests_together(study)) - study.students if more_students_needed(study) else 0
+    return (
+        students_needed(MEDIUM_CORRELATION, tests_together(study)) - study.students
+        if more_students_needed(study)
+        else 0
+    )
 
 
 def _certainty(tables: ClassTables, study: Study | None) -> AnswerRow:
@@ -255,7 +260,10 @@ def _certainty(tables: ClassTables, study: Study | None) -> AnswerRow:
         other = " Coefficients with others held constant are on another scale." if _has_multiple(study) else ""
         figures.insert(0, f"{scale} ({_level_text(tests)}).{other}")
         if not more_students_needed(study):
-            figures.insert(1, f"A correlation of {MEDIUM:g} takes {students_needed(MEDIUM, tests)} students.")
+            figures.insert(
+                1,
+                f"A correlation of {MEDIUM_CORRELATION:g} takes {students_needed(MEDIUM_CORRELATION, tests)} students.",
+            )
     refused = [f"{refusal.what} ({refusal.reason})" for refusal in study.refusals]
     if refused:
         rest = f"; {len(refused) - MOST_REFUSED} more under Method" if len(refused) > MOST_REFUSED else ""
@@ -295,6 +303,6 @@ def _certainty_of_associations(study: Study, least_size: float | None) -> str:
     if least_size is None:
         return f"Not shown: that there is no association. {students} are very few."
     limit = words.number(least_size, 2)
-    if least_size > MEDIUM:
+    if least_size > MEDIUM_CORRELATION:
         return f"Not shown: that there is no association. {students} can miss a correlation below {limit}."
     return f"Fairly sure that no correlation is above {limit}: {students} would mostly show it."

@@ -10,7 +10,7 @@ from replay.studies.class_study.regression import LEVEL
 FEWEST: Final = 20
 """Students from which on Fisher's transformation is near enough."""
 
-MEDIUM: Final = 0.3
+MEDIUM_CORRELATION: Final = 0.3
 """A correlation of medium size (Cohen 1988)."""
 
 POWER: Final = 0.8
@@ -46,5 +46,5 @@ def _deviations(tests: int) -> float:
 
 def more_students_needed(study: Study) -> bool:
     """Whether nothing is associated, and a medium correlation takes more students than were tested."""
-    needed = students_needed(MEDIUM, tests_together(study))
+    needed = students_needed(MEDIUM_CORRELATION, tests_together(study))
     return study.tested and study.nothing_associated and study.students < needed

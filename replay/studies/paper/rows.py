@@ -82,8 +82,8 @@ def ask(name: str, detector: Detector, poses: Iterable[Fixture]) -> NDArray[Any]
         pairs = detection.faces(0, 0)
         seconds = perf_counter() - start
         common_pairs = set(map(tuple, pairs.tolist())) & set(map(tuple, pose.pairs.tolist()))
-        right_pairs = np.array(sorted(common_pairs), dtype=np.int64).reshape(-1, 2)
+        right_face_pairs = np.array(sorted(common_pairs), dtype=np.int64).reshape(-1, 2)
         operations = sum(int(np.sum(detection.work[counter])) for counter in ROWS[name].counters)
-        counts = faces_of_pairs(right_pairs), pose.faces, len(pairs), len(pose.pairs), len(right_pairs)
+        counts = faces_of_pairs(right_face_pairs), pose.faces, len(pairs), len(pose.pairs), len(right_face_pairs)
         answers.append((pose.target, *counts, operations, seconds))
     return np.array(answers, ANSWER)

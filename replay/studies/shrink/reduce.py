@@ -217,9 +217,9 @@ def _fault_of_pairs(fault: WrongAnswer, rows: IntArray) -> WrongAnswer:
 
 
 def _with_faces(fault: WrongAnswer, kept_rows: dict[int, IntArray]) -> WrongAnswer:
-    for body, rows in kept_rows.items():
+    for body, face_rows in kept_rows.items():
         mesh = fault.bodies[body].mesh
-        corners, faces = np.unique(mesh.faces[np.sort(rows)], return_inverse=True)
+        corners, faces = np.unique(mesh.faces[np.sort(face_rows)], return_inverse=True)
         fault = _with_mesh(fault, body, TriangleMesh(mesh.vertices[corners], faces.reshape(-1, 3)))
     return fault
 

@@ -6,7 +6,7 @@ from support.search_scenes import I3, ball_of, search_of
 
 from cdcore.kernels.compiling import kernel
 from cdcore.search.state import ANT, SEARCH_RECORD, draw
-from cdcore.search.swarm import decode_angle, rotated_angle, weigh
+from cdcore.search.swarm import decode_angle, rotated_towards, weigh
 
 
 @kernel
@@ -18,7 +18,7 @@ def decode_all(angles, chain, features, state, positions):
 @kernel
 def step_along(angles, targets, states):
     for k in range(angles.shape[0]):
-        angles[k] = rotated_angle(angles[k], targets[k], states[0])
+        angles[k] = rotated_towards(angles[k], targets[k], states[0])
 
 
 @kernel
