@@ -103,7 +103,7 @@ def timing_notes(result: Summarised) -> list[str]:
 
 def contacts_sentence(contacts: int) -> str:
     """How many contacts the reference found, as a sentence."""
-    return f"{plural(contacts, 'contact')} happened." if contacts else "No contact happened."
+    return f"{plural(contacts, 'contact')} happened." if contacts else "No contact was found."
 
 
 def sampling_notes(result: Summarised) -> list[str]:
