@@ -96,7 +96,7 @@ def tradeoff(
     time_limit : seconds; a setting that cannot end within them is not begun and is in ``cut``; ``None``: no limit.
         Compiling, once per machine, does not count.
     watch : called after every step.
-    asked : as ``replay.run``: ``oracle``, ``pairs``, ``start``, ``end``, ``seed``, ``tau``, ``policy``; ``detectors``
+    options : as ``replay.run``: ``oracle``, ``pairs``, ``start``, ``end``, ``seed``, ``tau``, ``policy``; ``detectors``
         are tried in place of the list of ``replay.advice.settings``.
 
     Raises ``TradeoffError``: the oracle finds no contact, so nothing can be missed; and as ``replay.run``.

@@ -38,12 +38,12 @@ class EpisodeMatches:
     # excused_truth, excused_found: unmatched and no error: undecided, within tolerance, or between frames
     excused_truth: tuple[int, ...] = ()
     excused_reports: tuple[int, ...] = ()
-    # held_truth, held_found: of a hand with what it holds, all the time; matched with nothing
+    # grasped_truth, grasped_reports: of a hand with what it holds, all the time; matched with nothing
     grasped_truth: tuple[int, ...] = ()
     grasped_reports: tuple[int, ...] = ()
 
     def status(self) -> dict[int, str]:
-        """Number of a subject's contact -> ``matched``, ``piece``, ``false_contacts``, ``excused`` or ``grasped``."""
+        """Number of a subject's contact -> ``matched``, ``piece``, ``invented``, ``excused`` or ``held``."""
         statuses = dict.fromkeys(self.pieces, "piece") | dict.fromkeys(self.false_contacts, "invented")
         statuses |= dict.fromkeys(self.excused_reports, "excused") | dict.fromkeys(self.grasped_reports, "held")
         return statuses | {match.reported: "matched" for match in self.matched}
@@ -57,7 +57,7 @@ def match_episodes(
     Parameters
     ----------
     comparison : the same two detections frame by frame; says which unmatched contacts are excused.
-    truth, found : episodes of the oracle and of the subject, in order.
+    truth, reported : episodes of the oracle and of the subject, in order.
     counts : what became of the oracle's contacts.
     reach : frames after its last for which a subject's contact still speaks: 1 for instants beside intervals.
     """

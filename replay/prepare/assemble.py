@@ -56,7 +56,7 @@ def assemble(
     pairs : pairs of body names; ``None``: the scene's, else all with relative motion.
     start, end : seconds after the first frame, both included; ``None``: the session's own.
     detecting : whether a detector will run; without one, a session may have no pair.
-    seen : the pass over its frames; ``None``: it is made here.
+    session_scan : the pass over its frames; ``None``: it is made here.
 
     Raises ``AssemblyError``: no frame, none between ``start`` and ``end``, no body with a mesh, no pair, or a scene
     that contradicts itself; ``InvalidPoseError``: a sample that claims to be a pose and is none; names frame, time and

@@ -46,7 +46,7 @@ def advise(session_or_path: Session | str | Path, *, engine: str, **options: Any
     ----------
     session_or_path : a session, or the file of one.
     engine : ``unity``, ``unreal`` or ``mujoco``.
-    asked : as ``replay.run``, but ``detectors``.
+    options : as ``replay.run``, but ``detectors``.
 
     Raises ``TradeoffError``: an engine that is not known or not installed; and as ``replay.run``.
     """

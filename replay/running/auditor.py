@@ -52,7 +52,7 @@ def audit(
     out : run folder to write; with several sessions the folder that gets a run folder for each, named after its file.
     max_missed, max_false : shares from 0 to 1; max_p99_ms : milliseconds;
         max_missed_depth : metres. As ``replay.document.gates.Gates``.
-    asked : as ``replay.run``; an oracle is needed.
+    options : as ``replay.run``; an oracle is needed.
 
     Raises ``AuditError``: no session, no oracle, a limit that is none, or two sessions that would share a run folder;
     ``ReplayError``, ``SessionError``, ``CollisionCoreError``: one sentence that says what to do.

@@ -223,7 +223,7 @@ def fix_colliders(
         limit. Reading the session, counting the hulls, the report cards and the last run are not in it.
     force : replace an earlier folder of the kind.
     every_method : make report cards of boxes, spheres and capsules too, of V-HACD, and of CoACD where there is time.
-    asked : ``scene``, ``pairs``, ``start``, ``end``, ``policy``, ``tau`` and ``seed``, as ``replay.run``.
+    options : ``scene``, ``pairs``, ``start``, ``end``, ``policy``, ``tau`` and ``seed``, as ``replay.run``.
 
     Raises ``TradeoffError``: nothing touches, not even the hulls, or there is no such engine; ``OutputError``: the
     folder cannot be written; and as ``replay.run``.

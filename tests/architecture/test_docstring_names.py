@@ -103,3 +103,25 @@ def test_names_in_docstrings_exist(known_words, trees):
                 if {*dotted.split(".")} - known_words - FOREIGN - EXAMPLES - COMPOSED:
                     missing.append(f"{path.relative_to(ROOT)}:{node.lineno}: {dotted}")
     assert not missing, "\n".join(missing)
+
+
+PARAMETERS = re.compile(r"Parameters\n-+\n(.*?)(?=\n\n\w+\n-+|\Z)", re.DOTALL)
+PARAMETER_LINE = re.compile(r"^(\w+(?:, \w+)*) :", re.MULTILINE)
+
+
+def stale_parameters(tree):
+    """Line and name of each parameter that a function's docstring describes and the function does not have."""
+    for node in ast.walk(tree):
+        section = PARAMETERS.search(ast.get_docstring(node) or "") if isinstance(node, ast.FunctionDef) else None
+        if section is None:
+            continue
+        names = {argument.arg for argument in ast.walk(node.args) if isinstance(argument, ast.arg)}
+        for line in PARAMETER_LINE.findall(section[1]):
+            yield from ((node.lineno, name) for name in line.split(", ") if name not in names)
+
+
+def test_described_parameters_are_those_of_the_function(trees):
+    planted = 'def f(a, **options):\n    """Do it.\n\n    Parameters\n    ----------\n    a, b : both.\n    """'
+    assert [*stale_parameters(ast.parse(planted))] == [(1, "b")]
+    stale = [f"{path.relative_to(ROOT)}: {fault}" for path, tree in trees.items() for fault in stale_parameters(tree)]
+    assert stale == []
