@@ -3,7 +3,7 @@
 import re
 from typing import Any, Final
 
-from cdcore.detectors import DETECTORS, OPTIONAL, load_detector
+from cdcore.detectors.detector_table import DETECTORS, OPTIONAL, load_detector
 from replay.guide.pages import FOLDER
 
 BEGIN: Final = "<!-- begin of the table that choosing.py makes -->"

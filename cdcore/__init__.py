@@ -4,7 +4,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from cdcore.detectors import DETECTORS, create_detector
+    from cdcore.detectors.detector_table import DETECTORS, create_detector
     from cdcore.impact import Impact, TimeOfImpact, time_of_impact
     from cdcore.mesh import TriangleMesh
     from cdcore.narrow.intersecting_faces import intersecting_faces
@@ -42,7 +42,7 @@ __all__ = [
 ]
 
 _NAMES = {
-    "detectors": "DETECTORS create_detector",
+    "detectors.detector_table": "DETECTORS create_detector",
     "mesh": "TriangleMesh",
     "impact": "Impact TimeOfImpact time_of_impact",
     "narrow.intersecting_faces": "intersecting_faces",

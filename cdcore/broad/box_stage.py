@@ -7,7 +7,7 @@ import numpy as np
 
 from cdcore.bounding.box import Box
 from cdcore.broad.sphere_stage import Arrays
-from cdcore.kernels.box_box import relative_box, separated_on_all_axes
+from cdcore.kernels.box_against_box import relative_box, separated_on_all_axes
 from cdcore.kernels.compiling import always_inlined, hot_kernel, kernel
 from cdcore.numerics import EPS, UNDERFLOW_PAD, BoolArray, IntArray
 from cdcore.poses.kernels import relative_pose

@@ -11,7 +11,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from cdcore.containment.placed_points import margin_at
-from cdcore.kernels.box_box import gap_on_face_axes, separated_on_all_axes
+from cdcore.kernels.box_against_box import gap_on_face_axes, separated_on_all_axes
 from cdcore.kernels.compiling import kernel, never_inlined
 from cdcore.numerics import FloatArray, IntArray
 from cdcore.poses.kernels import copy_pose, length_moved, relative_pose

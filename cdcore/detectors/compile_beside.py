@@ -10,7 +10,7 @@ import gc
 import numpy as np
 
 from cdcore.containment.winding_number import winding_numbers
-from cdcore.detectors import create_detector
+from cdcore.detectors.detector_table import create_detector
 from cdcore.mesh import TriangleMesh
 from cdcore.narrow.greatest_minimum import greatest_minimum
 from cdcore.narrow.ill_posed import MarginStage

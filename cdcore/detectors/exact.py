@@ -7,7 +7,7 @@ from time import perf_counter
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.broad.live_pairs import LivePairs
 from cdcore.containment.containment_stage import ContainmentStage
-from cdcore.detectors import OBB_TREE
+from cdcore.detectors.detector_table import OBB_TREE
 from cdcore.narrow.bvh.box_tree import box_trees_of
 from cdcore.narrow.bvh.whole_motion import FrameLooks, MotionSearch
 from cdcore.narrow.sections.section_source import section_of_frame

@@ -14,7 +14,7 @@ import numpy as np
 from cdcore.broad.broad_phase import BroadAnswer, BroadPhase
 from cdcore.broad.live_pairs import LivePairs
 from cdcore.containment.containment_stage import ContainmentStage
-from cdcore.detectors import FCL, PAPER
+from cdcore.detectors.detector_table import FCL, PAPER
 from cdcore.narrow.mesh_stage import MeshAnswer, MeshStage
 from cdcore.narrow.sections.section_source import section_of_faces
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, Int32Array, IntArray, true_indices

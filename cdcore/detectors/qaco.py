@@ -12,7 +12,7 @@ import numpy as np
 
 from cdcore.broad.broad_phase import BroadAnswer, BroadPhase
 from cdcore.containment.containment_stage import ContainmentStage
-from cdcore.detectors import COLONY, FCL, PAPER
+from cdcore.detectors.detector_table import COLONY, FCL, PAPER
 from cdcore.narrow.mesh_stage import MeshAnswer, MeshStage
 from cdcore.narrow.sections.section_source import section_of_frame
 from cdcore.numerics import IntArray

@@ -6,7 +6,7 @@ from time import perf_counter
 
 from cdcore.bounding.bounding_sphere import SPHERES, sphere_in_mode
 from cdcore.broad.sphere_stage import SphereStage
-from cdcore.detectors import PAPER
+from cdcore.detectors.detector_table import PAPER
 from cdcore.numerics import IntArray
 from cdcore.protocol import Body, Detection, Motion, PairDetector
 from cdcore.protocol.settings import CheckedSettings, choice

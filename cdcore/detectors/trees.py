@@ -14,7 +14,7 @@ import numpy as np
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.broad.live_pairs import LivePairs
 from cdcore.containment.containment_stage import ContainmentStage
-from cdcore.detectors import OBB_TREE
+from cdcore.detectors.detector_table import OBB_TREE
 from cdcore.narrow.sections.section_source import section_of_frame
 from cdcore.narrow.tree_stage import TreeSettings, TreeStage
 from cdcore.numerics import IntArray

@@ -12,7 +12,7 @@ from msgspec import structs
 
 from cdcore import Detection
 from cdcore.bounding.hull import hull_collider
-from cdcore.detectors import settings_of
+from cdcore.detectors.detector_table import settings_of
 from cdcore.mesh import TriangleMesh
 from cdcore.numerics import IntArray
 from replay.advice.collider_verdicts import ColliderVerdicts, sampled_at_rate

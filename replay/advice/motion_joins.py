@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from cdcore.bounding.hull import hull_of
-from cdcore.detectors import create_detector
+from cdcore.detectors.detector_table import create_detector
 from cdcore.mesh import TriangleMesh
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 from cdcore.protocol import Body, Motion, Solids, counts_as_contact

@@ -10,7 +10,7 @@ from importlib.resources import files
 from math import inf
 from typing import Any, Final
 
-from cdcore.detectors import detector_row
+from cdcore.detectors.detector_table import detector_row
 from replay.detection.detector_spec import DetectorSpec, SpecsLike, parse_detectors, spec_text
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from cdcore import Detection, Motion, Verdict, create_detector
-from cdcore.detectors import detector_row
+from cdcore.detectors.detector_table import detector_row
 from cdcore.numerics import FloatArray
 from cdcore.poses import place_points
 from cdcore.protocol import NO_FACES, REFUSED, Explains, PairDetector, counts_as_contact, is_one_of

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from cdcore import Detection, Detector, Motion, Verdict, join
-from cdcore.detectors import TABLE
+from cdcore.detectors.detector_table import TABLE
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 from cdcore.protocol import ZeroOrderHold, detect_live, is_one_of, stream_live
 from replay.auditing.contact_counts import REPORTED, count_contacts, count_reports, missed_partly, missed_whole

@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore import Detector, Verdict
-from cdcore.detectors import detector_row
+from cdcore.detectors.detector_table import detector_row
 from cdcore.numerics import BoolArray, ByteArray
 from cdcore.protocol import counts_as_contact, is_one_of
 from replay.detection.detector_spec import DetectorSpec

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from cdcore import Detection, Detector, Motion, Verdict, create_detector, join
-from cdcore.detectors import TABLE, load_detector, settings_of
+from cdcore.detectors.detector_table import TABLE, load_detector, settings_of
 from cdcore.errors import CollisionCoreError, OwnDetectorError
 from cdcore.narrow.sections.section_source import section_of_frame
 from cdcore.numerics import BoolArray

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 
-from cdcore.detectors import load_detector
+from cdcore.detectors.detector_table import load_detector
 from replay.detection.recorded import RECORDED, RecordedDetector
 from replay.effects.effects_runner import EffectRun
 

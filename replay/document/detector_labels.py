@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any, Final
 
-from cdcore.detectors import detector_row, settings_of
+from cdcore.detectors.detector_table import detector_row, settings_of
 from replay.detection.recorded import RECORDED, RECORDED_LABEL
 from replay.words import length, plural
 

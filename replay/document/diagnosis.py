@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from msgspec import structs
 
-from cdcore.detectors import detector_row, settings_of
+from cdcore.detectors.detector_table import detector_row, settings_of
 from replay.auditing.fault import Cause, Fault, FaultKind, worst_first
 from replay.auditing.loss import fraction_of, loss
 from replay.auditing.outcome import Outcome

@@ -11,7 +11,7 @@ import numpy as np
 from msgspec import structs
 
 from cdcore import Detection, Verdict
-from cdcore.detectors import TABLE
+from cdcore.detectors.detector_table import TABLE
 from cdcore.numerics import FloatArray
 from replay.auditing.compare import VERDICT_FRAMES
 from replay.auditing.outcome import counts_by_pair

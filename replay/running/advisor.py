@@ -7,7 +7,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from cdcore.detectors import detector_row
+from cdcore.detectors.detector_table import detector_row
 from replay.advice.engine_knobs import Choice, Engine, advice_text, engine_named
 from replay.advice.scoring import wrong_counts
 from replay.document.run_result import RunResult

@@ -3,7 +3,7 @@
 import pytest
 from support.processes import script
 
-from cdcore.detectors import DETECTORS, OPTIONAL, load_detector
+from cdcore.detectors.detector_table import DETECTORS, OPTIONAL, load_detector
 from replay.guide.pages import page
 
 command = script("choosing")

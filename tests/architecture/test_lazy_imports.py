@@ -25,8 +25,8 @@ with contextlib.redirect_stdout(io.StringIO()):
         main(words)
 """
 EVERY_DETECTOR = """
-from cdcore.detectors import load_detector
-from cdcore.detectors import DETECTORS
+from cdcore.detectors.detector_table import load_detector
+from cdcore.detectors.detector_table import DETECTORS
 for name in DETECTORS:
     load_detector(name)
 """

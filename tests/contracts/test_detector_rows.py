@@ -9,7 +9,7 @@ from support.optional import ENGINE_MODULE, ROWS
 from support.shapes import lab
 
 from cdcore import create_detector
-from cdcore.detectors import OPTIONAL, TABLE, DetectorRow, detector_row, load_detector, settings_of
+from cdcore.detectors.detector_table import OPTIONAL, TABLE, DetectorRow, detector_row, load_detector, settings_of
 from cdcore.engines.engine_detector import EngineDetector
 from cdcore.errors import InvalidSettingError
 from cdcore.protocol.settings import RateSettings

@@ -43,6 +43,6 @@ def test_digests_of_real_recordings_are_unchanged(group):
 
 
 def test_every_row_of_the_table_has_digests():
-    from cdcore.detectors import DETECTORS
+    from cdcore.detectors.detector_table import DETECTORS
 
     assert {name for name, _ in VARIANTS} == set(DETECTORS)

@@ -9,7 +9,7 @@ from support.optional import ROWS
 from support.shapes import ball_mesh, box_mesh, unturned
 
 from cdcore import Body, FrameDetector, create_detector
-from cdcore.detectors import load_detector
+from cdcore.detectors.detector_table import load_detector
 from cdcore.errors import CollisionCoreError, InvalidSettingError
 from cdcore.protocol import Detection
 

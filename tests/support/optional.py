@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from cdcore.detectors import DETECTORS, OPTIONAL
+from cdcore.detectors.detector_table import DETECTORS, OPTIONAL
 
 SHARED = Path(__file__).resolve().parents[3] / "shared"
 DATA = SHARED / "data"

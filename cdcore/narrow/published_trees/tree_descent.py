@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cdcore.kernels.box_box import relative_box, separated_on_all_axes, separated_on_face_axes
+from cdcore.kernels.box_against_box import relative_box, separated_on_all_axes, separated_on_face_axes
 from cdcore.kernels.compiling import always_inlined, hot_kernel, kernel, never_inlined
 from cdcore.narrow.published_trees.gjk import MEETING, steps_to_separate
 from cdcore.narrow.tree_builder import BoxNodes

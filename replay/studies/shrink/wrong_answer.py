@@ -12,7 +12,7 @@ import numpy as np
 from msgspec.structs import asdict
 
 from cdcore import Body, Motion, create_detector
-from cdcore.detectors import load_detector
+from cdcore.detectors.detector_table import load_detector
 from cdcore.errors import CollisionCoreError
 from cdcore.numerics import FloatArray, IntArray
 from cdcore.poses import place_points

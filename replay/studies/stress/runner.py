@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore import Verdict
-from cdcore.detectors import detector_names, detector_row, settings_of
+from cdcore.detectors.detector_table import detector_names, detector_row, settings_of
 from cdcore.narrow.margins import triangle_margins
 from cdcore.numerics import TAU, BoolArray, ByteArray, FloatArray
 from cdcore.protocol import is_undecided

@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
-from cdcore.detectors import load_detector
+from cdcore.detectors.detector_table import load_detector
 from cdcore.errors import CollisionCoreError
 from cdcore.numerics import ByteArray, FloatArray
 from replay.detection.detector_spec import SpecLike, parse_detector

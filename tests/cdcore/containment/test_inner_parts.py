@@ -10,7 +10,7 @@ from cdcore.containment import containment_stage
 from cdcore.containment.containment_stage import clearances_over, farthest_corner, inner_components_of
 from cdcore.containment.inner_parts import BESIDE, OuterBoxes, pose_of_inner, reach_of_component
 from cdcore.containment.winding_surface import winding_surface
-from cdcore.kernels.box_box import gap_on_face_axes
+from cdcore.kernels.box_against_box import gap_on_face_axes
 from cdcore.protocol import detect_live
 
 MARGIN = 1e-12

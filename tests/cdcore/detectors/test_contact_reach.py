@@ -4,7 +4,7 @@ import pytest
 from support.shapes import hulls_at
 
 from cdcore import Verdict, create_detector
-from cdcore.detectors import detector_row
+from cdcore.detectors.detector_table import detector_row
 
 ENGINES = {"bullet": "pybullet", "mujoco": "mujoco"}
 

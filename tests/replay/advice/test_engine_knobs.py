@@ -9,7 +9,7 @@ from support.small_worlds import cube
 
 import replay.guide
 from cdcore import Body, TriangleMesh, create_detector
-from cdcore.detectors import detector_row
+from cdcore.detectors.detector_table import detector_row
 from cdcore.protocol import Solids
 from replay.advice.engine_knobs import advice_text, engine_named, engines
 from replay.detection.detector_spec import parse_detector

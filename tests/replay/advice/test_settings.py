@@ -2,7 +2,7 @@ from dataclasses import fields
 
 import pytest
 
-from cdcore.detectors import load_detector
+from cdcore.detectors.detector_table import load_detector
 from replay.advice.settings import next_to_front, settings_list, settings_of
 from replay.detection.detector_spec import parse_detector
 

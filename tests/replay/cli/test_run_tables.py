@@ -6,7 +6,7 @@ import pytest
 from support.report_states import STATES, steady
 from support.small_worlds import cubes
 
-from cdcore.detectors import settings_of
+from cdcore.detectors.detector_table import settings_of
 from replay.cli.run_markdown import run_markdown
 from replay.cli.run_report import answer_cited
 from replay.cli.run_tables import answer_lines

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 from support.small_worlds import TWO_BUMPS, cubes
 
-from cdcore.detectors import DETECTORS, OPTIONAL, load_detector
+from cdcore.detectors.detector_table import DETECTORS, OPTIONAL, load_detector
 from replay.cli.main import main
 from replay.detection.recorded import RECORDED
 from replay.document.citations import citations, sources_behind

@@ -14,7 +14,7 @@ from support.second_opinions import apply_row, row_rotation, row_scale, row_tran
 from support.small_worlds import cubes
 
 import replay
-from cdcore.detectors import DETECTORS
+from cdcore.detectors.detector_table import DETECTORS
 from cdcore.poses import place_points, rotation_from_quaternion
 from replay.cli.main import cli
 from replay.guide.pages import page

@@ -10,9 +10,9 @@ import pytest
 from support.optional import ENGINE_MODULE, ROWS
 from support.shapes import box_mesh, lab
 
-import cdcore.detectors as table
+import cdcore.detectors.detector_table as table
 from cdcore import Body, create_detector
-from cdcore.detectors import DETECTORS, OPTIONAL, detector_names, load_detector
+from cdcore.detectors.detector_table import DETECTORS, OPTIONAL, detector_names, load_detector
 from cdcore.detectors.sphere import SphereDetector
 from cdcore.errors import InvalidSettingError, MissingEngineError, UnknownDetectorError
 
