@@ -21,7 +21,7 @@ from replay.auditing.outcome import Comparison, Outcome
 from replay.detection.recorded import RecordedDetector
 from replay.detection.sample_times import sampled_frames
 
-REPORTED: Final = {FaultKind.REPORTED_LATE: Cause.LATE, FaultKind.LOST_EARLY: Cause.EARLY}
+CAUSE_OF_REPORT_FAULT: Final = {FaultKind.REPORTED_LATE: Cause.LATE, FaultKind.LOST_EARLY: Cause.EARLY}
 """When an engine reported the rest of a contact that it missed in part."""
 
 
@@ -33,21 +33,21 @@ class Causes:
     ----------
     misses : cause -> misses that have it.
     pair_frames : cause -> pair-frames decided again that have it; *within tolerance* counts all pair-frames.
-    examined, missed : pair-frames decided again, and pair-frames missed.
+    examined_misses, missed_contacts : pair-frames decided again, and pair-frames missed.
     """
 
     misses: Mapping[Cause, int] = field(default_factory=dict)
     pair_frames: Mapping[Cause, int] = field(default_factory=dict)
-    examined: int = 0
-    missed: int = 0
+    examined_misses: int = 0
+    missed_contacts: int = 0
 
     def table(self) -> dict[str, Any]:
         """Return plain data: every cause with its misses and pair-frames, zeros included."""
         return {
             "misses": {cause.value: self.misses.get(cause, 0) for cause in MISS_CAUSES},
             "pair_frames": {cause.value: self.pair_frames.get(cause, 0) for cause in MISS_CAUSES},
-            "examined": self.examined,
-            "missed": self.missed,
+            "examined": self.examined_misses,
+            "missed": self.missed_contacts,
         }
 
 
@@ -73,7 +73,7 @@ class Audited:
         return Explanation()
 
     @cached_property
-    def sampled(self) -> BoolArray | None:
+    def sampled_frames(self) -> BoolArray | None:
         """(T,) frames in which a detector samples; ``None``: it is none of our table, and may sample anywhere."""
         settings = getattr(self.detector, "settings", None)
         if not isinstance(settings, RateSettings):
@@ -98,9 +98,9 @@ class Audited:
         """Return causes in time of a miss of an engine: no step came in it, or its report began late or ended early."""
         if not isinstance(self.detector, RecordedDetector):
             return ()
-        begin, end = self.motion.times[[first, last]].tolist()
-        stepless = self.detector.stepped(begin, end) is False
-        return Cause.BETWEEN_STEPS if stepless else None, REPORTED.get(kind)
+        start, end = self.motion.times[[first, last]].tolist()
+        no_step_between = self.detector.stepped(start, end) is False
+        return Cause.BETWEEN_STEPS if no_step_between else None, CAUSE_OF_REPORT_FAULT.get(kind)
 
     def delay(self, pair: int) -> int:
         """Frames by which all that it says of a pair comes late; negative: early; 0: by no constant number."""
@@ -108,7 +108,7 @@ class Audited:
             self._delays[pair] = constant_delay(self.subject, self.oracle, pair)
         return self._delays[pair]
 
-    def reported(self, pair: int) -> BoolArray:
+    def frames_reported(self, pair: int) -> BoolArray:
         """(T,) frames in which a contact of a pair counts as reported."""
         if pair not in self._reported:
             self._reported[pair] = reported_frames(self.subject, self.oracle, pair)
@@ -138,8 +138,8 @@ class ExactAnswer:
 
     def is_contact(self, frame: int, pair: int) -> bool:
         """Return whether a pair is in contact at a frame."""
-        row = self.row(frame)
-        return bool(counts_as_contact(self.detection.verdict[row : row + 1, pair])[0])
+        detection_row = self.row(frame)
+        return bool(counts_as_contact(self.detection.verdict[detection_row : detection_row + 1, pair])[0])
 
     def faces(self, frame: int, pair: int) -> IntArray:
         """Return the face pairs (k, 2) that meet at a frame."""
@@ -156,7 +156,7 @@ def first_failed(
     *,
     at_instant: bool,
     tests_inside: bool = True,
-    timing: Sequence[Cause | None] = (),
+    timing_causes: Sequence[Cause | None] = (),
 ) -> Cause:
     """The first stage that lost a contact.
 
@@ -165,10 +165,10 @@ def first_failed(
     stages, verdict : the detector's explanation and its verdict there.
     at_instant : whether the contact shows at the frame itself.
     tests_inside : False where one body is inside the other and the detector does not decide that.
-    timing : causes in time: that the detector says so earlier or later, that no step of an engine falls there.
+    timing_causes : causes in time: that the detector says so earlier or later, that no step of an engine falls there.
     """
     # A detector may answer with numpy's booleans, and ``None`` is no answer.
-    answers = {name: bool(value) for name, value in vars(stages).items() if value is not None}
+    answers = {name: bool(stage_passed) for name, stage_passed in vars(stages).items() if stage_passed is not None}
 
     def failed(stage: str) -> bool:
         return answers.get(stage) is False
@@ -182,7 +182,7 @@ def first_failed(
         return Cause.COLLIDER_SHAPE
     if failed("looked"):
         return Cause.BETWEEN_SAMPLES
-    for cause in timing:
+    for cause in timing_causes:
         if cause is not None:
             return cause
     if not tests_inside:
@@ -197,42 +197,50 @@ def first_failed(
     return Cause.SEARCH if no_hit else Cause.UNEXPLAINED
 
 
-def causes_of_miss(miss: Fault, frames: Iterable[int], by: Audited, truth: ExactAnswer) -> list[Cause]:
-    """Return the cause of a miss at each of these frames; ``truth`` holds them, and those before them of intervals."""
-    instants = by.oracle.covers == "instants"
-    refused = bool(by.subject.containment) and by.subject.containment[miss.pair].startswith(REFUSED)
-    delay, of_engine = by.delay(miss.pair), by.engine_timing(miss.first, miss.last, miss.kind)
+def causes_of_miss(miss: Fault, frames: Iterable[int], audited: Audited, exact_answer: ExactAnswer) -> list[Cause]:
+    """Return the cause of a miss at each of these frames.
+
+    ``exact_answer`` holds them, and those before them of intervals.
+    """
+    covers_instants = audited.oracle.covers == "instants"
+    containment_refused = bool(audited.subject.containment) and audited.subject.containment[miss.pair].startswith(
+        REFUSED
+    )
+    delay, of_engine = audited.delay(miss.pair), audited.engine_timing(miss.first, miss.last, miss.kind)
     causes = []
     for frame in frames:
-        candidates = (frame,) if instants else (frame, max(frame - 1, 0))
-        ends = [end for end in candidates if truth.is_contact(end, miss.pair)]
+        candidates = (frame,) if covers_instants else (frame, max(frame - 1, 0))
+        contact_frames = [
+            candidate_frame for candidate_frame in candidates if exact_answer.is_contact(candidate_frame, miss.pair)
+        ]
         # An interval whose contact shows where it begins is explained there: at its end there is none to miss.
-        examined_frame = ends[0] if ends else frame
-        shifted = delay != 0 and at_frame(by.reported(miss.pair), examined_frame + delay)
+        examined_frame = contact_frames[0] if contact_frames else frame
+        is_reported_shifted = delay != 0 and at_frame(audited.frames_reported(miss.pair), examined_frame + delay)
         cause = first_failed(
-            by.stages(examined_frame, miss.pair, truth.faces(examined_frame, miss.pair)),
-            int(by.subject.verdict[examined_frame, miss.pair]),
-            at_instant=bool(ends) or instants,
-            tests_inside=not refused or truth.verdict(examined_frame, miss.pair) != Verdict.CONTAINED,
-            timing=(delay_cause(delay) if shifted else None, *of_engine),
+            audited.stages(examined_frame, miss.pair, exact_answer.faces(examined_frame, miss.pair)),
+            int(audited.subject.verdict[examined_frame, miss.pair]),
+            at_instant=bool(contact_frames) or covers_instants,
+            tests_inside=not containment_refused
+            or exact_answer.verdict(examined_frame, miss.pair) != Verdict.CONTAINED,
+            timing_causes=(delay_cause(delay) if is_reported_shifted else None, *of_engine),
         )
         causes.append(cause)
     return causes
 
 
 def count_causes(
-    misses: Sequence[Fault], examined: Iterable[Sequence[Cause]], comparison: Comparison, oracle: Detection
+    misses: Sequence[Fault], causes_of_misses: Iterable[Sequence[Cause]], comparison: Comparison, oracle: Detection
 ) -> Causes:
-    """Return the counts of one detector; ``examined`` holds the causes at the examined frames of each miss."""
-    frames = Counter(cause for causes in examined for cause in causes)
-    count = frames.total()
+    """Return the counts of one detector; ``causes_of_misses`` holds the causes at the examined frames of each miss."""
+    frames_of_cause = Counter(cause for causes in causes_of_misses for cause in causes)
+    frame_count = frames_of_cause.total()
     for outcome, verdict in zip(comparison.outcome.T, oracle.verdict.T, strict=True):
-        frames[Cause.TOLERANCE] += int(counts_as_contact(verdict[outcome == Outcome.WITHIN_TOLERANCE]).sum())
+        frames_of_cause[Cause.TOLERANCE] += int(counts_as_contact(verdict[outcome == Outcome.WITHIN_TOLERANCE]).sum())
     return Causes(
         misses=dict(Counter(miss.cause for miss in misses)),
-        pair_frames=dict(frames),
-        examined=count,
-        missed=comparison.count(Outcome.MISSED),
+        pair_frames=dict(frames_of_cause),
+        examined_misses=frame_count,
+        missed_contacts=comparison.count(Outcome.MISSED),
     )
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from replay import words
-from replay.auditing.delay import LATEST
+from replay.auditing.delay import LONGEST_DELAY
 from replay.errors import AuditError
 
 WINDOW: Final = 0.05
@@ -22,7 +22,7 @@ WINDOW: Final = 0.05
 MOST_DRIFT: Final = 0.03
 """Seconds in a second: no clock that is read as seconds runs more wrong than this."""
 
-FEWEST: Final = 6
+LEAST_MATCHED: Final = 6
 """Reports with a partner in question, three contacts: through fewer, a line with a drift passes by chance."""
 
 WORTH_A_DRIFT: Final = 1e-3
@@ -94,73 +94,84 @@ class ClockFacts:
 
     frame_interval: float = 0.0  # usual seconds from a recorded frame to the next: a true moment is known no better
     physics_step: float | None = None  # seconds of the engine's physics step; ``None``: not known
-    own_clock_offsets: Sequence[float] = ()  # offsets that the recording's own clock would have
+    recording_clock_offsets: Sequence[float] = ()  # offsets that the recording's own clock would have
 
 
 NO_FACTS: Final = ClockFacts()
 
 
 def estimate_offset(
-    reported: Moments, truth: Moments, known_offset: float | None = None, facts: ClockFacts = NO_FACTS
+    reported_moments: Moments,
+    reference_moments: Moments,
+    known_offset: float | None = None,
+    facts: ClockFacts = NO_FACTS,
 ) -> ClockOffset:
     """Estimate the offset of a clock, and its drift, from the begins and ends of contacts that two sides report.
 
     A delay that is the same for all reports and longer than a physics step cannot be told from an offset of another
     clock. Contacts that come at equal intervals support several shifts equally; of those the smallest is taken.
 
-    ``reported``, ``truth``: moments per pair and kind, each on its own clock; ``known_offset``: take this offset,
-    without a drift, and only say how well it fits; ``facts``: see ``ClockFacts``.
+    ``reported_moments``, ``reference_moments``: moments per pair and kind, each on its own clock; ``known_offset``:
+    take this offset, without a drift, and only say how well it fits; ``facts``: see ``ClockFacts``.
 
     Raises ``AuditError``: at most one report has a partner, and one alone fits every clock.
     """
-    first = min((moment for moments in reported.values() for moment in moments), default=0.0)
-    partners, shift, drift, rivals = _Partners(reported, truth, first), known_offset or 0.0, 0.0, 0
+    first_moment = min((moment for moments in reported_moments.values() for moment in moments), default=0.0)
+    partners, shift, drift, rivals = (
+        _Partners(reported_moments, reference_moments, first_moment),
+        known_offset or 0.0,
+        0.0,
+        0,
+    )
     if known_offset is None:
         if not len(partners.gap):
             raise AuditError(
                 "no reported contact is of a pair that truly touches, so its clock cannot be estimated; "
                 f"check the body names, or {SAY_IT}"
             )
-        shift, rivals = _densest(partners.gap)
-        still = np.minimum(partners.nearest(shift, 0.0), WINDOW).mean()
-        moving = _fitted_line(partners)
-        if still > WORTH_A_DRIFT and 2.0 * np.minimum(partners.nearest(*moving), WINDOW).mean() < still:
-            (shift, drift), rivals = moving, 0
-    nearest = partners.nearest(shift, drift)
-    paired = nearest[nearest <= WINDOW]
-    if len(paired) < 2 and known_offset is None:
+        shift, rivals = _densest_window(partners.gap)
+        mean_distance_without_drift = np.minimum(partners.nearest(shift, 0.0), WINDOW).mean()
+        fitted_line = _fitted_line(partners)
+        if (
+            mean_distance_without_drift > WORTH_A_DRIFT
+            and 2.0 * np.minimum(partners.nearest(*fitted_line), WINDOW).mean() < mean_distance_without_drift
+        ):
+            (shift, drift), rivals = fitted_line, 0
+    partner_distances = partners.nearest(shift, drift)
+    paired_distances = partner_distances[partner_distances <= WINDOW]
+    if len(paired_distances) < 2 and known_offset is None:
         raise AuditError(f"fewer than two reports fit true contacts with one offset, so none is estimated; {SAY_IT}")
-    own_offset = None if known_offset is not None or drift else _own_clock(shift, facts)
-    if own_offset is not None:
-        offset, rivals = own_offset, 0
+    recording_clock_offset = None if known_offset is not None or drift else _recording_clock_offset(shift, facts)
+    if recording_clock_offset is not None:
+        offset, rivals = recording_clock_offset, 0
     elif known_offset is not None or facts.physics_step is None:
         offset = shift
     else:
         # A report waits for the next step, a true moment for the next frame: by half of each in the mean.
         offset = shift + max(0.0, facts.physics_step - facts.frame_interval) / 2.0
     # Fitted without a step, the offset holds the delay too, and no report would seem late.
-    separate = own_offset is not None or known_offset is not None or facts.physics_step is not None
+    is_separate_clock = recording_clock_offset is not None or known_offset is not None or facts.physics_step is not None
     lateness = partners.lateness(shift, drift, offset)
     return ClockOffset(
         seconds=offset,
-        residual=float(np.quantile(paired, 0.95)) if len(paired) else None,
-        matched=len(paired),
-        reports=sum(map(len, reported.values())),
+        residual=float(np.quantile(paired_distances, 0.95)) if len(paired_distances) else None,
+        matched=len(paired_distances),
+        reports=sum(map(len, reported_moments.values())),
         drift=drift,
-        first=first,
+        first=first_moment,
         rivals=rivals,
-        is_own_clock=own_offset is not None,
-        delay=float(np.median(lateness)) if separate and len(lateness) else None,
+        is_own_clock=recording_clock_offset is not None,
+        delay=float(np.median(lateness)) if is_separate_clock and len(lateness) else None,
     )
 
 
-def _own_clock(shift: float, facts: ClockFacts) -> float | None:
+def _recording_clock_offset(shift: float, facts: ClockFacts) -> float | None:
     """The offset of the recording's own clock from which a delay of the engine alone explains a shift, if any."""
     # Half a frame early: the engine saw the contact before the next frame was recorded.
     offsets = [
         offset
-        for offset in facts.own_clock_offsets
-        if -(facts.frame_interval + WORTH_A_DRIFT) <= offset - shift <= LATEST
+        for offset in facts.recording_clock_offsets
+        if -(facts.frame_interval + WORTH_A_DRIFT) <= offset - shift <= LONGEST_DELAY
     ]
     return min(offsets, key=lambda offset: abs(offset - shift), default=None)
 
@@ -168,55 +179,67 @@ def _own_clock(shift: float, facts: ClockFacts) -> float | None:
 class _Partners:
     """The true moments that each of R reports may be of, N in all.
 
-    ``gap``: (N,) seconds, true minus reported. ``later``: (N,) seconds after the first report. ``report``: (N,) number.
+    ``gap``: (N,) seconds, true minus reported. ``seconds_after_first``: (N,) seconds after the first report.
+    ``report_indices``: (N,) number.
     """
 
-    def __init__(self, reported: Moments, truth: Moments, first: float) -> None:
-        pairs = [(moment, true) for key, moments in reported.items() if (true := truth.get(key)) for moment in moments]
+    def __init__(self, reported_moments: Moments, reference_moments: Moments, first_moment: float) -> None:
+        pairs = [
+            (moment, reference_seconds)
+            for key, moments in reported_moments.items()
+            if (reference_seconds := reference_moments.get(key))
+            for moment in moments
+        ]
         sizes = [len(true) for _, true in pairs]
-        self.report = np.repeat(np.arange(len(pairs)), sizes)
-        self.later = np.repeat(np.array([moment for moment, _ in pairs], dtype=np.float64) - first, sizes)
+        self.report_indices = np.repeat(np.arange(len(pairs)), sizes)
+        self.seconds_after_first = np.repeat(
+            np.array([moment for moment, _ in pairs], dtype=np.float64) - first_moment, sizes
+        )
         self.gap = np.array([value - moment for moment, true in pairs for value in true], dtype=np.float64)
 
     def lateness(self, shift: float, drift: float, offset: float) -> NDArray[np.float64]:
         """Seconds from its partner to each report that has one under ``shift``, with the ``offset`` added."""
-        gap = self.gap - shift - drift * self.later
-        paired = (np.abs(gap) <= WINDOW) & (np.abs(gap) == self.nearest(shift, drift)[self.report])
-        return offset - shift - gap[paired]
+        gap = self.gap - shift - drift * self.seconds_after_first
+        is_paired = (np.abs(gap) <= WINDOW) & (np.abs(gap) == self.nearest(shift, drift)[self.report_indices])
+        return offset - shift - gap[is_paired]
 
     def nearest(self, offset: float, drift: float) -> NDArray[np.float64]:
         """How far each report is from its nearest under a clock, (R,) seconds."""
-        nearest = np.full(int(self.report.max(initial=-1)) + 1, np.inf)
-        np.minimum.at(nearest, self.report, np.abs(self.gap - offset - drift * self.later))
-        return nearest
+        nearest_distances = np.full(int(self.report_indices.max(initial=-1)) + 1, np.inf)
+        np.minimum.at(
+            nearest_distances, self.report_indices, np.abs(self.gap - offset - drift * self.seconds_after_first)
+        )
+        return nearest_distances
 
 
-def _supporters(gaps: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def _counts_in_window(gaps: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Differences in order, and how many lie within the window after each."""
     gaps = np.sort(gaps)
     return gaps, np.searchsorted(gaps, gaps + WINDOW, side="right") - np.arange(len(gaps))
 
 
-def _densest(gaps: NDArray[np.float64]) -> tuple[float, int]:
+def _densest_window(gaps: NDArray[np.float64]) -> tuple[float, int]:
     """The middle of the window that holds most differences, of equal ones the nearest to no shift; and the others."""
-    gaps, count = _supporters(gaps)
-    middle = [float(np.median(gaps[k : k + count[k]])) for k in np.flatnonzero(count == count.max()).tolist()]
-    return min(middle, key=abs), int((np.diff(middle) > WINDOW).sum())
+    gaps, supporters = _counts_in_window(gaps)
+    window_medians = [
+        float(np.median(gaps[k : k + supporters[k]])) for k in np.flatnonzero(supporters == supporters.max()).tolist()
+    ]
+    return min(window_medians, key=abs), int((np.diff(window_medians) > WINDOW).sum())
 
 
 def _fitted_line(partners: _Partners) -> tuple[float, float]:
     """Offset and drift of the line that most differences are near; no drift where there are too few for one."""
-    gap, later = partners.gap, partners.later
-    offset, drift = _densest(gap)[0], 0.0
-    if partners.report[-1] + 1 < FEWEST or not later.any():
+    gap, seconds_after_first = partners.gap, partners.seconds_after_first
+    offset, drift = _densest_window(gap)[0], 0.0
+    if partners.report_indices[-1] + 1 < LEAST_MATCHED or not seconds_after_first.any():
         return offset, drift
-    drifts = np.arange(-MOST_DRIFT, MOST_DRIFT, WINDOW / later.max())
-    drift = float(max(drifts, key=lambda value: _supporters(gap - value * later)[1].max()))
-    offset, _ = _densest(gap - drift * later)
+    drifts = np.arange(-MOST_DRIFT, MOST_DRIFT, WINDOW / seconds_after_first.max())
+    drift = float(max(drifts, key=lambda value: _counts_in_window(gap - value * seconds_after_first)[1].max()))
+    offset, _ = _densest_window(gap - drift * seconds_after_first)
     for _ in range(3):
-        left, nearest = np.abs(gap - offset - drift * later), partners.nearest(offset, drift)
-        is_matched = (left <= WINDOW) & (left == nearest[partners.report])
-        if len(np.unique(later[is_matched])) < 2:
+        remaining_gaps, nearest = np.abs(gap - offset - drift * seconds_after_first), partners.nearest(offset, drift)
+        is_matched = (remaining_gaps <= WINDOW) & (remaining_gaps == nearest[partners.report_indices])
+        if len(np.unique(seconds_after_first[is_matched])) < 2:
             break  # Reports of one moment lie on lines of any drift.
-        drift, offset = np.polyfit(later[is_matched], gap[is_matched], 1).tolist()
+        drift, offset = np.polyfit(seconds_after_first[is_matched], gap[is_matched], 1).tolist()
     return offset, drift

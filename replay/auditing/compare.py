@@ -14,7 +14,7 @@ from replay.errors import AuditError
 VERDICT_FRAMES: Final = 16384
 """Frames whose verdicts are processed together: some 9 MB for 66 pairs as numpy counts, however long the session."""
 
-Within: TypeAlias = Callable[[IntArray, IntArray], BoolArray]
+ToleranceCheck: TypeAlias = Callable[[IntArray, IntArray], BoolArray]
 """What says of K pair-frames, by their frames (K,) and columns (K,), which are within tolerance, (K,)."""
 
 
@@ -22,7 +22,7 @@ def compare(
     subject: Detection,
     oracle: Detection,
     labels: tuple[str, str] | None = None,
-    within: Within | None = None,
+    within: ToleranceCheck | None = None,
     holdings: Sequence[Episode] = (),
 ) -> Comparison:
     """Give every pair-frame an outcome: the subject's verdict beside the oracle's.
@@ -44,43 +44,50 @@ def compare(
     _require_same(subject, oracle)
     outcome = np.empty(oracle.verdict.shape, dtype=np.uint8)
     for start in range(0, len(outcome), VERDICT_FRAMES):
-        rows = slice(start, start + VERDICT_FRAMES)
-        outcome[rows] = _outcome(subject, oracle, rows, holdings)
+        block_rows = slice(start, start + VERDICT_FRAMES)
+        outcome[block_rows] = _outcome(subject, oracle, block_rows, holdings)
         if within is not None:
-            _excuse(outcome[rows], start, within)
+            _excuse_within_tolerance(outcome[block_rows], start, within)
     outcome.setflags(write=False)
-    names = labels or (subject.detector, oracle.detector)
-    return Comparison(names[0], names[1], outcome)
+    compared_labels = labels or (subject.detector, oracle.detector)
+    return Comparison(compared_labels[0], compared_labels[1], outcome)
 
 
-def _excuse(outcome: ByteArray, start: int, within: Within) -> None:
+def _excuse_within_tolerance(outcome: ByteArray, start: int, is_within_tolerance: ToleranceCheck) -> None:
     """Find the ill-posed among the missed and invented of a block that begins at frame ``start``."""
-    frames, columns = true_indices(is_one_of(outcome, (Outcome.MISSED, Outcome.FALSE_CONTACT)))
-    if len(frames):
-        ill = within(frames + start, columns)
-        outcome[frames[ill], columns[ill]] = Outcome.WITHIN_TOLERANCE
+    disagreeing_frames, disagreeing_columns = true_indices(is_one_of(outcome, (Outcome.MISSED, Outcome.FALSE_CONTACT)))
+    if len(disagreeing_frames):
+        is_ill_posed = is_within_tolerance(disagreeing_frames + start, disagreeing_columns)
+        outcome[disagreeing_frames[is_ill_posed], disagreeing_columns[is_ill_posed]] = Outcome.WITHIN_TOLERANCE
 
 
 def _outcome(subject: Detection, oracle: Detection, rows: slice, holdings: Sequence[Episode]) -> ByteArray:
-    reports, truth = counts_as_contact(subject.verdict[rows]), counts_as_contact(oracle.verdict[rows])
-    confirmed, covers = reports, (subject.covers, oracle.covers)
+    subject_contact, reference_contact = (
+        counts_as_contact(subject.verdict[rows]),
+        counts_as_contact(oracle.verdict[rows]),
+    )
+    confirmed_contact, covers = subject_contact, (subject.covers, oracle.covers)
     if covers == ("instants", "intervals"):
         # An interval is found when a contact is reported at either of its ends.
-        confirmed = reports.copy()
-        confirmed[1:] |= reports[:-1]
+        confirmed_contact = subject_contact.copy()
+        confirmed_contact[1:] |= subject_contact[:-1]
         if rows.start:
-            confirmed[0] |= counts_as_contact(subject.verdict[rows.start - 1])
-    outcome = np.full(truth.shape, Outcome.NEITHER, dtype=np.uint8)
-    outcome[truth & confirmed] = Outcome.BOTH
-    outcome[truth & ~confirmed] = Outcome.MISSED
-    outcome[reports & ~truth] = Outcome.BETWEEN_FRAMES if covers == ("intervals", "instants") else Outcome.FALSE_CONTACT
-    undecided = is_undecided(subject.verdict[rows]) | is_undecided(oracle.verdict[rows])
+            confirmed_contact[0] |= counts_as_contact(subject.verdict[rows.start - 1])
+    outcome = np.full(reference_contact.shape, Outcome.NEITHER, dtype=np.uint8)
+    outcome[reference_contact & confirmed_contact] = Outcome.BOTH
+    outcome[reference_contact & ~confirmed_contact] = Outcome.MISSED
+    outcome[subject_contact & ~reference_contact] = (
+        Outcome.BETWEEN_FRAMES if covers == ("intervals", "instants") else Outcome.FALSE_CONTACT
+    )
+    is_undecided_frame = is_undecided(subject.verdict[rows]) | is_undecided(oracle.verdict[rows])
     # An interval found at its first end stays found, whatever the subject says at its second.
-    outcome[undecided & ~(truth & confirmed)] = Outcome.LEFT_OUT
-    decided = ~is_undecided(oracle.verdict[rows])
+    outcome[is_undecided_frame & ~(reference_contact & confirmed_contact)] = Outcome.LEFT_OUT
+    is_decided_by_reference = ~is_undecided(oracle.verdict[rows])
     for holding in holdings:
         block = slice(max(holding.first - rows.start, 0), max(holding.last + 1 - rows.start, 0)), holding.pair
-        outcome[block][(truth[block] | reports[block]) & decided[block]] = Outcome.GRASPED
+        outcome[block][(reference_contact[block] | subject_contact[block]) & is_decided_by_reference[block]] = (
+            Outcome.GRASPED
+        )
     return outcome
 
 

@@ -12,18 +12,18 @@ from replay.auditing.episodes import column_runs
 from replay.auditing.outcome import Comparison, Episode, Outcome
 from replay.auditing.wilson import Proportion, proportion_of_clusters
 
-REPORTED: Final = (Outcome.BOTH, Outcome.FALSE_CONTACT, Outcome.WITHIN_TOLERANCE)
+REPORTED_OUTCOMES: Final = (Outcome.BOTH, Outcome.FALSE_CONTACT, Outcome.WITHIN_TOLERANCE)
 """Outcomes of a contact that a detector reports."""
 
 
-def missed_whole(frames: IntArray) -> BoolArray:
-    """(..., C) which contacts are never reported, and missed in a frame, of their ``frames`` (..., C, outcomes)."""
-    return (frames[..., Outcome.MISSED] > 0) & (frames[..., Outcome.BOTH] == 0)
+def missed_whole(outcome_counts: IntArray) -> BoolArray:
+    """(..., C) contacts never reported, and missed in a frame, of their ``outcome_counts`` (..., C, outcomes)."""
+    return (outcome_counts[..., Outcome.MISSED] > 0) & (outcome_counts[..., Outcome.BOTH] == 0)
 
 
-def missed_partly(frames: IntArray) -> BoolArray:
+def missed_partly(outcome_counts: IntArray) -> BoolArray:
     """(..., C) which contacts are reported in some frames and missed in others."""
-    return (frames[..., Outcome.MISSED] > 0) & (frames[..., Outcome.BOTH] > 0)
+    return (outcome_counts[..., Outcome.MISSED] > 0) & (outcome_counts[..., Outcome.BOTH] > 0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,17 +35,17 @@ class ContactCounts:
     Contacts are counted, not the stretches in which they were lost: a contact that was lost twice is one contact
     missed in part.
 
-    ``numbers``: (C,) of the contacts, from 1; ``pairs``: (C,) column of the pair of each; ``frames``: (C, outcomes)
-    frames of each by ``Outcome``.
+    ``numbers``: (C,) of the contacts, from 1; ``pairs``: (C,) column of the pair of each; ``frames_by_outcome``: (C,
+    outcomes) frames of each by ``Outcome``.
     """
 
     numbers: IntArray
     pairs: IntArray
-    frames: IntArray
+    frames_by_outcome: IntArray
 
-    def only(self, kept: BoolArray) -> "ContactCounts":
-        """The contacts for which ``kept`` (C,) is true."""
-        return ContactCounts(self.numbers[kept], self.pairs[kept], self.frames[kept])
+    def selected(self, is_kept: BoolArray) -> "ContactCounts":
+        """The contacts for which ``is_kept`` (C,) is true."""
+        return ContactCounts(self.numbers[is_kept], self.pairs[is_kept], self.frames_by_outcome[is_kept])
 
     @property
     def contacts(self) -> int:
@@ -55,7 +55,7 @@ class ContactCounts:
     @property
     def late_or_cut_short(self) -> int:
         """Contacts reported in some frames and missed in others."""
-        return int(missed_partly(self.frames).sum())
+        return int(missed_partly(self.frames_by_outcome).sum())
 
     @property
     def missed(self) -> int:
@@ -65,36 +65,36 @@ class ContactCounts:
     @property
     def missed_numbers(self) -> list[int]:
         """Numbers, from 1, of the contacts that were never found."""
-        return self.numbers[missed_whole(self.frames)].tolist()
+        return self.numbers[missed_whole(self.frames_by_outcome)].tolist()
 
     @property
     def undecided(self) -> int:
         """Contacts that were neither reported nor missed in any frame, because frames were left out."""
-        return self._left_out(decided=False)
+        return self._left_out(is_decided=False)
 
     @property
     def partly_undecided(self) -> int:
         """Contacts of which some frames were left out and others decided; they count in their other class too."""
-        return self._left_out(decided=True)
+        return self._left_out(is_decided=True)
 
     @property
     def frames_undecided(self) -> int:
         """Pair-frames of the oracle's contacts that were left out."""
-        return int(self.frames[:, Outcome.LEFT_OUT].sum())
+        return int(self.frames_by_outcome[:, Outcome.LEFT_OUT].sum())
 
     def of_pair(self, pair: int) -> "ContactCounts":
         """The contacts of one pair."""
-        return self.only(self.pairs == pair)
+        return self.selected(self.pairs == pair)
 
     def proportion(self, outcome: Outcome) -> Proportion:
         """Pair-frames that ended so, of these and of those found; the interval is over contacts."""
-        ended = self.frames[:, outcome]
-        return proportion_of_clusters(ended, ended + self.frames[:, Outcome.BOTH])
+        frames_of_outcome = self.frames_by_outcome[:, outcome]
+        return proportion_of_clusters(frames_of_outcome, frames_of_outcome + self.frames_by_outcome[:, Outcome.BOTH])
 
-    def _left_out(self, decided: bool) -> int:
+    def _left_out(self, is_decided: bool) -> int:
         """Contacts with frames that were left out, and others that were decided or none."""
-        has_frames = (self.frames[:, [Outcome.BOTH, Outcome.MISSED]] > 0).any(axis=1)
-        return int(((self.frames[:, Outcome.LEFT_OUT] > 0) & (has_frames == decided)).sum())
+        has_frames = (self.frames_by_outcome[:, [Outcome.BOTH, Outcome.MISSED]] > 0).any(axis=1)
+        return int(((self.frames_by_outcome[:, Outcome.LEFT_OUT] > 0) & (has_frames == is_decided)).sum())
 
 
 def count_contacts(comparison: Comparison, contacts: Sequence[Episode]) -> ContactCounts:
@@ -103,14 +103,14 @@ def count_contacts(comparison: Comparison, contacts: Sequence[Episode]) -> Conta
 
 
 def _count_by_outcome(outcome: ByteArray, contacts: Sequence[Episode]) -> ContactCounts:
-    frames = np.zeros((len(contacts), len(Outcome)), dtype=np.int64)
-    for row, episode in zip(frames, contacts, strict=True):
-        row[:] = np.bincount(outcome[episode.first : episode.last + 1, episode.pair], minlength=len(Outcome))
+    frames_by_outcome = np.zeros((len(contacts), len(Outcome)), dtype=np.int64)
+    for outcome_counts, episode in zip(frames_by_outcome, contacts, strict=True):
+        outcome_counts[:] = np.bincount(outcome[episode.first : episode.last + 1, episode.pair], minlength=len(Outcome))
         # Frames without a pose within a contact are no frames of contact that somebody left undecided.
-        row[Outcome.LEFT_OUT] -= episode.frames_lost
+        outcome_counts[Outcome.LEFT_OUT] -= episode.frames_lost
     pairs = np.array([episode.pair for episode in contacts], dtype=np.int64)
-    everything = ContactCounts(np.arange(1, len(contacts) + 1), pairs, frames)
-    return everything.only(frames[:, Outcome.GRASPED] == 0)
+    all_counts = ContactCounts(np.arange(1, len(contacts) + 1), pairs, frames_by_outcome)
+    return all_counts.selected(frames_by_outcome[:, Outcome.GRASPED] == 0)
 
 
 def grasped_counts(
@@ -122,26 +122,32 @@ def grasped_counts(
     are the oracle's that are held, and ``pairs`` the columns asked about.
     """
     columns = list(pairs)
-    grasped = comparison.outcome[:, columns] == Outcome.GRASPED
-    truth, reported = (counts_as_contact(verdict[:, columns]) for verdict in verdicts)
+    is_grasped = comparison.outcome[:, columns] == Outcome.GRASPED
+    reference_contact, subject_contact = (counts_as_contact(verdict[:, columns]) for verdict in verdicts)
     pair_contacts = [contact for contact in contacts if contact.pair in columns]
     # No detector says contact in a frame without a pose.
     reported_frames = [
-        int(reported[episode.first : episode.last + 1, columns.index(episode.pair)].sum()) for episode in pair_contacts
+        int(subject_contact[episode.first : episode.last + 1, columns.index(episode.pair)].sum())
+        for episode in pair_contacts
     ]
-    frames = {"both": truth & reported, "missed": truth & ~reported, "invented": reported & ~truth}
+    masks = {
+        "both": reference_contact & subject_contact,
+        "missed": reference_contact & ~subject_contact,
+        "invented": subject_contact & ~reference_contact,
+    }
     return {
         "contacts": len(pair_contacts),
         "contacts_missed": reported_frames.count(0),
         "contacts_in_part": sum(
-            0 < count < episode.frames for count, episode in zip(reported_frames, pair_contacts, strict=True)
+            0 < reported_count < episode.frames
+            for reported_count, episode in zip(reported_frames, pair_contacts, strict=True)
         ),
-        **{name: int((grasped & frames_of_kind).sum()) for name, frames_of_kind in frames.items()},
+        **{mask_name: int((is_grasped & mask).sum()) for mask_name, mask in masks.items()},
     }
 
 
 def count_reports(comparison: Comparison) -> ContactCounts:
     """Count the contacts that a detector reports: true, false, or within tolerance."""
-    reported_frames = column_runs(is_one_of(column, REPORTED) for column in comparison.outcome.T)
-    reports = [Episode(pair, first, last, 0.0, 0.0) for pair, first, last in reported_frames.tolist()]
-    return _count_by_outcome(comparison.outcome, reports)
+    reported_frames = column_runs(is_one_of(column, REPORTED_OUTCOMES) for column in comparison.outcome.T)
+    report_episodes = [Episode(pair, first, last, 0.0, 0.0) for pair, first, last in reported_frames.tolist()]
+    return _count_by_outcome(comparison.outcome, report_episodes)

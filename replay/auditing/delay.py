@@ -8,7 +8,7 @@ from cdcore import Detection
 from cdcore.numerics import BoolArray, FloatArray
 from cdcore.protocol import counts_as_contact
 
-LATEST: Final = 0.25
+LONGEST_DELAY: Final = 0.25
 """Seconds: a report that comes later is no report of the same moment."""
 
 FEWER_WRONG: Final = 4
@@ -17,21 +17,30 @@ FEWER_WRONG: Final = 4
 
 def constant_delay(subject: Detection, oracle: Detection, pair: int) -> int:
     """Frames by which all that is said of a pair comes late; negative: early; 0: by no constant number."""
-    answers, true = reported_frames(subject, oracle, pair), counts_as_contact(oracle.verdict[:, pair])
-    frames_late = _frames_late(answers, true, subject.times)
+    subject_contact, reference_contact = (
+        reported_frames(subject, oracle, pair),
+        counts_as_contact(oracle.verdict[:, pair]),
+    )
+    frames_late = _frames_late(subject_contact, reference_contact, subject.times)
     if frames_late:
         return frames_late
     # Backwards in time what comes early comes late.
-    return -_frames_late(answers[::-1], true[::-1], -subject.times[::-1])
+    return -_frames_late(subject_contact[::-1], reference_contact[::-1], -subject.times[::-1])
 
 
 def frames_wrong(subject: Detection, oracle: Detection, pair: int, delay: int) -> tuple[int, int]:
     """Frames in which what is said of a pair is wrong: as it is said, and moved earlier by ``delay`` frames."""
-    answers, true = reported_frames(subject, oracle, pair), counts_as_contact(oracle.verdict[:, pair])
+    subject_contact, reference_contact = (
+        reported_frames(subject, oracle, pair),
+        counts_as_contact(oracle.verdict[:, pair]),
+    )
     if delay < 0:
-        answers, true, delay = answers[::-1], true[::-1], -delay
-    moved = int((answers[delay:] != true[: len(true) - delay]).sum() + answers[:delay].sum())
-    return int((answers != true).sum()), moved
+        subject_contact, reference_contact, delay = subject_contact[::-1], reference_contact[::-1], -delay
+    wrong_when_moved = int(
+        (subject_contact[delay:] != reference_contact[: len(reference_contact) - delay]).sum()
+        + subject_contact[:delay].sum()
+    )
+    return int((subject_contact != reference_contact).sum()), wrong_when_moved
 
 
 def reported_frames(subject: Detection, oracle: Detection, pair: int) -> BoolArray:
@@ -43,17 +52,26 @@ def reported_frames(subject: Detection, oracle: Detection, pair: int) -> BoolArr
     return answers
 
 
-def at_frame(mask: BoolArray, frame: int) -> bool:
+def at_frame(frame_mask: BoolArray, frame: int) -> bool:
     """Return the value of a mask (T,) at a frame; False before the first and after the last."""
-    return 0 <= frame < len(mask) and bool(mask[frame])
+    return 0 <= frame < len(frame_mask) and bool(frame_mask[frame])
 
 
-def _frames_late(answers: BoolArray, true: BoolArray, times: FloatArray) -> int:
-    """By how many frames ``said`` comes after ``true``; 0: by no constant number."""
-    frames = len(answers)
-    most_frames = int(np.searchsorted(times, times[0] + LATEST))
+def _frames_late(subject_contact: BoolArray, reference_contact: BoolArray, times: FloatArray) -> int:
+    """By how many frames ``subject_contact`` comes after ``reference_contact``; 0: by no constant number."""
+    frame_count = len(subject_contact)
+    most_frames = int(np.searchsorted(times, times[0] + LONGEST_DELAY))
     # What is said in the first frames has no frame before the recording to come from: it counts as wrong.
-    wrong = [int((answers[by:] != true[: frames - by]).sum() + answers[:by].sum()) for by in range(most_frames)]
-    by = int(np.argmin(wrong))
+    wrong_counts = [
+        int((subject_contact[by:] != reference_contact[: frame_count - by]).sum() + subject_contact[:by].sum())
+        for by in range(most_frames)
+    ]
+    delay = int(np.argmin(wrong_counts))
     # What is only lost, and never said too long, is not late.
-    return by if by and wrong[by] * FEWER_WRONG <= wrong[0] and bool((answers & ~true).any()) else 0
+    return (
+        delay
+        if delay
+        and wrong_counts[delay] * FEWER_WRONG <= wrong_counts[0]
+        and bool((subject_contact & ~reference_contact).any())
+        else 0
+    )

@@ -38,7 +38,7 @@ def examine(
     comparisons: Mapping[str, Comparison],
     contacts: Sequence[Episode],
     subjects: Mapping[str, Audited],
-    trusted: Run,
+    reference_run: Run,
     assembly: Assembly,
     faces_of: Callable[[Motion], Detection],
 ) -> tuple[dict[str, tuple[Fault, ...]], dict[str, Causes]]:
@@ -49,33 +49,33 @@ def examine(
     comparisons : label -> comparison, all with one oracle.
     contacts : the oracle's episodes.
     subjects : the detectors of these comparisons.
-    trusted : the oracle.
+    reference_run : the oracle.
     faces_of : the most trusted answer, with faces, for some frames.
     """
-    names = [assembly.things_of(pair) for pair in range(len(assembly.pairs))]
-    numbered = {
+    pair_names = [assembly.things_of(pair) for pair in range(len(assembly.pairs))]
+    numbered_misses = {
         label: [
             replace(miss, labels=assembly.fault_names(miss.pair))
-            for miss in missed_faults(comparison, contacts, names, assembly.motion.times)
+            for miss in missed_faults(comparison, contacts, pair_names, assembly.motion.times)
         ]
         for label, comparison in comparisons.items()
     }
-    trusted_detection = trusted.detection
+    trusted_detection = reference_run.detection
     has_faces = (
         trusted_detection.face_sets is not None
         and trusted_detection.covers == "instants"
-        and not holds_answers(trusted.settings)
+        and not holds_answers(reference_run.settings)
     )
-    causes: dict[str, list[list[Cause]]] = {label: [[] for _ in misses] for label, misses in numbered.items()}
-    for label, index, miss, of_frames in examined_misses(
+    causes: dict[str, list[list[Cause]]] = {label: [[] for _ in misses] for label, misses in numbered_misses.items()}
+    for label, index, miss, causes_at_frames in examined_misses(
         assembly,
         trusted_detection if has_faces else faces_of,
-        numbered,
+        numbered_misses,
         subjects,
-        between=trusted_detection.covers == "intervals",
+        reference_is_of_intervals=trusted_detection.covers == "intervals",
     ):
-        numbered[label][index], causes[label][index] = miss, of_frames
-    misses = {label: tuple(of_detector) for label, of_detector in numbered.items()}
+        numbered_misses[label][index], causes[label][index] = miss, causes_at_frames
+    misses = {label: tuple(of_detector) for label, of_detector in numbered_misses.items()}
     return misses, {
         label: count_causes(misses[label], causes[label], comparisons[label], subjects[label].oracle)
         for label in misses
@@ -88,7 +88,7 @@ def examined_misses(
     misses: Mapping[str, Sequence[Fault]],
     subjects: Mapping[str, Audited],
     *,
-    between: bool = False,
+    reference_is_of_intervals: bool = False,
 ) -> Iterator[tuple[str, int, Fault, list[Cause]]]:
     """Yield each miss with evidence and cause: label, index, miss, and the causes at its examined frames.
 
@@ -100,30 +100,32 @@ def examined_misses(
     source : exact answer.
     misses : label -> numbered misses, not measured.
     subjects : the detectors that missed them.
-    between : whether row t of the oracle covers the path from t-1 to t.
+    reference_is_of_intervals : whether row t of the oracle covers the path from t-1 to t.
     """
     plan = _frames_to_decide(misses)
-    count = sum(map(len, misses.values()))
-    frames_per_miss = EVIDENCE_BUDGET.frames_per_miss(count)
+    miss_count = sum(map(len, misses.values()))
+    frames_per_miss = EVIDENCE_BUDGET.frames_per_miss(miss_count)
     curve_frames = {segment: spread_frames(segment[1], segment[2], frames_per_miss) for segment in plan}
-    finder = EvidenceFinder(assembly, between=between)
-    for group in grouped_by_size(plan, lambda segment: len(curve_frames[segment]), FRAMES_AT_ONCE):
-        decided = [frames for segment in group for _, _, frames in plan[segment]]
-        if between:
+    finder = EvidenceFinder(assembly, reference_is_of_intervals=reference_is_of_intervals)
+    for segment_group in grouped_by_size(plan, lambda segment: len(curve_frames[segment]), FRAMES_AT_ONCE):
+        frames_to_decide = [frames for segment in segment_group for _, _, frames in plan[segment]]
+        if reference_is_of_intervals:
             # An interval is also decided at the frame where it begins.
-            decided += [np.maximum(frames - 1, 0) for frames in decided]
-        truth = _exact_answer(source, assembly.motion, [*(curve_frames[segment] for segment in group), *decided])
-        for segment in group:
+            frames_to_decide += [np.maximum(frames - 1, 0) for frames in frames_to_decide]
+        exact_answer = _exact_answer(
+            source, assembly.motion, [*(curve_frames[segment] for segment in segment_group), *frames_to_decide]
+        )
+        for segment in segment_group:
             pair, first, _ = segment
-            frame, point, metres, evidence = finder.measure(pair, first, curve_frames[segment].tolist(), truth)
+            frame, point, metres, evidence = finder.measure(pair, first, curve_frames[segment].tolist(), exact_answer)
             for label, index, frames in plan[segment]:
                 miss = misses[label][index]
-                causes = causes_of_miss(miss, frames.tolist(), subjects[label], truth)
-                measured = replace(miss, frame=frame, point=point, metres=metres, evidence=evidence)
+                causes = causes_of_miss(miss, frames.tolist(), subjects[label], exact_answer)
+                measured_miss = replace(miss, frame=frame, point=point, metres=metres, evidence=evidence)
                 if causes:
-                    cause, agreeing = Counter(causes).most_common(1)[0]
-                    measured = replace(measured, cause=cause, agreeing=(agreeing, len(causes)))
-                yield label, index, measured, causes
+                    cause, agreeing_count = Counter(causes).most_common(1)[0]
+                    measured_miss = replace(measured_miss, cause=cause, agreeing=(agreeing_count, len(causes)))
+                yield label, index, measured_miss, causes
 
 
 def _frames_to_decide(misses: Mapping[str, Sequence[Fault]]) -> dict[Segment, list[tuple[str, int, IntArray]]]:
@@ -143,5 +145,5 @@ def _frames_to_decide(misses: Mapping[str, Sequence[Fault]]) -> dict[Segment, li
 def _exact_answer(source: Source, motion: Motion, frames: Sequence[IntArray]) -> ExactAnswer:
     if isinstance(source, Detection):
         return ExactAnswer(source)
-    queried = np.unique(np.concatenate(frames))
-    return ExactAnswer(source(motion.take(queried)), queried)
+    queried_frames = np.unique(np.concatenate(frames))
+    return ExactAnswer(source(motion.take(queried_frames)), queried_frames)

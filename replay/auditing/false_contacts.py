@@ -13,7 +13,7 @@ from cdcore.numerics import FloatArray
 from cdcore.poses import place_points
 from cdcore.protocol import NO_FACES, REFUSED, Explains, PairDetector, counts_as_contact, is_one_of
 from replay.auditing.causes import Audited, delay_cause
-from replay.auditing.contact_counts import REPORTED
+from replay.auditing.contact_counts import REPORTED_OUTCOMES
 from replay.auditing.delay import at_frame
 from replay.auditing.episodes import column_runs
 from replay.auditing.fault import Cause, Evidence, Fault, FaultKind
@@ -117,7 +117,7 @@ def false_contacts(assembly: Assembly, comparison: Comparison, by: Audited) -> t
 
     longest = np.argsort([first - last for _, first, last in segments.tolist()], kind="stable")[:GAP_FRAMES_TOTAL]
     most_frames = min(GAP_FRAMES, GAP_FRAMES_TOTAL // len(longest))
-    reports = cache(lambda pair: runs(is_one_of(outcome[:, pair], REPORTED)))
+    reports = cache(lambda pair: runs(is_one_of(outcome[:, pair], REPORTED_OUTCOMES)))
     measured, meshes, faults = set(longest.tolist()), MeshStage(assembly.bodies, assembly.pairs), list[Fault]()
     shapes = _Shapes(by.detector)
     hulls = _Hulls(assembly) if getattr(getattr(by.detector, "settings", None), "shape", None) == "hull" else None

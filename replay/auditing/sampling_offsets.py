@@ -11,7 +11,7 @@ from cdcore import Detection, Detector, Motion, Verdict, join
 from cdcore.detectors.detector_table import TABLE
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 from cdcore.protocol import ZeroOrderHold, detect_live, is_one_of, stream_live
-from replay.auditing.contact_counts import REPORTED, count_contacts, count_reports, missed_partly, missed_whole
+from replay.auditing.contact_counts import REPORTED_OUTCOMES, count_contacts, count_reports, missed_partly, missed_whole
 from replay.auditing.episodes import column_runs
 from replay.auditing.outcome import Outcome
 from replay.auditing.tolerance import Reference
@@ -216,11 +216,11 @@ def offset_counts(
         )
         believed, _ = samples.hold(sample_verdict, has_pose[sampled], sampled, has_pose)
         comparison = reference.compare(replace(at_every_frame, verdict=believed))
-        frames[number] = count_contacts(comparison, reference.contacts).frames
+        frames[number] = count_contacts(comparison, reference.contacts).frames_by_outcome
         outcome = comparison.outcome
         false_frames = is_one_of(outcome, (Outcome.FALSE_CONTACT,))
         true_or_false = is_one_of(outcome, (Outcome.BOTH, Outcome.FALSE_CONTACT))
-        reported |= is_one_of(outcome, REPORTED)
+        reported |= is_one_of(outcome, REPORTED_OUTCOMES)
         # As of one run: what is within tolerance is neither true nor false.
         positives += true_or_false
         false += false_frames

@@ -17,7 +17,7 @@ from cdcore import Detection, Motion, Verdict
 from cdcore.narrow.pair_frames import rows_of_columns
 from cdcore.numerics import TAU, BoolArray, IntArray
 from cdcore.protocol import is_one_of
-from replay.auditing.compare import Within, compare
+from replay.auditing.compare import ToleranceCheck, compare
 from replay.auditing.episodes import episodes
 from replay.auditing.holding import holdings
 from replay.auditing.outcome import Comparison, Episode
@@ -56,7 +56,7 @@ class Tolerance:
 
         return MarginStage(self._assembly.bodies, self._tau)
 
-    def judge(self, subject: Detection, oracle: Detection) -> Within:
+    def judge(self, subject: Detection, oracle: Detection) -> ToleranceCheck:
         """Return a function from K disagreeing pair-frames (frames, columns) to those within tolerance, (K,)."""
 
         def within(frames: IntArray, columns: IntArray) -> BoolArray:

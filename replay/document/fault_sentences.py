@@ -61,7 +61,7 @@ def noise_remark(depth: float, *, at_least: bool) -> str:
 def why_missed(miss: Fault, label: str, by: Audited, contact: Episode) -> str:
     """Why a contact was missed, late or cut short, in a sentence; ``contact`` is the oracle's that it belongs to."""
     clause = _outcome(miss, label, by, contact)
-    if miss.cause == Cause.BETWEEN_SAMPLES and by.sampled is not None and by.rate_hz:
+    if miss.cause == Cause.BETWEEN_SAMPLES and by.sampled_frames is not None and by.rate_hz:
         return _between_samples(miss, label, by, contact)
     if miss.cause == Cause.BETWEEN_SAMPLES:
         return f"{clause}: by its own account it took no sample {_extent(miss)}."
@@ -92,9 +92,9 @@ def _outcome(miss: Fault, label: str, by: Audited, contact: Episode) -> str:
 
 def _between_samples(miss: Fault, label: str, by: Audited, contact: Episode) -> str:
     """A miss in frames of which most were not sampled."""
-    assert by.sampled is not None and by.rate_hz
+    assert by.sampled_frames is not None and by.rate_hz
     clause = _outcome(miss, label, by, contact)
-    sampled = by.sampled & by.has_pose(miss.pair)
+    sampled = by.sampled_frames & by.has_pose(miss.pair)
     inside = int(sampled[miss.first : miss.last + 1].sum())
     if inside:
         return f"{clause}: it took no sample in {miss.frames - inside} of these frames."
@@ -179,11 +179,11 @@ def _last_answer(false: Fault, label: str, by: Audited, gap: str) -> str:
     moment = float(by.motion.times[false.frame])
     long = duration_text(false.frames, false.end - false.start)
     pair, when = " and ".join(false.labels), f"at {words.moment(moment)}"
-    if by.sampled is None:
+    if by.sampled_frames is None:
         return (
             f"{label} reported contact of {pair} for {long} {when}; {gap}: by its own account it took no sample there."
         )
-    sampled = by.sampled & by.has_pose(false.pair)
+    sampled = by.sampled_frames & by.has_pose(false.pair)
     if not sampled[false.first : false.last + 1].any():
         report = f"it reported contact of {pair} for {long} {when}, too long"
         return f"{label} keeps its answer until its next sample: {report}."

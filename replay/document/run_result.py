@@ -9,7 +9,7 @@ from typing import Any, Final, Protocol, cast
 from cdcore import Detection, Detector
 from replay.auditing.causes import Causes
 from replay.auditing.contact_counts import ContactCounts
-from replay.auditing.contact_depth import ContactDepth, DepthSeries
+from replay.auditing.contact_depth import ContactDepth, DepthsByPairAndFrame
 from replay.auditing.fault import Fault
 from replay.auditing.flicker import Flicker
 from replay.auditing.matching import EpisodeMatches
@@ -133,7 +133,9 @@ class RunResult:
     not_grasped: tuple[Episode, ...] = ()  # the oracle's contacts but those of a hand with what it holds
     effects: Mapping[str, EffectRun] = field(default_factory=dict)  # by kind, in running order
     depths: tuple[ContactDepth, ...] = ()  # of each contact of the oracle; none without an audit
-    depth_series: DepthSeries = field(default_factory=dict)  # of the oracle's contacts and the misses, over time
+    depth_series: DepthsByPairAndFrame = field(
+        default_factory=dict
+    )  # of the oracle's contacts and the misses, over time
     flicker: Mapping[str, Flicker] = field(default_factory=dict)  # of the detectors whose contacts are interrupted
     noise: NoiseResult | None = None  # what holds in spite of tracker noise, where that was asked for
     tables: Mapping[str, Table] = field(default_factory=dict)  # by name: ``episodes misses false events``

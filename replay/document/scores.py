@@ -113,7 +113,7 @@ def _noise_proof(result: RunResult, contacts: ContactCounts, offsets: OffsetCoun
         return None
     noise_labels = result.noise.labels
     holds = np.array([noise_labels[number - 1] == HOLDS for number in contacts.numbers.tolist()], np.bool_)
-    firm = contacts.only(holds)
+    firm = contacts.selected(holds)
     firm_offsets = None if offsets is None else offsets.only(holds)
     return NoiseProofAudit(
         contacts=firm.contacts,

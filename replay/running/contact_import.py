@@ -84,7 +84,7 @@ def _clock_facts(contacts: Iterable[LiveContact], result: RunResult) -> ClockFac
     return ClockFacts(
         frame_interval=float(np.median(np.diff(times))) if len(times) > 1 else 0.0,
         physics_step=None if steps is None else 1.0 / steps[0],
-        own_clock_offsets=(0.0, -result.assembly.first_ns / 1e9),
+        recording_clock_offsets=(0.0, -result.assembly.first_ns / 1e9),
     )
 
 

@@ -41,8 +41,8 @@ def recorded(scene):
 def test_misses_have_a_cause(scene, oracle):
     start, end = WINDOWS[scene]
     result = compute(recorded(scene), detectors=DETECTORS, oracle=oracle, start=start, end=end)
-    reported = [causes for causes in result.causes.values() if causes.examined]
-    examined = sum(causes.examined for causes in reported)
+    reported = [causes for causes in result.causes.values() if causes.examined_misses]
+    examined = sum(causes.examined_misses for causes in reported)
     assert examined > 5, "nothing was missed, so nothing is shown"
     unexplained = sum(causes.pair_frames.get(Cause.UNEXPLAINED, 0) for causes in reported)
     assert unexplained <= MOST_UNEXPLAINED * examined

@@ -82,7 +82,7 @@ def test_the_table_of_planted_and_reported_causes_is_diagonal():
     labels = dict(zip(PLANTED, [label for label in result.detections if label != "exact"], strict=True))
     for planted, label in labels.items():
         answer = result.causes[label]
-        assert answer.examined > 5, planted
+        assert answer.examined_misses > 5, planted
         assert {cause for cause, count in answer.pair_frames.items() if count} == {planted}
         assert {miss.cause for miss in result.misses[label]} == {planted.value}
         figures = result.document.audit[label].causes
@@ -94,7 +94,7 @@ def test_the_table_of_planted_and_reported_causes_is_diagonal():
 def test_planted_causes_are_found_in_other_sessions(planted):
     session, detector, oracle, cause = ELSEWHERE[planted]
     (answer,) = compute(session(), detectors=detector, oracle=oracle).causes.values()
-    assert answer.examined > 0
+    assert answer.examined_misses > 0
     assert {item for item, count in answer.pair_frames.items() if count and item != Cause.TOLERANCE} == {cause}
 
 
@@ -119,7 +119,7 @@ def test_an_oracle_of_intervals_gives_the_cause_at_the_frame():
         corners_first(), detectors=[PLANTED[cause] for cause in planted], oracle="s=support.planted_detectors:Swept"
     )
     for cause, label in zip(planted, result.causes, strict=True):
-        assert result.causes[label].examined > 5
+        assert result.causes[label].examined_misses > 5
         assert {answer for answer, count in result.causes[label].pair_frames.items() if count} == {cause}
 
 
@@ -171,7 +171,7 @@ def test_samples_are_bounded_and_unsampled_misses_unexamined(monkeypatch):
     result = compute(session, detectors="support.planted_detectors:Blind")
     causes = Counter(miss.cause for miss in result.misses["Blind"])
     assert causes == {Cause.NOT_EXAMINED: 90, Cause.UNEXPLAINED: 10}
-    assert result.causes["Blind"].examined == 10 and result.causes["Blind"].missed == 200
+    assert result.causes["Blind"].examined_misses == 10 and result.causes["Blind"].missed_contacts == 200
 
 
 def test_an_oracle_without_faces_gets_them_from_exact():

@@ -32,7 +32,10 @@ def measured_misses(assembly, detector, segments, *, between=False):
     whole = replace(detector.detect(assembly.motion), covers="intervals" if between else "instants")
     subjects = {"it": Audited(assembly.motion, object(), whole, whole)}
     misses = {"it": [miss(*segment) for segment in segments]}
-    examined = sorted(examined_misses(assembly, detect, misses, subjects, between=between), key=lambda entry: entry[1])
+    examined = sorted(
+        examined_misses(assembly, detect, misses, subjects, reference_is_of_intervals=between),
+        key=lambda entry: entry[1],
+    )
     assert all(causes and fault.cause in causes for _, _, fault, causes in examined)
     return [fault for _, _, fault, _ in examined], requested
 
