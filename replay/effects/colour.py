@@ -193,10 +193,10 @@ def _check(declared: Declaration, _scene: Scene) -> None:
         if not shade.stop > 0.0:
             raise declared.fail("full_mol_l is missing: the mol/L at which the colour is full")
         return
-    missing = [key for key in OWN if declared[key] is None] if name not in INDICATORS else []
+    missing = name not in INDICATORS and any(declared[key] is None for key in OWN)
     if missing:
-        known = f"{name!r} is not an indicator: {', '.join(INDICATORS)}{nearest(name, INDICATORS)}"
-        raise declared.fail(f"{missing[0]} is missing: {known}; your own has {', '.join(OWN)}")
+        problem = f"indicator: no table knows {name!r}; one of your own has {', '.join(OWN)}"
+        raise declared.fail(problem + nearest(name, INDICATORS))
     by_ph = [declared[key] for key in ("from_ph", "to_ph")]
     if INDICATORS.get(name, {}).get("species") and any(value is not None for value in by_ph):
         raise declared.fail(f"from_ph: {name} shows {', '.join(INDICATORS[name]['species'])} and no pH; leave it out")

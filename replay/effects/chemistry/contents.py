@@ -173,7 +173,8 @@ def _solutes(vessel: Vessel, liquid: Mapping[str, Any]) -> dict[str, float]:
     if solute in solutes:
         raise vessel.fail(f"holds {solute!r} twice; give one concentration")
     # Plain water may be named as its own solute.
-    if solute and not (solute == WATER and "molar" not in liquid):
+    is_water = solute == WATER or solute.lower() == "water"
+    if solute and not (is_water and "molar" not in liquid):
         solutes[solute] = vessel.amount("liquid", "molar")
     return solutes
 

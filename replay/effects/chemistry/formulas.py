@@ -27,6 +27,8 @@ ARROWS: Final = ("<=>", "<->", "-->", "==>", "->", "=>", "→", "⟶", "⇌", "�
 
 _TERM = re.compile(r"^(\d+)?\s*(\S+?)(?:\s+\^?(\d*[+-]))?\s*(?:\((s|l|g|aq)\))?$")
 _CHARGE = re.compile(r"^(.*?)(\^?)(\d*)([+-])$")
+_EDTA = re.compile(r"EDTA|Y\s?\^?\d?-(?!>)")
+_COMPLEX = re.compile(r"\[([^\[\]]+)\]")
 _SPELLINGS = str.maketrans({"−": "-", "·": ".", "•": ".", "⋅": ".", "∙": ".", "*": ".", "↓": "(s)", "↑": "(g)"})
 
 MOST_CHARGE: Final = 6
@@ -82,6 +84,9 @@ def equation_of(text: str, is_known: Callable[[str], bool] = lambda _: False) ->
     arrow = next((sign for sign in ARROWS if sign in plain_text), "")
     if not arrow:
         raise ValueError(f"{text!r} has no ->; write it as HCl + NaOH -> NaCl + H2O")
+    # Y with a negative charge is EDTA, never yttrium.
+    if _EDTA.search(plain_text):
+        raise ValueError("write EDTA as C10H12N2O8^4-, as in Ca2+ + C10H12N2O8^4- -> CaC10H12N2O8^2-")
     left, _, right = plain_text.partition(arrow)
     sides = _terms(left), _terms(right)
     written_terms = list(dict.fromkeys(term.readings for side in sides for term in side))
@@ -129,7 +134,8 @@ def readings_of(formula: str) -> tuple[str, ...]:
     if match is None:
         return (formula,)
     body, caret, digits, sign = match.groups()
-    if caret or not digits:
+    # What stands behind the square brackets of a complex is its charge.
+    if caret or not digits or _COMPLEX.fullmatch(body):
         return (_formula_with_charge(body, digits, sign),)
     whole = _formula_with_charge(body, digits, sign)
     subscript = body + digits + sign
@@ -141,6 +147,9 @@ def readings_of(formula: str) -> tuple[str, ...]:
 
 
 def _formula_with_charge(body: str, digits: str, sign: str) -> str:
+    complex_ion = _COMPLEX.fullmatch(body)
+    if complex_ion is not None:
+        body = complex_ion.group(1)
     return f"{body}^{digits}{sign}" if digits not in ("", "1") else body + sign
 
 

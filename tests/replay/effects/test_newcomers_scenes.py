@@ -81,7 +81,7 @@ def test_shades_are_ordered_from_pale_to_dark():
     assert brightness == sorted(brightness, reverse=True)
 
 
-@pytest.mark.parametrize("liquid", [{}, {"solute": "H2O"}])
+@pytest.mark.parametrize("liquid", [{}, {"solute": "H2O"}, {"solute": "water"}])
 def test_plain_water_needs_no_concentration(liquid):
     scene = world({"flask": still(2)}, (glass("flask", 50.0, **liquid),), MIX).scene
     assert plan_faults(scene) == ()

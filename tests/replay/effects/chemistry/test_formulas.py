@@ -50,12 +50,18 @@ def test_what_is_no_formula_is_refused(formula):
         ("CuSO4 \u00b7 5 H2O(s) -> Cu2+ + SO42- + 5 H2O", {"CuSO4.5H2O": 1}, {"CuSO4.5H2O": "s"}),
         ("HPO42- + H+ -> H2PO4-", {"HPO4^2-": 1, "H+": 1}, {}),
         ("ClO3- + 6 H+ + 5 Cl- -> 3 Cl2 + 3 H2O", {"ClO3-": 1, "H+": 6, "Cl-": 5}, {}),
-        ("[Ag(NH3)2]+ + Cl- + 2 H+ -> AgCl(s) + 2 NH4+", {"[Ag(NH3)2]+": 1, "Cl-": 1, "H+": 2}, {"AgCl": "s"}),
+        ("[Ag(NH3)2]+ + Cl- + 2 H+ -> AgCl(s) + 2 NH4+", {"Ag(NH3)2+": 1, "Cl-": 1, "H+": 2}, {"AgCl": "s"}),
     ],
 )
 def test_of_several_readings_the_balanced_is_taken(text, reagents, phases):
     equation = equation_of(text, known)
     assert equation.reagents == reagents and equation.phases == phases
+
+
+@pytest.mark.parametrize("text", ["Ca2+ + EDTA4- -> CaEDTA2-", "Mg2+ + H2Y2- -> MgY2- + 2 H+", "Ca2+ + Y4- -> CaY^2-"])
+def test_edta_by_its_abbreviation_is_refused_with_its_formula(text):
+    with pytest.raises(ValueError, match=r"write EDTA as C10H12N2O8\^4-, as in"):
+        equation_of(text, known)
 
 
 def test_two_balanced_readings_are_refused_with_a_remedy():
@@ -66,7 +72,8 @@ def test_two_balanced_readings_are_refused_with_a_remedy():
 @pytest.mark.parametrize(
     ("written", "read"),
     [("Cu2+", "Cu^2+"), ("SO42-", "SO4^2-"), ("NH4+", "NH4+"), ("IO3-", "IO3-"), ("Fe3+", "Fe^3+"), ("MnO4-", "MnO4-"),
-     ("Cr2O72-", "Cr2O7^2-"), ("PO43-", "PO4^3-"), ("Ag(NH3)2+", "Ag(NH3)2+"), ("HCO3-", "HCO3-")],
+     ("Cr2O72-", "Cr2O7^2-"), ("PO43-", "PO4^3-"), ("Ag(NH3)2+", "Ag(NH3)2+"), ("HCO3-", "HCO3-"),
+     ("[Cu(NH3)4]2+", "Cu(NH3)4^2+"), ("[Fe(CN)6] 3-", "Fe(CN)6^3-"), ("[Al(OH)4]-", "Al(OH)4-")],
 )  # fmt: skip
 def test_an_ion_alone_is_read_as_known(written, read):
     assert ion_of(written, known) == read
