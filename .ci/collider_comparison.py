@@ -17,7 +17,7 @@ import numpy as np
 
 from cdcore import TriangleMesh
 from cdcore.bounding.hull import hull_collider, hull_of
-from cdcore.numerics import TAU, FloatArray
+from cdcore.numerics import TWO_MICROMETRES, FloatArray
 from replay.advice.collider_search import ColliderSearch, Deadline, Limits
 from replay.advice.scoring import Scoring
 from replay.advice.settings import Setting
@@ -293,7 +293,9 @@ class Bench:
         prepared = prepare(session, pairs=pairs)
         self.assembly = prepared.assembly
         self.mesh = self.assembly.bodies[self.assembly.names.index("body")].mesh
-        self.scoring = Scoring(prepared.assembly, parse_detector(TRUSTED), 0, TAU, prepared.repaired.session)
+        self.scoring = Scoring(
+            prepared.assembly, parse_detector(TRUSTED), 0, TWO_MICROMETRES, prepared.repaired.session
+        )
 
     def outcome(self, pieces: Sequence[TriangleMesh]) -> Outcome:
         """The errors of pieces in place of the body."""

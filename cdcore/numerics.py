@@ -1,4 +1,4 @@
-"""The pads that cover rounding of the reference vertices (``cdcore.poses``), and the limits of rotations.
+"""The tolerances: pads that cover rounding of the reference vertices (``cdcore.poses``), limits of rotations, tau.
 
 Every tolerance of the core has its name, its reason and its scale here or beside the algorithm it belongs to.
 """
@@ -38,9 +38,9 @@ ORTHONORMAL_REJECT: Final = 1e-3
 QUATERNION_REJECT: Final = 1e-3
 """Largest accepted distance of a quaternion's norm from 1."""
 
-TAU: Final = 2e-6
-"""Metres within which another answer is excused: float engines disagree about less, coal decides nothing below it, and
-no tracker resolves a hundred times as much (VIVE: 0.14 mm frame to frame)."""
+TWO_MICROMETRES: Final = 2e-6
+"""Metres within which another answer is excused, called tau: float engines disagree about less than 2 micrometres, coal
+decides nothing below it, and no tracker resolves a hundred times as much (VIVE: 0.14 mm frame to frame)."""
 
 
 def true_indices(flags: BoolArray) -> tuple[IntArray, IntArray]:

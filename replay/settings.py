@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from cdcore.numerics import TAU
+from cdcore.numerics import TWO_MICROMETRES
 from replay.detection.detector_spec import (
     RELEASE,
     TRUSTED,
@@ -68,7 +68,7 @@ class RunSettings:
     noise: Sequence[str] | str = ()
     noise_copies: int = COPIES
     seed: int = 0
-    tau: float = TAU
+    tau: float = TWO_MICROMETRES
     offline: bool = False
     fix_time: float = 0.0
 

@@ -1,8 +1,8 @@
 """Rigid poses: a rotation (3, 3) body to world, column convention, and a translation (3,) in metres.
 
 Every question about poses has one answer here for arrays and one in ``cdcore.poses.kernels`` for kernels; the tests
-hold them against each other. ``cdcore.poses.checks`` says whether poses are finite and rigid. This module needs no
-compiler, so that a program that reads a session starts without one.
+hold them against each other. ``cdcore.poses.corrupt_poses`` refuses poses that are not finite and rigid. This
+module needs no compiler, so that a program that reads a session starts without one.
 """
 
 import numpy as np

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from types import ModuleType
 from typing import Final
 
@@ -23,7 +23,6 @@ from cdcore.numerics import (
 from cdcore.poses import rotation_from_quaternion
 
 NO_MATRICES: Final = np.empty((0, 0, 4, 4))
-LAST_ROW: Final = [0.0, 0.0, 0.0, 1.0]
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -72,9 +71,10 @@ class Motion:
         clock = _times(times)
         position = _array(translations, "translations", (len(clock), None, 3), copy=copy)
         rotation = _array(rotations, "rotations", (len(clock), position.shape[1], 3, 3), copy=copy)
-        self._check(clock, NO_MATRICES, position, rotation, _mask(valid, position.shape[:2], "valid"), linked, names)
+        mask = _mask(valid, position.shape[:2], "valid")
+        self._keep_unless_corrupt(clock, NO_MATRICES, position, rotation, mask, linked, names)
 
-    def _check(
+    def _keep_unless_corrupt(
         self,
         clock: FloatArray,
         matrices: FloatArray,
@@ -84,17 +84,9 @@ class Motion:
         linked: ArrayLike | None,
         names: Sequence[str] | None,
     ) -> None:
-        """Check arrays of our own, filled from matrices if there are any, and keep them, in one pass over all poses."""
-        kernels, changed = _kernels(), np.empty(mask.shape, dtype=np.bool_)
-        room, last = np.empty(18), np.full(mask.shape[1], kernels.GOOD)
-        # a read-only view whatever was given: else the kernel would be compiled for both kinds
-        bad, repaired, worst = kernels.check_poses(readonly(matrices[:]), position, rotation, mask, room, last, changed)
-        if bad >= 0:
-            where, (frame, body) = _where(bad, mask, clock, names), divmod(bad, mask.shape[1])
-            if matrices.size and matrices[frame, body, 3].tolist() != LAST_ROW:
-                what = f"last row is {matrices[frame, body, 3].tolist()}, not 0 0 0 1"
-                raise InvalidPoseError(f"{where}{what}; pass column-convention matrices")
-            raise InvalidPoseError(where + _fault(position[frame, body], rotation[frame, body]))
+        """Keep arrays of our own, filled from matrices if there are any; a corrupt pose is refused."""
+        label = partial(_frame_and_body, mask=mask, clock=clock, names=names)
+        changed, repaired, worst = _compiled().refuse_corrupt_poses(matrices, position, rotation, mask, label)
         self._keep(clock, position, rotation, mask, _known(mask, linked), repaired, worst)
         self.__dict__["changed"] = readonly(changed)
 
@@ -144,7 +136,7 @@ class Motion:
             given = q.reshape(-1, 4)[bad].tolist()
             what = f"quaternion {given} has norm {math.hypot(*given):.6g}, not 1"
             what += "; flag the pose as not valid or repair it"
-            raise InvalidPoseError(_where(bad, mask, clock, names) + what)
+            raise InvalidPoseError(_frame_and_body(bad, mask, clock, names) + what)
         position = _array(translations, "translations", (len(clock), mask.shape[1], 3))
         return cls(clock, position, rotation_from_quaternion(q), mask, linked=linked, names=names)
 
@@ -164,7 +156,7 @@ class Motion:
         mask = _mask(valid, matrices.shape[:2], "valid")
         position, rotation = np.empty((*mask.shape, 3)), np.empty((*mask.shape, 3, 3))
         motion = object.__new__(cls)
-        motion._check(clock, matrices, position, rotation, mask, linked, names)
+        motion._keep_unless_corrupt(clock, matrices, position, rotation, mask, linked, names)
         return motion
 
     def __len__(self) -> int:
@@ -177,10 +169,10 @@ class Motion:
         A body without a pose is thought to stay where it was, or to wait where it will be first.
         """
         # Of a motion that was checked the pass that did it has filled this in.
-        kernels, changed = _kernels(), np.empty(self.valid.shape, dtype=np.bool_)
+        compiled, changed = _compiled(), np.empty(self.valid.shape, dtype=np.bool_)
         rotation, position = (np.ascontiguousarray(array) for array in (self.rotations, self.translations))
-        last = np.full(self.valid.shape[1], kernels.GOOD)
-        kernels.note_changes(readonly(position[:]), readonly(rotation[:]), self.valid, last, changed)
+        last = np.full(self.valid.shape[1], compiled.GOOD)
+        compiled.note_changes(readonly(position[:]), readonly(rotation[:]), self.valid, last, changed)
         return readonly(changed)
 
     def frames(self, start: int, stop: int) -> Motion:
@@ -248,11 +240,11 @@ def _known(mask: BoolArray, linked: ArrayLike | None) -> BoolArray:
     return known
 
 
-def _kernels() -> ModuleType:
+def _compiled() -> ModuleType:
     """The compiled passes, imported with the first motion: the compiler takes half a second to load."""
-    from cdcore.poses import checks
+    from cdcore.poses import corrupt_poses
 
-    return checks
+    return corrupt_poses
 
 
 def _times(times: ArrayLike) -> FloatArray:
@@ -293,23 +285,8 @@ def _mask(mask: ArrayLike | None, shape: tuple[int, ...], what: str) -> BoolArra
     return array
 
 
-def _where(pose: int, mask: BoolArray, clock: FloatArray, names: Sequence[str] | None) -> str:
+def _frame_and_body(pose: int, mask: BoolArray, clock: FloatArray, names: Sequence[str] | None) -> str:
     """Frame and body of a pose that is counted through."""
     frame, body = divmod(pose, mask.shape[1])
     name = names[body] if names is not None else str(body)
     return f"frame {frame} ({clock[frame]:.6f} s), body {name}: "
-
-
-def _fault(position: FloatArray, rotation: FloatArray) -> str:
-    """Says why a pose was refused, and what to do."""
-    with np.errstate(invalid="ignore", over="ignore"):
-        error, determinant = float(np.abs(rotation.T @ rotation - np.eye(3)).max()), float(np.linalg.det(rotation))
-    if not np.isfinite(position).all():
-        what = f"translation {position.tolist()} is not finite"
-    elif not np.isfinite(rotation).all():
-        what = "rotation is not finite"
-    elif determinant < 0:
-        what = "matrix is a reflection, not a rotation (determinant below 0)"
-    else:
-        what = f"matrix is not a rotation (|R^T R - I| reaches {error:.3g}, at most 1e-3 is repaired)"
-    return what + "; flag the pose as not valid or repair it"

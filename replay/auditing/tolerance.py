@@ -15,7 +15,7 @@ import numpy as np
 
 from cdcore import Detection, Motion, Verdict
 from cdcore.narrow.pair_frames import rows_of_columns
-from cdcore.numerics import TAU, BoolArray, IntArray
+from cdcore.numerics import TWO_MICROMETRES, BoolArray, IntArray
 from cdcore.protocol import is_one_of
 from replay.auditing.compare import ToleranceCheck, compare
 from replay.auditing.episodes import episodes
@@ -42,7 +42,7 @@ class Tolerance:
     excused, not even a touch. Raises ``AuditError``: it is negative or not finite.
     """
 
-    def __init__(self, assembly: Assembly, faces: Callable[[Motion], Detection], tau: float = TAU) -> None:
+    def __init__(self, assembly: Assembly, faces: Callable[[Motion], Detection], tau: float = TWO_MICROMETRES) -> None:
         if not 0.0 <= tau < float("inf"):
             raise AuditError(f"tau {tau} is no tolerance; give metres, 0 or more")
         self._assembly, self._faces, self._tau = assembly, faces, tau

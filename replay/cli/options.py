@@ -190,9 +190,9 @@ def tables(default: str) -> OptionDecorator:
 
 
 def _default_tau() -> float:
-    from cdcore.numerics import TAU
+    from cdcore.numerics import TWO_MICROMETRES
 
-    return TAU
+    return TWO_MICROMETRES
 
 
 TAU_HELP = "Metres of tolerance."

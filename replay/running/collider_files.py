@@ -30,7 +30,7 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore.mesh import TriangleMesh
-from cdcore.numerics import TAU
+from cdcore.numerics import TWO_MICROMETRES
 from replay import words
 from replay.advice.collider_search import (
     CONVEX,
@@ -248,7 +248,7 @@ def fix_colliders(
             prepared.assembly,
             parse_detector(TRUSTED),
             options.get("seed", 0),
-            options.get("tau", TAU),
+            options.get("tau", TWO_MICROMETRES),
             prepared.repaired.session,
         )
         advance(1)

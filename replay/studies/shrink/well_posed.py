@@ -14,10 +14,10 @@ import numpy as np
 from cdcore import TriangleMesh
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.ill_posed import MarginStage
-from cdcore.numerics import TAU, BoolArray
+from cdcore.numerics import TWO_MICROMETRES, BoolArray
 from replay.studies.shrink.wrong_answer import WrongAnswer
 
-MICROMETRES: Final = f"{1e6 * TAU:g} micrometres"
+MICROMETRES: Final = f"{1e6 * TWO_MICROMETRES:g} micrometres"
 
 
 class Doubt(StrEnum):
@@ -42,13 +42,13 @@ def thin_faces(mesh: TriangleMesh) -> BoolArray:
     """(f,) whether a face is at most the tolerance high, over its longest edge."""
     a, b, c = mesh.triangles.transpose(1, 0, 2)
     longest = np.max([np.linalg.norm(edge, axis=1) for edge in (b - a, c - b, a - c)], axis=0)
-    return np.asarray(np.linalg.norm(np.cross(b - a, c - a), axis=1) <= TAU * longest)
+    return np.asarray(np.linalg.norm(np.cross(b - a, c - a), axis=1) <= TWO_MICROMETRES * longest)
 
 
 def _margin(fault: WrongAnswer) -> Iterable[Doubt]:
     first, second = fault.pairs[0].tolist()
     rotations, move = fault.motion.rotations[-1, [first, second]], fault.motion.translations[-1, [first, second]]
-    stage, pair = MarginStage(fault.bodies, TAU), (first, second)
+    stage, pair = MarginStage(fault.bodies, TWO_MICROMETRES), (first, second)
     if fault.contact:
         meeting_faces = meeting_faces_exhaustive(fault.corners(first), fault.corners(second))
         if len(meeting_faces):

@@ -10,7 +10,7 @@ import numpy as np
 from cdcore import Verdict
 from cdcore.detectors.detector_table import detector_names, detector_row, settings_of
 from cdcore.narrow.margins import triangle_margins
-from cdcore.numerics import TAU, BoolArray, ByteArray, FloatArray
+from cdcore.numerics import TWO_MICROMETRES, BoolArray, ByteArray, FloatArray
 from cdcore.protocol import is_undecided
 from cdcore.triangles.integers import pair_intersects_integers
 from replay.detection.detector_spec import DetectorSpec, parse_detector, split_specs
@@ -80,7 +80,7 @@ def stress(
     cases: Sequence[int] = (),  # numbers of cases of whole bodies
     pairs: int = 4000,  # how many of each family
     seed: int = FIRST_SEED,  # of the first family; family k takes this plus k - 1
-    tau: float = TAU,  # metres, see ``TAU``
+    tau: float = TWO_MICROMETRES,  # metres, see ``TWO_MICROMETRES``
     out: Path | None = None,  # folder for a file per detector and family that failed; ``None``: none are written
     progress: Progress | None = None,
 ) -> StressResult:

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from cdcore import Body, Motion, TriangleMesh, Verdict
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
-from cdcore.numerics import TAU, FloatArray
+from cdcore.numerics import TWO_MICROMETRES, FloatArray
 from cdcore.poses import place_points
 from cdcore.protocol.detection import Covers
 from replay.studies.stress.families import FIRST_SEED, random_rotations
@@ -262,7 +262,7 @@ def grazing_scenes(_rng: Generator) -> Iterator[StressScene]:
     """32: two tips that pass each other at one instant, touching or by a hair."""
     corners = np.concatenate([np.eye(3), -np.eye(3)])
     tip = TriangleMesh(corners, [[a, b, c] for a in (0, 3) for b in (1, 4) for c in (2, 5)])
-    for gap in (0.0, TAU / 2, -TAU / 2, 2 * TAU, -2 * TAU):
+    for gap in (0.0, TWO_MICROMETRES / 2, -TWO_MICROMETRES / 2, 2 * TWO_MICROMETRES, -2 * TWO_MICROMETRES):
         yield scene_of_intervals(
             f"gap {gap:g} m", (tip, tip), motion_at([[-0.5, 0, 2 + gap], [0.5, 0, 2 + gap]]), gap <= 0
         )
@@ -288,7 +288,7 @@ def glancing_spins(_rng: Generator) -> Iterator[StressScene]:
     """44: a rod turns by up to 179 degrees in a frame; the corner of its tip passes a wall by a hair, or not."""
     tip, thick = 0.11, 0.004
     rod, reach = box_mesh((0.1, thick, thick), (tip - 0.05, 0, 0)), float(np.hypot(tip, thick / 2))
-    for degrees, gap in product((60.0, 120.0, 170.0, 179.0), (TAU / 2, 2 * TAU, 1e-4, 2e-3)):
+    for degrees, gap in product((60.0, 120.0, 170.0, 179.0), (TWO_MICROMETRES / 2, 2 * TWO_MICROMETRES, 1e-4, 2e-3)):
         for side, travel in product((1, -1), (0.0, 0.02)):
             wall = box_mesh((0.01, 0.1, 0.2), (reach + side * gap + 0.005, 0, 0))
             translations = np.zeros((2, 2, 3))

@@ -3,7 +3,7 @@ import re
 import pytest
 from support.small_worlds import cubes
 
-from cdcore.numerics import TAU
+from cdcore.numerics import TWO_MICROMETRES
 from replay.advice.scoring import Scoring
 from replay.advice.settings import settings_of
 from replay.detection.detector_spec import parse_detector
@@ -21,7 +21,7 @@ def assembly(bumped):
 def figures(assembly, spec):
     (setting,) = settings_of(f"it={spec}")
     detection = make_detector(setting.spec, assembly, 0).detect(assembly.motion)
-    return Scoring(assembly, parse_detector("exact"), 0, TAU).figures(detection, setting, assembly)
+    return Scoring(assembly, parse_detector("exact"), 0, TWO_MICROMETRES).figures(detection, setting, assembly)
 
 
 def wrong_by_hand(touching, every, first):

@@ -3,7 +3,7 @@ import sys
 import click
 from click.testing import CliRunner
 
-from cdcore.numerics import TAU
+from cdcore.numerics import TWO_MICROMETRES
 from replay.cli.options import import_from_current_folder, replaying, reporting
 
 
@@ -16,7 +16,15 @@ def command(people, **given):
 
 def test_options_mean_the_same_on_every_verb():
     actual = CliRunner().invoke(command, ["--start", "1", "--end", "2.5", "--format", "json", "-v", "-q", "--debug"])
-    reported = {"start": 1.0, "end": 2.5, "as_json": True, "quiet": True, "verbose": True, "tau": TAU, "scene": None}
+    reported = {
+        "start": 1.0,
+        "end": 2.5,
+        "as_json": True,
+        "quiet": True,
+        "verbose": True,
+        "tau": TWO_MICROMETRES,
+        "scene": None,
+    }
     assert eval(actual.output) == reported | {"force": False, "pairs": None, "policy": (), "no_picture": False}
 
 

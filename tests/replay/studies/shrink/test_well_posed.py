@@ -10,7 +10,7 @@ from support.small_worlds import along_x, cube
 
 from cdcore import Motion, TriangleMesh, Verdict, create_detector
 from cdcore.narrow.margins import triangle_margins
-from cdcore.numerics import TAU
+from cdcore.numerics import TWO_MICROMETRES
 from replay import run
 from replay.cli.main import main
 from replay.studies.shrink.well_posed import thin_faces
@@ -77,6 +77,6 @@ def test_ill_posed_case_is_explained(tmp_path, capsys):
 
 
 def test_face_no_higher_than_the_tolerance_is_thin_anywhere():
-    for height in (0.5 * TAU, 1.5 * TAU):
+    for height in (0.5 * TWO_MICROMETRES, 1.5 * TWO_MICROMETRES):
         face = TriangleMesh(np.array([[0, 0, 0], [1, 0, 0], [0.5, height, 0]]) + 9.0, [[0, 1, 2]])
-        assert thin_faces(face).tolist() == [height < TAU]
+        assert thin_faces(face).tolist() == [height < TWO_MICROMETRES]

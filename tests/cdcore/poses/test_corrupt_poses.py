@@ -9,7 +9,7 @@ from cdcore.kernels.compiling import kernel
 from cdcore.kernels.memory import doubles_of
 from cdcore.numerics import ORTHONORMAL_KEEP
 from cdcore.poses import rotation_from_quaternion
-from cdcore.poses.checks import GOOD, check_poses, matrix_error
+from cdcore.poses.corrupt_poses import GOOD, check_poses, matrix_error
 from cdcore.protocol.motion import NO_MATRICES
 
 COUNT = 300

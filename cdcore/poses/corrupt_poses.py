@@ -1,13 +1,18 @@
-"""Compiled passes over many poses: read once, checked, repaired and blanked in place; they know arrays only.
+"""Refuses corrupt poses: not finite, or no rotation; repairs what is nearly a rotation, and blanks what is not valid.
 
-Poses are read and written by address (``cdcore.kernels.memory``), which is twice as fast as by three indices.
+Compiled passes go over many poses once, in place. Poses are read and written by address (``cdcore.kernels.memory``),
+which is twice as fast as by three indices.
 """
+
+from collections.abc import Callable
+from typing import Final
 
 import numpy as np
 
+from cdcore.errors import InvalidPoseError
 from cdcore.kernels.compiling import always_inlined, hot_kernel, kernel, never_inlined
 from cdcore.kernels.memory import Memory, doubles_of
-from cdcore.numerics import ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, BoolArray, FloatArray, IntArray
+from cdcore.numerics import ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, BoolArray, FloatArray, IntArray, readonly
 from cdcore.poses.kernels import same_pose
 
 GOOD = -1
@@ -15,6 +20,48 @@ GOOD = -1
 
 POLAR_STEPS = 5
 """Newton-Schulz squares the error: 1e-3, 1e-6, 1e-12, then rounding."""
+
+LAST_ROW: Final = [0.0, 0.0, 0.0, 1.0]
+"""The last row of a matrix of a pose, column convention."""
+
+
+def refuse_corrupt_poses(
+    matrices: FloatArray, position: FloatArray, rotation: FloatArray, valid: BoolArray, label: Callable[[int], str]
+) -> tuple[BoolArray, int, float]:
+    """Returns where poses changed (T, N), how many rotations were repaired, and the largest error of a valid one.
+
+    The arrays are those of `check_poses`. ``label`` says frame and body of a pose by its number.
+
+    Raises InvalidPoseError: a valid pose is not finite, is no rotation, or its matrix ends in another row than 0 0 0 1.
+    """
+    changed = np.empty(valid.shape, dtype=np.bool_)
+    scratch, last = np.empty(18), np.full(valid.shape[1], GOOD)
+    # A read-only view whatever was given: else the kernel would be compiled for both kinds.
+    entries = readonly(matrices[:])
+    corrupt, repaired, worst = check_poses(entries, position, rotation, valid, scratch, last, changed)
+    if corrupt == GOOD:
+        return changed, repaired, worst
+    frame, body = divmod(corrupt, valid.shape[1])
+    if matrices.size and matrices[frame, body, 3].tolist() != LAST_ROW:
+        fault = f"last row is {matrices[frame, body, 3].tolist()}, not 0 0 0 1; pass column-convention matrices"
+    else:
+        fault = _fault_of_pose(position[frame, body], rotation[frame, body])
+    raise InvalidPoseError(label(corrupt) + fault)
+
+
+def _fault_of_pose(position: FloatArray, rotation: FloatArray) -> str:
+    """Says why a pose is refused, and what to do."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        error, determinant = float(np.abs(rotation.T @ rotation - np.eye(3)).max()), float(np.linalg.det(rotation))
+    if not np.isfinite(position).all():
+        what = f"translation {position.tolist()} is not finite"
+    elif not np.isfinite(rotation).all():
+        what = "rotation is not finite"
+    elif determinant < 0:
+        what = "matrix is a reflection, not a rotation (determinant below 0)"
+    else:
+        what = f"matrix is not a rotation (|R^T R - I| reaches {error:.3g}, at most 1e-3 is repaired)"
+    return what + "; flag the pose as not valid or repair it"
 
 
 @hot_kernel
