@@ -59,7 +59,8 @@ def assumption_events(matter: Matter) -> Iterator[EffectEvent]:
 def _early_stops(matter: Matter) -> Iterator[EffectEvent]:
     """Event of an equation that ran to its end, and whose free energy would let it stop before."""
     for reaction in matter.recipe.reactions:
-        if reaction.process < 0 or not stops_early(reaction.free_energy_j):
+        is_computed = reaction.process >= 0 and matter.ledger.limits.has_equilibrium(reaction.process)
+        if reaction.process < 0 or is_computed or not stops_early(reaction.free_energy_j):
             continue
         extents = {name: history.extents[:, reaction.process] for name, history in matter.histories.items()}
         begins = [

@@ -36,6 +36,12 @@ SALT_ANIONS: Final = frozenset(("Cl-", "Br-", "I-", "NO3-", "ClO4-", "SO4^2-"))
 MOST_IONS: Final = 16
 """Ions in a formula: more are no formula of a laboratory."""
 
+HYDRATED_ACIDS: Final = frozenset(("H3AsO3", "H3BO3", "H4SiO4"))
+"""Acids whose ions are also written with less water than they have in it: AsO2-, BO2-, SiO3^2-."""
+
+ACIDS: Final = HYDRATED_ACIDS | {"H3AsO4"}
+"""Columns that are acids with all of their protons."""
+
 MOST_KINDS: Final = 4
 """Kinds of ions in a formula, protons and water not counted: Mohr's salt has three."""
 
@@ -172,9 +178,9 @@ def _plausible(formula: str, ions: Counter[str], water: int) -> bool:
     # Pyrophosphate does not become phosphate in water, as an oxide of phosphorus does.
     if "PO4^3-" in ions and water < 0 and (len(ions) > 1 or charge_of(formula) != 0):
         return False
-    # Only chromate is known to lose water; any other ion that did would be another molecule.
+    # Chromate loses water; any other ion that did would be another molecule.
     ion_or_base = charge_of(formula) != 0 or any(name in BASES for name in ions)
-    if ion_or_base and water < 0 and "CrO4^2-" not in ions:
+    if ion_or_base and water < 0 and not {"CrO4^2-", *HYDRATED_ACIDS} & set(ions):
         return False
     has_cation = any(name in METALS or name in BASES for name in ions)
     if has_cation:

@@ -148,6 +148,10 @@ class Ledger:
         )
         room_c = warmth.room if warmth.followed else WITHOUT_HEAT_C
         self.limits = Limits(processes, self.changes, self.column, solver, slow_solids, room_c)
+        # What one equation takes up lets another that had come to its equilibrium go on.
+        has_equilibria = any(self.limits.has_equilibrium(row) for row in self.quick_processes)
+        several = len(self.quick_processes) > 1
+        self._most_process_rounds = MOST_ROUNDS if has_equilibria and several else len(self.quick_processes)
         self._has_phases_or_salts = bool(len(self.phases) or len(salts))
         self.heats = Heats(self.column, None if solver is None else solver.mixture, salts, warmth)
         # A slow process that nothing else touches is in closed form from one event to the next.
@@ -340,7 +344,7 @@ class Ledger:
         """Mol (..., processes) that slow processes would go on for; 0 for the others."""
         extents = np.zeros((*amounts.shape[:-1], len(self.processes)))
         for row in self.slow:
-            extents[..., row] = self.limits.extent(row, amounts)
+            extents[..., row] = np.maximum(0.0, self.limits.extent(row, amounts))
         return extents
 
     def _run_slow_processes(self, index: int, seconds: float) -> None:
@@ -397,11 +401,15 @@ class Ledger:
         amounts -= standing_solids @ self.formation
         rested_amounts = amounts.copy()
         self._dissolve_for_equations(amounts)
-        for _ in self.quick_processes:
+        for round_number in range(self._most_process_rounds):
+            before_round = extents_done.copy()
             for row in self.quick_processes:
                 extent = self.limits.extent(row, amounts, celsius)
                 self._apply(amounts, extent[:, None] * self.changes[row])
                 extents_done[:, row] += extent
+            changed = np.abs(extents_done - before_round).max(initial=0.0)
+            if round_number + 1 >= len(self.quick_processes) and changed <= NEAR_SOLID * np.abs(extents_done).max():
+                break
         # Where nothing reacted, ions beside much solid keep their digits.
         has_no_reaction = ~extents_done.any(axis=1)
         amounts[has_no_reaction] = rested_amounts[has_no_reaction]

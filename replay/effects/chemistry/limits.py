@@ -8,6 +8,7 @@ import numpy as np
 
 from cdcore.numerics import FloatArray
 from replay.effects.chemistry.components import PROTON, WATER
+from replay.effects.chemistry.equilibrium_extent import EquilibriumExtents
 from replay.effects.chemistry.processes import Process
 from replay.effects.chemistry.salts import WATER_KG, settled_solid
 from replay.effects.chemistry.saturation import Saturation
@@ -56,13 +57,30 @@ class Limits:
         self._holds_acid = _bound_protons(solver, column, NEUTRAL_PH, hydroxides=False)
         self._holds_base = _bound_protons(solver, column, BASIC_PH, hydroxides=True)
         self._kept_protons = [self._protons_kept(process) for process in processes]
+        self._equilibria = EquilibriumExtents(processes, changes, column, solver, self._holds_acid)
 
     def extent(self, row: int, amounts: FloatArray, celsius: FloatArray | None = None) -> FloatArray:
-        """Mol (...) of a process until the first of what it uses is used up, of rows (..., columns); water never is."""
+        """Mol (...) of a process until it is at equilibrium, or the first of what it uses is used up; water never is.
+
+        Of rows (..., columns); below 0 where it runs back.
+        """
+        most = self.extent_to_the_end(row, amounts, celsius)
+        if not self._equilibria.known(row):
+            return most
+        rows = np.atleast_2d(amounts)
+        extents = self._equilibria.extent(row, rows, np.atleast_1d(most), self._celsius(rows, celsius))
+        return extents.reshape(amounts.shape[:-1])
+
+    def extent_to_the_end(self, row: int, amounts: FloatArray, celsius: FloatArray | None = None) -> FloatArray:
+        """Mol (...) of a process until the first of what it uses is used up, of rows (..., columns)."""
         process = self._processes[row]
         limits = self.by_cause(row, amounts, celsius)
         dissolved_gas = process.gas_solubility * WATER_KG * amounts[..., self._water]
         return np.maximum(0.0, np.min(list(limits.values()), axis=0) - dissolved_gas)
+
+    def has_equilibrium(self, row: int) -> bool:
+        """Whether a process ends at an equilibrium that is computed."""
+        return self._equilibria.known(row)
 
     def by_cause(
         self, row: int, amounts: FloatArray, celsius: FloatArray | None = None

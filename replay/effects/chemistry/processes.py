@@ -1,4 +1,4 @@
-"""Reactions that no constant brings to equilibrium, and what became of a vessel in which they ran."""
+"""Reactions that PHREEQC does not bring to equilibrium, and what became of a vessel in which they ran."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -11,7 +11,7 @@ from replay.effects.chemistry.salts import Salt
 
 @dataclass(frozen=True)
 class Process:
-    """An equation in the ledger's own columns that no constant brings to equilibrium; what cancels is left out."""
+    """An equation in the ledger's own columns that PHREEQC does not bring to equilibrium; what cancels is left out."""
 
     text: str = field(compare=False)
     changes: Mapping[str, float]  # column -> mol made by one mol of reaction, negative where it is used up
@@ -20,6 +20,9 @@ class Process:
     joule: float = field(default=float("nan"), compare=False)
     # protons that its reagents bring; below 0 hydroxide, and it ends with it; 0: it needs neither
     acid: float = field(default=0.0, compare=False)
+    # log10 of its constant between the columns at 25 degC, in mol/kg; NaN: not known, it runs to its end
+    log_k: float = field(default=float("nan"), compare=False)
+    is_ester: bool = field(default=False, compare=False)  # log_k is one of mol, of ester and water by acid and alcohol
     salt: Salt | None = field(default=None, compare=False)  # that it dissolves, up to its solubility
     catalysts: frozenset[str] = frozenset()  # columns without which it does not proceed
     gas_solubility: float = 0.0  # mol of reaction, by kg of water, whose gas stays dissolved

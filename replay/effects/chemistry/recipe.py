@@ -8,7 +8,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
+import numpy as np
+
 from replay.effects.chemistry.components import (
+    ACIDS,
     BASES,
     FRESH,
     GASES,
@@ -33,7 +36,15 @@ from replay.effects.chemistry.phases import Phases
 from replay.effects.chemistry.processes import Process
 from replay.effects.chemistry.salts import Salt
 from replay.effects.chemistry.solver import Solver
-from replay.effects.chemistry.spontaneity import STRONG_ANIONS, free_energy_of, reason_not_to_proceed, strongest_acid
+from replay.effects.chemistry.spontaneity import (
+    CONCENTRATED_MOLAR,
+    STRONG_ANIONS,
+    constant_of,
+    energy_in_water,
+    free_energy_of,
+    reason_not_to_proceed,
+    strongest_acid,
+)
 from replay.effects.declaring import Declaration
 from replay.errors import EffectError, PlanError
 
@@ -150,15 +161,20 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
     default_states = {**dict.fromkeys(SOLIDS | named_solids | bodies, "s"), **dict.fromkeys(GASES, "g")}
     states_by_equation: list[Mapping[str, str]] = []
     brought = {formula for content in contents.values() for formula in content.amounts}
+    brought_ions = {component for formula in brought for component in dissolved_components(formula)}
     for equation in equations:
         own_states = {
             formula: "s"
             for formula in equation.formulas
             if formula not in default_states and phases.is_sparingly_soluble(formula)
         }
-        # A gas that a vessel holds dissolved, such as chlorine water, reacts as what is dissolved.
+        # A gas that a vessel holds dissolved, such as chlorine water, reacts as what is dissolved, and so does one that
+        # acid frees there: sulfur dioxide of a sulfite.
         own_states |= {
-            formula: "" for formula in equation.reagents if formula in brought and default_states.get(formula) == "g"
+            formula: ""
+            for formula in equation.reagents
+            if default_states.get(formula) == "g"
+            and (formula in brought or (formula in SOLUBLE_GASES and set(solute_components(formula)) <= brought_ions))
         }
         states_by_equation.append({**default_states, **own_states, **equation.phases})
     phases.separate -= _settling_gases(equations, states_by_equation, phases.separate)
@@ -175,7 +191,14 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
         obstacle, joule = "", float("nan")
         if process is not None and process.salt is None:
             joule = free_energy_of(process, equation, phase, phases, strongest_acid(contents))
-            obstacle = reason_not_to_proceed(joule, process, equation)
+            log_k, is_ester = constant_of(process.changes, equation)
+            least_joule = joule
+            # Activities of a concentrated acid are not known well enough for a constant.
+            if is_ester or strongest_acid(contents) < CONCENTRATED_MOLAR:
+                process = replace(process, log_k=log_k, is_ester=is_ester)
+                if database is not None and not is_ester:
+                    least_joule = np.fmin(joule, energy_in_water(process))
+            obstacle = reason_not_to_proceed(least_joule, process, equation)
         if process is not None and not obstacle and process not in processes:
             processes.append(process)
         process_index = processes.index(process) if process is not None and not obstacle else -1
@@ -375,7 +398,7 @@ def _process(table: Declaration, equation: Equation, phase: Mapping[str, str], p
     _check_dissolving(table, equation, phase, salt)
     joule = -salt.joule if salt is not None else enthalpy_j(changes)
     acid = sum(
-        many * dissolved_components(formula).get(PROTON, 0)
+        many * _protons_brought(formula)
         for formula, many in equation.reagents.items()
         if formula != WATER and phase.get(formula) not in ("s", "g")
     )
@@ -391,6 +414,14 @@ def _process(table: Declaration, equation: Equation, phase: Mapping[str, str], p
         gas_solubility=gas_solubility,
         dissolving_solid="" if rate is None else phases.dissolves_slowly(changes),
     )
+
+
+def _protons_brought(formula: str) -> int:
+    """Protons of a dissolved formula, below 0 the hydroxide that it brings: an anion of a weak acid brings neither."""
+    components = dissolved_components(formula)
+    protons = components.get(PROTON, 0)
+    is_anion = charge_of(formula) < 0 and bool(set(components) & ACIDS)
+    return 0 if is_anion and protons < 0 else protons
 
 
 def _catalysts(equation: Equation, phase: Mapping[str, str]) -> frozenset[str]:

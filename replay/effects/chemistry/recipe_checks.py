@@ -161,8 +161,10 @@ def _check_brought(reaction: Reaction, recipe: Recipe) -> None:
         needed_ions = [(component, many > 0) for component, many in mine.items() if component != PROTON]
         dissolved = components_of(formula) is not None and reaction.phases.get(formula) not in ("s", "g")
         is_ionic = bool(charge_of(formula)) or (bool(METALS & set(mine)) and PROTON not in mine)
-        # A weak acid is there where its anion meets a stronger one: oxalic acid of sodium oxalate in sulfuric acid.
-        freed = mine.get(PROTON, 0) > 0 and (PROTON, True) in ions and bool(needed_ions)
+        # A weak acid is there where its anion meets a stronger one: oxalic acid of sodium oxalate in sulfuric acid; a
+        # weak base where its ion meets a stronger one.
+        brings_protons = bool({(PROTON, True), (PROTON, False)} & ions)
+        freed = brings_protons and bool(needed_ions) and not METALS & set(mine)
         as_ions = dissolved and (is_ionic or freed) and set(needed_ions) <= ions
         if charge_of(formula) and components_of(formula) is None and recipe.solver is not None:
             raise declared.fail(f"equation: PHREEQC's data do not know {formula!r}; take an ion that they know")
@@ -286,4 +288,12 @@ def _check_known(tables: Tables, recipe: Recipe) -> None:
                 )
                 raise chemistry_tables[0].fail(
                     f"PHREEQC's data do not know {formula!r} in {name!r}, which may change the pH; {advice}"
+                )
+    for reaction in recipe.reactions:
+        for formula in reaction.equation.products:
+            is_salt = bool(charge_of(formula)) or any(atoms(metal).keys() & atoms(formula).keys() for metal in METALS)
+            if is_salt and not is_known(formula) and reaction.phases.get(formula) not in ("s", "g"):
+                raise reaction.declared.fail(
+                    f"equation: PHREEQC's data do not know {formula!r}, which may change the pH; mark what falls out "
+                    "with (s), or leave the equation out"
                 )

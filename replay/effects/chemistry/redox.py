@@ -16,6 +16,7 @@ from cdcore.numerics import FloatArray
 from replay.effects.chemistry.components import PROTON, WATER
 from replay.effects.chemistry.enthalpy import FREE_ENERGY
 from replay.effects.chemistry.formulas import atoms, charge_of
+from replay.effects.chemistry.iodine import IODIDE, IODINE, free_iodine
 from replay.effects.chemistry.matter import Matter
 from replay.effects.chemistry.mixture import GAS, SOLID
 from replay.effects.chemistry.salts import WATER_KG
@@ -29,13 +30,10 @@ GAS_KJ_MOL_K: Final = 8.314463e-3
 
 ZERO_C_KELVIN: Final = 273.15
 
-TRIIODIDE: Final = 698.0
-"""Constant of I2 + I- = I3- at 25 degC. Source: D. A. Palmer et al., J. Solution Chem. 13, 1984."""
-
 COMPLEXES_UNKNOWN: Final[Mapping[str, str]] = {"Ce^4+": "SO4^2-"}
 """Oxidised form -> what binds it without a constant in PHREEQC's data: cerium in sulfuric acid has 1.44 V, not 1.74."""
 
-IODINE, IODIDE, PEROXIDE = "I2", "I-", "H2O2"
+PEROXIDE: Final = "H2O2"
 
 
 @dataclass(frozen=True)
@@ -187,7 +185,7 @@ def _log_activity(matter: Matter, amounts: FloatArray, equilibria: Equilibrium, 
     if column == WATER or column.endswith((SOLID, GAS)):
         return np.zeros(len(amounts))
     kilograms = amounts[:, matter.ledger.water] * WATER_KG
-    free = _free_iodine(matter, amounts, kilograms)
+    free = free_iodine(matter.ledger.column, amounts, kilograms)
     components = () if matter.solver is None else matter.solver.mixture.components
     with np.errstate(divide="ignore", invalid="ignore"):
         if column not in components:
@@ -197,15 +195,3 @@ def _log_activity(matter: Matter, amounts: FloatArray, equilibria: Equilibrium, 
         if column != IODIDE:
             return ion
         return ion + np.log10(free[IODIDE] * kilograms / amounts[:, matter.ledger.column[IODIDE]])
-
-
-def _free_iodine(matter: Matter, amounts: FloatArray, kilograms: FloatArray) -> dict[str, FloatArray]:
-    """mol/kg (n,) of iodine and of iodide that are not triiodide, which the ledger counts as both."""
-    iodine, iodide = (
-        amounts[:, matter.ledger.column[name]] / kilograms if name in matter.ledger.column else np.zeros(len(amounts))
-        for name in (IODINE, IODIDE)
-    )
-    whole = iodine + iodide + 1.0 / TRIIODIDE
-    # The smaller root of the quadratic, in the form without a difference of like numbers.
-    bound = 2.0 * iodine * iodide / (whole + np.sqrt(whole**2 - 4.0 * iodine * iodide))
-    return {IODINE: iodine - bound, IODIDE: iodide - bound}

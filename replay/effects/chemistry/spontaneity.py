@@ -41,6 +41,8 @@ Source: P. Atkins and J. de Paula, Physical Chemistry, 10th ed.: ethanol and ace
 ALKALI: Final = frozenset(("Li+", "Na+", "K+"))
 """Ions that only look on."""
 
+SULFIDE: Final = "S^2-"
+
 LOG_J: Final = 5.708e3
 """Free energy of a power of ten of a constant: R T ln 10 at 25 degC."""
 
@@ -94,6 +96,26 @@ def free_energy_of(
         # As manganese dioxide frees chlorine from concentrated acid alone.
         joule -= CONCENTRATED_J * max(0.0, -process.changes.get(PROTON, 0.0))
     return joule
+
+
+def constant_of(changes: Mapping[str, float], equation: Equation) -> tuple[float, bool]:
+    """log10 of the constant of what an equation changes, and whether it makes or splits an ester; NaN: not known.
+
+    Sulfide is left out: its free energy and PHREEQC's constant of hydrogen sulfide differ by four powers of ten.
+    """
+    ester = _ester_joule(equation)
+    if not np.isnan(ester):
+        return -ester / LOG_J, True
+    return float("nan") if SULFIDE in changes else -free_energy_j(changes) / LOG_J, False
+
+
+def energy_in_water(process: Process) -> float:
+    """Free energy in J between the columns of a process, with protons that it makes in neutral water."""
+    joule = -LOG_J * process.log_k
+    protons = process.changes.get(PROTON, 0.0)
+    if process.acid > 0.0:
+        protons = max(0.0, protons)
+    return joule - NEUTRAL_PROTON_J * protons
 
 
 def reason_not_to_proceed(joule: float, process: Process, equation: Equation) -> str:

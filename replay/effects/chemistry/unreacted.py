@@ -54,7 +54,8 @@ def no_reaction_events(matter: Matter, formed: BoolArray) -> Iterator[EffectEven
 
 
 def stop_events(matter: Matter) -> Iterator[EffectEvent]:
-    """An event ``stopped`` for each equation of several reagents that ended for want of acid or hydroxide alone."""
+    """Events ``stopped`` for want of acid or hydroxide alone, and ``equilibrium`` before any reagent is used up."""
+    yield from _equilibrium_events(matter)
     for row, process in enumerate(matter.recipe.processes):
         for vessel, history in matter.histories.items():
             extent, amounts = history.extents[-1, row], history.amounts[-1]
@@ -75,6 +76,23 @@ def stop_events(matter: Matter) -> Iterator[EffectEvent]:
             text = f"{process.text} stops in {vessel} for want of {causes_of_end[0]}: {' and '.join(left)} are left"
             values = {"equation": process.text}
             yield EffectEvent(float(history.times[-1]), "stopped", (vessel,), None, values, text, "warning")
+
+
+def _equilibrium_events(matter: Matter) -> Iterator[EffectEvent]:
+    """An event ``equilibrium`` for each vessel and equation at once that left some of each of its reagents."""
+    ledger = matter.ledger
+    for row, process in enumerate(matter.recipe.processes):
+        if process.rate is not None or not ledger.limits.has_equilibrium(row):
+            continue
+        for vessel, history in matter.histories.items():
+            extent, amounts = float(history.extents[-1, row]), history.amounts[-1]
+            end = float(ledger.limits.extent_to_the_end(row, amounts))
+            if not extent > 0.0 or end <= LEAST_FORMED * (end + extent):
+                continue
+            percent = words.decimal(100.0 * extent / (end + extent), 0)
+            text = f"{process.text} stops at its equilibrium in {vessel}: {percent} % has reacted, by its free energy"
+            values: dict[str, float | str] = {"equation": process.text, "log_k": process.log_k}
+            yield EffectEvent(float(history.times[-1]), "equilibrium", (vessel,), None, values, text)
 
 
 def _reason(matter: Matter, reaction: Reaction, formed: bool) -> str:
@@ -135,6 +153,8 @@ def _reason_in_vessel(matter: Matter, reaction: Reaction, vessel: str) -> str:
     if not causes and process.gas_solubility:
         gas = next(column for column, many in process.changes.items() if many > 0.0 and column.endswith(GAS))
         return f"all {gas.removesuffix(GAS)} stays dissolved, there is {TOO_LITTLE_GAS}"
+    if not causes and matter.ledger.limits.has_equilibrium(reaction.process):
+        return f"its equilibrium in {vessel} is on the side of its reagents, by its free energy"
     return " and ".join(_cause_text(matter, reaction, vessel, cause) for cause in causes) or "it ends before it begins"
 
 

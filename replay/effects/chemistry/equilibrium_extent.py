@@ -1,0 +1,197 @@
+"""How far an equation without a constant in PHREEQC goes: to the equilibrium that its free energy sets.
+
+PHREEQC keeps oxidation states apart, so the constant of a redox equation is taken from free energies of formation, and
+PHREEQC gives the activities. What would leave less than a thousandth of its scarcest reagent runs to its end.
+"""
+
+from collections.abc import Mapping, Sequence
+from math import log
+from typing import Final
+
+import numpy as np
+from scipy.optimize import elementwise
+
+from cdcore.numerics import FloatArray
+from replay.effects.chemistry.components import PROTON, WATER
+from replay.effects.chemistry.iodine import IODIDE, IODINE, free_iodine
+from replay.effects.chemistry.mixture import GAS, SOLID
+from replay.effects.chemistry.processes import Process
+from replay.effects.chemistry.salts import WATER_KG
+from replay.effects.chemistry.solver import Solver
+
+LEFT: Final = 1e-3
+"""Of the scarcest reagent: an equation that leaves less at equilibrium runs to its end."""
+
+CERTAIN: Final = 3.0
+"""Powers of ten by which concentrations, taken for activities, must be on the side of the products to ask no more."""
+
+LEAST_FRACTION: Final = 1e-6
+PRECISION: Final = 1e-7
+"""Of the way from all products to all reagents: where the search begins, and how near it comes."""
+
+NEUTRAL: Final = 1e-7
+TINY: Final = 1e-30
+GAS_J_MOL_K: Final = 8.314463
+"""Gas constant. Source: CODATA 2018."""
+KELVIN_25_C: Final = 298.15
+
+
+class EquilibriumExtents:
+    """Equilibria of the processes of a ledger.
+
+    Parameters
+    ----------
+    processes, changes : (p, columns) what a mol of each makes.
+    column : name of a column of the ledger -> its place.
+    solver : PHREEQC; ``None``: only esters come to an equilibrium.
+    holds_acid : (columns,) protons that each column holds in neutral water.
+    """
+
+    def __init__(
+        self,
+        processes: Sequence[Process],
+        changes: FloatArray,
+        column: Mapping[str, int],
+        solver: Solver | None,
+        holds_acid: FloatArray,
+    ) -> None:
+        self._processes, self._changes, self._column, self._solver = processes, changes, column, solver
+        self._holds_acid = holds_acid
+        self._proton, self._water = column[PROTON], column[WATER]
+        if solver is not None:
+            mixture = solver.mixture
+            self._components = np.array([column[name] for name in mixture.components], dtype=np.int64)
+            self._solids = np.array(
+                [column[phase.column] for phase in mixture.phases if not phase.column.endswith(GAS)], dtype=np.int64
+            )
+            self._formation = np.zeros((len(self._solids), len(column)))
+            made = [changed for changed in mixture.changes if not any(name.endswith(GAS) for name in changed)]
+            for row, changed in enumerate(made):
+                for name, many in changed.items():
+                    self._formation[row, column[name]] = many
+        self._known = [self._has_constant(process) for process in processes]
+
+    def known(self, row: int) -> bool:
+        """Whether a process has a constant, and its ions activities."""
+        return self._known[row]
+
+    def extent(self, row: int, amounts: FloatArray, most: FloatArray, celsius: FloatArray) -> FloatArray:
+        """Mol (n,) of a process until it is at equilibrium, at most ``most`` (n,), below 0 where it runs back.
+
+        What leaves as a gas does not come back, and what has a rate does not run back.
+        """
+        extents = most.copy()
+        lowest = -self._products(row, amounts)
+        lowest = np.where(most - lowest > 0.0, lowest, 0.0)
+        span = most - lowest
+        log_k = self._log_k(row, celsius)
+        candidates = (span > 0.0) & (amounts[:, self._water] > 0.0)
+        nearly_all = lowest + span * (1.0 - LEFT)
+        ideal = self._ideal_quotient(row, amounts + nearly_all[:, None] * self._changes[row])
+        candidates &= ideal > log_k - CERTAIN
+        rows = np.flatnonzero(candidates)
+        if not len(rows):
+            return extents
+
+        def excess(fraction: FloatArray, index: FloatArray) -> FloatArray:
+            """log10 of the quotient by the constant, rising with the extent."""
+            at = rows[index.astype(np.int64)]
+            trial = amounts[at] + (lowest[at] + span[at] * fraction)[:, None] * self._changes[row]
+            return self._quotient(row, trial, celsius[at]) - log_k[at]
+
+        indices = np.arange(len(rows), dtype=np.float64)
+        at_end = excess(np.full(len(rows), 1.0 - LEFT), indices)
+        stopping = np.flatnonzero(at_end > 0.0)
+        if not len(stopping):
+            return extents
+        at_begin = excess(np.full(len(stopping), LEAST_FRACTION), indices[stopping])
+        extents[rows[stopping]] = lowest[rows[stopping]]
+        between = stopping[at_begin < 0.0]
+        if len(between):
+            bracket = np.full(len(between), LEAST_FRACTION), np.full(len(between), 1.0 - LEFT)
+            found = elementwise.find_root(
+                excess, bracket, args=(indices[between],), tolerances={"xatol": PRECISION, "xrtol": 0.0}
+            )
+            chosen = rows[between]
+            extents[chosen] = lowest[chosen] + span[chosen] * found.x
+        return extents
+
+    def _has_constant(self, process: Process) -> bool:
+        if not np.isfinite(process.log_k):
+            return False
+        if process.is_ester:
+            return True
+        if self._solver is None:
+            return False
+        mixture = self._solver.mixture
+        bare = dict(zip(mixture.components, mixture.bare_names, strict=True))
+        return all(bare.get(name, "") is not None for name in process.changes)
+
+    def _products(self, row: int, amounts: FloatArray) -> FloatArray:
+        """Mol (n,) by which a process can run back."""
+        process, changes = self._processes[row], self._changes[row]
+        made = [index for name, index in self._column.items() if changes[index] > 0.0 and name not in (PROTON, WATER)]
+        if process.rate is not None or not made or any(name.endswith(GAS) for name in process.changes):
+            return np.zeros(len(amounts))
+        return np.maximum(0.0, np.min([amounts[:, index] / changes[index] for index in made], axis=0))
+
+    def _log_k(self, row: int, celsius: FloatArray) -> FloatArray:
+        """log10 of the constant (n,) at temperatures, by the enthalpy of the process where it is known."""
+        process = self._processes[row]
+        joule = process.joule if np.isfinite(process.joule) and not process.is_ester else 0.0
+        return process.log_k - joule / (GAS_J_MOL_K * log(10.0)) * (1.0 / (celsius + 273.15) - 1.0 / KELVIN_25_C)
+
+    def _ideal_quotient(self, row: int, amounts: FloatArray) -> FloatArray:
+        """log10 of the quotient (n,) by concentrations, and the protons that no weak acid holds."""
+        process = self._processes[row]
+        if process.is_ester:
+            return self._ester_quotient(row, amounts)
+        kilograms = np.maximum(amounts[:, self._water] * WATER_KG, TINY)
+        free_protons = np.maximum(NEUTRAL, (amounts[:, self._proton] - amounts @ self._holds_acid) / kilograms)
+        total = np.zeros(len(amounts))
+        for name, many in process.changes.items():
+            if name == PROTON:
+                total += many * np.log10(free_protons)
+            elif name != WATER and not name.endswith((SOLID, GAS)):
+                total += many * np.log10(np.maximum(amounts[:, self._column[name]] / kilograms, TINY))
+        return total
+
+    def _quotient(self, row: int, amounts: FloatArray, celsius: FloatArray) -> FloatArray:
+        """log10 of the quotient (n,) by PHREEQC's activities; below any constant where it has no answer."""
+        process = self._processes[row]
+        if process.is_ester:
+            return self._ester_quotient(row, amounts)
+        assert self._solver is not None
+        whole = amounts - amounts[:, self._solids] @ self._formation
+        water = whole[:, self._water]
+        equilibria = self._solver.equilibrium(whole[:, self._components], water, celsius)
+        kilograms = np.maximum(water * WATER_KG, TINY)
+        components = self._solver.mixture.components
+        free = free_iodine(self._column, whole, kilograms)
+        total = np.zeros(len(amounts))
+        for name, many in process.changes.items():
+            if name == PROTON:
+                total -= many * equilibria.ph
+            elif name in components:
+                activity = equilibria.log_activity[:, components.index(name)]
+                if name == IODIDE:
+                    held = np.maximum(whole[:, self._column[IODIDE]] / kilograms, TINY)
+                    activity = activity + np.log10(np.maximum(free[IODIDE], TINY) / held)
+                total += many * activity
+            elif name != WATER and not name.endswith((SOLID, GAS)):
+                molal = free[IODINE] if name == IODINE else whole[:, self._column[name]] / kilograms
+                total += many * np.log10(np.maximum(molal, TINY))
+        return np.where(np.isnan(total), -np.inf, total)
+
+    def _ester_quotient(self, row: int, amounts: FloatArray) -> FloatArray:
+        """log10 of ester and water by acid and alcohol (n,), all in mol: water is one of the products."""
+        free_protons = amounts[:, self._proton] - amounts @ self._holds_acid
+        total = np.zeros(len(amounts))
+        for name, many in self._processes[row].changes.items():
+            moles = amounts[:, self._column[name]]
+            if name == PROTON:
+                continue
+            if name.endswith("-"):
+                moles = np.minimum(moles, free_protons)
+            total += many * np.log10(np.maximum(moles, TINY))
+        return total

@@ -1,0 +1,24 @@
+"""Iodine and iodide that are not triiodide, which the ledger counts as both."""
+
+from collections.abc import Mapping
+from typing import Final
+
+import numpy as np
+
+from cdcore.numerics import FloatArray
+
+TRIIODIDE: Final = 698.0
+"""Constant of I2 + I- = I3- at 25 degC. Source: D. A. Palmer et al., J. Solution Chem. 13, 1984."""
+
+IODINE, IODIDE = "I2", "I-"
+
+
+def free_iodine(column: Mapping[str, int], amounts: FloatArray, kilograms: FloatArray) -> dict[str, FloatArray]:
+    """mol/kg (n,) of iodine and of iodide that are not triiodide; ``amounts`` (n, columns) in mol."""
+    iodine, iodide = (
+        amounts[:, column[name]] / kilograms if name in column else np.zeros(len(amounts)) for name in (IODINE, IODIDE)
+    )
+    whole = iodine + iodide + 1.0 / TRIIODIDE
+    # The smaller root of the quadratic, in the form without a difference of like numbers.
+    bound = 2.0 * iodine * iodide / (whole + np.sqrt(whole**2 - 4.0 * iodine * iodide))
+    return {IODINE: iodine - bound, IODIDE: iodide - bound}
