@@ -120,6 +120,14 @@ def count_range(counts: tuple[int, int]) -> str:
     return f"{smallest:,}" if smallest == largest else f"{smallest:,}-{largest:,}"
 
 
+def count_words(counts: tuple[int, int]) -> str:
+    """Smallest to largest inside a sentence: ``up to 1``, ``1 to 3``; one number where they are equal."""
+    smallest, largest = counts
+    if smallest == largest:
+        return f"{smallest:,}"
+    return f"{smallest:,} to {largest:,}" if smallest else f"up to {largest:,}"
+
+
 def mean_count(mean: float) -> str:
     """A mean of counts, which need not be whole: ``0.5``, ``1.25``, ``12``."""
     return number(mean)

@@ -75,7 +75,7 @@ DETECTORS: Final[dict[str, DetectorRow]] = {
     "qaco": DetectorRow(entry="cdcore.detectors.qaco:QacoDetector", label="ant colony"),
     "hybrid-qaco": DetectorRow(
         entry="cdcore.detectors.qaco:HybridQacoDetector",
-        label="spheres, boxes, ant colony",
+        label="published ant colony search",
         complete_with={"decide": "mesh", "containment": True},
     ),
     "collider": DetectorRow(

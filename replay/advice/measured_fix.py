@@ -132,14 +132,14 @@ class _Clock:
 class _Measured:
     """The figures of a detector with pieces, as ``run`` counts them, and its seconds a frame.
 
-    ``busy``: that other programs had the processor meanwhile, as a sentence; ``pieces``: of all bodies that are cut.
+    ``busy``: that other programs had the processor meanwhile, as a sentence; ``pieces``: of each body that is cut.
     """
 
     spec: DetectorSpec
     counts: Mapping[str, Any]
     seconds: float
     busy: str
-    pieces: int
+    pieces: Mapping[str, int]
     figures: FixFigures
 
 
@@ -189,15 +189,12 @@ class _Measuring:
             )
         step, trade = "", []
         if spec is not stepped:
-            step = " and test every frame"
+            step = ", and test every frame"
             change = change_text(*self._errors_of(self._errors_at_step(stepped)))
             trade = [f"At {rate(self._rest['rate_hz'])} instead: {change}."]
-        several = len(cut_bodies) > 1
-        reason = f"whose collider{'s report' if several else ' reports'} false contact"
-        pieces = f"{plural(best.pieces, 'convex piece')}{' in all' if several else ''}"
         busy = [best.busy] if best.busy and not busy_text(self._result.document) else []
         return Fix(
-            text=f"Split {_names(cut_bodies)}, {reason}, into {pieces}{step}.",
+            text=f"Split {_pieces_text(best.pieces)}{self._uncut_text(cut_bodies)}{step}.",
             measured=True,
             command=SHIP_COMMAND,
             setting=spec_text(best.spec.name, best.spec.settings),
@@ -205,6 +202,10 @@ class _Measuring:
             change=f"{self._change(best)}.",
             notes=" ".join([f"Measured here in {seconds}.", *trade, *busy, *uncut, *losers, *late]),
         )
+
+    def _uncut_text(self, cut_bodies: Sequence[str]) -> str:
+        """That every other body has one hull, as a clause; ``""``: there is no other body."""
+        return ", with one hull for every other body" if len(self._result.assembly.bodies) > len(cut_bodies) else ""
 
     def _not_cut(self, sentences: Sequence[str]) -> Fix | None:
         """A Fix that says why nothing was measured, beside the one that the run has."""
@@ -335,12 +336,12 @@ class _Measuring:
         false_contact = count_reports(comparison).proportion(Outcome.FALSE_CONTACT)
         run = self._run_over_stretches(spec)
         counts = wrong_counts(sampled_counts, false, false_contact, offsets)
-        solids = getattr(run.detector, "parts", {})
-        pieces = sum(len(solids[name]) for name in names)
+        solids: Mapping[str, Any] = getattr(run.detector, "parts", {})
+        pieces = {name: len(solids[name]) for name in names}
         proportions = offsets.proportions() if offsets is not None else _proportions(sampled_counts)
         times = sample_times(run.detection, rate_hz)
         figures = FixFigures(
-            what=_pieces_label(pieces, rate_hz),
+            what=_pieces_label(sum(pieces.values()), rate_hz),
             missed=proportions["contacts_missed"],
             late_or_cut_short=proportions["contacts_in_part"],
             time_missed=proportions["missed"],
@@ -409,6 +410,15 @@ def _proportions(frame_counts: ContactCounts) -> Proportions:
 def _range(counts: Mapping[str, Any], name: str) -> tuple[int, int]:
     """Smallest and largest count over the sampling offsets."""
     return round(counts[f"{name}_smallest"]), round(counts[f"{name}_largest"])
+
+
+def _pieces_text(pieces: Mapping[str, int]) -> str:
+    """``beaker and flask into 16 convex pieces each``; ``beaker into 12 and flask into 16 convex pieces``."""
+    counts = [*pieces.values()]
+    if len({*counts}) == 1:
+        each = " each" if len(counts) > 1 else ""
+        return f"{_names([*pieces])} into {plural(counts[0], 'convex piece')}{each}"
+    return f"{_names([f'{name} into {count}' for name, count in pieces.items()])} convex pieces"
 
 
 def _pieces_label(pieces: int, rate_hz: float | None) -> str:

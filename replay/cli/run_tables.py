@@ -39,7 +39,7 @@ def run_screen(
     contents: list[Table | RenderableType] = []
     ranking = section_of(result, SectionName.RANKING)
     if result.ranking:
-        contents += [built.short_labels(ranking.table, result).narrow().with_heads()]
+        contents += [ranking.table.narrow().with_heads()]
         contents += [Paragraph("", text) for text in (*ranking.sentences, *engine_reports(result))]
     elif result.detections:
         contents += ranking.tables

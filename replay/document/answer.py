@@ -15,9 +15,10 @@ class Reason:
 
     Parameters
     ----------
-    heading : ``What``, ``When``, ``Why``, ``Do``, ``Cost``, ``Or`` or ``Sure``.
+    heading : ``What``, ``When``, ``Why``, ``Do``, ``Cost``, ``Sure``, ``Also`` or ``Or``; the first three are about
+        the same fault, ``Also`` is about faults of the other category.
     text : the answer itself, one short sentence.
-    figures : the sentences below it: figures, and faults of the other category; ``""``: none.
+    figures : the sentences below it; ``""``: none.
     command : to be copied; ``""``: none.
     details : what a page folds and a terminal prints with ``-v``; ``""``: nothing.
     """
@@ -119,8 +120,9 @@ class Answer(Struct, frozen=True):
     why : the cause of the fault at the moment.
     fix : what removes that cause; ``None``: nothing is wrong.
     moment : that shows it; ``None``: nothing is wrong, or contacts were left undecided.
+    what : the fault at the moment.
     when : the time and the bodies of that moment.
-    other_times : when the other faults happened.
+    other_times : when the other faults of these bodies happened.
     other_causes : the cause of the faults of the other category; ``""``: there are none.
     """
 
@@ -129,14 +131,20 @@ class Answer(Struct, frozen=True):
     why: str = ""
     fix: Fix | None = None
     moment: KeyMoment | None = None
+    what: str = ""
     when: str = ""
     other_times: str = ""
     other_causes: str = ""
 
     @property
     def reasons(self) -> list[Reason]:
-        """``When``, ``Why``, ``Fix``, each with its texts and its command; nothing where nothing is wrong."""
-        rows = [Reason("When", self.when, self.other_times), Reason("Why", self.why, self.other_causes)]
+        """``What``, ``When``, ``Why``, ``Fix`` and ``Also``, those that there are; nothing where nothing is wrong."""
+        rows = [
+            Reason("What", self.what),
+            Reason("When", self.when, self.other_times),
+            Reason("Why", self.why),
+        ]
         if self.fix is not None:
             rows.append(Reason("Fix", self.fix.text, self.fix.change, self.fix.command, self.fix.notes))
+        rows.append(Reason("Also", self.other_causes))
         return [row for row in rows if row.text]

@@ -23,8 +23,8 @@ class Count:
         return self.smallest, self.largest
 
     def change(self, after: "Count", of: str = "") -> str:
-        """``0-1 -> 0-2``; ``0-1 as before``; with means where the ranges are equal and the means not."""
-        count, count_after = words.count_range(self.range), words.count_range(after.range)
+        """``up to 1 -> up to 2``; ``up to 1 as before``; with means where the ranges are equal and the means not."""
+        count, count_after = words.count_words(self.range), words.count_words(after.range)
         if count != count_after:
             return f"{count} -> {count_after}{of}"
         if self.equals(after):
@@ -76,7 +76,7 @@ def errors_of_rank(rank: Rank, seconds: float | None) -> Errors:
 
 
 def change_text(before: Errors, after: Errors, pieces: str = "") -> str:
-    """``False 86 % -> 19 %, but missed 0-1 -> 0-2 and late or cut short 1-3 -> 5 of 18; 28 pieces``
+    """``False 86 % -> 19 %, but missed up to 1 -> up to 2 and late or cut short 1 to 3 -> 5 of 18; 28 pieces``
 
     Kinds of error that become more stand behind the others, after *but*; one that neither has is left out. ``pieces``
     are those after, in words; ``""``: no pieces.

@@ -5,7 +5,6 @@ from typing import Final
 
 from replay import words
 from replay.auditing.loss import fraction_of
-from replay.auditing.sampling_offsets import PHASES
 from replay.auditing.wilson import Proportion
 from replay.document.ranking import Rank, any_decided
 from replay.document.run_document import RunDocument
@@ -15,18 +14,19 @@ WIDE: Final = 0.5
 """Width of an interval that says too little: it spans half of 0 to 100 %."""
 
 
-def certainty(document: RunDocument, ranks: Sequence[Rank]) -> list[str]:
-    """Return sentences on what the figures rest on, the main one first; none where nothing was audited."""
+def certainty(document: RunDocument, ranks: Sequence[Rank], fixed: Rank | None = None) -> list[str]:
+    """Return sentences on what the figures rest on, the main one first; none where nothing was audited.
+
+    ``fixed``: the row of the measured Fix that is recommended; ``None``: no Fix is.
+    """
     if not ranks:
         return []
     contacts = ranks[-1].contacts
     made_up = "made-up " if "synthetic" in document.session.facts else ""
     sentences = [_interval(ranks[0]) if contacts else _without_contacts(document)]
-    sentences.append(f"One {made_up}session{'; 95 % interval' if contacts else ''}.")
-    count_ranges = (counts for rank in ranks for counts in (rank.missed_counts, rank.late_counts))
-    ranges = [counts for counts in count_ranges if counts is not None and counts[0] != counts[1]]
-    if ranges:
-        sentences.append(f"{words.count_range(ranges[0])}: best to worst of {PHASES} start times of sampling.")
+    if fixed is not None and contacts:
+        sentences.append(_fix_interval(fixed))
+    sentences.append(f"One {made_up}session{'; 95 % intervals' if contacts else ''}.")
     return [*sentences, _noise(document, ranks)]
 
 
@@ -49,6 +49,15 @@ def _interval(worst: Rank) -> str:
     if leading.upper - leading.lower > WIDE:
         return f"Not very: with {contacts}, {may_be}."
     return f"With {contacts}, {may_be}."
+
+
+def _fix_interval(fixed: Rank) -> str:
+    """The 95 % interval of the false contact that a Fix leaves, and the contacts on which it was measured."""
+    measured = f"The fix was measured on the same {plural(fixed.contacts, 'contact')}"
+    if fixed.false is None:
+        return f"{measured}."
+    value = words.as_percentage(fraction_of(fixed.false))
+    return f"{measured}: its {value} false may be {words.interval(fixed.false.lower, fixed.false.upper)}."
 
 
 def _noise(document: RunDocument, ranks: Sequence[Rank]) -> str:

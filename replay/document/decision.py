@@ -19,7 +19,7 @@ RIGHT: Final = "right by definition"
 SHIP_COMMAND: Final = f"replay fix {SESSION} --engine unity"
 """Writes the colliders of a measured Fix for an engine."""
 
-FIX_WRITES: Final = "This writes the pieces as GLB files:"
+FIX_WRITES: Final = "Pieces are child colliders of their body; this writes them as GLB files:"
 """Stands before that command."""
 
 
@@ -93,7 +93,7 @@ def _measured_fix(document: RunDocument, decided: Sequence[Rank]) -> MeasuredFix
     rank, fix = next((rank for rank in decided if rank.label == answer.label), None), answer.fix
     if rank is None or fix is None or fix.figures is None:
         return None
-    fixed = fixed_rank(rank, fix.figures, fix.setting)
+    fixed = fixed_rank(rank, fix.figures, fix.setting, document)
     shipped = Decision(fix.text, fix_figures(fix.change, fix.command), fix.command, fix.notes, fixed, is_fix=True)
     return MeasuredFix(rank, fixed, shipped)
 

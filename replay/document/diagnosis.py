@@ -21,7 +21,7 @@ from replay.document.audit import DetectorAudit
 from replay.document.before_after import Count, Errors, change_text, errors_of_rank
 from replay.document.cost import busy_text
 from replay.document.detector_labels import detector_label, sentence_of
-from replay.document.fault_sentences import other_times, when_text
+from replay.document.fault_sentences import other_times, what_text, when_text
 from replay.document.placeholders import RUN, SESSION
 from replay.document.ranking import Rank, fault_text
 from replay.document.run_document import RunDocument
@@ -56,6 +56,7 @@ def answers(result: RunResult, document: RunDocument, ranks: Sequence[Rank]) -> 
                 why=fault.why,
                 fix=fix,
                 moment=moment,
+                what=what_text(fault),
                 when=when_text(result, rank, fault, moment.seconds),
                 other_times=other_times(result, document, rank, fault),
                 other_causes=_other_causes(result, rank, missed=fault.kind.is_miss),

@@ -234,8 +234,18 @@ def _milliseconds(seconds: float) -> str:
 LONG: Final = 10.0
 """Seconds; moments of a shorter session need milliseconds."""
 
-MOST_MOMENTS: Final = 2
-"""Faults of the other category that are named one by one."""
+
+def what_text(fault: Fault) -> str:
+    """Return what a detector did wrong at a fault: a contact that it misses, or reports of bodies that are apart."""
+    pair = " and ".join(fault.bodies)
+    if not fault.kind.is_miss:
+        gap = "do not meet" if isnan(fault.metres) else f"are {length(fault.metres)} apart"
+        contact = fault.name if fault.cause is Cause.BOUNDING_VOLUMES else "contact"
+        return f"{fault.detector} reports {contact} of {pair}, which {gap}."
+    lasted = _milliseconds(fault.end - fault.start)
+    if fault.kind is FaultKind.NEVER_REPORTED:
+        return f"{fault.detector} reports no contact of {pair}, which meet for {lasted}."
+    return f"{fault.detector} misses {lasted} of a contact of {pair}."
 
 
 def when_text(result: RunResult, rank: Rank, fault: Fault, seconds: float) -> str:
@@ -252,28 +262,11 @@ def when_text(result: RunResult, rank: Rank, fault: Fault, seconds: float) -> st
 
 
 def other_times(result: RunResult, document: RunDocument, rank: Rank, fault: Fault) -> str:
-    """Return when the other faults of the pair of ``fault`` happened, and those of the other category."""
-    misses, false = result.misses.get(rank.label, ()), result.false.get(rank.label, ())
-    every, others = (misses, false) if fault.kind.is_miss else (false, misses)
+    """Return when the other faults of the pair of ``fault`` happened; ``""``: there are none."""
+    every = (result.misses if fault.kind.is_miss else result.false).get(rank.label, ())
     alike = [other for other in every if other.bodies == fault.bodies]
     start, end = min(other.start for other in alike), max(other.end for other in alike)
     digits = 1 if document.session.duration >= LONG else 3
     first, last = (words.decimal(second, digits) for second in (start, end))
     span = f"at {first} s" if first == last else f"from {first} to {last} s"
-    sentences = [f"This pair has {len(alike)} of them, {span}."] if len(alike) > 1 else []
-    never = [other for other in others if not other.kind.is_miss or other.kind is FaultKind.NEVER_REPORTED]
-    if never:
-        sentences.append(_moments(never))
-    return " ".join(sentences)
-
-
-def _moments(faults: Sequence[Fault]) -> str:
-    """``Missed at 5.067 s: beaker and rod.``; of many the number and the first."""
-    first = faults[0]
-    missed = first.kind.is_miss
-    if len(faults) > MOST_MOMENTS:
-        count = f"{len(faults)} contacts missed" if missed else plural(len(faults), first.name)
-        return f"{count}, the first at {words.moment(first.start)}: {' and '.join(first.bodies)}."
-    name = "missed" if missed else first.name
-    moments = [f"at {words.moment(fault.start)}: {' and '.join(fault.bodies)}" for fault in faults]
-    return f"{name.capitalize()} {'; '.join(moments)}."
+    return f"This pair has {len(alike)} of them, {span}." if len(alike) > 1 else ""

@@ -11,7 +11,7 @@ from replay.document.answer import Reason
 from replay.document.certainty import certainty
 from replay.document.cost import AT_ONCE, FRAME, NO_SLOWEST, TIMES_ARE, busy_text
 from replay.document.decision import Decision, decision, fix_figures
-from replay.document.ranking import all_unconfirmed, lesser_faults
+from replay.document.ranking import all_unconfirmed, any_decided, lesser_faults
 from replay.document.run_document import RunDocument
 from replay.document.run_result import RunResult, Summarised
 from replay.words import plural
@@ -229,19 +229,25 @@ def compounds(result: RunResult) -> list[str]:
 
 
 def answer_reasons(result: Summarised) -> list[Reason]:
-    """Return the headings below the first sentence of a run: what else, when, why, what to do, its cost, how sure."""
+    """Return the headings below the first sentence of a run: its main fault, what to do, how sure; then all else.
+
+    What, when and why are about the same fault; faults of the other category stand below, under *Also*.
+    """
     first, decided = result.answers[0], decision(result.document, result.ranking)
     in_code = None if decided is None else decided.in_code
-    sure, *rest = [*_doubtful(result.document), *certainty(result.document, result.ranking)]
+    what, when, why = (first.what, first.when, first.why) if first.why else _nothing_wrong(result)
+    fixed = decided.rank if decided is not None and decided.is_fix else None
+    sure, *rest = [*_doubtful(result.document), *certainty(result.document, result.ranking, fixed)]
     rows = [
-        Reason("What", _what_else(result)),
-        Reason("When", first.when, first.other_times),
-        Reason("Why", first.why, first.other_causes),
+        Reason("What", what),
+        Reason("When", when, first.other_times),
+        Reason("Why", why),
         *([] if decided is None else [_decision_reason("Do", decided)]),
         price(result, decided),
+        Reason("Sure", sure, " ".join(rest)),
+        _other_faults(result),
         *_improvement(result, decided),
         *([] if in_code is None else [_decision_reason("Or", in_code, folded=True)]),
-        Reason("Sure", sure, " ".join(rest)),
     ]
     return [row for row in rows if row.text]
 
@@ -278,10 +284,25 @@ def _doubtful(document: RunDocument) -> list[str]:
     ]
 
 
-def _what_else(result: Summarised) -> str:
-    """The faults of the worst detector that the first sentence leaves out; ``""``: none."""
-    worst = result.ranking[0]
-    return lesser_faults(worst) if len(result.ranking) > 2 else ""
+def _nothing_wrong(result: Summarised) -> tuple[str, str, str]:
+    """What, when and why of a run in which every detector is right; empty where nothing was compared."""
+    worst, session = result.ranking[0], result.document.session
+    if worst.loss or not any_decided(result.document):
+        return "", "", ""
+    contacts = plural(worst.contacts, "contact")
+    what = f"{worst.label} reports {contacts}, as {result.oracle} does, and no false one."
+    if not worst.contacts:
+        what = f"{worst.label} reports no contact, and {result.oracle} finds none."
+    when = f"In the whole time that was replayed: {words.duration(session.duration)}, {session.frames:,} frames."
+    why = f"Its answers differ from those of {result.oracle}, the reference, in no frame that counts."
+    return what, when, why
+
+
+def _other_faults(result: Summarised) -> Reason:
+    """The faults of the worst detector that the first sentence leaves out, and why; without a text: there are none."""
+    lesser = lesser_faults(result.ranking[0]) if len(result.ranking) > 2 else ""
+    texts = [*filter(None, [lesser, result.answers[0].other_causes])]
+    return Reason("Also", *texts) if texts else Reason("Also", "")
 
 
 def price(result: Summarised, decided: Decision | None) -> Reason:
@@ -303,7 +324,7 @@ def price(result: Summarised, decided: Decision | None) -> Reason:
     busy = busy_text(document)
     # By the clock the slowest frames of a busy machine are those in which other programs ran.
     slowest = "" if busy or rank.p99 is None else f", 99 % within {words.frame_time(rank.p99)}"
-    name = f"The fix ({rank.label})" if decided is not None and decided.is_fix else rank.label
+    name = f"The {rank.label}" if decided is not None and decided.is_fix else rank.label
     text = f"{name} takes {words.frame_time(rank.mean)} a frame{slowest}{beside}."
     reason = AT_ONCE if not live else NO_SLOWEST if rank.p99 is None else ""
     budget = f"Mean: {words.as_percentage(rank.of_frame)} of {FRAME}."

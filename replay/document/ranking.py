@@ -113,10 +113,16 @@ def _rank(document: RunDocument, label: str) -> Rank:
     )
 
 
-def fixed_rank(rank: Rank, figures: FixFigures, setting: str) -> Rank:
+FIX_LABEL: Final = "fix"
+"""Label of the measured Fix in every table, picture and sentence."""
+
+
+def fixed_rank(rank: Rank, figures: FixFigures, setting: str, document: RunDocument) -> Rank:
     """Return the row of a measured Fix, beside that of the detector it mends."""
+    # A command of an earlier run may call one of its detectors so.
+    is_taken = FIX_LABEL in document.detectors
     return Rank(
-        label=f"{rank.label}+fix",
+        label=f"{rank.label}+{FIX_LABEL}" if is_taken else FIX_LABEL,
         what=figures.what,
         setting=setting,
         contacts=rank.contacts,
@@ -140,7 +146,7 @@ def with_fixes(ranks: Sequence[Rank], document: RunDocument) -> list[Rank]:
         fix = fixes.get(rank.label)
         rows.append(rank)
         if fix is not None and fix.figures is not None:
-            rows.append(fixed_rank(rank, fix.figures, fix.setting))
+            rows.append(fixed_rank(rank, fix.figures, fix.setting, document))
     return rows
 
 
@@ -172,15 +178,15 @@ def false_text(proportion_false: Proportion | None, unconfirmed: bool, whose: st
 
 
 def misses_text(missed: Range, late: Range, contacts: int) -> str:
-    """``0-2 of 18 contacts missed, 5-9 late or cut short``; ``""``: none of both."""
+    """``up to 2 of 18 contacts missed, 5 to 9 late or cut short``; ``""``: none of both."""
     clauses = []
     things = plural(contacts, "contact")
     if missed[1]:
-        clauses.append(f"{words.count_range(missed)} of {things} missed")
+        clauses.append(f"{words.count_words(missed)} of {things} missed")
         things = ""
     if late[1]:
         of = f" of {things}" if things else ""
-        clauses.append(f"{words.count_range(late)}{of} late or cut short")
+        clauses.append(f"{words.count_words(late)}{of} late or cut short")
     return ", ".join(clauses)
 
 
@@ -197,22 +203,22 @@ def fault_text(rank: Rank, *, largest: bool = False, whose: str = "its") -> str:
 
 def lesser_faults(rank: Rank) -> str:
     """Return sentences about the faults of a detector but the first of ``fault_text``; ``""``: there are none."""
-    false = false_text(rank.false, rank.unconfirmed, f"{rank.label}'s")
-    besides, missed = f"Besides, {false}." if false else "", _misses_too(rank)
-    texts = [text for text in ([besides, missed] if rank.leads_false else [missed, besides]) if text]
+    false, missed = false_text(rank.false, rank.unconfirmed, f"{rank.label}'s"), _misses_sentence(rank)
+    false_sentence = f"{false}." if false else ""
+    texts = [text for text in ([false_sentence, missed] if rank.leads_false else [missed, false_sentence]) if text]
     return " ".join(texts if rank.undecided else texts[1:])
 
 
-def _misses_too(rank: Rank) -> str:
-    """``hull50 also misses 0-1 of 18 contacts; 1-3 are late or cut short.``; ``""``: none of both."""
+def _misses_sentence(rank: Rank) -> str:
+    """``hull50 misses up to 1 of 18 contacts; 1 to 3 are late or cut short.``; ``""``: none of both."""
     missed, late = rank.missed_counts or (0, 0), rank.late_counts or (0, 0)
     contacts, verb = plural(rank.contacts, "contact"), "is" if late == (1, 1) else "are"
-    short = f"{words.count_range(late)} {verb} late or cut short"
+    short = f"{words.count_words(late)} {verb} late or cut short"
     if missed[1]:
         rest = f"; {short}" if late[1] else ""
-        return f"{rank.label} also misses {words.count_range(missed)} of {contacts}{rest}."
+        return f"{rank.label} misses {words.count_words(missed)} of {contacts}{rest}."
     if late[1]:
-        return f"{rank.label} also reports {words.count_range(late)} of {contacts} late or cut short."
+        return f"{rank.label} reports {words.count_words(late)} of {contacts} late or cut short."
     return ""
 
 

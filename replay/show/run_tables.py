@@ -52,16 +52,6 @@ def ranking_table(result: Summarised) -> Table:
     return built_table.only(*(name for name in built_table.head if has_undecided or name != "undecided"))
 
 
-def short_labels(ranking: Table, result: Summarised) -> Table:
-    """A ranking whose rows of a Fix are called ``+fix``, below the detector that each mends: for narrow screens."""
-    label_index = ranking.head.index("detector")
-    rows = (
-        row if row[label_index] in result.document.detectors else (*row[:label_index], "+fix", *row[label_index + 1 :])
-        for row in ranking.rows
-    )
-    return replace(ranking, rows=tuple(rows))
-
-
 def with_intervals(ranking: Table) -> Table:
     """A ranking with the interval of each fraction beside it."""
     cell = partial(false_cell, intervals=True)
@@ -104,6 +94,19 @@ def timing_notes(result: Summarised) -> list[str]:
 def contacts_sentence(contacts: int) -> str:
     """How many contacts the reference found, as a sentence."""
     return f"{plural(contacts, 'contact')} happened." if contacts else "No contact was found."
+
+
+def range_notes(result: Summarised) -> list[str]:
+    """A line on what varies where a count of the ranking is a range; none where every count is one number."""
+    ranks = with_fixes(result.ranking, result.document)
+    ranges = [counts for rank in ranks for counts in (rank.missed_counts, rank.late_counts) if counts is not None]
+    varying = [counts for counts in ranges if counts[0] != counts[1]]
+    if not varying:
+        return []
+    least, most = varying[0]
+    how = "or" if most == least + 1 else "to"
+    meaning = f"{least:,} {how} {most:,} contacts, by when sampling starts"
+    return [f"{words.count_range(varying[0])}: {meaning} ({PHASES} start times were tried)."]
 
 
 def sampling_notes(result: Summarised) -> list[str]:

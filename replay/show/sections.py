@@ -71,7 +71,7 @@ def _answer_section(run: Summarised) -> Section:
 def _ranking_section(run: Summarised) -> Section:
     """Every detector, and what was not decided; without a reference the contacts of each detector."""
     if run.ranking:
-        notes = (*undecided_lines(run), *flicker_notes(run))
+        notes = (*run_tables.range_notes(run), *undecided_lines(run), *flicker_notes(run))
         return Section(SectionName.RANKING, notes, (run_tables.ranking_table(run),))
     contacts = (run_tables.contact_table(run, label) for label in run.document.detectors)
     return Section(SectionName.RANKING, tuple(flicker_notes(run)), tuple(contacts))

@@ -46,9 +46,7 @@ def own(tmp_path, monkeypatch):
 def test_three_commands_lead_from_own_files_to_colliders(own, capsys):
     assert main(IMPORT) in (0, 3)
     assert main(["run", "own.mcap", "--detectors", "hull50,exact", "--no-picture"]) == 0
-    assert "Do In your engine, split cup, whose collider reports false contact, into" in " ".join(
-        capsys.readouterr().out.split()
-    )
+    assert "Do In your engine, split cup into" in " ".join(capsys.readouterr().out.split())
     assert main(["fix", "own.mcap", "--engine", "unity"]) == 0
     output = " ".join(capsys.readouterr().out.split())
     assert "Report card of each collider" in output and "Wrote fix-unity for Unity" in output

@@ -26,7 +26,7 @@ def test_measured_fix_has_the_figures_of_its_own_run():
     fixed = compute(cubes(POSITIONS), detectors="often=discrete")
     audit = fixed.document.audit["often"]
     every = result.phases["slow"].every_frame
-    assert answer.fix.measured and "missed 0-2 -> 0," in answer.fix.change
+    assert answer.fix.measured and "missed up to 2 -> 0," in answer.fix.change
     assert (every.contacts_missed, every.late_or_cut_short) == (audit.contacts_missed, audit.late_or_cut_short)
     assert (every.contacts_missed, every.late_or_cut_short, every.false_contact.count) == (0, 0, 0)
     assert every.false_contact == audit.false_contact
@@ -71,7 +71,7 @@ def test_markdown_gives_every_heading_of_the_answer():
     result = steady("one missed")
     answer = section_of(result, SectionName.ANSWER)
     page = run_markdown(result, ())
-    assert [reason.heading for reason in answer.reasons] == ["When", "Why", "Do", "Cost", "Or", "Sure"]
+    assert [reason.heading for reason in answer.reasons] == ["What", "When", "Why", "Do", "Cost", "Sure", "Or"]
     for reason in answer.reasons:
         assert f"- **{reason.heading}** {markdown_text(reason.text)}" in page
         assert markdown_text(reason.figures) in page

@@ -12,38 +12,38 @@ def errors(false=0.86, missed=(0, 1, 0.5), late=(0, 0, 0.0), seconds=None, conta
 BEFORE = errors()
 
 STATES = {
-    "better": (errors(0.19, (0, 0, 0.0)), "False 86 % -> 19 %, missed 0-1 -> 0 of 18; 28 pieces", ""),
+    "better": (errors(0.19, (0, 0, 0.0)), "False 86 % -> 19 %, missed up to 1 -> 0 of 18; 28 pieces", ""),
     "worse in missed": (
         errors(0.19, (0, 2, 0.75)),
-        "False 86 % -> 19 %, but missed 0-1 -> 0-2 of 18; 28 pieces",
+        "False 86 % -> 19 %, but missed up to 1 -> up to 2 of 18; 28 pieces",
         "More contacts are missed than before.",
     ),
     "worse in the mean alone": (
         errors(0.19, (0, 1, 0.75)),
-        "False 86 % -> 19 %, but missed 0-1 of 18 (0.5 -> 0.75 on average); 28 pieces",
+        "False 86 % -> 19 %, but missed up to 1 of 18 (0.5 -> 0.75 on average); 28 pieces",
         "More contacts are missed than before.",
     ),
     "worse in late": (
         errors(0.19, late=(5, 9, 7.0)),
-        "False 86 % -> 19 %, missed 0-1 as before, but late or cut short 0 -> 5-9 of 18; 28 pieces",
+        "False 86 % -> 19 %, missed up to 1 as before, but late or cut short 0 -> 5 to 9 of 18; 28 pieces",
         "More contacts are late or cut short than before.",
     ),
     "worse in both": (
         errors(0.19, (1, 2, 1.5), (5, 9, 7.0)),
-        "False 86 % -> 19 %, but missed 0-1 -> 1-2 and late or cut short 0 -> 5-9 of 18; 28 pieces",
+        "False 86 % -> 19 %, but missed up to 1 -> 1 to 2 and late or cut short 0 -> 5 to 9 of 18; 28 pieces",
         "More contacts are missed, and more are late or cut short, than before.",
     ),
     "worse in false": (
         errors(0.9, (0, 0, 0.0)),
-        "Missed 0-1 -> 0 of 18, but false 86 % -> 90 %; 28 pieces",
+        "Missed up to 1 -> 0 of 18, but false 86 % -> 90 %; 28 pieces",
         "More contact time is false than before.",
     ),
     "worse in all": (
         errors(0.9, (1, 2, 1.5), (5, 9, 7.0)),
-        "False 86 % -> 90 % and missed 0-1 -> 1-2 and late or cut short 0 -> 5-9 of 18; 28 pieces",
+        "False 86 % -> 90 % and missed up to 1 -> 1 to 2 and late or cut short 0 -> 5 to 9 of 18; 28 pieces",
         "More contacts are missed, and more are late or cut short, and more contact time is false, than before.",
     ),
-    "equal": (errors(), "False 86 % as before, missed 0-1 of 18 as before; 28 pieces", ""),
+    "equal": (errors(), "False 86 % as before, missed up to 1 of 18 as before; 28 pieces", ""),
 }
 
 

@@ -151,11 +151,10 @@ def facts_of(tables, labels):
         of = next((label for label in labels if re.search(rf"(?<![\w+]){re.escape(label)}(?![\w+])", title)), "")
         if not table or (table in ("misses", "false", "pairs") and not of):
             continue
-        names, before, occurrences = names_of(table), "", defaultdict(int)
+        names, occurrences = names_of(table), defaultdict(int)
         for row in rows:
             first = (row[0] or "").strip("* ")
             key = re.split(r"[:\s]", first)[0] if table in OF_DETECTORS else first.replace(" ", "")
-            key, before = (before + key, before) if key == "+fix" else (key, key)
             occurrences[key] += 1
             for heading, text in zip(heads, row, strict=True):
                 column = names.get(heading)

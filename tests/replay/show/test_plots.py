@@ -61,7 +61,7 @@ def test_long_name_of_an_interval_stands_whole_on_several_lines():
 
 def test_no_name_stands_on_the_line_to_another_dot():
     """Dots of a demo, of which the reference's name found room only above another name."""
-    costs = {"exact: 0": (0.019, 0.0), "mesh50: 0.12": (0.033, 0.12), "hull50+fix: 0.2": (0.042, 0.2)}
+    costs = {"exact: 0": (0.019, 0.0), "mesh50: 0.12": (0.033, 0.12), "fix: 0.2": (0.042, 0.2)}
     costs |= {"paper: 0.03": (0.043, 0.03), "hull50: 0.9": (0.018, 0.9)}
     dots = [Dot(name, x, y) for name, (x, y) in costs.items()]
     plot = scatter(dots, "", "mean ms a frame", Axis("loss", [0, 0.5, 1]))

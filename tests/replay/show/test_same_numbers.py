@@ -108,7 +108,7 @@ def test_loss_is_the_same_in_tables_plots_and_the_tradeoff(screens):
     dots = {dot.name for dot in run_dots(result)}
     rows = {rank.label: rank.loss for rank in with_fixes(result.ranking, result.document)}
     assert dots <= {f"{label}: {words.loss_number(loss)}" for label, loss in rows.items()}
-    fixed = {label for label in rows if label.endswith("+fix")}
+    fixed = {label for label in rows if label == "fix"}
     assert all(any(dot.startswith(label) for dot in dots) for label in fixed)
     assert {dot.name for dot, _ in documents.dots_of(result)} == dots
     for label, loss in losses.items():
