@@ -9,10 +9,10 @@ import numpy as np
 from replay import words
 from replay.effects.chemistry.warming import heating_curve
 from replay.effects.declaring import Declaration
+from replay.effects.flame import flame_power, flames_under_liquids, heat_of_ledger, spans_over_flame
 from replay.effects.inputs import EffectInputs
 from replay.effects.output import COLOURS, EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series
 from replay.effects.protocol import spec_of
-from replay.effects.spans import BoolArray, steady_spans
 from replay.effects.temperatures import boils, note_temperature
 from replay.effects.vessels import Vessel
 from replay.errors import EffectError
@@ -25,22 +25,24 @@ SOLID_G_ML: Final = 2.0
 
 def find_flame_heating(inputs: EffectInputs, declared: Declaration, findings: Findings) -> None:
     """Find events ``heated`` and ``boil``, and the temperature from the first heat on."""
-    name, lamp = declared["heats"], declared["source"]
-    spans, times = steady_spans(_is_over_flame(inputs, declared), np.ones(len(inputs), dtype=np.bool_)), inputs.times
-    power = np.zeros(len(times))
-    for begin, stop in spans:
-        power[begin:stop] = declared["power_w"]
+    name, lamp, times = declared["heats"], declared["source"], inputs.times
+    spans = spans_over_flame(inputs, declared)
     first = spans[0][0] if spans else len(times)
     findings.ran[first:] = True
-    celsius = heating_curve(
-        times,
-        power,
-        capacity=_capacity(inputs.body(name)),
-        loss=declared["loss_w_per_k"],
-        ambient=declared["ambient_c"],
-        boils=boils(declared),
-    )
-    drawn_rows = [0, *range(max(1, first - 1), len(times))]
+    is_in_ledger = declared in flames_under_liquids(inputs.tables)
+    if is_in_ledger:
+        from replay.effects.chemistry.matter import matter_of  # a flame alone loads no chemistry
+
+        celsius = matter_of(inputs).celsius(name, times)
+    else:
+        celsius = heating_curve(
+            times,
+            flame_power(declared, spans, len(times)),
+            capacity=_capacity(inputs.body(name)),
+            loss=declared["loss_w_per_k"],
+            ambient=declared["ambient_c"],
+            boils=boils(declared),
+        )
     findings.add_lane(name, *inputs.lane_spans(spans, "over the flame"))
     for span in spans:
         start, end = inputs.span_times(span)
@@ -50,22 +52,11 @@ def find_flame_heating(inputs: EffectInputs, declared: Declaration, findings: Fi
             {"to_c": reached_c, "seconds": end - start},
         )
         findings.events.append(EffectEvent(start, "heated", (name, lamp), inputs.end(span[1]), values, text))
-    if spans and _has_reactions(inputs, name):
-        text = (
-            f"what dissolves and reacts in {name} is computed without the heat of {lamp}: for what it does hot, give "
-            'the body its temperature_c, and let it cool by an effect heat with of = "liquids"'
-        )
-        start = inputs.span_times(spans[0])[0]
-        findings.events.append(EffectEvent(start, "not-heated", (name, lamp), None, {}, text, "warning"))
     if spans and declared["turns_c"] is not None:
         _change_colour(declared, findings, Vessel(inputs.body(name)), times, celsius)
-    note_temperature(declared, findings, name, Series(times[drawn_rows], celsius[drawn_rows], "degC"))
-
-
-def _has_reactions(inputs: EffectInputs, name: str) -> bool:
-    """Whether an effect computes what dissolves or reacts in a vessel."""
-    followed_vessels = {vessel for table in inputs.tables.get("mixing", ()) for vessel in table["in"]}
-    return name in followed_vessels and any(inputs.tables.get(kind) for kind in ("reaction", "precipitation"))
+    if not is_in_ledger:
+        drawn_rows = [0, *range(max(1, first - 1), len(times))]
+        note_temperature(findings, name, Series(times[drawn_rows], celsius[drawn_rows], "degC"), boils(declared))
 
 
 def _change_colour(
@@ -90,15 +81,6 @@ def _change_colour(
         text = f"{vessel.contents('solid')['formula']} in {name} turns from {colour_before} to {colour_after}"
         values = {"celsius": float(celsius[row]), "to": colour_after}
         findings.events.append(EffectEvent(float(times[row]), "turned", (name,), None, values, text))
-
-
-def _is_over_flame(inputs: EffectInputs, declared: Declaration) -> BoolArray:
-    """(T,) whether the body's origin is above the flame's foot and near its axis; where not seen, as last seen."""
-    lamp, dish = (inputs.poses(declared[key]).last_known() for key in ("source", "heats"))
-    local = lamp.to_body_frame(dish.translation) - np.array(declared["base"])
-    is_near_axis = np.hypot(local[:, 0], local[:, 2]) < declared["within"]
-    is_above_foot = (local[:, 1] > 0.0) & (local[:, 1] <= declared["height"])
-    return is_near_axis & is_above_foot & lamp.valid & dish.valid
 
 
 def _capacity(body: SceneBody) -> float:
@@ -128,10 +110,11 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     for declared in inputs.declared:
         if declared["of"] == "flame":
             find_flame_heating(inputs, declared, findings)
-        else:
-            from replay.effects.heat_of_mixing import find_mixing_heat  # a flame alone loads no chemistry
+    followed = heat_of_ledger(inputs.tables)
+    if followed is not None:
+        from replay.effects.heat_of_mixing import find_mixing_heat  # a flame alone loads no chemistry
 
-            find_mixing_heat(inputs, declared, findings)
+        find_mixing_heat(inputs, followed, findings)
     return findings.output()
 
 
@@ -146,25 +129,10 @@ def _check(declared: Declaration, scene: Scene) -> None:
         if missing:
             raise declared.fail(f"{missing[0]} is missing: heat of a {thing} needs {', '.join(keys)}")
     try:
-        if kind == "flame":
-            heats = scene.body(declared["heats"]) or SceneBody(declared["heats"])
-            # What a liquid needs is told at once, its share of the capacity included.
-            if (heats.extra.get("properties") or {}).get("liquid"):
-                _check_liquid(declared, Vessel(heats))
-            _capacity(heats)
-            if declared["turns_c"] is not None:
-                _check_solid(Vessel(heats))
+        if kind == "flame" and declared["turns_c"] is not None:
+            _check_solid(Vessel(_heated_body(declared, scene)))
     except EffectError as error:
         raise declared.fail(str(error).removeprefix("scene: ")) from error
-
-
-def _check_liquid(declared: Declaration, vessel: Vessel) -> None:
-    """Raises EffectError: a liquid stands over the flame at first, and nothing says when it boils."""
-    if vessel.contents("liquid") and vessel.volume_ml > 0.0 and declared["boils_c"] is None:
-        raise vessel.fail(
-            "holds a liquid over a flame, which heats heat_capacity_j_per_k alone: count the liquid in it, 4.18 J/K "
-            "for a mL of water, and give boils_c of this effect"
-        )
 
 
 def _check_solid(vessel: Vessel) -> None:
@@ -177,16 +145,38 @@ def _check_solid(vessel: Vessel) -> None:
         raise vessel.fail("has solid.density_g_ml = 0; give it in g/mL")
 
 
-def _check_all(tables: Mapping[str, tuple[Declaration, ...]], _scene: Scene, _file: str) -> None:
-    """Raises PlanError: a liquid may come over a flame later, and nothing says when it boils."""
+def _check_all(tables: Mapping[str, tuple[Declaration, ...]], scene: Scene, _file: str) -> None:
+    """Raises PlanError: a flame heats what has no heat capacity, or a liquid of which nobody says how it boils."""
     targets = {name for kind in ("pour", "burette") for table in tables.get(kind, ()) for name in table["into"]}
+    followed, in_ledger = heat_of_ledger(tables), flames_under_liquids(tables)
     for declared in tables.get("heat", ()):
-        name = declared["heats"]
-        if declared["of"] == "flame" and declared["boils_c"] is None and name in targets:
+        if declared["of"] != "flame":
+            continue
+        if declared in in_ledger:
+            assert followed is not None
+            if declared["ambient_c"] != followed["ambient_c"]:
+                raise declared.fail(
+                    f"ambient_c is {declared['ambient_c']:g} and {followed.table} says {followed['ambient_c']:g}; a "
+                    "room has one temperature"
+                )
+            continue
+        body = _heated_body(declared, scene)
+        has_liquid = bool((body.extra.get("properties") or {}).get("liquid")) and Vessel(body).volume_ml > 0.0
+        if declared["boils_c"] is None and (has_liquid or body.id in targets):
+            verb = "holds a liquid" if has_liquid else "may receive a liquid"
             raise declared.fail(
-                f"a liquid may be poured into {name!r}, which a flame heats by its heat_capacity_j_per_k alone: count "
-                "the liquid in it, 4.18 J/K for a mL of water, and give boils_c of this effect"
+                f'{body.id!r} {verb} over the flame: follow it by [[effect]] kind = "mixing", in = ["{body.id}"]; '
+                "without that count the liquid in its heat_capacity_j_per_k, 4.18 J/K for a mL of water, and give "
+                "boils_c of this effect"
             )
+        try:
+            _capacity(body)
+        except EffectError as error:
+            raise declared.fail(str(error).removeprefix("scene: ")) from error
+
+
+def _heated_body(declared: Declaration, scene: Scene) -> SceneBody:
+    return scene.body(declared["heats"]) or SceneBody(declared["heats"])
 
 
 SPEC = spec_of("heat", compute, check=_check, check_all=_check_all)

@@ -13,7 +13,7 @@ from replay.effects.inputs import EffectInputs
 from replay.effects.models.outflow import flows
 from replay.effects.movement import movement_of
 from replay.effects.output import EffectEvent, Findings, FloatArray, LaneSpan, Series, vector_of
-from replay.effects.temperatures import boils, note_temperature
+from replay.effects.temperatures import liquid_boils, note_temperature
 from replay.words import quantity
 
 LEAST_ML = 0.05
@@ -48,25 +48,28 @@ def find_mixing_heat(inputs: EffectInputs, declared: Declaration, findings: Find
             *_estimated(name, matter),
         ]
         changed = np.flatnonzero(np.diff(history.volume_ml, prepend=history.volume_ml[0]))
-        if not len(changed) and not matter.amount(name, HEAT).any():
+        is_over_flame = name in matter.ledger.warmth.flames
+        if not (len(changed) or is_over_flame or matter.amount(name, HEAT).any()):
             continue
         first = int(history.frames[changed[0]]) if len(changed) else 0
-        findings.ran[first:] = True
-        # What is warmer or colder than the room changes before anything comes in.
-        resting = 1 if matter.amount(name, HEAT)[0] else max(1, first - 1)
+        if not is_over_flame:
+            findings.ran[first:] = True
+        # What is warmer or colder than the room, or over a flame, changes before anything comes in.
+        resting = 1 if is_over_flame or matter.amount(name, HEAT)[0] else max(1, first - 1)
         times = inputs.times[[0, *range(resting, len(inputs))]]
         celsius = declared["ambient_c"] + matter.kelvin(name, times)
         # What boils is told so, whatever its heat over its capacity is rounded to.
         rows = history.rows(times)
         volume_ml = history.volume_ml[rows]
-        celsius[(celsius > boils(declared) - BOILING) & (volume_ml > 0.0)] = boils(declared)
+        boils_c = liquid_boils(declared)
+        celsius[(celsius > boils_c - BOILING) & (volume_ml > 0.0)] = boils_c
         # The first drops on a dry solid have no temperature of their own.
         mixed_rows = matter.is_mixed(name, times, volume_ml)
         # An emptied vessel has no temperature, unless glass or solids keep one.
         keeps_heat = matter.ledger.capacity(matter.ledger.at[name], volume_ml, history.amounts[rows]) > 0.0
         mixed_rows &= keeps_heat | ~np.maximum.accumulate(keeps_heat)
         series = Series(times[mixed_rows], celsius[mixed_rows], "degC")
-        note_temperature(declared, findings, name, series, volume_ml[mixed_rows] > 0.0)
+        note_temperature(findings, name, series, boils_c, volume_ml[mixed_rows] > 0.0)
         findings.events += [
             *_extreme_events(name, times[mixed_rows], celsius[mixed_rows]),
             *_freezing_events(name, matter, declared["ambient_c"]),

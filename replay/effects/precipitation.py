@@ -86,11 +86,8 @@ def _events(
         most = float(amount.max())
         values = {"mass_g": most * per_mol, "moles": most, "formula": solid}
         mass = quantity(values["mass_g"], "g")
-        onset = ""
-        if celsius is not None:
-            warmth = float(celsius[growth_rows[0]])
-            values["celsius"] = warmth
-            onset = f" at {words.decimal(warmth, 1)} degC"
+        reading = _note_celsius(values, celsius, int(growth_rows[0]))
+        onset = f" at {reading}" if reading else ""
         text = f"{solid} falls out in {vessel}{onset}: up to {mass}, {colour_of(declared)}"
         yield EffectEvent(float(times[growth_rows[0]]), "precipitate", (vessel,), None, values, text)
         least = int(amount.argmax()) + int(amount[amount.argmax() :].argmin())
@@ -99,7 +96,7 @@ def _events(
             values = {"mass_g": gone, "left_g": most_g - gone, "formula": solid}
             text = f"{quantity(gone, 'g')} of {quantity(most_g, 'g')} {solid} dissolve again in {vessel}"
             yield EffectEvent(float(times[least]), "dissolved", (vessel,), None, values, text)
-            yield from _grown_again(declared, vessel, times[least:], amount[least:], most)
+            yield from _grown_again(declared, vessel, times, amount, celsius, first=least, whole=most)
     elif len(fallen_rows) or amount[0] < initial:
         falls_again = float(amount[-1] - amount.min()) > DISSOLVED_AGAIN * standing
         row = int(amount.argmin()) if falls_again else int(fallen_rows[-1]) + 1 if len(fallen_rows) else 0
@@ -108,22 +105,43 @@ def _events(
             return
         values = {"mass_g": gone, "left_g": at_first - gone, "formula": solid}
         text = f"{quantity(gone, 'g')} of {quantity(at_first, 'g')} {solid} dissolve in {vessel}"
+        if row > 0 and amount[row] == 0.0:
+            row = int(np.flatnonzero(amount == 0.0)[0])
+            reading = _note_celsius(values, celsius, row)
+            text += f", wholly at {reading}" if reading else ""
         yield EffectEvent(float(times[row]), "dissolved", (vessel,), None, values, text)
-        yield from _grown_again(declared, vessel, times[row:], amount[row:], standing)
+        yield from _grown_again(declared, vessel, times, amount, celsius, first=row, whole=standing)
 
 
 def _grown_again(
-    declared: Declaration, vessel: str, times: FloatArray, amount: FloatArray, whole: float
+    declared: Declaration,
+    vessel: str,
+    times: FloatArray,
+    amount: FloatArray,
+    celsius: FloatArray | None,
+    *,
+    first: int,
+    whole: float,
 ) -> Iterator[EffectEvent]:
-    """Event of what falls out again after the first row, if it is a share of the whole, in mol, worth telling."""
-    growth_mol = float(amount[-1] - amount[0])
+    """Event of what falls out again after a row, if it is a share of the whole, in mol, worth telling."""
+    growth_mol = float(amount[-1] - amount[first])
     if growth_mol <= DISSOLVED_AGAIN * whole:
         return
     solid, mass_g = declared["solid"], growth_mol * molar_mass(declared["solid"])
-    onset = int(np.flatnonzero(amount > amount[0])[0])
-    values = {"mass_g": mass_g, "moles": growth_mol, "formula": solid}
-    text = f"{quantity(mass_g, 'g')} {solid} fall out again in {vessel}, {colour_of(declared)}"
+    onset = first + int(np.flatnonzero(amount[first:] > amount[first])[0])
+    values: dict[str, float | str] = {"mass_g": mass_g, "moles": growth_mol, "formula": solid}
+    reading = _note_celsius(values, celsius, onset)
+    beginning = f" from {reading} on" if reading else ""
+    text = f"{quantity(mass_g, 'g')} {solid} fall out again in {vessel}{beginning}, {colour_of(declared)}"
     yield EffectEvent(float(times[onset]), "precipitate", (vessel,), None, values, text)
+
+
+def _note_celsius(values: dict[str, float | str], celsius: FloatArray | None, row: int) -> str:
+    """Temperature of a row as text, noted in an event's values too; ``""`` where no temperature matters."""
+    if celsius is None:
+        return ""
+    values["celsius"] = float(celsius[row])
+    return f"{words.decimal(float(celsius[row]), 1)} degC"
 
 
 def colour_of(declared: Declaration) -> str:

@@ -125,6 +125,11 @@ class Ledger:
         fractions = {GAS: 0.0, SOLID: solid_fraction}
         self.moving = np.array([fractions.get(column[-3:], 1.0) for column in self.columns])
         self.glass = np.array([warmth.glass.get(name, 0.0) for name in self.at])
+        self.flames = {self.at[name]: flame for name, flame in warmth.flames.items()}
+        self.loss = np.full(count, warmth.loss)
+        for index, flame in self.flames.items():
+            self.loss[index] = flame.loss
+        self.power_w = np.zeros(count)  # of flames, now
         self.changes = self._table([process.changes for process in processes])
         self.formation = self._table(formed)
         self.salt_changes = self._table([salt.changes for salt in salts])
@@ -190,7 +195,18 @@ class Ledger:
         return self.heats.liquid(volume_ml, amounts) + self.glass[index] + solid + dissolved
 
     def advance(self, index: int, frame: int, time: float) -> None:
-        """Let slow processes and the loss of heat of a vessel go on to a time."""
+        """Let slow processes, a flame and the loss of heat of a vessel go on to a time."""
+        flame = self.flames.get(index)
+        if flame is not None:
+            changes = flame.times[(flame.times > self.clock[index]) & (flame.times < time)]
+            for change in changes.tolist():
+                self._advance_at_one_power(index, frame, change)
+                self._note(index, frame, change)
+        self._advance_at_one_power(index, frame, time)
+
+    def _advance_at_one_power(self, index: int, frame: int, time: float) -> None:
+        if index in self.flames:
+            self.power_w[index] = self.flames[index].power(self.clock[index])
         since = time - self.clock[index]
         begin, self.clock[index] = self.clock[index], max(time, self.clock[index])
         if since <= 0.0:
@@ -217,6 +233,20 @@ class Ledger:
         capacity = np.asarray(self.capacity(index, volume[:, 0], amounts))
         return self.warmth.room + amounts[:, self.column[HEAT]] / np.where(capacity > 0.0, capacity, 1.0)
 
+    def excess_after_seconds(
+        self,
+        index: int,
+        excess: FloatArray | float,
+        seconds: FloatArray | float,
+        power_w: FloatArray | float,
+        capacity: FloatArray | float,
+    ) -> FloatArray:
+        """Kelvin above the room (...) of a vessel after some seconds; steam takes along what a flame gives beyond."""
+        reached = temperature_after_seconds(
+            excess, seconds, power_w=power_w, capacity=capacity, loss=float(self.loss[index])
+        )
+        return np.where(np.asarray(power_w) > 0.0, np.minimum(reached, np.maximum(excess, self.warmth.most)), reached)
+
     def freezing_point_c(self, amounts: FloatArray) -> FloatArray:
         """Freezing point (n,) in degC of what is dissolved in rows (n, columns)."""
         kilograms = amounts[:, self.water] * WATER_KG
@@ -233,9 +263,7 @@ class Ledger:
             return
         capacity = float(self.capacity(index, self.volume_ml[index], self.amounts[index]))
         excess = float(self.amounts[index, self.column[HEAT]]) / capacity
-        change = abs(
-            excess - float(temperature_after_seconds(excess, seconds, capacity=capacity, loss=self.warmth.loss))
-        )
+        change = abs(excess - float(self.excess_after_seconds(index, excess, seconds, self.power_w[index], capacity)))
         steps = min(MOST_STEPS, int(np.ceil(change / KELVIN_STEP)))
         for step in range(steps):
             self._cool(index, seconds / steps)
@@ -539,10 +567,12 @@ class Ledger:
     def _cool(self, index: int, seconds: float) -> None:
         capacity = float(self.capacity(index, self.volume_ml[index], self.amounts[index]))
         if capacity > 0.0:
-            heat = self.column[HEAT]
+            heat, power_w = self.column[HEAT], float(self.power_w[index])
             joule = float(self.amounts[index, heat])
-            self.amounts[index, heat] = temperature_after_seconds(
-                joule, seconds, capacity=capacity, loss=self.warmth.loss
+            self.amounts[index, heat] = (
+                capacity * self.excess_after_seconds(index, joule / capacity, seconds, power_w, capacity)
+                if power_w > 0.0
+                else temperature_after_seconds(joule, seconds, capacity=capacity, loss=float(self.loss[index]))
             )
 
     def _reacts_slowly(self, index: int, flow_ends: Sequence[tuple[int, int]]) -> bool:

@@ -6,6 +6,8 @@ from typing import Final
 
 import numpy as np
 
+from cdcore.numerics import FloatArray
+
 ADDED: Final = " added"
 """End of the name of a column of what was added under a formula, followed for the reader and never changed."""
 
@@ -24,6 +26,20 @@ WITHOUT_HEAT_C: Final = 25.0
 
 
 @dataclass(frozen=True, eq=False)
+class Flame:
+    """Heat that a flame gives a vessel: watts (n,), each from its time (n,) on; and the vessel's loss, W/K."""
+
+    times: FloatArray
+    power_w: FloatArray
+    loss: float
+
+    def power(self, times: FloatArray | float) -> FloatArray:
+        """Watts (...) from times on."""
+        rows = np.searchsorted(self.times, times, side="right") - 1
+        return np.where(rows >= 0, self.power_w[np.maximum(0, rows)], 0.0)
+
+
+@dataclass(frozen=True, eq=False)
 class Warmth:
     """How liquids keep, lose and gain heat; energies are above that of the room."""
 
@@ -37,6 +53,7 @@ class Warmth:
     solutes: Mapping[str, float] = field(default_factory=dict)  # vessel -> J/K of what is dissolved in it at first
     solute: str = ""  # column of an acid whose dilution gives heat
     dilution: Mapping[float, float] = field(default_factory=dict)  # mol of water for one of it -> J/mol
+    flames: Mapping[str, Flame] = field(default_factory=dict)  # vessel -> the flame that heats it
     declared: tuple[str, ...] = ()  # formulas whose heat of dissolving the scene declares
     followed: bool = True  # whether anybody asks
 

@@ -13,15 +13,18 @@ from replay.effects.chemistry.contents import Contents, contents_of
 from replay.effects.chemistry.enthalpy import CONSTANTS
 from replay.effects.chemistry.formulas import charge_of
 from replay.effects.chemistry.ledger import Ledger
-from replay.effects.chemistry.ledger_columns import ADDED, HEAT, UNFOLLOWED, WITHOUT_HEAT_C, Warmth
+from replay.effects.chemistry.ledger_columns import ADDED, HEAT, UNFOLLOWED, WITHOUT_HEAT_C, Flame, Warmth
 from replay.effects.chemistry.processes import History
 from replay.effects.chemistry.recipe import Recipe, recipe_of
 from replay.effects.chemistry.salts import WATER_KG, Salt
 from replay.effects.chemistry.solver import Equilibrium, Solver
-from replay.effects.chemistry.warming import WATER_BOILS_C, solid_j_per_mol_k, temperature_after_seconds
+from replay.effects.chemistry.warming import solid_j_per_mol_k
+from replay.effects.declaring import Declaration
+from replay.effects.flame import flame_power, flames_under_liquids, heat_of_ledger, spans_over_flame
 from replay.effects.inputs import EffectInputs
 from replay.effects.models.outflow import GAP_S, Stream
 from replay.effects.movement import movement_of
+from replay.effects.temperatures import liquid_boils
 from replay.effects.vessels import Vessel, vessels_of
 
 MOST_FOREIGN_MOL_KG: Final = 0.5
@@ -80,14 +83,16 @@ class Matter:
         return amounts, extents, history.volume_ml[rows]
 
     def kelvin(self, vessel: str, times: FloatArray) -> FloatArray:
-        """Above the room (n,) at times; between two rows it falls by Newton's law."""
+        """Above the room (n,) at times; between two rows by Newton's law, and the power of a flame."""
         history, ledger = self.histories[vessel], self.ledger
         rows = history.rows(times)
         capacity = ledger.capacity(ledger.at[vessel], history.volume_ml[rows], history.amounts[rows])
         filled = np.where(capacity > 0.0, capacity, 1.0)
         since = np.maximum(0.0, times - history.times[rows])
         excess = self.amount(vessel, HEAT)[rows] / filled
-        return temperature_after_seconds(excess, since, capacity=filled, loss=ledger.warmth.loss)
+        flame = ledger.warmth.flames.get(vessel)
+        power_w = 0.0 if flame is None else flame.power(history.times[rows])
+        return ledger.excess_after_seconds(ledger.at[vessel], excess, since, power_w, filled)
 
     def is_mixed(self, vessel: str, times: FloatArray, volume_ml: FloatArray) -> BoolArray:
         """Whether what is in a vessel is mixed, (n,): its temperature and its strength are then those of all of it.
@@ -178,33 +183,45 @@ def _matter(inputs: EffectInputs) -> Matter:
 
 def _warmth(inputs: EffectInputs, vessels: Mapping[str, Vessel], recipe: Recipe) -> Warmth:
     """How the liquids' heat is followed."""
-    declared = next((table for table in inputs.tables.get("heat", ()) if table["of"] != "flame"), None)
+    declared = heat_of_ledger(inputs.tables)
     if declared is None:
         return UNFOLLOWED
     room, per_ml = declared["ambient_c"], declared["heat_capacity_j_per_ml_k"]
     brought = {formula for contents in recipe.contents.values() for formula in contents.amounts}
     acid = next((formula for formula in CONSTANTS["dilution"] if formula in brought), "")
+    flames = {table["heats"]: _flame(inputs, table) for table in flames_under_liquids(inputs.tables)}
+    heated = {name for name, vessel in vessels.items() if name in flames or vessel.celsius(room) != room}
     return Warmth(
         per_ml=per_ml,
         glass={name: vessel.glass_j_per_k for name, vessel in vessels.items()},
-        solids={name: _solids(vessel, recipe.contents.get(name), room) for name, vessel in vessels.items()},
+        solids={
+            name: _solids(vessel, recipe.contents.get(name), is_heated=name in heated)
+            for name, vessel in vessels.items()
+        },
         solutes={name: _solutes(contents) for name, contents in recipe.contents.items()} if per_ml is None else {},
         excess={name: vessel.celsius(room) - room for name, vessel in vessels.items()},
         loss=declared["loss_w_per_k"],
-        most=(WATER_BOILS_C if declared["boils_c"] is None else declared["boils_c"]) - room,
+        most=liquid_boils(declared) - room,
         room=room,
         solute=acid and acid + ADDED,
         dilution=dilution_of(acid, has_phreeqc=recipe.solver is not None),
+        flames=flames,
         declared=tuple(sorted(recipe.declared_heats & {salt.formula for salt in recipe.salts})),
     )
 
 
-def _solids(vessel: Vessel, contents: Contents | None, room: float) -> float:
-    """J/K of the solids in a vessel; 0 where what is declared of a dry vessel with its own temperature is theirs."""
+def _flame(inputs: EffectInputs, declared: Declaration) -> Flame:
+    times = inputs.times
+    power_w = flame_power(declared, spans_over_flame(inputs, declared), len(times))
+    rows = [0, *(np.flatnonzero(np.diff(power_w)) + 1).tolist()]
+    return Flame(times[rows], power_w[rows], declared["loss_w_per_k"])
+
+
+def _solids(vessel: Vessel, contents: Contents | None, *, is_heated: bool) -> float:
+    """J/K of the solids in a vessel; 0 where what is declared of a dry vessel that is heated is theirs."""
     if contents is None:
         return 0.0
-    dry = contents.volume_ml <= 0.0 and vessel.celsius(room) != room
-    if dry and vessel.glass_j_per_k > 0.0:
+    if is_heated and contents.volume_ml <= 0.0 and vessel.glass_j_per_k > 0.0:
         return 0.0
     return sum(amount * solid_j_per_mol_k(formula) for formula, amount in contents.solids.items())
 

@@ -46,6 +46,7 @@ from replay.effects.chemistry.spontaneity import (
     strongest_acid,
 )
 from replay.effects.declaring import Declaration
+from replay.effects.flame import heat_of_ledger
 from replay.errors import EffectError, PlanError
 
 Tables = Mapping[str, tuple[Declaration, ...]]
@@ -255,7 +256,7 @@ def asks_phreeqc(tables: Tables, contents: Mapping[str, Contents]) -> bool:
     """
     at_once = any(table["rate_per_s"] is None for table in tables.get("reaction", ()))
     indicators = any(table["indicator"] or table["from_ph"] is not None for table in tables.get("colour", ()))
-    heat = any(table["of"] != "flame" for table in tables.get("heat", ()))
+    heat = heat_of_ledger(tables) is not None
     return (
         at_once
         or bool(tables.get("precipitation"))

@@ -25,8 +25,9 @@ from replay.effects.chemistry.ledger_columns import UNFOLLOWED, WITHOUT_HEAT_C
 from replay.effects.chemistry.mixture import SOLID
 from replay.effects.chemistry.recipe import UNKNOWN_SOLUBILITY, Reaction, Recipe, Tables, recipe_of
 from replay.effects.chemistry.salts import anhydrous
-from replay.effects.chemistry.warming import WATER_BOILS_C
 from replay.effects.declaring import Declaration
+from replay.effects.flame import heat_of_ledger
+from replay.effects.temperatures import liquid_boils
 from replay.effects.vessels import Vessel, check_vessels, vessel_names
 from replay.errors import PlanError
 from sessions.input_files import nearest
@@ -52,12 +53,12 @@ def check_chemistry(tables: Tables, scene: Scene, file: str) -> None:
         if vessel not in followed_vessels:
             problem = f"in: nothing is mixed in {vessel!r}; name it in an effect mixing, pour or burette"
             raise declared.fail(problem + nearest(vessel, followed_vessels))
-    followed_heat = [declared for declared in tables.get("heat", ()) if declared["of"] != "flame"]
-    for declared in followed_heat:
+    followed_heat = heat_of_ledger(tables)
+    if followed_heat is not None:
         _check_heat(recipe, file)
-        _check_temperatures(declared, recipe, scene)
-        _check_heated(declared, tables, recipe, scene)
-    if not followed_heat and (recipe.salts or recipe.reactions or recipe.solver is not None):
+        _check_temperatures(followed_heat, recipe, scene)
+        _check_heated(followed_heat, tables, recipe, scene)
+    if followed_heat is None and (recipe.salts or recipe.reactions or recipe.solver is not None):
         _check_no_temperature(vessel_names(tables), scene, file)
 
 
@@ -103,7 +104,7 @@ def _check_heat(recipe: Recipe, file: str) -> None:
 def _check_temperatures(declared: Declaration, recipe: Recipe, scene: Scene) -> None:
     """Raises PlanError: a liquid is colder at first than it freezes, or hotter than it boils."""
     ledger = recipe.ledger(0.0, UNFOLLOWED)
-    top = WATER_BOILS_C if declared["boils_c"] is None else declared["boils_c"]
+    top = liquid_boils(declared)
     for name, contents in recipe.contents.items():
         body = scene.body(name)
         if contents.volume_ml <= 0.0 or body is None:

@@ -33,7 +33,7 @@ def temperature_after_seconds(
     celsius: FloatArray | float,
     seconds: FloatArray | float,
     *,
-    power_w: float = 0.0,
+    power_w: FloatArray | float = 0.0,
     capacity: FloatArray | float,
     loss: float,
     ambient: float = 0.0,

@@ -53,21 +53,45 @@ def test_beside_or_below_the_flame_nothing_is_heated(where):
     assert run_.events == () and run_.frames_run == 0 and set(run_.series["dish/temperature"].values) == {20.0}
 
 
-@pytest.mark.parametrize("follows", [True, False])
-def test_flames_under_solutions_say_what_they_do_not_heat(follows):
-    """Potassium nitrate stayed at the 7.26 g of a cold solution while the dish was at 67 degC, without a word."""
-    count = len(XS)
-    points = np.zeros((count, 3))
+def over_flame(contents, *tables, **more):
+    """The effects of a dish of 20 mL that is over a flame from 0.5 to 10.5 s."""
+    points = np.zeros((len(XS), 3))
     points[:, 0], points[:, 1] = XS, 0.2
-    contents = {"heat_capacity_j_per_k": 160.0, "solid": {"formula": "KNO3", "mass_g": 15.0}}
-    dish = glass("dish", 20.0, properties=contents)
-    tables = [("heat", {**FLAME, "boils_c": 100.0})]
-    if follows:
-        tables += [("mixing", {"in": ["dish"]}), ("precipitation", {"solid": "KNO3"})]
-    poses = {"lamp": still(count), "dish": (points, still(count)[1])}
-    output = compute(world(poses, (SceneBody("lamp"), dish), *tables, step_ns=100_000_000)).effects["heat"].output
-    assert [event.name for event in output.events] == ["heated", *["not-heated"] * follows]
-    assert all("without the heat of lamp" in event.text for event in output.events_named("not-heated"))
+    poses = {"lamp": still(len(XS)), "dish": (points, still(len(XS))[1])}
+    bodies = (SceneBody("lamp"), glass("dish", 20.0, properties=contents))
+    return compute(world(poses, bodies, ("heat", {**FLAME, **more}), *tables, step_ns=100_000_000)).effects
+
+
+FOLLOW = ("mixing", {"in": ["dish"]})
+
+
+@pytest.mark.parametrize("power_w", [160.0, 2000.0])
+def test_water_over_a_flame_is_counted_where_mixing_follows_it(power_w):
+    """As if its 4.18 J/(mL K) were counted by hand; with the stronger flame it boils."""
+    followed = over_flame({"heat_capacity_j_per_k": 60.0}, FOLLOW, power_w=power_w)["heat"]
+    by_hand = over_flame({"heat_capacity_j_per_k": 60.0 + 20.0 * 4.18}, power_w=power_w, boils_c=100.0)["heat"]
+    expected = by_hand.series["dish/temperature"]
+    counted = followed.series["dish/temperature"]
+    celsius = np.interp(expected.times, counted.times, counted.values)
+    assert celsius == pytest.approx(expected.values, abs=0.02)
+    assert len(followed.output.events_named("boil")) == (power_w > 1000.0)
+
+
+def test_a_salt_dissolves_over_a_flame_and_crystallises_beside_it():
+    """Potassium nitrate stayed at the 7.26 g of a cold solution while the dish was at 67 degC."""
+    salt = {"solid": {"formula": "KNO3", "mass_g": 15.0}}
+    effects = over_flame(salt, FOLLOW, ("precipitation", {"solid": "KNO3"}), loss_w_per_k=20.0, power_w=900.0)
+    solid, celsius = effects["precipitation"].series["dish/KNO3"], effects["heat"].series["dish/temperature"]
+    # g in 100 g of water. Source: A. Seidell, Solubilities, 1940.
+    soluble = np.interp(celsius.values, [20.0, 30.0, 40.0, 50.0, 60.0], [31.6, 45.8, 63.9, 85.5, 110.0])
+    left = np.maximum(0.0, 15.0 - soluble * 20.0 * 0.998 / 100.0)
+    assert np.interp(celsius.times, solid.times, solid.values) == pytest.approx(left, abs=0.4)
+    dissolved, again = effects["precipitation"].events
+    assert (dissolved.name, again.name) == ("dissolved", "precipitate")
+    # 15 g in 19.96 g of water are 75.2 g in 100 g.
+    assert dissolved.values["celsius"] == pytest.approx(45.2, abs=1.0)
+    assert again.values["celsius"] == pytest.approx(45.2, abs=1.0)
+    assert f"fall out again in dish from {again.values['celsius']:.1f} degC on" in again.text
 
 
 MIX = ("mixing", {"in": ["b"]})

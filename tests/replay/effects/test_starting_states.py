@@ -193,7 +193,7 @@ def test_a_liquid_over_a_flame_needs_its_boiling_point():
     }  # fmt: skip
     poses = {"lamp": still(2), "dish": still(2)}
     faults = plan_faults(world(poses, (SceneBody("lamp"), dish), ("heat", flame)).scene)
-    assert len(faults) == 1 and "holds a liquid over a flame" in faults[0]
+    assert len(faults) == 1 and "'dish' holds a liquid over the flame: follow it by" in faults[0]
     assert not plan_faults(world(poses, (SceneBody("lamp"), dish), ("heat", {**flame, "boils_c": 100.0})).scene)
 
 
@@ -207,7 +207,7 @@ def test_liquid_poured_over_a_flame_needs_a_boiling_point():
     pour = ("pour", {"from": ["a"], "into": ["dish"]})
     poses = {name: still(2) for name in ("lamp", "dish", "a")}
     (fault,) = plan_faults(world(poses, bodies, pour, ("heat", flame)).scene)
-    assert "a liquid may be poured into 'dish', which a flame heats" in fault
+    assert "'dish' may receive a liquid over the flame: follow it by" in fault
     assert not plan_faults(world(poses, bodies, pour, ("heat", {**flame, "boils_c": 100.0})).scene)
 
 
