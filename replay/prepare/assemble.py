@@ -26,7 +26,7 @@ from replay.prepare.session_scan import SessionScan, in_order, scan
 from replay.words import plural, safe_text
 from sessions import MeshData, Session
 from sessions.doctor.timing import gap_rows
-from sessions.importers.pose_table import LARGEST_SECONDS
+from sessions.importers.ledger import LARGEST_SECONDS
 from sessions.model.constants import BLOCK_FRAMES
 from sessions.model.scene import absent_bodies
 

@@ -17,18 +17,15 @@ from typing import Any, Final
 import numpy as np
 
 from sessions.errors import ImportFileError
-from sessions.importers.ledger import Ledger
-from sessions.importers.pose_table import (
-    Numbers,
+from sessions.importers.importing import (
     PoseTable,
     SourceFrame,
     degrees_by_format,
-    last_of_each_stamp,
     number,
     numbered_name,
     session_of_tables,
-    stamps_of,
 )
+from sessions.importers.ledger import Ledger, Numbers, last_of_each_stamp, stamps_of
 from sessions.meshes.conventions import Convention, quaternion_from_euler
 from sessions.model.event import Event
 from sessions.model.samples import HandTrack

@@ -16,9 +16,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from sessions.errors import ImportFileError
-from sessions.importers.csv_head import CsvHead, text_format
-from sessions.importers.csv_long_table import column_of_bodies, is_interleaved, order_of, repeats_within
-from sessions.importers.csv_mapping import (
+from sessions.importers.csv_columns_and_units import (
     CLOCK_NS,
     LENGTHS,
     ROLES,
@@ -33,9 +31,10 @@ from sessions.importers.csv_mapping import (
     stated_units,
     unit_in_cell,
 )
+from sessions.importers.csv_head import CsvHead, text_format
+from sessions.importers.csv_long_table import column_of_bodies, is_interleaved, order_of, repeats_within
 from sessions.importers.csv_table import CsvTable
-from sessions.importers.ledger import is_large_loss
-from sessions.importers.pose_table import rows_lost
+from sessions.importers.ledger import is_large_loss, rows_lost
 from sessions.input_files import open_input
 from sessions.meshes.conventions import CONVENTIONS
 

@@ -4,14 +4,14 @@ Besides poses: collisions, triggers, events, numbers. Doubtful rows are flagged 
 the ledger. The heading of a column or the row of units says what a number means, the format of the Unity script defines
 it, a draft guessed it (its key is in ``guessed`` of the mapping), or the user wrote it into the mapping.
 
-The way of a row: `CsvTable` cuts the text into cells. A `CsvMapping` says which columns are a pose, and `read_csv`
-gives each body a `PoseTable` of its rows. `imported` makes it a `Track`: increasing stamps, metres, canonical axes.
-`Frames.from_tracks` aligns the bodies, and `import_session` adds meshes.
+The way of a row: `CsvTable` cuts the text into cells. A `CsvMapping` says which columns are a pose and in which units.
+`read_csv` gives each body a `PoseTable` of its rows. `session_of_tables` makes it a `Track`: increasing stamps, metres,
+canonical axes. `Frames.from_tracks` aligns the bodies, and `finish_import` adds meshes.
 """
 
 import json
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
@@ -19,16 +19,10 @@ from typing import Any, Final
 import numpy as np
 
 from sessions.errors import ImportFileError
-from sessions.importers.csv_draft import draft_of
-from sessions.importers.csv_head import read_head
-from sessions.importers.csv_long_table import column_of_bodies
-from sessions.importers.csv_mapping import (
+from sessions.importers.csv_columns_and_units import (
     CLOCK_NS,
     KINDS,
-    LENGTHS,
     OTHER,
-    STATED_LENGTHS,
-    TEXT,
     TIME_TOKENS,
     UNITY,
     VALUE,
@@ -37,20 +31,14 @@ from sessions.importers.csv_mapping import (
     PoseColumns,
     name_tokens_of,
     read_mapping,
-    stated_units,
+    with_stated_units,
 )
+from sessions.importers.csv_draft import draft_of
+from sessions.importers.csv_head import read_head
+from sessions.importers.csv_long_table import column_of_bodies
 from sessions.importers.csv_table import CsvTable
-from sessions.importers.ledger import Ledger, is_large_loss
-from sessions.importers.pose_table import (
-    Rows,
-    SourceFrame,
-    Stamps,
-    Stream,
-    increasing_rows,
-    numbered_name,
-    rows_lost,
-    session_of_tables,
-)
+from sessions.importers.importing import SourceFrame, Stream, numbered_name, session_of_tables
+from sessions.importers.ledger import Ledger, Rows, Stamps, increasing_rows, is_large_loss, rows_lost
 from sessions.meshes.conventions import Convention
 from sessions.meshes.conventions import convention as convention_named
 from sessions.model.assumption import Assumption, Confidence, Origin, Subject, grouped_assumptions
@@ -72,8 +60,6 @@ LIKELY_RATES_HZ: Final = (10.0, 250.0)
 """Rates of trackers and headsets; a guessed unit of time that gives another rate is not sure."""
 
 QUATERNION_KINDS: Final = ("quaternion_xyzw", "quaternion_wxyz")
-ANGLE_UNITS: Final = ("deg", "rad")
-UNITS_OF_MAPPINGS: Final = (*LENGTHS, *CLOCK_NS, *ANGLE_UNITS)
 
 
 def read_csv(
@@ -107,7 +93,7 @@ def read_csv(
     axes = convention_named(convention or plan.convention)
     for pose in plan.poses:
         _check_last_row(table, pose)
-    plan = _in_order_of(_with_stated_units(table, plan), axes, str(source))
+    plan = _in_order_of(with_stated_units(plan, table.stated_unit, source), axes, str(source))
     return _CsvLog(table, plan, ledger).session(_source_frame(table, plan, axes, is_named=bool(convention)))
 
 
@@ -268,49 +254,6 @@ class _CsvLog:
             pressed = np.clip(np.nan_to_num(values[keep, 0]), 0.0, 1.0)
             hands[hand] = HandTrack(stamps[keep], pressed)
         return hands
-
-
-def _with_stated_units(table: CsvTable, plan: CsvMapping) -> CsvMapping:
-    """Returns the mapping with the units that the headings or the row of units state, where it leaves them out.
-
-    Raises ImportFileError: the mapping contradicts them, columns state several, or one that no mapping has.
-    """
-    if plan.kind:
-        return plan
-    positions = [column for pose in plan.poses for column in pose.position]
-    _check_unit(table, [plan.time] if plan.time else [], plan.unit, [*CLOCK_NS], "unit")
-    length_unit = _check_unit(table, positions, plan.units, STATED_LENGTHS, "units")
-    body = _with_angle_unit(table, plan.body) if plan.body else None
-    bodies = {name: _with_angle_unit(table, columns) for name, columns in plan.bodies.items()}
-    return replace(plan, units=length_unit, body=body, bodies=bodies)
-
-
-def _with_angle_unit(table: CsvTable, pose: PoseColumns) -> PoseColumns:
-    if pose.kind not in ("euler", "rotation_vector"):
-        return pose
-    given = ("deg" if pose.degrees else "rad") if pose.is_angle_unit_stated else ""
-    unit = _check_unit(table, pose.rotation, given, ANGLE_UNITS, "angle_unit")
-    return replace(pose, degrees=unit != "rad")
-
-
-def _check_unit(table: CsvTable, columns: Sequence[str], given: str, kind: Sequence[str], key: str) -> str:
-    """The unit of columns: that of the mapping, where it does not contradict what they state, or else theirs.
-
-    ``given``: the unit under ``key`` of the mapping, or ``""``.
-    """
-    stated = stated_units(map(table.stated_unit, columns), kind)
-    if given:
-        stated = [unit for unit in stated if unit in kind]
-    if not stated or stated == [given] or given == TEXT:
-        return given
-    where = f"{table.source}: the columns {', '.join(columns)} state {' and '.join(stated)}"
-    if given:
-        raise ImportFileError(
-            f'{where}, and the mapping says {key} = "{given}"; correct one of them, or name the columns in the mapping'
-        )
-    if len(stated) > 1 or stated[0] not in UNITS_OF_MAPPINGS:
-        raise ImportFileError(f"{where}; convert them to one unit that a mapping has, and say it: {key}")
-    return stated[0]
 
 
 def _source_frame(table: CsvTable, plan: CsvMapping, axes: Convention, *, is_named: bool) -> SourceFrame:

@@ -15,7 +15,14 @@ from pathlib import Path
 from typing import Final
 
 from sessions.errors import ImportFileError
-from sessions.importers.csv_mapping import ROW_MAJOR, VOCABULARY, CsvLayout, is_row_of_units, unit_in_cell, unit_in_name
+from sessions.importers.csv_columns_and_units import (
+    ROW_MAJOR,
+    VOCABULARY,
+    CsvLayout,
+    is_row_of_units,
+    unit_in_cell,
+    unit_in_name,
+)
 from sessions.importers.csv_table import NUMBER, check_encoding, excel_separator, named_encoding, split_lines
 from sessions.input_files import open_input
 

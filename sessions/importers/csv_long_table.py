@@ -7,8 +7,7 @@ import numpy as np
 
 from sessions.importers.csv_head import is_date_or_time
 from sessions.importers.csv_table import CsvTable
-from sessions.importers.ledger import is_large_loss
-from sessions.importers.pose_table import Stamps, rows_lost
+from sessions.importers.ledger import Stamps, is_large_loss, rows_lost
 
 MOST_VALUES: Final = 100
 """Different values of a column that may be names of bodies."""

@@ -23,19 +23,19 @@ import pyarrow.csv
 from numpy.typing import NDArray
 
 from sessions.errors import ImportFileError
-from sessions.importers.csv_mapping import (
+from sessions.importers.csv_columns_and_units import (
     CLOCK_NS,
-    EMPTY_CELLS,
     TEXT,
+    VOCABULARY,
     CsvLayout,
     PoseColumns,
     is_row_of_units,
-    is_yes,
     unit_in_cell,
     unit_in_name,
 )
-from sessions.importers.ledger import Ledger
-from sessions.importers.pose_table import Numbers, PoseTable, Rows, Stamps, past_midnight, wall_clock_ns
+from sessions.importers.importing import PoseTable
+from sessions.importers.ledger import Ledger, Numbers, Rows, Stamps
+from sessions.importers.wall_clock import past_midnight, wall_clock_ns
 from sessions.input_files import nearest, read_bytes
 
 TICKS_1970: Final = 621_355_968_000_000_000  # .NET ticks (100 ns since the year 1) at the Unix epoch
@@ -56,6 +56,8 @@ ENCODINGS: Final = {
 """First bytes of a text in another encoding than UTF-8 that says so; those of UTF-32 begin with those of UTF-16."""
 FIRST_BYTES: Final = 200
 """Bytes of a file in which a text of two bytes a letter has zeros."""
+EMPTY_CELLS: Final[tuple[str, ...]] = tuple(VOCABULARY["empty_cells"])
+"""Cells that say: no number here."""
 NUMBER: Final = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?|nan|NaN")
 DECIMAL_POINT: Final = re.compile(r"-?[0-9]*\.[0-9]+")
 EMPTY_LINE: Final = re.compile(rb"\n[ \t]*\r?\n")
@@ -449,6 +451,18 @@ class CsvTable:
         if self._is_cut_short and (rows is None or rows[-1:].any()):
             valid[-1:] = False
         return PoseTable(stamps, numbers[:, :3], columns.quaternions(numbers[:, 3:]), valid)
+
+
+def is_yes(text: str) -> bool | None:
+    """Whether a cell says yes; ``None``: it says neither yes nor no."""
+    word = text.lower()
+    if word in VOCABULARY["valid_cells"]:
+        return True
+    if word in VOCABULARY["lost_cells"] or text in EMPTY_CELLS:
+        return False
+    with suppress(ValueError):
+        return {1.0: True, 0.0: False}.get(float(word))
+    return None
 
 
 def _utf8(source: Path) -> bytes:

@@ -13,8 +13,8 @@ import numpy as np
 
 from sessions.errors import ImportFileError
 from sessions.geometry.rotations import quaternion_product, rotated_vectors, slerp
-from sessions.importers.ledger import Ledger
-from sessions.importers.pose_table import Numbers, PoseTable, Stamps, increasing_rows, is_rotation
+from sessions.importers.importing import PoseTable, is_rotation
+from sessions.importers.ledger import Ledger, Numbers, Stamps, increasing_rows
 
 MOST_NAMED: Final = 5
 NO_STAMP: Final = -(1 << 63)

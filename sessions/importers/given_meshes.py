@@ -23,6 +23,10 @@ from sessions.scene_files.mesh_units import mesh_unit, scene_mesh_unit, units_be
 
 MeshSource = str | Path | MeshData
 
+MESH_AXES_KEY, MESH_UNITS_KEY, COLLIDER_AXES_KEY = "mesh_axes", "mesh_units", "collider_axes"
+MESH_KEYS: Final = (MESH_AXES_KEY, MESH_UNITS_KEY, COLLIDER_AXES_KEY)
+"""Keys of a mapping on the meshes beside a recording; they take what the options of these names take."""
+
 
 @dataclass(frozen=True)
 class MeshOptions:

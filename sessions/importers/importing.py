@@ -1,29 +1,39 @@
 """Imports a recording of another program: tells its format, reads its poses, and completes them with meshes.
 
-A source is read by the importer of its format. What it lacks comes from the options, the scene and stand-ins, and
-everything that was assumed is recorded with who says it.
+A source is read by the importer of its format, which hands over a `PoseTable` for each body and a `SourceFrame` for the
+meaning of the numbers. `session_of_tables` is their one way into the canonical frame: stamps that increase, axes,
+metres; what is dropped is in the ledger. `finish_import` adds what the source lacks, from the options, the scene and
+stand-ins. Everything that was assumed is recorded with who says it.
 """
 
-from collections.abc import Iterable, Sequence
-from dataclasses import replace
+import math
+from collections.abc import Container, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from importlib import import_module
 from importlib.metadata import entry_points
 from inspect import signature
 from operator import attrgetter
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
 from sessions.errors import ImportFileError, SessionError
 from sessions.importers import AUTO, ENTRY_POINT_GROUP, FOLDERS, IMPORTERS
-from sessions.importers.csv_mapping import mapped_mesh_options
-from sessions.importers.given_meshes import MESH_OPTIONS, MeshOptions, PlacedMeshes, placed_meshes
-from sessions.importers.ledger import FACT, ledger_of
-from sessions.importers.recognition import joints_in, recognised_format
-from sessions.input_files import check_regular
+from sessions.importers.given_meshes import (
+    COLLIDER_AXES_KEY,
+    MESH_AXES_KEY,
+    MESH_OPTIONS,
+    MESH_UNITS_KEY,
+    MeshOptions,
+    PlacedMeshes,
+    placed_meshes,
+)
+from sessions.importers.ledger import FACT, Ledger, Numbers, Rows, Stamps, increasing_rows, ledger_of
+from sessions.input_files import check_regular, parse_toml, read_text
 from sessions.mesh_data import MeshData
-from sessions.meshes.conventions import Convention
+from sessions.meshes.conventions import CONVENTIONS, Convention, pose_axes_alternatives
+from sessions.meshes.conventions import convention as convention_named
 from sessions.meshes.mesh_axes import mesh_axes_alternatives, mesh_axes_description
 from sessions.meshes.mesh_match import ColliderFile
 from sessions.model.assumption import (
@@ -36,10 +46,12 @@ from sessions.model.assumption import (
     assumptions_of,
     pose_convention,
 )
-from sessions.model.samples import Status
+from sessions.model.samples import ScalarTrack, Status, Track
 from sessions.model.scene import Scene, SceneBody
 from sessions.model.session import Session
 from sessions.names import SIDES, is_hand, is_head, name_tokens
+from sessions.quantities import length
+from sessions.quantities import number as number_text
 from sessions.scene_files.scene_meshes import (
     COLLIDER_AXES,
     scene_meshes,
@@ -61,6 +73,26 @@ MOST_NODES = 8
 """Nodes of no body that the ledger names."""
 
 NO_MESHES = MeshOptions()
+
+QUATERNION_TOLERANCE: Final = 1e-3
+"""A quaternion whose norm is further off 1 is no rotation: its row is flagged as lost."""
+METRES: Final[Mapping[str, float]] = {
+    "m": 1.0,
+    "cm": 0.01,
+    "mm": 0.001,
+    "meter": 1.0,
+    "meters": 1.0,
+    "metres": 1.0,
+    "centimeters": 0.01,
+    "millimeters": 0.001,
+    "inches": 0.0254,
+    "feet": 0.3048,
+    "inch": 0.0254,
+    "ft": 0.3048,
+}
+SMALLEST_RADIUS_M, LARGEST_RADIUS_M = 0.02, 30.0
+"""Metres from the origin within which the poses of a tracked room are; beyond these a guessed unit is open."""
+LENGTH_UNITS: Final = ("m", "cm", "mm")
 
 
 def importer_names() -> list[str]:
@@ -85,7 +117,7 @@ def import_session(format: str, source: str | Path, **options: Any) -> Session:
     common = {name: options.pop(name) for name in COMMON if name in options}
     given = MeshOptions(**{name: options.pop(name) for name in MESH_OPTIONS if name in options})
     if isinstance(options.get("mapping"), str | Path):
-        given = _with_mapped(given, options["mapping"])
+        given = with_mapped_meshes(given, options["mapping"])
     name, why = _taken_for(format, path, is_mapped="mapping" in options)
     session = _read(name, path, options)
     if why:
@@ -93,14 +125,20 @@ def import_session(format: str, source: str | Path, **options: Any) -> Session:
     return finish_import(session, path, given, stand_ins=name not in ROBOTS, **common)
 
 
-def _with_mapped(given: MeshOptions, mapping: str | Path) -> MeshOptions:
-    """The mesh options, completed from a mapping where the call leaves them open."""
-    mapped = mapped_mesh_options(mapping)
+def with_mapped_meshes(given: MeshOptions, mapping: str | Path) -> MeshOptions:
+    """The mesh options; what the call leaves open comes from a mapping.
+
+    Raises ImportFileError: no TOML, or a key of another type.
+    """
+    table = parse_toml(read_text(mapping, "mapping", ImportFileError), Path(mapping).name, ImportFileError)
+    mesh_axes = table.text_or_texts(MESH_AXES_KEY)
+    mesh_units = table.text_or_texts(MESH_UNITS_KEY)
+    collider_axes = table.text(COLLIDER_AXES_KEY)
     return replace(
         given,
-        mesh_axes=given.mesh_axes or mapped.mesh_axes,
-        mesh_units=given.mesh_units or mapped.mesh_units,
-        collider_axes=given.collider_axes or mapped.collider_axes,
+        mesh_axes=given.mesh_axes or mesh_axes,
+        mesh_units=given.mesh_units or mesh_units,
+        collider_axes=given.collider_axes or collider_axes,
     )
 
 
@@ -114,6 +152,9 @@ def _taken_for(format: str, path: Path, *, is_mapped: bool = False) -> tuple[str
 
     ``is_mapped``: a mapping says what the columns of a CSV are.
     """
+    # Formats are told by what their importers know of them, and these import this module.
+    from sessions.importers.recognition import joints_in, recognised_format
+
     if not (path.is_file() or (path.is_dir() and format in FOLDERS)):
         if not path.is_dir():
             check_regular(path, "recording", ImportFileError)
@@ -149,6 +190,245 @@ def _importer(name: str) -> Any:
     for point in entry_points(group=ENTRY_POINT_GROUP, name=name):
         return point.load()
     raise ImportFileError(f"no importer {name!r}; there are: {', '.join(importer_names())}")
+
+
+class PoseTable(NamedTuple):
+    """The rows of one body: (n,) nanoseconds, (n, 3) and (n, 4) in axes and units of the source, (n,) or ``None``."""
+
+    times_ns: Stamps
+    positions: Numbers
+    quaternions_xyzw: Numbers
+    valid: Rows | None = None
+
+
+class Stream(NamedTuple):
+    """A number over time beside the poses: (n,) nanoseconds and (n,) values; NaN where nothing was measured."""
+
+    name: str
+    times_ns: Stamps
+    values: Numbers
+    unit: str = ""
+
+
+@dataclass(frozen=True)
+class SourceFrame:
+    """The units and axes of a source, and their origin; ``clock`` is a sentence for a reader.
+
+    ``assumed``: sentences on what no file said. ``others``: units of times and angles, and orders of rotations.
+    ``handedness_is_known``: axes of the other handedness are no alternatives.
+    ``units_reason``: why a guessed unit is sure; ``""``: by how far poses are from the origin.
+    """
+
+    axes: Convention
+    units: str
+    clock: str
+    assumed: tuple[str, ...] = ()
+    axes_origin: Origin = Origin.FORMAT
+    axes_confidence: Confidence = Confidence.SURE
+    axes_reason: str = "usual for this format"
+    handedness_is_known: bool = False
+    units_origin: Origin = Origin.FORMAT
+    units_reason: str = ""
+    clock_origin: Origin = Origin.FORMAT
+    others: tuple[Assumption, ...] = ()
+
+    @classmethod
+    def in_axes(
+        cls,
+        convention: str | None,
+        usual: str,
+        units: str,
+        clock: str,
+        assumed: Sequence[str] = (),
+        confidence: Confidence = Confidence.SURE,
+    ) -> "SourceFrame":
+        """In the axes that somebody named, else in those that are usual for a source, which is then assumed.
+
+        ``units``: ``""`` where the file states none; then that of the axes, or metres. ``confidence``: how sure the
+        usual axes are.
+        """
+        axes = convention_named(convention or usual)
+        notes = [] if convention else [f"axes {axes.name} ({axes.description})"]
+        unit = units or axes.unit or "m"
+        if not units:
+            notes.append(f"lengths in {unit}")
+        return cls(
+            axes=axes,
+            units=unit,
+            clock=clock,
+            assumed=(*notes, *assumed),
+            axes_origin=Origin.USER if convention else Origin.GUESS,
+            axes_confidence=Confidence.SURE if convention else confidence,
+            units_origin=Origin.FILE if units else Origin.GUESS,
+        )
+
+
+def session_of_tables(
+    tables: Mapping[str, PoseTable],
+    frame: SourceFrame,
+    ledger: Ledger,
+    notes: Sequence[str] = (),
+    streams: Iterable[Stream] = (),
+    made: Mapping[str, Track] | None = None,
+) -> Session:
+    """Tables in the canonical frame and metres, and numbers by their names.
+
+    Every conversion and the ledger are among the facts. Of several streams of one name the later ones are numbered.
+    ``made``: tracks that are in that frame already, such as those of capsules between joints.
+
+    Raises ``ImportFileError``: a clock starts again.
+    """
+    axes = frame.axes
+    done = []
+    if not axes.is_canonical:
+        done.append(f"axes {axes.name} ({axes.description}) to right-handed, +Y up, -Z forward")
+    if METRES[frame.units] != 1.0:
+        done.append(f"lengths in {frame.units} to m")
+    done += notes
+    tracks: dict[str, Track] = dict(made or {})
+    for name, table in tables.items():
+        tracks[name], texts = track_of(name, table, frame, ledger)
+        done += texts
+    scalars: dict[str, ScalarTrack] = {}
+    for stream in streams:
+        name = numbered_name(stream.name, scalars)
+        if name != stream.name:
+            done.append(f"scalar {name}: another of the name {stream.name}")
+        keep = increasing_rows(f"scalar {name}", stream.times_ns, (stream.values,), ledger)
+        scalars[name] = ScalarTrack(stream.times_ns[keep], stream.values[keep], stream.unit)
+    facts = {
+        "conversions": "; ".join(_grouped_notes(done)) or "none",
+        "source_units": frame.units,
+        "source_convention": axes.name,
+        "handedness": axes.handedness,
+        "clock": frame.clock,
+        FACT: ledger.as_text(),
+    }
+    if frame.assumed:
+        facts["assumed"] = "; ".join(frame.assumed)
+    facts[ASSUMPTIONS_FACT] = assumptions_fact(pose_assumptions(frame, room_radius(tracks.values())))
+    return replace(Session.from_tracks(tracks, facts=facts), scalars=scalars)
+
+
+def track_of(name: str, table: PoseTable, frame: SourceFrame, ledger: Ledger) -> tuple[Track, list[str]]:
+    """The rows whose stamps increase, in the canonical frame, and sentences about rows that are flagged.
+
+    Rows that hold no rotation are flagged as lost, and keep their numbers.
+    """
+    notes = []
+    keep = increasing_rows(name, table.times_ns, (table.positions, table.quaternions_xyzw), ledger)
+    positions = frame.axes.points(table.positions[keep]) * METRES[frame.units]
+    quaternions = frame.axes.quaternions(table.quaternions_xyzw[keep])
+    claimed = np.ones(len(positions), dtype=np.bool_) if table.valid is None else table.valid[keep]
+    pose = np.isfinite(positions).all(axis=1) & is_rotation(quaternions)
+    flagged = int((claimed & ~pose).sum())
+    if flagged:
+        notes.append(f"{name}: {flagged} rows flagged as lost that hold no pose (missing number, no unit quaternion)")
+    return Track(table.times_ns[keep], positions, quaternions, claimed & pose), notes
+
+
+def is_rotation(quaternions: Numbers) -> Rows:
+    """Whether each quaternion (n, 4) is one of length 1, (n,)."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        norm = np.sqrt((quaternions**2).sum(axis=1))
+    return np.abs(norm - 1.0) <= QUATERNION_TOLERANCE
+
+
+def _grouped_notes(notes: Iterable[str]) -> list[str]:
+    """Notes of the same words about several things as one: ``a, b: 3 rows dropped``."""
+    about: dict[str, list[str]] = {}
+    for note in notes:
+        what, colon, text = note.partition(": ")
+        about.setdefault(colon + text or note, []).append(what if colon else "")
+    return [", ".join(filter(None, dict.fromkeys(names))) + text for text, names in about.items()]
+
+
+def numbered_name(name: str, taken: Container[str]) -> str:
+    """The name, or where it is taken the name with the first number that is free: ``cup (2)``."""
+    number, free = 1, name
+    while free in taken:
+        number += 1
+        free = f"{name} ({number})"
+    return free
+
+
+def pose_assumptions(frame: SourceFrame, radius: float) -> tuple[Assumption, ...]:
+    """Returns what was assumed of the poses of a source.
+
+    ``radius``: metres from the origin within which nearly all positions are, as the unit was taken.
+    """
+    is_guess = frame.axes_origin is Origin.GUESS
+    alternatives = pose_axes_alternatives(frame.axes)
+    if frame.handedness_is_known:
+        alternatives = tuple(name for name in alternatives if CONVENTIONS[name].handedness == frame.axes.handedness)
+    axes = Assumption(
+        subject=Subject.POSE_AXES,
+        value=frame.axes.name,
+        origin=frame.axes_origin,
+        confidence=frame.axes_confidence,
+        description=_description(frame.axes),
+        reason=frame.axes_reason if is_guess else "",
+        alternatives=alternatives if is_guess else (),
+    )
+    handed_origin, reason = frame.axes_origin, ""
+    if frame.axes.assumed_handedness:
+        handed_origin, reason = Origin.GUESS, "the axes as text leave it out"
+    handedness = Assumption(Subject.HANDEDNESS, frame.axes.handedness, handed_origin, reason=reason)
+    clock = Assumption(Subject.CLOCK, frame.clock, frame.clock_origin)
+    return axes, handedness, length_unit(frame, radius), clock, *frame.others
+
+
+def _description(axes: Convention) -> str:
+    return "" if axes.description == axes.name else axes.description
+
+
+def length_unit(frame: SourceFrame, radius: float) -> Assumption:
+    """Returns the unit of lengths; a guess is open where a room of that size would be no laboratory."""
+    confidence, reason = Confidence.SURE, ""
+    if frame.units_origin is Origin.GUESS and frame.units_reason:
+        reason = frame.units_reason
+    elif frame.units_origin is Origin.GUESS:
+        reason = f"99 of 100 poses are then within {length(radius)} of the origin"
+        if not SMALLEST_RADIUS_M <= radius <= LARGEST_RADIUS_M:
+            confidence = Confidence.OPEN
+    others = [unit for unit in LENGTH_UNITS if unit != frame.units]
+    return Assumption(
+        subject=Subject.LENGTH_UNIT,
+        value=frame.units,
+        origin=frame.units_origin,
+        confidence=confidence,
+        reason=reason,
+        alternatives=(frame.units, *others),
+    )
+
+
+def room_radius(tracks: Iterable[Track]) -> float:
+    """Returns the metres from the origin within which 99 of 100 valid positions are; 0 without any.
+
+    A few wild positions say nothing about the unit of the others.
+    """
+    positions = [track.positions[track.valid] for track in tracks]
+    with np.errstate(over="ignore"):
+        distances = np.concatenate([np.hypot.reduce(rows, axis=1) for rows in positions] or [np.zeros(0)])
+    if not len(distances):
+        return 0.0
+    rank = len(distances) - 1 - len(distances) // 100
+    return float(np.partition(distances, rank)[rank])
+
+
+def degrees_by_format(angles: Iterable[Numbers]) -> Assumption:
+    """Returns that angles are in degrees as their format says; where all would fit radians, that is a doubt."""
+    largest = max((float(np.nanmax(np.abs(rows), initial=0.0)) for rows in angles), default=0.0)
+    if not 0.0 < largest <= 2.0 * math.pi:
+        return Assumption(Subject.ANGLE_UNIT, "deg", Origin.FORMAT)
+    reason = f"the format has degrees, but no angle is larger than {number_text(largest)}, as of radians"
+    return Assumption(Subject.ANGLE_UNIT, "deg", Origin.GUESS, Confidence.OPEN, reason=reason)
+
+
+def number(value: Any) -> float:
+    """A number of a decoded message as float64; NaN where it is none."""
+    fits = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e300
+    return float(value) if fits else math.nan
 
 
 def finish_import(

@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from sessions.errors import ImportFileError
-from sessions.importers.csv_mapping import COLLIDER_AXES_KEY, MESH_AXES_KEY, MESH_UNITS_KEY, Guessable
+from sessions.importers.csv_columns_and_units import Guessable
+from sessions.importers.given_meshes import COLLIDER_AXES_KEY, MESH_AXES_KEY, MESH_UNITS_KEY
 from sessions.input_files import read_bytes, read_text
 from sessions.model.assumption import Assumption, Subject
 from sessions.whole_files import whole_file

@@ -14,8 +14,9 @@ from typing import Any, Final
 
 from sessions.errors import ImportFileError, SessionFileError
 from sessions.importers.frame_tree import FrameTree
+from sessions.importers.importing import SourceFrame, number, session_of_tables
 from sessions.importers.ledger import Ledger
-from sessions.importers.pose_table import SourceFrame, number, session_of_tables, wall_clock_ns
+from sessions.importers.wall_clock import wall_clock_ns
 from sessions.mcap.container import ChannelInfo
 from sessions.mcap.reader import McapFile
 from sessions.mcap.refusals import brief

@@ -7,8 +7,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from sessions.errors import ImportFileError
-from sessions.importers.ledger import Ledger
-from sessions.importers.pose_table import increasing_rows
+from sessions.importers.ledger import Ledger, increasing_rows
 from sessions.importers.scene_motion import session_of_scene
 from sessions.model.samples import Track
 from sessions.model.session import Session

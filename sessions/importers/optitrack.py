@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Final
 
 from sessions.errors import ImportFileError
-from sessions.importers.csv_mapping import CsvLayout, PoseColumns
+from sessions.importers.csv_columns_and_units import CsvLayout, PoseColumns
 from sessions.importers.csv_table import LONGEST_LINE, CsvTable
+from sessions.importers.importing import METRES, SourceFrame, numbered_name, session_of_tables
 from sessions.importers.ledger import Ledger
-from sessions.importers.pose_table import METRES, SourceFrame, numbered_name, session_of_tables
 from sessions.model.assumption import Assumption, Origin, Subject
 from sessions.model.session import Session
 

@@ -16,20 +16,11 @@ from typing import Final
 import numpy as np
 
 from sessions.errors import ImportFileError
+from sessions.importers.csv_columns_and_units import PoseColumns
 from sessions.importers.csv_head import read_head
-from sessions.importers.csv_mapping import PoseColumns
 from sessions.importers.csv_table import CsvTable
-from sessions.importers.ledger import Ledger
-from sessions.importers.pose_table import (
-    LARGEST_SECONDS,
-    Numbers,
-    PoseTable,
-    SourceFrame,
-    Stamps,
-    Stream,
-    degrees_by_format,
-    session_of_tables,
-)
+from sessions.importers.importing import PoseTable, SourceFrame, Stream, degrees_by_format, session_of_tables
+from sessions.importers.ledger import LARGEST_SECONDS, Ledger, Numbers, Stamps
 from sessions.input_files import check_regular
 from sessions.model.assumption import Assumption, Origin, Subject
 from sessions.model.event import Interval

@@ -21,19 +21,9 @@ from typing import Any, Final
 import numpy as np
 
 from sessions.errors import ImportFileError
-from sessions.importers.csv_mapping import LENGTHS, PoseColumns, convention_key, mapping_table, pose_columns
-from sessions.importers.ledger import Ledger
-from sessions.importers.pose_table import (
-    METRES,
-    Numbers,
-    PoseTable,
-    SourceFrame,
-    Stamps,
-    Stream,
-    numbered_name,
-    session_of_tables,
-    stamps_of,
-)
+from sessions.importers.csv_columns_and_units import LENGTHS, PoseColumns, convention_key, mapping_table, pose_columns
+from sessions.importers.importing import METRES, PoseTable, SourceFrame, Stream, numbered_name, session_of_tables
+from sessions.importers.ledger import Ledger, Numbers, Stamps, stamps_of
 from sessions.input_files import nearest
 from sessions.meshes.conventions import convention as convention_named
 from sessions.model.assumption import Confidence

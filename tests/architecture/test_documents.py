@@ -145,7 +145,7 @@ def settings_of(path):
 def test_every_toml_and_yaml_block_is_readable(tmp_path):
     from replay.studies.class_study.codebook import read_codebook
     from sessions import parse_scene
-    from sessions.importers.csv_mapping import read_mapping
+    from sessions.importers.csv_columns_and_units import read_mapping
 
     readers = {"[[body]]": lambda path: parse_scene(path.read_text("utf-8")).bodies, "[time]": read_mapping}
     readers |= {"[gates]": settings_of}

@@ -12,7 +12,7 @@ from sessions.errors import SessionError
 from sessions.glassware.catalogue import make_instrument
 from sessions.importers import import_session
 from sessions.importers.contacts_csv import read_contacts
-from sessions.importers.csv_mapping import read_mapping
+from sessions.importers.csv_columns_and_units import read_mapping
 from sessions.importers.ledger import Ledger
 from sessions.mcap.metadata import names_of
 from sessions.mcap.reader import read_session

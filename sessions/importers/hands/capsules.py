@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sessions.errors import SceneError
 from sessions.geometry.rings import even_angles, revolved_rings, sewn
 from sessions.geometry.rotations import quaternion_product
-from sessions.importers.pose_table import Numbers, Rows, Stamps
+from sessions.importers.ledger import Numbers, Rows, Stamps
 from sessions.mesh_data import MeshData
 from sessions.model.samples import Track
 

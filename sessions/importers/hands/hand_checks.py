@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sessions.importers.hands.joint_names import FINGERS, WRIST, Bone, bones_of, neighbours_of
-from sessions.importers.pose_table import Numbers
+from sessions.importers.ledger import Numbers
 
 SAMPLES: Final = 64
 """Moments of a recording that are examined, evenly spread."""

@@ -9,9 +9,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
+from sessions.importers.csv_columns_and_units import VOCABULARY, PoseColumns
 from sessions.importers.csv_draft import Clock, clock_of, incomplete_poses, plain_poses
 from sessions.importers.csv_head import CsvHead
-from sessions.importers.csv_mapping import VOCABULARY, PoseColumns
 from sessions.importers.hands.joint_names import (
     NUMBERED,
     TOKEN,

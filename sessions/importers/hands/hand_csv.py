@@ -11,8 +11,8 @@ from typing import Final
 
 import numpy as np
 
+from sessions.importers.csv_columns_and_units import CLOCK_NS, unit_in_name
 from sessions.importers.csv_head import CsvHead, read_head
-from sessions.importers.csv_mapping import CLOCK_NS, unit_in_name
 from sessions.importers.csv_table import CsvTable
 from sessions.importers.hands import hand_checks
 from sessions.importers.hands.capsules import BoneMotion, bone_motion, capsule_mesh
@@ -20,8 +20,8 @@ from sessions.importers.hands.hand_columns import HandLayout, hand_layout, unkno
 from sessions.importers.hands.hand_joints import HandJoints, read_joints
 from sessions.importers.hands.hand_mapping import HandMapping, hand_draft, hand_file_error, read_hand_mapping
 from sessions.importers.hands.joint_names import PALM, RADII_M, RADII_SOURCE, Bone, bones_of, side_in
+from sessions.importers.importing import METRES, SourceFrame, session_of_tables
 from sessions.importers.ledger import Ledger
-from sessions.importers.pose_table import METRES, SourceFrame, session_of_tables
 from sessions.mesh_data import MeshData
 from sessions.meshes.conventions import CONVENTIONS
 from sessions.meshes.conventions import convention as convention_named

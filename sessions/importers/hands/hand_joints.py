@@ -9,8 +9,7 @@ import numpy as np
 from sessions.importers.csv_table import CsvTable
 from sessions.importers.hands.hand_columns import HandLayout, JointColumns
 from sessions.importers.hands.joint_names import NamedJoint, side_in
-from sessions.importers.ledger import Ledger
-from sessions.importers.pose_table import Numbers, Rows, Stamps, increasing_rows
+from sessions.importers.ledger import Ledger, Numbers, Rows, Stamps, increasing_rows
 
 MOST_LISTED: Final = 6
 

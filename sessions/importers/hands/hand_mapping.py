@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Final
 
 from sessions.errors import ImportFileError
+from sessions.importers.csv_columns_and_units import CLOCK_NS, LENGTHS, TEXT, convention_key, mapping_table
 from sessions.importers.csv_draft import UnknownColumnsError
 from sessions.importers.csv_head import CsvHead
-from sessions.importers.csv_mapping import CLOCK_NS, LENGTHS, TEXT, convention_key, mapping_table
 from sessions.importers.hands.hand_columns import HandLayout
 from sessions.importers.hands.joint_names import JOINTS, NamedJoint
 from sessions.input_files import TomlTable, nearest

@@ -6,7 +6,7 @@ import trimesh
 from support.session_files import samples, stream_header, write_transforms, xdf_file
 
 from sessions.importers import import_session
-from sessions.importers.pose_table import SourceFrame, length_unit, pose_assumptions, room_radius
+from sessions.importers.importing import SourceFrame, length_unit, pose_assumptions, room_radius
 from sessions.meshes.conventions import convention
 from sessions.model.assumption import Confidence, Origin, Subject
 from sessions.model.samples import Track

@@ -8,9 +8,8 @@ from support.mutants import books, refused
 from sessions import MeshData, Session, Track
 from sessions.importers import ENTRY_POINT_GROUP, IMPORTERS, import_session, importer_names, importing
 from sessions.importers.given_meshes import MeshOptions
-from sessions.importers.importing import finish_import
+from sessions.importers.importing import PoseTable, SourceFrame, finish_import, session_of_tables
 from sessions.importers.ledger import Ledger
-from sessions.importers.pose_table import PoseTable, SourceFrame, session_of_tables
 from sessions.meshes.conventions import CONVENTIONS
 from sessions.scene_files.scene_toml import parse_scene
 

@@ -5,7 +5,8 @@ from support.planted_sessions import write_scene
 
 from sessions.errors import ImportFileError
 from sessions.importers import import_session
-from sessions.importers.csv_mapping import mapped_mesh_options
+from sessions.importers.given_meshes import MeshOptions
+from sessions.importers.importing import with_mapped_meshes
 from sessions.importers.mapping_answers import forget_mapping_answers, write_answers
 from sessions.model.assumption import Assumption, Confidence, Origin, Subject
 from sessions.scene_files.answers import recording_assumptions
@@ -75,7 +76,7 @@ def test_answer_for_a_body_keeps_units_of_others(tmp_path):
     path = tmp_path / "map.toml"
     path.write_text('mesh_units = "cm"\n' + DRAFT)
     write_answers(path, [(assumption(Subject.MESH_UNIT, "rod"), "mm")])
-    options = mapped_mesh_options(path)
+    options = with_mapped_meshes(MeshOptions(), path)
     assert options.units_by_body(["cup", "rod"]) == {"": "cm", "rod": "mm"}
 
 
@@ -84,7 +85,7 @@ def test_a_later_answer_replaces_that_of_its_body_alone(tmp_path):
     path.write_text(DRAFT)
     write_answers(path, [(assumption(Subject.MESH_AXES, "cup", "rod"), "y-up")])
     write_answers(path, [(assumption(Subject.MESH_AXES, "rod"), "body")])
-    assert mapped_mesh_options(path).mesh_axes == ("cup=y-up", "rod=body")
+    assert with_mapped_meshes(MeshOptions(), path).mesh_axes == ("cup=y-up", "rod=body")
 
 
 def test_a_key_over_several_lines_is_left_as_it_is(tmp_path):

@@ -6,8 +6,8 @@ triggers and collisions. A unit that a mapping leaves out may stand in the headi
 
 import re
 import tomllib
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from itertools import permutations
@@ -18,16 +18,14 @@ import numpy as np
 
 from sessions.errors import ImportFileError, SessionError
 from sessions.geometry.rotations import quaternion_from_matrix, quaternion_from_vector
-from sessions.importers.given_meshes import MeshOptions
-from sessions.importers.pose_table import LARGEST_SECONDS, QUATERNION_TOLERANCE, Numbers
+from sessions.importers.given_meshes import MESH_KEYS
+from sessions.importers.importing import QUATERNION_TOLERANCE
+from sessions.importers.ledger import LARGEST_SECONDS, Numbers
 from sessions.input_files import TomlTable, nearest, parse_toml, read_text
 from sessions.meshes.axes_text import axes_as_text
 from sessions.meshes.conventions import Convention, convention, quaternion_from_euler, same_euler_order
 
 MOST_LINES: Final = 1000
-MESH_AXES_KEY, MESH_UNITS_KEY, COLLIDER_AXES_KEY = "mesh_axes", "mesh_units", "collider_axes"
-MESH_KEYS: Final = (MESH_AXES_KEY, MESH_UNITS_KEY, COLLIDER_AXES_KEY)
-"""Keys of a mapping on the meshes beside a recording; they take what the options of these names take."""
 TEXT: Final = "text"
 """The unit of a clock that is written as a date and a time."""
 LENGTHS: Final = ("m", "cm", "mm", "inch", "ft")
@@ -63,11 +61,11 @@ VOCABULARY: Final[dict[str, Any]] = tomllib.loads(Path(__file__).with_name("csv_
 """What words of a column's name say: its kind, the axis of an angle, a unit; words of flags; and wall clocks."""
 STATED_UNIT: Final = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]")
 """What a column's name holds in brackets."""
-EMPTY_CELLS: Final[tuple[str, ...]] = tuple(VOCABULARY["empty_cells"])
-"""Cells that say: no number here."""
 TIME_TOKENS: Final = frozenset(VOCABULARY["time"])
 KNOWN_UNITS: Final = frozenset(VOCABULARY["units"].values())
 STATED_LENGTHS: Final = (*LENGTHS, "um")
+ANGLE_UNITS: Final = ("deg", "rad")
+UNITS_OF_MAPPINGS: Final = (*LENGTHS, *CLOCK_NS, *ANGLE_UNITS)
 SUFFIXES, TIME_SUFFIXES = frozenset(VOCABULARY["suffixes"]), frozenset(VOCABULARY["time_suffixes"])
 UNITS: Final = frozenset(VOCABULARY["units"]) | frozenset(VOCABULARY["more_units"])
 
@@ -281,19 +279,6 @@ def read_mapping(path: str | Path) -> CsvMapping:
         )
 
 
-def mapped_mesh_options(path: str | Path) -> MeshOptions:
-    """Returns what a mapping says of meshes and colliders.
-
-    Raises ImportFileError: no TOML, or a key of another type.
-    """
-    table = parse_toml(read_text(path, "mapping", ImportFileError), Path(path).name, ImportFileError)
-    return MeshOptions(
-        mesh_axes=table.text_or_texts(MESH_AXES_KEY),
-        mesh_units=table.text_or_texts(MESH_UNITS_KEY),
-        collider_axes=table.text(COLLIDER_AXES_KEY),
-    )
-
-
 def _guessed_keys(whole: TomlTable) -> frozenset[str]:
     """The keys under ``guessed``; one that no draft guesses is refused."""
     keys = whole.texts("guessed")
@@ -419,13 +404,48 @@ def stated_units(units: Iterable[str], kind: Collection[str]) -> list[str]:
     return [*dict.fromkeys(unit for unit in units if unit and (unit in kind or unit not in KNOWN_UNITS))]
 
 
-def is_yes(text: str) -> bool | None:
-    """Whether a cell says yes; ``None``: it says neither yes nor no."""
-    word = text.lower()
-    if word in VOCABULARY["valid_cells"]:
-        return True
-    if word in VOCABULARY["lost_cells"] or text in EMPTY_CELLS:
-        return False
-    with suppress(ValueError):
-        return {1.0: True, 0.0: False}.get(float(word))
-    return None
+def with_stated_units(plan: CsvMapping, unit_of: Callable[[str], str], source: Path) -> CsvMapping:
+    """Returns the mapping with the units that the headings or the row of units state, where it leaves them out.
+
+    ``unit_of``: column -> the unit that the file states of it, or ``""``.
+
+    Raises ImportFileError: the mapping contradicts them, columns state several, or one that no mapping has.
+    """
+    if plan.kind:
+        return plan
+    positions = [column for pose in plan.poses for column in pose.position]
+    _agreed_unit([plan.time] if plan.time else [], plan.unit, [*CLOCK_NS], "unit", unit_of, source)
+    length_unit = _agreed_unit(positions, plan.units, STATED_LENGTHS, "units", unit_of, source)
+    body = _with_angle_unit(plan.body, unit_of, source) if plan.body else None
+    bodies = {name: _with_angle_unit(columns, unit_of, source) for name, columns in plan.bodies.items()}
+    return replace(plan, units=length_unit, body=body, bodies=bodies)
+
+
+def _with_angle_unit(pose: PoseColumns, unit_of: Callable[[str], str], source: Path) -> PoseColumns:
+    if pose.kind not in ("euler", "rotation_vector"):
+        return pose
+    mapped = ("deg" if pose.degrees else "rad") if pose.is_angle_unit_stated else ""
+    unit = _agreed_unit(pose.rotation, mapped, ANGLE_UNITS, "angle_unit", unit_of, source)
+    return replace(pose, degrees=unit != "rad")
+
+
+def _agreed_unit(
+    columns: Sequence[str], mapped: str, kind: Collection[str], key: str, unit_of: Callable[[str], str], source: Path
+) -> str:
+    """The unit of columns: that of the mapping, where it does not contradict what they state, or else theirs.
+
+    ``mapped``: the unit under ``key`` of the mapping, or ``""``.
+    """
+    stated = stated_units(map(unit_of, columns), kind)
+    if mapped:
+        stated = [unit for unit in stated if unit in kind]
+    if not stated or stated == [mapped] or mapped == TEXT:
+        return mapped
+    where = f"{source}: the columns {', '.join(columns)} state {' and '.join(stated)}"
+    if mapped:
+        raise ImportFileError(
+            f'{where}, and the mapping says {key} = "{mapped}"; correct one of them, or name the columns in the mapping'
+        )
+    if len(stated) > 1 or stated[0] not in UNITS_OF_MAPPINGS:
+        raise ImportFileError(f"{where}; convert them to one unit that a mapping has, and say it: {key}")
+    return stated[0]

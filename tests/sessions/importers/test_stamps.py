@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sessions.errors import ImportFileError
-from sessions.importers.ledger import Ledger
-from sessions.importers.pose_table import increasing_rows, last_of_each_stamp, longest_increasing, wall_clock_ns
+from sessions.importers.ledger import Ledger, increasing_rows, last_of_each_stamp, longest_increasing
+from sessions.importers.wall_clock import wall_clock_ns
 
 STEP = 11_111_111
 STAMPS = STEP * np.arange(180, dtype=np.int64)
