@@ -18,9 +18,8 @@ if TYPE_CHECKING:
     from sessions.meshes.glb import mesh_to_glb
     from sessions.meshes.mesh_files import load_mesh
     from sessions.model.event import Event, Interval, LiveContact
-    from sessions.model.samples import Frames, GazeTrack, HandTrack, ScalarTrack, Status, Track
     from sessions.model.scene import Scene
-    from sessions.model.session import Session
+    from sessions.model.session import Frames, GazeTrack, HandTrack, ScalarTrack, Session, Status, Track
     from sessions.scene_files.scene_toml import parse_scene, read_scene
 
 __all__ = [
@@ -68,8 +67,7 @@ _NAMES = {
     "meshes.mesh_files": "load_mesh",
     "model.event": "Event Interval LiveContact",
     "model.scene": "Scene",
-    "model.samples": "Frames GazeTrack HandTrack ScalarTrack Status Track",
-    "model.session": "Session",
+    "model.session": "Frames GazeTrack HandTrack ScalarTrack Session Status Track",
     "mcap.salvage": "recover",
     "scene_files.scene_toml": "parse_scene read_scene",
 }

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from sessions import Session
 from sessions.geometry.rotations import rotated_vectors
-from sessions.model.samples import Frames, Status
 from sessions.model.scene import Pose
+from sessions.model.session import Frames, Status
 
 USABLE: Final = (Status.VALID, Status.HELD, Status.INTERPOLATED)
 

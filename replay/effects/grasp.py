@@ -12,7 +12,7 @@ from replay.effects.inputs import BodyPoses, EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, Findings, LaneSpan
 from replay.effects.protocol import spec_of
 from replay.effects.spans import FrameRange, hysteresis_spans, spans_of
-from sessions.model.samples import HandTrack
+from sessions.model.session import HandTrack
 
 CATCH_S: Final = 0.3
 """A thing may take this long after the press to snap to the hand."""

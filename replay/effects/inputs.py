@@ -19,9 +19,8 @@ from replay.errors import EffectError
 from replay.prepare.assembly import Assembly
 from replay.prepare.frame_times import frame_ends
 from sessions.mesh_data import MeshData
-from sessions.model.samples import HandTrack
 from sessions.model.scene import SceneBody
-from sessions.model.session import Session
+from sessions.model.session import HandTrack, Session
 
 HANDS: Final = "/hands"
 """Topics below this: trigger, grip and buttons."""

@@ -22,9 +22,8 @@ from sessions.mcap.schemas import WORLD
 from sessions.mcap.unpacking import read_region
 from sessions.mcap.writer import SCENE_FILE
 from sessions.mesh_data import MeshData
-from sessions.model.samples import Frames
 from sessions.model.scene import Scene
-from sessions.model.session import Session
+from sessions.model.session import Frames, Session
 
 if TYPE_CHECKING:
     from sessions.scene_files.scene_meshes import Planned

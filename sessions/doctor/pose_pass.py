@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from sessions.doctor.track_watch import SAMPLE, Mark, TrackWatch, is_marked, with_marks
 from sessions.model.constants import SPACE_RADIUS
-from sessions.model.samples import Frames, Status
+from sessions.model.session import Frames, Status
 
 NORM_REJECT: Final = 1e-3
 """A quaternion whose norm is further off 1 was not rounded, it is wrong; the collision core rejects it too."""

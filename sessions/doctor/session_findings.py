@@ -12,9 +12,8 @@ from sessions.doctor.scale import scale_findings
 from sessions.doctor.timing import time_findings
 from sessions.importers.ledger import FACT, ledger_of
 from sessions.model.constants import BLOCK_FRAMES
-from sessions.model.samples import GazeTrack, ScalarTrack
 from sessions.model.scene import Scene, SceneBody, absent_bodies
-from sessions.model.session import Session
+from sessions.model.session import GazeTrack, ScalarTrack, Session
 
 
 def examine_session(

@@ -28,8 +28,7 @@ from sessions.importers.importing import (
 from sessions.importers.ledger import Ledger, Numbers, last_of_each_stamp, stamps_of
 from sessions.meshes.conventions import Convention, quaternion_from_euler
 from sessions.model.event import Event
-from sessions.model.samples import HandTrack
-from sessions.model.session import Session
+from sessions.model.session import HandTrack, Session
 from sessions.names import side_of
 
 OPENVR_GAMEPAD: Final = "OpenVR Gamepad"

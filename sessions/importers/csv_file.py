@@ -43,8 +43,7 @@ from sessions.meshes.conventions import Convention
 from sessions.meshes.conventions import convention as convention_named
 from sessions.model.assumption import Assumption, Confidence, Origin, Subject, grouped_assumptions
 from sessions.model.event import Event, LiveContact
-from sessions.model.samples import HandTrack
-from sessions.model.session import Session
+from sessions.model.session import HandTrack, Session
 from sessions.names import side_of
 from sessions.quantities import number
 

@@ -46,9 +46,8 @@ from sessions.model.assumption import (
     assumptions_of,
     pose_convention,
 )
-from sessions.model.samples import ScalarTrack, Status, Track
 from sessions.model.scene import Scene, SceneBody
-from sessions.model.session import Session
+from sessions.model.session import ScalarTrack, Session, Status, Track
 from sessions.names import SIDES, is_hand, is_head, name_tokens
 from sessions.quantities import length
 from sessions.quantities import number as number_text

@@ -9,8 +9,7 @@ from scipy.spatial.transform import Rotation
 from sessions.errors import ImportFileError
 from sessions.importers.ledger import Ledger, increasing_rows
 from sessions.importers.scene_motion import session_of_scene
-from sessions.model.samples import Track
-from sessions.model.session import Session
+from sessions.model.session import Session, Track
 from sessions.scene_formats.joint_motion import body_poses, posed_bodies, read_joint_motion
 from sessions.scene_formats.mjcf import body_names, load_model, scene_of
 from sessions.scene_formats.safe_files import SceneFiles

@@ -5,9 +5,8 @@ from dataclasses import replace
 
 from sessions.importers.ledger import FACT, Ledger
 from sessions.model.assumption import ASSUMPTIONS_FACT, assumptions_fact
-from sessions.model.samples import Track
 from sessions.model.scene import Scene
-from sessions.model.session import Session
+from sessions.model.session import Session, Track
 from sessions.scene_formats.scene_source import SceneSource, Surface, surface_assumptions
 
 

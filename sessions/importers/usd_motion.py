@@ -8,8 +8,7 @@ from scipy.spatial.transform import Rotation
 from sessions.errors import ImportFileError
 from sessions.importers.ledger import Ledger, increasing_rows
 from sessions.importers.scene_motion import session_of_scene
-from sessions.model.samples import Track
-from sessions.model.session import Session
+from sessions.model.session import Session, Track
 from sessions.scene_formats.safe_files import SceneFiles
 from sessions.scene_formats.scene_source import Surface
 from sessions.scene_formats.usd_physics import read_usd_motion

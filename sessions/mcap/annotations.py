@@ -13,7 +13,7 @@ from sessions.errors import SessionFileError
 from sessions.mcap import schemas
 from sessions.mcap.frame_codec import SECOND_NS, check_stamp
 from sessions.model.event import PHASES, Event, Interval, LiveContact
-from sessions.model.samples import GazeTrack, HandTrack, ScalarTrack, Track
+from sessions.model.session import GazeTrack, HandTrack, ScalarTrack, Track
 
 Message = tuple[str, int, bytes]
 LEVELS = ("", "debug", "info", "warning", "error", "fatal")

@@ -31,7 +31,7 @@ from sessions.mcap.metadata import MAX_BODIES
 from sessions.mcap.refusals import TOO_MANY, refusal
 from sessions.mcap.schemas import TF, TRACKING, WORLD, message_class
 from sessions.mcap.unpacking import MessageTable, rows_at
-from sessions.model.samples import Frames, Status, absent_samples
+from sessions.model.session import Frames, Status, absent_samples
 
 Bytes = NDArray[np.uint8]
 Ints = NDArray[np.int64]

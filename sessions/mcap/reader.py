@@ -26,9 +26,8 @@ from sessions.mcap.unpacking import MessageTable, read_region, together
 from sessions.mcap.writer import SCENE_FILE
 from sessions.mesh_data import MeshData
 from sessions.model.constants import SCENE_FACT
-from sessions.model.samples import Frames
 from sessions.model.scene import Scene
-from sessions.model.session import Session
+from sessions.model.session import Frames, Session
 
 LEAST_POSE_BYTES = 24  # Of a message: a body's name, a stamp and the heads of fields; zeros are left out
 

@@ -26,9 +26,8 @@ from sessions.mcap.recorded_frames import Poses, RecordedFrame, frames_of, nanos
 from sessions.mcap.schemas import GAZE_PREFIX, HANDS_PREFIX, SCALARS_PREFIX, TRACKS_PREFIX
 from sessions.mcap.writer import SessionWriter, write_session
 from sessions.model.event import Event, Interval, LiveContact
-from sessions.model.samples import GazeTrack, HandTrack, Samples, ScalarTrack, Status, Track
 from sessions.model.scene import Scene
-from sessions.model.session import mesh_of
+from sessions.model.session import GazeTrack, HandTrack, Samples, ScalarTrack, Status, Track, mesh_of
 from sessions.whole_files import is_abandoned, locks
 
 if TYPE_CHECKING:

@@ -23,9 +23,8 @@ from sessions.mcap.scene_update import scene_update
 from sessions.mcap.schemas import PROFILE, SCENE, STREAMS, TF, TRACKING, channel_spec
 from sessions.mesh_data import MeshData
 from sessions.meshes.glb import mesh_to_glb
-from sessions.model.samples import Frames
 from sessions.model.scene import Scene
-from sessions.model.session import Session
+from sessions.model.session import Frames, Session
 from sessions.whole_files import whole_file
 
 SCENE_FILE = "scene.toml"

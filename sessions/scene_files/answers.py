@@ -26,8 +26,7 @@ from sessions.model.assumption import (
     assumptions_of,
     pose_convention,
 )
-from sessions.model.samples import Frames, Track
-from sessions.model.session import Session
+from sessions.model.session import Frames, Session, Track
 from sessions.scene_files.body_axes import axes_change
 from sessions.scene_files.pose_axes import with_pose_axes
 

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from sessions.meshes.conventions import Convention, convention
 from sessions.meshes.mesh_axes import mesh_axes_alternatives, mesh_axes_description
 from sessions.model.assumption import ASSUMPTIONS_FACT, Assumption, Origin, Subject, assumptions_fact, assumptions_of
-from sessions.model.samples import Frames, Track
-from sessions.model.session import Session
+from sessions.model.session import Frames, Session, Track
 from sessions.scene_files.body_axes import axes_assumption, axes_change
 
 AXES_SENTENCE = "axes "

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from sessions.errors import SessionError
 from sessions.mcap.metadata import SHAREABLE
 from sessions.model.constants import HEADSET_HZ
-from sessions.model.samples import Track
+from sessions.model.session import Track
 from sessions.synthetic.paths import Path, Poses
 from sessions.synthetic.rng import random_stream
 from sessions.synthetic.tracker import VIVE, TrackerNoise, disturbed_poses, planned_losses, with_losses

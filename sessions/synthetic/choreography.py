@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sessions.geometry.rotations import IDENTITY, Array
-from sessions.model.samples import HandTrack
+from sessions.model.session import HandTrack
 from sessions.synthetic.paths import (
     Key,
     KeyPath,

@@ -17,7 +17,7 @@ def run(*command, cwd=ROOT):
 
 UPWARD = {
     "Floors of the tool": ("replay/auditing/compare.py", "import replay.show.report.page"),
-    "Floors of the sessions": ("sessions/model/samples.py", "import sessions.mcap.reader"),
+    "Floors of the sessions": ("sessions/model/session.py", "import sessions.mcap.reader"),
     "Floors of the narrow phase": ("cdcore/triangles/sums.py", "import cdcore.narrow.tree_stage"),
     "Rerun is imported by the recording alone": ("replay/detection/progress.py", "import rerun"),
     "pyarrow is imported where tables are read and written": ("replay/auditing/compare.py", "import pyarrow"),

@@ -11,7 +11,7 @@ from cdcore import Motion
 from replay.effects.effect_plan import plan
 from replay.effects.effects_runner import run_effects
 from replay.engine import compute
-from sessions.model.samples import HandTrack
+from sessions.model.session import HandTrack
 from sessions.synthetic.scenes import SCENES, make_scene_session
 
 pytestmark = pytest.mark.bench

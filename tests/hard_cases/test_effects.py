@@ -8,8 +8,8 @@ from support.small_worlds import along_x, cube
 
 from replay.engine import compute
 from sessions import Session
-from sessions.model.samples import HandTrack, Track
 from sessions.model.scene import Scene, SceneBody, SceneEffect
+from sessions.model.session import HandTrack, Track
 
 TWO = {"between": ["hand-left", "pot"]}
 DECLARED = {

@@ -18,8 +18,8 @@ from sessions.mcap.metadata import names_of
 from sessions.mcap.reader import read_session
 from sessions.meshes.conventions import quaternion_from_euler
 from sessions.meshes.mesh_files import load_mesh
-from sessions.model.samples import HandTrack
 from sessions.model.scene import Scene, SceneBody
+from sessions.model.session import HandTrack
 from sessions.scene_files.scene_meshes import scene_meshes
 from sessions.scene_files.scene_toml import read_scene
 from sessions.synthetic.assembly import Recording

@@ -16,7 +16,7 @@ from support.processes import environment
 from support.session_files import random_frames, session_of, tetrahedron
 
 from sessions import Event, Interval, Session, read_session, recover, write_session
-from sessions.model.samples import Status
+from sessions.model.session import Status
 
 EARLIER = Path(__file__).parent / "mcap" / "earlier.mcap"
 

@@ -16,8 +16,8 @@ from replay.effects.chemistry.recipe import recipe_of
 from replay.effects.effect_plan import plan
 from replay.engine import compute
 from sessions import Session
-from sessions.model.samples import HandTrack, Track
 from sessions.model.scene import Scene, SceneBody, SceneEffect
+from sessions.model.session import HandTrack, Track
 
 RADIUS, HEIGHT = 0.02, 0.06
 """Of the glass, which holds 75.4 mL."""

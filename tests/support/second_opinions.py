@@ -34,7 +34,7 @@ from cdcore.triangles.decide import answer_pairs, checked_triangles
 from cdcore.triangles.filter import UNDECIDED
 from cdcore.triangles.sums import new_digits
 from sessions.mcap.schemas import TF, TRACKING, message_class
-from sessions.model.samples import Frames, Status
+from sessions.model.session import Frames, Status
 from sessions.synthetic.truth import inside
 
 SIGNS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])

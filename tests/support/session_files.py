@@ -14,8 +14,7 @@ from mcap.writer import CompressionType, Writer
 
 from sessions.mcap.schemas import channel_spec
 from sessions.mesh_data import MeshData
-from sessions.model.samples import Frames, Status
-from sessions.model.session import Session
+from sessions.model.session import Frames, Session, Status
 
 COLUMNS = ("stamp_ns", "log_ns", "sample_ns", "position", "quaternion_xyzw", "status")
 SECOND = 1_000_000_000

@@ -14,7 +14,7 @@ from sessions.geometry.rings import even_angles, revolved_rings, sewn
 from sessions.geometry.rotations import quaternion_product
 from sessions.importers.ledger import Numbers, Rows, Stamps
 from sessions.mesh_data import MeshData
-from sessions.model.samples import Track
+from sessions.model.session import Track
 
 FACES: Final = 2000
 """Faces of a capsule, about: inscribed in the true one, at most 0.53 % of its radius inside it."""

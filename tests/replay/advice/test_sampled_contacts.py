@@ -19,8 +19,8 @@ from sessions.model.assumption import (
     Subject,
     assumptions_fact,
 )
-from sessions.model.samples import Track
 from sessions.model.scene import Pose, Scene, SceneBody
+from sessions.model.session import Track
 
 
 def imported(folder, convention, kind, exported=False, **options):

@@ -13,8 +13,8 @@ from replay.auditing.holding import grasps, hand_bodies, holdings, within
 from replay.auditing.matching import match_episodes
 from replay.auditing.outcome import Episode, Outcome
 from replay.prepare.assemble import assemble
-from sessions.model.samples import HandTrack
 from sessions.model.scene import Scene, SceneBody
+from sessions.model.session import HandTrack
 
 STEP = 10_000_000
 FRAMES = 300

@@ -10,7 +10,7 @@ from replay.document.gates import Gates
 from replay.engine import compute
 from replay.show.run_tables import CUT, pair_table
 from sessions.doctor.runs import runs
-from sessions.model.samples import Status
+from sessions.model.session import Status
 from sessions.synthetic.analytic import make_analytic
 from sessions.synthetic.truth import PRESENT
 

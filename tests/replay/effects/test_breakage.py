@@ -6,8 +6,8 @@ from support.small_worlds import cube
 
 from replay.engine import compute
 from sessions import Session
-from sessions.model.samples import Track
 from sessions.model.scene import Scene, SceneBody, SceneEffect
+from sessions.model.session import Track
 
 GRAVITY, RATE, FLOOR = 9.80665, 90.0, 0.5
 """A cube of 0.2 m falls from rest on a cube of 1 m whose top is at 0.5 m."""

@@ -15,8 +15,8 @@ from replay.engine import compute
 from replay.errors import EffectError
 from replay.prepare.assemble import assemble
 from sessions import ScalarTrack, Session
-from sessions.model.samples import HandTrack
 from sessions.model.scene import Scene, SceneBody
+from sessions.model.session import HandTrack
 
 
 def ran(*specs, **inputs):

@@ -6,8 +6,8 @@ from support.small_worlds import along_x, cube
 
 from replay.engine import compute
 from sessions import Session
-from sessions.model.samples import HandTrack
 from sessions.model.scene import Scene, SceneBody, SceneEffect
+from sessions.model.session import HandTrack
 
 STAMPS = np.arange(200) * 10_000_000
 TIMES = STAMPS / 1e9

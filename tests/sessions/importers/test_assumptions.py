@@ -9,7 +9,7 @@ from sessions.importers import import_session
 from sessions.importers.importing import SourceFrame, length_unit, pose_assumptions, room_radius
 from sessions.meshes.conventions import convention
 from sessions.model.assumption import Confidence, Origin, Subject
-from sessions.model.samples import Track
+from sessions.model.session import Track
 from sessions.scene_files.answers import recording_assumptions
 
 TAKES = Path(__file__).with_name("optitrack")

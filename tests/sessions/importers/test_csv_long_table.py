@@ -8,7 +8,7 @@ import pytest
 from sessions.errors import ImportFileError
 from sessions.importers import import_session
 from sessions.importers.csv_draft import UnknownColumnsError
-from sessions.model.samples import Status
+from sessions.model.session import Status
 
 UIDS = (225397651484143, 194930206998778, 79582884925181, 270231216246839, 117658302265452, 223371871635142)
 TEXTS = ("mug", "bowl", "plate", "spoon", "can", "pot")

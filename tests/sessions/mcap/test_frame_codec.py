@@ -20,7 +20,7 @@ from sessions.mcap.container import Catalogue, ChannelInfo, RecordSpan, Region
 from sessions.mcap.frame_codec import FrameDecoder, FrameEncoder
 from sessions.mcap.schemas import message_class
 from sessions.mcap.unpacking import messages_of_region
-from sessions.model.samples import Frames, Status
+from sessions.model.session import Frames, Status
 
 
 def table(*records):

@@ -14,8 +14,8 @@ from sessions.mcap.reader import McapFile, McapFrames
 from sessions.mcap.scene_update import scene_update
 from sessions.mcap.schemas import channel_spec, message_class
 from sessions.mcap.writer import write_session
-from sessions.model.samples import Frames
 from sessions.model.scene import Pose, Scene, SceneBody
+from sessions.model.session import Frames
 
 
 @pytest.mark.parametrize("length", [1, 7, 3000, 10_000])

@@ -10,7 +10,7 @@ from support.session_files import assert_same_frames, random_frames, tetrahedron
 from sessions import Event, Interval, LiveContact, Recorder, read_session, recover
 from sessions.errors import SessionError, SessionFileError, TornFileError
 from sessions.mcap import recorder as recorder_module
-from sessions.model.samples import Status
+from sessions.model.session import Status
 
 POSE = ((0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
 

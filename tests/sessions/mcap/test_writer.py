@@ -21,9 +21,8 @@ from sessions.mcap.reader import read_session
 from sessions.mcap.writer import write_session
 from sessions.meshes.glb import mesh_to_glb
 from sessions.model.event import Event, Interval, LiveContact
-from sessions.model.samples import Frames, GazeTrack, HandTrack, ScalarTrack, Track
 from sessions.model.scene import Scene, SceneBody
-from sessions.model.session import Session
+from sessions.model.session import Frames, GazeTrack, HandTrack, ScalarTrack, Session, Track
 from sessions.scene_files.scene_toml import parse_scene
 
 

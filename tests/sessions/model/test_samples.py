@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from sessions.errors import SessionError
-from sessions.model.samples import Status, Track, checked_stamps
+from sessions.model.session import Status, Track, checked_stamps
 
 
 def test_status_numbers_belong_to_the_file_format():

@@ -3,9 +3,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.session_files import assert_same_frames, random_frames, session_of
 
-from sessions.model.samples import Frames, Status, Track
 from sessions.model.scene import Scene, SceneBody, candidate_pairs
-from sessions.model.session import Session
+from sessions.model.session import Frames, Session, Status, Track
 
 POSES = (np.zeros((2, 3)), np.ones((2, 4)))
 

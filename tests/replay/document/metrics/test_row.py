@@ -17,7 +17,7 @@ from replay.document.metrics.row import (
 )
 from replay.effects.output import EffectEvent
 from replay.engine import compute
-from sessions.model.samples import HandTrack
+from sessions.model.session import HandTrack
 from sessions.synthetic.scenes import make_scene_session
 
 PAIRS = np.array([[0, 1], [1, 2], [0, 2]])
