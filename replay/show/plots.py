@@ -6,8 +6,7 @@ Rerun has no plot of one quantity over another. Lengths are in units of which a 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import permutations
-from math import ceil, floor, isfinite, log1p, log10
-from operator import itemgetter
+from math import ceil, floor, inf, isfinite, log1p, log10
 from textwrap import wrap
 from typing import Final
 
@@ -233,39 +232,85 @@ def _axes(plot: Plot, x_axis: Axis, y_axis: Axis) -> Plot:
     return plot
 
 
+@dataclass(frozen=True)
+class NamePlace:
+    """A box for the name of a dot that covers no dot and no tick; ``leader``: the field of the line, if it has one.
+
+    ``rank``: its number among the candidates, the best first; ``is_crossed``: whether its line crosses a dot or tick.
+    """
+
+    rank: int
+    box: Box
+    leader: Box | None
+    is_crossed: bool
+
+    @property
+    def cost(self) -> int:
+        """Grows with the distance from the dot."""
+        return self.rank if self.leader is None else CANDIDATES_BESIDE * self.rank
+
+
 def _names(plot: Plot, names: Sequence[str]) -> list[tuple[int, Box, bool]]:
     """Number, box and need of a line of every name that finds room; few names are tried in every order."""
     dots = [(x - 6, y - 6, x + 6, y + 6) for x, y in (dot.at for dot in plot.dots)]
     taken_boxes = [*dots, *(_box_of(text) for text in plot.labels)]
+    places = [_places(plot, number, name, taken_boxes) for number, name in enumerate(names)]
     numbers = range(len(names))
-    orders = permutations(numbers) if len(names) <= MOST_PERMUTED else [tuple(numbers)]
-    return min((_placed_names(plot, names, order, taken_boxes) for order in orders), key=itemgetter(0))[1]
+    lowest_cost, chosen_places = inf, dict[int, NamePlace]()
+    for order in permutations(numbers) if len(names) <= MOST_PERMUTED else [tuple(numbers)]:
+        cost, order_places = _placed_names(places, order, lowest_cost)
+        if cost < lowest_cost:
+            lowest_cost, chosen_places = cost, order_places
+    return [(number, place.box, place.leader is not None) for number, place in chosen_places.items()]
+
+
+def _places(plot: Plot, number: int, name: str, taken_boxes: Sequence[Box]) -> list[NamePlace]:
+    """Places for the name of a dot that are free as long as no other name stands there, the best first."""
+    dot = plot.dots[number].at
+    others = [box for k, box in enumerate(taken_boxes) if k != number]
+    places = []
+    for rank, box in enumerate(_candidates(*dot, text_width(name))):
+        if _is_free(box, taken_boxes, plot.size):
+            leader = _leader(box, dot) if rank >= CANDIDATES_BESIDE else None
+            places.append(NamePlace(rank, box, leader, leader is not None and not _is_apart(leader, others)))
+    return places
 
 
 def _placed_names(
-    plot: Plot, names: Sequence[str], order: Sequence[int], taken_boxes: Sequence[Box]
-) -> tuple[int, list[tuple[int, Box, bool]]]:
-    """Cost of an order, which grows with names far from their dots or left out, and the names in it."""
-    boxes, leaders, cost, placed = [*taken_boxes], list[Box](), 0, []
+    places: Sequence[Sequence[NamePlace]], order: Sequence[int], most_cost: float
+) -> tuple[float, dict[int, NamePlace]]:
+    """Cost of an order, which grows with names far from their dots or left out, and the place of each name in it.
+
+    ``most_cost``: from which on the order is given up.
+    """
+    boxes, leaders, cost, placed = list[Box](), list[Box](), 0.0, dict[int, NamePlace]()
     for number in order:
-        dot = plot.dots[number].at
-        others = [box for k, box in enumerate(boxes) if k != number]
-        free_boxes = []
-        for rank, box in enumerate(_candidates(*dot, text_width(names[number]))):
-            if _is_free(box, boxes, plot.size):
-                is_crossed = not _is_apart(box, leaders) or (
-                    rank >= CANDIDATES_BESIDE and not _is_apart(_leader(box, dot), others)
-                )
-                free_boxes.append((is_crossed, rank, box))
-        if not free_boxes:
-            cost += OMISSION_COST
-            continue
-        is_crossed, rank, box = min(free_boxes)
-        boxes.append(box)
-        if rank >= CANDIDATES_BESIDE:
-            leaders.append(_leader(box, dot))
-        cost += CROSSING_COST * is_crossed + (rank if rank < CANDIDATES_BESIDE else CANDIDATES_BESIDE * rank)
-        placed.append((number, box, rank >= CANDIDATES_BESIDE))
+        crossed_place = None
+        for place in places[number]:
+            if not _is_apart(place.box, boxes):
+                continue
+            is_crossed = (
+                place.is_crossed
+                or not _is_apart(place.box, leaders)
+                or (place.leader is not None and not _is_apart(place.leader, boxes))
+            )
+            if not is_crossed:
+                placed[number] = place
+                break
+            crossed_place = crossed_place or place
+        if number not in placed:
+            if crossed_place is None:
+                cost += OMISSION_COST
+                continue
+            placed[number] = crossed_place
+            cost += CROSSING_COST
+        place = placed[number]
+        cost += place.cost
+        if cost >= most_cost:
+            break
+        boxes.append(place.box)
+        if place.leader is not None:
+            leaders.append(place.leader)
     return cost, placed
 
 
