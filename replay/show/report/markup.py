@@ -38,8 +38,12 @@ def environment() -> "Environment":
     from jinja2 import Environment, FunctionLoader, StrictUndefined
     from markupsafe import Markup
 
+    from replay.show.report.template_cache import TemplateCache
+
     new_environment = Environment(
         loader=FunctionLoader(file_text),
+        bytecode_cache=TemplateCache(),
+        optimized=False,  # the cache keeps no result of a filter
         undefined=StrictUndefined,
         finalize=_readable,
         trim_blocks=True,

@@ -1,0 +1,42 @@
+"""The code of templates is kept, and compiled again where its file is damaged."""
+
+import pytest
+from jinja2 import DictLoader, Environment
+
+from replay.show.report import template_cache
+from replay.show.report.template_cache import TemplateCache
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.setattr(template_cache, "files", lambda _: tmp_path)
+    monkeypatch.setattr(template_cache.sys, "dont_write_bytecode", False)
+    monkeypatch.setattr(template_cache.sys, "pycache_prefix", None)
+    return tmp_path / "__pycache__"
+
+
+def text_of(template="{{ 2 + number }}"):
+    """The page, and how many templates were compiled for it."""
+    compiled = []
+
+    class Counting(Environment):
+        def compile(self, source, *rest, **named):
+            compiled.append(source)
+            return super().compile(source, *rest, **named)
+
+    environment = Counting(loader=DictLoader({"page.html": template}), bytecode_cache=TemplateCache(), optimized=False)
+    return environment.get_template("page.html").render(number=3), len(compiled)
+
+
+def test_kept_code_is_used_until_damaged_or_template_changes(folder):
+    assert text_of() == ("5", 1)
+    assert text_of() == ("5", 0)
+    (file,) = folder.iterdir()
+    file.write_bytes(file.read_bytes()[:-9])
+    assert text_of() == ("5", 1)
+    assert text_of("{{ 3 + number }}") == ("6", 1)
+
+
+def test_folder_that_cannot_be_written_changes_no_page(folder):
+    folder.write_text("a file where the folder would be")
+    assert text_of() == ("5", 1)
