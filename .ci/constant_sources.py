@@ -2,7 +2,8 @@
 
     python .ci/constant_sources.py
 
-prints log_k and enthalpy of every reaction that `constants.phr` names as a source, beside the value that stands there.
+prints log_k and enthalpy of every reaction that `constants.phr` names as a source, beside the value that stands there,
+and every "-analytic" that is the course by temperature of another data base.
 """
 
 import math
@@ -10,6 +11,7 @@ import re
 from functools import cache
 from pathlib import Path
 
+import numpy as np
 import phreeqc
 
 from replay.effects.chemistry.formulas import atoms
@@ -17,12 +19,13 @@ from replay.effects.chemistry.formulas import atoms
 CONSTANTS = Path(__file__).parents[1] / "replay/effects/chemistry/constants.phr"
 FOLDER = Path(phreeqc.__file__).parent / "databases"
 FILES = {
-    "llnl": "llnl.dat", "sit": "sit.dat", "thermoddem": "PHREEQC_ThermoddemV1.10_15Dec2020.dat",
-    "minteq.v4": "minteq.v4.dat",
+    "llnl": "llnl.dat", "sit": "sit.dat", "wateq4f": "wateq4f.dat", "minteq.v4": "minteq.v4.dat",
+    "thermoddem": "PHREEQC_ThermoddemV1.10_15Dec2020.dat",
 }  # fmt: skip
 ELEMENTS = {
     "F-": "F", "ClO-": {"": "Cl(1)"}, "IO3-": {"": "I(5)"}, "NO2-": {"": "N(3)"}, "SO3-2": {"": "S(4)", "sit": "S(+4)"},
-    "S2O3-2": {"": "S(2)", "sit": "S(+2)"}, "Ox-2": "Ox", "NH4+": "N(-3)", "Ca+2": "Ca", "Mg+2": "Mg",
+    "S2O3-2": {"": "S(2)", "sit": "S(+2)"}, "Ox-2": "Ox", "NH4+": "N(-3)", "Ca+2": "Ca", "Mg+2": "Mg", "Ba+2": "Ba",
+    "Sr+2": "Sr", "CO3-2": "C(4)", "Cl-": "Cl",
     "Fe+2": {"": "Fe(2)"}, "Fe+3": {"": "Fe(3)"}, "Ag+": "Ag", "Ni+2": "Ni", "Zn+2": "Zn",
     "Co+2": {"": "Co(2)"}, "Pb+2": "Pb", "Cd+2": "Cd", "SO4-2": "S(6)", "Cu+2": {"": "Cu", "minteq.v4": "Cu(2)"},
 }  # fmt: skip
@@ -33,6 +36,7 @@ COOLER_C, WARMER_C = 23.0, 27.0
 """Temperatures whose difference gives the enthalpy."""
 
 _FORMATION = re.compile(r"^#+\s*Enthalpy of formation:\s*([-+]?[\d.]+)\s*(\S+)")
+_COURSE = re.compile(r"^\t-analytic (.+?) # course of (\S+): (\S+)$")
 _SOURCE = re.compile(r"^\tlog_k (\S+) # (\S+): (.+)$")
 
 
@@ -45,6 +49,37 @@ def entries():
             heat = lines[row + 1].split() if row + 1 < len(lines) else []
             kilojoule = float(heat[1]) if heat[:1] == ["delta_h"] else None
             yield lines[row - 1].strip(), float(match[1]), kilojoule, match[2], match[3]
+
+
+def courses():
+    """Phase of `constants.phr`, its log_k at 25 degC, its coefficients, data base and phase of the course."""
+    phase, value = "", 0.0
+    for line in CONSTANTS.read_text(encoding="utf-8").splitlines():
+        if re.match(r"^[A-Z]\S*$", line):
+            phase = line
+        if line.startswith("\tlog_k"):
+            value = float(line.split()[1])
+        match = _COURSE.match(line)
+        if match:
+            yield phase, value, [float(text) for text in match[1].split()], match[2], match[3]
+
+
+def course(source, phase, value):
+    """Coefficients of 1, T, 1/T, log10 T: log_k of a phase by temperature, moved so that it is ``value`` at 25 degC."""
+    kelvin = np.array([273.15, 298.15, 323.15, 348.15, 373.15])
+    logs = np.array([phase_log_k(source, phase, float(celsius) - 273.15) for celsius in kelvin])
+    terms = np.array([1.0 / kelvin - 1.0 / kelvin[1], np.log10(kelvin / kelvin[1])]).T
+    inverse, logarithm = np.linalg.lstsq(terms, logs - logs[1], rcond=None)[0].tolist()
+    return [value - inverse / kelvin[1] - logarithm * np.log10(kelvin[1]), 0.0, inverse, logarithm]
+
+
+def phase_log_k(source, phase, celsius):
+    """log_k of a phase of a data base at a temperature."""
+    library = _library(source)
+    text = f'SOLUTION 1\n temp {celsius}\nUSER_PUNCH\n -headings k\n 10 PUNCH LK_PHASE("{phase}")\n'
+    if library.RunString(text + "SELECTED_OUTPUT\n -reset false\n -high_precision true\nEND\n"):
+        raise ValueError(library.GetErrorString())
+    return library.GetSelectedOutput()["k"][0]
 
 
 def log_k(source, reaction, celsius=25.0):
@@ -130,3 +165,5 @@ if __name__ == "__main__":
             )
         else:
             print(f"{equation}: {ours} {heat}; {source}, {reaction}")
+    for phase, value, coefficients, source, other in courses():
+        print(phase, coefficients, source, other, [float(f"{number:.7g}") for number in course(source, other, value)])

@@ -18,6 +18,11 @@ from replay.words import quantity
 LEAST_MOL: Final = 1e-9
 """Of a reaction: less is none."""
 
+HOT_C: Final = 45.0
+LEAST_DISSOLVED: Final = 0.05
+"""A constant with an enthalpy alone is taken without a word up to 20 K from its 25 degC, and where less of its solid
+stands dissolved than this share."""
+
 SOLUBILITY_FACTOR: Final = 1.2
 """Of a solubility, from which what is dissolved beyond it is told."""
 
@@ -38,6 +43,7 @@ def assumption_events(matter: Matter) -> Iterator[EffectEvent]:
             )
             yield EffectEvent(min(begins), "assumed", (), None, {"formula": solid}, text)
     yield from _early_stops(matter)
+    yield from _hot_solids(matter)
     for vessel, history in matter.histories.items():
         litres = np.where(history.volume_ml > 0.0, history.volume_ml * 1e-3, np.inf)
         # Iodide takes up one iodine each, as triiodide.
@@ -54,6 +60,30 @@ def assumption_events(matter: Matter) -> Iterator[EffectEvent]:
                 )
                 time = float(history.times[moments[0]])
                 yield EffectEvent(time, "beyond", (vessel,), None, {"formula": formula}, text, "warning")
+
+
+def _hot_solids(matter: Matter) -> Iterator[EffectEvent]:
+    """Event of a solid that dissolves hot to speak of, by a constant of 25 degC and its enthalpy alone."""
+    phases = () if matter.solver is None else matter.solver.mixture.phases
+    for phase in phases if matter.ledger.warmth.followed else ():
+        if phase.column.endswith(GAS) or any("analytic" in option for option in phase.entry.options):
+            continue
+        ions = {name: many for name, many in phase.components.items() if name not in (PROTON, WATER)}
+        for vessel, history in matter.histories.items():
+            solid = matter.amount(vessel, phase.column)
+            dissolved = np.min([matter.amount(vessel, name) / many for name, many in ions.items()], axis=0)
+            celsius = matter.celsius(vessel, history.times)
+            hot = (solid > 0.0) & (dissolved > LEAST_DISSOLVED * solid) & (celsius > HOT_C)
+            moments = np.flatnonzero(hot & (history.volume_ml > 0.0))
+            if len(moments):
+                formula, hottest = phase.column.removesuffix(SOLID), float(celsius[moments].max())
+                text = (
+                    f"how much {formula} dissolves in {vessel} at {words.decimal(hottest, 0)} degC is taken from "
+                    "its constant and enthalpy at 25 degC: it may be off by a third"
+                )
+                values: dict[str, float | str] = {"formula": formula, "celsius": hottest}
+                yield EffectEvent(float(history.times[moments[0]]), "assumed", (vessel,), None, values, text, "warning")
+                break
 
 
 def _early_stops(matter: Matter) -> Iterator[EffectEvent]:

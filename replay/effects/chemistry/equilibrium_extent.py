@@ -109,11 +109,11 @@ class EquilibriumExtents:
         between = stopping[at_begin < 0.0]
         if len(between):
             bracket = np.full(len(between), LEAST_FRACTION), np.full(len(between), 1.0 - LEFT)
-            found = elementwise.find_root(
+            roots = elementwise.find_root(
                 excess, bracket, args=(indices[between],), tolerances={"xatol": PRECISION, "xrtol": 0.0}
             )
             chosen = rows[between]
-            extents[chosen] = lowest[chosen] + span[chosen] * found.x
+            extents[chosen] = lowest[chosen] + span[chosen] * roots.x
         return extents
 
     def _has_constant(self, process: Process) -> bool:
@@ -175,8 +175,8 @@ class EquilibriumExtents:
             elif name in components:
                 activity = equilibria.log_activity[:, components.index(name)]
                 if name == IODIDE:
-                    held = np.maximum(whole[:, self._column[IODIDE]] / kilograms, TINY)
-                    activity = activity + np.log10(np.maximum(free[IODIDE], TINY) / held)
+                    iodide_molal = np.maximum(whole[:, self._column[IODIDE]] / kilograms, TINY)
+                    activity = activity + np.log10(np.maximum(free[IODIDE], TINY) / iodide_molal)
                 total += many * activity
             elif name != WATER and not name.endswith((SOLID, GAS)):
                 molal = free[IODINE] if name == IODINE else whole[:, self._column[name]] / kilograms

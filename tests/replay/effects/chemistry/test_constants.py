@@ -98,6 +98,13 @@ def test_an_equilibrium_constant_is_that_of_its_source(equation, value, heat, so
         assert heat == pytest.approx(reference, abs=1.0)
 
 
+def test_a_course_by_temperature_is_that_of_its_source():
+    courses = list(SOURCES.courses())
+    assert len(courses) >= 9
+    for _, value, coefficients, source, other in courses:
+        assert SOURCES.course(source, other, value) == pytest.approx(coefficients, rel=1e-5)
+
+
 def test_most_equilibrium_constants_have_a_source_at_hand():
     unverified = [row[0] for row in EQUATIONS if row[3] == "unverified"]
     assert len(EQUATIONS) >= 50 and len(unverified) <= 2
