@@ -52,10 +52,18 @@ def titrated_concentration(
 
 
 def _matching(amounts: Mapping[str, float], names: tuple[str, str]) -> dict[str, float]:
-    """Formulas of amounts that are named, or hold an ion that is."""
-    ions = {component for name in names if " + " not in name for component in solute_components(name)}
+    """Formulas of amounts that are named, or hold all ions of a name, as a hydrate does, or any of them."""
+    ions_by_name = {name: set(solute_components(name)) for name in names if " + " not in name}
+    ions = set().union(*ions_by_name.values())
     named = {formula: amount for formula, amount in amounts.items() if formula in names}
-    return named or {
+    whole = {
+        formula: amount
+        for formula, amount in amounts.items()
+        if any(wanted and wanted <= set(dissolved_components(formula)) for wanted in ions_by_name.values())
+    }
+    if named or whole:
+        return named or whole
+    return {
         formula: amount
         for formula, amount in amounts.items()
         if formula != WATER and amount > 0.0 and ions & set(dissolved_components(formula))

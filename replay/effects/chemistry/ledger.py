@@ -45,7 +45,9 @@ GROWTH: Final = 1.05
 TIMES: Final = 50.0
 """What is left after so many times the reaction's own time is nothing to speak of."""
 LUMPS: Final = 64
-"""Steps into which a flow is cut where it runs over, or what receives it reacts slowly or grows warm."""
+"""Steps into which a flow is cut at least where it runs over, or what receives it reacts slowly or grows warm."""
+LUMP_ML: Final = 0.1
+"""Most of such a step, two drops: a titration that is followed by a thermometer shows its end point as well."""
 
 
 CRYOSCOPIC: Final = 1.86
@@ -282,7 +284,7 @@ class Ledger:
         """Flows (source, target) over frames (m,) with millilitres (m, pairs): each frame is a step, all at once.
 
         ``over`` (pairs,): it runs over a brim, after the others. A chain, in which what gives also gets, goes frame by
-        frame; where something runs over, reacts slowly or grows warm it goes in `LUMPS` steps.
+        frame; where something runs over, reacts slowly or grows warm it goes in steps of `LUMP_ML`.
         """
         flow_ends = [(self.at[source], self.at[target]) for source, target in pairs]
         receiving_indices = {target for _, target in flow_ends}
@@ -296,7 +298,8 @@ class Ledger:
         if not (has_chain or over.any() or slow or self.warmth.followed):
             self._flow(frames, times, flow_ends, volume_ml)
             return
-        count = len(frames) if has_chain else min(len(frames), LUMPS)
+        lumps = max(LUMPS, int(np.ceil(volume_ml.sum() / LUMP_ML)))
+        count = len(frames) if has_chain else min(len(frames), lumps)
         for first, stop in pairwise(np.linspace(0, len(frames), count + 1).astype(np.int64).tolist()):
             component, last = volume_ml[first:stop].sum(axis=0), slice(stop - 1, stop)
             for brim in (False, True):

@@ -5,13 +5,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.liquid_worlds import glass, poured, still, tilted, world
+from support.liquid_worlds import glass, poured, run_in, still, tilted, world
 
 from replay.engine import compute
 
 PER_ML = 4.18
 HEAT = {"of": "liquids", "ambient_c": 20.0, "loss_w_per_k": 0.0, "heat_capacity_j_per_ml_k": PER_ML}
 MIX = ("mixing", {"in": ["a", "b"]})
+FAST = {"full_area_m2": 6e-6}
 
 
 HEATS = tomllib.loads(Path(__file__).with_name("heats.toml").read_text("utf-8"))["reaction"]
@@ -89,6 +90,13 @@ def test_heat_of_a_strong_solution_without_a_table_is_named(formula, mass_g, dec
     effects = poured([0.0, *([120.0] * 40), 0.0], bodies, MIX, *equation, ("heat", HEAT))
     texts = [event.text for event in effects["heat"].output.events_named("strong")]
     assert len(texts) == bool(ions) and all(f"so strong a solution of {ions} as" in text for text in texts)
+
+
+def test_a_warm_titration_goes_by_drops():
+    """Permanganate coloured hot oxalic acid 0.55 mL after its end point."""
+    opened = run_in([*([0.0] * 2), *([90.0] * 200)], ("mixing", {"in": ["flask"]}), ("heat", HEAT), settings=FAST)
+    volume = opened["mixing"].series["flask/volume"].values
+    assert np.ptp(volume) > 20.0 and np.diff(volume).max() < 0.2
 
 
 def test_a_hot_dry_solid_does_not_boil():

@@ -11,6 +11,7 @@ OPEN = [*([0.0] * 2), *([90.0] * 200), *([0.0] * 10)]
 
 MOHR = {"formula": "(NH4)2Fe(SO4)2.6H2O", "mass_g": 0.0392}
 IRON = "MnO4- + 5 Fe2+ + 8 H+ -> Mn2+ + 5 Fe3+ + 4 H2O"
+IRON_BY_SALTS = "2 KMnO4 + 10 FeSO4 + 8 H2SO4 -> 2 MnSO4 + 5 Fe2(SO4)3 + K2SO4 + 8 H2O"
 IODINE = "I2 + 2 S2O3^2- -> 2 I- + S4O6^2-"
 ROWS = [
     ({"NaOH": 0.1}, {"HCl": 0.05}, None, "HCl + NaOH -> NaCl + H2O", ("HCl", 0.05)),
@@ -18,6 +19,7 @@ ROWS = [
     ({"NaOH": 0.1}, {"CH3COOH": 0.05}, None, "CH3COOH + NaOH -> CH3COONa + H2O", ("CH3COOH", 0.05)),
     ({"Na2S2O3": 0.1}, {"I2": 0.001, "KI": 0.1}, None, IODINE, ("I2", 0.001)),
     ({"KMnO4": 0.02}, {"H2SO4": 1.0}, MOHR, IRON, ("KMnO4", 0.02)),
+    ({"KMnO4": 0.02}, {"H2SO4": 1.0}, MOHR, IRON_BY_SALTS, ("KMnO4", 0.02)),
 ]
 
 
