@@ -3,10 +3,12 @@
 import tomllib
 
 import pytest
+from support.liquid_worlds import TABLES, scene
 
 from replay.effects import CATALOGUE
 from replay.effects.catalogue_text import catalogue_data, catalogue_lines, example_of, fields_of, toml_of
 from replay.effects.declaring import READERS
+from replay.effects.effect_plan import plan
 from replay.errors import EffectError
 from sessions.model.scene import Scene, SceneBody
 
@@ -27,6 +29,30 @@ def test_every_example_is_toml_that_the_effect_accepts(kind, key):
     field = fields_of(kind)[key]
     value = tomllib.loads(f"{key} = {toml_of(example_of(field))}")[key]
     READERS[field.kind](value, field, SCENE)
+
+
+INDICATOR = ("indicator", "from_ph", "to_ph", "acid_colour", "base_colour")
+ION = ("species", "colour", "full_mol_l")
+FLAME = ("base", "within", "height", "turns_c", "from_colour", "to_colour", "power_w")
+TOGETHER = {
+    **{table["kind"]: (name, (), ()) for name, table in TABLES.items()},
+    "reaction": ("zinc", (), ()),
+    "colour": ("pink", ION, ()),
+    "colour of an ion": ("pink", INDICATOR, ("pink.indicator",)),
+    "heat": ("warm", ("of", *FLAME), ()),
+    "heat of a flame": ("flame", ("heat_capacity_j_per_ml_k",), ()),
+}
+"""Kind of effect -> a table of it, keys that are an alternative to the others, and what the scene then leaves out."""
+
+
+@pytest.mark.parametrize("row", TOGETHER)
+def test_all_examples_of_an_effect_make_a_scene(row):
+    name, alternatives, absent = TOGETHER[row]
+    fields = fields_of(TABLES[name]["kind"]).items()
+    chosen = {key: field for key, field in fields if field.kind not in ("body", "bodies", "pairs")}
+    examples = {key: tomllib.loads(f"x = {toml_of(example_of(field))}")["x"] for key, field in chosen.items()}
+    changes = {f"{name}.{key}": value for key, value in examples.items() if key not in alternatives}
+    assert plan(scene(changes, absent)).effects
 
 
 def test_an_unknown_kind_is_refused():
