@@ -15,7 +15,7 @@ from cdcore.protocol.detection import NO_REASON
 from replay.prepare.assemble import assemble
 from sessions.importers import import_session
 
-FRAMES = 40
+FRAMES = 24
 LIVE = [
     ("exact", {}), ("exact", {"containment": False}), ("hybrid", {}), ("obb", {}),
     ("obb", {"budget": 300}), ("rapid-style", {}), ("solid-style", {}), ("solid-style", {"budget": 40}), ("aabb", {}),
@@ -88,14 +88,14 @@ def test_live_answers_equal_the_whole_with_seconds_per_frame(name, scene):
 
 @cache
 def restless():
-    """Bodies in one heap that jump for 30 frames, then drift, stand still now and then, and lose their pose."""
+    """Bodies in one heap that jump for 15 frames, then drift, stand still now and then, and lose their pose."""
     bodies, rng = lab(2)[0], np.random.default_rng(8)
-    count = 120
+    count = 90
     positions, rotations = rng.normal(scale=0.12, size=(count, 5, 3)), random_rotations(rng, count, 5)
     little = rotation_from_quaternion(np.array([0, 0, 0, 1]) + rng.normal(scale=0.004, size=(count, 5, 4)))
     stays = rng.random((count, 5)) < 0.3
     for frame in range(1, count):
-        if frame >= 30:
+        if frame >= 15:
             positions[frame] = positions[frame - 1] + rng.normal(scale=0.003, size=(5, 3))
             rotations[frame] = little[frame] @ rotations[frame - 1]
         positions[frame, stays[frame]] = positions[frame - 1, stays[frame]]
@@ -281,18 +281,14 @@ def undecided_scene():
     return bodies, unturned(positions)
 
 
-@pytest.mark.parametrize("how", ["offline", "live", "stream"])
-def test_every_undecided_verdict_carries_a_reason(name, how):
+def test_every_undecided_verdict_carries_a_reason(name):
     bodies, motion = undecided_scene()
     detector = create_detector(name, bodies)
-    result = {
-        "offline": lambda: detector.detect(motion),
-        "live": lambda: detect_live(detector, motion),
-        "stream": lambda: join(detector.stream(motion.blocks(7))),
-    }[how]()
-    undecided = np.argwhere((result.verdict == Verdict.UNRESOLVED) | (result.verdict == Verdict.INVALID))
-    assert {tuple(place) for place in undecided.tolist()} <= set(result.reasons)
-    reasons = [result.reasons[frame, pair] for frame, pair in undecided.tolist()]
-    assert all(reason and reason != NO_REASON for reason in reasons)
-    if any(word.startswith("partly: ") for word in result.containment):
-        assert (result.verdict == Verdict.UNRESOLVED).any()
+    offline, live = detector.detect(motion), detect_live(detector, motion)
+    for result in (offline, live, join(detector.stream(motion.blocks(7)))):
+        undecided = np.argwhere((result.verdict == Verdict.UNRESOLVED) | (result.verdict == Verdict.INVALID))
+        assert {tuple(place) for place in undecided.tolist()} <= set(result.reasons)
+        reasons = [result.reasons[frame, pair] for frame, pair in undecided.tolist()]
+        assert all(reason and reason != NO_REASON for reason in reasons)
+        if any(word.startswith("partly: ") for word in result.containment):
+            assert (result.verdict == Verdict.UNRESOLVED).any()

@@ -1,19 +1,26 @@
-"""Tests of this folder begin when the common kernels are compiled, and cut each mesh once a worker."""
+"""Tests of this folder begin when the common kernels are compiled, and cut each mesh once."""
+
+import os
 
 import pytest
 
 from replay.advice import collider_search
+from replay.detection import compile_notice
 
 
 @pytest.fixture(autouse=True, scope="session")
 def wait_for_kernels(common_kernels):
-    """Waits once a worker."""
+    """Waits once a worker; no run starts a process that compiles the same kernels again."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(os, "cpu_count", lambda: 1)
+        compile_notice.compile_beside()
 
 
 @pytest.fixture(autouse=True, scope="session")
 def shared_pieces(tmp_path_factory):
-    """Keeps convex pieces for all tests of a worker; the user's own cache is neither read nor written."""
-    folder = tmp_path_factory.mktemp("pieces")
+    """Keeps convex pieces for the tests of all workers; the user's own cache is neither read nor written."""
+    folder = tmp_path_factory.getbasetemp()
+    folder = (folder.parent if "PYTEST_XDIST_WORKER" in os.environ else folder) / "pieces"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("replay.cutting.piece_store.cache_folder", lambda: folder)
         yield

@@ -57,8 +57,8 @@ def damaged():
     block, other = box_mesh(SIZE), shift_mesh(box_mesh(SIZE), SHIFT)
     small = shift_mesh(box_mesh(SIZE / 2), [0.0, 0.0, 0.0])
     rows = {"sound": (block, [0 * SHIFT], 0)}
-    rows |= {f"block lacks face {k}": (without(block, k), [0 * SHIFT], 1) for k in range(12)}
-    rows |= {f"fine block lacks face {k}": (without(grid_box(SIZE, 4), k), [0 * SHIFT], 1) for k in range(0, 192, 20)}
+    rows |= {f"block lacks face {k}": (without(block, k), [0 * SHIFT], 1) for k in range(0, 12, 3)}
+    rows |= {f"fine block lacks face {k}": (without(grid_box(SIZE, 4), k), [0 * SHIFT], 1) for k in range(0, 192, 60)}
     rows |= {
         "every face twice": (merge_meshes(block, block), [0 * SHIFT], 0),
         "every face from both sides": (merge_meshes(block, reversed_faces(block)), [0 * SHIFT], 0),
@@ -159,7 +159,7 @@ def test_arc_through_a_hole_and_back_is_not_clear(lost):
     rng = np.random.default_rng(5)
     block = Body("block", without(grid_box(SIZE, 4), *LOST_FACES[lost]))
     answer = {}
-    for _ in range(60):
+    for _ in range(25):
         arm, shift = rng.uniform(0.02, 0.05), rng.uniform(-0.035, 0.005)
         depth = rng.uniform(-0.005, 0.8 * arm - 0.005)
         bead = Body("bead", shift_mesh(box_mesh([0.004] * 3), [arm, 0.0, 0.0]))

@@ -55,7 +55,7 @@ def reversed_faces(mesh):
 def test_crossings_less_the_caps_are_the_sum_of_solid_angles(mesh):
     surface = winding_surface(mesh)
     faces = surface.grid.triangles[: len(surface.component) - len(surface.caps)]
-    points = np.random.default_rng(0).uniform(*mesh.bounds, (200, 3))
+    points = np.random.default_rng(0).uniform(*mesh.bounds, (60, 3))
     expected = winding_number(points, faces)
     crossings, compared = np.zeros(len(surface.kinds), dtype=np.int64), 0
     for point, value in zip(points, expected, strict=True):
@@ -64,7 +64,7 @@ def test_crossings_less_the_caps_are_the_sum_of_solid_angles(mesh):
         caps = winding_number_at(point, surface.caps, 0, len(surface.caps))
         assert crossings.sum() - caps == pytest.approx(value, abs=1e-9)
         compared += 1
-    assert compared > 150
+    assert compared > 45
 
 
 def test_the_kernel_sums_what_the_reference_sums():

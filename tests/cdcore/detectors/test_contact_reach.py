@@ -9,7 +9,7 @@ from cdcore.detectors.detector_table import detector_row
 ENGINES = {"bullet": "pybullet", "mujoco": "mujoco"}
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize(
     ("name", "settings", "slack"),
     [

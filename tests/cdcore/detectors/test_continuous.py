@@ -81,7 +81,7 @@ def test_ball_in_a_box_is_contained_until_it_leaves():
     assert refused.containment == ("refused: containment=False",)
 
 
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_dense_sampling_confirms_contacts_and_clear_intervals(seed):
     bodies, motion = lab(90, seed=seed)
     detection = detect(motion, bodies)
@@ -119,7 +119,7 @@ def between(motion, components):
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("block", [1, 3, 40])
 def test_streamed_times_and_reasons_equal_the_whole(block):
-    bodies, motion = lab(120, seed=2)
+    bodies, motion = lab(60, seed=2)
     whole = detect(motion, bodies)
     joined = join(create_detector("continuous", bodies).stream(motion.blocks(block)))
     assert joined.toi == whole.toi

@@ -81,7 +81,7 @@ def test_another_offset_moves_the_distance_by_as_much(name, settings, millimetre
 def test_random_hulls_err_within_the_documented_tolerance(name, settings, reach, early, late):
     pytest.importorskip(ENGINE_MODULE[name])
     about = np.concatenate([-np.logspace(-2.3, -8, 18), np.logspace(-8, -2.3, 18)])
-    for seed in range(12):
+    for seed in range(6):
         bodies, motion = hulls_at(seed, reach + about)
         answer = in_contact(name, bodies, motion, **settings)
         assert answer[about < -late].all()

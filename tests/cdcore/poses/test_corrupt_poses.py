@@ -5,26 +5,19 @@ import pytest
 from scipy.spatial.transform import Rotation
 from support.shapes import nearest_rotation, orthonormality_error, random_rotations
 
-from cdcore.kernels.compiling import kernel
-from cdcore.kernels.memory import doubles_of
-from cdcore.numerics import ORTHONORMAL_KEEP
+from cdcore.numerics import ORTHONORMAL_KEEP, readonly
 from cdcore.poses import rotation_from_quaternion
-from cdcore.poses.corrupt_poses import GOOD, check_poses, matrix_error
+from cdcore.poses.corrupt_poses import GOOD, check_poses
 from cdcore.protocol.motion import NO_MATRICES
 
 COUNT = 300
-
-
-@kernel
-def error_of(matrix):
-    return matrix_error(doubles_of(matrix), 0)
 
 
 def check(position, rotation):
     changed = np.empty((len(position), 1), dtype=bool)
     arrays = position[:, None], rotation[:, None], np.ones_like(changed)
     last = np.array([GOOD])
-    return check_poses(NO_MATRICES, *arrays, np.empty(18), last, changed)
+    return check_poses(readonly(NO_MATRICES[:]), *arrays, np.empty(18), last, changed)
 
 
 def spoiled(size, seed=0):
@@ -32,10 +25,11 @@ def spoiled(size, seed=0):
     return random_rotations(rng, COUNT) + rng.normal(size=(COUNT, 3, 3)) * size
 
 
-@pytest.mark.parametrize("size", [0, 1e-9, 1e-4, 1e-1])
+@pytest.mark.parametrize("size", [0, 1e-9, 1e-4])
 def test_matrix_error_is_that_of_its_gram_matrix(size):
-    for matrix in spoiled(size):
-        assert error_of(matrix) == pytest.approx(orthonormality_error(matrix), rel=1e-9, abs=2e-15)
+    for matrix in spoiled(size)[:40]:
+        expected = orthonormality_error(matrix)
+        assert check(np.zeros((1, 3)), matrix[None].copy())[2] == pytest.approx(expected, rel=1e-9, abs=2e-15)
 
 
 @pytest.mark.parametrize("size", [1e-13, 1e-8, 1e-5, 5e-5])

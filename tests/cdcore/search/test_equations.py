@@ -29,7 +29,7 @@ def ask(number, a, b, c, d):
     return equation_20(a, b, c)
 
 
-@pytest.fixture(params=range(20))
+@pytest.fixture(params=range(4))
 def draws(request):
     return np.random.default_rng(request.param)
 

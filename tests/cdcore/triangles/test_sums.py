@@ -130,7 +130,7 @@ def nearly_flat(rng, step):
 @pytest.mark.parametrize("step", [0.0, 2.0**-53, 2.0**-45, 1e-3])
 def test_sign_of_four_nearly_coplanar_points_is_exact(step):
     rng, w = np.random.default_rng(3), new_digits()
-    for _ in range(400):
+    for _ in range(200):
         p = nearly_flat(rng, step)
         want = exact_volume(p)
         assert orientation_sign(p, 0, 1, 2, 3, w) == want
@@ -142,7 +142,7 @@ def test_sign_of_four_nearly_coplanar_points_is_exact(step):
 def test_cross_sign_is_exact_for_nearly_parallel_segments(axis):
     rng, w = np.random.default_rng(5), new_digits()
     i, j = (axis + 1) % 3, (axis + 2) % 3
-    for _ in range(400):
+    for _ in range(200):
         p = rng.random((4, 3))
         p[3] = p[2] + (p[1] - p[0]) * 0.5 + rng.integers(-1, 2, 3) * 2.0**-53
         u, v = ([Fraction(float(p[k + 1, m])) - Fraction(float(p[k, m])) for m in (i, j)] for k in (0, 2))

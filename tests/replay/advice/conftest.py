@@ -16,8 +16,7 @@ ROD = [(0, 0), (0.003, 0), (0.003, 0.2), (0, 0.2)]
 FRAMES = 60
 
 
-@pytest.fixture
-def two_beakers():
+def stirred_beakers():
     """A rod stirs in each of two beakers: free most of the time, at the wall now and then."""
     meshes = {
         "beaker": revolved_mesh(WALL, 24),
@@ -38,6 +37,18 @@ def two_beakers():
     poses = {body: (position, still) for body, position in positions.items()}
     data = {body: MeshData(mesh.vertices, mesh.faces) for body, mesh in meshes.items()}
     return Session.from_arrays(frames * STEP_NS, poses, data)
+
+
+@pytest.fixture
+def two_beakers():
+    """Two beakers, each with a rod that stirs in it."""
+    return stirred_beakers()
+
+
+@pytest.fixture(scope="module")
+def kept_beakers():
+    """The same for all tests of a file, which leave it as it is."""
+    return stirred_beakers()
 
 
 @pytest.fixture

@@ -32,7 +32,7 @@ FORMATS = ("obj", "stl", "ply", "glb")
 EVERY = [*product(TO_SOURCE, FORMATS, (False, True))]
 SAME_AXES = ("openxr", "openvr", "godot", "aframe")
 """Conventions whose axes are those of canonical and gltf."""
-QUICK = [(name, FORMATS[k % 4], k % 3 == 0) for k, name in enumerate(TO_SOURCE) if name not in SAME_AXES]
+QUICK = [(name, FORMATS[k % 4], k % 3 == 0) for k, name in enumerate(TO_SOURCE) if name not in SAME_AXES][::2]
 LEFT = [row for row in EVERY if row not in QUICK]
 
 

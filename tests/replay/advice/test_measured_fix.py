@@ -114,9 +114,9 @@ def test_a_body_with_holes_keeps_its_hull_and_says_so():
 
 def test_bodies_that_are_not_cut_in_time_are_named(nothing_cut, monkeypatch):
     monkeypatch.setattr(piece_store, "CHILD", "import time; time.sleep(60)")
-    result = run(stirred(BEAKER), detectors="subject=hull50,exact", fix_time=1)
+    result = run(stirred(BEAKER), detectors="subject=hull50,exact", fix_time=0.3)
     fix = result.answers[0].fix
-    assert not fix.measured and fix.text.startswith("Not reached within 1 s: beaker (about ")
+    assert not fix.measured and fix.text.startswith("Not reached within 300 ms: beaker (about ")
 
 
 def test_bodies_whose_cutter_fails_are_named_with_the_reason(nothing_cut, monkeypatch):

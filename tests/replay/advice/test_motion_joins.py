@@ -1,6 +1,7 @@
 """Pieces joined by motion cover what they covered, and report less false contact than as many joined by volume."""
 
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 import pytest
@@ -49,10 +50,15 @@ class Stirred:
     def by_volume(self, most):
         return [hull_of(corners) for corners in self.ladder.pieces(most)]
 
+    @cached_property
+    def joined(self):
+        """Number -> as many pieces, joined by motion from 96."""
+        return joined_by_motion(self.by_volume(96), self.false_contacts, lambda: None)
 
-@pytest.fixture
-def stirred(two_beakers):
-    return Stirred(two_beakers)
+
+@pytest.fixture(scope="module")
+def stirred(kept_beakers):
+    return Stirred(kept_beakers)
 
 
 def test_pieces_report_what_the_detector_reports(stirred):
@@ -63,22 +69,21 @@ def test_pieces_report_what_the_detector_reports(stirred):
 
 
 def test_joined_pieces_cover_the_body_in_the_requested_number(stirred):
-    levels = joined_by_motion(stirred.by_volume(96), stirred.false_contacts, lambda: None)
-    assert sorted(levels) == [*range(1, 33)]
-    for count, pieces in levels.items():
+    assert sorted(stirred.joined) == [*range(1, 33)]
+    for count, pieces in stirred.joined.items():
         assert len(pieces) == count and outside_by(stirred.mesh, pieces) < 5e-4
 
 
 @pytest.mark.parametrize("count", [4, 6])
 def test_joined_by_motion_less_is_false_than_by_volume(stirred, count):
-    levels = joined_by_motion(stirred.by_volume(96), stirred.false_contacts, lambda: None)
-    assert stirred.false(levels[count]) < stirred.false(stirred.by_volume(count))
-    assert not (stirred.exact & ~stirred.contact(levels[count])).any()
+    pieces = stirred.joined[count]
+    assert stirred.false(pieces) < stirred.false(stirred.by_volume(count))
+    assert not (stirred.exact & ~stirred.contact(pieces)).any()
 
 
 def test_false_contact_never_falls_with_fewer_pieces(stirred):
-    levels = joined_by_motion(stirred.by_volume(96), stirred.false_contacts, lambda: None)
-    false = [stirred.false_contacts.of(levels[count]).any(axis=0).sum() for count in sorted(levels)]
+    levels = [pieces for _, pieces in sorted(stirred.joined.items())]
+    false = [stirred.false_contacts.of(pieces).any(axis=0).sum() for pieces in levels]
     assert false == sorted(false, reverse=True) and false[0] > false[-1]
 
 
@@ -111,7 +116,7 @@ def test_pieces_are_tested_at_no_frame_without_false_contact(two_beakers):
 
 
 def test_untested_joins_change_no_level(stirred, monkeypatch):
-    lazy = joined_by_motion(stirred.by_volume(96), stirred.false_contacts, lambda: None)
+    lazy = stirred.joined
     original = motion_joins._Joins._best_join
 
     def test_every_join(joins):

@@ -59,7 +59,9 @@ def test_pieces_of_each_method_are_closed_few_and_repeat(name, monkeypatch, tmp_
         assert outside_by(BEAKER, first) < 5e-4
 
 
-@pytest.mark.parametrize("name", ["sectors", "vhacd", pytest.param("coacd", marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "name", ["sectors", *(pytest.param(name, marks=pytest.mark.slow) for name in ("vhacd", "coacd"))]
+)
 def test_cut_pieces_leave_the_hollow_of_a_beaker_free(name):
     filled = union_of(convex_pieces(Cut(BEAKER, name, 16)))
     assert volume_of(filled) < 0.6 * volume_of(convex_pieces(Cut(BEAKER, "hull", 1))[0])

@@ -24,7 +24,7 @@ from sessions.importers.recognition import recognised_format
 from sessions.meshes.conventions import CONVENTIONS
 from sessions.model.assumption import Confidence, Origin, Subject, assumptions_of
 
-TIMES = np.arange(40) / 90
+TIMES = np.arange(20) / 45
 STILL = TIMES[:6]
 """Enough times for hands that keep their shape."""
 CURL = 0.3 + 0.4 * np.sin(3.0 * TIMES) ** 2
@@ -100,7 +100,7 @@ def test_a_csv_of_hands_needs_no_name_of_its_format(tmp_path):
 
 @pytest.mark.parametrize(
     ("axes", "unit"),
-    [("unity", "m"), ("unreal", "cm"), ("ros", "mm"), ("z-up", "m"), ("openxr", "cm"), ("openxr", "mm")],
+    [("unity", "m"), ("unreal", "cm"), ("ros", "mm"), ("openxr", "m")],
 )
 def test_axes_and_units_are_as_named_or_as_hands_say(tmp_path, axes, unit):
     convention, joints_of = CONVENTIONS[axes], hands()
@@ -151,7 +151,7 @@ def test_radii_are_the_files_or_a_guess_with_source(tmp_path):
     assert radius == pytest.approx(RADII_M["middle tip"] * 0.5, rel=0.1)
 
 
-@pytest.mark.parametrize("radius", [0.0, -0.01, float("nan"), 5.0])
+@pytest.mark.parametrize("radius", [0.0, float("nan"), 5.0])
 def test_impossible_radii_are_guessed(tmp_path, radius):
     radii = dict.fromkeys(JOINTS, 0.008) | {"index tip": radius}
     session = import_session("hands", write_long(tmp_path / "take.csv", TIMES, hands(), radii=radii))
@@ -184,7 +184,7 @@ def test_bodies_beside_the_hands_come_along(tmp_path):
         (["head_pos_x", "head_pos_y", "head_pos_z", *(f"head_quat_{k}" for k in range(4))], "without names of axes"),
     ],
 )
-@pytest.mark.parametrize("kind", ["wide", "long"])
+@pytest.mark.parametrize("kind", ["wide", pytest.param("long", marks=pytest.mark.slow)])
 def test_bodies_that_are_not_taken_beside_hands_are_named(tmp_path, columns, reason, kind):
     more = [(column, 0.1 + 0 * TIMES) for column in columns]
     path = write_wide(tmp_path / "take.csv", TIMES, hands(), more=more)
@@ -221,10 +221,9 @@ def test_joints_in_their_order_are_accepted(tmp_path, curl):
     assert len(session.names) == 42
 
 
-@pytest.mark.parametrize("swapped", SWAPS, ids=str)
-@pytest.mark.parametrize("curl", CURLS)
-def test_exchanged_joints_are_named(tmp_path, swapped, curl):
-    first, second = swapped
+@pytest.mark.parametrize("number", range(len(SWAPS)), ids=lambda number: " and ".join(SWAPS[number]))
+def test_exchanged_joints_are_named(tmp_path, number):
+    (first, second), curl = SWAPS[number], CURLS[number % len(CURLS)]
     hands_of = still_hands(curl)
     hands_of["left"][first], hands_of["left"][second] = hands_of["left"][second], hands_of["left"][first]
     path = write_wide(tmp_path / "take.csv", STILL, hands_of)
@@ -299,7 +298,7 @@ def test_unknown_joints_are_named_and_a_mapping_says_them(tmp_path):
     session = import_session("hands", path, mapping=mapping)
     assert "left index tip" not in session.names
     assert (
-        "80 of 2,080 rows dropped: of joints that no capsule needs: 'IndexFoo'" in ledger_of(session.facts).sentences()
+        "40 of 1,040 rows dropped: of joints that no capsule needs: 'IndexFoo'" in ledger_of(session.facts).sentences()
     )
     mapping.write_text('[joints]\nIndexFoo = "index tipp"\n')
     with pytest.raises(ImportFileError, match=r"take.columns.toml: .*which is no joint; did you mean 'index tip'"):
