@@ -1,7 +1,9 @@
-"""How to read a CSV: which columns hold what, in which units, on which clock; from a TOML file, or built in.
+"""Which column of a CSV means what, and in which unit: by a mapping file, by the words of its name, or built in.
 
-The built-in mapping is for the CSV of the README's Unity script: a row per body and time, and further rows for
-triggers and collisions. A unit that a mapping leaves out may stand in the heading of a column or below it.
+A unit stands in the heading of a column (`unit_in_name`), in the row of units below it (`unit_in_cell`), or in the
+mapping; `with_stated_units` says which counts, and refuses what contradicts. The words are those of
+``csv_vocabulary.toml``. The built-in mapping is for the CSV of the README's Unity script: a row per body and time, and
+further rows for triggers and collisions.
 """
 
 import re
@@ -25,13 +27,12 @@ from sessions.input_files import TomlTable, nearest, parse_toml, read_text
 from sessions.meshes.axes_text import axes_as_text
 from sessions.meshes.conventions import Convention, convention, quaternion_from_euler, same_euler_order
 
-MOST_LINES: Final = 1000
-TEXT: Final = "text"
-"""The unit of a clock that is written as a date and a time."""
+VOCABULARY: Final[dict[str, Any]] = tomllib.loads(Path(__file__).with_name("csv_vocabulary.toml").read_text("utf-8"))
+"""What words of a column's name say: its kind, the axis of an angle, a unit; words of flags; and wall clocks."""
 LENGTHS: Final = ("m", "cm", "mm", "inch", "ft")
-KINDS: Final = ("pose", "enter", "exit", "trigger", "event", "scalar")
-OTHER, VALUE = "other", "value"
-"""Columns of rows that are no poses."""
+"""Units of lengths that a mapping may say."""
+STATED_LENGTHS: Final = (*LENGTHS, "um")
+"""Units of lengths that a file may state; of one that no mapping has a person is asked."""
 CLOCK_NS: Final[Mapping[str, float]] = {
     "s": 1e9,
     "ms": 1e6,
@@ -42,7 +43,18 @@ CLOCK_NS: Final[Mapping[str, float]] = {
     "ticks": 100.0,
 }
 """Nanoseconds per unit of the clock; ``ticks`` are .NET's, counted from the year 1."""
-
+TEXT: Final = "text"
+"""The unit of a clock that is written as a date and a time."""
+ANGLE_UNITS: Final = ("deg", "rad")
+UNITS_OF_MAPPINGS: Final = (*LENGTHS, *CLOCK_NS, *ANGLE_UNITS)
+STATED_UNIT: Final = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]")
+"""What a column's name holds in brackets."""
+UNITS: Final = frozenset(VOCABULARY["units"]) | frozenset(VOCABULARY["more_units"])
+"""What may stand in a cell of the row of units."""
+KNOWN_UNITS: Final = frozenset(VOCABULARY["units"].values())
+"""Units as a mapping writes them, and those that no mapping has."""
+SUFFIXES, TIME_SUFFIXES = frozenset(VOCABULARY["suffixes"]), frozenset(VOCABULARY["time_suffixes"])
+TIME_TOKENS: Final = frozenset(VOCABULARY["time"])
 
 ROLES: Final = ("pitch", "yaw", "roll")
 """Names of Euler angles by the directions of the body: about the axis to its right, up, and forward."""
@@ -56,18 +68,61 @@ ROTATION_KINDS: Final[Mapping[str, int]] = {
 """What a rotation may be, and how many columns hold it."""
 ORDERS: Final = tuple(case("".join(axes)) for axes in permutations("xyz") for case in (str.upper, str.lower))
 """Orders of turning: capital letters turn about axes of the body, small ones about fixed axes."""
+ROW_MAJOR: Final = tuple(f"m{row}{column}" for row in range(3) for column in range(4))
+"""Names that KITTI's files leave out and logs of OpenVR have (HmdMatrix34_t of its openvr.h)."""
+KINDS: Final = ("pose", "enter", "exit", "trigger", "event", "scalar")
+OTHER, VALUE = "other", "value"
+"""Columns of rows that are no poses."""
+MOST_LINES: Final = 1000
 
-VOCABULARY: Final[dict[str, Any]] = tomllib.loads(Path(__file__).with_name("csv_vocabulary.toml").read_text("utf-8"))
-"""What words of a column's name say: its kind, the axis of an angle, a unit; words of flags; and wall clocks."""
-STATED_UNIT: Final = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]")
-"""What a column's name holds in brackets."""
-TIME_TOKENS: Final = frozenset(VOCABULARY["time"])
-KNOWN_UNITS: Final = frozenset(VOCABULARY["units"].values())
-STATED_LENGTHS: Final = (*LENGTHS, "um")
-ANGLE_UNITS: Final = ("deg", "rad")
-UNITS_OF_MAPPINGS: Final = (*LENGTHS, *CLOCK_NS, *ANGLE_UNITS)
-SUFFIXES, TIME_SUFFIXES = frozenset(VOCABULARY["suffixes"]), frozenset(VOCABULARY["time_suffixes"])
-UNITS: Final = frozenset(VOCABULARY["units"]) | frozenset(VOCABULARY["more_units"])
+
+def name_and_unit(column: str) -> tuple[list[str], str]:
+    """The words of a name, and the unit that it states; one that no mapping has as it stands there."""
+    stated = STATED_UNIT.search(column)
+    tokens = re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+", re.sub(r"[\[(].*?[\])]", "", column))
+    unit = VOCABULARY["units"].get(stated[1].lower(), stated[1]) if stated else ""
+    *before, last = [token.lower() for token in tokens] or [""]
+    if before and (last in SUFFIXES or (last in TIME_SUFFIXES and not TIME_TOKENS.isdisjoint(before))):
+        tokens.pop()
+        unit = unit or VOCABULARY["units"][last]
+    return tokens, unit
+
+
+def name_tokens_of(column: str) -> list[str]:
+    """Returns the words of a column's name."""
+    return name_and_unit(column)[0]
+
+
+def unit_in_name(column: str) -> str:
+    """Returns the unit that a column's name states, as a mapping writes it, or ``""``.
+
+    One that no mapping has is the text in the brackets.
+    """
+    return name_and_unit(column)[1]
+
+
+def unit_in_cell(cell: str) -> str:
+    """Returns the unit in a cell of the row of units, as a mapping writes it, or ``""``."""
+    return str(VOCABULARY["units"].get(bare_unit(cell), ""))
+
+
+def bare_unit(cell: str) -> str:
+    """A unit in small letters, without brackets."""
+    return cell.strip(" []()").lower()
+
+
+def is_row_of_units(cells: Sequence[str]) -> bool:
+    """Whether cells are units or empty, and one is a unit of a length, a time or an angle."""
+    written = [bare_unit(cell) for cell in cells if cell.strip()]
+    return any(cell in VOCABULARY["units"] for cell in written) and all(cell in UNITS for cell in written)
+
+
+def stated_units(units: Iterable[str], kind: Collection[str]) -> list[str]:
+    """Returns the different units of a kind, such as lengths, among those that columns state.
+
+    A text in brackets that is no unit at all may be one of this kind.
+    """
+    return [*dict.fromkeys(unit for unit in units if unit and (unit in kind or unit not in KNOWN_UNITS))]
 
 
 class Guessable(StrEnum):
@@ -155,6 +210,17 @@ def role_axes(convention: Convention) -> str:
     return "".join("xyz"[axis] for axis in convention.axes)
 
 
+def _of_matrices(matrices: Numbers) -> Numbers:
+    """Quaternions (n, 4) of matrices (n, 3, 3); NaN where one is no rotation, mirrored or scaled."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        off = np.abs(matrices @ matrices.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2), initial=0.0)
+        is_rotation = (off <= QUATERNION_TOLERANCE) & (np.linalg.det(matrices) > 0.0)
+    quaternions = np.full((len(matrices), 4), np.nan)
+    for row in np.flatnonzero(is_rotation):
+        quaternions[row] = quaternion_from_matrix(matrices[row])
+    return quaternions
+
+
 @dataclass(frozen=True)
 class CsvLayout:
     """How the text of a file becomes cells, and a clock stamps."""
@@ -204,6 +270,12 @@ class CsvMapping:
         """The columns of all bodies."""
         return (self.body, *self.bodies.values()) if self.body is not None else tuple(self.bodies.values())
 
+    def in_order_of(self, axes: Convention, where: str) -> "CsvMapping":
+        """Returns the mapping with the Euler orders and the signs that a convention fixes; raises as of a pose."""
+        body = self.body and self.body.in_order_of(axes, f"{where}: [body]")
+        bodies = {name: columns.in_order_of(axes, f"{where}: [bodies.{name}]") for name, columns in self.bodies.items()}
+        return replace(self, body=body, bodies=bodies)
+
 
 UNITY: Final = CsvMapping(
     time="time",
@@ -214,21 +286,6 @@ UNITY: Final = CsvMapping(
     kind="kind",
 )
 """The CSV of the README's Unity script."""
-
-
-ROW_MAJOR: Final = tuple(f"m{row}{column}" for row in range(3) for column in range(4))
-"""Names that KITTI's files leave out and logs of OpenVR have (HmdMatrix34_t of its openvr.h)."""
-
-
-@contextmanager
-def mapping_table(path: str | Path) -> Iterator[TomlTable]:
-    """The table of a mapping file; ImportFileError at the end: all its faults, each with file, table and key."""
-    faults: list[str] = []
-    whole = parse_toml(read_text(path, "mapping", ImportFileError), Path(path).name, ImportFileError, faults)
-    yield whole
-    whole.done(MESH_KEYS)
-    if faults:
-        raise ImportFileError("; ".join(faults))
 
 
 def read_mapping(path: str | Path) -> CsvMapping:
@@ -279,14 +336,15 @@ def read_mapping(path: str | Path) -> CsvMapping:
         )
 
 
-def _guessed_keys(whole: TomlTable) -> frozenset[str]:
-    """The keys under ``guessed``; one that no draft guesses is refused."""
-    keys = whole.texts("guessed")
-    known = [str(key) for key in Guessable]
-    for key in keys:
-        if key not in known:
-            whole.refuse(f"guessed holds {key!r}{nearest(key, known)}")
-    return frozenset(keys)
+@contextmanager
+def mapping_table(path: str | Path) -> Iterator[TomlTable]:
+    """The table of a mapping file; ImportFileError at the end: all its faults, each with file, table and key."""
+    faults: list[str] = []
+    whole = parse_toml(read_text(path, "mapping", ImportFileError), Path(path).name, ImportFileError, faults)
+    yield whole
+    whole.done(MESH_KEYS)
+    if faults:
+        raise ImportFileError("; ".join(faults))
 
 
 def convention_key(whole: TomlTable) -> str:
@@ -299,15 +357,14 @@ def convention_key(whole: TomlTable) -> str:
         return ""
 
 
-def _of_matrices(matrices: Numbers) -> Numbers:
-    """Quaternions (n, 4) of matrices (n, 3, 3); NaN where one is no rotation, mirrored or scaled."""
-    with np.errstate(over="ignore", invalid="ignore"):
-        off = np.abs(matrices @ matrices.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2), initial=0.0)
-        is_rotation = (off <= QUATERNION_TOLERANCE) & (np.linalg.det(matrices) > 0.0)
-    quaternions = np.full((len(matrices), 4), np.nan)
-    for row in np.flatnonzero(is_rotation):
-        quaternions[row] = quaternion_from_matrix(matrices[row])
-    return quaternions
+def _guessed_keys(whole: TomlTable) -> frozenset[str]:
+    """The keys under ``guessed``; one that no draft guesses is refused."""
+    keys = whole.texts("guessed")
+    known = [str(key) for key in Guessable]
+    for key in keys:
+        if key not in known:
+            whole.refuse(f"guessed holds {key!r}{nearest(key, known)}")
+    return frozenset(keys)
 
 
 def _letter(table: TomlTable, key: str, default: str) -> str:
@@ -353,55 +410,6 @@ def pose_columns(table: TomlTable) -> PoseColumns:
     )
     table.done()
     return columns
-
-
-def is_row_of_units(cells: Sequence[str]) -> bool:
-    """Whether cells are units or empty, and one is a unit of a length, a time or an angle."""
-    written = [bare_unit(cell) for cell in cells if cell.strip()]
-    return any(cell in VOCABULARY["units"] for cell in written) and all(cell in UNITS for cell in written)
-
-
-def bare_unit(cell: str) -> str:
-    """A unit in small letters, without brackets."""
-    return cell.strip(" []()").lower()
-
-
-def unit_in_cell(cell: str) -> str:
-    """Returns the unit in a cell of the row of units, as a mapping writes it, or ``""``."""
-    return str(VOCABULARY["units"].get(bare_unit(cell), ""))
-
-
-def name_and_unit(column: str) -> tuple[list[str], str]:
-    """The words of a name, and the unit that it states; one that no mapping has as it stands there."""
-    stated = STATED_UNIT.search(column)
-    tokens = re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+", re.sub(r"[\[(].*?[\])]", "", column))
-    unit = VOCABULARY["units"].get(stated[1].lower(), stated[1]) if stated else ""
-    *before, last = [token.lower() for token in tokens] or [""]
-    if before and (last in SUFFIXES or (last in TIME_SUFFIXES and not TIME_TOKENS.isdisjoint(before))):
-        tokens.pop()
-        unit = unit or VOCABULARY["units"][last]
-    return tokens, unit
-
-
-def name_tokens_of(column: str) -> list[str]:
-    """Returns the words of a column's name."""
-    return name_and_unit(column)[0]
-
-
-def unit_in_name(column: str) -> str:
-    """Returns the unit that a column's name states, as a mapping writes it, or ``""``.
-
-    One that no mapping has is the text in the brackets.
-    """
-    return name_and_unit(column)[1]
-
-
-def stated_units(units: Iterable[str], kind: Collection[str]) -> list[str]:
-    """Returns the different units of a kind, such as lengths, among those that columns state.
-
-    A text in brackets that is no unit at all may be one of this kind.
-    """
-    return [*dict.fromkeys(unit for unit in units if unit and (unit in kind or unit not in KNOWN_UNITS))]
 
 
 def with_stated_units(plan: CsvMapping, unit_of: Callable[[str], str], source: Path) -> CsvMapping:

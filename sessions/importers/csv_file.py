@@ -77,30 +77,37 @@ def read_csv(
     Raises ``ImportFileError``: names file, line and column.
     """
     ledger = Ledger(source)
-    if mapping is not None:
-        plan = mapping if isinstance(mapping, CsvMapping) else read_mapping(mapping)
-        table = CsvTable(source, ledger, plan.layout, mapped=True)
-        _check_columns(table, plan)
-    else:
-        plan, known = UNITY, {UNITY.time, UNITY.kind, UNITY.name}
-        head = read_head(source, known)
-        table = CsvTable(source, ledger, head.layout)
-        if not {*table.columns} >= known:
-            raise draft_of(head, table)
+    table, plan = _table_and_mapping(source, mapping, ledger)
     if not (convention or plan.convention):
         raise ImportFileError("the axes of the CSV are not known; name a convention (for Unity: unity)")
     axes = convention_named(convention or plan.convention)
     for pose in plan.poses:
         _check_last_row(table, pose)
-    plan = _in_order_of(with_stated_units(plan, table.stated_unit, source), axes, str(source))
-    return _CsvLog(table, plan, ledger).session(_source_frame(table, plan, axes, is_named=bool(convention)))
+    plan = with_stated_units(plan, table.stated_unit, source)
+    plan = plan.in_order_of(axes, str(source))
+    log = _CsvLog(table, plan, ledger)
+    return log.session(_source_frame(table, plan, axes, is_named=bool(convention)))
 
 
-def _in_order_of(plan: CsvMapping, axes: Convention, where: str) -> CsvMapping:
-    """The mapping with the Euler order that the convention fixes."""
-    body = plan.body and plan.body.in_order_of(axes, f"{where}: [body]")
-    bodies = {name: columns.in_order_of(axes, f"{where}: [bodies.{name}]") for name, columns in plan.bodies.items()}
-    return replace(plan, body=body, bodies=bodies)
+def _table_and_mapping(
+    source: Path, mapping: str | Path | CsvMapping | None, ledger: Ledger
+) -> tuple[CsvTable, CsvMapping]:
+    """The cells of a file and the meaning of its columns.
+
+    Raises ImportFileError: the mapping names columns that are not there; without a mapping, `UnknownColumnsError` with
+    a draft of one, where the columns are not those of the Unity script.
+    """
+    if mapping is not None:
+        plan = mapping if isinstance(mapping, CsvMapping) else read_mapping(mapping)
+        table = CsvTable(source, ledger, plan.layout, mapped=True)
+        _check_columns(table, plan)
+        return table, plan
+    known = {UNITY.time, UNITY.kind, UNITY.name}
+    head = read_head(source, known)
+    table = CsvTable(source, ledger, head.layout)
+    if not {*table.columns} >= known:
+        raise draft_of(head, table)
+    return table, UNITY
 
 
 def _check_columns(table: CsvTable, plan: CsvMapping) -> None:

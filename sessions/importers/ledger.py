@@ -85,7 +85,7 @@ class Entry:
     @property
     def is_large_loss(self) -> bool:
         """Whether more was dropped than goes without a warning."""
-        return self.lost > LARGEST_UNREPORTED_LOSS * self.read
+        return is_large_loss(self.lost, self.read)
 
     def joined(self, other: "Entry") -> "Entry":
         """The sum of two accounts of the same kind and body."""
