@@ -6,15 +6,14 @@ import tomllib
 from functools import cache
 from pathlib import Path
 
-import phreeqc
 import pytest
 from support.processes import script
 
 from replay.effects.chemistry import enthalpy
-from replay.effects.chemistry.formulas import atoms, charge_of, molar_mass
+from replay.effects.chemistry.formulas import atoms, charge_of
 from replay.effects.chemistry.salts import SOLUBILITY
 
-SOURCES = script("constant_sources")
+SOURCES, TABLES = script("constant_sources"), script("constant_tables")
 TOML = Path(enthalpy.__file__).with_name("constants.toml").read_text("utf-8")
 REACTIONS = tomllib.loads(Path(__file__).with_name("free_energies.toml").read_text("utf-8"))["reactions"]
 EQUATIONS = list(SOURCES.entries())
@@ -35,20 +34,6 @@ STRUVITE = -13.26
 
 PKA_AMMONIUM = 9.244
 """By which an ammine of NH4+ is counted from one of NH3. Source: minteq.v4.dat."""
-
-CRC = {
-    "KNO3": (24.2, 52.2), "NaNO3": (46.6, 55.3), "NH4Cl": (27.27, 35.49), "NH4NO3": (65.5, 80.8),
-    "(NH4)2SO4": (42.9, 46.6), "CaCl2": (42.13, 56.73), "NaCl": (26.41, 27.03), "KCl": (25.39, 31.4),
-    "LiCl": (45.29, 49.78), "KBr": (39.4, 46.2), "KI": (59.0, 63.8), "NaOH": (46.0, 67.0), "KOH": (53.2, 59.5),
-    "Na2CO3": (17.9, 31.7), "NaHCO3": (8.73, 13.7), "K2CO3": (52.3, 56.0), "Na2SO4": (16.13, 30.9),
-    "K2SO4": (9.95, 15.5), "CuSO4": (16.7, 28.8), "ZnSO4": (35.0, 42.1), "FeSO4": (20.8, 35.5),
-    "MgSO4": (25.1, 35.6), "MgCl2": (35.58, 37.97), "BaCl2": (26.33, 31.53), "AgNO3": (67.8, 81.7),
-    "Pb(NO3)2": (35.67, 47.9), "KIO3": (7.57, 15.29), "KClO3": (6.74, 18.78), "KMnO4": (5.96, 18.16),
-    "K2CrO4": (38.9, 41.9), "K2Cr2O7": (10.9, 31.7), "Na2B4O7": (2.5, 14.9), "CH3COONa": (31.8, 58.3),
-    "Na2S2O3": (40.6,), "FeCl3": (47.9,), "KSCN": (69.1,), "H3BO3": (4.77, 12.9), "NiSO4": (27.4,),
-    "CoCl2": (34.87, 43.46), "AlCl3": (31.03, 31.87),
-}  # fmt: skip
-"""Per cent by mass at 20 and 60 degC. Source: CRC Handbook, 98th ed., Aqueous Solubility of Inorganic Compounds."""
 
 BOOKLET = {"NaOH(s)": -425.8, "KOH(s)": -424.6, "NH4Cl(s)": -314.4, "NH4NO3(s)": -365.6, "KClO3(s)": -397.7}
 """kJ/mol. Source: Alberta Education, Chemistry 30 Data Booklet, 2010, pages 4 and 5."""
@@ -163,33 +148,13 @@ def test_free_energies_called_checked_are_in_a_reaction():
     assert set(noted.values()) == {"checked", "element", "unverified"}
 
 
-@pytest.mark.parametrize(
-    ("formula", "phases", "element", "celsius"),
-    [
-        ("NaCl", "Halite", "Na", 25.0),
-        ("NaCl", "Halite", "Na", 60.0),
-        ("KCl", "Sylvite", "K", 25.0),
-        ("KCl", "Sylvite", "K", 60.0),
-        ("NaHCO3", "Nahcolite", "Na", 25.0),
-        ("Na2SO4", "Mirabilite Thenardite", "Na", 40.0),
-    ],
-)
-def test_a_solubility_is_that_of_pitzers_equations(formula, phases, element, celsius):
-    library = phreeqc.Phreeqc()
-    library.LoadDatabase(str(Path(phreeqc.__file__).parent / "databases" / "pitzer.dat"))
-    solids = "".join(f" {phase} 0 0\n" for phase in phases.split())
-    output = f"SELECTED_OUTPUT\n -reset false\n -high_precision true\n -totals {element}\n"
-    added = f"INCREMENTAL_REACTIONS true\nREACTION 1\n {formula} 1\n 12 moles in 60 steps\n"
-    text = f"{output}SOLUTION 1\n temp {celsius}\nEQUILIBRIUM_PHASES 1\n{solids}{added}END\n"
-    assert not library.RunString(text)
-    molal = library.GetSelectedOutput()[f"{element}(mol/kgw)"][-1] / atoms(formula)[element]
-    table = SOLUBILITY[formula]
-    below, above = (
-        pick(entry for entry in table if sign * entry >= sign * celsius) for pick, sign in ((max, -1), (min, 1))
-    )
-    fraction = 0.0 if above == below else (celsius - below) / (above - below)
-    grams = table[below] + fraction * (table[above] - table[below])
-    assert molal * molar_mass(formula) / 10.0 == pytest.approx(grams, rel=0.04)
+def test_typed_tables_are_printed_again_by_their_command():
+    rows = [row for row in TABLES.rows() if row[-1] is not None]
+    assert {row[0] for row in rows} == {
+        "solubility", "strongest", "strong_water", "volume", "dissolved", "dilution",
+    }  # fmt: skip
+    assert len(rows) >= 150
+    assert [row for row in rows if not TABLES.agrees(row[0], row[3], row[5])] == []
 
 
 def test_the_solubility_of_nitre_is_that_of_public_copies():
@@ -197,15 +162,9 @@ def test_the_solubility_of_nitre_is_that_of_public_copies():
     assert set(comments("solubility")) == set(SOLUBILITY)
 
 
-@pytest.mark.parametrize("salt", CRC)
-def test_a_solubility_is_that_of_the_handbook(salt):
-    for celsius, percent in zip((20.0, 60.0), CRC[salt], strict=False):
-        assert SOLUBILITY[salt][celsius] == pytest.approx(100.0 * percent / (100.0 - percent), rel=0.055)
-
-
 def test_solubilities_annotated_crc_are_those_of_the_handbook():
     annotated = {salt for salt, comment in comments("solubility").items() if "CRC" in comment}
-    assert annotated == set(CRC)
+    assert annotated == set(TABLES.PARAMETERS["saturated"])
 
 
 def test_unverified_solubilities_are_these():

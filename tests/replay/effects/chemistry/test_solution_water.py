@@ -1,8 +1,5 @@
-"""Water in a litre of a solution against densities of solutions, and rooms of ions against PHREEQC's own."""
+"""Water in a litre of a solution against densities of solutions."""
 
-from importlib import resources
-
-import numpy as np
 import pytest
 
 from replay.effects.chemistry.components import components_of
@@ -56,43 +53,6 @@ def test_much_of_a_solute_without_known_room_is_refused():
     assert water_molar({"C12H22O11": 0.5}) == pytest.approx(water_molar({}))
     with pytest.raises(KeyError):
         water_molar({"C12H22O11": 1.5})
-
-
-IONS = {
-    "Na+": "Na+", "K+": "K+", "Mg^2+": "Mg+2", "Ca^2+": "Ca+2", "Sr^2+": "Sr+2", "Ba^2+": "Ba+2", "Fe^2+": "Fe+2",
-    "Cu^2+": "Cu+2", "Zn^2+": "Zn+2", "Pb^2+": "Pb+2", "Al^3+": "Al+3", "F-": "F-", "Cl-": "Cl-", "Br-": "Br-",
-    "NO3-": "NO3-", "CO3^2-": "CO3-2", "SO4^2-": "SO4-2",
-}  # fmt: skip
-
-
-def test_rooms_of_ions_are_those_of_phreeqc():
-    phreeqc = pytest.importorskip("phreeqc")
-    library = phreeqc.Phreeqc()
-    (data,) = [path for path in _data_files(phreeqc) if path.name == "phreeqc.dat"]
-    assert not library.LoadDatabaseString(data.read_text(encoding="latin-1"))
-    lines = [f'{10 * row + 10} PUNCH VM("{name}")' for row, name in enumerate(IONS.values())]
-    heads = " ".join(f"v{row}" for row in range(len(IONS)))
-    metals_and_halogens = ["K", "Mg", "Ca", "Sr", "Ba", "Fe", "Cu", "Zn", "Pb", "Al", "F", "Br"]
-    elements = "\n ".join(f"{name} 1e-6" for name in metals_and_halogens)
-    assert not library.RunString(
-        f"SOLUTION 1\n temp 25\n pH 4\n Na 1e-3\n Cl 1e-3 charge\n C(4) 1e-6\n N(5) 1e-6\n S(6) 1e-6\n {elements}\n"
-        f"USER_PUNCH 1\n -headings {heads}\n -start\n" + "\n".join(lines) + "\n -end\n"
-        "SELECTED_OUTPUT 1\n -reset false\n -user_punch true\n -high_precision true\nEND\n"
-    )
-    output = library.GetSelectedOutput()
-    found = np.array([output[f"v{row}"][-1] for row in range(len(IONS))])
-    expected = np.array([VOLUME[name][0] for name in IONS])
-    assert np.abs(found - expected).max() < 3.0
-
-
-def _data_files(package):
-    pending = [resources.files(package)]
-    while pending:
-        for path in pending.pop().iterdir():
-            if path.is_dir():
-                pending.append(path)
-            else:
-                yield path
 
 
 def test_every_room_is_that_of_a_component():
