@@ -69,7 +69,8 @@ def component_of(name: str) -> Component:
 def components_of(formula: str) -> Mapping[str, int] | None:
     """Columns that a dissolved formula is counted as, of H+ below 0 in a base; ``None``: it stays whole.
 
-    Of several ways the one with the fewest kinds of ions is taken, then that with the fewest ions.
+    Of several ways the one with the fewest kinds of ions is taken, then that with the fewest ions, then that without
+    hypochlorite: Cu2(OH)3Cl is a basic chloride and no hypochlorite of copper(I).
     """
     if formula in INERT and formula != WATER:
         return None
@@ -77,10 +78,10 @@ def components_of(formula: str) -> Mapping[str, int] | None:
         return {formula: 1}
     counted = atoms(formula)
     heavy_atoms = Counter({atom: many for atom, many in counted.items() if atom not in "HO"})
-    best: tuple[tuple[int, int], dict[str, int]] | None = None
+    best: tuple[tuple[int, int, bool], dict[str, int]] | None = None
     for ions in _combinations(heavy_atoms):
         completed = _with_protons_and_water(formula, ions, counted)
-        rank = (len(ions), sum(ions.values()))
+        rank = (len(ions), sum(ions.values()), "ClO-" in ions)
         if completed is not None and (best is None or rank < best[0]):
             best = rank, completed
     return None if best is None else best[1]

@@ -22,30 +22,38 @@ LEAST_AGED_FRACTION: Final = 0.01
 """Share of the copper that is left as hydroxide, from which it is told."""
 
 
+BASIC_SALTS: Final = {"SO4^2-": "Cu4(OH)6SO4", "NO3-": "Cu2(OH)3NO3", "Cl-": "Cu2(OH)3Cl"}
+"""Anion -> basic salt of copper that ammonia brings down first."""
+
+
 def aged_hydroxide_events(matter: Matter) -> Iterator[EffectEvent]:
-    """An event ``aged`` for each vessel whose copper hydroxide outlasts ammonia that dissolves the basic sulfate."""
+    """An event ``aged`` for each vessel whose copper hydroxide outlasts ammonia that dissolves the basic salt."""
     ledger = matter.ledger
-    column_names = ("Cu(OH)2(s)", "Cu^2+", "SO4^2-", "NH3")
-    if not set(column_names) <= set(ledger.column) or "Cu4(OH)6SO4(s)" in ledger.column:
+    column_names = ("Cu(OH)2(s)", "Cu^2+", "NH3")
+    if not set(column_names) <= set(ledger.column):
         return
     for vessel, history in matter.histories.items():
-        hydroxide, copper, sulfate, ammonia = (matter.amount(vessel, name)[-1] for name in column_names)
+        hydroxide, copper, ammonia = (matter.amount(vessel, name)[-1] for name in column_names)
+        basic_salt = _basic_salt(matter, vessel)
         if (
-            hydroxide > LEAST_AGED_FRACTION * (hydroxide + copper)
-            and sulfate > 0.0
+            basic_salt
+            and basic_salt + SOLID not in ledger.column
+            and hydroxide > LEAST_AGED_FRACTION * (hydroxide + copper)
             and ammonia > 4.0 * (hydroxide + copper)
         ):
             text = (
-                f"Cu(OH)2 is left in {vessel} beside ammonia, as aged hydroxide is; what falls out of copper sulfate "
-                "at first is Cu4(OH)6SO4, which dissolves in less ammonia: name that solid instead"
+                f"Cu(OH)2 is left in {vessel} beside ammonia, as aged hydroxide is; what falls out of this copper salt "
+                f"at first is {basic_salt}, which dissolves in less ammonia: name that solid instead"
             )
             values: dict[str, float | str] = {"formula": "Cu(OH)2", "moles": float(hydroxide)}
             yield EffectEvent(float(history.times[-1]), "aged", (vessel,), None, values, text, "warning")
 
 
-def _is_basic_sulfate(matter: Matter, vessel: str) -> bool:
-    """Whether what falls out of copper in a vessel is its basic sulfate and no hydroxide: beside ammonia."""
-    return all(matter.amount(vessel, column).any() for column in ("SO4^2-", "NH3"))
+def _basic_salt(matter: Matter, vessel: str) -> str:
+    """The basic salt that falls out of copper in a vessel in place of hydroxide, beside ammonia; ``""``: none."""
+    if not matter.amount(vessel, "NH3").any():
+        return ""
+    return next((salt for anion, salt in BASIC_SALTS.items() if matter.amount(vessel, anion).any()), "")
 
 
 def supersaturation_events(matter: Matter) -> Iterator[EffectEvent]:
@@ -69,8 +77,8 @@ def supersaturation_events(matter: Matter) -> Iterator[EffectEvent]:
         for phase, values in zip(phases, indices.T, strict=True):
             beyond = np.flatnonzero(values > LEAST_SATURATION_INDEX)
             solid = phase.column.removesuffix(SOLID)
-            if solid == "Cu(OH)2" and _is_basic_sulfate(matter, vessel):
-                solid = "Cu4(OH)6SO4"
+            if solid == "Cu(OH)2":
+                solid = _basic_salt(matter, vessel) or solid
             if not len(beyond) or solid + SOLID in ledger.column:
                 continue
             text = (

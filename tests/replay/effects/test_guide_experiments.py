@@ -91,10 +91,10 @@ def test_copper_is_titrated_to_its_ammine():
 AMMINE = ("colour", {"in": "flask", "species": "Cu(NH3)4^2+"})
 
 
-def titrated_with_ammonia(molar, *tables):
-    """Effects of 2 mL or so of ammonia that run into 1 mL of copper sulfate."""
+def titrated_with_ammonia(molar, *tables, salt="CuSO4"):
+    """Effects of 2 mL or so of ammonia that run into 1 mL of a copper salt."""
     burette = glass("burette", 50.0, solute="NH3", molar=molar, cavity=COLUMN)
-    flask = glass("flask", 1.0, solute="CuSO4", molar=0.1)
+    flask = glass("flask", 1.0, solute=salt, molar=0.1)
     return run_in(OPEN, MIX, *tables, AMMINE, base=burette, acid=flask)
 
 
@@ -111,14 +111,19 @@ def test_basic_copper_sulfate_dissolves_in_more_ammonia():
     assert not effects["reaction"].output.events_named("aged")
 
 
-def test_copper_hydroxide_beside_ammonia_is_said_to_be_aged():
-    effects = titrated_with_ammonia(
-        1.0,
-        ("reaction", {"equation": "CuSO4 + 2 NH3 + 2 H2O -> Cu(OH)2 + (NH4)2SO4"}),
-        ("precipitation", {"solid": "Cu(OH)2", "colour": "blue"}),
-    )
+BASIC_SALTS = [("CuSO4", "Cu4(OH)6SO4"), ("Cu(NO3)2", "Cu2(OH)3NO3"), ("CuCl2", "Cu2(OH)3Cl")]
+
+
+@pytest.mark.parametrize(("salt", "basic"), BASIC_SALTS)
+def test_copper_hydroxide_beside_ammonia_is_said_to_be_aged(salt, basic):
+    ammine = ("reaction", {"equation": "Cu2+ + 4 NH3 -> [Cu(NH3)4]2+"})
+    effects = titrated_with_ammonia(1.0, ammine, ("precipitation", {"solid": "Cu(OH)2"}), salt=salt)
     (event,) = effects["reaction"].output.events_named("aged")
-    assert "name that solid instead" in event.text and event.level == "warning"
+    assert f"at first is {basic}" in event.text and event.level == "warning"
+    # The advice is right: all of that dissolves.
+    instead = titrated_with_ammonia(1.0, ammine, ("precipitation", {"solid": basic}), salt=salt)
+    assert instead["precipitation"].series[f"flask/{basic}"].values[-1] == 0.0
+    assert not instead["reaction"].output.events_named("supersaturated")
 
 
 def test_unknown_basic_salt_is_refused_with_the_known_named():

@@ -94,7 +94,8 @@ def test_what_no_ions_make_stays_whole(formula):
      ("(NH4)2Fe(SO4)2.6H2O", {"Fe^2+": 1, "NH3": 2, "SO4^2-": 2, "H+": 2, "H2O": 6}),
      ("KAl(SO4)2.12H2O", {"K+": 1, "Al^3+": 1, "SO4^2-": 2, "H2O": 12}),
      ("Na2B4O7.10H2O", {"Na+": 2, "H3BO3": 4, "H+": -2, "H2O": 5}), ("Na2S2O3", {"Na+": 2, "S2O3^2-": 1}),
-     ("Fe3O4", {"Fe^2+": 1, "Fe^3+": 2, "H+": -8, "H2O": 4}), ("K2Cr2O7", {"K+": 2, "CrO4^2-": 2, "H+": 2, "H2O": -1})],
+     ("Fe3O4", {"Fe^2+": 1, "Fe^3+": 2, "H+": -8, "H2O": 4}), ("K2Cr2O7", {"K+": 2, "CrO4^2-": 2, "H+": 2, "H2O": -1}),
+     ("Cu2(OH)3Cl", {"Cu^2+": 2, "Cl-": 1, "H+": -3, "H2O": 3}), ("Ca(ClO)2", {"Ca^2+": 1, "ClO-": 2})],
 )  # fmt: skip
 def test_salts_are_counted_by_their_ions_and_oxidation_states(formula, components):
     assert components_of(formula) == components
