@@ -1,4 +1,4 @@
-"""Which column of a CSV means what, and in which unit: by a mapping file, by the words of its name, or built in.
+"""The meaning of the columns of a CSV and their units: by a mapping file, by the words of their names, or built in.
 
 A unit stands in the heading of a column (`unit_in_name`), in the row of units below it (`unit_in_cell`), or in the
 mapping; `with_stated_units` says which counts, and refuses what contradicts. The words are those of

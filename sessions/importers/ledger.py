@@ -1,4 +1,4 @@
-"""Which rows an import keeps, and the account of all of them: read, kept, dropped or merged, by kind, body and reason.
+"""Keeps the rows whose stamps increase, and the account of all: read, kept, dropped or merged, by kind, body and reason.
 
 Every reader books here, and nothing is booked that does not add up: ``read = kept + dropped + merged``. Merged is what
 says the same as something kept, such as a row that is there twice; dropped is lost. Kept are samples whose stamps
