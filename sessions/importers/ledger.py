@@ -1,10 +1,10 @@
-"""Keeps the rows whose stamps increase, and the account of all: read, kept, dropped or merged, by kind, body and reason.
+"""Keeps the rows whose stamps increase, and the account of all rows: read, kept, dropped or merged, and why.
 
 Every reader books here, and nothing is booked that does not add up: ``read = kept + dropped + merged``. Merged is what
 says the same as something kept, such as a row that is there twice; dropped is lost. Kept are samples whose stamps
 increase: a few wild stamps cost their own rows and no others, and a clock that starts again is refused, because nobody
-knows how much time lies between the two recordings that the series then is. The session's fact ``ledger`` holds
-the books, and with it the metadata of its file.
+knows how much time lies between the two recordings that the series then is. The session's fact ``ledger`` holds the
+books, and with it the metadata of its file.
 """
 
 import json
