@@ -30,7 +30,7 @@ from replay.detection.detector_spec import TRUSTED, DetectorSpec
 from replay.detection.progress import Advance, Progress, Silent
 from replay.detection.run_detector import MOST_FRAMES_IN_MEMORY, Run, make_detector, run_detector
 from replay.document.diagnosis import answers
-from replay.document.fault_sentences import explained
+from replay.document.fault_sentences import explained_faults
 from replay.document.machine import give_back_memory
 from replay.document.ranking import ranking
 from replay.document.result_tables import result_tables, stored_table
@@ -147,7 +147,7 @@ def compute(
             effects |= run_effects(planned, result.session, prepared.assembly, detections)
     result = replace(result, effects=effects)
     document = document_of_run(
-        result, detectors.runs, prepared.repaired.scan, planned, settings=settings, lineup=lineup, began=began
+        result, detectors.runs, prepared.repaired.scan, planned, settings=settings, lineup=lineup, start_time=began
     )
     release_memory()
     ranks = ranking(document)
@@ -285,8 +285,8 @@ def _audit(prepared: PreparedSession, oracle: str, detectors: DetectorRuns, prog
         false: dict[str, tuple[Fault, ...]] = {}
         for label, comparison in comparisons.items():
             subject = subjects[label]
-            misses[label] = explained(assembly, reference, subject, depths.misses[label])
-            false[label] = explained(assembly, reference, subject, false_contacts(assembly, comparison, subject))
+            misses[label] = explained_faults(assembly, reference, subject, depths.misses[label])
+            false[label] = explained_faults(assembly, reference, subject, false_contacts(assembly, comparison, subject))
             advance(EXAMINING)
     return replace(
         result,

@@ -13,9 +13,12 @@ def sources_behind(
     detectors: Iterable[str], effects: Iterable[tuple[str, EffectRun]] = ()
 ) -> dict[str, tuple[str, ...]]:
     """``detector NAME`` or ``effect KIND`` -> citations, in the order given, each name once."""
-    behind = {f"detector {name}": tuple(getattr(_class_of(name), "sources", ())) for name in detectors}
-    behind |= {f"effect {kind}": run.spec.sources for kind, run in effects}
-    return {subject: sources or NONE_NAMED for subject, sources in behind.items()}
+    sources_of = {
+        f"detector {detector_name}": tuple(getattr(_class_of(detector_name), "sources", ()))
+        for detector_name in detectors
+    }
+    sources_of |= {f"effect {kind}": run.spec.sources for kind, run in effects}
+    return {subject: sources or NONE_NAMED for subject, sources in sources_of.items()}
 
 
 def _class_of(detector: str) -> type:

@@ -19,9 +19,9 @@ def plain_of(document: Any) -> Any:
     return msgspec.to_builtins(document, enc_hook=_plain_number)
 
 
-def _plain_number(value: Any) -> Any:
+def _plain_number(numpy_value: Any) -> Any:
     """Return a number of numpy as one of Python; the text of anything else."""
-    return value.tolist() if hasattr(value, "tolist") else str(value)
+    return numpy_value.tolist() if hasattr(numpy_value, "tolist") else str(numpy_value)
 
 
 def json_of(document: Any) -> str:
@@ -32,24 +32,24 @@ def json_of(document: Any) -> str:
 def json_schema() -> dict[str, Any]:
     """Return the JSON Schema of ``summary.json``, made from the types."""
     schema = msgspec.json.schema(RunDocument)
-    head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "$id": SCHEMA}
-    return head | {"title": "summary.json of a run folder"} | schema
+    schema_head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "$id": SCHEMA}
+    return schema_head | {"title": "summary.json of a run folder"} | schema
 
 
-def document_of(plain: Any) -> tuple[RunDocument | None, tuple[str, ...]]:
+def document_of(json_value: Any) -> tuple[RunDocument | None, tuple[str, ...]]:
     """Return the document that JSON holds, or ``None`` and every problem with its path.
 
     Keys that this version does not know are left out.
     """
     try:
-        document = msgspec.convert(plain, RunDocument)
+        document = msgspec.convert(json_value, RunDocument)
     except msgspec.ValidationError:
-        return None, tuple(type_problems(plain, RunDocument))
-    problems = tuple(_contradictions(document))
+        return None, tuple(type_problems(json_value, RunDocument))
+    problems = tuple(_unknown_detectors(document))
     return (None if problems else document), problems
 
 
-def _contradictions(document: RunDocument) -> Iterator[str]:
+def _unknown_detectors(document: RunDocument) -> Iterator[str]:
     """Names of detectors that one part of a document knows and another does not."""
     for label in document.audit:
         if label not in document.detectors:
@@ -60,16 +60,18 @@ def _contradictions(document: RunDocument) -> Iterator[str]:
         yield "answers: they are about other detectors than those audited"
 
 
-def type_problems(value: Any, expected: Any, path: str = "") -> Iterator[str]:
+def type_problems(json_value: Any, expected_type: Any, path: str = "") -> Iterator[str]:
     """Every place in JSON where a value is not of the type that a record declares, with its path.
 
     ``msgspec`` stops at the first problem, so each field that fails is asked again part by part.
     """
     try:
-        msgspec.convert(value, expected)
+        msgspec.convert(json_value, expected_type)
     except msgspec.ValidationError as error:
-        problems = [problem for item in _items(value, expected, path) for problem in type_problems(*item)]
-        problems += _missing_fields(value, expected, path)
+        problems = [
+            problem for item in _typed_items(json_value, expected_type, path) for problem in type_problems(*item)
+        ]
+        problems += _missing_fields(json_value, expected_type, path)
         if problems:
             yield from problems
         else:
@@ -77,48 +79,48 @@ def type_problems(value: Any, expected: Any, path: str = "") -> Iterator[str]:
             yield f"{path or ROOT}: {reason[:1].lower()}{reason[1:]}"
 
 
-def _items(value: Any, expected: Any, path: str) -> Iterator[tuple[Any, Any, str]]:
+def _typed_items(json_value: Any, expected_type: Any, path: str) -> Iterator[tuple[Any, Any, str]]:
     """Values inside a value, each with the type that it should have and its path."""
-    expected = _plain_type(value, expected)
-    if _is_record(expected) and isinstance(value, Mapping):
-        for field in fields(expected):
-            if field.encode_name in value:
-                yield value[field.encode_name], field.type, _path_of_key(path, field.encode_name)
-    elif get_origin(expected) is dict and isinstance(value, Mapping):
-        _, inner = get_args(expected)
-        for key, item in value.items():
+    expected_type = _plain_type(json_value, expected_type)
+    if _is_record(expected_type) and isinstance(json_value, Mapping):
+        for field in fields(expected_type):
+            if field.encode_name in json_value:
+                yield json_value[field.encode_name], field.type, _path_of_key(path, field.encode_name)
+    elif get_origin(expected_type) is dict and isinstance(json_value, Mapping):
+        _, inner = get_args(expected_type)
+        for key, item in json_value.items():
             yield item, inner, _path_of_key(path, key)
-    elif get_origin(expected) is tuple and isinstance(value, list):
-        inner = get_args(expected)
-        types_of_items = [inner[0]] * len(value) if inner[-1] is Ellipsis else list(inner)
-        for index, (item, type_of_item) in enumerate(zip(value, types_of_items, strict=False)):
+    elif get_origin(expected_type) is tuple and isinstance(json_value, list):
+        inner = get_args(expected_type)
+        types_of_items = [inner[0]] * len(json_value) if inner[-1] is Ellipsis else list(inner)
+        for index, (item, type_of_item) in enumerate(zip(json_value, types_of_items, strict=False)):
             yield item, type_of_item, _path_of_key(path, str(index))
 
 
-def _missing_fields(value: Any, expected: Any, path: str) -> list[str]:
+def _missing_fields(json_object: Any, record_type: Any, path: str) -> list[str]:
     """A problem for each field that a record needs and a mapping lacks."""
-    expected = _plain_type(value, expected)
-    if not (_is_record(expected) and isinstance(value, Mapping)):
+    record_type = _plain_type(json_object, record_type)
+    if not (_is_record(record_type) and isinstance(json_object, Mapping)):
         return []
     return [
         f"{_path_of_key(path, field.encode_name)}: is missing"
-        for field in fields(expected)
-        if field.required and field.encode_name not in value
+        for field in fields(record_type)
+        if field.required and field.encode_name not in json_object
     ]
 
 
-def _plain_type(value: Any, expected: Any) -> Any:
+def _plain_type(json_value: Any, expected_type: Any) -> Any:
     """A type without its limits; of a union with ``None`` the other type, unless the value is ``None``."""
-    if get_origin(expected) is Annotated:
-        return _plain_type(value, get_args(expected)[0])
-    if get_origin(expected) in (Union, types.UnionType) and value is not None:
-        types_but_none = [kind for kind in get_args(expected) if kind is not types.NoneType]
-        return _plain_type(value, types_but_none[0]) if len(types_but_none) == 1 else expected
-    return expected
+    if get_origin(expected_type) is Annotated:
+        return _plain_type(json_value, get_args(expected_type)[0])
+    if get_origin(expected_type) in (Union, types.UnionType) and json_value is not None:
+        types_but_none = [kind for kind in get_args(expected_type) if kind is not types.NoneType]
+        return _plain_type(json_value, types_but_none[0]) if len(types_but_none) == 1 else expected_type
+    return expected_type
 
 
-def _is_record(expected: Any) -> bool:
-    return isinstance(expected, type) and issubclass(expected, Struct)
+def _is_record(expected_type: Any) -> bool:
+    return isinstance(expected_type, type) and issubclass(expected_type, Struct)
 
 
 def _path_of_key(path: str, key: str) -> str:

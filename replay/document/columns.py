@@ -50,9 +50,9 @@ def _reported_false_or_dash(fraction: float | None) -> Cell:
     return NOT_APPLICABLE if fraction is None else reported_false_cell(fraction)
 
 
-def false_cell(of: tuple[Proportion | None, bool], *, intervals: bool = False) -> Cell:
+def false_cell(false_proportion_and_unconfirmed: tuple[Proportion | None, bool], *, intervals: bool = False) -> Cell:
     """Return the cell of a share of false contact; ``intervals``: with its interval."""
-    false, unconfirmed = of
+    false, unconfirmed = false_proportion_and_unconfirmed
     if false is None:
         return NOT_APPLICABLE
     if false.value is None:
@@ -67,14 +67,14 @@ def _mean_count(proportion: Proportion | None, contacts: int) -> float | None:
     return None if proportion is None else (proportion.value or 0.0) * contacts
 
 
-def _ms(seconds: float | None) -> str:
+def _milliseconds(seconds: float | None) -> str:
     return NOT_APPLICABLE if seconds is None else words.milliseconds(seconds)
 
 
 def _moment(begin_within: tuple[float, float]) -> Cell:
     """When a miss begins; a first touch between frames says how far it is uncertain, if by more than a microsecond."""
-    begin, uncertainty = begin_within
-    text = words.timestamp(begin)
+    begin_second, uncertainty = begin_within
+    text = words.timestamp(begin_second)
     return text if uncertainty <= CERTAIN_SECONDS else Marked(text, "", f"within {words.duration(uncertainty)}")
 
 
@@ -86,7 +86,7 @@ def _stage(longest: LongestStage | None) -> str:
     return f"{longest.stage} {words.decimal(100 * longest.fraction, 0)} %" if longest else ""
 
 
-def _reported(effect: EffectRecord) -> str:
+def _reported_count(effect: EffectRecord) -> str:
     """Events of an effect, or its curves."""
     curves = int(effect.counters.get(CURVES, 0))
     return tally_text(effect.events) or (plural(curves, "curve") if curves else "nothing")
@@ -104,7 +104,7 @@ COLUMNS: Final = columns_of(
         "or_dash": lambda count: NOT_APPLICABLE if count is None else count,
         "false_of": lambda rank: (rank.false, rank.unconfirmed),
         "false_share": false_cell,
-        "ms": _ms,
+        "ms": _milliseconds,
         "loss": words.loss_number,
         "quick_ms": _quick_ms,
         "percent_or_dash": _percent_or_dash,
@@ -117,7 +117,7 @@ COLUMNS: Final = columns_of(
         "timestamp": words.timestamp,
         "millimetres": lambda metres: None if metres is None else words.number(1e3 * metres),
         "reasons_of": lambda row: "; ".join(row["effect"].because),
-        "reported_of": lambda row: _reported(row["effect"]),
+        "reported_of": lambda row: _reported_count(row["effect"]),
         "trigger_of": lambda row: row["effect"].trigger or "always",
         "work_of": lambda row: ", ".join(f"{name} {count:,}" for name, count in row["effect"].counters.items()),
         "skipped_of": lambda row: 1.0 - row["effect"].frames_run / max(1, row["effect"].frames),
@@ -136,14 +136,14 @@ COLUMNS: Final = columns_of(
 )
 
 
-def screen_columns(name: str) -> tuple[Column, ...]:
+def screen_columns(list_name: str) -> tuple[Column, ...]:
     """Return the columns of a table that terminal, Markdown, report, notebook and picture show."""
-    return tuple(column for column in COLUMNS[name] if column.only is not Output.FILES)
+    return tuple(column for column in COLUMNS[list_name] if column.only is not Output.FILES)
 
 
-def file_columns(*names: str) -> tuple[Column, ...]:
+def file_columns(*list_names: str) -> tuple[Column, ...]:
     """Return the columns of one or several lists as Parquet, CSV, Excel and JSON have them."""
-    columns = (column for name in names for column in COLUMNS[name])
+    columns = (column for name in list_names for column in COLUMNS[name])
     return tuple(column.for_files for column in columns if column.only is not Output.SCREENS)
 
 
@@ -168,25 +168,25 @@ FILE_TABLES: Final[Mapping[str, FileTable]] = {
 """Tables of a run folder by the name of their file."""
 
 
-def file_names(table: str, *names: str) -> tuple[str, ...]:
+def checked_column_names(table_name: str, *column_names: str) -> tuple[str, ...]:
     """Return names of columns of a table of a run folder; ``KeyError``: it has no such column."""
-    declared_names = {column.name for column in (*FILE_TABLES[table].columns, *file_columns("run"))}
-    unknown = [name for name in names if name not in declared_names]
-    if unknown:
-        raise KeyError(f"the table {table} has no column {', '.join(unknown)}")
-    return names
+    declared_names = {column.name for column in (*FILE_TABLES[table_name].columns, *file_columns("run"))}
+    unknown_columns = [name for name in column_names if name not in declared_names]
+    if unknown_columns:
+        raise KeyError(f"the table {table_name} has no column {', '.join(unknown_columns)}")
+    return column_names
 
 
-def field_values(columns: Iterable[Column], row: Mapping[str, Any]) -> dict[str, Any]:
+def field_values(columns: Iterable[Column], stored_row: Mapping[str, Any]) -> dict[str, Any]:
     """Return the fields that a row of a file was made of, nested as the paths of its columns say; null is left out."""
     fields: dict[str, Any] = {}
     for column in columns:
-        value = row.get(column.name)
+        value = stored_row.get(column.name)
         if value is None or not isinstance(column.of, str):
             continue
         *parents, last = column.of.split(".")
-        inner = fields
+        nested_fields = fields
         for parent in parents:
-            inner = inner.setdefault(parent, {})
-        inner[last] = value
+            nested_fields = nested_fields.setdefault(parent, {})
+        nested_fields[last] = value
     return fields

@@ -15,7 +15,7 @@ AT_ONCE: Final = "Timed on all frames at once, not frame by frame."
 
 NO_SLOWEST: Final = "The slowest frames were not measured."
 
-BUSY: Final = 0.05
+BUSY_FRACTION: Final = 0.05
 """Share of the clock that others had; with less, the 99 % of three runs lie within 30 % of each other."""
 
 
@@ -31,9 +31,9 @@ def cost(document: RunDocument) -> str:
     percentage = words.as_percentage(1e3 * seconds.per_frame_mean / BUDGET_MS)
     text = f"{document.oracle} takes {words.frame_time(seconds.per_frame_mean)} a frame, {percentage} of {FRAME}"
     # By the clock the slowest frames of a busy machine are those in which other programs ran.
-    measured = seconds.p99 is not None and not busy_text(document)
-    slowest = f"; 99 % of frames within {words.frame_time(seconds.p99)}" if measured else ""
-    return f"{text}{slowest}.{'' if detector.live else f' {AT_ONCE}'}"
+    has_p99 = seconds.p99 is not None and not busy_text(document)
+    p99_clause = f"; 99 % of frames within {words.frame_time(seconds.p99)}" if has_p99 else ""
+    return f"{text}{p99_clause}.{'' if detector.live else f' {AT_ONCE}'}"
 
 
 def busy_text(document: RunDocument) -> str:
@@ -46,6 +46,6 @@ def busy_sentence(fraction: float) -> str:
     """That other programs had this fraction of the clock; ``""``: too little to matter."""
     return (
         ""
-        if fraction <= BUSY
+        if fraction <= BUSY_FRACTION
         else f"The machine was busy ({words.as_percentage(fraction)}): run again for reliable times."
     )

@@ -31,11 +31,11 @@ def detector_label(name: str, settings: Mapping[str, Any], release: float = 0.0)
 def _label_without_release(name: str, settings: Mapping[str, Any]) -> str:
     if name == RECORDED:
         return RECORDED_LABEL
-    row, rate = detector_row(name), settings.get("rate_hz")
-    label = shape_label(settings) if name == "collider" else row.label
+    table_row, rate = detector_row(name), settings.get("rate_hz")
+    label = shape_label(settings) if name == "collider" else table_row.label
     if rate:
         return f"{label} at {rate:g} Hz"
-    return f"{label}, every frame" if row.sampled else label
+    return f"{label}, every frame" if table_row.sampled else label
 
 
 def shape_label(settings: Mapping[str, Any]) -> str:
@@ -46,6 +46,6 @@ def shape_label(settings: Mapping[str, Any]) -> str:
     return plural(pieces, "convex piece")
 
 
-def sentence_of(what: str) -> str:
+def sentence_of(words: str) -> str:
     """Words as the beginning of a sentence; a name of code keeps its letters."""
-    return what if ":" in what else what[:1].upper() + what[1:]
+    return words if ":" in words else words[:1].upper() + words[1:]

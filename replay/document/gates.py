@@ -15,7 +15,7 @@ from replay.document.detector import DetectorTimes
 from replay.document.run_document import RunDocument
 from replay.errors import AuditError
 
-Times = Mapping[str, DetectorTimes]
+TimesByDetector = Mapping[str, DetectorTimes]
 """Label -> what a detector took in one session."""
 
 
@@ -42,53 +42,59 @@ class Gates:
 
     def __post_init__(self) -> None:
         units = {"max_p99_ms": "milliseconds", "max_missed_depth": "metres"}
-        for name in ("max_missed", "max_p99_ms", "max_false", "max_missed_depth"):
-            limit, most = getattr(self, name), float_info.max if name in units else 1.0
-            if limit is not None and not (isinstance(limit, (int, float)) and 0.0 <= limit <= most):
-                range_text = units.get(name, "a share from 0 to 1")
-                raise AuditError(f"{name} is {limit}; give {range_text}")
+        for gate_name in ("max_missed", "max_p99_ms", "max_false", "max_missed_depth"):
+            limit, upper_limit = getattr(self, gate_name), float_info.max if gate_name in units else 1.0
+            if limit is not None and not (isinstance(limit, (int, float)) and 0.0 <= limit <= upper_limit):
+                range_text = units.get(gate_name, "a share from 0 to 1")
+                raise AuditError(f"{gate_name} is {limit}; give {range_text}")
 
-    def broken(self, audit: Mapping[str, DetectorAudit], times: Sequence[tuple[str, Times]]) -> list[str]:
+    def broken(
+        self, audit: Mapping[str, DetectorAudit], session_times: Sequence[tuple[str, TimesByDetector]]
+    ) -> list[str]:
         """A sentence for each limit that was exceeded or could not be checked.
 
-        ``audit`` is over all sessions, by label; ``times`` are sessions with what each detector took.
+        ``audit`` is over all sessions, by label; ``session_times`` are sessions with what each detector took.
         """
-        rows = (
+        gate_checks = (
             ("--max-missed", self.max_missed, _broken_miss_gates),
-            ("--max-false", self.max_false, _false),
+            ("--max-false", self.max_false, _broken_false_gates),
             ("--max-missed-depth", self.max_missed_depth, _too_deep),
         )
         sentences = []
-        for name, most, check in rows:
-            if most is not None:
-                sentences += [] if audit else [f"{name} cannot be checked: nothing was audited"]
+        for option, limit, gate_check in gate_checks:
+            if limit is not None:
+                sentences += [] if audit else [f"{option} cannot be checked: nothing was audited"]
                 sentences += [
-                    sentence for label, detector in audit.items() for sentence in check(name, label, detector, most)
+                    sentence
+                    for label, detector in audit.items()
+                    for sentence in gate_check(option, label, detector, limit)
                 ]
-        return sentences + ([] if self.max_p99_ms is None else _late(audit, times, self.max_p99_ms))
+        return sentences + (
+            [] if self.max_p99_ms is None else _broken_time_gates(audit, session_times, self.max_p99_ms)
+        )
 
 
-def _broken_miss_gates(name: str, label: str, audit: DetectorAudit, most: float) -> Iterator[str]:
-    counted = audit.noise_proof or audit
-    contacts, undecided = counted.contacts, audit.contact_frames_undecided
+def _broken_miss_gates(option: str, label: str, audit: DetectorAudit, limit: float) -> Iterator[str]:
+    counted_audit = audit.noise_proof or audit
+    contacts, undecided = counted_audit.contacts, audit.contact_frames_undecided
     if undecided:
         in_whole = f"{audit.contacts_undecided} of {contacts} contacts whole"
-        yield f"{name} cannot be checked: {label} left {undecided} pair-frames in contact undecided, {in_whole}"
+        yield f"{option} cannot be checked: {label} left {undecided} pair-frames in contact undecided, {in_whole}"
     elif not contacts:
         contact_noun = "contact that holds in spite of the noise" if audit.noise_proof else "contact"
-        yield f"{name} cannot be checked: there is no {contact_noun} for {label} to miss"
-    yield from _undecided_reference(name, audit)
-    for missed, proportion_missed in _missed_proportions(counted):
-        if exceeds(proportion_missed, most):
-            worse = f"{percent(proportion_missed)}), more than {name} {most:g}{_not_counted(audit)}"
+        yield f"{option} cannot be checked: there is no {contact_noun} for {label} to miss"
+    yield from _undecided_reference(option, audit)
+    for missed_text, proportion_missed in _missed_proportions(counted_audit):
+        if exceeds(proportion_missed, limit):
+            excess_clause = f"{percent(proportion_missed)}), more than {option} {limit:g}{_not_counted(audit)}"
             if audit.noise_proof:
-                worse += "; counted is what holds in spite of the noise"
-            yield f"{label} missed {missed} ({worse}"
+                excess_clause += "; counted is what holds in spite of the noise"
+            yield f"{label} missed {missed_text} ({excess_clause}"
 
 
-def exceeds(measured: Proportion, most: float) -> bool:
+def exceeds(proportion: Proportion, limit: float) -> bool:
     """Whether a proportion was measured and is more than a limit."""
-    return measured.value is not None and measured.value > most
+    return proportion.value is not None and proportion.value > limit
 
 
 def _missed_proportions(audit: DetectorAudit | NoiseProofAudit) -> Iterator[tuple[str, Proportion]]:
@@ -98,14 +104,14 @@ def _missed_proportions(audit: DetectorAudit | NoiseProofAudit) -> Iterator[tupl
     """
     means, contacts = audit.means_over_offsets, audit.contacts
     if means is None:
-        frames = audit.time_missed
+        missed_frames = audit.time_missed
         yield f"{audit.contacts_missed} of {contacts} contacts", proportion(audit.contacts_missed, contacts)
-        yield f"{frames.count} of {frames.of} pair-frames in contact", frames
+        yield f"{missed_frames.count} of {missed_frames.of} pair-frames in contact", missed_frames
         return
-    where = f"over {PHASES} start times of sampling"
-    counts = over_offsets(audit.counts_over_offsets.contacts_missed, contacts)
-    yield f"contacts: {counts} {where}", means.contacts_missed
-    yield f"pair-frames in contact, mean {where}", means.time_missed
+    offsets_clause = f"over {PHASES} start times of sampling"
+    contacts_text = over_offsets(audit.counts_over_offsets.contacts_missed, contacts)
+    yield f"contacts: {contacts_text} {offsets_clause}", means.contacts_missed
+    yield f"pair-frames in contact, mean {offsets_clause}", means.time_missed
 
 
 def over_offsets(counts: CountRange, of: int) -> str:
@@ -115,34 +121,34 @@ def over_offsets(counts: CountRange, of: int) -> str:
     return f"{words.decimal(counts.mean, 2)} of {of}, {counts.smallest}-{counts.largest}"
 
 
-def _false(name: str, label: str, audit: DetectorAudit, most: float) -> Iterator[str]:
-    frames = audit.pair_frames
-    if sum(astuple(frames)) == frames.left_out:
-        yield f"{name} cannot be checked: {label} was compared in no pair-frame"
-    yield from _undecided_reference(name, audit)
-    measured = audit.false_contact_mean
-    if exceeds(measured, most):
-        count = f"{measured.count} of the {measured.of} pair-frames in contact that it reports"
+def _broken_false_gates(option: str, label: str, audit: DetectorAudit, most: float) -> Iterator[str]:
+    pair_frames = audit.pair_frames
+    if sum(astuple(pair_frames)) == pair_frames.left_out:
+        yield f"{option} cannot be checked: {label} was compared in no pair-frame"
+    yield from _undecided_reference(option, audit)
+    false_proportion = audit.false_contact_mean
+    if exceeds(false_proportion, most):
+        count_clause = f"{false_proportion.count} of the {false_proportion.of} pair-frames in contact that it reports"
         mean = f"pair-frames in contact, mean over {PHASES} start times of sampling"
-        measured_count = count if audit.means_over_offsets is None else mean
-        limit = f"more than {name} {most:g}{_not_counted(audit)}"
-        yield f"{label} reports false contact: {measured_count} ({percent(measured)}), {limit}"
+        measured_count = count_clause if audit.means_over_offsets is None else mean
+        limit_clause = f"more than {option} {most:g}{_not_counted(audit)}"
+        yield f"{label} reports false contact: {measured_count} ({percent(false_proportion)}), {limit_clause}"
 
 
-def _too_deep(name: str, label: str, audit: DetectorAudit, most: float) -> Iterator[str]:
+def _too_deep(option: str, label: str, audit: DetectorAudit, limit: float) -> Iterator[str]:
     """Yield what is broken of the depth of misses: a deeper one, or one whose depth nobody knows."""
     depth = audit.missed_depth
-    if depth.deepest is not None and depth.deepest > most:
-        deepest = f"{words.number_above(1e3 * depth.deepest, 1e3 * most)} mm"
-        yield f"{label} missed contact that is {deepest} deep, more than {name} {words.length(most)}"
-    if depth.at_least and (depth.deepest is None or depth.deepest <= most):
+    if depth.deepest is not None and depth.deepest > limit:
+        deepest = f"{words.number_above(1e3 * depth.deepest, 1e3 * limit)} mm"
+        yield f"{label} missed contact that is {deepest} deep, more than {option} {words.length(limit)}"
+    if depth.at_least and (depth.deepest is None or depth.deepest <= limit):
         misses = words.plural(depth.at_least, "miss", "misses")
-        yield f"{name} cannot be checked: not every frame of {misses} of {label} was searched for the deepest one"
+        yield f"{option} cannot be checked: not every frame of {misses} of {label} was searched for the deepest one"
     if depth.unknown:
         reasons = "; ".join(
-            f"{reason} ({words.plural(count, 'miss', 'misses')})" for reason, count in depth.unknown.items()
+            f"{reason} ({words.plural(miss_count, 'miss', 'misses')})" for reason, miss_count in depth.unknown.items()
         )
-        yield f"{name} cannot be checked: the depth of misses of {label} is unknown: {reasons}"
+        yield f"{option} cannot be checked: the depth of misses of {label} is unknown: {reasons}"
 
 
 def _not_counted(audit: DetectorAudit) -> str:
@@ -150,33 +156,35 @@ def _not_counted(audit: DetectorAudit) -> str:
     return "; what a hand holds is not counted" if any(astuple(audit.while_grasped)) else ""
 
 
-def _undecided_reference(name: str, audit: DetectorAudit) -> Iterator[str]:
+def _undecided_reference(option: str, audit: DetectorAudit) -> Iterator[str]:
     # What nobody can decide, whether a body is inside a mesh with holes, is counted for no detector and against none.
-    undecided = audit.reference_undecided - audit.reference_inside_undecided
-    if undecided:
-        yield f"{name} cannot be checked: the reference left {undecided} pair-frames undecided"
+    undecided_frames = audit.reference_undecided - audit.reference_inside_undecided
+    if undecided_frames:
+        yield f"{option} cannot be checked: the reference left {undecided_frames} pair-frames undecided"
 
 
-def _late(audit: Mapping[str, DetectorAudit], times: Sequence[tuple[str, Times]], most: float) -> list[str]:
+def _broken_time_gates(
+    audit: Mapping[str, DetectorAudit], session_times: Sequence[tuple[str, TimesByDetector]], limit: float
+) -> list[str]:
     sentences = [] if audit else ["--max-p99-ms cannot be checked: nothing was audited"]
-    for session, detectors in times:
+    for session, detectors in session_times:
         for label in audit:
             if label not in detectors:
                 continue
             seconds = detectors[label]
             if seconds.p99 is None:
                 sentences.append(f"--max-p99-ms cannot be checked: {label} was not timed frame by frame in {session}")
-            elif seconds.p99 * 1e3 > most:
-                p99 = words.number_above(1e3 * seconds.p99, most)
+            elif seconds.p99 * 1e3 > limit:
+                p99 = words.number_above(1e3 * seconds.p99, limit)
                 mean = words.frame_time(seconds.per_frame_mean)
                 sentences.append(
                     f"{label} takes {p99} ms at the 99th percentile of its samples in {session}, {mean} a frame in the "
-                    f"mean, more than --max-p99-ms {most:g}"
+                    f"mean, more than --max-p99-ms {limit:g}"
                 )
     return sentences
 
 
-def times_of(documents: Iterable[RunDocument]) -> list[tuple[str, Times]]:
+def times_of(documents: Iterable[RunDocument]) -> list[tuple[str, TimesByDetector]]:
     """Sessions, each with what every detector took in it."""
     return [
         (
@@ -187,16 +195,21 @@ def times_of(documents: Iterable[RunDocument]) -> list[tuple[str, Times]]:
     ]
 
 
-def percent(measured: Proportion, word: str = "") -> str:
-    """``0.3 % [0.1, 0.6]``: a proportion and its interval for people; ``word``: of what, before the interval."""
-    if measured.value is None:
+def percent(proportion: Proportion, what_counted: str = "") -> str:
+    """``0.3 % [0.1, 0.6]``: a proportion and its interval for people.
+
+    ``what_counted``: of what, before the interval.
+    """
+    if proportion.value is None:
         return "none"
-    value, lower, upper = (words.percentage(100 * end) for end in (measured.value, measured.lower, measured.upper))
-    sure = f"[{lower}, {upper}]" if measured.upper - measured.lower <= WIDEST else TOO_FEW
-    return f"{value} %{' ' if word else ''}{word} {sure}"
+    value, lower, upper = (
+        words.percentage(100 * bound) for bound in (proportion.value, proportion.lower, proportion.upper)
+    )
+    interval_text = f"[{lower}, {upper}]" if proportion.upper - proportion.lower <= WIDEST_PRINTED_INTERVAL else TOO_FEW
+    return f"{value} %{' ' if what_counted else ''}{what_counted} {interval_text}"
 
 
-WIDEST: Final = 0.6
+WIDEST_PRINTED_INTERVAL: Final = 0.6
 """An interval wider than this spans most of 0 to 100 %."""
 
 TOO_FEW: Final = "(too few contacts to say)"

@@ -24,10 +24,10 @@ def versions() -> dict[str, str]:
 
 
 @cache
-def _version(name: str) -> str | None:
+def _version(package: str) -> str | None:
     """Read once: it parses the package's whole description, and a batch asks for each of its sessions."""
     try:
-        return version(name)
+        return version(package)
     except PackageNotFoundError:
         return None
 
@@ -38,24 +38,24 @@ def machine() -> dict[str, str | int]:
         "system": platform.system(),
         "release": platform.release(),
         "architecture": platform.machine(),
-        "processor": processor(),
+        "processor": processor_name(),
         "cores": os.cpu_count() or 1,
         "byte_order": sys.byteorder,
     }
 
 
-def processor() -> str:
+def processor_name() -> str:
     """Name of the processor, ``AMD EPYC`` or ``Apple M2``; its architecture if it has no name."""
-    read_name = {"Linux": _of_linux, "Darwin": _of_macos}.get(platform.system(), platform.processor)
+    read_name = {"Linux": _linux_processor_name, "Darwin": _of_macos}.get(platform.system(), platform.processor)
     return " ".join(read_name().split()) or platform.machine()
 
 
-def _of_linux() -> str:
+def _linux_processor_name() -> str:
     """The first processor in the kernel's list; on ARM the list names none."""
     if not LINUX_PROCESSORS.is_file():
         return ""
-    rows = (line.partition(":") for line in LINUX_PROCESSORS.read_text("utf-8", "replace").splitlines())
-    return next((value for name, _, value in rows if name.strip() == "model name"), "")
+    cpuinfo_fields = (line.partition(":") for line in LINUX_PROCESSORS.read_text("utf-8", "replace").splitlines())
+    return next((value for name, _, value in cpuinfo_fields if name.strip() == "model name"), "")
 
 
 def _of_macos() -> str:

@@ -24,55 +24,55 @@ from replay.prepare.flags import flag_word
 def result_tables(result: RunResult) -> dict[str, Table]:
     """The tables of a run, in order of time: contacts, misses and false contacts of every detector, and events."""
     return {
-        "episodes": Table.of(file_columns("episodes"), _contacts(result)),
+        "episodes": Table.of(file_columns("episodes"), _contact_rows(result)),
         "misses": Table.of(file_columns("misses"), chain.from_iterable(result.misses.values())),
         "false": Table.of(file_columns("false"), chain.from_iterable(result.false.values())),
-        "events": Table.of(file_columns("events"), sorted(_events(result), key=lambda row: row["stamp_ns"])),
+        "events": Table.of(file_columns("events"), sorted(_event_rows(result), key=lambda row: row["stamp_ns"])),
     }
 
 
-def stored_table(name: str, table: Table) -> StoredTable:
+def stored_table(table_name: str, table: Table) -> StoredTable:
     """Return how the document names a table: its file in the run folder, and its number of rows."""
-    return StoredTable(file=f"{name}.parquet", rows=len(table.rows))
+    return StoredTable(file=f"{table_name}.parquet", rows=len(table.rows))
 
 
-def faults_of_rows(name: str, rows: Iterable[Mapping[str, Any]], pairs: Sequence[str]) -> Iterator[Fault]:
+def faults_of_rows(table_name: str, rows: Iterable[Mapping[str, Any]], pairs: Sequence[str]) -> Iterator[Fault]:
     """Yield the faults of the rows of a table, ``misses`` or ``false``.
 
     ``pairs``: names of all pairs. The faces that meet and the first touch are not in the tables. Raises
     ``ValueError``: a run has no such kind, cause or pair.
     """
-    columns = file_columns(name)
-    for row in rows:
-        fields = field_values(columns, row)
+    columns = file_columns(table_name)
+    for fault_row in rows:
+        fields = field_values(columns, fault_row)
         evidence = fields.get("evidence", {})
         evidence.pop("touch", None)
         bodies = tuple(fields["bodies"].values())
-        complete = {
+        fault_fields = {
             **fields,
-            **_vectors(fields),
-            "evidence": {**evidence, **_vectors(evidence)},
+            **_vector_fields(fields),
+            "evidence": {**evidence, **_vector_fields(evidence)},
             "bodies": bodies,
             "labels": bodies,
             "pair": pairs.index("-".join(bodies)),
         }
         try:
-            yield msgspec.convert(complete, Fault)
+            yield msgspec.convert(fault_fields, Fault)
         except msgspec.ValidationError as error:
             raise ValueError(str(error)) from error
 
 
-def _vectors(fields: Mapping[str, Any]) -> dict[str, Any]:
+def _vector_fields(fields: Mapping[str, Any]) -> dict[str, Any]:
     """Return the fields that have three numbers, as such."""
     return {name: tuple(value.values()) for name, value in fields.items() if name in ("point", "normal")}
 
 
-def _events(result: RunResult) -> Iterator[dict[str, Any]]:
+def _event_rows(result: RunResult) -> Iterator[dict[str, Any]]:
     """Yield the events of the recording and of the effects: moments, and intervals with an end."""
-    zero = result.assembly.first_ns
+    first_ns = result.assembly.first_ns
     for event in result.session.events:
-        yield _event(
-            zero,
+        yield _event_row(
+            first_ns,
             (event.time_ns, None),
             "event",
             name=event.name,
@@ -80,27 +80,35 @@ def _events(result: RunResult) -> Iterator[dict[str, Any]]:
             level=event.level,
             message=event.message,
         )
-    for span in result.session.intervals:
-        fields = "; ".join(f"{key}={value}" for key, value in span.data.items())
-        yield _event(zero, (span.start_ns, span.end_ns), span.kind, name=span.name, message=fields)
+    for named_interval in result.session.intervals:
+        fields_text = "; ".join(f"{key}={value}" for key, value in named_interval.data.items())
+        yield _event_row(
+            first_ns,
+            (named_interval.start_ns, named_interval.end_ns),
+            named_interval.kind,
+            name=named_interval.name,
+            message=fields_text,
+        )
     for kind, run in result.effects.items():
-        for reported in run.events:
-            end = None if reported.end is None else zero + round(reported.end * 1e9)
-            values = dict(reported.values) | ({} if reported.point is None else {"point": list(reported.point)})
-            yield _event(
-                zero,
-                (zero + round(reported.time * 1e9), end),
+        for effect_event in run.events:
+            end_ns = None if effect_event.end is None else first_ns + round(effect_event.end * 1e9)
+            event_values = dict(effect_event.values) | (
+                {} if effect_event.point is None else {"point": list(effect_event.point)}
+            )
+            yield _event_row(
+                first_ns,
+                (first_ns + round(effect_event.time * 1e9), end_ns),
                 EFFECT + kind,
-                name=reported.name,
-                body=" ".join(reported.bodies),
-                level=reported.level,
-                message=reported.text,
-                values=json.dumps(values, sort_keys=True, default=plain_value),
+                name=effect_event.name,
+                body=" ".join(effect_event.bodies),
+                level=effect_event.level,
+                message=effect_event.text,
+                values=json.dumps(event_values, sort_keys=True, default=plain_value),
             )
 
 
-def _event(zero: int, stamps: tuple[int, int | None], source: str, **columns: str) -> dict[str, Any]:
-    """A row of the table of events; ``zero`` is the stamp of second 0."""
+def _event_row(first_ns: int, stamps: tuple[int, int | None], source: str, **columns: str) -> dict[str, Any]:
+    """A row of the table of events; ``first_ns`` is the stamp of second 0."""
     stamp, end = stamps
     return {
         "stamp_ns": stamp,
@@ -110,12 +118,12 @@ def _event(zero: int, stamps: tuple[int, int | None], source: str, **columns: st
         "level": "info",
         "values": "",
         **columns,
-        "time": (stamp - zero) / 1e9,
-        "end_time": None if end is None else (end - zero) / 1e9,
+        "time": (stamp - first_ns) / 1e9,
+        "end_time": None if end is None else (end - first_ns) / 1e9,
     }
 
 
-def _contacts(result: RunResult) -> Iterator[dict[str, Any]]:
+def _contact_rows(result: RunResult) -> Iterator[dict[str, Any]]:
     """Yield the contacts of each detector, numbered in order of time, and what became of each."""
     missed_by_contact: dict[tuple[str, int], list[str]] = {}
     for label in result.comparisons:

@@ -41,9 +41,9 @@ from replay.document.run_document import ContactLengths, PairRecord
 from replay.document.run_result import RunResult
 
 
-def score(result: RunResult, label: str) -> DetectorAudit:
+def audit_of_detector(result: RunResult, label: str) -> DetectorAudit:
     """Return everything counted about one audited detector."""
-    comparison, missed, contacts = result.comparisons[label], result.misses[label], result.counts[label]
+    comparison, misses_of_label, contacts = result.comparisons[label], result.misses[label], result.counts[label]
     reference = result.detections[result.oracle]
     reference_verdicts = counts_by_pair(reference.verdict, len(Verdict)).sum(axis=0)
     false = result.false.get(label, ())
@@ -67,8 +67,8 @@ def score(result: RunResult, label: str) -> DetectorAudit:
         contacts_undecided=contacts.undecided,
         contact_frames_undecided=contacts.frames_undecided,
         while_grasped=_while_grasped(result, label, sorted({contact.pair for contact in result.holdings})),
-        misses=len(missed),
-        misses_by_kind={kind: sum(miss.kind == kind for miss in missed) for kind in MISS_KINDS},
+        misses=len(misses_of_label),
+        misses_by_kind={kind: sum(miss.kind == kind for miss in misses_of_label) for kind in MISS_KINDS},
         false_contacts=len(false),
         false_causes=dict(Counter(contact.cause for contact in false)),
         counts_over_offsets=_counts_over_offsets(contacts, offsets),
@@ -77,9 +77,9 @@ def score(result: RunResult, label: str) -> DetectorAudit:
         causes=msgspec.convert(result.causes[label].table(), CauseCounts),
         matching=contact_matching(result, label),
         missed_depth=MissedDepth(
-            deepest=max((miss.depth for miss in missed if not isnan(miss.depth)), default=None),
-            unknown=dict(Counter(miss.not_measured for miss in missed if miss.not_measured)),
-            at_least=sum(miss.depth_at_least for miss in missed),
+            deepest=max((miss.depth for miss in misses_of_label if not isnan(miss.depth)), default=None),
+            unknown=dict(Counter(miss.not_measured for miss in misses_of_label if miss.not_measured)),
+            at_least=sum(miss.depth_at_least for miss in misses_of_label),
         ),
     )
 
@@ -112,14 +112,14 @@ def _noise_proof(result: RunResult, contacts: ContactCounts, offsets: OffsetCoun
     if result.noise is None:
         return None
     noise_labels = result.noise.labels
-    holds = np.array([noise_labels[number - 1] == HOLDS for number in contacts.numbers.tolist()], np.bool_)
-    firm = contacts.selected(holds)
-    firm_offsets = None if offsets is None else offsets.only(holds)
+    holds_in_noise = np.array([noise_labels[number - 1] == HOLDS for number in contacts.numbers.tolist()], np.bool_)
+    firm_counts = contacts.selected(holds_in_noise)
+    firm_offsets = None if offsets is None else offsets.only(holds_in_noise)
     return NoiseProofAudit(
-        contacts=firm.contacts,
-        contacts_missed=firm.missed,
-        time_missed=firm.proportion(Outcome.MISSED),
-        counts_over_offsets=_counts_over_offsets(firm, firm_offsets),
+        contacts=firm_counts.contacts,
+        contacts_missed=firm_counts.missed,
+        time_missed=firm_counts.proportion(Outcome.MISSED),
+        counts_over_offsets=_counts_over_offsets(firm_counts, firm_offsets),
         means_over_offsets=_means_over_offsets(firm_offsets),
     )
 
@@ -203,18 +203,18 @@ def pair_records(result: RunResult) -> tuple[PairRecord, ...]:
             continue
         if pair == columns[0]:
             of_groups.append(_pair_record(result, columns, assembly.pair_name(pair), lengths))
-        name, group = "-".join(assembly.bodies_of(pair)), assembly.pair_name(pair)
-        records.append(_pair_record(result, [pair], name, (NO_LENGTHS, NO_LENGTHS), group))
+        pair_text, group_name = "-".join(assembly.bodies_of(pair)), assembly.pair_name(pair)
+        records.append(_pair_record(result, [pair], pair_text, (NO_LENGTHS, NO_LENGTHS), group_name))
     return (*records, *of_groups)
 
 
 def _pair_record(
-    result: RunResult, columns: Sequence[int], name: str, lengths: tuple[Lengths, Lengths], group: str = ""
+    result: RunResult, columns: Sequence[int], pair_name: str, lengths: tuple[Lengths, Lengths], group_name: str = ""
 ) -> PairRecord:
     """Return the record of a pair, or of the pairs of a group's members, whose contacts the first column counts."""
     contacts, grasped_contacts = (by_pair.get(columns[0], {}) for by_pair in lengths)
     return PairRecord(
-        name=name,
+        name=pair_name,
         grasp=bool(result.assembly.grasped[list(columns)].any()),
         containment={
             label: detection.containment[columns[0]]
@@ -224,24 +224,24 @@ def _pair_record(
         contacts=contacts,
         grasped_contacts=grasped_contacts,
         audit=_pair_audits(result, columns, {*contacts, *grasped_contacts}),
-        group=group,
+        group=group_name,
     )
 
 
 def _contact_lengths(result: RunResult) -> tuple[Lengths, Lengths]:
     """Contacts of every pair by detector, and apart those of a hand with what it holds."""
     lengths: tuple[Lengths, Lengths] = ({}, {})
-    grasped = set(result.holdings)
+    grasped_episodes = set(result.holdings)
     for label, contacts in result.episodes.items():
         for contact in contacts:
-            of_pair = lengths[label == result.oracle and contact in grasped].setdefault(contact.pair, {})
-            before = of_pair.get(label, NO_CONTACTS)
+            of_pair = lengths[label == result.oracle and contact in grasped_episodes].setdefault(contact.pair, {})
+            lengths_before = of_pair.get(label, NO_CONTACTS)
             seconds = contact.end - contact.start
             of_pair[label] = ContactLengths(
-                count=before.count + 1,
-                seconds=before.seconds + seconds,
-                longest=max(before.longest, seconds),
-                cut=before.cut + (contact.cuts > 0),
+                count=lengths_before.count + 1,
+                seconds=lengths_before.seconds + seconds,
+                longest=max(lengths_before.longest, seconds),
+                cut=lengths_before.cut + (contact.cuts > 0),
             )
     return lengths
 
@@ -254,32 +254,32 @@ def _pair_audits(result: RunResult, columns: Sequence[int], touching: set[str]) 
 
     ``touching`` are the detectors that report a contact of the pair, which the first of the columns counts.
     """
-    audits, pair = {}, columns[0]
+    audit_of_label, pair = {}, columns[0]
     for label, comparison in result.comparisons.items():
-        counts = comparison.by_pair[list(columns)].sum(axis=0)
-        frames = ContactPairFrames(
-            both=int(counts[Outcome.BOTH]),
-            missed=int(counts[Outcome.MISSED]),
-            false_contact=int(counts[Outcome.FALSE_CONTACT]),
-            within_tolerance=int(counts[Outcome.WITHIN_TOLERANCE]),
-            grasped=int(counts[Outcome.GRASPED]),
+        outcome_counts = comparison.by_pair[list(columns)].sum(axis=0)
+        pair_frames = ContactPairFrames(
+            both=int(outcome_counts[Outcome.BOTH]),
+            missed=int(outcome_counts[Outcome.MISSED]),
+            false_contact=int(outcome_counts[Outcome.FALSE_CONTACT]),
+            within_tolerance=int(outcome_counts[Outcome.WITHIN_TOLERANCE]),
+            grasped=int(outcome_counts[Outcome.GRASPED]),
         )
-        if result.oracle in touching or any(msgspec.structs.astuple(frames)):
+        if result.oracle in touching or any(msgspec.structs.astuple(pair_frames)):
             pair_counts = result.counts[label].of_pair(pair)
-            audits[label] = PairAudit(
+            audit_of_label[label] = PairAudit(
                 contacts_missed=pair_counts.missed,
                 late_or_cut_short=pair_counts.late_or_cut_short,
-                pair_frames=frames,
-                while_grasped=_while_grasped(result, label, list(columns)) if frames.grasped else None,
+                pair_frames=pair_frames,
+                while_grasped=_while_grasped(result, label, list(columns)) if pair_frames.grasped else None,
             )
-    return audits
+    return audit_of_label
 
 
 def _while_grasped(result: RunResult, label: str, pairs: Sequence[int]) -> GraspedCounts:
     """Count what a detector says of some pairs while a hand holds the body."""
     verdicts = result.detections[result.oracle].verdict, result.detections[label].verdict
-    grasped = tuple(set(result.episodes[result.oracle]) - set(result.not_grasped))
-    counts = grasped_counts(result.comparisons[label], verdicts, grasped, pairs)
+    grasped_episodes = tuple(set(result.episodes[result.oracle]) - set(result.not_grasped))
+    counts = grasped_counts(result.comparisons[label], verdicts, grasped_episodes, pairs)
     return GraspedCounts(
         contacts=counts["contacts"],
         contacts_missed=counts["contacts_missed"],
@@ -308,11 +308,11 @@ def reasons_of(detection: Detection) -> dict[str, int]:
 
 def inside_undecided(detection: Detection) -> int:
     """Pair-frames that are undecided because nobody knows what is inside a mesh."""
-    return sum(count for why, count in _all_reasons(detection).items() if why.startswith(INSIDE_UNDECIDED))
+    return sum(count for reason, count in _all_reasons(detection).items() if reason.startswith(INSIDE_UNDECIDED))
 
 
 def _all_reasons(detection: Detection) -> Counter[str]:
-    return Counter(why for why in detection.reasons.values() if why != NO_REASON)
+    return Counter(reason for reason in detection.reasons.values() if reason != NO_REASON)
 
 
 def undecided_proportion(result: RunResult, label: str) -> Proportion:
@@ -320,14 +320,14 @@ def undecided_proportion(result: RunResult, label: str) -> Proportion:
 
     The interval is over pairs.
     """
-    left, whole = [], []
+    undecided_counts, posed_counts = [], []
     for verdict, outcome in zip(
         result.detections[result.oracle].verdict.T, result.comparisons[label].outcome.T, strict=True
     ):
         has_pose = verdict != Verdict.NO_POSE
-        left.append(int((has_pose & (outcome == Outcome.LEFT_OUT)).sum()))
-        whole.append(int(has_pose.sum()))
-    return proportion_of_clusters(left, whole)
+        undecided_counts.append(int((has_pose & (outcome == Outcome.LEFT_OUT)).sum()))
+        posed_counts.append(int(has_pose.sum()))
+    return proportion_of_clusters(undecided_counts, posed_counts)
 
 
 def undecided_alone(result: RunResult, label: str) -> int:
@@ -340,16 +340,16 @@ def _time_errors(errors: list[float]) -> TimeErrors | None:
     """Seconds: mean and median error, and the absolute error of the 95th percentile and of the worst."""
     if not errors:
         return None
-    absolute = np.abs(errors)
+    absolute_errors = np.abs(errors)
     return TimeErrors(
         mean=float(np.mean(errors)),
         median=float(np.median(errors)),
-        p95_absolute=float(np.quantile(absolute, 0.95)),
-        largest_absolute=float(absolute.max()),
+        p95_absolute=float(np.quantile(absolute_errors, 0.95)),
+        largest_absolute=float(absolute_errors.max()),
     )
 
 
-def pool(audits: Iterable[Mapping[str, DetectorAudit]]) -> dict[str, DetectorAudit]:
+def pooled_audits(audits: Iterable[Mapping[str, DetectorAudit]]) -> dict[str, DetectorAudit]:
     """Label -> audit, from those of several sessions; detectors in the order first met."""
     sessions = list(audits)
     if len(sessions) == 1:
@@ -361,12 +361,12 @@ def pool(audits: Iterable[Mapping[str, DetectorAudit]]) -> dict[str, DetectorAud
 def _pooled_audit(audits: Sequence[DetectorAudit]) -> DetectorAudit:
     """Return the audit of one detector over several sessions."""
     if all(audit.means_over_offsets is not None for audit in audits):
-        return _sum(audits)
+        return _summed(audits)
     # A session of hours is sampled at its own offset alone: then there is no mean over all of them.
-    return _sum([msgspec.structs.replace(audit, means_over_offsets=None) for audit in audits])
+    return _summed([msgspec.structs.replace(audit, means_over_offsets=None) for audit in audits])
 
 
-def _sum(values: Sequence[Any]) -> Any:
+def _summed(values: Sequence[Any]) -> Any:
     """Return one value for several: records and tables key by key, counts added, texts joined.
 
     Errors of matched contacts do not add up from their middles; each session keeps its own.
@@ -374,23 +374,25 @@ def _sum(values: Sequence[Any]) -> Any:
     values = [value for value in values if value is not None and not isinstance(value, TimeErrors)]
     if not values:
         return None
-    first = values[0]
-    if isinstance(first, MissedDepth):
+    first_value = values[0]
+    if isinstance(first_value, MissedDepth):
         return _pooled_depth(values)
-    if isinstance(first, Proportion):
+    if isinstance(first_value, Proportion):
         return pooled_proportion(values)
-    if isinstance(first, msgspec.Struct):
-        fields = first.__struct_fields__
-        return type(first)(**{name: _sum([getattr(value, name) for value in values]) for name in fields})
-    if isinstance(first, Mapping):
+    if isinstance(first_value, msgspec.Struct):
+        field_names = first_value.__struct_fields__
+        return type(first_value)(
+            **{field_name: _summed([getattr(value, field_name) for value in values]) for field_name in field_names}
+        )
+    if isinstance(first_value, Mapping):
         keys = dict.fromkeys(key for value in values for key in value)
-        return {key: _sum([value.get(key) for value in values]) for key in keys}
-    if isinstance(first, str):
-        return first if len(set(values)) == 1 else "; ".join(dict.fromkeys(values))
+        return {key: _summed([value.get(key) for value in values]) for key in keys}
+    if isinstance(first_value, str):
+        return first_value if len(set(values)) == 1 else "; ".join(dict.fromkeys(values))
     return sum(values)
 
 
-LISTED: Final = 200
+MOST_LISTED: Final = 200
 """Moments of one detector of each kind at most in the picture: the longest cuts, the longest false contacts."""
 
 

@@ -25,7 +25,7 @@ from replay.document.file_hash import file_hash
 from replay.document.machine import machine, versions
 from replay.document.run_document import RunDocument
 from replay.document.run_result import RunResult
-from replay.document.scores import pair_records, score
+from replay.document.scores import audit_of_detector, pair_records
 from replay.document.session import (
     AssumptionRecord,
     BodyRecord,
@@ -92,9 +92,9 @@ def document_of_run(
     *,
     settings: RunSettings,
     lineup: Lineup,
-    began: float,
+    start_time: float,
 ) -> RunDocument:
-    """Return everything that was settled and counted, without the answers; ``began`` is a ``perf_counter``."""
+    """Return everything that was settled and counted, without the answers; ``start_time`` is a ``perf_counter``."""
     repair = result.repaired
     return RunDocument(
         caveat=CAVEAT,
@@ -112,7 +112,7 @@ def document_of_run(
             )
             for label, run in runs.items()
         },
-        audit={label: score(result, label) for label in result.comparisons},
+        audit={label: audit_of_detector(result, label) for label in result.comparisons},
         noise=None if result.noise is None else msgspec.convert(result.noise.settings, NoiseRecord),
         policy=repair.policy.as_json(),
         findings=tuple(msgspec.convert(finding.as_json(), FindingRecord) for finding in repair.findings),
@@ -121,22 +121,22 @@ def document_of_run(
         versions=versions(),
         machine=machine(),
         plan=msgspec.convert(plan_summary(planned), PlanRecord),
-        effects=msgspec.convert(effect_summary(result.effects, perf_counter() - began), dict[str, EffectRecord]),
+        effects=msgspec.convert(effect_summary(result.effects, perf_counter() - start_time), dict[str, EffectRecord]),
         answers=(),
     )
 
 
 def _verdicts_in_doubt(result: RunResult, label: str) -> dict[str, int]:
     """Verdicts of a detector that rest on a pose in doubt, by verdict; those without a pose rest on none."""
-    detection, count = result.detections[label], np.zeros(len(Verdict), dtype=np.int64)
+    detection, verdict_counts = result.detections[label], np.zeros(len(Verdict), dtype=np.int64)
     for start in range(0, len(detection.verdict), VERDICT_FRAMES):
         verdict = detection.verdict[start : start + VERDICT_FRAMES]
-        flag = result.flags.of_pairs(result.assembly.pairs, start, start + VERDICT_FRAMES)
-        count += np.bincount(verdict[flag > 0], minlength=len(Verdict))
+        is_flagged = result.flags.of_pairs(result.assembly.pairs, start, start + VERDICT_FRAMES)
+        verdict_counts += np.bincount(verdict[is_flagged > 0], minlength=len(Verdict))
     return {
-        verdict.name.lower(): int(count[verdict])
+        verdict.name.lower(): int(verdict_counts[verdict])
         for verdict in Verdict
-        if count[verdict] and verdict != Verdict.NO_POSE
+        if verdict_counts[verdict] and verdict != Verdict.NO_POSE
     }
 
 
@@ -176,15 +176,15 @@ def _is_withheld(key: str, value: str) -> bool:
 
 def session_digest(result: RunResult) -> str:
     """Return the id of a session, which does not name its file: 16 hex digits over every pose and the stretch."""
-    ends = result.assembly.stamp_ns[[0, -1]].tolist()
-    return hashlib.sha256(f"{result.repaired.digest} {ends}".encode()).hexdigest()[:16]
+    end_stamps = result.assembly.stamp_ns[[0, -1]].tolist()
+    return hashlib.sha256(f"{result.repaired.digest} {end_stamps}".encode()).hexdigest()[:16]
 
 
-def recording_mark(file: Path) -> RecordingMark | None:
+def recording_mark(session_file: Path) -> RecordingMark | None:
     """By what a recording is known again, whatever its file is called; ``None``: there is no such file."""
-    if not file.is_file():
+    if not session_file.is_file():
         return None
-    return RecordingMark(bytes=file.stat().st_size, sha256=file_hash(file))
+    return RecordingMark(bytes=session_file.stat().st_size, sha256=file_hash(session_file))
 
 
 def session_name(session: Session, identity: str) -> str:

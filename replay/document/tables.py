@@ -90,21 +90,21 @@ class Column:
         """Whether it is aligned as words are."""
         return self.dtype not in (int, float)
 
-    def value(self, row: Any) -> Any:
+    def value(self, record: Any) -> Any:
         """Value of a row in this column; ``None`` if a step of the path is ``None`` or the value is NaN."""
         if callable(self.of):
-            return self.of(row)
-        value = row
-        for step in (self.of or self.name).split("."):
-            if value is None:
+            return self.of(record)
+        current = record
+        for path_step in (self.of or self.name).split("."):
+            if current is None:
                 return None
-            if isinstance(value, Mapping):
-                value = value[step]
+            if isinstance(current, Mapping):
+                current = current[path_step]
             else:
-                value = value[int(step)] if step.isdigit() else getattr(value, step)
-        if value != value or (self.empty_is_null and value == ""):
+                current = current[int(path_step)] if path_step.isdigit() else getattr(current, path_step)
+        if current != current or (self.empty_is_null and current == ""):
             return None
-        return value
+        return current
 
     @property
     def for_files(self) -> "Column":
@@ -118,12 +118,12 @@ class Column:
             return replace(self, name=name, of=self._scaled, show="")
         return replace(self, name=name, of=self.of or self.name, show="")
 
-    def _text(self, row: Any) -> str | None:
-        value = self.value(row)
+    def _text(self, record: Any) -> str | None:
+        value = self.value(record)
         return None if value is None else text_of(self.cell(value))
 
-    def _scaled(self, row: Any) -> float | None:
-        value = self.value(row)
+    def _scaled(self, record: Any) -> float | None:
+        value = self.value(record)
         return None if value is None else self.scale * value
 
     def cell(self, value: Any) -> Cell:
@@ -137,7 +137,7 @@ class Column:
 
 NO_HEADS: Final[Mapping[str, str]] = {}
 
-ARROW: Final[Mapping[type, str]] = {str: "string", int: "int64", float: "float64", bool: "bool"}
+ARROW_TYPES: Final[Mapping[type, str]] = {str: "string", int: "int64", float: "float64", bool: "bool"}
 """Type of Python -> type of a column of Arrow; every column may hold null."""
 
 
@@ -230,42 +230,46 @@ class Table:
         # Not by rows as JSON has them: 68,000 contacts of two hours would take 80 MB for a moment.
         values = {column.name: [row[k] for row in self.rows] for k, column in enumerate(self.columns)}
         kinds = types_of(self.columns)
-        return pa.table({name: pa.array(column_values, ARROW[kinds[name]]) for name, column_values in values.items()})
+        return pa.table(
+            {name: pa.array(column_values, ARROW_TYPES[kinds[name]]) for name, column_values in values.items()}
+        )
 
     def to_pandas(self) -> Any:
         """All columns as a data frame; needs pandas."""
         return self.to_arrow().to_pandas()
 
 
-def package_toml(file: str) -> dict[str, Any]:
+def package_toml(file_name: str) -> dict[str, Any]:
     """Contents of a TOML file of this package."""
-    return tomllib.loads(files("replay").joinpath(file).read_text(encoding="utf-8"))
+    return tomllib.loads(files("replay").joinpath(file_name).read_text(encoding="utf-8"))
 
 
-def columns_of(file: str, named: Mapping[str, Callable[[Any], Any]] | None = None) -> dict[str, tuple[Column, ...]]:
+def columns_of(
+    file_name: str, extra_functions: Mapping[str, Callable[[Any], Any]] | None = None
+) -> dict[str, tuple[Column, ...]]:
     """Lists of columns, declared in a TOML file of this package; a word stands for the columns of a list above it.
 
-    ``named`` are the functions that ``show`` and ``number`` name there, and ``of`` where it ends in ``_of``: a row may
-    have a value of the same name.
+    ``extra_functions`` are the functions that ``show`` and ``number`` name there, and ``of`` where it ends in ``_of``:
+    a row may have a value of the same name.
     """
-    lists: dict[str, tuple[Column, ...]] = {}
-    functions = dict(named or {})
+    columns_of_list: dict[str, tuple[Column, ...]] = {}
+    functions = dict(extra_functions or {})
     functions_of_rows = {name: function for name, function in functions.items() if name.endswith("_of")}
-    kinds = {kind.__name__: kind for kind in ARROW}
-    declared = {name: rows for name, rows in package_toml(file).items() if isinstance(rows, list)}
-    for name, rows in declared.items():
+    type_of_name = {kind.__name__: kind for kind in ARROW_TYPES}
+    rows_of_list = {name: rows for name, rows in package_toml(file_name).items() if isinstance(rows, list)}
+    for name, rows in rows_of_list.items():
         columns: list[Column] = []
         for row in rows:
             if isinstance(row, str):
-                columns.extend(lists[row])
+                columns.extend(columns_of_list[row])
                 continue
-            row["dtype"] = kinds[row.get("dtype", "str")]
+            row["dtype"] = type_of_name[row.get("dtype", "str")]
             row |= {key: kind(row[key]) for key, kind in (("only", Output), ("holds", Holds)) if key in row}
             row |= {key: functions.get(row[key], row[key]) for key in ("show", "number") if key in row}
             row |= {"of": functions_of_rows.get(row.get("of", ""), row.get("of", ""))}
             columns.append(Column(**row))
-        lists[name] = tuple(columns)
-    return lists
+        columns_of_list[name] = tuple(columns)
+    return columns_of_list
 
 
 def types_of(columns: Iterable[Column]) -> dict[str, type]:
@@ -278,8 +282,8 @@ NO_MARKS: Final[Mapping[str, str]] = {}
 
 def table(
     title: str,
-    head: Sequence[str],
-    rows: Iterable[Sequence[Any]],
+    column_names: Sequence[str],
+    cell_rows: Iterable[Sequence[Any]],
     *,
     words: int | Sequence[str] = 1,
     marks: Mapping[str, str] = NO_MARKS,
@@ -290,11 +294,14 @@ def table(
     ``words`` are names of the columns of words, or how many come first; the first column is never broken over lines;
     ``marks`` is column -> mark.
     """
-    worded = head[:words] if isinstance(words, int) else words
+    text_column_names = column_names[:words] if isinstance(words, int) else words
     columns = (
-        Column(name, str if name in worded else float, mark=marks.get(name, ""), whole=name == head[0]) for name in head
+        Column(
+            name, str if name in text_column_names else float, mark=marks.get(name, ""), whole=name == column_names[0]
+        )
+        for name in column_names
     )
-    return Table(tuple(columns), tuple(tuple(row) for row in rows), title, tuple(notes))
+    return Table(tuple(columns), tuple(tuple(row) for row in cell_rows), title, tuple(notes))
 
 
 def text_of(cell: Cell) -> str:
@@ -321,11 +328,11 @@ def markdown_text(text: str) -> str:
     return re.sub(r"<|(?<=\])\(", r"\\\g<0>", safe_text(text))
 
 
-def _line(cells: list[str]) -> str:
-    return f"| {' | '.join(cells)} |"
+def _line(cell_texts: list[str]) -> str:
+    return f"| {' | '.join(cell_texts)} |"
 
 
 def _cell(cell: Cell) -> str:
-    around = MARKDOWN_MARKS.get(cell.mark, "") if isinstance(cell, Marked) else ""
-    text = text_of(cell) if around else markdown_text(text_of(cell))
-    return around + text.replace("|", "\\|") + around
+    markdown_mark = MARKDOWN_MARKS.get(cell.mark, "") if isinstance(cell, Marked) else ""
+    text = text_of(cell) if markdown_mark else markdown_text(text_of(cell))
+    return markdown_mark + text.replace("|", "\\|") + markdown_mark

@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 
 from replay.document.audit import DetectorAudit
 from replay.document.gates import Gates, times_of
-from replay.document.scores import pool
+from replay.document.scores import pooled_audits
 from replay.errors import AuditError
 from replay.running.run_result import RunResult
 from sessions import Session
@@ -80,7 +80,7 @@ def audit(
         with store_errors(folder):
             check_target(folder, force=options.get("force", False))
     results = [run(session, out=folder, **options) for session, folder in zip(several, folders, strict=True)]
-    pooled = pool(result.document.audit for result in results)
+    pooled = pooled_audits(result.document.audit for result in results)
     broken = limits.broken(pooled, times_of(result.document for result in results))
     return AuditResult(tuple(results), pooled, tuple(broken))
 

@@ -16,9 +16,9 @@ from replay.document.audit import DetectorAudit
 from replay.document.detector import DetectorTimes
 from replay.document.file_hash import file_hash
 from replay.document.machine import versions
-from replay.document.metrics.row import MEASURED
+from replay.document.metrics.row import TYPES_OF_MEASURES
 from replay.document.run_document import RunDocument
-from replay.document.scores import pool
+from replay.document.scores import pooled_audits
 from replay.document.session import FlaggedPoses
 from replay.errors import OutputError, RunFolderError
 from replay.running.remote_files import is_remote, local_copy, path_of_place, run_folder_for, store_errors
@@ -144,7 +144,10 @@ def run_batch(
     digest, runs = batch_digest(folder, done)
     if not is_remote(folder):
         write_batch_tables(folder, {name: run.request for name, run in runs.items()})
-    before, audit = tuple(name for name in done if name in kept), pool(session.audit for session in runs.values())
+    before, audit = (
+        tuple(name for name in done if name in kept),
+        pooled_audits(session.audit for session in runs.values()),
+    )
     return Batch(folder, done, before, failed, "" if failed else digest, audit, runs)
 
 
@@ -163,7 +166,9 @@ def batch_digest(out: Path, names: Sequence[str]) -> tuple[str, dict[str, Sessio
         run = read_run_folder(out / name)
         answers = {label: detector.digest for label, detector in run.document.detectors.items()}
         # Times differ from run to run.
-        rows = [{key: value for key, value in row.items() if key not in MEASURED} for row in run.rows("metrics")]
+        rows = [
+            {key: value for key, value in row.items() if key not in TYPES_OF_MEASURES} for row in run.rows("metrics")
+        ]
         digest.update(json.dumps([name, answers, rows], sort_keys=True).encode())
         runs[name] = SessionOfBatch.of(run.document)
     return digest.hexdigest(), runs

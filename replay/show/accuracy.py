@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from replay import words
-from replay.document.ranking import Rank, with_fixes
+from replay.document.ranking import Rank, ranks_with_fixes
 from replay.document.run_result import Summarised, Tradeoff
 from replay.show.plots import Axis, Dot, Plot, Size, scatter, ticks_of
 
@@ -26,7 +26,7 @@ def run_dots(result: Summarised) -> list[Dot]:
     if all(audit.undecided.value == 1 for audit in audits.values()):
         return []
     dots = []
-    for number, rank in enumerate(with_fixes(result.ranking, result.document)):
+    for number, rank in enumerate(ranks_with_fixes(result.ranking, result.document)):
         if rank.mean is not None and not rank.undecided:
             dots.append(Dot(rank.label, 1e3 * rank.mean, rank.loss, _kind(rank, worst=number == 0), rank.label))
     return [_with_loss(dot) for dot in dots]

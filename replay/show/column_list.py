@@ -3,12 +3,12 @@
 from typing import Final
 
 from replay.document.columns import FILE_TABLES, FileTable
-from replay.document.tables import ARROW, Column, Table, markdown
+from replay.document.tables import ARROW_TYPES, Column, Table, markdown
 
 HEADS: Final = (
     Column("column", of=lambda column: f"`{column.name}`"),
     Column("unit"),
-    Column("type", of=lambda column: ARROW[column.dtype]),
+    Column("type", of=lambda column: ARROW_TYPES[column.dtype]),
     Column("it holds", of="meaning"),
 )
 

@@ -16,7 +16,7 @@ from replay.document.audit import ContactPairFrames, DetectorAudit
 from replay.document.columns import REFERENCE, false_cell, file_columns, screen_columns
 from replay.document.cost import BUDGET_MS, busy_text
 from replay.document.gates import percent
-from replay.document.ranking import all_unconfirmed, with_fixes
+from replay.document.ranking import all_unconfirmed, ranks_with_fixes
 from replay.document.run_document import ContactLengths
 from replay.document.run_result import Summarised
 from replay.document.tables import Cell, Column, Marked, Table, table
@@ -43,7 +43,7 @@ def ranking_table(result: Summarised) -> Table:
 
     Counts are smallest to largest over the sampling offsets.
     """
-    ranks = with_fixes(result.ranking, result.document)
+    ranks = ranks_with_fixes(result.ranking, result.document)
     contacts = ranks[-1].contacts if ranks else 0
     made_of = f"made of {'it' if contacts == 1 else 'them'}" if contacts else "reported"
     title = f"{contacts_sentence(contacts) if ranks else ''} What each detector {made_of}:"
@@ -65,7 +65,7 @@ def stored_tables(result: Summarised) -> dict[str, Table]:
     Numbers of contacts in the ranking are means over the sampling offsets; the measured Fix has a row of its own.
     """
     rows: dict[str, Sequence[Any]] = {
-        "ranking": with_fixes(result.ranking, result.document),
+        "ranking": ranks_with_fixes(result.ranking, result.document),
         "times": _time_rows(result),
         "effects": _effect_rows(result),
         "session": _session_rows(result),

@@ -48,23 +48,23 @@ def close_intervals(assembly: Assembly, pairs: IntArray) -> tuple[NearMiss, ...]
         "collider", assembly.bodies, pairs=assembly.pairs[pairs], shape="mesh", skin_m=CLOSE_M / 2
     )
     blocks = np.array_split(samples, -(-len(samples) // SAMPLES_AT_ONCE))
-    close = np.concatenate([block.verdict == Verdict.CONTACT for block in detector.stream(map(motion.take, blocks))])
+    is_close = np.concatenate([block.verdict == Verdict.CONTACT for block in detector.stream(map(motion.take, blocks))])
     near_misses = []
     columns = assembly.contact_columns[pairs]
     for pair in np.unique(columns).tolist():
-        times = motion.times[samples[close[:, columns == pair].any(axis=1)]]
-        intervals = np.split(times, np.flatnonzero(np.diff(times) > BREAK_S) + 1)
+        close_times = motion.times[samples[is_close[:, columns == pair].any(axis=1)]]
+        intervals = np.split(close_times, np.flatnonzero(np.diff(close_times) > BREAK_S) + 1)
         near_misses += [NearMiss(pair, float(block[0]), float(block[-1])) for block in intervals if len(block)]
     return tuple(sorted(near_misses, key=lambda near_miss: (near_miss.start, near_miss.pair)))
 
 
-def without_contact(near_misses: Sequence[NearMiss], touching: FloatArray) -> tuple[NearMiss, ...]:
+def without_contact(near_misses: Sequence[NearMiss], contact_intervals: FloatArray) -> tuple[NearMiss, ...]:
     """Those with no contact of their pair within half a second.
 
     ``found``: stretches in which a pair was close.
-    ``touching``: (k, 3) column, start and end in seconds of every contact.
+    ``contact_intervals``: (k, 3) column, start and end in seconds of every contact.
     """
-    pair, start, end = touching.T
+    pair, start, end = contact_intervals.T
     return tuple(
         near_miss
         for near_miss in near_misses

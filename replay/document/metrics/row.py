@@ -24,15 +24,15 @@ REACH_S: Final = 0.5
 """A hand touching what it takes this long before or after the press means to."""
 
 METRICS: Final = types_of(file_columns("metrics"))
-MEASURED: Final = types_of(file_columns("measured"))
+TYPES_OF_MEASURES: Final = types_of(file_columns("measured"))
 """Column -> type; a value nobody measured is null."""
 
-SPILLS: Final = ("pour", "spill")
-HAZARDS: Final = ("hazard-proximity", "near")
-BREAKAGES: Final = ("breakage", "broken")
+SPILL_EVENT: Final = ("pour", "spill")
+HAZARD_EVENT: Final = ("hazard-proximity", "near")
+BREAKAGE_EVENT: Final = ("breakage", "broken")
 """Kind of an effect and the name of its events."""
 
-NOBODY: Final = "none"
+NO_DETECTOR: Final = "none"
 """Stands for the detector where none ran."""
 
 TASK: Final = "task_seconds/"
@@ -54,30 +54,35 @@ def metric_rows(result: RunResult) -> list[dict[str, Any]]:
     if len(result.assembly.motion) < 2:
         return []
     grasping = _grasping_hands(result)
-    shared = _columns_of_session(result, grasping)
+    session_columns = _columns_of_session(result, grasping)
     if not result.detections:
-        return [{**dict.fromkeys(METRICS), **shared, "detector": NOBODY}]
-    return [{**shared, **_of_detector(result, label, grasping, shared["valid_minutes"])} for label in result.detections]
+        return [{**dict.fromkeys(METRICS), **session_columns, "detector": NO_DETECTOR}]
+    return [
+        {**session_columns, **_row_of_detector(result, label, grasping, session_columns["valid_minutes"])}
+        for label in result.detections
+    ]
 
 
 def pseudonym(result: RunResult) -> str:
     """The student's pseudonym, or ``""`` where the recording states none."""
-    stated = result.session.facts.get("pseudonym", "")
-    return "" if stated == NOT_STATED else stated
+    stated_pseudonym = result.session.facts.get("pseudonym", "")
+    return "" if stated_pseudonym == NOT_STATED else stated_pseudonym
 
 
 def effect_metrics(result: RunResult) -> dict[str, Any]:
     """Return the metrics from effects, ``None`` where no effect measures them; breakages also as recorded."""
-    last = float(result.assembly.motion.times[-1])
-    spills, hazards, broken = (_events(result, *event_name) for event_name in (SPILLS, HAZARDS, BREAKAGES))
-    if broken is None and result.session.scene.effects is None and result.session.events:
-        broken = [event for event in result.session.events if event.name == "break"]
+    last_time = float(result.assembly.motion.times[-1])
+    spills, hazards, breakages = (
+        _events(result, *event_name) for event_name in (SPILL_EVENT, HAZARD_EVENT, BREAKAGE_EVENT)
+    )
+    if breakages is None and result.session.scene.effects is None and result.session.events:
+        breakages = [event for event in result.session.events if event.name == "break"]
     return {
-        "breakages": None if broken is None else len(broken),
+        "breakages": None if breakages is None else len(breakages),
         "spilled_ml": None if spills is None else sum(float(episode.values["volume_ml"]) for episode in spills),
         "hazard_seconds": None
         if hazards is None
-        else sum((last if episode.end is None else episode.end) - episode.time for episode in hazards),
+        else sum((last_time if episode.end is None else episode.end) - episode.time for episode in hazards),
     }
 
 
@@ -90,21 +95,21 @@ def _grasping_hands(result: RunResult) -> _Grasping:
     assembly = result.assembly
     hands, fixed = hand_bodies(assembly, result.session), fixed_bodies(assembly)
     # A scene that declares effects is asked for those alone: the topic of hands is not read for a grasp nobody wants.
-    queried = result.session.scene.effects is None or "grasp" in result.effects
-    grasp_spans = grasps(assembly, result.session) if queried else None
+    grasps_wanted = result.session.scene.effects is None or "grasp" in result.effects
+    grasp_spans = grasps(assembly, result.session) if grasps_wanted else None
     not_grasped = [
         pair
         for pair, (a, b) in enumerate(assembly.pairs.tolist())
         if not assembly.grasped[pair] and a not in fixed and b not in fixed
     ]
-    close = tuple(
+    near_misses = tuple(
         episode
         for episode in close_intervals(assembly, np.array(not_grasped, dtype=np.int64))
-        if not intended(
+        if not is_intended(
             Episode(episode.pair, 0, 0, episode.start, episode.end), assembly.pairs, fixed, hands, grasp_spans or ()
         )
     )
-    return _Grasping(hands, grasp_spans, fixed, close)
+    return _Grasping(hands, grasp_spans, fixed, near_misses)
 
 
 def _columns_of_session(result: RunResult, grasping: _Grasping) -> dict[str, Any]:
@@ -128,7 +133,7 @@ def _columns_of_session(result: RunResult, grasping: _Grasping) -> dict[str, Any
     }
 
 
-def _of_detector(result: RunResult, label: str, grasping: _Grasping, minutes: float) -> dict[str, Any]:
+def _row_of_detector(result: RunResult, label: str, grasping: _Grasping, minutes: float) -> dict[str, Any]:
     assembly = result.assembly
     detector_episodes = result.episodes[label]
     segments = [(episode.pair, episode.first, episode.last) for episode in detector_episodes]
@@ -137,7 +142,7 @@ def _of_detector(result: RunResult, label: str, grasping: _Grasping, minutes: fl
     unintended = [
         episode
         for episode in not_grasped
-        if not intended(episode, assembly.pairs, grasping.fixed, grasping.hands, grasping.grasps or ())
+        if not is_intended(episode, assembly.pairs, grasping.fixed, grasping.hands, grasping.grasps or ())
     ]
     spans = np.array(
         [(episode.pair, episode.start, episode.end) for episode in detector_episodes], dtype=np.float64
@@ -154,12 +159,16 @@ def _of_detector(result: RunResult, label: str, grasping: _Grasping, minutes: fl
     }
 
 
-def intended(
-    episode: Episode, pairs: IntArray, fixed: set[int], hands: Mapping[int, str], taken: Sequence[Grasp]
+def is_intended(
+    episode: Episode,
+    pairs: IntArray,
+    fixed_bodies: set[int],
+    hands: Mapping[int, str],
+    grasps_of_hands: Sequence[Grasp],
 ) -> bool:
     """Whether a contact is part of the work: on what carries things, or of a hand with what it takes."""
     a, b = pairs[episode.pair].tolist()
-    if a in fixed or b in fixed:
+    if a in fixed_bodies or b in fixed_bodies:
         return True
     hand, thing = (a, b) if a in hands else (b, a)
     if hand not in hands:
@@ -169,7 +178,7 @@ def intended(
         and grasp.thing in (thing, -1)
         and episode.start <= grasp.end + REACH_S
         and episode.end >= grasp.start - REACH_S
-        for grasp in taken
+        for grasp in grasps_of_hands
     )
 
 
@@ -180,8 +189,8 @@ def recall(result: RunResult, label: str) -> float | None:
     comparison = result.comparisons.get(label)
     if comparison is None:
         return None
-    both, missed = comparison.count(Outcome.BOTH), comparison.count(Outcome.MISSED)
-    return both / (both + missed) if both + missed else None
+    both_frames, missed_frames = comparison.count(Outcome.BOTH), comparison.count(Outcome.MISSED)
+    return both_frames / (both_frames + missed_frames) if both_frames + missed_frames else None
 
 
 def contact_frames(result: RunResult) -> int | None:
@@ -196,10 +205,10 @@ def settings_digest(result: RunResult, label: str) -> str:
     if OFFSET_SETTING not in detector.spec:
         # The offset that is typical of a session belongs to the session.
         settings.pop(OFFSET_SETTING, None)
-    decided = {
+    deciding_values = {
         "name": detector.name,
         "settings": settings,
         "oracle": result.oracle,
         "versions": result.document.versions,
     }
-    return hashlib.sha256(json.dumps(decided, sort_keys=True, default=str).encode()).hexdigest()[:16]
+    return hashlib.sha256(json.dumps(deciding_values, sort_keys=True, default=str).encode()).hexdigest()[:16]

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from replay.document.depth import depth_text
-from replay.document.ranking import Rank, any_decided, with_fixes
+from replay.document.ranking import Rank, any_decided, ranks_with_fixes
 from replay.document.tables import Table, text_of
 from replay.show.accuracy import accuracy_plot, run_dots
 from replay.show.plots import SIZE, Plot
@@ -83,7 +83,7 @@ def comparison_of(view: RunView, mark: float | None = None) -> Comparison:
     section = section_of(view, SectionName.RANKING)
     table = section.table.narrow().values() if view.ranking else Table((), ())
     rows = []
-    ranks = with_fixes(view.ranking, view.document)
+    ranks = ranks_with_fixes(view.ranking, view.document)
     for rank, cells in zip(ranks, table.cells(), strict=True):
         cell_texts = [(name, text_of(cell)) for name, cell in zip(table.head, cells, strict=True)]
         leads = bad = interval = ""
@@ -152,7 +152,7 @@ def _timeline(view: RunView, mark: float | None) -> Timeline:
 
 def _without_lane(view: RunView) -> str:
     """Sentence on the measured Fix, of which a run keeps counts alone; ``""``: none was measured."""
-    fixes = [rank.label for rank in with_fixes(view.ranking, view.document) if rank not in view.ranking]
+    fixes = [rank.label for rank in ranks_with_fixes(view.ranking, view.document) if rank not in view.ranking]
     return "".join(f"{label} has no lane: its contacts were counted, not kept." for label in fixes)
 
 

@@ -8,7 +8,7 @@ from typing import Final
 from replay import words
 from replay.auditing.misses import MANY
 from replay.document.cost import TIMES_ARE, busy_text, cost
-from replay.document.ranking import with_fixes
+from replay.document.ranking import ranks_with_fixes
 from replay.document.run_result import RunResult
 from replay.document.summary import CAVEAT
 from replay.document.tables import Column, Table, markdown, table
@@ -71,7 +71,7 @@ def ranking_text(result: RunResult) -> str:
     name_column = Column(contacts, of=lambda rank: f"{rank.label}:{NO_BREAK}{rank.what}")
     ranking = section_of(result, SectionName.RANKING).table.narrow().values()
     columns = (replace(column, name=column.short or column.name) for column in ranking.columns)
-    return markdown(Table.of([name_column, *columns], with_fixes(result.ranking, result.document)))
+    return markdown(Table.of([name_column, *columns], ranks_with_fixes(result.ranking, result.document)))
 
 
 def accuracy_text(result: RunResult) -> str:

@@ -11,7 +11,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from replay.document.columns import FILE_TABLES, file_columns
-from replay.document.metrics.row import MEASURED
+from replay.document.metrics.row import TYPES_OF_MEASURES
 from replay.document.tables import Column
 from replay.errors import RunFolderError
 from replay.prepare.session_input import require_folder
@@ -22,7 +22,7 @@ from replay.show.results.run_folder import READ_TABLES, SUMMARY, table_file
 
 (RUN,) = file_columns("run")
 
-ADDED_COLUMNS: Final = (RUN.name, *MEASURED)
+ADDED_COLUMNS: Final = (RUN.name, *TYPES_OF_MEASURES)
 """Columns of metrics that are none: where a row is from, beside which reference, and what the detector took."""
 
 DATA_SET: Final = {

@@ -12,10 +12,10 @@ from replay.document.metrics.hands import ACTIVITIES, activities
 from replay.document.metrics.row import pseudonym
 from replay.document.run_result import RunResult
 from replay.document.summary import session_digest
-from replay.document.tables import ARROW, Column, Table, types_of
+from replay.document.tables import ARROW_TYPES, Column, Table, types_of
 from replay.errors import RunFolderError
 
-TYPES: Final = {kind: pa.type_for_alias(name) for kind, name in ARROW.items()}
+TYPES: Final = {kind: pa.type_for_alias(name) for kind, name in ARROW_TYPES.items()}
 """Type of Python -> type of a column."""
 
 UNREADABLE: Final = (OSError, pa.ArrowException)

@@ -14,7 +14,7 @@ from replay.auditing.compare import VERDICT_FRAMES
 from replay.auditing.fault import Fault
 from replay.auditing.holding import within
 from replay.auditing.outcome import Outcome
-from replay.document.metrics.row import MEASURED, METRICS, TASK, metric_rows
+from replay.document.metrics.row import METRICS, TASK, TYPES_OF_MEASURES, metric_rows
 from replay.document.run_document import RunDocument
 from replay.document.run_result import RunResult
 from replay.document.summary import frame_seconds
@@ -85,7 +85,7 @@ def metrics_table(result: RunResult) -> pa.Table:
     """The metrics of a run, columns of ``METRICS`` and ``MEASURED`` and one per task."""
     rows = [row | _measured_columns(result.document, row["detector"]) for row in metric_rows(result)]
     tasks = sorted(name for name in (rows[0] if rows else {}) if name.startswith(TASK))
-    return table_of(rows, METRICS | MEASURED | dict.fromkeys(tasks, float))
+    return table_of(rows, METRICS | TYPES_OF_MEASURES | dict.fromkeys(tasks, float))
 
 
 def _measured_columns(document: RunDocument, label: str) -> dict[str, Any]:
@@ -98,7 +98,9 @@ def _measured_columns(document: RunDocument, label: str) -> dict[str, Any]:
         None if samples is None else samples.max,
     )
     milliseconds = [None if time is None else 1e3 * time for time in durations_s]
-    return dict(zip(MEASURED, (document.oracle, document.session.facts.get("vr_type"), *milliseconds), strict=True))
+    return dict(
+        zip(TYPES_OF_MEASURES, (document.oracle, document.session.facts.get("vr_type"), *milliseconds), strict=True)
+    )
 
 
 def _eventful_pair_frames(result: RunResult) -> tuple[IntArray, IntArray]:

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from replay import words
-from replay.document.columns import file_names
+from replay.document.columns import checked_column_names
 from replay.document.tables import Marked
 from replay.studies.class_study.analysis import Study
 from replay.studies.class_study.class_reasons import reason
@@ -46,7 +46,7 @@ HOW_TO_TEST: Final = "To test conclusions, add --questionnaire answers.csv --cod
 FRAMES_A_SECOND: Final = 90.0
 """Frames of a headset, by which the time of a class is estimated."""
 
-DETECTOR, MEAN_MS = file_names("metrics", "detector", "mean_ms")
+DETECTOR, MEAN_MS = checked_column_names("metrics", "detector", "mean_ms")
 """Column of the metrics with the milliseconds of a detector a frame."""
 
 

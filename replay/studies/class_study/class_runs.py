@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from replay.document.columns import file_names
+from replay.document.columns import checked_column_names
 from replay.errors import StudyError
 from replay.show.results.data_set import ADDED_COLUMNS, DATA_SET, RunSet, find_runs, joined_table
 from replay.show.results.parquet import TYPES, read_table
@@ -24,24 +24,24 @@ Row = Mapping[str, Any]
 EPISODE_HEADS: Final = ("run", "detector", "body_a", "body_b", "held")
 
 COUNTED_COLUMNS: Final[dict[str, tuple[str, ...]]] = {
-    "episodes": file_names("episodes", *EPISODE_HEADS, "missed_by", "task", "stage", "start", "end"),
-    "misses": file_names(
+    "episodes": checked_column_names("episodes", *EPISODE_HEADS, "missed_by", "task", "stage", "start", "end"),
+    "misses": checked_column_names(
         "misses", *EPISODE_HEADS, "number", "episode", "kind", "cause", "cut_length", "touch", "start"
     ),
-    "false_contacts": file_names("false", "run", "detector", "held", "kind", "cause"),
+    "false_contacts": checked_column_names("false", "run", "detector", "held", "kind", "cause"),
 }
 """Table -> the columns of it that the page counts: of 4,000 sessions all of them would not fit into 300 MB."""
 
 OPEN_GUESSES: Final = "open_questions"
 """The key of a summary with the guesses of an import that change its contacts."""
 
-SESSION_COLUMNS: Final = file_names("metrics", "run", "session", "student", "oracle", "vr_type", "scene")
+SESSION_COLUMNS: Final = checked_column_names("metrics", "run", "session", "student", "oracle", "vr_type", "scene")
 """What metrics say of a session, the same in every row of it."""
 
-DETECTOR_COLUMNS: Final = file_names("metrics", "detector", "contacts_per_min", "valid_minutes", "settings")
+DETECTOR_COLUMNS: Final = checked_column_names("metrics", "detector", "contacts_per_min", "valid_minutes", "settings")
 """What metrics say of a detector of a session."""
 
-TITLES: Final = file_names("ranking", "detector", "what")
+TITLES: Final = checked_column_names("ranking", "detector", "what")
 """A detector and what it is, in words."""
 
 

@@ -12,7 +12,7 @@ from replay import run
 from replay.document.columns import file_columns
 from replay.document.contact import ContactRecord, EventRecord
 from replay.document.run_document import StoredTable
-from replay.document.tables import ARROW
+from replay.document.tables import ARROW_TYPES
 from replay.errors import RunFolderError
 from replay.show.results.run_folder import read_run_folder
 from sessions.model.session import Event
@@ -63,7 +63,7 @@ def test_a_table_of_other_length_than_counted_is_refused(written, name):
 
 def plain_types(annotation):
     """Types of columns that an annotation is made of."""
-    if isinstance(annotation, type) and annotation in ARROW:
+    if isinstance(annotation, type) and annotation in ARROW_TYPES:
         return [annotation]
     return [type_ for inner in get_args(annotation) for type_ in plain_types(inner)]
 

@@ -5,7 +5,7 @@ from support.small_worlds import TWO_BUMPS, cubes
 from replay.auditing.wilson import proportion
 from replay.document.audit import CountRange, PairFrames
 from replay.document.gates import Gates, percent
-from replay.document.scores import pool
+from replay.document.scores import pooled_audits
 from replay.engine import compute
 
 
@@ -41,7 +41,7 @@ def test_a_gate_judges_the_mean_over_sampling_offsets():
     assert Gates(max_missed=0.6).broken(audit, []) == []
     contacts, frames = Gates(max_missed=0.4).broken(audit, [])
     assert "1.00 of 2, 0-2" in contacts and "16 start times of sampling" in frames
-    twice = pool([audit, audit])
+    twice = pooled_audits([audit, audit])
     assert "2.00 of 4, 0-4" in Gates(max_missed=0.4).broken(twice, [])[0]
 
 

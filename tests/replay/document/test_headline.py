@@ -11,7 +11,7 @@ from support.small_worlds import TWO_BUMPS, cubes, jumping
 from replay.document.audit import GraspedCounts
 from replay.document.cost import NO_SLOWEST, TIMES_ARE
 from replay.document.diagnosis import answers
-from replay.document.headline import compounds, grasped_notes, price
+from replay.document.headline import compound_lines, grasped_notes, price_reason
 from replay.document.ranking import Rank
 from replay.engine import compute
 
@@ -27,16 +27,16 @@ def test_the_cost_is_the_reference_beside_a_busy_machine(busy):
     document = document_with(audit={"slow": audit_of()}, detectors=detectors, oracle="exact")
     reference = Rank("exact", "", "", 3, 4.1e-5, 1e-4)
     ranks = (replace(reference, label="slow", mean=1e-5), reference)
-    cost = price(SimpleNamespace(document=document, ranking=ranks), None)
+    cost = price_reason(SimpleNamespace(document=document, ranking=ranks), None)
     slowest = "" if busy > 0.05 else ", 99 % within 0.1 ms"
     assert cost.text == f"exact takes 0.041 ms a frame{slowest}; slow 0.01 ms."
     assert cost.figures.startswith(f"Mean: 0.37 % of a 90 Hz frame. {TIMES_ARE}")
     unknown = (*ranks[:1], replace(reference, p99=None))
-    cost_without = price(SimpleNamespace(document=document, ranking=unknown), None)
+    cost_without = price_reason(SimpleNamespace(document=document, ranking=unknown), None)
     assert "99 %" not in cost_without.text and NO_SLOWEST in cost_without.figures
     sentence = "The machine was busy (69 %): run again for reliable times."
     assert cost.figures.endswith(sentence) == (busy > 0.05)
-    assert price(SimpleNamespace(document=structs.replace(document, audit={}), ranking=()), None).text == ""
+    assert price_reason(SimpleNamespace(document=structs.replace(document, audit={}), ranking=()), None).text == ""
 
 
 def test_the_cost_of_every_frame_is_measured_live():
@@ -73,7 +73,7 @@ def test_number_of_pieces_of_a_compound_is_printed(counts, lines):
     pieces = {str(k): (None,) * count for k, count in enumerate(counts)}
     shape = "compound" if counts else "hull"
     detector = SimpleNamespace(settings=SimpleNamespace(shape=shape, pieces=4), parts=pieces)
-    assert compounds(SimpleNamespace(detectors={"it": detector})) == lines
+    assert compound_lines(SimpleNamespace(detectors={"it": detector})) == lines
 
 
 def test_an_unmeasured_fix_is_a_command_with_the_other_settings():

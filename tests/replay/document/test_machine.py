@@ -8,7 +8,7 @@ from unittest.mock import Mock
 import pytest
 
 from replay.document import machine as module
-from replay.document.machine import give_back_memory, machine, processor, versions
+from replay.document.machine import give_back_memory, machine, processor_name, versions
 
 
 def test_versions_name_python_and_what_decides_verdicts():
@@ -33,9 +33,9 @@ def test_the_machine_is_named_without_naming_user_or_host():
 def test_linux_processor_is_named_by_model_or_architecture(listed, named, tmp_path, monkeypatch):
     monkeypatch.setattr(platform, "system", lambda: "Linux")
     monkeypatch.setattr(module, "LINUX_PROCESSORS", tmp_path / "cpuinfo")
-    assert processor() == platform.machine()
+    assert processor_name() == platform.machine()
     (tmp_path / "cpuinfo").write_text(listed)
-    assert processor() == named
+    assert processor_name() == named
 
 
 @pytest.mark.parametrize(("answer", "named"), [("Apple M2\n", "Apple M2"), (None, platform.machine())])
@@ -47,7 +47,7 @@ def test_silent_mac_is_named_by_its_architecture(answer, named, monkeypatch):
 
     monkeypatch.setattr(platform, "system", lambda: "Darwin")
     monkeypatch.setattr(subprocess, "run", asked)
-    assert processor() == named
+    assert processor_name() == named
 
 
 @pytest.mark.parametrize(("library", "calls"), [("glibc", 1), ("", 0)])

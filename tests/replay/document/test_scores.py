@@ -6,7 +6,7 @@ from support.small_worlds import TWO_BUMPS, cubes
 from replay.auditing.matching import EpisodeMatch, EpisodeMatches
 from replay.auditing.wilson import proportion, wilson
 from replay.document.audit import OffsetProportions, PairFrames, TimeErrors
-from replay.document.scores import matching_of, pool
+from replay.document.scores import matching_of, pooled_audits
 from replay.engine import compute
 from sessions.model.scene import Scene, SceneBody
 
@@ -41,7 +41,7 @@ SINGLE = audit_of(
 
 def test_counts_add_up_and_proportions_are_those_of_the_sums():
     other = structs.replace(SINGLE, undecided_reasons={"budget": 1})
-    (audit,) = pool([{"x": SINGLE}, {"x": other}]).values()
+    (audit,) = pooled_audits([{"x": SINGLE}, {"x": other}]).values()
     assert audit.time_missed == proportion(2, 20)
     assert (audit.time_missed.lower, audit.time_missed.upper) == wilson(2, 20)
     assert audit.pair_frames == zeros(PairFrames, both=18, missed=2)
@@ -54,11 +54,11 @@ def test_means_over_offsets_are_pooled_where_every_session_has_them():
     same = proportion(1, 16)
     means = OffsetProportions(contacts_missed=same, late_or_cut_short=same, time_missed=same, false_contact=same)
     rated = structs.replace(SINGLE, means_over_offsets=means)
-    assert pool([{"x": rated}, {"x": rated}])["x"].means_over_offsets.contacts_missed == proportion(2, 32)
-    assert pool([{"x": rated}, {"x": SINGLE}])["x"].means_over_offsets is None
+    assert pooled_audits([{"x": rated}, {"x": rated}])["x"].means_over_offsets.contacts_missed == proportion(2, 32)
+    assert pooled_audits([{"x": rated}, {"x": SINGLE}])["x"].means_over_offsets is None
 
 
 def test_pooling_a_single_session_keeps_everything():
-    assert pool([{"x": SINGLE}]) == {"x": SINGLE}
-    assert list(pool([{"x": SINGLE}, {"y": SINGLE}])) == ["x", "y"]
-    assert pool([]) == {}
+    assert pooled_audits([{"x": SINGLE}]) == {"x": SINGLE}
+    assert list(pooled_audits([{"x": SINGLE}, {"y": SINGLE}])) == ["x", "y"]
+    assert pooled_audits([]) == {}

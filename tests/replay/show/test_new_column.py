@@ -20,7 +20,7 @@ from replay.cli.run_markdown import run_markdown
 from replay.cli.run_tables import run_screen
 from replay.cli.run_tables import run_tables as verbose_tables
 from replay.document import columns
-from replay.document.ranking import with_fixes
+from replay.document.ranking import ranks_with_fixes
 from replay.document.result_tables import result_tables, stored_table
 from replay.document.run_result import Tradeoff
 from replay.document.tables import Column
@@ -81,14 +81,14 @@ def test_a_new_column_is_a_column_in_parquet(texts):
     result, folder, *_ = texts
     rows = pq.read_table(folder / "ranking.parquet").to_pylist()
     assert {row["detector"]: row["probe"] for row in rows} == {
-        rank.label: 40.0 + len(rank.label) for rank in with_fixes(result.ranking, result.document)
+        rank.label: 40.0 + len(rank.label) for rank in ranks_with_fixes(result.ranking, result.document)
     }
 
 
 def test_parquet_holds_the_numbers_behind_the_cells(texts):
     result, folder, *_ = texts
     rows = {row["detector"]: row for row in pq.read_table(folder / "ranking.parquet").to_pylist()}
-    for rank in with_fixes(result.ranking, result.document)[:-1]:
+    for rank in ranks_with_fixes(result.ranking, result.document)[:-1]:
         row = rows[rank.label]
         assert row["missed"] == pytest.approx(rank.missed.value * rank.contacts)
         assert row["late_or_cut_short"] == pytest.approx(rank.late_or_cut_short.value * rank.contacts)

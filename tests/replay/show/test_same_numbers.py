@@ -17,7 +17,7 @@ from replay.advice.settings import settings_of
 from replay.cli.run_markdown import run_markdown
 from replay.cli.run_tables import run_screen
 from replay.document.cost import busy_sentence
-from replay.document.ranking import with_fixes
+from replay.document.ranking import ranks_with_fixes
 from replay.prepare.frame_times import frame_rate
 from replay.show.accuracy import run_dots
 from replay.show.rerun_log import documents
@@ -106,7 +106,7 @@ def test_loss_is_the_same_in_tables_plots_and_the_tradeoff(screens):
     for label, loss in losses.items():
         assert all(words.loss_number(loss) in row for row in rows_of(texts["Markdown"], label))
     dots = {dot.name for dot in run_dots(result)}
-    rows = {rank.label: rank.loss for rank in with_fixes(result.ranking, result.document)}
+    rows = {rank.label: rank.loss for rank in ranks_with_fixes(result.ranking, result.document)}
     assert dots <= {f"{label}: {words.loss_number(loss)}" for label, loss in rows.items()}
     fixed = {label for label in rows if label == "fix"}
     assert all(any(dot.startswith(label) for dot in dots) for label in fixed)

@@ -12,7 +12,7 @@ from replay.auditing.outcome import Episode
 from replay.document.metrics.row import (
     TASK,
     effect_metrics,
-    intended,
+    is_intended,
     metric_rows,
 )
 from replay.effects.output import EffectEvent
@@ -119,7 +119,7 @@ def test_contacts_a_minute_leave_out_what_a_hand_holds(oracle):
     ],
 )
 def test_contacts_that_belong_to_the_work(pair, start, fixed, taken, expected):
-    assert intended(Episode(pair, 0, 0, start, start + 0.1), PAIRS, fixed, HANDS, taken) is expected
+    assert is_intended(Episode(pair, 0, 0, start, start + 0.1), PAIRS, fixed, HANDS, taken) is expected
 
 
 def test_metrics_of_effects_are_sums_or_null():
