@@ -23,13 +23,13 @@ from replay.auditing.flicker import find_flicker
 from replay.auditing.holding import holdings
 from replay.auditing.matching import match_episodes
 from replay.auditing.noisy_contacts import in_noise
-from replay.auditing.sampling_offsets import STEPS, OffsetCounts, at_offset, counts_over_offsets, has_offsets
+from replay.auditing.sampling_offsets import STEPS_OF_OFFSET, OffsetCounts, at_offset, counts_over_offsets, has_offsets
 from replay.auditing.tolerance import Reference, Tolerance
 from replay.detection.compile_notice import compiling_announced
-from replay.detection.detector_spec import TRUSTED, DetectorSpec
+from replay.detection.detector_spec import TRUSTED_DETECTOR, DetectorSpec
 from replay.detection.progress import Advance, Progress, Silent
 from replay.detection.run_detector import MOST_FRAMES_IN_MEMORY, Run, make_detector, run_detector
-from replay.document.diagnosis import answers
+from replay.document.diagnosis import answers_of_run
 from replay.document.fault_sentences import explained_faults
 from replay.document.machine import give_back_memory
 from replay.document.ranking import ranking
@@ -154,7 +154,7 @@ def compute(
     tables = result_tables(result)
     document = structs.replace(
         document,
-        answers=answers(result, document, ranks),
+        answers=answers_of_run(result, document, ranks),
         tables={name: stored_table(name, table) for name, table in tables.items()},
     )
     return replace(result, tables=tables, document=document, ranking=ranks, answers=document.answers)
@@ -168,7 +168,7 @@ def _lineup(planned: Plan, settings: RunSettings, session: Session) -> Lineup:
     if settings.detectors is None and settings.oracle in (None, NO_ORACLE) and not planned.detection:
         return Lineup()
     lineup = line_up(settings, session)
-    present = {spec.name for spec in lineup.specs} | ({TRUSTED} if lineup.specs else set())
+    present = {spec.name for spec in lineup.specs} | ({TRUSTED_DETECTOR} if lineup.specs else set())
     more = [DetectorSpec(name, name) for name in planned.detectors if name not in present]
     return Lineup((*lineup.specs, *more), lineup.oracle, frozenset() if settings.offline else lineup.live)
 
@@ -214,7 +214,7 @@ def _run_detectors(
             live, sampled = spec.label in lineup.live, spec
             if spec.label in fixed_rate and reference is not None:
                 counts = counts_over_offsets(
-                    spec, assembly, reference, settings.seed, live=live, advance=_steps_as_frames(advance, frames)
+                    spec, assembly, reference, settings.seed, is_live=live, advance=_steps_as_frames(advance, frames)
                 )
                 offsets[spec.label] = counts
                 sampled = at_offset(spec, counts)
@@ -234,8 +234,8 @@ def _steps_as_frames(advance: Advance, frames: int) -> Advance:
 
     def step(count: int) -> None:
         nonlocal done
-        before, done = done * frames // STEPS, done + count
-        advance(done * frames // STEPS - before)
+        before, done = done * frames // STEPS_OF_OFFSET, done + count
+        advance(done * frames // STEPS_OF_OFFSET - before)
 
     return step
 
@@ -270,12 +270,12 @@ def _audit(prepared: PreparedSession, oracle: str, detectors: DetectorRuns, prog
         counts = {label: count_contacts(comparison, truth) for label, comparison in comparisons.items()}
         matches = {
             label: match_episodes(
-                comparison, truth, contacts[label], counts[label], reach=_reach(runs[label], runs[oracle])
+                comparison, truth, contacts[label], counts[label], most_frames_apart=_reach(runs[label], runs[oracle])
             )
             for label, comparison in comparisons.items()
         }
         subjects = {
-            label: Audited(assembly.motion, run.detector, run.detection, reference.truth, run.prolonged)
+            label: Audited(assembly.motion, run.detector, run.detection, reference.detection, run.prolonged)
             for label, run in audited.items()
         }
         examined, causes = examine(comparisons, truth, subjects, runs[oracle], assembly, detectors.face_source)
@@ -353,12 +353,17 @@ def _face_source(assembly: Assembly, seed: int, oracle: Run | None) -> Callable[
     An oracle of intervals, of volumes or of a lower rate says that there is contact, but not in which faces at a frame;
     one that is that detector, and listed faces, has said it.
     """
-    if oracle is not None and oracle.spec.name == TRUSTED and not oracle.spec.settings and oracle.detection.face_sets:
+    if (
+        oracle is not None
+        and oracle.spec.name == TRUSTED_DETECTOR
+        and not oracle.spec.settings
+        and oracle.detection.face_sets
+    ):
         known = oracle.detection
         return lambda motion: known.take(np.searchsorted(known.times, motion.times))
 
     @cache
     def trusted() -> Detector:
-        return make_detector(DetectorSpec("faces", TRUSTED), assembly, seed)
+        return make_detector(DetectorSpec("faces", TRUSTED_DETECTOR), assembly, seed)
 
     return lambda motion: trusted().detect(motion, faces=True)

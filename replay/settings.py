@@ -11,15 +11,15 @@ import numpy as np
 
 from cdcore.numerics import TWO_MICROMETRES
 from replay.detection.detector_spec import (
-    RELEASE,
-    TRUSTED,
+    RELEASE_SETTING,
+    TRUSTED_DETECTOR,
     DetectorSpec,
     SpecLike,
     SpecsLike,
     parse_detector,
     parse_detectors,
 )
-from replay.detection.recorded import RECORDED
+from replay.detection.recorded import RECORDED_DETECTOR
 from replay.errors import DetectorSpecError
 from replay.prepare.assemble import Pairs
 from replay.prepare.noise import COPIES
@@ -118,12 +118,14 @@ def line_up(settings: RunSettings, session: Session) -> Lineup:
     labels = frozenset(spec.label for spec in specs)
     if settings.oracle == NO_ORACLE:
         return Lineup(specs, "", labels)
-    trusted = parse_detector(TRUSTED if settings.oracle is None else settings.oracle)
+    trusted = parse_detector(TRUSTED_DETECTOR if settings.oracle is None else settings.oracle)
     for spec in specs:
         if spec.label == trusted.name and not trusted.settings:
             trusted = spec
         if trusted.release:
-            raise DetectorSpecError(f"the reference has no release distance; leave {RELEASE} out of {trusted.label!r}")
+            raise DetectorSpecError(
+                f"the reference has no release distance; leave {RELEASE_SETTING} out of {trusted.label!r}"
+            )
         if (spec.name, dict(spec.settings), spec.release) == (trusted.name, dict(trusted.settings), 0.0):
             # Alone there is nothing to compare its time with.
             return Lineup(specs, spec.label, labels if len(specs) > 1 else frozenset())
@@ -142,9 +144,9 @@ def usual_detectors(session: Session, step_rate: float) -> tuple[DetectorSpec, .
     """
     collider = "shipped" if any(session.colliders.values()) else "hull"
     rate = np.format_float_positional(step_rate, trim="-")
-    names = [f"{collider}{rate}", f"mesh{rate}", "paper", TRUSTED]
+    names = [f"{collider}{rate}", f"mesh{rate}", "paper", TRUSTED_DETECTOR]
     if has_reports(session):
-        names.insert(0, RECORDED)
+        names.insert(0, RECORDED_DETECTOR)
     return parse_detectors(names)
 
 

@@ -141,9 +141,9 @@ def contact_figures(
     pair_assembly = replace(assembly, bodies=bodies, pairs=assembly.pairs[columns])
     detector = make_detector(DetectorSpec("card", "collider", {"shape": "shipped"}), pair_assembly, 0)
     detection = detector.detect(assembly.motion)
-    verdict = reference.truth.verdict.copy()
+    verdict = reference.detection.verdict.copy()
     verdict[:, columns] = detection.verdict
-    comparison = reference.compare(replace(reference.truth, verdict=verdict))
+    comparison = reference.compare(replace(reference.detection, verdict=verdict))
     right, missed, false = comparison.by_pair[columns][:, [Outcome.BOTH, Outcome.MISSED, Outcome.FALSE_CONTACT]].sum(
         axis=0
     )

@@ -8,7 +8,7 @@ from replay.auditing.contact_counts import ContactCounts, count_contacts, count_
 from replay.auditing.episodes import column_runs
 from replay.auditing.loss import loss
 from replay.auditing.outcome import Comparison, Outcome
-from replay.auditing.sampling_offsets import PHASES, OffsetCounts, offset_counts, spread
+from replay.auditing.sampling_offsets import PHASES, OffsetCounts, count_spread, offset_counts
 from replay.auditing.tolerance import Reference, Tolerance
 from replay.auditing.wilson import Proportion, proportion
 from replay.detection.detector_spec import DetectorSpec
@@ -45,7 +45,7 @@ def wrong_counts(
         "false_high": false.upper,
     }
     for name, values in counts.items():
-        over = spread(values)
+        over = count_spread(values)
         row |= {name: over["mean"], f"{name}_smallest": over["smallest"], f"{name}_largest": over["largest"]}
     return row
 
@@ -75,7 +75,7 @@ class Scoring:
         once, as by ``wrong_counts``.
         """
         comparison, rate_hz = self.reference.compare(detection), setting.rate_hz
-        if not rate_hz or self.reference.truth.covers != "instants":
+        if not rate_hz or self.reference.detection.covers != "instants":
             return self.figures_of(comparison)
         return self.figures_of(comparison, self._at_every_frame(setting, assembly), rate_hz)
 

@@ -17,7 +17,7 @@ from replay.advice.scoring import Scoring
 from replay.advice.settings import Setting, next_to_front, settings_list, settings_of
 from replay.advice.timing import MEAN, Clock, LiveFrames, Timed, known
 from replay.cutting.compound import seconds_to_cut
-from replay.detection.detector_spec import TRUSTED, parse_detector
+from replay.detection.detector_spec import TRUSTED_DETECTOR, parse_detector
 from replay.detection.run_detector import make_detector, warm_frames
 from replay.detection.sample_times import P99
 from replay.document.machine import machine, versions
@@ -116,7 +116,7 @@ def tradeoff(
             settings = settings_of(run.detectors)
         else:
             settings = settings_list(frames_hz=frame_rate(motion.times), shipped=bool(session.colliders))
-        scoring = Scoring(assembly, parse_detector(run.oracle or TRUSTED), run.seed, run.tau, session)
+        scoring = Scoring(assembly, parse_detector(run.oracle or TRUSTED_DETECTOR), run.seed, run.tau, session)
         if not scoring.contacts:
             oracle = scoring.spec.name
             raise TradeoffError(f"{oracle} finds no contact in this session: nothing can be missed; take another")
@@ -146,7 +146,7 @@ class _Sweep:
     ) -> None:
         self._assembly, self._scoring, self._seed, self._deadline = assembly, scoring, seed, deadline
         self._settings, self._left = settings, [*settings]
-        self._pair = [_Trial(Setting(TRUSTED, TRUSTED), assembly, seed) for _ in range(2)]
+        self._pair = [_Trial(Setting(TRUSTED_DETECTOR, TRUSTED_DETECTOR), assembly, seed) for _ in range(2)]
         self._clock: Clock | None = None
         self._trials: list[_Trial] = []
 
@@ -261,7 +261,7 @@ class _Sweep:
             "seed": self._seed,
             "machine": machine(),
             "versions": versions(),
-            "reference": TRUSTED,
+            "reference": TRUSTED_DETECTOR,
             "live_frames": self._clock.frames.count,
             "time_limit": self._deadline.limit,
             "clock": self._clock.as_json(),

@@ -99,7 +99,7 @@ class Audited:
         if not isinstance(self.detector, RecordedDetector):
             return ()
         start, end = self.motion.times[[first, last]].tolist()
-        no_step_between = self.detector.stepped(start, end) is False
+        no_step_between = self.detector.has_step_between(start, end) is False
         return Cause.BETWEEN_STEPS if no_step_between else None, CAUSE_OF_REPORT_FAULT.get(kind)
 
     def delay(self, pair: int) -> int:
@@ -240,7 +240,7 @@ def count_causes(
         misses=dict(Counter(miss.cause for miss in misses)),
         pair_frames=dict(frames_of_cause),
         examined_misses=frame_count,
-        missed_contacts=comparison.count(Outcome.MISSED),
+        missed_contacts=comparison.pair_frames_of(Outcome.MISSED),
     )
 
 

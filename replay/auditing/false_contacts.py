@@ -72,23 +72,33 @@ class _Hulls:
 
         Of two such bodies the one into whose hull more vertices reach; ``""``: neither.
         """
-        ends = self._assembly.pairs[pair].tolist()
-        inside = [self._inside(frame, body, other) for body, other in (ends, ends[::-1])]
-        most = int(inside[1] > inside[0])
-        return self._assembly.fault_names(pair)[most] if inside[most] else ""
+        pair_bodies = self._assembly.pairs[pair].tolist()
+        vertices_inside = [
+            self._vertices_inside(frame, body, other) for body, other in (pair_bodies, pair_bodies[::-1])
+        ]
+        deeper_side = int(vertices_inside[1] > vertices_inside[0])
+        return self._assembly.fault_names(pair)[deeper_side] if vertices_inside[deeper_side] else ""
 
-    def _inside(self, frame: int, body: int, other: int) -> int:
+    def _vertices_inside(self, frame: int, body: int, other_body: int) -> int:
         """How many vertices of another body, of some spread over it, are in the convex hull of a body."""
         motion, bodies = self._assembly.motion, self._assembly.bodies
-        vertices = bodies[other].mesh.vertices
+        vertices = bodies[other_body].mesh.vertices
         sampled_vertices = vertices[:: 1 + len(vertices) // MOST_VERTICES]
-        world = place_points(sampled_vertices, motion.rotations[frame, other], motion.translations[frame, other])
-        local = (world - motion.translations[frame, body]) @ motion.rotations[frame, body]
+        world_points = place_points(
+            sampled_vertices, motion.rotations[frame, other_body], motion.translations[frame, other_body]
+        )
+        local_points = (world_points - motion.translations[frame, body]) @ motion.rotations[frame, body]
         # Few vertices are in the box around the hull, and a hull has thousands of planes.
-        hollowed = bodies[body].mesh.vertices
-        vertices_in_box = local[((local >= hollowed.min(axis=0)) & (local <= hollowed.max(axis=0))).all(axis=1)]
-        planes = self._hull_planes(body, hollowed)
-        return int((vertices_in_box @ planes[:, :3].T + planes[:, 3] < 0.0).all(axis=1).sum()) if len(planes) else 0
+        hull_vertices = bodies[body].mesh.vertices
+        vertices_in_box = local_points[
+            ((local_points >= hull_vertices.min(axis=0)) & (local_points <= hull_vertices.max(axis=0))).all(axis=1)
+        ]
+        hull_planes = self._hull_planes(body, hull_vertices)
+        return (
+            int((vertices_in_box @ hull_planes[:, :3].T + hull_planes[:, 3] < 0.0).all(axis=1).sum())
+            if len(hull_planes)
+            else 0
+        )
 
     def _hull_planes(self, body: int, vertices: FloatArray) -> FloatArray:
         """Planes (n, 4) of the convex hull of a body, normals outwards, in its own frame; none of a flat mesh."""
@@ -102,10 +112,10 @@ class _Hulls:
         return self._planes[body]
 
 
-def false_contacts(assembly: Assembly, comparison: Comparison, by: Audited) -> tuple[Fault, ...]:
+def false_contacts(assembly: Assembly, comparison: Comparison, audited: Audited) -> tuple[Fault, ...]:
     """Return the false contacts of a comparison, in order of time, then pair; what a hand holds is none.
 
-    ``by``: who reports them.
+    ``audited``: who reports them.
     """
     outcome, times = comparison.outcome, assembly.motion.times
     end_times = frame_ends(times)
@@ -117,40 +127,44 @@ def false_contacts(assembly: Assembly, comparison: Comparison, by: Audited) -> t
 
     longest = np.argsort([first - last for _, first, last in segments.tolist()], kind="stable")[:GAP_FRAMES_TOTAL]
     most_frames = min(GAP_FRAMES, GAP_FRAMES_TOTAL // len(longest))
-    reports = cache(lambda pair: runs(is_one_of(outcome[:, pair], REPORTED_OUTCOMES)))
-    measured, meshes, faults = set(longest.tolist()), MeshStage(assembly.bodies, assembly.pairs), list[Fault]()
-    shapes = _Shapes(by.detector)
-    hulls = _Hulls(assembly) if getattr(getattr(by.detector, "settings", None), "shape", None) == "hull" else None
+    reports_of_pair = cache(lambda pair: runs(is_one_of(outcome[:, pair], REPORTED_OUTCOMES)))
+    measured_indices, meshes, faults = set(longest.tolist()), MeshStage(assembly.bodies, assembly.pairs), list[Fault]()
+    shapes = _Shapes(audited.detector)
+    hulls = _Hulls(assembly) if getattr(getattr(audited.detector, "settings", None), "shape", None) == "hull" else None
     for number, (pair, first, last) in enumerate(segments.tolist(), 1):
         # Not its ends: there the pair is about to part, and the next moment is near.
-        inner = (last - first) // 4
-        frames = spread_frames(first + inner, last - inner, most_frames if number - 1 in measured else 1).tolist()
-        report = reports(pair)[np.searchsorted(reports(pair)[:, 0], first, side="right") - 1]
-        before, after = reported_around(outcome[:, pair], int(report[0]), int(report[1]), first, last)
+        quarter_frames = (last - first) // 4
+        frames = spread_frames(
+            first + quarter_frames, last - quarter_frames, most_frames if number - 1 in measured_indices else 1
+        ).tolist()
+        report_frames = reports_of_pair(pair)[np.searchsorted(reports_of_pair(pair)[:, 0], first, side="right") - 1]
+        contact_before, contact_after = reported_around(
+            outcome[:, pair], int(report_frames[0]), int(report_frames[1]), first, last
+        )
         fault = Fault(
             number=number,
             detector=comparison.subject,
             pair=pair,
             bodies=assembly.things_of(pair),
             labels=assembly.fault_names(pair),
-            kind=_false_kind(before=before, after=after),
+            kind=_false_kind(contact_before=contact_before, contact_after=contact_after),
             first=first,
             last=last,
             start=float(times[first]),
             end=float(end_times[last]),
             frame=frames[0],
         )
-        fault = _with_largest_gap(fault, assembly, meshes if number - 1 in measured else None, frames)
-        faults.append(_with_cause(fault, by, shapes, hulls))
+        fault = _with_largest_gap(fault, assembly, meshes if number - 1 in measured_indices else None, frames)
+        faults.append(_with_cause(fault, audited, shapes, hulls))
     return tuple(faults)
 
 
-def _false_kind(*, before: bool, after: bool) -> FaultKind:
-    if before and after:
+def _false_kind(*, contact_before: bool, contact_after: bool) -> FaultKind:
+    if contact_before and contact_after:
         return FaultKind.JOINS_TWO
-    if before:
+    if contact_before:
         return FaultKind.ENDS_LATE
-    return FaultKind.STARTS_EARLY if after else FaultKind.NO_CONTACT
+    return FaultKind.STARTS_EARLY if contact_after else FaultKind.NO_CONTACT
 
 
 def _side_is_known(oracle: Detection, pair: int) -> bool:
@@ -165,56 +179,58 @@ def _with_largest_gap(fault: Fault, assembly: Assembly, meshes: "MeshStage | Non
         origins = assembly.motion.translations[frames[0], assembly.pairs[fault.pair]]
         return replace(fault, point=vector_of(origins.mean(axis=0)))
     gaps = [(meshes.gap(assembly.motion, frame, fault.pair), frame) for frame in frames]
-    (gap, ends), frame = max(gaps, key=lambda measured: measured[0][0])
-    evidence = Evidence(nearest=(vector_of(ends[0]), vector_of(ends[1])))
-    return replace(fault, frame=frame, point=vector_of(ends.mean(axis=0)), metres=gap, evidence=evidence)
+    (gap, nearest_points), frame = max(gaps, key=lambda measured: measured[0][0])
+    evidence = Evidence(nearest=(vector_of(nearest_points[0]), vector_of(nearest_points[1])))
+    return replace(fault, frame=frame, point=vector_of(nearest_points.mean(axis=0)), metres=gap, evidence=evidence)
 
 
-def _with_cause(fault: Fault, by: Audited, shapes: _Shapes, hulls: _Hulls | None) -> Fault:
+def _with_cause(fault: Fault, audited: Audited, shapes: _Shapes, hulls: _Hulls | None) -> Fault:
     """Return a false contact with its cause."""
-    cause = _cause(by, fault)
+    cause = _cause(audited, fault)
     if cause is not Cause.COLLIDERS_MEET:
         return replace(fault, cause=cause)
-    if not shapes.meet(by.motion, fault.frame, fault.pair):
-        in_reach = by.contact_reach(fault.pair) > 0.0
+    if not shapes.meet(audited.motion, fault.frame, fault.pair):
+        in_reach = audited.contact_reach(fault.pair) > 0.0
         return replace(fault, cause=Cause.CONTACT_OFFSET if in_reach else Cause.UNEXPLAINED)
-    if hulls is not None and _side_is_known(by.oracle, fault.pair):
-        hollow = hulls.hollow_at(fault.pair, fault.frame)
-        if hollow:
-            evidence = replace(fault.evidence, hollow=hollow)
+    if hulls is not None and _side_is_known(audited.oracle, fault.pair):
+        hollow_body = hulls.hollow_at(fault.pair, fault.frame)
+        if hollow_body:
+            evidence = replace(fault.evidence, hollow=hollow_body)
             return replace(fault, cause=Cause.HULL_FILLS_HOLLOW, evidence=evidence)
     return replace(fault, cause=cause)
 
 
-def _cause(by: Audited, fault: Fault) -> Cause:
-    if by.subject.verdict[fault.frame, fault.pair] == Verdict.CANDIDATE:
+def _cause(audited: Audited, fault: Fault) -> Cause:
+    if audited.subject.verdict[fault.frame, fault.pair] == Verdict.CANDIDATE:
         return Cause.BOUNDING_VOLUMES
-    if by.prolonged is not None and by.prolonged[fault.frame, fault.pair]:
+    if audited.prolonged is not None and audited.prolonged[fault.frame, fault.pair]:
         return Cause.RELEASE_DISTANCE
-    stages = by.stages(fault.frame, fault.pair, NO_FACES.astype(np.int64))
+    stages = audited.stages(fault.frame, fault.pair, NO_FACES.astype(np.int64))
     if stages.within_clock:
         return Cause.CLOCK
     # Shape before rate: a sample of solids that meet there would have said the same.
     if stages.shapes_meet:
         return Cause.COLLIDERS_MEET
-    if isinstance(by.detector, RecordedDetector):
-        return _engine_cause(by.detector, fault, float(by.motion.times[fault.last]))
+    if isinstance(audited.detector, RecordedDetector):
+        return _engine_cause(audited.detector, fault, float(audited.motion.times[fault.last]))
     if stages.looked is False:
         return Cause.LAST_ANSWER
     # Late or early where all answers about the pair are so by a constant number of frames, as here.
-    delay = by.delay(fault.pair)
-    moved = delay != 0 and at_frame(counts_as_contact(by.oracle.verdict[:, fault.pair]), fault.frame - delay)
-    return delay_cause(delay) if moved else Cause.UNEXPLAINED
+    delay = audited.delay(fault.pair)
+    is_delayed_contact = delay != 0 and at_frame(
+        counts_as_contact(audited.oracle.verdict[:, fault.pair]), fault.frame - delay
+    )
+    return delay_cause(delay) if is_delayed_contact else Cause.UNEXPLAINED
 
 
-def _engine_cause(detector: RecordedDetector, fault: Fault, last: float) -> Cause:
+def _engine_cause(detector: RecordedDetector, fault: Fault, last_moment: float) -> Cause:
     """Return why an engine reported a false contact: no step came at its end, or the report is late or early.
 
-    ``last``: second of its last frame.
+    ``last_moment``: second of its last frame.
     """
-    joins = fault.kind is FaultKind.JOINS_TWO and detector.stepped(fault.start, last) is False
+    joins_without_step = fault.kind is FaultKind.JOINS_TWO and detector.stepped(fault.start, last_moment) is False
     ends_late = fault.kind is FaultKind.ENDS_LATE
-    if joins or (ends_late and detector.ended_at_next_step(fault.pair, fault.start)):
+    if joins_without_step or (ends_late and detector.ended_at_next_step(fault.pair, fault.start)):
         return Cause.BETWEEN_STEPS
     if ends_late:
         return Cause.LATE

@@ -227,9 +227,11 @@ def worst_first(faults: Iterable[Fault]) -> list[Fault]:
     Misses by depth, then those of unknown depth by the length of their curve; false contacts by the width of their gap.
     Equals, to a micrometre, are in order of time.
     """
-    keyed = [((-_micrometres(fault.depth), -_micrometres(fault.metres), fault.number), fault) for fault in faults]
-    keyed.sort(key=itemgetter(0))
-    return [fault for _, fault in keyed]
+    keyed_faults = [
+        ((-_micrometres(fault.depth), -_micrometres(fault.metres), fault.number), fault) for fault in faults
+    ]
+    keyed_faults.sort(key=itemgetter(0))
+    return [fault for _, fault in keyed_faults]
 
 
 def _micrometres(metres: float) -> float:

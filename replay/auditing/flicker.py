@@ -45,7 +45,7 @@ MOST_MEASURED: Final = 400
 STAMP_SLACK: Final = 1e-6
 """Seconds by which stamps are rounded."""
 
-ROUNDING: Final = 1e-9
+STEP_ROUNDING: Final = 1e-9
 """Metres by which a gap is rounded."""
 
 
@@ -111,10 +111,10 @@ class Flicker(Record, frozen=True):
 
 def interruptions_of(contacts: Sequence[Episode]) -> list[Interruption]:
     """Return the interruptions between the contacts of one detector, in order of time, then pair."""
-    ordered = sorted(contacts, key=lambda contact: (contact.pair, contact.first))
+    sorted_contacts = sorted(contacts, key=lambda contact: (contact.pair, contact.first))
     interruptions = [
         Interruption(before.pair, before.last + 1, after.first - 1)
-        for before, after in pairwise(ordered)
+        for before, after in pairwise(sorted_contacts)
         if before.pair == after.pair and after.start - before.end <= FLICKER_SECONDS + STAMP_SLACK
     ]
     return sorted(interruptions, key=lambda gap: (gap.first, gap.pair))
@@ -122,12 +122,12 @@ def interruptions_of(contacts: Sequence[Episode]) -> list[Interruption]:
 
 def flicker_of(contacts: Sequence[Episode], interruptions: Sequence[Interruption]) -> Flicker:
     """Return the number of interrupted contacts of one detector, without a release distance."""
-    ends = {(gap.pair, gap.first - 1) for gap in interruptions}
-    starts = {(gap.pair, gap.last + 1) for gap in interruptions}
+    end_keys = {(gap.pair, gap.first - 1) for gap in interruptions}
+    start_keys = {(gap.pair, gap.last + 1) for gap in interruptions}
     interrupted = [
         contact
         for contact in contacts
-        if (contact.pair, contact.last) in ends or (contact.pair, contact.first) in starts
+        if (contact.pair, contact.last) in end_keys or (contact.pair, contact.first) in start_keys
     ]
     return Flicker(reported=len(contacts), contacts=len(interrupted), interruptions=len(interruptions))
 
@@ -149,14 +149,14 @@ def find_flicker(
     """
     flicker: dict[str, Flicker] = {}
     for label, run in runs.items():
-        counted = _not_grasped(contacts[label], assembly, reference)
-        interruptions = _near_interruptions(interruptions_of(counted), run, assembly, seed)
+        counted_contacts = _not_grasped(contacts[label], assembly, reference)
+        interruptions = _near_interruptions(interruptions_of(counted_contacts), run, assembly, seed)
         if not interruptions:
             continue
-        flicker[label] = flicker_of(counted, interruptions)
+        flicker[label] = flicker_of(counted_contacts, interruptions)
         if run.detection.covers == "instants" and not run.spec.release:
             gaps = _gaps(interruptions[:MOST_MEASURED], run, assembly, seed)
-            release = _release(gaps, run, assembly, reference, seed)
+            release = _release_distance(gaps, run, assembly, reference, seed)
             false_contact = _false_contact(run.detection, reference, offsets.get(label))
             flicker[label] = structs.replace(
                 flicker[label],
@@ -168,22 +168,28 @@ def find_flicker(
 
 def _not_grasped(contacts: Sequence[Episode], assembly: Assembly, reference: Reference | None) -> tuple[Episode, ...]:
     """The contacts without those of a hand and what it holds."""
-    spans = np.array([(contact.pair, contact.first, contact.last) for contact in contacts], dtype=np.int64)
-    spans = spans.reshape(-1, 3)
-    grasped = assembly.grasped[spans[:, 0]]
+    segments = np.array([(contact.pair, contact.first, contact.last) for contact in contacts], dtype=np.int64)
+    segments = segments.reshape(-1, 3)
+    is_pair_grasped = assembly.grasped[segments[:, 0]]
     if reference is not None:
-        grasped = grasped | within(reference.holdings, *spans.T)
-    return tuple(contact for contact, is_grasped in zip(contacts, grasped.tolist(), strict=True) if not is_grasped)
+        is_pair_grasped = is_pair_grasped | within(reference.holdings, *segments.T)
+    return tuple(
+        contact for contact, is_grasped in zip(contacts, is_pair_grasped.tolist(), strict=True) if not is_grasped
+    )
 
 
-def _release(gaps: FloatArray, run: Run, assembly: Assembly, reference: Reference | None, seed: int) -> ReleaseDistance:
+def _release_distance(
+    gaps: FloatArray, run: Run, assembly: Assembly, reference: Reference | None, seed: int
+) -> ReleaseDistance:
     """Return the smallest release distance, rounded up, that is no less than any of the gaps, measured."""
-    steps = max(1, ceil((float(gaps.max()) + ROUNDING) / RELEASE_STEP))
-    spec = replace(run.spec, release=round(steps * RELEASE_STEP, 6))
-    return structs.replace(_measure_release(spec, assembly, reference, seed), begins=_reach(run, assembly))
+    release_steps = max(1, ceil((float(gaps.max()) + STEP_ROUNDING) / RELEASE_STEP))
+    spec = replace(run.spec, release=round(release_steps * RELEASE_STEP, 6))
+    return structs.replace(
+        _measure_release(spec, assembly, reference, seed), begins=_largest_contact_offset(run, assembly)
+    )
 
 
-def _reach(run: Run, assembly: Assembly) -> float:
+def _largest_contact_offset(run: Run, assembly: Assembly) -> float:
     """Metres between the shapes from which a detector reports contact: the largest contact offset of its pairs."""
     detector = run.detector
     if not isinstance(detector, PairDetector):
@@ -195,7 +201,7 @@ def _measure_release(spec: DetectorSpec, assembly: Assembly, reference: Referenc
     """Return what a run of a detector with a release distance prints of it."""
     offsets = None
     if reference is not None and has_offsets(spec, len(assembly.motion)):
-        offsets = counts_over_offsets(spec, assembly, reference, seed, live=False)
+        offsets = counts_over_offsets(spec, assembly, reference, seed, is_live=False)
     offset_spec = spec if offsets is None else at_offset(spec, offsets)
     run = run_detector(offset_spec, assembly, seed=seed, faces=False, advance=ignore_progress)
     detection = run.detection
@@ -226,12 +232,12 @@ def _near_interruptions(
     """The interruptions in which the shapes stay within ``WIDEST_RELEASE`` beyond the contact offset."""
     if not interruptions:
         return []
-    within_reach = frames_within(_reach(run, assembly) + WIDEST_RELEASE, run.detector, assembly, seed)
-    sampled = _sampled_frames(run, assembly)
+    within_reach = frames_within(_largest_contact_offset(run, assembly) + WIDEST_RELEASE, run.detector, assembly, seed)
+    is_sampled = _sampled_frames(run, assembly)
     return [
         interruption
         for interruption in interruptions
-        for frames in (_samples(interruption, sampled),)
+        for frames in (_samples(interruption, is_sampled),)
         if any(within_reach[frames, column].all() for column in _columns_in_contact(interruption, run, assembly))
     ]
 
@@ -239,21 +245,25 @@ def _near_interruptions(
 def _sampled_frames(run: Run, assembly: Assembly) -> BoolArray:
     """(T,) frames in which a detector samples; all of one that is none of our table."""
     settings = run.detector.settings
-    rate = (settings.rate_hz, settings.sampling_offset_s) if isinstance(settings, RateSettings) else (None, 0.0)
-    return sampled_frames(assembly.motion.times, *rate)
+    rate_and_offset = (
+        (settings.rate_hz, settings.sampling_offset_s) if isinstance(settings, RateSettings) else (None, 0.0)
+    )
+    return sampled_frames(assembly.motion.times, *rate_and_offset)
 
 
-def _samples(interruption: Interruption, sampled: BoolArray) -> IntArray:
+def _samples(interruption: Interruption, is_sampled: BoolArray) -> IntArray:
     """The frames of an interruption in which the detector samples."""
     frames = np.arange(interruption.first, interruption.last + 1)
-    return frames[sampled[frames]] if sampled[frames].any() else frames
+    return frames[is_sampled[frames]] if is_sampled[frames].any() else frames
 
 
 def _columns_in_contact(interruption: Interruption, run: Run, assembly: Assembly) -> list[int]:
     """The columns of a pair, or of the members of a group, that are in contact just before an interruption."""
-    before = run.detection.verdict[interruption.first - 1]
+    verdicts_before = run.detection.verdict[interruption.first - 1]
     columns = assembly.columns_of_contact(interruption.pair)
-    return [column for column, contact in zip(columns, counts_as_contact(before[columns]), strict=True) if contact]
+    return [
+        column for column, contact in zip(columns, counts_as_contact(verdicts_before[columns]), strict=True) if contact
+    ]
 
 
 def _gaps(interruptions: Sequence[Interruption], run: Run, assembly: Assembly, seed: int) -> FloatArray:
@@ -261,18 +271,20 @@ def _gaps(interruptions: Sequence[Interruption], run: Run, assembly: Assembly, s
     # Here, since a run without flicker loads no collision engine for it.
     from cdcore.narrow.mesh_stage import MeshStage
 
-    shapes = make_detector(near_spec(run.detector, 0.0), assembly, seed)
-    stage = MeshStage(getattr(shapes, "colliders", assembly.bodies), assembly.pairs)
-    sampled = _sampled_frames(run, assembly)
-    return np.array([_widest(gap, run, assembly, stage, _samples(gap, sampled)) for gap in interruptions])
+    shape_detector = make_detector(near_spec(run.detector, 0.0), assembly, seed)
+    stage = MeshStage(getattr(shape_detector, "colliders", assembly.bodies), assembly.pairs)
+    is_sampled = _sampled_frames(run, assembly)
+    return np.array([_widest_gap(gap, run, assembly, stage, _samples(gap, is_sampled)) for gap in interruptions])
 
 
-def _widest(interruption: Interruption, run: Run, assembly: Assembly, stage: "MeshStage", frames: IntArray) -> float:
+def _widest_gap(
+    interruption: Interruption, run: Run, assembly: Assembly, stage: "MeshStage", frames: IntArray
+) -> float:
     """Metres by which the shapes part in some frames; of the members of a group, those that part least."""
-    widest = []
+    largest_gaps = []
     for column in _columns_in_contact(interruption, run, assembly):
         frames_with_pose = frames[assembly.motion.valid[frames][:, assembly.pairs[column]].all(axis=1)]
-        widest.append(
+        largest_gaps.append(
             max((stage.gap(assembly.motion, frame, column)[0] for frame in frames_with_pose.tolist()), default=0.0)
         )
-    return max(0.0, min(widest, default=0.0))
+    return max(0.0, min(largest_gaps, default=0.0))

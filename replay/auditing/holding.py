@@ -17,8 +17,8 @@ from replay.prepare.assembly import Assembly
 from sessions import Session
 from sessions.names import is_hand, side_of
 
-PRESSED: Final = 0.6
-RELEASED: Final = 0.4
+PRESSED_FROM: Final = 0.6
+RELEASED_BELOW: Final = 0.4
 """A trigger is pressed above the one and let go below the other, so that a resting finger does not grasp."""
 
 LEAST_GRASP_S: Final = 0.3
@@ -45,11 +45,11 @@ class Grasp:
 
 def hand_bodies(assembly: Assembly, session: Session) -> dict[int, str]:
     """Bodies that are hands -> ``left``, ``right`` or ``""``: tagged ``hand``, or else named like one."""
-    tagged = {body.id for body in session.scene.bodies if "hand" in body.tags}
-    names = dict(enumerate(assembly.names))
-    hands = {k for k, name in names.items() if name in tagged}
-    hands = hands or {k for k, name in names.items() if is_hand(name)}
-    return {k: side_of(names[k]) for k in sorted(hands)}
+    tagged_names = {body.id for body in session.scene.bodies if "hand" in body.tags}
+    name_of_body = dict(enumerate(assembly.names))
+    hand_numbers = {k for k, name in name_of_body.items() if name in tagged_names}
+    hand_numbers = hand_numbers or {k for k, name in name_of_body.items() if is_hand(name)}
+    return {k: side_of(name_of_body[k]) for k in sorted(hand_numbers)}
 
 
 def grasps(assembly: Assembly, session: Session | None) -> tuple[Grasp, ...] | None:
@@ -59,41 +59,45 @@ def grasps(assembly: Assembly, session: Session | None) -> tuple[Grasp, ...] | N
     motion = assembly.motion
     window = (float(motion.times[0]), float(motion.times[-1]))
     hands = hand_bodies(assembly, session)
-    moved = np.ptp(motion.translations, axis=0).max(axis=1) > LEAST_MOVED_M
-    movable = [k for k in range(len(assembly.bodies)) if k not in hands and moved[k]]
+    has_moved = np.ptp(motion.translations, axis=0).max(axis=1) > LEAST_MOVED_M
+    movable_bodies = [k for k in range(len(assembly.bodies)) if k not in hands and has_moved[k]]
     holding_episodes = []
     for body, side in hands.items():
         for key, track in session.hands.items():
             if side and key.rpartition("/")[2] == side:
-                times = (track.times_ns - assembly.first_ns) / 1e9
-                for first, stop in hysteresis_spans(track.trigger.astype(np.float64), PRESSED, RELEASED):
-                    start, end = float(times[first]), float(times[min(stop, len(times) - 1)])
+                trigger_times = (track.times_ns - assembly.first_ns) / 1e9
+                for first, stop in hysteresis_spans(track.trigger.astype(np.float64), PRESSED_FROM, RELEASED_BELOW):
+                    start, end = float(trigger_times[first]), float(trigger_times[min(stop, len(trigger_times) - 1)])
                     if start <= window[1] and end >= window[0]:
-                        holding_episodes.append(Grasp(body, start, end, _taken(motion, body, movable, start, end)))
+                        holding_episodes.append(
+                            Grasp(body, start, end, _grasped_body(motion, body, movable_bodies, start, end))
+                        )
     return tuple(sorted(holding_episodes, key=lambda grasp: (grasp.start, grasp.hand)))
 
 
-def _taken(motion: Motion, hand: int, movable: list[int], start: float, end: float) -> int:
+def _grasped_body(motion: Motion, hand: int, movable_bodies: list[int], start: float, end: float) -> int:
     """The body that kept its place in the hand while it moved, nearest first."""
     if end - start <= LEAST_GRASP_S:
         return -1
     first, last = np.searchsorted(motion.times, [start + SETTLED_S, end])
     if last - first < 3:
         return -1
-    rows = slice(int(first), int(last))
-    position, rotation = motion.translations[rows, hand], motion.rotations[rows, hand]
-    best, nearest = -1, np.inf
-    for body in movable:
-        has_pose = motion.valid[rows, hand] & motion.valid[rows, body]
+    frame_slice = slice(int(first), int(last))
+    position, rotation = motion.translations[frame_slice, hand], motion.rotations[frame_slice, hand]
+    nearest_body, nearest_distance = -1, np.inf
+    for body in movable_bodies:
+        has_pose = motion.valid[frame_slice, hand] & motion.valid[frame_slice, body]
         if has_pose.sum() < 3:
             continue
-        positions = motion.translations[rows, body][has_pose]
+        positions = motion.translations[frame_slice, body][has_pose]
         local_positions = np.einsum("tji,tj->ti", rotation[has_pose], positions - position[has_pose])
-        moved = float(np.linalg.norm(np.ptp(positions, axis=0)))
-        if moved > LEAST_MOVED_M and float(np.ptp(local_positions, axis=0).max()) < RIGID_M:
-            away = float(np.linalg.norm(local_positions.mean(axis=0)))
-            best, nearest = (body, away) if away < nearest else (best, nearest)
-    return best
+        moved_distance = float(np.linalg.norm(np.ptp(positions, axis=0)))
+        if moved_distance > LEAST_MOVED_M and float(np.ptp(local_positions, axis=0).max()) < RIGID_M:
+            hand_distance = float(np.linalg.norm(local_positions.mean(axis=0)))
+            nearest_body, nearest_distance = (
+                (body, hand_distance) if hand_distance < nearest_distance else (nearest_body, nearest_distance)
+            )
+    return nearest_body
 
 
 def holdings(assembly: Assembly, session: Session | None, contacts: Iterable[Episode] = ()) -> tuple[Episode, ...]:
@@ -102,20 +106,24 @@ def holdings(assembly: Assembly, session: Session | None, contacts: Iterable[Epi
     ``contacts`` are the oracle's. Stretches of one pair may overlap.
     """
     times, columns = assembly.motion.times, {tuple(pair): k for k, pair in enumerate(assembly.pairs.tolist())}
-    rows = [(pair, 0, len(times) - 1) for pair in np.flatnonzero(assembly.grasped).tolist()]
+    holding_segments = [(pair, 0, len(times) - 1) for pair in np.flatnonzero(assembly.grasped).tolist()]
     for grasp in grasps(assembly, session) or ():
         pair = columns.get((min(grasp.hand, grasp.thing), max(grasp.hand, grasp.thing)))
         if pair is not None:
             first, stop = np.searchsorted(times, [grasp.start, grasp.end]).tolist()
-            rows += [(pair, first, stop - 1)] if stop > first else []
-    rows = [(member, a, b) for pair, a, b in rows for member in assembly.columns_of_contact(pair)]
-    holding_episodes = tuple(Episode(pair, a, b, float(times[a]), float(times[b])) for pair, a, b in rows)
-    near = tuple(contacts)
-    segments = np.array([(contact.pair, contact.first, contact.last) for contact in near], dtype=np.int64).reshape(
-        -1, 3
+            holding_segments += [(pair, first, stop - 1)] if stop > first else []
+    holding_segments = [
+        (member, a, b) for pair, a, b in holding_segments for member in assembly.columns_of_contact(pair)
+    ]
+    holding_episodes = tuple(Episode(pair, a, b, float(times[a]), float(times[b])) for pair, a, b in holding_segments)
+    linked_contacts = tuple(contacts)
+    segments = np.array(
+        [(contact.pair, contact.first, contact.last) for contact in linked_contacts], dtype=np.int64
+    ).reshape(-1, 3)
+    is_contact_grasped = shares_a_frame(holding_episodes, *segments.T)
+    grasped_contacts = (
+        contact for contact, is_grasped in zip(linked_contacts, is_contact_grasped, strict=True) if is_grasped
     )
-    grasped = within(holding_episodes, *segments.T)
-    grasped_contacts = (contact for contact, is_grasped in zip(near, grasped, strict=True) if is_grasped)
     return holding_episodes + tuple(
         replace(contact, pair=member)
         for contact in grasped_contacts
@@ -127,14 +135,16 @@ def are_grasped(
     assembly: Assembly, holdings: Sequence[Episode], segments: Sequence[tuple[int, int, int]]
 ) -> list[bool]:
     """Return of each (pair, first frame, last frame) whether a hand holds the body, or a parent carries it."""
-    rows = np.array(segments, dtype=np.int64).reshape(-1, 3)
-    grasped: list[bool] = (assembly.grasped[rows[:, 0]] | within(holdings, *rows.T)).tolist()
-    return grasped
+    segment_array = np.array(segments, dtype=np.int64).reshape(-1, 3)
+    is_grasped: list[bool] = (
+        assembly.grasped[segment_array[:, 0]] | shares_a_frame(holdings, *segment_array.T)
+    ).tolist()
+    return is_grasped
 
 
-def within(holdings: Sequence[Episode], pairs: IntArray, first: IntArray, last: IntArray) -> BoolArray:
+def shares_a_frame(holdings: Sequence[Episode], pairs: IntArray, first: IntArray, last: IntArray) -> BoolArray:
     """Return which of K segments of frames (both ends included) of ``pairs`` share a frame with a holding, (K,)."""
-    inside = np.zeros(len(pairs), dtype=np.bool_)
+    is_shared = np.zeros(len(pairs), dtype=np.bool_)
     for holding in holdings:
-        inside |= (pairs == holding.pair) & (first <= holding.last) & (last >= holding.first)
-    return inside
+        is_shared |= (pairs == holding.pair) & (first <= holding.last) & (last >= holding.first)
+    return is_shared

@@ -22,7 +22,9 @@ def fraction_of(proportion: Proportion | None) -> float:
     return 0.0 if proportion is None or proportion.value is None else proportion.value
 
 
-def lost(contacts_missed: Proportion | None, time_missed: Proportion | None, contacts_undecided: float = 0.0) -> float:
+def lost_contact(
+    contacts_missed: Proportion | None, time_missed: Proportion | None, contacts_undecided: float = 0.0
+) -> float:
     """The part of a loss that is contact, 0 to 2: contacts that were missed, and contact time that was not reported.
 
     A missed contact counts in both, so that a tap of a single frame weighs as a contact, and not as a frame.
@@ -46,4 +48,4 @@ def loss(
     time_false : of the pair-frames that the detector reports as contact, those that are none.
     contacts_undecided : as for ``lost``.
     """
-    return lost(contacts_missed, time_missed, contacts_undecided) + fraction_of(time_false)
+    return lost_contact(contacts_missed, time_missed, contacts_undecided) + fraction_of(time_false)

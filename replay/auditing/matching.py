@@ -50,19 +50,27 @@ class EpisodeMatches:
 
 
 def match_episodes(
-    comparison: Comparison, truth: Sequence[Episode], reported: Sequence[Episode], counts: ContactCounts, reach: int = 0
+    comparison: Comparison,
+    reference_episodes: Sequence[Episode],
+    subject_episodes: Sequence[Episode],
+    counts: ContactCounts,
+    most_frames_apart: int = 0,
 ) -> EpisodeMatches:
     """Match the contacts of a subject with those of the oracle.
 
     Parameters
     ----------
-    comparison : the same two detections frame by frame; says which unmatched contacts are excused.
-    truth, reported : episodes of the oracle and of the subject, in order.
-    counts : what became of the oracle's contacts.
-    reach : frames after its last for which a subject's contact still speaks: 1 for instants beside intervals.
+    comparison : the same two detections frame by frame; says which unmatched contacts are excused. reference_episodes,
+    subject_episodes : episodes of the oracle and of the subject, in order. counts : what became of the oracle's
+    contacts. most_frames_apart : frames after its last for which a subject's contact still speaks: 1 for instants
+    beside intervals.
     """
-    grasped, grasped_reports = (_grasped_contacts(comparison, some) for some in (truth, reported))
-    overlaps, matched_overlaps = _match_overlaps(truth, reported, reach, grasped)
+    grasped_contacts, grasped_reports = (
+        _grasped_contacts(comparison, episodes_of_side) for episodes_of_side in (reference_episodes, subject_episodes)
+    )
+    overlaps, matched_overlaps = _match_overlaps(
+        reference_episodes, subject_episodes, most_frames_apart, grasped_contacts
+    )
     of_truth, of_reported = (
         Counter(episode.truth for episode in overlaps),
         Counter(episode.reported for episode in overlaps),
@@ -71,33 +79,37 @@ def match_episodes(
         {overlap.truth for overlap in matched_overlaps},
         {overlap.reported for overlap in matched_overlaps},
     )
-    explained = of_reported.keys() | grasped_reports
-    unexplained = [(number, episode) for number, episode in enumerate(reported, 1) if number not in explained]
-    missed = counts.missed_numbers
+    explained_numbers = of_reported.keys() | grasped_reports
+    unexplained_reports = [
+        (number, episode) for number, episode in enumerate(subject_episodes, 1) if number not in explained_numbers
+    ]
+    missed_numbers = counts.missed_numbers
     outcome = comparison.by_contact
     false_contacts = [
         number
-        for number, episode in unexplained
+        for number, episode in unexplained_reports
         if (outcome[episode.first : episode.last + 1, episode.pair] == Outcome.FALSE_CONTACT).any()
     ]
     return EpisodeMatches(
         matched=tuple(matched_overlaps),
-        missed=tuple(missed),
+        missed=tuple(missed_numbers),
         false_contacts=tuple(false_contacts),
         split=tuple(sorted(number for number, count in of_truth.items() if count > 1)),
         merged=tuple(sorted(number for number, count in of_reported.items() if count > 1)),
         absorbed=tuple(sorted(set(of_truth) - matched_contacts)),
         pieces=tuple(sorted(set(of_reported) - matched_reports)),
-        excused_truth=tuple(sorted({*range(1, len(truth) + 1)} - set(of_truth) - set(missed) - grasped)),
-        excused_reports=tuple(sorted({number for number, _ in unexplained} - set(false_contacts))),
-        grasped_truth=tuple(sorted(grasped)),
+        excused_truth=tuple(
+            sorted({*range(1, len(reference_episodes) + 1)} - set(of_truth) - set(missed_numbers) - grasped_contacts)
+        ),
+        excused_reports=tuple(sorted({number for number, _ in unexplained_reports} - set(false_contacts))),
+        grasped_truth=tuple(sorted(grasped_contacts)),
         grasped_reports=tuple(sorted(grasped_reports)),
     )
 
 
-def partners(episode: Sequence[Episode], other: Sequence[Episode]) -> list[tuple[int, int]]:
+def matching_numbers(episode: Sequence[Episode], other_episodes: Sequence[Episode]) -> list[tuple[int, int]]:
     """Numbers, from 1, of the episodes of two lists that belong together: one to one, by most frames in common."""
-    return [(overlap.truth, overlap.reported) for overlap in _match_overlaps(episode, other, 0, set())[1]]
+    return [(overlap.truth, overlap.reported) for overlap in _match_overlaps(episode, other_episodes, 0, set())[1]]
 
 
 def _grasped_contacts(comparison: Comparison, episodes: Sequence[Episode]) -> set[int]:
@@ -110,28 +122,37 @@ def _grasped_contacts(comparison: Comparison, episodes: Sequence[Episode]) -> se
 
 
 def _match_overlaps(
-    truth: Sequence[Episode], reported: Sequence[Episode], reach: int, grasped: set[int]
+    reference_episodes: Sequence[Episode],
+    subject_episodes: Sequence[Episode],
+    most_frames_apart: int,
+    grasped_numbers: set[int],
 ) -> tuple[list[EpisodeMatch], list[EpisodeMatch]]:
-    """All overlaps but those of ``grasped`` contacts of the first list, and the best assignment in its order."""
-    overlaps = [episode for episode in _overlaps(truth, reported, reach) if episode.truth not in grasped]
+    """Overlaps but those of ``grasped_numbers`` contacts of the first list, and the best assignment in its order."""
+    overlaps = [
+        episode
+        for episode in _overlaps(reference_episodes, subject_episodes, most_frames_apart)
+        if episode.truth not in grasped_numbers
+    ]
     return overlaps, sorted(_best_assignment(overlaps), key=lambda episode: episode.truth)
 
 
-def _overlaps(truth: Sequence[Episode], reported: Sequence[Episode], reach: int) -> Iterator[EpisodeMatch]:
+def _overlaps(
+    reference_episodes: Sequence[Episode], subject_episodes: Sequence[Episode], most_frames_apart: int
+) -> Iterator[EpisodeMatch]:
     """Overlaps, pair by pair in order of time."""
-    left, right = (
+    reference_sorted, subject_sorted = (
         sorted(enumerate(episodes, 1), key=lambda entry: (entry[1].pair, entry[1].first))
-        for episodes in (truth, reported)
+        for episodes in (reference_episodes, subject_episodes)
     )
     i = j = 0
-    while i < len(left) and j < len(right):
-        (number, episode), (other_number, other) = left[i], right[j]
-        first, last = max(episode.first, other.first), min(episode.last, other.last + reach)
-        frames = last - first + 1 - episode.lost_within(first, last)
-        if episode.pair == other.pair and frames > 0:
-            longer = (other.end - other.start) - (episode.end - episode.start)
-            yield EpisodeMatch(number, other_number, frames, other.start - episode.start, longer)
-        if (episode.pair, episode.last) <= (other.pair, other.last + reach):
+    while i < len(reference_sorted) and j < len(subject_sorted):
+        (number, episode), (other_number, other) = reference_sorted[i], subject_sorted[j]
+        first, last = max(episode.first, other.first), min(episode.last, other.last + most_frames_apart)
+        shared_frames = last - first + 1 - episode.lost_within(first, last)
+        if episode.pair == other.pair and shared_frames > 0:
+            extra_seconds = (other.end - other.start) - (episode.end - episode.start)
+            yield EpisodeMatch(number, other_number, shared_frames, other.start - episode.start, extra_seconds)
+        if (episode.pair, episode.last) <= (other.pair, other.last + most_frames_apart):
             i += 1
         else:
             j += 1
@@ -142,25 +163,25 @@ def _best_assignment(overlaps: Sequence[EpisodeMatch]) -> list[EpisodeMatch]:
 
     An overlap is at odds only with the run of overlaps right before it that share one of its episodes.
     """
-    most, before = [0], [0]
+    most_frames, previous_indices = [0], [0]
     run = 0
     for k, episode in enumerate(overlaps):
-        previous = overlaps[k - 1] if k else None
-        if previous is None or not _overlap_same_episode(episode, previous):
+        previous_overlap = overlaps[k - 1] if k else None
+        if previous_overlap is None or not _overlap_same_episode(episode, previous_overlap):
             run = k
         elif k >= 2 and not _overlap_same_episode(episode, overlaps[k - 2]):
             run = k - 1
-        before.append(run)
-        most.append(max(most[k], episode.overlap + most[run]))
-    chosen, k = [], len(overlaps)
+        previous_indices.append(run)
+        most_frames.append(max(most_frames[k], episode.overlap + most_frames[run]))
+    assignment, k = [], len(overlaps)
     while k:
-        if most[k] > most[k - 1]:
-            chosen.append(overlaps[k - 1])
-            k = before[k]
+        if most_frames[k] > most_frames[k - 1]:
+            assignment.append(overlaps[k - 1])
+            k = previous_indices[k]
         else:
             k -= 1
-    return chosen
+    return assignment
 
 
-def _overlap_same_episode(episode: EpisodeMatch, other: EpisodeMatch) -> bool:
-    return episode.truth == other.truth or episode.reported == other.reported
+def _overlap_same_episode(episode: EpisodeMatch, other_match: EpisodeMatch) -> bool:
+    return episode.truth == other_match.truth or episode.reported == other_match.reported

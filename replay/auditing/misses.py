@@ -11,7 +11,7 @@ from replay.auditing.fault import Fault, FaultKind
 from replay.auditing.outcome import Comparison, Episode, Outcome
 from replay.prepare.frame_times import frame_ends
 
-MANY: Final = 40
+FEWEST_LISTED_SHORT: Final = 40
 """Lines up to which a list is read line by line."""
 
 
@@ -27,17 +27,19 @@ def missed_faults(
     names : the two bodies of every pair, members of a group by its name.
     times : (T,) seconds.
     """
-    outcome, ends = comparison.outcome, frame_ends(times)
+    outcome, frame_end_times = comparison.outcome, frame_ends(times)
     columns = np.arange(outcome.shape[1]) if comparison.contact_columns is None else comparison.contact_columns
-    begins = np.array([contact.pair * len(outcome) + contact.first for contact in contacts], dtype=np.int64)
-    order = np.argsort(begins)
+    contact_keys = np.array([contact.pair * len(outcome) + contact.first for contact in contacts], dtype=np.int64)
+    order = np.argsort(contact_keys)
     faults = []
-    runs = column_runs(column == Outcome.MISSED for column in outcome.T)
-    for number, (pair, first, last) in enumerate(runs.tolist(), start=1):
+    missed_segments = column_runs(column == Outcome.MISSED for column in outcome.T)
+    for number, (pair, first, last) in enumerate(missed_segments.tolist(), start=1):
         column = int(columns[pair])
-        position = np.searchsorted(begins, column * len(outcome) + first, side="right", sorter=order) - 1
+        position = np.searchsorted(contact_keys, column * len(outcome) + first, side="right", sorter=order) - 1
         index = int(order[position])
-        before, after = reported_around(outcome[:, pair], contacts[index].first, contacts[index].last, first, last)
+        contact_before, contact_after = reported_around(
+            outcome[:, pair], contacts[index].first, contacts[index].last, first, last
+        )
         faults.append(
             Fault(
                 number=number,
@@ -45,11 +47,11 @@ def missed_faults(
                 pair=pair,
                 bodies=names[pair],
                 labels=names[pair],
-                kind=_miss_kind(before=before, after=after),
+                kind=_miss_kind(contact_before=contact_before, contact_after=contact_after),
                 first=first,
                 last=last,
                 start=float(times[first]),
-                end=float(ends[last]),
+                end=float(frame_end_times[last]),
                 frame=first,
                 contact=index + 1,
             )
@@ -62,14 +64,14 @@ def reported_around(outcome: ByteArray, begin: int, end: int, first: int, last: 
 
     ``outcome`` (T,) is that of the pair; all frames are included.
     """
-    before = bool((outcome[begin:first] == Outcome.BOTH).any())
-    after = bool((outcome[last + 1 : end + 1] == Outcome.BOTH).any())
-    return before, after
+    contact_before = bool((outcome[begin:first] == Outcome.BOTH).any())
+    contact_after = bool((outcome[last + 1 : end + 1] == Outcome.BOTH).any())
+    return contact_before, contact_after
 
 
-def _miss_kind(*, before: bool, after: bool) -> FaultKind:
-    if before and after:
+def _miss_kind(*, contact_before: bool, contact_after: bool) -> FaultKind:
+    if contact_before and contact_after:
         return FaultKind.INTERRUPTED
-    if before:
+    if contact_before:
         return FaultKind.LOST_EARLY
-    return FaultKind.REPORTED_LATE if after else FaultKind.NEVER_REPORTED
+    return FaultKind.REPORTED_LATE if contact_after else FaultKind.NEVER_REPORTED

@@ -29,10 +29,10 @@ if TYPE_CHECKING:
 
 HOLDS, UNDECIDABLE, ABSENT = "holds", "undecidable", "absent"
 
-SURE: Final = 0.95
+SURE_FRACTION: Final = 0.95
 """Share of the copies from which a contact holds; found in at most the rest, it is absent."""
 
-WIDENED_S: Final = 0.1
+CONTACT_MARGIN_S: Final = 0.1
 """A contact is found in a copy that has one of the same pair at most this long before or after it."""
 
 REST_S: Final = 1.0
@@ -56,7 +56,13 @@ class NoisySpan(NamedTuple):
     @property
     def word(self) -> str:
         """``holds``, ``undecidable`` or ``absent``."""
-        return HOLDS if self.fraction >= SURE else ABSENT if self.fraction <= 1.0 - SURE + 1e-12 else UNDECIDABLE
+        return (
+            HOLDS
+            if self.fraction >= SURE_FRACTION
+            else ABSENT
+            if self.fraction <= 1.0 - SURE_FRACTION + 1e-12
+            else UNDECIDABLE
+        )
 
 
 @dataclass(frozen=True)
@@ -105,94 +111,105 @@ def in_noise(
     from cdcore.narrow.continuous.clearance import ContactOffset
 
     motion, noise = assembly.motion, noise_of(spec, assembly, scene)
-    drawn = NoisyCopies(noise, spec.copies, seed)
-    trees = box_trees_of([body.mesh for body in assembly.bodies])
-    levers = [float(np.linalg.norm(body.mesh.referenced_vertices, axis=1).max()) for body in assembly.bodies]
+    noisy_copies = NoisyCopies(noise, spec.copies, seed)
+    box_trees = box_trees_of([body.mesh for body in assembly.bodies])
+    farthest_vertices = [float(np.linalg.norm(body.mesh.referenced_vertices, axis=1).max()) for body in assembly.bodies]
     pairs = []
-    for column, ends in enumerate(assembly.pairs.tolist()):
-        reach = noise.reach(ends, [levers[end] for end in ends])
-        offset = ContactOffset(trees, assembly.pairs, reach) if reach else None
+    for column, pair_bodies in enumerate(assembly.pairs.tolist()):
+        noise_reach = noise.reach(pair_bodies, [farthest_vertices[body] for body in pair_bodies])
+        offset = ContactOffset(box_trees, assembly.pairs, noise_reach) if noise_reach else None
         pairs.append(NoisyPair(column, assembly, offset, oracle, seed))
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         for start in range(0, len(motion), BLOCK):
             block = motion.frames(start, min(start + BLOCK, len(motion)))
-            errors = drawn.errors(block.times)
-            answers = [pool.submit(pair.ask, start, block, drawn, errors) for pair in pairs]
+            errors = noisy_copies.errors(block.times)
+            answers = [pool.submit(pair.ask, start, block, noisy_copies, errors) for pair in pairs]
             for answer in answers:
                 answer.result()
             advance(len(block))
-    return _result(assembly, contacts, pairs, drawn)
+    return _result(assembly, contacts, pairs, noisy_copies)
 
 
 def _result(
-    assembly: Assembly, contacts: Sequence[Episode], pairs: Sequence[NoisyPair], drawn: NoisyCopies
+    assembly: Assembly, contacts: Sequence[Episode], pairs: Sequence[NoisyPair], noisy_copies: NoisyCopies
 ) -> NoiseResult:
     times, columns = assembly.motion.times, assembly.contact_columns
-    near, resting = list[NoisySpan](), list[NoisySpan]()
+    near_passes, resting_spans = list[NoisySpan](), list[NoisySpan]()
     windows = [_widened_segment(contact, times) for contact in contacts]
     for pair in pairs:
         frames, in_contact = pair.answer
-        counts = np.bitwise_count(in_contact).sum(axis=1, dtype=np.int64)
-        wavering = frames[(counts > 0) & (counts < drawn.copies)]
-        for first, last in _spans(wavering, times, AGREED_S):
+        copies_in_contact = np.bitwise_count(in_contact).sum(axis=1, dtype=np.int64)
+        uncertain_frames = frames[(copies_in_contact > 0) & (copies_in_contact < noisy_copies.copies)]
+        for first, last in _spans(uncertain_frames, times, AGREED_S):
             if times[last] - times[first] >= REST_S:
-                resting.append(pair.span(first, last))
+                resting_spans.append(pair.span(first, last))
         contact_windows = [
-            span for contact, span in zip(contacts, windows, strict=True) if contact.pair == columns[pair.column]
+            window for contact, window in zip(contacts, windows, strict=True) if contact.pair == columns[pair.column]
         ]
-        passes = [pair.span(*span) for span in _between(frames, contact_windows, times)]
-        near += [span for span in passes if span.word != ABSENT and not _at_rest(span, resting)]
+        passes_of_pair = [pair.span(*window) for window in _near_passes(frames, contact_windows, times)]
+        near_passes += [
+            window for window in passes_of_pair if window.word != ABSENT and not _at_rest(window, resting_spans)
+        ]
     # A contact of a group holds where that of a member holds.
-    spans = tuple(
+    spans_of_contacts = tuple(
         max(
-            (pairs[member].span(*span) for member in assembly.columns_of_contact(contact.pair)),
+            (pairs[member].span(*window) for member in assembly.columns_of_contact(contact.pair)),
             key=attrgetter("fraction"),
         )
-        for contact, span in zip(contacts, windows, strict=True)
+        for contact, window in zip(contacts, windows, strict=True)
     )
     return NoiseResult(
-        copies=drawn.copies,
-        contacts=spans,
-        labels=tuple(UNDECIDABLE if _at_rest(span, resting) else span.word for span in spans),
-        near=tuple(near),
-        resting=tuple(resting),
+        copies=noisy_copies.copies,
+        contacts=spans_of_contacts,
+        labels=tuple(UNDECIDABLE if _at_rest(window, resting_spans) else window.word for window in spans_of_contacts),
+        near=tuple(near_passes),
+        resting=tuple(resting_spans),
         queried=sum(pair.queried for pair in pairs),
         sizes={
             root: (1e3 * size.position_rms_m, size.rotation_rms_deg, size.correlation_s)
-            for root, size in drawn.noise.noise.items()
+            for root, size in noisy_copies.noise.noise.items()
         },
     )
 
 
 def _widened_segment(contact: Episode, times: FloatArray) -> tuple[int, int]:
-    first = int(np.searchsorted(times, times[contact.first] - WIDENED_S))
-    last = int(np.searchsorted(times, times[contact.last] + WIDENED_S, side="right")) - 1
+    first = int(np.searchsorted(times, times[contact.first] - CONTACT_MARGIN_S))
+    last = int(np.searchsorted(times, times[contact.last] + CONTACT_MARGIN_S, side="right")) - 1
     return first, last
 
 
-def _between(frames: IntArray, taken: Sequence[tuple[int, int]], times: FloatArray) -> list[tuple[int, int]]:
+def _near_passes(
+    frames: IntArray, contact_windows: Sequence[tuple[int, int]], times: FloatArray
+) -> list[tuple[int, int]]:
     """Near passes: frames in reach of the noise that belong to no contact, those close in time as one."""
-    free = np.ones(len(frames), dtype=np.bool_)
-    for a, b in np.searchsorted(frames, np.add(np.reshape(taken, (-1, 2)), [0, 1])).tolist():
-        free[a:b] = False
-    return _spans(frames[free], times, WIDENED_S)
+    is_free = np.ones(len(frames), dtype=np.bool_)
+    for a, b in np.searchsorted(frames, np.add(np.reshape(contact_windows, (-1, 2)), [0, 1])).tolist():
+        is_free[a:b] = False
+    return _spans(frames[is_free], times, CONTACT_MARGIN_S)
 
 
 def _spans(frames: IntArray, times: FloatArray, gap_s: float) -> list[tuple[int, int]]:
     """First and last of frames that follow each other, or in less than ``apart`` seconds."""
     if not len(frames):
         return []
-    cut = np.flatnonzero((np.diff(frames) > 1) & (np.diff(times[frames]) >= gap_s))
-    return list(zip(frames[np.insert(cut + 1, 0, 0)].tolist(), frames[np.append(cut, -1)].tolist(), strict=True))
+    break_indices = np.flatnonzero((np.diff(frames) > 1) & (np.diff(times[frames]) >= gap_s))
+    return list(
+        zip(
+            frames[np.insert(break_indices + 1, 0, 0)].tolist(),
+            frames[np.append(break_indices, -1)].tolist(),
+            strict=True,
+        )
+    )
 
 
 def _at_rest(span: NoisySpan, resting: Sequence[NoisySpan]) -> bool:
     """Whether most of a span lies in stretches at rest of its pair."""
-    alike = [resting_span for resting_span in resting if resting_span.pair == span.pair]
-    frames = sum(
-        max(0, min(span.last, resting_span.last) - max(span.first, resting_span.first) + 1) for resting_span in alike
+    rests_of_pair = [resting_span for resting_span in resting if resting_span.pair == span.pair]
+    resting_frames = sum(
+        max(0, min(span.last, resting_span.last) - max(span.first, resting_span.first) + 1)
+        for resting_span in rests_of_pair
     )
-    return 2 * frames > span.last - span.first + 1
+    return 2 * resting_frames > span.last - span.first + 1
 
 
 class NoisyPair:
@@ -211,43 +228,51 @@ class NoisyPair:
         pair_assembly = replace(self._assembly, bodies=bodies, pairs=np.array([[0, 1]]))
         return make_detector(self._oracle.spec, pair_assembly, self._seed)
 
-    def ask(self, start: int, block: Motion, drawn: NoisyCopies, errors: Mapping[str, FloatArray]) -> None:
-        """Ask all copies about a block that begins with frame ``start``, where the noise may change the answer."""
-        self._copies = drawn.copies
-        touching = counts_as_contact(self._oracle.detection.verdict[start : start + len(block), self.column])
-        near = self._uncertain_frames(block, touching)
-        uncertain = near | touching
+    def query_block(
+        self, first_frame: int, block: Motion, noisy_copies: NoisyCopies, errors: Mapping[str, FloatArray]
+    ) -> None:
+        """Query all copies about a block that starts at frame ``first_frame``, where noise may change the answer."""
+        self._copies = noisy_copies.copies
+        is_contact = counts_as_contact(
+            self._oracle.detection.verdict[first_frame : first_frame + len(block), self.column]
+        )
+        is_uncertain_clear = self._uncertain_frames(block, is_contact)
+        is_uncertain = is_uncertain_clear | is_contact
         # What no noise reaches all copies say alike.
-        in_contact = np.ones((int(uncertain.sum()), drawn.copies), dtype=np.bool_)
-        if near.any():
-            rotations, positions = zip(*(drawn.poses(block, errors, end, near) for end in self._ends), strict=True)
-            count = drawn.copies * int(near.sum())
-            valid, times = np.ones((count, 2), dtype=np.bool_), np.arange(count) / HEADSET_HZ
-            motion = Motion.of_rigid(times, np.stack(positions, axis=1), np.stack(rotations, axis=1), valid, valid)
+        in_contact = np.ones((int(is_uncertain.sum()), noisy_copies.copies), dtype=np.bool_)
+        if is_uncertain_clear.any():
+            rotations, positions = zip(
+                *(noisy_copies.poses(block, errors, body, is_uncertain_clear) for body in self._ends), strict=True
+            )
+            pose_count = noisy_copies.copies * int(is_uncertain_clear.sum())
+            has_pose, times = np.ones((pose_count, 2), dtype=np.bool_), np.arange(pose_count) / HEADSET_HZ
+            motion = Motion.of_rigid(
+                times, np.stack(positions, axis=1), np.stack(rotations, axis=1), has_pose, has_pose
+            )
             answers = counts_as_contact(self._detector.detect(motion).verdict[:, 0])
-            in_contact[near[uncertain]] = answers.reshape(drawn.copies, -1).T
-            self.queried += int(near.sum())
-        self._blocks.append((np.flatnonzero(uncertain) + start, np.packbits(in_contact, axis=1)))
+            in_contact[is_uncertain_clear[is_uncertain]] = answers.reshape(noisy_copies.copies, -1).T
+            self.queried += int(is_uncertain_clear.sum())
+        self._blocks.append((np.flatnonzero(is_uncertain) + first_frame, np.packbits(in_contact, axis=1)))
 
-    def _uncertain_frames(self, block: Motion, touching: BoolArray) -> BoolArray:
+    def _uncertain_frames(self, block: Motion, is_contact: BoolArray) -> BoolArray:
         """Frames (T,) in which noise may change the answer: surfaces meet, or are nearer than it reaches."""
         if self._offset is None:
-            return np.zeros_like(touching)
-        near = touching.copy()
-        rows = np.flatnonzero(block.valid[:, self._ends].all(axis=1) & ~touching)
-        near[rows] = self._offset.near(block, rows, np.full_like(rows, self.column))
-        return near
+            return np.zeros_like(is_contact)
+        is_uncertain = is_contact.copy()
+        clear_frames = np.flatnonzero(block.valid[:, self._ends].all(axis=1) & ~is_contact)
+        is_uncertain[clear_frames] = self._offset.near(block, clear_frames, np.full_like(clear_frames, self.column))
+        return is_uncertain
 
     @cached_property
     def answer(self) -> tuple[IntArray, ByteArray]:
         """Frames (k,) with contact or in reach of the noise, and the copies with contact there as bits (k, C / 8), the
         last byte filled up with none; after the last block."""
-        frames, in_contact = (np.concatenate(some) for some in zip(*self._blocks, strict=True))
+        frames, in_contact = (np.concatenate(block_arrays) for block_arrays in zip(*self._blocks, strict=True))
         return frames, in_contact
 
     def span(self, first: int, last: int) -> NoisySpan:
         """Return the fraction of the copies that have a contact anywhere in a segment of frame_numbers."""
         frame_numbers, in_contact = self.answer
-        rows = slice(*np.searchsorted(frame_numbers, [first, last + 1]))
-        spans = np.bitwise_count(np.bitwise_or.reduce(in_contact[rows], axis=0)).sum()
-        return NoisySpan(self.column, first, last, float(spans / self._copies))
+        answer_rows = slice(*np.searchsorted(frame_numbers, [first, last + 1]))
+        copies_in_contact = np.bitwise_count(np.bitwise_or.reduce(in_contact[answer_rows], axis=0)).sum()
+        return NoisySpan(self.column, first, last, float(copies_in_contact / self._copies))

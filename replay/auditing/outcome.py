@@ -54,46 +54,48 @@ class Comparison:
         columns = self.contact_columns
         if columns is None or (columns == np.arange(len(columns))).all():
             return self.outcome
-        joined = self.outcome.copy()
+        outcome_by_contact = self.outcome.copy()
         for first in np.unique(columns).tolist():
-            members = np.flatnonzero(columns == first)
-            if len(members) > 1:
-                joined[:, members] = Outcome.NEITHER
-                joined[:, first] = joined_outcome(self.outcome[:, members])
-        return joined
+            member_columns = np.flatnonzero(columns == first)
+            if len(member_columns) > 1:
+                outcome_by_contact[:, member_columns] = Outcome.NEITHER
+                outcome_by_contact[:, first] = joined_outcome(self.outcome[:, member_columns])
+        return outcome_by_contact
 
     @cached_property
     def by_pair(self) -> IntArray:
         """How many frames of every pair ended in each outcome, (P, outcomes)."""
         return counts_by_pair(self.outcome, len(Outcome))
 
-    def count(self, outcome: Outcome) -> int:
+    def pair_frames_of(self, outcome: Outcome) -> int:
         """How many pair-frames ended so."""
         return int(self.by_pair[:, outcome].sum())
 
 
-def joined_outcome(members: ByteArray) -> ByteArray:
+def joined_outcome(member_outcomes: ByteArray) -> ByteArray:
     """Outcome of a contact of a group in each frame, (T,), of the outcomes of its members (T, M)."""
-    has = {outcome: (members == outcome).any(axis=1) for outcome in Outcome}
-    joined = np.full(len(members), Outcome.NEITHER, dtype=np.uint8)
+    has_outcome = {outcome: (member_outcomes == outcome).any(axis=1) for outcome in Outcome}
+    outcome_of_contact = np.full(len(member_outcomes), Outcome.NEITHER, dtype=np.uint8)
     # The later line wins.
     for outcome in (Outcome.BETWEEN_FRAMES, Outcome.WITHIN_TOLERANCE, Outcome.FALSE_CONTACT):
-        joined[has[outcome]] = outcome
-    joined[has[Outcome.LEFT_OUT]] = Outcome.LEFT_OUT
-    joined[has[Outcome.MISSED]] = Outcome.MISSED
-    joined[has[Outcome.GRASPED]] = Outcome.GRASPED
-    joined[has[Outcome.BOTH] | (has[Outcome.MISSED] & has[Outcome.FALSE_CONTACT])] = Outcome.BOTH
-    return joined
+        outcome_of_contact[has_outcome[outcome]] = outcome
+    outcome_of_contact[has_outcome[Outcome.LEFT_OUT]] = Outcome.LEFT_OUT
+    outcome_of_contact[has_outcome[Outcome.MISSED]] = Outcome.MISSED
+    outcome_of_contact[has_outcome[Outcome.GRASPED]] = Outcome.GRASPED
+    outcome_of_contact[
+        has_outcome[Outcome.BOTH] | (has_outcome[Outcome.MISSED] & has_outcome[Outcome.FALSE_CONTACT])
+    ] = Outcome.BOTH
+    return outcome_of_contact
 
 
-def counts_by_pair(codes: ByteArray, most: int) -> IntArray:
-    """How often each code below ``most`` stands in every column of a table (T, P), (P, most).
+def counts_by_pair(codes: ByteArray, code_count: int) -> IntArray:
+    """How often each code below ``code_count`` stands in every column of a table (T, P), (P, most).
 
     Column by column: numpy counts in eight bytes an entry, and of hours a whole table of flags is as large as it is.
     """
-    counts = np.zeros((codes.shape[1], most), dtype=np.int64)
-    for row, column in zip(counts, codes.T, strict=True):
-        row += np.bincount(column, minlength=most)
+    counts = np.zeros((codes.shape[1], code_count), dtype=np.int64)
+    for pair_counts, column in zip(counts, codes.T, strict=True):
+        pair_counts += np.bincount(column, minlength=code_count)
     return counts
 
 

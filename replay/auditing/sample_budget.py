@@ -29,22 +29,25 @@ class SampleBudget:
         return min(self.per_miss, max(1, self.total // max(1, misses)))
 
 
-def spread_frames(first: int, last: int, most: int) -> IntArray:
-    """Return at most ``most`` frames of a segment, evenly spread with both ends; a single one lies in the middle."""
-    if most == 1:
+def spread_frames(first: int, last: int, most_frames: int) -> IntArray:
+    """Return at most ``most_frames`` frames of a segment, evenly spread with both ends.
+
+    A single one lies in the middle.
+    """
+    if most_frames == 1:
         return np.array([(first + last) // 2])
-    return np.unique(np.round(np.linspace(first, last, most)).astype(np.int64))
+    return np.unique(np.round(np.linspace(first, last, most_frames)).astype(np.int64))
 
 
-def grouped_by_size(items: Iterable[Item], size: Callable[[Item], int], most: int) -> Iterator[list[Item]]:
-    """Yield the items in order, in groups of at most ``most`` in size; a larger item is a group by itself."""
-    group: list[Item] = []
-    used = 0
+def grouped_by_size(items: Iterable[Item], size: Callable[[Item], int], most_size: int) -> Iterator[list[Item]]:
+    """Yield the items in order, in groups of at most ``most_size`` in size; a larger item is a group by itself."""
+    current_group: list[Item] = []
+    group_size = 0
     for item in items:
-        if group and used + size(item) > most:
-            yield group
-            group, used = [], 0
-        group.append(item)
-        used += size(item)
-    if group:
-        yield group
+        if current_group and group_size + size(item) > most_size:
+            yield current_group
+            current_group, group_size = [], 0
+        current_group.append(item)
+        group_size += size(item)
+    if current_group:
+        yield current_group

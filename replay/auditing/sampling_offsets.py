@@ -32,7 +32,7 @@ TIMED_SEGMENTS: Final = 16
 SEGMENT_FRAMES: Final = 128
 """Where a look at every frame is timed: all of a short recording, and so many stretches of a long one."""
 
-STEPS: Final = 24
+STEPS_OF_OFFSET: Final = 24
 """Steps of progress of one detector: its samples at every frame count for eight, each sampling offset for one."""
 
 
@@ -57,7 +57,7 @@ class OffsetCounts:
 
     Parameters
     ----------
-    frames : (offsets, C, outcomes) frames of each contact by ``Outcome``.
+    frames_by_outcome : (offsets, C, outcomes) frames of each contact by ``Outcome``.
     false_contact : proportion of the reported pair-frames that are no contact.
     false_contacts : (offsets,) segments of reported contact in which the oracle has none.
     false_fractions : (offsets,) ``false_contact`` at each offset alone.
@@ -65,32 +65,38 @@ class OffsetCounts:
     every_frame : the same detector without its rate, of all contacts.
     """
 
-    frames: IntArray
+    frames_by_outcome: IntArray
     false_contact: Proportion
     false_contacts: IntArray
     false_fractions: FloatArray
     seconds: FloatArray
     every_frame: EveryFrame | None = None
 
-    def only(self, kept: BoolArray) -> "OffsetCounts":
-        """Return the counts of the contacts for which ``kept`` (C,) is true; false contacts belong to none and stay."""
-        return replace(self, frames=self.frames[:, kept])
+    def selected(self, is_kept: BoolArray) -> "OffsetCounts":
+        """Return the counts of the contacts for which ``is_kept`` (C,) is true.
+
+        False contacts belong to none and stay.
+        """
+        return replace(self, frames=self.frames_by_outcome[:, is_kept])
 
     @cached_property
     def faults(self) -> dict[str, BoolArray]:
         """Name -> (offsets, C) at which offsets which contacts have that fault."""
-        return {"contacts_missed": missed_whole(self.frames), "contacts_in_part": missed_partly(self.frames)}
+        return {
+            "contacts_missed": missed_whole(self.frames_by_outcome),
+            "contacts_in_part": missed_partly(self.frames_by_outcome),
+        }
 
     def proportions(self) -> Proportions:
         """Counts over all offsets, and their shares: means over the offsets, with intervals over contacts."""
-        offsets, contacts, _ = self.frames.shape
+        offsets, contacts, _ = self.frames_by_outcome.shape
         samples_per_contact = np.full(contacts, offsets)
-        missed, both = self.frames.sum(axis=0)[:, [Outcome.MISSED, Outcome.BOTH]].T
+        missed_frames, both_frames = self.frames_by_outcome.sum(axis=0)[:, [Outcome.MISSED, Outcome.BOTH]].T
         proportions = {
             name: proportion_of_clusters(fault.sum(axis=0), samples_per_contact) for name, fault in self.faults.items()
         }
         return proportions | {
-            "missed": proportion_of_clusters(missed, missed + both),
+            "missed": proportion_of_clusters(missed_frames, missed_frames + both_frames),
             "false_contact": self.false_contact,
         }
 
@@ -100,39 +106,39 @@ class OffsetCounts:
 
         Distances are in the terms of the loss: contacts missed, contact time missed, reported time false, as shares.
         """
-        missed, both = self.frames.sum(axis=1)[:, [Outcome.MISSED, Outcome.BOTH]].T
-        terms = np.stack(
+        missed_frames, both_frames = self.frames_by_outcome.sum(axis=1)[:, [Outcome.MISSED, Outcome.BOTH]].T
+        loss_terms = np.stack(
             [
-                self.faults["contacts_missed"].sum(axis=1) / max(1, self.frames.shape[1]),
-                missed / np.maximum(1, missed + both),
+                self.faults["contacts_missed"].sum(axis=1) / max(1, self.frames_by_outcome.shape[1]),
+                missed_frames / np.maximum(1, missed_frames + both_frames),
                 self.false_fractions,
             ],
             axis=1,
         )
-        mean = terms.mean(axis=0)
+        mean = loss_terms.mean(axis=0)
         leads_false = mean[2] > mean[0] + mean[1]
-        faulty = terms[:, 2] > 0.0 if leads_false else terms[:, :2].sum(axis=1) > 0.0
-        distance = np.abs(terms - mean).sum(axis=1)
+        has_fault = loss_terms[:, 2] > 0.0 if leads_false else loss_terms[:, :2].sum(axis=1) > 0.0
+        distance = np.abs(loss_terms - mean).sum(axis=1)
         # Without any fault all offsets are alike.
-        distance[~faulty & faulty.any()] = np.inf
+        distance[~has_fault & has_fault.any()] = np.inf
         return float(self.seconds[distance.argmin()])
 
     def spreads(self) -> dict[str, dict[str, float]]:
         """Smallest, largest and mean number of contacts missed, and found in part, over the offsets."""
-        return {name: spread(fault.sum(axis=1).tolist()) for name, fault in self.faults.items()}
+        return {name: count_spread(fault.sum(axis=1).tolist()) for name, fault in self.faults.items()}
 
 
-def spread(counts: Sequence[int]) -> dict[str, float]:
+def count_spread(counts: Sequence[int]) -> dict[str, float]:
     """``smallest``, ``largest`` and ``mean`` of the counts at each sampling offset, of which there is one at least."""
     return {"smallest": min(counts), "largest": max(counts), "mean": sum(counts) / len(counts)}
 
 
-def has_offsets(spec: DetectorSpec, frames: int) -> bool:
+def has_offsets(spec: DetectorSpec, frame_count: int) -> bool:
     """Whether a detector of a recording of so many frames is counted at 16 sampling offsets.
 
     A detector that is none of our table, and any in a recording of more than an hour, keep the offset they have.
     """
-    return bool(spec.settings.get("rate_hz")) and spec.name in TABLE and frames <= MOST_FRAMES_IN_MEMORY
+    return bool(spec.settings.get("rate_hz")) and spec.name in TABLE and frame_count <= MOST_FRAMES_IN_MEMORY
 
 
 def at_offset(spec: DetectorSpec, offsets: OffsetCounts) -> DetectorSpec:
@@ -146,30 +152,30 @@ def counts_over_offsets(
     reference: Reference,
     seed: int,
     *,
-    live: bool,
+    is_live: bool,
     advance: Advance = ignore_progress,
 ) -> OffsetCounts:
     """The counts at all offsets of a detector with a rate, and those of the same detector without one.
 
-    It is asked about every frame, and timed live if it is asked ``live`` in its run, so that both times are alike.
+    It is asked about every frame, and timed live if it is asked ``is_live`` in its run, so that both times are alike.
     ``advance`` is called with ``STEPS`` in all.
     """
     detector = make_detector(replace(spec, settings={**spec.settings, "rate_hz": None}), assembly, seed)
-    at_every_frame, band = detect_all(detector, assembly), release_band(spec, detector, assembly, seed)
-    seconds = _sample_seconds(detector, assembly.motion) if live else None
-    advance(STEPS - PHASES)
-    at_offsets = offset_counts(spec.settings["rate_hz"], at_every_frame, reference, advance, band)
+    full_detection, band = detect_all(detector, assembly), release_band(spec, detector, assembly, seed)
+    seconds = _sample_seconds(detector, assembly.motion) if is_live else None
+    advance(STEPS_OF_OFFSET - PHASES)
+    at_offsets = offset_counts(spec.settings["rate_hz"], full_detection, reference, advance, band)
     if band is not None:
-        at_every_frame = replace(
-            at_every_frame,
-            verdict=band.lasting(at_every_frame.verdict, np.ones(len(at_every_frame.times), dtype=np.bool_)),
+        full_detection = replace(
+            full_detection,
+            verdict=band.prolonged_verdicts(full_detection.verdict, np.ones(len(full_detection.times), dtype=np.bool_)),
         )
-    comparison = reference.compare(at_every_frame)
-    always = count_contacts(comparison, reference.contacts)
+    comparison = reference.compare(full_detection)
+    counts_without_rate = count_contacts(comparison, reference.contacts)
     every_frame = EveryFrame(
-        contacts_missed=always.missed,
-        late_or_cut_short=always.late_or_cut_short,
-        missed=always.proportion(Outcome.MISSED),
+        contacts_missed=counts_without_rate.missed,
+        late_or_cut_short=counts_without_rate.late_or_cut_short,
+        missed=counts_without_rate.proportion(Outcome.MISSED),
         false_contact=count_reports(comparison).proportion(Outcome.FALSE_CONTACT),
         seconds=seconds,
     )
@@ -180,8 +186,8 @@ def _sample_seconds(detector: Detector, motion: Motion) -> float:
     """Seconds that a live look takes in the mean, over stretches that are spread evenly over a motion."""
     # What compiles on the first live look is no time of a look.
     detect_live(detector, motion.take(warm_frames(len(motion))))
-    starts = np.arange(0, len(motion), max(SEGMENT_FRAMES, -(-len(motion) // TIMED_SEGMENTS)))
-    segments = [motion.frames(start, min(start + SEGMENT_FRAMES, len(motion))) for start in starts.tolist()]
+    first_frames = np.arange(0, len(motion), max(SEGMENT_FRAMES, -(-len(motion) // TIMED_SEGMENTS)))
+    segments = [motion.frames(start, min(start + SEGMENT_FRAMES, len(motion))) for start in first_frames.tolist()]
     detection = join(stream_live(detector, segments))
     return sum(float(np.sum(stage)) for stage in detection.seconds.values()) / len(detection.times)
 
@@ -193,47 +199,49 @@ def sampling_offsets(rate_hz: float) -> FloatArray:
 
 def offset_counts(
     rate_hz: float,
-    at_every_frame: Detection,
+    full_detection: Detection,
     reference: Reference,
     advance: Advance = ignore_progress,
     band: ReleaseBand | None = None,
 ) -> OffsetCounts:
-    """Count contacts at each offset of a rate; the answer of a sample, taken from ``at_every_frame``, lasts
+    """Count contacts at each offset of a rate; the answer of a sample, taken from ``full_detection``, lasts
     until the next.
 
     ``band``: prolongs the contacts of the samples.
     """
-    frames = np.zeros((PHASES, len(reference.contacts), len(Outcome)), dtype=np.int64)
-    reported, positives, false = np.zeros((3, *at_every_frame.verdict.shape), dtype=np.uint8)
+    frames_by_outcome = np.zeros((PHASES, len(reference.contacts), len(Outcome)), dtype=np.int64)
+    reported_at_offsets, positives, false_at_offsets = np.zeros((3, *full_detection.verdict.shape), dtype=np.uint8)
     segments, fractions = np.zeros(PHASES, dtype=np.int64), np.zeros(PHASES)
     offsets = sampling_offsets(rate_hz)
-    has_pose = at_every_frame.verdict != Verdict.NO_POSE
-    for number, later in enumerate(offsets.tolist()):
-        samples = ZeroOrderHold(len(at_every_frame.pairs), rate_hz, later)
-        sampled = samples.sampled(at_every_frame.times)
+    has_pose = full_detection.verdict != Verdict.NO_POSE
+    for number, offset_seconds in enumerate(offsets.tolist()):
+        samples = ZeroOrderHold(len(full_detection.pairs), rate_hz, offset_seconds)
+        sampled_frames = samples.sampled(full_detection.times)
         sample_verdict = (
-            at_every_frame.verdict[sampled] if band is None else band.lasting(at_every_frame.verdict[sampled], sampled)
+            full_detection.verdict[sampled_frames]
+            if band is None
+            else band.prolonged_verdicts(full_detection.verdict[sampled_frames], sampled_frames)
         )
-        believed, _ = samples.hold(sample_verdict, has_pose[sampled], sampled, has_pose)
-        comparison = reference.compare(replace(at_every_frame, verdict=believed))
-        frames[number] = count_contacts(comparison, reference.contacts).frames_by_outcome
+        assumed_verdict, _ = samples.hold(sample_verdict, has_pose[sampled_frames], sampled_frames, has_pose)
+        comparison = reference.compare(replace(full_detection, verdict=assumed_verdict))
+        frames_by_outcome[number] = count_contacts(comparison, reference.contacts).frames_by_outcome
         outcome = comparison.outcome
         false_frames = is_one_of(outcome, (Outcome.FALSE_CONTACT,))
         true_or_false = is_one_of(outcome, (Outcome.BOTH, Outcome.FALSE_CONTACT))
-        reported |= is_one_of(outcome, REPORTED_OUTCOMES)
+        reported_at_offsets |= is_one_of(outcome, REPORTED_OUTCOMES)
         # As of one run: what is within tolerance is neither true nor false.
         positives += true_or_false
-        false += false_frames
-        begins = false_frames[1:] & ~false_frames[:-1]
-        segments[number] = np.count_nonzero(false_frames[0]) + np.count_nonzero(begins)
+        false_at_offsets += false_frames
+        begins_false = false_frames[1:] & ~false_frames[:-1]
+        segments[number] = np.count_nonzero(false_frames[0]) + np.count_nonzero(begins_false)
         fractions[number] = int(np.count_nonzero(false_frames)) / max(1, int(np.count_nonzero(true_or_false)))
         advance(1)
-    runs = column_runs((reported > 0).T).tolist()
-    reports = [(slice(first, last + 1), pair) for pair, first, last in runs]
-    false_sums = [int(false[report].sum(dtype=np.int64)) for report in reports]
-    positive_sums = [int(positives[report].sum(dtype=np.int64)) for report in reports]
+    report_runs = column_runs((reported_at_offsets > 0).T).tolist()
+    report_segments = [(slice(first, last + 1), pair) for pair, first, last in report_runs]
+    false_sums = [int(false_at_offsets[report].sum(dtype=np.int64)) for report in report_segments]
+    positive_sums = [int(positives[report].sum(dtype=np.int64)) for report in report_segments]
     return OffsetCounts(
-        frames=frames,
+        frames_by_outcome=frames_by_outcome,
         false_contact=proportion_of_clusters(false_sums, positive_sums),
         false_contacts=segments,
         false_fractions=fractions,

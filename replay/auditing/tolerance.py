@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 FRAMES_AT_ONCE: Final = 1024
 """Frames whose faces are held together: some 25 MB when every pair of a bench meets in a thousand face pairs."""
 
-EXCUSABLE: Final = (Verdict.CLEAR, Verdict.CONTACT, Verdict.NOT_FOUND)
+EXCUSABLE_VERDICTS: Final = (Verdict.CLEAR, Verdict.CONTACT, Verdict.NOT_FOUND)
 """Verdicts about surfaces."""
 
 
@@ -60,70 +60,75 @@ class Tolerance:
         """Return a function from K disagreeing pair-frames (frames, columns) to those within tolerance, (K,)."""
 
         def within(frames: IntArray, columns: IntArray) -> BoolArray:
-            is_excusable = is_one_of(subject.verdict[frames, columns], EXCUSABLE)
-            is_excusable &= is_one_of(oracle.verdict[frames, columns], EXCUSABLE)
+            is_excusable = is_one_of(subject.verdict[frames, columns], EXCUSABLE_VERDICTS)
+            is_excusable &= is_one_of(oracle.verdict[frames, columns], EXCUSABLE_VERDICTS)
             is_excusable &= self._tau > 0 and subject.covers == oracle.covers == "instants"
             frames, columns = frames[is_excusable], columns[is_excusable]
-            unmeasured = self._measured[frames, columns] == 0
-            self._measured[frames[unmeasured], columns[unmeasured]] = 1 + self._within(
-                frames[unmeasured], columns[unmeasured]
+            is_unmeasured = self._measured[frames, columns] == 0
+            self._measured[frames[is_unmeasured], columns[is_unmeasured]] = 1 + self._are_within(
+                frames[is_unmeasured], columns[is_unmeasured]
             )
             is_excusable[is_excusable] = self._measured[frames, columns] == 2
             return is_excusable
 
         return within
 
-    def _within(self, frames: IntArray, columns: IntArray) -> BoolArray:
-        within = np.zeros(len(frames), dtype=np.bool_)
-        frame_numbers, row = np.unique(frames, return_inverse=True)
+    def _are_within(self, frames: IntArray, columns: IntArray) -> BoolArray:
+        is_within = np.zeros(len(frames), dtype=np.bool_)
+        frame_numbers, row_of_frame = np.unique(frames, return_inverse=True)
         for start in range(0, len(frame_numbers), FRAMES_AT_ONCE):
-            block_rows = np.flatnonzero((row >= start) & (row < start + FRAMES_AT_ONCE))
+            block_rows = np.flatnonzero((row_of_frame >= start) & (row_of_frame < start + FRAMES_AT_ONCE))
             motion = self._assembly.motion.take(frame_numbers[start : start + FRAMES_AT_ONCE])
-            within[block_rows] = self._judge(motion, row[block_rows] - start, columns[block_rows])
-        return within
+            is_within[block_rows] = self._judge(motion, row_of_frame[block_rows] - start, columns[block_rows])
+        return is_within
 
-    def _judge(self, motion: Motion, rows: IntArray, columns: IntArray) -> BoolArray:
+    def _judge(self, motion: Motion, frame_rows: IntArray, columns: IntArray) -> BoolArray:
         """Return which pair-frames of a short motion are within tolerance."""
-        truth = self._faces(motion)
-        meet = truth.verdict[rows, columns] == Verdict.CONTACT
-        within = np.zeros(len(rows), dtype=np.bool_)
+        exact_detection = self._faces(motion)
+        surfaces_meet = exact_detection.verdict[frame_rows, columns] == Verdict.CONTACT
+        is_within = np.zeros(len(frame_rows), dtype=np.bool_)
         for column, column_rows in rows_of_columns(columns):
             bodies = self._assembly.pairs[column]
             pair = int(bodies[0]), int(bodies[1])
-            separated = column_rows[~meet[column_rows]]
-            if len(separated):
-                poses = rows[separated][:, None], bodies
-                within[separated] = self._stage.near(pair, motion.rotations[poses], motion.translations[poses])
-            known: dict[tuple[bytes, bytes], bool] = {}
-            for entry in column_rows[meet[column_rows]]:
+            separated_rows = column_rows[~surfaces_meet[column_rows]]
+            if len(separated_rows):
+                poses = frame_rows[separated_rows][:, None], bodies
+                is_within[separated_rows] = self._stage.near(pair, motion.rotations[poses], motion.translations[poses])
+            measured_depths: dict[tuple[bytes, bytes], bool] = {}
+            for entry in column_rows[surfaces_meet[column_rows]]:
                 rotation_pair, translation_pair = (
-                    motion.rotations[rows[entry], bodies],
-                    motion.translations[rows[entry], bodies],
+                    motion.rotations[frame_rows[entry], bodies],
+                    motion.translations[frame_rows[entry], bodies],
                 )
                 key = rotation_pair.tobytes(), translation_pair.tobytes()
-                if key not in known:
-                    chosen = pair, truth.faces(int(rows[entry]), column), rotation_pair, translation_pair
-                    known[key] = self._stage.shallow(*chosen) and self._stage.loose(*chosen)
-                within[entry] = known[key]
-        return within
+                if key not in measured_depths:
+                    depth_arguments = (
+                        pair,
+                        exact_detection.faces(int(frame_rows[entry]), column),
+                        rotation_pair,
+                        translation_pair,
+                    )
+                    measured_depths[key] = self._stage.shallow(*depth_arguments) and self._stage.loose(*depth_arguments)
+                is_within[entry] = measured_depths[key]
+        return is_within
 
 
 @dataclass(frozen=True, eq=False)
 class Reference:
     """Answers of the oracle, its contacts, the times in which a hand holds a body, and the tolerance."""
 
-    truth: Detection
+    detection: Detection
     episodes: tuple[Episode, ...]
     holdings: tuple[Episode, ...]
     tolerance: Tolerance
     contact_columns: IntArray | None = None
 
     @classmethod
-    def of(cls, truth: Detection, assembly: Assembly, session: Session | None, tolerance: Tolerance) -> "Reference":
+    def of(cls, detection: Detection, assembly: Assembly, session: Session | None, tolerance: Tolerance) -> "Reference":
         """The reference of a detection of an assembly; hands are those of the ``session``."""
         columns = assembly.contact_columns
-        contacts = episodes(truth, assembly.motion.valid, columns)
-        return cls(truth, contacts, holdings(assembly, session, contacts), tolerance, columns)
+        contacts = episodes(detection, assembly.motion.valid, columns)
+        return cls(detection, contacts, holdings(assembly, session, contacts), tolerance, columns)
 
     @cached_property
     def contacts(self) -> tuple[Episode, ...]:
@@ -133,6 +138,6 @@ class Reference:
 
     def compare(self, subject: Detection, labels: tuple[str, str] | None = None) -> Comparison:
         """Hold a detection to it; ``labels`` as for ``compare``."""
-        within = self.tolerance.judge(subject, self.truth)
-        comparison = compare(subject, self.truth, labels, within, self.holdings)
+        within = self.tolerance.judge(subject, self.detection)
+        comparison = compare(subject, self.detection, labels, within, self.holdings)
         return replace(comparison, contact_columns=self.contact_columns)

@@ -17,11 +17,11 @@ OVER_CONTACTS: Final = (
 
 Coverage falls below 95 % when misses cluster in long contacts: 60 % at n = 18, 85 % at n = 60."""
 
-Z95: Final = 1.959963984540054
+Z_OF_95_PERCENT: Final = 1.959963984540054
 """Quantile of the normal distribution that leaves 2.5 % above: intervals are at 95 %."""
 
 
-def wilson(count: float, of: float) -> tuple[float, float]:
+def wilson_interval(count: float, whole: float) -> tuple[float, float]:
     """Wilson's score interval at 95 % of the share ``count / of``; nothing was counted: anything from 0 to 1.
 
     Source: E. B. Wilson, Probable inference, the law of succession, and statistical inference, JASA 22 (1927), 209-212.
@@ -32,13 +32,13 @@ def wilson(count: float, of: float) -> tuple[float, float]:
     >>> low, round(high, 4)
     (0.0, 0.2775)
     """
-    if of <= 0:
+    if whole <= 0:
         return 0.0, 1.0
-    fraction, spread = count / of, Z95 * Z95 / of
-    middle = fraction + spread / 2
-    half = Z95 * sqrt((fraction * (1 - fraction) + spread / 4) / of)
-    lower, upper = (middle - half) / (1 + spread), (middle + half) / (1 + spread)
-    return (0.0 if count == 0 else max(0.0, lower)), (1.0 if count == of else min(1.0, upper))
+    fraction, spread = count / whole, Z_OF_95_PERCENT * Z_OF_95_PERCENT / whole
+    centre = fraction + spread / 2
+    half = Z_OF_95_PERCENT * sqrt((fraction * (1 - fraction) + spread / 4) / whole)
+    lower, upper = (centre - half) / (1 + spread), (centre + half) / (1 + spread)
+    return (0.0 if count == 0 else max(0.0, lower)), (1.0 if count == whole else min(1.0, upper))
 
 
 class Proportion(Record, frozen=True):
@@ -67,8 +67,8 @@ def proportion(count: int, of: int, clusters: int | None = None, squares: Sequen
 
     ``squares`` are those of the ``clusters``, as ``Proportion`` has them.
     """
-    number = of if clusters is None else _effective(count, of, clusters, squares)
-    lower, upper = wilson(number * (count / of) if of else 0, number)
+    number = of if clusters is None else _effective_draws(count, of, clusters, squares)
+    lower, upper = wilson_interval(number * (count / of) if of else 0, number)
     return Proportion(
         count=count,
         of=of,
@@ -80,17 +80,19 @@ def proportion(count: int, of: int, clusters: int | None = None, squares: Sequen
     )
 
 
-def proportion_of_clusters(counts: ArrayLike, wholes: ArrayLike) -> Proportion:
+def proportion_of_clusters(counts: ArrayLike, cluster_wholes: ArrayLike) -> Proportion:
     """Return the proportion of members that are drawn in clusters, as pair-frames are drawn in contacts.
 
-    ``counts`` (C,) of ``wholes`` (C,) are those of each cluster; one without members is none.
+    ``counts`` (C,) of ``cluster_wholes`` (C,) are those of each cluster; one without members is none.
     """
     counts_and_wholes = np.array(
-        [counts, wholes], dtype=object
+        [counts, cluster_wholes], dtype=object
     )  # whole numbers of Python: squares of face pairs pass 64 bits
-    (squared, crossed), (_, whole) = (counts_and_wholes @ counts_and_wholes.T).tolist()
+    (squared_counts, count_whole_products), (_, squared_wholes) = (counts_and_wholes @ counts_and_wholes.T).tolist()
     count, of = counts_and_wholes.sum(axis=1).tolist()
-    return proportion(count, of, int((counts_and_wholes[1] > 0).sum()), (squared, crossed, whole))
+    return proportion(
+        count, of, int((counts_and_wholes[1] > 0).sum()), (squared_counts, count_whole_products, squared_wholes)
+    )
 
 
 def pooled_proportion(proportions: Sequence[Proportion]) -> Proportion:
@@ -103,7 +105,7 @@ def pooled_proportion(proportions: Sequence[Proportion]) -> Proportion:
     return proportion(count, of, sum(session.clusters or 0 for session in proportions), squares)
 
 
-def _effective(count: int, of: int, clusters: int, squares: Sequence[int]) -> float:
+def _effective_draws(count: int, whole_count: int, clusters: int, squares: Sequence[int]) -> float:
     """How many independent draws say as much about ``count / of`` as these clusters; all or nothing: their number.
 
     The variance of the share is that of a ratio of sums. Few or unequal clusters look more alike than they are: so a
@@ -114,11 +116,13 @@ def _effective(count: int, of: int, clusters: int, squares: Sequence[int]) -> fl
     """
     from scipy.special import stdtrit
 
-    if count in (0, of):
+    if count in (0, whole_count):
         return clusters
-    fraction, (squared, crossed, whole) = count / of, squares
+    fraction, (squared, crossed, whole) = count / whole_count, squares
     spread = squared - 2 * fraction * crossed + fraction * fraction * whole
-    widening = float(stdtrit(max(of * of / whole - 1.0, 1.0), 0.975)) / Z95
+    t_over_z = float(stdtrit(max(whole_count * whole_count / whole - 1.0, 1.0), 0.975)) / Z_OF_95_PERCENT
     # Clusters that are all alike have no spread: the number is then cut to all there are.
-    number = fraction * (1 - fraction) * (of - whole / of) ** 2 / max(spread, 1e-9 * whole) / widening**2
-    return min(max(number, 1.0), of)
+    number = (
+        fraction * (1 - fraction) * (whole_count - whole / whole_count) ** 2 / max(spread, 1e-9 * whole) / t_over_z**2
+    )
+    return min(max(number, 1.0), whole_count)

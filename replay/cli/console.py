@@ -15,14 +15,14 @@ from replay.words import number, safe_text
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
 
-OK: Final = 0
-FAILURE: Final = 1
+EXIT_OK: Final = 0
+EXIT_FAILURE: Final = 1
 DATA_LOSS: Final = 3
 GATE_FAILED: Final = 4
-INTERRUPTED: Final = 130
+EXIT_INTERRUPTED: Final = 130
 """Exit codes; 2 is click's, for a wrong call or a missing path."""
 
-PIPED: Final = 100
+PIPED_WIDTH: Final = 100
 """Columns where there is no terminal and ``COLUMNS`` says nothing: what a mail, a log or a second pane shows whole."""
 
 
@@ -43,52 +43,52 @@ class People:
         if self.verbose:
             self.say(sentence)
 
-    def gate(self, broken: Sequence[str], otherwise: int = OK) -> int:
+    def gate(self, broken: Sequence[str], otherwise: int = EXIT_OK) -> int:
         """Say which gates failed, to the quiet too: they are why the command fails; the exit code."""
         People().say(*(f"gate: {sentence}" for sentence in broken))
         return GATE_FAILED if broken else otherwise
 
 
-LONG: Final = 3.0
+LONG_STAGE_S: Final = 3.0
 """Seconds from which a stage says how much is done and left, and stays ticked off on the screen."""
 
-EVERY: Final = 10.0
+REPORT_INTERVAL_S: Final = 10.0
 """Seconds between the lines of a long stage where there is no terminal."""
 
 
 class TerminalProgress:
     """A bar for each stage on a terminal; elsewhere a line every ten seconds. A short stage leaves nothing behind."""
 
-    def __init__(self, people: People, every: float = EVERY) -> None:
+    def __init__(self, people: People, report_interval: float = REPORT_INTERVAL_S) -> None:
         self.say = people.say
-        self._quiet, self._interval_s = people.quiet, every
+        self._quiet, self._interval_s = people.quiet, report_interval
 
     def stage(self, name: str, total: int | None = None, unit: str = "frames") -> AbstractContextManager[Advance]:
         """Report a piece of work of ``total`` units while it lasts."""
         del unit
         if self._quiet:
             return nullcontext(ignore_progress)
-        return _bar(name, total) if sys.stderr.isatty() else self._lines(name, total)
+        return _bar(name, total) if sys.stderr.isatty() else self._report_lines(name, total)
 
     @contextmanager
-    def _lines(self, name: str, total: int | None) -> Iterator[Advance]:
-        done, begun = 0, time.monotonic()
-        printed_at = begun
+    def _report_lines(self, name: str, total: int | None) -> Iterator[Advance]:
+        done_units, start_time = 0, time.monotonic()
+        printed_at = start_time
 
         def advance(more: int) -> None:
-            nonlocal done, printed_at
-            done += more
+            nonlocal done_units, printed_at
+            done_units += more
             now = time.monotonic()
             if now - printed_at >= self._interval_s:
                 printed_at = now
-                self.say(f"{name}: {pace(done / total if total else 0.0, now - begun)}")
+                self.say(f"{name}: {progress_text(done_units / total if total else 0.0, now - start_time)}")
 
         yield advance
-        if time.monotonic() - begun >= self._interval_s:
-            self.say(f"{name}: {pace(1.0, time.monotonic() - begun)}")
+        if time.monotonic() - start_time >= self._interval_s:
+            self.say(f"{name}: {progress_text(1.0, time.monotonic() - start_time)}")
 
 
-def pace(fraction: float, seconds: float) -> str:
+def progress_text(fraction: float, seconds: float) -> str:
     """Progress of a stage with its time: ``43 %  12 s left``, ``100 %  14 s``."""
     if fraction >= 1.0:
         return f"100 %  {words.decimal(seconds, 0)} s"
@@ -108,73 +108,83 @@ def _bar(name: str, total: int | None) -> Iterator[Advance]:
 
         def render(self, task: Task) -> Text:
             seconds = task.elapsed or 0.0
-            return Text(pace(task.percentage / 100, seconds) if seconds >= LONG else "", style="dim")
+            return Text(progress_text(task.percentage / 100, seconds) if seconds >= LONG_STAGE_S else "", style="dim")
 
     ticked, described = SpinnerColumn(finished_text="[green]✓[/green]"), TextColumn("{task.description:<28}")
     with Progress(ticked, described, BarColumn(bar_width=18), PaceColumn(), console=Console(stderr=True)) as bars:
         task = bars.add_task(name, total=total)
         yield lambda more: bars.advance(task, more)
         bars.update(task, total=total or 1, completed=total or 1)
-        bars.live.transient = (bars.tasks[0].elapsed or 0.0) < LONG
+        bars.live.transient = (bars.tasks[0].elapsed or 0.0) < LONG_STAGE_S
 
 
 def progress_counter(people: People, total: int) -> Callable[[str, str], None]:
     """Tells each finished piece with how many there are, how long the rest may take and how many a minute are done."""
-    count, worked, begun = 0, 0, time.monotonic()
+    done_count, worked_count, start_time = 0, 0, time.monotonic()
 
     def tell(name: str, outcome: str) -> None:
-        nonlocal count, worked
-        count, worked = count + 1, worked + (outcome != "kept")
-        each = (time.monotonic() - begun) / max(worked, 1)
-        rest = f", about {words.decimal(each * (total - count), 0)} s left at {number(60 / each)} a minute"
-        people.say(f"{count:>4} of {total}  {name}: {outcome}{rest if worked and count < total else ''}")
+        nonlocal done_count, worked_count
+        done_count, worked_count = done_count + 1, worked_count + (outcome != "kept")
+        seconds_each = (time.monotonic() - start_time) / max(worked_count, 1)
+        remaining_text = (
+            f", about {words.decimal(seconds_each * (total - done_count), 0)} s left at "
+            f"{number(60 / seconds_each)} a minute"
+        )
+        people.say(
+            f"{done_count:>4} of {total}  {name}: "
+            f"{outcome}{remaining_text if worked_count and done_count < total else ''}"
+        )
 
     return tell
 
 
-def _folded_sentence(text: str, stream: "IO[str]") -> str:
+def _folded_sentence(sentence: str, stream: "IO[str]") -> str:
     """A sentence for a terminal, no word of it cut; elsewhere as it is, unless ``COLUMNS`` asks."""
     if not (stream.isatty() or "COLUMNS" in os.environ):
-        return text
+        return sentence
     from shutil import get_terminal_size
     from textwrap import fill
 
-    room, indent = get_terminal_size().columns, " " * (len(text) - len(text.lstrip()) + 2)
-    whole = len(text) <= room
-    return text if whole else fill(text, room, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
+    terminal_width, indent = get_terminal_size().columns, " " * (len(sentence) - len(sentence.lstrip()) + 2)
+    fits_whole = len(sentence) <= terminal_width
+    return (
+        sentence
+        if fits_whole
+        else fill(sentence, terminal_width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
+    )
 
 
-def answer(as_json: bool, plain: Any, render: "Callable[[], RenderableType | list[str]]") -> None:
-    """Print what a verb found: ``plain`` data as JSON, or what ``render`` makes for a terminal."""
+def answer(as_json: bool, json_value: Any, render: "Callable[[], RenderableType | list[str]]") -> None:
+    """Print what a verb found: ``json_value`` data as JSON, or what ``render`` makes for a terminal."""
     if as_json:
-        print_json(plain)
+        print_as_json(json_value)
     else:
         show(render())
 
 
-def show(made: "RenderableType | list[str]") -> None:
+def show(renderable: "RenderableType | list[str]") -> None:
     """Print for people: a ``str`` is a line, a ``list`` are lines; what is piped has no spaces at the ends of lines.
 
     Nothing is cropped: a path longer than the terminal is wide runs over into the next line, and can be copied whole.
     """
-    if isinstance(made, str | list):
-        for line in [made] if isinstance(made, str) else made:
+    if isinstance(renderable, str | list):
+        for line in [renderable] if isinstance(renderable, str) else renderable:
             print(_folded_sentence(safe_text(line), sys.stdout))
     elif sys.stdout.isatty():
-        stdout_console().print(made, crop=False)
+        stdout_console().print(renderable, crop=False)
     else:
         with (console := stdout_console()).capture() as capture:
-            console.print(made, crop=False)
+            console.print(renderable, crop=False)
         print("\n".join(line.rstrip() for line in capture.get().splitlines()))
 
 
-def print_json(plain: Any) -> None:
+def print_as_json(json_value: Any) -> None:
     """Data for programs."""
-    print(json.dumps(plain, indent=1, allow_nan=False))
+    print(json.dumps(json_value, indent=1, allow_nan=False))
 
 
 def stdout_console() -> "Console":
     """Console on stdout, as wide as the terminal or ``COLUMNS``."""
     from rich.console import Console
 
-    return Console(width=None if sys.stdout.isatty() or "COLUMNS" in os.environ else PIPED, highlight=False)
+    return Console(width=None if sys.stdout.isatty() or "COLUMNS" in os.environ else PIPED_WIDTH, highlight=False)

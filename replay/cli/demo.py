@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from replay import words
-from replay.cli.console import DATA_LOSS, OK, People, TerminalProgress, progress_counter, show
+from replay.cli.console import DATA_LOSS, EXIT_OK, People, TerminalProgress, progress_counter, show
 from replay.cli.options import ANY_PATH, FIX_SECONDS, fix_time, force, jobs, reporting, require_free
 from sessions.temporary_folders import temporary_folder
 
@@ -74,35 +74,35 @@ def command(
     leave_pandas_out()
     stage = f"making up a session in a laboratory ({made['scene']})"
     if session_only:
-        file = out or Path(f"{made['scene']}.mcap")
-        require_free(file, truth_path(file), force=force)
+        session_file = out or Path(f"{made['scene']}.mcap")
+        require_free(session_file, truth_path(session_file), overwrite=force)
         people.say(f"{stage} and recording it ...")
-        _record(file, **made)
-        people.say(f"what was planted in it: {truth_path(file)}")
-        show(str(file))
+        _write_made_up_session(session_file, **made)
+        people.say(f"what was planted in it: {truth_path(session_file)}")
+        show(str(session_file))
         return 0
     people.say(f"{stage}, recording it, replaying it ...")
     folder = out or FOLDER
     seconds = FIX_SECONDS if fix_time is None else fix_time
-    result = _demo(folder, force or out is None, people, fix_time=seconds, **made)
+    result = _run_demo(folder, force or out is None, people, fix_time=seconds, **made)
     seconds = result.document.session.duration
     people.say(f"Made up a {words.decimal(seconds, 0)} s session: {folder / SESSION}")
     return report_run(result, people, as_json=as_json, recording=folder / SESSION)
 
 
-def _record(file: Path, *, scene: str, seed: int, noise: str | None) -> Path:
+def _write_made_up_session(session_file: Path, *, scene: str, seed: int, noise: str | None) -> Path:
     """Write the session and, beside it, what was planted in it: for people and tests, never read by the tool."""
     from replay.studies.synthetic_sessions import synthetic_session
     from sessions import write_session
     from sessions.synthetic.truth import truth_path, write_truth
 
-    session, truth = synthetic_session(scene, seed, noise)
-    write_session(session, file)
-    write_truth(truth, truth_path(file))
-    return truth_path(file)
+    session, planted_truth = synthetic_session(scene, seed, noise)
+    write_session(session, session_file)
+    write_truth(planted_truth, truth_path(session_file))
+    return truth_path(session_file)
 
 
-def _demo(out: Path, force: bool, people: People, *, fix_time: float, **made: Any) -> "RunResult":
+def _run_demo(out: Path, force: bool, people: People, *, fix_time: float, **synthetic_options: Any) -> "RunResult":
     from replay.engine import compute
     from replay.running.runner import with_measured_fixes, write_watched
     from replay.show.results.run_folder import check_target
@@ -111,13 +111,20 @@ def _demo(out: Path, force: bool, people: People, *, fix_time: float, **made: An
     check_target(out, force=force)
     progress = TerminalProgress(people)
     with temporary_folder() as folder:
-        file = folder / SESSION
+        session_file = folder / SESSION
         with progress.stage("Making up the session"):
-            truth = _record(file, **made)
-        session = read_session(file)
-        result = compute(session, seed=made["seed"], fix_time=fix_time, progress=progress)
+            planted_truth = _write_made_up_session(session_file, **synthetic_options)
+        session = read_session(session_file)
+        result = compute(session, seed=synthetic_options["seed"], fix_time=fix_time, progress=progress)
         result = with_measured_fixes(result, progress)
-        write_watched(result, out, progress, force=force, picture=True, files={SESSION: file, truth.name: truth})
+        write_watched(
+            result,
+            out,
+            progress,
+            force=force,
+            picture=True,
+            files={SESSION: session_file, planted_truth.name: planted_truth},
+        )
     return replace(result, out=out)
 
 
@@ -137,14 +144,14 @@ def _demo_class(out: Path, students: int, *, brief: bool, seed: int, jobs: int, 
 
     require_extra()
     people.say(f"making up {students} students and recording their sessions ...")
-    failed = make_class(
+    failed_sessions = make_class(
         out, students=students, seed=seed, brief=brief, jobs=jobs, on_done=progress_counter(people, students)
     )
     files = sorted((out / SESSIONS).glob("*.mcap"))
     people.say(f"replaying {len(files)} sessions ...")
     settings = {"seed": 0, "picture": False}  # the usual detectors, as the demo asks
     batch = run_batch(files, out / "runs", jobs=jobs, settings=settings, on_done=progress_counter(people, len(files)))
-    note = f"This class is made up; {BRIEF_EFFECT if brief else NO_EFFECT}."
+    made_up_note = f"This class is made up; {BRIEF_EFFECT if brief else NO_EFFECT}."
     request = PageRequest(out / "runs", questionnaire=out / ANSWERS, codebook=out / CODEBOOK, seed=seed)
-    write_page(request, out / "study", people=people, heading=Heading("A made-up class", note), force=True)
-    return DATA_LOSS if [*failed, *batch.failed] else OK
+    write_page(request, out / "study", people=people, heading=Heading("A made-up class", made_up_note), force=True)
+    return DATA_LOSS if [*failed_sessions, *batch.failed] else EXIT_OK

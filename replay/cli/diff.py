@@ -37,14 +37,14 @@ def command(
     replay diff runs/before runs/after --compare hull50=shipped50
     replay view runs/before runs/after
     """
-    from replay.cli.terminal import terminal
+    from replay.cli.terminal import stacked
     from replay.document.coding import plain_of
     from replay.show.results.run_folder import PICTURE
     from replay.studies.diff.runs import diff_runs
 
     difference = diff_runs(run_a, run_b, different_sessions=different_sessions, compared=_labels(compare))
-    plain = plain_of(difference) | {"changed": difference.changed}
-    answer(as_json, plain, lambda: terminal(*_report(difference, run_a, run_b)))
+    json_value = plain_of(difference) | {"changed": difference.changed}
+    answer(as_json, json_value, lambda: stacked(*_diff_report(difference, run_a, run_b)))
     if "machine" in {name.partition(".")[0] for name in difference.settings}:
         people.say("note: the runs are of different machines; their times do not compare")
     if all((run / PICTURE).is_file() for run in (run_a, run_b)):
@@ -56,16 +56,16 @@ def _labels(pairs: tuple[str, ...]) -> list[tuple[str, str]]:
     """The labels of ``--compare``."""
     labels = []
     for pair in pairs:
-        before, equals, after = pair.partition("=")
-        if not (before and equals and after):
+        label_before, equals, label_after = pair.partition("=")
+        if not (label_before and equals and label_after):
             raise click.BadParameter(
                 f"{pair!r} is not OLD=NEW, a label of RUN_A and one of RUN_B", param_hint="--compare"
             )
-        labels.append((before, after))
+        labels.append((label_before, label_after))
     return labels
 
 
-def _report(difference: "RunDiff", run_a: Path, run_b: Path) -> "Iterator[Table | RenderableType]":
+def _diff_report(difference: "RunDiff", run_a: Path, run_b: Path) -> "Iterator[Table | RenderableType]":
     from replay.cli.terminal import line
     from replay.document.tables import STRONG
     from replay.studies.diff.diff_words import change_lines, diff_table, settings_lines
@@ -78,7 +78,7 @@ def _report(difference: "RunDiff", run_a: Path, run_b: Path) -> "Iterator[Table 
             yield line(f"only in {side}: {', '.join(labels)}")
     yield diff_table(difference)
     for label, detector in difference.detectors.items():
-        listed = [*change_lines(detector)]
-        yield from (line(f"{label}: {text}") for text in listed[:MOST_ROWS])
-        if len(listed) > MOST_ROWS:
-            yield line(f"{label}: … and {len(listed) - MOST_ROWS} more with --format json")
+        change_texts = [*change_lines(detector)]
+        yield from (line(f"{label}: {text}") for text in change_texts[:MOST_ROWS])
+        if len(change_texts) > MOST_ROWS:
+            yield line(f"{label}: … and {len(change_texts) - MOST_ROWS} more with --format json")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
-from replay.cli.console import GATE_FAILED, OK, People, answer
+from replay.cli.console import EXIT_OK, GATE_FAILED, People, answer
 from replay.cli.options import SESSION_ANYWHERE, SESSION_FILE, reporting, scene
 from replay.document.tables import ERROR, FAINT, WARNING, Table
 
@@ -16,13 +16,18 @@ if TYPE_CHECKING:
 
     from sessions.doctor.finding import Finding
 
-WORDS: Final = ("note", "warning", "error")
-MARKS: Final = (FAINT, WARNING, ERROR)
+SEVERITY_WORDS: Final = ("note", "warning", "error")
+SEVERITY_MARKS: Final = (FAINT, WARNING, ERROR)
 
 
 @click.command()
 @click.argument("files", type=SESSION_ANYWHERE, nargs=-1, required=True, metavar="FILE...")
-@click.option("--fail-on", type=click.Choice(WORDS), metavar="SEVERITY", help=f"Exit with 4 from: {', '.join(WORDS)}.")
+@click.option(
+    "--fail-on",
+    type=click.Choice(SEVERITY_WORDS),
+    metavar="SEVERITY",
+    help=f"Exit with 4 from: {', '.join(SEVERITY_WORDS)}.",
+)
 @click.option("--look", is_flag=True, help="Pictures of the scene, and questions on what its import guessed.")
 @click.option("--answer", "answers", multiple=True, metavar="1b", help="Answer a question of --look. Repeatable.")
 @click.option(
@@ -50,8 +55,10 @@ def command(
     replay doctor session.mcap --look
     """
     if look or answers or forget_answers:
-        return _look(files, people, as_json=as_json, answers=answers, forgets=forget_answers, mapping=mapping)
-    from replay.cli.terminal import terminal
+        return _ask_about_import(
+            files, people, as_json=as_json, answers=answers, forgets=forget_answers, mapping=mapping
+        )
+    from replay.cli.terminal import stacked
     from replay.effects.effect_plan import plan_faults
     from replay.running.remote_files import local_copy
     from replay.words import plural
@@ -60,24 +67,32 @@ def command(
 
     findings_of_file = {}
     for file in files:
-        with local_copy(file) as here:
+        with local_copy(file) as local_file:
             findings_of_file[file] = in_order(
-                [*examine(here, scene=scene, planned=plan_faults), *_inside_findings(here)]
+                [*examine(local_file, scene=scene, planned=plan_faults), *_inside_findings(local_file)]
             )
-    plain = [
-        {"file": str(file), "findings": [finding.as_json() for finding in some]}
-        for file, some in findings_of_file.items()
+    json_value = [
+        {"file": str(file), "findings": [finding.as_json() for finding in findings_of_one_file]}
+        for file, findings_of_one_file in findings_of_file.items()
     ]
-    lines = (entry for file, some in findings_of_file.items() for entry in _report(file, some, people.verbose))
-    answer(as_json, plain, lambda: terminal(*lines))
-    bad = (
-        sum(finding.severity >= WORDS.index(fail_on) for some in findings_of_file.values() for finding in some)
+    report_lines = (
+        entry
+        for file, findings_of_one_file in findings_of_file.items()
+        for entry in _findings_report(file, findings_of_one_file, people.verbose)
+    )
+    answer(as_json, json_value, lambda: stacked(*report_lines))
+    failing_count = (
+        sum(
+            finding.severity >= SEVERITY_WORDS.index(fail_on)
+            for findings_of_one_file in findings_of_file.values()
+            for finding in findings_of_one_file
+        )
         if fail_on
         else 0
     )
-    if bad:
-        people.say(f"{plural(bad, 'finding')} of severity {fail_on} or worse")
-    return GATE_FAILED if bad else OK
+    if failing_count:
+        people.say(f"{plural(failing_count, 'finding')} of severity {fail_on} or worse")
+    return GATE_FAILED if failing_count else EXIT_OK
 
 
 def _inside_findings(file: Path) -> "Iterator[Finding]":
@@ -97,7 +112,7 @@ def _inside_findings(file: Path) -> "Iterator[Finding]":
         return
 
 
-def _look(
+def _ask_about_import(
     files: Sequence[Path],
     people: People,
     *,
@@ -116,29 +131,37 @@ def _look(
     return look_at(files[0], people, as_json=as_json, given=parse_answers(answers), mapping=mapping)
 
 
-def _report(file: Path, findings: "Sequence[Finding]", verbose: bool) -> "Iterator[Table | RenderableType]":
+def _findings_report(file: Path, findings: "Sequence[Finding]", verbose: bool) -> "Iterator[Table | RenderableType]":
     from rich.text import Text
 
-    from replay.cli.terminal import plain
+    from replay.cli.terminal import plain_text
     from replay.show.run_tables import finding_table
 
-    yield plain(file.name, "bold").append_text(Text.from_markup(f"  {headline(findings)}", style="not bold"))
-    notes = Counter(finding.code for finding in findings if WORDS[finding.severity] == "note")
-    listed = [finding for finding in findings if verbose or WORDS[finding.severity] != "note"]
-    if listed:
-        made = finding_table(sorted(listed, key=lambda finding: -finding.severity), "", marks=MARKS)
-        yield made.only("code", "severity", "body", "seconds", "what")
-    if notes and not verbose:
-        codes = ", ".join(f"{code} ({count})" if count > 1 else code for code, count in notes.items())
-        yield plain(f"  notes (-v lists them): {codes}", "dim")
+    yield plain_text(file.name, "bold").append_text(
+        Text.from_markup(f"  {severity_headline(findings)}", style="not bold")
+    )
+    note_counts = Counter(finding.code for finding in findings if SEVERITY_WORDS[finding.severity] == "note")
+    listed_findings = [finding for finding in findings if verbose or SEVERITY_WORDS[finding.severity] != "note"]
+    if listed_findings:
+        findings_table = finding_table(
+            sorted(listed_findings, key=lambda finding: -finding.severity), "", marks=SEVERITY_MARKS
+        )
+        yield findings_table.only("code", "severity", "body", "seconds", "what")
+    if note_counts and not verbose:
+        codes = ", ".join(f"{code} ({count})" if count > 1 else code for code, count in note_counts.items())
+        yield plain_text(f"  notes (-v lists them): {codes}", "dim")
 
 
-def headline(findings: "Sequence[Finding]") -> str:
+def severity_headline(findings: "Sequence[Finding]") -> str:
     """One clause: how bad it is."""
     from replay.show.words import NOTHING_SUSPICIOUS
     from replay.words import plural
 
-    count = Counter(WORDS[finding.severity] for finding in findings)
-    bad = {"error": "bold magenta", "warning": "yellow"}  # not red: that is for misses
-    counts = [f"[{colour}]{plural(count[word], word)}[/]" for word, colour in bad.items() if count[word]]
-    return ", ".join(counts) or f"[green]{NOTHING_SUSPICIOUS.lower()}[/green]"
+    count_of_word = Counter(SEVERITY_WORDS[finding.severity] for finding in findings)
+    colour_of_word = {"error": "bold magenta", "warning": "yellow"}  # not red: that is for misses
+    count_texts = [
+        f"[{colour}]{plural(count_of_word[word], word)}[/]"
+        for word, colour in colour_of_word.items()
+        if count_of_word[word]
+    ]
+    return ", ".join(count_texts) or f"[green]{NOTHING_SUSPICIOUS.lower()}[/green]"

@@ -13,7 +13,7 @@ def advise_engine(session: Path, engine: str, people: People, *, as_json: bool, 
     from rich.text import Text
 
     from replay.cli.run_report import answer_cited, close_run, commands_to_open, sources_of
-    from replay.cli.terminal import line, terminal
+    from replay.cli.terminal import line, stacked
     from replay.cutting.piece_store import cache_folder
     from replay.document.headline import open_questions
     from replay.running.advisor import advise
@@ -23,7 +23,7 @@ def advise_engine(session: Path, engine: str, people: People, *, as_json: bool, 
         people.say("cutting meshes into convex pieces, once per machine: about ten seconds each ...")
     advice = advise(session, engine=engine, progress=TerminalProgress(people), **options)
     questions = [text.replace(RECORDING, quote(str(session))) for text in open_questions(advice.result.document)]
-    plain = {
+    json_value = {
         "engine": advice.engine.name,
         "version": advice.engine.version,
         "pages": dict(advice.engine.pages),
@@ -33,7 +33,7 @@ def advise_engine(session: Path, engine: str, people: People, *, as_json: bool, 
     }
     table = engine_table(advice.engine, advice.rows, advice.result, settings=people.verbose)
     sentences = map(line, [*advice.sentences, *questions])
-    answer_cited(as_json, plain, lambda: terminal(table, Text(), *sentences), sources_of(advice.result, people))
+    answer_cited(as_json, json_value, lambda: stacked(table, Text(), *sentences), sources_of(advice.result, people))
     code = close_run(advice.result, people)
     if advice.result.out is not None:
         people.say(*commands_to_open(advice.result))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from replay.cli.console import FAILURE, OK, People, TerminalProgress, answer, show
+from replay.cli.console import EXIT_FAILURE, EXIT_OK, People, TerminalProgress, answer, show
 from replay.cli.options import ANY_PATH, SESSION_FILE, SHARE, Number, force, reporting, scene, tau
 
 if TYPE_CHECKING:
@@ -85,27 +85,27 @@ def command(
     except KeyboardInterrupt:
         people.say("the pieces that are cut are kept: the same command goes on from them")
         raise
-    answer(as_json, fix.as_json() | {"limits": asdict(limits)}, lambda: _screen(fix, people))
+    answer(as_json, fix.as_json() | {"limits": asdict(limits)}, lambda: _fix_screen(fix, people))
     if not as_json:
-        show(_sentences(fix, str(session)))
-    return OK if fix.reached else FAILURE
+        show(_fix_sentences(fix, str(session)))
+    return EXIT_OK if fix.reached else EXIT_FAILURE
 
 
-def _screen(fix: "ColliderFix", people: People) -> Any:
-    from replay.cli.terminal import terminal
+def _fix_screen(fix: "ColliderFix", people: People) -> Any:
+    from replay.cli.terminal import stacked
     from replay.document.cost import busy_text
     from replay.show.fix_table import before_after_table, card_table, front_table
 
     contacts = fix.result.ranking[-1].contacts if fix.result.ranking else 0
-    busy = busy_text(fix.result.document)
-    cards = card_table(fix.bodies)
-    both = before_after_table(fix.before, fix.after, contacts=contacts, step_hz=fix.step_hz, busy=busy)
+    busy_sentence = busy_text(fix.result.document)
+    body_cards = card_table(fix.bodies)
+    error_table = before_after_table(fix.before, fix.after, contacts=contacts, step_hz=fix.step_hz, busy=busy_sentence)
     if people.verbose:
-        return terminal(cards, front_table(fix.front), both)
-    return terminal(cards.narrow(), both.narrow())
+        return stacked(body_cards, front_table(fix.front), error_table)
+    return stacked(body_cards.narrow(), error_table.narrow())
 
 
-def _sentences(fix: "ColliderFix", session: str) -> list[str]:
+def _fix_sentences(fix: "ColliderFix", session: str) -> list[str]:
     """Sentences about errors reached, uncut bodies, steps in the engine, and the command to measure again."""
     from replay.document.headline import open_questions
     from replay.document.placeholders import RECORDING
@@ -115,13 +115,24 @@ def _sentences(fix: "ColliderFix", session: str) -> list[str]:
     lines.append(cure_sentences(fix.result, fix.before, fix.after))
     lines += fix.remarks
     assert fix.folder is not None
-    again = f'replay run {quote(str(fix.folder / "session.mcap"))} --detectors "{fix.setting}"'
+    run_command = f'replay run {quote(str(fix.folder / "session.mcap"))} --detectors "{fix.setting}"'
     page = ["Before and after:", f"  {fix.folder / 'report.html'}"]
     if not fix.engine:
-        write = ["To write them for your engine:", f"  replay fix {quote(session)} --engine unity"]
-        return ["", *lines, *page, "Count it again:", f"  {again}", *write]
-    wrote = f"Wrote {fix.folder} for {fix.engine}: a GLB a body, README.txt, colliders.json, session.mcap, report.html."
-    return ["", *lines, wrote, *fix.steps, *steps_about_axes(fix), *page, "Count it again:", f"  {again}"]
+        write_commands = ["To write them for your engine:", f"  replay fix {quote(session)} --engine unity"]
+        return ["", *lines, *page, "Count it again:", f"  {run_command}", *write_commands]
+    written_sentence = (
+        f"Wrote {fix.folder} for {fix.engine}: a GLB a body, README.txt, colliders.json, session.mcap, report.html."
+    )
+    return [
+        "",
+        *lines,
+        written_sentence,
+        *fix.steps,
+        *steps_about_axes(fix),
+        *page,
+        "Count it again:",
+        f"  {run_command}",
+    ]
 
 
 def steps_about_axes(fix: "ColliderFix") -> list[str]:

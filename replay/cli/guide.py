@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 from replay.cli.options import common
 
-WIDEST: Final = 100
+WIDEST_PAGE: Final = 100
 """Columns: longer lines of prose are hard to read."""
 
 
@@ -45,13 +45,13 @@ def command(context: click.Context, /, query: tuple[str, ...], script: bool, **_
     """
     from replay.guide.pages import INDEX, page, topics, write_scripts
 
-    name = "-".join(query) or INDEX
-    if name == COLUMNS_PAGE:
+    page_name = "-".join(query) or INDEX
+    if page_name == COLUMNS_PAGE:
         from replay.show.column_list import columns_page
 
-        topic, text = name, columns_page()
-    elif name == INDEX or name in topics():
-        topic, text = name, page(name)
+        topic, text = page_name, columns_page()
+    elif page_name == INDEX or page_name in topics():
+        topic, text = page_name, page(page_name)
     else:
         topic, text = _best_section(context, query)
     if script:
@@ -59,7 +59,7 @@ def command(context: click.Context, /, query: tuple[str, ...], script: bool, **_
             click.echo(f"wrote {path.name}")
         return 0
     if sys.stdout.isatty():
-        _show(text)
+        _print_page(text)
     else:
         click.echo(text, nl=False)
     return 0
@@ -74,23 +74,23 @@ def _best_section(context: click.Context, query: Sequence[str]) -> tuple[str, st
     matches = search(query, sections)
     terms = query_terms(query)
     if not matches:
-        near = dict.fromkeys(spelling for term in terms for spelling in near_terms(term, sections))
-        advice = f"near words: {', '.join(near)}" if near else "`replay guide` lists its pages"
+        near_spellings = dict.fromkeys(spelling for term in terms for spelling in near_terms(term, sections))
+        advice = f"near words: {', '.join(near_spellings)}" if near_spellings else "`replay guide` lists its pages"
         raise click.UsageError(f"the guide has no section about {' '.join(query)!r}; {advice}", context)
-    best, *others = matches
-    missing = [term for term in best.missing if term.isidentifier()]
-    if 2 * len(best.missing) > len(terms):  # a whole section about something else would mislead
-        words = ", ".join(missing) or "most of these words"
-        heading = f"No section holds {words}. The nearest, and the page to open:\n"
-        return best.section.topic, "\n".join([heading, *_pages_to_open(matches)])
+    best_match, *other_matches = matches
+    missing_terms = [term for term in best_match.missing if term.isidentifier()]
+    if 2 * len(best_match.missing) > len(terms):  # a whole section about something else would mislead
+        missing_text = ", ".join(missing_terms) or "most of these words"
+        heading = f"No section holds {missing_text}. The nearest, and the page to open:\n"
+        return best_match.section.topic, "\n".join([heading, *_pages_to_open(matches)])
     lines = []
-    if missing:
-        lines.append(f"Not in this section: {', '.join(missing)}.\n")
-    lines.append(best.section.page)
-    if others:
+    if missing_terms:
+        lines.append(f"Not in this section: {', '.join(missing_terms)}.\n")
+    lines.append(best_match.section.page)
+    if other_matches:
         lines.append("Other sections, and the page to open:\n")
-        lines += _pages_to_open(others)
-    return best.section.topic, "\n".join(lines)
+        lines += _pages_to_open(other_matches)
+    return best_match.section.topic, "\n".join(lines)
 
 
 def _pages_to_open(matches: "Sequence[Match]") -> list[str]:
@@ -101,11 +101,11 @@ def _pages_to_open(matches: "Sequence[Match]") -> list[str]:
     ]
 
 
-def _show(text: str) -> None:
+def _print_page(page_text: str) -> None:
     from rich.console import Console
     from rich.markdown import Markdown
 
     from replay.guide.pages import for_terminal
 
     console = Console()
-    console.print(Markdown(for_terminal(text), hyperlinks=False), width=min(console.width, WIDEST))
+    console.print(Markdown(for_terminal(page_text), hyperlinks=False), width=min(console.width, WIDEST_PAGE))

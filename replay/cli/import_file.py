@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from replay.cli.console import DATA_LOSS, OK, People, answer
+from replay.cli.console import DATA_LOSS, EXIT_OK, People, answer
 from replay.cli.options import ANY_PATH, FILE_OR_FOLDER, SESSION_FILE, Number, force, reporting, require_free
 from replay.cli.options import meshes as meshes_option
 from replay.words import plural
@@ -69,14 +69,16 @@ def command(
     from sessions import write_session
 
     if source is None:
-        example = quote(kind) if Path(kind).exists() else "take.csv"
-        raise click.UsageError(f"a format, or auto, and a recording are needed: replay import auto {example} -o {out}")
-    require_free(out, force=force)
+        example_source = quote(kind) if Path(kind).exists() else "take.csv"
+        raise click.UsageError(
+            f"a format, or auto, and a recording are needed: replay import auto {example_source} -o {out}"
+        )
+    require_free(out, overwrite=force)
     if kind == "contacts":
-        imported, notes = _contacts(source, session, given["scene"], offset)
+        imported, notes = _session_with_contacts(source, session, given["scene"], offset)
     else:
         imported = _import_recording(kind, source, out, **given)
-        notes = [*_notes(imported)]
+        notes = [*_import_notes(imported)]
     if imported.live_contacts:
         if kind != "contacts":
             notes.append(f"{plural(len(imported.live_contacts), 'report')} of the engine, on the recording's own clock")
@@ -86,9 +88,9 @@ def command(
     out.parent.mkdir(parents=True, exist_ok=True)
     write_session(imported, out, overwrite=force)
     people.say(*notes)
-    plain = {"out": str(out), "frames": len(imported.frames), "bodies": list(imported.names), "notes": notes}
-    answer(as_json, plain, lambda: str(out))
-    code = DATA_LOSS if _large_losses(imported, people) else OK
+    json_value = {"out": str(out), "frames": len(imported.frames), "bodies": list(imported.names), "notes": notes}
+    answer(as_json, json_value, lambda: str(out))
+    code = DATA_LOSS if _large_losses(imported, people) else EXIT_OK
     if kind == "contacts":
         return code
     mapping = given["mapping"]
@@ -101,18 +103,18 @@ def _open_guesses(
     """On a terminal, pictures of the scene and questions on what was guessed; in a pipe, an exit code for open ones."""
     from sessions.scene_files.answers import recording_assumptions
 
-    unsure = [row.title for row in recording_assumptions(imported) if row.is_open]
+    open_titles = [row.title for row in recording_assumptions(imported) if row.is_open]
     is_terminal = sys.stdin.isatty() and sys.stdout.isatty() and not as_json
     if no_look:
-        if unsure:
-            people.say(f"not sure: {', '.join(unsure)}; to see what each would change: replay doctor {out} --look")
+        if open_titles:
+            people.say(f"not sure: {', '.join(open_titles)}; to see what each would change: replay doctor {out} --look")
     elif is_terminal:
         _show_scene(out, people, mapping)
-    elif unsure:
+    elif open_titles:
         from replay.cli.look import decide_in_pipe
 
         return decide_in_pipe(imported, out, people)
-    return OK
+    return EXIT_OK
 
 
 def _show_scene(out: Path, people: People, mapping: Path | None) -> None:
@@ -152,25 +154,25 @@ def _import_recording(
     from sessions.importers import import_session, makes_bodies
     from sessions.importers.csv_draft import UnknownColumnsError
 
-    given = {name: value for name, value in options.items() if value}
-    given["meshes"] = _meshes(named)
+    import_options = {name: value for name, value in options.items() if value}
+    import_options["meshes"] = _mesh_files(named)
     if meshes is not None:
-        given["mesh_folder"] = meshes
-    adds = scene is not None and (_adds_to_recording(scene) or makes_bodies(kind, source))
-    if scene is not None and not adds:
+        import_options["mesh_folder"] = meshes
+    joins_scene = scene is not None and (_adds_to_recording(scene) or makes_bodies(kind, source))
+    if scene is not None and not joins_scene:
         from sessions.scene_files.scene_toml import read_scene
 
-        given |= {"scene": read_scene(scene), "scene_folder": scene.parent}
-    more = [f"--mesh {quote(text)}" for text in named] + ([f"--meshes {quote(str(meshes))}"] if meshes else [])
-    with _drafting_a_mapping(source, out, more):
+        import_options |= {"scene": read_scene(scene), "scene_folder": scene.parent}
+    mesh_options = [f"--mesh {quote(text)}" for text in named] + ([f"--meshes {quote(str(meshes))}"] if meshes else [])
+    with _drafting_a_mapping(source, out, mesh_options):
         try:
-            imported = import_session(kind, source, **given)
+            imported = import_session(kind, source, **import_options)
         except UnknownColumnsError as error:
-            mapping = _draft_with_axes(error, source, given.get("convention", ""))
+            mapping = _draft_with_axes(error, source, import_options.get("convention", ""))
             if mapping is None:
                 raise
-            imported = import_session(error.format, source, **given, mapping=mapping)
-    if scene is None or not adds:
+            imported = import_session(error.format, source, **import_options, mapping=mapping)
+    if scene is None or not joins_scene:
         return imported
     from sessions.scene_files.scene_meshes import with_scene
 
@@ -182,12 +184,14 @@ def _draft_with_axes(error: "UnknownColumnsError", source: Path, convention: str
     from sessions.errors import ImportFileError
     from sessions.whole_files import whole_file
 
-    draft, text = _draft_file(source), error.draft_with_axes(convention) if convention else ""
-    if not text or (draft.exists() and draft.read_bytes() not in (text.encode(), error.draft.encode())):
+    draft_file, draft_text = _draft_file(source), error.draft_with_axes(convention) if convention else ""
+    if not draft_text or (
+        draft_file.exists() and draft_file.read_bytes() not in (draft_text.encode(), error.draft.encode())
+    ):
         return None
-    with whole_file(draft, ImportFileError) as stream:
-        stream.write(text.encode())
-    return draft
+    with whole_file(draft_file, ImportFileError) as stream:
+        stream.write(draft_text.encode())
+    return draft_file
 
 
 def _draft_file(source: Path) -> Path:
@@ -205,10 +209,10 @@ def _adds_to_recording(scene: Path) -> bool:
 
 
 @contextmanager
-def _drafting_a_mapping(source: Path, out: Path, more: Sequence[str]) -> Iterator[None]:
+def _drafting_a_mapping(source: Path, session_file: Path, mesh_options: Sequence[str]) -> Iterator[None]:
     """Beside a CSV that nobody has described a draft of its mapping is written; the error says how to go on.
 
-    ``more``: further options of the command.
+    ``mesh_options``: further options of the command.
     """
     from sessions.errors import ImportFileError
     from sessions.importers.csv_draft import UnknownColumnsError
@@ -217,18 +221,22 @@ def _drafting_a_mapping(source: Path, out: Path, more: Sequence[str]) -> Iterato
     try:
         yield
     except UnknownColumnsError as error:
-        draft = _draft_file(source)
-        todo = " ".join([f"replay import {error.format} {source} --mapping {draft}", *more, f"-o {out}"])
-        if draft.exists() and draft.read_bytes() != error.draft.encode():
-            raise ImportFileError(f"{error}; {draft} is there already: {todo}") from None
-        with whole_file(draft, ImportFileError) as stream:
+        draft_file = _draft_file(source)
+        todo = " ".join(
+            [f"replay import {error.format} {source} --mapping {draft_file}", *mesh_options, f"-o {session_file}"]
+        )
+        if draft_file.exists() and draft_file.read_bytes() != error.draft.encode():
+            raise ImportFileError(f"{error}; {draft_file} is there already: {todo}") from None
+        with whole_file(draft_file, ImportFileError) as stream:
             stream.write(error.draft.encode())
-        left = ", ".join(error.unknown)
+        unknown_columns = ", ".join(error.unknown)
         axes = "; or name the axes with --convention" if error.draft_with_axes("unity") else ""
-        raise ImportFileError(f"{error}; a draft is in {draft}: say there {left}{axes}, then: {todo}") from None
+        raise ImportFileError(
+            f"{error}; a draft is in {draft_file}: say there {unknown_columns}{axes}, then: {todo}"
+        ) from None
 
 
-def _contacts(
+def _session_with_contacts(
     source: Path, session: Path | None, scene: Path | None, offset: float | None
 ) -> "tuple[Session, list[str]]":
     """A session with the reported contacts in it, and how well their clock fits."""
@@ -238,14 +246,17 @@ def _contacts(
     from replay.running.contact_import import import_contacts
     from sessions import read_session
 
-    joined, fit = import_contacts(source, read_session(session, scene=scene), offset=offset)
-    return joined, [f"{len(joined.live_contacts):,} reports of {source}; {fit}", *unknown_in_reports(joined)]
+    joined_session, clock_fit = import_contacts(source, read_session(session, scene=scene), offset=offset)
+    return joined_session, [
+        f"{len(joined_session.live_contacts):,} reports of {source}; {clock_fit}",
+        *unknown_in_reports(joined_session),
+    ]
 
 
-def _meshes(named: tuple[str, ...]) -> dict[str, Path]:
+def _mesh_files(mesh_options: tuple[str, ...]) -> dict[str, Path]:
     """Body -> mesh file."""
     meshes = {}
-    for text in named:
+    for text in mesh_options:
         body, _, file = text.partition("=")
         if not body or not file:
             raise click.BadParameter(f"{text!r} is not BODY=FILE, for example left=wand.glb", param_hint="--mesh")
@@ -263,7 +274,7 @@ def _names_by_group(session: "Session") -> list[str]:
     return [f"{name} ({groups[name]} bodies)" if name in groups else name for name in names]
 
 
-def _notes(session: "Session") -> Iterator[str]:
+def _import_notes(session: "Session") -> Iterator[str]:
     from sessions.importers.ledger import ledger_of
     from sessions.model.assumption import DRAFTED, Origin, Subject
     from sessions.scene_files.answers import recording_assumptions
@@ -289,8 +300,8 @@ def _notes(session: "Session") -> Iterator[str]:
         ):
             yield f"{row.title}: {row.sentence}"
     if "assumed" in session.facts:
-        cure = "; name other axes with --convention" if "axes" in session.facts["assumed"] else ""
-        yield f"assumed: {session.facts['assumed']}{cure}"
+        cure_text = "; name other axes with --convention" if "axes" in session.facts["assumed"] else ""
+        yield f"assumed: {session.facts['assumed']}{cure_text}"
     proxies = [body.id for body in session.scene.bodies if body.proxy]
     if proxies:
         yield f"proxy meshes stand in for: {', '.join(proxies)}; give the real ones with --mesh"

@@ -22,10 +22,10 @@ from typing import Final
 import click
 
 from replay.cli.commands import ALIASES, COMMANDS, GROUPS
-from replay.cli.console import FAILURE, INTERRUPTED, OK
+from replay.cli.console import EXIT_FAILURE, EXIT_INTERRUPTED, EXIT_OK
 
-DEBUG: Final = "--debug"
-FULL: Final = (EBADF, EDQUOT, EFBIG, EIO, ENOSPC)
+DEBUG_OPTION: Final = "--debug"
+DISK_FULL_ERRNOS: Final = (EBADF, EDQUOT, EFBIG, EIO, ENOSPC)
 """What a system says of a stream that takes no more; it names no file where that is standard output."""
 LEAST_BYTES: Final = (256 << 20) + (os.cpu_count() or 1) * (64 << 20)
 """Address space in which the libraries can be loaded; with less OpenBLAS hangs, or ends the process (2026-11)."""
@@ -53,10 +53,10 @@ class LazyGroup(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """The verb, its module imported now."""
         del ctx
-        name = ALIASES.get(cmd_name, cmd_name)
-        if name not in COMMANDS:
+        verb = ALIASES.get(cmd_name, cmd_name)
+        if verb not in COMMANDS:
             return None
-        module, _, attribute = COMMANDS[name].entry.partition(":")
+        module, _, attribute = COMMANDS[verb].entry.partition(":")
         return getattr(import_module(module), attribute)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -72,13 +72,13 @@ class LazyGroup(click.Group):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Find the verb; a mistyped one is answered with its nearest neighbour."""
-        name = args[0]
-        if name not in COMMANDS and name not in ALIASES and not name.startswith("-"):
+        verb = args[0]
+        if verb not in COMMANDS and verb not in ALIASES and not verb.startswith("-"):
             from difflib import get_close_matches
 
-            near = get_close_matches(name, COMMANDS, n=1)
-            hint = f"did you mean {near[0]!r}?" if near else f"there are: {', '.join(COMMANDS)}"
-            raise click.UsageError(f"no verb {name!r}; {hint}", ctx)
+            nearest_verbs = get_close_matches(verb, COMMANDS, n=1)
+            hint = f"did you mean {nearest_verbs[0]!r}?" if nearest_verbs else f"there are: {', '.join(COMMANDS)}"
+            raise click.UsageError(f"no verb {verb!r}; {hint}", ctx)
         return super().resolve_command(ctx, args)
 
 
@@ -94,7 +94,7 @@ def cli() -> None:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code."""
-    given = list(sys.argv[1:] if arguments is None else arguments)
+    given_arguments = list(sys.argv[1:] if arguments is None else arguments)
     # The collector would look through all that the libraries made once more at the end: 0.6 s of a run.
     atexit.register(gc.freeze)
     if arguments is None:
@@ -102,67 +102,67 @@ def main(arguments: Sequence[str] | None = None) -> int:
     _make_streams_safe()
     if sys.stdout is None:  # closed by `>&-`: a file opened later would take its number, and what is printed
         click.echo("error: standard output is closed; send it to a file, or to the null device", err=True)
-        return FAILURE
+        return EXIT_FAILURE
     if memory_allowed() < LEAST_BYTES:
-        return _failure(MemoryError(), debug=False)
+        return _report_failure(MemoryError(), debug=False)
     try:
-        with warnings.catch_warnings(), _interrupts_kept():
+        with warnings.catch_warnings(), _interrupts_repeated():
             # What NumPy remarks on a calculation, or a plot on a letter, is for its programmer.
             warnings.simplefilter("ignore")
-            code = cli.main(args=given, prog_name="replay", standalone_mode=False)
+            code = cli.main(args=given_arguments, prog_name="replay", standalone_mode=False)
         sys.stdout.flush()
     except (click.exceptions.Abort, KeyboardInterrupt):
         click.echo("interrupted; nothing half-written was left behind", err=True)
         if arguments is None:
             _end_soon()
-        return INTERRUPTED
+        return EXIT_INTERRUPTED
     except click.ClickException as error:
-        _tell_programs(given, error.format_message(), error.exit_code)
-        return _usage(error)
+        _print_error_as_json(given_arguments, error.format_message(), error.exit_code)
+        return _report_usage_error(error)
     except BrokenPipeError:
         _silence_stdout()
-        return FAILURE
+        return EXIT_FAILURE
     except Exception as error:
-        _tell_programs(given, str(error), FAILURE)
-        return _failure(error, debug=DEBUG in given)
-    return code if isinstance(code, int) else OK
+        _print_error_as_json(given_arguments, str(error), EXIT_FAILURE)
+        return _report_failure(error, debug=DEBUG_OPTION in given_arguments)
+    return code if isinstance(code, int) else EXIT_OK
 
 
 def _end_soon() -> None:
     """End this interrupted program even where a library waits for threads or workers of its own at exit."""
-    end = Timer(LIBRARIES_END_S, os._exit, [INTERRUPTED])
-    end.daemon = True
-    end.start()
+    end_timer = Timer(LIBRARIES_END_S, os._exit, [EXIT_INTERRUPTED])
+    end_timer.daemon = True
+    end_timer.start()
 
 
 @contextmanager
-def _interrupts_kept() -> Iterator[None]:
+def _interrupts_repeated() -> Iterator[None]:
     """Ctrl-C while a library calls back into Python (numba's compiler does) would be printed and lost."""
-    hook = sys.unraisablehook
+    previous_hook = sys.unraisablehook
 
     def interrupt_again(lost: "sys.UnraisableHookArgs") -> None:
         if issubclass(lost.exc_type, KeyboardInterrupt):
-            again = Timer(RETRY_S, interrupt_main)
-            again.daemon = True
-            again.start()
+            retry_timer = Timer(RETRY_S, interrupt_main)
+            retry_timer.daemon = True
+            retry_timer.start()
         else:
-            hook(lost)
+            previous_hook(lost)
 
     sys.unraisablehook = interrupt_again
     try:
         yield
     finally:
-        sys.unraisablehook = hook
+        sys.unraisablehook = previous_hook
 
 
-def _tell_programs(given: Sequence[str], message: str, code: int) -> None:
+def _print_error_as_json(given: Sequence[str], message: str, code: int) -> None:
     """The error as JSON on standard output, for who asked for JSON; people read the sentence on the other stream."""
     if {"--json", "--format=json"} & {*given} or ("--format", "json") in pairwise(given):
         with suppress(OSError):
             click.echo(json.dumps({"error": _sentence(message), "exit_code": code}))
 
 
-def _usage(error: click.ClickException) -> int:
+def _report_usage_error(error: click.ClickException) -> int:
     if isinstance(error, click.exceptions.NoArgsIsHelpError):
         click.echo(error.format_message(), err=True)
         return error.exit_code
@@ -172,12 +172,12 @@ def _usage(error: click.ClickException) -> int:
     return error.exit_code
 
 
-def _failure(error: Exception, *, debug: bool) -> int:
+def _report_failure(error: Exception, *, debug: bool) -> int:
     if debug:
         import traceback
 
         traceback.print_exception(error)
-    if isinstance(error, OSError) and error.filename is None and error.errno in FULL:
+    if isinstance(error, OSError) and error.filename is None and error.errno in DISK_FULL_ERRNOS:
         _silence_stdout()
         message = f"writing failed ({error.strerror}); check the space left where standard output and files go"
         click.echo(f"error: {message}", err=True)
@@ -187,20 +187,20 @@ def _failure(error: Exception, *, debug: bool) -> int:
     elif _is_known(error):
         click.echo(f"error: {_sentence(str(error))}", err=True)
     else:
-        what = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
-        click.echo(f"error: this should not have happened ({_sentence(what)}); please report it", err=True)
+        error_text = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+        click.echo(f"error: this should not have happened ({_sentence(error_text)}); please report it", err=True)
         if not debug:
-            hint = f"with {DEBUG} the same command prints where it happened; add that to the report"
+            hint = f"with {DEBUG_OPTION} the same command prints where it happened; add that to the report"
             click.echo(f"       {hint}", err=True)
-    return FAILURE
+    return EXIT_FAILURE
 
 
 def _memory_ran_out(error: Exception) -> bool:
     """Whether the process has no memory left; under a limit, libraries say so with errors of several kinds."""
     if isinstance(error, MemoryError) or (isinstance(error, OSError) and error.errno == ENOMEM):
         return True
-    spoken = isinstance(error, SystemError | RuntimeError | ImportError | OSError)
-    return spoken and memory_allowed() < inf and not _is_known(error)
+    is_library_error = isinstance(error, SystemError | RuntimeError | ImportError | OSError)
+    return is_library_error and memory_allowed() < inf and not _is_known(error)
 
 
 def memory_allowed() -> float:
@@ -219,8 +219,8 @@ def _is_known(error: Exception) -> bool:
     from replay.errors import ReplayError
     from sessions.errors import SessionError
 
-    named = isinstance(error, OSError) and error.filename is not None
-    return named or isinstance(error, CollisionCoreError | ReplayError | SessionError)
+    names_a_file = isinstance(error, OSError) and error.filename is not None
+    return names_a_file or isinstance(error, CollisionCoreError | ReplayError | SessionError)
 
 
 def _sentence(text: str) -> str:

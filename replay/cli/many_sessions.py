@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from replay.advice.open_guesses import open_guesses_line
-from replay.cli.console import DATA_LOSS, OK, People, print_json, progress_counter, show
+from replay.cli.console import DATA_LOSS, EXIT_OK, People, print_as_json, progress_counter, show
 from replay.cli.run_report import lost_poses
 from replay.document.audit import DetectorAudit
 from replay.document.coding import plain_of
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 SESSION_ROWS: Final = 20
 
-RARE: Final = ("undecided", "frames left out", "poses left out")
+RARE_COUNTS: Final = ("undecided", "frames left out", "poses left out")
 """Columns that are there only where there is something to count; *undecided* adds up over the detectors."""
 
 
@@ -35,54 +35,54 @@ def run_many(
     as_markdown: bool,
     table_format: str,
     settings: Mapping[str, Any],
-    **how: Any,
+    **batch_options: Any,
 ) -> int:
-    """Run sessions as ``run_batch`` does, ``how`` it is asked; print figures over all of them; the exit code.
+    """Run sessions as ``run_batch`` does, ``batch_options`` it is asked; print figures over all of them; the exit code.
 
     ``table_format`` is the form of the tables over all sessions, in the folder ``out``.
 
     Without ``out`` the run folders are made where nobody looks, and are gone afterwards.
     """
     from replay.cli.run_tables import audit_table
-    from replay.cli.terminal import terminal
+    from replay.cli.terminal import stacked
     from replay.running.batch import run_batch
     from replay.show.results.data_set import read
     from replay.show.results.spreadsheets import PARQUET, write_tables
 
-    def died(name: str, worker: str) -> None:
-        people.say(f"the worker {worker} ended while it replayed {name}, which is run again")
+    def died(session_name: str, worker: str) -> None:
+        people.say(f"the worker {worker} ended while it replayed {session_name}, which is run again")
 
     with ExitStack() as kept:
         folder = out
         if folder is None:
             folder = kept.enter_context(temporary_folder())
             settings = {**settings, "picture": False}
-        done = progress_counter(people, len(files))
-        batch = run_batch(files, folder, settings=settings, on_done=done, on_died=died, **how)
+        report_done = progress_counter(people, len(files))
+        batch = run_batch(files, folder, settings=settings, on_done=report_done, on_died=died, **batch_options)
         if table_format != PARQUET and batch.runs:
             people.say(*write_tables(read(folder), folder, table_format))
-    broken = limits.broken(batch.audit, [(name, run.times) for name, run in batch.runs.items()])
-    lost = bool(batch.failed) or any(run.dropped_frames or lost_poses(run.flagged) for run in batch.runs.values())
+    broken_limits = limits.broken_limits(batch.audit, [(name, run.times) for name, run in batch.runs.items()])
+    lost_data = bool(batch.failed) or any(run.dropped_frames or lost_poses(run.flagged) for run in batch.runs.values())
     sessions = [session_table(batch)] if batch.runs else []
-    where = "were replayed; with --out DIR each gets a run folder" if out is None else f"are in {out}"
-    lines = [f"{len(batch.done)} of {len(files)} sessions {where}"]
+    where_text = "were replayed; with --out DIR each gets a run folder" if out is None else f"are in {out}"
+    lines = [f"{len(batch.done)} of {len(files)} sessions {where_text}"]
     lines += [f"failed: {name}: {why}" for name, why in batch.failed.items()]
     lines += open_guesses_line([name for name, run in batch.runs.items() if run.open_questions], len(batch.done))
     lines.append(f"digest: {batch.digest or 'none, because sessions failed'}")
     if as_markdown:
         from replay.cli.run_markdown import markdown_page
 
-        print(markdown_page(f"{len(files)} sessions", broken, lines, sessions))
+        print(markdown_page(f"{len(files)} sessions", broken_limits, lines, sessions))
     elif as_json:
-        plain = {name: getattr(batch, name) for name in ("done", "kept", "failed", "digest")}
-        undecided = {name: run.open_questions for name, run in batch.runs.items() if run.open_questions}
-        plain |= {"audit": plain_of(batch.audit), "open_questions": undecided, "broken": broken}
-        print_json({"out": None if out is None else str(out), **plain})
+        json_value = {name: getattr(batch, name) for name in ("done", "kept", "failed", "digest")}
+        open_questions = {name: run.open_questions for name, run in batch.runs.items() if run.open_questions}
+        json_value |= {"audit": plain_of(batch.audit), "open_questions": open_questions, "broken": broken_limits}
+        print_as_json({"out": None if out is None else str(out), **json_value})
     else:
-        figures = [audit_table(batch.audit)] if batch.audit else []
-        show(terminal(*figures, *sessions))
+        figure_tables = [audit_table(batch.audit)] if batch.audit else []
+        show(stacked(*figure_tables, *sessions))
         show(["", *lines])
-    return people.gate(broken, DATA_LOSS if lost else OK)
+    return people.gate(broken_limits, DATA_LOSS if lost_data else EXIT_OK)
 
 
 def session_table(batch: "Batch") -> "Table":
@@ -92,21 +92,26 @@ def session_table(batch: "Batch") -> "Table":
     """
     from replay.document.tables import IN_RED, WARNING, table
 
-    missed = {f"missed by {label}": label for label in batch.audit}
-    counts = {name: _counts(run, missed) for name, run in batch.runs.items()}
-    order = sorted(counts, key=lambda name: (-sum(counts[name][column].mean for column in missed), name))
-    total = {
-        column: sum((row[column] for row in counts.values()), start=NOTHING_COUNTED)
-        for column in next(iter(counts.values()))
+    label_of_column = {f"missed by {label}": label for label in batch.audit}
+    counts_of_session = {name: _session_counts(run, label_of_column) for name, run in batch.runs.items()}
+    sorted_sessions = sorted(
+        counts_of_session,
+        key=lambda name: (-sum(counts_of_session[name][column].mean for column in label_of_column), name),
+    )
+    total_counts = {
+        column: sum((row[column] for row in counts_of_session.values()), start=NOTHING_COUNTED)
+        for column in next(iter(counts_of_session.values()))
     }
-    columns = [column for column in total if total[column].largest or column not in RARE]
-    rows = [(name, *(counts[name][column].cell for column in columns)) for name in order[:SESSION_ROWS]]
+    columns = [column for column in total_counts if total_counts[column].largest or column not in RARE_COUNTS]
+    rows = [
+        (name, *(counts_of_session[name][column].cell for column in columns)) for name in sorted_sessions[:SESSION_ROWS]
+    ]
     return table(
-        "sessions, the most missed contacts first" if missed else "sessions",
+        "sessions, the most missed contacts first" if label_of_column else "sessions",
         ["session", *columns],
-        [*rows, ("all", *(total[column].cell for column in columns))],
-        marks=dict.fromkeys(missed, IN_RED) | dict.fromkeys(RARE, WARNING),
-        notes=[f"… and {len(order) - SESSION_ROWS} more"] if len(order) > SESSION_ROWS else [],
+        [*rows, ("all", *(total_counts[column].cell for column in columns))],
+        marks=dict.fromkeys(label_of_column, IN_RED) | dict.fromkeys(RARE_COUNTS, WARNING),
+        notes=[f"… and {len(sorted_sessions) - SESSION_ROWS} more"] if len(sorted_sessions) > SESSION_ROWS else [],
     )
 
 
@@ -119,7 +124,7 @@ class Count:
     mean: float
 
     @classmethod
-    def once(cls, count: int) -> "Count":
+    def without_offsets(cls, count: int) -> "Count":
         """A count that depends on no offset."""
         return cls(count, count, float(count))
 
@@ -132,22 +137,22 @@ class Count:
         return self.smallest if self.smallest == self.largest else count_range((self.smallest, self.largest))
 
 
-NOTHING_COUNTED: Final = Count.once(0)
+NOTHING_COUNTED: Final = Count.without_offsets(0)
 
 
-def _counts(run: "SessionOfBatch", missed: Mapping[str, str]) -> dict[str, Count]:
+def _session_counts(run: "SessionOfBatch", label_of_column: Mapping[str, str]) -> dict[str, Count]:
     """Counts of a run for its row; the contacts are the oracle's, the same beside every detector."""
     audit = run.audit
-    counts = {"frames": Count.once(run.frames)}
-    if missed:
-        counts["contacts"] = Count.once(max((detector.contacts for detector in audit.values()), default=0))
-    for name, label in missed.items():
+    counts = {"frames": Count.without_offsets(run.frames)}
+    if label_of_column:
+        counts["contacts"] = Count.without_offsets(max((detector.contacts for detector in audit.values()), default=0))
+    for name, label in label_of_column.items():
         counts[name] = _never_reported(audit[label]) if label in audit else NOTHING_COUNTED
-    undecided = sum(detector.contacts_undecided for detector in audit.values())
-    rare = zip(RARE, (undecided, run.dropped_frames, lost_poses(run.flagged)), strict=True)
-    return counts | {name: Count.once(count) for name, count in rare}
+    undecided_contacts = sum(detector.contacts_undecided for detector in audit.values())
+    rare_counts = zip(RARE_COUNTS, (undecided_contacts, run.dropped_frames, lost_poses(run.flagged)), strict=True)
+    return counts | {name: Count.without_offsets(count) for name, count in rare_counts}
 
 
 def _never_reported(audit: DetectorAudit) -> Count:
-    counts = audit.counts_over_offsets.contacts_missed
-    return Count(counts.smallest, counts.largest, counts.mean)
+    missed_over_offsets = audit.counts_over_offsets.contacts_missed
+    return Count(missed_over_offsets.smallest, missed_over_offsets.largest, missed_over_offsets.mean)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from replay.cli.console import OK, People, answer
+from replay.cli.console import EXIT_OK, People, answer
 from replay.cli.options import ANY_PATH, SESSION_FILE, force, reporting, require_free
 
 if TYPE_CHECKING:
@@ -37,14 +37,14 @@ def repair(source: Path, out: Path, body: str | None, force: bool, as_json: bool
 
     if source.suffix.lower() == ".mcap" and body is None:
         raise click.UsageError("say whose mesh it is in the recording with --body NAME")
-    require_free(out, force=force)
-    mended, done = repaired_mesh(_mesh(source, body))
-    left = [finding.message for finding in mesh_findings(out.stem, mended)]
+    require_free(out, overwrite=force)
+    repaired, repair_steps = repaired_mesh(_mesh(source, body))
+    remaining_messages = [finding.message for finding in mesh_findings(out.stem, repaired)]
     with whole_file(out, OutputError, overwrite=force, parents=True) as file:
-        file.write(mesh_to_glb(mended, body or out.stem))
-    people.say(*(done or ["nothing to mend"]), *(f"left: {text}" for text in left))
-    answer(as_json, {"out": str(out), "done": done, "left": left}, lambda: str(out))
-    return OK
+        file.write(mesh_to_glb(repaired, body or out.stem))
+    people.say(*(repair_steps or ["nothing to mend"]), *(f"left: {text}" for text in remaining_messages))
+    answer(as_json, {"out": str(out), "done": repair_steps, "left": remaining_messages}, lambda: str(out))
+    return EXIT_OK
 
 
 def _mesh(source: Path, body: str | None) -> "MeshData":

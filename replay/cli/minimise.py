@@ -4,10 +4,10 @@ from pathlib import Path
 
 import click
 
-from replay.cli.console import OK, People, answer
+from replay.cli.console import EXIT_OK, People, answer
 from replay.cli.options import ANY_PATH, SESSION_FILE, force, reporting, require_free
 
-LIMIT = (
+LIMIT_SENTENCE = (
     "limit: motion itself identifies people: from 100 s of head and hands, 94 % of 55,541 users were recognised "
     "(Nair et al., USENIX Security 2023); treat the file as personal data"
 )
@@ -28,16 +28,17 @@ def command(session: Path, out: Path, force: bool, as_json: bool, people: People
     from replay.words import plural
     from sessions import read_session, write_session
 
-    require_free(out, force=force)
-    before = read_session(session)
-    made = minimise(before)
-    write_session(made, out, overwrite=force)
-    effects, all_effects = len(made.scene.effects or ()), len(before.scene.effects or ())
-    kept = (
-        f"kept: poses of {plural(len(made.names), 'body', 'bodies')}, {plural(len(made.meshes), 'mesh', 'meshes')}, "
-        f"{plural(len(made.events), 'event')}, {plural(len(made.intervals), 'interval')} and {effects} of "
+    require_free(out, overwrite=force)
+    original = read_session(session)
+    minimised = minimise(original)
+    write_session(minimised, out, overwrite=force)
+    effects, all_effects = len(minimised.scene.effects or ()), len(original.scene.effects or ())
+    kept_text = (
+        f"kept: poses of {plural(len(minimised.names), 'body', 'bodies')}, "
+        f"{plural(len(minimised.meshes), 'mesh', 'meshes')}, "
+        f"{plural(len(minimised.events), 'event')}, {plural(len(minimised.intervals), 'interval')} and {effects} of "
         f"{plural(all_effects, 'effect')} of the scene, under new names, from 2000-01-01 00:00 UTC on"
     )
-    answer(as_json, {"kept": kept, "limit": LIMIT}, lambda: [kept, LIMIT])
+    answer(as_json, {"kept": kept_text, "limit": LIMIT_SENTENCE}, lambda: [kept_text, LIMIT_SENTENCE])
     people.say(f"wrote {out}")
-    return OK
+    return EXIT_OK

@@ -20,12 +20,12 @@ OptionDecorator: TypeAlias = Callable[[Callable[..., Any]], Callable[..., Any]]
 """What gives a command an option, or several."""
 
 
-def together(*options: OptionDecorator) -> OptionDecorator:
+def joined_options(*options: OptionDecorator) -> OptionDecorator:
     """These options as one, listed in this order by ``--help``."""
 
     def applied(command: Callable[..., Any]) -> Callable[..., Any]:
-        for option in reversed(options):
-            command = option(command)
+        for decorator in reversed(options):
+            command = decorator(command)
         return command
 
     return applied
@@ -135,7 +135,7 @@ def common(command: Callable[..., int]) -> Callable[..., int]:
         del debug  # main looks for it among the arguments
         return command(people=People(quiet=quiet, verbose=verbose), **given)
 
-    return together(
+    return joined_options(
         click.option("-v", "--verbose", is_flag=True, help="Say more: tables, notes, settings, digests, sources."),
         click.option("-q", "--quiet", is_flag=True, help="Say nothing on stderr but errors."),
         click.option("--debug", is_flag=True, help="Show where an error happened."),
@@ -157,7 +157,7 @@ def format_options(*formats: str) -> OptionDecorator:
 
         help_text, choice = "Format of the standard output.", click.Choice(formats)
         option = click.option("--format", "format_", type=choice, default="text", show_default=True, help=help_text)
-        return together(option, common)(chosen)
+        return joined_options(option, common)(chosen)
 
     return applied
 
@@ -165,13 +165,13 @@ def format_options(*formats: str) -> OptionDecorator:
 reporting = format_options("text", "json")
 
 
-def require_free(*files: Path, force: bool) -> None:
+def require_free(*files: Path, overwrite: bool) -> None:
     """Refuse to replace files that are there, unless ``--force`` was given, before the work is done and not after."""
     from replay.errors import OutputError
     from sessions.whole_files import check_free
 
     for file in files:
-        check_free(file, OutputError, force=force)
+        check_free(file, OutputError, force=overwrite)
 
 
 meshes = click.option(
@@ -185,8 +185,8 @@ force = click.option("--force", is_flag=True, help="Replace an earlier file or f
 
 def tables(default: str) -> OptionDecorator:
     """Return the option for the form of the tables that are written."""
-    form = click.Choice(["parquet", "csv", "xlsx"])
-    return click.option("--tables", type=form, default=default, show_default=True, help=TABLES_HELP)
+    table_format = click.Choice(["parquet", "csv", "xlsx"])
+    return click.option("--tables", type=table_format, default=default, show_default=True, help=TABLES_HELP)
 
 
 def _default_tau() -> float:
@@ -213,7 +213,7 @@ ORACLE_HELP = "The detector to trust: exact, continuous, a label. Default: exact
 DETECTORS_HELP = (
     "Detectors to run: hybrid, slow=discrete[rate_hz=22.5], package.module:Class. Default: what engines ship."
 )
-lineup = together(
+lineup = joined_options(
     click.option(
         "--detectors",
         "--detector",
@@ -238,17 +238,17 @@ PAIRS_HELP = 'Replay these pairs alone: bodies, groups, tag:WORD or patterns, as
 
 def pairs_named(_: click.Context, __: click.Parameter, value: tuple[str, ...]) -> list[tuple[str, str]] | None:
     """The selectors at both ends of each pair; ``None`` if none is named."""
-    matches = [(text, PAIR_ENDS.fullmatch(text)) for text in value]
-    for text, match in matches:
+    text_matches = [(text, PAIR_ENDS.fullmatch(text)) for text in value]
+    for text, match in text_matches:
         if match is None:
             raise click.BadParameter(f"{text!r} is no pair; write two names with a colon between, like hand:glass")
-    return [(match[1], match[2]) for _, match in matches if match is not None] or None
+    return [(match[1], match[2]) for _, match in text_matches if match is not None] or None
 
 
 pairs = click.option("--pairs", multiple=True, metavar="A:B", callback=pairs_named, help=PAIRS_HELP)
 
 POLICY_HELP = "Treatment of a kind of finding: drop, hold[:SECONDS], interpolate[:SECONDS], refuse, keep; repeat it."
-replaying = together(
+replaying = joined_options(
     force,
     scene,
     pairs,
@@ -268,8 +268,8 @@ def import_from_current_folder(specs: Iterable[str]) -> None:
     """
     if not any(":" in spec for spec in specs):
         return
-    named = os.environ.get("PYTHONPATH", "").split(os.pathsep)
-    current = str(Path.cwd())
-    for folder in (*(str(Path(name).absolute()) for name in named if name), current):
-        if folder not in sys.path and not (folder == current and "" in sys.path):
+    path_entries = os.environ.get("PYTHONPATH", "").split(os.pathsep)
+    current_folder = str(Path.cwd())
+    for folder in (*(str(Path(name).absolute()) for name in path_entries if name), current_folder):
+        if folder not in sys.path and not (folder == current_folder and "" in sys.path):
             sys.path.append(folder)

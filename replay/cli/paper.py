@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from replay.cli.console import OK, People, TerminalProgress, answer
+from replay.cli.console import EXIT_OK, People, TerminalProgress, answer
 from replay.cli.options import ANY_PATH, reporting
 
 
@@ -26,20 +26,22 @@ def command(quick: bool, seed: int, out: Path | None, as_json: bool, people: Peo
     replay paper --quick
     replay paper --out paper
     """
-    from replay.cli.terminal import terminal
+    from replay.cli.terminal import stacked
     from replay.studies.paper import experiment
     from replay.studies.paper.pictures import require_matplotlib, write_pictures
 
     if out is not None:
         require_matplotlib()
-    size = experiment.QUICK if quick else experiment.FULL
-    tables = experiment.run_paper(size, seed, TerminalProgress(people))
-    lines = [
+    experiment_size = experiment.QUICK if quick else experiment.FULL
+    tables = experiment.run_paper(experiment_size, seed, TerminalProgress(people))
+    table_records = [
         {"key": table.key, "title": table.title, "head": table.head, "rows": table.rows, "note": table.notes[0]}
         for table in tables
     ]
-    plain = {"version": 5, "experiment": asdict(size) | {"seed": seed}, "tables": lines}
-    answer(as_json, plain, lambda: terminal(*(replace(table, title=f"{table.key}: {table.title}") for table in tables)))
+    json_value = {"version": 5, "experiment": asdict(experiment_size) | {"seed": seed}, "tables": table_records}
+    answer(
+        as_json, json_value, lambda: stacked(*(replace(table, title=f"{table.key}: {table.title}") for table in tables))
+    )
     if out is not None:
         people.say(*(f"wrote {path}" for path in write_pictures(tables, out)))
-    return OK
+    return EXIT_OK

@@ -11,8 +11,8 @@ from typing import Any, Final
 import click
 from click.core import ParameterSource
 
-NAME: Final = "replay.toml"
-GATES: Final = "gates"
+SETTINGS_NAME: Final = "replay.toml"
+GATES_TABLE: Final = "gates"
 """A table of the file whose keys are options too."""
 
 OPTIONS: Final = (
@@ -53,15 +53,15 @@ class ProjectCommand(click.Command):
         return super().invoke(ctx)
 
 
-def settings_file(given: Sequence[Path]) -> Path | None:
+def settings_file(sessions: Sequence[Path]) -> Path | None:
     """The file beside sessions, or in the folder of them; ``None``: there is none.
 
     Raises ``click.UsageError``: sessions of folders with different files.
     """
     from replay.running.remote_files import is_remote
 
-    folders = dict.fromkeys(path if path.is_dir() else path.parent for path in given if not is_remote(path))
-    files = [folder / NAME for folder in folders if (folder / NAME).exists()]
+    session_folders = dict.fromkeys(path if path.is_dir() else path.parent for path in sessions if not is_remote(path))
+    files = [folder / SETTINGS_NAME for folder in session_folders if (folder / SETTINGS_NAME).exists()]
     if len(files) > 1:
         raise click.UsageError(f"{files[0]} and {files[1]} contradict each other; replay these folders one by one")
     return files[0] if files else None
@@ -73,33 +73,35 @@ def read_settings(file: Path, ctx: click.Context) -> dict[str, Any]:
     from sessions.input_files import nearest, parse_toml, read_text
 
     try:
-        parsed = parse_toml(read_text(file, "settings", SceneError), str(file), SceneError).rest()
+        toml_values = parse_toml(read_text(file, "settings", SceneError), str(file), SceneError).rest()
     except SceneError as error:
         raise click.UsageError(str(error)) from error
-    gates = parsed.pop(GATES, {})
-    if not isinstance(gates, dict):
-        raise click.UsageError(f"{file}: {GATES} is no table; write [{GATES}] and below it max-missed = 0.01")
+    gate_values = toml_values.pop(GATES_TABLE, {})
+    if not isinstance(gate_values, dict):
+        raise click.UsageError(
+            f"{file}: {GATES_TABLE} is no table; write [{GATES_TABLE}] and below it max-missed = 0.01"
+        )
     options = {option.opts[0].removeprefix("--"): option for option in ctx.command.params}
     settings = {}
-    for key, value in {**parsed, **gates}.items():
+    for key, value in {**toml_values, **gate_values}.items():
         if key == "max-invented":
             raise click.UsageError(f"{file}: max-invented is called max-false now")
         if key not in OPTIONS:
             raise click.UsageError(f"{file}: no setting {key!r}{nearest(key, OPTIONS)}")
         option = options[key]
         try:
-            settings[str(option.name)] = option.process_value(ctx, _as_typed(key, value, several=option.multiple))
+            settings[str(option.name)] = option.process_value(ctx, _as_typed(key, value, takes_several=option.multiple))
         except click.BadParameter as error:
             raise click.UsageError(f"{file}: {key} is {value!r}; {error.message}") from error
     return settings
 
 
-def _as_typed(key: str, value: Any, *, several: bool) -> str | tuple[str, ...]:
+def _as_typed(key: str, toml_value: Any, *, takes_several: bool) -> str | tuple[str, ...]:
     """A value of TOML in the words of a command line, which the option converts and checks."""
-    values = value if several and isinstance(value, list) else [value]
-    if not all(type(element) in (str, int, float) for element in values):
+    toml_values = toml_value if takes_several and isinstance(toml_value, list) else [toml_value]
+    if not all(type(element) in (str, int, float) for element in toml_values):
         raise click.BadParameter("give a text or a number")
-    texts = tuple(map(str, values))
-    if key in ("detectors", "oracle") and ":" in "".join(texts):
-        raise click.BadParameter(f"code of your own is named on the command line: --{key} {' '.join(texts)}")
-    return texts if several else texts[0]
+    value_texts = tuple(map(str, toml_values))
+    if key in ("detectors", "oracle") and ":" in "".join(value_texts):
+        raise click.BadParameter(f"code of your own is named on the command line: --{key} {' '.join(value_texts)}")
+    return value_texts if takes_several else value_texts[0]

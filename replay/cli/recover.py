@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from replay.cli.console import DATA_LOSS, OK, People, answer
+from replay.cli.console import DATA_LOSS, EXIT_OK, People, answer
 from replay.cli.options import ANY_PATH, SESSION_FILE, force, reporting
 
 
@@ -25,8 +25,8 @@ def command(torn: Path, out: Path, force: bool, as_json: bool, people: People) -
     from sessions.mcap.salvage import recover
 
     people.say(f"reading {torn}")
-    result = recover(torn, out, overwrite=force)
-    plain = {**asdict(result), "out": str(result.out), "whole": result.whole, "source": str(torn)}
-    answer(as_json, plain, lambda: [*result.sentences(), *["nothing was lost"] * result.whole])
+    recovery = recover(torn, out, overwrite=force)
+    json_value = {**asdict(recovery), "out": str(recovery.out), "whole": recovery.whole, "source": str(torn)}
+    answer(as_json, json_value, lambda: [*recovery.sentences(), *["nothing was lost"] * recovery.whole])
     people.say(f"wrote {out}", f"Check it:  replay doctor {out}")
-    return OK if result.whole else DATA_LOSS
+    return EXIT_OK if recovery.whole else DATA_LOSS

@@ -22,7 +22,7 @@ from replay.cli.options import (
     tables,
 )
 from replay.cli.project_settings import ProjectCommand
-from replay.cli.session_files import session_files, several
+from replay.cli.session_files import are_several, session_files
 
 STEP_HELP = "Physics steps a second of your engine, where no detectors are named.  [default: 50]"
 NOISE_HELP = 'Replay noisy copies: [BODY=]vive or "0.3 mm, 0.05 deg, 0.1 s"; repeat it.'
@@ -91,36 +91,38 @@ def command(
     elif options["detectors"]:
         raise click.UsageError("--step-rate belongs to the usual detectors; with --detectors, write rate_hz=... there")
     limits = Gates(*(options.pop(name) for name in ("max_missed", "max_p99_ms", "max_false", "max_missed_depth")))
-    how = {name: options.pop(name) for name in ("jobs", "scheduler", "force")}
-    form = options.pop("tables")
-    if form != PARQUET:
+    batch_options = {name: options.pop(name) for name in ("jobs", "scheduler", "force")}
+    table_format = options.pop("tables")
+    if table_format != PARQUET:
         if out is None:
-            raise click.UsageError(f"--tables {form} needs --out, the folder to write them to")
-        require_form(form)
+            raise click.UsageError(f"--tables {table_format} needs --out, the folder to write them to")
+        require_form(table_format)
     files = session_files(sessions)
-    if len(files) > 1 or how["scheduler"] is not None or several(sessions):
+    if len(files) > 1 or batch_options["scheduler"] is not None or are_several(sessions):
         options["fix_time"] = options["fix_time"] or 0.0
-        if how["scheduler"] is not None and out is None:
+        if batch_options["scheduler"] is not None and out is None:
             raise click.UsageError("--scheduler needs --out, a folder that all its workers reach")
         from replay.cli.many_sessions import run_many
 
-        output = {"as_json": as_json, "as_markdown": as_markdown, "table_format": form}
-        return run_many(files, out, people, limits, settings=options | {"picture": picture}, **output, **how)
+        output_options = {"as_json": as_json, "as_markdown": as_markdown, "table_format": table_format}
+        return run_many(
+            files, out, people, limits, settings=options | {"picture": picture}, **output_options, **batch_options
+        )
     import replay
     from replay.cli.run_report import close_run, report_run
 
     people.say(f"replaying {files[0]}")
     options["fix_time"] = FIX_SECONDS if options["fix_time"] is None else options["fix_time"]
     progress = TerminalProgress(people)
-    result = replay.run(files[0], out=out, picture=picture, force=how["force"], progress=progress, **options)
+    result = replay.run(files[0], out=out, picture=picture, force=batch_options["force"], progress=progress, **options)
     if result.out is not None:
-        people.say(*write_run_tables(result.out, form))
-    broken = limits.broken(result.document.audit, times_of([result.document]))
+        people.say(*write_run_tables(result.out, table_format))
+    broken_limits = limits.broken_limits(result.document.audit, times_of([result.document]))
     if as_markdown:
         from replay.cli.run_markdown import run_markdown
 
-        print(run_markdown(result, broken))
+        print(run_markdown(result, broken_limits))
         code = close_run(result, people)
     else:
-        code = report_run(result, people, broken, as_json=as_json, recording=files[0])
-    return people.gate(broken, code)
+        code = report_run(result, people, broken_limits, as_json=as_json, recording=files[0])
+    return people.gate(broken_limits, code)

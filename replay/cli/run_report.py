@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from replay.cli.console import DATA_LOSS, OK, People, answer, print_json, show
+from replay.cli.console import DATA_LOSS, EXIT_OK, People, answer, print_as_json, show
 from replay.document.coding import plain_of
 from replay.document.run_result import RunResult
 from replay.document.session import FlaggedPoses
@@ -22,28 +22,28 @@ Sources: TypeAlias = Mapping[str, tuple[str, ...]]
 def report_run(
     result: RunResult,
     people: People,
-    broken: Sequence[str] = (),
+    broken_limits: Sequence[str] = (),
     *,
     as_json: bool = False,
     recording: Path | None = None,
 ) -> int:
     """Print a run, the tables and sources too for who wants more; the exit code: 3 when frames could not be used.
 
-    ``broken`` are the gates that failed; they stand in the JSON. ``recording`` is the file that was replayed.
+    ``broken_limits`` are the gates that failed; they stand in the JSON. ``recording`` is the file that was replayed.
     """
     from replay.document.placeholders import SESSION
 
-    sources, where = sources_of(result, people), commands_to_open(result)
+    sources, open_commands = sources_of(result, people), commands_to_open(result)
     code = close_run(result, people)
     if as_json:
-        print_json(run_json(result) | {"broken": [*broken]} | ({"sources": sources} if sources else {}))
-        people.say("", *where)
+        print_as_json(run_json(result) | {"broken": [*broken_limits]} | ({"sources": sources} if sources else {}))
+        people.say("", *open_commands)
         return code
     from replay.cli.run_tables import run_screen, run_tables
 
     if people.verbose:
         answer_cited(False, {}, lambda: run_tables(result), sources)
-    show(run_screen(result, where, recording=str(recording or SESSION), verbose=people.verbose))
+    show(run_screen(result, open_commands, recording=str(recording or SESSION), verbose=people.verbose))
     return code
 
 
@@ -56,12 +56,12 @@ def sources_of(result: RunResult, people: People) -> Sources:
 
 
 def answer_cited(
-    as_json: bool, plain: Mapping[str, Any], render: "Callable[[], RenderableType]", sources: Sources
+    as_json: bool, json_value: Mapping[str, Any], render: "Callable[[], RenderableType]", sources: Sources
 ) -> None:
     """``answer``, with the sources behind it, if there are any."""
     from replay.document.citations import citations
 
-    answer(as_json, {**plain, "sources": sources} if sources else plain, render)
+    answer(as_json, {**json_value, "sources": sources} if sources else json_value, render)
     if sources and not as_json:
         show(["", *citations(sources).splitlines()])
 
@@ -76,7 +76,7 @@ def close_run(result: RunResult, people: People) -> int:
     if document.session.left_out:
         notes.append(f"no mesh, so not tested: {', '.join(document.session.left_out)}")
     people.say(*(f"note: {note}" for note in notes))
-    return DATA_LOSS if document.session.dropped_frames.total or lost_poses(document.flagged) else OK
+    return DATA_LOSS if document.session.dropped_frames.total or lost_poses(document.flagged) else EXIT_OK
 
 
 def commands_to_open(result: RunResult) -> list[str]:
@@ -85,11 +85,11 @@ def commands_to_open(result: RunResult) -> list[str]:
         return ["Nothing was written; with --out DIR there are a report, tables and a picture of every moment."]
     lines = [f"Read it  {result.out / 'report.html'}   (-v prints every table here)"]
     if (result.out / PICTURE).is_file():
-        moment = by = ""
+        moment = moment_option = ""
         if result.answers and result.answers[0].moment is not None:
             moment = f" {result.answers[0].moment.option}"
-            by = f" --by {result.answers[0].label}" if len(result.comparisons) > 1 else ""
-        lines.insert(0, f"See it   replay view {result.out}{moment}{by}")
+            moment_option = f" --by {result.answers[0].label}" if len(result.comparisons) > 1 else ""
+        lines.insert(0, f"See it   replay view {result.out}{moment}{moment_option}")
     return lines
 
 
@@ -112,8 +112,8 @@ def repair_sentences(flagged: Iterable[FlaggedPoses]) -> list[str]:
 
 def run_json(result: RunResult) -> dict[str, Any]:
     """The document, the misses, the false contacts, and where the rest lies; null: not measured."""
-    rows = {
+    rows_by_table = {
         name: {label: result.tables[name].where(detector=label).plain() for label in result.comparisons}
         for name in ("misses", "false")
     }
-    return {**plain_of(result.document), **rows, "out": None if result.out is None else str(result.out)}
+    return {**plain_of(result.document), **rows_by_table, "out": None if result.out is None else str(result.out)}

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from replay.cli.console import FAILURE, OK, People, answer
+from replay.cli.console import EXIT_FAILURE, EXIT_OK, People, answer
 from replay.cli.options import ANY_PATH, SESSION_FILE, force, reporting, require_free
 from replay.cli.options import meshes as meshes_option
 from sessions.model.scene import Scene
@@ -40,23 +40,25 @@ def new(session: Path, out: Path | None, meshes: Path | None, force: bool, as_js
     from sessions.whole_files import whole_file
 
     target = out or session.with_suffix(".toml")
-    require_free(target, force=force)
+    require_free(target, overwrite=force)
     session_read = read_session(session)
-    matches, messages = ({}, []) if meshes is None else match_meshes(meshes, session_read.names)
-    session_read = with_meshes(session_read, {name: match.mesh for name, match in matches.items()}, [])
-    files = {name: (_relative_path(match.file, target), match.node, match.scale) for name, match in matches.items()}
+    mesh_matches, messages = ({}, []) if meshes is None else match_meshes(meshes, session_read.names)
+    session_read = with_meshes(session_read, {name: match.mesh for name, match in mesh_matches.items()}, [])
+    files = {
+        name: (_relative_path(match.file, target), match.node, match.scale) for name, match in mesh_matches.items()
+    }
     draft = draft_scene(session_read)
     heading = f"A first scene of {session.name}, to edit; `replay scene check` names what is wrong with it."
     with whole_file(target, OutputError, overwrite=force, parents=True) as file:
         file.write(draft_text(session_read, draft, files, " ".join(heading.split())).encode())
-    messages += [match.sentence for match in matches.values()]
+    messages += [match.sentence for match in mesh_matches.values()]
     messages += [f"moved together throughout: {', '.join(group)}" for group in draft.held]
-    bare = [name for name in session_read.names if name not in session_read.meshes]
-    messages += [f"no mesh: {', '.join(bare)}"] * bool(bare)
+    bodies_without_mesh = [name for name in session_read.names if name not in session_read.meshes]
+    messages += [f"no mesh: {', '.join(bodies_without_mesh)}"] * bool(bodies_without_mesh)
     people.say(f"{plural(len(draft.near), 'pair')} came near", *messages)
-    plain = {"out": str(target), "near": draft.near, "held": draft.held, "without_mesh": bare}
-    answer(as_json, plain, lambda: str(target))
-    return OK
+    json_value = {"out": str(target), "near": draft.near, "held": draft.held, "without_mesh": bodies_without_mesh}
+    answer(as_json, json_value, lambda: str(target))
+    return EXIT_OK
 
 
 def _relative_path(file: Path, scene: Path) -> str:
@@ -87,13 +89,13 @@ def check(scene: Path, as_json: bool, people: People) -> int:
     declared, faults = _checked_scene(scene)
     if faults:
         answer(as_json, {"file": str(scene), "faults": faults}, lambda: faults)
-        return FAILURE
+        return EXIT_FAILURE
     effects = plural(len(declared.effects or ()), "effect")
-    fine = f"{scene.name}: no fault in {plural(len(declared.bodies), 'body', 'bodies')} and {effects}"
-    planned = plan_summary(plan(declared))
-    plain = {"file": str(scene), "faults": [], "scene": declared.name, **planned}
-    answer(as_json, plain, lambda: [fine, *plan_lines(declared.name, planned)])
-    return OK
+    success_text = f"{scene.name}: no fault in {plural(len(declared.bodies), 'body', 'bodies')} and {effects}"
+    plan_fields = plan_summary(plan(declared))
+    json_value = {"file": str(scene), "faults": [], "scene": declared.name, **plan_fields}
+    answer(as_json, json_value, lambda: [success_text, *plan_lines(declared.name, plan_fields)])
+    return EXIT_OK
 
 
 @command.command()
@@ -111,7 +113,7 @@ def effects(kind: str | None, as_json: bool, people: People) -> int:
 
     kinds = () if kind is None else (kind,)
     answer(as_json, catalogue_data(kinds), lambda: list(catalogue_lines(kinds)))
-    return OK
+    return EXIT_OK
 
 
 def _checked_scene(file: Path) -> tuple[Scene, list[str]]:
@@ -141,20 +143,27 @@ BRANCHES = (
 ALL_PAIRS = "all with relative motion, because the scene declares neither effects nor pairs"
 
 
-def plan_lines(name: str, planned: Mapping[str, Any]) -> Iterator[str]:
+def plan_lines(name: str, plan_fields: Mapping[str, Any]) -> Iterator[str]:
     """A plan's summary: below its heading every item stands with the reason why it is needed."""
     yield name or "scene"
-    for key, title, none in BRANCHES:
-        items = planned[key]
-        yield f"  {title} ({len(items)})" if items else f"  {title}: {ALL_PAIRS if items is None else none}"
-        yield from (f"    {item}: because {_reason(why)}" for item, why in (items or {}).items())
-    if planned["not_run"]:
-        yield f"  not run: {', '.join(planned['not_run'])}"
+    for key, title, nothing_text in BRANCHES:
+        reasons_of_item = plan_fields[key]
+        yield (
+            f"  {title} ({len(reasons_of_item)})"
+            if reasons_of_item
+            else f"  {title}: {ALL_PAIRS if reasons_of_item is None else nothing_text}"
+        )
+        yield from (f"    {item}: because {_reason(why)}" for item, why in (reasons_of_item or {}).items())
+    if plan_fields["not_run"]:
+        yield f"  not run: {', '.join(plan_fields['not_run'])}"
 
 
-def _reason(why: list[str]) -> str:
+def _reason(reasons: list[str]) -> str:
     """``contact needs it, and grasp``: sentences as they are, effects as those that need the item."""
-    effects, sentences = [reason for reason in why if " " not in reason], [reason for reason in why if " " in reason]
+    effects, sentences = (
+        [reason for reason in reasons if " " not in reason],
+        [reason for reason in reasons if " " in reason],
+    )
     if effects:
         sentences.append(f"{' and '.join(effects)} {'needs' if len(effects) == 1 else 'need'} it")
     return ", ".join(sentences)

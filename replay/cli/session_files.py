@@ -5,33 +5,33 @@ from pathlib import Path
 
 import click
 
-LIST = ".txt"
+LIST_SUFFIX = ".txt"
 """How the name of a text file ends that lists sessions, one a line."""
 
 
-def session_files(given: Iterable[Path]) -> list[Path]:
+def session_files(paths: Iterable[Path]) -> list[Path]:
     """The files given, those in folders given, and those that lists name; one without any is a wrong use."""
     from replay.running.remote_files import store_errors
 
     files: list[Path] = []
-    for path in given:
+    for path in paths:
         with store_errors(path):
             in_folder = sorted(path.glob("*.mcap")) if path.is_dir() else None
         if in_folder is not None:
-            matching, what = in_folder, "session files (*.mcap)"
-        elif path.suffix == LIST:
-            matching, what = sessions_of_list(path), "line with a session file"
+            matching, expected_text = in_folder, "session files (*.mcap)"
+        elif path.suffix == LIST_SUFFIX:
+            matching, expected_text = sessions_of_list(path), "line with a session file"
         else:
-            matching, what = [path], ""
+            matching, expected_text = [path], ""
         if not matching:
-            raise click.UsageError(f"{path} holds no {what}; name a file or another folder")
+            raise click.UsageError(f"{path} holds no {expected_text}; name a file or another folder")
         files += matching
     return files
 
 
-def several(given: Iterable[Path]) -> bool:
+def are_several(paths: Iterable[Path]) -> bool:
     """Whether a folder or a list was given: then each session gets its run folder in one, though it be the only one."""
-    return any(path.is_dir() or path.suffix == LIST for path in given)
+    return any(path.is_dir() or path.suffix == LIST_SUFFIX for path in paths)
 
 
 def sessions_of_list(path: Path) -> list[Path]:
@@ -46,9 +46,11 @@ def sessions_of_list(path: Path) -> list[Path]:
             lines = path.read_text("utf-8").splitlines()
     except UnicodeDecodeError as error:
         raise click.UsageError(f"{path} is no text in UTF-8; list session files in it, one a line") from error
-    names = {number: line.partition("#")[0].strip() for number, line in enumerate(lines, 1)}
+    name_of_line = {number: line.partition("#")[0].strip() for number, line in enumerate(lines, 1)}
     files = {
-        number: path_of_place(name if "://" in name else path.parent / name) for number, name in names.items() if name
+        number: path_of_place(name if "://" in name else path.parent / name)
+        for number, name in name_of_line.items()
+        if name
     }
     for number, file in files.items():
         if not is_remote(file) and not file.is_file():

@@ -8,14 +8,14 @@ import click
 from replay.cli.console import People, TerminalProgress, answer
 from replay.cli.options import ANY_PATH, RUN_FOLDER, SESSION_FILE, force, import_from_current_folder, reporting, scene
 
-WHOSE = "Detector: a label of the run; of code of your own label=module:Class."
+DETECTOR_HELP = "Detector: a label of the run; of code of your own label=module:Class."
 
 
 @click.command()
 @click.argument("run", type=RUN_FOLDER, metavar="RUN")
 @click.option("--miss", type=click.IntRange(min=1), metavar="N", help="This missed, late or short contact.")
 @click.option("--false", type=click.IntRange(min=1), metavar="N", help="This false contact.")
-@click.option("--detector", "--by", "label", metavar="NAME", help=WHOSE)
+@click.option("--detector", "--by", "label", metavar="NAME", help=DETECTOR_HELP)
 @click.option("--session", type=SESSION_FILE, metavar="FILE", help="The recording, if the run does not lead to it.")
 @click.option("--out", "-o", type=ANY_PATH, default="case", show_default=True, metavar="DIR", help="Folder to write.")
 @scene
@@ -44,23 +44,23 @@ def command(run: Path, out: Path, force: bool, as_json: bool, people: People, **
     import_from_current_folder([options["label"] or ""])
     fault = fault_of_run(read_run_folder(run), **options)
     source = f"miss {miss}" if miss is not None else f"false contact {false}"
-    before, shrinking = Size.of(fault), Shrinking(fault, TerminalProgress(people))
-    least = shrinking.run()
-    write_case(least, before, out, source=source, force=force)
-    plain = {
-        "before": str(before),
-        "after": str(Size.of(least)),
+    size_before, shrinking = Size.of(fault), Shrinking(fault, TerminalProgress(people))
+    smallest_fault = shrinking.run()
+    write_case(smallest_fault, size_before, out, source=source, force=force)
+    json_value = {
+        "before": str(size_before),
+        "after": str(Size.of(smallest_fault)),
         "questions": shrinking.questions,
         "out": str(out),
         "doubts": sorted(shrinking.doubts),
     }
     answer(
         as_json,
-        plain,
+        json_value,
         lambda: [
-            sentence(least),
+            sentence(smallest_fault),
             *(f" {doubt}" for doubt in sorted(shrinking.doubts)),
-            f" {before} became {Size.of(least)} in {shrinking.questions} questions",
+            f" {size_before} became {Size.of(smallest_fault)} in {shrinking.questions} questions",
             f" wrote {out}; its test fails until the answer is right: python -m pytest {out / 'test_case.py'}",
         ],
     )

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 QUICK_PAIRS: Final = 200
 
-FIELDS: Final = {
+COUNT_HEADINGS: Final = {
     "missed": "missed",
     "invented": "invented",
     "within": "within tolerance",
@@ -69,11 +69,11 @@ def command(
     from replay.studies.stress.families import FAMILIES
     from replay.studies.stress.runner import numbers_of, stress
 
-    everything = family is None and case is None
-    numbers = numbers_of("all" if everything else family, "family", range(1, len(FAMILIES) + 1))
+    runs_everything = family is None and case is None
+    numbers = numbers_of("all" if runs_everything else family, "family", range(1, len(FAMILIES) + 1))
     result = stress(
         families=[FAMILIES[number - 1] for number in numbers],
-        cases=numbers_of("all" if everything else case, "case", [*CASES]),
+        cases=numbers_of("all" if runs_everything else case, "case", [*CASES]),
         pairs=min(pairs, QUICK_PAIRS) if quick else pairs,
         progress=TerminalProgress(people),
         **options,
@@ -86,7 +86,7 @@ def stress_tables(result: StressResult) -> Group:
     """The sums of each detector; below them where they come from, and the files that were written."""
     from rich.text import Text
 
-    from replay.cli.terminal import terminal
+    from replay.cli.terminal import stacked
 
     pairs_text = f", {result.pairs:,} pairs of each family" if any(t.kind == "family" for t in result.tallies) else ""
     tables = [
@@ -94,32 +94,34 @@ def stress_tables(result: StressResult) -> Group:
         for kind, title in SECTION_TITLES.items()
         if (tallies := [tally for tally in result.tallies if tally.kind == kind])
     ]
-    written = (Text(f"  {tally.file}", overflow="fold") for tally in result.tallies if tally.file)
-    first = f"seed {result.seed}{pairs_text}, tau {result.tau:g} m"
-    return terminal(first, *tables, where_table(result.tallies), *written)
+    file_lines = (Text(f"  {tally.file}", overflow="fold") for tally in result.tallies if tally.file)
+    settings_line = f"seed {result.seed}{pairs_text}, tau {result.tau:g} m"
+    return stacked(settings_line, *tables, where_table(result.tallies), *file_lines)
 
 
 def sum_table(title: str, tallies: Sequence[Tally]) -> Table:
     """A row per detector."""
     rows = []
     for name in dict.fromkeys(tally.detector for tally in tallies):
-        own = [tally for tally in tallies if tally.detector == name]
-        rows.append((name, *(sum(getattr(tally, field) for tally in own) for field in ("asked", *FIELDS))))
-    return table(title, ("detector", "questions", *FIELDS.values()), rows)
+        own_tallies = [tally for tally in tallies if tally.detector == name]
+        rows.append(
+            (name, *(sum(getattr(tally, field) for tally in own_tallies) for field in ("asked", *COUNT_HEADINGS)))
+        )
+    return table(title, ("detector", "questions", *COUNT_HEADINGS.values()), rows)
 
 
 def where_table(tallies: Sequence[Tally]) -> Table:
     """A row for each result of a family or a case; of several detectors only what was not passed."""
-    everybody = {tally.detector for tally in tallies}
-    named: dict[tuple[str, str, str], list[str]] = {}
+    all_detectors = {tally.detector for tally in tallies}
+    detectors_of_result: dict[tuple[str, str, str], list[str]] = {}
     for tally in tallies:
-        if tally.words != "passed" or len(everybody) == 1:
+        if tally.words != "passed" or len(all_detectors) == 1:
             result = f"{tally.number:02d} {tally.name}", tally.words, tally.reason
-            named.setdefault(result, []).append(tally.detector)
+            detectors_of_result.setdefault(result, []).append(tally.detector)
     rows = [
-        (question, text, "all" if len(names) == len(everybody) > 1 else ", ".join(names), why)
-        for (question, text, why), names in named.items()
+        (question, text, "all" if len(names) == len(all_detectors) > 1 else ", ".join(names), why)
+        for (question, text, why), names in detectors_of_result.items()
     ]
-    title = "not passed" if len(everybody) > 1 else "each question"
-    head = ("question", "result", "detectors", "why")
-    return table(title, head, rows, words=head)
+    title = "not passed" if len(all_detectors) > 1 else "each question"
+    column_names = ("question", "result", "detectors", "why")
+    return table(title, column_names, rows, words=column_names)

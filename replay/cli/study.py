@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from replay.cli.console import GATE_FAILED, OK, People, answer
+from replay.cli.console import EXIT_OK, GATE_FAILED, People, answer
 from replay.cli.options import ANY_PATH, RUN_FOLDER, SESSION_FILE, force, reporting, tables
 
 if TYPE_CHECKING:
@@ -112,7 +112,7 @@ def write_page(
         lambda: study_tables(study, sessions, out, request.seed, verbose=people.verbose),
     )
     people.say("", f"wrote {out}", f"read it:  {out / 'study.html'}")
-    return OK
+    return EXIT_OK
 
 
 def _study_of_answers(request: PageRequest, sessions: "ClassRuns", people: People) -> "Study | None":
@@ -123,10 +123,10 @@ def _study_of_answers(request: PageRequest, sessions: "ClassRuns", people: Peopl
 
     if request.questionnaire is None or request.codebook is None:
         return None
-    book = read_codebook(request.codebook)
+    codebook = read_codebook(request.codebook)
     people.say("resampling students")
-    answers = read_questionnaire(request.questionnaire, book)
-    study = analyse(book, answers, sessions.as_metrics(), detector=request.detector, seed=request.seed)
+    answers = read_questionnaire(request.questionnaire, codebook)
+    study = analyse(codebook, answers, sessions.as_metrics(), detector=request.detector, seed=request.seed)
     people.say(*(f"note: {sentence}" for sentence in study.unmatched))
     return study
 
@@ -136,8 +136,8 @@ def _inputs(request: PageRequest) -> dict[str, str]:
     from replay.document.file_hash import file_hash
 
     files = {"questionnaire": request.questionnaire, "codebook": request.codebook}
-    digests = {name: f"sha256:{file_hash(file)}" for name, file in files.items() if file is not None}
-    return {"seed": str(request.seed)} | digests
+    digest_of_file = {name: f"sha256:{file_hash(file)}" for name, file in files.items() if file is not None}
+    return {"seed": str(request.seed)} | digest_of_file
 
 
 @command.command()
@@ -162,4 +162,4 @@ def check(tables: Path | None, strict: bool, as_json: bool, people: People) -> i
     with as_file(files("replay.studies.class_study").joinpath("published_example.toml")) as example:
         remarks = check_published(tables or example)
     answer(as_json, [asdict(remark) for remark in remarks], lambda: check_table(remarks))
-    return GATE_FAILED if strict and any(remark.kind == INCONSISTENT for remark in remarks) else OK
+    return GATE_FAILED if strict and any(remark.kind == INCONSISTENT for remark in remarks) else EXIT_OK

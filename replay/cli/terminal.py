@@ -30,21 +30,21 @@ STYLES: Final = {
 """Mark -> style."""
 
 
-def terminal(*contents: Table | RenderableType) -> Group:
+def stacked(*contents: Table | RenderableType) -> Group:
     """Parts below each other, an empty line before each table; a ``str`` is text of no mark-up."""
-    below: list[RenderableType] = []
+    stacked_contents: list[RenderableType] = []
     for content in contents:
         if isinstance(content, Table):
             # Not as rich's title: that would be folded to the width of the table, however narrow it is.
             title = [Text(safe_text(content.title), style="bold")] if content.title else []
-            below += [Text(), *title, Fitted(content)]
-            below += [Text(safe_text(note), style="dim") for note in content.notes]
+            stacked_contents += [Text(), *title, Fitted(content)]
+            stacked_contents += [Text(safe_text(note), style="dim") for note in content.notes]
         else:
-            below.append(Text(safe_text(content)) if isinstance(content, str) else content)
-    return Group(*below)
+            stacked_contents.append(Text(safe_text(content)) if isinstance(content, str) else content)
+    return Group(*stacked_contents)
 
 
-def plain(text: str, style: str = "") -> Text:
+def plain_text(text: str, style: str = "") -> Text:
     """Text of a recording, whatever is in it."""
     return Text(safe_text(text), style=style)
 
@@ -54,7 +54,7 @@ def line(text: str, mark: str = "") -> Text:
     return Text(safe_text(text), style=STYLES[mark])
 
 
-WIDEST: Final = 80
+WIDEST_PARAGRAPH: Final = 80
 """Columns of a sentence at most, however wide the terminal: what a mail or a second pane shows whole."""
 
 
@@ -70,10 +70,10 @@ class Paragraph:
         """Wraps the text to the terminal, at most ``WIDEST`` wide."""
         del console
         indent = " " * len(self.label)
-        room = max(min(options.max_width, WIDEST), len(indent) + 20)
+        line_width = max(min(options.max_width, WIDEST_PARAGRAPH), len(indent) + 20)
         text = fill(
             safe_text(self.text),
-            room,
+            line_width,
             initial_indent=self.label,
             subsequent_indent=indent,
             break_long_words=False,
@@ -95,21 +95,21 @@ class Command:
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         """On one line where it fits, else with ``\\`` at the end of each but the last."""
         del console
-        indent, room = " " * 8, min(options.max_width, WIDEST)
+        indent, line_width = " " * 8, min(options.max_width, WIDEST_PARAGRAPH)
         command = safe_text(self.text)
-        if len(indent) + len(command) <= room:
+        if len(indent) + len(command) <= line_width:
             yield Text(indent + command, no_wrap=True, overflow="ignore")
             return
         lines = (indent + command).replace(" --", f" \\\n{indent}  --").split("\n")
-        pieces = [piece for line in lines for piece in _continuation_lines(line, room)]
+        pieces = [piece for line in lines for piece in _continuation_lines(line, line_width)]
         yield Text("\n".join(pieces), no_wrap=True, overflow="ignore")
 
 
-def _continuation_lines(line: str, room: int) -> list[str]:
+def _continuation_lines(line: str, line_width: int) -> list[str]:
     """Pieces of a line of a command, each at most as wide as the room where commas allow it."""
     pieces = []
-    while len(line) > room:
-        comma = line.rfind(",", 0, room - 1)
+    while len(line) > line_width:
+        comma = line.rfind(",", 0, line_width - 1)
         if comma < 0:
             break
         pieces.append(line[: comma + 1] + "\\")
@@ -127,14 +127,14 @@ class Fitted:
     So no word and no number is broken over lines, as long as there is room for one beside the first column.
     """
 
-    def __init__(self, source: Table) -> None:
-        self.table = source
-        columns = [*zip(*source.cells(), strict=True)] if source.rows else [()] * len(source.columns)
+    def __init__(self, table: Table) -> None:
+        self.table = table
+        columns = [*zip(*table.cells(), strict=True)] if table.rows else [()] * len(table.columns)
         self._cells = [
-            [_cell(cell, column) for cell in cells] for column, cells in zip(source.columns, columns, strict=True)
+            [_cell(cell, column) for cell in cells] for column, cells in zip(table.columns, columns, strict=True)
         ]
-        widths = [self._widths(k) for k in range(len(source.columns))]
-        self._least, self._most = [column[0] for column in widths], [column[1] for column in widths]
+        widths = [self._widths(k) for k in range(len(table.columns))]
+        self._least_widths, self._greatest_widths = [column[0] for column in widths], [column[1] for column in widths]
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         """The blocks, as wide as there is room."""
@@ -147,48 +147,52 @@ class Fitted:
     def _widths(self, k: int) -> tuple[int, int]:
         """Least and greatest width of a column: its longest word, where words may stand below each other."""
         column = self.table.columns[k]
-        cells = [text.plain for text in self._cells[k]]
+        cell_texts = [text.plain for text in self._cells[k]]
         unbreakable = [
-            word for text in cells for word in (text.split() if column.words and not column.whole else [text])
+            word for text in cell_texts for word in (text.split() if column.words and not column.whole else [text])
         ]
         return (
             max(map(cell_len, [*unbreakable, *column.name.split(), ""])),
-            max(cell_len(word) for text in [*cells, column.name] for word in (text.splitlines() or [""])),
+            max(cell_len(word) for text in [*cell_texts, column.name] for word in (text.splitlines() or [""])),
         )
 
-    def _blocks(self, room: int) -> list[list[int]]:
-        blocks, used = [[0]], self._least[0]
+    def _blocks(self, terminal_width: int) -> list[list[int]]:
+        blocks, used_width = [[0]], self._least_widths[0]
         for k in range(1, len(self.table.columns)):
-            used += GAP + self._least[k]
-            if used > room and len(blocks[-1]) > 1:
+            used_width += GAP + self._least_widths[k]
+            if used_width > terminal_width and len(blocks[-1]) > 1:
                 blocks.append([0])
-                used = self._least[0] + GAP + self._least[k]
+                used_width = self._least_widths[0] + GAP + self._least_widths[k]
             blocks[-1].append(k)
         return blocks
 
-    def _rich_table(self, block: list[int], room: int) -> RichTable:
-        made = RichTable(
+    def _rich_table(self, block: list[int], terminal_width: int) -> RichTable:
+        rich_table = RichTable(
             box=box.SIMPLE_HEAD,
             header_style="dim",
             pad_edge=False,
             collapse_padding=True,
             show_edge=False,
         )
-        left = room - GAP * (len(block) - 1) - sum(self._least[k] for k in block)
+        spare_width = terminal_width - GAP * (len(block) - 1) - sum(self._least_widths[k] for k in block)
         widths = {}
         # Those who want least come first, so that what they leave goes to the long sentences.
-        for after, k in enumerate(sorted(block, key=lambda k: self._most[k] - self._least[k])):
-            more = min(self._most[k] - self._least[k], max(0, left) // (len(block) - after))
-            widths[k], left = self._least[k] + more, left - more
-        if left < 0:
-            widths[block[-1]] = max(1, widths[block[-1]] + left)
+        for column_number, k in enumerate(
+            sorted(block, key=lambda k: self._greatest_widths[k] - self._least_widths[k])
+        ):
+            extra_width = min(
+                self._greatest_widths[k] - self._least_widths[k], max(0, spare_width) // (len(block) - column_number)
+            )
+            widths[k], spare_width = self._least_widths[k] + extra_width, spare_width - extra_width
+        if spare_width < 0:
+            widths[block[-1]] = max(1, widths[block[-1]] + spare_width)
         for k in block:
             column = self.table.columns[k]
             side = "left" if column.words else "right"
-            made.add_column(column.name, justify=side, width=widths[k], overflow="fold")  # type: ignore[arg-type]
+            rich_table.add_column(column.name, justify=side, width=widths[k], overflow="fold")  # type: ignore[arg-type]
         for row in zip(*(self._cells[k] for k in block), strict=True):
-            made.add_row(*row)
-        return made
+            rich_table.add_row(*row)
+        return rich_table
 
 
 def _cell(cell: Cell, column: Column) -> Text:

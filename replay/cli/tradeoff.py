@@ -52,10 +52,10 @@ def command(
         if options.pop("detectors"):
             raise click.UsageError("--engine has settings of its own; leave out --detectors")
         return advise_engine(session, engine, people, picture=picture, as_json=as_json, **options)
-    return _tradeoff(session, people, time_limit=time_limit, picture=picture, as_json=as_json, **options)
+    return _run_tradeoff(session, people, time_limit=time_limit, picture=picture, as_json=as_json, **options)
 
 
-def _tradeoff(
+def _run_tradeoff(
     session: Path,
     people: People,
     *,
@@ -70,7 +70,7 @@ def _tradeoff(
     from replay.advice.assumptions import first_screen_lines
     from replay.advice.sweep import tradeoff
     from replay.cli.run_report import answer_cited
-    from replay.cli.terminal import terminal
+    from replay.cli.terminal import stacked
     from replay.detection.compile_notice import compiling_announced
     from replay.document.citations import sources_behind
     from replay.document.placeholders import RECORDING
@@ -84,23 +84,27 @@ def _tradeoff(
         check_target(out, force=force)
     session_read = read_session(session, scene=scene)
     progress = TerminalProgress(people)
-    with compiling_announced(people, alone=True), progress.stage("Trying settings", 100) as advance:
-        done = tradeoff(session_read, time_limit=time_limit, watch=percent_of_settings(advance), **options)
+    with compiling_announced(people, is_alone=True), progress.stage("Trying settings", 100) as advance:
+        tradeoff_result = tradeoff(session_read, time_limit=time_limit, watch=percent_of_settings(advance), **options)
     lines = first_screen_lines(session_read, None, progress)
-    undecided = [line.replace(RECORDING, quote(str(session))) for line in lines.questions]
+    question_lines = [line.replace(RECORDING, quote(str(session))) for line in lines.questions]
     if out is not None:
         people.say("outside the time limit: one audit of the session, for the report and the picture ...")
-        run = replace(compute(session_read, progress=progress, **options | {"detectors": None}), tradeoff=done)
+        run = replace(
+            compute(session_read, progress=progress, **options | {"detectors": None}), tradeoff=tradeoff_result
+        )
         write_watched(run, out, progress, force=force, picture=picture)
-    sources = sources_behind(row["detector"] for row in done.rows) if people.verbose else {}
+    sources = sources_behind(row["detector"] for row in tradeoff_result.rows) if people.verbose else {}
     answer_cited(
         as_json,
-        {**done.as_json(), "open_questions": undecided},
-        lambda: terminal(tradeoff_list(done, everything=people.verbose), *done.advice, *undecided),
+        {**tradeoff_result.as_json(), "open_questions": question_lines},
+        lambda: stacked(
+            tradeoff_list(tradeoff_result, everything=people.verbose), *tradeoff_result.advice, *question_lines
+        ),
         sources,
     )
-    if done.cut:
-        people.detail(f"not tried: {', '.join(done.cut)}")
+    if tradeoff_result.cut:
+        people.detail(f"not tried: {', '.join(tradeoff_result.cut)}")
     if out is not None:
         view = f", or: replay view {out}" if picture else ""
         people.say("", f"wrote {out}", f"look at:  {out / 'report.html'}{view}")
@@ -109,12 +113,12 @@ def _tradeoff(
 
 def percent_of_settings(advance: "Advance") -> "Watch":
     """Advances a stage by percents of the settings begun; how many there are grows while the front is refined."""
-    reached = 0
+    reached_percent = 0
 
-    def watch(begun: int, total: int) -> None:
-        nonlocal reached
-        more = max(0, 100 * begun // total - reached)
-        advance(more)
-        reached += more
+    def watch(begun_settings: int, all_settings: int) -> None:
+        nonlocal reached_percent
+        added_percent = max(0, 100 * begun_settings // all_settings - reached_percent)
+        advance(added_percent)
+        reached_percent += added_percent
 
     return watch

@@ -35,10 +35,12 @@ def command(runs: tuple[Path, ...], miss: int | None, false: int | None, by: str
     """
     import replay
 
-    where = f" at miss {miss}" if miss else f" at false contact {false}" if false else ""
+    moment_text = f" at miss {miss}" if miss else f" at false contact {false}" if false else ""
     with temporary_folder() as folder:
         recordings = [run if run.is_dir() else _write_picture(run, folder, people) for run in runs]
-        people.say(f"opening {' and '.join(map(str, runs))}{where}; close its window, or press Ctrl-C here, to end")
+        people.say(
+            f"opening {' and '.join(map(str, runs))}{moment_text}; close its window, or press Ctrl-C here, to end"
+        )
         if len(runs) > 1:
             people.say("Ctrl+Alt+Down in the viewer shows the next run")
         replay.view(*recordings, miss=miss, false=false, by=by)

@@ -37,23 +37,23 @@ def compile_beside() -> None:
     """
     if (os.cpu_count() or 1) < 2 or not sys.executable:
         return
-    paths = os.pathsep.join(entry or str(Path.cwd()) for entry in sys.path)
+    paths = os.pathsep.join(folder or str(Path.cwd()) for folder in sys.path)
     with suppress(OSError):  # a machine that lets nobody start a process compiles everything here
-        started = subprocess.Popen(
+        compiler_process = subprocess.Popen(
             [sys.executable, "-P", "-m", "cdcore.detectors.compile_beside"],
             env=os.environ | {"PYTHONPATH": paths},
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
         )
-        atexit.register(started.kill)
+        atexit.register(compiler_process.kill)
 
 
 @contextmanager
-def compiling_announced(listener: object, *, alone: bool = False) -> Iterator[None]:
+def compiling_announced(listener: object, *, is_alone: bool = False) -> Iterator[None]:
     """Announce to a ``Speaker`` that kernels are compiled meanwhile; other listeners hear nothing.
 
-    ``alone``: no second process compiles beside; for those who compare clocks.
+    ``is_alone``: no second process compiles beside; for those who compare clocks.
     Loads the compiler: enter it only where kernels will run anyway.
     """
     if not isinstance(listener, Speaker):
@@ -65,20 +65,20 @@ def compiling_announced(listener: object, *, alone: bool = False) -> Iterator[No
 
     def tell(seconds: float) -> None:
         nonlocal announced_at
-        if not alone and not compiled.engine:
+        if not is_alone and not compiled.engine:
             compile_beside()
         if seconds - announced_at >= TELL_EVERY:
             announced_at = seconds
             so_far = f" ({words.decimal(seconds, 0)} s so far)" if seconds >= 1 else ""
-            kernels = f"{compiled.engine}'s kernels" if compiled.engine else "kernels"
+            kernels_text = f"{compiled.engine}'s kernels" if compiled.engine else "kernels"
             minutes = "; this can take minutes" if compiled.engine else ""
-            listener.say(f"Compiling {kernels} for this machine, once{minutes}{so_far}")
+            listener.say(f"Compiling {kernels_text} for this machine, once{minutes}{so_far}")
 
     with compiling_reported(tell) as compiled:
         yield
     if compiled.kernels:
         kept_text = f"later starts load it from {compiled.folder}"
-        where = kept_text if compiled.folder else "no folder to keep it could be written"
-        listener.say(f"Compiled in {words.decimal(compiled.seconds, 0)} s; {where}")
-        if not alone:
+        storage_text = kept_text if compiled.folder else "no folder to keep it could be written"
+        listener.say(f"Compiled in {words.decimal(compiled.seconds, 0)} s; {storage_text}")
+        if not is_alone:
             listener.say("Times of this run may be too long: run again for reliable times")

@@ -18,14 +18,14 @@ SpecLike: TypeAlias = "str | tuple[str, Mapping[str, Any]] | DetectorSpec"
 SpecsLike: TypeAlias = "SpecLike | Iterable[SpecLike] | Mapping[str, SpecLike]"
 
 _LABEL = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
-_FORM = re.compile(r"(?:(?P<label>[^=\[\]]+)=)?(?P<name>[^=\[\]]+)(?:\[(?P<settings>[^\[\]]*)\])?")
-_UNSAFE = re.compile(r"[^A-Za-z0-9._-]+")
+_SPEC_PATTERN = re.compile(r"(?:(?P<label>[^=\[\]]+)=)?(?P<name>[^=\[\]]+)(?:\[(?P<settings>[^\[\]]*)\])?")
+_UNSAFE_IN_LABEL = re.compile(r"[^A-Za-z0-9._-]+")
 _COMMA_OUTSIDE = re.compile(r",(?![^\[]*\])")
-_LITERALS = {"true": True, "false": False, "none": None}
+_LITERAL_VALUES = {"true": True, "false": False, "none": None}
 MOST_RELEASE: Final = 1.0
 """Metres of the largest distance up to which a contact may last."""
 
-_HOW = "write name, name[setting=value,...] or label=name[...]"
+_SPEC_SYNTAX = "write name, name[setting=value,...] or label=name[...]"
 
 SCREEN_NAMES: Final[Mapping[str, tuple[str, Mapping[str, Any]]]] = {
     "hull": ("collider", {"shape": "hull"}),
@@ -37,10 +37,10 @@ SCREEN_NAMES: Final[Mapping[str, tuple[str, Mapping[str, Any]]]] = {
 
 _SCREEN_NAME = re.compile(r"(?P<base>hull|shipped|mesh)(?P<rate>\d+(?:\.\d+)?)?|paper")
 
-RELEASE: Final = "release_m"
+RELEASE_SETTING: Final = "release_m"
 """Setting that every detector takes: metres up to which a contact lasts, once it has begun."""
 
-TRUSTED: Final = "exact"
+TRUSTED_DETECTOR: Final = "exact"
 """The oracle unless another is asked for, and the detector that effects name for instants; where it does not run, the
 oracle or the first detector replaces it."""
 
@@ -70,7 +70,9 @@ class DetectorSpec:
             )
         is_number = isinstance(self.release, (int, float)) and not isinstance(self.release, bool)
         if not (is_number and isfinite(self.release) and 0.0 <= self.release <= MOST_RELEASE):
-            raise DetectorSpecError(f"{RELEASE}={self.release} is not allowed; give metres from 0 to {MOST_RELEASE:g}")
+            raise DetectorSpecError(
+                f"{RELEASE_SETTING}={self.release} is not allowed; give metres from 0 to {MOST_RELEASE:g}"
+            )
 
     def __str__(self) -> str:
         return f"{self.label}={self.text}"
@@ -78,17 +80,17 @@ class DetectorSpec:
     @property
     def text(self) -> str:
         """The detector with its settings, as a command line asks for it, without its label."""
-        return spec_text(self.name, {**self.settings, **({RELEASE: self.release} if self.release else {})})
+        return spec_text(self.name, {**self.settings, **({RELEASE_SETTING: self.release} if self.release else {})})
 
 
 def spec_text(name: str, settings: Mapping[str, Any]) -> str:
     """``discrete[rate_hz=22.5]``: how a command line asks for a detector."""
     # An empty text is the default of its setting, and cannot be written.
-    text = ",".join(f"{key}={_written(value)}" for key, value in settings.items() if value != "")
-    return f"{name}[{text}]" if text else name
+    settings_text = ",".join(f"{key}={_value_text(value)}" for key, value in settings.items() if value != "")
+    return f"{name}[{settings_text}]" if settings_text else name
 
 
-def parse_detector(given: SpecLike, label: str | None = None) -> DetectorSpec:
+def parse_detector(spec_like: SpecLike, label: str | None = None) -> DetectorSpec:
     """One detector from text, from ``(name, settings)``, or as it is.
 
     Raises
@@ -101,15 +103,15 @@ def parse_detector(given: SpecLike, label: str | None = None) -> DetectorSpec:
     >>> parse_detector("slow=discrete[rate_hz=22.5]")
     DetectorSpec(label='slow', name='discrete', settings={'rate_hz': 22.5}, release=0.0)
     """
-    spec = _parse_text(given.strip()) if isinstance(given, str) else given
+    spec = _parse_text(spec_like.strip()) if isinstance(spec_like, str) else spec_like
     if isinstance(spec, DetectorSpec):
         return spec if label is None else replace(spec, label=label)
     if _is_pair(spec):
         return _named_spec(*spec, label=label)
-    raise DetectorSpecError(f"{given!r} names no detector; {_HOW}, or give (name, settings)")
+    raise DetectorSpecError(f"{spec_like!r} names no detector; {_SPEC_SYNTAX}, or give (name, settings)")
 
 
-def parse_detectors(given: SpecsLike) -> tuple[DetectorSpec, ...]:
+def parse_detectors(specs_like: SpecsLike) -> tuple[DetectorSpec, ...]:
     """Several detectors from comma-separated text, a sequence, or a mapping from label to detector.
 
     Raises
@@ -117,38 +119,45 @@ def parse_detectors(given: SpecsLike) -> tuple[DetectorSpec, ...]:
     DetectorSpecError
         Text of another form, or two detectors of one label.
     """
-    if isinstance(given, Mapping):
-        specs = [parse_detector(value, label) for label, value in given.items()]
+    if isinstance(specs_like, Mapping):
+        specs = [parse_detector(spec_like, label) for label, spec_like in specs_like.items()]
     else:
-        is_single = isinstance(given, str | DetectorSpec) or _is_pair(given)
-        given_specs = cast("Iterable[SpecLike]", [given] if is_single else given)
+        is_single = isinstance(specs_like, str | DetectorSpec) or _is_pair(specs_like)
+        given_specs = cast("Iterable[SpecLike]", [specs_like] if is_single else specs_like)
         specs = [parse_detector(spec) for given_spec in given_specs for spec in _single_specs(given_spec)]
     labels = [spec.label for spec in specs]
-    twice = next((label for label in labels if labels.count(label) > 1), None)
-    if twice is not None:
-        raise DetectorSpecError(f"two detectors are called {twice!r}; give each a label of its own: label=name[...]")
+    repeated_label = next((label for label in labels if labels.count(label) > 1), None)
+    if repeated_label is not None:
+        raise DetectorSpecError(
+            f"two detectors are called {repeated_label!r}; give each a label of its own: label=name[...]"
+        )
     return tuple(specs)
 
 
-def split_specs(text: str) -> list[str]:
+def split_specs(specs_text: str) -> list[str]:
     """The specs between the commas of a text; commas within brackets separate settings and stay."""
-    return [spec for spec in _COMMA_OUTSIDE.split(text) if spec.strip()]
+    return [spec for spec in _COMMA_OUTSIDE.split(specs_text) if spec.strip()]
 
 
-def _single_specs(given: SpecLike) -> Sequence[SpecLike]:
-    return split_specs(given) if isinstance(given, str) else [given]
+def _single_specs(specs_like: SpecLike) -> Sequence[SpecLike]:
+    return split_specs(specs_like) if isinstance(specs_like, str) else [specs_like]
 
 
-def _is_pair(given: object) -> TypeGuard[tuple[str, Mapping[str, Any]]]:
-    return isinstance(given, tuple) and len(given) == 2 and isinstance(given[0], str) and isinstance(given[1], Mapping)
+def _is_pair(candidate: object) -> TypeGuard[tuple[str, Mapping[str, Any]]]:
+    return (
+        isinstance(candidate, tuple)
+        and len(candidate) == 2
+        and isinstance(candidate[0], str)
+        and isinstance(candidate[1], Mapping)
+    )
 
 
-def _parse_text(text: str) -> DetectorSpec:
-    match = _FORM.fullmatch(text)
+def _parse_text(detector_text: str) -> DetectorSpec:
+    match = _SPEC_PATTERN.fullmatch(detector_text)
     if match is None:
-        raise DetectorSpecError(f"{text!r} names no detector; {_HOW}")
+        raise DetectorSpecError(f"{detector_text!r} names no detector; {_SPEC_SYNTAX}")
     settings = dict(
-        _parsed_setting(text, setting) for setting in (match["settings"] or "").split(",") if setting.strip()
+        _parsed_setting(detector_text, setting) for setting in (match["settings"] or "").split(",") if setting.strip()
     )
     label = match["label"].strip() if match["label"] else None
     return _named_spec(match["name"].strip(), settings, label=label)
@@ -157,32 +166,36 @@ def _parse_text(text: str) -> DetectorSpec:
 def _named_spec(name: str, settings: Mapping[str, Any], *, label: str | None) -> DetectorSpec:
     """The detector of a name, a name on the screen included; without a label its name and settings are the label."""
     label = label or _default_label(name, settings)
-    release = settings.get(RELEASE, 0.0)
-    settings = {key: value for key, value in settings.items() if key != RELEASE}
+    release_distance = settings.get(RELEASE_SETTING, 0.0)
+    settings = {key: value for key, value in settings.items() if key != RELEASE_SETTING}
     screen_name = _SCREEN_NAME.fullmatch(name)
     if screen_name is None:
-        return DetectorSpec(label, name, settings, release)
-    row, implied = SCREEN_NAMES[screen_name["base"] or name]
-    rate = {"rate_hz": _value(screen_name["rate"])} if screen_name["rate"] else {}
-    contradicted = [key for key, value in {**implied, **rate}.items() if settings.get(key, value) != value]
-    if contradicted:
+        return DetectorSpec(label, name, settings, release_distance)
+    table_row, implied_settings = SCREEN_NAMES[screen_name["base"] or name]
+    rate_setting = {"rate_hz": _parsed_value(screen_name["rate"])} if screen_name["rate"] else {}
+    contradicted_settings = [
+        key for key, value in {**implied_settings, **rate_setting}.items() if settings.get(key, value) != value
+    ]
+    if contradicted_settings:
         raise DetectorSpecError(
-            f"{name} means {spec_text(row, {**implied, **rate})}, which contradicts {contradicted[0]}="
-            f"{_written(settings[contradicted[0]])}; write {spec_text(row, {**implied, **rate, **settings})}"
+            f"{name} means {spec_text(table_row, {**implied_settings, **rate_setting})}, which contradicts "
+            f"{contradicted_settings[0]}="
+            f"{_value_text(settings[contradicted_settings[0]])}; write "
+            f"{spec_text(table_row, {**implied_settings, **rate_setting, **settings})}"
         )
-    return DetectorSpec(label, row, {**implied, **rate, **settings}, release)
+    return DetectorSpec(label, table_row, {**implied_settings, **rate_setting, **settings}, release_distance)
 
 
-def _parsed_setting(text: str, setting: str) -> tuple[str, Any]:
+def _parsed_setting(setting_text: str, setting: str) -> tuple[str, Any]:
     key, equals, value = setting.partition("=")
     if not equals or not key.strip().isidentifier() or not value.strip():
-        raise DetectorSpecError(f"{setting.strip()!r} in {text!r} is no setting; {_HOW}")
-    return key.strip(), _value(value.strip())
+        raise DetectorSpecError(f"{setting.strip()!r} in {setting_text!r} is no setting; {_SPEC_SYNTAX}")
+    return key.strip(), _parsed_value(value.strip())
 
 
-def _value(text: str) -> Any:
-    if text.lower() in _LITERALS:
-        return _LITERALS[text.lower()]
+def _parsed_value(text: str) -> Any:
+    if text.lower() in _LITERAL_VALUES:
+        return _LITERAL_VALUES[text.lower()]
     for kind in (int, float):
         try:
             return kind(text)
@@ -191,11 +204,13 @@ def _value(text: str) -> Any:
     return text
 
 
-def _written(value: Any) -> str:
-    return str(value).lower() if value is None or isinstance(value, bool) else str(value)
+def _value_text(setting_value: Any) -> str:
+    return (
+        str(setting_value).lower() if setting_value is None or isinstance(setting_value, bool) else str(setting_value)
+    )
 
 
 def _default_label(name: str, settings: Mapping[str, Any]) -> str:
     """``discrete[rate_hz=22.5]`` is called ``discrete-22.5``, ``package.module:Class`` is called ``Class``."""
-    tokens = [name.rpartition(":")[2], *(_written(value) for value in settings.values())]
-    return "-".join(_UNSAFE.sub("_", word).lstrip("._-") or "x" for word in tokens)
+    tokens = [name.rpartition(":")[2], *(_value_text(value) for value in settings.values())]
+    return "-".join(_UNSAFE_IN_LABEL.sub("_", word).lstrip("._-") or "x" for word in tokens)

@@ -17,7 +17,7 @@ from cdcore.protocol.zero_order_hold import TICK_SLACK
 from replay.errors import AuditError
 from sessions.model.event import LiveContact
 
-RECORDED: Final = "recorded"
+RECORDED_DETECTOR: Final = "recorded"
 """Its name in a list of detectors."""
 
 RECORDED_LABEL: Final = "what the engine reported"
@@ -68,7 +68,7 @@ class RecordedSettings:
 class _RecordedMemory:
     """Time of the last frame that was answered already."""
 
-    before: float
+    last_answered_time: float
 
 
 class RecordedDetector(PairDetector[RecordedSettings]):
@@ -81,7 +81,7 @@ class RecordedDetector(PairDetector[RecordedSettings]):
     would explain it. It lists no faces.
     """
 
-    name: ClassVar[str] = RECORDED
+    name: ClassVar[str] = RECORDED_DETECTOR
     sources: ClassVar[tuple[str, ...]] = ("the engine's own reports, as the recording holds them",)
     online: ClassVar[bool] = False
     Settings: ClassVar[type] = RecordedSettings
@@ -95,45 +95,52 @@ class RecordedDetector(PairDetector[RecordedSettings]):
         first_ns: int,
     ) -> None:
         super().__init__(bodies, pairs, settings)
-        spans = reported_spans(contacts)
-        if not spans:
+        spans_of_pair = reported_spans(contacts)
+        if not spans_of_pair:
             raise AuditError(
                 "the session holds no contacts reported by an engine; add them with `replay import contacts FILE.csv`"
             )
         names = [body.name for body in bodies]
         columns = {tuple(sorted((names[i], names[j]))): column for column, (i, j) in enumerate(pairs.tolist())}
-        self._spans = {
-            columns[pair]: _seconds(intervals, first_ns) for pair, intervals in spans.items() if pair in columns
+        self._report_spans = {
+            columns[pair]: _spans_in_seconds(intervals, first_ns)
+            for pair, intervals in spans_of_pair.items()
+            if pair in columns
         }
-        self._elsewhere = sum(len(intervals) for pair, intervals in spans.items() if pair not in columns)
+        self._reports_of_other_pairs = sum(
+            len(intervals) for pair, intervals in spans_of_pair.items() if pair not in columns
+        )
         self._collider = self._make_collider()
-        self._steps = physics_steps(
-            [span for intervals in self._spans.values() for span in intervals], settings.rate_hz
+        self._step_rate_and_phase = physics_steps(
+            [span for intervals in self._report_spans.values() for span in intervals], settings.rate_hz
         )
         # A report waits for the next physics step: of the residual, one step says nothing about the clock.
-        step = 0.0 if self._steps is None else 1.0 / self._steps[0]
-        self.clock_uncertainty = max(0.0, (settings.residual or 0.0) - step)
+        step_seconds = 0.0 if self._step_rate_and_phase is None else 1.0 / self._step_rate_and_phase[0]
+        self.clock_uncertainty = max(0.0, (settings.residual or 0.0) - step_seconds)
 
     def _fresh_memory(self) -> _RecordedMemory:
         return _RecordedMemory(-np.inf)
 
-    def _run(self, motion: Motion, memory: _RecordedMemory, faces: bool) -> Detection:
+    def _run(self, motion: Motion, recorded_memory: _RecordedMemory, faces: bool) -> Detection:
         """A contact between two blocks is reported in the later one."""
         del faces
-        begin = perf_counter()
+        start_clock = perf_counter()
         verdict = np.full((len(motion), len(self.pairs)), Verdict.CLEAR, dtype=np.uint8)
-        for column, spans in self._spans.items():
-            for first, stop in _rows(motion.times, spans, memory.before):
+        for column, spans in self._report_spans.items():
+            for first, stop in _frame_ranges(motion.times, spans, recorded_memory.last_answered_time):
                 verdict[first:stop, column] = Verdict.CONTACT
         verdict[~pair_has_pose(motion, self.pairs)] = Verdict.NO_POSE
         if len(motion):
-            memory.before = float(motion.times[-1])
+            recorded_memory.last_answered_time = float(motion.times[-1])
         return self._detection(
             motion,
             verdict,
             containment=("refused: the engine did not say",) * len(self.pairs),
-            work={"reported": sum(map(len, self._spans.values())), "of_other_pairs": self._elsewhere},
-            seconds={"lookup": perf_counter() - begin},
+            work={
+                "reported": sum(map(len, self._report_spans.values())),
+                "of_other_pairs": self._reports_of_other_pairs,
+            },
+            seconds={"lookup": perf_counter() - start_clock},
         )
 
     def explain(self, motion: Motion, frame: int, pair: int, faces: NDArray[np.int64]) -> Explanation:
@@ -145,25 +152,28 @@ class RecordedDetector(PairDetector[RecordedSettings]):
         if self._collider is not None:
             stages = self._collider.explain(motion, frame, pair, faces)
         time, uncertainty = float(motion.times[frame]), self.clock_uncertainty
-        spans = self._spans.get(pair, np.zeros((0, 2)))
+        spans = self._report_spans.get(pair, np.zeros((0, 2)))
         is_near_edge = bool((np.abs(spans - time) <= uncertainty).any()) if uncertainty > 0.0 else None
         return replace(stages, within_clock=is_near_edge)
 
-    def stepped(self, start: float, end: float) -> bool | None:
+    def has_step_between(self, start: float, end: float) -> bool | None:
         """Whether a physics step of the engine falls between two moments, in seconds; ``None``: not known."""
-        if self._steps is None:
+        if self._step_rate_and_phase is None:
             return None
-        rate, phase = self._steps
+        rate, phase = self._step_rate_and_phase
         return bool(np.floor((end + TICK_SLACK) * rate - phase) >= np.ceil((start - TICK_SLACK) * rate - phase))
 
     def ended_at_next_step(self, pair: int, moment: float) -> bool:
         """Whether the report that holds a moment, in seconds, ended at the first physics step after it."""
-        spans = self._spans.get(pair, np.zeros((0, 2)))
-        ends = spans[(spans[:, 0] <= moment) & (spans[:, 1] >= moment), 1]
-        if self._steps is None or not len(ends) or not np.isfinite(ends[0]):
+        spans = self._report_spans.get(pair, np.zeros((0, 2)))
+        report_ends = spans[(spans[:, 0] <= moment) & (spans[:, 1] >= moment), 1]
+        if self._step_rate_and_phase is None or not len(report_ends) or not np.isfinite(report_ends[0]):
             return False
         # Half a step before the end no step but an earlier one is left.
-        return self.stepped(moment, max(moment, float(ends[0]) - 0.5 / self._steps[0])) is False
+        return (
+            self.has_step_between(moment, max(moment, float(report_ends[0]) - 0.5 / self._step_rate_and_phase[0]))
+            is False
+        )
 
     def _make_collider(self) -> Explains | None:
         if self.settings.shape is None:
@@ -187,21 +197,23 @@ def recorded_detector(
     there are no reports, or a setting it does not have.
     """
     known_settings = RecordedSettings.__dataclass_fields__
-    for name in settings:
-        if name not in known_settings:
-            raise AuditError(f"detector {RECORDED!r} has no setting {name!r}; it has: {', '.join(known_settings)}")
+    for setting_name in settings:
+        if setting_name not in known_settings:
+            raise AuditError(
+                f"detector {RECORDED_DETECTOR!r} has no setting {setting_name!r}; it has: {', '.join(known_settings)}"
+            )
     recorded_settings = RecordedSettings(**settings)  # type: ignore[arg-type]
     if recorded_settings.residual is None:
         recorded_settings = replace(recorded_settings, residual=residual)
     return RecordedDetector(bodies, pairs, recorded_settings, contacts, first_ns)
 
 
-def physics_steps(spans: Sequence[NDArray[np.float64]], rate_hz: float | None) -> tuple[float, float] | None:
+def physics_steps(report_stamps: Sequence[NDArray[np.float64]], rate_hz: float | None) -> tuple[float, float] | None:
     """Steps a second, and the share of a step by which they begin after second 0; ``None``: no rate fits all stamps.
 
-    ``spans`` (2,) seconds each. Engines report from within their steps, so that their stamps lie on a grid.
+    ``report_stamps`` (2,) seconds each. Engines report from within their steps, so that their stamps lie on a grid.
     """
-    moments = np.unique(np.round(np.concatenate([np.zeros(0), *spans]), 5))
+    moments = np.unique(np.round(np.concatenate([np.zeros(0), *report_stamps]), 5))
     moments = moments[np.isfinite(moments)]
     candidate_rates = (rate_hz,) if rate_hz is not None else STEP_RATES if len(moments) >= FEWEST_STAMPS else ()
     for rate in candidate_rates:
@@ -212,27 +224,29 @@ def physics_steps(spans: Sequence[NDArray[np.float64]], rate_hz: float | None) -
     return None if rate_hz is None else (rate_hz, 0.0)
 
 
-def _seconds(spans: Sequence[ReportSpan], first_ns: int) -> NDArray[np.float64]:
+def _spans_in_seconds(spans: Sequence[ReportSpan], first_ns: int) -> NDArray[np.float64]:
     """Spans (n, 2) in seconds of the session, from a begin until an end; open ends at infinity.
 
     Both lie a microsecond earlier, so that a frame whose stamp is rounded differently is at the stamp.
     """
     seconds = [
         [
-            far if at is None else (at - first_ns) / 1e9 - TICK_SLACK
-            for at, far in zip(span, (-np.inf, np.inf), strict=True)
+            open_bound if bound_ns is None else (bound_ns - first_ns) / 1e9 - TICK_SLACK
+            for bound_ns, open_bound in zip(span, (-np.inf, np.inf), strict=True)
         ]
         for span in spans
     ]
     return np.array(seconds).reshape(-1, 2)
 
 
-def _rows(times: NDArray[np.float64], spans: NDArray[np.float64], before: float) -> Iterator[tuple[int, int]]:
+def _frame_ranges(
+    times: NDArray[np.float64], spans: NDArray[np.float64], last_answered_time: float
+) -> Iterator[tuple[int, int]]:
     """First frame and the one after the last of every span that has a frame here; a short one has the next."""
     first = np.searchsorted(times, spans[:, 0])
     stop = np.searchsorted(times, spans[:, 1])
-    fresh = spans[:, 0] > before
-    for start, end, is_fresh in zip(first.tolist(), stop.tolist(), fresh.tolist(), strict=True):
+    is_new = spans[:, 0] > last_answered_time
+    for start, end, is_fresh in zip(first.tolist(), stop.tolist(), is_new.tolist(), strict=True):
         if is_fresh and start < len(times):
             end = max(end, start + 1)
         if end > start:
@@ -246,16 +260,16 @@ def reported_spans(contacts: Iterable[LiveContact]) -> dict[tuple[str, str], lis
     that it stays, was in contact from the start.
     """
     spans: dict[tuple[str, str], list[ReportSpan]] = {}
-    begun: dict[tuple[str, str], int | None] = {}
+    begun_stamps: dict[tuple[str, str], int | None] = {}
     for contact in sorted(contacts, key=lambda reported: reported.time_ns):
         pair = (min(contact.body_a, contact.body_b), max(contact.body_a, contact.body_b))
-        first = pair not in spans
+        is_first = pair not in spans
         intervals = spans.setdefault(pair, [])
         if contact.phase == "exit":
-            if pair in begun or first:
-                intervals.append((begun.pop(pair, None), contact.time_ns))
-        elif pair not in begun:
-            begun[pair] = None if first and contact.phase == "stay" else contact.time_ns
-    for pair, start in begun.items():
+            if pair in begun_stamps or is_first:
+                intervals.append((begun_stamps.pop(pair, None), contact.time_ns))
+        elif pair not in begun_stamps:
+            begun_stamps[pair] = None if is_first and contact.phase == "stay" else contact.time_ns
+    for pair, start in begun_stamps.items():
         spans[pair].append((start, None))
     return spans

@@ -19,9 +19,9 @@ from cdcore.numerics import BoolArray
 from cdcore.protocol import ZeroOrderHold, counts_as_contact, detect_live, own_failure, stream_live
 from cdcore.protocol.settings import RateSettings
 from replay.cutting.compound import with_pieces
-from replay.detection.detector_spec import RELEASE, DetectorSpec
+from replay.detection.detector_spec import RELEASE_SETTING, DetectorSpec
 from replay.detection.progress import Advance, ignore_progress
-from replay.detection.recorded import RECORDED, recorded_detector
+from replay.detection.recorded import RECORDED_DETECTOR, recorded_detector
 from replay.detection.release_band import ReleaseBand, near_spec
 from replay.errors import DetectorSpecError, ReplayError
 from replay.prepare.assembly import Assembly
@@ -90,7 +90,7 @@ def make_detector(spec: DetectorSpec, assembly: Assembly, seed: int) -> Detector
     ------
     UnknownDetectorError, InvalidSettingError, MissingEngineError
     """
-    if spec.name == RECORDED:
+    if spec.name == RECORDED_DETECTOR:
         return recorded_detector(
             assembly.bodies,
             assembly.pairs,
@@ -99,27 +99,27 @@ def make_detector(spec: DetectorSpec, assembly: Assembly, seed: int) -> Detector
             assembly.live_residual,
             spec.settings,
         )
-    settings, kind = dict(spec.settings), load_detector(spec.name)
-    if "seed" in {item.name for item in fields(kind.Settings)}:
+    settings, detector_class = dict(spec.settings), load_detector(spec.name)
+    if "seed" in {setting_field.name for setting_field in fields(detector_class.Settings)}:
         settings.setdefault("seed", seed)
     bodies = assembly.bodies
     if spec.name == "collider" and settings.get("shape") == "compound":
         bodies = with_pieces(bodies, settings_of(spec.name, settings))
-    with blame_detector(spec, kind, "to be made"):
+    with blame_detector(spec, detector_class, "to be made"):
         return create_detector(spec.name, bodies, pairs=assembly.pairs, **settings)
 
 
 @contextmanager
-def blame_detector(spec: DetectorSpec, kind: type, action: str) -> Iterator[None]:
+def blame_detector(spec: DetectorSpec, detector_class: type, action: str) -> Iterator[None]:
     """An exception in a detector that is not of our table is a fault of its code, and says where."""
     try:
         yield
     except (CollisionCoreError, ReplayError):
         raise
     except Exception as error:
-        if spec.name in (*TABLE, RECORDED):
+        if spec.name in (*TABLE, RECORDED_DETECTOR):
             raise
-        raise own_failure(action, kind, error) from error
+        raise own_failure(action, detector_class, error) from error
 
 
 def run_detector(
@@ -138,8 +138,8 @@ def run_detector(
         with suppress(OwnDetectorError):
             sample = motion.take(warm_frames(len(motion)))
             # Looks compile too what they need for rare ties only.
-            warmed = detector.detect(sample, faces=faces)
-            faces = faces and warmed.face_sets is not None
+            warm_detection = detector.detect(sample, faces=faces)
+            faces = faces and warm_detection.face_sets is not None
             if live:
                 detect_live(detector, sample)
         clock.append(perf_counter())
@@ -154,10 +154,10 @@ def run_detector(
         else:
             detection = detect_all(detector, assembly, faces=faces, advance=advance)
     clock.append(perf_counter())
-    band = release_band(spec, detector, assembly, seed)
+    detector_band = release_band(spec, detector, assembly, seed)
     prolonged = None
-    if band is not None:
-        detection, prolonged = _prolong_contacts(detection, detector, band)
+    if detector_band is not None:
+        detection, prolonged = _prolong_contacts(detection, detector, detector_band)
     prepare, warm, detect = np.diff(clock).tolist()
     fraction = processor_seconds = None
     if live:
@@ -193,15 +193,19 @@ def frames_within(metres: float, detector: Detector, assembly: Assembly, seed: i
 def _prolong_contacts(detection: Detection, detector: Detector, band: ReleaseBand) -> tuple[Detection, BoolArray]:
     """A detection whose contacts last to the release distance, and the contact (T, P) that is there because of it."""
     if detection.covers != "instants":
-        raise DetectorSpecError(f"{detection.detector} decides between frames; leave {RELEASE} out of its settings")
+        raise DetectorSpecError(
+            f"{detection.detector} decides between frames; leave {RELEASE_SETTING} out of its settings"
+        )
     settings, times = detector.settings, detection.times
-    rate = (settings.rate_hz, settings.sampling_offset_s) if isinstance(settings, RateSettings) else (None, 0.0)
-    samples, has_pose = ZeroOrderHold(len(detection.pairs), *rate), detection.verdict != Verdict.NO_POSE
-    sampled = samples.sampled(times)
-    lasting = band.lasting(detection.verdict[sampled], sampled)
-    verdict, _ = samples.hold(lasting, has_pose[sampled], sampled, has_pose)
-    prolonged = counts_as_contact(verdict) & ~counts_as_contact(detection.verdict)
-    return replace(detection, verdict=verdict), prolonged
+    rate_and_offset = (
+        (settings.rate_hz, settings.sampling_offset_s) if isinstance(settings, RateSettings) else (None, 0.0)
+    )
+    samples, has_pose = ZeroOrderHold(len(detection.pairs), *rate_and_offset), detection.verdict != Verdict.NO_POSE
+    sampled_frames = samples.sampled(times)
+    lasting_verdicts = band.prolonged_verdicts(detection.verdict[sampled_frames], sampled_frames)
+    verdict, _ = samples.hold(lasting_verdicts, has_pose[sampled_frames], sampled_frames, has_pose)
+    is_prolonged = counts_as_contact(verdict) & ~counts_as_contact(detection.verdict)
+    return replace(detection, verdict=verdict), is_prolonged
 
 
 def detect_all(
@@ -228,17 +232,19 @@ def watched_again(detector: object, motion: Motion) -> Watched | None:
 def _joined_blocks(blocks: Iterator[Detection], detector: Detector, assembly: Assembly) -> Detection:
     """Join the blocks of a motion of hours; their faces are dropped when there are too many."""
     kept_blocks: list[Detection] = []
-    rows = 0
+    face_rows = 0
     for block in blocks:
-        rows += 0 if block.face_sets is None else len(block.face_sets.faces)
-        if rows > FACE_ROWS or holds_answers(asdict(detector.settings)):
+        face_rows += 0 if block.face_sets is None else len(block.face_sets.faces)
+        if face_rows > FACE_ROWS or holds_answers(asdict(detector.settings)):
             kept_blocks = [replace(detection, face_sets=None) for detection in kept_blocks]
             block = replace(block, face_sets=None)
         kept_blocks.append(replace(block, section_source=None))
-    joined = join(kept_blocks)
-    if joined.face_sets is None:
-        return joined
-    return replace(joined, section_source=partial(section_of_frame, assembly.bodies, assembly.pairs, assembly.motion))
+    joined_detection = join(kept_blocks)
+    if joined_detection.face_sets is None:
+        return joined_detection
+    return replace(
+        joined_detection, section_source=partial(section_of_frame, assembly.bodies, assembly.pairs, assembly.motion)
+    )
 
 
 def holds_answers(settings: Mapping[str, Any]) -> bool:
@@ -252,8 +258,8 @@ def _with_progress(blocks: Iterator[Detection], advance: Advance) -> Iterator[De
         advance(len(block.times))
 
 
-def warm_frames(count: int) -> np.ndarray[Any, np.dtype[np.int64]]:
+def warm_frames(frame_count: int) -> np.ndarray[Any, np.dtype[np.int64]]:
     """Frame numbers to warm up on: consecutive ones in the middle, and a sample of the whole that holds contacts."""
-    middle = np.arange(count // 2, min(count, count // 2 + WARM_FRAMES))
-    spread = np.linspace(0, max(0, count - 1), min(count, WARM_FRAMES)).astype(np.int64)
-    return np.unique(np.concatenate([middle, spread]))
+    middle_frames = np.arange(frame_count // 2, min(frame_count, frame_count // 2 + WARM_FRAMES))
+    spread = np.linspace(0, max(0, frame_count - 1), min(frame_count, WARM_FRAMES)).astype(np.int64)
+    return np.unique(np.concatenate([middle_frames, spread]))

@@ -18,11 +18,11 @@ def sampled_frames(times: FloatArray, rate_hz: float | None, sampling_offset_s: 
     In the frames between, a detector only repeats its last answer: 99 of 100 frames of a detector at 0.5 Hz take
     nothing, so they are in no quantile.
     """
-    frames: BoolArray = ZeroOrderHold(0, rate_hz, sampling_offset_s).sampled(times)
-    return frames
+    is_sampled: BoolArray = ZeroOrderHold(0, rate_hz, sampling_offset_s).sampled(times)
+    return is_sampled
 
 
-def quantiles(seconds: NDArray[np.float64]) -> dict[str, float]:
+def sample_quantiles(seconds: NDArray[np.float64]) -> dict[str, float]:
     """Return the median, the 95th and 99th percentile and the maximum of the seconds of samples."""
     median, p95, p99, maximum = np.quantile(seconds, [0.5, 0.95, P99, 1.0]).tolist()
     return {"median": median, "p95": p95, "p99": p99, "max": maximum}

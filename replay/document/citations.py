@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 
 from cdcore.detectors.detector_table import load_detector
-from replay.detection.recorded import RECORDED, RecordedDetector
+from replay.detection.recorded import RECORDED_DETECTOR, RecordedDetector
 from replay.effects.effects_runner import EffectRun
 
 NONE_NAMED = ("names no sources",)
@@ -23,7 +23,7 @@ def sources_behind(
 
 def _class_of(detector: str) -> type:
     """The class of a detector by its name; ``recorded`` is the one that no table of the core holds."""
-    return RecordedDetector if detector == RECORDED else load_detector(detector)
+    return RecordedDetector if detector == RECORDED_DETECTOR else load_detector(detector)
 
 
 def citations(behind: Mapping[str, tuple[str, ...]]) -> str:

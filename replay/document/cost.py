@@ -22,7 +22,7 @@ BUSY_FRACTION: Final = 0.05
 FRAME: Final = f"a {HEADSET_HZ:g} Hz frame"
 
 
-def cost(document: RunDocument) -> str:
+def cost_sentence(document: RunDocument) -> str:
     """Return the time of the reference, in the same statistic as the table; ``""``: nothing was audited."""
     if not document.audit:
         return ""

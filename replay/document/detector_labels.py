@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from cdcore.detectors.detector_table import detector_row, settings_of
-from replay.detection.recorded import RECORDED, RECORDED_LABEL
+from replay.detection.recorded import RECORDED_DETECTOR, RECORDED_LABEL
 from replay.words import length, plural
 
 SHAPES: Final[Mapping[str, str]] = {
@@ -29,7 +29,7 @@ def detector_label(name: str, settings: Mapping[str, Any], release: float = 0.0)
 
 
 def _label_without_release(name: str, settings: Mapping[str, Any]) -> str:
-    if name == RECORDED:
+    if name == RECORDED_DETECTOR:
         return RECORDED_LABEL
     table_row, rate = detector_row(name), settings.get("rate_hz")
     label = shape_label(settings) if name == "collider" else table_row.label

@@ -48,7 +48,7 @@ class Gates:
                 range_text = units.get(gate_name, "a share from 0 to 1")
                 raise AuditError(f"{gate_name} is {limit}; give {range_text}")
 
-    def broken(
+    def broken_limits(
         self, audit: Mapping[str, DetectorAudit], session_times: Sequence[tuple[str, TimesByDetector]]
     ) -> list[str]:
         """A sentence for each limit that was exceeded or could not be checked.

@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from replay import words
-from replay.auditing.loss import fraction_of, loss, lost
+from replay.auditing.loss import fraction_of, loss, lost_contact
 from replay.auditing.sampling_offsets import PHASES
 from replay.auditing.wilson import Proportion, proportion
-from replay.detection.recorded import RECORDED
+from replay.detection.recorded import RECORDED_DETECTOR
 from replay.document.answer import FixFigures
 from replay.document.audit import CountRange, DetectorAudit
 from replay.document.cost import BUDGET_MS
@@ -47,7 +47,7 @@ class Rank:
     @property
     def contact_loss(self) -> float:
         """The part of the loss that is contact missed, not reported or left undecided, 0 to 2."""
-        return lost(self.missed, self.time_missed, self.undecided / max(1, self.contacts))
+        return lost_contact(self.missed, self.time_missed, self.undecided / max(1, self.contacts))
 
     @property
     def loss(self) -> float:
@@ -84,7 +84,7 @@ def ranking(document: RunDocument) -> tuple[Rank, ...]:
 def _without_faults(document: RunDocument, label: str, contacts: int) -> Rank:
     """Return the label and times of a detector, without faults; the time of an engine was not measured."""
     detector = document.detectors[label]
-    measured = detector.name != RECORDED
+    measured = detector.name != RECORDED_DETECTOR
     return Rank(
         label=label,
         what=detector_label(detector.name, detector.settings, detector.release),

@@ -19,7 +19,7 @@ from replay.auditing.fault import MISS_KINDS
 from replay.auditing.matching import EpisodeMatches
 from replay.auditing.noisy_contacts import HOLDS
 from replay.auditing.outcome import Comparison, Outcome, counts_by_pair
-from replay.auditing.sampling_offsets import OffsetCounts, spread
+from replay.auditing.sampling_offsets import OffsetCounts, count_spread
 from replay.auditing.wilson import Proportion, pooled_proportion, proportion, proportion_of_clusters
 from replay.document.audit import (
     NOT_EXAMINED,
@@ -87,14 +87,14 @@ def audit_of_detector(result: RunResult, label: str) -> DetectorAudit:
 def _pair_frames(comparison: Comparison) -> PairFrames:
     """Return pair-frames by outcome."""
     return PairFrames(
-        neither=comparison.count(Outcome.NEITHER),
-        both=comparison.count(Outcome.BOTH),
-        missed=comparison.count(Outcome.MISSED),
-        false_contact=comparison.count(Outcome.FALSE_CONTACT),
-        within_tolerance=comparison.count(Outcome.WITHIN_TOLERANCE),
-        between_frames=comparison.count(Outcome.BETWEEN_FRAMES),
-        left_out=comparison.count(Outcome.LEFT_OUT),
-        grasped=comparison.count(Outcome.GRASPED),
+        neither=comparison.pair_frames_of(Outcome.NEITHER),
+        both=comparison.pair_frames_of(Outcome.BOTH),
+        missed=comparison.pair_frames_of(Outcome.MISSED),
+        false_contact=comparison.pair_frames_of(Outcome.FALSE_CONTACT),
+        within_tolerance=comparison.pair_frames_of(Outcome.WITHIN_TOLERANCE),
+        between_frames=comparison.pair_frames_of(Outcome.BETWEEN_FRAMES),
+        left_out=comparison.pair_frames_of(Outcome.LEFT_OUT),
+        grasped=comparison.pair_frames_of(Outcome.GRASPED),
     )
 
 
@@ -114,7 +114,7 @@ def _noise_proof(result: RunResult, contacts: ContactCounts, offsets: OffsetCoun
     noise_labels = result.noise.labels
     holds_in_noise = np.array([noise_labels[number - 1] == HOLDS for number in contacts.numbers.tolist()], np.bool_)
     firm_counts = contacts.selected(holds_in_noise)
-    firm_offsets = None if offsets is None else offsets.only(holds_in_noise)
+    firm_offsets = None if offsets is None else offsets.selected(holds_in_noise)
     return NoiseProofAudit(
         contacts=firm_counts.contacts,
         contacts_missed=firm_counts.missed,
@@ -128,8 +128,8 @@ def _counts_over_offsets(contacts: ContactCounts, offsets: OffsetCounts | None) 
     """Return smallest, largest and mean counts over the sampling offsets; of a detector of no rate all are the same."""
     if offsets is None:
         ranges = {
-            "contacts_missed": spread([contacts.missed]),
-            "contacts_in_part": spread([contacts.late_or_cut_short]),
+            "contacts_missed": count_spread([contacts.missed]),
+            "contacts_in_part": count_spread([contacts.late_or_cut_short]),
         }
     else:
         ranges = offsets.spreads()
@@ -294,7 +294,7 @@ def _between_frames(result: RunResult, label: str) -> int | Literal["not examine
     """Pair-frames of contact that only the motion between frames shows, if a detector decides there."""
     if "intervals" not in (result.detections[label].covers, result.detections[result.oracle].covers):
         return NOT_EXAMINED
-    return result.comparisons[label].count(Outcome.BETWEEN_FRAMES)
+    return result.comparisons[label].pair_frames_of(Outcome.BETWEEN_FRAMES)
 
 
 MOST_REASONS: Final = 3

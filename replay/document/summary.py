@@ -18,7 +18,7 @@ from replay.auditing.outcome import counts_by_pair
 from replay.auditing.sampling_offsets import OffsetCounts
 from replay.auditing.wilson import OVER_CONTACTS
 from replay.detection.run_detector import Run
-from replay.detection.sample_times import quantiles, sampled_frames
+from replay.detection.sample_times import sample_quantiles, sampled_frames
 from replay.document.cost import BUDGET_MS
 from replay.document.detector import DetectorRecord, DetectorTimes, LongestStage, Quantiles, SampleTimes
 from replay.document.file_hash import file_hash
@@ -264,7 +264,7 @@ def sample_times(detection: Detection, rate_hz: float | None) -> SampleTimes | N
 
 
 def _quantiles(seconds: FloatArray) -> Quantiles:
-    return msgspec.convert(quantiles(seconds), Quantiles)
+    return msgspec.convert(sample_quantiles(seconds), Quantiles)
 
 
 def frame_seconds(detection: Detection) -> FloatArray | None:

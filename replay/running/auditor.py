@@ -81,7 +81,7 @@ def audit(
             check_target(folder, force=options.get("force", False))
     results = [run(session, out=folder, **options) for session, folder in zip(several, folders, strict=True)]
     pooled = pooled_audits(result.document.audit for result in results)
-    broken = limits.broken(pooled, times_of(result.document for result in results))
+    broken = limits.broken_limits(pooled, times_of(result.document for result in results))
     return AuditResult(tuple(results), pooled, tuple(broken))
 
 

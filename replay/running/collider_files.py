@@ -49,7 +49,7 @@ from replay.auditing.tolerance import Reference
 from replay.cutting.convex_solids import MOST_TRIANGLES
 from replay.cutting.methods import METHODS
 from replay.cutting.piece_store import Cut, convex_pieces, cut_ahead
-from replay.detection.detector_spec import TRUSTED, parse_detector
+from replay.detection.detector_spec import TRUSTED_DETECTOR, parse_detector
 from replay.detection.progress import Progress, Silent
 from replay.document.run_result import RunResult
 from replay.engine import prepare
@@ -246,7 +246,7 @@ def fix_colliders(
     with progress.stage("Finding the contacts", 1) as advance:
         scoring = Scoring(
             prepared.assembly,
-            parse_detector(TRUSTED),
+            parse_detector(TRUSTED_DETECTOR),
             options.get("seed", 0),
             options.get("tau", TWO_MICROMETRES),
             prepared.repaired.session,

@@ -7,7 +7,7 @@ from msgspec.structs import asdict
 from support.small_worlds import TWO_BUMPS, cube, cubes
 
 from cdcore.errors import CollisionCoreError
-from replay.detection.detector_spec import TRUSTED
+from replay.detection.detector_spec import TRUSTED_DETECTOR
 from replay.engine import compute
 from replay.errors import DetectorSpecError
 from replay.settings import RunSettings, line_up
@@ -29,7 +29,7 @@ def chosen(detectors=None, oracle=None, session=None, **more):
 
 def test_an_oracle_is_a_label_a_detector_none_or_exact():
     lineup = chosen("slow=discrete[rate_hz=5]")
-    assert [spec.label for spec in lineup.specs] == ["slow", TRUSTED] and lineup.oracle == TRUSTED
+    assert [spec.label for spec in lineup.specs] == ["slow", TRUSTED_DETECTOR] and lineup.oracle == TRUSTED_DETECTOR
     assert chosen(()).specs == () and chosen((), "hybrid").oracle == ""
     assert chosen("a=sphere,b=hybrid", "b").oracle == "b"
     assert chosen("a=sphere,b=hybrid", "hybrid").oracle == "b"

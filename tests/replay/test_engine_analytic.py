@@ -5,7 +5,7 @@ from support.second_opinions import predicted
 from support.small_worlds import ANALYTIC, make_analytic
 
 from cdcore.protocol import counts_as_contact
-from replay.detection.detector_spec import TRUSTED as ORACLE
+from replay.detection.detector_spec import TRUSTED_DETECTOR as ORACLE
 from replay.engine import compute
 from sessions.synthetic.truth import CLEAR, PRESENT
 

@@ -19,7 +19,7 @@ from replay.document.answer import Fix, FixFigures
 from replay.document.before_after import change_text, errors_of_rank
 from replay.document.decision import SHIP_COMMAND
 from replay.document.detector import DetectorRecord, DetectorTimes, LongestStage, SampleTimes
-from replay.document.diagnosis import answers
+from replay.document.diagnosis import answers_of_run
 from replay.document.ranking import ranking
 from replay.document.run_document import RunDocument
 from replay.document.run_result import Tradeoff
@@ -336,7 +336,7 @@ def with_steady_times(result, mean=4e-5):
     result = replace(result, phases=phases)
     ranks = ranking(document) if result.ranking else ()
     fix = result.answers[0].fix if result.answers else None
-    steady_answers = answers(result, document, ranks)
+    steady_answers = answers_of_run(result, document, ranks)
     document = structs.replace(document, answers=steady_answers)
     detections = {label: replace(item, seconds=stages(item.seconds)) for label, item in result.detections.items()}
     result = replace(result, document=document, ranking=ranks, answers=steady_answers, detections=detections)

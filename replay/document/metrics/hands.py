@@ -76,7 +76,7 @@ def fixed_bodies(assembly: Assembly) -> set[int]:
     return set(np.flatnonzero((assembly.origin == PoseOrigin.FIXED).all(axis=0)).tolist())
 
 
-def activities(session: Session, interval_kind: str, stamps: IntArray) -> list[str | None]:
+def activities_at(session: Session, interval_kind: str, stamps: IntArray) -> list[str | None]:
     """The span of a kind, ``task`` or ``stage``, that each stamp lies in: its name; of several, the one begun last."""
     names_at_stamps = np.full(len(stamps), None, dtype=object)
     for named_interval in _intervals_of_kind(session, interval_kind):

@@ -45,8 +45,8 @@ class _Grasping:
 
     hands: Mapping[int, str]
     grasps: tuple[Grasp, ...] | None
-    fixed: set[int]
-    close: tuple[NearMiss, ...]
+    fixed_bodies: set[int]
+    near_misses: tuple[NearMiss, ...]
 
 
 def metric_rows(result: RunResult) -> list[dict[str, Any]]:
@@ -142,12 +142,12 @@ def _row_of_detector(result: RunResult, label: str, grasping: _Grasping, minutes
     unintended = [
         episode
         for episode in not_grasped
-        if not is_intended(episode, assembly.pairs, grasping.fixed, grasping.hands, grasping.grasps or ())
+        if not is_intended(episode, assembly.pairs, grasping.fixed_bodies, grasping.hands, grasping.grasps or ())
     ]
     spans = np.array(
         [(episode.pair, episode.start, episode.end) for episode in detector_episodes], dtype=np.float64
     ).reshape(-1, 3)
-    close_spans = without_contact(grasping.close, spans)
+    close_spans = without_contact(grasping.near_misses, spans)
     return {
         "settings": settings_digest(result, label),
         "detector": label,
@@ -189,7 +189,7 @@ def recall(result: RunResult, label: str) -> float | None:
     comparison = result.comparisons.get(label)
     if comparison is None:
         return None
-    both_frames, missed_frames = comparison.count(Outcome.BOTH), comparison.count(Outcome.MISSED)
+    both_frames, missed_frames = comparison.pair_frames_of(Outcome.BOTH), comparison.pair_frames_of(Outcome.MISSED)
     return both_frames / (both_frames + missed_frames) if both_frames + missed_frames else None
 
 

@@ -6,8 +6,8 @@ from dataclasses import replace
 from typing import Final
 
 from replay import words
-from replay.auditing.misses import MANY
-from replay.document.cost import TIMES_ARE, busy_text, cost
+from replay.auditing.misses import FEWEST_LISTED_SHORT
+from replay.document.cost import TIMES_ARE, busy_text, cost_sentence
 from replay.document.ranking import ranks_with_fixes
 from replay.document.run_result import RunResult
 from replay.document.summary import CAVEAT
@@ -79,7 +79,7 @@ def accuracy_text(result: RunResult) -> str:
     notes = [*filter(None, [TIMES_ARE, busy_text(result.document)])]
     return render_template(
         f"{FOLDER}/accuracy.md",
-        cost=cost(result.document),
+        cost=cost_sentence(result.document),
         notes=notes,
         tradeoff=result.tradeoff,
         answers=result.answers,
@@ -140,7 +140,7 @@ def session_text(result: RunResult) -> str:
         replayed=replayed_sentence(result),
         doubts=section_of(result, SectionName.SESSION).sentences,
         caveat=CAVEAT,
-        happened=event_lines(result.effects, MANY),
+        happened=event_lines(result.effects, FEWEST_LISTED_SHORT),
         nothing=NOT_COMPUTED,
         tables=_tables(result, SectionName.TIMES, SectionName.SESSION, SectionName.EFFECTS),
     )

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from cdcore.numerics import FloatArray
-from replay.detection.detector_spec import TRUSTED
+from replay.detection.detector_spec import TRUSTED_DETECTOR
 from replay.errors import StudyError
 from replay.studies.class_study.codebook import Codebook
 from replay.studies.class_study.groups import GroupDifference, compare_groups
@@ -164,7 +164,9 @@ def analyse(
     _check_names(codebook, metrics)
     analyses = {name: _Analysis(codebook, answers, rows, seed) for name, rows in metrics.groupby(DETECTOR, sort=False)}
     # Who misses nothing may still report false contacts; the reference does neither.
-    chosen_detector = detector or max(analyses, key=lambda name: (analyses[name].recall or 0.0, name == TRUSTED))
+    chosen_detector = detector or max(
+        analyses, key=lambda name: (analyses[name].recall or 0.0, name == TRUSTED_DETECTOR)
+    )
     if chosen_detector not in analyses:
         raise StudyError(f"no metrics of detector {detector!r}; there are: {', '.join(analyses)}")
     study = analyses.pop(chosen_detector)

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from cdcore.numerics import FloatArray
-from replay.auditing.wilson import wilson
+from replay.auditing.wilson import wilson_interval
 from sessions.synthetic.rng import random_stream
 
 BOOTSTRAPS: Final = 2000
@@ -100,7 +100,7 @@ class Resampling:
         estimate = float(top.sum() / base.sum())
         if np.all(top == 0.0) or np.array_equal(top, base):
             # All or nothing looks alike in every draw; each student then counts as one who did or did not.
-            return Estimate(estimate, *wilson(estimate * students, students), students)
+            return Estimate(estimate, *wilson_interval(estimate * students, students), students)
         weights = self._weights[:, counted_rows]
         with np.errstate(invalid="ignore", divide="ignore"):
             bootstrap_estimates = (weights @ top) / (weights @ base)

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any, Final
 
 from replay import words
-from replay.detection.detector_spec import TRUSTED
+from replay.detection.detector_spec import TRUSTED_DETECTOR
 from replay.document.tables import STRONG, Cell, Column, Marked, Table
 from replay.studies.class_study.analysis import Sensitivity, Study
 from replay.studies.class_study.refusals import count_text
@@ -137,7 +137,7 @@ def _capital(name: str) -> str:
 def source_sentence(study: Study) -> str:
     """Sentence on the students, sessions, detector and its recall behind the study."""
     source = f"contacts from {study.detector}, whose recall was not measured"
-    if study.detector == TRUSTED:
+    if study.detector == TRUSTED_DETECTOR:
         source = f"contacts from the reference ({study.detector})"
     elif study.recall is not None:
         source = f"contacts from {study.detector}, which finds {words.as_percentage(study.recall)} of contact frames"

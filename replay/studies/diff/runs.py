@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from replay.auditing.matching import partners
+from replay.auditing.matching import matching_numbers
 from replay.auditing.outcome import Episode
 from replay.document.coding import plain_of
 from replay.document.contact import ContactRecord
@@ -138,7 +138,7 @@ def _detector(labels: Labels, runs: Sequence[RunFolder]) -> DetectorDiff:
     detectors = [run.document.detectors[label] for run, label in zip(runs, labels, strict=True)]
     before, after = (run.contacts[label] for run, label in zip(runs, labels, strict=True))
     number = {name: k for k, name in enumerate(dict.fromkeys(map(_pair, (*before, *after))))}
-    matched_pairs = partners(
+    matched_pairs = matching_numbers(
         *([_episode(number[_pair(contact)], contact) for contact in contacts] for contacts in (before, after))
     )
     common_contacts = [(before[i - 1], after[j - 1]) for i, j in matched_pairs]

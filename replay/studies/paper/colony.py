@@ -8,7 +8,7 @@ import numpy as np
 
 from cdcore import Body, Motion, Verdict, create_detector
 from cdcore.search.search_settings import EQUATIONS
-from replay.auditing.wilson import wilson
+from replay.auditing.wilson import wilson_interval
 from replay.document.tables import Table
 from replay.show.paper_table import Cell, paper_table
 from replay.studies.paper.fixtures import FAMILY_NAMES, SeparationPaths, fixture
@@ -145,7 +145,7 @@ def _rate(poses: NearPoses, answers: DetectionCounts) -> tuple[Cell, ...]:
     """Columns ``MEASURED``, then free poses, and free poses that any seed reported."""
     colliding = len(poses.colliding)
     mean = sum(answers.hits) / len(answers.hits)
-    interval = wilson(round(mean), colliding)
+    interval = wilson_interval(round(mean), colliding)
     extremes = min(answers.hits), max(answers.hits)
     return (colliding, mean, *extremes, mean / colliding, *interval, len(poses.free), max(answers.false))
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from cdcore import Verdict, create_detector
 from cdcore.search.features import features_of, sample_of
-from replay.auditing.wilson import wilson
+from replay.auditing.wilson import wilson_interval
 from replay.document.tables import Table
 from replay.show.paper_table import Cell, paper_table
 from replay.studies.paper.colony import BUDGET, near_poses
@@ -98,7 +98,7 @@ def _coverage(families: Sequence[SampleSearches]) -> Table:
                     pose_count,
                     missed_count,
                     missed_count / pose_count,
-                    *wilson(missed_count, pose_count),
+                    *wilson_interval(missed_count, pose_count),
                 )
             )
     head = ("family", "faces sampled", "poses", "coverage misses", "rate", "low", "high")
@@ -117,7 +117,11 @@ def _search(families: Sequence[SampleSearches]) -> Table:
                 spent, pose_count = searches.spent[searcher, size], len(searches.meeting_counts[size])
                 missed_count = sum(hit is None or hit > BUDGET for hit in spent)
                 evaluations_of_covered = least_evaluations(spent, len(spent)) if len(spent) >= LEAST_COVERED else None
-                rate = (missed_count / len(spent), *wilson(missed_count, len(spent))) if spent else (None, None, None)
+                rate = (
+                    (missed_count / len(spent), *wilson_interval(missed_count, len(spent)))
+                    if spent
+                    else (None, None, None)
+                )
                 success_rate = (len(spent) - missed_count) / pose_count
                 evaluations_of_all = least_evaluations(spent, pose_count)
                 rows.append(

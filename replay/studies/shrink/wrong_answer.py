@@ -21,7 +21,7 @@ from replay import words
 from replay.auditing.fault import Fault
 from replay.auditing.sampling_offsets import OFFSET_SETTING
 from replay.detection.detector_spec import parse_detector
-from replay.detection.recorded import RECORDED
+from replay.detection.recorded import RECORDED_DETECTOR
 from replay.engine import prepare
 from replay.errors import RunFolderError, ShrinkError
 from replay.prepare.assembly import Assembly
@@ -98,7 +98,7 @@ def fault_of_run(
             f"{run.path} was made with {detector.name}, a class of somebody's own code; "
             f"to import and run it, add --detector {label}={detector.name}"
         )
-    if detector.name == RECORDED:
+    if detector.name == RECORDED_DETECTOR:
         raise ShrinkError(f"{label} is what an engine reported while it ran; it cannot run on less")
     if detector.settings.get("shape") == "shipped":
         raise ShrinkError(

@@ -41,8 +41,8 @@ def test_misses_have_the_depth_of_their_own_frames(audited):
 def test_gate_refuses_misses_that_are_deeper(audited):
     audit = audited.document.audit
     deepest = audit["slow"].missed_depth.deepest
-    assert Gates(max_missed_depth=deepest * 1.001).broken(audit, []) == []
-    (sentence,) = Gates(max_missed_depth=deepest * 0.999).broken(audit, [])
+    assert Gates(max_missed_depth=deepest * 1.001).broken_limits(audit, []) == []
+    (sentence,) = Gates(max_missed_depth=deepest * 0.999).broken_limits(audit, [])
     assert sentence.startswith(f"slow missed contact that is {1e3 * deepest:g} mm deep, more than --max-missed-depth")
 
 
@@ -53,7 +53,7 @@ def test_open_bodies_make_the_gate_fail_with_the_reason():
     misses = result.misses["slow"]
     assert misses and all(np.isnan(miss.depth) and miss.not_measured == "b is open" for miss in misses)
     assert all(miss.metres > 0 for miss in misses)
-    (sentence,) = Gates(max_missed_depth=1.0).broken(result.document.audit, [])
+    (sentence,) = Gates(max_missed_depth=1.0).broken_limits(result.document.audit, [])
     assert "the depth of misses of slow is unknown: b is open" in sentence
 
 
@@ -105,7 +105,7 @@ def test_depth_is_at_least_where_frames_were_left_out(monkeypatch):
     (miss,) = result.misses["slow"]
     assert miss.depth_at_least and miss.depth * 1.001 >= 0.1
     assert miss_table(result, "slow").notes == ("At least so deep: not every frame of a miss was searched.",)
-    (sentence,) = Gates(max_missed_depth=1.0).broken(result.document.audit, [])
+    (sentence,) = Gates(max_missed_depth=1.0).broken_limits(result.document.audit, [])
     assert "cannot be checked: not every frame of 1 miss of slow was searched" in sentence
     assert "at least" in report_html(result)
 

@@ -120,7 +120,7 @@ def test_band_prolongs_as_a_plain_loop_does(seed):
         p=[0.5, 0.15, 0.1, 0.05, 0.2],
     )
     near, sampled = rng.random((60, 3)) < 0.7, rng.random(60) < 0.8
-    lasting = ReleaseBand(near).lasting(verdict[sampled], sampled)
+    lasting = ReleaseBand(near).prolonged_verdicts(verdict[sampled], sampled)
     expected = verdict[sampled].copy()
     for column in range(3):
         on = False

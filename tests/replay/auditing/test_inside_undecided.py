@@ -83,7 +83,7 @@ def test_no_detector_is_blamed_inside_a_damaged_block(name):
 def test_frames_that_are_not_counted_break_no_gate():
     run = audited(BLOCKS["lacks a side"])
     assert run.document.audit["hull"].reference_undecided > 0
-    assert Gates(max_missed=0.0, max_false=0.0).broken(run.document.audit, []) == []
+    assert Gates(max_missed=0.0, max_false=0.0).broken_limits(run.document.audit, []) == []
 
 
 def test_a_hollow_needs_a_reference_that_knows_the_side():

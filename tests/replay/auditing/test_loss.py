@@ -10,7 +10,7 @@ import pytest
 from cdcore import Detection, Verdict
 from replay.auditing.compare import compare
 from replay.auditing.episodes import episodes
-from replay.auditing.loss import loss, lost
+from replay.auditing.loss import loss, lost_contact
 from replay.auditing.sampling_offsets import offset_counts
 from replay.auditing.wilson import proportion
 
@@ -99,7 +99,7 @@ def test_more_samples_rank_no_worse_than_chance_allows():
 )
 def test_a_loss_adds_contacts_missed_time_missed_and_time_false(missed, time_missed, time_false, undecided, total):
     assert loss(missed, time_missed, time_false, undecided) == pytest.approx(total)
-    assert lost(missed, time_missed, undecided) <= total
+    assert lost_contact(missed, time_missed, undecided) <= total
 
 
 def test_a_missed_tap_outweighs_missed_frames_of_long_contacts():

@@ -95,7 +95,7 @@ def test_tables_and_gates_count_what_holds(tmp_path):
     assert "With tracker noise: holds." in (tmp_path / "run" / "report.html").read_text()
     figures = result.document.audit["slow"]
     assert figures.contacts_missed == 3 and figures.noise_proof.contacts == figures.noise_proof.contacts_missed == 1
-    (text, *_) = Gates(max_missed=0.5).broken(result.document.audit, [])
+    (text, *_) = Gates(max_missed=0.5).broken_limits(result.document.audit, [])
     assert "slow missed" in text and " of 1" in text and text.endswith("counted is what holds in spite of the noise")
 
 

@@ -7,7 +7,7 @@ import pytest
 from rich.console import Console
 from support import planted_detectors
 
-from replay.auditing.wilson import wilson
+from replay.auditing.wilson import wilson_interval
 from replay.cli.run_tables import run_tables
 from replay.engine import compute
 from sessions.doctor.runs import runs
@@ -57,10 +57,10 @@ def test_what_was_planted_is_what_is_counted(plate, fault):
         (answer.missed_proportion, pieces.count(0), len(contacts)),
         (answer.false_proportion, alone, len(reports)),
     ):
-        assert not of or (piece.value, piece.lower, piece.upper) == (count / of, *wilson(count, of))
+        assert not of or (piece.value, piece.lower, piece.upper) == (count / of, *wilson_interval(count, of))
     if fault == "Dropping":
         counts = int((truth & ~reported).sum()), int(truth.sum())
-        assert (figures.time_missed.lower, figures.time_missed.upper) == wilson(*counts)
+        assert (figures.time_missed.lower, figures.time_missed.upper) == wilson_interval(*counts)
     if fault == "Late":
         errors = np.array([(item.onset_error, item.duration_error) for item in result.matches["it"].matched])
         assert errors == pytest.approx(np.tile([3 / 90, 0.0], (len(contacts), 1)), abs=1e-7)

@@ -39,10 +39,13 @@ def test_displayed_counts_are_those_of_an_offset_nearest_the_mean(detector, seed
     number = int(np.flatnonzero(offsets.seconds == displayed)[0])
     assert len(offsets.seconds) == PHASES
     # What the run shows and what was counted at that offset are the same frames.
-    assert np.array_equal(result.counts["slow"].frames_by_outcome, offsets.frames[number])
+    assert np.array_equal(result.counts["slow"].frames_by_outcome, offsets.frames_by_outcome[number])
     assert audit.false_contact.value == pytest.approx(offsets.false_fractions[number])
     (answer,), rank = result.answers, result.ranking[0]
-    missed, never = offsets.frames.sum(axis=1)[:, Outcome.MISSED], offsets.faults["contacts_missed"].sum(axis=1)
+    missed, never = (
+        offsets.frames_by_outcome.sum(axis=1)[:, Outcome.MISSED],
+        offsets.faults["contacts_missed"].sum(axis=1),
+    )
     away = np.abs([counts - counts.mean() for counts in (missed, never, offsets.false_fractions)])
     shows = offsets.false_fractions > 0 if rank.leads_false else missed > 0
     assert shows[number] or not shows.any()

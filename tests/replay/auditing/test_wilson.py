@@ -2,17 +2,17 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest
 
-from replay.auditing.wilson import Proportion, pooled_proportion, proportion, proportion_of_clusters, wilson
+from replay.auditing.wilson import Proportion, pooled_proportion, proportion, proportion_of_clusters, wilson_interval
 
 
 @pytest.mark.parametrize(("count", "of"), [(0, 5), (5, 5), (1, 7), (865, 1000), (3, 100_000)])
 def test_interval_equals_scipys(count, of):
     expected = binomtest(count, of).proportion_ci(0.95, method="wilson")
-    assert wilson(count, of) == pytest.approx((expected.low, expected.high), abs=1e-12)
+    assert wilson_interval(count, of) == pytest.approx((expected.low, expected.high), abs=1e-12)
 
 
 def test_nothing_counted_leaves_everything_open():
-    assert wilson(0, 0) == (0.0, 1.0)
+    assert wilson_interval(0, 0) == (0.0, 1.0)
     assert proportion(0, 0) == Proportion(count=0, of=0, value=None, lower=0.0, upper=1.0)
 
 
@@ -23,24 +23,24 @@ def ends(part):
 @pytest.mark.parametrize("frames", [1, 40])
 def test_interval_of_equal_answers_counts_contacts_not_frames(frames):
     none, whole = proportion_of_clusters([0] * 18, [frames] * 18), proportion_of_clusters([frames] * 18, [frames] * 18)
-    assert ends(none) == wilson(0, 18) == (0.0, pytest.approx(0.176, abs=5e-4))
-    assert ends(whole) == wilson(18, 18) and (none.count, none.of, none.clusters) == (0, 18 * frames, 18)
-    assert ends(proportion_of_clusters([0] * 19, [frames] * 18 + [0])) == wilson(0, 18)
+    assert ends(none) == wilson_interval(0, 18) == (0.0, pytest.approx(0.176, abs=5e-4))
+    assert ends(whole) == wilson_interval(18, 18) and (none.count, none.of, none.clusters) == (0, 18 * frames, 18)
+    assert ends(proportion_of_clusters([0] * 19, [frames] * 18 + [0])) == wilson_interval(0, 18)
 
 
 def test_equal_fractions_in_every_contact_count_as_independent_frames():
-    assert ends(proportion_of_clusters([3, 6, 9], [30, 60, 90])) == pytest.approx(wilson(18, 180), abs=1e-9)
+    assert ends(proportion_of_clusters([3, 6, 9], [30, 60, 90])) == pytest.approx(wilson_interval(18, 180), abs=1e-9)
 
 
 def test_contacts_lost_whole_say_no_more_than_their_number():
     lower, upper = ends(proportion_of_clusters([10] * 3 + [0] * 17, [10] * 20))
-    few_lower, few_upper = wilson(3, 20)
+    few_lower, few_upper = wilson_interval(3, 20)
     assert lower < few_lower and few_upper < upper < few_upper + 0.05
 
 
 def test_single_or_dominating_contact_counts_as_a_single_draw():
-    assert ends(proportion_of_clusters([5], [10])) == wilson(0.5, 1)
-    assert ends(proportion_of_clusters([500, 0], [1000, 1])) == pytest.approx(wilson(0.5, 1), abs=1e-3)
+    assert ends(proportion_of_clusters([5], [10])) == wilson_interval(0.5, 1)
+    assert ends(proportion_of_clusters([500, 0], [1000, 1])) == pytest.approx(wilson_interval(0.5, 1), abs=1e-3)
 
 
 def test_face_pairs_of_an_hour_do_not_overflow():

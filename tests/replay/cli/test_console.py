@@ -6,7 +6,7 @@ from support.processes import Watched
 from support.small_worlds import cubes
 
 from replay import run
-from replay.cli.console import People, TerminalProgress, pace, progress_counter
+from replay.cli.console import People, TerminalProgress, progress_counter, progress_text
 
 
 def test_people_are_spoken_to_on_stderr_unless_quiet(capsys):
@@ -24,11 +24,15 @@ def test_broken_gate_is_named_in_quiet_mode(capsys):
 
 
 def test_stage_prints_fraction_time_left_and_final_time():
-    assert [pace(0.2, 3.0), pace(1.0, 14.2), pace(0.0, 5.0)] == [" 20 %  12 s left", "100 %  14 s", "5 s so far"]
+    assert [progress_text(0.2, 3.0), progress_text(1.0, 14.2), progress_text(0.0, 5.0)] == [
+        " 20 %  12 s left",
+        "100 %  14 s",
+        "5 s so far",
+    ]
 
 
 def test_without_a_terminal_only_long_stages_print_lines(capsys):
-    progress = TerminalProgress(People(), every=0.05)
+    progress = TerminalProgress(People(), report_interval=0.05)
     with progress.stage("Short", 10) as advance:
         advance(10)
     assert capsys.readouterr().err == ""
@@ -38,7 +42,7 @@ def test_without_a_terminal_only_long_stages_print_lines(capsys):
         advance(5)
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 2 and lines[0].startswith("Long:  50 %  ") and lines[1].startswith("Long: 100 %  0 s")
-    with TerminalProgress(People(quiet=True), every=0.0).stage("Long") as advance:
+    with TerminalProgress(People(quiet=True), report_interval=0.0).stage("Long") as advance:
         advance(1)
     assert capsys.readouterr().err == ""
 

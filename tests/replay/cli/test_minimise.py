@@ -7,7 +7,7 @@ from mcap.reader import make_reader
 from support.small_worlds import STEP_NS, cube
 
 from replay.cli.main import main
-from replay.cli.minimise import LIMIT
+from replay.cli.minimise import LIMIT_SENTENCE
 from replay.engine import compute
 from sessions import (
     Event,
@@ -102,9 +102,9 @@ def test_no_serial_name_or_path_is_in_any_output(recording, tmp_path, capsys, fo
     assert "anonym" not in (output.out + output.err).lower()
     if form == "json":
         plain = json.loads(output.out)
-        assert plain["limit"] == LIMIT and "1 of 1 effect" in plain["kept"]
+        assert plain["limit"] == LIMIT_SENTENCE and "1 of 1 effect" in plain["kept"]
     else:
-        assert "1 interval" in output.out and " ".join(output.out.split()).endswith(LIMIT)
+        assert "1 interval" in output.out and " ".join(output.out.split()).endswith(LIMIT_SENTENCE)
 
 
 def test_minimised_recording_keeps_poses_meshes_contacts_and_starts_in_2000(recording, tmp_path):

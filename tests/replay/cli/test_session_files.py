@@ -3,7 +3,7 @@
 import click
 import pytest
 
-from replay.cli.session_files import session_files, several
+from replay.cli.session_files import are_several, session_files
 from replay.errors import PlaceError
 
 
@@ -20,7 +20,7 @@ def test_list_resolves_files_from_its_folder_and_skips_comments(folder, monkeypa
     monkeypatch.chdir("/")
     assert session_files([listed]) == [folder / name for name in ("b.mcap", "a.mcap", "a.mcap")]
     assert session_files([folder, folder / "b.mcap"]) == [folder / name for name in ("a.mcap", "b.mcap", "b.mcap")]
-    assert several([listed]) and several([folder]) and not several([folder / "a.mcap"])
+    assert are_several([listed]) and are_several([folder]) and not are_several([folder / "a.mcap"])
 
 
 def test_unreachable_store_in_a_list_is_one_clear_error(folder, monkeypatch):

@@ -15,7 +15,7 @@ from support.small_worlds import cubes
 from replay.cli import console as console_module
 from replay.cli.main import main
 from replay.cli.many_sessions import session_table
-from replay.cli.terminal import Command, Paragraph, line, terminal
+from replay.cli.terminal import Command, Paragraph, line, stacked
 from replay.document.tables import markdown, table
 from replay.running import advisor
 from replay.running.batch import SessionOfBatch
@@ -93,12 +93,12 @@ SNAPSHOT = table(
 )
 
 
-@pytest.mark.parametrize(("columns", "widest"), [(None, console_module.PIPED), ("60", 60), ("140", 140)])
+@pytest.mark.parametrize(("columns", "widest"), [(None, console_module.PIPED_WIDTH), ("60", 60), ("140", 140)])
 def test_piped_output_follows_columns_without_trailing_spaces(monkeypatch, capsys, columns, widest):
     monkeypatch.delenv("COLUMNS")
     if columns:
         monkeypatch.setenv("COLUMNS", columns)
-    console_module.answer(False, None, lambda: terminal(line("word " * 80), SNAPSHOT))
+    console_module.answer(False, None, lambda: stacked(line("word " * 80), SNAPSHOT))
     lines = capsys.readouterr().out.splitlines()
     assert widest - 5 <= max(map(len, lines)) <= widest
     assert not [text for text in lines if text != text.rstrip()]

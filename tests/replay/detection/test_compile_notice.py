@@ -72,7 +72,7 @@ def test_notice_is_silent_without_compiling_and_afterwards(started):
 
 def test_beside_who_compares_clocks_no_process_compiles(started):
     heard = Heard()
-    with compiling_announced(heard, alone=True):
+    with compiling_announced(heard, is_alone=True):
         fresh_kernel("cdcore.narrow.bvh.traverse")(1)
     assert started == [] and heard.sentences[-1].startswith("Compiled in ")
 

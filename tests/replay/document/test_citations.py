@@ -8,7 +8,7 @@ from support.small_worlds import TWO_BUMPS, cubes
 
 from cdcore.detectors.detector_table import DETECTORS, OPTIONAL, load_detector
 from replay.cli.main import main
-from replay.detection.recorded import RECORDED
+from replay.detection.recorded import RECORDED_DETECTOR
 from replay.document.citations import citations, sources_behind
 from replay.effects import load_effect
 from sessions import write_session
@@ -27,7 +27,7 @@ def test_an_outside_detector_without_sources_names_none(monkeypatch):
     assert sources_behind(["sphere"])["detector sphere"] == ("names no sources",)
 
 
-@pytest.mark.parametrize("name", [*DETECTORS, *OPTIONAL, RECORDED])
+@pytest.mark.parametrize("name", [*DETECTORS, *OPTIONAL, RECORDED_DETECTOR])
 def test_every_detector_of_a_run_can_be_cited(name):
     assert sources_behind([name])[f"detector {name}"]
 
@@ -36,7 +36,7 @@ def test_a_verbose_run_cites_the_reports_of_an_engine(tmp_path, capsys):
     reports = (LiveContact(40_000_000, "a", "b", "enter"), LiveContact(50_000_000, "a", "b", "exit"))
     write_session(replace(cubes(TWO_BUMPS), live_contacts=reports), tmp_path / "s.mcap")
     assert main(["run", str(tmp_path / "s.mcap"), "--detectors", "recorded", "-v"]) == 0
-    assert f"detector {RECORDED}" in capsys.readouterr().out
+    assert f"detector {RECORDED_DETECTOR}" in capsys.readouterr().out
 
 
 def test_the_text_puts_sources_below_what_they_are_of():

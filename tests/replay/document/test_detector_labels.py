@@ -33,7 +33,7 @@ def test_every_sentence_holds_in_every_state(state):
     session = framed(np.arange(len(lost)) * STEP_NS, lost)
     # A letter more than there are frames: a detector of equal settings would be the reference itself.
     run = compute(session, detectors="it=" + scripted(subject + "n"), oracle="exact=" + scripted(oracle))
-    said = headline.undecided_lines(run) + LIMITS.broken(run.document.audit, [])
+    said = headline.undecided_lines(run) + LIMITS.broken_limits(run.document.audit, [])
     assert said == told["sentences"]
 
 

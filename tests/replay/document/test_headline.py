@@ -10,7 +10,7 @@ from support.small_worlds import TWO_BUMPS, cubes, jumping
 
 from replay.document.audit import GraspedCounts
 from replay.document.cost import NO_SLOWEST, TIMES_ARE
-from replay.document.diagnosis import answers
+from replay.document.diagnosis import answers_of_run
 from replay.document.headline import compound_lines, grasped_notes, price_reason
 from replay.document.ranking import Rank
 from replay.engine import compute
@@ -78,7 +78,7 @@ def test_number_of_pieces_of_a_compound_is_printed(counts, lines):
 
 def test_an_unmeasured_fix_is_a_command_with_the_other_settings():
     run = compute(cubes(TWO_BUMPS), detectors="slow=collider[shape=mesh,rate_hz=20]")
-    (answer,) = answers(replace(run, phases={}), run.document, run.ranking)
+    (answer,) = answers_of_run(replace(run, phases={}), run.document, run.ranking)
     assert not answer.fix.measured and answer.fix.command.endswith(' --detectors "collider[shape=mesh]"')
     assert (answer.moment.frame, answer.moment.seconds) == (4, 0.04)
 

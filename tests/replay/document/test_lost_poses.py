@@ -39,7 +39,7 @@ def test_touch_with_two_lost_segments_is_a_single_contact():
     both = [(3, 9, 5, 2, 2), (12, 12, 1, 0, 0)]
     assert reported == tuple((label, *item) for label in ("hybrid", "exact") for item in both)
     # A frame that nobody could see is no frame of contact left undecided.
-    assert Gates(max_missed=0.0).broken(result.document.audit, []) == []
+    assert Gates(max_missed=0.0).broken_limits(result.document.audit, []) == []
 
 
 def test_lost_poses_that_hide_every_contact_are_reported_first():

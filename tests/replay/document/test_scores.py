@@ -4,7 +4,7 @@ from support.report_states import MATCHING, audit_of, zeros
 from support.small_worlds import TWO_BUMPS, cubes
 
 from replay.auditing.matching import EpisodeMatch, EpisodeMatches
-from replay.auditing.wilson import proportion, wilson
+from replay.auditing.wilson import proportion, wilson_interval
 from replay.document.audit import OffsetProportions, PairFrames, TimeErrors
 from replay.document.scores import matching_of, pooled_audits
 from replay.engine import compute
@@ -43,7 +43,7 @@ def test_counts_add_up_and_proportions_are_those_of_the_sums():
     other = structs.replace(SINGLE, undecided_reasons={"budget": 1})
     (audit,) = pooled_audits([{"x": SINGLE}, {"x": other}]).values()
     assert audit.time_missed == proportion(2, 20)
-    assert (audit.time_missed.lower, audit.time_missed.upper) == wilson(2, 20)
+    assert (audit.time_missed.lower, audit.time_missed.upper) == wilson_interval(2, 20)
     assert audit.pair_frames == zeros(PairFrames, both=18, missed=2)
     assert audit.between_frames == "not examined"
     assert audit.undecided_reasons == {"open mesh": 2, "budget": 1}

@@ -15,7 +15,7 @@ from support.shapes import box_mesh, revolved_mesh, shift_mesh
 from cdcore import TriangleMesh
 from replay.advice.collider_search import Limits
 from replay.cli.console import People
-from replay.cli.fix import _screen
+from replay.cli.fix import _fix_screen
 from replay.document import columns
 from replay.document.columns import screen_columns
 from replay.document.tables import Column, text_of
@@ -109,7 +109,7 @@ def test_new_column_of_a_fix_reaches_terminal_and_page(fixed, table, monkeypatch
     probe = Column("probe", float, of=lambda row: 40.0, show=lambda value: "marker-cell")
     monkeypatch.setitem(columns.COLUMNS, table, (*columns.COLUMNS[table], probe))
     console = Console(width=400, file=StringIO())
-    console.print(_screen(fixed, People(verbose=True)))
+    console.print(_fix_screen(fixed, People(verbose=True)))
     assert "marker-cell" in console.file.getvalue()
     assert "marker-cell" in before_after_page(fixed)
 

@@ -23,7 +23,7 @@ from replay.advice.settings import settings_of
 from replay.cli.run_markdown import run_markdown
 from replay.cli.run_tables import run_screen, run_tables
 from replay.detection.detector_spec import parse_detector
-from replay.detection.recorded import RECORDED
+from replay.detection.recorded import RECORDED_DETECTOR
 from replay.document.columns import COLUMNS
 from replay.document.tables import Output, text_of
 from replay.show import run_tables as tables
@@ -237,7 +237,7 @@ def facts_of_tradeoff(result):
     scoring = Scoring(result.assembly, parse_detector(result.oracle), 0, 2e-6, result.session)
     facts = {}
     for rank in result.ranking[:-1]:
-        if result.document.detectors[rank.label].name == RECORDED:
+        if result.document.detectors[rank.label].name == RECORDED_DETECTOR:
             continue
         (setting,) = settings_of(f"{rank.label}={rank.setting}")
         row = scoring.figures(result.detections[rank.label], setting, result.assembly)

@@ -20,7 +20,7 @@ import replay
 from replay.cli.run_markdown import run_markdown
 from replay.cli.run_report import run_json
 from replay.cli.run_tables import run_screen, run_tables
-from replay.cli.terminal import terminal
+from replay.cli.terminal import stacked
 from replay.show.report.fault_cards import cards
 from replay.show.report.page import report_html, view_of
 from replay.show.rerun_log.moments import key_moments, log_moment_lists
@@ -125,7 +125,7 @@ def entered(action):
 
 
 WALKS = {
-    "terminal": lambda result: printed(terminal(*section_of(result, SectionName.FAULTS).tables)),
+    "terminal": lambda result: printed(stacked(*section_of(result, SectionName.FAULTS).tables)),
     "Parquet": lambda result: with_keys(result.tables["misses"].to_arrow(), result),
     "page": lambda result: cards(view_of(result), "it"),
     "picture": lambda result: log_moment_lists(

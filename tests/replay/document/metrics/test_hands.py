@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.small_worlds import cubes, framed
 
-from replay.document.metrics.hands import activities, frames_at, measure_hands, span_names, task_seconds
+from replay.document.metrics.hands import activities_at, frames_at, measure_hands, span_names, task_seconds
 from replay.document.metrics.near import close_intervals
 from replay.prepare.assemble import assemble
 from sessions.model.event import Interval
@@ -63,7 +63,7 @@ def test_a_moment_belongs_to_the_span_that_began_last():
     session = cubes({"a": [0.0]}, intervals=[Interval(*span) for span in (*spans, (0, 60, "stage", "first"))])
     stamps = np.array([-1, 0, 9, 10, 12, 13, 14, 20, 21, 45, 60])
     stir, pour = ["stir"], ["pour"]
-    assert activities(session, "task", stamps) == [None, *stir * 2, *pour, *stir * 2, *pour * 2, None, *pour, None]
-    assert activities(session, "stage", stamps) == [None] + ["first"] * 10
+    assert activities_at(session, "task", stamps) == [None, *stir * 2, *pour, *stir * 2, *pour * 2, None, *pour, None]
+    assert activities_at(session, "stage", stamps) == [None] + ["first"] * 10
     assert span_names(session, "task") == ["stir", "pour"] and span_names(session, "feature") == []
     assert task_seconds(session) == {"stir": pytest.approx(16e-9), "pour": pytest.approx(20e-9)}

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from replay.auditing.wilson import wilson
+from replay.auditing.wilson import wilson_interval
 from replay.studies.class_study.resampling import Resampling
 
 
@@ -14,7 +14,7 @@ def test_ratio_is_sum_over_sum_of_students_with_a_base():
 @pytest.mark.parametrize("fraction", [0, 1])
 def test_all_or_nothing_has_an_interval(fraction):
     result = Resampling(12).ratio(np.full(12, 3.0 * fraction), np.full(12, 3.0))
-    assert (result.low, result.high) == wilson(12 * fraction, 12) and result.low < result.high
+    assert (result.low, result.high) == wilson_interval(12 * fraction, 12) and result.low < result.high
 
 
 @pytest.mark.slow
