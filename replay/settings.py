@@ -22,7 +22,7 @@ from replay.detection.detector_spec import (
 from replay.detection.recorded import RECORDED_DETECTOR
 from replay.errors import DetectorSpecError
 from replay.prepare.assemble import Pairs
-from replay.prepare.noise import COPIES
+from replay.prepare.noise import DEFAULT_COPIES
 from replay.prepare.policy import Policy, PolicyLike, parse_policy
 from sessions import Session
 
@@ -66,7 +66,7 @@ class RunSettings:
     end: float | None = None
     policy: PolicyLike | Policy | None = None
     noise: Sequence[str] | str = ()
-    noise_copies: int = COPIES
+    noise_copies: int = DEFAULT_COPIES
     seed: int = 0
     tau: float = TWO_MICROMETRES
     offline: bool = False

@@ -228,7 +228,9 @@ def _engine_cause(detector: RecordedDetector, fault: Fault, last_moment: float) 
 
     ``last_moment``: second of its last frame.
     """
-    joins_without_step = fault.kind is FaultKind.JOINS_TWO and detector.stepped(fault.start, last_moment) is False
+    joins_without_step = (
+        fault.kind is FaultKind.JOINS_TWO and detector.has_step_between(fault.start, last_moment) is False
+    )
     ends_late = fault.kind is FaultKind.ENDS_LATE
     if joins_without_step or (ends_late and detector.ended_at_next_step(fault.pair, fault.start)):
         return Cause.BETWEEN_STEPS

@@ -123,7 +123,7 @@ def in_noise(
         for start in range(0, len(motion), BLOCK):
             block = motion.frames(start, min(start + BLOCK, len(motion)))
             errors = noisy_copies.errors(block.times)
-            answers = [pool.submit(pair.ask, start, block, noisy_copies, errors) for pair in pairs]
+            answers = [pool.submit(pair.query_block, start, block, noisy_copies, errors) for pair in pairs]
             for answer in answers:
                 answer.result()
             advance(len(block))

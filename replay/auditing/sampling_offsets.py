@@ -77,7 +77,7 @@ class OffsetCounts:
 
         False contacts belong to none and stay.
         """
-        return replace(self, frames=self.frames_by_outcome[:, is_kept])
+        return replace(self, frames_by_outcome=self.frames_by_outcome[:, is_kept])
 
     @cached_property
     def faults(self) -> dict[str, BoolArray]:

@@ -9,7 +9,7 @@ from replay.cli.console import DATA_LOSS, EXIT_OK, People, answer, print_as_json
 from replay.document.coding import plain_of
 from replay.document.run_result import RunResult
 from replay.document.session import FlaggedPoses
-from replay.prepare.repair import DAMAGE
+from replay.prepare.repair import DAMAGE_CODES
 from replay.show.results.run_folder import PICTURE
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ def commands_to_open(result: RunResult) -> list[str]:
 
 def lost_poses(flagged: Iterable[FlaggedPoses]) -> int:
     """Samples that claimed to be poses and were none."""
-    return sum(poses.dropped for poses in flagged if poses.kind in DAMAGE)
+    return sum(poses.dropped for poses in flagged if poses.kind in DAMAGE_CODES)
 
 
 def repair_sentences(flagged: Iterable[FlaggedPoses]) -> list[str]:

@@ -55,8 +55,8 @@ def new(session: Path, out: Path | None, meshes: Path | None, force: bool, as_js
     messages += [f"moved together throughout: {', '.join(group)}" for group in draft.held]
     bodies_without_mesh = [name for name in session_read.names if name not in session_read.meshes]
     messages += [f"no mesh: {', '.join(bodies_without_mesh)}"] * bool(bodies_without_mesh)
-    people.say(f"{plural(len(draft.near), 'pair')} came near", *messages)
-    json_value = {"out": str(target), "near": draft.near, "held": draft.held, "without_mesh": bodies_without_mesh}
+    people.say(f"{plural(len(draft.near_pairs), 'pair')} came near", *messages)
+    json_value = {"out": str(target), "near": draft.near_pairs, "held": draft.held, "without_mesh": bodies_without_mesh}
     answer(as_json, json_value, lambda: str(target))
     return EXIT_OK
 

@@ -29,7 +29,7 @@ def with_pieces(bodies: Sequence[Body], settings: "ColliderSettings", watch: Wat
     for body in bodies:
         if body.name in names:
             bodies_with_pieces.append(
-                replace(body, colliders=_solids(Cut(body.mesh, settings.method, settings.pieces), watch))
+                replace(body, colliders=_cut_solids(Cut(body.mesh, settings.method, settings.pieces), watch))
             )
         elif body.colliders is None:
             bodies_with_pieces.append(replace(body, colliders=_hull_of(body.mesh)))
@@ -38,15 +38,15 @@ def with_pieces(bodies: Sequence[Body], settings: "ColliderSettings", watch: Wat
     return tuple(bodies_with_pieces)
 
 
-def _solids(cut: Cut, watch: Watch | None) -> Solids:
+def _cut_solids(cut: Cut, watch: Watch | None) -> Solids:
     """The pieces of a mesh, kept as long as the mesh: detectors of one run share them and their trees."""
     if hull_collider(cut.mesh) is cut.mesh:
         return Solids((cut.mesh,), cut.mesh)
     solids = _of_mesh(cut.mesh)
-    key = cut.name, cut.most
-    if key not in solids:
-        solids[key] = solids_of(convex_pieces(cut, watch))
-    return solids[key]
+    cut_key = cut.name, cut.most
+    if cut_key not in solids:
+        solids[cut_key] = solids_of(convex_pieces(cut, watch))
+    return solids[cut_key]
 
 
 @once_a_mesh
@@ -64,21 +64,23 @@ def seconds_to_cut(bodies: Sequence[Body], settings: Mapping[str, Any]) -> float
     # The module of a detector imports numba, which a run without contacts does without.
     from cdcore.detectors.collider import ColliderSettings
 
-    requested = ColliderSettings(**{key: settings[key] for key in ("pieces", "method") if key in settings})
-    cuts = {body.mesh.content_hash: Cut(body.mesh, requested.method, requested.pieces) for body in bodies}
+    requested_settings = ColliderSettings(**{key: settings[key] for key in ("pieces", "method") if key in settings})
+    cuts = {
+        body.mesh.content_hash: Cut(body.mesh, requested_settings.method, requested_settings.pieces) for body in bodies
+    }
     return sum(cut.seconds for cut in cuts.values())
 
 
 def names_as_setting(names: Sequence[str]) -> str:
     """Names of bodies as the setting ``cut`` takes them: signs that mean something in a spec as ``%2C``."""
-    text = "+".join(quote(name, safe="") for name in names)
+    quoted_names = "+".join(quote(name, safe="") for name in names)
     # Read as a setting, this text is a number or a truth value: written with its first sign as a code, it is a name.
-    return text if not _reads_as_value(text) else f"%{ord(text[0]):02X}{text[1:]}"
+    return quoted_names if not _is_read_as_value(quoted_names) else f"%{ord(quoted_names[0]):02X}{quoted_names[1:]}"
 
 
-def _reads_as_value(text: str) -> bool:
+def _is_read_as_value(setting_text: str) -> bool:
     try:
-        float(text)
+        float(setting_text)
     except ValueError:
-        return text.lower() in ("true", "false", "none")
+        return setting_text.lower() in ("true", "false", "none")
     return True

@@ -43,13 +43,13 @@ def _with_fewer_corners(piece: TriangleMesh) -> TriangleMesh | None:
     directions = np.array([step for step in np.ndindex(3, 3, 3) if step != (1, 1, 1)], dtype=np.float64) - 1.0
     hull_corners = np.unique((corners @ directions.T).argmax(axis=0))
     while (hull := hull_of(corners[hull_corners])) is not None:
-        outside = beyond_planes(corners, hull)
+        distances_beyond = beyond_planes(corners, hull)
         # A closed convex solid of V corners has 2 V - 4 triangles. One at a time: neighbours lie outside together.
         # Corners that lie in a face of the hull, as those of a box that is cut into a grid, are never left outside.
-        farthest = outside.argmax()
-        if 2 * (len(hull_corners) + 1) - 4 > MOST_TRIANGLES or farthest in hull_corners:
+        farthest_corner = distances_beyond.argmax()
+        if 2 * (len(hull_corners) + 1) - 4 > MOST_TRIANGLES or farthest_corner in hull_corners:
             return hull
-        hull_corners = np.union1d(hull_corners, farthest)
+        hull_corners = np.union1d(hull_corners, farthest_corner)
     return None
 
 
@@ -59,12 +59,12 @@ def beyond_planes(points: FloatArray, piece: TriangleMesh) -> FloatArray:
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
     levels = (normals * corners[:, 0]).sum(axis=1)
-    beyond = np.empty(len(points))
+    distances_beyond = np.empty(len(points))
     for start in range(0, len(points), POINTS_AT_ONCE):
-        heights = points[start : start + POINTS_AT_ONCE] @ normals.T
-        heights -= levels
-        heights.max(axis=1, out=beyond[start : start + POINTS_AT_ONCE])
-    return beyond
+        plane_heights = points[start : start + POINTS_AT_ONCE] @ normals.T
+        plane_heights -= levels
+        plane_heights.max(axis=1, out=distances_beyond[start : start + POINTS_AT_ONCE])
+    return distances_beyond
 
 
 def union_of(pieces: Sequence[TriangleMesh]) -> TriangleMesh:
@@ -75,11 +75,11 @@ def union_of(pieces: Sequence[TriangleMesh]) -> TriangleMesh:
     if len(pieces) == 1:
         return pieces[0]
     if not all(piece.is_closed for piece in pieces):
-        starts = np.cumsum([0, *(len(piece.vertices) for piece in pieces)])
-        faces = [piece.faces + start for piece, start in zip(pieces, starts, strict=False)]
+        first_vertices = np.cumsum([0, *(len(piece.vertices) for piece in pieces)])
+        faces = [piece.faces + start for piece, start in zip(pieces, first_vertices, strict=False)]
         return TriangleMesh(np.concatenate([piece.vertices for piece in pieces]), np.concatenate(faces))
-    union = manifold_union(pieces).to_mesh64()
-    return TriangleMesh(union.vert_properties[:, :3], np.asarray(union.tri_verts).astype(np.int64))
+    union_mesh = manifold_union(pieces).to_mesh64()
+    return TriangleMesh(union_mesh.vert_properties[:, :3], np.asarray(union_mesh.tri_verts).astype(np.int64))
 
 
 def manifold_union(pieces: Sequence[TriangleMesh]) -> Manifold:
@@ -106,14 +106,14 @@ def volume_of(mesh: TriangleMesh) -> float:
 
 
 @once_a_mesh
-def _flipped(mesh: TriangleMesh) -> TriangleMesh:
+def _with_flipped_faces(mesh: TriangleMesh) -> TriangleMesh:
     """The mesh with its faces the other way round."""
     return TriangleMesh(mesh.vertices, mesh.faces[:, ::-1])
 
 
 def facing_outward(mesh: TriangleMesh) -> TriangleMesh:
     """The mesh; of one whose faces look inwards, as a mirrored one has them, the same with its faces turned."""
-    return _flipped(mesh) if mesh.is_closed and volume_of(mesh) < 0.0 else mesh
+    return _with_flipped_faces(mesh) if mesh.is_closed and volume_of(mesh) < 0.0 else mesh
 
 
 def area_of(mesh: TriangleMesh) -> float:
@@ -125,16 +125,19 @@ def area_of(mesh: TriangleMesh) -> float:
 def outside_by(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> float:
     """Metres by which corners and middles of the faces of a mesh lie outside all of some convex pieces, at most."""
     points = np.concatenate([mesh.referenced_vertices, mesh.triangles.mean(axis=1)])
-    beyond = np.stack([beyond_planes(points, piece) for piece in pieces])
-    nearest = beyond.argmin(axis=0)
-    is_away = beyond.min(axis=0) > 0.0
-    farthest = 0.0
-    for number in np.unique(nearest[is_away]).tolist():
-        farthest = max(farthest, _farthest(points[is_away & (nearest == number)], pieces[number]))
-    return farthest
+    distances_beyond = np.stack([beyond_planes(points, piece) for piece in pieces])
+    nearest_pieces = distances_beyond.argmin(axis=0)
+    is_away = distances_beyond.min(axis=0) > 0.0
+    largest_distance = 0.0
+    for piece_number in np.unique(nearest_pieces[is_away]).tolist():
+        largest_distance = max(
+            largest_distance,
+            _farthest_distance(points[is_away & (nearest_pieces == piece_number)], pieces[piece_number]),
+        )
+    return largest_distance
 
 
-def _farthest(points: FloatArray, piece: TriangleMesh) -> float:
+def _farthest_distance(points: FloatArray, piece: TriangleMesh) -> float:
     """Metres from points (n, 3) outside a convex piece to it, at most."""
     from replay.cutting.surface_distance import Surface
 
@@ -148,6 +151,8 @@ def _distance(point: FloatArray, corners: FloatArray) -> float:
     """Metres from a point (3,) to the convex hull of corners (n, 3): to the nearest mean of them with weights."""
     from scipy.optimize import nnls
 
-    size = float(np.ptp(corners, axis=0).max())
-    weights, _ = nnls(np.vstack([(corners - point).T / size, np.ones(len(corners))]), np.array([0.0, 0.0, 0.0, 1.0]))
+    hull_size = float(np.ptp(corners, axis=0).max())
+    weights, _ = nnls(
+        np.vstack([(corners - point).T / hull_size, np.ones(len(corners))]), np.array([0.0, 0.0, 0.0, 1.0])
+    )
     return float(np.linalg.norm((corners - point).T @ (weights / weights.sum())))

@@ -17,7 +17,7 @@ from replay.cutting.joins import Ladder
 from replay.cutting.planes import plane_ladder
 from replay.cutting.sectors import round_axis, sector_ladder
 
-AUTO: Final = "auto"
+AUTO_METHOD: Final = "auto"
 """Name that stands for ``sectors`` of a round body, and for ``vhacd`` of another one."""
 
 COACD_SEARCH: Final = {"mcts_nodes": 10, "mcts_iterations": 60}
@@ -29,7 +29,7 @@ VHACD_VOXELS: Final = 100_000
 VHACD_SECONDS: Final = 1.35e-4
 """Seconds that V-HACD takes for a voxel at the surface of a body whose hull fills its box (2 cores, 2026-11)."""
 
-SLIMMEST: Final = 0.05
+LEAST_FILLED_FRACTION: Final = 0.05
 """Fraction of its box that a hull fills at least, as far as time is concerned."""
 
 USUAL_FACES: Final = 3000
@@ -74,7 +74,7 @@ class Method:
 
 def method_of(name: str, mesh: TriangleMesh) -> str:
     """The row of the table for a mesh: that of the name, and of ``auto`` the quickest that can cut it."""
-    if name != AUTO:
+    if name != AUTO_METHOD:
         return name
     return "sectors" if _is_round(mesh) else "vhacd"
 
@@ -84,42 +84,44 @@ def _is_round(mesh: TriangleMesh) -> bool:
     return mesh.is_closed and round_axis(mesh) is not None
 
 
-def _single(make: Callable[[TriangleMesh], TriangleMesh]) -> Callable[[TriangleMesh, int], Ladder]:
+def _single_piece_cut(make: Callable[[TriangleMesh], TriangleMesh]) -> Callable[[TriangleMesh, int], Ladder]:
     """A cut that gives one solid."""
-    return lambda mesh, _most: _pieces([make(mesh).vertices])
+    return lambda mesh, _most: _separate_pieces([make(mesh).vertices])
 
 
-def _pieces(corners: list[FloatArray]) -> Ladder:
+def _separate_pieces(corners: list[FloatArray]) -> Ladder:
     """Pieces of these corners, none of which joins another."""
     ends: IntArray = np.cumsum([len(piece) for piece in corners])
     return Ladder(np.concatenate(corners), ends, np.zeros((0, 2), dtype=np.int64))
 
 
-def _sectors(mesh: TriangleMesh, _most: int) -> Ladder | None:
+def _sector_pieces(mesh: TriangleMesh, _most: int) -> Ladder | None:
     return sector_ladder(mesh)
 
 
-def _planes(mesh: TriangleMesh, _most: int) -> Ladder | None:
+def _plane_pieces(mesh: TriangleMesh, _most: int) -> Ladder | None:
     return plane_ladder(mesh)
 
 
-def _vhacd(mesh: TriangleMesh, most: int) -> Ladder | None:
+def _vhacd_pieces(mesh: TriangleMesh, most_pieces: int) -> Ladder | None:
     """Source: Mamou, V-HACD 4, what Godot and Unreal run. ``asyncACD`` off: with threads pieces change their order."""
     from vhacdx import compute_vhacd
 
     corners = np.ascontiguousarray(mesh.vertices, dtype=np.float64)
-    counted = np.column_stack([np.full(len(mesh.faces), 3), mesh.faces]).astype(np.uint32).ravel()
-    pieces = compute_vhacd(corners, counted, maxConvexHulls=most, resolution=VHACD_VOXELS, asyncACD=False)
-    return _pieces([np.array(piece, dtype=np.float64) for piece, _ in pieces]) if pieces else None
+    counted_faces = np.column_stack([np.full(len(mesh.faces), 3), mesh.faces]).astype(np.uint32).ravel()
+    pieces = compute_vhacd(corners, counted_faces, maxConvexHulls=most_pieces, resolution=VHACD_VOXELS, asyncACD=False)
+    return _separate_pieces([np.array(piece, dtype=np.float64) for piece, _ in pieces]) if pieces else None
 
 
-def _coacd(mesh: TriangleMesh, most: int) -> Ladder | None:
+def _coacd_pieces(mesh: TriangleMesh, most_pieces: int) -> Ladder | None:
     """Source: CoACD (Wei, Liu, Ling, Su 2022)."""
     import coacd
 
     coacd.set_log_level("off")
-    pieces = coacd.run_coacd(coacd.Mesh(mesh.vertices, mesh.faces), max_convex_hull=most, seed=SEED, **COACD_SEARCH)
-    return _pieces([np.array(piece, dtype=np.float64) for piece, _ in pieces]) if pieces else None
+    pieces = coacd.run_coacd(
+        coacd.Mesh(mesh.vertices, mesh.faces), max_convex_hull=most_pieces, seed=SEED, **COACD_SEARCH
+    )
+    return _separate_pieces([np.array(piece, dtype=np.float64) for piece, _ in pieces]) if pieces else None
 
 
 def _seconds_by_faces(seconds: float) -> Callable[[TriangleMesh], float]:
@@ -135,13 +137,13 @@ def _vhacd_seconds(mesh: TriangleMesh) -> float:
 
     Cost: within 1.8 of what it took for 19 instruments and hands of 500 to 5,400 faces, whatever the number of pieces.
     """
-    sides = np.ptp(mesh.vertices, axis=0)
-    voxel = float(sides.max()) / VHACD_VOXELS ** (1.0 / 3.0)
-    filled = abs(volume_of(hull_collider(mesh))) / max(float(sides.prod()), 1e-300)
-    return float(VHACD_SECONDS * area_of(mesh) / voxel**2 / max(filled, SLIMMEST))
+    box_sides = np.ptp(mesh.vertices, axis=0)
+    voxel_edge = float(box_sides.max()) / VHACD_VOXELS ** (1.0 / 3.0)
+    filled_fraction = abs(volume_of(hull_collider(mesh))) / max(float(box_sides.prod()), 1e-300)
+    return float(VHACD_SECONDS * area_of(mesh) / voxel_edge**2 / max(filled_fraction, LEAST_FILLED_FRACTION))
 
 
-def _own() -> str:
+def _own_version() -> str:
     return sectors.VERSION
 
 
@@ -157,13 +159,13 @@ def _version_of(package: str) -> str:
 
 
 METHODS: Final[dict[str, Method]] = {
-    "hull": Method("one hull", None, _single(hull_collider), _own, counts=False),
-    "box": Method("one box", None, _single(box_collider), _own, counts=False),
-    "sphere": Method("one sphere", None, _single(sphere_collider), _own, counts=False),
-    "capsule": Method("one capsule", None, _single(capsule_collider), _own, counts=False),
-    "sectors": Method("sectors by height and angle", _seconds_by_faces(1.4), _sectors, _own, ladder=True),
-    "planes": Method("planes", _seconds_by_faces(7.0), _planes, _planes_version, ladder=True),
-    "vhacd": Method("V-HACD", _vhacd_seconds, _vhacd, lambda: _version_of("vhacdx"), package="vhacdx"),
-    "coacd": Method("CoACD", _seconds_by_faces(12.0), _coacd, lambda: _version_of("coacd"), package="coacd"),
+    "hull": Method("one hull", None, _single_piece_cut(hull_collider), _own_version, counts=False),
+    "box": Method("one box", None, _single_piece_cut(box_collider), _own_version, counts=False),
+    "sphere": Method("one sphere", None, _single_piece_cut(sphere_collider), _own_version, counts=False),
+    "capsule": Method("one capsule", None, _single_piece_cut(capsule_collider), _own_version, counts=False),
+    "sectors": Method("sectors by height and angle", _seconds_by_faces(1.4), _sector_pieces, _own_version, ladder=True),
+    "planes": Method("planes", _seconds_by_faces(7.0), _plane_pieces, _planes_version, ladder=True),
+    "vhacd": Method("V-HACD", _vhacd_seconds, _vhacd_pieces, lambda: _version_of("vhacdx"), package="vhacdx"),
+    "coacd": Method("CoACD", _seconds_by_faces(12.0), _coacd_pieces, lambda: _version_of("coacd"), package="coacd"),
 }
 """Name -> the method."""

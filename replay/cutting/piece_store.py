@@ -38,7 +38,7 @@ WATCH_SECONDS: Final = 0.5
 MOST_FACES: Final = 150_000
 """Of a mesh that is cut: beyond, every method takes minutes and gigabytes."""
 
-SHIPPED: Final = Path(__file__).parent / "shipped"
+SHIPPED_FOLDER: Final = Path(__file__).parent / "shipped"
 """Pieces of the instruments and hands that come with the project: a first demo does not wait for them."""
 
 Watch = Callable[[], None]
@@ -68,8 +68,8 @@ class Cut:
     @property
     def key(self) -> str:
         """The name under which its ladder is kept: what decides it, and nothing else."""
-        count = "all" if self.row.ladder else str(self.most)
-        return f"{self.mesh.content_hash[:32]}-{self.name}-{count}-{self.row.version()}"
+        piece_count = "all" if self.row.ladder else str(self.most)
+        return f"{self.mesh.content_hash[:32]}-{self.name}-{piece_count}-{self.row.version()}"
 
     @property
     def seconds(self) -> float:
@@ -91,19 +91,21 @@ class NotCut:
     spent: float = field(default=0.0, compare=False)
 
 
-def convex_pieces(cut: Cut, watch: Watch | None = None, limit: float = LONGEST_SECONDS) -> tuple[TriangleMesh, ...]:
+def convex_pieces(
+    cut: Cut, watch: Watch | None = None, time_limit: float = LONGEST_SECONDS
+) -> tuple[TriangleMesh, ...]:
     """At most so many convex solids that together stand for a mesh, always the same ones; of one, the hull.
 
     Each has at most 255 triangles, as engines want it, so that corners of a mesh stick out by tenths of a millimetre. A
     flat mesh, which has no inside, is its own piece. ``watch`` is called twice a second; what it raises ends the
-    cutting and is raised here. Raises ``CutError``: no pieces within ``limit`` seconds, or none at all.
+    cutting and is raised here. Raises ``CutError``: no pieces within ``time_limit`` seconds, or none at all.
     """
     hull = hull_collider(cut.mesh)
     if hull is cut.mesh:
         return (hull,)
-    missing = cut_ahead([cut], watch, limit)
-    if missing:
-        raise CutError(f"{missing[cut.key].reason}; take another method of cutting")
+    not_cut_by_key = cut_ahead([cut], watch, time_limit)
+    if not_cut_by_key:
+        raise CutError(f"{not_cut_by_key[cut.key].reason}; take another method of cutting")
     file = _pieces_file(cut)
     with suppress(Exception):  # whatever a damaged file raises, it is made again
         return _read_pieces(file)
@@ -116,51 +118,55 @@ def convex_pieces(cut: Cut, watch: Watch | None = None, limit: float = LONGEST_S
     return pieces
 
 
-def cut_ahead(cuts: Sequence[Cut], watch: Watch | None = None, limit: float = LONGEST_SECONDS) -> dict[str, NotCut]:
+def cut_ahead(
+    cuts: Sequence[Cut], watch: Watch | None = None, time_limit: float = LONGEST_SECONDS
+) -> dict[str, NotCut]:
     """Cut what is not kept, in as many processes as the machine has cores; key of a cut -> why it is not ready.
 
-    A process that is not done after ``limit`` seconds is killed, as all are where ``watch`` raises.
+    A process that is not done after ``time_limit`` seconds is killed, as all are where ``watch`` raises.
     """
-    waiting = list({cut.key: cut for cut in cuts if cut.row.seconds and not _is_kept(cut)}.values())
-    missing = {cut.key: NotCut(cut.row.not_installed, late=False) for cut in waiting if cut.row.not_installed}
-    waiting = [cut for cut in waiting if cut.key not in missing]
-    running: dict[subprocess.Popen[bytes], Cut] = {}
-    started: dict[str, float] = {}
-    began = last_call = monotonic()
-    if not waiting:
-        return missing
-    with temporary_folder() as folder, ExitStack() as leaving:
-        leaving.callback(_end, running)
-        while waiting or running:
-            if monotonic() - began >= limit:
-                missing |= _late([*running.values(), *waiting], limit, started)
+    waiting_cuts = list({cut.key: cut for cut in cuts if cut.row.seconds and not _is_kept(cut)}.values())
+    not_cut_by_key = {
+        cut.key: NotCut(cut.row.not_installed, late=False) for cut in waiting_cuts if cut.row.not_installed
+    }
+    waiting_cuts = [cut for cut in waiting_cuts if cut.key not in not_cut_by_key]
+    cut_of_process: dict[subprocess.Popen[bytes], Cut] = {}
+    start_of_key: dict[str, float] = {}
+    start_time = last_call = monotonic()
+    if not waiting_cuts:
+        return not_cut_by_key
+    with temporary_folder() as folder, ExitStack() as exit_stack:
+        exit_stack.callback(_kill_processes, cut_of_process)
+        while waiting_cuts or cut_of_process:
+            if monotonic() - start_time >= time_limit:
+                not_cut_by_key |= _late_cuts([*cut_of_process.values(), *waiting_cuts], time_limit, start_of_key)
                 break
-            while waiting and len(running) < (os.cpu_count() or 1):
-                cut = waiting.pop(0)
-                started[cut.key] = monotonic()
-                running[_start_cutting(cut, folder)] = cut
+            while waiting_cuts and len(cut_of_process) < (os.cpu_count() or 1):
+                cut = waiting_cuts.pop(0)
+                start_of_key[cut.key] = monotonic()
+                cut_of_process[_start_cutting(cut, folder)] = cut
             with suppress(subprocess.TimeoutExpired):
-                next(iter(running)).wait(POLL_SECONDS)
-            for child in [child for child in running if child.poll() is not None]:
-                cut = running.pop(child)
-                if child.returncode == 0:
-                    _keep(cut, folder)
+                next(iter(cut_of_process)).wait(POLL_SECONDS)
+            for process in [child for child in cut_of_process if child.poll() is not None]:
+                cut = cut_of_process.pop(process)
+                if process.returncode == 0:
+                    _store_cut(cut, folder)
                 else:
-                    missing[cut.key] = NotCut(f"{cut.row.words} cannot cut this mesh", late=False)
+                    not_cut_by_key[cut.key] = NotCut(f"{cut.row.words} cannot cut this mesh", late=False)
             if watch is not None and monotonic() - last_call >= WATCH_SECONDS:
                 last_call = monotonic()
                 watch()
-    return missing
+    return not_cut_by_key
 
 
-def _late(cuts: Sequence[Cut], limit: float, started: Mapping[str, float]) -> dict[str, NotCut]:
-    """Key of a cut -> that it is late; ``started``: when a process began to cut it."""
+def _late_cuts(cuts: Sequence[Cut], time_limit: float, start_of_key: Mapping[str, float]) -> dict[str, NotCut]:
+    """Key of a cut -> that it is late; ``start_of_key``: when a process began to cut it."""
     now = monotonic()
     return {
         cut.key: NotCut(
-            reason=f"{cut.row.words} did not cut this mesh within {duration(limit)}",
+            reason=f"{cut.row.words} did not cut this mesh within {duration(time_limit)}",
             late=True,
-            spent=now - started.get(cut.key, now),
+            spent=now - start_of_key.get(cut.key, now),
         )
         for cut in cuts
     }
@@ -184,17 +190,17 @@ def cache_folder() -> Path:
 
 def ladder_file(cut: Cut) -> Path:
     """File of the pieces of a cut before the limits of engines are applied."""
-    return _kept_file(f"cut-{cut.key}.npz")
+    return _cached_file(f"cut-{cut.key}.npz")
 
 
 def _pieces_file(cut: Cut) -> Path:
-    return _kept_file(f"pieces-{cut.most}-{cut.key}.npz")
+    return _cached_file(f"pieces-{cut.most}-{cut.key}.npz")
 
 
-def _kept_file(name: str) -> Path:
+def _cached_file(file_name: str) -> Path:
     """The file of a name among those that come with the project, else in the user's cache folder."""
-    shipped = SHIPPED / name
-    return shipped if shipped.is_file() else cache_folder() / name
+    shipped_file = SHIPPED_FOLDER / file_name
+    return shipped_file if shipped_file.is_file() else cache_folder() / file_name
 
 
 def _ladder(cut: Cut) -> Ladder:
@@ -224,11 +230,11 @@ def _is_kept(cut: Cut) -> bool:
     return True
 
 
-def _keep(cut: Cut, folder: Path) -> None:
+def _store_cut(cut: Cut, folder: Path) -> None:
     """Take what a process left into the cache folder: whole or not at all, another process may be reading."""
     unfinished_file, file = folder / f"{cut.key}.out.npz", ladder_file(cut)
     try:
-        if file.parent == SHIPPED:  # damaged, and not ours to replace
+        if file.parent == SHIPPED_FOLDER:  # damaged, and not ours to replace
             raise PermissionError
         with whole_file(file, OSError, parents=True) as stream:
             stream.write(unfinished_file.read_bytes())
@@ -266,7 +272,7 @@ def _start_cutting(cut: Cut, folder: Path) -> subprocess.Popen[bytes]:
         sys.executable,
         "-P",
         "-c",
-        CHILD,
+        CUTTING_PROGRAM,
         str(shipped_file),
         cut.name,
         str(cut.most),
@@ -274,19 +280,19 @@ def _start_cutting(cut: Cut, folder: Path) -> subprocess.Popen[bytes]:
     ]
     # CoACD of several threads gives other pieces in every call, its seed notwithstanding.
     environment = {**os.environ, "OMP_NUM_THREADS": "1"}
-    silent = subprocess.DEVNULL
-    return subprocess.Popen(arguments, stdin=silent, stdout=silent, stderr=silent, env=environment)
+    no_output = subprocess.DEVNULL
+    return subprocess.Popen(arguments, stdin=no_output, stdout=no_output, stderr=no_output, env=environment)
 
 
-def _end(running: dict[subprocess.Popen[bytes], Cut]) -> None:
+def _kill_processes(cut_of_process: dict[subprocess.Popen[bytes], Cut]) -> None:
     """Kill the processes that still cut."""
-    for child in running:
-        child.kill()
-    for child in running:
-        child.wait()
+    for process in cut_of_process:
+        process.kill()
+    for process in cut_of_process:
+        process.wait()
 
 
-CHILD: Final = """
+CUTTING_PROGRAM: Final = """
 import sys
 import numpy as np
 from cdcore.mesh import TriangleMesh

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 MOST_REGIONS: Final = 96
 """Regions after which no more are cut."""
 
-CONVEX: Final = 0.005
+CONVEX_EXCESS: Final = 0.005
 """Fraction of the body's volume that hulls of all regions may add before no more are cut."""
 
 DIRECTIONS: Final = np.array(
@@ -36,10 +36,10 @@ LEVELS: Final = 3
 FRACTIONS: Final = (0.25, 0.5, 0.75)
 """Planes of each direction at these fractions of the extent of a region."""
 
-LEAST: Final = 1e-6
+LEAST_VOLUME_FRACTION: Final = 1e-6
 """Fraction of the volume of a body below which a region is a rounding of the cuts."""
 
-ROUNDING: Final = 1e-6
+PLANE_ROUNDING: Final = 1e-6
 """Fraction by which equal volumes may differ."""
 
 VERSION: Final = "1"
@@ -52,31 +52,31 @@ def plane_ladder(mesh: TriangleMesh) -> Ladder | None:
     if solid is None or solid.volume() <= 0.0:
         return None
     pieces = [hull for region in _convex_regions(solid) if (hull := hull_of(_corners(region))) is not None]
-    least = LEAST * solid.volume()
-    pieces = [piece for piece in pieces if volume_of(piece) > least]
+    least_volume = LEAST_VOLUME_FRACTION * solid.volume()
+    pieces = [piece for piece in pieces if volume_of(piece) > least_volume]
     return joins_by_volume(pieces) if pieces else None
 
 
 def _convex_regions(solid: Manifold) -> list[Manifold]:
     """The solid cut until the hulls of its regions add next to nothing, the region whose hull adds most first."""
-    regions = [(_hull_excess(region), region) for region in solid.decompose()]
-    enough, spent = CONVEX * solid.volume(), 0.0
-    finished: list[Manifold] = []
+    excess_and_region = [(_hull_excess(region), region) for region in solid.decompose()]
+    allowed_excess, spent_excess = CONVEX_EXCESS * solid.volume(), 0.0
+    finished_regions: list[Manifold] = []
     while (
-        regions
-        and len(regions) + len(finished) < MOST_REGIONS
-        and sum(excess for excess, _ in regions) + spent > enough
+        excess_and_region
+        and len(excess_and_region) + len(finished_regions) < MOST_REGIONS
+        and sum(excess for excess, _ in excess_and_region) + spent_excess > allowed_excess
     ):
-        regions.sort(key=lambda item: item[0])
-        excess, region = regions.pop()
+        excess_and_region.sort(key=lambda item: item[0])
+        excess, region = excess_and_region.pop()
         halves = best_cut(region)
         # A ring cut in two has hulls that add as much as its own: only the next cut pays.
-        if not halves or sum(half_excess for half_excess, _ in halves) > excess * (1.0 + ROUNDING):
-            finished.append(region)
-            spent += excess
+        if not halves or sum(half_excess for half_excess, _ in halves) > excess * (1.0 + PLANE_ROUNDING):
+            finished_regions.append(region)
+            spent_excess += excess
         else:
-            regions += halves
-    return [*finished, *(region for _, region in regions)]
+            excess_and_region += halves
+    return [*finished_regions, *(region for _, region in excess_and_region)]
 
 
 def cut_in_two(piece: TriangleMesh, solid: Manifold) -> list[TriangleMesh]:
@@ -84,33 +84,39 @@ def cut_in_two(piece: TriangleMesh, solid: Manifold) -> list[TriangleMesh]:
     from manifold3d import Manifold
 
     halves = best_cut(solid ^ Manifold.hull_points(piece.vertices))
-    least = LEAST * solid.volume()
-    hulls = [hull for _, half in halves if half.volume() > least and (hull := hull_of(_corners(half))) is not None]
+    least_volume = LEAST_VOLUME_FRACTION * solid.volume()
+    hulls = [
+        hull for _, half in halves if half.volume() > least_volume and (hull := hull_of(_corners(half))) is not None
+    ]
     return hulls if len(hulls) > 1 else []
 
 
 def best_cut(region: Manifold) -> list[tuple[float, Manifold]]:
     """The components on both sides of the plane that leaves least for hulls to add, each with what its hull adds."""
-    corners, best, least = _corners(region), [], np.inf
+    corners, best_halves, least_excess = _corners(region), [], np.inf
     for normal in DIRECTIONS / np.linalg.norm(DIRECTIONS, axis=1, keepdims=True):
-        for level in _levels(corners @ normal):
-            sides = region.split_by_plane(tuple(normal), level)
+        for plane_level in _levels(corners @ normal):
+            sides = region.split_by_plane(tuple(normal), plane_level)
             halves = [(_hull_excess(side), side) for side in sides if not side.is_empty()]
             excess = sum(half_excess for half_excess, _ in halves)
-            if len(halves) == 2 and excess < least:
-                best, least = halves, excess
-    return [(_hull_excess(piece), piece) for _, half in best for piece in half.decompose() if piece.volume() > 0.0]
+            if len(halves) == 2 and excess < least_excess:
+                best_halves, least_excess = halves, excess
+    return [
+        (_hull_excess(piece), piece) for _, half in best_halves for piece in half.decompose() if piece.volume() > 0.0
+    ]
 
 
 def _levels(heights: FloatArray) -> list[float]:
     """Levels at which most corners lie, and some between the ends."""
     lower, upper = float(heights.min()), float(heights.max())
-    steps = np.round((heights - lower) / max(upper - lower, 1e-12) * 1000.0).astype(np.int64)
-    counts = np.bincount(steps, minlength=1001)
-    counts[[*range(11), *range(990, 1001)]] = 0
-    most_cut_levels = [step for step in np.argsort(-counts, kind="stable")[:LEVELS].tolist() if counts[step]]
+    height_bins = np.round((heights - lower) / max(upper - lower, 1e-12) * 1000.0).astype(np.int64)
+    corners_in_bin = np.bincount(height_bins, minlength=1001)
+    corners_in_bin[[*range(11), *range(990, 1001)]] = 0
+    most_cut_levels = [
+        step for step in np.argsort(-corners_in_bin, kind="stable")[:LEVELS].tolist() if corners_in_bin[step]
+    ]
     # The level of the corners themselves, not of the step: a plane beside a floor leaves a sliver of it.
-    at_corners = [float(np.median(heights[steps == step])) for step in most_cut_levels]
+    at_corners = [float(np.median(heights[height_bins == step])) for step in most_cut_levels]
     return [*at_corners, *(lower + fraction * (upper - lower) for fraction in FRACTIONS)]
 
 

@@ -15,13 +15,13 @@ from cdcore.numerics import FloatArray
 from replay.cutting.convex_solids import beyond_planes, manifold_of
 from replay.cutting.surface_distance import is_outside
 
-NARROWEST: Final = 1e-6
+NARROWEST_SEAM: Final = 1e-6
 """Metres; a seam that is narrower is the rounding of a file's numbers."""
 
-WIDEST: Final = 0.1
+WIDEST_SLIT: Final = 0.1
 """Fraction of the size of a mesh; pieces that are farther apart leave out a part of it, not a slit."""
 
-FACING: Final = 0.5
+FACING_FRACTION: Final = 0.5
 """Fraction of a slit's width by which corners of its walls may lie behind their foremost corner."""
 
 
@@ -55,24 +55,24 @@ def seams_of(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> list[Seam]:
     Pieces apart leave a slit where a closed mesh has material between them that no other piece fills. A wedge between
     pieces that touch along an edge is not found: its width is 0 there.
     """
-    size = float(np.ptp(mesh.vertices, axis=0).max())
+    mesh_size = float(np.ptp(mesh.vertices, axis=0).max())
     lower = np.array([piece.vertices.min(axis=0) for piece in pieces])
     upper = np.array([piece.vertices.max(axis=0) for piece in pieces])
     seams = []
     for first, second in combinations(range(len(pieces)), 2):
-        between = np.maximum(lower[first] - upper[second], lower[second] - upper[first])
-        if float(np.linalg.norm(np.maximum(between, 0.0))) > WIDEST * size:
+        box_gap = np.maximum(lower[first] - upper[second], lower[second] - upper[first])
+        if float(np.linalg.norm(np.maximum(box_gap, 0.0))) > WIDEST_SLIT * mesh_size:
             continue
         gap = signed_gap(pieces[first].vertices, pieces[second].vertices)
-        numbers = first, second
-        if gap.metres < -NARROWEST:
+        pair_numbers = first, second
+        if gap.metres < -NARROWEST_SEAM:
             point = _common_point(pieces[first], pieces[second])
-            seams.append(Seam(SeamKind.OVERLAP, numbers, -gap.metres, _plain(point)))
-        elif NARROWEST < gap.metres <= WIDEST * size and mesh.is_closed:
+            seams.append(Seam(SeamKind.OVERLAP, pair_numbers, -gap.metres, _float_triple(point)))
+        elif NARROWEST_SEAM < gap.metres <= WIDEST_SLIT * mesh_size and mesh.is_closed:
             point = _point_between(pieces[first].vertices, pieces[second].vertices, gap)
-            other_pieces = [piece for number, piece in enumerate(pieces) if number not in numbers]
+            other_pieces = [piece for number, piece in enumerate(pieces) if number not in pair_numbers]
             if not is_outside(point[None], mesh.triangles)[0] and _is_free(point, other_pieces):
-                seams.append(Seam(SeamKind.SLIT, numbers, gap.metres, _plain(point)))
+                seams.append(Seam(SeamKind.SLIT, pair_numbers, gap.metres, _float_triple(point)))
     return sorted(seams, key=lambda seam: -seam.width)
 
 
@@ -94,12 +94,12 @@ def signed_gap(first: FloatArray, second: FloatArray) -> Gap:
 
     differences = (first[:, None] - second[None]).reshape(-1, 3)
     hull = ConvexHull(differences)
-    beyond = float(hull.equations[:, 3].max())
-    if beyond <= 0.0:
-        return Gap(beyond, np.full((2, 3), np.nan))
+    overlap_depth = float(hull.equations[:, 3].max())
+    if overlap_depth <= 0.0:
+        return Gap(overlap_depth, np.full((2, 3), np.nan))
     corners = differences[hull.vertices]
-    size = float(np.ptp(corners, axis=0).max())
-    weights, _ = nnls(np.vstack([corners.T / size, np.ones(len(corners))]), np.array([0.0, 0.0, 0.0, 1.0]))
+    corner_size = float(np.ptp(corners, axis=0).max())
+    weights, _ = nnls(np.vstack([corners.T / corner_size, np.ones(len(corners))]), np.array([0.0, 0.0, 0.0, 1.0]))
     weights /= weights.sum()
     a, b = np.divmod(hull.vertices, len(second))
     ends = np.stack([weights @ first[a], weights @ second[b]])
@@ -110,25 +110,27 @@ def _point_between(first: FloatArray, second: FloatArray, gap: Gap) -> FloatArra
     """The middle of the slit where walls face each other, else the middle of the nearest points."""
     from manifold3d import Manifold
 
-    toward = (gap.ends[1] - gap.ends[0]) / gap.metres
-    walls = []
+    gap_direction = (gap.ends[1] - gap.ends[0]) / gap.metres
+    facing_hulls = []
     for corners, sign in ((first, 1.0), (second, -1.0)):
-        ahead = sign * (corners @ toward)
-        facing = corners[ahead >= ahead.max() - FACING * gap.metres]
-        walls.append(Manifold.hull_points(np.concatenate([facing, facing + sign * gap.metres * toward])))
-    common = walls[0] ^ walls[1]
-    if common.is_empty():
+        heights_along_gap = sign * (corners @ gap_direction)
+        facing_corners = corners[heights_along_gap >= heights_along_gap.max() - FACING_FRACTION * gap.metres]
+        facing_hulls.append(
+            Manifold.hull_points(np.concatenate([facing_corners, facing_corners + sign * gap.metres * gap_direction]))
+        )
+    common_hull = facing_hulls[0] ^ facing_hulls[1]
+    if common_hull.is_empty():
         return np.asarray(gap.ends.mean(axis=0))
-    return np.asarray(common.to_mesh64().vert_properties[:, :3].mean(axis=0))
+    return np.asarray(common_hull.to_mesh64().vert_properties[:, :3].mean(axis=0))
 
 
 def _common_point(first: TriangleMesh, second: TriangleMesh) -> FloatArray:
     """The middle of what two solids have in common."""
     a, b = manifold_of(first), manifold_of(second)
-    common = None if a is None or b is None else a ^ b
-    if common is None or common.is_empty():
+    common_part = None if a is None or b is None else a ^ b
+    if common_part is None or common_part.is_empty():
         return np.asarray((first.vertices.mean(axis=0) + second.vertices.mean(axis=0)) / 2)
-    return np.asarray(common.to_mesh64().vert_properties[:, :3].mean(axis=0))
+    return np.asarray(common_part.to_mesh64().vert_properties[:, :3].mean(axis=0))
 
 
 def _is_free(point: FloatArray, pieces: Sequence[TriangleMesh]) -> bool:
@@ -136,6 +138,6 @@ def _is_free(point: FloatArray, pieces: Sequence[TriangleMesh]) -> bool:
     return all(beyond_planes(point[None], piece)[0] > 0.0 for piece in pieces)
 
 
-def _plain(point: FloatArray) -> tuple[float, float, float]:
+def _float_triple(point: FloatArray) -> tuple[float, float, float]:
     x, y, z = point.tolist()
     return x, y, z

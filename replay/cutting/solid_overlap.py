@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from manifold3d import Manifold
 
 
-COARSE: Final = 100
+COARSE_TRIANGLES: Final = 100
 """Triangles of a common part below which its corners alone do not tell how deep it is."""
 
 
@@ -84,7 +84,9 @@ class Intersection:
         """
         depth = 0.0
         for surface, triangles, corners in zip(self.surfaces, self.triangles_in, self.corners_in, strict=True):
-            points = corners if len(triangles) >= COARSE else np.concatenate([corners, triangles.mean(axis=1)])
+            points = (
+                corners if len(triangles) >= COARSE_TRIANGLES else np.concatenate([corners, triangles.mean(axis=1)])
+            )
             depth = surface.largest_distance(points, depth)
         return depth
 
@@ -100,10 +102,10 @@ class Intersection:
 
 def intersection_of(first: Solid, second: Solid, rotation: FloatArray, translation: FloatArray) -> Intersection | None:
     """Common part of two solids, ``None``: there is none; the pose is that of the first in the axes of the second."""
-    common = intersection_solid(first, second, rotation, translation)
-    if common.is_empty():
+    common_solid = intersection_solid(first, second, rotation, translation)
+    if common_solid.is_empty():
         return None
-    mesh = common.to_mesh64()
+    mesh = common_solid.to_mesh64()
     faces = np.asarray(mesh.tri_verts).astype(np.int64)
     in_second = np.array(mesh.vert_properties[:, :3], dtype=np.float64, order="C")
     in_first = (in_second - translation) @ rotation
@@ -111,5 +113,5 @@ def intersection_of(first: Solid, second: Solid, rotation: FloatArray, translati
         triangles_in=(in_first[faces], in_second[faces]),
         corners_in=(in_first, in_second),
         surfaces=(first.surface, second.surface),
-        volume=common.volume(),
+        volume=common_solid.volume(),
     )

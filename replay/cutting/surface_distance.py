@@ -15,29 +15,29 @@ import numpy as np
 
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 
-PRECISION: Final = 2e-7
+RELATIVE_PRECISION: Final = 2e-7
 """Relative gain of a depth that is none."""
 
 LEVELS: Final = 8
 """Halvings of a triangle before the search ends."""
 
-FINE: Final = 600
+FINE_TRIANGLES: Final = 600
 """Triangles of a surface from which on a single level is searched: the farthest points are near corners and middles of
 so fine a region, and the search takes a third of the time."""
 
-STALE: Final = 2
+STALE_ROUNDS: Final = 2
 """Levels without a gain after which the search ends: what is left is bounded loosely, along a ridge of equal depth."""
 
-POLISHED: Final = 2
+POLISHED_TRIANGLES: Final = 2
 """Triangles of a level in which the farthest point is placed by linear programmes."""
 
 MOST_TRIANGLES: Final = 120
 """Of a level: those with the greatest bounds."""
 
-STEPS: Final = 12
+ASCENT_STEPS: Final = 12
 """Linear programmes a point; each is right but for triangles that were farther before."""
 
-NEAREST: Final = 48
+NEAREST_TRIANGLES: Final = 48
 """Triangles whose tangents a step begins with."""
 
 TAKEN_IN: Final = 12
@@ -52,13 +52,13 @@ HALVINGS: Final = 16
 SAMPLES: Final = 32
 """Edges of triangles that are sampled are at most this part of the size of a surface."""
 
-BESIDE: Final = 8
+TRIANGLES_BESIDE: Final = 8
 """Small triangles whose middles are nearest to a point: the nearest triangle is among them, as a rule."""
 
 POINTS_AT_ONCE: Final = 4
 """Points of which it is asked together whether they are within a solid."""
 
-NARROW: Final = 0.05
+NARROW_FRACTION: Final = 0.05
 """Fraction of the room at its start below which an ascent within a solid ends: it arrives at the surface."""
 
 
@@ -80,7 +80,7 @@ class Surface:
         object.__setattr__(self, "triangles", np.require(self.triangles, requirements=["C", "W"]))
 
     @cached_property
-    def middles(self) -> FloatArray:
+    def triangle_middles(self) -> FloatArray:
         """Middles (n, 3) of the triangles."""
         a, b, c = self.triangles[:, 0], self.triangles[:, 1], self.triangles[:, 2]
         return np.asarray((a + b + c) / 3.0)
@@ -88,25 +88,29 @@ class Surface:
     @cached_property
     def radii(self) -> FloatArray:
         """Metres from the middle of each triangle to its farthest corner, (n,)."""
-        squared = [((self.triangles[:, corner] - self.middles) ** 2) @ np.ones(3) for corner in range(3)]
-        return np.asarray(np.sqrt(np.maximum.reduce(squared)))
+        squared_distances = [
+            ((self.triangles[:, corner] - self.triangle_middles) ** 2) @ np.ones(3) for corner in range(3)
+        ]
+        return np.asarray(np.sqrt(np.maximum.reduce(squared_distances)))
 
-    def near(self, points: FloatArray) -> Surface:
+    def subset_near(self, points: FloatArray) -> Surface:
         """The triangles among which the nearest of any point within the convex hull of the points (n, 3) is."""
-        middle = points.mean(axis=0)
-        radius = float(np.linalg.norm(points - middle, axis=1).max())
-        away = np.linalg.norm(self.middles - middle, axis=1) - self.radii
+        points_middle = points.mean(axis=0)
+        radius = float(np.linalg.norm(points - points_middle, axis=1).max())
+        middle_distances = np.linalg.norm(self.triangle_middles - points_middle, axis=1) - self.radii
         # A point of the hull is nearer to the surface than the middle is, plus the radius.
-        nearest = float(self.distances(middle[None])[0][0])
-        return Surface(self.triangles[away <= nearest + 2.0 * radius + PRECISION])
+        nearest_distance = float(self.distances(points_middle[None])[0][0])
+        return Surface(self.triangles[middle_distances <= nearest_distance + 2.0 * radius + RELATIVE_PRECISION])
 
     def distances(self, points: FloatArray) -> tuple[FloatArray, IntArray]:
         """Metres from points (k, 3) to the surface, (k,), and the triangle that is nearest to each, (k,)."""
-        return _kernels().nearest_triangles(points, self.triangles, self.middles, self.radii)
+        return _kernels().nearest_triangles(points, self.triangles, self.triangle_middles, self.radii)
 
-    def largest_distance(self, points: FloatArray, least: float) -> float:
-        """Metres from the surface to the one of the points (k, 3) that is farthest from it, at least ``least``."""
-        return float(_kernels().largest_distance(points, self.triangles, self.middles, self.radii, least))
+    def largest_distance(self, points: FloatArray, least_distance: float) -> float:
+        """Metres from the surface to the farthest of points (k, 3), at least ``least_distance``."""
+        return float(
+            _kernels().largest_distance(points, self.triangles, self.triangle_middles, self.radii, least_distance)
+        )
 
 
 def is_outside(points: FloatArray, triangles: FloatArray) -> BoolArray:
@@ -117,37 +121,42 @@ def is_outside(points: FloatArray, triangles: FloatArray) -> BoolArray:
     return np.asarray(np.abs(winding_numbers(np.ascontiguousarray(points), writable)) < 0.5)
 
 
-def farthest_on(region: FloatArray, surface: Surface, least: float = 0.0, *, thorough: bool = False) -> float:
-    """Metres from the surface to the point of triangles (n, 3, 3) that is farthest from it, at least ``least``.
+def farthest_on(region: FloatArray, surface: Surface, least_distance: float = 0.0, *, thorough: bool = False) -> float:
+    """Metres from the surface to the point of triangles (n, 3, 3) farthest from it, at least ``least_distance``.
 
     ``thorough``: all levels are searched on a fine surface too.
     """
-    corners, numbers = _distinct(region.reshape(-1, 3))
-    surface = surface.near(corners)
+    corners, numbers = _distinct_points(region.reshape(-1, 3))
+    surface = surface.subset_near(corners)
     at_corners, _ = surface.distances(corners)
-    best = max(least, float(at_corners.max()))
+    largest_distance = max(least_distance, float(at_corners.max()))
     # Nowhere on a triangle is it farther than at a corner, plus the longer edge from there.
     edges = np.linalg.norm(region - np.roll(region, 1, axis=1), axis=2)
     longest = np.maximum(edges, np.roll(edges, -1, axis=1))
     upper_bounds = (at_corners[numbers.reshape(-1, 3)] + longest).min(axis=1)
-    order = np.argsort(-upper_bounds, kind="stable")
-    triangles, stale = region[order[upper_bounds[order] > best * (1.0 + PRECISION)][:MOST_TRIANGLES]], 0
-    for _ in range(LEVELS if thorough or len(surface.triangles) < FINE else 1):
-        if not len(triangles) or stale >= STALE:
+    bound_order = np.argsort(-upper_bounds, kind="stable")
+    triangles, stale_rounds = (
+        region[bound_order[upper_bounds[bound_order] > largest_distance * (1.0 + RELATIVE_PRECISION)][:MOST_TRIANGLES]],
+        0,
+    )
+    for _ in range(LEVELS if thorough or len(surface.triangles) < FINE_TRIANGLES else 1):
+        if not len(triangles) or stale_rounds >= STALE_ROUNDS:
             break
-        bounds, at_middles = _bounds(triangles, surface)
-        before, best = best, max(best, at_middles)
-        order = np.argsort(-bounds, kind="stable")
-        for index in order[:POLISHED].tolist():
-            if bounds[index] > best * (1.0 + PRECISION):
-                best = max(best, _farthest_on_triangle(triangles[index], surface))
-        order = order[bounds[order] > best * (1.0 + PRECISION)][:MOST_TRIANGLES]
-        stale = 0 if best > before * (1.0 + PRECISION) else stale + 1
-        triangles = _quartered_triangles(triangles[order])
-    return best
+        distance_bounds, at_middles = _distance_bounds(triangles, surface)
+        previous_distance, largest_distance = largest_distance, max(largest_distance, at_middles)
+        bound_order = np.argsort(-distance_bounds, kind="stable")
+        for index in bound_order[:POLISHED_TRIANGLES].tolist():
+            if distance_bounds[index] > largest_distance * (1.0 + RELATIVE_PRECISION):
+                largest_distance = max(largest_distance, _farthest_on_triangle(triangles[index], surface))
+        bound_order = bound_order[distance_bounds[bound_order] > largest_distance * (1.0 + RELATIVE_PRECISION)][
+            :MOST_TRIANGLES
+        ]
+        stale_rounds = 0 if largest_distance > previous_distance * (1.0 + RELATIVE_PRECISION) else stale_rounds + 1
+        triangles = _quartered_triangles(triangles[bound_order])
+    return largest_distance
 
 
-def finer(triangles: FloatArray, longest: float) -> FloatArray:
+def refined_triangles(triangles: FloatArray, longest: float) -> FloatArray:
     """Triangles (n, 3, 3) halved at their longest edge until no edge is longer, or ``HALVINGS`` times."""
     short_enough = []
     for _ in range(HALVINGS):
@@ -169,17 +178,17 @@ class SampledSurface:
         from scipy.spatial import KDTree
 
         self.size = float(np.ptp(triangles.reshape(-1, 3), axis=0).max())
-        self._triangles = finer(triangles, self.size / SAMPLES)
+        self._triangles = refined_triangles(triangles, self.size / SAMPLES)
         self._tree = KDTree(self._triangles.mean(axis=1))
 
     def distances(self, points: FloatArray) -> FloatArray:
         """Metres from points (k, 3) to the surface, (k,)."""
-        count = min(BESIDE, len(self._triangles))
-        _, nearest = self._tree.query(points, k=range(1, count + 1))
+        neighbour_count = min(TRIANGLES_BESIDE, len(self._triangles))
+        _, nearest_triangles = self._tree.query(points, k=range(1, neighbour_count + 1))
         distance, _ = _kernels().distance_to_triangles(
-            np.repeat(points, count, axis=0), self._triangles[nearest.ravel()]
+            np.repeat(points, neighbour_count, axis=0), self._triangles[nearest_triangles.ravel()]
         )
-        return np.asarray(distance.reshape(-1, count).min(axis=1))
+        return np.asarray(distance.reshape(-1, neighbour_count).min(axis=1))
 
 
 def farthest_triangles(region: FloatArray, surface: FloatArray) -> FloatArray:
@@ -187,36 +196,41 @@ def farthest_triangles(region: FloatArray, surface: FloatArray) -> FloatArray:
 
     Bounds of long triangles are loose: many of them along a wall hid the lid of a vessel from ``farthest_on``.
     """
-    sampled = SampledSurface(surface)
-    best, triangles, small = 0.0, region, []
+    sampled_surface = SampledSurface(surface)
+    largest_distance, triangles, small_triangles = 0.0, region, []
     for _ in range(HALVINGS):
         middles = triangles.mean(axis=1)
-        at_middles = sampled.distances(middles)
-        best = max(best, float(at_middles.max(initial=0.0)))
+        at_middles = sampled_surface.distances(middles)
+        largest_distance = max(largest_distance, float(at_middles.max(initial=0.0)))
         # Nowhere on a triangle is it farther than at its middle, plus the way from there to its farthest corner.
-        bounds = at_middles + np.linalg.norm(triangles - middles[:, None], axis=2).max(axis=1)
-        promising, bounds = triangles[bounds > best], bounds[bounds > best]
-        is_small = _edge_lengths(promising).max(axis=1) <= sampled.size / SAMPLES
-        small += list(zip(bounds[is_small].tolist(), promising[is_small], strict=True))
-        triangles = _halved_triangles(promising[~is_small])
+        distance_bounds = at_middles + np.linalg.norm(triangles - middles[:, None], axis=2).max(axis=1)
+        promising_triangles, distance_bounds = (
+            triangles[distance_bounds > largest_distance],
+            distance_bounds[distance_bounds > largest_distance],
+        )
+        is_small = _edge_lengths(promising_triangles).max(axis=1) <= sampled_surface.size / SAMPLES
+        small_triangles += list(zip(distance_bounds[is_small].tolist(), promising_triangles[is_small], strict=True))
+        triangles = _halved_triangles(promising_triangles[~is_small])
         if not len(triangles):
             break
-    small.sort(key=lambda bounded: -bounded[0])
-    return np.array([triangle for bound, triangle in small[:MOST_TRIANGLES] if bound > best] or region[:1])
+    small_triangles.sort(key=lambda bounded: -bounded[0])
+    return np.array(
+        [triangle for bound, triangle in small_triangles[:MOST_TRIANGLES] if bound > largest_distance] or region[:1]
+    )
 
 
-def _distinct(points: FloatArray) -> tuple[FloatArray, IntArray]:
+def _distinct_points(points: FloatArray) -> tuple[FloatArray, IntArray]:
     """The different ones of points (n, 3) in order, and the number (n,) of each among them.
 
     Cost: a fifth of ``np.unique`` of rows.
     """
-    order = np.lexsort(points.T[::-1])
-    ordered = points[order]
+    sort_order = np.lexsort(points.T[::-1])
+    sorted_points = points[sort_order]
     is_new = np.ones(len(points), dtype=np.bool_)
-    is_new[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
-    numbers = np.empty(len(points), dtype=np.int64)
-    numbers[order] = np.cumsum(is_new) - 1
-    return ordered[is_new], numbers
+    is_new[1:] = (sorted_points[1:] != sorted_points[:-1]).any(axis=1)
+    distinct_numbers = np.empty(len(points), dtype=np.int64)
+    distinct_numbers[sort_order] = np.cumsum(is_new) - 1
+    return sorted_points[is_new], distinct_numbers
 
 
 def _edge_lengths(triangles: FloatArray) -> FloatArray:
@@ -226,51 +240,53 @@ def _edge_lengths(triangles: FloatArray) -> FloatArray:
 
 def _halved_triangles(triangles: FloatArray) -> FloatArray:
     """Triangles (n, 3, 3) halved at their longest edges, (2 n, 3, 3)."""
-    edge = _edge_lengths(triangles).argmax(axis=1)
-    a, b, c = (triangles[np.arange(len(edge)), (edge + step) % 3] for step in range(3))
+    longest_edge = _edge_lengths(triangles).argmax(axis=1)
+    a, b, c = (triangles[np.arange(len(longest_edge)), (longest_edge + step) % 3] for step in range(3))
     midpoints = 0.5 * (a + b)
     return np.concatenate([np.stack([a, midpoints, c], axis=1), np.stack([midpoints, b, c], axis=1)])
 
 
-def farthest_within(region: FloatArray, surface: Surface, least: float) -> float:
-    """Metres from the surface to the farthest point within a closed region (n, 3, 3), at least ``least``.
+def farthest_within(region: FloatArray, surface: Surface, least_distance: float) -> float:
+    """Metres from the surface to the farthest point within a closed region (n, 3, 3), at least ``least_distance``.
 
     It begins at points of a grid, so that of several farthest points it may find another than the farthest.
     """
     corners = region.reshape(-1, 3)
-    surface = surface.near(corners)
+    surface = surface.subset_near(corners)
     lower, upper = corners.min(axis=0), corners.max(axis=0)
-    size = (upper - lower) / GRID
-    points = lower + (np.indices((GRID,) * 3).reshape(3, -1).T + 0.5) * size
+    cell_size = (upper - lower) / GRID
+    points = lower + (np.indices((GRID,) * 3).reshape(3, -1).T + 0.5) * cell_size
     depths, nearest = surface.distances(points)
     # In the cell of a point it is nowhere farther than at a corner of the cell from the triangle nearest to the point.
-    ends = points[:, None] + (np.indices((2,) * 3).reshape(3, -1).T - 0.5) * size
-    bounds = _kernels().distance_to_triangles(ends.reshape(-1, 3), np.repeat(surface.triangles[nearest], 8, axis=0))[0]
-    deep = bounds.reshape(-1, 8).max(axis=1) > least * (1.0 + PRECISION)
-    points, depths = points[deep], depths[deep]
+    cell_corners = points[:, None] + (np.indices((2,) * 3).reshape(3, -1).T - 0.5) * cell_size
+    distance_bounds = _kernels().distance_to_triangles(
+        cell_corners.reshape(-1, 3), np.repeat(surface.triangles[nearest], 8, axis=0)
+    )[0]
+    is_deep_cell = distance_bounds.reshape(-1, 8).max(axis=1) > least_distance * (1.0 + RELATIVE_PRECISION)
+    points, depths = points[is_deep_cell], depths[is_deep_cell]
     deepest = _deepest_inside(points, depths, region)
-    if deepest is None or (len(surface.triangles) >= FINE and depths[deepest] <= least):
-        return least
-    return max(least, _ascend(points[deepest], surface, Surface(region)))
+    if deepest is None or (len(surface.triangles) >= FINE_TRIANGLES and depths[deepest] <= least_distance):
+        return least_distance
+    return max(least_distance, _farthest_by_ascent(points[deepest], surface, Surface(region)))
 
 
 def _deepest_inside(points: FloatArray, depths: FloatArray, region: FloatArray) -> int | None:
     """Number of the point (n, 3) with the greatest of the depths (n,) that is within a region; ``None``: none is."""
-    order = np.argsort(-depths, kind="stable")
+    depth_order = np.argsort(-depths, kind="stable")
     # The first of them mostly is, and a winding number takes as long as the distance.
-    for start in range(0, len(order), POINTS_AT_ONCE):
-        block = order[start : start + POINTS_AT_ONCE]
-        inside = ~is_outside(points[block], region)
-        if inside.any():
-            return int(block[inside.argmax()])
+    for start in range(0, len(depth_order), POINTS_AT_ONCE):
+        block = depth_order[start : start + POINTS_AT_ONCE]
+        is_inside = ~is_outside(points[block], region)
+        if is_inside.any():
+            return int(block[is_inside.argmax()])
     return None
 
 
-def _bounds(triangles: FloatArray, surface: Surface) -> tuple[FloatArray, float]:
+def _distance_bounds(triangles: FloatArray, surface: Surface) -> tuple[FloatArray, float]:
     """Bounds (n,) of the distance on each triangle from above, and the greatest distance of a middle."""
     distance, nearest = surface.distances(triangles.mean(axis=1))
-    against = surface.triangles[nearest]
-    bounds = np.max([_kernels().distance_to_triangles(triangles[:, k], against)[0] for k in range(3)], axis=0)
+    nearest_triangles = surface.triangles[nearest]
+    bounds = np.max([_kernels().distance_to_triangles(triangles[:, k], nearest_triangles)[0] for k in range(3)], axis=0)
     return bounds, float(distance.max())
 
 
@@ -286,11 +302,11 @@ def _farthest_on_triangle(triangle: FloatArray, surface: Surface) -> float:
     axes = triangle[1:] - triangle[0]
     weights = np.full(2, 1.0 / 3.0)
     distance = float(surface.distances(triangle.mean(axis=0)[None])[0][0])
-    sides = np.array([[-1.0, 0.0], [0.0, -1.0], [1.0, 1.0]])
-    for _ in range(STEPS):
+    side_normals = np.array([[-1.0, 0.0], [0.0, -1.0], [1.0, 1.0]])
+    for _ in range(ASCENT_STEPS):
         point = triangle[0] + weights @ axes
-        room = np.array([weights[0], weights[1], 1.0 - weights.sum()])
-        ascent = _best_step(point, distance, surface, axes, (sides, room)) if distance > 0.0 else None
+        side_distances = np.array([weights[0], weights[1], 1.0 - weights.sum()])
+        ascent = _best_step(point, distance, surface, axes, (side_normals, side_distances)) if distance > 0.0 else None
         if ascent is None:
             break
         step, distance = ascent
@@ -298,20 +314,22 @@ def _farthest_on_triangle(triangle: FloatArray, surface: Surface) -> float:
     return distance
 
 
-def _ascend(point: FloatArray, surface: Surface, boundary: Surface) -> float:
+def _farthest_by_ascent(point: FloatArray, surface: Surface, boundary: Surface) -> float:
     """Metres to the farthest point to which ascent from a point within a region leads without leaving it."""
     distance = float(surface.distances(point[None])[0][0])
-    room = start = float(boundary.distances(point[None])[0][0])
-    sides = np.concatenate([np.eye(3), -np.eye(3)])
-    for _ in range(2 * STEPS if len(surface.triangles) < FINE else STEPS // 2):
-        if room <= NARROW * start:
+    boundary_distance = start = float(boundary.distances(point[None])[0][0])
+    side_normals = np.concatenate([np.eye(3), -np.eye(3)])
+    for _ in range(2 * ASCENT_STEPS if len(surface.triangles) < FINE_TRIANGLES else ASCENT_STEPS // 2):
+        if boundary_distance <= NARROW_FRACTION * start:
             break
-        ascent = _best_step(point, distance, surface, np.eye(3), (sides, np.full(6, room / np.sqrt(3.0))))
+        ascent = _best_step(
+            point, distance, surface, np.eye(3), (side_normals, np.full(6, boundary_distance / np.sqrt(3.0)))
+        )
         if ascent is None:
             break
         step, distance = ascent
         point = point + step
-        room = float(boundary.distances(point[None])[0][0])
+        boundary_distance = float(boundary.distances(point[None])[0][0])
     return distance
 
 
@@ -320,9 +338,9 @@ def _best_step(
     distance_to_beat: float,
     surface: Surface,
     axes: FloatArray,
-    limits: tuple[FloatArray, FloatArray],
+    side_limits: tuple[FloatArray, FloatArray],
 ) -> tuple[FloatArray, float] | None:
-    """A step (k,) along axes (k, 3) within ``limits`` (rows, right side), and the distance of the point it leads to.
+    """A step (k,) along axes (k, 3) within ``side_limits`` (rows, right side), and the distance of its end point.
 
     The step leads to the greatest of the tangents of the distances to single triangles. They are right on the near side
     of each, so that the true distance is no less: where it is, a triangle was left out, and is taken in. ``None``: the
@@ -330,24 +348,32 @@ def _best_step(
     """
     from cdcore.narrow.greatest_minimum import greatest_minimum
 
-    away = np.sqrt(((surface.middles - point) ** 2) @ np.ones(3)) - surface.radii
-    rows = np.argpartition(away, NEAREST)[:NEAREST] if len(away) > NEAREST else np.arange(len(away))
+    lower_distances = np.sqrt(((surface.triangle_middles - point) ** 2) @ np.ones(3)) - surface.radii
+    nearby_triangles = (
+        np.argpartition(lower_distances, NEAREST_TRIANGLES)[:NEAREST_TRIANGLES]
+        if len(lower_distances) > NEAREST_TRIANGLES
+        else np.arange(len(lower_distances))
+    )
     step = np.zeros(len(axes))
     for _ in range(TAKEN_IN):
-        distance, closest = _kernels().distance_to_triangles(
-            np.broadcast_to(point, (len(rows), 3)), surface.triangles[rows]
+        distance, closest_points = _kernels().distance_to_triangles(
+            np.broadcast_to(point, (len(nearby_triangles), 3)), surface.triangles[nearby_triangles]
         )
-        gradients = (point - closest) / np.maximum(distance, 1e-300)[:, None]
-        highest = greatest_minimum(gradients @ axes.T, distance, *limits)
+        gradients = (point - closest_points) / np.maximum(distance, 1e-300)[:, None]
+        highest = greatest_minimum(gradients @ axes.T, distance, *side_limits)
         if highest is None:
             return None
         step = highest
-        promised = float((distance + gradients @ axes.T @ step).min())
-        if promised <= distance_to_beat * (1.0 + PRECISION):
+        promised_distance = float((distance + gradients @ axes.T @ step).min())
+        if promised_distance <= distance_to_beat * (1.0 + RELATIVE_PRECISION):
             return None
-        moved = point + step @ axes
-        reached, nearest = surface.distances(moved[None])
-        if reached[0] >= promised * (1.0 - PRECISION) or nearest[0] in rows:
+        moved_point = point + step @ axes
+        reached_distances, nearest = surface.distances(moved_point[None])
+        if reached_distances[0] >= promised_distance * (1.0 - RELATIVE_PRECISION) or nearest[0] in nearby_triangles:
             break
-        rows = np.append(rows, nearest[0])
-    return (step, float(reached[0])) if reached[0] > distance_to_beat * (1.0 + PRECISION) else None
+        nearby_triangles = np.append(nearby_triangles, nearest[0])
+    return (
+        (step, float(reached_distances[0]))
+        if reached_distances[0] > distance_to_beat * (1.0 + RELATIVE_PRECISION)
+        else None
+    )

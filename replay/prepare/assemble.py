@@ -75,32 +75,41 @@ def assemble(
     if not len(session_scan.stamp_ns):
         raise AssemblyError("the session has no frames; record some, or check the file with `replay info`")
     scene = session.scene
-    fixed = [body.id for body in scene.bodies if body.fixed is not None and body.id not in session.names]
-    bodies = tuple(body_of(session, name) for name in [*session.names, *fixed] if name in session.meshes)
-    names = [body.name for body in bodies]
+    fixed_names = [body.id for body in scene.bodies if body.fixed is not None and body.id not in session.names]
+    bodies = tuple(body_of(session, name) for name in [*session.names, *fixed_names] if name in session.meshes)
+    body_names = [body.name for body in bodies]
     if not bodies:
-        tracked = safe_text(", ".join(session.names))
-        raise AssemblyError(f"no body has a mesh; there are tracks of: {tracked}; {GIVE_MESHES}")
-    kinematics = Kinematics(scene, session.names, names)
-    moves = dict(zip(session.names, session_scan.moves.tolist(), strict=True))
-    rows = chosen_pairs(scene, names, moves, pairs)
-    if not len(rows) and detecting:
-        without_pose = [name for name, has in zip(session.names, session_scan.has_pose, strict=True) if not has]
-        why = _without_pose([name for name in without_pose if name in names])
-        raise AssemblyError(f"no pair to replay: {why or _why_no_pair(session, names, moves, pairs)}")
-    stamps = _window(session_scan, start, end)
-    placed = _place_frames(session, kinematics, stamps, len(bodies))
-    declared = [scene.body(name) for name in names]
+        tracked_names = safe_text(", ".join(session.names))
+        raise AssemblyError(f"no body has a mesh; there are tracks of: {tracked_names}; {GIVE_MESHES}")
+    kinematics = Kinematics(scene, session.names, body_names)
+    moves_by_name = dict(zip(session.names, session_scan.moves.tolist(), strict=True))
+    pair_rows = chosen_pairs(scene, body_names, moves_by_name, pairs)
+    if not len(pair_rows) and detecting:
+        without_pose = [
+            name for name, has_any_pose in zip(session.names, session_scan.has_pose, strict=True) if not has_any_pose
+        ]
+        missing_pose_reason = _without_pose([name for name in without_pose if name in body_names])
+        raise AssemblyError(
+            f"no pair to replay: {missing_pose_reason or _why_no_pair(session, body_names, moves_by_name, pairs)}"
+        )
+    stamps = _window_stamps(session_scan, start, end)
+    placed_frames = _place_frames(session, kinematics, stamps, len(bodies))
+    declared_bodies = [scene.body(name) for name in body_names]
     return Assembly(
         bodies=bodies,
-        motion=_motion(stamps, placed, session_scan, session, names, detecting=len(rows) > 0),
-        pairs=rows,
-        grasped=grasped_pairs(scene, names, rows),
+        motion=_motion(stamps, placed_frames, session_scan, session, body_names, detecting=len(pair_rows) > 0),
+        pairs=pair_rows,
+        grasped=grasped_pairs(scene, body_names, pair_rows),
         stamp_ns=stamps,
-        origin=placed.origin,
-        proxies=tuple(body.id for body in declared if body is not None and body.proxy),
+        origin=placed_frames.origin,
+        proxies=tuple(body.id for body in declared_bodies if body is not None and body.proxy),
         left_out=tuple(name for name in session.names if name not in session.meshes),
-        notes=(*session_scan.notes(), *_absent(session), *_fixed_and_tracked(session), *unknown_in_reports(session)),
+        notes=(
+            *session_scan.notes(),
+            *_absent_body_notes(session),
+            *_fixed_and_tracked(session),
+            *unknown_in_reports(session),
+        ),
         live_contacts=session.live_contacts,
         live_residual=_residual(session),
         group_of=scene.group_of,
@@ -116,60 +125,81 @@ def _without_pose(names: Sequence[str]) -> str:
 
 
 def _why_no_pair(session: Session, names: list[str], moves: dict[str, bool], requested: Pairs | None) -> str:
-    bare = [name for name in session.names if name not in session.meshes]
-    without = f"{bare[0]} has no mesh" if len(bare) == 1 else f"{len(bare)} bodies have no mesh"
+    names_without_mesh = [name for name in session.names if name not in session.meshes]
+    mesh_clause = (
+        f"{names_without_mesh[0]} has no mesh"
+        if len(names_without_mesh) == 1
+        else f"{len(names_without_mesh)} bodies have no mesh"
+    )
     if len(names) == 1:
-        only = names[0]
-        return f"{without}, only {only} has one; {GIVE_MESHES}" if bare else f"{only} is the only body"
-    why = f"{', '.join(names)} do not move against each other"
+        only_name = names[0]
+        return (
+            f"{mesh_clause}, only {only_name} has one; {GIVE_MESHES}"
+            if names_without_mesh
+            else f"{only_name} is the only body"
+        )
+    reason = f"{', '.join(names)} do not move against each other"
     if requested is not None or len(set(rest_frames(session.scene, names, moves).values())) > 1:
-        why = "the scene, or the request, leaves no pair of bodies with a mesh"
-    return f"{why}{'; ' + without if bare else ''}; name pairs in the scene"
+        reason = "the scene, or the request, leaves no pair of bodies with a mesh"
+    return f"{reason}{'; ' + mesh_clause if names_without_mesh else ''}; name pairs in the scene"
 
 
 def _place_frames(session: Session, kinematics: Kinematics, stamps: IntArray, bodies: int) -> Placed:
     """The frames of these stamps, written block by block into arrays of their size."""
-    whole, done = Placed.empty(len(stamps), bodies), 0
+    all_frames, placed_count = Placed.empty(len(stamps), bodies), 0
     for frames in fill_frames(in_order(session.blocks(BLOCK_FRAMES))):
         first, last = np.searchsorted(frames.stamp_ns, stamps[0]), np.searchsorted(frames.stamp_ns, stamps[-1], "right")
         frames = frames.part(int(first), int(last))
-        rows = slice(done, done + len(frames))
-        kinematics.place(frames, Placed(whole.translation[rows], whole.rotation[rows], whole.origin[rows]))
-        done = rows.stop
-        if done == len(stamps):
+        placed_slice = slice(placed_count, placed_count + len(frames))
+        kinematics.place(
+            frames,
+            Placed(
+                all_frames.translation[placed_slice], all_frames.rotation[placed_slice], all_frames.origin[placed_slice]
+            ),
+        )
+        placed_count = placed_slice.stop
+        if placed_count == len(stamps):
             break
-    return whole
+    return all_frames
 
 
 def _motion(
-    stamps: IntArray, placed: Placed, scan: SessionScan, session: Session, names: list[str], *, detecting: bool
+    stamps: IntArray, placed_frames: Placed, scan: SessionScan, session: Session, names: list[str], *, detecting: bool
 ) -> Motion:
     times = (stamps - scan.first_ns) / 1e9
-    valid = placed.origin != PoseOrigin.NONE
-    linked = valid & np.roll(valid, 1, axis=0)
-    linked[:1] = False
+    has_pose = placed_frames.origin != PoseOrigin.NONE
+    has_pose_before = has_pose & np.roll(has_pose, 1, axis=0)
+    has_pose_before[:1] = False
     for column, name in enumerate(names):
         # A frame lies in a break that begins before it and does not end before it.
-        breaks = _breaks(scan, chain_of(name, session.scene))
-        begun, ended = (np.searchsorted(edge, stamps) for edge in breaks.T)
-        linked[:, column] &= begun == ended
+        breaks = _path_breaks(scan, chain_of(name, session.scene))
+        intervals_begun, intervals_ended = (np.searchsorted(edge, stamps) for edge in breaks.T)
+        has_pose_before[:, column] &= intervals_begun == intervals_ended
     if detecting:
-        return Motion(times, placed.translation, placed.rotation, valid, linked=linked, names=names, copy=False)
+        return Motion(
+            times,
+            placed_frames.translation,
+            placed_frames.rotation,
+            has_pose,
+            linked=has_pose_before,
+            names=names,
+            copy=False,
+        )
     # The scan has checked every sample, and no detector will use these poses: the compiler stays unloaded.
-    return Motion.of_rigid(times, placed.translation, placed.rotation, valid, linked)
+    return Motion.of_rigid(times, placed_frames.translation, placed_frames.rotation, has_pose, has_pose_before)
 
 
-def window_ns(first: int, last: int, start: float | None, end: float | None) -> tuple[int, int]:
-    """First and last stamp asked for, of a recording from the stamps ``first`` to ``last``."""
+def window_ns(first_stamp: int, last_stamp: int, start: float | None, end: float | None) -> tuple[int, int]:
+    """First and last stamp asked for, of a recording from the stamps ``first_stamp`` to ``last_stamp``."""
     for seconds in (start, end):
         if seconds is not None and not abs(seconds) <= LARGEST_SECONDS:
             raise AssemblyError(f"{seconds:g} s is no time of a recording; give seconds from its first frame")
-    lower = first if start is None else first + round(start * 1e9)
-    upper = last if end is None else first + round(end * 1e9)
+    lower = first_stamp if start is None else first_stamp + round(start * 1e9)
+    upper = last_stamp if end is None else first_stamp + round(end * 1e9)
     return lower, upper
 
 
-def _window(scan: SessionScan, start: float | None, end: float | None) -> IntArray:
+def _window_stamps(scan: SessionScan, start: float | None, end: float | None) -> IntArray:
     """The stamps asked for."""
     lower, upper = window_ns(scan.first_ns, int(scan.stamp_ns[-1]), start, end)
     stamps = scan.stamp_ns[(scan.stamp_ns >= lower) & (scan.stamp_ns <= upper)]
@@ -179,7 +209,7 @@ def _window(scan: SessionScan, start: float | None, end: float | None) -> IntArr
     return stamps
 
 
-def _breaks(scan: SessionScan, chain: Sequence[str]) -> IntArray:
+def _path_breaks(scan: SessionScan, chain: Sequence[str]) -> IntArray:
     """Stamps (k, 2) between which a body, or one of those that carry it, has no known path: gaps and teleports."""
     gaps = scan.stamp_ns[gap_rows(scan.stamp_ns)[:, None] + [0, 1]]
     return np.sort(np.concatenate([gaps, *(scan.jumps[body] for body in chain if body in scan.jumps)]), axis=0)
@@ -209,12 +239,12 @@ def _residual(session: Session) -> float:
         return 0.0
 
 
-def _absent(session: Session) -> list[str]:
+def _absent_body_notes(session: Session) -> list[str]:
     """A note on every declared body that has neither a track nor a fixed pose."""
-    present = {*session.names, *(body.id for body in session.scene.bodies if body.fixed is not None)}
-    declared = [body.id for body in session.scene.bodies if body.id not in present]
-    missing = dict.fromkeys([*declared, *absent_bodies(session.scene, [*present])])
-    return [f"body {name!r} is declared in the scene but was not recorded" for name in missing]
+    present_names = {*session.names, *(body.id for body in session.scene.bodies if body.fixed is not None)}
+    declared_absent = [body.id for body in session.scene.bodies if body.id not in present_names]
+    missing_names = dict.fromkeys([*declared_absent, *absent_bodies(session.scene, [*present_names])])
+    return [f"body {name!r} is declared in the scene but was not recorded" for name in missing_names]
 
 
 def _fixed_and_tracked(session: Session) -> list[str]:
@@ -225,12 +255,12 @@ def _fixed_and_tracked(session: Session) -> list[str]:
 
 def unknown_in_reports(session: Session) -> list[str]:
     """A sentence on names in the engine's reports that are no body of the session, if there are any."""
-    present = {*session.names, *(body.id for body in session.scene.bodies)}
+    present_names = {*session.names, *(body.id for body in session.scene.bodies)}
     pairs = [{contact.body_a, contact.body_b} for contact in session.live_contacts]
-    unknown = sorted({name for pair in pairs for name in pair} - present)
+    unknown = sorted({name for pair in pairs for name in pair} - present_names)
     if not unknown:
         return []
-    reports = plural(sum(bool(pair - present) for pair in pairs), "report")
-    more = f" and {len(unknown) - MOST_UNKNOWN} more" if len(unknown) > MOST_UNKNOWN else ""
-    named = ", ".join(map(repr, unknown[:MOST_UNKNOWN]))
-    return [f"compared with nothing, for no body is called {named}{more}: {reports} of the engine"]
+    reports_text = plural(sum(bool(pair - present_names) for pair in pairs), "report")
+    more_text = f" and {len(unknown) - MOST_UNKNOWN} more" if len(unknown) > MOST_UNKNOWN else ""
+    named_text = ", ".join(map(repr, unknown[:MOST_UNKNOWN]))
+    return [f"compared with nothing, for no body is called {named_text}{more_text}: {reports_text} of the engine"]

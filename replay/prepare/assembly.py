@@ -75,8 +75,8 @@ class Assembly:
 
         It is the pair's own, or the first of those that join the same two groups, or a group and the same body.
         """
-        first: dict[frozenset[str], int] = {}
-        columns = [first.setdefault(frozenset(self.things_of(pair)), pair) for pair in range(len(self.pairs))]
+        first_column: dict[frozenset[str], int] = {}
+        columns = [first_column.setdefault(frozenset(self.things_of(pair)), pair) for pair in range(len(self.pairs))]
         return np.array(columns, dtype=np.int64)
 
     def columns_of_contact(self, pair: int) -> list[int]:

@@ -64,18 +64,18 @@ class Flags:
     @classmethod
     def of(cls, spans: Sequence[FlagSpan], assembly: Assembly, scene: Scene) -> "Flags":
         """Flag the frames of an assembly that spans cover."""
-        marks = np.zeros((len(assembly.stamp_ns), len(assembly.names)), dtype=np.uint16)
+        flag_bits = np.zeros((len(assembly.stamp_ns), len(assembly.names)), dtype=np.uint16)
         columns: dict[str, list[int]] = {}
         for column, name in enumerate(assembly.names):
             for source in chain_of(name, scene):
                 columns.setdefault(source, []).append(column)
         for span in spans:
             first, last = np.searchsorted(assembly.stamp_ns, [span.start_ns, span.end_ns + 1])
-            bit = np.uint16(1 << FLAG_KINDS.index(span.kind))
-            chosen = columns.get(span.body, []) if span.body else range(marks.shape[1])
-            for column in chosen:
-                marks[first:last, column] |= bit
-        return cls(marks)
+            flag_bit = np.uint16(1 << FLAG_KINDS.index(span.kind))
+            flagged_columns = columns.get(span.body, []) if span.body else range(flag_bits.shape[1])
+            for column in flagged_columns:
+                flag_bits[first:last, column] |= flag_bit
+        return cls(flag_bits)
 
     def of_pairs(self, pairs: NDArray[np.int64], start: int = 0, stop: int | None = None) -> NDArray[np.uint16]:
         """(n, P) flags of pairs in some frames: those of either body."""
@@ -83,14 +83,18 @@ class Flags:
         return flags[:, pairs[:, 0]] | flags[:, pairs[:, 1]]
 
 
-def flag_word(value: int) -> str:
+def flag_word(flag_bits: int) -> str:
     """A flag in words: ``frozen+gap``; an empty text for 0."""
-    return "+".join(kind for k, kind in enumerate(FLAG_KINDS) if value >> k & 1)
+    return "+".join(kind for k, kind in enumerate(FLAG_KINDS) if flag_bits >> k & 1)
 
 
 def chain_of(name: str, scene: Scene) -> list[str]:
     """A body, its parent, the parent's parent and so on."""
-    chain = [name]
-    while (declared := scene.body(chain[-1])) is not None and declared.parent and declared.parent not in chain:
-        chain.append(declared.parent)
-    return chain
+    names_in_chain = [name]
+    while (
+        (scene_body := scene.body(names_in_chain[-1])) is not None
+        and scene_body.parent
+        and scene_body.parent not in names_in_chain
+    ):
+        names_in_chain.append(scene_body.parent)
+    return names_in_chain

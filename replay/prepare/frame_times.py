@@ -33,8 +33,8 @@ def frame_ends(times: FloatArray) -> FloatArray:
     if len(times) < 2:
         return times.copy()
     steps = np.diff(times)
-    usual = float(np.median(steps))
-    ends = times + usual
-    near = steps <= max(BRIDGE_NS / 1e9, USUAL_STEPS * usual)
-    ends[:-1] = np.where(near, times[1:], ends[:-1])
-    return ends
+    usual_step = float(np.median(steps))
+    end_times = times + usual_step
+    is_short_step = steps <= max(BRIDGE_NS / 1e9, USUAL_STEPS * usual_step)
+    end_times[:-1] = np.where(is_short_step, times[1:], end_times[:-1])
+    return end_times

@@ -37,14 +37,14 @@ class _DecodedOnce:
             for block in self._blocks:
                 yield from block.blocks(frames)
             return
-        kept: list[Frames] | None = []
-        count = 0
+        decoded_blocks: list[Frames] | None = []
+        pose_count = 0
         for block in self._source.blocks(frames):
-            count += len(block) * len(block.names)
-            if kept is not None:
-                kept = [*kept, block] if count <= DECODED_POSES else None
+            pose_count += len(block) * len(block.names)
+            if decoded_blocks is not None:
+                decoded_blocks = [*decoded_blocks, block] if pose_count <= DECODED_POSES else None
             yield block
-        self._blocks = kept
+        self._blocks = decoded_blocks
 
 
 def decoded_once(session: Session) -> Session:
@@ -71,20 +71,22 @@ def load_window(session: Session, start: float | None, end: float | None) -> Ses
     if len(stamps) * bodies <= MOST_POSES:
         return decoded_once(session)
     lower, upper = window_ns(int(stamps[0]), int(stamps.max()), start, end)
-    count = int(((stamps >= lower) & (stamps <= upper)).sum())
-    if count * bodies > MOST_POSES:
+    stamps_in_window = int(((stamps >= lower) & (stamps <= upper)).sum())
+    if stamps_in_window * bodies > MOST_POSES:
         seconds = (min(upper, int(stamps.max())) - max(lower, int(stamps[0]))) / 1e9
         raise AssemblyError(
-            f"{count:,} frames of {bodies} bodies ({words.decimal(seconds / 3600, 1)} h) do not fit into memory, "
+            f"{stamps_in_window:,} frames of {bodies} bodies ({words.decimal(seconds / 3600, 1)} h) do not fit "
+            f"into memory, "
             f"which holds {words.decimal(MOST_POSES / 1e6, 0)} million poses (two hours of twelve bodies); "
-            f"replay a part of at most {round(seconds * MOST_POSES / (count * bodies)):,} s with --start and --end"
+            f"replay a part of at most {round(seconds * MOST_POSES / (stamps_in_window * bodies)):,} s with "
+            f"--start and --end"
         )
     return decoded_once(session.between(lower - MARGIN_NS, upper + MARGIN_NS))
 
 
 def load_beginning(session: Session) -> Session:
     """The session, decoded once; of one that is too long to be held its first ``MOST_POSES``."""
-    stamps, most = session.stamps(), MOST_POSES // max(1, len(session.names))
-    if len(stamps) > most:
-        session = session.between(int(stamps[0]), int(stamps[most - 1]))
+    stamps, most_frames = session.stamps(), MOST_POSES // max(1, len(session.names))
+    if len(stamps) > most_frames:
+        session = session.between(int(stamps[0]), int(stamps[most_frames - 1]))
     return decoded_once(session)

@@ -34,11 +34,16 @@ def inside_findings(meshes: Mapping[str, MeshData]) -> Iterator[Finding]:
 def containment_findings(name: str, mesh: TriangleMesh) -> Iterator[Finding]:
     """Findings of one mesh; ``count`` is in pairs of parts."""
     components = connected_components(mesh)
-    near = components_near_each_other(components) if len(components) <= MOST_COMPONENTS else []
-    if not near:
+    near_components = components_near_each_other(components) if len(components) <= MOST_COMPONENTS else []
+    if not near_components:
         return
-    crossing = int(components_that_meet(components, near).sum())
-    if crossing:
-        yield Finding("mesh-parts-cross", f"{crossing} of {len(near)} pairs of parts cross", name, count=crossing)
-    elif mesh.is_closed and components_inside_alike(components, near):
+    crossing_count = int(components_that_meet(components, near_components).sum())
+    if crossing_count:
+        yield Finding(
+            "mesh-parts-cross",
+            f"{crossing_count} of {len(near_components)} pairs of parts cross",
+            name,
+            count=crossing_count,
+        )
+    elif mesh.is_closed and components_inside_alike(components, near_components):
         yield Finding("mesh-parts-nested", "parts lie inside others that are wound alike", name, count=1)

@@ -48,7 +48,7 @@ class FilledFrames:
     def __len__(self) -> int:
         return len(self.stamp_ns)
 
-    def part(self, start: int, stop: int) -> "FilledFrames":
+    def segment(self, start: int, stop: int) -> "FilledFrames":
         """Frames ``start <= t < stop`` as views."""
         return FilledFrames(*(column[start:stop] for column in vars(self).values()))
 
@@ -64,52 +64,66 @@ def fill_frames(blocks: Iterable[Frames]) -> Iterator[FilledFrames]:
         window = block if window is None else Frames.join([window, block])
         if not len(window):
             continue
-        ready = int(np.searchsorted(window.stamp_ns, window.stamp_ns[-1] - BRIDGE_NS, side="right"))
-        if ready > first:
-            yield _fill(window, first, ready)
-        kept = int(np.searchsorted(window.stamp_ns, window.stamp_ns[ready] - BRIDGE_NS))
-        window, first = window.segment(kept, len(window)), ready - kept
+        ready_row = int(np.searchsorted(window.stamp_ns, window.stamp_ns[-1] - BRIDGE_NS, side="right"))
+        if ready_row > first:
+            yield _filled_segment(window, first, ready_row)
+        kept_row = int(np.searchsorted(window.stamp_ns, window.stamp_ns[ready_row] - BRIDGE_NS))
+        window, first = window.segment(kept_row, len(window)), ready_row - kept_row
     if window is not None and len(window):
-        yield _fill(window, first, len(window))
+        yield _filled_segment(window, first, len(window))
 
 
-def _fill(window: Frames, first: int, stop: int) -> FilledFrames:
+def _filled_segment(window: Frames, first: int, stop: int) -> FilledFrames:
     """Fill some frames of a window; the rest of it only serves as their past and future."""
-    head = window.segment(first, stop)
-    origin = _ORIGIN[head.status]
-    position, quaternion = head.position.copy(), head.quaternion_xyzw.copy()
+    segment_frames = window.segment(first, stop)
+    origin = _ORIGIN[segment_frames.status]
+    position, quaternion = segment_frames.position.copy(), segment_frames.quaternion_xyzw.copy()
     position[origin == PoseOrigin.NONE] = np.nan
     quaternion[origin == PoseOrigin.NONE] = np.nan
-    rows, columns = np.nonzero(head.status == Status.ABSENT)
-    if len(rows):
-        usable, last = _ORIGIN[window.status] != PoseOrigin.NONE, len(window) - 1
-        before, after = (some[first + rows, columns] for some in neighbours(window.status != Status.ABSENT))
-        since = head.stamp_ns[rows] - window.stamp_ns[before]
-        until = window.stamp_ns[np.minimum(after, last)] - head.stamp_ns[rows]
-        near_before = (before >= 0) & usable[before, columns] & (since <= BRIDGE_NS)
-        near_after = (after <= last) & usable[np.minimum(after, last), columns] & (until <= BRIDGE_NS)
-        r, c, b = rows[near_before], columns[near_before], before[near_before]
+    absent_rows, absent_columns = np.nonzero(segment_frames.status == Status.ABSENT)
+    if len(absent_rows):
+        is_usable, last_row = _ORIGIN[window.status] != PoseOrigin.NONE, len(window) - 1
+        present_before, present_after = (
+            neighbour_rows[first + absent_rows, absent_columns]
+            for neighbour_rows in present_neighbours(window.status != Status.ABSENT)
+        )
+        since_before = segment_frames.stamp_ns[absent_rows] - window.stamp_ns[present_before]
+        until_after = window.stamp_ns[np.minimum(present_after, last_row)] - segment_frames.stamp_ns[absent_rows]
+        near_before = (present_before >= 0) & is_usable[present_before, absent_columns] & (since_before <= BRIDGE_NS)
+        near_after = (
+            (present_after <= last_row)
+            & is_usable[np.minimum(present_after, last_row), absent_columns]
+            & (until_after <= BRIDGE_NS)
+        )
+        r, c, b = absent_rows[near_before], absent_columns[near_before], present_before[near_before]
         position[r, c], quaternion[r, c] = window.position[b, c], window.quaternion_xyzw[b, c]
         origin[r, c] = PoseOrigin.HELD
-        between = near_before & near_after
-        r, c, b, a = rows[between], columns[between], before[between], after[between]
-        fraction = since[between] / (since[between] + until[between])
+        is_between = near_before & near_after
+        r, c, b, a = (
+            absent_rows[is_between],
+            absent_columns[is_between],
+            present_before[is_between],
+            present_after[is_between],
+        )
+        fraction = since_before[is_between] / (since_before[is_between] + until_after[is_between])
         start, end = (np.hstack([window.position[k, c], window.quaternion_xyzw[k, c]]) for k in (b, a))
         position[r, c], quaternion[r, c] = np.split(interpolate_poses(start, end, fraction), [3], axis=1)
         origin[r, c] = PoseOrigin.INTERPOLATED
-    return FilledFrames(head.stamp_ns, position, quaternion, origin)
+    return FilledFrames(segment_frames.stamp_ns, position, quaternion, origin)
 
 
-def neighbours(present: BoolArray) -> tuple[IntArray, IntArray]:
+def present_neighbours(present: BoolArray) -> tuple[IntArray, IntArray]:
     """Indices of the last present row up to each row (T, ...), -1: none, and of the first from it on, T: none."""
-    count = len(present)
-    numbers = np.arange(count).reshape(-1, *[1] * (present.ndim - 1))
-    before = np.maximum.accumulate(np.where(present, numbers, -1), axis=0)
-    return before, np.minimum.accumulate(np.where(present, numbers, count)[::-1], axis=0)[::-1]
+    row_count = len(present)
+    row_numbers = np.arange(row_count).reshape(-1, *[1] * (present.ndim - 1))
+    last_present = np.maximum.accumulate(np.where(present, row_numbers, -1), axis=0)
+    return last_present, np.minimum.accumulate(np.where(present, row_numbers, row_count)[::-1], axis=0)[::-1]
 
 
-def interpolate_poses(start: FloatArray, end: FloatArray, fraction: FloatArray) -> FloatArray:
+def interpolate_poses(start_poses: FloatArray, end_poses: FloatArray, fraction: FloatArray) -> FloatArray:
     """Poses (n, 7), position and quaternion, at ``fraction`` (n,) between two: straight, and by slerp."""
-    translation = start[:, :3] + (end[:, :3] - start[:, :3]) * fraction[:, None]
-    first, last = (pose[:, 3:] / np.linalg.norm(pose[:, 3:], axis=1, keepdims=True) for pose in (start, end))
-    return np.hstack([translation, slerp(first, last, fraction)])
+    translation = start_poses[:, :3] + (end_poses[:, :3] - start_poses[:, :3]) * fraction[:, None]
+    start_quaternions, end_quaternions = (
+        pose[:, 3:] / np.linalg.norm(pose[:, 3:], axis=1, keepdims=True) for pose in (start_poses, end_poses)
+    )
+    return np.hstack([translation, slerp(start_quaternions, end_quaternions, fraction)])

@@ -29,9 +29,9 @@ class Placed(NamedTuple):
     origin: ByteArray  # (T, N) uint8, values of ``PoseOrigin``
 
     @classmethod
-    def empty(cls, frames: int, bodies: int) -> "Placed":
+    def empty(cls, frame_count: int, bodies: int) -> "Placed":
         """Room for so many poses."""
-        shape = frames, bodies
+        shape = frame_count, bodies
         return cls(np.empty((*shape, 3)), np.empty((*shape, 3, 3)), np.empty(shape, dtype=np.uint8))
 
 
@@ -43,7 +43,7 @@ class _World:
     rotation: FloatArray
     origin: ByteArray
 
-    def then(self, child: "_World") -> "_World":
+    def compose(self, child: "_World") -> "_World":
         """A pose given in this frame, in the world.
 
         A child has a pose only where its parent has one; its origin is its own, or its parent's where it is fixed.
@@ -53,68 +53,70 @@ class _World:
         origin = np.where(of_parent == PoseOrigin.NONE, PoseOrigin.NONE, origin).astype(np.uint8)
         # ``R t`` and ``A B`` are summed in a fixed order, so that every machine and block size gets the same bits.
         x, y, z = (self.rotation[..., :, k] * child.translation[..., k, None] for k in range(3))
-        moved = (x + y) + z + self.translation
+        translated = (x + y) + z + self.translation
         x, y, z = (self.rotation[..., :, k, None] * child.rotation[..., None, k, :] for k in range(3))
-        return _World(moved, (x + y) + z, origin)
+        return _World(translated, (x + y) + z, origin)
 
 
 class Kinematics:
     """Poses of the meshes of the chosen bodies, frame block by frame block.
 
-    ``tracked`` names the columns of the filled frames; each of ``bodies`` is tracked or fixed. Raises
+    ``tracked_names`` names the columns of the filled frames; each of ``bodies`` is tracked or fixed. Raises
     ``AssemblyError``: a parent that is neither tracked nor fixed, or a circle of parents.
     """
 
-    def __init__(self, scene: Scene, tracked: Sequence[str], bodies: Sequence[str]) -> None:
+    def __init__(self, scene: Scene, tracked_names: Sequence[str], bodies: Sequence[str]) -> None:
         self._scene = scene
-        self._column = {name: number for number, name in enumerate(tracked)}
+        self._column = {name: number for number, name in enumerate(tracked_names)}
         self._bodies = tuple(bodies)
         for name in bodies:
             self._check_chain(name)
 
     def place(self, frames: FilledFrames, placed: Placed) -> None:
         """Write the world poses of the chosen bodies into ``placed``, as many frames of them."""
-        known: dict[str, _World] = {}
+        tracker_frames: dict[str, _World] = {}
         translation, rotation, origin = placed
         for column, name in enumerate(self._bodies):
-            world, offset = self._tracker(name, frames, known), self._declared_body(name).offset
+            world_pose, offset = self._tracker_frame(name, frames, tracker_frames), self._declared_body(name).offset
             if offset != Pose():
-                world = world.then(_at_rest(offset))
-            translation[:, column], rotation[:, column] = world.translation, world.rotation
-            origin[:, column] = world.origin
-        none = origin == PoseOrigin.NONE
-        translation[none], rotation[none] = 0.0, np.eye(3)
+                world_pose = world_pose.compose(_at_rest(offset))
+            translation[:, column], rotation[:, column] = world_pose.translation, world_pose.rotation
+            origin[:, column] = world_pose.origin
+        has_no_pose = origin == PoseOrigin.NONE
+        translation[has_no_pose], rotation[has_no_pose] = 0.0, np.eye(3)
 
     def _declared_body(self, name: str) -> SceneBody:
         return self._scene.body(name) or SceneBody(name)
 
-    def _tracker(self, name: str, frames: FilledFrames, known: dict[str, _World]) -> _World:
-        """The frame of a tracker, joint or fixed body in the world; ``known`` are those computed before."""
-        if name not in known:
-            declared = self._declared_body(name)
+    def _tracker_frame(self, name: str, frames: FilledFrames, tracker_frames: dict[str, _World]) -> _World:
+        """The frame of a tracker, joint or fixed body in the world; ``tracker_frames`` are those computed before."""
+        if name not in tracker_frames:
+            declared_body = self._declared_body(name)
             if name in self._column:
                 column = self._column[name]
                 rotation = rotation_from_quaternion(frames.quaternion_xyzw[:, column])
                 in_parent = _World(frames.position[:, column], rotation, frames.origin[:, column])
             else:
-                in_parent = _at_rest(declared.fixed or Pose())
-            known[name] = (
-                self._tracker(declared.parent, frames, known).then(in_parent) if declared.parent else in_parent
+                in_parent = _at_rest(declared_body.fixed or Pose())
+            tracker_frames[name] = (
+                self._tracker_frame(declared_body.parent, frames, tracker_frames).compose(in_parent)
+                if declared_body.parent
+                else in_parent
             )
-        return known[name]
+        return tracker_frames[name]
 
     def _check_chain(self, name: str) -> None:
-        chain = chain_of(name, self._scene)
-        for child, body in pairwise([name, *chain]):
+        names_in_chain = chain_of(name, self._scene)
+        for child, body in pairwise([name, *names_in_chain]):
             if body not in self._column and self._declared_body(body).fixed is None:
                 raise AssemblyError(
                     f"body {body!r}, parent of {child!r}, has neither a track nor a fixed pose; "
                     "record it, give it `fixed`, or take `parent` away"
                 )
-        again = self._declared_body(chain[-1]).parent
-        if again:
-            circle = " -> ".join([*chain, again])
-            raise AssemblyError(f"the parents of body {name!r} run in a circle: {circle}; break it")
+        repeated_name = self._declared_body(names_in_chain[-1]).parent
+        if repeated_name:
+            circle_text = " -> ".join([*names_in_chain, repeated_name])
+            raise AssemblyError(f"the parents of body {name!r} run in a circle: {circle_text}; break it")
 
 
 def _at_rest(pose: Pose) -> _World:

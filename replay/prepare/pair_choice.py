@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from replay.errors import AssemblyError
 from sessions.model.scene import Scene, SceneBody, candidate_pairs, selected_bodies
 
-WORLD = ""
+WORLD_NAME = ""
 """The frame that bodies at rest belong to; no body has an empty name."""
 
 
@@ -22,8 +22,8 @@ def rest_frames(scene: Scene, names: Sequence[str], moves: Mapping[str, bool]) -
 
     def rest(name: str) -> str:
         while name and not moves.get(name, False):
-            declared = scene.body(name)
-            name = declared.parent if declared is not None else WORLD
+            declared_body = scene.body(name)
+            name = declared_body.parent if declared_body is not None else WORLD_NAME
         return name
 
     return {name: rest(name) for name in names}
@@ -38,16 +38,18 @@ def chosen_pairs(
 
     Raises ``AssemblyError``: a pair names a body that is not there, or one body twice.
     """
-    number = {name: index for index, name in enumerate(names)}
+    number_of_name = {name: index for index, name in enumerate(names)}
     if requested is None:
         candidates = candidate_pairs(scene, names)
     else:
-        candidates = [pair for ends in requested for pair in _pairs_of_selectors(scene, names, ends)]
+        candidates = [
+            pair for pair_selectors in requested for pair in _pairs_of_selectors(scene, names, pair_selectors)
+        ]
     if requested is None and scene.pairs is None:
-        rest = rest_frames(scene, names, moves)
-        candidates = [(a, b) for a, b in candidates if rest[a] != rest[b]]
-    rows = {_numbers(pair, number) for pair in candidates}
-    return np.array(sorted(rows), dtype=np.int64).reshape(-1, 2)
+        rest_frame_of_body = rest_frames(scene, names, moves)
+        candidates = [(a, b) for a, b in candidates if rest_frame_of_body[a] != rest_frame_of_body[b]]
+    numbered_pairs = {_numbers(pair, number_of_name) for pair in candidates}
+    return np.array(sorted(numbered_pairs), dtype=np.int64).reshape(-1, 2)
 
 
 def grasped_pairs(scene: Scene, names: Sequence[str], pairs: NDArray[np.int64]) -> NDArray[np.bool_]:
@@ -55,30 +57,31 @@ def grasped_pairs(scene: Scene, names: Sequence[str], pairs: NDArray[np.int64]) 
 
     A group with a hand in it says that the hand holds the rest throughout: contact there is the rule, not news.
     """
-    known = {body.id: body for body in scene.bodies}
-    ends = [[known.get(names[k], SceneBody(names[k])) for k in pair] for pair in pairs.tolist()]
-    grasped = [
+    scene_body_of_name = {body.id: body for body in scene.bodies}
+    bodies_of_pairs = [[scene_body_of_name.get(names[k], SceneBody(names[k])) for k in pair] for pair in pairs.tolist()]
+    is_grasped = [
         a.parent == b.id or b.parent == a.id or (a.group == b.group != "" and ("hand" in a.tags) != ("hand" in b.tags))
-        for a, b in ends
+        for a, b in bodies_of_pairs
     ]
-    return np.array(grasped, dtype=np.bool_)
+    return np.array(is_grasped, dtype=np.bool_)
 
 
-def _pairs_of_selectors(scene: Scene, names: Sequence[str], ends: Sequence[str]) -> list[tuple[str, str]]:
+def _pairs_of_selectors(scene: Scene, names: Sequence[str], selectors: Sequence[str]) -> list[tuple[str, str]]:
     """The pairs of bodies that a pair of selectors stands for."""
-    if len(ends) != 2 or ends[0] == ends[1]:
-        raise AssemblyError(f"{tuple(ends)!r} is no pair; name two different bodies")
-    selected = [selected_bodies(scene, names, end) for end in ends]
-    for end, bodies in zip(ends, selected, strict=True):
+    if len(selectors) != 2 or selectors[0] == selectors[1]:
+        raise AssemblyError(f"{tuple(selectors)!r} is no pair; name two different bodies")
+    selected_names = [selected_bodies(scene, names, end) for end in selectors]
+    for end, bodies in zip(selectors, selected_names, strict=True):
         if not bodies:
-            known = ", ".join([*(group.name for group in scene.groups), *names])
+            known_names = ", ".join([*(group.name for group in scene.groups), *names])
             raise AssemblyError(
-                f"pair {ends[0]}-{ends[1]} names {end!r}, which has no mesh or no pose; there are: {known}"
+                f"pair {selectors[0]}-{selectors[1]} names {end!r}, which has no mesh or no pose; there are: "
+                f"{known_names}"
             )
-    if selected == [[ends[0]], [ends[1]]]:
-        return [(ends[0], ends[1])]
+    if selected_names == [[selectors[0]], [selectors[1]]]:
+        return [(selectors[0], selectors[1])]
     united = scene.group_of
-    return [(a, b) for a in selected[0] for b in selected[1] if a != b and not _in_one_group(united, a, b)]
+    return [(a, b) for a in selected_names[0] for b in selected_names[1] if a != b and not _in_one_group(united, a, b)]
 
 
 def _in_one_group(group_of: Mapping[str, str], a: str, b: str) -> bool:

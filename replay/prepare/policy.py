@@ -92,29 +92,31 @@ def parse_policy(overrides: PolicyLike | Policy | None = None) -> Policy:
     if isinstance(overrides, str):
         overrides = overrides.split(",")
     rules = {kind: PolicyRule(actions[0]) for kind, actions in KINDS.items()}
-    pairs = overrides.items() if isinstance(overrides, Mapping) else [_split(word) for word in overrides or ()]
+    pairs = (
+        overrides.items() if isinstance(overrides, Mapping) else [_kind_and_action(word) for word in overrides or ()]
+    )
     for kind, action in pairs:
-        rules[kind] = _rule(kind, action)
+        rules[kind] = _parsed_rule(kind, action)
     return Policy(rules)
 
 
-def _split(word: str) -> tuple[str, str]:
-    kind, equals, action = word.partition("=")
+def _kind_and_action(override: str) -> tuple[str, str]:
+    kind, equals, action = override.partition("=")
     if not equals:
-        raise PolicyError(f"policy {word!r} is not KIND=ACTION; write for example frozen=drop")
+        raise PolicyError(f"policy {override!r} is not KIND=ACTION; write for example frozen=drop")
     return kind.strip(), action.strip()
 
 
 LONGEST_S: Final = 86_400.0  # nobody holds a pose for longer than a day
 
 
-def _rule(kind: str, text: str) -> PolicyRule:
+def _parsed_rule(kind: str, rule_text: str) -> PolicyRule:
     if kind not in CODES:
         raise PolicyError(f"no kind of finding {kind!r}; there are: {', '.join(KINDS)}, and every code of the doctor")
-    action, colon, limit = text.partition(":")
-    allowed = KINDS.get(kind, (KEEP, REFUSE))
-    if action not in allowed:
-        raise PolicyError(f"{kind} cannot be met with {action!r}; it can with: {', '.join(allowed)}")
+    action, colon, limit = rule_text.partition(":")
+    allowed_actions = KINDS.get(kind, (KEEP, REFUSE))
+    if action not in allowed_actions:
+        raise PolicyError(f"{kind} cannot be met with {action!r}; it can with: {', '.join(allowed_actions)}")
     if not colon:
         return PolicyRule(action)
     try:
@@ -122,6 +124,6 @@ def _rule(kind: str, text: str) -> PolicyRule:
     except ValueError:
         seconds = 0.0
     if not 0.0 < seconds <= LONGEST_S or action not in (HOLD, INTERPOLATE):
-        what = "a limit is a positive number of seconds, up to a day, after hold: or interpolate:"
-        raise PolicyError(f"{kind}={text}: {what}")
+        limit_syntax = "a limit is a positive number of seconds, up to a day, after hold: or interpolate:"
+        raise PolicyError(f"{kind}={rule_text}: {limit_syntax}")
     return PolicyRule(action, seconds)

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from replay import words
 from replay.errors import RefusedError
 from replay.prepare.flags import FlagSpan
-from replay.prepare.interpolation import interpolate_poses, neighbours
+from replay.prepare.interpolation import interpolate_poses, present_neighbours
 from replay.prepare.policy import DROP, HOLD, INTERPOLATE, REFUSE, Policy
-from replay.prepare.session_scan import NO_ROTATION, SessionScan, scan, scan_of
+from replay.prepare.session_scan import NO_ROTATION, SessionScan, scan_of, scan_session
 from sessions import Finding, Frames, Session, Status
 from sessions.doctor.finding import in_order
 from sessions.doctor.pose_pass import PosePass, run_pose_pass
@@ -29,7 +29,7 @@ from sessions.model.constants import BLOCK_FRAMES
 NAMED_BY_SURVEY: Final = frozenset({"not-finite", "zero-quaternion", "non-unit-quaternion"})
 """Kinds that the assembly refuses by frame, body and value when nothing replaces them."""
 
-DAMAGE: Final = NAMED_BY_SURVEY | {"identity-while-lost", "out-of-space"}
+DAMAGE_CODES: Final = NAMED_BY_SURVEY | {"identity-while-lost", "out-of-space"}
 """Kinds whose samples claimed to be poses: dropping them loses data that a reader would expect."""
 
 RANKS: Final = {INTERPOLATE: 1, HOLD: 2, DROP: 3}
@@ -72,12 +72,12 @@ class RepairedFrames:
             position, quaternion = block.position.copy(), block.quaternion_xyzw.copy()
             status = block.status.copy()
             for column, replacement in self.replaced.items():
-                replaced_rows = slice(*np.searchsorted(replacement.rows, [first, first + len(block)]))
-                rows, poses = replacement.rows[replaced_rows] - first, replacement.poses[replaced_rows]
-                status[rows, column] = replacement.status[replaced_rows]
-                present = replacement.status[replaced_rows] != Status.LOST
-                position[rows[present], column] = poses[present, :3]
-                quaternion[rows[present], column] = poses[present, 3:]
+                row_slice = slice(*np.searchsorted(replacement.rows, [first, first + len(block)]))
+                rows, poses = replacement.rows[row_slice] - first, replacement.poses[row_slice]
+                status[rows, column] = replacement.status[row_slice]
+                has_pose = replacement.status[row_slice] != Status.LOST
+                position[rows[has_pose], column] = poses[has_pose, :3]
+                quaternion[rows[has_pose], column] = poses[has_pose, 3:]
             yield replace(block, position=position, quaternion_xyzw=quaternion, status=status)
             first += len(block)
 
@@ -85,36 +85,40 @@ class RepairedFrames:
 def _replacement(pose_pass: PosePass, spans: Sequence[PoseSpan], policy: Policy, blocks: Blocks) -> Replacement | None:
     """Replacement of the samples of one body in its spans under the policy; ``None``: nothing changes."""
     column, stamps = spans[0].column, pose_pass.stamp_ns
-    present = np.flatnonzero(pose_pass.has(Mark.PRESENT, column))
-    rank, limit = np.zeros(len(present), dtype=np.uint8), np.zeros(len(present), dtype=np.int64)
-    rules = [(RANKS.get(policy.rule(span.code).action, 0), policy.rule(span.code), span) for span in reversed(spans)]
+    present_rows = np.flatnonzero(pose_pass.has(Mark.PRESENT, column))
+    action_ranks, limits_ns = np.zeros(len(present_rows), dtype=np.uint8), np.zeros(len(present_rows), dtype=np.int64)
+    ranked_rules = [
+        (RANKS.get(policy.rule(span.code).action, 0), policy.rule(span.code), span) for span in reversed(spans)
+    ]
     # The strictest is written last, and of equals the first.
-    for strictness, rule, span in sorted(rules, key=lambda entry: entry[0]):
-        samples = slice(*np.searchsorted(present, [span.first, span.last + 1]))
-        rank[samples], limit[samples] = strictness, round(rule.limit * 1e9)
+    for strictness, rule, span in sorted(ranked_rules, key=lambda entry: entry[0]):
+        samples = slice(*np.searchsorted(present_rows, [span.first, span.last + 1]))
+        action_ranks[samples], limits_ns[samples] = strictness, round(rule.limit * 1e9)
     # The good samples around each bad one, by their place among those present.
-    good, none = rank == 0, len(present)
-    before, after = (indices[~good] for indices in neighbours(good))
-    rows, rank, limit = present[~good], rank[~good], limit[~good]
-    start, end = present[before], present[np.minimum(after, none - 1)]
-    since, width = stamps[rows] - stamps[start], stamps[end] - stamps[start]
-    repeated = (rank == RANKS[HOLD]) & (before >= 0) & (since >= 0) & (since <= limit)
-    inside = (before >= 0) & (after < none) & (since > 0) & (since < width)
-    between = (rank == RANKS[INTERPOLATE]) & inside & (width <= limit)
+    is_good, no_row = action_ranks == 0, len(present_rows)
+    good_before, good_after = (indices[~is_good] for indices in present_neighbours(is_good))
+    rows, action_ranks, limits_ns = present_rows[~is_good], action_ranks[~is_good], limits_ns[~is_good]
+    start, end = present_rows[good_before], present_rows[np.minimum(good_after, no_row - 1)]
+    since_good, gap_width = stamps[rows] - stamps[start], stamps[end] - stamps[start]
+    is_repeated = (action_ranks == RANKS[HOLD]) & (good_before >= 0) & (since_good >= 0) & (since_good <= limits_ns)
+    is_inside_gap = (good_before >= 0) & (good_after < no_row) & (since_good > 0) & (since_good < gap_width)
+    is_interpolated = (action_ranks == RANKS[INTERPOLATE]) & is_inside_gap & (gap_width <= limits_ns)
     status = np.full(len(rows), Status.LOST, dtype=np.uint8)
-    status[repeated], status[between] = Status.HELD, Status.INTERPOLATED
-    replaced = np.full((len(rows), 7), np.nan)
-    if repeated.any() or between.any():
-        chunks = [
+    status[is_repeated], status[is_interpolated] = Status.HELD, Status.INTERPOLATED
+    replaced_poses = np.full((len(rows), 7), np.nan)
+    if is_repeated.any() or is_interpolated.any():
+        pose_blocks = [
             np.hstack([block.position[:, column], block.quaternion_xyzw[:, column]]) for block in blocks(BLOCK_FRAMES)
         ]
-        poses = np.concatenate(chunks)
-        fractions = since[between] / width[between]
-        replaced[repeated] = poses[start[repeated]]
-        replaced[between] = interpolate_poses(poses[start[between]], poses[end[between]], fractions)
+        poses = np.concatenate(pose_blocks)
+        fractions = since_good[is_interpolated] / gap_width[is_interpolated]
+        replaced_poses[is_repeated] = poses[start[is_repeated]]
+        replaced_poses[is_interpolated] = interpolate_poses(
+            poses[start[is_interpolated]], poses[end[is_interpolated]], fractions
+        )
     elif pose_pass.has(Mark.LOST, column)[rows].all():
         return None
-    return Replacement(rows, status, replaced)
+    return Replacement(rows, status, replaced_poses)
 
 
 @dataclass(frozen=True)
@@ -147,36 +151,41 @@ class Repair:
         }
 
 
-def repair_session(session: Session, policy: Policy, needed: Collection[str] | None = None) -> Repair:
-    """Examine a session and apply the policy to it; ``needed`` is as for ``examine_session``.
+def repair_session(session: Session, policy: Policy, needed_codes: Collection[str] | None = None) -> Repair:
+    """Examine a session and apply the policy to it; ``needed_codes`` is as for ``examine_session``.
 
     Raises ``RefusedError``: the session has a fault that the policy refuses; ``InvalidPoseError``: as ``scan``.
     """
     poses = run_pose_pass(session.blocks(BLOCK_FRAMES), session.scene.space_radius)
-    findings = tuple(in_order([*_in_recording(session, examine_session(session, poses, needed))]))
+    findings = tuple(in_order([*_findings_in_recording(session, examine_session(session, poses, needed_codes))]))
     for finding in findings:
         if policy.rule(finding.code).action == REFUSE and finding.code not in NAMED_BY_SURVEY:
-            raise RefusedError(_refusal(session, finding))
+            raise RefusedError(_refusal_sentence(session, finding))
     spans = pose_spans(poses)
     of_column: dict[int, list[PoseSpan]] = {}
     for span in spans:
         of_column.setdefault(span.column, []).append(span)
-    replacements = {column: _replacement(poses, own, policy, session.blocks) for column, own in of_column.items()}
-    replaced = {column: replacement for column, replacement in replacements.items() if replacement is not None}
-    repaired = session
-    if replaced:
-        repaired = replace(session, source=RepairedFrames(session.blocks, session.names, replaced))
+    replacements = {
+        column: _replacement(poses, body_spans, policy, session.blocks) for column, body_spans in of_column.items()
+    }
+    changed_columns = {column: replacement for column, replacement in replacements.items() if replacement is not None}
+    repaired_session = session
+    if changed_columns:
+        repaired_session = replace(session, source=RepairedFrames(session.blocks, session.names, changed_columns))
     first_ns = int(poses.stamp_ns[0]) if len(poses.stamp_ns) else 0
-    zero = first_ns if session.segment is None else session.segment.first_ns
+    first_ns_of_recording = first_ns if session.segment is None else session.segment.first_ns
     # The frame after a gap is flagged: the path into it is not known.
     gaps = [PoseSpan("gap", ALL_BODIES, row, row, 1) for row in (gap_rows(poses.stamp_ns) + 1).tolist()]
-    flagged = tuple(_flag_span(poses, span, policy, replaced.get(span.column), zero) for span in (*spans, *gaps))
-    as_recorded = not replaced and bool((np.diff(poses.stamp_ns) > 0).all()) and not poses.has(NO_ROTATION).any()
-    session_scan = scan_of(poses, session.segment) if as_recorded else scan(repaired)
-    return Repair(repaired, policy, findings, flagged, poses.digest, session_scan)
+    flag_spans = tuple(
+        _flag_span(poses, span, policy, changed_columns.get(span.column), first_ns_of_recording)
+        for span in (*spans, *gaps)
+    )
+    as_recorded = not changed_columns and bool((np.diff(poses.stamp_ns) > 0).all()) and not poses.has(NO_ROTATION).any()
+    session_scan = scan_of(poses, session.segment) if as_recorded else scan_session(repaired_session)
+    return Repair(repaired_session, policy, findings, flag_spans, poses.digest, session_scan)
 
 
-def _in_recording(session: Session, findings: Iterable[Finding]) -> Iterator[Finding]:
+def _findings_in_recording(session: Session, findings: Iterable[Finding]) -> Iterator[Finding]:
     """Findings in a part of a recording, in seconds of the whole; nothing is said of what lies outside."""
     if session.segment is None:
         yield from findings
@@ -189,32 +198,35 @@ def _in_recording(session: Session, findings: Iterable[Finding]) -> Iterator[Fin
             yield finding
 
 
-def _flag_span(poses: PosePass, span: PoseSpan, policy: Policy, replaced: Replacement | None, zero: int) -> FlagSpan:
-    """A fault and what became of its samples; ``zero`` is the stamp of second 0."""
-    statuses = Counter({int(Status.LOST): span.count} if span.code == "tracking-lost" else {})
+def _flag_span(
+    poses: PosePass, span: PoseSpan, policy: Policy, replaced: Replacement | None, first_ns: int
+) -> FlagSpan:
+    """A fault and what became of its samples; ``first_ns`` is the stamp of second 0."""
+    status_counts = Counter({int(Status.LOST): span.count} if span.code == "tracking-lost" else {})
     if replaced is not None:
         first_row, last_row = np.searchsorted(replaced.rows, [span.first, span.last + 1])
-        statuses = Counter(replaced.status[first_row:last_row].tolist())
+        status_counts = Counter(replaced.status[first_row:last_row].tolist())
     start, end = (int(poses.stamp_ns[row]) for row in (span.first, span.last))
     return FlagSpan(
         kind=span.code,
         body="" if span.column == ALL_BODIES else poses.names[span.column],
         start_ns=start,
         end_ns=end,
-        start=(start - zero) / 1e9,
-        end=(end - zero) / 1e9,
+        start=(start - first_ns) / 1e9,
+        end=(end - first_ns) / 1e9,
         samples=span.count,
         action=str(policy.rule(span.code)),
-        dropped=statuses[Status.LOST],
-        held=statuses[Status.HELD],
-        interpolated=statuses[Status.INTERPOLATED],
+        dropped=status_counts[Status.LOST],
+        held=status_counts[Status.HELD],
+        interpolated=status_counts[Status.INTERPOLATED],
     )
 
 
-def _refusal(session: Session, finding: Finding) -> str:
-    who = f" of {finding.body}" if finding.body else ""
-    when = "" if finding.start is None else f" at {words.moment(finding.start)}"
+def _refusal_sentence(session: Session, finding: Finding) -> str:
+    body_clause = f" of {finding.body}" if finding.body else ""
+    time_clause = "" if finding.start is None else f" at {words.moment(finding.start)}"
     return (
-        f"{session.origin or 'the session'}: {finding.code}{who}{when}: {finding.message}; the policy refuses it, "
+        f"{session.origin or 'the session'}: {finding.code}{body_clause}{time_clause}: {finding.message}; the "
+        f"policy refuses it, "
         f"repair the recording or choose --policy {finding.code}=... otherwise"
     )

@@ -37,14 +37,14 @@ class Draft:
 
     Parameters
     ----------
-    near : pairs that move against each other and come within ``NEAR_M``, boxes along their own axes.
+    near_pairs : pairs that move against each other and come within ``NEAR_M``, boxes along their own axes.
     held : sets of bodies that move and never move against each other.
-    seen : the part that was looked at, in words; ``""``: all of it.
+    examined_text : the part that was looked at, in words; ``""``: all of it.
     """
 
-    near: tuple[Pair, ...] = ()
+    near_pairs: tuple[Pair, ...] = ()
     held: tuple[tuple[str, ...], ...] = ()
-    seen: str = ""
+    examined_text: str = ""
 
 
 def draft_scene(session: Session) -> Draft:
@@ -57,41 +57,47 @@ def draft_scene(session: Session) -> Draft:
     assembly = assemble(repair.session, detecting=False, session_scan=repair.scan)
     if not len(assembly.pairs):
         return Draft()
-    near = assembly.pairs[_pairs_that_come_near(assembly)].tolist()
+    near_pairs = assembly.pairs[_pairs_that_come_near(assembly)].tolist()
     times = assembly.motion.times
     samples = assembly.motion.take(np.flatnonzero(np.diff(np.floor(times / SAMPLE_S), prepend=-1.0)))
-    rigid = [pair for pair in near if _rigid(samples, *pair)]
-    groups = [*nx.connected_components(nx.Graph(rigid))]
-    free_pairs = [pair for pair in near if not any({*pair} <= group for group in groups)]
+    rigid_pairs = [pair for pair in near_pairs if _is_rigid_pair(samples, *pair)]
+    groups = [*nx.connected_components(nx.Graph(rigid_pairs))]
+    free_pairs = [pair for pair in near_pairs if not any({*pair} <= group for group in groups)]
     names = assembly.names
-    grasped = tuple(tuple(sorted(names[body] for body in group)) for group in groups)
-    examined = (
+    grasped_groups = tuple(tuple(sorted(names[body] for body in group)) for group in groups)
+    examined_text = (
         ""
         if beginning.segment is None
         else f"its first {words.decimal(repair.scan.duration / 3600, 1)} h, which fit into memory"
     )
-    return Draft(tuple((names[i], names[j]) for i, j in free_pairs), grasped, examined)
+    return Draft(tuple((names[i], names[j]) for i, j in free_pairs), grasped_groups, examined_text)
 
 
 def _pairs_that_come_near(assembly: Assembly) -> BoolArray:
     """(P,) which pairs come near."""
     boxes = create_detector("collider", assembly.bodies, pairs=assembly.pairs, shape="box", skin_m=NEAR_M / 2)
-    near = np.zeros(len(assembly.pairs), dtype=np.bool_)
+    comes_near = np.zeros(len(assembly.pairs), dtype=np.bool_)
     for detection in boxes.stream(assembly.motion.blocks(BLOCK_FRAMES)):
-        near |= (counts_as_contact(detection.verdict) | (detection.verdict == Verdict.UNRESOLVED)).any(axis=0)
-    return near
+        comes_near |= (counts_as_contact(detection.verdict) | (detection.verdict == Verdict.UNRESOLVED)).any(axis=0)
+    return comes_near
 
 
-def _rigid(samples: Motion, i: int, j: int) -> bool:
+def _is_rigid_pair(samples: Motion, i: int, j: int) -> bool:
     """Whether two bodies move and never move against each other."""
     both_valid = samples.valid[:, i] & samples.valid[:, j]
     if not both_valid.any():
         return False
-    at, rotation = samples.translations[both_valid], samples.rotations[both_valid]
-    back = Rotation.from_matrix(rotation[:, i]).inv()
-    translation, between = back.apply(at[:, j] - at[:, i]), back * Rotation.from_matrix(rotation[:, j])
-    still = np.ptp(translation, axis=0).max() <= RIGID_M and (between[0].inv() * between).magnitude().max() <= RIGID_RAD
-    return bool(still and np.ptp(at[:, i], axis=0).max() > MOVES_M)
+    translations, rotation = samples.translations[both_valid], samples.rotations[both_valid]
+    inverse_rotation = Rotation.from_matrix(rotation[:, i]).inv()
+    translation, relative_rotation = (
+        inverse_rotation.apply(translations[:, j] - translations[:, i]),
+        inverse_rotation * Rotation.from_matrix(rotation[:, j]),
+    )
+    is_still = (
+        np.ptp(translation, axis=0).max() <= RIGID_M
+        and (relative_rotation[0].inv() * relative_rotation).magnitude().max() <= RIGID_RAD
+    )
+    return bool(is_still and np.ptp(translations[:, i], axis=0).max() > MOVES_M)
 
 
 def draft_text(session: Session, draft: Draft, files: Mapping[str, tuple[str, str, float]], heading: str) -> str:
@@ -102,30 +108,30 @@ def draft_text(session: Session, draft: Draft, files: Mapping[str, tuple[str, st
     """
     own = session.scene
     groups = {name: f"held-{k}" for k, group in enumerate(draft.held, start=1) for name in group}
-    remarks = [heading, *([f"Looked at: {draft.seen}."] if draft.seen else [])]
+    remarks = [heading, *([f"Looked at: {draft.examined_text}."] if draft.examined_text else [])]
     bodies = []
     for name in dict.fromkeys([*session.names, *(body.id for body in own.bodies)]):
         mesh, node, scale = files.get(name, ("", "", 1.0))
         body = own.body(name) or SceneBody(name)
         bodies.append(replace(body, mesh=mesh, node=node, scale=scale, group=body.group or groups.get(name, "")))
-        remarks.append(f"{value_text(name)}: {_about(session, name)}")
+        remarks.append(f"{value_text(name)}: {_mesh_remark(session, name)}")
     if groups:
         remarks.append("Bodies of one group are never paired: these moved together throughout.")
     pairs = own.pairs
-    if own.pairs is None and draft.near:
-        close = f"came within {100 * NEAR_M:g} cm"
+    if own.pairs is None and draft.near_pairs:
+        distance_clause = f"came within {100 * NEAR_M:g} cm"
         if own.effects is None:
-            pairs = draft.near
-            remarks.append(f"The pairs {close}; without any, all pairs that move are tested.")
+            pairs = draft.near_pairs
+            remarks.append(f"The pairs {distance_clause}; without any, all pairs that move are tested.")
         else:
-            remarks += [f"{value_text(pair)} {close}" for pair in draft.near]
+            remarks += [f"{value_text(pair)} {distance_clause}" for pair in draft.near_pairs]
     scene = replace(own, name=own.name or "first", bodies=tuple(bodies), pairs=pairs, text="")
     return "".join(f"# {remark}\n" for remark in remarks) + scene_to_toml(scene)
 
 
-def _about(session: Session, name: str) -> str:
+def _mesh_remark(session: Session, name: str) -> str:
     mesh: MeshData | None = session.meshes.get(name)
     if mesh is None:
         return "it has no mesh: give it mesh = FILE, shape or instrument, or contacts of it cannot be found"
-    size = " x ".join(words.decimal(100 * edge, 1) for edge in mesh.bounds[1] - mesh.bounds[0])
-    return f"{'tracked' if name in session.names else 'fixed'}; {len(mesh.faces):,} faces, {size} cm"
+    size_text = " x ".join(words.decimal(100 * edge, 1) for edge in mesh.bounds[1] - mesh.bounds[0])
+    return f"{'tracked' if name in session.names else 'fixed'}; {len(mesh.faces):,} faces, {size_text} cm"

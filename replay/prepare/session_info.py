@@ -39,13 +39,18 @@ class ClockInfo:
     def of(cls, stamps: NDArray[np.int64]) -> "ClockInfo":
         """Count the steps of stamps (n,), ns."""
         step = np.diff(stamps)
-        forward = step[step > 0]
-        typical = typical_step(stamps)
+        forward_steps = step[step > 0]
+        typical_step_ns = typical_step(stamps)
         gaps = step[gap_rows(stamps)]
         duration = float(stamps.max() - stamps.min()) / 1e9 if len(stamps) else 0.0
         longest = float(gaps.max(initial=0)) / 1e9
         return cls(
-            len(stamps), duration, 1e9 / typical if typical else 0.0, len(gaps), longest, len(step) - len(forward)
+            len(stamps),
+            duration,
+            1e9 / typical_step_ns if typical_step_ns else 0.0,
+            len(gaps),
+            longest,
+            len(step) - len(forward_steps),
         )
 
 
@@ -61,22 +66,24 @@ def session_info(session: Session) -> dict[str, Any]:
             samples[column].append(frames.stamp_ns[status != Status.ABSENT])
     clock = ClockInfo.of(frames_ns := np.concatenate(stamps))
     tracks = {name: ClockInfo.of(np.concatenate(samples[column])) for column, name in enumerate(session.names)}
-    fixed = [body.id for body in session.scene.bodies if body.fixed is not None and body.id not in tracks]
-    zero = int(frames_ns[0]) if clock.count else 0
+    fixed_names = [body.id for body in session.scene.bodies if body.fixed is not None and body.id not in tracks]
+    first_ns = int(frames_ns[0]) if clock.count else 0
     events = Counter(event.name for event in session.events)
     return {
         "origin": session.origin,
         "scene": session.scene.name,
-        "first_stamp_ns": zero if clock.count else None,
+        "first_stamp_ns": first_ns if clock.count else None,
         "frames": vars(clock),
-        "bodies": [_body(session, name, tracks[name], statuses[column]) for column, name in enumerate(session.names)]
-        + [_body(session, name, None, None) for name in fixed],
+        "bodies": [
+            _body_info(session, name, tracks[name], statuses[column]) for column, name in enumerate(session.names)
+        ]
+        + [_body_info(session, name, None, None) for name in fixed_names],
         "intervals": [
             {
                 "kind": interval.kind,
                 "name": interval.name,
-                "start": (interval.start_ns - zero) / 1e9,
-                "end": (interval.end_ns - zero) / 1e9,
+                "start": (interval.start_ns - first_ns) / 1e9,
+                "end": (interval.end_ns - first_ns) / 1e9,
             }
             for interval in session.intervals
         ],
@@ -85,11 +92,11 @@ def session_info(session: Session) -> dict[str, Any]:
             for name, gaze in session.gaze.items()
         ],
         "scalars": [
-            {"name": name, "unit": scalar.unit, **vars(ClockInfo.of(scalar.times_ns)), **_range(scalar.values)}
+            {"name": name, "unit": scalar.unit, **vars(ClockInfo.of(scalar.times_ns)), **_finite_range(scalar.values)}
             for name, scalar in session.scalars.items()
         ],
         "events": dict(sorted(events.items(), key=lambda item: (-item[1], item[0]))),
-        "ledger": _ledger(session),
+        "ledger": _import_accounts(session),
         "assumptions": [
             {**row.as_json(), "what": row.title, "said": row.sentence} for row in recording_assumptions(session)
         ],
@@ -97,24 +104,30 @@ def session_info(session: Session) -> dict[str, Any]:
     }
 
 
-def _ledger(session: Session) -> list[dict[str, Any]] | None:
+def _import_accounts(session: Session) -> list[dict[str, Any]] | None:
     """The accounts of the import that the session comes from; ``None`` where they are not known."""
     ledger = ledger_of(session.facts)
     return None if ledger is None else [vars(entry) for entry in ledger]
 
 
-def _range(values: NDArray[np.float64]) -> dict[str, float | None]:
+def _finite_range(values: NDArray[np.float64]) -> dict[str, float | None]:
     """The least and the largest number; ``None`` where there is none."""
-    finite = values[np.isfinite(values)]
-    return {"least": float(finite.min()), "largest": float(finite.max())} if len(finite) else dict.fromkeys(ENDS)
+    finite_values = values[np.isfinite(values)]
+    return (
+        {"least": float(finite_values.min()), "largest": float(finite_values.max())}
+        if len(finite_values)
+        else dict.fromkeys(RANGE_KEYS)
+    )
 
 
-ENDS: Final = ("least", "largest")
+RANGE_KEYS: Final = ("least", "largest")
 
 
-def _body(session: Session, name: str, track: ClockInfo | None, statuses: NDArray[np.int64] | None) -> dict[str, Any]:
-    declared, mesh = session.scene.body(name), session.meshes.get(name)
-    counts = (
+def _body_info(
+    session: Session, name: str, track: ClockInfo | None, statuses: NDArray[np.int64] | None
+) -> dict[str, Any]:
+    scene_body, mesh = session.scene.body(name), session.meshes.get(name)
+    status_counts = (
         {}
         if statuses is None
         else {status.name.lower(): int(statuses[status]) for status in Status if statuses[status]}
@@ -123,8 +136,8 @@ def _body(session: Session, name: str, track: ClockInfo | None, statuses: NDArra
         "name": name,
         "faces": None if mesh is None else len(mesh.faces),
         "size": None if mesh is None else (mesh.bounds[1] - mesh.bounds[0]).tolist(),
-        "proxy": declared is not None and declared.proxy,
+        "proxy": scene_body is not None and scene_body.proxy,
         "fixed": track is None,
-        "samples": counts,
+        "samples": status_counts,
         **({} if track is None else {"rate_hz": track.rate_hz, "gaps": track.gaps, "longest_gap": track.longest_gap}),
     }

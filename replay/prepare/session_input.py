@@ -13,19 +13,21 @@ def require_session(given: object, *, path: bool = True) -> None:
     is_path = _is_path(given)
     if isinstance(given, Session) or (path and is_path):
         return
-    expected = "a session or the path of one" if path else "a session"
-    how = "of arrays make one with replay.Session.from_arrays(times_ns, {body: (positions, quaternions_xyzw)}, meshes)"
+    expected_text = "a session or the path of one" if path else "a session"
+    array_hint = (
+        "of arrays make one with replay.Session.from_arrays(times_ns, {body: (positions, quaternions_xyzw)}, meshes)"
+    )
     if is_path:
-        how = "read the file with replay.read_session(path)"
-    raise WrongInputError(f"{expected} is needed, not {type(given).__name__}; {how}")
+        array_hint = "read the file with replay.read_session(path)"
+    raise WrongInputError(f"{expected_text} is needed, not {type(given).__name__}; {array_hint}")
 
 
 def require_folder(given: Any) -> Path:
     """The path that is given for a run folder; ``WrongInputError`` where it is none."""
     if not _is_path(given):
-        kind = type(given).__name__
+        type_name = type(given).__name__
         raise WrongInputError(
-            f"the path of a run folder is needed, not {kind}; make one with replay.run(..., out=folder)"
+            f"the path of a run folder is needed, not {type_name}; make one with replay.run(..., out=folder)"
         )
     return Path(given) if isinstance(given, str) else given
 

@@ -25,12 +25,12 @@ NO_ROTATION: Final = Mark.NOT_FINITE | Mark.ZERO_QUATERNION | Mark.NON_UNIT
 
 def in_order(blocks: Iterable[Frames]) -> Iterator[Frames]:
     """The frames of blocks in file order whose stamp lies after every stamp before, over all blocks."""
-    latest = np.iinfo(np.int64).min
+    latest_stamp = np.iinfo(np.int64).min
     for block in blocks:
-        peak = np.maximum.accumulate(np.concatenate([[latest], block.stamp_ns]))
-        keep = block.stamp_ns > peak[:-1]
-        yield block if keep.all() else block.take(keep)
-        latest = peak[-1]
+        running_maximum = np.maximum.accumulate(np.concatenate([[latest_stamp], block.stamp_ns]))
+        is_later = block.stamp_ns > running_maximum[:-1]
+        yield block if is_later.all() else block.take(is_later)
+        latest_stamp = running_maximum[-1]
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,10 +63,14 @@ class SessionScan:
     def notes(self) -> tuple[str, ...]:
         """Sentences about what will be done to the frames and poses."""
         counts = {"repeats the one before": self.repeated, "lies before one already read": self.backwards}
-        return tuple(f"{plural(count, 'frame')} left out: the stamp {what}" for what, count in counts.items() if count)
+        return tuple(
+            f"{plural(count, 'frame')} left out: the stamp {defect_clause}"
+            for defect_clause, count in counts.items()
+            if count
+        )
 
 
-def scan(session: Session) -> SessionScan:
+def scan_session(session: Session) -> SessionScan:
     """Pass over the frames once; memory is one block, and 16 bytes per sample.
 
     Raises ``InvalidPoseError`` for a sample that claims to be a pose but is not finite or has no unit quaternion; it
@@ -80,10 +84,10 @@ def scan(session: Session) -> SessionScan:
             yield block
 
     poses = run_pose_pass(in_order(noted()), session.scene.space_radius)
-    bad = poses.has(NO_ROTATION)
-    if bad.any():
-        row, body = (int(k) for k in np.argwhere(bad)[0])
-        raise InvalidPoseError(_no_pose(session, int(poses.stamp_ns[row]), body))
+    is_no_rotation = poses.has(NO_ROTATION)
+    if is_no_rotation.any():
+        row, body = (int(k) for k in np.argwhere(is_no_rotation)[0])
+        raise InvalidPoseError(_defect_text(session, int(poses.stamp_ns[row]), body))
     backwards, repeated = out_of_order(np.concatenate(stamps))
     return scan_of(poses, session.segment, int(repeated.sum()), int(backwards.sum()))
 
@@ -93,8 +97,8 @@ def scan_of(poses: PosePass, window: SessionSegment | None, repeated: int = 0, b
     stamps = poses.stamp_ns
     first_ns = int(stamps[0]) if len(stamps) else 0
     # A sample out of the room is not compared with others; what has one is not at rest.
-    same = poses.has(Mark.SAME_POSITION) & poses.has(Mark.SAME_ROTATION)
-    moves = np.any((np.isfinite(poses.steps) & ~same) | poses.has(Mark.OUT_OF_SPACE), axis=0)
+    is_unchanged = poses.has(Mark.SAME_POSITION) & poses.has(Mark.SAME_ROTATION)
+    moves = np.any((np.isfinite(poses.steps) & ~is_unchanged) | poses.has(Mark.OUT_OF_SPACE), axis=0)
     return SessionScan(
         first_ns=first_ns if window is None else window.first_ns,
         stamp_ns=stamps,
@@ -106,21 +110,21 @@ def scan_of(poses: PosePass, window: SessionSegment | None, repeated: int = 0, b
     )
 
 
-def _no_pose(session: Session, stamp_ns: int, body: int) -> str:
+def _defect_text(session: Session, stamp_ns: int, body: int) -> str:
     """Text on the defect of a body's sample in the first frame of this stamp."""
     stamps = session.stamps()
-    number = int(np.flatnonzero(stamps == stamp_ns)[0])
+    frame_number = int(np.flatnonzero(stamps == stamp_ns)[0])
     first_ns = int(stamps[0]) if session.segment is None else session.segment.first_ns
     block = next(block for block in session.blocks(BLOCK_FRAMES) if stamp_ns in block.stamp_ns)
     row = int(np.flatnonzero(block.stamp_ns == stamp_ns)[0])
     time = (stamp_ns - first_ns) / 1e9
     position, quaternion = block.position[row, body], block.quaternion_xyzw[row, body]
-    what = f"position {position.tolist()} is not finite"
+    defect_text = f"position {position.tolist()} is not finite"
     if np.isfinite(position).all():
         with np.errstate(over="ignore", invalid="ignore"):
             norm = float(np.sqrt((quaternion * quaternion).sum()))
         norm_text = number_text(norm, 6) if np.isfinite(norm) else f"{norm}"
-        what = f"quaternion {quaternion.tolist()} has norm {norm_text}, not 1"
-    number = number if session.segment is None else int(session.segment.numbers[number])
-    where = f"frame {number} ({words.decimal(time, 6)} s), body {block.names[body]}: "
-    return f"{where}{what}; flag the sample as lost, repair it, or choose a --policy"
+        defect_text = f"quaternion {quaternion.tolist()} has norm {norm_text}, not 1"
+    frame_number = frame_number if session.segment is None else int(session.segment.numbers[frame_number])
+    location_text = f"frame {frame_number} ({words.decimal(time, 6)} s), body {block.names[body]}: "
+    return f"{location_text}{defect_text}; flag the sample as lost, repair it, or choose a --policy"

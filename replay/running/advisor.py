@@ -57,44 +57,52 @@ def advise(session_or_path: Session | str | Path, *, engine: str, **options: Any
     choices = [
         choice for choice in engine_row.choices if session.colliders or choice.settings.get("shape") != "shipped"
     ]
-    needs = {number: detector_row(choice.detector).engine for number, choice in enumerate(choices, 1)}
-    absent = {number: module for number, module in needs.items() if module and find_spec(module) is None}
-    if 1 in absent:
-        raise TradeoffError(f'{absent[1]} itself is needed and is not installed; pip install "vrlab-replay[engines]"')
+    engine_of_row = {number: detector_row(choice.detector).engine for number, choice in enumerate(choices, 1)}
+    missing_module_of_row = {
+        number: module for number, module in engine_of_row.items() if module and find_spec(module) is None
+    }
+    if 1 in missing_module_of_row:
+        raise TradeoffError(
+            f'{missing_module_of_row[1]} itself is needed and is not installed; pip install "vrlab-replay[engines]"'
+        )
     frames_hz = frame_rate(session.stamps() / 1e9)
-    present = {f"row-{number}": choice for number, choice in enumerate(choices, 1) if number not in absent}
+    choice_of_label = {
+        f"row-{number}": choice for number, choice in enumerate(choices, 1) if number not in missing_module_of_row
+    }
     result = run(
-        session, detectors={label: choice.detector_text(frames_hz) for label, choice in present.items()}, **options
+        session,
+        detectors={label: choice.detector_text(frames_hz) for label, choice in choice_of_label.items()},
+        **options,
     )
     rows = [
-        _row(result, label, choice, choice.detector_text(frames_hz))
-        for label, choice in present.items()
+        _choice_row(result, label, choice, choice.detector_text(frames_hz))
+        for label, choice in choice_of_label.items()
         if label in result.comparisons
     ]
-    left = [
+    not_tried_sentences = [
         f'Row {number} was not tried: {module} is not installed; pip install "vrlab-replay[engines]"'
-        for number, module in absent.items()
+        for number, module in missing_module_of_row.items()
     ]
-    return Advice(engine_row, tuple(rows), (*advice_text(engine_row.name, rows), *left), result)
+    return Advice(engine_row, tuple(rows), (*advice_text(engine_row.name, rows), *not_tried_sentences), result)
 
 
-def _row(result: RunResult, label: str, choice: Choice, setting: str) -> dict[str, Any]:
-    counts, seconds = result.counts[label], result.document.detectors[label].seconds
+def _choice_row(result: RunResult, label: str, choice: Choice, setting: str) -> dict[str, Any]:
+    contact_counts, seconds = result.counts[label], result.document.detectors[label].seconds
     return {
         "number": int(label.removeprefix("row-")),
         "knobs": dict(choice.knobs),
         "setting": setting,
         "pages": list(choice.pages),
         "consequence": choice.consequence,
-        "contacts": counts.contacts,
-        "undecided": counts.undecided + counts.partly_undecided,
-        **wrong_in(result, label),
+        "contacts": contact_counts.contacts,
+        "undecided": contact_counts.undecided + contact_counts.partly_undecided,
+        **errors_of_detector(result, label),
         "ms": 1e3 * seconds.per_frame_mean,
         "p99_ms": None if seconds.p99 is None else 1e3 * seconds.p99,
     }
 
 
-def wrong_in(result: RunResult, label: str) -> dict[str, Any]:
+def errors_of_detector(result: RunResult, label: str) -> dict[str, Any]:
     """Returns the errors of a detector of a run, as a row of ``replay.tradeoff`` has it."""
-    false_contact, false = result.document.audit[label].false_contact, len(result.false[label])
-    return wrong_counts(result.counts[label], false, false_contact, result.phases.get(label))
+    false_contact, false_contact_count = result.document.audit[label].false_contact, len(result.false[label])
+    return wrong_counts(result.counts[label], false_contact_count, false_contact, result.phases.get(label))

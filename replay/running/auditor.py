@@ -68,31 +68,31 @@ def audit(
     from replay.show.results.run_folder import check_target
 
     limits = Gates(max_missed, max_p99_ms, max_false, max_missed_depth)
-    several = list(sessions) if isinstance(sessions, Sequence) and not isinstance(sessions, str) else [sessions]
-    for given_session in several:
+    session_list = list(sessions) if isinstance(sessions, Sequence) and not isinstance(sessions, str) else [sessions]
+    for given_session in session_list:
         require_session(given_session)
-    if not several:
+    if not session_list:
         raise AuditError("there is no session to audit; name at least one")
     if options.get("oracle") == "none":
         raise AuditError("an audit needs a reference to compare with; leave oracle out for the exact one")
-    folders = _folders(several, None if out is None else path_of_place(out))
+    folders = _session_folders(session_list, None if out is None else path_of_place(out))
     for folder in filter(None, folders):
         with store_errors(folder):
             check_target(folder, force=options.get("force", False))
-    results = [run(session, out=folder, **options) for session, folder in zip(several, folders, strict=True)]
-    pooled = pooled_audits(result.document.audit for result in results)
-    broken = limits.broken_limits(pooled, times_of(result.document for result in results))
-    return AuditResult(tuple(results), pooled, tuple(broken))
+    results = [run(session, out=folder, **options) for session, folder in zip(session_list, folders, strict=True)]
+    audit_of_label = pooled_audits(result.document.audit for result in results)
+    broken_limits = limits.broken_limits(audit_of_label, times_of(result.document for result in results))
+    return AuditResult(tuple(results), audit_of_label, tuple(broken_limits))
 
 
-def _folders(given: Sequence[SessionLike], out: Path | None) -> list[Path | None]:
-    if out is None or len(given) == 1:
-        return [out] * len(given)
-    origins = [session.origin if isinstance(session, Session) else str(session) for session in given]
-    names = [Path(origin).stem or f"session-{number}" for number, origin in enumerate(origins, 1)]
-    twice, count = Counter(names).most_common(1)[0]
+def _session_folders(sessions: Sequence[SessionLike], out: Path | None) -> list[Path | None]:
+    if out is None or len(sessions) == 1:
+        return [out] * len(sessions)
+    origins = [session.origin if isinstance(session, Session) else str(session) for session in sessions]
+    folder_names = [Path(origin).stem or f"session-{number}" for number, origin in enumerate(origins, 1)]
+    most_common_name, count = Counter(folder_names).most_common(1)[0]
     if count > 1:
         raise AuditError(
-            f"two sessions are called {twice!r} and would share a run folder; rename one or audit it alone"
+            f"two sessions are called {most_common_name!r} and would share a run folder; rename one or audit it alone"
         )
-    return [out / name for name in names]
+    return [out / name for name in folder_names]

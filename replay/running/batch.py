@@ -23,7 +23,7 @@ from replay.document.session import FlaggedPoses
 from replay.errors import OutputError, RunFolderError
 from replay.running.remote_files import is_remote, local_copy, path_of_place, run_folder_for, store_errors
 from replay.running.runner import run
-from replay.running.workers import DONE, KEPT, OnDone, do_all
+from replay.running.workers import DONE_OUTCOME, KEPT_OUTCOME, OnDone, do_all
 from replay.show.results.batch_parts import FOLDER as TABLES
 from replay.show.results.data_set import write_batch_tables
 from replay.show.results.run_folder import PICTURE, RUN, read_run_folder
@@ -116,39 +116,45 @@ def run_batch(
     ``PlaceError``: a URL that cannot be reached; ``WorkerError``: workers that cannot be used.
     """
     # A path that means the same in every process.
-    named, folder = _paths_by_name([path_of_place(path).absolute() for path in sessions]), path_of_place(out).absolute()
-    chosen = dict(settings)
+    path_of_name, folder = (
+        _paths_by_name([path_of_place(path).absolute() for path in sessions]),
+        path_of_place(out).absolute(),
+    )
+    run_settings = dict(settings)
     # Not whether there is a picture: it changes no answer, so a folder without pictures can be given them later.
-    options = {name: value for name, value in chosen.items() if name != "picture"}
-    if chosen.get("scene"):
-        chosen["scene"] = Path(chosen["scene"]).absolute()
-        options["scene"] = file_hash(chosen["scene"])
+    options = {name: value for name, value in run_settings.items() if name != "picture"}
+    if run_settings.get("scene"):
+        run_settings["scene"] = Path(run_settings["scene"]).absolute()
+        options["scene"] = file_hash(run_settings["scene"])
     # As JSON, which has no tuples: a worker that reads it makes the same marks.
     request = json.loads(json.dumps({"schema": SCHEMA, "settings": options, "versions": versions()}))
     with store_errors(folder):
-        existing, kept = _begin(folder, request, force=force), set[str]()
+        existing_names, kept_names = _open_batch_folder(folder, request, force=force), set[str]()
 
-    def tell(name: str, outcome: str) -> None:
-        if outcome == KEPT and name in existing:
-            kept.add(name)
+    def tell(session_name: str, outcome: str) -> None:
+        if outcome == KEPT_OUTCOME and session_name in existing_names:
+            kept_names.add(session_name)
         if on_done is not None:  # what was not there and is kept, was done by a worker whose answer was lost
-            on_done(name, DONE if outcome == KEPT and name not in existing else outcome)
+            on_done(
+                session_name,
+                DONE_OUTCOME if outcome == KEPT_OUTCOME and session_name not in existing_names else outcome,
+            )
 
-    tasks = {name: (path, folder / name, chosen, request) for name, path in named.items()}
+    tasks = {name: (path, folder / name, run_settings, request) for name, path in path_of_name.items()}
     try:
-        failed = do_all(run_session, tasks, jobs, tell, scheduler, on_died)
+        failure_of_name = do_all(run_session, tasks, jobs, tell, scheduler, on_died)
     except KeyboardInterrupt:
-        _remove_what_killed_workers_left(folder, named)
+        _remove_what_killed_workers_left(folder, path_of_name)
         raise
-    done = tuple(name for name in named if name not in failed)
-    digest, runs = batch_digest(folder, done)
+    done_names = tuple(name for name in path_of_name if name not in failure_of_name)
+    digest, runs = batch_digest(folder, done_names)
     if not is_remote(folder):
         write_batch_tables(folder, {name: run.request for name, run in runs.items()})
-    before, audit = (
-        tuple(name for name in done if name in kept),
+    kept_done_names, audit = (
+        tuple(name for name in done_names if name in kept_names),
         pooled_audits(session.audit for session in runs.values()),
     )
-    return Batch(folder, done, before, failed, "" if failed else digest, audit, runs)
+    return Batch(folder, done_names, kept_done_names, failure_of_name, "" if failure_of_name else digest, audit, runs)
 
 
 def _remove_what_killed_workers_left(folder: Any, names: Iterable[str]) -> None:
@@ -161,57 +167,61 @@ def _remove_what_killed_workers_left(folder: Any, names: Iterable[str]) -> None:
 
 def batch_digest(out: Path, names: Sequence[str]) -> tuple[str, dict[str, SessionOfBatch]]:
     """SHA-256 over the digests of all detections and all rows of metrics, in order of name; name -> ``Batch.runs``."""
-    digest, runs = hashlib.sha256(), dict[str, SessionOfBatch]()
+    batch_hash, runs = hashlib.sha256(), dict[str, SessionOfBatch]()
     for name in sorted(names):
         run = read_run_folder(out / name)
         answers = {label: detector.digest for label, detector in run.document.detectors.items()}
         # Times differ from run to run.
-        rows = [
+        metric_rows = [
             {key: value for key, value in row.items() if key not in TYPES_OF_MEASURES} for row in run.rows("metrics")
         ]
-        digest.update(json.dumps([name, answers, rows], sort_keys=True).encode())
+        batch_hash.update(json.dumps([name, answers, metric_rows], sort_keys=True).encode())
         runs[name] = SessionOfBatch.of(run.document)
-    return digest.hexdigest(), runs
+    return batch_hash.hexdigest(), runs
 
 
 def _paths_by_name(sessions: Sequence[Path]) -> dict[str, Path]:
-    named: dict[str, Path] = {}
+    path_of_name: dict[str, Path] = {}
     for path in sorted(sessions, key=lambda session_path: session_path.name):
         if path.stem in ("", ".", "..") or path.stem.casefold() in (BATCH, TABLES):
             raise OutputError(f"{path}: a run folder cannot be called {path.stem!r}; give the file another name")
-        if named.setdefault(path.stem, path) != path:
-            raise OutputError(f"{named[path.stem]} and {path} would share one run folder; give them different names")
-    return named
+        if path_of_name.setdefault(path.stem, path) != path:
+            raise OutputError(
+                f"{path_of_name[path.stem]} and {path} would share one run folder; give them different names"
+            )
+    return path_of_name
 
 
-def _begin(out: Path, request: Mapping[str, Any], *, force: bool) -> set[str]:
+def _open_batch_folder(out: Path, request: Mapping[str, Any], *, force: bool) -> set[str]:
     """Make or reopen the folder of a batch; the names of what is in it."""
     if out.is_file():
         raise OutputError(f"{out} is a file; name a folder for the runs")
     out.mkdir(parents=True, exist_ok=True)
-    existing = {entry.name for entry in out.iterdir()} if out.exists() else set[str]()  # a store has no empty folders
-    if BATCH in existing:
+    existing_names = (
+        {entry.name for entry in out.iterdir()} if out.exists() else set[str]()
+    )  # a store has no empty folders
+    if BATCH in existing_names:
         try:
-            before = json.loads((out / BATCH).read_text(encoding="utf-8"))
-            same = all(before[key] == value for key, value in request.items())
+            previous_request = json.loads((out / BATCH).read_text(encoding="utf-8"))
+            is_same_request = all(previous_request[key] == value for key, value in request.items())
         except (ValueError, KeyError, TypeError) as error:
             raise OutputError(f"{out / BATCH} cannot be read; name another folder") from error
-        if not same and not force:
+        if not is_same_request and not force:
             raise OutputError(f"{out} holds a batch with other settings or of another version; name another folder")
-    elif any(not name.startswith(".") for name in existing):
+    elif any(not name.startswith(".") for name in existing_names):
         raise OutputError(f"{out} holds something else than a batch of runs; name another folder")
-    text = (json.dumps(request, indent=1, sort_keys=True) + "\n").encode()
+    request_json = (json.dumps(request, indent=1, sort_keys=True) + "\n").encode()
     if is_remote(out):  # a store shows an object when it is whole
-        (out / BATCH).write_bytes(text)
-        return existing
+        (out / BATCH).write_bytes(request_json)
+        return existing_names
     with whole_file(out / BATCH, OutputError) as file:
-        file.write(text)
-    return existing
+        file.write(request_json)
+    return existing_names
 
 
-def _is_whole(out: Path, mark: str, *, picture: bool) -> bool:
+def _is_whole(out: Path, request_digest: str, *, picture: bool) -> bool:
     try:
-        is_complete = read_run_folder(out).document.request == mark
+        is_complete = read_run_folder(out).document.request == request_digest
         return is_complete and ((out / PICTURE).is_file() or not picture)
     except RunFolderError:
         return False
@@ -222,13 +232,13 @@ def run_session(path: Path, out: Path, settings: Mapping[str, Any], request: Any
     try:
         with local_copy(path) as file:
             # Over all that is asked of the recording, and its contents; its run folder keeps it.
-            mark = hashlib.sha256(json.dumps([request, file_hash(file)], sort_keys=True).encode()).hexdigest()
-            if _is_whole(out, mark, picture=settings.get("picture", True)):
-                return KEPT
+            request_digest = hashlib.sha256(json.dumps([request, file_hash(file)], sort_keys=True).encode()).hexdigest()
+            if _is_whole(out, request_digest, picture=settings.get("picture", True)):
+                return KEPT_OUTCOME
             with run_folder_for(
                 out
             ) as folder:  # one begun in a store by a process that was killed is no run folder yet
-                run(file, out=folder, force=True, request=mark, **settings)
+                run(file, out=folder, force=True, request=request_digest, **settings)
     except Exception as error:
         return " ".join(f"{type(error).__name__}: {error}".split())
     return ""

@@ -21,5 +21,5 @@ class ByLabel(dict[str, Value]):
     """
 
     def __missing__(self, label: object) -> NoReturn:
-        known = ", ".join(self) or "none"
-        raise UnknownLabelError(f"no label {label!r} here; there are: {known}")
+        known_labels = ", ".join(self) or "none"
+        raise UnknownLabelError(f"no label {label!r} here; there are: {known_labels}")

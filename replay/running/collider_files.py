@@ -56,7 +56,7 @@ from replay.engine import prepare
 from replay.errors import TradeoffError
 from replay.prepare.assembly import Assembly
 from replay.prepare.frame_times import frame_rate
-from replay.running.advisor import wrong_in
+from replay.running.advisor import errors_of_detector
 from replay.running.runner import open_session, run
 from replay.settings import STEP_RATE
 from replay.show.engine_files import EngineFiles, engine_files
@@ -146,13 +146,13 @@ class ColliderFix:
         lines = [
             f"False contact: {_percent(self.after['false'])}; at most {_percent(self.limits.false)} was asked for."
         ]
-        missed, missed_before = _percent(self.after["not_reported"]), _percent(self.before["not_reported"])
+        missed_after, missed_before = _percent(self.after["not_reported"]), _percent(self.before["not_reported"])
         if self.limits.missed is not None:
-            lines.append(f"Missed contact: {missed}; at most {_percent(self.limits.missed)} was asked for.")
-        elif missed != missed_before:
-            lines.append(f"Missed contact: {missed}; with a hull a body it is {missed_before}.")
-        uncut = [row for row in self.bodies if row["reason"] not in ("", CONVEX)]
-        lines += [f"{row['body']} keeps its hull: {row['reason']}." for row in uncut]
+            lines.append(f"Missed contact: {missed_after}; at most {_percent(self.limits.missed)} was asked for.")
+        elif missed_after != missed_before:
+            lines.append(f"Missed contact: {missed_after}; with a hull a body it is {missed_before}.")
+        uncut_rows = [row for row in self.bodies if row["reason"] not in ("", CONVEX)]
+        lines += [f"{row['body']} keeps its hull: {row['reason']}." for row in uncut_rows]
         lines += self._fitted_to_motion()
         lines += self.not_tried
         if self.time_up:
@@ -163,13 +163,18 @@ class ColliderFix:
 
     def _fitted_to_motion(self) -> list[str]:
         """A sentence about pieces that were joined where no body went, with how far they fill a hollow there."""
-        joined = [row for row in self.bodies if row["how"].endswith(JOINED)]
-        reaches = {row["body"]: row["after"]["reach_mm"] for row in joined if row["after"]["reach_mm"] > 0.0}
-        if not reaches:
+        joined_rows = [row for row in self.bodies if row["how"].endswith(JOINED)]
+        overshoot_of_body = {
+            row["body"]: row["after"]["reach_mm"] for row in joined_rows if row["after"]["reach_mm"] > 0.0
+        }
+        if not overshoot_of_body:
             return []
-        filled = ", ".join(f"{body}: up to {words.length(reach / 1e3)}" for body, reach in reaches.items())
+        filled_text = ", ".join(
+            f"{body}: up to {words.length(reach / 1e3)}" for body, reach in overshoot_of_body.items()
+        )
         return [
-            f"Pieces joined by motion fill hollows where nothing went in this recording ({filled} beyond the mesh). "
+            f"Pieces joined by motion fill hollows where nothing went in this recording ({filled_text} beyond "
+            f"the mesh). "
             "Record also the movements that must stay free."
         ]
 
@@ -234,77 +239,84 @@ def fix_colliders(
     if target_folder is not None:
         check_target(target_folder, force=force, kind=COLLIDERS)
     session = open_session(session_or_path, options.pop("scene", None))
-    prepared = prepare(
+    prepared_session = prepare(
         session,
         progress=progress,
         **{key: options[key] for key in ("pairs", "start", "end", "policy") if key in options},
     )
     if target is not None:
-        _require_plain_names(prepared.assembly.names)
+        _require_plain_names(prepared_session.assembly.names)
     step_hz = STEP_RATE if target is None else target.step_hz
-    rate = {} if step_hz >= FASTEST * frame_rate(session.stamps() / 1e9) else {"rate_hz": step_hz}
+    rate_setting = {} if step_hz >= FASTEST * frame_rate(session.stamps() / 1e9) else {"rate_hz": step_hz}
     with progress.stage("Finding the contacts", 1) as advance:
         scoring = Scoring(
-            prepared.assembly,
+            prepared_session.assembly,
             parse_detector(TRUSTED_DETECTOR),
             options.get("seed", 0),
             options.get("tau", TWO_MICROMETRES),
-            prepared.repaired.session,
+            prepared_session.repaired.session,
         )
         advance(1)
     with progress.stage("Cutting and trying colliders", None if time_limit is None else 100) as advance:
         deadline = Deadline(time_limit, advance)
-        search = ColliderSearch(prepared.assembly, scoring, rate, limits, deadline)
-        cuts = _card_cuts(search.ladders) if every_method else {}
-        quick = [of_body["vhacd"] for of_body in cuts.values()]
-        cut_ahead(quick, deadline.report, CARD_TIME if time_limit is None else time_limit)
+        search = ColliderSearch(prepared_session.assembly, scoring, rate_setting, limits, deadline)
+        cuts_of_body = _card_cuts(search.ladders) if every_method else {}
+        vhacd_cuts = [of_body["vhacd"] for of_body in cuts_of_body.values()]
+        cut_ahead(vhacd_cuts, deadline.report, CARD_TIME if time_limit is None else time_limit)
         search.run()
-        not_tried = search.not_tried + _late_cuts(search, cuts)
+        not_tried = search.not_tried + _late_cuts(search, cuts_of_body)
     axes = _file_axes(target, pose_convention(session.facts))
-    with nullcontext() if target_folder is None else result_folder(target_folder, COLLIDERS, force=force) as written:
-        shipped, rows = _ship_pieces(session, search, target, written, axes)
-        shapes: dict[str, BodyShape] = {}
-        with progress.stage("Writing report cards", len(rows)) as advance:
-            for row in rows:
+    with (
+        nullcontext()
+        if target_folder is None
+        else result_folder(target_folder, COLLIDERS, force=force) as written_folder
+    ):
+        shipped_session, body_rows = _ship_pieces(session, search, target, written_folder, axes)
+        shape_of_body: dict[str, BodyShape] = {}
+        with progress.stage("Writing report cards", len(body_rows)) as advance:
+            for row in body_rows:
                 name = row["body"]
                 hulls = search.ladders[name].pieces(0)
-                row["before"] = row["after"] = _card(prepared.assembly, scoring.reference, name, hulls)
-                shapes[name] = BodyShape(search.ladders[name].mesh, hulls, hulls)
+                row["before"] = row["after"] = _report_card_row(
+                    prepared_session.assembly, scoring.reference, name, hulls
+                )
+                shape_of_body[name] = BodyShape(search.ladders[name].mesh, hulls, hulls)
                 if search.steps[name]:
-                    pieces = [TriangleMesh(piece.vertices, piece.faces) for piece in shipped.colliders[name]]
-                    shapes[name] = replace(shapes[name], after=pieces)
-                    row["after"] = _card(prepared.assembly, scoring.reference, name, pieces)
-                other_cuts = _other_cuts(search.ladders[name], cuts.get(name, {})) if every_method else {}
+                    pieces = [TriangleMesh(piece.vertices, piece.faces) for piece in shipped_session.colliders[name]]
+                    shape_of_body[name] = replace(shape_of_body[name], after=pieces)
+                    row["after"] = _report_card_row(prepared_session.assembly, scoring.reference, name, pieces)
+                other_cuts = _other_cuts(search.ladders[name], cuts_of_body.get(name, {})) if every_method else {}
                 row["others"] = [
-                    {"how": how} | _card(prepared.assembly, scoring.reference, name, convex_pieces(cut))
-                    for how, cut in other_cuts.items()
+                    {"how": collider_words}
+                    | _report_card_row(prepared_session.assembly, scoring.reference, name, convex_pieces(cut))
+                    for collider_words, cut in other_cuts.items()
                 ]
                 advance(1)
-        sampled = "".join(f",{key}={value:g}" for key, value in rate.items())
-        hull, setting = (f"collider[shape={shape}{sampled}]" for shape in ("compound,pieces=1", "shipped"))
-        result = run(shipped, detectors={BEFORE: hull, AFTER: setting}, progress=progress, **options)
+        rate_text = "".join(f",{key}={value:g}" for key, value in rate_setting.items())
+        hull, setting = (f"collider[shape={shape}{rate_text}]" for shape in ("compound,pieces=1", "shipped"))
+        result = run(shipped_session, detectors={BEFORE: hull, AFTER: setting}, progress=progress, **options)
         fix = ColliderFix(
             engine="" if target is None else target.name,
             folder=target_folder,
             step_hz=step_hz,
             setting=setting,
-            bodies=tuple(rows),
-            before=_figures(result, BEFORE, sum(row["before"]["pieces"] for row in rows)),
-            after=_figures(result, AFTER, sum(row["after"]["pieces"] for row in rows)),
+            bodies=tuple(body_rows),
+            before=_detector_figures(result, BEFORE, sum(row["before"]["pieces"] for row in body_rows)),
+            after=_detector_figures(result, AFTER, sum(row["after"]["pieces"] for row in body_rows)),
             front=tuple(as_row(choice) for choice in search.front()),
             limits=limits,
             axes=axes,
             result=result,
-            shapes=shapes,
+            shapes=shape_of_body,
             time_up=search.time_up,
             steps=() if target is None else target.steps,
             not_tried=tuple(_not_tried_sentence(name, cut) for name, cut in not_tried),
         )
-        if written is not None:
+        if written_folder is not None:
             if target is not None:
-                (written / "README.txt").write_text(_read_me(fix, target), "utf-8")
-            (written / REPORT).write_text(before_after_page(fix), "utf-8", newline="\n")
-            write_summary(written, COLLIDERS, {"schema": COLLIDERS.schema, **fix.as_json()})
+                (written_folder / "README.txt").write_text(_read_me_text(fix, target), "utf-8")
+            (written_folder / REPORT).write_text(before_after_page(fix), "utf-8", newline="\n")
+            write_summary(written_folder, COLLIDERS, {"schema": COLLIDERS.schema, **fix.as_json()})
     return fix
 
 
@@ -339,15 +351,17 @@ def _file_axes(target: EngineFiles | None, poses: Convention) -> str:
 
 def _require_plain_names(names: Sequence[str]) -> None:
     """Refuse names of bodies that no file can hold, before anything is cut. Raises ``TradeoffError``."""
-    unfit = [name for name in names if safe_text(name) != name]
-    if unfit:
-        texts = ", ".join(safe_text(name) for name in unfit)
+    unfit_names = [name for name in names if safe_text(name) != name]
+    if unfit_names:
+        unfit_text = ", ".join(safe_text(name) for name in unfit_names)
         raise TradeoffError(
-            f"bodies are called {texts}: no engine takes control characters; rename them in the session"
+            f"bodies are called {unfit_text}: no engine takes control characters; rename them in the session"
         )
 
 
-def _card(assembly: Assembly, reference: Reference, name: str, pieces: Sequence[TriangleMesh]) -> dict[str, Any]:
+def _report_card_row(
+    assembly: Assembly, reference: Reference, name: str, pieces: Sequence[TriangleMesh]
+) -> dict[str, Any]:
     """The report card of a body with these pieces."""
     mesh = assembly.bodies[assembly.names.index(name)].mesh
     return shape_figures(mesh, pieces) | contact_figures(assembly, reference, name, pieces)
@@ -364,10 +378,12 @@ def _card_cuts(ladders: Mapping[str, Ladder]) -> dict[str, dict[str, Cut]]:
 
 def _late_cuts(search: ColliderSearch, cuts: Mapping[str, Mapping[str, Cut]]) -> list[tuple[str, Cut]]:
     """Cut by CoACD for report cards what there is time for; the name of the body and the cut of each of the others."""
-    named = {cut.key: (name, cut) for name, of_body in cuts.items() for cut in of_body.values()}
+    name_and_cut_of_key = {cut.key: (name, cut) for name, of_body in cuts.items() for cut in of_body.values()}
     not_tried = {cut.key for _, cut in search.not_tried}
-    missing = search.cut_in_time([cut for _, cut in named.values()])
-    return [named[key] for key, not_cut in missing.items() if not_cut.late and key not in not_tried]
+    not_cut_by_key = search.cut_in_time([cut for _, cut in name_and_cut_of_key.values()])
+    return [
+        name_and_cut_of_key[key] for key, not_cut in not_cut_by_key.items() if not_cut.late and key not in not_tried
+    ]
 
 
 def _other_cuts(ladder: Ladder, cuts: Mapping[str, Cut]) -> dict[str, Cut]:
@@ -377,15 +393,15 @@ def _other_cuts(ladder: Ladder, cuts: Mapping[str, Cut]) -> dict[str, Cut]:
     return solids | cuts_by_label
 
 
-def _figures(result: RunResult, label: str, pieces: int) -> dict[str, Any]:
+def _detector_figures(result: RunResult, label: str, pieces: int) -> dict[str, Any]:
     """Returns the errors, milliseconds and number of pieces of a detector of the run."""
     seconds = result.document.detectors[label].seconds
     p99_ms = None if seconds.p99 is None else 1e3 * seconds.p99
-    return wrong_in(result, label) | {"ms": 1e3 * seconds.per_frame_mean, "p99_ms": p99_ms, "pieces": pieces}
+    return errors_of_detector(result, label) | {"ms": 1e3 * seconds.per_frame_mean, "p99_ms": p99_ms, "pieces": pieces}
 
 
 def _ship_pieces(
-    session: Session, search: ColliderSearch, target: EngineFiles | None, written: Path | None, axes: str
+    session: Session, search: ColliderSearch, target: EngineFiles | None, written_folder: Path | None, axes: str
 ) -> tuple[Session, list[dict[str, Any]]]:
     """The session with the pieces as a file gives them back, and a row a body; the files where a folder is given."""
     from sessions import write_session
@@ -393,42 +409,42 @@ def _ship_pieces(
     poses = pose_convention(session.facts)
     colliders: dict[str, tuple[MeshData, ...]] = {}
     in_files: dict[str, list[MeshData]] = {}
-    rows: list[dict[str, Any]] = []
+    body_rows: list[dict[str, Any]] = []
     files = _file_names(list(search.ladders))
     for name, solids in search.pieces().items():
-        plain, ladder = files[name], search.ladders[name]
+        file_name, ladder = files[name], search.ladders[name]
         in_file = [from_body_axes(_in_glb_numbers(solid), axes, poses) for solid in solids]
         mesh = from_body_axes(_in_glb_numbers(ladder.mesh), axes, poses)
-        colliders[name] = tuple(in_body_axes(solid, axes, poses) for solid in _read_back(name, in_file))
-        in_files[plain] = in_file
-        if written is not None and target is not None:
-            (written / f"{plain}.glb").write_bytes(_glb(name, mesh, in_file, target))
-        rows.append(
+        colliders[name] = tuple(in_body_axes(solid, axes, poses) for solid in _pieces_read_back(name, in_file))
+        in_files[file_name] = in_file
+        if written_folder is not None and target is not None:
+            (written_folder / f"{file_name}.glb").write_bytes(_pieces_glb(name, mesh, in_file, target))
+        body_rows.append(
             {
                 "body": name,
-                "file": f"{plain}.glb" if written is not None and target is not None else "",
+                "file": f"{file_name}.glb" if written_folder is not None and target is not None else "",
                 "how": ladder.how(search.steps[name]),
                 "reason": ladder.reason,
             }
         )
-    shipped = replace(session, colliders=colliders)
-    if written is not None:
-        for file, text in ({} if target is None else target.extra(in_files)).items():
-            (written / file).write_text(text, "utf-8")
-        write_session(shipped, written / "session.mcap")
-    return shipped, rows
+    shipped_session = replace(session, colliders=colliders)
+    if written_folder is not None:
+        for extra_file, extra_text in ({} if target is None else target.extra(in_files)).items():
+            (written_folder / extra_file).write_text(extra_text, "utf-8")
+        write_session(shipped_session, written_folder / "session.mcap")
+    return shipped_session, body_rows
 
 
-def _glb(name: str, mesh: MeshData, pieces: Sequence[MeshData], target: EngineFiles) -> bytes:
+def _pieces_glb(name: str, mesh: MeshData, pieces: Sequence[MeshData], target: EngineFiles) -> bytes:
     """A node a piece, named as the engine wants it; the body's own mesh beside them where the engine wants that."""
     from sessions.meshes.glb import meshes_to_glb
 
-    nodes = {name: mesh} if target.has_mesh else {}
-    nodes |= {target.node.format(body=name, number=k): piece for k, piece in enumerate(pieces)}
-    return meshes_to_glb(nodes)
+    mesh_of_node = {name: mesh} if target.has_mesh else {}
+    mesh_of_node |= {target.node.format(body=name, number=k): piece for k, piece in enumerate(pieces)}
+    return meshes_to_glb(mesh_of_node)
 
 
-def _read_back(name: str, pieces: Sequence[MeshData]) -> tuple[MeshData, ...]:
+def _pieces_read_back(name: str, pieces: Sequence[MeshData]) -> tuple[MeshData, ...]:
     """The pieces as a reader of the written file has them: what is counted is what is shipped."""
     from sessions.meshes.glb import meshes_to_glb
     from sessions.meshes.mesh_match import read_colliders
@@ -439,7 +455,7 @@ def _read_back(name: str, pieces: Sequence[MeshData]) -> tuple[MeshData, ...]:
         return read_colliders(file, [name]).solids[name]
 
 
-def _read_me(fix: ColliderFix, target: EngineFiles) -> str:
+def _read_me_text(fix: ColliderFix, target: EngineFiles) -> str:
     """Returns the read-me: contents of the folder, steps in the engine, command to measure again."""
     lines = [f"Colliders for {target.name}, from the motion of a recorded session.", ""]
     lines += [f"{number}. {step}" for number, step in enumerate(target.steps, 1)]
@@ -461,17 +477,19 @@ def _file_names(names: Sequence[str]) -> dict[str, str]:
 
     No two are the same where capital letters do not count, as on Windows and macOS.
     """
-    plain = {name: re.sub(r"[^A-Za-z0-9._-]", "", name).lstrip(".")[:LONGEST_NAME] for name in names}
+    plain_name_of_body = {name: re.sub(r"[^A-Za-z0-9._-]", "", name).lstrip(".")[:LONGEST_NAME] for name in names}
     files: dict[str, str] = {}
     taken_names: set[str] = set()
     # Names that are files' as they are come first: no other one takes them.
-    for number, name in sorted(enumerate(names), key=lambda item: plain[item[1]] != item[1]):
-        file = plain[name] or "body"
-        is_device = file.partition(".")[0].lower() in WINDOWS_DEVICES
-        if file != name or file.lower() in taken_names or is_device:
-            file = next(other for k in count(number) if (other := f"{file}-{k}").lower() not in taken_names)
-        files[name] = file
-        taken_names.add(file.lower())
+    for number, name in sorted(enumerate(names), key=lambda item: plain_name_of_body[item[1]] != item[1]):
+        file_name = plain_name_of_body[name] or "body"
+        is_device = file_name.partition(".")[0].lower() in WINDOWS_DEVICES
+        if file_name != name or file_name.lower() in taken_names or is_device:
+            file_name = next(
+                numbered_name for k in count(number) if (numbered_name := f"{file_name}-{k}").lower() not in taken_names
+            )
+        files[name] = file_name
+        taken_names.add(file_name.lower())
     return files
 
 

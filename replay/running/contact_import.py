@@ -50,27 +50,30 @@ def import_contacts(
     if not body_names:
         raise AuditError(f"{source} names no body of the session, which has: {', '.join(session.meshes)}; rename them")
     result = compute(session, detectors="exact", oracle="none", offline=True, progress=progress)
-    fit = estimate_offset(_reported_moments(contacts), _true(result), offset, _clock_facts(contacts, result))
-    placed = tuple(
+    clock_fit = estimate_offset(
+        _reported_moments(contacts), _true_moments(result), offset, _clock_facts(contacts, result)
+    )
+    contacts_on_session_clock = tuple(
         replace(
-            contact, time_ns=contact.time_ns + result.assembly.first_ns + round(1e9 * fit.at(contact.time_ns / 1e9))
+            contact,
+            time_ns=contact.time_ns + result.assembly.first_ns + round(1e9 * clock_fit.at(contact.time_ns / 1e9)),
         )
         for contact in contacts
     )
-    if fit.is_own_clock:
+    if clock_fit.is_own_clock:
         clock, residual = ReportClock.OWN, "0"
     else:
         clock = ReportClock.FITTED if offset is None else ReportClock.GIVEN
-        residual = "unknown" if fit.residual is None else f"{fit.residual:.9f}"
+        residual = "unknown" if clock_fit.residual is None else f"{clock_fit.residual:.9f}"
     facts = {
         **session.facts,
         CLOCK_FACT: clock.value,
-        OFFSET_FACT: f"{fit.seconds:.9f}",
-        DRIFT_FACT: f"{fit.drift:.9f}",
+        OFFSET_FACT: f"{clock_fit.seconds:.9f}",
+        DRIFT_FACT: f"{clock_fit.drift:.9f}",
         RESIDUAL_FACT: residual,
         LEDGER_FACT: ledger.as_text(),
     }
-    return replace(session, live_contacts=placed, facts=facts), fit
+    return replace(session, live_contacts=contacts_on_session_clock, facts=facts), clock_fit
 
 
 def _clock_facts(contacts: Iterable[LiveContact], result: RunResult) -> ClockFacts:
@@ -79,11 +82,11 @@ def _clock_facts(contacts: Iterable[LiveContact], result: RunResult) -> ClockFac
     Its seconds count from the first frame, or are the recording's stamps.
     """
     moments = np.array([contact.time_ns / 1e9 for contact in contacts])
-    steps = physics_steps([moments], None)
+    physics_steps_and_phase = physics_steps([moments], None)
     times = result.assembly.motion.times
     return ClockFacts(
         frame_interval=float(np.median(np.diff(times))) if len(times) > 1 else 0.0,
-        physics_step=None if steps is None else 1.0 / steps[0],
+        physics_step=None if physics_steps_and_phase is None else 1.0 / physics_steps_and_phase[0],
         recording_clock_offsets=(0.0, -result.assembly.first_ns / 1e9),
     )
 
@@ -98,7 +101,7 @@ def _reported_moments(contacts: Iterable[LiveContact]) -> Moments:
     return moments
 
 
-def _true(result: RunResult) -> Moments:
+def _true_moments(result: RunResult) -> Moments:
     """Begins and ends of the true contacts; a contact ends at the first frame without it, as engines report it."""
     moments: Moments = {}
     times = result.assembly.motion.times

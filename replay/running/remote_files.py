@@ -17,62 +17,62 @@ def path_of_place(name: Any) -> Path:
     try:
         from upath import UPath
 
-        remote: Any = UPath(name, use_listings_cache=False)  # others write there too
-        _ = remote.fs
+        remote_path: Any = UPath(name, use_listings_cache=False)  # others write there too
+        _ = remote_path.fs
     except (ImportError, ValueError) as error:
         if isinstance(error, ImportError) and error.name in ("upath", "fsspec"):
             todo = 'pip install "vrlab-replay[cluster]"'
         raise PlaceError(f"{name} cannot be reached ({error}); {todo}") from error
-    return remote
+    return remote_path
 
 
-def is_remote(given: Any) -> bool:
+def is_remote(candidate: Any) -> bool:
     """Whether this is what ``path_of_place`` makes of a URL."""
-    return hasattr(given, "fs")
+    return hasattr(candidate, "fs")
 
 
 @contextmanager
-def store_errors(where: Any) -> Iterator[None]:
+def store_errors(place: Any) -> Iterator[None]:
     """Turns errors at a URL into ``PlaceError``: each kind of store has errors of its own."""
     try:
         yield
     except Exception as error:
-        if not is_remote(where) or isinstance(error, ReplayError):
+        if not is_remote(place) or isinstance(error, ReplayError):
             raise
         todo = "check the address, the network and who may read and write there"
-        raise PlaceError(f"{where} cannot be reached ({type(error).__name__}: {error}); {todo}") from error
+        raise PlaceError(f"{place} cannot be reached ({type(error).__name__}: {error}); {todo}") from error
 
 
 @contextmanager
-def local_copy(given: Any) -> Iterator[Any]:
+def local_copy(place: Any) -> Iterator[Any]:
     """Yields the argument; for a URL, a local copy that lasts until the block ends."""
-    remote: Any = path_of_place(given) if isinstance(given, str) else given
-    if not is_remote(remote):
-        yield given
+    remote_path: Any = path_of_place(place) if isinstance(place, str) else place
+    if not is_remote(remote_path):
+        yield place
         return
     with temporary_folder() as folder:
-        copy = folder / remote.name
-        with store_errors(remote):
-            remote.fs.get_file(remote.path, str(copy))
-        yield copy
+        copied_file = folder / remote_path.name
+        with store_errors(remote_path):
+            remote_path.fs.get_file(remote_path.path, str(copied_file))
+        yield copied_file
 
 
 @contextmanager
-def run_folder_for(out: Any) -> Iterator[Any]:
+def run_folder_for(place: Any) -> Iterator[Any]:
     """The run folder to write; of one at a URL a folder on this machine, put there when the block ends well.
 
     Its summary is put last: a folder without one was begun by a process that was killed, and is made anew.
     """
-    if not is_remote(out):
-        yield out
+    if not is_remote(place):
+        yield place
         return
     from replay.show.results.run_folder import SUMMARY
 
     with temporary_folder() as folder:
-        local_folder = folder / out.name
+        local_folder = folder / place.name
         yield local_folder
-        with store_errors(out):
-            (out / SUMMARY).unlink(missing_ok=True)
-            out.fs.makedirs(out.path, exist_ok=True)
+        with store_errors(place):
+            (place / SUMMARY).unlink(missing_ok=True)
+            place.fs.makedirs(place.path, exist_ok=True)
             for file in sorted(local_folder.iterdir(), key=lambda file: file.name == SUMMARY):
-                out.fs.put_file(str(file), (out / file.name).path)
+                place.fs.put_file(str(file), (place / file.name).path)

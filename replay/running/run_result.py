@@ -23,11 +23,11 @@ class RunResult(run_result.RunResult):
     """
 
     @classmethod
-    def of(cls, computed: run_result.RunResult) -> RunResult:
+    def of(cls, computed_result: run_result.RunResult) -> RunResult:
         """The same result, to be shown."""
-        values = {field.name: getattr(computed, field.name) for field in fields(computed)}
+        field_values = {field.name: getattr(computed_result, field.name) for field in fields(computed_result)}
         by_label = ("detections", "comparisons", "episodes", "misses", "false", "matches", "causes", "detectors")
-        return cls(**values | {name: ByLabel(values[name]) for name in by_label})
+        return cls(**field_values | {name: ByLabel(field_values[name]) for name in by_label})
 
     def __repr__(self) -> str:
         from replay.show.notebook import run_text
@@ -57,7 +57,7 @@ class RunResult(run_result.RunResult):
             import pandas  # noqa: F401
         except ImportError as error:
             raise OutputError("pandas is not installed; pip install pandas") from error
-        return self._arrow(name).to_pandas()
+        return self._arrow_table(name).to_pandas()
 
     def to_polars(self, name: str) -> Any:
         """Return a table as a polars frame, named as for ``to_pandas``.
@@ -68,9 +68,9 @@ class RunResult(run_result.RunResult):
             import polars
         except ImportError as error:
             raise OutputError("polars is not installed; pip install polars") from error
-        return polars.from_arrow(self._arrow(name))
+        return polars.from_arrow(self._arrow_table(name))
 
-    def _arrow(self, name: str) -> Any:
+    def _arrow_table(self, name: str) -> Any:
         from replay.show.results.parquet import with_keys
         from replay.show.results.parquet_tables import metrics_table
 

@@ -17,7 +17,7 @@ from replay.running.run_result import RunResult
 from replay.settings import RunSettings
 from sessions import Session
 
-WRITING: Final = "Writing report and picture"
+WRITING_STAGE: Final = "Writing report and picture"
 WRITING_STEPS: Final = 20
 """Steps of progress of a run folder: its tables, the picture, the report."""
 
@@ -80,19 +80,21 @@ def with_open_questions(result: run_result.RunResult, progress: Progress) -> run
         return result
     from replay.advice.assumptions import first_screen_lines
 
-    lines = first_screen_lines(result.session, result.assembly, progress)
-    document = structs.replace(result.document, open_questions=tuple(lines.questions), guesses=tuple(lines.guesses))
+    import_questions = first_screen_lines(result.session, result.assembly, progress)
+    document = structs.replace(
+        result.document, open_questions=tuple(import_questions.questions), guesses=tuple(import_questions.guesses)
+    )
     return replace(result, document=document)
 
 
 def with_measured_fixes(result: run_result.RunResult, progress: Progress) -> run_result.RunResult:
     """The result with the Fix of its colliders measured, in the time that its settings give."""
-    limit = result.document.settings.fix_time
-    if limit <= 0.0 or not result.answers:
+    time_limit = result.document.settings.fix_time
+    if time_limit <= 0.0 or not result.answers:
         return result
     from replay.advice.measured_fix import measured_fixes
 
-    return measured_fixes(result, limit, progress)
+    return measured_fixes(result, time_limit, progress)
 
 
 def open_session(given: Session | str | Path, scene: str | Path | None) -> Session:
@@ -116,5 +118,5 @@ def write_watched(result: run_result.RunResult, target: Path, progress: Progress
     """``write_run_folder`` as a stage of its own."""
     from replay.show.results.run_folder import write_run_folder
 
-    with progress.stage(WRITING, WRITING_STEPS) as advance:
+    with progress.stage(WRITING_STAGE, WRITING_STEPS) as advance:
         write_run_folder(result, target, advance=advance, **how)

@@ -24,12 +24,12 @@ Work = Callable[..., str]
 
 Tasks = Mapping[str, tuple[Any, ...]]
 
-DONE, KEPT = "done", "kept"
+DONE_OUTCOME, KEPT_OUTCOME = "done", "kept"
 
 ATTEMPTS: Final = 3
 """A task that ends its worker this often is set aside."""
 
-LOST: Final = object()
+LOST_WORKER: Final = object()
 """In place of the answer of a worker that ended without one."""
 
 CLOSING_S: Final = 20.0
@@ -66,54 +66,56 @@ def do_all(
     This process does them if ``jobs`` is 1 and no ``scheduler`` of Dask is named by its address. ``on_done`` is called
     for every task when it is finished, ``on_died`` with a task and the address of the worker that ended with it.
     """
-    failed: dict[str, str] = {}
-    deaths: dict[str, list[str]] = {}
+    failure_of_name: dict[str, str] = {}
+    deaths_of_name: dict[str, list[str]] = {}
 
-    def died(name: str, worker: str) -> None:
-        deaths.setdefault(name, []).append(worker)
+    def died(task_name: str, worker: str) -> None:
+        deaths_of_name.setdefault(task_name, []).append(worker)
         if on_died is not None:
-            on_died(name, worker)
+            on_died(task_name, worker)
 
-    def note(name: str, outcome: str) -> None:
-        if outcome and outcome != KEPT:
-            failed[name] = outcome
+    def note(task_name: str, outcome: str) -> None:
+        if outcome and outcome != KEPT_OUTCOME:
+            failure_of_name[task_name] = outcome
         if on_done is not None:
-            on_done(name, outcome or DONE)
+            on_done(task_name, outcome or DONE_OUTCOME)
 
     if not tasks or (jobs <= 1 and scheduler is None):
         for name, arguments in tasks.items():
             note(name, work(*arguments))
-        return failed
+        return failure_of_name
     with Workers(min(jobs, len(tasks)), scheduler) as workers:
-        lost = _shared_out(workers, work, tasks, note, died, ATTEMPTS - 1)
+        names_without_answer = _run_on_workers(workers, work, tasks, note, died, ATTEMPTS - 1)
     # A task may want more memory than is left beside others, so the last attempt is made with nothing beside it.
-    for name in lost:
+    for name in names_without_answer:
         with Workers(1, scheduler) as workers:
-            if _shared_out(workers, work, {name: tasks[name]}, note, died, 1):
-                ended = ", ".join(deaths[name])
-                note(name, f"its process was ended {ATTEMPTS} times, perhaps for want of memory (workers {ended})")
-    return failed
+            if _run_on_workers(workers, work, {name: tasks[name]}, note, died, 1):
+                exit_codes = ", ".join(deaths_of_name[name])
+                note(name, f"its process was ended {ATTEMPTS} times, perhaps for want of memory (workers {exit_codes})")
+    return failure_of_name
 
 
-def _shared_out(workers: "Workers", work: Work, tasks: Tasks, note: OnDone, died: OnDone, attempts: int) -> list[str]:
+def _run_on_workers(
+    workers: "Workers", work: Work, tasks: Tasks, note: OnDone, died: OnDone, attempts: int
+) -> list[str]:
     """Do tasks; return the names of those that lost their worker at each of ``attempts``, made after all others."""
-    waiting, ended, lost = deque(tasks), Counter[str](), list[str]()
-    working = dict[Any, tuple[str, str]]()
-    while waiting or working:
-        busy = [worker for _, worker in working.values()]
-        free = [worker for worker in workers.ready_workers() if worker not in busy]
-        for worker in free[: len(waiting)]:
-            name = waiting.popleft()
-            working[workers.submit(worker, work, tasks[name])] = name, worker
-        for task, answer in workers.finished({task: worker for task, (_, worker) in working.items()}):
-            name, worker = working.pop(task)
-            if answer is not LOST:
+    waiting_names, attempts_of_name, lost_names = deque(tasks), Counter[str](), list[str]()
+    task_of_future = dict[Any, tuple[str, str]]()
+    while waiting_names or task_of_future:
+        busy_workers = [worker for _, worker in task_of_future.values()]
+        free_workers = [worker for worker in workers.ready_workers() if worker not in busy_workers]
+        for worker in free_workers[: len(waiting_names)]:
+            name = waiting_names.popleft()
+            task_of_future[workers.submit(worker, work, tasks[name])] = name, worker
+        for task, answer in workers.finished_tasks({task: worker for task, (_, worker) in task_of_future.items()}):
+            name, worker = task_of_future.pop(task)
+            if answer is not LOST_WORKER:
                 note(name, answer)
                 continue
             died(name, worker)
-            ended[name] += 1
-            (waiting if ended[name] < attempts else lost).append(name)
-    return lost
+            attempts_of_name[name] += 1
+            (waiting_names if attempts_of_name[name] < attempts else lost_names).append(name)
+    return lost_names
 
 
 class Workers(AbstractContextManager["Workers"]):
@@ -154,7 +156,7 @@ class Workers(AbstractContextManager["Workers"]):
         except (OSError, ValueError, TypeError) as error:
             todo = "start one with `dask scheduler`, or use --jobs for workers on this machine"
             raise WorkerError(f"no scheduler of Dask answers at {scheduler} ({error}); {todo}") from error
-        self._alike: set[str] = set()
+        self._checked_workers: set[str] = set()
         self._last_present = time.monotonic()
 
     def __exit__(self, kind: type[BaseException] | None, *error: object) -> None:
@@ -196,40 +198,42 @@ class Workers(AbstractContextManager["Workers"]):
 
     def ready_workers(self) -> Iterable[str]:
         """Addresses of the workers that are there and have our versions."""
-        present = self._present_workers()
-        if self._cluster is not None and len(present) < self._jobs:
+        present_workers = self._present_workers()
+        if self._cluster is not None and len(present_workers) < self._jobs:
             # Dask gives up a worker that is killed while it starts; this brings it back.
             self._cluster.scale(self._jobs)
-        if unchecked_workers := [worker for worker in present if worker not in self._alike]:
-            for worker, installed in self._client.run(versions, workers=unchecked_workers, on_error="return").items():
-                if not isinstance(installed, OSError):  # it died before it could say
-                    _require_same(worker, installed)
-                    self._alike.add(worker)
-        if self._alike & present:
+        if unchecked_workers := [worker for worker in present_workers if worker not in self._checked_workers]:
+            for worker, installed_versions in self._client.run(
+                versions, workers=unchecked_workers, on_error="return"
+            ).items():
+                if not isinstance(installed_versions, OSError):  # it died before it could say
+                    _require_same(worker, installed_versions)
+                    self._checked_workers.add(worker)
+        if self._checked_workers & present_workers:
             self._last_present = time.monotonic()
         elif time.monotonic() - self._last_present > PATIENCE_S:
             todo = "start some with `dask worker ADDRESS --nthreads 1`; the same command goes on where it stopped"
             raise WorkerError(f"the scheduler has had no worker for {words.decimal(PATIENCE_S, 0)} s; {todo}")
-        return sorted(self._alike & present)
+        return sorted(self._checked_workers & present_workers)
 
     def submit(self, worker: str, work: Work, arguments: tuple[Any, ...]) -> Any:
         """Give a task to the worker of an address; what stands for its answer."""
         return self._client.submit(work, *arguments, workers=[worker], pure=False)
 
-    def finished(self, working: Mapping[Any, str]) -> Iterable[tuple[Any, Any]]:
-        """Tasks that are over, each with its answer or ``LOST``; may wait. ``working`` has the address of each worker.
+    def finished_tasks(self, worker_of_future: Mapping[Any, str]) -> Iterable[tuple[Any, Any]]:
+        """Tasks that are over, each with its answer or ``LOST_WORKER``; may wait. ``worker_of_future``: addresses.
 
         Raises what a task raised.
         """
         from distributed import CancelledError, wait
 
-        if not working:
+        if not worker_of_future:
             time.sleep(POLL_S)
         with suppress(TimeoutError, CancelledError):
-            wait([*working], timeout=POLL_S, return_when="FIRST_COMPLETED")
-        present = self._present_workers()
-        for task, worker in working.items():
-            if task.done() or worker not in present:
+            wait([*worker_of_future], timeout=POLL_S, return_when="FIRST_COMPLETED")
+        present_workers = self._present_workers()
+        for task, worker in worker_of_future.items():
+            if task.done() or worker not in present_workers:
                 yield task, self._answer(task, worker)
 
     def _answer(self, task: Any, worker: str) -> Any:
@@ -244,7 +248,7 @@ class Workers(AbstractContextManager["Workers"]):
                 if task.status == "error":  # the task itself raised it
                     raise
         task.cancel()
-        return LOST
+        return LOST_WORKER
 
     def _present_workers(self) -> set[str]:
         try:
@@ -253,14 +257,14 @@ class Workers(AbstractContextManager["Workers"]):
             raise WorkerError(f"the scheduler is gone ({error}); the same command goes on where it stopped") from error
 
 
-def _require_same(worker: str, installed: Any) -> None:
+def _require_same(worker: str, installed_versions: Any) -> None:
     """Refuse a worker with other versions of what can change a verdict, a time or a file, or without it."""
-    if isinstance(installed, Exception):
+    if isinstance(installed_versions, Exception):
         todo = "install it there, with the same versions"
-        raise WorkerError(f"the worker {worker} cannot load vrlab-replay ({installed}); {todo}")
+        raise WorkerError(f"the worker {worker} cannot load vrlab-replay ({installed_versions}); {todo}")
     local_versions = versions()
     for name in PACKAGES:
-        if installed.get(name) != local_versions.get(name):
-            is_remote, is_here = (of.get(name, "none") for of in (installed, local_versions))
+        if installed_versions.get(name) != local_versions.get(name):
+            is_remote, is_here = (of.get(name, "none") for of in (installed_versions, local_versions))
             todo = "install the same everywhere"
             raise WorkerError(f"the worker {worker} has {name} {is_remote}, this machine {is_here}; {todo}")

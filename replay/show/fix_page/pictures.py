@@ -8,7 +8,7 @@ import numpy as np
 from cdcore import TriangleMesh
 from cdcore.containment.ray_parity import INSIDE, build_inside_grid, point_state
 from cdcore.numerics import FloatArray, IntArray
-from replay.cutting.surface_distance import SampledSurface, finer
+from replay.cutting.surface_distance import SampledSurface, refined_triangles
 from replay.show.drawn_mesh import bend_cosines, edges_of, face_normals
 from replay.show.palette import SERIES, hex_of
 from replay.show.report.markup import render_template
@@ -56,7 +56,7 @@ def pieces_picture(pieces: Sequence[TriangleMesh], text: str) -> str:
 
 def reach_picture(mesh: TriangleMesh, pieces: Sequence[TriangleMesh], farthest: float, text: str) -> str:
     """Returns pieces as SVG, coloured by how far their surface lies beyond the mesh, from 0 to ``farthest`` metres."""
-    triangles = finer(np.concatenate([piece.triangles for piece in pieces]), _size(mesh) / EDGE_FRACTION)
+    triangles = refined_triangles(np.concatenate([piece.triangles for piece in pieces]), _size(mesh) / EDGE_FRACTION)
     distances_beyond = beyond_mesh(triangles.mean(axis=1), mesh)
     shade = np.clip(distances_beyond / max(farthest, 1e-12) * (SHADES - 1), 0, SHADES - 1).round().astype(np.int64)
     shapes = [

@@ -12,7 +12,7 @@ from cdcore.numerics import IntArray
 from cdcore.protocol import counts_as_contact, is_one_of
 from replay.auditing.compare import VERDICT_FRAMES
 from replay.auditing.fault import Fault
-from replay.auditing.holding import within
+from replay.auditing.holding import shares_a_frame
 from replay.auditing.outcome import Outcome
 from replay.document.metrics.row import METRICS, TASK, TYPES_OF_MEASURES, metric_rows
 from replay.document.run_document import RunDocument
@@ -134,7 +134,7 @@ def _frame_columns(result: RunResult, rows: IntArray, columns: IntArray, numbers
         "time": pa.array(result.assembly.motion.times[rows]),
         "body_a": _dictionary(ends[:, 0], names),
         "body_b": _dictionary(ends[:, 1], names),
-        "held": pa.array(result.assembly.grasped[columns] | within(result.holdings, columns, rows, rows)),
+        "held": pa.array(result.assembly.grasped[columns] | shares_a_frame(result.holdings, columns, rows, rows)),
         "flag": _flag_column(result, rows, columns),
     }
     for label, detection in result.detections.items():

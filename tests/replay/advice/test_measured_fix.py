@@ -179,7 +179,7 @@ def test_the_command_line_gives_a_fix_time(tmp_path, capsys):
 
 
 THIS_CUTTER = pytest.mark.skipif(
-    not any(piece_store.SHIPPED.glob(f"*-vhacd-*-{version('vhacdx')}.npz")),
+    not any(piece_store.SHIPPED_FOLDER.glob(f"*-vhacd-*-{version('vhacdx')}.npz")),
     reason="the shipped pieces are of another version of vhacdx",
 )
 

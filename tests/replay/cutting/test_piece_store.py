@@ -16,7 +16,7 @@ from cdcore.errors import InvalidSettingError
 from replay.cutting import methods, piece_store
 from replay.cutting.compound import names_as_setting, with_pieces
 from replay.cutting.convex_solids import MOST_TRIANGLES, outside_by, union_of, volume_of
-from replay.cutting.methods import AUTO, METHODS
+from replay.cutting.methods import AUTO_METHOD, METHODS
 from replay.cutting.piece_store import Cut, NotCut, convex_pieces, cut_ahead, why_not_cut
 from replay.detection.detector_spec import parse_detector
 from replay.errors import CutError
@@ -41,7 +41,7 @@ def hashes(pieces):
 
 
 def test_compound_methods_are_rows_of_the_cutter_table():
-    assert set(CUT_METHODS) == {AUTO, *METHODS}
+    assert set(CUT_METHODS) == {AUTO_METHOD, *METHODS}
 
 
 @pytest.mark.parametrize(
@@ -94,7 +94,7 @@ def test_cut_that_was_not_begun_has_spent_no_time(empty_cache, monkeypatch):
     monkeypatch.setattr(piece_store, "CHILD", "import time; time.sleep(60)")
     monkeypatch.setattr(piece_store.os, "cpu_count", lambda: 1)
     cuts = [Cut(BEAKER, "sectors", 16), Cut(BEAKER, "vhacd", 16)]
-    missing = piece_store.cut_ahead(cuts, limit=0.2)
+    missing = piece_store.cut_ahead(cuts, time_limit=0.2)
     assert all(missing[cut.key].late for cut in cuts)
     assert missing[cuts[0].key].spent > 0.0 == missing[cuts[1].key].spent
 
@@ -127,7 +127,7 @@ def test_single_piece_is_hull_and_flat_mesh_stays_itself():
     (hull,) = convex_pieces(Cut(BEAKER, "coacd", 1))
     assert hull.content_hash == hull_of(BEAKER.vertices).content_hash
     ball = icosphere(subdivisions=3)
-    (few,) = convex_pieces(Cut(TriangleMesh(ball.vertices, ball.faces), AUTO, 1))
+    (few,) = convex_pieces(Cut(TriangleMesh(ball.vertices, ball.faces), AUTO_METHOD, 1))
     assert len(few.faces) <= 255 and np.array_equal(np.ptp(few.vertices, axis=0), np.ptp(ball.vertices, axis=0))
     assert convex_pieces(Cut(FLAT, "coacd", 16)) == (FLAT,) and union_of((FLAT,)) is FLAT
 
@@ -182,11 +182,11 @@ def test_who_waits_for_pieces_can_end_the_cutting(monkeypatch):
 def test_what_is_not_cut_in_time_is_named(monkeypatch):
     monkeypatch.setattr(piece_store, "CHILD", "import time; time.sleep(60)")
     cuts = [Cut(BEAKER, "coacd", 16), Cut(BEAKER, "vhacd", 16)]
-    assert cut_ahead(cuts, limit=0.2) == {
+    assert cut_ahead(cuts, time_limit=0.2) == {
         cut.key: NotCut(f"{cut.row.words} did not cut this mesh within 200 ms", late=True) for cut in cuts
     }
     with pytest.raises(CutError, match=r"^CoACD did not cut this mesh within 200 ms; take another method of cutting$"):
-        convex_pieces(cuts[0], limit=0.2)
+        convex_pieces(cuts[0], time_limit=0.2)
 
 
 @pytest.mark.parametrize("name", ["beaker", "a,b [c]", "x+y=z", "12", "none", "%41", "Wasser über"])

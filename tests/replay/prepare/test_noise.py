@@ -22,7 +22,7 @@ from sessions.synthetic.tracker import VIVE, TrackerNoise
 )
 def test_noise_size_has_units_and_defaults_to_vive(text, size):
     assert parse_noise(text).usual == size
-    assert parse_noise([f"cup={text[0]}"]).own == {"cup": size}
+    assert parse_noise([f"cup={text[0]}"]).noise_of_body == {"cup": size}
 
 
 def item_tracker(size, copies=400, seed=1):

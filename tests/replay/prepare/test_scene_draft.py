@@ -41,7 +41,7 @@ def bench(scene=None, **more):
 def test_drafted_scene_contains_near_pairs_and_groups():
     session, near = bench(), {frozenset(("cup", "top")), frozenset(("cup", "lamp"))}
     draft = draft_scene(session)
-    assert {*map(frozenset, draft.near)} == near and draft.held == (("hand-right", "rod"),)
+    assert {*map(frozenset, draft.near_pairs)} == near and draft.held == (("hand-right", "rod"),)
     text = draft_text(session, draft, {"cup": ("m/cup.glb", "Cup", 0.01)}, "A first scene.")
     scene = parse_scene(text)
     assert [body.id for body in scene.bodies] == ["cup", "hand-right", "rod", "far", "lamp", "top"]
@@ -56,7 +56,7 @@ def test_body_that_rotates_in_a_hand_is_not_grouped():
     half = np.linspace(0, np.pi / 8, COUNT)
     turning = upright * np.cos(half)[:, None] + [0, 1, 0, 0] * np.sin(half)[:, None]
     draft = draft_scene(bench(knob=(positions, turning)))
-    assert draft.held == (("hand-right", "rod"),) and ("hand-right", "knob") in draft.near
+    assert draft.held == (("hand-right", "rod"),) and ("hand-right", "knob") in draft.near_pairs
 
 
 def test_draft_keeps_the_recorded_scene_and_pairs_of_effects():
@@ -92,4 +92,6 @@ def test_draft_without_meshes_or_neighbours_is_a_scene():
 def test_draft_of_a_too_long_recording_uses_its_beginning(monkeypatch):
     monkeypatch.setattr(holding_poses, "MOST_POSES", 5 * COUNT // 2)
     draft = draft_scene(bench())
-    assert "first" in draft.seen and f"# Looked at: {draft.seen}" in draft_text(bench(), draft, {}, "x")
+    assert "first" in draft.examined_text and f"# Looked at: {draft.examined_text}" in draft_text(
+        bench(), draft, {}, "x"
+    )

@@ -6,7 +6,7 @@ from support.small_worlds import framed
 
 from cdcore.errors import InvalidPoseError
 from replay.prepare import session_scan
-from replay.prepare.session_scan import in_order, scan
+from replay.prepare.session_scan import in_order, scan_session
 from sessions import Status
 
 V, L, A = int(Status.VALID), int(Status.LOST), int(Status.ABSENT)
@@ -18,7 +18,7 @@ def test_body_moves_when_two_usable_samples_differ():
     position[2, 0, 0] = 1e-12
     position[1, 1, 0] = 5.0
     session = framed([0, 10, 20], [[V, V, A], [V, L, V], [V, V, V]], position)
-    assert scan(session).moves.tolist() == [True, False, False]
+    assert scan_session(session).moves.tolist() == [True, False, False]
 
 
 @pytest.mark.parametrize(
@@ -39,11 +39,11 @@ def test_invalid_pose_is_refused_with_frame_time_and_body(position, quaternion, 
     stamps = np.array([0, 10, 10, 20, 20]) * MS
     monkeypatch.setattr(session_scan, "BLOCK_FRAMES", 2)
     with pytest.raises(InvalidPoseError) as refused:
-        scan(framed(stamps, status, where, rotation))
+        scan_session(framed(stamps, status, where, rotation))
     assert str(refused.value).startswith("frame 3 (0.020000 s), body b: ")
     assert text in str(refused.value)
     status[3, 1] = L
-    assert len(scan(framed(stamps, status, where, rotation)).stamp_ns) == 3
+    assert len(scan_session(framed(stamps, status, where, rotation)).stamp_ns) == 3
 
 
 @given(st.lists(st.integers(0, 30), min_size=1, max_size=40), st.integers(1, 9))
@@ -57,7 +57,7 @@ def test_kept_frames_are_running_maxima_and_others_are_counted(stamps, block):
             expected.append(stamp)
             latest = stamp
     kept = [piece.stamp_ns for piece in in_order(session.blocks(block))]
-    recorded = scan(session)
+    recorded = scan_session(session)
     assert np.concatenate(kept).tolist() == expected == recorded.stamp_ns.tolist()
     assert (recorded.repeated, recorded.backwards) == (repeated, backwards)
     assert recorded.duration == (max(stamps) - stamps[0]) / 1e9

@@ -50,13 +50,13 @@ class Slots:
             assert position == working[task]
             first = self.working.index((name, what)) == number
             dies = {"die": True, "die once": first}.get(what, False)
-            yield task, workers.LOST if dies else what.removeprefix("die once")
+            yield task, workers.LOST_WORKER if dies else what.removeprefix("die once")
 
 
 def test_task_that_kills_its_worker_is_tried_three_times(monkeypatch):
     monkeypatch.setattr(workers, "Workers", Slots)
     reported, dead = [], []
-    tasks = {"a": "", "b": "die", "c": "it was not to be", "d": "die once", "e": workers.KEPT}
+    tasks = {"a": "", "b": "die", "c": "it was not to be", "d": "die once", "e": workers.KEPT_OUTCOME}
     failed = do_all(
         lambda *one: one,
         {name: (name, what) for name, what in tasks.items()},
