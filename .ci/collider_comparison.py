@@ -23,7 +23,7 @@ from replay.advice.scoring import Scoring
 from replay.advice.settings import Setting
 from replay.cutting.convex_solids import manifold_of, solids_of
 from replay.cutting.surface_distance import Surface
-from replay.detection.detector_spec import TRUSTED, parse_detector
+from replay.detection.detector_spec import TRUSTED_DETECTOR, parse_detector
 from replay.detection.run_detector import make_detector
 from replay.engine import prepare
 from replay.words import as_percentage
@@ -294,7 +294,7 @@ class Bench:
         self.assembly = prepared.assembly
         self.mesh = self.assembly.bodies[self.assembly.names.index("body")].mesh
         self.scoring = Scoring(
-            prepared.assembly, parse_detector(TRUSTED), 0, TWO_MICROMETRES, prepared.repaired.session
+            prepared.assembly, parse_detector(TRUSTED_DETECTOR), 0, TWO_MICROMETRES, prepared.repaired.session
         )
 
     def outcome(self, pieces: Sequence[TriangleMesh]) -> Outcome:

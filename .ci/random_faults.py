@@ -25,7 +25,7 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from replay.auditing.wilson import wilson
+from replay.auditing.wilson import wilson_interval
 
 PACKAGES = ("cdcore", "sessions", "replay")
 QUICK = ["-q", "-x", "-m", "not slow and not bench", "-p", "no:cacheprovider"]
@@ -177,7 +177,7 @@ def summary(noticed_by: list[str]) -> str:
     noticed = harmful - noticed_by.count("nothing")
     if not harmful:
         return f"no fault was tried; {harmless} harmless left out"
-    lower, upper = wilson(noticed, harmful)
+    lower, upper = wilson_interval(noticed, harmful)
     interval = f"{noticed / harmful:.1%}, 95 % interval {lower:.1%} to {upper:.1%}"
     return f"{noticed} of {harmful} noticed ({interval}); {harmless} harmless left out"
 

@@ -22,7 +22,7 @@ from replay.prepare.flags import chain_of
 from replay.prepare.interpolation import fill_frames
 from replay.prepare.kinematics import Kinematics, Placed
 from replay.prepare.pair_choice import chosen_pairs, grasped_pairs, rest_frames
-from replay.prepare.session_scan import SessionScan, in_order, scan
+from replay.prepare.session_scan import SessionScan, in_order, scan_session
 from replay.words import plural, safe_text
 from sessions import MeshData, Session
 from sessions.doctor.timing import gap_rows
@@ -71,7 +71,7 @@ def assemble(
     >>> assemble(session).pair_name(0)
     'a-b'
     """
-    session_scan = scan(session) if session_scan is None else session_scan
+    session_scan = scan_session(session) if session_scan is None else session_scan
     if not len(session_scan.stamp_ns):
         raise AssemblyError("the session has no frames; record some, or check the file with `replay info`")
     scene = session.scene
@@ -149,7 +149,7 @@ def _place_frames(session: Session, kinematics: Kinematics, stamps: IntArray, bo
     all_frames, placed_count = Placed.empty(len(stamps), bodies), 0
     for frames in fill_frames(in_order(session.blocks(BLOCK_FRAMES))):
         first, last = np.searchsorted(frames.stamp_ns, stamps[0]), np.searchsorted(frames.stamp_ns, stamps[-1], "right")
-        frames = frames.part(int(first), int(last))
+        frames = frames.segment(int(first), int(last))
         placed_slice = slice(placed_count, placed_count + len(frames))
         kinematics.place(
             frames,

@@ -116,5 +116,12 @@ def test_no_step_writes_an_input_into_its_script():
 
 def test_exit_code_table_matches_the_verbs():
     codes = {int(code) for code in re.findall(r"^\| (\d+) \|", page("in-a-build"), re.MULTILINE)}
-    existing = {console.OK, console.FAILURE, 2, console.DATA_LOSS, console.GATE_FAILED, console.INTERRUPTED}
+    existing = {
+        console.EXIT_OK,
+        console.EXIT_FAILURE,
+        2,
+        console.DATA_LOSS,
+        console.GATE_FAILED,
+        console.EXIT_INTERRUPTED,
+    }
     assert codes == existing

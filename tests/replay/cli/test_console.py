@@ -49,7 +49,7 @@ def test_without_a_terminal_only_long_stages_print_lines(capsys):
 
 @pytest.mark.parametrize("long", [0.001, 99.0])
 def test_terminal_stage_prints_its_time_once_long(long, capsys, monkeypatch):
-    monkeypatch.setattr("replay.cli.console.LONG", long)
+    monkeypatch.setattr("replay.cli.console.LONG_STAGE_S", long)
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     with TerminalProgress(People()).stage("Waiting") as advance:
         time.sleep(0.002)

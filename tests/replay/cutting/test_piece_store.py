@@ -91,7 +91,7 @@ def test_seconds_of_vhacd_are_of_the_right_size():
 
 
 def test_cut_that_was_not_begun_has_spent_no_time(empty_cache, monkeypatch):
-    monkeypatch.setattr(piece_store, "CHILD", "import time; time.sleep(60)")
+    monkeypatch.setattr(piece_store, "CUTTING_PROGRAM", "import time; time.sleep(60)")
     monkeypatch.setattr(piece_store.os, "cpu_count", lambda: 1)
     cuts = [Cut(BEAKER, "sectors", 16), Cut(BEAKER, "vhacd", 16)]
     missing = piece_store.cut_ahead(cuts, time_limit=0.2)
@@ -163,7 +163,7 @@ def test_a_cutter_that_is_not_installed_says_what_to_install(name, package, monk
 
 @pytest.mark.usefixtures("empty_cache")
 def test_who_waits_for_pieces_can_end_the_cutting(monkeypatch):
-    monkeypatch.setattr(piece_store, "CHILD", "import time; time.sleep(60)")
+    monkeypatch.setattr(piece_store, "CUTTING_PROGRAM", "import time; time.sleep(60)")
     monkeypatch.setattr(piece_store, "WATCH_SECONDS", 0.01)
     calls = []
 
@@ -180,7 +180,7 @@ def test_who_waits_for_pieces_can_end_the_cutting(monkeypatch):
 
 @pytest.mark.usefixtures("empty_cache")
 def test_what_is_not_cut_in_time_is_named(monkeypatch):
-    monkeypatch.setattr(piece_store, "CHILD", "import time; time.sleep(60)")
+    monkeypatch.setattr(piece_store, "CUTTING_PROGRAM", "import time; time.sleep(60)")
     cuts = [Cut(BEAKER, "coacd", 16), Cut(BEAKER, "vhacd", 16)]
     assert cut_ahead(cuts, time_limit=0.2) == {
         cut.key: NotCut(f"{cut.row.words} did not cut this mesh within 200 ms", late=True) for cut in cuts
