@@ -64,7 +64,7 @@ ROBOTS: Final = ("mcap", "mjcf", "ros2", "usd")
 """Formats in which names like ``left_wheel`` mean no headset or controller."""
 
 COMMON: Final = ("scene", "scene_folder")
-"""Options of every importer above beside those of ``MeshOptions``; see `finished`."""
+"""Options of every importer above beside those of ``MeshOptions``; see `finish_import`."""
 
 PROXY_FACES = 2000
 

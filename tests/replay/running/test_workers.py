@@ -44,7 +44,7 @@ class Slots:
         self.working.append(arguments)
         return len(self.working) - 1, slot, work(*arguments)
 
-    def finished(self, working):
+    def finished_tasks(self, working):
         for task in working:
             number, position, (name, what) = task
             assert position == working[task]
