@@ -139,12 +139,12 @@ class Answer(Struct, frozen=True):
     @property
     def reasons(self) -> list[Reason]:
         """``What``, ``When``, ``Why``, ``Fix`` and ``Also``, those that there are; nothing where nothing is wrong."""
-        rows = [
+        all_reasons = [
             Reason("What", self.what),
             Reason("When", self.when, self.other_times),
             Reason("Why", self.why),
         ]
         if self.fix is not None:
-            rows.append(Reason("Fix", self.fix.text, self.fix.change, self.fix.command, self.fix.notes))
-        rows.append(Reason("Also", self.other_causes))
-        return [row for row in rows if row.text]
+            all_reasons.append(Reason("Fix", self.fix.text, self.fix.change, self.fix.command, self.fix.notes))
+        all_reasons.append(Reason("Also", self.other_causes))
+        return [row for row in all_reasons if row.text]

@@ -10,7 +10,7 @@ from replay.document.ranking import Rank, any_decided
 from replay.document.run_document import RunDocument
 from replay.words import plural
 
-WIDE: Final = 0.5
+WIDEST_INTERVAL: Final = 0.5
 """Width of an interval that says too little: it spans half of 0 to 100 %."""
 
 
@@ -23,11 +23,11 @@ def certainty(document: RunDocument, ranks: Sequence[Rank], fixed: Rank | None =
         return []
     contacts = ranks[-1].contacts
     made_up = "made-up " if "synthetic" in document.session.facts else ""
-    sentences = [_interval(ranks[0]) if contacts else _without_contacts(document)]
+    sentences = [_interval_sentence(ranks[0]) if contacts else _without_contacts(document)]
     if fixed is not None and contacts:
         sentences.append(_fix_interval(fixed))
     sentences.append(f"One {made_up}session{'; 95 % intervals' if contacts else ''}.")
-    return [*sentences, _noise(document, ranks)]
+    return [*sentences, _noise_sentence(document, ranks)]
 
 
 def _without_contacts(document: RunDocument) -> str:
@@ -37,16 +37,16 @@ def _without_contacts(document: RunDocument) -> str:
     return f"Only of false contact: {document.oracle} found no contact to compare, so none could be missed."
 
 
-def _interval(worst: Rank) -> str:
+def _interval_sentence(worst: Rank) -> str:
     """The 95 % interval of the figure that the first sentence is about, with the contacts that it rests on."""
-    leading: Proportion | None = worst.false if worst.leads_false else worst.missed
-    assert leading is not None, "an audited detector has its fractions"
+    larger_fault: Proportion | None = worst.false if worst.leads_false else worst.missed
+    assert larger_fault is not None, "an audited detector has its fractions"
     error_word = "false" if worst.leads_false else "missed"
-    value = words.as_percentage(fraction_of(leading))
-    interval = words.interval(leading.lower, leading.upper)
-    may_be = f"{value} {error_word} may be {interval}"
+    percentage = words.as_percentage(fraction_of(larger_fault))
+    interval = words.interval(larger_fault.lower, larger_fault.upper)
+    may_be = f"{percentage} {error_word} may be {interval}"
     contacts = plural(worst.contacts, "contact")
-    if leading.upper - leading.lower > WIDE:
+    if larger_fault.upper - larger_fault.lower > WIDEST_INTERVAL:
         return f"Not very: with {contacts}, {may_be}."
     return f"With {contacts}, {may_be}."
 
@@ -60,10 +60,10 @@ def _fix_interval(fixed: Rank) -> str:
     return f"{measured}: its {value} false may be {words.interval(fixed.false.lower, fixed.false.upper)}."
 
 
-def _noise(document: RunDocument, ranks: Sequence[Rank]) -> str:
+def _noise_sentence(document: RunDocument, ranks: Sequence[Rank]) -> str:
     """Whether tracker noise was tried, and how many contacts hold in it."""
-    proof = document.audit[ranks[0].label].noise_proof
-    if document.noise is None or proof is None:
+    noise_proof = document.audit[ranks[0].label].noise_proof
+    if document.noise is None or noise_proof is None:
         return "Tracker noise: not tried (--noise)."
     contacts = plural(ranks[-1].contacts, "contact")
-    return f"{proof.contacts} of {contacts} hold in {plural(document.noise.copies, 'copy', 'copies')} with noise."
+    return f"{noise_proof.contacts} of {contacts} hold in {plural(document.noise.copies, 'copy', 'copies')} with noise."

@@ -31,10 +31,12 @@ from replay.words import duration, length, plural
 REASONS: Final = package_toml("document/reasons.toml")
 """Of ``misses`` and of ``false`` contacts: cause -> why, as the end of a sentence."""
 
-UNEXPLAINED: Final = "nothing known about it explains this"
+UNEXPLAINED_CLAUSE: Final = "nothing known about it explains this"
 
 
-def explained(assembly: Assembly, reference: Reference, subject: Audited, faults: Sequence[Fault]) -> tuple[Fault, ...]:
+def explained_faults(
+    assembly: Assembly, reference: Reference, subject: Audited, faults: Sequence[Fault]
+) -> tuple[Fault, ...]:
     """Faults of a detector, each with the sentence about its cause and whether a hand holds a body of the pair."""
     segments = [(fault.pair, fault.first, fault.last) for fault in faults]
     with_reasons = []
@@ -58,150 +60,187 @@ def noise_remark(depth: float, *, at_least: bool) -> str:
     return f" It is {length(depth)} deep: the noise of a tracker could have made it."
 
 
-def why_missed(miss: Fault, label: str, by: Audited, contact: Episode) -> str:
+def why_missed(miss: Fault, label: str, audited: Audited, contact: Episode) -> str:
     """Why a contact was missed, late or cut short, in a sentence; ``contact`` is the oracle's that it belongs to."""
-    clause = _outcome(miss, label, by, contact)
-    if miss.cause == Cause.BETWEEN_SAMPLES and by.sampled_frames is not None and by.rate_hz:
-        return _between_samples(miss, label, by, contact)
+    outcome_clause = _outcome_clause(miss, label, audited, contact)
+    if miss.cause == Cause.BETWEEN_SAMPLES and audited.sampled_frames is not None and audited.rate_hz:
+        return _between_samples(miss, label, audited, contact)
     if miss.cause == Cause.BETWEEN_SAMPLES:
-        return f"{clause}: by its own account it took no sample {_extent(miss)}."
+        return f"{outcome_clause}: by its own account it took no sample {_examined_extent(miss)}."
     if miss.cause in (Cause.LATE, Cause.EARLY):
-        return f"{clause}: {_late_miss(miss, by)}."
-    if miss.cause == Cause.CLOCK and isinstance(by.detector, RecordedDetector):
-        return f"{clause}: {_clock(by.detector)}."
+        return f"{outcome_clause}: {_late_miss(miss, audited)}."
+    if miss.cause == Cause.CLOCK and isinstance(audited.detector, RecordedDetector):
+        return f"{outcome_clause}: {_clock(audited.detector)}."
     reason = REASONS["misses"].get(miss.cause, "")
     if not reason:
-        return f"{clause}; {UNEXPLAINED}."
-    examined, of = miss.agreeing
-    return f"{clause}: {reason}." if examined == of else f"{clause}: in {examined} of {of} examined frames {reason}."
+        return f"{outcome_clause}; {UNEXPLAINED_CLAUSE}."
+    examined_frames, of = miss.agreeing
+    return (
+        f"{outcome_clause}: {reason}."
+        if examined_frames == of
+        else f"{outcome_clause}: in {examined_frames} of {of} examined frames {reason}."
+    )
 
 
-def _outcome(miss: Fault, label: str, by: Audited, contact: Episode) -> str:
+def _outcome_clause(miss: Fault, label: str, audited: Audited, contact: Episode) -> str:
     """Return how a detector reported a contact: never, late, cut short, or with an interruption."""
     pair, (begin, _) = " and ".join(miss.labels), miss.begin_within
-    when = f"at {words.moment(begin)}"
+    moment_text = f"at {words.moment(begin)}"
     long = duration_text(miss.frames, miss.end - miss.start)
     if miss.kind == FaultKind.NEVER_REPORTED:
-        return f"{label} never reported the contact of {pair} {when}"
-    if miss.kind == FaultKind.REPORTED_LATE and miss.first == contact.first and _reports(by, miss.pair, miss.last + 1):
-        return f"{label} reported the contact of {pair} {when} {long} late"
-    if miss.kind == FaultKind.LOST_EARLY and miss.last == contact.last and _reports(by, miss.pair, miss.first - 1):
-        return f"{label} stopped reporting the contact of {pair} {when} {long} too early"
-    return f"{label} reported no contact of {pair} for {long} {when}"
+        return f"{label} never reported the contact of {pair} {moment_text}"
+    if (
+        miss.kind == FaultKind.REPORTED_LATE
+        and miss.first == contact.first
+        and _reports_contact(audited, miss.pair, miss.last + 1)
+    ):
+        return f"{label} reported the contact of {pair} {moment_text} {long} late"
+    if (
+        miss.kind == FaultKind.LOST_EARLY
+        and miss.last == contact.last
+        and _reports_contact(audited, miss.pair, miss.first - 1)
+    ):
+        return f"{label} stopped reporting the contact of {pair} {moment_text} {long} too early"
+    return f"{label} reported no contact of {pair} for {long} {moment_text}"
 
 
-def _between_samples(miss: Fault, label: str, by: Audited, contact: Episode) -> str:
+def _between_samples(miss: Fault, label: str, audited: Audited, contact: Episode) -> str:
     """A miss in frames of which most were not sampled."""
-    assert by.sampled_frames is not None and by.rate_hz
-    clause = _outcome(miss, label, by, contact)
-    sampled = by.sampled_frames & by.has_pose(miss.pair)
-    inside = int(sampled[miss.first : miss.last + 1].sum())
-    if inside:
-        return f"{clause}: it took no sample in {miss.frames - inside} of these frames."
-    step, times = 1.0 / by.rate_hz, by.motion.times
-    before, after = np.flatnonzero(sampled[: miss.first]), np.flatnonzero(sampled[miss.last + 1 :])
+    assert audited.sampled_frames is not None and audited.rate_hz
+    outcome_clause = _outcome_clause(miss, label, audited, contact)
+    is_sampled = audited.sampled_frames & audited.has_pose(miss.pair)
+    samples_inside = int(is_sampled[miss.first : miss.last + 1].sum())
+    if samples_inside:
+        return f"{outcome_clause}: it took no sample in {miss.frames - samples_inside} of these frames."
+    sample_period, times = 1.0 / audited.rate_hz, audited.motion.times
+    before, after = np.flatnonzero(is_sampled[: miss.first]), np.flatnonzero(is_sampled[miss.last + 1 :])
     if not len(before) or not len(after):
         side = "first" if not len(before) else "last"
         moment = words.moment(times[miss.last + 1 + after[0]]) if not len(before) and len(after) else ""
         moment = words.moment(times[before[-1]]) if len(before) else moment
-        return f"{clause}: it took its {side} sample at {moment}." if moment else f"{clause}: it took no sample."
+        return (
+            f"{outcome_clause}: it took its {side} sample at {moment}."
+            if moment
+            else f"{outcome_clause}: it took no sample."
+        )
     gap = float(times[miss.last + 1 + after[0]] - times[before[-1]])
-    usual = f"{label} samples every {_milliseconds(step)}"
-    lasted = contact.end - contact.start
-    whole = (miss.first, miss.last) == (contact.first, contact.last)
+    period_clause = f"{label} samples every {_milliseconds(sample_period)}"
+    contact_seconds = contact.end - contact.start
+    is_whole_contact = (miss.first, miss.last) == (contact.first, contact.last)
     pair, (begin, _) = " and ".join(miss.labels), miss.begin_within
-    when = f"at {words.moment(begin)}"
-    if miss.kind == FaultKind.NEVER_REPORTED and whole:
-        between = "between two samples" if lasted < step else f"between two samples {_milliseconds(gap)} apart"
-        return f"{usual}; the contact of {pair} {when} lasted {_milliseconds(lasted)}, {between}."
-    if clause.endswith(" late") and miss.end - miss.start <= step:
-        return f"{usual}: it {clause.removeprefix(label).strip()}."
-    return f"{clause}: two of its samples are {_milliseconds(gap)} apart there."
+    moment_text = f"at {words.moment(begin)}"
+    if miss.kind == FaultKind.NEVER_REPORTED and is_whole_contact:
+        between_clause = (
+            "between two samples"
+            if contact_seconds < sample_period
+            else f"between two samples {_milliseconds(gap)} apart"
+        )
+        return (
+            f"{period_clause}; the contact of {pair} {moment_text} lasted {_milliseconds(contact_seconds)}, "
+            f"{between_clause}."
+        )
+    if outcome_clause.endswith(" late") and miss.end - miss.start <= sample_period:
+        return f"{period_clause}: it {outcome_clause.removeprefix(label).strip()}."
+    return f"{outcome_clause}: two of its samples are {_milliseconds(gap)} apart there."
 
 
-def _late_miss(miss: Fault, by: Audited) -> str:
+def _late_miss(miss: Fault, audited: Audited) -> str:
     """Why a contact is reported late or early: all of the pair is, by a number of frames, or this report alone."""
-    delay = by.delay(miss.pair)
+    delay = audited.delay(miss.pair)
     if delay and (delay > 0) == (miss.cause == Cause.LATE):
-        return _delay_sentence(by, miss.pair, delay)
+        return _delay_sentence(audited, miss.pair, delay)
     if miss.kind == FaultKind.REPORTED_LATE:
         return "its report of this contact begins late"
     return "its report of this contact ends early"
 
 
-def _delay_sentence(by: Audited, pair: int, delay: int) -> str:
-    wrong, moved = frames_wrong(by.subject, by.oracle, pair, delay)
+def _delay_sentence(audited: Audited, pair: int, delay: int) -> str:
+    frames_wrong_now, frames_wrong_moved = frames_wrong(audited.subject, audited.oracle, pair, delay)
     direction = "earlier" if delay > 0 else "later"
     return (
         f"moved {plural(abs(delay), 'frame')} {direction}, what it reports of this pair is wrong in "
-        f"{moved:,} frames instead of {wrong:,}"
+        f"{frames_wrong_moved:,} frames instead of {frames_wrong_now:,}"
     )
 
 
-def why_false(false: Fault, label: str, by: Audited) -> str:
+def why_false(false_contact: Fault, label: str, audited: Audited) -> str:
     """Why a false contact was reported, in a sentence about the moment at which its gap was measured."""
-    pair, when = " and ".join(false.labels), f"at {words.moment(float(by.motion.times[false.frame]))}"
-    gap = "the surfaces do not meet" if isnan(false.metres) else f"the surfaces are {length(false.metres)} apart"
-    shape = SHAPES.get(str(getattr(getattr(by.detector, "settings", None), "shape", "")), "colliders")
-    if false.cause == Cause.HULL_FILLS_HOLLOW:
-        other = next(body for body in false.labels if body != false.evidence.hollow)
-        hollow = false.evidence.hollow
-        far = "" if isnan(false.metres) else f", still {length(false.metres)} from the mesh,"
-        return f"The convex hull of {hollow} fills its hollow: {other} is inside the hull{far} {when}."
-    if false.cause == Cause.CONTACT_OFFSET:
-        return _within_offset(false, label, by, f"the {shape} of {pair}", gap)
-    if false.cause == Cause.COLLIDERS_MEET:
-        return f"The {shape} of {pair} meet {when}; {gap}."
-    if false.cause == Cause.BOUNDING_VOLUMES:
-        return f"Only the bounding volumes of {pair} overlap {when}; {gap}, and {label} tests no triangle."
-    long = duration_text(false.frames, false.end - false.start)
-    if false.cause == Cause.LAST_ANSWER:
-        return _last_answer(false, label, by, gap)
-    report = f"{label} reported contact of {pair} {when} for {long}; {gap}"
-    if false.cause in (Cause.LATE, Cause.EARLY):
-        return f"{report}: {_late_report(false, by)}."
-    if false.cause == Cause.CLOCK and isinstance(by.detector, RecordedDetector):
-        return f"{report}: {_clock(by.detector)}."
-    reason = REASONS["false"].get(false.cause, "")
-    return f"{report}: {reason}." if reason else f"{report}; {UNEXPLAINED}."
-
-
-def _within_offset(false: Fault, label: str, by: Audited, shapes: str, gap: str) -> str:
-    when, reach = f"at {words.moment(float(by.motion.times[false.frame]))}", by.contact_reach(false.pair)
-    offset = f"{label} reports contact from {length(reach)} on: its contact offset"
-    if false.metres <= reach:
-        return f"{' and '.join(false.labels)} are {length(false.metres)} apart {when}; {offset}."
-    return f"{shapes[:1].upper()}{shapes[1:]} do not meet {when}, and {gap}; {offset}."
-
-
-def _last_answer(false: Fault, label: str, by: Audited, gap: str) -> str:
-    """A false contact in frames between samples."""
-    moment = float(by.motion.times[false.frame])
-    long = duration_text(false.frames, false.end - false.start)
-    pair, when = " and ".join(false.labels), f"at {words.moment(moment)}"
-    if by.sampled_frames is None:
+    pair, moment_text = (
+        " and ".join(false_contact.labels),
+        f"at {words.moment(float(audited.motion.times[false_contact.frame]))}",
+    )
+    gap = (
+        "the surfaces do not meet"
+        if isnan(false_contact.metres)
+        else f"the surfaces are {length(false_contact.metres)} apart"
+    )
+    shape = SHAPES.get(str(getattr(getattr(audited.detector, "settings", None), "shape", "")), "colliders")
+    if false_contact.cause == Cause.HULL_FILLS_HOLLOW:
+        other_body = next(body for body in false_contact.labels if body != false_contact.evidence.hollow)
+        hollow_body = false_contact.evidence.hollow
+        gap_clause = "" if isnan(false_contact.metres) else f", still {length(false_contact.metres)} from the mesh,"
         return (
-            f"{label} reported contact of {pair} for {long} {when}; {gap}: by its own account it took no sample there."
+            f"The convex hull of {hollow_body} fills its hollow: {other_body} is inside the hull{gap_clause} "
+            f"{moment_text}."
         )
-    sampled = by.sampled_frames & by.has_pose(false.pair)
-    if not sampled[false.first : false.last + 1].any():
-        report = f"it reported contact of {pair} for {long} {when}, too long"
-        return f"{label} keeps its answer until its next sample: {report}."
-    earlier = np.flatnonzero(sampled[: false.frame + 1])
-    sample = f" at {words.moment(float(by.motion.times[earlier[-1]]))}" if len(earlier) else ""
+    if false_contact.cause == Cause.CONTACT_OFFSET:
+        return _within_offset(false_contact, label, audited, f"the {shape} of {pair}", gap)
+    if false_contact.cause == Cause.COLLIDERS_MEET:
+        return f"The {shape} of {pair} meet {moment_text}; {gap}."
+    if false_contact.cause == Cause.BOUNDING_VOLUMES:
+        return f"Only the bounding volumes of {pair} overlap {moment_text}; {gap}, and {label} tests no triangle."
+    long = duration_text(false_contact.frames, false_contact.end - false_contact.start)
+    if false_contact.cause == Cause.LAST_ANSWER:
+        return _last_answer(false_contact, label, audited, gap)
+    report_clause = f"{label} reported contact of {pair} {moment_text} for {long}; {gap}"
+    if false_contact.cause in (Cause.LATE, Cause.EARLY):
+        return f"{report_clause}: {_late_report(false_contact, audited)}."
+    if false_contact.cause == Cause.CLOCK and isinstance(audited.detector, RecordedDetector):
+        return f"{report_clause}: {_clock(audited.detector)}."
+    reason = REASONS["false"].get(false_contact.cause, "")
+    return f"{report_clause}: {reason}." if reason else f"{report_clause}; {UNEXPLAINED_CLAUSE}."
+
+
+def _within_offset(false_contact: Fault, label: str, audited: Audited, shapes: str, gap: str) -> str:
+    moment_text, contact_offset = (
+        f"at {words.moment(float(audited.motion.times[false_contact.frame]))}",
+        audited.contact_reach(false_contact.pair),
+    )
+    offset = f"{label} reports contact from {length(contact_offset)} on: its contact offset"
+    if false_contact.metres <= contact_offset:
+        return f"{' and '.join(false_contact.labels)} are {length(false_contact.metres)} apart {moment_text}; {offset}."
+    return f"{shapes[:1].upper()}{shapes[1:]} do not meet {moment_text}, and {gap}; {offset}."
+
+
+def _last_answer(false_contact: Fault, label: str, audited: Audited, gap: str) -> str:
+    """A false contact in frames between samples."""
+    moment = float(audited.motion.times[false_contact.frame])
+    long = duration_text(false_contact.frames, false_contact.end - false_contact.start)
+    pair, moment_text = " and ".join(false_contact.labels), f"at {words.moment(moment)}"
+    if audited.sampled_frames is None:
+        return (
+            f"{label} reported contact of {pair} for {long} {moment_text}; {gap}: by its own account it took "
+            f"no sample there."
+        )
+    is_sampled = audited.sampled_frames & audited.has_pose(false_contact.pair)
+    if not is_sampled[false_contact.first : false_contact.last + 1].any():
+        report_clause = f"it reported contact of {pair} for {long} {moment_text}, too long"
+        return f"{label} keeps its answer until its next sample: {report_clause}."
+    earlier_samples = np.flatnonzero(is_sampled[: false_contact.frame + 1])
+    sample = f" at {words.moment(float(audited.motion.times[earlier_samples[-1]]))}" if len(earlier_samples) else ""
     return f"At {words.moment(moment)} {label} kept the answer of its last sample{sample} about {pair}; {gap}."
 
 
-def _late_report(false: Fault, by: Audited) -> str:
+def _late_report(false_contact: Fault, audited: Audited) -> str:
     """Why contact is reported before or after a true one: all of the pair is moved, or this report alone."""
-    delay = by.delay(false.pair)
-    if delay and (delay > 0) == (false.cause == Cause.LATE):
-        return _delay_sentence(by, false.pair, delay)
-    if false.kind == FaultKind.ENDS_LATE:
+    delay = audited.delay(false_contact.pair)
+    if delay and (delay > 0) == (false_contact.cause == Cause.LATE):
+        return _delay_sentence(audited, false_contact.pair, delay)
+    if false_contact.kind == FaultKind.ENDS_LATE:
         return "its report of this contact ends late"
-    if false.kind == FaultKind.STARTS_EARLY:
+    if false_contact.kind == FaultKind.STARTS_EARLY:
         return "its report of this contact starts early"
-    return UNEXPLAINED
+    return UNEXPLAINED_CLAUSE
 
 
 def _clock(detector: RecordedDetector) -> str:
@@ -210,14 +249,14 @@ def _clock(detector: RecordedDetector) -> str:
     )
 
 
-def _extent(miss: Fault) -> str:
+def _examined_extent(miss: Fault) -> str:
     examined, of = miss.agreeing
     return "there" if examined == of else f"in {examined} of {of} examined frames"
 
 
-def _reports(by: Audited, pair: int, frame: int) -> bool:
+def _reports_contact(audited: Audited, pair: int, frame: int) -> bool:
     """Whether a detector reports contact of a pair in a frame of the recording."""
-    verdict = by.subject.verdict
+    verdict = audited.subject.verdict
     return 0 <= frame < len(verdict) and bool(counts_as_contact(verdict[frame : frame + 1, pair])[0])
 
 
@@ -231,7 +270,7 @@ def _milliseconds(seconds: float) -> str:
     return duration(seconds)
 
 
-LONG: Final = 10.0
+LONG_SECONDS: Final = 10.0
 """Seconds; moments of a shorter session need milliseconds."""
 
 
@@ -250,23 +289,23 @@ def what_text(fault: Fault) -> str:
 
 def when_text(result: RunResult, rank: Rank, fault: Fault, seconds: float) -> str:
     """Return the moment at which to look at a fault, its bodies, and which of how many faults it is."""
-    misses, false = result.misses.get(rank.label, ()), result.false.get(rank.label, ())
-    every = misses if fault.kind.is_miss else false
-    if len(every) == 1:
-        which = f"the only {fault.name}"
+    misses, false_contacts = result.misses.get(rank.label, ()), result.false.get(rank.label, ())
+    faults_of_category = misses if fault.kind.is_miss else false_contacts
+    if len(faults_of_category) == 1:
+        ordinal = f"the only {fault.name}"
     elif fault.kind.is_miss:
-        which = f"{fault.name}, {fault.number} of {len(every)} missed, late or cut short"
+        ordinal = f"{fault.name}, {fault.number} of {len(faults_of_category)} missed, late or cut short"
     else:
-        which = f"number {fault.number} of {plural(len(every), fault.name)}"
-    return f"At {words.moment(seconds)}: {' and '.join(fault.bodies)}, {which}."
+        ordinal = f"number {fault.number} of {plural(len(faults_of_category), fault.name)}"
+    return f"At {words.moment(seconds)}: {' and '.join(fault.bodies)}, {ordinal}."
 
 
-def other_times(result: RunResult, document: RunDocument, rank: Rank, fault: Fault) -> str:
+def other_times_text(result: RunResult, document: RunDocument, rank: Rank, fault: Fault) -> str:
     """Return when the other faults of the pair of ``fault`` happened; ``""``: there are none."""
-    every = (result.misses if fault.kind.is_miss else result.false).get(rank.label, ())
-    alike = [other for other in every if other.bodies == fault.bodies]
-    start, end = min(other.start for other in alike), max(other.end for other in alike)
-    digits = 1 if document.session.duration >= LONG else 3
-    first, last = (words.decimal(second, digits) for second in (start, end))
-    span = f"at {first} s" if first == last else f"from {first} to {last} s"
-    return f"This pair has {len(alike)} of them, {span}." if len(alike) > 1 else ""
+    faults_of_category = (result.misses if fault.kind.is_miss else result.false).get(rank.label, ())
+    faults_of_pair = [other for other in faults_of_category if other.bodies == fault.bodies]
+    start, end = min(other.start for other in faults_of_pair), max(other.end for other in faults_of_pair)
+    digits = 1 if document.session.duration >= LONG_SECONDS else 3
+    start_text, end_text = (words.decimal(second, digits) for second in (start, end))
+    times_clause = f"at {start_text} s" if start_text == end_text else f"from {start_text} to {end_text} s"
+    return f"This pair has {len(faults_of_pair)} of them, {times_clause}." if len(faults_of_pair) > 1 else ""

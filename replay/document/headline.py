@@ -6,11 +6,11 @@ from typing import Final
 from replay import words
 from replay.auditing.flicker import FLICKER_SECONDS, Flicker
 from replay.auditing.noisy_contacts import ABSENT, HOLDS, UNDECIDABLE
-from replay.detection.recorded import CLOCK_FACT, OFFSET_FACT, RECORDED, ReportClock
+from replay.detection.recorded import CLOCK_FACT, OFFSET_FACT, RECORDED_DETECTOR, ReportClock
 from replay.document.answer import Reason
 from replay.document.certainty import certainty
 from replay.document.cost import AT_ONCE, FRAME, NO_SLOWEST, TIMES_ARE, busy_text
-from replay.document.decision import Decision, decision, fix_figures
+from replay.document.decision import Decision, fix_figures, shipping_decision
 from replay.document.ranking import all_unconfirmed, any_decided, lesser_faults
 from replay.document.run_document import RunDocument
 from replay.document.run_result import RunResult, Summarised
@@ -39,16 +39,16 @@ def findings_of(document: RunDocument) -> list[Finding]:
     """Return the findings of the doctor, the worst first; codes of another version are left out."""
     return [
         Finding(
-            code=row.code,
-            own_severity=Severity[row.severity.upper()],
-            message=row.message,
-            body=row.body or "",
-            start=row.start,
-            end=row.end,
-            count=row.count,
+            code=finding_record.code,
+            own_severity=Severity[finding_record.severity.upper()],
+            message=finding_record.message,
+            body=finding_record.body or "",
+            start=finding_record.start,
+            end=finding_record.end,
+            count=finding_record.count,
         )
-        for row in document.findings
-        if row.code in CODES
+        for finding_record in document.findings
+        if finding_record.code in CODES
     ]
 
 
@@ -59,15 +59,24 @@ def open_questions(document: RunDocument) -> list[str]:
 
 def doubts_of(findings: Iterable[Finding]) -> list[str]:
     """The same of findings."""
-    grouped: dict[tuple[Severity, str], list[Finding]] = {}
-    for row in findings:
-        if row.severity == Severity.ERROR or CODES[row.code].group in FIRST_GROUPS or row.code in FIRST_CODES:
-            grouped.setdefault((row.severity, row.code), []).append(row)
+    findings_by_code: dict[tuple[Severity, str], list[Finding]] = {}
+    for first_finding in findings:
+        if (
+            first_finding.severity == Severity.ERROR
+            or CODES[first_finding.code].group in FIRST_GROUPS
+            or first_finding.code in FIRST_CODES
+        ):
+            findings_by_code.setdefault((first_finding.severity, first_finding.code), []).append(first_finding)
     lines = []
-    for (severity, code), (row, *more) in grouped.items():
-        where = f"{row.body}: {row.message}" if row.body else row.message
-        rest = f"; {len(more)} more like it" if more else ""
-        lines.append(f"{severity.name.capitalize()}, {code}: {row.meaning} ({where}{rest}). To do: {row.fix}.")
+    for (severity, code), (first_finding, *more) in findings_by_code.items():
+        located_message = (
+            f"{first_finding.body}: {first_finding.message}" if first_finding.body else first_finding.message
+        )
+        more_text = f"; {len(more)} more like it" if more else ""
+        lines.append(
+            f"{severity.name.capitalize()}, {code}: {first_finding.meaning} ({located_message}{more_text}). To "
+            f"do: {first_finding.fix}."
+        )
     return lines
 
 
@@ -76,11 +85,11 @@ def undecided_lines(result: Summarised) -> list[str]:
     audits = result.document.audit
     lines = []
     for audit in list(audits.values())[:1]:
-        count = audit.reference_undecided
-        if count:
-            frames = plural(count, "frame" if len(result.document.pairs) == 1 else "pair-frame")
-            because = _because(audit.reference_undecided_reasons)
-            lines.append(f"Not counted: {frames}{because or f', which {result.oracle} did not decide'}.")
+        undecided_count = audit.reference_undecided
+        if undecided_count:
+            frames_text = plural(undecided_count, "frame" if len(result.document.pairs) == 1 else "pair-frame")
+            reasons_clause = _reasons_clause(audit.reference_undecided_reasons)
+            lines.append(f"Not counted: {frames_text}{reasons_clause or f', which {result.oracle} did not decide'}.")
     for label, audit in audits.items():
         if audit.undecided_alone:
             undecided_frames = f"{audit.undecided_alone:,} of {audit.undecided.of:,} pair-frames with a pose"
@@ -89,17 +98,17 @@ def undecided_lines(result: Summarised) -> list[str]:
     return lines
 
 
-def _because(reasons: Mapping[str, int]) -> str:
+def _reasons_clause(reasons: Mapping[str, int]) -> str:
     """`` (inside undecided: block has holes)``: the reasons of pair-frames that are not counted, with their numbers."""
     if len(reasons) == 1:
         return f" ({next(iter(reasons))})"
-    return f" ({'; '.join(f'{count:,}: {why}' for why, count in reasons.items())})" if reasons else ""
+    return f" ({'; '.join(f'{count:,}: {reason}' for reason, count in reasons.items())})" if reasons else ""
 
 
 def flicker_notes(result: Summarised) -> list[str]:
     """A line for each detector of which contacts are interrupted, with the release distance that joins them."""
     return [
-        f"Flicker: {_flicker_sentence(label, detector.flicker)} {_release(detector.flicker)}".rstrip()
+        f"Flicker: {_flicker_sentence(label, detector.flicker)} {_release_sentence(detector.flicker)}".rstrip()
         for label, detector in result.document.detectors.items()
         if detector.flicker is not None
     ]
@@ -109,26 +118,30 @@ def _flicker_sentence(label: str, flicker: Flicker) -> str:
     """``7 of 25 contacts of mesh50 are 1 contact, interrupted 6 times for at most 100 ms and 1.1 mm each.``"""
     contacts = f"{flicker.contacts:,} of {plural(flicker.reported, 'contact')} of {label}"
     is_single = flicker.interruptions == 1
-    often, each = ("once", "") if is_single else (plural(flicker.interruptions, "time"), " each")
+    times_text, each_text = ("once", "") if is_single else (plural(flicker.interruptions, "time"), " each")
     longest = words.duration(FLICKER_SECONDS)
     gap = "" if flicker.widest is None else f" and {words.length(flicker.widest)}"
-    return f"{contacts} are {plural(flicker.joined, 'contact')}, interrupted {often} for at most {longest}{gap}{each}."
+    return (
+        f"{contacts} are {plural(flicker.joined, 'contact')}, interrupted {times_text} for at most "
+        f"{longest}{gap}{each_text}."
+    )
 
 
-def _release(flicker: Flicker) -> str:
+def _release_sentence(flicker: Flicker) -> str:
     """Sentence about the release distance; ``""``: none was measured."""
     release = flicker.release
     if release is None:
         return ""
-    joined = flicker.interruptions - release.interruptions
-    costs = ""
+    joined_interruptions = flicker.interruptions - release.interruptions
+    cost_clause = ""
     if release.false_contact is not None and release.false_contact_without is not None:
-        before, after = map(words.as_percentage, (release.false_contact_without, release.false_contact))
-        costs = f": {after} false contact instead of {before}"
-    begin, end = words.length(release.begins), words.length(release.metres)
-    interruptions = plural(flicker.interruptions, "interruption")
+        false_before, false_after = map(words.as_percentage, (release.false_contact_without, release.false_contact))
+        cost_clause = f": {false_after} false contact instead of {false_before}"
+    begin_distance, release_distance = words.length(release.begins), words.length(release.metres)
+    interruptions_text = plural(flicker.interruptions, "interruption")
     return (
-        f"Contact on at {begin} and off at {end} joins {joined:,} of {interruptions}{costs} "
+        f"Contact on at {begin_distance} and off at {release_distance} joins {joined_interruptions:,} of "
+        f"{interruptions_text}{cost_clause} "
         f"(measured on this session as {release.setting})."
     )
 
@@ -137,14 +150,14 @@ def grasped_notes(result: Summarised) -> list[str]:
     """A line for each detector of what it gets wrong while a hand holds the body, which is not counted."""
     lines = []
     for label, audit in result.document.audit.items():
-        grasped = audit.while_grasped
-        contacts, frames = grasped.contacts, grasped.false_contact
+        grasped_counts = audit.while_grasped
+        contacts, false_frames = grasped_counts.contacts, grasped_counts.false_contact
         clauses = []
         if contacts:
-            clauses.append(f"misses {grasped.contacts_missed} of {plural(contacts, 'contact')}")
-        if frames:
-            unconfirmed = all_unconfirmed(audit)
-            clauses.append(f"reports {plural(frames, 'unconfirmed frame' if unconfirmed else 'false frame')}")
+            clauses.append(f"misses {grasped_counts.contacts_missed} of {plural(contacts, 'contact')}")
+        if false_frames:
+            is_unconfirmed = all_unconfirmed(audit)
+            clauses.append(f"reports {plural(false_frames, 'unconfirmed frame' if is_unconfirmed else 'false frame')}")
         if clauses:
             lines.append(f"While a hand holds it: not counted. There {label} {' and '.join(clauses)}.")
     return lines
@@ -157,8 +170,8 @@ def notes_of(result: RunResult) -> list[str]:
         *flicker_notes(result),
         *engine_reports(result),
         *grasped_notes(result),
-        *in_noise(result),
-        *compounds(result),
+        *noise_lines(result),
+        *compound_lines(result),
     ]
 
 
@@ -167,14 +180,16 @@ def engine_reports(result: Summarised) -> list[str]:
     lines = []
     facts = result.document.session.facts
     for label, audit in result.document.audit.items():
-        if result.document.detectors[label].name != RECORDED:
+        if result.document.detectors[label].name != RECORDED_DETECTOR:
             continue
-        begins, ends = audit.matching.onset_error, audit.matching.end_error
-        stated = facts.get(CLOCK_FACT, "")
-        clock = REPORT_CLOCKS.get(stated, REPORT_CLOCKS[ReportClock.OWN]).format(offset=facts.get(OFFSET_FACT, "0"))
-        if begins and ends:
+        onset_errors, end_errors = audit.matching.onset_error, audit.matching.end_error
+        stated_clock = facts.get(CLOCK_FACT, "")
+        clock = REPORT_CLOCKS.get(stated_clock, REPORT_CLOCKS[ReportClock.OWN]).format(
+            offset=facts.get(OFFSET_FACT, "0")
+        )
+        if onset_errors and end_errors:
             median = f"median of {plural(audit.matching.matched, 'contact')}"
-            lateness = f"{_lateness('begins', begins.median)}, {_lateness('ends', ends.median)}"
+            lateness = f"{_lateness_text('begins', onset_errors.median)}, {_lateness_text('ends', end_errors.median)}"
             lines.append(f"Reports of the engine ({label}): {lateness} ({median}), {clock}.")
         else:
             lines.append(f"Reports of the engine ({label}): none matches a contact, so no delay is known; {clock}.")
@@ -188,43 +203,46 @@ REPORT_CLOCKS: Final[Mapping[str, str]] = {
 }
 
 
-def _lateness(what: str, seconds: float) -> str:
+def _lateness_text(event: str, seconds: float) -> str:
     """``begins 4.5 ms late``."""
     if round(1e4 * seconds) == 0:
-        return f"{what} on time"
-    return f"{what} {words.decimal(1e3 * abs(seconds), 1)} ms {'late' if seconds > 0 else 'early'}"
+        return f"{event} on time"
+    return f"{event} {words.decimal(1e3 * abs(seconds), 1)} ms {'late' if seconds > 0 else 'early'}"
 
 
-def in_noise(result: RunResult) -> list[str]:
+def noise_lines(result: RunResult) -> list[str]:
     """Return lines about the contacts that hold in spite of noise, where noise was requested."""
     noise = result.noise
     if noise is None:
         return []
-    firm, total = noise.count(HOLDS), len(noise.labels)
-    text = f"{firm} of {total} contacts hold, {noise.count(UNDECIDABLE)} undecidable, {noise.count(ABSENT)} absent"
-    lines = [f"In {noise.copies} copies with tracker noise: {text if total else 'no contact to judge'}."]
-    for label in result.comparisons if firm else ():
+    holding_count, contact_count = noise.count(HOLDS), len(noise.labels)
+    labels_text = (
+        f"{holding_count} of {contact_count} contacts hold, {noise.count(UNDECIDABLE)} undecidable, "
+        f"{noise.count(ABSENT)} absent"
+    )
+    lines = [f"In {noise.copies} copies with tracker noise: {labels_text if contact_count else 'no contact to judge'}."]
+    for label in result.comparisons if holding_count else ():
         noise_proof = result.document.audit[label].noise_proof
         if noise_proof is not None:
             lines.append(f"Contacts that hold and that {label} missed: {noise_proof.contacts_missed}.")
     if noise.near:
-        passes = plural(len(noise.near), "near pass", "near passes")
-        lines.append(f"A contact within the noise may be hidden in {passes}.")
+        near_passes_text = plural(len(noise.near), "near pass", "near passes")
+        lines.append(f"A contact within the noise may be hidden in {near_passes_text}.")
     if noise.resting:
         pairs = plural(len({span.pair for span in noise.resting}), "pair")
         lines.append(f"Noise leaves open whether the bodies of {pairs} at rest touch.")
     return [*lines, NOT_COVERED]
 
 
-def compounds(result: RunResult) -> list[str]:
+def compound_lines(result: RunResult) -> list[str]:
     """A line per detector that cut meshes into convex pieces: how many there may be, and how many there are."""
     lines = []
     for label, detector in result.detectors.items():
         if getattr(detector.settings, "shape", "") == "compound" and hasattr(detector, "parts"):
             counts = [len(solids) for solids in detector.parts.values()]
             pieces_text = "1 piece" if max(counts) == 1 else f"{min(counts)} to {max(counts)} pieces"
-            request = f"{label} was limited to {detector.settings.pieces} convex pieces of a mesh"
-            lines.append(f"{request}: it made {pieces_text} of each, {sum(counts)} in all.")
+            requested_pieces_clause = f"{label} was limited to {detector.settings.pieces} convex pieces of a mesh"
+            lines.append(f"{requested_pieces_clause}: it made {pieces_text} of each, {sum(counts)} in all.")
     return lines
 
 
@@ -233,48 +251,55 @@ def answer_reasons(result: Summarised) -> list[Reason]:
 
     What, when and why are about the same fault; faults of the other category stand below, under *Also*.
     """
-    first, decided = result.answers[0], decision(result.document, result.ranking)
-    in_code = None if decided is None else decided.in_code
-    what, when, why = (first.what, first.when, first.why) if first.why else _nothing_wrong(result)
-    fixed = decided.rank if decided is not None and decided.is_fix else None
-    sure, *rest = [*_doubtful(result.document), *certainty(result.document, result.ranking, fixed)]
-    rows = [
-        Reason("What", what),
-        Reason("When", when, first.other_times),
-        Reason("Why", why),
-        *([] if decided is None else [_decision_reason("Do", decided)]),
-        price(result, decided),
-        Reason("Sure", sure, " ".join(rest)),
-        _other_faults(result),
-        *_improvement(result, decided),
-        *([] if in_code is None else [_decision_reason("Or", in_code, folded=True)]),
+    first_answer, decision_to_ship = result.answers[0], shipping_decision(result.document, result.ranking)
+    in_code = None if decision_to_ship is None else decision_to_ship.in_code
+    what, when, why = (
+        (first_answer.what, first_answer.when, first_answer.why) if first_answer.why else _nothing_wrong(result)
+    )
+    fixed = decision_to_ship.rank if decision_to_ship is not None and decision_to_ship.is_fix else None
+    certainty_sentence, *certainty_details = [
+        *_doubts_pointer(result.document),
+        *certainty(result.document, result.ranking, fixed),
     ]
-    return [row for row in rows if row.text]
+    reasons = [
+        Reason("What", what),
+        Reason("When", when, first_answer.other_times),
+        Reason("Why", why),
+        *([] if decision_to_ship is None else [_decision_reason("Do", decision_to_ship)]),
+        price_reason(result, decision_to_ship),
+        Reason("Sure", certainty_sentence, " ".join(certainty_details)),
+        _other_faults(result),
+        *_improvement_reasons(result, decision_to_ship),
+        *([] if in_code is None else [_decision_reason("Or", in_code, is_folded=True)]),
+    ]
+    return [row for row in reasons if row.text]
 
 
-def _decision_reason(heading: str, decided: Decision, *, folded: bool = False) -> Reason:
-    """A decision below its heading; ``folded``: all but its sentence is left to the details."""
-    if not folded:
-        return Reason(heading, decided.text, decided.figures, decided.command, decided.details)
-    details = " ".join(filter(None, [decided.details, decided.figures, decided.command]))
-    return Reason(heading, decided.text, details=details)
+def _decision_reason(heading: str, decision_to_ship: Decision, *, is_folded: bool = False) -> Reason:
+    """A decision below its heading; ``is_folded``: all but its sentence is left to the details."""
+    if not is_folded:
+        return Reason(
+            heading, decision_to_ship.text, decision_to_ship.figures, decision_to_ship.command, decision_to_ship.details
+        )
+    details = " ".join(filter(None, [decision_to_ship.details, decision_to_ship.figures, decision_to_ship.command]))
+    return Reason(heading, decision_to_ship.text, details=details)
 
 
-def _improvement(result: Summarised, decided: Decision | None) -> list[Reason]:
+def _improvement_reasons(result: Summarised, decision_to_ship: Decision | None) -> list[Reason]:
     """The Fix of the worst detector, where another detector is the decision; else nothing."""
-    first = result.answers[0]
-    if first.fix is None or decided is None or decided.is_fix:
+    worst_answer = result.answers[0]
+    if worst_answer.fix is None or decision_to_ship is None or decision_to_ship.is_fix:
         return []
     # A Fix that is the reference is the decision already, or too slow.
-    named = [result.oracle, *([decided.rank.label] if decided.rank is not None else [])]
-    if first.fix.detector in named:
+    named_labels = [result.oracle, *([decision_to_ship.rank.label] if decision_to_ship.rank is not None else [])]
+    if worst_answer.fix.detector in named_labels:
         return []
-    fix = first.fix
-    text = f"To improve {first.label} itself: {fix.text[:1].lower()}{fix.text[1:]}"
-    return [Reason("Or", text, fix_figures(fix.change, fix.command), fix.command, fix.notes)]
+    fix = worst_answer.fix
+    improvement_text = f"To improve {worst_answer.label} itself: {fix.text[:1].lower()}{fix.text[1:]}"
+    return [Reason("Or", improvement_text, fix_figures(fix.change, fix.command), fix.command, fix.notes)]
 
 
-def _doubtful(document: RunDocument) -> list[str]:
+def _doubts_pointer(document: RunDocument) -> list[str]:
     """Sentence that sends the reader to the doubts below the answer, where there are any."""
     count = len(doubts(document))
     if not count:
@@ -305,7 +330,7 @@ def _other_faults(result: Summarised) -> Reason:
     return Reason("Also", *texts) if texts else Reason("Also", "")
 
 
-def price(result: Summarised, decided: Decision | None) -> Reason:
+def price_reason(result: Summarised, decision_to_ship: Decision | None) -> Reason:
     """Return what the decision costs: time a frame beside that of the worst detector.
 
     Where nothing was decided it is the time of the reference; without a text where nothing was audited.
@@ -313,19 +338,19 @@ def price(result: Summarised, decided: Decision | None) -> Reason:
     if not result.ranking:
         return Reason("Cost", "")
     document, worst = result.document, result.ranking[0]
-    rank = result.ranking[-1] if decided is None or decided.rank is None else decided.rank
+    rank = result.ranking[-1] if decision_to_ship is None or decision_to_ship.rank is None else decision_to_ship.rank
     if rank.mean is None:
         return Reason("Cost", f"The time of {rank.label} was not measured.", busy_text(document))
     detectors = document.detectors
     live = rank.label not in detectors or detectors[rank.label].live
-    beside = ""
+    comparison_clause = ""
     if worst.mean is not None and worst.label != rank.label and live == detectors[worst.label].live:
-        beside = f"; {worst.label} {words.frame_time(worst.mean)}"
+        comparison_clause = f"; {worst.label} {words.frame_time(worst.mean)}"
     busy = busy_text(document)
     # By the clock the slowest frames of a busy machine are those in which other programs ran.
-    slowest = "" if busy or rank.p99 is None else f", 99 % within {words.frame_time(rank.p99)}"
-    name = f"The {rank.label}" if decided is not None and decided.is_fix else rank.label
-    text = f"{name} takes {words.frame_time(rank.mean)} a frame{slowest}{beside}."
+    p99_clause = "" if busy or rank.p99 is None else f", 99 % within {words.frame_time(rank.p99)}"
+    subject = f"The {rank.label}" if decision_to_ship is not None and decision_to_ship.is_fix else rank.label
+    price_sentence = f"{subject} takes {words.frame_time(rank.mean)} a frame{p99_clause}{comparison_clause}."
     reason = AT_ONCE if not live else NO_SLOWEST if rank.p99 is None else ""
     budget = f"Mean: {words.as_percentage(rank.of_frame)} of {FRAME}."
-    return Reason("Cost", text, " ".join(filter(None, [budget, reason, TIMES_ARE, busy])))
+    return Reason("Cost", price_sentence, " ".join(filter(None, [budget, reason, TIMES_ARE, busy])))

@@ -117,37 +117,37 @@ FIX_LABEL: Final = "fix"
 """Label of the measured Fix in every table, picture and sentence."""
 
 
-def fixed_rank(rank: Rank, figures: FixFigures, setting: str, document: RunDocument) -> Rank:
+def fixed_rank(rank: Rank, fix_figures: FixFigures, setting: str, document: RunDocument) -> Rank:
     """Return the row of a measured Fix, beside that of the detector it mends."""
     # A command of an earlier run may call one of its detectors so.
     is_taken = FIX_LABEL in document.detectors
     return Rank(
         label=f"{rank.label}+{FIX_LABEL}" if is_taken else FIX_LABEL,
-        what=figures.what,
+        what=fix_figures.what,
         setting=setting,
         contacts=rank.contacts,
-        mean=figures.mean,
-        p99=figures.p99,
-        missed=figures.missed,
-        late_or_cut_short=figures.late_or_cut_short,
-        time_missed=figures.time_missed,
-        missed_counts=figures.missed_counts,
-        late_counts=figures.late_counts,
-        false=figures.false,
-        phases=figures.offsets,
+        mean=fix_figures.mean,
+        p99=fix_figures.p99,
+        missed=fix_figures.missed,
+        late_or_cut_short=fix_figures.late_or_cut_short,
+        time_missed=fix_figures.time_missed,
+        missed_counts=fix_figures.missed_counts,
+        late_counts=fix_figures.late_counts,
+        false=fix_figures.false,
+        phases=fix_figures.offsets,
     )
 
 
-def with_fixes(ranks: Sequence[Rank], document: RunDocument) -> list[Rank]:
+def ranks_with_fixes(ranks: Sequence[Rank], document: RunDocument) -> list[Rank]:
     """Return the detectors of a run, the measured Fix of the worst one below it."""
-    fixes = {answer.label: answer.fix for answer in document.answers[:1]}
-    rows = []
+    fix_of_label = {answer.label: answer.fix for answer in document.answers[:1]}
+    ranks_and_fixes = []
     for rank in ranks:
-        fix = fixes.get(rank.label)
-        rows.append(rank)
+        fix = fix_of_label.get(rank.label)
+        ranks_and_fixes.append(rank)
         if fix is not None and fix.figures is not None:
-            rows.append(fixed_rank(rank, fix.figures, fix.setting, document))
-    return rows
+            ranks_and_fixes.append(fixed_rank(rank, fix.figures, fix.setting, document))
+    return ranks_and_fixes
 
 
 def count_range(counts: CountRange) -> Range:
@@ -165,47 +165,51 @@ def all_unconfirmed(audit: DetectorAudit) -> bool:
     return audit.unconfirmed > 0 and audit.unconfirmed == audit.pair_frames.false_contact
 
 
-def false_text(proportion_false: Proportion | None, unconfirmed: bool, whose: str) -> str:
+def false_text(proportion_false: Proportion | None, unconfirmed: bool, possessive: str) -> str:
     """Return the fraction of reported contact time that is false, or ``unconfirmed``; ``""``: nothing.
 
     Every pair-frame counts alike: it is a share of time as far as frames are evenly spaced.
     """
-    false = fraction_of(proportion_false)
-    if not false:
+    false_fraction = fraction_of(proportion_false)
+    if not false_fraction:
         return ""
-    what = "unconfirmed: only bounding volumes overlap" if unconfirmed else "false"
-    return f"{words.as_percentage(false)} of {whose} contact time is {what}"
+    false_word = "unconfirmed: only bounding volumes overlap" if unconfirmed else "false"
+    return f"{words.as_percentage(false_fraction)} of {possessive} contact time is {false_word}"
 
 
-def misses_text(missed: Range, late: Range, contacts: int) -> str:
+def misses_text(missed_range: Range, late_range: Range, contacts: int) -> str:
     """``up to 2 of 18 contacts missed, 5 to 9 late or cut short``; ``""``: none of both."""
     clauses = []
-    things = plural(contacts, "contact")
-    if missed[1]:
-        clauses.append(f"{words.count_words(missed)} of {things} missed")
-        things = ""
-    if late[1]:
-        of = f" of {things}" if things else ""
-        clauses.append(f"{words.count_words(late)}{of} late or cut short")
+    contacts_text = plural(contacts, "contact")
+    if missed_range[1]:
+        clauses.append(f"{words.count_words(missed_range)} of {contacts_text} missed")
+        contacts_text = ""
+    if late_range[1]:
+        of_contacts = f" of {contacts_text}" if contacts_text else ""
+        clauses.append(f"{words.count_words(late_range)}{of_contacts} late or cut short")
     return ", ".join(clauses)
 
 
-def fault_text(rank: Rank, *, largest: bool = False, whose: str = "its") -> str:
+def fault_text(rank: Rank, *, largest: bool = False, possessive: str = "its") -> str:
     """Return the faults of a detector, the larger one first; follows its label, fit for a title.
 
-    ``largest``: that fault alone; ``whose`` the contact time is, that is false.
+    ``largest``: that fault alone; ``possessive`` the contact time is, that is false.
     """
-    texts = _fault_texts(rank, whose)
+    texts = _fault_texts(rank, possessive)
     if texts:
         return texts[0] if largest else "; ".join(texts)
-    return f"no contact of {rank.contacts} missed, none false" if rank.contacts else NOTHING
+    return f"no contact of {rank.contacts} missed, none false" if rank.contacts else NO_FAULTS_TEXT
 
 
 def lesser_faults(rank: Rank) -> str:
     """Return sentences about the faults of a detector but the first of ``fault_text``; ``""``: there are none."""
-    false, missed = false_text(rank.false, rank.unconfirmed, f"{rank.label}'s"), _misses_sentence(rank)
-    false_sentence = f"{false}." if false else ""
-    texts = [text for text in ([false_sentence, missed] if rank.leads_false else [missed, false_sentence]) if text]
+    false_clause, misses_sentence = false_text(rank.false, rank.unconfirmed, f"{rank.label}'s"), _misses_sentence(rank)
+    false_sentence = f"{false_clause}." if false_clause else ""
+    texts = [
+        text
+        for text in ([false_sentence, misses_sentence] if rank.leads_false else [misses_sentence, false_sentence])
+        if text
+    ]
     return " ".join(texts if rank.undecided else texts[1:])
 
 
@@ -222,15 +226,15 @@ def _misses_sentence(rank: Rank) -> str:
     return ""
 
 
-def _fault_texts(rank: Rank, whose: str) -> list[str]:
+def _fault_texts(rank: Rank, possessive: str) -> list[str]:
     lost_contacts = misses_text(rank.missed_counts or (0, 0), rank.late_counts or (0, 0), rank.contacts)
-    undecided = f"{rank.undecided} of {plural(rank.contacts, 'contact')} undecided" if rank.undecided else ""
-    clauses = [
-        (2.0, undecided),
+    undecided_clause = f"{rank.undecided} of {plural(rank.contacts, 'contact')} undecided" if rank.undecided else ""
+    weighted_clauses = [
+        (2.0, undecided_clause),
         (rank.contact_loss, lost_contacts),
-        (fraction_of(rank.false), false_text(rank.false, rank.unconfirmed, whose)),
+        (fraction_of(rank.false), false_text(rank.false, rank.unconfirmed, possessive)),
     ]
-    return [text for _, text in sorted(clauses, key=lambda entry: -entry[0]) if text]
+    return [text for _, text in sorted(weighted_clauses, key=lambda entry: -entry[0]) if text]
 
 
-NOTHING: Final = "no contact to miss, and none false"
+NO_FAULTS_TEXT: Final = "no contact to miss, and none false"

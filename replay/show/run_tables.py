@@ -98,7 +98,7 @@ def contacts_sentence(contacts: int) -> str:
 
 def range_notes(result: Summarised) -> list[str]:
     """A line on what varies where a count of the ranking is a range; none where every count is one number."""
-    ranks = with_fixes(result.ranking, result.document)
+    ranks = ranks_with_fixes(result.ranking, result.document)
     ranges = [counts for rank in ranks for counts in (rank.missed_counts, rank.late_counts) if counts is not None]
     varying = [counts for counts in ranges if counts[0] != counts[1]]
     if not varying:

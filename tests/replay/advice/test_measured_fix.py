@@ -113,14 +113,14 @@ def test_a_body_with_holes_keeps_its_hull_and_says_so():
 
 
 def test_bodies_that_are_not_cut_in_time_are_named(nothing_cut, monkeypatch):
-    monkeypatch.setattr(piece_store, "CHILD", "import time; time.sleep(60)")
+    monkeypatch.setattr(piece_store, "CUTTING_PROGRAM", "import time; time.sleep(60)")
     result = run(stirred(BEAKER), detectors="subject=hull50,exact", fix_time=0.3)
     fix = result.answers[0].fix
     assert not fix.measured and fix.text.startswith("Not reached within 300 ms: beaker (about ")
 
 
 def test_bodies_whose_cutter_fails_are_named_with_the_reason(nothing_cut, monkeypatch):
-    monkeypatch.setattr(piece_store, "CHILD", "import sys; sys.exit(1)")
+    monkeypatch.setattr(piece_store, "CUTTING_PROGRAM", "import sys; sys.exit(1)")
     fix = run(stirred(BEAKER), detectors="subject=hull50,exact", fix_time=60).answers[0].fix
     assert not fix.measured and "Not reached" not in fix.text
     assert fix.text.startswith("beaker is not cut: sectors by height and angle cannot cut this mesh.")
@@ -202,7 +202,7 @@ def test_shipped_pieces_are_those_that_cutting_gives(nothing_cut, monkeypatch, t
         cut = Cut(TriangleMesh(mesh.vertices, mesh.faces), "auto", 8)
         shipped = piece_store.convex_pieces(cut)
         with monkeypatch.context() as patch:
-            patch.setattr(piece_store, "SHIPPED", tmp_path / "nothing")
+            patch.setattr(piece_store, "SHIPPED_FOLDER", tmp_path / "nothing")
             assert cut.seconds > 0, "nothing is kept: it has to be cut"
             freshly_cut = piece_store.convex_pieces(cut)
         assert [piece.content_hash for piece in freshly_cut] == [piece.content_hash for piece in shipped]

@@ -15,7 +15,7 @@ from replay.cli.run_tables import answer_lines
 from replay.document.answer import Answer, Fix, FixFigures
 from replay.document.certainty import certainty
 from replay.document.cost import BUDGET_MS, busy_sentence
-from replay.document.decision import FIX_WRITES, SHIP_COMMAND, decision
+from replay.document.decision import FIX_WRITES, SHIP_COMMAND, shipping_decision
 from replay.document.ranking import Rank, lesser_faults
 from replay.show.sections import SectionName, section_of
 
@@ -122,7 +122,7 @@ SLOW = 1.1e-3 * BUDGET_MS
     ],
 )
 def test_one_detector_is_shipped_that_is_right_and_fits(ranks, settings, ships):
-    made = decision(document_of(*(rank.label for rank in ranks), **settings), ranks)
+    made = shipping_decision(document_of(*(rank.label for rank in ranks), **settings), ranks)
     assert (None if made.rank is None else made.rank.label) == ships
     assert made.text.endswith(".") and made.figures.endswith(":") == bool(made.command)
     assert ships is None or made.text.startswith(f"Ship {ships}")
@@ -154,7 +154,7 @@ def fix_of(false, missed):
 def test_a_shipped_fix_has_its_trade_in_the_same_sentence(false, missed, ships):
     ranks = [rank_of("a", false=0.86), rank_of("exact", p99=SLOW)]
     fix = fix_of(false, missed)
-    made = decision(structs.replace(document_of("a", "exact"), answers=(Answer("a", "", fix=fix),)), ranks)
+    made = shipping_decision(structs.replace(document_of("a", "exact"), answers=(Answer("a", "", fix=fix),)), ranks)
     assert made.rank.label == ships and made.is_fix == (ships == "fix")
     if made.is_fix:
         assert (
@@ -169,7 +169,7 @@ def test_a_shipped_fix_has_its_trade_in_the_same_sentence(false, missed, ships):
 def test_engine_gets_its_fix_and_own_code_the_reference(false, place):
     ranks = [rank_of("a", false=0.86), rank_of("exact")]
     answers = (Answer("a", "", fix=fix_of(false, missed=1)),)
-    made = decision(structs.replace(document_of("a", "exact"), answers=answers), ranks)
+    made = shipping_decision(structs.replace(document_of("a", "exact"), answers=answers), ranks)
     assert made.text.startswith(place)
     assert (made.in_code is not None) == made.is_fix
     if made.in_code is not None:
@@ -202,7 +202,7 @@ def test_without_a_contact_no_other_detector_is_called_right():
         document_of("a", "b", "exact"), answers=(Answer("a", "", fix=fix),), audit={"a": audit_of()}
     )
     for reference in (ranks[2], replace(ranks[2], p99=SLOW)):
-        made = decision(document, [*ranks[:2], reference])
+        made = shipping_decision(document, [*ranks[:2], reference])
         assert made.is_fix and "b" not in (made.in_code.text if made.in_code else "").split()
         assert (made.in_code is None) == (reference.p99 == SLOW)
 
@@ -225,19 +225,19 @@ def test_lesser_faults_are_whole_sentences(missed, late, false, undecided, text)
 
 def test_untimed_reference_is_not_said_to_fit_a_frame():
     ranks = [rank_of("a", missed=1), rank_of("exact", mean=None, p99=None)]
-    text = decision(document_of("a", "exact"), ranks).text
+    text = shipping_decision(document_of("a", "exact"), ranks).text
     assert "time not measured" in text and "90 Hz" not in text
 
 
 def test_fix_of_an_undecided_detector_is_no_decision():
     ranks = [rank_of("a", false=0.86, undecided=2), rank_of("exact")]
     answers = (Answer("a", "", fix=fix_of(0.1, missed=0)),)
-    made = decision(structs.replace(document_of("a", "exact"), answers=answers), ranks)
+    made = shipping_decision(structs.replace(document_of("a", "exact"), answers=answers), ranks)
     assert made.rank.label == "exact" and not made.is_fix
 
 
 def test_without_an_audit_nothing_is_recommended_or_sure():
-    assert decision(document_of("a"), ()) is None and certainty(document_of("a"), ()) == []
+    assert shipping_decision(document_of("a"), ()) is None and certainty(document_of("a"), ()) == []
 
 
 @pytest.mark.parametrize("state", AUDITED)
