@@ -150,7 +150,13 @@ def _events(matter: Matter, vessel: str, kinds: Crossings) -> list[EffectEvent]:
     if not history.added_ml[-1].any():
         return []
     equivalents = sorted(kinds, key=lambda point: (point.crossing.row_before, point.crossing.fraction))
-    points = [point for point in equivalents if point.reacted >= COMPLETE]
+    # What comes to pass while nothing flows in, as in an iodine clock, is no end point of a titration.
+    points = [
+        point
+        for point in equivalents
+        if point.reacted >= COMPLETE
+        and (history.added_ml[point.crossing.row_after] > history.added_ml[point.crossing.row_before]).any()
+    ]
     events = [_incomplete_event(matter, vessel, point) for point in equivalents if point.reacted < COMPLETE]
     events += [
         _end_point_event(matter, vessel, point, number, len(points)) for number, point in enumerate(points, start=1)

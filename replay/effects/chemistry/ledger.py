@@ -425,22 +425,14 @@ class Ledger:
 
     def _react_rows(self, before: FloatArray, celsius: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Rows (n, columns) as they are when all has reacted at a temperature (n,), and extents (n, processes)."""
-        amounts, extents_done = before.copy(), np.zeros((len(before), len(self.processes)))
+        amounts = before.copy()
         enthalpy = self.heats.enthalpy(amounts)
         # What is solid is thought dissolved, so that the outcome hangs on what there is and not on how it came.
         standing_solids = amounts[:, self.phases] * ~self.gas
         amounts -= standing_solids @ self.formation
         rested_amounts = amounts.copy()
         self._dissolve_for_equations(amounts)
-        for round_number in range(self._most_process_rounds):
-            before_round = extents_done.copy()
-            for row in self.quick_processes:
-                extent = self.limits.extent(row, amounts, celsius)
-                self._apply(amounts, extent[:, None] * self.changes[row])
-                extents_done[:, row] += extent
-            changed = np.abs(extents_done - before_round).max(initial=0.0)
-            if round_number + 1 >= len(self.quick_processes) and changed <= NEAR_SOLID * np.abs(extents_done).max():
-                break
+        extents_done = self.run_quick_processes(amounts, celsius)
         # Where nothing reacted, ions beside much solid keep their digits.
         has_no_reaction = ~extents_done.any(axis=1)
         amounts[has_no_reaction] = rested_amounts[has_no_reaction]
@@ -454,6 +446,20 @@ class Ledger:
             heat_given -= extents_done[:, row] * self._joule(row)
         amounts[:, self.column[HEAT]] += heat_given
         return amounts, extents_done
+
+    def run_quick_processes(self, amounts: FloatArray, celsius: FloatArray | None = None) -> FloatArray:
+        """Bring equations without a rate to their end in rows (n, columns), in place: extents (n, processes)."""
+        extents_done = np.zeros((len(amounts), len(self.processes)))
+        for round_number in range(self._most_process_rounds):
+            before_round = extents_done.copy()
+            for row in self.quick_processes:
+                extent = self.limits.extent(row, amounts, celsius)
+                self._apply(amounts, extent[:, None] * self.changes[row])
+                extents_done[:, row] += extent
+            changed = np.abs(extents_done - before_round).max(initial=0.0)
+            if round_number + 1 >= len(self.quick_processes) and changed <= NEAR_SOLID * np.abs(extents_done).max():
+                break
+        return extents_done
 
     def _boil_or_freeze(self, index: int, volume: FloatArray, amounts: FloatArray) -> None:
         """Keep rows between freezing and boiling, in place: what would lead beyond makes steam or ice."""

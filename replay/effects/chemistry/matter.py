@@ -70,16 +70,23 @@ class Matter:
     def states(self, vessel: str, times: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Amounts (n, columns), extents (n, processes) and millilitres (n,) of a vessel at times.
 
-        Between two rows a slow process nears its end by exp(-rate t), the others rest.
+        Between two rows a slow process nears its end by exp(-rate t), and those at once follow it.
         """
         history, ledger = self.histories[vessel], self.ledger
         rows = history.rows(times)
         amounts, extents = history.amounts[rows], history.extents[rows]
         since = np.maximum(0.0, times - history.times[rows])
+        goes_on = np.zeros(len(times), dtype=np.bool_)
         for row in ledger.slow:
             more = history.pending[rows, row] * -np.expm1(-since * (ledger.processes[row].rate or 0.0))
             extents[:, row] += more
             amounts += more[:, None] * ledger.changes[row]
+            goes_on |= more > 0.0
+        if goes_on.any() and ledger.quick_processes:
+            # What a slow reaction makes may react at once, as the iodine of an iodine clock does.
+            followed = amounts[goes_on]
+            extents[goes_on] += ledger.run_quick_processes(followed)
+            amounts[goes_on] = followed
         return amounts, extents, history.volume_ml[rows]
 
     def kelvin(self, vessel: str, times: FloatArray) -> FloatArray:

@@ -260,3 +260,23 @@ def test_complexes_of_more_ligands_count_as_formed(solutes, equation, proceeds):
     """In much fluoride iron stands as FeF3: 'Fe3+ + F- -> FeF2+ does not proceed' was said of it."""
     effects = standing(0.5, glass("flask", 2.0, solutes=solutes), ("reaction", {"equation": equation}))
     assert bool(effects["reaction"].output.events_named("no-reaction")) != proceeds
+
+
+def test_an_iodine_clock_turns_blue_and_has_no_end_point():
+    """It was said to be equivalent after 0.00 mL."""
+    bodies = (
+        glass("a", 20.0, solute="K2S2O8", molar=0.1), glass("b", 40.0, solutes={"KI": 0.2, "Na2S2O3": 0.005}),
+    )  # fmt: skip
+    tables = (
+        ("mixing", {"in": ["b"]}),
+        ("reaction", {"equation": "S2O8^2- + 2 I- -> 2 SO4^2- + I2", "rate_per_s": 0.05}),
+        ("reaction", {"equation": "I2 + 2 S2O3^2- -> 2 I- + S4O6^2-"}),
+        ("colour", {"in": "b", "indicator": "starch"}),
+    )
+    effects = poured([0.0, *([120.0] * 40), *([0.0] * 200)], bodies, *tables)
+    (flow,) = effects["pour"].events
+    persulfate_mmol, thiosulfate_mmol = 0.1 * flow.values["volume_ml"], 0.005 * 40.0
+    seconds = -np.log(1.0 - 0.5 * thiosulfate_mmol / persulfate_mmol) / 0.05
+    (blue,) = effects["colour"].events
+    assert flow.time + seconds < blue.time < flow.end + seconds
+    assert not effects["reaction"].output.events_named("end-point")
