@@ -11,6 +11,7 @@ import numpy as np
 
 from cdcore.containment.winding_number import winding_numbers
 from cdcore.detectors.detector_table import create_detector
+from cdcore.image_space.pixel_spans import pixels_of_spans, row_spans
 from cdcore.mesh import TriangleMesh
 from cdcore.narrow.greatest_minimum import greatest_minimum
 from cdcore.narrow.ill_posed import MarginStage
@@ -52,6 +53,8 @@ def compile_kernels() -> None:
     exact.detect(Motion([0.0], touching, rotations[:1]), faces=True)
     winding_numbers(point, triangles)
     exact.detect(motion, faces=True)
+    rows = np.arange(2)
+    pixels_of_spans(row_spans(rotations[0], rows, rows + 1, 3).part(slice(0, 2)), 3, 1.0)
 
 
 if __name__ == "__main__":

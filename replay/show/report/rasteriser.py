@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -17,9 +18,6 @@ NEAREST: Final = 0.01
 
 AT_ONCE: Final = 1 << 20
 """Pixels of triangles looked at in one step: 100 MB."""
-
-ROUNDING: Final = 1e-9
-"""Pixels by which a triangle is wider: of two that share an edge through the middle of a pixel one must cover it."""
 
 LIGHT: Final = np.array([-0.35, 0.6, 0.72])
 """Direction to the light, in the axes of the eye."""
@@ -142,56 +140,35 @@ Covered = tuple[IntArray, IntArray, FloatArray]
 
 
 def covered_pixels(local: FloatArray, view: View) -> Iterator[Covered]:
-    """Every pixel whose middle a triangle in the eye's axes (n, 3, 3) covers, also one that reaches behind the eye.
+    """Every pixel whose middle a triangle in the eye's axes (n, 3, 3) covers, also one that reaches behind the eye."""
+    # A kernel; a report without a fault draws nothing and loads no compiler.
+    from cdcore.image_space.pixel_spans import pixels_of_spans, row_spans
 
-    Barycentric coordinates over depth are linear on the screen, so they bound a stretch of each row of pixels; their
-    sum is 1 / depth. Source: Olano and Greer 1997.
-    """
     wide, height = view.size
     flat = view.flat(local)
     depth = flat[..., 2]
     visible = np.flatnonzero((np.abs(np.linalg.det(flat)) > 1e-12) & (depth.max(axis=1, initial=0) > NEAREST))
-    # Corner by corner (3, k): sums over rows of three numbers would take most of the time.
-    column_terms, row_terms, constant_terms = np.linalg.inv(flat[visible]).transpose(1, 2, 0)
-    pixel = flat[visible, :, 1] / np.maximum(depth[visible], NEAREST) - 0.5
+    pixel_rows = flat[visible, :, 1] / np.maximum(depth[visible], NEAREST) - 0.5
     # One that reaches behind the eye may be in any row.
     is_ahead = depth[visible].min(axis=1, initial=1) > NEAREST
-    lower = np.where(is_ahead, np.clip(np.ceil(pixel.min(axis=1)), 0, height), 0).astype(np.int64)
-    stop = np.where(is_ahead, np.clip(np.floor(pixel.max(axis=1)) + 1, lower, height), height).astype(np.int64)
-    triangle, row = _concatenated_ranges(lower, stop)
-    slope, at_left = column_terms[:, triangle], row_terms[:, triangle] * (row + 0.5) + constant_terms[:, triangle]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        border = -at_left / slope - 0.5
-    begin = np.where(slope > 0, border, np.where((slope < 0) | (at_left >= 0), -np.inf, np.inf)).max(axis=0)
-    end = np.where(slope < 0, border, np.inf).min(axis=0)
-    left = np.clip(np.ceil(begin - ROUNDING), 0, wide).astype(np.int64)
-    right = np.clip(np.floor(end + ROUNDING) + 1, left, wide).astype(np.int64)
-    inverse_depth, step = at_left.sum(axis=0), slope.sum(axis=0)
-    blocks = np.flatnonzero(np.diff(np.cumsum(right - left) // AT_ONCE)) + 1
-    for block_rows in np.split(np.arange(len(row)), blocks):
-        interval, x = _concatenated_ranges(left[block_rows], right[block_rows])
-        triangle_rows = block_rows[interval]
-        yield (
-            visible[triangle[triangle_rows]],
-            x + wide * row[triangle_rows],
-            np.clip(inverse_depth[triangle_rows] + step[triangle_rows] * (x + 0.5), 0.0, 1.0 / NEAREST),
-        )
-
-
-def _concatenated_ranges(first: IntArray, stop: IntArray) -> tuple[IntArray, IntArray]:
-    """The whole numbers from ``first`` to before ``stop`` one range after the other: which range, and the number."""
-    count = stop - first
-    range_numbers = np.repeat(np.arange(len(count)), count)
-    return range_numbers, np.arange(len(range_numbers)) + np.repeat(first - np.cumsum(count) + count, count)
+    lower = np.where(is_ahead, np.clip(np.ceil(pixel_rows.min(axis=1)), 0, height), 0).astype(np.int64)
+    stop = np.where(is_ahead, np.clip(np.floor(pixel_rows.max(axis=1)) + 1, lower, height), height).astype(np.int64)
+    spans = row_spans(np.asarray(np.linalg.inv(flat[visible]), dtype=np.float64), lower, stop, wide)
+    blocks = np.flatnonzero(np.diff(np.cumsum(spans.right - spans.left) // AT_ONCE)) + 1
+    for first, last in pairwise([0, *blocks.tolist(), len(spans.row)]):
+        triangle, pixel, inverse_depth = pixels_of_spans(spans.part(slice(first, last)), wide, 1.0 / NEAREST)
+        yield visible[triangle], pixel, inverse_depth
 
 
 def _line_pixels(line: Lines, view: View, depth: FloatArray) -> IntArray:
     """Pixels on the segments, each once, where nothing opaque is nearer."""
+    from cdcore.image_space.pixel_spans import concatenated_ranges
+
     wide, height = view.size
     ends = view.pixels(line.ends)
     steps = np.ceil(np.abs(ends[:, 1, :2] - ends[:, 0, :2]).max(axis=1, initial=0)).astype(np.int64) + 1
     steps = np.minimum(steps, 4 * wide)
-    segment, step = _concatenated_ranges(np.zeros_like(steps), steps)
+    segment, step = concatenated_ranges(np.zeros_like(steps), steps)
     fraction = (step / np.maximum(steps[segment] - 1, 1))[:, None]
     x, y, inverse_depth = (ends[segment, 0] * (1 - fraction) + ends[segment, 1] * fraction).T
     column_offsets, row_offsets = np.meshgrid(*[np.arange(line.width) - line.width // 2] * 2)

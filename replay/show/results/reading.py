@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any, Final
 
 import pyarrow as pa
-import pyarrow.compute as pc
 
 from replay.document.coding import document_of
 from replay.document.run_document import RunDocument
@@ -96,6 +95,8 @@ def _require_plain(path: Path, column: Column, values: pa.ChunkedArray) -> None:
     """Refuse a column with values that no run writes."""
     if column.required and values.null_count:
         raise RunFolderError(f"{path}: the column {column.name!r} has a row without a value; {RUN_AGAIN}")
+    from pyarrow import compute as pc
+
     # No number of Python goes into these calculations: to take one, Arrow loads pandas where it is installed, 36 MB.
     if pa.types.is_floating(values.type):
         limit = LARGEST_SECONDS if column.unit == "s" else 1e300
@@ -112,6 +113,8 @@ def _require_plain(path: Path, column: Column, values: pa.ChunkedArray) -> None:
 
 def checked_rows(path: Path, table: pa.Table, columns: Mapping[str, Column], document: RunDocument) -> pa.Table:
     """Rows whose detectors, bodies and frames are those of a document, and whose intervals do not run backwards."""
+    from pyarrow import compute as pc  # a run that writes tables and reads none does without: 30 ms
+
     known_names: dict[Holds | None, Collection[str]] = {
         Holds.DETECTOR: document.detectors.keys(),
         Holds.BODY: document.session.bodies.keys(),

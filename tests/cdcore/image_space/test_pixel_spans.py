@@ -1,0 +1,26 @@
+"""Stretches of pixels under triangles: the kernels give the bits of their slow references."""
+
+import numpy as np
+
+from cdcore.image_space.pixel_spans import pixels_of_spans, pixels_of_spans_slowly, row_spans, row_spans_slowly
+
+WIDTH, HEIGHT = 60, 40
+
+
+def test_kernels_agree_with_slow_references_bit_by_bit():
+    rng = np.random.default_rng(0)
+    corners = np.concatenate([rng.uniform(-20, 80, (400, 3, 2)), rng.uniform(0.5, 3.0, (400, 3, 1))], axis=2)
+    corners[:, :, :2] *= corners[:, :, 2:]
+    corners[::7, :, 0] = np.round(corners[::7, :, 0])
+    corners[::5, 1, :2] = corners[::5, 0, :2] * corners[::5, 1, 2:] / corners[::5, 0, 2:] + [0.0, 9.0]  # upright edges
+    first = rng.integers(0, HEIGHT, 400)
+    stop = first + rng.integers(0, HEIGHT - first + 1)
+    coordinates = np.linalg.inv(corners)
+    spans, slow = (function(coordinates, first, stop, WIDTH) for function in (row_spans, row_spans_slowly))
+    for values, expected in zip(spans, slow, strict=True):
+        assert (values == expected).all()
+    part = spans.part(slice(3, 900))
+    pixels, slow_pixels = (function(part, WIDTH, 1.5) for function in (pixels_of_spans, pixels_of_spans_slowly))
+    assert len(pixels[0]) > 1000
+    for values, expected in zip(pixels, slow_pixels, strict=True):
+        assert (values == expected).all()
