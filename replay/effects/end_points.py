@@ -149,7 +149,8 @@ def _events(matter: Matter, vessel: str, kinds: Crossings) -> list[EffectEvent]:
     history = matter.histories[vessel]
     if not history.added_ml[-1].any():
         return []
-    equivalents = sorted(kinds, key=lambda point: (point.crossing.row_before, point.crossing.fraction))
+    # In the order in which events are listed, so that numbers of end points at one time rise.
+    equivalents = sorted(kinds, key=lambda point: (float(point.crossing.interpolate(history.times)), point.left))
     # What comes to pass while nothing flows in, as in an iodine clock, is no end point of a titration.
     points = [
         point

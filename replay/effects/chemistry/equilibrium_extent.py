@@ -43,7 +43,7 @@ class EquilibriumExtents:
     ----------
     processes, changes : (p, columns) what a mol of each makes.
     column : name of a column of the ledger -> its place.
-    solver : PHREEQC; ``None``: only esters come to an equilibrium.
+    solver : PHREEQC; ``None``: concentrations are taken for activities.
     holds_acid : (columns,) protons that each column holds in neutral water.
     """
 
@@ -119,10 +119,8 @@ class EquilibriumExtents:
     def _has_constant(self, process: Process) -> bool:
         if not np.isfinite(process.log_k):
             return False
-        if process.is_ester:
+        if process.is_ester or self._solver is None:
             return True
-        if self._solver is None:
-            return False
         mixture = self._solver.mixture
         bare = dict(zip(mixture.components, mixture.bare_names, strict=True))
         return all(bare.get(name, "") is not None for name in process.changes)
@@ -159,9 +157,8 @@ class EquilibriumExtents:
     def _quotient(self, row: int, amounts: FloatArray, celsius: FloatArray) -> FloatArray:
         """log10 of the quotient (n,) by PHREEQC's activities; below any constant where it has no answer."""
         process = self._processes[row]
-        if process.is_ester:
-            return self._ester_quotient(row, amounts)
-        assert self._solver is not None
+        if process.is_ester or self._solver is None:
+            return self._ideal_quotient(row, amounts)
         whole = amounts - amounts[:, self._solids] @ self._formation
         water = whole[:, self._water]
         equilibria = self._solver.equilibrium(whole[:, self._components], water, celsius)

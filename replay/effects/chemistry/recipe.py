@@ -55,6 +55,9 @@ UNKNOWN_SOLUBILITY: Final = (
     "nothing says how much {!r} dissolves; give solid.solubility_g_100g, g in 100 g of water, to the body that holds it"
 )
 
+COMPLETE_LOG_K: Final = 15.0
+"""log10 of a constant from which an equation of two reagents leaves less than a hundredth of 1 mmol/L."""
+
 SOLUBLE_GASES: Final = frozenset(("CO2", "SO2", "H2S", "NH3"))
 """Gases of which PHREEQC knows how much stays dissolved under one atmosphere."""
 
@@ -251,8 +254,8 @@ def _declare_heat(reaction: Reaction, processes: list[Process], phases: Phases, 
 def asks_phreeqc(tables: Tables, contents: Mapping[str, Contents]) -> bool:
     """Whether anything declared needs PHREEQC.
 
-    A reaction without a rate, a precipitation and an indicator of the pH do, the heat of dissolved ions, and a reaction
-    with acid beside ions that hold protons: how many they give up is PHREEQC's.
+    A reaction without a rate, a precipitation and an indicator of the pH do, the heat of dissolved ions, a reaction
+    with acid beside ions that hold protons, and one that may stop at an equilibrium: activities are PHREEQC's.
     """
     at_once = any(table["rate_per_s"] is None for table in tables.get("reaction", ()))
     indicators = any(table["indicator"] or table["from_ph"] is not None for table in tables.get("colour", ()))
@@ -263,8 +266,21 @@ def asks_phreeqc(tables: Tables, contents: Mapping[str, Contents]) -> bool:
         or indicators
         or (heat and _gives_heat(contents))
         or _competes_for_acid(tables, contents)
+        or any(_may_stop(_equation(table)) for table in tables.get("reaction", ()))
         or any(SOLUBLE_GASES & set(_equation(table).products) for table in tables.get("reaction", ()))
     )
+
+
+def _may_stop(equation: Equation) -> bool:
+    """Whether an equation of dissolved ions has a constant at which it may leave some of its reagents."""
+    changes: Counter[str] = Counter()
+    for formula, many in equation.changes.items():
+        state = equation.phases.get(formula, "s" if formula in SOLIDS else "g" if formula in GASES else "")
+        columns = {f"{formula}({state})": 1} if state in ("s", "g") else dissolved_components(formula)
+        for column, count in columns.items():
+            changes[column] += many * count
+    log_k, is_ester = constant_of(changes, equation)
+    return not is_ester and log_k < COMPLETE_LOG_K
 
 
 def _competes_for_acid(tables: Tables, contents: Mapping[str, Contents]) -> bool:

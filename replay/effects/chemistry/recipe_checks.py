@@ -22,7 +22,7 @@ from replay.effects.chemistry.components import (
 from replay.effects.chemistry.contents import contents_of_scene
 from replay.effects.chemistry.formulas import COMMON, atoms, charge_of, crystal_water
 from replay.effects.chemistry.ledger_columns import UNFOLLOWED, WITHOUT_HEAT_C
-from replay.effects.chemistry.mixture import SOLID
+from replay.effects.chemistry.mixture import GAS, SOLID
 from replay.effects.chemistry.recipe import UNKNOWN_SOLUBILITY, Reaction, Recipe, Tables, recipe_of
 from replay.effects.chemistry.salts import anhydrous
 from replay.effects.declaring import Declaration
@@ -246,19 +246,25 @@ def _check_made(tables: Tables, recipe: Recipe) -> None:
 
 
 def _check_decided(recipe: Recipe) -> None:
-    """Raises PlanError: equations without a constant that want the same, so that their order would decide."""
+    """Raises PlanError: equations without a constant that want the same, so that their order would decide.
+
+    Beside what PHREEQC brings to equilibrium, an equation that stops at its own equilibrium leaves no choice.
+    """
     at_once = [
         (reaction, recipe.processes[reaction.process])
         for reaction in recipe.reactions
         if reaction.process >= 0 and reaction.declared["rate_per_s"] is None
     ]
-    rivals: list[tuple[str, Mapping[str, float]]] = [(process.text, process.changes) for _, process in at_once]
+    equations: list[tuple[str, Mapping[str, float]]] = [(process.text, process.changes) for _, process in at_once]
+    phases: list[tuple[str, Mapping[str, float]]] = []
     if recipe.solver is not None:
         mixture = recipe.solver.mixture
-        rivals += [
+        phases = [
             (repr(phase.column[:-3]), changes) for phase, changes in zip(mixture.phases, mixture.changes, strict=True)
         ]
     for reaction, process in at_once:
+        has_equilibrium = np.isfinite(process.log_k) and not any(name.endswith(GAS) for name in process.changes)
+        rivals = equations if has_equilibrium else equations + phases
         solid = next((column for column, many in process.changes.items() if column.endswith(SOLID) and many > 0.0), "")
         missing = f"{solid.removesuffix(SOLID)!r} is not in PHREEQC's data" if solid else "rate_per_s is missing"
         for text, changes in rivals:

@@ -5,6 +5,8 @@ from typing import Final
 
 import numpy as np
 
+from replay import words
+from replay.effects.chemistry.limits import NEUTRAL_PH
 from replay.effects.chemistry.matter import Matter
 from replay.effects.chemistry.mixture import SOLID, mixture_of
 from replay.effects.chemistry.recipe import undeclared_phases
@@ -21,13 +23,20 @@ LEAST_SATURATION_INDEX: Final = 0.3
 LEAST_AGED_FRACTION: Final = 0.01
 """Share of the copper that is left as hydroxide, from which it is told."""
 
+LEAST_FRESH_FRACTION: Final = 0.05
+"""Share of the aluminium that ammonia keeps dissolved, from which it is told."""
+
+LYE_PH: Final = 11.5
+"""From which on aluminium hydroxide dissolves in textbooks too."""
+
 
 BASIC_SALTS: Final = {"SO4^2-": "Cu4(OH)6SO4", "NO3-": "Cu2(OH)3NO3", "Cl-": "Cu2(OH)3Cl"}
 """Anion -> basic salt of copper that ammonia brings down first."""
 
 
 def aged_hydroxide_events(matter: Matter) -> Iterator[EffectEvent]:
-    """An event ``aged`` for each vessel whose copper hydroxide outlasts ammonia that dissolves the basic salt."""
+    """Events ``aged`` of copper hydroxide that outlasts ammonia, ``fresh`` of aluminium hydroxide that does not."""
+    yield from _fresh_aluminium(matter)
     ledger = matter.ledger
     column_names = ("Cu(OH)2(s)", "Cu^2+", "NH3")
     if not set(column_names) <= set(ledger.column):
@@ -47,6 +56,26 @@ def aged_hydroxide_events(matter: Matter) -> Iterator[EffectEvent]:
             )
             values: dict[str, float | str] = {"formula": "Cu(OH)2", "moles": float(hydroxide)}
             yield EffectEvent(float(history.times[-1]), "aged", (vessel,), None, values, text, "warning")
+
+
+def _fresh_aluminium(matter: Matter) -> Iterator[EffectEvent]:
+    """An event for each vessel in which ammonia keeps aluminium dissolved, as it does of the fresh hydroxide alone."""
+    if matter.solver is None or not {"Al(OH)3(s)", "NH3"} <= set(matter.ledger.column):
+        return
+    for vessel, history in matter.histories.items():
+        solid, dissolved, ammonia = (matter.amount(vessel, name)[-1] for name in ("Al(OH)3(s)", "Al^3+", "NH3"))
+        if ammonia <= dissolved + solid or dissolved <= LEAST_FRESH_FRACTION * (dissolved + solid):
+            continue
+        _, equilibria = matter.equilibria(vessel, history.times[-1:])
+        if len(equilibria.ph) and NEUTRAL_PH < equilibria.ph[0] < LYE_PH:
+            percent = 100.0 * dissolved / (dissolved + solid)
+            text = (
+                f"{words.decimal(percent, 0)} % of the aluminium stays dissolved in {vessel} at pH "
+                f"{words.decimal(float(equilibria.ph[0]), 1)}, as of Al(OH)3 that has just fallen out; when it ages it "
+                "dissolves 30 times less, and ammonia leaves it"
+            )
+            values: dict[str, float | str] = {"formula": "Al(OH)3", "moles": float(dissolved)}
+            yield EffectEvent(float(history.times[-1]), "fresh", (vessel,), None, values, text, "warning")
 
 
 def _basic_salt(matter: Matter, vessel: str) -> str:
