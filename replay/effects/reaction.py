@@ -11,10 +11,12 @@ from replay.effects.chemistry.before_start import reacted_before
 from replay.effects.chemistry.components import METALS, PROTON, WATER, dissolved_components, solute_components
 from replay.effects.chemistry.contents import MOST_DISSOLVED
 from replay.effects.chemistry.database import formula_of
+from replay.effects.chemistry.equilibrium_extent import GAS_J_MOL_K
 from replay.effects.chemistry.formulas import charge_of, molar_mass
 from replay.effects.chemistry.matter import MOST_FOREIGN_MOL_KG, Matter, matter_of
 from replay.effects.chemistry.mixture import GAS, LIGANDS, SOLID, Mixture
 from replay.effects.chemistry.recipe import Reaction
+from replay.effects.chemistry.redox import ZERO_C_KELVIN
 from replay.effects.chemistry.salts import WATER_KG
 from replay.effects.chemistry.supersaturated import aged_hydroxide_events, supersaturation_events
 from replay.effects.chemistry.unreacted import LEAST_FORMED, no_reaction_events, stop_events
@@ -27,6 +29,9 @@ from replay.words import quantity
 
 LEAST_GAS: Final = 1e-6
 """mol of a gas that nobody sees: a bubble of 0.02 mL."""
+
+ATMOSPHERE_PA: Final = 101325.0
+"""Pressure at which the volume of a gas is said."""
 
 LEAST_FRACTION: Final = 0.05
 """Of a gas that left: less that could stay dissolved is not worth a word."""
@@ -227,12 +232,14 @@ def _add_gases(inputs: EffectInputs, matter: Matter, vessel: str, findings: Find
         if column.endswith(GAS) and gone[-1] > LEAST_GAS:
             gas, growing = column.removesuffix(GAS), np.flatnonzero(np.diff(gone, prepend=0.0))
             start, end = (float(times[row]) for row in growing[[0, -1]])
-            text = f"{quantity(1e3 * gone[-1], 'mmol')} {gas} leave {vessel} as gas"
+            room_c = matter.ledger.warmth.room
+            gas_ml = 1e6 * float(gone[-1]) * GAS_J_MOL_K * (room_c + ZERO_C_KELVIN) / ATMOSPHERE_PA
+            text = f"{quantity(1e3 * gone[-1], 'mmol')} {gas} leave {vessel} as gas, {quantity(gas_ml, 'mL')} dry at "
+            text += f"{room_c:g} degC and 1 atm"
             text += _dissolved_gas(matter, vessel, gas, float(gone[-1]))
             findings.series[f"{vessel}/{gas} gone"] = Series(times, gone, "mol")
-            findings.events.append(
-                EffectEvent(start, "gas", (vessel,), end, {"moles": float(gone[-1]), "formula": gas}, text)
-            )
+            values: dict[str, float | str] = {"moles": float(gone[-1]), "gas_ml": gas_ml, "formula": gas}
+            findings.events.append(EffectEvent(start, "gas", (vessel,), end, values, text))
 
 
 def _dissolved_gas(matter: Matter, vessel: str, gas: str, gone: float) -> str:

@@ -118,7 +118,7 @@ def test_a_slow_reaction_uses_up_its_limiting_reagent():
     assert extent.values[-1] == pytest.approx(-0.05 / 65.38 * np.expm1(-2.0 * 0.98), rel=1e-9)
     assert "b/pH" not in run.series
     (event,) = run.events
-    assert event.name == "gas" and event.values == {"moles": extent.values[-1], "formula": "H2"}
+    assert event.name == "gas" and event.values["formula"] == "H2" and event.values["moles"] == extent.values[-1]
     assert (event.time, event.end) == pytest.approx((0.03, 1.0))
     assert effect_plots({"reaction": run})[-1][0] == QUANTITIES["mol"]
     assert leading_event({"reaction": run}) == event and gone.values[-1] == extent.values[-1] and gone.unit == "mol"
@@ -137,7 +137,9 @@ def test_leaving_gas_is_the_amount_beyond_solubility():
     # Gas that left stays away: most of it is gone in the first row with acid for all of the soda, at its volume.
     litres = 1e-3 * volume[volume >= 15.0][0]
     assert event.values["moles"] == pytest.approx(5e-3 - 3.3e-7 * 101325.0 * litres, rel=0.01)
-    assert "mmol CO2 leave b as gas" in event.text
+    # 24.46 mL of an ideal gas are a mmol at 25 degC. Source: CODATA's gas constant.
+    assert event.values["gas_ml"] == pytest.approx(24.465e3 * event.values["moles"], rel=1e-4)
+    assert f"mmol CO2 leave b as gas, {event.values['gas_ml']:.0f} mL dry at 25 degC and 1 atm" in event.text
     assert not run("NaOH", NEUTRAL[1]["equation"])["reaction"].output.events_named("gas")
 
 
