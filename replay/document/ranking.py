@@ -216,7 +216,7 @@ def lesser_faults(rank: Rank) -> str:
 def _misses_sentence(rank: Rank) -> str:
     """``hull50 misses up to 1 of 18 contacts; 1 to 3 are late or cut short.``; ``""``: none of both."""
     missed, late = rank.missed_counts or (0, 0), rank.late_counts or (0, 0)
-    contacts, verb = plural(rank.contacts, "contact"), "is" if late == (1, 1) else "are"
+    contacts, verb = plural(rank.contacts, "contact"), "is" if late[1] == 1 else "are"
     short = f"{words.count_words(late)} {verb} late or cut short"
     if missed[1]:
         rest = f"; {short}" if late[1] else ""

@@ -9,10 +9,14 @@ from scipy.sparse.csgraph import connected_components
 
 from cdcore import TriangleMesh
 from cdcore.mesh import once_a_mesh
-from cdcore.numerics import FloatArray, IntArray
+from cdcore.numerics import BoolArray, FloatArray, IntArray
 
 CREASE_COSINE: Final = float(np.cos(np.radians(40.0)))
 """Faces that meet at more than 40 degrees keep an edge; shared normals would draw gradients over a bench."""
+
+
+LID_FRACTION: Final = 0.03
+"""Share of the cage's size by which a face is away from the mesh where it closes a hollow."""
 
 
 def face_normals(triangles: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -56,3 +60,14 @@ def shaded_mesh(mesh: TriangleMesh) -> tuple[NDArray[np.float32], NDArray[np.flo
     normals = np.divide(total, length, out=np.repeat(unit_normals, 3, axis=0)[first], where=length > 0)
     vertices = mesh.triangles.reshape(-1, 3)[first]
     return vertices.astype(np.float32), normals.astype(np.float32), number.reshape(-1, 3).astype(np.uint32)
+
+
+def spans_hollow(solid: TriangleMesh, mesh: TriangleMesh) -> BoolArray:
+    """Faces of a solid that span a hollow of the mesh: the middle of an edge is far from every vertex."""
+    from scipy.spatial import KDTree
+
+    corners = solid.triangles
+    middles = (corners + np.roll(corners, 1, axis=1)) / 2
+    away = KDTree(mesh.vertices).query(middles.reshape(-1, 3))[0].reshape(-1, 3).max(axis=1)
+    spans: BoolArray = away > LID_FRACTION * np.linalg.norm(np.ptp(solid.vertices, axis=0))
+    return spans

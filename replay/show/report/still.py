@@ -16,7 +16,7 @@ from replay.auditing.fault import Fault, FaultKind
 from replay.auditing.first_touch import at_touch
 from replay.document.run_result import RunResult
 from replay.show.camera import towards_user, viewing_direction
-from replay.show.drawn_mesh import bend_cosines, edges_of, face_normals
+from replay.show.drawn_mesh import bend_cosines, edges_of, face_normals, spans_hollow
 from replay.show.palette import COLOUR_NAMES, FALSE_CONTACT, Rgba, fault_colour, fault_key
 from replay.show.report.markup import render_template
 from replay.show.report.rasteriser import Colour, Lines, Shape, View, draw_picture
@@ -41,6 +41,8 @@ NAME_SPACING: Final = 44.0
 WHITE: Final[Colour] = (0.95, 0.96, 0.97)
 GLASS: Final[Colour] = (0.45, 0.70, 0.95)
 GLASS_ALPHA: Final = 0.13
+REAL_EDGE: Final[Colour] = (0.61, 0.79, 0.96)
+"""Of the outline of a body inside a solid that stands for it."""
 DARK_RGB: Final = np.array([18, 26, 37]) / 255
 LIGHT_RGB: Final = np.array([40, 55, 74]) / 255
 
@@ -55,9 +57,6 @@ SHORTEST_ARROW: Final = 14.0
 
 SHARP_DEG: Final = 30.0
 """Faces that meet in a larger angle have an edge between them."""
-
-LID_FRACTION: Final = 0.03
-"""Share of the cage's size by which a face is away from the mesh where it closes a hollow."""
 
 MANY_ROWS: Final = 400
 """In a picture of fewer rows lines are thinner."""
@@ -261,7 +260,8 @@ def _shapes_and_lines(sight: Sight, view: View) -> tuple[list[Shape], list[Shape
         if placed.solid is not None:
             walls, edges = _cage(placed.solid, placed.mesh, placed.pose, view, unit_colour(FALSE_CONTACT))
             glass.append(walls)
-            lines += edges
+            # The real surface stands out from the walls around it by its own outline, inside that of the walls.
+            lines += [*_cage(placed.mesh, placed.mesh, placed.pose, view, REAL_EDGE)[1], *edges]
     return opaque, glass, lines
 
 
@@ -275,7 +275,7 @@ def _cage(
     edges, faces = edges_of(solid)
     edges = place_points(edges, *pose)
     is_front = (normals * (view.position - corners.mean(axis=1))).sum(axis=1) > 0
-    walls = Shape(corners, colour, np.where(_is_lid(solid, mesh), LID_ALPHA, WALL_ALPHA))
+    walls = Shape(corners, colour, np.where(spans_hollow(solid, mesh), LID_ALPHA, WALL_ALPHA))
     outline = is_front[faces[:, 0]] != is_front[faces[:, 1]]
     is_sharp = bend_cosines(normals, faces) < np.cos(np.radians(SHARP_DEG))
     is_visible = is_front[faces].any(axis=1)
@@ -286,17 +286,6 @@ def _cage(
         (outline, 1.0, line_width + 1),
     ]
     return walls, [Lines(edges[edge_mask], colour, alpha, width) for edge_mask, alpha, width in groups]
-
-
-def _is_lid(solid: TriangleMesh, mesh: TriangleMesh) -> BoolArray:
-    """Faces of a solid that span a hollow of the mesh: the middle of an edge is far from every vertex."""
-    from scipy.spatial import KDTree
-
-    corners = solid.triangles
-    middles = (corners + np.roll(corners, 1, axis=1)) / 2
-    away = KDTree(mesh.vertices).query(middles.reshape(-1, 3))[0].reshape(-1, 3).max(axis=1)
-    spans: BoolArray = away > LID_FRACTION * np.linalg.norm(np.ptp(solid.vertices, axis=0))
-    return spans
 
 
 def unit_colour(colour: Rgba) -> Colour:
@@ -365,6 +354,9 @@ def _picture_labels(sight: Sight, label: str, view: View, white: BoolArray, midd
     glass_label = (sight.glass.name, verb, "blue")
     if sight.glass.solid:
         glass_label = ("solid collider", f"{label}: contact", "yellow")
+        surface = view.pixels(place_points(sight.glass.mesh.vertices, *sight.glass.pose))[:, :2] / factor
+        x, y = surface[np.argmax(surface.sum(axis=1))].tolist()
+        labels.append(((x, y), sight.glass.name, "the real surface", "blue"))
     if len(points):
         x, y = points[np.argmax(points[:, 0] - 0.3 * np.abs(points[:, 1] - FIRST[1] * 0.42))].tolist()
         labels.append(((x, y), *glass_label))

@@ -18,7 +18,7 @@ from replay.document.run_result import RunResult
 from replay.show.camera import Eye
 from replay.show.palette import BACKGROUND, fault_key, tags_of
 from replay.show.rerun_log import timing
-from replay.show.rerun_log.close_up import EYE, PINS, SPACE
+from replay.show.rerun_log.close_up import EYE, LEGEND, PINS, SPACE
 from replay.show.rerun_log.depth import DEPTHS, deepest_pairs, depth_title
 from replay.show.rerun_log.documents import ACCURACY, ANSWER, SESSION_TEXT, details_path
 from replay.show.rerun_log.effects import HAPPENED, effect_lanes, effect_plots, event_paths
@@ -117,7 +117,7 @@ def _answer_tab(picture: Picture) -> Any:
     """Tab of the answer: text, close-up of the worst moment, room, lanes and list of moments."""
     lanes = [*picture.lanes, *picture.activity_lanes][:MOST_LANES]
     where = "Where   a dot: a fault, in the colours of When"
-    room = _spatial_view(where, picture.room(EYE, f"{SPACE}/lines"), picture.answer_eye)
+    room = _spatial_view(where, picture.room(EYE, f"{SPACE}/lines", f"{LEGEND}/**"), picture.answer_eye)
     title = "Moments: click a time; --miss and --false take the numbers"
     moments = _list_view([f"{LISTS}/**"] if picture.moments else [], title)
     height = _lanes_height(max(3, len(lanes)))

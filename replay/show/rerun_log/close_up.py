@@ -29,7 +29,7 @@ from replay.show.camera import (
     view_rotation,
     viewing_direction,
 )
-from replay.show.drawn_mesh import bend_cosines, edges_of, face_normals
+from replay.show.drawn_mesh import bend_cosines, edges_of, face_normals, spans_hollow
 from replay.show.palette import FALSE_CONTACT, FREE, Rgba, albedo, fault_colour, fault_key, see_through, tags_of
 from replay.show.rerun_log.moments import Moments, Time, nearest_moments, point_of
 from replay.show.rerun_log.recording_file import (
@@ -46,6 +46,9 @@ from replay.words import length
 
 SPACE: Final = "world/focus"
 EYE: Final = f"{SPACE}/eye"
+LEGEND: Final = f"{SPACE}/legend"
+"""What the colours of a close-up mean; a room has no place for it."""
+
 PINS: Final = f"{SPACE}/pins"
 """Dots at all faults in the room; a close-up needs none of them."""
 
@@ -80,6 +83,18 @@ DRAWN_EDGES: Final = 40_000
 
 SOLID_ALPHA: Final = 90
 """Alpha of the faces of a solid: what is inside it, and the gap, stay visible."""
+
+LID_ALPHA: Final = 130
+"""Alpha of the faces that close a hollow; the walls of such a solid have none, so that the real surface is seen."""
+
+LEGEND_PLACE: Final = (0.27, 0.42)
+"""Where the first line of the legend stands: right and up on the screen, in distances of the eye."""
+
+LEGEND_SPACING: Final = 0.065
+"""From one line of the legend to the next, in the same distances."""
+
+REAL: Final[Rgba] = (156, 201, 245, 255)
+"""Of the words about a real surface, as glass is blue."""
 
 GAP: Final[Rgba] = (120, 235, 170, 255)
 """The measure of a gap: it must be seen before glass, a white rod and a yellow solid."""
@@ -163,6 +178,7 @@ def log_close_ups(
     segments = {time: (time, fault.first, fault.last) for time, fault in faults.items()}
     steps = steps_of(segments, len(writer.clock.ns), None)
     log_marks(writer, SPACE, steps, {time: _marks(result, fault, eyes[time]) for time, fault in faults.items()})
+    log_marks(writer, LEGEND, steps, {time: _legend(result, fault, eyes[time]) for time, fault in faults.items()})
     for label in detectors_with_solids(result):
         cages = {
             time: caged_bodies(result, fault, balls)
@@ -197,6 +213,23 @@ def _marks(result: RunResult, fault: Fault, eye: Eye) -> list[Mark]:
     return [*text_beside(eye, ends.mean(axis=0), text, GAP, 0.22, -0.36), *measure]
 
 
+def _legend(result: RunResult, fault: Fault, eye: Eye) -> list[Mark]:
+    """Words beside a body inside the hull of another: which of the three shapes has which colour."""
+    free = free_body(result, fault)
+    if free is None:
+        return []
+    lines = [
+        (f"yellow: hull of {fault.evidence.hollow}, for {fault.detector}", FALSE_CONTACT),
+        (f"blue: real {fault.evidence.hollow}", REAL),
+        (f"white: {result.assembly.names[free]}", FREE),
+    ]
+    right, up = LEGEND_PLACE
+    return [
+        Mark(in_front(eye, place_on_screen(eye, right, up - LEGEND_SPACING * row)[None]), colour, DOT_POINTS, text)
+        for row, (text, colour) in enumerate(lines)
+    ]
+
+
 def detectors_with_solids(result: RunResult) -> list[str]:
     """Compared detectors with solids other than the meshes."""
     meshes = {id(body.mesh) for body in result.assembly.bodies}
@@ -214,15 +247,14 @@ def _log_cages(
     detector: Any = result.detectors[label]  # whose solids have one or more convex parts each
     names, edges_left = result.assembly.names, DRAWN_EDGES
     edges: dict[int, Any] = {}
-    corners: dict[int, Any] = {}
+    corners: dict[int, FloatArray] = {}
+    lids: dict[int, bool] = {}
     drawn_moments: dict[int, list[Time]] = {}
     for time, bodies in cages.items():
         for body in bodies:
             if body not in edges:
                 edges[body] = np.concatenate([sharp_edges(piece) for piece in detector.parts[names[body]]])
-                corners[body] = np.concatenate([piece.triangles for piece in detector.parts[names[body]]]).reshape(
-                    -1, 3
-                )
+                lids[body], corners[body] = _drawn_faces(detector.parts[names[body]], result.assembly.bodies[body].mesh)
             edges_left -= len(edges[body]) + len(corners[body]) // 3
             if edges_left >= 0:
                 drawn_moments.setdefault(body, []).append(time)
@@ -232,7 +264,18 @@ def _log_cages(
         writer.steps(path, steps, dict.fromkeys(times, edges[body]), _wires)
         writer.static(path, rr.LineStrips3D.from_fields(colors=[FALSE_CONTACT], radii=rr.Radius.ui_points(1.4)))
         writer.steps(f"{path}/faces", steps, dict.fromkeys(times, corners[body]), _faces)
-        writer.static(f"{path}/faces", rr.Mesh3D.from_fields(albedo_factor=(*FALSE_CONTACT[:3], SOLID_ALPHA)))
+        writer.static(
+            f"{path}/faces",
+            rr.Mesh3D.from_fields(albedo_factor=(*FALSE_CONTACT[:3], LID_ALPHA if lids[body] else SOLID_ALPHA)),
+        )
+
+
+def _drawn_faces(pieces: Sequence[TriangleMesh], mesh: TriangleMesh) -> tuple[bool, FloatArray]:
+    """Whether one solid closes a hollow of a mesh, and the corners (n, 3) of its lid; else those of every face."""
+    lid = spans_hollow(pieces[0], mesh) if len(pieces) == 1 else np.zeros(0, dtype=np.bool_)
+    if lid.any():
+        return True, pieces[0].triangles[lid].reshape(-1, 3)
+    return False, np.concatenate([piece.triangles for piece in pieces]).reshape(-1, 3)
 
 
 def _wires(edges: list[Any]) -> rr.ComponentColumnList:
@@ -296,13 +339,19 @@ class Mark:
 
 def text_beside(eye: Eye, about: FloatArray, text: str, colour: Rgba, right: float, up: float) -> list[Mark]:
     """Words and the line from them; ``right`` and ``up`` on the screen in distances of the eye from what it sees."""
-    axes = view_rotation(eye)
-    distance = float(np.linalg.norm(np.subtract(eye.position, eye.target)))
-    anchor = np.asarray(eye.target) + distance * (right * axes[:, 0] + up * axes[:, 1])
+    anchor = place_on_screen(eye, right, up)
     # Words hang below their place: a line from above begins below them.
-    start = anchor - distance * (TEXT_HEIGHT if up > 0 else 0.0) * axes[:, 1]
+    start = place_on_screen(eye, right, up - (TEXT_HEIGHT if up > 0 else 0.0))
     points = in_front(eye, np.stack([anchor, start, about]))
     return [Mark(points[:1], colour, DOT_POINTS, text), Mark(points[1:], colour, LEADER_POINTS)]
+
+
+def place_on_screen(eye: Eye, right: float, up: float) -> FloatArray:
+    """World metres of a place so far right and up on the screen, in distances of the eye from what it sees."""
+    axes = view_rotation(eye)
+    distance = float(np.linalg.norm(np.subtract(eye.position, eye.target)))
+    place: FloatArray = np.asarray(eye.target) + distance * (right * axes[:, 0] + up * axes[:, 1])
+    return place
 
 
 def in_front(eye: Eye, points: FloatArray) -> FloatArray:

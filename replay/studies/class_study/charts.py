@@ -12,12 +12,12 @@ from replay.studies.class_study.class_tables import ClassTables
 from replay.studies.class_study.refusals import LEAST_IN_CELL
 from replay.studies.class_study.regression import UNDECIDED, Finding
 from replay.studies.class_study.reliability import ACCEPTABLE_ALPHA
-from replay.studies.class_study.tables import condition_text, result_name
+from replay.studies.class_study.tables import condition_text, p_relation, result_name
 
 MOST_RESULTS: Final = 12
 """Rows of the chart of results by detector."""
 
-COLOURS: Final = "blue: associated, grey: may be chance"
+COLOURS: Final = "blue: associated, grey: may be chance, by p after Holm's correction, though a bar may leave out zero"
 """The key of every chart with results that were tested; other charts are drawn as ``UNTESTED``."""
 
 UNTESTED: Final = "untested"
@@ -71,7 +71,8 @@ def _sensitivity_chart(study: Study, kinds: tuple[str, ...], title: str, axis: s
 def _interval_row(finding: Finding) -> IntervalRow:
     """Return the row of a result without its name, to the digits printed."""
     undecided = f" {UNDECIDED}" if finding.conclusion.startswith(UNDECIDED) else ""
-    label = f"{finding.beta:+.2f}{undecided}, n = {finding.students}"
+    p = "" if finding.p_holm is None else f", p {p_relation(finding.p_holm)}"
+    label = f"{finding.beta:+.2f}{undecided}{p}, n = {finding.students}"
     value, lower, upper = (round(figure, 2) for figure in (finding.beta, finding.low, finding.high))
     return IntervalRow("", value, lower, upper, label, "right" if finding.associated else "reference")
 
@@ -97,10 +98,7 @@ def _contact_time_chart(tables: ClassTables, study: Study | None) -> Plot | None
 def _associations_chart(study: Study) -> Plot | None:
     """Standardised coefficients; grey: cannot be distinguished from chance."""
     rows = [replace(_interval_row(c), name=f"{result_name(c)}{condition_text(c)}") for c in study.coefficients]
-    caption = (
-        f"Associations with 95 % intervals; {COLOURS}. With one predictor a coefficient is the correlation. A grey bar "
-        "can leave out zero: colours follow p after Holm's correction, bars have none."
-    )
+    caption = f"Associations with 95 % intervals; {COLOURS}. With one predictor a coefficient is the correlation."
     if not rows:
         return None
     return interval_plot(rows, caption, "standardised coefficient", title="Associations", marks=(0.0,))

@@ -21,7 +21,15 @@ from replay.studies.class_study.power import (
 )
 from replay.studies.class_study.refusals import LEAST_IN_CELL, LEAST_STUDENTS, count_text
 from replay.studies.class_study.regression import LEVEL
-from replay.studies.class_study.tables import families_text, headlines, listed, source_sentence, undecided_text
+from replay.studies.class_study.tables import (
+    families_text,
+    headlines,
+    listed,
+    p_relation,
+    result_name,
+    source_sentence,
+    undecided_text,
+)
 from replay.words import plural
 
 MOST_SESSIONS: Final = 3
@@ -73,16 +81,17 @@ class AnswerRow:
 def class_answer(tables: ClassTables, addresses: Mapping[str, Place], study: Study | None) -> list[AnswerRow]:
     """Return the rows below the first sentence of a class; a row without text or links is left out."""
     result, *other_results = _results(study)
+    figures = [*_with_other_detectors(study), _names_of_detectors(tables), *other_results, tables.rate_difference()]
     why = reason(tables, study)
     times = _mean_times(tables)
     rows = [
         AnswerRow(
             "What",
             result,
-            " ".join(filter(None, [*other_results, tables.rate_difference()])),
+            " ".join(filter(None, figures)),
             details=" ".join(tables.headlines()),
         ),
-        _first_sessions(tables, addresses),
+        _first_sessions(tables, addresses, study),
         AnswerRow("Why", why.text, why.figures, details=why.details),
         AnswerRow("Do", *_first_and_rest(_actions(tables, study))),
         AnswerRow("Cost", *_first_and_rest(_costs(tables, study, times))),
@@ -107,7 +116,33 @@ def _results(study: Study | None) -> list[str]:
     return [*(f"{sentence}." for sentence in results[:MOST_RESULTS]), *more, *meaning]
 
 
-def _first_sessions(tables: ClassTables, addresses: Mapping[str, Place]) -> AnswerRow:
+def _with_other_detectors(study: Study | None) -> list[str]:
+    """Sentences on the results that are others with another detector, each with that figure; none: all stay."""
+    if study is None:
+        return []
+    figures: dict[tuple[str, bool], list[str]] = {}
+    for row in study.retested_results:
+        if row.changes and row.after is not None:
+            is_reversed = row.before.beta * row.after.beta < 0.0
+            with_figure = f"{row.detector} ({row.after.beta:+.2f})"
+            figures.setdefault((result_name(row.before), is_reversed), []).append(with_figure)
+    has_several = len({name for name, _ in figures}) > 1
+    sentences = []
+    for (name, is_reversed), texts in figures.items():
+        change = "the sign is reversed" if is_reversed else "the conclusion is another"
+        sentences.append(f"With {listed(texts)} {change}{f' ({name})' if has_several else ''}.")
+    return sentences
+
+
+def _names_of_detectors(tables: ClassTables) -> str:
+    """What each detector is: ``exact: every triangle, every frame; hull50: convex hulls at 50 Hz.``"""
+    titles = tables.runs.titles
+    labels = [label for label in (*tables.trusted_detectors, *tables.runs.audited_detectors) if label in titles]
+    names = "; ".join(f"{label}: {titles[label]}" for label in dict.fromkeys(labels))
+    return f"{names}." if names else ""
+
+
+def _first_sessions(tables: ClassTables, addresses: Mapping[str, Place], study: Study | None) -> AnswerRow:
     """The sessions in which most is missed, by name, each with its miss."""
     examples = []
     for name, example, _ in sessions_table(tables.runs, addresses).rows:
@@ -123,7 +158,12 @@ def _first_sessions(tables: ClassTables, addresses: Mapping[str, Place]) -> Answ
     common_text = ""
     if len(pairs) == 1:
         common_text = f"{'All are' if len(examples) > 1 else 'It is'} of the pair {pairs.pop()}. "
-    return AnswerRow("When", "Mistakes of detectors to open first:", f"{common_text}{FIRST_SESSIONS}", links)
+    text = "Mistakes of detectors to open first:"
+    if study is not None and study.changing_detectors:
+        text = f"Mistakes that change it, of {listed(study.changing_detectors)}, for example:"
+    elif study is not None and study.retested_results:
+        text = "No mistake of a detector changes a conclusion. Mistakes to open:"
+    return AnswerRow("When", text, f"{common_text}{FIRST_SESSIONS}", links)
 
 
 def _actions(tables: ClassTables, study: Study | None) -> list[str]:
@@ -299,7 +339,13 @@ def _certainty_of_associations(study: Study, least_size: float | None) -> str:
     if not study.tested:
         return f"Nothing is known of associations: none was tested in {students}."
     if not study.nothing_associated:
-        return f"Fairly sure of the associations: p is below {LEVEL:g} after correction for tests made together."
+        first = max((finding for finding in study.findings if finding.associated), key=lambda row: abs(row.beta))
+        tests, p = tests_together(study), 1.0 if first.p_holm is None else first.p_holm
+        corrected = f" after correction for {tests} tests" if tests > 1 else ""
+        return (
+            f"Fairly sure of the association in {students}: p {p_relation(p)}{corrected}, "
+            f"95 % interval {first.low:+.2f} to {first.high:+.2f}."
+        )
     if least_size is None:
         return f"Not shown: that there is no association. {students} are very few."
     limit = words.number(least_size, 2)

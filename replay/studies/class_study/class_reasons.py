@@ -52,6 +52,8 @@ def reason(tables: ClassTables, study: Study | None) -> ClassReason:
             subject = f"{first}, which counts here,"
         own = [cause for cause in causes if cause.startswith(f"{first} ")]
         rest = [cause for cause in causes if cause not in own]
+        if first in study.changing_detectors and own:
+            return ClassReason(own[0], " ".join([*own[1:], *sentences]), " ".join(rest))
         return ClassReason(f"{subject} {_mistakes_text(counts)}.", " ".join([*own, *sentences[1:]]), " ".join(rest))
     answers = [
         *filter(None, [_hidden_association(study), _no_change_sentence(study, known_mistakes, tables.runs.titles)])
@@ -121,7 +123,11 @@ def _mistakes_text(counts: Mistakes) -> str:
     """Return the mistakes of a detector by their kind, as the end of a sentence."""
     missed_text = f"missed {counts.missed} of {plural(counts.contacts, 'contact')}"
     late_text = f"was late or cut short in {counts.late_or_cut_short}"
-    return f"{missed_text}, {late_text} and reported {plural(counts.false_contacts, 'false contact')}"
+    false_text = f"reported {plural(counts.false_contacts, 'false contact')}"
+    if counts.prolonging:
+        which = "all" if counts.prolonging == counts.false_contacts else f"{counts.prolonging:,}"
+        false_text += f" ({which} only prolong a true contact)"
+    return f"{missed_text}, {late_text} and {false_text}"
 
 
 def _causes(tables: ClassTables) -> list[str]:

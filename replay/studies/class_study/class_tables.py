@@ -92,12 +92,16 @@ class _Row:
 
 @dataclass(frozen=True)
 class Mistakes:
-    """Contacts of the sessions that a detector saw, those that it got wrong, and its false contacts."""
+    """Contacts of the sessions that a detector saw, those that it got wrong, and its false contacts.
+
+    ``prolonging``: false contacts that begin or end at a true one, so that no contact more is counted.
+    """
 
     contacts: int
     missed: int
     late_or_cut_short: int
     false_contacts: int
+    prolonging: int = 0
 
     @property
     def wrong_contacts(self) -> int:
@@ -302,8 +306,11 @@ class ClassTables:
         wrong_contacts = {(row["place"], row["episode"]) for row in rows if self._has_owner[row["place"]]}
         never_reported = {(row["place"], row["episode"]) for row in rows if row["kind"] == FaultKind.NEVER_REPORTED}
         missed = len(wrong_contacts & never_reported)
-        false_contacts = sum(self.counts("false_contacts", "detector").get((label,), np.zeros(1)))
-        return Mistakes(int(present.sum()), missed, len(wrong_contacts) - missed, int(false_contacts))
+        false_counts = self.counts("false_contacts", "detector", "kind")
+        false_contacts = {kind: int(counts.sum()) for (own, kind), counts in false_counts.items() if own == label}
+        total = sum(false_contacts.values())
+        prolonging = total - false_contacts.get(FaultKind.NO_CONTACT, 0)
+        return Mistakes(int(present.sum()), missed, len(wrong_contacts) - missed, total, prolonging)
 
     def students_with(self, counts: FloatArray) -> int:
         """Number of students in whose sessions anything is counted."""

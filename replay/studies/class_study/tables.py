@@ -63,6 +63,12 @@ def p_text(p: float | None) -> str:
     return "none" if p is None else "< 0.001" if p < 0.001 else f"{p:.3f}"
 
 
+def p_relation(p: float) -> str:
+    """What follows *p* in a sentence: ``= 0.002``, ``< 0.001``."""
+    text = p_text(p)
+    return text if text.startswith("<") else f"= {text}"
+
+
 def headlines(study: Study) -> list[str]:
     """Headlines: the associations, most pronounced first, or a sentence that there are none."""
     lines = []
