@@ -14,12 +14,12 @@ from cdcore import Detection
 from cdcore.bounding.hull import hull_collider
 from cdcore.detectors.detector_table import settings_of
 from cdcore.mesh import TriangleMesh
-from cdcore.numerics import IntArray
+from cdcore.numerics import FloatArray, IntArray
 from replay.advice.collider_verdicts import ColliderVerdicts, sampled_at_rate
 from replay.advice.scoring import wrong_counts
 from replay.auditing.contact_counts import ContactCounts, count_contacts, count_reports
 from replay.auditing.episodes import column_runs
-from replay.auditing.outcome import Outcome
+from replay.auditing.outcome import Comparison, Episode, Outcome
 from replay.auditing.sampling_offsets import (
     OFFSET_SETTING,
     PHASES,
@@ -351,6 +351,7 @@ class _Measuring:
             offsets=1 if offsets is None else PHASES,
             mean=run.seconds_per_frame,
             p99=None if times is None else times.p99,
+            spans=_lane_spans(comparison, self._reference.contacts, frame_verdicts.times),
         )
         return _Measured(
             spec=spec,
@@ -382,6 +383,32 @@ class _Measuring:
     ) -> tuple[Errors, Errors]:
         """Errors of the detector as it is and of pieces with these counts, and their seconds a frame."""
         return errors_of_rank(self._rank, before), errors_of_row(counts, self._rank.contacts, after)
+
+
+MOST_SPANS: Final = 4000
+"""Spans of a Fix that are kept: a lane has no room for more."""
+
+
+def _lane_spans(
+    comparison: Comparison, contacts: Sequence[Episode], times: FloatArray
+) -> dict[str, tuple[tuple[float, float], ...]]:
+    """Seconds in which any pair is right, missed, late or cut short, or false; empty where there are very many."""
+    outcome, by_contact = comparison.outcome, comparison.by_contact
+    masks = {
+        "right": (outcome == Outcome.BOTH).any(axis=1),
+        "false": (outcome == Outcome.FALSE_CONTACT).any(axis=1),
+        **{kind: np.zeros(len(times), dtype=np.bool_) for kind in ("missed", "late")},
+    }
+    for contact in contacts:
+        frames = slice(contact.first, contact.last + 1)
+        column = by_contact[frames, contact.pair]
+        masks["late" if (column == Outcome.BOTH).any() else "missed"][frames] |= column == Outcome.MISSED
+    ends = np.append(times[1:], times[-1:])
+    spans = {
+        kind: tuple((float(times[first]), float(ends[last])) for _, first, last in column_runs([mask]))
+        for kind, mask in masks.items()
+    }
+    return spans if sum(map(len, spans.values())) <= MOST_SPANS else {}
 
 
 def _timed_frames(frames: int) -> IntArray:

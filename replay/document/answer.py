@@ -71,6 +71,7 @@ class FixFigures(Struct, frozen=True):
     offsets : sampling offsets that were counted; 1: there are none.
     mean : seconds a frame; ``None``: not timed.
     p99 : seconds in which 99 of 100 samples were decided; ``None``: not timed one by one.
+    spans : ``right``, ``missed``, ``late``, ``false`` -> seconds from start to end of each; empty: counted, not kept.
     """
 
     what: str
@@ -83,6 +84,7 @@ class FixFigures(Struct, frozen=True):
     offsets: int
     mean: float | None
     p99: float | None
+    spans: dict[str, tuple[tuple[float, float], ...]] = {}
 
 
 class Fix(Struct, frozen=True):

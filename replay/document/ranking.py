@@ -150,6 +150,15 @@ def ranks_with_fixes(ranks: Sequence[Rank], document: RunDocument) -> list[Rank]
     return ranks_and_fixes
 
 
+def fix_lane(ranks: Sequence[Rank], document: RunDocument) -> tuple[Rank, FixFigures] | None:
+    """Return the measured Fix with the spans of its lane; ``None``: there is no Fix, or its spans were not kept."""
+    fix = document.answers[0].fix if document.answers else None
+    if fix is None or fix.figures is None or not fix.figures.spans:
+        return None
+    row = next((row for row in ranks_with_fixes(ranks, document) if row not in ranks), None)
+    return None if row is None else (row, fix.figures)
+
+
 def count_range(counts: CountRange) -> Range:
     """Smallest and largest count over the sampling offsets; this run's where no other was sampled."""
     return counts.smallest, counts.largest

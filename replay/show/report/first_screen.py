@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from replay.document.depth import depth_text
-from replay.document.ranking import Rank, any_decided, ranks_with_fixes
+from replay.document.ranking import Rank, any_decided, fix_lane, ranks_with_fixes
 from replay.document.tables import Table, text_of
 from replay.show.accuracy import accuracy_plot, run_dots
 from replay.show.plots import SIZE, Plot
@@ -129,11 +129,15 @@ def _timeline(view: RunView, mark: float | None) -> Timeline:
             (view.oracle, " (reference)"),
             *((rank.label, f": {rank.what}") for rank in view.ranking[:-1]),
         ]
+    fix = fix_lane(view.ranking, view.document)
+    if fix is not None:
+        described_lanes.insert(2, (fix[0].label, f": {fix[0].what}"))
     start = float(view.document.window.start or 0.0)
     window = start, start + float(view.document.session.duration)
     lanes, kinds = [], set[str]()
     for label, what in described_lanes:
-        intervals_of_kind = {kind: intervals for kind, intervals in spans(view, label).items() if intervals}
+        every_kind = fix[1].spans if fix is not None and label == fix[0].label else spans(view, label)
+        intervals_of_kind = {kind: intervals for kind, intervals in every_kind.items() if intervals}
         kinds |= intervals_of_kind.keys()
         counts = ", ".join(f"{len(intervals)} {KIND_LABELS[kind]}" for kind, intervals in intervals_of_kind.items())
         lanes.append((label, what, lane(intervals_of_kind, window, f"{label}: {counts or 'no contact'}", mark)))
@@ -151,7 +155,9 @@ def _timeline(view: RunView, mark: float | None) -> Timeline:
 
 
 def _without_lane(view: RunView) -> str:
-    """Sentence on the measured Fix, of which a run keeps counts alone; ``""``: none was measured."""
+    """Sentence on the measured Fix where a run keeps counts alone; ``""``: it has a lane, or none was measured."""
+    if fix_lane(view.ranking, view.document) is not None:
+        return ""
     fixes = [rank.label for rank in ranks_with_fixes(view.ranking, view.document) if rank not in view.ranking]
     return "".join(f"{label} has no lane: its contacts were counted, not kept." for label in fixes)
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from cdcore.protocol import counts_as_contact
 from replay.auditing.outcome import Comparison, Outcome, counts_by_pair
+from replay.document.ranking import fix_lane
 from replay.document.run_result import RunResult
 from replay.show.palette import LATE_LOOK, OUTCOMES, REFERENCE, SERIES, VERDICTS, Rgba, fault_key
 from replay.show.rerun_log.recording_file import RecordingWriter, drawable, entity, pack_colours
@@ -114,9 +115,16 @@ def _mark_late(texts: NDArray[np.object_], first: int, last: int, frames: int = 
 
 
 def detector_lanes(result: RunResult, order: Sequence[str]) -> list[str]:
-    """Lanes of all pairs, of the reference and of the first detectors of this order, by the names of the report."""
-    lanes = [lane_name(f"{number}_{label}") for number, label in enumerate(order[: MOST_LANES - 1], 2)]
+    """Lanes of all pairs: the reference, the first detectors of this order, and the Fix below the first one."""
+    lanes = [lane_name(f"{number}_{label}") for number, label in enumerate(_labels_of_lanes(result, order), 2)]
     return [lane_name(f"1_{result.oracle}", "reference"), *lanes]
+
+
+def _labels_of_lanes(result: RunResult, order: Sequence[str]) -> list[str]:
+    """Labels of the lanes below that of the reference, as many as there is room for."""
+    fix = fix_lane(result.ranking, result.document)
+    labels = [*order[:1], *([] if fix is None else [fix[0].label]), *order[1:]]
+    return labels[: MOST_LANES - 1]
 
 
 def log_detector_lanes(writer: RecordingWriter, result: RunResult, order: Sequence[str], lanes: Sequence[str]) -> None:
@@ -125,20 +133,40 @@ def log_detector_lanes(writer: RecordingWriter, result: RunResult, order: Sequen
     is_touched = (counts_as_contact(verdict) & (outcomes != Outcome.GRASPED)).any(axis=1)
     labels = np.where(is_touched, "contact", "").astype(object)
     log_lane(writer, lanes[0], spans_of(writer, labels), [("contact", REFERENCE)], is_labelled=False)
-    for label, path in zip(order, lanes[1:], strict=False):
-        outcome = result.comparisons[label].outcome
-        labels = np.full(len(outcome), "", dtype=object)
-        for code in reversed(RANKED_OUTCOMES):
-            labels[(outcome == code).any(axis=1)] = OUTCOMES[code][0]
-        least_frames = round(NARROWEST * len(labels))
-        for miss in result.misses[label]:
-            if fault_key(miss.kind) == "late":
-                _mark_late(labels, miss.first, miss.last, least_frames)
-        for miss in result.misses[label]:
-            if fault_key(miss.kind) == "missed":
-                labels[miss.first : max(miss.last + 1, miss.first + least_frames)] = OUTCOMES[Outcome.MISSED][0]
-        styles = [*(OUTCOMES[code] for code in RANKED_OUTCOMES), LATE_LOOK]
+    styles = [*(OUTCOMES[code] for code in RANKED_OUTCOMES), LATE_LOOK]
+    for label, path in zip(_labels_of_lanes(result, order), lanes[1:], strict=True):
+        labels = _fix_labels(result) if label not in result.comparisons else _outcome_labels(result, label)
         log_lane(writer, path, spans_of(writer, labels), styles, is_labelled=False)
+
+
+def _fix_labels(result: RunResult) -> NDArray[np.object_]:
+    """The worst outcome of the Fix in each frame, as a word; ``""``: no contact."""
+    fix, times = fix_lane(result.ranking, result.document), result.assembly.motion.times
+    labels = np.full(len(times), "", dtype=object)
+    assert fix is not None, "a lane was made of it"
+    codes = {"right": Outcome.BOTH, "false": Outcome.FALSE_CONTACT, "late": None, "missed": Outcome.MISSED}
+    for kind, code in codes.items():
+        least_frames = round(NARROWEST * len(labels)) if kind in ("late", "missed") else 1
+        for start, end in fix[1].spans[kind]:
+            first, last = np.searchsorted(times, (start, end))
+            labels[first : max(last, first + least_frames)] = LATE_LOOK[0] if code is None else OUTCOMES[code][0]
+    return labels
+
+
+def _outcome_labels(result: RunResult, label: str) -> NDArray[np.object_]:
+    """The worst outcome of a detector in each frame, as a word; ``""``: no contact."""
+    outcome = result.comparisons[label].outcome
+    labels = np.full(len(outcome), "", dtype=object)
+    for code in reversed(RANKED_OUTCOMES):
+        labels[(outcome == code).any(axis=1)] = OUTCOMES[code][0]
+    least_frames = round(NARROWEST * len(labels))
+    for miss in result.misses[label]:
+        if fault_key(miss.kind) == "late":
+            _mark_late(labels, miss.first, miss.last, least_frames)
+    for miss in result.misses[label]:
+        if fault_key(miss.kind) == "missed":
+            labels[miss.first : max(miss.last + 1, miss.first + least_frames)] = OUTCOMES[Outcome.MISSED][0]
+    return labels
 
 
 def spans_of(writer: RecordingWriter, labels: NDArray[np.object_]) -> list[LabelledSpan]:

@@ -103,11 +103,16 @@ def partition_rows(columns: rr.ComponentColumnList, counts: ArrayLike) -> rr.Com
 
 
 class RecordingWriter:
-    """A Rerun stream and the clock of its rows. Every error raises; Rerun alone would only log it."""
+    """A Rerun stream and the clock of its rows. Every error raises; Rerun alone would only log it.
 
-    def __init__(self, stream: rr.RecordingStream, clock: RecordingClock) -> None:
+    A viewer opens a recording at its first row, and a layout cannot move the cursor: so what is shown at ``opening``,
+    nanoseconds on the session timeline, is sent once more just before the session begins; ``None``: nothing is.
+    """
+
+    def __init__(self, stream: rr.RecordingStream, clock: RecordingClock, opening: int | None = None) -> None:
         self.stream = stream
         self.clock = clock
+        self._opening = opening
 
     def name(self, text: str) -> None:
         """Sets the name of the recording in the viewer."""
@@ -149,8 +154,13 @@ class RecordingWriter:
         rows = columns if counts is None else partition_rows(columns, counts)
         for column in rows:
             column.component_batch = drawable_texts(column.component_batch)
-        time = rr.TimeColumn(SESSION, duration=ns.astype("timedelta64[ns]"))
-        self.stream.send_columns(path, [time], rows, strict=True)
+        if self._opening is not None and not any(column.descriptor.archetype in KINDS_OVER_TIME for column in rows):
+            shown = np.flatnonzero(ns <= self._opening)
+            if len(shown):
+                row = int(shown[np.argmax(ns[shown])])
+                opening = [_single_row(column, row) for column in rows]
+                self.stream.send_columns(path, [_time_column(self.clock.ns[:1] - 1)], opening, strict=True)
+        self.stream.send_columns(path, [_time_column(ns)], rows, strict=True)
 
     def log_lines(self, path: str, ns: NDArray[np.int64], lines: Sequence[tuple[str, str, Rgba]]) -> None:
         """Send lines of a list, each with its level and colour: a click on the time of one moves the cursor there."""
@@ -186,6 +196,20 @@ class RecordingWriter:
         """Send what stands from each step on: ``things`` of what is shown then."""
         rows = [things.get(key, ()) for *_, key in steps]
         self.rows(path, times_of(steps), columns([thing for row in rows for thing in row]), [*map(len, rows)])
+
+
+KINDS_OVER_TIME: Final = frozenset(f"rerun.archetypes.{name}" for name in ("Scalars", "StateChange", "TextLog"))
+"""What a view shows of the whole session at once, wherever the cursor is."""
+
+
+def _time_column(ns: NDArray[np.int64]) -> rr.TimeColumn:
+    return rr.TimeColumn(SESSION, duration=ns.astype("timedelta64[ns]"))
+
+
+def _single_row(column: rr.ComponentColumn, row: int) -> rr.ComponentColumn:
+    """One row of a column, as a column of its own."""
+    values = column.as_arrow_array()[row].values
+    return rr.ComponentColumn(column.descriptor, rr.AnyBatchValue(column.descriptor, values), lengths=[len(values)])
 
 
 Steps = Sequence[tuple[int, int, Any]]

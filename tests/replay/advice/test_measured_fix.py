@@ -13,6 +13,7 @@ from support.small_worlds import STEP_NS, cube
 from cdcore import TriangleMesh
 from replay.advice import measured_fix
 from replay.advice.measured_fix import measured_fixes
+from replay.auditing.outcome import Outcome
 from replay.cli.main import main
 from replay.cutting import methods, piece_store
 from replay.cutting.piece_store import Cut
@@ -69,6 +70,10 @@ def test_repeated_measured_fix_gives_its_figures(subject):
     same = ("missed", "late_or_cut_short", "time_missed", "missed_counts", "late_counts", "false", "loss", "phases")
     assert [getattr(row, name) for name in same] == [getattr(ranks["it"], name) for name in same]
     assert ranks["it"].loss < ranks["subject"].loss
+    times, outcome = again.assembly.motion.times, again.comparisons["it"].outcome
+    for kind, code in (("right", Outcome.BOTH), ("false", Outcome.FALSE_CONTACT)):
+        lane = [any(start <= time < end for start, end in fix.figures.spans[kind]) for time in times]
+        assert np.array_equal(lane[:-1], (outcome == code).any(axis=1)[:-1])
     assert first.document.answers[0].fix.setting == fix.setting
 
 

@@ -10,11 +10,11 @@ from replay.auditing.fault import Fault, FaultKind
 from replay.auditing.outcome import Outcome
 from replay.engine import compute
 from replay.show.camera import CLOSE_UP, points_in_world
-from replay.show.drawn_mesh import face_normals
+from replay.show.drawn_mesh import face_normals, spans_hollow
 from replay.show.palette import FREE, LATE, MISSED, TRUE_CONTACT, WITHIN_TOLERANCE, albedo, see_through, tags_of
 from replay.show.rerun_log import scene
 from replay.show.rerun_log.close_up import LARGEST_BALL_M, close_up_eyes, detectors_with_solids, sharp_edges
-from replay.show.rerun_log.moments import FALSE, LISTS, MISS, key_moments, read_bookmarks
+from replay.show.rerun_log.moments import FALSE, LISTS, MISS, key_moments, leading_moment, read_bookmarks
 from replay.show.rerun_log.recording_file import RecordingClock, pack_colours
 from replay.show.rerun_log.scene import FACE_OFFSET_M, LARGE_FACE, drawn_contacts, face_areas
 from replay.words import length
@@ -146,7 +146,7 @@ def missed_faces(run, read):
 
 
 def hulls_around_bodies(run, read):
-    """Edges and faces of the hull that a body lies in, while a false contact lasts."""
+    """Edges and lid of the hull that a body lies in, all its faces where it has none, while a false contact lasts."""
     names, count = run.assembly.names, len(run.assembly.motion)
     for label in detectors_with_solids(run):
         lasts = {}
@@ -155,11 +155,13 @@ def hulls_around_bodies(run, read):
         for hollow, frames in lasts.items():
             hull = run.detectors[label].colliders[names.index(hollow)].mesh
             edges = sharp_edges(hull)
+            lid = spans_hollow(hull, run.assembly.bodies[names.index(hollow)].mesh)
+            drawn_faces = hull.triangles[lid] if lid.any() else hull.triangles
             for k in range(count):
                 recorded = read.at(f"world/{hollow}/solid_of_{label}", "LineStrips3D:strips", k)
                 yield np.reshape(recorded, (-1, 2, 3)), edges if frames[k] else edges[:0]
                 faces = read.at(f"world/{hollow}/solid_of_{label}/faces", "Mesh3D:vertex_positions", k)
-                yield np.reshape(faces, (-1, 3, 3)), hull.triangles if frames[k] else hull.triangles[:0]
+                yield np.reshape(faces, (-1, 3, 3)), drawn_faces if frames[k] else drawn_faces[:0]
 
 
 def body_colours(run, read):
@@ -205,6 +207,15 @@ def test_scene_at_a_cursor_matches_the_result_at_that_time(check, run_name, runs
     for recorded, expected in compared:
         assert np.shape(recorded) == np.shape(expected)
         assert np.allclose(recorded, expected, rtol=0.0, atol=1e-6)
+
+
+def test_a_recording_opens_on_the_moment_of_its_answer(runs, drawn):
+    run, read = runs["hulls"], drawn(runs["hulls"])
+    moment = nanoseconds(run, *leading_moment(run, key_moments(run)))
+    before_the_session = nanoseconds(run, 0, 0) - 1
+    for name in run.assembly.names:
+        poses = [read.at_ns(f"world/{name}", "Transform3D:translation", at) for at in (before_the_session, moment)]
+        assert np.array_equal(*poses)
 
 
 def test_beyond_the_budget_frames_are_strided_but_moments_stay(demo, monkeypatch):

@@ -99,11 +99,13 @@ def test_changing_detectors_are_named_as_such(runs, study, tmp_path):
     rows = rows_of(runs, replace(study, sensitivity=tuple(changed)), tmp_path)
     detector = changed[1].detector
     counts = ClassTables(runs).mistakes(detector)
-    assert rows["Why"].text == (
-        f"{detector} leads to another conclusion: it missed {counts.missed} of {counts.contacts} contacts, was late or "
-        f"cut short in {counts.late_or_cut_short} and reported {counts.false_contacts} false contacts."
-    )
-    assert rows["Why"].figures.startswith(f"{detector} is wrong")
+    assert rows["Why"].text.startswith(f"{detector} is wrong because ")
+    assert (
+        f"{detector} missed {counts.missed} of {counts.contacts} contacts, was late or cut short in "
+        f"{counts.late_or_cut_short} and reported {counts.false_contacts} false contacts"
+    ) in rows["Why"].figures
+    assert f"With {detector} (+0.70) the " in rows["What"].figures
+    assert rows["When"].text == f"Mistakes that change it, of {detector}, for example:"
     assert changed[0].detector in rows["Or"].text and detector not in rows["Or"].text
     every = replace(study, sensitivity=tuple(replace(row, after=associated(row.after)) for row in study.sensitivity))
     assert rows_of(runs, every, tmp_path)["Or"].text.startswith("None: every other detector")
@@ -249,7 +251,9 @@ def test_certainty_is_of_the_detector_and_of_the_associations(runs, study, tmp_p
     assert few.endswith("Not shown: that there is no association. 19 students are very few.")
     first, *others = study.coefficients
     some = rows_of(runs, replace(study, coefficients=(associated(first), *others)), tmp_path)["Sure"].text
-    assert some.endswith("Fairly sure of the associations: p is below 0.05 after correction for tests made together.")
+    assert some.endswith(
+        f"Fairly sure of the association in {STUDENTS} students: p = 0.001, 95 % interval +0.40 to +0.90."
+    )
     without = rows_of(runs, None, tmp_path)
     assert without["Sure"].text == f"Nothing is known of conclusions: none was tested in {STUDENTS} students."
     assert "--questionnaire" in without["Do"].figures

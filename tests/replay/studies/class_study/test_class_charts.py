@@ -44,14 +44,14 @@ def test_detectors_with_equal_figures_share_a_row():
     rows = [Sensitivity(label, 0.9, finding(), finding()) for label in ("hull50", "paper")]
     start = "grasps with motivation, others held constant"
     _, same, _ = class_charts(class_of(LEAST_IN_CELL), study_of(*rows))
-    assert [dot.name for dot in same.dots] == [f"{start}: the same with 3 detectors: +0.20, n = 40"]
+    assert [dot.name for dot in same.dots] == [f"{start}: the same with 3 detectors: +0.20, p = 0.500, n = 40"]
     rows.append(Sensitivity("mesh50", 0.9, finding(), finding(0.7, p=0.01)))
     associations, by_detector, _ = class_charts(class_of(LEAST_IN_CELL), study_of(*rows))
     assert [(dot.name, dot.kind) for dot in by_detector.dots] == [
-        (f"{start}: exact, hull50, paper: +0.20, n = 40", "reference"),
-        ("mesh50: +0.70, n = 40", "right"),
+        (f"{start}: exact, hull50, paper: +0.20, p = 0.500, n = 40", "reference"),
+        ("mesh50: +0.70, p = 0.010, n = 40", "right"),
     ]
-    assert [dot.name for dot in associations.dots] == [f"{start}: +0.20, n = 40"]
+    assert [dot.name for dot in associations.dots] == [f"{start}: +0.20, p = 0.500, n = 40"]
 
 
 def test_charts_by_detector_stand_first_where_one_changes_a_conclusion():
@@ -67,7 +67,7 @@ def test_undecided_result_is_labelled_so():
     study = study_of()
     study.coefficients = (Finding(**vars(undecided) | {"p_holm": 0.1}),)
     associations, *_ = class_charts(class_of(LEAST_IN_CELL), study)
-    assert [dot.name for dot in associations.dots] == ["grasps with motivation: +0.20 undecided, n = 40"]
+    assert [dot.name for dot in associations.dots] == ["grasps with motivation: +0.20 undecided, p = 0.100, n = 40"]
 
 
 def test_coefficients_and_differences_of_means_have_axes_of_their_own():
