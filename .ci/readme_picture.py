@@ -35,7 +35,8 @@ svg text { font-family: Inter, "DejaVu Sans", sans-serif; fill: #b9c4d2; font-si
 svg .big { font-size: 84px; font-weight: 800; fill: #fff } svg .false { fill: #ffd02e } svg .strong { fill: #fff }
 svg .bold { font-weight: 700 }
 svg .still text { font-size: 23px; font-weight: 700; fill: #fff } svg .still .c2 { display: none }
-svg .still .c.yellow { fill: #ffd02e } .still path, .still circle { fill: none; stroke: #fff }
+svg .still .c.yellow { fill: #ffd02e } svg .still .c.blue { fill: #9cc9f5 }
+.still path, .still circle { fill: none; stroke: #fff }
 .still .lead { stroke-opacity: .7; stroke-width: 1.2 } .still .lead.yellow { stroke: #ffd02e }
 .still .halo { stroke: #0c121a; stroke-opacity: .7; stroke-width: 5 } .still .arrow { stroke-width: 2.2 }
 """

@@ -41,6 +41,7 @@ NAME_SPACING: Final = 44.0
 WHITE: Final[Colour] = (0.95, 0.96, 0.97)
 GLASS: Final[Colour] = (0.45, 0.70, 0.95)
 GLASS_ALPHA: Final = 0.13
+GLASS_IN_SOLID_ALPHA: Final = 0.26
 REAL_EDGE: Final[Colour] = (0.61, 0.79, 0.96)
 """Of the outline of a body inside a solid that stands for it."""
 DARK_RGB: Final = np.array([18, 26, 37]) / 255
@@ -61,7 +62,8 @@ SHARP_DEG: Final = 30.0
 MANY_ROWS: Final = 400
 """In a picture of fewer rows lines are thinner."""
 
-WALL_ALPHA, LID_ALPHA = 0.24, 0.42
+WALL_ALPHA, LID_ALPHA, WALL_UNDER_LID_ALPHA = 0.24, 0.55, 0.05
+"""Of the faces of a solid, of those that close a hollow, and of the others beside such a lid: there is the glass."""
 
 
 @dataclass(frozen=True)
@@ -255,7 +257,7 @@ def _shapes_and_lines(sight: Sight, view: View) -> tuple[list[Shape], list[Shape
         if placed is sight.white:
             opaque.append(Shape(other_triangles, WHITE))
         else:
-            glass.append(Shape(other_triangles, GLASS, GLASS_ALPHA))
+            glass.append(Shape(other_triangles, GLASS, GLASS_IN_SOLID_ALPHA if placed.solid else GLASS_ALPHA))
         opaque.append(Shape(corners[painted_faces], unit_colour(fault_colour(sight.kind))))
         if placed.solid is not None:
             walls, edges = _cage(placed.solid, placed.mesh, placed.pose, view, unit_colour(FALSE_CONTACT))
@@ -275,7 +277,8 @@ def _cage(
     edges, faces = edges_of(solid)
     edges = place_points(edges, *pose)
     is_front = (normals * (view.position - corners.mean(axis=1))).sum(axis=1) > 0
-    walls = Shape(corners, colour, np.where(spans_hollow(solid, mesh), LID_ALPHA, WALL_ALPHA))
+    lid = spans_hollow(solid, mesh)
+    walls = Shape(corners, colour, np.where(lid, LID_ALPHA, WALL_UNDER_LID_ALPHA if lid.any() else WALL_ALPHA))
     outline = is_front[faces[:, 0]] != is_front[faces[:, 1]]
     is_sharp = bend_cosines(normals, faces) < np.cos(np.radians(SHARP_DEG))
     is_visible = is_front[faces].any(axis=1)
@@ -353,7 +356,7 @@ def _picture_labels(sight: Sight, label: str, view: View, white: BoolArray, midd
     points = points[(points.min(axis=1) > 0) & (points[:, 1] < FIRST[1]) & (points[:, 0] < FIRST[0] - LABELS_WIDTH)]
     glass_label = (sight.glass.name, verb, "blue")
     if sight.glass.solid:
-        glass_label = ("solid collider", f"{label}: contact", "yellow")
+        glass_label = ("collider", f"{label}: contact", "yellow")
         surface = view.pixels(place_points(sight.glass.mesh.vertices, *sight.glass.pose))[:, :2] / factor
         x, y = surface[np.argmax(surface.sum(axis=1))].tolist()
         labels.append(((x, y), sight.glass.name, "the real surface", "blue"))

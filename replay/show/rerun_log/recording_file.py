@@ -155,9 +155,9 @@ class RecordingWriter:
         for column in rows:
             column.component_batch = drawable_texts(column.component_batch)
         if self._opening is not None and not any(column.descriptor.archetype in KINDS_OVER_TIME for column in rows):
-            shown = np.flatnonzero(ns <= self._opening)
-            if len(shown):
-                row = int(shown[np.argmax(ns[shown])])
+            earlier_rows = np.flatnonzero(ns <= self._opening)
+            if len(earlier_rows):
+                row = int(earlier_rows[np.argmax(ns[earlier_rows])])
                 opening = [_single_row(column, row) for column in rows]
                 self.stream.send_columns(path, [_time_column(self.clock.ns[:1] - 1)], opening, strict=True)
         self.stream.send_columns(path, [_time_column(ns)], rows, strict=True)
