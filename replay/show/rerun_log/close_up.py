@@ -247,7 +247,7 @@ def _log_cages(
     detector: Any = result.detectors[label]  # whose solids have one or more convex parts each
     names, edges_left = result.assembly.names, DRAWN_EDGES
     edges: dict[int, Any] = {}
-    corners: dict[int, FloatArray] = {}
+    corners: dict[int, Any] = {}
     lids: dict[int, bool] = {}
     drawn_moments: dict[int, list[Time]] = {}
     for time, bodies in cages.items():
