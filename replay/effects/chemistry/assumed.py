@@ -18,6 +18,9 @@ from replay.words import quantity
 LEAST_MOL: Final = 1e-9
 """Of a reaction: less is none."""
 
+LEAST_CHLORINE_MOLAR: Final = 1e-4
+"""Of dissolved chlorine, mol/L, from which its acid is told."""
+
 HOT_C: Final = 45.0
 LEAST_DISSOLVED: Final = 0.05
 """A constant with an enthalpy alone is taken without a word up to 20 K from its 25 degC, and where less of its solid
@@ -44,6 +47,7 @@ def assumption_events(matter: Matter) -> Iterator[EffectEvent]:
             yield EffectEvent(min(begins), "assumed", (), None, {"formula": solid}, text)
     yield from _early_stops(matter)
     yield from _hot_solids(matter)
+    yield from _chlorine(matter)
     for vessel, history in matter.histories.items():
         litres = np.where(history.volume_ml > 0.0, history.volume_ml * 1e-3, np.inf)
         # Iodide takes up one iodine each, as triiodide.
@@ -60,6 +64,23 @@ def assumption_events(matter: Matter) -> Iterator[EffectEvent]:
                 )
                 time = float(history.times[moments[0]])
                 yield EffectEvent(time, "beyond", (vessel,), None, {"formula": formula}, text, "warning")
+
+
+def _chlorine(matter: Matter) -> Iterator[EffectEvent]:
+    """Event of chlorine water whose pH is given without the acid that chlorine makes of water."""
+    reagents = [set(reaction.equation.reagents) for reaction in matter.recipe.reactions]
+    if matter.solver is None or any("Cl2" in formulas and formulas & {WATER, "OH-"} for formulas in reagents):
+        return
+    for vessel, history in matter.histories.items():
+        litres = np.where(history.volume_ml > 0.0, history.volume_ml * 1e-3, np.inf)
+        moments = np.flatnonzero(matter.amount(vessel, "Cl2") / litres > LEAST_CHLORINE_MOLAR)
+        if len(moments):
+            text = (
+                f"chlorine in {vessel} is counted as Cl2 alone, but some of it makes acid of water: for its pH add "
+                '[[effect]] with kind = "reaction", equation = "Cl2 + H2O -> HCl + HClO"'
+            )
+            values: dict[str, float | str] = {"formula": "Cl2"}
+            yield EffectEvent(float(history.times[moments[0]]), "assumed", (vessel,), None, values, text, "warning")
 
 
 def _hot_solids(matter: Matter) -> Iterator[EffectEvent]:

@@ -9,10 +9,12 @@ import numpy as np
 
 from replay import words
 from replay.effects.chemistry.components import (
+    ACIDS,
     INERT,
     METALS,
     PROTON,
     WATER,
+    component_of,
     components_of,
     dissolved_components,
     dry_components,
@@ -199,7 +201,8 @@ def _check_basic_salts(reaction: Reaction, recipe: Recipe) -> None:
     for formula in reaction.equation.products:
         components, solutes = components_of(formula), solute_components(formula)
         known = formula + SOLID in {phase.column for phase in mixture.phases} or mixture.row_of(formula) is not None
-        if charge_of(formula) or components is None or known or len(solutes) < 2:
+        # A borate or silicate takes protons from its acid, and is no basic salt.
+        if charge_of(formula) or components is None or known or len(solutes) < 2 or ACIDS & set(solutes):
             continue
         if components.get(PROTON, 0) >= 0 or not METALS & set(solutes) or set(solutes) <= METALS:
             continue
@@ -298,7 +301,8 @@ def _check_known(tables: Tables, recipe: Recipe) -> None:
                 )
     for reaction in recipe.reactions:
         for formula in reaction.equation.products:
-            is_salt = bool(charge_of(formula)) or any(atoms(metal).keys() & atoms(formula).keys() for metal in METALS)
+            metal_atoms = {atom for metal in METALS for atom in component_of(metal).heavy_atoms}
+            is_salt = bool(charge_of(formula)) or bool(metal_atoms & atoms(formula).keys())
             if is_salt and not is_known(formula) and reaction.phases.get(formula) not in ("s", "g"):
                 raise reaction.declared.fail(
                     f"equation: PHREEQC's data do not know {formula!r}, which may change the pH; mark what falls out "

@@ -92,3 +92,18 @@ def test_aluminium_that_ammonia_dissolves_is_told(base, is_told):
     reaction = ("reaction", {"equation": "Al3+ + 3 OH- -> Al(OH)3"})
     output = compute(world({"flask": still(2)}, (body,), MIX, reaction)).effects["reaction"].output
     assert len(output.events_named("fresh")) == is_told
+
+
+@pytest.mark.parametrize(
+    ("equation", "solutes", "name"),
+    [
+        ("H+ + OH- -> H2O", {"Cl2": 0.02}, "assumed"),
+        ("H4SiO4 + 2 NaOH -> Na2SiO3 + 3 H2O", {"H4SiO4": 0.001, "NaOH": 0.1}, None),
+        ("3 C2H5OH + 2 CrO4^2- + 10 H+ -> 3 C2H4O + 2 Cr3+ + 8 H2O", {"C2H5OH": 0.1, "K2CrO4": 0.01, "HCl": 0.5}, None),
+    ],
+)
+def test_chlorine_is_told_and_known_products_are_not_refused(equation, solutes, name):
+    body = glass("flask", 50.0, solutes=solutes)
+    session = world({"flask": still(2)}, (body,), MIX, ("reaction", {"equation": equation}))
+    events = compute(session).effects["reaction"].output.events_named("assumed")
+    assert bool(events) == (name is not None)
