@@ -70,7 +70,7 @@ def compile_for_tests(done):
     """Compiles kernels before tests need them; makes the file ``done`` when the common ones are compiled."""
     from support.shapes import lab
 
-    from cdcore import DETECTORS, create_detector, detect_live
+    from cdcore import DETECTORS, create_detector, detect_live, triangles_intersect
     from cdcore.detectors.compile_beside import compile_kernels
 
     try:
@@ -83,6 +83,7 @@ def compile_for_tests(done):
                 detect_live(detector, motion)
             if name == COMMON[-1]:
                 Path(done).touch()
+                triangles_intersect(bodies[0].mesh.triangles[None, :2])
     except BaseException:
         shutil.rmtree(Path(done).parent)  # whoever waits for the file goes on and compiles itself
         raise

@@ -61,7 +61,7 @@ stamps = st.integers(0, 2**62) | st.integers(0, 300 * SECOND) | st.just(0)
 @st.composite
 def any_frames(draw):
     """Any layout: bodies missing, lost, held, NaN and zeros anywhere, stamps in any order, devices before zero."""
-    names = tuple(draw(st.lists(st.text(min_size=0, max_size=6), max_size=4, unique=True)))
+    names = tuple(draw(st.lists(st.text('a"\\\n\0ä\u202e杯🙂', max_size=6), max_size=4, unique=True)))
     count = draw(st.integers(0, 6))
     shape = (count, len(names))
     status = draw(hnp.arrays(np.uint8, shape, elements=st.integers(0, 4)))

@@ -13,7 +13,7 @@ from sessions import MeshData, Session
 
 WALL = [(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)]
 ROD = [(0, 0), (0.003, 0), (0.003, 0.2), (0, 0.2)]
-FRAMES = 60
+FRAMES = 45
 
 
 def stirred_beakers():

@@ -1,5 +1,7 @@
 """A body of any form in convex pieces by planes: they cover it, and their hulls add next to nothing."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from support.shapes import box_mesh, revolved_mesh, shift_mesh, without_faces
@@ -25,8 +27,14 @@ U_SHAPE = united(
 CUP = revolved_mesh([(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)], 16)
 
 
+@cache
+def ladders():
+    """The ladder of each body, cut once."""
+    return {mesh.content_hash: plane_ladder(mesh) for mesh in (U_SHAPE, CUP)}
+
+
 def pieces_of(mesh, most):
-    return [hull_of(corners) for corners in plane_ladder(mesh).pieces(most)]
+    return [hull_of(corners) for corners in ladders()[mesh.content_hash].pieces(most)]
 
 
 @pytest.mark.parametrize("most", [3, MOST_REGIONS])

@@ -11,6 +11,7 @@ from replay.studies.synthetic_sessions import synthetic_session
 ASK = {"titration", "silver-chloride", "carbonate-titration", "marble", "ammonia-calorimetry"}
 """Made-up experiments with a reaction without a rate, a precipitation or an indicator."""
 
+QUICK = {"titration", "silver-chloride"}
 SENTENCE = "the chemistry of this scene needs PHREEQC; install it: pip install 'vrlab-replay[chemistry]'"
 
 WITHOUT_CHEMISTRY = {
@@ -36,7 +37,15 @@ def test_a_scene_with_an_equilibrium_imports_phreeqc():
     assert "phreeqc" in proofs.modules_after(code)
 
 
-@pytest.mark.parametrize("name", [*sorted(ASK), "acid-dilution", "gas-collection"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "titration",
+        "silver-chloride",
+        "acid-dilution",
+        *(pytest.param(name, marks=pytest.mark.slow) for name in sorted({*ASK, "gas-collection"} - QUICK)),
+    ],
+)
 def test_without_the_extra_a_scene_gets_a_sentence(name, monkeypatch):
     scene = synthetic_session(name)[0].scene
     monkeypatch.setattr(database.importlib.util, "find_spec", lambda _: None)

@@ -37,11 +37,11 @@ def session():
     meshes = {"beaker": as_data(revolved_mesh(WALL, 24)), "rod": as_data(revolved_mesh(ROD, 8)), "cube*": cube(0.02)}
     axis = int(np.argmax(np.ptp(meshes["beaker"].vertices, axis=0)))
     side = (axis + 1) % 3
-    count = 60
+    count = 45
     positions = {name: np.zeros((count, 3)) for name in meshes}
     positions["rod"][:, axis] = 0.05
     positions["rod"][:, side] = np.where(np.arange(count) % 15 < 3, 0.031, 0.001 * (np.arange(count) % 15))
-    positions["cube*"][:, side] = np.where(np.arange(count) > 50, 0.044, 0.3)
+    positions["cube*"][:, side] = np.where(np.arange(count) > 36, 0.044, 0.3)
     still = np.tile([0.0, 0.0, 0.0, 1.0], (count, 1))
     poses = {name: (position, still) for name, position in positions.items()}
     return Session.from_arrays(np.arange(count) * STEP_NS, poses, meshes)

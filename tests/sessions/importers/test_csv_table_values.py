@@ -32,7 +32,7 @@ def test_flags_survive_arrow(flags):
     assert bool_values(pa.chunked_array([array])).tolist() == flags
 
 
-@given(st.lists(st.text(max_size=5), max_size=10))
+@given(st.lists(st.text('a"\\\n\0ä\u202e杯🙂', max_size=5), max_size=10))
 def test_texts_survive_arrow(texts):
     assert text_array(texts).to_pylist() == texts
     assert [text_scalar(text).as_py() for text in texts] == texts

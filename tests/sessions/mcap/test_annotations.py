@@ -7,7 +7,7 @@ from sessions.mcap import annotations as a
 from sessions.mcap.schemas import message_class
 from sessions.model.event import Interval
 
-text, times = st.text(max_size=5), st.integers(0, 2**62)
+text, times = st.text('a"\\\n\0ä\u202e杯🙂', max_size=5), st.integers(0, 2**62)
 
 
 @given(st.lists(st.tuples(times, times, text, text, st.dictionaries(text, text, max_size=2)), max_size=4))

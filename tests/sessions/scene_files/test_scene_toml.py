@@ -103,17 +103,23 @@ def test_every_problem_of_a_scene_is_listed():
 
 
 numbers = st.floats(-1e6, 1e6)
-names = st.text(min_size=1, max_size=8)
+# A few characters of each kind: a table of all of Unicode takes a second to make.
+CHARACTERS = "aB9 _-.,:;/\\\"'[]{}=#\n\t\0\x1b\x7fä\u202e杯🙂"
+names = st.text(CHARACTERS, min_size=1, max_size=8)
 poses = st.builds(Pose, st.tuples(numbers, numbers, numbers))
 extras = {"mass": st.floats(1e-3, 10), "properties": st.dictionaries(names, names)}
 bodies = st.builds(
-    SceneBody, id=names, mesh=st.just("") | names, scale=st.floats(1e-6, 1e6), group=st.text(max_size=5),
+    SceneBody, id=names, mesh=st.just("") | names, scale=st.floats(1e-6, 1e6), group=st.text(CHARACTERS, max_size=5),
     offset=poses, fixed=st.none() | poses, tags=st.lists(names, max_size=2).map(tuple), proxy=st.booleans(),
     extra=st.fixed_dictionaries({}, optional=extras),
 )  # fmt: skip
 
 
-@given(st.text(max_size=8), st.lists(bodies, max_size=4, unique_by=lambda body: body.id), st.none() | st.just(()))
+@given(
+    st.text(CHARACTERS, max_size=8),
+    st.lists(bodies, max_size=4, unique_by=lambda body: body.id),
+    st.none() | st.just(()),
+)
 def test_a_scene_written_as_toml_reads_back_the_same(name, declared, effects):
     scene = Scene(name=name, bodies=tuple(declared), effects=effects)
     back = parse_scene(scene_to_toml(scene))
@@ -121,7 +127,7 @@ def test_a_scene_written_as_toml_reads_back_the_same(name, declared, effects):
     assert scene_to_toml(back) == scene_to_toml(scene)
 
 
-@given(st.text(max_size=200) | st.lists(st.sampled_from(BENCH.splitlines()), max_size=30).map("\n".join))
+@given(st.text(CHARACTERS, max_size=200) | st.lists(st.sampled_from(BENCH.splitlines()), max_size=30).map("\n".join))
 def test_any_text_ends_in_scene_or_named_error(text):
     try:
         parse_scene(text)

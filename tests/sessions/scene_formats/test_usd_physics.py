@@ -268,8 +268,7 @@ def test_instances_and_referenced_layers_are_bodies_of_their_own(tmp_path):
     assert scene.notes == ("names that are there more than once: 'left/cup' for 'cup', 'right/cup' for 'cup'",)
 
 
-@pytest.mark.parametrize("up", ["Y", "Z"])
-@pytest.mark.parametrize("ending", ["usda", "usdc", "usd"])
+@pytest.mark.parametrize(("up", "ending"), [("Y", "usda"), ("Z", "usdc"), ("Z", "usd")])
 def test_time_samples_become_poses(tmp_path, up, ending):
     path = tmp_path / f"motion.{ending}"
     stage = new_stage(path, up=up)
