@@ -186,8 +186,10 @@ class _Sweep:
     def _count_faults(self, setting: Setting, batch: Sequence[_Trial]) -> _Trial | None:
         """Make a setting, warm it up, let it answer and count; ``None``: it cannot be timed too within the limit."""
         left = self._deadline.left() if self._trials else float("inf")
-        options = setting.settings
-        if options.get("shape") == "compound" and left <= seconds_to_cut(self._assembly.bodies, options):
+        detector_settings = setting.settings
+        if detector_settings.get("shape") == "compound" and left <= seconds_to_cut(
+            self._assembly.bodies, detector_settings
+        ):
             return None
         twin = self._pair[1]
         trial = twin if setting == twin.setting else _Trial(setting, self._assembly, self._seed)

@@ -84,24 +84,24 @@ def why_missed(miss: Fault, label: str, audited: Audited, contact: Episode) -> s
 
 def _outcome_clause(miss: Fault, label: str, audited: Audited, contact: Episode) -> str:
     """Return how a detector reported a contact: never, late, cut short, or with an interruption."""
-    pair, (begin, _) = " and ".join(miss.labels), miss.begin_within
+    pair_text, (begin, _) = " and ".join(miss.labels), miss.begin_within
     moment_text = f"at {words.moment(begin)}"
     long = duration_text(miss.frames, miss.end - miss.start)
     if miss.kind == FaultKind.NEVER_REPORTED:
-        return f"{label} never reported the contact of {pair} {moment_text}"
+        return f"{label} never reported the contact of {pair_text} {moment_text}"
     if (
         miss.kind == FaultKind.REPORTED_LATE
         and miss.first == contact.first
         and _reports_contact(audited, miss.pair, miss.last + 1)
     ):
-        return f"{label} reported the contact of {pair} {moment_text} {long} late"
+        return f"{label} reported the contact of {pair_text} {moment_text} {long} late"
     if (
         miss.kind == FaultKind.LOST_EARLY
         and miss.last == contact.last
         and _reports_contact(audited, miss.pair, miss.first - 1)
     ):
-        return f"{label} stopped reporting the contact of {pair} {moment_text} {long} too early"
-    return f"{label} reported no contact of {pair} for {long} {moment_text}"
+        return f"{label} stopped reporting the contact of {pair_text} {moment_text} {long} too early"
+    return f"{label} reported no contact of {pair_text} for {long} {moment_text}"
 
 
 def _between_samples(miss: Fault, label: str, audited: Audited, contact: Episode) -> str:
@@ -127,7 +127,7 @@ def _between_samples(miss: Fault, label: str, audited: Audited, contact: Episode
     period_clause = f"{label} samples every {_milliseconds(sample_period)}"
     contact_seconds = contact.end - contact.start
     is_whole_contact = (miss.first, miss.last) == (contact.first, contact.last)
-    pair, (begin, _) = " and ".join(miss.labels), miss.begin_within
+    pair_text, (begin, _) = " and ".join(miss.labels), miss.begin_within
     moment_text = f"at {words.moment(begin)}"
     if miss.kind == FaultKind.NEVER_REPORTED and is_whole_contact:
         between_clause = (
@@ -136,7 +136,7 @@ def _between_samples(miss: Fault, label: str, audited: Audited, contact: Episode
             else f"between two samples {_milliseconds(gap)} apart"
         )
         return (
-            f"{period_clause}; the contact of {pair} {moment_text} lasted {_milliseconds(contact_seconds)}, "
+            f"{period_clause}; the contact of {pair_text} {moment_text} lasted {_milliseconds(contact_seconds)}, "
             f"{between_clause}."
         )
     if outcome_clause.endswith(" late") and miss.end - miss.start <= sample_period:
@@ -165,7 +165,7 @@ def _delay_sentence(audited: Audited, pair: int, delay: int) -> str:
 
 def why_false(false_contact: Fault, label: str, audited: Audited) -> str:
     """Why a false contact was reported, in a sentence about the moment at which its gap was measured."""
-    pair, moment_text = (
+    pair_text, moment_text = (
         " and ".join(false_contact.labels),
         f"at {words.moment(float(audited.motion.times[false_contact.frame]))}",
     )
@@ -184,15 +184,15 @@ def why_false(false_contact: Fault, label: str, audited: Audited) -> str:
             f"{moment_text}."
         )
     if false_contact.cause == Cause.CONTACT_OFFSET:
-        return _within_offset(false_contact, label, audited, f"the {shape} of {pair}", gap)
+        return _within_offset(false_contact, label, audited, f"the {shape} of {pair_text}", gap)
     if false_contact.cause == Cause.COLLIDERS_MEET:
-        return f"The {shape} of {pair} meet {moment_text}; {gap}."
+        return f"The {shape} of {pair_text} meet {moment_text}; {gap}."
     if false_contact.cause == Cause.BOUNDING_VOLUMES:
-        return f"Only the bounding volumes of {pair} overlap {moment_text}; {gap}, and {label} tests no triangle."
+        return f"Only the bounding volumes of {pair_text} overlap {moment_text}; {gap}, and {label} tests no triangle."
     long = duration_text(false_contact.frames, false_contact.end - false_contact.start)
     if false_contact.cause == Cause.LAST_ANSWER:
         return _last_answer(false_contact, label, audited, gap)
-    report_clause = f"{label} reported contact of {pair} {moment_text} for {long}; {gap}"
+    report_clause = f"{label} reported contact of {pair_text} {moment_text} for {long}; {gap}"
     if false_contact.cause in (Cause.LATE, Cause.EARLY):
         return f"{report_clause}: {_late_report(false_contact, audited)}."
     if false_contact.cause == Cause.CLOCK and isinstance(audited.detector, RecordedDetector):
@@ -216,19 +216,19 @@ def _last_answer(false_contact: Fault, label: str, audited: Audited, gap: str) -
     """A false contact in frames between samples."""
     moment = float(audited.motion.times[false_contact.frame])
     long = duration_text(false_contact.frames, false_contact.end - false_contact.start)
-    pair, moment_text = " and ".join(false_contact.labels), f"at {words.moment(moment)}"
+    pair_text, moment_text = " and ".join(false_contact.labels), f"at {words.moment(moment)}"
     if audited.sampled_frames is None:
         return (
-            f"{label} reported contact of {pair} for {long} {moment_text}; {gap}: by its own account it took "
+            f"{label} reported contact of {pair_text} for {long} {moment_text}; {gap}: by its own account it took "
             f"no sample there."
         )
     is_sampled = audited.sampled_frames & audited.has_pose(false_contact.pair)
     if not is_sampled[false_contact.first : false_contact.last + 1].any():
-        report_clause = f"it reported contact of {pair} for {long} {moment_text}, too long"
+        report_clause = f"it reported contact of {pair_text} for {long} {moment_text}, too long"
         return f"{label} keeps its answer until its next sample: {report_clause}."
     earlier_samples = np.flatnonzero(is_sampled[: false_contact.frame + 1])
     sample = f" at {words.moment(float(audited.motion.times[earlier_samples[-1]]))}" if len(earlier_samples) else ""
-    return f"At {words.moment(moment)} {label} kept the answer of its last sample{sample} about {pair}; {gap}."
+    return f"At {words.moment(moment)} {label} kept the answer of its last sample{sample} about {pair_text}; {gap}."
 
 
 def _late_report(false_contact: Fault, audited: Audited) -> str:

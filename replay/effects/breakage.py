@@ -63,12 +63,12 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     findings = Findings(len(inputs))
     for declared in inputs.declared:
         impacts = [(pair, impact) for pair in declared["between"] for impact in _impacts(inputs, pair, findings.ran)]
-        broken: set[str] = set()
+        broken_bodies: set[str] = set()
         for pair, impact in sorted(impacts, key=lambda row: (row[1].frame, row[0])):
-            if pair[0] not in broken:
+            if pair[0] not in broken_bodies:
                 findings.events += _events(inputs, declared, pair, impact)
                 if impact.speed > declared["speed_m_s"]:
-                    broken.add(pair[0])
+                    broken_bodies.add(pair[0])
     return findings.output()
 
 
@@ -87,76 +87,80 @@ def _impacts(inputs: EffectInputs, pair: Pair, ran: BoolArray) -> Iterator[Impac
 def _impact(inputs: EffectInputs, touch: EffectContact, pair: Pair, ran: BoolArray) -> Iterator[Impact]:
     """The impact at the begin of a contact; none, and counted, where the path into it is not known."""
     a, b = inputs.poses(pair[0]), inputs.poses(pair[1])
-    last = touch.last_clear_frame
-    if last < 0:
+    last_clear_frame = touch.last_clear_frame
+    if last_clear_frame < 0:
         inputs.count("not judged: in contact from the start")
         return
     runs = settled_runs(a.times, a.valid & b.valid, a.linked & b.linked)
-    rows = rows_before(runs, last)
-    if touch.first != last + 1 or runs[touch.first] != runs[last] or not len(rows):
+    frames_before = rows_before(runs, last_clear_frame)
+    if touch.first != last_clear_frame + 1 or runs[touch.first] != runs[last_clear_frame] or not len(frames_before):
         inputs.count("not judged: gap, loss or jump before it")
         return
-    ran[rows[0] : touch.first + 1] = True
-    path = _relative_path(a, b, touch, np.append(rows, touch.first))
-    parabola = fit_parabola(a.times[rows], path[:-1])
+    ran[frames_before[0] : touch.first + 1] = True
+    path = _relative_path(a, b, touch, np.append(frames_before, touch.first))
+    parabola = fit_parabola(a.times[frames_before], path[:-1])
     if parabola.misfit > MISFIT_M:
         inputs.count("not judged: the path jumps")
         return
     direction = np.array(touch.normal) if touch.normal is not None else None
-    time = _time_of_impact(parabola, path[-1], (float(a.times[last]), float(a.times[touch.first])), direction)
+    time = _time_of_impact(
+        parabola, path[-1], (float(a.times[last_clear_frame]), float(a.times[touch.first])), direction
+    )
     velocity = parabola.velocity(time)
     speed = float(np.sqrt(velocity @ velocity)) if direction is None else abs(float(velocity @ direction))
     yield Impact(touch.first, time, speed, direction is not None, touch.point)
 
 
-def _relative_path(a: BodyPoses, b: BodyPoses, touch: EffectContact, rows: IntArray) -> FloatArray:
+def _relative_path(a: BodyPoses, b: BodyPoses, touch: EffectContact, frames: IntArray) -> FloatArray:
     """Path (n, 3) of the place of contact on the first body, seen from that on the second, world axes."""
     if touch.point is None:
-        return a.translation[rows] - b.translation[rows]
-    ends = []
+        return a.translation[frames] - b.translation[frames]
+    paths_of_bodies = []
     for body in (a, b):
-        local = body.rotation[touch.first].T @ (np.array(touch.point) - body.translation[touch.first])
-        ends.append(body.translation[rows] + body.rotation[rows] @ local)
-    return ends[0] - ends[1]
+        local_point = body.rotation[touch.first].T @ (np.array(touch.point) - body.translation[touch.first])
+        paths_of_bodies.append(body.translation[frames] + body.rotation[frames] @ local_point)
+    return paths_of_bodies[0] - paths_of_bodies[1]
 
 
 def _time_of_impact(
-    parabola: Parabola, contact_position: FloatArray, span: tuple[float, float], direction: FloatArray | None
+    parabola: Parabola, contact_position: FloatArray, frame_interval: tuple[float, float], direction: FloatArray | None
 ) -> float:
     """When the parabola comes to where the bodies met, within the step in which they did.
 
     A body that stops at once is seen, in the first frame of contact, where it was at the impact. One that went on is
     seen further: then this is the end of the step, and the speed is off by what it gained in the step at most.
     """
-    lower, upper = span
+    lower, upper = frame_interval
     speed = parabola.velocity(lower)
     # A body at rest has no direction; the least speed only keeps 0 / 0 out.
     direction_of_motion = direction if direction is not None else speed / max(float(np.sqrt(speed @ speed)), 1e-12)
-    sign = float(np.copysign(1.0, speed @ direction_of_motion))
-    goal = sign * float(contact_position @ direction_of_motion)
+    direction_sign = float(np.copysign(1.0, speed @ direction_of_motion))
+    contact_height = direction_sign * float(contact_position @ direction_of_motion)
     for _ in range(60):
-        middle = 0.5 * (lower + upper)
+        middle_time = 0.5 * (lower + upper)
         lower, upper = (
-            (middle, upper) if sign * float(parabola.position(middle) @ direction_of_motion) < goal else (lower, middle)
+            (middle_time, upper)
+            if direction_sign * float(parabola.position(middle_time) @ direction_of_motion) < contact_height
+            else (lower, middle_time)
         )
     return upper
 
 
 def _events(inputs: EffectInputs, declared: Declaration, pair: Pair, impact: Impact) -> list[EffectEvent]:
-    limit = declared["speed_m_s"]
-    values = {
+    threshold_speed = declared["speed_m_s"]
+    event_values = {
         "speed_m_s": impact.speed,
         "across": impact.is_along_normal,
-        "threshold_m_s": limit,
-        "broken": impact.speed > limit,
+        "threshold_m_s": threshold_speed,
+        "broken": impact.speed > threshold_speed,
     }
     mass = inputs.body(pair[0]).extra.get("mass")
     if mass is not None:
-        values["energy_j"] = 0.5 * float(mass) * impact.speed**2
-    text = f"{pair[0]} meets {pair[1]} at {words.decimal(impact.speed, 2)} m/s"
-    event = EffectEvent(impact.time, "impact", pair, None, values, text, point=impact.point)
-    crash = replace(event, name="broken", message=f"{pair[0]} breaks: {text}", level="error")
-    return [event, crash] if values["broken"] else [event]
+        event_values["energy_j"] = 0.5 * float(mass) * impact.speed**2
+    message = f"{pair[0]} meets {pair[1]} at {words.decimal(impact.speed, 2)} m/s"
+    event = EffectEvent(impact.time, "impact", pair, None, event_values, message, point=impact.point)
+    broken_event = replace(event, name="broken", message=f"{pair[0]} breaks: {message}", level="error")
+    return [event, broken_event] if event_values["broken"] else [event]
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,10 +183,10 @@ def bounces(inputs: EffectInputs, pair: Pair) -> list[Impact]:
     approach = _Approach(poses, centre, runs, mesh, inputs.mesh(pair[1]))
     impacts: list[Impact] = []
     for row in _candidate_frames(approach):
-        bounce = _bounce(approach, row) if not impacts or row > impacts[-1].frame + 2 else None
-        if bounce is not None:
-            point = b.rotation[row] @ np.array(bounce.point) + b.translation[row]
-            impacts.append(replace(bounce, point=vector_of(point)))
+        impact = _bounce(approach, row) if not impacts or row > impacts[-1].frame + 2 else None
+        if impact is not None:
+            point = b.rotation[row] @ np.array(impact.point) + b.translation[row]
+            impacts.append(replace(impact, point=vector_of(point)))
     return impacts
 
 
@@ -191,12 +195,12 @@ def _candidate_frames(approach: _Approach) -> list[int]:
     times, centre, runs = approach.poses.times, approach.centre, approach.runs
     if len(times) < LEAST_SAMPLES + 2:
         return []
-    step = np.linalg.norm(np.diff(centre, axis=0, prepend=centre[:1]), axis=1)
-    speed = step / np.maximum(np.diff(times, prepend=times[0] - 1.0), 1e-9)
+    step_lengths = np.linalg.norm(np.diff(centre, axis=0, prepend=centre[:1]), axis=1)
+    speed = step_lengths / np.maximum(np.diff(times, prepend=times[0] - 1.0), 1e-9)
     lower, upper = _bounding_box(approach.other)
-    away = np.maximum(0.0, np.maximum(lower - centre, centre - upper))
+    box_distances = np.maximum(0.0, np.maximum(lower - centre, centre - upper))
     radius = 0.5 * float(np.linalg.norm(np.ptp(approach.mesh.vertices, axis=0)))
-    is_within_reach = np.linalg.norm(away, axis=1) - radius <= 3.0 * step + REACH_M
+    is_within_reach = np.linalg.norm(box_distances, axis=1) - radius <= 3.0 * step_lengths + REACH_M
     is_known = np.zeros(len(times), dtype=np.bool_)
     is_known[1:-2] = (runs[1:-2] >= 0) & (runs[1:-2] == runs[:-3]) & (runs[1:-2] == runs[3:])
     return np.flatnonzero(is_known & is_within_reach & (speed > SLOWEST_M_S)).tolist()
@@ -214,14 +218,16 @@ def _bounce(approach: _Approach, row: int) -> Impact | None:
     if speed < SLOWEST_M_S:
         return None
     direction_of_motion = velocity / speed
-    behind = [
+    heights_behind = [
         float((parabola.position(time) - centre[row + k]) @ direction_of_motion)
         for k, time in ((1, middle_time), (2, last))
     ]
-    later = speed * (last - middle_time)
+    later_travel = speed * (last - middle_time)
     # What is on its path in the next frame meets after it, and is judged from there.
-    on_path = behind[0] < NOISE_M + 0.05 * speed * (middle_time - first_time)
-    if behind[1] < NOISE_M + LAG * later or (on_path and behind[1] < NOISE_M + 0.95 * later):
+    on_path = heights_behind[0] < NOISE_M + 0.05 * speed * (middle_time - first_time)
+    if heights_behind[1] < NOISE_M + LAG * later_travel or (
+        on_path and heights_behind[1] < NOISE_M + 0.95 * later_travel
+    ):
         return None
     # Noise may leave the least gap between what met.
     contact_position = _contact_time_and_point(approach, parabola, row, 0.0) or _contact_time_and_point(
@@ -231,16 +237,16 @@ def _bounce(approach: _Approach, row: int) -> Impact | None:
         return None
     time, point = contact_position
     velocity = parabola.velocity(time)
-    change = (centre[row + 2] - centre[row + 1]) / (last - middle_time) - velocity
-    is_along_normal = change / max(float(np.linalg.norm(change)), 1e-12)
+    velocity_change = (centre[row + 2] - centre[row + 1]) / (last - middle_time) - velocity
+    is_along_normal = velocity_change / max(float(np.linalg.norm(velocity_change)), 1e-12)
     return Impact(row, time, abs(float(velocity @ is_along_normal)), True, point)
 
 
 def _fall(times: FloatArray, centre: FloatArray, rows: IntArray) -> Parabola | None:
     """The parabola of the last frames; the last five alone where the others began before the fall."""
-    for last in (rows, rows[-LEAST_SAMPLES:]) if len(rows) else ():
-        parabola = fit_parabola(times[last], centre[last])
-        if parabola.misfit <= (CONTAMINATED_M if len(last) > LEAST_SAMPLES else NOISE_M):
+    for last_rows in (rows, rows[-LEAST_SAMPLES:]) if len(rows) else ():
+        parabola = fit_parabola(times[last_rows], centre[last_rows])
+        if parabola.misfit <= (CONTAMINATED_M if len(last_rows) > LEAST_SAMPLES else NOISE_M):
             return parabola
     return None
 
@@ -251,26 +257,26 @@ def _contact_time_and_point(
     """When, and where in the other's frame, it would have come within reach; ``None``: it would have passed."""
     rotation, times = approach.poses.rotation[row], approach.poses.times
     mine, box = approach.mesh.vertices @ rotation.T, _bounding_box(approach.other)
-    other_vertices, own = approach.other.vertices, _bounding_box(approach.mesh)
-    start = approach.poses.translation[row] - approach.centre[row]
+    other_vertices, own_box = approach.other.vertices, _bounding_box(approach.mesh)
+    centre_offset = approach.poses.translation[row] - approach.centre[row]
 
     def contact_point(time: float) -> FloatArray:
-        shift = start + parabola.position(time)
-        inside = _is_inside_box(mine + shift, box, gap)
-        if inside.any():
-            return (mine + shift)[inside].mean(axis=0)
-        near_vertices = _is_inside_box((other_vertices - shift) @ rotation, own, gap)
+        shift = centre_offset + parabola.position(time)
+        is_inside = _is_inside_box(mine + shift, box, gap)
+        if is_inside.any():
+            return (mine + shift)[is_inside].mean(axis=0)
+        near_vertices = _is_inside_box((other_vertices - shift) @ rotation, own_box, gap)
         return np.asarray(other_vertices[near_vertices].mean(axis=0)) if near_vertices.any() else np.zeros(0)
 
     trial_times = np.linspace(times[row], times[row + 2], SAMPLES).tolist()
-    hit = next((k for k, time in enumerate(trial_times) if len(contact_point(time))), None)
-    if hit is None:
+    hit_index = next((k for k, time in enumerate(trial_times) if len(contact_point(time))), None)
+    if hit_index is None:
         return None
-    earlier, later = trial_times[max(0, hit - 1)], trial_times[hit]
+    time_before, time_after = trial_times[max(0, hit_index - 1)], trial_times[hit_index]
     for _ in range(20):
-        half = 0.5 * (earlier + later)
-        earlier, later = (earlier, half) if len(contact_point(half)) else (half, later)
-    return later, vector_of(contact_point(later))
+        half = 0.5 * (time_before + time_after)
+        time_before, time_after = (time_before, half) if len(contact_point(half)) else (half, time_after)
+    return time_after, vector_of(contact_point(time_after))
 
 
 def _is_inside_box(points: FloatArray, box: FloatArray, gap: float) -> FloatArray:

@@ -16,25 +16,29 @@ from sessions.model.scene import Scene
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``run-in``, ``spill`` and ``overflow``; delivered and left volume as series; a lane of the open spans."""
     findings, liquid_movement = Findings(len(inputs)), movement_of(inputs)
-    names = dict.fromkeys(declared["body"] for declared in inputs.declared)
+    burette_names = dict.fromkeys(declared["body"] for declared in inputs.declared)
     pouring_targets = {name for declared in inputs.tables.get("pour", ()) for name in declared["into"]}
-    into = {name for declared in inputs.declared for name in declared["into"]}
+    receiving_vessels = {name for declared in inputs.declared for name in declared["into"]}
     own_streams = [
         stream
         for stream in liquid_movement.streams
-        if stream.source in (into - pouring_targets if stream.over else names)
+        if stream.source in (receiving_vessels - pouring_targets if stream.over else burette_names)
     ]
-    for name in names:
-        gone = gone_ml(len(inputs), (stream for stream in own_streams if stream.source == name and not stream.over))
+    for name in burette_names:
+        gone_volumes = gone_ml(
+            len(inputs), (stream for stream in own_streams if stream.source == name and not stream.over)
+        )
         # Shown too at the frames about a flow, so that a line through them has no slope where nothing ran.
-        is_flowing = gone > 0.0
+        is_flowing = gone_volumes > 0.0
         findings.ran |= is_flowing
         findings.lanes[name] = inputs.lane_spans(spans_of(is_flowing), "open")
-        findings.series[f"{name}/delivered"] = _series_around_flow(inputs, is_flowing, np.cumsum(gone))
-        findings.series[f"{name}/volume"] = left = _series_around_flow(
+        findings.series[f"{name}/delivered"] = _series_around_flow(inputs, is_flowing, np.cumsum(gone_volumes))
+        findings.series[f"{name}/volume"] = remaining_volume = _series_around_flow(
             inputs, is_flowing, liquid_movement.volume_ml[name]
         )
-        findings.liquids[name] = liquid_movement.vessels[name].liquid_to_draw(left.times, left.values)
+        findings.liquids[name] = liquid_movement.vessels[name].liquid_to_draw(
+            remaining_volume.times, remaining_volume.values
+        )
     for flow in flows(own_streams, 0.0):
         name, where = ("run-in", f"into {flow.target}") if flow.target else ("spill", "beside everything")
         findings.events.append(flow_event(inputs, flow, name, f"run from {flow.source} {where}", digits=2))

@@ -51,17 +51,19 @@ def _exposure_events(
     start, end = inputs.span_times((touch.first, touch.stop))
     times = inputs.times[touch.first : touch.stop]
     is_hot = felt_c > declared["threshold_c"]
-    steps = np.diff(np.append(times, end))
-    seconds_above = float(steps[is_hot].sum())
-    hottest = float(felt_c.max())
-    values = {"seconds": end - start, "seconds_above": seconds_above, "surface_c": hottest}
-    text = f"{pair[0]} is on {pair[1]} at {words.decimal(hottest, 0)} degC for {words.decimal(end - start, 2)} s"
-    last = inputs.end(touch.stop)
-    exposed = EffectEvent(
-        start, "exposed", pair, last, values, text, "warning" if seconds_above else "info", touch.point
+    frame_durations = np.diff(np.append(times, end))
+    seconds_above = float(frame_durations[is_hot].sum())
+    highest_celsius = float(felt_c.max())
+    event_values = {"seconds": end - start, "seconds_above": seconds_above, "surface_c": highest_celsius}
+    message = (
+        f"{pair[0]} is on {pair[1]} at {words.decimal(highest_celsius, 0)} degC for {words.decimal(end - start, 2)} s"
     )
-    burn = replace(exposed, name="burn", message=f"burn: {text}", level="error")
-    return [exposed] if seconds_above < declared["seconds"] else [exposed, burn]
+    end_time = inputs.end(touch.stop)
+    exposed_event = EffectEvent(
+        start, "exposed", pair, end_time, event_values, message, "warning" if seconds_above else "info", touch.point
+    )
+    burn_event = replace(exposed_event, name="burn", message=f"burn: {message}", level="error")
+    return [exposed_event] if seconds_above < declared["seconds"] else [exposed_event, burn_event]
 
 
 def _check_all(tables: Mapping[str, tuple[Declaration, ...]], _scene: Scene, _file: str) -> None:

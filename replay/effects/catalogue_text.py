@@ -26,7 +26,7 @@ def fields_of(kind: str) -> dict[str, Field]:
     """Key -> field of an effect of the catalogue. Raises EffectError: there is no such effect."""
     if kind not in CATALOGUE:
         raise EffectError(f"no effect {kind!r}{nearest(kind, CATALOGUE)}")
-    return {key: field_of(row) for key, row in CATALOGUE[kind]["fields"].items()}
+    return {key: field_of(field_table) for key, field_table in CATALOGUE[kind]["fields"].items()}
 
 
 def example_of(field: Field) -> Any:
@@ -72,15 +72,15 @@ def catalogue_data(kinds: tuple[str, ...]) -> dict[str, dict[str, dict[str, Any]
     }
 
 
-def toml_of(value: Any) -> str:
+def toml_of(python_value: Any) -> str:
     """A value as TOML writes it."""
-    if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{key} = {toml_of(item)}" for key, item in value.items()) + " }"
-    if isinstance(value, list | tuple):
-        return "[" + ", ".join(toml_of(item) for item in value) + "]"
-    if isinstance(value, str) and "\n" in value:
-        return f"'''{value}'''"
-    return json.dumps(value, ensure_ascii=False) if isinstance(value, str | bool) else repr(value)
+    if isinstance(python_value, Mapping):
+        return "{ " + ", ".join(f"{key} = {toml_of(item)}" for key, item in python_value.items()) + " }"
+    if isinstance(python_value, list | tuple):
+        return "[" + ", ".join(toml_of(item) for item in python_value) + "]"
+    if isinstance(python_value, str) and "\n" in python_value:
+        return f"'''{python_value}'''"
+    return json.dumps(python_value, ensure_ascii=False) if isinstance(python_value, str | bool) else repr(python_value)
 
 
 def _requirement_text(field: Field) -> str:

@@ -66,10 +66,14 @@ def shade_of(declared: Declaration) -> Shade:
         full = full if declared["full_mol_l"] is None else declared["full_mol_l"]
         return Shade(ion, (ion,), 0.0, full, "colourless", declared["colour"] or colour)
     name = declared["indicator"]
-    row = {**INDICATORS.get(name, {}), **{key: declared[key] for key in OWN if declared[key] is not None}}
-    by_ion = tuple(row.get("species", ()))
-    start, stop = (row["from_log"], row["to_log"]) if by_ion else (row["from_ph"], row["to_ph"])
-    return Shade(name, by_ion, float(start), float(stop), row["acid_colour"], row["base_colour"])
+    indicator_row = {**INDICATORS.get(name, {}), **{key: declared[key] for key in OWN if declared[key] is not None}}
+    by_ion = tuple(indicator_row.get("species", ()))
+    start, stop = (
+        (indicator_row["from_log"], indicator_row["to_log"])
+        if by_ion
+        else (indicator_row["from_ph"], indicator_row["to_ph"])
+    )
+    return Shade(name, by_ion, float(start), float(stop), indicator_row["acid_colour"], indicator_row["base_colour"])
 
 
 def compute(inputs: EffectInputs) -> EffectOutput:
@@ -85,8 +89,8 @@ def compute(inputs: EffectInputs) -> EffectOutput:
         findings.ran |= np.isin(inputs.times, quantity.times)
         findings.series[f"{vessel}/{shade.name} colour"] = Series(quantity.times, fraction, "fraction")
         findings.events += _changes(shade, vessel, quantity.times, fraction)
-        lane = vessel if vessel not in findings.lanes else f"{vessel} {shade.name}"
-        findings.lanes[lane] = _lane(shade, quantity.times, fraction)
+        lane_name = vessel if vessel not in findings.lanes else f"{vessel} {shade.name}"
+        findings.lanes[lane_name] = _lane(shade, quantity.times, fraction)
         mixed_liquid = findings.liquids.get(vessel) or inputs.output("mixing").liquids.get(vessel)
         if mixed_liquid is not None:
             rows = np.maximum(0, np.searchsorted(quantity.times, mixed_liquid.times, side="right") - 1)
@@ -119,12 +123,12 @@ def _molar(matter: Matter, vessel: str, ion: str, times: FloatArray) -> FloatArr
     litres = np.where(volume_ml > 0.0, volume_ml * 1e-3, np.inf)
     row = None if matter.solver is None else matter.solver.mixture.row_of(ion)
     if row is not None:
-        wet, equilibria = matter.equilibria(vessel, times)
+        wet_rows, equilibria = matter.equilibria(vessel, times)
         moles = np.zeros(len(times))
         # Where PHREEQC finds no equilibrium the last one stands; before the first there is no colour.
         is_solved = ~np.isnan(equilibria.ph)
         last_known = np.maximum.accumulate(np.where(is_solved, np.arange(len(is_solved)), 0))
-        moles[wet] = np.where(is_solved[last_known], equilibria.species[last_known, row], 0.0)
+        moles[wet_rows] = np.where(is_solved[last_known], equilibria.species[last_known, row], 0.0)
         return moles / litres
     index = matter.ledger.column.get(ion)
     return np.zeros(len(times)) if index is None else amounts[:, index] / litres
@@ -132,29 +136,29 @@ def _molar(matter: Matter, vessel: str, ion: str, times: FloatArray) -> FloatArr
 
 def _changes(shade: Shade, vessel: str, times: FloatArray, fraction: FloatArray) -> Iterator[EffectEvent]:
     """Passages through the range: from the last row at one end to the first at the other, which may not be reached."""
-    least = FAINT if shade.name in shade.species else 0.0
-    side = np.where(fraction <= least, -1, np.where(fraction >= 1.0, 1, 0))
-    ends = np.flatnonzero(side).tolist()
+    least_fraction = FAINT if shade.name in shade.species else 0.0
+    side = np.where(fraction <= least_fraction, -1, np.where(fraction >= 1.0, 1, 0))
+    end_rows = np.flatnonzero(side).tolist()
     passages: list[tuple[int, int | None]] = [
-        (row_before, row_after) for row_before, row_after in pairwise(ends) if side[row_before] != side[row_after]
+        (row_before, row_after) for row_before, row_after in pairwise(end_rows) if side[row_before] != side[row_after]
     ]
-    if ends and ends[-1] < len(side) - 1:
-        passages.append((ends[-1], None))
+    if end_rows and end_rows[-1] < len(side) - 1:
+        passages.append((end_rows[-1], None))
     for row_before, row_after in passages:
-        old, new = (
+        colour_before, colour_after = (
             (shade.colour_before, shade.colour_after)
             if side[row_before] < 0
             else (shade.colour_after, shade.colour_before)
         )
-        text = f"{shade.name} in {vessel} turns from {old} to {new}"
+        message = f"{shade.name} in {vessel} turns from {colour_before} to {colour_after}"
         if shade.name in shade.species:
-            text = f"the colour of {shade.name} in {vessel} {'appears' if side[row_before] < 0 else 'disappears'}"
+            message = f"the colour of {shade.name} in {vessel} {'appears' if side[row_before] < 0 else 'disappears'}"
         start, end = float(times[row_before + 1]), None if row_after is None else float(times[row_after])
         if shade.name not in shade.species and end is None:
-            text += ", not wholly by the end"
+            message += ", not wholly by the end"
         elif shade.name not in shade.species and end is not None and end - start > SLOW_S:
-            text += f", wholly at {words.moment(end)}"
-        yield EffectEvent(start, "colour-change", (vessel,), end, {"to": new}, text)
+            message += f", wholly at {words.moment(end)}"
+        yield EffectEvent(start, "colour-change", (vessel,), end, {"to": colour_after}, message)
 
 
 def _lane(shade: Shade, times: FloatArray, fraction: FloatArray) -> list[LaneSpan]:
@@ -166,8 +170,8 @@ def _lane(shade: Shade, times: FloatArray, fraction: FloatArray) -> list[LaneSpa
         (fraction >= 1.0, shade.colour_after, end_rgba),
     )
     return [
-        LaneSpan(float(times[first]), float(times[min(stop, len(times) - 1)]), word, rgba)
-        for mask, word, rgba in masks
+        LaneSpan(float(times[first]), float(times[min(stop, len(times) - 1)]), colour_word, rgba)
+        for mask, colour_word, rgba in masks
         for first, stop in spans_of(mask)
     ]
 
@@ -181,10 +185,10 @@ def _check(declared: Declaration, _scene: Scene) -> None:
             shade = shade_of(declared)
         except ValueError as error:
             raise declared.fail(f"species: {error}") from error
-        given = [key for key in OWN if declared[key] is not None]
-        if given:
+        given_keys = [key for key in OWN if declared[key] is not None]
+        if given_keys:
             raise declared.fail(
-                f"{given[0]} belongs to an indicator, and this is the colour of {shade.name}; leave it out"
+                f"{given_keys[0]} belongs to an indicator, and this is the colour of {shade.name}; leave it out"
             )
         if not shade.colour_after:
             raise declared.fail(
@@ -193,10 +197,10 @@ def _check(declared: Declaration, _scene: Scene) -> None:
         if not shade.stop > 0.0:
             raise declared.fail("full_mol_l is missing: the mol/L at which the colour is full")
         return
-    missing = name not in INDICATORS and any(declared[key] is None for key in OWN)
-    if missing:
-        problem = f"indicator: no table knows {name!r}; one of your own has {', '.join(OWN)}"
-        raise declared.fail(problem + nearest(name, INDICATORS))
+    is_unknown_indicator = name not in INDICATORS and any(declared[key] is None for key in OWN)
+    if is_unknown_indicator:
+        indicator_problem = f"indicator: no table knows {name!r}; one of your own has {', '.join(OWN)}"
+        raise declared.fail(indicator_problem + nearest(name, INDICATORS))
     by_ph = [declared[key] for key in ("from_ph", "to_ph")]
     if INDICATORS.get(name, {}).get("species") and any(value is not None for value in by_ph):
         raise declared.fail(f"from_ph: {name} shows {', '.join(INDICATORS[name]['species'])} and no pH; leave it out")

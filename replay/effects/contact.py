@@ -33,18 +33,18 @@ class EffectContact:
 
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``contact`` with begin and end, a lane per pair."""
-    touches: dict[frozenset[str], list[EffectContact]] = {}
+    contacts_of_pair: dict[frozenset[str], list[EffectContact]] = {}
     findings = Findings(len(inputs))
     for pair in inputs.pairs:
-        reported = inputs.contact(pair)
-        spans = steady_spans(reported.touching, reported.known, frames_in=1)
-        own_touches = touches[frozenset(pair)] = [_touch(reported, first, stop) for first, stop in spans]
+        pair_contact = inputs.contact(pair)
+        spans = steady_spans(pair_contact.touching, pair_contact.known, frames_in=1)
+        own_touches = contacts_of_pair[frozenset(pair)] = [_touch(pair_contact, first, stop) for first, stop in spans]
         name = f"{pair[0]}-{pair[1]}"
         findings.add_lane(name, *inputs.lane_spans([(touch.first, touch.last + 1) for touch in own_touches], "contact"))
         findings.events += [_event(inputs, touch) for touch in own_touches]
     findings.events.sort(key=lambda event: (event.time, event.bodies))
     findings.ran[:] = True
-    return findings.output(touches)
+    return findings.output(contacts_of_pair)
 
 
 def touches_of(inputs: EffectInputs, pair: Pair, *, flickers: bool = False) -> list[EffectContact]:
@@ -53,30 +53,34 @@ def touches_of(inputs: EffectInputs, pair: Pair, *, flickers: bool = False) -> l
     return [touch for touch in contacts if flickers or not touch.flicker]
 
 
-def _touch(reported: PairContact, first: int, stop: int) -> EffectContact:
-    clear_frames = np.flatnonzero(reported.known[:first] & ~reported.touching[:first])
-    points = reported.section(first).reshape(-1, 3)
+def _touch(pair_contact: PairContact, first: int, stop: int) -> EffectContact:
+    clear_frames = np.flatnonzero(pair_contact.known[:first] & ~pair_contact.touching[:first])
+    points = pair_contact.section(first).reshape(-1, 3)
     point = vector_of(points.mean(axis=0)) if len(points) else None
-    touching = reported.touching[first:stop][reported.known[first:stop]]
+    touching = pair_contact.touching[first:stop][pair_contact.known[first:stop]]
     flicker = not (touching[1:] & touching[:-1]).any()
-    last = first + int(np.flatnonzero(reported.touching[first:stop])[-1])
+    last_touching = first + int(np.flatnonzero(pair_contact.touching[first:stop])[-1])
     last_clear_frame = int(clear_frames[-1]) if len(clear_frames) else -1
-    return EffectContact(reported.pair, first, stop, last, last_clear_frame, point, _normal(points), flicker)
+    return EffectContact(
+        pair_contact.pair, first, stop, last_touching, last_clear_frame, point, _normal(points), flicker
+    )
 
 
 def _normal(points: FloatArray) -> Vector | None:
     """Normal of the plane that fits the curve of intersection: a fresh contact cuts a small flat loop."""
     if len(points) < 3:
         return None
-    _, size, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
-    return vector_of(axes[2]) if size[1] > FLAT * size[0] else None
+    _, singular_values, principal_axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
+    return vector_of(principal_axes[2]) if singular_values[1] > FLAT * singular_values[0] else None
 
 
 def _event(inputs: EffectInputs, touch: EffectContact) -> EffectEvent:
     start = float(inputs.times[touch.first])
-    values = {"frames": touch.last + 1 - touch.first, "flicker": touch.flicker}
-    text = "{} touches {}".format(*touch.pair)
-    return EffectEvent(start, "contact", touch.pair, inputs.end(touch.last + 1), values, text, point=touch.point)
+    event_values = {"frames": touch.last + 1 - touch.first, "flicker": touch.flicker}
+    message = "{} touches {}".format(*touch.pair)
+    return EffectEvent(
+        start, "contact", touch.pair, inputs.end(touch.last + 1), event_values, message, point=touch.point
+    )
 
 
 SPEC = spec_of("contact", compute)

@@ -36,8 +36,10 @@ class Field:
 
 def field_of(row: Mapping[str, Any]) -> Field:
     """A field from its row in the catalogue: its kind with its meaning, and any other keys of `Field`."""
-    (kind, about), *others = row.items()
-    extra_fields: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in others}
+    (kind, about), *other_keys = row.items()
+    extra_fields: dict[str, Any] = {
+        key: tuple(value) if isinstance(value, list) else value for key, value in other_keys
+    }
     return Field(kind, about, **extra_fields)
 
 
@@ -75,24 +77,24 @@ def declare(
 
     Raises PlanError: keys that are missing, unknown or wrong, a body or tag there is not; its ``faults`` are all.
     """
-    values: dict[str, Any] = {}
-    declaration = Declaration(effect.kind, file, f"[[effect]] {row} ({effect.kind!r})", values)
+    field_values: dict[str, Any] = {}
+    declaration = Declaration(effect.kind, file, f"[[effect]] {row} ({effect.kind!r})", field_values)
     faults = [_unknown(key, fields, retired) for key in effect.settings if key not in fields]
-    names: dict[str, str] = {}
+    body_names: dict[str, str] = {}
     for key, field in fields.items():
         if key not in effect.settings:
-            values[key] = field.default
+            field_values[key] = field.default
             if field.default is None and not field.optional:
                 faults.append(f"{key} is missing: {field.about}{field.unit and ' in ' + field.unit}")
             continue
         try:
-            values[key] = READERS[field.kind](effect.settings[key], field, scene)
+            field_values[key] = READERS[field.kind](effect.settings[key], field, scene)
         except ValueError as error:
             advice = retired.get(str(effect.settings[key])) if field.among else None
             faults.append(f"{key}{error}" if advice is None else f"{key} is {effect.settings[key]!r}: {advice}")
             continue
-        if field.kind == "body" and names.setdefault(values[key], key) != key:
-            faults.append(f"{key} is {values[key]!r} and so is {names[values[key]]}; name two bodies")
+        if field.kind == "body" and body_names.setdefault(field_values[key], key) != key:
+            faults.append(f"{key} is {field_values[key]!r} and so is {body_names[field_values[key]]}; name two bodies")
     if faults:
         raise PlanError(*(str(declaration.fail(fault)) for fault in faults))
     return declaration
@@ -104,78 +106,82 @@ def _unknown(key: str, fields: Mapping[str, Field], retired: Mapping[str, str]) 
     return f"unknown key {key!r}{nearest(key, fields)}" if advice is None else f"{key}: {advice}"
 
 
-def _bodies_of_selector(word: object, scene: Scene) -> tuple[str, ...]:
-    if not isinstance(word, str) or not word:
-        raise ValueError(f" names {word!r}; give ids of bodies or tag:WORD")
+def _bodies_of_selector(selector: object, scene: Scene) -> tuple[str, ...]:
+    if not isinstance(selector, str) or not selector:
+        raise ValueError(f" names {selector!r}; give ids of bodies or tag:WORD")
     bodies_by_name = bodies_by_selector(scene)
-    if word not in bodies_by_name:
-        raise ValueError(f": no body is {word!r}{nearest(word, bodies_by_name)}")
-    return tuple(bodies_by_name[word])
+    if selector not in bodies_by_name:
+        raise ValueError(f": no body is {selector!r}{nearest(selector, bodies_by_name)}")
+    return tuple(bodies_by_name[selector])
 
 
-def _bodies(value: Any, _: Field, scene: Scene) -> tuple[str, ...]:
-    selectors = value if isinstance(value, list | tuple) else [value]
+def _bodies(selector_value: Any, _: Field, scene: Scene) -> tuple[str, ...]:
+    selectors = selector_value if isinstance(selector_value, list | tuple) else [selector_value]
     if not selectors:
         raise ValueError(" is empty; give ids of bodies or tag:WORD")
     return tuple(dict.fromkeys(name for word in selectors for name in _bodies_of_selector(word, scene)))
 
 
-def _body(value: Any, _: Field, scene: Scene) -> str:
-    first, *more = _bodies_of_selector(value, scene)
+def _body(selector_value: Any, _: Field, scene: Scene) -> str:
+    first, *more = _bodies_of_selector(selector_value, scene)
     if more:
-        raise ValueError(f" is {value!r}, which stands for {', '.join((first, *more))}; give one body")
+        raise ValueError(f" is {selector_value!r}, which stands for {', '.join((first, *more))}; give one body")
     return first
 
 
-def _pairs(value: Any, _: Field, scene: Scene) -> tuple[Pair, ...]:
-    if not isinstance(value, list | tuple) or len(value) != 2:
-        raise ValueError(f" is {value!r}; give two: [first, second], each an id or tag:WORD")
-    first, second = (_bodies_of_selector(word, scene) for word in value)
-    chosen: dict[frozenset[str], Pair] = {}
+def _pairs(selector_pair: Any, _: Field, scene: Scene) -> tuple[Pair, ...]:
+    if not isinstance(selector_pair, list | tuple) or len(selector_pair) != 2:
+        raise ValueError(f" is {selector_pair!r}; give two: [first, second], each an id or tag:WORD")
+    first, second = (_bodies_of_selector(word, scene) for word in selector_pair)
+    chosen_pairs: dict[frozenset[str], Pair] = {}
     for a, b in product(first, second):
         if a != b:
-            chosen.setdefault(frozenset((a, b)), (a, b))
-    if not chosen:
+            chosen_pairs.setdefault(frozenset((a, b)), (a, b))
+    if not chosen_pairs:
         raise ValueError(f" pairs {first[0]!r} with itself; a pair needs two bodies")
-    return tuple(chosen.values())
+    return tuple(chosen_pairs.values())
 
 
-def _number(value: Any, field: Field, _: Scene) -> float:
-    if not is_number(value):
-        raise ValueError(f" is {value!r}; give a finite number{field.unit and ' in ' + field.unit}")
-    for bound, fits, limit in (
+def _number(toml_value: Any, field: Field, _: Scene) -> float:
+    if not is_number(toml_value):
+        raise ValueError(f" is {toml_value!r}; give a finite number{field.unit and ' in ' + field.unit}")
+    for bound, is_within, limit in (
         (field.above, operator.gt, "above"),
         (field.least, operator.ge, "at least"),
         (field.most, operator.le, "at most"),
     ):
-        if bound is not None and not fits(value, bound):
-            raise ValueError(f" is {value!r}; give {limit} {bound}{field.unit and ' ' + field.unit}")
-    return float(value)
+        if bound is not None and not is_within(toml_value, bound):
+            raise ValueError(f" is {toml_value!r}; give {limit} {bound}{field.unit and ' ' + field.unit}")
+    return float(toml_value)
 
 
-def _text(value: Any, field: Field, _: Scene) -> str:
-    if not isinstance(value, str) or not value:
-        raise ValueError(f" is {value!r}; give text")
-    if field.kind == "colour" and value not in COLOURS:
-        plain = ", ".join(word for word in COLOUR_WORDS if " " not in word)
-        raise ValueError(f" is {value!r}; there are: {plain}; two as in red-brown, and {', '.join(SHADES)} before them")
-    among = () if field.kind == "colour" else field.among
-    if among and value not in among:
-        raise ValueError(f" is {value!r}{nearest(value, among)}")
-    return value
+def _text(toml_value: Any, field: Field, _: Scene) -> str:
+    if not isinstance(toml_value, str) or not toml_value:
+        raise ValueError(f" is {toml_value!r}; give text")
+    if field.kind == "colour" and toml_value not in COLOURS:
+        plain_colours = ", ".join(word for word in COLOUR_WORDS if " " not in word)
+        raise ValueError(
+            f" is {toml_value!r}; there are: {plain_colours}; two as in red-brown, and {', '.join(SHADES)} before them"
+        )
+    allowed_words = () if field.kind == "colour" else field.among
+    if allowed_words and toml_value not in allowed_words:
+        raise ValueError(f" is {toml_value!r}{nearest(toml_value, allowed_words)}")
+    return toml_value
 
 
-def _vector(value: Any, _: Field, __: Scene) -> tuple[float, ...]:
-    if not isinstance(value, list | tuple) or len(value) != 3 or not all(map(is_number, value)):
-        raise ValueError(f" is {value!r}; give three finite numbers")
-    return tuple(map(float, value))
+def _vector(toml_value: Any, _: Field, __: Scene) -> tuple[float, ...]:
+    if not isinstance(toml_value, list | tuple) or len(toml_value) != 3 or not all(map(is_number, toml_value)):
+        raise ValueError(f" is {toml_value!r}; give three finite numbers")
+    return tuple(map(float, toml_value))
 
 
-def _table(value: Any, field: Field, _: Scene) -> dict[str, Any]:
+def _table(toml_value: Any, field: Field, _: Scene) -> dict[str, Any]:
     of_text = field.kind == "words"
-    if not isinstance(value, Mapping) or (of_text and not all(isinstance(item, str) for item in value.values())):
-        raise ValueError(f" is {value!r}; give a table{' of words' if of_text else ''}")
-    return dict(value)
+    if not isinstance(toml_value, Mapping) or (
+        of_text and not all(isinstance(item, str) for item in toml_value.values())
+    ):
+        raise ValueError(f" is {toml_value!r}; give a table{' of words' if of_text else ''}")
+    return dict(toml_value)
 
 
 READERS: Final[Mapping[str, Callable[[Any, Field, Scene], Any]]] = {
@@ -212,13 +218,13 @@ def body_faults(scene: Scene, file: str) -> list[str]:
     faults: list[str] = []
 
     def check(table: TomlTable, keys: Mapping[str, Any]) -> None:
-        for key, below in keys.items():
-            inner = table.table(key) if below else None
-            if inner is not None:
-                check(inner, below)
+        for key, subkeys in keys.items():
+            inner_table = table.table(key) if subkeys else None
+            if inner_table is not None:
+                check(inner_table, subkeys)
         table.done(keys)
 
     for row, body in enumerate(scene.bodies, start=1):
-        tables = {key: value for key, value in body.extra.items() if key in BODY_KEYS}
-        check(TomlTable(tables, file, f"[[body]] {row} ({body.id!r})", SessionError, faults), BODY_KEYS)
+        tables_of_body = {key: value for key, value in body.extra.items() if key in BODY_KEYS}
+        check(TomlTable(tables_of_body, file, f"[[body]] {row} ({body.id!r})", SessionError, faults), BODY_KEYS)
     return faults

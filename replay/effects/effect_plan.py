@@ -77,34 +77,34 @@ def plan(scene: Scene) -> Plan:
     if scene.effects is None:
         return Plan({}, scene.pairs, detection=True, not_run=effect_kinds())
     specs, reasons_by_kind = _closure(declared)
-    tables = {kind: declared.get(kind, ()) for kind in specs}
+    tables_of_kind = {kind: declared.get(kind, ()) for kind in specs}
     for spec in specs.values():
         try:
             if spec.check_all is not None:
-                spec.check_all(tables, scene, file)
+                spec.check_all(tables_of_kind, scene, file)
         except PlanError as error:
             faults += error.faults
     if faults:
         raise PlanError(*dict.fromkeys(faults))
-    needed_kinds_by_kind = {kind: spec.needed_kinds(tables[kind]) for kind, spec in specs.items()}
+    needed_kinds_by_kind = {kind: spec.needed_kinds(tables_of_kind[kind]) for kind, spec in specs.items()}
     inputs = {
         kind: tuple(dict.fromkeys((*needed_kinds_by_kind[kind], *(used for used in specs[kind].uses if used in specs))))
         for kind in sorted(specs)
     }
     try:
-        order = tuple(TopologicalSorter(inputs).static_order())
+        running_order = tuple(TopologicalSorter(inputs).static_order())
     except CycleError as error:
         raise PlanError(f"effects need each other in a circle: {' -> '.join(error.args[1])}; break it") from error
-    pairs: dict[str, _Pairs] = {kind: {} for kind in order}
-    for kind in reversed(order):
-        _add(pairs[kind], _values(specs[kind], tables[kind], "pairs"))
+    pairs: dict[str, _Pairs] = {kind: {} for kind in running_order}
+    for kind in reversed(running_order):
+        _add(pairs[kind], _values(specs[kind], tables_of_kind[kind], "pairs"))
         for needed in needed_kinds_by_kind[kind]:
             _add(pairs[needed], pairs[kind].values())
-    steps = {
-        kind: Step(specs[kind], tables[kind], tuple(pairs[kind].values()), inputs[kind], reasons_by_kind[kind])
-        for kind in order
+    step_of_kind = {
+        kind: Step(specs[kind], tables_of_kind[kind], tuple(pairs[kind].values()), inputs[kind], reasons_by_kind[kind])
+        for kind in running_order
     }
-    return _plan_of_steps(scene, steps)
+    return _plan_of_steps(scene, step_of_kind)
 
 
 def plan_faults(scene: Scene) -> tuple[str, ...]:
@@ -119,12 +119,12 @@ def plan_faults(scene: Scene) -> tuple[str, ...]:
 
 
 def _declare_tables(scene: Scene, file: str, faults: list[str]) -> dict[str, tuple[Declaration, ...]]:
-    tables: dict[str, tuple[Declaration, ...]] = {}
-    known = effect_kinds()
+    tables_of_kind: dict[str, tuple[Declaration, ...]] = {}
+    known_kinds = effect_kinds()
     for row, effect in enumerate(scene.effects or (), start=1):
-        if effect.kind not in known:
+        if effect.kind not in known_kinds:
             advice = RETIRED_KINDS.get(effect.kind)
-            suggestion = f": {advice}" if advice else nearest(effect.kind, known)
+            suggestion = f": {advice}" if advice else nearest(effect.kind, known_kinds)
             faults.append(f"{file}: [[effect]] {row}: no effect of kind {effect.kind!r}{suggestion}")
             continue
         spec = load_effect(effect.kind)
@@ -135,22 +135,28 @@ def _declare_tables(scene: Scene, file: str, faults: list[str]) -> dict[str, tup
         except PlanError as error:
             faults += error.faults
             continue
-        earlier_tables = tables.get(effect.kind, ())
+        earlier_tables = tables_of_kind.get(effect.kind, ())
         faults += _clashes(declaration, earlier_tables, spec)
         # A table that stands there twice asks for nothing more.
         if all(table.values != declaration.values for table in earlier_tables):
-            tables[effect.kind] = (*earlier_tables, declaration)
-    return tables
+            tables_of_kind[effect.kind] = (*earlier_tables, declaration)
+    return tables_of_kind
 
 
-def _clashes(new: Declaration, earlier_tables: tuple[Declaration, ...], spec: EffectSpec) -> list[str]:
+def _clashes(new_declaration: Declaration, earlier_tables: tuple[Declaration, ...], spec: EffectSpec) -> list[str]:
     """Names keys in which two tables of one thing differ."""
-    tables_alike = [table for table in earlier_tables if spec.single and table[spec.single] == new.values[spec.single]]
+    tables_alike = [
+        table for table in earlier_tables if spec.single and table[spec.single] == new_declaration.values[spec.single]
+    ]
     return [
-        str(new.fail(f"{key} is {new[key]!r} and {table.table} says {table[key]!r}; one {spec.kind} has one"))
+        str(
+            new_declaration.fail(
+                f"{key} is {new_declaration[key]!r} and {table.table} says {table[key]!r}; one {spec.kind} has one"
+            )
+        )
         for table in tables_alike[:1]
         for key, field_ in spec.fields.items()
-        if field_.kind not in ("bodies", "pairs") and new[key] != table[key]
+        if field_.kind not in ("bodies", "pairs") and new_declaration[key] != table[key]
     ]
 
 
@@ -169,40 +175,40 @@ def _closure(declared: Mapping[str, tuple[Declaration, ...]]) -> tuple[dict[str,
 
 def _values(spec: EffectSpec, declared: tuple[Declaration, ...], kind: str) -> list[Any]:
     """Values that the tables of an effect give to fields of a kind; lists are laid out."""
-    keys = [key for key, field in spec.fields.items() if field.kind == kind]
-    given_values = [declaration[key] for declaration in declared for key in keys if declaration[key]]
+    field_keys = [key for key, field in spec.fields.items() if field.kind == kind]
+    given_values = [declaration[key] for declaration in declared for key in field_keys if declaration[key]]
     return given_values if kind == "body" else [value for values in given_values for value in values]
 
 
-def _add(known: _Pairs, pairs: Iterable[Pair]) -> None:
+def _add(known_pairs: _Pairs, pairs: Iterable[Pair]) -> None:
     """Add pairs that are not there in either order of names."""
     for pair in pairs:
-        known.setdefault(frozenset(pair), pair)
+        known_pairs.setdefault(frozenset(pair), pair)
 
 
-def _note(reasons: Reasons[Any], key: Pair | str, why: str) -> None:
-    known = reasons.setdefault(key, [])
-    if why not in known:
-        known.append(why)
+def _note(reasons: Reasons[Any], key: Pair | str, reason: str) -> None:
+    known_reasons = reasons.setdefault(key, [])
+    if reason not in known_reasons:
+        known_reasons.append(reason)
 
 
 def _plan_of_steps(scene: Scene, steps: Mapping[str, Step]) -> Plan:
-    known: _Pairs = {}
+    known_pairs: _Pairs = {}
     pairs: Reasons[Pair] = {}
     bodies, topics, detectors = (Reasons[str]() for _ in range(3))
     pairs_by_asker = {"the scene's own pairs": scene.pairs or ()}
     for kind, step in steps.items():
         for topic in (POSES, *step.spec.reads):
             _note(topics, topic, kind)
-        single, several = (_values(step.spec, step.declared, field) for field in ("body", "bodies"))
-        for name in (*chain(*step.pairs), *several, *single):
+        single_bodies, body_lists = (_values(step.spec, step.declared, field) for field in ("body", "bodies"))
+        for name in (*chain(*step.pairs), *body_lists, *single_bodies):
             _note(bodies, name, kind)
         if step.spec.detector:
             _note(detectors, step.spec.detector, kind)
             pairs_by_asker[kind] = step.pairs
     for why, requested in pairs_by_asker.items():
-        _add(known, requested)
+        _add(known_pairs, requested)
         for pair in requested:
-            _note(pairs, known[frozenset(pair)], why)
+            _note(pairs, known_pairs[frozenset(pair)], why)
     not_run = tuple(kind for kind in effect_kinds() if kind not in steps)
     return Plan(steps, tuple(pairs), bool(pairs), bodies, topics, detectors, pairs, not_run)

@@ -65,8 +65,8 @@ def events_in_order(effects: Mapping[str, EffectRun]) -> list[tuple[str, EffectE
 def leading_event(effects: Mapping[str, EffectRun]) -> EffectEvent | None:
     """The weightiest result of an experiment; where nothing is one, the last event: it is what the others led to."""
     events = [event for _, event in events_in_order(effects)]
-    results = (event for event in events if event.name in RESULTS)
-    return min(results, key=lambda event: RESULTS.index(event.name), default=events[-1] if events else None)
+    result_events = (event for event in events if event.name in RESULTS)
+    return min(result_events, key=lambda event: RESULTS.index(event.name), default=events[-1] if events else None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,8 +98,10 @@ def titration_curves(effects: Mapping[str, EffectRun]) -> list[TitrationCurve]:
                 for key, series in effects["reaction"].series.items()
                 if (curve := _titration_curve(effects["reaction"], vessel, key, series, volume)) is not None
             ]
-            others = [curve for curve in own_curves if curve.quantity != "pH"]
-            curves += others + [curve for curve in own_curves if curve not in others and (curve.ends_ml or not others)]
+            other_curves = [curve for curve in own_curves if curve.quantity != "pH"]
+            curves += other_curves + [
+                curve for curve in own_curves if curve not in other_curves and (curve.ends_ml or not other_curves)
+            ]
     return curves
 
 
@@ -119,14 +121,16 @@ def _titration_curve(run: EffectRun, vessel: str, name: str, series: Series, vol
         kind = Equivalence.METAL_AND_ANION
     else:
         return None
-    ends = [event.time for event in run.output.events_named("end-point") if event.bodies == (vessel,)
+    end_times = [event.time for event in run.output.events_named("end-point") if event.bodies == (vessel,)
             and event.values["of"] == kind]  # fmt: skip
-    added, at = (np.interp(times, volume.times, volume.values) - volume.values[0] for times in (series.times, ends))
-    return TitrationCurve(vessel, quantity, unit, added, series.values, at.tolist())
+    added_volume, end_volumes = (
+        np.interp(times, volume.times, volume.values) - volume.values[0] for times in (series.times, end_times)
+    )
+    return TitrationCurve(vessel, quantity, unit, added_volume, series.values, end_volumes.tolist())
 
 
-def event_lines(effects: Mapping[str, EffectRun], most: int) -> list[str]:
+def event_lines(effects: Mapping[str, EffectRun], most_lines: int) -> list[str]:
     """The first events, a line each, and how many more there are."""
     events = events_in_order(effects)
-    lines = [f"{words.moment(event.time)}: {event.text}" for _, event in events[:most]]
-    return lines + ([f"and {len(events) - most} more"] if len(events) > most else [])
+    lines = [f"{words.moment(event.time)}: {event.text}" for _, event in events[:most_lines]]
+    return lines + ([f"and {len(events) - most_lines} more"] if len(events) > most_lines else [])

@@ -57,10 +57,10 @@ def run_effects(
     Raises EffectError: the recording does not hold what a declared effect needs.
     """
     effect_runs: dict[str, EffectRun] = {}
-    tables = {kind: step.declared for kind, step in planned.steps.items()}
+    tables_of_kind = {kind: step.declared for kind, step in planned.steps.items()}
     shared_objects: dict[str, Any] = {}
     for kind, step in planned.steps.items():
-        outputs = {name: effect_runs[name].output for name in step.inputs}
+        output_of_kind = {name: effect_runs[name].output for name in step.inputs}
         pairs = tuple(pair for pair in step.pairs if frozenset(assembly.names).issuperset(pair))
         effect_runs[kind] = _run(
             step,
@@ -73,9 +73,9 @@ def run_effects(
                 frozenset(planned.bodies),
                 step.spec.reads,
                 detections.get(step.spec.detector),
-                outputs,
+                output_of_kind,
                 Counter(),
-                tables,
+                tables_of_kind,
                 shared_objects,
             ),
         )
@@ -90,16 +90,18 @@ def _run(step: Step, inputs: EffectInputs) -> EffectRun:
     except (ReplayError, CollisionCoreError, SessionError, MemoryError):
         raise
     except Exception as error:  # an effect of another package may fail with anything
-        where = f"effect {spec.kind!r} ({getattr(spec.compute, '__module__', 'of another package')})"
-        raise EffectError(f"{where} failed: {type(error).__name__}: {error}; report it to its package") from error
+        effect_location = f"effect {spec.kind!r} ({getattr(spec.compute, '__module__', 'of another package')})"
+        raise EffectError(
+            f"{effect_location} failed: {type(error).__name__}: {error}; report it to its package"
+        ) from error
     seconds = perf_counter() - start
     frames = len(inputs)
     if output.ran is not None and output.ran.shape != (frames,):
         raise EffectError(f"effect {spec.kind!r} says it ran in {output.ran.shape} of {frames} frames; repair it")
     run = frames if output.ran is None else int(output.ran.sum())
     if output.ran is not None and run < frames:
-        skipped = tuple(inputs.lane_spans(spans_of(~output.ran), SKIPPED))
-        output = replace(output, lanes={**output.lanes, SKIPPED: skipped})
+        skipped_spans = tuple(inputs.lane_spans(spans_of(~output.ran), SKIPPED))
+        output = replace(output, lanes={**output.lanes, SKIPPED: skipped_spans})
     return EffectRun(spec, step.because, output, seconds, dict(inputs.counters), frames, run)
 
 
@@ -116,9 +118,9 @@ def recorded_scalars(session: Session, assembly: Assembly) -> dict[str, EffectRu
     for name, track in session.scalars.items():
         times = (track.times_ns - assembly.first_ns) / 1e9
         first, last = assembly.motion.times[[0, -1]]
-        rows = np.flatnonzero((times >= first) & (times <= last))
-        if len(rows):
-            series[name] = Series(times[rows], track.values[rows], track.unit)
+        rows_in_window = np.flatnonzero((times >= first) & (times <= last))
+        if len(rows_in_window):
+            series[name] = Series(times[rows_in_window], track.values[rows_in_window], track.unit)
     if not series:
         return {}
     output, seconds = EffectOutput(series=series), perf_counter() - start

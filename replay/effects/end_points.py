@@ -90,43 +90,47 @@ def end_points(matter: Matter, vessel: str) -> list[EffectEvent]:
     return events or list(_unreached_event(matter, vessel))
 
 
-def _acid_and_redox_points(matter: Matter, vessel: str, find: Finder) -> Crossings:
-    totals = matter.totals(matter.histories[vessel].amounts)
-    return chain(_acid_base_points(matter, vessel, totals, find), _redox_points(matter, vessel, find))
+def _acid_and_redox_points(matter: Matter, vessel: str, find_crossings: Finder) -> Crossings:
+    component_totals = matter.totals(matter.histories[vessel].amounts)
+    return chain(
+        _acid_base_points(matter, vessel, component_totals, find_crossings),
+        _redox_points(matter, vessel, find_crossings),
+    )
 
 
 def _unreached_event(matter: Matter, vessel: str) -> Iterator[EffectEvent]:
     """Event of the nearest end point at which a titration had not arrived when its titrant ended."""
     history = matter.histories[vessel]
-    growth = np.flatnonzero(np.diff(history.added_ml, axis=0).any(axis=1))
-    if not len(growth):
+    growing_rows = np.flatnonzero(np.diff(history.added_ml, axis=0).any(axis=1))
+    if not len(growing_rows):
         return
-    after = int(growth[-1]) + 1
-    is_source = history.added_ml[after] > history.added_ml[after - 1]
-    added = history.added_ml[:, is_source].sum(axis=1)
-    is_titrant_only = (history.added_ml[:, ~is_source] == history.added_ml[after, ~is_source]).all(axis=1)
-    row_before = int(np.argmax(is_titrant_only & (added >= 0.5 * added[after])))
+    last_row = int(growing_rows[-1]) + 1
+    is_source = history.added_ml[last_row] > history.added_ml[last_row - 1]
+    added_volume = history.added_ml[:, is_source].sum(axis=1)
+    is_titrant_only = (history.added_ml[:, ~is_source] == history.added_ml[last_row, ~is_source]).all(axis=1)
+    row_before = int(np.argmax(is_titrant_only & (added_volume >= 0.5 * added_volume[last_row])))
     sources = [name for name, index in matter.ledger.at.items() if name and is_source[index]]
 
     def crossings_ahead(excess: FloatArray) -> Iterator[_Crossing]:
-        first, last = float(excess[row_before]), float(excess[after])
-        nearer = abs(last) < abs(first) and first * last > 0.0
-        if nearer and abs(last) > LEAST * np.abs(excess).max():
-            yield _Crossing(row_before, after, first / (first - last), last > first)
+        first, last = float(excess[row_before]), float(excess[last_row])
+        is_nearer = abs(last) < abs(first) and first * last > 0.0
+        if is_nearer and abs(last) > LEAST * np.abs(excess).max():
+            yield _Crossing(row_before, last_row, first / (first - last), last > first)
 
     ends = sorted(
-        (float(point.crossing.interpolate(added)), point.left, point.right)
+        (float(point.crossing.interpolate(added_volume)), point.left, point.right)
         for point in _acid_and_redox_points(matter, vessel, crossings_ahead)
-        if point.reacted >= COMPLETE and point.crossing.interpolate(added) <= BEYOND * added[after]
+        if point.reacted >= COMPLETE and point.crossing.interpolate(added_volume) <= BEYOND * added_volume[last_row]
     )
-    if len(sources) == 1 and ends and row_before < after:
+    if len(sources) == 1 and ends and row_before < last_row:
         volume, left, right = ends[0]
-        text = (
-            f"{words.decimal(float(added[after]), 2)} mL of {sources[0]} came into {vessel}; the end point of {left} "
+        message = (
+            f"{words.decimal(float(added_volume[last_row]), 2)} mL of {sources[0]} came into {vessel}; the end "
+            f"point of {left} "
             f"and {right} would be at {words.decimal(volume, 2)} mL"
         )
-        values: dict[str, float | str] = {"volume_ml": volume, "came_ml": float(added[after])}
-        yield EffectEvent(float(history.times[after]), "not-reached", (vessel,), None, values, text)
+        values: dict[str, float | str] = {"volume_ml": volume, "came_ml": float(added_volume[last_row])}
+        yield EffectEvent(float(history.times[last_row]), "not-reached", (vessel,), None, values, message)
 
 
 def ion_end_points(matter: Matter, vessel: str) -> list[EffectEvent]:
@@ -167,35 +171,35 @@ def _events(matter: Matter, vessel: str, kinds: Crossings) -> list[EffectEvent]:
 
 def _incomplete_event(matter: Matter, vessel: str, point: _Equivalent) -> EffectEvent:
     """Event of reagents that are equivalent before they have reacted: a slow reaction."""
-    text = (
+    message = (
         f"{point.left} and {point.right} are equivalent in {vessel}, but {words.as_percentage(point.reacted)} of them "
         "have reacted: no end point"
     )
     time = float(point.crossing.interpolate(matter.histories[vessel].times))
-    return EffectEvent(time, "incomplete", (vessel,), None, {"reacted": point.reacted}, text, "warning")
+    return EffectEvent(time, "incomplete", (vessel,), None, {"reacted": point.reacted}, message, "warning")
 
 
 def _end_point_event(matter: Matter, vessel: str, point: _Equivalent, number: int, count: int) -> EffectEvent:
     """Event of an end point: its volume, the concentration that it gives, and after the last what overshot it."""
     history, crossing = matter.histories[vessel], point.crossing
     is_source = history.added_ml[crossing.row_after] > history.added_ml[crossing.row_before]
-    added = history.added_ml[:, is_source].sum(axis=1)
-    volume = float(crossing.interpolate(added))
-    overshoot_ml = float(added[-1]) - volume
+    added_volume = history.added_ml[:, is_source].sum(axis=1)
+    volume = float(crossing.interpolate(added_volume))
+    overshoot_ml = float(added_volume[-1]) - volume
     sources = [name for name, index in matter.ledger.at.items() if name and is_source[index]]
     concentration, values = "", dict[str, float | str]()
     if len(sources) == 1 and _is_plain_titration(matter, vessel, crossing, sources[0]):
         concentration, values = titrated_concentration(
             matter.recipe.contents, vessel, sources[0], (point.left, point.right), volume
         )
-    text = f"{point.left} and {point.right} are equivalent in {vessel} after {words.decimal(volume, 2)} mL"
+    message = f"{point.left} and {point.right} are equivalent in {vessel} after {words.decimal(volume, 2)} mL"
     if count > 1:
-        text += f" (end point {number} of {count})"
-    text += concentration
+        message += f" (end point {number} of {count})"
+    message += concentration
     if number == count:
-        text += f"; overshot by {words.decimal(overshoot_ml, 2)} mL"
+        message += f"; overshot by {words.decimal(overshoot_ml, 2)} mL"
     values |= {"volume_ml": volume, "overshot_ml": overshoot_ml, "number": number, "of": point.kind.value}
-    return EffectEvent(float(crossing.interpolate(history.times)), "end-point", (vessel,), None, values, text)
+    return EffectEvent(float(crossing.interpolate(history.times)), "end-point", (vessel,), None, values, message)
 
 
 def _is_plain_titration(matter: Matter, vessel: str, crossing: _Crossing, titrant: str) -> bool:
@@ -203,13 +207,15 @@ def _is_plain_titration(matter: Matter, vessel: str, crossing: _Crossing, titran
     solids = [name for name in matter.ledger.column if name.endswith(SOLID)]
     if any(matter.amount(titrant, name).any() for name in solids):
         return False
-    added = matter.histories[vessel].added_ml[crossing.row_after]
-    others = [name for name, index in matter.ledger.at.items() if name not in (titrant, "") and added[index] > 0.0]
+    added_at_crossing = matter.histories[vessel].added_ml[crossing.row_after]
+    other_sources = [
+        name for name, index in matter.ledger.at.items() if name not in (titrant, "") and added_at_crossing[index] > 0.0
+    ]
     contents = matter.recipe.contents
-    return all(name in contents and set(contents[name].amounts) <= {WATER} for name in others)
+    return all(name in contents and set(contents[name].amounts) <= {WATER} for name in other_sources)
 
 
-def _acid_base_points(matter: Matter, vessel: str, totals: FloatArray, find: Finder) -> Crossings:
+def _acid_base_points(matter: Matter, vessel: str, totals: FloatArray, find_crossings: Finder) -> Crossings:
     solver = matter.solver
     if solver is None:
         return
@@ -224,28 +230,28 @@ def _acid_base_points(matter: Matter, vessel: str, totals: FloatArray, find: Fin
         mixture.pka(component) if amount.any() else ()
         for component, amount in zip(mixture.components[1:], totals.T[1:], strict=True)
     ]
-    cuts = [
+    pka_bounds = [
         -np.inf,
         *sorted({step for steps in pka_by_component for step in steps if STRONGEST < step < WEAKEST}),
         np.inf,
     ]
-    for lower, upper in pairwise(cuts):
+    for lower, upper in pairwise(pka_bounds):
         excess = excess_protons[:, 0] - totals @ np.array(
             [sum(step >= upper for step in steps) for steps in pka_by_component]
         )
-        for crossing in find(excess):
+        for crossing in find_crossings(excess):
             point = crossing.interpolate(totals)
             sizes = [
-                float(point @ [cut in steps for steps in pka_by_component])
-                for cut in (lower, upper)
-                if np.isfinite(cut)
+                float(point @ [pka_bound in steps for steps in pka_by_component])
+                for pka_bound in (lower, upper)
+                if np.isfinite(pka_bound)
             ]
             size = min(sizes, default=float(np.abs(excess).max()))
             water_mol = float(crossing.interpolate(water))
             if size > 0.0 and water_mol > 0.0 and _inflects(solver, point, size, water_mol):
-                names = _reagent_names(matter, mixture, vessel, crossing, lower, upper)
-                if names is not None:
-                    yield _Equivalent(crossing, Equivalence.ACID_AND_BASE, *names)
+                reagent_names = _reagent_names(matter, mixture, vessel, crossing, lower, upper)
+                if reagent_names is not None:
+                    yield _Equivalent(crossing, Equivalence.ACID_AND_BASE, *reagent_names)
 
 
 def _inflects(solver: Solver, point: FloatArray, size: float, water: float) -> bool:
@@ -255,10 +261,10 @@ def _inflects(solver: Solver, point: FloatArray, size: float, water: float) -> b
     count = len(totals)
     solids = np.array([phase.column.endswith(SOLID) for phase in solver.mixture.phases], dtype=np.bool_)
     ph = solver.equilibrium(totals, np.full(count, water), np.full(count, WITHOUT_HEAT_C), solids).ph
-    steep, middle = -np.diff(ph) / np.diff(HALF_STEP), 0.5 * (HALF_STEP[1:] + HALF_STEP[:-1])
-    is_near_cut = np.abs(middle) <= NARROW
-    flat = (steep[middle < -NARROW].min(), steep[middle > NARROW].min())
-    return bool(steep[is_near_cut].max() > STEEPER * max(flat))
+    steepness, middle_steps = -np.diff(ph) / np.diff(HALF_STEP), 0.5 * (HALF_STEP[1:] + HALF_STEP[:-1])
+    is_near_cut = np.abs(middle_steps) <= NARROW
+    flatter_sides = (steepness[middle_steps < -NARROW].min(), steepness[middle_steps > NARROW].min())
+    return bool(steepness[is_near_cut].max() > STEEPER * max(flatter_sides))
 
 
 def _reagent_names(
@@ -267,10 +273,12 @@ def _reagent_names(
     """Acids and bases, as they were brought, that are equivalent at a cut; ``None``: one of the two is missing."""
     history = matter.histories[vessel]
     source_indices = np.flatnonzero(history.added_ml[crossing.row_after] > history.added_ml[crossing.row_before])
-    fills = matter.recipe.contents
+    contents_of_vessel = matter.recipe.contents
     sources = [name for name, index in matter.ledger.at.items() if index in source_indices]
-    titrants = {formula for name in sources if name in fills for formula in fills[name].amounts}
-    brought = {
+    titrants = {
+        formula for name in sources if name in contents_of_vessel for formula in contents_of_vessel[name].amounts
+    }
+    brought_formulas = {
         column.removesuffix(ADDED)
         for column in matter.ledger.column
         if column.endswith(ADDED) and matter.amount(vessel, column)[crossing.row_before] > 0.0
@@ -286,12 +294,12 @@ def _reagent_names(
 
     def protons(formula: str) -> float:
         components = dissolved_components(formula)
-        bare = sum(
+        least_protons = sum(
             many * mixture.least_protons(component)
             for component, many in components.items()
             if component in mixture.components[1:]
         )
-        return components.get(PROTON, 0) - bare
+        return components.get(PROTON, 0) - least_protons
 
     def is_base(formula: str) -> bool:
         sites = sum(
@@ -302,13 +310,13 @@ def _reagent_names(
         return sites > protons(formula)
 
     def gives_protons(formula: str) -> bool:
-        strong = all(pka <= STRONGEST for pka in steps(formula))
-        return protons(formula) > 0 and (strong or any(pka <= lower for pka in steps(formula)))
+        is_strong = all(pka <= STRONGEST for pka in steps(formula))
+        return protons(formula) > 0 and (is_strong or any(pka <= lower for pka in steps(formula)))
 
     def takes_protons(formula: str) -> bool:
         return protons(formula) < 0 or (is_base(formula) and any(pka >= upper for pka in steps(formula)))
 
-    own_formulas = sorted(brought - titrants) or sorted(brought)
+    own_formulas = sorted(brought_formulas - titrants) or sorted(brought_formulas)
     if crossing.rising:
         acids, bases = (
             sorted(formula for formula in titrants if protons(formula) > 0),
@@ -335,13 +343,13 @@ def _redox_points(matter: Matter, vessel: str, find: Finder) -> Crossings:
             and not has_undissolved
             and matter.histories[vessel].extents[-1, row] > 0.0
         ):
-            left, right = (matter.amount(vessel, column) / -process.changes[column] for column in reagents)
+            first_mol, second_mol = (matter.amount(vessel, column) / -process.changes[column] for column in reagents)
             oxidant, reductant = (matter.recipe.reagent(row, column) for column in reagents)
             extent = matter.histories[vessel].extents[:, row]
-            for crossing in find(left - right):
-                reacted = float(crossing.interpolate(extent))
-                remaining = max(0.0, float(crossing.interpolate(np.minimum(left, right))))
-                fraction = reacted / (reacted + remaining)
+            for crossing in find(first_mol - second_mol):
+                reacted_mol = float(crossing.interpolate(extent))
+                remaining = max(0.0, float(crossing.interpolate(np.minimum(first_mol, second_mol))))
+                fraction = reacted_mol / (reacted_mol + remaining)
                 yield _Equivalent(crossing, Equivalence.OXIDANT_AND_REDUCTANT, oxidant, reductant, fraction)
 
 
@@ -360,40 +368,46 @@ def _metal_and_anion_points(matter: Matter, vessel: str, totals: FloatArray) -> 
             if len(solutes) == 2 and len(METALS & set(solutes)) == 1 and set(solutes) <= set(components):
                 pairs.setdefault(tuple(sorted(solutes)), formula)
     for ion, partners in _together(pairs):
-        own = totals[:, components.index(ion)]
-        bound, needed = [], np.zeros(len(own))
+        ion_total = totals[:, components.index(ion)]
+        moles_of_product, needed_mol = [], np.zeros(len(ion_total))
         for partner in partners:
             formula = pairs[(min(ion, partner), max(ion, partner))]
             solutes = solute_components(formula)
             moles = totals[:, components.index(partner)] / solutes[partner]
-            bound.append((formula, moles))
-            needed = needed + moles * solutes[ion]
-        others = {name for pair in pairs if ion in pair for name in pair} - {ion, *partners}
-        for crossing in _crossings(own - needed):
-            rivalled = any(float(crossing.interpolate(totals[:, components.index(name)])) > 0.0 for name in others)
-            whole = [float(crossing.interpolate(moles)) for _, moles in bound]
+            moles_of_product.append((formula, moles))
+            needed_mol = needed_mol + moles * solutes[ion]
+        competing_ions = {name for pair in pairs if ion in pair for name in pair} - {ion, *partners}
+        for crossing in _crossings(ion_total - needed_mol):
+            has_competitor = any(
+                float(crossing.interpolate(totals[:, components.index(name)])) > 0.0 for name in competing_ions
+            )
+            product_mol = [float(crossing.interpolate(moles)) for _, moles in moles_of_product]
             amount_made = _amount_made(matter, vessel, totals, crossing)
             fractions = [
                 amount_made.get(formula, 0.0) / moles
-                for (formula, _), moles in zip(bound, whole, strict=True)
+                for (formula, _), moles in zip(moles_of_product, product_mol, strict=True)
                 if moles > 0.0
             ]
-            if len(fractions) == len(bound) and min(fractions) >= (ALONE if rivalled else COMPLETE):
-                names = sorted((ion, " + ".join(partners))) if len(partners) == 1 else [ion, " + ".join(partners)]
-                yield _Equivalent(crossing, Equivalence.METAL_AND_ANION, names[0], names[1], min(fractions))
+            if len(fractions) == len(moles_of_product) and min(fractions) >= (ALONE if has_competitor else COMPLETE):
+                reagent_names = (
+                    sorted((ion, " + ".join(partners))) if len(partners) == 1 else [ion, " + ".join(partners)]
+                )
+                yield _Equivalent(
+                    crossing, Equivalence.METAL_AND_ANION, reagent_names[0], reagent_names[1], min(fractions)
+                )
 
 
 def _together(pairs: Iterable[tuple[str, ...]]) -> Iterator[tuple[str, tuple[str, ...]]]:
     """Ions and partners that they may be equivalent to: one, or several of them together."""
     partners: dict[str, set[str]] = {}
-    for ion, other in pairs:
-        yield ion, (other,)
-        partners.setdefault(ion, set()).add(other)
-        partners.setdefault(other, set()).add(ion)
+    for ion, other_ion in pairs:
+        yield ion, (other_ion,)
+        partners.setdefault(ion, set()).add(other_ion)
+        partners.setdefault(other_ion, set()).add(ion)
     for ion, mine in sorted(partners.items()):
         for count in range(2, min(len(mine), MOST_PARTNERS) + 1):
-            for several in combinations(sorted(mine), count):
-                yield ion, several
+            for several_partners in combinations(sorted(mine), count):
+                yield ion, several_partners
 
 
 def _amount_made(matter: Matter, vessel: str, totals: FloatArray, crossing: _Crossing) -> dict[str, float]:
@@ -423,6 +437,6 @@ def _amount_made(matter: Matter, vessel: str, totals: FloatArray, crossing: _Cro
 def _crossings(excess: FloatArray) -> Iterator[_Crossing]:
     rows = np.flatnonzero(np.abs(excess) > LEAST * np.abs(excess).max(initial=0.0))
     signs = np.sign(excess[rows])
-    for change in np.flatnonzero(np.diff(signs)).tolist():
-        a, b = int(rows[change]), int(rows[change + 1])
+    for change_row in np.flatnonzero(np.diff(signs)).tolist():
+        a, b = int(rows[change_row]), int(rows[change_row + 1])
         yield _Crossing(a, b, float(excess[a] / (excess[a] - excess[b])), bool(excess[b] > excess[a]))

@@ -43,10 +43,10 @@ class Parabola:
 
 def fit_parabola(times: FloatArray, points: FloatArray) -> Parabola:
     """The least-squares parabola through n >= 5 samples (n,) and (n, k), centred on the last one."""
-    at = float(times[-1])
-    coefficients = np.asarray(polyfit(times - at, points, 2), dtype=np.float64)
-    residuals = polyval(times - at, coefficients).T - points
-    return Parabola(at, coefficients, float(np.sqrt((residuals * residuals).sum(axis=1).mean())))
+    centre_time = float(times[-1])
+    coefficients = np.asarray(polyfit(times - centre_time, points, 2), dtype=np.float64)
+    residuals = polyval(times - centre_time, coefficients).T - points
+    return Parabola(centre_time, coefficients, float(np.sqrt((residuals * residuals).sum(axis=1).mean())))
 
 
 def settled_runs(times: FloatArray, valid: BoolArray, linked: BoolArray) -> IntArray:
@@ -55,18 +55,18 @@ def settled_runs(times: FloatArray, valid: BoolArray, linked: BoolArray) -> IntA
     A stretch begins at a frame whose path from the one before is not known. Where it follows a loss, a gap or a jump,
     its first ``SETTLE_S`` seconds count as drifting; at the begin of the recording nothing was lost.
     """
-    runs = np.where(valid, np.cumsum(~linked), -1)
+    run_of_frame = np.where(valid, np.cumsum(~linked), -1)
     for row in np.flatnonzero(~linked[1:] & valid[1:]) + 1:
-        runs[row : np.searchsorted(times, times[row] + SETTLE_S)] = -1
-    return runs
+        run_of_frame[row : np.searchsorted(times, times[row] + SETTLE_S)] = -1
+    return run_of_frame
 
 
 def rows_before(runs: IntArray, frame: int) -> IntArray:
     """The last frames up to ``frame`` of its stretch, nine at most; fewer than five count as none."""
-    rows = np.arange(max(0, frame - 2 * HALF_WINDOW), frame + 1)
-    same = np.logical_and.accumulate(runs[rows][::-1] == runs[frame])[::-1]
-    rows = rows[same & (runs[frame] >= 0)]
-    return rows if len(rows) >= LEAST_SAMPLES else rows[:0]
+    frames_before = np.arange(max(0, frame - 2 * HALF_WINDOW), frame + 1)
+    is_same_run = np.logical_and.accumulate(runs[frames_before][::-1] == runs[frame])[::-1]
+    frames_before = frames_before[is_same_run & (runs[frame] >= 0)]
+    return frames_before if len(frames_before) >= LEAST_SAMPLES else frames_before[:0]
 
 
 def velocities(times: FloatArray, points: FloatArray, runs: IntArray, frames: IntArray) -> FloatArray:
@@ -74,8 +74,8 @@ def velocities(times: FloatArray, points: FloatArray, runs: IntArray, frames: In
     nearby_frames = frames[:, None] + np.arange(-HALF_WINDOW, HALF_WINDOW + 1)
     rows = np.clip(nearby_frames, 0, len(times) - 1)
     is_in_run = (nearby_frames == rows) & (runs[rows] == runs[frames, None]) & (runs[frames, None] >= 0)
-    since = np.where(is_in_run, times[rows] - times[frames, None], 0.0)
-    powers = is_in_run[..., None] * since[..., None] ** np.arange(3)
+    seconds_from_centre = np.where(is_in_run, times[rows] - times[frames, None], 0.0)
+    power_terms = is_in_run[..., None] * seconds_from_centre[..., None] ** np.arange(3)
     # The least-squares parabola of each frame; what is outside weighs nothing.
-    fits = np.linalg.pinv(powers) @ np.where(is_in_run[..., None], points[rows], 0.0)
-    return np.where(is_in_run.sum(axis=1)[:, None] >= LEAST_SAMPLES, fits[:, 1], np.nan)
+    fit_coefficients = np.linalg.pinv(power_terms) @ np.where(is_in_run[..., None], points[rows], 0.0)
+    return np.where(is_in_run.sum(axis=1)[:, None] >= LEAST_SAMPLES, fit_coefficients[:, 1], np.nan)

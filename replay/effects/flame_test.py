@@ -46,18 +46,18 @@ def _dips(
         vessel = Vessel(inputs.body(name))
         vessel_poses = inputs.poses(name)
         height = vessel_poses.to_body_frame(tips)[:, 1]
-        level = float(vessel.level(np.array([vessel.volume_ml]))[0])
-        wet = is_inside(tips, vessel_poses, vessel) & (height > vessel.floor) & (height <= level)
-        dips += [(name, span) for span in steady_spans(wet, poses.valid)]
+        liquid_level = float(vessel.level(np.array([vessel.volume_ml]))[0])
+        is_dipped = is_inside(tips, vessel_poses, vessel) & (height > vessel.floor) & (height <= liquid_level)
+        dips += [(name, span) for span in steady_spans(is_dipped, poses.valid)]
     return sorted(dips, key=lambda dip: dip[1])
 
 
 def _in_cone(inputs: EffectInputs, declared: Declaration, tips: FloatArray) -> BoolArray:
     lamp = inputs.poses(declared["flame"])
-    local = lamp.to_body_frame(tips) - np.array(declared["base"])
+    lamp_points = lamp.to_body_frame(tips) - np.array(declared["base"])
     height, radius = declared["flame_height"], declared["flame_radius"]
-    across = np.hypot(local[:, 0], local[:, 2])
-    return lamp.valid & (local[:, 1] >= 0.0) & (across <= radius * (1.0 - local[:, 1] / height))
+    axis_distance = np.hypot(lamp_points[:, 0], lamp_points[:, 2])
+    return lamp.valid & (lamp_points[:, 1] >= 0.0) & (axis_distance <= radius * (1.0 - lamp_points[:, 1] / height))
 
 
 def _visit(
@@ -68,10 +68,10 @@ def _visit(
     salt = declared["dips"][earlier_vessels[-1]] if earlier_vessels else ""
     long_enough = end - start >= declared["seconds"]
     colour = declared["colours"].get(salt, "") if long_enough else ""
-    text = f"{salt or 'a clean wire'} is in the flame for {words.decimal(end - start, 1)} s: {colour or 'no colour'}"
+    message = f"{salt or 'a clean wire'} is in the flame for {words.decimal(end - start, 1)} s: {colour or 'no colour'}"
     bodies = (declared["wire"], declared["flame"])
     return EffectEvent(
-        start, "flame", bodies, inputs.end(span[1]), {"salt": salt, "seen": colour, "seconds": end - start}, text
+        start, "flame", bodies, inputs.end(span[1]), {"salt": salt, "seen": colour, "seconds": end - start}, message
     )
 
 

@@ -37,21 +37,21 @@ def compute(inputs: EffectInputs) -> EffectOutput:
 
 def _things_by_hand(inputs: EffectInputs) -> dict[str, dict[str, Declaration]]:
     """Hand -> what it may take, each with the table of its limits; the first sets the levels of the trigger."""
-    reach: dict[str, dict[str, Declaration]] = {}
+    limits_of_thing: dict[str, dict[str, Declaration]] = {}
     for declared in inputs.declared:
         for hand, thing in declared["between"]:
-            reach.setdefault(hand, {}).setdefault(thing, declared)
-    return reach
+            limits_of_thing.setdefault(hand, {}).setdefault(thing, declared)
+    return limits_of_thing
 
 
 def press_spans(inputs: EffectInputs, track: HandTrack, limits: Declaration) -> list[FrameRange]:
     """Frames in which trigger or grip is pressed, with hysteresis on the hand's own samples."""
     presses, stamps = [], inputs.assembly.stamp_ns
     for first, stop in hysteresis_spans(np.maximum(track.trigger, track.grip), limits["press"], limits["release"]):
-        begin = int(np.searchsorted(stamps, track.times_ns[first]))
+        first_frame = int(np.searchsorted(stamps, track.times_ns[first]))
         end = len(inputs) if stop >= len(track) else int(np.searchsorted(stamps, track.times_ns[stop]))
-        if end > begin:
-            presses.append((begin, end))
+        if end > first_frame:
+            presses.append((first_frame, end))
     return presses
 
 
@@ -64,16 +64,16 @@ def _grasp_events(
         for thing in things
         if any(touch.first < press[1] and touch.stop > press[0] for touch in touches_of(inputs, (hand, thing)))
     ]
-    holds = {
+    hold_of_thing = {
         thing: hold for thing, limits in things.items() if (hold := _longest_hold(inputs, hand, thing, press, limits))
     }
-    if holds:
-        name, (moved, seconds) = max(holds.items(), key=lambda hold: hold[1])
+    if hold_of_thing:
+        name, (moved, seconds) = max(hold_of_thing.items(), key=lambda hold: hold[1])
         findings.add_lane(hand, LaneSpan(start, last, name))
-        values = {"held_s": seconds, "moved_m": moved, "touching": name in touched_things}
-        grasp = EffectEvent(start, "grasp", (hand, name), end, values, f"{hand} takes {name}")
-        release = EffectEvent(last, "release", (hand, name), message=f"{hand} lets go of {name}")
-        return [grasp] if end is None else [grasp, release]
+        event_values = {"held_s": seconds, "moved_m": moved, "touching": name in touched_things}
+        grasp_event = EffectEvent(start, "grasp", (hand, name), end, event_values, f"{hand} takes {name}")
+        release_event = EffectEvent(last, "release", (hand, name), message=f"{hand} lets go of {name}")
+        return [grasp_event] if end is None else [grasp_event, release_event]
     return [
         EffectEvent(start, "failed", (hand, thing), None, {}, f"{hand} fails to take {thing}", "warning")
         for thing in touched_things
@@ -90,19 +90,22 @@ def _longest_hold(
     frames = slice(*press)
     hand_poses, thing_poses = (inputs.poses(name).take(frames) for name in (hand, thing))
     is_riding_along = is_riding(thing_poses.relative_to(hand_poses), limits)
-    times = inputs.times[frames]
+    press_times = inputs.times[frames]
     # Frames without a pose do not end a stretch of riding.
     rides_together = spans_of(is_riding_along | ~(hand_poses.valid & thing_poses.valid))
-    spans = [span for span in rides_together if times[span[0]] - times[0] <= CATCH_S]
-    if not spans:
+    riding_spans = [span for span in rides_together if press_times[span[0]] - press_times[0] <= CATCH_S]
+    if not riding_spans:
         return None
-    first, stop = max(spans, key=lambda span: span[1] - span[0])
+    first, stop = max(riding_spans, key=lambda span: span[1] - span[0])
     has_pose = thing_poses.valid[first:stop]
     points = thing_poses.translation[first:stop][has_pose]
     if not len(points):
         return None
-    displacements = points - points[0]
-    seconds, moved = float(times[stop - 1] - times[first]), float(np.linalg.norm(displacements, axis=1).max())
+    hand_displacements = points - points[0]
+    seconds, moved = (
+        float(press_times[stop - 1] - press_times[first]),
+        float(np.linalg.norm(hand_displacements, axis=1).max()),
+    )
     return (moved, seconds) if seconds > limits["held_s"] and moved > limits["moved_m"] else None
 
 
@@ -115,18 +118,22 @@ def is_riding(relative: BodyPoses, limits: Declaration) -> BoolArray:
     window = limits["window_s"]
     times, valid = relative.times, relative.valid
     means, has_pose = _window_means(relative, window)
-    stops = np.searchsorted(times, times + window, side="right")
+    window_stops = np.searchsorted(times, times + window, side="right")
     is_steady = valid.copy()
-    farthest = limits["spread_m"] ** 2
+    most_spread_squared = limits["spread_m"] ** 2
     # Rotations of length sqrt(3) that differ by an angle: |A - B|^2 = 6 - 2 trace(A^T B) = 4 - 4 cos.
-    widest = 4.0 - 4.0 * np.cos(limits["spread_rad"])
-    for step in range(1, int((stops - np.arange(len(times))).max(initial=0))):
-        early, late = slice(None, -step), slice(step, None)
-        is_in_window = (times[late] - times[early] <= window) & has_pose[early] & has_pose[late]
-        change = means[:, late] - means[:, early]
-        change *= change
-        is_too_far = (change[:3].sum(axis=0) > farthest) | (change[3:].sum(axis=0) > widest)
-        is_steady[early] &= ~(is_in_window & is_too_far)
+    most_rotation_spread = 4.0 - 4.0 * np.cos(limits["spread_rad"])
+    for step in range(1, int((window_stops - np.arange(len(times))).max(initial=0))):
+        earlier_frames, later_frames = slice(None, -step), slice(step, None)
+        is_in_window = (
+            (times[later_frames] - times[earlier_frames] <= window) & has_pose[earlier_frames] & has_pose[later_frames]
+        )
+        mean_change = means[:, later_frames] - means[:, earlier_frames]
+        mean_change *= mean_change
+        is_too_far = (mean_change[:3].sum(axis=0) > most_spread_squared) | (
+            mean_change[3:].sum(axis=0) > most_rotation_spread
+        )
+        is_steady[earlier_frames] &= ~(is_in_window & is_too_far)
     return is_steady
 
 
@@ -137,17 +144,19 @@ def _window_means(relative: BodyPoses, window: float) -> tuple[FloatArray, BoolA
     """
     times, valid = relative.times, relative.valid
     half = np.minimum(window / 2.0, np.minimum(times - times[0], times[-1] - times))
-    starts = np.searchsorted(times, times - half - ROUNDING_S, side="left")
-    stops = np.searchsorted(times, times + half + ROUNDING_S, side="right")
+    window_starts = np.searchsorted(times, times - half - ROUNDING_S, side="left")
+    window_stops = np.searchsorted(times, times + half + ROUNDING_S, side="right")
     poses = np.concatenate([relative.translation, relative.rotation.reshape(-1, 9)], axis=1)
-    sums = np.concatenate([np.zeros((1, 12)), np.cumsum(np.where(valid[:, None], poses, 0.0), axis=0)])
-    counts = np.concatenate([[0], np.cumsum(valid)])
-    number = counts[stops] - counts[starts]
-    means = np.ascontiguousarray(((sums[stops] - sums[starts]) / np.maximum(number, 1)[:, None]).T)
+    pose_sums = np.concatenate([np.zeros((1, 12)), np.cumsum(np.where(valid[:, None], poses, 0.0), axis=0)])
+    valid_counts = np.concatenate([[0], np.cumsum(valid)])
+    frames_in_window = valid_counts[window_stops] - valid_counts[window_starts]
+    means = np.ascontiguousarray(
+        ((pose_sums[window_stops] - pose_sums[window_starts]) / np.maximum(frames_in_window, 1)[:, None]).T
+    )
     # A mean of nearly equal rotations is a shorter rotation; brought to its length it compares as one.
     length = np.sqrt((means[3:] ** 2).sum(axis=0) / 3.0)
     means[3:] /= np.where(length > 0.0, length, 1.0)
-    return means, number > 0
+    return means, frames_in_window > 0
 
 
 SPEC = spec_of("grasp", compute)

@@ -55,44 +55,45 @@ def _distance(inputs: EffectInputs, declared: Declaration, visitor: str, hazard:
     lower, upper = box.min(axis=0), box.max(axis=0)
     upper = upper + np.array([0.0, declared["above"], 0.0])
     vertices = surface_points(inputs.mesh(visitor))
-    middle = (vertices.min(axis=0) + vertices.max(axis=0)) / 2.0
-    radius = float(np.linalg.norm(vertices - middle, axis=1).max())
-    centre = hazard_poses.to_body_frame(visitor_poses.point(middle))
-    away = np.maximum(0.0, np.maximum(lower - centre, centre - upper))
-    is_near_enough = np.linalg.norm(away, axis=1) - radius <= declared["distance"] + declared["leave_by"]
+    ball_centre = (vertices.min(axis=0) + vertices.max(axis=0)) / 2.0
+    radius = float(np.linalg.norm(vertices - ball_centre, axis=1).max())
+    centre = hazard_poses.to_body_frame(visitor_poses.point(ball_centre))
+    box_offsets = np.maximum(0.0, np.maximum(lower - centre, centre - upper))
+    is_near_enough = np.linalg.norm(box_offsets, axis=1) - radius <= declared["distance"] + declared["leave_by"]
     rows = np.flatnonzero(is_near_enough & valid)
     inputs.count("vertex tests", len(rows) * len(vertices))
     distance = np.full(len(inputs), np.nan)
     for start in range(0, len(rows), FRAMES_AT_ONCE):
-        chunk = rows[start : start + FRAMES_AT_ONCE]
-        relative = visitor_poses.take(chunk).relative_to(hazard_poses.take(chunk))
-        distance[chunk] = np.sqrt(_square_to_box(vertices, relative, lower, upper).min(axis=0))
+        frames_of_block = rows[start : start + FRAMES_AT_ONCE]
+        relative_poses = visitor_poses.take(frames_of_block).relative_to(hazard_poses.take(frames_of_block))
+        distance[frames_of_block] = np.sqrt(_square_to_box(vertices, relative_poses, lower, upper).min(axis=0))
     return distance
 
 
 def _square_to_box(points: FloatArray, relative: BodyPoses, lower: FloatArray, upper: FloatArray) -> FloatArray:
     """Squared distance (m, n) of points (m, 3) of the visitor in n frames; by plain products axis by axis."""
-    middle, half = 0.5 * (lower + upper), 0.5 * (upper - lower)
-    total = np.zeros((len(points), len(relative.times)))
+    box_middle, half_size = 0.5 * (lower + upper), 0.5 * (upper - lower)
+    squared_distances = np.zeros((len(points), len(relative.times)))
     for axis in range(3):
-        away = points @ relative.rotation[:, axis].T
-        away += relative.translation[:, axis] - middle[axis]
-        np.abs(away, out=away)
-        away -= half[axis]
-        np.maximum(away, 0.0, out=away)
-        away *= away
-        total += away
-    return total
+        axis_distances = points @ relative.rotation[:, axis].T
+        axis_distances += relative.translation[:, axis] - box_middle[axis]
+        np.abs(axis_distances, out=axis_distances)
+        axis_distances -= half_size[axis]
+        np.maximum(axis_distances, 0.0, out=axis_distances)
+        axis_distances *= axis_distances
+        squared_distances += axis_distances
+    return squared_distances
 
 
 def _event(inputs: EffectInputs, visitor: str, hazard: str, distance: FloatArray, span: FrameRange) -> EffectEvent:
     start, last = inputs.span_times(span)
-    least = float(np.nanmin(distance[slice(*span)]))
-    values = {"seconds": last - start, "least_m": least}
-    text = (
-        f"{visitor} comes within {words.decimal(least * 1e3, 0)} mm of {hazard} for {words.decimal(last - start, 1)} s"
+    least_distance = float(np.nanmin(distance[slice(*span)]))
+    event_values = {"seconds": last - start, "least_m": least_distance}
+    message = (
+        f"{visitor} comes within {words.decimal(least_distance * 1e3, 0)} mm of {hazard} for "
+        f"{words.decimal(last - start, 1)} s"
     )
-    return EffectEvent(start, "near", (visitor, hazard), inputs.end(span[1]), values, text, "warning")
+    return EffectEvent(start, "near", (visitor, hazard), inputs.end(span[1]), event_values, message, "warning")
 
 
 def surface_points(mesh: MeshData) -> FloatArray:

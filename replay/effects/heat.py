@@ -71,23 +71,26 @@ def _change_colour(
     findings.liquids[name] = replace(
         liquid, rgba=np.array([COLOURS[colour_before], COLOURS[colour_after]], dtype=np.uint8)[: len(rows)]
     )
-    ends = [float(times[row]) for row in (0, *changed_rows, -1)]
+    span_bounds = [float(times[row]) for row in (0, *changed_rows, -1)]
     colours = (colour_before, colour_after)
     findings.add_lane(
         f"{name} colour",
-        *(LaneSpan(start, end, word, COLOURS[word]) for start, end, word in zip(ends, ends[1:], colours, strict=False)),
+        *(
+            LaneSpan(start, end, word, COLOURS[word])
+            for start, end, word in zip(span_bounds, span_bounds[1:], colours, strict=False)
+        ),
     )
     for row in changed_rows:
-        text = f"{vessel.contents('solid')['formula']} in {name} turns from {colour_before} to {colour_after}"
-        values = {"celsius": float(celsius[row]), "to": colour_after}
-        findings.events.append(EffectEvent(float(times[row]), "turned", (name,), None, values, text))
+        message = f"{vessel.contents('solid')['formula']} in {name} turns from {colour_before} to {colour_after}"
+        event_values = {"celsius": float(celsius[row]), "to": colour_after}
+        findings.events.append(EffectEvent(float(times[row]), "turned", (name,), None, event_values, message))
 
 
 def _capacity(body: SceneBody) -> float:
-    value: Any = (body.extra.get("properties") or {}).get("heat_capacity_j_per_k")
-    if not is_number(value) or not value > 0.0:
-        raise EffectError(f"scene: body {body.id!r} has heat_capacity_j_per_k = {value!r}; give its m c in J/K")
-    return float(value)
+    heat_capacity: Any = (body.extra.get("properties") or {}).get("heat_capacity_j_per_k")
+    if not is_number(heat_capacity) or not heat_capacity > 0.0:
+        raise EffectError(f"scene: body {body.id!r} has heat_capacity_j_per_k = {heat_capacity!r}; give its m c in J/K")
+    return float(heat_capacity)
 
 
 FIELDS: Final = {
@@ -122,12 +125,12 @@ def _check(declared: Declaration, scene: Scene) -> None:
     kind = declared["of"]
     needed_things, optional_thing = KINDS[kind]
     for thing, keys in FIELDS.items():
-        given = [key for key in keys if declared[key] is not None]
-        if given and thing not in (*needed_things, optional_thing):
-            raise declared.fail(f"{given[0]} belongs to heat of a {thing}, and this is of a {kind}; leave it out")
-        missing = [key for key in keys if key not in given] if given or thing in needed_things else ()
-        if missing:
-            raise declared.fail(f"{missing[0]} is missing: heat of a {thing} needs {', '.join(keys)}")
+        given_keys = [key for key in keys if declared[key] is not None]
+        if given_keys and thing not in (*needed_things, optional_thing):
+            raise declared.fail(f"{given_keys[0]} belongs to heat of a {thing}, and this is of a {kind}; leave it out")
+        missing_keys = [key for key in keys if key not in given_keys] if given_keys or thing in needed_things else ()
+        if missing_keys:
+            raise declared.fail(f"{missing_keys[0]} is missing: heat of a {thing} needs {', '.join(keys)}")
     try:
         if kind == "flame" and declared["turns_c"] is not None:
             _check_solid(Vessel(_heated_body(declared, scene)))

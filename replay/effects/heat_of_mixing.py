@@ -47,16 +47,16 @@ def find_mixing_heat(inputs: EffectInputs, declared: Declaration, findings: Find
             *_strong_solution_events(name, matter),
             *_estimated(name, matter),
         ]
-        changed = np.flatnonzero(np.diff(history.volume_ml, prepend=history.volume_ml[0]))
+        changed_rows = np.flatnonzero(np.diff(history.volume_ml, prepend=history.volume_ml[0]))
         is_over_flame = name in matter.ledger.warmth.flames
-        if not (len(changed) or is_over_flame or matter.amount(name, HEAT).any()):
+        if not (len(changed_rows) or is_over_flame or matter.amount(name, HEAT).any()):
             continue
-        first = int(history.frames[changed[0]]) if len(changed) else 0
+        first = int(history.frames[changed_rows[0]]) if len(changed_rows) else 0
         if not is_over_flame:
             findings.ran[first:] = True
         # What is warmer or colder than the room, or over a flame, changes before anything comes in.
-        resting = 1 if is_over_flame or matter.amount(name, HEAT)[0] else max(1, first - 1)
-        times = inputs.times[[0, *range(resting, len(inputs))]]
+        first_moving_frame = 1 if is_over_flame or matter.amount(name, HEAT)[0] else max(1, first - 1)
+        times = inputs.times[[0, *range(first_moving_frame, len(inputs))]]
         celsius = declared["ambient_c"] + matter.kelvin(name, times)
         # What boils is told so, whatever its heat over its capacity is rounded to.
         rows = history.rows(times)
@@ -82,17 +82,17 @@ def _early_dissolution_events(name: str, matter: Matter) -> list[EffectEvent]:
     for solid, initial in matter.recipe.contents[name].solids.items():
         mass = (initial - float(matter.amount(name, solid + SOLID)[0])) * molar_mass(solid)
         if mass > LEAST_GRAM:
-            oxide = (
+            is_oxide = (
                 {"O"} < set(atoms(solid)) and not {"H"} & set(atoms(solid)) and PROTON in dissolved_components(solid)
             )
-            verb = "react with the water in" if oxide else "dissolve in"
-            text = (
+            verb = "react with the water in" if is_oxide else "dissolve in"
+            message = (
                 f"{quantity(mass, 'g')} {solid} {verb} {name} before the recording begins, and the heat of it is not "
                 "counted: pour the liquid onto the solid, or give the equation of it a rate_per_s"
             )
-            values: dict[str, float | str] = {"formula": solid, "mass_g": mass}
+            event_values: dict[str, float | str] = {"formula": solid, "mass_g": mass}
             time = float(matter.histories[name].times[0])
-            events.append(EffectEvent(time, "dissolved-before", (name,), None, values, text, "warning"))
+            events.append(EffectEvent(time, "dissolved-before", (name,), None, event_values, message, "warning"))
     return events
 
 
@@ -102,8 +102,8 @@ def _strong_solution_events(name: str, matter: Matter) -> list[EffectEvent]:
     rows = np.flatnonzero(matter.is_mixed(name, history.times, history.volume_ml) & (history.volume_ml > 0.0))
     species = np.zeros((len(rows), 0))
     if matter.solver is not None and len(rows):
-        wet, equilibria = matter.equilibria(name, history.times[rows])
-        rows, species = rows[wet], equilibria.species
+        wet_rows, equilibria = matter.equilibria(name, history.times[rows])
+        rows, species = rows[wet_rows], equilibria.species
     amounts = history.amounts[rows]
     if not len(rows) or ledger.heats.content is None:
         return []
@@ -120,13 +120,13 @@ def _strong_solution_events(name: str, matter: Matter) -> list[EffectEvent]:
     if not molal.any():
         return []
     row = int(np.argmax(molal))
-    text = (
+    message = (
         f"no table has the heat of so strong a solution of {ions[row]} as {quantity(float(molal[row]), 'mol/kg')} in "
         f"{name}: it is taken for that of a dilute one, and the change of temperature may be off by a half"
     )
-    values: dict[str, float | str] = {"ions": ions[row], "mol_kg": float(molal[row])}
-    first = float(history.times[rows[np.flatnonzero(molal)[0]]])
-    return [EffectEvent(first, "strong", (name,), None, values, text, "warning")]
+    event_values: dict[str, float | str] = {"ions": ions[row], "mol_kg": float(molal[row])}
+    first_time = float(history.times[rows[np.flatnonzero(molal)[0]]])
+    return [EffectEvent(first_time, "strong", (name,), None, event_values, message, "warning")]
 
 
 def _estimated(name: str, matter: Matter) -> list[EffectEvent]:
@@ -139,39 +139,42 @@ def _estimated(name: str, matter: Matter) -> list[EffectEvent]:
     )
     if not len(rows):
         return []
-    text = (
+    message = (
         f"the heat capacity of the strong solution in {name} is estimated from its water and what is dissolved: a "
         "change of its temperature may be off by a tenth, in strong acids by a fifth; a measured one is given as "
         "heat_capacity_j_per_ml_k"
     )
-    return [EffectEvent(float(history.times[rows[0]]), "estimated", (name,), None, {}, text)]
+    return [EffectEvent(float(history.times[rows[0]]), "estimated", (name,), None, {}, message)]
 
 
-def _freezing_events(name: str, matter: Matter, room: float) -> list[EffectEvent]:
+def _freezing_events(name: str, matter: Matter, room_celsius: float) -> list[EffectEvent]:
     """Event of a solution that reaches its freezing point: it gets no colder while ice is there."""
     history = matter.histories[name]
     is_frozen = (matter.amount(name, LATENT) < 0.0) & matter.is_mixed(name, history.times, history.volume_ml)
     rows = np.flatnonzero(is_frozen)[:1]
     events = []
     for row in rows.tolist():
-        celsius = room + float(matter.kelvin(name, history.times[row : row + 1])[0])
+        celsius = room_celsius + float(matter.kelvin(name, history.times[row : row + 1])[0])
         point = f"{name} reaches its freezing point, {words.decimal(celsius, 1)} degC"
-        text = f"{point}: it gets no colder, how much ice forms is not computed"
-        values = {"celsius": celsius}
-        events.append(EffectEvent(float(history.times[row]), "freeze", (name,), None, values, text, "warning"))
+        message = f"{point}: it gets no colder, how much ice forms is not computed"
+        event_values = {"celsius": celsius}
+        events.append(EffectEvent(float(history.times[row]), "freeze", (name,), None, event_values, message, "warning"))
     return events
 
 
 def _extreme_events(name: str, times: FloatArray, celsius: FloatArray) -> list[EffectEvent]:
     """The warmest and the coldest that a vessel gets after its start: what calorimetry reads."""
     events = []
-    for word, row, sign in (("warmest", int(np.argmax(celsius)), 1.0), ("coldest", int(np.argmin(celsius)), -1.0)):
-        change = float(celsius[row] - celsius[0])
-        if sign * change > LEAST_KELVIN:
-            verb = "warms" if sign > 0.0 else "cools"
-            text = f"{name} {verb} from {words.decimal(celsius[0], 2)} to {words.decimal(celsius[row], 2)} degC"
-            values = {"from_c": float(celsius[0]), "to_c": float(celsius[row]), "change_k": change}
-            events.append(EffectEvent(float(times[row]), word, (name,), None, values, text))
+    for word, row, extreme_sign in (
+        ("warmest", int(np.argmax(celsius)), 1.0),
+        ("coldest", int(np.argmin(celsius)), -1.0),
+    ):
+        temperature_change = float(celsius[row] - celsius[0])
+        if extreme_sign * temperature_change > LEAST_KELVIN:
+            verb = "warms" if extreme_sign > 0.0 else "cools"
+            message = f"{name} {verb} from {words.decimal(celsius[0], 2)} to {words.decimal(celsius[row], 2)} degC"
+            event_values = {"from_c": float(celsius[0]), "to_c": float(celsius[row]), "change_k": temperature_change}
+            events.append(EffectEvent(float(times[row]), word, (name,), None, event_values, message))
     return events
 
 
@@ -188,16 +191,16 @@ def _wrong_orders(inputs: EffectInputs, matter: Matter) -> list[EffectEvent]:
     events = []
     for flow in flows(streams, LEAST_ML):
         amount, acid_name = words.decimal(flow.total_ml, 1), acid.removesuffix(ADDED)
-        text = f"{amount} mL from {flow.source} are poured into {acid_name} in {flow.target}"
-        end, values = float(flow.times[-1]), {"volume_ml": flow.total_ml}
+        message = f"{amount} mL from {flow.source} are poured into {acid_name} in {flow.target}"
+        end_time, event_values = float(flow.times[-1]), {"volume_ml": flow.total_ml}
         events.append(
             EffectEvent(
                 float(flow.times[0]),
                 "wrong-order",
                 (flow.source, flow.target),
-                end,
-                values,
-                f"{text}: acid goes into water",
+                end_time,
+                event_values,
+                f"{message}: acid goes into water",
                 "error",
                 vector_of(flow.points[0]),
             )

@@ -74,8 +74,14 @@ class BodyPoses:
         """The last pose there was, in every frame: a glass lost for a moment stays; invalid before the first pose."""
         if self.valid.all():
             return self
-        rows = np.maximum.accumulate(np.where(self.valid, np.arange(len(self.valid)), -1))
-        return BodyPoses(self.times, self.translation[rows], self.rotation[rows], rows >= 0, self.linked)
+        last_valid_frames = np.maximum.accumulate(np.where(self.valid, np.arange(len(self.valid)), -1))
+        return BodyPoses(
+            self.times,
+            self.translation[last_valid_frames],
+            self.rotation[last_valid_frames],
+            last_valid_frames >= 0,
+            self.linked,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,13 +161,13 @@ class EffectInputs:
 
         Raises EffectError: no effect of the plan names it, or it has no mesh or no track.
         """
-        names = self.assembly.names
-        if self._checked_name(name) not in names:
+        body_names = self.assembly.names
+        if self._checked_name(name) not in body_names:
             raise EffectError(
                 f"effect {self.kind!r}: body {name!r} has no mesh or was not recorded; record it, or give it "
                 "fixed = { position = [x, y, z] } if it stands still"
             )
-        column, motion = names.index(name), self.assembly.motion
+        column, motion = body_names.index(name), self.assembly.motion
         translations, rotations = motion.translations[:, column], motion.rotations[:, column]
         return BodyPoses(motion.times, translations, rotations, motion.valid[:, column], motion.linked[:, column])
 
@@ -188,9 +194,9 @@ class EffectInputs:
         """
         if HANDS not in self.reads:
             raise EffectError(f"effect {self.kind!r} reads a hand; name {HANDS!r} in `reads`")
-        tags = {*self.body(body).tags, *body.replace("_", "-").split("-")}
-        keys = [key for key in self.session.hands if key.rpartition("/")[2] in tags]
-        mine = [key for key in keys if key.partition("/")[0] in tags] or keys
+        body_words = {*self.body(body).tags, *body.replace("_", "-").split("-")}
+        hand_keys = [key for key in self.session.hands if key.rpartition("/")[2] in body_words]
+        mine = [key for key in hand_keys if key.partition("/")[0] in body_words] or hand_keys
         if not mine:
             return None
         self.count(f"decoded {HANDS}/{mine[0]}")
@@ -203,8 +209,10 @@ class EffectInputs:
         """
         if self.detection is None:
             raise EffectError(f"effect {self.kind!r} needs contacts; name a `detector`")
-        names = self.detection.names
-        columns = {frozenset((names[a], names[b])): c for c, (a, b) in enumerate(self.detection.pairs.tolist())}
+        body_names = self.detection.names
+        columns = {
+            frozenset((body_names[a], body_names[b])): c for c, (a, b) in enumerate(self.detection.pairs.tolist())
+        }
         column = columns.get(frozenset(pair))
         if column is None:
             raise EffectError(f"effect {self.kind!r} needs the pair {pair[0]}-{pair[1]}, which was not tested")

@@ -15,8 +15,8 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     matter, findings = matter_of(inputs), Findings(len(inputs))
     for name in dict.fromkeys(name for declared in inputs.declared for name in declared["in"]):
         history = matter.histories[name]
-        changed = np.flatnonzero(np.diff(history.volume_ml, prepend=matter.vessels[name].volume_ml))
-        findings.ran[history.frames[changed]] = True
+        changed_rows = np.flatnonzero(np.diff(history.volume_ml, prepend=matter.vessels[name].volume_ml))
+        findings.ran[history.frames[changed_rows]] = True
         findings.series[f"{name}/volume"] = Series(history.times, history.volume_ml, "mL")
         litres = np.where(history.volume_ml > 0.0, history.volume_ml * 1e-3, np.nan)
         for column in matter.ledger.columns:

@@ -35,8 +35,8 @@ class Movement:
 
     def changes(self, times: FloatArray, name: str) -> Series:
         """A vessel's volume wherever it changed, and at the first and the last frame."""
-        moved = [stream for stream in self.streams if name in (stream.source, stream.target)]
-        return volumes(times, moved, self.volume_ml[name])
+        streams_of_vessel = [stream for stream in self.streams if name in (stream.source, stream.target)]
+        return volumes(times, streams_of_vessel, self.volume_ml[name])
 
 
 def volumes(times: FloatArray, streams: Sequence[Stream], volume_ml: FloatArray) -> Series:
@@ -47,10 +47,10 @@ def volumes(times: FloatArray, streams: Sequence[Stream], volume_ml: FloatArray)
 
 def gone_ml(count: int, streams: Iterable[Stream]) -> FloatArray:
     """Millilitres (T,) of all streams together in each frame."""
-    gone = np.zeros(count)
+    gone_volume = np.zeros(count)
     for stream in streams:
-        gone[stream.frames] += stream.volume_ml
-    return gone
+        gone_volume[stream.frames] += stream.volume_ml
+    return gone_volume
 
 
 def movement_of(inputs: EffectInputs) -> Movement:
@@ -117,39 +117,39 @@ class _PlacedVessel:
                 )
                 / ML
             )
-            top = initial_volume + total_inflow - np.cumsum(let_out)
-            overflow = np.minimum(top, np.maximum.accumulate(np.maximum(0.0, top - brim)))
-            return let_out, np.diff(overflow, prepend=0.0), top - overflow
+            filled_volume = initial_volume + total_inflow - np.cumsum(let_out)
+            overflow = np.minimum(filled_volume, np.maximum.accumulate(np.maximum(0.0, filled_volume - brim)))
+            return let_out, np.diff(overflow, prepend=0.0), filled_volume - overflow
         # With all that came in taken off, what a vessel holds only falls: to what its tilt keeps, and to its brim.
-        bounds = np.stack([self.kept_volume - (total_inflow - inflow), brim - total_inflow], axis=1)
-        lowest = np.minimum(initial_volume, np.minimum.accumulate(bounds.ravel())).reshape(-1, 2)
-        previous = np.concatenate([[initial_volume], lowest[:-1, 1]])
-        if (previous - lowest[:, 0] > self.weir_limit).any():
-            lowest = _remaining_volumes(initial_volume, bounds, self.weir_limit)
-            previous = np.concatenate([[initial_volume], lowest[:-1, 1]])
-        return previous - lowest[:, 0], lowest[:, 0] - lowest[:, 1], np.maximum(0.0, total_inflow + lowest[:, 1])
+        volume_bounds = np.stack([self.kept_volume - (total_inflow - inflow), brim - total_inflow], axis=1)
+        lowest = np.minimum(initial_volume, np.minimum.accumulate(volume_bounds.ravel())).reshape(-1, 2)
+        previous_volume = np.concatenate([[initial_volume], lowest[:-1, 1]])
+        if (previous_volume - lowest[:, 0] > self.weir_limit).any():
+            lowest = _remaining_volumes(initial_volume, volume_bounds, self.weir_limit)
+            previous_volume = np.concatenate([[initial_volume], lowest[:-1, 1]])
+        return previous_volume - lowest[:, 0], lowest[:, 0] - lowest[:, 1], np.maximum(0.0, total_inflow + lowest[:, 1])
 
-    def target_numbers(self, leaving: FloatArray, placed_vessels: "Mapping[str, _PlacedVessel]") -> IntArray:
+    def target_numbers(self, leaving_ml: FloatArray, placed_vessels: "Mapping[str, _PlacedVessel]") -> IntArray:
         """Number (T,) of the vessel that it falls into in each frame in which it flows, or `SPILLED`."""
-        rows = np.flatnonzero((leaving > 0.0) & (self.target == UNKNOWN))
+        rows = np.flatnonzero((leaving_ml > 0.0) & (self.target == UNKNOWN))
         if len(rows):
             if self.tap is not None:
-                local, velocity = np.array([self.tap["tip"]]), np.zeros((len(rows), 3))
+                tip_point, velocity = np.array([self.tap["tip"]]), np.zeros((len(rows), 3))
             else:
-                local, velocity = (
+                tip_point, velocity = (
                     self.vessel.shape.exit(_gravity_direction(self.last_known, rows)),
                     self._velocity(rows),
                 )
-            offset = np.einsum("tij,tj->ti", self.last_known.rotation[rows], local * np.ones((len(rows), 1)))
+            offset = np.einsum("tij,tj->ti", self.last_known.rotation[rows], tip_point * np.ones((len(rows), 1)))
             self._note_landing(rows, self.last_known.translation[rows] + offset, velocity, placed_vessels)
         return self.target
 
-    def streams(self, names: list[str], leaving: FloatArray, overflow: FloatArray) -> Iterator[Stream]:
+    def streams(self, names: list[str], leaving_ml: FloatArray, overflow: FloatArray) -> Iterator[Stream]:
         """Yields the stream to each target, and the one over its brim."""
         receivers = dict(enumerate(names)) | {SPILLED: ""}
         openings = [
-            (receivers[number], False, np.where(self.target == number, leaving, 0.0), self.point)
-            for number in sorted(set(self.target[leaving > 0.0].tolist()))
+            (receivers[number], False, np.where(self.target == number, leaving_ml, 0.0), self.point)
+            for number in sorted(set(self.target[leaving_ml > 0.0].tolist()))
         ]
         openings.append(("", True, overflow, self.last_known.point(self.vessel.point("opening"))))
         for name, over_brim, volume, points in openings:
@@ -162,18 +162,18 @@ class _PlacedVessel:
         """Millilitres (T,) that its tilt keeps; infinite where its tilt is not known."""
         poses = self.poses
         # A frame reached by a jump or a loss is no evidence of a tilt: a glitch of one frame would empty the glass.
-        known = poses.valid & poses.linked
+        is_known_pose = poses.valid & poses.linked
         # Of the first frame the next one tells.
-        known[:1] |= poses.valid[:1] & poses.linked[1:2].all()
-        known &= ~_flipped_once(poses)
-        kept_volume = np.full(len(known), np.inf)
-        kept_volume[known] = self.vessel.shape.kept_ml(_gravity_direction(poses, known))
+        is_known_pose[:1] |= poses.valid[:1] & poses.linked[1:2].all()
+        is_known_pose &= ~_flipped_once(poses)
+        kept_volume = np.full(len(is_known_pose), np.inf)
+        kept_volume[is_known_pose] = self.vessel.shape.kept_ml(_gravity_direction(poses, is_known_pose))
         return kept_volume
 
     def _weir_limit(self) -> FloatArray:
         """Millilitres (T,) that can run over a tilted rim in the step up to each frame: its opening as a full weir."""
-        down, width = _gravity_direction(self.last_known, slice(None)), 2.0 * self.vessel.size("opening_radius")
-        head = width * np.where(down[:, 1] < 0.0, np.hypot(down[:, 0], down[:, 2]), 1.0)
+        gravity, width = _gravity_direction(self.last_known, slice(None)), 2.0 * self.vessel.size("opening_radius")
+        head = width * np.where(gravity[:, 1] < 0.0, np.hypot(gravity[:, 0], gravity[:, 2]), 1.0)
         weir_limit = np.diff(self.inputs.times, prepend=0.0) * weir_flow(head, width) / ML
         # How long a vessel had been tilted before the recording is not known.
         weir_limit[:1] = np.inf
@@ -183,78 +183,90 @@ class _PlacedVessel:
         self, rows: IntArray, start: FloatArray, velocity: FloatArray, placed_vessels: "Mapping[str, _PlacedVessel]"
     ) -> None:
         """Note into which vessel it falls, and where it started; if into none, where it lands."""
-        best, target = np.full(len(rows), np.inf), np.full(len(rows), SPILLED)
-        floor = np.full(len(rows), np.inf)
+        nearest_time, target = np.full(len(rows), np.inf), np.full(len(rows), SPILLED)
+        floor_height = np.full(len(rows), np.inf)
         for name in self.receivers:
             poses, vessel = placed_vessels[name].last_known.take(rows), placed_vessels[name].vessel
             centre = poses.translation + np.einsum("tij,j->ti", poses.rotation, vessel.point("opening"))
             time = entry_times(start, velocity, centre, poses.rotation[:, :, 1], vessel.size("opening_radius"))
             time = np.where(poses.valid, time, np.inf)
-            target, best = np.where(time < best, [*placed_vessels].index(name), target), np.minimum(time, best)
-            floor = np.where(poses.valid, np.minimum(floor, poses.translation[:, 1]), floor)
-        landing_points = points_at_height(start, velocity, np.where(np.isfinite(floor), floor, start[:, 1]))
+            target, nearest_time = (
+                np.where(time < nearest_time, [*placed_vessels].index(name), target),
+                np.minimum(time, nearest_time),
+            )
+            floor_height = np.where(poses.valid, np.minimum(floor_height, poses.translation[:, 1]), floor_height)
+        landing_points = points_at_height(
+            start, velocity, np.where(np.isfinite(floor_height), floor_height, start[:, 1])
+        )
         self.target[rows], self.point[rows] = target, np.where((target == SPILLED)[:, None], landing_points, start)
 
     def _velocity(self, rows: IntArray) -> FloatArray:
         """Velocity of the lip (n, 3), which the liquid leaves with; 0 where the path about the frame is not known."""
         poses, times = self.poses, self.inputs.times
         nearby_rows = np.unique(np.clip(rows[:, None] + np.arange(-HALF_WINDOW, HALF_WINDOW + 1), 0, len(times) - 1))
-        lips = np.zeros((len(times), 3))
-        lips[nearby_rows] = poses.translation[nearby_rows] + poses.rotation[nearby_rows] @ self.vessel.point("lip")
-        return np.nan_to_num(velocities(times, lips, settled_runs(times, poses.valid, poses.linked), rows))
+        lip_points = np.zeros((len(times), 3))
+        lip_points[nearby_rows] = poses.translation[nearby_rows] + poses.rotation[nearby_rows] @ self.vessel.point(
+            "lip"
+        )
+        return np.nan_to_num(velocities(times, lip_points, settled_runs(times, poses.valid, poses.linked), rows))
 
 
 def _flipped_once(poses: BodyPoses) -> BoolArray:
     """(T,) whether the doctor calls a frame's rotation an outlier: reached and left faster than a hand turns."""
-    outlier = np.zeros(len(poses.valid), dtype=np.bool_)
+    is_outlier = np.zeros(len(poses.valid), dtype=np.bool_)
     rows = np.flatnonzero(poses.valid)
     if len(rows) > 2:
-        steps = np.maximum(np.diff(poses.times[rows]), 1e-9)
-        outlier[rows[1:]] = undone_rotations(Rotation.from_matrix(poses.rotation[rows]).as_quat(), steps)
-    return outlier
+        step_seconds = np.maximum(np.diff(poses.times[rows]), 1e-9)
+        is_outlier[rows[1:]] = undone_rotations(Rotation.from_matrix(poses.rotation[rows]).as_quat(), step_seconds)
+    return is_outlier
 
 
 def _placed_vessels(inputs: EffectInputs) -> dict[str, _PlacedVessel]:
     """Every vessel between which liquid moves, by name; those that give know which may receive."""
-    taps: dict[str, Declaration] = {}
-    receivers: dict[str, tuple[str, ...]] = {}
+    tap_of_vessel: dict[str, Declaration] = {}
+    receivers_of_source: dict[str, tuple[str, ...]] = {}
     for declared in inputs.tables.get("burette", ()):
-        taps.setdefault(declared["body"], declared)
-        receivers[declared["body"]] = receivers.get(declared["body"], ()) + declared["into"]
+        tap_of_vessel.setdefault(declared["body"], declared)
+        receivers_of_source[declared["body"]] = receivers_of_source.get(declared["body"], ()) + declared["into"]
     for declared in inputs.tables.get("pour", ()):
         for source in declared["from"]:
-            others = tuple(name for name in declared["into"] if name != source)
-            receivers[source] = receivers.get(source, ()) + others
-    names = dict.fromkeys(name for source, targets in receivers.items() for name in (source, *targets))
+            other_receivers = tuple(name for name in declared["into"] if name != source)
+            receivers_of_source[source] = receivers_of_source.get(source, ()) + other_receivers
+    names = dict.fromkeys(name for source, targets in receivers_of_source.items() for name in (source, *targets))
     return {
-        name: _PlacedVessel(inputs, vessel, taps.get(name), receivers.get(name))
+        name: _PlacedVessel(inputs, vessel, tap_of_vessel.get(name), receivers_of_source.get(name))
         for name, vessel in vessels_of(inputs, names).items()
     }
 
 
 def _open_area(inputs: EffectInputs, declared: Declaration) -> FloatArray:
     """Open area (T,) in m2 of a stopcock; where its turn was not seen, as it was seen last."""
-    key, stand = inputs.poses(declared["joint"]), inputs.poses(declared["body"])
+    key_poses, stand_poses = inputs.poses(declared["joint"]), inputs.poses(declared["body"])
     axis = np.array(declared["axis"])
-    key_in_stand = key.relative_to(stand).last_known()
+    key_in_stand = key_poses.relative_to(stand_poses).last_known()
     angle = np.where(key_in_stand.valid, twist_angle(key_in_stand.rotation, axis / np.sqrt(axis @ axis)), 0.0)
     angle = np.abs(np.degrees(angle))
     angle[angle < declared["closed_below_deg"]] = 0.0
     return declared["full_area_m2"] * np.minimum(1.0, angle / declared["full_angle_deg"])
 
 
-def _remaining_volumes(initial_volume: float, bounds: FloatArray, weir_limit: FloatArray) -> FloatArray:
-    """Volume (T, 2) left of ``initial_volume`` by the ``bounds`` of tilt and brim; a tilt takes ``weir_limit`` (T,)."""
-    rows = np.flatnonzero(bounds.min(axis=1) < initial_volume)
-    left, lowered = initial_volume, []
-    for (kept_volume, brim), limit in zip(bounds[rows].tolist(), weir_limit[rows].tolist(), strict=True):
-        tilted = max(left - limit, min(left, kept_volume))
-        left = min(tilted, brim)
-        lowered.append((tilted, left))
-    lowest = np.full(bounds.shape, initial_volume)
+def _remaining_volumes(initial_volume: float, volume_bounds: FloatArray, weir_limit: FloatArray) -> FloatArray:
+    """Volume (T, 2) left of ``initial_volume`` by the ``volume_bounds`` of tilt and brim.
+
+    A tilt takes ``weir_limit`` (T,).
+    """
+    rows = np.flatnonzero(volume_bounds.min(axis=1) < initial_volume)
+    remaining_volume, lowered_volumes = initial_volume, []
+    for (kept_volume, brim), limit in zip(volume_bounds[rows].tolist(), weir_limit[rows].tolist(), strict=True):
+        volume_after_tilt = max(remaining_volume - limit, min(remaining_volume, kept_volume))
+        remaining_volume = min(volume_after_tilt, brim)
+        lowered_volumes.append((volume_after_tilt, remaining_volume))
+    lowest = np.full(volume_bounds.shape, initial_volume)
     # Between these frames nothing leaves.
-    lowest[rows[0] :] = np.repeat([after for _, after in lowered], np.diff(rows, append=len(lowest)))[:, None]
-    lowest[rows] = lowered
+    lowest[rows[0] :] = np.repeat(
+        [volume_after for _, volume_after in lowered_volumes], np.diff(rows, append=len(lowest))
+    )[:, None]
+    lowest[rows] = lowered_volumes
     return lowest
 
 

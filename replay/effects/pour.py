@@ -18,25 +18,27 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     A tilt that the doctor calls a ``turn-outlier``, or that only a jump leads to, pours nothing.
     """
     liquid_movement = movement_of(inputs)
-    sources = dict.fromkeys(name for declared in inputs.declared for name in declared["from"])
-    names = dict.fromkeys((*sources, *(name for declared in inputs.declared for name in declared["into"])))
-    least = min(declared["least_ml"] for declared in inputs.declared)
+    source_names = dict.fromkeys(name for declared in inputs.declared for name in declared["from"])
+    names = dict.fromkeys((*source_names, *(name for declared in inputs.declared for name in declared["into"])))
+    least_ml = min(declared["least_ml"] for declared in inputs.declared)
     findings = Findings(len(inputs))
-    own_streams = [stream for stream in liquid_movement.streams if stream.source in (names if stream.over else sources)]
+    own_streams = [
+        stream for stream in liquid_movement.streams if stream.source in (names if stream.over else source_names)
+    ]
     for stream in own_streams:
         findings.ran[stream.frames] |= not stream.over
-    for flow in flows(own_streams, least):
+    for flow in flows(own_streams, least_ml):
         source, target = flow.source, flow.target
         name, text = ("pour", f"poured from {source} into {target}") if target else ("spill", f"spilled from {source}")
         findings.events.append(flow_event(inputs, flow, name, f"are {text}"))
-        word = f"into {target}" if target else "runs over" if flow.over else "spills"
-        findings.add_lane(source, LaneSpan(float(flow.times[0]), float(flow.times[-1]), word))
+        flow_word = f"into {target}" if target else "runs over" if flow.over else "spills"
+        findings.add_lane(source, LaneSpan(float(flow.times[0]), float(flow.times[-1]), flow_word))
     for name in names:
         findings.series[f"{name}/volume"] = volume = liquid_movement.changes(inputs.times, name)
         findings.liquids[name] = liquid_movement.vessels[name].liquid_to_draw(volume.times, volume.values)
-    spilled = [stream for stream in own_streams if not stream.target and not stream.over]
-    gone = np.cumsum(gone_ml(len(inputs), spilled))
-    findings.series["spilled/volume"] = volumes(inputs.times, spilled, gone)
+    spilled_streams = [stream for stream in own_streams if not stream.target and not stream.over]
+    spilled_ml = np.cumsum(gone_ml(len(inputs), spilled_streams))
+    findings.series["spilled/volume"] = volumes(inputs.times, spilled_streams, spilled_ml)
     return findings.output(liquid_movement)
 
 

@@ -86,8 +86,8 @@ def _events(
         most = float(amount.max())
         values = {"mass_g": most * per_mol, "moles": most, "formula": solid}
         mass = quantity(values["mass_g"], "g")
-        reading = _note_celsius(values, celsius, int(growth_rows[0]))
-        onset = f" at {reading}" if reading else ""
+        temperature_text = _note_celsius(values, celsius, int(growth_rows[0]))
+        onset = f" at {temperature_text}" if temperature_text else ""
         text = f"{solid} falls out in {vessel}{onset}: up to {mass}, {colour_of(declared)}"
         yield EffectEvent(float(times[growth_rows[0]]), "precipitate", (vessel,), None, values, text)
         least = int(amount.argmax()) + int(amount[amount.argmax() :].argmin())
@@ -96,7 +96,7 @@ def _events(
             values = {"mass_g": gone, "left_g": most_g - gone, "formula": solid}
             text = f"{quantity(gone, 'g')} of {quantity(most_g, 'g')} {solid} dissolve again in {vessel}"
             yield EffectEvent(float(times[least]), "dissolved", (vessel,), None, values, text)
-            yield from _grown_again(declared, vessel, times, amount, celsius, first=least, whole=most)
+            yield from _grown_again(declared, vessel, times, amount, celsius, first=least, total_mol=most)
     elif len(fallen_rows) or amount[0] < initial:
         falls_again = float(amount[-1] - amount.min()) > DISSOLVED_AGAIN * standing
         row = int(amount.argmin()) if falls_again else int(fallen_rows[-1]) + 1 if len(fallen_rows) else 0
@@ -107,10 +107,10 @@ def _events(
         text = f"{quantity(gone, 'g')} of {quantity(at_first, 'g')} {solid} dissolve in {vessel}"
         if row > 0 and amount[row] == 0.0:
             row = int(np.flatnonzero(amount == 0.0)[0])
-            reading = _note_celsius(values, celsius, row)
-            text += f", wholly at {reading}" if reading else ""
+            temperature_text = _note_celsius(values, celsius, row)
+            text += f", wholly at {temperature_text}" if temperature_text else ""
         yield EffectEvent(float(times[row]), "dissolved", (vessel,), None, values, text)
-        yield from _grown_again(declared, vessel, times, amount, celsius, first=row, whole=standing)
+        yield from _grown_again(declared, vessel, times, amount, celsius, first=row, total_mol=standing)
 
 
 def _grown_again(
@@ -121,11 +121,11 @@ def _grown_again(
     celsius: FloatArray | None,
     *,
     first: int,
-    whole: float,
+    total_mol: float,
 ) -> Iterator[EffectEvent]:
     """Event of what falls out again after a row, if it is a share of the whole, in mol, worth telling."""
     growth_mol = float(amount[-1] - amount[first])
-    if growth_mol <= DISSOLVED_AGAIN * whole:
+    if growth_mol <= DISSOLVED_AGAIN * total_mol:
         return
     solid, mass_g = declared["solid"], growth_mol * molar_mass(declared["solid"])
     onset = first + int(np.flatnonzero(amount[first:] > amount[first])[0])

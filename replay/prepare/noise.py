@@ -62,11 +62,11 @@ def parse_noise(texts: Sequence[str], copies: int = DEFAULT_COPIES) -> NoiseSpec
     """
     if not 1 <= copies <= MOST_COPIES:
         raise NoiseError(f"{copies} noisy copies cannot be drawn; give 1 to {MOST_COPIES}")
-    sizes: dict[str, TrackerNoise] = {}
+    noise_of_body: dict[str, TrackerNoise] = {}
     for body_noise_text in texts:
         body, _, noise_text = body_noise_text.rpartition("=")
-        sizes[body.strip()] = _tracker_noise(noise_text)
-    return NoiseSpec(copies, sizes.pop("", None), sizes) if texts else None
+        noise_of_body[body.strip()] = _tracker_noise(noise_text)
+    return NoiseSpec(copies, noise_of_body.pop("", None), noise_of_body) if texts else None
 
 
 def _tracker_noise(noise_text: str) -> TrackerNoise:

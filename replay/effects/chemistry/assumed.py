@@ -34,17 +34,17 @@ def assumption_events(matter: Matter) -> Iterator[EffectEvent]:
     """Events ``assumed`` of solids whose solubility no data know, ``beyond`` of molecules that leave the water."""
     for row, process in enumerate(matter.ledger.processes):
         solid = _metathesis_solid(process)
-        begins = [
+        begin_times = [
             float(history.times[moments[0]])
             for history in matter.histories.values()
             if len(moments := np.flatnonzero(history.extents[:, row] > LEAST_MOL))
         ]
-        if solid and begins:
-            text = (
+        if solid and begin_times:
+            message = (
                 f"no data know how much {solid} dissolves: {process.text} runs until one of its reagents is used up; "
                 "to have some stay dissolved, give its log_k, phreeqc = '''PHASES ...'''"
             )
-            yield EffectEvent(min(begins), "assumed", (), None, {"formula": solid}, text)
+            yield EffectEvent(min(begin_times), "assumed", (), None, {"formula": solid}, message)
     yield from _early_stops(matter)
     yield from _hot_solids(matter)
     yield from _chlorine(matter)
@@ -52,18 +52,18 @@ def assumption_events(matter: Matter) -> Iterator[EffectEvent]:
         litres = np.where(history.volume_ml > 0.0, history.volume_ml * 1e-3, np.inf)
         # Iodide takes up one iodine each, as triiodide.
         iodide = matter.amount(vessel, "I-") / litres
-        for formula, most in MOST_DISSOLVED.items():
+        for formula, solubility in MOST_DISSOLVED.items():
             molar = matter.amount(vessel, formula) / litres
-            limit = SOLUBILITY_FACTOR * (most + (iodide if formula == "I2" else 0.0))
-            moments = np.flatnonzero(molar > limit)
+            limit_molar = SOLUBILITY_FACTOR * (solubility + (iodide if formula == "I2" else 0.0))
+            moments = np.flatnonzero(molar > limit_molar)
             if len(moments) and not {formula + GAS, formula + SOLID} & set(matter.ledger.column):
-                leaves = "falls out as a solid" if formula == "I2" else "leaves as a gas or a second liquid"
-                text = (
+                leaving_clause = "falls out as a solid" if formula == "I2" else "leaves as a gas or a second liquid"
+                message = (
                     f"{vessel} holds {quantity(float(molar[moments].max()), 'mol/L')} {formula}, beyond its "
-                    f"solubility: what is beyond {leaves}, and that is not computed"
+                    f"solubility: what is beyond {leaving_clause}, and that is not computed"
                 )
                 time = float(history.times[moments[0]])
-                yield EffectEvent(time, "beyond", (vessel,), None, {"formula": formula}, text, "warning")
+                yield EffectEvent(time, "beyond", (vessel,), None, {"formula": formula}, message, "warning")
 
 
 def _chlorine(matter: Matter) -> Iterator[EffectEvent]:
@@ -114,32 +114,32 @@ def _early_stops(matter: Matter) -> Iterator[EffectEvent]:
         if reaction.process < 0 or is_computed or not stops_early(reaction.free_energy_j):
             continue
         extents = {name: history.extents[:, reaction.process] for name, history in matter.histories.items()}
-        begins = [
+        begin_times = [
             float(matter.histories[name].times[np.flatnonzero(extent > LEAST_MOL)[0]])
             for name, extent in extents.items()
             if (extent > LEAST_MOL).any()
         ]
-        if begins:
+        if begin_times:
             equation, kilojoule = reaction.declared["equation"], reaction.free_energy_j / 1e3
-            text = (
+            message = (
                 f"{equation} is computed until one of its reagents is used up, but its free energy is "
                 f"{words.decimal(kilojoule, 0, signed=True)} kJ/mol: it stops at an equilibrium before, and how much "
                 "of each is left is not computed"
             )
-            values = {"equation": equation, "kilojoule": kilojoule}
-            yield EffectEvent(min(begins), "assumed", (), None, values, text, "warning")
+            event_values = {"equation": equation, "kilojoule": kilojoule}
+            yield EffectEvent(min(begin_times), "assumed", (), None, event_values, message, "warning")
 
 
 def _metathesis_solid(process: Process) -> str:
     """The solid that dissolved ions make without any change of theirs; ``""``: another equation."""
-    made = [column for column, many in process.changes.items() if many > 0.0 and column not in (PROTON, WATER)]
-    used = [column for column, many in process.changes.items() if many < 0.0]
-    solids = [column for column in made if column.endswith(SOLID)]
+    made_columns = [column for column, many in process.changes.items() if many > 0.0 and column not in (PROTON, WATER)]
+    used_columns = [column for column, many in process.changes.items() if many < 0.0]
+    solids = [column for column in made_columns if column.endswith(SOLID)]
     if (
         process.rate is not None
         or len(solids) != 1
-        or len(made) > 1
-        or any(name.endswith((SOLID, GAS)) for name in used)
+        or len(made_columns) > 1
+        or any(name.endswith((SOLID, GAS)) for name in used_columns)
     ):
         return ""
     return solids[0].removesuffix(SOLID)

@@ -31,22 +31,22 @@ def reacted_before(matter: Matter, followed: Collection[str]) -> Iterator[Effect
             moles = float(history.amounts[0, index])
             formula = column[: -len(GAS)]
             if column.endswith(GAS) and moles > LEAST_MOL:
-                text = f"{quantity(1e3 * moles, 'mmol')} {formula} have left {vessel} as gas {BEFORE}"
-                sentences.append((text, {"formula": formula, "moles": moles}))
+                sentence = f"{quantity(1e3 * moles, 'mmol')} {formula} have left {vessel} as gas {BEFORE}"
+                sentences.append((sentence, {"formula": formula, "moles": moles}))
         for index in (*ledger.phases.tolist(), *ledger.salt_columns.tolist()):
             column = ledger.columns[index]
             formula = column.removesuffix(SOLID)
-            brought = contents.solids.get(formula, 0.0) if contents else 0.0
-            moles = float(history.amounts[0, index]) - brought
+            brought_mol = contents.solids.get(formula, 0.0) if contents else 0.0
+            moles = float(history.amounts[0, index]) - brought_mol
             if column.endswith(SOLID) and formula not in followed and moles * molar_mass(formula) > LEAST_G:
                 mass = quantity(moles * molar_mass(formula), "g")
-                text = f"{mass} {formula} have fallen out in {vessel} {BEFORE}"
-                sentences.append((text, {"formula": formula, "moles": moles}))
+                sentence = f"{mass} {formula} have fallen out in {vessel} {BEFORE}"
+                sentences.append((sentence, {"formula": formula, "moles": moles}))
         for reaction in matter.recipe.reactions:
             moles = float(history.extents[0, reaction.process]) if reaction.process >= 0 else 0.0
             if moles > LEAST_MOL:
                 equation = reaction.declared["equation"]
-                text = f"{equation} has run in {vessel} {BEFORE}, by {quantity(1e3 * moles, 'mmol')}"
-                sentences.append((text, {"equation": equation, "moles": moles}))
-        for text, values in sentences:
-            yield EffectEvent(float(history.times[0]), "before", (vessel,), None, values, text)
+                sentence = f"{equation} has run in {vessel} {BEFORE}, by {quantity(1e3 * moles, 'mmol')}"
+                sentences.append((sentence, {"equation": equation, "moles": moles}))
+        for sentence, values in sentences:
+            yield EffectEvent(float(history.times[0]), "before", (vessel,), None, values, sentence)

@@ -60,9 +60,9 @@ class Component:
 @cache
 def component_of(name: str) -> Component:
     """A column by its name."""
-    counted = atoms(name)
-    heavy_atoms = {atom: many for atom, many in counted.items() if atom not in "HO"}
-    return Component(name, heavy_atoms, counted["H"], counted["O"], charge_of(name))
+    atom_counts = atoms(name)
+    heavy_atoms = {atom: many for atom, many in atom_counts.items() if atom not in "HO"}
+    return Component(name, heavy_atoms, atom_counts["H"], atom_counts["O"], charge_of(name))
 
 
 @cache
@@ -76,15 +76,15 @@ def components_of(formula: str) -> Mapping[str, int] | None:
         return None
     if formula in ELEMENTS:
         return {formula: 1}
-    counted = atoms(formula)
-    heavy_atoms = Counter({atom: many for atom, many in counted.items() if atom not in "HO"})
-    best: tuple[tuple[int, int, bool], dict[str, int]] | None = None
+    atom_counts = atoms(formula)
+    heavy_atoms = Counter({atom: many for atom, many in atom_counts.items() if atom not in "HO"})
+    fewest_components: tuple[tuple[int, int, bool], dict[str, int]] | None = None
     for ions in _combinations(heavy_atoms):
-        completed = _with_protons_and_water(formula, ions, counted)
+        completed_components = _with_protons_and_water(formula, ions, atom_counts)
         rank = (len(ions), sum(ions.values()), "ClO-" in ions)
-        if completed is not None and (best is None or rank < best[0]):
-            best = rank, completed
-    return None if best is None else best[1]
+        if completed_components is not None and (fewest_components is None or rank < fewest_components[0]):
+            fewest_components = rank, completed_components
+    return None if fewest_components is None else fewest_components[1]
 
 
 def dissolved_components(formula: str) -> Mapping[str, int]:
@@ -105,64 +105,70 @@ def _combinations(heavy_atoms: Counter[str]) -> Iterator[Counter[str]]:
         for candidate in components
         if candidate.heavy_atoms and all(heavy_atoms[atom] >= many for atom, many in candidate.heavy_atoms.items())
     ]
-    choices = {atom: sum(atom in candidate.heavy_atoms for candidate in fitting_components) for atom in heavy_atoms}
+    component_count_of_atom = {
+        atom: sum(atom in candidate.heavy_atoms for candidate in fitting_components) for atom in heavy_atoms
+    }
     # Ions of the atom with the fewest choices first: what cannot be made of the others is seen at once.
-    atoms_by_choices = sorted(heavy_atoms, key=lambda atom: (choices[atom], atom))
+    atoms_by_choices = sorted(heavy_atoms, key=lambda atom: (component_count_of_atom[atom], atom))
     fitting_components.sort(key=lambda candidate: min(atoms_by_choices.index(atom) for atom in candidate.heavy_atoms))
     ions = [tuple(candidate.heavy_atoms.get(atom, 0) for atom in atoms_by_choices) for candidate in fitting_components]
-    required = tuple(heavy_atoms[atom] for atom in atoms_by_choices)
-    for counts in _ion_choices(ions, required):
+    required_atoms = tuple(heavy_atoms[atom] for atom in atoms_by_choices)
+    for counts in _ion_choices(ions, required_atoms):
         yield Counter({fitting_components[row].name: many for row, many in counts.items()})
 
 
-def _ion_choices(ions: list[tuple[int, ...]], required: tuple[int, ...]) -> Iterator[Counter[int]]:
-    """How often to take which row of ``ions`` for sums of exactly ``required`` atoms.
+def _ion_choices(ions: list[tuple[int, ...]], required_atoms: tuple[int, ...]) -> Iterator[Counter[int]]:
+    """How often to take which row of ``ions`` for sums of exactly ``required_atoms`` atoms.
 
     At most ``MOST_IONS`` ions of ``MOST_KINDS`` kinds.
     """
 
     @cache
-    def fewest_ions(row: int, rest: tuple[int, ...]) -> float:
+    def fewest_ions(row: int, remaining_atoms: tuple[int, ...]) -> float:
         """Fewest ions, of this row and those below, that sum to the rest; infinite where none do."""
-        if not any(rest):
+        if not any(remaining_atoms):
             return 0
         if row == len(ions):
             return float("inf")
-        without = fewest_ions(row + 1, rest)
-        less = _remaining_atoms(rest, ions[row])
-        return without if less is None else min(without, 1 + fewest_ions(row, less))
+        fewest_without_ion = fewest_ions(row + 1, remaining_atoms)
+        atoms_without_ion = _remaining_atoms(remaining_atoms, ions[row])
+        return (
+            fewest_without_ion
+            if atoms_without_ion is None
+            else min(fewest_without_ion, 1 + fewest_ions(row, atoms_without_ion))
+        )
 
-    def sums(row: int, rest: tuple[int, ...], chosen: Counter[int]) -> Iterator[Counter[int]]:
-        if not any(rest):
+    def sums(row: int, remaining_atoms: tuple[int, ...], chosen: Counter[int]) -> Iterator[Counter[int]]:
+        if not any(remaining_atoms):
             yield chosen
             return
-        if sum(chosen.values()) + fewest_ions(row, rest) > MOST_IONS:
+        if sum(chosen.values()) + fewest_ions(row, remaining_atoms) > MOST_IONS:
             return
-        less = _remaining_atoms(rest, ions[row])
-        if less is not None and (row in chosen or len(chosen) < MOST_KINDS):
-            yield from sums(row, less, chosen + Counter({row: 1}))
-        yield from sums(row + 1, rest, chosen)
+        atoms_without_ion = _remaining_atoms(remaining_atoms, ions[row])
+        if atoms_without_ion is not None and (row in chosen or len(chosen) < MOST_KINDS):
+            yield from sums(row, atoms_without_ion, chosen + Counter({row: 1}))
+        yield from sums(row + 1, remaining_atoms, chosen)
 
-    yield from sums(0, required, Counter())
+    yield from sums(0, required_atoms, Counter())
 
 
 def _remaining_atoms(atoms_left: tuple[int, ...], ion: tuple[int, ...]) -> tuple[int, ...] | None:
     """Atoms that remain without those of an ion; ``None``: it has more than there are."""
-    rest = tuple(many - ion_atoms for many, ion_atoms in zip(atoms_left, ion, strict=True))
-    return None if min(rest) < 0 else rest
+    remaining_atoms = tuple(many - ion_atoms for many, ion_atoms in zip(atoms_left, ion, strict=True))
+    return None if min(remaining_atoms) < 0 else remaining_atoms
 
 
-def _with_protons_and_water(formula: str, ions: Counter[str], counted: Counter[str]) -> dict[str, int] | None:
+def _with_protons_and_water(formula: str, ions: Counter[str], atom_counts: Counter[str]) -> dict[str, int] | None:
     """Ions with the protons and the water that make up a formula; ``None``: they do not."""
-    rows = [(component_of(name), many) for name, many in ions.items()]
-    protons = charge_of(formula) - sum(many * ion.charge for ion, many in rows)
-    water = counted["O"] - sum(many * ion.oxygen for ion, many in rows)
-    hydrogen = sum(many * ion.hydrogen for ion, many in rows) + protons + 2 * water
+    component_counts = [(component_of(name), many) for name, many in ions.items()]
+    protons = charge_of(formula) - sum(many * ion.charge for ion, many in component_counts)
+    water = atom_counts["O"] - sum(many * ion.oxygen for ion, many in component_counts)
+    hydrogen = sum(many * ion.hydrogen for ion, many in component_counts) + protons + 2 * water
     # Hydrogen that does not come out is an oxidation state that does not fit.
-    if hydrogen != counted["H"] or not _plausible(formula, ions, water):
+    if hydrogen != atom_counts["H"] or not _plausible(formula, ions, water):
         return None
-    completed = {**ions, PROTON: protons, WATER: water}
-    return {name: many for name, many in completed.items() if many}
+    completed_components = {**ions, PROTON: protons, WATER: water}
+    return {name: many for name, many in completed_components.items() if many}
 
 
 def _plausible(formula: str, ions: Counter[str], water: int) -> bool:

@@ -80,14 +80,14 @@ def contents_of(vessel: Vessel) -> Contents:
     if litres > 0.0:
         amounts[WATER] = litres * _water_molar(vessel, concentrations)
     solids: dict[str, float] = {}
-    declared: dict[str, Mapping[float, float]] = {}
+    declared_solids: dict[str, Mapping[float, float]] = {}
     solid = vessel.contents("solid")
     if solid:
         formula = _formula(vessel, str(solid.get("formula")))
         solids[formula] = vessel.amount("solid", "mass_g") / molar_mass(formula)
         if "solubility_g_100g" in solid:
-            declared[formula] = _solubility(vessel, formula, solid["solubility_g_100g"])
-    return Contents(vessel.volume_ml, amounts, solids, declared)
+            declared_solids[formula] = _solubility(vessel, formula, solid["solubility_g_100g"])
+    return Contents(vessel.volume_ml, amounts, solids, declared_solids)
 
 
 def _water_molar(vessel: Vessel, concentrations: Mapping[str, float]) -> float:
@@ -117,8 +117,8 @@ def _check_strength(vessel: Vessel, formula: str, molar: float) -> None:
     """Raises EffectError: no solution is as strong as a liquid that a vessel holds."""
     if formula in MOST_MOLAR:
         if molar > MOST_MOLAR[formula]:
-            most = number(MOST_MOLAR[formula])
-            raise vessel.fail(f"holds {molar:g} mol/L of {formula!r}; the strongest solution of it has {most}")
+            most_molar = number(MOST_MOLAR[formula])
+            raise vessel.fail(f"holds {molar:g} mol/L of {formula!r}; the strongest solution of it has {most_molar}")
         return
     _check_saturated(vessel, formula, molar)
     grams = molar * molar_mass(formula)
@@ -131,15 +131,16 @@ def _check_strength(vessel: Vessel, formula: str, molar: float) -> None:
 
 def _check_saturated(vessel: Vessel, formula: str, molar: float) -> None:
     """Raises EffectError: a liquid holds more of a salt than dissolves at its temperature."""
-    table = solubility_of(formula)
-    if table is None:
+    solubility_table = solubility_of(formula)
+    if solubility_table is None:
         return
     celsius = vessel.celsius(ROOM_C)
-    grams = float(np.interp(celsius, list(table), list(table.values())))
-    most = molar_of_molal(anhydrous(formula), 10.0 * grams / molar_mass(anhydrous(formula)))
-    if molar > most:
+    grams = float(np.interp(celsius, list(solubility_table), list(solubility_table.values())))
+    most_molar = molar_of_molal(anhydrous(formula), 10.0 * grams / molar_mass(anhydrous(formula)))
+    if molar > most_molar:
         raise vessel.fail(
-            f"holds {molar:g} mol/L of {formula!r}; a saturated solution holds {number(most)} mol/L at {celsius:g} "
+            f"holds {molar:g} mol/L of {formula!r}; a saturated solution holds {number(most_molar)} mol/L at "
+            f"{celsius:g} "
             "degC: give what is beyond as properties.solid"
         )
 
@@ -149,24 +150,26 @@ def _check_dissolved(vessel: Vessel, concentrations: Mapping[str, float]) -> Non
     # Iodide takes up one iodine each, as triiodide.
     iodide = sum(molar * _iodide_atoms(formula) for formula, molar in concentrations.items())
     for formula, molar in concentrations.items():
-        most = MOST_DISSOLVED.get(formula, np.inf) + (iodide if formula == "I2" else 0.0)
-        if molar > most:
+        most_molar = MOST_DISSOLVED.get(formula, np.inf) + (iodide if formula == "I2" else 0.0)
+        if molar > most_molar:
             advice = "; more dissolves beside iodide: add KI to the solutes" if formula == "I2" else ""
-            raise vessel.fail(f"holds {molar:g} mol/L of {formula!r}; water dissolves {number(most)} at most{advice}")
+            raise vessel.fail(
+                f"holds {molar:g} mol/L of {formula!r}; water dissolves {number(most_molar)} at most{advice}"
+            )
 
 
 def _iodide_atoms(formula: str) -> float:
     """Iodide ions of a formula; iodine itself has none, and iodate holds oxygen."""
-    counts = atoms(formula)
-    return 0.0 if formula == "I2" or "O" in counts else counts.get("I", 0)
+    atom_counts = atoms(formula)
+    return 0.0 if formula == "I2" or "O" in atom_counts else atom_counts.get("I", 0)
 
 
 def _solutes(vessel: Vessel, liquid: Mapping[str, Any]) -> dict[str, float]:
     """Formula, as written -> mol/L."""
-    table = liquid.get("solutes") or {}
-    if not isinstance(table, Mapping):
-        raise vessel.fail(f"has liquid.solutes = {table!r}; give a table: formula = mol/L")
-    solutes = {str(key): vessel.amount("liquid", str(key), within=table) for key in table}
+    solutes_table = liquid.get("solutes") or {}
+    if not isinstance(solutes_table, Mapping):
+        raise vessel.fail(f"has liquid.solutes = {solutes_table!r}; give a table: formula = mol/L")
+    solutes = {str(key): vessel.amount("liquid", str(key), within=solutes_table) for key in solutes_table}
     solute = liquid.get("solute", "")
     if not isinstance(solute, str) or (liquid.get("molar") and not solute):
         raise vessel.fail(f"has liquid.solute = {solute!r}; give the formula of what liquid.molar is of")
@@ -179,14 +182,14 @@ def _solutes(vessel: Vessel, liquid: Mapping[str, Any]) -> dict[str, float]:
     return solutes
 
 
-def _formula(vessel: Vessel, text: str) -> str:
-    formula = ion_of(text, _reads)
-    if EDTA.search(text):
-        raise vessel.fail(f"holds {text!r}; write the disodium salt of EDTA as 'Na2C10H14N2O8.2H2O'")
+def _formula(vessel: Vessel, written_formula: str) -> str:
+    formula = ion_of(written_formula, _reads)
+    if EDTA.search(written_formula):
+        raise vessel.fail(f"holds {written_formula!r}; write the disodium salt of EDTA as 'Na2C10H14N2O8.2H2O'")
     try:
         atoms(formula)
     except ValueError as error:
-        water = "; a liquid without solutes is water" if text.lower() == "water" else ""
+        water = "; a liquid without solutes is water" if written_formula.lower() == "water" else ""
         raise vessel.fail(f"holds something that cannot be read: {error}{water}") from error
     # AgNo3 would be silver and nobelium.
     likely_formula = next((common for common in COMMON if common.lower() == formula.lower() and common != formula), "")

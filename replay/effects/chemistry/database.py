@@ -71,19 +71,19 @@ def phreeqc_folder() -> Path:
 
 
 @cache
-def database_of(text: str = "") -> Database:
+def database_of(extra_text: str = "") -> Database:
     """The data of minteq.v4 and of `constants.phr`, and after them those of a piece of PHREEQC text.
 
     Raises EffectError: PHREEQC is not installed; ValueError: the text is wrong, a line for each fault.
     """
-    base = (phreeqc_folder() / "minteq.v4.dat").read_text(encoding="utf-8", errors="replace")
+    database_text = (phreeqc_folder() / "minteq.v4.dat").read_text(encoding="utf-8", errors="replace")
     added_text = resources.files(__package__).joinpath("constants.phr").read_text(encoding="utf-8")
     reading = _Reading()
-    for source in (base, added_text):
+    for source in (database_text, added_text):
         reading.read(source)
     reading.problems.clear()  # surfaces, formulas of halves and what needs an element that is not read
     reading.strict = True
-    reading.read(text)
+    reading.read(extra_text)
     if reading.problems:
         raise ValueError("\n".join(reading.problems))
     return Database(reading.species, reading.phases, reading.ions, reading.masters)
@@ -128,8 +128,8 @@ class _Reading:
         column = _COLUMN.get(element)
         if column is None:
             if self.strict:
-                known = ", ".join(sorted(set(ELEMENTS.values())))
-                self.problems.append(f"element {element!r} is not an element that formulas may hold: {known}")
+                known_elements = ", ".join(sorted(set(ELEMENTS.values())))
+                self.problems.append(f"element {element!r} is not an element that formulas may hold: {known_elements}")
             return
         self.ions[species] = _makeup_of_master(species, column)
         self.masters[column] = species
@@ -151,10 +151,10 @@ class _Reading:
                 name, self.ions[name], "", tuple(option for option in options if "gamma" in option)
             )
             return True
-        combined = self._sum(left, right[1:])
-        if combined is None:
+        combined_sum = self._sum(left, right[1:])
+        if combined_sum is None:
             return False
-        makeup, log_k, kilojoule = combined
+        makeup, log_k, kilojoule = combined_sum
         # Polysulfides of minteq.v4 stand unbalanced, beside solid sulfur: in a solution without any there are none.
         is_unbalanced = any("no_check" in option for option in options) and not self.strict
         if makeup.get(ELECTRON) or is_unbalanced:
@@ -174,38 +174,38 @@ class _Reading:
 
     def _phase(self, name: str, equation: str, options: tuple[str, ...]) -> None:
         left, right = _sides(equation)
-        combined = self._sum(right, left[1:])
+        combined_sum = self._sum(right, left[1:])
         own_constants = _numbers(options)
-        if combined is None or own_constants is None:
+        if combined_sum is None or own_constants is None:
             self.problems.append(f"{name}: {equation!r} has a species that nothing defines, or no log_k")
             return
-        if combined[1] and any("analytic" in option for option in options):
+        if combined_sum[1] and any("analytic" in option for option in options):
             self.problems.append(
                 f"{name}: -analytic holds for an equation of the data base's own ions; write it with them"
             )
             return
-        if not combined[0].get(ELECTRON):
+        if not combined_sum[0].get(ELECTRON):
             # In terms of the file's ions, whatever species its equation is written with.
-            log_k, kilojoule = own_constants[0] - combined[1], own_constants[1] - combined[2]
-            self.phases[name] = Entry(name, combined[0], equation, options, log_k, kilojoule)
+            log_k, kilojoule = own_constants[0] - combined_sum[1], own_constants[1] - combined_sum[2]
+            self.phases[name] = Entry(name, combined_sum[0], equation, options, log_k, kilojoule)
 
     def _sum(
         self, more: Sequence[tuple[float, str]], less: Sequence[tuple[float, str]]
     ) -> tuple[Makeup, float, float] | None:
         """Makeup, log_k and enthalpy of one side less another; ``None``: a species is not known."""
-        total: Counter[str] = Counter()
+        summed_makeup: Counter[str] = Counter()
         log_k = kilojoule = 0.0
         for sign, terms in ((1.0, more), (-1.0, less)):
             for many, name in terms:
                 if name not in self.ions:
                     return None
                 for column, count in self.ions[name].items():
-                    total[column] += sign * many * count  # type: ignore[assignment]
-                known = self.species.get(name)
-                if known is not None:
-                    log_k += sign * many * known.log_k
-                    kilojoule += sign * many * known.kilojoule
-        return {column: many for column, many in total.items() if abs(many) > 1e-9}, log_k, kilojoule
+                    summed_makeup[column] += sign * many * count  # type: ignore[assignment]
+                known_species = self.species.get(name)
+                if known_species is not None:
+                    log_k += sign * many * known_species.log_k
+                    kilojoule += sign * many * known_species.kilojoule
+        return {column: many for column, many in summed_makeup.items() if abs(many) > 1e-9}, log_k, kilojoule
 
     def _fits(self, name: str, makeup: Makeup, equation: str) -> bool:
         charge = sum(many * charge_of(column) for column, many in makeup.items())
@@ -226,14 +226,14 @@ _MASTERS: Final = frozenset(
 
 def _makeup_of_master(species: str, column: str) -> Makeup:
     """Protons and water by which PHREEQC's ion differs from the column."""
-    base = component_of(column)
+    master_component = component_of(column)
     charge = _phreeqc_charge(species)
     body = _CHARGE.sub("", species)
     hydroxides = re.search(r"\(OH\)(\d*)", body)
-    count = 0 if hydroxides is None else int(hydroxides.group(1) or 1)
-    if count and base.oxygen == 0:
-        return {column: 1, PROTON: -count, WATER: count}
-    protons = charge - base.charge
+    hydroxide_count = 0 if hydroxides is None else int(hydroxides.group(1) or 1)
+    if hydroxide_count and master_component.oxygen == 0:
+        return {column: 1, PROTON: -hydroxide_count, WATER: hydroxide_count}
+    protons = charge - master_component.charge
     return {column: 1, PROTON: protons} if protons else {column: 1}
 
 
@@ -253,8 +253,8 @@ def _phreeqc_charge(name: str) -> int:
 
 def _blocks(text: str) -> list[tuple[str, list[str]]]:
     blocks: list[tuple[str, list[str]]] = []
-    for written in text.splitlines():
-        line = written.partition("#")[0].rstrip()
+    for written_line in text.splitlines():
+        line = written_line.partition("#")[0].rstrip()
         if _BLOCK.match(line) and "=" not in line:
             blocks.append((line.split()[0], []))
         elif line.strip() and blocks:
@@ -278,8 +278,8 @@ def _entries(lines: Iterable[str]) -> Iterator[tuple[str, tuple[str, ...]]]:
 
 
 def _phase_entries(lines: Sequence[str]) -> Iterator[tuple[str, str, tuple[str, ...]]]:
-    starts = [row for row, line in enumerate(lines) if "=" in line and row > 0]
-    for start, stop in zip(starts, [*starts[1:], len(lines) + 1], strict=True):
+    equation_rows = [row for row, line in enumerate(lines) if "=" in line and row > 0]
+    for start, stop in zip(equation_rows, [*equation_rows[1:], len(lines) + 1], strict=True):
         yield lines[start - 1].split()[0], lines[start], tuple(lines[start + 1 : stop - 1])
 
 

@@ -44,8 +44,8 @@ def dissolved_joule(formula: str, solver: Solver | None) -> float:
     mixture = solver.mixture
     totals = np.array([[DILUTE_MOL_KG * components.get(name, 0) for name in mixture.components]])
     water = np.array([WATER_MOL + DILUTE_MOL_KG * components.get(WATER, 0)])
-    none = np.zeros(len(mixture.phases), dtype=np.bool_)
-    equilibria = solver.equilibrium(totals, water, np.array([STANDARD_C]), none)
+    no_phases = np.zeros(len(mixture.phases), dtype=np.bool_)
+    equilibria = solver.equilibrium(totals, water, np.array([STANDARD_C]), no_phases)
     if not has_answer(equilibria)[0]:
         return 0.0
     return float(equilibria.species[0] @ mixture.joule[: len(mixture.species)]) / DILUTE_MOL_KG

@@ -31,7 +31,7 @@ def free_energy_j(changes: Mapping[str, float]) -> float:
 
 
 def _sum(changes: Mapping[str, float], table: Mapping[str, float]) -> float:
-    total = 0.0
+    summed_energy = 0.0
     for column, many in changes.items():
-        total += many * (table[WATER] if column == WATER else table.get(column, float("nan")))
-    return total * 1e3
+        summed_energy += many * (table[WATER] if column == WATER else table.get(column, float("nan")))
+    return summed_energy * 1e3

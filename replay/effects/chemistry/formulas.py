@@ -90,35 +90,47 @@ def equation_of(text: str, is_known: Callable[[str], bool] = lambda _: False) ->
     left, _, right = plain_text.partition(arrow)
     sides = _terms(left), _terms(right)
     written_terms = list(dict.fromkeys(term.readings for side in sides for term in side))
-    balanced: list[Equation] = []
+    balanced_equations: list[Equation] = []
     readings: list[Equation] = []
     for chosen_readings in product(*written_terms):
         reading = dict(zip(written_terms, chosen_readings, strict=True))
         equation = _equation(sides, reading)
         readings.append(equation)
         if _count_atoms_and_charge(equation.reagents) == _count_atoms_and_charge(equation.products):
-            balanced.append(equation)
-    familiar = [
+            balanced_equations.append(equation)
+    familiar_equations = [
         equation
-        for equation in balanced
+        for equation in balanced_equations
         if all(charge_of(formula) == 0 or is_known(formula) for formula in equation.formulas)
     ]
-    if len(balanced) == 1 or len(familiar) == 1:
-        return (familiar or balanced)[0]
-    if balanced:
-        raise ValueError(f"{text!r} can be read in {len(balanced)} ways; write charges with ^, as SO4^2-")
+    if len(balanced_equations) == 1 or len(familiar_equations) == 1:
+        return (familiar_equations or balanced_equations)[0]
+    if balanced_equations:
+        raise ValueError(f"{text!r} can be read in {len(balanced_equations)} ways; write charges with ^, as SO4^2-")
     # Of readings that do not balance the one that misses least is meant: NH4+ is ammonium, not NH with four charges.
-    nearest = min(readings, key=_imbalance)
-    before, after = _count_atoms_and_charge(nearest.reagents), _count_atoms_and_charge(nearest.products)
-    unbalanced_atoms = sorted(atom for atom in {*before, *after} if before[atom] != after[atom])
-    counted = ", ".join(f"{atom} {before[atom]} and {after[atom]}" for atom in unbalanced_atoms)
-    raise ValueError(f"{text!r} is not balanced: {counted}; correct its coefficients")
+    nearest_equation = min(readings, key=_imbalance)
+    atoms_of_reagents, atoms_of_products = (
+        _count_atoms_and_charge(nearest_equation.reagents),
+        _count_atoms_and_charge(nearest_equation.products),
+    )
+    unbalanced_atoms = sorted(
+        atom for atom in {*atoms_of_reagents, *atoms_of_products} if atoms_of_reagents[atom] != atoms_of_products[atom]
+    )
+    atom_differences = ", ".join(
+        f"{atom} {atoms_of_reagents[atom]} and {atoms_of_products[atom]}" for atom in unbalanced_atoms
+    )
+    raise ValueError(f"{text!r} is not balanced: {atom_differences}; correct its coefficients")
 
 
 def _imbalance(equation: Equation) -> int:
     """Atoms and charges that one side of an equation has more than the other."""
-    before, after = _count_atoms_and_charge(equation.reagents), _count_atoms_and_charge(equation.products)
-    return sum(abs(before[atom] - after[atom]) for atom in {*before, *after})
+    atoms_of_reagents, atoms_of_products = (
+        _count_atoms_and_charge(equation.reagents),
+        _count_atoms_and_charge(equation.products),
+    )
+    return sum(
+        abs(atoms_of_reagents[atom] - atoms_of_products[atom]) for atom in {*atoms_of_reagents, *atoms_of_products}
+    )
 
 
 def ion_of(formula: str, is_known: Callable[[str], bool] = lambda _: False) -> str:
@@ -137,9 +149,11 @@ def readings_of(formula: str) -> tuple[str, ...]:
     # What stands behind the square brackets of a complex is its charge.
     if caret or not digits or _COMPLEX.fullmatch(body):
         return (_formula_with_charge(body, digits, sign),)
-    whole = _formula_with_charge(body, digits, sign)
+    formula_with_charge = _formula_with_charge(body, digits, sign)
     subscript = body + digits + sign
-    readings = [f"{body}{digits[:-1]}^{digits[-1]}{sign}", subscript] if len(digits) > 1 else [whole, subscript]
+    readings = (
+        [f"{body}{digits[:-1]}^{digits[-1]}{sign}", subscript] if len(digits) > 1 else [formula_with_charge, subscript]
+    )
     # After a bracket or an O the digit counts atoms; after a bare metal it is the charge.
     if re.search(r"[)\]O]$", body) and len(digits) == 1:
         readings.reverse()
@@ -170,13 +184,15 @@ def _atoms(formula: str) -> Mapping[str, int]:
         if not re.fullmatch(r"[\w()\[\].]+", formula):
             raise ValueError("it is of letters, numbers and brackets")
         # The library joins parts by a plus, and has square brackets for isotopes.
-        counted = parse_formula(formula.translate(str.maketrans(".[]", "+()"))).atoms
+        element_counts = parse_formula(formula.translate(str.maketrans(".[]", "+()"))).atoms
     except Exception as error:  # the library's grammar raises what its parser has
-        why = f": {error}" if isinstance(error, ValueError) else ""
-        close = get_close_matches(formula, COMMON, n=1)
-        meant = f"; did you mean {close[0]!r}?" if close else "; write for example Ca(OH)2 or CuSO4.5H2O"
-        raise ValueError(f"{formula!r} is no formula{why}{meant}") from error
-    return {element.symbol: int(many) for element, many in counted.items()}
+        error_text = f": {error}" if isinstance(error, ValueError) else ""
+        close_formulas = get_close_matches(formula, COMMON, n=1)
+        suggestion = (
+            f"; did you mean {close_formulas[0]!r}?" if close_formulas else "; write for example Ca(OH)2 or CuSO4.5H2O"
+        )
+        raise ValueError(f"{formula!r} is no formula{error_text}{suggestion}") from error
+    return {element.symbol: int(many) for element, many in element_counts.items()}
 
 
 def molar_mass(formula: str) -> float:
@@ -186,8 +202,8 @@ def molar_mass(formula: str) -> float:
 
 def crystal_water(formula: str) -> int:
     """Molecules of water that a formula writes after a dot: 5 for ``CuSO4.5H2O``."""
-    waters = [group for group in formula.split(".")[1:] if group.endswith("H2O")]
-    return sum(int(group.removesuffix("H2O") or 1) for group in waters)
+    water_groups = [group for group in formula.split(".")[1:] if group.endswith("H2O")]
+    return sum(int(group.removesuffix("H2O") or 1) for group in water_groups)
 
 
 def _plain(text: str) -> str:
@@ -232,8 +248,8 @@ def _equation(sides: tuple[list[_Term], list[_Term]], reading: Mapping[tuple[str
 
 
 def _count_atoms_and_charge(side: Mapping[str, int]) -> Counter[str]:
-    total: Counter[str] = Counter()
+    counts: Counter[str] = Counter()
     for formula, coefficient in side.items():
         for atom, count in (*atoms(formula).items(), ("charge", charge_of(formula))):
-            total[atom] += coefficient * count
-    return total
+            counts[atom] += coefficient * count
+    return counts

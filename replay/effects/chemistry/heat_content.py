@@ -98,48 +98,50 @@ class HeatContent:
 
     def joule(self, moles: FloatArray, kilograms: FloatArray) -> FloatArray:
         """J (n,) that ions (n, ions) in so much water (n,) hold beyond a dilute solution."""
-        charges, whole, strength, weight = self._strengths(moles, kilograms)
+        charges, total_charge, strength, weight = self._strengths(moles, kilograms)
         joule = np.zeros(len(moles))
         for pair in self.pairs:
-            fraction = charges[:, pair.cation] * charges[:, pair.anion] / whole
+            fraction = charges[:, pair.cation] * charges[:, pair.anion] / total_charge
             joule += fraction / pair.equivalents * np.interp(strength / pair.strength, pair.molal, pair.joule)
         return joule * weight
 
     def unknown(self, moles: FloatArray, kilograms: FloatArray) -> tuple[FloatArray, list[str]]:
         """mol/kg (n,) of charges where the heat is not known, 0 where it is, and the ions (n,) of most of it."""
-        charges, whole, strength, weight = self._strengths(moles, kilograms)
+        charges, total_charge, strength, weight = self._strengths(moles, kilograms)
         cations = np.where(self._charges > 0.0, charges, 0.0)
         anions = np.where(self._charges < 0.0, charges, 0.0)
-        unknown_fractions = (cations / whole[:, None])[:, :, None] * (anions / whole[:, None])[:, None, :]
+        unknown_fractions = (cations / total_charge[:, None])[:, :, None] * (anions / total_charge[:, None])[:, None, :]
         unknown_fractions[:, self._is_declared] = 0.0
         for pair in self.pairs:
-            known = strength / pair.strength <= LAST_HOLDS_TO * pair.molal[-1]
-            unknown_fractions[:, pair.cation, pair.anion] *= ~known
+            is_known_strength = strength / pair.strength <= LAST_HOLDS_TO * pair.molal[-1]
+            unknown_fractions[:, pair.cation, pair.anion] *= ~is_known_strength
         worst = unknown_fractions.reshape(len(moles), -1).argmax(axis=1)
-        names = [f"{self.ions[row // len(self.ions)]} and {self.ions[row % len(self.ions)]}" for row in worst.tolist()]
+        pair_names = [
+            f"{self.ions[row // len(self.ions)]} and {self.ions[row % len(self.ions)]}" for row in worst.tolist()
+        ]
         is_strong = (unknown_fractions.sum(axis=(1, 2)) > LEAST_FRACTION) & (weight >= 1.0)
-        return np.where(is_strong, whole / kilograms, 0.0), names
+        return np.where(is_strong, total_charge / kilograms, 0.0), pair_names
 
     def _strengths(
         self, moles: FloatArray, kilograms: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Charges (n, ions) of ions, of one sign together (n,), ionic strength (n,) and weight (n,) of the heat."""
         charges = moles * np.abs(self._charges)
-        positive = charges[:, self._charges > 0.0].sum(axis=1)
-        negative = charges[:, self._charges < 0.0].sum(axis=1)
-        whole = np.maximum(np.maximum(positive, negative), 1e-300)
+        positive_charge = charges[:, self._charges > 0.0].sum(axis=1)
+        negative_charge = charges[:, self._charges < 0.0].sum(axis=1)
+        total_charge = np.maximum(np.maximum(positive_charge, negative_charge), 1e-300)
         strength = 0.5 * (charges @ np.abs(self._charges)) / kilograms
-        weight = (whole / kilograms - DILUTE_EQUIVALENTS) / (STRONG_EQUIVALENTS - DILUTE_EQUIVALENTS)
-        return charges, whole, strength, np.clip(weight, 0.0, 1.0)
+        weight = (total_charge / kilograms - DILUTE_EQUIVALENTS) / (STRONG_EQUIVALENTS - DILUTE_EQUIVALENTS)
+        return charges, total_charge, strength, np.clip(weight, 0.0, 1.0)
 
 
 def _pair(cation: int, anion: int, plus: int, minus: int, values: Mapping[str, float]) -> Pair:
-    common = np.lcm(plus, minus)
-    many_cations, many_anions = common // plus, common // minus
+    common_charge = np.lcm(plus, minus)
+    many_cations, many_anions = common_charge // plus, common_charge // minus
     strength = 0.5 * (many_cations * plus**2 + many_anions * minus**2)
     molal = np.array([0.0, *(float(key) for key in values)])
     joule = 1e3 * np.array([0.0, *values.values()])
-    return Pair(cation, anion, float(common), float(strength), molal, joule)
+    return Pair(cation, anion, float(common_charge), float(strength), molal, joule)
 
 
 def _is_ion(column: str) -> bool:
@@ -164,11 +166,11 @@ def _ions(makeup: Mapping[str, float]) -> dict[str, float]:
         return {PROTON: float(protons)} if protons > 0 else {HYDROXIDE: float(-protons)} if protons < 0 else {}
     ions: dict[str, float] = {}
     for component, many in solutes.items():
-        bound = min(protons, _most_protons(component)) if component not in METALS else 0
-        if bound > 0:
-            protons -= bound
-            name = PROTONATED_NAMES.get((component, bound), f"{component} + {bound} H+")
-            if component_of(component).charge + bound:
+        bound_protons = min(protons, _most_protons(component)) if component not in METALS else 0
+        if bound_protons > 0:
+            protons -= bound_protons
+            name = PROTONATED_NAMES.get((component, bound_protons), f"{component} + {bound_protons} H+")
+            if component_of(component).charge + bound_protons:
                 ions[name] = many
         elif component_of(component).charge:
             ions[component] = many

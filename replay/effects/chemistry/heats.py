@@ -90,10 +90,10 @@ class Heats:
 
         A solid that falls out of a solution keeps no heat of its own: the volume of its solution counts already.
         """
-        rows = np.atleast_2d(amounts)
-        brought = rows[:, self._column[CAPACITY]]
-        solid = np.minimum(rows[:, self._solids] @ self._solid_capacity, brought)
-        per_kg = (brought - solid) / self.water_kg(rows)
-        counted = np.clip((per_kg - FIRST_J_PER_KG_K) / (WHOLE_J_PER_KG_K - FIRST_J_PER_KG_K), 0.0, 1.0)
+        amount_rows = np.atleast_2d(amounts)
+        brought_capacity = amount_rows[:, self._column[CAPACITY]]
+        solid = np.minimum(amount_rows[:, self._solids] @ self._solid_capacity, brought_capacity)
+        per_kg = (brought_capacity - solid) / self.water_kg(amount_rows)
+        counted_fraction = np.clip((per_kg - FIRST_J_PER_KG_K) / (WHOLE_J_PER_KG_K - FIRST_J_PER_KG_K), 0.0, 1.0)
         shape = amounts.shape[:-1]
-        return solid.reshape(shape), ((brought - solid) * counted).reshape(shape)
+        return solid.reshape(shape), ((brought_capacity - solid) * counted_fraction).reshape(shape)

@@ -18,7 +18,7 @@ def free_iodine(column: Mapping[str, int], amounts: FloatArray, kilograms: Float
     iodine, iodide = (
         amounts[:, column[name]] / kilograms if name in column else np.zeros(len(amounts)) for name in (IODINE, IODIDE)
     )
-    whole = iodine + iodide + 1.0 / TRIIODIDE
+    summed_molal = iodine + iodide + 1.0 / TRIIODIDE
     # The smaller root of the quadratic, in the form without a difference of like numbers.
-    bound = 2.0 * iodine * iodide / (whole + np.sqrt(whole**2 - 4.0 * iodine * iodide))
-    return {IODINE: iodine - bound, IODIDE: iodide - bound}
+    triiodide = 2.0 * iodine * iodide / (summed_molal + np.sqrt(summed_molal**2 - 4.0 * iodine * iodide))
+    return {IODINE: iodine - triiodide, IODIDE: iodide - triiodide}

@@ -64,11 +64,11 @@ class Limits:
 
         Of rows (..., columns); below 0 where it runs back.
         """
-        most = self.extent_to_the_end(row, amounts, celsius)
+        most_extent = self.extent_to_the_end(row, amounts, celsius)
         if not self._equilibria.known(row):
-            return most
+            return most_extent
         rows = np.atleast_2d(amounts)
-        extents = self._equilibria.extent(row, rows, np.atleast_1d(most), self._celsius(rows, celsius))
+        extents = self._equilibria.extent(row, rows, np.atleast_1d(most_extent), self._celsius(rows, celsius))
         return extents.reshape(amounts.shape[:-1])
 
     def extent_to_the_end(self, row: int, amounts: FloatArray, celsius: FloatArray | None = None) -> FloatArray:
@@ -87,7 +87,7 @@ class Limits:
     ) -> dict[str | Cause, FloatArray]:
         """Column of a reagent, or another cause -> mol (...) of a process at which it ends by that."""
         process, changes = self._processes[row], self._changes[row]
-        limits: dict[str | Cause, FloatArray] = {
+        limit_of_cause: dict[str | Cause, FloatArray] = {
             name: amounts[..., index] / -changes[index]
             for name, index in self._column.items()
             if changes[index] < 0.0 and index not in (self._proton, self._water)
@@ -96,25 +96,26 @@ class Limits:
         holds_acid = self._kept_protons[row]
         used_acid = float(changes @ holds_acid - changes[self._proton])
         if process.acid > 0.0 and used_acid > 0.0:
-            limits[Cause.ACID] = (amounts[..., self._proton] - amounts @ holds_acid) / used_acid
+            limit_of_cause[Cause.ACID] = (amounts[..., self._proton] - amounts @ holds_acid) / used_acid
         if process.acid < 0.0:
-            limits[Cause.HYDROXIDE] = (amounts @ self._holds_base - amounts[..., self._proton]) / -process.acid
+            limit_of_cause[Cause.HYDROXIDE] = (amounts @ self._holds_base - amounts[..., self._proton]) / -process.acid
         if process.salt is not None:
-            limits[Cause.SATURATION] = self._salt_room(process, amounts, celsius)
+            limit_of_cause[Cause.SATURATION] = self._salt_room(process, amounts, celsius)
         for catalyst in process.catalysts:
-            limits[Cause.CATALYST] = np.minimum(
-                limits.get(Cause.CATALYST, np.array(np.inf)), self._catalyst_limit(self._column[catalyst], amounts)
+            limit_of_cause[Cause.CATALYST] = np.minimum(
+                limit_of_cause.get(Cause.CATALYST, np.array(np.inf)),
+                self._catalyst_limit(self._column[catalyst], amounts),
             )
         if process.dissolving_solid:
-            room = (
+            dissolving_room = (
                 self._slow_room(process.dissolving_solid, amounts, celsius)
                 / -changes[self._column[process.dissolving_solid]]
             )
             # Where PHREEQC has no answer the acid limits it.
-            has_answer = ~np.isnan(room)
-            limits = {cause: np.where(has_answer, np.inf, limit) for cause, limit in limits.items()}
-            limits[Cause.SATURATION] = np.where(has_answer, room, np.inf)
-        return limits
+            has_answer = ~np.isnan(dissolving_room)
+            limit_of_cause = {cause: np.where(has_answer, np.inf, limit) for cause, limit in limit_of_cause.items()}
+            limit_of_cause[Cause.SATURATION] = np.where(has_answer, dissolving_room, np.inf)
+        return limit_of_cause
 
     def _protons_kept(self, process: Process) -> FloatArray:
         """Protons (columns,) that no acid gives to a process: an anion that leaves as a gas keeps its last but one."""
@@ -128,19 +129,21 @@ class Limits:
         """Mol (...) of a salt that dissolve until its solution is saturated."""
         assert process.salt is not None
         rows = np.atleast_2d(amounts)
-        standing = rows[:, self._column[process.salt.column]]
-        whole = rows.copy()
+        solid_mol = rows[:, self._column[process.salt.column]]
+        dissolved_rows = rows.copy()
         for name, many in process.salt.changes.items():
-            whole[:, self._column[name]] -= standing * many
-        room = standing - settled_solid(process.salt, self._column, whole, self._celsius(rows, celsius))
-        return room.reshape(amounts.shape[:-1])
+            dissolved_rows[:, self._column[name]] -= solid_mol * many
+        remaining_room = solid_mol - settled_solid(
+            process.salt, self._column, dissolved_rows, self._celsius(rows, celsius)
+        )
+        return remaining_room.reshape(amounts.shape[:-1])
 
     def _slow_room(self, solid: str, amounts: FloatArray, celsius: FloatArray | None) -> FloatArray:
         """Mol (...) of a solid of PHREEQC's that dissolve until its solution is saturated; NaN: it has no answer."""
         assert self._saturation is not None
         rows = np.atleast_2d(amounts)
-        room = self._saturation.dissolves(solid, rows, self._celsius(rows, celsius))
-        return room.reshape(amounts.shape[:-1])
+        remaining_room = self._saturation.dissolves(solid, rows, self._celsius(rows, celsius))
+        return remaining_room.reshape(amounts.shape[:-1])
 
     def _catalyst_limit(self, column: int, amounts: FloatArray) -> FloatArray:
         """No limit (...) where a catalyst is there, else 0; protons that weak acids hold are none."""

@@ -73,23 +73,23 @@ class Mixture:
     @cached_property
     def species(self) -> tuple[Entry, ...]:
         """Dissolved species that can be made of the components, in PHREEQC's order."""
-        own_columns = {*self.components, WATER}
+        own_components = {*self.components, WATER}
         # Two names of one makeup would be one species twice: the later definition holds.
-        unique = {
+        entry_of_makeup = {
             tuple(sorted(entry.makeup.items())): entry
             for entry in self.database.species.values()
-            if set(entry.makeup) <= own_columns and set(entry.makeup) != {WATER}
+            if set(entry.makeup) <= own_components and set(entry.makeup) != {WATER}
         }
-        return tuple(unique.values())
+        return tuple(entry_of_makeup.values())
 
     @cached_property
     def names(self) -> Mapping[str, str]:
         """PHREEQC's name of an ion or species -> its name in the text that is given to PHREEQC."""
         symbols = dict(zip(self.components[1:], _symbols(len(self.components) - 1), strict=True))
-        names = {PROTON: PROTON, WATER: WATER}
+        name_in_text = {PROTON: PROTON, WATER: WATER}
         for entry in self.species:
-            names.setdefault(entry.name, _written(entry.makeup, symbols))
-        return names
+            name_in_text.setdefault(entry.name, _written(entry.makeup, symbols))
+        return name_in_text
 
     @cached_property
     def symbols(self) -> tuple[str, ...]:
@@ -139,17 +139,17 @@ class Mixture:
         protons = round(makeup.get(PROTON, 0.0))
         if not solutes:
             return HYDROXIDE_KJ_MOL - ENTHALPY[WATER] if protons < 0 else 0.0
-        known = PROTONATED.get(solutes[0], []) if len(solutes) == 1 and makeup[solutes[0]] == 1.0 else []
-        if WATER not in makeup and 0 <= protons < len(known):
-            return known[protons] - known[0]
+        protonation_heats = PROTONATED.get(solutes[0], []) if len(solutes) == 1 and makeup[solutes[0]] == 1.0 else []
+        if WATER not in makeup and 0 <= protons < len(protonation_heats):
+            return protonation_heats[protons] - protonation_heats[0]
         for component in solutes:
-            rest = {**makeup, component: makeup[component] - 1.0}
-            rest = {name: many for name, many in rest.items() if many}
+            makeup_without_one = {**makeup, component: makeup[component] - 1.0}
+            makeup_without_one = {name: many for name, many in makeup_without_one.items() if many}
             # A heat of exactly 0 is one that nobody measured.
-            single = abs(component_of(component).charge) == 1 and component not in LIGANDS
-            unmeasured = self._by_makeup[_key(makeup)].kilojoule == 0.0 and makeup[component] > 1.0
-            if (single or unmeasured) and len(solutes) > 1 and _key(rest) in self._by_makeup:
-                return self._kilojoule(rest)
+            is_single_charge = abs(component_of(component).charge) == 1 and component not in LIGANDS
+            is_unmeasured = self._by_makeup[_key(makeup)].kilojoule == 0.0 and makeup[component] > 1.0
+            if (is_single_charge or is_unmeasured) and len(solutes) > 1 and _key(makeup_without_one) in self._by_makeup:
+                return self._kilojoule(makeup_without_one)
         entry = self._by_makeup[_key(makeup)]
         return entry.kilojoule - self._components_kilojoule(makeup)
 
@@ -199,15 +199,17 @@ class Mixture:
         """
         bound_protons: dict[str, float] = {}
         for component in self.components[1:]:
-            own_species = [
+            species_of_component = [
                 entry for entry in self.species
                 if entry.makeup.get(component, 0.0) == 1.0 and set(entry.makeup) <= {component, PROTON, WATER}
                 and (hydroxides or WATER not in entry.makeup)
             ]  # fmt: skip
-            protons = np.array([entry.makeup.get(PROTON, 0.0) for entry in own_species])
-            logs = np.array([entry.log_k for entry in own_species]) - protons * ph
+            protons = np.array([entry.makeup.get(PROTON, 0.0) for entry in species_of_component])
+            logs = np.array([entry.log_k for entry in species_of_component]) - protons * ph
             weights = 10.0 ** (logs - logs.max(initial=-np.inf))
-            bound_protons[component] = float((weights * protons).sum() / weights.sum()) if len(own_species) else 0.0
+            bound_protons[component] = (
+                float((weights * protons).sum() / weights.sum()) if len(species_of_component) else 0.0
+            )
         return bound_protons
 
     def _protonations(self, component: str) -> dict[int, float]:
@@ -243,25 +245,25 @@ class Mixture:
 
 def phreeqc_data(mixture: Mixture) -> str:
     """The data base that PHREEQC gets: the mixture's species and phases, each oxidation state as an element."""
-    names = mixture.names
+    name_in_text = mixture.names
     lines = ["SOLUTION_MASTER_SPECIES", *ALWAYS_COUNTED]
     for component, symbol in zip(mixture.components[1:], mixture.symbols, strict=True):
-        lines.append(f"{symbol} {names[mixture.database.masters[component]]} 0 1 1")
+        lines.append(f"{symbol} {name_in_text[mixture.database.masters[component]]} 0 1 1")
     lines += ["SOLUTION_SPECIES", *ALWAYS_DEFINED]
-    masters = {mixture.database.masters[component] for component in mixture.components[1:]}
+    master_ions = {mixture.database.masters[component] for component in mixture.components[1:]}
     for entry in mixture.species:
         if entry.name == PROTON:
             continue
-        if entry.name in masters:
-            lines += [f"{names[entry.name]} = {names[entry.name]}", "\tlog_k 0"]
+        if entry.name in master_ions:
+            lines += [f"{name_in_text[entry.name]} = {name_in_text[entry.name]}", "\tlog_k 0"]
             lines += [f"\t{option}" for option in _gamma(entry, mixture)]
             continue
-        lines.append(_equation(entry.makeup, names[entry.name], mixture))
-        analytic = [option for option in entry.options if "analytic" in option]
+        lines.append(_equation(entry.makeup, name_in_text[entry.name], mixture))
+        analytic_options = [option for option in entry.options if "analytic" in option]
         lines += [
             f"\tlog_k {entry.log_k!r}",
             f"\tdelta_h {entry.kilojoule!r} kJ",
-            *(f"\t{option}" for option in analytic),
+            *(f"\t{option}" for option in analytic_options),
         ]
         lines += [f"\t{option}" for option in _gamma(entry, mixture)]
     lines.append("PHASES")
@@ -283,14 +285,14 @@ def _gamma(entry: Entry, mixture: Mixture) -> list[str]:
     ions get a size, and a metal with neutral ligands the activity of the metal. Anionic complexes of metals keep
     Davies: with a size silver chloride would dissolve without end in 2 mol/L of hydrochloric acid, as AgCl4-3.
     """
-    own = [option for option in entry.options if "gamma" in option]
+    gamma_options = [option for option in entry.options if "gamma" in option]
     charge = sum(
         many * (1.0 if name == PROTON else component_of(name).charge)
         for name, many in entry.makeup.items()
         if name != WATER
     )
-    if charge == 0.0 or any(option.split()[1:3] != ["0", "0"] for option in own):
-        return own
+    if charge == 0.0 or any(option.split()[1:3] != ["0", "0"] for option in gamma_options):
+        return gamma_options
     if abs(charge) < SEVERAL_CHARGES or (charge < 0.0 and set(entry.makeup) & METALS - EARTH_METALS):
         return []
     for metal in METALS & set(entry.makeup):
@@ -308,19 +310,19 @@ def phase_name(row: int) -> str:
 def _equation(makeup: Makeup, name: str, mixture: Mixture, *, dissolving: bool = False) -> str:
     """The equation of a species or phase, in the ions by which PHREEQC counts."""
     masters, names = mixture.database.masters, mixture.names
-    total = {WATER: makeup.get(WATER, 0.0), PROTON: makeup.get(PROTON, 0.0)}
+    component_counts = {WATER: makeup.get(WATER, 0.0), PROTON: makeup.get(PROTON, 0.0)}
     terms = []
     for component, many in makeup.items():
         if component in (PROTON, WATER):
             continue
         ion = masters[component]
         for symbol in (PROTON, WATER):
-            total[symbol] -= many * mixture.database.ions[ion].get(symbol, 0.0)
+            component_counts[symbol] -= many * mixture.database.ions[ion].get(symbol, 0.0)
         terms.append((many, names[ion]))
-    terms += [(many, symbol) for symbol, many in total.items() if abs(many) > 1e-9]
-    made = " + ".join(f"{many:g} {symbol}" for many, symbol in terms if many > 0.0)
-    taken = " + ".join([name, *(f"{-many:g} {symbol}" for many, symbol in terms if many < 0.0)])
-    return f"{taken} = {made}" if dissolving else f"{made} = {taken}"
+    terms += [(many, symbol) for symbol, many in component_counts.items() if abs(many) > 1e-9]
+    right_side = " + ".join(f"{many:g} {symbol}" for many, symbol in terms if many > 0.0)
+    left_side = " + ".join([name, *(f"{-many:g} {symbol}" for many, symbol in terms if many < 0.0)])
+    return f"{left_side} = {right_side}" if dissolving else f"{right_side} = {left_side}"
 
 
 def _written(makeup: Makeup, symbols: Mapping[str, str]) -> str:
@@ -349,27 +351,27 @@ def _key(makeup: Makeup) -> tuple[tuple[str, float], ...]:
     return tuple(sorted((component, float(many)) for component, many in makeup.items()))
 
 
-def _symbols(count: int) -> list[str]:
+def _symbols(symbol_count: int) -> list[str]:
     alphabet = string.ascii_lowercase
-    return [f"Q{alphabet[row // 26]}{alphabet[row % 26]}" for row in range(count)]
+    return [f"Q{alphabet[row // 26]}{alphabet[row % 26]}" for row in range(symbol_count)]
 
 
 def _steps(logs: Mapping[int, float]) -> list[tuple[float, float]]:
     """Logarithms of a form and of the one with a proton more; where one is skipped, shared evenly."""
-    steps: list[tuple[float, float]] = []
+    protonation_steps: list[tuple[float, float]] = []
     protons = sorted(logs)
     for fewer, more in pairwise(protons):
-        step = (logs[more] - logs[fewer]) / (more - fewer)
-        steps += [(0.0, step)] * (more - fewer)
-    return steps
+        log_step = (logs[more] - logs[fewer]) / (more - fewer)
+        protonation_steps += [(0.0, log_step)] * (more - fewer)
+    return protonation_steps
 
 
 def mixture_of(database: Database, columns: Iterable[str], phases: Sequence[Phase]) -> Mixture:
     """The mixture of these columns, those that PHREEQC knows, and of what its phases take."""
-    used = [component for phase in phases for component in phase.components]
+    used_components = [component for phase in phases for component in phase.components]
     components = [
         column
-        for column in dict.fromkeys([*columns, *used])
+        for column in dict.fromkeys([*columns, *used_components])
         if column not in (PROTON, WATER) and column in database.masters
     ]
     return Mixture(database, (PROTON, *sorted(components)), tuple(phases))

@@ -41,9 +41,9 @@ class Phases:
         column = f"{formula}({phase})"
         if column in self.phreeqc or column in self.salts or not phase:
             return
-        table = self.declared.get(formula) or (solubility_of(formula) if phase == "s" else None)
-        if phase == "s" and table is not None and formula not in self.separate:
-            self.salts[column] = salt_of(formula, table)
+        solubility_table = self.declared.get(formula) or (solubility_of(formula) if phase == "s" else None)
+        if phase == "s" and solubility_table is not None and formula not in self.separate:
+            self.salts[column] = salt_of(formula, solubility_table)
             return
         entry = None if self.database is None or column in self.separate else self.entry(formula, phase)
         if entry is not None and formula not in self.separate:
@@ -59,8 +59,8 @@ class Phases:
         """PHREEQC with the solids that dissolve at a rate beside all others; ``None``: there are none."""
         if self.database is None or not self.slow:
             return None
-        every = self.phreeqc | self.slow
-        return Solver(mixture_of(self.database, sorted(columns), [every[name] for name in sorted(every)]))
+        all_phases = self.phreeqc | self.slow
+        return Solver(mixture_of(self.database, sorted(columns), [all_phases[name] for name in sorted(all_phases)]))
 
     def dissolves_slowly(self, changes: Mapping[str, float]) -> str:
         """Note and return the column of a solid of PHREEQC's that a process dissolves and no more; ``""``: none."""
@@ -70,8 +70,8 @@ class Phases:
         formula = solids[0].removesuffix(SOLID)
         components = dissolved_components(formula)
         dissolved = {name: many for name, many in changes.items() if name not in (solids[0], WATER)}
-        whole = {name: -changes[solids[0]] * many for name, many in components.items() if name != WATER}
-        entry = self.entry(formula, "s") if dissolved == whole else None
+        scaled_components = {name: -changes[solids[0]] * many for name, many in components.items() if name != WATER}
+        entry = self.entry(formula, "s") if dissolved == scaled_components else None
         if entry is None:
             return ""
         self.slow[solids[0]] = Phase(solids[0], components, entry)
@@ -92,7 +92,7 @@ class Phases:
             return phases[phase_name]
         components = components_of(formula) or {}
         own_makeup, water = dry_components(components), components.get(WATER, 0)
-        fitting = [
+        fitting_entries = [
             entry
             for name, entry in phases.items()
             if own_makeup
@@ -101,7 +101,7 @@ class Phases:
             and not name.endswith(GAS)
         ]
         # The nearest in crystal water: calcium hydroxide is no hydrate of lime where a formula says which is meant.
-        return max(fitting, key=lambda entry: (-entry.makeup.get(WATER, 0.0), entry.log_k), default=None)
+        return max(fitting_entries, key=lambda entry: (-entry.makeup.get(WATER, 0.0), entry.log_k), default=None)
 
     def is_sparingly_soluble(self, formula: str) -> bool:
         """Whether a formula is a salt that hardly dissolves, by PHREEQC's constant."""
@@ -117,14 +117,14 @@ class Phases:
             return False
         hydroxide = -entry.makeup.get(PROTON, 0.0)
         ions = [many for component, many in entry.makeup.items() if component not in (PROTON, WATER)] + [hydroxide]
-        bare = sum(
+        bare_ion_log_k = sum(
             many * self._log_k(component)
             for component, many in entry.makeup.items()
             if component not in (PROTON, WATER)
         )
-        log_product = entry.log_k + bare - 14.0 * hydroxide
-        even = sum(many * np.log10(many) for many in ions if many > 0.0)
-        return bool((log_product - even) / sum(ions) < np.log10(SPARING_MOL_KG))
+        log_product = entry.log_k + bare_ion_log_k - 14.0 * hydroxide
+        ion_term = sum(many * np.log10(many) for many in ions if many > 0.0)
+        return bool((log_product - ion_term) / sum(ions) < np.log10(SPARING_MOL_KG))
 
     def dissolved_species(self, formula: str) -> Entry | None:
         """PHREEQC's dissolved species of a formula."""

@@ -88,8 +88,8 @@ class Recipe:
     @property
     def declared_heats(self) -> frozenset[str]:
         """Reagents of equations whose heat the scene declares."""
-        declared = (reaction for reaction in self.reactions if reaction.declared["heat_kj_mol"] is not None)
-        return frozenset(formula for reaction in declared for formula in reaction.equation.reagents)
+        declared_reactions = (reaction for reaction in self.reactions if reaction.declared["heat_kj_mol"] is not None)
+        return frozenset(formula for reaction in declared_reactions for formula in reaction.equation.reagents)
 
     def reagent(self, process: int, column: str) -> str:
         """The reagent, as its equation writes it, that a column stands for: Cr2O7^2- is counted as CrO4^2-."""
@@ -103,10 +103,10 @@ class Recipe:
 
     def ledger(self, solid_fraction: float, warmth: Warmth) -> Ledger:
         """A ledger with everything in its vessels."""
-        fills = {name: self._columns(contents) for name, contents in self.contents.items()}
-        columns = tuple(column for fill in fills.values() for column in fill)
+        columns_of_vessel = {name: self._columns(contents) for name, contents in self.contents.items()}
+        columns = tuple(column for fill in columns_of_vessel.values() for column in fill)
         filled_ledger = Ledger(
-            vessels=tuple(fills),
+            vessels=tuple(columns_of_vessel),
             columns=columns,
             processes=self.processes,
             solver=self.solver,
@@ -115,7 +115,7 @@ class Recipe:
             warmth=warmth,
             slow_solids=self.slow_solids,
         )
-        for name, fill in fills.items():
+        for name, fill in columns_of_vessel.items():
             filled_ledger.fill(name, self.contents[name].volume_ml, fill)
         return filled_ledger
 
@@ -138,7 +138,7 @@ def undeclared_phases(recipe: Recipe) -> tuple[Phase, ...]:
     named_solids |= {column for process in recipe.processes for column in process.changes}
     named_solids |= {formula + SOLID for reaction in recipe.reactions for formula in reaction.equation.formulas}
     declared_makeups = [dry_components(phase.components) for phase in mixture.phases]
-    undeclared = []
+    undeclared_solids = []
     for formula in FRESH:
         solutes = set(solute_components(formula))
         if formula + SOLID in named_solids or not solutes <= set(mixture.components):
@@ -146,8 +146,8 @@ def undeclared_phases(recipe: Recipe) -> tuple[Phase, ...]:
         entry = phases.entry(formula, "s")
         components = dissolved_components(formula)
         if entry is not None and dry_components(components) not in declared_makeups:
-            undeclared.append(Phase(formula + SOLID, components, entry))
-    return tuple(undeclared)
+            undeclared_solids.append(Phase(formula + SOLID, components, entry))
+    return tuple(undeclared_solids)
 
 
 def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
@@ -155,17 +155,17 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
 
     Raises PlanError: an equation, formula or product that fits nothing, or a constant that is missing.
     """
-    declared = tables.get("reaction", ())
-    equations = [_equation(table) for table in declared]
+    reaction_tables = tables.get("reaction", ())
+    equations = [_equation(table) for table in reaction_tables]
     database = _database(tables, contents)
     named_solids = {table["solid"] for table in tables.get("precipitation", ())}
     bodies = {solid for content in contents.values() for solid in content.solids}
-    solubility = {solid: table for content in contents.values() for solid, table in content.solubility.items()}
-    phases = Phases(database, solubility, _slow_solids(declared, equations, named_solids))
+    solubility_of_solid = {solid: table for content in contents.values() for solid, table in content.solubility.items()}
+    phases = Phases(database, solubility_of_solid, _slow_solids(reaction_tables, equations, named_solids))
     default_states = {**dict.fromkeys(SOLIDS | named_solids | bodies, "s"), **dict.fromkeys(GASES, "g")}
     states_by_equation: list[Mapping[str, str]] = []
-    brought = {formula for content in contents.values() for formula in content.amounts}
-    brought_ions = {component for formula in brought for component in dissolved_components(formula)}
+    brought_formulas = {formula for content in contents.values() for formula in content.amounts}
+    brought_ions = {component for formula in brought_formulas for component in dissolved_components(formula)}
     for equation in equations:
         own_states = {
             formula: "s"
@@ -178,7 +178,10 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
             formula: ""
             for formula in equation.reagents
             if default_states.get(formula) == "g"
-            and (formula in brought or (formula in SOLUBLE_GASES and set(solute_components(formula)) <= brought_ions))
+            and (
+                formula in brought_formulas
+                or (formula in SOLUBLE_GASES and set(solute_components(formula)) <= brought_ions)
+            )
         }
         states_by_equation.append({**default_states, **own_states, **equation.phases})
     phases.separate -= _settling_gases(equations, states_by_equation, phases.separate)
@@ -190,7 +193,7 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
         phases.add(solid, "s")
     processes: list[Process] = []
     reactions = []
-    for table, equation, phase in zip(declared, equations, states_by_equation, strict=True):
+    for table, equation, phase in zip(reaction_tables, equations, states_by_equation, strict=True):
         process = _process(table, equation, phase, phases)
         obstacle, joule = "", float("nan")
         if process is not None and process.salt is None:
@@ -258,12 +261,12 @@ def asks_phreeqc(tables: Tables, contents: Mapping[str, Contents]) -> bool:
     with acid beside ions that hold protons, and one that may stop at an equilibrium: activities are PHREEQC's.
     """
     at_once = any(table["rate_per_s"] is None for table in tables.get("reaction", ()))
-    indicators = any(table["indicator"] or table["from_ph"] is not None for table in tables.get("colour", ()))
+    has_indicators = any(table["indicator"] or table["from_ph"] is not None for table in tables.get("colour", ()))
     heat = heat_of_ledger(tables) is not None
     return (
         at_once
         or bool(tables.get("precipitation"))
-        or indicators
+        or has_indicators
         or (heat and _gives_heat(contents))
         or _competes_for_acid(tables, contents)
         or any(_may_stop(_equation(table)) for table in tables.get("reaction", ()))
@@ -298,8 +301,8 @@ def _competes_for_acid(tables: Tables, contents: Mapping[str, Contents]) -> bool
         for formula in content.amounts
         for component in components_of(formula) or {}
     }
-    weak = {component for component in components if charge_of(component) < 0 or component in BASES}
-    return acid and bool(weak - STRONG_ANIONS)
+    weak_bases = {component for component in components if charge_of(component) < 0 or component in BASES}
+    return acid and bool(weak_bases - STRONG_ANIONS)
 
 
 def _gives_heat(contents: Mapping[str, Contents]) -> bool:
@@ -323,16 +326,16 @@ def _database(tables: Tables, contents: Mapping[str, Contents]) -> Database | No
     """PHREEQC's data with the pieces of text that the tables hold; ``None``: nothing asks for them."""
     if not asks_phreeqc(tables, contents):
         return None
-    texts = {table["phreeqc"]: table for table in tables.get("reaction", ()) if table["phreeqc"]}
+    table_of_text = {table["phreeqc"]: table for table in tables.get("reaction", ()) if table["phreeqc"]}
     try:
-        return database_of("\n".join(texts))
+        return database_of("\n".join(table_of_text))
     except EffectError as error:
         kinds = ("reaction", "precipitation", "colour", "heat")
-        where = next(table for kind in kinds for table in tables.get(kind, ()))
-        raise where.fail(str(error)) from error
+        naming_table = next(table for kind in kinds for table in tables.get(kind, ()))
+        raise naming_table.fail(str(error)) from error
     except ValueError as error:
-        where = next(iter(texts.values()))
-        raise PlanError(*(str(where.fail(f"phreeqc: {line}")) for line in str(error).splitlines())) from error
+        naming_table = next(iter(table_of_text.values()))
+        raise PlanError(*(str(naming_table.fail(f"phreeqc: {line}")) for line in str(error).splitlines())) from error
 
 
 def _slow_solids(
@@ -345,14 +348,14 @@ def _slow_solids(
         if table["rate_per_s"] is None
         for formula in eq.formulas
     }
-    slow = {
+    slow_formulas = {
         formula
         for table, eq in zip(declared, equations, strict=True)
         if table["rate_per_s"] is not None
         for formula in eq.formulas
         if len(eq.reagents) > 1
     }
-    return frozenset(slow - at_once - set(named_solids))
+    return frozenset(slow_formulas - at_once - set(named_solids))
 
 
 def _settling_gases(
@@ -363,20 +366,20 @@ def _settling_gases(
     These equations change more than protons: a solid dissolves, or thiosulfate falls apart. Of the others, such as
     bicarbonate with acid, the rate is that at which the gas leaves.
     """
-    settling: set[str] = set()
-    leaving: set[str] = set()
+    settling_gases: set[str] = set()
+    leaving_gases: set[str] = set()
     for equation, state in zip(equations, states, strict=True):
         made_gases = {
             formula for formula in SOLUBLE_GASES & separate & set(equation.products) if state.get(formula) == "g"
         }
         changes: Counter[str] = Counter()
         for formula, many, phase in equation.terms(state):
-            whole = phase in ("s", "g") and formula not in made_gases
-            for component, count in ({formula: 1} if whole else dissolved_components(formula)).items():
+            is_whole = phase in ("s", "g") and formula not in made_gases
+            for component, count in ({formula: 1} if is_whole else dissolved_components(formula)).items():
                 changes[component] += many * count
-        cancels = not {component for component, many in changes.items() if many} - {WATER}
-        (leaving if cancels else settling).update(made_gases)
-    return settling - leaving
+        does_cancel = not {component for component, many in changes.items() if many} - {WATER}
+        (leaving_gases if does_cancel else settling_gases).update(made_gases)
+    return settling_gases - leaving_gases
 
 
 def _dissolved_gas(changes: Mapping[str, float], phases: Phases) -> float:
@@ -393,21 +396,21 @@ def _dissolved_gas(changes: Mapping[str, float], phases: Phases) -> float:
 
 def _process(table: Declaration, equation: Equation, phase: Mapping[str, str], phases: Phases) -> Process | None:
     """Process of what an equation changes beyond the equilibrium; ``None``: PHREEQC or a solubility does all."""
-    rate, heat = table["rate_per_s"], table["heat_kj_mol"]
-    salt = _dissolving_salt(equation, phase, phases) if rate is not None else None
+    rate_per_s, heat = table["rate_per_s"], table["heat_kj_mol"]
+    salt = _dissolving_salt(equation, phase, phases) if rate_per_s is not None else None
     changes = _changes(equation, phase, phases, {salt.column} if salt is not None else set())
     if not changes:
-        unknown = [
+        unknown_solids = [
             formula
             for formula in equation.reagents
             if phase.get(formula) == "s" and not phases.has_known_solubility(formula)
         ]
-        if unknown:
-            raise table.fail(UNKNOWN_SOLUBILITY.format(unknown[0]))
-        settling = any(_can_settle(formula, phase) for formula in equation.formulas)
-        if not settling and not _makes_neutral_complex(equation, phases):
+        if unknown_solids:
+            raise table.fail(UNKNOWN_SOLUBILITY.format(unknown_solids[0]))
+        can_settle = any(_can_settle(formula, phase) for formula in equation.formulas)
+        if not can_settle and not _makes_neutral_complex(equation, phases):
             raise table.fail("equation: nothing happens, all of it stays dissolved; mark what falls out with (s)")
-        if rate is not None:
+        if rate_per_s is not None:
             raise table.fail("rate_per_s: PHREEQC brings what the equation names to equilibrium at once; leave it out")
         if heat is not None and not _dissolved_solid(equation, phase, phases):
             raise table.fail("heat_kj_mol: its heat follows from PHREEQC's enthalpies; leave it out")
@@ -423,13 +426,13 @@ def _process(table: Declaration, equation: Equation, phase: Mapping[str, str], p
     return Process(
         text=table["equation"],
         changes=changes,
-        rate=rate,
+        rate=rate_per_s,
         joule=joule,
         acid=float(acid),
         salt=salt,
         catalysts=_catalysts(equation, phase),
         gas_solubility=gas_solubility,
-        dissolving_solid="" if rate is None else phases.dissolves_slowly(changes),
+        dissolving_solid="" if rate_per_s is None else phases.dissolves_slowly(changes),
     )
 
 
@@ -443,13 +446,13 @@ def _protons_brought(formula: str) -> int:
 
 def _catalysts(equation: Equation, phase: Mapping[str, str]) -> frozenset[str]:
     """Columns of what stands on both sides of an equation: it is not used up, and nothing proceeds without it."""
-    unchanged = [
+    unchanged_formulas = [
         formula
         for formula in equation.reagents
         if formula != WATER and formula not in equation.dissolved and not equation.changes[formula]
     ]
     columns: set[str] = set()
-    for formula in unchanged:
+    for formula in unchanged_formulas:
         state = phase.get(formula, "")
         solutes = solute_components(formula) or dissolved_components(formula)
         columns |= {f"{formula}({state})"} if state in ("s", "g") else set(solutes)
@@ -478,8 +481,8 @@ def _makes_neutral_complex(equation: Equation, phases: Phases) -> bool:
 def _dissolved_solid(equation: Equation, phase: Mapping[str, str], phases: Phases) -> str:
     """Column of the solid that an equation dissolves and nothing else; ``""``: another equation."""
     solids = [formula + SOLID for formula in equation.reagents if phase.get(formula) == "s"]
-    alone = len(solids) == 1 and not {formula + SOLID for formula in set(equation.reagents) - {WATER}} - set(solids)
-    return solids[0] if alone and solids[0] in (*phases.salts, *phases.phreeqc) else ""
+    is_alone = len(solids) == 1 and not {formula + SOLID for formula in set(equation.reagents) - {WATER}} - set(solids)
+    return solids[0] if is_alone and solids[0] in (*phases.salts, *phases.phreeqc) else ""
 
 
 def _dissolving_salt(equation: Equation, phase: Mapping[str, str], phases: Phases) -> Salt | None:
@@ -502,12 +505,12 @@ def _check_dissolving(table: Declaration, equation: Equation, phase: Mapping[str
         component: many * coefficient for component, many in components.items() if component != WATER
     }:
         # An oxide of an alkali or earth metal reacts with water to its end, and so does an anhydride.
-        basic = components.get(WATER, 0) > 0 > components.get(PROTON, 0) and set(components) <= EARTH_METALS | {
+        is_basic = components.get(WATER, 0) > 0 > components.get(PROTON, 0) and set(components) <= EARTH_METALS | {
             WATER,
             PROTON,
         }
-        anhydride = components.get(WATER, 0) < 0 < components.get(PROTON, 0) and not METALS & set(components)
-        if WATER in equation.reagents and (basic or anhydride):
+        is_anhydride = components.get(WATER, 0) < 0 < components.get(PROTON, 0) and not METALS & set(components)
+        if WATER in equation.reagents and (is_basic or is_anhydride):
             return
         raise table.fail(UNKNOWN_SOLUBILITY.format(solids[0]))
 

@@ -57,9 +57,11 @@ def couples_of(changes: Mapping[str, float]) -> tuple[Couple, Couple] | None:
     """
     products = [column for column, many in changes.items() if many > 0.0 and column not in (PROTON, WATER)]
     reagents = [column for column, many in changes.items() if many < 0.0 and column not in (PROTON, WATER)]
-    couples = [couple for column in reagents if (couple := _couple(column, _partner(column, products))) is not None]
-    oxidants = [couple for couple in couples if couple.oxidised in reagents]
-    reductants = [couple for couple in couples if couple.reduced in reagents]
+    known_couples = [
+        couple for column in reagents if (couple := _couple(column, _partner(column, products))) is not None
+    ]
+    oxidants = [couple for couple in known_couples if couple.oxidised in reagents]
+    reductants = [couple for couple in known_couples if couple.reduced in reagents]
     if len(reagents) != 2 or len(oxidants) != 1 or len(reductants) != 1:
         return None
     return oxidants[0], reductants[0]
@@ -75,19 +77,19 @@ def potential(matter: Matter, vessel: str, times: FloatArray) -> tuple[FloatArra
     couples = list(dict.fromkeys(couple for pair in pairs for couple in pair))
     if not couples or matter.solver is None:
         return np.zeros(0), np.zeros(0)
-    wet, equilibria = matter.equilibria(vessel, times)
-    amounts = matter.states(vessel, times[wet])[0]
-    celsius = matter.celsius(vessel, times[wet])
+    wet_rows, equilibria = matter.equilibria(vessel, times)
+    amounts = matter.states(vessel, times[wet_rows])[0]
+    celsius = matter.celsius(vessel, times[wet_rows])
     electrons = np.array([_electrons(matter, amounts, couple) for couple in couples])
     volts = np.array([_volt(matter, amounts, equilibria, celsius, couple) for couple in couples])
     electrons[~np.isfinite(volts)] = 0.0
-    best = np.argmax(electrons, axis=0)
-    rows = np.arange(len(wet))
-    known = electrons[best, rows] > 0.0
+    best_couple = np.argmax(electrons, axis=0)
+    rows = np.arange(len(wet_rows))
+    has_electrons = electrons[best_couple, rows] > 0.0
     for pair in pairs:
-        both = [electrons[couples.index(couple)] > 0.0 for couple in pair]
-        known &= ~np.logical_and(*both)
-    return times[wet][known], volts[best, rows][known]
+        has_both_forms = [electrons[couples.index(couple)] > 0.0 for couple in pair]
+        has_electrons &= ~np.logical_and(*has_both_forms)
+    return times[wet_rows][has_electrons], volts[best_couple, rows][has_electrons]
 
 
 def _couples_that_ran(matter: Matter, vessel: str) -> list[tuple[Couple, Couple]]:
@@ -106,8 +108,8 @@ def _couples_that_ran(matter: Matter, vessel: str) -> list[tuple[Couple, Couple]
 
 def _unknown_complex(matter: Matter, vessel: str, couple: Couple) -> bool:
     """Whether something in a vessel binds a form of a couple in complexes that PHREEQC's data lack."""
-    ligand = COMPLEXES_UNKNOWN.get(couple.oxidised)
-    return ligand is not None and bool(matter.amount(vessel, ligand).any())
+    binding_ligand = COMPLEXES_UNKNOWN.get(couple.oxidised)
+    return binding_ligand is not None and bool(matter.amount(vessel, binding_ligand).any())
 
 
 def _partner(column: str, products: Sequence[str]) -> str:
@@ -115,8 +117,8 @@ def _partner(column: str, products: Sequence[str]) -> str:
     mine = _heavy(column)
     if column == PEROXIDE:
         return next((product for product in products if product.removesuffix(GAS) == "O2"), WATER)
-    partners = [product for product in products if mine and _heavy(product).keys() == mine.keys()]
-    return partners[0] if len(partners) == 1 else ""
+    possible_products = [product for product in products if mine and _heavy(product).keys() == mine.keys()]
+    return possible_products[0] if len(possible_products) == 1 else ""
 
 
 def _couple(reagent: str, product: str) -> Couple | None:
@@ -125,11 +127,11 @@ def _couple(reagent: str, product: str) -> Couple | None:
         return None
     element = next(iter(_heavy(reagent)), "O")
     count, product_count = _atoms(reagent).get(element, 0), _atoms(product).get(element, 0)
-    whole = lcm(count, product_count)
-    count, product_count = whole // count, whole // product_count
-    sides = [(count, _atoms(reagent)), (-product_count, _atoms(product))]
-    water = sum(many * counted.get("O", 0) for many, counted in sides) if product != WATER else 0
-    protons = 2 * water - sum(many * counted.get("H", 0) for many, counted in sides)
+    common_multiple = lcm(count, product_count)
+    count, product_count = common_multiple // count, common_multiple // product_count
+    counted_sides = [(count, _atoms(reagent)), (-product_count, _atoms(product))]
+    water = sum(many * counted.get("O", 0) for many, counted in counted_sides) if product != WATER else 0
+    protons = 2 * water - sum(many * counted.get("H", 0) for many, counted in counted_sides)
     electrons = count * _charge(reagent) + protons - product_count * _charge(product)
     if electrons == 0:
         return None
@@ -162,9 +164,9 @@ def _charge(column: str) -> int:
 
 def _electrons(matter: Matter, amounts: FloatArray, couple: Couple) -> FloatArray:
     """Mol of electrons (n,) that the scarcer form of a couple takes or gives."""
-    forms = ((couple.oxidised, couple.oxidised_count), (couple.reduced, couple.reduced_count))
-    scarce = [amounts[:, matter.ledger.column[column]] / count for column, count in forms]
-    return couple.electrons * np.minimum(*scarce)
+    column_counts = ((couple.oxidised, couple.oxidised_count), (couple.reduced, couple.reduced_count))
+    electrons_of_forms = [amounts[:, matter.ledger.column[column]] / count for column, count in column_counts]
+    return couple.electrons * np.minimum(*electrons_of_forms)
 
 
 def _volt(
@@ -185,13 +187,13 @@ def _log_activity(matter: Matter, amounts: FloatArray, equilibria: Equilibrium, 
     if column == WATER or column.endswith((SOLID, GAS)):
         return np.zeros(len(amounts))
     kilograms = amounts[:, matter.ledger.water] * WATER_KG
-    free = free_iodine(matter.ledger.column, amounts, kilograms)
+    free_iodine_molal = free_iodine(matter.ledger.column, amounts, kilograms)
     components = () if matter.solver is None else matter.solver.mixture.components
     with np.errstate(divide="ignore", invalid="ignore"):
         if column not in components:
             molal = amounts[:, matter.ledger.column[column]] / kilograms
-            return np.log10(free[IODINE] if column == IODINE else molal)
+            return np.log10(free_iodine_molal[IODINE] if column == IODINE else molal)
         ion = equilibria.log_activity[:, components.index(column)]
         if column != IODIDE:
             return ion
-        return ion + np.log10(free[IODIDE] * kilograms / amounts[:, matter.ledger.column[IODIDE]])
+        return ion + np.log10(free_iodine_molal[IODIDE] * kilograms / amounts[:, matter.ledger.column[IODIDE]])

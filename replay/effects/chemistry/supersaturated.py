@@ -50,12 +50,12 @@ def aged_hydroxide_events(matter: Matter) -> Iterator[EffectEvent]:
             and hydroxide > LEAST_AGED_FRACTION * (hydroxide + copper)
             and ammonia > 4.0 * (hydroxide + copper)
         ):
-            text = (
+            message = (
                 f"Cu(OH)2 is left in {vessel} beside ammonia, as aged hydroxide is; what falls out of this copper salt "
                 f"at first is {basic_salt}, which dissolves in less ammonia: name that solid instead"
             )
-            values: dict[str, float | str] = {"formula": "Cu(OH)2", "moles": float(hydroxide)}
-            yield EffectEvent(float(history.times[-1]), "aged", (vessel,), None, values, text, "warning")
+            event_values: dict[str, float | str] = {"formula": "Cu(OH)2", "moles": float(hydroxide)}
+            yield EffectEvent(float(history.times[-1]), "aged", (vessel,), None, event_values, message, "warning")
 
 
 def _fresh_aluminium(matter: Matter) -> Iterator[EffectEvent]:
@@ -94,9 +94,9 @@ def supersaturation_events(matter: Matter) -> Iterator[EffectEvent]:
     solver = Solver(mixture_of(mixture.database, mixture.components, phases))
     columns = [ledger.column[name] for name in solver.mixture.components]
     for vessel, history in matter.histories.items():
-        wet = (history.volume_ml > 0.0) & (history.amounts[:, ledger.water] > 0.0)
-        mixed = history.added_ml[-1].any() or bool(matter.recipe.contents[vessel].solids) or matter.is_still
-        rows = np.flatnonzero(wet) if mixed else np.zeros(0, dtype=np.int64)
+        is_wet = (history.volume_ml > 0.0) & (history.amounts[:, ledger.water] > 0.0)
+        is_mixed = history.added_ml[-1].any() or bool(matter.recipe.contents[vessel].solids) or matter.is_still
+        rows = np.flatnonzero(is_wet) if is_mixed else np.zeros(0, dtype=np.int64)
         rows = rows[np.unique(np.linspace(0, len(rows) - 1, ROWS).astype(np.int64))] if len(rows) else rows
         if not len(rows):
             continue
@@ -104,16 +104,19 @@ def supersaturation_events(matter: Matter) -> Iterator[EffectEvent]:
         celsius = matter.celsius(vessel, history.times[rows])
         indices = solver.saturation(amounts[:, columns], amounts[:, ledger.water], celsius)
         for phase, values in zip(phases, indices.T, strict=True):
-            beyond = np.flatnonzero(values > LEAST_SATURATION_INDEX)
+            saturated_rows = np.flatnonzero(values > LEAST_SATURATION_INDEX)
             solid = phase.column.removesuffix(SOLID)
             if solid == "Cu(OH)2":
                 solid = _basic_salt(matter, vessel) or solid
-            if not len(beyond) or solid + SOLID in ledger.column:
+            if not len(saturated_rows) or solid + SOLID in ledger.column:
                 continue
-            text = (
+            message = (
                 f"{solid} is beyond its solubility in {vessel}, and no effect lets it fall out: it stays dissolved. "
                 f'To let it fall out, add [[effect]] kind = "precipitation", solid = "{solid}"'
             )
-            data: dict[str, float | str] = {"formula": solid, "saturation_index": float(values[beyond].max())}
-            time = float(history.times[rows[beyond[0]]])
-            yield EffectEvent(time, "supersaturated", (vessel,), None, data, text, "warning")
+            event_values: dict[str, float | str] = {
+                "formula": solid,
+                "saturation_index": float(values[saturated_rows].max()),
+            }
+            time = float(history.times[rows[saturated_rows[0]]])
+            yield EffectEvent(time, "supersaturated", (vessel,), None, event_values, message, "warning")

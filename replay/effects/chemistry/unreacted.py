@@ -34,23 +34,23 @@ REAGENTS_OF_WATER: Final = frozenset((WATER, PROTON, "OH-", "H3O+"))
 """Reagents that every solution has."""
 
 
-def no_reaction_events(matter: Matter, formed: BoolArray) -> Iterator[EffectEvent]:
+def no_reaction_events(matter: Matter, has_formed: BoolArray) -> Iterator[EffectEvent]:
     """An event ``no-reaction`` for each equation that made nothing in any vessel, with its reason.
 
-    ``formed`` : (reactions,) whether an ion that the equation makes was there.
+    ``has_formed`` : (reactions,) whether an ion that the equation makes was there.
     """
-    begin = max((float(history.times[0]) for history in matter.histories.values()), default=0.0)
-    end = max((float(history.times[-1]) for history in matter.histories.values()), default=0.0)
+    first_time = max((float(history.times[0]) for history in matter.histories.values()), default=0.0)
+    last_time = max((float(history.times[-1]) for history in matter.histories.values()), default=0.0)
     for number, reaction in enumerate(matter.recipe.reactions):
-        reason = reaction.obstacle or _reason(matter, reaction, bool(formed[number]))
+        reason = reaction.obstacle or _reason(matter, reaction, bool(has_formed[number]))
         if reason:
             equation = reaction.declared["equation"]
             verb = "makes no solid and no gas" if "stays dissolved" in reason else "does not proceed"
-            text = f"{equation} {verb}: {reason}"
-            values = {"equation": equation, "reason": reason}
+            message = f"{equation} {verb}: {reason}"
+            event_values = {"equation": equation, "reason": reason}
             # Until the end something may have come that lets it proceed.
-            time = begin if reaction.obstacle else end
-            yield EffectEvent(time, "no-reaction", (), None, values, text, "warning")
+            time = first_time if reaction.obstacle else last_time
+            yield EffectEvent(time, "no-reaction", (), None, event_values, message, "warning")
 
 
 def stop_events(matter: Matter) -> Iterator[EffectEvent]:
@@ -61,21 +61,26 @@ def stop_events(matter: Matter) -> Iterator[EffectEvent]:
             extent, amounts = history.extents[-1, row], history.amounts[-1]
             if not extent > 0.0:
                 continue
-            limits = matter.ledger.limits.by_cause(row, amounts)
-            reagents = {cause: float(limit) for cause, limit in limits.items() if not isinstance(cause, Cause)}
+            limit_of_cause = matter.ledger.limits.by_cause(row, amounts)
+            reagents = {cause: float(limit) for cause, limit in limit_of_cause.items() if not isinstance(cause, Cause)}
             causes_of_end = [
-                cause for cause in CAUSES_IN_WATER if cause in limits and limits[cause] <= ROUNDING * extent
+                cause
+                for cause in CAUSES_IN_WATER
+                if cause in limit_of_cause and limit_of_cause[cause] <= ROUNDING * extent
             ]
             has_remainder = all(limit > LEAST_FORMED * (limit + extent) for limit in reagents.values())
             if len(reagents) < 2 or not causes_of_end or not has_remainder:
                 continue
-            left = [
+            remaining_texts = [
                 f"{words.quantity(-1e3 * limit * process.changes[column], 'mmol')} {matter.recipe.reagent(row, column)}"
                 for column, limit in reagents.items()
             ]
-            text = f"{process.text} stops in {vessel} for want of {causes_of_end[0]}: {' and '.join(left)} are left"
-            values = {"equation": process.text}
-            yield EffectEvent(float(history.times[-1]), "stopped", (vessel,), None, values, text, "warning")
+            message = (
+                f"{process.text} stops in {vessel} for want of {causes_of_end[0]}: "
+                f"{' and '.join(remaining_texts)} are left"
+            )
+            event_values = {"equation": process.text}
+            yield EffectEvent(float(history.times[-1]), "stopped", (vessel,), None, event_values, message, "warning")
 
 
 def _equilibrium_events(matter: Matter) -> Iterator[EffectEvent]:
@@ -86,24 +91,26 @@ def _equilibrium_events(matter: Matter) -> Iterator[EffectEvent]:
             continue
         for vessel, history in matter.histories.items():
             extent, amounts = float(history.extents[-1, row]), history.amounts[-1]
-            end = float(ledger.limits.extent_to_the_end(row, amounts))
-            if not extent > 0.0 or end <= LEAST_FORMED * (end + extent):
+            extent_to_end = float(ledger.limits.extent_to_the_end(row, amounts))
+            if not extent > 0.0 or extent_to_end <= LEAST_FORMED * (extent_to_end + extent):
                 continue
-            percent = words.decimal(100.0 * extent / (end + extent), 0)
-            text = f"{process.text} stops at its equilibrium in {vessel}: {percent} % has reacted, by its free energy"
-            values: dict[str, float | str] = {"equation": process.text, "log_k": process.log_k}
-            yield EffectEvent(float(history.times[-1]), "equilibrium", (vessel,), None, values, text)
+            percent = words.decimal(100.0 * extent / (extent_to_end + extent), 0)
+            message = (
+                f"{process.text} stops at its equilibrium in {vessel}: {percent} % has reacted, by its free energy"
+            )
+            event_values: dict[str, float | str] = {"equation": process.text, "log_k": process.log_k}
+            yield EffectEvent(float(history.times[-1]), "equilibrium", (vessel,), None, event_values, message)
 
 
-def _reason(matter: Matter, reaction: Reaction, formed: bool) -> str:
+def _reason(matter: Matter, reaction: Reaction, has_formed: bool) -> str:
     """Why an equation made nothing; ``""``: it did."""
     if reaction.process >= 0:
         return _reason_of_process(matter, reaction)
-    if formed:
+    if has_formed:
         return ""
-    missing = _missing_reagents_text(matter, reaction)
-    if missing:
-        return missing
+    missing_text = _missing_reagents_text(matter, reaction)
+    if missing_text:
+        return missing_text
     products = _no_product_reason(matter, reaction)
     if products is not None:
         return products
@@ -120,22 +127,23 @@ def _reason_of_process(matter: Matter, reaction: Reaction) -> str:
     """Why an equation without a constant made nothing; ``""``: it did."""
     process = matter.recipe.processes[reaction.process]
     extents = sum(float(history.extents[-1, reaction.process]) for history in matter.histories.values())
-    pending = sum(float(history.pending[-1, reaction.process]) for history in matter.histories.values())
+    pending_extent = sum(float(history.pending[-1, reaction.process]) for history in matter.histories.values())
     solid = process.dissolving_solid.removesuffix(SOLID)
-    brought = sum(contents.solids.get(solid, 0.0) for contents in matter.recipe.contents.values())
+    brought_solid = sum(contents.solids.get(solid, 0.0) for contents in matter.recipe.contents.values())
     is_hardly_dissolved = (
-        bool(solid) and -(extents + pending) * process.changes[process.dissolving_solid] < LEAST_DISSOLVED * brought
+        bool(solid)
+        and -(extents + pending_extent) * process.changes[process.dissolving_solid] < LEAST_DISSOLVED * brought_solid
     )
     if extents > 0.0 and not is_hardly_dissolved:
         return ""
-    missing = _missing_reagents_text(matter, reaction)
-    if missing:
-        return missing
+    missing_text = _missing_reagents_text(matter, reaction)
+    if missing_text:
+        return missing_text
     if is_hardly_dissolved:
         return f"{solid} hardly dissolves in it"
     for vessel, history in matter.histories.items():
-        wet = history.volume_ml > 0.0
-        if all(_is_present(matter, reaction, vessel, formula)[wet].any() for formula in reaction.equation.reagents):
+        is_wet = history.volume_ml > 0.0
+        if all(_is_present(matter, reaction, vessel, formula)[is_wet].any() for formula in reaction.equation.reagents):
             return _reason_in_vessel(matter, reaction, vessel)
     return "its reagents were never together"
 
@@ -143,12 +151,12 @@ def _reason_of_process(matter: Matter, reaction: Reaction) -> str:
 def _reason_in_vessel(matter: Matter, reaction: Reaction, vessel: str) -> str:
     """Return the cause that kept an equation from running in a vessel that had all of its reagents."""
     history = matter.histories[vessel]
-    wet = np.flatnonzero(history.volume_ml > 0.0)
-    limits = matter.ledger.limits.by_cause(reaction.process, history.amounts[wet])
-    is_lacking = {cause: np.broadcast_to(limit <= 0.0, wet.shape) for cause, limit in limits.items()}
+    wet_rows = np.flatnonzero(history.volume_ml > 0.0)
+    limit_of_cause = matter.ledger.limits.by_cause(reaction.process, history.amounts[wet_rows])
+    is_lacking = {cause: np.broadcast_to(limit <= 0.0, wet_rows.shape) for cause, limit in limit_of_cause.items()}
     # The moment at which the least was lacking.
     row = int(np.argmin(np.sum(list(is_lacking.values()), axis=0)))
-    causes = [cause for cause, lacks in is_lacking.items() if lacks[row]]
+    causes = [cause for cause, is_lacking_in_row in is_lacking.items() if is_lacking_in_row[row]]
     process = matter.recipe.processes[reaction.process]
     if not causes and process.gas_solubility:
         gas = next(column for column, many in process.changes.items() if many > 0.0 and column.endswith(GAS))
@@ -164,11 +172,11 @@ def _cause_text(matter: Matter, reaction: Reaction, vessel: str, cause: str | Ca
     if cause is Cause.SATURATION and process.salt is not None:
         return f"{vessel} is saturated with {process.salt.formula}"
     if cause is Cause.ACID or (cause is Cause.CATALYST and PROTON in process.catalysts):
-        if not _was_added(matter, vessel, sign=1):
+        if not _was_added(matter, vessel, proton_sign=1):
             return f"it needs acid, and none came into {vessel}"
         return f"it needs acid, and none is free in {vessel}: a base takes it up, or the acid is too weak"
     if cause is Cause.HYDROXIDE:
-        if not _was_added(matter, vessel, sign=-1):
+        if not _was_added(matter, vessel, proton_sign=-1):
             return f"it needs hydroxide, and none came into {vessel}"
         return f"it needs hydroxide, and none is free in {vessel}: an acid takes it up, or the base is too weak"
     if cause is Cause.CATALYST:
@@ -176,10 +184,10 @@ def _cause_text(matter: Matter, reaction: Reaction, vessel: str, cause: str | Ca
     return f"what else is in {vessel} uses up {matter.recipe.reagent(reaction.process, cause)} first"
 
 
-def _was_added(matter: Matter, vessel: str, *, sign: int) -> bool:
+def _was_added(matter: Matter, vessel: str, *, proton_sign: int) -> bool:
     """Whether a formula with protons (1), or one that takes them (-1), was ever added to a vessel."""
     return any(
-        sign * dissolved_components(column.removesuffix(ADDED)).get(PROTON, 0) > 0
+        proton_sign * dissolved_components(column.removesuffix(ADDED)).get(PROTON, 0) > 0
         for column in matter.ledger.columns
         if column.endswith(ADDED) and matter.amount(vessel, column).any()
     )

@@ -44,11 +44,13 @@ def temperature_after_seconds(
 
     ``capacity``: m c in J/K, above 0; ``loss`` k in W/K, at least 0: without loss it rises evenly.
     """
-    exponent = np.asarray(loss * np.asarray(seconds) / capacity, dtype=np.float64)
+    decay_exponent = np.asarray(loss * np.asarray(seconds) / capacity, dtype=np.float64)
     # (1 - exp(-x)) / x by expm1, which is 1 at 0: no loss and short steps cost no digits.
-    fraction = np.where(exponent > 0.0, -np.expm1(-exponent) / np.where(exponent > 0.0, exponent, 1.0), 1.0)
-    rate = (power_w - loss * (np.asarray(celsius) - ambient)) / capacity
-    return np.asarray(celsius + rate * seconds * fraction)
+    fraction = np.where(
+        decay_exponent > 0.0, -np.expm1(-decay_exponent) / np.where(decay_exponent > 0.0, decay_exponent, 1.0), 1.0
+    )
+    rate_k_per_s = (power_w - loss * (np.asarray(celsius) - ambient)) / capacity
+    return np.asarray(celsius + rate_k_per_s * seconds * fraction)
 
 
 def heating_curve(
@@ -59,14 +61,19 @@ def heating_curve(
     At ``boils`` it stays: what is heated further boils off.
     """
     celsius = np.full(len(times), ambient)
-    cuts = [0, *(np.flatnonzero(np.diff(power_w)) + 1).tolist(), len(times)]
-    for first, last in pairwise(cuts):
+    power_changes = [0, *(np.flatnonzero(np.diff(power_w)) + 1).tolist(), len(times)]
+    for first, last in pairwise(power_changes):
         segment = slice(first + 1, last + 1)
-        since = times[segment] - times[first]
+        seconds_since_change = times[segment] - times[first]
         celsius[segment] = np.minimum(
             boils,
             temperature_after_seconds(
-                celsius[first], since, power_w=float(power_w[first]), capacity=capacity, loss=loss, ambient=ambient
+                celsius[first],
+                seconds_since_change,
+                power_w=float(power_w[first]),
+                capacity=capacity,
+                loss=loss,
+                ambient=ambient,
             ),
         )
     return celsius
@@ -79,7 +86,7 @@ def heat_given_off(acid_mol: FloatArray, water_mol: FloatArray, heats: Mapping[f
     Source: J. Thomsen, Thermochemische Untersuchungen, vol. 3, 1883, for the form.
     """
     ratios = np.array(list(heats))
-    factors = np.array(list(heats.values())) * (ratios + HALF_WATER) / ratios
+    heat_factors = np.array(list(heats.values())) * (ratios + HALF_WATER) / ratios
     ratio = np.minimum(ratios[-1], water_mol / np.maximum(acid_mol, 1e-300))
-    factor = np.interp(np.log(np.maximum(ratio, 1e-300)), np.log(ratios), factors)
+    factor = np.interp(np.log(np.maximum(ratio, 1e-300)), np.log(ratios), heat_factors)
     return np.asarray(acid_mol * factor * ratio / (ratio + HALF_WATER))

@@ -22,36 +22,38 @@ def entry_times(
     World Y is up; ``normal`` is the unit direction out of the vessel. An opening that faces down or sideways is not
     entered, nor one that the liquid starts below.
     """
-    upward = normal[:, 1] > 0.0
-    above = ((start - centre) * normal).sum(axis=1)
-    time = _fall(above, -(velocity * normal).sum(axis=1), 0.5 * GRAVITY * np.where(upward, normal[:, 1], 1.0))
-    away = points(start, velocity, np.where(np.isfinite(time), time, 0.0)) - centre
-    away -= (away * normal).sum(axis=1)[:, None] * normal
-    inside = (away * away).sum(axis=1) <= radius**2
-    return np.where(upward & inside, time, np.inf)
+    opens_upward = normal[:, 1] > 0.0
+    heights_above = ((start - centre) * normal).sum(axis=1)
+    entry_time = _fall(
+        heights_above, -(velocity * normal).sum(axis=1), 0.5 * GRAVITY * np.where(opens_upward, normal[:, 1], 1.0)
+    )
+    offset_from_centre = points(start, velocity, np.where(np.isfinite(entry_time), entry_time, 0.0)) - centre
+    offset_from_centre -= (offset_from_centre * normal).sum(axis=1)[:, None] * normal
+    is_in_opening = (offset_from_centre * offset_from_centre).sum(axis=1) <= radius**2
+    return np.where(opens_upward & is_in_opening, entry_time, np.inf)
 
 
 def points_at_height(start: FloatArray, velocity: FloatArray, height: FloatArray) -> FloatArray:
     """Points (n, 3) at which it falls through a height (n,); ``start`` where it never gets so high."""
-    time = _fall(start[:, 1] - height, -velocity[:, 1], np.full(len(start), 0.5 * GRAVITY))
-    return points(start, velocity, np.where(np.isfinite(time), time, 0.0))
+    fall_time = _fall(start[:, 1] - height, -velocity[:, 1], np.full(len(start), 0.5 * GRAVITY))
+    return points(start, velocity, np.where(np.isfinite(fall_time), fall_time, 0.0))
 
 
-def points(start: FloatArray, velocity: FloatArray, time: FloatArray) -> FloatArray:
+def points(start: FloatArray, velocity: FloatArray, seconds: FloatArray) -> FloatArray:
     """Points (n, 3) of falling liquid after some seconds (n,)."""
-    points_at_time = start + time[:, None] * velocity
-    points_at_time[:, 1] -= 0.5 * GRAVITY * time * time
+    points_at_time = start + seconds[:, None] * velocity
+    points_at_time[:, 1] -= 0.5 * GRAVITY * seconds * seconds
     return points_at_time
 
 
-def _fall(above: FloatArray, speed: FloatArray, pull: FloatArray) -> FloatArray:
+def _fall(height_above: FloatArray, speed: FloatArray, pull: FloatArray) -> FloatArray:
     """Times (n,) at which ``above = speed t + pull t^2``, the last ones; infinite: never. ``pull`` is above 0."""
-    root = speed * speed + 4.0 * pull * above
-    never = (above < 0.0) & ((speed >= 0.0) | (root < 0.0))
+    root = speed * speed + 4.0 * pull * height_above
+    is_never = (height_above < 0.0) & ((speed >= 0.0) | (root < 0.0))
     root = np.sqrt(np.maximum(0.0, root))
     # Of the two forms of the root the one that adds, so that a fast start or a small height costs no digits.
-    down = np.where(speed + root > 0.0, 2.0 * above / np.where(speed + root > 0.0, speed + root, 1.0), 0.0)
-    return np.where(never, np.inf, np.where(speed >= 0.0, down, (root - speed) / (2.0 * pull)))
+    later_root = np.where(speed + root > 0.0, 2.0 * height_above / np.where(speed + root > 0.0, speed + root, 1.0), 0.0)
+    return np.where(is_never, np.inf, np.where(speed >= 0.0, later_root, (root - speed) / (2.0 * pull)))
 
 
 CONTRACTION: Final = math.pi / (math.pi + 2.0)
@@ -84,11 +86,11 @@ def volume_run_out(
     ``section``, ``head``: S of the column, m2, and the level above the outlet at the first time, metres.
     ``available``: what may run out, m3.
     """
-    opened = np.concatenate([[0.0], np.cumsum(0.5 * (area[1:] + area[:-1]) * np.diff(times))])
-    top = float(np.sqrt(max(0.0, head)))
-    fall = np.minimum(np.sqrt(0.5 * GRAVITY) * discharge / section * opened, top)
+    area_seconds = np.concatenate([[0.0], np.cumsum(0.5 * (area[1:] + area[:-1]) * np.diff(times))])
+    root_head = float(np.sqrt(max(0.0, head)))
+    root_fall = np.minimum(np.sqrt(0.5 * GRAVITY) * discharge / section * area_seconds, root_head)
     # S (h0 - (sqrt(h0) - fall)^2) without the difference of two nearly equal numbers.
-    return np.minimum(section * fall * (2.0 * top - fall), max(0.0, available))
+    return np.minimum(section * root_fall * (2.0 * root_head - root_fall), max(0.0, available))
 
 
 def weir_flow(head: FloatArray, width: float) -> FloatArray:
@@ -102,25 +104,25 @@ def weir_flow(head: FloatArray, width: float) -> FloatArray:
 def run_out(
     times: FloatArray,
     area: FloatArray,
-    coming: FloatArray,
+    inflow: FloatArray,
     *,
     discharge: float,
     section: float,
     foot: float,
     volume: float,
 ) -> FloatArray:
-    """Volume (T,) in m3 that runs out in the step up to each frame, with ``coming`` (T,) m3 that come in at each.
+    """Volume (T,) in m3 that runs out in the step up to each frame, with ``inflow`` (T,) m3 that come in at each.
 
     ``foot``: height of the column's foot over the outlet, metres; ``volume``: what it holds at first, m3.
     In closed form from one refill to the next.
     """
-    gone = np.zeros(len(times))
-    cuts = [0, *(np.flatnonzero(coming[1:] > 0.0) + 1).tolist(), len(times) - 1]
-    for first, last in pairwise(cuts):
+    run_out_volume = np.zeros(len(times))
+    inflow_frames = [0, *(np.flatnonzero(inflow[1:] > 0.0) + 1).tolist(), len(times) - 1]
+    for first, last in pairwise(inflow_frames):
         segment = slice(first, last + 1)
-        volume += float(coming[first])
+        volume += float(inflow[first])
         if last > first and area[segment].any():
-            out = volume_run_out(
+            segment_volume = volume_run_out(
                 times[segment],
                 area[segment],
                 discharge=discharge,
@@ -128,9 +130,9 @@ def run_out(
                 head=foot + volume / section,
                 available=volume,
             )
-            gone[first + 1 : last + 1] = np.diff(out)
-            volume -= float(out[-1])
-    return gone
+            run_out_volume[first + 1 : last + 1] = np.diff(segment_volume)
+            volume -= float(segment_volume[-1])
+    return run_out_volume
 
 
 GAP_S: Final = 0.7
@@ -178,7 +180,7 @@ def flows(streams: Sequence[Stream], least_ml: float) -> list[Stream]:
     """Streams parted where they stop for more than `GAP_S`, in order of time; less than ``least_ml`` is no flow."""
     pieces = []
     for stream in streams:
-        cuts = [0, *(np.flatnonzero(np.diff(stream.times) > GAP_S) + 1).tolist(), len(stream.times)]
-        pieces += [stream.select(slice(first, stop)) for first, stop in pairwise(cuts) if stop > first]
-    whole = [stream for stream in pieces if stream.total_ml >= least_ml]
-    return sorted(whole, key=lambda flow: (flow.frames[0], flow.source, flow.target))
+        pause_rows = [0, *(np.flatnonzero(np.diff(stream.times) > GAP_S) + 1).tolist(), len(stream.times)]
+        pieces += [stream.select(slice(first, stop)) for first, stop in pairwise(pause_rows) if stop > first]
+    sufficient_streams = [stream for stream in pieces if stream.total_ml >= least_ml]
+    return sorted(sufficient_streams, key=lambda flow: (flow.frames[0], flow.source, flow.target))

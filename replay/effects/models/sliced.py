@@ -30,21 +30,21 @@ def volume_kept(tilt: FloatArray, radius: float, height: float) -> FloatArray:
     R^3 tan (sin phi - sin^3 phi / 3 - phi cos phi).
     """
     slope = np.tan(np.clip(tilt, 0.0, 0.5 * math.pi))
-    steep = 2.0 * radius * slope > height
-    phi = 2.0 * np.arcsin(np.sqrt(height / np.where(steep, 2.0 * radius * slope, height)))
-    floor = math.pi * radius**2
+    is_steep = 2.0 * radius * slope > height
+    wedge_angle = 2.0 * np.arcsin(np.sqrt(height / np.where(is_steep, 2.0 * radius * slope, height)))
+    floor_area = math.pi * radius**2
     # The rounding of a sum must not let more tilt keep more.
-    wedge = np.minimum(radius**3 * slope * _wedge(phi), 0.5 * floor * height)
-    kept = np.where(steep, wedge, floor * (height - radius * slope))
-    return np.where(tilt >= 0.5 * math.pi, 0.0, kept)
+    wedge_volume = np.minimum(radius**3 * slope * _wedge(wedge_angle), 0.5 * floor_area * height)
+    kept_volume = np.where(is_steep, wedge_volume, floor_area * (height - radius * slope))
+    return np.where(tilt >= 0.5 * math.pi, 0.0, kept_volume)
 
 
 def _wedge(phi: FloatArray) -> FloatArray:
     # As 2 integral(sin^2 t (cos t - cos phi)) from 0 to phi: the closed form cancels where phi is small, and was 21 %
     # wrong at 89.9999 degrees.
-    end = phi[..., None]
-    t = 0.5 * end * (1.0 + NODES)
-    fall = 2.0 * np.sin(0.5 * (end + t)) * np.sin(0.5 * (end - t))
+    end_angle = phi[..., None]
+    t = 0.5 * end_angle * (1.0 + NODES)
+    fall = 2.0 * np.sin(0.5 * (end_angle + t)) * np.sin(0.5 * (end_angle - t))
     return phi * ((np.sin(t) ** 2 * fall) @ WEIGHTS)
 
 
@@ -78,19 +78,24 @@ def volume_below(vertices: FloatArray, faces: IntArray, down: FloatArray, depth:
     down. That of a triangle which the plane cuts is in closed form.
     """
     corners = vertices[faces]
-    facing = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) @ down.T
-    below = vertices @ down.T - depth
-    first, second, third = (below[faces[:, corner]] for corner in range(3))
-    lower, upper = np.minimum(np.minimum(first, second), third), np.maximum(np.maximum(first, second), third)
-    total = first + second + third
-    mean = np.where(lower >= 0.0, total, 0.0)
-    cut = (lower < 0.0) & (upper > 0.0)
-    lower, upper, total = lower[cut], upper[cut], total[cut]
-    middle = total - lower - upper
-    section = upper**3 / ((upper - lower) * np.where(middle < 0.0, upper - middle, upper))
-    two = total - lower**3 / ((upper - lower) * np.where(middle < 0.0, -lower, middle - lower))
-    mean[cut] = np.where(middle < 0.0, section, two)
-    return (facing * mean).sum(axis=0) / 3.0
+    facing_areas = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) @ down.T
+    depths_below = vertices @ down.T - depth
+    first_depths, second_depths, third_depths = (depths_below[faces[:, corner]] for corner in range(3))
+    lower, upper = (
+        np.minimum(np.minimum(first_depths, second_depths), third_depths),
+        np.maximum(np.maximum(first_depths, second_depths), third_depths),
+    )
+    depth_sums = first_depths + second_depths + third_depths
+    mean = np.where(lower >= 0.0, depth_sums, 0.0)
+    is_cut = (lower < 0.0) & (upper > 0.0)
+    lower, upper, depth_sums = lower[is_cut], upper[is_cut], depth_sums[is_cut]
+    middle_depths = depth_sums - lower - upper
+    one_corner_volume = upper**3 / ((upper - lower) * np.where(middle_depths < 0.0, upper - middle_depths, upper))
+    two_corner_volume = depth_sums - lower**3 / (
+        (upper - lower) * np.where(middle_depths < 0.0, -lower, middle_depths - lower)
+    )
+    mean[is_cut] = np.where(middle_depths < 0.0, one_corner_volume, two_corner_volume)
+    return (facing_areas * mean).sum(axis=0) / 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,15 +115,17 @@ class SlicedCavity:
     @property
     def rim(self) -> FloatArray:
         """The vertices (r, 3) of the opening's rim, and any within it."""
-        away = np.abs((self.vertices - self.opening) @ self.normal)
-        return self.vertices[away <= RIM_WITHIN]
+        plane_distance = np.abs((self.vertices - self.opening) @ self.normal)
+        return self.vertices[plane_distance <= RIM_WITHIN]
 
     @property
     def brim_ml(self) -> float:
         """Volume of the full vessel."""
-        inwards = -self.normal[None]
-        everything = volume_below(self.vertices, self.faces, inwards, (self.vertices @ inwards.T).min(axis=0))
-        return float(everything[0]) * MICROLITRES
+        inward_direction = -self.normal[None]
+        full_volume = volume_below(
+            self.vertices, self.faces, inward_direction, (self.vertices @ inward_direction.T).min(axis=0)
+        )
+        return float(full_volume[0]) * MICROLITRES
 
     def kept_ml(self, down: FloatArray) -> FloatArray:
         """By slices, interpolated over tilt and the side it is tilted to."""
@@ -129,9 +136,9 @@ class SlicedCavity:
         tilt, angle = tilt - row, angle - column
         first, second = column % ANGLES, (column + 1) % ANGLES
         self._slice(np.concatenate([row, row, row + 1, row + 1]), np.concatenate([first, second, first, second]))
-        less = (1.0 - angle) * self.table[row, first] + angle * self.table[row, second]
-        more = (1.0 - angle) * self.table[row + 1, first] + angle * self.table[row + 1, second]
-        return (1.0 - tilt) * less + tilt * more
+        volume_at_lower_tilt = (1.0 - angle) * self.table[row, first] + angle * self.table[row, second]
+        volume_at_higher_tilt = (1.0 - angle) * self.table[row + 1, first] + angle * self.table[row + 1, second]
+        return (1.0 - tilt) * volume_at_lower_tilt + tilt * volume_at_higher_tilt
 
     def level(self, volume_ml: FloatArray) -> FloatArray:
         """Height (n,) in the body's frame to which so much rises in the upright vessel."""
@@ -141,12 +148,12 @@ class SlicedCavity:
     def _upright(self) -> tuple[FloatArray, FloatArray]:
         """Millilitres (LEVELS,) below each of as many heights of the upright vessel, and these heights."""
         heights = np.linspace(float(self.vertices[:, 1].min()), float(self.opening[1]), LEVELS)
-        upright = np.array([[0.0, -1.0, 0.0]])
-        below = [
-            volume_below(self.vertices, self.faces, upright, -heights[start : start + AT_ONCE])
+        upright_down = np.array([[0.0, -1.0, 0.0]])
+        volume_blocks = [
+            volume_below(self.vertices, self.faces, upright_down, -heights[start : start + AT_ONCE])
             for start in range(0, LEVELS, AT_ONCE)
         ]
-        return np.concatenate(below) * MICROLITRES, heights
+        return np.concatenate(volume_blocks) * MICROLITRES, heights
 
     def exit(self, down: FloatArray) -> FloatArray:
         """The lowest point of the rim."""
@@ -155,9 +162,9 @@ class SlicedCavity:
 
     def _slice(self, rows: IntArray, columns: IntArray) -> None:
         """Fill the table where it is asked for and empty."""
-        queried = np.zeros(self.table.shape, dtype=bool)
-        queried[rows, columns] = True
-        rows, columns = np.nonzero(queried & np.isnan(self.table))
+        is_queried = np.zeros(self.table.shape, dtype=bool)
+        is_queried[rows, columns] = True
+        rows, columns = np.nonzero(is_queried & np.isnan(self.table))
         tilt, angle, rim = TILTS[rows], columns * (2.0 * np.pi / ANGLES), self.rim
         down = np.stack([np.sin(tilt) * np.cos(angle), -np.cos(tilt), np.sin(tilt) * np.sin(angle)], axis=1)
         for start in range(0, len(down), AT_ONCE):
