@@ -157,11 +157,11 @@ def find_flicker(
         if run.detection.covers == "instants" and not run.spec.release:
             gaps = _gaps(interruptions[:MOST_MEASURED], run, assembly, seed)
             release = _release_distance(gaps, run, assembly, reference, seed)
-            false_contact = _false_contact(run.detection, reference, offsets.get(label))
+            false_proportion = _false_contact(run.detection, reference, offsets.get(label))
             flicker[label] = structs.replace(
                 flicker[label],
                 widest=float(gaps.max()) if len(gaps) == len(interruptions) else None,
-                release=structs.replace(release, false_contact_without=false_contact),
+                release=structs.replace(release, false_contact_without=false_proportion),
             )
     return flicker
 

@@ -89,9 +89,12 @@ def proportion_of_clusters(counts: ArrayLike, cluster_wholes: ArrayLike) -> Prop
         [counts, cluster_wholes], dtype=object
     )  # whole numbers of Python: squares of face pairs pass 64 bits
     (squared_counts, count_whole_products), (_, squared_wholes) = (counts_and_wholes @ counts_and_wholes.T).tolist()
-    count, of = counts_and_wholes.sum(axis=1).tolist()
+    count, whole_count = counts_and_wholes.sum(axis=1).tolist()
     return proportion(
-        count, of, int((counts_and_wholes[1] > 0).sum()), (squared_counts, count_whole_products, squared_wholes)
+        count,
+        whole_count,
+        int((counts_and_wholes[1] > 0).sum()),
+        (squared_counts, count_whole_products, squared_wholes),
     )
 
 

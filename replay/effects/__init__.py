@@ -34,11 +34,11 @@ ENTRY_POINT_GROUP: Final = "vrlab_replay.effects"
 
 def effect_kinds() -> tuple[str, ...]:
     """Every kind a scene may declare: the table's first, those of installed packages after them."""
-    return (*EFFECTS, *(name for name in sorted(_outside(tuple(sys.path))) if name not in EFFECTS))
+    return (*EFFECTS, *(name for name in sorted(_installed_entries(tuple(sys.path))) if name not in EFFECTS))
 
 
 @lru_cache(maxsize=4)
-def _outside(path: tuple[str, ...]) -> Mapping[str, str]:
+def _installed_entries(path: tuple[str, ...]) -> Mapping[str, str]:
     """Kind -> entry of installed packages, read once for a search path: reading takes 8 ms, nine tenths of a plan."""
     del path  # the key alone; `entry_points` looks along ``sys.path`` itself
     return MappingProxyType({point.name: point.value for point in reversed([*entry_points(group=ENTRY_POINT_GROUP)])})
@@ -49,7 +49,7 @@ def load_effect(kind: str) -> "EffectSpec":
 
     Raises EffectError: there is no such kind, or its file cannot be loaded.
     """
-    entry = EFFECTS.get(kind) or _outside(tuple(sys.path)).get(kind)
+    entry = EFFECTS.get(kind) or _installed_entries(tuple(sys.path)).get(kind)
     if entry is None:
         raise EffectError(f"no effect {kind!r}; there are: {', '.join(effect_kinds())}")
     module, _, attribute = entry.partition(":")

@@ -62,17 +62,19 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``impact`` with speed and energy, and ``broken`` for the first that is too hard for a body."""
     findings = Findings(len(inputs))
     for declared in inputs.declared:
-        impacts = [(pair, impact) for pair in declared["between"] for impact in _impacts(inputs, pair, findings.ran)]
+        impacts = [
+            (pair, impact) for pair in declared["between"] for impact in _impacts_of_pair(inputs, pair, findings.ran)
+        ]
         broken_bodies: set[str] = set()
         for pair, impact in sorted(impacts, key=lambda row: (row[1].frame, row[0])):
             if pair[0] not in broken_bodies:
-                findings.events += _events(inputs, declared, pair, impact)
+                findings.events += _impact_events(inputs, declared, pair, impact)
                 if impact.speed > declared["speed_m_s"]:
                     broken_bodies.add(pair[0])
     return findings.output()
 
 
-def _impacts(inputs: EffectInputs, pair: Pair, ran: BoolArray) -> Iterator[Impact]:
+def _impacts_of_pair(inputs: EffectInputs, pair: Pair, ran: BoolArray) -> Iterator[Impact]:
     """Bounces of a pair, and begins of contacts that show no bounce; notes in ``ran`` (T,) where it looked."""
     impacts_of_pair = bounces(inputs, pair)
     yield from impacts_of_pair
@@ -81,10 +83,10 @@ def _impacts(inputs: EffectInputs, pair: Pair, ran: BoolArray) -> Iterator[Impac
     for touch in touches_of(inputs, pair, flickers=True):
         # The frames that show a contact after a bounce show the same impact, or slower ones.
         if not any(0 <= touch.first - bounce.frame <= 2 * HALF_WINDOW for bounce in impacts_of_pair):
-            yield from _impact(inputs, touch, pair, ran)
+            yield from _impact_of_contact(inputs, touch, pair, ran)
 
 
-def _impact(inputs: EffectInputs, touch: EffectContact, pair: Pair, ran: BoolArray) -> Iterator[Impact]:
+def _impact_of_contact(inputs: EffectInputs, touch: EffectContact, pair: Pair, ran: BoolArray) -> Iterator[Impact]:
     """The impact at the begin of a contact; none, and counted, where the path into it is not known."""
     a, b = inputs.poses(pair[0]), inputs.poses(pair[1])
     last_clear_frame = touch.last_clear_frame
@@ -146,7 +148,7 @@ def _time_of_impact(
     return upper
 
 
-def _events(inputs: EffectInputs, declared: Declaration, pair: Pair, impact: Impact) -> list[EffectEvent]:
+def _impact_events(inputs: EffectInputs, declared: Declaration, pair: Pair, impact: Impact) -> list[EffectEvent]:
     threshold_speed = declared["speed_m_s"]
     event_values = {
         "speed_m_s": impact.speed,
@@ -183,7 +185,7 @@ def bounces(inputs: EffectInputs, pair: Pair) -> list[Impact]:
     approach = _Approach(poses, centre, runs, mesh, inputs.mesh(pair[1]))
     impacts: list[Impact] = []
     for row in _candidate_frames(approach):
-        impact = _bounce(approach, row) if not impacts or row > impacts[-1].frame + 2 else None
+        impact = _bounce_after_frame(approach, row) if not impacts or row > impacts[-1].frame + 2 else None
         if impact is not None:
             point = b.rotation[row] @ np.array(impact.point) + b.translation[row]
             impacts.append(replace(impact, point=vector_of(point)))
@@ -206,10 +208,10 @@ def _candidate_frames(approach: _Approach) -> list[int]:
     return np.flatnonzero(is_known & is_within_reach & (speed > SLOWEST_M_S)).tolist()
 
 
-def _bounce(approach: _Approach, row: int) -> Impact | None:
+def _bounce_after_frame(approach: _Approach, row: int) -> Impact | None:
     """The impact between a frame and the next, at a place in the other's frame; ``None``: it meets nothing there."""
     times, centre = approach.poses.times, approach.centre
-    parabola = _fall(times, centre, rows_before(approach.runs, row))
+    parabola = _fall_parabola(times, centre, rows_before(approach.runs, row))
     if parabola is None:
         return None
     first_time, middle_time, last = times[row : row + 3].tolist()
@@ -242,7 +244,7 @@ def _bounce(approach: _Approach, row: int) -> Impact | None:
     return Impact(row, time, abs(float(velocity @ is_along_normal)), True, point)
 
 
-def _fall(times: FloatArray, centre: FloatArray, rows: IntArray) -> Parabola | None:
+def _fall_parabola(times: FloatArray, centre: FloatArray, rows: IntArray) -> Parabola | None:
     """The parabola of the last frames; the last five alone where the others began before the fall."""
     for last_rows in (rows, rows[-LEAST_SAMPLES:]) if len(rows) else ():
         parabola = fit_parabola(times[last_rows], centre[last_rows])

@@ -54,11 +54,11 @@ def _series_around_flow(inputs: EffectInputs, flowing: BoolArray, values: FloatA
     return Series(inputs.times[is_flowing], values[is_flowing], "mL")
 
 
-def _check(declared: Declaration, _scene: Scene) -> None:
+def _check_declaration(declared: Declaration, _scene: Scene) -> None:
     if not any(declared["axis"]):
         raise declared.fail("axis is (0, 0, 0); give the direction about which the stopcock turns")
     if declared["body"] in declared["into"]:
         raise declared.fail(f"into: {declared['body']!r} runs into itself; name what stands below")
 
 
-SPEC = spec_of("burette", compute, check=_check, check_all=check_vessels)
+SPEC = spec_of("burette", compute, check=_check_declaration, check_all=check_vessels)

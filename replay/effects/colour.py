@@ -81,16 +81,16 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     findings = Findings(len(inputs))
     for declared in sorted(inputs.declared, key=lambda table: shade_of(table).name):
         shade, vessel = shade_of(declared), declared["in"]
-        quantity = _quantity(inputs, vessel, shade)
+        quantity = _measured_series(inputs, vessel, shade)
         if quantity is None or not len(quantity.times):
             inputs.count("vessels without a pH: nothing came in")
             continue
         fraction = np.clip((quantity.values - shade.start) / (shade.stop - shade.start), 0.0, 1.0)
         findings.ran |= np.isin(inputs.times, quantity.times)
         findings.series[f"{vessel}/{shade.name} colour"] = Series(quantity.times, fraction, "fraction")
-        findings.events += _changes(shade, vessel, quantity.times, fraction)
+        findings.events += _colour_changes(shade, vessel, quantity.times, fraction)
         lane_name = vessel if vessel not in findings.lanes else f"{vessel} {shade.name}"
-        findings.lanes[lane_name] = _lane(shade, quantity.times, fraction)
+        findings.lanes[lane_name] = _colour_lane(shade, quantity.times, fraction)
         mixed_liquid = findings.liquids.get(vessel) or inputs.output("mixing").liquids.get(vessel)
         if mixed_liquid is not None:
             rows = np.maximum(0, np.searchsorted(quantity.times, mixed_liquid.times, side="right") - 1)
@@ -102,7 +102,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     return findings.output()
 
 
-def _quantity(inputs: EffectInputs, vessel: str, shade: Shade) -> Series | None:
+def _measured_series(inputs: EffectInputs, vessel: str, shade: Shade) -> Series | None:
     """The pH, the mol/L of an ion, or its logarithm for an indicator of it."""
     if not shade.species:
         return inputs.output("reaction").series.get(f"{vessel}/pH")
@@ -134,7 +134,7 @@ def _molar(matter: Matter, vessel: str, ion: str, times: FloatArray) -> FloatArr
     return np.zeros(len(times)) if index is None else amounts[:, index] / litres
 
 
-def _changes(shade: Shade, vessel: str, times: FloatArray, fraction: FloatArray) -> Iterator[EffectEvent]:
+def _colour_changes(shade: Shade, vessel: str, times: FloatArray, fraction: FloatArray) -> Iterator[EffectEvent]:
     """Passages through the range: from the last row at one end to the first at the other, which may not be reached."""
     least_fraction = FAINT if shade.name in shade.species else 0.0
     side = np.where(fraction <= least_fraction, -1, np.where(fraction >= 1.0, 1, 0))
@@ -161,7 +161,7 @@ def _changes(shade: Shade, vessel: str, times: FloatArray, fraction: FloatArray)
         yield EffectEvent(start, "colour-change", (vessel,), end, {"to": colour_after}, message)
 
 
-def _lane(shade: Shade, times: FloatArray, fraction: FloatArray) -> list[LaneSpan]:
+def _colour_lane(shade: Shade, times: FloatArray, fraction: FloatArray) -> list[LaneSpan]:
     start_rgba, end_rgba = COLOURS[shade.colour_before], COLOURS[shade.colour_after]
     middle_rgba = tuple(blend_colours(start_rgba, end_rgba, np.array([0.5]))[0].tolist())
     masks = (
@@ -176,7 +176,7 @@ def _lane(shade: Shade, times: FloatArray, fraction: FloatArray) -> list[LaneSpa
     ]
 
 
-def _check(declared: Declaration, _scene: Scene) -> None:
+def _check_declaration(declared: Declaration, _scene: Scene) -> None:
     name, formula = declared["indicator"], declared["species"]
     if bool(name) == bool(formula):
         raise declared.fail("give indicator, by name, or species, an ion that has a colour")
@@ -209,4 +209,4 @@ def _check(declared: Declaration, _scene: Scene) -> None:
         raise declared.fail("from_ph is not below to_ph; give the range in which the indicator changes, rising")
 
 
-SPEC = spec_of("colour", compute, check=_check)
+SPEC = spec_of("colour", compute, check=_check_declaration)

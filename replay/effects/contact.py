@@ -38,10 +38,12 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     for pair in inputs.pairs:
         pair_contact = inputs.contact(pair)
         spans = steady_spans(pair_contact.touching, pair_contact.known, frames_in=1)
-        own_touches = contacts_of_pair[frozenset(pair)] = [_touch(pair_contact, first, stop) for first, stop in spans]
+        own_touches = contacts_of_pair[frozenset(pair)] = [
+            _contact_of_span(pair_contact, first, stop) for first, stop in spans
+        ]
         name = f"{pair[0]}-{pair[1]}"
         findings.add_lane(name, *inputs.lane_spans([(touch.first, touch.last + 1) for touch in own_touches], "contact"))
-        findings.events += [_event(inputs, touch) for touch in own_touches]
+        findings.events += [_contact_event(inputs, touch) for touch in own_touches]
     findings.events.sort(key=lambda event: (event.time, event.bodies))
     findings.ran[:] = True
     return findings.output(contacts_of_pair)
@@ -53,7 +55,7 @@ def touches_of(inputs: EffectInputs, pair: Pair, *, flickers: bool = False) -> l
     return [touch for touch in contacts if flickers or not touch.flicker]
 
 
-def _touch(pair_contact: PairContact, first: int, stop: int) -> EffectContact:
+def _contact_of_span(pair_contact: PairContact, first: int, stop: int) -> EffectContact:
     clear_frames = np.flatnonzero(pair_contact.known[:first] & ~pair_contact.touching[:first])
     points = pair_contact.section(first).reshape(-1, 3)
     point = vector_of(points.mean(axis=0)) if len(points) else None
@@ -62,11 +64,11 @@ def _touch(pair_contact: PairContact, first: int, stop: int) -> EffectContact:
     last_touching = first + int(np.flatnonzero(pair_contact.touching[first:stop])[-1])
     last_clear_frame = int(clear_frames[-1]) if len(clear_frames) else -1
     return EffectContact(
-        pair_contact.pair, first, stop, last_touching, last_clear_frame, point, _normal(points), flicker
+        pair_contact.pair, first, stop, last_touching, last_clear_frame, point, _curve_normal(points), flicker
     )
 
 
-def _normal(points: FloatArray) -> Vector | None:
+def _curve_normal(points: FloatArray) -> Vector | None:
     """Normal of the plane that fits the curve of intersection: a fresh contact cuts a small flat loop."""
     if len(points) < 3:
         return None
@@ -74,7 +76,7 @@ def _normal(points: FloatArray) -> Vector | None:
     return vector_of(principal_axes[2]) if singular_values[1] > FLAT * singular_values[0] else None
 
 
-def _event(inputs: EffectInputs, touch: EffectContact) -> EffectEvent:
+def _contact_event(inputs: EffectInputs, touch: EffectContact) -> EffectEvent:
     start = float(inputs.times[touch.first])
     event_values = {"frames": touch.last + 1 - touch.first, "flicker": touch.flicker}
     message = "{} touches {}".format(*touch.pair)

@@ -79,7 +79,7 @@ def declare(
     """
     field_values: dict[str, Any] = {}
     declaration = Declaration(effect.kind, file, f"[[effect]] {row} ({effect.kind!r})", field_values)
-    faults = [_unknown(key, fields, retired) for key in effect.settings if key not in fields]
+    faults = [_unknown_key_message(key, fields, retired) for key in effect.settings if key not in fields]
     body_names: dict[str, str] = {}
     for key, field in fields.items():
         if key not in effect.settings:
@@ -100,7 +100,7 @@ def declare(
     return declaration
 
 
-def _unknown(key: str, fields: Mapping[str, Field], retired: Mapping[str, str]) -> str:
+def _unknown_key_message(key: str, fields: Mapping[str, Field], retired: Mapping[str, str]) -> str:
     """Says what to write instead of a key that an effect does not have."""
     advice = retired.get(key)
     return f"unknown key {key!r}{nearest(key, fields)}" if advice is None else f"{key}: {advice}"

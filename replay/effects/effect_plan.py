@@ -76,7 +76,7 @@ def plan(scene: Scene) -> Plan:
         raise PlanError(*faults)
     if scene.effects is None:
         return Plan({}, scene.pairs, detection=True, not_run=effect_kinds())
-    specs, reasons_by_kind = _closure(declared)
+    specs, reasons_by_kind = _kinds_and_reasons(declared)
     tables_of_kind = {kind: declared.get(kind, ()) for kind in specs}
     for spec in specs.values():
         try:
@@ -97,9 +97,9 @@ def plan(scene: Scene) -> Plan:
         raise PlanError(f"effects need each other in a circle: {' -> '.join(error.args[1])}; break it") from error
     pairs: dict[str, _Pairs] = {kind: {} for kind in running_order}
     for kind in reversed(running_order):
-        _add(pairs[kind], _values(specs[kind], tables_of_kind[kind], "pairs"))
+        _add_pairs(pairs[kind], _values_of_kind(specs[kind], tables_of_kind[kind], "pairs"))
         for needed in needed_kinds_by_kind[kind]:
-            _add(pairs[needed], pairs[kind].values())
+            _add_pairs(pairs[needed], pairs[kind].values())
     step_of_kind = {
         kind: Step(specs[kind], tables_of_kind[kind], tuple(pairs[kind].values()), inputs[kind], reasons_by_kind[kind])
         for kind in running_order
@@ -136,14 +136,16 @@ def _declare_tables(scene: Scene, file: str, faults: list[str]) -> dict[str, tup
             faults += error.faults
             continue
         earlier_tables = tables_of_kind.get(effect.kind, ())
-        faults += _clashes(declaration, earlier_tables, spec)
+        faults += _differing_keys(declaration, earlier_tables, spec)
         # A table that stands there twice asks for nothing more.
         if all(table.values != declaration.values for table in earlier_tables):
             tables_of_kind[effect.kind] = (*earlier_tables, declaration)
     return tables_of_kind
 
 
-def _clashes(new_declaration: Declaration, earlier_tables: tuple[Declaration, ...], spec: EffectSpec) -> list[str]:
+def _differing_keys(
+    new_declaration: Declaration, earlier_tables: tuple[Declaration, ...], spec: EffectSpec
+) -> list[str]:
     """Names keys in which two tables of one thing differ."""
     tables_alike = [
         table for table in earlier_tables if spec.single and table[spec.single] == new_declaration.values[spec.single]
@@ -160,7 +162,7 @@ def _clashes(new_declaration: Declaration, earlier_tables: tuple[Declaration, ..
     ]
 
 
-def _closure(declared: Mapping[str, tuple[Declaration, ...]]) -> tuple[dict[str, EffectSpec], Reasons[str]]:
+def _kinds_and_reasons(declared: Mapping[str, tuple[Declaration, ...]]) -> tuple[dict[str, EffectSpec], Reasons[str]]:
     specs: dict[str, EffectSpec] = {}
     reasons_by_kind: Reasons[str] = {kind: [DECLARED] for kind in declared}
     pending_kinds = sorted(declared)
@@ -169,24 +171,24 @@ def _closure(declared: Mapping[str, tuple[Declaration, ...]]) -> tuple[dict[str,
             specs[kind] = load_effect(kind)
             for needed in specs[kind].needed_kinds(declared.get(kind, ())):
                 pending_kinds.append(needed)
-                _note(reasons_by_kind, needed, f"{kind} needs it")
+                _note_reason(reasons_by_kind, needed, f"{kind} needs it")
     return specs, reasons_by_kind
 
 
-def _values(spec: EffectSpec, declared: tuple[Declaration, ...], kind: str) -> list[Any]:
+def _values_of_kind(spec: EffectSpec, declared: tuple[Declaration, ...], kind: str) -> list[Any]:
     """Values that the tables of an effect give to fields of a kind; lists are laid out."""
     field_keys = [key for key, field in spec.fields.items() if field.kind == kind]
     given_values = [declaration[key] for declaration in declared for key in field_keys if declaration[key]]
     return given_values if kind == "body" else [value for values in given_values for value in values]
 
 
-def _add(known_pairs: _Pairs, pairs: Iterable[Pair]) -> None:
+def _add_pairs(known_pairs: _Pairs, pairs: Iterable[Pair]) -> None:
     """Add pairs that are not there in either order of names."""
     for pair in pairs:
         known_pairs.setdefault(frozenset(pair), pair)
 
 
-def _note(reasons: Reasons[Any], key: Pair | str, reason: str) -> None:
+def _note_reason(reasons: Reasons[Any], key: Pair | str, reason: str) -> None:
     known_reasons = reasons.setdefault(key, [])
     if reason not in known_reasons:
         known_reasons.append(reason)
@@ -199,16 +201,16 @@ def _plan_of_steps(scene: Scene, steps: Mapping[str, Step]) -> Plan:
     pairs_by_asker = {"the scene's own pairs": scene.pairs or ()}
     for kind, step in steps.items():
         for topic in (POSES, *step.spec.reads):
-            _note(topics, topic, kind)
-        single_bodies, body_lists = (_values(step.spec, step.declared, field) for field in ("body", "bodies"))
+            _note_reason(topics, topic, kind)
+        single_bodies, body_lists = (_values_of_kind(step.spec, step.declared, field) for field in ("body", "bodies"))
         for name in (*chain(*step.pairs), *body_lists, *single_bodies):
-            _note(bodies, name, kind)
+            _note_reason(bodies, name, kind)
         if step.spec.detector:
-            _note(detectors, step.spec.detector, kind)
+            _note_reason(detectors, step.spec.detector, kind)
             pairs_by_asker[kind] = step.pairs
     for why, requested in pairs_by_asker.items():
-        _add(known_pairs, requested)
+        _add_pairs(known_pairs, requested)
         for pair in requested:
-            _note(pairs, known_pairs[frozenset(pair)], why)
+            _note_reason(pairs, known_pairs[frozenset(pair)], why)
     not_run = tuple(kind for kind in effect_kinds() if kind not in steps)
     return Plan(steps, tuple(pairs), bool(pairs), bodies, topics, detectors, pairs, not_run)

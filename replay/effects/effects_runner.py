@@ -62,7 +62,7 @@ def run_effects(
     for kind, step in planned.steps.items():
         output_of_kind = {name: effect_runs[name].output for name in step.inputs}
         pairs = tuple(pair for pair in step.pairs if frozenset(assembly.names).issuperset(pair))
-        effect_runs[kind] = _run(
+        effect_runs[kind] = _run_effect(
             step,
             EffectInputs(
                 kind,
@@ -82,7 +82,7 @@ def run_effects(
     return effect_runs
 
 
-def _run(step: Step, inputs: EffectInputs) -> EffectRun:
+def _run_effect(step: Step, inputs: EffectInputs) -> EffectRun:
     spec = step.spec
     start = perf_counter()
     try:

@@ -86,7 +86,7 @@ def end_points(matter: Matter, vessel: str) -> list[EffectEvent]:
 
     The volume is that which came from where the flow came from that did it: the titrant, rinses left out.
     """
-    events = _events(matter, vessel, _acid_and_redox_points(matter, vessel, _crossings))
+    events = _events(matter, vessel, _acid_and_redox_points(matter, vessel, _zero_crossings))
     return events or list(_unreached_event(matter, vessel))
 
 
@@ -248,13 +248,13 @@ def _acid_base_points(matter: Matter, vessel: str, totals: FloatArray, find_cros
             ]
             size = min(sizes, default=float(np.abs(excess).max()))
             water_mol = float(crossing.interpolate(water))
-            if size > 0.0 and water_mol > 0.0 and _inflects(solver, point, size, water_mol):
+            if size > 0.0 and water_mol > 0.0 and _is_inflection(solver, point, size, water_mol):
                 reagent_names = _reagent_names(matter, mixture, vessel, crossing, lower, upper)
                 if reagent_names is not None:
                     yield _Equivalent(crossing, Equivalence.ACID_AND_BASE, *reagent_names)
 
 
-def _inflects(solver: Solver, point: FloatArray, size: float, water: float) -> bool:
+def _is_inflection(solver: Solver, point: FloatArray, size: float, water: float) -> bool:
     """Whether the pH is steepest where as many protons are there as counted, and flatter on both sides."""
     totals = np.tile(point, (len(HALF_STEP), 1))
     totals[:, 0] += HALF_STEP * size
@@ -367,7 +367,7 @@ def _metal_and_anion_points(matter: Matter, vessel: str, totals: FloatArray) -> 
             solutes = solute_components(formula)
             if len(solutes) == 2 and len(METALS & set(solutes)) == 1 and set(solutes) <= set(components):
                 pairs.setdefault(tuple(sorted(solutes)), formula)
-    for ion, partners in _together(pairs):
+    for ion, partners in _ions_and_partners(pairs):
         ion_total = totals[:, components.index(ion)]
         moles_of_product, needed_mol = [], np.zeros(len(ion_total))
         for partner in partners:
@@ -377,7 +377,7 @@ def _metal_and_anion_points(matter: Matter, vessel: str, totals: FloatArray) -> 
             moles_of_product.append((formula, moles))
             needed_mol = needed_mol + moles * solutes[ion]
         competing_ions = {name for pair in pairs if ion in pair for name in pair} - {ion, *partners}
-        for crossing in _crossings(ion_total - needed_mol):
+        for crossing in _zero_crossings(ion_total - needed_mol):
             has_competitor = any(
                 float(crossing.interpolate(totals[:, components.index(name)])) > 0.0 for name in competing_ions
             )
@@ -397,7 +397,7 @@ def _metal_and_anion_points(matter: Matter, vessel: str, totals: FloatArray) -> 
                 )
 
 
-def _together(pairs: Iterable[tuple[str, ...]]) -> Iterator[tuple[str, tuple[str, ...]]]:
+def _ions_and_partners(pairs: Iterable[tuple[str, ...]]) -> Iterator[tuple[str, tuple[str, ...]]]:
     """Ions and partners that they may be equivalent to: one, or several of them together."""
     partners: dict[str, set[str]] = {}
     for ion, other_ion in pairs:
@@ -434,7 +434,7 @@ def _amount_made(matter: Matter, vessel: str, totals: FloatArray, crossing: _Cro
     return amount_made
 
 
-def _crossings(excess: FloatArray) -> Iterator[_Crossing]:
+def _zero_crossings(excess: FloatArray) -> Iterator[_Crossing]:
     rows = np.flatnonzero(np.abs(excess) > LEAST * np.abs(excess).max(initial=0.0))
     signs = np.sign(excess[rows])
     for change_row in np.flatnonzero(np.diff(signs)).tolist():

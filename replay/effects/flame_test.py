@@ -22,7 +22,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
         wire = declared["wire"]
         poses = inputs.poses(wire)
         tips = poses.point(declared["tip"])
-        dips = _dips(inputs, declared, tips, poses)
+        dips = _dips_in_liquids(inputs, declared, tips, poses)
         for vessel, span in dips:
             findings.ran[slice(*span)] = True
             salt = declared["dips"][vessel]
@@ -31,13 +31,13 @@ def compute(inputs: EffectInputs) -> EffectOutput:
             findings.add_lane(wire, *inputs.lane_spans([span], f"in {vessel}"))
         for span in steady_spans(_in_cone(inputs, declared, tips), poses.valid):
             findings.ran[slice(*span)] = True
-            event = _visit(inputs, declared, span, dips)
+            event = _flame_event(inputs, declared, span, dips)
             findings.events.append(event)
             findings.add_lane(wire, *inputs.lane_spans([span], str(event.values["seen"]) or "in the flame"))
     return findings.output()
 
 
-def _dips(
+def _dips_in_liquids(
     inputs: EffectInputs, declared: Declaration, tips: FloatArray, poses: BodyPoses
 ) -> list[tuple[str, FrameRange]]:
     """Vessel and frames of each dip below the level of a liquid, in order."""
@@ -60,7 +60,7 @@ def _in_cone(inputs: EffectInputs, declared: Declaration, tips: FloatArray) -> B
     return lamp.valid & (lamp_points[:, 1] >= 0.0) & (axis_distance <= radius * (1.0 - lamp_points[:, 1] / height))
 
 
-def _visit(
+def _flame_event(
     inputs: EffectInputs, declared: Declaration, span: FrameRange, dips: list[tuple[str, FrameRange]]
 ) -> EffectEvent:
     start, end = inputs.span_times(span)
@@ -75,7 +75,7 @@ def _visit(
     )
 
 
-def _check(declared: Declaration, _scene: Scene) -> None:
+def _check_declaration(declared: Declaration, _scene: Scene) -> None:
     vessel_names = declared["vessels"]
     for name in declared["dips"]:
         if name not in vessel_names:
@@ -93,4 +93,4 @@ def _check_all(tables: Mapping[str, tuple[Declaration, ...]], scene: Scene, file
     check_vessels(tables, scene, file)
 
 
-SPEC = spec_of("flame-test", compute, check=_check, check_all=_check_all)
+SPEC = spec_of("flame-test", compute, check=_check_declaration, check_all=_check_all)

@@ -29,7 +29,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
         for visitor in declared["of"]:
             if visitor == hazard:
                 continue
-            distance = _distance(inputs, declared, visitor, hazard)
+            distance = _distance_to_hazard(inputs, declared, visitor, hazard)
             rows = np.flatnonzero(np.isfinite(distance))
             findings.ran[rows] = True
             release_distance = declared["distance"] + declared["leave_by"]
@@ -37,7 +37,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
             spans = hysteresis_spans(
                 -np.where(np.isnan(distance), np.inf, distance), -declared["distance"], -release_distance
             )
-            findings.events += [_event(inputs, visitor, hazard, distance, span) for span in spans]
+            findings.events += [_near_event(inputs, visitor, hazard, distance, span) for span in spans]
             name = f"{visitor}-{hazard}"
             if len(rows):
                 findings.series[f"{name}/distance"] = Series(inputs.times[rows], distance[rows], "m")
@@ -46,7 +46,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     return findings.output()
 
 
-def _distance(inputs: EffectInputs, declared: Declaration, visitor: str, hazard: str) -> FloatArray:
+def _distance_to_hazard(inputs: EffectInputs, declared: Declaration, visitor: str, hazard: str) -> FloatArray:
     """Distance (T,) of the visitor's surface to the hazard's box; NaN where its ball is too far to matter."""
     visitor_poses, hazard_poses = inputs.poses(visitor), inputs.poses(hazard)
     valid = visitor_poses.valid & hazard_poses.valid
@@ -85,7 +85,7 @@ def _square_to_box(points: FloatArray, relative: BodyPoses, lower: FloatArray, u
     return squared_distances
 
 
-def _event(inputs: EffectInputs, visitor: str, hazard: str, distance: FloatArray, span: FrameRange) -> EffectEvent:
+def _near_event(inputs: EffectInputs, visitor: str, hazard: str, distance: FloatArray, span: FrameRange) -> EffectEvent:
     start, last = inputs.span_times(span)
     least_distance = float(np.nanmin(distance[slice(*span)]))
     event_values = {"seconds": last - start, "least_m": least_distance}

@@ -121,7 +121,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     return findings.output()
 
 
-def _check(declared: Declaration, scene: Scene) -> None:
+def _check_declaration(declared: Declaration, scene: Scene) -> None:
     kind = declared["of"]
     needed_things, optional_thing = KINDS[kind]
     for thing, keys in FIELDS.items():
@@ -182,4 +182,4 @@ def _heated_body(declared: Declaration, scene: Scene) -> SceneBody:
     return scene.body(declared["heats"]) or SceneBody(declared["heats"])
 
 
-SPEC = spec_of("heat", compute, check=_check, check_all=_check_all)
+SPEC = spec_of("heat", compute, check=_check_declaration, check_all=_check_all)

@@ -38,14 +38,14 @@ LEAST_KELVIN = 0.05
 def find_mixing_heat(inputs: EffectInputs, declared: Declaration, findings: Findings) -> None:
     """Find events ``warmest``, ``coldest``, ``wrong-order`` and ``boil``, and the temperature of every vessel."""
     matter = matter_of(inputs)
-    for event in _wrong_orders(inputs, matter):
+    for event in _wrong_order_events(inputs, matter):
         findings.events.append(event)
         findings.add_lane(event.bodies[-1], LaneSpan(event.time, event.end or event.time, "water into acid"))
     for name, history in matter.histories.items():
         findings.events += [
             *_early_dissolution_events(name, matter),
             *_strong_solution_events(name, matter),
-            *_estimated(name, matter),
+            *_estimated_capacity_events(name, matter),
         ]
         changed_rows = np.flatnonzero(np.diff(history.volume_ml, prepend=history.volume_ml[0]))
         is_over_flame = name in matter.ledger.warmth.flames
@@ -129,7 +129,7 @@ def _strong_solution_events(name: str, matter: Matter) -> list[EffectEvent]:
     return [EffectEvent(first_time, "strong", (name,), None, event_values, message, "warning")]
 
 
-def _estimated(name: str, matter: Matter) -> list[EffectEvent]:
+def _estimated_capacity_events(name: str, matter: Matter) -> list[EffectEvent]:
     """Event of a strong solution whose heat capacity no table has: it is that of its water and its solutes."""
     history = matter.histories[name]
     rows = np.flatnonzero(
@@ -178,7 +178,7 @@ def _extreme_events(name: str, times: FloatArray, celsius: FloatArray) -> list[E
     return events
 
 
-def _wrong_orders(inputs: EffectInputs, matter: Matter) -> list[EffectEvent]:
+def _wrong_order_events(inputs: EffectInputs, matter: Matter) -> list[EffectEvent]:
     """Events of a weaker sulfuric acid, or water, poured into a strong one."""
     streams = []
     acid = matter.ledger.warmth.solute

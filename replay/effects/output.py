@@ -51,7 +51,7 @@ def _mix_colours(mixtures: Mapping[str, tuple[Rgba, Rgba, float]]) -> dict[str, 
     return {name: (red, green, blue, alpha) for name, (red, green, blue, alpha) in zip(mixtures, mixed, strict=True)}
 
 
-def _colours() -> dict[str, Rgba]:
+def _all_colours() -> dict[str, Rgba]:
     """Plain colours, halves of two such as ``blue-green``, and the shades of both such as ``deep blue``."""
     plain = {word: rgba for word, rgba in COLOUR_WORDS.items() if " " not in word}
     halves = _mix_colours({f"{a}-{b}": (plain[a], plain[b], 0.5) for a, b in permutations(plain, 2)})
@@ -65,7 +65,7 @@ def _colours() -> dict[str, Rgba]:
     return {**plain, **halves, **shades, **COLOUR_WORDS}
 
 
-COLOURS: Final[Mapping[str, Rgba]] = _colours()
+COLOURS: Final[Mapping[str, Rgba]] = _all_colours()
 """Every colour that a scene may name -> red, green, blue, alpha."""
 
 WATERY: Final = COLOURS["colourless"]

@@ -42,9 +42,9 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     return findings.output(liquid_movement)
 
 
-def _check(declared: Declaration, _scene: Scene) -> None:
+def _check_declaration(declared: Declaration, _scene: Scene) -> None:
     if set(declared["from"]) == set(declared["into"]) and len(declared["from"]) == 1:
         raise declared.fail(f"{declared['from'][0]!r} pours into itself; name another vessel in into")
 
 
-SPEC = spec_of("pour", compute, check=_check, check_all=check_vessels)
+SPEC = spec_of("pour", compute, check=_check_declaration, check_all=check_vessels)

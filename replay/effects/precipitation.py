@@ -54,7 +54,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
             is_salt = solid + SOLID in {salt.column for salt in matter.recipe.salts}
             has_reading = is_salt and matter.ledger.warmth.followed
             celsius = matter.celsius(vessel, history.times) if has_reading else None
-            findings.events += _events(declared, vessel, history.times, amount, initial, celsius)
+            findings.events += _solid_events(declared, vessel, history.times, amount, initial, celsius)
             if vessel in mixed_liquids:
                 litres = np.where(history.volume_ml > 0.0, history.volume_ml * 1e-3, np.inf)
                 cloud_rgba = blend_colours(WATERY, COLOURS[colour_of(declared)], amount / litres / CLOUDY_MOL_L)
@@ -62,7 +62,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     return findings.output()
 
 
-def _events(
+def _solid_events(
     declared: Declaration,
     vessel: str,
     times: FloatArray,

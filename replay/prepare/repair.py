@@ -26,10 +26,10 @@ from sessions.doctor.timing import gap_rows
 from sessions.doctor.track_watch import Mark
 from sessions.model.constants import BLOCK_FRAMES
 
-NAMED_BY_SURVEY: Final = frozenset({"not-finite", "zero-quaternion", "non-unit-quaternion"})
+UNUSABLE_POSE_CODES: Final = frozenset({"not-finite", "zero-quaternion", "non-unit-quaternion"})
 """Kinds that the assembly refuses by frame, body and value when nothing replaces them."""
 
-DAMAGE_CODES: Final = NAMED_BY_SURVEY | {"identity-while-lost", "out-of-space"}
+DAMAGE_CODES: Final = UNUSABLE_POSE_CODES | {"identity-while-lost", "out-of-space"}
 """Kinds whose samples claimed to be poses: dropping them loses data that a reader would expect."""
 
 RANKS: Final = {INTERPOLATE: 1, HOLD: 2, DROP: 3}
@@ -159,7 +159,7 @@ def repair_session(session: Session, policy: Policy, needed_codes: Collection[st
     poses = run_pose_pass(session.blocks(BLOCK_FRAMES), session.scene.space_radius)
     findings = tuple(in_order([*_findings_in_recording(session, examine_session(session, poses, needed_codes))]))
     for finding in findings:
-        if policy.rule(finding.code).action == REFUSE and finding.code not in NAMED_BY_SURVEY:
+        if policy.rule(finding.code).action == REFUSE and finding.code not in UNUSABLE_POSE_CODES:
             raise RefusedError(_refusal_sentence(session, finding))
     spans = pose_spans(poses)
     of_column: dict[int, list[PoseSpan]] = {}
@@ -199,13 +199,13 @@ def _findings_in_recording(session: Session, findings: Iterable[Finding]) -> Ite
 
 
 def _flag_span(
-    poses: PosePass, span: PoseSpan, policy: Policy, replaced: Replacement | None, first_ns: int
+    poses: PosePass, span: PoseSpan, policy: Policy, replacement: Replacement | None, first_ns: int
 ) -> FlagSpan:
     """A fault and what became of its samples; ``first_ns`` is the stamp of second 0."""
     status_counts = Counter({int(Status.LOST): span.count} if span.code == "tracking-lost" else {})
-    if replaced is not None:
-        first_row, last_row = np.searchsorted(replaced.rows, [span.first, span.last + 1])
-        status_counts = Counter(replaced.status[first_row:last_row].tolist())
+    if replacement is not None:
+        first_row, last_row = np.searchsorted(replacement.rows, [span.first, span.last + 1])
+        status_counts = Counter(replacement.status[first_row:last_row].tolist())
     start, end = (int(poses.stamp_ns[row]) for row in (span.first, span.last))
     return FlagSpan(
         kind=span.code,

@@ -45,8 +45,8 @@ def ranking_table(result: Summarised) -> Table:
     """
     ranks = ranks_with_fixes(result.ranking, result.document)
     contacts = ranks[-1].contacts if ranks else 0
-    made_of = f"made of {'it' if contacts == 1 else 'them'}" if contacts else "reported"
-    title = f"{contacts_sentence(contacts) if ranks else ''} What each detector {made_of}:"
+    title_ending = f"made of {'it' if contacts == 1 else 'them'}" if contacts else "reported"
+    title = f"{contacts_sentence(contacts) if ranks else ''} What each detector {title_ending}:"
     built_table = Table.of(screen_columns("ranking"), ranks, title, timing_notes(result))
     has_undecided = any(rank.undecided for rank in ranks)
     return built_table.only(*(name for name in built_table.head if has_undecided or name != "undecided"))

@@ -79,7 +79,7 @@ def components_of(formula: str) -> Mapping[str, int] | None:
     atom_counts = atoms(formula)
     heavy_atoms = Counter({atom: many for atom, many in atom_counts.items() if atom not in "HO"})
     fewest_components: tuple[tuple[int, int, bool], dict[str, int]] | None = None
-    for ions in _combinations(heavy_atoms):
+    for ions in _ion_combinations(heavy_atoms):
         completed_components = _with_protons_and_water(formula, ions, atom_counts)
         rank = (len(ions), sum(ions.values()), "ClO-" in ions)
         if completed_components is not None and (fewest_components is None or rank < fewest_components[0]):
@@ -97,7 +97,7 @@ def is_known(formula: str) -> bool:
     return formula in INERT or components_of(formula) is not None
 
 
-def _combinations(heavy_atoms: Counter[str]) -> Iterator[Counter[str]]:
+def _ion_combinations(heavy_atoms: Counter[str]) -> Iterator[Counter[str]]:
     """Ions that have exactly these atoms; none where there are no atoms but hydrogen and oxygen."""
     components = [component_of(name) for name in ELEMENTS]
     fitting_components = [
@@ -165,13 +165,13 @@ def _with_protons_and_water(formula: str, ions: Counter[str], atom_counts: Count
     water = atom_counts["O"] - sum(many * ion.oxygen for ion, many in component_counts)
     hydrogen = sum(many * ion.hydrogen for ion, many in component_counts) + protons + 2 * water
     # Hydrogen that does not come out is an oxidation state that does not fit.
-    if hydrogen != atom_counts["H"] or not _plausible(formula, ions, water):
+    if hydrogen != atom_counts["H"] or not _is_plausible(formula, ions, water):
         return None
     completed_components = {**ions, PROTON: protons, WATER: water}
     return {name: many for name, many in completed_components.items() if many}
 
 
-def _plausible(formula: str, ions: Counter[str], water: int) -> bool:
+def _is_plausible(formula: str, ions: Counter[str], water: int) -> bool:
     """Whether a formula can be these ions: glycerol is no propionic acid with water, urea no ammonium carbonate."""
     organic_ions = [
         name for name in ions if len(component_of(name).heavy_atoms) and "C" in component_of(name).heavy_atoms

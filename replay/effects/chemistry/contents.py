@@ -183,7 +183,7 @@ def _solutes(vessel: Vessel, liquid: Mapping[str, Any]) -> dict[str, float]:
 
 
 def _formula(vessel: Vessel, written_formula: str) -> str:
-    formula = ion_of(written_formula, _reads)
+    formula = ion_of(written_formula, _is_readable_formula)
     if EDTA.search(written_formula):
         raise vessel.fail(f"holds {written_formula!r}; write the disodium salt of EDTA as 'Na2C10H14N2O8.2H2O'")
     try:
@@ -198,7 +198,7 @@ def _formula(vessel: Vessel, written_formula: str) -> str:
     return formula
 
 
-def _reads(formula: str) -> bool:
+def _is_readable_formula(formula: str) -> bool:
     """Whether a formula is one whose charges are known."""
     try:
         return components_of(formula) is not None

@@ -102,16 +102,18 @@ class _Reading:
 
     def read(self, text: str) -> None:
         """Add what a text defines; ``problems`` gets a line for each fault."""
-        blocks = _blocks(text)
+        blocks = _keyword_blocks(text)
         for name, lines in blocks:
             if name == "SOLUTION_MASTER_SPECIES":
                 for line in lines:
-                    self._master(line)
+                    self._add_master(line)
             elif name not in BLOCKS and lines and self.strict:
                 self.problems.append(f"{name} is not read; give {', '.join(BLOCKS)}")
-        pending_entries = [entry for name, lines in blocks if name == "SOLUTION_SPECIES" for entry in _entries(lines)]
+        pending_entries = [
+            entry for name, lines in blocks if name == "SOLUTION_SPECIES" for entry in _equation_entries(lines)
+        ]
         while pending_entries:
-            remaining_entries = [entry for entry in pending_entries if not self._species(*entry)]
+            remaining_entries = [entry for entry in pending_entries if not self._add_species(*entry)]
             if len(remaining_entries) == len(pending_entries):
                 self.problems += [
                     f"{equation!r} has a species that nothing defines" for equation, _ in remaining_entries
@@ -121,9 +123,9 @@ class _Reading:
         for name, lines in blocks:
             if name == "PHASES":
                 for phase, equation, options in _phase_entries(lines):
-                    self._phase(phase, equation, options)
+                    self._add_phase(phase, equation, options)
 
-    def _master(self, line: str) -> None:
+    def _add_master(self, line: str) -> None:
         element, species, *_ = line.split()
         column = _COLUMN.get(element)
         if column is None:
@@ -135,9 +137,9 @@ class _Reading:
         self.masters[column] = species
         self.species.setdefault(species, Entry(species, self.ions[species], "", ()))
 
-    def _species(self, equation: str, options: tuple[str, ...]) -> bool:
+    def _add_species(self, equation: str, options: tuple[str, ...]) -> bool:
         """Add one species; False: a species that it is made from is not known yet."""
-        left, right = _sides(equation)
+        left, right = _sides_of_equation(equation)
         if not right:
             self.problems.append(f"{equation!r} has no =; write A + B = AB")
             return True
@@ -151,7 +153,7 @@ class _Reading:
                 name, self.ions[name], "", tuple(option for option in options if "gamma" in option)
             )
             return True
-        combined_sum = self._sum(left, right[1:])
+        combined_sum = self._difference_of_sides(left, right[1:])
         if combined_sum is None:
             return False
         makeup, log_k, kilojoule = combined_sum
@@ -159,9 +161,9 @@ class _Reading:
         is_unbalanced = any("no_check" in option for option in options) and not self.strict
         if makeup.get(ELECTRON) or is_unbalanced:
             return True
-        if self.strict and not self._fits(name, makeup, equation):
+        if self.strict and not self._has_balanced_charge(name, makeup, equation):
             return True
-        own_constants = _numbers(options)
+        own_constants = _log_k_and_enthalpy(options)
         if own_constants is None:
             if self.strict:
                 self.problems.append(f"{equation!r} has no log_k")
@@ -172,10 +174,10 @@ class _Reading:
         )
         return True
 
-    def _phase(self, name: str, equation: str, options: tuple[str, ...]) -> None:
-        left, right = _sides(equation)
-        combined_sum = self._sum(right, left[1:])
-        own_constants = _numbers(options)
+    def _add_phase(self, name: str, equation: str, options: tuple[str, ...]) -> None:
+        left, right = _sides_of_equation(equation)
+        combined_sum = self._difference_of_sides(right, left[1:])
+        own_constants = _log_k_and_enthalpy(options)
         if combined_sum is None or own_constants is None:
             self.problems.append(f"{name}: {equation!r} has a species that nothing defines, or no log_k")
             return
@@ -189,7 +191,7 @@ class _Reading:
             log_k, kilojoule = own_constants[0] - combined_sum[1], own_constants[1] - combined_sum[2]
             self.phases[name] = Entry(name, combined_sum[0], equation, options, log_k, kilojoule)
 
-    def _sum(
+    def _difference_of_sides(
         self, more: Sequence[tuple[float, str]], less: Sequence[tuple[float, str]]
     ) -> tuple[Makeup, float, float] | None:
         """Makeup, log_k and enthalpy of one side less another; ``None``: a species is not known."""
@@ -207,7 +209,7 @@ class _Reading:
                     kilojoule += sign * many * known_species.kilojoule
         return {column: many for column, many in summed_makeup.items() if abs(many) > 1e-9}, log_k, kilojoule
 
-    def _fits(self, name: str, makeup: Makeup, equation: str) -> bool:
+    def _has_balanced_charge(self, name: str, makeup: Makeup, equation: str) -> bool:
         charge = sum(many * charge_of(column) for column, many in makeup.items())
         if charge == _phreeqc_charge(name):
             return True
@@ -251,7 +253,7 @@ def _phreeqc_charge(name: str) -> int:
     return 0 if match is None else int(match.group(1) + (match.group(2) or "1"))
 
 
-def _blocks(text: str) -> list[tuple[str, list[str]]]:
+def _keyword_blocks(text: str) -> list[tuple[str, list[str]]]:
     blocks: list[tuple[str, list[str]]] = []
     for written_line in text.splitlines():
         line = written_line.partition("#")[0].rstrip()
@@ -264,7 +266,7 @@ def _blocks(text: str) -> list[tuple[str, list[str]]]:
     return blocks
 
 
-def _entries(lines: Iterable[str]) -> Iterator[tuple[str, tuple[str, ...]]]:
+def _equation_entries(lines: Iterable[str]) -> Iterator[tuple[str, tuple[str, ...]]]:
     equation, options = "", list[str]()
     for line in lines:
         if "=" in line:
@@ -283,7 +285,7 @@ def _phase_entries(lines: Sequence[str]) -> Iterator[tuple[str, str, tuple[str, 
         yield lines[start - 1].split()[0], lines[start], tuple(lines[start + 1 : stop - 1])
 
 
-def _sides(equation: str) -> tuple[list[tuple[float, str]], list[tuple[float, str]]]:
+def _sides_of_equation(equation: str) -> tuple[list[tuple[float, str]], list[tuple[float, str]]]:
     left, _, right = equation.partition("=")
     return _side(left), _side(right)
 
@@ -297,7 +299,7 @@ def _side(text: str) -> list[tuple[float, str]]:
     return terms
 
 
-def _numbers(options: Iterable[str]) -> tuple[float, float] | None:
+def _log_k_and_enthalpy(options: Iterable[str]) -> tuple[float, float] | None:
     """log_k and kJ of an entry's lines; ``None``: it has no log_k."""
     log_k, kilojoule = None, 0.0
     for line in options:

@@ -22,15 +22,15 @@ FREE_ENERGY: Final[Mapping[str, float]] = CONSTANTS["free_energy"]
 
 def enthalpy_j(changes: Mapping[str, float]) -> float:
     """Enthalpy in J of so many mol made and used; NaN where no table knows a column."""
-    return _sum(changes, ENTHALPY)
+    return _summed_energy(changes, ENTHALPY)
 
 
 def free_energy_j(changes: Mapping[str, float]) -> float:
     """Standard free energy in J of so many mol made and used; NaN where no table knows a column."""
-    return _sum(changes, FREE_ENERGY)
+    return _summed_energy(changes, FREE_ENERGY)
 
 
-def _sum(changes: Mapping[str, float], table: Mapping[str, float]) -> float:
+def _summed_energy(changes: Mapping[str, float], table: Mapping[str, float]) -> float:
     summed_energy = 0.0
     for column, many in changes.items():
         summed_energy += many * (table[WATER] if column == WATER else table.get(column, float("nan")))

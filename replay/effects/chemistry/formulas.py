@@ -80,7 +80,7 @@ def equation_of(text: str, is_known: Callable[[str], bool] = lambda _: False) ->
 
     Raises ValueError: it cannot be read, or no reading of it has the same atoms and charge on both sides, or two have.
     """
-    plain_text = _plain(text)
+    plain_text = _plain_spelling(text)
     arrow = next((sign for sign in ARROWS if sign in plain_text), "")
     if not arrow:
         raise ValueError(f"{text!r} has no ->; write it as HCl + NaOH -> NaCl + H2O")
@@ -88,7 +88,7 @@ def equation_of(text: str, is_known: Callable[[str], bool] = lambda _: False) ->
     if _EDTA.search(plain_text):
         raise ValueError("write EDTA as C10H12N2O8^4-, as in Ca2+ + C10H12N2O8^4- -> CaC10H12N2O8^2-")
     left, _, right = plain_text.partition(arrow)
-    sides = _terms(left), _terms(right)
+    sides = _terms_of_side(left), _terms_of_side(right)
     written_terms = list(dict.fromkeys(term.readings for side in sides for term in side))
     balanced_equations: list[Equation] = []
     readings: list[Equation] = []
@@ -136,7 +136,7 @@ def _imbalance(equation: Equation) -> int:
 def ion_of(formula: str, is_known: Callable[[str], bool] = lambda _: False) -> str:
     """A formula in the form of the tables: ``Cu2+`` becomes ``Cu^2+``, ``SO42-`` ``SO4^2-``, ``NH4+`` stays."""
     # A charge may stand behind a blank: ``PbI4 2-``.
-    readings = readings_of(re.sub(r"\s+\^?(?=\d*[+-]$)", "^", _plain(formula.strip())))
+    readings = readings_of(re.sub(r"\s+\^?(?=\d*[+-]$)", "^", _plain_spelling(formula.strip())))
     return next((reading for reading in readings if is_known(reading)), readings[0])
 
 
@@ -206,13 +206,13 @@ def crystal_water(formula: str) -> int:
     return sum(int(group.removesuffix("H2O") or 1) for group in water_groups)
 
 
-def _plain(text: str) -> str:
+def _plain_spelling(text: str) -> str:
     plain_text = unicodedata.normalize("NFKC", text).translate(_SPELLINGS)
     # A hydrate written with blanks about its dot is one formula.
     return re.sub(r"\s*\.\s*(?=\d*\s*H2O)", ".", re.sub(r"(\.\s*\d+)\s+(?=H2O)", r"\1", plain_text))
 
 
-def _terms(text: str) -> list[_Term]:
+def _terms_of_side(text: str) -> list[_Term]:
     # A plus between blanks parts terms; without blanks one does that no charge ends with.
     written_terms = re.split(r"\s\+\s", text) if re.search(r"\s\+\s", text) else re.split(r"\+(?=[\dA-Z(\[])", text)
     terms = []

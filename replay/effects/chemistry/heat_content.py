@@ -65,7 +65,7 @@ class HeatContent:
             rows = [{name: 1.0} for name in dissolved]
             self._ion_columns: IntArray | None = np.array(list(dissolved.values()), dtype=np.int64)
         else:
-            rows = [_ions(entry.makeup) for entry in mixture.species]
+            rows = [_ions_of_species(entry.makeup) for entry in mixture.species]
             self._ion_columns = None
         names = dict.fromkeys((PROTON, HYDROXIDE, *(name for row in rows for name in row)))
         self.ions = tuple(names)
@@ -76,12 +76,14 @@ class HeatContent:
                 self._powers[row, index_of[name]] = many
         self._charges = np.array([float(_charge(name)) for name in self.ions])
         self._proton = index_of[PROTON], index_of[HYDROXIDE]
-        declared_ions = [set(_ions(dissolved_components(formula))) for formula in declared]
+        declared_ions = [set(_ions_of_species(dissolved_components(formula))) for formula in declared]
         self.pairs: list[Pair] = []
         for key, values in TABLE.items():
             cation, anion = key.split()
             if {cation, anion} <= set(self.ions) and not any({cation, anion} <= ions for ions in declared_ions):
-                self.pairs.append(_pair(index_of[cation], index_of[anion], _charge(cation), -_charge(anion), values))
+                self.pairs.append(
+                    _ion_pair(index_of[cation], index_of[anion], _charge(cation), -_charge(anion), values)
+                )
         self._is_declared = np.zeros((len(self.ions), len(self.ions)), dtype=np.bool_)
         for ions in declared_ions:
             indices = [index_of[name] for name in ions if name in index_of]
@@ -135,7 +137,7 @@ class HeatContent:
         return charges, total_charge, strength, np.clip(weight, 0.0, 1.0)
 
 
-def _pair(cation: int, anion: int, plus: int, minus: int, values: Mapping[str, float]) -> Pair:
+def _ion_pair(cation: int, anion: int, plus: int, minus: int, values: Mapping[str, float]) -> Pair:
     common_charge = np.lcm(plus, minus)
     many_cations, many_anions = common_charge // plus, common_charge // minus
     strength = 0.5 * (many_cations * plus**2 + many_anions * minus**2)
@@ -158,7 +160,7 @@ def _charge(ion: str) -> int:
     return charge_of(component) + (int(protons.split()[0]) if protons else 0)
 
 
-def _ions(makeup: Mapping[str, float]) -> dict[str, float]:
+def _ions_of_species(makeup: Mapping[str, float]) -> dict[str, float]:
     """Ions of a species: a pair of ions is its ions, a complex its metal and its anions, a molecule nothing."""
     protons = round(makeup.get(PROTON, 0.0))
     solutes = {component: float(many) for component, many in makeup.items() if component not in (PROTON, WATER)}

@@ -175,7 +175,7 @@ def _matter(inputs: EffectInputs) -> Matter:
     vessels = {**vessels_of(inputs, names), **liquid_movement.vessels}
     recipe = recipe_of(inputs.tables, {name: contents_of(vessel) for name, vessel in vessels.items()})
     fraction = max((table["solid_fraction"] for table in inputs.tables.get("pour", ())), default=0.0)
-    ledger = recipe.ledger(fraction, _warmth(inputs, vessels, recipe))
+    ledger = recipe.ledger(fraction, _declared_warmth(inputs, vessels, recipe))
     times = inputs.times
     ledger.begin(float(times[0]))
     for frames, streams, volume_ml in _segments(liquid_movement.streams, times):
@@ -188,7 +188,7 @@ def _matter(inputs: EffectInputs) -> Matter:
     return Matter(recipe, ledger, vessels, {name: ledger.history(name) for name in vessels})
 
 
-def _warmth(inputs: EffectInputs, vessels: Mapping[str, Vessel], recipe: Recipe) -> Warmth:
+def _declared_warmth(inputs: EffectInputs, vessels: Mapping[str, Vessel], recipe: Recipe) -> Warmth:
     """How the liquids' heat is followed."""
     declared = heat_of_ledger(inputs.tables)
     if declared is None:
@@ -202,7 +202,7 @@ def _warmth(inputs: EffectInputs, vessels: Mapping[str, Vessel], recipe: Recipe)
         per_ml=per_ml,
         glass={name: vessel.glass_j_per_k for name, vessel in vessels.items()},
         solids={
-            name: _solids(vessel, recipe.contents.get(name), is_heated=name in heated)
+            name: _solids_capacity(vessel, recipe.contents.get(name), is_heated=name in heated)
             for name, vessel in vessels.items()
         },
         solutes={name: _solutes(contents) for name, contents in recipe.contents.items()} if per_ml is None else {},
@@ -224,7 +224,7 @@ def _flame(inputs: EffectInputs, declared: Declaration) -> Flame:
     return Flame(times[rows], power_w[rows], declared["loss_w_per_k"])
 
 
-def _solids(vessel: Vessel, contents: Contents | None, *, is_heated: bool) -> float:
+def _solids_capacity(vessel: Vessel, contents: Contents | None, *, is_heated: bool) -> float:
     """J/K of the solids in a vessel; 0 where what is declared of a dry vessel that is heated is theirs."""
     if contents is None:
         return 0.0

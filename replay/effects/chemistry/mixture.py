@@ -85,16 +85,16 @@ class Mixture:
     @cached_property
     def names(self) -> Mapping[str, str]:
         """PHREEQC's name of an ion or species -> its name in the text that is given to PHREEQC."""
-        symbols = dict(zip(self.components[1:], _symbols(len(self.components) - 1), strict=True))
+        symbols = dict(zip(self.components[1:], _element_symbols(len(self.components) - 1), strict=True))
         name_in_text = {PROTON: PROTON, WATER: WATER}
         for entry in self.species:
-            name_in_text.setdefault(entry.name, _written(entry.makeup, symbols))
+            name_in_text.setdefault(entry.name, _phreeqc_formula(entry.makeup, symbols))
         return name_in_text
 
     @cached_property
     def symbols(self) -> tuple[str, ...]:
         """Element of each part but ``H+``."""
-        return tuple(_symbols(len(self.components) - 1))
+        return tuple(_element_symbols(len(self.components) - 1))
 
     @cached_property
     def bare_names(self) -> tuple[str | None, ...]:
@@ -127,7 +127,7 @@ class Mixture:
 
     @cached_property
     def _by_makeup(self) -> Mapping[tuple[tuple[str, float], ...], Entry]:
-        return {_key(entry.makeup): entry for entry in self.species}
+        return {_makeup_key(entry.makeup): entry for entry in self.species}
 
     def _kilojoule(self, makeup: Makeup) -> float:
         """Enthalpy in kJ of a mol of a species above its components.
@@ -147,10 +147,14 @@ class Mixture:
             makeup_without_one = {name: many for name, many in makeup_without_one.items() if many}
             # A heat of exactly 0 is one that nobody measured.
             is_single_charge = abs(component_of(component).charge) == 1 and component not in LIGANDS
-            is_unmeasured = self._by_makeup[_key(makeup)].kilojoule == 0.0 and makeup[component] > 1.0
-            if (is_single_charge or is_unmeasured) and len(solutes) > 1 and _key(makeup_without_one) in self._by_makeup:
+            is_unmeasured = self._by_makeup[_makeup_key(makeup)].kilojoule == 0.0 and makeup[component] > 1.0
+            if (
+                (is_single_charge or is_unmeasured)
+                and len(solutes) > 1
+                and _makeup_key(makeup_without_one) in self._by_makeup
+            ):
                 return self._kilojoule(makeup_without_one)
-        entry = self._by_makeup[_key(makeup)]
+        entry = self._by_makeup[_makeup_key(makeup)]
         return entry.kilojoule - self._components_kilojoule(makeup)
 
     @cached_property
@@ -163,22 +167,22 @@ class Mixture:
 
     def species_of(self, makeup: Makeup) -> Entry | None:
         """The species of a makeup; ``None``: there is none."""
-        return self._by_makeup.get(_key(makeup))
+        return self._by_makeup.get(_makeup_key(makeup))
 
     def row_of(self, formula: str) -> int | None:
         """The row of the species that a formula means; ``None``: there is no such species.
 
         Water apart: ``B(OH)4-`` is PHREEQC's ``H2BO3-``.
         """
-        components = _dry(dissolved_components(formula))
+        components = _without_water(dissolved_components(formula))
         for row, entry in enumerate(self.species):
-            if components and _dry(entry.makeup) == components:
+            if components and _without_water(entry.makeup) == components:
                 return row
         return None
 
     def pka(self, component: str) -> tuple[float, ...]:
         """pKa of a part, rising, one for each proton it can hold; none of an ion that holds none."""
-        return tuple(sorted(float(upper - lower) for lower, upper in _steps(self._protonations(component))))
+        return tuple(sorted(float(upper - lower) for lower, upper in _protonation_steps(self._protonations(component))))
 
     def least_protons(self, component: str) -> int:
         """Protons of the part's barest form, counted from its column: -1 of H3BO3, whose anion is H2BO3-."""
@@ -256,7 +260,7 @@ def phreeqc_data(mixture: Mixture) -> str:
             continue
         if entry.name in master_ions:
             lines += [f"{name_in_text[entry.name]} = {name_in_text[entry.name]}", "\tlog_k 0"]
-            lines += [f"\t{option}" for option in _gamma(entry, mixture)]
+            lines += [f"\t{option}" for option in _activity_option(entry, mixture)]
             continue
         lines.append(_equation(entry.makeup, name_in_text[entry.name], mixture))
         analytic_options = [option for option in entry.options if "analytic" in option]
@@ -265,19 +269,19 @@ def phreeqc_data(mixture: Mixture) -> str:
             f"\tdelta_h {entry.kilojoule!r} kJ",
             *(f"\t{option}" for option in analytic_options),
         ]
-        lines += [f"\t{option}" for option in _gamma(entry, mixture)]
+        lines += [f"\t{option}" for option in _activity_option(entry, mixture)]
     lines.append("PHASES")
     symbols = dict(zip(mixture.components[1:], mixture.symbols, strict=True))
     for row, phase in enumerate(mixture.phases):
         makeup = phase.entry.makeup
-        formula = _written(makeup, symbols)
+        formula = _phreeqc_formula(makeup, symbols)
         lines += [phase_name(row), _equation(makeup, formula, mixture, dissolving=True)]
         lines += [f"\tlog_k {phase.entry.log_k!r}", f"\tdelta_h {phase.entry.kilojoule!r} kJ"]
         lines += [f"\t{option}" for option in phase.entry.options if "analytic" in option]
     return "\n".join([*lines, "END", ""])
 
 
-def _gamma(entry: Entry, mixture: Mixture) -> list[str]:
+def _activity_option(entry: Entry, mixture: Mixture) -> list[str]:
     """Line of an ion's activity coefficient; none where PHREEQC takes that of Davies.
 
     minteq.v4 writes 0 0 for what MINTEQA2 gives the equation of Davies, and PHREEQC takes that for the limiting law.
@@ -298,7 +302,7 @@ def _gamma(entry: Entry, mixture: Mixture) -> list[str]:
     for metal in METALS & set(entry.makeup):
         bare_ion = mixture.species_of({metal: 1.0})
         if bare_ion is not None and bare_ion is not entry and component_of(metal).charge == charge:
-            return _gamma(bare_ion, mixture)
+            return _activity_option(bare_ion, mixture)
     return [f"-gamma {COMPLEX_ANGSTROM:g} 0"]
 
 
@@ -325,7 +329,7 @@ def _equation(makeup: Makeup, name: str, mixture: Mixture, *, dissolving: bool =
     return f"{left_side} = {right_side}" if dissolving else f"{right_side} = {left_side}"
 
 
-def _written(makeup: Makeup, symbols: Mapping[str, str]) -> str:
+def _phreeqc_formula(makeup: Makeup, symbols: Mapping[str, str]) -> str:
     """A formula of PHREEQC with an element for each part, and hydrogen, oxygen and charge as they are."""
     hydrogen = makeup.get(PROTON, 0.0) + 2.0 * makeup.get(WATER, 0.0)
     oxygen, charge, text = makeup.get(WATER, 0.0), makeup.get(PROTON, 0.0), ""
@@ -343,20 +347,20 @@ def _written(makeup: Makeup, symbols: Mapping[str, str]) -> str:
     return text if charge == 0.0 else f"{text}{charge:+g}".removesuffix("1" if abs(charge) == 1.0 else "")
 
 
-def _dry(makeup: Mapping[str, float]) -> dict[str, float]:
+def _without_water(makeup: Mapping[str, float]) -> dict[str, float]:
     return {component: float(many) for component, many in makeup.items() if component != WATER}
 
 
-def _key(makeup: Makeup) -> tuple[tuple[str, float], ...]:
+def _makeup_key(makeup: Makeup) -> tuple[tuple[str, float], ...]:
     return tuple(sorted((component, float(many)) for component, many in makeup.items()))
 
 
-def _symbols(symbol_count: int) -> list[str]:
+def _element_symbols(symbol_count: int) -> list[str]:
     alphabet = string.ascii_lowercase
     return [f"Q{alphabet[row // 26]}{alphabet[row % 26]}" for row in range(symbol_count)]
 
 
-def _steps(logs: Mapping[int, float]) -> list[tuple[float, float]]:
+def _protonation_steps(logs: Mapping[int, float]) -> list[tuple[float, float]]:
     """Logarithms of a form and of the one with a proton more; where one is skipped, shared evenly."""
     protonation_steps: list[tuple[float, float]] = []
     protons = sorted(logs)

@@ -157,7 +157,7 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
     """
     reaction_tables = tables.get("reaction", ())
     equations = [_equation(table) for table in reaction_tables]
-    database = _database(tables, contents)
+    database = _requested_database(tables, contents)
     named_solids = {table["solid"] for table in tables.get("precipitation", ())}
     bodies = {solid for content in contents.values() for solid in content.solids}
     solubility_of_solid = {solid: table for content in contents.values() for solid, table in content.solubility.items()}
@@ -210,7 +210,7 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
             processes.append(process)
         process_index = processes.index(process) if process is not None and not obstacle else -1
         reactions.append(Reaction(table, equation, phase, process_index, obstacle, joule))
-    columns = _columns(contents, reactions, processes, phases)
+    columns = _dissolved_columns(contents, reactions, processes, phases)
     solver = phases.solver(columns)
     for reaction in reactions:
         if reaction.declared["heat_kj_mol"] is not None:
@@ -322,7 +322,7 @@ def _equation(declared: Declaration) -> Equation:
     return equation
 
 
-def _database(tables: Tables, contents: Mapping[str, Contents]) -> Database | None:
+def _requested_database(tables: Tables, contents: Mapping[str, Contents]) -> Database | None:
     """PHREEQC's data with the pieces of text that the tables hold; ``None``: nothing asks for them."""
     if not asks_phreeqc(tables, contents):
         return None
@@ -398,7 +398,7 @@ def _process(table: Declaration, equation: Equation, phase: Mapping[str, str], p
     """Process of what an equation changes beyond the equilibrium; ``None``: PHREEQC or a solubility does all."""
     rate_per_s, heat = table["rate_per_s"], table["heat_kj_mol"]
     salt = _dissolving_salt(equation, phase, phases) if rate_per_s is not None else None
-    changes = _changes(equation, phase, phases, {salt.column} if salt is not None else set())
+    changes = _changes_beyond_equilibrium(equation, phase, phases, {salt.column} if salt is not None else set())
     if not changes:
         unknown_solids = [
             formula
@@ -430,7 +430,7 @@ def _process(table: Declaration, equation: Equation, phase: Mapping[str, str], p
         joule=joule,
         acid=float(acid),
         salt=salt,
-        catalysts=_catalysts(equation, phase),
+        catalysts=_catalyst_columns(equation, phase),
         gas_solubility=gas_solubility,
         dissolving_solid="" if rate_per_s is None else phases.dissolves_slowly(changes),
     )
@@ -444,7 +444,7 @@ def _protons_brought(formula: str) -> int:
     return 0 if is_anion and protons < 0 else protons
 
 
-def _catalysts(equation: Equation, phase: Mapping[str, str]) -> frozenset[str]:
+def _catalyst_columns(equation: Equation, phase: Mapping[str, str]) -> frozenset[str]:
     """Columns of what stands on both sides of an equation: it is not used up, and nothing proceeds without it."""
     unchanged_formulas = [
         formula
@@ -515,7 +515,9 @@ def _check_dissolving(table: Declaration, equation: Equation, phase: Mapping[str
         raise table.fail(UNKNOWN_SOLUBILITY.format(solids[0]))
 
 
-def _changes(equation: Equation, phase: Mapping[str, str], phases: Phases, separate: set[str]) -> dict[str, float]:
+def _changes_beyond_equilibrium(
+    equation: Equation, phase: Mapping[str, str], phases: Phases, separate: set[str]
+) -> dict[str, float]:
     """Column -> what one mol of reaction makes beyond what is at equilibrium anyway; ions that only look on cancel."""
     changes: dict[str, float] = {}
     for formula, coefficient, state in equation.terms(phase):
@@ -529,7 +531,7 @@ def _changes(equation: Equation, phase: Mapping[str, str], phases: Phases, separ
     return {component: many for component, many in changes.items() if many != 0.0} if set(changes) - {WATER} else {}
 
 
-def _columns(
+def _dissolved_columns(
     contents: Mapping[str, Contents], reactions: Sequence[Reaction], processes: Sequence[Process], phases: Phases
 ) -> set[str]:
     """Everything that may be dissolved."""

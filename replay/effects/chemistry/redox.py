@@ -58,7 +58,7 @@ def couples_of(changes: Mapping[str, float]) -> tuple[Couple, Couple] | None:
     products = [column for column, many in changes.items() if many > 0.0 and column not in (PROTON, WATER)]
     reagents = [column for column, many in changes.items() if many < 0.0 and column not in (PROTON, WATER)]
     known_couples = [
-        couple for column in reagents if (couple := _couple(column, _partner(column, products))) is not None
+        couple for column in reagents if (couple := _couple(column, _product_of_reagent(column, products))) is not None
     ]
     oxidants = [couple for couple in known_couples if couple.oxidised in reagents]
     reductants = [couple for couple in known_couples if couple.reduced in reagents]
@@ -80,8 +80,8 @@ def potential(matter: Matter, vessel: str, times: FloatArray) -> tuple[FloatArra
     wet_rows, equilibria = matter.equilibria(vessel, times)
     amounts = matter.states(vessel, times[wet_rows])[0]
     celsius = matter.celsius(vessel, times[wet_rows])
-    electrons = np.array([_electrons(matter, amounts, couple) for couple in couples])
-    volts = np.array([_volt(matter, amounts, equilibria, celsius, couple) for couple in couples])
+    electrons = np.array([_exchangeable_electrons(matter, amounts, couple) for couple in couples])
+    volts = np.array([_nernst_potential(matter, amounts, equilibria, celsius, couple) for couple in couples])
     electrons[~np.isfinite(volts)] = 0.0
     best_couple = np.argmax(electrons, axis=0)
     rows = np.arange(len(wet_rows))
@@ -112,12 +112,12 @@ def _unknown_complex(matter: Matter, vessel: str, couple: Couple) -> bool:
     return binding_ligand is not None and bool(matter.amount(vessel, binding_ligand).any())
 
 
-def _partner(column: str, products: Sequence[str]) -> str:
+def _product_of_reagent(column: str, products: Sequence[str]) -> str:
     """Return the product that a reagent becomes: that with its atoms but hydrogen and oxygen; ``""``: not one alone."""
-    mine = _heavy(column)
+    mine = _heavy_atoms(column)
     if column == PEROXIDE:
         return next((product for product in products if product.removesuffix(GAS) == "O2"), WATER)
-    possible_products = [product for product in products if mine and _heavy(product).keys() == mine.keys()]
+    possible_products = [product for product in products if mine and _heavy_atoms(product).keys() == mine.keys()]
     return possible_products[0] if len(possible_products) == 1 else ""
 
 
@@ -125,7 +125,7 @@ def _couple(reagent: str, product: str) -> Couple | None:
     """Couple of a reagent and what it becomes; ``None``: neither is oxidised, or a free energy is missing."""
     if not product or not {reagent, product} <= FREE_ENERGY.keys():
         return None
-    element = next(iter(_heavy(reagent)), "O")
+    element = next(iter(_heavy_atoms(reagent)), "O")
     count, product_count = _atoms(reagent).get(element, 0), _atoms(product).get(element, 0)
     common_multiple = lcm(count, product_count)
     count, product_count = common_multiple // count, common_multiple // product_count
@@ -153,7 +153,7 @@ def _atoms(column: str) -> Mapping[str, int]:
     return atoms(column.removesuffix(SOLID).removesuffix(GAS))
 
 
-def _heavy(column: str) -> dict[str, int]:
+def _heavy_atoms(column: str) -> dict[str, int]:
     """Atoms of a column but hydrogen and oxygen."""
     return {element: many for element, many in _atoms(column).items() if element not in "HO"}
 
@@ -162,14 +162,14 @@ def _charge(column: str) -> int:
     return charge_of(column.removesuffix(SOLID).removesuffix(GAS))
 
 
-def _electrons(matter: Matter, amounts: FloatArray, couple: Couple) -> FloatArray:
+def _exchangeable_electrons(matter: Matter, amounts: FloatArray, couple: Couple) -> FloatArray:
     """Mol of electrons (n,) that the scarcer form of a couple takes or gives."""
     column_counts = ((couple.oxidised, couple.oxidised_count), (couple.reduced, couple.reduced_count))
     electrons_of_forms = [amounts[:, matter.ledger.column[column]] / count for column, count in column_counts]
     return couple.electrons * np.minimum(*electrons_of_forms)
 
 
-def _volt(
+def _nernst_potential(
     matter: Matter, amounts: FloatArray, equilibria: Equilibrium, celsius: FloatArray, couple: Couple
 ) -> FloatArray:
     """Potential (n,) in V by Nernst's equation; NaN or infinite where a form has no activity."""

@@ -87,7 +87,7 @@ class Solver:
         rows = np.flatnonzero(has_forming_phase)
         if len(rows):
             marks = [allowed.tobytes() + keys[row] for row in rows.tolist()]
-            self._fill(self._answers_with_phases, table[rows], marks, allowed)
+            self._fill_memory(self._answers_with_phases, table[rows], marks, allowed)
             answers[rows] = [self._answers_with_phases[mark] for mark in marks]
         if not self.remember:
             self._solutions.clear()
@@ -122,20 +122,22 @@ class Solver:
         clipped = np.clip(celsius, COLDEST_C, HOTTEST_C)
         table = np.column_stack([np.maximum(totals, least), water_mol, clipped])
         keys = [row.tobytes() for row in table]
-        self._fill(self._solutions, table, keys, np.zeros(len(self.mixture.phases), dtype=np.bool_))
+        self._fill_memory(self._solutions, table, keys, np.zeros(len(self.mixture.phases), dtype=np.bool_))
         width = self._columns()[-1].stop
         return table, keys, np.array([self._solutions[key] for key in keys]).reshape(len(keys), width)
 
-    def _fill(self, memory: dict[bytes, FloatArray], table: FloatArray, marks: list[bytes], allowed: BoolArray) -> None:
+    def _fill_memory(
+        self, memory: dict[bytes, FloatArray], table: FloatArray, marks: list[bytes], allowed: BoolArray
+    ) -> None:
         """Ask for the rows that the memory does not hold."""
         missing = {mark: row for row, mark in enumerate(marks) if mark not in memory}
         rows = list(missing.values())
         for start in range(0, len(rows), AT_ONCE):
             chosen = rows[start : start + AT_ONCE]
-            for row, answer in zip(chosen, self._ask(table[chosen], allowed), strict=True):
+            for row, answer in zip(chosen, self._answers_of_rows(table[chosen], allowed), strict=True):
                 memory[marks[row]] = answer
 
-    def _ask(self, table: FloatArray, allowed: BoolArray) -> Sequence[FloatArray]:
+    def _answers_of_rows(self, table: FloatArray, allowed: BoolArray) -> Sequence[FloatArray]:
         """Answers of rows; those that fail together are asked one by one.
 
         An answer is pH, ionic strength, mol of species, mol of phases, saturation indices of the phases, and log10 of
@@ -147,9 +149,11 @@ class Solver:
         # What is far beyond any solution is not asked for as one.
         is_beyond_solution = (np.abs(table[:, :count_of_components]).max(axis=1) > MOST_MOLAL * water) & ~allowed.any()
         rows = np.flatnonzero(~is_beyond_solution)
-        answers = self._run(table[rows], allowed) if len(rows) else None
+        answers = self._run_phreeqc(table[rows], allowed) if len(rows) else None
         if answers is None:
-            singles = [self._run(table[row : row + 1], allowed) if len(rows) > 1 else None for row in rows.tolist()]
+            singles = [
+                self._run_phreeqc(table[row : row + 1], allowed) if len(rows) > 1 else None for row in rows.tolist()
+            ]
             known = {row: single[0] for row, single in zip(rows.tolist(), singles, strict=True) if single is not None}
         else:
             known = dict(zip(rows.tolist(), answers, strict=True))
@@ -177,9 +181,9 @@ class Solver:
         unknown = np.full(count + len(mixture.components), np.nan)
         return np.concatenate([[np.nan, np.nan], species, np.zeros(count), unknown])
 
-    def _run(self, table: FloatArray, allowed: BoolArray) -> FloatArray | None:
+    def _run_phreeqc(self, table: FloatArray, allowed: BoolArray) -> FloatArray | None:
         """Answers (n, ...) of rows by PHREEQC; ``None``: it found none for one of them."""
-        mixture, library = self.mixture, self._phreeqc()
+        mixture, library = self.mixture, self._loaded_library()
         text = self._solution_text(table, allowed)
         assert self._folder is not None
         # Where PHREEQC finds no answer it leaves a file in the current folder, and has no other way to say where.
@@ -260,7 +264,7 @@ class Solver:
                 remaining_totals = remaining_totals - started[index] * uses
         return started
 
-    def _phreeqc(self) -> Any:
+    def _loaded_library(self) -> Any:
         if self._library is None:
             import phreeqc
 

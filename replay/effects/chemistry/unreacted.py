@@ -42,7 +42,7 @@ def no_reaction_events(matter: Matter, has_formed: BoolArray) -> Iterator[Effect
     first_time = max((float(history.times[0]) for history in matter.histories.values()), default=0.0)
     last_time = max((float(history.times[-1]) for history in matter.histories.values()), default=0.0)
     for number, reaction in enumerate(matter.recipe.reactions):
-        reason = reaction.obstacle or _reason(matter, reaction, bool(has_formed[number]))
+        reason = reaction.obstacle or _reason_for_nothing(matter, reaction, bool(has_formed[number]))
         if reason:
             equation = reaction.declared["equation"]
             verb = "makes no solid and no gas" if "stays dissolved" in reason else "does not proceed"
@@ -102,7 +102,7 @@ def _equilibrium_events(matter: Matter) -> Iterator[EffectEvent]:
             yield EffectEvent(float(history.times[-1]), "equilibrium", (vessel,), None, event_values, message)
 
 
-def _reason(matter: Matter, reaction: Reaction, has_formed: bool) -> str:
+def _reason_for_nothing(matter: Matter, reaction: Reaction, has_formed: bool) -> str:
     """Why an equation made nothing; ``""``: it did."""
     if reaction.process >= 0:
         return _reason_of_process(matter, reaction)

@@ -24,7 +24,7 @@ def entry_times(
     """
     opens_upward = normal[:, 1] > 0.0
     heights_above = ((start - centre) * normal).sum(axis=1)
-    entry_time = _fall(
+    entry_time = _fall_times(
         heights_above, -(velocity * normal).sum(axis=1), 0.5 * GRAVITY * np.where(opens_upward, normal[:, 1], 1.0)
     )
     offset_from_centre = points(start, velocity, np.where(np.isfinite(entry_time), entry_time, 0.0)) - centre
@@ -35,7 +35,7 @@ def entry_times(
 
 def points_at_height(start: FloatArray, velocity: FloatArray, height: FloatArray) -> FloatArray:
     """Points (n, 3) at which it falls through a height (n,); ``start`` where it never gets so high."""
-    fall_time = _fall(start[:, 1] - height, -velocity[:, 1], np.full(len(start), 0.5 * GRAVITY))
+    fall_time = _fall_times(start[:, 1] - height, -velocity[:, 1], np.full(len(start), 0.5 * GRAVITY))
     return points(start, velocity, np.where(np.isfinite(fall_time), fall_time, 0.0))
 
 
@@ -46,7 +46,7 @@ def points(start: FloatArray, velocity: FloatArray, seconds: FloatArray) -> Floa
     return points_at_time
 
 
-def _fall(height_above: FloatArray, speed: FloatArray, pull: FloatArray) -> FloatArray:
+def _fall_times(height_above: FloatArray, speed: FloatArray, pull: FloatArray) -> FloatArray:
     """Times (n,) at which ``above = speed t + pull t^2``, the last ones; infinite: never. ``pull`` is above 0."""
     root = speed * speed + 4.0 * pull * height_above
     is_never = (height_above < 0.0) & ((speed >= 0.0) | (root < 0.0))

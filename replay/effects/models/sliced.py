@@ -34,12 +34,12 @@ def volume_kept(tilt: FloatArray, radius: float, height: float) -> FloatArray:
     wedge_angle = 2.0 * np.arcsin(np.sqrt(height / np.where(is_steep, 2.0 * radius * slope, height)))
     floor_area = math.pi * radius**2
     # The rounding of a sum must not let more tilt keep more.
-    wedge_volume = np.minimum(radius**3 * slope * _wedge(wedge_angle), 0.5 * floor_area * height)
+    wedge_volume = np.minimum(radius**3 * slope * _wedge_integral(wedge_angle), 0.5 * floor_area * height)
     kept_volume = np.where(is_steep, wedge_volume, floor_area * (height - radius * slope))
     return np.where(tilt >= 0.5 * math.pi, 0.0, kept_volume)
 
 
-def _wedge(phi: FloatArray) -> FloatArray:
+def _wedge_integral(phi: FloatArray) -> FloatArray:
     # As 2 integral(sin^2 t (cos t - cos phi)) from 0 to phi: the closed form cancels where phi is small, and was 21 %
     # wrong at 89.9999 degrees.
     end_angle = phi[..., None]
@@ -135,17 +135,17 @@ class SlicedCavity:
         column = np.floor(angle).astype(np.int64)
         tilt, angle = tilt - row, angle - column
         first, second = column % ANGLES, (column + 1) % ANGLES
-        self._slice(np.concatenate([row, row, row + 1, row + 1]), np.concatenate([first, second, first, second]))
+        self._fill_table(np.concatenate([row, row, row + 1, row + 1]), np.concatenate([first, second, first, second]))
         volume_at_lower_tilt = (1.0 - angle) * self.table[row, first] + angle * self.table[row, second]
         volume_at_higher_tilt = (1.0 - angle) * self.table[row + 1, first] + angle * self.table[row + 1, second]
         return (1.0 - tilt) * volume_at_lower_tilt + tilt * volume_at_higher_tilt
 
     def level(self, volume_ml: FloatArray) -> FloatArray:
         """Height (n,) in the body's frame to which so much rises in the upright vessel."""
-        return np.interp(volume_ml, *self._upright)
+        return np.interp(volume_ml, *self._upright_volumes)
 
     @cached_property
-    def _upright(self) -> tuple[FloatArray, FloatArray]:
+    def _upright_volumes(self) -> tuple[FloatArray, FloatArray]:
         """Millilitres (LEVELS,) below each of as many heights of the upright vessel, and these heights."""
         heights = np.linspace(float(self.vertices[:, 1].min()), float(self.opening[1]), LEVELS)
         upright_down = np.array([[0.0, -1.0, 0.0]])
@@ -160,7 +160,7 @@ class SlicedCavity:
         rim = self.rim
         return rim[np.argmax(down @ rim.T, axis=1)]
 
-    def _slice(self, rows: IntArray, columns: IntArray) -> None:
+    def _fill_table(self, rows: IntArray, columns: IntArray) -> None:
         """Fill the table where it is asked for and empty."""
         is_queried = np.zeros(self.table.shape, dtype=bool)
         is_queried[rows, columns] = True
