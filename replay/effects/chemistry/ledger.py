@@ -108,36 +108,38 @@ class Ledger:
     ) -> None:
         self.vessels, self.processes, self.solver, self.warmth = vessels, processes, solver, warmth
         self.salts = salts
-        made = [process.changes for process in processes] + [salt.changes for salt in salts]
+        produced_changes = [process.changes for process in processes] + [salt.changes for salt in salts]
         catalysts = chain.from_iterable(sorted(process.catalysts) for process in processes)
-        formed = () if solver is None else solver.mixture.changes
+        phase_changes = () if solver is None else solver.mixture.changes
         components: tuple[str, ...] = () if solver is None else solver.mixture.components
         phases = () if solver is None else tuple(phase.column for phase in solver.mixture.phases)
-        always = (PROTON, WATER, *NO_MATTER)
-        self.columns = tuple(dict.fromkeys(chain(columns, *made, *formed, catalysts, components, always)))
+        permanent_columns = (PROTON, WATER, *NO_MATTER)
+        self.columns = tuple(
+            dict.fromkeys(chain(columns, *produced_changes, *phase_changes, catalysts, components, permanent_columns))
+        )
         self.at = {name: index for index, name in enumerate((*vessels, ""))}
         self.column = {name: index for index, name in enumerate(self.columns)}
-        count = len(self.at)
+        vessel_count = len(self.at)
         self._cuts = np.cumsum([1, len(self.columns), len(processes)])
-        self.state = np.zeros((count, int(self._cuts[-1]) + count))  # as ``_split`` names its columns
-        volume, self.amounts, self.extents, _ = self._split(self.state)
+        self.state = np.zeros((vessel_count, int(self._cuts[-1]) + vessel_count))  # as ``_split`` names its columns
+        volume, self.amounts, self.extents, _ = self._state_columns(self.state)
         self.volume_ml = volume[:, 0]
-        self.clock = np.zeros(count)
+        self.clock = np.zeros(vessel_count)
         self.solid_fraction = solid_fraction
         fractions = {GAS: 0.0, SOLID: solid_fraction}
         self.moving = np.array([fractions.get(column[-3:], 1.0) for column in self.columns])
         self.glass = np.array([warmth.glass.get(name, 0.0) for name in self.at])
         self.flames = {self.at[name]: flame for name, flame in warmth.flames.items()}
-        self.loss = np.full(count, warmth.loss)
+        self.loss = np.full(vessel_count, warmth.loss)
         for index, flame in self.flames.items():
             self.loss[index] = flame.loss
-        self.power_w = np.zeros(count)  # of flames, now
-        self.changes = self._table([process.changes for process in processes])
-        self.formation = self._table(formed)
-        self.salt_changes = self._table([salt.changes for salt in salts])
+        self.power_w = np.zeros(vessel_count)  # of flames, now
+        self.changes = self._changes_table([process.changes for process in processes])
+        self.formation = self._changes_table(phase_changes)
+        self.salt_changes = self._changes_table([salt.changes for salt in salts])
         self.salt_columns = np.array([self.column[salt.column] for salt in salts], dtype=np.int64)
-        dissolving = {process.salt.column for process in processes if process.salt is not None}
-        self.dissolves_slowly = np.array([salt.column in dissolving for salt in salts], dtype=np.bool_)
+        dissolving_columns = {process.salt.column for process in processes if process.salt is not None}
+        self.dissolves_slowly = np.array([salt.column in dissolving_columns for salt in salts], dtype=np.bool_)
         self.slow = [row for row, process in enumerate(processes) if process.rate is not None]
         self.quick_processes = [row for row, process in enumerate(processes) if process.rate is None]
         self.components, self.phases = (
@@ -145,25 +147,27 @@ class Ledger:
         )
         self.gas = np.array([name.endswith(GAS) for name in phases], dtype=np.bool_)
         self.proton, self.water = self.column[PROTON], self.column[WATER]
-        counted = [name not in (PROTON, WATER, *NO_MATTER) for name in self.columns]
-        counted = [
-            here and not name.endswith((SOLID, GAS, ADDED)) for here, name in zip(counted, self.columns, strict=True)
+        is_counted = [name not in (PROTON, WATER, *NO_MATTER) for name in self.columns]
+        is_counted = [
+            here and not name.endswith((SOLID, GAS, ADDED)) for here, name in zip(is_counted, self.columns, strict=True)
         ]
-        self._is_dissolved_column = np.array(counted)
+        self._is_dissolved_column = np.array(is_counted)
         self.ion_charges = np.array(
-            [float(abs(charge_of(name))) if here else 0.0 for here, name in zip(counted, self.columns, strict=True)]
+            [float(abs(charge_of(name))) if here else 0.0 for here, name in zip(is_counted, self.columns, strict=True)]
         )
         room_c = warmth.room if warmth.followed else WITHOUT_HEAT_C
         self.limits = Limits(processes, self.changes, self.column, solver, slow_solids, room_c)
         # What one equation takes up lets another that had come to its equilibrium go on.
         has_equilibria = any(self.limits.has_equilibrium(row) for row in self.quick_processes)
-        several = len(self.quick_processes) > 1
-        self._most_process_rounds = MOST_ROUNDS if has_equilibria and several else len(self.quick_processes)
+        has_several_processes = len(self.quick_processes) > 1
+        self._most_process_rounds = (
+            MOST_ROUNDS if has_equilibria and has_several_processes else len(self.quick_processes)
+        )
         self._has_phases_or_salts = bool(len(self.phases) or len(salts))
         self.heats = Heats(self.column, None if solver is None else solver.mixture, salts, warmth)
         # A slow process that nothing else touches is in closed form from one event to the next.
         self._has_closed_form = len(processes) == 1 and not self._has_phases_or_salts and not warmth.followed
-        self._blocks: list[list[tuple[FloatArray, IntArray, FloatArray]]] = [[] for _ in range(count)]
+        self._blocks: list[list[tuple[FloatArray, IntArray, FloatArray]]] = [[] for _ in range(vessel_count)]
 
     def fill(self, vessel: str, volume_ml: float, amounts: Mapping[str, float]) -> None:
         """Put something into a vessel at the begin."""
@@ -179,17 +183,17 @@ class Ledger:
             excess = self.warmth.excess.get(name, 0.0)
             # At its own temperature it is brought to equilibrium; what heat that gave is gone before the recording.
             solids_capacity, solutes_capacity = (
-                known.get(name, 0.0) for known in (self.warmth.solids, self.warmth.solutes)
+                known_capacities.get(name, 0.0) for known_capacities in (self.warmth.solids, self.warmth.solutes)
             )
             self.amounts[index, self.column[CAPACITY]] = solids_capacity + solutes_capacity
             heat = excess * float(self.capacity(index, self.volume_ml[index], self.amounts[index]))
             self.amounts[index, self.column[HEAT]] = heat
-            self._react(index, self.state[index : index + 1], trials=0)
+            self._react_in_place(index, self.state[index : index + 1], trials=0)
             # What dissolved or reacted has another heat capacity, at the temperature that the vessel has.
-            settled = excess * float(self.capacity(index, self.volume_ml[index], self.amounts[index]))
-            self.amounts[index, self.column[HEAT]] = settled
+            settled_heat = excess * float(self.capacity(index, self.volume_ml[index], self.amounts[index]))
+            self.amounts[index, self.column[HEAT]] = settled_heat
             self.amounts[index, self.column[LATENT]] = 0.0
-            self._note(index, 0, time)
+            self._note_state(index, 0, time)
 
     def capacity(self, index: int, volume_ml: FloatArray | float, amounts: FloatArray) -> FloatArray:
         """Heat capacity, J/K, of a vessel with so much in it, solids (..., columns) included."""
@@ -203,7 +207,7 @@ class Ledger:
             changes = flame.times[(flame.times > self.clock[index]) & (flame.times < time)]
             for change in changes.tolist():
                 self._advance_at_one_power(index, frame, change)
-                self._note(index, frame, change)
+                self._note_state(index, frame, change)
         self._advance_at_one_power(index, frame, time)
 
     def _advance_at_one_power(self, index: int, frame: int, time: float) -> None:
@@ -218,18 +222,18 @@ class Ledger:
         seconds_done, step = 0.0, since if self._has_closed_form or not rates else TICK / max(rates)
         while rates and seconds_done < min(since, TIMES / max(rates)):
             component = min(step, since - seconds_done)
-            self._cool(index, component)
+            self._exchange_heat(index, component)
             self._run_slow_processes(index, component)
-            self._react(index, self.state[index : index + 1])
+            self._react_in_place(index, self.state[index : index + 1])
             seconds_done += component
             step *= GROWTH
             if not self._has_closed_form:
-                self._note(index, frame, float(begin + seconds_done))
+                self._note_state(index, frame, float(begin + seconds_done))
         self._exchange_heat_with_room(index, frame, float(begin + seconds_done), since - seconds_done)
 
     def celsius(self, index: int, rows: FloatArray) -> FloatArray:
         """Temperature (n,) of rows of the state of a place."""
-        volume, amounts, *_ = self._split(rows)
+        volume, amounts, *_ = self._state_columns(rows)
         if not self.warmth.followed:
             return np.full(len(rows), WITHOUT_HEAT_C)
         capacity = np.asarray(self.capacity(index, volume[:, 0], amounts))
@@ -261,17 +265,19 @@ class Ledger:
         """Let a vessel cool or warm towards the room; beside a solid it settles again on the way."""
         state_row = self.state[index : index + 1]
         if not (self.warmth.followed and self._has_phases_or_salts) or seconds <= 0.0 or self.volume_ml[index] <= 0.0:
-            self._cool(index, seconds)
+            self._exchange_heat(index, seconds)
             return
         capacity = float(self.capacity(index, self.volume_ml[index], self.amounts[index]))
         excess = float(self.amounts[index, self.column[HEAT]]) / capacity
-        change = abs(excess - float(self.excess_after_seconds(index, excess, seconds, self.power_w[index], capacity)))
-        steps = min(MOST_STEPS, int(np.ceil(change / KELVIN_STEP)))
-        for step in range(steps):
-            self._cool(index, seconds / steps)
-            self._react(index, state_row)
-            if step < steps - 1:
-                self._note(index, frame, time + seconds * (step + 1) / steps)
+        temperature_change = abs(
+            excess - float(self.excess_after_seconds(index, excess, seconds, self.power_w[index], capacity))
+        )
+        step_count = min(MOST_STEPS, int(np.ceil(temperature_change / KELVIN_STEP)))
+        for step in range(step_count):
+            self._exchange_heat(index, seconds / step_count)
+            self._react_in_place(index, state_row)
+            if step < step_count - 1:
+                self._note_state(index, frame, time + seconds * (step + 1) / step_count)
 
     def flow(
         self,
@@ -291,85 +297,91 @@ class Ledger:
         has_chain = any(
             source in receiving_indices for (source, _), brim in zip(flow_ends, over, strict=True) if not brim
         )
-        slow = any(
+        has_slow_process = any(
             self._reacts_slowly(index, flow_ends)
             for index in receiving_indices.union(source for source, _ in flow_ends)
         )
-        if not (has_chain or over.any() or slow or self.warmth.followed):
-            self._flow(frames, times, flow_ends, volume_ml)
+        if not (has_chain or over.any() or has_slow_process or self.warmth.followed):
+            self._flow_at_once(frames, times, flow_ends, volume_ml)
             return
         lumps = max(LUMPS, int(np.ceil(volume_ml.sum() / LUMP_ML)))
-        count = len(frames) if has_chain else min(len(frames), lumps)
-        for first, stop in pairwise(np.linspace(0, len(frames), count + 1).astype(np.int64).tolist()):
+        step_count = len(frames) if has_chain else min(len(frames), lumps)
+        for first, stop in pairwise(np.linspace(0, len(frames), step_count + 1).astype(np.int64).tolist()):
             component, last = volume_ml[first:stop].sum(axis=0), slice(stop - 1, stop)
             for brim in (False, True):
                 moving_columns = np.flatnonzero((over == brim) & (component > 0.0))
                 if len(moving_columns):
-                    self._flow(
+                    self._flow_at_once(
                         frames[last],
                         times[last],
                         [flow_ends[k] for k in moving_columns.tolist()],
                         component[None, moving_columns],
                     )
 
-    def _flow(
+    def _flow_at_once(
         self, frames: IntArray, times: FloatArray, flow_ends: Sequence[tuple[int, int]], volume_ml: FloatArray
     ) -> None:
         """Flows between places; in more than one frame no source may be a target."""
         # Row 0 of everything below is the state before.
-        total = np.concatenate([np.zeros((1, len(flow_ends))), np.cumsum(volume_ml, axis=0)])
-        indices = sorted({index for both in flow_ends for index in both})
+        total_volumes = np.concatenate([np.zeros((1, len(flow_ends))), np.cumsum(volume_ml, axis=0)])
+        indices = sorted({index for source_and_target in flow_ends for index in source_and_target})
         for index in indices:
             self.advance(index, int(frames[-1]), float(times[-1]))
-        states = {index: np.repeat(self.state[index : index + 1], len(total), axis=0) for index in indices}
-        for (source, target), gone_ml in zip(flow_ends, total.T, strict=True):
-            self._move(source, states[source], states[target], gone_ml)
+        states = {index: np.repeat(self.state[index : index + 1], len(total_volumes), axis=0) for index in indices}
+        for (source, target), gone_ml in zip(flow_ends, total_volumes.T, strict=True):
+            self._move_liquid(source, states[source], states[target], gone_ml)
         receiving_indices = {target for _, target in flow_ends}
         for index, rows in states.items():
             if index != self.at[""]:
                 # What only gives keeps its composition, and stays at equilibrium with its solids.
                 if index in receiving_indices:
-                    self._react(index, rows[1:])
+                    self._react_in_place(index, rows[1:])
                 self._blocks[index].append((times, frames, rows[1:]))
             self.state[index] = rows[-1]
 
     def history(self, vessel: str) -> History:
         """All that became of a vessel; of several rows of one time the last."""
         times, frames, rows = (np.concatenate(column) for column in zip(*self._blocks[self.at[vessel]], strict=True))
-        last = np.append(np.diff(times) > 0.0, True)
-        volume, amounts, extents, added = self._split(rows[last])
+        is_last_of_time = np.append(np.diff(times) > 0.0, True)
+        volume, amounts, extents, added = self._state_columns(rows[is_last_of_time])
         remaining_extents = self.pending_extents(amounts)
         return History(
-            times[last], frames[last].astype(np.int64), volume[:, 0], amounts, extents, remaining_extents, added
+            times[is_last_of_time],
+            frames[is_last_of_time].astype(np.int64),
+            volume[:, 0],
+            amounts,
+            extents,
+            remaining_extents,
+            added,
         )
 
     def end(self, frame: int, time: float) -> None:
         """Note every vessel at the last frame."""
         for index in range(len(self.vessels)):
             self.advance(index, frame, time)
-            self._note(index, frame, time)
+            self._note_state(index, frame, time)
 
-    def _split(self, rows: FloatArray) -> list[FloatArray]:
+    def _state_columns(self, rows: FloatArray) -> list[FloatArray]:
         """Splits rows of the state: millilitres (n, 1), amounts, extents, and millilitres from each vessel."""
         return np.split(rows, self._cuts, axis=1)
 
-    def _move(self, source: int, source_rows: FloatArray, target_rows: FloatArray, gone_ml: FloatArray) -> None:
+    def _move_liquid(self, source: int, source_rows: FloatArray, target_rows: FloatArray, gone_ml: FloatArray) -> None:
         """Take from one place what is gone (m + 1,) mL, with its share of everything, and give it to another."""
-        (volume, amounts, *_), volume_before = self._split(source_rows), self.volume_ml[source]
+        (volume, amounts, *_), volume_before = self._state_columns(source_rows), self.volume_ml[source]
         fraction = np.minimum(1.0, gone_ml / volume_before) if volume_before > 0.0 else np.zeros(len(gone_ml))
         moving = self.moving
         if self.warmth.followed:
             moving = self._moving_heat(source, volume_before)
         component = fraction[:, None] * (moving * self.amounts[source])
         # Amounts fall to exactly nothing with the last drop: no share of a rounded rest stays behind.
-        last = (gone_ml > 0.0) & (volume[:, 0] - gone_ml <= SPENT * volume_before)
-        component = np.where(last[:, None] & (moving == 1.0), amounts, component)
-        moved = np.where(last, volume[:, 0], gone_ml)
-        for rows, sign in ((source_rows, -1.0), (target_rows, 1.0)):
-            volume, amounts, _, added = self._split(rows)
-            volume[:, 0] += sign * moved
-            amounts += sign * component
-        added[:, source] += moved
+        is_emptied = (gone_ml > 0.0) & (volume[:, 0] - gone_ml <= SPENT * volume_before)
+        component = np.where(is_emptied[:, None] & (moving == 1.0), amounts, component)
+        moved_volume = np.where(is_emptied, volume[:, 0], gone_ml)
+        for rows, transfer_sign in ((source_rows, -1.0), (target_rows, 1.0)):
+            volume, amounts, _, added = self._state_columns(rows)
+            volume[:, 0] += transfer_sign * moved_volume
+            amounts += transfer_sign * component
+        added[:, source] += moved_volume
 
     def pending_extents(self, amounts: FloatArray) -> FloatArray:
         """Mol (..., processes) that slow processes would go on for; 0 for the others."""
@@ -387,45 +399,47 @@ class Ledger:
         # All from the state before; together they take no more than there is.
         consumed = np.minimum(self.changes, 0.0) * extents[:, None]
         consumed[:, [self.proton, self.water]] = 0.0
-        need = -consumed.sum(axis=0)
-        shortage_factor = float(np.max(need / np.where(need > 0.0, np.maximum(amounts, 1e-300), 1.0), initial=0.0))
+        needed_amounts = -consumed.sum(axis=0)
+        shortage_factor = float(
+            np.max(needed_amounts / np.where(needed_amounts > 0.0, np.maximum(amounts, 1e-300), 1.0), initial=0.0)
+        )
         extents /= max(1.0, shortage_factor)
-        self._apply(amounts, extents @ self.changes)
-        amounts[self.column[HEAT]] -= float(sum(extents[row] * self._joule(row) for row in self.slow))
+        self._add_changes(amounts, extents @ self.changes)
+        amounts[self.column[HEAT]] -= float(sum(extents[row] * self._process_joule(row) for row in self.slow))
         self.extents[index] += extents
 
-    def _react(self, index: int, rows: FloatArray, *, trials: int = MOST_TRIALS) -> None:
+    def _react_in_place(self, index: int, rows: FloatArray, *, trials: int = MOST_TRIALS) -> None:
         """Let rows of the state of a place, which follow each other in time, react at once, in place.
 
         A vessel without a liquid does not react. ``trials``: of the temperature to which its own heat leads; without
         them it reacts at the temperature that it has.
         """
-        volume, every_amount, extents, _ = self._split(rows)
-        wet = np.flatnonzero((volume[:, 0] > 0.0) & (every_amount[:, self.water] > 0.0))
-        if len(wet) and (self.quick_processes or self._has_phases_or_salts or self.warmth.followed):
-            celsius = self.celsius(index, rows[wet])
-            amounts, extents_done = self._react_rows(every_amount[wet], celsius)
+        volume, every_amount, extents, _ = self._state_columns(rows)
+        wet_rows = np.flatnonzero((volume[:, 0] > 0.0) & (every_amount[:, self.water] > 0.0))
+        if len(wet_rows) and (self.quick_processes or self._has_phases_or_salts or self.warmth.followed):
+            celsius = self.celsius(index, rows[wet_rows])
+            amounts, extents_done = self._react_rows(every_amount[wet_rows], celsius)
             # What dissolves cools or warms what it dissolves in, and that changes how much dissolves.
             for _ in range(trials if self.warmth.followed and len(self.salts) else 0):
-                capacity = np.asarray(self.capacity(index, volume[wet, 0], amounts))
+                capacity = np.asarray(self.capacity(index, volume[wet_rows, 0], amounts))
                 reached_celsius = self._clip_celsius(
                     self.warmth.room + amounts[:, self.column[HEAT]] / capacity, amounts
                 )
                 if np.abs(reached_celsius - celsius).max() < NEAR_KELVIN:
                     break
                 celsius = 0.5 * (celsius + reached_celsius)
-                amounts, extents_done = self._react_rows(every_amount[wet], celsius)
-            every_amount[wet] = amounts
-            extents[wet] += extents_done
+                amounts, extents_done = self._react_rows(every_amount[wet_rows], celsius)
+            every_amount[wet_rows] = amounts
+            extents[wet_rows] += extents_done
         if self.warmth.followed:
             self._boil_or_freeze(index, volume[:, 0], every_amount)
 
     def _clip_celsius(self, celsius: FloatArray, amounts: FloatArray) -> FloatArray:
         return np.clip(celsius, self.freezing_point_c(amounts), self.warmth.room + self.warmth.most)
 
-    def _react_rows(self, before: FloatArray, celsius: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _react_rows(self, amounts_before: FloatArray, celsius: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Rows (n, columns) as they are when all has reacted at a temperature (n,), and extents (n, processes)."""
-        amounts = before.copy()
+        amounts = amounts_before.copy()
         enthalpy = self.heats.enthalpy(amounts)
         # What is solid is thought dissolved, so that the outcome hangs on what there is and not on how it came.
         standing_solids = amounts[:, self.phases] * ~self.gas
@@ -443,7 +457,7 @@ class Ledger:
             amounts[:, self.column[STORED]] = self.heats.dissolved_enthalpy(amounts, np.zeros((len(amounts), 0)))
         heat_given = enthalpy - self.heats.enthalpy(amounts)
         for row in self.quick_processes:
-            heat_given -= extents_done[:, row] * self._joule(row)
+            heat_given -= extents_done[:, row] * self._process_joule(row)
         amounts[:, self.column[HEAT]] += heat_given
         return amounts, extents_done
 
@@ -454,7 +468,7 @@ class Ledger:
             before_round = extents_done.copy()
             for row in self.quick_processes:
                 extent = self.limits.extent(row, amounts, celsius)
-                self._apply(amounts, extent[:, None] * self.changes[row])
+                self._add_changes(amounts, extent[:, None] * self.changes[row])
                 extents_done[:, row] += extent
             changed = np.abs(extents_done - before_round).max(initial=0.0)
             if round_number + 1 >= len(self.quick_processes) and changed <= NEAR_SOLID * np.abs(extents_done).max():
@@ -465,15 +479,15 @@ class Ledger:
         """Keep rows between freezing and boiling, in place: what would lead beyond makes steam or ice."""
         heat, latent = self.column[HEAT], self.column[LATENT]
         capacity = np.asarray(self.capacity(index, volume, amounts))
-        whole = amounts[:, heat] + amounts[:, latent]
-        bottom = np.where(volume > 0.0, (self.freezing_point_c(amounts) - self.warmth.room) * capacity, -np.inf)
+        total_heat = amounts[:, heat] + amounts[:, latent]
+        lowest_heat = np.where(volume > 0.0, (self.freezing_point_c(amounts) - self.warmth.room) * capacity, -np.inf)
         # What keeps no heat, or never boils, has no bound: infinity times nothing would be no number.
-        top = np.full(len(capacity), np.inf)
-        boils = (volume > 0.0) & (capacity > 0.0) & np.isfinite(self.warmth.most)
-        np.multiply(capacity, self.warmth.most, out=top, where=boils)
+        highest_heat = np.full(len(capacity), np.inf)
+        can_boil = (volume > 0.0) & (capacity > 0.0) & np.isfinite(self.warmth.most)
+        np.multiply(capacity, self.warmth.most, out=highest_heat, where=can_boil)
         # At one of these it stays until all steam or ice is gone. What was brought hotter or colder stays as it is.
-        amounts[:, heat] = np.clip(whole, np.minimum(bottom, top), top)
-        amounts[:, latent] = whole - amounts[:, heat]
+        amounts[:, heat] = np.clip(total_heat, np.minimum(lowest_heat, highest_heat), highest_heat)
+        amounts[:, latent] = total_heat - amounts[:, heat]
 
     def _dissolve_for_equations(self, amounts: FloatArray) -> None:
         """Dissolve salts, in place, whose ions an equation at once uses: as it uses them up more of the solid follows.
@@ -484,7 +498,7 @@ class Ledger:
             ions = np.flatnonzero(changes < 0.0)
             ions = ions[(ions != self.proton) & (ions != self.water)]
             if not slow and (self.changes[np.ix_(self.quick_processes, ions)] < 0.0).any():
-                self._apply(amounts, -amounts[:, [index]] * changes)
+                self._add_changes(amounts, -amounts[:, [index]] * changes)
 
     def _crystallise(self, amounts: FloatArray, celsius: FloatArray) -> None:
         """Bring salts to saturation, in place: what is beyond is solid, what is solid dissolves if there is room."""
@@ -497,24 +511,24 @@ class Ledger:
                 # Its own equation dissolves it.
                 settled_amount = np.maximum(settled_amount, standing_solids)
             # Only the difference is moved: beside a mol of solid the ions of a micromol would lose their digits.
-            self._apply(amounts, (settled_amount - standing_solids)[:, None] * changes)
+            self._add_changes(amounts, (settled_amount - standing_solids)[:, None] * changes)
 
     def _settle_beside_salts(self, amounts: FloatArray, standing_solids: FloatArray, celsius: FloatArray) -> None:
         """Bring rows to PHREEQC's equilibrium, in place, and salts to saturation in what gases leave of it."""
         dissolved = amounts.copy()
-        self._settle(amounts, standing_solids, celsius)
+        self._settle_equilibrium(amounts, standing_solids, celsius)
         for _ in range(MOST_ROUNDS if len(self.salts) and self.gas.any() else 0):
-            whole = amounts - (amounts[:, self.phases] * ~self.gas) @ self.formation
-            solids = whole[:, self.salt_columns].copy()
-            self._crystallise(whole, celsius)
-            change = whole[:, self.salt_columns] - solids
+            total_amounts = amounts - (amounts[:, self.phases] * ~self.gas) @ self.formation
+            solids = total_amounts[:, self.salt_columns].copy()
+            self._crystallise(total_amounts, celsius)
+            change = total_amounts[:, self.salt_columns] - solids
             if np.abs(change).max(initial=0.0) <= NEAR_SOLID * np.abs(solids).max(initial=0.0):
                 return
             dissolved += change @ self.salt_changes
             amounts[...] = dissolved
-            self._settle(amounts, standing_solids, celsius)
+            self._settle_equilibrium(amounts, standing_solids, celsius)
 
-    def _settle(self, rows: FloatArray, standing_solids: FloatArray, celsius: FloatArray) -> None:
+    def _settle_equilibrium(self, rows: FloatArray, standing_solids: FloatArray, celsius: FloatArray) -> None:
         """Bring rows to PHREEQC's equilibrium, in place; where it has no answer, solids stay as they are."""
         assert self.solver is not None
         mixture = self.solver.mixture
@@ -523,42 +537,48 @@ class Ledger:
         equilibrium = self.solver.equilibrium(totals, water, celsius)
         formed = equilibrium.phases.copy()
         species = equilibrium.species.copy()
-        known = has_answer(equilibrium)
+        has_known_answer = has_answer(equilibrium)
         gone_mol = np.zeros(len(self.phases))
         first = 0
         while self.gas.any():
             gas = formed[:, self.gas]
             most = np.maximum.accumulate(gas[first:], axis=0)
-            back = np.flatnonzero((gas[first:] < most * (1.0 - FEWER)).any(axis=1))
-            if not len(back):
+            rows_with_less_gas = np.flatnonzero((gas[first:] < most * (1.0 - FEWER)).any(axis=1))
+            if not len(rows_with_less_gas):
                 break
             # From here on what left before is gone, and the rest is at equilibrium without it.
-            first += int(back[0])
+            first += int(rows_with_less_gas[0])
             gone_mol[self.gas] = formed[first - 1, self.gas]
-            later = slice(first, None)
-            rest = rows[later] + gone_mol @ self.formation
-            again = self.solver.equilibrium(rest[:, self.components], water[later], celsius[later])
-            species[later], formed[later] = again.species, again.phases + gone_mol
-            known[later] = has_answer(again)
-        formed[~known] = standing_solids[~known]
+            later_rows = slice(first, None)
+            remaining_amounts = rows[later_rows] + gone_mol @ self.formation
+            second_equilibrium = self.solver.equilibrium(
+                remaining_amounts[:, self.components], water[later_rows], celsius[later_rows]
+            )
+            species[later_rows], formed[later_rows] = second_equilibrium.species, second_equilibrium.phases + gone_mol
+            has_known_answer[later_rows] = has_answer(second_equilibrium)
+        formed[~has_known_answer] = standing_solids[~has_known_answer]
         dissolved = species @ mixture.powers
         rows += formed @ self.formation
-        rest = rows[:, self.components]
-        is_scarce = (dissolved < SCARCE * totals) & (np.abs(dissolved - rest) <= ROUNDING * totals) & known[:, None]
+        remaining_amounts = rows[:, self.components]
+        is_scarce = (
+            (dissolved < SCARCE * totals)
+            & (np.abs(dissolved - remaining_amounts) <= ROUNDING * totals)
+            & has_known_answer[:, None]
+        )
         # Protons are a difference of what gives and what takes them.
         is_scarce[:, :1] = False
-        rows[:, self.components] = np.where(is_scarce, dissolved, rest)
+        rows[:, self.components] = np.where(is_scarce, dissolved, remaining_amounts)
         if self.warmth.followed:
             rows[:, self.column[STORED]] = self.heats.dissolved_enthalpy(rows, species)
 
-    def _apply(self, amounts: FloatArray, moved: FloatArray) -> None:
+    def _add_changes(self, amounts: FloatArray, moved: FloatArray) -> None:
         """Add what was made to amounts, in place; what limits ends at exactly nothing where all of it is used."""
-        whole = amounts + moved
-        used_up = (moved < 0.0) & (whole <= 4e-16 * amounts)
+        summed_amounts = amounts + moved
+        used_up = (moved < 0.0) & (summed_amounts <= 4e-16 * amounts)
         used_up[..., self.proton] = False
-        amounts[...] = np.where(used_up, 0.0, whole)
+        amounts[...] = np.where(used_up, 0.0, summed_amounts)
 
-    def _joule(self, row: int) -> float:
+    def _process_joule(self, row: int) -> float:
         joule = self.processes[row].joule
         return joule if self.warmth.followed and np.isfinite(joule) else 0.0
 
@@ -566,14 +586,21 @@ class Ledger:
         """Fractions (columns,) that move with all of the liquid: the vessel and solids that stay keep their heat."""
         amounts = self.amounts[source]
         solid, dissolved = self.heats.capacities(amounts)
-        liquid, moved = self.heats.liquid(volume_ml, amounts) + dissolved, self.solid_fraction * solid
-        whole, brought = liquid + solid + self.glass[source], amounts[self.column[CAPACITY]]
+        liquid_capacity, moving_capacity = (
+            self.heats.liquid(volume_ml, amounts) + dissolved,
+            self.solid_fraction * solid,
+        )
+        total_capacity, brought_capacity = liquid_capacity + solid + self.glass[source], amounts[self.column[CAPACITY]]
         moving = self.moving.copy()
-        moving[self.column[HEAT]] = (liquid + moved) / whole if whole > 0.0 else 1.0
-        moving[self.column[CAPACITY]] = (brought - solid + moved) / brought if brought > 0.0 else 1.0
+        moving[self.column[HEAT]] = (
+            (liquid_capacity + moving_capacity) / total_capacity if total_capacity > 0.0 else 1.0
+        )
+        moving[self.column[CAPACITY]] = (
+            (brought_capacity - solid + moving_capacity) / brought_capacity if brought_capacity > 0.0 else 1.0
+        )
         return moving
 
-    def _cool(self, index: int, seconds: float) -> None:
+    def _exchange_heat(self, index: int, seconds: float) -> None:
         capacity = float(self.capacity(index, self.volume_ml[index], self.amounts[index]))
         if capacity > 0.0:
             heat, power_w = self.column[HEAT], float(self.power_w[index])
@@ -589,10 +616,10 @@ class Ledger:
         amounts_together = self.amounts[index] + sum(self.amounts[a] for a, b in flow_ends if b == index)
         return bool(self.slow) and index != self.at[""] and bool(self.pending_extents(amounts_together).any())
 
-    def _note(self, index: int, frame: int, time: float) -> None:
+    def _note_state(self, index: int, frame: int, time: float) -> None:
         self._blocks[index].append((np.array([time]), np.array([frame]), self.state[index : index + 1].copy()))
 
-    def _table(self, rows: Sequence[Mapping[str, float]]) -> FloatArray:
+    def _changes_table(self, rows: Sequence[Mapping[str, float]]) -> FloatArray:
         table = np.zeros((len(rows), len(self.column)))
         for row, changes in enumerate(rows):
             for name, many in changes.items():

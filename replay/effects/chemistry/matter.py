@@ -75,13 +75,15 @@ class Matter:
         history, ledger = self.histories[vessel], self.ledger
         rows = history.rows(times)
         amounts, extents = history.amounts[rows], history.extents[rows]
-        since = np.maximum(0.0, times - history.times[rows])
+        elapsed_seconds = np.maximum(0.0, times - history.times[rows])
         goes_on = np.zeros(len(times), dtype=np.bool_)
         for row in ledger.slow:
-            more = history.pending[rows, row] * -np.expm1(-since * (ledger.processes[row].rate or 0.0))
-            extents[:, row] += more
-            amounts += more[:, None] * ledger.changes[row]
-            goes_on |= more > 0.0
+            further_extent = history.pending[rows, row] * -np.expm1(
+                -elapsed_seconds * (ledger.processes[row].rate or 0.0)
+            )
+            extents[:, row] += further_extent
+            amounts += further_extent[:, None] * ledger.changes[row]
+            goes_on |= further_extent > 0.0
         if goes_on.any() and ledger.quick_processes:
             # What a slow reaction makes may react at once, as the iodine of an iodine clock does.
             followed = amounts[goes_on]
@@ -94,12 +96,12 @@ class Matter:
         history, ledger = self.histories[vessel], self.ledger
         rows = history.rows(times)
         capacity = ledger.capacity(ledger.at[vessel], history.volume_ml[rows], history.amounts[rows])
-        filled = np.where(capacity > 0.0, capacity, 1.0)
-        since = np.maximum(0.0, times - history.times[rows])
-        excess = self.amount(vessel, HEAT)[rows] / filled
+        nonzero_capacity = np.where(capacity > 0.0, capacity, 1.0)
+        elapsed_seconds = np.maximum(0.0, times - history.times[rows])
+        excess = self.amount(vessel, HEAT)[rows] / nonzero_capacity
         flame = ledger.warmth.flames.get(vessel)
         power_w = 0.0 if flame is None else flame.power(history.times[rows])
-        return ledger.excess_after_seconds(ledger.at[vessel], excess, since, power_w, filled)
+        return ledger.excess_after_seconds(ledger.at[vessel], excess, elapsed_seconds, power_w, nonzero_capacity)
 
     def is_mixed(self, vessel: str, times: FloatArray, volume_ml: FloatArray) -> BoolArray:
         """Whether what is in a vessel is mixed, (n,): its temperature and its strength are then those of all of it.
@@ -110,11 +112,11 @@ class Matter:
         contents = self.recipe.contents.get(vessel)
         if contents is None or contents.volume_ml > 0.0 or not contents.solids:
             return np.ones(len(times), dtype=np.bool_)
-        incoming = times[1:][np.diff(volume_ml) > 0.0]
-        following = np.append(incoming, np.inf)[np.searchsorted(incoming, times, side="right")]
-        mixed: BoolArray = following - times > GAP_S
-        mixed[[0, -1]] = True
-        return mixed
+        inflow_times = times[1:][np.diff(volume_ml) > 0.0]
+        next_inflow = np.append(inflow_times, np.inf)[np.searchsorted(inflow_times, times, side="right")]
+        is_mixed_at: BoolArray = next_inflow - times > GAP_S
+        is_mixed_at[[0, -1]] = True
+        return is_mixed_at
 
     def celsius(self, vessel: str, times: FloatArray) -> FloatArray:
         """Temperature (n,) at times, that of PHREEQC's constants where no effect heat follows one."""
@@ -130,10 +132,10 @@ class Matter:
         ledger = self.ledger
         assert ledger.solver is not None
         amounts, _, volume_ml = self.states(vessel, times)
-        wet = np.flatnonzero((volume_ml > 0.0) & (amounts[:, ledger.water] > 0.0))
-        celsius = self.celsius(vessel, times[wet])
-        totals, water = self.totals(amounts[wet]), amounts[wet, ledger.water]
-        return wet, ledger.solver.equilibrium(totals, water, celsius, ~ledger.gas)
+        wet_rows = np.flatnonzero((volume_ml > 0.0) & (amounts[:, ledger.water] > 0.0))
+        celsius = self.celsius(vessel, times[wet_rows])
+        totals, water = self.totals(amounts[wet_rows]), amounts[wet_rows, ledger.water]
+        return wet_rows, ledger.solver.equilibrium(totals, water, celsius, ~ledger.gas)
 
     def brine(self, vessel: str, salt: Salt) -> BoolArray:
         """Rows (n,) of a history at which a salt is near saturation beside more of other ions than its table allows."""
@@ -142,14 +144,14 @@ class Matter:
         ions = {component: many for component, many in salt.components.items() if component not in (PROTON, WATER)}
         dissolved = np.min([amounts[:, ledger.column[component]] / many for component, many in ions.items()], axis=0)
         charges = amounts @ ledger.ion_charges + np.abs(amounts[:, ledger.proton])
-        own = sum(many * abs(charge_of(component)) for component, many in ions.items()) + abs(
+        own_charge = sum(many * abs(charge_of(component)) for component, many in ions.items()) + abs(
             salt.components.get(PROTON, 0)
         )
-        foreign = 0.5 * (charges - own * dissolved) / kilograms
-        present = dissolved + amounts[:, ledger.column[salt.column]]
+        foreign_strength = 0.5 * (charges - own_charge * dissolved) / kilograms
+        present_mol = dissolved + amounts[:, ledger.column[salt.column]]
         celsius = self.celsius(vessel, self.histories[vessel].times)
-        is_near_saturation = present > NEAR_SATURATION * salt.saturation(celsius) * kilograms
-        return is_near_saturation & (foreign > MOST_FOREIGN_MOL_KG)
+        is_near_saturation = present_mol > NEAR_SATURATION * salt.saturation(celsius) * kilograms
+        return is_near_saturation & (foreign_strength > MOST_FOREIGN_MOL_KG)
 
     def brines(self, vessel: str) -> dict[str, float]:
         """Salt column -> time at which its solution becomes a brine, of those that do."""
@@ -171,8 +173,8 @@ def matter_of(inputs: EffectInputs) -> Matter:
 
 def _matter(inputs: EffectInputs) -> Matter:
     liquid_movement = movement_of(inputs)
-    names = (name for declared in inputs.tables.get("mixing", ()) for name in declared["in"])
-    vessels = {**vessels_of(inputs, names), **liquid_movement.vessels}
+    mixed_vessels = (name for declared in inputs.tables.get("mixing", ()) for name in declared["in"])
+    vessels = {**vessels_of(inputs, mixed_vessels), **liquid_movement.vessels}
     recipe = recipe_of(inputs.tables, {name: contents_of(vessel) for name, vessel in vessels.items()})
     fraction = max((table["solid_fraction"] for table in inputs.tables.get("pour", ())), default=0.0)
     ledger = recipe.ledger(fraction, _declared_warmth(inputs, vessels, recipe))
@@ -250,10 +252,10 @@ def _segments(streams: tuple[Stream, ...], times: FloatArray) -> Iterator[tuple[
     volumes = np.zeros((len(frames), len(streams)))
     for column, stream in enumerate(streams):
         volumes[np.searchsorted(frames, stream.frames), column] = stream.volume_ml
-    flowing = volumes > 0.0
-    breaks = (flowing[1:] != flowing[:-1]).any(axis=1) | (np.diff(times[frames]) > GAP_S)
-    cuts = [0, *(np.flatnonzero(breaks) + 1).tolist(), len(frames)]
-    for first, stop in pairwise(cuts):
+    is_flowing = volumes > 0.0
+    is_break = (is_flowing[1:] != is_flowing[:-1]).any(axis=1) | (np.diff(times[frames]) > GAP_S)
+    segment_bounds = [0, *(np.flatnonzero(is_break) + 1).tolist(), len(frames)]
+    for first, stop in pairwise(segment_bounds):
         if stop > first:
-            active, rows = np.flatnonzero(flowing[first]), frames[first:stop]
-            yield rows, [streams[column] for column in active.tolist()], volumes[first:stop][:, active]
+            active_streams, rows = np.flatnonzero(is_flowing[first]), frames[first:stop]
+            yield rows, [streams[column] for column in active_streams.tolist()], volumes[first:stop][:, active_streams]
