@@ -33,8 +33,8 @@ def blend_colours(
 ) -> NDArray[np.uint8]:
     """(n, 4) from the first colour (share 0) to the second (share 1), each of which may be one a row."""
     weight = np.clip(fraction, 0.0, 1.0)[:, None]
-    mixed = (1.0 - weight) * np.array(first, dtype=np.float64) + weight * np.array(second, dtype=np.float64)
-    return np.round(mixed).astype(np.uint8)
+    mixed_colours = (1.0 - weight) * np.array(first, dtype=np.float64) + weight * np.array(second, dtype=np.float64)
+    return np.round(mixed_colours).astype(np.uint8)
 
 
 COLOUR_WORDS: Final[Mapping[str, Rgba]] = {word: tuple(colour) for word, colour in _DRAWN["colours"].items()}

@@ -75,45 +75,48 @@ class EquilibriumExtents:
         """Whether a process has a constant, and its ions activities."""
         return self._known[row]
 
-    def extent(self, row: int, amounts: FloatArray, most: FloatArray, celsius: FloatArray) -> FloatArray:
-        """Mol (n,) of a process until it is at equilibrium, at most ``most`` (n,), below 0 where it runs back.
+    def extent(self, row: int, amounts: FloatArray, most_extent: FloatArray, celsius: FloatArray) -> FloatArray:
+        """Mol (n,) of a process until it is at equilibrium, at most ``most_extent`` (n,), below 0 where it runs back.
 
         What leaves as a gas does not come back, and what has a rate does not run back.
         """
-        extents = most.copy()
+        extents = most_extent.copy()
         lowest = -self._products(row, amounts)
-        lowest = np.where(most - lowest > 0.0, lowest, 0.0)
-        span = most - lowest
+        lowest = np.where(most_extent - lowest > 0.0, lowest, 0.0)
+        extent_range = most_extent - lowest
         log_k = self._log_k(row, celsius)
-        candidates = (span > 0.0) & (amounts[:, self._water] > 0.0)
-        nearly_all = lowest + span * (1.0 - LEFT)
-        ideal = self._ideal_quotient(row, amounts + nearly_all[:, None] * self._changes[row])
-        candidates &= ideal > log_k - CERTAIN
-        rows = np.flatnonzero(candidates)
-        if not len(rows):
+        candidates = (extent_range > 0.0) & (amounts[:, self._water] > 0.0)
+        nearly_all = lowest + extent_range * (1.0 - LEFT)
+        ideal_quotient = self._ideal_quotient(row, amounts + nearly_all[:, None] * self._changes[row])
+        candidates &= ideal_quotient > log_k - CERTAIN
+        candidate_rows = np.flatnonzero(candidates)
+        if not len(candidate_rows):
             return extents
 
         def excess(fraction: FloatArray, index: FloatArray) -> FloatArray:
             """log10 of the quotient by the constant, rising with the extent."""
-            at = rows[index.astype(np.int64)]
-            trial = amounts[at] + (lowest[at] + span[at] * fraction)[:, None] * self._changes[row]
-            return self._quotient(row, trial, celsius[at]) - log_k[at]
-
-        indices = np.arange(len(rows), dtype=np.float64)
-        at_end = excess(np.full(len(rows), 1.0 - LEFT), indices)
-        stopping = np.flatnonzero(at_end > 0.0)
-        if not len(stopping):
-            return extents
-        at_begin = excess(np.full(len(stopping), LEAST_FRACTION), indices[stopping])
-        extents[rows[stopping]] = lowest[rows[stopping]]
-        between = stopping[at_begin < 0.0]
-        if len(between):
-            bracket = np.full(len(between), LEAST_FRACTION), np.full(len(between), 1.0 - LEFT)
-            roots = elementwise.find_root(
-                excess, bracket, args=(indices[between],), tolerances={"xatol": PRECISION, "xrtol": 0.0}
+            trial_rows = candidate_rows[index.astype(np.int64)]
+            trial_amounts = (
+                amounts[trial_rows]
+                + (lowest[trial_rows] + extent_range[trial_rows] * fraction)[:, None] * self._changes[row]
             )
-            chosen = rows[between]
-            extents[chosen] = lowest[chosen] + span[chosen] * roots.x
+            return self._quotient(row, trial_amounts, celsius[trial_rows]) - log_k[trial_rows]
+
+        indices = np.arange(len(candidate_rows), dtype=np.float64)
+        at_end = excess(np.full(len(candidate_rows), 1.0 - LEFT), indices)
+        stopping_rows = np.flatnonzero(at_end > 0.0)
+        if not len(stopping_rows):
+            return extents
+        at_begin = excess(np.full(len(stopping_rows), LEAST_FRACTION), indices[stopping_rows])
+        extents[candidate_rows[stopping_rows]] = lowest[candidate_rows[stopping_rows]]
+        bracketed_rows = stopping_rows[at_begin < 0.0]
+        if len(bracketed_rows):
+            fraction_bracket = np.full(len(bracketed_rows), LEAST_FRACTION), np.full(len(bracketed_rows), 1.0 - LEFT)
+            roots = elementwise.find_root(
+                excess, fraction_bracket, args=(indices[bracketed_rows],), tolerances={"xatol": PRECISION, "xrtol": 0.0}
+            )
+            solved_rows = candidate_rows[bracketed_rows]
+            extents[solved_rows] = lowest[solved_rows] + extent_range[solved_rows] * roots.x
         return extents
 
     def _has_constant(self, process: Process) -> bool:
@@ -128,10 +131,12 @@ class EquilibriumExtents:
     def _products(self, row: int, amounts: FloatArray) -> FloatArray:
         """Mol (n,) by which a process can run back."""
         process, changes = self._processes[row], self._changes[row]
-        made = [index for name, index in self._column.items() if changes[index] > 0.0 and name not in (PROTON, WATER)]
-        if process.rate is not None or not made or any(name.endswith(GAS) for name in process.changes):
+        product_indices = [
+            index for name, index in self._column.items() if changes[index] > 0.0 and name not in (PROTON, WATER)
+        ]
+        if process.rate is not None or not product_indices or any(name.endswith(GAS) for name in process.changes):
             return np.zeros(len(amounts))
-        return np.maximum(0.0, np.min([amounts[:, index] / changes[index] for index in made], axis=0))
+        return np.maximum(0.0, np.min([amounts[:, index] / changes[index] for index in product_indices], axis=0))
 
     def _log_k(self, row: int, celsius: FloatArray) -> FloatArray:
         """log10 of the constant (n,) at temperatures, by the enthalpy of the process where it is known."""
@@ -146,49 +151,51 @@ class EquilibriumExtents:
             return self._ester_quotient(row, amounts)
         kilograms = np.maximum(amounts[:, self._water] * WATER_KG, TINY)
         free_protons = np.maximum(NEUTRAL, (amounts[:, self._proton] - amounts @ self._holds_acid) / kilograms)
-        total = np.zeros(len(amounts))
+        log_quotient = np.zeros(len(amounts))
         for name, many in process.changes.items():
             if name == PROTON:
-                total += many * np.log10(free_protons)
+                log_quotient += many * np.log10(free_protons)
             elif name != WATER and not name.endswith((SOLID, GAS)):
-                total += many * np.log10(np.maximum(amounts[:, self._column[name]] / kilograms, TINY))
-        return total
+                log_quotient += many * np.log10(np.maximum(amounts[:, self._column[name]] / kilograms, TINY))
+        return log_quotient
 
     def _quotient(self, row: int, amounts: FloatArray, celsius: FloatArray) -> FloatArray:
         """log10 of the quotient (n,) by PHREEQC's activities; below any constant where it has no answer."""
         process = self._processes[row]
         if process.is_ester or self._solver is None:
             return self._ideal_quotient(row, amounts)
-        whole = amounts - amounts[:, self._solids] @ self._formation
-        water = whole[:, self._water]
-        equilibria = self._solver.equilibrium(whole[:, self._components], water, celsius)
+        total_amounts = amounts - amounts[:, self._solids] @ self._formation
+        water = total_amounts[:, self._water]
+        equilibria = self._solver.equilibrium(total_amounts[:, self._components], water, celsius)
         kilograms = np.maximum(water * WATER_KG, TINY)
         components = self._solver.mixture.components
-        free = free_iodine(self._column, whole, kilograms)
-        total = np.zeros(len(amounts))
+        free_iodine_molal = free_iodine(self._column, total_amounts, kilograms)
+        log_quotient = np.zeros(len(amounts))
         for name, many in process.changes.items():
             if name == PROTON:
-                total -= many * equilibria.ph
+                log_quotient -= many * equilibria.ph
             elif name in components:
                 activity = equilibria.log_activity[:, components.index(name)]
                 if name == IODIDE:
-                    iodide_molal = np.maximum(whole[:, self._column[IODIDE]] / kilograms, TINY)
-                    activity = activity + np.log10(np.maximum(free[IODIDE], TINY) / iodide_molal)
-                total += many * activity
+                    iodide_molal = np.maximum(total_amounts[:, self._column[IODIDE]] / kilograms, TINY)
+                    activity = activity + np.log10(np.maximum(free_iodine_molal[IODIDE], TINY) / iodide_molal)
+                log_quotient += many * activity
             elif name != WATER and not name.endswith((SOLID, GAS)):
-                molal = free[IODINE] if name == IODINE else whole[:, self._column[name]] / kilograms
-                total += many * np.log10(np.maximum(molal, TINY))
-        return np.where(np.isnan(total), -np.inf, total)
+                molal = (
+                    free_iodine_molal[IODINE] if name == IODINE else total_amounts[:, self._column[name]] / kilograms
+                )
+                log_quotient += many * np.log10(np.maximum(molal, TINY))
+        return np.where(np.isnan(log_quotient), -np.inf, log_quotient)
 
     def _ester_quotient(self, row: int, amounts: FloatArray) -> FloatArray:
         """log10 of ester and water by acid and alcohol (n,), all in mol: water is one of the products."""
         free_protons = amounts[:, self._proton] - amounts @ self._holds_acid
-        total = np.zeros(len(amounts))
+        log_quotient = np.zeros(len(amounts))
         for name, many in self._processes[row].changes.items():
             moles = amounts[:, self._column[name]]
             if name == PROTON:
                 continue
             if name.endswith("-"):
                 moles = np.minimum(moles, free_protons)
-            total += many * np.log10(np.maximum(moles, TINY))
-        return total
+            log_quotient += many * np.log10(np.maximum(moles, TINY))
+        return log_quotient

@@ -141,9 +141,9 @@ def test_a_miss_is_rendered_through_at_most_thirteen_files(output):
     assert 2 < len(files) <= 13, sorted(files)
 
 
-ONCE = ("ranking", "answers", "examine", "pair_records", "result_tables", "document_of_run")
+ONCE = ("ranking", "answers_of_run", "examine", "pair_records", "result_tables", "document_of_run")
 OF_EACH = ("episodes", "sample_times")
-OF_AUDITED = ("score", "false_contacts", "match_episodes", "count_contacts", "count_reports")
+OF_AUDITED = ("audit_of_detector", "false_contacts", "match_episodes", "count_contacts", "count_reports")
 
 
 def test_each_fact_is_computed_once_and_by_no_output(tmp_path):
