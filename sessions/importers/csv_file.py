@@ -113,7 +113,7 @@ def _table_and_mapping(
 def _check_columns(table: CsvTable, plan: CsvMapping) -> None:
     """Refuse a mapping that names columns which are not there: all of them at once."""
     columns = [plan.time, plan.name]
-    columns += [column for pose in (plan.body, *plan.bodies.values()) if pose for column in (*pose.numbers, pose.valid)]
+    columns += [column for pose in plan.poses for column in (*pose.numbers, pose.valid)]
     columns += [column for column, _ in plan.scalars.values()]
     missing = [column for column in dict.fromkeys(columns) if column and column not in table.columns]
     if len(missing) > 1 and len(table.columns) > 1:

@@ -17,7 +17,7 @@ from cdcore.kernels.memory import Memory, doubles_of, fetch_early, integers_of
 from cdcore.kernels.simd import LANES, dot, first3, fused, load4, load8, minus, splat8, store
 from cdcore.narrow.bvh.bounds import CHORD_SLACK, POSITION_ULPS, ROUNDOFF, SKEW_FACTOR
 from cdcore.narrow.bvh.boxes_and_faces import lanes_that_may_meet, survivors_of_leaves
-from cdcore.narrow.bvh.poses_and_skips import next_frame_to_search, poses_repeat, size_at
+from cdcore.narrow.bvh.frame_skips import next_frame_to_search, poses_repeat, size_at
 from cdcore.narrow.bvh.tree_memory import (
     ALIVE,
     AT_FRAME,

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from cdcore.kernels.memory import address_of, integers_of_rows, keep_freed_memory, layout, row_of
 from cdcore.narrow.brute_force import meeting_faces_placed
 from cdcore.narrow.bvh.box_tree import BoxTree
-from cdcore.narrow.bvh.poses_and_skips import Tracks
+from cdcore.narrow.bvh.frame_skips import Tracks
 from cdcore.narrow.bvh.traverse import MOST_AT_ONCE, NOT_TESTED, answer_faces, search_pairs
 from cdcore.narrow.bvh.tree_memory import (
     BEYOND,

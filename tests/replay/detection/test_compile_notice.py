@@ -52,7 +52,7 @@ def test_compiling_is_announced_once_with_its_duration(started, monkeypatch):
     heard = Heard()
     with compiling_announced(heard):
         assert fresh_kernel("cdcore.narrow.bvh.traverse")(1) == 2
-        assert fresh_kernel("cdcore.narrow.bvh.poses_and_skips")(1) == 2
+        assert fresh_kernel("cdcore.narrow.bvh.frame_skips")(1) == 2
         assert fresh_kernel("cdcore.narrow.sections.triangle_sections")(1) == 2
         assert fresh_kernel("elsewhere")(1) == 2
     first, end, doubt = heard.sentences

@@ -11,7 +11,7 @@ from cdcore.kernels.compiling import kernel
 from cdcore.kernels.memory import integers_of
 from cdcore.narrow.bvh.bounds import position_pad
 from cdcore.narrow.bvh.box_tree import build_box_trees
-from cdcore.narrow.bvh.poses_and_skips import root_gap
+from cdcore.narrow.bvh.frame_skips import root_gap
 from cdcore.narrow.bvh.tree_memory import pair_at
 from cdcore.poses import place_points
 

@@ -1,8 +1,9 @@
-"""Poses of bodies with the lengths of their paths, and the frames that these let a search leave out.
+"""Frames that a search skips, and the poses of bodies with the lengths of their paths, which tell them.
 
-Equal entries of consecutive frames lie side by side, as kernels load them. A path bounds how far any point of its body
-moves between two frames; it errs upwards only. Frames that repeat the one before need no search, nor do those in which
-two bodies certainly stay apart: how long they do is known from the gap of two root boxes now and both paths.
+Skipped is a frame that repeats the one before, and one in which two bodies certainly stay apart: how long they do is
+known from the gap of two root boxes now and both paths (`next_frame_to_search`). A path bounds how far any point of its
+body moves between two frames; it errs upwards only. Equal entries of consecutive frames lie side by side, as kernels
+load them.
 """
 
 from __future__ import annotations
