@@ -300,7 +300,8 @@ def _check_known(tables: Tables, recipe: Recipe) -> None:
                     f"PHREEQC's data do not know {formula!r} in {name!r}, which may change the pH; {advice}"
                 )
     for reaction in recipe.reactions:
-        for formula in reaction.equation.products:
+        has_protons = reaction.process >= 0 and PROTON in recipe.processes[reaction.process].changes
+        for formula in reaction.equation.products if has_protons else ():
             metal_atoms = {atom for metal in METALS for atom in component_of(metal).heavy_atoms}
             is_salt = bool(charge_of(formula)) or bool(metal_atoms & atoms(formula).keys())
             if is_salt and not is_known(formula) and reaction.phases.get(formula) not in ("s", "g"):

@@ -101,12 +101,15 @@ def free_energy_of(
 def constant_of(changes: Mapping[str, float], equation: Equation) -> tuple[float, bool]:
     """log10 of the constant of what an equation changes, and whether it makes or splits an ester; NaN: not known.
 
-    Sulfide is left out: its free energy and PHREEQC's constant of hydrogen sulfide differ by four powers of ten.
+    Sulfide is left out: its free energy and PHREEQC's constant of hydrogen sulfide differ by four powers of ten; so is
+    thiosulfate that falls apart into sulfur, which in acid goes on to its end by way of other acids of sulfur.
     """
     ester = _ester_joule(equation)
     if not np.isnan(ester):
         return -ester / LOG_J, True
-    return float("nan") if SULFIDE in changes else -free_energy_j(changes) / LOG_J, False
+    if SULFIDE in changes or {"S2O3^2-", "S(s)"} <= changes.keys():
+        return float("nan"), False
+    return -free_energy_j(changes) / LOG_J, False
 
 
 def energy_in_water(process: Process) -> float:

@@ -98,6 +98,7 @@ def test_aluminium_that_ammonia_dissolves_is_told(base, is_told):
     ("equation", "solutes", "name"),
     [
         ("H+ + OH- -> H2O", {"Cl2": 0.02}, "assumed"),
+        ("I2 + I- -> I3-", {"I2": 0.001, "KI": 0.1}, None),
         ("H4SiO4 + 2 NaOH -> Na2SiO3 + 3 H2O", {"H4SiO4": 0.001, "NaOH": 0.1}, None),
         ("3 C2H5OH + 2 CrO4^2- + 10 H+ -> 3 C2H4O + 2 Cr3+ + 8 H2O", {"C2H5OH": 0.1, "K2CrO4": 0.01, "HCl": 0.5}, None),
     ],
