@@ -20,7 +20,7 @@ from replay.studies.class_study.power import (
     tests_together,
 )
 from replay.studies.class_study.refusals import LEAST_IN_CELL, LEAST_STUDENTS, count_text
-from replay.studies.class_study.regression import LEVEL
+from replay.studies.class_study.regression import LEVEL, Finding
 from replay.studies.class_study.tables import (
     families_text,
     headlines,
@@ -333,17 +333,24 @@ def _certainty_of_detectors(study: Study, tables: ClassTables) -> str:
     return f"Sure that the detector changes no conclusion here: {detectors} detectors lead to the same ones."
 
 
+def _associated(study: Study) -> list[Finding]:
+    """Associations, most pronounced first, then differences of groups: in the order of the headlines."""
+    coefficients = sorted((row for row in study.coefficients if row.associated), key=lambda row: -abs(row.beta))
+    return [*coefficients, *(row for row in study.groups if row.associated)]
+
+
 def _certainty_of_associations(study: Study, least_size: float | None) -> str:
     """Return how sure it is that associations exist, or that there is none."""
     students = plural(study.students, "student")
     if not study.tested:
         return f"Nothing is known of associations: none was tested in {students}."
     if not study.nothing_associated:
-        first = max((finding for finding in study.findings if finding.associated), key=lambda row: abs(row.beta))
+        first, *others = _associated(study)
         tests, p = tests_together(study), 1.0 if first.p_holm is None else first.p_holm
         corrected = f" after correction for {tests} tests" if tests > 1 else ""
+        which = "first association" if others else "association"
         return (
-            f"Fairly sure of the association in {students}: p {p_relation(p)}{corrected}, "
+            f"Fairly sure of the {which} in {students}: p {p_relation(p)}{corrected}, "
             f"95 % interval {first.low:+.2f} to {first.high:+.2f}."
         )
     if least_size is None:
