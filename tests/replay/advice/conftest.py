@@ -46,7 +46,7 @@ def two_beakers():
 
 
 @pytest.fixture(scope="module")
-def kept_beakers():
+def shared_beakers():
     """The same for all tests of a file, which leave it as it is."""
     return stirred_beakers()
 

@@ -57,8 +57,8 @@ class Stirred:
 
 
 @pytest.fixture(scope="module")
-def stirred(kept_beakers):
-    return Stirred(kept_beakers)
+def stirred(shared_beakers):
+    return Stirred(shared_beakers)
 
 
 def test_pieces_report_what_the_detector_reports(stirred):

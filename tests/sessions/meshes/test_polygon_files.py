@@ -138,9 +138,13 @@ VISIBLE_FROM = {
 }
 
 
-@pytest.mark.parametrize("view", VISIBLE_FROM)
-@pytest.mark.parametrize("form", FORMATS)
-@pytest.mark.parametrize("name", POLYGONS)
+VIEWS = [*VISIBLE_FROM]
+
+
+@pytest.mark.parametrize(
+    ("name", "form", "view"),
+    [(name, form, VIEWS[(k + m) % 2]) for k, name in enumerate(POLYGONS) for m, form in enumerate(FORMATS)],
+)
 def test_prism_area_volume_and_order_match_closed_form(name, form, view):
     outline, planted = POLYGONS[name]
     area = shoelace(outline)
