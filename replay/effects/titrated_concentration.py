@@ -59,7 +59,7 @@ def _matching(amounts: Mapping[str, float], names: tuple[str, str]) -> dict[str,
     whole = {
         formula: amount
         for formula, amount in amounts.items()
-        if any(wanted and wanted <= set(dissolved_components(formula)) for wanted in ions_by_name.values())
+        if any(named_ions and named_ions <= set(dissolved_components(formula)) for named_ions in ions_by_name.values())
     }
     if named or whole:
         return named or whole

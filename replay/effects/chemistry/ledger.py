@@ -206,11 +206,11 @@ class Ledger:
         if flame is not None:
             changes = flame.times[(flame.times > self.clock[index]) & (flame.times < time)]
             for change in changes.tolist():
-                self._advance_at_one_power(index, frame, change)
+                self._advance_at_steady_power(index, frame, change)
                 self._note_state(index, frame, change)
-        self._advance_at_one_power(index, frame, time)
+        self._advance_at_steady_power(index, frame, time)
 
-    def _advance_at_one_power(self, index: int, frame: int, time: float) -> None:
+    def _advance_at_steady_power(self, index: int, frame: int, time: float) -> None:
         if index in self.flames:
             self.power_w[index] = self.flames[index].power(self.clock[index])
         since = time - self.clock[index]

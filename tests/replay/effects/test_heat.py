@@ -67,7 +67,7 @@ FOLLOW = ("mixing", {"in": ["dish"]})
 
 @pytest.mark.parametrize("power_w", [160.0, 2000.0])
 def test_water_over_a_flame_is_counted_where_mixing_follows_it(power_w):
-    """As if its 4.18 J/(mL K) were counted by hand; with the stronger flame it boils."""
+    """It warms like 4.18 J/(mL K) that are counted by hand; with the stronger flame it boils."""
     followed = over_flame({"heat_capacity_j_per_k": 60.0}, FOLLOW, power_w=power_w)["heat"]
     by_hand = over_flame({"heat_capacity_j_per_k": 60.0 + 20.0 * 4.18}, power_w=power_w, boils_c=100.0)["heat"]
     expected = by_hand.series["dish/temperature"]

@@ -262,7 +262,7 @@ def test_complexes_of_more_ligands_count_as_formed(solutes, equation, proceeds):
     assert bool(effects["reaction"].output.events_named("no-reaction")) != proceeds
 
 
-def test_an_iodine_clock_turns_blue_and_has_no_end_point():
+def test_an_iodine_clock_is_blue_in_time_without_end_point():
     """It was said to be equivalent after 0.00 mL."""
     bodies = (
         glass("a", 20.0, solute="K2S2O8", molar=0.1), glass("b", 40.0, solutes={"KI": 0.2, "Na2S2O3": 0.005}),
