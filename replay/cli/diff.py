@@ -42,7 +42,7 @@ def command(
     from replay.show.results.run_folder import PICTURE
     from replay.studies.diff.runs import diff_runs
 
-    difference = diff_runs(run_a, run_b, different_sessions=different_sessions, compared=_labels(compare))
+    difference = diff_runs(run_a, run_b, different_sessions=different_sessions, compared_labels=_labels(compare))
     json_value = plain_of(difference) | {"changed": difference.changed}
     answer(as_json, json_value, lambda: stacked(*_diff_report(difference, run_a, run_b)))
     if "machine" in {name.partition(".")[0] for name in difference.settings}:

@@ -65,7 +65,7 @@ def command(
     replay stress --detector discrete --case 29,41
     replay stress --detector my_lab:Detector --quick
     """
-    from replay.studies.stress.bodies import CASES
+    from replay.studies.stress.bodies import CASE_NAMES
     from replay.studies.stress.families import FAMILIES
     from replay.studies.stress.runner import numbers_of, stress
 
@@ -73,7 +73,7 @@ def command(
     numbers = numbers_of("all" if runs_everything else family, "family", range(1, len(FAMILIES) + 1))
     result = stress(
         families=[FAMILIES[number - 1] for number in numbers],
-        cases=numbers_of("all" if runs_everything else case, "case", [*CASES]),
+        cases=numbers_of("all" if runs_everything else case, "case", [*CASE_NAMES]),
         pairs=min(pairs, QUICK_PAIRS) if quick else pairs,
         progress=TerminalProgress(people),
         **options,

@@ -155,11 +155,11 @@ def check(tables: Path | None, strict: bool, as_json: bool, people: People) -> i
     from importlib.resources import as_file, files
 
     from replay.cli.study_tables import check_table
-    from replay.studies.class_study.published import INCONSISTENT, check_published
+    from replay.studies.class_study.published import KIND_INCONSISTENT, check_published
 
     if tables is None:
         people.say("checking the printed tables that come with the tool")
     with as_file(files("replay.studies.class_study").joinpath("published_example.toml")) as example:
         remarks = check_published(tables or example)
     answer(as_json, [asdict(remark) for remark in remarks], lambda: check_table(remarks))
-    return GATE_FAILED if strict and any(remark.kind == INCONSISTENT for remark in remarks) else EXIT_OK
+    return GATE_FAILED if strict and any(remark.kind == KIND_INCONSISTENT for remark in remarks) else EXIT_OK

@@ -14,9 +14,9 @@ from replay.studies.class_study.analysis import Study
 from replay.studies.class_study.class_answer import class_answer
 from replay.studies.class_study.class_runs import ClassRuns, runs_with_open_guesses
 from replay.studies.class_study.class_tables import ClassTables, class_counts, places
-from replay.studies.class_study.published import AGREES, INCONSISTENT, Remark
+from replay.studies.class_study.published import KIND_AGREES, KIND_INCONSISTENT, Remark
 
-MARK_OF_FINDING = {INCONSISTENT: WARNING, "weak": IN_BLUE, AGREES: FAINT}
+MARK_OF_FINDING = {KIND_INCONSISTENT: WARNING, "weak": IN_BLUE, KIND_AGREES: FAINT}
 """Kind of a remark -> its mark, the worst kind first."""
 
 
@@ -60,7 +60,7 @@ def check_table(remarks: Sequence[Remark]) -> Group:
         (Marked(finding.kind, MARK_OF_FINDING[finding.kind]), finding.table, finding.row, finding.message)
         for finding in sorted_remarks
     ]
-    contradiction_count = sum(finding.kind == INCONSISTENT for finding in remarks)
+    contradiction_count = sum(finding.kind == KIND_INCONSISTENT for finding in remarks)
     headline = (
         f"{contradiction_count} of {len(remarks)} checks contradict the print"
         if contradiction_count

@@ -7,7 +7,7 @@ from support.study_samples import metrics, names
 
 from replay.studies.class_study.analysis import analyse
 from replay.studies.class_study.codebook import Codebook, Item
-from replay.studies.class_study.regression import regress
+from replay.studies.class_study.regression import standardised_findings
 from replay.studies.class_study.reliability import reliability
 
 pytestmark = pytest.mark.slow
@@ -21,7 +21,7 @@ def regression(random, betas, between):
     """Coefficients of predictors that correlate so; the truth is that of the population."""
     x = random.normal(size=(STUDENTS, len(betas))) @ np.linalg.cholesky(between).T
     y = x @ betas + np.sqrt(1.0 - betas @ between @ betas) * random.normal(size=STUDENTS)
-    return regress(("y", "a", "b")[: 1 + len(betas)], np.column_stack([y, x]), random)
+    return standardised_findings(("y", "a", "b")[: 1 + len(betas)], np.column_stack([y, x]), random)
 
 
 def alpha(random, r):

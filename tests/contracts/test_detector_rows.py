@@ -17,7 +17,7 @@ from replay.advice.settings import Setting
 from replay.detection.detector_spec import parse_detector, spec_text
 from replay.document.detector_labels import detector_label
 from replay.show.rerun_log.timing import STAGES
-from replay.studies.stress.runner import ALL, detectors_of
+from replay.studies.stress.runner import ALL_DETECTORS, detectors_of
 
 FIELD_STAGES = {
     "broad phase", "narrow phase", "containment", "traversal", "search", "faces", "poses", "images", "engine", "frames",
@@ -100,7 +100,7 @@ def test_a_detector_times_the_stages_that_it_declares(name):
 
 
 def test_stress_asks_every_row_about_which_triangles_say_something():
-    requested = {spec.name for spec in detectors_of(ALL)}
+    requested = {spec.name for spec in detectors_of(ALL_DETECTORS)}
     assert requested.isdisjoint(name for name in TABLE if TABLE[name].no_triangles)
     assert requested >= {name for name in TABLE if not TABLE[name].no_triangles}
 

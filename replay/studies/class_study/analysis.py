@@ -16,19 +16,19 @@ from replay.studies.class_study.codebook import Codebook
 from replay.studies.class_study.groups import GroupDifference, compare_groups
 from replay.studies.class_study.joining import (
     DETECTOR,
-    RECALL,
+    RECALL_COLUMN,
     STUDENT,
     means_of_students,
     recall_of,
     unmatched_students,
 )
 from replay.studies.class_study.refusals import LEAST_IN_CELL, PERSONS_PER_ITEM, StudyRefusedError, count_text
-from replay.studies.class_study.regression import Finding, holm, regress
+from replay.studies.class_study.regression import Finding, holm_corrected, standardised_findings
 from replay.studies.class_study.reliability import (
     ACCEPTABLE_ALPHA,
     Bartlett,
     Reliability,
-    bartlett,
+    bartlett_test,
     kmo,
     reliability,
 )
@@ -162,7 +162,10 @@ def analyse(
     if len(answers) < LEAST_IN_CELL:
         raise StudyRefusedError("small-cell", f"a study of {len(answers)} students")
     _check_names(codebook, metrics)
-    analyses = {name: _Analysis(codebook, answers, rows, seed) for name, rows in metrics.groupby(DETECTOR, sort=False)}
+    analyses = {
+        name: _Analysis(codebook, answers, detector_rows, seed)
+        for name, detector_rows in metrics.groupby(DETECTOR, sort=False)
+    }
     # Who misses nothing may still report false contacts; the reference does neither.
     chosen_detector = detector or max(
         analyses, key=lambda name: (analyses[name].recall or 0.0, name == TRUSTED_DETECTOR)
@@ -171,25 +174,34 @@ def analyse(
         raise StudyError(f"no metrics of detector {detector!r}; there are: {', '.join(analyses)}")
     study = analyses.pop(chosen_detector)
     reliabilities, adequacy, sphericity = {}, None, None
-    for name, items in codebook.constructs.items():
+    for name, item_names in codebook.constructs.items():
         with study.noting_refusal(f"alpha of {name}"):
-            reliabilities[name] = reliability(_complete(answers[items]), random_stream(seed, "reliability", name))
-    items = [item.name for item in codebook.items]
+            reliabilities[name] = reliability(
+                _complete_rows(answers[item_names]), random_stream(seed, "reliability", name)
+            )
+    item_names = [item.name for item in codebook.items]
     with study.noting_refusal("KMO"):
-        adequacy = kmo(_complete(answers[items]))
+        adequacy = kmo(_complete_rows(answers[item_names]))
     with study.noting_refusal("Bartlett's test"):
-        sphericity = bartlett(_complete(answers[items]))
-    unmatched = unmatched_students(answers.index, metrics[STUDENT])
+        sphericity = bartlett_test(_complete_rows(answers[item_names]))
+    unmatched_students_of_answers = unmatched_students(answers.index, metrics[STUDENT])
     coefficients, groups = study.coefficients(), study.groups()
-    sensitivity = []
+    sensitivity_rows = []
     if study.recall is not None:
         behaviour_findings = [row for row in (*coefficients, *groups) if {*metrics} & {*row.variables}]
-        for name, other in analyses.items():
+        for name, other_analysis in analyses.items():
             # Each detector's findings are a family of p of their own.
-            findings_by_key = {(row.variables, row.name): row for row in (*other.coefficients(), *other.groups())}
-            sensitivity += [
-                Sensitivity(name, other.recall, before, findings_by_key.get((before.variables, before.name)))
-                for before in behaviour_findings
+            findings_by_key = {
+                (row.variables, row.name): row for row in (*other_analysis.coefficients(), *other_analysis.groups())
+            }
+            sensitivity_rows += [
+                Sensitivity(
+                    name,
+                    other_analysis.recall,
+                    finding_before,
+                    findings_by_key.get((finding_before.variables, finding_before.name)),
+                )
+                for finding_before in behaviour_findings
             ]
     return Study(
         students=len(answers),
@@ -202,10 +214,10 @@ def analyse(
         coefficients=coefficients,
         groups=groups,
         group_sizes={name: count_text(int((answers[codebook.group_column] == name).sum())) for name in codebook.groups},
-        sensitivity=tuple(sensitivity),
+        sensitivity=tuple(sensitivity_rows),
         refusals=tuple(study.refusals),
-        warnings=(*_warnings(answers[items]), *_unmatched_warning(unmatched)),
-        unmatched=tuple(unmatched),
+        warnings=(*_study_warnings(answers[item_names]), *_unmatched_warning(unmatched_students_of_answers)),
+        unmatched=tuple(unmatched_students_of_answers),
         group_of=dict(answers[codebook.group_column]) if codebook.groups else {},
     )
 
@@ -218,8 +230,10 @@ class _Analysis:
         self.rows, self.recall = len(metrics), recall_of(metrics)
         self.refusals: list[StudyRefusedError] = []
         # variables: a row a student; forbidden: the rule by which there is no behaviour among them, if one does
-        scores = {name: answers[items].mean(axis=1, skipna=False) for name, items in codebook.constructs.items()}
-        self.variables = answers[[]].assign(**scores)
+        score_of_construct = {
+            name: answers[items].mean(axis=1, skipna=False) for name, items in codebook.constructs.items()
+        }
+        self.variables = answers[[]].assign(**score_of_construct)
         self.forbidding_rule = "provenance" if self.recall is None else ""
         if not self.forbidding_rule:
             requested_metrics = dict.fromkeys(
@@ -231,29 +245,31 @@ class _Analysis:
                 self.forbidding_rule = refused.rule
 
     @contextmanager
-    def noting_refusal(self, what: str) -> Iterator[None]:
+    def noting_refusal(self, result_name: str) -> Iterator[None]:
         """A result that a rule may forbid: then there is none, and that is noted."""
         try:
             yield
         except StudyRefusedError as refused:
-            self.refusals.append(StudyRefusedError(refused.rule, what))
+            self.refusals.append(StudyRefusedError(refused.rule, result_name))
 
     def coefficients(self) -> tuple[Finding, ...]:
         """Those of the codebook's regressions that no rule forbids."""
         coefficients_done: list[Finding] = []
         for question in self.codebook.questions:
-            model = f"the regression of {question[0]} on {', '.join(question[1:])}"
-            with self.noting_refusal(model):
-                fitted = self._fit(*question)
-                coefficients_done += fitted
-                if fitted[0].p is None:
-                    self.refusals.append(StudyRefusedError("few-students", f"p of {model}"))
-        return holm(coefficients_done)
+            model_name = f"the regression of {question[0]} on {', '.join(question[1:])}"
+            with self.noting_refusal(model_name):
+                findings = self._fit(*question)
+                coefficients_done += findings
+                if findings[0].p is None:
+                    self.refusals.append(StudyRefusedError("few-students", f"p of {model_name}"))
+        return holm_corrected(coefficients_done)
 
     def _fit(self, *names: str) -> list[Finding]:
         if not {*names} <= {*self.variables}:
             raise StudyRefusedError(self.forbidding_rule, "")
-        return regress(names, _complete(self.variables[[*names]]), random_stream(self.seed, "regression", *names))
+        return standardised_findings(
+            names, _complete_rows(self.variables[[*names]]), random_stream(self.seed, "regression", *names)
+        )
 
     def groups(self) -> tuple[GroupDifference, ...]:
         """The declared groups compared by every construct, and by the behaviour that the codebook asks about."""
@@ -261,7 +277,7 @@ class _Analysis:
         return compare_groups(self.variables, group, self.codebook.groups, self.seed, self.refusals)
 
 
-def _complete(table: "DataFrame") -> FloatArray:
+def _complete_rows(table: "DataFrame") -> FloatArray:
     """The rows without a gap, if they are of so many students that none can be recognised."""
     complete_rows: FloatArray = table.dropna().to_numpy()
     if len(complete_rows) < LEAST_IN_CELL:
@@ -269,31 +285,34 @@ def _complete(table: "DataFrame") -> FloatArray:
     return complete_rows
 
 
-def _warnings(answers: "DataFrame") -> Iterator[str]:
+def _study_warnings(answers: "DataFrame") -> Iterator[str]:
     students, items = answers.shape
     if students < PERSONS_PER_ITEM * items:
         yield (
             f"{students} students for {items} items are {students / items:.1f} per item (usual advice 5 to 10): "
             "alpha, KMO and Bartlett's test carry little"
         )
-    unanswered = int(answers.isna().sum().sum())
-    if unanswered:
-        yield f"{count_text(unanswered)} answers are missing; rows with a missing value are left out where it is used"
-
-
-def _unmatched_warning(unmatched: Sequence[str]) -> Iterator[str]:
-    if unmatched:
+    unanswered_count = int(answers.isna().sum().sum())
+    if unanswered_count:
         yield (
-            f"{plural(len(unmatched), 'student')} of only one file, questionnaire or recordings, "
-            f"{'is' if len(unmatched) == 1 else 'are'} in no result that needs both: n counts those of both"
+            f"{count_text(unanswered_count)} answers are missing; rows with a missing value are left out "
+            f"where it is used"
+        )
+
+
+def _unmatched_warning(unmatched_names: Sequence[str]) -> Iterator[str]:
+    if unmatched_names:
+        yield (
+            f"{plural(len(unmatched_names), 'student')} of only one file, questionnaire or recordings, "
+            f"{'is' if len(unmatched_names) == 1 else 'are'} in no result that needs both: n counts those of both"
         )
 
 
 def _check_names(codebook: Codebook, metrics: "DataFrame") -> None:
-    known_names = {*codebook.constructs, *metrics.select_dtypes("number")} - {RECALL}
+    known_names = {*codebook.constructs, *metrics.select_dtypes("number")} - {RECALL_COLUMN}
     for name in (name for question in codebook.questions for name in question):
         if name == codebook.group_column:
             raise StudyError(f"the codebook's groups, {name!r}, are compared without a regression; leave them out")
         if name not in known_names:
-            what = f"the codebook's regressions name {name!r}, which is no construct or metric"
-            raise StudyError(f"{what}{nearest(name, known_names)}")
+            problem = f"the codebook's regressions name {name!r}, which is no construct or metric"
+            raise StudyError(f"{problem}{nearest(name, known_names)}")

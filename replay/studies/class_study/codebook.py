@@ -56,56 +56,59 @@ def read_codebook(path: Path) -> Codebook:
     import yaml
 
     try:
-        text = path.read_text(encoding="utf-8")
+        codebook_text = path.read_text(encoding="utf-8")
         # A few lines of aliases of aliases unfold to gigabytes.
-        if any(isinstance(token, yaml.AliasToken) for token in yaml.scan(text)):
+        if any(isinstance(token, yaml.AliasToken) for token in yaml.scan(codebook_text)):
             raise StudyError(f"{path.name}: aliases (*name) are not read; write out what they stand for")
-        content = _with_labels(yaml.safe_load(text))
+        content = _with_labels(yaml.safe_load(codebook_text))
     except (OSError, UnicodeDecodeError, yaml.YAMLError, RecursionError) as error:
         raise StudyError(f"{path} cannot be read as YAML: {' '.join(str(error).split())}") from error
     if not isinstance(content, dict):
         raise StudyError(f"{path.name}: must be a table of names and values, not {content!r:.60}")
-    for key, kind, what in (("items", dict, "a table of tables"), ("regressions", list, "a list of tables")):
-        value = content.get(key, kind())
-        entries = value.values() if isinstance(value, dict) else value
-        if not isinstance(value, kind) or not all(isinstance(entry, dict) for entry in entries):
-            raise StudyError(f"{path.name}: {key} must be {what}, not {value!r:.60}")
-    failure: Any = StudyError
-    table = TomlTable(content, path.name, "", failure)
-    student, scale = table.text("student", "student"), _scale(table, SCALE)
-    items = tuple(_item(name, entry, scale) for name, entry in table.named_tables("items").items())
-    questions = tuple(_question(entry) for entry in table.tables("regressions") or ())
-    groups_table = table.table("groups")
-    groups = () if groups_table is None else _groups(groups_table)
-    table.done()
+    for section, section_type, section_form in (
+        ("items", dict, "a table of tables"),
+        ("regressions", list, "a list of tables"),
+    ):
+        section_content = content.get(section, section_type())
+        entries = section_content.values() if isinstance(section_content, dict) else section_content
+        if not isinstance(section_content, section_type) or not all(isinstance(entry, dict) for entry in entries):
+            raise StudyError(f"{path.name}: {section} must be {section_form}, not {section_content!r:.60}")
+    error_class: Any = StudyError
+    codebook_table = TomlTable(content, path.name, "", error_class)
+    student, scale = codebook_table.text("student", "student"), _read_scale(codebook_table, SCALE)
+    items = tuple(_read_item(name, entry, scale) for name, entry in codebook_table.named_tables("items").items())
+    questions = tuple(_read_question(entry) for entry in codebook_table.tables("regressions") or ())
+    groups_table = codebook_table.table("groups")
+    groups = () if groups_table is None else _read_groups(groups_table)
+    codebook_table.done()
     if not items:
-        raise table.fail("items is empty; declare at least one item, as `peu1: {construct: ease of use}`")
+        raise codebook_table.fail("items is empty; declare at least one item, as `peu1: {construct: ease of use}`")
     return Codebook(student, items, questions, *groups)
 
 
-def _with_labels(value: Any) -> Any:
+def _with_labels(yaml_value: Any) -> Any:
     """The same tables with texts as keys: YAML reads ``1:`` as a number. Dates, which no key wants, become texts."""
-    if isinstance(value, dict):
-        return {str(key): _with_labels(entry) for key, entry in value.items()}
-    if isinstance(value, list):
-        return [_with_labels(entry) for entry in value]
-    return value if isinstance(value, str | int | float | None) else str(value)
+    if isinstance(yaml_value, dict):
+        return {str(key): _with_labels(entry) for key, entry in yaml_value.items()}
+    if isinstance(yaml_value, list):
+        return [_with_labels(entry) for entry in yaml_value]
+    return yaml_value if isinstance(yaml_value, str | int | float | None) else str(yaml_value)
 
 
-def _scale(table: TomlTable, default: tuple[float, float]) -> tuple[float, float]:
+def _read_scale(table: TomlTable, default: tuple[float, float]) -> tuple[float, float]:
     smallest, largest = table.vector("scale", default)
     if not smallest < largest:
         raise table.fail(f"scale must rise, not [{smallest:g}, {largest:g}]")
     return smallest, largest
 
 
-def _item(name: str, table: TomlTable, scale: tuple[float, float]) -> Item:
-    item = Item(name, table.text("construct", None), _scale(table, scale), table.flag("reversed"))
+def _read_item(name: str, table: TomlTable, scale: tuple[float, float]) -> Item:
+    item = Item(name, table.text("construct", None), _read_scale(table, scale), table.flag("reversed"))
     table.done()
     return item
 
 
-def _question(table: TomlTable) -> tuple[str, ...]:
+def _read_question(table: TomlTable) -> tuple[str, ...]:
     outcome, predictors = table.text("outcome", None), table.texts("predictors")
     if not predictors:
         raise table.fail("predictors is empty; name one or more")
@@ -115,7 +118,7 @@ def _question(table: TomlTable) -> tuple[str, ...]:
     return (outcome, *predictors)
 
 
-def _groups(table: TomlTable) -> tuple[str, tuple[str, ...]]:
+def _read_groups(table: TomlTable) -> tuple[str, tuple[str, ...]]:
     column, remaining_keys = table.text("column", None), table.rest()
     names = remaining_keys.pop("names", None)
     if remaining_keys:

@@ -10,13 +10,13 @@ import numpy as np
 from cdcore.numerics import FloatArray
 from replay.studies.class_study.published import adjusted_fit
 from replay.studies.class_study.refusals import LEAST_IN_CELL, LEAST_STUDENTS, StudyRefusedError
-from replay.studies.class_study.regression import PERMUTATIONS, Finding, holm
+from replay.studies.class_study.regression import PERMUTATIONS, Finding, holm_corrected
 from sessions.synthetic.rng import random_stream
 
 if TYPE_CHECKING:
     from pandas import DataFrame, Series
 
-DRAWS: Final = 1999
+STUDENTISED_DRAWS: Final = 1999
 """Permutations of the residuals behind the quantiles of t."""
 
 
@@ -42,25 +42,42 @@ class GroupDifference(Finding):
 
 
 def compare_groups(
-    variables: "DataFrame", group: "Series", names: Sequence[str], seed: int, refusals: list[StudyRefusedError]
+    variables: "DataFrame",
+    group_of_student: "Series",
+    group_names: Sequence[str],
+    seed: int,
+    refusals: list[StudyRefusedError],
 ) -> tuple[GroupDifference, ...]:
-    """Compare each variable of the first declared group with each other one; ``group`` says of each student which."""
+    """Compare each variable of the first declared group with each other one.
+
+    ``group_of_student`` says of each student which.
+    """
     differences = []
-    for outcome, other in product(variables, names[1:]):
-        pair = (names[0], other)
-        first, second = (variables[outcome][group == name].dropna().to_numpy() for name in pair)
-        what = f"the comparison of {outcome} between {names[0]} and {other}"
-        if min(len(first), len(second)) < LEAST_IN_CELL:
-            refusals.append(StudyRefusedError("small-cell", what))
-        elif np.ptp(first) == np.ptp(second) == 0.0:
-            refusals.append(StudyRefusedError("no-variance", what))
+    for outcome, other_group in product(variables, group_names[1:]):
+        pair = (group_names[0], other_group)
+        first_values, second_values = (
+            variables[outcome][group_of_student == name].dropna().to_numpy() for name in pair
+        )
+        comparison_name = f"the comparison of {outcome} between {group_names[0]} and {other_group}"
+        if min(len(first_values), len(second_values)) < LEAST_IN_CELL:
+            refusals.append(StudyRefusedError("small-cell", comparison_name))
+        elif np.ptp(first_values) == np.ptp(second_values) == 0.0:
+            refusals.append(StudyRefusedError("no-variance", comparison_name))
         else:
-            differences.append(_compare(outcome, pair, first, second, random_stream(seed, "groups", outcome, *pair)))
-    return holm(differences)
+            differences.append(
+                _group_difference(
+                    outcome, pair, first_values, second_values, random_stream(seed, "groups", outcome, *pair)
+                )
+            )
+    return holm_corrected(differences)
 
 
-def _compare(
-    outcome: str, pair: tuple[str, str], first: FloatArray, second: FloatArray, random: np.random.Generator
+def _group_difference(
+    outcome: str,
+    pair: tuple[str, str],
+    first_values: FloatArray,
+    second_values: FloatArray,
+    random: np.random.Generator,
 ) -> GroupDifference:
     """Both ways to compare.
 
@@ -74,19 +91,19 @@ def _compare(
     """
     from scipy.stats import pearsonr, permutation_test
 
-    all_values = np.concatenate([first, second])
-    r, pooled_p = map(float, pearsonr(all_values, np.arange(len(all_values)) >= len(first)))
-    means = float(first.mean()), float(second.mean())
-    residuals = first - means[0], second - means[1]
+    all_values = np.concatenate([first_values, second_values])
+    r, pooled_p = map(float, pearsonr(all_values, np.arange(len(all_values)) >= len(first_values)))
+    means = float(first_values.mean()), float(second_values.mean())
+    residuals = first_values - means[0], second_values - means[1]
     null_distribution_t = permutation_test(
-        residuals, _studentised_difference, vectorized=True, n_resamples=DRAWS, random_state=random
+        residuals, _studentised_difference, vectorized=True, n_resamples=STUDENTISED_DRAWS, random_state=random
     ).null_distribution
-    least, most = np.quantile(null_distribution_t, [0.025, 0.975])
-    difference, error = means[1] - means[0], float(_standard_error(first, second))
+    lower_quantile, upper_quantile = np.quantile(null_distribution_t, [0.025, 0.975])
+    mean_difference, standard_error = means[1] - means[0], float(_standard_error(first_values, second_values))
     p = None
     if len(all_values) >= LEAST_STUDENTS:
         test = permutation_test(
-            (first, second),
+            (first_values, second_values),
             _absolute_t,
             vectorized=True,
             n_resamples=PERMUTATIONS,
@@ -99,14 +116,14 @@ def _compare(
         kind="groups",
         variables=(outcome,),
         students=len(all_values),
-        beta=difference,
-        low=difference - float(most) * error,
-        high=difference - float(least) * error,
+        beta=mean_difference,
+        low=mean_difference - float(upper_quantile) * standard_error,
+        high=mean_difference - float(lower_quantile) * standard_error,
         p=p,
         first_group=pair[0],
         second_group=pair[1],
-        first_students=len(first),
-        second_students=len(second),
+        first_students=len(first_values),
+        second_students=len(second_values),
         first_mean=means[0],
         second_mean=means[1],
         pooled_beta=r,

@@ -20,23 +20,24 @@ PSEUDONYM: Final = re.compile(r"(?=.*\d)[A-Za-z0-9_-]{1,32}")
 
 STUDENT: Final = "student"
 DETECTOR: Final = "detector"
-RECALL: Final = "recall"
+RECALL_COLUMN: Final = "recall"
 CONTACT_FRAMES: Final = "contact_frames"
 
 
-def check_pseudonyms(students: Sequence[str], where: str) -> None:
+def check_pseudonyms(students: Sequence[str], file_text: str) -> None:
     """Refuse, as ``ids``, what is missing or looks like a name or an address; rows are named, never the words."""
     wrong_rows = [k + 1 for k, student in enumerate(students) if not PSEUDONYM.fullmatch(student)]
     if wrong_rows:
         message = (
-            f"{where}, data row {_first_five_text(wrong_rows)}: no pseudonym (letters and at least one digit, as S01)"
+            f"{file_text}, data row {_first_five_text(wrong_rows)}: no pseudonym (letters and at least "
+            f"one digit, as S01)"
         )
         raise StudyRefusedError("ids", message)
 
 
-def _first_five_text(items: Sequence[object]) -> str:
+def _first_five_text(listed_items: Sequence[object]) -> str:
     """At most five of them."""
-    return ", ".join(map(str, items[:5])) + (", ..." if len(items) > 5 else "")
+    return ", ".join(map(str, listed_items[:5])) + (", ..." if len(listed_items) > 5 else "")
 
 
 def read_rows(path: Path) -> list[dict[str, str]]:
@@ -52,16 +53,18 @@ def read_rows(path: Path) -> list[dict[str, str]]:
         raise StudyError(f"{path} cannot be read as CSV: {error}") from error
     if not lines:
         return []
-    head, *body = lines
-    repeated_names = [name for name in head if name and head.count(name) > 1]
+    column_names, *data_lines = lines
+    repeated_names = [name for name in column_names if name and column_names.count(name) > 1]
     if repeated_names:
         raise StudyError(f"{path.name} has two columns {repeated_names[0]!r}; give each a name of its own")
     rows = []
-    for number, line in enumerate(body, start=1):
-        if any(line[len(head) :]):
-            raise StudyError(f"{path.name}, data row {number}: {len(line)} cells below {len(head)} names of columns")
-        cells = [*line, *[""] * (len(head) - len(line))]
-        rows.append(dict(zip(head, cells, strict=False)))
+    for number, line in enumerate(data_lines, start=1):
+        if any(line[len(column_names) :]):
+            raise StudyError(
+                f"{path.name}, data row {number}: {len(line)} cells below {len(column_names)} names of columns"
+            )
+        padded_cells = [*line, *[""] * (len(column_names) - len(line))]
+        rows.append(dict(zip(column_names, padded_cells, strict=False)))
     return rows
 
 
@@ -79,9 +82,9 @@ def read_questionnaire(path: Path, codebook: Codebook) -> "DataFrame":
         raise StudyError(f"{path} has no rows below its heading")
     columns = [codebook.student, *(item.name for item in codebook.items)]
     columns += [codebook.group_column] if codebook.groups else []
-    missing = [name for name in columns if name not in rows[0]]
-    if missing:
-        raise StudyError(f"{path.name} lacks the column {missing[0]!r} that the codebook names")
+    missing_columns = [name for name in columns if name not in rows[0]]
+    if missing_columns:
+        raise StudyError(f"{path.name} lacks the column {missing_columns[0]!r} that the codebook names")
     table = DataFrame(rows, columns=columns, dtype=str).fillna("").apply(lambda column: column.str.strip())
     students = table[codebook.student]
     check_pseudonyms(students.tolist(), path.name)
@@ -92,31 +95,31 @@ def read_questionnaire(path: Path, codebook: Codebook) -> "DataFrame":
         message = f"{path.name}: {codebook.group_column} holds a group that the codebook does not declare"
         raise StudyRefusedError("undeclared-groups", message)
     for item in codebook.items:
-        table[item.name] = _answers(table[item.name], item, path.name)
+        table[item.name] = _numeric_answers(table[item.name], item, path.name)
     return table.set_index(codebook.student).sort_index()
 
 
-def _answers(texts: "Series", item: Item, where: str) -> "Series":
+def _numeric_answers(answer_texts: "Series", item: Item, file_text: str) -> "Series":
     """One column as numbers, turned where the item is reverse-coded."""
     from pandas import to_numeric
 
-    values = to_numeric(texts, errors="coerce").astype(float)
+    numbers = to_numeric(answer_texts, errors="coerce").astype(float)
     smallest, largest = item.scale
-    wrong_rows = texts[(texts != "") & ~values.between(smallest, largest)]
+    wrong_rows = answer_texts[(answer_texts != "") & ~numbers.between(smallest, largest)]
     for row, text in wrong_rows.items():
         raise StudyError(
-            f"{where}, data row {row + 1}, column {item.name}: {text!r:.40} is not between {smallest:g} and "
+            f"{file_text}, data row {row + 1}, column {item.name}: {text!r:.40} is not between {smallest:g} and "
             f"{largest:g}, the scale of this item; declare another in the codebook "
             f"(`{item.name}: {{..., scale: [0, 100]}}`), or leave the cell empty if nothing was answered"
         )
-    return smallest + largest - values if item.reversed else values
+    return smallest + largest - numbers if item.reversed else numbers
 
 
 def recall_of(metrics: "DataFrame") -> float | None:
     """Share of all contact frames of all rows that are reported; ``None`` when it was not measured in each row."""
     # A row without contacts has no recall; one whose contacts were not counted is no such row.
     contact_rows = metrics[metrics[CONTACT_FRAMES] != 0]
-    reported_frames = (contact_rows[RECALL] * contact_rows[CONTACT_FRAMES]).sum(skipna=False)
+    reported_frames = (contact_rows[RECALL_COLUMN] * contact_rows[CONTACT_FRAMES]).sum(skipna=False)
     return (
         float(reported_frames / contact_rows[CONTACT_FRAMES].sum())
         if len(contact_rows) and reported_frames == reported_frames

@@ -13,7 +13,7 @@ from replay.studies.class_study.charts import class_charts
 from replay.studies.class_study.class_answer import class_answer
 from replay.studies.class_study.class_runs import ClassRuns, runs_with_open_guesses
 from replay.studies.class_study.class_tables import ClassTables, Place, class_counts, sessions_table
-from replay.studies.class_study.regression import LEVEL
+from replay.studies.class_study.regression import SIGNIFICANCE_LEVEL
 from replay.studies.class_study.tables import (
     OBSERVED_ONLY,
     headlines,
@@ -25,7 +25,7 @@ from replay.studies.class_study.tables import (
     study_tables,
 )
 
-REFUSALS: Final = (
+REFUSAL_COLUMNS: Final = (
     Column("result", of="what", whole=True),
     Column("rule"),
     Column("reason"),
@@ -47,49 +47,49 @@ class Heading:
 
 def study_html(
     runs: ClassRuns,
-    where: Mapping[str, Place],
+    place_of_run: Mapping[str, Place],
     study: Study | None = None,
     heading: Heading = Heading(),
     seed: int = 0,
 ) -> str:
     """The page as text: of the sessions of a class, and of a study where there is a questionnaire.
 
-    ``where`` is run -> name and address of its page.
+    ``place_of_run`` is run -> name and address of its page.
     """
-    tables = ClassTables(runs, seed)
-    undecided = open_guesses_line(runs_with_open_guesses(runs), len(runs.metrics))
-    values: dict[str, Any] = {
+    class_tables = ClassTables(runs, seed)
+    open_guesses = open_guesses_line(runs_with_open_guesses(runs), len(runs.metrics))
+    template_values: dict[str, Any] = {
         "title": heading.title,
         "opening": opening_sentence(study, class_counts(runs)),
         "note": heading.note,
-        "doubts": undecided,
-        "answer": class_answer(tables, where, study),
+        "doubts": open_guesses,
+        "answer": class_answer(class_tables, place_of_run, study),
         "unmatched": [],
         "study": study,
-        "sessions": sessions_table(runs, where),
+        "sessions": sessions_table(runs, place_of_run),
         "observed_only": OBSERVED_ONLY,
         "contacts": {
-            "How detectors differ": tables.detectors(),
-            "Pairs missed most": tables.pairs(),
-            "Task, stage, VR type": tables.activity_table(),
-            "Causes": tables.causes(),
+            "How detectors differ": class_tables.detectors(),
+            "Pairs missed most": class_tables.pairs(),
+            "Task, stage, VR type": class_tables.activity_table(),
+            "Causes": class_tables.causes(),
         },
         "script": page_script(TABLES),
-        "charts": class_charts(tables, study),
+        "charts": class_charts(class_tables, study),
     }
     if study is not None:
         sentences = headlines(study)
-        values |= {
+        template_values |= {
             "unmatched": list(_unmatched_sentences(study)),
             "headlines": sentences,
             "behind": source_sentence(study),
             "tables": {name: page_table(table) for name, table in study_tables(study).items()},
-            "sample": sample_table(study, tables.sample()),
-            "level": LEVEL,
+            "sample": sample_table(study, class_tables.sample()),
+            "level": SIGNIFICANCE_LEVEL,
             "reliability": [*_all_items(study), *study.warnings],
-            "refusals": Table.of(REFUSALS, study.refusals, "Results not given"),
+            "refusals": Table.of(REFUSAL_COLUMNS, study.refusals, "Results not given"),
         }
-    return render_template("studies/class_study/page.html", **values)
+    return render_template("studies/class_study/page.html", **template_values)
 
 
 def _unmatched_sentences(study: Study) -> Iterator[str]:

@@ -5,15 +5,15 @@ from statistics import NormalDist
 from typing import Final
 
 from replay.studies.class_study.analysis import Study
-from replay.studies.class_study.regression import LEVEL
+from replay.studies.class_study.regression import SIGNIFICANCE_LEVEL
 
-FEWEST: Final = 20
+LEAST_STUDENTS_NEEDED: Final = 20
 """Students from which on Fisher's transformation is near enough."""
 
 MEDIUM_CORRELATION: Final = 0.3
 """A correlation of medium size (Cohen 1988)."""
 
-POWER: Final = 0.8
+WANTED_POWER: Final = 0.8
 """Probability that a test finds the correlation: in four of five classes."""
 
 
@@ -30,21 +30,21 @@ def least_correlation(students: int, tests: int) -> float | None:
 
     Source: Fisher's z transformation, of which the deviation is 1 / sqrt(n - 3).
     """
-    return None if students < FEWEST else tanh(_deviations(tests) / sqrt(students - 3))
+    return None if students < LEAST_STUDENTS_NEEDED else tanh(_detectable_deviations(tests) / sqrt(students - 3))
 
 
 def students_needed(correlation: float, tests: int) -> int:
     """The fewest students of which this correlation is found in four of five classes, corrected for some tests."""
-    return ceil((_deviations(tests) / atanh(correlation)) ** 2 + 3)
+    return ceil((_detectable_deviations(tests) / atanh(correlation)) ** 2 + 3)
 
 
-def _deviations(tests: int) -> float:
+def _detectable_deviations(tests: int) -> float:
     """Standard deviations between no correlation and one that a two-sided test finds in four of five classes."""
     normal = NormalDist()
-    return normal.inv_cdf(1.0 - LEVEL / (2 * tests)) + normal.inv_cdf(POWER)
+    return normal.inv_cdf(1.0 - SIGNIFICANCE_LEVEL / (2 * tests)) + normal.inv_cdf(WANTED_POWER)
 
 
 def more_students_needed(study: Study) -> bool:
     """Whether nothing is associated, and a medium correlation takes more students than were tested."""
-    needed = students_needed(MEDIUM_CORRELATION, tests_together(study))
-    return study.tested and study.nothing_associated and study.students < needed
+    needed_students = students_needed(MEDIUM_CORRELATION, tests_together(study))
+    return study.tested and study.nothing_associated and study.students < needed_students

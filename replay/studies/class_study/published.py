@@ -23,9 +23,9 @@ rows that agree: at most 0.003, and half a unit of the last place)."""
 P_TOLERANCE: Final = 0.001
 """One unit of the last place of a printed p."""
 
-INCONSISTENT: Final = "inconsistent"
-WEAK: Final = "weak"
-AGREES: Final = "agrees"
+KIND_INCONSISTENT: Final = "inconsistent"
+KIND_WEAK: Final = "weak"
+KIND_AGREES: Final = "agrees"
 
 
 @dataclass(frozen=True)
@@ -48,68 +48,81 @@ def check_published(path: Path) -> list[Remark]:
     Raises ``StudyError``: the file cannot be read, or a field is missing or no number.
     """
     try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"))
+        published_tables = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise StudyError(f"{path} cannot be read as TOML: {error}") from error
-    students = _number(tables, "n", path.name)
+    students = _required_number(published_tables, "n", path.name)
     remarks: list[Remark] = []
-    if "reliability" in tables:
-        remarks += _reliability(tables["reliability"], students, path.name)
-    if "regression" in tables:
-        remarks += _regressions(tables["regression"], students, path.name)
+    if "reliability" in published_tables:
+        remarks += _reliability_remarks(published_tables["reliability"], students, path.name)
+    if "regression" in published_tables:
+        remarks += _regression_remarks(published_tables["regression"], students, path.name)
     if not remarks:
         raise StudyError(f"{path} holds neither [reliability] nor [regression]; there is nothing to check")
     return remarks
 
 
-def _reliability(table: Mapping[str, Any], n: float, where: str) -> Iterator[Remark]:
+def _reliability_remarks(reliability_table: Mapping[str, Any], n: float, file_name: str) -> Iterator[Remark]:
     from scipy.special import chdtrc
 
-    name = str(table.get("table", "reliability"))
-    keys = ("items", "alpha", "kmo", "chi_square", "df", "p")
-    items, alpha, kmo, chi, degrees, printed_p = (_number(table, key, f"{where}: [reliability]") for key in keys)
-    expected = items * (items - 1) / 2
-    message = f"{items:g} items have {expected:g} degrees of freedom, printed {degrees:g}"
-    yield Remark(AGREES if degrees == expected else INCONSISTENT, name, "df", message)
-    p = float(chdtrc(expected, chi))
-    message = f"a chi-square of {chi:g} has p = {p:.0e}, printed {printed_p:.3f}"
-    yield Remark(AGREES if abs(p - printed_p) <= P_TOLERANCE else INCONSISTENT, name, "p", message)
+    table_name = str(reliability_table.get("table", "reliability"))
+    reliability_keys = ("items", "alpha", "kmo", "chi_square", "df", "p")
+    items, alpha, kmo, chi_square, degrees, printed_p = (
+        _required_number(reliability_table, key, f"{file_name}: [reliability]") for key in reliability_keys
+    )
+    expected_degrees = items * (items - 1) / 2
+    message = f"{items:g} items have {expected_degrees:g} degrees of freedom, printed {degrees:g}"
+    yield Remark(KIND_AGREES if degrees == expected_degrees else KIND_INCONSISTENT, table_name, "df", message)
+    p = float(chdtrc(expected_degrees, chi_square))
+    message = f"a chi-square of {chi_square:g} has p = {p:.0e}, printed {printed_p:.3f}"
+    yield Remark(KIND_AGREES if abs(p - printed_p) <= P_TOLERANCE else KIND_INCONSISTENT, table_name, "p", message)
     mean_r = alpha / (items - alpha * (items - 1))
-    yield Remark(AGREES, name, "alpha", f"alpha {alpha:g} implies a mean correlation of {mean_r:.3f}")
+    yield Remark(KIND_AGREES, table_name, "alpha", f"alpha {alpha:g} implies a mean correlation of {mean_r:.3f}")
     if n < PERSONS_PER_ITEM * items:
-        yield Remark(WEAK, name, "n", f"{n / items:.1f} persons per item (usual advice 5 to 10)")
-    yield Remark(WEAK if kmo < 0.7 else AGREES, name, "kmo", f"KMO {kmo:g} is {kaiser_word(kmo)}")
+        yield Remark(KIND_WEAK, table_name, "n", f"{n / items:.1f} persons per item (usual advice 5 to 10)")
+    yield Remark(KIND_WEAK if kmo < 0.7 else KIND_AGREES, table_name, "kmo", f"KMO {kmo:g} is {kaiser_word(kmo)}")
 
 
-def _regressions(tables: Sequence[Mapping[str, Any]], n: float, where: str) -> Iterator[Remark]:
-    for table in tables:
-        name = str(table.get("table", "regressions"))
-        rows = [_row(row, n, f"{where}: {name}, row {k}") for k, row in enumerate(table.get("rows", ()), 1)]
+def _regression_remarks(regression_tables: Sequence[Mapping[str, Any]], n: float, file_name: str) -> Iterator[Remark]:
+    for table in regression_tables:
+        table_name = str(table.get("table", "regressions"))
+        rows = [
+            _checked_row(row, n, f"{file_name}: {table_name}, row {k}")
+            for k, row in enumerate(table.get("rows", ()), 1)
+        ]
         if not rows:
-            raise StudyError(f"{where}: {name} has no rows; write rows = [{{outcome=..., predictor=..., ...}}]")
+            raise StudyError(
+                f"{file_name}: {table_name} has no rows; write rows = [{{outcome=..., predictor=..., ...}}]"
+            )
         for row in rows:
             yield from (
-                Remark(kind, name, f"{row.predictor} on {row.outcome}", message) for kind, message in row.remarks()
+                Remark(kind, table_name, f"{row.predictor} on {row.outcome}", message)
+                for kind, message in row.remarks()
             )
-        follow = [row for row in rows if row.agrees]
-        fits = {outcome: {row.fit for row in rows if row.outcome == outcome} for outcome in (r.outcome for r in rows)}
-        differing = ", ".join(outcome for outcome, printed in fits.items() if len(printed) > 1)
-        if str(table.get("label", "")) == "multiple" and differing:
+        single_predictor_rows = [row for row in rows if row.agrees]
+        fits_of_outcome = {
+            outcome: {row.fit for row in rows if row.outcome == outcome} for outcome in (r.outcome for r in rows)
+        }
+        differing_outcomes = ", ".join(outcome for outcome, printed in fits_of_outcome.items() if len(printed) > 1)
+        if str(table.get("label", "")) == "multiple" and differing_outcomes:
             yield Remark(
-                INCONSISTENT,
-                name,
+                KIND_INCONSISTENT,
+                table_name,
                 "label",
-                f"called multiple, yet rows of one outcome ({differing}) have different fits, and {len(follow)} of "
+                f"called multiple, yet rows of one outcome ({differing_outcomes}) have different fits, and "
+                f"{len(single_predictor_rows)} of "
                 f"{len(rows)} follow from their own coefficient with n = {n:g}: these are {len(rows)} regressions of "
                 "one predictor each",
             )
         if (groups := table.get("groups", 1)) > 1 and not table.get("compared", False):
             message = f"{groups} groups were formed but not compared"
-            if follow:
-                best = max(follow, key=lambda row: row.fit)
-                single_group_text = f"one group alone would give a fit of {adjusted_fit(best.beta, n / groups):.3f}"
-                message += f"; the groups are pooled ({single_group_text}, printed {best.fit:g})"
-            yield Remark(WEAK, name, "groups", message)
+            if single_predictor_rows:
+                best_fit_row = max(single_predictor_rows, key=lambda row: row.fit)
+                single_group_text = (
+                    f"one group alone would give a fit of {adjusted_fit(best_fit_row.beta, n / groups):.3f}"
+                )
+                message += f"; the groups are pooled ({single_group_text}, printed {best_fit_row.fit:g})"
+            yield Remark(KIND_WEAK, table_name, "groups", message)
 
 
 @dataclass(frozen=True)
@@ -135,11 +148,14 @@ class _Row:
             message = (
                 f"a coefficient of {gives} gives an adjusted fit of {fit:.3f}, printed {self.fit:g}, {needed_text}"
             )
-            yield INCONSISTENT, message
+            yield KIND_INCONSISTENT, message
         if abs(p - self.p) > P_TOLERANCE:
-            yield INCONSISTENT, f"a coefficient of {gives} has p = {p:.2f} with n = {self.n:g}, printed {self.p:.3f}"
+            yield (
+                KIND_INCONSISTENT,
+                f"a coefficient of {gives} has p = {p:.2f} with n = {self.n:g}, printed {self.p:.3f}",
+            )
         elif self.agrees:
-            yield AGREES, f"fit {fit:.3f} and p {p:.1g} follow from {gives}"
+            yield KIND_AGREES, f"fit {fit:.3f} and p {p:.1g} follow from {gives}"
 
 
 def adjusted_fit(r: float, n: float) -> float:
@@ -159,20 +175,27 @@ def p_of_correlation(r: float, n: float) -> float:
     return float(2.0 * stdtr(n - 2.0, -abs(r) * np.sqrt((n - 2.0) / (1.0 - r * r))))
 
 
-def _row(row: Mapping[str, Any], n: float, where: str) -> _Row:
-    names = [row.get("outcome"), row.get("predictor")]
-    if not all(isinstance(word, str) and word for word in names):
-        raise StudyError(f"{where}: outcome and predictor must be words")
-    beta = _number(row, "beta", where)
+def _checked_row(table_row: Mapping[str, Any], n: float, row_text: str) -> _Row:
+    outcome_and_predictor = [table_row.get("outcome"), table_row.get("predictor")]
+    if not all(isinstance(word, str) and word for word in outcome_and_predictor):
+        raise StudyError(f"{row_text}: outcome and predictor must be words")
+    beta = _required_number(table_row, "beta", row_text)
     if not -1.0 < beta < 1.0:
-        raise StudyError(f"{where}: beta = {beta:g} is no correlation; the check needs standardised coefficients")
-    return _Row(str(names[0]), str(names[1]), n, beta, _number(row, "adjusted_fit", where), _number(row, "p", where))
+        raise StudyError(f"{row_text}: beta = {beta:g} is no correlation; the check needs standardised coefficients")
+    return _Row(
+        str(outcome_and_predictor[0]),
+        str(outcome_and_predictor[1]),
+        n,
+        beta,
+        _required_number(table_row, "adjusted_fit", row_text),
+        _required_number(table_row, "p", row_text),
+    )
 
 
-def _number(table: Mapping[str, Any], key: str, where: str) -> float:
-    value = table.get(key)
-    if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
-        raise StudyError(f"{where}: {key} must be a number, not {value!r}")
-    if key == "n" and value < 4:
-        raise StudyError(f"{where}: n = {value} is too few to check")
-    return float(value)
+def _required_number(table: Mapping[str, Any], key_name: str, row_text: str) -> float:
+    toml_value = table.get(key_name)
+    if isinstance(toml_value, bool) or not isinstance(toml_value, int | float) or not np.isfinite(toml_value):
+        raise StudyError(f"{row_text}: {key_name} must be a number, not {toml_value!r}")
+    if key_name == "n" and toml_value < 4:
+        raise StudyError(f"{row_text}: n = {toml_value} is too few to check")
+    return float(toml_value)

@@ -36,10 +36,10 @@ RULES: Final = {
 class StudyRefusedError(StudyError):
     """The result ``what``, which a rule (key of ``RULES``) forbids."""
 
-    def __init__(self, rule: str, what: str) -> None:
-        self.rule, self.what = rule, what
-        self.reason, self.lift = RULES[rule].reason, RULES[rule].lift
-        super().__init__(f"{what}: refused ({rule}): {self.reason}; to lift it, {self.lift}")
+    def __init__(self, rule_name: str, what: str) -> None:
+        self.rule, self.what = rule_name, what
+        self.reason, self.lift = RULES[rule_name].reason, RULES[rule_name].lift
+        super().__init__(f"{what}: refused ({rule_name}): {self.reason}; to lift it, {self.lift}")
 
 
 def count_text(count: int) -> str:

@@ -20,7 +20,7 @@ LEAST_SPREAD: Final = 1e-10
 """Share of a predictor's variance that the others must leave unexplained; below it digits run out."""
 
 
-LEVEL: Final = 0.05
+SIGNIFICANCE_LEVEL: Final = 0.05
 """Associated: p after Holm's correction is below this, and the interval leaves out zero."""
 
 UNDECIDED: Final = "undecided"
@@ -62,7 +62,7 @@ class Finding:
         The two come from different resamplings, and among few students they can differ; a page that claims an
         association and prints an interval around zero contradicts itself.
         """
-        return self._side if self.p_holm is not None and self.p_holm < LEVEL else 0
+        return self._side if self.p_holm is not None and self.p_holm < SIGNIFICANCE_LEVEL else 0
 
     @property
     def associated(self) -> bool:
@@ -76,7 +76,7 @@ class Finding:
             return "associated"
         if self.p is None:
             return "not tested"
-        if self.p >= LEVEL:
+        if self.p >= SIGNIFICANCE_LEVEL:
             return "not distinguished from chance"
         return AFTER_HOLM if self._side else INTERVAL_HOLDS_ZERO
 
@@ -89,52 +89,57 @@ class Finding:
 Kind = TypeVar("Kind", bound=Finding)
 
 
-def regress(names: tuple[str, ...], table: FloatArray, random: np.random.Generator) -> list[Finding]:
+def standardised_findings(
+    variable_names: tuple[str, ...], variable_values: FloatArray, random: np.random.Generator
+) -> list[Finding]:
     """Fit one regression of students by ordinary least squares on standardised variables: a finding per predictor.
 
-    ``table`` has a row a student and a column a name, the outcome first. Refused as ``no-variance`` or ``collinear``.
+    ``variable_values`` has a row a student and a column a name, the outcome first. Refused as ``no-variance`` or
+    ``collinear``.
 
     Source: Freedman and Lane (1983), J. Bus. Econ. Stat. 1, 292-298, for the permutations of ``permutation_p``.
     """
-    students, predictors = len(table), len(names) - 1
+    students, predictors = len(variable_values), len(variable_names) - 1
     # The mean of equal values may differ from them in its last digit.
-    is_constant = np.ptp(table, axis=0) <= LEAST_SPREAD * np.abs(table).max(axis=0)
-    if students <= len(names) or is_constant.any():
+    is_constant = np.ptp(variable_values, axis=0) <= LEAST_SPREAD * np.abs(variable_values).max(axis=0)
+    if students <= len(variable_names) or is_constant.any():
         raise StudyRefusedError("no-variance", "")
-    correlation: FloatArray = np.asarray(np.corrcoef(table, rowvar=False))
-    if np.linalg.eigvalsh(correlation[1:, 1:])[0] < LEAST_SPREAD:
+    correlation_matrix: FloatArray = np.asarray(np.corrcoef(variable_values, rowvar=False))
+    if np.linalg.eigvalsh(correlation_matrix[1:, 1:])[0] < LEAST_SPREAD:
         raise StudyRefusedError("collinear", "")
-    inverse = np.linalg.inv(correlation[1:, 1:])
-    table = table - table.mean(axis=0)
-    betas, ends = with_intervals(lambda weights: _betas(weights, table), students, random)
-    unexplained = (1.0 - betas @ correlation[1:, 0]) * (students - 1) / (students - 1 - predictors)
+    inverse_correlation = np.linalg.inv(correlation_matrix[1:, 1:])
+    variable_values = variable_values - variable_values.mean(axis=0)
+    betas, interval_ends = with_intervals(lambda weights: _betas(weights, variable_values), students, random)
+    unexplained_variance = (1.0 - betas @ correlation_matrix[1:, 0]) * (students - 1) / (students - 1 - predictors)
     return [
         Finding(
             name=name,
             kind="simple" if predictors == 1 else "multiple",
-            variables=names,
+            variables=variable_names,
             students=students,
             beta=float(betas[k]),
-            low=float(ends[k, 0]),
-            high=float(ends[k, 1]),
-            p=permutation_p(table[:, 0], table[:, 1:], k, random) if students >= LEAST_STUDENTS else None,
-            adjusted_r2=float(1.0 - unexplained),
-            vif=float(inverse[k, k]) if predictors > 1 else None,
+            low=float(interval_ends[k, 0]),
+            high=float(interval_ends[k, 1]),
+            p=permutation_p(variable_values[:, 0], variable_values[:, 1:], k, random)
+            if students >= LEAST_STUDENTS
+            else None,
+            adjusted_r2=float(1.0 - unexplained_variance),
+            vif=float(inverse_correlation[k, k]) if predictors > 1 else None,
         )
-        for k, name in enumerate(names[1:])
+        for k, name in enumerate(variable_names[1:])
     ]
 
 
-def holm(findings: Sequence[Kind]) -> tuple[Kind, ...]:
+def holm_corrected(findings: Sequence[Kind]) -> tuple[Kind, ...]:
     """The same with p corrected across all that have one.
 
     Source: Holm (1979), Scand. J. Stat. 6, 65-70.
     """
     # That of statsmodels collects garbage at every call, which in a large process takes longer than all else here.
     tested_p = np.array([finding.p for finding in findings if finding.p is not None])
-    order = np.argsort(tested_p)
-    least = np.maximum.accumulate(tested_p[order] * np.arange(len(tested_p), 0, -1))
-    corrected_p = iter(np.minimum(1.0, least)[np.argsort(order)].tolist())
+    p_order = np.argsort(tested_p)
+    least = np.maximum.accumulate(tested_p[p_order] * np.arange(len(tested_p), 0, -1))
+    corrected_p = iter(np.minimum(1.0, least)[np.argsort(p_order)].tolist())
     return tuple(finding if finding.p is None else replace(finding, p_holm=next(corrected_p)) for finding in findings)
 
 
@@ -148,15 +153,15 @@ def permutation_p(y: FloatArray, x: FloatArray, column: int, random: np.random.G
     1211-1220, for permuting a studentised coefficient; MacKinnon and White (1985), J. Econometrics 29, 305-325, for
     HC3.
     """
-    others = np.column_stack([np.ones(len(y)), np.delete(x, column, axis=1)])
-    basis, _ = np.linalg.qr(others)
-    outcome = y - basis @ (basis.T @ y)
-    predictor = x[:, column] - basis @ (basis.T @ x[:, column])
-    leverage = (basis**2).sum(axis=1) + predictor**2 / (predictor @ predictor)
+    other_predictors = np.column_stack([np.ones(len(y)), np.delete(x, column, axis=1)])
+    orthonormal_basis, _ = np.linalg.qr(other_predictors)
+    outcome = y - orthonormal_basis @ (orthonormal_basis.T @ y)
+    predictor_residual = x[:, column] - orthonormal_basis @ (orthonormal_basis.T @ x[:, column])
+    leverage = (orthonormal_basis**2).sum(axis=1) + predictor_residual**2 / (predictor_residual @ predictor_residual)
     permuted_outcomes = random.permuted(np.broadcast_to(outcome, (PERMUTATIONS, len(y))), axis=1)
-    unexplained = permuted_outcomes - (permuted_outcomes @ basis) @ basis.T
-    null_coefficients = _studentised_coefficients(unexplained, predictor, leverage)
-    observed_coefficient = float(_studentised_coefficients(outcome[None], predictor, leverage)[0])
+    permuted_residuals = permuted_outcomes - (permuted_outcomes @ orthonormal_basis) @ orthonormal_basis.T
+    null_coefficients = _studentised_coefficients(permuted_residuals, predictor_residual, leverage)
+    observed_coefficient = float(_studentised_coefficients(outcome[None], predictor_residual, leverage)[0])
     # A draw equal to the observed value, up to rounding, counts as no smaller.
     return (1 + int((null_coefficients >= observed_coefficient * (1.0 - 1e-12)).sum())) / (1 + PERMUTATIONS)
 
@@ -172,17 +177,17 @@ def _studentised_coefficients(outcomes: FloatArray, predictor: FloatArray, lever
     return np.abs(coefficients) / np.sqrt(np.maximum(spread, 1e-300))
 
 
-def _betas(weights: FloatArray, table: FloatArray) -> FloatArray:
+def _betas(weights: FloatArray, variable_values: FloatArray) -> FloatArray:
     """Standardised coefficients (B, k) of the first column of (n, 1 + k) on the others, rows weighted by (B, n)."""
     fractions = weights / weights.sum(axis=1, keepdims=True)
-    mean = fractions @ table
-    second_moments = np.einsum("bn,ni,nj->bij", fractions, table, table, optimize=True)
+    mean = fractions @ variable_values
+    second_moments = np.einsum("bn,ni,nj->bij", fractions, variable_values, variable_values, optimize=True)
     covariance = second_moments - mean[:, :, None] * mean[:, None, :]
-    size = np.sqrt(np.maximum(np.einsum("bii->bi", covariance), 0.0))
+    deviations = np.sqrt(np.maximum(np.einsum("bii->bi", covariance), 0.0))
     with np.errstate(invalid="ignore", divide="ignore"):
-        correlation = covariance / (size[:, :, None] * size[:, None, :])
+        correlation = covariance / (deviations[:, :, None] * deviations[:, None, :])
     is_usable = np.isfinite(correlation).all(axis=(1, 2))
     is_usable[is_usable] = np.linalg.eigvalsh(correlation[is_usable, 1:, 1:])[:, 0] > LEAST_SPREAD
-    betas = np.full((len(fractions), table.shape[1] - 1), np.nan)
+    betas = np.full((len(fractions), variable_values.shape[1] - 1), np.nan)
     betas[is_usable] = np.linalg.solve(correlation[is_usable, 1:, 1:], correlation[is_usable, 1:, :1])[:, :, 0]
     return betas

@@ -18,7 +18,13 @@ LEAST_SPREAD: Final = 1e-12
 ACCEPTABLE_ALPHA: Final = 0.7
 """Alpha from which on a scale is commonly called reliable. Source: Nunnally (1978), Psychometric Theory."""
 
-KAISER: Final = ((0.9, "marvellous"), (0.8, "meritorious"), (0.7, "middling"), (0.6, "mediocre"), (0.5, "miserable"))
+KAISER_WORDS: Final = (
+    (0.9, "marvellous"),
+    (0.8, "meritorious"),
+    (0.7, "middling"),
+    (0.6, "mediocre"),
+    (0.5, "miserable"),
+)
 """Kaiser's words. Source: Kaiser (1974), Psychometrika 39, 31-36."""
 
 
@@ -73,8 +79,8 @@ def reliability(answers: FloatArray, random: np.random.Generator) -> Reliability
         fractions = weights / weights.sum(axis=1, keepdims=True)
         variances = fractions @ columns**2 - (fractions @ columns) ** 2
         # Rounding leaves a little of sums that do not vary.
-        total = np.where(variances[:, -1] > LEAST_SPREAD, variances[:, -1], np.nan)
-        return np.asarray(items / (items - 1) * (1.0 - variances[:, :-1].sum(axis=1) / total))[:, None]
+        total_variance = np.where(variances[:, -1] > LEAST_SPREAD, variances[:, -1], np.nan)
+        return np.asarray(items / (items - 1) * (1.0 - variances[:, :-1].sum(axis=1) / total_variance))[:, None]
 
     (alpha,), ((lower, upper),) = with_intervals(alphas, students, random)
     return Reliability(float(alpha), float(lower), float(upper), item_total(answers), students, items)
@@ -82,14 +88,16 @@ def reliability(answers: FloatArray, random: np.random.Generator) -> Reliability
 
 def item_total(answers: FloatArray) -> tuple[float, ...]:
     """Correlation of each item with the sum of the others; nan for an item that everyone answered alike."""
-    others = answers.sum(axis=1, keepdims=True) - answers
+    sum_of_others = answers.sum(axis=1, keepdims=True) - answers
     with np.errstate(invalid="ignore", divide="ignore"):
-        return tuple(float(np.corrcoef(item, rest)[0, 1]) for item, rest in zip(answers.T, others.T, strict=True))
+        return tuple(
+            float(np.corrcoef(item, rest_sum)[0, 1]) for item, rest_sum in zip(answers.T, sum_of_others.T, strict=True)
+        )
 
 
 def kaiser_word(kmo: float) -> str:
     """Kaiser's word for a KMO of this size."""
-    return next((word for least, word in KAISER if kmo >= least), "unacceptable")
+    return next((word for least_kmo, word in KAISER_WORDS if kmo >= least_kmo), "unacceptable")
 
 
 def correlations(answers: FloatArray) -> FloatArray:
@@ -113,18 +121,19 @@ def kmo(answers: FloatArray) -> float:
     Source: Kaiser (1970), Psychometrika 35, 401-415.
     """
     matrix = correlations(answers)
-    inverse = np.linalg.inv(matrix)
-    scale = np.sqrt(np.diag(inverse))
+    inverse_matrix = np.linalg.inv(matrix)
+    scale = np.sqrt(np.diag(inverse_matrix))
     off_diagonal = ~np.eye(len(matrix), dtype=bool)
     plain_squares, partial_squares = (
-        float(np.square(matrix_of[off_diagonal]).sum()) for matrix_of in (matrix, inverse / np.outer(scale, scale))
+        float(np.square(matrix_of[off_diagonal]).sum())
+        for matrix_of in (matrix, inverse_matrix / np.outer(scale, scale))
     )
     if plain_squares + partial_squares < LEAST_SPREAD:
         raise StudyRefusedError("uncorrelated", "KMO")
     return plain_squares / (plain_squares + partial_squares)
 
 
-def bartlett(answers: FloatArray) -> Bartlett:
+def bartlett_test(answers: FloatArray) -> Bartlett:
     """Bartlett's test of sphericity, ``chi2 = -(n - 1 - (2k + 5)/6) ln det R`` with ``k (k - 1)/2`` degrees.
 
     Refused as by ``correlations``, and as ``few-students``.

@@ -33,18 +33,21 @@ def interval(bootstrap_estimates: FloatArray, estimate: float, jackknife_estimat
     students = len(jackknife_estimates)
     if len(bootstrap_estimates) == 0 or students < 3:
         return float("nan"), float("nan")
-    below = (
+    fraction_below = (
         np.count_nonzero(bootstrap_estimates < estimate) + 0.5 * np.count_nonzero(bootstrap_estimates == estimate)
     ) / len(bootstrap_estimates)
-    bias = float(ndtri(np.clip(below, 0.5 / len(bootstrap_estimates), 1.0 - 0.5 / len(bootstrap_estimates))))
+    bias_correction = float(
+        ndtri(np.clip(fraction_below, 0.5 / len(bootstrap_estimates), 1.0 - 0.5 / len(bootstrap_estimates)))
+    )
     deviations = jackknife_estimates.mean() - jackknife_estimates
-    size = float(np.square(deviations).sum())
-    skew = float((deviations**3).sum()) / (6.0 * size**1.5) if size > 0.0 else 0.0
+    sum_of_squares = float(np.square(deviations).sum())
+    acceleration = float((deviations**3).sum()) / (6.0 * sum_of_squares**1.5) if sum_of_squares > 0.0 else 0.0
     widened_quantile = np.sqrt(students / (students - 1.0)) * float(stdtrit(students - 1, 0.975))
-    moved_quantiles = bias + np.array([-widened_quantile, widened_quantile])
+    moved_quantiles = bias_correction + np.array([-widened_quantile, widened_quantile])
     # Beyond the pole of the correction the bound is the end of what was drawn.
     lower, upper = np.quantile(
-        bootstrap_estimates, ndtr(bias + moved_quantiles / np.maximum(1.0 - skew * moved_quantiles, 1e-6))
+        bootstrap_estimates,
+        ndtr(bias_correction + moved_quantiles / np.maximum(1.0 - acceleration * moved_quantiles, 1e-6)),
     )
     return float(lower), float(upper)
 
@@ -63,11 +66,11 @@ def with_intervals(
     """
     (estimates,), bootstrap_estimates = statistic(np.ones((1, students))), statistic(weights_of(students, random))
     jackknife_estimates = statistic(1.0 - np.eye(students))
-    ends = [
+    interval_ends = [
         interval(bootstrap_estimates[:, k], float(value), jackknife_estimates[:, k])
         for k, value in enumerate(estimates)
     ]
-    return estimates, np.array(ends)
+    return estimates, np.array(interval_ends)
 
 
 @dataclass(frozen=True)
@@ -91,18 +94,24 @@ class Resampling:
     def __init__(self, students: int, seed: int = 0) -> None:
         self._weights = weights_of(max(1, students), random_stream(seed, "class page"))
 
-    def ratio(self, numerators: FloatArray, below: FloatArray) -> Estimate:
+    def ratio(self, numerators: FloatArray, denominators: FloatArray) -> Estimate:
         """Sum over sum, of each student (n,): contacts by sessions, or contacts missed by contacts."""
-        counted_rows = np.flatnonzero(below)
-        top, base, students = numerators[counted_rows], below[counted_rows], len(counted_rows)
+        counted_rows = np.flatnonzero(denominators)
+        numerators_counted, denominators_counted, students = (
+            numerators[counted_rows],
+            denominators[counted_rows],
+            len(counted_rows),
+        )
         if not students:
             return Estimate(np.nan, np.nan, np.nan, 0)
-        estimate = float(top.sum() / base.sum())
-        if np.all(top == 0.0) or np.array_equal(top, base):
+        estimate = float(numerators_counted.sum() / denominators_counted.sum())
+        if np.all(numerators_counted == 0.0) or np.array_equal(numerators_counted, denominators_counted):
             # All or nothing looks alike in every draw; each student then counts as one who did or did not.
             return Estimate(estimate, *wilson_interval(estimate * students, students), students)
         weights = self._weights[:, counted_rows]
         with np.errstate(invalid="ignore", divide="ignore"):
-            bootstrap_estimates = (weights @ top) / (weights @ base)
-            jackknife_estimates = (top.sum() - top) / (base.sum() - base)
+            bootstrap_estimates = (weights @ numerators_counted) / (weights @ denominators_counted)
+            jackknife_estimates = (numerators_counted.sum() - numerators_counted) / (
+                denominators_counted.sum() - denominators_counted
+            )
         return Estimate(estimate, *interval(bootstrap_estimates, estimate, jackknife_estimates), students)

@@ -21,13 +21,13 @@ STUDENTS: Final = 52
 SESSIONS: Final = "sessions"
 ANSWERS: Final = "questionnaire.csv"
 CODEBOOK: Final = "codebook.yaml"
-TRUTH: Final = "truth.json"
+TRUTH_FILE: Final = "truth.json"
 ITEMS_EACH: Final = 4
 GROUPS: Final = ("first", "second")
 """Students are in them by turns: in the model the groups do not differ."""
 
 
-MODEL: Final = {
+CLASS_MODEL: Final = {
     "ease_motivation": 0.6,
     "immersion_motivation": 0.3,
     "ease_touches": -0.6,
@@ -56,9 +56,12 @@ class Student:
     near: int
 
 
-def draw_class(students: int = STUDENTS, seed: int = 0, *, brief: bool = False) -> list[Student]:
-    """Draw the students, of ``brief`` touches if asked; each depends on the seed and on its own number alone."""
-    return [_student(k, seed, brief) for k in range(students)]
+def draw_class(students: int = STUDENTS, seed: int = 0, *, are_touches_brief: bool = False) -> list[Student]:
+    """Draw the students, of ``are_touches_brief`` touches if asked.
+
+    Each depends on the seed and on its own number alone.
+    """
+    return [_draw_student(k, seed, are_touches_brief) for k in range(students)]
 
 
 def make_class(
@@ -76,21 +79,21 @@ def make_class(
     """
     from pandas import DataFrame
 
-    students_drawn = draw_class(students, seed, brief=brief)
-    model = MODEL | BRIEF_TOUCHES if brief else MODEL
+    students_drawn = draw_class(students, seed, are_touches_brief=brief)
+    model = CLASS_MODEL | BRIEF_TOUCHES if brief else CLASS_MODEL
     truth = json.dumps({"seed": seed, "students": students, "model": model}, indent=1) + "\n"
     _check_folder(out, truth)
     (out / SESSIONS).mkdir(parents=True, exist_ok=True)
-    _write(out / TRUTH, truth)
+    _write_text(out / TRUTH_FILE, truth)
     answers = DataFrame(
         [
             {"student": drawn_student.pseudonym, "group": drawn_student.group, **drawn_student.answers}
             for drawn_student in students_drawn
         ]
     )
-    _write(out / ANSWERS, answers.to_csv(index=False, lineterminator="\n"))
+    _write_text(out / ANSWERS, answers.to_csv(index=False, lineterminator="\n"))
     codebook_file = files("replay.studies.class_study").joinpath("class_codebook.yaml")
-    _write(out / CODEBOOK, codebook_file.read_text(encoding="utf-8"))
+    _write_text(out / CODEBOOK, codebook_file.read_text(encoding="utf-8"))
     tasks = {}
     for k, student in enumerate(students_drawn):
         path = out / SESSIONS / f"{student.pseudonym}.mcap"
@@ -112,42 +115,44 @@ def record_student(student: Student, path: Path, seed: int) -> str:
     return ""
 
 
-def _student(k: int, seed: int, brief: bool) -> Student:
+def _draw_student(k: int, seed: int, are_touches_brief: bool) -> Student:
     random = random_stream(seed, "student", str(k))
-    ease, use, immersion, own, clumsiness = random.normal(size=5)
-    shared_trait = MODEL["ease_motivation"] * ease + MODEL["immersion_motivation"] * immersion
-    rest = np.sqrt(1.0 - MODEL["ease_motivation"] ** 2 - MODEL["immersion_motivation"] ** 2)
-    traits = {"ease": ease, "use": use, "imm": immersion, "mot": shared_trait + rest * own}
+    ease, use, immersion, own_motivation, clumsiness = random.normal(size=5)
+    shared_trait = CLASS_MODEL["ease_motivation"] * ease + CLASS_MODEL["immersion_motivation"] * immersion
+    unexplained_weight = np.sqrt(1.0 - CLASS_MODEL["ease_motivation"] ** 2 - CLASS_MODEL["immersion_motivation"] ** 2)
+    traits = {"ease": ease, "use": use, "imm": immersion, "mot": shared_trait + unexplained_weight * own_motivation}
     answers = {}
-    for short, trait in traits.items():
+    for item_prefix, trait in traits.items():
         for item in range(1, ITEMS_EACH + 1):
-            sign = -1.0 if item == ITEMS_EACH else 1.0
-            answer = 3.0 + sign * trait + MODEL["item_noise"] * random.normal()
-            answers[f"{short}{item}"] = int(np.clip(np.round(answer), 1, 5))
-    drive = MODEL["ease_touches"] * ease + np.sqrt(1.0 - MODEL["ease_touches"] ** 2) * clumsiness
-    count = int(np.clip(np.round(MODEL["mean_touches"] + MODEL["touch_spread"] * drive), 0, 8))
-    touches = tuple(np.round(np.exp(random.uniform(np.log(0.02), np.log(0.3), count)), 4).tolist())
-    near = int(min(3, random.poisson(MODEL["mean_near"])))
-    if brief:
+            item_sign = -1.0 if item == ITEMS_EACH else 1.0
+            answer = 3.0 + item_sign * trait + CLASS_MODEL["item_noise"] * random.normal()
+            answers[f"{item_prefix}{item}"] = int(np.clip(np.round(answer), 1, 5))
+    touch_tendency = CLASS_MODEL["ease_touches"] * ease + np.sqrt(1.0 - CLASS_MODEL["ease_touches"] ** 2) * clumsiness
+    touch_count = int(
+        np.clip(np.round(CLASS_MODEL["mean_touches"] + CLASS_MODEL["touch_spread"] * touch_tendency), 0, 8)
+    )
+    touches = tuple(np.round(np.exp(random.uniform(np.log(0.02), np.log(0.3), touch_count)), 4).tolist())
+    near_count = int(min(3, random.poisson(CLASS_MODEL["mean_near"])))
+    if are_touches_brief:
         touches = _brief_touches(float(ease), int(random.integers(-1, 2)))
-    return Student(f"S{k + 1:02d}", GROUPS[k % 2], answers, touches, near)
+    return Student(f"S{k + 1:02d}", GROUPS[k % 2], answers, touches, near_count)
 
 
-def _brief_touches(ease: float, more: int) -> tuple[float, ...]:
-    """Seconds of each touch, ``more`` or fewer than usual; brief where ease is below its mean."""
-    trait = "hard" if ease < 0.0 else "easy"
-    return (BRIEF_TOUCHES[f"seconds_{trait}"],) * (int(BRIEF_TOUCHES[f"touches_{trait}"]) + more)
+def _brief_touches(ease_trait: float, extra_touches: int) -> tuple[float, ...]:
+    """Seconds of each touch, ``extra_touches`` or fewer than usual; brief where ease is below its mean."""
+    trait = "hard" if ease_trait < 0.0 else "easy"
+    return (BRIEF_TOUCHES[f"seconds_{trait}"],) * (int(BRIEF_TOUCHES[f"touches_{trait}"]) + extra_touches)
 
 
 def _check_folder(out: Path, truth: str) -> None:
     if not out.exists() or (out.is_dir() and not any(out.iterdir())):
         return
-    if not (out / TRUTH).is_file():
+    if not (out / TRUTH_FILE).is_file():
         raise OutputError(f"{out} holds something else than a made-up class; name another folder")
-    if (out / TRUTH).read_text(encoding="utf-8") != truth:
+    if (out / TRUTH_FILE).read_text(encoding="utf-8") != truth:
         raise OutputError(f"{out} holds a class of another seed or size; name another folder")
 
 
-def _write(path: Path, text: str) -> None:
+def _write_text(path: Path, text: str) -> None:
     with whole_file(path, OutputError) as file:
         file.write(text.encode())

@@ -10,7 +10,13 @@ from replay.detection.detector_spec import TRUSTED_DETECTOR
 from replay.document.tables import STRONG, Cell, Column, Marked, Table
 from replay.studies.class_study.analysis import Sensitivity, Study
 from replay.studies.class_study.refusals import count_text
-from replay.studies.class_study.regression import AFTER_HOLM, INTERVAL_HOLDS_ZERO, LEVEL, UNDECIDED, Finding
+from replay.studies.class_study.regression import (
+    AFTER_HOLM,
+    INTERVAL_HOLDS_ZERO,
+    SIGNIFICANCE_LEVEL,
+    UNDECIDED,
+    Finding,
+)
 from replay.words import plural
 
 OBSERVED_ONLY: Final = (
@@ -24,7 +30,7 @@ STUDY: Final = (
 )
 """Title of the published study of which this page follows the tables."""
 
-PRINTED: Final = {
+PRINTED_SAMPLE: Final = {
     "students": "52, at this stage of a chemistry course",
     "groups": "2 of 26",
     "content": "inorganic-chemistry manipulative experiment",
@@ -34,7 +40,7 @@ PRINTED: Final = {
 }
 """The sample as Table II of the paper prints it."""
 
-ASSOCIATION: Final = ("association", "associations")
+ASSOCIATION_WORDS: Final = ("association", "associations")
 COMPARISON: Final = ("comparison of groups", "comparisons of groups")
 """One and several results of a kind; p-values are corrected within a kind."""
 
@@ -74,13 +80,17 @@ def headlines(study: Study) -> list[str]:
     lines = []
     for c in sorted((c for c in study.coefficients if c.associated), key=lambda c: -abs(c.beta)):
         condition = "" if c.kind == "simple" else ", with the other predictors held constant"
-        what = f"{_capital(c.name)} is associated with {_direction(c)} {readable_name(c.outcome)}{condition}"
-        lines.append(f"{what}: {_figure_text(c)}, n = {c.students}")
-    for two in study.groups:
-        if two.associated:
+        association_clause = (
+            f"{_with_capital(c.name)} is associated with {_direction_word(c)} {readable_name(c.outcome)}{condition}"
+        )
+        lines.append(f"{association_clause}: {_figure_text(c)}, n = {c.students}")
+    for group_difference in study.groups:
+        if group_difference.associated:
             lines.append(
-                f"{_capital(two.outcome)} is {_direction(two)} in group {two.second_group} than in {two.first_group}: "
-                f"{_figure_text(two)}, n = {two.first_students} and {two.second_students}"
+                f"{_with_capital(group_difference.outcome)} is {_direction_word(group_difference)} in group "
+                f"{group_difference.second_group} than in {group_difference.first_group}: "
+                f"{_figure_text(group_difference)}, n = {group_difference.first_students} and "
+                f"{group_difference.second_students}"
             )
     if lines:
         return lines
@@ -96,9 +106,11 @@ def headlines(study: Study) -> list[str]:
     )
     among_text = "among them " if len(undecided_findings) > MOST_UNDECIDED else ""
     verb = "is" if len(undecided_findings) == 1 else "are"
-    others = "" if len(undecided_findings) == len(study.findings) else ". The others may be chance"
-    results = plural(len(study.findings), "result")
-    return [f"{len(undecided_findings)} of {results} {verb} undecided: {among_text}{undecided_names}{others}"]
+    others_sentence = "" if len(undecided_findings) == len(study.findings) else ". The others may be chance"
+    results_text = plural(len(study.findings), "result")
+    return [
+        f"{len(undecided_findings)} of {results_text} {verb} undecided: {among_text}{undecided_names}{others_sentence}"
+    ]
 
 
 def undecided_text(study: Study) -> str:
@@ -106,15 +118,18 @@ def undecided_text(study: Study) -> str:
     by_conclusion = {finding.conclusion: finding for finding in reversed(study.findings)}
     sentences = []
     if finding := by_conclusion.get(AFTER_HOLM):
-        family, thing = (study.groups, COMPARISON) if finding.kind == "groups" else (study.coefficients, ASSOCIATION)
-        tests = plural(sum(other.p is not None for other in family), *thing)
+        findings_of_kind, kind_words = (
+            (study.groups, COMPARISON) if finding.kind == "groups" else (study.coefficients, ASSOCIATION_WORDS)
+        )
+        tests = plural(sum(other_finding.p is not None for other_finding in findings_of_kind), *kind_words)
         sentences.append(
-            f"Undecided means here: p is {p_text(finding.p)} alone, which is below {LEVEL:g}, but "
+            f"Undecided means here: p is {p_text(finding.p)} alone, which is below {SIGNIFICANCE_LEVEL:g}, but "
             f"{p_text(finding.p_holm)} after correction for {tests} tested together."
         )
     if finding := by_conclusion.get(INTERVAL_HOLDS_ZERO):
         sentences.append(
-            f"Undecided means {'also' if sentences else 'here'}: p is {p_text(finding.p)}, which is below {LEVEL:g}, "
+            f"Undecided means {'also' if sentences else 'here'}: p is {p_text(finding.p)}, which is below "
+            f"{SIGNIFICANCE_LEVEL:g}, "
             "but the 95 % interval holds zero."
         )
     return " ".join(sentences)
@@ -124,11 +139,11 @@ def families_text(study: Study) -> str:
     """Sentence on the results of both kinds; ``""``: all are of one kind."""
     if not study.coefficients or not study.groups:
         return ""
-    kinds = plural(len(study.coefficients), *ASSOCIATION), plural(len(study.groups), *COMPARISON)
-    return f"The results are {kinds[0]} and {kinds[1]}."
+    kind_texts = plural(len(study.coefficients), *ASSOCIATION_WORDS), plural(len(study.groups), *COMPARISON)
+    return f"The results are {kind_texts[0]} and {kind_texts[1]}."
 
 
-def _direction(finding: Finding) -> str:
+def _direction_word(finding: Finding) -> str:
     return "higher" if finding.beta > 0 else "lower"
 
 
@@ -136,7 +151,7 @@ def _figure_text(finding: Finding) -> str:
     return f"{finding.beta:+.2f} [{finding.low:+.2f}, {finding.high:+.2f}]"
 
 
-def _capital(name: str) -> str:
+def _with_capital(name: str) -> str:
     return readable_name(name)[:1].upper() + readable_name(name)[1:]
 
 
@@ -150,8 +165,8 @@ def source_sentence(study: Study) -> str:
     return f"{study.students} students, {study.rows} sessions, {source}"
 
 
-def _recall_text(value: float | None) -> str:
-    return "not measured" if value is None else words.as_percentage(value)
+def _recall_text(recall: float | None) -> str:
+    return "not measured" if recall is None else words.as_percentage(recall)
 
 
 CELL_TEXTS: Final[dict[str, Callable[[Any], Cell]]] = {
@@ -161,14 +176,14 @@ CELL_TEXTS: Final[dict[str, Callable[[Any], Cell]]] = {
 }  # fmt: skip
 """Column of words -> what people read of it."""
 
-NUMBERS: Final[dict[str, Callable[[Any], Cell] | str]] = {
+NUMBER_FORMATS: Final[dict[str, Callable[[Any], Cell] | str]] = {
     "beta": "+.3f", "difference": "+.3f", "low": "+.3f", "high": "+.3f", "p": p_text, "p_holm": p_text, "vif": ".2f",
     "adjusted_r2": ".3f", "recall": _recall_text, "alpha": ".3f", "least_item_total": ".2f", "pooled_beta": "+.3f",
     "pooled_fit": ".3f", "pooled_p": ".3f", "first_mean": ".4g", "second_mean": ".4g",
 }  # fmt: skip
 """Column of numbers -> its format."""
 
-HEADS: Final = {
+COLUMN_HEADS: Final = {
     "students": "n",
     "first_group": "first group, mean",
     "second_group": "second group, mean",
@@ -188,7 +203,7 @@ IN_FILES: Final = ("associated", "changes", "tested")
 """Columns that a page does not show, since it says the same in other words."""
 
 
-TYPES: Final[dict[str, type]] = (
+COLUMN_TYPES: Final[dict[str, type]] = (
     dict.fromkeys(("items", "students", "first_students", "second_students"), int)
     | dict.fromkeys(IN_FILES, bool)
     | dict.fromkeys(CELL_TEXTS, str)
@@ -196,12 +211,13 @@ TYPES: Final[dict[str, type]] = (
 """Column that is no fraction or coefficient -> its type in files."""
 
 
-def _table(title: str, rows: Iterable[Any], columns: str, notes: Iterable[str] = ()) -> Table:
+def _raw_table(title: str, rows: Iterable[Any], columns: str, notes: Iterable[str] = ()) -> Table:
     """Raw values of rows; ``columns`` are names, with ``=`` and where a row has the value if it is elsewhere."""
     column_specs = (column.partition("=") for column in columns.split())
-    formats = CELL_TEXTS | NUMBERS
+    number_formats = CELL_TEXTS | NUMBER_FORMATS
     columns_kept = (
-        Column(name, TYPES.get(name, float), of=of, show=formats.get(name, "")) for name, _, of in column_specs
+        Column(name, COLUMN_TYPES.get(name, float), of=value_path, show=number_formats.get(name, ""))
+        for name, _, value_path in column_specs
     )
     return Table.of(columns_kept, rows, title, notes)
 
@@ -211,21 +227,23 @@ def page_table(table: Table) -> Table:
     for prefix in ("first", "second"):
         table = _with_merged_columns(table, f"{prefix}_group", (f"{prefix}_students", f"{prefix}_mean"), _group_words)
     table = _with_merged_columns(table, "low", ("high",), _interval_words)
-    return table.only(*(name for name in table.head if name not in IN_FILES), heads=HEADS)
+    return table.only(*(name for name in table.head if name not in IN_FILES), heads=COLUMN_HEADS)
 
 
-def _with_merged_columns(table: Table, name: str, others: tuple[str, ...], write: Callable[..., str]) -> Table:
+def _with_merged_columns(
+    table: Table, column_name: str, merged_columns: tuple[str, ...], merged_text: Callable[..., str]
+) -> Table:
     """A table in which one column stands for itself and others; unchanged where it has no such columns."""
-    if not {name, *others} <= {*table.head}:
+    if not {column_name, *merged_columns} <= {*table.head}:
         return table
-    values = [table.column(column) for column in (name, *others)]
-    index, dropped_columns = table.head.index(name), {table.head.index(other) for other in others}
+    values = [table.column(column) for column in (column_name, *merged_columns)]
+    index, dropped_columns = table.head.index(column_name), {table.head.index(other) for other in merged_columns}
     columns = [*table.columns]
     columns[index] = replace(columns[index], dtype=str, show="")
     columns_kept = tuple(column for k, column in enumerate(columns) if k not in dropped_columns)
     rows = []
     for row, *cells in zip(table.rows, *values, strict=True):
-        cell_text = None if cells[0] is None else write(*cells)
+        cell_text = None if cells[0] is None else merged_text(*cells)
         rows.append(tuple(cell_text if k == index else cell for k, cell in enumerate(row) if k not in dropped_columns))
     return replace(table, columns=columns_kept, rows=tuple(rows))
 
@@ -241,25 +259,25 @@ def _group_words(group: str, students: int, mean: float) -> str:
 def study_tables(study: Study) -> dict[str, Table]:
     """Name in the file -> table: a row per coefficient, construct, result with another detector, and outcome."""
     return {
-        "associations": _table(
+        "associations": _raw_table(
             source_sentence(study), [(study, finding) for finding in study.coefficients],
             "outcome=1.outcome predictor=1.name regression=1.kind students=1.students beta=1.beta low=1.low "
             "high=1.high p=1.p p_holm=1.p_holm conclusion=1.conclusion adjusted_r2=1.adjusted_r2 vif=1.vif "
             "associated=1.associated detector=0.detector recall=0.recall",
             ["n counts students; several sessions of a student are taken as their mean."],
         ),
-        "reliability": _table(
+        "reliability": _raw_table(
             "questionnaire", study.reliabilities.items(),
             "construct=0 items=1.items students=1.students alpha=1.alpha low=1.low high=1.high "
             "least_item_total=1.least_item_total",
         ),
-        "sensitivity": _table(
+        "sensitivity": _raw_table(
             f"compared with {study.detector} above", study.sensitivity,
             "outcome=before.outcome predictor=before.name detector students recall beta=after.beta "
             "p_holm=after.p_holm conclusion changes tested",
             ["For groups, beta is the difference of their means."] if study.groups else (),
         ),
-        "groups": _table(
+        "groups": _raw_table(
             "Groups compared", study.groups,
             "outcome first_group first_students first_mean second_group second_students second_mean pooled_beta "
             "pooled_fit pooled_p difference=beta low high p p_holm conclusion",
@@ -299,12 +317,16 @@ def _detector_sentence(study: Study | None) -> str:
 
 def _nothing_associated(study: Study) -> str:
     """Say that there is no association, whichever detector counts; ``""`` where one about behaviour was found."""
-    results = [result for row in study.sensitivity for result in (row.before, row.after) if result is not None]
-    if any(result.associated for result in results):
+    behaviour_findings = [
+        result for row in study.sensitivity for result in (row.before, row.after) if result is not None
+    ]
+    if any(result.associated for result in behaviour_findings):
         return ""
     behaviour_text = " with behaviour" if any(finding.associated for finding in study.findings) else ""
     clear_text = (
-        "clear " if any(result.conclusion.startswith(UNDECIDED) for result in (*results, *study.findings)) else ""
+        "clear "
+        if any(result.conclusion.startswith(UNDECIDED) for result in (*behaviour_findings, *study.findings))
+        else ""
     )
     return f"no {clear_text}association{behaviour_text} was found, whichever collision detector counts the contacts"
 
@@ -317,22 +339,26 @@ def _result_text(finding: Finding) -> str:
     return f"{name} with {outcome}{condition_text(finding)}"
 
 
-def _changed_text(study: Study, result: str, rows: Sequence[Sensitivity]) -> Iterator[str]:
+def _changed_text(study: Study, result_text: str, sensitivity_rows: Sequence[Sensitivity]) -> Iterator[str]:
     """Yields with which detectors a result holds, with which it does not, and with which it has another sign."""
-    both = [row.detector for row in rows if row.before.associated and row.after is not None and row.after.associated]
-    others = [row.detector for row in rows if row.detector not in both]
-    if others and rows[0].before.associated:
-        yield f"{result} holds with {study.detector}, not with {listed(others, 'or')}"
-    elif others:
-        yield f"{result} holds with {listed(others)}, not with {study.detector}"
-    if both:
-        yield f"{result} has another sign with {listed(both)} than with {study.detector}"
+    same_detectors = [
+        row.detector
+        for row in sensitivity_rows
+        if row.before.associated and row.after is not None and row.after.associated
+    ]
+    other_detectors = [row.detector for row in sensitivity_rows if row.detector not in same_detectors]
+    if other_detectors and sensitivity_rows[0].before.associated:
+        yield f"{result_text} holds with {study.detector}, not with {joined_names(other_detectors, 'or')}"
+    elif other_detectors:
+        yield f"{result_text} holds with {joined_names(other_detectors)}, not with {study.detector}"
+    if same_detectors:
+        yield f"{result_text} has another sign with {joined_names(same_detectors)} than with {study.detector}"
 
 
-def listed(names: Sequence[str], last: str = "and") -> str:
+def joined_names(names: Sequence[str], conjunction: str = "and") -> str:
     """``a``, ``a and b``, ``a, b and c``."""
-    *first, end = names
-    return f"{', '.join(first)} {last} {end}" if first else end
+    *leading_names, last_name = names
+    return f"{', '.join(leading_names)} {conjunction} {last_name}" if leading_names else last_name
 
 
 def sample_table(study: Study, own_sample: Mapping[str, str]) -> Table:
@@ -342,6 +368,6 @@ def sample_table(study: Study, own_sample: Mapping[str, str]) -> Table:
         "students": count_text(study.students), "groups": sizes or "none declared", "answers": "questionnaire",
         "computed with": "this tool: permutations, bootstrap, Holm", **own_sample,
     }  # fmt: skip
-    rows = tuple((name, printed, sample_here[name]) for name, printed in PRINTED.items())
+    rows = tuple((name, printed, sample_here[name]) for name, printed in PRINTED_SAMPLE.items())
     columns = Column("what"), Column("printed"), Column("here")
     return Table(columns, rows, f"{STUDY}: its Table II, beside this study")

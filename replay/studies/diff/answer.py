@@ -11,21 +11,23 @@ from replay.document.run_document import RunDocument
 if TYPE_CHECKING:
     from replay.studies.diff.runs import DetectorDiff, Ranges
 
-REPLAYED: Final = ("session.frames", "session.bodies", "window", "oracle", "pairs", "tau", "session.digest")
+REPLAY_SETTINGS: Final = ("session.frames", "session.bodies", "window", "oracle", "pairs", "tau", "session.digest")
 """Differences with which the errors of two runs are not of the same contacts."""
 
-LEAST: Final = 1e-9
+LEAST_GAIN: Final = 1e-9
 """Two losses that differ by less are the same: means are sums of rounded numbers."""
 
 
 def answer_of(
-    first: RunDocument,
-    second: RunDocument,
+    first_run: RunDocument,
+    second_run: RunDocument,
     detectors: Mapping[str, DetectorDiff],
     settings: Mapping[str, tuple[Any, Any]],
 ) -> str:
     """Return whether the second run is better, of the detector with the largest change of loss."""
-    compared_detectors = {name: detector for name, detector in detectors.items() if first.oracle not in detector.labels}
+    compared_detectors = {
+        name: detector for name, detector in detectors.items() if first_run.oracle not in detector.labels
+    }
     has_change = any(detector.changed for detector in detectors.values())
     audited_detectors = [detector for detector in compared_detectors.values() if None not in detector.loss]
     if not compared_detectors:
@@ -33,63 +35,73 @@ def answer_of(
         return f"No detector but the reference is in both runs; {contacts}." if detectors else "No detector compares."
     if not audited_detectors:
         return f"{_changes_sentence(compared_detectors.values())} No reference says which run is right."
-    reason = _reason_not_to_compare(first, second, settings)
+    reason = _reason_not_to_compare(first_run, second_run, settings)
     if reason:
         return f"{_changes_sentence(compared_detectors.values())} Whether that is better cannot be told: {reason}."
-    best = max(audited_detectors, key=lambda detector: abs(_gain(detector)))
+    most_changed = max(audited_detectors, key=lambda detector: abs(_loss_gain(detector)))
     return _comparison_sentence(
-        best, second.audit[best.labels[1]].contacts, same_machine="machine" not in _setting_groups(settings)
+        most_changed,
+        second_run.audit[most_changed.labels[1]].contacts,
+        same_machine="machine" not in _setting_groups(settings),
     )
 
 
 def _comparison_sentence(detector: DetectorDiff, contacts: int, *, same_machine: bool) -> str:
     """``Yes: hull50 -> shipped50: false contact 86 % -> 8 %, 0 of 18 contacts missed in both, loss 0.9 -> 0.1.``"""
-    before, after = detector.labels
-    gain = _gain(detector)
+    label_before, label_after = detector.labels
+    loss_gain = _loss_gain(detector)
     false_before, false_after = (100 * (fraction or 0.0) for fraction in detector.false_contact)
-    is_false_worse = false_after > false_before if gain > 0 else false_after < false_before
+    is_false_worse = false_after > false_before if loss_gain > 0 else false_after < false_before
     worse_counts = [
-        _has_risen(ranges) if gain > 0 else _has_fallen(ranges) for ranges in (detector.missed, detector.late)
+        _has_risen(ranges) if loss_gain > 0 else _has_fallen(ranges) for ranges in (detector.missed, detector.late)
     ]
-    subject = after if before == after else f"{before} -> {after}"
-    numbers = (
+    subject = label_after if label_before == label_after else f"{label_before} -> {label_after}"
+    change_texts = (
         f"{_false_text(detector)}, {_missed_text(detector, contacts)}, {_late_text(detector)}{_loss_text(detector)}"
     )
     cost = f"; {_cost_text(detector)}" if same_machine else ""
-    if abs(gain) < LEAST:
+    if abs(loss_gain) < LEAST_GAIN:
         same_text = "it makes the same errors" if not detector.changed else "other contacts, and the same loss"
-        return f"No difference: {subject}: {same_text} ({numbers}){cost}."
+        return f"No difference: {subject}: {same_text} ({change_texts}){cost}."
     balance_text = ", on balance" if is_false_worse or any(worse_counts) else ""
-    return f"{'Yes' if gain > 0 else 'No, worse'}{balance_text}: {subject}: {numbers}{cost}."
+    return f"{'Yes' if loss_gain > 0 else 'No, worse'}{balance_text}: {subject}: {change_texts}{cost}."
 
 
-def _gain(detector: DetectorDiff) -> float:
+def _loss_gain(detector: DetectorDiff) -> float:
     """Loss that the second run does not have."""
-    before, after = detector.loss
-    return (before or 0.0) - (after or 0.0)
+    loss_before, loss_after = detector.loss
+    return (loss_before or 0.0) - (loss_after or 0.0)
 
 
 def _false_text(detector: DetectorDiff) -> str:
-    before, after = (words.as_percentage(fraction or 0.0) for fraction in detector.false_contact)
-    return f"{before} false contact in both" if before == after else f"false contact {before} -> {after}"
+    false_before, false_after = (words.as_percentage(fraction or 0.0) for fraction in detector.false_contact)
+    return (
+        f"{false_before} false contact in both"
+        if false_before == false_after
+        else f"false contact {false_before} -> {false_after}"
+    )
 
 
 def _missed_text(detector: DetectorDiff, contacts: int) -> str:
-    before, after = (words.count_range(counts or (0, 0)) for counts in detector.missed)
-    whole = words.plural(contacts, "contact")
-    return f"{before} of {whole} missed in both" if before == after else f"missed {before} -> {after} of {whole}"
+    missed_before, missed_after = (words.count_range(counts or (0, 0)) for counts in detector.missed)
+    contacts_text = words.plural(contacts, "contact")
+    return (
+        f"{missed_before} of {contacts_text} missed in both"
+        if missed_before == missed_after
+        else f"missed {missed_before} -> {missed_after} of {contacts_text}"
+    )
 
 
 def _late_text(detector: DetectorDiff) -> str:
     """``late or cut short 1-3 -> 3-5, ``, and nothing where it is the same."""
-    before, after = (words.count_range(counts or (0, 0)) for counts in detector.late)
-    return "" if before == after else f"late or cut short {before} -> {after}, "
+    late_before, late_after = (words.count_range(counts or (0, 0)) for counts in detector.late)
+    return "" if late_before == late_after else f"late or cut short {late_before} -> {late_after}, "
 
 
 def _has_risen(ranges: Ranges) -> bool:
     """Whether more contacts are counted in the second run, over the sampling offsets."""
-    before, after = (sum(counts or (0, 0)) for counts in ranges)
-    return after > before
+    count_before, count_after = (sum(counts or (0, 0)) for counts in ranges)
+    return count_after > count_before
 
 
 def _has_fallen(ranges: Ranges) -> bool:
@@ -98,37 +110,43 @@ def _has_fallen(ranges: Ranges) -> bool:
 
 
 def _loss_text(detector: DetectorDiff) -> str:
-    before, after = (words.loss_number(loss or 0.0) for loss in detector.loss)
-    return f"loss {before} in both" if before == after else f"loss {before} -> {after}"
+    loss_before, loss_after = (words.loss_number(loss or 0.0) for loss in detector.loss)
+    return f"loss {loss_before} in both" if loss_before == loss_after else f"loss {loss_before} -> {loss_after}"
 
 
 def _cost_text(detector: DetectorDiff) -> str:
-    before, after = detector.mean_seconds
-    if words.frame_time(abs(after - before)) == words.frame_time(0.0):
+    seconds_before, seconds_after = detector.mean_seconds
+    if words.frame_time(abs(seconds_after - seconds_before)) == words.frame_time(0.0):
         return "the same time a frame"
-    return f"{words.frame_time(abs(after - before))} {'more' if after >= before else 'less'} a frame"
+    return (
+        f"{words.frame_time(abs(seconds_after - seconds_before))} "
+        f"{'more' if seconds_after >= seconds_before else 'less'} a frame"
+    )
 
 
 def _changes_sentence(detectors: Iterable[DetectorDiff]) -> str:
     """``Contacts: 1 gained, 40 lost, 2 shifted.``"""
     all_detectors = list(detectors)
     gained, lost, shifted = (
-        sum(len(getattr(detector, kind)) for detector in all_detectors) for kind in ("gained", "lost", "shifted")
+        sum(len(getattr(detector, change_kind)) for detector in all_detectors)
+        for change_kind in ("gained", "lost", "shifted")
     )
     if not gained + lost + shifted:
         return "No contact changed."
     return f"Contacts: {gained:,} gained, {lost:,} lost, {shifted:,} shifted."
 
 
-def _reason_not_to_compare(first: RunDocument, second: RunDocument, settings: Mapping[str, tuple[Any, Any]]) -> str:
+def _reason_not_to_compare(
+    first_run: RunDocument, second_run: RunDocument, settings: Mapping[str, tuple[Any, Any]]
+) -> str:
     """Why errors of the two runs are not of the same contacts, as the end of a sentence; ``""``: they are."""
-    if first.session.digest != second.session.digest:
+    if first_run.session.digest != second_run.session.digest:
         return "the runs replay different recordings"
-    differing_names = [name for name in REPLAYED if name in settings or name in _setting_groups(settings)]
+    differing_names = [name for name in REPLAY_SETTINGS if name in settings or name in _setting_groups(settings)]
     if differing_names:
         return f"the runs differ in {' and '.join(differing_names)}"
-    references = [run.detectors[run.oracle].digest for run in (first, second) if run.oracle]
-    if len(set(references)) > 1:
+    reference_digests = [run.detectors[run.oracle].digest for run in (first_run, second_run) if run.oracle]
+    if len(set(reference_digests)) > 1:
         return "the contacts of the reference differ: the meshes are others"
     return ""
 

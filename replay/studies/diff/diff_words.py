@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from replay.document.contact import ContactRecord
     from replay.studies.diff.runs import DetectorDiff, Fractions, Ranges, RunDiff, Shift
 
-TRUTH: Final[Mapping[str, str]] = {
+TRUTH_CLAUSES: Final[Mapping[str, str]] = {
     "matched": ", confirmed by the reference",
     "piece": ", part of one of the reference's",
     "excused": ", undecided beside the reference",
@@ -22,13 +22,17 @@ TRUTH: Final[Mapping[str, str]] = {
 
 def change_lines(detector: "DetectorDiff") -> Iterator[str]:
     """Every contact that is not the same in both runs: gained, then lost, each by time, then the largest shifts."""
-    for kind, contacts in (("gained", detector.gained), ("lost", detector.lost)):
+    for change_kind, contacts in (("gained", detector.gained), ("lost", detector.lost)):
         for contact in sorted(contacts, key=lambda contact: contact.start):
-            frames = plural(contact.frames, "frame")
-            yield f"{kind:<7} {_contact_text(contact)}, {frames}{TRUTH.get(str(contact.status), '')}"
+            frames_text = plural(contact.frames, "frame")
+            yield (
+                f"{change_kind:<7} {_contact_text(contact)}, {frames_text}{TRUTH_CLAUSES.get(str(contact.status), '')}"
+            )
 
-    def order(shift: "Shift") -> tuple[float, float]:
-        return -max(abs(shift.start), abs(shift.end)), min(shift.before.start, shift.after.start)
+    def order(shifted_contact: "Shift") -> tuple[float, float]:
+        return -max(abs(shifted_contact.start), abs(shifted_contact.end)), min(
+            shifted_contact.before.start, shifted_contact.after.start
+        )
 
     for shift in sorted(detector.shifted, key=order):
         yield f"shifted {_contact_text(shift.before)}: begins {_shift_text(shift.start)}, ends {_shift_text(shift.end)}"
@@ -36,9 +40,9 @@ def change_lines(detector: "DetectorDiff") -> Iterator[str]:
 
 def settings_lines(diff: "RunDiff") -> Iterator[str]:
     """A line per setting that differs."""
-    for name, pair in diff.settings.items():
-        values = " -> ".join("not set" if value is None else str(value) for value in pair)
-        yield f"set differently: {name.replace('.settings.', ': ')} {values}"
+    for name, values_of_runs in diff.settings.items():
+        values_text = " -> ".join("not set" if value is None else str(value) for value in values_of_runs)
+        yield f"set differently: {name.replace('.settings.', ': ')} {values_text}"
 
 
 def _ratio_text(ratio: float | None) -> str:
@@ -49,16 +53,16 @@ def _fractions_text(fractions: "Fractions") -> str:
     """``2.6 -> 0.7 %``; of one that was not audited nothing."""
     if set(fractions) == {None}:
         return ""
-    before, after = ("?" if fraction is None else words.percentage(100 * fraction) for fraction in fractions)
-    return f"{before} %" if before == after else f"{before} -> {after} %"
+    text_before, text_after = ("?" if fraction is None else words.percentage(100 * fraction) for fraction in fractions)
+    return f"{text_before} %" if text_before == text_after else f"{text_before} -> {text_after} %"
 
 
 def _ranges_text(ranges: "Ranges") -> str:
     """``0-2 -> 0``; of one that was not audited nothing."""
     if set(ranges) == {None}:
         return ""
-    before, after = ("?" if counts is None else words.count_range(counts) for counts in ranges)
-    return before if before == after else f"{before} -> {after}"
+    text_before, text_after = ("?" if counts is None else words.count_range(counts) for counts in ranges)
+    return text_before if text_before == text_after else f"{text_before} -> {text_after}"
 
 
 VERDICTS: Final = {None: "no digest", True: "the same", False: "differ"}

@@ -18,7 +18,7 @@ from replay.document.run_document import RunDocument
 from replay.errors import RunFolderError
 from replay.show.results.run_folder import RunFolder, read_run_folder
 from replay.studies.diff.answer import answer_of
-from replay.studies.diff.counterparts import Labels, counterparts
+from replay.studies.diff.counterparts import Labels, matching_labels
 
 TICKS: Final = 1_000_000
 """Episodes are compared in microseconds: seconds of a session are whole nanoseconds rounded to float64."""
@@ -96,9 +96,9 @@ class RunDiff:
 
 
 def diff_runs(
-    a: str | Path, b: str | Path, *, different_sessions: bool = False, compared: Sequence[Labels] = ()
+    a: str | Path, b: str | Path, *, different_sessions: bool = False, compared_labels: Sequence[Labels] = ()
 ) -> RunDiff:
-    """Compare two run folders; ``compared`` are labels of the first and the second that are to be compared.
+    """Compare two run folders; ``compared_labels`` are labels of the first and the second that are to be compared.
 
     Raises ``RunFolderError``: a folder that is none, or of another version; two recordings, unless they are meant to be
     ``different_sessions``; no detector of such a label.
@@ -109,58 +109,75 @@ def diff_runs(
             _ = run.picture  # refused where it is not the one that the run wrote
     sessions = [run.document.session for run in runs]
     if len({session.digest for session in sessions} - {None}) > 1 and not different_sessions:
-        names = " and ".join(session.id for session in sessions)
+        session_ids = " and ".join(session.id for session in sessions)
         raise RunFolderError(
-            f"{a} and {b} replay different recordings, {names}: their contacts do not compare; "
+            f"{a} and {b} replay different recordings, {session_ids}: their contacts do not compare; "
             "if that is meant, add --different-sessions"
         )
-    first, second = (run.document for run in runs)
-    labels = counterparts(first, second, compared)
-    detectors = {name_of(pair): _detector(pair, runs) for pair in labels}
-    settings = dict(_differences(first, second, labels))
+    first_run, second_run = (run.document for run in runs)
+    labels = matching_labels(first_run, second_run, compared_labels)
+    detectors = {name_of(pair): _detector_diff(pair, runs) for pair in labels}
+    settings = dict(_setting_differences(first_run, second_run, labels))
     return RunDiff(
         detectors=detectors,
-        only_a=tuple(label for label in first.detectors if label not in {before for before, _ in labels}),
-        only_b=tuple(label for label in second.detectors if label not in {after for _, after in labels}),
+        only_a=tuple(label for label in first_run.detectors if label not in {before for before, _ in labels}),
+        only_b=tuple(label for label in second_run.detectors if label not in {after for _, after in labels}),
         settings=settings,
-        answer=answer_of(first, second, detectors, settings),
+        answer=answer_of(first_run, second_run, detectors, settings),
     )
 
 
 def name_of(labels: Labels) -> str:
     """``hull50``, or ``hull50 -> shipped50`` where the labels differ."""
-    before, after = labels
-    return before if before == after else f"{before} -> {after}"
+    label_before, label_after = labels
+    return label_before if label_before == label_after else f"{label_before} -> {label_after}"
 
 
-def _detector(labels: Labels, runs: Sequence[RunFolder]) -> DetectorDiff:
+def _detector_diff(labels: Labels, runs: Sequence[RunFolder]) -> DetectorDiff:
     """One detector of each run."""
     detectors = [run.document.detectors[label] for run, label in zip(runs, labels, strict=True)]
-    before, after = (run.contacts[label] for run, label in zip(runs, labels, strict=True))
-    number = {name: k for k, name in enumerate(dict.fromkeys(map(_pair, (*before, *after))))}
+    contacts_before, contacts_after = (run.contacts[label] for run, label in zip(runs, labels, strict=True))
+    number_of_pair = {name: k for k, name in enumerate(dict.fromkeys(map(_pair, (*contacts_before, *contacts_after))))}
     matched_pairs = matching_numbers(
-        *([_episode(number[_pair(contact)], contact) for contact in contacts] for contacts in (before, after))
+        *(
+            [_episode(number_of_pair[_pair(contact)], contact) for contact in contacts]
+            for contacts in (contacts_before, contacts_after)
+        )
     )
-    common_contacts = [(before[i - 1], after[j - 1]) for i, j in matched_pairs]
-    shifts = [Shift(old, new, new.start - old.start, new.end - old.end) for old, new in common_contacts]
+    common_contacts = [(contacts_before[i - 1], contacts_after[j - 1]) for i, j in matched_pairs]
+    shifts = [
+        Shift(
+            first_contact,
+            second_contact,
+            second_contact.start - first_contact.start,
+            second_contact.end - first_contact.end,
+        )
+        for first_contact, second_contact in common_contacts
+    ]
     moved_shifts = tuple(shift for shift in shifts if round(shift.start * TICKS) or round(shift.end * TICKS))
     kept_numbers, new_numbers = {i for i, _ in matched_pairs}, {j for _, j in matched_pairs}
     seconds, digests = [detector.seconds for detector in detectors], [detector.digest for detector in detectors]
-    audits = [run.document.audit.get(label) for run, label in zip(runs, labels, strict=True)]
-    counts = [None if audit is None else audit.counts_over_offsets for audit in audits]
+    audits_of_runs = [run.document.audit.get(label) for run, label in zip(runs, labels, strict=True)]
+    counts_over_offsets = [None if audit is None else audit.counts_over_offsets for audit in audits_of_runs]
     ranks = [_audited_rank(run, label) for run, label in zip(runs, labels, strict=True)]
     return DetectorDiff(
         labels=labels,
         same=len(shifts) - len(moved_shifts),
-        gained=tuple(contact for k, contact in enumerate(after, 1) if k not in new_numbers),
-        lost=tuple(contact for k, contact in enumerate(before, 1) if k not in kept_numbers),
+        gained=tuple(contact for k, contact in enumerate(contacts_after, 1) if k not in new_numbers),
+        lost=tuple(contact for k, contact in enumerate(contacts_before, 1) if k not in kept_numbers),
         shifted=moved_shifts,
         time_ratio=_ratio(*(times.detect for times in seconds)),
         p99_ratio=_ratio(*(times.p99 for times in seconds)),
         same_verdicts=None if None in digests else digests[0] == digests[1],
-        missed=tuple(None if each is None else count_range(each.contacts_missed) for each in counts),
-        late=tuple(None if each is None else count_range(each.late_or_cut_short) for each in counts),
-        false_contact=tuple(None if audit is None else audit.false_contact_mean.value for audit in audits),
+        missed=tuple(
+            None if counts_of_run is None else count_range(counts_of_run.contacts_missed)
+            for counts_of_run in counts_over_offsets
+        ),
+        late=tuple(
+            None if counts_of_run is None else count_range(counts_of_run.late_or_cut_short)
+            for counts_of_run in counts_over_offsets
+        ),
+        false_contact=tuple(None if audit is None else audit.false_contact_mean.value for audit in audits_of_runs),
         loss=tuple(None if rank is None else rank.loss for rank in ranks),
         mean_seconds=(seconds[0].per_frame_mean, seconds[1].per_frame_mean),
     )
@@ -174,8 +191,8 @@ def _audited_rank(run: RunFolder, label: str) -> Rank | None:
 def _episode(pair: int, contact: ContactRecord) -> Episode:
     start, end = contact.start, contact.end
     # A contact is over at its end: one that begins there does not overlap it.
-    first = round(start * TICKS)
-    return Episode(pair, first, max(first, round(end * TICKS) - 1), start, end)
+    first_tick = round(start * TICKS)
+    return Episode(pair, first_tick, max(first_tick, round(end * TICKS) - 1), start, end)
 
 
 def _pair(contact: ContactRecord) -> tuple[str, str]:
@@ -183,37 +200,39 @@ def _pair(contact: ContactRecord) -> tuple[str, str]:
     return a, b
 
 
-def _ratio(before: float | None, after: float | None) -> float | None:
-    return after / before if before and after is not None else None
+def _ratio(value_before: float | None, value_after: float | None) -> float | None:
+    return value_after / value_before if value_before and value_after is not None else None
 
 
-def _differences(
-    first: RunDocument, second: RunDocument, labels: Sequence[Labels]
+def _setting_differences(
+    first_run: RunDocument, second_run: RunDocument, labels: Sequence[Labels]
 ) -> Iterator[tuple[str, tuple[Any, Any]]]:
-    a, b = plain_of(first), plain_of(second)
+    a, b = plain_of(first_run), plain_of(second_run)
     for name in SETTINGS:
-        yield from _unequal(name, a[name], b[name])
+        yield from _unequal_leaves(name, a[name], b[name])
     # what was said of a pair's containment is an answer, not a setting
-    yield from _unequal("pairs", *([(pair.name, pair.grasp) for pair in run.pairs] for run in (first, second)))
-    yield from _unequal("session.file", *(_file(run) for run in (first, second)))
+    yield from _unequal_leaves(
+        "pairs", *([(pair.name, pair.grasp) for pair in run.pairs] for run in (first_run, second_run))
+    )
+    yield from _unequal_leaves("session.file", *(_recording_content(run) for run in (first_run, second_run)))
     for name in ("frames", "bodies"):
-        yield from _unequal(f"session.{name}", a["session"][name], b["session"][name])
+        yield from _unequal_leaves(f"session.{name}", a["session"][name], b["session"][name])
     for before, after in labels:
         for key in ("name", "settings"):
             name = f"{name_of((before, after))}.{key}"
-            yield from _unequal(name, a["detectors"][before][key], b["detectors"][after][key])
+            yield from _unequal_leaves(name, a["detectors"][before][key], b["detectors"][after][key])
 
 
-def _file(run: RunDocument) -> str:
+def _recording_content(run: RunDocument) -> str:
     """The recording by its content: files with the same poses may hold other colliders, meshes or scenes."""
-    mark = run.session.recording
-    return "in memory" if mark is None else f"SHA-256 {mark.sha256[:12]}"
+    recording_mark = run.session.recording
+    return "in memory" if recording_mark is None else f"SHA-256 {recording_mark.sha256[:12]}"
 
 
-def _unequal(name: str, a: Any, b: Any) -> Iterator[tuple[str, tuple[Any, Any]]]:
+def _unequal_leaves(name: str, a: Any, b: Any) -> Iterator[tuple[str, tuple[Any, Any]]]:
     """Leaves that differ, with their path."""
     if isinstance(a, Mapping) and isinstance(b, Mapping):
         for key in dict.fromkeys([*a, *b]):
-            yield from _unequal(f"{name}.{key}", a.get(key), b.get(key))
+            yield from _unequal_leaves(f"{name}.{key}", a.get(key), b.get(key))
     elif a != b:
         yield name, (a, b)

@@ -11,7 +11,7 @@ from cdcore.search.search_settings import EQUATIONS
 from replay.auditing.wilson import wilson_interval
 from replay.document.tables import Table
 from replay.show.paper_table import Cell, paper_table
-from replay.studies.paper.fixtures import FAMILY_NAMES, SeparationPaths, fixture
+from replay.studies.paper.fixtures import FAMILY_NAMES, SeparationPaths, make_fixture
 from sessions.synthetic.rng import random_stream
 
 TARGET: Final = 500
@@ -23,7 +23,7 @@ FARTHEST_M: Final = 0.002
 """Metres by which a pose is moved from first touch, inwards or outwards at most."""
 HALVINGS: Final = 16
 
-VARIANTS: Final = ("memetic", "local", "corrected", "random", "printed")
+COLONY_VARIANTS: Final = ("memetic", "local", "corrected", "random", "printed")
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,16 +38,16 @@ class NearPoses:
 
 def near_poses(family: str, count: int, seed: int = 0) -> NearPoses:
     """``count`` random directions and turns; the distance of first touch by bisection, then moved a little."""
-    bodies = fixture(TARGET, FAMILY_NAMES.index(family), seed).bodies
+    bodies = make_fixture(TARGET, FAMILY_NAMES.index(family), seed).bodies
     rng = random_stream(seed, "paper/near", family)
     paths = SeparationPaths(rng, bodies, count)
     lower, upper = np.full(count, 0.3 * paths.reach), np.full(count, paths.reach)
     for _ in range(HALVINGS):
-        middle = (lower + upper) / 2
-        is_meeting = paths.meet(middle)
-        lower, upper = np.where(is_meeting, middle, lower), np.where(is_meeting, upper, middle)
+        middle_distance = (lower + upper) / 2
+        is_meeting = paths.do_meet(middle_distance)
+        lower, upper = np.where(is_meeting, middle_distance, lower), np.where(is_meeting, upper, middle_distance)
     distances = lower + rng.uniform(-DEEPEST_M, FARTHEST_M, size=count)
-    posed_motion, is_meeting = paths.motion(distances), paths.meet(distances)
+    posed_motion, is_meeting = paths.motion(distances), paths.do_meet(distances)
     return NearPoses(
         family, bodies, posed_motion.take(np.flatnonzero(is_meeting)), posed_motion.take(np.flatnonzero(~is_meeting))
     )
@@ -65,17 +65,17 @@ class DetectionCounts:
     evaluations: tuple[int, ...]
 
 
-def count_detections(poses: NearPoses, name: str, seeds: Sequence[int] = (), **settings: Any) -> DetectionCounts:
+def count_detections(near: NearPoses, name: str, seeds: Sequence[int] = (), **settings: Any) -> DetectionCounts:
     """Ask a detector about near poses, with each search seed in turn; without ``seeds`` once."""
     answers = []
     for seed in seeds or (None,):
-        own_settings = settings if seed is None else settings | {"seed": seed}
-        detector = create_detector(name, poses.bodies, **own_settings)
-        colliding = detector.detect(poses.colliding)
-        free = detector.detect(poses.free)
-        hits = int((colliding.verdict == Verdict.CONTACT).sum())
-        false = int((free.verdict == Verdict.CONTACT).sum())
-        answers.append((hits, false, int(np.sum(colliding.work.get("evaluations", 0)))))
+        seeded_settings = settings if seed is None else settings | {"seed": seed}
+        detector = create_detector(name, near.bodies, **seeded_settings)
+        colliding_detection = detector.detect(near.colliding)
+        disjoint_detection = detector.detect(near.free)
+        hit_count = int((colliding_detection.verdict == Verdict.CONTACT).sum())
+        false_count = int((disjoint_detection.verdict == Verdict.CONTACT).sum())
+        answers.append((hit_count, false_count, int(np.sum(colliding_detection.work.get("evaluations", 0)))))
     hits_of_seeds, false_of_seeds, evaluations = zip(*answers, strict=True)
     return DetectionCounts(hits_of_seeds, false_of_seeds, evaluations)
 
@@ -94,20 +94,22 @@ def colony_rows(family: str, count: int, seed: int = 0, search_seeds: int = 1) -
     poses = near_poses(family, count, seed)
     random_counts = count_detections(poses, "qaco", seeds, variant="random", **cold_settings)
     for name in ("exact", "hybrid", "rapid-style", "solid-style", "aabb", "obb"):
-        rates.append((family, name, *_rate(poses, count_detections(poses, name)), None, None))
-    for variant in VARIANTS:
+        rates.append((family, name, *_rate_cells(poses, count_detections(poses, name)), None, None))
+    for variant in COLONY_VARIANTS:
         answers = count_detections(poses, "qaco", seeds, variant=variant, **cold_settings)
-        rates.append((family, f"qaco {variant}", *_rate(poses, answers), *_work(poses, answers, random_counts)))
+        rates.append(
+            (family, f"qaco {variant}", *_rate_cells(poses, answers), *_work_cells(poses, answers, random_counts))
+        )
     answers = count_detections(poses, "hybrid-qaco", seeds, **cold_settings)
-    rates.append((family, "hybrid-qaco", *_rate(poses, answers), *_work(poses, answers, random_counts)))
+    rates.append((family, "hybrid-qaco", *_rate_cells(poses, answers), *_work_cells(poses, answers, random_counts)))
     for variant in ("memetic", "corrected"):
         for equation in (None, *EQUATIONS):
             answers = count_detections(
                 poses, "qaco", seeds, variant=variant, without_equation=equation, **cold_settings
             )
             name = "nothing" if equation is None else f"({equation})"
-            measured_cells = _rate(poses, answers)[: len(MEASURED)]
-            ablation_rows.append((family, variant, name, *measured_cells, *_work(poses, answers, random_counts)))
+            measured_cells = _rate_cells(poses, answers)[: len(RATE_COLUMNS)]
+            ablation_rows.append((family, variant, name, *measured_cells, *_work_cells(poses, answers, random_counts)))
     return rates, ablation_rows
 
 
@@ -135,13 +137,13 @@ def colony_tables(families: Sequence[tuple[Rows, Rows]], search_seeds: int) -> l
     ]
 
 
-MEASURED: Final = ("colliding", "detected", "fewest", "most", "rate", "low", "high")
-WORK: Final = ("evaluations", "to random")
-RATE_HEAD: Final = ("family", "algorithm", *MEASURED, "free", "reported though free", *WORK)
-ABLATION_HEAD: Final = ("family", "variant", "without", *MEASURED, *WORK)
+RATE_COLUMNS: Final = ("colliding", "detected", "fewest", "most", "rate", "low", "high")
+WORK_COLUMNS: Final = ("evaluations", "to random")
+RATE_HEAD: Final = ("family", "algorithm", *RATE_COLUMNS, "free", "reported though free", *WORK_COLUMNS)
+ABLATION_HEAD: Final = ("family", "variant", "without", *RATE_COLUMNS, *WORK_COLUMNS)
 
 
-def _rate(poses: NearPoses, answers: DetectionCounts) -> tuple[Cell, ...]:
+def _rate_cells(poses: NearPoses, answers: DetectionCounts) -> tuple[Cell, ...]:
     """Columns ``MEASURED``, then free poses, and free poses that any seed reported."""
     colliding = len(poses.colliding)
     mean = sum(answers.hits) / len(answers.hits)
@@ -150,7 +152,7 @@ def _rate(poses: NearPoses, answers: DetectionCounts) -> tuple[Cell, ...]:
     return (colliding, mean, *extremes, mean / colliding, *interval, len(poses.free), max(answers.false))
 
 
-def _work(poses: NearPoses, answers: DetectionCounts, random_counts: DetectionCounts) -> tuple[Cell, ...]:
+def _work_cells(poses: NearPoses, answers: DetectionCounts, random_counts: DetectionCounts) -> tuple[Cell, ...]:
     """Columns ``WORK``: evaluations of a colliding pose, and their ratio to those of random pairs."""
     evaluations_spent = sum(answers.evaluations) / len(answers.evaluations)
     random = sum(random_counts.evaluations) / len(random_counts.evaluations)

@@ -9,10 +9,10 @@ from replay.detection.progress import Progress, Silent
 from replay.document.tables import Table
 from replay.studies.paper.colony import colony_rows, colony_tables
 from replay.studies.paper.feature_samples import feature_sample_tables, search_samples
-from replay.studies.paper.fixtures import FAMILY_NAMES, POSES, TARGETS, fixture
+from replay.studies.paper.fixtures import FAMILY_NAMES, POSES, TARGETS, make_fixture
 from replay.studies.paper.rows import groups_of
 from replay.studies.paper.table_one import (
-    SHARES,
+    BUDGET_FRACTIONS,
     accuracy_table,
     ask_cut_short,
     ask_to_completion,
@@ -41,19 +41,23 @@ QUICK: Final = Size((100, 300, 500), 2, 60)
 FULL: Final = Size(TARGETS, POSES, 1000, search_seeds=4)
 
 
-def run_paper(size: Size = FULL, seed: int = 0, progress: Progress | None = None) -> list[Table]:
+def run_paper(experiment_size: Size = FULL, seed: int = 0, progress: Progress | None = None) -> list[Table]:
     """All tables in order. Raises FixtureError."""
 
-    def run_stage(name: str, work: Callable[..., Any], tasks: Sequence[tuple[Any, ...]]) -> list[Any]:
-        """Results of ``work`` for each task, as a stage of this name."""
-        results = []
+    def run_stage(name: str, task_function: Callable[..., Any], tasks: Sequence[tuple[Any, ...]]) -> list[Any]:
+        """Results of ``task_function`` for each task, as a stage of this name."""
+        task_results = []
         with (progress or Silent()).stage(name, len(tasks), "parts") as advance:
             for task in tasks:
-                results.append(work(*task))
+                task_results.append(task_function(*task))
                 advance(1)
-        return results
+        return task_results
 
-    fixtures = run_stage("fixtures", fixture, [(*key, seed) for key in product(size.targets, range(size.poses))])
+    fixtures = run_stage(
+        "fixtures",
+        make_fixture,
+        [(*key, seed) for key in product(experiment_size.targets, range(experiment_size.poses))],
+    )
     groups = groups_of(fixtures)
     complete_answers = join_answers(run_stage("measuring times", ask_to_completion, [(group,) for group in groups]))
     answers_by_budget = {
@@ -62,18 +66,18 @@ def run_paper(size: Size = FULL, seed: int = 0, progress: Progress | None = None
                 f"Table I, B = {fraction:g}", ask_cut_short, [(group, complete_answers, fraction) for group in groups]
             )
         )
-        for fraction in SHARES
+        for fraction in BUDGET_FRACTIONS
     }
-    near_tasks = [(family, size.near, seed, size.search_seeds) for family in FAMILY_NAMES]
-    colony = run_stage("searches near contact", colony_rows, near_tasks)
+    near_tasks = [(family, experiment_size.near, seed, experiment_size.search_seeds) for family in FAMILY_NAMES]
+    colony_results = run_stage("searches near contact", colony_rows, near_tasks)
     sample_searches = run_stage(
-        "samples of faces", search_samples, [(family, size.near, seed) for family in FAMILY_NAMES]
+        "samples of faces", search_samples, [(family, experiment_size.near, seed) for family in FAMILY_NAMES]
     )
     return [
         run_time_table(complete_answers, answers_by_budget),
         completion_table(complete_answers),
         accuracy_table(answers_by_budget),
         time_table(complete_answers),
-        *colony_tables(colony, size.search_seeds),
+        *colony_tables(colony_results, experiment_size.search_seeds),
         *feature_sample_tables(sample_searches),
     ]

@@ -23,13 +23,13 @@ from replay.studies.paper.colony import BUDGET, near_poses
 
 SIZES: Final[tuple[int | None, ...]] = (50, 100, 200, 400, 800, 1600, None)
 """Faces sampled of each mesh; ``None``: all."""
-SEARCHERS: Final = ("random", "corrected", "memetic", "local")
-DRAWS: Final = 4
-LIMIT: Final = 20_000
+SEARCH_VARIANTS: Final = ("random", "corrected", "memetic", "local")
+SAMPLE_DRAWS: Final = 4
+MOST_EVALUATIONS: Final = 20_000
 """Evaluations after which a search is given up."""
-RATE: Final = 0.9
+WANTED_RATE: Final = 0.9
 """Detection rate that is to be reached."""
-ALL: Final = "all"
+ALL_FACES: Final = "all"
 LEAST_COVERED: Final = 20
 """Covered poses without which a share of nine in ten says nothing."""
 
@@ -41,52 +41,58 @@ class SampleSearches:
     family: str
     meeting_counts: dict[int | None, list[int]]  # size -> how many pairs that meet are in the sample, a pose each
     # searcher and size -> evaluations until the first hit, ``None``: none within ``LIMIT``; covered poses only
-    spent: dict[tuple[str, int | None], list[int | None]]
+    evaluations_to_hit: dict[tuple[str, int | None], list[int | None]]
 
 
-def search_samples(family: str, near: int, seed: int) -> SampleSearches:
-    """Search the colliding ones of ``near`` poses; each draw of samples serves every ``DRAWS``-th of them."""
-    poses = near_poses(family, near, seed)
+def search_samples(family: str, pose_count: int, seed: int) -> SampleSearches:
+    """Search the colliding ones of ``pose_count`` poses; each draw of samples serves every ``DRAWS``-th of them."""
+    poses = near_poses(family, pose_count, seed)
     exact = create_detector("exact", poses.bodies, containment=False).detect(poses.colliding, faces=True)
     features = [features_of(body.mesh) for body in poses.bodies]
     searches = SampleSearches(family, defaultdict(list), defaultdict(list))
-    for draw, size in product(range(DRAWS), SIZES):
-        key = seed * DRAWS + draw
-        first, second = (
-            features_of_mesh.face[sample_of(features_of_mesh, size, key, body.name).pick]
+    for draw_number, size in product(range(SAMPLE_DRAWS), SIZES):
+        sample_seed = seed * SAMPLE_DRAWS + draw_number
+        first_faces, second_faces = (
+            features_of_mesh.face[sample_of(features_of_mesh, size, sample_seed, body.name).pick]
             for features_of_mesh, body in zip(features, poses.bodies, strict=True)
         )
         covered_poses = []
-        for k in range(draw, len(poses.colliding), DRAWS):
+        for k in range(draw_number, len(poses.colliding), SAMPLE_DRAWS):
             pairs = exact.faces(k, 0)
-            count = int((np.isin(pairs[:, 0], first) & np.isin(pairs[:, 1], second)).sum())
-            searches.meeting_counts[size].append(count)
-            if count:
+            sampled_pair_count = int((np.isin(pairs[:, 0], first_faces) & np.isin(pairs[:, 1], second_faces)).sum())
+            searches.meeting_counts[size].append(sampled_pair_count)
+            if sampled_pair_count:
                 covered_poses.append(poses.colliding.frames(k, k + 1))
-        for searcher in SEARCHERS:
+        for searcher in SEARCH_VARIANTS:
             detector = create_detector(
-                "qaco", poses.bodies, variant=searcher, seed=key, samples=size, budget=LIMIT, warm_start=False
+                "qaco",
+                poses.bodies,
+                variant=searcher,
+                seed=sample_seed,
+                samples=size,
+                budget=MOST_EVALUATIONS,
+                warm_start=False,
             )
-            searches.spent[searcher, size] += [
+            searches.evaluations_to_hit[searcher, size] += [
                 int(answer.work["evaluations"]) if answer.verdict[0, 0] == Verdict.CONTACT else None
                 for answer in map(detector.detect, covered_poses)
             ]
     return searches
 
 
-def least_evaluations(spent: Sequence[int | None], pose_count: int) -> int | None:
+def least_evaluations(evaluations_to_hit: Sequence[int | None], pose_count: int) -> int | None:
     """The least budget within which ``RATE`` of ``pose_count`` poses are detected; ``None``: ``LIMIT`` does not do."""
-    hits = sorted(hit for hit in spent if hit is not None)
-    target = ceil(RATE * pose_count)
-    return hits[target - 1] if 0 < target <= len(hits) else None
+    sorted_evaluations = sorted(evaluations for evaluations in evaluations_to_hit if evaluations is not None)
+    target = ceil(WANTED_RATE * pose_count)
+    return sorted_evaluations[target - 1] if 0 < target <= len(sorted_evaluations) else None
 
 
 def feature_sample_tables(families: Sequence[SampleSearches]) -> list[Table]:
     """F8: coverage and search."""
-    return [_coverage(families), _search(families)]
+    return [_coverage_table(families), _search_table(families)]
 
 
-def _coverage(families: Sequence[SampleSearches]) -> Table:
+def _coverage_table(families: Sequence[SampleSearches]) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for searches in families:
         for size, meeting_counts in searches.meeting_counts.items():
@@ -101,35 +107,44 @@ def _coverage(families: Sequence[SampleSearches]) -> Table:
                     *wilson_interval(missed_count, pose_count),
                 )
             )
-    head = ("family", "faces sampled", "poses", "coverage misses", "rate", "low", "high")
+    column_names = ("family", "faces sampled", "poses", "coverage misses", "rate", "low", "high")
     note = (
         "No pair that meets has both its faces in the sample: no search can find what is not there. Samples of each "
-        f"mesh are drawn by area, {DRAWS} draws. Intervals: Wilson, 95 %."
+        f"mesh are drawn by area, {SAMPLE_DRAWS} draws. Intervals: Wilson, 95 %."
     )
-    return paper_table("F8 coverage", "Contacts of which a sample of faces holds no pair", head, tuple(rows), note)
+    return paper_table(
+        "F8 coverage", "Contacts of which a sample of faces holds no pair", column_names, tuple(rows), note
+    )
 
 
-def _search(families: Sequence[SampleSearches]) -> Table:
+def _search_table(families: Sequence[SampleSearches]) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for searches in families:
-        for searcher in SEARCHERS:
+        for searcher in SEARCH_VARIANTS:
             for size in SIZES:
-                spent, pose_count = searches.spent[searcher, size], len(searches.meeting_counts[size])
-                missed_count = sum(hit is None or hit > BUDGET for hit in spent)
-                evaluations_of_covered = least_evaluations(spent, len(spent)) if len(spent) >= LEAST_COVERED else None
+                evaluations_to_hit, pose_count = (
+                    searches.evaluations_to_hit[searcher, size],
+                    len(searches.meeting_counts[size]),
+                )
+                missed_count = sum(hit is None or hit > BUDGET for hit in evaluations_to_hit)
+                evaluations_of_covered = (
+                    least_evaluations(evaluations_to_hit, len(evaluations_to_hit))
+                    if len(evaluations_to_hit) >= LEAST_COVERED
+                    else None
+                )
                 rate = (
-                    (missed_count / len(spent), *wilson_interval(missed_count, len(spent)))
-                    if spent
+                    (missed_count / len(evaluations_to_hit), *wilson_interval(missed_count, len(evaluations_to_hit)))
+                    if evaluations_to_hit
                     else (None, None, None)
                 )
-                success_rate = (len(spent) - missed_count) / pose_count
-                evaluations_of_all = least_evaluations(spent, pose_count)
+                success_rate = (len(evaluations_to_hit) - missed_count) / pose_count
+                evaluations_of_all = least_evaluations(evaluations_to_hit, pose_count)
                 rows.append(
                     (
                         searches.family,
                         searcher,
                         _size_text(size),
-                        len(spent),
+                        len(evaluations_to_hit),
                         missed_count,
                         *rate,
                         success_rate,
@@ -137,7 +152,7 @@ def _search(families: Sequence[SampleSearches]) -> Table:
                         evaluations_of_all,
                     )
                 )
-    head = (
+    column_names = (
         "family",
         "search",
         "faces sampled",
@@ -147,15 +162,17 @@ def _search(families: Sequence[SampleSearches]) -> Table:
         "low",
         "high",
         "detected of all poses",
-        f"evaluations to {RATE:g} of covered",
-        f"evaluations to {RATE:g} of all",
+        f"evaluations to {WANTED_RATE:g} of covered",
+        f"evaluations to {WANTED_RATE:g} of all",
     )
     note = (
         "Search misses: a pair that meets is in the sample and is not found. A dash: not reached within "
-        f"{LIMIT:,} evaluations, or fewer than {LEAST_COVERED} poses covered. Intervals: Wilson, 95 %."
+        f"{MOST_EVALUATIONS:,} evaluations, or fewer than {LEAST_COVERED} poses covered. Intervals: Wilson, 95 %."
     )
-    return paper_table("F8 search", "Misses and evaluations of a search within the sample", head, tuple(rows), note)
+    return paper_table(
+        "F8 search", "Misses and evaluations of a search within the sample", column_names, tuple(rows), note
+    )
 
 
 def _size_text(size: int | None) -> str:
-    return ALL if size is None else str(size)
+    return ALL_FACES if size is None else str(size)

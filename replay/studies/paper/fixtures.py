@@ -30,11 +30,11 @@ TOLERANCE: Final = 0.02
 
 DISTANCES_AT_ONCE: Final = 48
 """Distances tried at once."""
-BRACKETS: Final = 4
+MOST_BRACKETS: Final = 4
 """How many neighbouring distances, one below and one above the target, are looked between."""
 ATTEMPTS: Final = 40
 """Fresh directions before a pose is given up; one or two do."""
-PROBES: Final = 4
+PROBE_PATHS: Final = 4
 """Random directions over which the typical number of faces of a tessellation is taken."""
 
 
@@ -66,13 +66,13 @@ def faces_of_pairs(pairs: NDArray[np.integer]) -> int:
 
 
 @cache
-def fixture(target: int, number: int, seed: int = 0) -> Fixture:
+def make_fixture(target: int, number: int, seed: int = 0) -> Fixture:
     """One fixture; families take turns. Made once, then remembered. Raises FixtureError: no pose meets the target."""
     family = FAMILY_NAMES[number % len(FAMILY_NAMES)]
     bodies = _bodies_for(family, target, seed)
     rng = random_stream(seed, f"table-1/{target}/{number}", family)
     for _ in range(ATTEMPTS):
-        motion = _frame_with_faces(SeparationPaths(rng, bodies, away=0.1), target)
+        motion = _frame_with_faces(SeparationPaths(rng, bodies, offset_spread=0.1), target)
         if motion is not None:
             # Every pose has a stamp, hence a random stream, of its own.
             motion = Motion([number / HEADSET_HZ], motion.translations, motion.rotations)
@@ -91,27 +91,33 @@ def _exact_detector(bodies: tuple[Body, Body]) -> Detector:
 class SeparationPaths:
     """Random directions, and random rotations of two bodies that part along them.
 
-    ``away``: metres by which they all stand beside the origin, about.
+    ``offset_spread``: metres by which they all stand beside the origin, about.
     """
 
-    def __init__(self, rng: np.random.Generator, bodies: tuple[Body, Body], count: int = 1, away: float = 0.0) -> None:
+    def __init__(
+        self, rng: np.random.Generator, bodies: tuple[Body, Body], count: int = 1, offset_spread: float = 0.0
+    ) -> None:
         self.bodies = bodies
         self.body_rotations = rotation_from_quaternion(rng.normal(size=(2 * count, 4))).reshape(count, 2, 3, 3)
         directions = rng.normal(size=(count, 3))
         self.directions = directions / np.linalg.norm(directions, axis=1, keepdims=True)
         spheres = [sphere_about(body.mesh, body.mesh.bounds.mean(axis=0)) for body in bodies]
         self.reach = sum(ball.radius for ball in spheres)
-        start = away * rng.normal(size=3) if away else np.zeros(3)
-        self.base = start - np.einsum("tbij,bj->tbi", self.body_rotations, [ball.centre for ball in spheres])
+        start_offset = offset_spread * rng.normal(size=3) if offset_spread else np.zeros(3)
+        self.base_positions = start_offset - np.einsum(
+            "tbij,bj->tbi", self.body_rotations, [ball.centre for ball in spheres]
+        )
 
     def motion(self, distances: FloatArray) -> Motion:
         """A frame for each distance (T,) of the middles: of each along its direction, or of all along a single one."""
-        count = len(distances)
-        moves = np.broadcast_to(self.base, (count, 2, 3)).copy()
-        moves[:, 1] += distances[:, None] * self.directions
-        return Motion(np.arange(count) / HEADSET_HZ, moves, np.broadcast_to(self.body_rotations, (count, 2, 3, 3)))
+        frame_count = len(distances)
+        positions = np.broadcast_to(self.base_positions, (frame_count, 2, 3)).copy()
+        positions[:, 1] += distances[:, None] * self.directions
+        return Motion(
+            np.arange(frame_count) / HEADSET_HZ, positions, np.broadcast_to(self.body_rotations, (frame_count, 2, 3, 3))
+        )
 
-    def meet(self, distances: FloatArray) -> BoolArray:
+    def do_meet(self, distances: FloatArray) -> BoolArray:
         """Whether the bodies meet at each distance."""
         return _exact_detector(self.bodies).detect(self.motion(distances)).verdict[:, 0] == Verdict.CONTACT
 
@@ -124,16 +130,18 @@ class SeparationPaths:
 def _frame_with_faces(path: SeparationPaths, target: int) -> Motion | None:
     """The frame in which the number of faces is nearest to the target, if near enough."""
     distances = np.linspace(0.0, path.reach, DISTANCES_AT_ONCE, endpoint=False)
-    counts = path.faces(distances)
-    crossing = np.flatnonzero((counts[1:] > target) != (counts[:-1] > target))[:BRACKETS]
-    if len(crossing):
-        between_distances = np.concatenate([np.linspace(distances[k], distances[k + 1], 16)[1:-1] for k in crossing])
-        distances, counts = (
-            np.concatenate([distances, between_distances]),
-            np.concatenate([counts, path.faces(between_distances)]),
+    face_counts = path.faces(distances)
+    crossing_rows = np.flatnonzero((face_counts[1:] > target) != (face_counts[:-1] > target))[:MOST_BRACKETS]
+    if len(crossing_rows):
+        between_distances = np.concatenate(
+            [np.linspace(distances[k], distances[k + 1], 16)[1:-1] for k in crossing_rows]
         )
-    best_row = int(np.argmin(np.abs(counts - target)))
-    if abs(int(counts[best_row]) - target) > TOLERANCE * target:
+        distances, face_counts = (
+            np.concatenate([distances, between_distances]),
+            np.concatenate([face_counts, path.faces(between_distances)]),
+        )
+    best_row = int(np.argmin(np.abs(face_counts - target)))
+    if abs(int(face_counts[best_row]) - target) > TOLERANCE * target:
         return None
     return path.motion(distances[best_row : best_row + 1])
 
@@ -141,34 +149,36 @@ def _frame_with_faces(path: SeparationPaths, target: int) -> Motion | None:
 @cache
 def _bodies_for(family: str, target: int, seed: int) -> tuple[Body, Body]:
     """The coarsest tessellation at which half of the best distance's faces are the target, by bisection."""
-    make, lower, upper = FAMILIES[family]
+    make_bodies, lower, upper = FAMILIES[family]
     while upper - lower > max(1, lower // 16):
-        middle = (lower + upper) // 2
-        if _typical_faces(make(middle), family, seed) < target:
-            lower = middle
+        middle_sections = (lower + upper) // 2
+        if _typical_faces(make_bodies(middle_sections), family, seed) < target:
+            lower = middle_sections
         else:
-            upper = middle
-    return make(upper)
+            upper = middle_sections
+    return make_bodies(upper)
 
 
 def _typical_faces(bodies: tuple[Body, Body], family: str, seed: int) -> float:
     """The largest number of faces along some random ways, three quarters of their median."""
     rng = random_stream(seed, "table-1/tessellation", family)
-    paths = [SeparationPaths(rng, bodies, away=0.1) for _ in range(PROBES)]
-    most = [path.faces(np.linspace(0.0, path.reach, 12, endpoint=False)).max() for path in paths]
-    return 0.75 * float(np.median(most))
+    paths = [SeparationPaths(rng, bodies, offset_spread=0.1) for _ in range(PROBE_PATHS)]
+    largest_face_counts = [path.faces(np.linspace(0.0, path.reach, 12, endpoint=False)).max() for path in paths]
+    return 0.75 * float(np.median(largest_face_counts))
 
 
 def torus(sections: int) -> TriangleMesh:
     """A closed torus about +Y of ``sections`` by half as many quads, two faces each; metres."""
-    large, small, around_count, tube = 0.05, 0.02, sections, max(3, sections // 2)
+    ring_radius, tube_radius, around_count, tube_sections = 0.05, 0.02, sections, max(3, sections // 2)
     u = 2 * np.pi * np.arange(around_count)[:, None] / around_count
-    v = 2 * np.pi * np.arange(tube)[None] / tube
-    points = _points_about_axis(u, large + small * np.cos(v), small * np.sin(v))
-    number = np.arange(around_count * tube).reshape(around_count, tube)
-    next_ring, up = np.roll(number, -1, axis=0), np.roll(number, -1, axis=1)
-    both = np.roll(next_ring, -1, axis=1)
-    return TriangleMesh(points, _faces((number, next_ring, both), (number, both, up)))
+    v = 2 * np.pi * np.arange(tube_sections)[None] / tube_sections
+    points = _points_about_axis(u, ring_radius + tube_radius * np.cos(v), tube_radius * np.sin(v))
+    vertex_numbers = np.arange(around_count * tube_sections).reshape(around_count, tube_sections)
+    next_ring, next_around_tube = np.roll(vertex_numbers, -1, axis=0), np.roll(vertex_numbers, -1, axis=1)
+    next_both = np.roll(next_ring, -1, axis=1)
+    return TriangleMesh(
+        points, _faces((vertex_numbers, next_ring, next_both), (vertex_numbers, next_both, next_around_tube))
+    )
 
 
 def sphere(sections: int, radius: float = 0.035) -> TriangleMesh:
@@ -179,17 +189,23 @@ def sphere(sections: int, radius: float = 0.035) -> TriangleMesh:
     points = radius * np.concatenate(
         [[[0.0, 1.0, 0.0]], _points_about_axis(u, np.sin(v), np.cos(v)), [[0.0, -1.0, 0.0]]]
     )
-    number = 1 + np.arange((rings - 1) * sections).reshape(rings - 1, sections)
-    next_ring = np.roll(number, -1, axis=1)
-    top, bottom = np.zeros(sections, dtype=np.int64), np.full(sections, len(points) - 1)
-    quads = ((number[:-1], number[1:], next_ring[1:]), (number[:-1], next_ring[1:], next_ring[:-1]))
-    return TriangleMesh(points, _faces(*quads, (top, number[0], next_ring[0]), (bottom, next_ring[-1], number[-1])))
+    vertex_numbers = 1 + np.arange((rings - 1) * sections).reshape(rings - 1, sections)
+    next_ring = np.roll(vertex_numbers, -1, axis=1)
+    north_pole, south_pole = np.zeros(sections, dtype=np.int64), np.full(sections, len(points) - 1)
+    quads = (
+        (vertex_numbers[:-1], vertex_numbers[1:], next_ring[1:]),
+        (vertex_numbers[:-1], next_ring[1:], next_ring[:-1]),
+    )
+    return TriangleMesh(
+        points,
+        _faces(*quads, (north_pole, vertex_numbers[0], next_ring[0]), (south_pole, next_ring[-1], vertex_numbers[-1])),
+    )
 
 
 def _points_about_axis(angle: FloatArray, radius: FloatArray, height: FloatArray) -> FloatArray:
     """Points (n, 3) at some angles about +Y, row by row."""
-    rounds = np.broadcast_arrays(radius * np.cos(angle), height, -radius * np.sin(angle))
-    return np.stack(rounds, axis=-1).reshape(-1, 3)
+    coordinates = np.broadcast_arrays(radius * np.cos(angle), height, -radius * np.sin(angle))
+    return np.stack(coordinates, axis=-1).reshape(-1, 3)
 
 
 def _faces(*corners: tuple[NDArray[np.int64], ...]) -> NDArray[np.int64]:

@@ -4,19 +4,19 @@ import tomllib
 from importlib.resources import files
 from typing import Any, Final
 
-PRINTED: Final = "paper"
+PRINTED_LABEL: Final = "paper"
 """Heading of every column that holds a value of the paper."""
 
 ABOUT_PRINTED: Final = "paper: as printed there; its hardware, budget and counting of faces are unknown."
 """Stands once below the tables that have such a column."""
 
-PAPER: Final[dict[str, dict[str, Any]]] = tomllib.loads(
+PRINTED_FIGURES: Final[dict[str, dict[str, Any]]] = tomllib.loads(
     files("replay.studies.paper").joinpath("printed.toml").read_text("utf-8")
 )
 """Row here -> what is printed of it."""
 
 
-def printed_figure(row: str, what: str) -> float | None:
+def printed_figure(row_name: str, figure_name: str) -> float | None:
     """Printed figure of a row; ``None``: the paper prints none."""
-    value: float | None = PAPER.get(row, {}).get(what)
+    value: float | None = PRINTED_FIGURES.get(row_name, {}).get(figure_name)
     return value

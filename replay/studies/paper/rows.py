@@ -67,14 +67,14 @@ def groups_of(fixtures: Iterable[Fixture]) -> list[list[Fixture]]:
     return [*groups.values()]
 
 
-def make(name: str, bodies: Sequence[Body], **settings: Any) -> Detector:
+def make_detector_of_row(row_name: str, bodies: Sequence[Body], **settings: Any) -> Detector:
     """The detector of a row, with some settings changed."""
-    row = ROWS[name]
+    row = ROWS[row_name]
     return create_detector(row.detector, bodies, **dict(row.settings) | settings)
 
 
-def ask(name: str, detector: Detector, poses: Iterable[Fixture]) -> NDArray[Any]:
-    """Answers of ``detector``, made for row ``name``, in some poses, compared with the truth."""
+def compared_answers(row_name: str, detector: Detector, poses: Iterable[Fixture]) -> NDArray[Any]:
+    """Answers of ``detector``, made for row ``row_name``, in some poses, compared with the truth."""
     answers = []
     for pose in poses:
         start = perf_counter()
@@ -83,7 +83,7 @@ def ask(name: str, detector: Detector, poses: Iterable[Fixture]) -> NDArray[Any]
         seconds = perf_counter() - start
         common_pairs = set(map(tuple, pairs.tolist())) & set(map(tuple, pose.pairs.tolist()))
         right_face_pairs = np.array(sorted(common_pairs), dtype=np.int64).reshape(-1, 2)
-        operations = sum(int(np.sum(detection.work[counter])) for counter in ROWS[name].counters)
+        operation_count = sum(int(np.sum(detection.work[counter])) for counter in ROWS[row_name].counters)
         counts = faces_of_pairs(right_face_pairs), pose.faces, len(pairs), len(pose.pairs), len(right_face_pairs)
-        answers.append((pose.target, *counts, operations, seconds))
+        answers.append((pose.target, *counts, operation_count, seconds))
     return np.array(answers, ANSWER)

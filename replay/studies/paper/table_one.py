@@ -14,36 +14,40 @@ from replay.document.machine import machine
 from replay.document.tables import Table
 from replay.show.paper_table import Cell, paper_table
 from replay.studies.paper.fixtures import Fixture
-from replay.studies.paper.printed import ABOUT_PRINTED, PAPER, PRINTED, printed_figure
-from replay.studies.paper.rows import BUDGETED, ROWS, Answers, ask, make
+from replay.studies.paper.printed import ABOUT_PRINTED, PRINTED_FIGURES, PRINTED_LABEL, printed_figure
+from replay.studies.paper.rows import BUDGETED, ROWS, Answers, compared_answers, make_detector_of_row
 from sessions.synthetic.rng import random_stream
 
-SHARES: Final = (0.25, 0.5, 1.0, 2.0)
+BUDGET_FRACTIONS: Final = (0.25, 0.5, 1.0, 2.0)
 """Common wall times B, in medians of ``hybrid``."""
 
-RESAMPLES: Final = 1000
+BOOTSTRAP_DRAWS: Final = 1000
 
 
 def ask_to_completion(group: Sequence[Fixture]) -> Answers:
     """Ask and time every row in every pose of a group, rows in turn within a pose, after one warm round."""
-    detectors = {name: make(name, group[0].bodies) for name in ROWS}
-    rounds = [
-        {name: ask(name, detector, [pose]) for name, detector in detectors.items()} for pose in (group[0], *group)
+    detectors = {name: make_detector_of_row(name, group[0].bodies) for name in ROWS}
+    answers_of_rounds = [
+        {name: compared_answers(name, detector, [pose]) for name, detector in detectors.items()}
+        for pose in (group[0], *group)
     ]
-    return join_answers(rounds[1:])
+    return join_answers(answers_of_rounds[1:])
 
 
-def budget(complete_answers: Answers, name: str, target: int, fraction: float) -> int:
-    """Operations that row ``name`` does in ``fraction`` medians of ``hybrid``; 1 at least."""
-    hybrid, row = (of_target(complete_answers[row], target) for row in ("hybrid", name))
-    rate = row["operations"].sum() / row["seconds"].sum()
-    return max(1, round(fraction * float(np.median(hybrid["seconds"])) * float(rate)))
+def budget(complete_answers: Answers, row_name: str, target: int, fraction: float) -> int:
+    """Operations that row ``row_name`` does in ``fraction`` medians of ``hybrid``; 1 at least."""
+    hybrid_answers, row_answers = (of_target(complete_answers[row], target) for row in ("hybrid", row_name))
+    operations_a_second = row_answers["operations"].sum() / row_answers["seconds"].sum()
+    return max(1, round(fraction * float(np.median(hybrid_answers["seconds"])) * float(operations_a_second)))
 
 
 def ask_cut_short(group: Sequence[Fixture], complete_answers: Answers, fraction: float) -> Answers:
     """Ask every row that takes a budget in every pose of a group, with ``fraction`` medians of ``hybrid``."""
-    budgets = {name: budget(complete_answers, name, group[0].target, fraction) for name in BUDGETED}
-    return {name: ask(name, make(name, group[0].bodies, budget=most), group) for name, most in budgets.items()}
+    budget_of_name = {name: budget(complete_answers, name, group[0].target, fraction) for name in BUDGETED}
+    return {
+        name: compared_answers(name, make_detector_of_row(name, group[0].bodies, budget=most_operations), group)
+        for name, most_operations in budget_of_name.items()
+    }
 
 
 def join_answers(answers: Sequence[Answers]) -> Answers:
@@ -60,18 +64,28 @@ def run_time_table(complete_answers: Answers, answers_by_fraction: Mapping[float
     """Table I; ``answers_by_fraction``: by share of the common wall time."""
     rows: list[tuple[Cell, ...]] = []
     for target in np.unique(complete_answers["exact"]["target"]).tolist():
-        for name, paper in PAPER.items():
+        for name, printed_figures in PRINTED_FIGURES.items():
             answers_of_budget = [
                 of_target(answers_of_all[name], target)
-                for answers_of_all in (complete_answers, *(answers_by_fraction[fraction] for fraction in SHARES))
+                for answers_of_all in (
+                    complete_answers,
+                    *(answers_by_fraction[fraction] for fraction in BUDGET_FRACTIONS),
+                )
             ]
-            cells = [float(answers["faces"].mean()) for answers in answers_of_budget]
+            budget_cells = [float(answers["faces"].mean()) for answers in answers_of_budget]
             true_faces, printed_faces = (
                 float(answers_of_budget[0]["true_faces"].mean()),
-                paper["detected"].get(str(target)),
+                printed_figures["detected"].get(str(target)),
             )
-            rows.append((target, f"{name} ({paper['name']})", true_faces, *cells, printed_faces))
-    head = ("faces", "algorithm", "true faces", "to completion", *(f"B = {fraction:g}" for fraction in SHARES), PRINTED)
+            rows.append((target, f"{name} ({printed_figures['name']})", true_faces, *budget_cells, printed_faces))
+    head = (
+        "faces",
+        "algorithm",
+        "true faces",
+        "to completion",
+        *(f"B = {fraction:g}" for fraction in BUDGET_FRACTIONS),
+        PRINTED_LABEL,
+    )
     return paper_table(
         "Table I", "Mean faces detected, to completion and within equal wall times B", head, tuple(rows),
         "B is in medians of hybrid's wall time; hybrid-qaco searches and its completion is 10,000 evaluations. "
@@ -85,13 +99,13 @@ def completion_table(complete_answers: Answers) -> Table:
     for name, answers in complete_answers.items():
         poses = len(answers)
         full_poses = int((answers["right_pairs"] == answers["true_pairs"]).sum())
-        faces, true, pairs, true_pairs, right, operations = (
+        faces, true_faces, pairs, true_pairs, right_pairs, operations = (
             int(answers[field].sum())
             for field in ("faces", "true_faces", "pairs", "true_pairs", "right_pairs", "operations")
         )
         rows.append((
-            name, poses, full_poses, faces / poses, faces / true, right / true_pairs, right / pairs if pairs else None,
-            operations / poses or None, 1e3 * float(answers["seconds"].mean()),
+            name, poses, full_poses, faces / poses, faces / true_faces, right_pairs / true_pairs,
+            right_pairs / pairs if pairs else None, operations / poses or None, 1e3 * float(answers["seconds"].mean()),
         ))  # fmt: skip
     head = (
         "algorithm", "poses", "poses with every pair", "faces", "face recall", "pair recall", "precision",
@@ -108,15 +122,21 @@ def accuracy_table(answers_by_fraction: Mapping[float, Answers]) -> Table:
     """Fig. 7 a and b: face recall of single poses."""
     rows = []
     for name in BUDGETED:
-        for fraction in SHARES:
+        for fraction in BUDGET_FRACTIONS:
             answers = answers_by_fraction[fraction][name]
-            recalls = answers["faces"] / answers["true_faces"]
+            face_recalls = answers["faces"] / answers["true_faces"]
             rows.append(
-                (name, fraction, *spread(recalls), printed_figure(name, "accuracy"), printed_figure(name, "variance"))
+                (
+                    name,
+                    fraction,
+                    *mean_and_spread(face_recalls),
+                    printed_figure(name, "accuracy"),
+                    printed_figure(name, "variance"),
+                )
             )
     head = (
         "algorithm", "B", "n", "mean", "mean, low", "mean, high", "standard deviation", "variance",
-        f"mean: {PRINTED}", f'"variance": {PRINTED}',
+        f"mean: {PRINTED_LABEL}", f'"variance": {PRINTED_LABEL}',
     )  # fmt: skip
     note = "Intervals: bootstrap, 95 %. The printed variances are of the size of a standard deviation."
     return paper_table("F7ab", "Accuracy (face recall of a pose) at equal wall time", head, tuple(rows), note)
@@ -132,13 +152,13 @@ def time_table(complete_answers: Answers) -> Table:
         (name, 1e3 * middle, 1e3 * lower, 1e3 * upper, middle / reference_s, printed_figure(name, "time"))
         for name, (lower, middle, upper) in quartiles.items()
     ]
-    head = ("algorithm", "median, ms", "lower quartile, ms", "upper quartile, ms", "to rapid-style", PRINTED)
+    head = ("algorithm", "median, ms", "lower quartile, ms", "upper quartile, ms", "to rapid-style", PRINTED_LABEL)
     machine_text = ", ".join(f"{key} {value}" for key, value in machine().items())
     note = f"All faces of a pose; one process, warm, rows in turn; measured on: {machine_text}."
     return paper_table("F7c", "Wall time of a pose", head, tuple(rows), note)
 
 
-def spread(values: FloatArray) -> tuple[int, float, float, float, float, float]:
+def mean_and_spread(values: FloatArray) -> tuple[int, float, float, float, float, float]:
     """Number, mean, interval of the mean at 95 %, standard deviation and variance (by n - 1) of one value or more.
 
     The interval is a percentile bootstrap of ``RESAMPLES`` draws.
@@ -148,7 +168,9 @@ def spread(values: FloatArray) -> tuple[int, float, float, float, float, float]:
     >>> spread(np.array([1.0, 3.0]))[-1]
     2.0
     """
-    draws = random_stream(0, "paper/bootstrap").integers(0, len(values), size=(RESAMPLES, len(values)))
-    lower, upper = np.quantile(values[draws].mean(axis=1), [0.025, 0.975])
+    resampled_indices = random_stream(0, "paper/bootstrap").integers(
+        0, len(values), size=(BOOTSTRAP_DRAWS, len(values))
+    )
+    lower, upper = np.quantile(values[resampled_indices].mean(axis=1), [0.025, 0.975])
     variance = float(values.var(ddof=1)) if len(values) > 1 else 0.0
     return len(values), float(values.mean()), float(lower), float(upper), variance**0.5, variance

@@ -17,7 +17,7 @@ from replay.detection.progress import Progress, Silent
 from replay.studies.shrink.well_posed import doubts_of, thin_faces
 from replay.studies.shrink.wrong_answer import WrongAnswer, reduce_to_pairs
 
-DECIMALS: Final = range(13)
+DECIMALS_TRIED: Final = range(13)
 """Decimals that are tried, fewest first; beyond them a number keeps all it has."""
 
 NEAREST_COUNTS: Final = (*range(1, 13), *(round(16 * 2 ** (k / 4)) for k in range(25)))
@@ -57,8 +57,8 @@ class Shrinking:
         """Reduce frames, bodies, faces, rotations and decimals until none of these steps changes anything."""
         with self._progress.stage("shrink", None, "questions") as self._advance:
             self._drop_thin_faces()
-            before: object = None
-            while before != (before := self._content()):
+            content_before: object = None
+            while content_before != (content_before := self._fault_content()):
                 self._reduce_frames()
                 self._reduce_bodies()
                 self._keep_nearest_faces()
@@ -68,17 +68,17 @@ class Shrinking:
                 self._round_numbers()
         return self.fault
 
-    def _content(self) -> tuple[bytes, ...]:
+    def _fault_content(self) -> tuple[bytes, ...]:
         motion, meshes = self.fault.motion, [body.mesh for body in self.fault.bodies]
         arrays = motion.times, motion.translations, motion.rotations, *(mesh.triangles for mesh in meshes)
         return tuple(array.tobytes() for array in arrays)
 
-    def _accept_if_wrong(self, make: Callable[..., WrongAnswer | None], *arguments: Any) -> bool:
+    def _accept_if_wrong(self, make_fault: Callable[..., WrongAnswer | None], *arguments: Any) -> bool:
         """Whether the detector is wrong about what is made, too; then it is the fault from now on."""
         self.questions += 1
         self._advance(1)
         try:
-            fault = make(*arguments)
+            fault = make_fault(*arguments)
         except CollisionCoreError:
             return False
         if fault is None or not fault.is_reproduced():
@@ -97,9 +97,10 @@ class Shrinking:
                 self._accept_if_wrong(_with_faces, self.fault, {number: np.flatnonzero(~is_thin)})
 
     def _reduce_frames(self) -> None:
-        fault, last = self.fault, len(self.fault.motion) - 1
+        fault, last_frame = self.fault, len(self.fault.motion) - 1
         minimal_subset(
-            np.arange(last), lambda rows: self._accept_if_wrong(_fault_at_frames, fault, np.append(rows, last))
+            np.arange(last_frame),
+            lambda rows: self._accept_if_wrong(_fault_at_frames, fault, np.append(rows, last_frame)),
         )
 
     def _reduce_bodies(self) -> None:
@@ -112,12 +113,12 @@ class Shrinking:
     def _keep_nearest_faces(self) -> None:
         """The faces of both bodies that lie nearest to the other: they hold most faults."""
         fault = self.fault
-        ends = fault.pairs[0].tolist()
-        centres = [fault.corners(end).mean(axis=1) for end in ends]
-        order = [np.argsort(cKDTree(centres[1 - k]).query(centres[k])[0], kind="stable") for k in range(2)]
-        for count in NEAREST_COUNTS:
-            kept_rows = {end: rows[:count] for end, rows in zip(ends, order, strict=True)}
-            if count >= max(map(len, order)) or self._accept_if_wrong(_with_faces, fault, kept_rows):
+        pair_bodies = fault.pairs[0].tolist()
+        centres = [fault.corners(end).mean(axis=1) for end in pair_bodies]
+        nearest_first = [np.argsort(cKDTree(centres[1 - k]).query(centres[k])[0], kind="stable") for k in range(2)]
+        for kept_count in NEAREST_COUNTS:
+            kept_rows = {end: rows[:kept_count] for end, rows in zip(pair_bodies, nearest_first, strict=True)}
+            if kept_count >= max(map(len, nearest_first)) or self._accept_if_wrong(_with_faces, fault, kept_rows):
                 return
 
     def _reduce_faces(self, body: int) -> None:
@@ -125,8 +126,8 @@ class Shrinking:
         mesh = self.fault.bodies[body].mesh
         if not mesh.is_closed or len(mesh.faces) <= 4 or self._can_lose_face(body):
             fault = self.fault
-            rows = np.arange(len(fault.bodies[body].mesh.faces))
-            minimal_subset(rows, lambda rows: self._accept_if_wrong(_with_faces, fault, {body: rows}))
+            face_numbers = np.arange(len(fault.bodies[body].mesh.faces))
+            minimal_subset(face_numbers, lambda rows: self._accept_if_wrong(_with_faces, fault, {body: rows}))
         self._reduce_to_hull(body)
 
     def _reduce_to_hull(self, body: int) -> None:
@@ -134,7 +135,7 @@ class Shrinking:
 
         A solid that lost a face is still one, with all of its other faces; a tetrahedron has four.
         """
-        before, mesh = (self.fault, self.doubts), self.fault.bodies[body].mesh
+        fault_and_doubts, mesh = (self.fault, self.doubts), self.fault.bodies[body].mesh
         if len(mesh.faces) <= 4:
             return
         corners, fault = mesh.vertices[np.unique(mesh.faces)], self.fault
@@ -143,14 +144,15 @@ class Shrinking:
                 np.arange(len(corners)), lambda rows: self._accept_if_wrong(_with_hull, fault, body, corners[rows])
             )
         if len(self.fault.bodies[body].mesh.faces) >= len(mesh.faces):
-            self.fault, self.doubts = before
+            self.fault, self.doubts = fault_and_doubts
 
     def _can_lose_face(self, body: int) -> bool:
         """Whether any one of a few faces can go."""
-        rows = np.arange(len(self.fault.bodies[body].mesh.faces))
-        sampled_faces = np.linspace(0, len(rows) - 1, 4).astype(int).tolist()
+        face_numbers = np.arange(len(self.fault.bodies[body].mesh.faces))
+        sampled_faces = np.linspace(0, len(face_numbers) - 1, 4).astype(int).tolist()
         return any(
-            self._accept_if_wrong(_with_faces, self.fault, {body: np.delete(rows, face)}) for face in sampled_faces
+            self._accept_if_wrong(_with_faces, self.fault, {body: np.delete(face_numbers, face)})
+            for face in sampled_faces
         )
 
     def _remove_rotations(self) -> None:
@@ -166,58 +168,58 @@ class Shrinking:
 
     def _round_numbers(self) -> None:
         for name in ("times", "translations", "rotations"):
-            self._round_values(getattr(self.fault.motion, name), _with_poses, self.fault, name)
+            self._round_array(getattr(self.fault.motion, name), _with_poses, self.fault, name)
         for body in range(len(self.fault.bodies)):
-            self._round_values(self.fault.bodies[body].mesh.vertices, _with_vertices, self.fault, body)
+            self._round_array(self.fault.bodies[body].mesh.vertices, _with_vertices, self.fault, body)
 
-    def _round_values(self, values: FloatArray, make: Callable[..., WrongAnswer], *arguments: Any) -> None:
+    def _round_array(self, values: FloatArray, make_fault: Callable[..., WrongAnswer], *arguments: Any) -> None:
         """Rounds to the fewest decimals that leave the detector wrong."""
-        for decimals in DECIMALS:
+        for decimals in DECIMALS_TRIED:
             rounded_values = np.round(values, decimals) + 0.0
-            if np.array_equal(rounded_values, values) or self._accept_if_wrong(make, *arguments, rounded_values):
+            if np.array_equal(rounded_values, values) or self._accept_if_wrong(make_fault, *arguments, rounded_values):
                 return
 
 
-def minimal_subset(items: IntArray, still_stands: Callable[[IntArray], bool]) -> IntArray:
+def minimal_subset(candidates: IntArray, still_stands: Callable[[IntArray], bool]) -> IntArray:
     """Some of the items, in order, that still stand, and of which none can go alone.
 
     Zeller and Hildebrandt, *Simplifying and isolating failure-inducing input*, IEEE TSE 28 (2002): algorithm ddmin.
     All items are taken to stand, and are not asked about.
     """
-    if len(items) and still_stands(items[:0]):
-        return items[:0]
-    chunks = 2
-    while len(items) >= 2:
-        for kept_rows in _candidate_subsets(items, min(chunks, len(items))):
+    if len(candidates) and still_stands(candidates[:0]):
+        return candidates[:0]
+    chunk_count = 2
+    while len(candidates) >= 2:
+        for kept_rows in _candidate_subsets(candidates, min(chunk_count, len(candidates))):
             if still_stands(kept_rows):
                 # A part of its own begins anew; what is left without one part goes on as finely.
-                chunks = 2 if len(kept_rows) <= -(-len(items) // chunks) else max(chunks - 1, 2)
-                items = kept_rows
+                chunk_count = 2 if len(kept_rows) <= -(-len(candidates) // chunk_count) else max(chunk_count - 1, 2)
+                candidates = kept_rows
                 break
         else:
-            if chunks >= len(items):
+            if chunk_count >= len(candidates):
                 break
-            chunks = min(2 * chunks, len(items))
-    return items
+            chunk_count = min(2 * chunk_count, len(candidates))
+    return candidates
 
 
-def _candidate_subsets(items: IntArray, count: int) -> Iterator[IntArray]:
-    chunks = np.array_split(np.arange(len(items)), count)
-    yield from (items[chunk] for chunk in chunks)
-    if count > 2:
-        yield from (np.delete(items, chunk) for chunk in chunks)
+def _candidate_subsets(candidates: IntArray, chunk_count: int) -> Iterator[IntArray]:
+    chunks = np.array_split(np.arange(len(candidates)), chunk_count)
+    yield from (candidates[chunk] for chunk in chunks)
+    if chunk_count > 2:
+        yield from (np.delete(candidates, chunk) for chunk in chunks)
 
 
-def _fault_at_frames(fault: WrongAnswer, rows: IntArray) -> WrongAnswer:
-    return replace(fault, motion=fault.motion.take(rows))
+def _fault_at_frames(fault: WrongAnswer, frames: IntArray) -> WrongAnswer:
+    return replace(fault, motion=fault.motion.take(frames))
 
 
-def _fault_of_pairs(fault: WrongAnswer, rows: IntArray) -> WrongAnswer:
-    return reduce_to_pairs(replace(fault, pairs=fault.pairs[rows]))
+def _fault_of_pairs(fault: WrongAnswer, pair_columns: IntArray) -> WrongAnswer:
+    return reduce_to_pairs(replace(fault, pairs=fault.pairs[pair_columns]))
 
 
-def _with_faces(fault: WrongAnswer, kept_rows: dict[int, IntArray]) -> WrongAnswer:
-    for body, face_rows in kept_rows.items():
+def _with_faces(fault: WrongAnswer, faces_of_body: dict[int, IntArray]) -> WrongAnswer:
+    for body, face_rows in faces_of_body.items():
         mesh = fault.bodies[body].mesh
         corners, faces = np.unique(mesh.faces[np.sort(face_rows)], return_inverse=True)
         fault = _with_mesh(fault, body, TriangleMesh(mesh.vertices[corners], faces.reshape(-1, 3)))
@@ -239,7 +241,9 @@ def _with_mesh(fault: WrongAnswer, body: int, mesh: TriangleMesh) -> WrongAnswer
     return replace(fault, bodies=tuple(bodies))
 
 
-def _with_poses(fault: WrongAnswer, name: str, values: FloatArray) -> WrongAnswer:
+def _with_poses(fault: WrongAnswer, array_name: str, array_values: FloatArray) -> WrongAnswer:
     motion = fault.motion
-    arrays = {field: getattr(motion, field) for field in ("times", "translations", "rotations")} | {name: values}
+    arrays = {field: getattr(motion, field) for field in ("times", "translations", "rotations")} | {
+        array_name: array_values
+    }
     return replace(fault, motion=Motion(**arrays, valid=motion.valid, linked=motion.linked))

@@ -16,39 +16,39 @@ from replay.studies.stress.scenes import SCENES, StressScene, body_pair, meeting
 from replay.studies.stress.solids import ball_mesh, box_mesh
 from replay.studies.stress.tally import Tally, judge_answers
 
-REPEATED: Final = 43
+REPEATED_CASE: Final = 43
 """Number of the case that asks whether an answer repeats, whatever the blocks."""
 
-CASES: Final = {n: name for n, (name, _) in sorted((SCENES | {REPEATED: ("repeated answers", None)}).items())}
+CASE_NAMES: Final = {n: name for n, (name, _) in sorted((SCENES | {REPEATED_CASE: ("repeated answers", None)}).items())}
 """Number -> name, from 27 on."""
 
 AT_FRAMES: Final = "decides at frames, not between them"
 
 
-def ask_case(detector: SpecLike, number: int, scenes: Sequence[StressScene], *, seed: int, tau: float) -> Tally:
+def ask_case(detector: SpecLike, case_number: int, scenes: Sequence[StressScene], *, seed: int, tau: float) -> Tally:
     """Ask a detector one case; ``scenes`` are those of the case, if it has any."""
     spec = parse_detector(detector)
-    if number == REPEATED:
+    if case_number == REPEATED_CASE:
         return _ask_repeatedly(spec, seed)
-    counts: Counter[str] = Counter()
+    wrong_counts: Counter[str] = Counter()
     reason_text, is_promised = "", True
     for scene in scenes:
         verdicts, reason, within_promise = _ask_scene(spec, scene, tau)
-        counts.update(verdicts)
+        wrong_counts.update(verdicts)
         is_promised &= within_promise
         if any(verdicts.get(word) for word in ("missed", "invented", "refused")):
             reason_text = reason_text or reason
-    if not is_promised and counts["missed"]:
+    if not is_promised and wrong_counts["missed"]:
         reason_text = reason_text or AT_FRAMES
     questions = sum(len(scene.truth) for scene in scenes)
     return Tally(
         spec.label,
         "case",
-        number,
-        CASES[number],
+        case_number,
+        CASE_NAMES[case_number],
         seed,
         questions,
-        **dict[str, Any](counts),
+        **dict[str, Any](wrong_counts),
         reason=reason_text,
         promised=is_promised,
     )
@@ -71,7 +71,7 @@ def _ask_repeatedly(spec: DetectorSpec, seed: int) -> Tally:
     else:
         if differing_sizes:
             options = {"changed": len(differing_sizes), "reason": f"blocks {differing_sizes[0]}: another digest"}
-    return Tally(spec.label, "case", REPEATED, CASES[REPEATED], seed, len(sizes), **options)
+    return Tally(spec.label, "case", REPEATED_CASE, CASE_NAMES[REPEATED_CASE], seed, len(sizes), **options)
 
 
 def _ask_scene(spec: DetectorSpec, scene: StressScene, tau: float) -> tuple[dict[str, int], str, bool]:
@@ -84,18 +84,20 @@ def _ask_scene(spec: DetectorSpec, scene: StressScene, tau: float) -> tuple[dict
     reason = next((reason_text for detection in detections for reason_text in detection.reasons.values()), "")
     if scene.covers == "intervals":
         answers = _combine_over_crossings(verdict.reshape(len(scene.truth), -1))
-        truth = scene.truth * np.uint8(Verdict.CONTACT)
+        true_verdicts = scene.truth * np.uint8(Verdict.CONTACT)
         is_promised = detections[0].covers == "intervals"
     else:
-        answers, truth, is_promised = verdict, scene.truth, True
-    refused = is_undecided(answers)
-    word = (detections[0].containment or ("",))[0]
-    if word.startswith("refused: "):
-        is_silent = (truth == Verdict.CONTAINED) & ~counts_as_contact(answers) & ~refused
-        reason = word.removeprefix("refused: ") if is_silent.any() else reason
-        refused |= is_silent
-    counts = judge_answers(answers, truth, refused, lambda is_wrong: _is_within_tolerance(scene, is_wrong, tau))
-    return {word: int(rows.sum()) for word, rows in counts.items()}, reason, is_promised
+        answers, true_verdicts, is_promised = verdict, scene.truth, True
+    is_undecided_answer = is_undecided(answers)
+    containment_text = (detections[0].containment or ("",))[0]
+    if containment_text.startswith("refused: "):
+        is_silent = (true_verdicts == Verdict.CONTAINED) & ~counts_as_contact(answers) & ~is_undecided_answer
+        reason = containment_text.removeprefix("refused: ") if is_silent.any() else reason
+        is_undecided_answer |= is_silent
+    wrong_answers = judge_answers(
+        answers, true_verdicts, is_undecided_answer, lambda is_wrong: _is_within_tolerance(scene, is_wrong, tau)
+    )
+    return {word: int(rows.sum()) for word, rows in wrong_answers.items()}, reason, is_promised
 
 
 def _detections(spec: DetectorSpec, scene: StressScene) -> list[Detection]:
@@ -127,10 +129,10 @@ def _is_within_tolerance(scene: StressScene, is_wrong: BoolArray, tau: float) ->
         return is_within
     stage = MarginStage(scene.bodies, tau)
     for frame in np.flatnonzero(is_wrong & (scene.truth != Verdict.CONTAINED)).tolist():
-        rotation, move = scene.motion.rotations[frame], scene.motion.translations[frame]
+        rotation, translations = scene.motion.rotations[frame], scene.motion.translations[frame]
         if scene.truth[frame] == Verdict.CONTACT:
-            question = (0, 1), meeting_faces(scene.bodies, scene.motion, frame), rotation, move
+            question = (0, 1), meeting_faces(scene.bodies, scene.motion, frame), rotation, translations
             is_within[frame] = stage.shallow(*question) and stage.loose(*question)
         else:
-            is_within[frame] = stage.near((0, 1), rotation[None], move[None])[0]
+            is_within[frame] = stage.near((0, 1), rotation[None], translations[None])[0]
     return is_within

@@ -227,14 +227,14 @@ def _rounded_motion(rng: Generator, t: FloatArray) -> None:
 
 def _glass_facets(rng: Generator, t: FloatArray) -> None:
     n, width, height, radius = len(t), 0.002, 6e-5, 0.03
-    start = rng.uniform(0, 2 * np.pi, n)
+    start_angle = rng.uniform(0, 2 * np.pi, n)
     outer_radius = radius + rng.choice([0.0, 1e-6, 1e-4], n)
-    tilt, lift = rng.uniform(-width, width, n), rng.uniform(-3e-5, 3e-5, n)
+    tilt, lifts = rng.uniform(-width, width, n), rng.uniform(-3e-5, 3e-5, n)
     for row, (step, level) in enumerate([(0, 0), (1, 0), (0, 1)] * 2):
         is_second = row >= 3
-        angle = start + step * width + tilt * is_second
+        angle = start_angle + step * width + tilt * is_second
         r = outer_radius if is_second else radius
-        t[:, row] = np.stack([r * np.cos(angle), r * np.sin(angle), level * height + lift * is_second], axis=-1)
+        t[:, row] = np.stack([r * np.cos(angle), r * np.sin(angle), level * height + lifts * is_second], axis=-1)
     t[:] = t.astype(np.float32)
 
 

@@ -23,7 +23,7 @@ from replay.studies.stress.tally import StressResult, Tally, judge_answers
 from replay.studies.stress.triangle_pairs import verdicts_of
 from sessions.whole_files import whole_file
 
-ALL: Final = "all"
+ALL_DETECTORS: Final = "all"
 
 
 def detectors_of(text: str) -> list[DetectorSpec]:
@@ -34,21 +34,21 @@ def detectors_of(text: str) -> list[DetectorSpec]:
     """
     chosen_detectors: dict[str, DetectorSpec] = {}
     for spec in split_specs(str(text)):
-        rows = (
+        detector_rows = (
             [name for name in detector_names() if not detector_row(name).no_triangles]
-            if spec.strip() == ALL
+            if spec.strip() == ALL_DETECTORS
             else [spec]
         )
-        for row in rows:
+        for row in detector_rows:
             detector = parse_detector(row)
             settings_of(detector.name, detector.settings)
             chosen_detectors.setdefault(detector.label, detector)
     if not chosen_detectors:
-        raise StressError(f"{text!r} names no detector; there are: {', '.join(detector_names())}, {ALL}")
+        raise StressError(f"{text!r} names no detector; there are: {', '.join(detector_names())}, {ALL_DETECTORS}")
     return list(chosen_detectors.values())
 
 
-def numbers_of(text: str | None, what: str, known: Sequence[int]) -> list[int]:
+def numbers_of(numbers_text: str | None, numbered_thing: str, known_numbers: Sequence[int]) -> list[int]:
     """Numbers named by ``9``, ``3-5,12`` or ``all``; of ``None`` none. Raises StressError: one is not known.
 
     Examples
@@ -56,25 +56,33 @@ def numbers_of(text: str | None, what: str, known: Sequence[int]) -> list[int]:
     >>> numbers_of("3-5,12", "family", range(1, 27))
     [3, 4, 5, 12]
     """
-    if text is None:
+    if numbers_text is None:
         return []
-    if text == ALL:
-        return [*known]
+    if numbers_text == ALL_DETECTORS:
+        return [*known_numbers]
     chosen_numbers: set[int] = set()
-    least, most = min(known), max(known)
-    for entry in text.split(","):
+    smallest_number, largest_number = min(known_numbers), max(known_numbers)
+    for entry in numbers_text.split(","):
         first, _, last = (word.strip() for word in entry.partition("-"))
-        ends = first, last or first
-        is_in_range = all(map(str.isdecimal, ends)) and least <= int(ends[0]) <= int(ends[1]) <= most
-        numbers = {number for number in known if is_in_range and int(ends[0]) <= number <= int(ends[1])}
+        range_ends = first, last or first
+        is_in_range = (
+            all(map(str.isdecimal, range_ends))
+            and smallest_number <= int(range_ends[0]) <= int(range_ends[1]) <= largest_number
+        )
+        numbers = {
+            number for number in known_numbers if is_in_range and int(range_ends[0]) <= number <= int(range_ends[1])
+        }
         if not numbers:
-            raise StressError(f"there is no {what} {entry!r}; they go from {least} to {most}, written as 9 or 3-5,12")
+            raise StressError(
+                f"there is no {numbered_thing} {entry!r}; they go from {smallest_number} to {largest_number}, "
+                f"written as 9 or 3-5,12"
+            )
         chosen_numbers |= numbers
     return sorted(chosen_numbers)
 
 
 def stress(
-    detector: str = ALL,  # specs of detectors, with commas between them, or ``"all"``
+    detector: str = ALL_DETECTORS,  # specs of detectors, with commas between them, or ``"all"``
     *,
     families: Sequence[Family] = FAMILIES,
     cases: Sequence[int] = (),  # numbers of cases of whole bodies
@@ -134,22 +142,22 @@ def family_tally(
         return is_within
 
     answers = judge_answers(verdict, truth * np.uint8(Verdict.CONTACT), is_undecided(verdict), is_within_tolerance)
-    counts: dict[str, Any] = {word: int(rows.sum()) for word, rows in answers.items()}
-    row = np.flatnonzero(answers["missed"] | answers["invented"] | answers["refused"])
+    answer_counts: dict[str, Any] = {word: int(rows.sum()) for word, rows in answers.items()}
+    wrong_rows = np.flatnonzero(answers["missed"] | answers["invented"] | answers["refused"])
     target = None
-    if out is not None and len(row):
-        name = re.sub("[^a-z0-9]+", "-", detector.lower())
-        target = str(out / f"family-{family.number:02d}-{name}-seed-{seed}.npz")
+    if out is not None and len(wrong_rows):
+        file_stem = re.sub("[^a-z0-9]+", "-", detector.lower())
+        target = str(out / f"family-{family.number:02d}-{file_stem}-seed-{seed}.npz")
         with whole_file(Path(target), OutputError, parents=True) as file:
             np.savez_compressed(
                 file,
-                row=row,
-                triangles=triangles[row],
-                truth=truth[row],
-                verdict=verdict[row],
+                row=wrong_rows,
+                triangles=triangles[wrong_rows],
+                truth=truth[wrong_rows],
+                verdict=verdict[wrong_rows],
                 family=family.number,
                 seed=seed,
                 count=len(triangles),
                 detector=detector,
             )
-    return Tally(detector, "family", family.number, family.name, seed, len(triangles), **counts, file=target)
+    return Tally(detector, "family", family.number, family.name, seed, len(triangles), **answer_counts, file=target)

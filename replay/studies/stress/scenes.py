@@ -29,13 +29,13 @@ from replay.studies.stress.solids import (
 )
 from sessions.model.constants import HEADSET_HZ
 
-HAIR: Final = 2.0**-40
+HAIR_BREADTH: Final = 2.0**-40
 """Metres, a picometre: far below what a tracker sees, far above the rounding of a metre."""
 
 IMPOSSIBLE_M: Final = (2.0**53, 1e17, 1e30, 1e160, 1e300)
 """Metres from the origin: finite, and no pose of a room; squares of the last two are not finite."""
 
-LIFTS: Final = (1e-12, 1e-9, 1e-7, 5e-7, 1e-6, 2e-6, 1e-5)
+LIFTS_M: Final = (1e-12, 1e-9, 1e-7, 5e-7, 1e-6, 2e-6, 1e-5)
 """Metres by which a resting glass is lifted or sunk."""
 
 
@@ -128,15 +128,15 @@ def cavity(rng: Generator) -> Iterator[StressScene]:
 def odd_meshes(_rng: Generator) -> Iterator[StressScene]:
     """37: meshes with every common fault, beside a sound one; clear, in contact, far away."""
     box = box_mesh()
-    stray = [*box.vertices.tolist(), [50.0, 0, 0]]
+    stray_vertices = [*box.vertices.tolist(), [50.0, 0, 0]]
     odd_meshes_by_name = {
         "faces without area": TriangleMesh(box.vertices, [*box.faces.tolist(), [0, 0, 1], [3, 3, 3]]),
         "faces listed twice": TriangleMesh(box.vertices, np.concatenate([box.faces, box.faces])),
         "vertices not merged": TriangleMesh(box.triangles.reshape(-1, 3), np.arange(36).reshape(-1, 3)),
-        "a far vertex of no face": TriangleMesh(stray, box.faces),
+        "a far vertex of no face": TriangleMesh(stray_vertices, box.faces),
         "open": TriangleMesh(box.vertices, box.faces[:-1]),
         "faces turned round": TriangleMesh(box.vertices, box.faces[:, ::-1]),
-        "an edge of three faces": TriangleMesh([*stray[:-1], [-1.0, -1, 0]], [*box.faces.tolist(), [0, 1, 8]]),
+        "an edge of three faces": TriangleMesh([*stray_vertices[:-1], [-1.0, -1, 0]], [*box.faces.tolist(), [0, 1, 8]]),
         "no area at all": TriangleMesh(np.zeros((3, 3)) + 0.5, [[0, 1, 2], [0, 0, 0]]),
     }
     for name, mesh in odd_meshes_by_name.items():
@@ -166,7 +166,7 @@ def scaled_scenes(_rng: Generator) -> Iterator[StressScene]:
 def resting_scenes(rng: Generator) -> Iterator[StressScene]:
     """41: a glass on a table, lifted or sunk by a hair."""
     table = box_mesh((0.3, 0.3, 0.02), (0, 0, -0.01))
-    for lift in (0.0, *LIFTS, *(-lift for lift in LIFTS)):
+    for lift in (0.0, *LIFTS_M, *(-lift for lift in LIFTS_M)):
         yield scene_of_instants(
             f"lifted by {lift:g} m", (shift_mesh(beaker_mesh(), [0, 0, lift]), table), random_pose_motion(rng, 6)
         )
@@ -188,42 +188,47 @@ def degenerate(rng: Generator) -> Iterator[StressScene]:
 
 CUBE_AND_PLATE: Final = box_mesh((0.005,) * 3), box_mesh((0.2, 0.2, 0.001))
 
-SPEEDS: Final = (0.4, 0.6, 1.0, 2.0, 4.0)
+SPEEDS_M_S: Final = (0.4, 0.6, 1.0, 2.0, 4.0)
 """Metres a second of a 5 mm cube through a 1 mm plate."""
 
 PHASES: Final = 100
-REACH: Final = 0.003
+PLATE_REACH: Final = 0.003
 """Half the cube and half the plate, metres: the surfaces meet while the centres are no further apart."""
 
 
-def crossing_motion(speed: float, phases: int = PHASES, aside: ArrayLike = 0.0) -> Motion:
+def crossing_motion(speed: float, phases: int = PHASES, sideways_offset: ArrayLike = 0.0) -> Motion:
     """A cube through a plate at 90 Hz, ``phases`` times one after another, each a share of a step later.
 
     ``speed``: metres a second, downward.
     ``phases``: how many; the k-th is (k + 1/2) / phases of a step late.
-    ``aside``: metres from the middle of the plate, one number or (phases,).
+    ``sideways_offset``: metres from the middle of the plate, one number or (phases,).
     """
-    step = speed / HEADSET_HZ
-    frames_before = int(np.ceil(0.012 / step)) + 1
-    frames = 2 * frames_before + 2
+    step_length = speed / HEADSET_HZ
+    frames_before = int(np.ceil(0.012 / step_length)) + 1
+    frame_count = 2 * frames_before + 2
     phase = (np.arange(phases) + 0.5) / phases
-    translations = np.zeros((phases, frames, 2, 3))
-    translations[:, :, 0, 2] = REACH + (phase[:, None] - 1 - np.arange(-frames_before, frames - frames_before)) * step
-    translations[:, :, 0, 0] = np.broadcast_to(aside, phases)[:, None]
-    linked = np.ones((phases, frames, 2), dtype=bool)
-    linked[:, 0] = False
-    count = phases * frames
-    rotations = np.broadcast_to(np.eye(3), (count, 2, 3, 3))
+    translations = np.zeros((phases, frame_count, 2, 3))
+    translations[:, :, 0, 2] = (
+        PLATE_REACH + (phase[:, None] - 1 - np.arange(-frames_before, frame_count - frames_before)) * step_length
+    )
+    translations[:, :, 0, 0] = np.broadcast_to(sideways_offset, phases)[:, None]
+    is_linked = np.ones((phases, frame_count, 2), dtype=bool)
+    is_linked[:, 0] = False
+    total_frames = phases * frame_count
+    rotations = np.broadcast_to(np.eye(3), (total_frames, 2, 3, 3))
     return Motion(
-        np.arange(count) / HEADSET_HZ, translations.reshape(count, 2, 3), rotations, linked=linked.reshape(count, 2)
+        np.arange(total_frames) / HEADSET_HZ,
+        translations.reshape(total_frames, 2, 3),
+        rotations,
+        linked=is_linked.reshape(total_frames, 2),
     )
 
 
 def thin_wall(_rng: Generator) -> Iterator[StressScene]:
     """29: every crossing has a contact, and a pass beside the plate by 3 um to 1 mm has none."""
-    for speed in SPEEDS:
+    for speed in SPEEDS_M_S:
         yield scene_of_intervals(f"{speed:g} m/s", CUBE_AND_PLATE, crossing_motion(speed), True, PHASES)
-        passing_motion = crossing_motion(speed, aside=0.1 + 0.0025 + np.geomspace(3e-6, 1e-3, PHASES))
+        passing_motion = crossing_motion(speed, sideways_offset=0.1 + 0.0025 + np.geomspace(3e-6, 1e-3, PHASES))
         yield scene_of_intervals(f"{speed:g} m/s beside", CUBE_AND_PLATE, passing_motion, False, PHASES)
 
 
@@ -273,8 +278,8 @@ def reversed_and_split(rng: Generator) -> Iterator[StressScene]:
     meshes = ball_mesh(0.01), box_mesh((0.3, 0.3, 0.002))
     for number in range(3):
         start, end = np.array([*rng.uniform(-0.02, 0.02, 2), 0.05]), np.array([*rng.uniform(-0.02, 0.02, 2), -0.05])
-        for aside, meets in ((0.0, True), (0.5, False)):
-            shift = np.array([aside, 0, 0])
+        for sideways_offset, meets in ((0.0, True), (0.5, False)):
+            shift = np.array([sideways_offset, 0, 0])
             paths: dict[str, FloatArray] = {"forth": np.array([start, end]), "back": np.array([end, start])}
             paths |= {
                 f"split at {s:.3g}": np.array([start, start + s * (end - start), end]) for s in (0.5, 0.25, 1 / 3)
@@ -286,8 +291,11 @@ def reversed_and_split(rng: Generator) -> Iterator[StressScene]:
 
 def glancing_spins(_rng: Generator) -> Iterator[StressScene]:
     """44: a rod turns by up to 179 degrees in a frame; the corner of its tip passes a wall by a hair, or not."""
-    tip, thick = 0.11, 0.004
-    rod, reach = box_mesh((0.1, thick, thick), (tip - 0.05, 0, 0)), float(np.hypot(tip, thick / 2))
+    tip_distance, thickness = 0.11, 0.004
+    rod, reach = (
+        box_mesh((0.1, thickness, thickness), (tip_distance - 0.05, 0, 0)),
+        float(np.hypot(tip_distance, thickness / 2)),
+    )
     for degrees, gap in product((60.0, 120.0, 170.0, 179.0), (TWO_MICROMETRES / 2, 2 * TWO_MICROMETRES, 1e-4, 2e-3)):
         for side, travel in product((1, -1), (0.0, 0.02)):
             wall = box_mesh((0.01, 0.1, 0.2), (reach + side * gap + 0.005, 0, 0))
@@ -301,7 +309,7 @@ def flush_scenes(_rng: Generator) -> Iterator[StressScene]:
     """45: a block that slides along a table and past its end, or stands on it, or in a slot of its own width."""
     table, block = box_mesh((2.0, 2.0, 0.25), (0, 0, -0.125)), box_mesh((0.25,) * 3)
     offsets = np.concatenate([np.zeros(8), np.arange(-16, 25) / 16])
-    for lift in (0.0, HAIR, -HAIR, 2.0**-20, -(2.0**-20)):
+    for lift in (0.0, HAIR_BREADTH, -HAIR_BREADTH, 2.0**-20, -(2.0**-20)):
         meets = _contact_where((lift <= 0) & (np.abs(offsets) <= 1.125))
         positions_along = np.outer(offsets, [1.0, 0, 0])
         lifted_positions = positions_along.copy()
@@ -319,9 +327,9 @@ def nested_shells(_rng: Generator) -> Iterator[StressScene]:
         merge_meshes(box_mesh((3.0,) * 3), _inside_out(solid)),
     )
     axes = np.array([[1, 0, 0], [1, 1, 0], [1, -1, 1], [0, 0, -1]])
-    away = np.array([0.0, 0.25, 0.5 - HAIR, 0.5, 0.5 + HAIR, 0.5 + 2.0**-10])
-    positions = (away[:, None, None] * axes).reshape(-1, 3)
-    meets = np.repeat(away >= 0.5, len(axes))
+    distances = np.array([0.0, 0.25, 0.5 - HAIR_BREADTH, 0.5, 0.5 + HAIR_BREADTH, 0.5 + 2.0**-10])
+    positions = (distances[:, None, None] * axes).reshape(-1, 3)
+    meets = np.repeat(distances >= 0.5, len(axes))
     for inner_item, outer_item in product(
         {"box": box, "shell": inner}.items(), {"solid": solid, "shell": outer}.items()
     ):
@@ -334,7 +342,10 @@ def nested_shells(_rng: Generator) -> Iterator[StressScene]:
 def impossible_pose_scenes(_rng: Generator) -> Iterator[StressScene]:
     """47: poses that are finite and impossible, among sound ones, whose answers they must not change."""
     boxes = box_mesh(), box_mesh()
-    sound_positions, met = np.array([[0.75, 0, 0], [1.5, 0, 0], [0.75, 0.25, 0]]), _contact_where([True, False, True])
+    sound_positions, sound_verdicts = (
+        np.array([[0.75, 0, 0], [1.5, 0, 0], [0.75, 0.25, 0]]),
+        _contact_where([True, False, True]),
+    )
     for value, axis, sign in product(IMPOSSIBLE_M, range(3), (1, -1)):
         lost_position = np.zeros((1, 3))
         lost_position[0, axis] = sign * value
@@ -343,19 +354,23 @@ def impossible_pose_scenes(_rng: Generator) -> Iterator[StressScene]:
         )
         meets = _contact_where(np.abs(translations).max(axis=1) <= 1.0)
         yield scene_of_instants(f"{sign * value:g} m along {'xyz'[axis]}", boxes, motion_at(translations), meets)
-    tiny = [[0.75, 5e-324, -5e-324], [1.5, 5e-324, -0.0], [1.0, 0.0, -0.0]]
-    yield scene_of_instants("the smallest numbers", boxes, motion_at(tiny), met)
+    tiny_translations = [[0.75, 5e-324, -5e-324], [1.5, 5e-324, -0.0], [1.0, 0.0, -0.0]]
+    yield scene_of_instants("the smallest numbers", boxes, motion_at(tiny_translations), sound_verdicts)
     motion = motion_at(sound_positions)
     stretched_motion = Motion(motion.times, motion.translations, motion.rotations * (1 + 4e-4))
-    yield scene_of_instants("rotations to repair", boxes, stretched_motion, met)
+    yield scene_of_instants("rotations to repair", boxes, stretched_motion, sound_verdicts)
 
 
 def far_crossings(_rng: Generator) -> Iterator[StressScene]:
     """48: a cube through a thin plate, and beside it, a kilometre to eight thousand from the origin."""
-    for offset_m, aside in product((2.0**10, 2.0**17, 2.0**23), (0.0, 0.1 + 0.0025 + 1e-3)):
-        far_motion = shifted_motion(crossing_motion(1.0, 10, aside), [offset_m, -offset_m, offset_m])
+    for offset_m, sideways_offset in product((2.0**10, 2.0**17, 2.0**23), (0.0, 0.1 + 0.0025 + 1e-3)):
+        far_motion = shifted_motion(crossing_motion(1.0, 10, sideways_offset), [offset_m, -offset_m, offset_m])
         yield scene_of_intervals(
-            f"{offset_m:g} m away{', beside' if aside else ''}", CUBE_AND_PLATE, far_motion, not aside, 10
+            f"{offset_m:g} m away{', beside' if sideways_offset else ''}",
+            CUBE_AND_PLATE,
+            far_motion,
+            not sideways_offset,
+            10,
         )
 
 

@@ -23,9 +23,9 @@ def revolved_mesh(profile: Sequence[tuple[float, float]], sides: int = 16) -> Tr
     angle = 2 * np.pi * np.arange(sides) / sides
     ring_points = np.broadcast_arrays(radius * np.cos(angle), radius * np.sin(angle), height)
     # A ring on the axis is one point.
-    counts = np.where(radius[:, 0] > 0, sides, 1)
-    points = [ring[:count] for ring, count in zip(np.stack(ring_points, axis=-1), counts, strict=True)]
-    ring = (np.cumsum(counts) - counts)[:, None] + np.arange(sides) * (radius > 0)
+    ring_sizes = np.where(radius[:, 0] > 0, sides, 1)
+    points = [ring[:count] for ring, count in zip(np.stack(ring_points, axis=-1), ring_sizes, strict=True)]
+    ring = (np.cumsum(ring_sizes) - ring_sizes)[:, None] + np.arange(sides) * (radius > 0)
     lower, upper = ring[:-1], ring[1:]
     lower_next, upper_next = (np.roll(ring_edge, -1, axis=1) for ring_edge in (lower, upper))
     faces = np.stack([lower, lower_next, upper_next, lower, upper_next, upper], axis=-1).reshape(-1, 3)
@@ -56,10 +56,10 @@ def icosphere_mesh() -> TriangleMesh:
     """An icosahedron whose faces are split in four, on a sphere of radius 1; a vertex of six faces lies exactly on each
     half axis.
     """
-    golden = (1 + np.sqrt(5)) / 2
-    corners = [np.roll([0.0, a, b * golden], shift) for shift in range(3) for a in (-1, 1) for b in (-1, 1)]
-    middles = [(a + b) / 2 for a, b in combinations(corners, 2) if np.linalg.norm(a - b) < 2.1]
-    points = np.array(corners + middles)
+    golden_ratio = (1 + np.sqrt(5)) / 2
+    corners = [np.roll([0.0, a, b * golden_ratio], shift) for shift in range(3) for a in (-1, 1) for b in (-1, 1)]
+    edge_midpoints = [(a + b) / 2 for a, b in combinations(corners, 2) if np.linalg.norm(a - b) < 2.1]
+    points = np.array(corners + edge_midpoints)
     sphere = hull_of(points / np.linalg.norm(points, axis=1, keepdims=True))
     assert sphere is not None
     return sphere

@@ -10,7 +10,7 @@ from cdcore import Verdict
 from cdcore.numerics import BoolArray, ByteArray
 from cdcore.protocol import counts_as_contact
 
-WRONG: Final = ("missed", "invented", "within", "refused", "changed")
+WRONG_FIELDS: Final = ("missed", "invented", "within", "refused", "changed")
 """Fields of a tally that count answers which are not exact, tolerance or not."""
 
 CLAIM_EXACTNESS: Final = frozenset({"exact", "continuous", "aabb", "obb", "rapid-style", "solid-style"})
@@ -42,13 +42,13 @@ class Tally:
     @property
     def failed(self) -> int:
         """Questions without the exact answer, tolerance or not."""
-        return sum(getattr(self, name) for name in WRONG)
+        return sum(getattr(self, name) for name in WRONG_FIELDS)
 
     @property
     def words(self) -> str:
         """Counts in text, or ``passed``."""
         names = {"within": "within tolerance"}
-        counts = ((getattr(self, word), names.get(word, word)) for word in (*WRONG, "unconfirmed"))
+        counts = ((getattr(self, word), names.get(word, word)) for word in (*WRONG_FIELDS, "unconfirmed"))
         return ", ".join(f"{count:,} {word}" for count, word in counts if count) or "passed"
 
 
@@ -80,17 +80,18 @@ class StressResult:
 
 
 def judge_answers(
-    answers: ByteArray, truth: ByteArray, refused: BoolArray, within: Callable[[BoolArray], BoolArray]
+    answers: ByteArray, truth: ByteArray, is_undecided: BoolArray, is_within_tolerance: Callable[[BoolArray], BoolArray]
 ) -> Mapping[str, BoolArray]:
     """By the fields of a tally, of which of n verdicts (n,) beside true ones (n,) it is said.
 
-    ``refused`` (n,): not decided; ``within``: which of the wrong ones (n,) are wrong about at most a tolerance.
+    ``is_undecided`` (n,): not decided; ``is_within_tolerance``: which of the wrong ones (n,) are wrong about at most a
+    tolerance.
     """
     is_unconfirmed = (answers == Verdict.CANDIDATE) & (truth != Verdict.CONTACT)
     answer = np.where(answers == Verdict.NOT_FOUND, Verdict.CLEAR, answers)
     answer[(answers == Verdict.CANDIDATE) & (truth == Verdict.CONTACT)] = Verdict.CONTACT
-    is_wrong = (answer != truth) & ~refused & ~is_unconfirmed
-    is_excused = is_wrong & within(is_wrong)
+    is_wrong = (answer != truth) & ~is_undecided & ~is_unconfirmed
+    is_excused = is_wrong & is_within_tolerance(is_wrong)
     is_missed = (
         is_wrong & ~is_excused & (truth != Verdict.CLEAR) & ~((truth == Verdict.CONTAINED) & counts_as_contact(answers))
     )
@@ -98,6 +99,6 @@ def judge_answers(
         "missed": is_missed,
         "invented": is_wrong & ~is_excused & ~is_missed,
         "within": is_excused,
-        "refused": refused,
+        "refused": is_undecided,
         "unconfirmed": is_unconfirmed,
     }

@@ -78,7 +78,7 @@ def test_answers_that_are_all_equal_are_refused():
 def test_a_difference_of_unequal_groups_of_skewed_answers_is_covered(monkeypatch):
     # p is not asked here, and quantiles of fewer draws are as right on average.
     monkeypatch.setattr(groups, "PERMUTATIONS", 9)
-    monkeypatch.setattr(groups, "DRAWS", 499)
+    monkeypatch.setattr(groups, "STUDENTISED_DRAWS", 499)
     names, kept = np.repeat(NAMES, [47, 5]), []
     for number in range(100):
         values = np.random.default_rng([number, 5]).lognormal(size=52)

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from replay.studies.class_study.published import (
-    AGREES,
-    INCONSISTENT,
-    WEAK,
+    KIND_AGREES,
+    KIND_INCONSISTENT,
+    KIND_WEAK,
     adjusted_fit,
     check_published,
     implied_correlation,
@@ -23,14 +23,14 @@ def remarks():
 
 
 EXPECTED = {
-    (INCONSISTENT, "PU on attitude"): ("-0.008", "0.172", "r = 0.434", "p = 0.0013", "p = 0.45", "0.002"),
-    (INCONSISTENT, "label"): ("7 of 8", "n = 52", "one predictor each"),
-    (WEAK, "n"): ("2.7 persons per item",),
-    (WEAK, "kmo"): ("mediocre",),
-    (WEAK, "groups"): ("0.456", "0.467"),
-    (AGREES, "df"): ("171",),
-    (AGREES, "p"): ("4e-26",),
-    (AGREES, "alpha"): ("0.159",),
+    (KIND_INCONSISTENT, "PU on attitude"): ("-0.008", "0.172", "r = 0.434", "p = 0.0013", "p = 0.45", "0.002"),
+    (KIND_INCONSISTENT, "label"): ("7 of 8", "n = 52", "one predictor each"),
+    (KIND_WEAK, "n"): ("2.7 persons per item",),
+    (KIND_WEAK, "kmo"): ("mediocre",),
+    (KIND_WEAK, "groups"): ("0.456", "0.467"),
+    (KIND_AGREES, "df"): ("171",),
+    (KIND_AGREES, "p"): ("4e-26",),
+    (KIND_AGREES, "alpha"): ("0.159",),
 }
 
 
@@ -39,7 +39,7 @@ def test_printed_tables_contradictions_are_explained(remarks, expected):
     reported = " ".join(item.message for item in remarks if (item.kind, item.row) == expected)
     assert all(text in reported for text in EXPECTED[expected])
     others = {(item.kind, item.row) for item in remarks} - EXPECTED.keys()
-    assert all(kind == AGREES and " on " in row for kind, row in others) and len(others) == 7
+    assert all(kind == KIND_AGREES and " on " in row for kind, row in others) and len(others) == 7
 
 
 @pytest.mark.parametrize("r", [0.107, 0.412, -0.6, 0.9])

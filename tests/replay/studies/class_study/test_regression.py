@@ -6,7 +6,7 @@ import pytest
 
 from replay.studies.class_study import regression
 from replay.studies.class_study.refusals import StudyRefusedError
-from replay.studies.class_study.regression import permutation_p, regress
+from replay.studies.class_study.regression import permutation_p, standardised_findings
 
 REFERENCE = json.loads(Path(__file__).with_name("reference.json").read_text("utf-8"))
 ANSWERS = np.array(REFERENCE["answers"], dtype=np.float64)
@@ -16,7 +16,7 @@ NAMES = ("y", "a", "b", "c")
 
 def fit(y, x):
     table = np.column_stack([y, x])
-    return regress(NAMES[: table.shape[1]], table, np.random.default_rng(0))
+    return standardised_findings(NAMES[: table.shape[1]], table, np.random.default_rng(0))
 
 
 def test_regression_equals_stored_pingouin_and_statsmodels_values():

@@ -6,7 +6,7 @@ import pytest
 import scipy.stats
 
 from replay.studies.class_study.refusals import StudyRefusedError
-from replay.studies.class_study.reliability import bartlett, kmo, reliability
+from replay.studies.class_study.reliability import bartlett_test, kmo, reliability
 from replay.studies.class_study.resampling import interval
 
 REFERENCE = json.loads(Path(__file__).with_name("reference.json").read_text("utf-8"))
@@ -57,12 +57,12 @@ def test_kmo_of_uncorrelated_items_is_refused():
     with pytest.raises(StudyRefusedError) as refused:
         kmo(signs)
     assert refused.value.rule == "uncorrelated"
-    assert bartlett(signs).p == pytest.approx(1.0) and alpha_of(signs) == pytest.approx(0.0)
+    assert bartlett_test(signs).p == pytest.approx(1.0) and alpha_of(signs) == pytest.approx(0.0)
 
 
 def test_kmo_and_bartlett_equal_the_stored_values_of_factor_analyzer():
     assert kmo(ANSWERS) == pytest.approx(REFERENCE["kmo"], abs=1e-10)
-    result = bartlett(ANSWERS)
+    result = bartlett_test(ANSWERS)
     assert [result.chi_square, result.p] == pytest.approx(REFERENCE["bartlett"], rel=1e-10, abs=1e-10)
     assert result.degrees == 171
 

@@ -30,7 +30,7 @@ def test_traits_and_touches_go_together_as_the_model_says():
 
 
 def test_brief_touches_are_more_and_shorter_where_it_is_hard():
-    plain, drawn = draw_class(400), draw_class(400, brief=True)
+    plain, drawn = draw_class(400), draw_class(400, are_touches_brief=True)
     assert [item.answers for item in plain] == [item.answers for item in drawn]
     lengths = {len(set(item.touches)) for item in drawn}
     brief = np.array([item.touches[0] < 0.02 for item in drawn])

@@ -13,7 +13,7 @@ from replay.studies.paper.fixtures import (
     TOLERANCE,
     FixtureError,
     faces_of_pairs,
-    fixture,
+    make_fixture,
     sphere,
     torus,
 )
@@ -34,20 +34,20 @@ def truth_of(one):
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize(("target", "number"), [*FEW, *(pytest.param(*key, marks=pytest.mark.slow) for key in MORE)])
 def test_requested_number_of_faces_meets_and_exhaustion_agrees(target, number):
-    item = fixture(target, number)
+    item = make_fixture(target, number)
     assert abs(item.faces - target) <= TOLERANCE * target
     assert item.family == FAMILY_NAMES[number % 2]
     assert np.array_equal(item.pairs, truth_of(item))
 
 
 def test_fixture_depends_on_key_number_and_seed():
-    item, again = fixture(100, 0), fixture.__wrapped__(100, 0)
-    assert item is fixture(100, 0) and again is not item
+    item, again = make_fixture(100, 0), make_fixture.__wrapped__(100, 0)
+    assert item is make_fixture(100, 0) and again is not item
     assert np.array_equal(item.motion.translations, again.motion.translations)
     assert np.array_equal(item.pairs, again.pairs)
     assert [body.mesh.content_hash for body in item.bodies] == [body.mesh.content_hash for body in again.bodies]
     assert all(len(body.mesh.faces) < 600 for body in item.bodies), "no finer than the target needs"
-    moves = [made.motion.translations.tolist() for made in (item, fixture(100, 2), fixture(100, 0, seed=1))]
+    moves = [made.motion.translations.tolist() for made in (item, make_fixture(100, 2), make_fixture(100, 0, seed=1))]
     assert moves[0] != moves[1] != moves[2] != moves[0]
 
 
@@ -66,6 +66,6 @@ def test_faces_are_counted_once_however_many_pairs_they_belong_to():
 
 def test_fixture_is_refused_when_no_attempt_finds_a_pose(monkeypatch):
     monkeypatch.setattr(fixtures, "ATTEMPTS", 0)  # gives up before the first pose
-    fixture_without_its_cache = fixture.__wrapped__
+    fixture_without_its_cache = make_fixture.__wrapped__
     with pytest.raises(FixtureError, match="in which 100 faces meet; choose a target from 100 to 1000"):
         fixture_without_its_cache(100, 0)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from replay.studies.paper.fixtures import POSES, TARGETS, fixture
-from replay.studies.paper.rows import ROWS, TREE, ask, groups_of, make
+from replay.studies.paper.fixtures import POSES, TARGETS, make_fixture
+from replay.studies.paper.rows import ROWS, TREE, compared_answers, groups_of, make_detector_of_row
 
 FEW = [(100, 0), (100, 1), (100, 3), (300, 1)]
 MORE = [(target, number) for target in TARGETS for number in range(POSES)][::9]
@@ -15,7 +15,7 @@ some_poses = pytest.mark.parametrize("some", [FEW, pytest.param(MORE, marks=pyte
 
 def groups(some):
     """Poses of the same meshes, for which a detector is made once."""
-    result = groups_of(fixture(*key) for key in some)
+    result = groups_of(make_fixture(*key) for key in some)
     assert all(pose.bodies is group[0].bodies for group in result for pose in group)
     assert all(len({pose.motion.times[0] for pose in group}) == len(group) for group in result)
     return result
@@ -26,7 +26,7 @@ def groups(some):
 @pytest.mark.parametrize("name", ROWS)
 def test_complete_detector_finds_every_face_and_none_invents(name, some):
     for group in groups(some):
-        result = ask(name, make(name, group[0].bodies), group)
+        result = compared_answers(name, make_detector_of_row(name, group[0].bodies), group)
         assert (result["pairs"] == result["right_pairs"]).all() and (
             (result["seconds"] > 0) & (result["seconds"] < 60)
         ).all()
@@ -42,8 +42,11 @@ def test_complete_detector_finds_every_face_and_none_invents(name, some):
 def test_larger_budget_never_finds_fewer_faces(name, some):
     for group in groups(some):
         bodies, true = group[0].bodies, np.array([pose.faces for pose in group])
-        work = ask(name, make(name, bodies), group)["operations"].max()
-        cut = [ask(name, make(name, bodies, budget=max(1, int(fraction * work))), group) for fraction in FRACTIONS]
+        work = compared_answers(name, make_detector_of_row(name, bodies), group)["operations"].max()
+        cut = [
+            compared_answers(name, make_detector_of_row(name, bodies, budget=max(1, int(fraction * work))), group)
+            for fraction in FRACTIONS
+        ]
         assert all((result["pairs"] == result["right_pairs"]).all() for result in cut)
         faces = np.array([result["faces"] for result in cut])
         assert (np.diff(faces, axis=0) >= 0).all() and (faces[-1] == true).all()

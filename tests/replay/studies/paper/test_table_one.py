@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from replay.studies.paper.experiment import Size, run_paper
-from replay.studies.paper.printed import PAPER, PRINTED
+from replay.studies.paper.printed import PRINTED_FIGURES, PRINTED_LABEL
 from replay.studies.paper.rows import ANSWER
-from replay.studies.paper.table_one import budget, completion_table, spread
+from replay.studies.paper.table_one import budget, completion_table, mean_and_spread
 
 
 @pytest.mark.slow
 def test_printed_values_stand_below_their_explaining_heading(small):
     for key in ("Table I", "F7ab", "F7c"):
-        assert any(head.endswith(PRINTED) for head in small[key].head)
-    assert small["Table I"].column(PRINTED) == [paper["detected"]["100"] for paper in PAPER.values()]
+        assert any(head.endswith(PRINTED_LABEL) for head in small[key].head)
+    assert small["Table I"].column(PRINTED_LABEL) == [paper["detected"]["100"] for paper in PRINTED_FIGURES.values()]
 
 
 def test_a_budget_is_what_a_row_does_in_that_time():
@@ -42,16 +42,21 @@ def test_recall_pools_poses_and_a_whole_pose_has_every_pair():
 
 def test_table_1_means_and_deviations_match_hand_calculation():
     known = {"solid-style": (0.8659, 0.0472), "rapid-style": (0.8803, 0.0615), "hybrid-qaco": (0.9567, 0.0215)}
-    assert known.keys() == PAPER.keys()
+    assert known.keys() == PRINTED_FIGURES.keys()
     for name, figures in known.items():
-        fractions = [count / int(target) for target, count in PAPER[name]["detected"].items()]
+        fractions = [count / int(target) for target, count in PRINTED_FIGURES[name]["detected"].items()]
         assert len(fractions) == 10 and (np.mean(fractions), np.std(fractions)) == pytest.approx(figures, abs=5e-5)
-    assert sum(PAPER["solid-style"]["detected"].values()) == 4658
-    assert (99 / 132, round(105 / 132, 3)) == (PAPER["hybrid-qaco"]["time"], PAPER["solid-style"]["time"])
+    assert sum(PRINTED_FIGURES["solid-style"]["detected"].values()) == 4658
+    assert (99 / 132, round(105 / 132, 3)) == (
+        PRINTED_FIGURES["hybrid-qaco"]["time"],
+        PRINTED_FIGURES["solid-style"]["time"],
+    )
 
 
 def test_a_known_sample_has_the_known_mean_deviation_and_variance():
-    number, mean, lower, upper, deviation, variance = spread(np.array([2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0]))
+    number, mean, lower, upper, deviation, variance = mean_and_spread(
+        np.array([2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0])
+    )
     assert (number, mean) == (8, 5.0) and lower < mean < upper
     assert variance == pytest.approx(32 / 7) and deviation == pytest.approx((32 / 7) ** 0.5)
 

@@ -10,7 +10,7 @@ from cdcore.errors import InvalidSettingError, UnknownDetectorError
 from cdcore.triangles.decide import triangles_intersect
 from replay.errors import OutputError
 from replay.studies.stress import runner
-from replay.studies.stress.bodies import CASES
+from replay.studies.stress.bodies import CASE_NAMES
 from replay.studies.stress.families import FAMILIES
 from replay.studies.stress.runner import detectors_of, family_tally, numbers_of, stress
 from replay.studies.stress.tally import StressResult, Tally, judge_answers
@@ -127,4 +127,6 @@ def test_stress_takes_specs_and_screen_names():
 )
 def test_families_are_named_by_number_and_range(text, numbers):
     assert numbers_of(text, "family", range(1, 27)) == numbers
-    assert numbers_of("33-37", "case", [*CASES]) == [33, 37] and numbers_of("all", "case", [*CASES]) == [*CASES]
+    assert numbers_of("33-37", "case", [*CASE_NAMES]) == [33, 37] and numbers_of("all", "case", [*CASE_NAMES]) == [
+        *CASE_NAMES
+    ]

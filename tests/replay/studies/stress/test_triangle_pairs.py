@@ -38,5 +38,5 @@ def test_a_refused_pair_stands_alone_and_the_others_are_answered(monkeypatch):
 def test_the_cheaper_settings_change_no_verdict(detector, monkeypatch):
     pairs = FAMILIES[0].pairs(60)
     cheap = verdicts_of(detector, pairs)
-    monkeypatch.setattr(triangle_pairs, "CHEAPER", {})
+    monkeypatch.setattr(triangle_pairs, "CHEAPER_SETTINGS", {})
     assert np.array_equal(verdicts_of(detector, pairs), cheap)
