@@ -114,77 +114,89 @@ def examine_assumptions(
     frames = chosen_frames(len(whole_assembly.motion))
     rereadings = Rereadings(session, whole_assembly, frames)
     rows = open_rows(session) if rows is None else rows
-    total = 1 + sum(len(row.alternatives) - 1 for row in rows)
-    with progress.stage("Trying what the files do not say", total, "alternatives") as advance:
-        current = rereadings.current()
+    outcome_count = 1 + sum(len(row.alternatives) - 1 for row in rows)
+    with progress.stage("Trying what the files do not say", outcome_count, "alternatives") as advance:
+        current_outcome = rereadings.current()
         advance(1)
         questions = []
         for row in rows:
             if row.subject is Subject.COLLIDER_AXES:
-                questions += collider_questions(session, row, current)
+                questions += collider_questions(session, row, current_outcome)
                 advance(len(row.alternatives) - 1)
                 continue
             alternatives = []
             for value in dict.fromkeys((row.value, *row.alternatives)):
                 if value == row.value:
                     alternatives.append(
-                        Alternative(value, assumption_text(session, row, value), current, is_current=True)
+                        Alternative(value, assumption_text(session, row, value), current_outcome, is_current=True)
                     )
                     continue
-                changed = with_answer(session, row, value)
-                description = assumption_text(changed, row, value)
-                if row.subject is Subject.POSE_AXES and follows_its_poses(session, changed):
-                    outcome = current
+                changed_session = with_answer(session, row, value)
+                description = assumption_text(changed_session, row, value)
+                if row.subject is Subject.POSE_AXES and follows_its_poses(session, changed_session):
+                    outcome = current_outcome
                 else:
-                    outcome = rereadings.outcome(changed, row)
+                    outcome = rereadings.outcome(changed_session, row)
                 alternatives.append(Alternative(value, description, outcome, is_current=False))
                 advance(1)
-            different = _different(alternatives)
-            if len(different) > 1:
-                questions.append(Question(row, different, _plausible(session, row, different)))
-    return AssumptionReview(session, whole_assembly, frames, current, tuple(questions[:MOST_QUESTIONS]))
+            different_alternatives = _different(alternatives)
+            if len(different_alternatives) > 1:
+                questions.append(
+                    Question(row, different_alternatives, _plausible(session, row, different_alternatives))
+                )
+    return AssumptionReview(session, whole_assembly, frames, current_outcome, tuple(questions[:MOST_QUESTIONS]))
 
 
 def _plausible(session: Session, row: Assumption, alternatives: Sequence[Alternative]) -> str:
     """The value of the alternative that is clearly more plausible, or ``""``."""
-    outcomes = {alternative.value: alternative.outcome for alternative in alternatives}
+    outcome_of_value = {alternative.value: alternative.outcome for alternative in alternatives}
     if row.subject is not Subject.LENGTH_UNIT:
-        return more_plausible(outcomes)
+        return more_plausible(outcome_of_value)
     unit = plausible_length_unit(session, row)
-    return unit if unit in outcomes else ""
+    return unit if unit in outcome_of_value else ""
 
 
-def collider_questions(session: Session, row: Assumption, current: Outcome) -> list[Question]:
+def collider_questions(session: Session, row: Assumption, current_outcome: Outcome) -> list[Question]:
     """Returns the question on the axes of colliders, where others than those assumed fit the meshes clearly better."""
-    best = best_fitting_axes(session, row)
-    if best == row.value:
+    best_axes = best_fitting_axes(session, row)
+    if best_axes == row.value:
         return []
     alternatives = []
     for value in dict.fromkeys((row.value, *row.alternatives)):
-        changed = session if value == row.value else with_answer(session, row, value)
-        description = row.description if value == row.value else assumption_text(changed, row, value)
+        changed_session = session if value == row.value else with_answer(session, row, value)
+        description = row.description if value == row.value else assumption_text(changed_session, row, value)
         alternatives.append(
-            Alternative(value, description, current, value == row.value, overshoot=collider_misfit(changed, row.bodies))
+            Alternative(
+                value,
+                description,
+                current_outcome,
+                value == row.value,
+                overshoot=collider_misfit(changed_session, row.bodies),
+            )
         )
-    return [Question(row, tuple(alternatives), best)]
+    return [Question(row, tuple(alternatives), best_axes)]
 
 
-def chosen_frames(count: int) -> IntArray:
+def chosen_frames(frame_count: int) -> IntArray:
     """Returns the numbers of the frames to ask, in order."""
-    return np.unique(np.linspace(0, count - 1, min(count, MOST_FRAMES)).round().astype(np.int64))
+    return np.unique(np.linspace(0, frame_count - 1, min(frame_count, MOST_FRAMES)).round().astype(np.int64))
 
 
-def assumption_text(changed: Session, row: Assumption, value: str) -> str:
+def assumption_text(changed_session: Session, row: Assumption, value: str) -> str:
     """The words of the assumption as it stands in a changed recording."""
     if row.subject is Subject.LENGTH_UNIT:
         return f"lengths in {value}"
     if row.subject is Subject.MESH_UNIT:
         return f"drawn in {value}"
-    for other in recording_assumptions(changed):
-        if other.subject is row.subject and other.files == row.files and other.bodies == row.bodies:
+    for other_assumption in recording_assumptions(changed_session):
+        if (
+            other_assumption.subject is row.subject
+            and other_assumption.files == row.files
+            and other_assumption.bodies == row.bodies
+        ):
             if row.subject is Subject.POSE_AXES:
-                return f"{value} ({other.description})"
-            return other.description or value
+                return f"{value} ({other_assumption.description})"
+            return other_assumption.description or value
     return value
 
 
@@ -192,7 +204,10 @@ def _different(alternatives: Sequence[Alternative]) -> tuple[Alternative, ...]:
     """The first of those that answer alike, in order."""
     kept_alternatives: list[Alternative] = []
     for alternative in alternatives:
-        if not any(np.array_equal(alternative.outcome.contact, other.outcome.contact) for other in kept_alternatives):
+        if not any(
+            np.array_equal(alternative.outcome.contact, kept_alternative.outcome.contact)
+            for kept_alternative in kept_alternatives
+        ):
             kept_alternatives.append(alternative)
     return tuple(kept_alternatives)
 
@@ -217,22 +232,25 @@ def first_screen_lines(session: Session, assembly: Assembly | None, progress: Pr
     ``assembly``: the recording as it was replayed; ``None``: it is made here. No file is named, since files may be
     called after people.
     """
-    untried = untried_lines(session)
+    untried_sentences = untried_lines(session)
     rows_not_tried = untried_rows(session)
     rows = open_rows(session)
     if not rows:
-        return GuessLines(untried, guess_lines(session, rows_not_tried))
+        return GuessLines(untried_sentences, guess_lines(session, rows_not_tried))
     try:
         review = examine_assumptions(session, assembly, progress)
     except (ReplayError, CollisionCoreError, SessionError) as error:
-        failed = [f"Not decided, and not tried ({error}): {row.title_by_bodies}. {DECIDE}" for row in rows]
-        return GuessLines([*untried, *failed], guess_lines(session, [*rows_not_tried, *rows]))
+        failed_sentences = [f"Not decided, and not tried ({error}): {row.title_by_bodies}. {DECIDE}" for row in rows]
+        return GuessLines([*untried_sentences, *failed_sentences], guess_lines(session, [*rows_not_tried, *rows]))
     questions = [f"{question_sentence(question)} {DECIDE}" for question in review.questions]
     open_assumptions = [question.assumption for question in review.questions]
-    return GuessLines([*untried, *questions], guess_lines(session, [*rows_not_tried, *open_assumptions]))
+    return GuessLines([*untried_sentences, *questions], guess_lines(session, [*rows_not_tried, *open_assumptions]))
 
 
 def question_sentence(question: Question) -> str:
     """Returns a question with what each alternative would show, without the names of files."""
-    joined = "; ".join(sentences_of(question))
-    return f"Not decided: {question.assumption.title_by_bodies}. {joined[:1].upper()}{joined[1:]}."
+    joined_alternatives = "; ".join(sentences_of(question))
+    return (
+        f"Not decided: {question.assumption.title_by_bodies}. "
+        f"{joined_alternatives[:1].upper()}{joined_alternatives[1:]}."
+    )

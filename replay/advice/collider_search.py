@@ -116,9 +116,9 @@ class Limits:
     missed: float | None = None
     pieces: int | None = None
 
-    def hold(self, false: float, missed: float) -> bool:
+    def hold(self, false_fraction: float, missed_fraction: float) -> bool:
         """Whether both fractions are at most what was asked for."""
-        return false <= self.false and (self.missed is None or missed <= self.missed)
+        return false_fraction <= self.false and (self.missed is None or missed_fraction <= self.missed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,16 +141,16 @@ class Tried:
 class Ladder:
     """Pieces of one mesh, from its hull to at most so many; ``reason`` is why it is not cut, ``""`` where it is."""
 
-    def __init__(self, mesh: TriangleMesh, deadline: Deadline, most: int | None = None) -> None:
+    def __init__(self, mesh: TriangleMesh, deadline: Deadline, most_pieces: int | None = None) -> None:
         self.mesh, self._deadline = mesh, deadline
         self.reason = why_not_cut(mesh)
         hull = hull_collider(mesh)
-        convex = not self.reason and abs(volume_of(mesh)) >= SOLID * volume_of(hull)
-        self.reason = CONVEX if convex else self.reason
+        is_convex = not self.reason and abs(volume_of(mesh)) >= SOLID * volume_of(hull)
+        self.reason = CONVEX if is_convex else self.reason
         self.method = HULL if self.reason else method_of("auto", mesh)
         counts = {"sectors": SECTOR_COUNTS, HULL: ()}.get(self.method, COUNTS)
-        if most is not None and counts:
-            counts = (*(count for count in counts if count < most), *([most] if most > 1 else []))
+        if most_pieces is not None and counts:
+            counts = (*(count for count in counts if count < most_pieces), *([most_pieces] if most_pieces > 1 else []))
         self.counts = (1, *counts)
         self._alternatives: list[Cut | str] = []
         self._made: dict[int, Sequence[TriangleMesh]] = {}
@@ -174,8 +174,8 @@ class Ladder:
 
     def other_cuts(self, step: int) -> list[Cut]:
         """Cuts by other methods with at most as many pieces as a step has, those that take least time first."""
-        count = len(self.pieces(step))
-        piece_counts = [piece_count for piece_count in COUNTS if piece_count <= count][-ALTERNATIVES:]
+        piece_count_of_step = len(self.pieces(step))
+        piece_counts = [piece_count for piece_count in COUNTS if piece_count <= piece_count_of_step][-ALTERNATIVES:]
         cuts = [
             Cut(self.mesh, name, piece_count)
             for name in OTHER_METHODS
@@ -199,20 +199,22 @@ class Ladder:
         self._unlimited[step] = pieces
         return step
 
-    def keep_cut_steps(self, missing: Mapping[str, NotCut]) -> None:
+    def keep_cut_steps(self, not_cut_by_key: Mapping[str, NotCut]) -> None:
         """Leave out the steps that were not cut in time; where none was, say why."""
-        cuts = [Cut(self.mesh, self.method, count) for count in self.counts[1:]]
-        cut_counts = [cut.most for cut in cuts if cut.key not in missing]
+        cuts = [Cut(self.mesh, self.method, piece_count) for piece_count in self.counts[1:]]
+        cut_counts = [cut.most for cut in cuts if cut.key not in not_cut_by_key]
         if cuts and not cut_counts:
-            self.reason = missing[cuts[0].key].reason
+            self.reason = not_cut_by_key[cuts[0].key].reason
         self.counts = (1, *cut_counts)
 
     def above(self, step: int) -> list[int]:
         """Steps to try next: the first one that is worth it, and the last."""
         finer_steps = range(step + 1, len(self.counts))
-        filled = _total_volume(self.pieces(step))
-        worth = [higher for higher in finer_steps if _total_volume(self.pieces(higher)) <= WORTH * filled]
-        return sorted({*worth[:1], *finer_steps[-1:]})
+        filled_volume = _total_volume(self.pieces(step))
+        worthwhile_steps = [
+            finer_step for finer_step in finer_steps if _total_volume(self.pieces(finer_step)) <= WORTH * filled_volume
+        ]
+        return sorted({*worthwhile_steps[:1], *finer_steps[-1:]})
 
     def pieces(self, step: int) -> Sequence[TriangleMesh]:
         """The pieces of a step. Raises ``TimeUpError`` where the time is up before they are cut."""
@@ -240,15 +242,20 @@ class ColliderSearch:
     """Takes more pieces of the bodies of the pair with most false contact, then fewer where that is free.
 
     Then pieces that are joined by motion and other methods are tried, with as many pieces or fewer.
-    ``rate``: settings of the engine's step.
+    ``rate_setting``: settings of the engine's step.
     ``time_up``: whether the time ended the search; ``not_tried``: cuts that it left no time for, a body's name each.
     """
 
     def __init__(
-        self, assembly: Assembly, scoring: Scoring, rate: Mapping[str, float], limits: Limits, deadline: Deadline
+        self,
+        assembly: Assembly,
+        scoring: Scoring,
+        rate_setting: Mapping[str, float],
+        limits: Limits,
+        deadline: Deadline,
     ) -> None:
         self.time_up, self._deadline, self._limits = False, deadline, limits
-        self._assembly, self._scoring, self._rate = assembly, scoring, dict(rate)
+        self._assembly, self._scoring, self._rate = assembly, scoring, dict(rate_setting)
         by_mesh = {body.mesh.content_hash: body.mesh for body in assembly.bodies}
         ladders = {content_hash: Ladder(mesh, deadline, limits.pieces) for content_hash, mesh in by_mesh.items()}
         self.ladders = {body.name: ladders[body.mesh.content_hash] for body in assembly.bodies}
@@ -265,11 +272,11 @@ class ColliderSearch:
         cuts = [Cut(ladder.mesh, ladder.method, count) for ladder in ladders for count in ladder.counts[1:]]
         # The middle numbers of pieces first: they are the ones that are shipped most often.
         cuts.sort(key=lambda cut: abs(cut.most - 12))
-        limit = max(0.0, self._deadline.left(CUTTING))
-        missing = cut_ahead(cuts, self._deadline.report, limit)
+        time_limit = max(0.0, self._deadline.left(CUTTING))
+        not_cut_by_key = cut_ahead(cuts, self._deadline.report, time_limit)
         for ladder in ladders:
-            ladder.keep_cut_steps(missing)
-        self.time_up = any(not_cut.late for not_cut in missing.values())
+            ladder.keep_cut_steps(not_cut_by_key)
+        self.time_up = any(not_cut.late for not_cut in not_cut_by_key.values())
 
     def run(self) -> None:
         """Search until the limits hold, nothing helps, or the time is up; ``steps`` are the best until then.
@@ -297,11 +304,11 @@ class ColliderSearch:
 
     def _take_best_tried(self) -> None:
         """Take the choice with the smallest loss of all that were tried, of equals that with fewest pieces."""
-        best = min(
+        best_tried = min(
             self._tried.values(),
             key=lambda tried: (not self._is_enough(tried), round(tried.loss / SIMILAR_LOSS), tried.pieces),
         )
-        self.steps = dict(zip(self.steps, best.steps, strict=True))
+        self.steps = dict(zip(self.steps, best_tried.steps, strict=True))
 
     def pieces(self, steps: Mapping[str, int] | None = None) -> dict[str, Sequence[TriangleMesh]]:
         """Pieces of each body, of the best choice or of another one."""
@@ -309,19 +316,19 @@ class ColliderSearch:
 
     def front(self) -> list[Tried]:
         """Pareto front of the tried choices: excess against pieces, fewest pieces first."""
-        front: list[Tried] = []
+        pareto_front: list[Tried] = []
         for tried in sorted(self._tried.values(), key=lambda tried: (tried.pieces, tried.loss)):
-            if not front or tried.loss < front[-1].loss:
-                front.append(tried)
-        return front
+            if not pareto_front or tried.loss < pareto_front[-1].loss:
+                pareto_front.append(tried)
+        return pareto_front
 
     def cut_in_time(self, cuts: Sequence[Cut]) -> dict[str, NotCut]:
         """Cut what there is time for; a cut that takes longer than the time left is not begun."""
         # Pieces that are kept take no time, and are there when it is used up.
-        left = max(0.0, self._deadline.left(TRYING))
-        missing = {cut.key: NotCut("", late=True) for cut in cuts if cut.seconds > left}
-        begun = [cut for cut in cuts if cut.key not in missing]
-        return missing | cut_ahead(begun, self._deadline.report, left)
+        remaining_seconds = max(0.0, self._deadline.left(TRYING))
+        not_cut_by_key = {cut.key: NotCut("", late=True) for cut in cuts if cut.seconds > remaining_seconds}
+        cuts_in_time = [cut for cut in cuts if cut.key not in not_cut_by_key]
+        return not_cut_by_key | cut_ahead(cuts_in_time, self._deadline.report, remaining_seconds)
 
     def _is_enough(self, tried: Tried) -> bool:
         """Whether a choice keeps to the limits."""
@@ -330,36 +337,38 @@ class ColliderSearch:
     def _add_pieces(self) -> None:
         """Take more pieces as long as the loss falls and the limits are not reached."""
         tried = self._measure(self.steps)
-        spent: set[int] = set()
+        exhausted_pairs: set[int] = set()
         while not self._is_enough(tried):
-            frames = tried.false_frames
-            order = np.argsort(-frames, kind="stable").tolist()
-            worst = next((column for column in order if column not in spent and frames[column]), None)
+            false_frames = tried.false_frames
+            worst_pairs_first = np.argsort(-false_frames, kind="stable").tolist()
+            worst = next(
+                (column for column in worst_pairs_first if column not in exhausted_pairs and false_frames[column]), None
+            )
             if worst is None:
                 break
             choices = [(self._measure(steps), steps) for steps in self._finer_choices(self.steps, worst)]
-            better = min(choices, key=lambda choice: (choice[0].loss, choice[0].pieces), default=None)
-            if better is None or better[0].loss >= tried.loss:
-                spent.add(worst)
+            best_choice = min(choices, key=lambda choice: (choice[0].loss, choice[0].pieces), default=None)
+            if best_choice is None or best_choice[0].loss >= tried.loss:
+                exhausted_pairs.add(worst)
                 continue
-            tried, self.steps = better
+            tried, self.steps = best_choice
 
     def _descend(self) -> None:
         """Take fewer pieces of each body where that costs nothing, the body of most pieces first."""
-        reached = self._measure(self.steps)
+        current_choice = self._measure(self.steps)
         for name in sorted(self.steps, key=lambda body: -len(self.ladders[body].pieces(self.steps[body]))):
-            self.steps = {**self.steps, name: self._least(self.steps, name, reached)}
+            self.steps = {**self.steps, name: self._least(self.steps, name, current_choice)}
         self._drop_losers()
 
-    def _least(self, steps: Mapping[str, int], name: str, reached: Tried) -> int:
+    def _least(self, steps: Mapping[str, int], name: str, current_choice: Tried) -> int:
         """The first step of a body with which little enough is wrong: the hull, or the first that is good enough."""
-        within_limits = self._is_enough(reached)
+        within_limits = self._is_enough(current_choice)
 
         def enough(step: int) -> bool:
             tried = self._measure({**steps, name: step})
             if within_limits:
-                return self._is_enough(tried) and tried.contact_loss <= reached.contact_loss + SLACK
-            return tried.loss <= reached.loss + SLACK
+                return self._is_enough(tried) and tried.contact_loss <= current_choice.contact_loss + SLACK
+            return tried.loss <= current_choice.loss + SLACK
 
         # A few pieces may be worse than the hull, so that it is tried by itself.
         return 0 if enough(0) else bisect_left(range(steps[name]), True, key=enough)
@@ -370,12 +379,12 @@ class ColliderSearch:
         cuts = {
             cut.key: (name, cut) for name, step in by_ladder.values() for cut in self.ladders[name].other_cuts(step)
         }
-        missing = self.cut_in_time([cut for _, cut in cuts.values()])
-        self.not_tried = [cuts[key] for key, not_cut in missing.items() if not_cut.late]
+        not_cut_by_key = self.cut_in_time([cut for _, cut in cuts.values()])
+        self.not_tried = [cuts[key] for key, not_cut in not_cut_by_key.items() if not_cut.late]
         for name in [name for name, step in self.steps.items() if step]:
             ladder = self.ladders[name]
             for cut in ladder.other_cuts(self.steps[name]):
-                if cut.key not in missing:
+                if cut.key not in not_cut_by_key:
                     steps = {**self.steps, name: ladder.add_step(cut)}
                     self.steps = min(self.steps, steps, key=self._merit)
 
@@ -385,37 +394,39 @@ class ColliderSearch:
         The bodies with most false contact come first: their pieces may leave others nothing to do.
         """
         pairs = self._assembly.pairs
-        false = {name: int(hulls.false_frames[(pairs == k).any(axis=1)].sum()) for k, name in enumerate(self.steps)}
-        names = [name for name in self.steps if false[name] and not self.ladders[name].reason]
-        names.sort(key=lambda name: -false[name])
-        missing = self.cut_in_time([self.ladders[name].finest_cut() for name in names])
+        false_frames_of_body = {
+            name: int(hulls.false_frames[(pairs == k).any(axis=1)].sum()) for k, name in enumerate(self.steps)
+        }
+        names = [name for name in self.steps if false_frames_of_body[name] and not self.ladders[name].reason]
+        names.sort(key=lambda name: -false_frames_of_body[name])
+        not_cut_by_key = self.cut_in_time([self.ladders[name].finest_cut() for name in names])
         for name in names:
             cut = self.ladders[name].finest_cut()
             # A body whose hull was taken back loses as much by pieces as it saves.
-            if cut.key in missing or (not self.steps[name] and self._limits.pieces is None):
+            if cut.key in not_cut_by_key or (not self.steps[name] and self._limits.pieces is None):
                 continue
             for step in self._joined_steps(name, cut):
                 self.steps = min(self.steps, {**self.steps, name: step}, key=self._merit)
-        self.time_up = self.time_up or any(not_cut.late for not_cut in missing.values())
+        self.time_up = self.time_up or any(not_cut.late for not_cut in not_cut_by_key.values())
 
     def _joined_steps(self, name: str, cut: Cut) -> Iterator[int]:
         """Steps of a body with pieces joined by its motion: as many as it has now, or fewer where that is free."""
-        ladder, check = self.ladders[name], self._deadline.check
+        ladder, check_time = self.ladders[name], self._deadline.check
         steps_with_hull = {**self.steps, name: 0}
         assembly, detection = self._with_pieces(steps_with_hull), self._at_every_frame(steps_with_hull)
         false_contact = self._scoring.reference.compare(detection).outcome == Outcome.FALSE_CONTACT
         false_contacts = FalseContacts(assembly, name, false_contact)
         most_pieces = self._limits.pieces or len(ladder.pieces(self.steps[name]))
-        finest = convex_pieces(cut, check)
-        for fine in (finest, refined_by_motion(finest, ladder.mesh, false_contacts, check)):
-            levels = joined_by_motion(fine, false_contacts, check)
-            counts = sorted(count for count in levels if count <= most_pieces)
-            if not counts:
+        finest_pieces = convex_pieces(cut, check_time)
+        for piece_set in (finest_pieces, refined_by_motion(finest_pieces, ladder.mesh, false_contacts, check_time)):
+            levels = joined_by_motion(piece_set, false_contacts, check_time)
+            piece_counts = sorted(count for count in levels if count <= most_pieces)
+            if not piece_counts:
                 continue
-            steps = [ladder.add_pieces(levels[count], f"{cut.row.words}, {JOINED}") for count in counts]
-            reached = self._measure({**self.steps, name: steps[-1]})
+            steps = [ladder.add_pieces(levels[count], f"{cut.row.words}, {JOINED}") for count in piece_counts]
+            current_choice = self._measure({**self.steps, name: steps[-1]})
 
-            def enough(step: int, reached: Tried = reached) -> bool:
+            def enough(step: int, reached: Tried = current_choice) -> bool:
                 tried = self._measure({**self.steps, name: step})
                 return tried.loss <= reached.loss + SIMILAR_LOSS and self._is_enough(tried) >= self._is_enough(reached)
 
@@ -424,31 +435,35 @@ class ColliderSearch:
     def _merit(self, steps: Mapping[str, int]) -> tuple[int, float, int, float]:
         """Order of choices that may replace each other: the limits, the loss, the pieces, the volume that they fill."""
         tried = self._measure(steps)
-        filled = sum(_total_volume(pieces) for pieces in self.pieces(steps).values())
-        return not self._is_enough(tried), round(tried.loss / SIMILAR_LOSS), tried.pieces, filled
+        filled_volume = sum(_total_volume(pieces) for pieces in self.pieces(steps).values())
+        return not self._is_enough(tried), round(tried.loss / SIMILAR_LOSS), tried.pieces, filled_volume
 
     def _drop_losers(self) -> None:
         """Give bodies their hull back whose pieces lose as much as they save, the worst of them first."""
         while True:
             loss = self._measure(self.steps).loss
             with_hull = [{**self.steps, name: 0} for name, step in self.steps.items() if step]
-            best = min(with_hull, key=lambda steps: self._measure(steps).loss, default=None)
-            if best is None or self._measure(best).loss > loss:
+            best_steps = min(with_hull, key=lambda steps: self._measure(steps).loss, default=None)
+            if best_steps is None or self._measure(best_steps).loss > loss:
                 return
-            self.steps = best
+            self.steps = best_steps
 
     def _finer_choices(self, steps: Mapping[str, int], column: int) -> list[dict[str, int]]:
         """More pieces of one body of a pair, or of both: one alone may change nothing."""
-        higher = {name: self.ladders[name].above(steps[name]) for name in self._assembly.bodies_of(column)}
-        step_choices = [{**steps, name: step} for name, more in higher.items() for step in more]
-        if all(higher.values()):
-            step_choices.append({**steps, **{name: more[-1] for name, more in higher.items()}})
+        finer_steps_of_body = {name: self.ladders[name].above(steps[name]) for name in self._assembly.bodies_of(column)}
+        step_choices = [
+            {**steps, name: step} for name, finer_steps in finer_steps_of_body.items() for step in finer_steps
+        ]
+        if all(finer_steps_of_body.values()):
+            step_choices.append(
+                {**steps, **{name: finer_steps[-1] for name, finer_steps in finer_steps_of_body.items()}}
+            )
         return step_choices
 
     def _measure(self, steps: Mapping[str, int]) -> Tried:
         """Errors of a choice over the session; measured once."""
-        key = tuple(steps.values())
-        if key not in self._tried:
+        step_key = tuple(steps.values())
+        if step_key not in self._tried:
             # The hulls are counted whatever it takes: they are what is written where nothing else was tried in time.
             if self._tried:
                 self._deadline.check()
@@ -456,16 +471,16 @@ class ColliderSearch:
             rate_hz = self._rate.get("rate_hz")
             comparison = self._scoring.reference.compare(sampled_at_rate(detection, rate_hz))
             figures = self._scoring.figures_of(comparison, detection, rate_hz)
-            false, missed = figures["false"] or 0.0, figures["not_reported"] or 0.0
-            self._tried[key] = Tried(
-                steps=key,
+            false_fraction, missed_fraction = figures["false"] or 0.0, figures["not_reported"] or 0.0
+            self._tried[step_key] = Tried(
+                steps=step_key,
                 pieces=sum(map(len, pieces.values())),
-                false=false,
-                missed=missed,
+                false=false_fraction,
+                missed=missed_fraction,
                 loss=figures["loss"],
                 false_frames=comparison.by_pair[:, Outcome.FALSE_CONTACT],
             )
-        return self._tried[key]
+        return self._tried[step_key]
 
     def _with_pieces(self, steps: Mapping[str, int]) -> Assembly:
         """The bodies with the pieces of a choice as their colliders."""
@@ -482,6 +497,6 @@ class ColliderSearch:
         return {name: self.ladders[name].solids(step) for name, step in steps.items()}
 
 
-def as_row(tried: Tried) -> dict[str, Any]:
+def as_row(choice: Tried) -> dict[str, Any]:
     """One row of the front, as plain data."""
-    return {"pieces": tried.pieces, "loss": tried.loss, "false": tried.false, "missed": tried.missed}
+    return {"pieces": choice.pieces, "loss": choice.loss, "false": choice.false, "missed": choice.missed}

@@ -40,12 +40,14 @@ class ColliderVerdicts:
         assembly = self._assembly
         surfaces = [colliders[name].surface for name in assembly.names]
         keys = [(column, surfaces[a], surfaces[b]) for column, (a, b) in enumerate(assembly.pairs.tolist())]
-        missing = [column for column, key in enumerate(keys) if key not in self._kept]
-        detected = {keys[column]: verdict for column, verdict in self._detect_columns(missing, colliders).items()}
+        missing_columns = [column for column, key in enumerate(keys) if key not in self._kept]
+        verdicts_of_key = {
+            keys[column]: verdict for column, verdict in self._detect_columns(missing_columns, colliders).items()
+        }
         verdict = np.empty((len(assembly.motion), len(keys)), dtype=np.uint8)
         for column, key in enumerate(keys):
-            verdict[:, column] = detected[key] if key in detected else self._kept[key]
-        self._keep(detected)
+            verdict[:, column] = verdicts_of_key[key] if key in verdicts_of_key else self._kept[key]
+        self._keep(verdicts_of_key)
         return Detection("collider", assembly.names, assembly.pairs, assembly.motion.times, verdict)
 
     def _detect_columns(self, columns: list[int], colliders: Mapping[str, Solids]) -> dict[int, ByteArray]:
@@ -57,9 +59,9 @@ class ColliderVerdicts:
         verdict = detect_all(make_detector(self._spec, pair_assembly, 0), pair_assembly).verdict
         return {column: verdict[:, number].copy() for number, column in enumerate(columns)}
 
-    def _keep(self, detected: Mapping[tuple[int, TriangleMesh, TriangleMesh], ByteArray]) -> None:
+    def _keep(self, verdicts_of_key: Mapping[tuple[int, TriangleMesh, TriangleMesh], ByteArray]) -> None:
         """Keep verdicts; of too many those that were kept first are dropped."""
-        self._kept.update(detected)
+        self._kept.update(verdicts_of_key)
         most_kept = max(len(self._assembly.pairs), MOST_BYTES // max(1, len(self._assembly.motion)))
         for key in list(self._kept)[: max(0, len(self._kept) - most_kept)]:
             del self._kept[key]
@@ -69,6 +71,8 @@ def sampled_at_rate(frame_by_frame: Detection, rate_hz: float | None, offset_s: 
     """The detection of the same detector with a step rate: each sample is held until the next one."""
     has_pose = frame_by_frame.verdict != Verdict.NO_POSE
     samples = ZeroOrderHold(len(frame_by_frame.pairs), rate_hz, offset_s)
-    sampled = samples.sampled(frame_by_frame.times)
-    verdict, _ = samples.hold(frame_by_frame.verdict[sampled], has_pose[sampled], sampled, has_pose)
+    sampled_frames = samples.sampled(frame_by_frame.times)
+    verdict, _ = samples.hold(
+        frame_by_frame.verdict[sampled_frames], has_pose[sampled_frames], sampled_frames, has_pose
+    )
     return replace(frame_by_frame, verdict=verdict)

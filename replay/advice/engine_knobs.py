@@ -34,8 +34,8 @@ class Choice:
 
     def detector_text(self, frames_hz: float) -> str:
         """Argument of ``replay run --detectors``; a step as fast as the recording sees every frame and has no rate."""
-        fast = self.settings["rate_hz"] >= FASTEST * frames_hz
-        kept_settings = {key: value for key, value in self.settings.items() if key != "rate_hz" or not fast}
+        is_every_frame = self.settings["rate_hz"] >= FASTEST * frames_hz
+        kept_settings = {key: value for key, value in self.settings.items() if key != "rate_hz" or not is_every_frame}
         return spec_text(self.detector, kept_settings)
 
 
@@ -82,20 +82,29 @@ def advice_text(engine: str, rows: Sequence[Row]) -> list[str]:
     Of rows with equal losses the one that changes the fewest settings is taken. A row is advised only where it takes
     ``WORTH_CHANGING`` off the loss of the first one: what changes nothing is no advice.
     """
-    first = rows[0]
-    if not first["contacts"]:
-        none = f"No contact happened that {engine} could miss."
-        return [none, "All that row 1 reports is false."] if first["false"] else [none]
-    if not first["loss"]:
-        return [f"Row 1 gets each of {plural(first['contacts'], 'contact')} right."]
-    best = min(rows, key=lambda row: (row["loss"], len(row["knobs"]), row["number"]))
-    sentences = [f"Row {first['number']}: {_all_wrong(first)}."]
-    if best["loss"] > (1.0 - WORTH_CHANGING) * first["loss"]:
+    first_row = rows[0]
+    if not first_row["contacts"]:
+        no_contact_sentence = f"No contact happened that {engine} could miss."
+        return (
+            [no_contact_sentence, "All that row 1 reports is false."] if first_row["false"] else [no_contact_sentence]
+        )
+    if not first_row["loss"]:
+        return [f"Row 1 gets each of {plural(first_row['contacts'], 'contact')} right."]
+    best_row = min(rows, key=lambda row: (row["loss"], len(row["knobs"]), row["number"]))
+    sentences = [f"Row {first_row['number']}: {_all_wrong(first_row)}."]
+    if best_row["loss"] > (1.0 - WORTH_CHANGING) * first_row["loss"]:
         return [*sentences, "No other row is clearly better."]
-    cure = f"Take row {best['number']} ({knob_text(best['knobs'])}): {_all_wrong(best)} (measured on this session)."
-    return [*sentences, cure, *([best["consequence"]] if best["consequence"] else [])]
+    cure_sentence = (
+        f"Take row {best_row['number']} ({knob_text(best_row['knobs'])}): {_all_wrong(best_row)} "
+        f"(measured on this session)."
+    )
+    return [*sentences, cure_sentence, *([best_row["consequence"]] if best_row["consequence"] else [])]
 
 
-def _all_wrong(row: Row) -> str:
+def _all_wrong(errors_row: Row) -> str:
     """``0-1 of 18 contacts missed, 1-3 late or cut short, 86 % of its contact time false, 2 undecided``."""
-    return f"{wrong_text(row)}, {row['undecided']} undecided" if row["undecided"] else wrong_text(row)
+    return (
+        f"{wrong_text(errors_row)}, {errors_row['undecided']} undecided"
+        if errors_row["undecided"]
+        else wrong_text(errors_row)
+    )

@@ -66,15 +66,15 @@ class SurfaceComponent:
 
     def _holds_point(self, point: Array) -> bool | None:
         """Whether a point (3,) is inside; ``None``: rays leave it open."""
-        is_inside, escaping = True, 0
-        for number, direction in enumerate(sphere_directions(RAY_COUNT)):
+        is_inside, escaping_rays = True, 0
+        for ray_number, direction in enumerate(sphere_directions(RAY_COUNT)):
             crossings = self._crossings(point, direction)
-            escaping += crossings == 0
+            escaping_rays += crossings == 0
             # A ray that meets nothing proves the outside of a closed component, of one that crosses itself too.
-            if escaping >= (1 if self.is_closed else RAYS_OF_THE_OUTSIDE):
+            if escaping_rays >= (1 if self.is_closed else RAYS_OF_THE_OUTSIDE):
                 return False
             is_inside &= crossings % 2 == 1
-            if is_inside and self.is_closed and number + 1 == RAYS_OF_THE_INSIDE:
+            if is_inside and self.is_closed and ray_number + 1 == RAYS_OF_THE_INSIDE:
                 return True
         return None
 
@@ -89,14 +89,14 @@ class SurfaceComponent:
 
         Source: Moeller and Trumbore, "Fast, minimum storage ray/triangle intersection", 1997.
         """
-        base, along, across = self._edges
-        normal, offset = np.cross(direction, across), point - base
-        second_normal = np.cross(offset, along)
+        first_corners, first_edges, second_edges = self._edges
+        normal, offset = np.cross(direction, second_edges), point - first_corners
+        second_normal = np.cross(offset, first_edges)
         with np.errstate(divide="ignore", invalid="ignore"):
-            inverse = 1.0 / (along * normal).sum(axis=1)
-            u = (offset * normal).sum(axis=1) * inverse
-            v = (second_normal @ direction) * inverse
-            distance = (across * second_normal).sum(axis=1) * inverse
+            inverse_determinant = 1.0 / (first_edges * normal).sum(axis=1)
+            u = (offset * normal).sum(axis=1) * inverse_determinant
+            v = (second_normal @ direction) * inverse_determinant
+            distance = (second_edges * second_normal).sum(axis=1) * inverse_determinant
             return int(((u >= 0) & (v >= 0) & (u + v <= 1) & (distance > 0)).sum())
 
 
@@ -112,30 +112,30 @@ class MeshInterior:
         """Returns the corners (n, 3) of all components, one after the other, and where each begins, (p,)."""
         return self._vertices[self._order], self._starts
 
-    def holds(self, points: Array, starts: Indices) -> bool | None:
+    def holds(self, points: Array, component_starts: Indices) -> bool | None:
         """Returns whether a component of a body is inside, of ``component_points`` in the axes of this mesh.
 
         ``None``: holes, or components in each other, leave it open.
         """
-        lower, upper = np.minimum.reduceat(points, starts), np.maximum.reduceat(points, starts)
-        overlaps = ((upper >= self._bounds[0]) & (lower <= self._bounds[1])).all(axis=1)
-        if not overlaps.any():
+        lower, upper = np.minimum.reduceat(points, component_starts), np.maximum.reduceat(points, component_starts)
+        overlaps_box = ((upper >= self._bounds[0]) & (lower <= self._bounds[1])).all(axis=1)
+        if not overlaps_box.any():
             return False
-        components = np.split(points, starts[1:])
-        answers = {self._holds_component(components[number]) for number in np.flatnonzero(overlaps)}
+        components = np.split(points, component_starts[1:])
+        answers = {self._holds_component(components[number]) for number in np.flatnonzero(overlaps_box)}
         if True in answers:
             return True
         return None if None in answers else False
 
     def _holds_component(self, corners: Array) -> bool | None:
         """Whether a body of one component with these corners (n, 3) is inside."""
-        bounds = self._component_bounds
+        component_bounds = self._component_bounds
         lower, upper = corners.min(axis=0), corners.max(axis=0)
-        overlaps = ((upper >= bounds[:, 0]) & (lower <= bounds[:, 1])).all(axis=1)
-        is_within = ((lower >= bounds[:, 0]) & (upper <= bounds[:, 1])).all(axis=1)
+        overlaps_box = ((upper >= component_bounds[:, 0]) & (lower <= component_bounds[:, 1])).all(axis=1)
+        is_within = ((lower >= component_bounds[:, 0]) & (upper <= component_bounds[:, 1])).all(axis=1)
         answers = [
             self._component(number).holds(corners)
-            for number in np.flatnonzero(overlaps).tolist()
+            for number in np.flatnonzero(overlaps_box).tolist()
             # Through a hole a body may reach in; into a closed component it cannot.
             if is_within[number] or not self._component(number).is_closed
         ]
@@ -178,10 +178,10 @@ class MeshInterior:
         ordered = self._vertices[order]
         is_new = np.concatenate([[True], (ordered[1:] != ordered[:-1]).any(axis=1)])
         position = np.cumsum(is_new) - 1
-        least = np.minimum.reduceat(order, np.flatnonzero(is_new))
-        merged = np.empty(len(order), dtype=np.intp)
-        merged[order] = least[position]
-        return merged
+        least_vertex = np.minimum.reduceat(order, np.flatnonzero(is_new))
+        merged_of_vertex = np.empty(len(order), dtype=np.intp)
+        merged_of_vertex[order] = least_vertex[position]
+        return merged_of_vertex
 
     @cached_property
     def _merged_faces(self) -> Indices:
@@ -192,12 +192,12 @@ class MeshInterior:
     def _components(self) -> dict[int, SurfaceComponent]:
         return {}
 
-    def _component(self, number: int) -> SurfaceComponent:
-        if number not in self._components:
-            label = self._labels[self._order[self._starts[number]]]
+    def _component(self, component_number: int) -> SurfaceComponent:
+        if component_number not in self._components:
+            label = self._labels[self._order[self._starts[component_number]]]
             faces = self._merged_faces[self._labels[self._faces[:, 0]] == label]
-            self._components[number] = surface_component(self._vertices, faces)
-        return self._components[number]
+            self._components[component_number] = surface_component(self._vertices, faces)
+        return self._components[component_number]
 
 
 def surface_component(vertices: Array, faces: Indices) -> SurfaceComponent:
@@ -205,11 +205,11 @@ def surface_component(vertices: Array, faces: Indices) -> SurfaceComponent:
     edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
     edges = edges[np.lexsort(edges.T)]
     is_new = np.concatenate([[True], (edges[1:] != edges[:-1]).any(axis=1)])
-    first = np.flatnonzero(is_new)
-    uses = np.diff(np.append(first, len(edges)))
+    first_edge_rows = np.flatnonzero(is_new)
+    faces_of_edge = np.diff(np.append(first_edge_rows, len(edges)))
     triangles = vertices[faces]
-    is_sound = bool((uses <= 2).all())
-    rim_edges = edges[first[uses == 1]]
+    is_sound = bool((faces_of_edge <= 2).all())
+    rim_edges = edges[first_edge_rows[faces_of_edge == 1]]
     has_opening = (
         is_sound and len(rim_edges) > 0 and _is_opening(list(_rims(rim_edges, len(vertices))), vertices, triangles)
     )
@@ -229,14 +229,17 @@ def _is_opening(rims: list[Indices], vertices: Array, triangles: Array) -> bool:
     """Whether holes with these rims are too large to be lost faces."""
     cap_areas = [_fan_area(vertices[rim]) for rim in rims]
     closed_area = _area(triangles) + sum(cap_areas)
-    large = [area for rim, area in zip(rims, cap_areas, strict=True) if len(rim) > MOST_RIM_EDGES]
-    return sum(cap_areas) > LARGEST_CAP_FRACTION * closed_area or max(large, default=0.0) > TINY_FRACTION * closed_area
+    large_areas = [area for rim, area in zip(rims, cap_areas, strict=True) if len(rim) > MOST_RIM_EDGES]
+    return (
+        sum(cap_areas) > LARGEST_CAP_FRACTION * closed_area
+        or max(large_areas, default=0.0) > TINY_FRACTION * closed_area
+    )
 
 
 def _fan_area(edges: Array) -> float:
     """Square metres of triangles from the middle of a rim to its edges (k, 2, 3)."""
-    middle = np.broadcast_to(edges.mean(axis=(0, 1)), edges[:, 0].shape)
-    return _area(np.stack([edges[:, 0], edges[:, 1], middle], axis=1))
+    rim_middle = np.broadcast_to(edges.mean(axis=(0, 1)), edges[:, 0].shape)
+    return _area(np.stack([edges[:, 0], edges[:, 1], rim_middle], axis=1))
 
 
 def _area(triangles: Array) -> float:
@@ -245,20 +248,20 @@ def _area(triangles: Array) -> float:
     return float(np.sqrt((normals * normals).sum(axis=1)).sum() / 2.0)
 
 
-def component_labels(groups: Indices, count: int) -> Indices:
+def component_labels(groups: Indices, number_count: int) -> Indices:
     """Returns the least number in the connected component of each of so many numbers; ``groups`` (k, m) join them."""
-    labels = np.arange(count)
+    labels = np.arange(number_count)
     while True:
-        least = labels[groups].min(axis=1)
-        np.minimum.at(labels, groups.ravel(), np.repeat(least, groups.shape[1]))
+        least_labels = labels[groups].min(axis=1)
+        np.minimum.at(labels, groups.ravel(), np.repeat(least_labels, groups.shape[1]))
         labels = labels[labels]
         if (labels[groups] == labels[groups[:, :1]]).all():
             return labels
 
 
-def sphere_directions(count: int) -> Array:
+def sphere_directions(direction_count: int) -> Array:
     """Returns unit vectors (count, 3) evenly about a sphere, along a spiral that turns by the golden angle."""
-    height = 1.0 - (2.0 * np.arange(count) + 1.0) / count
-    angle = np.pi * (3.0 - np.sqrt(5.0)) * np.arange(count)
+    height = 1.0 - (2.0 * np.arange(direction_count) + 1.0) / direction_count
+    angle = np.pi * (3.0 - np.sqrt(5.0)) * np.arange(direction_count)
     radius = np.sqrt(1.0 - height * height)
     return np.stack([radius * np.cos(angle), height, radius * np.sin(angle)], axis=1)

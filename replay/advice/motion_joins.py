@@ -59,17 +59,21 @@ class FalseContacts:
 
     def of(self, pieces: Sequence[TriangleMesh]) -> BoolArray:
         """Whether each piece reports false contact at each moment, (K, M)."""
-        rows = [self._block(pieces[start : start + AT_ONCE]) for start in range(0, len(pieces), AT_ONCE)]
-        return np.concatenate(rows) if rows else np.zeros((0, int(self._at_risk.sum())), dtype=np.bool_)
+        contact_blocks = [self._block(pieces[start : start + AT_ONCE]) for start in range(0, len(pieces), AT_ONCE)]
+        return (
+            np.concatenate(contact_blocks)
+            if contact_blocks
+            else np.zeros((0, int(self._at_risk.sum())), dtype=np.bool_)
+        )
 
     def _block(self, pieces: Sequence[TriangleMesh]) -> BoolArray:
-        count, others = len(pieces), len(self._others)
-        if not others:
-            return np.zeros((count, 0), dtype=np.bool_)
-        columns = np.concatenate([self._numbers[:-1], np.repeat(self._numbers[-1], count)])
+        piece_count, other_count = len(pieces), len(self._others)
+        if not other_count:
+            return np.zeros((piece_count, 0), dtype=np.bool_)
+        columns = np.concatenate([self._numbers[:-1], np.repeat(self._numbers[-1], piece_count)])
         bodies = [replace(body, name=f"other {k}") for k, body in enumerate(self._others)]
         bodies += [Body(f"piece {k}", piece, colliders=Solids((piece,), piece)) for k, piece in enumerate(pieces)]
-        pairs = [(other, others + piece) for piece in range(count) for other in range(others)]
+        pairs = [(other, other_count + piece) for piece in range(piece_count) for other in range(other_count)]
         motion = Motion(
             self._times,
             self._translations[:, columns],
@@ -78,27 +82,27 @@ class FalseContacts:
             copy=False,
         )
         detector = create_detector("collider", bodies, pairs=np.array(pairs), shape="shipped")
-        contact = counts_as_contact(detector.detect(motion).verdict).reshape(len(self._times), count, others)
+        contact = counts_as_contact(detector.detect(motion).verdict).reshape(len(self._times), piece_count, other_count)
         return np.asarray(np.moveaxis(contact, 1, 0)[:, self._at_risk])
 
 
 def refined_by_motion(
-    pieces: Sequence[TriangleMesh], mesh: TriangleMesh, false_contacts: FalseContacts, check: Callable[[], None]
+    pieces: Sequence[TriangleMesh], mesh: TriangleMesh, false_contacts: FalseContacts, check_time: Callable[[], None]
 ) -> list[TriangleMesh]:
     """The pieces of a closed mesh, those cut further that report false contact, the worst first.
 
-    ``check`` is called before each cut; what it raises ends the cutting.
+    ``check_time`` is called before each cut; what it raises ends the cutting.
     """
     solid = manifold_of(facing_outward(mesh))
     if solid is None:
         return list(pieces)
     joined_pieces: list[TriangleMesh] = []
-    counts = false_contacts.of(pieces).sum(axis=1).tolist()
-    left = [(count, PATIENCE, piece) for count, piece in zip(counts, pieces, strict=True)]
-    while left and len(joined_pieces) + len(left) < MOST_PIECES:
-        check()
-        worst = max(range(len(left)), key=lambda k: left[k][0])
-        count, patience, piece = left.pop(worst)
+    false_counts = false_contacts.of(pieces).sum(axis=1).tolist()
+    waiting_pieces = [(count, PATIENCE, piece) for count, piece in zip(false_counts, pieces, strict=True)]
+    while waiting_pieces and len(joined_pieces) + len(waiting_pieces) < MOST_PIECES:
+        check_time()
+        worst = max(range(len(waiting_pieces)), key=lambda k: waiting_pieces[k][0])
+        count, patience, piece = waiting_pieces.pop(worst)
         halves = cut_in_two(piece, solid) if count else []
         if not halves:
             joined_pieces.append(piece)
@@ -107,23 +111,23 @@ def refined_by_motion(
         patience = PATIENCE if touches.any(axis=0).sum() < count else patience - 1
         for half, row in zip(halves, touches, strict=True):
             if patience and row.any():
-                left.append((int(row.sum()), patience, half))
+                waiting_pieces.append((int(row.sum()), patience, half))
             else:
                 joined_pieces.append(half)
-    return [*joined_pieces, *(piece for _, _, piece in left)]
+    return [*joined_pieces, *(piece for _, _, piece in waiting_pieces)]
 
 
 def joined_by_motion(
-    pieces: Sequence[TriangleMesh], false_contacts: FalseContacts, check: Callable[[], None]
+    pieces: Sequence[TriangleMesh], false_contacts: FalseContacts, check_time: Callable[[], None]
 ) -> dict[int, list[TriangleMesh]]:
     """Number of pieces -> the pieces, from all of them down to as few as there can be.
 
-    They have any number of triangles, as hulls do. ``check`` is called before each join; what it raises ends the
+    They have any number of triangles, as hulls do. ``check_time`` is called before each join; what it raises ends the
     joining.
     """
     joins = _Joins(pieces, false_contacts)
     levels = {len(pieces): joins.pieces}
-    while joins.join_next(check):
+    while joins.join_next(check_time):
         levels[len(joins.pieces)] = joins.pieces
     return levels
 
@@ -163,48 +167,50 @@ class _Joins:
         """The pieces that are left."""
         return [self._made[number] for number in self._current]
 
-    def join_next(self, check: Callable[[], None]) -> bool:
+    def join_next(self, check_time: Callable[[], None]) -> bool:
         """Join two pieces with least false contact of all pieces, of equal joins that with least volume.
 
-        False: no two can be joined. ``check`` is called before; what it raises is raised here.
+        False: no two can be joined. ``check_time`` is called before; what it raises is raised here.
         """
         if not self._joins:
             return False
-        check()
+        check_time()
         join = self._best_join()
         first, second = join.numbers
-        number = len(self._made)
+        new_number = len(self._made)
         self._made.append(join.hull)
         self._boxes.append(join.hull.bounds)
         self._volumes.append(volume_of(join.hull))
         self._touches.append(join.touches)
-        gone = [other for other in self._joins if set(other.numbers) & {first, second}]
+        replaced_joins = [other for other in self._joins if set(other.numbers) & {first, second}]
         self._current = [other for other in self._current if other not in (first, second)]
-        new_joins = self._joins_of([(other, number) for other in self._current])
+        new_joins = self._joins_of([(other, new_number) for other in self._current])
         # The joined piece with a neighbour holds what each of both had held with it.
-        for joined in new_joins:
-            neighbour = joined.numbers[0]
-            for other in gone:
+        for new_join in new_joins:
+            neighbour = new_join.numbers[0]
+            for other in replaced_joins:
                 if neighbour in other.numbers:
-                    joined.touches = joined.touches | other.touches
+                    new_join.touches = new_join.touches | other.touches
         self._joins = [other for other in self._joins if not set(other.numbers) & {first, second}] + new_joins
-        self._current.append(number)
+        self._current.append(new_number)
         return True
 
     def _best_join(self) -> _Join:
         """The join to be taken; joins are tested until no other one can be better."""
         touches = np.array(self._touches, dtype=np.int16)
-        first, second = np.array([join.numbers for join in self._joins]).T
-        other_touches = touches[self._current].sum(axis=0) - touches[first] - touches[second]
-        added = np.array([join.added for join in self._joins])
-        false = ((other_touches + np.array([join.touches for join in self._joins])) > 0).sum(axis=1)
+        first_numbers, second_numbers = np.array([join.numbers for join in self._joins]).T
+        other_touches = touches[self._current].sum(axis=0) - touches[first_numbers] - touches[second_numbers]
+        added_volumes = np.array([join.added for join in self._joins])
+        false_counts = ((other_touches + np.array([join.touches for join in self._joins])) > 0).sum(axis=1)
         while True:
-            order = np.lexsort((added, false)).tolist()
-            if self._joins[order[0]].was_tested:
-                return self._joins[order[0]]
-            untested = [number for number in order if not self._joins[number].was_tested][:AT_ONCE]
-            for number, exact in zip(untested, self._false_contact_of_joins(untested), strict=True):
-                false[number] = ((other_touches[number] + exact) > 0).sum()
+            join_order = np.lexsort((added_volumes, false_counts)).tolist()
+            if self._joins[join_order[0]].was_tested:
+                return self._joins[join_order[0]]
+            untested_numbers = [number for number in join_order if not self._joins[number].was_tested][:AT_ONCE]
+            for number, exact_touches in zip(
+                untested_numbers, self._false_contact_of_joins(untested_numbers), strict=True
+            ):
+                false_counts[number] = ((other_touches[number] + exact_touches) > 0).sum()
 
     def _false_contact_of_joins(self, numbers: Sequence[int]) -> BoolArray:
         """Return where the hulls of joins report false contact, (k, M); the joins keep it."""
@@ -222,7 +228,7 @@ class _Joins:
                 continue
             hull = hull_of(np.concatenate([self._made[a].vertices, self._made[b].vertices]))
             if hull is not None:
-                separate = self._volumes[a] + self._volumes[b]
-                added = (volume_of(hull) - separate) / separate
-                joins.append(_Join((a, b), hull, added, self._touches[a] | self._touches[b]))
+                separate_volume = self._volumes[a] + self._volumes[b]
+                added_fraction = (volume_of(hull) - separate_volume) / separate_volume
+                joins.append(_Join((a, b), hull, added_fraction, self._touches[a] | self._touches[b]))
         return joins

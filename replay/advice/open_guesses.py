@@ -48,11 +48,11 @@ def guess_lines(session: Session, questions: Collection[Assumption] = ()) -> lis
     ]
     if not rows:
         return []
-    named = "; ".join(
+    guess_texts = "; ".join(
         f"{row.title_by_bodies} ({row.value}{', not sure' if row.confidence is Confidence.OPEN else ''})"
         for row in rows
     )
-    return [f"Guessed by the import: {named}. Why: replay info {RECORDING} -v"]
+    return [f"Guessed by the import: {guess_texts}. Why: replay info {RECORDING} -v"]
 
 
 def undecided_sentence(row: Assumption, path: str) -> str:
@@ -65,12 +65,15 @@ def undecided_sentence(row: Assumption, path: str) -> str:
     )
 
 
-def open_guesses_line(undecided: Sequence[str], count: int) -> list[str]:
+def open_guesses_line(undecided_sessions: Sequence[str], count: int) -> list[str]:
     """Returns the line on sessions whose import guessed something that changes their contacts; none of none."""
-    if not undecided:
+    if not undecided_sessions:
         return []
-    named = ", ".join(undecided[:MOST_NAMED]) + (", ..." if len(undecided) > MOST_NAMED else "")
+    session_names = ", ".join(undecided_sessions[:MOST_NAMED]) + (
+        ", ..." if len(undecided_sessions) > MOST_NAMED else ""
+    )
     return [
-        f"Not decided: in {len(undecided)} of {plural(count, 'session')} a guess of the import changes the contacts "
-        f"({named}). To decide: replay doctor FILE.mcap --look"
+        f"Not decided: in {len(undecided_sessions)} of {plural(count, 'session')} a guess of the import changes "
+        f"the contacts "
+        f"({session_names}). To decide: replay doctor FILE.mcap --look"
     ]

@@ -32,24 +32,24 @@ class SampledSurface:
     @cached_property
     def vertices(self) -> FloatArray:
         """Vertices (n, 3) and the points on the surface, which stand for large faces."""
-        step = max(1, len(self._mesh.vertices) // MOST_VERTICES)
-        return np.concatenate([self._mesh.vertices[::step], self._points[0][::4]])
+        vertex_step = max(1, len(self._mesh.vertices) // MOST_VERTICES)
+        return np.concatenate([self._mesh.vertices[::vertex_step], self._points[0][::4]])
 
     @cached_property
     def _points(self) -> tuple[FloatArray, FloatArray]:
         corners = self._mesh.triangles
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         doubled_areas = np.linalg.norm(normals, axis=1)
-        total = float(doubled_areas.sum())
-        if total == 0.0:
+        total_area = float(doubled_areas.sum())
+        if total_area == 0.0:
             return corners[:, 0], np.zeros_like(corners[:, 0])
         rng = np.random.default_rng(self._seed)
-        face = rng.choice(len(corners), SURFACE_POINTS, p=doubled_areas / total)
+        face_of_point = rng.choice(len(corners), SURFACE_POINTS, p=doubled_areas / total_area)
         first, second = np.sqrt(rng.random(SURFACE_POINTS)), rng.random(SURFACE_POINTS)
         weights = np.stack([1.0 - first, first * (1.0 - second), first * second], axis=1)
-        points = np.einsum("nk,nkd->nd", weights, corners[face])
-        outward = normals[face] / doubled_areas[face][:, None]
-        return points, outward if self._signed_volume > 0.0 else -outward
+        points = np.einsum("nk,nkd->nd", weights, corners[face_of_point])
+        outward_normals = normals[face_of_point] / doubled_areas[face_of_point][:, None]
+        return points, outward_normals if self._signed_volume > 0.0 else -outward_normals
 
     @property
     def _signed_volume(self) -> float:
@@ -76,10 +76,10 @@ class SampledSurface:
             return 0.0
         points_in_box = points[inside_box]
         distance, index = self._tree.query(points_in_box)
-        toward = ((points_in_box - self._points[0][index]) * self._points[1][index]).sum(axis=1)
+        outward_offsets = ((points_in_box - self._points[0][index]) * self._points[1][index]).sum(axis=1)
         # Of a point beside the sampled one most of the distance is along the surface.
-        below = toward < 0.0
-        return float(np.minimum(distance, -toward)[below].max(initial=0.0))
+        is_below = outward_offsets < 0.0
+        return float(np.minimum(distance, -outward_offsets)[is_below].max(initial=0.0))
 
 
 def overlap_depth(
@@ -88,7 +88,7 @@ def overlap_depth(
     """Returns the metres that two bodies stand in each other in a frame of a motion; 0 where they do not."""
     depth = 0.0
     for inner, outer, (a, b) in ((first, second, bodies), (second, first, bodies[::-1])):
-        world = place_points(inner.vertices, motion.rotations[frame, a], motion.translations[frame, a])
-        local = (world - motion.translations[frame, b]) @ motion.rotations[frame, b]
-        depth = max(depth, outer.depth_of(local))
+        world_points = place_points(inner.vertices, motion.rotations[frame, a], motion.translations[frame, a])
+        local_points = (world_points - motion.translations[frame, b]) @ motion.rotations[frame, b]
+        depth = max(depth, outer.depth_of(local_points))
     return depth

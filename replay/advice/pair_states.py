@@ -77,34 +77,34 @@ class PairStates:
         Raises ``QueryLimitError``.
         """
         states = np.full(len(rotations), PairState.UNKNOWN, dtype=np.int8)
-        travelled = self._path_lengths(rotations, translations)
-        row = 0
-        while row < len(rotations):
-            gap = self._gap(rotations[row], translations[row], budget)
+        path_lengths = self._path_lengths(rotations, translations)
+        pose_row = 0
+        while pose_row < len(rotations):
+            gap = self._gap(rotations[pose_row], translations[pose_row], budget)
             if gap <= CLEAR_GAP_M:
-                states[row] = PairState.UNKNOWN if gap > 0.0 else PairState.CONTACT
-                row += 1
+                states[pose_row] = PairState.UNKNOWN if gap > 0.0 else PairState.CONTACT
+                pose_row += 1
                 continue
-            room = gap - CLEAR_GAP_M
-            is_as_before = row > 0 and travelled[row] - travelled[row - 1] < room
-            if is_as_before and states[row - 1] != PairState.UNKNOWN:
-                state = int(states[row - 1])
+            free_path = gap - CLEAR_GAP_M
+            is_as_before = pose_row > 0 and path_lengths[pose_row] - path_lengths[pose_row - 1] < free_path
+            if is_as_before and states[pose_row - 1] != PairState.UNKNOWN:
+                state = int(states[pose_row - 1])
             else:
-                state = self._state_with_gap(rotations[row], translations[row])
-            end = bisect_left(travelled, travelled[row] + room, row + 1)
-            states[row:end] = state
-            row = end
+                state = self._state_with_gap(rotations[pose_row], translations[pose_row])
+            end_row = bisect_left(path_lengths, path_lengths[pose_row] + free_path, pose_row + 1)
+            states[pose_row:end_row] = state
+            pose_row = end_row
         return states
 
     def _path_lengths(self, rotations: Array, translations: Array) -> list[float]:
         """Metres that no point of the second body has exceeded on its way to each pose since the first, k of them."""
-        step = np.diff(translations, axis=0)
+        translation_steps = np.diff(translations, axis=0)
         rotation_change = np.diff(rotations, axis=0).reshape(-1, 9)
-        metres = np.sqrt((step * step).sum(axis=1)) + self._reach * np.sqrt(
+        step_bounds = np.sqrt((translation_steps * translation_steps).sum(axis=1)) + self._reach * np.sqrt(
             (rotation_change * rotation_change).sum(axis=1)
         )
-        travelled: list[float] = np.concatenate([[0.0], np.cumsum(metres)]).tolist()
-        return travelled
+        path_lengths: list[float] = np.concatenate([[0.0], np.cumsum(step_bounds)]).tolist()
+        return path_lengths
 
     def _gap(self, rotation: Array, translation: Array, budget: QueryBudget) -> float:
         """Metres between the surfaces; 0 where they meet."""
@@ -124,13 +124,13 @@ class PairStates:
             first.component_points(),
             second.component_points(),
         )
-        inside = (
+        inside_answers = (
             first.holds(second_points @ rotation.T + translation, second_starts),
             second.holds((first_points - translation) @ rotation, first_starts),
         )
-        if True in inside:
+        if True in inside_answers:
             return PairState.CONTACT
-        return PairState.UNKNOWN if None in inside else PairState.SEPARATED
+        return PairState.UNKNOWN if None in inside_answers else PairState.SEPARATED
 
 
 def can_be_tested(mesh: MeshData) -> bool:

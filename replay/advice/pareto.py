@@ -38,8 +38,8 @@ def is_tied(a: Row, b: Row) -> bool:
     """Whether two times are equal, or their intervals overlap."""
     if a["mean_ms"] == b["mean_ms"]:
         return True
-    ends = [row[end] for row in (a, b) for end in ("mean_low", "mean_high")]
-    return None not in ends and ends[0] <= ends[3] and ends[2] <= ends[1]
+    interval_ends = [row[end] for row in (a, b) for end in ("mean_low", "mean_high")]
+    return None not in interval_ends and interval_ends[0] <= interval_ends[3] and interval_ends[2] <= interval_ends[1]
 
 
 def is_quicker(a: Row, b: Row) -> bool:
@@ -49,29 +49,31 @@ def is_quicker(a: Row, b: Row) -> bool:
 
 def winner_of(rows: Sequence[Row]) -> Row:
     """Best row among the fastest and those that tie with it; the earlier of equals."""
-    quickest = min(rows, key=lambda row: float(row["mean_ms"]))
-    ties = [row for row in rows if is_tied(row, quickest)]
-    return min(ties, key=lambda row: (row["loss"], not row["complete"]))
+    quickest_row = min(rows, key=lambda row: float(row["mean_ms"]))
+    tied_rows = [row for row in rows if is_tied(row, quickest_row)]
+    return min(tied_rows, key=lambda row: (row["loss"], not row["complete"]))
 
 
 def front_of(rows: Sequence[Row]) -> list[str]:
     """Labels on the front, quickest first: each is surely quicker than all that have a smaller loss."""
-    front: list[Row] = []
-    left = [row for row in rows if is_comparable(row)]
-    for least in sorted({row["loss"] for row in left}):
-        best = winner_of([row for row in left if row["loss"] == least])
-        if not front or is_quicker(best, front[-1]):
-            front.append(best)
-    return [row["label"] for row in reversed(front)]
+    front_labels: list[Row] = []
+    remaining_rows = [row for row in rows if is_comparable(row)]
+    for smallest_loss in sorted({row["loss"] for row in remaining_rows}):
+        best_row = winner_of([row for row in remaining_rows if row["loss"] == smallest_loss])
+        if not front_labels or is_quicker(best_row, front_labels[-1]):
+            front_labels.append(best_row)
+    return [row["label"] for row in reversed(front_labels)]
 
 
 def contenders_of(rows: Sequence[Row]) -> list[str]:
     """Labels of what is on the front, or would be if its time were known better."""
-    left = [row for row in rows if is_comparable(row)]
+    comparable_rows = [row for row in rows if is_comparable(row)]
     return [
         row["label"]
-        for row in left
-        if not any(other["loss"] < row["loss"] and other["mean_ms"] <= row["mean_ms"] for other in left)
+        for row in comparable_rows
+        if not any(
+            other_row["loss"] < row["loss"] and other_row["mean_ms"] <= row["mean_ms"] for other_row in comparable_rows
+        )
     ]
 
 
@@ -89,50 +91,73 @@ def advice_of(rows: Sequence[Row], *, processor_fraction: float = 1.0) -> list[s
     """
     candidates = [row for row in rows if is_comparable(row) and row["mean_low"] is not None]
     if len(candidates) < FEWEST:
-        were = f"{plural(len(candidates), 'setting')} {'was' if len(candidates) == 1 else 'were'}"
-        return [f"No advice: {were} timed twice or more, and advice needs {FEWEST}."]
-    if busy := busy_sentence(1 - processor_fraction):
-        return [_most_accurate(candidates), *_rest_of_front(candidates), f"{busy} No advice about cost until then."]
+        settings_clause = f"{plural(len(candidates), 'setting')} {'was' if len(candidates) == 1 else 'were'}"
+        return [f"No advice: {settings_clause} timed twice or more, and advice needs {FEWEST}."]
+    if busy_text := busy_sentence(1 - processor_fraction):
+        return [
+            _most_accurate(candidates),
+            *_rest_of_front(candidates),
+            f"{busy_text} No advice about cost until then.",
+        ]
     by_label = {row["label"]: row for row in candidates}
-    front = front_of(candidates)
-    best = by_label[front[-1]]
-    cost = f"The smallest loss, {words.loss_number(best['loss'])}, costs" if best["loss"] else "Missing nothing costs"
-    fraction = words.as_percentage(best["mean_ms"] * HEADSET_HZ / 1e3)
-    wrong = f" It gets wrong: {wrong_text(best)}." if best["loss"] else ""
-    first = f"{cost} {_ms(best)} a frame ({best['label']}), {fraction} of a {HEADSET_HZ:g} Hz frame.{wrong}"
-    other = _row_of_a_new_project(candidates, best) or (by_label[front[-2]] if len(front) > 1 else None)
-    if other is None:
-        return [first, "No other setting is faster beyond doubt."]
-    wrong = wrong_text(other)
-    if not is_quicker(other, best):
-        return [first, f"With {other['label']} a frame takes {_ms(other)}, not surely less: {wrong}."]
-    return [first, f"At {_ms(other)} ({other['label']}): {wrong}; {_slow_frames(other, best)}."]
+    front_labels = front_of(candidates)
+    best_row = by_label[front_labels[-1]]
+    cost = (
+        f"The smallest loss, {words.loss_number(best_row['loss'])}, costs"
+        if best_row["loss"]
+        else "Missing nothing costs"
+    )
+    fraction = words.as_percentage(best_row["mean_ms"] * HEADSET_HZ / 1e3)
+    errors_sentence = f" It gets wrong: {wrong_text(best_row)}." if best_row["loss"] else ""
+    first_sentence = (
+        f"{cost} {_ms(best_row)} a frame ({best_row['label']}), {fraction} of a {HEADSET_HZ:g} Hz "
+        f"frame.{errors_sentence}"
+    )
+    comparison_row = _row_of_a_new_project(candidates, best_row) or (
+        by_label[front_labels[-2]] if len(front_labels) > 1 else None
+    )
+    if comparison_row is None:
+        return [first_sentence, "No other setting is faster beyond doubt."]
+    errors_sentence = wrong_text(comparison_row)
+    if not is_quicker(comparison_row, best_row):
+        return [
+            first_sentence,
+            f"With {comparison_row['label']} a frame takes {_ms(comparison_row)}, not surely less: {errors_sentence}.",
+        ]
+    return [
+        first_sentence,
+        f"At {_ms(comparison_row)} ({comparison_row['label']}): {errors_sentence}; "
+        f"{_slow_frames(comparison_row, best_row)}.",
+    ]
 
 
 def _most_accurate(rows: Sequence[Row]) -> str:
     """Sentence on the settings with the smallest loss, at any cost."""
-    least = min(row["loss"] for row in rows)
-    best = [row for row in rows if row["loss"] == least]
-    names = ", ".join(row["label"] for row in best[:MOST_NAMES])
-    more = f" and {len(best) - MOST_NAMES} more" if len(best) > MOST_NAMES else ""
-    if least == 0.0:
-        return f"Every contact is right with {names}{more}."
-    return f"The smallest loss, {words.loss_number(least)}, has {names}{more}: {wrong_text(best[0])}."
+    smallest_loss = min(row["loss"] for row in rows)
+    best_rows = [row for row in rows if row["loss"] == smallest_loss]
+    best_labels = ", ".join(row["label"] for row in best_rows[:MOST_NAMES])
+    more_text = f" and {len(best_rows) - MOST_NAMES} more" if len(best_rows) > MOST_NAMES else ""
+    if smallest_loss == 0.0:
+        return f"Every contact is right with {best_labels}{more_text}."
+    return (
+        f"The smallest loss, {words.loss_number(smallest_loss)}, has {best_labels}{more_text}: "
+        f"{wrong_text(best_rows[0])}."
+    )
 
 
 def _rest_of_front(rows: Sequence[Row]) -> list[str]:
     """A sentence on each setting of the front that gets something wrong beyond the smallest loss, the best first."""
-    least, front = min(row["loss"] for row in rows), front_of(rows)
-    others_on_front = [row for row in rows if row["label"] in front and row["loss"] > least]
+    smallest_loss, front_labels = min(row["loss"] for row in rows), front_of(rows)
+    others_on_front = [row for row in rows if row["label"] in front_labels and row["loss"] > smallest_loss]
     return [
         f"With {row['label']}: {wrong_text(row)}."
         for row in sorted(others_on_front, key=lambda row: float(row["loss"]))
     ]
 
 
-def _row_of_a_new_project(rows: Sequence[Row], best: Row) -> Row | None:
+def _row_of_a_new_project(rows: Sequence[Row], best_row: Row) -> Row | None:
     """Row closest to an engine's new project: the rate nearest to ``USUAL_HZ``, then the smallest loss."""
-    rates = [row for row in rows if row["rate_hz"] and row["loss"] > best["loss"]]
+    rates = [row for row in rows if row["rate_hz"] and row["loss"] > best_row["loss"]]
     return min(rates, key=lambda row: (abs(row["rate_hz"] - USUAL_HZ), row["loss"]), default=None)
 
 
@@ -151,8 +176,8 @@ def wrong_text(row: Row) -> str:
     return ", ".join(phrases)
 
 
-def _slow_frames(row: Row, best: Row) -> str:
-    if row["p99_ms"] is None or best["p99_ms"] is None or row["p99_ms"] >= CHEAPER * best["p99_ms"]:
+def _slow_frames(row: Row, best_row: Row) -> str:
+    if row["p99_ms"] is None or best_row["p99_ms"] is None or row["p99_ms"] >= CHEAPER * best_row["p99_ms"]:
         return "slow samples (p99) get no cheaper"
-    p99, best_p99 = (words.frame_time(setting["p99_ms"] / 1e3) for setting in (row, best))
+    p99, best_p99 = (words.frame_time(setting["p99_ms"] / 1e3) for setting in (row, best_row))
     return f"slow samples (p99) take {p99} in place of {best_p99}"

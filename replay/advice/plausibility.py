@@ -28,19 +28,21 @@ def plausible_length_unit(session: Session, row: Assumption) -> str:
     """Returns the only unit of lengths with which the farthest pose of a recording is in a room, or ``""``."""
     positions = session.frames.position
     distances = np.linalg.norm(positions[np.isfinite(positions).all(axis=2)], axis=1)
-    farthest = float(distances.max(initial=0.0)) / UNITS[row.value]
-    fitting = [unit for unit in row.alternatives if SMALLEST_RADIUS_M <= farthest * UNITS[unit] <= LARGEST_RADIUS_M]
-    return fitting[0] if len(fitting) == 1 else ""
+    farthest_in_units = float(distances.max(initial=0.0)) / UNITS[row.value]
+    fitting_units = [
+        unit for unit in row.alternatives if SMALLEST_RADIUS_M <= farthest_in_units * UNITS[unit] <= LARGEST_RADIUS_M
+    ]
+    return fitting_units[0] if len(fitting_units) == 1 else ""
 
 
-def more_plausible(outcomes: Mapping[str, Outcome]) -> str:
+def more_plausible(outcome_of_value: Mapping[str, Outcome]) -> str:
     """Returns the value under which resting bodies are seldom deep in each other, but often under all others.
 
     ``""``: there is none, or no other to compare with. A reading without a contact is as plausible as one with shallow
     contacts.
     """
-    plausible = [value for value, outcome in outcomes.items() if outcome.deep_at_rest <= MOST_DEEP]
-    implausible = [value for value, outcome in outcomes.items() if outcome.deep_at_rest >= LEAST_DEEP]
-    if len(plausible) == 1 and implausible and len(implausible) == len(outcomes) - 1:
-        return plausible[0]
+    plausible_values = [value for value, outcome in outcome_of_value.items() if outcome.deep_at_rest <= MOST_DEEP]
+    implausible_values = [value for value, outcome in outcome_of_value.items() if outcome.deep_at_rest >= LEAST_DEEP]
+    if len(plausible_values) == 1 and implausible_values and len(implausible_values) == len(outcome_of_value) - 1:
+        return plausible_values[0]
     return ""

@@ -38,22 +38,23 @@ def shape_figures(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> dict[st
     """
     solid = manifold_of(facing_outward(mesh)) if mesh.is_closed else None
     volume = 0.0 if solid is None else solid.volume()
-    beyond = missing = None
-    filled = manifold_union(pieces) if solid is not None and all(piece.is_closed for piece in pieces) else None
-    if solid is not None and filled is not None and volume > 0.0:
-        common = (filled ^ solid).volume()
-        least = volume_rounding(mesh, volume)
-        differences = filled.volume() - common, volume - common
-        beyond, missing = (
-            volume_difference / volume if volume_difference > least else 0.0 for volume_difference in differences
+    volume_beyond = missing_volume = None
+    pieces_union = manifold_union(pieces) if solid is not None and all(piece.is_closed for piece in pieces) else None
+    if solid is not None and pieces_union is not None and volume > 0.0:
+        common_volume = (pieces_union ^ solid).volume()
+        volume_tolerance = volume_rounding(mesh, volume)
+        volume_differences = pieces_union.volume() - common_volume, volume - common_volume
+        volume_beyond, missing_volume = (
+            volume_difference / volume if volume_difference > volume_tolerance else 0.0
+            for volume_difference in volume_differences
         )
     return {
         "pieces": len(pieces),
         "triangles": sum(len(piece.faces) for piece in pieces),
         "most_triangles": max(len(piece.faces) for piece in pieces),
-        "beyond": beyond,
-        "missing": missing,
-        "reach_mm": 1e3 * _reach(mesh, pieces, solid, filled),
+        "beyond": volume_beyond,
+        "missing": missing_volume,
+        "reach_mm": 1e3 * _reach(mesh, pieces, solid, pieces_union),
         "outside_mm": 1e3 * _beyond_rounding(outside_by(mesh, pieces), mesh),
         **seam_figures(mesh, pieces),
     }
@@ -62,8 +63,8 @@ def shape_figures(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> dict[st
 def seam_figures(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> dict[str, Any]:
     """Widest overlap and slit between two pieces in millimetres, and every seam with its place, plain data."""
     seams = seams_of(mesh, pieces)
-    widest = {kind: max((seam.width for seam in seams if seam.kind is kind), default=0.0) for kind in SeamKind}
-    rows = [
+    widest_of_kind = {kind: max((seam.width for seam in seams if seam.kind is kind), default=0.0) for kind in SeamKind}
+    seam_rows = [
         {
             "kind": seam.kind.value,
             "pieces": list(seam.pieces),
@@ -72,7 +73,11 @@ def seam_figures(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> dict[str
         }
         for seam in seams
     ]
-    return {"overlap_mm": 1e3 * widest[SeamKind.OVERLAP], "slit_mm": 1e3 * widest[SeamKind.SLIT], "seams": rows}
+    return {
+        "overlap_mm": 1e3 * widest_of_kind[SeamKind.OVERLAP],
+        "slit_mm": 1e3 * widest_of_kind[SeamKind.SLIT],
+        "seams": seam_rows,
+    }
 
 
 def volume_rounding(mesh: TriangleMesh, volume: float) -> float:
@@ -99,17 +104,17 @@ def reach(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> float:
     Of a mesh that is no solid, all of the pieces' surfaces counts: it has no inside.
     """
     solid = manifold_of(facing_outward(mesh)) if mesh.is_closed else None
-    filled = manifold_union(pieces) if solid is not None and all(piece.is_closed for piece in pieces) else None
-    return _reach(mesh, pieces, solid, filled)
+    pieces_union = manifold_union(pieces) if solid is not None and all(piece.is_closed for piece in pieces) else None
+    return _reach(mesh, pieces, solid, pieces_union)
 
 
 def _reach(
-    mesh: TriangleMesh, pieces: Sequence[TriangleMesh], solid: Manifold | None, filled: Manifold | None
+    mesh: TriangleMesh, pieces: Sequence[TriangleMesh], solid: Manifold | None, pieces_union: Manifold | None
 ) -> float:
-    """The same; ``solid``: the mesh, ``filled``: the union of the pieces, ``None`` where they are no solids."""
-    if solid is None or filled is None:
+    """The same; ``solid``: the mesh, ``pieces_union``: the union of the pieces, ``None`` where they are no solids."""
+    if solid is None or pieces_union is None:
         return _farthest(np.concatenate([piece.triangles for piece in pieces]), mesh)
-    overhang = filled - solid
+    overhang = pieces_union - solid
     # A sliver between equal surfaces is what booleans of solids round away.
     if overhang.is_empty() or overhang.volume() <= volume_rounding(mesh, solid.volume()):
         return 0.0
@@ -144,12 +149,12 @@ def contact_figures(
     verdict = reference.detection.verdict.copy()
     verdict[:, columns] = detection.verdict
     comparison = reference.compare(replace(reference.detection, verdict=verdict))
-    right, missed, false = comparison.by_pair[columns][:, [Outcome.BOTH, Outcome.MISSED, Outcome.FALSE_CONTACT]].sum(
-        axis=0
-    )
+    right_frames, missed_frames, false_frames = comparison.by_pair[columns][
+        :, [Outcome.BOTH, Outcome.MISSED, Outcome.FALSE_CONTACT]
+    ].sum(axis=0)
     seconds = sum(float(np.sum(stage)) for stage in detection.seconds.values())
     return {
-        "false": float(false / (right + false)) if right + false else None,
-        "missed": float(missed / (right + missed)) if right + missed else None,
+        "false": float(false_frames / (right_frames + false_frames)) if right_frames + false_frames else None,
+        "missed": float(missed_frames / (right_frames + missed_frames)) if right_frames + missed_frames else None,
         "ms": 1e3 * seconds / max(1, len(assembly.motion)),
     }

@@ -43,44 +43,47 @@ class Rereadings:
 
     Parameters
     ----------
-    session, whole : the recording as it is, and the same ready for detection.
+    session, whole_assembly : the recording as it is, and the same ready for detection.
     frames : numbers (n,) of the frames to look at.
     """
 
-    def __init__(self, session: Session, whole: Assembly, frames: IntArray) -> None:
+    def __init__(self, session: Session, whole_assembly: Assembly, frames: IntArray) -> None:
         self._session = session
-        self._whole = whole
+        self._whole = whole_assembly
         self._frames = frames
-        self._motion = whole.motion.take(frames)
-        self._replayed = {(False,) * len(whole.bodies): ReplayedBodies(whole)}
+        self._motion = whole_assembly.motion.take(frames)
+        self._replayed = {(False,) * len(whole_assembly.bodies): ReplayedBodies(whole_assembly)}
 
     def current(self) -> Outcome:
         """Returns the outcome of the recording as it is."""
         return self._replayed[(False,) * len(self._whole.bodies)].outcome(self._motion)
 
-    def outcome(self, changed: Session, row: Assumption) -> Outcome:
+    def outcome(self, changed_session: Session, row: Assumption) -> Outcome:
         """Returns the outcome of the recording changed by one answer to an assumption of it."""
-        meshes = self._meshes(changed, row)
+        meshes = self._meshes(changed_session, row)
         if meshes is None:
-            reread = prepare(changed).assembly
-            return ReplayedBodies(reread).outcome(reread.motion.take(self._frames[self._frames < len(reread.motion)]))
+            reread_assembly = prepare(changed_session).assembly
+            return ReplayedBodies(reread_assembly).outcome(
+                reread_assembly.motion.take(self._frames[self._frames < len(reread_assembly.motion)])
+            )
         rotations = dict[int, FloatArray]()
         is_mirrored = [False] * len(self._whole.bodies)
-        rebuilt = dict[int, Body]()
-        for number, body in enumerate(self._whole.bodies):
-            before, after = self._session.meshes[body.name], meshes.get(body.name)
-            if after is None or after is before:
+        rebuilt_bodies = dict[int, Body]()
+        for body_number, body in enumerate(self._whole.bodies):
+            mesh_before, mesh_after = self._session.meshes[body.name], meshes.get(body.name)
+            if mesh_after is None or mesh_after is mesh_before:
                 continue
-            matrix = change_of_axes(before, after)
+            matrix = change_of_axes(mesh_before, mesh_after)
             if matrix is None:
-                rebuilt[number] = body_of(replace(changed, meshes=meshes), body.name)
+                rebuilt_bodies[body_number] = body_of(replace(changed_session, meshes=meshes), body.name)
                 continue
-            is_mirrored[number] = bool(np.linalg.det(matrix) < 0.0)
-            rotations[number] = matrix @ MIRROR if is_mirrored[number] else matrix
+            is_mirrored[body_number] = bool(np.linalg.det(matrix) < 0.0)
+            rotations[body_number] = matrix @ MIRROR if is_mirrored[body_number] else matrix
         motion = self._motion_with_exchanged_axes(rotations)
-        if rebuilt:
+        if rebuilt_bodies:
             bodies = tuple(
-                rebuilt.get(number, body) for number, body in enumerate(self._bodies_with_mirror_images(is_mirrored))
+                rebuilt_bodies.get(number, body)
+                for number, body in enumerate(self._bodies_with_mirror_images(is_mirrored))
             )
             return ReplayedBodies(replace(self._whole, bodies=bodies)).outcome(motion)
         key = tuple(is_mirrored)
@@ -90,37 +93,37 @@ class Rereadings:
             )
         return self._replayed[key].outcome(motion)
 
-    def _meshes(self, changed: Session, row: Assumption) -> dict[str, MeshData] | None:
+    def _meshes(self, changed_session: Session, row: Assumption) -> dict[str, MeshData] | None:
         """The meshes that have the contacts of the changed recording on the poses as they are; ``None``: none have."""
         if row.subject in MESH_SUBJECTS:
-            return dict(changed.meshes)
+            return dict(changed_session.meshes)
         if row.subject is not Subject.POSE_AXES or not is_plain(self._session):
             return None
-        if _length_unit(changed) != _length_unit(self._session):
+        if _length_unit(changed_session) != _length_unit(self._session):
             return None
         # Poses in other axes move the whole room; seen from the room as it is, the meshes are moved the other way.
-        back = np.eye(4)
-        back[:3, :3] = pose_axes_change(self._session, changed).T
-        return {name: mesh.transformed(back) for name, mesh in changed.meshes.items()}
+        inverse_transform = np.eye(4)
+        inverse_transform[:3, :3] = pose_axes_change(self._session, changed_session).T
+        return {name: mesh.transformed(inverse_transform) for name, mesh in changed_session.meshes.items()}
 
     def _motion_with_exchanged_axes(self, rotations: dict[int, FloatArray]) -> Motion:
         """The motion with the axes of some bodies exchanged before their poses."""
         if not any(not np.array_equal(matrix, np.eye(3)) for matrix in rotations.values()):
             return self._motion
-        changed = self._motion.rotations.copy()
+        exchanged_rotations = self._motion.rotations.copy()
         for body, matrix in rotations.items():
-            changed[:, body] = changed[:, body] @ matrix
+            exchanged_rotations[:, body] = exchanged_rotations[:, body] @ matrix
         motion = self._motion
-        return Motion.of_rigid(motion.times, motion.translations, changed, motion.valid, motion.linked)
+        return Motion.of_rigid(motion.times, motion.translations, exchanged_rotations, motion.valid, motion.linked)
 
     def _bodies_with_mirror_images(self, is_mirrored: list[bool]) -> tuple[Body, ...]:
         """The bodies, some as their mirror images in their plane x = 0."""
-        mirror = np.eye(4)
-        mirror[:3, :3] = MIRROR
+        mirror_matrix = np.eye(4)
+        mirror_matrix[:3, :3] = MIRROR
         bodies = []
         for body, mirrored in zip(self._whole.bodies, is_mirrored, strict=True):
             if mirrored:
-                image = self._session.meshes[body.name].transformed(mirror)
+                image = self._session.meshes[body.name].transformed(mirror_matrix)
                 bodies.append(body_of(replace(self._session, meshes={body.name: image}), body.name))
             else:
                 bodies.append(body)
@@ -132,28 +135,28 @@ def _length_unit(session: Session) -> str:
     return next((row.value for row in rows if row.subject is Subject.LENGTH_UNIT), "")
 
 
-def change_of_axes(before: MeshData, after: MeshData) -> FloatArray | None:
+def change_of_axes(mesh_before: MeshData, mesh_after: MeshData) -> FloatArray | None:
     """Returns the signed permutation (3, 3) that makes a mesh the other one; ``None``: none does.
 
     The identity where both are the same solid, in whatever order its faces are: of a body of revolution many are.
     """
-    if _is_same_solid(before, after):
+    if _is_same_solid(mesh_before, mesh_after):
         return SIGNED_PERMUTATIONS[0]
     for matrix in SIGNED_PERMUTATIONS:
-        if np.array_equal(before.vertices @ matrix.T, after.vertices):
+        if np.array_equal(mesh_before.vertices @ matrix.T, mesh_after.vertices):
             return matrix
     return None
 
 
-def _is_same_solid(before: MeshData, after: MeshData) -> bool:
+def _is_same_solid(mesh_before: MeshData, mesh_after: MeshData) -> bool:
     """Whether two meshes have the same faces, up to a nanometre."""
-    if before.vertices.shape != after.vertices.shape or before.faces.shape != after.faces.shape:
+    if mesh_before.vertices.shape != mesh_after.vertices.shape or mesh_before.faces.shape != mesh_after.faces.shape:
         return False
-    if np.abs(before.bounds - after.bounds).max() > SAME_M:
+    if np.abs(mesh_before.bounds - mesh_after.bounds).max() > SAME_M:
         return False
-    distance, vertex = KDTree(before.vertices).query(after.vertices)
+    distance, vertex = KDTree(mesh_before.vertices).query(mesh_after.vertices)
     if distance.max() > SAME_M or len(np.unique(vertex)) != len(vertex):
         return False
-    faces = [np.sort(rows, axis=1) for rows in (before.faces, vertex[after.faces])]
+    faces = [np.sort(rows, axis=1) for rows in (mesh_before.faces, vertex[mesh_after.faces])]
     first, second = (rows[np.lexsort(rows.T)] for rows in faces)
     return bool(np.array_equal(first, second))

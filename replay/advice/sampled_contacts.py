@@ -81,10 +81,10 @@ def alternatives_differ(session: Session, assumption: Assumption) -> bool | None
         return best_fitting_axes(session, assumption) != assumption.value
     if assumption.subject is Subject.POSE_AXES and _all_follow(session, assumption):
         return False
-    rows = evenly(len(session.frames), MOST_FRAMES)
+    chosen_rows = evenly(len(session.frames), MOST_FRAMES)
     values = dict.fromkeys((assumption.value, *assumption.alternatives))
     try:
-        scenes = _scenes(session, assumption, values, rows)
+        scenes = _scenes(session, assumption, values, chosen_rows)
     except (SessionError, ReplayError):
         return None
     if not all(can_be_tested(mesh) for scene in scenes for mesh in scene.meshes.values()):
@@ -104,26 +104,28 @@ def _all_follow(session: Session, row: Assumption) -> bool:
     return all(follows_its_poses(session, with_answer(session, row, value)) for value in alternatives)
 
 
-def _scenes(session: Session, assumption: Assumption, values: Iterable[str], rows: Rows) -> list[_Scene]:
+def _scenes(session: Session, assumption: Assumption, assumption_values: Iterable[str], rows: Rows) -> list[_Scene]:
     """The recording under each value; those that differ in their meshes alone share their poses."""
     poses = sampled_poses(session, rows)
     scenes = []
-    for value in values:
-        changed = session if value == assumption.value else with_answer(session, assumption, value)
-        is_unmoved = changed.source is session.source and (is_plain(session) or changed.scene == session.scene)
-        scenes.append(_Scene(changed.meshes, poses if is_unmoved else sampled_poses(changed, rows)))
+    for value in assumption_values:
+        changed_session = session if value == assumption.value else with_answer(session, assumption, value)
+        is_unmoved = changed_session.source is session.source and (
+            is_plain(session) or changed_session.scene == session.scene
+        )
+        scenes.append(_Scene(changed_session.meshes, poses if is_unmoved else sampled_poses(changed_session, rows)))
     return scenes
 
 
 def _pairs(session: Session, names: Sequence[str]) -> list[tuple[str, str]]:
     """The pairs of names that a replay examines."""
     frames = session.frames
-    moves = {}
+    moves_by_name = {}
     for column, name in enumerate(frames.names):
         is_usable = np.isin(frames.status[:, column], USABLE)
         poses = np.hstack([frames.position[is_usable, column], frames.quaternion_xyzw[is_usable, column]])
-        moves[name] = bool((poses != poses[:1]).any())
-    return [(names[i], names[j]) for i, j in chosen_pairs(session.scene, names, moves, requested=None).tolist()]
+        moves_by_name[name] = bool((poses != poses[:1]).any())
+    return [(names[i], names[j]) for i, j in chosen_pairs(session.scene, names, moves_by_name, requested=None).tolist()]
 
 
 def _pair_scenes(scenes: Sequence[_Scene], pair: tuple[str, str], columns: tuple[int, int], rows: Rows) -> Alternatives:
@@ -143,22 +145,22 @@ def _is_within_reach(
     scenes: Sequence[_Scene], pair: tuple[str, str], columns: tuple[int, int], rows: Rows
 ) -> NDArray[np.bool_]:
     """Whether spheres about the origins of two bodies overlap under any alternative, for each row."""
-    within = np.zeros(len(rows), dtype=np.bool_)
-    reach = max(
+    is_within = np.zeros(len(rows), dtype=np.bool_)
+    reach_of_pair = max(
         sum(float(np.linalg.norm(scene.meshes[name].vertices, axis=1).max()) for name in pair) for scene in scenes
     )
     for poses in {id(scene.poses): scene.poses for scene in scenes}.values():
-        between = poses.positions[rows, columns[0]] - poses.positions[rows, columns[1]]
-        within |= (between * between).sum(axis=1) <= reach**2
-    return within
+        origin_difference = poses.positions[rows, columns[0]] - poses.positions[rows, columns[1]]
+        is_within |= (origin_difference * origin_difference).sum(axis=1) <= reach_of_pair**2
+    return is_within
 
 
 def _relative_poses(poses: SampledPoses, columns: tuple[int, int], rows: Rows) -> tuple[Array, Array]:
     """Rotations (k, 3, 3) and translations (k, 3) of the second body in the axes of the first."""
     first, second = (poses.rotations(column, rows) for column in columns)
-    between = poses.positions[rows, columns[1]] - poses.positions[rows, columns[0]]
-    back = first.transpose(0, 2, 1)
-    return back @ second, (back @ between[:, :, None])[:, :, 0]
+    origin_difference = poses.positions[rows, columns[1]] - poses.positions[rows, columns[0]]
+    inverse_rotations = first.transpose(0, 2, 1)
+    return inverse_rotations @ second, (inverse_rotations @ origin_difference[:, :, None])[:, :, 0]
 
 
 def box_depths(meshes: tuple[MeshData, MeshData], rotations: Array, translations: Array) -> Array:
@@ -168,20 +170,20 @@ def box_depths(meshes: tuple[MeshData, MeshData], rotations: Array, translations
     """
     bounds = [mesh.bounds for mesh in meshes]
     half = [0.5 * (box[1] - box[0]) for box in bounds]
-    middles = [box.mean(axis=0) for box in bounds]
-    between = rotations @ middles[1] + translations - middles[0]
-    size = np.abs(rotations)
-    along_first = half[0] + size @ half[1] - np.abs(between)
-    along_second = half[1] + half[0] @ size - np.abs((between[:, None] @ rotations)[:, 0])
+    box_middles = [box.mean(axis=0) for box in bounds]
+    middle_difference = rotations @ box_middles[1] + translations - box_middles[0]
+    absolute_rotations = np.abs(rotations)
+    along_first = half[0] + absolute_rotations @ half[1] - np.abs(middle_difference)
+    along_second = half[1] + half[0] @ absolute_rotations - np.abs((middle_difference[:, None] @ rotations)[:, 0])
     depths: Array = np.minimum(along_first, along_second).min(axis=1)
     return depths
 
 
-def evenly(count: int, most: int) -> Rows:
+def evenly(number_count: int, most_numbers: int) -> Rows:
     """Returns at most so many of the numbers below a count, evenly chosen."""
-    if not count:
+    if not number_count:
         return np.zeros(0, dtype=np.intp)
-    return np.linspace(0, count - 1, min(count, most)).round().astype(np.intp)
+    return np.linspace(0, number_count - 1, min(number_count, most_numbers)).round().astype(np.intp)
 
 
 def _states_differ(near_pairs: Sequence[Alternatives]) -> bool | None:
@@ -190,8 +192,8 @@ def _states_differ(near_pairs: Sequence[Alternatives]) -> bool | None:
     ``None``: a state is unknown, or looking them all up would take longer than a replay.
     """
     budget = QueryBudget()
-    frames = sum(len(alternatives[0].depths) for alternatives in near_pairs)
-    if frames > FEW_FRAMES and _samples_differ(near_pairs, budget):
+    frame_count = sum(len(alternatives[0].depths) for alternatives in near_pairs)
+    if frame_count > FEW_FRAMES and _samples_differ(near_pairs, budget):
         return True
     is_known = True
     try:
@@ -241,21 +243,21 @@ def _contradict(states: Sequence[NDArray[np.int8]]) -> bool:
 def best_fitting_axes(session: Session, row: Assumption) -> str:
     """Returns the axes of colliders whose bounds are clearly nearer to those of their meshes, else those assumed."""
     values = tuple(dict.fromkeys((row.value, *row.alternatives)))
-    misfits = {
+    misfit_of_axes = {
         value: collider_misfit(session if value == row.value else with_answer(session, row, value), row.bodies)
         for value in values
     }
-    best = min(values, key=lambda value: misfits[value])
-    return best if misfits[row.value] - misfits[best] > CLEARLY_BETTER_M else row.value
+    best_axes = min(values, key=lambda value: misfit_of_axes[value])
+    return best_axes if misfit_of_axes[row.value] - misfit_of_axes[best_axes] > CLEARLY_BETTER_M else row.value
 
 
 def collider_misfit(session: Session, names: Sequence[str]) -> float:
     """Returns the metres by which the bounds of colliders and of their meshes differ at most; 0 without a mesh."""
-    misfit = 0.0
+    largest_misfit = 0.0
     for name in names:
         solids: Sequence[MeshData] = session.colliders.get(name, ())
         if name in session.meshes and solids:
             bounds = np.stack([solid.bounds for solid in solids])
             swept_box = np.stack([bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)])
-            misfit = max(misfit, float(np.abs(swept_box - session.meshes[name].bounds).max()))
-    return misfit
+            largest_misfit = max(largest_misfit, float(np.abs(swept_box - session.meshes[name].bounds).max()))
+    return largest_misfit

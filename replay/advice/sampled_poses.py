@@ -56,8 +56,10 @@ class PlacedPoses:
         from replay.prepare.interpolation import FilledFrames, fill_frames
         from replay.prepare.kinematics import Kinematics, Placed
 
-        fixed = [body.id for body in session.scene.bodies if body.fixed is not None and body.id not in session.names]
-        self.names = tuple(name for name in [*session.names, *fixed] if name in session.meshes)
+        fixed_names = [
+            body.id for body in session.scene.bodies if body.fixed is not None and body.id not in session.names
+        ]
+        self.names = tuple(name for name in [*session.names, *fixed_names] if name in session.meshes)
         # Gaps are filled from all frames; only the chosen ones are placed, however long the recording is.
         columns = zip(*(vars(frames).values() for frames in fill_frames([session.frames])), strict=True)
         filled_frames = FilledFrames(*(np.concatenate(column)[rows] for column in columns))

@@ -62,12 +62,12 @@ class Outcome:
 
 def resting_bodies(motion: Motion) -> BoolArray:
     """Returns whether each body hardly moves from a frame on for half a second, (T, N)."""
-    count = len(motion)
+    frame_count = len(motion)
     is_resting = np.zeros(motion.valid.shape, dtype=np.bool_)
     width = np.searchsorted(motion.times, motion.times + REST_S)
-    rows = np.flatnonzero(width < count)
-    moved = np.linalg.norm(motion.translations[width[rows]] - motion.translations[rows], axis=2)
-    is_resting[rows] = motion.valid[rows] & motion.valid[width[rows]] & (moved <= MOST_AT_REST_M)
+    rows = np.flatnonzero(width < frame_count)
+    moved_distance = np.linalg.norm(motion.translations[width[rows]] - motion.translations[rows], axis=2)
+    is_resting[rows] = motion.valid[rows] & motion.valid[width[rows]] & (moved_distance <= MOST_AT_REST_M)
     return is_resting
 
 
@@ -115,15 +115,15 @@ class ReplayedBodies:
         resting_depths, _ = self._depths(motion, contact & is_resting[:, self.pairs].all(axis=2))
         if len(depths):
             frame, pair = rows[int(depths.argmax())].tolist()
-            closest: float | None = 0.0
+            closest_gap: float | None = 0.0
         else:
-            closest, frame, pair = self._closest(motion)
+            closest_gap, frame, pair = self._closest(motion)
         return Outcome(
             contacts=len(episodes(detection, motion.valid)),
             contact=contact,
             deepest=float(depths.max(initial=0.0)),
             deep_at_rest=float((resting_depths > DEEP_M).mean()) if len(resting_depths) else 0.0,
-            closest=closest,
+            closest=closest_gap,
             closest_frame=frame,
             closest_pair=pair,
         )
@@ -132,8 +132,8 @@ class ReplayedBodies:
         """Metres of overlap (n,) in contact frames that are evenly chosen, and their frames and pairs (n, 2)."""
         frames, pairs = np.nonzero(contact)
         # Pair by pair, so that each pair is among those chosen.
-        order = np.lexsort((frames, pairs))
-        sampled_rows = order[evenly(len(order), DEPTH_FRAMES)]
+        pair_order = np.lexsort((frames, pairs))
+        sampled_rows = pair_order[evenly(len(pair_order), DEPTH_FRAMES)]
         rows = np.stack([frames[sampled_rows], pairs[sampled_rows]], axis=1)
         depths = np.zeros(len(rows))
         for number, (frame, pair) in enumerate(rows.tolist()):
@@ -144,31 +144,31 @@ class ReplayedBodies:
 
     def _closest(self, motion: Motion) -> tuple[float | None, int, int]:
         """Metres of the smallest gap among the frames in which two bodies are nearest, its frame and its pair."""
-        best: tuple[float | None, int, int] = None, 0, 0
+        best_gap_frame_pair: tuple[float | None, int, int] = None, 0, 0
         most_frames = max(1, GAP_FRAMES // len(self.pairs)) if len(self.pairs) else 0
         for pair, (first, second) in enumerate(self.pairs.tolist()):
             posed_frames = np.flatnonzero(motion.valid[:, first] & motion.valid[:, second])
             for frame in posed_frames[self._nearest(motion, posed_frames, first, second)[:most_frames]].tolist():
                 gap, _ = self._mesh_stage.gap(motion, frame, pair)
-                if best[0] is None or gap < best[0]:
-                    best = gap, frame, pair
-        return best
+                if best_gap_frame_pair[0] is None or gap < best_gap_frame_pair[0]:
+                    best_gap_frame_pair = gap, frame, pair
+        return best_gap_frame_pair
 
     def _nearest(self, motion: Motion, frames: IntArray, first: int, second: int) -> IntArray:
         """Rows of frames, those first in which the middles of two bodies are nearest."""
-        middles: list[FloatArray] = []
+        body_middles: list[FloatArray] = []
         for body in (first, second):
-            local = self.bodies[body].mesh.vertices.mean(axis=0)
-            middles.append(motion.rotations[frames, body] @ local + motion.translations[frames, body])
-        order: IntArray = np.argsort(np.linalg.norm(middles[0] - middles[1], axis=1), kind="stable")
-        return order
+            local_middle = self.bodies[body].mesh.vertices.mean(axis=0)
+            body_middles.append(motion.rotations[frames, body] @ local_middle + motion.translations[frames, body])
+        distance_order: IntArray = np.argsort(np.linalg.norm(body_middles[0] - body_middles[1], axis=1), kind="stable")
+        return distance_order
 
 
 def outcome_text(outcome: Outcome) -> str:
     """Returns what a recording shows: ``3 contacts, bodies up to 40 mm deep in each other``."""
     if not outcome.contacts:
-        nearest = "" if outcome.closest is None else f", {length(outcome.closest)} at the closest"
-        return f"no contact{nearest}"
+        nearest_text = "" if outcome.closest is None else f", {length(outcome.closest)} at the closest"
+        return f"no contact{nearest_text}"
     contacts = plural(outcome.contacts, "contact")
     if outcome.deepest > DEEP_M:
         return f"{contacts}, bodies up to {words.decimal(1e3 * outcome.deepest, 0)} mm deep in each other"

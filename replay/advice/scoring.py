@@ -18,35 +18,49 @@ from sessions import Session
 
 
 def wrong_counts(
-    once: ContactCounts, false_contacts: int, false: Proportion, offsets: OffsetCounts | None
+    counts_at_own_offset: ContactCounts, false_contacts: int, false: Proportion, offsets: OffsetCounts | None
 ) -> dict[str, Any]:
     """Errors of a detector, as columns.
 
     ``missed``, ``late`` (or cut short) and ``false_contacts`` are numbers of contacts: means over the sampling offsets,
-    beside ``missed_smallest`` and ``missed_largest``, and so on; without ``offsets`` they are counted ``once``.
-    ``not_reported`` is the share of the contact time that is not reported, ``false`` the share of the reported time
-    that is false, with ``false_low`` and ``false_high``; ``loss`` is that of ``replay.auditing.loss``.
+    beside ``missed_smallest`` and ``missed_largest``, and so on; without ``offsets`` they are counted
+    ``counts_at_own_offset``. ``not_reported`` is the share of the contact time that is not reported, ``false`` the
+    share of the reported time that is false, with ``false_low`` and ``false_high``; ``loss`` is that of
+    ``replay.auditing.loss``.
     """
     if offsets is None:
-        counts = {"missed": [once.missed], "late": [once.late_or_cut_short], "false_contacts": [false_contacts]}
-        contacts_missed, time_missed = proportion(once.missed, once.contacts), once.proportion(Outcome.MISSED)
+        counts_of_error = {
+            "missed": [counts_at_own_offset.missed],
+            "late": [counts_at_own_offset.late_or_cut_short],
+            "false_contacts": [false_contacts],
+        }
+        contacts_missed, time_missed = (
+            proportion(counts_at_own_offset.missed, counts_at_own_offset.contacts),
+            counts_at_own_offset.proportion(Outcome.MISSED),
+        )
     else:
         missed, late_counts = (fault_counts.sum(axis=1).tolist() for fault_counts in offsets.faults.values())
-        counts = {"missed": missed, "late": late_counts, "false_contacts": offsets.false_contacts.tolist()}
+        counts_of_error = {"missed": missed, "late": late_counts, "false_contacts": offsets.false_contacts.tolist()}
         proportions = offsets.proportions()
         contacts_missed, time_missed, false = (
             proportions[name] for name in ("contacts_missed", "missed", "false_contact")
         )
     row: dict[str, Any] = {
-        "loss": loss(contacts_missed, time_missed, false, once.undecided / max(1, once.contacts)),
+        "loss": loss(
+            contacts_missed, time_missed, false, counts_at_own_offset.undecided / max(1, counts_at_own_offset.contacts)
+        ),
         "not_reported": time_missed.value,
         "false": false.value,
         "false_low": false.lower,
         "false_high": false.upper,
     }
-    for name, values in counts.items():
-        over = count_spread(values)
-        row |= {name: over["mean"], f"{name}_smallest": over["smallest"], f"{name}_largest": over["largest"]}
+    for name, values in counts_of_error.items():
+        spread_over_offsets = count_spread(values)
+        row |= {
+            name: spread_over_offsets["mean"],
+            f"{name}_smallest": spread_over_offsets["smallest"],
+            f"{name}_largest": spread_over_offsets["largest"],
+        }
     return row
 
 
@@ -63,8 +77,8 @@ class Scoring:
         self.spec, self._seed = spec, seed
         exact = make_detector(DetectorSpec("faces", "exact"), assembly, seed)
         tolerance = Tolerance(assembly, lambda motion: exact.detect(motion, faces=True), tau)
-        truth = make_detector(spec, assembly, seed).detect(assembly.motion)
-        self.reference = Reference.of(truth, assembly, session, tolerance)
+        reference_detection = make_detector(spec, assembly, seed).detect(assembly.motion)
+        self.reference = Reference.of(reference_detection, assembly, session, tolerance)
         self.contacts = self.reference.contacts
         self._every_frame: dict[str, tuple[Assembly, Detection]] = {}
 
@@ -80,26 +94,34 @@ class Scoring:
         return self.figures_of(comparison, self._at_every_frame(setting, assembly), rate_hz)
 
     def figures_of(
-        self, comparison: Comparison, every: Detection | None = None, rate_hz: float | None = None
+        self, comparison: Comparison, every_frame_detection: Detection | None = None, rate_hz: float | None = None
     ) -> dict[str, Any]:
-        """The same of a detection that is compared; ``every``: what it says at every frame, of one with a step rate."""
-        counts, offsets = count_contacts(comparison, self.contacts), None
-        if every is not None and rate_hz:
-            offsets = offset_counts(rate_hz, every, self.reference)
-        false = len(column_runs((comparison.outcome == Outcome.FALSE_CONTACT).T))
+        """The same of a detection that is compared.
+
+        ``every_frame_detection``: what it says at every frame, of one with a step rate.
+        """
+        contact_counts, offsets = count_contacts(comparison, self.contacts), None
+        if every_frame_detection is not None and rate_hz:
+            offsets = offset_counts(rate_hz, every_frame_detection, self.reference)
+        false_contact_count = len(column_runs((comparison.outcome == Outcome.FALSE_CONTACT).T))
         return {
-            "contacts": counts.contacts,
+            "contacts": contact_counts.contacts,
             "offsets": 1 if offsets is None else PHASES,
-            "contacts_undecided": counts.undecided,
-            "contact_frames_undecided": counts.frames_undecided,
-            **wrong_counts(counts, false, count_reports(comparison).proportion(Outcome.FALSE_CONTACT), offsets),
+            "contacts_undecided": contact_counts.undecided,
+            "contact_frames_undecided": contact_counts.frames_undecided,
+            **wrong_counts(
+                contact_counts,
+                false_contact_count,
+                count_reports(comparison).proportion(Outcome.FALSE_CONTACT),
+                offsets,
+            ),
         }
 
     def _at_every_frame(self, setting: Setting, assembly: Assembly) -> Detection:
         """The answer of a setting without its step rate, which every rate samples."""
-        always = DetectorSpec("always", setting.detector, {**setting.settings, "rate_hz": None})
-        key, detection = self._every_frame.get(str(always), (None, None))
+        setting_without_rate = DetectorSpec("always", setting.detector, {**setting.settings, "rate_hz": None})
+        key, detection = self._every_frame.get(str(setting_without_rate), (None, None))
         if key is not assembly or detection is None:
-            detection = make_detector(always, assembly, self._seed).detect(assembly.motion)
-            self._every_frame[str(always)] = assembly, detection
+            detection = make_detector(setting_without_rate, assembly, self._seed).detect(assembly.motion)
+            self._every_frame[str(setting_without_rate)] = assembly, detection
         return detection

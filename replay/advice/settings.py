@@ -59,19 +59,22 @@ FASTEST: Final = 0.99
 """A rate of so many times the recording's own, or more, sees every frame and is no setting of its own."""
 
 
-def settings_list(*, frames_hz: float = inf, shipped: bool = False) -> tuple[Setting, ...]:
+def settings_list(*, frames_hz: float = inf, has_shipped_colliders: bool = False) -> tuple[Setting, ...]:
     """Everything that is tried: the rows of ``settings.toml`` in their order.
 
-    ``frames_hz`` is the rate of the recording, whose frames a faster step cannot tell apart; ``shipped``: whether the
-    recording has colliders.
+    ``frames_hz`` is the rate of the recording, whose frames a faster step cannot tell apart; ``has_shipped_colliders``:
+    whether the recording has colliders.
     """
-    text = files("replay.advice").joinpath("settings.toml").read_text("utf-8")
-    settings_by_label = {setting.label: setting for row in tomllib.loads(text)["row"] for setting in _of_row(**row)}
-    available = {"shipped": shipped}
+    settings_toml = files("replay.advice").joinpath("settings.toml").read_text("utf-8")
+    settings_by_label = {
+        setting.label: setting for row in tomllib.loads(settings_toml)["row"] for setting in _of_row(**row)
+    }
+    available_shapes = {"shipped": has_shipped_colliders}
     return tuple(
         setting
         for setting in settings_by_label.values()
-        if available.get(setting.settings.get("shape", ""), True) and (setting.rate_hz or 0.0) < FASTEST * frames_hz
+        if available_shapes.get(setting.settings.get("shape", ""), True)
+        and (setting.rate_hz or 0.0) < FASTEST * frames_hz
     )
 
 
@@ -83,12 +86,12 @@ def _of_row(
     key: str = "",
     values: Sequence[float] = (),
 ) -> Iterator[Setting]:
-    shared = settings or {}
+    shared_settings = settings or {}
     if not values:
-        yield Setting(label, detector, shared)
+        yield Setting(label, detector, shared_settings)
     for value in values:
-        text = f"{value:g}"
-        yield Setting(label.format(text), detector, {**shared, key: value}, line, text)
+        value_text = f"{value:g}"
+        yield Setting(label.format(value_text), detector, {**shared_settings, key: value}, line, value_text)
 
 
 def settings_of(detectors: SpecsLike) -> tuple[Setting, ...]:
@@ -96,15 +99,15 @@ def settings_of(detectors: SpecsLike) -> tuple[Setting, ...]:
     return tuple(Setting(spec.label, spec.name, spec.settings, named=True) for spec in parse_detectors(detectors))
 
 
-def next_to_front(untried: Sequence[Setting], every: Sequence[Setting], front: Sequence[str]) -> list[Setting]:
+def next_to_front(untried: Sequence[Setting], all_settings: Sequence[Setting], front: Sequence[str]) -> list[Setting]:
     """The untried settings, those first whose line has a neighbour on the front; of equals the earlier in the list."""
-    lines: dict[str, list[str]] = {"": []}
-    for setting in sorted(every, key=lambda setting: float(setting.value or 0.0)):
+    labels_of_line: dict[str, list[str]] = {"": []}
+    for setting in sorted(all_settings, key=lambda setting: float(setting.value or 0.0)):
         if setting.line:
-            lines.setdefault(setting.line, []).append(setting.label)
+            labels_of_line.setdefault(setting.line, []).append(setting.label)
 
     def distance(setting: Setting) -> float:
-        labels = lines[setting.line]
+        labels = labels_of_line[setting.line]
         steps = (abs(labels.index(setting.label) - labels.index(label)) for label in front if label in labels)
         return min(steps, default=inf)
 

@@ -54,13 +54,13 @@ class Timed:
         """How often it was timed."""
         return len(self.own)
 
-    def ratio(self, level: float | None, widened: float = 1.0, samples: BoolArray | None = None) -> FloatArray:
+    def ratio(self, quantile: float | None, widened: float = 1.0, samples: BoolArray | None = None) -> FloatArray:
         """The mean or quantile over the reference's in the same passes, and the ends of its interval, widened: (3,).
 
         A quantile is over the ``samples`` (F,), the frames on which the detector ran. The interval is Student's over
         passes, on logarithms; one pass has none: nan.
         """
-        logs = np.log(_of_passes(self.own, level, samples) / _of_passes(self.reference, level))
+        logs = np.log(_of_passes(self.own, quantile, samples) / _of_passes(self.reference, quantile))
         middle, half_width, count = float(logs.mean()), np.nan, len(logs)
         if count > 1:
             from scipy.special import stdtrit
@@ -70,7 +70,7 @@ class Timed:
         return np.exp([middle, middle - half_width, middle + half_width]) * [1.0, 1.0 / widened, widened]
 
 
-def _of_passes(seconds: Sequence[FloatArray], level: float | None, samples: BoolArray | None = None) -> FloatArray:
+def _of_passes(seconds: Sequence[FloatArray], quantile: float | None, samples: BoolArray | None = None) -> FloatArray:
     """The mean or quantile of every pass, (K,); an interruption of a frame is replaced by its median over passes.
 
     A mean is over all frames, a quantile over the ``samples``: nan where there is none. Never 0: a clock that did not
@@ -78,13 +78,13 @@ def _of_passes(seconds: Sequence[FloatArray], level: float | None, samples: Bool
     """
     passes = np.stack(seconds)
     median_pass = np.median(passes, axis=0)
-    calm = np.where(passes > INTERRUPTED * median_pass, median_pass, passes)
-    if level is None:
-        return np.maximum(calm.mean(axis=1), 1e-9)
-    sampled = calm if samples is None else calm[:, samples]
-    if not sampled.shape[1]:
-        return np.full(len(calm), np.nan)
-    return np.maximum(np.quantile(sampled, level, axis=1), 1e-9)
+    calm_passes = np.where(passes > INTERRUPTED * median_pass, median_pass, passes)
+    if quantile is None:
+        return np.maximum(calm_passes.mean(axis=1), 1e-9)
+    sampled_seconds = calm_passes if samples is None else calm_passes[:, samples]
+    if not sampled_seconds.shape[1]:
+        return np.full(len(calm_passes), np.nan)
+    return np.maximum(np.quantile(sampled_seconds, quantile, axis=1), 1e-9)
 
 
 class Clock:
@@ -100,17 +100,21 @@ class Clock:
 
     def time(self, settings: Sequence[Timed]) -> None:
         """One pass over all of these."""
-        timed = [self._reference, self.twin, *(candidate for candidate in settings if candidate is not self.twin)]
+        timed_settings = [
+            self._reference,
+            self.twin,
+            *(candidate for candidate in settings if candidate is not self.twin),
+        ]
         for _ in range(TRIES):
-            spent = 0.0 if self._compiled is None else self._compiled.seconds
-            began, at_work = perf_counter(), process_time()
-            reference, *passes = self.frames.live_pass(timed, self.twin.passes)
-            clock_seconds, worked = perf_counter() - began, process_time() - at_work
-            if self._compiled is None or self._compiled.seconds == spent:
+            compile_seconds = 0.0 if self._compiled is None else self._compiled.seconds
+            clock_start, processor_start = perf_counter(), process_time()
+            reference, *passes = self.frames.live_pass(timed_settings, self.twin.passes)
+            clock_seconds, processor_seconds = perf_counter() - clock_start, process_time() - processor_start
+            if self._compiled is None or self._compiled.seconds == compile_seconds:
                 break
         self.seconds += clock_seconds
-        self.at_work += worked
-        for setting, seconds_of_pass in zip(timed[1:], passes, strict=True):
+        self.at_work += processor_seconds
+        for setting, seconds_of_pass in zip(timed_settings[1:], passes, strict=True):
             setting.own.append(seconds_of_pass)
             setting.reference.append(reference)
 

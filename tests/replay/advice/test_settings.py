@@ -9,7 +9,7 @@ from replay.detection.detector_spec import parse_detector
 
 def test_compounds_and_existing_shipped_colliders_are_listed():
     bare = {setting.label for setting in settings_list()}
-    more = {setting.detector_text for setting in settings_list(shipped=True) if setting.label not in bare}
+    more = {setting.detector_text for setting in settings_list(has_shipped_colliders=True) if setting.label not in bare}
     assert more == {"collider[shape=shipped]"}
     compounds = {setting.detector_text for setting in settings_list() if setting.settings.get("shape") == "compound"}
     assert compounds == {f"collider[shape=compound,pieces={most}]" for most in (4, 16)}
