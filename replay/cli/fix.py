@@ -99,7 +99,9 @@ def _fix_screen(fix: "ColliderFix", people: People) -> Any:
     contacts = fix.result.ranking[-1].contacts if fix.result.ranking else 0
     busy_sentence = busy_text(fix.result.document)
     body_cards = card_table(fix.bodies)
-    error_table = before_after_table(fix.before, fix.after, contacts=contacts, step_hz=fix.step_hz, busy=busy_sentence)
+    error_table = before_after_table(
+        fix.before, fix.after, contacts=contacts, step_hz=fix.step_hz, busy_note=busy_sentence
+    )
     if people.verbose:
         return stacked(body_cards, front_table(fix.front), error_table)
     return stacked(body_cards.narrow(), error_table.narrow())

@@ -99,7 +99,7 @@ def _run_tradeoff(
         as_json,
         {**tradeoff_result.as_json(), "open_questions": question_lines},
         lambda: stacked(
-            tradeoff_list(tradeoff_result, everything=people.verbose), *tradeoff_result.advice, *question_lines
+            tradeoff_list(tradeoff_result, is_complete=people.verbose), *tradeoff_result.advice, *question_lines
         ),
         sources,
     )

@@ -26,9 +26,9 @@ def run_dots(result: Summarised) -> list[Dot]:
     if all(audit.undecided.value == 1 for audit in audits.values()):
         return []
     dots = []
-    for number, rank in enumerate(ranks_with_fixes(result.ranking, result.document)):
+    for rank_number, rank in enumerate(ranks_with_fixes(result.ranking, result.document)):
         if rank.mean is not None and not rank.undecided:
-            dots.append(Dot(rank.label, 1e3 * rank.mean, rank.loss, _kind(rank, worst=number == 0), rank.label))
+            dots.append(Dot(rank.label, 1e3 * rank.mean, rank.loss, _kind(rank, worst=rank_number == 0), rank.label))
     return [_with_loss(dot) for dot in dots]
 
 
@@ -53,6 +53,6 @@ def _with_loss(dot: Dot) -> Dot:
 def accuracy_plot(dots: Sequence[Dot], size: Size, up_title: str = LOSS_AXIS) -> Plot:
     """Losses over milliseconds a frame."""
     largest = max([LEAST_TOP, *(dot.y for dot in dots)])
-    up = Axis(up_title, ticks_of(largest, 3))
+    loss_axis = Axis(up_title, ticks_of(largest, 3))
     dots_text = ", ".join(f"{dot.name} at {words.frame_time(dot.x / 1e3)} a frame" for dot in dots)
-    return scatter(dots, f"{TITLE}, as losses: {dots_text}", "mean ms a frame", up, size)
+    return scatter(dots, f"{TITLE}, as losses: {dots_text}", "mean ms a frame", loss_axis, size)

@@ -51,12 +51,16 @@ def viewing_direction(gap_direction: FloatArray, user_direction: FloatArray) -> 
 
     ``gap_direction`` is from one body to the other, of any length; 0: unknown.
     """
-    step = gap_direction / max(float(np.linalg.norm(gap_direction)), 1e-12)
+    unit_gap = gap_direction / max(float(np.linalg.norm(gap_direction)), 1e-12)
     azimuth = np.arange(AZIMUTHS) * (2 * np.pi / AZIMUTHS)
-    flat, up = np.cos(RAISED), np.full(AZIMUTHS, np.sin(RAISED))
-    choices = np.stack([flat * np.sin(azimuth), up, flat * np.cos(azimuth)], axis=1)
-    chosen: FloatArray = choices[int(np.argmin(np.abs(choices @ step) - USER_SIDE * (choices @ user_direction)))]
-    return chosen
+    horizontal_part, vertical_part = np.cos(RAISED), np.full(AZIMUTHS, np.sin(RAISED))
+    candidate_directions = np.stack(
+        [horizontal_part * np.sin(azimuth), vertical_part, horizontal_part * np.cos(azimuth)], axis=1
+    )
+    chosen_direction: FloatArray = candidate_directions[
+        int(np.argmin(np.abs(candidate_directions @ unit_gap) - USER_SIDE * (candidate_directions @ user_direction)))
+    ]
+    return chosen_direction
 
 
 def eye_before(target: FloatArray, offset: FloatArray) -> Eye:
@@ -93,16 +97,16 @@ def overview(assembly: Assembly, scene: Scene, points: FloatArray, frame: int, a
         points = np.zeros((1, 3))
     side = towards_user(assembly, scene, min(frame, len(assembly.motion) - 1), points.mean(axis=0).tolist())
     # A turn aside shows depth: straight from the user's eye, hands and rims line up.
-    azimuth, rise = np.radians(ROTATED_DEG), np.radians(RAISED_DEG)
+    azimuth, elevation = np.radians(ROTATED_DEG), np.radians(RAISED_DEG)
     cos, sin = np.cos(azimuth), np.sin(azimuth)
     rotated_direction = np.array([side[0] * cos + side[2] * sin, 0.0, side[2] * cos - side[0] * sin])
-    axes = axes_of(rotated_direction * np.cos(rise) + np.array([0.0, np.sin(rise), 0.0]))
-    local = points @ axes
-    centre = (local.min(axis=0) + local.max(axis=0)) / 2
-    right, up, depth = (local - centre).T
+    axes = axes_of(rotated_direction * np.cos(elevation) + np.array([0.0, np.sin(elevation), 0.0]))
+    camera_points = points @ axes
+    centre = (camera_points.min(axis=0) + camera_points.max(axis=0)) / 2
+    right, up, depth = (camera_points - centre).T
     slope = np.tan(FIELD_OF_VIEW / 2)
-    reach = np.maximum(np.abs(up) / slope, np.abs(right) / (slope * aspect))
-    distance = max(0.2, float(np.max(depth + reach * MARGIN)))
+    eye_distances = np.maximum(np.abs(up) / slope, np.abs(right) / (slope * aspect))
+    distance = max(0.2, float(np.max(depth + eye_distances * MARGIN)))
     return eye_before(axes @ centre, distance * axes[:, 2])
 
 
@@ -113,7 +117,7 @@ def view_rotation(eye: Eye) -> FloatArray:
 
 def axes_of(offset: FloatArray) -> FloatArray:
     """Axes right, up and back as columns (3, 3) of an eye in the direction ``offset``, of any length."""
-    back = offset / np.linalg.norm(offset)
-    right = np.cross([0.0, 1.0, 0.0], back)
+    backward = offset / np.linalg.norm(offset)
+    right = np.cross([0.0, 1.0, 0.0], backward)
     right = right / np.linalg.norm(right)
-    return np.stack([right, np.cross(back, right), back], axis=1)
+    return np.stack([right, np.cross(backward, right), backward], axis=1)

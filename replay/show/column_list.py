@@ -16,20 +16,20 @@ HEADS: Final = (
 def columns_page() -> str:
     """Return Markdown: a section for each table, a row for each of its columns."""
     lines = ["# Columns of the tables of a run", ""]
-    for name, table in FILE_TABLES.items():
-        lines += [f"## {name}.parquet", "", _introduction(table), ""]
+    for table_name, table in FILE_TABLES.items():
+        lines += [f"## {table_name}.parquet", "", _introduction(table), ""]
         lines += [markdown(Table.of(HEADS, table.columns)), ""]
     return "\n".join(lines)
 
 
 def _introduction(table: FileTable) -> str:
     """Say what a row is, and what the table is called where many runs are read."""
-    read = f" `replay.read` calls the table of many runs `{table.joined}`." if table.joined else ""
-    return f"A row is {table.row}.{read}"
+    joined_sentence = f" `replay.read` calls the table of many runs `{table.joined}`." if table.joined else ""
+    return f"A row is {table.row}.{joined_sentence}"
 
 
 def joined_tables() -> str:
     """Return Markdown: the tables over many runs, and what a row of each is."""
-    rows = [table for table in FILE_TABLES.values() if table.joined]
-    heads = (Column("table", of=lambda table: f"`{table.joined}`"), Column("a row is", of="row"))
-    return markdown(Table.of(heads, rows))
+    joined_file_tables = [table for table in FILE_TABLES.values() if table.joined]
+    list_columns = (Column("table", of=lambda table: f"`{table.joined}`"), Column("a row is", of="row"))
+    return markdown(Table.of(list_columns, joined_file_tables))

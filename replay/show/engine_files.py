@@ -87,15 +87,23 @@ def _mujoco(pieces: Pieces) -> dict[str, str]:
     assets, bodies = [], []
     for name, solids in pieces.items():
         geoms = []
-        for number, solid in enumerate(solids):
-            file = f"{name}_{number:02d}.obj"
-            files[file] = _obj(solid)
-            assets.append(f'    <mesh name="{name}_{number:02d}" file="{file}"/>')
-            geoms.append(f'      <geom type="mesh" mesh="{name}_{number:02d}"/>')
+        for piece_number, solid in enumerate(solids):
+            file_name = f"{name}_{piece_number:02d}.obj"
+            files[file_name] = _obj(solid)
+            assets.append(f'    <mesh name="{name}_{piece_number:02d}" file="{file_name}"/>')
+            geoms.append(f'      <geom type="mesh" mesh="{name}_{piece_number:02d}"/>')
         bodies += [f'    <body name="{name}">', "      <freejoint/>", *geoms, "    </body>"]
     # Without bounds MuJoCo refuses bodies of a millimetre: their inertia is below its least number.
-    bounds = '  <compiler boundmass="1e-9" boundinertia="1e-14"/>'
-    lines = ['<mujoco model="colliders">', bounds, "  <asset>", *assets, "  </asset>", "  <worldbody>", *bodies]
+    compiler_element = '  <compiler boundmass="1e-9" boundinertia="1e-14"/>'
+    lines = [
+        '<mujoco model="colliders">',
+        compiler_element,
+        "  <asset>",
+        *assets,
+        "  </asset>",
+        "  <worldbody>",
+        *bodies,
+    ]
     return {**files, "colliders.xml": "\n".join([*lines, "  </worldbody>", "</mujoco>", ""])}
 
 

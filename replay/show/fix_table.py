@@ -12,11 +12,14 @@ from replay.words import plural
 Row = Mapping[str, Any]
 
 
-def before_after_table(before: Row, after: Row, *, contacts: int, step_hz: float, busy: str = "") -> Table:
-    """A hull a body, and the pieces, as ``run`` counts them; ``busy``: a note about the times of a busy machine."""
-    rows = [{"what": "before: a hull a body", **before}, {"what": "after: these pieces", **after}]
+def before_after_table(row_before: Row, row_after: Row, *, contacts: int, step_hz: float, busy_note: str = "") -> Table:
+    """A hull a body, and the pieces, as ``run`` counts them.
+
+    ``busy_note``: a note about the times of a busy machine.
+    """
+    rows = [{"what": "before: a hull a body", **row_before}, {"what": "after: these pieces", **row_after}]
     title = f"{plural(contacts, 'contact')}, colliders at {words.number(step_hz)} steps a second"
-    return Table.of(screen_columns("before_after"), rows, title, [TIMES_ARE, *filter(None, [busy])])
+    return Table.of(screen_columns("before_after"), rows, title, [TIMES_ARE, *filter(None, [busy_note])])
 
 
 def front_table(front: Iterable[Row]) -> Table:

@@ -48,10 +48,10 @@ def run_text(result: RunResult) -> str:
         narrow_table = section_of(result, SectionName.RANKING).table.narrow()
         narrow_table = narrow_table.only("detector", *narrow_table.values().head)
         cells = [narrow_table.head] + [[text_of(cell) for cell in row] for row in narrow_table.cells()]
-        rows_kept, rest = cells[: MOST_DETECTORS + 1], len(cells) - MOST_DETECTORS - 1
+        rows_kept, hidden_count = cells[: MOST_DETECTORS + 1], len(cells) - MOST_DETECTORS - 1
         widths = [max(len(row[k]) for row in rows_kept) for k in range(len(narrow_table.head))]
         lines += [_text_row(row, widths) for row in rows_kept]
-        lines += [f"... and {rest} more in .ranking"] if rest > 0 else []
+        lines += [f"... and {hidden_count} more in .ranking"] if hidden_count > 0 else []
         lines += wrap(section_of(result, SectionName.ANSWER).sentences[0], WIDTH)[:MOST_WRAPPED]
     else:
         lines += [
@@ -108,8 +108,8 @@ def run_plot(result: RunResult) -> Plot:
         (label, what, lane, legend_top + 24 + LANE_HEIGHT * number)
         for number, (label, what, lane) in enumerate(timeline.lanes)
     ]
-    kinds = [(kind, label) for kind, label in timeline.legend if kind in LIGHT]
-    starts = accumulate((LEGEND_LETTER * len(label) + 44 for _, label in kinds), initial=12.0)
+    legend_entries = [(kind, label) for kind, label in timeline.legend if kind in LIGHT]
+    legend_positions = accumulate((LEGEND_LETTER * len(label) + 44 for _, label in legend_entries), initial=12.0)
     svg = render_template(
         "show/plot.svg",
         width=SCATTER_SIZE[0],
@@ -118,7 +118,7 @@ def run_plot(result: RunResult) -> Plot:
         title=title,
         scatter=scatter,
         scatter_top=scatter_top,
-        legend=[(kind, label, x) for (kind, label), x in zip(kinds, starts, strict=False)],
+        legend=[(kind, label, x) for (kind, label), x in zip(legend_entries, legend_positions, strict=False)],
         legend_top=legend_top,
         lanes=lanes,
         ticks=timeline.ticks,
@@ -151,5 +151,5 @@ def _filled_command(command: str, result: RunResult) -> str:
 
 
 def _text_row(cells: list[str], widths: list[int]) -> str:
-    first, *others = zip(cells, widths, strict=True)
-    return "  ".join([first[0].ljust(first[1]), *(cell.rjust(width) for cell, width in others)])
+    first_cell, *other_cells = zip(cells, widths, strict=True)
+    return "  ".join([first_cell[0].ljust(first_cell[1]), *(cell.rjust(width) for cell, width in other_cells)])

@@ -50,9 +50,9 @@ DARK: Final[Mapping[str, str]] = {
 
 def page_colours() -> str:
     """Return the colours of pages as variables of their style sheet."""
-    light = "".join(f"--{kind}:{colour};--{kind}-dark:{DARK[kind]};" for kind, colour in LIGHT.items())
-    dark = "".join(f"--{kind}:{colour};" for kind, colour in DARK.items())
-    return f":root{{{light}}}@media (prefers-color-scheme:dark){{:root{{{dark}}}}}"
+    light_variables = "".join(f"--{kind}:{colour};--{kind}-dark:{DARK[kind]};" for kind, colour in LIGHT.items())
+    dark_variables = "".join(f"--{kind}:{colour};" for kind, colour in DARK.items())
+    return f":root{{{light_variables}}}@media (prefers-color-scheme:dark){{:root{{{dark_variables}}}}}"
 
 
 PAPER: Final[Rgba] = (255, 255, 255, 255)

@@ -99,11 +99,11 @@ class Axis:
     scale: Callable[[float], float] = float
 
     @staticmethod
-    def of(title: str, values: Sequence[float], most: int, *, zero: bool = False) -> "Axis":
+    def of(title: str, values: Sequence[float], most_ticks: int, *, zero: bool = False) -> "Axis":
         """An axis from 0, or a logarithmic one where the values are far apart; with ``zero`` that has a 0 too."""
         smallest, largest = min(value for value in values if value > 0), max(values)
         if largest <= LOGARITHMIC_RATIO * smallest:
-            return Axis(title, ticks_of(largest, most))
+            return Axis(title, ticks_of(largest, most_ticks))
         if zero:
             return Axis(title, [0.0, *_decades(1.0, largest)], log1p)
         ticks = _decades(smallest, largest)
@@ -111,14 +111,14 @@ class Axis:
 
     def fraction(self, value: float) -> float:
         """Position of a value on the axis, 0 to 1."""
-        first, last = self.scale(self.ticks[0]), self.scale(self.ticks[-1])
-        return (self.scale(value) - first) / (last - first)
+        first_tick, last_tick = self.scale(self.ticks[0]), self.scale(self.ticks[-1])
+        return (self.scale(value) - first_tick) / (last_tick - first_tick)
 
 
-def scatter(dots: Sequence[Dot], alternative: str, x_title: str, y_axis: Axis, size: Size = SIZE) -> Plot:
+def scatter(dots: Sequence[Dot], alternative_text: str, x_title: str, y_axis: Axis, size: Size = SIZE) -> Plot:
     """Named dots; each name stands where it covers no other, farther away with a line to its dot, or is left out."""
     x_axis = Axis.of(x_title, [dot.x for dot in dots if dot.x > 0] or [1.0], 5)
-    plot = _axes(Plot(alternative, size), x_axis, y_axis)
+    plot = _axes(Plot(alternative_text, size), x_axis, y_axis)
     plot.dots.extend(
         PlacedDot(dot.kind, _pixel(plot, x_axis.fraction(dot.x), y_axis.fraction(dot.y)), dot.name, dot.detector)
         for dot in dots
@@ -133,14 +133,19 @@ def scatter(dots: Sequence[Dot], alternative: str, x_title: str, y_axis: Axis, s
 
 
 def curve(
-    points: Sequence[Point], ends: Sequence[float], alternative: str, x_title: str, y_title: str, lowest: float = 0.0
+    points: Sequence[Point],
+    end_points: Sequence[float],
+    alternative_text: str,
+    x_title: str,
+    y_title: str,
+    lowest: float = 0.0,
 ) -> Plot:
     """A curve over linear axes, with a vertical line at each end point; ``lowest`` is where the upright axis begins."""
     x_axis = Axis(x_title, ticks_of(max(points[-1][0], *(x for x, _ in points), 1e-9), 5))
     y_axis = Axis(y_title, ticks_of(max(*(y for _, y in points), lowest + 1e-9), 3, lowest))
-    plot = _axes(Plot(alternative, SIZE), x_axis, y_axis)
+    plot = _axes(Plot(alternative_text, SIZE), x_axis, y_axis)
     plot.lines.append(("curve", [_pixel(plot, x_axis.fraction(x), y_axis.fraction(y)) for x, y in points]))
-    for end in ends:
+    for end in end_points:
         plot.lines.append(("end", [_pixel(plot, x_axis.fraction(end), height) for height in (1.0, 0.0)]))
     return plot
 
@@ -159,29 +164,29 @@ class IntervalRow:
 
 def interval_plot(
     rows: Sequence[IntervalRow],
-    alternative: str,
+    alternative_text: str,
     x_title: str,
     *,
     title: str = "",
-    marks: Sequence[float] = (),
+    marked_values: Sequence[float] = (),
     start: float | None = None,
     end: float | None = None,
 ) -> Plot:
-    """Return figures below each other with their intervals, and vertical lines at ``marks``.
+    """Return figures below each other with their intervals, and vertical lines at ``marked_values``.
 
     ``start`` and ``end``: where the axis begins and ends at least; an interval without a finite end is drawn as a dot.
     """
-    ends = [bound for row in rows for bound in (row.lower, row.value, row.upper) if isfinite(bound)]
-    ends += [*marks, *(bound for bound in (start, end) if bound is not None)]
-    smallest, largest = min(ends), max(ends)
+    interval_bounds = [bound for row in rows for bound in (row.lower, row.value, row.upper) if isfinite(bound)]
+    interval_bounds += [*marked_values, *(bound for bound in (start, end) if bound is not None)]
+    smallest, largest = min(interval_bounds), max(interval_bounds)
     ticks = ticks_of(max(largest, smallest + 1e-9), 5, smallest)
     left, right = 8.0, INTERVAL_WIDTH - 8.0
-    names = [wrap(row.name, max(1, round((right - left) / LETTER) - len(row.label) - 2)) for row in rows]
-    extra_height = LINE_HEIGHT * sum(len(lines) - 1 for lines in names)
+    wrapped_names = [wrap(row.name, max(1, round((right - left) / LETTER) - len(row.label) - 2)) for row in rows]
+    extra_height = LINE_HEIGHT * sum(len(lines) - 1 for lines in wrapped_names)
     bottom = ROW_HEIGHT * len(rows) + extra_height + 4.0
     size = INTERVAL_WIDTH, bottom - 4.0 + INTERVAL_FOOT
     rows_text = "; ".join(f"{row.name}: {row.label}" for row in rows)
-    plot = Plot(f"{alternative} {rows_text}.", size, caption=alternative, title=title)
+    plot = Plot(f"{alternative_text} {rows_text}.", size, caption=alternative_text, title=title)
 
     def x_of(value: float) -> float:
         return left + (min(max(value, ticks[0]), ticks[-1]) - ticks[0]) / (ticks[-1] - ticks[0]) * (right - left)
@@ -191,19 +196,19 @@ def interval_plot(
         side = "start" if tick == ticks[0] else "end" if tick == ticks[-1] else "middle"
         plot.labels.append(Label(number_text(tick), (x_of(tick), bottom + 15), side))
     plot.labels.append(Label(x_title, (right, bottom + 31), "end"))
-    top = 0.0
-    for number, (row, lines) in enumerate(zip(rows, names, strict=True)):
-        y = top + LINE_HEIGHT * (len(lines) - 1) + 30.0
+    row_top = 0.0
+    for number, (row, lines) in enumerate(zip(rows, wrapped_names, strict=True)):
+        y = row_top + LINE_HEIGHT * (len(lines) - 1) + 30.0
         # Names stay free of the marks.
-        plot.lines.extend(("end", [(x_of(mark), y - 8), (x_of(mark), y + 8)]) for mark in marks)
+        plot.lines.extend(("end", [(x_of(mark), y - 8), (x_of(mark), y + 8)]) for mark in marked_values)
         plot.labels.extend(
-            Label(text, (left, top + 19.0 + LINE_HEIGHT * k), dot=number) for k, text in enumerate(lines)
+            Label(text, (left, row_top + 19.0 + LINE_HEIGHT * k), dot=number) for k, text in enumerate(lines)
         )
-        plot.labels.append(Label(row.label, (right, top + 19.0), "end"))
+        plot.labels.append(Label(row.label, (right, row_top + 19.0), "end"))
         if isfinite(row.lower) and isfinite(row.upper):
             plot.lines.append((f"whisker {row.kind}".strip(), [(x_of(row.lower), y), (x_of(row.upper), y)]))
         plot.dots.append(PlacedDot(row.kind, (x_of(row.value), y), f"{row.name}: {row.label}", ""))
-        top += ROW_HEIGHT + LINE_HEIGHT * (len(lines) - 1)
+        row_top += ROW_HEIGHT + LINE_HEIGHT * (len(lines) - 1)
     return plot
 
 
@@ -314,15 +319,15 @@ def _placed_names(
     return cost, placed
 
 
-def _leader(box: Box, dot: Point) -> Box:
+def _leader(box: Box, dot_point: Point) -> Box:
     """The field of the line from a dot to the box of its name."""
-    x, y = _nearest_corner(box, dot)
-    return min(x, dot[0]) - 1, min(y, dot[1]), max(x, dot[0]) + 1, max(y, dot[1])
+    x, y = _nearest_corner(box, dot_point)
+    return min(x, dot_point[0]) - 1, min(y, dot_point[1]), max(x, dot_point[0]) + 1, max(y, dot_point[1])
 
 
-def text_width(text: str) -> float:
+def text_width(name: str) -> float:
     """Width of a name in the bold letters of a plot, rather too large than too small."""
-    return sum(_letter_width(letter) for letter in text)
+    return sum(_letter_width(letter) for letter in name)
 
 
 def _letter_width(letter: str) -> float:
@@ -352,14 +357,14 @@ def _candidates(x: float, y: float, width: float) -> Iterator[Box]:
 
 def _is_free(box: Box, taken_boxes: Sequence[Box], size: Size) -> bool:
     left, top, right, bottom = box
-    inside = left >= _frame(size)[0] and right <= size[0] and top >= 0 and bottom <= size[1]
-    return inside and _is_apart(box, taken_boxes)
+    is_inside = left >= _frame(size)[0] and right <= size[0] and top >= 0 and bottom <= size[1]
+    return is_inside and _is_apart(box, taken_boxes)
 
 
-def _is_apart(box: Box, others: Sequence[Box]) -> bool:
+def _is_apart(box: Box, other_boxes: Sequence[Box]) -> bool:
     """Whether a box overlaps none of others."""
     left, top, right, bottom = box
-    return not any(a < right and left < c and b < bottom and top < d for a, b, c, d in others)
+    return not any(a < right and left < c and b < bottom and top < d for a, b, c, d in other_boxes)
 
 
 def _box_of(text: Label) -> Box:
@@ -373,12 +378,12 @@ def _nearest_corner(box: Box, point: Point) -> Point:
     return min(max(point[0], box[0]), box[2]), box[1] if box[1] > point[1] else box[3]
 
 
-def ticks_of(largest: float, most: int, smallest: float = 0.0) -> list[float]:
+def ticks_of(largest: float, most_ticks: int, smallest: float = 0.0) -> list[float]:
     """Round numbers from the last that is not above the smallest value to the first that is not below the largest."""
-    rough_step = (largest - smallest) / most
-    power = 10.0 ** floor(log10(rough_step))
-    step = next(power * k for k in (1, 2, 2.5, 5, 10) if power * k >= rough_step * 0.999)
-    return [step * k for k in range(floor(smallest / step), ceil(largest / step - 1e-9) + 1)]
+    rough_step = (largest - smallest) / most_ticks
+    power_of_ten = 10.0 ** floor(log10(rough_step))
+    tick_step = next(power_of_ten * k for k in (1, 2, 2.5, 5, 10) if power_of_ten * k >= rough_step * 0.999)
+    return [tick_step * k for k in range(floor(smallest / tick_step), ceil(largest / tick_step - 1e-9) + 1)]
 
 
 def _decades(smallest: float, largest: float) -> list[float]:

@@ -49,7 +49,9 @@ def ranking_table(result: Summarised) -> Table:
     title = f"{contacts_sentence(contacts) if ranks else ''} What each detector {title_ending}:"
     built_table = Table.of(screen_columns("ranking"), ranks, title, timing_notes(result))
     has_undecided = any(rank.undecided for rank in ranks)
-    return built_table.only(*(name for name in built_table.head if has_undecided or name != "undecided"))
+    return built_table.only(
+        *(column_name for column_name in built_table.head if has_undecided or column_name != "undecided")
+    )
 
 
 def with_intervals(ranking: Table) -> Table:
@@ -64,13 +66,13 @@ def stored_tables(result: Summarised) -> dict[str, Table]:
 
     Numbers of contacts in the ranking are means over the sampling offsets; the measured Fix has a row of its own.
     """
-    rows: dict[str, Sequence[Any]] = {
+    rows_of_table: dict[str, Sequence[Any]] = {
         "ranking": ranks_with_fixes(result.ranking, result.document),
         "times": _time_rows(result),
         "effects": _effect_rows(result),
         "session": _session_rows(result),
     }
-    return {name: Table.of(file_columns(name), of_table) for name, of_table in rows.items() if of_table}
+    return {name: Table.of(file_columns(name), of_table) for name, of_table in rows_of_table.items() if of_table}
 
 
 def timing_notes(result: Summarised) -> list[str]:
@@ -121,12 +123,15 @@ def sampling_notes(result: Summarised) -> list[str]:
 
 def pair_frame_table(title: str, audit: Mapping[str, DetectorAudit]) -> Table:
     """Pair-frames of every audited detector, a column each."""
-    audits = list(audit.values())
+    detector_audits = list(audit.values())
     rows: list[tuple[Cell, ...]] = [
-        (name, *(getattr(each.pair_frames, field) for each in audits)) for field, name in PAIR_FRAME_ROWS.items()
+        (name, *(getattr(detector_audit.pair_frames, field) for detector_audit in detector_audits))
+        for field, name in PAIR_FRAME_ROWS.items()
     ]
-    rows.append(("missed, of those in contact", *(percent(each.time_missed) for each in audits)))
-    rows.append(("between frames", *(each.between_frames for each in audits)))
+    rows.append(
+        ("missed, of those in contact", *(percent(detector_audit.time_missed) for detector_audit in detector_audits))
+    )
+    rows.append(("between frames", *(detector_audit.between_frames for detector_audit in detector_audits)))
     return table(title, ("", *audit), rows, notes=(OVER_CONTACTS,))
 
 
@@ -143,26 +148,26 @@ def pair_table(result: Summarised, label: str) -> Table:
         audit = pair.audit.get(label)
         if audit is None or pair.group:
             continue
-        frames = audit.pair_frames
+        pair_frames = audit.pair_frames
         lengths = pair.contacts.get(result.oracle, NO_CONTACTS)
-        if lengths.count or frames.false_contact or frames.within_tolerance:
+        if lengths.count or pair_frames.false_contact or pair_frames.within_tolerance:
             rows.append(
                 {
                     "pair": pair.name,
                     "lengths": lengths,
                     "audit": audit,
-                    "frames": frames,
-                    "within_tolerance": frames.within_tolerance,
+                    "frames": pair_frames,
+                    "within_tolerance": pair_frames.within_tolerance,
                 }
             )
-        if grasped := audit.while_grasped:
+        if grasped_counts := audit.while_grasped:
             lengths = pair.grasped_contacts.get(result.oracle, NO_CONTACTS)
             grasped_rows.append(
                 {
                     "pair": f"{pair.name} (held)",
                     "lengths": lengths,
-                    "audit": grasped,
-                    "frames": grasped,
+                    "audit": grasped_counts,
+                    "frames": grasped_counts,
                     "within_tolerance": 0,
                 }
             )
@@ -217,11 +222,13 @@ def containment_notes(result: Summarised, label: str) -> list[str]:
     pairs = [pair for pair in result.document.pairs if pair.name not in of_groups]
     containments = [pair.containment.get(label, DECIDED) for pair in pairs]
     refusals = [word for word in containments if word.startswith(REFUSED)]
-    why = [word.removeprefix(REFUSED) for word in dict.fromkeys(refusals)]
-    more = f"; {len(why) - MOST_REASONS} more in summary.json" if len(why) > MOST_REASONS else ""
+    reasons = [word.removeprefix(REFUSED) for word in dict.fromkeys(refusals)]
+    more_text = f"; {len(reasons) - MOST_REASONS} more in summary.json" if len(reasons) > MOST_REASONS else ""
     refused_text = f"{len(refusals)} of {plural(len(containments), 'pair')}"
     return (
-        [f"{label}: containment refused for {refused_text}: {'; '.join(why[:MOST_REASONS])}{more}"] if refusals else []
+        [f"{label}: containment refused for {refused_text}: {'; '.join(reasons[:MOST_REASONS])}{more_text}"]
+        if refusals
+        else []
     )
 
 
@@ -241,9 +248,9 @@ def false_table(result: Summarised, label: str) -> Table:
     """The false contacts of a detector, the one with the widest gap first."""
     false = worst_first(fault for fault in result.faults[label] if not fault.kind.is_miss)
     built_table = Table.of(screen_columns("false"), false)
-    unconfirmed = all(cause is Cause.BOUNDING_VOLUMES for cause in built_table.column("why"))
-    thing = "unconfirmed contact" if unconfirmed else "false contact"
-    return replace(built_table, title=f"{thing}s of {label}, widest gap first")
+    is_unconfirmed = all(cause is Cause.BOUNDING_VOLUMES for cause in built_table.column("why"))
+    contact_word = "unconfirmed contact" if is_unconfirmed else "false contact"
+    return replace(built_table, title=f"{contact_word}s of {label}, widest gap first")
 
 
 LATE = f"over {words.decimal(BUDGET_MS, 1)} ms"
@@ -256,16 +263,16 @@ def cost_table(result: Summarised) -> Table:
     notes = [
         f"{label} cannot run frame by frame" for label, detector in audited_detectors.items() if not detector.online
     ]
-    if busy := busy_text(result.document):
-        notes.append(busy)
+    if busy_note := busy_text(result.document):
+        notes.append(busy_note)
     return Table.of(screen_columns("times"), _time_rows(result), "Time of each detector", notes)
 
 
 def _time_rows(result: Summarised) -> list[dict[str, Any]]:
     rows = []
     for label, detector in result.document.detectors.items():
-        how = REFERENCE if label == result.oracle else "live" if detector.live else "offline"
-        rows.append({"detector": label, "how": how, "seconds": detector.seconds})
+        time_word = REFERENCE if label == result.oracle else "live" if detector.live else "offline"
+        rows.append({"detector": label, "how": time_word, "seconds": detector.seconds})
     return rows
 
 
@@ -285,7 +292,7 @@ def session_table(result: Summarised) -> Table:
 
 def _session_rows(result: Summarised) -> list[tuple[str, object]]:
     session = result.document.session
-    dropped = [f"{count} {why}" for why, count in asdict(session.dropped_frames).items() if count]
+    dropped_texts = [f"{count} {why}" for why, count in asdict(session.dropped_frames).items() if count]
     proxies = [name for name, body in session.bodies.items() if body.proxy]
     rows: list[tuple[str, object]] = [
         ("session", session.id),
@@ -296,13 +303,13 @@ def _session_rows(result: Summarised) -> list[tuple[str, object]]:
         rows.append(("proxy meshes", f"stand in for the real ones of {', '.join(proxies)}"))
     if session.left_out:
         rows.append(("not tested", f"no mesh: {', '.join(session.left_out)}"))
-    if dropped:
-        rows.append(("frames left out", ", ".join(dropped)))
+    if dropped_texts:
+        rows.append(("frames left out", ", ".join(dropped_texts)))
     rows += [("note", note) for note in session.notes]
     rows += [(row.subject, row.sentence) for row in session.assumptions]
     rows += [(key.replace("_", " "), value) for key, value in session.facts.items() if value != NOT_STATED]
-    if withheld := session.facts_withheld:
-        rows.append(("withheld", f"{plural(withheld, 'fact')} withheld; the session file holds all"))
+    if withheld_facts := session.facts_withheld:
+        rows.append(("withheld", f"{plural(withheld_facts, 'fact')} withheld; the session file holds all"))
     return rows
 
 

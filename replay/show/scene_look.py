@@ -59,11 +59,11 @@ class Guides:
 def moments_to_show(assembly: Assembly, closest_frame: int, closest_pair: int) -> list[Moment]:
     """Returns the first, the middle and the closest moment; ``closest_*`` by number in the assembly."""
     posed_frames = np.flatnonzero(assembly.motion.valid.any(axis=1))
-    rows = posed_frames if len(posed_frames) else np.zeros(1, dtype=np.int64)
+    candidate_frames = posed_frames if len(posed_frames) else np.zeros(1, dtype=np.int64)
     pair = tuple(assembly.pairs[closest_pair].tolist()) if len(assembly.pairs) else ()
     return [
-        Moment("first", int(rows[0])),
-        Moment("middle", int(rows[len(rows) // 2])),
+        Moment("first", int(candidate_frames[0])),
+        Moment("middle", int(candidate_frames[len(candidate_frames) // 2])),
         Moment("closest", closest_frame, pair),
     ]
 
@@ -79,11 +79,11 @@ def guides_of(points: FloatArray, corner_direction: FloatArray) -> Guides:
     ]
     along_x = [[[edges[0][0], lower[1], z], [edges[0][-1], lower[1], z]] for z in edges[1]]
     along_z = [[[x, lower[1], edges[1][0]], [x, lower[1], edges[1][-1]]] for x in edges[0]]
-    ends = [
+    corner_coordinates = [
         edge[-1] if side > 0 else edge[0] for edge, side in zip(edges, corner_direction[[0, 2]].tolist(), strict=True)
     ]
-    corner = np.array([ends[0], lower[1], ends[1]])
-    axes = np.stack([np.stack([corner, corner + spacing * np.eye(3)[axis]]) for axis in range(3)])
+    grid_corner = np.array([corner_coordinates[0], lower[1], corner_coordinates[1]])
+    axes = np.stack([np.stack([grid_corner, grid_corner + spacing * np.eye(3)[axis]]) for axis in range(3)])
     return Guides(np.array(along_x + along_z), axes, spacing)
 
 
@@ -110,10 +110,10 @@ def scene_picture(assembly: Assembly, scene: Scene, moment: Moment) -> bytes:
     corners = {body: _corners(assembly, moment.frame, body) for body in displayed_bodies}
     if not corners:
         return _png(np.broadcast_to(_colour(BACKGROUND), (SIZE[1], SIZE[0], 3)), [])
-    focus = np.concatenate([corners[body].reshape(-1, 3) for body in focused_bodies])
-    direction = _direction(towards_user(assembly, scene, moment.frame, focus.mean(axis=0).tolist()))
-    guides = guides_of(focus, direction)
-    all_points = np.concatenate([focus, guides.axes.reshape(-1, 3)])
+    focused_points = np.concatenate([corners[body].reshape(-1, 3) for body in focused_bodies])
+    direction = _direction(towards_user(assembly, scene, moment.frame, focused_points.mean(axis=0).tolist()))
+    guides = guides_of(focused_points, direction)
+    all_points = np.concatenate([focused_points, guides.axes.reshape(-1, 3)])
     view = View.of(all_points, direction, SIZE)
     shapes = [Shape(corners[body], _body_colour(body)) for body in displayed_bodies]
     lines = [Lines(guides.grid, _colour(TICKS), 0.35)]
@@ -127,22 +127,22 @@ def scene_picture(assembly: Assembly, scene: Scene, moment: Moment) -> bytes:
 def _corners(assembly: Assembly, frame: int, body: int) -> FloatArray:
     """Triangles (n, 3, 3) of a body where it stands in a frame."""
     mesh = assembly.bodies[body].mesh
-    step = max(1, len(mesh.faces) // MOST_FACES)
-    corners: FloatArray = points_in_world(assembly.motion, frame, body, mesh.vertices)[mesh.faces[::step]]
+    face_step = max(1, len(mesh.faces) // MOST_FACES)
+    corners: FloatArray = points_in_world(assembly.motion, frame, body, mesh.vertices)[mesh.faces[::face_step]]
     return corners
 
 
-def _direction(user: FloatArray) -> FloatArray:
+def _direction(user_side: FloatArray) -> FloatArray:
     """From the user's side, a little aside and from above."""
-    azimuth, rise = np.radians(ROTATED_DEG), np.radians(RAISED_DEG)
+    azimuth, elevation = np.radians(ROTATED_DEG), np.radians(RAISED_DEG)
     rotated_direction = np.array(
         [
-            user[0] * np.cos(azimuth) + user[2] * np.sin(azimuth),
+            user_side[0] * np.cos(azimuth) + user_side[2] * np.sin(azimuth),
             0.0,
-            user[2] * np.cos(azimuth) - user[0] * np.sin(azimuth),
+            user_side[2] * np.cos(azimuth) - user_side[0] * np.sin(azimuth),
         ]
     )
-    return rotated_direction * np.cos(rise) + np.array([0.0, np.sin(rise), 0.0])
+    return rotated_direction * np.cos(elevation) + np.array([0.0, np.sin(elevation), 0.0])
 
 
 def _body_colour(body: int) -> Colour:
@@ -174,8 +174,8 @@ def _labels(
         x, y, _ = view.pixels(axis[1:])[0]
         yield Label(name, x + 4, y - 6, colour)
     seconds = float(assembly.motion.times[moment.frame])
-    spacing = f"{guides.spacing:g} m" if guides.spacing >= 1.0 else f"{100 * guides.spacing:g} cm"
-    yield Label(f"{moment.name} moment, {words.moment(seconds)}; grid {spacing}", 12, 14, TICKS)
+    spacing_text = f"{guides.spacing:g} m" if guides.spacing >= 1.0 else f"{100 * guides.spacing:g} cm"
+    yield Label(f"{moment.name} moment, {words.moment(seconds)}; grid {spacing_text}", 12, 14, TICKS)
 
 
 def _png(picture: FloatArray, labels: Sequence[Label]) -> bytes:
@@ -195,13 +195,13 @@ def _png(picture: FloatArray, labels: Sequence[Label]) -> bytes:
 
 def grid_and_axes(assembly: Assembly, frame: int) -> Guides:
     """Returns the guides below all bodies of a frame."""
-    valid = np.flatnonzero(assembly.motion.valid[frame])
+    posed_bodies = np.flatnonzero(assembly.motion.valid[frame])
     points = [
         place_points(
             assembly.bodies[body].mesh.vertices,
             assembly.motion.rotations[frame, body],
             assembly.motion.translations[frame, body],
         )
-        for body in valid.tolist()
+        for body in posed_bodies.tolist()
     ]
     return guides_of(np.concatenate(points) if points else np.zeros((1, 3)), np.array([0.0, 0.0, 1.0]))

@@ -52,8 +52,8 @@ class Section:
 
 def sections(run: Summarised) -> tuple[Section, ...]:
     """Return the sections of a run that hold anything, in their order."""
-    made = (section_of(run, name) for name in SectionName)
-    return tuple(section for section in made if section.sentences or section.tables)
+    all_sections = (section_of(run, name) for name in SectionName)
+    return tuple(section for section in all_sections if section.sentences or section.tables)
 
 
 def section_of(run: Summarised, name: SectionName) -> Section:
@@ -106,8 +106,8 @@ def _effects_section(run: Summarised) -> Section:
     effects = run.document.effects
     if not effects:
         return Section(SectionName.EFFECTS)
-    reported = (f"{kind}: {tally_text(effect.events)}." for kind, effect in effects.items() if effect.events)
-    return Section(SectionName.EFFECTS, tuple(reported), (run_tables.effect_table(run),))
+    effect_sentences = (f"{kind}: {tally_text(effect.events)}." for kind, effect in effects.items() if effect.events)
+    return Section(SectionName.EFFECTS, tuple(effect_sentences), (run_tables.effect_table(run),))
 
 
 SECTIONS: Final[dict[SectionName, Callable[[Summarised], Section]]] = {

@@ -22,16 +22,19 @@ def tradeoff_table(title: str, rows: Iterable[Row], notes: Iterable[str] = ()) -
     return Table.of(screen_columns("tradeoff"), rows, title, notes)
 
 
-def tradeoff_list(tradeoff: Tradeoff, *, everything: bool = False) -> Table:
+def tradeoff_list(tradeoff: Tradeoff, *, is_complete: bool = False) -> Table:
     """Table for a terminal: settings by loss, the front marked, long lists cut short."""
-    about, rows = tradeoff.about, list(tradeoff.rows)
-    displayed = [row for number, row in enumerate(rows) if everything or row["front"] or number < MOST_SHORT_ROWS]
-    title = f"{plural(about['contacts'], 'contact')} in {words.duration(about['seconds'])}, beside {about['oracle']}"
-    notes = _omission_notes(tradeoff, len(rows) - len(displayed))
-    if everything:
+    tradeoff_facts, rows = tradeoff.about, list(tradeoff.rows)
+    displayed_rows = [row for number, row in enumerate(rows) if is_complete or row["front"] or number < MOST_SHORT_ROWS]
+    title = (
+        f"{plural(tradeoff_facts['contacts'], 'contact')} in {words.duration(tradeoff_facts['seconds'])}, "
+        f"beside {tradeoff_facts['oracle']}"
+    )
+    notes = _omission_notes(tradeoff, len(rows) - len(displayed_rows))
+    if is_complete:
         notes += measurement_sentences(tradeoff)
-    built_table = Table.of(screen_columns("tradeoff"), displayed, title, notes)
-    return built_table if everything else built_table.narrow()
+    built_table = Table.of(screen_columns("tradeoff"), displayed_rows, title, notes)
+    return built_table if is_complete else built_table.narrow()
 
 
 def tradeoff_numbers(tradeoff: Tradeoff) -> Table:
@@ -39,23 +42,33 @@ def tradeoff_numbers(tradeoff: Tradeoff) -> Table:
     return Table.of(file_columns("tradeoff"), tradeoff.rows)
 
 
-def _omission_notes(tradeoff: Tradeoff, hidden_rows: int) -> list[str]:
+def _omission_notes(tradeoff: Tradeoff, hidden_count: int) -> list[str]:
     """How many rows are not shown, and how many settings were not tried."""
     sentences = []
-    if hidden_rows:
-        sentences.append(f"{hidden_rows} more with -v")
+    if hidden_count:
+        sentences.append(f"{hidden_count} more with -v")
     if tradeoff.cut:
-        single = len(tradeoff.cut) == 1
-        limit = words.duration(tradeoff.about["time_limit"] or 0.0)
-        sentences.append(f"{len(tradeoff.cut)} {'setting was' if single else 'settings were'} not tried within {limit}")
+        is_single = len(tradeoff.cut) == 1
+        time_limit = words.duration(tradeoff.about["time_limit"] or 0.0)
+        sentences.append(
+            f"{len(tradeoff.cut)} {'setting was' if is_single else 'settings were'} not tried within {time_limit}"
+        )
     return [f"... {'; '.join(sentences)}"] if sentences else []
 
 
 def measurement_sentences(tradeoff: Tradeoff) -> tuple[str, ...]:
     """Sentences on the measured times, their repetitions and their accuracy."""
-    about, machine, check = tradeoff.about, tradeoff.about["machine"], tradeoff.about["clock"]
-    ends = "" if check["low"] is None else f" [{words.number(check['low'])}, {words.number(check['high'])}]"
-    tie = "a tie" if check["tie"] else f"no tie, so every interval is widened by {words.number(check['widened'])}"
+    tradeoff_facts, machine, clock_check = tradeoff.about, tradeoff.about["machine"], tradeoff.about["clock"]
+    interval_text = (
+        ""
+        if clock_check["low"] is None
+        else f" [{words.number(clock_check['low'])}, {words.number(clock_check['high'])}]"
+    )
+    tie_text = (
+        "a tie"
+        if clock_check["tie"]
+        else f"no tie, so every interval is widened by {words.number(clock_check['widened'])}"
+    )
     ranges = any(row["offsets"] > 1 for row in tradeoff.rows)
     return (
         f"Loss: {LOSS_MEANING}. front: no other setting is both faster and more accurate.",
@@ -64,11 +77,13 @@ def measurement_sentences(tradeoff: Tradeoff) -> tuple[str, ...]:
             if ranges
             else []
         ),
-        f"Times: frame by frame, {about['live_frames']:,} frames a pass, in turns with {about['reference']}; no "
+        f"Times: frame by frame, {tradeoff_facts['live_frames']:,} frames a pass, in turns with "
+        f"{tradeoff_facts['reference']}; no "
         "compilation is in them. Times of this tool on this machine, not of your engine.",
-        f"The clock's self-check: {about['reference']} timed twice gives {words.number(check['ratio'])}{ends}, {tie}.",
+        f"The clock's self-check: {tradeoff_facts['reference']} timed twice gives "
+        f"{words.number(clock_check['ratio'])}{interval_text}, {tie_text}.",
         f"Measured on {machine['system']} {machine['processor']}, {machine['cores']} cores.",
-        *filter(None, [busy_sentence(1 - about["processor_share"])]),
+        *filter(None, [busy_sentence(1 - tradeoff_facts["processor_share"])]),
     )
 
 
@@ -83,6 +98,6 @@ def engine_table(engine: Engine, rows: Iterable[Row], result: RunResult, *, sett
         *engine.notes,
         "replay guide what-to-ship: the page behind every row. -v: each row's setting, for replay run --detectors.",
     )
-    choices = [{**row, "choice": f"{row['number']}  {knob_text(row['knobs'])}"} for row in rows]
-    built_table = Table.of(screen_columns("engine"), choices, title, notes)
+    choice_rows = [{**row, "choice": f"{row['number']}  {knob_text(row['knobs'])}"} for row in rows]
+    built_table = Table.of(screen_columns("engine"), choice_rows, title, notes)
     return built_table if settings else built_table.narrow()

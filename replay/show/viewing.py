@@ -26,8 +26,8 @@ def view(*runs: PathLike, miss: int | None = None, false: int | None = None, by:
 
     if not runs:
         raise RunFolderError("there is no run to show; name at least one run folder")
-    folders = [read_run_folder(run) for run in runs]
-    with open_viewer(*(folder.picture for folder in folders), miss=miss, false=false, by=by) as viewer:
+    run_folders = [read_run_folder(run) for run in runs]
+    with open_viewer(*(folder.picture for folder in run_folders), miss=miss, false=false, by=by) as viewer:
         viewer.process.wait()
 
 
@@ -55,7 +55,7 @@ def write_shared(runs: Sequence[PathLike], out: Path, *, anyway: bool, force: bo
     from replay.show.share.folder import SHARED_FOLDER, require_consent, write_shared_folder
 
     check_target(out, force=force, kind=SHARED_FOLDER)
-    folders = [read_run_folder(run) for run in runs]
+    run_folders = [read_run_folder(run) for run in runs]
     if not anyway:
-        require_consent(folders)
-    return write_shared_folder(folders, out, force=force)
+        require_consent(run_folders)
+    return write_shared_folder(run_folders, out, force=force)

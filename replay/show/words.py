@@ -55,14 +55,17 @@ LANES_LEGEND: Final = (
 """What the colours of lanes of all pairs mean."""
 
 
-def lane_legend(outcomes: Iterable[int], by: str = "", *, late: bool = False) -> str:
-    """The colours of the outcomes there are; ``by``: who missed; ``late``: some are missed in a part."""
-    present = set(outcomes)
+def lane_legend(outcomes: Iterable[int], missing_detector: str = "", *, has_late: bool = False) -> str:
+    """The colours of the outcomes there are; ``missing_detector``: who missed.
+
+    ``has_late``: some are missed in a part.
+    """
+    present_outcomes = set(outcomes)
     labels = [
-        f"{text} by {by}" if by and outcome == Outcome.MISSED else text
+        f"{text} by {missing_detector}" if missing_detector and outcome == Outcome.MISSED else text
         for outcome, text in LANE_LEGEND.items()
-        if outcome in present
+        if outcome in present_outcomes
     ]
-    if late:
+    if has_late:
         labels.insert(1, PINK)
     return "    ".join(labels)

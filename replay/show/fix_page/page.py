@@ -102,19 +102,19 @@ class BodyCard:
     seams: Sequence[str]
 
 
-def cure_sentences(result: RunResult, before: Row, after: Row) -> str:
+def cure_sentences(result: RunResult, row_before: Row, row_after: Row) -> str:
     """Returns both figures in one line, without times on a busy machine, and another one on what becomes worse.
 
     ``False 86 % -> 8 %, missed 0-1 of 18 as before; 5 pieces in place of 3 hulls; 0.02 ms a frame more.``
     """
     contacts = result.ranking[-1].contacts if result.ranking else 0
-    idle = not busy_text(result.document)
+    is_idle = not busy_text(result.document)
     errors_before, errors_after = (
-        errors_of_row(row, contacts, row["ms"] / 1e3 if idle else None) for row in (before, after)
+        errors_of_row(row, contacts, row["ms"] / 1e3 if is_idle else None) for row in (row_before, row_after)
     )
-    pieces = plural(after["pieces"], "piece")
-    if before["pieces"] != after["pieces"]:
-        pieces += f" in place of {plural(before['pieces'], 'hull')}"
+    pieces = plural(row_after["pieces"], "piece")
+    if row_before["pieces"] != row_after["pieces"]:
+        pieces += f" in place of {plural(row_before['pieces'], 'hull')}"
     return " ".join(
         [
             f"{change_text(errors_before, errors_after, pieces)}.",
@@ -127,100 +127,115 @@ def cure_page(cure: Cure) -> str:
     """Returns the page as text, self-contained."""
     result = cure.result
     view = replace(view_of(result), folder="")
-    fault, busy = _drawn_fault(result), busy_text(view.document)
-    stills: list[tuple[str, str]] = []
+    fault, busy_sentence = _drawn_fault(result), busy_text(view.document)
+    paired_pictures: list[tuple[str, str]] = []
     if fault is not None:
         captions = _moment_captions(result, fault, _is_reported(result, fault))
-        stills = list(zip(paired_stills(result, (BEFORE, AFTER), fault, CARD), captions, strict=True))
+        paired_pictures = list(zip(paired_stills(result, (BEFORE, AFTER), fault, CARD), captions, strict=True))
     return page_of(
         view,
         notes_of(result)[len(undecided_lines(result)) :],
         "show/fix_page/page.html",
         cure=cure,
         sentence=cure_sentences(result, cure.before, cure.after),
-        stills=stills,
-        figures=comparison(screen_columns("before_after"), cure.before, cure.after, busy=bool(busy)),
+        stills=paired_pictures,
+        figures=comparison(screen_columns("before_after"), cure.before, cure.after, is_busy=bool(busy_sentence)),
         contacts=view.ranking[-1].contacts,
         comparison=_compared_lanes(view, None if fault is None else _seconds(result, fault)),
         bodies=[
-            body_card(row, cure.shapes[row["body"]], busy=bool(busy)) for row in sorted(cure.bodies, key=_card_sort_key)
+            body_card(row, cure.shapes[row["body"]], busy=bool(busy_sentence))
+            for row in sorted(cure.bodies, key=_card_sort_key)
         ],
         untouched=[row["body"] for row in cure.bodies if row["after"]["missed"] is None],
         front=front_plot(cure),
         front_table=front_table(cure.front),
         counts={label: fault_counts(view, label) for label in (BEFORE, AFTER)},
         labels=(BEFORE, AFTER),
-        times_are=" ".join(filter(None, [TIMES_ARE, busy])),
+        times_are=" ".join(filter(None, [TIMES_ARE, busy_sentence])),
         gradient=Markup(scale_gradient()),
     )
 
 
-def comparison(columns: Iterable[Column], before: Row, after: Row, *, busy: bool) -> list[Figure]:
-    """Returns a figure a column, before and after; times of a ``busy`` machine are not compared."""
+def comparison(columns: Iterable[Column], row_before: Row, row_after: Row, *, is_busy: bool) -> list[Figure]:
+    """Returns a figure a column, before and after; times of a ``is_busy`` machine are not compared."""
     figures = []
     for column in columns:
         if column.names_row:
             continue
-        number = column.for_files
-        value_before, value_after = number.value(before), number.value(after)
+        numeric_column = column.for_files
+        value_before, value_after = numeric_column.value(row_before), numeric_column.value(row_after)
         if value_before is None and value_after is None:
             continue
-        text, text_after = (text_of(column.cell(column.value(row))) for row in (before, after))
-        change = (
+        text_before, text_after = (text_of(column.cell(column.value(row))) for row in (row_before, row_after))
+        change_kind = (
             _change_kind(value_before, value_after)
-            if text != text_after and column.name not in _unmarked_columns(busy)
+            if text_before != text_after and column.name not in _unmarked_columns(is_busy)
             else ""
         )
-        figures.append(Figure(column.name, text, text_after, change))
+        figures.append(Figure(column.name, text_before, text_after, change_kind))
     return figures
 
 
-def _unmarked_columns(busy: bool) -> set[str]:
+def _unmarked_columns(is_busy: bool) -> set[str]:
     """Names of columns that are never marked: more pieces are a price, times of a busy machine are chance."""
-    return {"pieces", "triangles", *(("ms", "mean ms", "p99 ms") if busy else ())}
+    return {"pieces", "triangles", *(("ms", "mean ms", "p99 ms") if is_busy else ())}
 
 
-def _change_kind(before: float | None, after: float | None) -> str:
+def _change_kind(value_before: float | None, value_after: float | None) -> str:
     """``worse`` or ``better``; ``""``: alike, or not measured."""
-    if before is None or after is None or abs(after - before) <= SHARP * max(abs(before), abs(after)):
+    if (
+        value_before is None
+        or value_after is None
+        or abs(value_after - value_before) <= SHARP * max(abs(value_before), abs(value_after))
+    ):
         return ""
-    return "worse" if after > before else "better"
+    return "worse" if value_after > value_before else "better"
 
 
-def body_card(row: Row, shape: BodyShape, *, busy: bool) -> BodyCard:
+def body_card(body_row: Row, shape: BodyShape, *, busy: bool) -> BodyCard:
     """Returns the card of a body: pictures and figures of its hull and of its pieces."""
-    name, before, after = row["body"], row["before"], row["after"]
-    is_cut = after["pieces"] > 1
-    farthest = max(before["reach_mm"], after["reach_mm"]) / 1e3
+    name, figures_before, figures_after = body_row["body"], body_row["before"], body_row["after"]
+    is_cut = figures_after["pieces"] > 1
+    farthest_beyond = max(figures_before["reach_mm"], figures_after["reach_mm"]) / 1e3
     pictures = [(mesh_picture(shape.mesh, f"The mesh of {name}"), "mesh")]
     if is_cut:
-        count = plural(after["pieces"], "piece")
-        pictures.append((pieces_picture(shape.after, f"{name} in {count}"), f"{count}, by colour"))
-    for solids, solids_row, what in ((shape.before, before, "hull"), (shape.after, after, "pieces"))[: 1 + is_cut]:
-        if farthest > 0.0:
-            text = f"{what}: up to {words.length(solids_row['reach_mm'] / 1e3)} beyond"
-            pictures.append((reach_picture(shape.mesh, solids, farthest, f"{name}, {text} the mesh"), text))
-    how = f"{plural(after['pieces'], 'piece')}: {row['how']}" if is_cut else "keeps its hull"
-    reason = f": {row['reason']}" if row["reason"] and not is_cut else ""
-    figures = comparison(screen_columns("cards"), before, after, busy=busy)
+        piece_count_text = plural(figures_after["pieces"], "piece")
+        pictures.append(
+            (pieces_picture(shape.after, f"{name} in {piece_count_text}"), f"{piece_count_text}, by colour")
+        )
+    for solids, solids_row, shape_word in (
+        (shape.before, figures_before, "hull"),
+        (shape.after, figures_after, "pieces"),
+    )[: 1 + is_cut]:
+        if farthest_beyond > 0.0:
+            picture_text = f"{shape_word}: up to {words.length(solids_row['reach_mm'] / 1e3)} beyond"
+            pictures.append(
+                (reach_picture(shape.mesh, solids, farthest_beyond, f"{name}, {picture_text} the mesh"), picture_text)
+            )
+    method_text = f"{plural(figures_after['pieces'], 'piece')}: {body_row['how']}" if is_cut else "keeps its hull"
+    reason = f": {body_row['reason']}" if body_row["reason"] and not is_cut else ""
+    figures = comparison(screen_columns("cards"), figures_before, figures_after, is_busy=busy)
     if not is_cut:
         figures = [replace(figure, after="", change="") for figure in figures]
     return BodyCard(
         name=name,
-        what=f"{how}{reason}",
+        what=f"{method_text}{reason}",
         pictures=pictures,
         figures=figures,
         after="pieces" if is_cut else "",
-        farthest=words.length(farthest) if farthest else "",
-        seams=[seam_line(seam) for seam in after["seams"]],
+        farthest=words.length(farthest_beyond) if farthest_beyond else "",
+        seams=[seam_line(seam) for seam in figures_after["seams"]],
     )
 
 
 def seam_line(seam: Row) -> str:
     """Returns a seam in words: ``overlap of 0.4 mm: pieces 3 and 7, at 12, 40, -3 mm``."""
-    first, second = (number + 1 for number in seam["pieces"])
-    width, at = words.length(seam["width_mm"] / 1e3), ", ".join(words.decimal(each, 1) for each in seam["at_mm"])
-    return f"{seam['kind']} of {width}: pieces {first} and {second}, at {at} mm"
+    first_number, second_number = (number + 1 for number in seam["pieces"])
+    width, position_text = (
+        words.length(seam["width_mm"] / 1e3),
+        ", ".join(words.decimal(coordinate_mm, 1) for coordinate_mm in seam["at_mm"]),
+    )
+    return f"{seam['kind']} of {width}: pieces {first_number} and {second_number}, at {position_text} mm"
 
 
 def front_plot(cure: Cure) -> Plot | None:
@@ -230,25 +245,25 @@ def front_plot(cure: Cure) -> Plot | None:
     dots = []
     for choice in cure.front:
         is_chosen = choice["pieces"] == cure.after["pieces"]
-        name = f"{choice['pieces']}: {words.loss_number(choice['loss'])}{', chosen' if is_chosen else ''}"
-        dots.append(Dot(name, choice["pieces"], choice["loss"], "front" if is_chosen else ""))
-    text = "Loss over pieces of all choices that were tried: " + ", ".join(dot.name for dot in dots)
-    up = Axis(f"{LOSS_AXIS}; green: chosen", ticks_of(max(dot.y for dot in dots), 3))
-    return scatter(dots, text, "pieces of all bodies", up)
+        dot_name = f"{choice['pieces']}: {words.loss_number(choice['loss'])}{', chosen' if is_chosen else ''}"
+        dots.append(Dot(dot_name, choice["pieces"], choice["loss"], "front" if is_chosen else ""))
+    alternative_text = "Loss over pieces of all choices that were tried: " + ", ".join(dot.name for dot in dots)
+    loss_axis = Axis(f"{LOSS_AXIS}; green: chosen", ticks_of(max(dot.y for dot in dots), 3))
+    return scatter(dots, alternative_text, "pieces of all bodies", loss_axis)
 
 
-def _card_sort_key(row: Row) -> tuple[bool, float, str]:
+def _card_sort_key(body_row: Row) -> tuple[bool, float, str]:
     """Bodies that are cut first, then those with most false contact."""
-    return row["after"]["pieces"] == 1, -(row["after"]["false"] or 0.0), row["body"]
+    return body_row["after"]["pieces"] == 1, -(body_row["after"]["false"] or 0.0), body_row["body"]
 
 
 def _compared_lanes(view: RunView, mark: float | None) -> Comparison:
     """The lanes of both, each with what it is."""
     comparison_of_lanes = comparison_of(view, mark)
-    what = {BEFORE: ": one a body", AFTER: ": those of this page"}
-    lanes = [(label, what.get(label, text), lane) for label, text, lane in comparison_of_lanes.timeline.lanes]
-    order = [view.oracle, BEFORE, AFTER]
-    lanes.sort(key=lambda named: order.index(named[0]))
+    lane_notes = {BEFORE: ": one a body", AFTER: ": those of this page"}
+    lanes = [(label, lane_notes.get(label, text), lane) for label, text, lane in comparison_of_lanes.timeline.lanes]
+    label_order = [view.oracle, BEFORE, AFTER]
+    lanes.sort(key=lambda named: label_order.index(named[0]))
     return replace(comparison_of_lanes, timeline=replace(comparison_of_lanes.timeline, lanes=lanes))
 
 
@@ -273,9 +288,9 @@ def _moment_captions(result: RunResult, fault: Fault, is_reported: bool) -> tupl
     """Returns what the two pictures of one moment show, a caption each."""
     bodies = " and ".join(fault.bodies)
     gap = "" if isnan(fault.metres) else f" They are {words.length(fault.metres)} apart."
-    at = words.moment(_seconds(result, fault))
-    now = "report it too" if is_reported else "report none"
+    moment_text = words.moment(_seconds(result, fault))
+    pieces_clause = "report it too" if is_reported else "report none"
     return (
-        f"Before: hulls report contact of {bodies} at {at}.{gap}",
-        f"After: the same moment; the pieces {now}. Yellow: colliders.",
+        f"Before: hulls report contact of {bodies} at {moment_text}.{gap}",
+        f"After: the same moment; the pieces {pieces_clause}. Yellow: colliders.",
     )

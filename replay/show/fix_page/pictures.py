@@ -38,31 +38,36 @@ MESH_COLOUR: Final[Colour] = (0.85, 0.88, 0.92)
 
 def scale_gradient() -> str:
     """Returns the colours of the scale as a gradient of a style sheet."""
-    stops = ", ".join(hex_of(_bytes(colour)) for colour in STOPS)
-    return f"linear-gradient(90deg, {stops})"
+    colour_stops = ", ".join(hex_of(_bytes(colour)) for colour in STOPS)
+    return f"linear-gradient(90deg, {colour_stops})"
 
 
-def mesh_picture(mesh: TriangleMesh, text: str) -> str:
-    """Returns a mesh as SVG; ``text`` is for those who cannot see it."""
-    return _picture([Shape(mesh.triangles, MESH_COLOUR)], [mesh], text)
+def mesh_picture(mesh: TriangleMesh, alternative_text: str) -> str:
+    """Returns a mesh as SVG; ``alternative_text`` is for those who cannot see it."""
+    return _picture([Shape(mesh.triangles, MESH_COLOUR)], [mesh], alternative_text)
 
 
-def pieces_picture(pieces: Sequence[TriangleMesh], text: str) -> str:
+def pieces_picture(pieces: Sequence[TriangleMesh], alternative_text: str) -> str:
     """Returns pieces as SVG, such that no two that touch have the same colour as far as the palette goes."""
     colours = [unit_colour(SERIES[number]) for number in colour_numbers(pieces, len(SERIES))]
     shapes = [Shape(piece.triangles, colour) for piece, colour in zip(pieces, colours, strict=True)]
-    return _picture(shapes, pieces, text)
+    return _picture(shapes, pieces, alternative_text)
 
 
-def reach_picture(mesh: TriangleMesh, pieces: Sequence[TriangleMesh], farthest: float, text: str) -> str:
-    """Returns pieces as SVG, coloured by how far their surface lies beyond the mesh, from 0 to ``farthest`` metres."""
+def reach_picture(
+    mesh: TriangleMesh, pieces: Sequence[TriangleMesh], largest_distance: float, alternative_text: str
+) -> str:
+    """Returns pieces as SVG, coloured by how far their surface lies beyond the mesh, from 0 to ``largest_distance`` metres."""
     triangles = refined_triangles(np.concatenate([piece.triangles for piece in pieces]), _size(mesh) / EDGE_FRACTION)
     distances_beyond = beyond_mesh(triangles.mean(axis=1), mesh)
-    shade = np.clip(distances_beyond / max(farthest, 1e-12) * (SHADES - 1), 0, SHADES - 1).round().astype(np.int64)
+    shade_of_triangle = (
+        np.clip(distances_beyond / max(largest_distance, 1e-12) * (SHADES - 1), 0, SHADES - 1).round().astype(np.int64)
+    )
     shapes = [
-        Shape(triangles[shade == number], scale_colour(number / (SHADES - 1))) for number in np.unique(shade).tolist()
+        Shape(triangles[shade_of_triangle == number], scale_colour(number / (SHADES - 1)))
+        for number in np.unique(shade_of_triangle).tolist()
     ]
-    return _picture(shapes, [], text)
+    return _picture(shapes, [], alternative_text)
 
 
 def beyond_mesh(points: FloatArray, mesh: TriangleMesh) -> FloatArray:
@@ -74,9 +79,9 @@ def beyond_mesh(points: FloatArray, mesh: TriangleMesh) -> FloatArray:
     if not mesh.is_closed:
         return distances
     grid = build_inside_grid(mesh.triangles)
-    margin = 1e-12 * grid.size
+    containment_margin = 1e-12 * grid.size
     # A ray that meets an edge leaves it open whether a point is inside: it is drawn by its distance.
-    is_inside = np.array([point_state(grid, point, margin) == INSIDE for point in points], dtype=np.bool_)
+    is_inside = np.array([point_state(grid, point, containment_margin) == INSIDE for point in points], dtype=np.bool_)
     return np.where(is_inside, 0.0, distances)
 
 
@@ -93,10 +98,13 @@ def colour_numbers(pieces: Sequence[TriangleMesh], colours: int) -> list[int]:
     """A number of a colour for each piece: the one that fewest pieces near it have, of equals the least used."""
     lower = np.array([piece.vertices.min(axis=0) for piece in pieces])
     upper = np.array([piece.vertices.max(axis=0) for piece in pieces])
-    slack = 1e-3 * float(np.ptp(np.concatenate([lower, upper]), axis=0).max())
+    touching_distance = 1e-3 * float(np.ptp(np.concatenate([lower, upper]), axis=0).max())
     colours_chosen: list[int] = []
     for number in range(len(pieces)):
-        is_near = ((lower[:number] <= upper[number] + slack) & (upper[:number] >= lower[number] - slack)).all(axis=1)
+        is_near = (
+            (lower[:number] <= upper[number] + touching_distance)
+            & (upper[:number] >= lower[number] - touching_distance)
+        ).all(axis=1)
         colours_nearby: IntArray = np.bincount([colours_chosen[k] for k in np.flatnonzero(is_near)], minlength=colours)
         colours_used: IntArray = np.bincount(colours_chosen, minlength=colours)
         colours_chosen.append(
@@ -105,7 +113,7 @@ def colour_numbers(pieces: Sequence[TriangleMesh], colours: int) -> list[int]:
     return colours_chosen
 
 
-def _picture(shapes: Sequence[Shape], outlined_meshes: Sequence[TriangleMesh], text: str) -> str:
+def _picture(shapes: Sequence[Shape], outlined_meshes: Sequence[TriangleMesh], alternative_text: str) -> str:
     corners = np.concatenate([shape.corners for shape in shapes])
     view = View.of(corners.reshape(-1, 3), VIEW_DIRECTION, PIXELS)
     lines = [Lines(_sharp_edges(mesh), EDGE, 0.55) for mesh in outlined_meshes]
@@ -113,7 +121,7 @@ def _picture(shapes: Sequence[Shape], outlined_meshes: Sequence[TriangleMesh], t
     return render_template(
         "show/report/still.html",
         size=SIZE,
-        description=text,
+        description=alternative_text,
         picture=webp(picture),
         strokes="",
         middle=(0.0, 0.0),

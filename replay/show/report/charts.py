@@ -32,12 +32,13 @@ NEIGHBOURS: Final = 2000
 def path_of(corners: Sequence[Point]) -> str:
     """Corners as a path; what lies between two of its height adds nothing."""
     points = [(f"{x:.1f}", f"{y:.1f}") for x, y in corners]
-    bends = [
+    bend_points = [
         point
-        for at, point in enumerate(points)
-        if not 0 < at < len(points) - 1 or {points[at - 1][1], points[at + 1][1]} != {point[1]}
+        for point_number, point in enumerate(points)
+        if not 0 < point_number < len(points) - 1
+        or {points[point_number - 1][1], points[point_number + 1][1]} != {point[1]}
     ]
-    return f"M{'L'.join(dict.fromkeys(f'{x} {y}' for x, y in bends))}"
+    return f"M{'L'.join(dict.fromkeys(f'{x} {y}' for x, y in bend_points))}"
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,9 @@ class Lane:
     paths: list[tuple[str, str]]
 
 
-def lane(spans: Mapping[str, Iterable[TimeSpan]], window: TimeSpan, label: str, mark: float | None = None) -> Lane:
+def lane(
+    spans_of_kind: Mapping[str, Iterable[TimeSpan]], window: TimeSpan, label: str, marked_second: float | None = None
+) -> Lane:
     """Stretches of each kind on one line, and a mark at the moment of the picture.
 
     A stretch that is too short to be seen is a line of fixed width.
@@ -58,7 +61,7 @@ def lane(spans: Mapping[str, Iterable[TimeSpan]], window: TimeSpan, label: str, 
     window_length = max(end - start, 1e-6)
     paths = []
     for kind in KINDS:
-        all_spans = list(spans.get(kind, ()))
+        all_spans = list(spans_of_kind.get(kind, ()))
         intervals = list(
             _merged_spans(all_spans, window, window_length / NEIGHBOURS if len(all_spans) > MOST_BOXES else 0.0)
         )
@@ -66,8 +69,8 @@ def lane(spans: Mapping[str, Iterable[TimeSpan]], window: TimeSpan, label: str, 
             boxes = "".join(f"M{a - start:.3f} 0H{b - start:.3f}V20H{a - start:.3f}Z" for a, b in intervals)
             ticks = "".join(f"M{(a + b) / 2 - start:.3f} 0V20" for a, b in intervals if b - a < window_length / 300)
             paths += [(kind, boxes), (f"{kind} tick", ticks)]
-    if mark is not None:
-        paths.append(("now", f"M{mark - start:.3f} 0V20"))
+    if marked_second is not None:
+        paths.append(("now", f"M{marked_second - start:.3f} 0V20"))
     return Lane(label, window_length, paths)
 
 
@@ -92,6 +95,6 @@ def ruler(start: float, end: float) -> list[tuple[float, str]]:
     """Seconds below a lane: where, in percent of it, and in words."""
     length = max(end - start, 1e-6)
     ticks = [tick for tick in ticks_of(length, 6) if tick < 0.94 * length]
-    marks = [(tick, number(start + tick, 4)) for tick in ticks]
-    marks.append((length, f"{end:.0f} s" if length > 20 else f"{number(end, 4)} s"))
-    return [(100 * at / length, name) for at, name in marks]
+    tick_labels = [(tick, number(start + tick, 4)) for tick in ticks]
+    tick_labels.append((length, f"{end:.0f} s" if length > 20 else f"{number(end, 4)} s"))
+    return [(100 * tick_second / length, name) for tick_second, name in tick_labels]

@@ -71,12 +71,12 @@ def cards(view: RunView, label: str) -> list[list[Card]]:
     if moment is not None:
         faults_of_kind = [fault for fault in faults if fault.kind.category == moment.kind]
         leading_faults = [fault for fault in faults_of_kind if fault.number == moment.number]
-        others = [fault for fault in faults_of_kind if fault.number != moment.number]
-        faults = [*leading_faults, *others, *(fault for fault in faults if fault.kind.category != moment.kind)]
+        other_faults = [fault for fault in faults_of_kind if fault.number != moment.number]
+        faults = [*leading_faults, *other_faults, *(fault for fault in faults if fault.kind.category != moment.kind)]
     groups: dict[Pair, list[Card]] = {}
     for fault in faults:
-        group = groups.setdefault(fault.bodies, [])
-        group.append(card(view, fault, with_picture=not group and len(groups) <= MOST_PAIRS))
+        faults_of_pair = groups.setdefault(fault.bodies, [])
+        faults_of_pair.append(card(view, fault, with_picture=not faults_of_pair and len(groups) <= MOST_PAIRS))
     return [*groups.values()]
 
 
@@ -98,7 +98,7 @@ def card(view: RunView, fault: Fault, *, with_picture: bool = True, is_first_pic
         frames=fault.frames,
         kind=fault.kind.value,
         cause=fault.cause.value,
-        size=_size_text(fault.depth, fault.metres, at_least=fault.depth_at_least, missed=fault.kind.is_miss),
+        size=_size_text(fault.depth, fault.metres, at_least=fault.depth_at_least, is_miss=fault.kind.is_miss),
         contact=fault.contact,
         why=f"{fault.why or fault.cause}{noise}",
         address=moment_address(fault.kind.category.value, fault.number, "" if is_first_detector else fault.detector),
@@ -109,13 +109,13 @@ def card(view: RunView, fault: Fault, *, with_picture: bool = True, is_first_pic
     )
 
 
-def _size_text(depth: float, metres: float, *, at_least: bool, missed: bool) -> str:
+def _size_text(depth: float, metres: float, *, at_least: bool, is_miss: bool) -> str:
     """Return the depth of a miss, or the length of its curve where that is unknown, or the gap of a false contact."""
-    if text := depth_text(depth, at_least=at_least):
-        return text
+    if depth_phrase := depth_text(depth, at_least=at_least):
+        return depth_phrase
     if isnan(metres):
         return ""
-    return f"{words.length(metres)} {'curve of intersection' if missed else 'apart'}"
+    return f"{words.length(metres)} {'curve of intersection' if is_miss else 'apart'}"
 
 
 def _lanes(view: RunView, fault: Fault) -> list[tuple[str, Lane]]:
@@ -140,9 +140,9 @@ def first_fault(view: RunView) -> Card | None:
     answer = view.answers[0]
     if answer.moment is None:
         return None
-    key = answer.moment.kind, answer.moment.number
+    kind_and_number = answer.moment.kind, answer.moment.number
     faults = view.faults[answer.label]
-    fault = next((fault for fault in faults if (fault.kind.category, fault.number) == key), None)
+    fault = next((fault for fault in faults if (fault.kind.category, fault.number) == kind_and_number), None)
     return None if fault is None else card(view, fault, is_first_picture=True)
 
 
@@ -150,12 +150,12 @@ def fault_counts(view: RunView, label: str) -> str:
     """Return how many faults of each kind a detector has, of how many of all detectors: ``23 of the 43 faults ...``."""
     faults = view.faults.get(label, ())
     fault_count = sum(map(len, view.faults.values()))
-    count = Counter(fault_key(fault.kind) for fault in faults)
+    count_of_kind = Counter(fault_key(fault.kind) for fault in faults)
     is_confirmed = any(not fault.kind.is_miss and fault.cause is not Cause.BOUNDING_VOLUMES for fault in faults)
-    counts = []
-    if count["false"]:
-        counts.append(plural(count["false"], "false contact" if is_confirmed else "unconfirmed contact"))
-    counts += [f"{count[kind]} {KIND_LABELS[kind]}" for kind in ("missed", "late") if count[kind]]
+    count_texts = []
+    if count_of_kind["false"]:
+        count_texts.append(plural(count_of_kind["false"], "false contact" if is_confirmed else "unconfirmed contact"))
+    count_texts += [f"{count_of_kind[kind]} {KIND_LABELS[kind]}" for kind in ("missed", "late") if count_of_kind[kind]]
     of_all_text = (
         f" of the {fault_count:,} faults of this run"
         if fault_count > len(faults)
@@ -165,5 +165,5 @@ def fault_counts(view: RunView, label: str) -> str:
     moments_note = (
         " Moments are those of the start time of sampling whose counts are nearest the mean." if phase_count > 1 else ""
     )
-    numbers_note = " Missed and late contacts share their numbers, which --miss takes." if count["late"] else ""
-    return f"{len(faults):,}{of_all_text}: {', '.join(counts)}.{numbers_note}{moments_note}"
+    numbers_note = " Missed and late contacts share their numbers, which --miss takes." if count_of_kind["late"] else ""
+    return f"{len(faults):,}{of_all_text}: {', '.join(count_texts)}.{numbers_note}{moments_note}"

@@ -22,14 +22,14 @@ FIGURE_IN_TEXT: Final = re.compile(r"(?<![\w.])(\d[\d,.]*(?:-\d+)?(?: %| of \d+ 
 """The figure that a sentence is about."""
 
 
-def render_template(template: str, **values: object) -> str:
+def render_template(template: str, **template_values: object) -> str:
     """A template of this package, ``show/report/run.html``, with these values."""
-    return environment().get_template(template).render(values)
+    return environment().get_template(template).render(template_values)
 
 
-def file_text(name: str) -> str:
+def file_text(file_name: str) -> str:
     """A file of this package."""
-    return files("replay").joinpath(name).read_text(encoding="utf-8")
+    return files("replay").joinpath(file_name).read_text(encoding="utf-8")
 
 
 @cache
@@ -70,8 +70,8 @@ def _readable(value: object) -> object:
 
 def parts_of(sentence: str) -> tuple[str, str, str]:
     """Splits a sentence at its first figure: text before, figure, text after."""
-    before, figure, after = [*FIGURE_IN_TEXT.split(sentence, 1), "", ""][:3]
-    return before, figure, after
+    text_before, first_figure, text_after = [*FIGURE_IN_TEXT.split(sentence, 1), "", ""][:3]
+    return text_before, first_figure, text_after
 
 
 def moment_address(kind: str, number: int, by: str = "") -> str:

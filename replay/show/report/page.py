@@ -51,16 +51,16 @@ def page_of(
     template: str = "show/report/run.html",
     *,
     curves: Sequence[Plot] = (),
-    **more: object,
+    **extra_values: object,
 ) -> str:
     """The page of a run.
 
-    ``notes``: what was not counted, or is chance; ``curves`` stand above what the effects found; ``more``: what other
-    settings cost, contacts that nobody audited.
+    ``notes``: what was not counted, or is chance; ``curves`` stand above what the effects found; ``extra_values``: what
+    other settings cost, contacts that nobody audited.
     """
     first_answer = None if view.hero else view.answers[0]
     faults = [(answer, cards(view, answer.label)) for answer in view.answers]
-    values = {
+    template_values = {
         "view": view,
         "notes": notes,
         "about": page_facts(view),
@@ -80,7 +80,7 @@ def page_of(
         "contacts": (),
         "script": page_script(REPORT),
     }
-    return render_template(template, **values | more)
+    return render_template(template, **template_values | extra_values)
 
 
 def view_of(result: RunResult) -> RunView:
@@ -103,8 +103,10 @@ def _temperatures(result: RunResult) -> Iterator[Plot]:
             if body != name and body in warmed_bodies:
                 points = np.stack([celsius.times, celsius.values], axis=1).tolist()
                 lowest, highest = float(celsius.values.min()), float(celsius.values.max())
-                text = f"The temperature of {body}: {words.decimal(lowest, 2)} to {words.decimal(highest, 2)} degC."
-                yield curve(points, (), text, "seconds", "degC", lowest)
+                alternative_text = (
+                    f"The temperature of {body}: {words.decimal(lowest, 2)} to {words.decimal(highest, 2)} degC."
+                )
+                yield curve(points, (), alternative_text, "seconds", "degC", lowest)
 
 
 def _titrations(result: RunResult) -> Iterator[Plot]:
@@ -113,8 +115,8 @@ def _titrations(result: RunResult) -> Iterator[Plot]:
         title = f"The {titration.quantity} in {titration.vessel} over what came in"
         if titration.ends_ml:
             points = " and ".join(words.decimal(end, 2) for end in titration.ends_ml)
-            lines = "line is its end point" if len(titration.ends_ml) == 1 else "lines are its end points"
-            title += f"; the {lines}, {points} mL"
+            end_points_clause = "line is its end point" if len(titration.ends_ml) == 1 else "lines are its end points"
+            title += f"; the {end_points_clause}, {points} mL"
         points_of = np.stack([titration.added_ml, titration.values], axis=1).tolist()
         lowest = min(0.0, float(titration.values.min()))
         yield curve(points_of, titration.ends_ml, f"{title}.", "came in, mL", titration.unit, lowest)

@@ -135,25 +135,25 @@ def session_names(document: RunDocument) -> list[str]:
 def _names_of_bodies(document: RunDocument) -> str:
     """Return the first two bodies, and the number of the others."""
     bodies = [*document.session.bodies]
-    rest = f" and {len(bodies) - 2} more" if len(bodies) > 2 else ""
-    return f"{(', ' if rest else ' and ').join(bodies[:2])}{rest}"
+    others_text = f" and {len(bodies) - 2} more" if len(bodies) > 2 else ""
+    return f"{(', ' if others_text else ' and ').join(bodies[:2])}{others_text}"
 
 
 def _hero_without_audit(document: RunDocument, events: Sequence[EventRecord]) -> Hero:
     """How many contacts were found, or what the effects say, the weightiest result first."""
     if document.detectors:
-        counts = [
+        count_texts = [
             f"{plural(detector.contacts, 'contact')} found by {label}" for label, detector in document.detectors.items()
         ]
-        return Hero(", ".join(counts))
+        return Hero(", ".join(count_texts))
     lines = [f"{words.moment(event.time)}: {event.message}" for event in events[:EVENTS_FIRST]]
     if len(events) > EVENTS_FIRST:
         lines.append(f"and {len(events) - EVENTS_FIRST} more")
     if events:
         lines.append(f"{NOT_COMPUTED}.")
-    results = [event for event in events if event.name in RESULTS]
-    if results:
-        message = min(results, key=lambda event: RESULTS.index(event.name)).message
+    result_events = [event for event in events if event.name in RESULTS]
+    if result_events:
+        message = min(result_events, key=lambda event: RESULTS.index(event.name)).message
         return Hero(f"{message[:1].upper()}{message[1:]}", lines)
     return Hero(tally_text(Counter(event.name for event in events)) or NOT_COMPUTED, lines)
 
@@ -184,11 +184,11 @@ def _intervals_by_pair(view: RunView, label: str, pair: Pair | None) -> dict[Pai
 
 def _overlaps(reference: Sequence[TimeSpan], reported: Sequence[TimeSpan]) -> Iterator[TimeSpan]:
     """Yields the overlaps of intervals of two lists in order of time."""
-    first = 0
+    first_reported = 0
     for start, end in reference:
-        while first < len(reported) and reported[first][1] <= start:
-            first += 1
-        for begin, stop in islice(reported, first, None):
+        while first_reported < len(reported) and reported[first_reported][1] <= start:
+            first_reported += 1
+        for begin, stop in islice(reported, first_reported, None):
             if begin >= end:
                 break
             yield max(start, begin), min(end, stop)

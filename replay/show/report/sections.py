@@ -41,21 +41,21 @@ GLOSSARY: Final = {
 
 def effect_parts(view: RunView, curves: Sequence[Plot]) -> Fold | None:
     """Section of events of effects and of effects not run; ``None`` if the run has no effects."""
-    planned, effects, events = view.document.plan, view.document.effects, view.events
+    plan_record, effects, events = view.document.plan, view.document.effects, view.events
     if not effects:
         return None
     rows = [
         (event.effect, event.name, event.message, words.timestamp(event.time), _seconds(event.end_time))
         for event in events[:EVENT_ROWS]
     ]
-    more = f", the first {EVENT_ROWS} of {len(events)}" if len(events) > EVENT_ROWS else ""
+    more_text = f", the first {EVENT_ROWS} of {len(events)}" if len(events) > EVENT_ROWS else ""
     event_table = table(
-        f"Events of the effects{more}", ("effect", "event", "in words", "from s", "to s"), rows, words=3
+        f"Events of the effects{more_text}", ("effect", "event", "in words", "from s", "to s"), rows, words=3
     )
     contents: list[Part] = [*curves, *section_of(view, SectionName.EFFECTS).tables, event_table]
-    if planned.not_run:
-        contents.append(f"Not called for, so not imported and not run: {', '.join(planned.not_run)}.")
-    if not planned.detection:
+    if plan_record.not_run:
+        contents.append(f"Not called for, so not imported and not run: {', '.join(plan_record.not_run)}.")
+    if not plan_record.detection:
         contents.append("No collision query was made.")
     return f"{plural(len(effects), 'effect')}, {plural(len(events), 'event')}", contents
 
@@ -70,14 +70,14 @@ def folds(view: RunView) -> Iterator[Fold]:
     session = document.session
     rate = f", {words.rate(1.0 / session.median_step)}" if session.median_step else ""
     bodies = plural(len(session.bodies), "body", "bodies")
-    frames = f"{session.frames:,} frames in {words.duration(session.duration)}{rate}"
-    yield (f"Recording: {frames}, {bodies}", section_of(view, SectionName.SESSION).tables)
+    frames_text = f"{session.frames:,} frames in {words.duration(session.duration)}{rate}"
+    yield (f"Recording: {frames_text}, {bodies}", section_of(view, SectionName.SESSION).tables)
     yield (trust(document), finding_parts(document))
-    audited = [rank.label for rank in view.ranking[:-1]]
-    if audited:
-        yield ("Contacts of each pair", [run_tables.pair_table(view, label) for label in audited])
-        counts = run_tables.pair_frame_table("Pair-frames", document.audit)
-        yield ("Counts with intervals", [FRAME_WORDS, counts])
+    audited_labels = [rank.label for rank in view.ranking[:-1]]
+    if audited_labels:
+        yield ("Contacts of each pair", [run_tables.pair_table(view, label) for label in audited_labels])
+        pair_frame_counts = run_tables.pair_frame_table("Pair-frames", document.audit)
+        yield ("Counts with intervals", [FRAME_WORDS, pair_frame_counts])
     if faults := section_of(view, SectionName.FAULTS).tables:
         yield ("Missed and false contacts, in tables", faults)
     if document.detectors:
@@ -87,10 +87,16 @@ def folds(view: RunView) -> Iterator[Fold]:
 
 def trust(document: RunDocument) -> str:
     """Sentence with the numbers of errors and warnings, and their meaning for verdicts."""
-    count = Counter(finding.severity for finding in document.findings)
-    bad = [plural(count[severity], severity) for severity in ("error", "warning") if count[severity]]
-    flagged = ": verdicts on these spans carry a flag" if document.detectors else ""
-    return f"{' and '.join(bad)} about the recording{flagged}" if bad else NOTHING_SUSPICIOUS
+    count_of_severity = Counter(finding.severity for finding in document.findings)
+    severity_counts = [
+        plural(count_of_severity[severity], severity)
+        for severity in ("error", "warning")
+        if count_of_severity[severity]
+    ]
+    flag_clause = ": verdicts on these spans carry a flag" if document.detectors else ""
+    return (
+        f"{' and '.join(severity_counts)} about the recording{flag_clause}" if severity_counts else NOTHING_SUSPICIOUS
+    )
 
 
 def finding_parts(document: RunDocument) -> list[Part]:
@@ -98,14 +104,14 @@ def finding_parts(document: RunDocument) -> list[Part]:
     contents: list[Part] = []
     if findings := findings_of(document):
         contents.append(run_tables.finding_table(findings[:MOST_FINDINGS]))
-    sums: dict[tuple[str, str, str], Counter[str]] = {}
+    counts_by_key: dict[tuple[str, str, str], Counter[str]] = {}
     for span in document.flagged:
-        count = sums.setdefault((span.kind, span.body or "all", span.action), Counter())
-        count.update({"spans": 1} | {name: getattr(span, name) for name in DONE})
-    if sums:
-        head = ("kind", "body", "policy", "spans", *DONE)
-        rows = [(*key, *(count[name] for name in ("spans", *DONE))) for key, count in sums.items()]
-        contents.append(table("Treatment of doubtful poses", head, rows, words=3))
+        span_counts = counts_by_key.setdefault((span.kind, span.body or "all", span.action), Counter())
+        span_counts.update({"spans": 1} | {name: getattr(span, name) for name in DONE})
+    if counts_by_key:
+        column_names = ("kind", "body", "policy", "spans", *DONE)
+        rows = [(*key, *(count[name] for name in ("spans", *DONE))) for key, count in counts_by_key.items()]
+        contents.append(table("Treatment of doubtful poses", column_names, rows, words=3))
     return contents
 
 

@@ -25,7 +25,10 @@ def tradeoff_values(tradeoff: Tradeoff) -> dict[str, Any]:
 
 def _replayed_sentence(tradeoff: Tradeoff) -> str:
     """Sentence about the replayed session and its reference."""
-    about = tradeoff.about
-    things = (("bodies", "body", "bodies"), ("pairs", "pair", "pairs"), ("contacts", "contact", "contacts"))
-    numbers = ", ".join(plural(about[key], *forms) for key, *forms in things)
-    return f"{about['session']}: {words.duration(about['seconds'])}, {numbers}; reference: {about['oracle']}."
+    tradeoff_facts = tradeoff.about
+    counted_things = (("bodies", "body", "bodies"), ("pairs", "pair", "pairs"), ("contacts", "contact", "contacts"))
+    counts_text = ", ".join(plural(tradeoff_facts[key], *forms) for key, *forms in counted_things)
+    return (
+        f"{tradeoff_facts['session']}: {words.duration(tradeoff_facts['seconds'])}, {counts_text}; "
+        f"reference: {tradeoff_facts['oracle']}."
+    )

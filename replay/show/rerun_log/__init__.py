@@ -15,13 +15,15 @@ RERUN: Final = "0.41"
 def require_rerun() -> None:
     """Raise ``OutputError`` where the installed Rerun is older or newer than ``RERUN``, or none."""
     try:
-        installed = version("rerun-sdk")
+        installed_version = version("rerun-sdk")
     except PackageNotFoundError:
-        installed = ""
-    if installed.split(".")[:2] != RERUN.split("."):
-        which = f"rerun-sdk {installed} is installed" if installed else "rerun-sdk is not installed"
+        installed_version = ""
+    if installed_version.split(".")[:2] != RERUN.split("."):
+        installed_sentence = (
+            f"rerun-sdk {installed_version} is installed" if installed_version else "rerun-sdk is not installed"
+        )
         todo = f'pip install "rerun-sdk=={RERUN}.*", or leave the picture out with --no-picture'
-        raise OutputError(f"{which}, and pictures need {RERUN}; {todo}")
+        raise OutputError(f"{installed_sentence}, and pictures need {RERUN}; {todo}")
 
 
 require_rerun()

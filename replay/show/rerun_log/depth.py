@@ -43,7 +43,7 @@ def log_depths(writer: RecordingWriter, result: RunResult) -> None:
         millimetres = 1e3 * np.array([*depths.values()])
         variances = np.where(millimetres > 0.0, (1e3 * NOISE_SIGMA) ** 2, 0.0)
         path = entity(DEPTHS, name)
-        style = rr.Measurements.from_fields(
+        error_bars = rr.Measurements.from_fields(
             # The viewer would join neighbours into means or maxima, and draw diagonals from one contact to the next.
             aggregation_policy=rr.components.AggregationPolicy.Off,
             units="mm",
@@ -51,7 +51,7 @@ def log_depths(writer: RecordingWriter, result: RunResult) -> None:
             widths=1.8,
             names=drawable(name),
         )
-        writer.static(path, style)
+        writer.static(path, error_bars)
         writer.rows(path, [*depths], rr.Measurements.columns(values=millimetres, variances=variances))
 
 
@@ -60,9 +60,9 @@ def depths_over_time(result: RunResult, pair: int) -> dict[int, float]:
     depths = dict(result.depth_series[pair])
     for contact in result.episodes[result.oracle]:
         if contact.pair == pair:
-            neighbours = (
+            frames_beside = (
                 frame for frame in (contact.first - 1, contact.last + 1) if 0 <= frame < len(result.assembly.motion)
             )
-            for frame in neighbours:
+            for frame in frames_beside:
                 depths.setdefault(frame, 0.0)
     return dict(sorted(depths.items()))

@@ -92,18 +92,22 @@ def dots_of(result: RunResult) -> list[tuple[Dot, Rgba]]:
         dots = tradeoff_dots(result.tradeoff)
         return [(dot, colour_of(number) if dot.kind else TICKS) for number, dot in enumerate(dots)]
     # The measured Fix is no detector of the run: its colour is the next one.
-    numbers = {label: number for number, label in enumerate(result.detections)}
-    return [(dot, colour_of(numbers.get(dot.detector, len(numbers)))) for dot in run_dots(result)]
+    number_of_label = {label: number for number, label in enumerate(result.detections)}
+    return [(dot, colour_of(number_of_label.get(dot.detector, len(number_of_label)))) for dot in run_dots(result)]
 
 
 def series_names(result: RunResult) -> dict[str, str]:
     """Label -> what a legend says of its times."""
-    names = {}
+    name_of_label = {}
     for label, detector in result.document.detectors.items():
-        times = detector.seconds.sample_times
-        tail_text = f", p99 {words.milliseconds(times.p99)}, longest {words.milliseconds(times.max)}" if times else ""
-        names[label] = f"{label}: mean {words.milliseconds(detector.seconds.per_frame_mean)}{tail_text}"
-    return names
+        sample_times = detector.seconds.sample_times
+        tail_text = (
+            f", p99 {words.milliseconds(sample_times.p99)}, longest {words.milliseconds(sample_times.max)}"
+            if sample_times
+            else ""
+        )
+        name_of_label[label] = f"{label}: mean {words.milliseconds(detector.seconds.per_frame_mean)}{tail_text}"
+    return name_of_label
 
 
 def replayed_sentence(result: RunResult) -> str:
@@ -116,18 +120,20 @@ def replayed_sentence(result: RunResult) -> str:
 
 def detector_text(result: RunResult, label: str) -> str:
     """Text on a detector: errors, settings, pair-frames, and milliseconds by stage."""
-    counts = None
+    counts_table = None
     if label in result.comparisons:
-        head = (f"against {result.oracle}", *PAIR_FRAME_ROWS.values())
-        frames = result.document.audit[label].pair_frames
-        counts = markdown(table("", head, [("pair-frames", *(getattr(frames, field) for field in PAIR_FRAME_ROWS))]))
-    rows = [(stage, words.decimal(ms.mean(), 4)) for stage, ms in stage_ms(result.detections[label]).items()]
+        column_names = (f"against {result.oracle}", *PAIR_FRAME_ROWS.values())
+        pair_frames = result.document.audit[label].pair_frames
+        counts_table = markdown(
+            table("", column_names, [("pair-frames", *(getattr(pair_frames, field) for field in PAIR_FRAME_ROWS))])
+        )
+    stage_rows = [(stage, words.decimal(ms.mean(), 4)) for stage, ms in stage_ms(result.detections[label]).items()]
     return render_template(
         f"{FOLDER}/detector.md",
         answers=[answer for answer in result.answers if answer.label == label],
         setting=result.document.detectors[label].spec,
-        counts=counts,
-        stages=markdown(table("", ("stage", "ms a frame"), rows)),
+        counts=counts_table,
+        stages=markdown(table("", ("stage", "ms a frame"), stage_rows)),
         tables=[markdown(table, TABLE_LEVEL) for table in fault_tables(result, [label])],
     )
 

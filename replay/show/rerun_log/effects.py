@@ -44,8 +44,8 @@ def effect_plots(effects: Effects) -> list[tuple[str, list[str]]]:
     """Quantity and the paths of its series; what led to the result comes first."""
     plots: dict[str, list[str]] = {}
     leading_result = leading_event(effects)
-    first = [kind for kind, event in events_in_order(effects) if event is leading_result]
-    for kind in sorted(effects, key=lambda kind: kind not in first):
+    leading_kinds = [kind for kind, event in events_in_order(effects) if event is leading_result]
+    for kind in sorted(effects, key=lambda kind: kind not in leading_kinds):
         for name, series in effects[kind].series.items():
             axis = QUANTITIES.get(series.unit, series.unit) or "numbers"
             plots.setdefault(axis, []).append(_series_path(kind, name))
@@ -69,19 +69,19 @@ def effect_lanes(effects: Effects) -> dict[str, Sequence[LaneSpan]]:
     return lanes
 
 
-def log_happened(writer: RecordingWriter, effects: Effects, *, leads: bool) -> None:
+def log_happened(writer: RecordingWriter, effects: Effects, *, is_leading: bool) -> None:
     """Send what happened, its result first; where nothing is one, the last event: it is what the others led to.
 
-    ``leads``: the picture opens at that event, a little later, when it can be seen.
+    ``is_leading``: the picture opens at that event, a little later, when it can be seen.
     """
     events, event = events_in_order(effects), leading_event(effects)
     if event is None:
         writer.markdown(HAPPENED, "## No effect found anything" if effects else "## What people did")
         return
     position_text = "the last of" if event is events[-1][1] else "one of"
-    when = f"At {words.moment(event.time)}, {position_text} {plural(len(events), 'event')}."
-    writer.markdown(HAPPENED, f"# {event.text[:1].upper()}{event.text[1:]}\n\n{when}")
-    if leads:
+    moment_clause = f"At {words.moment(event.time)}, {position_text} {plural(len(events), 'event')}."
+    writer.markdown(HAPPENED, f"# {event.text[:1].upper()}{event.text[1:]}\n\n{moment_clause}")
+    if is_leading:
         ns = min(round((event.time + VISIBLE_S) * 1e9), int(writer.clock.ns[-1]))
         log_bookmarks(writer, [Bookmark("", "event", len(events), ns, leads=True)])
 
@@ -98,8 +98,8 @@ def _events_path(kind: str) -> str:
 def log_effects(writer: RecordingWriter, effects: Effects) -> None:
     """Send everything of every effect of the plan; an effect that did not run has no entity."""
     for path, spans in effect_lanes(effects).items():
-        states = [(span.word, *_nanoseconds([span.start, span.end]).tolist()) for span in spans]
-        log_lane(writer, path, states, in_series({span.word: span.rgba for span in spans}))
+        lane_states = [(span.word, *_nanoseconds([span.start, span.end]).tolist()) for span in spans]
+        log_lane(writer, path, lane_states, in_series({span.word: span.rgba for span in spans}))
     number = 0
     for kind, run in effects.items():
         for name, series in run.series.items():
@@ -128,16 +128,16 @@ def _log_markers(writer: RecordingWriter, kind: str, events: Sequence[EffectEven
 
 def _log_liquid(writer: RecordingWriter, path: str, liquid: Liquid) -> None:
     """A cylinder from the floor of a vessel to the level of the liquid; one without height is not seen."""
-    count, height = len(liquid.times), np.maximum(0.0, liquid.level - liquid.floor)
-    middle = liquid.floor + height / 2
+    time_count, height = len(liquid.times), np.maximum(0.0, liquid.level - liquid.floor)
+    middle_heights = liquid.floor + height / 2
     colours = np.where((height > 0.0)[:, None], liquid.rgba, liquid.rgba * [1, 1, 1, 0])
     columns = rr.Cylinders3D.columns(
         lengths=np.maximum(height, 1e-6),
-        radii=np.full(count, liquid.radius),
-        centers=np.stack([0.0 * middle, middle, 0.0 * middle], axis=1),
-        quaternions=np.tile(UPRIGHT_XYZW, (count, 1)),
+        radii=np.full(time_count, liquid.radius),
+        centers=np.stack([0.0 * middle_heights, middle_heights, 0.0 * middle_heights], axis=1),
+        quaternions=np.tile(UPRIGHT_XYZW, (time_count, 1)),
         colors=pack_colours(map(tuple, colours.tolist())),
-        fill_mode=["Solid"] * count,
+        fill_mode=["Solid"] * time_count,
     )
     writer.session_rows(path, _nanoseconds(liquid.times), columns)
 

@@ -21,8 +21,8 @@ LARGEST: Final = 2000
 
 def log_still(writer: RecordingWriter, drawing: str) -> None:
     """Send the picture inside a drawing of the fault that the answer is about, as WebP in base64."""
-    (raster,) = re.findall(r"data:image/webp;base64,([A-Za-z0-9+/=]*)", drawing)
-    writer.static(STILL, rr.AnyValues(raster=raster))
+    (raster_base64,) = re.findall(r"data:image/webp;base64,([A-Za-z0-9+/=]*)", drawing)
+    writer.static(STILL, rr.AnyValues(raster=raster_base64))
 
 
 def read_still(recording: Path) -> str:
@@ -39,8 +39,8 @@ def read_still(recording: Path) -> str:
         with Image.open(BytesIO(b64decode(texts[0], validate=True)), formats=["WEBP"]) as image:
             if max(image.size) > LARGEST:
                 return ""
-            out = BytesIO()
-            image.convert("RGB").save(out, "WEBP", quality=82, method=2)
+            buffer = BytesIO()
+            image.convert("RGB").save(buffer, "WEBP", quality=82, method=2)
     except (OSError, ValueError, Error, UnidentifiedImageError, RecordingDamagedError, RunFolderError):
         return ""
-    return b64encode(out.getvalue()).decode()
+    return b64encode(buffer.getvalue()).decode()

@@ -60,9 +60,9 @@ def key_moments(result: RunResult) -> dict[Time, Fault | Episode]:
         timed_moments.append((((contact.first + contact.last) // 2, 0), False, 0.0, contact))
     moments: dict[Time, Fault | Episode] = {}
     frame, later_ns = -1, 0
-    for (at, fault_ns), _, _, fault in sorted(timed_moments, key=itemgetter(0, 1, 2)):
-        later_ns = max(fault_ns, later_ns + 1) if at == frame else fault_ns
-        frame = at
+    for (moment_frame, fault_ns), _, _, fault in sorted(timed_moments, key=itemgetter(0, 1, 2)):
+        later_ns = max(fault_ns, later_ns + 1) if moment_frame == frame else fault_ns
+        frame = moment_frame
         moments[frame, later_ns] = fault
     return moments
 
@@ -87,9 +87,9 @@ def _contacts(result: RunResult, faulty_pairs: set[int]) -> Iterator[Episode]:
 def _contact_of_member(result: RunResult, contact: Episode) -> Episode:
     """A contact of a group as that of the member that touches in its middle."""
     reference = result.detections[result.oracle]
-    members = result.assembly.columns_of_contact(contact.pair)
-    is_touching = counts_as_contact(reference.verdict[(contact.first + contact.last) // 2, members])
-    return replace(contact, pair=members[int(is_touching.argmax())])
+    member_columns = result.assembly.columns_of_contact(contact.pair)
+    is_touching = counts_as_contact(reference.verdict[(contact.first + contact.last) // 2, member_columns])
+    return replace(contact, pair=member_columns[int(is_touching.argmax())])
 
 
 def point_of(result: RunResult, time: Time, moment: Fault | Episode) -> Vector:
@@ -103,13 +103,13 @@ def point_of(result: RunResult, time: Time, moment: Fault | Episode) -> Vector:
 def nearest_moments(times: Iterable[Time]) -> list[tuple[int, int, Time]]:
     """Frame, nanoseconds after it, and the moment that is nearest from there on: it changes half-way between two."""
     ordered_times = [*times]
-    rows = [(0, 0, time) for time in ordered_times[:1]]
+    frame_steps = [(0, 0, time) for time in ordered_times[:1]]
     for previous_time, time in pairwise(ordered_times):
         if previous_time[0] == time[0]:
-            rows.append((*time, time))
+            frame_steps.append((*time, time))
         else:
-            rows.append(((previous_time[0] + time[0] + 1) // 2, 0, time))
-    return rows
+            frame_steps.append(((previous_time[0] + time[0] + 1) // 2, 0, time))
+    return frame_steps
 
 
 def leading_moment(result: RunResult, moments: Moments) -> Time:
@@ -117,8 +117,8 @@ def leading_moment(result: RunResult, moments: Moments) -> Time:
     answer = result.answers[0]
     if answer.moment is None:
         return max(moments, key=lambda time: moments[time].last - moments[time].first)
-    key = (answer.label, answer.moment.kind, answer.moment.number)
-    return next((time for time, fault in moments.items() if _moment_key(fault) == key), next(iter(moments)))
+    answer_key = (answer.label, answer.moment.kind, answer.moment.number)
+    return next((time for time, fault in moments.items() if _moment_key(fault) == answer_key), next(iter(moments)))
 
 
 def _moment_key(moment: Fault | Episode) -> tuple[str, str, int]:
@@ -135,19 +135,19 @@ def list_path(label: str) -> str:
 
 def log_moment_lists(writer: RecordingWriter, result: RunResult, moments: Moments) -> None:
     """Send one line per moment, for each detector below ``LISTS``."""
-    names = [result.assembly.pair_name(moment.pair) for moment in moments.values()]
+    pair_names = [result.assembly.pair_name(moment.pair) for moment in moments.values()]
     widths = (
         max(len(_moment_key(moment)[0]) for moment in moments.values()),
         max(len(_number_text(moment)) for moment in moments.values()),
-        max(map(len, names)),
+        max(map(len, pair_names)),
     )
-    lines: dict[str, list[tuple[int, tuple[str, str, Rgba]]]] = {}
-    for (time, moment), name in zip(moments.items(), names, strict=True):
+    lines_of_label: dict[str, list[tuple[int, tuple[str, str, Rgba]]]] = {}
+    for (time, moment), name in zip(moments.items(), pair_names, strict=True):
         label, kind, _ = _moment_key(moment)
         colour = fault_colour(moment.kind) if isinstance(moment, Fault) else REFERENCE
         line = (_list_line(moment, writer.session_ns(time) / 1e9, name, widths), kind, colour)
-        lines.setdefault(label, []).append((writer.session_ns(time), line))
-    for label, rows in lines.items():
+        lines_of_label.setdefault(label, []).append((writer.session_ns(time), line))
+    for label, rows in lines_of_label.items():
         times, texts = zip(*rows, strict=True)
         writer.log_lines(list_path(label), np.array(times), texts)
 
@@ -157,7 +157,7 @@ def _number_text(moment: Fault | Episode) -> str:
     return f"{moment.name.split()[0]} {moment.number}" if isinstance(moment, Fault) else CONTACT
 
 
-def _list_line(moment: Fault | Episode, seconds: float, name: str, widths: tuple[int, int, int]) -> str:
+def _list_line(moment: Fault | Episode, seconds: float, pair_name: str, widths: tuple[int, int, int]) -> str:
     """Return a line of the list: time, detector, number, cause, pair and size of a moment.
 
     ``widths``: letters of a label, of a numbered word and of the name of a pair.
@@ -166,12 +166,12 @@ def _list_line(moment: Fault | Episode, seconds: float, name: str, widths: tuple
     # The viewer cuts its own column of times, and in a narrow view the end of a line: time and cause come first.
     line = f"{words.moment(seconds):>10}  {label:<{widths[0]}} {_number_text(moment):<{widths[1]}} "
     if isinstance(moment, Episode):
-        return f"{line} {plural(moment.last - moment.first + 1, 'frame'):<{CAUSE_WIDTH}} {name}"
-    metres, what = moment.metres, "curve" if moment.kind.is_miss else "apart"
+        return f"{line} {plural(moment.last - moment.first + 1, 'frame'):<{CAUSE_WIDTH}} {pair_name}"
+    metres, length_word = moment.metres, "curve" if moment.kind.is_miss else "apart"
     if moment.kind.is_miss and not isnan(moment.depth):
-        metres, what = moment.depth, "deep"
-    size = f"{length(metres)} {what}" if metres > 0 else ""
-    return f"{line} {moment.cause:<{CAUSE_WIDTH}} {name:<{widths[2]}} {size:>14}"
+        metres, length_word = moment.depth, "deep"
+    length_text = f"{length(metres)} {length_word}" if metres > 0 else ""
+    return f"{line} {moment.cause:<{CAUSE_WIDTH}} {pair_name:<{widths[2]}} {length_text:>14}"
 
 
 @dataclass(frozen=True)
@@ -199,17 +199,17 @@ _BOOKMARK_TYPES: Final = get_type_hints(Bookmark)
 
 def bookmarks(writer: RecordingWriter, result: RunResult, moments: Moments) -> list[Bookmark]:
     """Return the position of each moment: of a number that several detectors have, that of the first comes first."""
-    leading_time, order = leading_moment(result, moments), [*result.comparisons, ""]
-    rows = [
+    leading_time, label_order = leading_moment(result, moments), [*result.comparisons, ""]
+    bookmark_rows = [
         Bookmark(*_moment_key(moment), session_ns=writer.session_ns(time), leads=time == leading_time)
         for time, moment in moments.items()
     ]
-    return sorted(rows, key=lambda bookmark: order.index(bookmark.label))
+    return sorted(bookmark_rows, key=lambda bookmark: label_order.index(bookmark.label))
 
 
-def log_bookmarks(writer: RecordingWriter, rows: Iterable[Bookmark]) -> None:
+def log_bookmarks(writer: RecordingWriter, bookmark_rows: Iterable[Bookmark]) -> None:
     """Send the positions of the cursor, for ``read_bookmarks``."""
-    writer.static(TABLE, rr.AnyValues(moments=json.dumps([asdict(bookmark) for bookmark in rows])))
+    writer.static(TABLE, rr.AnyValues(moments=json.dumps([asdict(bookmark) for bookmark in bookmark_rows])))
 
 
 def read_bookmarks(recording: Path) -> list[Bookmark]:
@@ -228,9 +228,9 @@ def read_bookmarks(recording: Path) -> list[Bookmark]:
     return rows
 
 
-def _checked_bookmark(fields: Any) -> Bookmark:
+def _checked_bookmark(bookmark_fields: Any) -> Bookmark:
     """Return the bookmark with these fields; ``TypeError`` where a run writes no such fields."""
-    bookmark = Bookmark(**fields)
+    bookmark = Bookmark(**bookmark_fields)
     for field, kind in _BOOKMARK_TYPES.items():
         if type(getattr(bookmark, field)) is not kind:
             raise TypeError(f"{field} of a moment is not {kind.__name__}")

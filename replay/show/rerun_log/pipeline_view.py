@@ -186,8 +186,8 @@ def pipeline_path(label: str, *names: str) -> str:
 
 def search_title(run: SearchRun, search: Search) -> str:
     """When it is, and what."""
-    what = "a miss of the search" if search.kind == LOST else "a contact that the search finds"
-    return f"At {words.moment(run.motion.times[search.frame])}: {what}"
+    search_word = "a miss of the search" if search.kind == LOST else "a contact that the search finds"
+    return f"At {words.moment(run.motion.times[search.frame])}: {search_word}"
 
 
 def log_pipeline(writer: RecordingWriter, run: SearchRun, result: RunResult, balls: Sequence[Sphere]) -> None:
@@ -250,13 +250,13 @@ def _log_body(
         colour, lines = pack_colours([STAGE_COLOURS[stage]]), rr.components.FillMode.MajorWireframe
         writer.static(shape_path, shape.from_fields(fill_mode=lines, colors=colour, **style))
 
-    thin, thick = rr.Radius.ui_points(1.0), rr.Radius.ui_points(1.8)
-    wires(SPHERES, rr.Ellipsoids3D, np.full(3, ball.radius), centers=[ball.centre], line_radii=thin)
+    thin_lines, thick_lines = rr.Radius.ui_points(1.0), rr.Radius.ui_points(1.8)
+    wires(SPHERES, rr.Ellipsoids3D, np.full(3, ball.radius), centers=[ball.centre], line_radii=thin_lines)
     if BOXES in run.counts:
         box = box_best(mesh)
         # The axes of a box may be left-handed: turned about, the box is the same.
         rotation = Rotation.from_matrix(box.axes * np.sign(np.linalg.det(box.axes))).as_quat()
-        wires(BOXES, rr.Boxes3D, box.half, centers=[box.centre], quaternions=[rotation], radii=thick)
+        wires(BOXES, rr.Boxes3D, box.half, centers=[box.centre], quaternions=[rotation], radii=thick_lines)
 
 
 def _volumes_eye(result: RunResult, search: Search, balls: Sequence[Sphere]) -> Eye:
@@ -268,9 +268,9 @@ def _volumes_eye(result: RunResult, search: Search, balls: Sequence[Sphere]) -> 
     )
     radii = np.array([[balls[body].radius] for body in small_bodies])
     middle = ((centres - radii).min(axis=0) + (centres + radii).max(axis=0)) / 2
-    reach = (np.linalg.norm(centres - middle, axis=1) + radii[:, 0]).max()
-    away = towards_user(result.assembly, result.session.scene, search.frame, middle.tolist()) + EYE_RISE
-    return eye_before(middle, SPHERES_DISTANCE_RADII * reach * away / np.linalg.norm(away))
+    enclosing_radius = (np.linalg.norm(centres - middle, axis=1) + radii[:, 0]).max()
+    towards_eye = towards_user(result.assembly, result.session.scene, search.frame, middle.tolist()) + EYE_RISE
+    return eye_before(middle, SPHERES_DISTANCE_RADII * enclosing_radius * towards_eye / np.linalg.norm(towards_eye))
 
 
 def _search_eye(run: SearchRun, result: RunResult, search: Search, balls: Sequence[Sphere]) -> Eye:
@@ -278,10 +278,10 @@ def _search_eye(run: SearchRun, result: RunResult, search: Search, balls: Sequen
     assembly, sample = result.assembly, run.look(search)
     end_points = run.stage_log.search.points(assembly.motion, search.frame, search.pair, sample.hit or sample.closest)
     target = end_points.mean(axis=0) if search.meeting_point is None else np.asarray(search.meeting_point)
-    user = towards_user(assembly, result.session.scene, search.frame, target.tolist())
+    user_side = towards_user(assembly, result.session.scene, search.frame, target.tolist())
     radius = min(balls[body].radius for body in assembly.pairs[search.pair].tolist())
     return eye_before(
-        target, float(np.clip(DISTANCE_RADII * radius, *DISTANCES)) * viewing_direction(np.zeros(3), user)
+        target, float(np.clip(DISTANCE_RADII * radius, *DISTANCES)) * viewing_direction(np.zeros(3), user_side)
     )
 
 
@@ -309,41 +309,45 @@ def _marks(run: SearchRun, result: RunResult, search: Search, eye: Eye) -> list[
 
 def _path_text(run: SearchRun, search: Search, trace: SearchTrace) -> Iterator[tuple[int, str, Rgba, float, float]]:
     """Steps of the way of the best pair, their words, and how far to the right and up these stand."""
-    best, gaps = trace.best(), trace.distance[trace.best()].tolist()
-    last, frames_ago = len(best) - 1, search.frame - search.search_frame
-    ant_rows = np.flatnonzero(trace.source[best] == "ant")
-    if last:
-        yield 0, f"first pair: {words.length(gaps[0])} apart", WHITE, 0.34, 0.24
-    if len(ant_rows) and 0 < ant_rows[-1] < last:
-        yield int(ant_rows[-1]), f"best ant: {words.length(gaps[ant_rows[-1]])}", WHITE, 0.34, 0.10
+    best_path, path_gaps = trace.best(), trace.distance[trace.best()].tolist()
+    last_step, frames_ago = len(best_path) - 1, search.frame - search.search_frame
+    ant_rows = np.flatnonzero(trace.source[best_path] == "ant")
+    if last_step:
+        yield 0, f"first pair: {words.length(path_gaps[0])} apart", WHITE, 0.34, 0.24
+    if len(ant_rows) and 0 < ant_rows[-1] < last_step:
+        yield int(ant_rows[-1]), f"best ant: {words.length(path_gaps[ant_rows[-1]])}", WHITE, 0.34, 0.10
     if search.kind == TRUE_CONTACT:
-        yield last, "confirmed by the triangle test", ENDS[TRUE_CONTACT], 0.14, -0.34
+        yield last_step, "confirmed by the triangle test", ENDS[TRUE_CONTACT], 0.14, -0.34
     else:
-        end = f"{words.length(gaps[-1])} apart; stopped at {run.look(search).evaluations:,} samples"
-        yield last, f"{end}, {frames_ago} frames ago" if frames_ago else end, WHITE, 0.14, -0.34
+        end_text = f"{words.length(path_gaps[-1])} apart; stopped at {run.look(search).evaluations:,} samples"
+        yield last_step, f"{end_text}, {frames_ago} frames ago" if frames_ago else end_text, WHITE, 0.14, -0.34
 
 
 def _frame_text(run: SearchRun, result: RunResult, search: Search) -> str:
     """The frame of a search in numbers: how many pairs each stage leaves, and what each takes."""
-    counts = {stage: int(count[search.frame]) for stage, count in run.counts.items()}
-    cells = {stage: str(count) for stage, count in counts.items()}
-    if (waiting := counts.get(BOXES, counts[SPHERES]) - counts[SEARCHED]) > 0:
-        cells[SEARCHED] += f", {waiting} as before"
+    count_of_stage = {stage: int(count[search.frame]) for stage, count in run.counts.items()}
+    cells = {stage: str(count) for stage, count in count_of_stage.items()}
+    if (waiting_pairs := count_of_stage.get(BOXES, count_of_stage[SPHERES]) - count_of_stage[SEARCHED]) > 0:
+        cells[SEARCHED] += f", {waiting_pairs} as before"
     if search.kind == LOST:
         cells[CONFIRMED] += f", missed: {result.assembly.pair_name(search.pair)}"
-    times = [(stage, words.duration(ms[search.frame] / 1e3)) for stage, ms in stage_ms(run.detection).items()]
-    total = total_ms(run.detection)[search.frame]
-    percentage = words.as_percentage(total / BUDGET_MS)
-    price = f"{words.frame_time(total / 1e3)} for this frame: {percentage} of a {HEADSET_HZ:g} Hz frame"
+    time_of_stage = [(stage, words.duration(ms[search.frame] / 1e3)) for stage, ms in stage_ms(run.detection).items()]
+    total_of_frame = total_ms(run.detection)[search.frame]
+    percentage = words.as_percentage(total_of_frame / BUDGET_MS)
+    price_sentence = (
+        f"{words.frame_time(total_of_frame / 1e3)} for this frame: {percentage} of a {HEADSET_HZ:g} Hz frame"
+    )
     counts_table = table("", ("stage", "pairs that it leaves"), [*cells.items()])
-    return "\n\n".join([markdown(counts_table), f"**{price}**", markdown(table("", ("stage", "takes"), times))])
+    return "\n\n".join(
+        [markdown(counts_table), f"**{price_sentence}**", markdown(table("", ("stage", "takes"), time_of_stage))]
+    )
 
 
 def _log_list(writer: RecordingWriter, run: SearchRun, result: RunResult) -> None:
     """One line per search: a click on its time moves the cursor there."""
-    names = [result.assembly.pair_name(search.pair) for search in run.searches]
-    width, lines = max(map(len, names)), []
-    for search, name in zip(run.searches, names, strict=True):
+    pair_names = [result.assembly.pair_name(search.pair) for search in run.searches]
+    width, lines = max(map(len, pair_names)), []
+    for search, name in zip(run.searches, pair_names, strict=True):
         samples = plural(run.look(search).evaluations, "sample")
         moment = words.moment(run.motion.times[search.frame])
         line = f"{moment:>10}  {search.kind:<9}  {name:<{width}}  {samples:>13}"

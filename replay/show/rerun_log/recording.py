@@ -54,19 +54,19 @@ def write_recording(result: RunResult, path: Path) -> None:
     The file appears under its name when it is complete; ``OSError`` where it cannot be written. Above one hour at 90 Hz
     poses, contacts and timings are strided but for frames with a moment; lanes and misses never are.
     """
-    order = [rank.label for rank in result.ranking if rank.label in result.comparisons]
-    moments = key_moments(result) if order else {}
+    label_order = [rank.label for rank in result.ranking if rank.label in result.comparisons]
+    moments = key_moments(result) if label_order else {}
     points = [(time[0], point_of(result, time, moment)) for time, moment in moments.items()]
-    balls = [sphere_best(body.mesh) for body in result.assembly.bodies]
+    bounding_spheres = [sphere_best(body.mesh) for body in result.assembly.bodies]
     picture = Picture(
         result=result,
         answer_eye=_overview_eye(result, points, NARROW_ASPECT),
-        effects_eye=_overview_eye(result, _points_of_events(result, balls), ASPECT),
-        balls=balls,
+        effects_eye=_overview_eye(result, _points_of_events(result, bounding_spheres), ASPECT),
+        balls=bounding_spheres,
         moments=moments,
-        eyes=close_up_eyes(result, moments, balls),
-        order=order,
-        lanes=lanes.detector_lanes(result, order) if order else [],
+        eyes=close_up_eyes(result, moments, bounding_spheres),
+        order=label_order,
+        lanes=lanes.detector_lanes(result, label_order) if label_order else [],
         searches=search_runs(result),
     )
     clock = RecordingClock.of(result.assembly, [frame for frame, _ in moments])
@@ -155,4 +155,4 @@ def _log_tabs(writer: RecordingWriter, picture: Picture) -> None:
     log_effects(writer, result.effects)
     lanes.log_session_lanes(writer, result)
     if result.effects or picture.activity_lanes:
-        log_happened(writer, result.effects, leads=not moments)
+        log_happened(writer, result.effects, is_leading=not moments)

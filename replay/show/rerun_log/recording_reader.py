@@ -49,9 +49,9 @@ class _Reader:
     """The process that reads, and the line to it; ``answers`` is false once it is of no use any more."""
 
     def __init__(self) -> None:
-        context = multiprocessing.get_context("spawn")
-        self._line, other_end = context.Pipe()
-        self.process = context.Process(target=_serve, args=(other_end,), daemon=True)
+        spawn_context = multiprocessing.get_context("spawn")
+        self._line, other_end = spawn_context.Pipe()
+        self.process = spawn_context.Process(target=_serve, args=(other_end,), daemon=True)
         self.process.start()
         other_end.close()
         self.answers = True
@@ -92,9 +92,11 @@ def _texts_of(recording: str, path: str, column: str) -> Any:
 
     try:
         RrdReader(recording).recordings()
-        chunks = RrdReader(recording).stream().filter(content=path).to_chunks()
-        batches = [chunk.to_record_batch() for chunk in chunks]
-        values = [batch.column(name)[0].as_py() for batch in batches for name in batch.schema.names if column in name]
-        return bool(batches), [text for (text,) in values]
+        rrd_chunks = RrdReader(recording).stream().filter(content=path).to_chunks()
+        record_batches = [chunk.to_record_batch() for chunk in rrd_chunks]
+        column_values = [
+            batch.column(name)[0].as_py() for batch in record_batches for name in batch.schema.names if column in name
+        ]
+        return bool(record_batches), [text for (text,) in column_values]
     except Exception as error:  # a library's reader of a file from anybody may fail with anything
         return f"{type(error).__name__}: {error}"

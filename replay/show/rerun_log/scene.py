@@ -76,8 +76,8 @@ def log_world(
         if body.name in displayed_names:
             path, default_colour = body_path(body.name), albedo(tags_of(body.name, scene))
             log_shape(writer, f"{path}/mesh", body.mesh)
-            valid = assembly.motion.valid[:, column]
-            _log_colours(writer, f"{path}/mesh", valid, colours.get(body.name, ()), default_colour)
+            has_pose = assembly.motion.valid[:, column]
+            _log_colours(writer, f"{path}/mesh", has_pose, colours.get(body.name, ()), default_colour)
             _log_poses(writer, path, assembly.motion, column)
 
 
@@ -91,7 +91,7 @@ def log_shape(writer: RecordingWriter, path: str, mesh: TriangleMesh) -> None:
 def _log_colours(
     writer: RecordingWriter,
     path: str,
-    valid: NDArray[np.bool_],
+    has_pose: NDArray[np.bool_],
     steps: Sequence[tuple[int, int, Rgba]],
     default_colour: Rgba,
 ) -> None:
@@ -99,13 +99,13 @@ def _log_colours(
 
     A transform cannot hide a body: Rerun 0.41 refuses a scale or a quaternion of zero, and draws it at the identity.
     """
-    flips = np.flatnonzero(np.diff(valid, prepend=~valid[:1])).tolist()
-    at = {(frame, later): colour for frame, later, colour in steps}
-    when, colour, rows = sorted({*((frame, 0) for frame in flips), *at}), default_colour, []
-    for moment in when:
-        colour = at.get(moment, colour)
-        rows.append((*colour[:3], colour[3] if valid[moment[0]] else 0))
-    writer.rows(path, when, rr.Mesh3D.columns(albedo_factor=np.array(rows, dtype=np.uint8).reshape(-1, 4)))
+    flip_frames = np.flatnonzero(np.diff(has_pose, prepend=~has_pose[:1])).tolist()
+    colour_at = {(frame, later): colour for frame, later, colour in steps}
+    row_times, colour, rows = sorted({*((frame, 0) for frame in flip_frames), *colour_at}), default_colour, []
+    for moment in row_times:
+        colour = colour_at.get(moment, colour)
+        rows.append((*colour[:3], colour[3] if has_pose[moment[0]] else 0))
+    writer.rows(path, row_times, rr.Mesh3D.columns(albedo_factor=np.array(rows, dtype=np.uint8).reshape(-1, 4)))
 
 
 def _log_poses(writer: RecordingWriter, path: str, motion: Motion, column: int) -> None:
@@ -135,43 +135,55 @@ def log_contacts(
     label: str,
     detection: Detection,
     comparison: Comparison | None,
-    late: Sequence[tuple[int, int, int]] = (),
+    late_segments: Sequence[tuple[int, int, int]] = (),
 ) -> None:
     """Send ``world/contacts/<label>``: the curves in which surfaces meet.
 
-    What ``comparison`` calls missed is red, or pink within ``late`` (pair, first and last frame), the rest blue.
-    Nothing is sent of a detection without faces or curves.
+    What ``comparison`` calls missed is red, or pink within ``late_segments`` (pair, first and last frame), the rest
+    blue. Nothing is sent of a detection without faces or curves.
     """
-    sets, path = detection.face_sets, entity("world", "contacts", label)
-    if sets is None or detection.section_source is None:
+    face_sets, path = detection.face_sets, entity("world", "contacts", label)
+    if face_sets is None or detection.section_source is None:
         return
-    contacts, frames = drawn_contacts(writer.clock, sets)
-    at = sets.frame[contacts], sets.pair[contacts]
-    curves = [detection.section(frame, pair) for frame, pair in zip(*(indices.tolist() for indices in at), strict=True)]
+    contacts, frames = drawn_contacts(writer.clock, face_sets)
+    frame_and_pair = face_sets.frame[contacts], face_sets.pair[contacts]
+    curves = [
+        detection.section(frame, pair)
+        for frame, pair in zip(*(indices.tolist() for indices in frame_and_pair), strict=True)
+    ]
     curves = [curve[np.isfinite(curve).all(axis=(1, 2))] for curve in curves]
     lengths = np.array([len(curve) for curve in curves], dtype=np.int64)
-    outcomes = np.zeros(len(contacts), np.uint8) if comparison is None else comparison.outcome[at]
-    looks = [OUTCOMES[code][1] if code in COLOURED_OUTCOMES else TRUE_CONTACT for code in outcomes.tolist()]
-    for pair, first, last in late:
-        is_late = (at[1] == pair) & (at[0] >= first) & (at[0] <= last) & (outcomes == Outcome.MISSED)
+    outcomes = np.zeros(len(contacts), np.uint8) if comparison is None else comparison.outcome[frame_and_pair]
+    curve_colours = [OUTCOMES[code][1] if code in COLOURED_OUTCOMES else TRUE_CONTACT for code in outcomes.tolist()]
+    for pair, first, last in late_segments:
+        is_late = (
+            (frame_and_pair[1] == pair)
+            & (frame_and_pair[0] >= first)
+            & (frame_and_pair[0] <= last)
+            & (outcomes == Outcome.MISSED)
+        )
         for index in np.flatnonzero(is_late).tolist():
-            looks[index] = LATE
-    colours = pack_colours(looks)
+            curve_colours[index] = LATE
+    colours = pack_colours(curve_colours)
     strips = np.concatenate([np.zeros((0, 2, 3)), *curves]).astype(np.float32)
     lines = rr.LineStrips3D.columns(strips=strips, colors=np.repeat(colours, lengths))
-    lines_per_frame = np.bincount(np.searchsorted(frames, at[0]), lengths, len(frames))
+    lines_per_frame = np.bincount(np.searchsorted(frames, frame_and_pair[0]), lengths, len(frames))
     writer.rows(path, frames, lines, lines_per_frame.astype(np.int64))
     writer.static(path, rr.LineStrips3D.from_fields(radii=rr.Radius.ui_points(1.8)))
 
 
-def drawn_contacts(clock: RecordingClock, sets: FaceSets) -> tuple[Faces, Faces]:
+def drawn_contacts(clock: RecordingClock, face_sets: FaceSets) -> tuple[Faces, Faces]:
     """Numbers of the contacts that are drawn, and the frames that get a row; one without contact clears."""
-    load = np.zeros(len(clock.ns))
-    np.add.at(load, sets.frame, np.maximum(1.0 / DRAWN_CONTACTS, (sets.stop - sets.start) / DRAWN_FACES))
-    stride = max(1, int(np.ceil(load[clock.drawn_frames].sum())))
+    faces_in_frame = np.zeros(len(clock.ns))
+    np.add.at(
+        faces_in_frame,
+        face_sets.frame,
+        np.maximum(1.0 / DRAWN_CONTACTS, (face_sets.stop - face_sets.start) / DRAWN_FACES),
+    )
+    stride = max(1, int(np.ceil(faces_in_frame[clock.drawn_frames].sum())))
     frames = np.union1d(clock.drawn_frames[::stride], clock.moments)
-    has_contact = np.isin(frames, sets.frame)
-    return np.flatnonzero(np.isin(sets.frame, frames)), frames[
+    has_contact = np.isin(frames, face_sets.frame)
+    return np.flatnonzero(np.isin(face_sets.frame, frames)), frames[
         has_contact | np.append(True, has_contact[:-1])[: len(has_contact)]
     ]
 
@@ -219,15 +231,15 @@ def face_areas(mesh: TriangleMesh, faces: Faces) -> FloatArray:
 
 
 def _log_painted_faces(
-    writer: RecordingWriter, path: str, mesh: TriangleMesh, painted: Mapping[Time, Sequence[Faces]], colour: Rgba
+    writer: RecordingWriter, path: str, mesh: TriangleMesh, faces_at_time: Mapping[Time, Sequence[Faces]], colour: Rgba
 ) -> None:
     # A row without faces after each stretch, else the patch would stay for ever: the viewer shows the latest row.
-    after = ((frame + 1, 0) for frame, _ in painted if frame + 1 < len(writer.clock.ns))
-    times = sorted({(0, 0), *painted, *after})
-    none = np.zeros(0, dtype=np.int64)
-    faces = [np.unique(np.concatenate([none, *painted.get(time, ())])) for time in times]
+    clearing_times = ((frame + 1, 0) for frame, _ in faces_at_time if frame + 1 < len(writer.clock.ns))
+    times = sorted({(0, 0), *faces_at_time, *clearing_times})
+    no_faces = np.zeros(0, dtype=np.int64)
+    faces = [np.unique(np.concatenate([no_faces, *faces_at_time.get(time, ())])) for time in times]
     triangles = mesh.triangles[np.concatenate(faces)]
     corners = (triangles + FACE_OFFSET_M * face_normals(triangles)[1][:, None]).reshape(-1, 3)
     shapes = rr.Mesh3D.columns(vertex_positions=corners.astype(np.float32))
-    writer.rows(path, times, shapes, [3 * len(some) for some in faces])
+    writer.rows(path, times, shapes, [3 * len(face_group) for face_group in faces])
     writer.static(path, rr.Mesh3D.from_fields(albedo_factor=(*colour[:3], VEIL)))

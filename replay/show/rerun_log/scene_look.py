@@ -34,8 +34,8 @@ def write_scene_recording(assembly: Assembly, scene: Scene, moments: Sequence[Mo
         colours = {name: [(0, 0, SERIES[number % len(SERIES)])] for number, name in enumerate(names)}
         log_world(writer, assembly, scene, names, colours)
         for body in assembly.bodies:
-            middle = body.mesh.vertices.mean(axis=0)[None]
-            writer.static(f"{body_path(body.name)}/name", rr.Points3D(middle, labels=[body.name], radii=0.001))
+            mesh_middle = body.mesh.vertices.mean(axis=0)[None]
+            writer.static(f"{body_path(body.name)}/name", rr.Points3D(mesh_middle, labels=[body.name], radii=0.001))
         guides = grid_and_axes(assembly, moments[0].frame)
         grid = rr.LineStrips3D([*guides.grid], colors=pack_colours([TICKS]), radii=GRID_WIDTH)
         writer.static("grid", grid)

@@ -52,19 +52,23 @@ Y_RANGE: Final = (-40.0, UNITS_PER_PLOT_UNIT * SIZE[1] + 10.0)
 """Range of its view along both axes."""
 
 
-def colour_of(number: int) -> Rgba:
+def colour_of(detector_number: int) -> Rgba:
     """Colour of the n-th detector in every plot."""
-    return SERIES[number % len(SERIES)]
+    return SERIES[detector_number % len(SERIES)]
 
 
 def stage_ms(detection: Detection) -> dict[str, FloatArray]:
     """Stage -> milliseconds of each frame, (T,); where the whole motion was asked at once, their mean."""
     frames, stages = len(detection.times), dict[str, FloatArray]()
-    for name, value in detection.seconds.items():
-        if np.sum(value) > IDLE_S * frames:
+    for name, stage_seconds in detection.seconds.items():
+        if np.sum(stage_seconds) > IDLE_S * frames:
             stage_name = STAGES.get(name, name)
-            ms = 1e3 * (value if isinstance(value, np.ndarray) else np.full(frames, value / max(1, frames)))
-            stages[stage_name] = stages.get(stage_name, 0.0) + ms
+            stage_milliseconds = 1e3 * (
+                stage_seconds
+                if isinstance(stage_seconds, np.ndarray)
+                else np.full(frames, stage_seconds / max(1, frames))
+            )
+            stages[stage_name] = stages.get(stage_name, 0.0) + stage_milliseconds
     return stages
 
 
@@ -74,14 +78,17 @@ def total_ms(detection: Detection) -> FloatArray:
     return total
 
 
-def plot_cut_ms(totals: Sequence[FloatArray]) -> float:
+def plot_cut_ms(total_milliseconds: Sequence[FloatArray]) -> float:
     """Milliseconds at which a plot of these is cut."""
-    return max((float(np.percentile(ms, CUT_PERCENTILE)) for ms in totals if len(ms)), default=0.0) or BUDGET_MS
+    return (
+        max((float(np.percentile(ms, CUT_PERCENTILE)) for ms in total_milliseconds if len(ms)), default=0.0)
+        or BUDGET_MS
+    )
 
 
-def budget_fraction(top: float) -> float:
-    """The largest of 1, 1/10, 1/100 ... of a frame's budget that a plot up to ``top`` shows."""
-    return float(10.0 ** min(0, int(np.floor(np.log10(top / BUDGET_MS)))))
+def budget_fraction(plot_top: float) -> float:
+    """The largest of 1, 1/10, 1/100 ... of a frame's budget that a plot up to ``plot_top`` shows."""
+    return float(10.0 ** min(0, int(np.floor(np.log10(plot_top / BUDGET_MS)))))
 
 
 def total_path(label: str) -> str:
@@ -96,22 +103,22 @@ def stages_path(label: str) -> str:
 
 def log_timing(writer: RecordingWriter, detections: Mapping[str, Detection], legends: Mapping[str, str]) -> None:
     """Send totals, stages added up, counters and the line of the budget; ``legends``: what stands beside a detector."""
-    totals = {label: total_ms(detection) for label, detection in detections.items()}
-    fraction = budget_fraction(plot_cut_ms([*totals.values()]))
+    total_ms_of_label = {label: total_ms(detection) for label, detection in detections.items()}
+    fraction = budget_fraction(plot_cut_ms([*total_ms_of_label.values()]))
     fraction_text = {1.0: "", 0.1: "a tenth of ", 0.01: "a hundredth of "}.get(
         fraction, f"{words.number(fraction)} of "
     )
-    name = f"{fraction_text}a {words.rate(HEADSET_HZ)} frame: {words.frame_time(fraction * BUDGET_MS / 1e3)}"
+    budget_name = f"{fraction_text}a {words.rate(HEADSET_HZ)} frame: {words.frame_time(fraction * BUDGET_MS / 1e3)}"
     frames = len(writer.clock.ns)
-    writer.curve(BUDGET_LINE, np.full(frames, fraction * BUDGET_MS), name, BUDGET)
+    writer.curve(BUDGET_LINE, np.full(frames, fraction * BUDGET_MS), budget_name, BUDGET)
     for number, (label, detection) in enumerate(detections.items()):
-        writer.curve(total_path(label), totals[label], legends[label], colour_of(number))
+        writer.curve(total_path(label), total_ms_of_label[label], legends[label], colour_of(number))
         _log_stages(writer, label, stage_ms(detection))
         for rank, (counter, value) in enumerate(detection.work.items()):
             if np.any(value):
-                counts = value.sum(axis=1) if isinstance(value, np.ndarray) else np.full(frames, value)
+                work_counts = value.sum(axis=1) if isinstance(value, np.ndarray) else np.full(frames, value)
                 legend = f"{counter.replace('_', ' ')}: {int(np.sum(value)):,} in all"
-                writer.curve(entity("counters", label, counter), counts, legend, colour_of(rank))
+                writer.curve(entity("counters", label, counter), work_counts, legend, colour_of(rank))
 
 
 def _log_stages(writer: RecordingWriter, label: str, stages: Mapping[str, FloatArray]) -> None:
@@ -143,11 +150,11 @@ def _log_plot(writer: RecordingWriter, plot: Plot, colours: Sequence[Rgba]) -> N
     writer.static(f"{root}/dots", rr.Points2D(dots, colors=pack_colours(colours), radii=radius(9.0)))
     side_offsets = {"start": LETTER / 2, "middle": 0.0, "end": -LETTER / 2}
     anchors = view_points([(text.at[0] + side_offsets[text.side] * len(text.text), text.at[1]) for text in plot.labels])
-    texts = rr.Points2D(
+    label_points = rr.Points2D(
         anchors - np.array([0.0, TEXT_RISE]),
         labels=[text.text for text in plot.labels],
         colors=pack_colours(TICKS if text.dot < 0 else colours[text.dot] for text in plot.labels),
         radii=radius(0.01),
         show_labels=True,
     )
-    writer.static(f"{root}/words", texts)
+    writer.static(f"{root}/words", label_points)

@@ -82,19 +82,19 @@ class OpenViewer(AbstractContextManager["OpenViewer"]):
             deadline = time.monotonic() + LOAD_SECONDS
             while not _all_present(self.state()):
                 if time.monotonic() > deadline:
-                    late = f"the viewer did not load {recording} in {words.decimal(LOAD_SECONDS, 0)} s"
-                    raise ViewerError(f"{late}; try `rerun {recording}`")
+                    late_sentence = f"the viewer did not load {recording} in {words.decimal(LOAD_SECONDS, 0)} s"
+                    raise ViewerError(f"{late_sentence}; try `rerun {recording}`")
                 time.sleep(PAUSE_SECONDS)
         except ConnectionError as error:
             raise ViewerError(_end_sentence(self._log)) from error
 
     def rename(self, recording: Path, name: str) -> None:
         """Show a recording that is open under another name in the list of recordings."""
-        (store,) = RrdReader(recording).recordings()
+        (recording_store,) = RrdReader(recording).recordings()
         with temporary_folder() as folder:
-            layer = folder / "name.rrd"
-            layer.write_bytes(name_layer(store.application_id, store.recording_id, name))
-            self.open(layer)
+            name_layer_file = folder / "name.rrd"
+            name_layer_file.write_bytes(name_layer(recording_store.application_id, recording_store.recording_id, name))
+            self.open(name_layer_file)
 
     def list_recordings(self) -> None:
         """Open the list of recordings, which the layout of a run hides."""
@@ -102,9 +102,9 @@ class OpenViewer(AbstractContextManager["OpenViewer"]):
 
     def seek(self, session_ns: int) -> None:
         """Put the cursor of every recording at a time of the session and pause there."""
-        when = np.timedelta64(int(session_ns), "ns")
+        session_time = np.timedelta64(int(session_ns), "ns")
         for recording in self.state().recordings:
-            self._client.set_time(SESSION, duration=when, play_state="paused", recording=recording.store_id)
+            self._client.set_time(SESSION, duration=session_time, play_state="paused", recording=recording.store_id)
 
     def state(self) -> ViewerState:
         """Recordings, views and what they report."""
@@ -171,11 +171,13 @@ def _target_ns(recording: Path, miss: int | None, false: int | None, by: str) ->
         return next((moment.session_ns for moment in moments if moment.leads and by in (moment.label, "")), 0)
     kind, number, plural = ("miss", miss, "misses") if miss is not None else ("false", false, "false contacts")
     matching_moments = [moment for moment in moments if moment.kind == kind and by in (moment.label, "")]
-    times = {moment.number: moment.session_ns for moment in reversed(matching_moments)}
-    if number not in times:
-        most = f"its {plural} are numbered 1 to {max(times)}" if times else "it has none"
-        raise RunFolderError(f"there is no {kind} {number} in {recording}; {most}")
-    return times[number]
+    time_of_number = {moment.number: moment.session_ns for moment in reversed(matching_moments)}
+    if number not in time_of_number:
+        number_range_clause = (
+            f"its {plural} are numbered 1 to {max(time_of_number)}" if time_of_number else "it has none"
+        )
+        raise RunFolderError(f"there is no {kind} {number} in {recording}; {number_range_clause}")
+    return time_of_number[number]
 
 
 def start_viewer(*, headless: bool = False, size: tuple[int, int] = (1920, 1080)) -> OpenViewer:
@@ -223,19 +225,19 @@ def _end_sentence(log: IO[bytes]) -> str:
     log.seek(0)
     text = log.read().decode("utf-8", "replace")
     lines = [line.strip() for line in text.splitlines() if line.strip()]
-    last = lines[-1] if lines else "it said nothing"
-    why = next((reason for sign, reason in _KNOWN_ENDS.items() if sign in text), last)
+    last_line = lines[-1] if lines else "it said nothing"
+    why = next((reason for known_text, reason in _KNOWN_ENDS.items() if known_text in text), last_line)
     return f"the viewer ended: {why}; a browser shows the same: `replay share RUN -o DIR`, and open its index.html"
 
 
 def viewer_binary() -> Path:
     """The viewer that came with rerun-sdk; ``ViewerError`` where the installed wheel has none."""
-    home = Path(next(iter(rerun_cli.__path__)))
+    package_folder = Path(next(iter(rerun_cli.__path__)))
     names = {"win32": ["rerun.exe"], "darwin": ["Rerun.app/Contents/MacOS/Rerun", "rerun"]}.get(sys.platform, ["rerun"])
-    binary = next((home / name for name in names if (home / name).is_file()), None)
+    binary = next((package_folder / name for name in names if (package_folder / name).is_file()), None)
     if binary is None:
-        how = "reinstall it: pip install --force-reinstall rerun-sdk"
-        raise ViewerError(f"rerun-sdk came without its viewer ({home}); {how}")
+        reinstall_advice = "reinstall it: pip install --force-reinstall rerun-sdk"
+        raise ViewerError(f"rerun-sdk came without its viewer ({package_folder}); {reinstall_advice}")
     return binary
 
 

@@ -79,16 +79,16 @@ def write_shards(batch: Path, runs: Mapping[str, Mark], tables: Iterable[str], r
     Raises ``OutputError``: they cannot be written.
     """
     old_stems = {shard.stem for shard in read_shards(batch)}
-    names, tables = sorted(runs), tuple(tables)
-    chunks = [names[start : start + RUNS_PER_SHARD] for start in range(0, len(names), RUNS_PER_SHARD)]
-    shards = [_shard(number, {name: runs[name] for name in chunk}) for number, chunk in enumerate(chunks)]
+    run_names, tables = sorted(runs), tuple(tables)
+    name_chunks = [run_names[start : start + RUNS_PER_SHARD] for start in range(0, len(run_names), RUNS_PER_SHARD)]
+    shards = [_shard(number, {name: runs[name] for name in chunk}) for number, chunk in enumerate(name_chunks)]
     for shard in shards:
         if shard.stem not in old_stems:
             for table in tables:
                 _write_shard(shard.file(batch, table), shard, table, rows_of)
-    text = json.dumps({"schema": SCHEMA, "parts": [{"stem": shard.stem, "runs": shard.runs} for shard in shards]})
+    index_text = json.dumps({"schema": SCHEMA, "parts": [{"stem": shard.stem, "runs": shard.runs} for shard in shards]})
     with whole_file(batch / FOLDER / LIST, OutputError, parents=True) as file:
-        file.write(text.encode())
+        file.write(index_text.encode())
     kept_stems = {shard.stem for shard in shards}
     for table in tables:
         for written_file in (batch / FOLDER / table).glob("part-*.parquet"):
@@ -104,14 +104,14 @@ def _shard(number: int, runs: dict[str, Mark]) -> Shard:
 
 def _write_shard(target: Path, shard: Shard, table: str, rows_of: TableOf) -> None:
     """One file of a table, with the rows of a part in order of its runs."""
-    rows = pa.concat_tables([rows_of(table, name) for name in shard.runs], promote_options="default")
+    shard_rows = pa.concat_tables([rows_of(table, name) for name in shard.runs], promote_options="default")
     with whole_file(target, OutputError, parents=True) as file:
-        pq.write_table(rows, file, compression="zstd", row_group_size=GROUP_ROWS)
+        pq.write_table(shard_rows, file, compression="zstd", row_group_size=GROUP_ROWS)
 
 
-def summaries(top: Path, name: str) -> Iterator[tuple[Path, os.stat_result]]:
+def summaries(top_folder: Path, file_name: str) -> Iterator[tuple[Path, os.stat_result]]:
     """Files of a name at or below a folder, in no hidden folder, with size and time; no link is followed."""
-    pending_folders = [top]
+    pending_folders = [top_folder]
     while pending_folders:
         try:
             with os.scandir(pending_folders.pop()) as entries:
@@ -119,7 +119,7 @@ def summaries(top: Path, name: str) -> Iterator[tuple[Path, os.stat_result]]:
                     if entry.is_dir(follow_symlinks=False):
                         if not entry.name.startswith("."):
                             pending_folders.append(Path(entry.path))
-                    elif entry.name == name:
+                    elif entry.name == file_name:
                         yield Path(entry.path), entry.stat()
         except OSError:
             continue

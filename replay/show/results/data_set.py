@@ -90,35 +90,39 @@ def _tight_memory() -> Iterator[None]:
         pa.set_memory_pool(default_pool)
 
 
-def find_runs(top: Path) -> RunSet:
+def find_runs(top_folder: Path) -> RunSet:
     """The run folders at or below a folder; those half written have hidden names and are left out.
 
     Raises ``RunFolderError``: there is none.
     """
-    marks = {
+    file_status_of_run = {
         file.parent: file_status
-        for file, file_status in summaries(top, SUMMARY)
+        for file, file_status in summaries(top_folder, SUMMARY)
         if table_file(file.parent, "episodes").is_file()
     }
-    if not marks:
-        raise RunFolderError(f"{top} holds no run folders; make them with `replay run`")
+    if not file_status_of_run:
+        raise RunFolderError(f"{top_folder} holds no run folders; make them with `replay run`")
     shards = []
-    for batch in sorted(file.parent.parent for file, _ in summaries(top, LIST) if file.parent.name == FOLDER):
+    for batch in sorted(file.parent.parent for file, _ in summaries(top_folder, LIST) if file.parent.name == FOLDER):
         for shard in read_shards(batch):
             # Rows of a folder that is gone or was made anew are none of its.
-            valid_runs = {name for name, mark in shard.runs.items() if _is_unchanged(marks.get(batch / name), mark)}
+            valid_runs = {
+                name for name, mark in shard.runs.items() if _is_unchanged(file_status_of_run.get(batch / name), mark)
+            }
             if valid_runs:
-                shards.append((_relative_path(top, batch), shard, frozenset(valid_runs)))
-    return RunSet(top, tuple(_relative_path(top, run) for run in sorted(marks)), tuple(shards))
+                shards.append((_relative_path(top_folder, batch), shard, frozenset(valid_runs)))
+    return RunSet(
+        top_folder, tuple(_relative_path(top_folder, run) for run in sorted(file_status_of_run)), tuple(shards)
+    )
 
 
 def _is_unchanged(file_status: os.stat_result | None, mark: Mark) -> bool:
     return file_status is not None and (file_status.st_size, file_status.st_mtime_ns) == mark[1:]
 
 
-def _relative_path(top: Path, folder: Path) -> str:
+def _relative_path(top_folder: Path, folder: Path) -> str:
     """The path of a folder below another; ``""``: the same."""
-    path = folder.relative_to(top).as_posix()
+    path = folder.relative_to(top_folder).as_posix()
     return "" if path == "." else path
 
 
@@ -131,11 +135,11 @@ def write_batch_tables(batch: Path, requests: Mapping[str, str]) -> None:
 
     Raises ``RunFolderError``: a table cannot be read; ``OutputError``: they cannot be written.
     """
-    marks = {}
+    mark_of_run = {}
     for name, request in requests.items():
         file_status = (batch / name / SUMMARY).stat()
-        marks[name] = (request, file_status.st_size, file_status.st_mtime_ns)
-    write_shards(batch, marks, DATA_SET, lambda table, name: rows_of_run(batch, name, table))
+        mark_of_run[name] = (request, file_status.st_size, file_status.st_mtime_ns)
+    write_shards(batch, mark_of_run, DATA_SET, lambda table, name: rows_of_run(batch, name, table))
 
 
 def joined_table(run_set: RunSet, name: str) -> pa.Table:
@@ -154,10 +158,10 @@ def _no_rows(columns: Mapping[str, Column]) -> pa.Table:
     return pa.Table.from_batches([], pa.schema([(name, TYPES[column.dtype]) for name, column in columns.items()]))
 
 
-def rows_of_run(top: Path, run: str, name: str) -> pa.Table:
+def rows_of_run(top_folder: Path, run: str, name: str) -> pa.Table:
     """The rows of one table of a run folder; of a run that has no such table none."""
     file, columns_by_name = DATA_SET[name]
-    path = top / run / file
+    path = top_folder / run / file
     if not path.is_file():
         return _no_rows(columns_by_name)
     table = _plain_table(path, name)

@@ -22,10 +22,10 @@ UNREADABLE: Final = (OSError, pa.ArrowException)
 """What reading a file raises that is no Parquet."""
 
 
-def table_of(rows: Sequence[Mapping[str, Any]], kinds: Mapping[str, type]) -> pa.Table:
+def table_of(rows: Sequence[Mapping[str, Any]], type_of_name: Mapping[str, type]) -> pa.Table:
     """Rows with named values as a table of these columns."""
-    columns = (Column(name, kind) for name, kind in kinds.items())
-    return Table(tuple(columns), tuple(tuple(row[name] for name in kinds) for row in rows)).to_arrow()
+    columns = (Column(name, kind) for name, kind in type_of_name.items())
+    return Table(tuple(columns), tuple(tuple(row[name] for name in type_of_name) for row in rows)).to_arrow()
 
 
 DENSEST: Final = 1000
@@ -41,19 +41,19 @@ def read_table(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
         # program in sixty (2026-11-22). `pq.read_table` would make columns of folders named like `student=S01` too.
         with path.open("rb") as file, pq.ParquetFile(file, pre_buffer=False) as table:
             _require_dense(table.metadata, file.seek(0, 2), path)
-            rows = table.read(columns=columns, use_threads=False)
-            rows.validate(full=True)
-            return rows
+            read_rows = table.read(columns=columns, use_threads=False)
+            read_rows.validate(full=True)
+            return read_rows
     except UNREADABLE as error:
         raise RunFolderError.unreadable(path, error) from error
 
 
-def _require_dense(file_metadata: pq.FileMetaData, size: int, path: Path) -> None:
-    """Refuse a table that is larger than a file of ``size`` bytes can be."""
+def _require_dense(file_metadata: pq.FileMetaData, file_size: int, path: Path) -> None:
+    """Refuse a table that is larger than a file of ``file_size`` bytes can be."""
     groups = [file_metadata.row_group(k) for k in range(file_metadata.num_row_groups)]
-    content = sum(group.total_byte_size for group in groups)
-    rows = sum(group.num_rows for group in groups)
-    if rows != file_metadata.num_rows or max(rows, content) > DENSEST * size:
+    uncompressed_bytes = sum(group.total_byte_size for group in groups)
+    row_count = sum(group.num_rows for group in groups)
+    if row_count != file_metadata.num_rows or max(row_count, uncompressed_bytes) > DENSEST * file_size:
         raise RunFolderError(
             f"{path} claims {file_metadata.num_rows:,} rows that it does not hold; run its session again"
         )

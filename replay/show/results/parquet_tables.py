@@ -43,22 +43,22 @@ def frame_table(result: RunResult) -> Iterator[pa.Table]:
     where frames were timed. ``flag`` names what was in doubt about a pose of either body (``frozen+gap``; null:
     nothing); such pair-frames always have a row, except those after a gap, whose poses are not in doubt.
     """
-    rows, columns = _eventful_pair_frames(result)
+    frames, columns = _eventful_pair_frames(result)
     numbers = {
-        f"{kind}/{label}": _fault_numbers(faults[label], rows, columns)
+        f"{kind}/{label}": _fault_numbers(faults[label], frames, columns)
         for label in result.comparisons
         for kind, faults in (("miss", result.misses), ("false", result.false))
     }
-    for start in range(0, max(1, len(rows)), ROWS_PER_BATCH):
+    for start in range(0, max(1, len(frames)), ROWS_PER_BATCH):
         batch = slice(start, start + ROWS_PER_BATCH)
         batch_numbers = {name: number[batch] for name, number in numbers.items()}
-        yield pa.table(_frame_columns(result, rows[batch], columns[batch], batch_numbers))
+        yield pa.table(_frame_columns(result, frames[batch], columns[batch], batch_numbers))
 
 
 def timing_table(result: RunResult) -> pa.Table:
     """Seconds of every frame: ``frame stamp_ns time``, and ``seconds/<label>/<stage>`` of detectors timed by frame."""
-    times = result.assembly.motion.times
-    columns: Columns = {"frame": np.arange(len(times)), "stamp_ns": result.assembly.stamp_ns, "time": times}
+    frame_times = result.assembly.motion.times
+    columns: Columns = {"frame": np.arange(len(frame_times)), "stamp_ns": result.assembly.stamp_ns, "time": frame_times}
     for label, detection in result.detections.items():
         for stage, value in detection.seconds.items():
             if isinstance(value, np.ndarray):
@@ -68,13 +68,13 @@ def timing_table(result: RunResult) -> pa.Table:
 
 def series_table(result: RunResult) -> pa.Table:
     """Every value of every series of the effects: ``effect series unit time value``."""
-    named = [(kind, name, series) for kind, run in result.effects.items() for name, series in run.series.items()]
-    every_series = [series for _, _, series in named]
-    rows = np.repeat(np.arange(len(every_series)), [len(series.times) for series in every_series])
+    named_series = [(kind, name, series) for kind, run in result.effects.items() for name, series in run.series.items()]
+    every_series = [series for _, _, series in named_series]
+    series_rows = np.repeat(np.arange(len(every_series)), [len(series.times) for series in every_series])
     columns: Columns = {
-        "effect": _dictionary(rows, [kind for kind, _, _ in named]),
-        "series": _dictionary(rows, [name for _, name, _ in named]),
-        "unit": _dictionary(rows, [series.unit for series in every_series]),
+        "effect": _dictionary(series_rows, [kind for kind, _, _ in named_series]),
+        "series": _dictionary(series_rows, [name for _, name, _ in named_series]),
+        "unit": _dictionary(series_rows, [series.unit for series in every_series]),
         "time": pa.array(np.concatenate([np.zeros(0), *(series.times for series in every_series)])),
         "value": pa.array(np.concatenate([np.zeros(0), *(series.values for series in every_series)])),
     }
@@ -83,9 +83,9 @@ def series_table(result: RunResult) -> pa.Table:
 
 def metrics_table(result: RunResult) -> pa.Table:
     """The metrics of a run, columns of ``METRICS`` and ``MEASURED`` and one per task."""
-    rows = [row | _measured_columns(result.document, row["detector"]) for row in metric_rows(result)]
-    tasks = sorted(name for name in (rows[0] if rows else {}) if name.startswith(TASK))
-    return table_of(rows, METRICS | TYPES_OF_MEASURES | dict.fromkeys(tasks, float))
+    metric_columns = [row | _measured_columns(result.document, row["detector"]) for row in metric_rows(result)]
+    tasks = sorted(name for name in (metric_columns[0] if metric_columns else {}) if name.startswith(TASK))
+    return table_of(metric_columns, METRICS | TYPES_OF_MEASURES | dict.fromkeys(tasks, float))
 
 
 def _measured_columns(document: RunDocument, label: str) -> dict[str, Any]:
@@ -110,46 +110,48 @@ def _eventful_pair_frames(result: RunResult) -> tuple[IntArray, IntArray]:
         verdicts = [detection.verdict[start : start + VERDICT_FRAMES] for detection in result.detections.values()]
         is_marked = [counts_as_contact(verdict) | is_one_of(verdict, STATED_VERDICTS) for verdict in verdicts]
         if is_marked:
-            flag = result.flags.of_pairs(result.assembly.pairs, start, start + VERDICT_FRAMES)
-            is_marked += [((flag & POSE_DOUBT) > 0) & (verdict != Verdict.NO_POSE) for verdict in verdicts]
+            is_flagged = result.flags.of_pairs(result.assembly.pairs, start, start + VERDICT_FRAMES)
+            is_marked += [((is_flagged & POSE_DOUBT) > 0) & (verdict != Verdict.NO_POSE) for verdict in verdicts]
             frame, column = np.nonzero(np.logical_or.reduce(is_marked))
             rows.append(frame + start)
             columns.append(column)
     return np.concatenate(rows), np.concatenate(columns)
 
 
-def _flag_column(result: RunResult, rows: IntArray, columns: IntArray) -> pa.DictionaryArray:
-    ends = result.assembly.pairs[columns]
-    flag = result.flags.bodies[rows, ends[:, 0]] | result.flags.bodies[rows, ends[:, 1]]
-    codes, index = np.unique(flag, return_inverse=True)
-    named = pa.array(index.reshape(-1).astype(np.int32), mask=flag == 0)
-    return pa.DictionaryArray.from_arrays(named, pa.array([flag_word(code) for code in codes.tolist()], pa.string()))
+def _flag_column(result: RunResult, frames: IntArray, columns: IntArray) -> pa.DictionaryArray:
+    pair_bodies = result.assembly.pairs[columns]
+    flag_bits = result.flags.bodies[frames, pair_bodies[:, 0]] | result.flags.bodies[frames, pair_bodies[:, 1]]
+    codes, code_index = np.unique(flag_bits, return_inverse=True)
+    flag_indices = pa.array(code_index.reshape(-1).astype(np.int32), mask=flag_bits == 0)
+    return pa.DictionaryArray.from_arrays(
+        flag_indices, pa.array([flag_word(code) for code in codes.tolist()], pa.string())
+    )
 
 
-def _frame_columns(result: RunResult, rows: IntArray, columns: IntArray, numbers: Mapping[str, IntArray]) -> Columns:
-    names, ends = list(result.assembly.names), result.assembly.pairs[columns]
+def _frame_columns(result: RunResult, frames: IntArray, columns: IntArray, numbers: Mapping[str, IntArray]) -> Columns:
+    names, pair_bodies = list(result.assembly.names), result.assembly.pairs[columns]
     table: Columns = {
-        "frame": pa.array(rows),
-        "stamp_ns": pa.array(result.assembly.stamp_ns[rows]),
-        "time": pa.array(result.assembly.motion.times[rows]),
-        "body_a": _dictionary(ends[:, 0], names),
-        "body_b": _dictionary(ends[:, 1], names),
-        "held": pa.array(result.assembly.grasped[columns] | shares_a_frame(result.holdings, columns, rows, rows)),
-        "flag": _flag_column(result, rows, columns),
+        "frame": pa.array(frames),
+        "stamp_ns": pa.array(result.assembly.stamp_ns[frames]),
+        "time": pa.array(result.assembly.motion.times[frames]),
+        "body_a": _dictionary(pair_bodies[:, 0], names),
+        "body_b": _dictionary(pair_bodies[:, 1], names),
+        "held": pa.array(result.assembly.grasped[columns] | shares_a_frame(result.holdings, columns, frames, frames)),
+        "flag": _flag_column(result, frames, columns),
     }
     for label, detection in result.detections.items():
-        table[f"verdict/{label}"] = _dictionary(detection.verdict[rows, columns], VERDICT_NAMES)
+        table[f"verdict/{label}"] = _dictionary(detection.verdict[frames, columns], VERDICT_NAMES)
     for label, comparison in result.comparisons.items():
-        table[f"outcome/{label}"] = _dictionary(comparison.outcome[rows, columns], OUTCOME_NAMES)
+        table[f"outcome/{label}"] = _dictionary(comparison.outcome[frames, columns], OUTCOME_NAMES)
         for name in (f"miss/{label}", f"false/{label}"):
             table[name] = pa.array(numbers[name], mask=numbers[name] == 0)
     for label, detection in result.detections.items():
         for counter, count in detection.work.items():
             if isinstance(count, np.ndarray):
-                table[f"work/{label}/{counter}"] = pa.array(count[rows, columns].astype(np.int64))
+                table[f"work/{label}/{counter}"] = pa.array(count[frames, columns].astype(np.int64))
         seconds = frame_seconds(detection)
         if seconds is not None:
-            table[f"frame_seconds/{label}"] = pa.array(seconds[rows])
+            table[f"frame_seconds/{label}"] = pa.array(seconds[frames])
     return table
 
 
@@ -157,10 +159,10 @@ def _dictionary(values: NDArray[np.integer], names: list[str]) -> pa.DictionaryA
     return pa.DictionaryArray.from_arrays(pa.array(values.astype(np.int32)), pa.array(names, pa.string()))
 
 
-def _fault_numbers(faults: Sequence[Fault], rows: IntArray, columns: IntArray) -> IntArray:
+def _fault_numbers(faults: Sequence[Fault], frames: IntArray, columns: IntArray) -> IntArray:
     """Number of the miss or the false contact that each row belongs to, 0 outside."""
-    number = np.zeros(len(rows), dtype=np.int64)
+    fault_numbers = np.zeros(len(frames), dtype=np.int64)
     for fault in faults:
-        start, stop = np.searchsorted(rows, [fault.first, fault.last + 1])
-        number[start:stop][columns[start:stop] == fault.pair] = fault.number
-    return number
+        start, stop = np.searchsorted(frames, [fault.first, fault.last + 1])
+        fault_numbers[start:stop][columns[start:stop] == fault.pair] = fault.number
+    return fault_numbers

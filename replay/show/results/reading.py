@@ -60,9 +60,9 @@ def _refuse_constant(text: str) -> Any:
     raise ValueError(f"{text} is no number of JSON")
 
 
-def checked_document(path: Path, plain: Any) -> RunDocument:
+def checked_document(path: Path, json_value: Any) -> RunDocument:
     """Return the document that a file holds; ``RunFolderError`` names every value that is not as a run writes it."""
-    document, problems = document_of(plain)
+    document, problems = document_of(json_value)
     if document is None:
         raise RunFolderError.of_problems(path, problems)
     return document
@@ -74,19 +74,19 @@ def checked_table(path: Path, table: pa.Table, columns: Mapping[str, Column]) ->
     Numbers are finite, and seconds those of a session. A column that is not known stays where it is plain. Raises
     ``RunFolderError``.
     """
-    required = {name for name, column in columns.items() if column.required}
-    if missing := sorted(required - set(table.column_names)):
-        raise RunFolderError(f"{path} lacks the column {missing[0]!r}; {RUN_AGAIN}")
+    required_names = {name for name, column in columns.items() if column.required}
+    if missing_names := sorted(required_names - set(table.column_names)):
+        raise RunFolderError(f"{path} lacks the column {missing_names[0]!r}; {RUN_AGAIN}")
     if len(set(table.column_names)) < len(table.column_names):
         raise RunFolderError(f"{path} has two columns of one name; {RUN_AGAIN}")
     for index, name in enumerate(table.column_names):
-        values, declared = table.column(index), columns.get(name, Column(name))
+        values, declared_column = table.column(index), columns.get(name, Column(name))
         type_ = values.type.value_type if pa.types.is_dictionary(values.type) else values.type
-        allowed = (TYPES[declared.dtype], pa.null()) if name in columns else tuple(TYPES.values())
-        if type_ not in allowed:
-            raise RunFolderError(f"{path}: the column {name!r} is {type_}, not {allowed[0]}; {RUN_AGAIN}")
-        values = values.cast(allowed[0]) if name in columns else values.cast(type_)
-        _require_plain(path, declared, values)
+        allowed_types = (TYPES[declared_column.dtype], pa.null()) if name in columns else tuple(TYPES.values())
+        if type_ not in allowed_types:
+            raise RunFolderError(f"{path}: the column {name!r} is {type_}, not {allowed_types[0]}; {RUN_AGAIN}")
+        values = values.cast(allowed_types[0]) if name in columns else values.cast(type_)
+        _require_plain(path, declared_column, values)
         table = table.set_column(index, name, values)
     return table
 
@@ -99,9 +99,9 @@ def _require_plain(path: Path, column: Column, values: pa.ChunkedArray) -> None:
 
     # No number of Python goes into these calculations: to take one, Arrow loads pandas where it is installed, 36 MB.
     if pa.types.is_floating(values.type):
-        limit = LARGEST_SECONDS if column.unit == "s" else 1e300
-        least, most = (end or 0.0 for end in pc.min_max(values).as_py().values())
-        has_wrong_value = max(-least, most) > limit or pc.any(pc.is_nan(values)).as_py()
+        largest_value = LARGEST_SECONDS if column.unit == "s" else 1e300
+        smallest_value, greatest_value = (extreme or 0.0 for extreme in pc.min_max(values).as_py().values())
+        has_wrong_value = max(-smallest_value, greatest_value) > largest_value or pc.any(pc.is_nan(values)).as_py()
     elif pa.types.is_integer(values.type) and column.unit != "ns":
         smallest = pc.min_max(values).as_py()["min"]
         has_wrong_value = smallest is not None and smallest < (1 if column.holds is Holds.NUMBER else 0)

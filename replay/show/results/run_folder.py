@@ -260,9 +260,11 @@ class RunFolder:
     def require_miss(self, number: int | None) -> None:
         """Refuse the number of a miss that is not in the run; the ``RunFolderError`` says which there are."""
         all_faults = chain.from_iterable(self.faults.values())
-        most = max((fault.number for fault in all_faults if fault.kind.is_miss), default=0)
-        if number is not None and number > most:
-            numbers_text = f"its misses are numbered 1 to {most}" if most else "nothing was missed in it"
+        highest_number = max((fault.number for fault in all_faults if fault.kind.is_miss), default=0)
+        if number is not None and number > highest_number:
+            numbers_text = (
+                f"its misses are numbered 1 to {highest_number}" if highest_number else "nothing was missed in it"
+            )
             raise RunFolderError(f"{self.path} has no miss {number}; {numbers_text}")
 
     def require_digest(self, recording: Path, digest: str) -> None:
@@ -276,8 +278,8 @@ class RunFolder:
         table = read_table(path)
         stored_count = self.document.tables.get(name)
         if stored_count is not None and stored_count.rows != len(table):
-            counts = f"{len(table):,} rows, and {SUMMARY} counts {stored_count.rows:,}"
-            raise RunFolderError(f"{path} holds {counts}; run its session again")
+            counts_clause = f"{len(table):,} rows, and {SUMMARY} counts {stored_count.rows:,}"
+            raise RunFolderError(f"{path} holds {counts_clause}; run its session again")
         if len(table) > path.stat().st_size:
             raise RunFolderError(f"{path} claims {len(table):,} rows that it does not hold; run its session again")
         table = checked_table(path, table, columns)
@@ -293,8 +295,8 @@ def read_run_folder(path: str | Path) -> RunFolder:
     try:
         summary = read_json(path / SUMMARY)
     except (OSError, ValueError) as error:
-        why = f"it has no readable {SUMMARY}; make one with `replay run`"
-        raise RunFolderError(f"{path} is not a run folder: {why}") from error
+        no_summary_clause = f"it has no readable {SUMMARY}; make one with `replay run`"
+        raise RunFolderError(f"{path} is not a run folder: {no_summary_clause}") from error
     schema = summary.get("schema") if isinstance(summary, dict) else None
     if schema != SCHEMA:
         raise RunFolderError(f"{path / SUMMARY} {_other_version(schema)}")

@@ -75,9 +75,9 @@ def write_run_tables(folder: Path, form: str) -> list[str]:
         return []
     tables = {file.stem: read_table(file) for file in sorted(folder.glob("*.parquet"))}
     left_out = write_tables(tables, folder, form)
-    written = [WORKBOOK] if form == XLSX else [f"{name}.csv" for name in tables]
+    written_files = [WORKBOOK] if form == XLSX else [f"{name}.csv" for name in tables]
     document = read_run_folder(folder).document
-    new_document = structs.replace(document, files=tuple(sorted({*document.files, *written})))
+    new_document = structs.replace(document, files=tuple(sorted({*document.files, *written_files})))
     with whole_file(folder / SUMMARY, OutputError) as stream:
         stream.write(json_of(new_document).encode())
     return left_out
@@ -88,8 +88,8 @@ def headings(names: Iterable[str], table: str) -> list[str]:
     units = UNITS.get(FILE_OF.get(table, table), {})
     with_units = []
     for name in names:
-        beginning, separator, _ = name.partition("/")
-        unit = units.get(beginning + separator)
+        name_prefix, separator, _ = name.partition("/")
+        unit = units.get(name_prefix + separator)
         with_units.append(f"{name} [{unit}]" if unit else name)
     return with_units
 
@@ -98,10 +98,10 @@ def inert_value(value: Any) -> Any:
     """Return a value that no spreadsheet runs: a text that begins like a formula gets an apostrophe before it."""
     if isinstance(value, str):
         # Blanks and invisible characters before a formula may be dropped.
-        first = next(
+        first_visible = next(
             (k for k, letter in enumerate(value) if letter in FORMULA_STARTS or _is_visible(letter)), len(value)
         )
-        if value.startswith(FORMULA_STARTS, first):
+        if value.startswith(FORMULA_STARTS, first_visible):
             return f"'{value}"
     return value
 

@@ -31,13 +31,13 @@ INDEX: Final = "index.html"
 
 def require_consent(folders: Sequence[RunFolder]) -> None:
     """Refuse recordings whose fact ``consent`` is not ``share``; ``OutputError`` says which and what to do."""
-    consents = {str(run.path): run.document.session.facts.get("consent", "not stated") for run in folders}
+    consent_of_path = {str(run.path): run.document.session.facts.get("consent", "not stated") for run in folders}
     paths_without_consent = [
-        f"{path} (consent: {consent})" for path, consent in consents.items() if consent != SHAREABLE
+        f"{path} (consent: {consent})" for path, consent in consent_of_path.items() if consent != SHAREABLE
     ]
     if paths_without_consent:
-        what = f"no consent to share is recorded: {', '.join(paths_without_consent)}"
-        raise OutputError(f"{what}; motion can identify a person; if you have consent, add --anyway")
+        missing_consent = f"no consent to share is recorded: {', '.join(paths_without_consent)}"
+        raise OutputError(f"{missing_consent}; motion can identify a person; if you have consent, add --anyway")
 
 
 def write_shared_folder(folders: Sequence[RunFolder], out: Path, *, force: bool = False) -> str:
@@ -48,20 +48,20 @@ def write_shared_folder(folders: Sequence[RunFolder], out: Path, *, force: bool 
     pictured_runs = [run for run in folders if run.has_picture]
     for run in pictured_runs:
         _require_whole(run.picture)
-    viewer, why = _viewer_files() if pictured_runs else ({}, f"no run holds a picture ({PICTURE})")
-    pages = {"run" if len(folders) == 1 else f"run{k}": run for k, run in enumerate(folders, 1)}
+    viewer, no_picture_reason = _viewer_files() if pictured_runs else ({}, f"no run holds a picture ({PICTURE})")
+    run_of_page = {"run" if len(folders) == 1 else f"run{k}": run for k, run in enumerate(folders, 1)}
     titles: dict[str, str] = {}
     with result_folder(out, SHARED_FOLDER, force=force) as folder:
         for name, content in viewer.items():
             (folder / name).write_bytes(content)
-        for name, run in pages.items():
-            page = INDEX if len(pages) == 1 else f"{name}.html"
+        for name, run in run_of_page.items():
+            page = INDEX if len(run_of_page) == 1 else f"{name}.html"
             titles[name] = _write_run(run, folder / page, name, pictured=bool(viewer) and run in pictured_runs)
-        if len(pages) > 1:
-            (folder / INDEX).write_text(_list_page(pages, titles), encoding="utf-8", newline="\n")
-        mark = {"schema": SHARED_FOLDER.schema, "runs": len(pages), "picture": bool(viewer)}
-        write_summary(folder, SHARED_FOLDER, mark)
-    return why
+        if len(run_of_page) > 1:
+            (folder / INDEX).write_text(_list_page(run_of_page, titles), encoding="utf-8", newline="\n")
+        folder_mark = {"schema": SHARED_FOLDER.schema, "runs": len(run_of_page), "picture": bool(viewer)}
+        write_summary(folder, SHARED_FOLDER, folder_mark)
+    return no_picture_reason
 
 
 def _require_whole(picture: Path) -> None:
@@ -87,15 +87,17 @@ def _packed_script(content: bytes) -> bytes:
     return b'window.packed="' + b64encode(gzip.compress(content, 6, mtime=0)) + b'";\n'
 
 
-def _write_run(run: RunFolder, page: Path, name: str, *, pictured: bool) -> str:
+def _write_run(run: RunFolder, page: Path, page_name: str, *, pictured: bool) -> str:
     """The page of a run, and where it is ``pictured`` its recording, as it is and packed; the title of the page."""
     view = folder_view(run, pictured=pictured)
     if pictured:
         recording, labels = run.picture, list(run.document.audit)
-        shutil.copyfile(recording, page.with_name(f"{name}.rrd"))
+        shutil.copyfile(recording, page.with_name(f"{page_name}.rrd"))
         packed_script = _moments_script(recording, labels) + _packed_script(recording.read_bytes())
-        page.with_name(f"{name}.js").write_bytes(packed_script)
-    page.write_text(shared_page(view, name, _leading_still(run) if pictured else ""), encoding="utf-8", newline="\n")
+        page.with_name(f"{page_name}.js").write_bytes(packed_script)
+    page.write_text(
+        shared_page(view, page_name, _leading_still(run) if pictured else ""), encoding="utf-8", newline="\n"
+    )
     return view.title
 
 
@@ -119,16 +121,16 @@ def shared_page(view: RunView, recording: str, still: str = "") -> str:
 
 
 def _list_page(pages: dict[str, RunFolder], titles: dict[str, str]) -> str:
-    rows: list[Sequence[Any]] = []
+    page_rows: list[Sequence[Any]] = []
     for name, run in pages.items():
         pseudonym = run.document.session.facts.get("pseudonym", "")
-        rows.append((Marked(name, to=f"{name}.html"), pseudonym, titles[name]))
-    runs = table("Runs", ("run", "who", "session and answer"), rows, words=3)
-    return render_template("show/share/list.html", runs=runs, script=page_script(TABLES))
+        page_rows.append((Marked(name, to=f"{name}.html"), pseudonym, titles[name]))
+    run_table = table("Runs", ("run", "who", "session and answer"), page_rows, words=3)
+    return render_template("show/share/list.html", runs=run_table, script=page_script(TABLES))
 
 
 def folder_view(run: RunFolder, *, pictured: bool) -> RunView:
     """A run as its folder holds it; ``pictured``: the picture stands beside the page, and each fault leads it there."""
-    tradeoff, names = run.document.tradeoff, ", ".join(session_names(run.document))
+    tradeoff, session_names_text = run.document.tradeoff, ", ".join(session_names(run.document))
     hero = None if tradeoff is None else Hero(tradeoff.answer, tradeoff.advice)
-    return RunView(run, names, hero, pictured=pictured)
+    return RunView(run, session_names_text, hero, pictured=pictured)

@@ -76,14 +76,14 @@ def test_a_new_column_is_seen_in_terminal_report_and_parquet(monkeypatch):
 
 
 def test_long_lists_are_cut_short_but_never_the_front():
-    short, whole = tradeoff_list(tried(30)), tradeoff_list(tried(30), everything=True)
+    short, whole = tradeoff_list(tried(30)), tradeoff_list(tried(30), is_complete=True)
     assert len(short.rows) == 13 and short.rows[-1][0] == "r29" and len(whole.rows) == 30
     assert short.notes[0] == "... 17 more with -v; 2 settings were not tried within 20 s"
     assert whole.notes[0] == "... 2 settings were not tried within 20 s"
 
 
 def test_busy_machine_is_reported():
-    notes = " ".join(tradeoff_list(tried(4, processor_share=0.31), everything=True).notes)
+    notes = " ".join(tradeoff_list(tried(4, processor_share=0.31), is_complete=True).notes)
     assert "The machine was busy (69 %)" in notes
 
 

@@ -99,7 +99,7 @@ def test_milliseconds_are_left_out_on_a_busy_machine(fixed, fraction):
     page = before_after_page(replace(fixed, result=result))
     assert ("The machine was busy (40 %)" in page) == (fraction < 1.0)
     slower = fixed.after | {"ms": 2.0 * fixed.before["ms"]}
-    figures = comparison(screen_columns("before_after"), fixed.before, slower, busy=fraction < 1.0)
+    figures = comparison(screen_columns("before_after"), fixed.before, slower, is_busy=fraction < 1.0)
     marks = {figure.name: figure.change for figure in figures}
     assert marks["mean ms"] == ("worse" if fraction == 1.0 else "")
 

@@ -38,7 +38,9 @@ def test_curve_is_level_until_it_jumps():
 
 
 def test_lane_draws_intervals_in_its_window_and_lines_for_short():
-    drawn = lane({"missed": [(12.0, 12.02), (9.0, 11.0)], "false": [(30.0, 31.0)]}, (10.0, 20.0), "rod", mark=15.0)
+    drawn = lane(
+        {"missed": [(12.0, 12.02), (9.0, 11.0)], "false": [(30.0, 31.0)]}, (10.0, 20.0), "rod", marked_second=15.0
+    )
     boxes = "M0.000 0H1.000V20H0.000ZM2.000 0H2.020V20H2.000Z"
     assert drawn.length == 10.0
     assert drawn.paths == [("missed", boxes), ("missed tick", "M2.010 0V20"), ("now", "M5.000 0V20")]
