@@ -74,8 +74,8 @@ SHARED: Final = ("shape", "pieces", "method", "cut")
 """Settings of a collider that its pieces replace."""
 
 
-def measured_fixes(result: RunResult, limit: float, progress: Progress) -> RunResult:
-    """The run with a measured Fix for each detector whose colliders are what is wrong, within ``limit`` seconds.
+def measured_fixes(result: RunResult, time_limit: float, progress: Progress) -> RunResult:
+    """The run with a measured Fix for each detector whose colliders are what is wrong, within ``time_limit`` seconds.
 
     Without time, without an audit, or where pieces cannot help, the run is returned as it is.
     """
@@ -86,18 +86,18 @@ def measured_fixes(result: RunResult, limit: float, progress: Progress) -> RunRe
         for answer in result.answers
         if not (answer.fix is None or answer.fix.measured) and pieces_may_help(result, ranks[answer.label])
     ]
-    if limit <= 0.0 or not labels or result.reference is None:
+    if time_limit <= 0.0 or not labels or result.reference is None:
         return result
-    fixes: dict[str, Fix] = {}
-    began = monotonic()
-    with progress.stage(f"Measuring a fix, {duration(limit)} at most", 100) as advance:
-        clock = _Clock(began + limit, limit, advance)
+    fix_of_label: dict[str, Fix] = {}
+    start_time = monotonic()
+    with progress.stage(f"Measuring a fix, {duration(time_limit)} at most", 100) as advance:
+        clock = _Clock(start_time + time_limit, time_limit, advance)
         for label in labels:
             fix = _Measuring(result, result.reference, ranks[label], clock).fix()
             if fix is not None:
-                fixes[label] = fix
+                fix_of_label[label] = fix
         clock.finish()
-    answers = tuple(replace_fix(answer, fixes.get(answer.label)) for answer in result.answers)
+    answers = tuple(replace_fix(answer, fix_of_label.get(answer.label)) for answer in result.answers)
     return replace(result, answers=answers, document=structs.replace(result.document, answers=answers))
 
 
@@ -159,48 +159,57 @@ class _Measuring:
     def fix(self) -> Fix | None:
         """The Fix that was measured; ``None``: no body of the worst pairs is worth cutting."""
         meshes = {body.name: body.mesh for body in self._result.assembly.bodies}
-        named = self._worst_bodies()
-        reasons = {name: _why_not_cut(meshes[name]) for name in named}
-        bodies = [name for name in named if not reasons[name] and not _is_convex(meshes[name])]
-        uncut = [f"{name} keeps its hull: {why}." for name, why in reasons.items() if why]
+        worst_bodies = self._worst_bodies()
+        reasons = {name: _why_not_cut(meshes[name]) for name in worst_bodies}
+        bodies = [name for name in worst_bodies if not reasons[name] and not _is_convex(meshes[name])]
+        uncut_sentences = [f"{name} keeps its hull: {why}." for name, why in reasons.items() if why]
         if not bodies:
-            return None if not uncut else self._not_cut(uncut)
-        ready, late = self._cut([Cut(meshes[name], "auto", FIRST) for name in bodies], bodies)
-        if not ready:
-            return self._not_cut([*uncut, *late])
-        cut_bodies = self._worth_cutting(ready, FIRST)
-        most = self._fewest(cut_bodies, meshes)
-        if most != FIRST:
-            cut_bodies = self._worth_cutting(cut_bodies, most)
-        stepped = self._spec(cut_bodies, most)
-        spec = self._without_new_misses(stepped)
-        best = self._figures(spec, cut_bodies)
-        uncut_bodies = [name for name in ready if name not in cut_bodies]
-        stay = "stays" if len(uncut_bodies) == 1 else "stay"
-        losers = [f"{_names(uncut_bodies)} {stay} whole: no better cut."] if uncut_bodies else []
+            return None if not uncut_sentences else self._not_cut(uncut_sentences)
+        ready_bodies, late_sentences = self._cut([Cut(meshes[name], "auto", FIRST) for name in bodies], bodies)
+        if not ready_bodies:
+            return self._not_cut([*uncut_sentences, *late_sentences])
+        cut_bodies = self._worth_cutting(ready_bodies, FIRST)
+        most_pieces = self._fewest(cut_bodies, meshes)
+        if most_pieces != FIRST:
+            cut_bodies = self._worth_cutting(cut_bodies, most_pieces)
+        spec_with_step = self._spec(cut_bodies, most_pieces)
+        spec = self._without_new_misses(spec_with_step)
+        best_measured = self._figures(spec, cut_bodies)
+        uncut_bodies = [name for name in ready_bodies if name not in cut_bodies]
+        stay_verb = "stays" if len(uncut_bodies) == 1 else "stay"
+        loser_sentences = [f"{_names(uncut_bodies)} {stay_verb} whole: no better cut."] if uncut_bodies else []
         seconds = duration(round(monotonic() - self._began, 1))
-        if best.counts["loss"] >= self._rank.loss:
-            remarks = "".join(f" {sentence}" for sentence in (*uncut, *late))
+        if best_measured.counts["loss"] >= self._rank.loss:
+            remarks = "".join(f" {sentence}" for sentence in (*uncut_sentences, *late_sentences))
             return Fix(
                 text=f"Convex pieces of {_names(cut_bodies)} make it no better.",
                 measured=False,
-                change=f"{self._change(best)}.",
+                change=f"{self._change(best_measured)}.",
                 notes=f"Measured here in {seconds}.{remarks} {self._result.oracle} tests every triangle.",
             )
         step, trade = "", []
-        if spec is not stepped:
+        if spec is not spec_with_step:
             step = ", and test every frame"
-            change = change_text(*self._errors_of(self._errors_at_step(stepped)))
-            trade = [f"At {rate(self._rest['rate_hz'])} instead: {change}."]
-        busy = [best.busy] if best.busy and not busy_text(self._result.document) else []
+            change_sentence = change_text(*self._errors_of(self._errors_at_step(spec_with_step)))
+            trade = [f"At {rate(self._rest['rate_hz'])} instead: {change_sentence}."]
+        busy_sentences = [best_measured.busy] if best_measured.busy and not busy_text(self._result.document) else []
         return Fix(
-            text=f"Split {_pieces_text(best.pieces)}{self._uncut_text(cut_bodies)}{step}.",
+            text=f"Split {_pieces_text(best_measured.pieces)}{self._uncut_text(cut_bodies)}{step}.",
             measured=True,
             command=SHIP_COMMAND,
-            setting=spec_text(best.spec.name, best.spec.settings),
-            figures=best.figures,
-            change=f"{self._change(best)}.",
-            notes=" ".join([f"Measured here in {seconds}.", *trade, *busy, *uncut, *losers, *late]),
+            setting=spec_text(best_measured.spec.name, best_measured.spec.settings),
+            figures=best_measured.figures,
+            change=f"{self._change(best_measured)}.",
+            notes=" ".join(
+                [
+                    f"Measured here in {seconds}.",
+                    *trade,
+                    *busy_sentences,
+                    *uncut_sentences,
+                    *loser_sentences,
+                    *late_sentences,
+                ]
+            ),
         )
 
     def _uncut_text(self, cut_bodies: Sequence[str]) -> str:
@@ -216,66 +225,68 @@ class _Measuring:
     def _worst_bodies(self) -> list[str]:
         """Names of the bodies of the pairs that hold most of what is wrong, the worst first."""
         by_pair = self._result.comparisons[self._rank.label].by_pair
-        wrong = by_pair[:, [Outcome.MISSED, Outcome.FALSE_CONTACT]].sum(axis=1)
-        right, left = int(by_pair[:, Outcome.BOTH].sum()), int(wrong.sum())
+        wrong_frames = by_pair[:, [Outcome.MISSED, Outcome.FALSE_CONTACT]].sum(axis=1)
+        right_frames, remaining_frames = int(by_pair[:, Outcome.BOTH].sum()), int(wrong_frames.sum())
         worst = []
-        for pair in np.argsort(-wrong, kind="stable").tolist():
-            if left <= RIGHT * right or not wrong[pair]:
+        for pair in np.argsort(-wrong_frames, kind="stable").tolist():
+            if remaining_frames <= RIGHT * right_frames or not wrong_frames[pair]:
                 break
             worst.append(pair)
-            left -= int(wrong[pair])
+            remaining_frames -= int(wrong_frames[pair])
         return list(dict.fromkeys(name for pair in worst for name in self._result.assembly.bodies_of(pair)))
 
     def _cut(self, cuts: Sequence[Cut], names: Sequence[str]) -> tuple[list[str], list[str]]:
         """Names of the bodies whose pieces are ready, and a sentence about each of the others."""
-        limit = self._clock.left() - REPLAY * self._clock.limit
+        time_limit = self._clock.left() - REPLAY * self._clock.limit
         seconds_of_cut = {cut.key: cut.seconds for cut in cuts}
-        missing = cut_ahead(cuts, self._clock.check, max(0.0, limit))
-        ready = [name for name, cut in zip(names, cuts, strict=True) if cut.key not in missing]
-        late = []
+        not_cut_by_key = cut_ahead(cuts, self._clock.check, max(0.0, time_limit))
+        ready_names = [name for name, cut in zip(names, cuts, strict=True) if cut.key not in not_cut_by_key]
+        late_sentences = []
         for name, cut in zip(names, cuts, strict=True):
-            if cut.key not in missing:
+            if cut.key not in not_cut_by_key:
                 continue
-            not_cut = missing[cut.key]
+            not_cut = not_cut_by_key[cut.key]
             if not_cut.late:
                 more_time = duration(max(seconds_of_cut[cut.key], not_cut.spent))
-                late.append(f"Not reached within {duration(self._clock.limit)}: {name} (about {more_time} more).")
+                late_sentences.append(
+                    f"Not reached within {duration(self._clock.limit)}: {name} (about {more_time} more)."
+                )
             else:
-                late.append(f"{name} is not cut: {not_cut.reason}.")
-        return ready, late
+                late_sentences.append(f"{name} is not cut: {not_cut.reason}.")
+        return ready_names, late_sentences
 
     def _fewest(self, names: Sequence[str], meshes: Mapping[str, TriangleMesh]) -> int:
         """The fewest pieces a body with nearly the smallest loss at every frame, of those cut in time."""
-        losses = {FIRST: self._loss_at_every_frame(self._spec(names, FIRST))}
-        half, quarter, double = FIRST // 2, FIRST // 4, 2 * FIRST
-        for most in (half, quarter, double):
-            halved = _fewest_enough(losses) < FIRST
+        loss_of_count = {FIRST: self._loss_at_every_frame(self._spec(names, FIRST))}
+        half_count, quarter_count, double_count = FIRST // 2, FIRST // 4, 2 * FIRST
+        for most in (half_count, quarter_count, double_count):
+            is_half_enough = _fewest_enough(loss_of_count) < FIRST
             # A quarter is tried where half of the pieces do as well, twice as many where they do not.
-            if (most == quarter and not halved) or (most == double and halved):
+            if (most == quarter_count and not is_half_enough) or (most == double_count and is_half_enough):
                 continue
             cuts = [Cut(meshes[name], "auto", most) for name in names]
-            needed = sum({cut.key: cut.seconds for cut in cuts}.values())
-            left = self._clock.left() - REPLAY * self._clock.limit
-            if left > needed and not cut_ahead(cuts, self._clock.check, left):
-                losses[most] = self._loss_at_every_frame(self._spec(names, most))
+            needed_seconds = sum({cut.key: cut.seconds for cut in cuts}.values())
+            remaining_seconds = self._clock.left() - REPLAY * self._clock.limit
+            if remaining_seconds > needed_seconds and not cut_ahead(cuts, self._clock.check, remaining_seconds):
+                loss_of_count[most] = self._loss_at_every_frame(self._spec(names, most))
             self._clock.check()
-        return _fewest_enough(losses)
+        return _fewest_enough(loss_of_count)
 
-    def _worth_cutting(self, names: Sequence[str], most: int) -> list[str]:
+    def _worth_cutting(self, names: Sequence[str], most_pieces: int) -> list[str]:
         """The bodies of which at most so many pieces save more than they miss, at least one."""
-        cut_bodies, loss = list(names), self._loss_at_every_frame(self._spec(names, most))
+        cut_bodies, loss = list(names), self._loss_at_every_frame(self._spec(names, most_pieces))
         for name in names:
-            others = [other for other in cut_bodies if other != name]
-            if not others or self._clock.left() <= 0.0:
+            other_bodies = [other for other in cut_bodies if other != name]
+            if not other_bodies or self._clock.left() <= 0.0:
                 break
-            without = self._loss_at_every_frame(self._spec(others, most))
-            if without <= loss:
-                cut_bodies, loss = others, without
+            loss_without = self._loss_at_every_frame(self._spec(other_bodies, most_pieces))
+            if loss_without <= loss:
+                cut_bodies, loss = other_bodies, loss_without
             self._clock.check()
         return cut_bodies
 
-    def _spec(self, names: Sequence[str], most: int) -> DetectorSpec:
-        pieces = {"shape": "compound", "pieces": most, "method": "auto", "cut": names_as_setting(names)}
+    def _spec(self, names: Sequence[str], most_pieces: int) -> DetectorSpec:
+        pieces = {"shape": "compound", "pieces": most_pieces, "method": "auto", "cut": names_as_setting(names)}
         return DetectorSpec("fix", "collider", {**pieces, **self._rest})
 
     def _loss_at_every_frame(self, spec: DetectorSpec) -> float:
@@ -329,13 +340,13 @@ class _Measuring:
         if has_offsets(spec, len(frame_verdicts.times)):
             offsets = self._offset_counts(spec)
         typical_offset = 0.0 if offsets is None else offsets.typical_offset
-        sampled = sampled_at_rate(frame_verdicts, rate_hz, spec.settings.get(OFFSET_SETTING, typical_offset))
-        comparison = self._reference.compare(sampled)
+        sampled_detection = sampled_at_rate(frame_verdicts, rate_hz, spec.settings.get(OFFSET_SETTING, typical_offset))
+        comparison = self._reference.compare(sampled_detection)
         sampled_counts = count_contacts(comparison, self._reference.contacts)
-        false = len(column_runs((comparison.outcome == Outcome.FALSE_CONTACT).T))
+        false_contact_count = len(column_runs((comparison.outcome == Outcome.FALSE_CONTACT).T))
         false_contact = count_reports(comparison).proportion(Outcome.FALSE_CONTACT)
         run = self._run_over_stretches(spec)
-        counts = wrong_counts(sampled_counts, false, false_contact, offsets)
+        wrong_count_columns = wrong_counts(sampled_counts, false_contact_count, false_contact, offsets)
         solids: Mapping[str, Any] = getattr(run.detector, "parts", {})
         pieces = {name: len(solids[name]) for name in names}
         proportions = offsets.proportions() if offsets is not None else _proportions(sampled_counts)
@@ -346,8 +357,8 @@ class _Measuring:
             late_or_cut_short=proportions["contacts_in_part"],
             time_missed=proportions["missed"],
             false=false_contact if offsets is None else offsets.false_contact,
-            missed_counts=_range(counts, "missed"),
-            late_counts=_range(counts, "late"),
+            missed_counts=_range(wrong_count_columns, "missed"),
+            late_counts=_range(wrong_count_columns, "late"),
             offsets=1 if offsets is None else PHASES,
             mean=run.seconds_per_frame,
             p99=None if times is None else times.p99,
@@ -355,7 +366,7 @@ class _Measuring:
         )
         return _Measured(
             spec=spec,
-            counts=counts,
+            counts=wrong_count_columns,
             seconds=run.seconds_per_frame,
             busy=busy_sentence(0.0 if run.processor_fraction is None else 1.0 - run.processor_fraction),
             pieces=pieces,
@@ -374,15 +385,20 @@ class _Measuring:
 
     def _errors(self, measured: _Measured) -> tuple[Errors, Errors]:
         """Errors of the detector as it is and with pieces; without times where one of them is of a busy machine."""
-        idle = not (busy_text(self._result.document) or measured.busy)
-        before, after = (self._rank.mean, measured.seconds) if idle else (None, None)
-        return self._errors_of(measured.counts, before, after)
+        is_idle = not (busy_text(self._result.document) or measured.busy)
+        seconds_before, seconds_after = (self._rank.mean, measured.seconds) if is_idle else (None, None)
+        return self._errors_of(measured.counts, seconds_before, seconds_after)
 
     def _errors_of(
-        self, counts: Mapping[str, Any], before: float | None = None, after: float | None = None
+        self,
+        wrong_count_columns: Mapping[str, Any],
+        seconds_before: float | None = None,
+        seconds_after: float | None = None,
     ) -> tuple[Errors, Errors]:
         """Errors of the detector as it is and of pieces with these counts, and their seconds a frame."""
-        return errors_of_rank(self._rank, before), errors_of_row(counts, self._rank.contacts, after)
+        return errors_of_rank(self._rank, seconds_before), errors_of_row(
+            wrong_count_columns, self._rank.contacts, seconds_after
+        )
 
 
 MOST_SPANS: Final = 4000
@@ -416,8 +432,8 @@ def _timed_frames(frames: int) -> IntArray:
     if frames <= TIMED_FRAMES:
         return np.arange(frames)
     length = TIMED_FRAMES // TIMED_SEGMENTS
-    starts = np.linspace(0, frames - length, TIMED_SEGMENTS).astype(np.int64)
-    return (starts[:, None] + np.arange(length)).ravel()
+    first_frames = np.linspace(0, frames - length, TIMED_SEGMENTS).astype(np.int64)
+    return (first_frames[:, None] + np.arange(length)).ravel()
 
 
 def _at_every_frame(spec: DetectorSpec) -> DetectorSpec:
@@ -434,9 +450,9 @@ def _proportions(frame_counts: ContactCounts) -> Proportions:
     }
 
 
-def _range(counts: Mapping[str, Any], name: str) -> tuple[int, int]:
+def _range(wrong_count_columns: Mapping[str, Any], count_name: str) -> tuple[int, int]:
     """Smallest and largest count over the sampling offsets."""
-    return round(counts[f"{name}_smallest"]), round(counts[f"{name}_largest"])
+    return round(wrong_count_columns[f"{count_name}_smallest"]), round(wrong_count_columns[f"{count_name}_largest"])
 
 
 def _pieces_text(pieces: Mapping[str, int]) -> str:
@@ -450,21 +466,21 @@ def _pieces_text(pieces: Mapping[str, int]) -> str:
 
 def _pieces_label(pieces: int, rate_hz: float | None) -> str:
     """``32 convex pieces at 50 Hz``; ``32 convex pieces, every frame``."""
-    sampled = f" at {rate(rate_hz)}" if rate_hz else ", every frame"
-    return f"{plural(pieces, 'convex piece')}{sampled}"
+    rate_text = f" at {rate(rate_hz)}" if rate_hz else ", every frame"
+    return f"{plural(pieces, 'convex piece')}{rate_text}"
 
 
-def _fewest_enough(losses: Mapping[int, float]) -> int:
+def _fewest_enough(loss_of_count: Mapping[int, float]) -> int:
     """The fewest pieces whose loss is hardly more than the smallest one."""
-    enough = min(losses.values()) + ENOUGH
-    return min(most for most, loss in losses.items() if loss <= enough)
+    accepted_loss = min(loss_of_count.values()) + ENOUGH
+    return min(piece_count for piece_count, loss in loss_of_count.items() if loss <= accepted_loss)
 
 
 def _why_not_cut(mesh: TriangleMesh) -> str:
     """Why a mesh keeps its hull, as the end of a sentence; ``""``: it can be cut, or is convex."""
-    why = why_not_cut(mesh)
-    if why or _is_convex(mesh):
-        return why
+    reason = why_not_cut(mesh)
+    if reason or _is_convex(mesh):
+        return reason
     return Cut(mesh, "auto", FIRST).row.not_installed
 
 

@@ -57,7 +57,7 @@ def pieces_picture(pieces: Sequence[TriangleMesh], alternative_text: str) -> str
 def reach_picture(
     mesh: TriangleMesh, pieces: Sequence[TriangleMesh], largest_distance: float, alternative_text: str
 ) -> str:
-    """Returns pieces as SVG, coloured by how far their surface lies beyond the mesh, from 0 to ``largest_distance`` metres."""
+    """Returns pieces as SVG, coloured by how far they stand beyond the mesh, from 0 to ``largest_distance`` metres."""
     triangles = refined_triangles(np.concatenate([piece.triangles for piece in pieces]), _size(mesh) / EDGE_FRACTION)
     distances_beyond = beyond_mesh(triangles.mean(axis=1), mesh)
     shade_of_triangle = (
