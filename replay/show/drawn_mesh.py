@@ -21,45 +21,53 @@ LID_FRACTION: Final = 0.03
 
 def face_normals(triangles: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Normals of triangles (f, 3, 3), each (f, 3): as long as twice the area, and of unit length (0 without area)."""
-    area: FloatArray = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    length = np.linalg.norm(area, axis=1, keepdims=True)
-    return area, np.divide(area, length, out=np.zeros_like(area), where=length > 0)
+    area_vectors: FloatArray = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    length = np.linalg.norm(area_vectors, axis=1, keepdims=True)
+    return area_vectors, np.divide(area_vectors, length, out=np.zeros_like(area_vectors), where=length > 0)
 
 
 @once_a_mesh
 def edges_of(mesh: TriangleMesh) -> tuple[FloatArray, IntArray]:
     """Edges (e, 2, 3) that two faces share, and those faces (e, 2); an edge of one face, or of many, is left out."""
-    ends = np.sort(mesh.merged_faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    sorted_ends = np.sort(mesh.merged_faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     points = mesh.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2, 3)
     # One number an edge: rows are sorted ten times as slowly.
-    numbers = ends[:, 0] * len(mesh.vertices) + ends[:, 1]
-    _, first, index, count = np.unique(numbers, return_index=True, return_inverse=True, return_counts=True)
-    order = np.argsort(index.ravel(), kind="stable")
-    start = (np.cumsum(count) - count)[count == 2]
-    return points[first[count == 2]], np.stack([order[start], order[start + 1]], axis=1) // 3
+    edge_numbers = sorted_ends[:, 0] * len(mesh.vertices) + sorted_ends[:, 1]
+    _, first_rows, edge_of_row, faces_of_edge = np.unique(
+        edge_numbers, return_index=True, return_inverse=True, return_counts=True
+    )
+    edge_order = np.argsort(edge_of_row.ravel(), kind="stable")
+    first_of_shared = (np.cumsum(faces_of_edge) - faces_of_edge)[faces_of_edge == 2]
+    return points[first_rows[faces_of_edge == 2]], np.stack(
+        [edge_order[first_of_shared], edge_order[first_of_shared + 1]], axis=1
+    ) // 3
 
 
 def bend_cosines(normals: FloatArray, faces: IntArray) -> FloatArray:
     """Cosine of the angle at which the two faces of each edge meet, from unit normals (f, 3)."""
-    cosine: FloatArray = (normals[faces[:, 0]] * normals[faces[:, 1]]).sum(axis=1)
-    return cosine
+    cosines: FloatArray = (normals[faces[:, 0]] * normals[faces[:, 1]]).sum(axis=1)
+    return cosines
 
 
 @once_a_mesh
 def shaded_mesh(mesh: TriangleMesh) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.uint32]]:
     """Vertices, unit normals (v, 3) and faces (f, 3) to draw: smooth over gentle edges, flat across sharp ones."""
-    area, unit_normals = face_normals(mesh.triangles)
+    area_vectors, unit_normals = face_normals(mesh.triangles)
     faces = edges_of(mesh)[1]
-    left, right = faces[bend_cosines(unit_normals, faces) >= CREASE_COSINE].T
-    links = coo_array((np.ones(len(left)), (left, right)), shape=(len(unit_normals), len(unit_normals)))
+    left_faces, right_faces = faces[bend_cosines(unit_normals, faces) >= CREASE_COSINE].T
+    links = coo_array(
+        (np.ones(len(left_faces)), (left_faces, right_faces)), shape=(len(unit_normals), len(unit_normals))
+    )
     smooth_patch = connected_components(links, directed=False)[1]
     corners = mesh.merged_faces.reshape(-1) * len(unit_normals) + np.repeat(smooth_patch, 3)
-    _, first, number = np.unique(corners, return_index=True, return_inverse=True)
-    total = np.stack([np.bincount(number, np.repeat(area[:, k], 3)) for k in range(3)], axis=1)
-    length = np.linalg.norm(total, axis=1, keepdims=True)
-    normals = np.divide(total, length, out=np.repeat(unit_normals, 3, axis=0)[first], where=length > 0)
-    vertices = mesh.triangles.reshape(-1, 3)[first]
-    return vertices.astype(np.float32), normals.astype(np.float32), number.reshape(-1, 3).astype(np.uint32)
+    _, first_corner, vertex_of_corner = np.unique(corners, return_index=True, return_inverse=True)
+    summed_normals = np.stack(
+        [np.bincount(vertex_of_corner, np.repeat(area_vectors[:, k], 3)) for k in range(3)], axis=1
+    )
+    length = np.linalg.norm(summed_normals, axis=1, keepdims=True)
+    normals = np.divide(summed_normals, length, out=np.repeat(unit_normals, 3, axis=0)[first_corner], where=length > 0)
+    vertices = mesh.triangles.reshape(-1, 3)[first_corner]
+    return vertices.astype(np.float32), normals.astype(np.float32), vertex_of_corner.reshape(-1, 3).astype(np.uint32)
 
 
 def spans_hollow(solid: TriangleMesh, mesh: TriangleMesh) -> BoolArray:

@@ -23,12 +23,12 @@ MOST_LANES: Final = 6
 def page_facts(view: RunView) -> str:
     """How long a session is, how many contacts it has, and whether it was made up."""
     session = view.document.session
-    facts = [duration(session.duration)]
+    fact_texts = [duration(session.duration)]
     if view.ranking and any_decided(view.document):
-        facts.append(plural(view.ranking[-1].contacts, "contact"))
+        fact_texts.append(plural(view.ranking[-1].contacts, "contact"))
     if "synthetic" in session.facts:
-        facts.append("made up")
-    return ", ".join(facts)
+        fact_texts.append("made up")
+    return ", ".join(fact_texts)
 
 
 MOST_CONTACTS: Final = 4000
@@ -78,32 +78,34 @@ class Comparison:
     timeline: Timeline
 
 
-def comparison_of(view: RunView, mark: float | None = None) -> Comparison:
-    """Ranking, scatter and timeline; ``mark``: the second of the picture."""
+def comparison_of(view: RunView, marked_second: float | None = None) -> Comparison:
+    """Ranking, scatter and timeline; ``marked_second``: the second of the picture."""
     section = section_of(view, SectionName.RANKING)
     table = section.table.narrow().values() if view.ranking else Table((), ())
-    rows = []
+    rank_rows = []
     ranks = ranks_with_fixes(view.ranking, view.document)
     for rank, cells in zip(ranks, table.cells(), strict=True):
         cell_texts = [(name, text_of(cell)) for name, cell in zip(table.head, cells, strict=True)]
-        leads = bad = interval = ""
+        leading_label = bad_column = interval = ""
         if rank is view.ranking[0] and rank.loss:
-            leads = _leading_kind(rank)
-            bad = (
+            leading_label = _leading_kind(rank)
+            bad_column = (
                 "false contact"
                 if rank.leads_false
                 else "missed"
                 if rank.missed_counts and rank.missed_counts[1]
                 else ""
             )
-            interval = _interval_label(rank) if bad == "false contact" else ""
+            interval = _interval_label(rank) if bad_column == "false contact" else ""
         # The reference has no faults: one wide cell stands for them.
-        first = 0 if rank.missed_counts is not None else table.head.index("mean ms")
-        rows.append(RankRow(rank, leads, bad, cell_texts[first:], interval))
+        first_column = 0 if rank.missed_counts is not None else table.head.index("mean ms")
+        rank_rows.append(RankRow(rank, leading_label, bad_column, cell_texts[first_column:], interval))
     title = table.title.rstrip(":") if view.ranking and view.ranking[-1].contacts else contacts_sentence(0)
     if not any_decided(view.document):
         title = "Nothing was compared."
-    return Comparison(title, table.head, rows, list(section.sentences), _scatter(view), _timeline(view, mark))
+    return Comparison(
+        title, table.head, rank_rows, list(section.sentences), _scatter(view), _timeline(view, marked_second)
+    )
 
 
 def _interval_label(rank: Rank) -> str:
@@ -121,7 +123,7 @@ def _scatter(view: RunView) -> Plot | None:
     return accuracy_plot(dots, SIZE) if dots else None
 
 
-def _timeline(view: RunView, mark: float | None) -> Timeline:
+def _timeline(view: RunView, marked_second: float | None) -> Timeline:
     """A lane for each detector, the reference on top."""
     described_lanes = [(label, "") for label in view.contacts]
     if view.oracle:
@@ -135,14 +137,22 @@ def _timeline(view: RunView, mark: float | None) -> Timeline:
     start = float(view.document.window.start or 0.0)
     window = start, start + float(view.document.session.duration)
     lanes, kinds = [], set[str]()
-    for label, what in described_lanes:
+    for label, lane_note in described_lanes:
         every_kind = fix[1].spans if fix is not None and label == fix[0].label else spans(view, label)
         intervals_of_kind = {kind: intervals for kind, intervals in every_kind.items() if intervals}
         kinds |= intervals_of_kind.keys()
-        counts = ", ".join(f"{len(intervals)} {KIND_LABELS[kind]}" for kind, intervals in intervals_of_kind.items())
-        lanes.append((label, what, lane(intervals_of_kind, window, f"{label}: {counts or 'no contact'}", mark)))
+        counts_text = ", ".join(
+            f"{len(intervals)} {KIND_LABELS[kind]}" for kind, intervals in intervals_of_kind.items()
+        )
+        lanes.append(
+            (
+                label,
+                lane_note,
+                lane(intervals_of_kind, window, f"{label}: {counts_text or 'no contact'}", marked_second),
+            )
+        )
     legend = [(kind, kind_label) for kind, kind_label in KIND_LABELS.items() if kind in kinds]
-    if mark is not None:
+    if marked_second is not None:
         legend.append(("now", "the picture"))
     return Timeline(
         lanes=lanes,
@@ -158,8 +168,8 @@ def _without_lane(view: RunView) -> str:
     """Sentence on the measured Fix where a run keeps counts alone; ``""``: it has a lane, or none was measured."""
     if fix_lane(view.ranking, view.document) is not None:
         return ""
-    fixes = [rank.label for rank in ranks_with_fixes(view.ranking, view.document) if rank not in view.ranking]
-    return "".join(f"{label} has no lane: its contacts were counted, not kept." for label in fixes)
+    fix_labels = [rank.label for rank in ranks_with_fixes(view.ranking, view.document) if rank not in view.ranking]
+    return "".join(f"{label} has no lane: its contacts were counted, not kept." for label in fix_labels)
 
 
 def _contacts_json(view: RunView) -> str:
@@ -178,7 +188,7 @@ def _contacts_json(view: RunView) -> str:
         ]
         for label in labels
     }
-    names = [safe_text(" and ".join(bodies)) for bodies in pairs]
+    pair_names = [safe_text(" and ".join(bodies)) for bodies in pairs]
     return json.dumps(
-        {"pairs": names, "contacts": contacts, "reference": view.oracle}, separators=(",", ":"), ensure_ascii=False
+        {"pairs": pair_names, "contacts": contacts, "reference": view.oracle}, separators=(",", ":"), ensure_ascii=False
     )

@@ -110,17 +110,19 @@ def fault_still(result: RunResult, label: str, fault: Fault, size: tuple[int, in
     pixels = round(size[0] * factor), round(size[1] * factor)
     view = View.of(_points_in_picture(sight), sight.away, pixels, round(LABELS_WIDTH * factor) if has_labels else 0)
     picture, shape = draw_picture(view, *_shapes_and_lines(sight, view), background(pixels))
-    strokes, middle = _arrow(sight, view, factor)
-    how = f"are {sight.length} apart, and {label} reports contact" if sight.gap is not None else "meet, unreported"
+    arrow_path, arrow_middle = _arrow(sight, view, factor)
+    contact_clause = (
+        f"are {sight.length} apart, and {label} reports contact" if sight.gap is not None else "meet, unreported"
+    )
     svg = render_template(
         "show/report/still.html",
         size=size,
-        description=f"{sight.white.name} and {sight.glass.name} {how}",
+        description=f"{sight.white.name} and {sight.glass.name} {contact_clause}",
         picture=webp(picture),
-        strokes=strokes,
-        middle=middle,
+        strokes=arrow_path,
+        middle=arrow_middle,
         ring=f"ring {fault_key(fault.kind)}" if sight.gap is None else "ring",
-        words=_picture_labels(sight, label, view, shape == 0, middle) if has_labels else (),
+        words=_picture_labels(sight, label, view, shape == 0, arrow_middle) if has_labels else (),
         x=FIRST[0] - LABELS_WIDTH + 8,
     )
     colours = [f"{sight.white.name} white", f"{sight.glass.name} blue"]
@@ -133,23 +135,23 @@ def fault_still(result: RunResult, label: str, fault: Fault, size: tuple[int, in
 
 def paired_stills(result: RunResult, labels: Sequence[str], fault: Fault, size: tuple[int, int] = CARD) -> list[str]:
     """The moment of a false contact of the first detector as an SVG a detector, with its colliders, by one camera."""
-    first, factor = _sight_of_fault(result, labels[0], fault), PIXELS_PER_UNIT[size]
+    first_sight, factor = _sight_of_fault(result, labels[0], fault), PIXELS_PER_UNIT[size]
     pixels = round(size[0] * factor), round(size[1] * factor)
-    view = View.of(_points_in_picture(first), first.away, pixels)
+    view = View.of(_points_in_picture(first_sight), first_sight.away, pixels)
     stills = []
     for label in labels:
-        sight = _with_colliders(first, result, label)
+        sight = _with_colliders(first_sight, result, label)
         picture, _ = draw_picture(view, *_shapes_and_lines(sight, view), background(pixels))
-        strokes, middle = _arrow(sight, view, factor)
-        names = f"{sight.white.name} and {sight.glass.name}"
+        arrow_path, arrow_middle = _arrow(sight, view, factor)
+        body_names = f"{sight.white.name} and {sight.glass.name}"
         stills.append(
             render_template(
                 "show/report/still.html",
                 size=size,
-                description=f"{names} {sight.length} apart, with the colliders of {label}",
+                description=f"{body_names} {sight.length} apart, with the colliders of {label}",
                 picture=webp(picture),
-                strokes=strokes,
-                middle=middle,
+                strokes=arrow_path,
+                middle=arrow_middle,
                 ring="ring",
                 words=(),
                 x=0,
@@ -160,9 +162,11 @@ def paired_stills(result: RunResult, labels: Sequence[str], fault: Fault, size: 
 
 def _with_colliders(sight: Sight, result: RunResult, label: str) -> Sight:
     """The same moment with the colliders of another detector."""
-    names = result.assembly.names
-    white, glass = _solids(result, label, [names.index(sight.white.name), names.index(sight.glass.name)])
-    return replace(sight, white=replace(sight.white, solid=white), glass=replace(sight.glass, solid=glass))
+    body_names = result.assembly.names
+    white_solid, glass_solid = _solids(
+        result, label, [body_names.index(sight.white.name), body_names.index(sight.glass.name)]
+    )
+    return replace(sight, white=replace(sight.white, solid=white_solid), glass=replace(sight.glass, solid=glass_solid))
 
 
 def webp(picture: FloatArray) -> str:
@@ -170,17 +174,17 @@ def webp(picture: FloatArray) -> str:
     import PIL.Image
     import PIL.WebPImagePlugin  # without it the first picture loads the plugins of all forty formats
 
-    out = io.BytesIO()
-    PIL.Image.fromarray(np.round(picture * 255).astype(np.uint8)).save(out, "WEBP", quality=82, method=2)
-    return b64encode(out.getvalue()).decode()
+    buffer = io.BytesIO()
+    PIL.Image.fromarray(np.round(picture * 255).astype(np.uint8)).save(buffer, "WEBP", quality=82, method=2)
+    return b64encode(buffer.getvalue()).decode()
 
 
 def _sight_of_fault(result: RunResult, label: str, fault: Fault) -> Sight:
     """The two bodies of a fault where there is most to see of it."""
     assembly, row = result.assembly, 0
-    ends = assembly.pairs[fault.pair].tolist()
-    none = np.zeros(0, dtype=np.int64)
-    faces, solids = [none, none], list[TriangleMesh | None]([None, None])
+    pair_bodies = assembly.pairs[fault.pair].tolist()
+    no_faces = np.zeros(0, dtype=np.int64)
+    faces, solids = [no_faces, no_faces], list[TriangleMesh | None]([None, None])
     user_direction = towards_user(assembly, result.session.scene, fault.frame, fault.point)
     touch = fault.evidence.touch
     if fault.kind.is_miss:
@@ -193,7 +197,7 @@ def _sight_of_fault(result: RunResult, label: str, fault: Fault) -> Sight:
             faces = [np.unique(met_faces[:, 0]), np.unique(met_faces[:, 1])]
     else:
         row = fault.frame
-        solids = _solids(result, label, ends)
+        solids = _solids(result, label, pair_bodies)
     motion = assembly.motion
     two_bodies = [
         PlacedBody(
@@ -203,7 +207,7 @@ def _sight_of_fault(result: RunResult, label: str, fault: Fault) -> Sight:
             solid,
             touching_faces,
         )
-        for body, solid, touching_faces in zip(ends, solids, faces, strict=True)
+        for body, solid, touching_faces in zip(pair_bodies, solids, faces, strict=True)
     ]
     hollow = fault.evidence.hollow
     two_bodies.sort(
@@ -239,9 +243,9 @@ def _volume(mesh: TriangleMesh) -> float:
 
 def _points_in_picture(sight: Sight) -> FloatArray:
     """Points that the picture must hold: both bodies, no farther from the fault than the smaller is large."""
-    outlines = [sight.white.outline, sight.glass.outline]
-    smaller_size = min(float(np.linalg.norm(np.ptp(points, axis=0))) for points in outlines)
-    all_points = np.concatenate(outlines)
+    body_outlines = [sight.white.outline, sight.glass.outline]
+    smaller_size = min(float(np.linalg.norm(np.ptp(points, axis=0))) for points in body_outlines)
+    all_points = np.concatenate(body_outlines)
     is_close = np.linalg.norm(all_points - sight.point, axis=1) < smaller_size * (0.5 if sight.gap is None else 1.0)
     return np.concatenate([sight.point[None], all_points[is_close]])
 
@@ -249,21 +253,23 @@ def _points_in_picture(sight: Sight) -> FloatArray:
 def _shapes_and_lines(sight: Sight, view: View) -> tuple[list[Shape], list[Shape], list[Lines]]:
     """Opaque shapes, the white body first, those of glass, and the lines of the cages."""
     opaque, glass, lines = list[Shape](), list[Shape](), list[Lines]()
-    for placed in (sight.white, sight.glass):
-        corners = place_points(placed.mesh.vertices, *placed.pose)[placed.mesh.faces]
+    for placed_body in (sight.white, sight.glass):
+        corners = place_points(placed_body.mesh.vertices, *placed_body.pose)[placed_body.mesh.faces]
         # Two triangles of a bench top would paint it whole.
-        painted_faces = placed.faces[np.ptp(corners[placed.faces], axis=1).max(axis=1) < LARGEST_MARK]
+        painted_faces = placed_body.faces[np.ptp(corners[placed_body.faces], axis=1).max(axis=1) < LARGEST_MARK]
         other_triangles = np.delete(corners, painted_faces, axis=0)
-        if placed is sight.white:
+        if placed_body is sight.white:
             opaque.append(Shape(other_triangles, WHITE))
         else:
-            glass.append(Shape(other_triangles, GLASS, GLASS_IN_SOLID_ALPHA if placed.solid else GLASS_ALPHA))
+            glass.append(Shape(other_triangles, GLASS, GLASS_IN_SOLID_ALPHA if placed_body.solid else GLASS_ALPHA))
         opaque.append(Shape(corners[painted_faces], unit_colour(fault_colour(sight.kind))))
-        if placed.solid is not None:
-            walls, edges = _cage(placed.solid, placed.mesh, placed.pose, view, unit_colour(FALSE_CONTACT))
+        if placed_body.solid is not None:
+            walls, edges = _cage(
+                placed_body.solid, placed_body.mesh, placed_body.pose, view, unit_colour(FALSE_CONTACT)
+            )
             glass.append(walls)
             # The real surface stands out from the walls around it by its own outline, inside that of the walls.
-            lines += [*_cage(placed.mesh, placed.mesh, placed.pose, view, REAL_EDGE)[1], *edges]
+            lines += [*_cage(placed_body.mesh, placed_body.mesh, placed_body.pose, view, REAL_EDGE)[1], *edges]
     return opaque, glass, lines
 
 
@@ -278,17 +284,17 @@ def _cage(
     edges = place_points(edges, *pose)
     is_front = (normals * (view.position - corners.mean(axis=1))).sum(axis=1) > 0
     lid = spans_hollow(solid, mesh)
-    walls = Shape(corners, colour, np.where(lid, LID_ALPHA, WALL_UNDER_LID_ALPHA if lid.any() else WALL_ALPHA))
-    outline = is_front[faces[:, 0]] != is_front[faces[:, 1]]
+    wall_shape = Shape(corners, colour, np.where(lid, LID_ALPHA, WALL_UNDER_LID_ALPHA if lid.any() else WALL_ALPHA))
+    is_outline_edge = is_front[faces[:, 0]] != is_front[faces[:, 1]]
     is_sharp = bend_cosines(normals, faces) < np.cos(np.radians(SHARP_DEG))
     is_visible = is_front[faces].any(axis=1)
     line_width = 2 if view.size[1] > MANY_ROWS else 1
     groups = [
         (is_sharp & ~is_visible, 0.35, 1),
         (is_sharp & is_visible, 0.95, line_width),
-        (outline, 1.0, line_width + 1),
+        (is_outline_edge, 1.0, line_width + 1),
     ]
-    return walls, [Lines(edges[edge_mask], colour, alpha, width) for edge_mask, alpha, width in groups]
+    return wall_shape, [Lines(edges[edge_mask], colour, alpha, width) for edge_mask, alpha, width in groups]
 
 
 def unit_colour(colour: Rgba) -> Colour:
@@ -301,8 +307,8 @@ def unit_colour(colour: Rgba) -> Colour:
 def background(size: tuple[int, int]) -> FloatArray:
     """Dark, lighter in the middle."""
     y, x = np.mgrid[0 : size[1], 0 : size[0]]
-    away = np.hypot(x / size[0] - 0.4, (y / size[1] - 0.42) * size[1] / size[0]) / 0.8
-    return DARK_RGB + np.clip(1.0 - away, 0.0, 1.0)[..., None] * (LIGHT_RGB - DARK_RGB)
+    distance_from_middle = np.hypot(x / size[0] - 0.4, (y / size[1] - 0.42) * size[1] / size[0]) / 0.8
+    return DARK_RGB + np.clip(1.0 - distance_from_middle, 0.0, 1.0)[..., None] * (LIGHT_RGB - DARK_RGB)
 
 
 Point = tuple[float, float]
@@ -310,17 +316,17 @@ Point = tuple[float, float]
 
 def _arrow(sight: Sight, view: View, factor: float) -> tuple[str, Point]:
     """The gap as the path of an arrow with two heads, of a small one or a contact nothing; and its middle."""
-    ends = view.pixels(np.stack([sight.point] * 2) if sight.gap is None else sight.gap)[:, :2] / factor
-    (x, y), gap_direction = ends.mean(axis=0).tolist(), ends[1] - ends[0]
+    end_pixels = view.pixels(np.stack([sight.point] * 2) if sight.gap is None else sight.gap)[:, :2] / factor
+    (x, y), gap_direction = end_pixels.mean(axis=0).tolist(), end_pixels[1] - end_pixels[0]
     length = float(np.hypot(*gap_direction))
     if length < SHORTEST_ARROW:
         return "", (x, y)
-    step = gap_direction / length
-    aside = np.array([-step[1], step[0]])
-    strokes = [f"M{_xy_text(ends[0])}L{_xy_text(ends[1])}"]
-    for tip, inward in ((ends[0], step), (ends[1], -step)):
+    arrow_direction = gap_direction / length
+    sideways = np.array([-arrow_direction[1], arrow_direction[0]])
+    strokes = [f"M{_xy_text(end_pixels[0])}L{_xy_text(end_pixels[1])}"]
+    for tip, inward in ((end_pixels[0], arrow_direction), (end_pixels[1], -arrow_direction)):
         strokes.append(
-            f"M{_xy_text(tip + 6 * inward + 4 * aside)}L{_xy_text(tip)}L{_xy_text(tip + 6 * inward - 4 * aside)}"
+            f"M{_xy_text(tip + 6 * inward + 4 * sideways)}L{_xy_text(tip)}L{_xy_text(tip + 6 * inward - 4 * sideways)}"
         )
     return "".join(strokes), (x, y)
 
@@ -347,10 +353,10 @@ def _picture_labels(sight: Sight, label: str, view: View, white: BoolArray, midd
     """
     factor, labels = PIXELS_PER_UNIT[FIRST], list[tuple[Point, str, str, str]]()
     verb = "touches nothing" if sight.gap is not None else "touches"
-    rows, columns = np.nonzero(white)
-    if len(rows):
-        row = rows[len(rows) // 4]
-        point = float(columns[rows == row].max()) / factor, float(row) / factor
+    white_rows, white_columns = np.nonzero(white)
+    if len(white_rows):
+        row = white_rows[len(white_rows) // 4]
+        point = float(white_columns[white_rows == row].max()) / factor, float(row) / factor
         labels.append((point, sight.white.name, verb, ""))
     points = view.pixels(sight.glass.outline)[:, :2] / factor
     points = points[(points.min(axis=1) > 0) & (points[:, 1] < FIRST[1]) & (points[:, 0] < FIRST[0] - LABELS_WIDTH)]
@@ -367,17 +373,17 @@ def _picture_labels(sight: Sight, label: str, view: View, white: BoolArray, midd
         between_text = f"from {sight.white.name} to {sight.glass.name}"
         labels.append((middle, sight.length, between_text if len(between_text) <= MOST_CHARACTERS else "apart", ""))
     else:
-        key = fault_key(sight.kind)
-        outcome = {"missed": "reports none", "late": "misses a part", "false": "alone reports it"}[key]
-        labels.append((middle, "contact", f"{label} {outcome}", COLOUR_NAMES[key]))
+        colour_key = fault_key(sight.kind)
+        outcome = {"missed": "reports none", "late": "misses a part", "false": "alone reports it"}[colour_key]
+        labels.append((middle, "contact", f"{label} {outcome}", COLOUR_NAMES[colour_key]))
     labels.sort(key=lambda name: name[0][1])
     picture_labels, next_y = list[PictureLabel](), NAME_SPACING
-    for number, (target, name, what, kind) in enumerate(labels):
-        y = min(max(target[1], next_y), FIRST[1] - NAME_SPACING * (len(labels) - number - 0.5))
+    for label_number, (target, name, caption, kind) in enumerate(labels):
+        y = min(max(target[1], next_y), FIRST[1] - NAME_SPACING * (len(labels) - label_number - 0.5))
         next_y = y + NAME_SPACING
-        picture_labels.append(PictureLabel(_clip_text(name), _clip_text(what), kind, target, y))
+        picture_labels.append(PictureLabel(_clip_text(name), _clip_text(caption), kind, target, y))
     return picture_labels
 
 
-def _clip_text(text: str) -> str:
-    return text if len(text) <= MOST_CHARACTERS else f"{text[: MOST_CHARACTERS - 1]}…"
+def _clip_text(caption: str) -> str:
+    return caption if len(caption) <= MOST_CHARACTERS else f"{caption[: MOST_CHARACTERS - 1]}…"

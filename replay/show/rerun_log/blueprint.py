@@ -75,56 +75,58 @@ class Picture:
     @cached_property
     def session_axis(self) -> rrb.TimeAxis:
         """The whole session; left alone, the viewer shows one minute around the cursor."""
-        times = self.result.assembly.motion.times
-        return _time_axis(*((float(times[0]), float(times[-1])) if len(times) else (0.0, 1.0)))
+        motion_times = self.result.assembly.motion.times
+        return _time_axis(*((float(motion_times[0]), float(motion_times[-1])) if len(motion_times) else (0.0, 1.0)))
 
     @property
     def title(self) -> str:
         """Name of the scene."""
         return self.result.session.scene.name or "Session"
 
-    def room(self, *without: str, contents: Sequence[str] = ("/world/**",)) -> list[str]:
+    def room(self, *excluded_entities: str, contents: Sequence[str] = ("/world/**",)) -> list[str]:
         """The room without these entities, and without a headset, which stands before the bench."""
         assembly, scene = self.result.assembly, self.result.session.scene
-        headsets = [f"{body_path(name)}/**" for name in assembly.names if "headset" in tags_of(name, scene)]
-        return [*contents, *(f"- /{path}" for path in [*headsets, *without])]
+        headset_paths = [f"{body_path(name)}/**" for name in assembly.names if "headset" in tags_of(name, scene)]
+        return [*contents, *(f"- /{path}" for path in [*headset_paths, *excluded_entities])]
 
 
 def build_blueprint(picture: Picture) -> rrb.Blueprint:
     """The blueprint that is embedded in the recording; its first tab is what was asked for."""
-    result, first, tabs = picture.result, 0, []
+    result, first_tab, tabs = picture.result, 0, []
     if picture.order:
         tabs.append(_answer_tab(picture))
     if picture.searches:
-        pipelines = [_pipeline_tab(picture, run) for run in picture.searches]
-        tabs.append(rrb.Tabs(*pipelines, name="Pipeline", active_tab=0) if pipelines[1:] else pipelines[0])
+        pipeline_tabs = [_pipeline_tab(picture, run) for run in picture.searches]
+        tabs.append(rrb.Tabs(*pipeline_tabs, name="Pipeline", active_tab=0) if pipeline_tabs[1:] else pipeline_tabs[0])
     if picture.order:
-        first = 0 if result.tradeoff is None else len(tabs)
+        first_tab = 0 if result.tradeoff is None else len(tabs)
         tabs.append(_accuracy_tab(picture))
     if result.effects or picture.activity_lanes:
         tabs.append(_effects_tab(picture))
     if not picture.order:
         tabs.append(_session_tab(picture))
     if result.detections:
-        details = [_details_tab(picture, label) for label in dict.fromkeys([*picture.order, *result.detections])]
-        tabs.append(rrb.Tabs(*details, name="Details", active_tab=0))
-    times = rrb.TimePanel(timeline=SESSION, state="collapsed", playback_speed=0.25, play_state="paused")
-    hidden = rrb.SelectionPanel(state="hidden"), rrb.BlueprintPanel(state="hidden")
-    return rrb.Blueprint(rrb.Tabs(*tabs, active_tab=first), times, *hidden, auto_views=False, auto_layout=False)
+        detail_tabs = [_details_tab(picture, label) for label in dict.fromkeys([*picture.order, *result.detections])]
+        tabs.append(rrb.Tabs(*detail_tabs, name="Details", active_tab=0))
+    time_panel = rrb.TimePanel(timeline=SESSION, state="collapsed", playback_speed=0.25, play_state="paused")
+    hidden_panels = rrb.SelectionPanel(state="hidden"), rrb.BlueprintPanel(state="hidden")
+    return rrb.Blueprint(
+        rrb.Tabs(*tabs, active_tab=first_tab), time_panel, *hidden_panels, auto_views=False, auto_layout=False
+    )
 
 
 def _answer_tab(picture: Picture) -> Any:
     """Tab of the answer: text, close-up of the worst moment, room, lanes and list of moments."""
     lanes = [*picture.lanes, *picture.activity_lanes][:MOST_LANES]
-    where = "Where   a dot: a fault, in the colours of When"
-    room = _spatial_view(where, picture.room(EYE, f"{SPACE}/lines", f"{LEGEND}/**"), picture.answer_eye)
+    room_title = "Where   a dot: a fault, in the colours of When"
+    room_view = _spatial_view(room_title, picture.room(EYE, f"{SPACE}/lines", f"{LEGEND}/**"), picture.answer_eye)
     title = "Moments: click a time; --miss and --false take the numbers"
     moments = _list_view([f"{LISTS}/**"] if picture.moments else [], title)
     height = _lanes_height(max(3, len(lanes)))
     close_up = _close_up_view(picture, bool(picture.moments))
     return _column(
         (
-            _row((_text_view(ANSWER, "The answer"), 0.43), (close_up, 0.33), (room, 0.24)),
+            _row((_text_view(ANSWER, "The answer"), 0.43), (close_up, 0.33), (room_view, 0.24)),
             1 - height,
         ),
         (_row((_lanes_view(picture, f"When   {LANES_LEGEND}", lanes), 0.55), (moments, 0.45)), height),
@@ -134,45 +136,52 @@ def _answer_tab(picture: Picture) -> Any:
 
 def _pipeline_tab(picture: Picture, run: SearchRun) -> Any:
     """Volumes of the pair, one look of the search, the frame in numbers; below both over time, and other moments."""
-    name = run.label if len(picture.searches) > 1 else "Pipeline"
-    root, top = pipeline_path(run.label), timing.plot_cut_ms([timing.total_ms(run.detection)])
-    pairs, axis = int(run.counts[ALL].max(initial=0)), rrb.ScalarAxis(range=(0.0, top))
-    title = f"{STAGES_TITLE}   cut at {words.decimal(top, 2)}: 99.9 % of frames"
-    times = _plot_view(picture.session_axis, timing.stages_path(run.label), title, axis_y=axis)
+    tab_name = run.label if len(picture.searches) > 1 else "Pipeline"
+    pipeline_root, cut_ms = pipeline_path(run.label), timing.plot_cut_ms([timing.total_ms(run.detection)])
+    pairs, axis = int(run.counts[ALL].max(initial=0)), rrb.ScalarAxis(range=(0.0, cut_ms))
+    title = f"{STAGES_TITLE}   cut at {words.decimal(cut_ms, 2)}: 99.9 % of frames"
+    stage_times_view = _plot_view(picture.session_axis, timing.stages_path(run.label), title, axis_y=axis)
     if not run.searches:
-        counts = _plot_view(picture.session_axis, f"{root}/pairs", f"Pairs left after each stage, of {pairs}")
-        return rrb.Vertical(counts, times, name=name)
-    at = float(run.motion.times[run.worked_search.frame])
-    shapes = "1 spheres (grey), 2 boxes (blue)" if BOXES in run.counts else "1 spheres (grey)"
+        pair_counts_view = _plot_view(
+            picture.session_axis, f"{pipeline_root}/pairs", f"Pairs left after each stage, of {pairs}"
+        )
+        return rrb.Vertical(pair_counts_view, stage_times_view, name=tab_name)
+    worked_second = float(run.motion.times[run.worked_search.frame])
+    shapes_title = "1 spheres (grey), 2 boxes (blue)" if BOXES in run.counts else "1 spheres (grey)"
     bodies = [pipeline_path(run.label, "bodies", body) for body in picture.result.assembly.names]
     volumes = [f"- /{body}/{volume}" for body in bodies for volume in ("sphere", "box")]
     volumes_view = _spatial_view(
-        f"At {words.moment(at)}   {shapes}", [f"/{root}/bodies/**", f"/{root}/near/eye"], f"{root}/near/eye", root
+        f"At {words.moment(worked_second)}   {shapes_title}",
+        [f"/{pipeline_root}/bodies/**", f"/{pipeline_root}/near/eye"],
+        f"{pipeline_root}/near/eye",
+        pipeline_root,
     )
-    what = f"{search_title(run, run.worked_search)}   dots: faces of ants   white: best pair"
-    contents = [f"/{root}/bodies/**", f"/{root}/search/**", *volumes]
-    search = _spatial_view(what, contents, f"{root}/search/eye", root)
-    frame = _text_view(f"{root}/frame", "This frame: pairs left, and the price")
-    near_axis = _time_axis(max(0.0, at - AROUND_MOMENT), at + AROUND_MOMENT)
+    search_view_title = f"{search_title(run, run.worked_search)}   dots: faces of ants   white: best pair"
+    contents = [f"/{pipeline_root}/bodies/**", f"/{pipeline_root}/search/**", *volumes]
+    search = _spatial_view(search_view_title, contents, f"{pipeline_root}/search/eye", pipeline_root)
+    frame = _text_view(f"{pipeline_root}/frame", "This frame: pairs left, and the price")
+    near_axis = _time_axis(max(0.0, worked_second - AROUND_MOMENT), worked_second + AROUND_MOMENT)
     left_plot = _plot_view(
-        near_axis, f"{root}/pairs", f"Pairs left, of {pairs}, half a second around {words.moment(at)}"
+        near_axis,
+        f"{pipeline_root}/pairs",
+        f"Pairs left, of {pairs}, half a second around {words.moment(worked_second)}",
     )
-    moments = _list_view([f"{root}/moments"], "Other moments: click a time")
+    moments = _list_view([f"{pipeline_root}/moments"], "Other moments: click a time")
     return _column(
         (_row((volumes_view, 0.31), (search, 0.40), (frame, 0.29)), 0.68),
-        (_row((left_plot, 0.29), (times, 0.38), (moments, 0.33)), 0.32),
-        name=name,
+        (_row((left_plot, 0.29), (stage_times_view, 0.38), (moments, 0.33)), 0.32),
+        name=tab_name,
     )
 
 
 def _accuracy_tab(picture: Picture) -> Any:
     """Losses over costs, what they mean, and the time of every frame."""
-    name = "Accuracy against cost"
-    bounds = rrb.VisualBounds2D(x_range=timing.X_RANGE, y_range=timing.Y_RANGE)
-    dots = rrb.Spatial2DView(
+    tab_name = "Accuracy against cost"
+    scatter_bounds = rrb.VisualBounds2D(x_range=timing.X_RANGE, y_range=timing.Y_RANGE)
+    scatter_view = rrb.Spatial2DView(
         origin=f"/{timing.SCATTER}",
-        name=f"{name}: one dot a detector",
-        visual_bounds=bounds,
+        name=f"{tab_name}: one dot a detector",
+        visual_bounds=scatter_bounds,
         background=PLAIN_BACKGROUND,
     )
     detections = picture.result.detections
@@ -180,38 +189,38 @@ def _accuracy_tab(picture: Picture) -> Any:
     title = f"Time per frame, ms   cut at {words.decimal(upper, 2)}: 99.9 % of the slowest detector's frames"
     axis = rrb.ScalarAxis(range=(0.0, max(upper, 1.0001 * timing.budget_fraction(upper))))
     paths = [*(timing.total_path(label) for label in detections), timing.BUDGET_LINE]
-    times = _plot_view(picture.session_axis, "timing", title, paths, axis_y=axis)
-    right_column = _column((_text_view(ACCURACY, "Meaning"), 0.32), (times, 0.68))
-    return _row((dots, 0.5), (right_column, 0.5), name=name)
+    frame_times_view = _plot_view(picture.session_axis, "timing", title, paths, axis_y=axis)
+    right_column = _column((_text_view(ACCURACY, "Meaning"), 0.32), (frame_times_view, 0.68))
+    return _row((scatter_view, 0.5), (right_column, 0.5), name=tab_name)
 
 
 def _effects_tab(picture: Picture) -> Any:
     """Tab of effects: room, events, lanes and plots, independent of detectors."""
     result, effects = picture.result, picture.result.effects
     bodies = [f"/{body_path(name)}/{leaf}" for name in result.assembly.names for leaf in ("mesh", "liquid")]
-    room = _spatial_view(picture.title, picture.room(contents=["/world/effects/**", *bodies]), picture.effects_eye)
+    room_view = _spatial_view(picture.title, picture.room(contents=["/world/effects/**", *bodies]), picture.effects_eye)
     text_column = _column(
         (_text_view(HAPPENED, "What happened"), 0.4), (_list_view(event_paths(effects), "Events: click a time"), 0.6)
     )
     lanes = [*effect_lanes(effects), *picture.activity_lanes]
     lanes_view = _lanes_view(picture, "When: what the effects found, and what people did", lanes)
-    plots = [
+    plot_views = [
         _plot_view(picture.session_axis, "effects", unit, paths)
         for unit, paths in effect_plots(effects)[:MOST_EFFECT_PLOTS]
     ]
-    lanes_height, plots_height = min(MOST_HEIGHT, _lanes_height(len(lanes))), PLOTS_HEIGHT if plots else 0.0
+    lanes_height, plots_height = min(MOST_HEIGHT, _lanes_height(len(lanes))), PLOTS_HEIGHT if plot_views else 0.0
     return _column(
-        (_row((room, 0.36), (text_column, 0.28)), 1.0 - lanes_height - plots_height),
+        (_row((room_view, 0.36), (text_column, 0.28)), 1.0 - lanes_height - plots_height),
         (lanes_view, lanes_height),
-        (rrb.Horizontal(*plots) if plots else None, plots_height),
+        (rrb.Horizontal(*plot_views) if plot_views else None, plots_height),
         name="Effects" if effects else "Tasks",
     )
 
 
 def _session_tab(picture: Picture) -> Any:
     """Without anything to compare: the session, and what was replayed."""
-    room = _spatial_view(picture.title, picture.room(), picture.effects_eye)
-    return _row((room, 0.7), (_text_view(SESSION_TEXT, "The session"), 0.3), name="Session")
+    room_view = _spatial_view(picture.title, picture.room(), picture.effects_eye)
+    return _row((room_view, 0.7), (_text_view(SESSION_TEXT, "The session"), 0.3), name="Session")
 
 
 def _details_tab(picture: Picture, label: str) -> Any:
@@ -219,23 +228,25 @@ def _details_tab(picture: Picture, label: str) -> Any:
     result = picture.result
     title = f"What {label} said of each pair"
     if label in result.comparisons:
-        outcomes = np.flatnonzero(result.comparisons[label].by_pair.sum(axis=0)).tolist()
+        present_outcomes = np.flatnonzero(result.comparisons[label].by_pair.sum(axis=0)).tolist()
         has_late = any(fault_key(miss.kind) == "late" for miss in result.misses[label])
-        title = f"Pair by pair    {lane_legend(outcomes, label, late=has_late)}"
+        title = f"Pair by pair    {lane_legend(present_outcomes, label, late=has_late)}"
     has_faults = bool(result.misses.get(label) or result.false.get(label))
     moments_list = _list_view([list_path(label)] if has_faults else [], f"All moments of {label}: click a time")
-    text = _text_view(details_path(label), "Settings, and what each stage takes")
+    settings_view = _text_view(details_path(label), "Settings, and what each stage takes")
     stages = _plot_view(picture.session_axis, timing.stages_path(label), STAGES_TITLE)
-    counters = _plot_view(picture.session_axis, entity("counters", label), "Work per frame: how often each step ran")
-    plots = [stages, counters]
+    counter_view = _plot_view(
+        picture.session_axis, entity("counters", label), "Work per frame: how often each step ran"
+    )
+    plot_views = [stages, counter_view]
     if deepest_pairs(result):
-        plots.append(_plot_view(picture.session_axis, DEPTHS, depth_title(result)))
+        plot_views.append(_plot_view(picture.session_axis, DEPTHS, depth_title(result)))
     return _column(
-        (_row((text, 0.3), (_close_up_view(picture, has_faults), 0.36), (moments_list, 0.34)), 0.6),
+        (_row((settings_view, 0.3), (_close_up_view(picture, has_faults), 0.36), (moments_list, 0.34)), 0.6),
         (
             _row(
                 (_lanes_view(picture, title, [*pair_lanes(result, label)]), 0.6),
-                (rrb.Tabs(*plots, active_tab=len(plots) - 1 if label == result.oracle else 0), 0.4),
+                (rrb.Tabs(*plot_views, active_tab=len(plot_views) - 1 if label == result.oracle else 0), 0.4),
             ),
             0.4,
         ),
@@ -273,8 +284,8 @@ def _column(*sized_views: tuple[Any, float], name: str | None = None) -> Any:
 
 def _time_axis(start: float, end: float) -> rrb.TimeAxis:
     """These seconds, from side to side; zooming stays possible."""
-    ends = (rr.TimeRangeBoundary.absolute(seconds=at) for at in (start, end))
-    return rrb.TimeAxis(view_range=rr.TimeRange(*ends))
+    range_boundaries = (rr.TimeRangeBoundary.absolute(seconds=boundary_second) for boundary_second in (start, end))
+    return rrb.TimeAxis(view_range=rr.TimeRange(*range_boundaries))
 
 
 def _spatial_view(name: str, contents: Sequence[str], eye: Eye | str, origin: str = "world") -> Any:

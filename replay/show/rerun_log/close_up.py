@@ -127,8 +127,8 @@ def _whole_body_eye(
     target = np.asarray(point_of(result, time, moment))
     if caged_columns:
         target = points_in_world(assembly.motion, time[0], body, balls[body].centre[None])[0]
-    ends = moment.evidence.nearest if isinstance(moment, Fault) else None
-    gap = np.zeros(3) if ends is None else np.subtract(ends[1], ends[0])
+    nearest_points = moment.evidence.nearest if isinstance(moment, Fault) else None
+    gap = np.zeros(3) if nearest_points is None else np.subtract(nearest_points[1], nearest_points[0])
     distance = float(np.clip(DISTANCE_RADII * balls[body].radius, *DISTANCES))
     return eye_before(target, distance * viewing_direction(gap, user_direction))
 
@@ -158,12 +158,12 @@ def free_body(result: RunResult, moment: Fault | Episode) -> int | None:
 def hiding_bodies(result: RunResult, frame: int, pair: int, eye: Eye, balls: Sequence[Sphere]) -> list[int]:
     """Return the bodies beside a pair whose ball reaches between an eye and what it looks at in a frame."""
     assembly, hiding_bodies_of = result.assembly, []
-    target, away = np.asarray(eye.target), np.subtract(eye.position, eye.target)
+    target, view_direction = np.asarray(eye.target), np.subtract(eye.position, eye.target)
     small_bodies = {body for body, ball in enumerate(balls) if ball.radius <= LARGEST_BALL_M}
     for body in small_bodies - {*assembly.pairs[pair].tolist()}:
         centre = points_in_world(assembly.motion, frame, body, balls[body].centre[None])[0]
-        fraction = np.clip((centre - target) @ away / (away @ away), 0.0, 1.0)
-        if np.linalg.norm(centre - target - fraction * away) <= balls[body].radius:
+        fraction = np.clip((centre - target) @ view_direction / (view_direction @ view_direction), 0.0, 1.0)
+        if np.linalg.norm(centre - target - fraction * view_direction) <= balls[body].radius:
             hiding_bodies_of.append(body)
     return hiding_bodies_of
 
@@ -180,37 +180,37 @@ def log_close_ups(
     log_marks(writer, SPACE, steps, {time: _marks(result, fault, eyes[time]) for time, fault in faults.items()})
     log_marks(writer, LEGEND, steps, {time: _legend(result, fault, eyes[time]) for time, fault in faults.items()})
     for label in detectors_with_solids(result):
-        cages = {
+        caged_bodies_of_moment = {
             time: caged_bodies(result, fault, balls)
             for time, fault in sorted(faults.items(), key=lambda item: -item[1].frames)
             if fault.detector == label
         }
-        _log_cages(writer, result, label, cages, steps)
-    dots = np.array([fault.point for fault in faults.values()], dtype=np.float32).reshape(-1, 3)
+        _log_cages(writer, result, label, caged_bodies_of_moment, steps)
+    fault_points = np.array([fault.point for fault in faults.values()], dtype=np.float32).reshape(-1, 3)
     colours = pack_colours(fault_colour(fault.kind) for fault in faults.values())
-    writer.static(PINS, rr.Points3D(dots, colors=colours, radii=rr.Radius.ui_points(4.0)))
+    writer.static(PINS, rr.Points3D(fault_points, colors=colours, radii=rr.Radius.ui_points(4.0)))
 
 
 def _marks(result: RunResult, fault: Fault, eye: Eye) -> list[Mark]:
     """Return the text of a close-up: that a contact was missed, or how far apart the bodies are, with a measure."""
-    about = np.asarray(fault.point)
+    fault_point = np.asarray(fault.point)
     if fault.kind.is_miss:
         piece_text = "" if fault_key(fault.kind) == "missed" else "a part of "
         text = f"{fault.detector} misses {piece_text}this contact"
-        return text_beside(eye, about, text, fault_colour(fault.kind), 0.0, 0.36)
+        return text_beside(eye, fault_point, text, fault_colour(fault.kind), 0.0, 0.36)
     if fault.evidence.nearest is None:
-        return text_beside(eye, about, f"{fault.detector}: false contact", FALSE_CONTACT, 0.0, 0.36)
-    gap, free = length(fault.metres), free_body(result, fault)
-    text = f"{' and '.join(fault.bodies)}: {gap} apart"
-    if free is not None:
-        text = f"{fault.detector}: contact; {result.assembly.names[free]} is {gap} away"
+        return text_beside(eye, fault_point, f"{fault.detector}: false contact", FALSE_CONTACT, 0.0, 0.36)
+    gap_text, free_number = length(fault.metres), free_body(result, fault)
+    text = f"{' and '.join(fault.bodies)}: {gap_text} apart"
+    if free_number is not None:
+        text = f"{fault.detector}: contact; {result.assembly.names[free_number]} is {gap_text} away"
     # From point to point, and a bar across at both ends.
-    ends = np.array(fault.evidence.nearest)
-    bar = np.cross(ends[1] - ends[0], view_rotation(eye)[:, 2])
-    bar *= HALF_BAR / max(float(np.linalg.norm(bar)), 1e-9)
-    lines = [ends, *(np.stack([end - bar, end + bar]) for end in ends)]
-    measure = [Mark(in_front(eye, line), GAP, 1.6) for line in lines]
-    return [*text_beside(eye, ends.mean(axis=0), text, GAP, 0.22, -0.36), *measure]
+    gap_ends = np.array(fault.evidence.nearest)
+    end_bar = np.cross(gap_ends[1] - gap_ends[0], view_rotation(eye)[:, 2])
+    end_bar *= HALF_BAR / max(float(np.linalg.norm(end_bar)), 1e-9)
+    lines = [gap_ends, *(np.stack([end - end_bar, end + end_bar]) for end in gap_ends)]
+    measure_marks = [Mark(in_front(eye, line), GAP, 1.6) for line in lines]
+    return [*text_beside(eye, gap_ends.mean(axis=0), text, GAP, 0.22, -0.36), *measure_marks]
 
 
 def _legend(result: RunResult, fault: Fault, eye: Eye) -> list[Mark]:
@@ -238,11 +238,15 @@ def detectors_with_solids(result: RunResult) -> list[str]:
 
 
 def _log_cages(
-    writer: RecordingWriter, result: RunResult, label: str, cages: Mapping[Time, Sequence[int]], steps: Steps
+    writer: RecordingWriter,
+    result: RunResult,
+    label: str,
+    caged_bodies_of_moment: Mapping[Time, Sequence[int]],
+    steps: Steps,
 ) -> None:
     """Send the solids of one detector in yellow, edges and translucent faces, each while a false contact lasts.
 
-    ``cages``: moment -> bodies whose solids are drawn, the moment that lasts longest first.
+    ``caged_bodies_of_moment``: moment -> bodies whose solids are drawn, the moment that lasts longest first.
     """
     detector: Any = result.detectors[label]  # whose solids have one or more convex parts each
     names, edges_left = result.assembly.names, DRAWN_EDGES
@@ -250,7 +254,7 @@ def _log_cages(
     corners: dict[int, Any] = {}
     lids: dict[int, bool] = {}
     drawn_moments: dict[int, list[Time]] = {}
-    for time, bodies in cages.items():
+    for time, bodies in caged_bodies_of_moment.items():
         for body in bodies:
             if body not in edges:
                 edges[body] = np.concatenate([sharp_edges(piece) for piece in detector.parts[names[body]]])
@@ -298,19 +302,19 @@ def close_up_colours(result: RunResult, moments: Moments, eyes: Mapping[Time, Ey
     The larger body of a pair hides the contact as much as what stands before it, unless it is glass or the ground.
     """
     colours: dict[str, list[tuple[int, int, Rgba]]] = {}
-    free = {time: free_body(result, moment) for time, moment in moments.items()}
+    free_body_of_moment = {time: free_body(result, moment) for time, moment in moments.items()}
     hiding_bodies_of = {
         time: {*hiding_bodies(result, time[0], moment.pair, eyes[time], balls), _larger(result, moment.pair, balls)}
         for time, moment in moments.items()
     }
-    changing_bodies = {body for body in free.values() if body is not None}
+    changing_bodies = {body for body in free_body_of_moment.values() if body is not None}
     for body in changing_bodies.union(*hiding_bodies_of.values()):
         name = result.assembly.names[body]
         tags = tags_of(name, result.session.scene)
-        rows = colours.setdefault(name, [])
-        for frame, later, time in nearest_moments(moments.keys()):
+        colour_steps = colours.setdefault(name, [])
+        for frame, later_ns, time in nearest_moments(moments.keys()):
             colour = see_through(tags) if body in hiding_bodies_of[time] else albedo(tags)
-            rows.append((frame, later, FREE if body == free[time] else colour))
+            colour_steps.append((frame, later_ns, FREE if body == free_body_of_moment[time] else colour))
     return colours
 
 
@@ -337,12 +341,12 @@ class Mark:
         return "lines" if len(self.places) > 1 else "dots"
 
 
-def text_beside(eye: Eye, about: FloatArray, text: str, colour: Rgba, right: float, up: float) -> list[Mark]:
+def text_beside(eye: Eye, anchor_point: FloatArray, text: str, colour: Rgba, right: float, up: float) -> list[Mark]:
     """Words and the line from them; ``right`` and ``up`` on the screen in distances of the eye from what it sees."""
     anchor = place_on_screen(eye, right, up)
     # Words hang below their place: a line from above begins below them.
     start = place_on_screen(eye, right, up - (TEXT_HEIGHT if up > 0 else 0.0))
-    points = in_front(eye, np.stack([anchor, start, about]))
+    points = in_front(eye, np.stack([anchor, start, anchor_point]))
     return [Mark(points[:1], colour, DOT_POINTS, text), Mark(points[1:], colour, LEADER_POINTS)]
 
 

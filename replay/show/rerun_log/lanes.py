@@ -79,39 +79,45 @@ def pair_lanes(result: RunResult, label: str) -> dict[str, int]:
     return lanes
 
 
-def ranked_pairs(comparison: Comparison, grasped: NDArray[np.bool_]) -> list[int]:
+def ranked_pairs(comparison: Comparison, is_grasped: NDArray[np.bool_]) -> list[int]:
     """Columns worth a lane, worst first: most missed frames, then most invented, then most in contact; held ones last.
 
     A pair that was never in contact, for either detector, has none.
     """
-    counts = counts_by_pair(comparison.by_contact, len(Outcome))
-    missed_counts, false_contacts, both_counts = -counts[:, RANKED_OUTCOMES].T
-    other_counts = counts[:, UNRANKED_OUTCOMES].sum(axis=1)
-    order = np.lexsort((-other_counts, both_counts, false_contacts, missed_counts, grasped))
-    return [column for column in order.tolist() if counts[column, RANKED_OUTCOMES].any() or other_counts[column]]
+    outcome_counts = counts_by_pair(comparison.by_contact, len(Outcome))
+    missed_counts, false_contacts, both_counts = -outcome_counts[:, RANKED_OUTCOMES].T
+    other_counts = outcome_counts[:, UNRANKED_OUTCOMES].sum(axis=1)
+    pair_order = np.lexsort((-other_counts, both_counts, false_contacts, missed_counts, is_grasped))
+    return [
+        column
+        for column in pair_order.tolist()
+        if outcome_counts[column, RANKED_OUTCOMES].any() or other_counts[column]
+    ]
 
 
 def log_pair_lanes(writer: RecordingWriter, result: RunResult, label: str) -> None:
     """Send what a detector made of each pair, or, where nothing was compared, what it said."""
     comparison = result.comparisons.get(label)
-    states, styles, looks = result.detections[label].verdict, VERDICTS, [*VERDICTS.values()]
+    verdicts, style_of_verdict, looks = result.detections[label].verdict, VERDICTS, [*VERDICTS.values()]
     if comparison is not None:
-        states, styles, looks = comparison.by_contact, OUTCOMES, [*OUTCOMES.values(), LATE_LOOK]
-    labels = np.array([styles[code][0] if code in styles else "" for code in range(256)], dtype=object)
+        verdicts, style_of_verdict, looks = comparison.by_contact, OUTCOMES, [*OUTCOMES.values(), LATE_LOOK]
+    labels = np.array(
+        [style_of_verdict[code][0] if code in style_of_verdict else "" for code in range(256)], dtype=object
+    )
     columns = result.assembly.contact_columns
     for path, column in pair_lanes(result, label).items():
-        texts = labels[states[:, column]]
+        frame_texts = labels[verdicts[:, column]]
         for miss in result.misses.get(label, ()):
             if columns[miss.pair] == column and fault_key(miss.kind) == "late":
-                _mark_late(texts, miss.first, miss.last)
-        log_lane(writer, path, spans_of(writer, texts), looks, is_labelled=comparison is None)
+                _mark_late(frame_texts, miss.first, miss.last)
+        log_lane(writer, path, spans_of(writer, frame_texts), looks, is_labelled=comparison is None)
 
 
-def _mark_late(texts: NDArray[np.object_], first: int, last: int, frames: int = 0) -> None:
-    """Set the missed frames of a contact that is reported in part to *late*, at least ``frames`` of them."""
+def _mark_late(texts: NDArray[np.object_], first: int, last: int, least_frames: int = 0) -> None:
+    """Set the missed frames of a contact that is reported in part to *late*, at least ``least_frames`` of them."""
     segment = texts[first : last + 1]
     segment[segment == OUTCOMES[Outcome.MISSED][0]] = LATE_LOOK[0]
-    texts[first : first + frames] = LATE_LOOK[0]
+    texts[first : first + least_frames] = LATE_LOOK[0]
 
 
 def detector_lanes(result: RunResult, order: Sequence[str]) -> list[str]:
@@ -133,10 +139,10 @@ def log_detector_lanes(writer: RecordingWriter, result: RunResult, order: Sequen
     is_touched = (counts_as_contact(verdict) & (outcomes != Outcome.GRASPED)).any(axis=1)
     labels = np.where(is_touched, "contact", "").astype(object)
     log_lane(writer, lanes[0], spans_of(writer, labels), [("contact", REFERENCE)], is_labelled=False)
-    styles = [*(OUTCOMES[code] for code in RANKED_OUTCOMES), LATE_LOOK]
+    lane_styles = [*(OUTCOMES[code] for code in RANKED_OUTCOMES), LATE_LOOK]
     for label, path in zip(_labels_of_lanes(result, order), lanes[1:], strict=True):
         labels = _fix_labels(result) if label not in result.comparisons else _outcome_labels(result, label)
-        log_lane(writer, path, spans_of(writer, labels), styles, is_labelled=False)
+        log_lane(writer, path, spans_of(writer, labels), lane_styles, is_labelled=False)
 
 
 def _fix_labels(result: RunResult) -> NDArray[np.object_]:
@@ -174,18 +180,18 @@ def spans_of(writer: RecordingWriter, labels: NDArray[np.object_]) -> list[Label
     ns = writer.clock.ns
     if not len(ns):
         return []
-    changes = np.flatnonzero(np.append(True, labels[1:] != labels[:-1]))
+    change_frames = np.flatnonzero(np.append(True, labels[1:] != labels[:-1]))
     # The last state lasts one frame: left open, it would run on to the end of the axis.
-    end = int(ns[-1]) + (round(float(np.median(np.diff(ns)))) if len(ns) > 1 else 1)
-    edges = [*ns[changes].tolist(), end]
-    return [span for span in zip(labels[changes].tolist(), edges, edges[1:], strict=False) if span[0]]
+    end_ns = int(ns[-1]) + (round(float(np.median(np.diff(ns)))) if len(ns) > 1 else 1)
+    edges = [*ns[change_frames].tolist(), end_ns]
+    return [span for span in zip(labels[change_frames].tolist(), edges, edges[1:], strict=False) if span[0]]
 
 
 def log_lane(
     writer: RecordingWriter,
     path: str,
     spans: Sequence[LabelledSpan],
-    styles: Iterable[tuple[str, Rgba]],
+    word_colours: Iterable[tuple[str, Rgba]],
     *,
     is_labelled: bool = True,
 ) -> None:
@@ -193,18 +199,18 @@ def log_lane(
 
     The words of an audit are those of the legend, and a short bar would cut them.
     """
-    colours = dict(styles)
+    colours = dict(word_colours)
     # The viewer writes the value where a label is empty.
     labels = [word if is_labelled else " " for word in colours]
     writer.static(path, rr.StateConfiguration(values=[*colours], labels=labels, colors=pack_colours(colours.values())))
     # A first, empty row at zero gives every lane a row wherever the cursor is; a state that begins there replaces it.
-    states = {0: ""}
+    state_of_word = {0: ""}
     for word, start, end in spans:
-        if start and start in states:
-            states[start - 1] = ""
-        states |= {start: word, end: ""}
-    stamps = sorted(states)
-    columns = rr.StateChange.columns(state=[states[ns] for ns in stamps])
+        if start and start in state_of_word:
+            state_of_word[start - 1] = ""
+        state_of_word |= {start: word, end: ""}
+    stamps = sorted(state_of_word)
+    columns = rr.StateChange.columns(state=[state_of_word[ns] for ns in stamps])
     writer.session_rows(path, np.array(stamps, dtype=np.int64), columns)
 
 
@@ -213,18 +219,18 @@ def session_lanes(result: RunResult) -> dict[str, list[LabelledSpan]]:
     stamps = result.assembly.stamp_ns
     if not len(stamps):
         return {}
-    first_ns, last = int(stamps[0]), int(stamps[-1] - stamps[0])
-    kinds: dict[str, list[list[LabelledSpan]]] = {}
+    first_ns, last_ns = int(stamps[0]), int(stamps[-1] - stamps[0])
+    lanes_of_kind: dict[str, list[list[LabelledSpan]]] = {}
     for interval in sorted(result.session.intervals, key=lambda interval: (interval.start_ns, interval.end_ns)):
-        start, end = max(0, interval.start_ns - first_ns), min(last, interval.end_ns - first_ns)
+        start, end = max(0, interval.start_ns - first_ns), min(last_ns, interval.end_ns - first_ns)
         if start < end:
-            rows = kinds.setdefault(interval.kind, [])
-            row = next((row for row in rows if row[-1][2] <= start), [])
+            lane_rows = lanes_of_kind.setdefault(interval.kind, [])
+            row = next((row for row in lane_rows if row[-1][2] <= start), [])
             if not row:
-                rows.append(row)
+                lane_rows.append(row)
             row.append((safe_text(interval.name or interval.kind), start, end))
-    order = sorted(kinds, key=lambda kind: (KINDS.index(kind) if kind in KINDS else len(KINDS), kind))
-    lanes = [(kind, row) for kind in order for row in kinds[kind]]
+    sorted_kinds = sorted(lanes_of_kind, key=lambda kind: (KINDS.index(kind) if kind in KINDS else len(KINDS), kind))
+    lanes = [(kind, row) for kind in sorted_kinds for row in lanes_of_kind[kind]]
     return {entity(ACTIVITY_ROOT, f"{number}_{kind}"): row for number, (kind, row) in enumerate(lanes, 1)}
 
 

@@ -38,17 +38,17 @@ NOT_IN_FONT: Final = re.compile(r"[^\n -\u024f\u02d0\u0370-\u03ff\u0400-\u04ff\u
 """What is not known to be in Inter, the viewer's only font: Latin, Greek, Cyrillic and some signs are."""
 
 
-def drawable(text: str) -> str:
+def drawable(plain_text: str) -> str:
     """The text as the viewer can draw it: a letter that its font lacks is written as its number, ``u624b``."""
-    return NOT_IN_FONT.sub(lambda letter: f"u{ord(letter[0]):04x}", text)
+    return NOT_IN_FONT.sub(lambda letter: f"u{ord(letter[0]):04x}", plain_text)
 
 
 def drawable_texts(batch: Any) -> Any:
     """A batch of a component, its texts as the viewer can draw them."""
-    array = batch.as_arrow_array()
-    if str(array.type) != "string":
+    text_array = batch.as_arrow_array()
+    if str(text_array.type) != "string":
         return batch
-    texts = rr.components.TextBatch([drawable(text) for text in array.to_pylist()])
+    texts = rr.components.TextBatch([drawable(text) for text in text_array.to_pylist()])
     return texts.described(batch.component_descriptor())
 
 
@@ -67,8 +67,8 @@ class RecordingClock:
     @classmethod
     def of(cls, assembly: Assembly, moments: Sequence[int] = (), limit: int = MOST_FRAMES_IN_MEMORY) -> RecordingClock:
         """The clock of an assembly, with frames at which there is something to see."""
-        stamps, first = assembly.stamp_ns, assembly.motion.times[:1]
-        ns = stamps - stamps[:1] + np.round(1e9 * first).astype(np.int64)
+        stamps, first_time = assembly.stamp_ns, assembly.motion.times[:1]
+        ns = stamps - stamps[:1] + np.round(1e9 * first_time).astype(np.int64)
         moment_frames = np.unique(np.array(moments, dtype=np.int64))
         stride = max(1, -(-len(ns) // limit))
         return cls(ns, np.union1d(np.arange(0, len(ns), stride), moment_frames), moment_frames)
@@ -97,8 +97,8 @@ def partition_rows(columns: rr.ComponentColumnList, counts: ArrayLike) -> rr.Com
     """
     lengths = np.asarray(counts, dtype=np.int64)
     for column in columns:
-        values = len(column.component_batch.as_arrow_array())
-        assert lengths.sum() == values, f"{lengths.sum()} values announced, {values} given"
+        value_count = len(column.component_batch.as_arrow_array())
+        assert lengths.sum() == value_count, f"{lengths.sum()} values announced, {value_count} given"
     return columns.partition(lengths)
 
 
@@ -120,8 +120,8 @@ class RecordingWriter:
 
     def static(self, path: str, archetype: rr.AsComponents) -> None:
         """Log what holds at all times."""
-        batches = [drawable_texts(batch) for batch in archetype.as_component_batches()]
-        self.stream.log(path, batches, static=True, strict=True)
+        component_batches = [drawable_texts(batch) for batch in archetype.as_component_batches()]
+        self.stream.log(path, component_batches, static=True, strict=True)
 
     def markdown(self, path: str, text: str) -> None:
         """Log words that stand at all times."""
@@ -139,8 +139,8 @@ class RecordingWriter:
 
         ``when``: frames (n,), or (n, 2) with nanoseconds after each.
         """
-        rows = np.asarray(when, dtype=np.int64)
-        frames, later_ns = rows.T if rows.ndim == 2 else (rows, 0)
+        frame_rows = np.asarray(when, dtype=np.int64)
+        frames, later_ns = frame_rows.T if frame_rows.ndim == 2 else (frame_rows, 0)
         self.session_rows(path, self.clock.ns[frames] + later_ns, columns, counts)
 
     def session_rows(
@@ -151,16 +151,18 @@ class RecordingWriter:
             return
         if not len(columns):
             raise ValueError(f"no columns for {path}; Rerun dropped the values it was given")
-        rows = columns if counts is None else partition_rows(columns, counts)
-        for column in rows:
+        row_columns = columns if counts is None else partition_rows(columns, counts)
+        for column in row_columns:
             column.component_batch = drawable_texts(column.component_batch)
-        if self._opening is not None and not any(column.descriptor.archetype in KINDS_OVER_TIME for column in rows):
+        if self._opening is not None and not any(
+            column.descriptor.archetype in KINDS_OVER_TIME for column in row_columns
+        ):
             earlier_rows = np.flatnonzero(ns <= self._opening)
             if len(earlier_rows):
                 row = int(earlier_rows[np.argmax(ns[earlier_rows])])
-                opening = [_single_row(column, row) for column in rows]
+                opening = [_single_row(column, row) for column in row_columns]
                 self.stream.send_columns(path, [_time_column(self.clock.ns[:1] - 1)], opening, strict=True)
-        self.stream.send_columns(path, [_time_column(ns)], rows, strict=True)
+        self.stream.send_columns(path, [_time_column(ns)], row_columns, strict=True)
 
     def log_lines(self, path: str, ns: NDArray[np.int64], lines: Sequence[tuple[str, str, Rgba]]) -> None:
         """Send lines of a list, each with its level and colour: a click on the time of one moves the cursor there."""
@@ -172,30 +174,30 @@ class RecordingWriter:
     ) -> None:
         """Send a curve of a value per frame (T,), and how it looks; a ``step`` is none that is sloped."""
         drawn_values = np.asarray(values, dtype=np.float64)[self.clock.drawn_frames]
-        bends = np.ones(len(drawn_values), dtype=np.bool_)
-        bends[1:-1] = (drawn_values[1:-1] != drawn_values[:-2]) | (drawn_values[1:-1] != drawn_values[2:])
-        self.rows(path, self.clock.drawn_frames[bends], rr.Scalars.columns(scalars=drawn_values[bends]))
+        is_bend = np.ones(len(drawn_values), dtype=np.bool_)
+        is_bend[1:-1] = (drawn_values[1:-1] != drawn_values[:-2]) | (drawn_values[1:-1] != drawn_values[2:])
+        self.rows(path, self.clock.drawn_frames[is_bend], rr.Scalars.columns(scalars=drawn_values[is_bend]))
         # Peaks are what a curve is about; the default policy averages them away when zoomed out.
-        peaks, steps = rr.components.AggregationPolicy.Max, rr.components.InterpolationMode.StepAfter
-        line = rr.SeriesLines.from_fields(
+        peak_aggregation, steps = rr.components.AggregationPolicy.Max, rr.components.InterpolationMode.StepAfter
+        line_style = rr.SeriesLines.from_fields(
             names=[name],
             colors=pack_colours([colour]),
             widths=[width],
-            aggregation_policy=peaks,
+            aggregation_policy=peak_aggregation,
             interpolation_mode=steps if step else None,
         )
-        self.static(path, line)
+        self.static(path, line_style)
 
     def steps(
         self,
         path: str,
         steps: Steps,
-        things: Mapping[Any, Sequence[Any]],
+        things_of_step: Mapping[Any, Sequence[Any]],
         columns: Callable[[list[Any]], rr.ComponentColumnList],
     ) -> None:
-        """Send what stands from each step on: ``things`` of what is shown then."""
-        rows = [things.get(key, ()) for *_, key in steps]
-        self.rows(path, times_of(steps), columns([thing for row in rows for thing in row]), [*map(len, rows)])
+        """Send what stands from each step on: ``things_of_step`` of what is shown then."""
+        step_rows = [things_of_step.get(key, ()) for *_, key in steps]
+        self.rows(path, times_of(steps), columns([thing for row in step_rows for thing in row]), [*map(len, step_rows)])
 
 
 KINDS_OVER_TIME: Final = frozenset(f"rerun.archetypes.{name}" for name in ("Scalars", "StateChange", "TextLog"))
@@ -228,7 +230,7 @@ def steps_of(segments: Mapping[Any, tuple[tuple[int, int], int, int]], frames: i
         if last + 1 < frames:
             thing_at.setdefault((last + 1, 0), default_thing)
     thing_at.setdefault((0, 0), default_thing)
-    return [(*at, thing_at[at]) for at in sorted(thing_at)]
+    return [(*step_time, thing_at[step_time]) for step_time in sorted(thing_at)]
 
 
 def times_of(steps: Steps) -> list[tuple[int, int]]:
@@ -268,10 +270,10 @@ def require_complete(content: bytes) -> None:
 def require_complete_file(recording: Path) -> None:
     """Raise ``OSError`` unless a file begins and ends as whole recordings do."""
     with recording.open("rb") as file:
-        start = file.read(4)
-        size = file.seek(0, SEEK_END)
-        file.seek(max(0, size - 12))
-        require_complete(start + file.read())
+        first_bytes = file.read(4)
+        file_size = file.seek(0, SEEK_END)
+        file.seek(max(0, file_size - 12))
+        require_complete(first_bytes + file.read())
 
 
 def read_all(encoded_stream: rr.BinaryStream) -> bytes:

@@ -20,106 +20,113 @@ MOST_RESULTS: Final = 12
 COLOURS: Final = "blue: associated, grey: may be chance, by p after Holm's correction, though a bar may leave out zero"
 """The key of every chart with results that were tested; other charts are drawn as ``UNTESTED``."""
 
-UNTESTED: Final = "untested"
+UNTESTED_MARK: Final = "untested"
 
 REGRESSIONS: Final = ("simple", "multiple")
 
-EVERYBODY: Final = "all students"
+ALL_STUDENTS: Final = "all students"
 
 
-def class_charts(tables: ClassTables, study: Study | None) -> list[Plot]:
+def class_charts(class_tables: ClassTables, study: Study | None) -> list[Plot]:
     """Return the charts for which there are figures."""
-    charts = [_contact_time_chart(tables, study)]
+    charts = [_contact_time_chart(class_tables, study)]
     if study is not None:
         coefficients = _sensitivity_chart(study, REGRESSIONS, "Associations by detector", "standardised coefficient")
-        differences = _sensitivity_chart(study, ("groups",), "Groups by detector", "difference of means")
-        associations, by_detector = [_associations_chart(study), _reliability_chart(study)], [coefficients, differences]
-        first, second_charts = (by_detector, associations) if study.changing_detectors else (associations, by_detector)
-        charts = [*first, *second_charts, *charts]
+        differences_chart = _sensitivity_chart(study, ("groups",), "Groups by detector", "difference of means")
+        association_charts, detector_charts = (
+            [_associations_chart(study), _reliability_chart(study)],
+            [coefficients, differences_chart],
+        )
+        leading_charts, second_charts = (
+            (detector_charts, association_charts) if study.changing_detectors else (association_charts, detector_charts)
+        )
+        charts = [*leading_charts, *second_charts, *charts]
     return [chart for chart in charts if chart is not None]
 
 
-def _sensitivity_chart(study: Study, kinds: tuple[str, ...], title: str, axis: str) -> Plot | None:
+def _sensitivity_chart(study: Study, result_kinds: tuple[str, ...], title: str, axis: str) -> Plot | None:
     """Results about contacts of some kinds by the detector that counts; detectors with equal figures share a row."""
     by_result: dict[tuple[str, tuple[str, ...]], list[Sensitivity]] = {}
     for row in sorted(study.sensitivity, key=lambda row: not row.changes):
-        if row.before.kind in kinds:
+        if row.before.kind in result_kinds:
             by_result.setdefault((row.before.name, row.before.variables), []).append(row)
-    rows: list[IntervalRow] = []
+    interval_rows: list[IntervalRow] = []
     for sensitivities in by_result.values():
-        original = sensitivities[0].before
-        findings = {study.detector: original} | {
+        original_finding = sensitivities[0].before
+        findings = {study.detector: original_finding} | {
             row.detector: row.after for row in sensitivities if row.after is not None
         }
         detectors_by_row: dict[IntervalRow, list[str]] = {}
         for detector, finding in findings.items():
             if np.isfinite(finding.beta):
                 detectors_by_row.setdefault(_interval_row(finding), []).append(detector)
-        prefix = f"{result_name(original)}{condition_text(original)}: "
-        for figures, detectors in detectors_by_row.items():
+        prefix = f"{result_name(original_finding)}{condition_text(original_finding)}: "
+        for row_figures, detectors in detectors_by_row.items():
             detectors_text = (
                 f"the same with {len(detectors)} detectors" if len(detectors_by_row) == 1 else ", ".join(detectors)
             )
-            rows.append(replace(figures, name=f"{prefix}{detectors_text}"))
+            interval_rows.append(replace(row_figures, name=f"{prefix}{detectors_text}"))
             prefix = ""
     caption = f"Results by the detector that counts contacts, with 95 % intervals; {COLOURS}."
-    if not rows:
+    if not interval_rows:
         return None
-    return interval_plot(rows[:MOST_RESULTS], caption, axis, title=title, marks=(0.0,))
+    return interval_plot(interval_rows[:MOST_RESULTS], caption, axis, title=title, marks=(0.0,))
 
 
 def _interval_row(finding: Finding) -> IntervalRow:
     """Return the row of a result without its name, to the digits printed."""
-    undecided = f" {UNDECIDED}" if finding.conclusion.startswith(UNDECIDED) else ""
+    undecided_mark = f" {UNDECIDED}" if finding.conclusion.startswith(UNDECIDED) else ""
     p = "" if finding.p_holm is None else f", p {p_relation(finding.p_holm)}"
-    label = f"{finding.beta:+.2f}{undecided}{p}, n = {finding.students}"
-    value, lower, upper = (round(figure, 2) for figure in (finding.beta, finding.low, finding.high))
+    label = f"{finding.beta:+.2f}{undecided_mark}{p}, n = {finding.students}"
+    value, lower, upper = (round(bound, 2) for bound in (finding.beta, finding.low, finding.high))
     return IntervalRow("", value, lower, upper, label, "right" if finding.associated else "reference")
 
 
-def _contact_time_chart(tables: ClassTables, study: Study | None) -> Plot | None:
+def _contact_time_chart(class_tables: ClassTables, study: Study | None) -> Plot | None:
     """Seconds of contact in a minute of each declared group, or of all students where none is declared."""
     groups = {} if study is None else study.group_of
-    rows = []
-    for group in dict.fromkeys(groups.values()) or [EVERYBODY]:
-        members = None if not groups else {student for student, own_value in groups.items() if own_value == group}
-        estimate = tables.contact_seconds_a_minute(members)
+    interval_rows = []
+    for group in dict.fromkeys(groups.values()) or [ALL_STUDENTS]:
+        group_members = None if not groups else {student for student, own_value in groups.items() if own_value == group}
+        estimate = class_tables.contact_seconds_a_minute(group_members)
         if estimate.students >= LEAST_IN_CELL and np.isfinite(estimate.value):
             label = f"{estimate.value:.3g} s, n = {estimate.students}"
-            name = f"group {group}" if groups else group
-            rows.append(IntervalRow(name, estimate.value, estimate.low, estimate.high, label, UNTESTED))
+            row_name = f"group {group}" if groups else group
+            interval_rows.append(
+                IntervalRow(row_name, estimate.value, estimate.low, estimate.high, label, UNTESTED_MARK)
+            )
     groups_note = " Groups are those that the codebook declares." if groups else ""
     caption = f"Time in contact a minute, in seconds, all pairs added up. Bars: 95 % intervals.{groups_note}"
-    if not rows:
+    if not interval_rows:
         return None
-    return interval_plot(rows, caption, "seconds of contact a minute", title="Time in contact", start=0.0)
+    return interval_plot(interval_rows, caption, "seconds of contact a minute", title="Time in contact", start=0.0)
 
 
 def _associations_chart(study: Study) -> Plot | None:
     """Standardised coefficients; grey: cannot be distinguished from chance."""
-    rows = [replace(_interval_row(c), name=f"{result_name(c)}{condition_text(c)}") for c in study.coefficients]
+    interval_rows = [replace(_interval_row(c), name=f"{result_name(c)}{condition_text(c)}") for c in study.coefficients]
     caption = f"Associations with 95 % intervals; {COLOURS}. With one predictor a coefficient is the correlation."
-    if not rows:
+    if not interval_rows:
         return None
-    return interval_plot(rows, caption, "standardised coefficient", title="Associations", marks=(0.0,))
+    return interval_plot(interval_rows, caption, "standardised coefficient", title="Associations", marks=(0.0,))
 
 
 def _reliability_chart(study: Study) -> Plot | None:
     """Cronbach's alpha of each construct, beside the usual limit."""
-    rows = [
+    interval_rows = [
         IntervalRow(
             name,
             own_value.alpha,
             own_value.low,
             own_value.high,
             f"{own_value.alpha:.2f}, n = {own_value.students}",
-            UNTESTED,
+            UNTESTED_MARK,
         )
         for name, own_value in study.reliabilities.items()
     ]
-    limit = words.number(ACCEPTABLE_ALPHA)
-    caption = f"Reliability of the questionnaire, with 95 % intervals; the line is {limit}, the usual limit."
-    if not rows:
+    limit_text = words.number(ACCEPTABLE_ALPHA)
+    caption = f"Reliability of the questionnaire, with 95 % intervals; the line is {limit_text}, the usual limit."
+    if not interval_rows:
         return None
     title = "Reliability of the questionnaire"
-    return interval_plot(rows, caption, "Cronbach's alpha", title=title, marks=(ACCEPTABLE_ALPHA,), end=1.0)
+    return interval_plot(interval_rows, caption, "Cronbach's alpha", title=title, marks=(ACCEPTABLE_ALPHA,), end=1.0)

@@ -78,27 +78,35 @@ class AnswerRow:
     details: str = ""
 
 
-def class_answer(tables: ClassTables, addresses: Mapping[str, Place], study: Study | None) -> list[AnswerRow]:
+def class_answer(class_tables: ClassTables, addresses: Mapping[str, Place], study: Study | None) -> list[AnswerRow]:
     """Return the rows below the first sentence of a class; a row without text or links is left out."""
-    result, *other_results = _results(study)
-    figures = [*_with_other_detectors(study), _names_of_detectors(tables), *other_results, tables.rate_difference()]
-    why = reason(tables, study)
-    times = _mean_times(tables)
-    rows = [
+    result, *other_results = _result_sentences(study)
+    figures = [
+        *_with_other_detectors(study),
+        _names_of_detectors(class_tables),
+        *other_results,
+        class_tables.rate_difference(),
+    ]
+    class_reason = reason(class_tables, study)
+    seconds_of_detector = _mean_times(class_tables)
+    answer_rows = [
         AnswerRow(
             "What",
             result,
             " ".join(filter(None, figures)),
-            details=" ".join(tables.headlines()),
+            details=" ".join(class_tables.headlines()),
         ),
-        _first_sessions(tables, addresses, study),
-        AnswerRow("Why", why.text, why.figures, details=why.details),
-        AnswerRow("Do", *_first_and_rest(_actions(tables, study))),
-        AnswerRow("Cost", *_first_and_rest(_costs(tables, study, times))),
-        AnswerRow("Or", *_first_and_rest(_other_detectors(study, tables.trusted_detectors, times))),
-        _certainty(tables, study),
+        _first_sessions(class_tables, addresses, study),
+        AnswerRow("Why", class_reason.text, class_reason.figures, details=class_reason.details),
+        AnswerRow("Do", *_first_and_rest(_action_sentences(class_tables, study))),
+        AnswerRow("Cost", *_first_and_rest(_cost_sentences(class_tables, study, seconds_of_detector))),
+        AnswerRow(
+            "Or",
+            *_first_and_rest(_quicker_detector_sentences(study, class_tables.trusted_detectors, seconds_of_detector)),
+        ),
+        _certainty_row(class_tables, study),
     ]
-    return [row for row in rows if row.text and (row.name != "When" or row.links)]
+    return [row for row in answer_rows if row.text and (row.name != "When" or row.links)]
 
 
 def _first_and_rest(sentences: list[str]) -> tuple[str, str]:
@@ -106,14 +114,16 @@ def _first_and_rest(sentences: list[str]) -> tuple[str, str]:
     return sentences[0] if sentences else "", " ".join(sentences[1:])
 
 
-def _results(study: Study | None) -> list[str]:
+def _result_sentences(study: Study | None) -> list[str]:
     """The associations, most pronounced first; else the undecided results, and their definition."""
     if study is None:
         return ["Nothing was tested: there is no questionnaire."]
-    results = headlines(study)
-    more = [f"{len(results) - MOST_RESULTS} more below."] if len(results) > MOST_RESULTS else []
-    meaning = [undecided_text(study), families_text(study)] if study.nothing_associated else []
-    return [*(f"{sentence}." for sentence in results[:MOST_RESULTS]), *more, *meaning]
+    headline_sentences = headlines(study)
+    more_sentence = (
+        [f"{len(headline_sentences) - MOST_RESULTS} more below."] if len(headline_sentences) > MOST_RESULTS else []
+    )
+    definition_sentences = [undecided_text(study), families_text(study)] if study.nothing_associated else []
+    return [*(f"{sentence}." for sentence in headline_sentences[:MOST_RESULTS]), *more_sentence, *definition_sentences]
 
 
 def _with_other_detectors(study: Study | None) -> list[str]:
@@ -142,13 +152,13 @@ def _names_of_detectors(tables: ClassTables) -> str:
     return f"{names}." if names else ""
 
 
-def _first_sessions(tables: ClassTables, addresses: Mapping[str, Place], study: Study | None) -> AnswerRow:
+def _first_sessions(class_tables: ClassTables, addresses: Mapping[str, Place], study: Study | None) -> AnswerRow:
     """The sessions in which most is missed, by name, each with its miss."""
     examples = []
-    for name, example, _ in sessions_table(tables.runs, addresses).rows:
-        if isinstance(name, Marked) and isinstance(example, Marked) and example.to:
+    for session_name, example, _ in sessions_table(class_tables.runs, addresses).rows:
+        if isinstance(session_name, Marked) and isinstance(example, Marked) and example.to:
             pair, _, moment = example.text.rpartition(" at ")
-            examples.append((name.text, pair, moment, example.to))
+            examples.append((session_name.text, pair, moment, example.to))
     examples = examples[:MOST_SESSIONS]
     pairs = {pair for _, pair, _, _ in examples}
     links = tuple(
@@ -166,24 +176,28 @@ def _first_sessions(tables: ClassTables, addresses: Mapping[str, Place], study: 
     return AnswerRow("When", text, f"{common_text}{FIRST_SESSIONS}", links)
 
 
-def _actions(tables: ClassTables, study: Study | None) -> list[str]:
+def _action_sentences(class_tables: ClassTables, study: Study | None) -> list[str]:
     """Sentences on the detector with which to count; where nothing is associated, on questions and students too."""
-    trusted = tables.trusted_detectors
+    trusted_labels = class_tables.trusted_detectors
     if study is None:
-        if not trusted:
+        if not trusted_labels:
             return []
-        return [f"Count contacts with the detector {listed(trusted, 'or')}, the reference.", HOW_TO_TEST]
-    recommended_detectors = [study.detector] if not trusted or study.detector in trusted else trusted
-    wrong = [label for label in study.changing_detectors if label not in trusted] or (
+        return [f"Count contacts with the detector {listed(trusted_labels, 'or')}, the reference.", HOW_TO_TEST]
+    recommended_detectors = (
+        [study.detector] if not trusted_labels or study.detector in trusted_labels else trusted_labels
+    )
+    wrong_labels = [label for label in study.changing_detectors if label not in trusted_labels] or (
         [study.detector] if study.changing_detectors and study.detector not in recommended_detectors else []
     )
-    instead = f", not with {listed(wrong, 'or')}" if wrong else ""
-    actions = [f"count contacts with the detector {listed(recommended_detectors, 'or')}{instead}"]
+    instead_clause = f", not with {listed(wrong_labels, 'or')}" if wrong_labels else ""
+    actions = [f"count contacts with the detector {listed(recommended_detectors, 'or')}{instead_clause}"]
     source = f"Every result about contacts on this page is counted with {study.detector}."
     if study.obstacle:
         actions.append(study.obstacle.lift)
-    if study.tested and study.nothing_associated and (scales := study.unreliable_scales):
-        scales_text = listed(scales) if len(scales) <= MOST_SCALES else f"{len(scales)} scales"
+    if study.tested and study.nothing_associated and (unreliable_scales := study.unreliable_scales):
+        scales_text = (
+            listed(unreliable_scales) if len(unreliable_scales) <= MOST_SCALES else f"{len(unreliable_scales)} scales"
+        )
         actions.append(f"revise the questions on {scales_text}")
     if not more_students_needed(study):
         return [f"{_as_sentence(actions)}.", source]
@@ -200,8 +214,12 @@ def _actions(tables: ClassTables, study: Study | None) -> list[str]:
 
 def _as_sentence(actions: list[str]) -> str:
     """Actions joined by commas and a last *and*, with a capital."""
-    *first, last = actions
-    text = f"{', '.join(first)}{',' if len(first) > 1 else ''} and {last}" if first else last
+    *leading_actions, last_action = actions
+    text = (
+        f"{', '.join(leading_actions)}{',' if len(leading_actions) > 1 else ''} and {last_action}"
+        if leading_actions
+        else last_action
+    )
     return text[:1].upper() + text[1:]
 
 
@@ -210,67 +228,81 @@ def _level_text(tests: int) -> str:
     return f"p < {LEVEL:g}, corrected for {tests} tests" if tests > 1 else f"one test at p < {LEVEL:g}"
 
 
-def _other_detectors(study: Study | None, trusted: list[str], times: Mapping[str, float]) -> list[str]:
+def _quicker_detector_sentences(
+    study: Study | None, trusted_labels: list[str], times: Mapping[str, float]
+) -> list[str]:
     """The quicker detector beside the trusted that finds most and changes no conclusion; empty: there is none."""
-    tested = study.retested_results if study is not None else []
-    changing = study.changing_detectors if study is not None else []
-    same_detectors = [label for label in dict.fromkeys(row.detector for row in tested) if label not in changing]
-    if changing and not same_detectors:
+    retested_results = study.retested_results if study is not None else []
+    changing_labels = study.changing_detectors if study is not None else []
+    same_detectors = [
+        label for label in dict.fromkeys(row.detector for row in retested_results) if label not in changing_labels
+    ]
+    if changing_labels and not same_detectors:
         return ["None: every other detector that was tested changes a conclusion."]
-    slowest_time = max((times.get(label, np.inf) for label in trusted), default=np.inf)
+    slowest_time = max((times.get(label, np.inf) for label in trusted_labels), default=np.inf)
     same_detectors = [
         label
         for label in same_detectors
-        if label not in trusted and (label not in times or times[label] < slowest_time)
+        if label not in trusted_labels and (label not in times or times[label] < slowest_time)
     ]
-    recalls = {row.detector: row.recall for row in tested if row.detector in same_detectors and row.recall is not None}
-    if not recalls:
+    recall_of_label = {
+        row.detector: row.recall
+        for row in retested_results
+        if row.detector in same_detectors and row.recall is not None
+    }
+    if not recall_of_label:
         return [f"Count with {' or '.join(same_detectors)}."] if same_detectors else []
-    most = max(recalls.values())
-    best_detectors = [label for label, recall in recalls.items() if recall == most]
+    largest_recall = max(recall_of_label.values())
+    best_detectors = [label for label, recall in recall_of_label.items() if recall == largest_recall]
     pronoun = "it" if len(best_detectors) == 1 else "each"
-    finds = f"{pronoun} finds {words.as_percentage(most)} of contact frames and changes no conclusion"
-    return [f"Where the reference is too slow, count with {' or '.join(best_detectors)}: {finds}."]
+    recall_clause = f"{pronoun} finds {words.as_percentage(largest_recall)} of contact frames and changes no conclusion"
+    return [f"Where the reference is too slow, count with {' or '.join(best_detectors)}: {recall_clause}."]
 
 
-def _mean_times(tables: ClassTables) -> dict[str, float]:
+def _mean_times(class_tables: ClassTables) -> dict[str, float]:
     """Seconds a frame of each detector, in the mean of the sessions that measured them."""
-    metrics = tables.runs.every_metric
+    metrics = class_tables.runs.every_metric
     if MEAN_MS not in metrics.column_names:
         return {}
-    times: dict[str, list[float]] = {}
+    seconds_of_label: dict[str, list[float]] = {}
     for row in metrics.select([DETECTOR, MEAN_MS]).to_pylist():
         if row[MEAN_MS] is not None and np.isfinite(row[MEAN_MS]):
-            times.setdefault(row[DETECTOR], []).append(row[MEAN_MS] / 1e3)
-    return {label: float(np.mean(values)) for label, values in times.items()}
+            seconds_of_label.setdefault(row[DETECTOR], []).append(row[MEAN_MS] / 1e3)
+    return {label: float(np.mean(values)) for label, values in seconds_of_label.items()}
 
 
-def _costs(tables: ClassTables, study: Study | None, times: Mapping[str, float]) -> list[str]:
+def _cost_sentences(class_tables: ClassTables, study: Study | None, seconds_of_label: Mapping[str, float]) -> list[str]:
     """Sentences on the students that are lacking, and on the time of the recommended detector and of the others."""
     sentences = []
-    seconds = tables.recorded_seconds
+    seconds = class_tables.recorded_seconds
     if study is not None and (missing_students := _lacking_students(study)):
-        mean = words.duration(seconds / len(tables.runs.metrics))
+        mean = words.duration(seconds / len(class_tables.runs.metrics))
         recording_text = f" with a recording of about {mean} each" if seconds else ""
         sentences.append(f"{plural(missing_students, 'more student')}{recording_text}.")
-    if not times:
+    if not seconds_of_label:
         return [*sentences, "Times of the detectors were not measured."]
-    recommended_detector = study.detector if study is not None else next(iter(tables.trusted_detectors), "")
-    first = recommended_detector if recommended_detector in times else next(iter(times))
-    other_labels = [label for label in times if label != first]
-    own_time = words.frame_time(times[first])
+    recommended_detector = study.detector if study is not None else next(iter(class_tables.trusted_detectors), "")
+    main_label = recommended_detector if recommended_detector in seconds_of_label else next(iter(seconds_of_label))
+    other_labels = [label for label in seconds_of_label if label != main_label]
+    main_time_text = words.frame_time(seconds_of_label[main_label])
     is_cheapest = all(
-        times[first] < times[label] and own_time != words.frame_time(times[label]) for label in other_labels
+        seconds_of_label[main_label] < seconds_of_label[label]
+        and main_time_text != words.frame_time(seconds_of_label[label])
+        for label in other_labels
     )
     least_text = ", less than every other detector" if is_cheapest and other_labels else ""
-    class_text = f" ({words.duration(times[first] * seconds * FRAMES_A_SECOND)} for this class)" if seconds else ""
-    sentences.append(f"{first} takes {own_time} a frame{class_text}{least_text}.")
+    class_text = (
+        f" ({words.duration(seconds_of_label[main_label] * seconds * FRAMES_A_SECOND)} for this class)"
+        if seconds
+        else ""
+    )
+    sentences.append(f"{main_label} takes {main_time_text} a frame{class_text}{least_text}.")
     if len(sentences) > 1:
         sentences[:2] = [f"{sentences[0][:-1]}; {sentences[1]}"]
-    figures = ", ".join(f"{label} {words.frame_time(times[label])}" for label in other_labels)
+    time_texts = ", ".join(f"{label} {words.frame_time(seconds_of_label[label])}" for label in other_labels)
     clock = f"at {FRAMES_A_SECOND:g} frames a second" if seconds else ""
     machine = " ".join(filter(None, ["Means over the sessions,", clock, "on the machine that replayed them."]))
-    return [*sentences, *([f"{figures}."] if figures else []), machine]
+    return [*sentences, *([f"{time_texts}."] if time_texts else []), machine]
 
 
 def _lacking_students(study: Study) -> int:
@@ -284,33 +316,37 @@ def _lacking_students(study: Study) -> int:
     )
 
 
-def _certainty(tables: ClassTables, study: Study | None) -> AnswerRow:
+def _certainty_row(class_tables: ClassTables, study: Study | None) -> AnswerRow:
     """How sure the effect of the detector and the associations are, and the students behind the figures."""
-    students = len(tables.runs.students)
+    students = len(class_tables.runs.students)
     intervals = "Brackets and bars are 95 % intervals: other classes like this one may give any figure within."
     if study is None:
-        count = f"{count_text(students)} students." if students < LEAST_IN_CELL else f"{plural(students, 'student')}."
-        return AnswerRow("Sure", f"Nothing is known of conclusions: none was tested in {count}", intervals)
+        students_sentence = (
+            f"{count_text(students)} students." if students < LEAST_IN_CELL else f"{plural(students, 'student')}."
+        )
+        return AnswerRow("Sure", f"Nothing is known of conclusions: none was tested in {students_sentence}", intervals)
     tests = tests_together(study)
     figures, least_size = [f"{source_sentence(study)}."], least_correlation(study.students, tests)
     if least_size is not None and study.tested:
         scale = (
             f"Among {study.students} students a correlation of {words.number(least_size, 2)} is found with 80 % power"
         )
-        other = " Coefficients with others held constant are on another scale." if _has_multiple(study) else ""
-        figures.insert(0, f"{scale} ({_level_text(tests)}).{other}")
+        multiple_note = " Coefficients with others held constant are on another scale." if _has_multiple(study) else ""
+        figures.insert(0, f"{scale} ({_level_text(tests)}).{multiple_note}")
         if not more_students_needed(study):
             figures.insert(
                 1,
                 f"A correlation of {MEDIUM_CORRELATION:g} takes {students_needed(MEDIUM_CORRELATION, tests)} students.",
             )
-    refused = [f"{refusal.what} ({refusal.reason})" for refusal in study.refusals]
-    if refused:
-        rest = f"; {len(refused) - MOST_REFUSED} more under Method" if len(refused) > MOST_REFUSED else ""
-        figures.append(f"Left out: {'; '.join(refused[:MOST_REFUSED])}{rest}.")
+    refused_texts = [f"{refusal.what} ({refusal.reason})" for refusal in study.refusals]
+    if refused_texts:
+        more_refused = (
+            f"; {len(refused_texts) - MOST_REFUSED} more under Method" if len(refused_texts) > MOST_REFUSED else ""
+        )
+        figures.append(f"Left out: {'; '.join(refused_texts[:MOST_REFUSED])}{more_refused}.")
     observed_text = "Only associations were observed: no figure says what causes what."
     text = " ".join(
-        filter(None, [_certainty_of_detectors(study, tables), _certainty_of_associations(study, least_size)])
+        filter(None, [_certainty_of_detectors(study, class_tables), _certainty_of_associations(study, least_size)])
     )
     return AnswerRow("Sure", text, " ".join(figures), details=f"{intervals} {observed_text}")
 
@@ -320,13 +356,19 @@ def _has_multiple(study: Study) -> bool:
     return any(finding.kind == "multiple" for finding in study.coefficients)
 
 
-def _certainty_of_detectors(study: Study, tables: ClassTables) -> str:
+def _certainty_of_detectors(study: Study, class_tables: ClassTables) -> str:
     """Return how sure it is that the detector changes a conclusion, or none; ``""``: that was not tested."""
     if not study.retested_results:
         return ""
     if study.changing_detectors:
-        trusted = [label for label in (study.detector, *study.changing_detectors) if label in tables.trusted_detectors]
-        return f"Sure about the detectors: they are measured against {trusted[0]}, the reference." if trusted else ""
+        trusted_labels = [
+            label for label in (study.detector, *study.changing_detectors) if label in class_tables.trusted_detectors
+        ]
+        return (
+            f"Sure about the detectors: they are measured against {trusted_labels[0]}, the reference."
+            if trusted_labels
+            else ""
+        )
     detectors = len({study.detector, *(row.detector for row in study.retested_results)})
     if study.same_results:
         return f"Sure that the detector changes nothing here: {detectors} detectors give the same results."
@@ -355,7 +397,7 @@ def _certainty_of_associations(study: Study, least_size: float | None) -> str:
         )
     if least_size is None:
         return f"Not shown: that there is no association. {students} are very few."
-    limit = words.number(least_size, 2)
+    least_size_text = words.number(least_size, 2)
     if least_size > MEDIUM_CORRELATION:
-        return f"Not shown: that there is no association. {students} can miss a correlation below {limit}."
-    return f"Fairly sure that no correlation is above {limit}: {students} would mostly show it."
+        return f"Not shown: that there is no association. {students} can miss a correlation below {least_size_text}."
+    return f"Fairly sure that no correlation is above {least_size_text}: {students} would mostly show it."

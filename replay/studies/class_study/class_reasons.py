@@ -38,32 +38,38 @@ class ClassReason:
     details: str = ""
 
 
-def reason(tables: ClassTables, study: Study | None) -> ClassReason:
+def reason(class_tables: ClassTables, study: Study | None) -> ClassReason:
     """Return why a conclusion changes, or why no association shows; else why contacts are missed."""
-    causes = _causes(tables)
+    causes = _causes(class_tables)
     if study is None:
         return ClassReason(" ".join(causes[:1]), " ".join(causes[1:]))
-    known_mistakes = _known_mistakes(tables, study)
+    known_mistakes = _known_mistakes(class_tables, study)
     sentences = [f"{label} {_mistakes_text(counts)}." for label, counts in known_mistakes]
     if study.changing_detectors and known_mistakes:
-        (first, counts), *_ = known_mistakes
-        subject = f"{first} leads to another conclusion: it"
-        if first not in study.changing_detectors:
-            subject = f"{first}, which counts here,"
-        own = [cause for cause in causes if cause.startswith(f"{first} ")]
-        rest = [cause for cause in causes if cause not in own]
-        if first in study.changing_detectors and own:
-            return ClassReason(own[0], " ".join([*own[1:], *sentences]), " ".join(rest))
-        return ClassReason(f"{subject} {_mistakes_text(counts)}.", " ".join([*own, *sentences[1:]]), " ".join(rest))
+        (first_label, first_mistakes), *_ = known_mistakes
+        subject = f"{first_label} leads to another conclusion: it"
+        if first_label not in study.changing_detectors:
+            subject = f"{first_label}, which counts here,"
+        causes_of_first = [cause for cause in causes if cause.startswith(f"{first_label} ")]
+        other_causes = [cause for cause in causes if cause not in causes_of_first]
+        if first_label in study.changing_detectors and causes_of_first:
+            return ClassReason(causes_of_first[0], " ".join([*causes_of_first[1:], *sentences]), " ".join(other_causes))
+        return ClassReason(
+            f"{subject} {_mistakes_text(first_mistakes)}.",
+            " ".join([*causes_of_first, *sentences[1:]]),
+            " ".join(other_causes),
+        )
     answers = [
-        *filter(None, [_hidden_association(study), _no_change_sentence(study, known_mistakes, tables.runs.titles)])
+        *filter(
+            None, [_hidden_association(study), _no_change_sentence(study, known_mistakes, class_tables.runs.titles)]
+        )
     ]
     if not answers:
         return ClassReason(" ".join(causes[:1]), " ".join(causes[1:]))
     return ClassReason(answers[0], " ".join(answers[1:]), " ".join([*sentences, *causes]))
 
 
-def _known_mistakes(tables: ClassTables, study: Study) -> list[tuple[str, Mistakes]]:
+def _known_mistakes(class_tables: ClassTables, study: Study) -> list[tuple[str, Mistakes]]:
     """The mistakes of the detectors that were compared, those first that change a conclusion; empty: none has any."""
     compared_detectors = {row.detector for row in study.retested_results}
     if study.changing_detectors:
@@ -71,7 +77,9 @@ def _known_mistakes(tables: ClassTables, study: Study) -> list[tuple[str, Mistak
     if compared_detectors:
         compared_detectors.add(study.detector)
     mistakes_by_label = {
-        label: tables.mistakes(label) for label in tables.runs.audited_detectors if label in compared_detectors
+        label: class_tables.mistakes(label)
+        for label in class_tables.runs.audited_detectors
+        if label in compared_detectors
     }
     known_mistakes = [(label, counts) for label, counts in mistakes_by_label.items() if counts is not None]
     known_mistakes.sort(key=lambda item: (item[0] not in study.changing_detectors, -item[1].wrong_contacts))
@@ -86,11 +94,17 @@ def _hidden_association(study: Study) -> str:
         no_test_text = "the codebook asks for no association that can be tested"
         return f"No test was possible: {study.obstacle.reason if study.obstacle else no_test_text}."
     reasons = []
-    if scales := study.unreliable_scales:
-        alphas = ", ".join(words.number(study.reliabilities[scale].alpha, 2) for scale in scales)
-        scales_text = " and ".join(scales) if len(scales) <= MOST_SCALES else f"{len(scales)} scales"
-        limit = words.number(ACCEPTABLE_ALPHA)
-        reasons.append(f"the answers on {scales_text} are unreliable (Cronbach's alpha {alphas}; {limit} is usual)")
+    if unreliable_scales := study.unreliable_scales:
+        alpha_text = ", ".join(words.number(study.reliabilities[scale].alpha, 2) for scale in unreliable_scales)
+        scales_text = (
+            " and ".join(unreliable_scales)
+            if len(unreliable_scales) <= MOST_SCALES
+            else f"{len(unreliable_scales)} scales"
+        )
+        limit_text = words.number(ACCEPTABLE_ALPHA)
+        reasons.append(
+            f"the answers on {scales_text} are unreliable (Cronbach's alpha {alpha_text}; {limit_text} is usual)"
+        )
     if more_students_needed(study):
         reasons.append(f"{study.students} students are few")
     return f"An association may be hidden: {' and '.join(reasons)}." if reasons else ""
@@ -100,7 +114,7 @@ def _no_change_sentence(study: Study, known_mistakes: list[tuple[str, Mistakes]]
     """Return the number of mistakes that changed no conclusion; ``""``: there are none."""
     if not known_mistakes:
         return ""
-    (first, counts), *others = known_mistakes[:MOST_DETECTORS]
+    (first_label, first_mistakes), *others = known_mistakes[:MOST_DETECTORS]
     has_several_counts = len({counts.contacts for _, counts in known_mistakes}) > 1
     mistake_texts = [
         f"{_label_with_title(label, titles)} {own.wrong_contacts}{f' of {own.contacts}' if has_several_counts else ''}"
@@ -108,7 +122,8 @@ def _no_change_sentence(study: Study, known_mistakes: list[tuple[str, Mistakes]]
     ]
     mistake_texts.insert(
         0,
-        f"{_label_with_title(first, titles)} got {counts.wrong_contacts} of {plural(counts.contacts, 'contact')} wrong",
+        f"{_label_with_title(first_label, titles)} got {first_mistakes.wrong_contacts} of "
+        f"{plural(first_mistakes.contacts, 'contact')} wrong",
     )
     effect_text = "moved no result" if study.same_results else "changed no conclusion"
     return f"The detectors' mistakes {effect_text}: {', '.join(mistake_texts)}."

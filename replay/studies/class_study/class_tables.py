@@ -27,9 +27,9 @@ from replay.studies.class_study.resampling import Estimate, Resampling
 from replay.words import plural
 from sessions.mcap.metadata import NOT_STATED
 
-FIGURES: Final = "n: students whose rows are counted. Below a figure: its 95 % interval over students."
+FIGURES_NOTE: Final = "n: students whose rows are counted. Below a figure: its 95 % interval over students."
 FAULTS: Final = {"misses": "miss", "false_contacts": "false contact"}
-SUPPRESSED: Final = "not shown"
+SUPPRESSED_TEXT: Final = "not shown"
 """Stands for the students of a row that would tell, less from a total, what a row of few students may not."""
 
 NO_NAME: Final = "none"
@@ -61,13 +61,15 @@ def rate(value: float) -> str:
     return f"{value:.2g} a session"
 
 
-def cell(estimate: Estimate, write: Callable[[float], str], counts: str = "") -> Cell:
-    """A figure with its interval below it; ``counts``, what it was made from, then stand in its place."""
+def estimate_cell(estimate: Estimate, number_text: Callable[[float], str], counts_text: str = "") -> Cell:
+    """A figure with its interval below it; ``counts_text``, what it was made from, then stand in its place."""
     if not estimate.students:
         return NO_NAME
-    value, lower, upper = map(write, (estimate.value, estimate.low, estimate.high))
+    value, lower, upper = map(number_text, (estimate.value, estimate.low, estimate.high))
     return (
-        Marked(counts, below=f"{value} ({lower} to {upper})") if counts else Marked(value, below=f"{lower} to {upper}")
+        Marked(counts_text, below=f"{value} ({lower} to {upper})")
+        if counts_text
+        else Marked(value, below=f"{lower} to {upper}")
     )
 
 
@@ -116,9 +118,9 @@ class ClassTables:
         students = runs.students
         self.runs = runs
         self._resampling = Resampling(len(students), seed)
-        self._owners = [runs.shared_value(run, "student") for run in runs.metrics]
-        self._has_owner = np.array([owner != "" for owner in self._owners], dtype=np.bool_)
-        self._student = np.searchsorted(students, self._owners)
+        self._students_of_sessions = [runs.shared_value(run, "student") for run in runs.metrics]
+        self._has_owner = np.array([owner != "" for owner in self._students_of_sessions], dtype=np.bool_)
+        self._student = np.searchsorted(students, self._students_of_sessions)
 
     def headlines(self) -> list[str]:
         """Sentences on the contacts that each audited detector misses."""
@@ -140,27 +142,28 @@ class ClassTables:
 
         Both have to be measured in the same sessions: else the difference could be one of students.
         """
-        trusted = self.trusted_detectors
-        if len(trusted) != 1:
+        trusted_labels = self.trusted_detectors
+        if len(trusted_labels) != 1:
             return ""
-        (oracle,) = trusted
-        measured, reference = np.isfinite(self._rates(oracle)), self._contacts_a_minute(oracle)
-        if reference.students < LEAST_IN_CELL:
+        (oracle,) = trusted_labels
+        is_measured, reference_rate = np.isfinite(self._contact_rates(oracle)), self._contacts_a_minute(oracle)
+        if reference_rate.students < LEAST_IN_CELL:
             return ""
         rates = {
             label: self._contacts_a_minute(label).value
             for label in self.runs.audited_detectors
-            if np.array_equal(np.isfinite(self._rates(label)), measured)
+            if np.array_equal(np.isfinite(self._contact_rates(label)), is_measured)
         }
-        most = max(rates, key=lambda label: abs(rates[label] - reference.value), default="")
-        if not most or per_minute(rates[most]) == per_minute(reference.value):
+        most_different_label = max(rates, key=lambda label: abs(rates[label] - reference_rate.value), default="")
+        if not most_different_label or per_minute(rates[most_different_label]) == per_minute(reference_rate.value):
             return ""
-        more = ""
-        if reference.value:
-            change = rates[most] / reference.value - 1.0
-            more = f" ({'+' if change > 0 else '-'}{percent(abs(change))})"
+        direction_text = ""
+        if reference_rate.value:
+            relative_change = rates[most_different_label] / reference_rate.value - 1.0
+            direction_text = f" ({'+' if relative_change > 0 else '-'}{percent(abs(relative_change))})"
         return (
-            f"{most} reports {per_minute(rates[most])} contacts a minute, {oracle} {per_minute(reference.value)}{more}."
+            f"{most_different_label} reports {per_minute(rates[most_different_label])} contacts a minute, "
+            f"{oracle} {per_minute(reference_rate.value)}{direction_text}."
         )
 
     @property
@@ -173,18 +176,18 @@ class ClassTables:
     @property
     def recorded_seconds(self) -> float:
         """Seconds with known poses, of all sessions together; 0: none states them, or few students have any."""
-        rows = [next(iter(rows.values())) for rows in self.runs.metrics.values()]
-        minutes = [row.get("valid_minutes") for row in rows]
+        first_metric_rows = [next(iter(rows.values())) for rows in self.runs.metrics.values()]
+        minutes = [row.get("valid_minutes") for row in first_metric_rows]
         known_minutes = [value for value in minutes if value is not None and np.isfinite(value)]
         return (
             60.0 * sum(known_minutes)
-            if len(self.runs.students) >= LEAST_IN_CELL and len(known_minutes) == len(rows)
+            if len(self.runs.students) >= LEAST_IN_CELL and len(known_minutes) == len(first_metric_rows)
             else 0.0
         )
 
     def _false_contacts(self, label: str) -> str:
         """Words on the false contacts of a detector, to follow those on its misses."""
-        counts = self.counts("false_contacts", "detector").get((label,), np.zeros(len(self._owners)))
+        counts = self.counts("false_contacts", "detector").get((label,), np.zeros(len(self._students_of_sessions)))
         estimate = self._resampling.ratio(
             self._sum_by_student(counts), self._sum_by_student(self._observed_sessions(label))
         )
@@ -212,105 +215,135 @@ class ClassTables:
 
     def detectors(self) -> Table:
         """A row per detector, the trusted ones first."""
-        trusted = self.trusted_detectors
+        trusted_labels = self.trusted_detectors
         contacts = self.counts("episodes", "missed_by")
         faults = [self.counts(name, "detector") for name in FAULTS]
         rows = []
-        for label in dict.fromkeys((*trusted, *self.runs.audited_detectors)):
-            cells = [cell(self._contacts_a_minute(label), per_minute), "", "", ""]
-            if label not in trusted:
-                no_counts = np.zeros(len(self._owners))
+        for label in dict.fromkeys((*trusted_labels, *self.runs.audited_detectors)):
+            rate_cells = [estimate_cell(self._contacts_a_minute(label), per_minute), "", "", ""]
+            if label not in trusted_labels:
+                no_counts = np.zeros(len(self._students_of_sessions))
                 rates = (self._rate_cell(counts.get((label,), no_counts), label) for counts in faults)
-                cells[1:] = [self._never_reported(label, contacts)[0], *rates]
-            heads = (label, "trusted" if label in trusted else "audited")
-            rows.append(_Row(label, heads, self._sum_by_student(self._observed_sessions(label)), tuple(cells)))
+                rate_cells[1:] = [self._never_reported(label, contacts)[0], *rates]
+            row_heads = (label, "trusted" if label in trusted_labels else "audited")
+            rows.append(_Row(label, row_heads, self._sum_by_student(self._observed_sessions(label)), tuple(rate_cells)))
         note = "Contacts a minute: the mean over students, each by the mean of their sessions."
-        figures = ("contacts a minute", "contacts never found", "misses", "false contacts")
-        return _table(("detector", "is"), figures, rows, (note, *self._omission_sentences()))
+        figure_headings = ("contacts a minute", "contacts never found", "misses", "false contacts")
+        return _table_of_rows(("detector", "is"), figure_headings, rows, (note, *self._omission_sentences()))
 
     def pairs(self) -> Table:
         """A row per detector and pair that it missed, those missed most first."""
         contacts_by_pair, rows = self.counts("episodes", "body_a", "body_b", "missed_by"), []
         for (label, *pair), misses in self.counts("misses", "detector", "body_a", "body_b").items():
-            contacts = {key: counts for key, counts in contacts_by_pair.items() if [*key[:2]] == pair}
-            present = sum(contacts.values(), misses) * self._observed_sessions(label)
-            every, students_with_miss = (self._sum_by_student(counts > 0) for counts in (present, misses))
-            where = cell(
-                self._resampling.ratio(students_with_miss, every),
-                percent,
-                f"{students_with_miss.sum():.0f} of {every.sum():.0f}",
+            contacts = {
+                label_and_pair: counts
+                for label_and_pair, counts in contacts_by_pair.items()
+                if [*label_and_pair[:2]] == pair
+            }
+            observed_sessions = sum(contacts.values(), misses) * self._observed_sessions(label)
+            sessions_of_students, students_with_miss = (
+                self._sum_by_student(counts > 0) for counts in (observed_sessions, misses)
             )
-            cells = (self._rate_cell(misses, label), where, self._never_reported(label, contacts)[0])
-            rows.append(_Row(label, (" - ".join(pair), label), every, cells))
-        figures = ("misses", "sessions with a miss", "contacts never found")
-        return _table(("pair", "detector"), figures, rows)
+            miss_sessions_cell = estimate_cell(
+                self._resampling.ratio(students_with_miss, sessions_of_students),
+                percent,
+                f"{students_with_miss.sum():.0f} of {sessions_of_students.sum():.0f}",
+            )
+            cells = (self._rate_cell(misses, label), miss_sessions_cell, self._never_reported(label, contacts)[0])
+            rows.append(_Row(label, (" - ".join(pair), label), sessions_of_students, cells))
+        figure_headings = ("misses", "sessions with a miss", "contacts never found")
+        return _table_of_rows(("pair", "detector"), figure_headings, rows)
 
     def activity_table(self) -> Table:
         """A row per task, stage and VR type: how many contacts, how many missed by any detector."""
         rows = []
-        for kind in ("task", "stage", "vr_type"):
-            contacts = self.counts("episodes", kind, "missed_by")
-            for (value,), durations in self.counts("episodes", kind).items():
-                never = self._never_reported("", {key: counts for key, counts in contacts.items() if key[0] == value})[
-                    0
-                ]
-                heads = (kind.replace("vr_type", "VR type"), value or (NOT_STATED if kind == "vr_type" else NO_NAME))
-                rows.append(_Row(kind, heads, self._sum_by_student(durations > 0), (self._rate_cell(durations), never)))
-        return _table(("what", "which"), ("contacts", "missed by any"), rows)
+        for activity_column in ("task", "stage", "vr_type"):
+            contacts = self.counts("episodes", activity_column, "missed_by")
+            for (activity_name,), durations in self.counts("episodes", activity_column).items():
+                never_reported_cell = self._never_reported(
+                    "", {key: counts for key, counts in contacts.items() if key[0] == activity_name}
+                )[0]
+                row_heads = (
+                    activity_column.replace("vr_type", "VR type"),
+                    activity_name or (NOT_STATED if activity_column == "vr_type" else NO_NAME),
+                )
+                rows.append(
+                    _Row(
+                        activity_column,
+                        row_heads,
+                        self._sum_by_student(durations > 0),
+                        (self._rate_cell(durations), never_reported_cell),
+                    )
+                )
+        return _table_of_rows(("what", "which"), ("contacts", "missed by any"), rows)
 
     def causes(self) -> Table:
         """A row per cause of misses and of false contacts."""
         rows = [
             _Row(
-                word + label,
-                (word, label, kind, cause or NO_NAME),
+                fault_word + label,
+                (fault_word, label, kind, cause or NO_NAME),
                 self._sum_by_student(counts > 0),
                 (self._rate_cell(counts, label),),
             )
-            for name, word in FAULTS.items()
+            for name, fault_word in FAULTS.items()
             for (label, kind, cause), counts in self.counts(name, "detector", "kind", "cause").items()
         ]
-        return _table(("what", "detector", "kind", "cause"), ("how many",), rows)
+        return _table_of_rows(("what", "detector", "kind", "cause"), ("how many",), rows)
 
     def contact_seconds_a_minute(self, members: Collection[str] | None) -> Estimate:
         """Return seconds of contact of the trusted detector a minute with known poses; ``None``: of all students."""
         episodes = self.runs.tables["episodes"]
         lengths = np.nan_to_num((episodes["end"].to_numpy() - episodes["start"].to_numpy()).astype(np.float64))
-        sessions = len(self._owners)
+        sessions = len(self._students_of_sessions)
         seconds = np.bincount(episodes["place"].to_numpy(), lengths, sessions)
         minutes = np.array(
             [next(iter(rows.values())).get("valid_minutes") or 0.0 for rows in self.runs.metrics.values()]
         )
-        is_member = np.array([members is None or owner in members for owner in self._owners], dtype=np.float64)
+        is_member = np.array(
+            [members is None or student in members for student in self._students_of_sessions], dtype=np.float64
+        )
         return self._resampling.ratio(
             self._sum_by_student(seconds * is_member), self._sum_by_student(minutes * is_member)
         )
 
     def counts(self, name: str, *columns: str) -> Counts:
         """How many rows of a table there are, by values of some columns, in the sessions of known students."""
-        counts: dict[tuple[str, ...], FloatArray] = {}
+        row_counts: dict[tuple[str, ...], FloatArray] = {}
         grouped_counts = self.runs.tables[name].group_by([*columns, "place"]).aggregate([([], "count_all")])
         for row in grouped_counts.to_pylist():
             if self._has_owner[row["place"]]:
-                key = tuple(row[column] or "" for column in columns)
-                counts.setdefault(key, np.zeros(len(self._owners)))[row["place"]] += row["count_all"]
-        return dict(sorted(counts.items(), key=lambda item: (-item[1].sum(), item[0])))
+                column_values = tuple(row[column] or "" for column in columns)
+                row_counts.setdefault(column_values, np.zeros(len(self._students_of_sessions)))[row["place"]] += row[
+                    "count_all"
+                ]
+        return dict(sorted(row_counts.items(), key=lambda item: (-item[1].sum(), item[0])))
 
     def mistakes(self, label: str) -> Mistakes | None:
         """Return the mistakes of an audited detector; ``None``: fewer than five students have a contact."""
-        present = sum(self.counts("episodes").values(), np.zeros(len(self._owners))) * self._observed_sessions(label)
-        if self.students_with(present) < LEAST_IN_CELL:
+        observed_contacts = sum(
+            self.counts("episodes").values(), np.zeros(len(self._students_of_sessions))
+        ) * self._observed_sessions(label)
+        if self.students_with(observed_contacts) < LEAST_IN_CELL:
             return None
         misses = self.runs.tables["misses"].select(["detector", "place", "episode", "kind"])
-        rows = [row for row in misses.to_pylist() if row["detector"] == label]
-        wrong_contacts = {(row["place"], row["episode"]) for row in rows if self._has_owner[row["place"]]}
-        never_reported = {(row["place"], row["episode"]) for row in rows if row["kind"] == FaultKind.NEVER_REPORTED}
-        missed = len(wrong_contacts & never_reported)
+        miss_rows = [row for row in misses.to_pylist() if row["detector"] == label]
+        wrong_contacts = {(row["place"], row["episode"]) for row in miss_rows if self._has_owner[row["place"]]}
+        never_reported = {
+            (row["place"], row["episode"]) for row in miss_rows if row["kind"] == FaultKind.NEVER_REPORTED
+        }
+        never_reported_count = len(wrong_contacts & never_reported)
         false_counts = self.counts("false_contacts", "detector", "kind")
         false_contacts = {kind: int(counts.sum()) for (own, kind), counts in false_counts.items() if own == label}
         total = sum(false_contacts.values())
         prolonging = total - false_contacts.get(FaultKind.NO_CONTACT, 0)
-        return Mistakes(int(present.sum()), missed, len(wrong_contacts) - missed, total, prolonging)
+        return Mistakes(
+            int(observed_contacts.sum()),
+            never_reported_count,
+            len(wrong_contacts) - never_reported_count,
+            total,
+            prolonging,
+        )
 
     def students_with(self, counts: FloatArray) -> int:
         """Number of students in whose sessions anything is counted."""
@@ -319,9 +352,9 @@ class ClassTables:
     def _omission_sentences(self) -> Iterator[str]:
         """Yields sentences on sessions left out and on settings that differ."""
         runs = self.runs
-        if nobody := self._owners.count(""):
-            where = "they are in the list of sessions and in no figure"
-            yield f"{nobody} of {len(runs.metrics)} sessions state no pseudonym: {where}."
+        if sessions_without_student := self._students_of_sessions.count(""):
+            nobody_clause = "they are in the list of sessions and in no figure"
+            yield f"{sessions_without_student} of {len(runs.metrics)} sessions state no pseudonym: {nobody_clause}."
         if runs.repeated:
             yield f"Runs left out because their session is there already: {runs.repeated}."
         if runs.unmeasured:
@@ -343,45 +376,52 @@ class ClassTables:
     def _rate_cell(self, counts: FloatArray, label: str = "") -> Cell:
         """How many rows, and how many that are a session."""
         sessions = self._sum_by_student(self._observed_sessions(label))
-        return cell(self._resampling.ratio(self._sum_by_student(counts), sessions), rate, f"{counts.sum():.0f}")
+        return estimate_cell(
+            self._resampling.ratio(self._sum_by_student(counts), sessions), rate, f"{counts.sum():.0f}"
+        )
 
     def _never_reported(self, label: str, contacts: Counts) -> tuple[Cell, Estimate]:
         """Contacts that a detector never finds, ``""``: that any does not; the last of each key says who missed it."""
-        every, lost_counts = np.zeros((2, len(self._owners)))
+        contact_counts, lost_counts = np.zeros((2, len(self._students_of_sessions)))
         for (*_, missed_by), counts in contacts.items():
-            every += counts
+            contact_counts += counts
             lost_counts += counts * (label in missed_by.split(",") if label else missed_by != "")
-        every, lost_counts = (
-            self._sum_by_student(counts * self._observed_sessions(label)) for counts in (every, lost_counts)
+        contact_counts, lost_counts = (
+            self._sum_by_student(counts * self._observed_sessions(label)) for counts in (contact_counts, lost_counts)
         )
-        estimate = self._resampling.ratio(lost_counts, every)
-        return cell(estimate, percent, f"{lost_counts.sum():.0f} of {every.sum():.0f}"), estimate
+        estimate = self._resampling.ratio(lost_counts, contact_counts)
+        return estimate_cell(estimate, percent, f"{lost_counts.sum():.0f} of {contact_counts.sum():.0f}"), estimate
 
     def _contacts_a_minute(self, label: str) -> Estimate:
         """Contacts a minute that a detector sees."""
-        rates = self._rates(label)
-        measured = self._sum_by_student(np.isfinite(rates))
-        means = self._sum_by_student(np.nan_to_num(rates)) / np.maximum(measured, 1.0)
-        return self._resampling.ratio(means, np.minimum(measured, 1.0))
+        rates = self._contact_rates(label)
+        measured_sessions = self._sum_by_student(np.isfinite(rates))
+        means = self._sum_by_student(np.nan_to_num(rates)) / np.maximum(measured_sessions, 1.0)
+        return self._resampling.ratio(means, np.minimum(measured_sessions, 1.0))
 
-    def _rates(self, label: str) -> FloatArray:
+    def _contact_rates(self, label: str) -> FloatArray:
         """Contacts a minute that a detector sees in each session; NaN where it saw none of the session."""
-        rows = (detectors.get(label, {}) for detectors in self.runs.metrics.values())
-        return np.array([row.get("contacts_per_min") for row in rows], dtype=np.float64)
+        detector_rows = (detectors.get(label, {}) for detectors in self.runs.metrics.values())
+        return np.array([row.get("contacts_per_min") for row in detector_rows], dtype=np.float64)
 
 
-def _table(heads: Sequence[str], figures: Sequence[str], rows: Sequence[_Row], notes: Iterable[str] = ()) -> Table:
+def _table_of_rows(
+    row_headings: Sequence[str], figure_headings: Sequence[str], rows: Sequence[_Row], notes: Iterable[str] = ()
+) -> Table:
     """The rows below their heads, with the students and sessions of each; of few students their number is all."""
-    columns = [*(Column(name, whole=name == heads[0]) for name in heads)]
-    columns += (Column(name, float) for name in ("n", "sessions", *figures))
-    hidden_rows, values = _hidden_rows(rows), []
+    columns = [*(Column(name, whole=name == row_headings[0]) for name in row_headings)]
+    columns += (Column(name, float) for name in ("n", "sessions", *figure_headings))
+    hidden_rows, cell_rows = _hidden_rows(rows), []
     for k, row in enumerate(rows):
         students = int(np.count_nonzero(row.sessions))
         cells: tuple[Cell, ...] = (students, int(row.sessions.sum()), *row.cells)
         if k in hidden_rows:
-            cells = (count_text(students) if students < LEAST_IN_CELL else SUPPRESSED, *[""] * (1 + len(row.cells)))
-        values.append((*row.heads, *cells))
-    return Table(tuple(columns), tuple(values), FIGURES, (*notes, N_COUNTS))
+            cells = (
+                count_text(students) if students < LEAST_IN_CELL else SUPPRESSED_TEXT,
+                *[""] * (1 + len(row.cells)),
+            )
+        cell_rows.append((*row.heads, *cells))
+    return Table(tuple(columns), tuple(cell_rows), FIGURES_NOTE, (*notes, N_COUNTS))
 
 
 def _hidden_rows(rows: Sequence[_Row]) -> set[int]:
@@ -392,8 +432,8 @@ def _hidden_rows(rows: Sequence[_Row]) -> set[int]:
     either.
     """
     hidden_rows: set[int] = set()
-    for whole in dict.fromkeys(row.whole for row in rows):
-        students = {k: row.sessions > 0 for k, row in enumerate(rows) if row.whole == whole}
+    for total_name in dict.fromkeys(row.whole for row in rows):
+        students = {k: row.sessions > 0 for k, row in enumerate(rows) if row.whole == total_name}
         has_hidden = np.zeros(len(rows[0].sessions), dtype=np.bool_)
         for k in sorted(students, key=lambda k: np.count_nonzero(students[k])):
             is_too_few = np.count_nonzero(students[k]) < LEAST_IN_CELL
@@ -408,41 +448,47 @@ def places(runs: ClassRuns, out: Path) -> dict[str, Place]:
 
     A session has the code of its student; of one who has several, or of nobody, digits over its poses stand there.
     """
-    owners = Counter(runs.shared_value(run, "student") for run in runs.metrics)
-    examples, names = {}, {}
+    sessions_of_student = Counter(runs.shared_value(run, "student") for run in runs.metrics)
+    first_run_of_student, names = {}, {}
     for run in runs.metrics:
         student, session = runs.shared_value(run, "student"), runs.shared_value(run, "session") or run
-        session_suffix = f", session {session}" if owners[student] > 1 else ""
+        session_suffix = f", session {session}" if sessions_of_student[student] > 1 else ""
         names[run] = f"{student}{session_suffix}" if student else session
     for run in runs.metrics:
         # A run folder has the name of its session file, which may be a person's.
         page = runs.top / run / REPORT
-        examples[run] = (names[run], quote(Path(os.path.relpath(page.resolve(), out.resolve())).as_posix()))
-    return examples
+        first_run_of_student[run] = (names[run], quote(Path(os.path.relpath(page.resolve(), out.resolve())).as_posix()))
+    return first_run_of_student
 
 
-def sessions_table(runs: ClassRuns, where: Mapping[str, Place]) -> Table:
+def sessions_table(runs: ClassRuns, place_of_run: Mapping[str, Place]) -> Table:
     """The sessions in which a detector misses most, of five students at least, by name: links, and no figure of one."""
     misses = runs.tables["misses"]
-    owners = [*zip(misses["place"].to_pylist(), misses["detector"].to_pylist(), strict=True)]
-    counts = Counter(owners)
+    place_and_detector = [*zip(misses["place"].to_pylist(), misses["detector"].to_pylist(), strict=True)]
+    miss_counts = Counter(place_and_detector)
     ranked_runs = []
     for index, (run, detectors) in enumerate(runs.metrics.items()):
-        audited = [label for label in detectors if runs.shared_value(run, "oracle") not in ("", label)]
-        worst = max(audited, key=lambda label: counts[index, label], default="")
-        ranked_runs.append((-counts[index, worst], run, index, worst, audited))
+        audited_labels = [label for label in detectors if runs.shared_value(run, "oracle") not in ("", label)]
+        worst = max(audited_labels, key=lambda label: miss_counts[index, label], default="")
+        ranked_runs.append((-miss_counts[index, worst], run, index, worst, audited_labels))
     students, rows_by_run = set[str](), {}
-    for negated_count, run, index, label, audited in sorted(ranked_runs):
+    for negated_count, run, index, label, audited_labels in sorted(ranked_runs):
         if len(students) >= LEAST_IN_CELL:
             break
         # A session of nobody may be of anybody already there.
         students |= {runs.shared_value(run, "student")} - {""}
-        name, page = where[run]
-        example = Marked("nothing missed" if audited else "not audited")
+        name, page = place_of_run[run]
+        example = Marked("nothing missed" if audited_labels else "not audited")
         if negated_count:
-            own = misses.take([k for k, owner in enumerate(owners) if owner == (index, label)])
+            own_misses = misses.take(
+                [
+                    k
+                    for k, miss_place_and_detector in enumerate(place_and_detector)
+                    if miss_place_and_detector == (index, label)
+                ]
+            )
             example = _example_cell(
-                min(own.to_pylist(), key=_miss_sort_key), page, "" if label == audited[0] else label
+                min(own_misses.to_pylist(), key=_miss_sort_key), page, "" if label == audited_labels[0] else label
             )
         rows_by_run[run] = Marked(name, to=page), example, label
     rows = tuple(rows_by_run[run] for run in sorted(rows_by_run))
@@ -455,7 +501,7 @@ def _miss_sort_key(miss: Row) -> tuple[bool, float, int]:
     return miss["touch"] is not None, -(miss["cut_length"] or 0.0), miss["number"]
 
 
-def _example_cell(miss: Row, page: str, by: str) -> Marked:
+def _example_cell(miss: Row, page: str, viewer_option: str) -> Marked:
     text = f"{miss['body_a']} - {miss['body_b']} at {miss['start']:.2f} s"
-    address = moment_address("miss", miss["number"], by)
+    address = moment_address("miss", miss["number"], viewer_option)
     return Marked(text, below=f"miss {miss['number']}, {miss['kind']}", to=f"{page}#{address}")
