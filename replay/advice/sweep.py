@@ -115,7 +115,7 @@ def tradeoff(
         if run.detectors is not None:
             settings = settings_of(run.detectors)
         else:
-            settings = settings_list(frames_hz=frame_rate(motion.times), shipped=bool(session.colliders))
+            settings = settings_list(frames_hz=frame_rate(motion.times), has_shipped_colliders=bool(session.colliders))
         scoring = Scoring(assembly, parse_detector(run.oracle or TRUSTED_DETECTOR), run.seed, run.tau, session)
         if not scoring.contacts:
             oracle = scoring.spec.name

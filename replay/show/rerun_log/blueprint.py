@@ -230,7 +230,7 @@ def _details_tab(picture: Picture, label: str) -> Any:
     if label in result.comparisons:
         present_outcomes = np.flatnonzero(result.comparisons[label].by_pair.sum(axis=0)).tolist()
         has_late = any(fault_key(miss.kind) == "late" for miss in result.misses[label])
-        title = f"Pair by pair    {lane_legend(present_outcomes, label, late=has_late)}"
+        title = f"Pair by pair    {lane_legend(present_outcomes, label, has_late=has_late)}"
     has_faults = bool(result.misses.get(label) or result.false.get(label))
     moments_list = _list_view([list_path(label)] if has_faults else [], f"All moments of {label}: click a time")
     settings_view = _text_view(details_path(label), "Settings, and what each stage takes")

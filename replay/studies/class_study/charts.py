@@ -70,7 +70,7 @@ def _sensitivity_chart(study: Study, result_kinds: tuple[str, ...], title: str, 
     caption = f"Results by the detector that counts contacts, with 95 % intervals; {COLOURS}."
     if not interval_rows:
         return None
-    return interval_plot(interval_rows[:MOST_RESULTS], caption, axis, title=title, marks=(0.0,))
+    return interval_plot(interval_rows[:MOST_RESULTS], caption, axis, title=title, marked_values=(0.0,))
 
 
 def _interval_row(finding: Finding) -> IntervalRow:
@@ -108,7 +108,7 @@ def _associations_chart(study: Study) -> Plot | None:
     caption = f"Associations with 95 % intervals; {COLOURS}. With one predictor a coefficient is the correlation."
     if not interval_rows:
         return None
-    return interval_plot(interval_rows, caption, "standardised coefficient", title="Associations", marks=(0.0,))
+    return interval_plot(interval_rows, caption, "standardised coefficient", title="Associations", marked_values=(0.0,))
 
 
 def _reliability_chart(study: Study) -> Plot | None:
@@ -129,4 +129,6 @@ def _reliability_chart(study: Study) -> Plot | None:
     if not interval_rows:
         return None
     title = "Reliability of the questionnaire"
-    return interval_plot(interval_rows, caption, "Cronbach's alpha", title=title, marks=(ACCEPTABLE_ALPHA,), end=1.0)
+    return interval_plot(
+        interval_rows, caption, "Cronbach's alpha", title=title, marked_values=(ACCEPTABLE_ALPHA,), end=1.0
+    )
