@@ -20,11 +20,11 @@ from replay.studies.class_study.power import (
     tests_together,
 )
 from replay.studies.class_study.refusals import LEAST_IN_CELL, LEAST_STUDENTS, count_text
-from replay.studies.class_study.regression import LEVEL, Finding
+from replay.studies.class_study.regression import SIGNIFICANCE_LEVEL, Finding
 from replay.studies.class_study.tables import (
     families_text,
     headlines,
-    listed,
+    joined_names,
     p_relation,
     result_name,
     source_sentence,
@@ -140,7 +140,7 @@ def _with_other_detectors(study: Study | None) -> list[str]:
     sentences = []
     for (name, is_reversed), texts in figures.items():
         change = "the sign is reversed" if is_reversed else "the conclusion is another"
-        sentences.append(f"With {listed(texts)} {change}{f' ({name})' if has_several else ''}.")
+        sentences.append(f"With {joined_names(texts)} {change}{f' ({name})' if has_several else ''}.")
     return sentences
 
 
@@ -162,15 +162,15 @@ def _first_sessions(class_tables: ClassTables, addresses: Mapping[str, Place], s
     examples = examples[:MOST_SESSIONS]
     pairs = {pair for _, pair, _, _ in examples}
     links = tuple(
-        (f"{name} at {moment}" if len(pairs) == 1 else f"{name}: {pair} at {moment}", address)
-        for name, pair, moment, address in examples
+        (f"{session_name} at {moment}" if len(pairs) == 1 else f"{session_name}: {pair} at {moment}", address)
+        for session_name, pair, moment, address in examples
     )
     common_text = ""
     if len(pairs) == 1:
         common_text = f"{'All are' if len(examples) > 1 else 'It is'} of the pair {pairs.pop()}. "
     text = "Mistakes of detectors to open first:"
     if study is not None and study.changing_detectors:
-        text = f"Mistakes that change it, of {listed(study.changing_detectors)}, for example:"
+        text = f"Mistakes that change it, of {joined_names(study.changing_detectors)}, for example:"
     elif study is not None and study.retested_results:
         text = "No mistake of a detector changes a conclusion. Mistakes to open:"
     return AnswerRow("When", text, f"{common_text}{FIRST_SESSIONS}", links)
@@ -182,21 +182,23 @@ def _action_sentences(class_tables: ClassTables, study: Study | None) -> list[st
     if study is None:
         if not trusted_labels:
             return []
-        return [f"Count contacts with the detector {listed(trusted_labels, 'or')}, the reference.", HOW_TO_TEST]
+        return [f"Count contacts with the detector {joined_names(trusted_labels, 'or')}, the reference.", HOW_TO_TEST]
     recommended_detectors = (
         [study.detector] if not trusted_labels or study.detector in trusted_labels else trusted_labels
     )
     wrong_labels = [label for label in study.changing_detectors if label not in trusted_labels] or (
         [study.detector] if study.changing_detectors and study.detector not in recommended_detectors else []
     )
-    instead_clause = f", not with {listed(wrong_labels, 'or')}" if wrong_labels else ""
-    actions = [f"count contacts with the detector {listed(recommended_detectors, 'or')}{instead_clause}"]
+    instead_clause = f", not with {joined_names(wrong_labels, 'or')}" if wrong_labels else ""
+    actions = [f"count contacts with the detector {joined_names(recommended_detectors, 'or')}{instead_clause}"]
     source = f"Every result about contacts on this page is counted with {study.detector}."
     if study.obstacle:
         actions.append(study.obstacle.lift)
     if study.tested and study.nothing_associated and (unreliable_scales := study.unreliable_scales):
         scales_text = (
-            listed(unreliable_scales) if len(unreliable_scales) <= MOST_SCALES else f"{len(unreliable_scales)} scales"
+            joined_names(unreliable_scales)
+            if len(unreliable_scales) <= MOST_SCALES
+            else f"{len(unreliable_scales)} scales"
         )
         actions.append(f"revise the questions on {scales_text}")
     if not more_students_needed(study):
@@ -225,7 +227,11 @@ def _as_sentence(actions: list[str]) -> str:
 
 def _level_text(tests: int) -> str:
     """The level of a test, and its correction where several are made."""
-    return f"p < {LEVEL:g}, corrected for {tests} tests" if tests > 1 else f"one test at p < {LEVEL:g}"
+    return (
+        f"p < {SIGNIFICANCE_LEVEL:g}, corrected for {tests} tests"
+        if tests > 1
+        else f"one test at p < {SIGNIFICANCE_LEVEL:g}"
+    )
 
 
 def _quicker_detector_sentences(
