@@ -37,12 +37,14 @@ def test_sparing_salts_dissolve_as_tables_say_hot_and_cold(solid, celsius, grams
     assert dissolved(solid, celsius, grams) == pytest.approx(grams, rel=0.18)
 
 
-@pytest.mark.parametrize(("solid", "is_told"), [("AgBr", True), ("AgCl", False)])
-def test_a_hot_solid_without_a_course_is_told(solid, is_told):
+@pytest.mark.parametrize(("solid", "is_reported"), [("AgBr", True), ("AgCl", False)])
+def test_a_hot_solid_without_a_course_is_reported(solid, is_reported):
     flask = glass("flask", 50.0, properties={"solid": {"formula": solid, "mass_g": 0.001}, "temperature_c": 80.0})
     reaction = ("reaction", {"equation": f"{solid} -> Ag+ + {solid[2:]}-"})
     output = compute(world({"flask": still(2)}, (flask,), MIX, CALM, reaction)).effects["reaction"].output
-    assert [f"how much {solid} dissolves" in event.text for event in output.events_named("assumed")] == [True] * is_told
+    assert [f"how much {solid} dissolves" in event.text for event in output.events_named("assumed")] == [
+        True
+    ] * is_reported
 
 
 def test_solubility_by_temperature_of_a_scene_is_taken_or_refused():

@@ -43,7 +43,7 @@ def test_free_energies_follow_from_potentials_and_constants(equation, solutes, k
 
 
 @pytest.mark.parametrize(
-    ("equation", "solutes", "is_told"),
+    ("equation", "solutes", "is_reported"),
     [
         ("Ag+ + Fe2+ -> Ag + Fe3+", ("AgNO3", "FeSO4"), True),
         ("2 Fe3+ + 2 I- -> 2 Fe2+ + I2", ("FeCl3", "KI"), True),
@@ -57,10 +57,10 @@ def test_free_energies_follow_from_potentials_and_constants(equation, solutes, k
         ("Br2 + 2 KI -> 2 KBr + I2", ("Br2", "KI"), False),
     ],
 )
-def test_equations_that_stop_at_an_equilibrium_are_told(equation, solutes, is_told):
+def test_equations_that_stop_at_an_equilibrium_are_reported(equation, solutes, is_reported):
     output = compute(scene_with(equation, solutes)).effects["reaction"].output
     events = output.events_named("equilibrium")
-    assert bool(events) == is_told and not output.events_named("assumed")
+    assert bool(events) == is_reported and not output.events_named("assumed")
     assert all("stops at its equilibrium in flask" in event.text for event in events)
 
 
@@ -85,13 +85,13 @@ def test_an_equation_with_a_rate_comes_to_its_equilibrium():
     assert extents[1] == pytest.approx(extents[0], rel=1e-3) and 1e-4 < extents[0] < 2.4e-4
 
 
-@pytest.mark.parametrize(("base", "is_told"), [("NH3", True), ("NaOH", False)])
-def test_aluminium_that_ammonia_dissolves_is_told(base, is_told):
+@pytest.mark.parametrize(("base", "is_reported"), [("NH3", True), ("NaOH", False)])
+def test_aluminium_that_ammonia_dissolves_is_reported(base, is_reported):
     """Textbooks leave it; of the fresh hydroxide two thirds dissolve in 0.5 mol/L by PHREEQC."""
     body = glass("flask", 50.0, solutes={"AlCl3": 0.025, base: 0.5})
     reaction = ("reaction", {"equation": "Al3+ + 3 OH- -> Al(OH)3"})
     output = compute(world({"flask": still(2)}, (body,), MIX, reaction)).effects["reaction"].output
-    assert len(output.events_named("fresh")) == is_told
+    assert len(output.events_named("fresh")) == is_reported
 
 
 @pytest.mark.parametrize(
@@ -103,7 +103,7 @@ def test_aluminium_that_ammonia_dissolves_is_told(base, is_told):
         ("3 C2H5OH + 2 CrO4^2- + 10 H+ -> 3 C2H4O + 2 Cr3+ + 8 H2O", {"C2H5OH": 0.1, "K2CrO4": 0.01, "HCl": 0.5}, None),
     ],
 )
-def test_chlorine_is_told_and_known_products_are_not_refused(equation, solutes, name):
+def test_chlorine_is_reported_and_known_products_are_not_refused(equation, solutes, name):
     body = glass("flask", 50.0, solutes=solutes)
     session = world({"flask": still(2)}, (body,), MIX, ("reaction", {"equation": equation}))
     events = compute(session).effects["reaction"].output.events_named("assumed")
