@@ -270,7 +270,7 @@ def _audit(prepared: PreparedSession, oracle: str, detectors: DetectorRuns, prog
         counts = {label: count_contacts(comparison, truth) for label, comparison in comparisons.items()}
         matches = {
             label: match_episodes(
-                comparison, truth, contacts[label], counts[label], most_frames_apart=_reach(runs[label], runs[oracle])
+                comparison, truth, contacts[label], counts[label], most_gap_frames=_reach(runs[label], runs[oracle])
             )
             for label, comparison in comparisons.items()
         }

@@ -15,7 +15,7 @@ from cdcore.protocol import PairDetector, counts_as_contact
 from cdcore.protocol.settings import RateSettings
 from replay.auditing.contact_counts import count_reports
 from replay.auditing.episodes import episodes
-from replay.auditing.holding import shares_a_frame
+from replay.auditing.holding import overlaps_holding
 from replay.auditing.outcome import Episode, Outcome
 from replay.auditing.record import Count, Fraction, Metres, Record
 from replay.auditing.sampling_offsets import OffsetCounts, at_offset, counts_over_offsets, has_offsets
@@ -172,7 +172,7 @@ def _not_grasped(contacts: Sequence[Episode], assembly: Assembly, reference: Ref
     segments = segments.reshape(-1, 3)
     is_pair_grasped = assembly.grasped[segments[:, 0]]
     if reference is not None:
-        is_pair_grasped = is_pair_grasped | shares_a_frame(reference.holdings, *segments.T)
+        is_pair_grasped = is_pair_grasped | overlaps_holding(reference.holdings, *segments.T)
     return tuple(
         contact for contact, is_grasped in zip(contacts, is_pair_grasped.tolist(), strict=True) if not is_grasped
     )

@@ -120,7 +120,7 @@ def holdings(assembly: Assembly, session: Session | None, contacts: Iterable[Epi
     segments = np.array(
         [(contact.pair, contact.first, contact.last) for contact in linked_contacts], dtype=np.int64
     ).reshape(-1, 3)
-    is_contact_grasped = shares_a_frame(holding_episodes, *segments.T)
+    is_contact_grasped = overlaps_holding(holding_episodes, *segments.T)
     grasped_contacts = (
         contact for contact, is_grasped in zip(linked_contacts, is_contact_grasped, strict=True) if is_grasped
     )
@@ -137,12 +137,12 @@ def are_grasped(
     """Return of each (pair, first frame, last frame) whether a hand holds the body, or a parent carries it."""
     segment_array = np.array(segments, dtype=np.int64).reshape(-1, 3)
     is_grasped: list[bool] = (
-        assembly.grasped[segment_array[:, 0]] | shares_a_frame(holdings, *segment_array.T)
+        assembly.grasped[segment_array[:, 0]] | overlaps_holding(holdings, *segment_array.T)
     ).tolist()
     return is_grasped
 
 
-def shares_a_frame(holdings: Sequence[Episode], pairs: IntArray, first: IntArray, last: IntArray) -> BoolArray:
+def overlaps_holding(holdings: Sequence[Episode], pairs: IntArray, first: IntArray, last: IntArray) -> BoolArray:
     """Return which of K segments of frames (both ends included) of ``pairs`` share a frame with a holding, (K,)."""
     is_shared = np.zeros(len(pairs), dtype=np.bool_)
     for holding in holdings:

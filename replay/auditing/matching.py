@@ -54,7 +54,7 @@ def match_episodes(
     reference_episodes: Sequence[Episode],
     subject_episodes: Sequence[Episode],
     counts: ContactCounts,
-    most_frames_apart: int = 0,
+    most_gap_frames: int = 0,
 ) -> EpisodeMatches:
     """Match the contacts of a subject with those of the oracle.
 
@@ -69,7 +69,7 @@ def match_episodes(
         _grasped_contacts(comparison, episodes_of_side) for episodes_of_side in (reference_episodes, subject_episodes)
     )
     overlaps, matched_overlaps = _match_overlaps(
-        reference_episodes, subject_episodes, most_frames_apart, grasped_contacts
+        reference_episodes, subject_episodes, most_gap_frames, grasped_contacts
     )
     of_truth, of_reported = (
         Counter(episode.truth for episode in overlaps),
@@ -124,20 +124,20 @@ def _grasped_contacts(comparison: Comparison, episodes: Sequence[Episode]) -> se
 def _match_overlaps(
     reference_episodes: Sequence[Episode],
     subject_episodes: Sequence[Episode],
-    most_frames_apart: int,
+    most_gap_frames: int,
     grasped_numbers: set[int],
 ) -> tuple[list[EpisodeMatch], list[EpisodeMatch]]:
     """Overlaps but those of ``grasped_numbers`` contacts of the first list, and the best assignment in its order."""
     overlaps = [
         episode
-        for episode in _overlaps(reference_episodes, subject_episodes, most_frames_apart)
+        for episode in _overlaps(reference_episodes, subject_episodes, most_gap_frames)
         if episode.truth not in grasped_numbers
     ]
     return overlaps, sorted(_best_assignment(overlaps), key=lambda episode: episode.truth)
 
 
 def _overlaps(
-    reference_episodes: Sequence[Episode], subject_episodes: Sequence[Episode], most_frames_apart: int
+    reference_episodes: Sequence[Episode], subject_episodes: Sequence[Episode], most_gap_frames: int
 ) -> Iterator[EpisodeMatch]:
     """Overlaps, pair by pair in order of time."""
     reference_sorted, subject_sorted = (
@@ -147,12 +147,12 @@ def _overlaps(
     i = j = 0
     while i < len(reference_sorted) and j < len(subject_sorted):
         (number, episode), (other_number, other) = reference_sorted[i], subject_sorted[j]
-        first, last = max(episode.first, other.first), min(episode.last, other.last + most_frames_apart)
+        first, last = max(episode.first, other.first), min(episode.last, other.last + most_gap_frames)
         shared_frames = last - first + 1 - episode.lost_within(first, last)
         if episode.pair == other.pair and shared_frames > 0:
             extra_seconds = (other.end - other.start) - (episode.end - episode.start)
             yield EpisodeMatch(number, other_number, shared_frames, other.start - episode.start, extra_seconds)
-        if (episode.pair, episode.last) <= (other.pair, other.last + most_frames_apart):
+        if (episode.pair, episode.last) <= (other.pair, other.last + most_gap_frames):
             i += 1
         else:
             j += 1

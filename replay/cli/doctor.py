@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from sessions.doctor.finding import Finding
 
-SEVERITY_WORDS: Final = ("note", "warning", "error")
+SEVERITY_NAMES: Final = ("note", "warning", "error")
 SEVERITY_MARKS: Final = (FAINT, WARNING, ERROR)
 
 
@@ -24,9 +24,9 @@ SEVERITY_MARKS: Final = (FAINT, WARNING, ERROR)
 @click.argument("files", type=SESSION_ANYWHERE, nargs=-1, required=True, metavar="FILE...")
 @click.option(
     "--fail-on",
-    type=click.Choice(SEVERITY_WORDS),
+    type=click.Choice(SEVERITY_NAMES),
     metavar="SEVERITY",
-    help=f"Exit with 4 from: {', '.join(SEVERITY_WORDS)}.",
+    help=f"Exit with 4 from: {', '.join(SEVERITY_NAMES)}.",
 )
 @click.option("--look", is_flag=True, help="Pictures of the scene, and questions on what its import guessed.")
 @click.option("--answer", "answers", multiple=True, metavar="1b", help="Answer a question of --look. Repeatable.")
@@ -72,20 +72,20 @@ def command(
                 [*examine(local_file, scene=scene, planned=plan_faults), *_inside_findings(local_file)]
             )
     json_value = [
-        {"file": str(file), "findings": [finding.as_json() for finding in findings_of_one_file]}
-        for file, findings_of_one_file in findings_of_file.items()
+        {"file": str(file), "findings": [finding.as_json() for finding in file_findings]}
+        for file, file_findings in findings_of_file.items()
     ]
     report_lines = (
         entry
-        for file, findings_of_one_file in findings_of_file.items()
-        for entry in _findings_report(file, findings_of_one_file, people.verbose)
+        for file, file_findings in findings_of_file.items()
+        for entry in _findings_report(file, file_findings, people.verbose)
     )
     answer(as_json, json_value, lambda: stacked(*report_lines))
     failing_count = (
         sum(
-            finding.severity >= SEVERITY_WORDS.index(fail_on)
-            for findings_of_one_file in findings_of_file.values()
-            for finding in findings_of_one_file
+            finding.severity >= SEVERITY_NAMES.index(fail_on)
+            for file_findings in findings_of_file.values()
+            for finding in file_findings
         )
         if fail_on
         else 0
@@ -140,8 +140,8 @@ def _findings_report(file: Path, findings: "Sequence[Finding]", verbose: bool) -
     yield plain_text(file.name, "bold").append_text(
         Text.from_markup(f"  {severity_headline(findings)}", style="not bold")
     )
-    note_counts = Counter(finding.code for finding in findings if SEVERITY_WORDS[finding.severity] == "note")
-    listed_findings = [finding for finding in findings if verbose or SEVERITY_WORDS[finding.severity] != "note"]
+    note_counts = Counter(finding.code for finding in findings if SEVERITY_NAMES[finding.severity] == "note")
+    listed_findings = [finding for finding in findings if verbose or SEVERITY_NAMES[finding.severity] != "note"]
     if listed_findings:
         findings_table = finding_table(
             sorted(listed_findings, key=lambda finding: -finding.severity), "", marks=SEVERITY_MARKS
@@ -157,7 +157,7 @@ def severity_headline(findings: "Sequence[Finding]") -> str:
     from replay.show.words import NOTHING_SUSPICIOUS
     from replay.words import plural
 
-    count_of_word = Counter(SEVERITY_WORDS[finding.severity] for finding in findings)
+    count_of_word = Counter(SEVERITY_NAMES[finding.severity] for finding in findings)
     colour_of_word = {"error": "bold magenta", "warning": "yellow"}  # not red: that is for misses
     count_texts = [
         f"[{colour}]{plural(count_of_word[word], word)}[/]"

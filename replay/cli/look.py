@@ -182,8 +182,8 @@ def _check_answers(questions: Sequence["Question"], given: Answers) -> None:
                 f"{number + 1}{ascii_lowercase[alternative]}: {number_text}", param_hint="--answer"
             )
         if alternative >= len(questions[number].alternatives):
-            allowed_letters = ", ".join(ascii_lowercase[: len(questions[number].alternatives)])
-            raise click.BadParameter(f"question {number + 1} has the answers {allowed_letters}", param_hint="--answer")
+            allowed_answers = ", ".join(ascii_lowercase[: len(questions[number].alternatives)])
+            raise click.BadParameter(f"question {number + 1} has the answers {allowed_answers}", param_hint="--answer")
 
 
 def _as_json(review: "AssumptionReview", pictures: Sequence[Path], given: Answers) -> dict[str, Any]:
@@ -251,14 +251,16 @@ def _answers_of_a_person(questions: Sequence["Question"], given: Answers) -> dic
     for number, question in enumerate(questions):
         if number in given:
             continue
-        letters = ascii_lowercase[: len(question.alternatives)]
+        answer_choices = ascii_lowercase[: len(question.alternatives)]
         while True:
-            prompt = f" {number + 1} of {len(questions)}  Which one? [{'/'.join(letters)}/?; Enter: {LEAVE_OPEN}]"
+            prompt = (
+                f" {number + 1} of {len(questions)}  Which one? [{'/'.join(answer_choices)}/?; Enter: {LEAVE_OPEN}]"
+            )
             reply = click.prompt(prompt, default="", show_default=False, prompt_suffix=" ").strip().lower()
             if not reply:
                 break
-            if len(reply) == 1 and reply in letters:
-                chosen_answers[number] = letters.index(reply)
+            if len(reply) == 1 and reply in answer_choices:
+                chosen_answers[number] = answer_choices.index(reply)
                 break
             click.echo("      Choose the letter of the line that shows your scene: see the pictures.")
     return chosen_answers

@@ -127,10 +127,10 @@ def _point_between(first: FloatArray, second: FloatArray, gap: Gap) -> FloatArra
 def _common_point(first: TriangleMesh, second: TriangleMesh) -> FloatArray:
     """The middle of what two solids have in common."""
     a, b = manifold_of(first), manifold_of(second)
-    common_part = None if a is None or b is None else a ^ b
-    if common_part is None or common_part.is_empty():
+    intersection = None if a is None or b is None else a ^ b
+    if intersection is None or intersection.is_empty():
         return np.asarray((first.vertices.mean(axis=0) + second.vertices.mean(axis=0)) / 2)
-    return np.asarray(common_part.to_mesh64().vert_properties[:, :3].mean(axis=0))
+    return np.asarray(intersection.to_mesh64().vert_properties[:, :3].mean(axis=0))
 
 
 def _is_free(point: FloatArray, pieces: Sequence[TriangleMesh]) -> bool:

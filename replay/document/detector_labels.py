@@ -46,6 +46,6 @@ def shape_label(settings: Mapping[str, Any]) -> str:
     return plural(pieces, "convex piece")
 
 
-def sentence_of(words: str) -> str:
+def sentence_of(text: str) -> str:
     """Words as the beginning of a sentence; a name of code keeps its letters."""
-    return words if ":" in words else words[:1].upper() + words[1:]
+    return text if ":" in text else text[:1].upper() + text[1:]

@@ -195,10 +195,10 @@ class _Runs:
         run_detector = self._detectors[label]
         if (run_detector.name, run_detector.release) != (spec.name, spec.release):
             return False
-        wanted_settings = asdict(settings_of(spec.name, dict(spec.settings)))
-        if "seed" in wanted_settings:
-            wanted_settings["seed"] = spec.settings.get("seed", self._seed)
-        return _deciding_settings(wanted_settings) == _deciding_settings(run_detector.settings)
+        spec_settings = asdict(settings_of(spec.name, dict(spec.settings)))
+        if "seed" in spec_settings:
+            spec_settings["seed"] = spec.settings.get("seed", self._seed)
+        return _deciding_settings(spec_settings) == _deciding_settings(run_detector.settings)
 
     def rank_of(self, label: str) -> Rank:
         """Its row of the ranking."""

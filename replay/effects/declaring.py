@@ -163,9 +163,9 @@ def _text(toml_value: Any, field: Field, _: Scene) -> str:
         raise ValueError(
             f" is {toml_value!r}; there are: {plain_colours}; two as in red-brown, and {', '.join(SHADES)} before them"
         )
-    allowed_words = () if field.kind == "colour" else field.among
-    if allowed_words and toml_value not in allowed_words:
-        raise ValueError(f" is {toml_value!r}{nearest(toml_value, allowed_words)}")
+    allowed_texts = () if field.kind == "colour" else field.among
+    if allowed_texts and toml_value not in allowed_texts:
+        raise ValueError(f" is {toml_value!r}{nearest(toml_value, allowed_texts)}")
     return toml_value
 
 

@@ -194,9 +194,9 @@ class EffectInputs:
         """
         if HANDS not in self.reads:
             raise EffectError(f"effect {self.kind!r} reads a hand; name {HANDS!r} in `reads`")
-        body_words = {*self.body(body).tags, *body.replace("_", "-").split("-")}
-        hand_keys = [key for key in self.session.hands if key.rpartition("/")[2] in body_words]
-        mine = [key for key in hand_keys if key.partition("/")[0] in body_words] or hand_keys
+        body_tags = {*self.body(body).tags, *body.replace("_", "-").split("-")}
+        hand_keys = [key for key in self.session.hands if key.rpartition("/")[2] in body_tags]
+        mine = [key for key in hand_keys if key.partition("/")[0] in body_tags] or hand_keys
         if not mine:
             return None
         self.count(f"decoded {HANDS}/{mine[0]}")

@@ -287,9 +287,9 @@ def fix_colliders(
                     row["after"] = _report_card_row(prepared_session.assembly, scoring.reference, name, pieces)
                 other_cuts = _other_cuts(search.ladders[name], cuts_of_body.get(name, {})) if every_method else {}
                 row["others"] = [
-                    {"how": collider_words}
+                    {"how": collider_description}
                     | _report_card_row(prepared_session.assembly, scoring.reference, name, convex_pieces(cut))
-                    for collider_words, cut in other_cuts.items()
+                    for collider_description, cut in other_cuts.items()
                 ]
                 advance(1)
         rate_text = "".join(f",{key}={value:g}" for key, value in rate_setting.items())

@@ -32,23 +32,23 @@ def is_remote(candidate: Any) -> bool:
 
 
 @contextmanager
-def store_errors(place: Any) -> Iterator[None]:
+def store_errors(address: Any) -> Iterator[None]:
     """Turns errors at a URL into ``PlaceError``: each kind of store has errors of its own."""
     try:
         yield
     except Exception as error:
-        if not is_remote(place) or isinstance(error, ReplayError):
+        if not is_remote(address) or isinstance(error, ReplayError):
             raise
         todo = "check the address, the network and who may read and write there"
-        raise PlaceError(f"{place} cannot be reached ({type(error).__name__}: {error}); {todo}") from error
+        raise PlaceError(f"{address} cannot be reached ({type(error).__name__}: {error}); {todo}") from error
 
 
 @contextmanager
-def local_copy(place: Any) -> Iterator[Any]:
+def local_copy(address: Any) -> Iterator[Any]:
     """Yields the argument; for a URL, a local copy that lasts until the block ends."""
-    remote_path: Any = path_of_place(place) if isinstance(place, str) else place
+    remote_path: Any = path_of_place(address) if isinstance(address, str) else address
     if not is_remote(remote_path):
-        yield place
+        yield address
         return
     with temporary_folder() as folder:
         copied_file = folder / remote_path.name
@@ -58,21 +58,21 @@ def local_copy(place: Any) -> Iterator[Any]:
 
 
 @contextmanager
-def run_folder_for(place: Any) -> Iterator[Any]:
+def run_folder_for(address: Any) -> Iterator[Any]:
     """The run folder to write; of one at a URL a folder on this machine, put there when the block ends well.
 
     Its summary is put last: a folder without one was begun by a process that was killed, and is made anew.
     """
-    if not is_remote(place):
-        yield place
+    if not is_remote(address):
+        yield address
         return
     from replay.show.results.run_folder import SUMMARY
 
     with temporary_folder() as folder:
-        local_folder = folder / place.name
+        local_folder = folder / address.name
         yield local_folder
-        with store_errors(place):
-            (place / SUMMARY).unlink(missing_ok=True)
-            place.fs.makedirs(place.path, exist_ok=True)
+        with store_errors(address):
+            (address / SUMMARY).unlink(missing_ok=True)
+            address.fs.makedirs(address.path, exist_ok=True)
             for file in sorted(local_folder.iterdir(), key=lambda file: file.name == SUMMARY):
-                place.fs.put_file(str(file), (place / file.name).path)
+                address.fs.put_file(str(file), (address / file.name).path)

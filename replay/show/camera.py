@@ -53,9 +53,9 @@ def viewing_direction(gap_direction: FloatArray, user_direction: FloatArray) -> 
     """
     unit_gap = gap_direction / max(float(np.linalg.norm(gap_direction)), 1e-12)
     azimuth = np.arange(AZIMUTHS) * (2 * np.pi / AZIMUTHS)
-    horizontal_part, vertical_part = np.cos(RAISED), np.full(AZIMUTHS, np.sin(RAISED))
+    horizontal_component, vertical_component = np.cos(RAISED), np.full(AZIMUTHS, np.sin(RAISED))
     candidate_directions = np.stack(
-        [horizontal_part * np.sin(azimuth), vertical_part, horizontal_part * np.cos(azimuth)], axis=1
+        [horizontal_component * np.sin(azimuth), vertical_component, horizontal_component * np.cos(azimuth)], axis=1
     )
     chosen_direction: FloatArray = candidate_directions[
         int(np.argmin(np.abs(candidate_directions @ unit_gap) - USER_SIDE * (candidate_directions @ user_direction)))

@@ -27,7 +27,7 @@ EPOCH_NS: Final = 946_684_800 * 10**9
 """When every minimised recording begins: 2000-01-01 00:00 UTC."""
 NEAR_NS: Final = 3600 * 10**9
 """A device stamp further from its frame is of another clock, which would say when it was; the frame's stands for it."""
-ROLE_WORDS: Final = HEAD_TOKENS | HAND_TOKENS | {*SIDES, "glass", "bench", "rod"}
+ROLE_NAMES: Final = HEAD_TOKENS | HAND_TOKENS | {*SIDES, "glass", "bench", "rod"}
 """Words of names and tags that the tool itself reads: they may stay."""
 KEPT_INTERVAL_KINDS: Final = ("task", "stage", "feature")
 KEPT_FACTS: Final = {
@@ -118,7 +118,7 @@ def _numbered_names(old_names: Iterable[str]) -> dict[str, str]:
     for name in dict.fromkeys(old_names):
         tokens = name_tokens(name)
         new_names[name] = "-".join(
-            [*dict.fromkeys(word for word in tokens if word in ROLE_WORDS), f"body-{len(new_names) + 1}"]
+            [*dict.fromkeys(word for word in tokens if word in ROLE_NAMES), f"body-{len(new_names) + 1}"]
         )
     return new_names
 
@@ -152,7 +152,7 @@ def _renamed_pairs(pairs: Iterable[tuple[str, str]], new_name_of: Mapping[str, s
 
 def _renamed_body(body: SceneBody, new_name_of: Mapping[str, str], groups: Mapping[str, str]) -> SceneBody:
     mass = {key: value for key, value in body.extra.items() if key == "mass" and isinstance(value, int | float)}
-    tags = tuple(tag for tag in body.tags if tag in ROLE_WORDS)
+    tags = tuple(tag for tag in body.tags if tag in ROLE_NAMES)
     renamed_body = replace(
         body, id=new_name_of[body.id], group=groups[body.group], parent=new_name_of.get(body.parent, ""), tags=tags
     )
@@ -164,7 +164,7 @@ def _renamed_effect(effect: SceneEffect, scene: Scene, new_name_of: Mapping[str,
 
     def rename_value(value: Any) -> Any:
         if isinstance(value, str):
-            return value if value in fixed_tokens or value.removeprefix("tag:") in ROLE_WORDS else new_name_of[value]
+            return value if value in fixed_tokens or value.removeprefix("tag:") in ROLE_NAMES else new_name_of[value]
         return [rename_value(item) for item in value] if isinstance(value, list | tuple) else float(value)
 
     try:

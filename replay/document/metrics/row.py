@@ -95,8 +95,8 @@ def _grasping_hands(result: RunResult) -> _Grasping:
     assembly = result.assembly
     hands, fixed = hand_bodies(assembly, result.session), fixed_bodies(assembly)
     # A scene that declares effects is asked for those alone: the topic of hands is not read for a grasp nobody wants.
-    grasps_wanted = result.session.scene.effects is None or "grasp" in result.effects
-    grasp_spans = grasps(assembly, result.session) if grasps_wanted else None
+    needs_grasps = result.session.scene.effects is None or "grasp" in result.effects
+    grasp_spans = grasps(assembly, result.session) if needs_grasps else None
     not_grasped = [
         pair
         for pair, (a, b) in enumerate(assembly.pairs.tolist())

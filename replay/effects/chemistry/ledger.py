@@ -188,7 +188,7 @@ class Ledger:
             self.amounts[index, self.column[CAPACITY]] = solids_capacity + solutes_capacity
             heat = excess * float(self.capacity(index, self.volume_ml[index], self.amounts[index]))
             self.amounts[index, self.column[HEAT]] = heat
-            self._react_in_place(index, self.state[index : index + 1], trials=0)
+            self._react_state(index, self.state[index : index + 1], trials=0)
             # What dissolved or reacted has another heat capacity, at the temperature that the vessel has.
             settled_heat = excess * float(self.capacity(index, self.volume_ml[index], self.amounts[index]))
             self.amounts[index, self.column[HEAT]] = settled_heat
@@ -224,7 +224,7 @@ class Ledger:
             component = min(step, since - seconds_done)
             self._exchange_heat(index, component)
             self._run_slow_processes(index, component)
-            self._react_in_place(index, self.state[index : index + 1])
+            self._react_state(index, self.state[index : index + 1])
             seconds_done += component
             step *= GROWTH
             if not self._has_closed_form:
@@ -275,7 +275,7 @@ class Ledger:
         step_count = min(MOST_STEPS, int(np.ceil(temperature_change / KELVIN_STEP)))
         for step in range(step_count):
             self._exchange_heat(index, seconds / step_count)
-            self._react_in_place(index, state_row)
+            self._react_state(index, state_row)
             if step < step_count - 1:
                 self._note_state(index, frame, time + seconds * (step + 1) / step_count)
 
@@ -335,7 +335,7 @@ class Ledger:
             if index != self.at[""]:
                 # What only gives keeps its composition, and stays at equilibrium with its solids.
                 if index in receiving_indices:
-                    self._react_in_place(index, rows[1:])
+                    self._react_state(index, rows[1:])
                 self._blocks[index].append((times, frames, rows[1:]))
             self.state[index] = rows[-1]
 
@@ -408,7 +408,7 @@ class Ledger:
         amounts[self.column[HEAT]] -= float(sum(extents[row] * self._process_joule(row) for row in self.slow))
         self.extents[index] += extents
 
-    def _react_in_place(self, index: int, rows: FloatArray, *, trials: int = MOST_TRIALS) -> None:
+    def _react_state(self, index: int, rows: FloatArray, *, trials: int = MOST_TRIALS) -> None:
         """Let rows of the state of a place, which follow each other in time, react at once, in place.
 
         A vessel without a liquid does not react. ``trials``: of the temperature to which its own heat leads; without

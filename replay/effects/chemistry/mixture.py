@@ -143,17 +143,17 @@ class Mixture:
         if WATER not in makeup and 0 <= protons < len(protonation_heats):
             return protonation_heats[protons] - protonation_heats[0]
         for component in solutes:
-            makeup_without_one = {**makeup, component: makeup[component] - 1.0}
-            makeup_without_one = {name: many for name, many in makeup_without_one.items() if many}
+            reduced_makeup = {**makeup, component: makeup[component] - 1.0}
+            reduced_makeup = {name: many for name, many in reduced_makeup.items() if many}
             # A heat of exactly 0 is one that nobody measured.
             is_single_charge = abs(component_of(component).charge) == 1 and component not in LIGANDS
             is_unmeasured = self._by_makeup[_makeup_key(makeup)].kilojoule == 0.0 and makeup[component] > 1.0
             if (
                 (is_single_charge or is_unmeasured)
                 and len(solutes) > 1
-                and _makeup_key(makeup_without_one) in self._by_makeup
+                and _makeup_key(reduced_makeup) in self._by_makeup
             ):
-                return self._kilojoule(makeup_without_one)
+                return self._kilojoule(reduced_makeup)
         entry = self._by_makeup[_makeup_key(makeup)]
         return entry.kilojoule - self._components_kilojoule(makeup)
 

@@ -90,11 +90,11 @@ def volume_below(vertices: FloatArray, faces: IntArray, down: FloatArray, depth:
     is_cut = (lower < 0.0) & (upper > 0.0)
     lower, upper, depth_sums = lower[is_cut], upper[is_cut], depth_sums[is_cut]
     middle_depths = depth_sums - lower - upper
-    one_corner_volume = upper**3 / ((upper - lower) * np.where(middle_depths < 0.0, upper - middle_depths, upper))
+    single_corner_volume = upper**3 / ((upper - lower) * np.where(middle_depths < 0.0, upper - middle_depths, upper))
     two_corner_volume = depth_sums - lower**3 / (
         (upper - lower) * np.where(middle_depths < 0.0, -lower, middle_depths - lower)
     )
-    mean[is_cut] = np.where(middle_depths < 0.0, one_corner_volume, two_corner_volume)
+    mean[is_cut] = np.where(middle_depths < 0.0, single_corner_volume, two_corner_volume)
     return (facing_areas * mean).sum(axis=0) / 3.0
 
 

@@ -12,7 +12,7 @@ from cdcore.numerics import IntArray
 from cdcore.protocol import counts_as_contact, is_one_of
 from replay.auditing.compare import VERDICT_FRAMES
 from replay.auditing.fault import Fault
-from replay.auditing.holding import shares_a_frame
+from replay.auditing.holding import overlaps_holding
 from replay.auditing.outcome import Outcome
 from replay.document.metrics.row import METRICS, TASK, TYPES_OF_MEASURES, metric_rows
 from replay.document.run_document import RunDocument
@@ -136,7 +136,7 @@ def _frame_columns(result: RunResult, frames: IntArray, columns: IntArray, numbe
         "time": pa.array(result.assembly.motion.times[frames]),
         "body_a": _dictionary(pair_bodies[:, 0], names),
         "body_b": _dictionary(pair_bodies[:, 1], names),
-        "held": pa.array(result.assembly.grasped[columns] | shares_a_frame(result.holdings, columns, frames, frames)),
+        "held": pa.array(result.assembly.grasped[columns] | overlaps_holding(result.holdings, columns, frames, frames)),
         "flag": _flag_column(result, frames, columns),
     }
     for label, detection in result.detections.items():

@@ -461,11 +461,11 @@ def places(runs: ClassRuns, out: Path) -> dict[str, Place]:
     return first_run_of_student
 
 
-def sessions_table(runs: ClassRuns, place_of_run: Mapping[str, Place]) -> Table:
+def sessions_table(runs: ClassRuns, address_of_run: Mapping[str, Place]) -> Table:
     """The sessions in which a detector misses most, of five students at least, by name: links, and no figure of one."""
     misses = runs.tables["misses"]
-    place_and_detector = [*zip(misses["place"].to_pylist(), misses["detector"].to_pylist(), strict=True)]
-    miss_counts = Counter(place_and_detector)
+    index_and_detector = [*zip(misses["place"].to_pylist(), misses["detector"].to_pylist(), strict=True)]
+    miss_counts = Counter(index_and_detector)
     ranked_runs = []
     for index, (run, detectors) in enumerate(runs.metrics.items()):
         audited_labels = [label for label in detectors if runs.shared_value(run, "oracle") not in ("", label)]
@@ -477,14 +477,14 @@ def sessions_table(runs: ClassRuns, place_of_run: Mapping[str, Place]) -> Table:
             break
         # A session of nobody may be of anybody already there.
         students |= {runs.shared_value(run, "student")} - {""}
-        name, page = place_of_run[run]
+        name, page = address_of_run[run]
         example = Marked("nothing missed" if audited_labels else "not audited")
         if negated_count:
             own_misses = misses.take(
                 [
                     k
-                    for k, miss_place_and_detector in enumerate(place_and_detector)
-                    if miss_place_and_detector == (index, label)
+                    for k, miss_index_and_detector in enumerate(index_and_detector)
+                    if miss_index_and_detector == (index, label)
                 ]
             )
             example = _example_cell(

@@ -47,14 +47,14 @@ class Heading:
 
 def study_html(
     runs: ClassRuns,
-    place_of_run: Mapping[str, Place],
+    address_of_run: Mapping[str, Place],
     study: Study | None = None,
     heading: Heading = Heading(),
     seed: int = 0,
 ) -> str:
     """The page as text: of the sessions of a class, and of a study where there is a questionnaire.
 
-    ``place_of_run`` is run -> name and address of its page.
+    ``address_of_run`` is run -> name and address of its page.
     """
     class_tables = ClassTables(runs, seed)
     open_guesses = open_guesses_line(runs_with_open_guesses(runs), len(runs.metrics))
@@ -63,10 +63,10 @@ def study_html(
         "opening": opening_sentence(study, class_counts(runs)),
         "note": heading.note,
         "doubts": open_guesses,
-        "answer": class_answer(class_tables, place_of_run, study),
+        "answer": class_answer(class_tables, address_of_run, study),
         "unmatched": [],
         "study": study,
-        "sessions": sessions_table(runs, place_of_run),
+        "sessions": sessions_table(runs, address_of_run),
         "observed_only": OBSERVED_ONLY,
         "contacts": {
             "How detectors differ": class_tables.detectors(),

@@ -13,7 +13,7 @@ LEAST_STUDENTS_NEEDED: Final = 20
 MEDIUM_CORRELATION: Final = 0.3
 """A correlation of medium size (Cohen 1988)."""
 
-WANTED_POWER: Final = 0.8
+TARGET_POWER: Final = 0.8
 """Probability that a test finds the correlation: in four of five classes."""
 
 
@@ -41,7 +41,7 @@ def students_needed(correlation: float, tests: int) -> int:
 def _detectable_deviations(tests: int) -> float:
     """Standard deviations between no correlation and one that a two-sided test finds in four of five classes."""
     normal = NormalDist()
-    return normal.inv_cdf(1.0 - SIGNIFICANCE_LEVEL / (2 * tests)) + normal.inv_cdf(WANTED_POWER)
+    return normal.inv_cdf(1.0 - SIGNIFICANCE_LEVEL / (2 * tests)) + normal.inv_cdf(TARGET_POWER)
 
 
 def more_students_needed(study: Study) -> bool:

@@ -18,7 +18,7 @@ LEAST_SPREAD: Final = 1e-12
 ACCEPTABLE_ALPHA: Final = 0.7
 """Alpha from which on a scale is commonly called reliable. Source: Nunnally (1978), Psychometric Theory."""
 
-KAISER_WORDS: Final = (
+KAISER_LABELS: Final = (
     (0.9, "marvellous"),
     (0.8, "meritorious"),
     (0.7, "middling"),
@@ -97,7 +97,7 @@ def item_total(answers: FloatArray) -> tuple[float, ...]:
 
 def kaiser_word(kmo: float) -> str:
     """Kaiser's word for a KMO of this size."""
-    return next((word for least_kmo, word in KAISER_WORDS if kmo >= least_kmo), "unacceptable")
+    return next((word for least_kmo, word in KAISER_LABELS if kmo >= least_kmo), "unacceptable")
 
 
 def correlations(answers: FloatArray) -> FloatArray:

@@ -40,7 +40,7 @@ PRINTED_SAMPLE: Final = {
 }
 """The sample as Table II of the paper prints it."""
 
-ASSOCIATION_WORDS: Final = ("association", "associations")
+ASSOCIATION_LABELS: Final = ("association", "associations")
 COMPARISON: Final = ("comparison of groups", "comparisons of groups")
 """One and several results of a kind; p-values are corrected within a kind."""
 
@@ -118,10 +118,10 @@ def undecided_text(study: Study) -> str:
     by_conclusion = {finding.conclusion: finding for finding in reversed(study.findings)}
     sentences = []
     if finding := by_conclusion.get(AFTER_HOLM):
-        findings_of_kind, kind_words = (
-            (study.groups, COMPARISON) if finding.kind == "groups" else (study.coefficients, ASSOCIATION_WORDS)
+        findings_of_kind, kind_labels = (
+            (study.groups, COMPARISON) if finding.kind == "groups" else (study.coefficients, ASSOCIATION_LABELS)
         )
-        tests = plural(sum(other_finding.p is not None for other_finding in findings_of_kind), *kind_words)
+        tests = plural(sum(other_finding.p is not None for other_finding in findings_of_kind), *kind_labels)
         sentences.append(
             f"Undecided means here: p is {p_text(finding.p)} alone, which is below {SIGNIFICANCE_LEVEL:g}, but "
             f"{p_text(finding.p_holm)} after correction for {tests} tested together."
@@ -139,7 +139,7 @@ def families_text(study: Study) -> str:
     """Sentence on the results of both kinds; ``""``: all are of one kind."""
     if not study.coefficients or not study.groups:
         return ""
-    kind_texts = plural(len(study.coefficients), *ASSOCIATION_WORDS), plural(len(study.groups), *COMPARISON)
+    kind_texts = plural(len(study.coefficients), *ASSOCIATION_LABELS), plural(len(study.groups), *COMPARISON)
     return f"The results are {kind_texts[0]} and {kind_texts[1]}."
 
 

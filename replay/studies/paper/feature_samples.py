@@ -27,7 +27,7 @@ SEARCH_VARIANTS: Final = ("random", "corrected", "memetic", "local")
 SAMPLE_DRAWS: Final = 4
 MOST_EVALUATIONS: Final = 20_000
 """Evaluations after which a search is given up."""
-WANTED_RATE: Final = 0.9
+TARGET_RATE: Final = 0.9
 """Detection rate that is to be reached."""
 ALL_FACES: Final = "all"
 LEAST_COVERED: Final = 20
@@ -83,7 +83,7 @@ def search_samples(family: str, pose_count: int, seed: int) -> SampleSearches:
 def least_evaluations(evaluations_to_hit: Sequence[int | None], pose_count: int) -> int | None:
     """The least budget within which ``RATE`` of ``pose_count`` poses are detected; ``None``: ``LIMIT`` does not do."""
     sorted_evaluations = sorted(evaluations for evaluations in evaluations_to_hit if evaluations is not None)
-    target = ceil(WANTED_RATE * pose_count)
+    target = ceil(TARGET_RATE * pose_count)
     return sorted_evaluations[target - 1] if 0 < target <= len(sorted_evaluations) else None
 
 
@@ -162,8 +162,8 @@ def _search_table(families: Sequence[SampleSearches]) -> Table:
         "low",
         "high",
         "detected of all poses",
-        f"evaluations to {WANTED_RATE:g} of covered",
-        f"evaluations to {WANTED_RATE:g} of all",
+        f"evaluations to {TARGET_RATE:g} of covered",
+        f"evaluations to {TARGET_RATE:g} of all",
     )
     note = (
         "Search misses: a pair that meets is in the sample and is not found. A dash: not reached within "

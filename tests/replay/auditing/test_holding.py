@@ -9,7 +9,7 @@ from support.small_worlds import cubes, verdict_column
 from replay.auditing.compare import compare
 from replay.auditing.contact_counts import count_contacts, count_reports
 from replay.auditing.episodes import episodes
-from replay.auditing.holding import grasps, hand_bodies, holdings, shares_a_frame
+from replay.auditing.holding import grasps, hand_bodies, holdings, overlaps_holding
 from replay.auditing.matching import match_episodes
 from replay.auditing.outcome import Episode, Outcome
 from replay.prepare.assemble import assemble
@@ -77,7 +77,7 @@ def test_a_body_is_grasped_only_while_it_is_carried():
 def test_intervals_have_a_common_frame_or_not():
     item = (grasped(2, 10, 20),)
     requested = np.array([(2, 0, 9), (2, 0, 10), (2, 20, 30), (2, 21, 30), (1, 0, 99)]).T
-    assert shares_a_frame(item, *requested).tolist() == [False, True, True, False, False]
+    assert overlaps_holding(item, *requested).tolist() == [False, True, True, False, False]
 
 
 def test_contact_while_grasped_is_in_no_count():
