@@ -310,7 +310,7 @@ def _doubts_pointer(document: RunDocument) -> list[str]:
 
 
 def _nothing_wrong(result: Summarised) -> tuple[str, str, str]:
-    """What, when and why of a run in which every detector is right; empty where nothing was compared."""
+    """Return what, when and why of a run in which every detector is right; empty where nothing was compared."""
     worst, session = result.ranking[0], result.document.session
     if worst.loss or not any_decided(result.document):
         return "", "", ""

@@ -145,7 +145,7 @@ def _with_other_detectors(study: Study | None) -> list[str]:
 
 
 def _names_of_detectors(tables: ClassTables) -> str:
-    """What each detector is: ``exact: every triangle, every frame; hull50: convex hulls at 50 Hz.``"""
+    """Return what each detector is: ``exact: every triangle, every frame; hull50: convex hulls at 50 Hz.``"""
     titles = tables.runs.titles
     labels = [label for label in (*tables.trusted_detectors, *tables.runs.audited_detectors) if label in titles]
     names = "; ".join(f"{label}: {titles[label]}" for label in dict.fromkeys(labels))

@@ -70,7 +70,7 @@ def p_text(p: float | None) -> str:
 
 
 def p_relation(p: float) -> str:
-    """What follows *p* in a sentence: ``= 0.002``, ``< 0.001``."""
+    """Return the words after *p* in a sentence: ``= 0.002``, ``< 0.001``."""
     text = p_text(p)
     return text if text.startswith("<") else f"= {text}"
 
