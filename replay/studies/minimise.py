@@ -71,7 +71,7 @@ def pseudonym(kind: str, name: str) -> str:
 
 
 def minimise(session: Session) -> Session:
-    """Poses, meshes, scene, when events, tasks and stages were, and ``FACTS``, under new names and on a new clock."""
+    """Poses, meshes, scene, when events, tasks and stages were, and some facts, under new names and on a new clock."""
     first_stamp = next((int(block.stamp_ns[0]) for block in session.blocks(1) if len(block)), EPOCH_NS)
     shift_ns = EPOCH_NS - first_stamp
     new_name_of = _numbered_names([*session.names, *(body.id for body in session.scene.bodies), *session.meshes])

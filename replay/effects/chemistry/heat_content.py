@@ -155,7 +155,7 @@ def _is_ion(column: str) -> bool:
 
 
 def _charge(ion: str) -> int:
-    """Charge of an ion of ``_ions``: of one with protons that has no name, of the whole."""
+    """Charge of an ion of ``_ions_of_species``: of one with protons that has no name, of the whole."""
     component, _, protons = ion.partition(" + ")
     return charge_of(component) + (int(protons.split()[0]) if protons else 0)
 

@@ -82,7 +82,7 @@ def series_table(result: RunResult) -> pa.Table:
 
 
 def metrics_table(result: RunResult) -> pa.Table:
-    """The metrics of a run, columns of ``METRICS`` and ``MEASURED`` and one per task."""
+    """The metrics of a run, columns of ``METRICS`` and ``TYPES_OF_MEASURES`` and one per task."""
     metric_columns = [row | _measured_columns(result.document, row["detector"]) for row in metric_rows(result)]
     tasks = sorted(name for name in (metric_columns[0] if metric_columns else {}) if name.startswith(TASK))
     return table_of(metric_columns, METRICS | TYPES_OF_MEASURES | dict.fromkeys(tasks, float))

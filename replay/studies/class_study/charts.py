@@ -18,7 +18,7 @@ MOST_RESULTS: Final = 12
 """Rows of the chart of results by detector."""
 
 COLOURS: Final = "blue: associated, grey: may be chance, by p after Holm's correction, though a bar may leave out zero"
-"""The key of every chart with results that were tested; other charts are drawn as ``UNTESTED``."""
+"""The key of every chart with results that were tested; other charts are drawn as ``UNTESTED_MARK``."""
 
 UNTESTED_MARK: Final = "untested"
 

@@ -34,7 +34,7 @@ class Finding:
 
     ``name`` is the predictor, or the groups, ``variables`` the outcome and all predictors. ``kind`` is ``simple``,
     ``multiple`` or ``groups``. ``low`` and ``high`` are the 95 % interval over students; ``p`` is two-sided, from
-    permutations, ``None`` of fewer students than the rules ask for, and ``p_holm`` is that after ``holm``. Of a
+    permutations, ``None`` of fewer students than the rules ask for, and ``p_holm`` is that after Holm's rule. Of a
     regression ``adjusted_r2`` is its fit; ``vif`` is the variance inflation factor, where there are several predictors.
     """
 

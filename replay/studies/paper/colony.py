@@ -144,7 +144,7 @@ ABLATION_HEAD: Final = ("family", "variant", "without", *RATE_COLUMNS, *WORK_COL
 
 
 def _rate_cells(poses: NearPoses, answers: DetectionCounts) -> tuple[Cell, ...]:
-    """Columns ``MEASURED``, then free poses, and free poses that any seed reported."""
+    """Columns ``RATE_COLUMNS``, then free poses, and free poses that any seed reported."""
     colliding = len(poses.colliding)
     mean = sum(answers.hits) / len(answers.hits)
     interval = wilson_interval(round(mean), colliding)
@@ -153,7 +153,7 @@ def _rate_cells(poses: NearPoses, answers: DetectionCounts) -> tuple[Cell, ...]:
 
 
 def _work_cells(poses: NearPoses, answers: DetectionCounts, random_counts: DetectionCounts) -> tuple[Cell, ...]:
-    """Columns ``WORK``: evaluations of a colliding pose, and their ratio to those of random pairs."""
+    """Columns ``WORK_COLUMNS``: evaluations of a colliding pose, and their ratio to those of random pairs."""
     evaluations_spent = sum(answers.evaluations) / len(answers.evaluations)
     random = sum(random_counts.evaluations) / len(random_counts.evaluations)
     return evaluations_spent / len(poses.colliding), evaluations_spent / random if random else None

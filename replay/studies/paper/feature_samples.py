@@ -40,7 +40,7 @@ class SampleSearches:
 
     family: str
     meeting_counts: dict[int | None, list[int]]  # size -> how many pairs that meet are in the sample, a pose each
-    # searcher and size -> evaluations until the first hit, ``None``: none within ``LIMIT``; covered poses only
+    # searcher and size -> evaluations until the first hit, ``None``: none within the limit; covered poses only
     evaluations_to_hit: dict[tuple[str, int | None], list[int | None]]
 
 
@@ -81,7 +81,7 @@ def search_samples(family: str, pose_count: int, seed: int) -> SampleSearches:
 
 
 def least_evaluations(evaluations_to_hit: Sequence[int | None], pose_count: int) -> int | None:
-    """The least budget within which ``RATE`` of ``pose_count`` poses are detected; ``None``: ``LIMIT`` does not do."""
+    """The least budget within which ``TARGET_RATE`` of ``pose_count`` poses are detected; ``None``: none is enough."""
     sorted_evaluations = sorted(evaluations for evaluations in evaluations_to_hit if evaluations is not None)
     target = ceil(TARGET_RATE * pose_count)
     return sorted_evaluations[target - 1] if 0 < target <= len(sorted_evaluations) else None

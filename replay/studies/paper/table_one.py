@@ -161,7 +161,7 @@ def time_table(complete_answers: Answers) -> Table:
 def mean_and_spread(values: FloatArray) -> tuple[int, float, float, float, float, float]:
     """Number, mean, interval of the mean at 95 %, standard deviation and variance (by n - 1) of one value or more.
 
-    The interval is a percentile bootstrap of ``RESAMPLES`` draws.
+    The interval is a percentile bootstrap of ``BOOTSTRAP_DRAWS`` draws.
 
     Examples
     --------
