@@ -87,7 +87,7 @@ SOLID_ALPHA: Final = 90
 LID_ALPHA: Final = 130
 """Alpha of the faces that close a hollow; the walls of such a solid have none, so that the real surface is seen."""
 
-LEGEND_PLACE: Final = (0.27, 0.42)
+LEGEND_POSITION: Final = (0.27, 0.42)
 """Where the first line of the legend stands: right and up on the screen, in distances of the eye."""
 
 LEGEND_SPACING: Final = 0.065
@@ -223,9 +223,9 @@ def _legend(result: RunResult, fault: Fault, eye: Eye) -> list[Mark]:
         (f"blue: real {fault.evidence.hollow}", REAL),
         (f"white: {result.assembly.names[free]}", FREE),
     ]
-    right, up = LEGEND_PLACE
+    right, up = LEGEND_POSITION
     return [
-        Mark(in_front(eye, place_on_screen(eye, right, up - LEGEND_SPACING * row)[None]), colour, DOT_POINTS, text)
+        Mark(in_front(eye, point_on_screen(eye, right, up - LEGEND_SPACING * row)[None]), colour, DOT_POINTS, text)
         for row, (text, colour) in enumerate(lines)
     ]
 
@@ -343,19 +343,19 @@ class Mark:
 
 def text_beside(eye: Eye, anchor_point: FloatArray, text: str, colour: Rgba, right: float, up: float) -> list[Mark]:
     """Words and the line from them; ``right`` and ``up`` on the screen in distances of the eye from what it sees."""
-    anchor = place_on_screen(eye, right, up)
+    anchor = point_on_screen(eye, right, up)
     # Words hang below their place: a line from above begins below them.
-    start = place_on_screen(eye, right, up - (TEXT_HEIGHT if up > 0 else 0.0))
+    start = point_on_screen(eye, right, up - (TEXT_HEIGHT if up > 0 else 0.0))
     points = in_front(eye, np.stack([anchor, start, anchor_point]))
     return [Mark(points[:1], colour, DOT_POINTS, text), Mark(points[1:], colour, LEADER_POINTS)]
 
 
-def place_on_screen(eye: Eye, right: float, up: float) -> FloatArray:
+def point_on_screen(eye: Eye, right: float, up: float) -> FloatArray:
     """World metres of a place so far right and up on the screen, in distances of the eye from what it sees."""
     axes = view_rotation(eye)
     distance = float(np.linalg.norm(np.subtract(eye.position, eye.target)))
-    place: FloatArray = np.asarray(eye.target) + distance * (right * axes[:, 0] + up * axes[:, 1])
-    return place
+    point: FloatArray = np.asarray(eye.target) + distance * (right * axes[:, 0] + up * axes[:, 1])
+    return point
 
 
 def in_front(eye: Eye, points: FloatArray) -> FloatArray:
