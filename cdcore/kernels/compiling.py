@@ -108,7 +108,7 @@ def _with_cache(function: Function) -> tuple[Any, KernelCache | None]:
 def hot_kernel(function: Function) -> Function:
     """A plain Python function that kernels compile as a part of themselves: a disk keeps it with them.
 
-    It allocates nothing and cannot call itself.
+    It allocates nothing, returns no array to a kernel, which would free it, and cannot call itself.
     """
     if INTERPRETED:
         return function

@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 
 from cdcore.narrow.brute_force import meeting_faces_placed
 from cdcore.narrow.bvh.bounds import LARGEST_SIZE, position_pad
+from cdcore.narrow.descent import WIDTH
 from cdcore.narrow.pair_frames import Poses, ask_changed_poses, swapped_faces
 from cdcore.narrow.published_trees.box_trees import TREE_KINDS, TREES_OF
-from cdcore.narrow.published_trees.tree_descent import CUT_SHORT, PairPoses, search_rows
+from cdcore.narrow.published_trees.tree_search import CUT_SHORT, PairPoses, search_rows
 from cdcore.numerics import ORTHONORMAL_KEEP, UNDERFLOW_PAD, BoolArray, ByteArray, FloatArray, IntArray
 from cdcore.poses.kernels import place_face
 from cdcore.protocol import Body, Motion, Verdict, ordered_by_name
@@ -81,7 +82,7 @@ class TreeStage:
         self._now = PairPoses(np.empty((1, 3, 3)), np.empty((1, 3)), np.empty((1, 3, 3)), np.empty((1, 3)), np.empty(1))
         self._reach = [_reach(corners) for corners in self._corners]
         # A step takes one pair from the stack and puts two, or four where both boxes are opened at once.
-        self._stack = np.empty((3 * max(depths) + 4, 2), dtype=np.int64)
+        self._stack = np.empty(WIDTH * (3 * max(depths) + 4), dtype=np.int64)
         self._pair, self._digits = np.empty(18), new_digits()
 
     def decide(self, motion: Motion, frames: IntArray, columns: IntArray, *, every: bool) -> TreeAnswer:

@@ -19,10 +19,8 @@ from cdcore.narrow.bvh.bounds import CHORD_SLACK, POSITION_ULPS, ROUNDOFF, SKEW_
 from cdcore.narrow.bvh.boxes_and_faces import lanes_that_may_meet, survivors_of_leaves
 from cdcore.narrow.bvh.frame_skips import next_frame_to_search, poses_repeat, size_at
 from cdcore.narrow.bvh.tree_memory import (
-    ALIVE,
     AT_FRAME,
     BLOCKS,
-    DEPTH,
     EXACT_TESTS,
     FACE_PAIRS,
     GOES_ON,
@@ -31,6 +29,7 @@ from cdcore.narrow.bvh.tree_memory import (
     NEAR,
     NODE_TESTS,
     WORLD_TESTS,
+    Block,
     Pair,
     PoseMemory,
     Scratch,
@@ -38,6 +37,7 @@ from cdcore.narrow.bvh.tree_memory import (
     pair_at,
     scratch_at,
 )
+from cdcore.narrow.descent import ALIVE, CLOSED, SECOND, STOP, descend, start_at
 from cdcore.numerics import ByteArray, FloatArray, IntArray
 from cdcore.poses.kernels import place_coordinate
 from cdcore.triangles.decide import UNDECIDED, Corners, corners_meet, undecided_pair_meets
@@ -65,31 +65,6 @@ def key_of(pair: Pair, frame: int, face_a: int, face_b: int) -> int:
     """A face pair of a frame as one number."""
     always_inlined()
     return ((frame << pair.bits_a | face_a) << pair.bits_b) | face_b
-
-
-@hot_kernel
-def first_child(tree: TreeMemory, node: int) -> int:
-    """The first child of a node; memory is asked early for its sibling too."""
-    always_inlined()
-    child = tree.links[2 * node]
-    fetch_early(tree.links, 2 * child)
-    for k in range(16 * child, 16 * child + 32, 8):
-        fetch_early(tree.boxes, k)
-    return child
-
-
-@hot_kernel
-def push_children(pair: Pair, a: int, b: int, open_a: bool, mask: int, stack: Memory, depth: int) -> int:
-    """Put both children of a node of A or B, each with the other node, on the stack; returns its height."""
-    always_inlined()
-    if open_a:
-        child = first_child(pair.tree_a, a)
-        stack[depth], stack[depth + 1], stack[depth + 3], stack[depth + 4] = child, b, child + 1, b
-    else:
-        child = first_child(pair.tree_b, b)
-        stack[depth], stack[depth + 1], stack[depth + 3], stack[depth + 4] = a, child, a, child + 1
-    stack[depth + 2], stack[depth + 5] = mask, mask
-    return depth + 6
 
 
 @hot_kernel
@@ -138,11 +113,53 @@ def ask_face_pair(pair: Pair, face_a: int, face_b: int, frame: int, queried: int
 
 
 @hot_kernel
-def ask_leaves(pair: Pair, a: int, b: int, frame: int, mask: int, pad: float, scratch: Scratch) -> int:
-    """Ask the faces of two leaf nodes in the lanes of ``mask``; returns the lanes that are decided."""
+def lanes_of_nodes(block: Block, a: int, b: int, lanes: int) -> int:
+    """Lanes in which two nodes are not certainly apart; marks the frames of these where they are the roots."""
+    always_inlined()
+    tree_a, tree_b = block.pair.tree_a, block.pair.tree_b
+    block.scratch.work[NODE_TESTS] += 1
+    leaves = tree_a.links[2 * a + 1] >= 0 and tree_b.links[2 * b + 1] >= 0
+    lanes = lanes_that_may_meet(tree_a.boxes, a, tree_b.boxes, b, block.chord, block.pad, lanes, leaves, block.scratch)
+    if a == 0 and b == 0:
+        for lane in range(LANES):
+            if lanes >> lane & 1:
+                block.pair.volumes[block.frame + lane] = NEAR
+    return lanes
+
+
+@hot_kernel
+def larger_opened(block: Block, a: int, b: int) -> tuple[int, int]:
+    """The larger of two nodes opens; a leaf does not."""
+    always_inlined()
+    tree_a, tree_b = block.pair.tree_a, block.pair.tree_b
+    leaf_a, leaf_b = tree_a.links[2 * a + 1] >= 0, tree_b.links[2 * b + 1] >= 0
+    if leaf_a and leaf_b:
+        return CLOSED, CLOSED
+    if leaf_b or (not leaf_a and tree_a.boxes[16 * a + 15] > tree_b.boxes[16 * b + 15]):
+        return first_child(tree_a, a), CLOSED
+    return CLOSED, first_child(tree_b, b)
+
+
+@hot_kernel
+def first_child(tree: TreeMemory, node: int) -> int:
+    """The first child of a node; memory is asked early for its sibling too."""
+    always_inlined()
+    child = tree.links[2 * node]
+    fetch_early(tree.links, 2 * child)
+    for k in range(16 * child, 16 * child + 32, 8):
+        fetch_early(tree.boxes, k)
+    return child
+
+
+@hot_kernel
+def ask_leaves(block: Block, a: int, b: int, lanes: int) -> int:
+    """Ask the faces of two leaf nodes; returns the lanes that are decided, ``STOP`` where a list is full."""
     never_inlined()
+    pair, frame, scratch = block.pair, block.frame, block.scratch
+    if scratch.keys[0] >= scratch.keys_end or scratch.later[0] >= scratch.later_end:
+        return STOP
     candidates, work, decided = scratch.candidates, scratch.work, 0
-    count = survivors_of_leaves(pair, a, b, pad, mask, scratch)
+    count = survivors_of_leaves(pair, a, b, block.pad, lanes, scratch)
     work[LEAF_PAIRS] += 1
     work[FACE_PAIRS] += count
     for row in range(0, 4 * count, 4):
@@ -162,35 +179,12 @@ def ask_leaves(pair: Pair, a: int, b: int, frame: int, mask: int, pad: float, sc
 def search_block(pair: Pair, frame: int, chord: float, pad: float, scratch: Scratch) -> bool:
     """Decide one block, going on from ``scratch.state``; False when it stopped because a list was full."""
     never_inlined()
-    boxes_a, boxes_b, links_a, links_b = pair.tree_a.boxes, pair.tree_b.boxes, pair.tree_a.links, pair.tree_b.links
-    stack, state, work = scratch.stack, scratch.state, scratch.work
-    depth, alive = state[DEPTH], state[ALIVE]
-    while depth > 0:
-        depth -= 3
-        a, b, mask = stack[depth], stack[depth + 1], stack[depth + 2] & alive
-        if mask == 0:
-            continue
-        leaf_a, leaf_b = links_a[2 * a + 1], links_b[2 * b + 1]
-        both = leaf_a >= 0 and leaf_b >= 0
-        mask = lanes_that_may_meet(boxes_a, a, boxes_b, b, chord, pad, mask, both, scratch)
-        work[NODE_TESTS] += 1
-        if a == 0 and b == 0:
-            for lane in range(8):
-                if mask >> lane & 1:
-                    pair.volumes[frame + lane] = NEAR
-        if mask == 0:
-            continue
-        if not both:
-            open_a = leaf_b >= 0 or (leaf_a < 0 and boxes_a[16 * a + 15] > boxes_b[16 * b + 15])
-            depth = push_children(pair, a, b, open_a, mask, stack, depth)
-            continue
-        # Both lists must have room for what two leaves may add.
-        if scratch.keys[0] >= scratch.keys_end or scratch.later[0] >= scratch.later_end:
-            work[NODE_TESTS] -= 1
-            state[DEPTH], state[ALIVE] = depth + 3, alive
-            return False
-        alive &= ~ask_leaves(pair, a, b, frame, mask, pad, scratch)
-    return True
+    block = Block(pair, frame, chord, pad, scratch)
+    done = descend(block, scratch.stack, scratch.state, lanes_of_nodes, larger_opened, ask_leaves, SECOND)
+    if not done:
+        # The nodes at which it stopped will be tested again.
+        scratch.work[NODE_TESTS] -= 1
+    return done
 
 
 @hot_kernel
@@ -267,8 +261,8 @@ def search_pairs(rows: IntArray, room: IntArray, first: int) -> int:
                 lanes = frames_alike(pair, f, min(LANES, pair.stop - f))
                 fill_relative(pair.pose_a, pair.pose_b, f, scratch.relative)
                 scratch.work[BLOCKS] += 1
-                scratch.stack[0], scratch.stack[1], scratch.stack[2] = 0, 0, (1 << lanes) - 1
-                state[DEPTH], state[ALIVE], state[LANES_NOW] = 3, (1 << lanes) - 1, lanes
+                start_at(0, 0, (1 << lanes) - 1, scratch.stack, state)
+                state[LANES_NOW] = lanes
             largest = 0.0
             for k in range(lanes):
                 largest = max(largest, size_at(pair, f + k))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Final, NamedTuple
 
 from cdcore.kernels.memory import Bytes, Doubles, Integers, Integers64, reader
+from cdcore.narrow.descent import DESCENT_STATES
 
 
 class TreeMemory(NamedTuple):
@@ -88,12 +89,26 @@ class Scratch(NamedTuple):
     later_end: int
 
 
+class Block(NamedTuple):
+    """Up to eight frames of a pair from ``frame`` on, as a descent takes them, a lane each.
+
+    ``chord``: how far the rotation of A seen from B strays from that of the middle frame; ``pad``: metres by which
+    bodies must be apart.
+    """
+
+    pair: Pair
+    frame: int
+    chord: float
+    pad: float
+    scratch: Scratch
+
+
 NEAR, BEYOND = 1, 2
 """No bounding volume keeps the bodies apart; coordinates too large or too small for the bounds of the kernels."""
-DEPTH, ALIVE, AT_FRAME, LANES_NOW, GOES_ON = range(5)
-"""Places of ``Scratch.state``: height of the stack and lanes not yet decided, in a block; the frame at which it begins,
-and how many frames it has, 0 between blocks; 1 where the search of a pair stopped before its last frame."""
-STATES: Final = 5
+AT_FRAME, LANES_NOW, GOES_ON = range(DESCENT_STATES, DESCENT_STATES + 3)
+"""Places of ``Scratch.state`` behind those of the descent: the frame at which a block begins, and how many frames it
+has, 0 between blocks; 1 where the search of a pair stopped before its last frame."""
+STATES: Final = DESCENT_STATES + 3
 
 COUNTERS: Final = (
     "node_tests",

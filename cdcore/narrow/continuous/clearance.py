@@ -12,7 +12,7 @@ import numpy as np
 
 from cdcore.kernels.compiling import kernel
 from cdcore.narrow.bvh.box_tree import BoxTree
-from cdcore.narrow.continuous.interval_search import Scratch, boxes_left, make_room
+from cdcore.narrow.continuous.interval_search import Scratch, make_room, nodes_left
 from cdcore.narrow.pair_frames import Poses, ask_changed_poses
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 from cdcore.poses import relative_pose
@@ -37,8 +37,7 @@ def keep_reach(
     for k in range(len(poses)):
         for entry in range(12):
             room.poses[0, entry], room.poses[1, entry] = poses[k, entry], poses[k, entry]
-        room.waiting[0, 0], room.waiting[0, 1] = 0, 0
-        separated[k] = boxes_left(tree_a, tree_b, 0.0, reach[k], 0.0, room, 0) == 0
+        separated[k] = nodes_left(tree_a, tree_b, 0.0, reach[k], 0.0, room, 0, 0, 0) == 0
 
 
 class ContactOffset:

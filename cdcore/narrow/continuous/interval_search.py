@@ -11,10 +11,12 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cdcore.kernels.compiling import hot_kernel, kernel, never_inlined
+from cdcore.kernels.compiling import always_inlined, hot_kernel, kernel, never_inlined
+from cdcore.kernels.memory import integers_of
 from cdcore.narrow.bvh.box_tree import BoxTree
 from cdcore.narrow.continuous.motion_segments import pose_at
 from cdcore.narrow.continuous.swept import CORNERS, angle_between, boxes_stay_separated, faces_stay_separated
+from cdcore.narrow.descent import CLOSED, DESCENT_STATES, SECOND, WIDTH, descend, start_at
 from cdcore.numerics import ByteArray, FloatArray, IntArray
 from cdcore.poses.kernels import placed_by_row, relative_row
 from cdcore.triangles.decide import new_digits, placed_pair_meets
@@ -44,11 +46,15 @@ BOX_TESTS, FACE_TESTS, MEETING_TESTS, INTERVALS = range(4)
 """Places of the counters in ``Scratch.work``."""
 COUNTERS: Final = 4
 
+END: Final = DESCENT_STATES
+"""Place of ``Scratch.state`` behind those of the descent: how many items there are, -1 if too many."""
+STATES: Final = DESCENT_STATES + 1
+
 
 class Scratch(NamedTuple):
     """Memory that a search works in, made once for a pair.
 
-    ``items`` (n, 3) kind, A, B; ``waiting`` (n, 2) pairs of nodes still to be tested within a part;
+    ``items`` (n, 3) kind, A, B; ``stack`` (n,) and ``state`` (STATES,) of the descent;
     ``intervals`` (MOST_PARTS, 2) start and end of parts still to be tested; ``spans`` (MOST_PARTS, 2) their first item
     and the one after their last; ``poses`` (6, 12) A seen from B at start and end, A and B at the instant that is
     tested, two to build them; ``corners`` (27,), ``pair`` (18,) and ``digits``: scratch; ``impacts`` (4,) lo, hi, and
@@ -56,7 +62,8 @@ class Scratch(NamedTuple):
     """
 
     items: Items
-    waiting: Items
+    stack: IntArray
+    state: IntArray
     intervals: FloatArray
     spans: IntArray
     poses: FloatArray
@@ -72,7 +79,8 @@ def make_room(tree_a: BoxTree, tree_b: BoxTree, most_items: int = MOST_ITEMS) ->
     depth = len(tree_a.boxes) + len(tree_b.boxes) + 16
     return Scratch(
         np.empty((most_items, 3), dtype=np.int32),
-        np.empty((depth, 2), dtype=np.int32),
+        np.empty(WIDTH * depth, dtype=np.int64),
+        np.zeros(STATES, dtype=np.int64),
         np.empty((MOST_INTERVALS, 2)),
         np.empty((MOST_INTERVALS, 2), dtype=np.int64),
         np.empty((6, 12)),
@@ -122,57 +130,103 @@ def face_pair_separated(
     return bool(faces_stay_separated(corners, margin))
 
 
-@hot_kernel
-def leaves_left(
-    tree_a: BoxTree, leaf_a: int, tree_b: BoxTree, leaf_b: int, margin: float, room: Scratch, end: int
-) -> int:
-    """Append the face pairs of two leaves that may meet; returns the new end of the items, -1 if too many."""
-    never_inlined()
-    placed_a, placed_b = tree_a.placed, tree_b.placed
-    for i in range(tree_a.leaves[leaf_a, 0], tree_a.leaves[leaf_a, 0] + tree_a.leaves[leaf_a, 1]):
-        for j in range(tree_b.leaves[leaf_b, 0], tree_b.leaves[leaf_b, 0] + tree_b.leaves[leaf_b, 1]):
-            room.work[FACE_TESTS] += 1
-            if face_pair_separated(placed_a, i, placed_b, j, margin, room.poses, room.corners):
-                continue
-            end = keep_item(room.items, end, FACES, i, j)
-            if end < 0:
-                return end
-    return end
+class Interval(NamedTuple):
+    """Two trees in an interval at whose ends A is seen from B at the first two of ``poses``.
+
+    ``motion``: metres that no point moves beyond; ``margin``: metres by which surfaces must be apart; ``chord``: bound
+    of the norm of the difference of the rotations at both ends. The rest is that of the trees and of ``Scratch``.
+    """
+
+    boxes_a: FloatArray
+    links_a: Items
+    leaves_a: Items
+    placed_a: FloatArray
+    boxes_b: FloatArray
+    links_b: Items
+    leaves_b: Items
+    placed_b: FloatArray
+    motion: float
+    margin: float
+    chord: float
+    items: Items
+    state: IntArray
+    poses: FloatArray
+    corners: FloatArray
+    work: IntArray
 
 
 @hot_kernel
-def boxes_left(
-    tree_a: BoxTree, tree_b: BoxTree, motion: float, margin: float, chord: float, room: Scratch, end: int
-) -> int:
-    """Append what may meet below the node pairs waiting in ``room``, of which row 0 is the first; new end or -1.
+def boxes_may_meet(interval: Interval, a: int, b: int, lanes: int) -> int:
+    """The lane, unless the boxes of two nodes certainly stay apart."""
+    always_inlined()
+    before, after, box_a, box_b = interval.poses[0], interval.poses[1], interval.boxes_a[a], interval.boxes_b[b]
+    interval.work[BOX_TESTS] += 1
+    return 0 if boxes_stay_separated(box_a, box_b, before, after, interval.chord, interval.margin) else lanes
 
-    Where something moves further than the boxes are large, the pair of boxes is kept for a shorter part instead.
+
+@hot_kernel
+def larger_opened(interval: Interval, a: int, b: int) -> tuple[int, int]:
+    """The larger of two nodes opens; a leaf does not, nor do boxes that something outruns."""
+    always_inlined()
+    leaf_a, leaf_b = interval.links_a[a, 1] >= 0, interval.links_b[b, 1] >= 0
+    size_a, size_b = interval.boxes_a[a, 15], interval.boxes_b[b, 15]
+    if (leaf_a and leaf_b) or interval.motion > size_a + size_b:
+        return CLOSED, CLOSED
+    if leaf_b or (not leaf_a and size_a > size_b):
+        return interval.links_a[a, 0], CLOSED
+    return CLOSED, interval.links_b[b, 0]
+
+
+@hot_kernel
+def keep_nodes(interval: Interval, a: int, b: int, lanes: int) -> int:
+    """Append two nodes that are not opened, or the face pairs of two leaves that may meet; the lane if too many.
+
+    Where something moves further than the boxes are large, the pair of boxes is kept for a shorter interval instead.
+    """
+    always_inlined()
+    items, poses, corners, end = interval.items, interval.poses, interval.corners, interval.state[END]
+    if interval.motion > interval.boxes_a[a, 15] + interval.boxes_b[b, 15]:
+        end = keep_item(items, end, BOXES, a, b)
+    else:
+        leaf_a, leaf_b = interval.links_a[a, 1], interval.links_b[b, 1]
+        first_a, first_b = interval.leaves_a[leaf_a, 0], interval.leaves_b[leaf_b, 0]
+        for i in range(first_a, first_a + interval.leaves_a[leaf_a, 1]):
+            for j in range(first_b, first_b + interval.leaves_b[leaf_b, 1]):
+                if end < 0:
+                    break
+                interval.work[FACE_TESTS] += 1
+                if not face_pair_separated(interval.placed_a, i, interval.placed_b, j, interval.margin, poses, corners):
+                    end = keep_item(items, end, FACES, i, j)
+    interval.state[END] = end
+    return lanes if end < 0 else 0
+
+
+@hot_kernel
+def nodes_left(
+    tree_a: BoxTree,
+    tree_b: BoxTree,
+    motion: float,
+    margin: float,
+    chord: float,
+    room: Scratch,
+    a: int,
+    b: int,
+    end: int,
+) -> int:
+    """Append what may meet at or below two nodes; returns the new end of the items, -1 if too many.
+
+    ``motion``, ``margin``, ``chord``: of an ``Interval`` between the first two poses of the room.
     """
     never_inlined()
-    waiting, depth = room.waiting, 1
-    while depth > 0:
-        depth -= 1
-        a, b = int(waiting[depth, 0]), int(waiting[depth, 1])
-        room.work[BOX_TESTS] += 1
-        box_a, box_b = tree_a.boxes[a], tree_b.boxes[b]
-        if boxes_stay_separated(box_a, box_b, room.poses[0], room.poses[1], chord, margin):
-            continue
-        leaf_a, leaf_b = int(tree_a.links[a, 1]), int(tree_b.links[b, 1])
-        fast = motion > box_a[15] + box_b[15]
-        if fast or (leaf_a >= 0 and leaf_b >= 0):
-            if fast:
-                end = keep_item(room.items, end, BOXES, a, b)
-            else:
-                end = leaves_left(tree_a, leaf_a, tree_b, leaf_b, margin, room, end)
-            if end < 0:
-                return end
-            continue
-        split_a = leaf_b >= 0 or (leaf_a < 0 and box_a[15] > box_b[15])
-        for child in range(2):
-            waiting[depth, 0] = tree_a.links[a, 0] + child if split_a else a
-            waiting[depth, 1] = b if split_a else tree_b.links[b, 0] + child
-            depth += 1
-    return end
+    side_a = tree_a.boxes, tree_a.links, tree_a.leaves, tree_a.placed
+    side_b = tree_b.boxes, tree_b.links, tree_b.leaves, tree_b.placed
+    items, states, poses, corners, work = room.items, room.state, room.poses, room.corners, room.work
+    interval = Interval(*side_a, *side_b, motion, margin, chord, items, states, poses, corners, work)
+    pairs, state = integers_of(room.stack), integers_of(states)
+    state[END] = end
+    start_at(a, b, 1, pairs, state)
+    descend(interval, pairs, state, boxes_may_meet, larger_opened, keep_nodes, SECOND)
+    return state[END]
 
 
 @hot_kernel
@@ -186,8 +240,7 @@ def items_left(
     for k in range(first, after):
         a, b = int(items[k, 1]), int(items[k, 2])
         if items[k, 0] == BOXES:
-            room.waiting[0, 0], room.waiting[0, 1] = a, b
-            end = boxes_left(tree_a, tree_b, motion, margin, chord, room, end)
+            end = nodes_left(tree_a, tree_b, motion, margin, chord, room, a, b, end)
         else:
             room.work[FACE_TESTS] += 1
             placed_a, placed_b = tree_a.placed, tree_b.placed

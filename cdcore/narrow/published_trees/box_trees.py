@@ -7,7 +7,15 @@ from typing import Final
 import numpy as np
 
 from cdcore.mesh import TriangleMesh, once_for_meshes
-from cdcore.narrow.published_trees.tree_descent import OBB, RAPID, SOLID, WORLD
+from cdcore.narrow.published_trees.tree_search import (
+    BOTH,
+    FIFTEEN_AXES,
+    LARGER,
+    LARGER_IN_WORLD,
+    SIX_AXES,
+    WORLD_BOXES,
+    Traversal,
+)
 from cdcore.narrow.tree_builder import (
     Boxes,
     BoxNodes,
@@ -30,7 +38,7 @@ class TreeKind:
     """
 
     rule: Rule
-    search: int
+    search: Traversal
     leaf_faces: int = 1
     more_counters: tuple[str, ...] = ()
     undismissed: int = 1
@@ -86,13 +94,16 @@ def rapid_boxes(corners: FloatArray, node: IntArray, first: IntArray) -> tuple[B
 
 
 TREE_KINDS: Final = {
-    "rapid-style": TreeKind(rapid_boxes, RAPID),
+    "rapid-style": TreeKind(rapid_boxes, Traversal(FIFTEEN_AXES, LARGER, equal_opens_a=False)),
     "solid-style": TreeKind(
-        solid_boxes, SOLID, more_counters=("cache_hits", "gjk_steps", "exact_tests"), undismissed=4
+        solid_boxes,
+        Traversal(SIX_AXES, LARGER, gjk=True),
+        more_counters=("cache_hits", "gjk_steps", "exact_tests"),
+        undismissed=4,
     ),
-    "aabb": TreeKind(along_body_axes, WORLD),
+    "aabb": TreeKind(along_body_axes, Traversal(WORLD_BOXES, LARGER_IN_WORLD)),
     # A box test of fifteen axes costs about as much as three face tests that planes dismiss.
-    "obb": TreeKind(oriented_boxes, OBB, leaf_faces=4),
+    "obb": TreeKind(oriented_boxes, Traversal(FIFTEEN_AXES, BOTH), leaf_faces=4),
 }
 """Detector -> its hierarchy."""
 

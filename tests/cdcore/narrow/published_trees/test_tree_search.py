@@ -7,7 +7,7 @@ from support.second_opinions import SlowSearch
 from support.shapes import ball_mesh, beaker_mesh, random_rotations, rod_mesh
 
 from cdcore.narrow.published_trees.box_trees import TREE_KINDS
-from cdcore.narrow.published_trees.tree_descent import PairPoses
+from cdcore.narrow.published_trees.tree_search import PairPoses
 from cdcore.narrow.tree_builder import build_trees
 from cdcore.narrow.tree_stage import UNLIMITED, TreeSettings, TreeStage
 

@@ -1,0 +1,90 @@
+"""A descent asks about all leaves that meet, child by child, and goes on where it stopped."""
+
+from typing import NamedTuple
+
+import pytest
+
+from cdcore.narrow.descent import CLOSED, DESCENT_STATES, FIRST, SECOND, STOP, descend, start_at
+
+LEAVES = 8
+FIRST_LEAF = LEAVES - 1
+
+
+class Segments(NamedTuple):
+    """Two trees over the segments [k, k + 1] of a line, B's moved in each lane; and what is noted of them."""
+
+    moves: list
+    opens_both: bool
+    enough: int
+    room: list
+    leaves: list
+
+
+def bounds(node):
+    """First and last place of what lies below a node; its children are 2 node + 1 and 2 node + 2."""
+    first = last = node
+    while first < FIRST_LEAF:
+        first, last = 2 * first + 1, 2 * last + 2
+    return first - FIRST_LEAF, last - FIRST_LEAF + 1
+
+
+def lanes_that_meet(query, a, b, lanes):
+    (first_a, last_a), (first_b, last_b) = bounds(a), bounds(b)
+    meets = [first_a <= last_b + move and first_b + move <= last_a for move in query.moves]
+    return lanes & sum(1 << lane for lane, meet in enumerate(meets) if meet)
+
+
+def opened(query, a, b):
+    children = [2 * node + 1 if node < FIRST_LEAF else CLOSED for node in (a, b)]
+    if query.opens_both or CLOSED in children:
+        return children
+    return (children[0], CLOSED) if a <= b else (CLOSED, children[1])
+
+
+def note_leaves(query, a, b, lanes):
+    """Note both, and return the lanes that have met often enough; stop where the room is used up."""
+    if not query.room:
+        return STOP
+    query.room.pop()
+    query.leaves.append((a - FIRST_LEAF, b - FIRST_LEAF, lanes))
+    counts = [sum(noted >> lane & 1 for _, _, noted in query.leaves) for lane in range(len(query.moves))]
+    return sum(1 << lane for lane, count in enumerate(counts) if count >= query.enough)
+
+
+def leaves_asked(next_child, *, moves=(0, 2, 5, 40), opens_both=False, enough=LEAVES**2, room=LEAVES**2):
+    """Returns the leaves asked about with their lanes, and how often the descent stopped for want of room."""
+    stack, state, stops = [0] * 99, [0] * DESCENT_STATES, 0
+    query = Segments(moves, opens_both, enough, [None] * room, [])
+    start_at(0, 0, (1 << len(moves)) - 1, stack, state)
+    while not descend(query, stack, state, lanes_that_meet, opened, note_leaves, next_child):
+        query.room.extend([None] * room)
+        stops += 1
+    return query.leaves, stops
+
+
+each_order = pytest.mark.parametrize("next_child", [FIRST, SECOND])
+
+
+@each_order
+@pytest.mark.parametrize("opens_both", [False, True])
+def test_all_leaves_that_meet_are_asked_in_their_lanes(next_child, opens_both):
+    meeting = {(i, j): sum(1 << k for k, move in enumerate((0, 2, 5)) if abs(i - j - move) <= 1)
+               for i in range(LEAVES) for j in range(LEAVES)}  # fmt: skip
+    leaves, _ = leaves_asked(next_child, opens_both=opens_both)
+    assert sorted(leaves) == [(*pair, lanes) for pair, lanes in sorted(meeting.items()) if lanes]
+    assert (leaves[0][:2] == (0, 0)) == (next_child == FIRST)
+
+
+@each_order
+def test_a_stopped_descent_goes_on_at_the_same_leaves(next_child):
+    whole, _ = leaves_asked(next_child)
+    in_parts, stops = leaves_asked(next_child, room=3)
+    assert in_parts == whole
+    assert stops == (len(whole) - 1) // 3
+
+
+@each_order
+def test_decided_lanes_are_asked_no_more(next_child):
+    leaves, _ = leaves_asked(next_child, enough=1)
+    lanes = [lane for _, _, noted in leaves for lane in range(4) if noted >> lane & 1]
+    assert sorted(lanes) == [0, 1, 2]
