@@ -80,13 +80,8 @@ class AnswerRow:
 
 def class_answer(class_tables: ClassTables, addresses: Mapping[str, Place], study: Study | None) -> list[AnswerRow]:
     """Return the rows below the first sentence of a class; a row without text or links is left out."""
-    result, *other_results = _result_sentences(study)
-    figures = [
-        *_with_other_detectors(study),
-        _names_of_detectors(class_tables),
-        *other_results,
-        class_tables.rate_difference(),
-    ]
+    result, *other_results = [*_with_other_detectors(study), *_result_sentences(study)]
+    figures = [*other_results, _names_of_detectors(class_tables), class_tables.rate_difference()]
     class_reason = reason(class_tables, study)
     seconds_of_detector = _mean_times(class_tables)
     answer_rows = [
@@ -127,20 +122,26 @@ def _result_sentences(study: Study | None) -> list[str]:
 
 
 def _with_other_detectors(study: Study | None) -> list[str]:
-    """Sentences on the results that are others with another detector, each with that figure; none: all stay."""
+    """Sentences on the results that are others with another detector, each with both figures; none: all stay."""
     if study is None:
         return []
-    figures: dict[tuple[str, bool], list[str]] = {}
+    changes: dict[tuple[str, float, bool], list[tuple[str, float]]] = {}
     for row in study.retested_results:
         if row.changes and row.after is not None:
             is_reversed = row.before.beta * row.after.beta < 0.0
-            with_figure = f"{row.detector} ({row.after.beta:+.2f})"
-            figures.setdefault((result_name(row.before), is_reversed), []).append(with_figure)
-    has_several = len({name for name, _ in figures}) > 1
+            change = (result_name(row.before), row.before.beta, is_reversed)
+            changes.setdefault(change, []).append((row.detector, row.after.beta))
     sentences = []
-    for (name, is_reversed), texts in figures.items():
-        change = "the sign is reversed" if is_reversed else "the conclusion is another"
-        sentences.append(f"With {joined_names(texts)} {change}{f' ({name})' if has_several else ''}.")
+    for (name, beta, is_reversed), results in changes.items():
+        labels = [label for label, _ in results]
+        verb = "reverse the sign of a result" if is_reversed else "change a conclusion"
+        if len(labels) == 1:
+            verb = "reverses the sign of a result" if is_reversed else "changes a conclusion"
+        labels_of_figure: dict[str, list[str]] = {}
+        for label, other_beta in results:
+            labels_of_figure.setdefault(f"{other_beta:+.2f}", []).append(label)
+        figures = ", ".join(f"{figure} with {joined_names(own)}" for figure, own in labels_of_figure.items())
+        sentences.append(f"{joined_names(labels)} {verb}: {name} is {figures}, {beta:+.2f} with {study.detector}.")
     return sentences
 
 

@@ -46,19 +46,7 @@ def reason(class_tables: ClassTables, study: Study | None) -> ClassReason:
     known_mistakes = _known_mistakes(class_tables, study)
     sentences = [f"{label} {_mistakes_text(counts)}." for label, counts in known_mistakes]
     if study.changing_detectors and known_mistakes:
-        (first_label, first_mistakes), *_ = known_mistakes
-        subject = f"{first_label} leads to another conclusion: it"
-        if first_label not in study.changing_detectors:
-            subject = f"{first_label}, which counts here,"
-        causes_of_first = [cause for cause in causes if cause.startswith(f"{first_label} ")]
-        other_causes = [cause for cause in causes if cause not in causes_of_first]
-        if first_label in study.changing_detectors and causes_of_first:
-            return ClassReason(causes_of_first[0], " ".join([*causes_of_first[1:], *sentences]), " ".join(other_causes))
-        return ClassReason(
-            f"{subject} {_mistakes_text(first_mistakes)}.",
-            " ".join([*causes_of_first, *sentences[1:]]),
-            " ".join(other_causes),
-        )
+        return _reason_of_change(study, known_mistakes, causes, sentences)
     answers = [
         *filter(
             None, [_hidden_association(study), _no_change_sentence(study, known_mistakes, class_tables.runs.titles)]
@@ -67,6 +55,32 @@ def reason(class_tables: ClassTables, study: Study | None) -> ClassReason:
     if not answers:
         return ClassReason(" ".join(causes[:1]), " ".join(causes[1:]))
     return ClassReason(answers[0], " ".join(answers[1:]), " ".join([*sentences, *causes]))
+
+
+def _reason_of_change(
+    study: Study, known_mistakes: list[tuple[str, Mistakes]], causes: list[str], sentences: list[str]
+) -> ClassReason:
+    """Return the causes and mistakes of the detectors that change a conclusion; the page folds causes of the others."""
+    compared_labels = [label for label, _ in known_mistakes]
+    causes_of_compared = [cause for label in compared_labels for cause in causes if cause.startswith(f"{label} ")]
+    other_causes = [cause for cause in causes if cause not in causes_of_compared]
+    (first_label, first_mistakes), *_ = known_mistakes
+    if (
+        first_label in study.changing_detectors
+        and causes_of_compared
+        and causes_of_compared[0].startswith(f"{first_label} ")
+    ):
+        return ClassReason(
+            causes_of_compared[0], " ".join([*causes_of_compared[1:], *sentences]), " ".join(other_causes)
+        )
+    subject = f"{first_label} leads to another conclusion: it"
+    if first_label not in study.changing_detectors:
+        subject = f"{first_label}, which counts here,"
+    return ClassReason(
+        f"{subject} {_mistakes_text(first_mistakes)}.",
+        " ".join([*causes_of_compared, *sentences[1:]]),
+        " ".join(other_causes),
+    )
 
 
 def _known_mistakes(class_tables: ClassTables, study: Study) -> list[tuple[str, Mistakes]]:

@@ -104,7 +104,9 @@ def test_changing_detectors_are_named_as_such(runs, study, tmp_path):
         f"{detector} missed {counts.missed} of {counts.contacts} contacts, was late or cut short in "
         f"{counts.late_or_cut_short} and reported {counts.false_contacts} false contacts"
     ) in rows["Why"].figures
-    assert f"With {detector} (+0.70) the " in rows["What"].figures
+    assert rows["What"].text.startswith(f"{detector} ")
+    before = changed[1].before.beta
+    assert f" is +0.70 with {detector}, {before:+.2f} with exact." in rows["What"].text
     assert rows["When"].text == f"Mistakes that change it, of {detector}, for example:"
     assert changed[0].detector in rows["Or"].text and detector not in rows["Or"].text
     every = replace(study, sensitivity=tuple(replace(row, after=associated(row.after)) for row in study.sensitivity))
