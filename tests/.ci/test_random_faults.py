@@ -23,10 +23,16 @@ def root(tmp_path):
     return tmp_path
 
 
-def test_each_operator_is_a_fault_and_text_is_not(script, root):
-    faults = script.faults_of(root, root / "cdcore/small.py")
-    assert sorted((item.right, item.wrong) for item in faults) == [("+", "-"), ("-", "+"), ("<=", ">"), ("and", "or")]
-    assert all(SOURCE.encode()[item.begin : item.end].decode() == item.right and item.line == 2 for item in faults)
+def test_every_operator_outside_quotes_can_become_a_fault(script, root):
+    """A fault exchanges one operator of a source file; its bytes and line say where."""
+    source = "def twice(a, b):\n    return a + b if a <= b and b else len('a < b') - 2\n"
+    source_file = root / "cdcore/small.py"
+    source_file.write_text(source)
+    faults = script.faults_of(root, source_file)
+    replacements = {fault.right: fault.wrong for fault in faults}
+    assert len(faults) == 4
+    assert replacements == {"+": "-", "<=": ">", "and": "or", "-": "+"}
+    assert all(source[fault.begin : fault.end] == fault.right and fault.line == 2 for fault in faults)
 
 
 @pytest.mark.parametrize(("status", "by"), [(1, "own"), (0, "nothing"), (5, "nothing")])

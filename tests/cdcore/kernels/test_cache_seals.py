@@ -79,7 +79,7 @@ def test_files_cut_short_are_removed(sealed, tmp_path, suffix, length):
 
 
 @pytest.mark.parametrize("suffix", [".nbi", ".1.nbc", ".seal"])
-def test_the_rest_of_missing_files_is_removed(sealed, tmp_path, suffix):
+def test_cache_that_lacks_a_file_is_removed_whole(sealed, tmp_path, suffix):
     folder = shutil.copytree(sealed, tmp_path / sealed.name)
     for file in folder.glob(f"*{suffix}"):
         file.unlink()
@@ -100,7 +100,8 @@ def test_files_of_another_folder_are_removed(sealed, tmp_path):
     assert cache_of(folder).remove_unless_intact() and machine_code(folder) == []
 
 
-def test_files_of_other_kernels_are_left(sealed, tmp_path):
+def test_only_files_of_the_damaged_kernel_are_removed(sealed, tmp_path):
+    """The kernel at line 9 is intact; the kernel at line 10 has a file that no seal covers."""
     folder = shutil.copytree(sealed, tmp_path / sealed.name)
     other = folder / f"module.other-10{cache_seals.PYTHON}.nbi"
     other.write_bytes(b"of another kernel")
@@ -119,7 +120,7 @@ def test_changed_sources_or_numba_remove_every_kernel(sealed, tmp_path, monkeypa
     assert list(folder.iterdir()) == []
 
 
-def test_every_source_counts_and_times_do_not(tmp_path, monkeypatch):
+def test_source_digest_follows_text_and_not_file_times(tmp_path, monkeypatch):
     for name in ("kernels/compiling.py", "narrow/bvh/traverse.py", "numerics.py"):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(f"# {name}")
@@ -132,7 +133,8 @@ def test_every_source_counts_and_times_do_not(tmp_path, monkeypatch):
     assert digest() != before
 
 
-def test_damaged_files_that_cannot_be_removed_are_not_used(sealed, tmp_path, monkeypatch):
+def test_read_only_cache_is_used_only_while_intact(sealed, tmp_path, monkeypatch):
+    """``remove_unless_intact`` returns whether numba may load the compiled files that are left in the folder."""
     folder = shutil.copytree(sealed, tmp_path / sealed.name)
 
     def refuse(*_, **__):
@@ -140,7 +142,8 @@ def test_damaged_files_that_cannot_be_removed_are_not_used(sealed, tmp_path, mon
 
     monkeypatch.setattr("cdcore.kernels.cache_seals.Path.unlink", refuse)
     assert cache_of(folder).remove_unless_intact()
-    (folder / NAMES[1].format(python=cache_seals.PYTHON)).write_bytes(b"damaged")
+    damaged_file = folder / NAMES[1].format(python=cache_seals.PYTHON)
+    damaged_file.write_bytes(b"damaged")
     assert not cache_of(folder).remove_unless_intact()
 
 
@@ -183,7 +186,8 @@ def test_a_second_process_waits_until_the_first_has_compiled(tmp_path):
     assert order == ["first", "second"]
 
 
-def test_kernels_of_other_lines_do_not_wait(tmp_path):
+def test_two_kernels_of_one_module_are_locked_apart(tmp_path):
+    """A kernel is known by its module and first line; a lock for both would make the second wait for the first."""
     with cache_of(tmp_path, line=9).locked(), cache_of(tmp_path, line=10).locked():
         assert len(list(tmp_path.glob("*.lock"))) == 2
 

@@ -36,16 +36,17 @@ def assumption(subject, *bodies):
         (assumption(Subject.COLLIDER_AXES, "cup"), "x-flipped", "collider_axes", "x-flipped"),
     ],
 )
-def test_an_answer_changes_its_key_and_no_other_line(tmp_path, row, value, key, expected):
-    path = tmp_path / "map.toml"
-    path.write_text(DRAFT)
-    assert write_answers(path, [(row, value)]) == [key]
-    data, before = tomllib.loads(path.read_text()), tomllib.loads(DRAFT)
-    assert data.pop(key) == expected
-    before.pop(key, None)
-    before["guessed"] = [entry for entry in before["guessed"] if entry != key]
-    assert data == before
-    assert path.read_text().startswith("# My take.\n")
+def test_written_answer_changes_only_its_key_of_the_mapping(tmp_path, row, value, key, expected):
+    """A user's answer to an import's open question becomes a key of the mapping file and is no longer "guessed"."""
+    mapping_file = tmp_path / "map.toml"
+    mapping_file.write_text(DRAFT)
+    assert write_answers(mapping_file, [(row, value)]) == [key]
+    answered, draft = tomllib.loads(mapping_file.read_text()), tomllib.loads(DRAFT)
+    assert answered.pop(key) == expected
+    draft.pop(key, None)
+    draft["guessed"] = [guessed_key for guessed_key in draft["guessed"] if guessed_key != key]
+    assert answered == draft
+    assert mapping_file.read_text().startswith("# My take.\n")  # the user's comment in the first line of the draft
 
 
 EVERY_ANSWER = [

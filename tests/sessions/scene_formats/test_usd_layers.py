@@ -180,22 +180,26 @@ def test_package_holds_its_own_layers(tmp_path, inner):
         ("matrix4d xformOp:transform = ((1,0,0,0),(0,1,0,0),(0,0,1,0),(inf,0,0,1))", "no number"),
     ],
 )
-def test_pose_that_is_none_is_refused(tmp_path, lines, refusal):
+def test_transform_of_zero_scale_or_non_finite_numbers_is_refused(tmp_path, lines, refusal):
     text = BALL.replace("{\n}", f'{{\n{lines}\nuniform token[] xformOpOrder = ["xformOp:transform"]\n}}')
     with pytest.raises(SceneSourceError, match=refusal):
         read_scene_source(scene(tmp_path, text))
 
 
 @pytest.mark.parametrize("line", ["double radius = nan", "double radius = -1", "double radius = 0"])
-def test_size_that_is_none_is_named(tmp_path, line):
+def test_sphere_without_a_positive_radius_is_named_as_ignored(tmp_path, line):
+    """The sphere is the only collider of the scene: without it no body is left, and the refusal names the sphere."""
+    usd_file = scene(tmp_path, BALL.replace("{\n}", f"{{\n{line}\n}}"))
     with pytest.raises(SceneSourceError, match=r"no body that collides; not taken: the .*'/ball'"):
-        read_scene_source(scene(tmp_path, BALL.replace("{\n}", f"{{\n{line}\n}}")))
+        read_scene_source(usd_file)
 
 
-@pytest.mark.parametrize("unit", ["0", "-1", "inf", "nan"])
-def test_unit_that_is_none_is_refused(tmp_path, unit):
+@pytest.mark.parametrize("length_unit", ["0", "-1", "inf", "nan"])
+def test_usd_scene_needs_positive_finite_metres_per_unit(tmp_path, length_unit):
+    header = HEAD.replace("metersPerUnit = 1", f"metersPerUnit = {length_unit}")
+    usd_file = scene(tmp_path, BALL, head=header)
     with pytest.raises(SceneSourceError, match="metersPerUnit"):
-        read_scene_source(scene(tmp_path, BALL, head=HEAD.replace("Unit = 1", f"Unit = {unit}")))
+        read_scene_source(usd_file)
 
 
 def test_absence_of_the_library_is_explained(tmp_path, monkeypatch):

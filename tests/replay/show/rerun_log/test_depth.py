@@ -1,6 +1,5 @@
 """Depth of contacts over time, as the picture shows it."""
 
-import numpy as np
 import pytest
 from support.small_worlds import cubes
 
@@ -8,7 +7,8 @@ from replay.engine import compute
 from replay.show.rerun_log.depth import MOST_CURVES, deepest_pairs, depth_title, depths_over_time
 
 
-def test_curve_is_zero_beside_a_contact_and_never_within():
+def test_depth_curve_is_zero_beside_a_contact_and_never_within():
+    """Unit cubes at distance 0.9 overlap by 0.1 m in frames 2 to 41, at 0.7 by 0.3 m in frame 32, at 3.0 not at all."""
     still = [3.0, 3.0, *[0.9] * 30, 0.7, *[0.9] * 9, 3.0, 3.0]
     result = compute(cubes({"a": [0.0] * len(still), "b": still}), detectors="exact,mesh=discrete", oracle="exact")
     depths = depths_over_time(result, 0)
@@ -17,12 +17,21 @@ def test_curve_is_zero_beside_a_contact_and_never_within():
     assert all(depth >= 0.0999 for frame, depth in depths.items() if 2 <= frame <= 41)
 
 
-def test_title_says_when_pairs_have_no_curve():
-    names = {f"b{k}": [9.0, 0.9 - 0.01 * k, 9.0] for k in range(MOST_CURVES + 2)}
-    session = cubes({"a": [0.0] * 3, **names})
-    result = compute(session, detectors="exact,mesh=discrete", oracle="exact", pairs=[("a", name) for name in names])
-    pairs = deepest_pairs(result)
-    assert len(pairs) == MOST_CURVES + 2
-    assert depth_title(result) == f"Least depth, mm, {MOST_CURVES} of {len(pairs)} pairs; band: noise"
-    deepest = [max(result.depth_series[pair].values()) for pair in pairs]
-    assert np.all(np.diff(deepest) <= 0)
+def run_of_overlapping_pairs(pair_count):
+    """A run of three frames: unit cubes b0, b1, ... overlap cube ``a`` in frame 1, each 1 cm deeper than the last."""
+    positions = {f"b{k}": [9.0, 0.9 - 0.01 * k, 9.0] for k in range(pair_count)}
+    pairs = [("a", name) for name in positions]
+    return compute(cubes({"a": [0.0] * 3, **positions}), detectors="exact,mesh=discrete", oracle="exact", pairs=pairs)
+
+
+def test_depth_plot_title_counts_drawn_pairs_when_some_are_not():
+    """At most MOST_CURVES pairs, the deepest, get a curve in the plot."""
+    pair_count = MOST_CURVES + 2
+    title = depth_title(run_of_overlapping_pairs(pair_count))
+    assert title == f"Least depth, mm, {MOST_CURVES} of {pair_count} pairs; band: noise"
+
+
+def test_pairs_of_the_depth_plot_are_sorted_deepest_first():
+    result = run_of_overlapping_pairs(3)
+    names = [result.assembly.pair_name(pair) for pair in deepest_pairs(result)]
+    assert names == ["a-b2", "a-b1", "a-b0"]

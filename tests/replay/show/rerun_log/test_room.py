@@ -209,13 +209,18 @@ def test_scene_at_a_cursor_matches_the_result_at_that_time(check, run_name, runs
         assert np.allclose(recorded, expected, rtol=0.0, atol=1e-6)
 
 
-def test_a_recording_opens_on_the_moment_of_its_answer(runs, drawn):
-    run, read = runs["hulls"], drawn(runs["hulls"])
-    moment = nanoseconds(run, *leading_moment(run, key_moments(run)))
-    before_the_session = nanoseconds(run, 0, 0) - 1
+def test_picture_opens_with_bodies_posed_as_in_the_headline(runs, drawn):
+    """A viewer opens before the first frame; there it draws every body where it was in the fault of the headline."""
+    run = runs["hulls"]
+    picture = drawn(run)
+    headline_ns = nanoseconds(run, *leading_moment(run, key_moments(run)))
+    opening_ns = nanoseconds(run, frame=0) - 1
+    assert run.assembly.names
     for name in run.assembly.names:
-        poses = [read.at_ns(f"world/{name}", "Transform3D:translation", at) for at in (before_the_session, moment)]
-        assert np.array_equal(*poses)
+        opening, headline = (
+            picture.at_ns(f"world/{name}", "Transform3D:translation", time) for time in (opening_ns, headline_ns)
+        )
+        assert np.array_equal(opening, headline)
 
 
 def test_beyond_the_budget_frames_are_strided_but_moments_stay(demo, monkeypatch):
