@@ -17,7 +17,8 @@ import numpy as np
 
 from cdcore import TriangleMesh
 from cdcore.bounding.hull import hull_collider, hull_of
-from cdcore.numerics import TWO_MICROMETRES, FloatArray
+from cdcore.numerics import FloatArray
+from cdcore.tolerances import TWO_MICROMETRES
 from replay.advice.collider_search import ColliderSearch, Deadline, Limits
 from replay.advice.scoring import Scoring
 from replay.advice.settings import Setting

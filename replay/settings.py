@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from cdcore.numerics import TWO_MICROMETRES
+from cdcore.tolerances import TWO_MICROMETRES
 from replay.detection.detector_spec import (
     RELEASE_SETTING,
     TRUSTED_DETECTOR,

@@ -7,7 +7,8 @@ from typing import Final
 import numpy as np
 
 from cdcore.mesh import TriangleMesh
-from cdcore.numerics import EPS, FloatArray, readonly
+from cdcore.numerics import FloatArray, readonly
+from cdcore.tolerances import EPS
 
 FIT_ULPS: Final = 16.0
 """Half extents grow by this many eps of the box's reach: projecting a vertex on an axis rounds by at most 6."""

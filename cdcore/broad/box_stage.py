@@ -9,9 +9,10 @@ from cdcore.bounding.box import Box
 from cdcore.broad.sphere_stage import Arrays
 from cdcore.kernels.box_against_box import relative_box, separated_on_all_axes
 from cdcore.kernels.compiling import always_inlined, hot_kernel, kernel
-from cdcore.numerics import EPS, UNDERFLOW_PAD, BoolArray, IntArray
+from cdcore.numerics import BoolArray, IntArray
 from cdcore.poses.kernels import relative_pose
 from cdcore.protocol import Motion
+from cdcore.tolerances import EPS, UNDERFLOW_PAD
 
 BOX_PAD_ULPS: Final = 1024.0
 """Pad of the box stage in eps of both bodies' size.

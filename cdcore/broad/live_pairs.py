@@ -15,9 +15,10 @@ from cdcore.broad.broad_phase import BroadPhase
 from cdcore.broad.sphere_stage import CANDIDATE, CLEAR, NO_POSE, Arrays, sphere_verdicts
 from cdcore.kernels.compiling import hot_kernel, kernel
 from cdcore.kernels.memory import doubles_of
-from cdcore.numerics import EPS, BoolArray, ByteArray, FloatArray, IntArray
+from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
 from cdcore.poses.kernels import copy_pose, length_moved, same_pose
 from cdcore.protocol import Motion
+from cdcore.tolerances import EPS
 
 STEP_ULPS: Final = 64.0
 """In eps of a body's size and distance: placing a point rounds by less than 8, twice."""

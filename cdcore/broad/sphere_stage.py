@@ -15,9 +15,10 @@ import numpy as np
 
 from cdcore.bounding.bounding_sphere import Sphere
 from cdcore.kernels.compiling import kernel
-from cdcore.numerics import EPS, PAD_ULPS, UNDERFLOW_PAD, BoolArray, ByteArray, FloatArray, IntArray
+from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
 from cdcore.poses.kernels import place_coordinate
 from cdcore.protocol import Motion, Verdict
+from cdcore.tolerances import EPS, PAD_ULPS, UNDERFLOW_PAD
 
 CLEAR, CANDIDATE, NO_POSE = np.uint8(Verdict.CLEAR), np.uint8(Verdict.CANDIDATE), np.uint8(Verdict.NO_POSE)
 

@@ -7,7 +7,8 @@ from typing import Final
 import numpy as np
 
 from cdcore.kernels.compiling import always_inlined, hot_kernel
-from cdcore.numerics import EPS, FloatArray
+from cdcore.numerics import FloatArray
+from cdcore.tolerances import EPS
 
 PAD: Final = 1024.0 * EPS
 """How far a point seen from the other body may be from the reference vertices, as a share of both bodies' size: over

@@ -11,7 +11,8 @@ from typing import Final
 import numpy as np
 
 from cdcore.image_space.layers import Window, overlap_along
-from cdcore.numerics import EPS, UNDERFLOW_PAD, FloatArray
+from cdcore.numerics import FloatArray
+from cdcore.tolerances import EPS, UNDERFLOW_PAD
 
 SHIFT: Final = np.array([1e-4, 2e-4, 3e-4])
 """Of a pixel: rays are moved off its centre, so that none runs along an edge of a mesh drawn on a grid."""

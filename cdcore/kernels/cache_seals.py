@@ -37,6 +37,7 @@ SOURCES: Final = (
     "containment/*.py",
     "search/*.py",
     "numerics.py",
+    "tolerances.py",
     "protocol/verdict.py",
 )
 """Files of kernels and of the constants that become part of them."""

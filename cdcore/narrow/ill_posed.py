@@ -15,9 +15,10 @@ from cdcore.narrow.brute_force import near_faces
 from cdcore.narrow.bvh.box_tree import box_trees_of
 from cdcore.narrow.continuous.clearance import certainly_separated
 from cdcore.narrow.margins import can_be_separated, overlap_bounds, shell_vectors, triangle_margins
-from cdcore.numerics import EPS, BoolArray, FloatArray
+from cdcore.numerics import BoolArray, FloatArray
 from cdcore.poses import place_points
 from cdcore.protocol import Body
+from cdcore.tolerances import EPS
 from cdcore.triangles.decide import triangles_intersect
 
 SAMPLE = 8

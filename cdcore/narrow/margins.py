@@ -21,7 +21,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cdcore.narrow.brute_force import near_faces
-from cdcore.numerics import EPS, BoolArray, FloatArray
+from cdcore.numerics import BoolArray, FloatArray
+from cdcore.tolerances import EPS
 from cdcore.triangles.decide import checked_triangles, triangles_intersect
 from cdcore.triangles.integers import Triangle, Vector, cross, difference, dot, integer_points, normal
 

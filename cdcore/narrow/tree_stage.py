@@ -18,10 +18,11 @@ from cdcore.narrow.descent import WIDTH
 from cdcore.narrow.pair_frames import Poses, ask_changed_poses, swapped_faces
 from cdcore.narrow.published_trees.box_trees import TREE_KINDS, TREES_OF
 from cdcore.narrow.published_trees.tree_search import CUT_SHORT, PairPoses, search_rows
-from cdcore.numerics import ORTHONORMAL_KEEP, UNDERFLOW_PAD, BoolArray, ByteArray, FloatArray, IntArray
+from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
 from cdcore.poses.kernels import place_face
 from cdcore.protocol import Body, Motion, Verdict, ordered_by_name
 from cdcore.protocol.settings import MOST_WORK, CheckedSettings, choice, flag, whole
+from cdcore.tolerances import ORTHONORMAL_KEEP, UNDERFLOW_PAD
 from cdcore.triangles.decide import UNDECIDED, new_digits, placed_pair_meets
 
 FIRST_FRAME: Final = np.zeros(1, dtype=np.int64)

@@ -12,8 +12,9 @@ import numpy as np
 from cdcore.errors import InvalidPoseError
 from cdcore.kernels.compiling import always_inlined, hot_kernel, kernel, never_inlined
 from cdcore.kernels.memory import Memory, doubles_of
-from cdcore.numerics import ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, BoolArray, FloatArray, IntArray, readonly
+from cdcore.numerics import BoolArray, FloatArray, IntArray, readonly
 from cdcore.poses.kernels import same_pose
+from cdcore.tolerances import ORTHONORMAL_KEEP, ORTHONORMAL_REJECT
 
 GOOD = -1
 """No pose is bad."""

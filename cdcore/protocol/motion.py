@@ -13,14 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cdcore.errors import InvalidPoseError
-from cdcore.numerics import (
-    QUATERNION_REJECT,
-    BoolArray,
-    FloatArray,
-    IntArray,
-    readonly,
-)
+from cdcore.numerics import BoolArray, FloatArray, IntArray, readonly
 from cdcore.poses import rotation_from_quaternion
+from cdcore.tolerances import QUATERNION_REJECT
 
 NO_MATRICES: Final = np.empty((0, 0, 4, 4))
 

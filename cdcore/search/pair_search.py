@@ -10,7 +10,7 @@ import numpy as np
 
 from cdcore.kernels.compiling import hot_kernel, kernel, never_inlined, records
 from cdcore.kernels.memory import address_of
-from cdcore.numerics import EPS, UNDERFLOW_PAD, FloatArray, IntArray, readonly
+from cdcore.numerics import FloatArray, IntArray, readonly
 from cdcore.poses.kernels import relative_pose
 from cdcore.search.evaluation import evaluate, grow_table, meeting_pairs
 from cdcore.search.features import Features
@@ -35,6 +35,7 @@ from cdcore.search.state import (
     stream_of,
 )
 from cdcore.search.swarm import iterate, populate
+from cdcore.tolerances import EPS, UNDERFLOW_PAD
 
 COLONY, LOCAL, RANDOM = 0, 1, 2
 """The strategies of the search."""

@@ -14,11 +14,12 @@ import numpy as np
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.broad.live_pairs import LivePairs
 from cdcore.kernels.compiling import kernel
-from cdcore.numerics import EPS, BoolArray, FloatArray, Int32Array, IntArray, readonly
+from cdcore.numerics import BoolArray, FloatArray, Int32Array, IntArray, readonly
 from cdcore.protocol import NO_FACES, Body, FaceSets, Motion, Verdict, ordered_by_name
 from cdcore.search.features import Features, features_of, sample_of
 from cdcore.search.pair_search import Pair, PairSearch, Pose, SearchResult
 from cdcore.search.search_settings import SearchSettings
+from cdcore.tolerances import EPS
 
 PROBE: Final = 192
 """Evaluations in which a warm start has reached its valley: a few steps to 28 neighbours each."""

@@ -15,8 +15,9 @@ import numpy as np
 
 from cdcore import Detection, Motion, Verdict
 from cdcore.narrow.pair_frames import rows_of_columns
-from cdcore.numerics import TWO_MICROMETRES, BoolArray, IntArray
+from cdcore.numerics import BoolArray, IntArray
 from cdcore.protocol import is_one_of
+from cdcore.tolerances import TWO_MICROMETRES
 from replay.auditing.compare import ToleranceCheck, compare
 from replay.auditing.episodes import episodes
 from replay.auditing.holding import holdings

@@ -190,7 +190,7 @@ def tables(default: str) -> OptionDecorator:
 
 
 def _default_tau() -> float:
-    from cdcore.numerics import TWO_MICROMETRES
+    from cdcore.tolerances import TWO_MICROMETRES
 
     return TWO_MICROMETRES
 

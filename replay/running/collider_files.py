@@ -30,7 +30,7 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore.mesh import TriangleMesh
-from cdcore.numerics import TWO_MICROMETRES
+from cdcore.tolerances import TWO_MICROMETRES
 from replay import words
 from replay.advice.collider_search import (
     CONVEX,

@@ -15,7 +15,7 @@ from sessions.quantities import length
 
 FAR_M: Final = 25.0  # Metres from the origin in the median: no tracked room is that large (VIVE: 10 m by 10 m)
 MILLIMETRES_M: Final = 400.0  # Beyond this a head would be 4 m up even in centimetres
-METRES: Final = {"millimetres": 1e-3, "centimetres": 1e-2}
+METRES_PER_UNIT: Final = {"millimetres": 1e-3, "centimetres": 1e-2}
 FAST_M: Final = 20.0  # Metres per second in the ordinary step of a moving body: no hand does that
 
 LEAST_HEAD_M, MOST_HEAD_M = 0.7, 2.3
@@ -96,7 +96,7 @@ def _up(pose_pass: PosePass, roles: Roles) -> Iterator[Finding]:
     q, position = (_finite_rows(values[:, head]) for values in (pose_pass.quaternion, pose_pass.position))
     if len(q) >= LEAST_SAMPLES:
         # In a wrong unit every height is impossible: that alone says nothing about the axes.
-        position = position * METRES.get((unit_guess(pose_pass, head) or ("metres",))[0], 1.0)
+        position = position * METRES_PER_UNIT.get((unit_guess(pose_pass, head) or ("metres",))[0], 1.0)
         height = float(np.median(position[:, 1]))
         up = np.median(rotated_vectors(q, (0.0, 1.0, 0.0)), axis=0)
         axis = int(np.abs(up).argmax())

@@ -75,7 +75,7 @@ NO_MESHES = MeshOptions()
 
 QUATERNION_TOLERANCE: Final = 1e-3
 """A quaternion whose norm is further off 1 is no rotation: its row is flagged as lost."""
-METRES: Final[Mapping[str, float]] = {
+METRES_PER_UNIT: Final[Mapping[str, float]] = {
     "m": 1.0,
     "cm": 0.01,
     "mm": 0.001,
@@ -281,7 +281,7 @@ def session_of_tables(
     done = []
     if not axes.is_canonical:
         done.append(f"axes {axes.name} ({axes.description}) to right-handed, +Y up, -Z forward")
-    if METRES[frame.units] != 1.0:
+    if METRES_PER_UNIT[frame.units] != 1.0:
         done.append(f"lengths in {frame.units} to m")
     done += notes
     tracks: dict[str, Track] = dict(made or {})
@@ -316,7 +316,7 @@ def track_of(name: str, table: PoseTable, frame: SourceFrame, ledger: Ledger) ->
     """
     notes = []
     keep = increasing_rows(name, table.times_ns, (table.positions, table.quaternions_xyzw), ledger)
-    positions = frame.axes.points(table.positions[keep]) * METRES[frame.units]
+    positions = frame.axes.points(table.positions[keep]) * METRES_PER_UNIT[frame.units]
     quaternions = frame.axes.quaternions(table.quaternions_xyzw[keep])
     claimed = np.ones(len(positions), dtype=np.bool_) if table.valid is None else table.valid[keep]
     pose = np.isfinite(positions).all(axis=1) & is_rotation(quaternions)

@@ -14,7 +14,7 @@ from typing import Final
 from sessions.errors import ImportFileError
 from sessions.importers.csv_columns_and_units import CsvLayout, PoseColumns
 from sessions.importers.csv_table import LONGEST_LINE, CsvTable
-from sessions.importers.importing import METRES, SourceFrame, numbered_name, session_of_tables
+from sessions.importers.importing import METRES_PER_UNIT, SourceFrame, numbered_name, session_of_tables
 from sessions.importers.ledger import Ledger
 from sessions.model.assumption import Assumption, Origin, Subject
 from sessions.model.session import Session
@@ -42,8 +42,8 @@ def read_optitrack(source: Path, *, convention: str | None = None) -> Session:
     if euler != "Quaternion" and sorted(euler) != ["X", "Y", "Z"]:
         raise ImportFileError(f"{source}: line 1: no Rotation Type {euler!r}; export with Quaternion")
     unit = facts.get("Length Units", "")
-    if unit and unit.lower() not in METRES:
-        raise ImportFileError(f"{source}: line 1: no length unit {unit!r}; there are: {', '.join(METRES)}")
+    if unit and unit.lower() not in METRES_PER_UNIT:
+        raise ImportFileError(f"{source}: line 1: no length unit {unit!r}; there are: {', '.join(METRES_PER_UNIT)}")
     space = facts.get("Coordinate Space", "Global")
     if space != "Global":
         raise ImportFileError(

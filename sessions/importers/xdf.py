@@ -22,7 +22,14 @@ import numpy as np
 
 from sessions.errors import ImportFileError
 from sessions.importers.csv_columns_and_units import LENGTHS, PoseColumns, convention_key, mapping_table, pose_columns
-from sessions.importers.importing import METRES, PoseTable, SourceFrame, Stream, numbered_name, session_of_tables
+from sessions.importers.importing import (
+    METRES_PER_UNIT,
+    PoseTable,
+    SourceFrame,
+    Stream,
+    numbered_name,
+    session_of_tables,
+)
 from sessions.importers.ledger import Ledger, Numbers, Stamps, stamps_of
 from sessions.input_files import nearest
 from sessions.meshes.conventions import convention as convention_named
@@ -106,7 +113,7 @@ def read_xdf(source: Path, *, convention: str | None = None, mapping: str | Path
         for table in tables.values():
             assert table.valid is not None
             table.valid[-1:] = False
-    lengths = {METRES.get(unit or "m") for unit in units}
+    lengths = {METRES_PER_UNIT.get(unit or "m") for unit in units}
     if len(lengths) > 1 or None in lengths:
         raise ImportFileError(f"{source}: lengths are in {', '.join(sorted(units))}; record all in one of m, cm, mm")
     kinds = {UNITY_AXES if stream.is_unity else ASSUMED for stream in posed}
@@ -125,7 +132,9 @@ def read_xdf(source: Path, *, convention: str | None = None, mapping: str | Path
 
 def _units_of_mapping(unit: str, stated: set[str], source: Path) -> set[str]:
     """The unit of a mapping, or else those that channels state; ImportFileError where they contradict each other."""
-    contradicting = sorted(other for other in stated if METRES.get(other, METRES.get(unit)) != METRES.get(unit))
+    contradicting = sorted(
+        other for other in stated if METRES_PER_UNIT.get(other, METRES_PER_UNIT.get(unit)) != METRES_PER_UNIT.get(unit)
+    )
     if unit and contradicting:
         raise ImportFileError(
             f'{source}: channels state lengths in {", ".join(contradicting)}, and the mapping says units = "{unit}"; '

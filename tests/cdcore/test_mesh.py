@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from support.shapes import ball_mesh, beaker_mesh, box_mesh, merge_meshes, random_rotations, shift_mesh, without_faces
 
 from cdcore import Body, Motion, TriangleMesh, create_detector
-from cdcore.numerics import EPS, PAD_ULPS, UNDERFLOW_PAD
 from cdcore.poses import place_points
+from cdcore.tolerances import EPS, PAD_ULPS, UNDERFLOW_PAD
 
 CORNERS = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
 

@@ -63,7 +63,7 @@ box_at = reader(Box)
 
 
 @hot_kernel
-def lanes_that_may_meet(
+def box_lanes_that_may_meet(
     boxes_a: Memory,
     a: int,
     boxes_b: Memory,

@@ -16,7 +16,7 @@ from cdcore.kernels.compiling import always_inlined, hot_kernel, kernel, never_i
 from cdcore.kernels.memory import Memory, doubles_of, fetch_early, integers_of
 from cdcore.kernels.simd import LANES, dot, first3, fused, load4, load8, minus, splat8, store
 from cdcore.narrow.bvh.bounds import CHORD_SLACK, POSITION_ULPS, ROUNDOFF, SKEW_FACTOR
-from cdcore.narrow.bvh.boxes_and_faces import lanes_that_may_meet, survivors_of_leaves
+from cdcore.narrow.bvh.boxes_and_faces import box_lanes_that_may_meet, survivors_of_leaves
 from cdcore.narrow.bvh.frame_skips import next_frame_to_search, poses_repeat, size_at
 from cdcore.narrow.bvh.tree_memory import (
     AT_FRAME,
@@ -119,7 +119,9 @@ def lanes_of_nodes(block: Block, a: int, b: int, lanes: int) -> int:
     tree_a, tree_b = block.pair.tree_a, block.pair.tree_b
     block.scratch.work[NODE_TESTS] += 1
     leaves = tree_a.links[2 * a + 1] >= 0 and tree_b.links[2 * b + 1] >= 0
-    lanes = lanes_that_may_meet(tree_a.boxes, a, tree_b.boxes, b, block.chord, block.pad, lanes, leaves, block.scratch)
+    lanes = box_lanes_that_may_meet(
+        tree_a.boxes, a, tree_b.boxes, b, block.chord, block.pad, lanes, leaves, block.scratch
+    )
     if a == 0 and b == 0:
         for lane in range(LANES):
             if lanes >> lane & 1:

@@ -17,9 +17,10 @@ import numpy as np
 from cdcore.bounding.bounding_sphere import Sphere
 from cdcore.kernels.compiling import always_inlined, hot_kernel, never_inlined
 from cdcore.kernels.vectors import Vector, between, beyond, cross, dot, rotated_vector, vector_at
-from cdcore.numerics import EPS, UNDERFLOW_PAD, BoolArray, FloatArray, IntArray
+from cdcore.numerics import BoolArray, FloatArray, IntArray
 from cdcore.poses import place_points
 from cdcore.poses.kernels import placed_by_row
+from cdcore.tolerances import EPS, UNDERFLOW_PAD
 
 SWEPT_ULPS: Final = 4096.0
 """Pad in eps of both bodies' sizes, for rotations as far from orthonormal as a motion allows."""

@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 
 from cdcore.kernels.compiling import hot_kernel, kernel, never_inlined
 from cdcore.kernels.vectors import Vector, between, beyond, cross, dot, vector_at
-from cdcore.numerics import EPS, FloatArray
+from cdcore.numerics import FloatArray
+from cdcore.tolerances import EPS
 from cdcore.triangles.decide import checked_triangles
 
 SLACK_ULPS: Final = 64.0

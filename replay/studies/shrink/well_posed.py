@@ -14,7 +14,8 @@ import numpy as np
 from cdcore import TriangleMesh
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.ill_posed import MarginStage
-from cdcore.numerics import TWO_MICROMETRES, BoolArray
+from cdcore.numerics import BoolArray
+from cdcore.tolerances import TWO_MICROMETRES
 from replay.studies.shrink.wrong_answer import WrongAnswer
 
 MICROMETRES: Final = f"{1e6 * TWO_MICROMETRES:g} micrometres"

@@ -10,8 +10,9 @@ import numpy as np
 from cdcore import Verdict
 from cdcore.detectors.detector_table import detector_names, detector_row, settings_of
 from cdcore.narrow.margins import triangle_margins
-from cdcore.numerics import TWO_MICROMETRES, BoolArray, ByteArray, FloatArray
+from cdcore.numerics import BoolArray, ByteArray, FloatArray
 from cdcore.protocol import is_undecided
+from cdcore.tolerances import TWO_MICROMETRES
 from cdcore.triangles.integers import pair_intersects_integers
 from replay.detection.detector_spec import DetectorSpec, parse_detector, split_specs
 from replay.detection.progress import Progress, Silent

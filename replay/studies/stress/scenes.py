@@ -14,9 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from cdcore import Body, Motion, TriangleMesh, Verdict
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
-from cdcore.numerics import TWO_MICROMETRES, FloatArray
+from cdcore.numerics import FloatArray
 from cdcore.poses import place_points
 from cdcore.protocol.detection import Covers
+from cdcore.tolerances import TWO_MICROMETRES
 from replay.studies.stress.families import FIRST_SEED, random_rotations
 from replay.studies.stress.solids import (
     ball_mesh,

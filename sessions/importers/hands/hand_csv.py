@@ -20,7 +20,7 @@ from sessions.importers.hands.hand_columns import HandLayout, hand_layout, unkno
 from sessions.importers.hands.hand_joints import HandJoints, read_joints
 from sessions.importers.hands.hand_mapping import HandMapping, hand_draft, hand_file_error, read_hand_mapping
 from sessions.importers.hands.joint_names import PALM, RADII_M, RADII_SOURCE, Bone, bones_of, side_in
-from sessions.importers.importing import METRES, SourceFrame, session_of_tables
+from sessions.importers.importing import METRES_PER_UNIT, SourceFrame, session_of_tables
 from sessions.importers.ledger import Ledger
 from sessions.mesh_data import MeshData
 from sessions.meshes.conventions import CONVENTIONS
@@ -184,7 +184,7 @@ def _units(table: CsvTable, layout: HandLayout, sizes: list[float], given: HandM
     if given.units:
         return given.units, Origin.USER, ""
     stated = {unit_in_name(column) or table.unit(column) for column in layout.positions}
-    if len(stated) == 1 and (unit := stated.pop()) in METRES:
+    if len(stated) == 1 and (unit := stated.pop()) in METRES_PER_UNIT:
         return unit, Origin.FILE, ""
     if not sizes:
         return "m", Origin.GUESS, "no row has all joints of a hand"
@@ -196,7 +196,7 @@ def _units(table: CsvTable, layout: HandLayout, sizes: list[float], given: HandM
             f"hands in it are {', '.join(f'{size:.3g}' for size in sizes)} times as large as an adult one's in metres, "
             "which fits neither m, cm nor mm; say units in a mapping if they are right",
         )
-    return unit, Origin.GUESS, f"a hand is then {sizes[0] * METRES[unit]:.2f} times as large as an adult one's"
+    return unit, Origin.GUESS, f"a hand is then {sizes[0] * METRES_PER_UNIT[unit]:.2f} times as large as an adult one's"
 
 
 def _time_unit(table: CsvTable, layout: HandLayout, given: HandMapping) -> Iterator[Assumption]:
@@ -217,7 +217,7 @@ def _time_unit(table: CsvTable, layout: HandLayout, given: HandMapping) -> Itera
 
 def _in_metres(hand: HandJoints, frame: SourceFrame) -> HandJoints:
     """The joints of a hand in the canonical frame, metres."""
-    metres = METRES[frame.units]
+    metres = METRES_PER_UNIT[frame.units]
     positions = {joint: frame.axes.points(points) * metres for joint, points in hand.positions.items()}
     radii = {joint: radius * metres for joint, radius in hand.radii.items()}
     return replace(hand, positions=positions, radii=radii)

@@ -17,7 +17,7 @@ from cdcore.bounding.bounding_sphere import (
     sphere_by_triangle_mean,
     sphere_in_mode,
 )
-from cdcore.numerics import EPS
+from cdcore.tolerances import EPS
 
 BUILDERS = SPHERES["best"]
 

@@ -9,8 +9,8 @@ from cdcore import Motion, Verdict, create_detector
 from cdcore.bounding.box import Box, box_best
 from cdcore.broad.box_stage import BoxStage
 from cdcore.broad.broad_phase import BroadPhase
-from cdcore.numerics import EPS
 from cdcore.protocol import resolve_pairs
+from cdcore.tolerances import EPS
 
 PAIR = np.array([[0, 1]])
 

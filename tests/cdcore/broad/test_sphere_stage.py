@@ -7,8 +7,8 @@ from support.shapes import random_rotations, unturned
 from cdcore import Motion, Verdict
 from cdcore.bounding.bounding_sphere import Sphere
 from cdcore.broad.sphere_stage import SphereStage
-from cdcore.numerics import EPS
 from cdcore.poses import place_points
+from cdcore.tolerances import EPS
 
 PAIR = np.array([[0, 1]])
 

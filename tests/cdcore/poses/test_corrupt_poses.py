@@ -5,10 +5,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 from support.shapes import nearest_rotation, orthonormality_error, random_rotations
 
-from cdcore.numerics import ORTHONORMAL_KEEP, readonly
+from cdcore.numerics import readonly
 from cdcore.poses import rotation_from_quaternion
 from cdcore.poses.corrupt_poses import GOOD, check_poses
 from cdcore.protocol.motion import NO_MATRICES
+from cdcore.tolerances import ORTHONORMAL_KEEP
 
 COUNT = 300
 

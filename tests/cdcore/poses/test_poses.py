@@ -7,9 +7,9 @@ from support.shapes import random_rotations
 from cdcore.kernels.compiling import kernel
 from cdcore.kernels.memory import doubles_of
 from cdcore.narrow.bvh.traverse import place_face as place_face_in_lanes
-from cdcore.numerics import EPS
 from cdcore.poses import changed_poses, length_moved, place_points, relative_pose
 from cdcore.poses import kernels as in_kernels
+from cdcore.tolerances import EPS
 
 POSES = 40
 

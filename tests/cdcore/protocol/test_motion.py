@@ -9,8 +9,8 @@ from support.shapes import nearest_rotation, orthonormality_error, random_rotati
 
 from cdcore import Motion
 from cdcore.errors import InvalidPoseError
-from cdcore.numerics import ORTHONORMAL_KEEP
 from cdcore.poses import rotation_from_quaternion
+from cdcore.tolerances import ORTHONORMAL_KEEP
 
 TIMES = np.arange(6) / 90
 

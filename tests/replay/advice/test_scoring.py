@@ -3,7 +3,7 @@ import re
 import pytest
 from support.small_worlds import cubes
 
-from cdcore.numerics import TWO_MICROMETRES
+from cdcore.tolerances import TWO_MICROMETRES
 from replay.advice.scoring import Scoring
 from replay.advice.settings import settings_of
 from replay.detection.detector_spec import parse_detector

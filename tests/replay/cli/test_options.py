@@ -3,7 +3,7 @@ import sys
 import click
 from click.testing import CliRunner
 
-from cdcore.numerics import TWO_MICROMETRES
+from cdcore.tolerances import TWO_MICROMETRES
 from replay.cli.options import import_from_current_folder, replaying, reporting
 
 

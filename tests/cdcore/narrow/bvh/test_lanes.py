@@ -9,7 +9,7 @@ from support.second_opinions import faces_below
 from cdcore.kernels.compiling import kernel
 from cdcore.kernels.memory import doubles_of, integers_of
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
-from cdcore.narrow.bvh.boxes_and_faces import certain_lanes, lanes_that_may_meet, survivors_of_leaves
+from cdcore.narrow.bvh.boxes_and_faces import box_lanes_that_may_meet, certain_lanes, survivors_of_leaves
 from cdcore.narrow.bvh.tree_memory import pair_at
 from cdcore.triangles.decide import triangles_intersect
 from replay.studies.stress.families import FAMILIES
@@ -17,7 +17,7 @@ from replay.studies.stress.families import FAMILIES
 
 @kernel
 def requested(boxes_a, a, boxes_b, b, chord, pad, mask, leaves, scratch):
-    return lanes_that_may_meet(doubles_of(boxes_a), a, doubles_of(boxes_b), b, chord, pad, mask, leaves, scratch)
+    return box_lanes_that_may_meet(doubles_of(boxes_a), a, doubles_of(boxes_b), b, chord, pad, mask, leaves, scratch)
 
 
 @pytest.mark.sampled(3)
@@ -44,7 +44,7 @@ def test_no_lane_with_contact_is_dropped_and_most_others_are(seed, leaves):
 @kernel
 def survivors(row, a, b, chord, pad, scratch):
     pair = pair_at(integers_of(row), 0)
-    mask = lanes_that_may_meet(pair.tree_a.boxes, a, pair.tree_b.boxes, b, chord, pad, 255 + 0 * a, True, scratch)
+    mask = box_lanes_that_may_meet(pair.tree_a.boxes, a, pair.tree_b.boxes, b, chord, pad, 255 + 0 * a, True, scratch)
     if mask == 0:
         return 0
     return survivors_of_leaves(pair, a, b, pad, mask, scratch)

@@ -10,7 +10,7 @@ from support.small_worlds import along_x, cube
 
 from cdcore import Motion, TriangleMesh, Verdict, create_detector
 from cdcore.narrow.margins import triangle_margins
-from cdcore.numerics import TWO_MICROMETRES
+from cdcore.tolerances import TWO_MICROMETRES
 from replay import run
 from replay.cli.main import main
 from replay.studies.shrink.well_posed import thin_faces
