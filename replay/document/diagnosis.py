@@ -134,7 +134,8 @@ def _other_causes(result: RunResult, rank: Rank, *, of_misses: bool) -> str:
         if never_reported
         else "late or short contacts"
     )
-    return f"{example.why} That is the cause of {len(faults_of_cause)} of {len(other_faults)} {fault_names}."
+    count_text = f"{len(faults_of_cause)} of the {len(other_faults)} {fault_names} that are listed"
+    return f"{example.why} That is the cause of {count_text}."
 
 
 def _main_cause(frames_of: Iterable[tuple[Cause, int]]) -> Cause | None:

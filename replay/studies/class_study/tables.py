@@ -336,7 +336,7 @@ def _result_text(finding: Finding) -> str:
     name, outcome = readable_name(finding.name), readable_name(finding.outcome)
     if finding.kind == "groups":
         return f"the difference in {outcome} ({name})"
-    return f"{name} with {outcome}{condition_text(finding)}"
+    return f"the association of {name} with {outcome}{condition_text(finding)}"
 
 
 def _changed_text(study: Study, result_text: str, sensitivity_rows: Sequence[Sensitivity]) -> Iterator[str]:

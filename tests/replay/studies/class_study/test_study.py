@@ -92,11 +92,13 @@ STATES = {
     "the same": (study, "the detector changes no conclusion."),
     "another": (
         lambda: study(scattered=True),
-        "the detector changes 1 conclusion: contacts per minute with motivation holds with exact, not with hybrid.",
+        "the detector changes 1 conclusion: the association of contacts per minute with motivation holds with exact, "
+        "not with hybrid.",
     ),
     "groups": (
         lambda: study(arms=True, recall=1.0),
-        "the detector changes 2 conclusions: contacts per minute with motivation holds with hybrid, not with exact; "
+        "the detector changes 2 conclusions: the association of contacts per minute with motivation holds with hybrid, "
+        "not with exact; "
         "the difference in contacts per minute (group second less group first) holds with exact, not with hybrid.",
     ),
     "nobody tested": (
@@ -115,7 +117,7 @@ def test_the_first_line_says_whether_a_conclusion_changes(state):
 def test_detectors_that_change_one_result_share_its_sentence():
     some, nothing = finding(0.1, 1.2, 0.04), finding(-0.1, 0.2, 0.5)
     other_sign = finding(-1.2, -0.1, 0.04)
-    result = "contacts per minute with motivation"
+    result = "the association of contacts per minute with motivation"
     for before, afters, text in (
         (some, {"b": nothing, "c": nothing, "d": nothing}, f"{result} holds with a, not with b, c or d"),
         (nothing, {"b": some, "c": some}, f"{result} holds with b and c, not with a"),
