@@ -28,7 +28,8 @@ def holds(sphere, points):
     return (reach <= sphere.radius + 4 * EPS * size).all()
 
 
-def test_ball_of_a_box_is_centred_on_it():
+def test_bounding_sphere_of_a_box_has_half_its_diagonal():
+    """A box of 1 x 2 x 3 has the diagonal root of 14; the method is approximate, within 5 %."""
     ball = sphere_by_farthest_steps(shift_mesh(box_mesh((1, 2, 3)), [5, -2, 1]))
     assert np.allclose(ball.centre, [5, -2, 1], atol=0.1)
     assert ball.radius == pytest.approx(np.sqrt(14) / 2, rel=0.05)

@@ -44,7 +44,8 @@ def test_the_box_of_a_box_is_that_box():
     assert box.surface == pytest.approx(22)
 
 
-def test_principal_axes_fit_a_slanted_rod_and_best_takes_them():
+def test_box_by_principal_axes_fits_a_slanted_rod():
+    """The rod is 100 times as long as thick: a box along the axes of the body has over five times the surface."""
     rod = rod_mesh(0.003, 0.3)
     slanted = TriangleMesh(rod.vertices @ random_rotations(np.random.default_rng(3)).T + [3, -2, 1], rod.faces)
     assert box_by_principal_axes(slanted).surface < 0.2 * box_by_body_axes(slanted).surface

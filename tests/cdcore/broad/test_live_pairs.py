@@ -16,7 +16,7 @@ def walk(seed, frames=60):
     return bodies, Motion(np.arange(frames), positions, random_rotations(rng, frames, len(bodies)))
 
 
-def test_live_candidates_equal_those_of_the_broad_phase():
+def test_live_candidate_pairs_equal_the_offline_broad_phase():
     bodies, motion = walk(0)
     broad = BroadPhase(bodies, resolve_pairs(bodies, None))
     samples, whole = LivePairs(broad, None, None), broad.candidates(motion)

@@ -49,7 +49,7 @@ def test_spheres_decide_by_distance_of_placed_centres():
 
 @pytest.mark.parametrize("centre", [0.0, 1e3])
 @pytest.mark.parametrize("away", [0.0, 1e3])
-def test_the_pad_covers_the_size_of_what_was_rounded(centre, away):
+def test_tangent_spheres_stay_candidates_despite_rounding(centre, away):
     """Balls that touch but for rounding: far from the origin of their bodies, or with these far from the world's."""
     rng, count = np.random.default_rng(1), 3000
     directions = rng.normal(size=(count, 3))

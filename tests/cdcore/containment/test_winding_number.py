@@ -67,7 +67,7 @@ def test_crossings_less_the_caps_are_the_sum_of_solid_angles(mesh):
     assert compared > 45
 
 
-def test_the_kernel_sums_what_the_reference_sums():
+def test_compiled_winding_number_equals_the_numpy_reference():
     triangles, points = np.random.default_rng(1).normal(size=(50, 3, 3)), np.random.default_rng(2).normal(size=(20, 3))
     values = [winding_number_at(point, triangles, 0, len(triangles)) for point in points]
     assert values == pytest.approx(winding_number(points, triangles), abs=1e-12)

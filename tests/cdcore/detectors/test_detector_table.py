@@ -113,7 +113,7 @@ def test_unknown_settings_are_answered_with_known_settings():
 
 
 @pytest.mark.parametrize("name", OPTIONAL)
-def test_missing_engine_error_says_how_to_install_it(name, monkeypatch):
+def test_missing_engine_error_names_the_pip_command(name, monkeypatch):
     module = ENGINE_MODULE[name]
     monkeypatch.setitem(sys.modules, module, None)
     extra = name if name in ("physx", "newton") else "engines"
@@ -143,7 +143,7 @@ def test_table_loads_no_engine_before_use():
         ("cdcore:join", "Settings, detect, stream"),
     ],
 )
-def test_incomplete_detector_is_refused_with_what_it_lacks(name, lacks):
+def test_incomplete_detector_class_is_refused_naming_missing_methods(name, lacks):
     with pytest.raises(UnknownDetectorError, match=f"'{name}' is no detector: it defines no {lacks}; see"):
         load_detector(name)
 

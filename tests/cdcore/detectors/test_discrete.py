@@ -30,7 +30,8 @@ def requested_at(frames, times, rate, block=None):
 
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("seed", range(3))
-def test_at_every_frame_it_says_what_hybrid_says(seed):
+def test_discrete_without_a_rate_equals_hybrid(seed):
+    """Sampling every frame, it never repeats an old answer (``held`` is 0)."""
     bodies, motion = lab(150, seed)
     hybrid = create_detector("hybrid", bodies).detect(motion, faces=True)
     discrete = create_detector("discrete", bodies).detect(motion, faces=True)

@@ -15,7 +15,8 @@ TOLERANCE = 1e-6
 
 @pytest.mark.slow
 @pytest.mark.parametrize("margin", [0.0, 0.002])
-def test_beyond_its_tolerance_it_agrees_with_exact_hulls(margin):
+def test_mujoco_agrees_with_exact_hulls_beyond_its_tolerance(margin):
+    """Three gaps are below the margin and three above, the nearest by TOLERANCE."""
     gaps = margin + np.array([-1e-3, -1e-5, -TOLERANCE, TOLERANCE, 1e-5, 1e-3])
     for seed in range(30):
         bodies, motion = hulls_at(seed, gaps)
@@ -26,7 +27,7 @@ def test_beyond_its_tolerance_it_agrees_with_exact_hulls(margin):
 
 @pytest.mark.parametrize("thickness", [0.0, 1e-9, 9e-6, 2e-5, 1e-3])
 @pytest.mark.parametrize("size", [0.01, 2.0])
-def test_sheet_touches_only_bodies_that_cross_it(thickness, size):
+def test_mujoco_sheet_touches_only_bodies_that_cross_it(thickness, size):
     sheet = TriangleMesh(box_mesh().vertices * [size, size, thickness], box_mesh().faces)
     top, half = sheet.vertices[:, 2].max(), np.ptp(box_mesh().vertices[:, 2]) * 0.005
     small = TriangleMesh(box_mesh().vertices * 0.01, box_mesh().faces)

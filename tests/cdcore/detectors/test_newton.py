@@ -74,7 +74,7 @@ def test_hull_whose_middle_is_inside_a_mesh_is_clear():
         assert create_detector("newton", bodies, shape="mesh").detect(motion).verdict[0, 0] == word
 
 
-def test_what_its_compiler_does_is_reported(monkeypatch):
+def test_kernels_compiled_by_newton_are_reported(monkeypatch):
     seconds, compiled = [], []
     monkeypatch.setattr(warp._src.build, "build_cpu", lambda path, **_: compiled.append(path))
     with compiling_reported(seconds.append) as heard, newton_world._compiling(warp):
