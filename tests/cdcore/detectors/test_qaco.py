@@ -38,7 +38,8 @@ def test_every_contact_and_every_face_pair_is_true(variant):
 
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("variant", VARIANTS)
-def test_where_spheres_overlap_it_never_says_clear(variant):
+def test_ant_search_answers_not_found_instead_of_clear(variant):
+    """Where bounding spheres overlap, a search without a hit proves nothing; elsewhere the spheres prove clear."""
     bodies, motion = lab(150)
     candidate = create_detector("sphere", bodies).detect(motion).verdict == Verdict.CANDIDATE
     verdicts = searched(variant).verdict[candidate]
@@ -95,7 +96,7 @@ def test_search_hits_need_no_mesh_query_without_faces():
     assert plain.work["mesh_queries"] < detector.detect(motion, faces=True).work["mesh_queries"]
 
 
-def test_faces_come_from_the_search_where_meshes_find_none():
+def test_hybrid_takes_faces_of_the_search_where_meshes_have_none():
     bodies, motion = lab(150)
     detector = create_detector("hybrid-qaco", bodies, decide="mesh")
     by_search, by_meshes = detected("hybrid-qaco"), detected("hybrid")
@@ -131,7 +132,7 @@ def test_deciding_by_search_gives_no_false_contact():
         assert set(map(tuple, search.faces(frame, pair))) <= set(map(tuple, exact.faces(frame, pair)))
 
 
-def test_containment_is_refused_where_nothing_decides_it():
+def test_ant_search_alone_refuses_to_decide_containment():
     assert all(word.startswith("refused: a search") for word in detected("hybrid-qaco").containment)
     refused = detected("hybrid-qaco", decide="mesh", containment=False).containment
     assert set(refused) == {"refused: containment=False"}

@@ -56,7 +56,7 @@ def test_full_disk_costs_no_answer(kept, monkeypatch):
     assert requested(2) == 7 and list(kept.rglob("*.nbi"))
 
 
-def test_the_cache_folder_of_numba_is_left_as_it_was(kept):
+def test_compiling_a_kernel_keeps_numbas_cache_folder_setting(kept):
     kernel(lambda x: x * x + 4)(2.0)
     assert str(kept) == numba.config.CACHE_DIR and list(kept.rglob("*.seal"))
 

@@ -103,7 +103,7 @@ def test_lanes_are_loaded_shuffled_and_spread_as_in_python():
     assert same_bits(out, expected)
 
 
-def test_the_bits_of_a_double_are_those_of_python():
+def test_compiled_bits_of_a_double_equal_the_python_version():
     @njit
     def over(values, out):
         for k in range(len(values)):

@@ -15,7 +15,7 @@ def poses(seed, spread):
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_faces_are_those_of_an_exhaustive_exact_test(seed):
+def test_fcl_face_pairs_equal_an_exhaustive_exact_test(seed):
     meshes = [ball_mesh(0.5, 6, 9), box_mesh((0.9, 0.7, 0.3))]
     pose_a, pose_b = poses(seed, 0.35)
     pairs = FclMeshes(meshes)
@@ -53,7 +53,7 @@ def test_poses_in_bulk_answer_as_single_poses():
     assert 3 < sum(hits) < 37
 
 
-def test_ball_inside_a_convex_box_does_not_touch_it():
+def test_ball_wholly_inside_a_box_has_no_meeting_faces():
     pairs = FclMeshes([ball_mesh(0.1), box_mesh()])
     assert not pairs.touch(0, 1)
     assert pairs.faces(0, 1).shape == (0, 2)

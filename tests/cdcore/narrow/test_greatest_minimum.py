@@ -22,7 +22,7 @@ def functions_of(seed, count, dimensions):
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_linear_programmes_are_those_of_scipy(seed):
+def test_greatest_minimum_of_linear_functions_agrees_with_scipy(seed):
     from scipy.optimize import linprog
 
     slopes, values = functions_of(seed, 60, 3)
@@ -34,7 +34,7 @@ def test_linear_programmes_are_those_of_scipy(seed):
 
 @pytest.mark.parametrize(("limits", "count"), [(TRIANGLE, 48), (AROUND, 48), (TRIANGLE, 1), (AROUND, 2)])
 @pytest.mark.parametrize("seed", range(5))
-def test_kernel_finds_what_its_slow_reference_finds(seed, limits, count, monkeypatch):
+def test_compiled_greatest_minimum_equals_its_interpreted_reference(seed, limits, count, monkeypatch):
     slopes, values = functions_of(seed, count, limits.shape[1])
     right = np.full(len(limits), 0.3)
     quick = greatest_minimum(slopes, values, limits, right)

@@ -27,7 +27,7 @@ def balls_of(triangles):
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_distances_are_those_of_the_slow_reference(seed):
+def test_distances_to_triangles_agree_with_a_slow_reference(seed):
     triangles = triangles_of(seed)
     points = np.random.default_rng(seed + 100).normal(size=(len(triangles), 3))
     distance, closest = distance_to_triangles(points, triangles)
@@ -68,7 +68,8 @@ def test_distances_have_their_closed_form_beside_above_and_at_corners():
     assert closest[:3] == pytest.approx(np.array([[1, 1, 0], [2, 0, 0], [0, 0, 0]]))
 
 
-def test_largest_distance_is_at_least_a_known_one():
+def test_largest_distance_is_at_least_its_lower_bound():
+    """The last argument is a distance known beforehand; where it exceeds the true maximum it is returned itself."""
     triangles = triangles_of(0)
     points = np.random.default_rng(5).normal(size=(20, 3))
     alone = largest_distance(points, triangles, *balls_of(triangles))

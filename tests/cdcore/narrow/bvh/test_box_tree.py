@@ -57,7 +57,7 @@ def test_leaf_data_repeat_the_faces_in_their_frames(name):
             assert np.array_equal(tree.spans[row].reshape(3, 2), np.stack([boxed.min(0), boxed.max(0)], axis=1))
 
 
-def test_trees_that_grow_together_are_those_that_grow_alone():
+def test_box_trees_built_together_equal_trees_built_singly():
     for triangles, tree in zip(MESHES.values(), build_box_trees([*MESHES.values()]), strict=True):
         alone = build_box_trees([triangles])[0]
         assert all(np.array_equal(*both) for both in zip(tree[:-1], alone[:-1], strict=True))

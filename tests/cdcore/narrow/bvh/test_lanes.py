@@ -81,7 +81,12 @@ def test_meeting_face_pairs_survive_in_their_lanes(seed):
 
 
 @pytest.mark.parametrize(("pad", "grains"), [(1e-3, False), (0.3, False), (0.03, True)])
-def test_large_pads_leave_uncertain_what_they_could_change(pad, grains):
+def test_certain_face_pairs_meet_wherever_rounding_may_have_moved_them(pad, grains):
+    """A pad is how far a triangle may really lie from its rounded place.
+
+    One mesh is shifted by almost the pad in 14 directions: faces that meet after some shift must be candidates, and
+    faces called certain must meet after every shift.
+    """
     scene = EightFrames(1, size=0.6, grains=grains)
     shape = [len(mesh) for mesh in scene.meshes]
     lanes, certain = np.zeros((2, *shape), dtype=int)

@@ -23,7 +23,7 @@ each_mesh = pytest.mark.parametrize("name", MESHES)
 
 
 @each_kind
-def test_trees_that_grow_together_are_those_that_grow_alone(kind):
+def test_published_trees_built_together_equal_trees_built_singly(kind):
     row, meshes = TREE_KINDS[kind], [*MESHES.values(), np.zeros((20, 3, 3)), grid_plate(1)[:1] * 1e70]
     for corners, (tree, depth) in zip(meshes, build_trees(meshes, row.rule, row.leaf_faces), strict=True):
         alone, its_depth = tree_of(corners, kind)
@@ -56,7 +56,7 @@ def searched(kind, scene, *, every=True, budget=UNLIMITED):
 @each_kind
 @pytest.mark.parametrize("scene", SCENES)
 @pytest.mark.parametrize(("every", "budget"), [(True, None), (False, None), (True, 150), (False, 40), (True, 1)])
-def test_counts_and_faces_are_those_of_a_recursive_search(kind, scene, every, budget):
+def test_tree_search_counts_and_faces_equal_a_recursive_search(kind, scene, every, budget):
     trees, poses, (result, counts, ended) = searched(kind, scene, every=every, budget=budget or UNLIMITED)
     hits = 0
     for row, (rotations, moves) in enumerate(poses):
@@ -85,7 +85,7 @@ def faces_below(tree, node):
 @each_kind
 @each_mesh
 @pytest.mark.parametrize("scale", [1.0, 1e-200, 1e70])
-def test_every_face_has_a_leaf_and_boxes_hold_them(kind, name, scale):
+def test_every_face_is_in_a_leaf_inside_its_boxes(kind, name, scale):
     corners = MESHES[name] * scale
     tree, depth = tree_of(corners, kind)
     leaves = [faces_below(tree, node) for node in np.flatnonzero(tree.child < 0)]
