@@ -68,7 +68,7 @@ def test_no_other_room_has_a_formula_for_placing():
     assert "times" not in names
 
 
-def test_relative_pose_is_one_in_arrays_rows_and_kernels(poses):
+def test_relative_pose_agrees_between_arrays_rows_and_kernels(poses):
     rotations, translations = poses
     expected = relative_pose(rotations[:, 0], translations[:, 0], rotations[:, 1], translations[:, 1])
     size = np.abs(translations).max()

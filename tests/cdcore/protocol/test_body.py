@@ -11,7 +11,7 @@ from cdcore.protocol import ZeroOrderHold, blocks_in_order, is_sampled, ordered_
 BODIES = [Body(name, box_mesh()) for name in ("table", "rod", "cup")]
 
 
-def test_no_pairs_named_means_all_of_them_once():
+def test_all_pairs_are_tested_when_pairs_is_omitted():
     assert resolve_pairs(BODIES, None).tolist() == [[0, 1], [0, 2], [1, 2]]
     assert resolve_pairs(BODIES[:1], None).shape == (0, 2)
 

@@ -63,7 +63,7 @@ def test_faces_digest_changes_with_a_single_face():
     assert detection(face_sets=other).digest == detection().digest
 
 
-def test_what_was_not_recorded_is_named():
+def test_faces_or_segments_never_requested_raise_an_error():
     bare = detection(face_sets=None)
     with pytest.raises(NotRecordedError, match=r"'test' holds no face pairs; call detect\(motion, faces=True\)"):
         _ = bare.face_counts
@@ -80,7 +80,8 @@ def test_faces_are_indexed_by_frame_and_pair():
         detection().faces(3, 0)
 
 
-def test_taken_frames_equal_those_frames_of_the_whole():
+def test_detection_of_selected_frames_equals_the_whole_there():
+    """Frames 1 and 2 of three are taken, so frame k of the component is frame k + 1 of the whole."""
     whole = detection(reasons={(1, 1): "lost", (2, 0): "late"}, toi={(2, 1): (0.5, 1.0)})
     component = whole.take(np.array([1, 2]))
     assert np.array_equal(component.times, whole.times[1:])

@@ -24,7 +24,7 @@ def test_class_without_bases_is_a_detector_by_shape():
     assert isinstance(Stub(), Detector)
 
 
-def test_a_class_without_the_methods_is_none(monkeypatch):
+def test_class_without_the_protocol_methods_is_no_detector(monkeypatch):
     assert not isinstance(object(), Detector)
     monkeypatch.delattr(Stub, "stream")
     assert not isinstance(Stub(), Detector)

@@ -77,7 +77,8 @@ def test_detector_without_live_is_queried_through_its_stream():
     assert result.seconds["rest"].shape == (40,) and result.work["looks"] == 40
 
 
-def test_an_answer_of_another_shape_or_none_is_refused():
+def test_answer_must_have_one_verdict_per_pair():
+    """Five bodies are 10 pairs; the detector ``Wrong`` answers in another shape."""
     bodies, motion = lab(3)
     with pytest.raises(InvalidPairError, match=r"one per pair: \(10,\)"):
         made(Wrong, bodies).detect(motion)

@@ -113,7 +113,7 @@ def test_pose_flagged_invalid_is_not_read():
     "quaternion",
     [[0] * 4, [0, 0, 0, 0.5], [0, 0, 0, 0.998], [0, 0, 0, 1.002], [0, np.nan, 0, 1], [1e200, 0, 0, 0]],
 )
-def test_a_quaternion_that_is_none_is_refused(quaternion):
+def test_non_unit_quaternion_is_refused_unless_flagged_invalid(quaternion):
     quaternions = np.tile([0.0, 0, 0, 1], (6, 2, 1))
     quaternions[4, 0] = quaternion
     with pytest.raises(
@@ -167,7 +167,8 @@ def test_blocks_hold_the_same_bits_and_cover_every_frame_once():
         assert max(len(block) for block in blocks) <= size
 
 
-def test_taken_frames_are_linked_only_where_none_was_left_out():
+def test_selected_frames_are_linked_only_to_adjacent_frames():
+    """Frames 0, 1, 3, 4 are selected: no motion is known from 1 to 3 without 2."""
     taken = Motion(TIMES, *arrays()).take(np.array([0, 1, 3, 4]))
     assert taken.linked[:, 0].tolist() == [False, True, False, True]
     assert np.array_equal(taken.times, TIMES[[0, 1, 3, 4]])

@@ -102,7 +102,8 @@ def test_budget_follows_how_far_bodies_moved():
     assert budget_at_rest(after(np.nan), before, before, lengths, 2000) == 2000
 
 
-def test_the_finer_mesh_says_what_is_news_in_either_order():
+def test_pair_counts_as_moved_by_faces_of_the_finer_mesh():
+    """With ``rest`` 0.25, a move below a quarter of a ball face only probes; a larger one takes all of the budget."""
     ball, plate = features_of(BALL), features_of(box_mesh((2.0, 0.1, 2.0)))
     face = 2 * ball.mean_radius
     assert plate.mean_radius > 5 * ball.mean_radius

@@ -26,7 +26,8 @@ def test_printed_gate_is_no_rotation():
     assert np.allclose(norm[:, 10], 1.0)
 
 
-def test_probabilities_of_a_negative_pheromone_are_none():
+def test_negative_pheromone_breaks_equation_16_as_printed():
+    """With pheromones 1 and 3 and weight 1 the probabilities are 1/4 and 3/4."""
     assert not (printed_16(np.array([-0.5, 1.0]), np.ones(2), 1.0, 1.0) >= 0).all()
     assert not np.isfinite(printed_16(np.array([-0.5, 1.0]), np.ones(2), 1.5, 1.0)).all()
     assert printed_16(np.array([1.0, 3.0]), np.ones(2), 1.0, 1.0).tolist() == [0.25, 0.75]

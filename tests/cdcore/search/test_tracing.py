@@ -76,7 +76,8 @@ def test_failed_live_searches_are_noted_without_searching_again(name, settings, 
     assert 0 < hits < len(notes[0]) == len(searched) + len(notes[0]) - hits
 
 
-def test_traced_distances_equal_those_of_faces():
+def test_traced_distances_equal_distances_of_face_centroids():
+    """Each step of a trace names a pair of faces; a search that ended in a hit ends at faces that really meet."""
     detector, motion, sample = watch()
     hits = 0
     for frame, column in some(sample.search.noted):
