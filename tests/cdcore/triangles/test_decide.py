@@ -39,12 +39,13 @@ def test_non_finite_coordinates_are_refused_by_pair(bad):
     ("given", "text"),
     [*((np.zeros(shape), "shape") for shape in ((2, 3, 3), (4, 6, 3), (1, 2, 3, 2))), ([["a", "b"]], "numbers")],
 )
-def test_what_is_no_triangle_is_refused(given, text):
+def test_arrays_that_are_no_triangle_pairs_are_refused(given, text):
+    """Triangle pairs are numbers of shape (n, 2, 3, 3)."""
     with pytest.raises(InvalidTrianglesError, match=text):
         triangles_intersect(given)
 
 
-def test_each_stage_decides_what_the_previous_stage_left_open():
+def test_exact_integers_decide_pairs_that_float_stages_leave_open():
     assert left_open(FAMILIES[0].pairs(2_000, seed=22)) == (0, 0)
     wild = np.array([FLOOR, FLOOR], dtype=float)
     wild[1] += [2.0**-300, 0, 0]

@@ -24,7 +24,7 @@ def test_atoms_are_counted(formula, counts):
 
 
 @pytest.mark.parametrize("formula", ["", "nacl", "Na(", "Na)", "()"])
-def test_what_is_no_formula_is_refused(formula):
+def test_text_that_is_no_chemical_formula_is_refused(formula):
     with pytest.raises(ValueError, match="formula"):
         atoms(formula)
 
@@ -83,7 +83,7 @@ def test_an_ion_alone_is_read_as_known(written, read):
     "formula",
     ["H2Cl", "ZnHCl", "NaCl2", "C4H8O2", "C6H12O6", "C3H8O3", "CO(NH2)2", "H2O2", "MnO2", "Na2O2", "NO2", "Zn"],
 )
-def test_what_no_ions_make_stays_whole(formula):
+def test_molecules_and_metals_are_not_split_into_ions(formula):
     assert components_of(formula) is None
 
 
@@ -107,7 +107,8 @@ def test_only_unbalanced_atoms_are_named_with_their_counts():
             equation_of(text)
 
 
-def test_what_stands_on_both_sides_changes_by_the_difference():
+def test_species_on_both_sides_changes_by_the_difference():
+    """1 H2O2 - 3 H2O2 = -2; the catalyst MnO2 does not change."""
     changes = equation_of("3 H2O2 + MnO2 -> 2 H2O + O2 + H2O2 + MnO2").changes
     assert changes == {"H2O2": -2, "MnO2": 0, "H2O": 2, "O2": 1}
 
@@ -120,7 +121,7 @@ def test_what_stands_on_both_sides_changes_by_the_difference():
         ("MnO4- + 5 Fe2+ + 8 H+ -> Mn2+ + 5 Fe3+ + 3 H2O", "H 8 and 6, O 4 and 3"),
     ],
 )
-def test_unbalanced_equation_is_counted_as_it_is_meant(equation, counted):
+def test_unbalanced_equation_is_refused_with_atoms_of_both_sides(equation, counted):
     with pytest.raises(ValueError, match=f"is not balanced: {counted}; correct"):
         equation_of(equation)
 

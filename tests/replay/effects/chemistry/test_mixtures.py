@@ -156,7 +156,7 @@ def test_acid_in_steps_frees_the_gas_of_phreeqc_in_steps(steps, leaves):
 
 
 @pytest.mark.parametrize("row", [row for row in MORE if row["by"] == "PHREEQC"][::9], ids=lambda row: row["name"])
-def test_the_table_is_what_phreeqc_answers(row):
+def test_tabled_mixtures_are_reproduced_by_phreeqc(row):
     moles, litres = mixture(row)
     answered = answer(moles, row.get("phases", {}), litres, row.get("species", {}))
     assert answered == pytest.approx(row["expected"], rel=1e-5, abs=1e-9)

@@ -56,7 +56,7 @@ HANDBOOK = [
 
 
 @pytest.mark.parametrize(("changes", "oxidant", "reductant"), HANDBOOK)
-def test_standard_potentials_are_those_of_the_handbook(changes, oxidant, reductant):
+def test_standard_potentials_agree_with_the_handbook(changes, oxidant, reductant):
     both = couples_of(changes)
     assert [couple.volt for couple in both] == pytest.approx([oxidant, reductant], abs=0.025)
 
@@ -101,7 +101,7 @@ def test_cerium_in_sulfuric_acid_has_amounts_and_no_potential():
     assert left.ends_ml == pytest.approx([10.0], abs=0.01)
 
 
-def test_a_slow_oxidation_draws_what_is_left():
+def test_slow_oxidation_plots_the_remaining_reductant():
     assert set(curves({"FeSO4": 0.05, "H2SO4": 0.5}, {"KMnO4": 0.02}, PERMANGANATE, rate=5.0)) == {"mol of Fe^2+ left"}
 
 

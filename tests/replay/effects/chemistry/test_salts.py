@@ -32,8 +32,8 @@ def test_a_salt_dissolves_up_to_its_solubility(formula, excess):
     assert solid(formula, excess * molal) == pytest.approx(max(0.0, (excess - 1.0) * molal), rel=0.5, abs=1e-9)
 
 
-def test_nitre_crystallises_when_it_cools():
-    """31.6 g in 100 g of water at 20 degC, 110 at 60 (Lange's Handbook)."""
+def test_potassium_nitrate_crystallises_on_cooling():
+    """A kilogram of water at 20 degC dissolves 316 g, at 60 degC all of 10 mol (Lange's Handbook); 101.1 g/mol."""
     assert solid("KNO3", 10.0, 60.0) == 0.0
     assert solid("KNO3", 10.0, 20.0) == pytest.approx(10.0 - 316.0 / 101.1, rel=1e-3)
 

@@ -43,7 +43,7 @@ def test_hydrates_and_salts_make_the_same_solution():
     assert hydrate + 5.0 == pytest.approx(salt)
 
 
-def test_saturated_solutions_hold_what_handbooks_say():
+def test_saturated_molalities_convert_to_handbook_molarities():
     # 38 g KNO3 and 36 g NaCl in 100 g of water at 25 degC are 3.3 and 5.4 mol/L.
     assert molar_of_molal("KNO3", 3.79) == pytest.approx(3.29, rel=0.01)
     assert molar_of_molal("NaCl", 6.15) == pytest.approx(5.43, rel=0.01)

@@ -53,7 +53,7 @@ def test_enough_acid_is_reported_as_no_lack(flask):
     assert not {event.name for event in events} & {"no-reaction", "stopped"}
 
 
-def test_too_little_acid_stops_with_what_is_left():
+def test_reaction_stops_when_acid_runs_out_with_iron_left():
     """0.1 mmol of protons for 0.5 mmol of iron(II), which needs 0.8 mmol: an eighth reacts."""
     run_of = run({"FeSO4": 0.05, "H2SO4": 0.005}, {"KMnO4": 0.02}, IRON)
     (event,) = run_of.output.events_named("stopped")
