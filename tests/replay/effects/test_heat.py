@@ -26,7 +26,8 @@ def run(xs, height=0.2, **more):
 XS = [1.0] * 5 + [0.01] * 100 + [1.0] * 100
 
 
-def test_over_the_flame_it_warms_and_beside_it_it_cools():
+def test_dish_warms_over_the_flame_and_cools_beside():
+    """Newton's law with 0.4 W/K and 60 J/K: towards 420 degC over the flame (0.5 to 10.5 s), 20 degC beside."""
     run_ = run(XS)
     (event,) = run_.events
     peak = 20.0 + 400.0 * -np.expm1(-10.0 * 0.4 / 60.0)
@@ -66,7 +67,7 @@ FOLLOW = ("mixing", {"in": ["dish"]})
 
 
 @pytest.mark.parametrize("power_w", [160.0, 2000.0])
-def test_water_over_a_flame_is_counted_where_mixing_follows_it(power_w):
+def test_followed_water_adds_to_the_heat_capacity(power_w):
     """It warms like 4.18 J/(mL K) that are counted by hand; with the stronger flame it boils."""
     followed = over_flame({"heat_capacity_j_per_k": 60.0}, FOLLOW, power_w=power_w)["heat"]
     by_hand = over_flame({"heat_capacity_j_per_k": 60.0 + 20.0 * 4.18}, power_w=power_w, boils_c=100.0)["heat"]
@@ -77,8 +78,8 @@ def test_water_over_a_flame_is_counted_where_mixing_follows_it(power_w):
     assert len(followed.output.events_named("boil")) == (power_w > 1000.0)
 
 
-def test_a_salt_dissolves_over_a_flame_and_crystallises_beside_it():
-    """Potassium nitrate stayed at the 7.26 g of a cold solution while the dish was at 67 degC."""
+def test_potassium_nitrate_dissolves_when_heated_and_crystallises_when_cooled():
+    """The solid left follows the solubility at the dish's temperature, from a table."""
     salt = {"solid": {"formula": "KNO3", "mass_g": 15.0}}
     effects = over_flame(salt, FOLLOW, ("precipitation", {"solid": "KNO3"}), loss_w_per_k=20.0, power_w=900.0)
     solid, celsius = effects["precipitation"].series["dish/KNO3"], effects["heat"].series["dish/temperature"]

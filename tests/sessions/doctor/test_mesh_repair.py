@@ -11,7 +11,7 @@ BALL = trimesh.creation.icosphere(2, 0.1)
 FACES = np.array(BALL.faces)
 
 
-def test_what_is_whole_stays_as_it_is():
+def test_repair_leaves_a_closed_mesh_unchanged():
     mesh = MeshData(BALL.vertices, FACES)
     mended, done = repaired_mesh(mesh)
     assert done == [] and np.array_equal(mended.triangles, mesh.triangles)

@@ -89,7 +89,8 @@ def test_small_mesh_beside_others_in_centimetres_may_be_in_centimetres(tmp_path)
 
 
 @pytest.mark.parametrize("far", [1e3, 1e9, 1e160, 1.7e308])
-def test_few_wild_positions_leave_the_room_as_it_is(far):
+def test_two_outliers_in_300_positions_do_not_enlarge_the_room(far):
+    """All other positions are (0.5, 0.5, 0.5), which is the root of 0.75 from the origin."""
     positions = np.full((300, 3), 0.5)
     positions[[7, 250]] = far
     times, upright = np.arange(300), np.tile([0.0, 0.0, 0.0, 1.0], (300, 1))

@@ -54,7 +54,7 @@ def drafted(folder, header, row, *changes, count=20):
         ),
     ],
 )
-def test_each_value_of_a_draft_says_who_says_it(tmp_path, header, row, subject, value, origin):
+def test_draft_records_whether_file_or_guess_gave_each_value(tmp_path, header, row, subject, value, origin):
     assumption = drafted(tmp_path, header, row)[subject]
     assert (assumption.value, assumption.origin) == (value, origin)
 

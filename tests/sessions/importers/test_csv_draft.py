@@ -126,8 +126,8 @@ def drafted(folder, clock, stamps):
         ("now", 11.1, "ms"),
     ],
 )
-def test_clocks_are_known_by_the_names_that_engines_give_them(tmp_path, clock, step, unit):
-    """Godot's Time.get_ticks_msec was taken for no time, and a rate was asked for that the log does not keep."""
+def test_time_columns_named_as_in_game_engines_are_recognised(tmp_path, clock, step, unit):
+    """The draft names the column as time with its unit, and so asks for no frame rate."""
     draft = drafted(tmp_path, clock, [1000 + step * k for k in range(20)])
     assert f'column = "{clock}"' in draft and f'\nunit = "{unit}"' in draft and "rate_hz" not in draft
 

@@ -69,7 +69,7 @@ def test_lengths_are_read_in_the_unit_of_their_heading(tmp_path, column):
 
 
 @pytest.mark.parametrize("column", METRES)
-def test_mapping_without_units_takes_those_of_the_headings(tmp_path, column):
+def test_lengths_use_the_unit_in_csv_headings(tmp_path, column):
     check(import_with(tmp_path, mapped(named(column)), axes=named(column), metres=METRES[column]))
 
 
@@ -81,7 +81,7 @@ def test_heading_wins_over_the_unit_of_a_convention(tmp_path):
 
 
 @pytest.mark.parametrize("units", ["s,ft,ft,ft,,,,", "(s),[inch],[inch],[inch],-,-,-,-", "ms,mm,mm,mm,,,,"])
-def test_row_of_units_says_what_rows_hold(tmp_path, units):
+def test_lengths_and_times_use_the_row_of_units(tmp_path, units):
     metres = {"ft": 0.3048, "[inch]": 0.0254, "mm": 1e-3}[units.split(",")[1]]
     second = 1e-3 if units.startswith("ms") else 1.0
     path, out = write(tmp_path / "log.csv", metres=metres, second=second, units=units), tmp_path / "s.mcap"

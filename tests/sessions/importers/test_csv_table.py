@@ -136,7 +136,8 @@ KINDS = {
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_rotations_of_every_kind_are_those_of_scipy(imported, kind):
+def test_csv_rotations_of_every_notation_agree_with_scipy(imported, kind):
+    """Euler angles, matrices, rotation vectors and quaternions are written from ROTATIONS and must be read back."""
     numbers, keys = KINDS[kind]
     columns = [f"r{k}" for k in range(numbers.shape[1])]
     rows = [[time, "0", "0", "0", *map(repr, row.tolist())] for time, row in zip(TIMES, numbers, strict=True)]
@@ -212,8 +213,8 @@ def test_long_table_without_body_column_is_drafted_as_comment(tmp_path):
 
 
 @pytest.mark.parametrize("position", ["first", "last"])
-def test_a_mapping_reads_the_table_that_it_names(imported, position):
-    """The other one is its user's choice and no loss."""
+def test_mapping_selects_its_table_of_a_file_with_two(imported, position):
+    """The table of trajectories is left out by the user's choice, so it is no loss in the books of the import."""
     both = [*SEGMENTS[1:], *TRAJECTORIES] if position == "first" else [*TRAJECTORIES[1:], *SEGMENTS]
     session = imported("\n".join([*both, ""]), MAPPING % 'table = "Segments"\nskip_lines = 2')
     np.testing.assert_array_equal(session.tracks["cup"].positions, POSITIONS)

@@ -230,7 +230,8 @@ def test_exchanged_joints_are_named(tmp_path, number):
     refused("hands", path, f"({first} and {second}|{second} and {first}) of the left hand are exchanged")
 
 
-def test_hands_of_one_side_under_two_names_are_refused(tmp_path):
+def test_two_hands_of_the_same_side_are_refused(tmp_path):
+    """Columns say left and right, but the joints of both form a left hand."""
     joints_of = {side: made_hand(CURL, [x, 0, 0], "left") for side, x in SIDES.items()}
     refused("hands", write_wide(tmp_path / "take.csv", TIMES, joints_of), "both hands are of one side")
 
@@ -285,7 +286,7 @@ def test_unknown_joints_beyond_the_listed_are_counted():
     assert "more" not in unknown_joints(names[:MOST_LISTED])
 
 
-def test_unknown_joints_are_named_and_a_mapping_says_them(tmp_path):
+def test_mapping_names_joints_that_the_importer_does_not_know(tmp_path):
     name = lambda joint: "IndexFoo" if joint == "index tip" else camel(joint)  # noqa: E731
     path = write_long(tmp_path / "take.csv", TIMES, hands(), name=name)
     with pytest.raises(UnknownColumnsError) as caught:
@@ -344,7 +345,8 @@ def test_rows_that_repeat_or_go_back_are_in_the_books(tmp_path):
 
 
 @pytest.mark.parametrize("first", ["1", "right index tip"])
-def test_ordinary_tables_are_none_of_hands(tmp_path, first):
+def test_table_of_poses_is_not_recognised_as_hands(tmp_path, first):
+    """A body may be called like a joint; columns of rigid poses make the table an ordinary CSV."""
     head = ["time", "body", "x", "y", "z", "qx", "qy", "qz", "qw"]
     path = write_rows(tmp_path / "take.csv", head, [[0.0, first, 0, 0, 0, 0, 0, 0, 1]])
     assert recognised_format(path)[0] == "csv"

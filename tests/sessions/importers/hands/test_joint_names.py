@@ -75,7 +75,7 @@ def test_joints_that_no_capsule_needs_are_known(name):
     assert joint_of(tokens_of(name)).joint == ""
 
 
-def test_bones_join_neighbours_and_leave_none_out():
+def test_bones_connect_every_finger_up_to_its_tip():
     for joints, count in ((JOINTS, 21), (LANDMARKS, 20), (JOINTS[2:], 19)):
         bones = bones_of(joints)
         assert len(bones) == len({bone.name for bone in bones}) == count
