@@ -40,7 +40,7 @@ def test_texts_survive_arrow(texts):
 
 
 @pytest.mark.parametrize("chunks", [[[]], [[1.5, None], [], [None, -2.0]], [[0.0] * 9]])
-def test_numbers_come_back_with_nan_for_what_is_missing(chunks):
+def test_missing_cells_of_a_number_column_become_nan(chunks):
     cells = pa.chunked_array([pa.array(chunk, pa.float64()) for chunk in chunks])
     expected = [np.nan if value is None else value for chunk in chunks for value in chunk]
     assert np.array_equal(float_values(cells), expected, equal_nan=True)

@@ -231,7 +231,7 @@ LONG = [(step, body) for step in range(COUNT) for body in ("cup", "pen")]
         ("status", lambda step, body: "pour" if step > 9 else "grasp", ""),
     ],
 )
-def test_draft_asks_for_what_columns_change_by_row(tmp_path, column, cell, text):
+def test_draft_asks_about_columns_whose_meaning_varies_by_row(tmp_path, column, cell, text):
     rows = [row(SECONDS[step], body, cell(step, body), pose(step, body == "pen")) for step, body in LONG]
     unknown = refused_draft(tmp_path, f"time,name,{column},{POSE}", *rows).unknown
     asked = [question for question in unknown if f"column {column!r}" in question]

@@ -60,7 +60,8 @@ def stand_alike(result, truth):
     ("convention", "kind", "exported"),
     [(name, FORMATS[(k + exported) % 4], exported) for exported in (False, True) for k, name in enumerate(TO_SOURCE)],
 )
-def test_a_mesh_stands_where_its_body_had_it(tmp_path, convention, kind, exported):
+def test_imported_mesh_stands_in_the_room_where_exported(tmp_path, convention, kind, exported):
+    """A tool is written in the axes of each convention; after import its corners must be where the room has them."""
     rotation, position = Rotation.from_euler("xyz", [20, 130, -50], degrees=True), np.array([0.3, 1.1, -0.7])
     axes, export = EXPORTERS.get(convention, ("gltf", lambda x, y, z: (x, y, z))) if exported else ("body", None)
     to_file = TO_SOURCE[convention]
@@ -110,7 +111,12 @@ def test_axes_are_given_per_body_and_unknown_names_refused(tmp_path):
     refused("csv", source, "no axes of meshes 'sideways': body", mesh_axes="tool=sideways", **given)
 
 
-def test_scene_mesh_is_rotated_on_import_and_later(tmp_path):
+def test_mesh_of_a_scene_is_rotated_by_its_axes_key(tmp_path):
+    """The longest edge of the tool ends at (0.3, 0, 0) in its file.
+
+    Without the key the axes of the poses are guessed (ros: +X is forward, which is -Z of the room). A y-up mesh in a
+    room of ros faces forward along +X too; a mesh in axes of glTF stays as it is.
+    """
     mesh_file(tmp_path, "stl", VERTICES, FACES)
     source = recording(tmp_path, "ros", Rotation.identity(), np.zeros(3))
     bare = import_session("csv", source, mapping=tmp_path / "map.toml")
@@ -127,7 +133,8 @@ def test_scene_mesh_is_rotated_on_import_and_later(tmp_path):
         assert np.allclose(farthest, corner, rtol=0, atol=1e-7)
 
 
-def test_axes_of_a_scene_are_not_those_of_another_file(tmp_path):
+def test_mesh_axes_of_a_scene_hold_only_for_its_file(tmp_path):
+    """The scene states axes of its tool.stl; those of another file given for the same body stay an open question."""
     mesh_file(tmp_path, "stl", VERTICES, FACES)
     (tmp_path / "other").mkdir()
     other = mesh_file(tmp_path / "other", "stl", VERTICES, FACES)

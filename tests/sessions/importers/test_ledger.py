@@ -38,7 +38,7 @@ def test_an_account_that_does_not_add_up_is_never_booked(read, kept, dropped):
 @pytest.mark.parametrize(
     "text", ["", "[", "{}x", "3", '[["rows"]]', '[["rows","",1,true,{},{}]]', '[["x","",1,1,{},{}]]', "[" * 9999]
 )
-def test_what_is_no_ledger_is_not_known(text):
+def test_malformed_import_ledger_is_read_as_absent(text):
     assert ledger_of({FACT: text}) is None
 
 

@@ -89,7 +89,7 @@ def test_a_later_answer_replaces_that_of_its_body_alone(tmp_path):
     assert with_mapped_meshes(MeshOptions(), path).mesh_axes == ("cup=y-up", "rod=body")
 
 
-def test_a_key_over_several_lines_is_left_as_it_is(tmp_path):
+def test_multi_line_key_of_a_mapping_is_not_rewritten(tmp_path):
     path = tmp_path / "map.toml"
     text = 'mesh_axes = [\n  "cup=body",\n]\n' + DRAFT
     path.write_text(text)

@@ -263,7 +263,7 @@ def test_frame_on_two_topics_needs_a_chosen_topic(tmp_path, messages, text):
     ],
     ids=["all alike", "pairs", "one late", "swapped"],
 )
-def test_what_stamps_cost_is_counted(tmp_path, stamp, kept, text):
+def test_transforms_dropped_for_bad_stamps_are_counted(tmp_path, stamp, kept, text):
     session = import_session("mcap", as_json(tmp_path / "a.mcap", sent("/tf", stamp=stamp)))
     assert len(session.tracks["cup"]) == kept and books(session) == text
 

@@ -107,7 +107,7 @@ valid = "l_seen"
         ("", "", ""),
     ],
 )
-def test_what_is_wrong_with_a_mapping_of_streams_is_named(tmp_path, old, new, text):
+def test_mistakes_in_a_stream_mapping_are_named(tmp_path, old, new, text):
     labels = [{"label": f"l_{item}"} for item in ("px", "py", "pz", "ez", "ex", "ey", "seen")]
     angles = ROTATIONS["Cup"].as_euler("zxy", degrees=True)
     rows = np.column_stack([1000 * POSITIONS["Cup"], angles, np.arange(COUNT) != 7])
@@ -293,7 +293,7 @@ quaternion_wxyz = ["Cup_OrientationA", "Cup_OrientationB", "Cup_OrientationC", "
 
 
 @pytest.mark.parametrize(("unit", "scale"), [("mm", 1000.0), ("centimeters", 100.0), ("inches", 1 / 0.0254)])
-def test_mapping_without_units_takes_those_of_channels(tmp_path, unit, scale):
+def test_lengths_use_the_unit_stated_by_xdf_channels(tmp_path, unit, scale):
     (tmp_path / "map.toml").write_text(CUP_MAP)
     path = xdf_file(tmp_path, *take(unit=unit, scale=scale))
     session = import_session("xdf", path, mapping=tmp_path / "map.toml", convention="openxr")

@@ -127,7 +127,7 @@ def test_two_worlds_are_refused_and_first_duplicate_pose_counts(tmp_path):
     assert result == "1 frames hold two samples of it; the first was taken"
 
 
-def test_a_torn_file_is_refused_with_what_to_do(file):
+def test_torn_session_file_is_refused_with_the_recover_command(file):
     data = file.read_bytes()
     for fraction in (0.6, 0.999):
         file.write_bytes(data[: int(len(data) * fraction)])

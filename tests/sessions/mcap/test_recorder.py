@@ -45,7 +45,8 @@ def saved(partial):
         time.sleep(0.02)
 
 
-def test_what_was_recorded_is_read_bit_for_bit(tmp_path):
+def test_recorded_poses_are_read_back_bit_for_bit(tmp_path):
+    """Read twice: by this package and by a plain loop over the protobuf messages."""
     frames = random_frames(5, 1500, 4, absent=0.2, odd=0.2)
     with Recorder(tmp_path / "s.mcap", meshes={"body 1": tetrahedron()}, facts={"vr_type": "desktop"}) as recorder:
         recorder.poses(int(frames.stamp_ns[0]), dict.fromkeys(frames.names, POSE))

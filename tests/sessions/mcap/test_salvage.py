@@ -142,7 +142,8 @@ def test_unrecoverable_file_is_explained_and_nothing_written(tmp_path, data, tex
     assert not (tmp_path / "out.mcap").exists()
 
 
-def test_without_a_checksum_poses_that_are_none_are_left_out(tmp_path):
+def test_recover_drops_an_undecodable_pose_message(tmp_path):
+    """Of 200 messages one starts with a byte that protobuf cannot decode, and no checksum betrays it."""
     messages = protobuf_messages(random_frames(3, 200, 2))
     messages[7] = (*messages[7][:2], b"\xff" + messages[7][2][1:])
     path = write_foreign(tmp_path / "f.mcap", messages, enable_crcs=False)
