@@ -80,7 +80,8 @@ def test_body_mesh_beside_named_colliders_is_no_collider(tmp_path):
     assert [solid.volume for solid in alone["a"]] == pytest.approx([RING.volume], rel=1e-4)
 
 
-def test_a_session_file_carries_them_and_recover_saves_them(tmp_path):
+def test_session_file_keeps_colliders_also_after_recover(tmp_path):
+    """Twelve convex boxes are the colliders of body ``a``."""
     write(tmp_path / "c.glb", *((f"UBX_a_{k:02d}", BOX, moved(k, 0, 0)) for k in range(12)))
     session = with_colliders(cubes({"a": range(5), "b": [9] * 5}), tmp_path, "c.glb")
     assert session.facts["conversions"] == "colliders of c.glb: a 12"
@@ -93,7 +94,7 @@ def test_a_session_file_carries_them_and_recover_saves_them(tmp_path):
         assert all(np.array_equal(first.vertices, other.vertices) for first, other in pairs)
 
 
-def test_a_scene_names_them_and_replaces_those_recorded(tmp_path):
+def test_colliders_named_by_a_scene_replace_recorded_colliders(tmp_path):
     write(tmp_path / "c.glb", ("UCX_b_00", BALL, moved(0, 0, 0)))
     write(tmp_path / "old.glb", ("UCX_a_00", BOX, moved(0, 0, 0)))
     write_session(with_colliders(cubes({"a": range(5), "b": [9] * 5}), tmp_path, "old.glb"), tmp_path / "s.mcap")

@@ -31,7 +31,8 @@ def axis(name):
 
 
 @pytest.mark.parametrize("name", CONVENTIONS)
-def test_points_and_quaternions_are_those_of_the_table(name):
+def test_conventions_convert_points_and_quaternions_as_tabled(name):
+    """TABLE has for each engine's axes where (1, 2, 3) and the quaternion (1, 2, 3, 4) end up, written by hand."""
     point, quaternion, side = TABLE[name]
     assert CONVENTIONS[name].points([1, 2, 3]).tolist() == list(point)
     assert CONVENTIONS[name].quaternions([1, 2, 3, 4]).tolist() == list(quaternion)
@@ -60,7 +61,7 @@ def test_axes_as_text_point_in_the_stated_directions(text):
     assert np.array_equal(again.matrix, described.matrix) and not again.assumed_handedness
 
 
-def test_only_a_text_that_leaves_handedness_open_assumes_it():
+def test_handedness_is_assumed_only_where_two_axes_are_named():
     assert convention("x forward, y up").assumed_handedness
     assert not convention("x forward, y up, left-handed").assumed_handedness
     assert not convention("x forward, y up, z right").assumed_handedness

@@ -55,7 +55,8 @@ def test_levels_of_detail_are_not_joined(names):
 
 
 @pytest.mark.parametrize("names", [("cup_LOD0", "lid_LOD1"), ("cup_LOD0", "cup_LOD0"), ("pilod", "cup")])
-def test_parts_of_one_detail_are_joined(names):
+def test_meshes_of_one_level_of_detail_are_joined(names):
+    """Two nodes, each a triangle, are not two levels of detail of one object: the mesh has both triangles."""
     nodes = [{"name": name, "mesh": 0} for name in names]
     tree = {"nodes": nodes, "scenes": [{"nodes": [0, 1]}], "meshes": [{"primitives": [primitive()]}]}
     assert len(mesh_from_bytes(glb(tree, TRIANGLE), "glb").faces) == 2
@@ -121,7 +122,8 @@ def test_skin_is_cut_by_strongest_joint_and_posed_by_all():
     assert len(read.below("palm").faces) == 4  # and what hangs on its child
 
 
-def test_short_positions_are_what_they_stand_for():
+def test_normalised_16_bit_positions_are_scaled_to_unit_range():
+    """32767 stands for 1 and -32768 for -1 (glTF 2.0, 3.6.2.2); the node then scales by 2."""
     short = np.array([[9, 9, 9], [0, 0, 0], [32767, 0, 0], [0, -32768, 0]], dtype="<i2")
     accessor = {"bufferView": 0, "byteOffset": 6, "componentType": 5122, "count": 3, "type": "VEC3", "normalized": True}
     data = glb({**item_mesh({"scale": [2, 2, 2]}, primitive()), "accessors": [accessor]}, short)
@@ -277,7 +279,7 @@ def test_unreadable_files_are_refused_in_a_sentence(more, message):
 
 
 @pytest.mark.parametrize("length", [2.0, 1.01, 0.9])
-def test_rotation_that_is_not_of_length_one_is_refused(length):
+def test_node_rotation_must_be_a_unit_quaternion(length):
     node = {"rotation": [0.0, 0.0, 0.6 * length, 0.8 * length]}
     with pytest.raises(MeshFileError, match="a rotation of length"):
         mesh_from_bytes(glb(item_mesh(node, primitive()), TRIANGLE), "glb")
@@ -306,7 +308,8 @@ def test_surface_of_a_hidden_node_is_not_joined_in_silence(nodes):
 
 
 @pytest.mark.parametrize("prefix", ["UCX", "UBX", "USP", "UCP", "UTM"])
-def test_colliders_beside_a_surface_are_no_part_of_it(prefix):
+def test_collider_nodes_are_not_read_as_part_of_the_surface(prefix):
+    """Prefixes as UCX mark colliders by the convention of Unreal; naming the node ``cup`` reads the surface alone."""
     data = two_nodes({"name": "cup"}, {"name": f"{prefix}_cup_00", "scale": [2.0, 2.0, 2.0]})
     with pytest.raises(MeshFileError, match=f"the collider '{prefix}_cup_00' beside the surface"):
         mesh_from_bytes(data, "glb")

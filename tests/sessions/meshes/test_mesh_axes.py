@@ -16,7 +16,8 @@ Unity's exporter writes (-x, y, z), Unreal's (x, z, y), Blender's (x, z, -y)."""
 
 
 @pytest.mark.parametrize(("axes", "poses"), POINTS)
-def test_a_vertex_lands_where_the_program_had_it(axes, poses):
+def test_mesh_vertex_is_rotated_into_the_axes_of_poses(axes, poses):
+    """POINTS has, for axes of a mesh and of poses, where the vertex (1, 2, 3) belongs, written by hand."""
     assert (mesh_axes_matrix(axes, CONVENTIONS[poses]) @ [1, 2, 3]).tolist() == list(POINTS[axes, poses])
 
 

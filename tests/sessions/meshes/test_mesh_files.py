@@ -33,7 +33,7 @@ def test_any_mesh_survives_glb_bit_for_bit(vertex_count, face_count, seed):
     assert same(mesh_from_bytes(mesh_to_glb(mesh, "soup"), "glb"), mesh)
 
 
-def test_another_program_reads_what_is_written():
+def test_trimesh_reads_a_written_glb_with_its_name():
     mesh = box((0.1, 0.2, 0.3))
     scene = trimesh.load_scene(io.BytesIO(mesh_to_glb(mesh, "Becherglas ä")), file_type="glb", process=False)
     (read,) = scene.geometry.values()

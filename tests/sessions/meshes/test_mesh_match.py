@@ -55,7 +55,7 @@ def test_folder_is_matched_by_name_and_reported(tmp_path):
     assert np.array_equal(forced["flask"].mesh.vertices, result["Flask"].mesh.vertices * 0.001)
 
 
-def test_two_files_as_good_are_named_and_none_is_taken(tmp_path):
+def test_body_with_two_matching_mesh_files_gets_neither(tmp_path):
     position(tmp_path, glass_a=0.1, glass_b=0.1)
     result, note = match_meshes(tmp_path, ["glass"])
     assert not result

@@ -101,7 +101,8 @@ READ = {
 
 
 @pytest.mark.parametrize("name", READ)
-def test_what_programs_write_is_read(name):
+def test_faces_are_read_from_mesh_files_of_several_programs(name):
+    """READ has texts as programs export them, with the triangles that each describes."""
     kind, text, faces = READ[name]
     mesh = mesh_from_bytes(text if isinstance(text, bytes) else text.encode("latin-1"), kind)
     assert mesh.faces.tolist() == faces

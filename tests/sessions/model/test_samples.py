@@ -15,7 +15,7 @@ def test_status_numbers_belong_to_the_file_format():
     ]
 
 
-def test_a_track_holds_read_only_copies_of_what_was_given():
+def test_a_track_keeps_read_only_copies_of_its_arrays():
     times, positions = np.array([1, 2]), np.ones((2, 3))
     track = Track(times, positions, np.zeros((2, 4)))
     times[0], positions[0] = -5, 7

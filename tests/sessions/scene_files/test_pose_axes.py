@@ -66,7 +66,7 @@ def test_an_answer_is_the_recording_that_the_option_imports(recording, axes):
 
 
 @pytest.mark.parametrize("axes", OTHERS)
-def test_a_forgotten_answer_leaves_the_recording_as_it_was(recording, axes):
+def test_forgetting_chosen_axes_restores_poses_and_open_guess(recording, axes):
     guessed = recording()
     chosen = with_answer(guessed, axes_of(guessed), axes)
     forgotten, count = with_answers_forgotten(chosen)

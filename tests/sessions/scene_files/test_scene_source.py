@@ -125,7 +125,7 @@ def test_tracked_and_fixed_bodies_agree_in_any_axes(scene, tmp_path, convention)
         ('[scene]\nfrom = "model.xml"\n[[pair]]\nbetween = ["cup", "shelv"]', "no body is 'shelv'"),
     ],
 )
-def test_source_that_cannot_be_taken_is_one_sentence(scene, text, refusal):
+def test_unusable_scene_source_is_refused_with_a_single_fault(scene, text, refusal):
     scene.write_text(text)
     with pytest.raises(SceneError, match=refusal):
         with_scene(recording(), scene)
