@@ -60,7 +60,7 @@ def test_next_program_removes_leftovers_of_a_killed_program(temp):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no other user there")
-def test_what_another_user_left_stays(temp, monkeypatch):
+def test_leftover_folder_of_another_user_is_not_removed(temp, monkeypatch):
     left = killed_owner(temp)
     monkeypatch.setattr(os, "getuid", lambda: left.stat().st_uid + 1)
     remove_leftovers()

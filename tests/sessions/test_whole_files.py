@@ -73,7 +73,8 @@ class Watched(type(Path())):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there an open file takes no other name")
-def test_file_is_locked_until_it_has_its_name(tmp_path):
+def test_written_file_is_locked_until_renamed_to_its_final_name(tmp_path):
+    """``Watched`` is a path whose renaming fails once the lock of the temporary file is given up."""
     with whole_file(Watched(tmp_path / "out"), RefusalError) as stream:
         stream.write(b"all of it")
     assert (tmp_path / "out").read_bytes() == b"all of it"
@@ -128,7 +129,8 @@ def test_twelve_writers_leave_a_single_complete_folder(tmp_path):
     assert names(tmp_path) == ["out"]
 
 
-def test_a_replaced_folder_loses_what_it_lists_and_nothing_else(tmp_path):
+def test_replacing_a_folder_removes_only_files_it_lists(tmp_path):
+    """The second writer replaces files of the first and keeps the user's; a folder without its mark is foreign."""
     out = tmp_path / "out"
     for word in ("first", "second"):
         with whole_folder(out, RefusalError, listed) as folder:

@@ -142,7 +142,7 @@ def test_collider_mesh_needs_no_node_in_the_scene(tmp_path, kind):
     assert np.abs(scene.bodies["cup"].mesh.vertices - expected).max() <= 1e-9
 
 
-def test_bodies_of_one_name_take_the_names_above(tmp_path):
+def test_gltf_bodies_with_equal_names_get_their_parents_prefix(tmp_path):
     cup = {"name": "cup", "physics": {"motion": {}, "collider": {"geometry": {"shape": 0}}}}
     filters = [{"collisionSystems": ["a"], "notCollideWithSystems": ["a"]}]
     for node in (left := json.loads(json.dumps(cup))), (right := json.loads(json.dumps(cup))):
@@ -171,7 +171,7 @@ def test_cone_ends_in_a_point(tmp_path, word):
 
 @pytest.mark.parametrize("kind", ["KHR", "OMI"])
 @pytest.mark.parametrize("collides", [False, True])
-def test_jointed_bodies_do_not_collide_unless_it_says_so(tmp_path, kind, collides):
+def test_jointed_gltf_bodies_collide_only_if_the_joint_enables(tmp_path, kind, collides):
     joint = {"connectedNode": 1, "joint": 0, "enableCollision": collides}
     collider = {"geometry": {"shape": 0}} if kind == "KHR" else {"shape": 0}
     nodes = [
@@ -211,7 +211,8 @@ def test_scene_that_places_too_much_is_refused(tmp_path, monkeypatch, limit):
         read_scene_source(glb(tmp_path / "s.glb", glass("KHR")))
 
 
-def test_buffers_that_name_one_file_again_are_counted(tmp_path, monkeypatch):
+def test_repeated_gltf_buffers_count_towards_the_size_limit(tmp_path, monkeypatch):
+    """One file within the limit of 300 bytes is named by four buffers, which together exceed it."""
     monkeypatch.setattr("sessions.scene_formats.gltf_physics.MOST_FILE_BYTES", 300)
     content, data = glass("KHR"), CORNERS.tobytes() + FACES.tobytes()
     (tmp_path / "data.bin").write_bytes(data)
@@ -235,7 +236,7 @@ def test_collision_filters_exclude_pairs(tmp_path):
     assert scene.excluded == (("thumb", "index"),)
 
 
-def test_what_cannot_be_taken_is_named(tmp_path):
+def test_unsupported_gltf_shapes_triggers_and_joints_are_listed(tmp_path):
     nodes = [
         {"name": "cup", "mesh": 0, "physics": {"motion": {}, "collider": {"geometry": {"shape": 0}}, "joint": {}}},
         {"name": "zone", "physics": {"trigger": {"geometry": {"shape": 0}}}},
@@ -256,7 +257,7 @@ def test_tapered_ends_make_a_hull(tmp_path):
     assert np.abs(solid.bounds - [[-0.2, -0.7, -0.2], [0.2, 0.6, 0.2]]).max() <= 1e-9
 
 
-def test_buffers_of_a_gltf_lie_beside_it(tmp_path):
+def test_gltf_buffers_must_lie_in_its_own_folder(tmp_path):
     content = glass("KHR")
     (tmp_path / "scene").mkdir()
     data = CORNERS.tobytes() + FACES.tobytes()

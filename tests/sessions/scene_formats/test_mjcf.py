@@ -53,7 +53,7 @@ def arm(tmp_path):
     return folder / "arm.xml"
 
 
-def test_bodies_poses_and_surfaces_are_those_of_the_library(arm):
+def test_mjcf_poses_and_surfaces_agree_with_mujoco(arm):
     scene, model = read_scene_source(arm), mujoco.MjModel.from_xml_path(str(arm))
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
@@ -94,7 +94,7 @@ def rotation_z(quaternion_wxyz):
     return Rotation.from_quat(quaternion_wxyz[[1, 2, 3, 0]]).as_matrix()[:, 2]
 
 
-def test_excluded_pairs_and_what_cannot_be_taken_are_named(arm):
+def test_mjcf_excluded_pairs_and_unsupported_parts_are_listed(arm):
     scene = read_scene_source(arm)
     assert {frozenset(pair) for pair in scene.excluded} == {frozenset(("arm", "hand")), frozenset(("hand", "cup"))}
     assert any("endless plane of body 'world'" in sentence for sentence in scene.left_out)
@@ -156,7 +156,8 @@ def test_pose_of_seven_numbers_moves_three_slides_and_three_hinges(arm):
     assert np.abs(rotated - [[1, 0, 0], [0, 0, 1], [0, -1, 0]] @ rotations.as_matrix()).max() <= 1e-9
 
 
-def test_drawn_mesh_is_the_surface_unless_colliders_hide_it(tmp_path):
+def test_drawn_geom_is_the_surface_unless_inside_the_collider(tmp_path):
+    """Spheres of radius 0.1 collide; the drawn box of 0.1 sticks out of its sphere, the box of 0.05 is inside."""
     path = tmp_path / "links.xml"
     drawn = '<geom type="box" size="{0} {0} {0}" contype="0" conaffinity="0" group="1"/>'
     solid = '<geom type="sphere" size="0.1" group="3"/>'
@@ -224,7 +225,7 @@ COPIES = '<replicate count="100" offset="1 0 0">' * 4
         ("wrong.xml", "<mujoco><worldbody><geom/></worldbody></mujoco>", "MuJoCo does not read"),
     ],
 )
-def test_hostile_file_ends_in_one_sentence(tmp_path, name, text, refusal):
+def test_hostile_mjcf_file_is_refused_with_the_reason(tmp_path, name, text, refusal):
     folder = tmp_path / "scene"
     folder.mkdir()
     (tmp_path / "secret.xml").write_text("<mujoco/>")
@@ -257,7 +258,7 @@ def test_files_above_the_model_are_read_below_the_named_root(tmp_path):
     assert [*read_scene_source(path, root=tmp_path).bodies] == ["cup"]
 
 
-def test_files_that_include_one_another_are_read_once(tmp_path):
+def test_nested_includes_are_limited_in_number(tmp_path):
     """Twenty files that each include the next one twice would be a million readings."""
     for number in range(20):
         include = f'<include file="{number + 1}.xml"/>' * 2 if number < 19 else BALL
@@ -301,7 +302,7 @@ def pairs_of_the_library(path):
 
 
 @pytest.mark.parametrize("filter_parents", ["enable", "disable"])
-def test_pairs_are_those_that_the_library_tests(tmp_path, filter_parents):
+def test_pairs_that_collide_agree_with_mujoco(tmp_path, filter_parents):
     def body(name, masks, inner="", joint='<joint axis="0 0 1"/>'):
         return f'<body name="{name}">{joint}<geom name="{name}" type="sphere" size="0.1" {masks}/>{inner}</body>'
 

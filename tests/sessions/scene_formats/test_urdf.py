@@ -46,7 +46,7 @@ def arm(tmp_path):
     return path
 
 
-def test_links_stand_where_the_library_has_them(arm):
+def test_urdf_link_poses_agree_with_yourdfpy(arm):
     scene, model = read_scene_source(arm), yourdfpy.URDF.load(str(arm), load_meshes=False)
     assert [*scene.bodies] == ["base", "fore", "cup"]
     for name, body in scene.bodies.items():
@@ -70,7 +70,7 @@ def chain(path, count):
     return path
 
 
-def test_links_of_a_chain_stand_where_the_library_has_them(tmp_path):
+def test_poses_of_forty_chained_links_agree_with_yourdfpy(tmp_path):
     path = chain(tmp_path / "chain.urdf", 40)
     scene, model = read_scene_source(path), yourdfpy.URDF.load(str(path), load_meshes=False)
     assert len(scene.bodies) == 40
@@ -134,7 +134,8 @@ def one_link(geometry, more=""):
 BOX = '<geometry><box size="1 1 1"/></geometry>'
 
 
-def test_capsule_is_taken_though_the_library_refuses_it(tmp_path):
+def test_urdf_capsule_becomes_a_solid_along_z(tmp_path):
+    """Radius 0.1 about a segment of 0.4: 0.3 from the centre to the tip."""
     path = tmp_path / "r.urdf"
     path.write_text(one_link('<geometry><capsule radius="0.1" length="0.4"/></geometry>'))
     solid = read_scene_source(path).bodies["l"].colliders[0]

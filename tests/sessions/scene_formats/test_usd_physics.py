@@ -93,7 +93,7 @@ def bench(tmp_path):
     return path
 
 
-def test_bodies_stand_where_the_library_has_them(bench):
+def test_usd_body_poses_and_colliders_agree_with_pxr(bench):
     scene, stage = read_scene_source(bench), Usd.Stage.Open(str(bench))
     assert [*scene.bodies] == ["cup", "table", "rack"] and scene.format == "USD"
     assert {name: item.moves for name, item in scene.bodies.items()} == {"cup": True, "table": False, "rack": True}
@@ -210,7 +210,8 @@ def test_pairs_that_never_meet_are_excluded(tmp_path, kind):
     assert ("joints (1 PhysicsRevoluteJoint)" in " ".join(scene.left_out)) == (kind == "joint")
 
 
-def test_filter_of_one_collider_of_two_is_named(tmp_path):
+def test_usd_filter_of_single_colliders_is_listed_as_unsupported(tmp_path):
+    """Bodies with two colliders each: a filter of one of them would not exclude the pair of bodies."""
     stage = new_stage(tmp_path / "s.usda")
     for name in ("arm", "cup"):
         body(stage, f"/{name}")
@@ -340,7 +341,7 @@ def test_bodies_are_posed_between_their_time_samples(tmp_path, per_second, frame
     assert "as USD interpolates" in session.facts["conversions"]
 
 
-def test_subdivision_that_is_not_taken_is_named(tmp_path):
+def test_unsupported_usd_subdivision_is_listed(tmp_path):
     stage = new_stage(tmp_path / "smooth.usda")
     body(stage, "/cup")
     for name, scheme in (("smooth", "catmullClark"), ("plain", "none")):
@@ -356,7 +357,7 @@ def test_scene_without_motion_is_no_recording(bench):
         import_session("usd", bench)
 
 
-def test_what_cannot_be_taken_is_named(tmp_path):
+def test_unsupported_usd_physics_is_listed_prim_by_prim(tmp_path):
     stage = new_stage(tmp_path / "s.usda")
     cup = body(stage, "/cup")
     scale = cup.GetOrderedXformOps()[2]

@@ -16,8 +16,8 @@ from sessions.synthetic.scenes import SCENES
 @pytest.mark.parametrize(
     ("name", "fill", "onset"), [("beaker_50", 40, 48.7), ("beaker_100", 80, 40.2), ("beaker_250", 120, 57.1)]
 )
-def test_the_tilt_that_keeps_a_volume_keeps_it(name, fill, onset):
-    """The onsets are those of slices of the finest mesh."""
+def test_tilt_at_which_a_beaker_starts_to_pour(name, fill, onset):
+    """A beaker with ``fill`` mL pours beyond ``onset`` degrees, which was counted from slices of the finest mesh."""
     cavity = made_instrument(name, 3000).cavity
     assert np.degrees(tilt_keeping(cavity, fill)) == pytest.approx(onset, abs=0.1)
     with pytest.raises(ValueError, match=f"a vessel of {1e6 * cavity.to_brim.volume:.1f} mL cannot keep"):
@@ -36,8 +36,8 @@ def recorded(request, made):
     ("name", "noise"),
     [*((name, "off") for name in SCENES), (SCENES[0], "vive"), ("ball-in-box", "vive"), ("crowded-lab", "vive")],
 )
-def test_poses_and_truth_are_those_of_the_session_version(name, noise, made, snapshot):
-    """Other poses need another version of its choreography."""
+def test_recorded_poses_and_truth_of_made_up_sessions_stay_unchanged(name, noise, made, snapshot):
+    """Poses (rounded to 10 um) and planted contacts equal the snapshot; whoever changes them raises the version."""
     run = made(name, noise)
     frames = run.session.frames
     pieces = (
