@@ -27,7 +27,7 @@ def homes(package):
 
 
 @pytest.mark.parametrize("package", PACKAGES)
-def test_a_facade_gives_what_its_typed_imports_say(package):
+def test_lazy_package_exports_equal_its_typed_imports(package):
     facade = import_module(package)
     assert set(facade.__all__) == set(facade._HOME) == set(homes(package)) == set(dir(facade))
     for name, (module, existing) in homes(package).items():
@@ -42,7 +42,7 @@ def test_unknown_name_is_answered_with_existing_names(package):
 
 
 @pytest.mark.parametrize("package", PACKAGES)
-def test_a_package_says_that_it_is_typed(package):
+def test_every_package_ships_a_py_typed_marker(package):
     assert (ROOT / package / "py.typed").is_file()
 
 

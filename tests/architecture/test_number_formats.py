@@ -51,7 +51,7 @@ def test_the_search_sees_formats_of_every_kind():
     assert [result for _, result in formats(ast.parse(code)) if DIGITS.search(result)] == [".2g", ".3g", ".1e", ",.0f"]
 
 
-def test_columns_in_toml_name_the_function_that_formats_them():
+def test_columns_in_toml_name_a_format_function_without_digits():
     (columns,) = [file for file in TOP.rglob("*.toml") if "meaning =" in file.read_text("utf-8")]
     shows = re.findall(r'show = "([^"]*)"', columns.read_text("utf-8"))
     assert len(shows) > 20

@@ -67,7 +67,7 @@ def test_labels_of_rows_differ(name):
 
 
 @pytest.mark.parametrize("name", [name for name in TABLE if TABLE[name].complete_with is not None])
-def test_a_complete_detector_takes_the_settings_that_make_it_so(name):
+def test_settings_that_make_a_detector_complete_are_accepted(name):
     needs = dict(TABLE[name].complete_with)
     settings_of(name, needs)
     assert Setting(spec_text(name, needs), name, needs).complete
@@ -91,7 +91,7 @@ def test_a_contact_offset_widens_the_reach(name):
 
 
 @pytest.mark.parametrize("name", ROWS)
-def test_a_detector_times_the_stages_that_it_declares(name):
+def test_detector_times_only_its_declared_stages(name):
     bodies, motion = lab(4)
     timed = create_detector(name, bodies).detect(motion).seconds
     assert set(timed) <= set(load_detector(name).stages)
@@ -105,7 +105,7 @@ def test_stress_asks_every_row_about_which_triangles_say_something():
     assert requested >= {name for name in TABLE if not TABLE[name].no_triangles}
 
 
-def test_engine_modules_are_those_of_the_extras():
+def test_every_engine_module_belongs_to_a_pip_extra():
     modules = {"mujoco": "mujoco", "rapier": "rapier3d", "bullet": "pybullet", "physx": "ovphysx", "newton": "newton"}
     assert modules == ENGINE_MODULE
     assert all(find_spec(module) is None or module in ENGINE_MODULE.values() for module in ENGINE_MODULE.values())

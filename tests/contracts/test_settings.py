@@ -61,7 +61,8 @@ def test_invalid_setting_is_refused_in_a_sentence(name):
                 assert output is None or isinstance(output, Detection)
 
 
-def test_a_flag_is_no_number_and_a_number_no_flag(name):
+def test_settings_refuse_numbers_for_flags_and_flags_for_numbers(name):
+    """Every setting of the detector ``name`` is given 1 if it is true or false, else ``True``."""
     settings = load_detector(name).Settings()
     for item in fields(settings):
         wrong = 1 if isinstance(getattr(settings, item.name), bool) else True
@@ -86,7 +87,7 @@ def test_a_flag_is_no_number_and_a_number_no_flag(name):
         ("image-space", {"resolution": 4097}, "at most 4096"),
     ],
 )  # fmt: skip
-def test_the_sentence_says_what_to_give(name, settings, hint):
+def test_refused_setting_names_the_valid_values(name, settings, hint):
     assert hint in answer(name, **settings)
 
 

@@ -40,6 +40,7 @@ def rotated():
 
 
 def test_digests_ignore_the_order_of_bodies_and_pairs():
+    """``rotated()`` is ``detection()`` with its bodies in another order and the bodies of each pair swapped."""
     assert detection().digest == rotated().digest
     assert detection().faces_digest == rotated().faces_digest
 

@@ -158,7 +158,7 @@ def test_recording_of_earlier_release_leaves_axes_unknown_and_questioned(tmp_pat
     assert recording_assumptions(back) == recording_assumptions(old)
 
 
-def test_a_minimised_recording_still_asks_what_its_import_guessed(tmp_path):
+def test_minimised_recording_keeps_open_guesses_under_new_names(tmp_path):
     _, imported = scene(tmp_path, "ros", "stl", exported=True)
     session = imported()
     (question,) = examine_assumptions(session).questions
@@ -304,7 +304,7 @@ def test_harmless_guesses_of_pose_axes_are_listed_without_question(tmp_path):
     )
 
 
-def test_at_most_three_questions_and_none_that_answers_alike(tmp_path):
+def test_at_most_three_questions_whose_answers_change_contacts(tmp_path):
     """Five guesses are open: axes of the poses, axes and unit of an OBJ, and of an STL."""
     unity_poses_without_a_name(tmp_path, "obj")
     files = {"tool": tmp_path / "tool.obj", "plate": tmp_path / "plate.stl"}

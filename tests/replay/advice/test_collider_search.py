@@ -131,7 +131,7 @@ def plant_methods(monkeypatch, shrunk):
 
 
 @pytest.mark.parametrize(("shrunk", "method"), [(0.9999, "CoACD"), (1.0, "sectors by height and angle")])
-def test_of_pieces_as_accurate_those_of_least_volume_are_taken(two_beakers, monkeypatch, shrunk, method):
+def test_equally_accurate_pieces_are_chosen_by_least_volume(two_beakers, monkeypatch, shrunk, method):
     plant_methods(monkeypatch, shrunk)
     fixed = fix_colliders(two_beakers, limits=Limits(0.2))
     (beaker,) = [row for row in fixed.bodies if row["body"] == "beaker"]
@@ -139,7 +139,7 @@ def test_of_pieces_as_accurate_those_of_least_volume_are_taken(two_beakers, monk
     assert fixed.after["false"] < 0.2
 
 
-def test_cut_without_time_is_named_with_the_time_it_takes(two_beakers, monkeypatch):
+def test_cut_skipped_for_lack_of_time_names_its_duration(two_beakers, monkeypatch):
     plant_methods(monkeypatch, 1.0)
     seconds = Cut.seconds.fget
     monkeypatch.setattr(Cut, "seconds", property(lambda cut: 900.0 if cut.method == "coacd" else seconds(cut)))

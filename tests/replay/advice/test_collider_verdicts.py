@@ -35,7 +35,7 @@ def detected(assembly, colliders, settings):
 
 @pytest.mark.parametrize("settings", [{}, {"skin_m": 0.002}])
 @pytest.mark.parametrize("rate_hz", [None, 30.0])
-def test_kept_verdicts_are_those_of_the_detector(assembly, settings, rate_hz):
+def test_cached_collider_verdicts_equal_those_of_the_detector(assembly, settings, rate_hz):
     verdicts = ColliderVerdicts(assembly, **settings)
     for boxed in ((), ("beaker",), ("beaker", "rod"), ()):
         colliders = solids(assembly, boxed)

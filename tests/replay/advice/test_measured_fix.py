@@ -200,7 +200,7 @@ def test_bodies_of_the_demo_come_cut():
 
 @THIS_CUTTER
 @pytest.mark.slow
-def test_shipped_pieces_are_those_that_cutting_gives(nothing_cut, monkeypatch, tmp_path):
+def test_shipped_convex_pieces_equal_freshly_cut_pieces(nothing_cut, monkeypatch, tmp_path):
     session, _ = synthetic_session("bench-bumps", 0, None)
     for name in ("beaker", "hand-left"):
         mesh = session.meshes[name]
@@ -226,7 +226,7 @@ def test_good_pieces_of_both_bodies_are_advised(two_beakers):
     assert fix.measured and re.match(r"Split beaker (into \d+ )?and second into ", fix.text)
 
 
-def test_run_without_a_cutter_says_what_to_install(nothing_cut, monkeypatch, tmp_path, capsys):
+def test_run_without_a_cutter_names_the_package_to_install(nothing_cut, monkeypatch, tmp_path, capsys):
     def absent(_package):
         raise PackageNotFoundError
 
