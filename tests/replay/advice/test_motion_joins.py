@@ -61,21 +61,22 @@ def stirred(shared_beakers):
     return Stirred(shared_beakers)
 
 
-def test_pieces_report_what_the_detector_reports(stirred):
+def test_false_contacts_of_single_pieces_agree_with_the_detector(stirred):
     pieces = stirred.by_volume(6)
     at_risk = (stirred.contact([hull_collider(stirred.mesh)]) & ~stirred.exact)[:, 0]
     expected = np.array([stirred.contact([piece])[at_risk, 0] for piece in pieces])
     assert expected.any() and np.array_equal(stirred.false_contacts.of(pieces), expected)
 
 
-def test_joined_pieces_cover_the_body_in_the_requested_number(stirred):
+def test_joined_pieces_of_each_number_cover_the_beaker(stirred):
+    """A face of the beaker may reach out of the joined hulls by at most 0.5 mm."""
     assert sorted(stirred.joined) == [*range(1, 33)]
     for count, pieces in stirred.joined.items():
         assert len(pieces) == count and outside_by(stirred.mesh, pieces) < 5e-4
 
 
 @pytest.mark.parametrize("count", [4, 6])
-def test_joined_by_motion_less_is_false_than_by_volume(stirred, count):
+def test_pieces_joined_by_motion_report_less_false_contact(stirred, count):
     pieces = stirred.joined[count]
     assert stirred.false(pieces) < stirred.false(stirred.by_volume(count))
     assert not (stirred.exact & ~stirred.contact(pieces)).any()
@@ -94,7 +95,7 @@ def test_refined_pieces_cover_the_body_and_report_less(stirred):
     assert stirred.false(fine) < stirred.false(coarse)
 
 
-def test_time_that_is_up_ends_the_joining(stirred):
+def test_joining_stops_when_its_time_check_raises(stirred):
     class UpError(Exception):
         pass
 

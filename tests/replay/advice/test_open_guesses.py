@@ -41,7 +41,7 @@ def test_guess_that_needs_another_import_names_its_key():
     )
 
 
-def test_sure_guesses_take_a_line_and_stated_facts_take_none():
+def test_screen_lists_guesses_and_omits_stated_facts():
     guess = Assumption(Subject.TIME_UNIT, "s", Origin.GUESS)
     stated = Assumption(Subject.LENGTH_UNIT, "m", Origin.FILE)
     assert guess_lines(session_with(guess, stated)) == [

@@ -98,7 +98,7 @@ def exact_contacts(first, second, rotations, positions):
 
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("shape", SHAPES)
-def test_states_are_those_of_the_exact_detector(shape, seed):
+def test_states_of_a_pair_agree_with_the_exact_detector(shape, seed):
     first, second = SHAPES[shape]
     rotations, positions = winding_path(seed, 0.3)
     states = PairStates(mesh_data(first), mesh_data(second)).states(rotations, positions, QueryBudget())
@@ -152,7 +152,7 @@ MESHES_WITH_HOLES = {
 
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("shape", MESHES_WITH_HOLES)
-def test_known_states_about_holes_are_those_of_the_exact_detector(shape, seed):
+def test_known_states_of_open_meshes_agree_with_exact(shape, seed):
     holed, ball = MESHES_WITH_HOLES[shape](), trimesh.creation.icosphere(1, 0.02)
     rotations, positions = winding_path(seed, 0.3)
     states = PairStates(mesh_data(holed), mesh_data(ball)).states(rotations, positions, QueryBudget())
@@ -182,5 +182,5 @@ def test_faces_without_area_are_left_out_between_other_faces():
     assert PairStates(with_flat, with_flat).states(*poses, QueryBudget()).tolist() == expected
 
 
-def test_loose_segments_are_not_asked():
+def test_loose_segments_cost_no_query():
     assert not can_be_tested(MeshData([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0]], [[0, 1, 2], [0, 1, 3]]))

@@ -21,7 +21,8 @@ def test_front_equals_that_of_a_second_algorithm(drawn):
     assert order == sorted(order)
 
 
-def test_what_gets_more_wrong_contends_only_where_it_is_quicker():
+def test_setting_with_more_errors_contends_only_if_quicker():
+    """``price_row(name, mean ms, wrong contacts)``; a setting with undecided frames never contends."""
     undecided = price_row("undecided", 0.1, 9, contact_frames_undecided=1)
     result = [price_row("right", 1.0, 0), price_row("as slow", 1.0, 1), price_row("quicker", 0.99, 1), undecided]
     assert contenders_of(result) == ["right", "quicker"]

@@ -36,7 +36,11 @@ def outcome(deep_fraction, contacts=3):
         ((0.1,), ""),
     ],
 )
-def test_only_the_one_reading_that_is_not_deep_is_marked(fractions, marked):
+def test_reading_is_plausible_if_alone_without_deep_contact(fractions, marked):
+    """The fractions of contact that is deep, of readings a, b, c. The only one of at most 0.3 is plausible where all
+
+    others are 0.5 or more.
+    """
     assert more_plausible({"abc"[k]: outcome(fraction) for k, fraction in enumerate(fractions)}) == marked
 
 

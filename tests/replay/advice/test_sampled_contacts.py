@@ -33,7 +33,7 @@ def imported(folder, convention, kind, exported=False, **options):
     ("convention", "kind", "exported"),
     [*product(("ros", "unity"), ("glb", "stl"), (False, True)), ("unreal", "glb", True), ("z-up", "stl", False)],
 )
-def test_samples_decide_only_what_a_full_replay_decides(tmp_path, convention, kind, exported):
+def test_questions_decided_by_samples_agree_with_a_full_replay(tmp_path, convention, kind, exported):
     session = imported(tmp_path, convention, kind, exported)
     requested = {question.assumption for question in examine_assumptions(session).questions}
     decided = {row: alternatives_differ(session, row) for row in open_rows(session)}
@@ -80,7 +80,8 @@ def test_rods_that_meet_only_when_rotated_decide_the_question():
     assert alternatives_differ(session, row) is True
 
 
-def test_equal_boxes_at_one_place_are_in_contact_under_both():
+def test_coinciding_boxes_touch_whatever_the_open_guess_is():
+    """Both readings of the open guess give contact, so they do not differ."""
     outer = trimesh.creation.box((0.3, 0.3, 0.3))
     session, row = still([[0, 0, 0], [0, 0, 0]], (outer.vertices, outer.faces))
     assert alternatives_differ(session, row) is False
@@ -146,7 +147,7 @@ def test_bodies_without_a_common_frame_are_decided_at_filled_frames():
     assert decided is replayed is True
 
 
-def test_contact_of_one_frame_between_samples_decides():
+def test_contact_of_a_single_frame_between_samples_is_found():
     session, row = crossing(contact_frame=1237)
     assert alternatives_differ(session, row) == any(
         question.assumption == row for question in examine_assumptions(session).questions

@@ -55,6 +55,6 @@ def test_next_candidates_are_neighbours_of_the_front():
         ("hybrid-qaco[decide=mesh]", True), ("continuous", False), ("package.module:Class", False),
     ],
 )  # fmt: skip
-def test_complete_is_what_asks_every_face_at_every_frame(spec, complete):
+def test_complete_setting_tests_all_faces_in_every_frame(spec, complete):
     (setting,) = settings_of(f"it={spec}")
     assert setting.complete == complete and setting.label == "it" == setting.spec.label

@@ -91,7 +91,7 @@ def test_the_table_of_planted_and_reported_causes_is_diagonal():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("planted", ELSEWHERE)
-def test_planted_causes_are_found_in_other_sessions(planted):
+def test_planted_cause_is_the_only_cause_reported(planted):
     session, detector, oracle, cause = ELSEWHERE[planted]
     (answer,) = compute(session(), detectors=detector, oracle=oracle).causes.values()
     assert answer.examined_misses > 0
@@ -158,7 +158,11 @@ def test_tolerance_is_counted_in_a_run_without_misses():
         ({"sample_meets": True, "found_with_more": False}, Cause.SEARCH),
     ],
 )
-def test_the_first_stage_that_failed_is_the_cause(reported, cause):
+def test_first_failed_stage_is_the_cause_of_a_miss(reported, cause):
+    """The order: clock, collider shape, sampling instant (``looked``), spheres, sample of faces, budget, search.
+
+    A contact between two frames, where no stage looks, has a cause of its own.
+    """
     answer = reported.pop("verdict", Verdict.CLEAR)
     assert first_failed(Explanation(**reported), answer, at_instant=True) == cause
     assert first_failed(Explanation(**reported), answer, at_instant=False) == Cause.BETWEEN_FRAMES
@@ -174,7 +178,7 @@ def test_samples_are_bounded_and_unsampled_misses_unexamined(monkeypatch):
     assert result.causes["Blind"].examined_misses == 10 and result.causes["Blind"].missed_contacts == 200
 
 
-def test_an_oracle_without_faces_gets_them_from_exact():
+def test_misses_under_a_reference_without_faces_get_exact_faces():
     result = compute(
         cubes(TWO_BUMPS),
         detectors="slow=discrete[rate_hz=20,sampling_offset_s=0]",

@@ -93,7 +93,8 @@ def test_a_drift_needs_three_contacts(ends, drift):
     assert estimate_offset({**reported, END: reported[END][:ends]}, truth).drift == pytest.approx(drift, abs=1e-9)
 
 
-def test_a_clock_without_a_drift_is_given_none():
+def test_steady_clock_is_hardly_ever_given_a_drift():
+    """At most one of 100 random clocks without drift may get one by chance."""
     rng, drifts = np.random.default_rng(1), []
     for _ in range(100):
         reported, truth = drifting(int(rng.integers(2, 12)), float(rng.uniform(5, 60)), 0.0, rng, jitter=0.02)
@@ -102,7 +103,7 @@ def test_a_clock_without_a_drift_is_given_none():
 
 
 @pytest.mark.filterwarnings("error")
-def test_reports_that_fit_at_one_moment_alone_give_no_drift():
+def test_clock_offset_needs_two_reports_that_fit_contacts():
     begins = [5.0 + k for k in range(5)]
     reported = {BEGIN: begins, END: [begin + 0.2 for begin in begins]}
     with pytest.raises(AuditError, match="fewer than two reports fit true contacts"):

@@ -90,7 +90,7 @@ def test_groups_keep_the_order_and_their_limit():
         ([[-1, -1, 0.0], [2.6, -1, 0.0], [0.8, 1, 0.0]], (1, 0, 0)),
     ],
 )
-def test_a_straight_curve_has_a_normal_across_it(other, normal):
+def test_normal_of_a_straight_cut_is_perpendicular_to_the_cut(other, normal):
     flat = MeshData(np.array([[0.0, 0, -1], [1, 0, -1], [0.5, 0, 1]]), np.array([[0, 1, 2]]))
     across = MeshData(np.array(other, dtype=float), np.array([[0, 1, 2]]))
     poses = {"a": along_x([0, 0]), "b": along_x([0.05, 9])}
