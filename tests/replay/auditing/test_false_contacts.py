@@ -48,7 +48,11 @@ def false_of(outcomes, gaps=None, detector=None):
         ([B, N, F, N, B], ["nothing there"]), ([B, M, F, N], ["nothing there"]), ([N, B, M], []),
     ],
 )  # fmt: skip
-def test_interval_is_named_by_the_report_that_contains_it(outcomes, kinds):
+def test_false_contact_kind_follows_from_true_contact_around(outcomes, kinds):
+    """False contact before a true contact starts early, after one ends late, and between two joins them.
+
+    Outcomes by frame: N neither in contact, B both in contact, F false contact, M missed.
+    """
     assert [item.kind for item in false_of(outcomes)] == kinds
 
 

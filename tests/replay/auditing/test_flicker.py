@@ -37,7 +37,7 @@ def flicker(session, label="exact", **settings):
     return result.document.detectors[label].flicker, result
 
 
-def test_bounce_within_half_a_millimetre_is_one_contact():
+def test_bounces_within_half_a_millimetre_count_as_one_contact():
     counted, result = flicker(gaps(BOUNCES))
     assert (counted.reported, counted.contacts, counted.joined, counted.interruptions) == (4, 4, 1, 3)
     assert counted.widest == pytest.approx(0.00046)

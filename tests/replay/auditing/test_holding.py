@@ -35,7 +35,8 @@ def carried():
     return {"hand-right": hand, "cube": cube, "far": np.full(FRAMES, 9.0)}, trigger
 
 
-def test_what_moves_along_while_the_trigger_is_pressed_was_taken():
+def test_body_moving_with_the_hand_under_trigger_is_grasped():
+    """The cube is carried from 1.0 to 2.0 s."""
     assembly, session = world(*carried())
     (item,) = grasps(assembly, session)
     assert assembly.names[item.thing] == "cube" and assembly.names[item.hand] == "hand-right"
@@ -52,7 +53,7 @@ def test_an_empty_press_is_an_attempt_and_trembling_presses_once():
     assert len(grasps(*world(positions, trigger))) == 1
 
 
-def test_hands_are_those_tagged_so_and_else_those_named_so():
+def test_bodies_tagged_as_hands_take_precedence_over_names():
     positions, trigger = carried()
     assembly, session = world(positions, trigger)
     assert {assembly.names[k]: side for k, side in hand_bodies(assembly, session).items()} == {"hand-right": "right"}
@@ -65,7 +66,8 @@ def grasped(pair, first, last):
     return Episode(pair, first, last, 0.0, 0.0)
 
 
-def test_a_body_is_grasped_only_while_it_is_carried():
+def test_grasp_lasts_only_while_the_body_is_carried():
+    """The hand carries the cube in frames 100 to 199; it touches in frames 40 to 60 and 95 to 120."""
     assembly, session = world(*carried())
     ((pair, first, last),) = [(item.pair, item.first, item.last) for item in holdings(assembly, session)]
     assert assembly.pair_name(pair) == "hand-right-cube" and (first, last) == (100, 199)

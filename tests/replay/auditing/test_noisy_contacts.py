@@ -58,7 +58,8 @@ def test_deep_contacts_hold_and_grazing_contacts_are_undecidable():
     assert (contact.fraction, contact.word) == (1.0, module.HOLDS)
 
 
-def test_61_of_64_copies_hold_and_3_are_absent():
+def test_contact_in_95_percent_of_noisy_copies_holds():
+    """61 of 64 copies are 95.3 %, 60 are 93.8 %; likewise a contact in at most 5 % of copies (3, not 4) is absent."""
     spans = [module.NoisySpan(0, 0, 0, fraction / 64) for fraction in (0, 3, 4, 60, 61, 64)]
     states = [module.ABSENT] * 2 + [module.UNDECIDABLE] * 2 + [module.HOLDS] * 2
     assert [item.word for item in spans] == states
@@ -85,7 +86,7 @@ def test_only_the_seed_changes_an_answer_about_noise(monkeypatch):
     assert requested(session, seed=1).noise != whole
 
 
-def test_tables_and_gates_count_what_holds(tmp_path):
+def test_gates_count_only_contacts_that_hold_despite_noise(tmp_path):
     session = gaps([*FAR, -6.0, -6.0, *FAR, -0.1, *FAR, -0.1, *FAR])
     result = run(session, detectors="slow=discrete[rate_hz=7]", noise=SIZE, out=tmp_path / "run", picture=False)
     tables = result.tables
@@ -99,7 +100,7 @@ def test_tables_and_gates_count_what_holds(tmp_path):
     assert "slow missed" in text and " of 1" in text and text.endswith("counted is what holds in spite of the noise")
 
 
-def test_without_noise_no_column_about_it_is_filled():
+def test_run_without_noise_reports_nothing_about_noise():
     result = compute(gaps([9.0, -1.0, 9.0]), detectors="hybrid")
     assert result.noise is None is result.document.noise and result.document.audit["hybrid"].noise_proof is None
     assert not any("noise" in line for line in notes_of(result))

@@ -29,7 +29,7 @@ def spans(mask):
 
 
 @pytest.mark.parametrize("fault", ["Dropping", "Late", "Inventing", "Blind"])
-def test_what_was_planted_is_what_is_counted(plate, fault):
+def test_counts_of_misses_and_false_contacts_equal_planted_faults(plate, fault):
     session, truth = plate
     reported = getattr(planted_detectors, fault).spoil(None, truth[:, None].copy())[:, 0]
     result = compute(session, detectors=f"it=support.planted_detectors:{fault}")
@@ -67,7 +67,7 @@ def test_what_was_planted_is_what_is_counted(plate, fault):
         assert {(item.kind, item.cause) for item in result.false["it"]} == {("ends late", "late")}
 
 
-def test_what_spheres_alone_say_is_unconfirmed(plate):
+def test_contact_of_bounding_spheres_alone_is_unconfirmed(plate):
     ball = compute(plate[0], detectors="ball=sphere")
     assert {item.cause for item in ball.false["ball"]} == {"only bounding volumes overlap"}
     console = Console(width=200, record=True, file=StringIO())

@@ -29,7 +29,7 @@ def bumps(seed, frames=120):
         ("discrete", 5),
     ],
 )
-def test_displayed_counts_are_those_of_an_offset_nearest_the_mean(detector, seed):
+def test_displayed_counts_come_from_the_offset_nearest_the_mean(detector, seed):
     rate = (12.0, 20.0, 33.0)[seed % 3]
     name, _, settings = detector.rstrip("]").partition("[")
     requested = f"slow={name}[{settings}{',' if settings else ''}rate_hz={rate}]"

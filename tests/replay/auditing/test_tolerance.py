@@ -100,7 +100,7 @@ def test_frames_within_tolerance_count_in_no_false_contact():
     assert once == offset_counts(1e4, always, reference).false_contact.value == pytest.approx(1 / 3)
 
 
-def test_a_run_counts_with_its_tau_and_records_it():
+def test_overlap_below_tau_counts_as_within_tolerance():
     # unit cubes: overlapping by half, by a micrometre, touching, apart
     session = cubes({"a": [0] * 4, "b": [0.5, 1 - 1e-6, 1.0, 1.5]})
     for more, tau, counts in (({}, 2e-6, (1, 2)), ({"tau": 0.0}, 0.0, (3, 0))):

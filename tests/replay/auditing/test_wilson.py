@@ -48,7 +48,7 @@ def test_face_pairs_of_an_hour_do_not_overflow():
     assert ends_of[0] == pytest.approx(ends_of[1])
 
 
-def test_several_sessions_say_what_their_contacts_say_together():
+def test_intervals_pooled_over_sessions_equal_one_over_all():
     random = np.random.default_rng(2)
     of = random.integers(1, 50, 30)
     counts = random.binomial(of, 0.3)

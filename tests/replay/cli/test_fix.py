@@ -76,7 +76,7 @@ def test_an_interrupted_search_keeps_its_pieces_and_says_so(own, capsys, monkeyp
     ("arguments", "message"),
     [(["--engine", "source"], "no engine 'source'; there are: unity"), (["--max-pieces", "0"], "--max-pieces")],
 )
-def test_wrong_calls_say_what_to_give(own, arguments, message, capsys):
+def test_wrong_options_of_fix_are_refused_with_valid_choices(own, arguments, message, capsys):
     main(IMPORT)
     assert main(["fix", "own.mcap", *arguments]) in (1, 2)
     assert message in capsys.readouterr().err

@@ -27,7 +27,7 @@ def test_page_fits_80_columns_without_markup(topic, capsys, monkeypatch):
     assert "](" not in printed and "<!--" not in printed
 
 
-def test_a_section_stands_under_its_title_with_the_others_named(capsys):
+def test_guide_prints_a_section_and_lists_other_sections(capsys):
     assert main(["guide", "godot"]) == 0
     printed = capsys.readouterr().out
     assert printed.startswith("# Your recording\n\n## From Unreal, Godot or any CSV\n")
@@ -47,7 +47,7 @@ def test_a_query_without_a_full_match_says_so(capsys):
     assert printed.startswith("Not in this section: qqqqqq.\n\n# Your recording\n\n## Can you trust the recording?")
 
 
-def test_weak_match_lists_pages_instead_of_one(capsys):
+def test_guide_query_with_weak_match_lists_nearest_pages(capsys):
     assert main(["guide", "doctor", "qqqqqq", "wwwwww"]) == 0
     printed = capsys.readouterr().out
     assert printed.startswith("No section holds qqqqqq, wwwwww. The nearest, and the page to open:\n\n- ")
