@@ -157,7 +157,7 @@ def test_batch_study_and_tradeoff_name_recordings_with_open_guesses(recording, t
         assert len(json.loads(capsys.readouterr().out)["open_questions"]) == count
 
 
-def test_engine_advice_names_what_nobody_decided(recording, capsys):
+def test_engine_advice_names_the_command_for_open_questions(recording, capsys):
     main(["tradeoff", str(recording), "--engine", "unity"])
     assert f"To decide: replay doctor {recording} --look" in " ".join(capsys.readouterr().out.split())
 

@@ -70,7 +70,7 @@ def test_path_that_is_no_text_is_one_clear_error(tmp_path, capsys):
         (KeyboardInterrupt(), 130, "interrupted"),
     ],
 )
-def test_errors_are_one_sentence_and_debug_shows_their_origin(monkeypatch, capsys, error, code, arguments):
+def test_errors_print_a_sentence_and_with_debug_a_traceback(monkeypatch, capsys, error, code, arguments):
     failing(monkeypatch, error)
     assert main(["info"]) == code
     output = capsys.readouterr().err

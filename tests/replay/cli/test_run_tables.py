@@ -51,7 +51,7 @@ def test_unmeasured_fix_says_so_and_its_command_runs():
         ("no contact", ""),
     ],
 )
-def test_the_first_sentence_has_the_colour_of_what_it_says(state, mark):
+def test_headline_colour_matches_its_worst_error(state, mark):
     sentence = next(line for line in answer_lines(STATES[state](), "run.rrd") if isinstance(line, Paragraph))
     assert sentence.style == STYLES[mark]
 

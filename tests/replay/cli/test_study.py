@@ -29,7 +29,7 @@ def test_study_page_prints_associations_on_a_screen(files, tmp_path, capsys, mon
     assert "study.html" in output and (tmp_path / "study" / "study.html").is_file()
 
 
-def test_refused_study_names_its_rule_in_one_error(files, tmp_path, capsys):
+def test_study_with_names_as_ids_is_refused_by_rule(files, tmp_path, capsys):
     answers, _ = a_class(30)
     write_answers(tmp_path / "answers.csv", answers, [f"Ada {k}" for k in range(30)])
     assert main(files) == 1
@@ -56,7 +56,7 @@ def test_study_page_first_says_whether_the_detector_matters(files, tmp_path, cap
     assert "a questionnaire and its codebook go together" in capsys.readouterr().err
 
 
-def test_missing_extra_names_what_to_install(files, monkeypatch, capsys):
+def test_study_without_pandas_names_the_pip_command(files, monkeypatch, capsys):
     import sys
 
     monkeypatch.setitem(sys.modules, "pandas", None)

@@ -68,7 +68,8 @@ def test_cut_pieces_leave_the_hollow_of_a_beaker_free(name):
 
 
 @pytest.mark.usefixtures("empty_cache")
-def test_how_long_cutting_takes_is_known_before_it_begins():
+def test_cutting_time_is_estimated_and_zero_for_stored_pieces():
+    """Sectors are cut once for every number of pieces, so 4 are stored after cutting 16; a hull takes no cutting."""
     cut = Cut(BEAKER, "sectors", 16)
     assert cut.seconds > 0
     convex_pieces(cut)
@@ -150,7 +151,7 @@ def test_method_that_cannot_cut_a_mesh_is_one_clear_error():
 
 
 @pytest.mark.parametrize(("name", "package"), [("vhacd", "vhacdx"), ("coacd", "coacd")])
-def test_a_cutter_that_is_not_installed_says_what_to_install(name, package, monkeypatch):
+def test_missing_cutter_error_names_the_package_to_install(name, package, monkeypatch):
     def absent(_package):
         raise PackageNotFoundError
 
@@ -179,7 +180,7 @@ def test_who_waits_for_pieces_can_end_the_cutting(monkeypatch):
 
 
 @pytest.mark.usefixtures("empty_cache")
-def test_what_is_not_cut_in_time_is_named(monkeypatch):
+def test_cuts_that_exceed_the_time_limit_are_named(monkeypatch):
     monkeypatch.setattr(piece_store, "CUTTING_PROGRAM", "import time; time.sleep(60)")
     cuts = [Cut(BEAKER, "coacd", 16), Cut(BEAKER, "vhacd", 16)]
     assert cut_ahead(cuts, time_limit=0.2) == {

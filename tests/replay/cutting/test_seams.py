@@ -53,7 +53,7 @@ def test_room_between_two_fingers_is_no_slit():
     assert seams_of(whole, fingers) == []
 
 
-def test_slit_that_a_third_piece_fills_is_none():
+def test_slit_filled_by_a_third_piece_is_no_slit():
     filled = shift_mesh(box_mesh((0.002, 0.1, 0.1)), (0.03, 0.0, 0.0))
     assert seams_of(BAR, [*halves(0.001), filled]) != []
     kinds = {seam.kind for seam in seams_of(BAR, [*halves(0.001), filled])}

@@ -47,7 +47,7 @@ def spouted():
     return TriangleMesh(corners, BEAKER.faces)
 
 
-def test_round_bodies_have_an_axis_and_long_boxes_none():
+def test_round_bodies_have_an_axis_and_oval_bodies_not():
     for mesh in (BEAKER, spouted()):
         point, direction = round_axis(shift_mesh(mesh, (7.0, 7.0, 7.0)))
         height = int(np.argmax(np.ptp(mesh.vertices, axis=0)))

@@ -77,7 +77,7 @@ def test_beside_who_compares_clocks_no_process_compiles(started):
     assert started == [] and heard.sentences[-1].startswith("Compiled in ")
 
 
-def test_an_engine_that_compiles_is_announced_before_it_ends(started):
+def test_engine_compilation_is_announced_at_its_start(started):
     heard = Heard()
     with compiling_announced(heard), engine_compiles("Newton", "cache/warp"):
         assert heard.sentences == ["Compiling Newton's kernels for this machine, once; this can take minutes"]

@@ -41,7 +41,8 @@ def test_a_report_is_contact_from_its_begin_until_its_end(reports, frames):
     assert np.flatnonzero(verdict).tolist() == frames
 
 
-def test_clock_residual_explains_misses_within_it():
+def test_misses_within_the_clock_residual_are_blamed_on_clocks():
+    """Frames are 10 ms apart: a report one frame late is within the residual of 11 ms, a missing report is not."""
     late = reported((4, "enter"), (5, "exit"), (9, "enter"), (11, "exit"), facts={RESIDUAL_FACT: "0.011"})
     assert [miss.cause for miss in column(late)[0].misses["recorded"]] == ["clock"]
     blind = reported((4, "enter"), (4, "exit"), facts={RESIDUAL_FACT: "0.011"})
@@ -67,7 +68,7 @@ def test_window_of_a_session_keeps_its_clock():
     assert (contact.start, contact.end) == (pytest.approx(0.08), pytest.approx(0.11))
 
 
-def test_reports_of_unknown_bodies_are_counted_and_none_is_refused():
+def test_engine_reports_of_unknown_bodies_are_counted_and_ignored():
     session = reported((4, "enter"), (4, "exit"))
     extra = LiveContact(0, "a", "Floor", "enter")
     result = compute(replace(session, live_contacts=(*session.live_contacts, extra)), detectors="recorded")

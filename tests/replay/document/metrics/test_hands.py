@@ -40,7 +40,7 @@ def test_a_trackers_noise_adds_little_to_the_path():
 
 
 @given(st.lists(st.floats(0.0, 60.0), min_size=1, unique=True).map(sorted), st.sampled_from([0.1, 0.25, 1 / 90]))
-def test_frames_at_ticks_are_those_of_the_whole_clock(times, step):
+def test_frames_at_clock_ticks_equal_a_search_of_every_tick(times, step):
     times = np.array(times)
     end = times[-1] + step / 2
     ticks = times[0] + step * np.arange(np.ceil((end - times[0]) / step) + 1)
