@@ -48,13 +48,13 @@ STATES = {
 
 
 @pytest.mark.parametrize("state", STATES)
-def test_sentence_names_both_values_and_what_gets_worse(state):
+def test_change_sentence_names_values_before_and_after_a_fix(state):
     after, text, worse = STATES[state]
     assert change_text(BEFORE, after, "28 pieces") == text
     assert worse_text(BEFORE, after) == worse
 
 
-def test_errors_that_neither_has_are_one_clause():
+def test_errors_absent_before_and_after_share_one_clause():
     before, after = errors(missed=(0, 0, 0.0)), errors(0.0, missed=(0, 0, 0.0))
     assert change_text(before, after, "1 piece") == "False 86 % -> 0 %, none missed or late; 1 piece"
 

@@ -22,7 +22,7 @@ def test_each_detector_and_effect_is_cited_once():
     assert behind == {**detectors, "effect contact": tuple(contact.spec.sources)}
 
 
-def test_an_outside_detector_without_sources_names_none(monkeypatch):
+def test_detector_without_sources_is_cited_as_naming_no_sources(monkeypatch):
     monkeypatch.delattr(load_detector("sphere"), "sources")
     assert sources_behind(["sphere"])["detector sphere"] == ("names no sources",)
 
@@ -39,6 +39,6 @@ def test_a_verbose_run_cites_the_reports_of_an_engine(tmp_path, capsys):
     assert f"detector {RECORDED_DETECTOR}" in capsys.readouterr().out
 
 
-def test_the_text_puts_sources_below_what_they_are_of():
+def test_citations_list_sources_below_each_detector_and_effect():
     text = citations({"detector x": ("A, 1996", "B, 1997"), "effect y": ("C, 2001",)})
     assert text.splitlines() == ["sources", "  detector x", "    A, 1996", "    B, 1997", "  effect y", "    C, 2001"]

@@ -65,7 +65,7 @@ def removed(plain, path):
         {"detectors": ()},
     ],
 )
-def test_a_document_is_read_as_it_was_written(settings):
+def test_run_document_survives_writing_and_reading_as_json(settings):
     text = text_of(compute(cubes(POSITIONS), **settings))
     document, problems = document_of(json.loads(text))
     assert problems == ()
@@ -99,7 +99,7 @@ def test_every_missing_key_is_named(good):
     assert sorted(document_of(bad)[1]) == sorted(f"{path}: is missing" for path in paths)
 
 
-def test_detectors_that_are_none_of_the_run_are_named(good):
+def test_document_with_detectors_foreign_to_its_run_is_faulted(good):
     bad = copy.deepcopy(good)
     bad["audit"]["quick"] = bad["audit"].pop("slow")
     bad["oracle"] = "truth"

@@ -77,7 +77,7 @@ def test_fields_of_a_record_are_declared_columns_of_their_type(name):
         assert column.required == declared.required, declared.name
 
 
-def test_faults_read_from_a_folder_are_those_of_the_run(written):
+def test_faults_read_from_a_run_folder_equal_the_run(written):
     result, folder = written
     read = read_run_folder(folder).faults
     for label, faults in result.faults.items():

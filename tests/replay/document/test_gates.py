@@ -22,7 +22,8 @@ def run(**seconds):
     return "s.mcap", {"x": times_of(**seconds)}
 
 
-def test_a_gate_breaks_beyond_its_limit_and_not_at_it():
+def test_gate_breaks_above_its_limit_and_not_at_the_limit():
+    """``figures(1, 4)`` is an audit that missed 1 of 4 pair-frames in contact, a fraction of 0.25."""
     assert Gates(max_missed=0.25).broken_limits({"x": figures(1, 4)}, []) == []
     assert Gates().broken_limits({"x": figures(9, 9, 4)}, []) == []
     assert len(Gates(max_missed=1.0, max_false=0.0).broken_limits({}, [])) == 2, "an audit of nothing cannot pass"

@@ -11,7 +11,7 @@ from replay.document import machine as module
 from replay.document.machine import give_back_memory, machine, processor_name, versions
 
 
-def test_versions_name_python_and_what_decides_verdicts():
+def test_versions_list_python_and_packages_that_decide_verdicts():
     result = versions()
     assert result["python"] == platform.python_version()
     assert {"numpy", "numba", "python-fcl", "rerun-sdk", "vrlab-replay"} <= set(result)
@@ -51,7 +51,8 @@ def test_silent_mac_is_named_by_its_architecture(answer, named, monkeypatch):
 
 
 @pytest.mark.parametrize(("library", "calls"), [("glibc", 1), ("", 0)])
-def test_memory_is_given_back_where_the_c_library_keeps_it(library, calls, monkeypatch):
+def test_freed_memory_is_returned_to_the_system_under_glibc(library, calls, monkeypatch):
+    """Only glibc keeps freed memory; ``malloc_trim`` returns it."""
     c_library = Mock()
     monkeypatch.setattr(platform, "libc_ver", lambda: (library, ""))
     monkeypatch.setattr(ctypes, "CDLL", lambda _: c_library)

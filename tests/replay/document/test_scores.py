@@ -39,7 +39,8 @@ SINGLE = audit_of(
 )
 
 
-def test_counts_add_up_and_proportions_are_those_of_the_sums():
+def test_pooled_sessions_sum_counts_before_dividing():
+    """Two sessions of 1 missed in 10 pair-frames are 2 in 20."""
     other = structs.replace(SINGLE, undecided_reasons={"budget": 1})
     (audit,) = pooled_audits([{"x": SINGLE}, {"x": other}]).values()
     assert audit.time_missed == proportion(2, 20)
@@ -50,7 +51,7 @@ def test_counts_add_up_and_proportions_are_those_of_the_sums():
     assert audit.matching == structs.replace(MATCHING, reference_contacts=6)
 
 
-def test_means_over_offsets_are_pooled_where_every_session_has_them():
+def test_means_over_offsets_are_pooled_only_if_all_have_means():
     same = proportion(1, 16)
     means = OffsetProportions(contacts_missed=same, late_or_cut_short=same, time_missed=same, false_contact=same)
     rated = structs.replace(SINGLE, means_over_offsets=means)

@@ -53,7 +53,7 @@ def test_answer_of_every_state_fits_a_terminal_of_24_lines(state, others):
 
 
 @pytest.mark.parametrize("state", AUDITED)
-def test_moments_of_the_answer_are_those_of_faults(state):
+def test_times_printed_in_an_answer_are_times_of_faults(state):
     result = steady(state)
     for answer in result.answers:
         faults = (*result.misses[answer.label], *result.false[answer.label])
@@ -67,7 +67,7 @@ def test_moments_of_the_answer_are_those_of_faults(state):
 
 
 @pytest.mark.parametrize("state", AUDITED)
-def test_what_when_and_why_are_about_one_fault(state):
+def test_what_when_and_why_describe_the_same_fault(state):
     result = steady(state)
     for answer in (answer for answer in result.answers if answer.moment is not None):
         faults = {"miss": result.misses, "false": result.false}[answer.moment.kind][answer.label]
@@ -121,7 +121,7 @@ SLOW = 1.1e-3 * BUDGET_MS
         ([rank_of("a", missed=1), rank_of("b", false=0.5), rank_of("exact")], {}, "exact"),
     ],
 )
-def test_one_detector_is_shipped_that_is_right_and_fits(ranks, settings, ships):
+def test_shipped_detector_has_no_error_and_fits_the_frame(ranks, settings, ships):
     made = shipping_decision(document_of(*(rank.label for rank in ranks), **settings), ranks)
     assert (None if made.rank is None else made.rank.label) == ships
     assert made.text.endswith(".") and made.figures.endswith(":") == bool(made.command)

@@ -38,7 +38,7 @@ def test_a_contact_within_half_a_second_is_no_near_miss():
     assert without_contact(result, np.zeros((0, 3))) == result
 
 
-def test_members_of_a_group_are_close_as_one_thing():
+def test_near_misses_of_two_fingers_count_once_for_the_hand():
     """Index and thumb pass the cup in turn within half a second: one near miss, or none where one of them touches."""
     scene = parse_scene(
         '[[body]]\nid = "index"\n[[body]]\nid = "thumb"\n[[body]]\nid = "cup"\n'

@@ -39,7 +39,7 @@ def kinds(truth, kind):
     return [fact for fact in truth.facts if fact.kind == kind]
 
 
-def test_what_was_planted_is_what_the_row_says(silver, rows):
+def test_metrics_of_a_made_up_session_equal_planted_counts(silver, rows):
     truth, row = silver[1], rows["exact"]
     assert row["grasps"] == row["grasp_attempts"] == len(kinds(truth, "grasp")) > 0
     assert row["near_misses"] == len(kinds(truth, "near_miss")) == 1
@@ -71,7 +71,7 @@ def test_a_row_has_the_recall_that_the_audit_measured(silver, rows):
     ],
     ids=["no contact", "no oracle", "no detector"],
 )
-def test_a_recall_that_nobody_measured_is_none(positions, detectors, oracle, reported):
+def test_recall_is_absent_without_contact_oracle_or_detector(positions, detectors, oracle, reported):
     rows = metric_rows(run(cubes({"a": [0.0] * 9, "b": list(positions)}), detectors=detectors, oracle=oracle))
     keys = ("detector", "recall", "contact_frames", "contacts_per_min")
     assert [tuple(row[key] for key in keys) for row in rows] == reported and all(
@@ -89,7 +89,7 @@ def test_a_contact_of_metrics_is_a_contact_of_the_run():
 
 
 @pytest.mark.parametrize("oracle", ["exact", "none"])
-def test_contacts_a_minute_leave_out_what_a_hand_holds(oracle):
+def test_contacts_per_minute_leave_out_contacts_of_a_grasped_body(oracle):
     """The hand touches the cube, carries it while its trigger is pressed, and lets go; once the cube meets the ball."""
     time = np.arange(300) * 0.01
     cube = 0.5 * np.clip(time - 1.0, 0.0, 1.0)
