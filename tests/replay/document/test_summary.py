@@ -27,7 +27,7 @@ def test_json_holds_the_whole_document(document):
     assert plain["schema"] == SCHEMA and plain["seed"] == 5 and plain["window"] == {"start": 0.0, "end": None}
 
 
-def test_settings_digests_and_times_of_every_detector_are_in_it(document):
+def test_summary_holds_settings_digest_and_times_of_every_detector(document):
     for detector in document.detectors.values():
         assert len(detector.digest) == 64 and detector.settings and detector.seconds.stages
     slow, hybrid = document.detectors["slow"], document.detectors["hybrid"]
@@ -38,7 +38,8 @@ def test_settings_digests_and_times_of_every_detector_are_in_it(document):
     assert sum(hybrid.verdicts.values()) == 6
 
 
-def test_what_was_done_to_the_frames_is_counted():
+def test_dropped_frames_are_counted_by_reason():
+    """Stamps 0, 10, 10, 5, 30 ms: the second 10 repeats and 5 goes backwards, so three frames stay."""
     session = framed([0, 10, 10, 5, 30], np.full((5, 2), int(Status.VALID)))
     reported = compute(session, detectors="sphere", oracle="none").document.session
     assert reported.dropped_frames == DroppedFrames(repeated=1, backwards=1) and reported.frames == 3

@@ -72,7 +72,7 @@ def test_a_burette_never_runs_back_or_dry_twice(area, available, head):
     assert (np.diff(volume) >= 0.0).all() and volume[-1] <= min(available, 1e-4 * head * (1 + 1e-12))
 
 
-def test_what_a_full_glass_cannot_hold_runs_over():
+def test_burette_overfills_a_glass_and_the_excess_overflows():
     """50 mL run into a glass of 75.4 mL that holds 70: it holds 75.4 in the end and 44.6 ran over."""
     full = glass("flask", 70.0)
     run = run_in([0.0, *([90.0] * 2000), 0.0], MIX, acid=full, settings={"full_area_m2": 6e-6})

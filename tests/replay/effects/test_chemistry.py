@@ -22,7 +22,7 @@ def reaction(equation, **more):
     return "reaction", {"equation": equation, **more}
 
 
-def test_concentrations_follow_what_is_poured():
+def test_concentrations_follow_from_volumes_poured_together():
     bodies = (glass("a", 60.0, solute="HCl", molar=0.2), glass("b", 40.0, solute="NaCl", molar=0.1))
     effects = poured([0.0, 60.0, 60.0, 0.0], bodies, MIXED)
     series, moved = effects["mixing"].series, effects["pour"].events[0].values["volume_ml"]

@@ -16,7 +16,11 @@ def run(points, **more):
     return compute(cubes({"a": [0] * count, "b": points, "c": [9.0] * (count - 1) + [0.5]}, scene=SCENE), **more)
 
 
-def test_every_contact_ends_with_two_clear_frames():
+def test_contact_ends_only_at_two_successive_clear_frames():
+    """Frames are 10 ms apart. Contact begins in frame 1; single clear frames (2, 5) do not end it, frames 7 and 8 do.
+
+    A contact that never lasts two frames (frame 9) is flicker and has no end.
+    """
     result = run([FAR, NEAR, FAR, NEAR, NEAR, FAR, NEAR, FAR, FAR, NEAR], detectors=())
     contact = result.effects["contact"]
     event, bump = contact.events
@@ -28,7 +32,7 @@ def test_every_contact_ends_with_two_clear_frames():
     assert set(result.detections) == {SPEC.detector} and len(result.assembly.pairs) == 1
 
 
-def test_the_answer_is_the_same_whoever_else_is_audited():
+def test_contact_effect_is_independent_of_audited_detectors():
     requested = ({"detectors": ()}, {"detectors": "exact"}, {"detectors": "discrete[rate_hz=25]", "oracle": "exact"})
     answers = {
         run([FAR, NEAR, NEAR, FAR, FAR, NEAR, NEAR], **touch).effects["contact"].output.digest for touch in requested

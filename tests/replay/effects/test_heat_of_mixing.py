@@ -106,8 +106,8 @@ def test_a_hot_dry_solid_does_not_boil():
     assert not effects["heat"].output.events_named("boil")
 
 
-def test_hot_metal_warms_the_water_poured_on_it():
-    """100 g of copper keep 38.5 J/K by the handbook's 0.385 J/(g K)."""
+def test_hot_copper_warms_the_water_poured_onto_the_metal():
+    """100 g of copper have 38.5 J/K by the handbook's 0.385 J/(g K)."""
     metal = {"solid": {"formula": "Cu", "mass_g": 100.0}, "temperature_c": 90.0}
     bodies = (vessel("a", 60.0, "", 0.0), glass("b", 0.0, properties=metal))
     effects = poured([0.0, *([120.0] * 40), 0.0], bodies, MIX, ("heat", HEAT))

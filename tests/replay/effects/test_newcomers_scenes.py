@@ -188,7 +188,7 @@ def test_temperature_that_no_effect_follows_is_refused(celsius):
     assert not plan_faults(Scene(bodies=bodies, effects=(*tables, SceneEffect(*HEAT)))) or celsius == 0.0
 
 
-def test_a_strong_solution_crystallises_by_the_water_that_it_holds():
+def test_strong_solution_crystallises_by_its_mass_of_water():
     """A litre with 7 mol of potassium nitrate weighs 1,415 g or so: 708 g of it are water."""
     flask = glass("flask", 50.0, properties={"temperature_c": 62.0}, solute="KNO3", molar=7.0)
     effects = standing(4.0, flask, NITRE, HEAT)

@@ -32,7 +32,8 @@ def moves(run):
     )
 
 
-def test_a_pour_leaves_what_the_greatest_tilt_keeps():
+def test_poured_vessel_keeps_the_volume_of_its_greatest_tilt():
+    """``kept(degrees)`` is the volume below the rim at that tilt; the other glass receives the difference."""
     degrees = [*np.arange(0.0, 60.0, 0.5), *np.arange(60.0, 0.0, -0.5)]
     run = poured(degrees)["pour"]
     (event,) = run.events
@@ -53,7 +54,7 @@ def test_a_full_glass_pours_from_its_first_tilt():
 
 @settings(max_examples=25, deadline=None)
 @given(st.lists(st.floats(0.0, 180.0), min_size=2, max_size=30), st.floats(0.0, 75.0), st.floats(0.0, 75.0))
-def test_volumes_are_conserved_and_none_is_negative_whatever_is_done(degrees, first, second):
+def test_pouring_conserves_volume_for_any_sequence_of_tilts(degrees, first, second):
     run = poured(degrees, (glass("a", first), glass("b", second)))["pour"]
     assert all_of(run) == pytest.approx(first + second, rel=1e-9, abs=1e-9)
     assert all((series.values >= 0.0).all() for series in run.series.values())
@@ -99,7 +100,7 @@ def test_a_full_receiver_runs_over_its_brim():
     assert run.series["b/volume"].values[-1] == pytest.approx(brim) and all_of(run) == pytest.approx(130.0)
 
 
-def test_a_missed_stream_is_spilled_where_it_lands():
+def test_liquid_poured_beside_the_glass_is_spilled_there():
     degrees = [0.0, 0.0, 60.0, 60.0, 60.0, 0.0]
     pour = poured(degrees, position=(3 * RADIUS, -0.1, 0.0))["pour"]
     (event,) = pour.events

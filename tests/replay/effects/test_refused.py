@@ -51,7 +51,7 @@ def test_a_retired_kind_is_refused_with_its_successor(kind):
         plan(Scene(effects=(SceneEffect(kind, {"jar": "jar"}),)))
 
 
-def test_retired_keys_are_those_of_the_solver_that_left():
+def test_keys_of_the_former_solver_are_refused_as_retired():
     """All keys and words that the catalogue before PHREEQC had and this one has not."""
     assert set(RETIRED) == {
         ("pour", "solids_along"), ("reaction", "acids"), ("reaction", "bases"), ("precipitation", "ksp"),

@@ -38,8 +38,8 @@ def test_precipitates_of_the_first_frame_have_their_mass():
     assert "have fallen out in flask before the recording begins" in event.text
 
 
-def test_what_dissolves_of_a_first_precipitate_is_counted_of_it():
-    """It once said that 0 g of 0 g dissolve."""
+def test_dissolved_mass_is_counted_from_the_first_precipitate():
+    """Ammonia dissolves silver chloride that fell out before the first frame: 0.1 mmol of 143.32 g/mol."""
     flask = glass("flask", 2.0, solutes={"AgNO3": 0.05, "NaCl": 0.05})
     ammonia = glass("burette", 50.0, solute="NH3", molar=8.0, cavity=COLUMN)
     equations = (reacts("AgNO3 + NaCl -> AgCl + NaNO3"), reacts("AgCl + 2 NH3 -> Ag(NH3)2+ + Cl-"))
@@ -105,8 +105,8 @@ def test_a_reaction_without_any_acid_is_said_not_to_proceed():
     assert not effects["precipitation"].series["b/S"].values.any()
 
 
-def test_ammonium_gives_a_metal_no_acid_of_a_strong_one():
-    """At pH 7, 0.6 % of 5 mmol of ammonium are used; it once gave all."""
+def test_ammonium_hardly_dissolves_zinc_without_strong_acid():
+    """At pH 7 about 0.6 % of the 5 mmol of ammonium are used, so below 1 %; two protons a zinc ion."""
     flask = glass("flask", 10.0, solute="NH4Cl", molar=0.5, properties={"solid": {"formula": "Zn", "mass_g": 1.0}})
     acid = glass("burette", 50.0, solute="HCl", molar=0.1, cavity=COLUMN)
     zinc = reacts("Zn + 2 HCl -> ZnCl2 + H2", rate_per_s=50.0)
@@ -156,7 +156,7 @@ def test_advice_for_copper_in_ammonia_goes_in_no_circle():
     assert not effects["reaction"].output.events_named("supersaturated")
 
 
-def test_what_recrystallises_after_dissolving_is_said():
+def test_salt_dissolved_hot_and_crystallised_cold_gives_both_events():
     bodies = (
         glass("a", 60.0, properties={"temperature_c": 80.0}),
         glass("b", 0.0, properties={"solid": {"formula": "KNO3", "mass_g": 6.0}}),
@@ -257,8 +257,8 @@ def test_edta_by_its_abbreviation_is_told_its_formula(written):
         ({"HCl": 0.1, "NaOH": 0.05}, "HCl + NaOH -> NaCl + H2O", []),
     ],
 )
-def test_what_reacts_before_the_first_frame_is_told(solutes, equation, told):
-    """It was gone without a word: the gas, the solid, and all of the hydrogen peroxide."""
+def test_reactions_of_the_starting_mixture_are_reported_as_before(solutes, equation, told):
+    """A flask that holds both reactants at the start has reacted before the recording begins."""
     acid = {"HCl": 0.1} if "HCl" in equation else {}
     flask = glass("flask", 50.0, solutes=solutes)
     other = glass("other", 1.0, solutes=acid)

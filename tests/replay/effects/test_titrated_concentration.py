@@ -45,7 +45,8 @@ def test_two_bases_give_no_single_concentration():
     assert "mol_per_l" in events[0].values and "mol_per_l" not in events[-1].values
 
 
-def test_a_ratio_of_no_whole_numbers_gives_none():
+def test_no_titrated_concentration_without_a_whole_number_ratio():
+    """20 mL of 0.05 mol/L acid take 10 mL of 0.1 mol/L base; 10.4 mL fit no ratio of small whole numbers."""
     contents = {"b": Contents(50.0, {"NaOH": 5e-3}, {}, {}), "f": Contents(20.0, {"HCl": 1.0e-3}, {}, {})}
     assert titrated_concentration(contents, "f", "b", ("HCl", "NaOH"), 10.0)[1]["mol_per_l"] == pytest.approx(0.05)
     assert titrated_concentration(contents, "f", "b", ("HCl", "NaOH"), 10.4) == ("", {})
