@@ -110,7 +110,7 @@ def test_a_section_with_more_terms_comes_first():
     assert headings("unity nonsense", text) == ["Unity", "Other"]
 
 
-def test_a_rare_term_outweighs_a_common_one():
+def test_guide_search_ranks_rare_terms_above_common_terms():
     text = "# Title\n\n## Cup\ncup\n## Cups\ncup\n## More\na cup\n## Rare\nphenolphthalein\n"
     (best, *_) = search(["cup", "phenolphthalein"], sections_of("page", text))
     assert best.section.heading == "Rare" and best.missing == ("cup",)

@@ -79,7 +79,8 @@ ABSENT_BEFORE[3:5, 0] = int(Status.ABSENT)
         (jumped(np.ones((12, 2)), [0, 10, 20, 30, 40, 40, *range(50, 110, 10)]), [[5], []]),
     ],
 )
-def test_a_jump_breaks_the_path_wherever_it_shows(session, breaks):
+def test_tracking_jump_unlinks_the_frames_across_the_jump(session, breaks):
+    """A frame that is not linked has no known motion from the frame before; frame 0 never has."""
     linked = assemble(session).motion.linked
     assert [np.flatnonzero(~column)[1:].tolist() for column in linked.T] == breaks
 

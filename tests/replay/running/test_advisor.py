@@ -25,7 +25,7 @@ def plain(monkeypatch):
 
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize("engine", ["unity", "unreal"])
-def test_each_row_says_what_an_audit_of_its_setting_says(engine, plain):
+def test_each_advised_setting_has_the_counts_of_its_audit(engine, plain):
     session = cubes(POSITIONS)
     advice = replay.advise(session, engine=engine)
     assert advice.rows[0]["number"] == 1 and len(advice.rows) >= 2

@@ -40,7 +40,8 @@ def test_imported_reports_are_a_detector_that_misses_nothing(log_100_s_ahead, tm
     assert missed.of == sum(x < 1 for x in POSITIONS["b"]) == 4
 
 
-def test_a_given_offset_is_taken_as_it_is(log_100_s_ahead):
+def test_stated_clock_offset_is_used_without_fitting(log_100_s_ahead):
+    """The log's clock is 100 s ahead; -99.99 s leaves every report 10 ms late."""
     session, fit = import_contacts(log_100_s_ahead, cubes(POSITIONS), offset=-99.99)
     assert fit.seconds == -99.99 and fit.residual == pytest.approx(0.01)
     assert float(session.facts[RESIDUAL_FACT]) == pytest.approx(0.01)

@@ -41,7 +41,7 @@ def s3():
     server.stop()
 
 
-def test_a_url_that_nobody_reads_says_what_to_install(monkeypatch):
+def test_unreadable_url_is_refused_with_the_package_to_install(monkeypatch):
     pytest.importorskip("upath")
     with pytest.raises(PlaceError, match=r"nonsense://a cannot be reached .*or name a folder"):
         path_of_place("nonsense://a")

@@ -80,7 +80,7 @@ def test_run_displays_ranking_and_answer_in_text_and_html(result, tmp_path):
     assert str(tmp_path / "run") in repr(written) and "Nothing was written" in repr(result)
 
 
-def test_what_came_from_a_recording_is_text_in_html():
+def test_markup_in_body_names_is_escaped_in_notebook_html():
     session = cubes({"<b>a": [0] * 4, "b&": [0.5, 3, 3, 0.5]})
     matches = replay.run(session, detectors=SLOW)
     for thing in (matches, matches.detections["slow"]):
@@ -121,7 +121,7 @@ def test_notebook_view_works_for_written_and_unwritten_runs(result, tmp_path):
     assert isinstance(result.write(tmp_path / "run").view(width=300, height=200), Viewer)
 
 
-def test_without_the_notebook_viewer_it_says_what_to_install(result, monkeypatch):
+def test_missing_notebook_viewer_error_names_the_pip_command(result, monkeypatch):
     monkeypatch.setitem(sys.modules, "rerun_notebook", None)
     with pytest.raises(replay.ReplayError, match=r'pip install "vrlab-replay\[notebook\]"'):
         result.view()

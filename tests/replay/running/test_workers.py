@@ -93,7 +93,7 @@ def test_scheduler_is_reached_by_address_and_needs_workers(monkeypatch):
 
 
 @pytest.mark.slow
-def test_what_the_workers_have_is_compared_before_any_work(tmp_path, monkeypatch):
+def test_worker_with_another_version_is_refused_before_any_work(tmp_path, monkeypatch):
     monkeypatch.setattr("replay.document.machine._version", lambda name: "1.0")  # in this process alone
     with pytest.raises(WorkerError, match=f"has vrlab-replay {version('vrlab-replay')}, this machine 1.0"):
         do_all(open, {"a": (str(tmp_path / "never"), "w")}, 2)

@@ -25,12 +25,13 @@ def test_the_page_reads_as_it_did(state, snapshot):
     assert read_page(report_html(steady(state))) == snapshot
 
 
-def test_what_only_bounding_volumes_report_is_unconfirmed():
+def test_report_counts_contact_of_bounding_spheres_as_unconfirmed():
+    """Unit cubes at 1.2 are apart, but spheres around them overlap."""
     page = report_html(compute(cubes({"a": [0.0] * 6, "b": [3.0, 3.0, 1.2, 1.2, 3.0, 3.0]}), detectors="sphere"))
     assert "1 unconfirmed contact" in page
 
 
-def test_what_a_hand_holds_is_no_contact_of_the_reference():
+def test_report_leaves_grasped_contacts_out_of_the_reference():
     two = [SimpleNamespace(grasped=grasped) for grasped in (False, True)]
     run = SimpleNamespace(oracle="exact", contacts={"exact": two, "it": two})
     contacts = RunView(run, "s").contacts

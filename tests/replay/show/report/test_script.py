@@ -196,7 +196,7 @@ def test_keys_lead_through_faults_in_time_and_open_help(page):
     assert not page.ask("document.querySelector('dialog').open")
 
 
-def test_every_fault_has_an_address_that_opens_it(page, folder):
+def test_report_opened_at_a_faults_address_shows_that_fault(page, folder):
     for fault in (faults_on(page, "slow")[-1], faults_on(page, "late")[-1]):
         with opened(f"{(folder / 'report.html').as_uri()}#{fault}", folder / fault) as other:
             assert other.ask("document.querySelector('.current').id") == fault
@@ -204,7 +204,7 @@ def test_every_fault_has_an_address_that_opens_it(page, folder):
             assert 0 <= top < 800 and other.ask("document.querySelector('.current').checkVisibility()")
 
 
-def test_every_command_has_a_button_that_copies_it(page):
+def test_copy_button_beside_a_command_copies_the_command(page):
     pairs = page.ask("[...document.querySelectorAll('code')].map((code) => code.nextElementSibling?.className)")
     assert pairs and set(pairs) == {"copy"}
     page.ask("window.copied = []; navigator.clipboard.writeText = async (text) => { copied.push(text); }; 0")

@@ -27,7 +27,7 @@ def wall(z, edge=4.0):
     return np.array([[a, b, c], [a, c, d]], dtype=np.float64)
 
 
-def test_triangle_covers_the_pixels_of_rays_that_meet_it():
+def test_triangle_covers_exactly_pixels_whose_rays_meet_the_triangle():
     rng = np.random.default_rng(3)
     local = rng.uniform([-1, -0.6, -3], [1, 0.6, -0.5], (12, 3, 3))
     local[8:, 0, 2] = 0.4  # these reach behind the eye
