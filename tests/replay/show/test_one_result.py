@@ -46,7 +46,7 @@ def blocks(text, mark):
 
 
 @pytest.mark.parametrize("state", STATES)
-def test_every_output_has_the_numbers_of_the_tables(state, tmp_path):
+def test_every_output_of_a_run_has_the_same_numbers(state, tmp_path):
     (truth, output, headline), result = STATES[state], run(state)
     write_run_folder(result, tmp_path / "run", picture=True)
     page, picture = ((tmp_path / "run" / name) for name in ("report.html", "run.rrd"))
@@ -146,7 +146,7 @@ OF_EACH = ("episodes", "sample_times")
 OF_AUDITED = ("audit_of_detector", "false_contacts", "match_episodes", "count_contacts", "count_reports")
 
 
-def test_each_fact_is_computed_once_and_by_no_output(tmp_path):
+def test_facts_are_computed_once_and_outputs_compute_nothing(tmp_path):
     session, _ = replay.synthetic_session("bench-bumps")
     made = []
     matches = entered(lambda: made.append(replay.run(session, detectors="hybrid,slow=discrete,exact", end=3.0)))

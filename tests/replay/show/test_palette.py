@@ -32,7 +32,7 @@ def test_nothing_but_missed_is_near_the_red():
 
 
 @pytest.mark.parametrize("kind", FaultKind)
-def test_a_fault_has_one_colour_on_every_screen(kind):
+def test_each_kind_of_fault_has_the_same_colour_everywhere(kind):
     key = palette.fault_key(kind)
     assert palette.hex_of(palette.fault_colour(kind)) == palette.DARK[key]
     assert (palette.fault_colour(kind) == palette.MISSED) == (kind is FaultKind.NEVER_REPORTED)

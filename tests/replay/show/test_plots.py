@@ -29,7 +29,7 @@ def test_logarithmic_axis_has_powers_of_ten_and_ends_at_maximum():
     assert Axis.of("ms", [0.01, 1000.0], 5).ticks == pytest.approx([0.01, 0.1, 1.0, 10.0, 100.0, 1000.0])
 
 
-def test_curve_is_level_until_it_jumps():
+def test_plotted_step_is_drawn_as_two_level_lines():
     points = [(k / 90, 20.0 if k < 4000 else 24.0) for k in range(5400)]
     plot = curve([(0.0, 20.0), *points[3990:]], (), "words", "s", "degC", 20.0)
     path = path_of(dict(plot.lines)["curve"])

@@ -19,7 +19,7 @@ from replay.show.run_tables import (
 from replay.words import duration
 
 
-def test_what_was_not_measured_has_no_value():
+def test_unmeasured_values_of_table_columns_are_none():
     row = SimpleNamespace(gap=float("nan"), touch=None, point=(1.0, 2.0, 3.0))
     columns = Column("gap", float, ""), Column("when", float, "", "touch.moment"), Column("y", float, "", "point.1")
     assert [column.value(row) for column in columns] == [None, None, 2.0]

@@ -12,6 +12,7 @@ def test_a_setting_stands_at_its_time_and_loss():
     assert [dot.name for dot in dots] == ["slow: 0.083", "quick: 0.28"]
 
 
-def test_what_was_replayed_is_as_long_as_its_window():
+def test_replayed_sentence_states_the_length_of_the_window():
+    """From 0.5 s to the end of 11 frames at 10 Hz."""
     run = compute(cubes(TWO_BUMPS, step_ns=10**8), detectors=(), start=0.5)
     assert replayed_sentence(run).startswith("600 ms, 7 frames")

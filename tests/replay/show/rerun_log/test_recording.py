@@ -49,7 +49,7 @@ def test_run_without_audit_draws_the_session_or_bodies(demo, drawn):
     assert "CONTACT" in [state for _, state in recorded.lane("lanes/hybrid/2_beaker-rod")]
 
 
-def test_unnamed_body_is_drawn_where_detectors_query_it(drawn):
+def test_body_absent_from_the_scene_is_drawn_if_queried(drawn):
     effect = SceneEffect("breakage", {"between": ["a", "b"], "speed_m_s": 1.0})
     scene = Scene(bodies=(SceneBody("a", extra={"mass": 0.1}), SceneBody("b")), effects=(effect,))
     positions = {"a": [0.0] * 4, "b": [3.0, 2.0, 0.5, 0.5], "c": [9.0, 9.5, 9.8, 9.9]}

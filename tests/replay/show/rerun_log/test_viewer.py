@@ -28,7 +28,7 @@ def test_a_viewer_that_ends_at_once_says_why(monkeypatch):
         start_viewer(headless=True)
 
 
-def test_recording_is_open_once_all_of_it_arrived(tmp_path):
+def test_opening_waits_until_the_viewer_has_loaded_everything(tmp_path):
     empty, whole = SimpleNamespace(timelines=[]), SimpleNamespace(timelines=["session"])
     arriving = [([], False), ([empty], False), ([whole, empty], False), ([whole], True), ([whole], False)]
     states = [SimpleNamespace(recordings=recordings, loading=loading) for recordings, loading in arriving]

@@ -57,7 +57,7 @@ def test_batch_tables_follow_deleted_and_renewed_run_folders(batch):
     assert result.count("run007") == 1 < result.count("run006")
 
 
-def test_what_did_not_change_is_not_written_again(batch):
+def test_batch_tables_of_unchanged_runs_are_not_rewritten(batch):
     before = {path: path.stat().st_mtime_ns for path in batch.glob("batch.tables/*/*")}
     write_batch_tables(batch, dict.fromkeys(RUNS, "asked"))
     assert {path: path.stat().st_mtime_ns for path in batch.glob("batch.tables/*/*")} == before

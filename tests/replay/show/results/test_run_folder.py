@@ -162,7 +162,7 @@ def test_a_picture_that_no_run_wrote_is_refused(result, tmp_path):
         _ = read_run_folder(folder).picture
 
 
-def test_older_folder_is_refused_with_the_command_that_renews_it(tmp_path):
+def test_run_folder_of_an_older_version_names_the_renewing_command(tmp_path):
     (tmp_path / "summary.json").write_text('{"schema": "vrlab-replay/run/1"}')
     with pytest.raises(RunFolderError, match=r"older version .* replay run SESSION.mcap --out FOLDER --force"):
         read_run_folder(tmp_path)

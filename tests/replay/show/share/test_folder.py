@@ -73,7 +73,7 @@ def consenting(run, words):
     return replace(folder, document=structs.replace(folder.document, session=session))
 
 
-def test_only_consent_to_sharing_permits_it(run):
+def test_folder_is_shared_only_with_recorded_consent_to_share(run):
     require_consent([consenting(run, "share")])
     for text in ("none", "lab", "not stated", "", "Share", "share with the lab", "no share"):
         with pytest.raises(OutputError, match=r"no consent to share is recorded: .*add --anyway"):
