@@ -137,7 +137,7 @@ def test_recording_rate_is_the_same_in_fix_and_report(screens):
 
 
 @pytest.mark.parametrize("state", ["several", "one missed", "nine pairs"])
-def test_a_tradeoff_counts_what_the_ranking_counts(state):
+def test_tradeoff_and_ranking_have_the_same_counts(state):
     result = STATES[state]()
     scoring = Scoring(result.assembly, replay.detection.detector_spec.parse_detector("exact"), 0, 2e-6, result.session)
     for rank in result.ranking[:-1]:

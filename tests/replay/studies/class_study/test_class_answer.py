@@ -53,7 +53,7 @@ def test_page_answers_seven_headings_in_their_order(runs, study, tmp_path, quest
     assert "Count contacts with the detector exact" in text
 
 
-def test_cause_of_each_detector_is_its_most_frequent_one(runs, study, tmp_path):
+def test_class_answer_names_the_most_frequent_cause_per_detector(runs, study, tmp_path):
     counted = Counter()
     for file in runs.top.glob("*/misses.parquet"):
         rows = pq.read_table(file).to_pylist()
@@ -78,7 +78,7 @@ def test_first_sessions_lead_to_their_miss(runs, study, tmp_path):
         assert re.fullmatch(r"S\d{3}: \S+ - \S+ at [\d.]+ s", text) and "report.html#miss-" in address
 
 
-def test_examples_of_a_single_pair_name_it_once(tmp_path):
+def test_class_answer_names_the_pair_once_for_all_examples(tmp_path):
     runs = read_class(made_class(tmp_path / "runs", 6, 6))
     kept = [row["body_a"] == "beaker" for row in runs.tables["misses"].to_pylist()]
     single = replace(runs, tables=runs.tables | {"misses": runs.tables["misses"].filter(pa.array(kept))})

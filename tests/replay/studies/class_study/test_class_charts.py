@@ -54,7 +54,7 @@ def test_detectors_with_equal_figures_share_a_row():
     assert [dot.name for dot in associations.dots] == [f"{start}: +0.20, p = 0.500, n = 40"]
 
 
-def test_charts_by_detector_stand_first_where_one_changes_a_conclusion():
+def test_charts_by_detector_come_first_if_a_conclusion_changes():
     rows = [Sensitivity("mesh50", 0.9, finding(), finding(0.7, p=0.01))]
     unchanged = titles(class_charts(class_of(LEAST_IN_CELL), study_of(*rows)))
     changed = titles(class_charts(class_of(LEAST_IN_CELL), study_of(*rows, changing=["mesh50"])))

@@ -135,7 +135,7 @@ def test_detector_with_most_other_rates_is_named_beside_reference(tmp_path):
 
 
 @pytest.mark.parametrize("state", ["equal", "few students", "other sessions"])
-def test_no_rate_stands_beside_one_that_cannot_differ(tmp_path, state):
+def test_rate_difference_is_omitted_where_rates_cannot_differ(tmp_path, state):
     runs, made = tables_of(tmp_path, 8, 4 if state == "few students" else 8, detectors={"slow": 0.5}, contacts=20)
     rows = [dict(own) for own in runs.metrics.values()]
     if state == "equal":

@@ -24,7 +24,7 @@ def test_answers_are_sorted_by_student_and_reversed_items_flipped(tmp_path):
 
 
 @pytest.mark.parametrize("student", ["", "Ada Lovelace", "ada", "ada@school.edu", "S 1", "S" * 40 + "1"])
-def test_what_may_be_a_name_is_refused_and_not_repeated(student):
+def test_student_id_like_a_name_is_refused_without_repeating_it(student):
     for count, rows in ((1, "data row 2:"), (5, "data row 2, 3, 4, 5, 6:"), (6, "data row 2, 3, 4, 5, 6, ...:")):
         with pytest.raises(StudyRefusedError, match=rows) as refused:
             check_pseudonyms(["S1", *[student] * count], "q.csv")
@@ -48,7 +48,7 @@ def test_class_recall_counts_each_contact_frame_once():
 
 
 @pytest.mark.parametrize("recall, frames", [([1, np.nan], [9, 9]), ([1, 1], [9, np.nan]), ([np.nan, np.nan], [0, 0])])
-def test_a_recall_that_was_not_measured_everywhere_is_none(recall, frames):
+def test_recall_of_a_class_needs_a_recall_of_every_session(recall, frames):
     table = metrics(np.arange(2.0))
     table["recall"], table["contact_frames"] = recall, frames
     assert recall_of(table) is None

@@ -38,7 +38,7 @@ def test_the_interval_of_a_mean_is_students_own():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("statistic", [np.mean, np.var])
-def test_without_the_widening_it_is_what_scipy_gives(statistic):
+def test_bootstrap_interval_of_a_large_sample_agrees_with_scipy(statistic):
     """Large samples: the t quantile is the normal one, and scipy's BCa is an independent implementation."""
     values = np.random.default_rng(5).exponential(size=400)
     lower, upper = interval_of(statistic, values, 1)
@@ -46,7 +46,8 @@ def test_without_the_widening_it_is_what_scipy_gives(statistic):
     assert (lower, upper) == pytest.approx(tuple(other.confidence_interval), abs=0.012 * (upper - lower))
 
 
-def test_constant_items_have_a_point_estimate_and_absent_items_none():
+def test_interval_of_constant_resamples_is_a_point():
+    """Of resamples that are all absent, or of two left-out values, there is no interval."""
     assert interval(np.full(50, 2.0), 2.0, np.full(9, 2.0)) == (2.0, 2.0)
     assert np.isnan(interval(np.full(50, np.nan), 2.0, np.full(9, 2.0))).all()
     assert np.isnan(interval(np.ones(50), 1.0, np.ones(2))).all()
@@ -78,7 +79,7 @@ def test_kmo_and_bartlett_equal_the_stored_values_of_factor_analyzer():
         (kmo, np.column_stack([ANSWERS[:, :3], np.full(52, 3.0)]), "no-variance"),
     ],
 )
-def test_what_cannot_be_measured_is_refused_by_its_rule(measure, answers, rule):
+def test_reliability_of_unsuitable_answers_is_refused_with_its_rule(measure, answers, rule):
     with pytest.raises(StudyRefusedError) as refused:
         measure(answers)
     assert refused.value.rule == rule and refused.value.lift

@@ -114,7 +114,7 @@ def test_the_first_line_says_whether_a_conclusion_changes(state):
     assert opening_sentence(make(), "40 students") == f"40 students: {answer}"
 
 
-def test_detectors_that_change_one_result_share_its_sentence():
+def test_detectors_changing_the_same_conclusion_share_a_sentence():
     some, nothing = finding(0.1, 1.2, 0.04), finding(-0.1, 0.2, 0.5)
     other_sign = finding(-1.2, -0.1, 0.04)
     result = "the association of contacts per minute with motivation"

@@ -29,7 +29,7 @@ def test_traits_and_touches_go_together_as_the_model_says():
     assert abs(np.corrcoef(scores(drawn, "use"), motivation)[0, 1]) < 0.05
 
 
-def test_brief_touches_are_more_and_shorter_where_it_is_hard():
+def test_made_up_students_who_find_tasks_hard_touch_briefly():
     plain, drawn = draw_class(400), draw_class(400, are_touches_brief=True)
     assert [item.answers for item in plain] == [item.answers for item in drawn]
     lengths = {len(set(item.touches)) for item in drawn}

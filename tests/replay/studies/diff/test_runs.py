@@ -29,7 +29,7 @@ def summary_of(folder):
     return json.loads((folder / "summary.json").read_text())
 
 
-def test_contacts_gained_lost_and_shifted_are_those_planted(folders):
+def test_diff_finds_planted_gained_lost_and_shifted_contacts(folders):
     result = diff_runs(folders / "a", folders / "c", different_sessions=True).detectors["slow"]
     assert result.same == 1
     assert [contact.start for contact in result.lost] == [pytest.approx(0.04)]
@@ -50,7 +50,7 @@ def test_every_setting_that_differs_is_named_and_no_other(folders):
     assert (result.only_a, result.only_b) == (("hybrid",), ("sphere", "aabb"))
 
 
-def test_a_run_beside_itself_changed_nothing(folders):
+def test_diff_of_a_run_with_itself_is_empty(folders):
     result = diff_runs(folders / "a", folders / "a")
     assert not result.changed and not result.settings
     assert all(item.same_verdicts and item.time_ratio == 1.0 for item in result.detectors.values())
@@ -110,14 +110,14 @@ def test_first_line_says_that_more_contacts_are_late(before_and_after, late, tex
     assert (f"late or cut short {change}, loss" in answer) == (late[0] != late[1])
 
 
-def test_late_contacts_are_those_of_the_ranking(before_and_after):
+def test_diff_counts_late_contacts_as_the_ranking_does(before_and_after):
     folders = [before_and_after / name for name in ("coarse", "fine")]
     ranks = [{rank.label: rank for rank in read_run_folder(folder).ranking} for folder in folders]
     detector = diff_runs(*folders).detectors["wide50 -> collider-shipped-50"]
     assert detector.late == tuple(rank[name].late_counts for rank, name in zip(ranks, detector.labels, strict=True))
 
 
-def test_last_detector_of_each_run_is_compared_whatever_it_is(before_and_after):
+def test_diff_compares_the_last_detectors_under_different_names(before_and_after):
     result = diff_runs(before_and_after / "coarse", before_and_after / "other")
     assert list(result.detectors) == ["wide50 -> mine", "exact"]
 

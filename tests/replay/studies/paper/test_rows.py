@@ -24,7 +24,7 @@ def groups(some):
 @pytest.mark.sampled(3)
 @some_poses
 @pytest.mark.parametrize("name", ROWS)
-def test_complete_detector_finds_every_face_and_none_invents(name, some):
+def test_complete_rows_find_all_faces_and_no_row_invents(name, some):
     for group in groups(some):
         result = compared_answers(name, make_detector_of_row(name, group[0].bodies), group)
         assert (result["pairs"] == result["right_pairs"]).all() and (
