@@ -27,7 +27,8 @@ def chosen(detectors=None, oracle=None, session=None, **more):
     return line_up(settings, cubes(TWO_BUMPS) if session is None else session)
 
 
-def test_an_oracle_is_a_label_a_detector_none_or_exact():
+def test_oracle_option_accepts_label_detector_or_none():
+    """Without the option the reference is exact, where anything is to be compared."""
     lineup = chosen("slow=discrete[rate_hz=5]")
     assert [spec.label for spec in lineup.specs] == ["slow", TRUSTED_DETECTOR] and lineup.oracle == TRUSTED_DETECTOR
     assert chosen(()).specs == () and chosen((), "hybrid").oracle == ""

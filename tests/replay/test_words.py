@@ -68,7 +68,7 @@ def test_fraction_keeps_digits_that_distinguish_it_from_0_and_100(fraction, text
     ("value", "limit", "text"),
     [(11.14, 11.1, "11.14"), (12.0, 11.1, "12"), (0.28, 0.013, "0.28"), (1.00001, 1.0, "1.00001")],
 )
-def test_a_number_above_a_limit_reads_above_it(value, limit, text):
+def test_number_above_a_limit_is_printed_above_the_limit(value, limit, text):
     assert words.number_above(value, limit) == text
 
 

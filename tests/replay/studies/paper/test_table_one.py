@@ -18,7 +18,8 @@ def test_printed_values_stand_below_their_explaining_heading(small):
     assert small["Table I"].column(PRINTED_LABEL) == [paper["detected"]["100"] for paper in PRINTED_FIGURES.values()]
 
 
-def test_a_budget_is_what_a_row_does_in_that_time():
+def test_budget_is_the_operations_done_in_hybrids_median_time():
+    """At target 100 hybrid takes 3 ms (median); obb does 800 operations in 40 ms, so 60 in 3 ms, and at least one."""
     requested = {
         "hybrid": [(100, 0, 0.002), (100, 0, 0.004), (200, 0, 9.0)],
         "obb": [(200, 1, 0.03), (100, 300, 0.01), (100, 500, 0.03)],

@@ -69,7 +69,7 @@ def test_folder_with_frames_unlike_its_recording_is_refused(folder, piece, key, 
     assert "other frames or bodies than its recording" in " ".join(capsys.readouterr().err.split())
 
 
-def test_own_detector_is_shrunk_when_the_user_names_it(folder, capsys):
+def test_shrink_imports_an_own_detector_only_when_named(folder, capsys):
     run("s.mcap", detectors="mine=sent_along:Blind", out="own", picture=False)
     assert main(["shrink", "own", "--miss", "1", "-o", "case"]) == 1
     assert "--detector mine=sent_along:Blind" in " ".join(capsys.readouterr().err.split())

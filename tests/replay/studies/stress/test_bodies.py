@@ -24,7 +24,7 @@ def test_exact_passes_or_speaks_of_frames(number):
     assert StressResult(100, 1, 0.0, (item,)).broken == []
 
 
-def test_a_detector_of_intervals_misses_none_of_them():
+def test_continuous_detector_passes_all_stress_families_with_motion():
     for item in run_cases(["continuous"], [30, 31, 32, 33, 41, 43, 44, 48]):
         assert item.words == "passed" and item.promised and item.reason == "", item
 

@@ -11,7 +11,7 @@ by_name = pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.
 
 
 @by_name
-def test_a_seed_fixes_every_bit_and_another_seed_changes_them(family):
+def test_triangle_pairs_of_a_family_follow_from_the_seed(family):
     first, again, other = family.pairs(50), family.pairs(50), family.pairs(50, seed=7)
     assert first.shape == (50, 2, 3, 3)
     assert np.isfinite(first).all()
@@ -20,7 +20,7 @@ def test_a_seed_fixes_every_bit_and_another_seed_changes_them(family):
 
 
 @by_name
-def test_where_construction_fixes_the_answer_the_exact_test_gives_it(family):
+def test_exact_test_gives_the_answer_known_by_construction(family):
     answers = triangles_intersect(family.pairs(400))
     if family.expected is not None:
         assert (answers == family.expected).all()

@@ -53,7 +53,7 @@ def test_progress_counts_families_and_cases():
     assert watched.stages["stress"] == (3, 3)
 
 
-def test_failing_pairs_are_written_and_those_within_tolerance_are_not(tmp_path):
+def test_failing_triangle_pairs_beyond_tolerance_are_written(tmp_path):
     planted = "lab.engine:Planted", FAMILIES[0], 5, PAIRS, TRUTH, OPPOSITE, 2e-6
     tally = family_tally(*planted, tmp_path / "new")
     path = tmp_path / "new" / "family-01-lab-engine-planted-seed-5.npz"
