@@ -82,16 +82,20 @@ def looking(audited, tmp_path_factory):
     return opened_tab
 
 
-def test_answer_opens_on_the_caged_rod_and_follows_clicks(looking, audited):
-    deepest = worst_first(audited.misses["mesh50"])[0]
+def test_answer_tab_opens_on_false_contact_and_seeks_to_misses(looking, audited):
+    """False contact is yellow: a cage of the hull around a white rod. A miss is red. Counts are pixels of a colour.
+
+    The limits are far below what is drawn and far above stray pixels at edges.
+    """
+    worst_miss = worst_first(audited.misses["mesh50"])[0]
     with looking("Answer") as viewer:
-        close, lanes = view(viewer, "Close-up"), view(viewer, "When")
-        assert yellow(close) > 1000 and light(close, 235) > 1000 and red(close) < 100
+        close_up, lanes = view(viewer, "Close-up"), view(viewer, "When")
+        assert yellow(close_up) > 1000 and light(close_up, 235) > 1000 and red(close_up) < 100
         assert yellow(view(viewer, "Where")) > 300 and light(view(viewer, "The answer")) > 2000
         assert red(lanes) > 150 and yellow(lanes) > 1000
         assert not any(item.reports for item in viewer.state().views)
-        # moments of one frame follow each other by nanoseconds; this is after the last
-        viewer.seek(int(audited.assembly.stamp_ns[deepest.frame] - audited.assembly.stamp_ns[0]) + 1000)
+        # Moments of one frame follow each other by nanoseconds; this is after the last.
+        viewer.seek(int(audited.assembly.stamp_ns[worst_miss.frame] - audited.assembly.stamp_ns[0]) + 1000)
         time.sleep(3.0)
         miss = view(viewer, "Close-up")
     assert red(miss) > 200 and yellow(miss) < 1000

@@ -142,8 +142,8 @@ def test_lengths_of_another_unit_are_questioned_and_answered(tmp_path):
     assert np.allclose(back.frames.position, session.frames.position, rtol=1e-15, atol=0)
 
 
-def test_recording_of_earlier_release_leaves_axes_unknown_and_questioned(tmp_path):
-    """It left meshes as their files had them."""
+def test_axes_are_unknown_in_recordings_of_earlier_releases(tmp_path):
+    """Earlier releases kept meshes in the axes of their files and recorded no assumptions."""
     _, imported = scene(tmp_path, "ros", "stl", exported=False)
     new = imported(mesh_axes="gltf")
     facts = {key: value for key, value in new.facts.items() if key != ASSUMPTIONS_FACT}

@@ -65,7 +65,7 @@ def test_nothing_is_equivalent_where_nothing_is_titrated(row):
 
 
 def test_aluminium_in_alkali_has_no_end_point():
-    """It once said that Al(s) and Na+ are equivalent."""
+    """Metal that dissolves in a base is no titration."""
     metal = {"volume_ml": 0.0, "properties": {"solid": {"formula": "Al", "mass_g": 0.054}}}
     alkali = {"volume_ml": 50.0, "solutes": {"NaOH": 0.2}}
     assert poured(alkali, metal, "2 Al + 2 NaOH + 6 H2O -> 2 NaAl(OH)4 + 3 H2") == []

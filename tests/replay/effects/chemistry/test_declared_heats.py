@@ -31,7 +31,7 @@ RATES = [{}, {}, {"rate_per_s": 1e3}, *[{}] * 7, {"rate_per_s": 1e3}]
 @pytest.mark.sampled(2)
 @pytest.mark.parametrize(("row", "rate"), list(zip(SOLIDS, RATES, strict=True)), ids=[row[1] for row in SOLIDS])
 def test_a_solid_dissolves_with_its_declared_heat(row, rate):
-    """Declared for NaOH or for (NH4)2SO4 it once cooled or warmed by a multiple of it."""
+    """0.01 mol dissolves in 100 mL: 10 J are freed for each kJ/mol that the scene declares, with the sign turned."""
     solid, equation, heat = row
     b = {"properties": {"solid": {"formula": solid, "mass_g": 0.01 * molar_mass(solid)}}, "volume_ml": 0.0}
     joule, *_ = poured_on({"volume_ml": 100.0}, b, equation, steps=3 if rate else 1, heat_kj_mol=heat, **rate)
@@ -40,7 +40,7 @@ def test_a_solid_dissolves_with_its_declared_heat(row, rate):
 
 
 def test_a_sparing_solid_dissolves_with_its_declared_heat():
-    """It once was refused: leave the heat out."""
+    """0.05 g of Ca(OH)2 (74.09 g/mol) dissolve wholly, each mole with 100 kJ freed."""
     b = {"properties": {"solid": {"formula": "Ca(OH)2", "mass_g": 0.05}}, "volume_ml": 0.0}
     joule, *_ = poured_on({"volume_ml": 100.0}, b, "Ca(OH)2(s) -> Ca2+ + 2 OH-", steps=2, heat_kj_mol=-100.0)
     assert joule == pytest.approx(100e3 * 0.05 / 74.09, rel=0.02)
@@ -55,7 +55,7 @@ def test_a_sparing_solid_dissolves_with_its_declared_heat():
     ],
 )
 def test_reactions_give_their_declared_heat(a, b, equation, heat):
-    """With acid from ammonium it once was 104 kJ/mol off."""
+    """Joule freed are moles of metal dissolved times the declared heat."""
     formula, moles = b
     solid = {"properties": {"solid": {"formula": formula, "mass_g": moles * molar_mass(formula)}}, "volume_ml": 0.0}
     joule, *_ = poured_on(
@@ -69,8 +69,8 @@ def test_reactions_give_their_declared_heat(a, b, equation, heat):
 
 
 @pytest.mark.parametrize("solid", ["C12H22O11", "KAl(SO4)2.12H2O", "K2CO3", "NiSO4.6H2O", "C6H8O7"])
-def test_advice_on_a_missing_heat_can_be_followed(solid):
-    """Advice once went in a circle: it is missing, leave it out."""
+def test_scene_is_accepted_after_following_advice_on_missing_heat(solid):
+    """The fault proposes an equation; with that equation and a heat the scene has no fault."""
     properties = {"solid": {"formula": solid, "mass_g": 2.0, "solubility_g_100g": 50.0}}
     bodies = (glass("a", 60.0), glass("b", 0.0, properties=properties))
     poses = {"a": still(2), "b": still(2)}

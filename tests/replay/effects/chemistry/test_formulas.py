@@ -127,8 +127,8 @@ def test_unbalanced_equation_is_refused_with_atoms_of_both_sides(equation, count
 
 
 @pytest.mark.parametrize("formula", ["C4H11NO3", "C4H12NO3Cl", "C6H14N2O2", "C6H12N4", "K4P2O7", "C8H18N2O4S"])
-def test_molecules_are_no_salts_of_their_atoms(formula):
-    """TRIS was read as trimethylammonium hydrogencarbonate, with a pH 1.2 off; pyrophosphate as phosphate."""
+def test_molecules_are_not_read_as_salts_of_equal_composition(formula):
+    """TRIS, C4H11NO3, has the atoms of trimethylammonium hydrogencarbonate, which it is not."""
     assert components_of(formula) is None
 
 

@@ -30,8 +30,8 @@ def test_a_heat_is_that_of_the_textbook(row):
     [row for row in HEATS if row["equation"].startswith(f"{row['b'].get('solid')}(s)")],
     ids=lambda row: row["b"]["solid"],
 )
-def test_a_solid_dissolves_with_its_heat_without_an_equation(row):
-    """Ammonium and hydroxide too, whose protons PHREEQC places: NH4Cl once took 67 kJ/mol, NaOH gave 100."""
+def test_dissolving_solid_has_its_tabled_heat_without_an_equation(row):
+    """Each row of HEATS is a solid, its moles in 100 mL of water and the kJ/mol of the literature."""
     formula, moles = row["b"]["solid"], row["b"].get("moles", row.get("moles"))
     solid = {"properties": {"solid": {"formula": formula, "mass_g": moles * molar_mass(formula)}}, "volume_ml": 0.0}
     joule, *_ = poured_on({"volume_ml": 100.0}, solid, None)
@@ -39,8 +39,8 @@ def test_a_solid_dissolves_with_its_heat_without_an_equation(row):
 
 
 @pytest.mark.parametrize("steps", [1, 10, 100])
-def test_water_on_nitre_cools_by_its_heat_of_dissolving(steps):
-    """100 mL on 10.1 g: 0.1 mol takes 35.4 kJ/mol; it once ended at -2441 degC."""
+def test_water_poured_on_potassium_nitrate_cools_by_its_heat(steps):
+    """10.1 g are 0.0999 mol and take 35.4 kJ/mol; 100 mL of water have 418 J/K."""
     nitre = {"properties": {"solid": {"formula": "KNO3", "mass_g": 10.1}}, "volume_ml": 0.0}
     joule, coldest, _ = poured_on({"volume_ml": 100.0}, nitre, "KNO3(s) -> K+ + NO3-", steps)
     assert 20.0 + joule / (PER_ML * 100.0) == pytest.approx(20.0 - 0.0999 * 35.4e3 / 418.0, abs=0.1)

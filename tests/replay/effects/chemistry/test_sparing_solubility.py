@@ -47,8 +47,8 @@ def test_a_hot_solid_without_a_course_is_reported(solid, is_reported):
     ] * is_reported
 
 
-def test_solubility_by_temperature_of_a_scene_is_taken_or_refused():
-    """It was dropped without a word: an author's log_k held at every temperature."""
+def test_solubility_by_temperature_needs_ions_of_the_data_base():
+    """An author may give PHREEQC's ``-analytic`` for lead chloride and its ions, not for an equation without ions."""
     flask = glass("flask", 50.0, solutes={"PbCl2": 0.01})
     course = "PHASES\nMine\n PbCl2 = Pb+2 + 2 Cl-\n log_k -4.78\n -analytic {}\n"
     falls = ("precipitation", {"solid": "PbCl2"})

@@ -82,8 +82,8 @@ WITHIN = {0.1: 0.15, 1.0: 0.3}
 
 @pytest.mark.parametrize("molal", WITHIN)
 @pytest.mark.parametrize("salt", SALTS)
-def test_the_ph_of_strong_salts_is_that_of_other_data(salt, molal):
-    """Ferrous sulfate of 1 mol/L once had a pH of 7.9, aluminium chloride of -0.04, disodium phosphate of 9.6."""
+def test_ph_of_concentrated_salts_agrees_with_other_databases(salt, molal):
+    """SALTS has for each salt its elements and other data bases of PHREEQC that know its ions."""
     elements, databases = SALTS[salt]
     others = [ph_by(database, elements, molal) for database in databases]
     ph, _ = dissolved({salt: molal})
@@ -108,8 +108,8 @@ def test_ions_of_sulfates_have_their_measured_activity(salt):
 
 
 @pytest.mark.parametrize("metal", ["Ba", "Sr", "Ca"])
-def test_earth_metals_leave_half_of_strong_ammonia(metal):
-    """By NIST 46 K is 0.6 to 1.3; barium once took nearly all of it."""
+def test_alkaline_earth_ammonia_complexes_have_their_nist_constants(metal):
+    """Stability constants of MNH3 2+ by NIST 46."""
     _, moles = dissolved({f"{metal}Cl2": 1.0, "NH3": 1.0})
     constant = moles[f"{metal}NH3+2"] / (moles["NH3"] * moles[f"{metal}+2"])
     assert constant == pytest.approx({"Ba": 0.63, "Sr": 0.79, "Ca": 1.26}[metal], rel=0.1)
@@ -144,12 +144,12 @@ def test_standard_buffers_have_their_certified_ph(molal, ph):
 
 
 @pytest.mark.parametrize(("molal", "mean"), [(1.0, 0.809), (3.0, 1.316), (5.0, 2.38), (10.0, 10.44)])
-def test_protons_of_strong_acid_have_their_measured_activity(molal, mean):
-    """By Robinson and Stokes, of HCl; nitric acid of 12 mol/L once had a pH of -5."""
+def test_ph_of_hydrochloric_acid_follows_measured_activities(molal, mean):
+    """``mean`` is the mean activity coefficient of HCl at that molality, by Robinson and Stokes."""
     assert dissolved({"HCl": molal})[0] == pytest.approx(-np.log10(molal * mean), abs=0.35)
 
 
 @pytest.mark.parametrize(("ion", "log_k"), [("Cr+3", 9.5688), ("Sn+2", 7.094), ("Hg+2", 6.194), ("S-2", -17.3)])
-def test_activities_leave_constants_as_they_are(ion, log_k):
-    """A line that gives an ion a size once set its constant to 0: chromium chloride had a pH of 2.3."""
+def test_ion_sizes_leave_stability_constants_unchanged(ion, log_k):
+    """``log_k`` is the decadic logarithm of each constant as the data base of PHREEQC states it."""
     assert database_of().species[ion].log_k == pytest.approx(log_k, abs=0.01)
