@@ -179,7 +179,7 @@ def test_a_liquid_stands_between_freezing_and_boiling_at_first(temperature, ambi
 
 
 @pytest.mark.parametrize("celsius", [0.0, 50.0, 90.0])
-def test_temperature_that_no_effect_follows_is_refused(celsius):
+def test_vessel_temperature_without_a_heat_effect_is_refused(celsius):
     """Potassium nitrate once dissolved at 25 degC whatever the scene said."""
     bodies = (nitre(celsius),)
     tables = (SceneEffect("mixing", {"in": ["flask"]}), SceneEffect(*NITRE))
@@ -197,8 +197,8 @@ def test_strong_solution_crystallises_by_its_mass_of_water():
     assert effects["precipitation"].series["flask/KNO3"].values[-1] == pytest.approx(35.39 - left, rel=0.02)
 
 
-def test_acid_on_excess_bicarbonate_is_used_up():
-    """Gas that leaves makes room for more of the salt; once a tenth of the acid stayed beside it."""
+def test_excess_bicarbonate_uses_up_all_poured_acid():
+    """Every mole of acid frees a mole of CO2, and the pH ends above 5."""
     powder = {"solid": {"formula": "NaHCO3", "mass_g": 50.0}}
     bodies = (glass("a", 60.0, solute="HCl", molar=6.0), glass("b", 0.0, properties=powder))
     equation = ("reaction", {"equation": "NaHCO3 + HCl -> NaCl + H2O + CO2"})
@@ -262,8 +262,11 @@ def test_complexes_of_more_ligands_count_as_formed(solutes, equation, proceeds):
     assert bool(effects["reaction"].output.events_named("no-reaction")) != proceeds
 
 
-def test_an_iodine_clock_is_blue_in_time_without_end_point():
-    """It was said to be equivalent after 0.00 mL."""
+def test_iodine_clock_turns_blue_when_thiosulfate_is_used_up():
+    """Persulfate oxidises iodide at 0.05 a second; thiosulfate binds the iodine while it lasts, two for one.
+
+    A clock reaction is no titration, so it has no end point.
+    """
     bodies = (
         glass("a", 20.0, solute="K2S2O8", molar=0.1), glass("b", 40.0, solutes={"KI": 0.2, "Na2S2O3": 0.005}),
     )  # fmt: skip

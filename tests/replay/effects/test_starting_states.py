@@ -29,8 +29,8 @@ def reacts(equation, **more):
 SULFATE = reacts("BaCl2 + Na2SO4 -> BaSO4 + 2 NaCl")
 
 
-def test_precipitates_of_the_first_frame_have_their_mass():
-    """It once said that -0.466 g of 0 g dissolve."""
+def test_precipitate_present_at_the_start_has_its_mass():
+    """40 mL of 0.05 mol/L are 0.002 mol of BaSO4, 233.39 g/mol."""
     flask = glass("flask", 40.0, solutes={"BaCl2": 0.05, "Na2SO4": 0.05})
     (event,) = standing(flask, SULFATE, precipitates("BaSO4"))["precipitation"].events
     assert event.name == "precipitate" and event.time == 0.0
@@ -59,7 +59,7 @@ def test_dissolved_mass_is_counted_from_the_first_precipitate():
         ("K2CO3", 0.2, "CO3^2- + 2 H+ -> CO2(g) + H2O", {"rate_per_s": 1.0}),
     ],
 )
-def test_reactions_with_acid_wait_until_acid_is_there(solute, molar, equation, rate):
+def test_reactions_with_acid_start_when_acid_is_poured_in(solute, molar, equation, rate):
     """Each once ran in its own neutral or basic solution."""
     bodies = (glass("a", 60.0, solute="HCl", molar=1.0), glass("b", 10.0, solute=solute, molar=molar))
     effects = poured(POUR, bodies, MIXED, reacts(equation, **rate))
@@ -78,7 +78,7 @@ GASES = {
 
 @pytest.mark.parametrize("molar", [0.02, 0.8])
 @pytest.mark.parametrize("gas", GASES)
-def test_a_rate_changes_no_amount_of_gas(gas, molar):
+def test_amount_of_gas_does_not_depend_on_the_rate(gas, molar):
     """SO2 once left at once where its equation has a rate, and stayed dissolved where it has none."""
     solute, acid, equation = GASES[gas]
     bodies = (glass("a", 60.0, solute=acid, molar=2.0), glass("b", 20.0, solute=solute, molar=molar))
@@ -126,8 +126,8 @@ def test_a_catalyst_of_both_sides_must_be_there():
 
 
 @pytest.mark.parametrize("mass_g", [5.0, 30.0])
-def test_a_vessel_begins_at_its_declared_temperature(mass_g):
-    """Salt that dissolves before the first frame once warmed it by up to 4 K."""
+def test_vessel_starts_at_its_declared_temperature(mass_g):
+    """Salt that dissolves before the first frame does not change it."""
     properties = {"solid": {"formula": "KNO3", "mass_g": mass_g}, "temperature_c": 80.0}
     effects = standing(glass("flask", 50.0, properties=properties), NO_HEAT_LOSS)
     assert effects["heat"].series["flask/temperature"].values[0] == pytest.approx(80.0, abs=1e-9)
@@ -137,8 +137,8 @@ def test_a_vessel_begins_at_its_declared_temperature(mass_g):
     ("solid", "more"),
     [("NH4NO3", ()), ("CaO", (reacts("CaO + H2O -> Ca(OH)2"), precipitates("Ca(OH)2")))],
 )
-def test_curves_of_dry_solids_keep_to_their_events(solid, more):
-    """The first drops once drew a curve down to -20 degC, or to 0 and up to 100."""
+def test_temperature_of_wetted_solids_stays_between_reported_extremes(solid, more):
+    """Water of 20 degC is poured on a dry solid; the events state the warmest and the coldest."""
     bodies = (glass("a", 60.0), glass("b", 0.0, properties={"solid": {"formula": solid, "mass_g": 4.0}}))
     effects = poured(POUR, bodies, MIXED, NO_HEAT_LOSS, *more)["heat"]
     values = effects.series["b/temperature"].values

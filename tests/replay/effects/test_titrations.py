@@ -63,8 +63,8 @@ def test_a_mixture_names_the_strong_acid_first():
 
 
 @pytest.mark.parametrize("hz", [30, 90, 250])
-def test_carbonate_has_two_end_points_at_every_rate(hz):
-    """With CO2 as a gas, which the base once let go before each carbonate had its proton."""
+def test_carbonate_titration_has_two_end_points_at_any_frame_rate(hz):
+    """Carbonate takes a proton to hydrogencarbonate (5 mL) and a second to CO2 (10 mL)."""
     gas = "Na2CO3 + 2 HCl -> 2 NaCl + H2O + CO2"
     effects = titrated({"Na2CO3": 0.05}, {"HCl": 0.1}, (gas,), hz=hz)
     events = [event.values["volume_ml"] for event in effects["reaction"].output.events_named("end-point")]
@@ -82,7 +82,7 @@ def test_an_oxidation_in_ions_has_a_single_end_point(row):
 
 
 @pytest.mark.parametrize("row", TABLE["shared"], ids=lambda row: row["name"])
-def test_ions_that_share_a_titrant_have_their_sums_as_ends(row):
-    """A hardness titration ended with calcium alone, at 5 of 7 mL, and of two halides only the first had an end."""
+def test_end_points_of_ions_sharing_a_titrant_are_cumulative(row):
+    """``ends`` has mL for the first ion, then for it and the next; ions that are bound alike (Ca, Mg) end together."""
     events = titrated(row["flask"], row["burette"], row["equations"])["reaction"].output.events_named("end-point")
     assert [event.values["volume_ml"] for event in events] == pytest.approx(row["ends"], abs=0.01)

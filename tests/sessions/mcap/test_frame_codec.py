@@ -115,15 +115,16 @@ def test_hostile_messages_are_refused_in_a_sentence(monkeypatch):
         decoded([table((2, 7, 6, 5, b"\xff"), (1, 7, 6, 5, b""))])
 
 
-def test_body_filling_a_message_is_refused_early():
-    poses, notes = FrameTransforms(), message_class("Tracking")()
+def test_messages_that_repeat_a_body_thousands_of_times_are_refused():
+    """Small messages could demand much memory: 63 messages with 4,000 entries for one body hold 252,000 samples."""
+    poses, tracking = FrameTransforms(), message_class("Tracking")()
     for _ in range(4000):
         poses.transforms.add(child_frame_id="body 0")
-        notes.bodies.add(name="body 0")
-    pose, note = poses.SerializeToString(), notes.SerializeToString()
-    for records in (
-        [(1, 0, k, k, pose) for k in range(63)],
-        [(2 - k % 2, 0, 0, 0, b"" if k % 2 else note) for k in range(126)],
-    ):
+        tracking.bodies.add(name="body 0")
+    repeated_poses, repeated_states = poses.SerializeToString(), tracking.SerializeToString()
+    channel_of_poses, channel_of_states = 1, 2
+    pose_messages = [(channel_of_poses, 0, stamp, stamp, repeated_poses) for stamp in range(63)]
+    state_messages = [(channel_of_states, 0, 0, 0, repeated_states), (channel_of_poses, 0, 0, 0, b"")] * 63
+    for messages in (pose_messages, state_messages):
         with pytest.raises(SessionFileError, match="more bodies than those of a file of its size"):
-            decoded([table(*records)])
+            decoded([table(*messages)])

@@ -238,8 +238,8 @@ class Watched(io.BytesIO):
         return super().read(*size)
 
 
-def test_no_thread_but_the_own_reads_a_table():
-    """One of Arrow's that held a file of Python while the interpreter ended aborted it, once in sixty programs."""
+def test_tables_are_read_only_in_the_calling_thread():
+    """A reading thread of Arrow's could still hold a Python file when the interpreter ends, and abort the program."""
     whole = io.BytesIO()
     pq.write_table(pa.table({f"column {k}": [1.0, 2.0] for k in range(20)}), whole)
     assert read_table(Watched(whole.getvalue())).num_columns == 20
