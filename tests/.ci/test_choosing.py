@@ -28,7 +28,7 @@ def test_the_page_names_the_detectors_that_cannot_run_live():
     assert "All but `image-space` and `continuous` run frame by frame" in page("glossary")
 
 
-def test_only_what_stands_between_the_marks_is_replaced():
+def test_table_replaces_only_text_between_its_marks():
     assert with_table(f"a\n{BEGIN}\nold\n{END}\nb", "new") == f"a\n{BEGIN}\nnew\n{END}\nb"
     with pytest.raises(ValueError, match="put both where the table belongs"):
         with_table("no marks", "new")

@@ -52,7 +52,8 @@ def test_fault_exists_only_while_tests_run(script, root, monkeypatch, status, by
     assert (root / "cdcore/small.py").stat().st_mtime_ns == stamp
 
 
-def test_a_fault_that_was_judged_harmless_is_left_out(script, root):
+def test_fault_listed_as_harmless_is_not_tested(script, root):
+    """A line of the list names file, source line, operator and reason."""
     fault = next(item for item in script.faults_of(root, root / "cdcore/small.py") if item.right == "and")
     (root / script.HARMLESS).parent.mkdir(parents=True)
     (root / script.HARMLESS).write_text(f"cdcore/small.py | {SOURCE.splitlines()[1].strip()} | and | b is never 0\n")

@@ -56,7 +56,7 @@ def test_page_has_a_table_of_every_twin_per_session():
         assert sum(f"| `{twin.engine}` | `{twin.ours}` |" in table for table in tables) == (3 if twin.dense else 1)
 
 
-def test_a_row_says_what_differs_and_where():
+def test_twin_table_row_lists_counts_gaps_and_times():
     separate = command.TwinCounts(1000, 10, 2, 3, 4, (0.04, 19.96))
     table = command.twin_table("one", {command.Twin("rapier", "collider"): separate})
     assert table.splitlines()[-1] == "| `rapier` | `collider` | 1,005 | 10 | 2 | 3 | 0.0 to 20.0 | 4 |"

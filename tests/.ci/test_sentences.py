@@ -46,6 +46,6 @@ def test_a_riddle_is_recognised(riddle):
     assert any(re.search(pattern, riddle) for pattern in command.RIDDLES.values())
 
 
-def test_docstrings_are_no_sentences_of_the_tool(printed):
+def test_docstrings_are_not_collected_as_printed_sentences(printed):
     assert not any("Every sentence about a run in one place" in text for _, _, text in printed)
     assert len(printed) > 1500

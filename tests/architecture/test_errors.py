@@ -36,5 +36,5 @@ def test_every_error_descends_from_its_root_and_shows_its_message(error, root):
         (sessions.errors.TornFileError, sessions.errors.SessionFileError),
     ],
 )
-def test_who_knows_only_the_wider_error_can_catch_it(error, known):
+def test_own_errors_are_subclasses_of_the_builtin_errors(error, known):
     assert issubclass(error, known)

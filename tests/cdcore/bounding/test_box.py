@@ -74,7 +74,7 @@ def test_the_hull_holds_every_vertex():
     assert (((points[:, None] - hull[None, :, 0]) * normal).sum(axis=-1) < 1e-12).all()
 
 
-def test_a_flat_mesh_is_its_own_hull():
+def test_hull_collider_of_a_flat_mesh_is_the_mesh():
     flat = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
     assert hull_collider(flat) is flat
 
@@ -86,7 +86,8 @@ def test_sphere_of_largest_half_extent_leaves_corners_outside():
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
-def test_a_capsule_lies_along_the_longest_side(axis):
+def test_capsule_collider_lies_along_the_longest_side_of_a_box(axis):
+    """A box of 4 x 1 x 1: radius 0.5 about a segment of 3, whose volume the mesh fills to more than 95 %."""
     size = np.full(3, 1.0)
     size[axis] = 4.0
     capsule = capsule_collider(box_mesh(size, (1.0, 2.0, 3.0)))

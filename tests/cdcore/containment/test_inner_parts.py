@@ -90,7 +90,7 @@ def test_frames_that_a_clearance_leaves_out_are_beside(name):
 
 @pytest.mark.parametrize("name", INNER)
 @pytest.mark.parametrize("asker", ["exact", "obb"])
-def test_live_samples_around_holes_agree_with_the_whole_motion(asker, name):
+def test_live_containment_in_open_meshes_equals_offline(asker, name):
     detector = create_detector(asker, [Body("cup", cup()), Body("inner", INNER[name])])
     rng, codes = np.random.default_rng(9), set()
     for _ in range(25):

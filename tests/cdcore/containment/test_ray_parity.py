@@ -54,7 +54,8 @@ MESHES = {
 
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("shape", MESHES)
-def test_certain_answers_are_exact_and_most_are_certain(shape):
+def test_certain_inside_answers_agree_with_exact_ray_parity(shape):
+    """At most 2 of 300 points stay uncertain."""
     mesh, inside_grid = MESHES[shape], build_inside_grid(MESHES[shape].triangles)
     lower, upper = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     anywhere = np.random.default_rng(0).uniform(lower, upper, (300, 3))

@@ -57,7 +57,8 @@ def test_lost_faces_are_distinguished_from_openings_at_any_size(name, exponent):
     assert np.array_equal(scaled.grid.triangles, np.ldexp(winding_surface(mesh).grid.triangles, exponent))
 
 
-def test_flat_sheets_are_left_out_until_they_can_enclose_something():
+def test_up_to_three_flat_sheets_cannot_enclose_a_volume():
+    """Four planes are the fewest that bound a volume (a tetrahedron); fewer sheets have no winding surface."""
     side = TriangleMesh([[0, 0, 0], [1, 0, 0.5], [1, 1, 0.5], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     sheets = [shift_mesh(side, [0, 0, 3 * k]) for k in range(4)]
     assert winding_surface(side).kinds.tolist() == winding_surface(merge_meshes(*sheets[:3])).kinds.tolist() == []
@@ -85,7 +86,8 @@ def test_capped_components_are_closed_with_lost_or_reversed_faces(seed):
         assert not any(uses.values())
 
 
-def test_components_of_mixed_winding_are_wound_alike():
+def test_faces_of_mixed_winding_are_turned_to_one_side():
+    """A box that lacks a face and has three faces reversed: one hole, and one orientation in the end."""
     box = box_mesh()
     faces = without(box, 4).faces.copy()
     faces[[0, 3, 5]] = faces[[0, 3, 5], ::-1]
@@ -107,7 +109,8 @@ def from_both_sides(mesh, *faces):
 @pytest.mark.parametrize("wound", ["outwards", "inwards", "mixed"])
 @pytest.mark.parametrize("exponent", [-330, 0, 330])
 @pytest.mark.parametrize("counts", [(2, 1, 1), (3, 2, 1), (3, 3, 3)])
-def test_walls_between_cells_of_a_solid_are_no_holes(counts, wound, exponent):
+def test_inner_walls_of_a_solid_of_cells_are_removed(counts, wound, exponent):
+    """A block of boxes side by side is closed; between neighbours lie two faces of two triangles each, 4 a wall."""
     mesh = cells(counts)
     faces = mesh.faces.copy()
     reversed_faces = {"outwards": slice(0), "inwards": slice(None), "mixed": slice(0, 1)}[wound]
@@ -119,7 +122,8 @@ def test_walls_between_cells_of_a_solid_are_no_holes(counts, wound, exponent):
     assert len(surface.grid.triangles) == len(mesh.faces) - walls
 
 
-def test_fin_inside_a_solid_is_no_hole():
+def test_two_sided_fin_inside_a_closed_box_is_ignored():
+    """A fin within the box leaves its 12 faces closed; a fin that sticks out is an open edge."""
     box, corners = box_mesh(), [[-0.5, -0.5, -0.5], [0.5, -0.5, -0.5]]
     for tip, kind, faces in (([0.0, 0.1, 0.1], ComponentKind.CLOSED, 12), ([0.0, -0.9, -0.9], ComponentKind.HOLED, 13)):
         fin = TriangleMesh([*corners, tip], [[0, 1, 2], [2, 1, 0]])
@@ -128,7 +132,7 @@ def test_fin_inside_a_solid_is_no_hole():
         assert len(surface.grid.triangles) - len(surface.caps) == faces
 
 
-def test_two_sided_box_faces_are_no_walls():
+def test_box_faces_drawn_from_both_sides_count_once():
     box = box_mesh()
     for faces in ([0], [0, 1], range(12)):
         surface = winding_surface(from_both_sides(box, *faces))
