@@ -66,7 +66,7 @@ OWN_MODULES = {
         ("own_engine:Detector", "'own_engine:Detector' is no detector: it defines no Settings, detect, stream.*"),
     ],
 )
-def test_own_class_that_cannot_load_says_why(name, sentence, monkeypatch, tmp_path):
+def test_unloadable_own_detector_is_refused_with_the_reason(name, sentence, monkeypatch, tmp_path):
     for module, code in OWN_MODULES.items():
         (tmp_path / f"{module}.py").write_text(code)
         monkeypatch.delitem(sys.modules, module, raising=False)

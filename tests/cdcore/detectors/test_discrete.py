@@ -40,7 +40,8 @@ def test_discrete_without_a_rate_equals_hybrid(seed):
     assert discrete.work["held"] == 0
 
 
-def test_faces_of_known_contacts_equal_the_whole_without_a_rate():
+def test_faces_queried_afterwards_equal_faces_of_detection():
+    """With a sampling rate contacts are repeated between samples, so their faces are not known."""
     bodies, motion = lab(150, 0)
     detector = create_detector("discrete", bodies)
     whole = detector.detect(motion, faces=True)

@@ -108,7 +108,8 @@ def test_within_epsilon_a_verdict_is_at_most_that_far_off():
     assert first[0] <= first[1] <= first[0] + 5
 
 
-def test_live_ties_and_extreme_sizes_equal_the_whole_motion():
+def test_exact_touch_and_gap_of_an_ulp_live_and_offline():
+    """Unit boxes touch face to face and corner to corner, then are apart by 2^-50, then by 1e80."""
     positions = np.zeros((4, 2, 3))
     positions[:, 1] = [[0, 0, 1], [1, 1, 1], [0.5, 0, 1 + 2.0**-50], [1e80, 0, 0]]
     motion = unturned(positions)

@@ -79,7 +79,7 @@ def test_deciding_on_meshes_gives_the_verdicts_and_faces_of_hybrid():
     assert Verdict.CONTAINED in hybrid.verdict or (hybrid.verdict == Verdict.CONTACT).any()
 
 
-def test_explanation_says_whether_volumes_met():
+def test_explanation_of_a_contact_reports_overlapping_spheres():
     bodies, motion = lab(150)
     detector = create_detector("hybrid-qaco", bodies, decide="mesh")
     contact = detected("hybrid").verdict != Verdict.CLEAR

@@ -59,7 +59,7 @@ def test_ball_wholly_inside_a_box_has_no_meeting_faces():
     assert pairs.faces(0, 1).shape == (0, 2)
 
 
-def test_duplicate_faces_keep_their_own_numbers():
+def test_spike_through_a_tripled_face_meets_all_three():
     wall = TriangleMesh([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], [[0, 1, 2], [0, 1, 2], [2, 1, 0]])
     spike = TriangleMesh([[0, 0, -1], [0, 0, 1], [0.1, 0, 1]], [[0, 1, 2]])
     assert FclMeshes([wall, spike]).faces(0, 1).tolist() == [[0, 0], [1, 0], [2, 0]]

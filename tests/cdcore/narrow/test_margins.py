@@ -75,7 +75,8 @@ def test_near_face_pairs_are_complete(reach):
 
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("family", [f for f in FAMILIES if f.number not in (15, 16)], ids=lambda f: f.name)
-def test_the_exact_margin_lies_within_the_bounds(family):
+def test_margin_of_triangle_pairs_lies_within_its_bounds(family):
+    """The margin is how far a pair must be shifted to meet or to part."""
     pairs = family.pairs(300, seed=9)
     meets, margin = triangle_margins(pairs)
     lower, upper, separated = overlap_bounds(pairs)

@@ -26,7 +26,7 @@ def test_names_and_numbers_mean_the_same_and_keep_their_order(pairs):
     assert resolved.dtype == np.int64
 
 
-def test_an_empty_list_is_no_pairs():
+def test_empty_list_of_pairs_requests_no_pair():
     assert resolve_pairs(BODIES, []).shape == (0, 2)
 
 

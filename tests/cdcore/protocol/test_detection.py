@@ -108,7 +108,8 @@ def block(start, stop, **changes):
     )
 
 
-def test_joined_blocks_are_the_whole():
+def test_detections_of_consecutive_blocks_join_to_the_whole():
+    """``block(a, b)`` is frames a to b of ``detection()``; frame numbers of the second block shift by 1."""
     joined = join([block(0, 1), block(1, 3, reasons={(1, 0): "why"}, toi={(0, 1): (0.1, 0.2)})])
     assert joined.digest == detection().digest
     assert joined.faces_digest == detection().faces_digest
@@ -137,7 +138,7 @@ def test_no_blocks_cannot_be_joined():
         join([])
 
 
-def test_the_numbers_that_stand_in_files_stay_as_they_are():
+def test_verdict_numbers_stored_in_files_never_change():
     assert {verdict.name: int(verdict) for verdict in Verdict} == {
         "CLEAR": 0,
         "CONTACT": 1,
@@ -179,7 +180,7 @@ def test_every_face_set_is_returned_for_its_frame_and_pair(table):
 
 
 @given(entries, st.integers(0, 8))
-def test_blocks_joined_equal_the_whole(table, cut):
+def test_joined_face_sets_equal_sets_made_at_once(table, cut):
     before = {key: value for key, value in table.items() if key[0] < cut}
     after = {(frame - cut, pair): value for (frame, pair), value in table.items() if frame >= cut}
     joined = FaceSets.join([(0, made(before)), (cut, made(after))])
@@ -189,7 +190,7 @@ def test_blocks_joined_equal_the_whole(table, cut):
 
 
 @given(entries, st.sets(st.integers(0, 7)))
-def test_taken_frames_have_their_own_faces(table, chosen):
+def test_face_sets_of_selected_frames_equal_the_whole(table, chosen):
     whole, frames = made(table), np.array(sorted(chosen), dtype=np.int64)
     taken = whole.take(frames)
     for number, frame in enumerate(frames):

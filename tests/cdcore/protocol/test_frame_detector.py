@@ -44,7 +44,7 @@ def test_single_method_makes_a_detector_named_after_its_class():
 
 
 @pytest.mark.parametrize("block", [1, 7])
-def test_blocks_equal_the_whole_and_reruns_start_fresh(block):
+def test_frame_detector_in_blocks_or_rerun_gives_equal_digests(block):
     bodies, motion = lab(40)
     detector = made(Near, bodies)
     whole = detector.detect(motion)
