@@ -69,7 +69,7 @@ def test_contact_at_start_at_end_and_without_motion():
     assert time_of_impact(cube, direction(upper, upper), floor, REST).verdict is Impact.FREE
 
 
-def test_being_inside_is_a_fact_of_its_own_or_undecided():
+def test_impact_reports_inside_beside_the_time_of_impact():
     ball, box = ball_mesh(0.1), box_mesh((1, 1, 1))
     staying, leaving = direction(pose(), pose((0.2, 0, 0))), direction(pose(), pose((3, 0, 0)))
     for first, second, swap in ((ball, box, False), (box, ball, True)):

@@ -83,7 +83,7 @@ def test_components_are_named_by_their_lowest_face():
     assert (three.components[12:24] == 12).all()
 
 
-def test_the_hash_knows_coordinates_faces_and_nothing_else():
+def test_content_hash_depends_on_coordinates_and_faces_alone():
     assert box_mesh().content_hash == box_mesh().content_hash
     assert box_mesh().content_hash != shift_mesh(box_mesh(), [1e-16, 0, 1e-16]).content_hash
     assert box_mesh().content_hash != TriangleMesh(box_mesh().vertices, box_mesh().faces[::-1]).content_hash

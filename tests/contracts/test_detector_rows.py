@@ -46,7 +46,7 @@ def faults_of(name, row):
 
 
 @pytest.mark.parametrize("name", TABLE)
-def test_a_row_says_all_that_the_tool_must_know(name):
+def test_every_row_of_the_detector_table_is_complete(name):
     assert faults_of(name, TABLE[name]) == []
 
 
@@ -99,7 +99,7 @@ def test_detector_times_only_its_declared_stages(name):
     assert all(np.sum(seconds) >= 0 for seconds in timed.values())
 
 
-def test_stress_asks_every_row_about_which_triangles_say_something():
+def test_stress_runs_every_detector_that_tests_triangles():
     requested = {spec.name for spec in detectors_of(ALL_DETECTORS)}
     assert requested.isdisjoint(name for name in TABLE if TABLE[name].no_triangles)
     assert requested >= {name for name in TABLE if not TABLE[name].no_triangles}

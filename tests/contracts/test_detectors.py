@@ -67,7 +67,7 @@ def test_repeated_queries_give_the_same_answer(name, scene):
 
 
 @pytest.mark.parametrize("block", [7, *(pytest.param(size, marks=pytest.mark.slow) for size in (1, 64))])
-def test_stream_equals_the_whole_for_any_block_size(name, block, scene):
+def test_detector_in_blocks_of_frames_equals_the_whole_motion(name, block, scene):
     bodies, motion = scene
     joined = join(create_detector(name, bodies).stream(motion.blocks(block), faces=True))
     assert joined.digest == whole(name).digest
@@ -76,7 +76,7 @@ def test_stream_equals_the_whole_for_any_block_size(name, block, scene):
         assert joined.faces_digest == whole(name).faces_digest
 
 
-def test_live_answers_equal_the_whole_with_seconds_per_frame(name, scene):
+def test_live_detection_equals_offline_and_times_every_frame(name, scene):
     bodies, motion = scene
     answer = detect_live(create_detector(name, bodies), motion)
     assert answer.digest == whole(name).digest
@@ -164,7 +164,7 @@ def test_bodies_in_another_order_give_the_same_digests(name, scene):
         assert detection.faces_digest == whole(name).faces_digest
 
 
-def test_exactly_frames_without_a_pose_are_no_pose(name, scene):
+def test_pair_without_both_poses_gets_verdict_no_pose(name, scene):
     motion, detection = scene[1], whole(name)
     either = ~(motion.valid[:, detection.pairs[:, 0]] & motion.valid[:, detection.pairs[:, 1]])
     assert either.any()

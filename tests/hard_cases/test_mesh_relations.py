@@ -92,7 +92,7 @@ def test_splitting_faces_at_dyadic_midpoints_keeps_the_verdicts(kind):
 
 
 @by_kind
-def test_union_of_two_query_sets_has_the_answers_of_both(kind):
+def test_pairs_queried_together_equal_pairs_queried_alone(kind):
     bodies, motion = scene(kind)
     both = requested(bodies, motion, [(0, 1), (1, 2)])
     pieces = [requested(bodies, motion, [pair]) for pair in ((0, 1), (1, 2))]

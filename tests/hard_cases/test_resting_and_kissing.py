@@ -104,7 +104,8 @@ def test_38_tangent_spheres_of_touching_bodies_overlap(local, world):
 
 
 @pytest.mark.parametrize("power", [-20, -10, 10, 20])
-def test_39_scaled_scenes_have_the_same_answers_and_faces(power):
+def test_39_scaling_by_a_power_of_two_changes_no_face(power):
+    """Floats scale by powers of two without rounding."""
     bodies, motion = lab(60, seed=2)
     scale = 2.0**power
     scaled = [Body(body.name, TriangleMesh(body.mesh.vertices * scale, body.mesh.faces)) for body in bodies]
@@ -116,7 +117,11 @@ def test_39_scaled_scenes_have_the_same_answers_and_faces(power):
     assert (first.digest, first.faces_digest) == (second.digest, second.faces_digest)
 
 
-def test_42_meshes_that_touch_in_a_vertex_meet_in_it():
+def test_42_meshes_touching_in_a_vertex_meet_in_its_faces():
+    """Two octahedra touch tip to tip: 4 x 4 faces; icospheres of 6 faces at the pole: 6 x 6. A mesh on itself meets in
+
+    every face.
+    """
     first, second = (TriangleMesh(np.add(CORNERS, [x, 0, 0]), OCTAHEDRON) for x in (0.0, 2.0))
     ball, beaker = icosphere_mesh(), beaker_mesh(sides=10)
     assert [len(intersecting_faces(*two)) for two in ((first, second), (ball, shift_mesh(ball, [0, 0, 2])))] == [16, 36]

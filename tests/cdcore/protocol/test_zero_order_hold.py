@@ -35,7 +35,8 @@ def test_before_its_first_answer_a_sampled_detector_reports_no_contact(name, liv
 
 
 @pytest.mark.parametrize("name", ["discrete", "collider"])
-def test_stream_keeps_missing_answers_missing(name):
+def test_held_answers_across_blocks_equal_the_whole_motion(name):
+    """Sampled once a second, a body without poses in its first sample has no answer to hold until the next."""
     tracked = np.arange(25) >= 3
     positions = np.zeros((25, 2, 3))
     valid = np.stack([np.ones(25, dtype=bool), tracked], axis=1)

@@ -46,7 +46,7 @@ def test_faces_at_a_crowded_edge_are_neighbours(count):
     assert all(face not in others for face, others in by_edge.items())
 
 
-def test_a_corner_written_twice_in_a_face_is_no_edge():
+def test_degenerate_face_shares_an_edge_only_between_different_corners():
     corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
     by_edge, _ = neighbours(TriangleMesh(corners, [[0, 0, 1], [0, 0, 2], [0, 1, 3]]))
     assert by_edge == {0: {2}, 1: set(), 2: {0}}

@@ -25,7 +25,7 @@ def components(search, pose, pairs):
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_single_seed_per_curve_gives_the_whole_set(seed):
+def test_flood_from_a_seed_per_curve_finds_all_faces(seed):
     torus, ball = torus_mesh(), ball_of(1500, 0.5)
     search = search_of(torus, ball, variant="random")
     for pose in colliding_poses(torus, ball, 4, seed):

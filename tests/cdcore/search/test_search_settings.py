@@ -18,7 +18,8 @@ def test_printed_gate_shrinks_its_vector():
     assert np.linalg.norm(qubit) == pytest.approx(0.081, abs=0.0005)
 
 
-def test_printed_gate_is_no_rotation():
+def test_equation_17_as_printed_does_not_keep_length():
+    """The squared length is 1 - sin(2 theta) sin(2 t) instead of 1."""
     theta, t = np.meshgrid(np.linspace(-1, 1, 21), np.linspace(0, 6, 25))
     norm = (printed_17(theta, np.stack([np.cos(t), np.sin(t)], axis=-1)) ** 2).sum(axis=-1)
     assert np.allclose(norm, 1 - np.sin(2 * theta) * np.sin(2 * t))
