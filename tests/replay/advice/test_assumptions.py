@@ -238,7 +238,7 @@ def test_lone_small_mesh_in_centimetres_is_questioned(tmp_path, millimetres):
     assert [row.value for row in question.alternatives] == ["m", "cm"]
 
 
-def test_forgotten_answers_restore_every_fact(tmp_path):
+def test_forgetting_an_answer_restores_all_recorded_facts(tmp_path):
     _, poses = unity_poses_without_a_name(tmp_path, "glb")
     _, meshes = scene(tmp_path, "unreal", "ply", exported=True)
     for session in (poses(), meshes()):

@@ -110,7 +110,7 @@ def test_without_time_nothing_is_measured():
     assert measured_fixes(result, 0.0, Silent()) is result
 
 
-def test_a_body_with_holes_keeps_its_hull_and_says_so():
+def test_fix_keeps_the_hull_of_a_mesh_with_holes():
     holed = TriangleMesh(BEAKER.vertices, BEAKER.faces[1:])
     result = run(stirred(holed), detectors="subject=hull50,exact", fix_time=60)
     fix = result.answers[0].fix
@@ -156,7 +156,7 @@ def test_measured_fix_has_no_milliseconds_on_a_busy_machine(monkeypatch, busy):
     assert ("The machine was busy (40 %)" in answer.fix.notes) == (busy == "fix")
 
 
-def test_pieces_that_are_no_better_are_not_advised(nothing_cut, monkeypatch):
+def test_fix_advises_no_pieces_as_wrong_as_the_hull(nothing_cut, monkeypatch):
     """A hull of the beaker in place of its pieces is as wrong as its hull."""
     result = compute(stirred(BEAKER), detectors="subject=hull50,exact")
     monkeypatch.setattr(piece_store, "within_triangles", lambda _piece: piece_store.hull_of(BEAKER.vertices))

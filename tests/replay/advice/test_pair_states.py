@@ -109,7 +109,8 @@ def test_states_of_a_pair_agree_with_the_exact_detector(shape, seed):
     assert contact.any() and not contact.all()
 
 
-def test_frames_between_two_distances_are_left_out():
+def test_slow_motion_far_apart_needs_few_distance_queries():
+    """Balls of 5 cm are 20 cm apart and move 2 cm at most; the budget allows ten distance queries for all frames."""
     ball = mesh_data(trimesh.creation.icosphere(1, 0.05))
     rotations, positions = np.tile(np.eye(3), (FRAMES, 1, 1)), np.zeros((FRAMES, 3))
     positions[:, 0] = 0.3 + 0.01 * np.sin(np.arange(FRAMES) / 50)
@@ -170,7 +171,8 @@ def test_inside_of_doubled_shells_is_never_taken_for_apart():
     assert PairStates(mesh_data(nested), mesh_data(ball)).states(*poses, QueryBudget()) == [PairState.UNKNOWN]
 
 
-def test_faces_without_area_are_left_out_between_other_faces():
+def test_degenerate_faces_do_not_change_states_of_a_pair():
+    """A box of 0.1 m with a point and a segment as faces: overlap at 0.05 and 0.0999, apart at 0.1002."""
     box = trimesh.creation.box((0.1, 0.1, 0.1))
     point, segment = [0, 0, 0], [int(box.faces[0, 0]), int(box.faces[0, 1]), int(box.faces[0, 1])]
     with_flat = MeshData(box.vertices, np.concatenate([box.faces, [point, segment]]))

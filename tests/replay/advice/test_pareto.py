@@ -43,7 +43,7 @@ def test_single_pass_never_ties_and_is_never_advised():
         ([price_row(name, 1.0, 0, spread=None) for name in "abcd"], 1.0, "0 settings were"),
     ],
 )
-def test_fewer_than_three_prices_give_no_advice_and_say_why(expected, fraction, why):
+def test_no_advice_from_fewer_than_three_settings(expected, fraction, why):
     (sentence,) = advice_of(expected, processor_fraction=fraction)
     assert sentence.startswith("No advice") and why in sentence
 
@@ -81,7 +81,7 @@ def test_busy_machine_gives_advice_on_accuracy_without_cost(at_work, busy):
     assert accuracy.startswith("The smallest loss, 0.056, has b: 1 of 18 contacts missed") and "ms" not in accuracy
 
 
-def test_front_stands_whole_on_a_busy_machine():
+def test_advice_on_a_busy_machine_omits_times_of_the_front():
     rows = [price_row("exact", 4.0, 0), price_row("a", 2.0, 1), price_row("b", 1.0, 3), price_row("slow", 5.0, 2)]
     first, *rest, busy = advice_of(rows, processor_fraction=0.5)
     assert front_of(rows) == ["b", "a", "exact"]

@@ -21,8 +21,8 @@ def test_larger_box_has_its_closed_form_errors():
 
 
 @pytest.mark.parametrize("shift", [0.0, 1.0])
-def test_rounding_of_the_written_file_is_no_figure(shift):
-    """A thin cup: float32 corners left 0.000011 % of its volume outside, which was called worse than before."""
+def test_float32_rounding_of_written_colliders_is_not_reported(shift):
+    """A hull shifted by 2 um is reported; its corners rounded to float32 are not."""
     wall = [(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)]
     cup = shift_mesh(revolved_mesh(wall, 48), (shift, 0.0, 0.0))
     hull = hull_collider(cup)

@@ -42,7 +42,8 @@ CODES = st.lists(st.tuples(st.sampled_from(".CCu"), st.sampled_from(".Cu")), min
 
 
 @given(CODES, CODES)
-def test_counts_matches_and_misses_say_the_same_of_every_contact(first, second):
+def test_missed_and_late_counts_agree_with_counting_by_hand(first, second):
+    """``CODES`` are columns of verdicts of detector and reference; ``by_hand`` counts them letter by letter."""
     size = min(len(first), len(second))
     rows = [["".join(two[k] for two in pair) for pair in zip(first[:size], second[:size], strict=True)] for k in (0, 1)]
     oracle, subject = (verdicts(side) for side in rows)

@@ -30,7 +30,8 @@ def test_contacts_have_depth_and_volume_of_their_worst_frame(audited):
     assert {row["depth_unknown"] for row in rows} == {""}
 
 
-def test_misses_have_the_depth_of_their_own_frames(audited):
+def test_depth_of_a_miss_is_its_deepest_frame(audited):
+    """Unit cubes at distance d overlap by 1 - d."""
     for miss in audited.misses["slow"]:
         overlaps = [1 - PATH["b"][frame] for frame in range(miss.first, miss.last + 1)]
         assert miss.depth == pytest.approx(max(overlaps))
@@ -111,7 +112,8 @@ def test_depth_is_at_least_where_frames_were_left_out(monkeypatch):
 
 
 @pytest.mark.parametrize(("metres", "noise"), [(0.0006, True), (0.0009, False)])
-def test_miss_that_tracker_noise_could_make_says_so(metres, noise):
+def test_shallow_miss_is_said_to_be_possible_tracker_noise(metres, noise):
+    """0.6 mm is within what the noise of a tracker makes, 0.9 mm is not."""
     session = spiked(12, 5, metres, metres)
     result = run(session, detectors="slow=discrete[rate_hz=0.2,sampling_offset_s=10]", oracle="exact", tau=0.0)
     (miss,) = result.misses["slow"]

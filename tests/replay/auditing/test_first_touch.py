@@ -49,8 +49,8 @@ def test_between_frames_origins_move_linearly_and_rotations_evenly():
     assert touching.rotations[1, 0] == pytest.approx(quarter, abs=1e-12)
 
 
-def test_a_touch_lies_on_both_bodies_with_the_face_normal():
-    """A cube on its corner comes down on another one, beside the middle of its top."""
+def test_first_touch_of_a_corner_on_a_face():
+    """The corner is half a diagonal, root of 0.75, below the centre and falls from 2.0 to -0.5 in one step."""
     quaternions = Rotation.align_vectors([[0.0, -1, 0]], [[1.0, 1, 1]])[0].as_quat()
     heights = np.array([2.0, -0.5])
     poses = {

@@ -143,7 +143,7 @@ def test_contacts_of_two_pairs_do_not_interrupt_each_other():
     assert interruptions_of(contacts) == []
 
 
-def test_every_screen_says_the_same_of_flicker():
+def test_flicker_sentence_is_the_same_on_every_screen():
     _, result = flicker(gaps(BOUNCES))
     (sentence, *_) = flicker_notes(result)
     document = msgspec.json.decode(msgspec.json.encode(result.document), type=RunDocument)
