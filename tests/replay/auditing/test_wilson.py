@@ -21,7 +21,8 @@ def ends(part):
 
 
 @pytest.mark.parametrize("frames", [1, 40])
-def test_interval_of_equal_answers_counts_contacts_not_frames(frames):
+def test_confidence_interval_counts_contacts_and_not_their_frames(frames):
+    """0 of 18 contacts has Wilson's interval 0 to 17.6 %, whether each lasts 1 or 40 frames."""
     none, whole = proportion_of_clusters([0] * 18, [frames] * 18), proportion_of_clusters([frames] * 18, [frames] * 18)
     assert ends(none) == wilson_interval(0, 18) == (0.0, pytest.approx(0.176, abs=5e-4))
     assert ends(whole) == wilson_interval(18, 18) and (none.count, none.of, none.clusters) == (0, 18 * frames, 18)
@@ -32,7 +33,8 @@ def test_equal_fractions_in_every_contact_count_as_independent_frames():
     assert ends(proportion_of_clusters([3, 6, 9], [30, 60, 90])) == pytest.approx(wilson_interval(18, 180), abs=1e-9)
 
 
-def test_contacts_lost_whole_say_no_more_than_their_number():
+def test_interval_of_wholly_missed_contacts_is_about_wilsons():
+    """3 of 20 contacts are missed in all of their 10 frames."""
     lower, upper = ends(proportion_of_clusters([10] * 3 + [0] * 17, [10] * 20))
     few_lower, few_upper = wilson_interval(3, 20)
     assert lower < few_lower and few_upper < upper < few_upper + 0.05

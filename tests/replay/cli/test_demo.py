@@ -44,7 +44,7 @@ def test_class_is_written_to_the_named_folder(tmp_path, monkeypatch, capsys):
 
 
 @pytest.mark.slow
-def test_demo_repeats_in_its_own_folder_and_replaces_no_other(tmp_path, monkeypatch, capsys):
+def test_demo_replaces_its_default_folder_but_no_named_folder(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     for _ in range(2):
         assert main(["demo", "--scene", "fast-ball", "-q"]) == 0

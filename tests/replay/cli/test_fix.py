@@ -43,7 +43,7 @@ def own(tmp_path, monkeypatch):
     return tmp_path
 
 
-def test_three_commands_lead_from_own_files_to_colliders(own, capsys):
+def test_import_run_and_fix_lead_to_colliders_for_unity(own, capsys):
     assert main(IMPORT) in (0, 3)
     assert main(["run", "own.mcap", "--detectors", "hull50,exact", "--no-picture"]) == 0
     assert "Do In your engine, split cup into" in " ".join(capsys.readouterr().out.split())
@@ -58,7 +58,7 @@ def test_three_commands_lead_from_own_files_to_colliders(own, capsys):
     assert all(len(piece.faces) <= 255 and piece.is_convex for piece in pieces.values())
 
 
-def test_an_interrupted_search_keeps_its_pieces_and_says_so(own, capsys, monkeypatch):
+def test_interrupted_fix_keeps_cut_pieces_for_the_next_call(own, capsys, monkeypatch):
     monkeypatch.setattr(piece_store, "cache_folder", lambda: own / "cache")
     main(IMPORT)
 
@@ -95,7 +95,7 @@ def test_page_is_written_without_an_engine(own, capsys, arguments):
 
 
 @pytest.mark.parametrize(("axes", "is_said"), [("gltf", True), ("unity", False)])
-def test_unity_is_told_about_pieces_in_axes_of_gltf(axes, is_said):
+def test_unity_steps_mention_pieces_in_axes_of_gltf(axes, is_said):
     fixed = SimpleNamespace(engine="Unity", axes=axes)
     assert any("pieces fit a mesh imported there as glTF" in line for line in steps_about_axes(fixed)) == is_said
     assert steps_about_axes(SimpleNamespace(engine="Godot", axes=axes)) == []

@@ -41,7 +41,7 @@ def test_a_name_in_several_arguments_is_the_page(capsys):
     assert capsys.readouterr().out == page("hard-cases")
 
 
-def test_a_query_without_a_full_match_says_so(capsys):
+def test_guide_query_names_words_missing_from_its_section(capsys):
     assert main(["guide", "doctor", "qqqqqq"]) == 0
     printed = capsys.readouterr().out
     assert printed.startswith("Not in this section: qqqqqq.\n\n# Your recording\n\n## Can you trust the recording?")

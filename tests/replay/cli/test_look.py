@@ -133,7 +133,7 @@ def test_terminal_repeats_the_question_until_answered_or_left_open(recording, mo
         (["--answer", "b"], "no question and a letter|not a question and a letter"),
     ],
 )
-def test_answers_without_a_question_are_refused(recording, capsys, options, message):
+def test_doctor_refuses_answers_to_unasked_questions(recording, capsys, options, message):
     import re
 
     before = recording.read_bytes()

@@ -56,7 +56,7 @@ def test_address_space_too_small_for_all_processors_is_refused(monkeypatch, caps
     assert main(["--version"]) == 0
 
 
-def test_path_that_is_no_text_is_one_clear_error(tmp_path, capsys):
+def test_undecodable_path_is_refused_without_a_traceback(tmp_path, capsys):
     assert main(["run", str(tmp_path), "-o", "a\udcff"]) == 2
     output = capsys.readouterr().err
     assert "error: " in output and "this should not have happened" not in output and output.isascii()
@@ -152,7 +152,7 @@ def test_the_shell_completes_verbs_as_the_guide_says():
     assert done.stdout.split() == ["plain,doctor"]
 
 
-def test_import_without_a_format_says_the_whole_command(tmp_path, monkeypatch, capsys):
+def test_import_without_a_format_prints_the_complete_command(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "my take.csv").write_text("time\n")
     assert main(["import", "my take.csv", "-o", "take.mcap"]) == 2

@@ -121,7 +121,7 @@ def test_minimised_recording_keeps_poses_meshes_contacts_and_starts_in_2000(reco
     assert runs[0].verdict.tobytes() == runs[1].verdict.tobytes() and runs[0].verdict.any()
 
 
-def test_effects_keep_roles_and_their_own_words(recording, tmp_path):
+def test_minimise_keeps_roles_of_effects_and_renames_bodies(recording, tmp_path):
     declared = SCENE.replace(f'["{SERIAL}", "beaker"]', '["tag:hand", "beaker"]')
     source, out = tmp_path / "roles.mcap", tmp_path / "small.mcap"
     write_session(replace(read_session(recording), scene=parse_scene(declared)), source)

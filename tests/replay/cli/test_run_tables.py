@@ -20,7 +20,7 @@ from replay.show.sections import SectionName, section_of
 POSITIONS = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
 
 
-def test_measured_fix_has_the_figures_of_its_own_run():
+def test_measured_fix_equals_a_run_of_the_fixed_detector():
     result = compute(cubes(POSITIONS), detectors="slow=discrete[rate_hz=20]")
     (answer,) = result.answers
     fixed = compute(cubes(POSITIONS), detectors="often=discrete")
@@ -32,7 +32,7 @@ def test_measured_fix_has_the_figures_of_its_own_run():
     assert every.false_contact == audit.false_contact
 
 
-def test_unmeasured_fix_says_so_and_its_command_runs():
+def test_unmeasured_fix_names_a_valid_detector_setting():
     gap = cubes({"a": [0.0] * 6, "b": [3.0, 1.02, 1.01, 1.02, 3.0, 3.0]})
     answer, _ = compute(gap, detectors="box=collider[shape=box,skin_m=0.05],hybrid").answers
     assert "are worst" in answer.sentence
@@ -56,7 +56,7 @@ def test_headline_colour_matches_its_worst_error(state, mark):
     assert sentence.style == STYLES[mark]
 
 
-def test_sources_stand_in_json_and_after_the_text(capsys):
+def test_sources_are_printed_after_text_and_within_json(capsys):
     sources = sources_behind(["exact"], {}.items())
     answer_cited(True, {"answer": 42}, list, sources)
     assert json.loads(capsys.readouterr().out)["sources"].keys() == sources.keys()

@@ -87,7 +87,8 @@ def test_busy_machine_is_reported():
     assert "The machine was busy (69 %)" in notes
 
 
-def test_a_stage_of_settings_never_goes_back_and_ends_whole():
+def test_tradeoff_progress_never_falls_and_ends_at_100():
+    """Three settings of 6 are begun, then more are planned: 6, 14, 20 of 20."""
     steps = []
     watch = percent_of_settings(steps.append)
     for begun, total in ((3, 6), (6, 20), (14, 20), (20, 20)):

@@ -133,7 +133,7 @@ def test_single_piece_is_hull_and_flat_mesh_stays_itself():
     assert convex_pieces(Cut(FLAT, "coacd", 16)) == (FLAT,) and union_of((FLAT,)) is FLAT
 
 
-def test_meshes_that_cannot_be_cut_say_why(monkeypatch):
+def test_uncuttable_mesh_is_called_flat_holed_or_too_large(monkeypatch):
     half = TriangleMesh(BEAKER.vertices, BEAKER.faces[: len(BEAKER.faces) // 2])
     ball = icosphere(subdivisions=3)
     many = TriangleMesh(ball.vertices, ball.faces)
@@ -163,7 +163,7 @@ def test_missing_cutter_error_names_the_package_to_install(name, package, monkey
 
 
 @pytest.mark.usefixtures("empty_cache")
-def test_who_waits_for_pieces_can_end_the_cutting(monkeypatch):
+def test_cutting_ends_when_the_waiting_caller_interrupts(monkeypatch):
     monkeypatch.setattr(piece_store, "CUTTING_PROGRAM", "import time; time.sleep(60)")
     monkeypatch.setattr(piece_store, "WATCH_SECONDS", 0.01)
     calls = []
