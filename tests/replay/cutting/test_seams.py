@@ -43,8 +43,8 @@ def test_pieces_that_meet_have_no_seam():
     assert seams_of(BAR, halves(5e-7)) == []
 
 
-def test_room_between_two_fingers_is_no_slit():
-    """The mesh has no material there."""
+def test_gap_between_two_separate_bars_is_no_seam():
+    """A seam is a slit between pieces where the mesh has material; between two bars it has none."""
     fingers = [shift_mesh(BAR, (0.0, 0.06 * side, 0.0)) for side in (-1, 1)]
     whole = TriangleMesh(
         np.concatenate([finger.vertices for finger in fingers]),

@@ -121,7 +121,7 @@ def test_depth_in_a_hollow_body_is_that_of_dense_samples(seed):
     assert sampled - 1e-9 <= result.depth <= sampled + 0.04
 
 
-def test_open_bodies_say_why_they_have_no_depth():
+def test_open_mesh_has_no_solid_for_the_depth():
     whole = bar(1, 1, 1)
     assert solid_of(whole).reason == ""
     assert solid_of(TriangleMesh(whole.vertices, whole.faces[1:])).reason == "is open"

@@ -70,7 +70,7 @@ def test_notice_is_silent_without_compiling_and_afterwards(started):
     assert heard.sentences == [] and started == []
 
 
-def test_beside_who_compares_clocks_no_process_compiles(started):
+def test_no_background_compiling_while_a_benchmark_needs_the_clock(started):
     heard = Heard()
     with compiling_announced(heard, is_alone=True):
         fresh_kernel("cdcore.narrow.bvh.traverse")(1)
@@ -92,6 +92,6 @@ def test_single_core_starts_no_process(cores, started, monkeypatch):
     assert started == []
 
 
-def test_a_listener_without_a_voice_is_left_alone():
+def test_compiling_is_not_announced_to_silent_progress():
     with compiling_announced(Silent()):
         assert fresh_kernel("cdcore.narrow.sections.triangle_sections")(1) == 2

@@ -38,13 +38,13 @@ SESSION = Session.from_tracks({"cup": Track([0], [[0.0, 0.0, 0.0]], [[0.0, 0.0, 
         ("x=paper[ants=20]", "x", "hybrid-qaco", {"ants": 20}),
     ],
 )
-def test_text_says_label_name_and_settings(text, label, name, settings):
+def test_detector_text_is_parsed_to_label_name_and_settings(text, label, name, settings):
     spec = parse_detector(text)
     assert (spec.label, spec.name, spec.settings) == (label, name, settings)
     assert [type(value) for value in spec.settings.values()] == [type(value) for value in settings.values()]
 
 
-def test_every_python_form_says_the_same():
+def test_detectors_given_as_text_list_or_mapping_are_equal():
     want = (DetectorSpec("slow", "discrete", {"rate_hz": 22.5}), DetectorSpec("hybrid", "hybrid"))
     slow = ("discrete", {"rate_hz": 22.5})
     assert parse_detectors("slow=discrete[rate_hz=22.5],hybrid") == want
@@ -71,7 +71,7 @@ def test_default_lineup_reads_back_from_its_labels(rate):
     assert lineup[0].settings["rate_hz"] == lineup[1].settings["rate_hz"] == rate
 
 
-def test_nothing_is_no_detector():
+def test_empty_detector_list_is_parsed_as_no_detector():
     assert parse_detectors(()) == () and parse_detectors("") == ()
 
 

@@ -50,7 +50,7 @@ def test_misses_within_the_clock_residual_are_blamed_on_clocks():
 
 
 @pytest.mark.parametrize("block", [1, 3, 5])
-def test_blocks_give_the_answer_of_the_whole(block):
+def test_recorded_contacts_in_blocks_equal_the_whole_motion(block):
     session = reported((3.2, "enter"), (3.6, "exit"), (4.1, "enter"), (4.2, "exit"), (7.5, "enter"))
     assembly = assemble(session)
     make = lambda: recorded_detector(assembly.bodies, assembly.pairs, session.live_contacts, 0, 0.0, {})  # noqa: E731
@@ -138,7 +138,8 @@ def test_reports_are_compared_first_without_request():
     ],
     ids=["between steps", "begins late", "ends early", "late as a whole", "early as a whole"],
 )
-def test_engine_miss_lies_between_steps_or_is_late_or_early(begins, ends, step, causes):
+def test_misses_of_an_engine_are_blamed_on_steps_or_lateness(begins, ends, step, causes):
+    """Its reports are shifted by ``begins`` and ``ends`` frames, and its physics runs every ``step`` frames."""
     session = engine_of(lambda begin, end: (begin + begins, end + ends), step)
     assert Counter(miss.cause for miss in compute(session).misses["recorded"]) == causes
 

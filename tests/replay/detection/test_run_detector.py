@@ -42,7 +42,8 @@ def test_mean_leaves_out_the_time_of_other_programs():
 
 
 @pytest.mark.parametrize("spec", ["hybrid", "discrete[rate_hz=30]"])
-def test_long_motion_in_blocks_has_the_digest_of_the_whole(monkeypatch, spec):
+def test_detector_over_a_long_motion_in_blocks_equals_whole(monkeypatch, spec):
+    """50 frames are 7 blocks of 7 and a rest of 1."""
     whole = run_detector(parse_detector(spec), assembly(), seed=0, faces=True, advance=lambda done: None)
     monkeypatch.setattr(detecting, "WHOLE_FRAMES", 7)
     reported = []
@@ -53,7 +54,7 @@ def test_long_motion_in_blocks_has_the_digest_of_the_whole(monkeypatch, spec):
         assert cut.detection.faces_digest == whole.detection.faces_digest
 
 
-def test_warm_up_runs_a_segment_and_bounds_the_whole():
+def test_warm_up_frames_are_few_and_span_the_motion():
     for count in (1, 2, 100, 1000, 54_000):
         frames = detecting.warm_frames(count)
         assert frames[0] == 0 and frames[-1] == count - 1

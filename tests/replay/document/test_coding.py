@@ -110,14 +110,14 @@ def test_document_with_detectors_foreign_to_its_run_is_faulted(good):
     )
 
 
-def test_unknown_keys_are_left_out(good):
+def test_run_document_ignores_unknown_keys(good):
     more = copy.deepcopy(good) | {"surprise": 1}
     more["audit"]["slow"]["surprise"] = 1
     assert json.loads(json_of(document_of(more)[0])) == good
 
 
 @pytest.mark.parametrize("plain", [None, [], 3, "text", {}])
-def test_other_json_is_no_document(plain):
+def test_json_of_another_kind_is_refused_with_problems(plain):
     document, problems = document_of(plain)
     assert document is None
     assert problems

@@ -57,7 +57,7 @@ def test_the_moment_of_a_false_contact_holds_its_gap():
         ),
     ],
 )
-def test_the_report_says_how_much_is_suspicious(severities, text):
+def test_report_states_the_severity_of_the_doctors_findings(severities, text):
     findings = [Finding("frozen", "it stood still", own_severity=severity).as_json() for severity in severities]
     records = tuple(convert(finding, FindingRecord) for finding in findings)
     assert trust(document_with(findings=records, detectors={"it": detector_of("hybrid")})) == text
@@ -93,7 +93,8 @@ def test_pair_frames_an_engine_cannot_test_have_a_reason():
 
 
 @pytest.mark.parametrize(("skin", "gap"), [(0.5, 0.6), (0.0, None)])
-def test_a_contact_offset_is_no_meeting_of_shapes(skin, gap):
+def test_contact_offset_explains_false_contact_of_distant_shapes(skin, gap):
+    """Unit boxes 0.6 m apart report contact with an offset of 0.5 m each, and none without."""
     session = cubes({"a": [0, 0, 0, 0, 0], "b": [3, 1 + (gap or 0), 1 + (gap or 0), 3, 3]})
     found = replay.run(session, detectors=f"skin=collider[skin_m={skin}]")
     told = [answer.why for answer in found.answers if answer.label == "skin"]

@@ -54,7 +54,7 @@ def test_a_fix_changes_the_setting_that_is_the_cause(session, detector, setting)
     assert requested_again(session(), answer).loss == 0.0
 
 
-def test_a_measured_fix_that_is_no_better_is_not_given():
+def test_fix_measured_as_no_better_is_not_advised():
     detectors = "it=collider[shape=hull,rate_hz=50],other=collider[shape=hull],exact"
     run = compute(in_hollow(), detectors=detectors)
     answers = {answer.label: answer for answer in run.answers}

@@ -30,7 +30,8 @@ def test_two_approaches_count_twice_and_a_flicker_once():
     assert len(near(np.minimum(approach(0.004, 2.0), approach(0.004, 2.3)))) == 1
 
 
-def test_a_contact_within_half_a_second_is_no_near_miss():
+def test_near_miss_needs_half_a_second_without_contact():
+    """The bodies are closest at 2 s: a contact at 2.5 s is within half a second, at 2.7 s or of another pair is not."""
     result = near(approach(0.004))
     assert without_contact(result, np.array([[0, 2.5, 2.6]])) == ()
     assert without_contact(result, np.array([[0, 2.7, 2.8]])) == result
