@@ -76,7 +76,7 @@ def test_false_contact_beyond_the_limit_breaks_the_gate():
     assert item.endswith("more than --max-false 0.7")
 
 
-def test_who_was_compared_nowhere_does_not_pass_for_inventing_nothing():
+def test_false_contact_gate_fails_where_nothing_was_compared():
     (item,) = Gates(max_false=1.0).broken_limits({"x": figures(0, 0, decided=0, undecided=5)}, [])
     assert item == "--max-false cannot be checked: x was compared in no pair-frame"
     (item,) = Gates(max_false=1.0).broken_limits({"x": figures(0, 4, oracle=3)}, [])

@@ -11,7 +11,7 @@ from replay.engine import compute
 from sessions.model.scene import Scene, SceneBody
 
 
-def test_contacts_of_a_body_and_its_parent_are_no_episodes():
+def test_contacts_of_a_body_with_its_parent_are_not_counted():
     scene = Scene(bodies=(SceneBody("a"), SceneBody("b", parent="a")))
     result = compute(cubes(TWO_BUMPS, scene=scene), detectors="discrete", pairs=[("a", "b")])
     figures = result.document.audit["discrete"]

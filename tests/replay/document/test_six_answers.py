@@ -79,7 +79,7 @@ def test_what_when_and_why_describe_the_same_fault(state):
 
 @pytest.mark.parametrize("state", AUDITED)
 @pytest.mark.parametrize("others", [0.0, 0.6])
-def test_a_busy_machine_is_said_once_in_every_state(state, others):
+def test_busy_machine_is_mentioned_exactly_once(state, others):
     result = busy(steady(state), others)
     reasons = section_of(result, SectionName.ANSWER).reasons
     text = " ".join(f"{reason.text} {reason.figures}" for reason in reasons)
@@ -166,7 +166,8 @@ def test_a_shipped_fix_has_its_trade_in_the_same_sentence(false, missed, ships):
 
 
 @pytest.mark.parametrize(("false", "place"), [(0.1, "In your engine, split b"), (0.8, "Ship exact")])
-def test_engine_gets_its_fix_and_own_code_the_reference(false, place):
+def test_decision_advises_the_fix_if_its_error_is_small(false, place):
+    """Split meshes leave 10 % false contact: they are advised; 80 % is too much, and exact is shipped."""
     ranks = [rank_of("a", false=0.86), rank_of("exact")]
     answers = (Answer("a", "", fix=fix_of(false, missed=1)),)
     made = shipping_decision(structs.replace(document_of("a", "exact"), answers=answers), ranks)
@@ -229,7 +230,7 @@ def test_untimed_reference_is_not_said_to_fit_a_frame():
     assert "time not measured" in text and "90 Hz" not in text
 
 
-def test_fix_of_an_undecided_detector_is_no_decision():
+def test_undecided_detector_is_never_shipped_with_its_fix():
     ranks = [rank_of("a", false=0.86, undecided=2), rank_of("exact")]
     answers = (Answer("a", "", fix=fix_of(0.1, missed=0)),)
     made = shipping_decision(structs.replace(document_of("a", "exact"), answers=answers), ranks)
@@ -256,7 +257,7 @@ def test_interval_of_the_answer_is_that_of_the_ranking(state):
 
 
 @pytest.mark.parametrize(("facts", "made_up"), [({"synthetic": "true"}, True), ({}, False)])
-def test_a_made_up_session_is_said_beside_its_certainty(facts, made_up):
+def test_certainty_mentions_a_made_up_session(facts, made_up):
     document = steady("several").document
     document = structs.replace(document, session=structs.replace(document.session, facts=facts))
     text = " ".join(certainty(document, steady("several").ranking))

@@ -21,7 +21,7 @@ def document():
     return compute(session, detectors="slow=discrete[rate_hz=30]", oracle="hybrid", seed=5, start=0.0).document
 
 
-def test_json_holds_the_whole_document(document):
+def test_summary_json_is_read_back_as_the_same_document(document):
     plain = json.loads(json_of(document))
     assert document_of(plain) == (document, ())
     assert plain["schema"] == SCHEMA and plain["seed"] == 5 and plain["window"] == {"start": 0.0, "end": None}

@@ -26,7 +26,7 @@ def test_an_open_tap_runs_at_the_rate_of_torricelli():
     assert gone.values[0] == 0.0 and gone.values[-1] == pytest.approx(event.values["volume_ml"], rel=1e-9)
 
 
-def test_two_burettes_have_each_its_own_volume():
+def test_two_burettes_keep_separate_volumes():
     poses = {name: still(len(OPEN), (0.0, 0.15, 0.0)) for name in ("burette", "other")}
     bodies = [glass(name, fill, cavity=COLUMN) for name, fill in (("burette", 50.0), ("other", 5.0))]
     poses |= {"tap": tap_rotations(OPEN), "flask": still(len(OPEN))}

@@ -76,7 +76,7 @@ def test_a_salt_in_a_brine_is_withheld_by_name():
     assert "flask/NaCl" not in output.series
 
 
-def test_a_salt_in_weak_acid_is_no_brine():
+def test_dilute_salt_solution_is_not_reported_as_brine():
     assert not salted_out(0.3).events_named("brine")
 
 

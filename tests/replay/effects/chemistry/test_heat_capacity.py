@@ -35,7 +35,7 @@ STRONG = [
 
 
 @pytest.mark.parametrize(("solutes", "per_ml", "tolerance"), STRONG)
-def test_a_strong_solution_cools_by_its_own_capacity(solutes, per_ml, tolerance):
+def test_concentrated_solution_cools_by_its_own_heat_capacity(solutes, per_ml, tolerance):
     """By Newton's law at 100 W/K; with 4.18 J/K for every millilitre all but lye are farther off."""
     beaker = glass("b", 50.0, solutes=solutes, properties={"temperature_c": 30.0}, cavity=WIDE)
     heat = ("heat", {**HEAT, "loss_w_per_k": 100.0})

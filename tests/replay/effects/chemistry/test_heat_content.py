@@ -64,7 +64,8 @@ def joule_of(solution):
     return float(content.joule(moles, np.ones(1))[0])
 
 
-def test_salt_in_two_portions_has_the_heat_of_the_whole():
+def test_heat_of_dissolved_salts_depends_only_on_their_ions():
+    """NaNO3 with KCl and NaCl with KNO3 are the same ions."""
     assert joule_of({"NaNO3": 3.0, "KCl": 3.0}) == pytest.approx(joule_of({"NaCl": 3.0, "KNO3": 3.0}), rel=1e-12)
     assert joule_of({"NaCl": 4.0}) == pytest.approx(-4.0 * 1430.0, rel=1e-9)
     assert joule_of({"HCl": 1.0}) == 0.0 == joule_of({"Na2CO3": 0.5})
@@ -136,5 +137,5 @@ def test_solid_that_does_not_dissolve_is_warmed():
     assert warmest == pytest.approx(20.0 + joule / (418.0 + 52.0), abs=0.1)
 
 
-def test_nobody_follows_heat_where_nothing_asks():
+def test_heat_content_is_not_computed_unless_requested():
     assert Heats({"H+": 0, "H2O": 1, **dict.fromkeys(NO_MATTER, 2)}, None, (), UNFOLLOWED).content is None
