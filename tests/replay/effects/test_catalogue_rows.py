@@ -46,7 +46,7 @@ def lacking(kind, row):
 
 
 @pytest.mark.parametrize("kind", CATALOGUE)
-def test_a_row_says_all_that_is_known_of_its_effect(kind):
+def test_every_row_of_the_effect_catalogue_is_complete(kind):
     assert lacking(kind, CATALOGUE[kind]) == []
     spec = load_effect(kind)
     assert (
@@ -70,7 +70,7 @@ def test_a_row_says_all_that_is_known_of_its_effect(kind):
         (lambda row: row["fields"].update(of={"body": ""}), "of has no meaning"),
     ],
 )
-def test_a_row_that_says_too_little_is_named(change, line):
+def test_incomplete_row_of_the_effect_catalogue_is_named(change, line):
     row = deepcopy(CATALOGUE["hazard-proximity"])
     change(row)
     assert line in lacking("hazard-proximity", row)

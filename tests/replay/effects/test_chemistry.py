@@ -76,7 +76,7 @@ def test_the_scarcer_ion_falls_out_almost_all_at_once():
     assert tuple(drawn[0]) == COLOURS["colourless"] and tuple(drawn[-1]) == COLOURS["white"]
 
 
-def test_dissolved_and_remaining_solid_sum_to_the_whole():
+def test_dissolved_and_remaining_solid_sum_to_the_initial_mass():
     bodies = (
         glass("a", 60.0, solute="HCl", molar=1.0),
         glass("b", 1.0, properties={"solid": {"formula": "CaCO3", "mass_g": 5.0}}),

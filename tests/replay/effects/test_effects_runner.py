@@ -108,7 +108,7 @@ def test_any_visible_difference_changes_the_digest(changed):
     assert replace(WHOLE, **changed).digest != WHOLE.digest == replace(WHOLE, data=object()).digest
 
 
-def test_recorded_numbers_of_another_time_are_left_out():
+def test_scalars_recorded_outside_the_session_are_left_out():
     bare = cubes({"a": [0.0] * 100, "b": [3.0] * 100}, first_ns=10**9)
     stamps = bare.stamps()
     pulse = ScalarTrack(stamps[::10] + 3, 70 + np.arange(10.0), "1/min")

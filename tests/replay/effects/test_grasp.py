@@ -56,7 +56,7 @@ TAKEN = [("grasp", "cup", 0.5), ("release", "cup", 1.6)]
          "touched before and after", "of two the one that rides",
          "lost for a moment", "the recording does not end it", "no buttons recorded"],
 )  # fmt: skip
-def test_a_thing_is_grasped_until_the_trigger_is_released(hand, cup, trigger, more, expected):
+def test_body_is_grasped_until_the_trigger_is_released(hand, cup, trigger, more, expected):
     effect = run(hand, cup, trigger, **more)
     assert [(event.name, event.bodies[1], round(event.time, 2)) for event in effect.events] == expected
     for event in effect.output.events_named("grasp"):
@@ -68,7 +68,7 @@ def test_a_thing_is_grasped_until_the_trigger_is_released(hand, cup, trigger, mo
 
 
 @pytest.mark.parametrize(("slides", "degrees", "taken"), [(21e-3, 0, 1), (23e-3, 0, 0), (0, 21, 1), (0, 23, 0)])
-def test_a_sliding_or_rotating_thing_is_not_grasped(slides, degrees, taken):
+def test_body_sliding_or_rotating_in_the_hand_is_not_grasped(slides, degrees, taken):
     effect = run(HAND, HAND + 0.5 + slides * TIMES, PRESSED, degrees=degrees, scene=NARROW)
     assert len(effect.output.events_named("grasp")) == taken
 

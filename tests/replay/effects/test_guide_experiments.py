@@ -115,7 +115,7 @@ BASIC_SALTS = [("CuSO4", "Cu4(OH)6SO4"), ("Cu(NO3)2", "Cu2(OH)3NO3"), ("CuCl2", 
 
 
 @pytest.mark.parametrize(("salt", "basic"), BASIC_SALTS)
-def test_copper_hydroxide_beside_ammonia_is_said_to_be_aged(salt, basic):
+def test_copper_hydroxide_with_ammonia_is_reported_as_aged(salt, basic):
     ammine = ("reaction", {"equation": "Cu2+ + 4 NH3 -> [Cu(NH3)4]2+"})
     effects = titrated_with_ammonia(1.0, ammine, ("precipitation", {"solid": "Cu(OH)2"}), salt=salt)
     (event,) = effects["reaction"].output.events_named("aged")

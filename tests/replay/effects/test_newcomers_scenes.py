@@ -170,7 +170,7 @@ def test_nothing_is_announced_where_all_stays_dissolved():
         (99.0, 20.0, {}, ""),
     ],
 )
-def test_a_liquid_stands_between_freezing_and_boiling_at_first(temperature, ambient, solutes, words):
+def test_initial_temperature_must_be_between_freezing_and_boiling(temperature, ambient, solutes, words):
     properties = {} if temperature is None else {"temperature_c": temperature}
     heat = ("heat", {"of": "liquids", "ambient_c": ambient, "loss_w_per_k": 0.0})
     flask = glass("flask", 50.0, properties=properties, solutes=solutes)
@@ -223,7 +223,7 @@ def test_a_fault_names_the_file_of_its_scene():
     assert fault.startswith("lesson-3.toml: ")
 
 
-def test_equivalence_without_reaction_is_no_end_point():
+def test_equal_amounts_that_hardly_react_are_no_end_point():
     """Permanganate needs protons; without acid its amount equals that of iron, and hardly any reacts."""
     iron = "MnO4- + 5 Fe2+ + 8 H+ -> Mn2+ + 5 Fe3+ + 4 H2O"
     events = {}

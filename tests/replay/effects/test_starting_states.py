@@ -97,7 +97,7 @@ def test_amount_of_gas_does_not_depend_on_the_rate(gas, molar):
         assert len(stays) + len(none) == 1
 
 
-def test_a_reaction_without_any_acid_is_said_not_to_proceed():
+def test_reaction_lacking_its_acid_is_reported_as_not_proceeding():
     bodies = (glass("a", 60.0), glass("b", 10.0, solute="Na2S2O3", molar=0.1))
     effects = poured(POUR, bodies, MIXED, reacts("S2O3^2- + 2 H+ -> SO2 + S + H2O"), precipitates("S"))
     (event,) = effects["reaction"].output.events_named("no-reaction")
@@ -114,7 +114,8 @@ def test_ammonium_hardly_dissolves_zinc_without_strong_acid():
     assert effects["reaction"].series["flask/extent"].values.max() < 0.01 * 0.5 * 5e-3
 
 
-def test_a_catalyst_of_both_sides_must_be_there():
+def test_catalysed_reaction_runs_only_where_the_catalyst_is():
+    """Manganese dioxide stands on both sides of the equation and lies in vessel b alone."""
     bodies = (
         glass("a", 60.0, solute="H2O2", molar=1.0),
         glass("b", 0.0, properties={"solid": {"formula": "MnO2", "mass_g": 0.5}}),
@@ -170,7 +171,11 @@ def test_salt_dissolved_hot_and_crystallised_cold_gives_both_events():
 
 
 @pytest.mark.parametrize("millilitres", [1.0, 2.2, 3.0])
-def test_an_end_point_shortly_ahead_is_said(millilitres):
+def test_end_point_missed_by_a_few_millilitres_is_reported(millilitres):
+    """25 mL of 0.01 mol/L acid end at 2.5 mL of base. Base that stops between 80 % of that and the end is short of it;
+
+    other volumes are not reported.
+    """
     flask = glass("flask", 25.0, solute="HCl", molar=0.01)
     frames = 400
     effects = run_in(
@@ -211,7 +216,7 @@ def test_liquid_poured_over_a_flame_needs_a_boiling_point():
     assert not plan_faults(world(poses, bodies, pour, ("heat", {**flame, "boils_c": 100.0})).scene)
 
 
-def test_a_solution_that_merely_stands_has_a_ph():
+def test_acetic_acid_at_rest_has_its_ph():
     (event,) = standing(glass("flask", 50.0, solute="CH3COOH", molar=0.1), reacts("CH3COOH -> CH3COO- + H+"))[
         "reaction"
     ].events
@@ -239,7 +244,7 @@ def test_slaking_lime_warms_water_by_its_heat_of_reaction():
 
 
 @pytest.mark.parametrize("written", ["Na2H2EDTA", "EDTA", "Na2H2Y", "Na2EDTA"])
-def test_edta_by_its_abbreviation_is_told_its_formula(written):
+def test_edta_abbreviation_is_refused_with_the_full_formula(written):
     (fault,) = plan_faults(world({"flask": still(2)}, (glass("flask", 9.0, solute=written, molar=0.01),), MIX).scene)
     assert "write the disodium salt of EDTA as 'Na2C10H14N2O8.2H2O'" in fault
 

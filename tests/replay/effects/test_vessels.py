@@ -39,7 +39,8 @@ def test_a_stream_leaves_at_the_lowest_rim_point():
     assert np.isfinite(depths).all()
 
 
-def test_a_point_inside_lies_between_floor_and_mouth():
+def test_point_inside_a_vessel_is_between_floor_and_opening():
+    """A cylinder of radius 0.2 from y = 0.1 to 0.5; at unobserved frames no point is inside."""
     vessel = Vessel(glass("a", cavity={"floor": 0.1, "opening": [0.3, 0.5, -0.4], "opening_radius": 0.2}))
     within = np.array([[0.3, 0.11, -0.4], [0.3, 0.49, -0.4], [0.49, 0.3, -0.4], [0.3, 0.3, -0.59], [0.16, 0.3, -0.26]])
     without = np.array([[0.3, 0.09, -0.4], [0.3, 0.51, -0.4], [0.51, 0.3, -0.4], [0.3, 0.3, -0.61], [0.15, 0.3, -0.25]])

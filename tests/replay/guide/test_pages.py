@@ -7,7 +7,7 @@ import pytest
 from replay.guide.pages import FOLDER, INDEX, for_terminal, page, topics
 
 
-def test_the_index_links_every_page_once_and_no_other():
+def test_guide_index_links_every_page_exactly_once():
     assert sorted(topics()) == sorted(path.stem for path in FOLDER.glob("*.md") if path.stem != INDEX)
     assert topics()[0] == "your-recording" and topics()[-1] == "glossary"
 

@@ -132,7 +132,7 @@ def test_fixed_pose_of_a_recorded_body_is_noted_as_unused():
     assert assembly.motion.translations[:, 1, 2].tolist() == (3.0 + 0.01 * np.arange(12)).tolist()
 
 
-def test_names_of_reports_that_are_no_body_are_noted():
+def test_engine_reports_naming_unknown_bodies_are_noted():
     reports = (("a", "b"), ("a", "Bench"), ("b", "B"), ("b", "Bench"))
     contacts = tuple(LiveContact(0, first, second, "enter") for first, second in reports)
     notes = assemble(dataclasses.replace(jumped(np.ones((12, 2))), live_contacts=contacts)).notes
