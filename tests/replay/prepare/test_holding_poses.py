@@ -75,7 +75,8 @@ def reported(result, earliest, latest):
 
 
 @pytest.mark.parametrize("kind", ["file", "memory"])
-def test_window_of_a_long_recording_is_answered_as_the_whole(tmp_path, monkeypatch, kind):
+def test_window_of_a_recording_beyond_memory_is_answered_equally(tmp_path, monkeypatch, kind):
+    """MOST_POSES is how many poses are held in memory."""
     session, piece = two_cubes(lost=(700, 701, 760, 1500)), (7.6, 9.0)
     if kind == "file":
         write_session(session, tmp_path / "long.mcap")

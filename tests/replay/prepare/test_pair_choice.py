@@ -61,7 +61,7 @@ LINKS = ("thumb", "index", "glass", "table")
         ([("thumb", "index")], {"thumb-index"}),
     ],
 )
-def test_groups_and_patterns_stand_for_pairs_of_members(requested, expected):
+def test_pairs_of_groups_and_patterns_expand_to_member_pairs(requested, expected):
     moves = dict.fromkeys(LINKS, True)
     actual = chosen_pairs(UNITED, LINKS, moves, requested).tolist()
     assert {f"{LINKS[i]}-{LINKS[j]}" for i, j in actual} == expected

@@ -57,7 +57,7 @@ def test_path_is_known_where_used_poses_do_not_teleport():
         assert np.flatnonzero(~result.assembly.motion.linked[:, 1]).tolist() == [0, *broken]
 
 
-def test_doctors_teleport_is_no_contact_between_frames():
+def test_teleport_through_a_wall_is_no_contact_between_frames():
     """A jump of 0.15 m in one frame through a wall of 4 mm."""
     draft = clean()
     draft.arrays["position"][:, 1] = draft.arrays["position"][:, 2] + [0.0, 0.0, 0.2]
@@ -122,7 +122,7 @@ def test_policy_decides_the_pose_of_a_lost_hand(arguments, status):
 
 
 @pytest.mark.parametrize("action", ["hold:9", "interpolate:9"])
-def test_nothing_stands_in_before_the_first_good_sample(action):
+def test_losses_before_the_first_good_sample_stay_lost(action):
     draft = clean()
     FAULTS["identity while lost"](draft, 0, 0)
     assert (repaired(draft, f"identity-while-lost={action}").frames.status[:20, 0] == LOST).all()
@@ -134,7 +134,7 @@ def test_no_bridge_leads_beyond_the_last_good_sample():
     assert (repaired(draft, "identity-while-lost=interpolate:9").frames.status[880:, 0] == LOST).all()
 
 
-def test_window_reports_seconds_of_the_whole_recording():
+def test_findings_of_a_window_use_seconds_of_the_recording():
     draft = lost_hand()
     stamps = draft.arrays["stamp_ns"]
     separate = ScalarTrack([int(stamps[0]) + 60 * 10**9, int(stamps[0]) + 61 * 10**9], [1, 2])

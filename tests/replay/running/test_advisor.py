@@ -65,7 +65,7 @@ def test_engine_that_is_not_installed_is_one_clear_error(plain):
         replay.advise(cubes(POSITIONS), engine="mujoco")
 
 
-def test_faultless_session_says_so_and_omits_the_reference_row(plain):
+def test_advice_for_a_faultless_session_calls_row_1_right(plain):
     positions = {"a": [0] * 90, "b": [3] * 30 + [0.9] * 30 + [3] * 30}
     session = cubes(positions, step_ns=11_111_111)
     assert replay.advise(session, engine="unreal").sentences[0] == "Row 1 gets each of 1 contact right."

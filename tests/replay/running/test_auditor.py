@@ -17,7 +17,7 @@ def files(tmp_path):
     return [tmp_path / "p.mcap", tmp_path / "q.mcap"]
 
 
-def test_several_sessions_are_summed_and_keep_their_own_runs():
+def test_audit_of_two_sessions_sums_their_counts():
     result = replay.audit([cubes(BUMP), cubes(BUMP)], detectors=[SLOW, "hybrid"])
     assert isinstance(result, AuditResult) and len(result.results) == 2 and set(result.audit) == {"slow", "hybrid"}
     assert result.audit["slow"].misses == 2 * replay.audit(cubes(BUMP), detectors=SLOW).audit["slow"].misses

@@ -101,7 +101,7 @@ class Stages:
         yield self.units[name].append
 
 
-def test_a_search_without_time_writes_hulls_and_says_so(session, tmp_path):
+def test_collider_search_out_of_time_writes_single_hulls(session, tmp_path):
     stages = Stages()
     made = fix_colliders(
         session, tmp_path / "made", engine="mujoco", limits=Limits(0.0), time_limit=0.0, progress=stages
@@ -322,7 +322,7 @@ def test_file_names_are_different_where_capitals_do_not_count(session, tmp_path)
     assert text.count("<body name=") == len(names)
 
 
-def test_pieces_joined_by_motion_are_said_to_fill_hollows(shipped):
+def test_remark_names_bodies_whose_joined_pieces_fill_hollows(shipped):
     cut = {**shipped.bodies[0], "how": "sectors by height and angle, joined by motion"}
     cut["after"] = {**cut["after"], "reach_mm": 28.04}
     hull = shipped.bodies[1]
