@@ -58,7 +58,7 @@ def page(fixed):
     return before_after_page(fixed)
 
 
-def test_page_says_both_figures_in_its_first_sentence(fixed, page):
+def test_fix_page_headline_has_values_before_and_after(fixed, page):
     text = re.sub(r"<[^>]*>", "", re.search(r"<h1>(.*?)</h1>", page, re.S)[1])
     text = unescape(" ".join(text.split()))
     assert text == cure_sentences(fixed.result, fixed.before, fixed.after)
@@ -87,7 +87,7 @@ def test_page_is_self_contained_and_names_no_run_folder(page):
 
 
 @pytest.mark.parametrize("fraction", [1.0, 0.6])
-def test_milliseconds_are_left_out_on_a_busy_machine(fixed, fraction):
+def test_fix_page_omits_milliseconds_measured_on_a_busy_machine(fixed, fraction):
     document = fixed.result.document
     detectors = {
         label: structs.replace(row, seconds=structs.replace(row.seconds, processor_fraction=fraction))

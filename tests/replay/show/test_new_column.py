@@ -180,7 +180,8 @@ def test_a_heading_has_the_unit_that_its_table_declares():
     assert headings(["gap", "probe"], "false_contacts") == ["gap [m]", "probe"]
 
 
-def test_parquet_has_milliseconds_and_percent_where_names_say_so(faulty):
+def test_parquet_columns_use_the_unit_in_their_name(faulty):
+    """Columns named ``_ms`` and ``percent`` are converted from the seconds and fractions of the document."""
     (times, *_), (effect, *_) = (stored_tables(faulty)[name].plain() for name in ("times", "effects"))
     seconds = faulty.document.detectors[times["detector"]].seconds
     samples = seconds.sample_times

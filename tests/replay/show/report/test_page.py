@@ -39,7 +39,7 @@ def test_report_leaves_grasped_contacts_out_of_the_reference():
 
 
 @pytest.mark.parametrize(("count", "last"), [(6, "6.000 s: spilt"), (9, "and 3 more")])
-def test_six_events_stand_on_top_and_the_others_are_counted(count, last):
+def test_report_lists_six_events_and_counts_the_rest(count, last):
     events = [
         EventRecord(stamp_ns=k, source="effect/spill", name="spill", time=float(k), message="spilt")
         for k in range(count, 0, -1)

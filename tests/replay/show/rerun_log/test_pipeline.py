@@ -39,7 +39,7 @@ def test_missed_contact_is_red_with_the_distance_of_the_search(searching, watche
     assert read.at(f"{ROOT}/search/dots", "Points3D:colors", result.frame)[-1] == pack_colours([SERIES[2]])[0]
 
 
-def test_the_view_of_the_volumes_holds_both_spheres_whole(searching, watched, read):
+def test_view_of_bounding_volumes_shows_both_spheres_entirely(searching, watched, read):
     # The view is 595 pixels wide and 640 high, and its eye opens 0.9 radians upward.
     half = np.arctan(np.tan(0.45) * 595 / 640)
     for moment in watched.searches:

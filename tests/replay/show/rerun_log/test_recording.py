@@ -27,7 +27,7 @@ def test_two_recordings_of_a_run_are_two_applications(demo, recording, tmp_path)
     assert stores[0][0].recording_id != stores[1][0].recording_id
 
 
-def test_a_failed_write_leaves_the_old_file_and_no_other(demo, tmp_path, monkeypatch):
+def test_failed_write_of_a_picture_keeps_the_old_file(demo, tmp_path, monkeypatch):
     (tmp_path / "run.rrd").write_bytes(b"old")
 
     def fail(*args):

@@ -21,7 +21,7 @@ def test_missing_viewer_is_one_clear_error(monkeypatch, tmp_path):
         start_viewer()
 
 
-def test_a_viewer_that_ends_at_once_says_why(monkeypatch):
+def test_viewer_that_fails_to_start_is_reported_with_output(monkeypatch):
     monkeypatch.setattr(module, "LOOPBACK", "not-an-address")
     monkeypatch.setattr(module, "free_port", lambda: 1)
     with pytest.raises(ViewerError, match=r"the viewer ended: .*; a browser shows the same"):
@@ -76,7 +76,7 @@ def test_no_view_reports_an_error_and_a_recording_is_open(opened):
 
 
 @pytest.mark.slow
-def test_paused_cursor_stands_on_the_leading_moment(opened, recording):
+def test_viewer_opens_paused_at_the_moment_of_the_headline(opened, recording):
     bookmark = next(item for item in read_bookmarks(recording) if item.leads)
     time.sleep(0.5)
     printed = opened.state().recordings[0]

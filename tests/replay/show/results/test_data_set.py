@@ -161,7 +161,7 @@ def test_note_joins_its_contact_across_detectors(tmp_path):
     ]
 
 
-def test_every_row_says_its_run_session_student_task_and_stage(tables, results):
+def test_rows_of_the_data_set_name_run_student_and_task(tables, results):
     digests = {}
     for kind, table in tables.items():
         assert table.num_rows and "student=S1" not in table.column_names, kind

@@ -88,7 +88,7 @@ def _list(out, files):
     (out / "summary.json").write_text(json.dumps({**summary, "files": files}))
 
 
-def test_a_folder_that_is_no_run_is_never_replaced(tmp_path):
+def test_force_never_replaces_a_folder_without_a_run(tmp_path):
     (tmp_path / "thesis.txt").write_text("years")
     with pytest.raises(OutputError, match="is not a run folder and is not replaced"):
         check_target(tmp_path, force=True)
@@ -118,7 +118,7 @@ def test_a_run_folder_reads_back(result, tmp_path):
         _ = folder.picture
 
 
-def test_other_folders_and_other_schemas_are_no_runs(tmp_path):
+def test_reading_a_folder_without_a_known_run_is_refused(tmp_path):
     with pytest.raises(RunFolderError, match="is not a run folder"):
         read_run_folder(tmp_path)
     (tmp_path / "summary.json").write_text('{"schema": "vrlab-replay/run/99"}')

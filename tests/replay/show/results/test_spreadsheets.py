@@ -103,7 +103,7 @@ def test_large_stamps_stay_exact_in_a_workbook(tmp_path):
     assert values == ["stamp_ns [ns]", "1709283600000000001", 5]
 
 
-def test_table_longer_than_a_sheet_is_left_out_by_name(tmp_path, monkeypatch):
+def test_table_too_long_for_excel_is_omitted_with_a_sentence(tmp_path, monkeypatch):
     pytest.importorskip("xlsxwriter")
     monkeypatch.setattr("replay.show.results.spreadsheets.MOST_ROWS", 2)
     (sentence,) = write_tables({"t": pa.table({"a": [1, 2, 3]}), "u": pa.table({"a": [1]})}, tmp_path, "xlsx")
