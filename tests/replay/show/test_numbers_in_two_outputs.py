@@ -350,7 +350,7 @@ def test_a_sentence_has_the_same_numbers_in_every_output(outputs):
 
 
 @pytest.mark.parametrize("outputs", ["several"], indirect=True)
-def test_most_numbers_stand_in_several_outputs(outputs):
+def test_most_numbers_occur_in_more_than_two_outputs(outputs):
     facts, sentences = outputs
     cells = set().union(*facts.values())
     several = {cell for cell in cells if sum(cell in known for known in facts.values()) > 2}

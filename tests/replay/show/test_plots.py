@@ -10,7 +10,7 @@ from replay.show.report.charts import lane, path_of
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_names_stand_beside_their_dots_without_overlap(seed):
+def test_labels_of_a_scatter_plot_do_not_overlap(seed):
     random = np.random.default_rng(seed)
     dots = [Dot(f"detector {k}", float(x), float(y)) for k, (x, y) in enumerate(random.uniform(0.1, 9.0, (6, 2)))]
     plot = scatter(dots, "", "ms", Axis("wrong", [0, 5, 10]))
@@ -46,7 +46,7 @@ def test_lane_draws_intervals_in_its_window_and_lines_for_short():
     assert drawn.paths == [("missed", boxes), ("missed tick", "M2.010 0V20"), ("now", "M5.000 0V20")]
 
 
-def test_long_name_of_an_interval_stands_whole_on_several_lines():
+def test_long_label_of_an_interval_plot_is_wrapped_unshortened():
     names = ["ease of use with unintended contacts per minute: exact" * 2, "short"]
     rows = [IntervalRow(name, 0.5, 0.0, 1.0, "+0.50, n = 24") for name in names]
     plot = interval_plot(rows, "Results.", "coefficient", title="By detector")
@@ -61,8 +61,8 @@ def test_long_name_of_an_interval_stands_whole_on_several_lines():
     assert lines[0][-1].at[1] < plot.dots[0].at[1] < lines[1][0].at[1] < plot.dots[1].at[1] < plot.size[1]
 
 
-def test_no_name_stands_on_the_line_to_another_dot():
-    """Dots of a demo, of which the reference's name found room only above another name."""
+def test_labels_do_not_cover_leader_lines_of_other_dots():
+    """Dots of the demo, where the label of the reference has room only above another label."""
     costs = {"exact: 0": (0.019, 0.0), "mesh50: 0.12": (0.033, 0.12), "fix: 0.2": (0.042, 0.2)}
     costs |= {"paper: 0.03": (0.043, 0.03), "hull50: 0.9": (0.018, 0.9)}
     dots = [Dot(name, x, y) for name, (x, y) in costs.items()]

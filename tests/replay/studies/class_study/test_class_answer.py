@@ -44,7 +44,7 @@ def rows_of(runs, study, folder):
 
 
 @pytest.mark.parametrize("questioned", [True, False])
-def test_page_answers_seven_headings_in_their_order(runs, study, tmp_path, questioned):
+def test_class_page_has_its_seven_headings_in_order(runs, study, tmp_path, questioned):
     page = study_html(runs, places(runs, tmp_path), study if questioned else None)
     names = ["What", "When", "Why", "Do", "Cost", "Or", "Sure"]
     assert re.findall(r"<dt>(\w+)</dt>", page) == [name for name in names if questioned or name != "Or"]
@@ -138,7 +138,7 @@ def test_why_counts_mistakes_that_changed_no_conclusion(runs, study, tmp_path):
     assert some.text.startswith("The detectors' mistakes moved no result: ")
 
 
-def test_unreliable_questions_stand_below_why_and_do(runs, study, tmp_path):
+def test_class_answer_blames_unreliable_questionnaire_scales(runs, study, tmp_path):
     assert study.unreliable_scales == []
     weak = replace(study.reliabilities["motivation"], alpha=0.5712)
     unreliable = replace(study, reliabilities=study.reliabilities | {"motivation": weak})
@@ -160,7 +160,8 @@ def test_unreliable_questions_stand_below_why_and_do(runs, study, tmp_path):
     assert replace(study, reliabilities={"unused": weak, "motivation": other}).unreliable_scales == ["motivation"]
 
 
-def test_students_needed_stand_below_do_only_without_an_association(runs, study, tmp_path):
+def test_class_answer_advises_more_students_only_without_an_association(runs, study, tmp_path):
+    """85 students detect a correlation of 0.3 with 80 % power."""
     rows = rows_of(runs, study, tmp_path)
     assert rows["Do"].text == "Count contacts with the detector exact and study at least 85 students."
     assert rows["Do"].figures.startswith(
@@ -185,7 +186,7 @@ def test_more_students_are_needed_where_more_tests_are_made(runs, study, tmp_pat
     assert rows["Cost"].text.startswith(f"{needed - STUDENTS} more students")
 
 
-def test_study_without_a_test_says_why_and_counts_no_students(runs, study, tmp_path):
+def test_class_answer_explains_why_no_test_was_possible(runs, study, tmp_path):
     untested = replace(study, coefficients=tuple(replace(row, p=None, p_holm=None) for row in study.coefficients))
     rows = rows_of(runs, replace(untested, sensitivity=()), tmp_path)
     assert rows["Why"].text == "No test was possible: the codebook asks for no association that can be tested."

@@ -62,7 +62,7 @@ def test_charts_by_detector_come_first_if_a_conclusion_changes():
     assert changed[:2] == ["Associations by detector", "Associations"]
 
 
-def test_undecided_result_is_labelled_so():
+def test_result_not_significant_after_holm_is_labelled_undecided():
     undecided = finding(0.2, "simple", p=0.04)
     study = study_of()
     study.coefficients = (Finding(**vars(undecided) | {"p_holm": 0.1}),)
@@ -70,7 +70,7 @@ def test_undecided_result_is_labelled_so():
     assert [dot.name for dot in associations.dots] == ["grasps with motivation: +0.20 undecided, p = 0.100, n = 40"]
 
 
-def test_coefficients_and_differences_of_means_have_axes_of_their_own():
+def test_coefficients_and_group_differences_are_separate_charts():
     kinds = [finding(0.2, "simple"), finding(9.0, "groups")]
     plots = class_charts(class_of(LEAST_IN_CELL), study_of(*(Sensitivity("paper", 0.9, own, own) for own in kinds)))
     assert titles(plots[1:3]) == ["Associations by detector", "Groups by detector"]

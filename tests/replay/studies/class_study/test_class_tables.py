@@ -72,7 +72,7 @@ def test_small_cells_cannot_be_derived_from_totals(tmp_path):
     assert [column.name for column in sessions.columns] == ["session", "look at", "by"] and len(sessions.rows) == 5
 
 
-def test_where_nothing_was_audited_the_page_says_so(tmp_path):
+def test_class_page_without_an_audit_states_its_absence(tmp_path):
     runs, made = tables_of(tmp_path, 8, 8, detectors={})
     assert [row[:2] for row in made.detectors().rows] == [("exact", "trusted")]
     assert not made.pairs().rows and not made.causes().rows and made.headlines() == []
@@ -109,7 +109,7 @@ def test_students_file_names_each_session_once(tmp_path):
         read_class(tmp_path / "runs")
 
 
-def test_headline_says_why_n_is_smaller_than_the_class(tmp_path):
+def test_class_headline_explains_students_missing_from_n(tmp_path):
     runs, made = tables_of(tmp_path, 12, 12, detectors={"slow": 0.9}, contacts=20)
     assert made.headlines()[0].count(", 12 students) and reports ")
     without = [row for row in runs.tables["episodes"].to_pylist() if row["place"] >= 5]
@@ -175,7 +175,7 @@ def test_head_counts_false_contacts_of_each_detector(tmp_path):
     assert line.startswith("slow misses ") and expected in line
 
 
-def test_every_table_says_whom_n_counts(tmp_path):
+def test_every_class_table_notes_that_n_counts_students(tmp_path):
     _, made = tables_of(tmp_path, 8, 8)
     assert all("n counts the students" in " ".join(table.notes) for table in every(made))
 

@@ -9,7 +9,7 @@ def read(tmp_path, text):
     return read_codebook(file)
 
 
-def test_a_codebook_says_construct_scale_and_direction_of_every_item(tmp_path):
+def test_codebook_gives_construct_and_direction_of_every_item(tmp_path):
     book = read(tmp_path, CODEBOOK)
     assert book.student == "who"
     assert book.constructs == {"ease of use": ["e1", "e2", "e3"], "motivation": ["m1", "m2", "m3"]}

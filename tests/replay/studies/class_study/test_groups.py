@@ -69,14 +69,15 @@ def test_holm_is_across_all_outcomes_of_the_groups():
     assert [item.p_holm for item in result] == pytest.approx(expected.tolist())
 
 
-def test_answers_that_are_all_equal_are_refused():
+def test_groups_with_constant_answers_are_not_compared():
     result, (refused,) = compared(np.full(9, 3.0), np.full(9, 3.0))
     assert not result and refused.rule == "no-variance" and "between first and second" in refused.what
 
 
 @pytest.mark.slow
-def test_a_difference_of_unequal_groups_of_skewed_answers_is_covered(monkeypatch):
+def test_interval_of_skewed_unequal_groups_covers_the_true_difference(monkeypatch):
     # p is not asked here, and quantiles of fewer draws are as right on average.
+    """The true difference is 0; a 95 % interval covers it in more than 90 of 100 draws."""
     monkeypatch.setattr(groups, "PERMUTATIONS", 9)
     monkeypatch.setattr(groups, "STUDENTISED_DRAWS", 499)
     names, kept = np.repeat(NAMES, [47, 5]), []

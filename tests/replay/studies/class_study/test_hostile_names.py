@@ -48,7 +48,7 @@ def hostile_class(tmp_path, monkeypatch):
     return runs, analyse(book, answered, runs.as_metrics())
 
 
-def test_names_are_no_markup_and_no_script_in_the_page(hostile_class, tmp_path):
+def test_hostile_names_are_escaped_in_the_class_page(hostile_class, tmp_path):
     out = write_study(*hostile_class, tmp_path / "study", inputs={}, heading=Heading(HOSTILE))
     page = (out / "study.html").read_text("utf-8")
     assert page.count("&lt;script&gt;throw 1") > 5 and "<img" not in page and "\u202e" not in page
@@ -60,7 +60,8 @@ def test_names_are_no_markup_and_no_script_in_the_page(hostile_class, tmp_path):
     assert first.count("&lt;script&gt;") >= 4
 
 
-def test_names_are_no_formula_in_its_tables(hostile_class, tmp_path):
+def test_hostile_names_are_no_formula_in_csv_tables(hostile_class, tmp_path):
+    """A cell that begins with = or @ would run in a spreadsheet."""
     out = write_study(*hostile_class, tmp_path / "study", inputs={}, heading=Heading(HOSTILE))
     cells = []
     for file in out.glob("*.csv"):

@@ -16,7 +16,7 @@ from replay.studies.class_study.refusals import StudyRefusedError
 BOOK = codebook()
 
 
-def test_answers_are_sorted_by_student_and_reversed_items_flipped(tmp_path):
+def test_questionnaire_is_sorted_by_student_with_reversed_items_flipped(tmp_path):
     answers, _ = a_class(12)
     file = write_answers(tmp_path / "q.csv", answers[::-1], names(12)[::-1])
     read = read_questionnaire(file, BOOK)

@@ -51,7 +51,7 @@ def rules(result):
     return {refused.rule for refused in result.refusals}
 
 
-def test_planted_association_is_detected_and_nothing_else():
+def test_study_finds_only_the_planted_association():
     answers, contacts = a_class(52, seed=3)
     result = analyse(REQUESTED, questionnaire(answers), metrics(contacts))
     ease, moved = result.coefficients
@@ -109,7 +109,7 @@ STATES = {
 
 
 @pytest.mark.parametrize("state", STATES)
-def test_the_first_line_says_whether_a_conclusion_changes(state):
+def test_study_headline_states_whether_a_conclusion_changes(state):
     make, answer = STATES[state]
     assert opening_sentence(make(), "40 students") == f"40 students: {answer}"
 
@@ -135,7 +135,7 @@ def test_detectors_changing_the_same_conclusion_share_a_sentence():
 WHICHEVER = "whichever collision detector counts the contacts"
 
 
-def test_unchanged_conclusions_say_where_no_association_was_found():
+def test_study_headline_states_where_no_association_was_found():
     nothing, some = finding(-0.1, 0.2, 0.5), finding(0.1, 1.2, 0.04)
     same, about = Sensitivity("hybrid", 0.9, nothing, nothing), Sensitivity("hybrid", 0.9, some, some)
     answers = {
@@ -201,7 +201,7 @@ def test_detector_with_fewest_misses_is_chosen_unless_requested_otherwise():
         analyse(REQUESTED, questionnaire(answers), table, detector="exakt")
 
 
-def test_behaviour_without_recall_is_refused_and_answers_are_kept(runs):
+def test_behaviour_of_unknown_recall_is_not_analysed(runs):
     answers, contacts = a_class(30)
     strangers = metrics(contacts).assign(student=[f"X{number}" for number in range(30)])
     for table, rule in ((metrics(contacts, recall=(None,)), "provenance"), (strangers, "ids")):
