@@ -19,7 +19,7 @@ def codes(path):
     return [item.code for item in examine(path)]
 
 
-def test_whatever_is_in_a_file_becomes_findings(tmp_path):
+def test_unreadable_files_give_findings_instead_of_errors(tmp_path):
     (tmp_path / "empty.mcap").write_bytes(b"")
     (tmp_path / "text.mcap").write_bytes(b"not an MCAP")
     (tmp_path / "magic.mcap").write_bytes(b"\x89MCAP0\r\n")

@@ -57,7 +57,7 @@ def test_class_on_disk_reads_back_and_keeps_existing_sessions(tmp_path):
     assert done == [("S02", "done")] and (out / "sessions" / "S02.mcap").is_file()
 
 
-def test_unrelated_or_other_class_folder_is_left_alone(tmp_path):
+def test_made_up_class_overwrites_no_folder_of_another_kind(tmp_path):
     (tmp_path / "mine.txt").write_text("x")
     with pytest.raises(OutputError, match="something else"):
         make_class(tmp_path, students=5)

@@ -44,7 +44,7 @@ def test_diff_finds_planted_gained_lost_and_shifted_contacts(folders):
     assert all(replace(result, **dict.fromkeys(kinds - {kind}, ())).changed for kind in kinds)
 
 
-def test_every_setting_that_differs_is_named_and_no_other(folders):
+def test_diff_lists_exactly_the_settings_that_differ(folders):
     result = diff_runs(folders / "a", folders / "b", different_sessions=True)
     assert result.settings == {"seed": (0, 3), "slow.settings.rate_hz": (100, 50)}
     assert (result.only_a, result.only_b) == (("hybrid",), ("sphere", "aabb"))
@@ -99,7 +99,7 @@ def test_colliders_under_other_labels_are_compared(before_and_after):
         (((3, 5), (1, 3)), "Yes: wide50 -> collider-shipped-50: "),
     ],
 )
-def test_first_line_says_that_more_contacts_are_late(before_and_after, late, text):
+def test_diff_headline_mentions_a_rise_of_late_contacts(before_and_after, late, text):
     folders = [before_and_after / name for name in ("coarse", "fine")]
     documents = [read_run_folder(folder).document for folder in folders]
     detectors = diff_runs(*folders).detectors

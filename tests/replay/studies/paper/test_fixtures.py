@@ -59,7 +59,8 @@ def test_the_meshes_are_closed_at_any_tessellation():
             assert np.einsum("fi,fi->f", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() > 0
 
 
-def test_faces_are_counted_once_however_many_pairs_they_belong_to():
+def test_face_in_several_pairs_is_counted_once():
+    """Faces 0 and 1 of the first body and 5 and 6 of the second."""
     assert faces_of_pairs(np.array([[0, 5], [0, 6], [1, 6]])) == 4
     assert faces_of_pairs(np.zeros((0, 2), dtype=np.int64)) == 0
 

@@ -12,7 +12,7 @@ from replay.studies.paper.table_one import budget, completion_table, mean_and_sp
 
 
 @pytest.mark.slow
-def test_printed_values_stand_below_their_explaining_heading(small):
+def test_values_printed_in_the_paper_have_a_marked_column(small):
     for key in ("Table I", "F7ab", "F7c"):
         assert any(head.endswith(PRINTED_LABEL) for head in small[key].head)
     assert small["Table I"].column(PRINTED_LABEL) == [paper["detected"]["100"] for paper in PRINTED_FIGURES.values()]

@@ -32,7 +32,7 @@ PLACES = [3, 3, 0.9, 0.9, 3, 3, 3, 0.9, 3, 3]
 
 
 @given(st.integers(1, 60), st.data())
-def test_only_necessary_faces_are_left(count, data):
+def test_minimal_subset_keeps_exactly_the_necessary_faces(count, data):
     needed = set(data.draw(st.lists(st.integers(0, count - 1), unique=True)))
     assert set(minimal_subset(np.arange(count), lambda kept: needed <= set(kept.tolist())).tolist()) == needed
 

@@ -49,7 +49,7 @@ def test_missed_contact_is_within_tolerance_only_when_no_deeper():
         assert (item.within, item.missed, item.reason) == (within, 1 - within, "")
 
 
-def test_who_cannot_tell_inside_from_outside_refuses_with_the_reason():
+def test_sphere_detector_refuses_stress_cases_about_containment():
     (item,) = run_cases(["sphere"], [27])
     assert item.missed == item.invented == 0 and item.asked == 24
     assert item.refused + item.unconfirmed == 24

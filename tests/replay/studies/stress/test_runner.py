@@ -106,7 +106,7 @@ def test_containment_is_missed_by_clear_and_false_for_contact():
     assert result["missed"].tolist() == [True, False] and result["invented"].tolist() == [False, True]
 
 
-def test_all_means_every_row_that_decides_on_meshes(monkeypatch):
+def test_stress_of_all_runs_detectors_that_decide_on_meshes(monkeypatch):
     monkeypatch.setattr(runner, "detector_names", lambda: ["sphere", "hybrid", "exact"])
     assert [spec.label for spec in detectors_of("all")] == ["hybrid", "exact"]
     assert [spec.label for spec in detectors_of("exact, hybrid,exact,")] == ["exact", "hybrid"]

@@ -20,7 +20,7 @@ def test_exact_in_batches_equals_the_predicate(number, monkeypatch):
     assert verdicts_of("exact", pairs[:0]).shape == (0,)
 
 
-def test_a_refused_pair_stands_alone_and_the_others_are_answered(monkeypatch):
+def test_refused_triangle_pair_does_not_affect_other_pairs(monkeypatch):
     pairs = FAMILIES[2].pairs(9)
     create = triangle_pairs.create_detector
 
