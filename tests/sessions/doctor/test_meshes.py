@@ -37,7 +37,8 @@ def test_vertices_that_an_exporter_split_are_merged():
     assert codes(split) == {}
 
 
-def test_needles_are_no_points():
+def test_only_faces_with_collinear_corners_are_degenerate():
+    """A needle 1 nm high has an area; corners on a line have none."""
     needle = MeshData([[0, 0, 0], [1, 0, 0], [0.5, 1e-9, 0], [0.5, 0, 0]], [[0, 1, 2], [0, 1, 3], [1, 0, 2]])
     assert degenerate_faces(needle).tolist() == [False, True, False]
 

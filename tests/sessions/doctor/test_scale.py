@@ -34,7 +34,7 @@ def headed(height, away):
 
 
 @pytest.mark.parametrize(("factor", "samples"), [(1e3, "down"), (1e2, "down"), (1e3, "ahead")])
-def test_a_wrong_unit_alone_is_no_wrong_axis(factor, samples):
+def test_wrong_length_unit_is_not_mistaken_for_wrong_axes(factor, samples):
     down = [-(0.5**0.5), 0.0, 0.0, 0.5**0.5] if samples == "down" else [0.0, 0.0, 0.0, 1.0]
     position, quaternion = np.array([[0.0, 1.5, 0.4]]), np.array([down])
     walk = np.repeat(position, 200, axis=0) + 0.1 * np.sin(np.arange(200) / 90)[:, None]

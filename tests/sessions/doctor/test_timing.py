@@ -21,7 +21,7 @@ def test_a_gap_is_longer_than_three_median_steps(steps, expected):
     assert all(item.severity == Severity.NOTE for item in gaps)
 
 
-def test_pausing_body_has_its_own_gap():
+def test_body_absent_for_100_frames_is_reported_as_gap():
     draft = clean()
     draft.arrays["status"][300:400, 1] = Status.ABSENT
     (item,) = findings(draft)

@@ -72,7 +72,7 @@ def test_liquid_up_to_the_mark_is_the_nominal_capacity(made):
     assert cavity.to_brim.volume > 1.01 * cavity.capacity_m3
 
 
-def test_an_instrument_stands_on_the_plane_of_its_origin(made):
+def test_glassware_mesh_stands_centred_on_its_origin(made):
     if made.name not in ELSEWHERE:
         assert made.mesh.bounds[0, 1] == pytest.approx(0.0, abs=1e-9)
         assert np.abs(made.mesh.bounds[:, [0, 2]].mean(axis=0)).max() < 0.2 * np.ptp(made.mesh.bounds, axis=0).max()

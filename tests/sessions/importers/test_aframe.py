@@ -78,7 +78,7 @@ def test_a_pose_without_a_number_is_lost(tmp_path):
     ],
     ids=["two devices", "two recordings", "two lists"],
 )
-def test_a_name_that_stands_twice_in_an_object_is_refused(tmp_path, text, name):
+def test_duplicate_key_in_an_aframe_recording_is_refused(tmp_path, text, name):
     path = written(tmp_path, text % (json.dumps(pose(1)), json.dumps(pose(2))))
     refused("aframe", path, f"'{name}' stands twice in one object; rename or remove")
 

@@ -64,7 +64,7 @@ def test_stream_axes_are_open_and_channels_state_the_order(tmp_path, pieces, nam
     assert (axes.value, axes.origin, axes.confidence) == ("openxr", Origin.GUESS, Confidence.OPEN)
 
 
-def test_foxglove_messages_say_no_axes(tmp_path):
+def test_axes_of_foxglove_transforms_are_an_open_guess(tmp_path):
     write_transforms(tmp_path / "take.mcap", [("cup", 10**9, (0, 0, 1), (0, 0, 0, 1))])
     axes = by_subject(import_session("mcap", tmp_path / "take.mcap"))[Subject.POSE_AXES]
     assert (axes.value, axes.confidence) == ("ros", Confidence.OPEN) and "unity" in axes.alternatives

@@ -42,7 +42,7 @@ def test_completed_draft_gives_written_poses(tmp_path, capsys, kind):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_axes_alone_complete_a_draft_that_lacks_nothing_else(tmp_path, capsys, kind):
+def test_convention_option_completes_a_draft_lacking_only_axes(tmp_path, capsys, kind):
     path, out = Path(shutil.copy(LOGS / f"{kind}.csv", tmp_path / "log.csv")), tmp_path / "s.mcap"
     with pytest.raises(UnknownColumnsError) as refusal:
         import_session("csv", path)

@@ -79,7 +79,7 @@ def test_capsules_lie_between_their_joints_without_twisting():
     np.testing.assert_allclose(rotation_angles, bent, atol=1e-6)
 
 
-def test_opposite_directions_are_no_rotation_by_chance():
+def test_bone_motion_follows_bones_that_point_opposite_ways():
     parent = np.zeros((4, 3))
     child = 0.03 * np.array([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]])
     track = bone_motion(np.arange(4), parent, child, np.ones(4, dtype=bool)).track

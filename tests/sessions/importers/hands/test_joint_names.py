@@ -66,7 +66,7 @@ def test_every_joint_of_an_exporter_is_known(exporter, pattern, side):
 @pytest.mark.parametrize(
     "name", ["index card", "ring_stand", "middle_glass", "cup", "left", "head", "thumb", "palm tree"]
 )
-def test_other_names_are_no_joints(name):
+def test_names_of_objects_are_not_read_as_hand_joints(name):
     assert joint_of(tokens_of(name)) is None
 
 
