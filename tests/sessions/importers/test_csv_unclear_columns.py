@@ -57,7 +57,7 @@ def check_clock(track):
 
 
 @pytest.mark.parametrize("form", ["%Y-%m-%d", "%d.%m.%Y", "%m/%d/%Y"])
-def test_dates_beside_times_of_day_are_no_bodies(tmp_path, form):
+def test_date_column_beside_times_is_not_read_as_bodies(tmp_path, form):
     rows = [row(date(step, form), time_of_day(step), pose(step)) for step in range(COUNT)]
     session = import_csv(tmp_path, f"Date,Time,{POSE}", *rows)
     assert session.names == ("log",)
@@ -96,7 +96,7 @@ def test_flags_of_other_spellings_mark_lost_poses(tmp_path, yes, no):
 
 
 @pytest.mark.parametrize("cell", ["2", "0.95", "limited", "-1"])
-def test_flag_that_says_neither_yes_nor_no_is_refused(tmp_path, capsys, cell):
+def test_validity_flag_other_than_yes_or_no_is_refused(tmp_path, capsys, cell):
     rows = [row(SECONDS[step], pose(step), cell if step == 7 else 1) for step in range(COUNT)]
     (tmp_path / "log.csv").write_text("\n".join([f"time,{POSE},valid", *rows, ""]))
     out = str(tmp_path / "s.mcap")
@@ -163,7 +163,7 @@ def posed(*bodies):
 
 
 @pytest.mark.parametrize("kind", FLAGS)
-def test_each_body_is_lost_by_its_own_flag(tmp_path, kind):
+def test_tracking_flag_marks_lost_poses_of_its_body_only(tmp_path, kind):
     cup, rod = FLAGS[kind]
     rows = [row(SECONDS[k], pose(k), pose(k, 1), int(k < 30), int(k > 5)) for k in range(COUNT)]
     tracks = import_csv(tmp_path, row("time", posed("cup", "rod"), cup, rod), *rows).tracks

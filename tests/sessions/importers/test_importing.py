@@ -37,7 +37,7 @@ def test_longest_increasing_rows_stay_and_missing_rotations_are_flagged():
     assert books(result) == "cup: 1 of 8 samples merged: that repeat a sample"
 
 
-def test_given_meshes_override_the_scene_and_stand_ins(tmp_path):
+def test_meshes_of_the_user_override_scene_and_stand_ins(tmp_path):
     scene = parse_scene('[[body]]\nid = "left"\nshape = "sphere"\nradius = 0.1\n')
     session = finish_import(
         samples("left", "camera"), tmp_path / "x", MeshOptions({"left": TRIANGLE}), scene=scene, stand_ins=True

@@ -61,7 +61,7 @@ EVERY_ANSWER = [
 
 
 @pytest.mark.parametrize("line_break", ["\n", "\r\n"])
-def test_forgotten_answers_leave_the_mapping_byte_by_byte(tmp_path, line_break):
+def test_forgetting_answers_restores_the_mapping_byte_by_byte(tmp_path, line_break):
     path = tmp_path / "map.toml"
     before = DRAFT.replace("\n", line_break).encode()
     path.write_bytes(before)

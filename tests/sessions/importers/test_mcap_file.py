@@ -73,7 +73,7 @@ ALL = slice(None)
 
 
 @pytest.mark.parametrize("format", ["mcap", "auto", "ros2"])
-def test_frames_are_composed_to_root_at_their_own_stamps(format):
+def test_transforms_are_composed_to_the_root_frame(format):
     session = import_session(format, COMPOSED / f"{format}.mcap")
     robot = ((0, 0), (1, ALL))
     expected = {
@@ -99,7 +99,7 @@ def test_unstamped_poses_use_log_time_and_covariance_is_ignored(tmp_path):
     assert "2 poses without a stamp have the time they were logged at" in session.facts["conversions"]
 
 
-def test_frames_with_own_clocks_are_interpolated_within_gaps(tmp_path):
+def test_parent_frames_are_interpolated_except_across_gaps(tmp_path):
     hand, cup = STAMPS, STAMPS + STEP // 2
     heard = (np.arange(COUNT) < 3) | (np.arange(COUNT) >= 22)  # the hand is silent for 0.21 s
     messages = [("/tf", FRAME, s, moved("world", "hand", s, 0, k)) for k, s in enumerate(hand) if heard[k]]

@@ -38,7 +38,7 @@ def kept(stamps):
     [{60: 2 * 10**14}, {60: 0}, {0: 10**15}, {179: 5}, {3: 10**15, 90: 10**15 + 1, 91: 0, 178: 7}, {17: -5}],
     ids=["late", "zero", "first", "last", "four", "before 0"],
 )
-def test_wild_stamps_cost_their_own_rows_and_no_others(wild):
+def test_only_rows_with_outlying_stamps_are_dropped(wild):
     stamps = STAMPS.copy()
     stamps[[*wild]] = [*wild.values()]
     keep, ledger = kept(stamps)

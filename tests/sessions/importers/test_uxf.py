@@ -103,7 +103,7 @@ def test_broken_folder_is_refused_in_a_sentence(folder, change, text):
 
 
 @pytest.mark.parametrize("data", [b"", "time,pos_x\n".encode("utf-16")])
-def test_a_tracker_whose_columns_nobody_knows_is_named(folder, data):
+def test_uxf_tracker_file_without_known_columns_is_reported(folder, data):
     (folder / HEAD).write_bytes(data)
     session = import_session("uxf", folder)
     text = "head_movement_T001.csv: 1 of 1 files dropped: whose first line does not name time"

@@ -58,7 +58,7 @@ def test_recorded_poses_are_read_back_bit_for_bit(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["s.mcap"]
 
 
-def test_all_that_is_no_pose_is_read_back(tmp_path):
+def test_recorded_events_hands_gaze_and_scalars_are_read_back(tmp_path):
     with Recorder(tmp_path / "s.mcap") as recorder:
         recorder.poses(10, {"wand": POSE})
         task = recorder.begin(11, "task", "pour", {"by": "anna"})

@@ -69,7 +69,7 @@ def test_colliders_below_a_body_node_use_its_frame_and_scale(tmp_path):
     assert np.allclose(rim.bounds[:, 2], [0.475, 0.525], atol=1e-6)
 
 
-def test_body_mesh_beside_named_colliders_is_no_collider(tmp_path):
+def test_drawn_mesh_beside_ucx_colliders_is_not_a_collider(tmp_path):
     """Unreal's importer takes a file so; without such names the mesh of the body is its collider."""
     pose = moved(0, 0, 0)
     hulls = read_colliders(write(tmp_path / "c.glb", ("a", RING, pose), ("UCX_a_00", BOX, pose)), ["a"])

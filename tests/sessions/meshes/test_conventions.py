@@ -83,12 +83,13 @@ def test_unknown_axes_are_refused_with_the_cure(text, message):
         convention(text)
 
 
-def test_names_are_read_whatever_their_signs():
+def test_convention_names_ignore_case_hyphens_and_underscores():
     assert convention("A-Frame").name == "aframe" and convention("Z_UP").name == "z-up"
 
 
 @pytest.mark.parametrize(("order", "other"), [("zxy", "YXZ"), ("xyz", "ZYX"), ("xyx", "XYX")])
-def test_orders_about_fixed_and_own_axes_rotate_alike(order, other):
+def test_extrinsic_euler_order_equals_its_reversed_intrinsic_order(order, other):
+    """Lower case letters are rotations about fixed axes, capitals about the body's axes, as in scipy."""
     angles = np.array([0.3, -1.1, 2.0])
     assert same_euler_order(order, other) and not same_euler_order(order, other[::-1] if order != "xyx" else "YXY")
     first = quaternion_from_euler(angles, order)

@@ -38,7 +38,7 @@ def with_corners_on_edges(random, outline):
 
 
 @given(st.integers(4, 40), st.booleans(), st.booleans(), st.integers(0, 2**32))
-def test_triangles_cover_a_polygon_once_and_nothing_else(count, mirrored, on_edges, seed):
+def test_clipped_ears_cover_exactly_the_polygon_without_overlap(count, mirrored, on_edges, seed):
     random = np.random.default_rng(seed)
     outline = star(random, count)
     if on_edges:
