@@ -30,7 +30,7 @@ OTHERS = ("handle", "beaker_handle", "handbook", "wanderer", "GloveBox", "glove_
 
 
 @pytest.mark.parametrize("name", OTHERS)
-def test_a_longer_word_is_no_hand_and_no_head(name):
+def test_words_containing_hand_or_head_are_neither(name):
     assert not is_hand(name) and not is_head(name) and proxy_for(name) == ""
 
 

@@ -316,12 +316,12 @@ def test_collider_nodes_are_not_read_as_part_of_the_surface(prefix):
     assert np.array_equal(mesh_from_bytes(data, "glb", node="cup").vertices, TRIANGLE)
 
 
-def test_collider_that_hangs_on_its_body_is_no_surface():
+def test_collider_node_below_its_body_is_not_surface():
     nodes = [{"mesh": 0, "name": "cup", "children": [1]}, {"mesh": 0, "name": "UCX_cup_00"}]
     data = glb({"nodes": nodes, "meshes": [{"primitives": [primitive()]}]}, TRIANGLE)
     assert len(mesh_from_bytes(data, "glb", node="cup").faces) == 1
 
 
-def test_file_of_colliders_alone_is_read_whole():
+def test_glb_with_only_colliders_is_read_as_a_mesh():
     data = two_nodes({"name": "UCX_cup_00"}, {"name": "UCX_cup_01"})
     assert len(mesh_from_bytes(data, "glb").faces) == 2

@@ -121,7 +121,7 @@ def test_units_giving_hand_size_are_likely(size, taken, likely):
         (0.0, "m", ("m",)),
     ],
 )
-def test_every_unit_of_a_thing_for_hands_is_possible(size, taken, possible):
+def test_possible_units_give_a_size_that_fits_a_hand(size, taken, possible):
     factor = UNITS[taken]
     mesh = MeshData(np.array([[0, 0, 0], [size, 0, 0], [0, size / 2, 0]]) * factor, [[0, 1, 2]])
     assert possible_units(mesh, taken) == possible

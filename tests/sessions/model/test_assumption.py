@@ -46,7 +46,7 @@ def test_only_an_unsure_guess_between_alternatives_is_open():
     assert GUESS.is_open and unknown.is_open
 
 
-def test_an_answer_remembers_the_first_guess_and_says_no_reason():
+def test_answered_assumption_remembers_the_first_guess():
     once = GUESS.answered("x-flipped", "X flipped")
     twice = once.answered("gltf")
     assert (twice.guessed_value, twice.origin, twice.is_open) == ("body", Origin.USER, False)

@@ -51,7 +51,7 @@ def recording():
 
 
 @pytest.mark.parametrize("axes", ["ros", "z-up", "openxr"])
-def test_fixed_bodies_stand_in_the_axes_of_the_recording(scene, axes):
+def test_fixed_bodies_of_a_scene_use_the_recordings_axes(scene, axes):
     facts = {ASSUMPTIONS_FACT: assumptions_fact([Assumption(Subject.POSE_AXES, axes, Origin.USER)])}
     session = with_scene(replace(recording(), facts=facts), scene)
     world = CONVENTIONS["z-up" if axes == "openxr" else axes].matrix

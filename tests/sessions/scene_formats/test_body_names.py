@@ -18,7 +18,7 @@ def test_names_differ_and_end_as_their_bodies(paths):
     )
 
 
-def test_equal_paths_are_numbered_past_names_that_are_there():
+def test_duplicate_body_names_get_numbers_not_yet_taken():
     assert distinct_names([["cup"], ["cup"], ["cup-2"]]) == ["cup", "cup-3", "cup-2"]
 
 

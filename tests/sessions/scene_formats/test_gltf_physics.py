@@ -74,7 +74,7 @@ def glass(kind):
 
 
 @pytest.mark.parametrize("kind", ["KHR", "OMI"])
-def test_compound_shape_lies_in_the_frame_of_its_body(tmp_path, kind):
+def test_shapes_of_a_gltf_compound_are_in_body_axes(tmp_path, kind):
     scene = read_scene_source(glb(tmp_path / "glass.glb", glass(kind)))
     body = scene.bodies["glass"]
     assert [*scene.bodies] == ["glass", "table"] and body.moves and not scene.bodies["table"].moves
@@ -154,7 +154,7 @@ def test_gltf_bodies_with_equal_names_get_their_parents_prefix(tmp_path):
     assert scene.excluded == (("left/cup", "right/cup"),) and "'left/cup' for 'cup'" in scene.notes[0]
 
 
-def test_bodies_outside_the_scene_are_left_alone(tmp_path):
+def test_gltf_nodes_outside_the_scene_are_no_bodies(tmp_path):
     content = glass("KHR")
     content["scenes"] = [{"nodes": [0]}]
     assert [*read_scene_source(glb(tmp_path / "s.glb", content)).bodies] == ["glass"]

@@ -154,7 +154,7 @@ def test_value_clips_are_refused(tmp_path):
 
 
 @pytest.mark.parametrize("inner", ["part.usda", "../secret.usda"])
-def test_package_holds_its_own_layers(tmp_path, inner):
+def test_usdz_package_reads_only_layers_inside_the_package(tmp_path, inner):
     (tmp_path / "secret.usda").write_text(HEAD + BALL)
     folder = tmp_path / "scene"
     folder.mkdir()

@@ -352,7 +352,7 @@ def test_unsupported_usd_subdivision_is_listed(tmp_path):
     )
 
 
-def test_scene_without_motion_is_no_recording(bench):
+def test_usd_without_time_samples_is_refused_as_a_recording(bench):
     with pytest.raises(SessionError, match="time samples; take the scene"):
         import_session("usd", bench)
 
@@ -408,7 +408,7 @@ def test_disabled_bodies_and_colliders_do_not_count(tmp_path):
     assert [(name, item.moves) for name, item in scene.bodies.items()] == [("top", False)]
 
 
-def test_units_and_axes_that_nobody_says_are_noted(tmp_path):
+def test_usd_defaults_for_unit_and_axis_are_noted(tmp_path):
     stage = Usd.Stage.CreateNew(str(tmp_path / "s.usda"))
     ball(stage, "/ball")
     stage.Save()

@@ -23,7 +23,7 @@ def truth(*facts):
     return Truth("made up", 7, 10**18, 6.0, "off", (TOUCH, NEAR), facts)
 
 
-def test_a_written_truth_is_plain_json_that_says_the_same(tmp_path):
+def test_truth_file_is_json_with_the_planted_facts(tmp_path):
     path = truth_path(tmp_path / "x.mcap")
     write_truth(truth(POUR), path)
     kept = json.loads(path.read_text())
