@@ -47,7 +47,8 @@ def write(folder, word):
     (folder / "mark").write_text(word)
 
 
-def test_later_of_two_writers_replaces_the_whole_file(tmp_path):
+def test_last_writer_to_finish_determines_the_file(tmp_path):
+    """Both write at the same time; ``two`` closes first."""
     out = tmp_path / "out"
     with whole_file(out, RefusalError) as item, whole_file(out, RefusalError) as two:
         item.write(b"one" * 9)
