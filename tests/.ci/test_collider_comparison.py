@@ -9,7 +9,8 @@ command = script("collider_comparison")
 
 
 @pytest.mark.parametrize("name", command.CASES)
-def test_bodies_are_closed_and_every_touch_meets_them(name):
+def test_planted_touches_of_the_comparison_touch_a_closed_mesh(name):
+    """At its first contact a probe of spheres is as far from the surface as its radius."""
     case = command.CASES[name]()
     mesh = command.as_mesh(case.mesh)
     surface = command.Surface(mesh.triangles)

@@ -47,7 +47,7 @@ def test_every_package_ships_a_py_typed_marker(package):
 
 
 @pytest.mark.parametrize("package", PACKAGES)
-def test_no_submodule_bears_the_name_of_a_public_function(package):
+def test_no_submodule_has_the_name_of_an_exported_object(package):
     facade = import_module(package)
     assert {result.name for result in pkgutil.iter_modules(facade.__path__)} & set(facade.__all__) == set()
 

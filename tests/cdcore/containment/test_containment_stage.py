@@ -157,7 +157,11 @@ CROSSING = (box_mesh(), shift_mesh(box_mesh(), [0.5, 0.3, 0.2]))
     ],
 )
 @pytest.mark.parametrize("size", [1.0, 1e-3, 1e103, 1e-110])
-def test_winding_decides_where_overlap_refuses_parity(components, by_parity, always, size):
+def test_winding_numbers_decide_containment_where_ray_parity_cannot(components, by_parity, always, size):
+    """Parity of crossings fails where parts overlap; winding fails only where overlapping parts are wound oppositely.
+
+    ``by_parity``: whether parity decides; ``always``: whether winding or parity does.
+    """
     whole = merge_meshes(*components)
     body = Body("parts", TriangleMesh(whole.vertices * size, whole.faces))
     assert parity_decides(body.mesh) == by_parity

@@ -13,7 +13,7 @@ BALLS = [Body("a", ball_mesh()), Body("b", ball_mesh())]
 FAR = still(BALLS, [(0, 0, 0), (5, 0, 0)], frames=4)
 
 
-def test_broad_phase_spares_trees_of_aabb_and_solid():
+def test_distant_spheres_are_cleared_without_testing_trees():
     spheres = create_detector("aabb", BALLS).detect(FAR)
     assert (spheres.verdict == Verdict.CLEAR).all()
     assert spheres.work["sphere_tests"] == 4

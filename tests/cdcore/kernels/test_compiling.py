@@ -98,7 +98,7 @@ def test_a_kernel_that_allocates_is_called_by_a_kernel():
     assert sum_of_ramp(5) == 10.0 and ramp(3).tolist() == [0.0, 1.0, 2.0]
 
 
-def test_kernels_and_python_call_kernels_and_parts():
+def test_kernels_call_other_kernels_compiled_and_interpreted():
     assert calls_both(3.0) == calls_both.__wrapped__(3.0) == 13.0 + 8.0
     assert (shifted_by_seven(3), doubled_part(3)) == (13, 6)
 

@@ -67,7 +67,8 @@ each_order = pytest.mark.parametrize("next_child", [FIRST, SECOND])
 
 @each_order
 @pytest.mark.parametrize("opens_both", [False, True])
-def test_all_leaves_that_meet_are_asked_in_their_lanes(next_child, opens_both):
+def test_descent_visits_exactly_the_leaf_pairs_that_meet(next_child, opens_both):
+    """Leaves are unit intervals in a row; in a lane the second row is moved, and neighbours meet."""
     meeting = {(i, j): sum(1 << k for k, move in enumerate((0, 2, 5)) if abs(i - j - move) <= 1)
                for i in range(LEAVES) for j in range(LEAVES)}  # fmt: skip
     leaves, _ = leaves_asked(next_child, opens_both=opens_both)
@@ -76,7 +77,8 @@ def test_all_leaves_that_meet_are_asked_in_their_lanes(next_child, opens_both):
 
 
 @each_order
-def test_a_stopped_descent_goes_on_at_the_same_leaves(next_child):
+def test_descent_resumed_after_a_full_buffer_visits_the_same_leaves(next_child):
+    """The buffer holds three leaves, so the descent stops after every third."""
     whole, _ = leaves_asked(next_child)
     in_parts, stops = leaves_asked(next_child, room=3)
     assert in_parts == whole
@@ -84,7 +86,11 @@ def test_a_stopped_descent_goes_on_at_the_same_leaves(next_child):
 
 
 @each_order
-def test_decided_lanes_are_asked_no_more(next_child):
+def test_descent_skips_lanes_that_already_met(next_child):
+    """Four poses (lanes) of two trees are searched together until each has met once (``enough``).
+
+    Lanes 0 to 2 meet, at moves of 0, 2 and 5; lane 3 at a move of 40 never does.
+    """
     leaves, _ = leaves_asked(next_child, enough=1)
     lanes = [lane for _, _, noted in leaves for lane in range(4) if noted >> lane & 1]
     assert sorted(lanes) == [0, 1, 2]

@@ -68,7 +68,8 @@ class Plain:
         self.detect, self.stream = inner.detect, inner.stream
 
 
-def test_detector_without_live_is_queried_through_its_stream():
+def test_live_detection_falls_back_to_streaming_single_frames():
+    """``Plain`` passes on ``stream`` of a detector and has no ``live``."""
     bodies, motion = lab(40)
     inner, start = made(Near, bodies), perf_counter()
     result = detect_live(Plain(inner), motion)

@@ -192,7 +192,8 @@ def test_a_motion_knows_where_each_body_changes():
     assert motion.renormalised == 9
 
 
-def test_rigid_and_sliced_motions_agree_on_changes():
+def test_changed_poses_agree_in_rigid_sliced_and_selected_motions():
+    """``changed`` tells for each frame and body whether its pose differs from the frame before."""
     motion = resting_motion()
     components = motion.translations.copy(), motion.rotations.copy(), motion.valid, motion.linked
     assert Motion.of_rigid(motion.times, *components).changed.tolist() == motion.changed.tolist()
@@ -210,7 +211,7 @@ def test_bad_pose_after_repeated_poses_is_refused(spoil):
         Motion.from_matrices(np.arange(5), poses)
 
 
-def test_no_frames_are_a_motion():
+def test_motion_may_have_no_frames():
     assert len(Motion([], np.zeros((0, 3, 3)), np.zeros((0, 3, 3, 3)))) == 0
     assert Motion.from_quaternions([], np.zeros((0, 3, 3)), np.zeros((0, 3, 4))).valid.shape == (0, 3)
 

@@ -164,7 +164,8 @@ def test_the_effort_ends_only_below_the_tolerance():
     assert ask((0, 0, 0.1), (0, 0, -0.1), effort=0)[0] == HIT
 
 
-def test_too_many_pairs_are_an_answer_not_a_crash():
+def test_segment_search_reports_a_full_buffer():
+    """The buffer has room for two pairs of nodes; a ball grazes a plate within many."""
     room = make_room(BALL, PLATE)._replace(items=np.empty((2, 3), dtype=np.int32))
     leg = straight((-1e-5, 0, 0.011), (1e-5, 0, 0.011))
     assert searched(leg, (2e-5, 0.0, 1e-3, 1e-2), 1e-4, 10**6, room) in (TOO_CLOSE, TOO_LONG)
