@@ -30,17 +30,17 @@ def test_reference_agrees_with_scalar_separating_axes(size, scale):
     assert meet(pairs)[0].tolist() == expected
 
 
-def test_small_and_large_integers_give_the_same_answer():
+def test_scaled_integer_triangles_meet_as_the_unscaled():
     pairs = lattice_pairs(seed=1, size=3)
     assert meet_exactly(pairs).tolist() == meet_exactly(pairs * 3.0**30).tolist()
 
 
-def test_exact_gives_the_faces_of_integers():
+def test_exact_detector_finds_faces_given_by_integer_arithmetic():
     for seed in QUICK_SEEDS:
         assert differences(world_of(seed), ["exact"], live=["exact"])[0] == [], seed
 
 
 @pytest.mark.slow
-def test_complete_detectors_give_the_faces_of_integers():
+def test_complete_detectors_find_faces_given_by_integer_arithmetic():
     for seed in SLOW_SEEDS:
         assert differences(world_of(seed), COMPLETE, live=["exact"])[0] == [], seed

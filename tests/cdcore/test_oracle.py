@@ -88,7 +88,7 @@ def test_a_corrupt_pose_changes_no_other_frame(name, far):
 
 @quick_and_slow(FEW, [*QUICK, *SLOW, *(("corrupt", far) for far in GONE)])
 @pytest.mark.parametrize("name", COMPLETE)
-def test_blocks_order_and_frames_alone_change_no_answer(name, worlds):
+def test_detection_is_independent_of_blocks_and_pair_order(name, worlds):
     for key in worlds:
         world = world_of(key)
         detector, motion = create_detector(name, world.bodies, **PLAIN), world.motion

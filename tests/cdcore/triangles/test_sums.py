@@ -68,7 +68,8 @@ def test_the_sign_of_a_sum_is_exact(values):
 
 @settings(deadline=None)  # the first call compiles
 @given(moderate, moderate, moderate)
-def test_product_minus_its_terms_is_zero_to_the_bit(a, b, c):
+def test_exact_sum_of_a_product_and_its_parts_is_zero(a, b, c):
+    """``two_product`` splits a b into two doubles without error; c times 2^-200 then decides the sign of the rest."""
     digits = new_digits()
     add_product(digits, a, b)
     for component in two_product(a, b):

@@ -70,7 +70,7 @@ def test_contacts_are_exact_or_questioned_in_every_convention_and_format(tmp_pat
     check_scene(tmp_path, convention, kind, exported)
 
 
-def test_the_scene_has_two_contacts_and_a_hover():
+def test_planted_scene_has_exactly_two_contacts():
     truth = true_contact()
     assert np.flatnonzero(np.diff(truth.astype(int)) == 1).size == 2 and 5 < truth.sum() < FRAMES / 4
 

@@ -48,7 +48,8 @@ def test_crossed_bars_count_their_common_volume_once():
     assert card["missing"] == pytest.approx(1.0 - covered, rel=1e-6) and card["beyond"] == pytest.approx(0, abs=1e-6)
 
 
-def test_hull_reaches_deepest_near_middle_of_cup_mouth():
+def test_reach_of_a_plug_in_a_cup_is_its_radius():
+    """The plug fills the cup: its axis is farthest from the inner wall, a 48-gon about a radius of 33 mm."""
     wall = [(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)]
     cup, plug = revolved_mesh(wall, 48), revolved_mesh([(0, 0), (0.035, 0), (0.035, 0.1), (0, 0.1)], 48)
     assert reach(cup, [plug]) == pytest.approx(0.033 * np.cos(np.pi / 48), rel=1e-6)
@@ -97,7 +98,8 @@ def test_reach_into_a_fine_narrow_neck_is_found():
     assert reach(flask, [hull_collider(flask)]) == pytest.approx(0.0158 * np.cos(np.pi / 40), rel=1e-6)
 
 
-def test_card_names_planted_overlap_and_slit_with_widths():
+def test_report_card_measures_planted_overlap_and_slit():
+    """Three boxes along x: the second begins 1 mm within the first and ends 4 mm before the third."""
     bar = box_mesh((0.4, 0.1, 0.1))
     pieces = [
         shift_mesh(box_mesh((width, 0.1, 0.1)), (x, 0.0, 0.0))

@@ -34,6 +34,7 @@ def imported(folder, convention, kind, exported=False, **options):
     [*product(("ros", "unity"), ("glb", "stl"), (False, True)), ("unreal", "glb", True), ("z-up", "stl", False)],
 )
 def test_questions_decided_by_samples_agree_with_a_full_replay(tmp_path, convention, kind, exported):
+    """Samples may decide that a guess makes a difference, makes none, or leave it open (``None``)."""
     session = imported(tmp_path, convention, kind, exported)
     requested = {question.assumption for question in examine_assumptions(session).questions}
     decided = {row: alternatives_differ(session, row) for row in open_rows(session)}

@@ -87,7 +87,8 @@ def test_drift_is_detected_reported_and_undone(contacts, span, drift, seed):
 
 
 @pytest.mark.parametrize(("ends", "drift"), [(3, 0.02), (2, 0.0)])
-def test_a_drift_needs_three_contacts(ends, drift):
+def test_clock_drift_is_estimated_from_three_contacts_at_least(ends, drift):
+    """Reported times are (t - 7) / 1.02: an offset of 7 s and a drift of 2 %."""
     truth = {BEGIN: [0.0, 5.0, 10.0], END: [0.5, 5.7, 10.9]}
     reported = {key: [(moment - 7.0) / 1.02 for moment in moments] for key, moments in truth.items()}
     assert estimate_offset({**reported, END: reported[END][:ends]}, truth).drift == pytest.approx(drift, abs=1e-9)

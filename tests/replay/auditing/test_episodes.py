@@ -29,7 +29,11 @@ def test_runs_are_in_order_of_time_then_column(mask):
     assert order == sorted(order)
 
 
-def test_an_episode_lasts_until_the_first_frame_without_contact():
+def test_episode_ends_at_the_first_frame_without_contact():
+    """Each text is a frame of two pairs: C contact, I contained and ? candidate count as contact, . is clear.
+
+    Episodes are (pair, first frame, last frame, start and end in seconds); frames are 0.5 s apart.
+    """
     detection = verdicts(["C.", "CC", ".I", "C?", "C.", ".C"], step=0.5)
     actual = [(e.pair, e.first, e.last, e.start, e.end) for e in episodes(detection)]
     assert actual == [(0, 0, 1, 0.0, 1.0), (1, 1, 3, 0.5, 2.0), (0, 3, 4, 1.5, 2.5), (1, 5, 5, 2.5, 3.0)]

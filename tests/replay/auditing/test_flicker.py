@@ -88,7 +88,8 @@ def test_tracker_jitter_is_joined_as_by_a_plain_loop(seed):
 
 
 @pytest.mark.parametrize("detector", ["mesh=discrete", "mesh=discrete[rate_hz=40]", "mesh=collider[skin_m=0.00005]"])
-def test_release_distance_queried_again_gives_the_promised_figures(detector):
+def test_proposed_release_distance_has_the_predicted_effect(detector):
+    """The proposal of the first run is the detector of the second."""
     noise = np.random.default_rng(1).normal(0.0001, 0.0002, 120)
     session = gaps([*[CLEAR] * 3, *noise.tolist(), *[CLEAR] * 3])
     counted, first = flicker(session, "mesh", detectors=f"exact,{detector}")
