@@ -76,7 +76,8 @@ def test_grasp_lasts_only_while_the_body_is_carried():
     assert holdings(assembly, None) == ()
 
 
-def test_intervals_have_a_common_frame_or_not():
+def test_interval_overlaps_a_grasp_if_they_share_a_frame():
+    """Pair 2 is grasped in frames 10 to 20; each row is (pair, first, last)."""
     item = (grasped(2, 10, 20),)
     requested = np.array([(2, 0, 9), (2, 0, 10), (2, 20, 30), (2, 21, 30), (1, 0, 99)]).T
     assert overlaps_holding(item, *requested).tolist() == [False, True, True, False, False]

@@ -73,7 +73,8 @@ def test_every_stage_of_a_run_reports_all_of_its_work(detectors, tmp_path):
     assert [(name, total, done) for name, (total, done) in watched.stages.items() if total != done] == []
 
 
-def test_existing_pieces_count_for_neither_rate_nor_time_left(capsys, monkeypatch):
+def test_stored_pieces_do_not_count_in_the_rate(capsys, monkeypatch):
+    """One piece is stored; after it each takes 3 s, 20 a minute, by the planted clock."""
     times = iter([0.0, 1.0, 3.0, 6.0, 9.0])
     monkeypatch.setattr("replay.cli.console.time.monotonic", lambda: next(times))
     tell = progress_counter(People(), 4)

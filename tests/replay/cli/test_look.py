@@ -33,7 +33,8 @@ def contact(path):
     return verdict[:, 0] == 1
 
 
-def test_pipe_gets_question_pictures_exit_3_and_deciding_option(recording, capsys):
+def test_doctor_look_in_a_pipe_prints_question_and_pictures(recording, capsys):
+    """Exit code 3: a question is open."""
     assert main(["doctor", str(recording), "--look"]) == 3
     output = capsys.readouterr()
     text = " ".join(output.out.split())

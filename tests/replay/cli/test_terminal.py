@@ -104,7 +104,8 @@ def test_piped_output_follows_columns_without_trailing_spaces(monkeypatch, capsy
     assert not [text for text in lines if text != text.rstrip()]
 
 
-def test_single_sentence_folds_in_a_terminal_and_not_in_pipes(monkeypatch, capsys):
+def test_long_sentence_is_folded_in_terminals_but_not_pipes(monkeypatch, capsys):
+    """A path longer than the terminal is not broken."""
     text = "  note: " + "word " * 30 + "/a/path/that/is/longer/than/the/terminal/is/wide/by/far.mcap"
     monkeypatch.delenv("COLUMNS")
     console_module.answer(False, None, lambda: text)

@@ -40,7 +40,7 @@ def hashes(pieces):
     return [piece.content_hash for piece in pieces]
 
 
-def test_compound_methods_are_rows_of_the_cutter_table():
+def test_cutter_table_has_a_row_for_every_method():
     assert set(CUT_METHODS) == {AUTO_METHOD, *METHODS}
 
 
@@ -124,7 +124,8 @@ def test_open_surfaces_are_laid_beside_each_other():
     assert len(union_of((half, pieces[0])).faces) == len(half.faces) + len(pieces[0].faces)
 
 
-def test_single_piece_is_hull_and_flat_mesh_stays_itself():
+def test_single_convex_piece_is_the_hull_of_the_mesh():
+    """A hull of more than 255 faces is made coarser within its size; a flat mesh is its own piece."""
     (hull,) = convex_pieces(Cut(BEAKER, "coacd", 1))
     assert hull.content_hash == hull_of(BEAKER.vertices).content_hash
     ball = icosphere(subdivisions=3)

@@ -48,6 +48,7 @@ def spouted():
 
 
 def test_round_bodies_have_an_axis_and_oval_bodies_not():
+    """A beaker has the axis through its middle, also when shifted by 7 m; stretched to an oval it has none."""
     for mesh in (BEAKER, spouted()):
         point, direction = round_axis(shift_mesh(mesh, (7.0, 7.0, 7.0)))
         height = int(np.argmax(np.ptp(mesh.vertices, axis=0)))

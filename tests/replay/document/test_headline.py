@@ -39,7 +39,7 @@ def test_the_cost_is_the_reference_beside_a_busy_machine(busy):
     assert price_reason(SimpleNamespace(document=structs.replace(document, audit={}), ranking=()), None).text == ""
 
 
-def test_the_cost_of_every_frame_is_measured_live():
+def test_cost_of_sampling_every_frame_is_measured_only_live():
     run = compute(jumping(), detectors="slow=discrete[rate_hz=10]", oracle="hybrid")
     often = run.document.detectors["slow"].seconds.at_every_frame
     assert run.phases["slow"].every_frame.seconds == often > 0 and run.document.detectors["slow"].live

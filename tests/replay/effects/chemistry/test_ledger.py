@@ -33,7 +33,7 @@ def test_scenes_conserve_matter_at_any_rate_order_and_names(seed):
     check_scene(seed)
 
 
-def test_an_equation_leaves_protons_of_weaker_acids():
+def test_zinc_takes_only_protons_that_phosphate_loses_by_ph_7():
     """At pH 7 phosphate is H2PO4- and HPO4^2- in the ratio 10^(7.2 - 7): of two protons it holds 1.62."""
     components = dissolved_components("NaH2PO4")
     book = Ledger(["a"], [*components], [ZINC], solver_of([*components, *ZINC.changes]))

@@ -105,7 +105,8 @@ def test_slow_oxidation_plots_the_remaining_reductant():
     assert set(curves({"FeSO4": 0.05, "H2SO4": 0.5}, {"KMnO4": 0.02}, PERMANGANATE, rate=5.0)) == {"mol of Fe^2+ left"}
 
 
-def test_silver_draws_p_ag_and_lye_the_ph():
+def test_titration_with_silver_plots_pag_and_with_base_ph():
+    """10 mL of 0.05 mol/L chloride end at 5 mL of 0.1 mol/L silver nitrate."""
     (drawn,) = curves({"NaCl": 0.05}, {"AgNO3": 0.1}, "Ag+ + Cl- -> AgCl").values()
     assert drawn.quantity == drawn.unit == "pAg" and drawn.ends_ml == pytest.approx([5.0], abs=0.01)
     # Half of the silver chloride's log_k 9.75 at the end point, before it nearly all of it.
