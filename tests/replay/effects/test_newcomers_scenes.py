@@ -66,7 +66,7 @@ def test_heat_of_a_solid_is_released_by_equations_with_rates():
 
 
 @pytest.mark.parametrize("solid", FRESH)
-def test_advice_to_let_a_solid_fall_out_needs_no_colour(solid):
+def test_every_fresh_precipitate_has_a_default_colour(solid):
     assert SOLIDS[solid] in COLOURS
 
 

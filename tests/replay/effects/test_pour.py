@@ -78,7 +78,8 @@ TIPPED = np.tile(tilted([0.0])[0], (60, 1)), tilted(75.0 * (np.arange(60) == 30)
     [(tilted(GLITCH), GLITCH == 0.0), (JUMP, None), (TIPPED, None)],
     ids=["a lost pose", "a jump", "it lies tipped in one frame"],
 )
-def test_an_unseen_tilt_pours_nothing(pose, valid):
+def test_tilt_of_a_lost_or_jumping_pose_pours_nothing(pose, valid):
+    """A glass with 60 mL is tilted in a single frame: its pose is lost, jumps 3 m, or falls over and back."""
     poses = {"a": pose, "b": still(len(pose[0]))}
     pour = ("pour", {"from": ["a"], "into": ["b"]})
     run = compute(world(poses, (glass("a", 60.0), glass("b")), pour, valid={"a": valid})).effects["pour"]

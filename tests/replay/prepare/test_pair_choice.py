@@ -67,6 +67,6 @@ def test_pairs_of_groups_and_patterns_expand_to_member_pairs(requested, expected
     assert {f"{LINKS[i]}-{LINKS[j]}" for i, j in actual} == expected
 
 
-def test_unknown_end_of_a_pair_is_named_with_all_groups():
+def test_unknown_body_in_a_pair_is_refused_listing_names():
     with pytest.raises(AssemblyError, match=r"pair hand-glas names 'glas'.*there are: hand, thumb, index"):
         chosen_pairs(UNITED, LINKS, {}, [("hand", "glas")])

@@ -38,7 +38,7 @@ STATES = [
 
 
 @pytest.mark.parametrize(("flask", "burette", "equation", "reason"), STATES)
-def test_the_reason_is_that_of_the_state(flask, burette, equation, reason):
+def test_reaction_that_does_not_proceed_states_the_reason(flask, burette, equation, reason):
     if reason == "nobody brings":
         with pytest.raises(Exception, match="nobody brings 'H2O2'"):
             run(flask, burette, equation)

@@ -82,7 +82,8 @@ def test_reply_of_another_program_on_the_port_is_rejected():
             web_viewer._fetch_file(url, Mock(poll=lambda: 1), time.monotonic() + 5)
 
 
-def test_proxy_of_the_environment_is_bypassed(monkeypatch):
+def test_web_viewer_is_fetched_without_the_configured_proxy(monkeypatch):
+    """The proxy never answers; the server sends 100 bytes."""
     with server(stay_silent) as proxy:
         for name in ("http_proxy", "HTTP_PROXY", "all_proxy"):
             monkeypatch.setenv(name, proxy)

@@ -117,7 +117,7 @@ def associated(finding):
     return replace(finding, beta=0.7, low=0.4, high=0.9, p=0.001, p_holm=0.001)
 
 
-def test_why_counts_mistakes_that_changed_no_conclusion(runs, study, tmp_path):
+def test_class_answer_counts_mistakes_that_changed_no_conclusion(runs, study, tmp_path):
     why = rows_of(runs, study, tmp_path)["Why"]
     assert why.text == f"An association may be hidden: {STUDENTS} students are few."
     assert why.figures.startswith("The detectors' mistakes changed no conclusion: ")

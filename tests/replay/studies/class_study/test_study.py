@@ -246,7 +246,7 @@ def test_below_ten_students_no_p_and_four_are_refused(count):
         (("motivation", "contact_per_min"), "did you mean 'contacts_per_min'"),
     ],
 )
-def test_unknown_name_in_a_codebook_is_answered(question, text):
+def test_unknown_name_in_a_codebook_is_refused_with_a_suggestion(question, text):
     answers, contacts = a_class(40)
     with pytest.raises(StudyError, match=text):
         analyse(codebook((question,), groups=("arm", NAMES)), questionnaire(answers, HALVES), metrics(contacts))
