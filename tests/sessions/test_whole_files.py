@@ -94,7 +94,8 @@ class Swept(type(Path())):
         return stream
 
 
-def test_file_removed_before_its_lock_is_remade(tmp_path):
+def test_temporary_file_removed_before_locking_is_created_again(tmp_path):
+    """``Swept`` is a path whose first temporary file another writer removes at once."""
     with whole_file(Swept(tmp_path / "out"), RefusalError) as stream:
         stream.write(b"all of it")
     assert (tmp_path / "out").read_bytes() == b"all of it"

@@ -89,7 +89,8 @@ def test_columns_of_a_file_without_names_are_guessed(tmp_path):
         ("3.1", [('# angle_unit = "deg"', 'angle_unit = "rad"')], Origin.USER, False),
     ],
 )
-def test_an_unstated_unit_of_angles_is_open_below_two_pi(tmp_path, angle, change, origin, is_open):
+def test_angles_below_two_pi_leave_their_unit_open(tmp_path, angle, change, origin, is_open):
+    """An angle of 179 must be degrees, 0 is 0 in either unit; 3.1 may be radians or degrees."""
     order = ('# order = "XYZ"', 'order = "XYZ"')
     rows = drafted(tmp_path, "t,x,y,z,rx,ry,rz", "{ms},1,2,3,0," + angle + ",0", order, *change)
     assert (rows[Subject.ANGLE_UNIT].origin, rows[Subject.ANGLE_UNIT].is_open) == (origin, is_open)

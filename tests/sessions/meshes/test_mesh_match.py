@@ -102,7 +102,8 @@ def test_unmatched_and_damaged_files_are_refused_in_a_sentence(tmp_path):
         (0.0, "m", ("m",)),
     ],
 )
-def test_units_giving_hand_size_are_likely(size, taken, likely):
+def test_likely_units_give_the_mesh_a_hand_held_size(size, taken, likely):
+    """``size`` is the longest side in metres if the unit ``taken`` is right."""
     factor = UNITS[taken]
     mesh = MeshData(np.array([[0, 0, 0], [size, 0, 0], [0, size / 2, 0]]) * factor, [[0, 1, 2]])
     assert likely_units(mesh, taken) == likely

@@ -49,7 +49,8 @@ def test_a_lone_mesh_of_millimetres_in_centimetres_is_open(millimetres):
     assert guesses({"stopper": (millimetres / 10, "m")})["stopper"] == ("m", "cm")
 
 
-def test_two_meshes_in_doubt_do_not_decide_each_other():
+def test_two_meshes_of_unclear_unit_both_stay_unclear():
+    """Meshes of 0.8 and 0.9 m may be large or in centimetres; neither is evidence for the other."""
     assert set(guesses({"stopper": (0.8, "m"), "lid": (0.9, "m")}).values()) == {("m", "cm")}
 
 

@@ -79,7 +79,7 @@ def test_forgetting_chosen_axes_restores_poses_and_open_guess(recording, axes):
     assert {*forgotten.facts["assumed"].split("; ")} >= {"axes ros (right-handed, +X forward, +Y left, +Z up)"}
 
 
-def test_answers_on_meshes_and_poses_are_forgotten_together(recording):
+def test_forgetting_answers_covers_axes_of_meshes_and_poses(recording):
     guessed = recording()
     chosen = with_answer(guessed, axes_of(guessed), "unity")
     (row,) = [row for row in recording_assumptions(chosen) if row.bodies == ("rod",) and "axes" in row.subject]

@@ -384,7 +384,8 @@ def motion_of_limited(folder, *changes):
         (7, np.inf, ["arm", "hand"]),
     ],
 )
-def test_bodies_below_a_joint_without_a_position_are_lost(tmp_path, column, value, lost):
+def test_bodies_below_a_joint_without_position_are_flagged_lost(tmp_path, column, value, lost):
+    """In rows 4 to 6 of 12, ``qpos`` has no unit quaternion (3) or position (0) of the cup, or angle (7) of the arm."""
     session = motion_of_limited(tmp_path, (slice(4, 7), column, value))
     for name, track in session.tracks.items():
         assert np.flatnonzero(~track.valid).tolist() == ([4, 5, 6] if name in lost else [])
