@@ -10,7 +10,7 @@ def functions_by_format():
 
 
 @pytest.mark.parametrize(("format", "most_files", "most_functions"), [("MCAP", 8, 90), ("CSV", 10, 170)])
-def test_first_block_needs_few_files_and_functions(functions_by_format, format, most_files, most_functions):
+def test_reading_a_first_block_enters_few_files_and_functions(functions_by_format, format, most_files, most_functions):
     called = functions_by_format[format]
     assert len({file for file, _ in called}) <= most_files
     assert len(called) <= most_functions

@@ -229,7 +229,7 @@ WORKS = {
 }  # fmt: skip
 
 
-def test_every_verb_is_among_the_calls():
+def test_hostile_text_is_tried_on_every_command():
     from replay.cli.commands import COMMANDS as VERBS
 
     files = dict.fromkeys(("mcap", "torn", "csv", "toml", "obj"), "file")

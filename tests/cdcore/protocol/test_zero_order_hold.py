@@ -49,7 +49,7 @@ def test_held_answers_across_blocks_equal_the_whole_motion(name):
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_answering_sample_is_the_last_that_answered(seed):
+def test_held_answer_comes_from_the_last_answered_sample(seed):
     rng = np.random.default_rng(seed)
     sampled = rng.random(30) < 0.5
     answered = rng.random((sampled.sum(), 4)) < 0.4

@@ -42,7 +42,8 @@ def test_the_amplitudes_run_from_the_first_feature_to_the_last():
     assert [printed_15(amplitude, 9) for amplitude in (-1.0, 0.0, 1.0)] == [0, 4, 8]
 
 
-def test_printed_gate_differs_from_a_rotation_by_a_sign():
+def test_equation_17_as_printed_has_a_wrong_sign():
+    """A rotation of a + i b by an angle; the printed second component has - b cos instead of + b cos."""
     rotation, a, b = np.random.default_rng(4).uniform(-3, 3, (3, 8))
     rotated = (a + 1j * b) * np.exp(1j * rotation)
     assert np.allclose(

@@ -34,7 +34,9 @@ def test_negative_pheromone_breaks_equation_16_as_printed():
     assert printed_16(np.array([1.0, 3.0]), np.ones(2), 1.0, 1.0).tolist() == [0.25, 0.75]
 
 
-def test_printed_iterations_end_when_distances_fall():
+def test_iterations_as_printed_end_when_distances_fall():
+    """At constant distance all 100 run; where the distance falls by 0.1 each, fewer than 10."""
+
     def iterations(distances):
         stream, settings = np.random.default_rng(0), SearchSettings(variant="printed")
         requested = iterations_as_printed(lambda i, j: next(distances), (50, 70), settings, stream)

@@ -273,7 +273,7 @@ def unity_poses_without_a_name(folder, kind):
     return axes, lambda **more: import_session("mcap", folder / "take.mcap", meshes=meshes, **more)
 
 
-def test_unnamed_pose_axes_are_questioned_where_meshes_do_not_follow(tmp_path):
+def test_question_about_pose_axes_has_the_right_answer_unity(tmp_path):
     axes, imported = unity_poses_without_a_name(tmp_path, "glb")
     guessed = imported()
     assert not np.array_equal(examine_assumptions(guessed).outcome.contact[:, 0], true_contact())

@@ -21,7 +21,7 @@ GUIDE = Path(replay.guide.__file__).with_name("what-to-ship.md").read_text("utf-
 
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize(("name", "choice"), CHOICES)
-def test_every_engine_row_is_documented_and_can_be_audited(name, choice):
+def test_every_engine_setting_is_documented_and_has_a_detector(name, choice):
     engine = engines()[name]
     first = engine.choices[0]
     assert set(choice.knobs) <= set(first.knobs) and choice.pages

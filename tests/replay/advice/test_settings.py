@@ -7,7 +7,7 @@ from replay.advice.settings import next_to_front, settings_list, settings_of
 from replay.detection.detector_spec import parse_detector
 
 
-def test_compounds_and_existing_shipped_colliders_are_listed():
+def test_tradeoff_tries_compounds_and_recorded_colliders():
     bare = {setting.label for setting in settings_list()}
     more = {setting.detector_text for setting in settings_list(has_shipped_colliders=True) if setting.label not in bare}
     assert more == {"collider[shape=shipped]"}

@@ -119,7 +119,7 @@ def test_time_limit_cuts_last_settings_and_excludes_compiling(bumped, monkeypatc
 
 
 def test_pose_dropped_by_the_policy_gives_no_contact():
-    """Cube b touches in frames 1 and 2; frame 5 would touch, but its zero quaternion is dropped."""
+    """Cube b touches in frames 1, 2 and, but for its dropped zero quaternion, 5; the window starts with frame 1."""
     positions = [[[0, 0, 0], [x, 0, 0]] for x in (3, 0.9, 0.9, 3, 3, 0.9, 3, 3)]
     rotations = np.tile([0.0, 0.0, 0.0, 1.0], (8, 2, 1))
     rotations[5, 1] = 0.0
