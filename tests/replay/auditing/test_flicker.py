@@ -137,7 +137,7 @@ def test_band_prolongs_as_a_plain_loop_does(seed):
     assert (counts_as_contact(lasting) != counts_as_contact(verdict[sampled])).any()
 
 
-def test_contacts_of_two_pairs_do_not_interrupt_each_other():
+def test_contact_of_another_pair_is_no_flicker_interruption():
     session = cubes({"a": [0.0] * 5, "b": [0.9, 3, 3, 3, 3], "c": [20.0] * 5, "d": [23, 23, 20.95, 23, 23]})
     contacts = compute(session, detectors="exact", oracle="none").episodes["exact"]
     assert [contact.pair for contact in contacts] == [0, 4]

@@ -34,7 +34,11 @@ def test_misses_are_the_missed_frames_of_each_contact(contact_letters):
     assert [(miss.first, miss.last, miss.kind, miss.contact) for miss in misses] == expected
 
 
-def test_misses_are_numbered_in_order_and_carry_times_and_names():
+def test_misses_are_numbered_by_time_and_name_their_bodies():
+    """Each text is a frame of two pairs, C contact.
+
+    The first pair touches in frames 0 and 1, the second in 1 and 2; the detector reports the second, a frame late.
+    """
     oracle, subject = verdicts(["C.", "CC", ".C"]), verdicts(["..", "..", ".C"])
     names = [("rod", "glass"), ("rod", "jar")]
     first, second = missed_faults(compare(subject, oracle), episodes(oracle), names, oracle.times)

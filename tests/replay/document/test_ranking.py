@@ -99,7 +99,7 @@ def tabled(document):
     return ranking_table(SimpleNamespace(document=document, ranking=ranking(document), answers=()))
 
 
-def test_zero_is_zero_and_the_reference_has_dashes():
+def test_ranking_prints_zeros_and_dashes_for_the_reference():
     table = tabled(run(**BENCH))
     cells = table.cells()
     assert [row[0] for row in cells] == ["hull50", "mesh50", "paper", "exact"]

@@ -59,7 +59,7 @@ def test_means_over_offsets_are_pooled_only_if_all_have_means():
     assert pooled_audits([{"x": rated}, {"x": SINGLE}])["x"].means_over_offsets is None
 
 
-def test_pooling_a_single_session_keeps_everything():
+def test_audit_of_a_single_session_is_pooled_unchanged():
     assert pooled_audits([{"x": SINGLE}]) == {"x": SINGLE}
     assert list(pooled_audits([{"x": SINGLE}, {"y": SINGLE}])) == ["x", "y"]
     assert pooled_audits([]) == {}

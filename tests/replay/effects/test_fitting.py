@@ -9,7 +9,7 @@ UNEVEN = np.cumsum(np.array([0.0, 0.011, 0.005, 0.02, 0.011, 0.003, 0.03, 0.011,
 
 
 @given(st.lists(st.floats(-50, 50), min_size=3, max_size=3), st.floats(0.0, 1e4))
-def test_a_parabola_is_recovered_from_uneven_stamps(coefficients, zero):
+def test_parabola_fit_recovers_position_and_velocity(coefficients, zero):
     a, b, c = coefficients
     u = UNEVEN - UNEVEN[-1]
     points = (a + b * u + c * u * u)[:, None]

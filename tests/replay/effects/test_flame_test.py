@@ -62,5 +62,6 @@ LEVEL = 20e-6 / (np.pi * 0.02**2)
      ((0.0051, 0.125, 0.0), False), ((0.0049, 0.125, 0.0), True), ((0.0, 0.0999, 0.0), False),
      ((0.5, LEVEL + 1e-4, 0.0), False), ((0.5, LEVEL - 1e-4, 0.0), True), ((0.53, 0.005, 0.0), False)],
 )  # fmt: skip
-def test_the_flame_is_a_cone_on_its_foot(point, inside):
+def test_wire_tip_counts_inside_flame_cone_and_below_liquid_level(point, inside):
+    """The flame is 1 cm in radius at y = 0.1 and ends at 0.15; the liquid reaches up to LEVEL, 2 cm about x = 0.5."""
     assert bool(run([AWAY] * 3 + [point] * 5 + [AWAY] * 3).events) == inside

@@ -48,7 +48,7 @@ def dissolved_by_table(formula, other, molal):
         ("KCl", "Sylvite", "NaCl", ("Na", "Cl")),
     ],
 )  # fmt: skip
-def test_beside_few_other_ions_a_salt_dissolves_as_pitzer_says(formula, phase, other, elements, molal):
+def test_salt_solubility_beside_other_ions_agrees_with_pitzer(formula, phase, other, elements, molal):
     expected = dissolved_by_pitzer(phase, dict.fromkeys(elements, molal))
     assert dissolved_by_table(formula, other, molal) == pytest.approx(expected, rel=0.06)
 
