@@ -37,7 +37,7 @@ def test_crossing_and_nested_pieces_are_named(mesh, codes):
         (TriangleMesh(BOX.vertices, np.concatenate([BOX.faces, BOX.faces[:1]])), "mesh-duplicate"),
     ],
 )
-def test_the_doctor_prints_the_code_of_a_mesh_file(tmp_path, capsys, mesh, code):
+def test_doctor_finds_crossing_open_and_duplicate_faces(tmp_path, capsys, mesh, code):
     lines = [f"v {x} {y} {z}" for x, y, z in mesh.vertices.tolist()]
     lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in mesh.faces.tolist()]
     file = tmp_path / "block.obj"

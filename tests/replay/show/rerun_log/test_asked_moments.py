@@ -43,7 +43,7 @@ CHANGED_POSITIONS = [{"label": "hull"}, *(POSITION | change for change in CHANGE
 @pytest.mark.parametrize(
     "moments", ["", "{", "[1]", "null", "[" * 100_000, *(json.dumps([position]) for position in CHANGED_POSITIONS)]
 )
-def test_recording_with_foreign_moments_is_damaged(tmp_path, moments):
+def test_picture_with_malformed_moments_is_refused_as_damaged(tmp_path, moments):
     with recording_file("test", tmp_path / "run.rrd", rrb.Blueprint(rrb.Spatial3DView(origin="/"))) as stream:
         stream.log("moments/table", rr.AnyValues(moments=moments), static=True)
     with pytest.raises(RunFolderError, match=r"run\.rrd is damaged; run its session again$"):

@@ -95,7 +95,7 @@ def test_damaged_batch_file_leaves_the_run_folders(batch, length):
     assert by_run == expected
 
 
-def test_rows_that_name_another_folder_are_not_read(batch):
+def test_batch_rows_naming_a_folder_outside_are_ignored(batch):
     file = sorted((batch / "batch.tables" / "misses").iterdir())[0]
     table = pq.read_table(file)
     names = ["../../elsewhere", *table["run"].to_pylist()[1:]]

@@ -126,7 +126,7 @@ RECOUNTS = {0: pairs_missed, 1: more_contacts}
 
 
 @pytest.mark.parametrize("number", range(len(QUESTIONS)))
-def test_guide_question_equals_a_recount_of_the_runs(number, results, tables):
+def test_sql_questions_of_the_guide_agree_with_a_recount(number, results, tables):
     db = duckdb.connect()
     for name, table in tables.items():
         db.register(name, table)

@@ -81,7 +81,7 @@ def test_class_page_without_an_audit_states_its_absence(tmp_path):
     assert html.count("There is none in the sessions with a pseudonym.") == 2
 
 
-def test_session_counts_once_and_left_out_sessions_are_listed(tmp_path):
+def test_duplicate_sessions_and_runs_without_metrics_are_left_out(tmp_path):
     made_class(tmp_path / "a", 10, 10)
     before = every(ClassTables(read_class(tmp_path)))
     shutil.copytree(tmp_path / "a" / "run003", tmp_path / "b" / "again")
@@ -119,7 +119,7 @@ def test_class_headline_explains_students_missing_from_n(tmp_path):
     assert "7 of 12 students; the others had no contact to miss" in sentence
 
 
-def test_detector_with_most_other_rates_is_named_beside_reference(tmp_path):
+def test_class_page_names_the_detector_with_most_deviating_rate(tmp_path):
     runs, made = tables_of(tmp_path, 12, 6, contacts=20)
     by_detector = {}
     for label in ("exact", *runs.audited_detectors):

@@ -55,7 +55,8 @@ def test_p_holds_its_level_where_scatter_grows_with_predictor(monkeypatch):
     assert np.mean(rejected) < 0.05 + 3 * np.sqrt(0.05 * 0.95 / 400)
 
 
-def test_permutation_p_is_never_zero():
+def test_permutation_p_of_a_perfect_fit_is_1_in_5000():
+    """The data themselves count as one of 5000 permutations."""
     x = np.random.default_rng(3).normal(size=(60, 1))
     assert permutation_p(x[:, 0] - x.mean(), x - x.mean(), 0, np.random.default_rng(0)) == pytest.approx(1 / 5000)
 

@@ -286,7 +286,7 @@ def test_student_with_several_sessions_counts_once_by_mean():
         assert (other.beta, other.low, other.high, other.p) == pytest.approx((item.beta, item.low, item.high, item.p))
 
 
-def test_unfittable_detector_counts_as_not_tested():
+def test_detector_of_constant_contacts_counts_as_not_tested():
     answers, contacts = a_class(40, seed=1)
     table = metrics(contacts, detectors=("exact", "blind"), recall=(1.0, 0.0))
     table["grasps"] = np.arange(80) // 2 % 7

@@ -55,7 +55,8 @@ def test_sphere_detector_refuses_stress_cases_about_containment():
     assert item.refused + item.unconfirmed == 24
 
 
-def test_answer_that_depends_on_blocks_is_detected(monkeypatch):
+def test_stress_detects_answers_that_depend_on_blocks(monkeypatch):
+    """Joining is broken: only the first block is kept."""
     monkeypatch.setattr(bodies, "join", lambda parts: parts[0])
     (item,) = run_cases(["exact"], [43])
     assert (item.asked, item.changed) == (4, 3) and "blocks 1" in item.reason
