@@ -21,7 +21,7 @@ MEASURED = st.floats(1e-9, 1e9) | st.floats(-1e9, -1e-9)
         (-0.0042, "-4.2 mm"), (float("nan"), "not measured"), (float("inf"), "not measured"), (None, "not measured"),
     ],
 )  # fmt: skip
-def test_a_length_has_the_unit_of_its_size(metres, text):
+def test_length_is_printed_in_a_unit_of_its_size(metres, text):
     assert words.length(metres) == text
 
 

@@ -103,6 +103,6 @@ def test_an_euler_order_that_the_convention_fixes_is_its_word(tmp_path):
     assert (rows[Subject.EULER_ORDER].value, rows[Subject.EULER_ORDER].origin) == ("zxy", Origin.FORMAT)
 
 
-def test_a_guess_that_no_draft_makes_is_refused(tmp_path):
+def test_misspelt_guess_in_a_mapping_is_refused_with_a_suggestion(tmp_path):
     with pytest.raises(ImportFileError, match=r"guessed holds 'time\.unti'; did you mean 'time\.unit'"):
         drafted(tmp_path, f"stamp,x,y,z,{QUATERNION}", "{ms},1,2,3,0,0,0,1", ('"time.unit"', '"time.unti"'))

@@ -164,6 +164,7 @@ def posed(*bodies):
 
 @pytest.mark.parametrize("kind", FLAGS)
 def test_tracking_flag_marks_lost_poses_of_its_body_only(tmp_path, kind):
+    """The cup's flag is 1 in the first 30 rows, the rod's from row 6."""
     cup, rod = FLAGS[kind]
     rows = [row(SECONDS[k], pose(k), pose(k, 1), int(k < 30), int(k > 5)) for k in range(COUNT)]
     tracks = import_csv(tmp_path, row("time", posed("cup", "rod"), cup, rod), *rows).tracks

@@ -110,7 +110,7 @@ def test_the_next_import_by_the_mapping_asks_nothing(tmp_path, kind):
     assert {row.value for row in decided if row.subject is Subject.MESH_AXES} == {"gltf"}
 
 
-def test_an_option_wins_over_the_mapping(tmp_path):
+def test_mesh_axes_option_overrides_the_mapping(tmp_path):
     write_scene(tmp_path, "ros", "stl")
     (tmp_path / "map.toml").write_text('mesh_axes = ["y-up"]\n' + (tmp_path / "map.toml").read_text())
     meshes = {name: tmp_path / f"{name}.stl" for name in ("tool", "plate")}

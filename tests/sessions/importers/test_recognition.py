@@ -59,7 +59,7 @@ def test_some_are_known_by_their_first_line_or_name(tmp_path, file, data, known)
     assert name == known and ("3 cells" in why or known != "csv")
 
 
-def test_uxf_folder_is_recognised_by_its_files(tmp_path):
+def test_uxf_folder_is_recognised_by_tracker_and_trial_files(tmp_path):
     (tmp_path / "notes.csv").write_text("time,pos_x\n")
     with pytest.raises(ImportFileError, match="is a folder, but not one of UXF; name a file"):
         import_session("auto", tmp_path)

@@ -276,7 +276,7 @@ def test_scene_that_places_too_much_is_refused(tmp_path, monkeypatch, limit):
         read_scene_source(path)
 
 
-def test_attached_models_are_taken(tmp_path):
+def test_mjcf_attached_model_adds_its_bodies_with_prefix(tmp_path):
     (tmp_path / "parts").mkdir()
     (tmp_path / "parts" / "ball.xml").write_text(f"<mujoco><worldbody>{BALL}{WORLD_END}")
     path = tmp_path / "two.xml"

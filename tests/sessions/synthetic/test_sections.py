@@ -19,7 +19,8 @@ def test_a_cube_corner_meets_a_prism_between_the_bounds():
     assert abs(meets.aside) < 1e-9
 
 
-def test_section_of_prism_in_ring_is_difference_of_radii():
+def test_play_of_prism_in_ring_is_difference_of_radii():
+    """A prism of radius 0.01 in a ring of 0.05; flat sides of 12 and 64 reach only cos(pi / n) of the radius."""
     corners = [(0.05, -0.05), (0.06, -0.05), (0.06, 0.05), (0.05, 0.05)]
     ring = sewn(revolved_rings(np.array(corners), even_angles(64), 1.0 / np.cos(np.pi / 64)), around=True)
     sure, possible = round_in_round(prism(12, 0.01, 0.4), ring, 0.0)

@@ -280,7 +280,7 @@ def test_positions_in_a_picture_are_refused(tmp_path):
     refused("hands", write_wide(tmp_path / "take.csv", TIMES, joints_of), "change their length by .* picture")
 
 
-def test_unknown_joints_beyond_the_listed_are_counted():
+def test_message_lists_some_unknown_joints_and_counts_the_rest():
     names = [f"IndexFoo{number}" for number in range(MOST_LISTED + 3)]
     assert f"{names[MOST_LISTED - 1]!r} and 3 more are no known joints" in unknown_joints(names)
     assert "more" not in unknown_joints(names[:MOST_LISTED])
