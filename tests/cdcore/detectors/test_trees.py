@@ -87,7 +87,9 @@ def test_still_frames_take_a_single_query_per_pair():
 def test_sections_exist_for_every_contact():
     bodies, motion = lab(150)
     detection = create_detector("hybrid", bodies).detect(motion, faces=True)
-    for frame, pair in np.argwhere(detection.verdict == Verdict.CONTACT)[::9].tolist():
+    contacts = np.argwhere(detection.verdict == Verdict.CONTACT).tolist()
+    assert len(contacts) > 9
+    for frame, pair in contacts[::9]:
         segments = detection.section(frame, pair)
         assert 0 < len(segments) <= detection.face_counts[frame, pair]
         assert np.isfinite(segments).all()

@@ -50,6 +50,7 @@ def test_moving_by_the_penetration_depth_separates():
     rng = np.random.default_rng(1)
     pairs = rng.random((400, 2, 3, 3))
     meets, depth = triangle_margins(pairs)
+    assert meets.sum() > 10
     for pair, deep in zip(pairs[meets], depth[meets], strict=True):
         a, b = pair
         edges = [[t[(k + 1) % 3] - t[k] for k in range(3)] for t in (a, b)]

@@ -38,6 +38,7 @@ def test_questions_decided_by_samples_agree_with_a_full_replay(tmp_path, convent
     session = imported(tmp_path, convention, kind, exported)
     requested = {question.assumption for question in examine_assumptions(session).questions}
     decided = {row: alternatives_differ(session, row) for row in open_rows(session)}
+    assert decided
     for row, differs in decided.items():
         assert differs is None or differs == (row in requested), row
 

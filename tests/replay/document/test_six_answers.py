@@ -55,6 +55,7 @@ def test_answer_of_every_state_fits_a_terminal_of_24_lines(state, others):
 @pytest.mark.parametrize("state", AUDITED)
 def test_times_printed_in_an_answer_are_times_of_faults(state):
     result = steady(state)
+    assert result.answers
     for answer in result.answers:
         faults = (*result.misses[answer.label], *result.false[answer.label])
         times = {f"{second:.3f}" for fault in faults for second in (fault.start, fault.end)}
@@ -267,6 +268,7 @@ def test_certainty_mentions_a_made_up_session(facts, made_up):
 @pytest.mark.parametrize("state", AUDITED)
 def test_why_explains_missed_and_false_contacts(state):
     result = steady(state)
+    assert result.answers
     for answer in result.answers:
         if answer.moment is None:
             continue

@@ -68,6 +68,7 @@ def test_labels_do_not_cover_leader_lines_of_other_dots():
     dots = [Dot(name, x, y) for name, (x, y) in costs.items()]
     plot = scatter(dots, "", "mean ms a frame", Axis("loss", [0, 0.5, 1]))
     leaders = [corners for kind, corners in plot.lines if kind == "leader"]
+    assert leaders and len(plot.labels) >= len(dots)
     for label in plot.labels:
         wide = text_width(label.text)
         left = label.at[0] - {"start": 0.0, "middle": wide / 2, "end": wide}[label.side]

@@ -45,6 +45,7 @@ def test_leaf_data_repeat_the_faces_in_their_frames(name):
     triangles = MESHES[name]
     tree = build_box_trees([triangles])[0]
     leaf_nodes = np.flatnonzero(tree.links[:, 1] >= 0)
+    assert leaf_nodes.size
     for node in leaf_nodes:
         first, count = tree.leaves[tree.links[node, 1]]
         axes = tree.boxes[node, 3:12].reshape(3, 3).T

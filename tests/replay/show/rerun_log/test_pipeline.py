@@ -42,6 +42,7 @@ def test_missed_contact_is_red_with_the_distance_of_the_search(searching, watche
 def test_view_of_bounding_volumes_shows_both_spheres_entirely(searching, watched, read):
     # The view is 595 pixels wide and 640 high, and its eye opens 0.9 radians upward.
     half = np.arctan(np.tan(0.45) * 595 / 640)
+    assert watched.searches
     for moment in watched.searches:
         (eye,) = read.at(f"{ROOT}/near/eye", "Transform3D:translation", moment.frame)
         (rotation,) = read.at(f"{ROOT}/near/eye", "Transform3D:quaternion", moment.frame)
