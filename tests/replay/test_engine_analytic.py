@@ -46,6 +46,7 @@ def test_contact_intervals_match_the_closed_form_to_a_frame(name):
     result = compute(session, detectors=ORACLE, oracle="none")
     times = result.assembly.motion.times
     step = 1.001 / 90.0
+    assert truth.pairs
     for pair in truth.pairs:
         nominal = sorted(episode.nominal for episode in truth.episodes if episode.pair == pair and episode.nominal)
         expected = [span for span in _joined(nominal) if ((times >= span[0]) & (times <= span[1])).any()]

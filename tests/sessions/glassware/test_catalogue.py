@@ -30,7 +30,9 @@ def closed_meshes(instrument):
 
 
 def test_surfaces_are_watertight_outward_and_free_of_bad_faces(made):
-    for mesh in closed_meshes(made):
+    meshes = [*closed_meshes(made)]
+    assert meshes
+    for mesh in meshes:
         assert has_consistent_winding(mesh)
         assert mesh.volume > 0
         assert least_area(mesh) > 1e-13
