@@ -39,7 +39,7 @@ def test_every_contact_and_every_face_pair_is_true(variant):
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_ant_search_answers_not_found_instead_of_clear(variant):
-    """Where bounding spheres overlap, a search without a hit proves nothing; elsewhere the spheres prove clear."""
+    """A search without a hit proves nothing where bounding spheres overlap; elsewhere the spheres prove clear."""
     bodies, motion = lab(150)
     candidate = create_detector("sphere", bodies).detect(motion).verdict == Verdict.CANDIDATE
     verdicts = searched(variant).verdict[candidate]

@@ -143,7 +143,7 @@ def test_unrecoverable_file_is_explained_and_nothing_written(tmp_path, data, tex
 
 
 def test_recover_drops_an_undecodable_pose_message(tmp_path):
-    """Of 200 messages one starts with a byte that protobuf cannot decode, and no checksum betrays it."""
+    """One of 200 messages starts with a byte that protobuf cannot decode, and no checksum betrays it."""
     messages = protobuf_messages(random_frames(3, 200, 2))
     messages[7] = (*messages[7][:2], b"\xff" + messages[7][2][1:])
     path = write_foreign(tmp_path / "f.mcap", messages, enable_crcs=False)

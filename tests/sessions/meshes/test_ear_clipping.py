@@ -93,7 +93,7 @@ def test_self_touching_outlines_are_cut_as_planted(count, grid, fraction, seed):
 
 
 @pytest.mark.parametrize("count", [FEW_CORNERS - 1, FEW_CORNERS + 1, 500])
-def test_star_of_any_size_is_cut_into_corners_minus_two_triangles(count):
+def test_star_of_n_corners_has_n_minus_2_triangles(count):
     """A polygon of n corners has n - 2 triangles; up to FEW_CORNERS all corners are searched, beyond only near ones."""
     random = np.random.default_rng(count)
     outline = with_corners_on_edges(random, star(random, count))

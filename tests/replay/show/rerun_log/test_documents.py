@@ -13,6 +13,6 @@ def test_setting_is_plotted_at_its_mean_time_and_loss():
 
 
 def test_replayed_sentence_states_the_length_of_the_window():
-    """From 0.5 s to the end of 11 frames at 10 Hz."""
+    """Twelve frames at 10 Hz end at 1.1 s; frames 5 to 11 are replayed."""
     run = compute(cubes(TWO_BUMPS, step_ns=10**8), detectors=(), start=0.5)
     assert replayed_sentence(run).startswith("600 ms, 7 frames")

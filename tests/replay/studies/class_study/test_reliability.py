@@ -47,7 +47,7 @@ def test_bootstrap_interval_of_a_large_sample_agrees_with_scipy(statistic):
 
 
 def test_interval_of_constant_resamples_is_a_point():
-    """Of resamples that are all absent, or of two left-out values, there is no interval."""
+    """There is no interval of absent resamples, nor from only two leave-one-out values."""
     assert interval(np.full(50, 2.0), 2.0, np.full(9, 2.0)) == (2.0, 2.0)
     assert np.isnan(interval(np.full(50, np.nan), 2.0, np.full(9, 2.0))).all()
     assert np.isnan(interval(np.ones(50), 1.0, np.ones(2))).all()
