@@ -10,7 +10,7 @@ from replay.show.plots import Axis, Dot, Plot, Size, scatter, ticks_of
 
 TITLE = "Accuracy against cost"
 
-LOSS_AXIS = "loss = contacts missed + contact time missed + false time, as shares"
+LOSS_AXIS = "loss = contacts missed + time missed + time false; 0 is right"
 """Title of the axis of losses."""
 
 LEAST_TOP = 0.1
