@@ -352,5 +352,5 @@ def price_reason(result: Summarised, decision_to_ship: Decision | None) -> Reaso
     subject = f"The {rank.label}" if decision_to_ship is not None and decision_to_ship.is_fix else rank.label
     price_sentence = f"{subject} takes {words.frame_time(rank.mean)} a frame{p99_clause}{comparison_clause}."
     reason = AT_ONCE if not live else NO_SLOWEST if rank.p99 is None else ""
-    budget = f"Mean: {words.as_percentage(rank.of_frame)} of {FRAME}."
+    budget = f"{subject} takes {words.as_percentage(rank.of_frame)} of {FRAME} on average."
     return Reason("Cost", price_sentence, " ".join(filter(None, [budget, reason, TIMES_ARE, busy])))
