@@ -14,7 +14,8 @@ command = script("real_hands")
 MODELS = Path(os.environ.get("REAL_HANDS", "hands"))
 
 
-def test_page_has_a_row_for_each_clip_and_no_disagreement():
+def test_published_page_of_real_hands_counts_no_disagreement():
+    """Each clip has a row; the third and fourth cells are frames compared and frames that disagree."""
     text = page("results")
     rows = [line.strip("| ").split(" | ") for line in text[text.index(command.BEGIN) :].splitlines()]
     rows = {cells[0]: cells for cells in rows if cells[0] in {clip.title for clip in command.CLIPS}}

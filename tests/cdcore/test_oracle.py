@@ -140,7 +140,7 @@ def test_small_fast_bodies_meet_in_the_right_frame():
     assert detection.work["skipped"] > 64
 
 
-def test_bodies_at_rest_are_queried_once_and_keep_their_faces():
+def test_bodies_at_rest_are_tested_in_the_first_frame_only():
     bodies = bodies_of([plate(None), plate(None)])
     motion = unturned(np.zeros((500, 2, 3)))
     detection = create_detector("exact", bodies, **PLAIN).detect(motion, faces=True)

@@ -151,7 +151,8 @@ def test_pairs_written_in_another_order_give_the_same_digests(name, scene):
 
 
 @pytest.mark.sampled(4)
-def test_bodies_in_another_order_give_the_same_digests(name, scene):
+def test_digest_is_independent_of_the_order_of_bodies(name, scene):
+    """``whole(name)`` is the detection with the bodies in their order."""
     bodies, motion = scene
     order = [3, 0, 4, 2, 1]
     # Not [:, order], which lays out the flags column by column: for that kernels are compiled once more.
@@ -253,7 +254,8 @@ def test_bad_input_is_refused_by_a_named_error(name, scene):
         list(create_detector(name, bodies).stream([motion.frames(5, 9), motion.frames(0, 5)]))
 
 
-def test_mesh_of_a_single_triangle_is_enough(name):
+def test_detectors_accept_meshes_of_a_single_triangle(name):
+    """Frame 0: the triangles cross, which detectors of solids may not report; frame 1: they are far apart."""
     triangle = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
     upright = TriangleMesh([[0.25, 0.25, -1], [0.25, 0.25, 1], [0.3, 0.9, 1]], [[0, 1, 2]])
     bodies = [Body("a", triangle), Body("b", upright)]

@@ -104,6 +104,7 @@ def test_earlier_queries_change_no_answer(name, shape):
 
 @pytest.mark.parametrize("name", OWN)
 def test_rod_in_a_beaker_touches_hull_not_mesh(name):
+    """The rod at 0.075 m is in the hollow of the beaker, which its convex hull fills; at 0.2 m it is above."""
     bodies = [Body("beaker", beaker_mesh()), Body("rod", rod_mesh())]
     motion = still(bodies, [[0, 0, 0], [0, 0, 0.2]])
     for height, hull, mesh in ((0.2, False, False), (0.075, True, False)):

@@ -25,7 +25,8 @@ def test_laboratory_agrees_with_the_exact_detector(name):
     assert answer.section(*np.argwhere(answer.face_counts > 0)[0]).shape[1:] == (2, 3)
 
 
-def test_trees_are_shared_between_settings_not_detectors():
+def test_trees_are_cached_per_kind_and_not_per_setting():
+    """Two bodies have a tree for each kind; another search mode uses the same tree objects."""
     bodies = bodies_of([cube(), cube() / 2])
     trees = [TreeStage(bodies, PAIR, kind, TreeSettings()).trees for kind in TREES]
     again = [TreeStage(bodies, PAIR, kind, TreeSettings(mode="first")).trees for kind in TREES]

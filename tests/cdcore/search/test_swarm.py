@@ -45,7 +45,7 @@ def states_of(**changes):
     return states
 
 
-def test_a_search_draws_the_numbers_of_splitmix64():
+def test_search_random_numbers_are_splitmix64():
     # the first of seed 1234567, as the reference implementation prints them
     states, numbers = states_of(stream=1234567), np.empty(3)
     draw_all(states, numbers)

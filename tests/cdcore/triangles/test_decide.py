@@ -20,7 +20,8 @@ from replay.studies.stress.families import FAMILIES
 FLOOR = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
 
 
-def test_touching_counts_and_a_gap_of_an_ulp_does_not():
+def test_touching_triangles_meet_and_smallest_gap_separates():
+    """The corner lies on the floor triangle, or above by the least positive double."""
     touching = [[0.25, 0.25, 0], [0.25, 0.5, 1], [0.5, 0.25, 1]]
     above = [[0.25, 0.25, 5e-324], [0.25, 0.5, 1], [0.5, 0.25, 1]]
     assert triangles_intersect([[FLOOR, touching], [FLOOR, above]]).tolist() == [True, False]

@@ -83,7 +83,7 @@ def test_exact_sum_of_a_product_and_its_parts_is_zero(a, b, c):
 
 
 @pytest.mark.parametrize("size", [2.0**-756, 2.0**-252, 1.0, 2.0**604])
-def test_digits_hold_smallest_and_largest_products(size):
+def test_exact_sum_holds_192_terms_of_extreme_size(size):
     for direction in (1.0, -1.0):
         digits = new_digits()
         for _ in range(192):
