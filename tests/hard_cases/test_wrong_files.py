@@ -21,7 +21,7 @@ def folder(tmp_path_factory):
     return tmp_path_factory.mktemp("place")
 
 
-def test_four_verbs_agree_on_a_good_file(good, tmp_path):
+def test_good_session_file_is_accepted_by_four_commands(good, tmp_path):
     (tmp_path / "s.mcap").write_bytes(good["own"])
     answers = verbs(tmp_path / "s.mcap", tmp_path / "out.mcap")
     assert all(accepted for accepted, _ in answers.values()), answers
@@ -35,7 +35,7 @@ def test_four_verbs_agree_about_a_wrong_file(good, tmp_path, case):
 
 
 @given(data=st.data())
-def test_four_verbs_do_not_contradict_each_other_about_any_records(good, folder, data):
+def test_four_commands_do_not_contradict_each_other_on_damaged_files(good, folder, data):
     assert contradictions(data.draw(wrong_bytes(good)), folder) == []
 
 

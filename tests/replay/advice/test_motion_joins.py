@@ -62,6 +62,7 @@ def stirred(shared_beakers):
 
 
 def test_false_contacts_of_single_pieces_agree_with_the_detector(stirred):
+    """Each of 6 pieces of a beaker is asked alone, in frames where the hull of the beaker is wrong about the rod."""
     pieces = stirred.by_volume(6)
     at_risk = (stirred.contact([hull_collider(stirred.mesh)]) & ~stirred.exact)[:, 0]
     expected = np.array([stirred.contact([piece])[at_risk, 0] for piece in pieces])

@@ -50,7 +50,8 @@ def test_oracle_has_no_faults_and_balls_are_false_where_overlapping(assembly):
     assert balls["missed"] == balls["late"] == 0 < balls["false_contacts"] and balls["false"] == balls["loss"] == 5 / 8
 
 
-def test_without_contact_only_false_contact_is_scored():
+def test_loss_without_true_contact_is_the_false_contact():
+    """Unit cubes at 1.3 are apart, but spheres around them overlap: all of the reported contact is false."""
     assembly = assemble(cubes({"a": [0, 0], "b": [3, 1.3]}))
     balls = figures(assembly, "sphere")
     assert (balls["contacts"], balls["missed"], balls["false_contacts"], balls["loss"]) == (0, 0, 1, 1.0)

@@ -120,7 +120,7 @@ def test_an_engine_reports_early_late_or_at_its_next_step(frames, report, causes
     assert [item.cause for item in false_of(outcomes, None, engine)] == late
 
 
-def test_clock_uncertainty_comes_before_late_and_shape_before_time():
+def test_false_contact_is_blamed_on_clock_before_late_report():
     assembly, _ = world([N])
     contacts = [LiveContact(10_000_000, "a", "b", "enter"), LiveContact(20_000_000, "a", "b", "exit")]
 

@@ -47,7 +47,8 @@ def test_exhausted_memory_is_one_clear_error_without_warnings(monkeypatch, capsy
     assert not recorded
 
 
-def test_address_space_too_small_for_all_processors_is_refused(monkeypatch, capsys):
+def test_limited_address_space_is_refused_as_too_little_memory(monkeypatch, capsys):
+    """The least is 256 MB and 64 MB a processor: 200 MB and 64 MB a processor fall short."""
     resource = pytest.importorskip("resource")
     room = (200 << 20) + (os.cpu_count() or 1) * (64 << 20)
     monkeypatch.setattr(resource, "getrlimit", lambda _: (room, room))

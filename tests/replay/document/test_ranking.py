@@ -68,7 +68,8 @@ def test_a_missed_or_late_contact_counts_as_lost(missed, late_or_cut_short):
         (audited(0, 0, 1, 4, undecided=2), "2 of 18 contacts undecided; 25 % of its contact time is false"),
     ],
 )
-def test_the_larger_fault_leads(figures, text):
+def test_fault_sentence_begins_with_the_larger_fault(figures, text):
+    """BENCH and ``audited`` have planted counts of 18 contacts; ``largest`` keeps the first clause alone."""
     rank = ranking(run(it=figures))[0]
     assert fault_text(rank) == text and fault_text(rank, largest=True) == text.partition("; ")[0]
 

@@ -24,7 +24,8 @@ def test_losses_flagged_by_the_tracker_need_no_repair():
     assert (span.kind, span.body, span.samples, span.dropped) == ("tracking-lost", "hand-left", 10, 10)
 
 
-def test_repairs_are_reported_per_interval():
+def test_repair_reports_held_and_dropped_samples_per_interval():
+    """20 lost samples at 90 Hz: 9 lie within the 0.1 s to hold, 11 are dropped."""
     repair = repair_session(lost_hand().session(), parse_policy(["identity-while-lost=hold:0.1"]))
     span = next(item for item in repair.spans if item.kind == "identity-while-lost")
     assert (span.samples, span.held, span.dropped, span.action) == (20, 9, 11, "hold:0.1")

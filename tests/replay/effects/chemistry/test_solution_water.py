@@ -62,5 +62,6 @@ def test_every_room_is_that_of_a_component():
 
 # Density of water, g/mL. Source: CRC Handbook, Properties of Water.
 @pytest.mark.parametrize(("celsius", "density"), [(4.0, 0.99997), (25.0, 0.99705), (60.0, 0.98320), (80.0, 0.97179)])
-def test_hot_water_holds_less_in_a_litre(celsius, density):
+def test_density_of_water_falls_with_temperature_as_tabled(celsius, density):
+    """Relative to 25 degC, 0.99705 g/mL."""
     assert expansion(celsius) == pytest.approx(density / 0.99705, abs=2e-5)

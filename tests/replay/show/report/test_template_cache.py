@@ -37,6 +37,6 @@ def test_kept_code_is_used_until_damaged_or_template_changes(folder):
     assert text_of("{{ 3 + number }}") == ("6", 1)
 
 
-def test_folder_that_cannot_be_written_changes_no_page(folder):
+def test_page_is_rendered_without_a_writable_template_cache(folder):
     folder.write_text("a file where the folder would be")
     assert text_of() == ("5", 1)
