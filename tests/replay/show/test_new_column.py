@@ -69,7 +69,8 @@ def texts(tmp_path_factory):
 
 
 @pytest.mark.parametrize("output", OUTPUTS)
-def test_a_new_column_is_displayed_after_a_single_edit(texts, output):
+def test_column_added_to_the_table_appears_in_every_output(texts, output):
+    """A column "probe" is added to the table of columns, and to nothing else, between the texts before and after."""
     result, _, before, after = texts
     cells = {f"probe-{40 + len(rank.label)}" for rank in result.ranking}
     assert cells <= set(re.findall(r"probe-\d+", after[output]))

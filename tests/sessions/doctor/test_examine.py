@@ -34,7 +34,7 @@ def test_unreadable_files_give_findings_instead_of_errors(tmp_path):
     assert codes(tmp_path / "points.obj") == codes(tmp_path / "nothing.stl") == ["mesh-empty"]
 
 
-def test_a_torn_file_counts_the_bytes_behind_its_tear(tmp_path):
+def test_torn_file_finding_counts_unreadable_bytes(tmp_path):
     (tmp_path / "torn.mcap").write_bytes(b"\x89MCAP0\r\n" + b"\xff" * 100)
     torn = next(finding for finding in examine(tmp_path / "torn.mcap") if finding.code == "torn")
     assert torn.count == 100

@@ -50,7 +50,7 @@ def test_picture_with_malformed_moments_is_refused_as_damaged(tmp_path, moments)
         read_bookmarks(tmp_path / "run.rrd")
 
 
-def test_earlier_picture_version_is_named_in_a_sentence(tmp_path):
+def test_picture_of_an_earlier_version_is_refused(tmp_path):
     with recording_file("test", tmp_path / "run.rrd", rrb.Blueprint(rrb.Spatial3DView(origin="/"))) as stream:
         stream.log("moments/table", rr.AnyValues(label=["slow"], kind=["miss"], number=[1]), static=True)
     with pytest.raises(RunFolderError, match="earlier version; run its session again"):

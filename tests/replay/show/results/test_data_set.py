@@ -210,7 +210,8 @@ def test_metrics_hold_reference_vr_type_and_summary_times(stated, offline, tmp_p
     assert any(metrics["p99_ms"].to_pylist()) != offline
 
 
-def test_single_run_is_a_data_set_unlike_an_incomplete_run(results, tmp_path, monkeypatch):
+def test_single_run_folder_is_read_as_a_data_set(results, tmp_path, monkeypatch):
+    """A folder that is still being written (.partial) is no run."""
     with pytest.raises(RunFolderError, match="holds no run folders"):
         read(tmp_path)
     out = write_run_folder(results["one"], tmp_path / ".one.partial")

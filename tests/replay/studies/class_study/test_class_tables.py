@@ -95,7 +95,7 @@ def test_duplicate_sessions_and_runs_without_metrics_are_left_out(tmp_path):
     assert "Runs left out" not in " ".join(before[0].notes)
 
 
-def test_students_file_names_each_session_once(tmp_path):
+def test_students_file_assigns_sessions_to_students(tmp_path):
     made_class(tmp_path / "runs", 6, 6, nobody=6, rare=0)
     named = tmp_path / "students.csv"
     named.write_text("session,student\n" + "".join(f"{k:016x},S{k}\n" for k in range(6)))

@@ -41,7 +41,7 @@ def test_a_group_that_was_not_declared_is_refused(tmp_path):
     assert refused.value.rule == "undeclared-groups"
 
 
-def test_class_recall_counts_each_contact_frame_once():
+def test_class_recall_is_weighted_by_contact_frames():
     table = metrics(np.arange(3.0))
     table["recall"], table["contact_frames"] = [1.0, 0.5, np.nan], [30, 10, 0]
     assert recall_of(table) == pytest.approx((30 * 1.0 + 10 * 0.5) / 40)
