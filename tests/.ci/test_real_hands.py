@@ -15,7 +15,7 @@ MODELS = Path(os.environ.get("REAL_HANDS", "hands"))
 
 
 def test_published_page_of_real_hands_counts_no_disagreement():
-    """Each clip has a row; the third and fourth cells are frames compared and frames that disagree."""
+    """Third and fourth cell of a row: frames in contact, and frames in which python-fcl differs."""
     text = page("results")
     rows = [line.strip("| ").split(" | ") for line in text[text.index(command.BEGIN) :].splitlines()]
     rows = {cells[0]: cells for cells in rows if cells[0] in {clip.title for clip in command.CLIPS}}
