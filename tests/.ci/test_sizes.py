@@ -7,7 +7,7 @@ SIZES = vars(script("sizes"))
 
 
 def test_sizes_count_options_of_commands_without_common_or_hidden():
-    """A yes/no switch is one option; ``-v`` and ``--format``, which all commands have, and hidden options are left out."""
+    """A yes/no switch is one option; left out are hidden ones, and ``-v`` and ``--format``, which all commands have."""
     top, study = click.Group("replay"), click.Group("study")
     flags = [("--out", "-o"), ("--quick/--full",), ("-v", "--verbose"), ("--format", "format_")]
     options = [*map(click.Option, flags), click.Option(["--old"], hidden=True), click.Argument(["file"])]
