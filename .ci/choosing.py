@@ -4,7 +4,7 @@ import re
 from typing import Any, Final
 
 from cdcore.detectors.detector_table import DETECTORS, OPTIONAL, load_detector
-from replay.guide.pages import FOLDER
+from replay.guide.pages import PAGES_FOLDER
 
 BEGIN: Final = "<!-- begin of the table that choosing.py makes -->"
 END: Final = "<!-- end of the table that choosing.py makes -->"
@@ -30,5 +30,5 @@ def _row(name: str, detector: type[Any]) -> str:
 
 
 if __name__ == "__main__":
-    glossary = FOLDER / "glossary.md"
+    glossary = PAGES_FOLDER / "glossary.md"
     glossary.write_text(with_table(glossary.read_text("utf-8"), choosing_table()), encoding="utf-8")

@@ -20,7 +20,7 @@ from cdcore.numerics import BoolArray
 from cdcore.protocol import counts_as_contact, is_undecided
 from replay.detection.detector_spec import parse_detector
 from replay.detection.run_detector import make_detector
-from replay.guide.pages import FOLDER
+from replay.guide.pages import PAGES_FOLDER
 from replay.prepare.assemble import assemble
 from replay.prepare.assembly import Assembly
 
@@ -152,7 +152,7 @@ def tables(data: Path) -> str:
 if __name__ == "__main__":
     made = tables(Path(sys.argv[1]))
     if "--write" in sys.argv[2:]:
-        results = FOLDER / "results.md"
+        results = PAGES_FOLDER / "results.md"
         results.write_text(with_table(results.read_text("utf-8"), made, BEGIN, END), encoding="utf-8")
     else:
         print(made)

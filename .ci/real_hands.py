@@ -23,7 +23,7 @@ from cdcore.protocol import counts_as_contact
 from replay.advice.overlap_depth import SampledSurface, overlap_depth
 from replay.cli.main import main
 from replay.document.run_result import RunResult
-from replay.guide.pages import FOLDER
+from replay.guide.pages import PAGES_FOLDER
 from replay.words import as_percentage
 from sessions import Session, import_session, write_session
 from sessions.scene_files.scene_meshes import with_scene
@@ -156,7 +156,7 @@ def write_page(folder: Path) -> None:
     if not is_complete(folder):
         print(f"left out: {folder} lacks the models of MyoDM; fetch them: python .ci/real_hands.py fetch {folder} | sh")
         return
-    results = FOLDER / "results.md"
+    results = PAGES_FOLDER / "results.md"
     results.write_text(with_table(results.read_text("utf-8"), table(folder), BEGIN, END), encoding="utf-8")
 
 

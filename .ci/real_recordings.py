@@ -23,7 +23,7 @@ from scipy.spatial.transform import Rotation
 import replay
 from replay.cli.main import main
 from replay.document.tables import text_of
-from replay.guide.pages import FOLDER
+from replay.guide.pages import PAGES_FOLDER
 from replay.show.run_tables import ranking_table
 from sessions import Session, Severity, examine, import_session, write_session
 from sessions.glassware.devices import proxy_headset
@@ -344,7 +344,7 @@ def section(folder: Path) -> str:
 
 def write_section(folder: Path) -> None:
     """Put the section between its marks on the guide's page of results."""
-    results = FOLDER / "results.md"
+    results = PAGES_FOLDER / "results.md"
     results.write_text(with_table(results.read_text("utf-8"), section(folder), BEGIN, END), encoding="utf-8")
 
 

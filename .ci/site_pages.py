@@ -9,7 +9,7 @@ from typing import Final
 
 from markdown_it import MarkdownIt
 
-from replay.guide.pages import INDEX, page, topics
+from replay.guide.pages import INDEX_PAGE, page, topics
 
 ROOT: Final = Path(__file__).resolve().parents[1]
 PICTURES: Final = ROOT / ".github" / "pictures"
@@ -34,7 +34,7 @@ def write_site(out: Path) -> list[Path]:
     """Write a page for README, the guide's index and every topic, and the pictures; returns the pages."""
     out.mkdir(parents=True, exist_ok=True)
     shutil.copytree(PICTURES, out / "pictures", dirs_exist_ok=True)
-    texts = {"index": (ROOT / "README.md").read_text("utf-8"), "guide": page(INDEX)}
+    texts = {"index": (ROOT / "README.md").read_text("utf-8"), "guide": page(INDEX_PAGE)}
     texts |= {topic: page(topic) for topic in topics()}
     written = []
     for name, text in texts.items():

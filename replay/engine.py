@@ -23,7 +23,7 @@ from replay.auditing.flicker import find_flicker
 from replay.auditing.holding import holdings
 from replay.auditing.matching import match_episodes
 from replay.auditing.noisy_contacts import in_noise
-from replay.auditing.sampling_offsets import STEPS_OF_OFFSET, OffsetCounts, at_offset, counts_over_offsets, has_offsets
+from replay.auditing.sampling_offsets import PROGRESS_STEPS, OffsetCounts, at_offset, counts_over_offsets, has_offsets
 from replay.auditing.tolerance import Reference, Tolerance
 from replay.detection.compile_notice import compiling_announced
 from replay.detection.detector_spec import TRUSTED_DETECTOR, DetectorSpec
@@ -51,8 +51,8 @@ from replay.settings import NO_ORACLE, Lineup, RunSettings, line_up
 from replay.words import plural
 from sessions import Session
 
-COMPARING: Final = "Comparing with the reference"
-EXAMINING: Final = 8
+COMPARISON_STAGE: Final = "Comparing with the reference"
+EXAMINATION_STEPS: Final = 8
 """Steps of progress for the causes of a detector's misses, for its false contacts, for the ends of contacts."""
 
 
@@ -234,8 +234,8 @@ def _steps_as_frames(advance: Advance, frames: int) -> Advance:
 
     def step(count: int) -> None:
         nonlocal done
-        before, done = done * frames // STEPS_OF_OFFSET, done + count
-        advance(done * frames // STEPS_OF_OFFSET - before)
+        before, done = done * frames // PROGRESS_STEPS, done + count
+        advance(done * frames // PROGRESS_STEPS - before)
 
     return step
 
@@ -265,7 +265,10 @@ def _audit(prepared: PreparedSession, oracle: str, detectors: DetectorRuns, prog
     truth = contacts[oracle]
     audited = {label: run for label, run in runs.items() if label != oracle}
     # Misses are examined with kernels that no detector has compiled yet.
-    with progress.stage(COMPARING, 2 * EXAMINING * len(audited)) as advance, compiling_announced(progress):
+    with (
+        progress.stage(COMPARISON_STAGE, 2 * EXAMINATION_STEPS * len(audited)) as advance,
+        compiling_announced(progress),
+    ):
         comparisons = {label: reference.compare(run.detection, (label, oracle)) for label, run in audited.items()}
         counts = {label: count_contacts(comparison, truth) for label, comparison in comparisons.items()}
         matches = {
@@ -280,14 +283,14 @@ def _audit(prepared: PreparedSession, oracle: str, detectors: DetectorRuns, prog
         }
         examined, causes = examine(comparisons, truth, subjects, runs[oracle], assembly, detectors.face_source)
         depths = contact_depths(assembly, truth, examined)
-        advance(EXAMINING * len(comparisons))
+        advance(EXAMINATION_STEPS * len(comparisons))
         misses: dict[str, tuple[Fault, ...]] = {}
         false: dict[str, tuple[Fault, ...]] = {}
         for label, comparison in comparisons.items():
             subject = subjects[label]
             misses[label] = explained_faults(assembly, reference, subject, depths.misses[label])
             false[label] = explained_faults(assembly, reference, subject, false_contacts(assembly, comparison, subject))
-            advance(EXAMINING)
+            advance(EXAMINATION_STEPS)
     return replace(
         result,
         comparisons=comparisons,

@@ -28,7 +28,7 @@ from sessions import Session
 
 NO_ORACLE: Final = "none"
 
-STEP_RATE: Final = 50.0
+STEP_RATE_HZ: Final = 50.0
 """Hertz: the fixed step that Unity has unless somebody changes it."""
 
 
@@ -60,7 +60,7 @@ class RunSettings:
 
     detectors: SpecsLike | None = None
     oracle: SpecLike | None = None
-    step_rate: float = STEP_RATE
+    step_rate: float = STEP_RATE_HZ
     pairs: Pairs | None = None
     start: float | None = None
     end: float | None = None

@@ -13,7 +13,7 @@ from cdcore.errors import CollisionCoreError
 from cdcore.numerics import IntArray
 from replay import words
 from replay.advice.open_guesses import (
-    DECIDE,
+    DECISION_HINT,
     MOST_QUESTIONS,
     guess_lines,
     open_rows,
@@ -240,9 +240,11 @@ def first_screen_lines(session: Session, assembly: Assembly | None, progress: Pr
     try:
         review = examine_assumptions(session, assembly, progress)
     except (ReplayError, CollisionCoreError, SessionError) as error:
-        failed_sentences = [f"Not decided, and not tried ({error}): {row.title_by_bodies}. {DECIDE}" for row in rows]
+        failed_sentences = [
+            f"Not decided, and not tried ({error}): {row.title_by_bodies}. {DECISION_HINT}" for row in rows
+        ]
         return GuessLines([*untried_sentences, *failed_sentences], guess_lines(session, [*rows_not_tried, *rows]))
-    questions = [f"{question_sentence(question)} {DECIDE}" for question in review.questions]
+    questions = [f"{question_sentence(question)} {DECISION_HINT}" for question in review.questions]
     open_assumptions = [question.assumption for question in review.questions]
     return GuessLines([*untried_sentences, *questions], guess_lines(session, [*rows_not_tried, *open_assumptions]))
 

@@ -33,45 +33,45 @@ from replay.detection.progress import Advance
 from replay.errors import TradeoffError
 from replay.prepare.assembly import Assembly
 
-HULL: Final = "hull"
+HULL_METHOD: Final = "hull"
 
-COUNTS: Final = (4, 8, 16, 32)
+PIECE_COUNTS: Final = (4, 8, 16, 32)
 """Pieces that are asked for, of a body that is not round."""
 
 SECTOR_COUNTS: Final = (2, 3, 4, 6, 8, 10, 12, 14, 16, 18, 20, 24, 28, 32, 40, 48, 64, 96)
 """Pieces that are asked for, of a body that is round about an axis."""
 
-SOLID: Final = 0.97
+SOLID_HULL_FRACTION: Final = 0.97
 """A body that fills this fraction of its hull is not cut."""
 
-CONVEX: Final = "it is convex"
+CONVEX_REASON: Final = "it is convex"
 """Why a body keeps its hull that has no reason to be cut."""
 
-WORTH: Final = 0.8
+WORTHWHILE_VOLUME_RATIO: Final = 0.8
 """The next step of a body fills at most this fraction of the volume that its pieces filled before."""
 
-SLACK: Final = 0.02
+LOSS_SLACK: Final = 0.02
 """So much more is no reason to keep pieces: of the loss, and of its missed part where the limits are reached."""
 
 OTHER_METHODS: Final = ("vhacd", "coacd")
 """Methods that are tried in place of the quickest one, once the search has its numbers of pieces."""
 
-ALTERNATIVES: Final = 2
+COUNTS_PER_METHOD: Final = 2
 """Numbers of pieces that each of them is tried with."""
 
 SIMILAR_LOSS: Final = 0.001
 """Losses that differ by no more are alike: fewer pieces are taken then, and of as many those of less volume."""
 
-CUTTING: Final = 0.5
+CUTTING_TIME_FRACTION: Final = 0.5
 """Fraction of the time that bodies may be cut ahead of the search."""
 
-TRYING: Final = 0.9
+TRIAL_TIME_FRACTION: Final = 0.9
 """Fraction of the time after which no other method is cut."""
 
-FINEST: Final = 200
+FINEST_PIECE_COUNT: Final = 200
 """Pieces that a body is cut into before they are joined by its motion, at most."""
 
-JOINED: Final = "joined by motion"
+JOINED_LABEL: Final = "joined by motion"
 """How pieces are made that are joined by motion, after the words of the method that cut them."""
 
 
@@ -145,10 +145,10 @@ class Ladder:
         self.mesh, self._deadline = mesh, deadline
         self.reason = why_not_cut(mesh)
         hull = hull_collider(mesh)
-        is_convex = not self.reason and abs(volume_of(mesh)) >= SOLID * volume_of(hull)
-        self.reason = CONVEX if is_convex else self.reason
-        self.method = HULL if self.reason else method_of("auto", mesh)
-        counts = {"sectors": SECTOR_COUNTS, HULL: ()}.get(self.method, COUNTS)
+        is_convex = not self.reason and abs(volume_of(mesh)) >= SOLID_HULL_FRACTION * volume_of(hull)
+        self.reason = CONVEX_REASON if is_convex else self.reason
+        self.method = HULL_METHOD if self.reason else method_of("auto", mesh)
+        counts = {"sectors": SECTOR_COUNTS, HULL_METHOD: ()}.get(self.method, PIECE_COUNTS)
         if most_pieces is not None and counts:
             counts = (*(count for count in counts if count < most_pieces), *([most_pieces] if most_pieces > 1 else []))
         self.counts = (1, *counts)
@@ -166,16 +166,18 @@ class Ladder:
     def how(self, step: int) -> str:
         """How the pieces of a step are cut, in words."""
         cut = self.cut(step)
-        return cut if isinstance(cut, str) else METHODS[cut.name if step else HULL].words
+        return cut if isinstance(cut, str) else METHODS[cut.name if step else HULL_METHOD].words
 
     def finest_cut(self) -> Cut:
         """The cut into pieces that cover the whole body and are fine enough to be joined."""
-        return Cut(self.mesh, "sectors" if self.method == "sectors" else "planes", FINEST)
+        return Cut(self.mesh, "sectors" if self.method == "sectors" else "planes", FINEST_PIECE_COUNT)
 
     def other_cuts(self, step: int) -> list[Cut]:
         """Cuts by other methods with at most as many pieces as a step has, those that take least time first."""
         piece_count_of_step = len(self.pieces(step))
-        piece_counts = [piece_count for piece_count in COUNTS if piece_count <= piece_count_of_step][-ALTERNATIVES:]
+        piece_counts = [piece_count for piece_count in PIECE_COUNTS if piece_count <= piece_count_of_step][
+            -COUNTS_PER_METHOD:
+        ]
         cuts = [
             Cut(self.mesh, name, piece_count)
             for name in OTHER_METHODS
@@ -212,7 +214,9 @@ class Ladder:
         finer_steps = range(step + 1, len(self.counts))
         filled_volume = _total_volume(self.pieces(step))
         worthwhile_steps = [
-            finer_step for finer_step in finer_steps if _total_volume(self.pieces(finer_step)) <= WORTH * filled_volume
+            finer_step
+            for finer_step in finer_steps
+            if _total_volume(self.pieces(finer_step)) <= WORTHWHILE_VOLUME_RATIO * filled_volume
         ]
         return sorted({*worthwhile_steps[:1], *finer_steps[-1:]})
 
@@ -272,7 +276,7 @@ class ColliderSearch:
         cuts = [Cut(ladder.mesh, ladder.method, count) for ladder in ladders for count in ladder.counts[1:]]
         # The middle numbers of pieces first: they are the ones that are shipped most often.
         cuts.sort(key=lambda cut: abs(cut.most - 12))
-        time_limit = max(0.0, self._deadline.left(CUTTING))
+        time_limit = max(0.0, self._deadline.left(CUTTING_TIME_FRACTION))
         not_cut_by_key = cut_ahead(cuts, self._deadline.report, time_limit)
         for ladder in ladders:
             ladder.keep_cut_steps(not_cut_by_key)
@@ -325,7 +329,7 @@ class ColliderSearch:
     def cut_in_time(self, cuts: Sequence[Cut]) -> dict[str, NotCut]:
         """Cut what there is time for; a cut that takes longer than the time left is not begun."""
         # Pieces that are kept take no time, and are there when it is used up.
-        remaining_seconds = max(0.0, self._deadline.left(TRYING))
+        remaining_seconds = max(0.0, self._deadline.left(TRIAL_TIME_FRACTION))
         not_cut_by_key = {cut.key: NotCut("", late=True) for cut in cuts if cut.seconds > remaining_seconds}
         cuts_in_time = [cut for cut in cuts if cut.key not in not_cut_by_key]
         return not_cut_by_key | cut_ahead(cuts_in_time, self._deadline.report, remaining_seconds)
@@ -367,8 +371,8 @@ class ColliderSearch:
         def enough(step: int) -> bool:
             tried = self._measure({**steps, name: step})
             if within_limits:
-                return self._is_enough(tried) and tried.contact_loss <= current_choice.contact_loss + SLACK
-            return tried.loss <= current_choice.loss + SLACK
+                return self._is_enough(tried) and tried.contact_loss <= current_choice.contact_loss + LOSS_SLACK
+            return tried.loss <= current_choice.loss + LOSS_SLACK
 
         # A few pieces may be worse than the hull, so that it is tried by itself.
         return 0 if enough(0) else bisect_left(range(steps[name]), True, key=enough)
@@ -423,7 +427,7 @@ class ColliderSearch:
             piece_counts = sorted(count for count in levels if count <= most_pieces)
             if not piece_counts:
                 continue
-            steps = [ladder.add_pieces(levels[count], f"{cut.row.words}, {JOINED}") for count in piece_counts]
+            steps = [ladder.add_pieces(levels[count], f"{cut.row.words}, {JOINED_LABEL}") for count in piece_counts]
             current_choice = self._measure({**self.steps, name: steps[-1]})
 
             def enough(step: int, reached: Tried = current_choice) -> bool:

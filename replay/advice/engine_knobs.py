@@ -8,14 +8,14 @@ from importlib.resources import files
 from typing import Any, Final
 
 from replay.advice.pareto import wrong_text
-from replay.advice.settings import FASTEST
+from replay.advice.settings import FASTEST_RATE_RATIO
 from replay.detection.detector_spec import spec_text
 from replay.errors import TradeoffError
 from replay.words import plural
 
 Row = Mapping[str, Any]
 
-WORTH_CHANGING: Final = 0.05
+LEAST_LOSS_REDUCTION: Final = 0.05
 """A row whose loss is not less than the first one's by this share of it is not advised."""
 
 
@@ -34,7 +34,7 @@ class Choice:
 
     def detector_text(self, frames_hz: float) -> str:
         """Argument of ``replay run --detectors``; a step as fast as the recording sees every frame and has no rate."""
-        is_every_frame = self.settings["rate_hz"] >= FASTEST * frames_hz
+        is_every_frame = self.settings["rate_hz"] >= FASTEST_RATE_RATIO * frames_hz
         kept_settings = {key: value for key, value in self.settings.items() if key != "rate_hz" or not is_every_frame}
         return spec_text(self.detector, kept_settings)
 
@@ -80,7 +80,7 @@ def advice_text(engine: str, rows: Sequence[Row]) -> list[str]:
     """Sentences on the errors of the first row and the row with the smallest loss; ``rows`` are of one session.
 
     Of rows with equal losses the one that changes the fewest settings is taken. A row is advised only where it takes
-    ``WORTH_CHANGING`` off the loss of the first one: what changes nothing is no advice.
+    ``LEAST_LOSS_REDUCTION`` off the loss of the first one: what changes nothing is no advice.
     """
     first_row = rows[0]
     if not first_row["contacts"]:
@@ -92,7 +92,7 @@ def advice_text(engine: str, rows: Sequence[Row]) -> list[str]:
         return [f"Row 1 gets each of {plural(first_row['contacts'], 'contact')} right."]
     best_row = min(rows, key=lambda row: (row["loss"], len(row["knobs"]), row["number"]))
     sentences = [f"Row {first_row['number']}: {_all_wrong(first_row)}."]
-    if best_row["loss"] > (1.0 - WORTH_CHANGING) * first_row["loss"]:
+    if best_row["loss"] > (1.0 - LEAST_LOSS_REDUCTION) * first_row["loss"]:
         return [*sentences, "No other row is clearly better."]
     cure_sentence = (
         f"Take row {best_row['number']} ({knob_text(best_row['knobs'])}): {_all_wrong(best_row)} "

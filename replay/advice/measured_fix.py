@@ -21,8 +21,8 @@ from replay.auditing.contact_counts import ContactCounts, count_contacts, count_
 from replay.auditing.episodes import column_runs
 from replay.auditing.outcome import Comparison, Episode, Outcome
 from replay.auditing.sampling_offsets import (
+    OFFSET_COUNT,
     OFFSET_SETTING,
-    PHASES,
     OffsetCounts,
     Proportions,
     has_offsets,
@@ -49,19 +49,19 @@ from replay.words import duration, plural, rate
 FIX_SECONDS: Final = 20.0
 """Seconds that the command line gives a Fix when nothing is said."""
 
-FIRST: Final = 16
+FIRST_PIECE_COUNT: Final = 16
 """The most pieces a body that are tried first; then half of them and twice as many."""
 
-RIGHT: Final = 0.05
+ACCEPTED_WRONG_FRACTION: Final = 0.05
 """Wrong pair-frames, as a fraction of the right ones, that may be left to pairs whose bodies are not cut."""
 
-ENOUGH: Final = 0.02
+ACCEPTED_EXTRA_LOSS: Final = 0.02
 """More loss than the best number of pieces has that fewer pieces are worth."""
 
-REPLAY: Final = 0.3
+REPLAY_TIME_FRACTION: Final = 0.3
 """Fraction of the time that is kept for replaying what was cut."""
 
-CONVEX: Final = 0.97
+SOLID_HULL_FRACTION: Final = 0.97
 """A body that fills this fraction of its hull is its own piece."""
 
 TIMED_FRAMES: Final = 1536
@@ -70,7 +70,7 @@ TIMED_FRAMES: Final = 1536
 TIMED_SEGMENTS: Final = 16
 """Stretches of neighbouring frames that these frames are in."""
 
-SHARED: Final = ("shape", "pieces", "method", "cut")
+REPLACED_SETTINGS: Final = ("shape", "pieces", "method", "cut")
 """Settings of a collider that its pieces replace."""
 
 
@@ -150,7 +150,7 @@ class _Measuring:
         self._result, self._reference, self._rank, self._clock = result, reference, rank, clock
         self._began = monotonic()
         spec = parse_detector(f"fix={rank.setting}")
-        self._rest = {key: value for key, value in spec.settings.items() if key not in SHARED}
+        self._rest = {key: value for key, value in spec.settings.items() if key not in REPLACED_SETTINGS}
         self._seed = result.document.seed
         self._verdicts = ColliderVerdicts(result.assembly, self._rest.get("skin_m", 0.0))
         self._counted: dict[str, tuple[ContactCounts, int, Proportion]] = {}
@@ -165,12 +165,14 @@ class _Measuring:
         uncut_sentences = [f"{name} keeps its hull: {why}." for name, why in reasons.items() if why]
         if not bodies:
             return None if not uncut_sentences else self._not_cut(uncut_sentences)
-        ready_bodies, late_sentences = self._cut([Cut(meshes[name], "auto", FIRST) for name in bodies], bodies)
+        ready_bodies, late_sentences = self._cut(
+            [Cut(meshes[name], "auto", FIRST_PIECE_COUNT) for name in bodies], bodies
+        )
         if not ready_bodies:
             return self._not_cut([*uncut_sentences, *late_sentences])
-        cut_bodies = self._worth_cutting(ready_bodies, FIRST)
+        cut_bodies = self._worth_cutting(ready_bodies, FIRST_PIECE_COUNT)
         most_pieces = self._fewest(cut_bodies, meshes)
-        if most_pieces != FIRST:
+        if most_pieces != FIRST_PIECE_COUNT:
             cut_bodies = self._worth_cutting(cut_bodies, most_pieces)
         spec_with_step = self._spec(cut_bodies, most_pieces)
         spec = self._without_new_misses(spec_with_step)
@@ -229,7 +231,7 @@ class _Measuring:
         right_frames, remaining_frames = int(by_pair[:, Outcome.BOTH].sum()), int(wrong_frames.sum())
         worst = []
         for pair in np.argsort(-wrong_frames, kind="stable").tolist():
-            if remaining_frames <= RIGHT * right_frames or not wrong_frames[pair]:
+            if remaining_frames <= ACCEPTED_WRONG_FRACTION * right_frames or not wrong_frames[pair]:
                 break
             worst.append(pair)
             remaining_frames -= int(wrong_frames[pair])
@@ -237,7 +239,7 @@ class _Measuring:
 
     def _cut(self, cuts: Sequence[Cut], names: Sequence[str]) -> tuple[list[str], list[str]]:
         """Names of the bodies whose pieces are ready, and a sentence about each of the others."""
-        time_limit = self._clock.left() - REPLAY * self._clock.limit
+        time_limit = self._clock.left() - REPLAY_TIME_FRACTION * self._clock.limit
         seconds_of_cut = {cut.key: cut.seconds for cut in cuts}
         not_cut_by_key = cut_ahead(cuts, self._clock.check, max(0.0, time_limit))
         ready_names = [name for name, cut in zip(names, cuts, strict=True) if cut.key not in not_cut_by_key]
@@ -257,16 +259,16 @@ class _Measuring:
 
     def _fewest(self, names: Sequence[str], meshes: Mapping[str, TriangleMesh]) -> int:
         """The fewest pieces a body with nearly the smallest loss at every frame, of those cut in time."""
-        loss_of_count = {FIRST: self._loss_at_every_frame(self._spec(names, FIRST))}
-        half_count, quarter_count, double_count = FIRST // 2, FIRST // 4, 2 * FIRST
+        loss_of_count = {FIRST_PIECE_COUNT: self._loss_at_every_frame(self._spec(names, FIRST_PIECE_COUNT))}
+        half_count, quarter_count, double_count = FIRST_PIECE_COUNT // 2, FIRST_PIECE_COUNT // 4, 2 * FIRST_PIECE_COUNT
         for most in (half_count, quarter_count, double_count):
-            is_half_enough = _fewest_enough(loss_of_count) < FIRST
+            is_half_enough = _fewest_enough(loss_of_count) < FIRST_PIECE_COUNT
             # A quarter is tried where half of the pieces do as well, twice as many where they do not.
             if (most == quarter_count and not is_half_enough) or (most == double_count and is_half_enough):
                 continue
             cuts = [Cut(meshes[name], "auto", most) for name in names]
             needed_seconds = sum({cut.key: cut.seconds for cut in cuts}.values())
-            remaining_seconds = self._clock.left() - REPLAY * self._clock.limit
+            remaining_seconds = self._clock.left() - REPLAY_TIME_FRACTION * self._clock.limit
             if remaining_seconds > needed_seconds and not cut_ahead(cuts, self._clock.check, remaining_seconds):
                 loss_of_count[most] = self._loss_at_every_frame(self._spec(names, most))
             self._clock.check()
@@ -307,7 +309,7 @@ class _Measuring:
 
     def _at_every_frame(self, spec: DetectorSpec) -> Detection:
         """Return what the pieces of a detector report at every frame."""
-        pieces = {key: value for key, value in spec.settings.items() if key in SHARED}
+        pieces = {key: value for key, value in spec.settings.items() if key in REPLACED_SETTINGS}
         bodies = with_pieces(self._result.assembly.bodies, settings_of(spec.name, pieces))
         return self._verdicts.at_every_frame({body.name: body.colliders for body in bodies if body.colliders})
 
@@ -359,7 +361,7 @@ class _Measuring:
             false=false_contact if offsets is None else offsets.false_contact,
             missed_counts=_range(wrong_count_columns, "missed"),
             late_counts=_range(wrong_count_columns, "late"),
-            offsets=1 if offsets is None else PHASES,
+            offsets=1 if offsets is None else OFFSET_COUNT,
             mean=run.seconds_per_frame,
             p99=None if times is None else times.p99,
             spans=_lane_spans(comparison, self._reference.contacts, frame_verdicts.times),
@@ -472,7 +474,7 @@ def _pieces_label(pieces: int, rate_hz: float | None) -> str:
 
 def _fewest_enough(loss_of_count: Mapping[int, float]) -> int:
     """The fewest pieces whose loss is hardly more than the smallest one."""
-    accepted_loss = min(loss_of_count.values()) + ENOUGH
+    accepted_loss = min(loss_of_count.values()) + ACCEPTED_EXTRA_LOSS
     return min(piece_count for piece_count, loss in loss_of_count.items() if loss <= accepted_loss)
 
 
@@ -481,12 +483,12 @@ def _why_not_cut(mesh: TriangleMesh) -> str:
     reason = why_not_cut(mesh)
     if reason or _is_convex(mesh):
         return reason
-    return Cut(mesh, "auto", FIRST).row.not_installed
+    return Cut(mesh, "auto", FIRST_PIECE_COUNT).row.not_installed
 
 
 def _is_convex(mesh: TriangleMesh) -> bool:
     hull = hull_collider(mesh)
-    return abs(volume_of(mesh)) >= CONVEX * volume_of(hull)
+    return abs(volume_of(mesh)) >= SOLID_HULL_FRACTION * volume_of(hull)
 
 
 def _names(names: Sequence[str]) -> str:

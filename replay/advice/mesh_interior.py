@@ -33,7 +33,7 @@ MOST_CORNERS_AT_HOLES: Final = 12
 MOST_RIM_EDGES: Final = 6
 """A hole with more edges around it is an opening, where it is not tiny."""
 
-TINY_FRACTION: Final = 1.01e-3
+TINY_HOLE_FRACTION: Final = 1.01e-3
 """Of a component's area: smaller holes may be a crack or a lost face."""
 
 LARGEST_CAP_FRACTION: Final = 0.101
@@ -232,7 +232,7 @@ def _is_opening(rims: list[Indices], vertices: Array, triangles: Array) -> bool:
     large_areas = [area for rim, area in zip(rims, cap_areas, strict=True) if len(rim) > MOST_RIM_EDGES]
     return (
         sum(cap_areas) > LARGEST_CAP_FRACTION * closed_area
-        or max(large_areas, default=0.0) > TINY_FRACTION * closed_area
+        or max(large_areas, default=0.0) > TINY_HOLE_FRACTION * closed_area
     )
 
 

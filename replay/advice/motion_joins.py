@@ -24,16 +24,16 @@ from replay.prepare.assembly import Assembly
 MOST_FRAMES: Final = 400
 """Frames that are asked about, spread evenly over those at which the hull of the body reports false contact."""
 
-AT_ONCE: Final = 16
+PIECES_AT_ONCE: Final = 16
 """Pieces that are asked about together: of more a search asks needlessly, of fewer each takes longer."""
 
 MOST_PIECES: Final = 160
 """Pieces that a body is cut into at most before they are joined."""
 
-PATIENCE: Final = 2
+MOST_USELESS_CUTS: Final = 2
 """Cuts of a piece in a row that take away no false contact, after which it is cut no further."""
 
-NEAR: Final = 1e-4
+JOINABLE_GAP_M: Final = 1e-4
 """Metres between the boxes of two pieces that may be joined, at most."""
 
 
@@ -59,7 +59,9 @@ class FalseContacts:
 
     def of(self, pieces: Sequence[TriangleMesh]) -> BoolArray:
         """Whether each piece reports false contact at each moment, (K, M)."""
-        contact_blocks = [self._block(pieces[start : start + AT_ONCE]) for start in range(0, len(pieces), AT_ONCE)]
+        contact_blocks = [
+            self._block(pieces[start : start + PIECES_AT_ONCE]) for start in range(0, len(pieces), PIECES_AT_ONCE)
+        ]
         return (
             np.concatenate(contact_blocks)
             if contact_blocks
@@ -98,7 +100,7 @@ def refined_by_motion(
         return list(pieces)
     joined_pieces: list[TriangleMesh] = []
     false_counts = false_contacts.of(pieces).sum(axis=1).tolist()
-    waiting_pieces = [(count, PATIENCE, piece) for count, piece in zip(false_counts, pieces, strict=True)]
+    waiting_pieces = [(count, MOST_USELESS_CUTS, piece) for count, piece in zip(false_counts, pieces, strict=True)]
     while waiting_pieces and len(joined_pieces) + len(waiting_pieces) < MOST_PIECES:
         check_time()
         worst = max(range(len(waiting_pieces)), key=lambda k: waiting_pieces[k][0])
@@ -108,7 +110,7 @@ def refined_by_motion(
             joined_pieces.append(piece)
             continue
         touches = false_contacts.of(halves)
-        patience = PATIENCE if touches.any(axis=0).sum() < count else patience - 1
+        patience = MOST_USELESS_CUTS if touches.any(axis=0).sum() < count else patience - 1
         for half, row in zip(halves, touches, strict=True):
             if patience and row.any():
                 waiting_pieces.append((int(row.sum()), patience, half))
@@ -206,7 +208,7 @@ class _Joins:
             join_order = np.lexsort((added_volumes, false_counts)).tolist()
             if self._joins[join_order[0]].was_tested:
                 return self._joins[join_order[0]]
-            untested_numbers = [number for number in join_order if not self._joins[number].was_tested][:AT_ONCE]
+            untested_numbers = [number for number in join_order if not self._joins[number].was_tested][:PIECES_AT_ONCE]
             for number, exact_touches in zip(
                 untested_numbers, self._false_contact_of_joins(untested_numbers), strict=True
             ):
@@ -224,7 +226,7 @@ class _Joins:
         boxes: FloatArray = np.array(self._boxes)
         joins = []
         for a, b in pairs:
-            if (boxes[a, 0] > boxes[b, 1] + NEAR).any() or (boxes[b, 0] > boxes[a, 1] + NEAR).any():
+            if (boxes[a, 0] > boxes[b, 1] + JOINABLE_GAP_M).any() or (boxes[b, 0] > boxes[a, 1] + JOINABLE_GAP_M).any():
                 continue
             hull = hull_of(np.concatenate([self._made[a].vertices, self._made[b].vertices]))
             if hull is not None:

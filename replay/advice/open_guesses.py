@@ -14,7 +14,7 @@ MOST_QUESTIONS: Final = 3
 MOST_NAMED: Final = 4
 """Sessions that a sentence names."""
 
-DECIDE: Final = f"To decide: replay doctor {RECORDING} --look"
+DECISION_HINT: Final = f"To decide: replay doctor {RECORDING} --look"
 
 GUESSED_SUBJECTS: Final = (Subject.POSE_AXES, Subject.LENGTH_UNIT, Subject.MESH_UNIT, *DRAFTED)
 """What the first screen of a run names where it was guessed."""

@@ -10,7 +10,7 @@ from math import inf
 from typing import Any, Final, TypeAlias, TypeVar
 
 from replay import words
-from replay.advice.settings import USUAL_HZ
+from replay.advice.settings import USUAL_STEP_HZ
 from replay.document.columns import count_text
 from replay.document.cost import busy_sentence
 from replay.words import plural
@@ -19,13 +19,13 @@ from sessions.model.constants import HEADSET_HZ
 Row: TypeAlias = Mapping[str, Any]
 AnyRow = TypeVar("AnyRow", bound=Row)
 
-FEWEST: Final = 3
+LEAST_SETTINGS: Final = 3
 """Settings that advice needs."""
 
 MOST_NAMES: Final = 3
 """Settings that a sentence names."""
 
-CHEAPER: Final = 0.95
+CHEAPER_COST_RATIO: Final = 0.95
 """A p99 above this share of another one is no cheaper."""
 
 
@@ -90,9 +90,9 @@ def advice_of(rows: Sequence[Row], *, processor_fraction: float = 1.0) -> list[s
     ``processor_fraction``: of the seconds on the clock those in which this process was at work.
     """
     candidates = [row for row in rows if is_comparable(row) and row["mean_low"] is not None]
-    if len(candidates) < FEWEST:
+    if len(candidates) < LEAST_SETTINGS:
         settings_clause = f"{plural(len(candidates), 'setting')} {'was' if len(candidates) == 1 else 'were'}"
-        return [f"No advice: {settings_clause} timed twice or more, and advice needs {FEWEST}."]
+        return [f"No advice: {settings_clause} timed twice or more, and advice needs {LEAST_SETTINGS}."]
     if busy_text := busy_sentence(1 - processor_fraction):
         return [
             _most_accurate(candidates),
@@ -156,9 +156,9 @@ def _rest_of_front(rows: Sequence[Row]) -> list[str]:
 
 
 def _row_of_a_new_project(rows: Sequence[Row], best_row: Row) -> Row | None:
-    """Row closest to an engine's new project: the rate nearest to ``USUAL_HZ``, then the smallest loss."""
+    """Row closest to an engine's new project: the rate nearest to ``USUAL_STEP_HZ``, then the smallest loss."""
     rates = [row for row in rows if row["rate_hz"] and row["loss"] > best_row["loss"]]
-    return min(rates, key=lambda row: (abs(row["rate_hz"] - USUAL_HZ), row["loss"]), default=None)
+    return min(rates, key=lambda row: (abs(row["rate_hz"] - USUAL_STEP_HZ), row["loss"]), default=None)
 
 
 def _ms(row: Row) -> str:
@@ -177,7 +177,7 @@ def wrong_text(row: Row) -> str:
 
 
 def _slow_frames(row: Row, best_row: Row) -> str:
-    if row["p99_ms"] is None or best_row["p99_ms"] is None or row["p99_ms"] >= CHEAPER * best_row["p99_ms"]:
+    if row["p99_ms"] is None or best_row["p99_ms"] is None or row["p99_ms"] >= CHEAPER_COST_RATIO * best_row["p99_ms"]:
         return "slow samples (p99) get no cheaper"
     p99, best_p99 = (words.frame_time(setting["p99_ms"] / 1e3) for setting in (row, best_row))
     return f"slow samples (p99) take {p99} in place of {best_p99}"

@@ -17,10 +17,10 @@ from sessions.importers.importing import LARGEST_RADIUS_M, SMALLEST_RADIUS_M
 from sessions.meshes.mesh_match import UNITS
 from sessions.model.assumption import Assumption
 
-MOST_DEEP: Final = 0.3
+MOST_DEEP_FRACTION: Final = 0.3
 """Fraction of the contact frames of resting bodies, at most, in which they are deep in each other if it is right."""
 
-LEAST_DEEP: Final = 0.5
+LEAST_DEEP_FRACTION: Final = 0.5
 """The same fraction, at least, of a reading that is clearly wrong."""
 
 
@@ -41,8 +41,12 @@ def more_plausible(outcome_of_value: Mapping[str, Outcome]) -> str:
     ``""``: there is none, or no other to compare with. A reading without a contact is as plausible as one with shallow
     contacts.
     """
-    plausible_values = [value for value, outcome in outcome_of_value.items() if outcome.deep_at_rest <= MOST_DEEP]
-    implausible_values = [value for value, outcome in outcome_of_value.items() if outcome.deep_at_rest >= LEAST_DEEP]
+    plausible_values = [
+        value for value, outcome in outcome_of_value.items() if outcome.deep_at_rest <= MOST_DEEP_FRACTION
+    ]
+    implausible_values = [
+        value for value, outcome in outcome_of_value.items() if outcome.deep_at_rest >= LEAST_DEEP_FRACTION
+    ]
     if len(plausible_values) == 1 and implausible_values and len(implausible_values) == len(outcome_of_value) - 1:
         return plausible_values[0]
     return ""

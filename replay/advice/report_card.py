@@ -23,7 +23,7 @@ from replay.prepare.assembly import Assembly
 if TYPE_CHECKING:
     from manifold3d import Manifold
 
-ROUNDING: Final = 1e-9
+VOLUME_ROUNDING: Final = 1e-9
 """Fraction of a volume that is none: common volumes of equal boxes differ by 1e-16 of it, of curved solids by 1e-10."""
 
 FILE_ROUNDING: Final = 2.0**-24
@@ -85,7 +85,7 @@ def volume_rounding(mesh: TriangleMesh, volume: float) -> float:
 
     A file moves the surface by at most its rounding, so that the volume changes by at most that times the area.
     """
-    return max(ROUNDING * abs(volume), area_of(mesh) * _file_rounding(mesh))
+    return max(VOLUME_ROUNDING * abs(volume), area_of(mesh) * _file_rounding(mesh))
 
 
 def _file_rounding(mesh: TriangleMesh) -> float:

@@ -30,9 +30,9 @@ SIGNED_PERMUTATIONS: Final = tuple(
 )
 """Matrices (3, 3) of all changes of axes; the first is the identity."""
 
-MIRROR: Final = np.diag([-1.0, 1.0, 1.0])
+MIRROR_MATRIX: Final = np.diag([-1.0, 1.0, 1.0])
 
-SAME_M: Final = 1e-9
+SAME_MESH_M: Final = 1e-9
 """Metres up to which two meshes are the same."""
 
 MESH_SUBJECTS: Final = (Subject.MESH_AXES, Subject.MESH_UNIT)
@@ -78,7 +78,7 @@ class Rereadings:
                 rebuilt_bodies[body_number] = body_of(replace(changed_session, meshes=meshes), body.name)
                 continue
             is_mirrored[body_number] = bool(np.linalg.det(matrix) < 0.0)
-            rotations[body_number] = matrix @ MIRROR if is_mirrored[body_number] else matrix
+            rotations[body_number] = matrix @ MIRROR_MATRIX if is_mirrored[body_number] else matrix
         motion = self._motion_with_exchanged_axes(rotations)
         if rebuilt_bodies:
             bodies = tuple(
@@ -119,7 +119,7 @@ class Rereadings:
     def _bodies_with_mirror_images(self, is_mirrored: list[bool]) -> tuple[Body, ...]:
         """The bodies, some as their mirror images in their plane x = 0."""
         mirror_matrix = np.eye(4)
-        mirror_matrix[:3, :3] = MIRROR
+        mirror_matrix[:3, :3] = MIRROR_MATRIX
         bodies = []
         for body, mirrored in zip(self._whole.bodies, is_mirrored, strict=True):
             if mirrored:
@@ -152,10 +152,10 @@ def _is_same_solid(mesh_before: MeshData, mesh_after: MeshData) -> bool:
     """Whether two meshes have the same faces, up to a nanometre."""
     if mesh_before.vertices.shape != mesh_after.vertices.shape or mesh_before.faces.shape != mesh_after.faces.shape:
         return False
-    if np.abs(mesh_before.bounds - mesh_after.bounds).max() > SAME_M:
+    if np.abs(mesh_before.bounds - mesh_after.bounds).max() > SAME_MESH_M:
         return False
     distance, vertex = KDTree(mesh_before.vertices).query(mesh_after.vertices)
-    if distance.max() > SAME_M or len(np.unique(vertex)) != len(vertex):
+    if distance.max() > SAME_MESH_M or len(np.unique(vertex)) != len(vertex):
         return False
     faces = [np.sort(rows, axis=1) for rows in (mesh_before.faces, vertex[mesh_after.faces])]
     first, second = (rows[np.lexsort(rows.T)] for rows in faces)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from replay.advice.pair_states import CLEAR_GAP_M, PairState, PairStates, QueryBudget, QueryLimitError, can_be_tested
-from replay.advice.sampled_poses import USABLE, SampledPoses, is_plain, sampled_poses
+from replay.advice.sampled_poses import USABLE_STATUSES, SampledPoses, is_plain, sampled_poses
 from replay.errors import ReplayError
 from replay.prepare.pair_choice import chosen_pairs
 from sessions import MeshData, Session
@@ -122,7 +122,7 @@ def _pairs(session: Session, names: Sequence[str]) -> list[tuple[str, str]]:
     frames = session.frames
     moves_by_name = {}
     for column, name in enumerate(frames.names):
-        is_usable = np.isin(frames.status[:, column], USABLE)
+        is_usable = np.isin(frames.status[:, column], USABLE_STATUSES)
         poses = np.hstack([frames.position[is_usable, column], frames.quaternion_xyzw[is_usable, column]])
         moves_by_name[name] = bool((poses != poses[:1]).any())
     return [(names[i], names[j]) for i, j in chosen_pairs(session.scene, names, moves_by_name, requested=None).tolist()]

@@ -10,7 +10,7 @@ from sessions.geometry.rotations import rotated_vectors
 from sessions.model.scene import Pose
 from sessions.model.session import Frames, Status
 
-USABLE: Final = (Status.VALID, Status.HELD, Status.INTERPOLATED)
+USABLE_STATUSES: Final = (Status.VALID, Status.HELD, Status.INTERPOLATED)
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
@@ -40,7 +40,7 @@ class RecordedPoses:
     def __init__(self, frames: Frames, rows: Rows) -> None:
         self.names = tuple(frames.names)
         self.positions = frames.position[rows]
-        self.is_usable = np.isin(frames.status[rows], USABLE)
+        self.is_usable = np.isin(frames.status[rows], USABLE_STATUSES)
         self._quaternions = frames.quaternion_xyzw[rows]
 
     def rotations(self, column: int, rows: Rows) -> Array:

@@ -25,13 +25,13 @@ if TYPE_CHECKING:
 DEPTH_FRAMES: Final = 24
 """Contact frames of an alternative whose depth is measured, evenly chosen."""
 
-DEEP_M: Final = 0.005
+DEEP_OVERLAP_M: Final = 0.005
 """A body that stands deeper in another is no body that rests: glass is thinner, and trackers err by less."""
 
-REST_S: Final = 0.5
+REST_WINDOW_S: Final = 0.5
 """Seconds over which a resting body is watched."""
 
-MOST_AT_REST_M: Final = 0.002
+MOST_REST_MOTION_M: Final = 0.002
 """Metres that a resting body moves in them at most: trackers jitter."""
 
 GAP_FRAMES: Final = 48
@@ -64,10 +64,10 @@ def resting_bodies(motion: Motion) -> BoolArray:
     """Returns whether each body hardly moves from a frame on for half a second, (T, N)."""
     frame_count = len(motion)
     is_resting = np.zeros(motion.valid.shape, dtype=np.bool_)
-    width = np.searchsorted(motion.times, motion.times + REST_S)
+    width = np.searchsorted(motion.times, motion.times + REST_WINDOW_S)
     rows = np.flatnonzero(width < frame_count)
     moved_distance = np.linalg.norm(motion.translations[width[rows]] - motion.translations[rows], axis=2)
-    is_resting[rows] = motion.valid[rows] & motion.valid[width[rows]] & (moved_distance <= MOST_AT_REST_M)
+    is_resting[rows] = motion.valid[rows] & motion.valid[width[rows]] & (moved_distance <= MOST_REST_MOTION_M)
     return is_resting
 
 
@@ -122,7 +122,7 @@ class ReplayedBodies:
             contacts=len(episodes(detection, motion.valid)),
             contact=contact,
             deepest=float(depths.max(initial=0.0)),
-            deep_at_rest=float((resting_depths > DEEP_M).mean()) if len(resting_depths) else 0.0,
+            deep_at_rest=float((resting_depths > DEEP_OVERLAP_M).mean()) if len(resting_depths) else 0.0,
             closest=closest_gap,
             closest_frame=frame,
             closest_pair=pair,
@@ -170,6 +170,6 @@ def outcome_text(outcome: Outcome) -> str:
         nearest_text = "" if outcome.closest is None else f", {length(outcome.closest)} at the closest"
         return f"no contact{nearest_text}"
     contacts = plural(outcome.contacts, "contact")
-    if outcome.deepest > DEEP_M:
+    if outcome.deepest > DEEP_OVERLAP_M:
         return f"{contacts}, bodies up to {words.decimal(1e3 * outcome.deepest, 0)} mm deep in each other"
     return f"{contacts}, at most {words.decimal(max(1.0, np.ceil(1e3 * outcome.deepest)), 0)} mm deep"

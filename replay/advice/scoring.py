@@ -8,7 +8,7 @@ from replay.auditing.contact_counts import ContactCounts, count_contacts, count_
 from replay.auditing.episodes import column_runs
 from replay.auditing.loss import loss
 from replay.auditing.outcome import Comparison, Outcome
-from replay.auditing.sampling_offsets import PHASES, OffsetCounts, count_spread, offset_counts
+from replay.auditing.sampling_offsets import OFFSET_COUNT, OffsetCounts, count_spread, offset_counts
 from replay.auditing.tolerance import Reference, Tolerance
 from replay.auditing.wilson import Proportion, proportion
 from replay.detection.detector_spec import DetectorSpec
@@ -106,7 +106,7 @@ class Scoring:
         false_contact_count = len(column_runs((comparison.outcome == Outcome.FALSE_CONTACT).T))
         return {
             "contacts": contact_counts.contacts,
-            "offsets": 1 if offsets is None else PHASES,
+            "offsets": 1 if offsets is None else OFFSET_COUNT,
             "contacts_undecided": contact_counts.undecided,
             "contact_frames_undecided": contact_counts.frames_undecided,
             **wrong_counts(

@@ -52,10 +52,10 @@ class Setting:
         return needs is not None and not cut and needs.items() <= {"containment": True, **self.settings}.items()
 
 
-USUAL_HZ: Final = 50.0
+USUAL_STEP_HZ: Final = 50.0
 """The step of an engine in a new project."""
 
-FASTEST: Final = 0.99
+FASTEST_RATE_RATIO: Final = 0.99
 """A rate of so many times the recording's own, or more, sees every frame and is no setting of its own."""
 
 
@@ -74,7 +74,7 @@ def settings_list(*, frames_hz: float = inf, has_shipped_colliders: bool = False
         setting
         for setting in settings_by_label.values()
         if available_shapes.get(setting.settings.get("shape", ""), True)
-        and (setting.rate_hz or 0.0) < FASTEST * frames_hz
+        and (setting.rate_hz or 0.0) < FASTEST_RATE_RATIO * frames_hz
     )
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from replay.advice.pareto import advice_of, contenders_of, front_of, sorted_rows
 from replay.advice.scoring import Scoring
 from replay.advice.settings import Setting, next_to_front, settings_list, settings_of
-from replay.advice.timing import MEAN, Clock, LiveFrames, Timed, known
+from replay.advice.timing import MEAN_LEVEL, Clock, LiveFrames, Timed, known
 from replay.cutting.compound import seconds_to_cut
 from replay.detection.detector_spec import TRUSTED_DETECTOR, parse_detector
 from replay.detection.run_detector import make_detector, warm_frames
@@ -33,10 +33,10 @@ from sessions import Session
 if TYPE_CHECKING:
     from cdcore.kernels.compiling import Compiled
 
-TIME_LIMIT: Final = 150.0
+TIME_LIMIT_S: Final = 150.0
 """Seconds a tradeoff takes at most when nothing is said."""
 
-PASSES: Final = 3
+PASSES_PER_SETTING: Final = 3
 """Of every setting that is tried: a price from one pass is none."""
 
 FRONT_PASSES: Final = 7
@@ -52,7 +52,7 @@ begins; what is left is for the front."""
 MOST_FRAMES, FEWEST_FRAMES = 5_400, 900
 """Frames timed in one pass: a minute at 90 Hz, and with less time ten seconds spread over the session."""
 
-OVERHEAD: Final = 1.5
+PASS_OVERHEAD_FACTOR: Final = 1.5
 """Seconds of a pass over those on its clocks, and what the turns of others cost its caches."""
 
 Watch = Callable[[int, int], None]
@@ -85,7 +85,7 @@ RUN_OPTIONS: Final = ("detectors", "oracle", "pairs", "start", "end", "seed", "t
 def tradeoff(
     session: Session,
     *,
-    time_limit: float | None = TIME_LIMIT,
+    time_limit: float | None = TIME_LIMIT_S,
     watch: Watch = lambda *_: None,
     **options: Any,
 ) -> Tradeoff:
@@ -156,7 +156,7 @@ class _Sweep:
         while batch := self._next_trials(size, fraction, watch):
             self._time_batch(batch)
             size, fraction = LATER_ROUNDS, REFINE
-        for _ in range(FRONT_PASSES - PASSES):
+        for _ in range(FRONT_PASSES - PASSES_PER_SETTING):
             near_front = {*front_of(self._rows()), *contenders_of(self._rows())}
             front = [trial for trial in self._trials if trial.label in near_front]
             if self._pass_seconds(front) < self._deadline.left():
@@ -193,7 +193,7 @@ class _Sweep:
             return None
         twin = self._pair[1]
         trial = twin if setting == twin.setting else _Trial(setting, self._assembly, self._seed)
-        if trial.answer + self._pass_seconds([*batch, trial]) * PASSES > left:
+        if trial.answer + self._pass_seconds([*batch, trial]) * PASSES_PER_SETTING > left:
             return None
         detection = trial.detector.detect(trial.motion)
         trial.row = {
@@ -215,16 +215,16 @@ class _Sweep:
     def _pass_seconds(self, trials: Sequence[_Trial]) -> float:
         """Seconds of a pass over these, with the reference and its twin."""
         count = FEWEST_FRAMES if self._clock is None else self._clock.frames.count
-        return OVERHEAD * count * sum(trial.frame for trial in {*self._pair, *trials})
+        return PASS_OVERHEAD_FACTOR * count * sum(trial.frame for trial in {*self._pair, *trials})
 
     def _time_batch(self, batch: Sequence[_Trial]) -> None:
         """Passes over a round; the first round settles how many frames a pass has."""
         if self._clock is None:
             frame = self._pass_seconds(batch) / FEWEST_FRAMES
-            most_frames = self._deadline.left(TIME) / (PASSES * frame)
+            most_frames = self._deadline.left(TIME) / (PASSES_PER_SETTING * frame)
             frames = LiveFrames(self._assembly.motion, int(max(FEWEST_FRAMES, min(MOST_FRAMES, most_frames))))
             self._clock = Clock(frames, self._pair[0], self._pair[1], self._deadline.compiled)
-        for _ in range(PASSES):
+        for _ in range(PASSES_PER_SETTING):
             self._pass(batch)
 
     def _pass(self, trials: Sequence[_Trial]) -> None:
@@ -237,9 +237,9 @@ class _Sweep:
     def _tell_time(self, trial: _Trial, clock: Clock) -> None:
         """Prices of the passes so far, into the row."""
         row = trial.row
-        for name, level in (("mean", MEAN), ("p99", P99)):
+        for name, level in (("mean", MEAN_LEVEL), ("p99", P99)):
             seconds = clock.price(trial, level)
-            if level is not MEAN and not trial.detector.online:
+            if level is not MEAN_LEVEL and not trial.detector.online:
                 seconds *= np.nan
             row |= zip((f"{name}_ms", f"{name}_low", f"{name}_high"), known(1e3 * seconds), strict=True)
         row |= {"passes": trial.passes, "frames": clock.frames.count}

@@ -28,13 +28,13 @@ BATCH_FRAMES: Final = 90
 LEAD_FRAMES: Final = 10
 """Asked off the clock where turns do not follow one another: a jump in time is no frame of a live loop."""
 
-MEAN: Final = None
+MEAN_LEVEL: Final = None
 """Level of a price that is the mean over all frames; any other level is a quantile over samples."""
 
-TRIES: Final = 3
+MOST_COMPILED_PASSES: Final = 3
 """Passes in which kernels were compiled are taken again, so often."""
 
-INTERRUPTED: Final = 3.0
+INTERRUPTION_FACTOR: Final = 3.0
 """A frame that takes so many times its median over passes was interrupted by something else on the machine."""
 
 
@@ -78,7 +78,7 @@ def _of_passes(seconds: Sequence[FloatArray], quantile: float | None, samples: B
     """
     passes = np.stack(seconds)
     median_pass = np.median(passes, axis=0)
-    calm_passes = np.where(passes > INTERRUPTED * median_pass, median_pass, passes)
+    calm_passes = np.where(passes > INTERRUPTION_FACTOR * median_pass, median_pass, passes)
     if quantile is None:
         return np.maximum(calm_passes.mean(axis=1), 1e-9)
     sampled_seconds = calm_passes if samples is None else calm_passes[:, samples]
@@ -105,7 +105,7 @@ class Clock:
             self.twin,
             *(candidate for candidate in settings if candidate is not self.twin),
         ]
-        for _ in range(TRIES):
+        for _ in range(MOST_COMPILED_PASSES):
             compile_seconds = 0.0 if self._compiled is None else self._compiled.seconds
             clock_start, processor_start = perf_counter(), process_time()
             reference, *passes = self.frames.live_pass(timed_settings, self.twin.passes)
@@ -121,7 +121,7 @@ class Clock:
     @property
     def widened(self) -> float:
         """The factor by which intervals are widened: 1 where the same setting twice comes out as a tie."""
-        ratio, lower, upper = self.twin.ratio(MEAN).tolist()
+        ratio, lower, upper = self.twin.ratio(MEAN_LEVEL).tolist()
         return max(ratio, 1.0 / ratio) if lower > 1.0 or upper < 1.0 else 1.0
 
     def price(self, setting: Timed, level: float | None) -> FloatArray:
@@ -132,7 +132,7 @@ class Clock:
 
     def as_json(self) -> dict[str, Any]:
         """The self-check: how often the reference was timed twice, and what came out."""
-        ratio, lower, upper = known(self.twin.ratio(MEAN))
+        ratio, lower, upper = known(self.twin.ratio(MEAN_LEVEL))
         return {
             "passes": self.twin.passes,
             "ratio": ratio,

@@ -13,25 +13,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from replay import words
-from replay.auditing.delay import LONGEST_DELAY
+from replay.auditing.delay import LONGEST_DELAY_S
 from replay.errors import AuditError
 
-WINDOW: Final = 0.05
+SUPPORT_WINDOW_S: Final = 0.05
 """Seconds within which differences support the same shift: four frames at 90 Hz, the delay of a slow engine."""
 
 MOST_DRIFT: Final = 0.03
 """Seconds in a second: no clock that is read as seconds runs more wrong than this."""
 
-LEAST_MATCHED: Final = 6
+LEAST_MATCHED_REPORTS: Final = 6
 """Reports with a partner in question, three contacts: through fewer, a line with a drift passes by chance."""
 
-WORTH_A_DRIFT: Final = 1e-3
+LEAST_DRIFT_RESIDUAL_S: Final = 1e-3
 """Seconds off on average below which no drift is looked for: true begins and ends are known to a frame."""
 
 Moments = Mapping[tuple[str, str, str], Sequence[float]]
 """(body, body, ``begin`` or ``end``), names sorted -> seconds."""
 
-SAY_IT: Final = "give the offset with --offset SECONDS"
+OFFSET_HINT: Final = "give the offset with --offset SECONDS"
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class ClockOffset:
     # the middle 95 % of the reports that found a partner lie within this many seconds of it after that; ``None``: none
     # did
     residual: float | None
-    # matched, reports: reports that found a partner within ``WINDOW``, and reports there are
+    # matched, reports: reports that found a partner within ``SUPPORT_WINDOW_S``, and reports there are
     matched: int
     reports: int
     drift: float = 0.0  # seconds a second; 0 where none fits much better
@@ -64,7 +64,7 @@ class ClockOffset:
             text += f" at the first report, drift {words.decimal(100 * self.drift, 3, signed=True)} %"
         if self.delay is not None:
             text += f", {delay_text(self.delay)}"
-        window = f"{1e3 * WINDOW:g} ms"
+        window = f"{1e3 * SUPPORT_WINDOW_S:g} ms"
         if self.residual is None:
             return f"{text}, residual unknown: all {self.reports} begins and ends are over {window} from a true one"
         text += (
@@ -75,9 +75,9 @@ class ClockOffset:
                 f"; {self.reports - self.matched} are left out, more than {window} from every true one of their pair"
             )
         if self.rivals:
-            text += f"; {self.rivals} other offsets fit as many, the smallest was taken: if it is wrong, {SAY_IT}"
+            text += f"; {self.rivals} other offsets fit as many, the smallest was taken: if it is wrong, {OFFSET_HINT}"
         elif self.is_own_clock and self.delay:
-            text += f"; if the engine had another clock, {SAY_IT}"
+            text += f"; if the engine had another clock, {OFFSET_HINT}"
         return text
 
 
@@ -127,20 +127,22 @@ def estimate_offset(
         if not len(partners.gap):
             raise AuditError(
                 "no reported contact is of a pair that truly touches, so its clock cannot be estimated; "
-                f"check the body names, or {SAY_IT}"
+                f"check the body names, or {OFFSET_HINT}"
             )
         shift, rivals = _densest_window(partners.gap)
-        mean_distance_without_drift = np.minimum(partners.nearest(shift, 0.0), WINDOW).mean()
+        mean_distance_without_drift = np.minimum(partners.nearest(shift, 0.0), SUPPORT_WINDOW_S).mean()
         fitted_line = _fitted_line(partners)
         if (
-            mean_distance_without_drift > WORTH_A_DRIFT
-            and 2.0 * np.minimum(partners.nearest(*fitted_line), WINDOW).mean() < mean_distance_without_drift
+            mean_distance_without_drift > LEAST_DRIFT_RESIDUAL_S
+            and 2.0 * np.minimum(partners.nearest(*fitted_line), SUPPORT_WINDOW_S).mean() < mean_distance_without_drift
         ):
             (shift, drift), rivals = fitted_line, 0
     partner_distances = partners.nearest(shift, drift)
-    paired_distances = partner_distances[partner_distances <= WINDOW]
+    paired_distances = partner_distances[partner_distances <= SUPPORT_WINDOW_S]
     if len(paired_distances) < 2 and known_offset is None:
-        raise AuditError(f"fewer than two reports fit true contacts with one offset, so none is estimated; {SAY_IT}")
+        raise AuditError(
+            f"fewer than two reports fit true contacts with one offset, so none is estimated; {OFFSET_HINT}"
+        )
     recording_clock_offset = None if known_offset is not None or drift else _recording_clock_offset(shift, facts)
     if recording_clock_offset is not None:
         offset, rivals = recording_clock_offset, 0
@@ -171,7 +173,7 @@ def _recording_clock_offset(shift: float, facts: ClockFacts) -> float | None:
     offsets = [
         offset
         for offset in facts.recording_clock_offsets
-        if -(facts.frame_interval + WORTH_A_DRIFT) <= offset - shift <= LONGEST_DELAY
+        if -(facts.frame_interval + LEAST_DRIFT_RESIDUAL_S) <= offset - shift <= LONGEST_DELAY_S
     ]
     return min(offsets, key=lambda offset: abs(offset - shift), default=None)
 
@@ -200,7 +202,7 @@ class _Partners:
     def lateness(self, shift: float, drift: float, offset: float) -> NDArray[np.float64]:
         """Seconds from its partner to each report that has one under ``shift``, with the ``offset`` added."""
         gap = self.gap - shift - drift * self.seconds_after_first
-        is_paired = (np.abs(gap) <= WINDOW) & (np.abs(gap) == self.nearest(shift, drift)[self.report_indices])
+        is_paired = (np.abs(gap) <= SUPPORT_WINDOW_S) & (np.abs(gap) == self.nearest(shift, drift)[self.report_indices])
         return offset - shift - gap[is_paired]
 
     def nearest(self, offset: float, drift: float) -> NDArray[np.float64]:
@@ -215,7 +217,7 @@ class _Partners:
 def _counts_in_window(gaps: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Differences in order, and how many lie within the window after each."""
     gaps = np.sort(gaps)
-    return gaps, np.searchsorted(gaps, gaps + WINDOW, side="right") - np.arange(len(gaps))
+    return gaps, np.searchsorted(gaps, gaps + SUPPORT_WINDOW_S, side="right") - np.arange(len(gaps))
 
 
 def _densest_window(gaps: NDArray[np.float64]) -> tuple[float, int]:
@@ -224,21 +226,21 @@ def _densest_window(gaps: NDArray[np.float64]) -> tuple[float, int]:
     window_medians = [
         float(np.median(gaps[k : k + supporters[k]])) for k in np.flatnonzero(supporters == supporters.max()).tolist()
     ]
-    return min(window_medians, key=abs), int((np.diff(window_medians) > WINDOW).sum())
+    return min(window_medians, key=abs), int((np.diff(window_medians) > SUPPORT_WINDOW_S).sum())
 
 
 def _fitted_line(partners: _Partners) -> tuple[float, float]:
     """Offset and drift of the line that most differences are near; no drift where there are too few for one."""
     gap, seconds_after_first = partners.gap, partners.seconds_after_first
     offset, drift = _densest_window(gap)[0], 0.0
-    if partners.report_indices[-1] + 1 < LEAST_MATCHED or not seconds_after_first.any():
+    if partners.report_indices[-1] + 1 < LEAST_MATCHED_REPORTS or not seconds_after_first.any():
         return offset, drift
-    drifts = np.arange(-MOST_DRIFT, MOST_DRIFT, WINDOW / seconds_after_first.max())
+    drifts = np.arange(-MOST_DRIFT, MOST_DRIFT, SUPPORT_WINDOW_S / seconds_after_first.max())
     drift = float(max(drifts, key=lambda value: _counts_in_window(gap - value * seconds_after_first)[1].max()))
     offset, _ = _densest_window(gap - drift * seconds_after_first)
     for _ in range(3):
         remaining_gaps, nearest = np.abs(gap - offset - drift * seconds_after_first), partners.nearest(offset, drift)
-        is_matched = (remaining_gaps <= WINDOW) & (remaining_gaps == nearest[partners.report_indices])
+        is_matched = (remaining_gaps <= SUPPORT_WINDOW_S) & (remaining_gaps == nearest[partners.report_indices])
         if len(np.unique(seconds_after_first[is_matched])) < 2:
             break  # Reports of one moment lie on lines of any drift.
         drift, offset = np.polyfit(seconds_after_first[is_matched], gap[is_matched], 1).tolist()

@@ -24,10 +24,10 @@ LEAST_FRAMES_SEARCHED: Final = 5
 FRAMES_SEARCHED: Final = 1500
 """Pair-frames of all contacts and misses that may be searched, 4 ms each with meshes of 3,000 faces."""
 
-MOST_MEASURED: Final = 200
+MOST_MEASURED_CONTACTS: Final = 200
 """Contacts and misses whose depth is measured, 20 ms each; of more, the longest ones."""
 
-TOO_MANY: Final = "too many contacts were to be measured"
+TOO_MANY_REASON: Final = "too many contacts were to be measured"
 
 Segment = tuple[int, int, int]
 """Column of a pair, first and last frame."""
@@ -83,7 +83,7 @@ class DepthMeter:
     def measure(self, segments: Iterable[Segment]) -> None:
         """Measure segments, the longest first, until the budget is used up."""
         sorted_segments = sorted({*segments}, key=lambda segment: (segment[1] - segment[2], segment))
-        measured_segments = sorted_segments[:MOST_MEASURED]
+        measured_segments = sorted_segments[:MOST_MEASURED_CONTACTS]
         frame_count = len(
             {(pair, frame) for pair, first, last in measured_segments for frame in range(first, last + 1)}
         )
@@ -94,8 +94,8 @@ class DepthMeter:
         )
         for segment in measured_segments:
             self._measured_depths[segment] = self._deepest(segment, most_frames)
-        for segment in sorted_segments[MOST_MEASURED:]:
-            self._measured_depths[segment] = ContactDepth(frame=segment[1], reason=TOO_MANY)
+        for segment in sorted_segments[MOST_MEASURED_CONTACTS:]:
+            self._measured_depths[segment] = ContactDepth(frame=segment[1], reason=TOO_MANY_REASON)
 
     def depth_of(self, segment: Segment) -> ContactDepth:
         """The depth of a segment that was measured."""

@@ -8,10 +8,10 @@ from cdcore import Detection
 from cdcore.numerics import BoolArray, FloatArray
 from cdcore.protocol import counts_as_contact
 
-LONGEST_DELAY: Final = 0.25
+LONGEST_DELAY_S: Final = 0.25
 """Seconds: a report that comes later is no report of the same moment."""
 
-FEWER_WRONG: Final = 4
+WRONG_FRAMES_DIVISOR: Final = 4
 """A detector is *late* where moving its answers leaves at most a quarter of its wrong frames; steps held leave half."""
 
 
@@ -60,7 +60,7 @@ def at_frame(frame_mask: BoolArray, frame: int) -> bool:
 def _frames_late(subject_contact: BoolArray, reference_contact: BoolArray, times: FloatArray) -> int:
     """By how many frames ``subject_contact`` comes after ``reference_contact``; 0: by no constant number."""
     frame_count = len(subject_contact)
-    most_frames = int(np.searchsorted(times, times[0] + LONGEST_DELAY))
+    most_frames = int(np.searchsorted(times, times[0] + LONGEST_DELAY_S))
     # What is said in the first frames has no frame before the recording to come from: it counts as wrong.
     wrong_counts = [
         int((subject_contact[by:] != reference_contact[: frame_count - by]).sum() + subject_contact[:by].sum())
@@ -71,7 +71,7 @@ def _frames_late(subject_contact: BoolArray, reference_contact: BoolArray, times
     return (
         delay
         if delay
-        and wrong_counts[delay] * FEWER_WRONG <= wrong_counts[0]
+        and wrong_counts[delay] * WRONG_FRAMES_DIVISOR <= wrong_counts[0]
         and bool((subject_contact & ~reference_contact).any())
         else 0
     )

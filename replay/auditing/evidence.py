@@ -13,7 +13,7 @@ from replay.auditing.first_touch import direction, first_touch
 from replay.effects.output import Vector, vector_of
 from replay.prepare.assembly import Assembly
 
-TOUCHES_IN_ALL: Final = 500
+MOST_LOCATED_TOUCHES: Final = 500
 """Misses between frames whose moment is located, 25 ms each with meshes of 3,000 faces; those beyond, later in the
 recording, get no faces."""
 
@@ -23,14 +23,14 @@ CurveMeasurement = tuple[int, Vector, float, Evidence]
 
 
 class EvidenceFinder:
-    """Finds the geometry of misses; the first touch between frames of the first ``TOUCHES_IN_ALL`` that show none."""
+    """Finds the geometry of misses; the first touch of the first ``MOST_LOCATED_TOUCHES`` whose frames show none."""
 
     def __init__(self, assembly: Assembly, *, reference_is_of_intervals: bool) -> None:
         """``reference_is_of_intervals``: the oracle speaks of intervals, so that no frame need show a contact."""
         vertices = [body.mesh.referenced_vertices for body in assembly.bodies]
         self._assembly = assembly
         self._box_centres = [(corners.min(axis=0) + corners.max(axis=0)) / 2 for corners in vertices]
-        self._touches_left = TOUCHES_IN_ALL if reference_is_of_intervals else 0
+        self._touches_left = MOST_LOCATED_TOUCHES if reference_is_of_intervals else 0
 
     def measure(self, pair: int, first: int, frames: Iterable[int], exact_answer: ExactAnswer) -> CurveMeasurement:
         """Measure a pair in that of these frames in which the surfaces intersect in the longest curve.

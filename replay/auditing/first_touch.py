@@ -11,7 +11,7 @@ from replay.auditing.outcome import FirstTouch
 from replay.effects.output import vector_of
 from replay.prepare.assembly import Assembly
 
-NO_GAP: Final = 1e-9
+GAP_ROUNDING_M: Final = 1e-9
 """Metres of gap below which rounding decides its direction: then that between the bodies is taken."""
 
 
@@ -47,7 +47,7 @@ def first_touch(assembly: Assembly, pair: int, frame: int) -> FirstTouch | None:
         faces.set_pose(k, rotations[k], positions[k])
     gap, (point, point_of_second) = faces.gap(0, 1)
     gap_vector = point_of_second - point
-    if gap <= NO_GAP:
+    if gap <= GAP_ROUNDING_M:
         centres = np.stack([mesh.referenced_vertices.mean(axis=0) for mesh in meshes])
         gap_vector = np.diff(np.einsum("kij,kj->ki", rotations, centres) + positions, axis=0)[0]
     later_ns = round((impact.toi[1] - frame_times[0]) * 1e9)

@@ -33,19 +33,19 @@ if TYPE_CHECKING:
 FLICKER_SECONDS: Final = 0.1
 """A contact that begins this soon after the last one of its pair ended is one contact, interrupted."""
 
-WIDEST_RELEASE: Final = 0.005
+WIDEST_RELEASE_M: Final = 0.005
 """Metres: shapes that part farther than this beyond the contact offset have left, however soon they are back."""
 
-RELEASE_STEP: Final = 1e-4
+RELEASE_STEP_M: Final = 1e-4
 """Metres to whose multiples a release distance is rounded up."""
 
-MOST_MEASURED: Final = 400
+MOST_MEASURED_INTERRUPTIONS: Final = 400
 """Interruptions whose gap is measured in each sample, some milliseconds each; of more, the first ones."""
 
-STAMP_SLACK: Final = 1e-6
+STAMP_ROUNDING_S: Final = 1e-6
 """Seconds by which stamps are rounded."""
 
-STEP_ROUNDING: Final = 1e-9
+SEPARATION_ROUNDING_M: Final = 1e-9
 """Metres by which a gap is rounded."""
 
 
@@ -115,7 +115,7 @@ def interruptions_of(contacts: Sequence[Episode]) -> list[Interruption]:
     interruptions = [
         Interruption(before.pair, before.last + 1, after.first - 1)
         for before, after in pairwise(sorted_contacts)
-        if before.pair == after.pair and after.start - before.end <= FLICKER_SECONDS + STAMP_SLACK
+        if before.pair == after.pair and after.start - before.end <= FLICKER_SECONDS + STAMP_ROUNDING_S
     ]
     return sorted(interruptions, key=lambda gap: (gap.first, gap.pair))
 
@@ -155,7 +155,7 @@ def find_flicker(
             continue
         flicker[label] = flicker_of(counted_contacts, interruptions)
         if run.detection.covers == "instants" and not run.spec.release:
-            gaps = _gaps(interruptions[:MOST_MEASURED], run, assembly, seed)
+            gaps = _gaps(interruptions[:MOST_MEASURED_INTERRUPTIONS], run, assembly, seed)
             release = _release_distance(gaps, run, assembly, reference, seed)
             false_proportion = _false_contact(run.detection, reference, offsets.get(label))
             flicker[label] = structs.replace(
@@ -182,8 +182,8 @@ def _release_distance(
     gaps: FloatArray, run: Run, assembly: Assembly, reference: Reference | None, seed: int
 ) -> ReleaseDistance:
     """Return the smallest release distance, rounded up, that is no less than any of the gaps, measured."""
-    release_steps = max(1, ceil((float(gaps.max()) + STEP_ROUNDING) / RELEASE_STEP))
-    spec = replace(run.spec, release=round(release_steps * RELEASE_STEP, 6))
+    release_steps = max(1, ceil((float(gaps.max()) + SEPARATION_ROUNDING_M) / RELEASE_STEP_M))
+    spec = replace(run.spec, release=round(release_steps * RELEASE_STEP_M, 6))
     return structs.replace(
         _measure_release(spec, assembly, reference, seed), begins=_largest_contact_offset(run, assembly)
     )
@@ -229,10 +229,12 @@ def _false_contact(detection: Detection, reference: Reference | None, offsets: O
 def _near_interruptions(
     interruptions: Sequence[Interruption], run: Run, assembly: Assembly, seed: int
 ) -> list[Interruption]:
-    """The interruptions in which the shapes stay within ``WIDEST_RELEASE`` beyond the contact offset."""
+    """The interruptions in which the shapes stay within ``WIDEST_RELEASE_M`` beyond the contact offset."""
     if not interruptions:
         return []
-    within_reach = frames_within(_largest_contact_offset(run, assembly) + WIDEST_RELEASE, run.detector, assembly, seed)
+    within_reach = frames_within(
+        _largest_contact_offset(run, assembly) + WIDEST_RELEASE_M, run.detector, assembly, seed
+    )
     is_sampled = _sampled_frames(run, assembly)
     return [
         interruption

@@ -17,18 +17,18 @@ from replay.prepare.assembly import Assembly
 from sessions import Session
 from sessions.names import is_hand, side_of
 
-PRESSED_FROM: Final = 0.6
-RELEASED_BELOW: Final = 0.4
+PRESS_THRESHOLD: Final = 0.6
+RELEASE_THRESHOLD: Final = 0.4
 """A trigger is pressed above the one and let go below the other, so that a resting finger does not grasp."""
 
 LEAST_GRASP_S: Final = 0.3
 LEAST_MOVED_M: Final = 0.020
 """A grasp succeeded when something was held this long and moved this far."""
 
-SETTLED_S: Final = 0.1
+SNAP_TIME_S: Final = 0.1
 """Time after the press in which a thing snaps into the hand."""
 
-RIGID_M: Final = 0.010
+RIGID_GRASP_M: Final = 0.010
 """A held thing keeps its place in the hand to within this: five times the jitter of a tracked controller."""
 
 
@@ -66,7 +66,9 @@ def grasps(assembly: Assembly, session: Session | None) -> tuple[Grasp, ...] | N
         for key, track in session.hands.items():
             if side and key.rpartition("/")[2] == side:
                 trigger_times = (track.times_ns - assembly.first_ns) / 1e9
-                for first, stop in hysteresis_spans(track.trigger.astype(np.float64), PRESSED_FROM, RELEASED_BELOW):
+                for first, stop in hysteresis_spans(
+                    track.trigger.astype(np.float64), PRESS_THRESHOLD, RELEASE_THRESHOLD
+                ):
                     start, end = float(trigger_times[first]), float(trigger_times[min(stop, len(trigger_times) - 1)])
                     if start <= window[1] and end >= window[0]:
                         holding_episodes.append(
@@ -79,7 +81,7 @@ def _grasped_body(motion: Motion, hand: int, movable_bodies: list[int], start: f
     """The body that kept its place in the hand while it moved, nearest first."""
     if end - start <= LEAST_GRASP_S:
         return -1
-    first, last = np.searchsorted(motion.times, [start + SETTLED_S, end])
+    first, last = np.searchsorted(motion.times, [start + SNAP_TIME_S, end])
     if last - first < 3:
         return -1
     frame_slice = slice(int(first), int(last))
@@ -92,7 +94,7 @@ def _grasped_body(motion: Motion, hand: int, movable_bodies: list[int], start: f
         positions = motion.translations[frame_slice, body][has_pose]
         local_positions = np.einsum("tji,tj->ti", rotation[has_pose], positions - position[has_pose])
         moved_distance = float(np.linalg.norm(np.ptp(positions, axis=0)))
-        if moved_distance > LEAST_MOVED_M and float(np.ptp(local_positions, axis=0).max()) < RIGID_M:
+        if moved_distance > LEAST_MOVED_M and float(np.ptp(local_positions, axis=0).max()) < RIGID_GRASP_M:
             hand_distance = float(np.linalg.norm(local_positions.mean(axis=0)))
             nearest_body, nearest_distance = (
                 (body, hand_distance) if hand_distance < nearest_distance else (nearest_body, nearest_distance)

@@ -35,13 +35,13 @@ SURE_FRACTION: Final = 0.95
 CONTACT_MARGIN_S: Final = 0.1
 """A contact is found in a copy that has one of the same pair at most this long before or after it."""
 
-REST_S: Final = 1.0
+REST_DISAGREEMENT_S: Final = 1.0
 """Copies that disagree for this long are about bodies at rest on each other: one statement for all of the stretch."""
 
-AGREED_S: Final = 0.2
+LONGEST_AGREEMENT_S: Final = 0.2
 """For less than this all copies may agree meanwhile: thrice the time over which the noise of a tracker correlates."""
 
-BLOCK: Final = 1024
+BLOCK_FRAMES: Final = 1024
 """Frames drawn at once: 64 copies of 12 bodies take 38 MB."""
 
 
@@ -120,8 +120,8 @@ def in_noise(
         offset = ContactOffset(box_trees, assembly.pairs, noise_reach) if noise_reach else None
         pairs.append(NoisyPair(column, assembly, offset, oracle, seed))
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        for start in range(0, len(motion), BLOCK):
-            block = motion.frames(start, min(start + BLOCK, len(motion)))
+        for start in range(0, len(motion), BLOCK_FRAMES):
+            block = motion.frames(start, min(start + BLOCK_FRAMES, len(motion)))
             errors = noisy_copies.errors(block.times)
             answers = [pool.submit(pair.query_block, start, block, noisy_copies, errors) for pair in pairs]
             for answer in answers:
@@ -140,8 +140,8 @@ def _result(
         frames, in_contact = pair.answer
         copies_in_contact = np.bitwise_count(in_contact).sum(axis=1, dtype=np.int64)
         uncertain_frames = frames[(copies_in_contact > 0) & (copies_in_contact < noisy_copies.copies)]
-        for first, last in _spans(uncertain_frames, times, AGREED_S):
-            if times[last] - times[first] >= REST_S:
+        for first, last in _spans(uncertain_frames, times, LONGEST_AGREEMENT_S):
+            if times[last] - times[first] >= REST_DISAGREEMENT_S:
                 resting_spans.append(pair.span(first, last))
         contact_windows = [
             window for contact, window in zip(contacts, windows, strict=True) if contact.pair == columns[pair.column]

@@ -22,7 +22,7 @@ from replay.detection.release_band import ReleaseBand
 from replay.detection.run_detector import MOST_FRAMES_IN_MEMORY, detect_all, make_detector, release_band, warm_frames
 from replay.prepare.assembly import Assembly
 
-PHASES: Final = 16
+OFFSET_COUNT: Final = 16
 """Offsets that a mean is over, evenly spread over the time from sample to sample."""
 
 OFFSET_SETTING: Final = "sampling_offset_s"
@@ -32,7 +32,7 @@ TIMED_SEGMENTS: Final = 16
 SEGMENT_FRAMES: Final = 128
 """Where a look at every frame is timed: all of a short recording, and so many stretches of a long one."""
 
-STEPS_OF_OFFSET: Final = 24
+PROGRESS_STEPS: Final = 24
 """Steps of progress of one detector: its samples at every frame count for eight, each sampling offset for one."""
 
 
@@ -163,7 +163,7 @@ def counts_over_offsets(
     detector = make_detector(replace(spec, settings={**spec.settings, "rate_hz": None}), assembly, seed)
     full_detection, band = detect_all(detector, assembly), release_band(spec, detector, assembly, seed)
     seconds = _sample_seconds(detector, assembly.motion) if is_live else None
-    advance(STEPS_OF_OFFSET - PHASES)
+    advance(PROGRESS_STEPS - OFFSET_COUNT)
     at_offsets = offset_counts(spec.settings["rate_hz"], full_detection, reference, advance, band)
     if band is not None:
         full_detection = replace(
@@ -193,8 +193,8 @@ def _sample_seconds(detector: Detector, motion: Motion) -> float:
 
 
 def sampling_offsets(rate_hz: float) -> FloatArray:
-    """Seconds by which sampling starts later, (``PHASES``,), evenly spread over the time from sample to sample."""
-    return (np.arange(PHASES) + 0.5) / PHASES / rate_hz
+    """Seconds by which sampling starts later, (``OFFSET_COUNT``,), evenly spread from sample to sample."""
+    return (np.arange(OFFSET_COUNT) + 0.5) / OFFSET_COUNT / rate_hz
 
 
 def offset_counts(
@@ -209,9 +209,9 @@ def offset_counts(
 
     ``band``: prolongs the contacts of the samples.
     """
-    frames_by_outcome = np.zeros((PHASES, len(reference.contacts), len(Outcome)), dtype=np.int64)
+    frames_by_outcome = np.zeros((OFFSET_COUNT, len(reference.contacts), len(Outcome)), dtype=np.int64)
     reported_at_offsets, positives, false_at_offsets = np.zeros((3, *full_detection.verdict.shape), dtype=np.uint8)
-    segments, fractions = np.zeros(PHASES, dtype=np.int64), np.zeros(PHASES)
+    segments, fractions = np.zeros(OFFSET_COUNT, dtype=np.int64), np.zeros(OFFSET_COUNT)
     offsets = sampling_offsets(rate_hz)
     has_pose = full_detection.verdict != Verdict.NO_POSE
     for number, offset_seconds in enumerate(offsets.tolist()):

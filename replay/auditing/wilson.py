@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from replay.auditing.record import Count, Fraction, Record
 
-OVER_CONTACTS: Final = (
+INTERVALS_CAPTION: Final = (
     "In brackets: 95 % intervals over contacts, not over start times of sampling alone. They are too narrow where "
     "contacts are few and the missed ones are long."
 )

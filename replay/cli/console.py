@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 EXIT_OK: Final = 0
 EXIT_FAILURE: Final = 1
-DATA_LOSS: Final = 3
-GATE_FAILED: Final = 4
+EXIT_DATA_LOSS: Final = 3
+EXIT_GATE_FAILED: Final = 4
 EXIT_INTERRUPTED: Final = 130
 """Exit codes; 2 is click's, for a wrong call or a missing path."""
 
@@ -46,7 +46,7 @@ class People:
     def gate(self, broken: Sequence[str], otherwise: int = EXIT_OK) -> int:
         """Say which gates failed, to the quiet too: they are why the command fails; the exit code."""
         People().say(*(f"gate: {sentence}" for sentence in broken))
-        return GATE_FAILED if broken else otherwise
+        return EXIT_GATE_FAILED if broken else otherwise
 
 
 LONG_STAGE_S: Final = 3.0

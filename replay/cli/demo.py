@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from replay import words
-from replay.cli.console import DATA_LOSS, EXIT_OK, People, TerminalProgress, progress_counter, show
+from replay.cli.console import EXIT_DATA_LOSS, EXIT_OK, People, TerminalProgress, progress_counter, show
 from replay.cli.options import ANY_PATH, FIX_SECONDS, fix_time, force, jobs, reporting, require_free
 from sessions.temporary_folders import temporary_folder
 
 if TYPE_CHECKING:
     from replay.document.run_result import RunResult
 
-FOLDER: Final = Path("replay-demo")
+DEMO_FOLDER: Final = Path("replay-demo")
 CLASS_FOLDER: Final = Path("class")
-SESSION: Final = "session.mcap"
+SESSION_FILE: Final = "session.mcap"
 
-STUDENTS: Final = 52
+STUDENT_COUNT: Final = 52
 """As many as in the paper's study."""
 
 
@@ -30,10 +30,10 @@ STUDENTS: Final = 52
     "students",
     type=click.IntRange(min=5, max=999),
     metavar="STUDENTS",
-    help=f"A class of so many students instead (the paper's: {STUDENTS}), with its study and its page.",
+    help=f"A class of so many students instead (the paper's: {STUDENT_COUNT}), with its study and its page.",
 )
 @click.option("--brief", is_flag=True, help="With --class: touches so brief that colliders at 50 Hz miss some.")
-@click.option("-o", "--out", type=ANY_PATH, help=f"Folder, or with --session-only the file.  [default: {FOLDER}]")
+@click.option("-o", "--out", type=ANY_PATH, help=f"Folder, or with --session-only the file.  [default: {DEMO_FOLDER}]")
 @click.option("--seed", type=int, default=0, show_default=True, help="Seed of the made-up session.")
 @click.option(
     "--noise", type=click.Choice(["vive", "off"]), help="Noise of the made-up tracker.  [default: vive at a bench]"
@@ -82,12 +82,12 @@ def command(
         show(str(session_file))
         return 0
     people.say(f"{stage}, recording it, replaying it ...")
-    folder = out or FOLDER
+    folder = out or DEMO_FOLDER
     seconds = FIX_SECONDS if fix_time is None else fix_time
     result = _run_demo(folder, force or out is None, people, fix_time=seconds, **made)
     seconds = result.document.session.duration
-    people.say(f"Made up a {words.decimal(seconds, 0)} s session: {folder / SESSION}")
-    return report_run(result, people, as_json=as_json, recording=folder / SESSION)
+    people.say(f"Made up a {words.decimal(seconds, 0)} s session: {folder / SESSION_FILE}")
+    return report_run(result, people, as_json=as_json, recording=folder / SESSION_FILE)
 
 
 def _write_made_up_session(session_file: Path, *, scene: str, seed: int, noise: str | None) -> Path:
@@ -111,7 +111,7 @@ def _run_demo(out: Path, force: bool, people: People, *, fix_time: float, **synt
     check_target(out, force=force)
     progress = TerminalProgress(people)
     with temporary_folder() as folder:
-        session_file = folder / SESSION
+        session_file = folder / SESSION_FILE
         with progress.stage("Making up the session"):
             planted_truth = _write_made_up_session(session_file, **synthetic_options)
         session = read_session(session_file)
@@ -123,7 +123,7 @@ def _run_demo(out: Path, force: bool, people: People, *, fix_time: float, **synt
             progress,
             force=force,
             picture=True,
-            files={SESSION: session_file, planted_truth.name: planted_truth},
+            files={SESSION_FILE: session_file, planted_truth.name: planted_truth},
         )
     return replace(result, out=out)
 
@@ -154,4 +154,4 @@ def _demo_class(out: Path, students: int, *, brief: bool, seed: int, jobs: int, 
     made_up_note = f"This class is made up; {BRIEF_EFFECT if brief else NO_EFFECT}."
     request = PageRequest(out / "runs", questionnaire=out / ANSWERS, codebook=out / CODEBOOK, seed=seed)
     write_page(request, out / "study", people=people, heading=Heading("A made-up class", made_up_note), force=True)
-    return DATA_LOSS if [*failed_sessions, *batch.failed] else EXIT_OK
+    return EXIT_DATA_LOSS if [*failed_sessions, *batch.failed] else EXIT_OK

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import click
 
-from replay.cli.console import EXIT_OK, GATE_FAILED, People, answer
+from replay.cli.console import EXIT_GATE_FAILED, EXIT_OK, People, answer
 from replay.cli.options import SESSION_ANYWHERE, SESSION_FILE, reporting, scene
 from replay.document.tables import ERROR, FAINT, WARNING, Table
 
@@ -92,7 +92,7 @@ def command(
     )
     if failing_count:
         people.say(f"{plural(failing_count, 'finding')} of severity {fail_on} or worse")
-    return GATE_FAILED if failing_count else EXIT_OK
+    return EXIT_GATE_FAILED if failing_count else EXIT_OK
 
 
 def _inside_findings(file: Path) -> "Iterator[Finding]":

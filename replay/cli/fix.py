@@ -20,7 +20,7 @@ MISSED_HELP = "Largest fraction of the contact time that may be missed."
 PIECES_HELP = "Most convex pieces a body."
 LIMIT_HELP = "Time limit for cutting and searching; then the best pieces are taken."
 
-PAGE = Path("fix-page")
+PAGE_FOLDER = Path("fix-page")
 """Folder of the page where no engine is named; an earlier one is replaced."""
 
 
@@ -67,8 +67,8 @@ def command(
     from replay.detection.compile_notice import compiling_announced
     from replay.running.collider_files import fix_colliders
 
-    folder = out or (Path(f"fix-{engine}") if engine else PAGE)
-    if folder == PAGE:
+    folder = out or (Path(f"fix-{engine}") if engine else PAGE_FOLDER)
+    if folder == PAGE_FOLDER:
         options["force"] = True
     limits = Limits(false=max_false, missed=max_missed, pieces=max_pieces)
     try:

@@ -12,14 +12,14 @@ if TYPE_CHECKING:
 
 from replay.cli.options import common
 
-WIDEST_PAGE: Final = 100
+WIDEST_PAGE_COLUMNS: Final = 100
 """Columns: longer lines of prose are hard to read."""
 
 
 COLUMNS_PAGE: Final = "columns"
 """The page that is made from the declaration of the tables' columns."""
 
-MOST_OTHERS: Final = 5
+MOST_OTHER_SECTIONS: Final = 5
 """Other sections that are named below the best one."""
 
 
@@ -43,14 +43,14 @@ def command(context: click.Context, /, query: tuple[str, ...], script: bool, **_
     replay guide columns
     replay guide unity --script
     """
-    from replay.guide.pages import INDEX, page, topics, write_scripts
+    from replay.guide.pages import INDEX_PAGE, page, topics, write_scripts
 
-    page_name = "-".join(query) or INDEX
+    page_name = "-".join(query) or INDEX_PAGE
     if page_name == COLUMNS_PAGE:
         from replay.show.column_list import columns_page
 
         topic, text = page_name, columns_page()
-    elif page_name == INDEX or page_name in topics():
+    elif page_name == INDEX_PAGE or page_name in topics():
         topic, text = page_name, page(page_name)
     else:
         topic, text = _best_section(context, query)
@@ -96,7 +96,10 @@ def _best_section(context: click.Context, query: Sequence[str]) -> tuple[str, st
 def _pages_to_open(matches: "Sequence[Match]") -> list[str]:
     """A line for each of the best sections, with the command that prints its page, and an empty one."""
     return [
-        *(f"- {match.section.heading}: `replay guide {match.section.topic}`" for match in matches[:MOST_OTHERS]),
+        *(
+            f"- {match.section.heading}: `replay guide {match.section.topic}`"
+            for match in matches[:MOST_OTHER_SECTIONS]
+        ),
         "",
     ]
 
@@ -108,4 +111,4 @@ def _print_page(page_text: str) -> None:
     from replay.guide.pages import for_terminal
 
     console = Console()
-    console.print(Markdown(for_terminal(page_text), hyperlinks=False), width=min(console.width, WIDEST_PAGE))
+    console.print(Markdown(for_terminal(page_text), hyperlinks=False), width=min(console.width, WIDEST_PAGE_COLUMNS))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from replay.cli.console import DATA_LOSS, EXIT_OK, People, answer
+from replay.cli.console import EXIT_DATA_LOSS, EXIT_OK, People, answer
 from replay.cli.options import ANY_PATH, FILE_OR_FOLDER, SESSION_FILE, Number, force, reporting, require_free
 from replay.cli.options import meshes as meshes_option
 from replay.words import plural
@@ -90,7 +90,7 @@ def command(
     people.say(*notes)
     json_value = {"out": str(out), "frames": len(imported.frames), "bodies": list(imported.names), "notes": notes}
     answer(as_json, json_value, lambda: str(out))
-    code = DATA_LOSS if _large_losses(imported, people) else EXIT_OK
+    code = EXIT_DATA_LOSS if _large_losses(imported, people) else EXIT_OK
     if kind == "contacts":
         return code
     mapping = given["mapping"]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from replay.cli.console import DATA_LOSS, EXIT_OK, People, TerminalProgress, answer
+from replay.cli.console import EXIT_DATA_LOSS, EXIT_OK, People, TerminalProgress, answer
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from sessions import Session
     from sessions.model.assumption import Assumption
 
-FOLDER_END: Final = "-look"
-PICTURE: Final = "look.rrd"
+FOLDER_SUFFIX: Final = "-look"
+PICTURE_FILE: Final = "look.rrd"
 LEAVE_OPEN: Final = "leave open"
 
 Answers = Mapping[int, int]
@@ -58,7 +58,7 @@ def decide_in_pipe(session: "Session", path: Path, people: People) -> int:
     if untested_titles:
         undecided_lines += _replayed_sentences(session, untested_titles, path, people)
     people.say(*undecided_lines[:MOST_QUESTIONS])
-    return DATA_LOSS if undecided_lines else EXIT_OK
+    return EXIT_DATA_LOSS if undecided_lines else EXIT_OK
 
 
 def _replayed_sentences(session: "Session", rows: "Sequence[Assumption]", path: Path, people: People) -> list[str]:
@@ -97,7 +97,7 @@ def look_at(
 
     session = read_session(path)
     examined = examine_assumptions(session, progress=TerminalProgress(people))
-    folder = path.with_name(path.stem + FOLDER_END)
+    folder = path.with_name(path.stem + FOLDER_SUFFIX)
     pictures = _write_pictures(examined, folder, people)
     _check_answers(examined.questions, given)
     is_terminal = sys.stdin.isatty() and sys.stdout.isatty() and not as_json
@@ -111,7 +111,7 @@ def look_at(
     undecided = [number for number in range(len(examined.questions)) if number not in chosen]
     for number in undecided:
         people.say(f"Not decided: question {number + 1}. {_deciding_option(examined.questions[number], number, path)}")
-    return DATA_LOSS if undecided else EXIT_OK
+    return EXIT_DATA_LOSS if undecided else EXIT_OK
 
 
 def forget_answers(path: Path, people: People, *, mapping: Path | None = None) -> int:
@@ -149,7 +149,7 @@ def _renew_pictures(path: Path, people: People) -> None:
     from replay.errors import ReplayError
     from sessions import read_session
 
-    folder = path.with_name(path.stem + FOLDER_END)
+    folder = path.with_name(path.stem + FOLDER_SUFFIX)
     if not folder.is_dir():
         return
     try:
@@ -167,10 +167,10 @@ def _write_pictures(review: "AssumptionReview", folder: Path, people: People) ->
     moments = moments_to_show(assembly, outcome.closest_frame, outcome.closest_pair)
     paths = write_scene_pictures(assembly, scene, moments, folder)
     try:
-        write_scene_recording(assembly, scene, moments, folder / PICTURE)
-        paths.append(folder / PICTURE)
+        write_scene_recording(assembly, scene, moments, folder / PICTURE_FILE)
+        paths.append(folder / PICTURE_FILE)
     except (OSError, ImportError) as error:
-        people.say(f"note: no {PICTURE} for Rerun ({error})")
+        people.say(f"note: no {PICTURE_FILE} for Rerun ({error})")
     return paths
 
 

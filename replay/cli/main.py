@@ -27,18 +27,18 @@ from replay.cli.console import EXIT_FAILURE, EXIT_INTERRUPTED, EXIT_OK
 DEBUG_OPTION: Final = "--debug"
 DISK_FULL_ERRNOS: Final = (EBADF, EDQUOT, EFBIG, EIO, ENOSPC)
 """What a system says of a stream that takes no more; it names no file where that is standard output."""
-LEAST_BYTES: Final = (256 << 20) + (os.cpu_count() or 1) * (64 << 20)
+LEAST_ADDRESS_BYTES: Final = (256 << 20) + (os.cpu_count() or 1) * (64 << 20)
 """Address space in which the libraries can be loaded; with less OpenBLAS hangs, or ends the process (2026-11)."""
 
 
-RETRY_S: Final = 0.05
+INTERRUPT_RETRY_S: Final = 0.05
 """Until a lost Ctrl-C is asked again: the callback that lost it has returned by then."""
 
 
-COLLECT_AFTER: Final = (50_000, 20, 50)
+COLLECTOR_THRESHOLDS: Final = (50_000, 20, 50)
 """When the collector of reference cycles looks: at Python's 700 objects it took 0.45 of the 7.1 s of a run."""
 
-LIBRARIES_END_S: Final = 1.0
+EXIT_HANDLERS_S: Final = 1.0
 """What an interrupted program grants the exit handlers of its libraries; Dask's may wait for 12 s."""
 
 
@@ -98,12 +98,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     # The collector would look through all that the libraries made once more at the end: 0.6 s of a run.
     atexit.register(gc.freeze)
     if arguments is None:
-        gc.set_threshold(*COLLECT_AFTER)
+        gc.set_threshold(*COLLECTOR_THRESHOLDS)
     _make_streams_safe()
     if sys.stdout is None:  # closed by `>&-`: a file opened later would take its number, and what is printed
         click.echo("error: standard output is closed; send it to a file, or to the null device", err=True)
         return EXIT_FAILURE
-    if memory_allowed() < LEAST_BYTES:
+    if memory_allowed() < LEAST_ADDRESS_BYTES:
         return _report_failure(MemoryError(), debug=False)
     try:
         with warnings.catch_warnings(), _interrupts_repeated():
@@ -130,7 +130,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _end_soon() -> None:
     """End this interrupted program even where a library waits for threads or workers of its own at exit."""
-    end_timer = Timer(LIBRARIES_END_S, os._exit, [EXIT_INTERRUPTED])
+    end_timer = Timer(EXIT_HANDLERS_S, os._exit, [EXIT_INTERRUPTED])
     end_timer.daemon = True
     end_timer.start()
 
@@ -142,7 +142,7 @@ def _interrupts_repeated() -> Iterator[None]:
 
     def interrupt_again(lost: "sys.UnraisableHookArgs") -> None:
         if issubclass(lost.exc_type, KeyboardInterrupt):
-            retry_timer = Timer(RETRY_S, interrupt_main)
+            retry_timer = Timer(INTERRUPT_RETRY_S, interrupt_main)
             retry_timer.daemon = True
             retry_timer.start()
         else:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from replay.advice.open_guesses import open_guesses_line
-from replay.cli.console import DATA_LOSS, EXIT_OK, People, print_as_json, progress_counter, show
+from replay.cli.console import EXIT_DATA_LOSS, EXIT_OK, People, print_as_json, progress_counter, show
 from replay.cli.run_report import lost_poses
 from replay.document.audit import DetectorAudit
 from replay.document.coding import plain_of
@@ -82,7 +82,7 @@ def run_many(
         figure_tables = [audit_table(batch.audit)] if batch.audit else []
         show(stacked(*figure_tables, *sessions))
         show(["", *lines])
-    return people.gate(broken_limits, DATA_LOSS if lost_data else EXIT_OK)
+    return people.gate(broken_limits, EXIT_DATA_LOSS if lost_data else EXIT_OK)
 
 
 def session_table(batch: "Batch") -> "Table":

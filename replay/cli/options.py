@@ -14,7 +14,7 @@ import click
 from replay.cli.console import People
 from sessions.input_files import special_kind
 
-LARGEST = 1e9  # Of the numbers that an option takes; so many seconds are 32 years
+LARGEST_NUMBER = 1e9  # Of the numbers that an option takes; so many seconds are 32 years
 
 OptionDecorator: TypeAlias = Callable[[Callable[..., Any]], Callable[..., Any]]
 """What gives a command an option, or several."""
@@ -78,7 +78,7 @@ class Number(click.FloatRange):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """The number."""
         number = super().convert(value, param, ctx)
-        if not abs(number) <= LARGEST:
+        if not abs(number) <= LARGEST_NUMBER:
             self.fail(f"{value} is {'too large' if isfinite(number) else 'no number'}", param, ctx)
         return number
 
@@ -94,7 +94,7 @@ class Share(Number):
             number = float(value)
         except (TypeError, ValueError):
             number = 0.0
-        if 1 < number <= LARGEST:
+        if 1 < number <= LARGEST_NUMBER:
             self.fail(f"{value} is no share between 0 and 1; 2 of 50 contacts are 0.04", param, ctx)
         return super().convert(value, param, ctx)
 
@@ -108,13 +108,13 @@ class Length(click.ParamType):  # type: ignore[type-arg]
         """Return metres; refuse what is no length with a unit."""
         if isinstance(value, float):
             return value
-        match = LENGTH.fullmatch(str(value))
+        match = LENGTH_PATTERN.fullmatch(str(value))
         if match is None:
             self.fail(f"{value!r} is no length; write it with its unit: 2mm, 0.5cm or 0.002m", param, ctx)
         return float(match[1]) * LENGTH_UNITS[match[2]]
 
 
-LENGTH = re.compile(r"\s*(\d+\.?\d*|\.\d+)\s*(um|mm|cm|m)\s*")
+LENGTH_PATTERN = re.compile(r"\s*(\d+\.?\d*|\.\d+)\s*(um|mm|cm|m)\s*")
 LENGTH_UNITS = {"um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0}
 
 SHARE = Share(min=0.0, max=1.0)
@@ -232,13 +232,13 @@ FIX_SECONDS = 20.0
 FIX_TIME_HELP = "Time to cut and replay a Fix of colliders; 0: none.  [default: 20; of several sessions 0]"
 fix_time = click.option("--fix-time", type=Number(min=0), metavar="SECONDS", help=FIX_TIME_HELP)
 
-PAIR_ENDS = re.compile(r"((?:tag:)?[^:]+):((?:tag:)?[^:]+)")
+PAIR_PATTERN = re.compile(r"((?:tag:)?[^:]+):((?:tag:)?[^:]+)")
 PAIRS_HELP = 'Replay these pairs alone: bodies, groups, tag:WORD or patterns, as "hand:glass"; repeat it.'
 
 
 def pairs_named(_: click.Context, __: click.Parameter, value: tuple[str, ...]) -> list[tuple[str, str]] | None:
     """The selectors at both ends of each pair; ``None`` if none is named."""
-    text_matches = [(text, PAIR_ENDS.fullmatch(text)) for text in value]
+    text_matches = [(text, PAIR_PATTERN.fullmatch(text)) for text in value]
     for text, match in text_matches:
         if match is None:
             raise click.BadParameter(f"{text!r} is no pair; write two names with a colon between, like hand:glass")

@@ -15,7 +15,7 @@ SETTINGS_NAME: Final = "replay.toml"
 GATES_TABLE: Final = "gates"
 """A table of the file whose keys are options too."""
 
-OPTIONS: Final = (
+SETTABLE_OPTIONS: Final = (
     "detectors",
     "oracle",
     "seed",
@@ -86,8 +86,8 @@ def read_settings(file: Path, ctx: click.Context) -> dict[str, Any]:
     for key, value in {**toml_values, **gate_values}.items():
         if key == "max-invented":
             raise click.UsageError(f"{file}: max-invented is called max-false now")
-        if key not in OPTIONS:
-            raise click.UsageError(f"{file}: no setting {key!r}{nearest(key, OPTIONS)}")
+        if key not in SETTABLE_OPTIONS:
+            raise click.UsageError(f"{file}: no setting {key!r}{nearest(key, SETTABLE_OPTIONS)}")
         option = options[key]
         try:
             settings[str(option.name)] = option.process_value(ctx, _as_typed(key, value, takes_several=option.multiple))

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from replay.cli.console import DATA_LOSS, EXIT_OK, People, answer
+from replay.cli.console import EXIT_DATA_LOSS, EXIT_OK, People, answer
 from replay.cli.options import ANY_PATH, SESSION_FILE, force, reporting
 
 
@@ -29,4 +29,4 @@ def command(torn: Path, out: Path, force: bool, as_json: bool, people: People) -
     json_value = {**asdict(recovery), "out": str(recovery.out), "whole": recovery.whole, "source": str(torn)}
     answer(as_json, json_value, lambda: [*recovery.sentences(), *["nothing was lost"] * recovery.whole])
     people.say(f"wrote {out}", f"Check it:  replay doctor {out}")
-    return EXIT_OK if recovery.whole else DATA_LOSS
+    return EXIT_OK if recovery.whole else EXIT_DATA_LOSS

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from replay.cli.console import DATA_LOSS, EXIT_OK, People, answer, print_as_json, show
+from replay.cli.console import EXIT_DATA_LOSS, EXIT_OK, People, answer, print_as_json, show
 from replay.document.coding import plain_of
 from replay.document.run_result import RunResult
 from replay.document.session import FlaggedPoses
@@ -76,7 +76,7 @@ def close_run(result: RunResult, people: People) -> int:
     if document.session.left_out:
         notes.append(f"no mesh, so not tested: {', '.join(document.session.left_out)}")
     people.say(*(f"note: {note}" for note in notes))
-    return DATA_LOSS if document.session.dropped_frames.total or lost_poses(document.flagged) else EXIT_OK
+    return EXIT_DATA_LOSS if document.session.dropped_frames.total or lost_poses(document.flagged) else EXIT_OK
 
 
 def commands_to_open(result: RunResult) -> list[str]:

@@ -8,7 +8,7 @@ from typing import Final
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from replay.cli.terminal import STYLES, Command, Paragraph, line, stacked
+from replay.cli.terminal import MARK_STYLES, Command, Paragraph, line, stacked
 from replay.document.audit import DetectorAudit
 from replay.document.headline import engine_reports, notes_of
 from replay.document.placeholders import RECORDING, RUN, SESSION
@@ -50,7 +50,7 @@ def run_screen(
     if result.ranking:
         contents += answer_lines(result, recording, verbose=verbose)
     doubts = section_of(result, SectionName.SESSION).sentences
-    contents += [Paragraph("", text.replace(RECORDING, quote(recording)), STYLES[IN_YELLOW]) for text in doubts]
+    contents += [Paragraph("", text.replace(RECORDING, quote(recording)), MARK_STYLES[IN_YELLOW]) for text in doubts]
     if open_commands:
         contents += [] if result.ranking else [Text()]
         contents += [Paragraph("", text) for text in open_commands]
@@ -61,7 +61,7 @@ def answer_lines(result: RunResult, recording: str, *, verbose: bool = False) ->
     """Yields the error of the worst detector; then when, why, what to do, its cost and how sure."""
     answer = section_of(result, SectionName.ANSWER)
     yield Text()
-    yield Paragraph("", answer.sentences[0], STYLES[_rank_mark(result)])
+    yield Paragraph("", answer.sentences[0], MARK_STYLES[_rank_mark(result)])
     for reason in answer.reasons:
         yield Paragraph(f"  {reason.heading:<6}", reason.text, "bold")
         if reason.figures:
@@ -69,7 +69,7 @@ def answer_lines(result: RunResult, recording: str, *, verbose: bool = False) ->
         if reason.command:
             yield Command(reason.command.replace(SESSION, quote(recording)).replace(RUN, quote(str(result.out or RUN))))
         if verbose and reason.details:
-            yield Paragraph(INDENT_BELOW, reason.details, STYLES[FAINT])
+            yield Paragraph(INDENT_BELOW, reason.details, MARK_STYLES[FAINT])
 
 
 def effect_renderables(result: RunResult) -> list[Table | RenderableType]:

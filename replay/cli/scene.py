@@ -132,7 +132,7 @@ def _checked_scene(file: Path) -> tuple[Scene, list[str]]:
     return declared, [*faults]
 
 
-BRANCHES = (
+PLAN_SECTIONS = (
     ("effects", "effects, in running order", "no effect is declared"),
     ("pairs", "pairs", "no collision query is made"),
     ("detectors", "detectors", "none is needed"),
@@ -146,7 +146,7 @@ ALL_PAIRS = "all with relative motion, because the scene declares neither effect
 def plan_lines(name: str, plan_fields: Mapping[str, Any]) -> Iterator[str]:
     """A plan's summary: below its heading every item stands with the reason why it is needed."""
     yield name or "scene"
-    for key, title, nothing_text in BRANCHES:
+    for key, title, nothing_text in PLAN_SECTIONS:
         reasons_of_item = plan_fields[key]
         yield (
             f"  {title} ({len(reasons_of_item)})"

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from replay.cli.console import EXIT_OK, GATE_FAILED, People, answer
+from replay.cli.console import EXIT_GATE_FAILED, EXIT_OK, People, answer
 from replay.cli.options import ANY_PATH, RUN_FOLDER, SESSION_FILE, force, reporting, tables
 
 if TYPE_CHECKING:
@@ -162,4 +162,4 @@ def check(tables: Path | None, strict: bool, as_json: bool, people: People) -> i
     with as_file(files("replay.studies.class_study").joinpath("published_example.toml")) as example:
         remarks = check_published(tables or example)
     answer(as_json, [asdict(remark) for remark in remarks], lambda: check_table(remarks))
-    return GATE_FAILED if strict and any(remark.kind == KIND_INCONSISTENT for remark in remarks) else EXIT_OK
+    return EXIT_GATE_FAILED if strict and any(remark.kind == KIND_INCONSISTENT for remark in remarks) else EXIT_OK

@@ -7,7 +7,7 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from replay.advice.open_guesses import open_guesses_line
-from replay.cli.terminal import STYLES, Paragraph, line, stacked
+from replay.cli.terminal import MARK_STYLES, Paragraph, line, stacked
 from replay.document.tables import FAINT, IN_BLUE, STRONG, WARNING, Marked, table
 from replay.studies.class_study import tables
 from replay.studies.class_study.analysis import Study
@@ -24,15 +24,15 @@ def study_tables(study: Study | None, runs: ClassRuns, out: Path, seed: int = 0,
     """The answer of the page in ``out`` under its headings; ``verbose``: every result and each reliability too."""
     lines: list[RenderableType] = [
         Text(),
-        Paragraph("", tables.opening_sentence(study, class_counts(runs)), STYLES[STRONG]),
+        Paragraph("", tables.opening_sentence(study, class_counts(runs)), MARK_STYLES[STRONG]),
     ]
     for row in class_answer(ClassTables(runs, seed), places(runs, out), study):
         links = "; ".join(text for text, _ in row.links)
-        lines.append(Paragraph(f"  {row.name:<6}", f"{row.text} {links}." if links else row.text, STYLES[STRONG]))
+        lines.append(Paragraph(f"  {row.name:<6}", f"{row.text} {links}." if links else row.text, MARK_STYLES[STRONG]))
         answer_details = (row.figures, row.details if verbose else "")
         lines += [Paragraph(" " * 8, text) for text in answer_details if text]
     guesses_line = open_guesses_line(runs_with_open_guesses(runs), len(runs.metrics))
-    lines += [Paragraph("", sentence, STYLES[WARNING]) for sentence in guesses_line]
+    lines += [Paragraph("", sentence, MARK_STYLES[WARNING]) for sentence in guesses_line]
     if study is None or not verbose:
         return stacked(*lines)
     sorted_results = sorted(_result_rows(study), key=lambda row: row[-1] != "associated")
@@ -42,7 +42,7 @@ def study_tables(study: Study | None, runs: ClassRuns, out: Path, seed: int = 0,
         else []
     )
     alpha_texts = ", ".join(f"{name} {reliability.alpha:.2f}" for name, reliability in study.reliabilities.items())
-    alpha_paragraphs = [Paragraph("", f"Cronbach's alpha: {alpha_texts}.", STYLES[FAINT])] if alpha_texts else []
+    alpha_paragraphs = [Paragraph("", f"Cronbach's alpha: {alpha_texts}.", MARK_STYLES[FAINT])] if alpha_texts else []
     return stacked(*lines, *result_tables, *alpha_paragraphs)
 
 

@@ -15,7 +15,7 @@ from replay.document.tables import Cell, Column, Marked, Table, text_of
 from replay.show import palette
 from replay.words import safe_text
 
-STYLES: Final = {
+MARK_STYLES: Final = {
     tables.STRONG: "bold",
     tables.FAINT: "dim",
     tables.IN_RED: f"bold {palette.hex_of(palette.MISSED)}",
@@ -51,10 +51,10 @@ def plain_text(text: str, style: str = "") -> Text:
 
 def line(text: str, mark: str = "") -> Text:
     """A sentence; its words are not broken."""
-    return Text(safe_text(text), style=STYLES[mark])
+    return Text(safe_text(text), style=MARK_STYLES[mark])
 
 
-WIDEST_PARAGRAPH: Final = 80
+PARAGRAPH_COLUMNS: Final = 80
 """Columns of a sentence at most, however wide the terminal: what a mail or a second pane shows whole."""
 
 
@@ -70,7 +70,7 @@ class Paragraph:
         """Wraps the text to the terminal, at most ``WIDEST`` wide."""
         del console
         indent = " " * len(self.label)
-        line_width = max(min(options.max_width, WIDEST_PARAGRAPH), len(indent) + 20)
+        line_width = max(min(options.max_width, PARAGRAPH_COLUMNS), len(indent) + 20)
         text = fill(
             safe_text(self.text),
             line_width,
@@ -95,7 +95,7 @@ class Command:
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         """On one line where it fits, else with ``\\`` at the end of each but the last."""
         del console
-        indent, line_width = " " * 8, min(options.max_width, WIDEST_PARAGRAPH)
+        indent, line_width = " " * 8, min(options.max_width, PARAGRAPH_COLUMNS)
         command = safe_text(self.text)
         if len(indent) + len(command) <= line_width:
             yield Text(indent + command, no_wrap=True, overflow="ignore")
@@ -117,7 +117,7 @@ def _continuation_lines(line: str, line_width: int) -> list[str]:
     return [*pieces, line]
 
 
-GAP: Final = 2
+COLUMN_GAP: Final = 2
 """Columns between two columns of a table."""
 
 
@@ -159,10 +159,10 @@ class Fitted:
     def _blocks(self, terminal_width: int) -> list[list[int]]:
         blocks, used_width = [[0]], self._least_widths[0]
         for k in range(1, len(self.table.columns)):
-            used_width += GAP + self._least_widths[k]
+            used_width += COLUMN_GAP + self._least_widths[k]
             if used_width > terminal_width and len(blocks[-1]) > 1:
                 blocks.append([0])
-                used_width = self._least_widths[0] + GAP + self._least_widths[k]
+                used_width = self._least_widths[0] + COLUMN_GAP + self._least_widths[k]
             blocks[-1].append(k)
         return blocks
 
@@ -174,7 +174,7 @@ class Fitted:
             collapse_padding=True,
             show_edge=False,
         )
-        spare_width = terminal_width - GAP * (len(block) - 1) - sum(self._least_widths[k] for k in block)
+        spare_width = terminal_width - COLUMN_GAP * (len(block) - 1) - sum(self._least_widths[k] for k in block)
         widths = {}
         # Those who want least come first, so that what they leave goes to the long sentences.
         for column_number, k in enumerate(
@@ -199,7 +199,7 @@ def _cell(cell: Cell, column: Column) -> Text:
     if cell == 0:
         return Text("0", style="dim")
     mark = cell.mark if isinstance(cell, Marked) and cell.mark else column.mark
-    text = Text(text_of(cell), style=STYLES[mark])
+    text = Text(text_of(cell), style=MARK_STYLES[mark])
     if isinstance(cell, Marked) and cell.below:
         text.append(f"\n{safe_text(cell.below)}", style="dim")
     return text

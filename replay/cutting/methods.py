@@ -144,11 +144,11 @@ def _vhacd_seconds(mesh: TriangleMesh) -> float:
 
 
 def _own_version() -> str:
-    return sectors.VERSION
+    return sectors.PIECES_VERSION
 
 
 def _planes_version() -> str:
-    return planes.VERSION
+    return planes.PIECES_VERSION
 
 
 def _version_of(package: str) -> str:

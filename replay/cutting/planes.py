@@ -22,18 +22,18 @@ if TYPE_CHECKING:
 MOST_REGIONS: Final = 96
 """Regions after which no more are cut."""
 
-CONVEX_EXCESS: Final = 0.005
+HULL_EXCESS_FRACTION: Final = 0.005
 """Fraction of the body's volume that hulls of all regions may add before no more are cut."""
 
-DIRECTIONS: Final = np.array(
+PLANE_NORMALS: Final = np.array(
     [(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 0, -1), (1, 1, 0), (1, -1, 0), (0, 1, 1), (0, 1, -1)], dtype=float
 )
 """Normals of planes: the axes, and halfway between two of them."""
 
-LEVELS: Final = 3
+LEVELS_PER_NORMAL: Final = 3
 """Planes of each direction at the levels at which most corners lie."""
 
-FRACTIONS: Final = (0.25, 0.5, 0.75)
+EXTENT_FRACTIONS: Final = (0.25, 0.5, 0.75)
 """Planes of each direction at these fractions of the extent of a region."""
 
 LEAST_VOLUME_FRACTION: Final = 1e-6
@@ -42,7 +42,7 @@ LEAST_VOLUME_FRACTION: Final = 1e-6
 PLANE_ROUNDING: Final = 1e-6
 """Fraction by which equal volumes may differ."""
 
-VERSION: Final = "1"
+PIECES_VERSION: Final = "1"
 """Of the pieces that this module makes; another one whenever they change, so that kept ones are made again."""
 
 
@@ -60,7 +60,7 @@ def plane_ladder(mesh: TriangleMesh) -> Ladder | None:
 def _convex_regions(solid: Manifold) -> list[Manifold]:
     """The solid cut until the hulls of its regions add next to nothing, the region whose hull adds most first."""
     excess_and_region = [(_hull_excess(region), region) for region in solid.decompose()]
-    allowed_excess, spent_excess = CONVEX_EXCESS * solid.volume(), 0.0
+    allowed_excess, spent_excess = HULL_EXCESS_FRACTION * solid.volume(), 0.0
     finished_regions: list[Manifold] = []
     while (
         excess_and_region
@@ -94,7 +94,7 @@ def cut_in_two(piece: TriangleMesh, solid: Manifold) -> list[TriangleMesh]:
 def best_cut(region: Manifold) -> list[tuple[float, Manifold]]:
     """The components on both sides of the plane that leaves least for hulls to add, each with what its hull adds."""
     corners, best_halves, least_excess = _corners(region), [], np.inf
-    for normal in DIRECTIONS / np.linalg.norm(DIRECTIONS, axis=1, keepdims=True):
+    for normal in PLANE_NORMALS / np.linalg.norm(PLANE_NORMALS, axis=1, keepdims=True):
         for plane_level in _levels(corners @ normal):
             sides = region.split_by_plane(tuple(normal), plane_level)
             halves = [(_hull_excess(side), side) for side in sides if not side.is_empty()]
@@ -113,11 +113,11 @@ def _levels(heights: FloatArray) -> list[float]:
     corners_in_bin = np.bincount(height_bins, minlength=1001)
     corners_in_bin[[*range(11), *range(990, 1001)]] = 0
     most_cut_levels = [
-        step for step in np.argsort(-corners_in_bin, kind="stable")[:LEVELS].tolist() if corners_in_bin[step]
+        step for step in np.argsort(-corners_in_bin, kind="stable")[:LEVELS_PER_NORMAL].tolist() if corners_in_bin[step]
     ]
     # The level of the corners themselves, not of the step: a plane beside a floor leaves a sliver of it.
     at_corners = [float(np.median(heights[height_bins == step])) for step in most_cut_levels]
-    return [*at_corners, *(lower + fraction * (upper - lower) for fraction in FRACTIONS)]
+    return [*at_corners, *(lower + fraction * (upper - lower) for fraction in EXTENT_FRACTIONS)]
 
 
 def _hull_excess(region: Manifold) -> float:

@@ -17,7 +17,7 @@ from replay.cutting.joins import Ladder, joins_by_volume
 ROUND_FRACTION: Final = 0.8
 """Fraction of the corners that must have others of their radius and height all around: a spout may differ."""
 
-DIRECTIONS_AROUND: Final = 8
+CIRCLE_DIVISIONS: Final = 8
 """Parts of the circle that are compared: a cylinder seen from its side looks alike in four of them."""
 
 RING_TOLERANCE: Final = 0.03
@@ -29,13 +29,13 @@ SECTOR_COUNT: Final = 16
 MOST_BENDS: Final = 8
 """Cuts by height at most."""
 
-SOLID: Final = 0.97
+SOLID_HULL_FRACTION: Final = 0.97
 """A part that fills this fraction of its hull is its own piece."""
 
 LEAST_VOLUME_FRACTION: Final = 1e-6
 """Fraction of the volume of a body below which a piece is a rounding of the cuts."""
 
-VERSION: Final = "1"
+PIECES_VERSION: Final = "1"
 """Of the pieces that this module makes; another one whenever they change, so that kept ones are made again."""
 
 
@@ -52,10 +52,10 @@ def round_axis(mesh: TriangleMesh) -> tuple[FloatArray, FloatArray] | None:
         cross_coordinates = (corners - point)[:, cross_columns]
         radius_and_height = np.column_stack([np.hypot(*cross_coordinates.T), corners @ axis])
         sector_of_corner = (
-            np.arctan2(cross_coordinates[:, 1], cross_coordinates[:, 0]) // (2 * np.pi / DIRECTIONS_AROUND)
-        ).astype(np.int64) % DIRECTIONS_AROUND
+            np.arctan2(cross_coordinates[:, 1], cross_coordinates[:, 0]) // (2 * np.pi / CIRCLE_DIVISIONS)
+        ).astype(np.int64) % CIRCLE_DIVISIONS
         has_neighbour = np.ones(len(radius_and_height), dtype=np.bool_)
-        for number in range(DIRECTIONS_AROUND):
+        for number in range(CIRCLE_DIVISIONS):
             sector_profile = radius_and_height[sector_of_corner == number]
             has_neighbour &= (
                 cKDTree(sector_profile).query(radius_and_height)[0] < RING_TOLERANCE * mesh_size
@@ -139,7 +139,7 @@ def _area_at(solid: Any, axis: FloatArray, level: float) -> float:
 def _angular_sectors(solid: Any, point: FloatArray, axis: FloatArray) -> list[Any]:
     """A band as it is where it is nearly convex; else cut by angle around the axis."""
     hull = solid.hull()
-    if hull.volume() <= solid.volume() / SOLID:
+    if hull.volume() <= solid.volume() / SOLID_HULL_FRACTION:
         return [solid]
     first_direction = np.eye(3)[(int(np.argmax(axis)) + 1) % 3]
     second_direction = np.cross(axis, first_direction)

@@ -19,7 +19,7 @@ from cdcore.numerics import BoolArray, FloatArray, IntArray
 RELATIVE_PRECISION: Final = 2e-7
 """Relative gain of a depth that is none."""
 
-LEVELS: Final = 8
+MOST_LEVELS: Final = 8
 """Halvings of a triangle before the search ends."""
 
 FINE_TRIANGLES: Final = 600
@@ -41,16 +41,16 @@ ASCENT_STEPS: Final = 12
 NEAREST_TRIANGLES: Final = 48
 """Triangles whose tangents a step begins with."""
 
-TAKEN_IN: Final = 12
+MOST_ADDED_TRIANGLES: Final = 12
 """Triangles that a step takes in at most."""
 
-GRID: Final = 5
+GRID_POINTS_PER_SIDE: Final = 5
 """Points a side of the grid from which a farthest point within a solid is searched."""
 
-HALVINGS: Final = 16
+MOST_SAMPLE_HALVINGS: Final = 16
 """Of a triangle that is sampled, at most."""
 
-SAMPLES: Final = 32
+SAMPLES_PER_SIZE: Final = 32
 """Edges of triangles that are sampled are at most this part of the size of a surface."""
 
 TRIANGLES_BESIDE: Final = 8
@@ -140,7 +140,7 @@ def farthest_on(region: FloatArray, surface: Surface, least_distance: float = 0.
         region[bound_order[upper_bounds[bound_order] > largest_distance * (1.0 + RELATIVE_PRECISION)][:MOST_TRIANGLES]],
         0,
     )
-    for _ in range(LEVELS if thorough or len(surface.triangles) < FINE_TRIANGLES else 1):
+    for _ in range(MOST_LEVELS if thorough or len(surface.triangles) < FINE_TRIANGLES else 1):
         if not len(triangles) or stale_rounds >= STALE_ROUNDS:
             break
         distance_bounds, at_middles = _distance_bounds(triangles, surface)
@@ -158,9 +158,9 @@ def farthest_on(region: FloatArray, surface: Surface, least_distance: float = 0.
 
 
 def refined_triangles(triangles: FloatArray, longest: float) -> FloatArray:
-    """Triangles (n, 3, 3) halved at their longest edge until no edge is longer, or ``HALVINGS`` times."""
+    """Triangles (n, 3, 3) halved at their longest edge until no edge is longer, or ``MOST_SAMPLE_HALVINGS`` times."""
     short_enough = []
-    for _ in range(HALVINGS):
+    for _ in range(MOST_SAMPLE_HALVINGS):
         is_long = _edge_lengths(triangles).max(axis=1) > longest
         short_enough.append(triangles[~is_long])
         triangles = _halved_triangles(triangles[is_long])
@@ -179,7 +179,7 @@ class SampledSurface:
         from scipy.spatial import KDTree
 
         self.size = float(np.ptp(triangles.reshape(-1, 3), axis=0).max())
-        self._triangles = refined_triangles(triangles, self.size / SAMPLES)
+        self._triangles = refined_triangles(triangles, self.size / SAMPLES_PER_SIZE)
         self._tree = KDTree(self._triangles.mean(axis=1))
 
     def distances(self, points: FloatArray) -> FloatArray:
@@ -199,7 +199,7 @@ def farthest_triangles(region: FloatArray, surface: FloatArray) -> FloatArray:
     """
     sampled_surface = SampledSurface(surface)
     largest_distance, triangles, small_triangles = 0.0, region, []
-    for _ in range(HALVINGS):
+    for _ in range(MOST_SAMPLE_HALVINGS):
         middles = triangles.mean(axis=1)
         at_middles = sampled_surface.distances(middles)
         largest_distance = max(largest_distance, float(at_middles.max(initial=0.0)))
@@ -209,7 +209,7 @@ def farthest_triangles(region: FloatArray, surface: FloatArray) -> FloatArray:
             triangles[distance_bounds > largest_distance],
             distance_bounds[distance_bounds > largest_distance],
         )
-        is_small = _edge_lengths(promising_triangles).max(axis=1) <= sampled_surface.size / SAMPLES
+        is_small = _edge_lengths(promising_triangles).max(axis=1) <= sampled_surface.size / SAMPLES_PER_SIZE
         small_triangles += list(zip(distance_bounds[is_small].tolist(), promising_triangles[is_small], strict=True))
         triangles = _halved_triangles(promising_triangles[~is_small])
         if not len(triangles):
@@ -241,8 +241,8 @@ def farthest_within(region: FloatArray, surface: Surface, least_distance: float)
     corners = region.reshape(-1, 3)
     surface = surface.subset_near(corners)
     lower, upper = corners.min(axis=0), corners.max(axis=0)
-    cell_size = (upper - lower) / GRID
-    points = lower + (np.indices((GRID,) * 3).reshape(3, -1).T + 0.5) * cell_size
+    cell_size = (upper - lower) / GRID_POINTS_PER_SIDE
+    points = lower + (np.indices((GRID_POINTS_PER_SIDE,) * 3).reshape(3, -1).T + 0.5) * cell_size
     depths, nearest = surface.distances(points)
     # In the cell of a point it is nowhere farther than at a corner of the cell from the triangle nearest to the point.
     cell_corners = points[:, None] + (np.indices((2,) * 3).reshape(3, -1).T - 0.5) * cell_size
@@ -342,7 +342,7 @@ def _best_step(
         else np.arange(len(lower_distances))
     )
     step = np.zeros(len(axes))
-    for _ in range(TAKEN_IN):
+    for _ in range(MOST_ADDED_TRIANGLES):
         distance, closest_points = _kernels().distance_to_triangles(
             np.broadcast_to(point, (len(nearby_triangles), 3)), surface.triangles[nearby_triangles]
         )

@@ -14,7 +14,7 @@ from typing import Final, Protocol, runtime_checkable
 
 from replay import words
 
-TELL_EVERY: Final = 10.0
+NOTICE_INTERVAL_S: Final = 10.0
 """Seconds of compiling between two sentences about it."""
 
 
@@ -61,13 +61,13 @@ def compiling_announced(listener: object, *, is_alone: bool = False) -> Iterator
         return
     from cdcore.kernels.compiling import compiling_reported
 
-    announced_at = -TELL_EVERY
+    announced_at = -NOTICE_INTERVAL_S
 
     def tell(seconds: float) -> None:
         nonlocal announced_at
         if not is_alone and not compiled.engine:
             compile_beside()
-        if seconds - announced_at >= TELL_EVERY:
+        if seconds - announced_at >= NOTICE_INTERVAL_S:
             announced_at = seconds
             so_far = f" ({words.decimal(seconds, 0)} s so far)" if seconds >= 1 else ""
             kernels_text = f"{compiled.engine}'s kernels" if compiled.engine else "kernels"

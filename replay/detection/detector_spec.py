@@ -22,7 +22,7 @@ _SPEC_PATTERN = re.compile(r"(?:(?P<label>[^=\[\]]+)=)?(?P<name>[^=\[\]]+)(?:\[(
 _UNSAFE_IN_LABEL = re.compile(r"[^A-Za-z0-9._-]+")
 _COMMA_OUTSIDE = re.compile(r",(?![^\[]*\])")
 _LITERAL_VALUES = {"true": True, "false": False, "none": None}
-MOST_RELEASE: Final = 1.0
+MOST_RELEASE_M: Final = 1.0
 """Metres of the largest distance up to which a contact may last."""
 
 _SPEC_SYNTAX = "write name, name[setting=value,...] or label=name[...]"
@@ -69,9 +69,9 @@ class DetectorSpec:
                 f"{self.label!r} cannot be a label; use letters, digits, '.', '_' and '-', a letter or digit first"
             )
         is_number = isinstance(self.release, (int, float)) and not isinstance(self.release, bool)
-        if not (is_number and isfinite(self.release) and 0.0 <= self.release <= MOST_RELEASE):
+        if not (is_number and isfinite(self.release) and 0.0 <= self.release <= MOST_RELEASE_M):
             raise DetectorSpecError(
-                f"{RELEASE_SETTING}={self.release} is not allowed; give metres from 0 to {MOST_RELEASE:g}"
+                f"{RELEASE_SETTING}={self.release} is not allowed; give metres from 0 to {MOST_RELEASE_M:g}"
             )
 
     def __str__(self) -> str:

@@ -43,7 +43,7 @@ STEP_RATES: Final = (20.0, 25.0, 30.0, 40.0, 45.0, 50.0, 60.0, 72.0, 75.0, 80.0,
 FEWEST_STAMPS: Final = 8
 """So many stamps that have nothing to do with a grid lie on one of these less than once in 10^7."""
 
-STEP_SLACK: Final = 0.02
+STEP_SLACK_FRACTION: Final = 0.02
 """Of a step: how far a stamp may lie beside the grid."""
 
 ReportSpan = tuple[int | None, int | None]
@@ -219,7 +219,7 @@ def physics_steps(report_stamps: Sequence[NDArray[np.float64]], rate_hz: float |
     for rate in candidate_rates:
         phases = np.exp(2j * np.pi * moments * rate)
         phase = np.angle(phases.sum()) / (2 * np.pi)
-        if (np.abs(np.angle(phases * np.exp(-2j * np.pi * phase))) <= 2 * np.pi * STEP_SLACK).all():
+        if (np.abs(np.angle(phases * np.exp(-2j * np.pi * phase))) <= 2 * np.pi * STEP_SLACK_FRACTION).all():
             return rate, float(phase)
     return None if rate_hz is None else (rate_hz, 0.0)
 

@@ -30,20 +30,20 @@ from sessions.model.constants import BLOCK_FRAMES
 if TYPE_CHECKING:
     from cdcore.search.tracing import Watched
 
-WHOLE_FRAMES: Final = BLOCK_FRAMES
+MOST_FRAMES_PER_CALL: Final = BLOCK_FRAMES
 """Up to here a motion is detected in one call, beyond it in blocks of this size. The verdicts are the same."""
 
-LIVE_FRAMES: Final = 2048
+FRAMES_PER_LIVE_REPORT: Final = 2048
 """Frames after which a detector that is asked live reports how far it is."""
 
 MOST_FRAMES_IN_MEMORY: Final = 324_000
 """Up to here (an hour at 90 Hz) every frame is drawn, and what a search did and all faces that meet are kept."""
 
-WARM_FRAMES: Final = 128
+WARM_UP_FRAMES: Final = 128
 """Frames of each of the two warm-up samples: kernels compile on them, so that the time reported holds no compiling."""
 
 
-FACE_ROWS: Final = 8_000_000
+MOST_FACE_PAIRS: Final = 8_000_000
 """Face pairs kept of a session of hours, 64 MB, twice that while joined; of more only the verdicts are kept."""
 
 
@@ -145,7 +145,7 @@ def run_detector(
         clock.append(perf_counter())
         at_work = process_time()
         if live:
-            live_detection = join(_with_progress(stream_live(detector, motion.blocks(LIVE_FRAMES)), advance))
+            live_detection = join(_with_progress(stream_live(detector, motion.blocks(FRAMES_PER_LIVE_REPORT)), advance))
             at_work, clock_seconds = process_time() - at_work, perf_counter() - clock[-1]
             with_faces = detect_all(detector, assembly, faces=True) if faces else live_detection
             detection = replace(
@@ -213,11 +213,11 @@ def detect_all(
 ) -> Detection:
     """Detection of every frame, many frames a call; long motions are split into blocks."""
     motion = assembly.motion
-    if len(motion) <= WHOLE_FRAMES:
+    if len(motion) <= MOST_FRAMES_PER_CALL:
         detection = detector.detect(motion, faces=faces)
         advance(len(motion))
         return detection
-    blocks = _with_progress(detector.stream(motion.blocks(WHOLE_FRAMES), faces=faces), advance)
+    blocks = _with_progress(detector.stream(motion.blocks(MOST_FRAMES_PER_CALL), faces=faces), advance)
     return _joined_blocks(blocks, detector, assembly) if len(motion) > MOST_FRAMES_IN_MEMORY else join(blocks)
 
 
@@ -235,7 +235,7 @@ def _joined_blocks(blocks: Iterator[Detection], detector: Detector, assembly: As
     face_rows = 0
     for block in blocks:
         face_rows += 0 if block.face_sets is None else len(block.face_sets.faces)
-        if face_rows > FACE_ROWS or holds_answers(asdict(detector.settings)):
+        if face_rows > MOST_FACE_PAIRS or holds_answers(asdict(detector.settings)):
             kept_blocks = [replace(detection, face_sets=None) for detection in kept_blocks]
             block = replace(block, face_sets=None)
         kept_blocks.append(replace(block, section_source=None))
@@ -260,6 +260,6 @@ def _with_progress(blocks: Iterator[Detection], advance: Advance) -> Iterator[De
 
 def warm_frames(frame_count: int) -> np.ndarray[Any, np.dtype[np.int64]]:
     """Frame numbers to warm up on: consecutive ones in the middle, and a sample of the whole that holds contacts."""
-    middle_frames = np.arange(frame_count // 2, min(frame_count, frame_count // 2 + WARM_FRAMES))
-    spread = np.linspace(0, max(0, frame_count - 1), min(frame_count, WARM_FRAMES)).astype(np.int64)
+    middle_frames = np.arange(frame_count // 2, min(frame_count, frame_count // 2 + WARM_UP_FRAMES))
+    spread = np.linspace(0, max(0, frame_count - 1), min(frame_count, WARM_UP_FRAMES)).astype(np.int64)
     return np.unique(np.concatenate([middle_frames, spread]))

@@ -6,7 +6,7 @@ from typing import Any
 
 from replay import words
 from replay.auditing.loss import fraction_of
-from replay.document.ranking import Range, Rank
+from replay.document.ranking import CountBounds, Rank
 
 
 @dataclass(frozen=True)
@@ -18,7 +18,7 @@ class Count:
     mean: float
 
     @property
-    def range(self) -> Range:
+    def range(self) -> CountBounds:
         """Smallest and largest."""
         return self.smallest, self.largest
 

@@ -6,7 +6,7 @@ from cdcore.detectors.detector_table import load_detector
 from replay.detection.recorded import RECORDED_DETECTOR, RecordedDetector
 from replay.effects.effects_runner import EffectRun
 
-NONE_NAMED = ("names no sources",)
+NO_SOURCES = ("names no sources",)
 
 
 def sources_behind(
@@ -18,7 +18,7 @@ def sources_behind(
         for detector_name in detectors
     }
     sources_of |= {f"effect {kind}": run.spec.sources for kind, run in effects}
-    return {subject: sources or NONE_NAMED for subject, sources in sources_of.items()}
+    return {subject: sources or NO_SOURCES for subject, sources in sources_of.items()}
 
 
 def _class_of(detector: str) -> type:

@@ -11,7 +11,7 @@ from msgspec.structs import fields
 
 from replay.document.run_document import SCHEMA, RunDocument
 
-ROOT: Final = "the document"
+ROOT_NAME: Final = "the document"
 
 
 def plain_of(document: Any) -> Any:
@@ -76,7 +76,7 @@ def type_problems(json_value: Any, expected_type: Any, path: str = "") -> Iterat
             yield from problems
         else:
             reason = str(error).replace("`", "").partition(" - at ")[0]
-            yield f"{path or ROOT}: {reason[:1].lower()}{reason[1:]}"
+            yield f"{path or ROOT_NAME}: {reason[:1].lower()}{reason[1:]}"
 
 
 def _typed_items(json_value: Any, expected_type: Any, path: str) -> Iterator[tuple[Any, Any, str]]:

@@ -8,22 +8,22 @@ from replay import words
 from replay.auditing.wilson import Proportion
 from replay.document.detector import LongestStage
 from replay.document.gates import percent
-from replay.document.ranking import Range
+from replay.document.ranking import CountBounds
 from replay.document.session import EffectRecord
 from replay.document.tables import IN_RED, IN_YELLOW, PARTLY, Cell, Column, Marked, Output, columns_of, package_toml
 from replay.effects.effects_runner import CURVES
 from replay.words import plural, tally_text
 
-DECLARATION: Final = "document/columns.toml"
+COLUMNS_TOML: Final = "document/columns.toml"
 
 REFERENCE: Final = "reference"
 NOT_APPLICABLE: Final = "-"
 
-CERTAIN_SECONDS: Final = 1e-6
+CERTAIN_TOUCH_S: Final = 1e-6
 """Uncertainty of a first touch up to which none is stated."""
 
 
-def _count(counts: Range | None, mark: str, otherwise: str) -> Cell:
+def _count(counts: CountBounds | None, mark: str, otherwise: str) -> Cell:
     return otherwise if counts is None else Marked(words.count_range(counts), mark if counts[1] else "")
 
 
@@ -75,7 +75,7 @@ def _moment(begin_within: tuple[float, float]) -> Cell:
     """When a miss begins; a first touch between frames says how far it is uncertain, if by more than a microsecond."""
     begin_second, uncertainty = begin_within
     text = words.timestamp(begin_second)
-    return text if uncertainty <= CERTAIN_SECONDS else Marked(text, "", f"within {words.duration(uncertainty)}")
+    return text if uncertainty <= CERTAIN_TOUCH_S else Marked(text, "", f"within {words.duration(uncertainty)}")
 
 
 def _quick_ms(seconds: float | None) -> str:
@@ -93,7 +93,7 @@ def _reported_count(effect: EffectRecord) -> str:
 
 
 COLUMNS: Final = columns_of(
-    DECLARATION,
+    COLUMNS_TOML,
     {
         "count_in_red": lambda counts: _count(counts, IN_RED, REFERENCE),
         "count_in_part": lambda counts: _count(counts, PARTLY, NOT_APPLICABLE),
@@ -163,7 +163,7 @@ class FileTable:
 
 FILE_TABLES: Final[Mapping[str, FileTable]] = {
     name: FileTable(tuple(table["lists"]), table["row"], table.get("joined", ""))
-    for name, table in package_toml(DECLARATION)["tables"].items()
+    for name, table in package_toml(COLUMNS_TOML)["tables"].items()
 }
 """Tables of a run folder by the name of their file."""
 

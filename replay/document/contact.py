@@ -68,7 +68,7 @@ class ContactRecord(Struct, frozen=True, kw_only=True):
         return self.body_a, self.body_b
 
 
-EFFECT: Final = "effect/"
+EFFECT_PREFIX: Final = "effect/"
 """``source`` of an event that an effect reports: this and its kind."""
 
 
@@ -98,7 +98,7 @@ class EventRecord(Struct, frozen=True, kw_only=True):
     @property
     def effect(self) -> str:
         """Kind of the effect that reports it; ``""``: it was recorded."""
-        return self.source.removeprefix(EFFECT) if self.source.startswith(EFFECT) else ""
+        return self.source.removeprefix(EFFECT_PREFIX) if self.source.startswith(EFFECT_PREFIX) else ""
 
 
 def contacts_by_detector(rows: Iterable[Mapping[str, Any]], labels: Iterable[str]) -> dict[str, list[ContactRecord]]:

@@ -9,17 +9,17 @@ from sessions.model.constants import HEADSET_HZ
 BUDGET_MS: Final = 1000.0 / HEADSET_HZ
 """Milliseconds of a frame of the headset: the time in which a live loop does everything."""
 
-TIMES_ARE: Final = "Times are this tool's, not your engine's."
+TIMES_SENTENCE: Final = "Times are this tool's, not your engine's."
 
-AT_ONCE: Final = "Timed on all frames at once, not frame by frame."
+BATCH_TIMING_SENTENCE: Final = "Timed on all frames at once, not frame by frame."
 
-NO_SLOWEST: Final = "The slowest frames were not measured."
+NO_SLOWEST_SENTENCE: Final = "The slowest frames were not measured."
 
 BUSY_FRACTION: Final = 0.05
 """Share of the clock that others had; with less, the 99 % of three runs lie within 30 % of each other."""
 
 
-FRAME: Final = f"a {HEADSET_HZ:g} Hz frame"
+FRAME_TEXT: Final = f"a {HEADSET_HZ:g} Hz frame"
 
 
 def cost_sentence(document: RunDocument) -> str:
@@ -29,11 +29,11 @@ def cost_sentence(document: RunDocument) -> str:
     detector = document.detectors[document.oracle]
     seconds = detector.seconds
     percentage = words.as_percentage(1e3 * seconds.per_frame_mean / BUDGET_MS)
-    text = f"{document.oracle} takes {words.frame_time(seconds.per_frame_mean)} a frame, {percentage} of {FRAME}"
+    text = f"{document.oracle} takes {words.frame_time(seconds.per_frame_mean)} a frame, {percentage} of {FRAME_TEXT}"
     # By the clock the slowest frames of a busy machine are those in which other programs ran.
     has_p99 = seconds.p99 is not None and not busy_text(document)
     p99_clause = f"; 99 % of frames within {words.frame_time(seconds.p99)}" if has_p99 else ""
-    return f"{text}{p99_clause}.{'' if detector.live else f' {AT_ONCE}'}"
+    return f"{text}{p99_clause}.{'' if detector.live else f' {BATCH_TIMING_SENTENCE}'}"
 
 
 def busy_text(document: RunDocument) -> str:

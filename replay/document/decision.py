@@ -6,7 +6,7 @@ from typing import Final
 
 from replay.auditing.loss import fraction_of
 from replay.detection.recorded import RECORDED_DETECTOR
-from replay.document.cost import BUDGET_MS, FRAME, busy_text
+from replay.document.cost import BUDGET_MS, FRAME_TEXT, busy_text
 from replay.document.placeholders import SESSION
 from replay.document.ranking import Rank, any_decided, fault_text, fixed_rank
 from replay.document.run_document import RunDocument
@@ -19,7 +19,7 @@ RIGHT_BY_DEFINITION: Final = "right by definition"
 SHIP_COMMAND: Final = f"replay fix {SESSION} --engine unity"
 """Writes the colliders of a measured Fix for an engine."""
 
-FIX_WRITES: Final = "Pieces are child colliders of their body; this writes them as GLB files:"
+FIX_FILES_SENTENCE: Final = "Pieces are child colliders of their body; this writes them as GLB files:"
 """Stands before that command."""
 
 
@@ -106,7 +106,7 @@ def _measured_fix(document: RunDocument, decided_ranks: Sequence[Rank]) -> Measu
 
 def fix_figures(change: str, command: str) -> str:
     """Return what a Fix changes, and what its command writes where that is files."""
-    return f"{change} {FIX_WRITES}".lstrip() if command == SHIP_COMMAND else change
+    return f"{change} {FIX_FILES_SENTENCE}".lstrip() if command == SHIP_COMMAND else change
 
 
 def _another_session(document: RunDocument) -> Decision:
@@ -171,7 +171,7 @@ def _too_slow(document: RunDocument, reference: Rank) -> str:
     # By the clock the slowest frames of a busy machine are those in which other programs ran.
     seconds = reference.mean if reference.p99 is None or busy_text(document) else reference.p99
     if seconds is not None and 1e3 * seconds > BUDGET_MS:
-        return f"takes longer than {FRAME}"
+        return f"takes longer than {FRAME_TEXT}"
     return ""
 
 
@@ -188,7 +188,7 @@ def _reference_text(reference: Rank) -> str:
 def _why_reference(reference: Rank) -> str:
     """Why the reference is the one to ship, as the end of a sentence."""
     has_times = reference.mean is not None or reference.p99 is not None
-    return f"{RIGHT_BY_DEFINITION}, {f'within {FRAME}' if has_times else 'its time not measured'}"
+    return f"{RIGHT_BY_DEFINITION}, {f'within {FRAME_TEXT}' if has_times else 'its time not measured'}"
 
 
 def _next_best(best_rank: Rank | None) -> str:

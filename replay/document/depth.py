@@ -6,10 +6,10 @@ from typing import Final
 from replay import words
 from sessions.synthetic.tracker import VIVE
 
-NOISE_SIGMA: Final = sqrt(2.0) * VIVE.position_rms_m / sqrt(3.0)
+NOISE_SIGMA_M: Final = sqrt(2.0) * VIVE.position_rms_m / sqrt(3.0)
 """Metres: standard deviation of the distance between two bodies with VIVE trackers along any direction, 0.24 mm."""
 
-NOISE_DEPTH: Final = 3.0 * NOISE_SIGMA
+NOISE_DEPTH_M: Final = 3.0 * NOISE_SIGMA_M
 """Metres of a contact so shallow that noise can make it: three standard deviations, 0.73 mm."""
 
 
@@ -18,7 +18,7 @@ def tracker_noise_could_make(depth: float) -> bool:
 
     Bodies that meet only between two frames are not in each other at any frame.
     """
-    return 0.0 < depth <= NOISE_DEPTH
+    return 0.0 < depth <= NOISE_DEPTH_M
 
 
 def depth_text(depth: float | None, *, at_least: bool = False) -> str:

@@ -7,7 +7,7 @@ from cdcore.detectors.detector_table import detector_row, settings_of
 from replay.detection.recorded import RECORDED_DETECTOR, RECORDED_LABEL
 from replay.words import length, plural
 
-SHAPES: Final[Mapping[str, str]] = {
+SHAPE_LABELS: Final[Mapping[str, str]] = {
     "hull": "convex hulls",
     "shipped": "recorded colliders",
     "box": "boxes",
@@ -41,7 +41,7 @@ def _label_without_release(name: str, settings: Mapping[str, Any]) -> str:
 def shape_label(settings: Mapping[str, Any]) -> str:
     """Return the parts of a collider: ``convex hulls``, ``1 convex piece``, ``16 convex pieces`` a mesh at most."""
     if settings.get("shape") != "compound":
-        return SHAPES.get(str(settings.get("shape")), "colliders")
+        return SHAPE_LABELS.get(str(settings.get("shape")), "colliders")
     pieces = settings.get("pieces", settings_of("collider", {"shape": "compound"}).pieces)
     return plural(pieces, "convex piece")
 

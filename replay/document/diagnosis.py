@@ -245,7 +245,7 @@ def _detectors_without_cause(spec: DetectorSpec, cause: Cause) -> Iterator[tuple
         yield fixed_spec, _setting_label(fixed_spec)
 
 
-MEASURED_HERE: Final = "Measured on this session."
+MEASURED_SENTENCE: Final = "Measured on this session."
 
 FEWEST_PIECES: Final = 16
 MOST_PIECES: Final = 64
@@ -319,7 +319,7 @@ def _fix_at_every_frame(result: RunResult, document: RunDocument, rank: Rank, sp
         setting=spec_at_every_frame.text,
         figures=figures,
         change=f"{change_text(errors_before, errors_after)}.",
-        notes=MEASURED_HERE,
+        notes=MEASURED_SENTENCE,
     )
 
 
@@ -340,7 +340,11 @@ def _fix_measured_in_run(change_sentence: str, rank: Rank, other_rank: Rank, doc
     )
     change = f"{change_text(errors_before, errors_after)}."
     return Fix(
-        f"{change_sentence} ({other_rank.label}).", True, detector=other_rank.label, change=change, notes=MEASURED_HERE
+        f"{change_sentence} ({other_rank.label}).",
+        True,
+        detector=other_rank.label,
+        change=change,
+        notes=MEASURED_SENTENCE,
     )
 
 

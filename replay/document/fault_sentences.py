@@ -20,7 +20,7 @@ from replay.auditing.outcome import Episode
 from replay.auditing.tolerance import Reference
 from replay.detection.recorded import RecordedDetector
 from replay.document.depth import tracker_noise_could_make
-from replay.document.detector_labels import SHAPES
+from replay.document.detector_labels import SHAPE_LABELS
 from replay.document.ranking import Rank
 from replay.document.run_document import RunDocument
 from replay.document.run_result import RunResult
@@ -28,7 +28,7 @@ from replay.document.tables import package_toml
 from replay.prepare.assembly import Assembly
 from replay.words import duration, length, plural
 
-REASONS: Final = package_toml("document/reasons.toml")
+CAUSE_REASONS: Final = package_toml("document/reasons.toml")
 """Of ``misses`` and of ``false`` contacts: cause -> why, as the end of a sentence."""
 
 UNEXPLAINED_CLAUSE: Final = "nothing known about it explains this"
@@ -71,7 +71,7 @@ def why_missed(miss: Fault, label: str, audited: Audited, contact: Episode) -> s
         return f"{outcome_clause}: {_late_miss(miss, audited)}."
     if miss.cause == Cause.CLOCK and isinstance(audited.detector, RecordedDetector):
         return f"{outcome_clause}: {_clock(audited.detector)}."
-    reason = REASONS["misses"].get(miss.cause, "")
+    reason = CAUSE_REASONS["misses"].get(miss.cause, "")
     if not reason:
         return f"{outcome_clause}; {UNEXPLAINED_CLAUSE}."
     examined_frames, of = miss.agreeing
@@ -174,7 +174,7 @@ def why_false(false_contact: Fault, label: str, audited: Audited) -> str:
         if isnan(false_contact.metres)
         else f"the surfaces are {length(false_contact.metres)} apart"
     )
-    shape = SHAPES.get(str(getattr(getattr(audited.detector, "settings", None), "shape", "")), "colliders")
+    shape = SHAPE_LABELS.get(str(getattr(getattr(audited.detector, "settings", None), "shape", "")), "colliders")
     if false_contact.cause == Cause.HULL_FILLS_HOLLOW:
         other_body = next(body for body in false_contact.labels if body != false_contact.evidence.hollow)
         hollow_body = false_contact.evidence.hollow
@@ -197,7 +197,7 @@ def why_false(false_contact: Fault, label: str, audited: Audited) -> str:
         return f"{report_clause}: {_late_report(false_contact, audited)}."
     if false_contact.cause == Cause.CLOCK and isinstance(audited.detector, RecordedDetector):
         return f"{report_clause}: {_clock(audited.detector)}."
-    reason = REASONS["false"].get(false_contact.cause, "")
+    reason = CAUSE_REASONS["false"].get(false_contact.cause, "")
     return f"{report_clause}: {reason}." if reason else f"{report_clause}; {UNEXPLAINED_CLAUSE}."
 
 
@@ -270,7 +270,7 @@ def _milliseconds(seconds: float) -> str:
     return duration(seconds)
 
 
-LONG_SECONDS: Final = 10.0
+LONG_SESSION_S: Final = 10.0
 """Seconds; moments of a shorter session need milliseconds."""
 
 
@@ -305,7 +305,7 @@ def other_times_text(result: RunResult, document: RunDocument, rank: Rank, fault
     faults_of_category = (result.misses if fault.kind.is_miss else result.false).get(rank.label, ())
     faults_of_pair = [other for other in faults_of_category if other.bodies == fault.bodies]
     start, end = min(other.start for other in faults_of_pair), max(other.end for other in faults_of_pair)
-    digits = 1 if document.session.duration >= LONG_SECONDS else 3
+    digits = 1 if document.session.duration >= LONG_SESSION_S else 3
     start_text, end_text = (words.decimal(second, digits) for second in (start, end))
     times_clause = f"at {start_text} s" if start_text == end_text else f"from {start_text} to {end_text} s"
     return f"This pair has {len(faults_of_pair)} of them, {times_clause}." if len(faults_of_pair) > 1 else ""

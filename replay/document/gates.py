@@ -8,7 +8,7 @@ from typing import Final
 from msgspec.structs import astuple
 
 from replay import words
-from replay.auditing.sampling_offsets import PHASES
+from replay.auditing.sampling_offsets import OFFSET_COUNT
 from replay.auditing.wilson import Proportion, proportion
 from replay.document.audit import CountRange, DetectorAudit, NoiseProofAudit
 from replay.document.detector import DetectorTimes
@@ -108,7 +108,7 @@ def _missed_proportions(audit: DetectorAudit | NoiseProofAudit) -> Iterator[tupl
         yield f"{audit.contacts_missed} of {contacts} contacts", proportion(audit.contacts_missed, contacts)
         yield f"{missed_frames.count} of {missed_frames.of} pair-frames in contact", missed_frames
         return
-    offsets_clause = f"over {PHASES} start times of sampling"
+    offsets_clause = f"over {OFFSET_COUNT} start times of sampling"
     contacts_text = over_offsets(audit.counts_over_offsets.contacts_missed, contacts)
     yield f"contacts: {contacts_text} {offsets_clause}", means.contacts_missed
     yield f"pair-frames in contact, mean {offsets_clause}", means.time_missed
@@ -129,7 +129,7 @@ def _broken_false_gates(option: str, label: str, audit: DetectorAudit, most: flo
     false_proportion = audit.false_contact_mean
     if exceeds(false_proportion, most):
         count_clause = f"{false_proportion.count} of the {false_proportion.of} pair-frames in contact that it reports"
-        mean = f"pair-frames in contact, mean over {PHASES} start times of sampling"
+        mean = f"pair-frames in contact, mean over {OFFSET_COUNT} start times of sampling"
         measured_count = count_clause if audit.means_over_offsets is None else mean
         limit_clause = f"more than {option} {most:g}{_not_counted(audit)}"
         yield f"{label} reports false contact: {measured_count} ({percent(false_proportion)}), {limit_clause}"
@@ -205,11 +205,13 @@ def percent(proportion: Proportion, what_counted: str = "") -> str:
     value, lower, upper = (
         words.percentage(100 * bound) for bound in (proportion.value, proportion.lower, proportion.upper)
     )
-    interval_text = f"[{lower}, {upper}]" if proportion.upper - proportion.lower <= WIDEST_PRINTED_INTERVAL else TOO_FEW
+    interval_text = (
+        f"[{lower}, {upper}]" if proportion.upper - proportion.lower <= WIDEST_PRINTED_INTERVAL else TOO_FEW_CONTACTS
+    )
     return f"{value} %{' ' if what_counted else ''}{what_counted} {interval_text}"
 
 
 WIDEST_PRINTED_INTERVAL: Final = 0.6
 """An interval wider than this spans most of 0 to 100 %."""
 
-TOO_FEW: Final = "(too few contacts to say)"
+TOO_FEW_CONTACTS: Final = "(too few contacts to say)"

@@ -9,7 +9,7 @@ from replay.auditing.noisy_contacts import ABSENT, HOLDS, UNDECIDABLE
 from replay.detection.recorded import CLOCK_FACT, OFFSET_FACT, RECORDED_DETECTOR, ReportClock
 from replay.document.answer import Reason
 from replay.document.certainty import certainty
-from replay.document.cost import AT_ONCE, FRAME, NO_SLOWEST, TIMES_ARE, busy_text
+from replay.document.cost import BATCH_TIMING_SENTENCE, FRAME_TEXT, NO_SLOWEST_SENTENCE, TIMES_SENTENCE, busy_text
 from replay.document.decision import Decision, fix_figures, shipping_decision
 from replay.document.ranking import all_unconfirmed, any_decided, lesser_faults
 from replay.document.run_document import RunDocument
@@ -18,11 +18,11 @@ from replay.words import plural
 from sessions import Finding, Severity
 from sessions.doctor.finding import CODES
 
-FIRST_GROUPS: Final = ("import", "scale")
+DOUBTFUL_GROUPS: Final = ("import", "scale")
 """Groups of findings that make an answer doubtful even where they are warnings."""
-FIRST_CODES: Final = ("mesh-units", "often-missing")
+DOUBTFUL_CODES: Final = ("mesh-units", "often-missing")
 """Codes of other groups that do."""
-NOT_COVERED: Final = (
+NOISE_LIMITS_SENTENCE: Final = (
     "Not in these copies: a constant offset of a tracker, a wrong mesh, noise that the recording already has."
 )
 
@@ -63,8 +63,8 @@ def doubts_of(findings: Iterable[Finding]) -> list[str]:
     for first_finding in findings:
         if (
             first_finding.severity == Severity.ERROR
-            or CODES[first_finding.code].group in FIRST_GROUPS
-            or first_finding.code in FIRST_CODES
+            or CODES[first_finding.code].group in DOUBTFUL_GROUPS
+            or first_finding.code in DOUBTFUL_CODES
         ):
             findings_by_code.setdefault((first_finding.severity, first_finding.code), []).append(first_finding)
     lines = []
@@ -231,7 +231,7 @@ def noise_lines(result: RunResult) -> list[str]:
     if noise.resting:
         pairs = plural(len({span.pair for span in noise.resting}), "pair")
         lines.append(f"Noise leaves open whether the bodies of {pairs} at rest touch.")
-    return [*lines, NOT_COVERED]
+    return [*lines, NOISE_LIMITS_SENTENCE]
 
 
 def compound_lines(result: RunResult) -> list[str]:
@@ -351,6 +351,6 @@ def price_reason(result: Summarised, decision_to_ship: Decision | None) -> Reaso
     p99_clause = "" if busy or rank.p99 is None else f", 99 % within {words.frame_time(rank.p99)}"
     subject = f"The {rank.label}" if decision_to_ship is not None and decision_to_ship.is_fix else rank.label
     price_sentence = f"{subject} takes {words.frame_time(rank.mean)} a frame{p99_clause}{comparison_clause}."
-    reason = AT_ONCE if not live else NO_SLOWEST if rank.p99 is None else ""
-    budget = f"{subject} takes {words.as_percentage(rank.of_frame)} of {FRAME} on average."
-    return Reason("Cost", price_sentence, " ".join(filter(None, [budget, reason, TIMES_ARE, busy])))
+    reason = BATCH_TIMING_SENTENCE if not live else NO_SLOWEST_SENTENCE if rank.p99 is None else ""
+    budget = f"{subject} takes {words.as_percentage(rank.of_frame)} of {FRAME_TEXT} on average."
+    return Reason("Cost", price_sentence, " ".join(filter(None, [budget, reason, TIMES_SENTENCE, busy])))

@@ -10,16 +10,26 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Final
 
-PACKAGES: Final = ("vrlab-replay", "numpy", "scipy", "numba", "python-fcl", "trimesh", "mcap", "rerun-sdk", "pyarrow")
+VERSIONED_PACKAGES: Final = (
+    "vrlab-replay",
+    "numpy",
+    "scipy",
+    "numba",
+    "python-fcl",
+    "trimesh",
+    "mcap",
+    "rerun-sdk",
+    "pyarrow",
+)
 """Packages whose version can change a verdict, a time or a file."""
 
-LINUX_PROCESSORS: Final = Path("/proc/cpuinfo")
-MACOS_PROCESSOR: Final = ("/usr/sbin/sysctl", "-n", "machdep.cpu.brand_string")
+LINUX_PROCESSOR_FILE: Final = Path("/proc/cpuinfo")
+MACOS_PROCESSOR_COMMAND: Final = ("/usr/sbin/sysctl", "-n", "machdep.cpu.brand_string")
 
 
 def versions() -> dict[str, str]:
-    """Versions of Python and of every package in ``PACKAGES`` that is installed."""
-    versions_of = {"python": platform.python_version()} | {name: _version(name) for name in PACKAGES}
+    """Versions of Python and of every package in ``VERSIONED_PACKAGES`` that is installed."""
+    versions_of = {"python": platform.python_version()} | {name: _version(name) for name in VERSIONED_PACKAGES}
     return {name: number for name, number in versions_of.items() if number is not None}
 
 
@@ -52,15 +62,15 @@ def processor_name() -> str:
 
 def _linux_processor_name() -> str:
     """The first processor in the kernel's list; on ARM the list names none."""
-    if not LINUX_PROCESSORS.is_file():
+    if not LINUX_PROCESSOR_FILE.is_file():
         return ""
-    cpuinfo_fields = (line.partition(":") for line in LINUX_PROCESSORS.read_text("utf-8", "replace").splitlines())
+    cpuinfo_fields = (line.partition(":") for line in LINUX_PROCESSOR_FILE.read_text("utf-8", "replace").splitlines())
     return next((value for name, _, value in cpuinfo_fields if name.strip() == "model name"), "")
 
 
 def _of_macos() -> str:
     try:
-        return subprocess.run(MACOS_PROCESSOR, capture_output=True, text=True, timeout=5, check=False).stdout
+        return subprocess.run(MACOS_PROCESSOR_COMMAND, capture_output=True, text=True, timeout=5, check=False).stdout
     except (OSError, subprocess.TimeoutExpired):
         return ""
 

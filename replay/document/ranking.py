@@ -6,7 +6,7 @@ from typing import Final
 
 from replay import words
 from replay.auditing.loss import fraction_of, loss, lost_contact
-from replay.auditing.sampling_offsets import PHASES
+from replay.auditing.sampling_offsets import OFFSET_COUNT
 from replay.auditing.wilson import Proportion, proportion
 from replay.detection.recorded import RECORDED_DETECTOR
 from replay.document.answer import FixFigures
@@ -16,7 +16,7 @@ from replay.document.detector_labels import detector_label
 from replay.document.run_document import RunDocument
 from replay.words import plural
 
-Range = tuple[int, int]
+CountBounds = tuple[int, int]
 """Smallest and largest count over the sampling offsets; equal where a detector has no rate."""
 
 
@@ -36,8 +36,8 @@ class Rank:
     missed: Proportion | None = None  # of the contacts, never found
     late_or_cut_short: Proportion | None = None  # of the contacts, found late or cut short
     time_missed: Proportion | None = None  # of the pair-frames in contact, those that it does not report
-    missed_counts: Range | None = None  # contacts never found
-    late_counts: Range | None = None  # contacts found late or cut short
+    missed_counts: CountBounds | None = None  # contacts never found
+    late_counts: CountBounds | None = None  # contacts found late or cut short
     false: Proportion | None = None  # of the pair-frames it reports as contact, those that are none
     unconfirmed: bool = False  # whether all of these are candidates: only bounding volumes overlap there
     undecided: int = 0  # contacts that it left undecided
@@ -109,7 +109,7 @@ def _rank(document: RunDocument, label: str) -> Rank:
         unconfirmed=all_unconfirmed(audit),
         undecided=audit.contacts_undecided,
         grasped=(audit.while_grasped.false_contact, audit.while_grasped.contacts_missed),
-        phases=PHASES if means else 1,
+        phases=OFFSET_COUNT if means else 1,
     )
 
 
@@ -159,7 +159,7 @@ def fix_lane(ranks: Sequence[Rank], document: RunDocument) -> tuple[Rank, FixFig
     return None if row is None else (row, fix.figures)
 
 
-def count_range(counts: CountRange) -> Range:
+def count_range(counts: CountRange) -> CountBounds:
     """Smallest and largest count over the sampling offsets; this run's where no other was sampled."""
     return counts.smallest, counts.largest
 
@@ -186,7 +186,7 @@ def false_text(proportion_false: Proportion | None, unconfirmed: bool, possessiv
     return f"{words.as_percentage(false_fraction)} of {possessive} contact time is {false_word}"
 
 
-def misses_text(missed_range: Range, late_range: Range, contacts: int) -> str:
+def misses_text(missed_range: CountBounds, late_range: CountBounds, contacts: int) -> str:
     """``up to 2 of 18 contacts missed, 5 to 9 late or cut short``; ``""``: none of both."""
     clauses = []
     contacts_text = plural(contacts, "contact")

@@ -13,7 +13,7 @@ from replay.auditing.fault import Fault
 from replay.auditing.holding import are_grasped
 from replay.auditing.outcome import Episode
 from replay.document.columns import field_values, file_columns
-from replay.document.contact import EFFECT
+from replay.document.contact import EFFECT_PREFIX
 from replay.document.run_document import StoredTable
 from replay.document.run_result import RunResult
 from replay.document.tables import Table
@@ -98,7 +98,7 @@ def _event_rows(result: RunResult) -> Iterator[dict[str, Any]]:
             yield _event_row(
                 first_ns,
                 (first_ns + round(effect_event.time * 1e9), end_ns),
-                EFFECT + kind,
+                EFFECT_PREFIX + kind,
                 name=effect_event.name,
                 body=" ".join(effect_event.bodies),
                 level=effect_event.level,

@@ -392,7 +392,7 @@ def _summed(values: Sequence[Any]) -> Any:
     return sum(values)
 
 
-MOST_LISTED: Final = 200
+MOST_LISTED_MOMENTS: Final = 200
 """Moments of one detector of each kind at most in the picture: the longest cuts, the longest false contacts."""
 
 

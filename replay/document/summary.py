@@ -16,7 +16,7 @@ from cdcore.numerics import FloatArray
 from replay.auditing.compare import VERDICT_FRAMES
 from replay.auditing.outcome import counts_by_pair
 from replay.auditing.sampling_offsets import OffsetCounts
-from replay.auditing.wilson import OVER_CONTACTS
+from replay.auditing.wilson import INTERVALS_CAPTION
 from replay.detection.run_detector import Run
 from replay.detection.sample_times import sample_quantiles, sampled_frames
 from replay.document.cost import BUDGET_MS
@@ -98,7 +98,7 @@ def document_of_run(
     repair = result.repaired
     return RunDocument(
         caveat=CAVEAT,
-        intervals=OVER_CONTACTS,
+        intervals=INTERVALS_CAPTION,
         session=_session(result, scan),
         settings=msgspec.convert(settings.as_json(lineup), SettingsRecord),
         window=Window(start=settings.start, end=settings.end),

@@ -7,28 +7,30 @@ from typing import Final
 from replay.errors import OutputError
 from sessions.whole_files import whole_file
 
-FOLDER: Final = Path(__file__).parent
+PAGES_FOLDER: Final = Path(__file__).parent
 
-INDEX: Final = "README"
+INDEX_PAGE: Final = "README"
 """The page that a code host shows for the folder: it links all others, in reading order."""
 
-SCRIPTS: Final = {"your-recording": ("VrLabRecorder.cs", "VrLabColliders.cs")}
+SCRIPTS_OF_PAGE: Final = {"your-recording": ("VrLabRecorder.cs", "VrLabColliders.cs")}
 """Page -> files beside it that a reader takes along."""
 
-LINK: Final = re.compile(r"\[([^\]]*)\]\(([^)\s]+)\)")
-IMAGE: Final = re.compile(r"!\[[^\]]*\]\([^)]*\)\n*")
-COMMENT: Final = re.compile(r"<!--.*?-->\n*", re.DOTALL)
+LINK_PATTERN: Final = re.compile(r"\[([^\]]*)\]\(([^)\s]+)\)")
+IMAGE_PATTERN: Final = re.compile(r"!\[[^\]]*\]\([^)]*\)\n*")
+COMMENT_PATTERN: Final = re.compile(r"<!--.*?-->\n*", re.DOTALL)
 
 
 def topics() -> list[str]:
     """The names of all pages but the index, in the order in which the index links them."""
-    linked = [Path(target).stem for _, target in LINK.findall(page(INDEX)) if re.fullmatch(r"[\w-]+\.md", target)]
+    linked = [
+        Path(target).stem for _, target in LINK_PATTERN.findall(page(INDEX_PAGE)) if re.fullmatch(r"[\w-]+\.md", target)
+    ]
     return list(dict.fromkeys(linked))
 
 
 def page(topic: str) -> str:
-    """The Markdown of a page; ``topic`` is one of ``topics()`` or ``INDEX``."""
-    return (FOLDER / f"{topic}.md").read_text("utf-8")
+    """The Markdown of a page; ``topic`` is one of ``topics()`` or ``INDEX_PAGE``."""
+    return (PAGES_FOLDER / f"{topic}.md").read_text("utf-8")
 
 
 def write_scripts(topic: str, folder: Path) -> list[Path]:
@@ -36,9 +38,9 @@ def write_scripts(topic: str, folder: Path) -> list[Path]:
 
     Raises ``OutputError``: the page has none, or another file of that name is there.
     """
-    scripts = [FOLDER / name for name in SCRIPTS.get(topic, ())]
+    scripts = [PAGES_FOLDER / name for name in SCRIPTS_OF_PAGE.get(topic, ())]
     if not scripts:
-        raise OutputError(f"the page {topic!r} has no scripts; pages with some: {', '.join(SCRIPTS)}")
+        raise OutputError(f"the page {topic!r} has no scripts; pages with some: {', '.join(SCRIPTS_OF_PAGE)}")
     for script in scripts:
         target = folder / script.name
         if target.exists() and target.read_bytes() != script.read_bytes():
@@ -51,7 +53,7 @@ def write_scripts(topic: str, folder: Path) -> list[Path]:
 
 def for_terminal(text: str) -> str:
     """A page without what a terminal cannot show; a link to another page becomes the command that prints it."""
-    return LINK.sub(_as_command, COMMENT.sub("", IMAGE.sub("", text)))
+    return LINK_PATTERN.sub(_as_command, COMMENT_PATTERN.sub("", IMAGE_PATTERN.sub("", text)))
 
 
 def _as_command(link: re.Match[str]) -> str:
@@ -61,4 +63,4 @@ def _as_command(link: re.Match[str]) -> str:
     if not re.fullmatch(r"[\w-]+\.md", target):
         return label
     topic = Path(target).stem
-    return f"{label} (`replay guide`)" if topic == INDEX else f"{label} (`replay guide {topic}`)"
+    return f"{label} (`replay guide`)" if topic == INDEX_PAGE else f"{label} (`replay guide {topic}`)"

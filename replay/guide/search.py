@@ -13,26 +13,26 @@ from functools import cached_property
 from math import log
 from typing import Final
 
-from replay.guide.pages import COMMENT, IMAGE, LINK
+from replay.guide.pages import COMMENT_PATTERN, IMAGE_PATTERN, LINK_PATTERN
 
-MOST_NEAR: Final = 3
+MOST_NEAR_TERMS: Final = 3
 """Near terms that are suggested for one without a section."""
 
 LEVEL_WEIGHT: Final = 6
 """What a term counts beside its level: a term more outweighs a better level of another of its rarity."""
 
-LEAST_SCORE: Final = 0.5
+LEAST_SCORE_RATIO: Final = 0.5
 """Of the best score; sections of less do not answer."""
 
 _TOKEN: Final = re.compile(r"\w+")
-FILLERS: Final = frozenset(
+FILLER_TERMS: Final = frozenset(
     _TOKEN.findall(
         "a an and are as at be by can do does for how i in is it me my of on or the to what when where which why with"
     )
 )
 """Left out of a query that holds anything else."""
 
-EVERYDAY: Final = {
+EVERYDAY_TERMS: Final = {
     "crashed": "crash",
     "rescue": "recover",
     "restore": "recover",
@@ -138,7 +138,7 @@ def sections_of(topic: str, text: str) -> list[Section]:
     headings: list[str] = []
     bodies: list[list[str]] = []
     in_code = False
-    for line in COMMENT.sub("", text).splitlines():
+    for line in COMMENT_PATTERN.sub("", text).splitlines():
         in_code ^= line.startswith("```")
         heading = None if in_code else _HEADING.fullmatch(line)
         if heading:
@@ -155,7 +155,7 @@ def sections_of(topic: str, text: str) -> list[Section]:
 def query_terms(query: Sequence[str]) -> list[str]:
     """The terms of a query as they are written, each once; fillers such as *how* only where there is nothing else."""
     written = {token.removesuffix("s"): token for token in _TOKEN.findall(" ".join(query).lower())}
-    return [term for term in written.values() if term not in FILLERS] or list(written.values())
+    return [term for term in written.values() if term not in FILLER_TERMS] or list(written.values())
 
 
 def search(query: Sequence[str], among: Iterable[Section]) -> list[Match]:
@@ -179,23 +179,23 @@ def search(query: Sequence[str], among: Iterable[Section]) -> list[Match]:
             named = len(set(present).intersection(tokens(section.topic)))
             count = sum(section.counts[term] for term in present)
             matches.append(Match(section, missing=missing, score=score, named=named, count=count))
-    least = LEAST_SCORE * max((match.score for match in matches), default=0.0)
+    least = LEAST_SCORE_RATIO * max((match.score for match in matches), default=0.0)
     return sorted((match for match in matches if match.score >= least), key=lambda match: match.rank, reverse=True)
 
 
 def _term_of_guide(term: str, known: Container[str]) -> str:
     """A term of a query, or the guide's own term for one that no section holds."""
-    return term if term in known else EVERYDAY.get(term, term)
+    return term if term in known else EVERYDAY_TERMS.get(term, term)
 
 
 def near_terms(term: str, among: Iterable[Section]) -> list[str]:
-    """Terms of the guide that are spelled like one; at most ``MOST_NEAR``."""
+    """Terms of the guide that are spelled like one; at most ``MOST_NEAR_TERMS``."""
     known = {token.lower() for section in among for token in _TOKEN.findall(_readable(section.text))}
     spelled = [token for token in sorted(known) if len(token) > 2 and not any(map(str.isdigit, token))]
-    return get_close_matches(term.lower(), spelled, n=MOST_NEAR, cutoff=0.6)
+    return get_close_matches(term.lower(), spelled, n=MOST_NEAR_TERMS, cutoff=0.6)
 
 
 def _readable(text: str) -> str:
     """A text as it is searched: without pictures, targets of links and comments of code."""
-    without = LINK.sub(r"\1", IMAGE.sub("", text))
+    without = LINK_PATTERN.sub(r"\1", IMAGE_PATTERN.sub("", text))
     return _BLOCK.sub(lambda block: f"```\n{_CODE_COMMENT.sub('', block[2])}```", without)

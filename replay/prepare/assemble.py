@@ -33,9 +33,9 @@ from sessions.model.scene import absent_bodies
 RESIDUAL_FACT: Final = "contacts_clock_residual_s"
 """Fact of a session whose reported contacts came from another clock."""
 
-MOST_UNKNOWN: Final = 5
+MOST_UNKNOWN_NAMES: Final = 5
 """Names in an engine's reports that a note lists."""
-GIVE_MESHES: Final = "import it again with --mesh BODY=FILE, or name meshes in a scene (replay scene new)"
+MESHES_HINT: Final = "import it again with --mesh BODY=FILE, or name meshes in a scene (replay scene new)"
 
 Pairs = Sequence[tuple[str, str]]
 
@@ -80,7 +80,7 @@ def assemble(
     body_names = [body.name for body in bodies]
     if not bodies:
         tracked_names = safe_text(", ".join(session.names))
-        raise AssemblyError(f"no body has a mesh; there are tracks of: {tracked_names}; {GIVE_MESHES}")
+        raise AssemblyError(f"no body has a mesh; there are tracks of: {tracked_names}; {MESHES_HINT}")
     kinematics = Kinematics(scene, session.names, body_names)
     moves_by_name = dict(zip(session.names, session_scan.moves.tolist(), strict=True))
     pair_rows = chosen_pairs(scene, body_names, moves_by_name, pairs)
@@ -134,7 +134,7 @@ def _why_no_pair(session: Session, names: list[str], moves: dict[str, bool], req
     if len(names) == 1:
         only_name = names[0]
         return (
-            f"{mesh_clause}, only {only_name} has one; {GIVE_MESHES}"
+            f"{mesh_clause}, only {only_name} has one; {MESHES_HINT}"
             if names_without_mesh
             else f"{only_name} is the only body"
         )
@@ -261,6 +261,6 @@ def unknown_in_reports(session: Session) -> list[str]:
     if not unknown:
         return []
     reports_text = plural(sum(bool(pair - present_names) for pair in pairs), "report")
-    more_text = f" and {len(unknown) - MOST_UNKNOWN} more" if len(unknown) > MOST_UNKNOWN else ""
-    named_text = ", ".join(map(repr, unknown[:MOST_UNKNOWN]))
+    more_text = f" and {len(unknown) - MOST_UNKNOWN_NAMES} more" if len(unknown) > MOST_UNKNOWN_NAMES else ""
+    named_text = ", ".join(map(repr, unknown[:MOST_UNKNOWN_NAMES]))
     return [f"compared with nothing, for no body is called {named_text}{more_text}: {reports_text} of the engine"]

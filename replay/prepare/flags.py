@@ -23,7 +23,7 @@ FLAG_KINDS: Final = (
 )
 """Kinds that flag single frames; the n-th is bit n."""
 
-POSE_DOUBT: Final = np.uint16(0xFFFF ^ 1 << FLAG_KINDS.index("gap"))
+POSE_DOUBT_BITS: Final = np.uint16(0xFFFF ^ 1 << FLAG_KINDS.index("gap"))
 """Bits that doubt the pose itself; after a gap only the path to it is unknown."""
 
 

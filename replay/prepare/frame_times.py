@@ -9,7 +9,7 @@ from cdcore.numerics import FloatArray
 from sessions.doctor.timing import typical_step
 from sessions.model.constants import BRIDGE_NS
 
-USUAL_STEPS: Final = 2.0
+LONGEST_GAP_STEPS: Final = 2.0
 """A next frame that is farther away than this many usual steps, and than what is bridged, comes after a gap."""
 
 
@@ -35,6 +35,6 @@ def frame_ends(times: FloatArray) -> FloatArray:
     steps = np.diff(times)
     usual_step = float(np.median(steps))
     end_times = times + usual_step
-    is_short_step = steps <= max(BRIDGE_NS / 1e9, USUAL_STEPS * usual_step)
+    is_short_step = steps <= max(BRIDGE_NS / 1e9, LONGEST_GAP_STEPS * usual_step)
     end_times[:-1] = np.where(is_short_step, times[1:], end_times[:-1])
     return end_times

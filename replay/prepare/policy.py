@@ -21,7 +21,7 @@ REFUSE: Final = "refuse"
 KEEP: Final = "keep"
 """Used as recorded, and flagged."""
 
-LIMIT_S: Final = 0.05
+DEFAULT_LIMIT_S: Final = 0.05
 """Seconds that a pose is held or bridged when no limit is given: those between two samples (`BRIDGE_NS`)."""
 
 _STAND_IN: Final = (DROP, HOLD, INTERPOLATE)
@@ -32,13 +32,13 @@ class PolicyRule:
     """An action on one kind of finding; ``limit`` in seconds belongs to ``hold`` and ``interpolate``."""
 
     action: str
-    limit: float = LIMIT_S
+    limit: float = DEFAULT_LIMIT_S
 
     def __str__(self) -> str:
         return f"{self.action}:{self.limit:g}" if self.action in (HOLD, INTERPOLATE) else self.action
 
 
-KINDS: Final[dict[str, tuple[str, ...]]] = {
+ACTIONS_BY_KIND: Final[dict[str, tuple[str, ...]]] = {
     # Refused by default: a program that writes such a sample as a pose may have written other wrong ones.
     "not-finite": (REFUSE, *_STAND_IN),
     "zero-quaternion": (REFUSE, *_STAND_IN),
@@ -91,7 +91,7 @@ def parse_policy(overrides: PolicyLike | Policy | None = None) -> Policy:
         return overrides
     if isinstance(overrides, str):
         overrides = overrides.split(",")
-    rules = {kind: PolicyRule(actions[0]) for kind, actions in KINDS.items()}
+    rules = {kind: PolicyRule(actions[0]) for kind, actions in ACTIONS_BY_KIND.items()}
     pairs = (
         overrides.items() if isinstance(overrides, Mapping) else [_kind_and_action(word) for word in overrides or ()]
     )
@@ -107,14 +107,16 @@ def _kind_and_action(override: str) -> tuple[str, str]:
     return kind.strip(), action.strip()
 
 
-LONGEST_S: Final = 86_400.0  # nobody holds a pose for longer than a day
+LONGEST_LIMIT_S: Final = 86_400.0  # nobody holds a pose for longer than a day
 
 
 def _parsed_rule(kind: str, rule_text: str) -> PolicyRule:
     if kind not in CODES:
-        raise PolicyError(f"no kind of finding {kind!r}; there are: {', '.join(KINDS)}, and every code of the doctor")
+        raise PolicyError(
+            f"no kind of finding {kind!r}; there are: {', '.join(ACTIONS_BY_KIND)}, and every code of the doctor"
+        )
     action, colon, limit = rule_text.partition(":")
-    allowed_actions = KINDS.get(kind, (KEEP, REFUSE))
+    allowed_actions = ACTIONS_BY_KIND.get(kind, (KEEP, REFUSE))
     if action not in allowed_actions:
         raise PolicyError(f"{kind} cannot be met with {action!r}; it can with: {', '.join(allowed_actions)}")
     if not colon:
@@ -123,7 +125,7 @@ def _parsed_rule(kind: str, rule_text: str) -> PolicyRule:
         seconds = float(limit)
     except ValueError:
         seconds = 0.0
-    if not 0.0 < seconds <= LONGEST_S or action not in (HOLD, INTERPOLATE):
+    if not 0.0 < seconds <= LONGEST_LIMIT_S or action not in (HOLD, INTERPOLATE):
         limit_syntax = "a limit is a positive number of seconds, up to a day, after hold: or interpolate:"
         raise PolicyError(f"{kind}={rule_text}: {limit_syntax}")
     return PolicyRule(action, seconds)

@@ -16,7 +16,7 @@ from replay.errors import RefusedError
 from replay.prepare.flags import FlagSpan
 from replay.prepare.interpolation import interpolate_poses, present_neighbours
 from replay.prepare.policy import DROP, HOLD, INTERPOLATE, REFUSE, Policy
-from replay.prepare.session_scan import NO_ROTATION, SessionScan, scan_of, scan_session
+from replay.prepare.session_scan import NO_ROTATION_MARKS, SessionScan, scan_of, scan_session
 from sessions import Finding, Frames, Session, Status
 from sessions.doctor.finding import in_order
 from sessions.doctor.pose_pass import PosePass, run_pose_pass
@@ -32,13 +32,13 @@ UNUSABLE_POSE_CODES: Final = frozenset({"not-finite", "zero-quaternion", "non-un
 DAMAGE_CODES: Final = UNUSABLE_POSE_CODES | {"identity-while-lost", "out-of-space"}
 """Kinds whose samples claimed to be poses: dropping them loses data that a reader would expect."""
 
-RANKS: Final = {INTERPOLATE: 1, HOLD: 2, DROP: 3}
+ACTION_RANKS: Final = {INTERPOLATE: 1, HOLD: 2, DROP: 3}
 """Where two faults share a sample the stricter action holds."""
 
 ALL_BODIES: Final = -1
 """The column of a gap, which is of no body alone."""
 
-Blocks = Callable[[int], Iterator[Frames]]
+BlockReader = Callable[[int], Iterator[Frames]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +61,7 @@ class Replacement:
 class RepairedFrames:
     """The frames of another source with the samples of some columns replaced."""
 
-    original: Blocks
+    original: BlockReader
     names: tuple[str, ...]
     replaced: Mapping[int, Replacement]
 
@@ -82,13 +82,15 @@ class RepairedFrames:
             first += len(block)
 
 
-def _replacement(pose_pass: PosePass, spans: Sequence[PoseSpan], policy: Policy, blocks: Blocks) -> Replacement | None:
+def _replacement(
+    pose_pass: PosePass, spans: Sequence[PoseSpan], policy: Policy, blocks: BlockReader
+) -> Replacement | None:
     """Replacement of the samples of one body in its spans under the policy; ``None``: nothing changes."""
     column, stamps = spans[0].column, pose_pass.stamp_ns
     present_rows = np.flatnonzero(pose_pass.has(Mark.PRESENT, column))
     action_ranks, limits_ns = np.zeros(len(present_rows), dtype=np.uint8), np.zeros(len(present_rows), dtype=np.int64)
     ranked_rules = [
-        (RANKS.get(policy.rule(span.code).action, 0), policy.rule(span.code), span) for span in reversed(spans)
+        (ACTION_RANKS.get(policy.rule(span.code).action, 0), policy.rule(span.code), span) for span in reversed(spans)
     ]
     # The strictest is written last, and of equals the first.
     for strictness, rule, span in sorted(ranked_rules, key=lambda entry: entry[0]):
@@ -100,9 +102,11 @@ def _replacement(pose_pass: PosePass, spans: Sequence[PoseSpan], policy: Policy,
     rows, action_ranks, limits_ns = present_rows[~is_good], action_ranks[~is_good], limits_ns[~is_good]
     start, end = present_rows[good_before], present_rows[np.minimum(good_after, no_row - 1)]
     since_good, gap_width = stamps[rows] - stamps[start], stamps[end] - stamps[start]
-    is_repeated = (action_ranks == RANKS[HOLD]) & (good_before >= 0) & (since_good >= 0) & (since_good <= limits_ns)
+    is_repeated = (
+        (action_ranks == ACTION_RANKS[HOLD]) & (good_before >= 0) & (since_good >= 0) & (since_good <= limits_ns)
+    )
     is_inside_gap = (good_before >= 0) & (good_after < no_row) & (since_good > 0) & (since_good < gap_width)
-    is_interpolated = (action_ranks == RANKS[INTERPOLATE]) & is_inside_gap & (gap_width <= limits_ns)
+    is_interpolated = (action_ranks == ACTION_RANKS[INTERPOLATE]) & is_inside_gap & (gap_width <= limits_ns)
     status = np.full(len(rows), Status.LOST, dtype=np.uint8)
     status[is_repeated], status[is_interpolated] = Status.HELD, Status.INTERPOLATED
     replaced_poses = np.full((len(rows), 7), np.nan)
@@ -180,7 +184,9 @@ def repair_session(session: Session, policy: Policy, needed_codes: Collection[st
         _flag_span(poses, span, policy, changed_columns.get(span.column), first_ns_of_recording)
         for span in (*spans, *gaps)
     )
-    as_recorded = not changed_columns and bool((np.diff(poses.stamp_ns) > 0).all()) and not poses.has(NO_ROTATION).any()
+    as_recorded = (
+        not changed_columns and bool((np.diff(poses.stamp_ns) > 0).all()) and not poses.has(NO_ROTATION_MARKS).any()
+    )
     session_scan = scan_of(poses, session.segment) if as_recorded else scan_session(repaired_session)
     return Repair(repaired_session, policy, findings, flag_spans, poses.digest, session_scan)
 

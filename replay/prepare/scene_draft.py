@@ -23,10 +23,10 @@ from sessions.model.constants import BLOCK_FRAMES
 from sessions.model.scene import SceneBody
 from sessions.scene_files.scene_toml import scene_to_toml, value_text
 
-NEAR_M: Final = 0.05  # A pair whose boxes never come as near as this cannot have touched between two frames either
+NEAR_GAP_M: Final = 0.05  # A pair whose boxes never come as near as this cannot have touched between two frames either
 RIGID_M, RIGID_RAD = 0.005, np.radians(3.0)  # Throughout: what is mounted or held without a slip
-MOVES_M: Final = 0.05
-SAMPLE_S: Final = 0.2
+LEAST_MOTION_M: Final = 0.05
+SAMPLE_STEP_S: Final = 0.2
 
 Pair = tuple[str, str]
 
@@ -37,7 +37,7 @@ class Draft:
 
     Parameters
     ----------
-    near_pairs : pairs that move against each other and come within ``NEAR_M``, boxes along their own axes.
+    near_pairs : pairs that move against each other and come within ``NEAR_GAP_M``, boxes along their own axes.
     held : sets of bodies that move and never move against each other.
     examined_text : the part that was looked at, in words; ``""``: all of it.
     """
@@ -59,7 +59,7 @@ def draft_scene(session: Session) -> Draft:
         return Draft()
     near_pairs = assembly.pairs[_pairs_that_come_near(assembly)].tolist()
     times = assembly.motion.times
-    samples = assembly.motion.take(np.flatnonzero(np.diff(np.floor(times / SAMPLE_S), prepend=-1.0)))
+    samples = assembly.motion.take(np.flatnonzero(np.diff(np.floor(times / SAMPLE_STEP_S), prepend=-1.0)))
     rigid_pairs = [pair for pair in near_pairs if _is_rigid_pair(samples, *pair)]
     groups = [*nx.connected_components(nx.Graph(rigid_pairs))]
     free_pairs = [pair for pair in near_pairs if not any({*pair} <= group for group in groups)]
@@ -75,7 +75,7 @@ def draft_scene(session: Session) -> Draft:
 
 def _pairs_that_come_near(assembly: Assembly) -> BoolArray:
     """(P,) which pairs come near."""
-    boxes = create_detector("collider", assembly.bodies, pairs=assembly.pairs, shape="box", skin_m=NEAR_M / 2)
+    boxes = create_detector("collider", assembly.bodies, pairs=assembly.pairs, shape="box", skin_m=NEAR_GAP_M / 2)
     comes_near = np.zeros(len(assembly.pairs), dtype=np.bool_)
     for detection in boxes.stream(assembly.motion.blocks(BLOCK_FRAMES)):
         comes_near |= (counts_as_contact(detection.verdict) | (detection.verdict == Verdict.UNRESOLVED)).any(axis=0)
@@ -97,7 +97,7 @@ def _is_rigid_pair(samples: Motion, i: int, j: int) -> bool:
         np.ptp(translation, axis=0).max() <= RIGID_M
         and (relative_rotation[0].inv() * relative_rotation).magnitude().max() <= RIGID_RAD
     )
-    return bool(is_still and np.ptp(translations[:, i], axis=0).max() > MOVES_M)
+    return bool(is_still and np.ptp(translations[:, i], axis=0).max() > LEAST_MOTION_M)
 
 
 def draft_text(session: Session, draft: Draft, files: Mapping[str, tuple[str, str, float]], heading: str) -> str:
@@ -119,7 +119,7 @@ def draft_text(session: Session, draft: Draft, files: Mapping[str, tuple[str, st
         remarks.append("Bodies of one group are never paired: these moved together throughout.")
     pairs = own.pairs
     if own.pairs is None and draft.near_pairs:
-        distance_clause = f"came within {100 * NEAR_M:g} cm"
+        distance_clause = f"came within {100 * NEAR_GAP_M:g} cm"
         if own.effects is None:
             pairs = draft.near_pairs
             remarks.append(f"The pairs {distance_clause}; without any, all pairs that move are tested.")

@@ -19,7 +19,7 @@ from sessions.doctor.track_watch import Mark
 from sessions.model.constants import BLOCK_FRAMES
 from sessions.model.session import SessionSegment
 
-NO_ROTATION: Final = Mark.NOT_FINITE | Mark.ZERO_QUATERNION | Mark.NON_UNIT
+NO_ROTATION_MARKS: Final = Mark.NOT_FINITE | Mark.ZERO_QUATERNION | Mark.NON_UNIT
 """Marks of a sample that claims to be a pose and is none."""
 
 
@@ -84,7 +84,7 @@ def scan_session(session: Session) -> SessionScan:
             yield block
 
     poses = run_pose_pass(in_order(noted()), session.scene.space_radius)
-    is_no_rotation = poses.has(NO_ROTATION)
+    is_no_rotation = poses.has(NO_ROTATION_MARKS)
     if is_no_rotation.any():
         row, body = (int(k) for k in np.argwhere(is_no_rotation)[0])
         raise InvalidPoseError(_defect_text(session, int(poses.stamp_ns[row]), body))

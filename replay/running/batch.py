@@ -29,7 +29,7 @@ from replay.show.results.data_set import write_batch_tables
 from replay.show.results.run_folder import PICTURE, RUN, read_run_folder
 from sessions.whole_files import remove_abandoned, whole_file
 
-BATCH: Final = "batch.json"
+BATCH_FILE: Final = "batch.json"
 SCHEMA: Final = "vrlab-batch/1"
 NO_SETTINGS: Final[Mapping[str, Any]] = {}
 
@@ -183,7 +183,7 @@ def batch_digest(out: Path, names: Sequence[str]) -> tuple[str, dict[str, Sessio
 def _paths_by_name(sessions: Sequence[Path]) -> dict[str, Path]:
     path_of_name: dict[str, Path] = {}
     for path in sorted(sessions, key=lambda session_path: session_path.name):
-        if path.stem in ("", ".", "..") or path.stem.casefold() in (BATCH, TABLES):
+        if path.stem in ("", ".", "..") or path.stem.casefold() in (BATCH_FILE, TABLES):
             raise OutputError(f"{path}: a run folder cannot be called {path.stem!r}; give the file another name")
         if path_of_name.setdefault(path.stem, path) != path:
             raise OutputError(
@@ -200,21 +200,21 @@ def _open_batch_folder(out: Path, request: Mapping[str, Any], *, force: bool) ->
     existing_names = (
         {entry.name for entry in out.iterdir()} if out.exists() else set[str]()
     )  # a store has no empty folders
-    if BATCH in existing_names:
+    if BATCH_FILE in existing_names:
         try:
-            previous_request = json.loads((out / BATCH).read_text(encoding="utf-8"))
+            previous_request = json.loads((out / BATCH_FILE).read_text(encoding="utf-8"))
             is_same_request = all(previous_request[key] == value for key, value in request.items())
         except (ValueError, KeyError, TypeError) as error:
-            raise OutputError(f"{out / BATCH} cannot be read; name another folder") from error
+            raise OutputError(f"{out / BATCH_FILE} cannot be read; name another folder") from error
         if not is_same_request and not force:
             raise OutputError(f"{out} holds a batch with other settings or of another version; name another folder")
     elif any(not name.startswith(".") for name in existing_names):
         raise OutputError(f"{out} holds something else than a batch of runs; name another folder")
     request_json = (json.dumps(request, indent=1, sort_keys=True) + "\n").encode()
     if is_remote(out):  # a store shows an object when it is whole
-        (out / BATCH).write_bytes(request_json)
+        (out / BATCH_FILE).write_bytes(request_json)
         return existing_names
-    with whole_file(out / BATCH, OutputError) as file:
+    with whole_file(out / BATCH_FILE, OutputError) as file:
         file.write(request_json)
     return existing_names
 

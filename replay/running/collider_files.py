@@ -33,8 +33,8 @@ from cdcore.mesh import TriangleMesh
 from cdcore.tolerances import TWO_MICROMETRES
 from replay import words
 from replay.advice.collider_search import (
-    CONVEX,
-    JOINED,
+    CONVEX_REASON,
+    JOINED_LABEL,
     OTHER_METHODS,
     ColliderSearch,
     Deadline,
@@ -44,7 +44,7 @@ from replay.advice.collider_search import (
 )
 from replay.advice.report_card import contact_figures, shape_figures
 from replay.advice.scoring import Scoring
-from replay.advice.settings import FASTEST
+from replay.advice.settings import FASTEST_RATE_RATIO
 from replay.auditing.tolerance import Reference
 from replay.cutting.convex_solids import MOST_TRIANGLES
 from replay.cutting.methods import METHODS
@@ -58,7 +58,7 @@ from replay.prepare.assembly import Assembly
 from replay.prepare.frame_times import frame_rate
 from replay.running.advisor import errors_of_detector
 from replay.running.runner import open_session, run
-from replay.settings import STEP_RATE
+from replay.settings import STEP_RATE_HZ
 from replay.show.engine_files import EngineFiles, engine_files
 from replay.show.fix_page.page import AFTER, BEFORE, BodyShape, Cure, cure_page
 from replay.show.results.run_folder import REPORT, FolderKind, check_target, result_folder, write_summary
@@ -70,18 +70,18 @@ from sessions.model.assumption import pose_convention
 from sessions.scene_files.body_axes import from_body_axes, in_body_axes
 from sessions.temporary_folders import temporary_folder
 
-MAX_FALSE: Final = 0.2
+MOST_FALSE_FRACTION: Final = 0.2
 """Fraction of the reported contact time that may be false when nothing is said."""
 
 CARD_PIECES: Final = 16
 """The most pieces of V-HACD and of CoACD that get a report card."""
 
-CARD_TIME: Final = 600.0
+CARD_TIME_S: Final = 600.0
 """Seconds that cutting for report cards takes at most where there is no limit of time."""
 
-DEFAULT_LIMITS: Final = Limits(false=MAX_FALSE)
+DEFAULT_LIMITS: Final = Limits(false=MOST_FALSE_FRACTION)
 
-LONGEST_NAME: Final = 100
+LONGEST_NAME_CHARACTERS: Final = 100
 """Signs of the name of a body that are in the name of its file, at most."""
 
 WINDOWS_DEVICES: Final = frozenset(
@@ -89,10 +89,10 @@ WINDOWS_DEVICES: Final = frozenset(
 )
 """Names that no file has on Windows, whatever its ending."""
 
-TIME_LIMIT: Final = 60.0
+TIME_LIMIT_S: Final = 60.0
 """Seconds that cutting and searching take at most when nothing is said."""
 
-COLLIDERS: Final = FolderKind("colliders", "colliders.json", "vrlab-replay/colliders/2")
+COLLIDERS_FOLDER: Final = FolderKind("colliders", "colliders.json", "vrlab-replay/colliders/2")
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,7 +151,7 @@ class ColliderFix:
             lines.append(f"Missed contact: {missed_after}; at most {_percent(self.limits.missed)} was asked for.")
         elif missed_after != missed_before:
             lines.append(f"Missed contact: {missed_after}; with a hull a body it is {missed_before}.")
-        uncut_rows = [row for row in self.bodies if row["reason"] not in ("", CONVEX)]
+        uncut_rows = [row for row in self.bodies if row["reason"] not in ("", CONVEX_REASON)]
         lines += [f"{row['body']} keeps its hull: {row['reason']}." for row in uncut_rows]
         lines += self._fitted_to_motion()
         lines += self.not_tried
@@ -163,7 +163,7 @@ class ColliderFix:
 
     def _fitted_to_motion(self) -> list[str]:
         """A sentence about pieces that were joined where no body went, with how far they fill a hollow there."""
-        joined_rows = [row for row in self.bodies if row["how"].endswith(JOINED)]
+        joined_rows = [row for row in self.bodies if row["how"].endswith(JOINED_LABEL)]
         overshoot_of_body = {
             row["body"]: row["after"]["reach_mm"] for row in joined_rows if row["after"]["reach_mm"] > 0.0
         }
@@ -205,7 +205,7 @@ def fix_colliders(
     *,
     engine: str = "",
     limits: Limits = DEFAULT_LIMITS,
-    time_limit: float | None = TIME_LIMIT,
+    time_limit: float | None = TIME_LIMIT_S,
     force: bool = False,
     progress: Progress | None = None,
     every_method: bool = False,
@@ -237,7 +237,7 @@ def fix_colliders(
     target = engine_files(engine) if engine else None
     target_folder = Path(folder) if folder is not None else None
     if target_folder is not None:
-        check_target(target_folder, force=force, kind=COLLIDERS)
+        check_target(target_folder, force=force, kind=COLLIDERS_FOLDER)
     session = open_session(session_or_path, options.pop("scene", None))
     prepared_session = prepare(
         session,
@@ -246,8 +246,8 @@ def fix_colliders(
     )
     if target is not None:
         _require_plain_names(prepared_session.assembly.names)
-    step_hz = STEP_RATE if target is None else target.step_hz
-    rate_setting = {} if step_hz >= FASTEST * frame_rate(session.stamps() / 1e9) else {"rate_hz": step_hz}
+    step_hz = STEP_RATE_HZ if target is None else target.step_hz
+    rate_setting = {} if step_hz >= FASTEST_RATE_RATIO * frame_rate(session.stamps() / 1e9) else {"rate_hz": step_hz}
     with progress.stage("Finding the contacts", 1) as advance:
         scoring = Scoring(
             prepared_session.assembly,
@@ -262,14 +262,14 @@ def fix_colliders(
         search = ColliderSearch(prepared_session.assembly, scoring, rate_setting, limits, deadline)
         cuts_of_body = _card_cuts(search.ladders) if every_method else {}
         vhacd_cuts = [of_body["vhacd"] for of_body in cuts_of_body.values()]
-        cut_ahead(vhacd_cuts, deadline.report, CARD_TIME if time_limit is None else time_limit)
+        cut_ahead(vhacd_cuts, deadline.report, CARD_TIME_S if time_limit is None else time_limit)
         search.run()
         not_tried = search.not_tried + _late_cuts(search, cuts_of_body)
     axes = _file_axes(target, pose_convention(session.facts))
     with (
         nullcontext()
         if target_folder is None
-        else result_folder(target_folder, COLLIDERS, force=force) as written_folder
+        else result_folder(target_folder, COLLIDERS_FOLDER, force=force) as written_folder
     ):
         shipped_session, body_rows = _ship_pieces(session, search, target, written_folder, axes)
         shape_of_body: dict[str, BodyShape] = {}
@@ -316,7 +316,7 @@ def fix_colliders(
             if target is not None:
                 (written_folder / "README.txt").write_text(_read_me_text(fix, target), "utf-8")
             (written_folder / REPORT).write_text(before_after_page(fix), "utf-8", newline="\n")
-            write_summary(written_folder, COLLIDERS, {"schema": COLLIDERS.schema, **fix.as_json()})
+            write_summary(written_folder, COLLIDERS_FOLDER, {"schema": COLLIDERS_FOLDER.schema, **fix.as_json()})
     return fix
 
 
@@ -477,7 +477,9 @@ def _file_names(names: Sequence[str]) -> dict[str, str]:
 
     No two are the same where capital letters do not count, as on Windows and macOS.
     """
-    plain_name_of_body = {name: re.sub(r"[^A-Za-z0-9._-]", "", name).lstrip(".")[:LONGEST_NAME] for name in names}
+    plain_name_of_body = {
+        name: re.sub(r"[^A-Za-z0-9._-]", "", name).lstrip(".")[:LONGEST_NAME_CHARACTERS] for name in names
+    }
     files: dict[str, str] = {}
     taken_names: set[str] = set()
     # Names that are files' as they are come first: no other one takes them.

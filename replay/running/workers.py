@@ -13,7 +13,7 @@ from contextlib import AbstractContextManager, ExitStack, suppress
 from typing import Any, Final
 
 from replay import words
-from replay.document.machine import PACKAGES, versions
+from replay.document.machine import VERSIONED_PACKAGES, versions
 from replay.errors import WorkerError
 
 OnDone = Callable[[str, str], None]
@@ -26,7 +26,7 @@ Tasks = Mapping[str, tuple[Any, ...]]
 
 DONE_OUTCOME, KEPT_OUTCOME = "done", "kept"
 
-ATTEMPTS: Final = 3
+MOST_ATTEMPTS: Final = 3
 """A task that ends its worker this often is set aside."""
 
 LOST_WORKER: Final = object()
@@ -85,13 +85,16 @@ def do_all(
             note(name, work(*arguments))
         return failure_of_name
     with Workers(min(jobs, len(tasks)), scheduler) as workers:
-        names_without_answer = _run_on_workers(workers, work, tasks, note, died, ATTEMPTS - 1)
+        names_without_answer = _run_on_workers(workers, work, tasks, note, died, MOST_ATTEMPTS - 1)
     # A task may want more memory than is left beside others, so the last attempt is made with nothing beside it.
     for name in names_without_answer:
         with Workers(1, scheduler) as workers:
             if _run_on_workers(workers, work, {name: tasks[name]}, note, died, 1):
                 exit_codes = ", ".join(deaths_of_name[name])
-                note(name, f"its process was ended {ATTEMPTS} times, perhaps for want of memory (workers {exit_codes})")
+                note(
+                    name,
+                    f"its process was ended {MOST_ATTEMPTS} times, perhaps for want of memory (workers {exit_codes})",
+                )
     return failure_of_name
 
 
@@ -263,7 +266,7 @@ def _require_same(worker: str, installed_versions: Any) -> None:
         todo = "install it there, with the same versions"
         raise WorkerError(f"the worker {worker} cannot load vrlab-replay ({installed_versions}); {todo}")
     local_versions = versions()
-    for name in PACKAGES:
+    for name in VERSIONED_PACKAGES:
         if installed_versions.get(name) != local_versions.get(name):
             is_remote, is_here = (of.get(name, "none") for of in (installed_versions, local_versions))
             todo = "install the same everywhere"

@@ -5,7 +5,7 @@ from typing import Any
 
 from replay import words
 from replay.document.columns import screen_columns
-from replay.document.cost import TIMES_ARE
+from replay.document.cost import TIMES_SENTENCE
 from replay.document.tables import Table
 from replay.words import plural
 
@@ -19,7 +19,7 @@ def before_after_table(row_before: Row, row_after: Row, *, contacts: int, step_h
     """
     rows = [{"what": "before: a hull a body", **row_before}, {"what": "after: these pieces", **row_after}]
     title = f"{plural(contacts, 'contact')}, colliders at {words.number(step_hz)} steps a second"
-    return Table.of(screen_columns("before_after"), rows, title, [TIMES_ARE, *filter(None, [busy_note])])
+    return Table.of(screen_columns("before_after"), rows, title, [TIMES_SENTENCE, *filter(None, [busy_note])])
 
 
 def front_table(front: Iterable[Row]) -> Table:

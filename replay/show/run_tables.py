@@ -10,8 +10,8 @@ from msgspec.structs import asdict
 from cdcore.protocol import DECIDED, REFUSED
 from replay import words
 from replay.auditing.fault import Cause, worst_first
-from replay.auditing.sampling_offsets import PHASES
-from replay.auditing.wilson import OVER_CONTACTS
+from replay.auditing.sampling_offsets import OFFSET_COUNT
+from replay.auditing.wilson import INTERVALS_CAPTION
 from replay.document.audit import ContactPairFrames, DetectorAudit
 from replay.document.columns import REFERENCE, false_cell, file_columns, screen_columns
 from replay.document.cost import BUDGET_MS, busy_text
@@ -58,7 +58,7 @@ def with_intervals(ranking: Table) -> Table:
     """A ranking with the interval of each fraction beside it."""
     cell = partial(false_cell, intervals=True)
     columns = (replace(column, show=cell) if column.name == FALSE_CONTACT else column for column in ranking.columns)
-    return replace(ranking, columns=tuple(columns), notes=(OVER_CONTACTS, *ranking.notes))
+    return replace(ranking, columns=tuple(columns), notes=(INTERVALS_CAPTION, *ranking.notes))
 
 
 def stored_tables(result: Summarised) -> dict[str, Table]:
@@ -108,7 +108,7 @@ def range_notes(result: Summarised) -> list[str]:
     least, most = varying[0]
     how = "or" if most == least + 1 else "to"
     meaning = f"{least:,} {how} {most:,} contacts, by when sampling starts"
-    return [f"{words.count_range(varying[0])}: {meaning} ({PHASES} start times were tried)."]
+    return [f"{words.count_range(varying[0])}: {meaning} ({OFFSET_COUNT} start times were tried)."]
 
 
 def sampling_notes(result: Summarised) -> list[str]:
@@ -118,7 +118,7 @@ def sampling_notes(result: Summarised) -> list[str]:
         return []
     labels_text = ", ".join(labels)
     moments = "moments are those of the start time whose counts are nearest the mean"
-    return [f"Counts of {labels_text}: best to worst of {PHASES} start times of the sampling; {moments}."]
+    return [f"Counts of {labels_text}: best to worst of {OFFSET_COUNT} start times of the sampling; {moments}."]
 
 
 def pair_frame_table(title: str, audit: Mapping[str, DetectorAudit]) -> Table:
@@ -132,7 +132,7 @@ def pair_frame_table(title: str, audit: Mapping[str, DetectorAudit]) -> Table:
         ("missed, of those in contact", *(percent(detector_audit.time_missed) for detector_audit in detector_audits))
     )
     rows.append(("between frames", *(detector_audit.between_frames for detector_audit in detector_audits)))
-    return table(title, ("", *audit), rows, notes=(OVER_CONTACTS,))
+    return table(title, ("", *audit), rows, notes=(INTERVALS_CAPTION,))
 
 
 NO_CONTACTS: Final = ContactLengths(count=0, seconds=0.0, longest=0.0, cut=0)

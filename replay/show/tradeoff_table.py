@@ -8,7 +8,7 @@ from replay.advice.engine_knobs import Engine, knob_text
 from replay.advice.pareto import Row
 from replay.auditing.loss import LOSS_MEANING
 from replay.document.columns import file_columns, screen_columns
-from replay.document.cost import TIMES_ARE, busy_sentence
+from replay.document.cost import TIMES_SENTENCE, busy_sentence
 from replay.document.run_result import RunResult, Tradeoff
 from replay.document.tables import Table
 from replay.words import plural
@@ -94,7 +94,7 @@ def engine_table(engine: Engine, rows: Iterable[Row], result: RunResult, *, sett
     title = f"{engine.name} {engine.version}: {session}"
     notes = (
         f"Loss: {LOSS_MEANING}. A range is over 16 start times of sampling.",
-        TIMES_ARE,
+        TIMES_SENTENCE,
         *engine.notes,
         "replay guide what-to-ship: the page behind every row. -v: each row's setting, for replay run --detectors.",
     )

@@ -120,8 +120,8 @@ def test_exit_code_table_matches_the_verbs():
         console.EXIT_OK,
         console.EXIT_FAILURE,
         2,
-        console.DATA_LOSS,
-        console.GATE_FAILED,
+        console.EXIT_DATA_LOSS,
+        console.EXIT_GATE_FAILED,
         console.EXIT_INTERRUPTED,
     }
     assert codes == existing

@@ -9,7 +9,7 @@ from support.planted_faults import FAULTS, clean
 
 from cdcore import Verdict
 from replay.cli.main import main
-from replay.prepare.policy import KINDS
+from replay.prepare.policy import ACTIONS_BY_KIND
 from replay.running.runner import run
 
 FAULTY = {
@@ -21,7 +21,7 @@ FAULTY = {
     "frozen": ("frozen pose", 400),
     "teleport": ("teleport", 700),
 }
-STAND_INS = [(kind, action) for kind in FAULTY for action in KINDS[kind] if action != "refuse"]
+STAND_INS = [(kind, action) for kind in FAULTY for action in ACTIONS_BY_KIND[kind] if action != "refuse"]
 
 
 def touching():

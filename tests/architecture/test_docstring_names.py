@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from replay.guide.pages import FOLDER
+from replay.guide.pages import PAGES_FOLDER
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("cdcore", "sessions", "replay")
@@ -89,7 +89,7 @@ def known_words(trees):
             text |= {path.stem, path.name}
             if path.suffix == ".py":
                 text.update(text_of_code(trees[path]))
-            elif path.suffix in DATA_FILES and path.is_file() and FOLDER not in path.parents:
+            elif path.suffix in DATA_FILES and path.is_file() and PAGES_FOLDER not in path.parents:
                 text.update(IDENTIFIER.findall(path.read_text("utf-8")))
     text.update(IDENTIFIER.findall((ROOT / "pyproject.toml").read_text("utf-8")))
     return text

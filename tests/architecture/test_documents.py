@@ -15,7 +15,7 @@ from support.small_worlds import cube
 from replay.cli.commands import COMMANDS
 from replay.cli.main import cli, main
 from replay.cli.project_settings import read_settings
-from replay.guide.pages import FOLDER, INDEX, page, topics
+from replay.guide.pages import INDEX_PAGE, PAGES_FOLDER, page, topics
 from replay.show.rerun_log.viewer import _target_ns as target_of
 from replay.show.results.run_folder import read_run_folder
 from sessions import mesh_to_glb
@@ -24,7 +24,7 @@ ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text("utf-8")
 CONTRIBUTING = (ROOT / ".github" / "CONTRIBUTING.md").read_text("utf-8")
 DOCUMENTS = {"README": README, "CONTRIBUTING": CONTRIBUTING}
-DOCUMENTS |= {f"guide/{topic}": page(topic) for topic in [INDEX, *topics()]}
+DOCUMENTS |= {f"guide/{topic}": page(topic) for topic in [INDEX_PAGE, *topics()]}
 OTHERS = [ROOT / ".github" / name for name in ("CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md")]
 PLAQUES = [path for package in ("cdcore", "sessions", "replay") for path in (ROOT / package).rglob("README.md")]
 
@@ -231,7 +231,7 @@ def test_the_citation_names_the_version_of_the_package():
 
 
 def links():
-    for path in [ROOT / "README.md", *OTHERS, *PLAQUES, *FOLDER.glob("*.md")]:
+    for path in [ROOT / "README.md", *OTHERS, *PLAQUES, *PAGES_FOLDER.glob("*.md")]:
         for target in re.findall(r"\]\(([^)\s]+)\)", BLOCK.sub("", path.read_text("utf-8"))):
             if not target.startswith("http"):
                 yield path, target
@@ -254,7 +254,7 @@ def prose(text):
 def test_readme_and_guide_keep_to_their_length():
     pages = {topic: page(topic) for topic in topics()}
     assert words(README) <= 700
-    assert sum(map(words, [page(INDEX), *pages.values()])) <= 11_000
+    assert sum(map(words, [page(INDEX_PAGE), *pages.values()])) <= 11_000
     assert {topic: words(prose(text)) for topic, text in pages.items() if words(prose(text)) > 900} == {}
     assert len(pages) == 12
 

@@ -37,6 +37,6 @@ def quickest_cutter_only():
     join_by_motion = collider_search.ColliderSearch._join_by_motion
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(collider_search, "OTHER_METHODS", ())
-        patch.setattr(surface_distance, "SAMPLES", 12)
+        patch.setattr(surface_distance, "SAMPLES_PER_SIZE", 12)
         patch.setattr(collider_search.ColliderSearch, "_join_by_motion", lambda *_: None)
         yield join_by_motion

@@ -132,9 +132,9 @@ def test_a_session_of_hours_gives_the_same_answers(monkeypatch):
     assert not freed
     monkeypatch.setattr("replay.engine.MOST_FRAMES_IN_MEMORY", 5)
     monkeypatch.setattr("replay.detection.run_detector.MOST_FRAMES_IN_MEMORY", 5)
-    monkeypatch.setattr("replay.detection.run_detector.WHOLE_FRAMES", 3)
+    monkeypatch.setattr("replay.detection.run_detector.MOST_FRAMES_PER_CALL", 3)
     assert answers(compute(cubes(TWO_BUMPS), **requested)) == kept and freed
-    monkeypatch.setattr("replay.detection.run_detector.FACE_ROWS", 3)
+    monkeypatch.setattr("replay.detection.run_detector.MOST_FACE_PAIRS", 3)
     poor = compute(cubes(TWO_BUMPS), **requested)
     assert poor.detections["hybrid"].face_sets is None
     assert [miss.number for miss in poor.misses["slow"]] == [miss.number for miss in kept[1]["slow"]]

@@ -41,7 +41,7 @@ def test_detector_answers_equally_whether_the_motion_fits_in_memory(name, monkey
     result = []
     for limit in (frames, frames - 1):
         monkeypatch.setattr(detecting, "MOST_FRAMES_IN_MEMORY", limit)
-        monkeypatch.setattr(detecting, "WHOLE_FRAMES", frames // 3)
+        monkeypatch.setattr(detecting, "MOST_FRAMES_PER_CALL", frames // 3)
         result.append(answers(compute(swinging_cubes(frames), **requested)))
     assert repr(result[0]) == repr(result[1]) and any(result[0][3].values())
 

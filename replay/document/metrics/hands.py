@@ -10,13 +10,13 @@ from cdcore.numerics import IntArray
 from replay.prepare.assembly import Assembly, PoseOrigin
 from sessions import Interval, Session
 
-ACTIVITIES: Final = ("task", "stage")
+ACTIVITY_KINDS: Final = ("task", "stage")
 """Kinds of spans that say what a student was at."""
 
-STEP_S: Final = 0.1
+PATH_STEP_S: Final = 0.1
 """Paths are measured ten times a second: at 90 Hz a tracker's noise of 0.3 mm alone would add 1.6 m to every minute."""
 
-IDLE_M_S: Final = 0.05
+IDLE_SPEED_M_S: Final = 0.05
 """A hand slower than this rests; tremor and noise stay below it."""
 
 LONGEST_STEP_S: Final = 0.25
@@ -39,7 +39,7 @@ def measure_hands(assembly: Assembly, hands: list[int]) -> Moving:
     tracked_bodies = sorted(set(range(len(assembly.bodies))) - fixed_bodies(assembly))
     flagged_fraction = float(np.mean(origin[:, tracked_bodies] != PoseOrigin.RECORDED)) if tracked_bodies else 0.0
     watched_bodies = hands or tracked_bodies
-    step_frames = frames_at(motion.times, STEP_S, float(motion.times[-1]) + 0.5 * STEP_S)
+    step_frames = frames_at(motion.times, PATH_STEP_S, float(motion.times[-1]) + 0.5 * PATH_STEP_S)
     seconds = np.diff(motion.times[step_frames])
     has_pose = np.asarray(motion.valid[step_frames][:, watched_bodies].all(axis=1))
     is_usable_step = has_pose[1:] & has_pose[:-1] & (seconds <= LONGEST_STEP_S)
@@ -47,7 +47,7 @@ def measure_hands(assembly: Assembly, hands: list[int]) -> Moving:
         is_usable_step
     ]
     valid_seconds = float(seconds[is_usable_step].sum())
-    is_resting = (step_lengths < IDLE_M_S * seconds[is_usable_step, None]).all(axis=1)
+    is_resting = (step_lengths < IDLE_SPEED_M_S * seconds[is_usable_step, None]).all(axis=1)
     idle_seconds = float(seconds[is_usable_step][is_resting].sum())
     return Moving(
         valid_seconds / 60.0,

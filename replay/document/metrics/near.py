@@ -11,7 +11,7 @@ from cdcore.numerics import FloatArray, IntArray
 from replay.document.metrics.hands import frames_at
 from replay.prepare.assembly import Assembly
 
-CLOSE_M: Final = 0.010
+CLOSE_GAP_M: Final = 0.010
 """Closer than this is close: a hand or a glass covers it in a tenth of a second."""
 
 SAMPLES_HZ: Final = 10.0
@@ -20,7 +20,7 @@ SAMPLES_HZ: Final = 10.0
 SAMPLES_AT_ONCE: Final = 4096
 """Looks whose poses are held together: of hours all would take 200 MB."""
 
-BREAK_S: Final = 0.5
+LONGEST_BREAK_S: Final = 0.5
 """Stretches less than this apart are one."""
 
 
@@ -34,7 +34,7 @@ class NearMiss:
 
 
 def close_intervals(assembly: Assembly, pairs: IntArray) -> tuple[NearMiss, ...]:
-    """Stretches in which the surfaces of a pair were within ``CLOSE_M``, touching or not, in order of time.
+    """Stretches in which the surfaces of a pair were within ``CLOSE_GAP_M``, touching or not, in order of time.
 
     Members of a group that are close to a body are so as one thing.
 
@@ -45,7 +45,7 @@ def close_intervals(assembly: Assembly, pairs: IntArray) -> tuple[NearMiss, ...]
     motion = assembly.motion
     samples = frames_at(motion.times, 1.0 / SAMPLES_HZ, float(motion.times[-1]))
     detector = create_detector(
-        "collider", assembly.bodies, pairs=assembly.pairs[pairs], shape="mesh", skin_m=CLOSE_M / 2
+        "collider", assembly.bodies, pairs=assembly.pairs[pairs], shape="mesh", skin_m=CLOSE_GAP_M / 2
     )
     blocks = np.array_split(samples, -(-len(samples) // SAMPLES_AT_ONCE))
     is_close = np.concatenate([block.verdict == Verdict.CONTACT for block in detector.stream(map(motion.take, blocks))])
@@ -53,7 +53,7 @@ def close_intervals(assembly: Assembly, pairs: IntArray) -> tuple[NearMiss, ...]
     columns = assembly.contact_columns[pairs]
     for pair in np.unique(columns).tolist():
         close_times = motion.times[samples[is_close[:, columns == pair].any(axis=1)]]
-        intervals = np.split(close_times, np.flatnonzero(np.diff(close_times) > BREAK_S) + 1)
+        intervals = np.split(close_times, np.flatnonzero(np.diff(close_times) > LONGEST_BREAK_S) + 1)
         near_misses += [NearMiss(pair, float(block[0]), float(block[-1])) for block in intervals if len(block)]
     return tuple(sorted(near_misses, key=lambda near_miss: (near_miss.start, near_miss.pair)))
 
@@ -69,6 +69,8 @@ def without_contact(near_misses: Sequence[NearMiss], contact_intervals: FloatArr
         near_miss
         for near_miss in near_misses
         if not (
-            (pair == near_miss.pair) & (start <= near_miss.end + BREAK_S) & (end >= near_miss.start - BREAK_S)
+            (pair == near_miss.pair)
+            & (start <= near_miss.end + LONGEST_BREAK_S)
+            & (end >= near_miss.start - LONGEST_BREAK_S)
         ).any()
     )

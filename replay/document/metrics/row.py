@@ -13,17 +13,17 @@ from replay.auditing.holding import Grasp, are_grasped, grasps, hand_bodies
 from replay.auditing.outcome import Episode, Outcome
 from replay.auditing.sampling_offsets import OFFSET_SETTING
 from replay.document.columns import file_columns
-from replay.document.metrics.hands import ACTIVITIES, fixed_bodies, measure_hands, span_names, task_seconds
+from replay.document.metrics.hands import ACTIVITY_KINDS, fixed_bodies, measure_hands, span_names, task_seconds
 from replay.document.metrics.near import NearMiss, close_intervals, without_contact
 from replay.document.run_result import RunResult
 from replay.document.summary import session_digest
 from replay.document.tables import types_of
 from sessions.mcap.metadata import NOT_STATED
 
-REACH_S: Final = 0.5
+REACH_WINDOW_S: Final = 0.5
 """A hand touching what it takes this long before or after the press means to."""
 
-METRICS: Final = types_of(file_columns("metrics"))
+METRIC_TYPES: Final = types_of(file_columns("metrics"))
 TYPES_OF_MEASURES: Final = types_of(file_columns("measured"))
 """Column -> type; a value nobody measured is null."""
 
@@ -35,7 +35,7 @@ BREAKAGE_EVENT: Final = ("breakage", "broken")
 NO_DETECTOR: Final = "none"
 """Stands for the detector where none ran."""
 
-TASK: Final = "task_seconds/"
+TASK_COLUMN_PREFIX: Final = "task_seconds/"
 """Followed by a task's name: a column for each task of the scene."""
 
 
@@ -56,7 +56,7 @@ def metric_rows(result: RunResult) -> list[dict[str, Any]]:
     grasping = _grasping_hands(result)
     session_columns = _columns_of_session(result, grasping)
     if not result.detections:
-        return [{**dict.fromkeys(METRICS), **session_columns, "detector": NO_DETECTOR}]
+        return [{**dict.fromkeys(METRIC_TYPES), **session_columns, "detector": NO_DETECTOR}]
     return [
         {**session_columns, **_row_of_detector(result, label, grasping, session_columns["valid_minutes"])}
         for label in result.detections
@@ -128,8 +128,8 @@ def _columns_of_session(result: RunResult, grasping: _Grasping) -> dict[str, Any
         "path_m": motion.path_m,
         "idle_share": motion.idle_fraction,
         "task_seconds": sum(tasks.values()) if tasks else None,
-        **{kind: " + ".join(span_names(result.session, kind)) or None for kind in ACTIVITIES},
-        **{TASK + name: seconds for name, seconds in tasks.items()},
+        **{kind: " + ".join(span_names(result.session, kind)) or None for kind in ACTIVITY_KINDS},
+        **{TASK_COLUMN_PREFIX + name: seconds for name, seconds in tasks.items()},
     }
 
 
@@ -176,8 +176,8 @@ def is_intended(
     return any(
         grasp.hand == hand
         and grasp.thing in (thing, -1)
-        and episode.start <= grasp.end + REACH_S
-        and episode.end >= grasp.start - REACH_S
+        and episode.start <= grasp.end + REACH_WINDOW_S
+        and episode.end >= grasp.start - REACH_WINDOW_S
         for grasp in grasps_of_hands
     )
 

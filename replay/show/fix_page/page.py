@@ -12,7 +12,7 @@ from replay import words
 from replay.auditing.fault import Fault, worst_first
 from replay.document.before_after import change_text, errors_of_row, worse_text
 from replay.document.columns import screen_columns
-from replay.document.cost import TIMES_ARE, busy_text
+from replay.document.cost import TIMES_SENTENCE, busy_text
 from replay.document.headline import notes_of, undecided_lines
 from replay.document.run_result import RunResult
 from replay.document.tables import Column, text_of
@@ -151,7 +151,7 @@ def cure_page(cure: Cure) -> str:
         front_table=front_table(cure.front),
         counts={label: fault_counts(view, label) for label in (BEFORE, AFTER)},
         labels=(BEFORE, AFTER),
-        times_are=" ".join(filter(None, [TIMES_ARE, busy_sentence])),
+        times_are=" ".join(filter(None, [TIMES_SENTENCE, busy_sentence])),
         gradient=Markup(scale_gradient()),
     )
 

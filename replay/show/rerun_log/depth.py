@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 import rerun as rr
 
-from replay.document.depth import NOISE_SIGMA
+from replay.document.depth import NOISE_SIGMA_M
 from replay.document.run_result import RunResult
 from replay.show.palette import SERIES
 from replay.show.rerun_log.recording_file import RecordingWriter, drawable, entity, pack_colours
@@ -41,7 +41,7 @@ def log_depths(writer: RecordingWriter, result: RunResult) -> None:
         name = result.assembly.pair_name(pair)
         depths = depths_over_time(result, pair)
         millimetres = 1e3 * np.array([*depths.values()])
-        variances = np.where(millimetres > 0.0, (1e3 * NOISE_SIGMA) ** 2, 0.0)
+        variances = np.where(millimetres > 0.0, (1e3 * NOISE_SIGMA_M) ** 2, 0.0)
         path = entity(DEPTHS, name)
         error_bars = rr.Measurements.from_fields(
             # The viewer would join neighbours into means or maxima, and draw diagonals from one contact to the next.

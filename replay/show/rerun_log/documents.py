@@ -7,7 +7,7 @@ from typing import Final
 
 from replay import words
 from replay.auditing.misses import FEWEST_LISTED_SHORT
-from replay.document.cost import TIMES_ARE, busy_text, cost_sentence
+from replay.document.cost import TIMES_SENTENCE, busy_text, cost_sentence
 from replay.document.ranking import ranks_with_fixes
 from replay.document.run_result import RunResult
 from replay.document.summary import CAVEAT
@@ -76,7 +76,7 @@ def ranking_text(result: RunResult) -> str:
 
 def accuracy_text(result: RunResult) -> str:
     """Text on accuracy: cost of missing nothing, and the accuracy and time of each detector."""
-    notes = [*filter(None, [TIMES_ARE, busy_text(result.document)])]
+    notes = [*filter(None, [TIMES_SENTENCE, busy_text(result.document)])]
     return render_template(
         f"{FOLDER}/accuracy.md",
         cost=cost_sentence(result.document),

@@ -21,7 +21,7 @@ from replay import words
 from replay.auditing.fault import Cause, Fault, worst_first
 from replay.auditing.outcome import Episode
 from replay.document.run_result import RunResult
-from replay.document.scores import MOST_LISTED
+from replay.document.scores import MOST_LISTED_MOMENTS
 from replay.effects.output import Vector, vector_of
 from replay.errors import RunFolderError
 from replay.show.palette import REFERENCE, Rgba, fault_colour
@@ -70,7 +70,7 @@ def key_moments(result: RunResult) -> dict[Time, Fault | Episode]:
 def _faults(result: RunResult) -> Iterator[Fault]:
     for label, misses in result.misses.items():
         yield from worst_first(misses)
-        yield from worst_first(result.false.get(label, ()))[:MOST_LISTED]
+        yield from worst_first(result.false.get(label, ()))[:MOST_LISTED_MOMENTS]
 
 
 def _contacts(result: RunResult, faulty_pairs: set[int]) -> Iterator[Episode]:

@@ -8,7 +8,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from replay.document.columns import file_columns
-from replay.document.metrics.hands import ACTIVITIES, activities_at
+from replay.document.metrics.hands import ACTIVITY_KINDS, activities_at
 from replay.document.metrics.row import pseudonym
 from replay.document.run_result import RunResult
 from replay.document.summary import session_digest
@@ -76,7 +76,7 @@ def with_keys(table: pa.Table, result: RunResult) -> pa.Table:
         columns = [
             [session_digest(result)] * len(table),
             [pseudonym(result)] * len(table),
-            *(activities_at(result.session, kind, stamps) for kind in ACTIVITIES),
+            *(activities_at(result.session, kind, stamps) for kind in ACTIVITY_KINDS),
         ]
         for name, values in zip(KEYS, columns, strict=True):
             table = table.append_column(name, pa.array(values, TYPES[str]))

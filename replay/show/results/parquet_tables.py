@@ -14,11 +14,11 @@ from replay.auditing.compare import VERDICT_FRAMES
 from replay.auditing.fault import Fault
 from replay.auditing.holding import overlaps_holding
 from replay.auditing.outcome import Outcome
-from replay.document.metrics.row import METRICS, TASK, TYPES_OF_MEASURES, metric_rows
+from replay.document.metrics.row import METRIC_TYPES, TASK_COLUMN_PREFIX, TYPES_OF_MEASURES, metric_rows
 from replay.document.run_document import RunDocument
 from replay.document.run_result import RunResult
 from replay.document.summary import frame_seconds
-from replay.prepare.flags import POSE_DOUBT, flag_word
+from replay.prepare.flags import POSE_DOUBT_BITS, flag_word
 from replay.show.results.parquet import table_of
 
 VERDICT_NAMES: Final = [verdict.name for verdict in Verdict]
@@ -82,10 +82,12 @@ def series_table(result: RunResult) -> pa.Table:
 
 
 def metrics_table(result: RunResult) -> pa.Table:
-    """The metrics of a run, columns of ``METRICS`` and ``TYPES_OF_MEASURES`` and one per task."""
+    """The metrics of a run, columns of ``METRIC_TYPES`` and ``TYPES_OF_MEASURES`` and one per task."""
     metric_columns = [row | _measured_columns(result.document, row["detector"]) for row in metric_rows(result)]
-    tasks = sorted(name for name in (metric_columns[0] if metric_columns else {}) if name.startswith(TASK))
-    return table_of(metric_columns, METRICS | TYPES_OF_MEASURES | dict.fromkeys(tasks, float))
+    tasks = sorted(
+        name for name in (metric_columns[0] if metric_columns else {}) if name.startswith(TASK_COLUMN_PREFIX)
+    )
+    return table_of(metric_columns, METRIC_TYPES | TYPES_OF_MEASURES | dict.fromkeys(tasks, float))
 
 
 def _measured_columns(document: RunDocument, label: str) -> dict[str, Any]:
@@ -111,7 +113,7 @@ def _eventful_pair_frames(result: RunResult) -> tuple[IntArray, IntArray]:
         is_marked = [counts_as_contact(verdict) | is_one_of(verdict, STATED_VERDICTS) for verdict in verdicts]
         if is_marked:
             is_flagged = result.flags.of_pairs(result.assembly.pairs, start, start + VERDICT_FRAMES)
-            is_marked += [((is_flagged & POSE_DOUBT) > 0) & (verdict != Verdict.NO_POSE) for verdict in verdicts]
+            is_marked += [((is_flagged & POSE_DOUBT_BITS) > 0) & (verdict != Verdict.NO_POSE) for verdict in verdicts]
             frame, column = np.nonzero(np.logical_or.reduce(is_marked))
             rows.append(frame + start)
             columns.append(column)

@@ -6,7 +6,7 @@ from typing import Final
 
 from replay import words
 from replay.auditing.fault import Cause
-from replay.document.fault_sentences import REASONS
+from replay.document.fault_sentences import CAUSE_REASONS
 from replay.studies.class_study.analysis import Study
 from replay.studies.class_study.class_tables import ClassTables, Mistakes
 from replay.studies.class_study.power import more_students_needed
@@ -24,7 +24,7 @@ CAUSES: Final[Mapping[str, str]] = {
     Cause.BETWEEN_SAMPLES: "the contact, or a part of it, falls between two samples",
     Cause.LATE: "its reports come late",
     Cause.EARLY: "its reports end early",
-    **REASONS["misses"],
+    **CAUSE_REASONS["misses"],
 }
 """Cause -> why a contact is missed, as the end of a sentence; others stand as they are called."""
 

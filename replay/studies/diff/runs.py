@@ -13,7 +13,7 @@ from replay.auditing.matching import matching_numbers
 from replay.auditing.outcome import Episode
 from replay.document.coding import plain_of
 from replay.document.contact import ContactRecord
-from replay.document.ranking import Range, Rank, count_range
+from replay.document.ranking import CountBounds, Rank, count_range
 from replay.document.run_document import RunDocument
 from replay.errors import RunFolderError
 from replay.show.results.run_folder import RunFolder, read_run_folder
@@ -27,7 +27,7 @@ SETTINGS: Final = ("seed", "tau", "window", "oracle", "versions", "machine")
 """Parts of a summary that say how a run was made, besides the settings of its detectors and its session."""
 
 Fractions = tuple[float | None, ...]
-Ranges = tuple[Range | None, ...]
+Ranges = tuple[CountBounds | None, ...]
 """In the first and in the second run."""
 
 

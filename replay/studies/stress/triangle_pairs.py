@@ -28,7 +28,7 @@ inside it, and any bounding sphere will do. Spheres fitted to each triangle took
 def verdicts_of(detector: SpecLike, pairs: FloatArray) -> ByteArray:
     """Verdicts of a detector about triangle pairs.
 
-    ``pairs``: (n, 2, 3, 3). The settings of the detector come before those of ``CHEAPER``.
+    ``pairs``: (n, 2, 3, 3). The settings of the detector come before those of ``CHEAPER_SETTINGS``.
     Returns (n,) uint8, values of ``Verdict``; INVALID where it refused the pair with an error of its own.
     Raises UnknownDetectorError: lists the names there are.
     """

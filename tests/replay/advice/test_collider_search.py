@@ -8,7 +8,7 @@ from cdcore import TriangleMesh
 from cdcore.bounding.collider_shapes import box_collider
 from cdcore.bounding.hull import hull_collider
 from replay.advice import collider_search
-from replay.advice.collider_search import CONVEX, Deadline, Ladder, Limits
+from replay.advice.collider_search import CONVEX_REASON, Deadline, Ladder, Limits
 from replay.advice.report_card import shape_figures
 from replay.cutting import piece_store
 from replay.cutting.piece_store import Cut
@@ -93,7 +93,7 @@ def test_mirrored_bodies_are_cut_and_counted_as_they_are(two_beakers):
     box = box_collider(beaker)
     turned_box = TriangleMesh(box.vertices, box.faces[:, ::-1])
     deadline = Deadline(None, lambda _: None)
-    assert Ladder(turned_box, deadline).reason == Ladder(box, deadline).reason == CONVEX
+    assert Ladder(turned_box, deadline).reason == Ladder(box, deadline).reason == CONVEX_REASON
     ladders = [sector_ladder(mesh) for mesh in (beaker, mirrored)]
     assert len(ladders[0].ends) == len(ladders[1].ends) > 8
     figures = [shape_figures(mesh, [hull_collider(beaker)]) for mesh in (beaker, mirrored)]

@@ -9,7 +9,7 @@ from support.small_worlds import cubes, framed
 
 from cdcore.kernels import compiling
 from replay.advice import sweep as trading
-from replay.advice.sweep import FRONT_PASSES, PASSES, tradeoff
+from replay.advice.sweep import FRONT_PASSES, PASSES_PER_SETTING, tradeoff
 from replay.engine import compute
 from replay.errors import TradeoffError
 from sessions.model.scene import Scene, SceneBody, SceneEffect
@@ -81,7 +81,7 @@ def test_demo_sweep_tries_twelve_settings_in_twenty_seconds():
 
 
 def test_settings_are_timed_in_three_passes_and_sorted_by_loss(done):
-    assert all(row["passes"] >= PASSES and row["mean_low"] is not None for row in done.rows)
+    assert all(row["passes"] >= PASSES_PER_SETTING and row["mean_low"] is not None for row in done.rows)
     assert max(row["passes"] for row in done.rows) == FRONT_PASSES
     # Between frames nobody asks live, so no frame has a time of its own.
     assert [row["label"] for row in done.rows if row["p99_ms"] is None] == ["between"]

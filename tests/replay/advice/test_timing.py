@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from support.shapes import unturned
 
-from replay.advice.timing import BATCH_FRAMES, LEAD_FRAMES, MEAN, Clock, LiveFrames, Timed, known
+from replay.advice.timing import BATCH_FRAMES, LEAD_FRAMES, MEAN_LEVEL, Clock, LiveFrames, Timed, known
 from replay.detection.sample_times import P99
 
 
@@ -60,12 +60,12 @@ def made(own, reference):
 
 def test_ratio_compares_equal_passes_and_single_pass_has_no_interval():
     machine = [1.0, 3.0, 1.0, 2.0, 5.0, 1.0, 1.5]
-    value, _, upper = made([[2 * slow] for slow in machine], [[slow] for slow in machine]).ratio(MEAN)
+    value, _, upper = made([[2 * slow] for slow in machine], [[slow] for slow in machine]).ratio(MEAN_LEVEL)
     assert value == pytest.approx(2.0) and upper < 2.2
-    assert known(made([[2.0]], [[1.0]]).ratio(MEAN)) == [pytest.approx(2.0), None, None]
+    assert known(made([[2.0]], [[1.0]]).ratio(MEAN_LEVEL)) == [pytest.approx(2.0), None, None]
 
 
-@pytest.mark.parametrize(("level", "value"), [(MEAN, 1.5), (P99, 1.99)])
+@pytest.mark.parametrize(("level", "value"), [(MEAN_LEVEL, 1.5), (P99, 1.99)])
 def test_interruption_in_a_single_pass_changes_no_price(level, value):
     own = np.tile(np.linspace(1.0, 2.0, 400), (7, 1))
     hit = np.random.default_rng(3).random((7, 400)) < 0.03
@@ -97,9 +97,9 @@ def clocked(frames, compiled=None):
 def test_repeated_setting_ties_by_widening_intervals():
     clock, item = clocked(Frames([1.0, 1.02, 0.97, 1.01, 0.99, 1.0, 1.03]))
     assert clock.as_json()["tie"] and clock.as_json()["widened"] == 1.0 and clock.as_json()["passes"] == 7
-    assert clock.price(item, MEAN)[0] == pytest.approx(0.004) and item.passes == 7 == clock.twin.passes
+    assert clock.price(item, MEAN_LEVEL)[0] == pytest.approx(0.004) and item.passes == 7 == clock.twin.passes
     clock, item = clocked(Frames([1.4, 1.41, 1.39, 1.4, 1.4, 1.4, 1.4]))
-    reported, price = clock.as_json(), clock.price(item, MEAN)
+    reported, price = clock.as_json(), clock.price(item, MEAN_LEVEL)
     assert not reported["tie"] and reported["widened"] == pytest.approx(1.4, rel=1e-3)
     assert [*price[1:] / 0.004] == pytest.approx([1 / 1.4, 1.4], rel=1e-3)
 
@@ -129,7 +129,7 @@ def test_p99_of_rate_covers_samples_and_mean_covers_frames(rate_hz, sampled):
     clock.twin.reference = item.reference
     clock.twin.own = item.reference
     assert clock.price(item, P99)[0] == pytest.approx(0.28)
-    assert clock.price(item, MEAN)[0] == pytest.approx(0.28 * sampled / 60, rel=1e-3)
+    assert clock.price(item, MEAN_LEVEL)[0] == pytest.approx(0.28 * sampled / 60, rel=1e-3)
 
 
 def test_rate_without_timed_sample_has_no_p99():

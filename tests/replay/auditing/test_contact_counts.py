@@ -14,7 +14,7 @@ from replay.auditing.fault import FaultKind
 from replay.auditing.matching import match_episodes
 from replay.auditing.misses import missed_faults
 from replay.auditing.outcome import Outcome
-from replay.auditing.wilson import OVER_CONTACTS, proportion_of_clusters
+from replay.auditing.wilson import INTERVALS_CAPTION, proportion_of_clusters
 
 
 @pytest.mark.parametrize(("message", "missed", "piece"), [(".CCC.", 0, 0), (".C.C.", 0, 1), (".....", 1, 0)])
@@ -102,7 +102,7 @@ def test_intervals_cover_less_where_misses_cluster_in_long_contacts(contacts, le
     truth = drawn(random, 20_000, unseen=0.05)["missed"].value
     sessions = [drawn(random, contacts, unseen=0.05)["missed"] for _ in range(200)]
     assert least <= np.mean([item.lower <= truth <= item.upper for item in sessions]) <= most
-    assert "They are too narrow where contacts are few and the missed ones are long" in OVER_CONTACTS
+    assert "They are too narrow where contacts are few and the missed ones are long" in INTERVALS_CAPTION
 
 
 def test_reports_are_counted_by_segments_joined_by_tolerance():

@@ -136,6 +136,6 @@ def test_frame_with_visible_contact_is_measured(position, faces):
 
 
 def test_first_touch_is_computed_for_a_limited_number_of_faults(monkeypatch):
-    monkeypatch.setattr("replay.auditing.evidence.TOUCHES_IN_ALL", 1)
+    monkeypatch.setattr("replay.auditing.evidence.MOST_LOCATED_TOUCHES", 1)
     first, second = between([3.0, 3.0, -3.0, -3.0, 3.0], (0, 2, 2), (0, 4, 4))
     assert first.evidence.touch is not None and second.evidence.touch is None

@@ -78,7 +78,7 @@ def test_contacts_of_a_glass_at_rest_are_undecidable():
 def test_only_the_seed_changes_an_answer_about_noise(monkeypatch):
     session = gaps(WAVERING)
     whole = requested(session).noise
-    monkeypatch.setattr(module, "BLOCK", 7)
+    monkeypatch.setattr(module, "BLOCK_FRAMES", 7)
     for threads in (1, 5):
         monkeypatch.setattr(module.os, "cpu_count", lambda threads=threads: threads)
         assert requested(session).noise == whole

@@ -5,7 +5,7 @@ import pytest
 from support.small_worlds import cubes
 
 from replay.auditing.outcome import Outcome
-from replay.auditing.sampling_offsets import PHASES
+from replay.auditing.sampling_offsets import OFFSET_COUNT
 from replay.engine import compute
 
 
@@ -37,7 +37,7 @@ def test_displayed_counts_come_from_the_offset_nearest_the_mean(detector, seed):
     offsets, audit = result.phases["slow"], result.document.audit["slow"]
     displayed = result.document.detectors["slow"].settings["sampling_offset_s"]
     number = int(np.flatnonzero(offsets.seconds == displayed)[0])
-    assert len(offsets.seconds) == PHASES
+    assert len(offsets.seconds) == OFFSET_COUNT
     # What the run shows and what was counted at that offset are the same frames.
     assert np.array_equal(result.counts["slow"].frames_by_outcome, offsets.frames_by_outcome[number])
     assert audit.false_contact.value == pytest.approx(offsets.false_fractions[number])

@@ -6,14 +6,14 @@ import sys
 import pytest
 
 from replay.cli.main import main
-from replay.guide.pages import INDEX, page, topics
+from replay.guide.pages import INDEX_PAGE, page, topics
 
 
 def test_piped_a_page_is_its_markdown(capsys):
     assert main(["guide", "hard-cases"]) == 0
     assert capsys.readouterr().out == page("hard-cases")
     assert main(["guide"]) == 0
-    assert capsys.readouterr().out == page(INDEX)
+    assert capsys.readouterr().out == page(INDEX_PAGE)
 
 
 @pytest.mark.sampled(4)

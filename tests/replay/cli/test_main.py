@@ -11,9 +11,9 @@ from support.small_worlds import cubes
 
 from replay.cli import main as module
 from replay.cli.commands import COMMANDS, GROUPS
-from replay.cli.main import COLLECT_AFTER, main
+from replay.cli.main import COLLECTOR_THRESHOLDS, main
 from replay.errors import AssemblyError
-from replay.guide.pages import INDEX, page
+from replay.guide.pages import INDEX_PAGE, page
 from sessions import write_session
 
 
@@ -147,7 +147,7 @@ def test_ctrl_c_while_a_library_calls_back_is_not_lost():
 
 def test_the_shell_completes_verbs_as_the_guide_says():
     requested = {"COMP_WORDS": "replay doc", "COMP_CWORD": "1", "_REPLAY_COMPLETE": "bash_complete"}
-    assert "_REPLAY_COMPLETE=bash_source replay" in page(INDEX)
+    assert "_REPLAY_COMPLETE=bash_source replay" in page(INDEX_PAGE)
     sentence = [sys.executable, "-m", "replay"]
     done = subprocess.run(sentence, env={**os.environ, **requested}, capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["plain,doctor"]
@@ -167,4 +167,4 @@ def test_only_the_program_itself_collects_cycles_less_often(call, changed):
     given = "import gc, sys; sys.argv = ['replay', '--version']; from replay.cli.main import main"
     code = f"{given}; {call}; print(gc.get_threshold())"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert (done.stdout.splitlines()[-1] == str(COLLECT_AFTER)) is changed
+    assert (done.stdout.splitlines()[-1] == str(COLLECTOR_THRESHOLDS)) is changed

@@ -10,7 +10,7 @@ from cdcore.detectors.detector_table import settings_of
 from replay.cli.run_markdown import run_markdown
 from replay.cli.run_report import answer_cited
 from replay.cli.run_tables import answer_lines
-from replay.cli.terminal import STYLES, Paragraph
+from replay.cli.terminal import MARK_STYLES, Paragraph
 from replay.detection.detector_spec import parse_detectors
 from replay.document.citations import sources_behind
 from replay.document.tables import GOOD, IN_RED, IN_YELLOW, markdown_text
@@ -53,7 +53,7 @@ def test_unmeasured_fix_names_a_valid_detector_setting():
 )
 def test_headline_colour_matches_its_worst_error(state, mark):
     sentence = next(line for line in answer_lines(STATES[state](), "run.rrd") if isinstance(line, Paragraph))
-    assert sentence.style == STYLES[mark]
+    assert sentence.style == MARK_STYLES[mark]
 
 
 def test_sources_are_printed_after_text_and_within_json(capsys):

@@ -45,7 +45,7 @@ def test_mean_leaves_out_the_time_of_other_programs():
 def test_detector_over_a_long_motion_in_blocks_equals_whole(monkeypatch, spec):
     """50 frames are 7 blocks of 7 and a rest of 1."""
     whole = run_detector(parse_detector(spec), assembly(), seed=0, faces=True, advance=lambda done: None)
-    monkeypatch.setattr(detecting, "WHOLE_FRAMES", 7)
+    monkeypatch.setattr(detecting, "MOST_FRAMES_PER_CALL", 7)
     reported = []
     cut = run_detector(parse_detector(spec), assembly(), seed=0, faces=True, advance=reported.append)
     assert reported == [7] * 7 + [1]
@@ -58,7 +58,7 @@ def test_warm_up_frames_are_few_and_span_the_motion():
     for count in (1, 2, 100, 1000, 54_000):
         frames = detecting.warm_frames(count)
         assert frames[0] == 0 and frames[-1] == count - 1
-        assert len(frames) <= 2 * detecting.WARM_FRAMES and (np.diff(frames) > 0).all()
+        assert len(frames) <= 2 * detecting.WARM_UP_FRAMES and (np.diff(frames) > 0).all()
 
 
 @pytest.mark.parametrize(("spec", "seed"), [("qaco", 7), ("qaco[seed=3]", 3)])

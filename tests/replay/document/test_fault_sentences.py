@@ -17,7 +17,7 @@ from cdcore import Verdict
 from cdcore.protocol import counts_as_contact
 from replay.auditing.loss import fraction_of
 from replay.detection.detector_spec import parse_detector
-from replay.document.fault_sentences import REASONS
+from replay.document.fault_sentences import CAUSE_REASONS
 from replay.engine import compute
 
 BODY = r"[a-z]+"
@@ -318,7 +318,7 @@ def cause_of_frames(claim):
     return outcome_holds(claim) and examined > 0 and counted and STAGES[claim.fields["reason"]](claim)
 
 
-REASON = "|".join(map(re.escape, REASONS["misses"].values()))
+REASON = "|".join(map(re.escape, CAUSE_REASONS["misses"].values()))
 FROM = r"\S+ reports contact from (?P<reach>[\d.]+) mm on: its contact offset\."
 MISSED = {
     rf"\S+ samples every (?P<step>[\d.]+) ms; the contact of {PAIR} {WHEN} lasted (?P<lasted>[\d.,]+) ms, between two "

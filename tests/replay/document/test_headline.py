@@ -9,7 +9,7 @@ from support.report_states import audit_of, detector_of, document_with, times_of
 from support.small_worlds import TWO_BUMPS, cubes, jumping
 
 from replay.document.audit import GraspedCounts
-from replay.document.cost import NO_SLOWEST, TIMES_ARE
+from replay.document.cost import NO_SLOWEST_SENTENCE, TIMES_SENTENCE
 from replay.document.diagnosis import answers_of_run
 from replay.document.headline import compound_lines, grasped_notes, price_reason
 from replay.document.ranking import Rank
@@ -30,10 +30,10 @@ def test_the_cost_is_the_reference_beside_a_busy_machine(busy):
     cost = price_reason(SimpleNamespace(document=document, ranking=ranks), None)
     slowest = "" if busy > 0.05 else ", 99 % within 0.1 ms"
     assert cost.text == f"exact takes 0.041 ms a frame{slowest}; slow 0.01 ms."
-    assert cost.figures.startswith(f"exact takes 0.37 % of a 90 Hz frame on average. {TIMES_ARE}")
+    assert cost.figures.startswith(f"exact takes 0.37 % of a 90 Hz frame on average. {TIMES_SENTENCE}")
     unknown = (*ranks[:1], replace(reference, p99=None))
     cost_without = price_reason(SimpleNamespace(document=document, ranking=unknown), None)
-    assert "99 %" not in cost_without.text and NO_SLOWEST in cost_without.figures
+    assert "99 %" not in cost_without.text and NO_SLOWEST_SENTENCE in cost_without.figures
     sentence = "The machine was busy (69 %): run again for reliable times."
     assert cost.figures.endswith(sentence) == (busy > 0.05)
     assert price_reason(SimpleNamespace(document=structs.replace(document, audit={}), ranking=()), None).text == ""

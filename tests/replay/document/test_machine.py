@@ -32,7 +32,7 @@ def test_the_machine_is_named_without_naming_user_or_host():
 )
 def test_linux_processor_is_named_by_model_or_architecture(listed, named, tmp_path, monkeypatch):
     monkeypatch.setattr(platform, "system", lambda: "Linux")
-    monkeypatch.setattr(module, "LINUX_PROCESSORS", tmp_path / "cpuinfo")
+    monkeypatch.setattr(module, "LINUX_PROCESSOR_FILE", tmp_path / "cpuinfo")
     assert processor_name() == platform.machine()
     (tmp_path / "cpuinfo").write_text(listed)
     assert processor_name() == named

@@ -6,7 +6,7 @@ import pytest
 from msgspec import structs
 from support.report_states import COUNTS, audit_of, detector_of, document_with, times_of, zeros
 
-from replay.auditing.sampling_offsets import PHASES
+from replay.auditing.sampling_offsets import OFFSET_COUNT
 from replay.auditing.wilson import proportion
 from replay.document.audit import CountRange, GraspedCounts, OffsetProportions, OffsetRanges, PairFrames
 from replay.document.detector import SampleTimes
@@ -83,7 +83,7 @@ def test_a_rate_is_ranked_by_its_mean_over_offsets():
     )
     counts = OffsetRanges(contacts_missed=CountRange(smallest=0, largest=2, mean=1.0), late_or_cut_short=COUNTS)
     (rank, _) = ranking(run(slow=audited(9, 0, 0, means_over_offsets=mean, counts_over_offsets=counts)))
-    assert (rank.phases, rank.missed_counts, rank.late_counts) == (PHASES, (0, 2), (0, 0))
+    assert (rank.phases, rank.missed_counts, rank.late_counts) == (OFFSET_COUNT, (0, 2), (0, 0))
     assert rank.missed.value == pytest.approx(1 / 18)
     assert fault_text(rank) == "10 % of its contact time is false; up to 2 of 18 contacts missed"
 

@@ -15,7 +15,7 @@ from replay.cli.run_tables import answer_lines
 from replay.document.answer import Answer, Fix, FixFigures
 from replay.document.certainty import certainty
 from replay.document.cost import BUDGET_MS, busy_sentence
-from replay.document.decision import FIX_WRITES, SHIP_COMMAND, shipping_decision
+from replay.document.decision import FIX_FILES_SENTENCE, SHIP_COMMAND, shipping_decision
 from replay.document.ranking import Rank, lesser_faults
 from replay.show.sections import SectionName, section_of
 
@@ -160,7 +160,7 @@ def test_a_shipped_fix_has_its_trade_in_the_same_sentence(false, missed, ships):
     if made.is_fix:
         assert (
             made.text == "In your engine, split b."
-            and made.figures == f"{fix.change} {FIX_WRITES}"
+            and made.figures == f"{fix.change} {FIX_FILES_SENTENCE}"
             and made.command == fix.command
         )
         assert made.rank.loss == pytest.approx(false + missed / 9)
@@ -190,7 +190,8 @@ def test_without_a_contact_only_false_contact_is_judged(state, does):
     assert reasons["Sure"].text == "Only of false contact: exact found no contact to compare, so none could be missed."
     if "cut" in state:
         assert (
-            reasons["Do"].figures == f"False 100 % -> 0 %, no contact to miss. {FIX_WRITES}" and reasons["Do"].command
+            reasons["Do"].figures == f"False 100 % -> 0 %, no contact to miss. {FIX_FILES_SENTENCE}"
+            and reasons["Do"].command
         )
         assert reasons["Or"].text.startswith(
             "In your own code, ship exact, which Unity and Unreal do not offer: every triangle, every frame"

@@ -4,15 +4,15 @@ import re
 
 import pytest
 
-from replay.guide.pages import FOLDER, INDEX, for_terminal, page, topics
+from replay.guide.pages import INDEX_PAGE, PAGES_FOLDER, for_terminal, page, topics
 
 
 def test_guide_index_links_every_page_exactly_once():
-    assert sorted(topics()) == sorted(path.stem for path in FOLDER.glob("*.md") if path.stem != INDEX)
+    assert sorted(topics()) == sorted(path.stem for path in PAGES_FOLDER.glob("*.md") if path.stem != INDEX_PAGE)
     assert topics()[0] == "your-recording" and topics()[-1] == "glossary"
 
 
-@pytest.mark.parametrize("topic", [INDEX, *topics()])
+@pytest.mark.parametrize("topic", [INDEX_PAGE, *topics()])
 def test_page_starts_with_title_and_keeps_code_in_a_terminal(topic):
     block = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
     assert page(topic).startswith("# ")

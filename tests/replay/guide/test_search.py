@@ -2,7 +2,7 @@
 
 import pytest
 
-from replay.guide.pages import INDEX, page, topics
+from replay.guide.pages import INDEX_PAGE, page, topics
 from replay.guide.search import near_terms, search, sections_of
 
 GUIDE = [section for topic in topics() for section in sections_of(topic, page(topic))]
@@ -121,7 +121,7 @@ def test_near_terms_are_spelled_like_the_query():
     assert near_terms("qqqqqq", GUIDE) == []
 
 
-@pytest.mark.parametrize("topic", [INDEX, *topics()])
+@pytest.mark.parametrize("topic", [INDEX_PAGE, *topics()])
 def test_sections_of_a_page_are_the_page(topic):
     lines = [line for section in sections_of(topic, page(topic)) for line in section.text.splitlines() if line]
     assert lines == [line for line in page(topic).splitlines() if line and not line.startswith("<!--")]

@@ -1,18 +1,18 @@
 import pytest
 
-from replay.prepare.policy import KINDS, LIMIT_S, PolicyRule, parse_policy
+from replay.prepare.policy import ACTIONS_BY_KIND, DEFAULT_LIMIT_S, PolicyRule, parse_policy
 from sessions.doctor.finding import CODES
 
 
 def test_every_policy_kind_is_a_doctor_code():
-    assert KINDS.keys() <= CODES.keys()
+    assert ACTIONS_BY_KIND.keys() <= CODES.keys()
 
 
 def test_every_kind_has_its_default_without_a_policy():
     policy = parse_policy()
-    assert policy.as_json() == {kind: actions[0] for kind, actions in KINDS.items()}
+    assert policy.as_json() == {kind: actions[0] for kind, actions in ACTIONS_BY_KIND.items()}
     assert policy.rule("mesh-open").action == "keep"
-    assert parse_policy(["tracking-lost=hold"]).rule("tracking-lost").limit == LIMIT_S
+    assert parse_policy(["tracking-lost=hold"]).rule("tracking-lost").limit == DEFAULT_LIMIT_S
 
 
 @pytest.mark.parametrize(

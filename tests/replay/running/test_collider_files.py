@@ -18,7 +18,7 @@ from replay.cli.main import main
 from replay.cutting import piece_store
 from replay.cutting.methods import METHODS
 from replay.errors import OutputError, TradeoffError
-from replay.running.collider_files import COLLIDERS, fix_colliders
+from replay.running.collider_files import COLLIDERS_FOLDER, fix_colliders
 from sessions import MeshData, Session, import_session, load_mesh, read_session, write_session
 
 pytestmark = pytest.mark.usefixtures("quickest_cutter_only")
@@ -72,7 +72,7 @@ def test_written_pieces_are_convex_and_hold_their_mesh(session, shipped):
 
 
 def test_printed_figures_match_a_run_of_the_written_colliders(shipped):
-    reported = json.loads((shipped.folder / COLLIDERS.mark).read_text("utf-8"))
+    reported = json.loads((shipped.folder / COLLIDERS_FOLDER.mark).read_text("utf-8"))
     assert reported["after"]["false"] <= 0.3 < reported["before"]["false"] and reported["reached"]
     again = replay.run(read_session(shipped.folder / "session.mcap"), detectors=f"it={shipped.setting}")
     audit = again.document.audit["it"]
@@ -109,7 +109,7 @@ def test_collider_search_out_of_time_writes_single_hulls(session, tmp_path):
     assert made.time_up and not made.reached and all(row["after"]["pieces"] == 1 for row in made.bodies)
     total, *percents = stages.units["Cutting and trying colliders"]
     assert total == 100 and 0 < sum(percents) <= 100
-    assert json.loads((made.folder / COLLIDERS.mark).read_text("utf-8"))["time_up"]
+    assert json.loads((made.folder / COLLIDERS_FOLDER.mark).read_text("utf-8"))["time_up"]
     assert not fix_colliders(session, tmp_path / "all", engine="mujoco", limits=Limits(1.0), time_limit=None).time_up
 
 

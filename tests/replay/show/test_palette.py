@@ -5,7 +5,7 @@ import pytest
 
 from replay.auditing.fault import FaultKind
 from replay.auditing.outcome import Outcome
-from replay.cli.terminal import STYLES
+from replay.cli.terminal import MARK_STYLES
 from replay.document.tables import IN_RED, PARTLY
 from replay.show import palette
 from replay.show.palette import albedo
@@ -91,4 +91,4 @@ def test_pages_picture_and_terminal_share_the_colours():
     assert [palette.hex_of(colour) for colour in (palette.MISSED, palette.FALSE_CONTACT, palette.TRUE_CONTACT)] == [
         palette.DARK[kind] for kind in ("missed", "false", "right")
     ]
-    assert palette.DARK["missed"] in STYLES[IN_RED] and palette.DARK["late"] in STYLES[PARTLY]
+    assert palette.DARK["missed"] in MARK_STYLES[IN_RED] and palette.DARK["late"] in MARK_STYLES[PARTLY]

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from support.small_worlds import cubes, framed
 
 from cdcore import Motion
-from replay.document.metrics.near import CLOSE_M, close_intervals, without_contact
+from replay.document.metrics.near import CLOSE_GAP_M, close_intervals, without_contact
 from replay.prepare.assemble import assemble
 from sessions.scene_files.scene_toml import parse_scene
 
@@ -76,7 +76,7 @@ def test_close_is_the_distance_by_fcl_at_every_sample(rotations):
     for frame in range(count):
         # At rest for a second, so that every look sees this pose.
         motion = Motion(np.arange(2.0), *(piece[[frame, frame]] for piece in (whole.translations, poses)))
-        truth.append(fcl_gap(mesh, poses[frame], whole.translations[frame]) < CLOSE_M)
+        truth.append(fcl_gap(mesh, poses[frame], whole.translations[frame]) < CLOSE_GAP_M)
         assert bool(close_intervals(replace(assembly, motion=motion), np.array([0]))) is truth[-1]
     assert 5 < sum(truth) < count - 5
 

@@ -10,7 +10,7 @@ from replay import run
 from replay.auditing.holding import Grasp
 from replay.auditing.outcome import Episode
 from replay.document.metrics.row import (
-    TASK,
+    TASK_COLUMN_PREFIX,
     effect_metrics,
     is_intended,
     metric_rows,
@@ -48,7 +48,7 @@ def test_metrics_of_a_made_up_session_equal_planted_counts(silver, rows):
     contacts = row["contacts_per_min"] * row["valid_minutes"]
     assert len(planted) <= round(contacts) <= len([e for e in truth.episodes if e.nominal])
     assert row["valid_minutes"] == pytest.approx(truth.seconds / 60, rel=0.02)
-    assert row["task_seconds"] == pytest.approx(sum(v for k, v in row.items() if k.startswith(TASK)))
+    assert row["task_seconds"] == pytest.approx(sum(v for k, v in row.items() if k.startswith(TASK_COLUMN_PREFIX)))
 
 
 def test_a_row_has_the_recall_that_the_audit_measured(silver, rows):
