@@ -14,7 +14,7 @@ import phreeqc
 
 from replay.effects.chemistry.enthalpy import CONSTANTS
 from replay.effects.chemistry.formulas import atoms, molar_mass
-from replay.effects.chemistry.salts import SOLUBILITY
+from replay.effects.chemistry.salts import SOLUBILITY_G_PER_100_G
 
 PARAMETERS = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
 FOLDER = Path(phreeqc.__file__).parent / "databases"
@@ -36,7 +36,7 @@ def agrees(table, stands, value):
 
 def rows():
     """Table, key, entry, what stands there, its source, and the source's value, ``None``: no source here."""
-    for salt, values in SOLUBILITY.items():
+    for salt, values in SOLUBILITY_G_PER_100_G.items():
         yield from _solubility(salt, values)
     for formula, molar in CONSTANTS["strongest"].items():
         yield "strongest", formula, "mol/L", molar, "density", _strength(*PARAMETERS["strongest"][formula], formula)

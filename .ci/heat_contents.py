@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from replay.effects.chemistry.formulas import charge_of
-from replay.effects.chemistry.heat_content import TABLE
+from replay.effects.chemistry.heat_content import SALT_HEATS_KJ_MOL
 
 PARAMETERS = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
 GAS = 8.314462618
@@ -124,7 +124,7 @@ def rows():
 
     Those are of pairs whose heat PHREEQC has, or the table of diluted sulfuric acid.
     """
-    for pair, values in TABLE.items():
+    for pair, values in SALT_HEATS_KJ_MOL.items():
         for molal, stands in values.items() if any(values.values()) else ():
             yield pair, float(molal), stands, nearest(pair, float(molal), stands)
 

@@ -17,7 +17,7 @@ from replay.auditing.episodes import column_runs
 from replay.auditing.outcome import Outcome
 from replay.engine import compute
 from replay.show.palette import FALSE_CONTACT, MISSED, PAPER, TRUE_CONTACT, WITHIN_TOLERANCE, hex_of
-from replay.show.report.still import FIRST, fault_still
+from replay.show.report.still import FIRST_SIZE, fault_still
 from replay.studies.synthetic_sessions import synthetic_session
 
 SIZE = (1800, 760)
@@ -87,9 +87,11 @@ def readme_picture(result):
     """The picture as SVG; all its figures are those of the run."""
     answer, rank = result.answers[0], result.ranking[0]
     fault = next(item for item in result.false[answer.label] if item.number == answer.moment.number)
-    still = str(fault_still(result, answer.label, fault, FIRST))
-    still = still.replace("<svg ", f"<svg width={FIRST[0]} height={FIRST[1]} ", 1).replace("/>", f"/>{FADES}", 1)
-    scale = 540 / FIRST[1]
+    still = str(fault_still(result, answer.label, fault, FIRST_SIZE))
+    still = still.replace("<svg ", f"<svg width={FIRST_SIZE[0]} height={FIRST_SIZE[1]} ", 1).replace(
+        "/>", f"/>{FADES}", 1
+    )
+    scale = 540 / FIRST_SIZE[1]
     fraction = words.as_percentage(rank.false.value)
     lines = [
         (770, 92, "", "The convex hull says:"), (770, 176, "big false", "contact."),

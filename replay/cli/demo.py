@@ -140,18 +140,23 @@ def _demo_class(out: Path, students: int, *, brief: bool, seed: int, jobs: int, 
     from replay.cli.study import PageRequest, require_extra, write_page
     from replay.running.batch import run_batch
     from replay.studies.class_study.page import Heading
-    from replay.studies.class_study.synthetic_class import ANSWERS, CODEBOOK, SESSIONS, make_class
+    from replay.studies.class_study.synthetic_class import (
+        CODEBOOK_FILE,
+        QUESTIONNAIRE_FILE,
+        SESSIONS_FOLDER,
+        make_class,
+    )
 
     require_extra()
     people.say(f"making up {students} students and recording their sessions ...")
     failed_sessions = make_class(
         out, students=students, seed=seed, brief=brief, jobs=jobs, on_done=progress_counter(people, students)
     )
-    files = sorted((out / SESSIONS).glob("*.mcap"))
+    files = sorted((out / SESSIONS_FOLDER).glob("*.mcap"))
     people.say(f"replaying {len(files)} sessions ...")
     settings = {"seed": 0, "picture": False}  # the usual detectors, as the demo asks
     batch = run_batch(files, out / "runs", jobs=jobs, settings=settings, on_done=progress_counter(people, len(files)))
     made_up_note = f"This class is made up; {BRIEF_EFFECT if brief else NO_EFFECT}."
-    request = PageRequest(out / "runs", questionnaire=out / ANSWERS, codebook=out / CODEBOOK, seed=seed)
+    request = PageRequest(out / "runs", questionnaire=out / QUESTIONNAIRE_FILE, codebook=out / CODEBOOK_FILE, seed=seed)
     write_page(request, out / "study", people=people, heading=Heading("A made-up class", made_up_note), force=True)
     return EXIT_DATA_LOSS if [*failed_sessions, *batch.failed] else EXIT_OK

@@ -39,7 +39,7 @@ def command(
     """
     from replay.cli.terminal import stacked
     from replay.document.coding import plain_of
-    from replay.show.results.run_folder import PICTURE
+    from replay.show.results.run_folder import PICTURE_FILE
     from replay.studies.diff.runs import diff_runs
 
     difference = diff_runs(run_a, run_b, different_sessions=different_sessions, compared_labels=_labels(compare))
@@ -47,7 +47,7 @@ def command(
     answer(as_json, json_value, lambda: stacked(*_diff_report(difference, run_a, run_b)))
     if "machine" in {name.partition(".")[0] for name in difference.settings}:
         people.say("note: the runs are of different machines; their times do not compare")
-    if all((run / PICTURE).is_file() for run in (run_a, run_b)):
+    if all((run / PICTURE_FILE).is_file() for run in (run_a, run_b)):
         people.say(f"open both in one viewer: replay view {run_a} {run_b}")
     return 0
 

@@ -32,7 +32,7 @@ def command(quick: bool, seed: int, out: Path | None, as_json: bool, people: Peo
 
     if out is not None:
         require_matplotlib()
-    experiment_size = experiment.QUICK if quick else experiment.FULL
+    experiment_size = experiment.QUICK_SIZE if quick else experiment.FULL_SIZE
     tables = experiment.run_paper(experiment_size, seed, TerminalProgress(people))
     table_records = [
         {"key": table.key, "title": table.title, "head": table.head, "rows": table.rows, "note": table.notes[0]}

@@ -10,7 +10,7 @@ from replay.document.coding import plain_of
 from replay.document.run_result import RunResult
 from replay.document.session import FlaggedPoses
 from replay.prepare.repair import DAMAGE_CODES
-from replay.show.results.run_folder import PICTURE
+from replay.show.results.run_folder import PICTURE_FILE
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -84,7 +84,7 @@ def commands_to_open(result: RunResult) -> list[str]:
     if result.out is None:
         return ["Nothing was written; with --out DIR there are a report, tables and a picture of every moment."]
     lines = [f"Read it  {result.out / 'report.html'}   (-v prints every table here)"]
-    if (result.out / PICTURE).is_file():
+    if (result.out / PICTURE_FILE).is_file():
         moment = moment_option = ""
         if result.answers and result.answers[0].moment is not None:
             moment = f" {result.answers[0].moment.option}"

@@ -25,11 +25,11 @@ def command(runs: tuple[Path, ...], out: Path, anyway: bool, force: bool, people
     replay share run1 -o for-anna
     replay share runs/* -o class
     """
-    from replay.show.share.folder import INDEX
+    from replay.show.share.folder import INDEX_FILE
     from replay.show.viewing import write_shared
 
     if why := write_shared(runs, out, anyway=anyway, force=force):
         people.say(f"the report alone, without a picture: {why}")
     size = sum(file.stat().st_size for file in out.iterdir()) / 1e6
-    people.say(f"wrote {out}, {words.decimal(size, 0)} MB; open {out / INDEX} in a browser, or send the folder")
+    people.say(f"wrote {out}, {words.decimal(size, 0)} MB; open {out / INDEX_FILE} in a browser, or send the folder")
     return 0

@@ -37,10 +37,10 @@ def command(run: Path, out: Path, force: bool, as_json: bool, people: People, **
         raise click.UsageError("name a wrong answer of the run with --miss N or --false N")
     from replay.show.results.run_folder import check_target, read_run_folder
     from replay.studies.shrink.reduce import Shrinking, Size
-    from replay.studies.shrink.writing import CASE, sentence, write_case
+    from replay.studies.shrink.writing import CASE_FOLDER, sentence, write_case
     from replay.studies.shrink.wrong_answer import fault_of_run
 
-    check_target(out, force=force, kind=CASE)
+    check_target(out, force=force, kind=CASE_FOLDER)
     import_from_current_folder([options["label"] or ""])
     fault = fault_of_run(read_run_folder(run), **options)
     source = f"miss {miss}" if miss is not None else f"false contact {false}"

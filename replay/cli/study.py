@@ -93,7 +93,7 @@ def write_page(
     from replay.studies.class_study.page import Heading
 
     require_form(tables)
-    check_target(out, force=force, kind=folder.STUDY)
+    check_target(out, force=force, kind=folder.STUDY_FOLDER)
     sessions = read_class(request.runs, request.students)
     study = _study_of_answers(request, sessions, people)
     folder.write_study(

@@ -20,7 +20,7 @@ MARK_STYLES: Final = {
     tables.FAINT: "dim",
     tables.IN_RED: f"bold {palette.hex_of(palette.MISSED)}",
     tables.PARTLY: palette.hex_of(palette.LATE),
-    tables.IN_BLUE: palette.hex_of(palette.SERIES[0]),
+    tables.IN_BLUE: palette.hex_of(palette.SERIES_COLOURS[0]),
     tables.IN_YELLOW: palette.hex_of(palette.FALSE_CONTACT),
     tables.WARNING: "yellow",
     tables.ERROR: "bold magenta",  # not red: that is for misses
@@ -67,7 +67,7 @@ class Paragraph:
     style: str = ""
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        """Wraps the text to the terminal, at most ``WIDEST`` wide."""
+        """Wraps the text to the terminal, at most ``PARAGRAPH_COLUMNS`` wide."""
         del console
         indent = " " * len(self.label)
         line_width = max(min(options.max_width, PARAGRAPH_COLUMNS), len(indent) + 20)

@@ -27,20 +27,20 @@ from sessions.mesh_data import MeshData
 MISFIT_M: Final = 0.002
 """Six times the noise of a VIVE tracker (0.3 mm): a path into an impact further from a parabola holds a jump."""
 
-SLOWEST_M_S: Final = 0.3
+SLOWEST_IMPACT_M_S: Final = 0.3
 """Slower ones are left to the frames that show a contact."""
 
 NOISE_M: Final = 0.0015
 """Five times the noise of a VIVE tracker (0.3 mm): a path that leaves its parabola by less has met nothing."""
 
-LAG: Final = 0.4
+LAG_FRACTION: Final = 0.4
 """After an impact a body is behind its path, two frames on, by at least the way of one of them; a hand that brakes at
 5 g is behind by a quarter of it."""
 
 REACH_M: Final = 0.005
 """A body that comes no nearer on the path it would have taken has met another one, or a hand."""
 
-SAMPLES: Final = 24
+PATH_SAMPLES: Final = 24
 """Of the path it would have taken in two frames, at which it is held against the other body."""
 
 CONTAMINATED_M: Final = 6e-4
@@ -205,7 +205,7 @@ def _candidate_frames(approach: _Approach) -> list[int]:
     is_within_reach = np.linalg.norm(box_distances, axis=1) - radius <= 3.0 * step_lengths + REACH_M
     is_known = np.zeros(len(times), dtype=np.bool_)
     is_known[1:-2] = (runs[1:-2] >= 0) & (runs[1:-2] == runs[:-3]) & (runs[1:-2] == runs[3:])
-    return np.flatnonzero(is_known & is_within_reach & (speed > SLOWEST_M_S)).tolist()
+    return np.flatnonzero(is_known & is_within_reach & (speed > SLOWEST_IMPACT_M_S)).tolist()
 
 
 def _bounce_after_frame(approach: _Approach, row: int) -> Impact | None:
@@ -217,7 +217,7 @@ def _bounce_after_frame(approach: _Approach, row: int) -> Impact | None:
     first_time, middle_time, last = times[row : row + 3].tolist()
     velocity = parabola.velocity(first_time)
     speed = float(np.linalg.norm(velocity))
-    if speed < SLOWEST_M_S:
+    if speed < SLOWEST_IMPACT_M_S:
         return None
     direction_of_motion = velocity / speed
     heights_behind = [
@@ -227,7 +227,7 @@ def _bounce_after_frame(approach: _Approach, row: int) -> Impact | None:
     later_travel = speed * (last - middle_time)
     # What is on its path in the next frame meets after it, and is judged from there.
     on_path = heights_behind[0] < NOISE_M + 0.05 * speed * (middle_time - first_time)
-    if heights_behind[1] < NOISE_M + LAG * later_travel or (
+    if heights_behind[1] < NOISE_M + LAG_FRACTION * later_travel or (
         on_path and heights_behind[1] < NOISE_M + 0.95 * later_travel
     ):
         return None
@@ -270,7 +270,7 @@ def _contact_time_and_point(
         near_vertices = _is_inside_box((other_vertices - shift) @ rotation, own_box, gap)
         return np.asarray(other_vertices[near_vertices].mean(axis=0)) if near_vertices.any() else np.zeros(0)
 
-    trial_times = np.linspace(times[row], times[row + 2], SAMPLES).tolist()
+    trial_times = np.linspace(times[row], times[row + 2], PATH_SAMPLES).tolist()
     hit_index = next((k for k, time in enumerate(trial_times) if len(contact_point(time))), None)
     if hit_index is None:
         return None

@@ -10,9 +10,9 @@ from replay.effects.declaring import Field, field_of
 from replay.errors import EffectError
 from sessions.input_files import nearest
 
-COLUMNS: Final = 80
+LINE_COLUMNS: Final = 80
 
-EXAMPLES: Final[Mapping[str, Any]] = {
+EXAMPLE_VALUES: Final[Mapping[str, Any]] = {
     "body": "flask",
     "bodies": ["flask"],
     "pairs": ["tag:hand", "tag:glass"],
@@ -37,7 +37,7 @@ def example_of(field: Field) -> Any:
         return field.default
     if field.among:
         return field.among[0]
-    return EXAMPLES[field.kind]
+    return EXAMPLE_VALUES[field.kind]
 
 
 def catalogue_lines(kinds: tuple[str, ...]) -> Iterator[str]:
@@ -94,7 +94,7 @@ def _wrapped_lines(text: str, indent: str) -> Iterator[str]:
     for line in text.splitlines():
         yield from textwrap.wrap(
             line,
-            COLUMNS,
+            LINE_COLUMNS,
             initial_indent=indent,
             subsequent_indent=indent,
             break_long_words=False,

@@ -11,7 +11,7 @@ from replay import words
 from replay.effects.chemistry.components import components_of
 from replay.effects.chemistry.formulas import ion_of
 from replay.effects.chemistry.matter import Matter, matter_of
-from replay.effects.colour_tables import INDICATORS, SPECIES
+from replay.effects.colour_tables import INDICATORS, ION_COLOURS
 from replay.effects.declaring import Declaration
 from replay.effects.inputs import EffectInputs
 from replay.effects.output import (
@@ -29,19 +29,19 @@ from replay.effects.spans import spans_of
 from sessions.input_files import nearest
 from sessions.model.scene import Scene
 
-NOTHING_LOG: Final = -30.0
+ABSENT_LOG10_MOLAR: Final = -30.0
 """log10 of mol/L that stands for none at all."""
 
-FAINT: Final = 0.02
+FAINT_FRACTION: Final = 0.02
 """Of its full colour an ion's own is not seen: permanganate, full at 1e-4 mol/L, is pink from 2e-6 mol/L on.
 
 Source: Vogel, Quantitative Chemical Analysis, 5th ed., 10.91 (0.01 mL of 0.02 mol/L in 100 mL).
 """
 
-SLOW_S: Final = 0.5
+SLOW_CHANGE_S: Final = 0.5
 """Seconds from which a change of colour has a begin and an end that are told; chosen by us."""
 
-OWN: Final = ("from_ph", "to_ph", "acid_colour", "base_colour")
+OWN_INDICATOR_KEYS: Final = ("from_ph", "to_ph", "acid_colour", "base_colour")
 """Keys of an indicator of the author's own."""
 
 
@@ -61,12 +61,15 @@ def shade_of(declared: Declaration) -> Shade:
     """The colour change that a table declares."""
     formula = declared["species"]
     if formula:
-        ion = ion_of(formula, lambda name: name in SPECIES or components_of(name) is not None)
-        colour, full = SPECIES.get(ion, ("", 0.0))
+        ion = ion_of(formula, lambda name: name in ION_COLOURS or components_of(name) is not None)
+        colour, full = ION_COLOURS.get(ion, ("", 0.0))
         full = full if declared["full_mol_l"] is None else declared["full_mol_l"]
         return Shade(ion, (ion,), 0.0, full, "colourless", declared["colour"] or colour)
     name = declared["indicator"]
-    indicator_row = {**INDICATORS.get(name, {}), **{key: declared[key] for key in OWN if declared[key] is not None}}
+    indicator_row = {
+        **INDICATORS.get(name, {}),
+        **{key: declared[key] for key in OWN_INDICATOR_KEYS if declared[key] is not None},
+    }
     by_ion = tuple(indicator_row.get("species", ()))
     start, stop = (
         (indicator_row["from_log"], indicator_row["to_log"])
@@ -114,7 +117,7 @@ def _measured_series(inputs: EffectInputs, vessel: str, shade: Shade) -> Series 
     if shade.name in shade.species:
         return Series(times, concentration, "mol/L")
     with np.errstate(divide="ignore"):
-        return Series(times, np.maximum(NOTHING_LOG, np.log10(concentration)), "log")
+        return Series(times, np.maximum(ABSENT_LOG10_MOLAR, np.log10(concentration)), "log")
 
 
 def _molar(matter: Matter, vessel: str, ion: str, times: FloatArray) -> FloatArray:
@@ -136,7 +139,7 @@ def _molar(matter: Matter, vessel: str, ion: str, times: FloatArray) -> FloatArr
 
 def _colour_changes(shade: Shade, vessel: str, times: FloatArray, fraction: FloatArray) -> Iterator[EffectEvent]:
     """Passages through the range: from the last row at one end to the first at the other, which may not be reached."""
-    least_fraction = FAINT if shade.name in shade.species else 0.0
+    least_fraction = FAINT_FRACTION if shade.name in shade.species else 0.0
     side = np.where(fraction <= least_fraction, -1, np.where(fraction >= 1.0, 1, 0))
     end_rows = np.flatnonzero(side).tolist()
     passages: list[tuple[int, int | None]] = [
@@ -156,7 +159,7 @@ def _colour_changes(shade: Shade, vessel: str, times: FloatArray, fraction: Floa
         start, end = float(times[row_before + 1]), None if row_after is None else float(times[row_after])
         if shade.name not in shade.species and end is None:
             message += ", not wholly by the end"
-        elif shade.name not in shade.species and end is not None and end - start > SLOW_S:
+        elif shade.name not in shade.species and end is not None and end - start > SLOW_CHANGE_S:
             message += f", wholly at {words.moment(end)}"
         yield EffectEvent(start, "colour-change", (vessel,), end, {"to": colour_after}, message)
 
@@ -185,21 +188,21 @@ def _check_declaration(declared: Declaration, _scene: Scene) -> None:
             shade = shade_of(declared)
         except ValueError as error:
             raise declared.fail(f"species: {error}") from error
-        given_keys = [key for key in OWN if declared[key] is not None]
+        given_keys = [key for key in OWN_INDICATOR_KEYS if declared[key] is not None]
         if given_keys:
             raise declared.fail(
                 f"{given_keys[0]} belongs to an indicator, and this is the colour of {shade.name}; leave it out"
             )
         if not shade.colour_after:
             raise declared.fail(
-                f"colour is missing: no table knows that of {shade.name!r}{nearest(shade.name, SPECIES)}"
+                f"colour is missing: no table knows that of {shade.name!r}{nearest(shade.name, ION_COLOURS)}"
             )
         if not shade.stop > 0.0:
             raise declared.fail("full_mol_l is missing: the mol/L at which the colour is full")
         return
-    is_unknown_indicator = name not in INDICATORS and any(declared[key] is None for key in OWN)
+    is_unknown_indicator = name not in INDICATORS and any(declared[key] is None for key in OWN_INDICATOR_KEYS)
     if is_unknown_indicator:
-        indicator_problem = f"indicator: no table knows {name!r}; one of your own has {', '.join(OWN)}"
+        indicator_problem = f"indicator: no table knows {name!r}; one of your own has {', '.join(OWN_INDICATOR_KEYS)}"
         raise declared.fail(indicator_problem + nearest(name, INDICATORS))
     by_ph = [declared[key] for key in ("from_ph", "to_ph")]
     if INDICATORS.get(name, {}).get("species") and any(value is not None for value in by_ph):

@@ -11,7 +11,7 @@ from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArra
 from replay.effects.protocol import spec_of
 from replay.effects.spans import steady_spans
 
-FLAT: Final = 1e-3
+LINE_WIDTH_RATIO: Final = 1e-3
 """A curve narrower than this share of its length is a line, and a line has no plane."""
 
 
@@ -73,7 +73,7 @@ def _curve_normal(points: FloatArray) -> Vector | None:
     if len(points) < 3:
         return None
     _, singular_values, principal_axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
-    return vector_of(principal_axes[2]) if singular_values[1] > FLAT * singular_values[0] else None
+    return vector_of(principal_axes[2]) if singular_values[1] > LINE_WIDTH_RATIO * singular_values[0] else None
 
 
 def _contact_event(inputs: EffectInputs, touch: EffectContact) -> EffectEvent:

@@ -11,7 +11,7 @@ from typing import Any, Final, TypeVar
 
 from replay.effects import RETIRED_KINDS, effect_kinds, load_effect
 from replay.effects.declaring import Declaration, Pair, body_faults, declare
-from replay.effects.protocol import POSES, EffectSpec
+from replay.effects.protocol import POSES_TOPIC, EffectSpec
 from replay.errors import EffectError, PlanError, WrongInputError
 from sessions.input_files import nearest
 from sessions.model.scene import Scene
@@ -22,7 +22,7 @@ Reasons = dict[Key, list[str]]
 
 _Pairs = dict[frozenset[str], Pair]
 
-DECLARED: Final = "the scene declares it"
+DECLARED_REASON: Final = "the scene declares it"
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,7 +164,7 @@ def _differing_keys(
 
 def _kinds_and_reasons(declared: Mapping[str, tuple[Declaration, ...]]) -> tuple[dict[str, EffectSpec], Reasons[str]]:
     specs: dict[str, EffectSpec] = {}
-    reasons_by_kind: Reasons[str] = {kind: [DECLARED] for kind in declared}
+    reasons_by_kind: Reasons[str] = {kind: [DECLARED_REASON] for kind in declared}
     pending_kinds = sorted(declared)
     for kind in pending_kinds:  # it grows by what is needed
         if kind not in specs:
@@ -200,7 +200,7 @@ def _plan_of_steps(scene: Scene, steps: Mapping[str, Step]) -> Plan:
     bodies, topics, detectors = (Reasons[str]() for _ in range(3))
     pairs_by_asker = {"the scene's own pairs": scene.pairs or ()}
     for kind, step in steps.items():
-        for topic in (POSES, *step.spec.reads):
+        for topic in (POSES_TOPIC, *step.spec.reads):
             _note_reason(topics, topic, kind)
         single_bodies, body_lists = (_values_of_kind(step.spec, step.declared, field) for field in ("body", "bodies"))
         for name in (*chain(*step.pairs), *body_lists, *single_bodies):

@@ -15,7 +15,7 @@ from replay.effects.equivalence import Equivalence
 from replay.effects.output import EffectEvent, FloatArray, Series
 
 _RANKS: Final = {name: rank for row in CATALOGUE.values() for name, rank in row.get("results", {}).items()}
-RESULTS: Final = tuple(sorted(_RANKS, key=lambda name: _RANKS[name]))
+RESULT_NAMES: Final = tuple(sorted(_RANKS, key=lambda name: _RANKS[name]))
 """Names of events that an experiment is done for, or ends by, the weightiest first; from the rows of the catalogue."""
 
 EVENT_ROWS: Final = 60
@@ -65,8 +65,8 @@ def events_in_order(effects: Mapping[str, EffectRun]) -> list[tuple[str, EffectE
 def leading_event(effects: Mapping[str, EffectRun]) -> EffectEvent | None:
     """The weightiest result of an experiment; where nothing is one, the last event: it is what the others led to."""
     events = [event for _, event in events_in_order(effects)]
-    result_events = (event for event in events if event.name in RESULTS)
-    return min(result_events, key=lambda event: RESULTS.index(event.name), default=events[-1] if events else None)
+    result_events = (event for event in events if event.name in RESULT_NAMES)
+    return min(result_events, key=lambda event: RESULT_NAMES.index(event.name), default=events[-1] if events else None)
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,7 +20,7 @@ from replay.prepare.assembly import Assembly
 from sessions import Session
 from sessions.errors import SessionError
 
-SKIPPED = "skipped"
+SKIPPED_LANE = "skipped"
 """Name of the lane that shows when an effect did not run."""
 
 
@@ -100,15 +100,15 @@ def _run_effect(step: Step, inputs: EffectInputs) -> EffectRun:
         raise EffectError(f"effect {spec.kind!r} says it ran in {output.ran.shape} of {frames} frames; repair it")
     run = frames if output.ran is None else int(output.ran.sum())
     if output.ran is not None and run < frames:
-        skipped_spans = tuple(inputs.lane_spans(spans_of(~output.ran), SKIPPED))
-        output = replace(output, lanes={**output.lanes, SKIPPED: skipped_spans})
+        skipped_spans = tuple(inputs.lane_spans(spans_of(~output.ran), SKIPPED_LANE))
+        output = replace(output, lanes={**output.lanes, SKIPPED_LANE: skipped_spans})
     return EffectRun(spec, step.because, output, seconds, dict(inputs.counters), frames, run)
 
 
 SCALARS: Final = "scalars"
 CURVES: Final = "curves"
 
-RECORDED = EffectSpec(SCALARS, "Numbers that were recorded beside the poses.", lambda _: EffectOutput())
+RECORDED_SPEC = EffectSpec(SCALARS, "Numbers that were recorded beside the poses.", lambda _: EffectOutput())
 
 
 def recorded_scalars(session: Session, assembly: Assembly) -> dict[str, EffectRun]:
@@ -124,4 +124,6 @@ def recorded_scalars(session: Session, assembly: Assembly) -> dict[str, EffectRu
     if not series:
         return {}
     output, seconds = EffectOutput(series=series), perf_counter() - start
-    return {SCALARS: EffectRun(RECORDED, ("it was recorded",), output, seconds, {CURVES: len(series)}, count, count)}
+    return {
+        SCALARS: EffectRun(RECORDED_SPEC, ("it was recorded",), output, seconds, {CURVES: len(series)}, count, count)
+    }

@@ -14,7 +14,7 @@ import numpy as np
 from cdcore.numerics import FloatArray
 from replay import words
 from replay.effects.chemistry.components import METALS, PROTON, WATER, dissolved_components, solute_components
-from replay.effects.chemistry.ledger_columns import ADDED, WITHOUT_HEAT_C
+from replay.effects.chemistry.ledger_columns import ADDED_SUFFIX, WITHOUT_HEAT_C
 from replay.effects.chemistry.matter import Matter
 from replay.effects.chemistry.mixture import GAS, SOLID, Mixture
 from replay.effects.chemistry.solver import Solver
@@ -22,16 +22,16 @@ from replay.effects.equivalence import Equivalence
 from replay.effects.output import EffectEvent
 from replay.effects.titrated_concentration import titrated_concentration
 
-LEAST: Final = 1e-6
+LEAST_EXCESS_FRACTION: Final = 1e-6
 """An excess below this share of the greatest there was is none: what a slow reaction leaves ends no titration."""
 
-STEEPER: Final = 1.5
+STEEPNESS_RATIO: Final = 1.5
 """An inflection is so many times steeper than the curve on either side; at half a step there a buffer is flattest."""
 
-HALF_STEP: Final = np.linspace(-0.5, 0.5, 42)
+HALF_STEP_FRACTIONS: Final = np.linspace(-0.5, 0.5, 42)
 """Shares of the smaller step next to a cut at which the pH is asked for; none is the cut itself."""
 
-NARROW: Final = 0.15
+INFLECTION_TOLERANCE: Final = 0.15
 """An inflection further from the cut, as a share of that step, is none of it."""
 
 STRONGEST, WEAKEST = -2.0, 16.0
@@ -65,16 +65,16 @@ class _Equivalent:
 
 Crossings = Iterator[_Equivalent]
 
-Finder = Callable[[FloatArray], Iterator[_Crossing]]
+CrossingFinder = Callable[[FloatArray], Iterator[_Crossing]]
 """Finds the crossings of an excess (n,) over the rows of a history."""
 
-BEYOND: Final = 1.25
+UNREACHED_RATIO: Final = 1.25
 """Share of what has run in up to which an end point that was not reached is said; chosen by us."""
 
-COMPLETE: Final = 0.9
+LEAST_REACTED_FRACTION: Final = 0.9
 """Share of two equivalent reagents that must have reacted for an end point: an indicator or a colour shows it then."""
 
-ALONE: Final = 0.99
+LEAST_REACTED_BESIDE_PARTNER: Final = 0.99
 """The same where another partner of the ion is there: calcium beside magnesium shows no end point of its own."""
 
 MOST_PARTNERS: Final = 4
@@ -90,7 +90,7 @@ def end_points(matter: Matter, vessel: str) -> list[EffectEvent]:
     return events or list(_unreached_event(matter, vessel))
 
 
-def _acid_and_redox_points(matter: Matter, vessel: str, find_crossings: Finder) -> Crossings:
+def _acid_and_redox_points(matter: Matter, vessel: str, find_crossings: CrossingFinder) -> Crossings:
     component_totals = matter.totals(matter.histories[vessel].amounts)
     return chain(
         _acid_base_points(matter, vessel, component_totals, find_crossings),
@@ -114,13 +114,14 @@ def _unreached_event(matter: Matter, vessel: str) -> Iterator[EffectEvent]:
     def crossings_ahead(excess: FloatArray) -> Iterator[_Crossing]:
         first, last = float(excess[row_before]), float(excess[last_row])
         is_nearer = abs(last) < abs(first) and first * last > 0.0
-        if is_nearer and abs(last) > LEAST * np.abs(excess).max():
+        if is_nearer and abs(last) > LEAST_EXCESS_FRACTION * np.abs(excess).max():
             yield _Crossing(row_before, last_row, first / (first - last), last > first)
 
     ends = sorted(
         (float(point.crossing.interpolate(added_volume)), point.left, point.right)
         for point in _acid_and_redox_points(matter, vessel, crossings_ahead)
-        if point.reacted >= COMPLETE and point.crossing.interpolate(added_volume) <= BEYOND * added_volume[last_row]
+        if point.reacted >= LEAST_REACTED_FRACTION
+        and point.crossing.interpolate(added_volume) <= UNREACHED_RATIO * added_volume[last_row]
     )
     if len(sources) == 1 and ends and row_before < last_row:
         volume, left, right = ends[0]
@@ -159,10 +160,12 @@ def _events(matter: Matter, vessel: str, kinds: Crossings) -> list[EffectEvent]:
     points = [
         point
         for point in equivalents
-        if point.reacted >= COMPLETE
+        if point.reacted >= LEAST_REACTED_FRACTION
         and (history.added_ml[point.crossing.row_after] > history.added_ml[point.crossing.row_before]).any()
     ]
-    events = [_incomplete_event(matter, vessel, point) for point in equivalents if point.reacted < COMPLETE]
+    events = [
+        _incomplete_event(matter, vessel, point) for point in equivalents if point.reacted < LEAST_REACTED_FRACTION
+    ]
     events += [
         _end_point_event(matter, vessel, point, number, len(points)) for number, point in enumerate(points, start=1)
     ]
@@ -215,7 +218,7 @@ def _is_plain_titration(matter: Matter, vessel: str, crossing: _Crossing, titran
     return all(name in contents and set(contents[name].amounts) <= {WATER} for name in other_sources)
 
 
-def _acid_base_points(matter: Matter, vessel: str, totals: FloatArray, find_crossings: Finder) -> Crossings:
+def _acid_base_points(matter: Matter, vessel: str, totals: FloatArray, find_crossings: CrossingFinder) -> Crossings:
     solver = matter.solver
     if solver is None:
         return
@@ -256,15 +259,21 @@ def _acid_base_points(matter: Matter, vessel: str, totals: FloatArray, find_cros
 
 def _is_inflection(solver: Solver, point: FloatArray, size: float, water: float) -> bool:
     """Whether the pH is steepest where as many protons are there as counted, and flatter on both sides."""
-    totals = np.tile(point, (len(HALF_STEP), 1))
-    totals[:, 0] += HALF_STEP * size
+    totals = np.tile(point, (len(HALF_STEP_FRACTIONS), 1))
+    totals[:, 0] += HALF_STEP_FRACTIONS * size
     count = len(totals)
     solids = np.array([phase.column.endswith(SOLID) for phase in solver.mixture.phases], dtype=np.bool_)
     ph = solver.equilibrium(totals, np.full(count, water), np.full(count, WITHOUT_HEAT_C), solids).ph
-    steepness, middle_steps = -np.diff(ph) / np.diff(HALF_STEP), 0.5 * (HALF_STEP[1:] + HALF_STEP[:-1])
-    is_near_cut = np.abs(middle_steps) <= NARROW
-    flatter_sides = (steepness[middle_steps < -NARROW].min(), steepness[middle_steps > NARROW].min())
-    return bool(steepness[is_near_cut].max() > STEEPER * max(flatter_sides))
+    steepness, middle_steps = (
+        -np.diff(ph) / np.diff(HALF_STEP_FRACTIONS),
+        0.5 * (HALF_STEP_FRACTIONS[1:] + HALF_STEP_FRACTIONS[:-1]),
+    )
+    is_near_cut = np.abs(middle_steps) <= INFLECTION_TOLERANCE
+    flatter_sides = (
+        steepness[middle_steps < -INFLECTION_TOLERANCE].min(),
+        steepness[middle_steps > INFLECTION_TOLERANCE].min(),
+    )
+    return bool(steepness[is_near_cut].max() > STEEPNESS_RATIO * max(flatter_sides))
 
 
 def _reagent_names(
@@ -279,9 +288,9 @@ def _reagent_names(
         formula for name in sources if name in contents_of_vessel for formula in contents_of_vessel[name].amounts
     }
     brought_formulas = {
-        column.removesuffix(ADDED)
+        column.removesuffix(ADDED_SUFFIX)
         for column in matter.ledger.column
-        if column.endswith(ADDED) and matter.amount(vessel, column)[crossing.row_before] > 0.0
+        if column.endswith(ADDED_SUFFIX) and matter.amount(vessel, column)[crossing.row_before] > 0.0
     }
 
     def steps(formula: str) -> list[float]:
@@ -330,7 +339,7 @@ def _reagent_names(
     return (" + ".join(acids), " + ".join(bases)) if acids and bases else None
 
 
-def _redox_points(matter: Matter, vessel: str, find: Finder) -> Crossings:
+def _redox_points(matter: Matter, vessel: str, find: CrossingFinder) -> Crossings:
     """Yields the crossings at which the second reagent of an equation begins to be left over."""
     for row, process in enumerate(matter.recipe.processes):
         reagents = sorted(
@@ -388,7 +397,9 @@ def _metal_and_anion_points(matter: Matter, vessel: str, totals: FloatArray) -> 
                 for (formula, _), moles in zip(moles_of_product, product_mol, strict=True)
                 if moles > 0.0
             ]
-            if len(fractions) == len(moles_of_product) and min(fractions) >= (ALONE if has_competitor else COMPLETE):
+            if len(fractions) == len(moles_of_product) and min(fractions) >= (
+                LEAST_REACTED_BESIDE_PARTNER if has_competitor else LEAST_REACTED_FRACTION
+            ):
                 reagent_names = (
                     sorted((ion, " + ".join(partners))) if len(partners) == 1 else [ion, " + ".join(partners)]
                 )
@@ -435,7 +446,7 @@ def _amount_made(matter: Matter, vessel: str, totals: FloatArray, crossing: _Cro
 
 
 def _zero_crossings(excess: FloatArray) -> Iterator[_Crossing]:
-    rows = np.flatnonzero(np.abs(excess) > LEAST * np.abs(excess).max(initial=0.0))
+    rows = np.flatnonzero(np.abs(excess) > LEAST_EXCESS_FRACTION * np.abs(excess).max(initial=0.0))
     signs = np.sign(excess[rows])
     for change_row in np.flatnonzero(np.diff(signs)).tolist():
         a, b = int(rows[change_row]), int(rows[change_row + 1])

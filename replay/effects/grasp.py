@@ -14,7 +14,7 @@ from replay.effects.protocol import spec_of
 from replay.effects.spans import FrameRange, hysteresis_spans, spans_of
 from sessions.model.session import HandTrack
 
-CATCH_S: Final = 0.3
+SNAP_TIME_S: Final = 0.3
 """A thing may take this long after the press to snap to the hand."""
 
 ROUNDING_S: Final = 1e-9
@@ -93,7 +93,7 @@ def _longest_hold(
     press_times = inputs.times[frames]
     # Frames without a pose do not end a stretch of riding.
     rides_together = spans_of(is_riding_along | ~(hand_poses.valid & thing_poses.valid))
-    riding_spans = [span for span in rides_together if press_times[span[0]] - press_times[0] <= CATCH_S]
+    riding_spans = [span for span in rides_together if press_times[span[0]] - press_times[0] <= SNAP_TIME_S]
     if not riding_spans:
         return None
     first, stop = max(riding_spans, key=lambda span: span[1] - span[0])

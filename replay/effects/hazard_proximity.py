@@ -16,8 +16,8 @@ FRAMES_AT_ONCE: Final = 64
 """Frames that are looked at together: their distances to the points of a hand stay in a processor's cache. With 256
 the flame test takes four times as long (2026-11-23)."""
 
-STEP_M: Final = 0.02
-MOST_PIECES: Final = 40
+EDGE_STEP_M: Final = 0.02
+MOST_EDGE_PIECES: Final = 40
 """Of an edge: a board of a metre then has a point every 25 mm, and costs some thousand points a frame."""
 
 
@@ -97,13 +97,13 @@ def _near_event(inputs: EffectInputs, visitor: str, hazard: str, distance: Float
 
 
 def surface_points(mesh: MeshData) -> FloatArray:
-    """Vertices (n, 3), and points in large faces ``STEP_M`` apart: a board has vertices at its corners alone.
+    """Vertices (n, 3), and points in large faces ``EDGE_STEP_M`` apart: a board has vertices at its corners alone.
 
     What lies between them is nearer by less than a step.
     """
     faces = mesh.vertices[mesh.faces]
     longest = np.linalg.norm(faces - np.roll(faces, 1, axis=1), axis=2).max(axis=1)
-    pieces = np.minimum(np.ceil(longest / STEP_M), MOST_PIECES).astype(np.int64)
+    pieces = np.minimum(np.ceil(longest / EDGE_STEP_M), MOST_EDGE_PIECES).astype(np.int64)
     points_on_edges = [mesh.vertices[np.unique(mesh.faces)]]
     for count in np.unique(pieces[pieces > 1]).tolist():
         weights = np.array([(i, j, count - i - j) for i in range(count + 1) for j in range(count + 1 - i)]) / count

@@ -93,14 +93,14 @@ def _capacity(body: SceneBody) -> float:
     return float(heat_capacity)
 
 
-FIELDS: Final = {
+FIELD_GROUPS: Final = {
     "flame": ("source", "heats", "within", "power_w", "base"),
     "liquid": ("heat_capacity_j_per_ml_k",),
     "turning solid": ("turns_c", "from_colour", "to_colour"),
 }
 """Fields that describe one thing, all or none."""
 
-KINDS: Final[Mapping[str, tuple[tuple[str, ...], str]]] = {
+HEAT_KINDS: Final[Mapping[str, tuple[tuple[str, ...], str]]] = {
     "flame": (("flame",), "turning solid"),
     "liquids": ((), "liquid"),
 }
@@ -123,8 +123,8 @@ def compute(inputs: EffectInputs) -> EffectOutput:
 
 def _check_declaration(declared: Declaration, scene: Scene) -> None:
     kind = declared["of"]
-    needed_things, optional_thing = KINDS[kind]
-    for thing, keys in FIELDS.items():
+    needed_things, optional_thing = HEAT_KINDS[kind]
+    for thing, keys in FIELD_GROUPS.items():
         given_keys = [key for key in keys if declared[key] is not None]
         if given_keys and thing not in (*needed_things, optional_thing):
             raise declared.fail(f"{given_keys[0]} belongs to heat of a {thing}, and this is of a {kind}; leave it out")

@@ -5,7 +5,7 @@ import numpy as np
 from replay import words
 from replay.effects.chemistry.components import PROTON, WATER, dissolved_components
 from replay.effects.chemistry.formulas import atoms, charge_of, molar_mass
-from replay.effects.chemistry.ledger_columns import ADDED, HEAT, LATENT
+from replay.effects.chemistry.ledger_columns import ADDED_SUFFIX, HEAT_COLUMN, LATENT_HEAT_COLUMN
 from replay.effects.chemistry.matter import Matter, matter_of
 from replay.effects.chemistry.mixture import SOLID
 from replay.effects.declaring import Declaration
@@ -22,7 +22,7 @@ LEAST_ML = 0.05
 STRONG_MOL_ML = 5e-3
 """An acid of less is no strong one: a quarter of sulfuric acid by mass; chosen by us."""
 
-BOILING = 1e-9
+BOILING_TOLERANCE_K = 1e-9
 """Kelvin below the boiling point that are none."""
 
 LEAST_GRAM = 1e-3
@@ -49,20 +49,20 @@ def find_mixing_heat(inputs: EffectInputs, declared: Declaration, findings: Find
         ]
         changed_rows = np.flatnonzero(np.diff(history.volume_ml, prepend=history.volume_ml[0]))
         is_over_flame = name in matter.ledger.warmth.flames
-        if not (len(changed_rows) or is_over_flame or matter.amount(name, HEAT).any()):
+        if not (len(changed_rows) or is_over_flame or matter.amount(name, HEAT_COLUMN).any()):
             continue
         first = int(history.frames[changed_rows[0]]) if len(changed_rows) else 0
         if not is_over_flame:
             findings.ran[first:] = True
         # What is warmer or colder than the room, or over a flame, changes before anything comes in.
-        first_moving_frame = 1 if is_over_flame or matter.amount(name, HEAT)[0] else max(1, first - 1)
+        first_moving_frame = 1 if is_over_flame or matter.amount(name, HEAT_COLUMN)[0] else max(1, first - 1)
         times = inputs.times[[0, *range(first_moving_frame, len(inputs))]]
         celsius = declared["ambient_c"] + matter.kelvin(name, times)
         # What boils is told so, whatever its heat over its capacity is rounded to.
         rows = history.rows(times)
         volume_ml = history.volume_ml[rows]
         boils_c = liquid_boils(declared)
-        celsius[(celsius > boils_c - BOILING) & (volume_ml > 0.0)] = boils_c
+        celsius[(celsius > boils_c - BOILING_TOLERANCE_K) & (volume_ml > 0.0)] = boils_c
         # The first drops on a dry solid have no temperature of their own.
         mixed_rows = matter.is_mixed(name, times, volume_ml)
         # An emptied vessel has no temperature, unless glass or solids keep one.
@@ -150,7 +150,9 @@ def _estimated_capacity_events(name: str, matter: Matter) -> list[EffectEvent]:
 def _freezing_events(name: str, matter: Matter, room_celsius: float) -> list[EffectEvent]:
     """Event of a solution that reaches its freezing point: it gets no colder while ice is there."""
     history = matter.histories[name]
-    is_frozen = (matter.amount(name, LATENT) < 0.0) & matter.is_mixed(name, history.times, history.volume_ml)
+    is_frozen = (matter.amount(name, LATENT_HEAT_COLUMN) < 0.0) & matter.is_mixed(
+        name, history.times, history.volume_ml
+    )
     rows = np.flatnonzero(is_frozen)[:1]
     events = []
     for row in rows.tolist():
@@ -190,7 +192,7 @@ def _wrong_order_events(inputs: EffectInputs, matter: Matter) -> list[EffectEven
             streams.append(stream.select(np.flatnonzero((target > source) & (target > STRONG_MOL_ML))))
     events = []
     for flow in flows(streams, LEAST_ML):
-        amount, acid_name = words.decimal(flow.total_ml, 1), acid.removesuffix(ADDED)
+        amount, acid_name = words.decimal(flow.total_ml, 1), acid.removesuffix(ADDED_SUFFIX)
         message = f"{amount} mL from {flow.source} are poured into {acid_name} in {flow.target}"
         end_time, event_values = float(flow.times[-1]), {"volume_ml": flow.total_ml}
         events.append(

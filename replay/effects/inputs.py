@@ -22,10 +22,10 @@ from sessions.mesh_data import MeshData
 from sessions.model.scene import SceneBody
 from sessions.model.session import HandTrack, Session
 
-HANDS: Final = "/hands"
+HANDS_TOPIC: Final = "/hands"
 """Topics below this: trigger, grip and buttons."""
 
-TOUCHING: Final = (Verdict.CONTACT, Verdict.CONTAINED)
+CONTACT_VERDICTS: Final = (Verdict.CONTACT, Verdict.CONTAINED)
 """Verdicts that are contact to an effect; a candidate of bounding volumes is none."""
 
 
@@ -192,14 +192,14 @@ class EffectInputs:
 
         Raises EffectError: the effect's spec does not read hands.
         """
-        if HANDS not in self.reads:
-            raise EffectError(f"effect {self.kind!r} reads a hand; name {HANDS!r} in `reads`")
+        if HANDS_TOPIC not in self.reads:
+            raise EffectError(f"effect {self.kind!r} reads a hand; name {HANDS_TOPIC!r} in `reads`")
         body_tags = {*self.body(body).tags, *body.replace("_", "-").split("-")}
         hand_keys = [key for key in self.session.hands if key.rpartition("/")[2] in body_tags]
         mine = [key for key in hand_keys if key.partition("/")[0] in body_tags] or hand_keys
         if not mine:
             return None
-        self.count(f"decoded {HANDS}/{mine[0]}")
+        self.count(f"decoded {HANDS_TOPIC}/{mine[0]}")
         return self.session.hands[mine[0]]
 
     def contact(self, pair: Pair) -> PairContact:
@@ -217,7 +217,7 @@ class EffectInputs:
         if column is None:
             raise EffectError(f"effect {self.kind!r} needs the pair {pair[0]}-{pair[1]}, which was not tested")
         verdict = self.detection.verdict[:, column]
-        return PairContact(pair, is_one_of(verdict, TOUCHING), ~is_undecided(verdict), self.detection, column)
+        return PairContact(pair, is_one_of(verdict, CONTACT_VERDICTS), ~is_undecided(verdict), self.detection, column)
 
     def _checked_name(self, name: str) -> str:
         if name not in self.known_bodies:

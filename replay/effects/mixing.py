@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from replay.effects.chemistry.ledger_columns import ADDED
+from replay.effects.chemistry.ledger_columns import ADDED_SUFFIX
 from replay.effects.chemistry.matter import matter_of
 from replay.effects.chemistry.recipe_checks import check_chemistry
 from replay.effects.inputs import EffectInputs
@@ -21,7 +21,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
         litres = np.where(history.volume_ml > 0.0, history.volume_ml * 1e-3, np.nan)
         for column in matter.ledger.columns:
             amount = matter.amount(name, column)
-            if column.endswith(ADDED) and amount.any():
+            if column.endswith(ADDED_SUFFIX) and amount.any():
                 findings.series[f"{name}/{column}"] = Series(history.times, amount / litres, "mol/L")
         findings.liquids[name] = matter.vessels[name].liquid_to_draw(history.times, history.volume_ml)
     return findings.output()

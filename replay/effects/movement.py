@@ -19,7 +19,7 @@ from replay.effects.inputs import BodyPoses, EffectInputs
 from replay.effects.models.outflow import Stream, entry_times, points_at_height, run_out, twist_angle, weir_flow
 from replay.effects.output import Series
 from replay.effects.spans import BoolArray
-from replay.effects.vessels import ML, Vessel, vessels_of
+from replay.effects.vessels import M3_PER_ML, Vessel, vessels_of
 from sessions.doctor.track_watch import undone_rotations
 
 SPILLED, UNKNOWN = -1, -2
@@ -109,13 +109,13 @@ class _PlacedVessel:
                 run_out(
                     self.inputs.times,
                     self.area,
-                    inflow * ML,
+                    inflow * M3_PER_ML,
                     discharge=self.tap["discharge"],
                     section=self.vessel.section_m2,
                     foot=self.vessel.floor - self.tap["tip"][1],
-                    volume=initial_volume * ML,
+                    volume=initial_volume * M3_PER_ML,
                 )
-                / ML
+                / M3_PER_ML
             )
             filled_volume = initial_volume + total_inflow - np.cumsum(let_out)
             overflow = np.minimum(filled_volume, np.maximum.accumulate(np.maximum(0.0, filled_volume - brim)))
@@ -174,7 +174,7 @@ class _PlacedVessel:
         """Millilitres (T,) that can run over a tilted rim in the step up to each frame: its opening as a full weir."""
         gravity, width = _gravity_direction(self.last_known, slice(None)), 2.0 * self.vessel.size("opening_radius")
         head = width * np.where(gravity[:, 1] < 0.0, np.hypot(gravity[:, 0], gravity[:, 2]), 1.0)
-        weir_limit = np.diff(self.inputs.times, prepend=0.0) * weir_flow(head, width) / ML
+        weir_limit = np.diff(self.inputs.times, prepend=0.0) * weir_flow(head, width) / M3_PER_ML
         # How long a vessel had been tilted before the recording is not known.
         weir_limit[:1] = np.inf
         return weir_limit

@@ -10,7 +10,7 @@ from replay import words
 from replay.effects.chemistry.formulas import molar_mass
 from replay.effects.chemistry.matter import matter_of
 from replay.effects.chemistry.mixture import SOLID
-from replay.effects.colour_tables import SOLIDS
+from replay.effects.colour_tables import SOLID_COLOURS
 from replay.effects.declaring import Declaration
 from replay.effects.inputs import EffectInputs
 from replay.effects.output import (
@@ -33,7 +33,7 @@ CLOUDY_MOL_L: Final = 1e-3
 LEAST_G: Final = 1e-3
 """A precipitate of less before the first frame is not told: nobody sees it in the glass."""
 
-DISSOLVED_AGAIN: Final = 0.05
+DISSOLVED_AGAIN_FRACTION: Final = 0.05
 """Share of the greatest mass of a precipitate from which on its dissolving is an event."""
 
 
@@ -92,16 +92,16 @@ def _solid_events(
         yield EffectEvent(float(times[growth_rows[0]]), "precipitate", (vessel,), None, values, text)
         least = int(amount.argmax()) + int(amount[amount.argmax() :].argmin())
         gone, most_g = (most - float(amount[least])) * per_mol, most * per_mol
-        if gone > DISSOLVED_AGAIN * most_g:
+        if gone > DISSOLVED_AGAIN_FRACTION * most_g:
             values = {"mass_g": gone, "left_g": most_g - gone, "formula": solid}
             text = f"{quantity(gone, 'g')} of {quantity(most_g, 'g')} {solid} dissolve again in {vessel}"
             yield EffectEvent(float(times[least]), "dissolved", (vessel,), None, values, text)
             yield from _grown_again(declared, vessel, times, amount, celsius, first=least, total_mol=most)
     elif len(fallen_rows) or amount[0] < initial:
-        falls_again = float(amount[-1] - amount.min()) > DISSOLVED_AGAIN * standing
+        falls_again = float(amount[-1] - amount.min()) > DISSOLVED_AGAIN_FRACTION * standing
         row = int(amount.argmin()) if falls_again else int(fallen_rows[-1]) + 1 if len(fallen_rows) else 0
         gone, at_first = (standing - float(amount[row])) * per_mol, standing * per_mol
-        if fallen_mol > 0.0 and (gone <= DISSOLVED_AGAIN * at_first or at_first <= LEAST_G):
+        if fallen_mol > 0.0 and (gone <= DISSOLVED_AGAIN_FRACTION * at_first or at_first <= LEAST_G):
             return
         values = {"mass_g": gone, "left_g": at_first - gone, "formula": solid}
         text = f"{quantity(gone, 'g')} of {quantity(at_first, 'g')} {solid} dissolve in {vessel}"
@@ -125,7 +125,7 @@ def _grown_again(
 ) -> Iterator[EffectEvent]:
     """Event of what falls out again after a row, if it is a share of the whole, in mol, worth telling."""
     growth_mol = float(amount[-1] - amount[first])
-    if growth_mol <= DISSOLVED_AGAIN * total_mol:
+    if growth_mol <= DISSOLVED_AGAIN_FRACTION * total_mol:
         return
     solid, mass_g = declared["solid"], growth_mol * molar_mass(declared["solid"])
     onset = first + int(np.flatnonzero(amount[first:] > amount[first])[0])
@@ -146,7 +146,7 @@ def _note_celsius(values: dict[str, float | str], celsius: FloatArray | None, ro
 
 def colour_of(declared: Declaration) -> str:
     """The colour of a solid, as declared or as tables know it; ``""``: nobody knows."""
-    return declared["colour"] or SOLIDS.get(declared["solid"], "")
+    return declared["colour"] or SOLID_COLOURS.get(declared["solid"], "")
 
 
 def _check(declared: Declaration, _scene: Scene) -> None:

@@ -33,7 +33,7 @@ from replay.effects.inputs import EffectInputs
 from replay.effects.output import EffectOutput
 from sessions.model.scene import Scene
 
-POSES: Final = "/tf"
+POSES_TOPIC: Final = "/tf"
 """The topic of poses, which every effect reads."""
 
 

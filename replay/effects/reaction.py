@@ -9,7 +9,7 @@ from replay import words
 from replay.effects.chemistry.assumed import assumption_events
 from replay.effects.chemistry.before_start import reacted_before
 from replay.effects.chemistry.components import METALS, PROTON, WATER, dissolved_components, solute_components
-from replay.effects.chemistry.contents import MOST_DISSOLVED
+from replay.effects.chemistry.contents import MOST_DISSOLVED_MOLAR
 from replay.effects.chemistry.database import formula_of
 from replay.effects.chemistry.equilibrium_extent import GAS_J_MOL_K
 from replay.effects.chemistry.formulas import charge_of, molar_mass
@@ -19,7 +19,7 @@ from replay.effects.chemistry.recipe import Reaction
 from replay.effects.chemistry.redox import ZERO_C_KELVIN
 from replay.effects.chemistry.salts import WATER_KG
 from replay.effects.chemistry.supersaturated import aged_hydroxide_events, supersaturation_events
-from replay.effects.chemistry.unreacted import LEAST_FORMED, no_reaction_events, stop_events
+from replay.effects.chemistry.unreacted import LEAST_FORMED_FRACTION, no_reaction_events, stop_events
 from replay.effects.end_points import end_points, ion_end_points
 from replay.effects.inputs import EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series
@@ -27,16 +27,16 @@ from replay.effects.protocol import spec_of
 from replay.effects.titrated_quantities import titrated_quantities
 from replay.words import quantity
 
-LEAST_GAS: Final = 1e-6
+LEAST_GAS_MOL: Final = 1e-6
 """mol of a gas that nobody sees: a bubble of 0.02 mL."""
 
 ATMOSPHERE_PA: Final = 101325.0
 """Pressure at which the volume of a gas is said."""
 
-LEAST_FRACTION: Final = 0.05
+LEAST_GAS_FRACTION: Final = 0.05
 """Of a gas that left: less that could stay dissolved is not worth a word."""
 
-LEAST_PH: Final = 0.05
+LEAST_PH_CHANGE: Final = 0.05
 """A pH that ends nearer to its begin tells no result; a school's meter shows 0.1."""
 
 EXACT_MOL_KG: Final = 1.0
@@ -47,7 +47,7 @@ PHREEQC's data bases differ by up to 0.6 at 1 mol/kg of 25 salts, and by 1.2 at 
 strength 9 (tests/replay/effects/chemistry/test_strong_solutions.py).
 """
 
-LEAST_REPORTED: Final = 1e-4
+LEAST_REPORTED_FRACTION: Final = 1e-4
 """Of a metal that a complex holds at some time: less is not told unless an equation names it."""
 
 
@@ -127,7 +127,7 @@ def _add_solution(matter: Matter, vessel: str, times: FloatArray, findings: Find
             for component, many in solute_components(formula).items():
                 scarcest = np.minimum(scarcest, amounts[:, matter.ledger.column[component]] / many)
             moles = equilibria.species[:, made].sum(axis=1)
-            has_formed[number] |= bool((moles > LEAST_FORMED * scarcest)[scarcest > 0.0].any())
+            has_formed[number] |= bool((moles > LEAST_FORMED_FRACTION * scarcest)[scarcest > 0.0].any())
     if not has_answer.all():
         first = float(times[wet[~has_answer][0]])
         moments = f"{int((~has_answer).sum())} of {len(wet)} moments"
@@ -204,7 +204,7 @@ def _reported_ions(matter: Matter, mixture: Mixture, species: FloatArray, amount
             continue
         whole = amounts[:, matter.ledger.column[metals[0]]]
         bound = species[:, row] * entry.makeup[metals[0]]
-        if (bound > LEAST_REPORTED * whole)[whole > 0.0].any() and bound.max() > 0.0:
+        if (bound > LEAST_REPORTED_FRACTION * whole)[whole > 0.0].any() and bound.max() > 0.0:
             rows_by_name[formula_of(entry.name)] = row
     return rows_by_name
 
@@ -229,7 +229,7 @@ def _add_gases(inputs: EffectInputs, matter: Matter, vessel: str, findings: Find
     amounts = matter.states(vessel, times)[0]
     for column, index in matter.ledger.column.items():
         gone = np.maximum.accumulate(amounts[:, index] - amounts[0, index])
-        if column.endswith(GAS) and gone[-1] > LEAST_GAS:
+        if column.endswith(GAS) and gone[-1] > LEAST_GAS_MOL:
             gas, growing = column.removesuffix(GAS), np.flatnonzero(np.diff(gone, prepend=0.0))
             start, end = (float(times[row]) for row in growing[[0, -1]])
             room_c = matter.ledger.warmth.room
@@ -251,8 +251,8 @@ def _dissolved_gas(matter: Matter, vessel: str, gas: str, gone: float) -> str:
         if len(wet) and not np.isnan(equilibria.ph[0]):
             return f"; {quantity(1e3 * float(equilibria.species[0, row]), 'mmol')} stay dissolved"
         return ""
-    most = MOST_DISSOLVED.get(gas, 0.0) * 1e-3 * float(matter.histories[vessel].volume_ml[-1])
-    if most < LEAST_FRACTION * gone:
+    most = MOST_DISSOLVED_MOLAR.get(gas, 0.0) * 1e-3 * float(matter.histories[vessel].volume_ml[-1])
+    if most < LEAST_GAS_FRACTION * gone:
         return ""
     return f"; water would keep up to {quantity(1e3 * most, 'mmol')} of it, which is counted as gas"
 
@@ -288,7 +288,7 @@ def _brines(matter: Matter, vessel: str) -> list[EffectEvent]:
 
 def _changed_ph(vessel: str, series: Series | None) -> list[EffectEvent]:
     """Event of a pH that has no end point, at its last change."""
-    if series is None or not len(series.times) or abs(series.values[-1] - series.values[0]) < LEAST_PH:
+    if series is None or not len(series.times) or abs(series.values[-1] - series.values[0]) < LEAST_PH_CHANGE:
         return []
     times, ph = series.times, series.values
     # While it cools it drifts on; what counts is when it had come near its last value.

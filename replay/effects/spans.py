@@ -12,7 +12,7 @@ from sessions.doctor.runs import runs
 FrameRange = tuple[int, int]
 """First frame, and the frame after the last."""
 
-FRAMES: Final = 2
+CONFIRMING_FRAMES: Final = 2
 """Frames in a row that begin or end a stretch: one alone is noise. A resting tracker steps by 0.14-0.77 mm from frame
 to frame, so that a contact at rest flickers."""
 
@@ -22,7 +22,7 @@ def spans_of(mask: BoolArray) -> list[FrameRange]:
     return [(first, last + 1) for first, last in runs(mask).tolist()]
 
 
-def steady_spans(flag: BoolArray, known: BoolArray, frames_in: int = FRAMES) -> list[FrameRange]:
+def steady_spans(flag: BoolArray, known: BoolArray, frames_in: int = CONFIRMING_FRAMES) -> list[FrameRange]:
     """Spans that begin with ``frames_in`` frames of True in a row and end with `FRAMES` of False in a row.
 
     A span begins at the first of the frames that opened it and stops at the first of those that closed it. Frames that
@@ -39,7 +39,7 @@ def steady_spans(flag: BoolArray, known: BoolArray, frames_in: int = FRAMES) -> 
         length = stop - first
         if flag[rows[first]]:
             begin = int(rows[first]) if begin < 0 and length >= frames_in else begin
-        elif begin >= 0 and length >= FRAMES:
+        elif begin >= 0 and length >= CONFIRMING_FRAMES:
             spans.append((begin, int(rows[first])))
             begin = -1
     return [*spans, (begin, len(flag))] if begin >= 0 else spans

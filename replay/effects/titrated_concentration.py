@@ -9,10 +9,10 @@ from replay.effects.chemistry.contents import Contents
 from replay.effects.chemistry.formulas import molar_mass
 from replay.words import quantity
 
-LARGEST: Final = 10
+LARGEST_COEFFICIENT: Final = 10
 """Coefficient of an equation; a ratio of larger ones is no stoichiometry."""
 
-NEAR: Final = 0.02
+STOICHIOMETRY_TOLERANCE: Final = 0.02
 """Share by which a ratio of amounts may differ from one of whole numbers."""
 
 
@@ -35,8 +35,11 @@ def titrated_concentration(
     ((analyte, moles),) = analytes.items()
     molar = reagent_mol / titrant.volume_ml * 1e3
     titrated = molar * volume_ml * 1e-3
-    whole = Fraction(moles / titrated).limit_denominator(LARGEST)
-    if not 0 < whole.numerator <= LARGEST or abs(float(whole) * titrated / moles - 1.0) > NEAR:
+    whole = Fraction(moles / titrated).limit_denominator(LARGEST_COEFFICIENT)
+    if (
+        not 0 < whole.numerator <= LARGEST_COEFFICIENT
+        or abs(float(whole) * titrated / moles - 1.0) > STOICHIOMETRY_TOLERANCE
+    ):
         return "", {}
     if analyte in sample.solids:
         result = moles / float(whole) / volume_ml * 1e3

@@ -13,7 +13,7 @@ from replay.effects.chemistry.redox import potential
 from replay.effects.end_points import titrated_metals
 from replay.effects.output import Series
 
-NOTHING_LOG: Final = -50.0
+ABSENT_LOG10_ACTIVITY: Final = -50.0
 """log10 of an activity below which PHREEQC means that there is nothing."""
 
 
@@ -29,7 +29,7 @@ def titrated_quantities(matter: Matter, vessel: str) -> Iterator[tuple[str, Seri
         assert matter.solver is not None
         wet, equilibria = matter.equilibria(vessel, history.times)
         logs = equilibria.log_activity[:, matter.solver.mixture.components.index(metal)]
-        has_activity = logs > NOTHING_LOG
+        has_activity = logs > ABSENT_LOG10_ACTIVITY
         if has_activity.any():
             (element,) = atoms(metal)
             yield f"{vessel}/p{element}", Series(history.times[wet][has_activity], -logs[has_activity], f"p{element}")

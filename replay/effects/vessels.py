@@ -24,7 +24,7 @@ from sessions.scene_files.scene_meshes import INSTRUMENT_FACES
 if TYPE_CHECKING:
     from sessions.glassware.instrument import Cavity
 
-ML = 1e-6
+M3_PER_ML = 1e-6
 """Cubic metres in a millilitre."""
 
 
@@ -41,11 +41,11 @@ class Cylinder:
     @property
     def brim_ml(self) -> float:
         """Volume of the upright vessel."""
-        return math.pi * self.radius**2 * self.height / ML
+        return math.pi * self.radius**2 * self.height / M3_PER_ML
 
     def kept_ml(self, down: FloatArray) -> FloatArray:
         """Millilitres (n,) that it keeps when overfull, by its tilt alone."""
-        return volume_kept(tilt_of(down), self.radius, self.height) / ML
+        return volume_kept(tilt_of(down), self.radius, self.height) / M3_PER_ML
 
     def exit(self, down: FloatArray) -> FloatArray:
         """Points (n, 3) at which the stream leaves: the lip, or the lowest point of the rim where that is lower."""
@@ -122,7 +122,7 @@ class Vessel:
         """Height (n,) of the surface, upright, in the body's frame, metres: by its own cavity, else evenly."""
         if self.sliced is not None:
             return self.sliced.level(volume_ml)
-        return self.floor + volume_ml * ML / self.section_m2
+        return self.floor + volume_ml * M3_PER_ML / self.section_m2
 
     @property
     def shape(self) -> Cylinder | SlicedCavity:
@@ -157,7 +157,7 @@ class Vessel:
         height = self.size("mark") - self.floor
         if height <= 0.0:
             raise self.fail("has a mark that is not above its floor; measure both along +Y from its origin")
-        return self.size("capacity_ml") * ML / height
+        return self.size("capacity_ml") * M3_PER_ML / height
 
     def size(self, key: str, above: float = 0.0) -> float:
         """A number of the cavity."""

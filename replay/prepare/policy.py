@@ -61,7 +61,7 @@ PolicyLike = Mapping[str, str] | Sequence[str] | str
 
 @dataclass(frozen=True)
 class Policy:
-    """The rules of one run: kind -> rule; complete for `KINDS`, and holding other codes only where asked for."""
+    """The rules of one run: kind -> rule; complete for `ACTIONS_BY_KIND`; other codes only where requested."""
 
     rules: Mapping[str, PolicyRule]
 

@@ -24,9 +24,9 @@ from replay.errors import OutputError, RunFolderError
 from replay.running.remote_files import is_remote, local_copy, path_of_place, run_folder_for, store_errors
 from replay.running.runner import run
 from replay.running.workers import DONE_OUTCOME, KEPT_OUTCOME, OnDone, do_all
-from replay.show.results.batch_parts import FOLDER as TABLES
+from replay.show.results.batch_parts import TABLES_FOLDER as TABLES
 from replay.show.results.data_set import write_batch_tables
-from replay.show.results.run_folder import PICTURE, RUN, read_run_folder
+from replay.show.results.run_folder import PICTURE_FILE, RUN_FOLDER, read_run_folder
 from sessions.whole_files import remove_abandoned, whole_file
 
 BATCH_FILE: Final = "batch.json"
@@ -162,7 +162,7 @@ def _remove_what_killed_workers_left(folder: Any, names: Iterable[str]) -> None:
         return
     for name in names:
         with suppress(OSError, OutputError):
-            remove_abandoned(folder / name, RUN.listed_files)
+            remove_abandoned(folder / name, RUN_FOLDER.listed_files)
 
 
 def batch_digest(out: Path, names: Sequence[str]) -> tuple[str, dict[str, SessionOfBatch]]:
@@ -222,7 +222,7 @@ def _open_batch_folder(out: Path, request: Mapping[str, Any], *, force: bool) ->
 def _is_whole(out: Path, request_digest: str, *, picture: bool) -> bool:
     try:
         is_complete = read_run_folder(out).document.request == request_digest
-        return is_complete and ((out / PICTURE).is_file() or not picture)
+        return is_complete and ((out / PICTURE_FILE).is_file() or not picture)
     except RunFolderError:
         return False
 

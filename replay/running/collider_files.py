@@ -60,8 +60,8 @@ from replay.running.advisor import errors_of_detector
 from replay.running.runner import open_session, run
 from replay.settings import STEP_RATE_HZ
 from replay.show.engine_files import EngineFiles, engine_files
-from replay.show.fix_page.page import AFTER, BEFORE, BodyShape, Cure, cure_page
-from replay.show.results.run_folder import REPORT, FolderKind, check_target, result_folder, write_summary
+from replay.show.fix_page.page import AFTER_LABEL, BEFORE_LABEL, BodyShape, Cure, cure_page
+from replay.show.results.run_folder import REPORT_FILE, FolderKind, check_target, result_folder, write_summary
 from replay.words import safe_text
 from sessions import MeshData, Session
 from sessions.meshes.conventions import Convention
@@ -294,15 +294,17 @@ def fix_colliders(
                 advance(1)
         rate_text = "".join(f",{key}={value:g}" for key, value in rate_setting.items())
         hull, setting = (f"collider[shape={shape}{rate_text}]" for shape in ("compound,pieces=1", "shipped"))
-        result = run(shipped_session, detectors={BEFORE: hull, AFTER: setting}, progress=progress, **options)
+        result = run(
+            shipped_session, detectors={BEFORE_LABEL: hull, AFTER_LABEL: setting}, progress=progress, **options
+        )
         fix = ColliderFix(
             engine="" if target is None else target.name,
             folder=target_folder,
             step_hz=step_hz,
             setting=setting,
             bodies=tuple(body_rows),
-            before=_detector_figures(result, BEFORE, sum(row["before"]["pieces"] for row in body_rows)),
-            after=_detector_figures(result, AFTER, sum(row["after"]["pieces"] for row in body_rows)),
+            before=_detector_figures(result, BEFORE_LABEL, sum(row["before"]["pieces"] for row in body_rows)),
+            after=_detector_figures(result, AFTER_LABEL, sum(row["after"]["pieces"] for row in body_rows)),
             front=tuple(as_row(choice) for choice in search.front()),
             limits=limits,
             axes=axes,
@@ -315,7 +317,7 @@ def fix_colliders(
         if written_folder is not None:
             if target is not None:
                 (written_folder / "README.txt").write_text(_read_me_text(fix, target), "utf-8")
-            (written_folder / REPORT).write_text(before_after_page(fix), "utf-8", newline="\n")
+            (written_folder / REPORT_FILE).write_text(before_after_page(fix), "utf-8", newline="\n")
             write_summary(written_folder, COLLIDERS_FOLDER, {"schema": COLLIDERS_FOLDER.schema, **fix.as_json()})
     return fix
 

@@ -66,13 +66,13 @@ def run_folder_for(address: Any) -> Iterator[Any]:
     if not is_remote(address):
         yield address
         return
-    from replay.show.results.run_folder import SUMMARY
+    from replay.show.results.run_folder import SUMMARY_FILE
 
     with temporary_folder() as folder:
         local_folder = folder / address.name
         yield local_folder
         with store_errors(address):
-            (address / SUMMARY).unlink(missing_ok=True)
+            (address / SUMMARY_FILE).unlink(missing_ok=True)
             address.fs.makedirs(address.path, exist_ok=True)
-            for file in sorted(local_folder.iterdir(), key=lambda file: file.name == SUMMARY):
+            for file in sorted(local_folder.iterdir(), key=lambda file: file.name == SUMMARY_FILE):
                 address.fs.put_file(str(file), (address / file.name).path)

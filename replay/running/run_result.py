@@ -96,9 +96,9 @@ class RunResult(run_result.RunResult):
         Raises ``OutputError``: the extra ``notebook`` is not installed.
         """
         from replay.show.rerun_log.viewer import notebook_viewer
-        from replay.show.results.run_folder import PICTURE
+        from replay.show.results.run_folder import PICTURE_FILE
 
-        if self.out is not None and (self.out / PICTURE).is_file():
-            return notebook_viewer(self.out / PICTURE, width, height)
+        if self.out is not None and (self.out / PICTURE_FILE).is_file():
+            return notebook_viewer(self.out / PICTURE_FILE, width, height)
         with temporary_folder() as folder:
-            return notebook_viewer(self.write(folder / "run").out / PICTURE, width, height)  # type: ignore[operator]
+            return notebook_viewer(self.write(folder / "run").out / PICTURE_FILE, width, height)  # type: ignore[operator]

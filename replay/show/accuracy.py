@@ -8,12 +8,12 @@ from replay.document.ranking import Rank, ranks_with_fixes
 from replay.document.run_result import Summarised, Tradeoff
 from replay.show.plots import Axis, Dot, Plot, Size, scatter, ticks_of
 
-TITLE = "Accuracy against cost"
+CHART_TITLE = "Accuracy against cost"
 
 LOSS_AXIS = "loss = contacts missed + time missed + time false; 0 is right"
 """Title of the axis of losses."""
 
-LEAST_TOP = 0.1
+LEAST_AXIS_LOSS = 0.1
 """The axis of losses reaches up to this at least: where all are right, dots stand on the floor of a plot."""
 
 
@@ -52,7 +52,7 @@ def _with_loss(dot: Dot) -> Dot:
 
 def accuracy_plot(dots: Sequence[Dot], size: Size, up_title: str = LOSS_AXIS) -> Plot:
     """Losses over milliseconds a frame."""
-    largest = max([LEAST_TOP, *(dot.y for dot in dots)])
+    largest = max([LEAST_AXIS_LOSS, *(dot.y for dot in dots)])
     loss_axis = Axis(up_title, ticks_of(largest, 3))
     dots_text = ", ".join(f"{dot.name} at {words.frame_time(dot.x / 1e3)} a frame" for dot in dots)
-    return scatter(dots, f"{TITLE}, as losses: {dots_text}", "mean ms a frame", loss_axis, size)
+    return scatter(dots, f"{CHART_TITLE}, as losses: {dots_text}", "mean ms a frame", loss_axis, size)

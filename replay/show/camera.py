@@ -14,27 +14,27 @@ from replay.prepare.assembly import Assembly
 from replay.show.palette import tags_of
 from sessions.model.scene import Scene
 
-CLOSE_UP: Final = 0.125
+CLOSE_UP_M: Final = 0.125
 """Metres from eye to contact: bench glass fills the view, and its surroundings can still be recognised."""
 
-AZIMUTHS: Final = 16
-RAISED: Final = np.radians(20.0)
+AZIMUTH_COUNT: Final = 16
+ELEVATION_RAD: Final = np.radians(20.0)
 """Directions to look from, so far above the horizon: a lid is seen from above, and a gap below it."""
 
-USER_SIDE: Final = 0.6
+OPPOSITE_SIDE_COST: Final = 0.6
 """What looking from the side opposite to the user costs, beside a gap seen end on."""
 
-FIELD_OF_VIEW: Final = np.radians(55.0)
+FIELD_OF_VIEW_RAD: Final = np.radians(55.0)
 """Vertical opening of Rerun's eye."""
 
-ASPECT: Final = 1.5
+OVERVIEW_ASPECT: Final = 1.5
 """Width of the overview over its height; a wider one shows more to the sides."""
 
-MARGIN: Final = 1.12
+OVERVIEW_MARGIN_FACTOR: Final = 1.12
 """Room around what the overview shows, for words and pins at the rim."""
 
-ROTATED_DEG: Final = 14.0
-RAISED_DEG: Final = 22.0
+OVERVIEW_AZIMUTH_DEG: Final = 14.0
+OVERVIEW_ELEVATION_DEG: Final = 22.0
 """How far the overview stands aside of the user, and above the horizon."""
 
 
@@ -52,13 +52,17 @@ def viewing_direction(gap_direction: FloatArray, user_direction: FloatArray) -> 
     ``gap_direction`` is from one body to the other, of any length; 0: unknown.
     """
     unit_gap = gap_direction / max(float(np.linalg.norm(gap_direction)), 1e-12)
-    azimuth = np.arange(AZIMUTHS) * (2 * np.pi / AZIMUTHS)
-    horizontal_component, vertical_component = np.cos(RAISED), np.full(AZIMUTHS, np.sin(RAISED))
+    azimuth = np.arange(AZIMUTH_COUNT) * (2 * np.pi / AZIMUTH_COUNT)
+    horizontal_component, vertical_component = np.cos(ELEVATION_RAD), np.full(AZIMUTH_COUNT, np.sin(ELEVATION_RAD))
     candidate_directions = np.stack(
         [horizontal_component * np.sin(azimuth), vertical_component, horizontal_component * np.cos(azimuth)], axis=1
     )
     chosen_direction: FloatArray = candidate_directions[
-        int(np.argmin(np.abs(candidate_directions @ unit_gap) - USER_SIDE * (candidate_directions @ user_direction)))
+        int(
+            np.argmin(
+                np.abs(candidate_directions @ unit_gap) - OPPOSITE_SIDE_COST * (candidate_directions @ user_direction)
+            )
+        )
     ]
     return chosen_direction
 
@@ -84,7 +88,7 @@ def towards_user(assembly: Assembly, scene: Scene, frame: int, point: Sequence[f
     return np.array([0.0, 0.0, 1.0])
 
 
-def overview(assembly: Assembly, scene: Scene, points: FloatArray, frame: int, aspect: float = ASPECT) -> Eye:
+def overview(assembly: Assembly, scene: Scene, points: FloatArray, frame: int, aspect: float = OVERVIEW_ASPECT) -> Eye:
     """An eye that sees these points (n, 3) as large as the view allows, from the user's side, a little from above.
 
     ``aspect``: width of the view over its height.
@@ -97,16 +101,16 @@ def overview(assembly: Assembly, scene: Scene, points: FloatArray, frame: int, a
         points = np.zeros((1, 3))
     side = towards_user(assembly, scene, min(frame, len(assembly.motion) - 1), points.mean(axis=0).tolist())
     # A turn aside shows depth: straight from the user's eye, hands and rims line up.
-    azimuth, elevation = np.radians(ROTATED_DEG), np.radians(RAISED_DEG)
+    azimuth, elevation = np.radians(OVERVIEW_AZIMUTH_DEG), np.radians(OVERVIEW_ELEVATION_DEG)
     cos, sin = np.cos(azimuth), np.sin(azimuth)
     rotated_direction = np.array([side[0] * cos + side[2] * sin, 0.0, side[2] * cos - side[0] * sin])
     axes = axes_of(rotated_direction * np.cos(elevation) + np.array([0.0, np.sin(elevation), 0.0]))
     camera_points = points @ axes
     centre = (camera_points.min(axis=0) + camera_points.max(axis=0)) / 2
     right, up, depth = (camera_points - centre).T
-    slope = np.tan(FIELD_OF_VIEW / 2)
+    slope = np.tan(FIELD_OF_VIEW_RAD / 2)
     eye_distances = np.maximum(np.abs(up) / slope, np.abs(right) / (slope * aspect))
-    distance = max(0.2, float(np.max(depth + eye_distances * MARGIN)))
+    distance = max(0.2, float(np.max(depth + eye_distances * OVERVIEW_MARGIN_FACTOR)))
     return eye_before(axes @ centre, distance * axes[:, 2])
 
 

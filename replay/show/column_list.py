@@ -5,7 +5,7 @@ from typing import Final
 from replay.document.columns import FILE_TABLES, FileTable
 from replay.document.tables import ARROW_TYPES, Column, Table, markdown
 
-HEADS: Final = (
+LIST_COLUMNS: Final = (
     Column("column", of=lambda column: f"`{column.name}`"),
     Column("unit"),
     Column("type", of=lambda column: ARROW_TYPES[column.dtype]),
@@ -18,7 +18,7 @@ def columns_page() -> str:
     lines = ["# Columns of the tables of a run", ""]
     for table_name, table in FILE_TABLES.items():
         lines += [f"## {table_name}.parquet", "", _introduction(table), ""]
-        lines += [markdown(Table.of(HEADS, table.columns)), ""]
+        lines += [markdown(Table.of(LIST_COLUMNS, table.columns)), ""]
     return "\n".join(lines)
 
 

@@ -12,7 +12,7 @@ from replay.document.run_result import RunResult
 from replay.document.tables import text_of
 from replay.errors import AuditError
 from replay.show.accuracy import accuracy_plot, run_dots
-from replay.show.palette import LIGHT
+from replay.show.palette import LIGHT_COLOURS
 from replay.show.report.first_screen import comparison_of
 from replay.show.report.markup import render_template
 from replay.show.report.page import view_of
@@ -28,17 +28,17 @@ MOST_DETECTORS: Final = 6
 MOST_WRAPPED: Final = 4
 """Lines of a sentence."""
 
-FILES: Final = {"report.html": "report", "run.rrd": "picture for Rerun"}
+LINKED_FILES: Final = {"report.html": "report", "run.rrd": "picture for Rerun"}
 """Files of a run folder that are linked."""
 
-WIDTH: Final = 100
+LINE_COLUMNS: Final = 100
 
 SCATTER_SIZE: Final = (760.0, 250.0)
 """Width of a plot, and height of its upper half: its text has 10 pixels at least in a cell of 600."""
 
 LANE_HEIGHT: Final = 44.0
 TITLE_LETTERS: Final = 74
-LEGEND_LETTER: Final = 7.0
+LEGEND_LETTER_WIDTH: Final = 7.0
 
 
 def run_text(result: RunResult) -> str:
@@ -52,20 +52,22 @@ def run_text(result: RunResult) -> str:
         widths = [max(len(row[k]) for row in rows_kept) for k in range(len(narrow_table.head))]
         lines += [_text_row(row, widths) for row in rows_kept]
         lines += [f"... and {hidden_count} more in .ranking"] if hidden_count > 0 else []
-        lines += wrap(section_of(result, SectionName.ANSWER).sentences[0], WIDTH)[:MOST_WRAPPED]
+        lines += wrap(section_of(result, SectionName.ANSWER).sentences[0], LINE_COLUMNS)[:MOST_WRAPPED]
     else:
         lines += [
             f"{label}: {plural(len(contacts), 'contact')}"
             for label, contacts in list(result.contacts.items())[:MOST_DETECTORS]
         ]
     lines.append(_location_sentence(result))
-    return "\n".join(line if len(line) <= WIDTH else line[: WIDTH - 3] + "..." for line in lines[:MOST_LINES])
+    return "\n".join(
+        line if len(line) <= LINE_COLUMNS else line[: LINE_COLUMNS - 3] + "..." for line in lines[:MOST_LINES]
+    )
 
 
 def run_html(result: RunResult) -> str:
     """The ranking as a table, the answer below it, and a link to the report and to the picture."""
     ranking = section_of(result, SectionName.RANKING)
-    files = [name for name in FILES if result.out and (result.out / name).is_file()]
+    files = [name for name in LINKED_FILES if result.out and (result.out / name).is_file()]
     return render_template(
         "show/notebook.html",
         what=_run_sentence(result),
@@ -75,7 +77,7 @@ def run_html(result: RunResult) -> str:
         answer=section_of(result, SectionName.ANSWER),
         details=details(result),
         command_of=partial(_filled_command, result=result),
-        links=result.out and [((result.out / name).as_posix(), FILES[name]) for name in files],
+        links=result.out and [((result.out / name).as_posix(), LINKED_FILES[name]) for name in files],
     )
 
 
@@ -108,8 +110,8 @@ def run_plot(result: RunResult) -> Plot:
         (label, what, lane, legend_top + 24 + LANE_HEIGHT * number)
         for number, (label, what, lane) in enumerate(timeline.lanes)
     ]
-    legend_entries = [(kind, label) for kind, label in timeline.legend if kind in LIGHT]
-    legend_positions = accumulate((LEGEND_LETTER * len(label) + 44 for _, label in legend_entries), initial=12.0)
+    legend_entries = [(kind, label) for kind, label in timeline.legend if kind in LIGHT_COLOURS]
+    legend_positions = accumulate((LEGEND_LETTER_WIDTH * len(label) + 44 for _, label in legend_entries), initial=12.0)
     svg = render_template(
         "show/plot.svg",
         width=SCATTER_SIZE[0],
@@ -122,7 +124,7 @@ def run_plot(result: RunResult) -> Plot:
         legend_top=legend_top,
         lanes=lanes,
         ticks=timeline.ticks,
-        colours={**LIGHT, "contact": LIGHT["right"]},
+        colours={**LIGHT_COLOURS, "contact": LIGHT_COLOURS["right"]},
         paper="#ffffff",
         ink="#17212d",
         faint="#536070",

@@ -29,7 +29,7 @@ def rgba_of(text: str) -> Rgba:
     return red, green, blue, 255
 
 
-LIGHT: Final[Mapping[str, str]] = {
+LIGHT_COLOURS: Final[Mapping[str, str]] = {
     "reference": "#3f4752",
     "right": "#2f78c4",
     "missed": "#c9202f",
@@ -38,7 +38,7 @@ LIGHT: Final[Mapping[str, str]] = {
 }
 """Kind of an interval -> its colour on a light page."""
 
-DARK: Final[Mapping[str, str]] = {
+DARK_COLOURS: Final[Mapping[str, str]] = {
     "reference": "#c3ccd6",
     "right": "#4f9be8",
     "missed": "#ff2d3c",
@@ -50,27 +50,29 @@ DARK: Final[Mapping[str, str]] = {
 
 def page_colours() -> str:
     """Return the colours of pages as variables of their style sheet."""
-    light_variables = "".join(f"--{kind}:{colour};--{kind}-dark:{DARK[kind]};" for kind, colour in LIGHT.items())
-    dark_variables = "".join(f"--{kind}:{colour};" for kind, colour in DARK.items())
+    light_variables = "".join(
+        f"--{kind}:{colour};--{kind}-dark:{DARK_COLOURS[kind]};" for kind, colour in LIGHT_COLOURS.items()
+    )
+    dark_variables = "".join(f"--{kind}:{colour};" for kind, colour in DARK_COLOURS.items())
     return f":root{{{light_variables}}}@media (prefers-color-scheme:dark){{:root{{{dark_variables}}}}}"
 
 
 PAPER: Final[Rgba] = (255, 255, 255, 255)
 
-MISSED: Final[Rgba] = rgba_of(DARK["missed"])
+MISSED: Final[Rgba] = rgba_of(DARK_COLOURS["missed"])
 """The one red. Nothing that is not missed may wear it; its shades below are made from it."""
 
-VEIL: Final = 150
+VEIL_ALPHA: Final = 150
 """Alpha of a colour over faces: the curve of intersection stays visible through it."""
 
-REFERENCE: Final[Rgba] = rgba_of(DARK["reference"])
+REFERENCE: Final[Rgba] = rgba_of(DARK_COLOURS["reference"])
 """Contact of the reference, whatever a detector makes of it."""
 
-LATE: Final[Rgba] = rgba_of(DARK["late"])
+LATE: Final[Rgba] = rgba_of(DARK_COLOURS["late"])
 """Contact that is missed in a part, since it was reported late or cut short."""
 
-FALSE_CONTACT: Final[Rgba] = rgba_of(DARK["false"])
-TRUE_CONTACT: Final[Rgba] = rgba_of(DARK["right"])
+FALSE_CONTACT: Final[Rgba] = rgba_of(DARK_COLOURS["false"])
+TRUE_CONTACT: Final[Rgba] = rgba_of(DARK_COLOURS["right"])
 """Contact that both detectors report."""
 
 WITHIN_TOLERANCE: Final[Rgba] = (96, 100, 108, 255)
@@ -89,7 +91,7 @@ BACKGROUND: Final[Rgba] = (17, 20, 26, 255)
 BUDGET: Final[Rgba] = (150, 152, 160, 255)
 TICKS: Final[Rgba] = (190, 194, 200, 255)
 
-SERIES: Final[tuple[Rgba, ...]] = (
+SERIES_COLOURS: Final[tuple[Rgba, ...]] = (
     (86, 180, 233, 255),
     (245, 146, 62, 255),
     (61, 201, 123, 255),
@@ -101,7 +103,7 @@ SERIES: Final[tuple[Rgba, ...]] = (
 
 
 def fault_key(kind: FaultKind) -> str:
-    """Return the kind of a fault in a lane, which has a colour in ``LIGHT`` and ``DARK``: missed, late or false."""
+    """Return the kind of a fault in a lane, which has a colour in both tables: missed, late or false."""
     if not kind.is_miss:
         return "false"
     return "missed" if kind is FaultKind.NEVER_REPORTED else "late"
@@ -109,7 +111,7 @@ def fault_key(kind: FaultKind) -> str:
 
 def fault_colour(kind: FaultKind) -> Rgba:
     """Return the colour of a fault in pictures: red, pink or yellow."""
-    return rgba_of(DARK[fault_key(kind)])
+    return rgba_of(DARK_COLOURS[fault_key(kind)])
 
 
 COLOUR_NAMES: Final = {"missed": "red", "late": "pink", "false": "yellow"}
@@ -121,7 +123,7 @@ LATE_LOOK: Final = ("late", LATE)
 Looks = Mapping[int, tuple[str, Rgba]]
 """State of a lane -> its word and colour; a state without a row is a gap."""
 
-OUTCOMES: Final[Looks] = {
+OUTCOME_STYLES: Final[Looks] = {
     outcome: (OUTCOME_LABELS[outcome], colour)
     for outcome, colour in {
         Outcome.BOTH: TRUE_CONTACT,
@@ -135,7 +137,7 @@ OUTCOMES: Final[Looks] = {
 }
 """States of an audit lane."""
 
-VERDICTS: Final[Looks] = {
+VERDICT_STYLES: Final[Looks] = {
     verdict: (verdict.name, colour)
     for verdict, colour in {
         Verdict.CONTACT: REFERENCE,
@@ -149,7 +151,9 @@ VERDICTS: Final[Looks] = {
 }
 """States of a detector lane, in words of the glossary; CLEAR is a gap."""
 
-BY_TAG: Final[Mapping[str, Rgba]] = {tag: tuple(colour) for tag, colour in package_toml("show/palette.toml").items()}
+COLOUR_BY_TAG: Final[Mapping[str, Rgba]] = {
+    tag: tuple(colour) for tag, colour in package_toml("show/palette.toml").items()
+}
 
 _DEFAULT: Final[Rgba] = (168, 164, 156, 255)
 
@@ -157,7 +161,7 @@ _DEFAULT: Final[Rgba] = (168, 164, 156, 255)
 _SEE_THROUGH: Final = 110
 """Alpha, at most, of a body that stands before the point of a picture."""
 
-GROUND: Final = frozenset({"bench", "table", "furniture"})
+GROUND_TAGS: Final = frozenset({"bench", "table", "furniture"})
 """Tags of what stays solid."""
 
 
@@ -172,10 +176,10 @@ def tags_of(body: str, scene: Scene) -> tuple[str, ...]:
 
 def albedo(tags: tuple[str, ...]) -> Rgba:
     """Colour and translucency of a body with these tags."""
-    return next((colour for tag, colour in BY_TAG.items() if tag in tags), _DEFAULT)
+    return next((colour for tag, colour in COLOUR_BY_TAG.items() if tag in tags), _DEFAULT)
 
 
 def see_through(tags: tuple[str, ...]) -> Rgba:
     """The same, such that one can look through the body; the ground stays solid."""
     colour = albedo(tags)
-    return (*colour[:3], min(colour[3], _SEE_THROUGH)) if GROUND.isdisjoint(tags) else colour
+    return (*colour[:3], min(colour[3], _SEE_THROUGH)) if GROUND_TAGS.isdisjoint(tags) else colour

@@ -1,6 +1,6 @@
 """Charts as lines, dots and labels on a flat field, y downwards: a page draws them as SVG, the picture in a flat view.
 
-Rerun has no plot of one quantity over another. Lengths are in units of which a letter is ``LETTER`` wide.
+Rerun has no plot of one quantity over another. Lengths are in units of which a letter is ``LETTER_WIDTH`` wide.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -16,15 +16,15 @@ Size = tuple[float, float]
 Point = tuple[float, float]
 Box = tuple[float, float, float, float]
 
-SIZE: Final[Size] = (432.0, 180.0)
-LETTER: Final = 7.2
+PLOT_SIZE: Final[Size] = (432.0, 180.0)
+LETTER_WIDTH: Final = 7.2
 NARROW_BOLD, LETTER_BOLD, CAPITAL_BOLD, WIDEST_BOLD = 5.7, 8.9, 10.9, 15.8
 """Widths of bold letters: narrow ones, small ones and digits, capitals, and the widest with all beyond ASCII."""
 
-NARROW: Final = " .,:;'|!ijlI"
-WIDEST: Final = "MWmw@%"
+NARROW_LETTERS: Final = " .,:;'|!ijlI"
+WIDE_LETTERS: Final = "MWmw@%"
 
-MOST_PERMUTED: Final = 5
+MOST_PERMUTED_NAMES: Final = 5
 """Names that are placed in every order, the best of which counts."""
 
 CANDIDATES_BESIDE: Final = 7
@@ -115,7 +115,7 @@ class Axis:
         return (self.scale(value) - first_tick) / (last_tick - first_tick)
 
 
-def scatter(dots: Sequence[Dot], alternative_text: str, x_title: str, y_axis: Axis, size: Size = SIZE) -> Plot:
+def scatter(dots: Sequence[Dot], alternative_text: str, x_title: str, y_axis: Axis, size: Size = PLOT_SIZE) -> Plot:
     """Named dots; each name stands where it covers no other, farther away with a line to its dot, or is left out."""
     x_axis = Axis.of(x_title, [dot.x for dot in dots if dot.x > 0] or [1.0], 5)
     plot = _axes(Plot(alternative_text, size), x_axis, y_axis)
@@ -143,7 +143,7 @@ def curve(
     """A curve over linear axes, with a vertical line at each end point; ``lowest`` is where the upright axis begins."""
     x_axis = Axis(x_title, ticks_of(max(points[-1][0], *(x for x, _ in points), 1e-9), 5))
     y_axis = Axis(y_title, ticks_of(max(*(y for _, y in points), lowest + 1e-9), 3, lowest))
-    plot = _axes(Plot(alternative_text, SIZE), x_axis, y_axis)
+    plot = _axes(Plot(alternative_text, PLOT_SIZE), x_axis, y_axis)
     plot.lines.append(("curve", [_pixel(plot, x_axis.fraction(x), y_axis.fraction(y)) for x, y in points]))
     for end in end_points:
         plot.lines.append(("end", [_pixel(plot, x_axis.fraction(end), height) for height in (1.0, 0.0)]))
@@ -181,7 +181,7 @@ def interval_plot(
     smallest, largest = min(interval_bounds), max(interval_bounds)
     ticks = ticks_of(max(largest, smallest + 1e-9), 5, smallest)
     left, right = 8.0, INTERVAL_WIDTH - 8.0
-    wrapped_names = [wrap(row.name, max(1, round((right - left) / LETTER) - len(row.label) - 2)) for row in rows]
+    wrapped_names = [wrap(row.name, max(1, round((right - left) / LETTER_WIDTH) - len(row.label) - 2)) for row in rows]
     extra_height = LINE_HEIGHT * sum(len(lines) - 1 for lines in wrapped_names)
     bottom = ROW_HEIGHT * len(rows) + extra_height + 4.0
     size = INTERVAL_WIDTH, bottom - 4.0 + INTERVAL_FOOT
@@ -262,7 +262,7 @@ def _names(plot: Plot, names: Sequence[str]) -> list[tuple[int, Box, bool]]:
     places = [_places(plot, number, name, taken_boxes) for number, name in enumerate(names)]
     numbers = range(len(names))
     lowest_cost, chosen_places = inf, dict[int, NamePlace]()
-    for order in permutations(numbers) if len(names) <= MOST_PERMUTED else [tuple(numbers)]:
+    for order in permutations(numbers) if len(names) <= MOST_PERMUTED_NAMES else [tuple(numbers)]:
         cost, order_places = _placed_names(places, order, lowest_cost)
         if cost < lowest_cost:
             lowest_cost, chosen_places = cost, order_places
@@ -331,9 +331,9 @@ def text_width(name: str) -> float:
 
 
 def _letter_width(letter: str) -> float:
-    if letter in WIDEST or not letter.isascii():
+    if letter in WIDE_LETTERS or not letter.isascii():
         return WIDEST_BOLD
-    if letter in NARROW:
+    if letter in NARROW_LETTERS:
         return NARROW_BOLD
     return CAPITAL_BOLD if letter.isupper() else LETTER_BOLD
 

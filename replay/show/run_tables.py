@@ -20,7 +20,7 @@ from replay.document.ranking import all_unconfirmed, ranks_with_fixes
 from replay.document.run_document import ContactLengths
 from replay.document.run_result import Summarised
 from replay.document.tables import Cell, Column, Marked, Table, table
-from replay.show.words import PAIR_FRAME_ROWS, WITHIN
+from replay.show.words import PAIR_FRAME_ROWS, WITHIN_TOLERANCE_LABEL
 from replay.words import plural
 from sessions import Finding
 from sessions.mcap.metadata import NOT_STATED
@@ -28,10 +28,10 @@ from sessions.mcap.metadata import NOT_STATED
 LATE_OR_SHORT = "late or cut short"
 FALSE_CONTACT = "false contact"
 
-UNCONFIRMED = "unconfirmed frames"
+UNCONFIRMED_COLUMN = "unconfirmed frames"
 """Stands for *false frames* of a detector that only calls them candidates."""
 
-CUT = "cut by lost poses"
+CUT_COLUMN = "cut by lost poses"
 """Column of contacts, there only where lost poses cut one."""
 
 MOST_REASONS = 4
@@ -177,8 +177,8 @@ def pair_table(result: Summarised, label: str) -> Table:
     built_table = Table.of(
         screen_columns("pairs"), rows + grasped_rows, title, containment_notes(result, result.oracle)
     )
-    absent_columns = {name for name in (WITHIN, CUT) if not any(built_table.column(name))}
-    absent_columns.add("false frames" if all_unconfirmed(result.document.audit[label]) else UNCONFIRMED)
+    absent_columns = {name for name in (WITHIN_TOLERANCE_LABEL, CUT_COLUMN) if not any(built_table.column(name))}
+    absent_columns.add("false frames" if all_unconfirmed(result.document.audit[label]) else UNCONFIRMED_COLUMN)
     return built_table.only(*(name for name in built_table.head if name not in absent_columns))
 
 
@@ -210,7 +210,9 @@ def contact_table(result: Summarised, label: str) -> Table:
     ]
     lengths, title = screen_columns("lengths"), f"Contacts found by {label}"
     built_table = Table.of((*lengths, *screen_columns("cut")), rows, title, containment_notes(result, label))
-    return built_table if any(built_table.column(CUT)) else built_table.only(*(column.name for column in lengths))
+    return (
+        built_table if any(built_table.column(CUT_COLUMN)) else built_table.only(*(column.name for column in lengths))
+    )
 
 
 def containment_notes(result: Summarised, label: str) -> list[str]:
@@ -253,7 +255,7 @@ def false_table(result: Summarised, label: str) -> Table:
     return replace(built_table, title=f"{contact_word}s of {label}, widest gap first")
 
 
-LATE = f"over {words.decimal(BUDGET_MS, 1)} ms"
+LATE_COLUMN = f"over {words.decimal(BUDGET_MS, 1)} ms"
 """Column of the frames that took longer than one at 90 Hz."""
 
 

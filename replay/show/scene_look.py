@@ -13,20 +13,20 @@ from replay import words
 from replay.errors import OutputError
 from replay.prepare.assembly import Assembly
 from replay.show.camera import points_in_world, towards_user
-from replay.show.palette import BACKGROUND, SERIES, TICKS, Rgba
+from replay.show.palette import BACKGROUND, SERIES_COLOURS, TICKS, Rgba
 from replay.show.report.rasteriser import Colour, Lines, Shape, View, draw_picture
 from sessions.model.scene import Scene
 from sessions.whole_files import whole_file
 
-SIZE: Final = (960, 640)
+PICTURE_SIZE: Final = (960, 640)
 GRID_M: Final = 0.1
 MOST_LINES: Final = 41
 """Grid lines each way; a larger scene has a coarser grid, of 1, 10, ... metres."""
 
 AXIS_COLOURS: Final[tuple[Rgba, Rgba, Rgba]] = ((235, 110, 110, 255), (110, 210, 120, 255), (110, 150, 255, 255))
 AXIS_NAMES: Final = ("x right", "y up", "z back")
-RAISED_DEG: Final = 24.0
-ROTATED_DEG: Final = 28.0
+ELEVATION_DEG: Final = 24.0
+AZIMUTH_DEG: Final = 28.0
 MOST_FACES: Final = 20_000
 """Faces of a body that are drawn; of more, evenly chosen ones."""
 
@@ -109,17 +109,17 @@ def scene_picture(assembly: Assembly, scene: Scene, moment: Moment) -> bytes:
     ] or displayed_bodies
     corners = {body: _corners(assembly, moment.frame, body) for body in displayed_bodies}
     if not corners:
-        return _png(np.broadcast_to(_colour(BACKGROUND), (SIZE[1], SIZE[0], 3)), [])
+        return _png(np.broadcast_to(_colour(BACKGROUND), (PICTURE_SIZE[1], PICTURE_SIZE[0], 3)), [])
     focused_points = np.concatenate([corners[body].reshape(-1, 3) for body in focused_bodies])
     direction = _direction(towards_user(assembly, scene, moment.frame, focused_points.mean(axis=0).tolist()))
     guides = guides_of(focused_points, direction)
     all_points = np.concatenate([focused_points, guides.axes.reshape(-1, 3)])
-    view = View.of(all_points, direction, SIZE)
+    view = View.of(all_points, direction, PICTURE_SIZE)
     shapes = [Shape(corners[body], _body_colour(body)) for body in displayed_bodies]
     lines = [Lines(guides.grid, _colour(TICKS), 0.35)]
     for axis, colour in zip(guides.axes, AXIS_COLOURS, strict=True):
         lines.append(Lines(axis[None], _colour(colour), 1.0, 3))
-    background = np.broadcast_to(_colour(BACKGROUND), (SIZE[1], SIZE[0], 3)).astype(np.float64)
+    background = np.broadcast_to(_colour(BACKGROUND), (PICTURE_SIZE[1], PICTURE_SIZE[0], 3)).astype(np.float64)
     picture, _ = draw_picture(view, shapes, [], lines, background)
     return _png(picture, [*_labels(assembly, view, guides, corners, moment)])
 
@@ -134,7 +134,7 @@ def _corners(assembly: Assembly, frame: int, body: int) -> FloatArray:
 
 def _direction(user_side: FloatArray) -> FloatArray:
     """From the user's side, a little aside and from above."""
-    azimuth, elevation = np.radians(ROTATED_DEG), np.radians(RAISED_DEG)
+    azimuth, elevation = np.radians(AZIMUTH_DEG), np.radians(ELEVATION_DEG)
     rotated_direction = np.array(
         [
             user_side[0] * np.cos(azimuth) + user_side[2] * np.sin(azimuth),
@@ -146,7 +146,7 @@ def _direction(user_side: FloatArray) -> FloatArray:
 
 
 def _body_colour(body: int) -> Colour:
-    return _colour(SERIES[body % len(SERIES)])
+    return _colour(SERIES_COLOURS[body % len(SERIES_COLOURS)])
 
 
 def _colour(colour: Rgba) -> Colour:

@@ -42,11 +42,11 @@ def share(runs: PathLike | Sequence[PathLike], out: PathLike, *, anyway: bool = 
 
     Raises ``ReplayError``: no run folder, no consent, or a folder in the way.
     """
-    from replay.show.share.folder import INDEX
+    from replay.show.share.folder import INDEX_FILE
 
     run_list: Sequence[Any] = runs if isinstance(runs, list | tuple) else [runs]
     write_shared(run_list, Path(out), anyway=anyway, force=force)
-    return Path(out) / INDEX
+    return Path(out) / INDEX_FILE
 
 
 def write_shared(runs: Sequence[PathLike], out: Path, *, anyway: bool, force: bool) -> str:

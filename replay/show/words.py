@@ -27,7 +27,7 @@ PAIR_FRAME_ROWS: Final[Mapping[str, str]] = {
 """Field of ``PairFrames`` -> its name in tables, in their order."""
 
 
-WITHIN: Final = OUTCOME_LABELS[Outcome.WITHIN_TOLERANCE]
+WITHIN_TOLERANCE_LABEL: Final = OUTCOME_LABELS[Outcome.WITHIN_TOLERANCE]
 
 NOT_COMPUTED: Final = "Contacts were not computed: no effect of the scene needs them"
 
@@ -46,11 +46,11 @@ LANE_LEGEND: Final[Mapping[int, str]] = {
 """What the colours of audit lanes mean, the worst first."""
 
 
-PINK: Final = "pink: late or cut short"
+PINK_LEGEND: Final = "pink: late or cut short"
 """The colour of frames missed at the beginning, the end or in the midst of a contact that is reported."""
 
 LANES_LEGEND: Final = (
-    f"blue: right   yellow: false contact   red: missed   {PINK}   grey: reference   white line: cursor"
+    f"blue: right   yellow: false contact   red: missed   {PINK_LEGEND}   grey: reference   white line: cursor"
 )
 """What the colours of lanes of all pairs mean."""
 
@@ -67,5 +67,5 @@ def lane_legend(outcomes: Iterable[int], missing_detector: str = "", *, has_late
         if outcome in present_outcomes
     ]
     if has_late:
-        labels.insert(1, PINK)
+        labels.insert(1, PINK_LEGEND)
     return "    ".join(labels)

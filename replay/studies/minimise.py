@@ -25,7 +25,7 @@ from sessions.scene_files.answers import recording_assumptions
 
 EPOCH_NS: Final = 946_684_800 * 10**9
 """When every minimised recording begins: 2000-01-01 00:00 UTC."""
-NEAR_NS: Final = 3600 * 10**9
+MOST_STAMP_DISTANCE_NS: Final = 3600 * 10**9
 """A device stamp further from its frame is of another clock, which would say when it was; the frame's stands for it."""
 ROLE_NAMES: Final = HEAD_TOKENS | HAND_TOKENS | {*SIDES, "glass", "bench", "rod"}
 """Words of names and tags that the tool itself reads: they may stay."""
@@ -60,7 +60,7 @@ class _ShiftedFrames:
     def blocks(self, frames: int) -> Iterator[Frames]:
         for block in self.session.blocks(frames):
             stamp, sample = block.stamp_ns + self.later_ns, block.sample_ns + self.later_ns
-            is_of_another_clock = np.abs(sample - stamp[:, None]) > NEAR_NS
+            is_of_another_clock = np.abs(sample - stamp[:, None]) > MOST_STAMP_DISTANCE_NS
             sample = np.where(is_of_another_clock, stamp[:, None], sample)
             yield replace(block, names=self.names, stamp_ns=stamp, log_ns=stamp.copy(), sample_ns=sample)
 

@@ -16,7 +16,7 @@ from cdcore.protocol.settings import RateSettings
 from replay.advice.settings import Setting
 from replay.detection.detector_spec import parse_detector, spec_text
 from replay.document.detector_labels import detector_label
-from replay.show.rerun_log.timing import STAGES
+from replay.show.rerun_log.timing import STAGE_LABELS
 from replay.studies.stress.runner import ALL_DETECTORS, detectors_of
 
 FIELD_STAGES = {
@@ -95,7 +95,7 @@ def test_detector_times_only_its_declared_stages(name):
     bodies, motion = lab(4)
     timed = create_detector(name, bodies).detect(motion).seconds
     assert set(timed) <= set(load_detector(name).stages)
-    assert {STAGES.get(stage, stage) for stage in timed} <= FIELD_STAGES
+    assert {STAGE_LABELS.get(stage, stage) for stage in timed} <= FIELD_STAGES
     assert all(np.sum(seconds) >= 0 for seconds in timed.values())
 
 

@@ -11,7 +11,7 @@ from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, interse
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.poses import rotation_from_quaternion
 from cdcore.protocol import counts_as_contact
-from replay.studies.stress.scenes import SCENES, meeting_faces
+from replay.studies.stress.scenes import SCENE_CASES, meeting_faces
 
 ON_MESHES = ["hybrid", "static", "discrete", "exact"]
 ODD_MESHES = 8
@@ -24,7 +24,7 @@ OCTAHEDRON = [[a, b, c] for a in (0, 3) for b in (1, 4) for c in (2, 5)]
 
 @cache
 def scenes(number):
-    return {scene.name: scene for scene in SCENES[number][1](np.random.default_rng(3))}
+    return {scene.name: scene for scene in SCENE_CASES[number][1](np.random.default_rng(3))}
 
 
 def detected(name, scene, **options):

@@ -25,10 +25,18 @@ from replay.effects.chemistry.components import WATER, dissolved_components
 from replay.effects.chemistry.database import database_of
 from replay.effects.chemistry.formulas import atoms, charge_of
 from replay.effects.chemistry.ledger import Ledger
-from replay.effects.chemistry.ledger_columns import ADDED, HEAT, LATENT, NO_MATTER, STORED, UNFOLLOWED, Warmth
+from replay.effects.chemistry.ledger_columns import (
+    ADDED_SUFFIX,
+    ENERGY_COLUMNS,
+    ENTHALPY_COLUMN,
+    HEAT_COLUMN,
+    LATENT_HEAT_COLUMN,
+    UNFOLLOWED_WARMTH,
+    Warmth,
+)
 from replay.effects.chemistry.mixture import Phase, mixture_of
 from replay.effects.chemistry.processes import Process
-from replay.effects.chemistry.salts import SOLUBILITY, salt_of
+from replay.effects.chemistry.salts import SOLUBILITY_G_PER_100_G, salt_of
 from replay.effects.chemistry.solver import Solver
 from replay.effects.effect_plan import plan
 from replay.effects.effect_summary import event_lines
@@ -46,7 +54,7 @@ SALTS = (
     "HCl", "NaOH", "AgNO3", "KI", "Na2CO3", "NaHCO3", "CaCl2", "BaCl2", "MgCl2", "FeCl3", "CuSO4", "NH3", "NH4Cl",
     "CH3COOH", "NaH2PO4", "H2SO4", "FeSO4", "HF",
 )  # fmt: skip
-BESIDE = re.compile(rf"{ADDED}$|^({'|'.join(NO_MATTER)})$")
+BESIDE = re.compile(rf"{ADDED_SUFFIX}$|^({'|'.join(ENERGY_COLUMNS)})$")
 WATER_MOL_ML = 0.0555
 
 
@@ -105,8 +113,8 @@ def a_world(seed, warm):
     glasses = {name: float(rng.choice([0.0, 30.0])) for name in names}
     starts = {name: float(rng.uniform(-10.0, 40.0)) for name in names}
     per_ml = 4.18 if seed % 2 else None
-    warmth = Warmth(per_ml, glasses, starts, 0.0, 80.0, room=20.0) if warm else UNFOLLOWED
-    crystals = [salt_of(salt, SOLUBILITY[salt]) for salt in salts]
+    warmth = Warmth(per_ml, glasses, starts, 0.0, 80.0, room=20.0) if warm else UNFOLLOWED_WARMTH
+    crystals = [salt_of(salt, SOLUBILITY_G_PER_100_G[salt]) for salt in salts]
     book = Ledger(names, sorted(columns), processes, solver, crystals, float(rng.choice([0.0, 0.3, 1.0])), warmth)
     for name, (volume, present) in zip(names, fills, strict=True):
         book.fill(name, volume, present)
@@ -143,7 +151,10 @@ def energy_of(book, amounts):
         mixture = book.solver.mixture
         solid += amounts[:, book.phases] @ mixture.joule[len(mixture.species) :]
     solid += amounts[:, book.salt_columns] @ np.array([salt.joule for salt in book.salts])
-    return amounts[:, [book.column[name] for name in (HEAT, STORED, LATENT)]].sum(axis=1) + solid
+    return (
+        amounts[:, [book.column[name] for name in (HEAT_COLUMN, ENTHALPY_COLUMN, LATENT_HEAT_COLUMN)]].sum(axis=1)
+        + solid
+    )
 
 
 def check_conservation(seed, warm):
@@ -162,7 +173,9 @@ def check_conservation(seed, warm):
         if warm:
             given = -ZINC.joule * (book.extents.sum() - before) if len(book.processes) else 0.0
             exchanged = np.abs(
-                book.amounts[:, [book.column[HEAT], book.column[STORED], book.column[LATENT]]]
+                book.amounts[
+                    :, [book.column[HEAT_COLUMN], book.column[ENTHALPY_COLUMN], book.column[LATENT_HEAT_COLUMN]]
+                ]
             ).sum() + abs(given)
             assert abs(energy(book).sum() - start - given) <= 1e-9 * exchanged, seed
     for history in map(book.history, book.vessels):
@@ -284,7 +297,9 @@ def check_sums(matter, seed):
     for row, process in enumerate(ledger.processes):
         begun = sum(history.extents[0, row] for history in matter.histories.values())
         given -= (ledger.extents[:, row].sum() - begun) * (process.joule if np.isfinite(process.joule) else 0.0)
-    exchanged = np.abs(last[:, [ledger.column[name] for name in (HEAT, STORED, LATENT)]]).sum() + abs(given)
+    exchanged = np.abs(
+        last[:, [ledger.column[name] for name in (HEAT_COLUMN, ENTHALPY_COLUMN, LATENT_HEAT_COLUMN)]]
+    ).sum() + abs(given)
     kept = energy_of(ledger, last).sum() - energy_of(ledger, first).sum()
     assert abs(kept - given) <= 1e-9 * max(exchanged, 1.0), seed
 

@@ -54,7 +54,7 @@ def good(tmp_path_factory):
 def no_window(tmp_path, monkeypatch):
     (tmp_path / "sent_along.py").touch()  # some mutants name it as a detector
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr(web_viewer, "web_viewer", lambda: {web_viewer.SCRIPT: b"", web_viewer.PROGRAM: b""})
+    monkeypatch.setattr(web_viewer, "web_viewer", lambda: {web_viewer.SCRIPT_FILE: b"", web_viewer.PROGRAM_FILE: b""})
     monkeypatch.setattr("replay.show.rerun_log.viewer.open_viewer", Window)
 
 

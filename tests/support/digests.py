@@ -26,7 +26,7 @@ from support.shapes import lab
 from cdcore import create_detector
 from cdcore.errors import CollisionCoreError
 from replay.prepare.assemble import assemble
-from replay.studies.stress.scenes import SCENES as HARD
+from replay.studies.stress.scenes import SCENE_CASES as HARD
 from sessions.importers import import_session
 from sessions.synthetic.scenes import SCENES, make_scene_session
 

@@ -10,7 +10,7 @@ import numpy as np
 from support.small_worlds import STEP_NS, cube, cubes
 
 from replay.effects.chemistry.contents import contents_of_scene
-from replay.effects.chemistry.ledger_columns import ADDED, HEAT, LATENT, Warmth
+from replay.effects.chemistry.ledger_columns import ADDED_SUFFIX, HEAT_COLUMN, LATENT_HEAT_COLUMN, Warmth
 from replay.effects.chemistry.matter import dilution_of
 from replay.effects.chemistry.recipe import recipe_of
 from replay.effects.effect_plan import plan
@@ -204,7 +204,7 @@ def poured_on(a, b, equation, steps=20, excess=None, solids=None, **keys):
         most=80.0,
         room=20.0,
         solids=solids or {},
-        solute=acid and acid + ADDED,
+        solute=acid and acid + ADDED_SUFFIX,
         dilution=dilution_of(acid, has_phreeqc=recipe.solver is not None),
     )
     book = recipe.ledger(0.0, warmth)
@@ -214,5 +214,5 @@ def poured_on(a, b, equation, steps=20, excess=None, solids=None, **keys):
         volume = np.array([[contents["a"].volume_ml / steps]])
         book.flow(np.array([step]), np.array([0.1 * step]), [("a", "b")], volume, np.zeros(1, dtype=bool))
         celsius.append(float(book.celsius(index, book.state[index : index + 1])[0]))
-    joule = book.amounts[index, book.column[HEAT]] + book.amounts[index, book.column[LATENT]]
+    joule = book.amounts[index, book.column[HEAT_COLUMN]] + book.amounts[index, book.column[LATENT_HEAT_COLUMN]]
     return float(joule), min(celsius), max(celsius)

@@ -7,7 +7,7 @@ import numpy as np
 
 from replay import words
 from replay.effects.chemistry.components import PROTON, WATER
-from replay.effects.chemistry.contents import MOST_DISSOLVED
+from replay.effects.chemistry.contents import MOST_DISSOLVED_MOLAR
 from replay.effects.chemistry.matter import Matter
 from replay.effects.chemistry.mixture import GAS, SOLID
 from replay.effects.chemistry.processes import Process
@@ -22,7 +22,7 @@ LEAST_CHLORINE_MOLAR: Final = 1e-4
 """Of dissolved chlorine, mol/L, from which its acid is told."""
 
 HOT_C: Final = 45.0
-LEAST_DISSOLVED: Final = 0.05
+LEAST_DISSOLVED_FRACTION: Final = 0.05
 """A constant with an enthalpy alone is taken without a word up to 20 K from its 25 degC, and where less of its solid
 stands dissolved than this share."""
 
@@ -52,7 +52,7 @@ def assumption_events(matter: Matter) -> Iterator[EffectEvent]:
         litres = np.where(history.volume_ml > 0.0, history.volume_ml * 1e-3, np.inf)
         # Iodide takes up one iodine each, as triiodide.
         iodide = matter.amount(vessel, "I-") / litres
-        for formula, solubility in MOST_DISSOLVED.items():
+        for formula, solubility in MOST_DISSOLVED_MOLAR.items():
             molar = matter.amount(vessel, formula) / litres
             limit_molar = SOLUBILITY_FACTOR * (solubility + (iodide if formula == "I2" else 0.0))
             moments = np.flatnonzero(molar > limit_molar)
@@ -94,7 +94,7 @@ def _hot_solids(matter: Matter) -> Iterator[EffectEvent]:
             solid = matter.amount(vessel, phase.column)
             dissolved = np.min([matter.amount(vessel, name) / many for name, many in ions.items()], axis=0)
             celsius = matter.celsius(vessel, history.times)
-            hot = (solid > 0.0) & (dissolved > LEAST_DISSOLVED * solid) & (celsius > HOT_C)
+            hot = (solid > 0.0) & (dissolved > LEAST_DISSOLVED_FRACTION * solid) & (celsius > HOT_C)
             moments = np.flatnonzero(hot & (history.volume_ml > 0.0))
             if len(moments):
                 formula, hottest = phase.column.removesuffix(SOLID), float(celsius[moments].max())

@@ -15,7 +15,7 @@ LEAST_MOL: Final = 1e-6
 LEAST_G: Final = 1e-3
 """Of a solid that nobody sees."""
 
-BEFORE: Final = "before the recording begins"
+BEFORE_CLAUSE: Final = "before the recording begins"
 
 
 def reacted_before(matter: Matter, followed: Collection[str]) -> Iterator[EffectEvent]:
@@ -31,7 +31,7 @@ def reacted_before(matter: Matter, followed: Collection[str]) -> Iterator[Effect
             moles = float(history.amounts[0, index])
             formula = column[: -len(GAS)]
             if column.endswith(GAS) and moles > LEAST_MOL:
-                sentence = f"{quantity(1e3 * moles, 'mmol')} {formula} have left {vessel} as gas {BEFORE}"
+                sentence = f"{quantity(1e3 * moles, 'mmol')} {formula} have left {vessel} as gas {BEFORE_CLAUSE}"
                 sentences.append((sentence, {"formula": formula, "moles": moles}))
         for index in (*ledger.phases.tolist(), *ledger.salt_columns.tolist()):
             column = ledger.columns[index]
@@ -40,13 +40,13 @@ def reacted_before(matter: Matter, followed: Collection[str]) -> Iterator[Effect
             moles = float(history.amounts[0, index]) - brought_mol
             if column.endswith(SOLID) and formula not in followed and moles * molar_mass(formula) > LEAST_G:
                 mass = quantity(moles * molar_mass(formula), "g")
-                sentence = f"{mass} {formula} have fallen out in {vessel} {BEFORE}"
+                sentence = f"{mass} {formula} have fallen out in {vessel} {BEFORE_CLAUSE}"
                 sentences.append((sentence, {"formula": formula, "moles": moles}))
         for reaction in matter.recipe.reactions:
             moles = float(history.extents[0, reaction.process]) if reaction.process >= 0 else 0.0
             if moles > LEAST_MOL:
                 equation = reaction.declared["equation"]
-                sentence = f"{equation} has run in {vessel} {BEFORE}, by {quantity(1e3 * moles, 'mmol')}"
+                sentence = f"{equation} has run in {vessel} {BEFORE_CLAUSE}, by {quantity(1e3 * moles, 'mmol')}"
                 sentences.append((sentence, {"equation": equation, "moles": moles}))
         for sentence, values in sentences:
             yield EffectEvent(float(history.times[0]), "before", (vessel,), None, values, sentence)

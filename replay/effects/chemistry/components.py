@@ -24,8 +24,8 @@ ELEMENTS: Final[Mapping[str, str]] = {**_TABLES["metals"], **_TABLES["bases"], *
 METALS: Final = frozenset(_TABLES["metals"])
 BASES: Final = frozenset(_TABLES["bases"])
 PHASE_NAMES: Final[Mapping[str, str]] = _TABLES["solids"]
-FRESH: Final = tuple(_TABLES["fresh"]["formulas"])
-INERT: Final = frozenset(_TABLES["inert"]["formulas"])
+FRESH_FORMULAS: Final = tuple(_TABLES["fresh"]["formulas"])
+INERT_FORMULAS: Final = frozenset(_TABLES["inert"]["formulas"])
 GASES: Final = frozenset(_TABLES["phases"]["gases"])
 SOLIDS: Final = frozenset(_TABLES["phases"]["solids"])
 
@@ -72,7 +72,7 @@ def components_of(formula: str) -> Mapping[str, int] | None:
     Of several ways the one with the fewest kinds of ions is taken, then that with the fewest ions, then that without
     hypochlorite: Cu2(OH)3Cl is a basic chloride and no hypochlorite of copper(I).
     """
-    if formula in INERT and formula != WATER:
+    if formula in INERT_FORMULAS and formula != WATER:
         return None
     if formula in ELEMENTS:
         return {formula: 1}
@@ -94,7 +94,7 @@ def dissolved_components(formula: str) -> Mapping[str, int]:
 
 def is_known(formula: str) -> bool:
     """Whether the charges in a formula are known."""
-    return formula in INERT or components_of(formula) is not None
+    return formula in INERT_FORMULAS or components_of(formula) is not None
 
 
 def _ion_combinations(heavy_atoms: Counter[str]) -> Iterator[Counter[str]]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from replay.effects.chemistry.components import WATER, components_of
 from replay.effects.chemistry.enthalpy import CONSTANTS
-from replay.effects.chemistry.formulas import COMMON, atoms, ion_of, molar_mass
+from replay.effects.chemistry.formulas import COMMON_FORMULAS, atoms, ion_of, molar_mass
 from replay.effects.chemistry.salts import anhydrous, solubility_of
 from replay.effects.chemistry.solution_water import REFERENCE_C, expansion, molar_of_molal, water_molar
 from replay.effects.vessels import Vessel
@@ -23,10 +23,10 @@ MOST_G_L: Final = 2500.0
 MOST_MOLAR: Final[Mapping[str, float]] = CONSTANTS["strongest"]
 """Acid or base -> mol/L of the strongest solution there is."""
 
-MOST_DISSOLVED: Final[Mapping[str, float]] = CONSTANTS["dissolved"]
+MOST_DISSOLVED_MOLAR: Final[Mapping[str, float]] = CONSTANTS["dissolved"]
 """Gas or halogen -> mol/L that water dissolves at most under the air of a room."""
 
-EDTA: Final = re.compile(r"EDTA|edta|(Na2H2|H4|Na4|H2)Y$")
+EDTA_PATTERN: Final = re.compile(r"EDTA|edta|(Na2H2|H4|Na4|H2)Y$")
 """Abbreviations of EDTA and its salts, in which Y would be yttrium."""
 
 ROOM_C: Final = 25.0
@@ -150,7 +150,7 @@ def _check_dissolved(vessel: Vessel, concentrations: Mapping[str, float]) -> Non
     # Iodide takes up one iodine each, as triiodide.
     iodide = sum(molar * _iodide_atoms(formula) for formula, molar in concentrations.items())
     for formula, molar in concentrations.items():
-        most_molar = MOST_DISSOLVED.get(formula, np.inf) + (iodide if formula == "I2" else 0.0)
+        most_molar = MOST_DISSOLVED_MOLAR.get(formula, np.inf) + (iodide if formula == "I2" else 0.0)
         if molar > most_molar:
             advice = "; more dissolves beside iodide: add KI to the solutes" if formula == "I2" else ""
             raise vessel.fail(
@@ -184,7 +184,7 @@ def _solutes(vessel: Vessel, liquid: Mapping[str, Any]) -> dict[str, float]:
 
 def _formula(vessel: Vessel, written_formula: str) -> str:
     formula = ion_of(written_formula, _is_readable_formula)
-    if EDTA.search(written_formula):
+    if EDTA_PATTERN.search(written_formula):
         raise vessel.fail(f"holds {written_formula!r}; write the disodium salt of EDTA as 'Na2C10H14N2O8.2H2O'")
     try:
         atoms(formula)
@@ -192,7 +192,9 @@ def _formula(vessel: Vessel, written_formula: str) -> str:
         water = "; a liquid without solutes is water" if written_formula.lower() == "water" else ""
         raise vessel.fail(f"holds something that cannot be read: {error}{water}") from error
     # AgNo3 would be silver and nobelium.
-    likely_formula = next((common for common in COMMON if common.lower() == formula.lower() and common != formula), "")
+    likely_formula = next(
+        (common for common in COMMON_FORMULAS if common.lower() == formula.lower() and common != formula), ""
+    )
     if likely_formula:
         raise vessel.fail(f"holds {formula!r}; did you mean {likely_formula!r}?")
     return formula

@@ -23,7 +23,7 @@ ELECTRON: Final = "e-"
 KILOJOULES_PER_UNIT: Final[Mapping[str, float]] = {"kcal": 4.184, "cal": 4.184e-3, "j": 1e-3, "joules": 1e-3}
 """kJ in a unit of ``delta_h``; PHREEQC takes kJ where none is written."""
 
-BLOCKS: Final = ("SOLUTION_MASTER_SPECIES", "SOLUTION_SPECIES", "PHASES")
+READ_BLOCKS: Final = ("SOLUTION_MASTER_SPECIES", "SOLUTION_SPECIES", "PHASES")
 """Blocks that are read; the others of a data base are not asked."""
 
 _BLOCK = re.compile(r"^[A-Z_]{3,}(?:\s|$)")
@@ -107,8 +107,8 @@ class _Reading:
             if name == "SOLUTION_MASTER_SPECIES":
                 for line in lines:
                     self._add_master(line)
-            elif name not in BLOCKS and lines and self.strict:
-                self.problems.append(f"{name} is not read; give {', '.join(BLOCKS)}")
+            elif name not in READ_BLOCKS and lines and self.strict:
+                self.problems.append(f"{name} is not read; give {', '.join(READ_BLOCKS)}")
         pending_entries = [
             entry for name, lines in blocks if name == "SOLUTION_SPECIES" for entry in _equation_entries(lines)
         ]

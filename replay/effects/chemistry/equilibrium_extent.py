@@ -19,17 +19,17 @@ from replay.effects.chemistry.processes import Process
 from replay.effects.chemistry.salts import WATER_KG
 from replay.effects.chemistry.solver import Solver
 
-LEFT: Final = 1e-3
+COMPLETE_REMAINDER_FRACTION: Final = 1e-3
 """Of the scarcest reagent: an equation that leaves less at equilibrium runs to its end."""
 
-CERTAIN: Final = 3.0
+CERTAIN_DECADES: Final = 3.0
 """Powers of ten by which concentrations, taken for activities, must be on the side of the products to ask no more."""
 
-LEAST_FRACTION: Final = 1e-6
-PRECISION: Final = 1e-7
+LEAST_EXTENT_FRACTION: Final = 1e-6
+EXTENT_PRECISION: Final = 1e-7
 """Of the way from all products to all reagents: where the search begins, and how near it comes."""
 
-NEUTRAL: Final = 1e-7
+NEUTRAL_PROTONS_MOLAR: Final = 1e-7
 TINY: Final = 1e-30
 GAS_J_MOL_K: Final = 8.314463
 """Gas constant. Source: CODATA 2018."""
@@ -86,9 +86,9 @@ class EquilibriumExtents:
         extent_range = most_extent - lowest
         log_k = self._log_k(row, celsius)
         candidates = (extent_range > 0.0) & (amounts[:, self._water] > 0.0)
-        nearly_all = lowest + extent_range * (1.0 - LEFT)
+        nearly_all = lowest + extent_range * (1.0 - COMPLETE_REMAINDER_FRACTION)
         ideal_quotient = self._ideal_quotient(row, amounts + nearly_all[:, None] * self._changes[row])
-        candidates &= ideal_quotient > log_k - CERTAIN
+        candidates &= ideal_quotient > log_k - CERTAIN_DECADES
         candidate_rows = np.flatnonzero(candidates)
         if not len(candidate_rows):
             return extents
@@ -103,17 +103,23 @@ class EquilibriumExtents:
             return self._quotient(row, trial_amounts, celsius[trial_rows]) - log_k[trial_rows]
 
         indices = np.arange(len(candidate_rows), dtype=np.float64)
-        at_end = excess(np.full(len(candidate_rows), 1.0 - LEFT), indices)
+        at_end = excess(np.full(len(candidate_rows), 1.0 - COMPLETE_REMAINDER_FRACTION), indices)
         stopping_rows = np.flatnonzero(at_end > 0.0)
         if not len(stopping_rows):
             return extents
-        at_begin = excess(np.full(len(stopping_rows), LEAST_FRACTION), indices[stopping_rows])
+        at_begin = excess(np.full(len(stopping_rows), LEAST_EXTENT_FRACTION), indices[stopping_rows])
         extents[candidate_rows[stopping_rows]] = lowest[candidate_rows[stopping_rows]]
         bracketed_rows = stopping_rows[at_begin < 0.0]
         if len(bracketed_rows):
-            fraction_bracket = np.full(len(bracketed_rows), LEAST_FRACTION), np.full(len(bracketed_rows), 1.0 - LEFT)
+            fraction_bracket = (
+                np.full(len(bracketed_rows), LEAST_EXTENT_FRACTION),
+                np.full(len(bracketed_rows), 1.0 - COMPLETE_REMAINDER_FRACTION),
+            )
             roots = elementwise.find_root(
-                excess, fraction_bracket, args=(indices[bracketed_rows],), tolerances={"xatol": PRECISION, "xrtol": 0.0}
+                excess,
+                fraction_bracket,
+                args=(indices[bracketed_rows],),
+                tolerances={"xatol": EXTENT_PRECISION, "xrtol": 0.0},
             )
             solved_rows = candidate_rows[bracketed_rows]
             extents[solved_rows] = lowest[solved_rows] + extent_range[solved_rows] * roots.x
@@ -150,7 +156,9 @@ class EquilibriumExtents:
         if process.is_ester:
             return self._ester_quotient(row, amounts)
         kilograms = np.maximum(amounts[:, self._water] * WATER_KG, TINY)
-        free_protons = np.maximum(NEUTRAL, (amounts[:, self._proton] - amounts @ self._holds_acid) / kilograms)
+        free_protons = np.maximum(
+            NEUTRAL_PROTONS_MOLAR, (amounts[:, self._proton] - amounts @ self._holds_acid) / kilograms
+        )
         log_quotient = np.zeros(len(amounts))
         for name, many in process.changes.items():
             if name == PROTON:

@@ -17,7 +17,7 @@ from typing import Final
 from periodictable import elements
 from periodictable import formula as parse_formula
 
-COMMON: Final = (
+COMMON_FORMULAS: Final = (
     "HCl", "HBr", "HNO3", "H2SO4", "CH3COOH", "NaOH", "KOH", "Ba(OH)2", "NH3", "NaCl", "KCl", "AgNO3", "KI", "CuSO4",
     "NaHCO3", "Na2CO3", "ZnCl2", "CaCl2", "BaCl2", "MgCl2", "Na2SO4", "KMnO4", "AgCl", "H2O",
 )  # fmt: skip
@@ -187,7 +187,7 @@ def _atoms(formula: str) -> Mapping[str, int]:
         element_counts = parse_formula(formula.translate(str.maketrans(".[]", "+()"))).atoms
     except Exception as error:  # the library's grammar raises what its parser has
         error_text = f": {error}" if isinstance(error, ValueError) else ""
-        close_formulas = get_close_matches(formula, COMMON, n=1)
+        close_formulas = get_close_matches(formula, COMMON_FORMULAS, n=1)
         suggestion = (
             f"; did you mean {close_formulas[0]!r}?" if close_formulas else "; write for example Ca(OH)2 or CuSO4.5H2O"
         )

@@ -16,7 +16,7 @@ from replay.effects.chemistry.enthalpy import CONSTANTS
 from replay.effects.chemistry.formulas import charge_of
 from replay.effects.chemistry.mixture import EARTH_METALS, Mixture
 
-TABLE: Final[Mapping[str, Mapping[str, float]]] = CONSTANTS["heat_content"]
+SALT_HEATS_KJ_MOL: Final[Mapping[str, Mapping[str, float]]] = CONSTANTS["heat_content"]
 """Cation and anion -> mol/kg of their salt -> kJ/mol."""
 
 HYDROXIDE: Final = "OH-"
@@ -30,7 +30,7 @@ DILUTE_EQUIVALENTS, STRONG_EQUIVALENTS = 1.1, 2.0
 """mol/kg of charges up to which a heat is that of infinite dilution, as tables of schools give it, and from which the
 whole difference counts; chosen by us."""
 
-LAST_HOLDS_TO: Final = 1.25
+LAST_MOLALITY_FACTOR: Final = 1.25
 """Of the last molality of a table: up to this its last value holds."""
 
 LEAST_FRACTION: Final = 0.1
@@ -78,7 +78,7 @@ class HeatContent:
         self._proton = index_of[PROTON], index_of[HYDROXIDE]
         declared_ions = [set(_ions_of_species(dissolved_components(formula))) for formula in declared]
         self.pairs: list[Pair] = []
-        for key, values in TABLE.items():
+        for key, values in SALT_HEATS_KJ_MOL.items():
             cation, anion = key.split()
             if {cation, anion} <= set(self.ions) and not any({cation, anion} <= ions for ions in declared_ions):
                 self.pairs.append(
@@ -115,7 +115,7 @@ class HeatContent:
         unknown_fractions = (cations / total_charge[:, None])[:, :, None] * (anions / total_charge[:, None])[:, None, :]
         unknown_fractions[:, self._is_declared] = 0.0
         for pair in self.pairs:
-            is_known_strength = strength / pair.strength <= LAST_HOLDS_TO * pair.molal[-1]
+            is_known_strength = strength / pair.strength <= LAST_MOLALITY_FACTOR * pair.molal[-1]
             unknown_fractions[:, pair.cation, pair.anion] *= ~is_known_strength
         worst = unknown_fractions.reshape(len(moles), -1).argmax(axis=1)
         pair_names = [

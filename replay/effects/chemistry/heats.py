@@ -8,7 +8,7 @@ import numpy as np
 from cdcore.numerics import BoolArray, FloatArray
 from replay.effects.chemistry.components import PROTON, WATER
 from replay.effects.chemistry.heat_content import HeatContent
-from replay.effects.chemistry.ledger_columns import CAPACITY, STORED, Warmth
+from replay.effects.chemistry.ledger_columns import ENTHALPY_COLUMN, HEAT_CAPACITY_COLUMN, Warmth
 from replay.effects.chemistry.mixture import SOLID, Mixture
 from replay.effects.chemistry.salts import WATER_KG, Salt
 from replay.effects.chemistry.warming import WATER_J_PER_ML_K, heat_given_off, solid_j_per_mol_k
@@ -55,7 +55,7 @@ class Heats:
 
     def enthalpy(self, amounts: FloatArray) -> FloatArray:
         """J (n,) of what is dissolved, of solids and of gases that left, above the parts they are made of."""
-        stored_joule = amounts[:, self._column[STORED]].copy()
+        stored_joule = amounts[:, self._column[ENTHALPY_COLUMN]].copy()
         if self._warmth.followed:
             if self._mixture is not None:
                 stored_joule += amounts[:, self._phases] @ self._mixture.joule[len(self._mixture.species) :]
@@ -91,7 +91,7 @@ class Heats:
         A solid that falls out of a solution keeps no heat of its own: the volume of its solution counts already.
         """
         amount_rows = np.atleast_2d(amounts)
-        brought_capacity = amount_rows[:, self._column[CAPACITY]]
+        brought_capacity = amount_rows[:, self._column[HEAT_CAPACITY_COLUMN]]
         solid = np.minimum(amount_rows[:, self._solids] @ self._solid_capacity, brought_capacity)
         per_kg = (brought_capacity - solid) / self.water_kg(amount_rows)
         counted_fraction = np.clip((per_kg - FIRST_J_PER_KG_K) / (WHOLE_J_PER_KG_K - FIRST_J_PER_KG_K), 0.0, 1.0)

@@ -7,7 +7,7 @@ import numpy as np
 
 from cdcore.numerics import FloatArray
 
-TRIIODIDE: Final = 698.0
+TRIIODIDE_CONSTANT: Final = 698.0
 """Constant of I2 + I- = I3- at 25 degC. Source: D. A. Palmer et al., J. Solution Chem. 13, 1984."""
 
 IODINE, IODIDE = "I2", "I-"
@@ -18,7 +18,7 @@ def free_iodine(column: Mapping[str, int], amounts: FloatArray, kilograms: Float
     iodine, iodide = (
         amounts[:, column[name]] / kilograms if name in column else np.zeros(len(amounts)) for name in (IODINE, IODIDE)
     )
-    summed_molal = iodine + iodide + 1.0 / TRIIODIDE
+    summed_molal = iodine + iodide + 1.0 / TRIIODIDE_CONSTANT
     # The smaller root of the quadratic, in the form without a difference of like numbers.
     triiodide = 2.0 * iodine * iodide / (summed_molal + np.sqrt(summed_molal**2 - 4.0 * iodine * iodide))
     return {IODINE: iodine - triiodide, IODIDE: iodide - triiodide}

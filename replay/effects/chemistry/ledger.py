@@ -19,13 +19,13 @@ from replay.effects.chemistry.components import PROTON, WATER
 from replay.effects.chemistry.formulas import charge_of
 from replay.effects.chemistry.heats import Heats
 from replay.effects.chemistry.ledger_columns import (
-    ADDED,
-    CAPACITY,
-    HEAT,
-    LATENT,
-    NO_MATTER,
-    STORED,
-    UNFOLLOWED,
+    ADDED_SUFFIX,
+    ENERGY_COLUMNS,
+    ENTHALPY_COLUMN,
+    HEAT_CAPACITY_COLUMN,
+    HEAT_COLUMN,
+    LATENT_HEAT_COLUMN,
+    UNFOLLOWED_WARMTH,
     WITHOUT_HEAT_C,
     Warmth,
 )
@@ -36,28 +36,28 @@ from replay.effects.chemistry.salts import WATER_KG, Salt, settled_solid
 from replay.effects.chemistry.solver import Solver, has_answer
 from replay.effects.chemistry.warming import temperature_after_seconds
 
-SPENT: Final = 1e-12
+SPENT_FRACTION: Final = 1e-12
 """A rest below this share of what a vessel held goes with the last drop: it is rounding."""
-TICK: Final = 0.02
+FIRST_STEP_FRACTION: Final = 0.02
 """Where a slow reaction meets others it goes in steps of this share of its time at first: 1 % of what reacts in one."""
-GROWTH: Final = 1.05
+STEP_GROWTH: Final = 1.05
 """Of these steps, one to the next: what is left to react falls by itself."""
-TIMES: Final = 50.0
+REACTION_TIMES: Final = 50.0
 """What is left after so many times the reaction's own time is nothing to speak of."""
-LUMPS: Final = 64
+FLOW_STEPS: Final = 64
 """Steps into which a flow is cut at least where it runs over, or what receives it reacts slowly or grows warm."""
-LUMP_ML: Final = 0.1
+FLOW_STEP_ML: Final = 0.1
 """Most of such a step, two drops: a titration that is followed by a thermometer shows its end point as well."""
 
 
-CRYOSCOPIC: Final = 1.86
+CRYOSCOPIC_K_KG_MOL: Final = 1.86
 """Kelvin by which a mol of ions or molecules lowers the freezing point of a kg of water. Source: CRC Handbook."""
 
 LOWEST_FREEZING_C: Final = -21.1
 """Eutectic of salt and water, the coldest that common solutions get before all of it is solid. Source: CRC Handbook."""
 
-MOST_TRIALS: Final = 8
-NEAR_KELVIN: Final = 0.2
+MOST_TEMPERATURE_TRIALS: Final = 8
+TEMPERATURE_TOLERANCE_K: Final = 0.2
 """Trials, and how near two must be, of the temperature at which what dissolves gives just the heat that leads to it."""
 
 KELVIN_STEP: Final = 0.25
@@ -67,17 +67,17 @@ MOST_STEPS: Final = 800
 """Of these in one go."""
 
 MOST_ROUNDS: Final = 60
-NEAR_SOLID: Final = 1e-6
+SOLID_TOLERANCE: Final = 1e-6
 """Rounds of salts and gases, and the share of a salt by which its solid may still change in the last: a gas that leaves
 makes room for more of a salt, as bicarbonate in acid."""
 
-SCARCE: Final = 1e-6
+SCARCE_FRACTION: Final = 1e-6
 """Where less than this share of a part stays dissolved the equilibrium's own figure is taken, not a difference."""
 
-ROUNDING: Final = 1e-14
+DIFFERENCE_ROUNDING: Final = 1e-14
 """Of a difference, as a share of what it is taken from: what differs by more is no rounding."""
 
-FEWER: Final = 1e-9
+GAS_ROUNDING: Final = 1e-9
 """A gas that left by less than this share of the row before is the same: rounding of the equilibrium."""
 
 
@@ -103,7 +103,7 @@ class Ledger:
         solver: Solver | None,
         salts: Sequence[Salt] = (),
         solid_fraction: float = 0.0,
-        warmth: Warmth = UNFOLLOWED,
+        warmth: Warmth = UNFOLLOWED_WARMTH,
         slow_solids: Solver | None = None,
     ) -> None:
         self.vessels, self.processes, self.solver, self.warmth = vessels, processes, solver, warmth
@@ -113,7 +113,7 @@ class Ledger:
         phase_changes = () if solver is None else solver.mixture.changes
         components: tuple[str, ...] = () if solver is None else solver.mixture.components
         phases = () if solver is None else tuple(phase.column for phase in solver.mixture.phases)
-        permanent_columns = (PROTON, WATER, *NO_MATTER)
+        permanent_columns = (PROTON, WATER, *ENERGY_COLUMNS)
         self.columns = tuple(
             dict.fromkeys(chain(columns, *produced_changes, *phase_changes, catalysts, components, permanent_columns))
         )
@@ -147,9 +147,10 @@ class Ledger:
         )
         self.gas = np.array([name.endswith(GAS) for name in phases], dtype=np.bool_)
         self.proton, self.water = self.column[PROTON], self.column[WATER]
-        is_counted = [name not in (PROTON, WATER, *NO_MATTER) for name in self.columns]
+        is_counted = [name not in (PROTON, WATER, *ENERGY_COLUMNS) for name in self.columns]
         is_counted = [
-            here and not name.endswith((SOLID, GAS, ADDED)) for here, name in zip(is_counted, self.columns, strict=True)
+            here and not name.endswith((SOLID, GAS, ADDED_SUFFIX))
+            for here, name in zip(is_counted, self.columns, strict=True)
         ]
         self._is_dissolved_column = np.array(is_counted)
         self.ion_charges = np.array(
@@ -185,14 +186,14 @@ class Ledger:
             solids_capacity, solutes_capacity = (
                 known_capacities.get(name, 0.0) for known_capacities in (self.warmth.solids, self.warmth.solutes)
             )
-            self.amounts[index, self.column[CAPACITY]] = solids_capacity + solutes_capacity
+            self.amounts[index, self.column[HEAT_CAPACITY_COLUMN]] = solids_capacity + solutes_capacity
             heat = excess * float(self.capacity(index, self.volume_ml[index], self.amounts[index]))
-            self.amounts[index, self.column[HEAT]] = heat
+            self.amounts[index, self.column[HEAT_COLUMN]] = heat
             self._react_state(index, self.state[index : index + 1], trials=0)
             # What dissolved or reacted has another heat capacity, at the temperature that the vessel has.
             settled_heat = excess * float(self.capacity(index, self.volume_ml[index], self.amounts[index]))
-            self.amounts[index, self.column[HEAT]] = settled_heat
-            self.amounts[index, self.column[LATENT]] = 0.0
+            self.amounts[index, self.column[HEAT_COLUMN]] = settled_heat
+            self.amounts[index, self.column[LATENT_HEAT_COLUMN]] = 0.0
             self._note_state(index, 0, time)
 
     def capacity(self, index: int, volume_ml: FloatArray | float, amounts: FloatArray) -> FloatArray:
@@ -219,14 +220,14 @@ class Ledger:
             return
         waiting = self.pending_extents(self.amounts[index]) > 0.0
         rates = [self.processes[row].rate or 0.0 for row in self.slow if waiting[row]]
-        seconds_done, step = 0.0, since if self._has_closed_form or not rates else TICK / max(rates)
-        while rates and seconds_done < min(since, TIMES / max(rates)):
+        seconds_done, step = 0.0, since if self._has_closed_form or not rates else FIRST_STEP_FRACTION / max(rates)
+        while rates and seconds_done < min(since, REACTION_TIMES / max(rates)):
             component = min(step, since - seconds_done)
             self._exchange_heat(index, component)
             self._run_slow_processes(index, component)
             self._react_state(index, self.state[index : index + 1])
             seconds_done += component
-            step *= GROWTH
+            step *= STEP_GROWTH
             if not self._has_closed_form:
                 self._note_state(index, frame, float(begin + seconds_done))
         self._exchange_heat_with_room(index, frame, float(begin + seconds_done), since - seconds_done)
@@ -237,7 +238,7 @@ class Ledger:
         if not self.warmth.followed:
             return np.full(len(rows), WITHOUT_HEAT_C)
         capacity = np.asarray(self.capacity(index, volume[:, 0], amounts))
-        return self.warmth.room + amounts[:, self.column[HEAT]] / np.where(capacity > 0.0, capacity, 1.0)
+        return self.warmth.room + amounts[:, self.column[HEAT_COLUMN]] / np.where(capacity > 0.0, capacity, 1.0)
 
     def excess_after_seconds(
         self,
@@ -259,7 +260,7 @@ class Ledger:
         molal = (amounts[:, self._is_dissolved_column].sum(axis=1) + np.abs(amounts[:, self.proton])) / np.where(
             kilograms > 0.0, kilograms, np.inf
         )
-        return np.maximum(LOWEST_FREEZING_C, -CRYOSCOPIC * molal)
+        return np.maximum(LOWEST_FREEZING_C, -CRYOSCOPIC_K_KG_MOL * molal)
 
     def _exchange_heat_with_room(self, index: int, frame: int, time: float, seconds: float) -> None:
         """Let a vessel cool or warm towards the room; beside a solid it settles again on the way."""
@@ -268,7 +269,7 @@ class Ledger:
             self._exchange_heat(index, seconds)
             return
         capacity = float(self.capacity(index, self.volume_ml[index], self.amounts[index]))
-        excess = float(self.amounts[index, self.column[HEAT]]) / capacity
+        excess = float(self.amounts[index, self.column[HEAT_COLUMN]]) / capacity
         temperature_change = abs(
             excess - float(self.excess_after_seconds(index, excess, seconds, self.power_w[index], capacity))
         )
@@ -290,7 +291,7 @@ class Ledger:
         """Flows (source, target) over frames (m,) with millilitres (m, pairs): each frame is a step, all at once.
 
         ``over`` (pairs,): it runs over a brim, after the others. A chain, in which what gives also gets, goes frame by
-        frame; where something runs over, reacts slowly or grows warm it goes in steps of `LUMP_ML`.
+        frame; where something runs over, reacts slowly or grows warm it goes in steps of `FLOW_STEP_ML`.
         """
         flow_ends = [(self.at[source], self.at[target]) for source, target in pairs]
         receiving_indices = {target for _, target in flow_ends}
@@ -304,7 +305,7 @@ class Ledger:
         if not (has_chain or over.any() or has_slow_process or self.warmth.followed):
             self._flow_at_once(frames, times, flow_ends, volume_ml)
             return
-        lumps = max(LUMPS, int(np.ceil(volume_ml.sum() / LUMP_ML)))
+        lumps = max(FLOW_STEPS, int(np.ceil(volume_ml.sum() / FLOW_STEP_ML)))
         step_count = len(frames) if has_chain else min(len(frames), lumps)
         for first, stop in pairwise(np.linspace(0, len(frames), step_count + 1).astype(np.int64).tolist()):
             component, last = volume_ml[first:stop].sum(axis=0), slice(stop - 1, stop)
@@ -374,7 +375,7 @@ class Ledger:
             moving = self._moving_heat(source, volume_before)
         component = fraction[:, None] * (moving * self.amounts[source])
         # Amounts fall to exactly nothing with the last drop: no share of a rounded rest stays behind.
-        is_emptied = (gone_ml > 0.0) & (volume[:, 0] - gone_ml <= SPENT * volume_before)
+        is_emptied = (gone_ml > 0.0) & (volume[:, 0] - gone_ml <= SPENT_FRACTION * volume_before)
         component = np.where(is_emptied[:, None] & (moving == 1.0), amounts, component)
         moved_volume = np.where(is_emptied, volume[:, 0], gone_ml)
         for rows, transfer_sign in ((source_rows, -1.0), (target_rows, 1.0)):
@@ -405,10 +406,10 @@ class Ledger:
         )
         extents /= max(1.0, shortage_factor)
         self._add_changes(amounts, extents @ self.changes)
-        amounts[self.column[HEAT]] -= float(sum(extents[row] * self._process_joule(row) for row in self.slow))
+        amounts[self.column[HEAT_COLUMN]] -= float(sum(extents[row] * self._process_joule(row) for row in self.slow))
         self.extents[index] += extents
 
-    def _react_state(self, index: int, rows: FloatArray, *, trials: int = MOST_TRIALS) -> None:
+    def _react_state(self, index: int, rows: FloatArray, *, trials: int = MOST_TEMPERATURE_TRIALS) -> None:
         """Let rows of the state of a place, which follow each other in time, react at once, in place.
 
         A vessel without a liquid does not react. ``trials``: of the temperature to which its own heat leads; without
@@ -423,9 +424,9 @@ class Ledger:
             for _ in range(trials if self.warmth.followed and len(self.salts) else 0):
                 capacity = np.asarray(self.capacity(index, volume[wet_rows, 0], amounts))
                 reached_celsius = self._clip_celsius(
-                    self.warmth.room + amounts[:, self.column[HEAT]] / capacity, amounts
+                    self.warmth.room + amounts[:, self.column[HEAT_COLUMN]] / capacity, amounts
                 )
-                if np.abs(reached_celsius - celsius).max() < NEAR_KELVIN:
+                if np.abs(reached_celsius - celsius).max() < TEMPERATURE_TOLERANCE_K:
                     break
                 celsius = 0.5 * (celsius + reached_celsius)
                 amounts, extents_done = self._react_rows(every_amount[wet_rows], celsius)
@@ -454,11 +455,13 @@ class Ledger:
         if self.solver is not None and (len(self.phases) or self.warmth.followed):
             self._settle_beside_salts(amounts, standing_solids, celsius)
         if self.solver is None and self.warmth.followed:
-            amounts[:, self.column[STORED]] = self.heats.dissolved_enthalpy(amounts, np.zeros((len(amounts), 0)))
+            amounts[:, self.column[ENTHALPY_COLUMN]] = self.heats.dissolved_enthalpy(
+                amounts, np.zeros((len(amounts), 0))
+            )
         heat_given = enthalpy - self.heats.enthalpy(amounts)
         for row in self.quick_processes:
             heat_given -= extents_done[:, row] * self._process_joule(row)
-        amounts[:, self.column[HEAT]] += heat_given
+        amounts[:, self.column[HEAT_COLUMN]] += heat_given
         return amounts, extents_done
 
     def run_quick_processes(self, amounts: FloatArray, celsius: FloatArray | None = None) -> FloatArray:
@@ -471,13 +474,16 @@ class Ledger:
                 self._add_changes(amounts, extent[:, None] * self.changes[row])
                 extents_done[:, row] += extent
             changed = np.abs(extents_done - before_round).max(initial=0.0)
-            if round_number + 1 >= len(self.quick_processes) and changed <= NEAR_SOLID * np.abs(extents_done).max():
+            if (
+                round_number + 1 >= len(self.quick_processes)
+                and changed <= SOLID_TOLERANCE * np.abs(extents_done).max()
+            ):
                 break
         return extents_done
 
     def _boil_or_freeze(self, index: int, volume: FloatArray, amounts: FloatArray) -> None:
         """Keep rows between freezing and boiling, in place: what would lead beyond makes steam or ice."""
-        heat, latent = self.column[HEAT], self.column[LATENT]
+        heat, latent = self.column[HEAT_COLUMN], self.column[LATENT_HEAT_COLUMN]
         capacity = np.asarray(self.capacity(index, volume, amounts))
         total_heat = amounts[:, heat] + amounts[:, latent]
         lowest_heat = np.where(volume > 0.0, (self.freezing_point_c(amounts) - self.warmth.room) * capacity, -np.inf)
@@ -522,7 +528,7 @@ class Ledger:
             solids = total_amounts[:, self.salt_columns].copy()
             self._crystallise(total_amounts, celsius)
             change = total_amounts[:, self.salt_columns] - solids
-            if np.abs(change).max(initial=0.0) <= NEAR_SOLID * np.abs(solids).max(initial=0.0):
+            if np.abs(change).max(initial=0.0) <= SOLID_TOLERANCE * np.abs(solids).max(initial=0.0):
                 return
             dissolved += change @ self.salt_changes
             amounts[...] = dissolved
@@ -543,7 +549,7 @@ class Ledger:
         while self.gas.any():
             gas = formed[:, self.gas]
             most = np.maximum.accumulate(gas[first:], axis=0)
-            rows_with_less_gas = np.flatnonzero((gas[first:] < most * (1.0 - FEWER)).any(axis=1))
+            rows_with_less_gas = np.flatnonzero((gas[first:] < most * (1.0 - GAS_ROUNDING)).any(axis=1))
             if not len(rows_with_less_gas):
                 break
             # From here on what left before is gone, and the rest is at equilibrium without it.
@@ -561,15 +567,15 @@ class Ledger:
         rows += formed @ self.formation
         remaining_amounts = rows[:, self.components]
         is_scarce = (
-            (dissolved < SCARCE * totals)
-            & (np.abs(dissolved - remaining_amounts) <= ROUNDING * totals)
+            (dissolved < SCARCE_FRACTION * totals)
+            & (np.abs(dissolved - remaining_amounts) <= DIFFERENCE_ROUNDING * totals)
             & has_known_answer[:, None]
         )
         # Protons are a difference of what gives and what takes them.
         is_scarce[:, :1] = False
         rows[:, self.components] = np.where(is_scarce, dissolved, remaining_amounts)
         if self.warmth.followed:
-            rows[:, self.column[STORED]] = self.heats.dissolved_enthalpy(rows, species)
+            rows[:, self.column[ENTHALPY_COLUMN]] = self.heats.dissolved_enthalpy(rows, species)
 
     def _add_changes(self, amounts: FloatArray, moved: FloatArray) -> None:
         """Add what was made to amounts, in place; what limits ends at exactly nothing where all of it is used."""
@@ -590,12 +596,15 @@ class Ledger:
             self.heats.liquid(volume_ml, amounts) + dissolved,
             self.solid_fraction * solid,
         )
-        total_capacity, brought_capacity = liquid_capacity + solid + self.glass[source], amounts[self.column[CAPACITY]]
+        total_capacity, brought_capacity = (
+            liquid_capacity + solid + self.glass[source],
+            amounts[self.column[HEAT_CAPACITY_COLUMN]],
+        )
         moving = self.moving.copy()
-        moving[self.column[HEAT]] = (
+        moving[self.column[HEAT_COLUMN]] = (
             (liquid_capacity + moving_capacity) / total_capacity if total_capacity > 0.0 else 1.0
         )
-        moving[self.column[CAPACITY]] = (
+        moving[self.column[HEAT_CAPACITY_COLUMN]] = (
             (brought_capacity - solid + moving_capacity) / brought_capacity if brought_capacity > 0.0 else 1.0
         )
         return moving
@@ -603,7 +612,7 @@ class Ledger:
     def _exchange_heat(self, index: int, seconds: float) -> None:
         capacity = float(self.capacity(index, self.volume_ml[index], self.amounts[index]))
         if capacity > 0.0:
-            heat, power_w = self.column[HEAT], float(self.power_w[index])
+            heat, power_w = self.column[HEAT_COLUMN], float(self.power_w[index])
             joule = float(self.amounts[index, heat])
             self.amounts[index, heat] = (
                 capacity * self.excess_after_seconds(index, joule / capacity, seconds, power_w, capacity)

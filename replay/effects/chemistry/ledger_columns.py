@@ -8,18 +8,18 @@ import numpy as np
 
 from cdcore.numerics import FloatArray
 
-ADDED: Final = " added"
+ADDED_SUFFIX: Final = " added"
 """End of the name of a column of what was added under a formula, followed for the reader and never changed."""
 
-HEAT: Final = "heat above the room"
-STORED: Final = "enthalpy of what is dissolved"
-LATENT: Final = "heat of steam and ice"
+HEAT_COLUMN: Final = "heat above the room"
+ENTHALPY_COLUMN: Final = "enthalpy of what is dissolved"
+LATENT_HEAT_COLUMN: Final = "heat of steam and ice"
 """Columns of energy, J; the last above 0 of what boils, below 0 of ice: it comes back as the vessel cools or warms."""
 
-CAPACITY: Final = "heat capacity of solids and solutes"
+HEAT_CAPACITY_COLUMN: Final = "heat capacity of solids and solutes"
 """Column, J/K, of what was brought as solid, whether it has dissolved since or not, and of solutes where they count."""
 
-NO_MATTER: Final = (HEAT, STORED, LATENT, CAPACITY)
+ENERGY_COLUMNS: Final = (HEAT_COLUMN, ENTHALPY_COLUMN, LATENT_HEAT_COLUMN, HEAT_CAPACITY_COLUMN)
 
 WITHOUT_HEAT_C: Final = 25.0
 """Temperature at which PHREEQC is asked where no effect heat follows one: that of its constants."""
@@ -58,5 +58,5 @@ class Warmth:
     followed: bool = True  # whether anybody asks
 
 
-UNFOLLOWED = Warmth(0.0, {}, {}, 0.0, np.inf, followed=False)
+UNFOLLOWED_WARMTH = Warmth(0.0, {}, {}, 0.0, np.inf, followed=False)
 """Where nobody asks how warm anything is."""

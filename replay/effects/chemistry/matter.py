@@ -13,7 +13,14 @@ from replay.effects.chemistry.contents import Contents, contents_of
 from replay.effects.chemistry.enthalpy import CONSTANTS
 from replay.effects.chemistry.formulas import charge_of
 from replay.effects.chemistry.ledger import Ledger
-from replay.effects.chemistry.ledger_columns import ADDED, HEAT, UNFOLLOWED, WITHOUT_HEAT_C, Flame, Warmth
+from replay.effects.chemistry.ledger_columns import (
+    ADDED_SUFFIX,
+    HEAT_COLUMN,
+    UNFOLLOWED_WARMTH,
+    WITHOUT_HEAT_C,
+    Flame,
+    Warmth,
+)
 from replay.effects.chemistry.processes import History
 from replay.effects.chemistry.recipe import Recipe, recipe_of
 from replay.effects.chemistry.salts import WATER_KG, Salt
@@ -22,7 +29,7 @@ from replay.effects.chemistry.warming import solid_j_per_mol_k
 from replay.effects.declaring import Declaration
 from replay.effects.flame import flame_power, flames_under_liquids, heat_of_ledger, spans_over_flame
 from replay.effects.inputs import EffectInputs
-from replay.effects.models.outflow import GAP_S, Stream
+from replay.effects.models.outflow import LONGEST_PAUSE_S, Stream
 from replay.effects.movement import movement_of
 from replay.effects.temperatures import liquid_boils
 from replay.effects.vessels import Vessel, vessels_of
@@ -36,7 +43,7 @@ By 55 % of NaCl in 3 mol/kg of HCl (tests/replay/effects/chemistry/test_brines.p
 UNDISSOCIATED_WATER: Final = 50.0
 """mol of water for one of sulfuric acid, up to which PHREEQC has it as HSO4- alone."""
 
-NEAR_SATURATION: Final = 0.1
+NEAR_SATURATION_FRACTION: Final = 0.1
 """Of what a salt's solution holds at saturation in water: in a brine a tenth of it may fall out already."""
 
 
@@ -98,7 +105,7 @@ class Matter:
         capacity = ledger.capacity(ledger.at[vessel], history.volume_ml[rows], history.amounts[rows])
         nonzero_capacity = np.where(capacity > 0.0, capacity, 1.0)
         elapsed_seconds = np.maximum(0.0, times - history.times[rows])
-        excess = self.amount(vessel, HEAT)[rows] / nonzero_capacity
+        excess = self.amount(vessel, HEAT_COLUMN)[rows] / nonzero_capacity
         flame = ledger.warmth.flames.get(vessel)
         power_w = 0.0 if flame is None else flame.power(history.times[rows])
         return ledger.excess_after_seconds(ledger.at[vessel], excess, elapsed_seconds, power_w, nonzero_capacity)
@@ -114,7 +121,7 @@ class Matter:
             return np.ones(len(times), dtype=np.bool_)
         inflow_times = times[1:][np.diff(volume_ml) > 0.0]
         next_inflow = np.append(inflow_times, np.inf)[np.searchsorted(inflow_times, times, side="right")]
-        is_mixed_at: BoolArray = next_inflow - times > GAP_S
+        is_mixed_at: BoolArray = next_inflow - times > LONGEST_PAUSE_S
         is_mixed_at[[0, -1]] = True
         return is_mixed_at
 
@@ -150,7 +157,7 @@ class Matter:
         foreign_strength = 0.5 * (charges - own_charge * dissolved) / kilograms
         present_mol = dissolved + amounts[:, ledger.column[salt.column]]
         celsius = self.celsius(vessel, self.histories[vessel].times)
-        is_near_saturation = present_mol > NEAR_SATURATION * salt.saturation(celsius) * kilograms
+        is_near_saturation = present_mol > NEAR_SATURATION_FRACTION * salt.saturation(celsius) * kilograms
         return is_near_saturation & (foreign_strength > MOST_FOREIGN_MOL_KG)
 
     def brines(self, vessel: str) -> dict[str, float]:
@@ -194,7 +201,7 @@ def _declared_warmth(inputs: EffectInputs, vessels: Mapping[str, Vessel], recipe
     """How the liquids' heat is followed."""
     declared = heat_of_ledger(inputs.tables)
     if declared is None:
-        return UNFOLLOWED
+        return UNFOLLOWED_WARMTH
     room, per_ml = declared["ambient_c"], declared["heat_capacity_j_per_ml_k"]
     brought = {formula for contents in recipe.contents.values() for formula in contents.amounts}
     acid = next((formula for formula in CONSTANTS["dilution"] if formula in brought), "")
@@ -212,7 +219,7 @@ def _declared_warmth(inputs: EffectInputs, vessels: Mapping[str, Vessel], recipe
         loss=declared["loss_w_per_k"],
         most=liquid_boils(declared) - room,
         room=room,
-        solute=acid and acid + ADDED,
+        solute=acid and acid + ADDED_SUFFIX,
         dilution=dilution_of(acid, has_phreeqc=recipe.solver is not None),
         flames=flames,
         declared=tuple(sorted(recipe.declared_heats & {salt.formula for salt in recipe.salts})),
@@ -253,7 +260,7 @@ def _segments(streams: tuple[Stream, ...], times: FloatArray) -> Iterator[tuple[
     for column, stream in enumerate(streams):
         volumes[np.searchsorted(frames, stream.frames), column] = stream.volume_ml
     is_flowing = volumes > 0.0
-    is_break = (is_flowing[1:] != is_flowing[:-1]).any(axis=1) | (np.diff(times[frames]) > GAP_S)
+    is_break = (is_flowing[1:] != is_flowing[:-1]).any(axis=1) | (np.diff(times[frames]) > LONGEST_PAUSE_S)
     segment_bounds = [0, *(np.flatnonzero(is_break) + 1).tolist(), len(frames)]
     for first, stop in pairwise(segment_bounds):
         if stop > first:

@@ -12,7 +12,7 @@ import numpy as np
 from cdcore.numerics import FloatArray
 from replay.effects.chemistry.components import METALS, PROTON, WATER, component_of, dissolved_components
 from replay.effects.chemistry.database import Database, Entry, Makeup
-from replay.effects.chemistry.enthalpy import ENTHALPY, HYDROXIDE_KJ_MOL, PROTONATED, enthalpy_j
+from replay.effects.chemistry.enthalpy import ENTHALPY_KJ_MOL, HYDROXIDE_KJ_MOL, PROTONATED_KJ_MOL, enthalpy_j
 
 SOLID, GAS = "(s)", "(g)"
 
@@ -138,8 +138,10 @@ class Mixture:
         solutes = [component for component in makeup if component not in (PROTON, WATER)]
         protons = round(makeup.get(PROTON, 0.0))
         if not solutes:
-            return HYDROXIDE_KJ_MOL - ENTHALPY[WATER] if protons < 0 else 0.0
-        protonation_heats = PROTONATED.get(solutes[0], []) if len(solutes) == 1 and makeup[solutes[0]] == 1.0 else []
+            return HYDROXIDE_KJ_MOL - ENTHALPY_KJ_MOL[WATER] if protons < 0 else 0.0
+        protonation_heats = (
+            PROTONATED_KJ_MOL.get(solutes[0], []) if len(solutes) == 1 and makeup[solutes[0]] == 1.0 else []
+        )
         if WATER not in makeup and 0 <= protons < len(protonation_heats):
             return protonation_heats[protons] - protonation_heats[0]
         for component in solutes:

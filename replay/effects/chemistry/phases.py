@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from replay.effects.chemistry.components import (
-    FRESH,
+    FRESH_FORMULAS,
     PHASE_NAMES,
     PROTON,
     WATER,
@@ -108,7 +108,7 @@ class Phases:
         if self.database is None or charge_of(formula) or solubility_of(formula) is not None:
             return False
         entry = self.entry(formula, "s")
-        if entry is not None and (formula in FRESH or formula in PHASE_NAMES):
+        if entry is not None and (formula in FRESH_FORMULAS or formula in PHASE_NAMES):
             return True
         if entry is None or entry.makeup.get(PROTON, 0.0) > 0.0:
             return False

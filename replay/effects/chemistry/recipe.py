@@ -13,7 +13,7 @@ import numpy as np
 from replay.effects.chemistry.components import (
     ACIDS,
     BASES,
-    FRESH,
+    FRESH_FORMULAS,
     GASES,
     METALS,
     PROTON,
@@ -30,7 +30,7 @@ from replay.effects.chemistry.declared_heats import declared_joule
 from replay.effects.chemistry.enthalpy import enthalpy_j
 from replay.effects.chemistry.formulas import Equation, charge_of, equation_of
 from replay.effects.chemistry.ledger import Ledger
-from replay.effects.chemistry.ledger_columns import ADDED, Warmth
+from replay.effects.chemistry.ledger_columns import ADDED_SUFFIX, Warmth
 from replay.effects.chemistry.mixture import EARTH_METALS, GAS, SOLID, Phase
 from replay.effects.chemistry.phases import Phases
 from replay.effects.chemistry.processes import Process
@@ -120,7 +120,7 @@ class Recipe:
         return filled_ledger
 
     def _columns(self, contents: Contents) -> dict[str, float]:
-        amounts = {formula + ADDED: amount for formula, amount in contents.amounts.items() if formula != WATER}
+        amounts = {formula + ADDED_SUFFIX: amount for formula, amount in contents.amounts.items() if formula != WATER}
         amounts |= {formula + SOLID: amount for formula, amount in contents.solids.items()}
         for formula, amount in contents.amounts.items():
             for component, many in dissolved_components(formula).items():
@@ -139,7 +139,7 @@ def undeclared_phases(recipe: Recipe) -> tuple[Phase, ...]:
     named_solids |= {formula + SOLID for reaction in recipe.reactions for formula in reaction.equation.formulas}
     declared_makeups = [dry_components(phase.components) for phase in mixture.phases]
     undeclared_solids = []
-    for formula in FRESH:
+    for formula in FRESH_FORMULAS:
         solutes = set(solute_components(formula))
         if formula + SOLID in named_solids or not solutes <= set(mixture.components):
             continue

@@ -10,7 +10,7 @@ import numpy as np
 from replay import words
 from replay.effects.chemistry.components import (
     ACIDS,
-    INERT,
+    INERT_FORMULAS,
     METALS,
     PROTON,
     WATER,
@@ -22,8 +22,8 @@ from replay.effects.chemistry.components import (
     solute_components,
 )
 from replay.effects.chemistry.contents import contents_of_scene
-from replay.effects.chemistry.formulas import COMMON, atoms, charge_of, crystal_water
-from replay.effects.chemistry.ledger_columns import UNFOLLOWED, WITHOUT_HEAT_C
+from replay.effects.chemistry.formulas import COMMON_FORMULAS, atoms, charge_of, crystal_water
+from replay.effects.chemistry.ledger_columns import UNFOLLOWED_WARMTH, WITHOUT_HEAT_C
 from replay.effects.chemistry.mixture import GAS, SOLID
 from replay.effects.chemistry.recipe import UNKNOWN_SOLUBILITY, Reaction, Recipe, Tables, recipe_of
 from replay.effects.chemistry.salts import anhydrous
@@ -77,7 +77,7 @@ def _check_solids(tables: Tables, recipe: Recipe, file: str) -> None:
     for name in vessel_names(tables):
         for solid in recipe.contents[name].solids if name in recipe.contents else ():
             is_ionic = recipe.solver is not None and components_of(solid) is not None
-            if (is_ionic or solid in INERT) and solid + SOLID not in known and solid not in named:
+            if (is_ionic or solid in INERT_FORMULAS) and solid + SOLID not in known and solid not in named:
                 raise PlanError(f"{file}: body {name!r}: {UNKNOWN_SOLUBILITY.format(solid)}")
 
 
@@ -105,7 +105,7 @@ def _check_heat(recipe: Recipe, file: str) -> None:
 
 def _check_temperatures(declared: Declaration, recipe: Recipe, scene: Scene) -> None:
     """Raises PlanError: a liquid is colder at first than it freezes, or hotter than it boils."""
-    ledger = recipe.ledger(0.0, UNFOLLOWED)
+    ledger = recipe.ledger(0.0, UNFOLLOWED_WARMTH)
     top = liquid_boils(declared)
     for name, contents in recipe.contents.items():
         body = scene.body(name)
@@ -292,7 +292,7 @@ def _check_known(tables: Tables, recipe: Recipe) -> None:
     for name, content in recipe.contents.items():
         for formula in content.amounts:
             if not is_known(formula):
-                meant = [common for common in (*COMMON, *INERT) if atoms(common) == atoms(formula)]
+                meant = [common for common in (*COMMON_FORMULAS, *INERT_FORMULAS) if atoms(common) == atoms(formula)]
                 advice = (
                     f"did you mean {meant[0]!r}?" if meant else "take an acid or base that they know, or leave it out"
                 )

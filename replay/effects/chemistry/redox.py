@@ -14,7 +14,7 @@ import numpy as np
 
 from cdcore.numerics import FloatArray
 from replay.effects.chemistry.components import PROTON, WATER
-from replay.effects.chemistry.enthalpy import FREE_ENERGY
+from replay.effects.chemistry.enthalpy import FREE_ENERGY_KJ_MOL
 from replay.effects.chemistry.formulas import atoms, charge_of
 from replay.effects.chemistry.iodine import IODIDE, IODINE, free_iodine
 from replay.effects.chemistry.matter import Matter
@@ -123,7 +123,7 @@ def _product_of_reagent(column: str, products: Sequence[str]) -> str:
 
 def _couple(reagent: str, product: str) -> Couple | None:
     """Couple of a reagent and what it becomes; ``None``: neither is oxidised, or a free energy is missing."""
-    if not product or not {reagent, product} <= FREE_ENERGY.keys():
+    if not product or not {reagent, product} <= FREE_ENERGY_KJ_MOL.keys():
         return None
     element = next(iter(_heavy_atoms(reagent)), "O")
     count, product_count = _atoms(reagent).get(element, 0), _atoms(product).get(element, 0)
@@ -137,7 +137,11 @@ def _couple(reagent: str, product: str) -> Couple | None:
         return None
     if electrons < 0:
         return _couple(product, reagent)
-    kilojoule = product_count * FREE_ENERGY[product] + water * FREE_ENERGY[WATER] - count * FREE_ENERGY[reagent]
+    kilojoule = (
+        product_count * FREE_ENERGY_KJ_MOL[product]
+        + water * FREE_ENERGY_KJ_MOL[WATER]
+        - count * FREE_ENERGY_KJ_MOL[reagent]
+    )
     return Couple(
         oxidised=reagent,
         reduced=product,

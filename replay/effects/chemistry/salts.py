@@ -15,7 +15,7 @@ from replay.effects.chemistry.components import PROTON, WATER, components_of, di
 from replay.effects.chemistry.enthalpy import CONSTANTS, enthalpy_j
 from replay.effects.chemistry.formulas import crystal_water, molar_mass
 
-SOLUBILITY: Final[Mapping[str, Mapping[float, float]]] = {
+SOLUBILITY_G_PER_100_G: Final[Mapping[str, Mapping[float, float]]] = {
     formula: {float(celsius): grams for celsius, grams in table.items()}
     for formula, table in CONSTANTS["solubility"].items()
 }
@@ -65,11 +65,16 @@ def solubility_of(formula: str, declared: Any = None) -> Mapping[float, float] |
     """
     if declared is None:
         anhydrous_formula = anhydrous(formula)
-        if anhydrous_formula in SOLUBILITY:
-            return SOLUBILITY[anhydrous_formula]
+        if anhydrous_formula in SOLUBILITY_G_PER_100_G:
+            return SOLUBILITY_G_PER_100_G[anhydrous_formula]
         mine = components_of(anhydrous_formula)
         return next(
-            (table for name, table in SOLUBILITY.items() if mine is not None and components_of(name) == mine), None
+            (
+                table
+                for name, table in SOLUBILITY_G_PER_100_G.items()
+                if mine is not None and components_of(name) == mine
+            ),
+            None,
         )
     table = declared if isinstance(declared, Mapping) else {25.0: declared}
     try:

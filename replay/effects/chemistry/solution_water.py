@@ -14,7 +14,7 @@ from replay.effects.chemistry.components import PROTON, WATER, components_of
 from replay.effects.chemistry.enthalpy import CONSTANTS
 from replay.effects.chemistry.formulas import charge_of
 
-VOLUME: Final[Mapping[str, list[float]]] = CONSTANTS["volume"]
+MOLAR_VOLUME_ML: Final[Mapping[str, list[float]]] = CONSTANTS["volume"]
 """Component -> mL/mol alone and with 1, 2, ... protons, at infinite dilution."""
 
 STRONG_WATER: Final[Mapping[str, list[float]]] = CONSTANTS["strong_water"]
@@ -45,7 +45,7 @@ MOST_UNKNOWN_MOLAR: Final = 1.0
 """Up to this a solute whose room is not known counts as none."""
 
 REFERENCE_C: Final = 25.0
-KELL: Final = (999.83952, 16.945176, -7.9870401e-3, -46.170461e-6, 105.56302e-9, -280.54253e-12)
+KELL_COEFFICIENTS: Final = (999.83952, 16.945176, -7.9870401e-3, -46.170461e-6, 105.56302e-9, -280.54253e-12)
 
 HALVINGS: Final = 50
 """Of an interval of concentrations."""
@@ -85,7 +85,7 @@ def expansion(celsius: float) -> float:
 def _density(celsius: float) -> float:
     """Density of water, kg/m3, between freezing and boiling."""
     bounded = min(100.0, max(0.0, celsius))
-    return float(np.polynomial.polynomial.polyval(bounded, KELL)) / (1.0 + 16.87985e-3 * bounded)
+    return float(np.polynomial.polynomial.polyval(bounded, KELL_COEFFICIENTS)) / (1.0 + 16.87985e-3 * bounded)
 
 
 def molar_of_molal(formula: str, molal: float) -> float:
@@ -118,7 +118,7 @@ def _species(formula: str) -> list[tuple[str, int, int]] | None:
         return None
     protons = max(0, counts.get(PROTON, 0))
     species = []
-    for component, protonated in VOLUME.items():
+    for component, protonated in MOLAR_VOLUME_ML.items():
         count = counts.get(component, 0)
         if count:
             bound = min(len(protonated) - 1, protons // count)
@@ -133,7 +133,7 @@ def _volume(formula: str) -> float | None:
     species = _species(formula)
     if species is None:
         return None
-    volume = sum(count * VOLUME[component][bound] for component, count, bound in species)
+    volume = sum(count * MOLAR_VOLUME_ML[component][bound] for component, count, bound in species)
     return volume + HYDROXIDE_ML * _hydroxides(formula)
 
 

@@ -20,19 +20,19 @@ WATER_KG_MOL: Final = 0.0180153
 COLDEST_C, HOTTEST_C = 0.0, 100.0
 """Temperatures between which PHREEQC is asked: liquid water."""
 
-AT_ONCE: Final = 256
+COMPOSITIONS_PER_CALL: Final = 256
 """Compositions in one call."""
 
-STANDING: Final = 0.999
+FIRST_SOLID_FRACTION: Final = 0.999
 """Share of what could be solid that PHREEQC starts with as solid: no start is far beyond saturation."""
 
 MOST_MOLAL: Final = 60.0
 """mol/kg of one part: more is no solution."""
 
-LEAST: Final = 1e-25
+LEAST_MOLAL: Final = 1e-25
 """mol/kg below which nothing is left of a part."""
 
-TOLERANCE: Final = 1e-12
+SUM_TOLERANCE: Final = 1e-12
 """Of PHREEQC's sums, as a share."""
 
 
@@ -132,8 +132,8 @@ class Solver:
         """Ask for the rows that the memory does not hold."""
         missing = {mark: row for row, mark in enumerate(marks) if mark not in memory}
         rows = list(missing.values())
-        for start in range(0, len(rows), AT_ONCE):
-            chosen = rows[start : start + AT_ONCE]
+        for start in range(0, len(rows), COMPOSITIONS_PER_CALL):
+            chosen = rows[start : start + COMPOSITIONS_PER_CALL]
             for row, answer in zip(chosen, self._answers_of_rows(table[chosen], allowed), strict=True):
                 memory[marks[row]] = answer
 
@@ -240,7 +240,7 @@ class Solver:
             lines += [
                 f" {symbol} {amount!r}"
                 for symbol, amount in zip(mixture.symbols, amounts, strict=True)
-                if amount > LEAST
+                if amount > LEAST_MOLAL
             ]
             if excess:
                 lines.append(f" {'Zn' if excess > 0.0 else 'Zp'} {abs(excess)!r}")
@@ -260,7 +260,9 @@ class Solver:
             taking = uses[1:] > 0.0
             gas = self.mixture.phases[index].column.endswith("(g)")
             if taking.any() and not gas and allowed[index]:
-                started[index] = STANDING * max(0.0, float((remaining_totals[1:][taking] / uses[1:][taking]).min()))
+                started[index] = FIRST_SOLID_FRACTION * max(
+                    0.0, float((remaining_totals[1:][taking] / uses[1:][taking]).min())
+                )
                 remaining_totals = remaining_totals - started[index] * uses
         return started
 
@@ -274,7 +276,7 @@ class Solver:
             bare = " ".join(name for name in mixture.bare_names if name is not None)
             phases = " ".join(phase_name(row) for row in range(len(mixture.phases)))
             output = (
-                f"KNOBS\n -convergence_tolerance {TOLERANCE}\n -iterations 400\n"
+                f"KNOBS\n -convergence_tolerance {SUM_TOLERANCE}\n -iterations 400\n"
                 "SELECTED_OUTPUT 1\n -reset false\n -state true\n -pH true\n -ionic_strength true\n -water true\n"
                 f" -high_precision true\n -molalities {names}\n -activities {bare}\n"
             )

@@ -8,7 +8,7 @@ import numpy as np
 from replay import words
 from replay.effects.chemistry.components import PROTON, WATER, dissolved_components, dry_components
 from replay.effects.chemistry.contents import Contents
-from replay.effects.chemistry.enthalpy import FREE_ENERGY, free_energy_j
+from replay.effects.chemistry.enthalpy import FREE_ENERGY_KJ_MOL, free_energy_j
 from replay.effects.chemistry.formulas import Equation, atoms
 from replay.effects.chemistry.mixture import SOLID
 from replay.effects.chemistry.phases import Phases
@@ -38,7 +38,7 @@ ESTER_J: Final = -3.4e3
 Source: P. Atkins and J. de Paula, Physical Chemistry, 10th ed.: ethanol and acetic acid, K = 4.
 """
 
-ALKALI: Final = frozenset(("Li+", "Na+", "K+"))
+SPECTATOR_IONS: Final = frozenset(("Li+", "Na+", "K+"))
 """Ions that only look on."""
 
 SULFIDE: Final = "S^2-"
@@ -75,7 +75,7 @@ def free_energy_of(
     for formula, coefficient in equation.changes.items():
         column = f"{formula}({phase.get(formula, '')})"
         # A solid that PHREEQC brings to equilibrium counts as the solid that it becomes.
-        components: Mapping[str, int] = {column: 1} if column in FREE_ENERGY else dissolved_components(formula)
+        components: Mapping[str, int] = {column: 1} if column in FREE_ENERGY_KJ_MOL else dissolved_components(formula)
         if column in process.changes:
             components = {column: 1}
         elif not phase.get(formula):
@@ -162,7 +162,7 @@ def _log_constant(formula: str, phases: Phases) -> float:
     if phases.database is None:
         return 0.0
     components = dry_components(dissolved_components(formula))
-    ion = {component: many for component, many in components.items() if component not in ALKALI}
+    ion = {component: many for component, many in components.items() if component not in SPECTATOR_IONS}
     if not ion or (set(ion) == {PROTON} and ion[PROTON] > 0):
         return 0.0
     logs = {frozenset(dry_components(entry.makeup).items()): entry.log_k for entry in phases.database.species.values()}

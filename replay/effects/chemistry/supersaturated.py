@@ -13,7 +13,7 @@ from replay.effects.chemistry.recipe import undeclared_phases
 from replay.effects.chemistry.solver import Solver
 from replay.effects.output import EffectEvent
 
-ROWS: Final = 24
+EXAMINED_ROWS: Final = 24
 """Compositions of a vessel that are examined, evenly over its history."""
 
 LEAST_SATURATION_INDEX: Final = 0.3
@@ -97,7 +97,7 @@ def supersaturation_events(matter: Matter) -> Iterator[EffectEvent]:
         is_wet = (history.volume_ml > 0.0) & (history.amounts[:, ledger.water] > 0.0)
         is_mixed = history.added_ml[-1].any() or bool(matter.recipe.contents[vessel].solids) or matter.is_still
         rows = np.flatnonzero(is_wet) if is_mixed else np.zeros(0, dtype=np.int64)
-        rows = rows[np.unique(np.linspace(0, len(rows) - 1, ROWS).astype(np.int64))] if len(rows) else rows
+        rows = rows[np.unique(np.linspace(0, len(rows) - 1, EXAMINED_ROWS).astype(np.int64))] if len(rows) else rows
         if not len(rows):
             continue
         amounts = history.amounts[rows]

@@ -9,20 +9,20 @@ from cdcore.numerics import BoolArray
 from replay import words
 from replay.effects.chemistry.components import PROTON, WATER, dissolved_components, solute_components
 from replay.effects.chemistry.formulas import charge_of
-from replay.effects.chemistry.ledger_columns import ADDED
+from replay.effects.chemistry.ledger_columns import ADDED_SUFFIX
 from replay.effects.chemistry.limits import Cause
 from replay.effects.chemistry.matter import Matter
 from replay.effects.chemistry.mixture import GAS, SOLID
 from replay.effects.chemistry.recipe import Reaction
 from replay.effects.output import EffectEvent
 
-LEAST_FORMED: Final = 0.01
+LEAST_FORMED_FRACTION: Final = 0.01
 """Of the scarcer reagent: an equilibrium that makes less of its product did not proceed to speak of."""
 
-ROUNDING: Final = 1e-9
+SOLID_ROUNDING: Final = 1e-9
 """Of a solid's amount: what differs by less did not dissolve."""
 
-LEAST_DISSOLVED: Final = 1e-4
+LEAST_DISSOLVED_FRACTION: Final = 1e-4
 """Of a solid that was brought: less did not dissolve to speak of."""
 
 CAUSES_IN_WATER: Final = (Cause.ACID, Cause.HYDROXIDE)
@@ -66,9 +66,9 @@ def stop_events(matter: Matter) -> Iterator[EffectEvent]:
             causes_of_end = [
                 cause
                 for cause in CAUSES_IN_WATER
-                if cause in limit_of_cause and limit_of_cause[cause] <= ROUNDING * extent
+                if cause in limit_of_cause and limit_of_cause[cause] <= SOLID_ROUNDING * extent
             ]
-            has_remainder = all(limit > LEAST_FORMED * (limit + extent) for limit in reagents.values())
+            has_remainder = all(limit > LEAST_FORMED_FRACTION * (limit + extent) for limit in reagents.values())
             if len(reagents) < 2 or not causes_of_end or not has_remainder:
                 continue
             remaining_texts = [
@@ -92,7 +92,7 @@ def _equilibrium_events(matter: Matter) -> Iterator[EffectEvent]:
         for vessel, history in matter.histories.items():
             extent, amounts = float(history.extents[-1, row]), history.amounts[-1]
             extent_to_end = float(ledger.limits.extent_to_the_end(row, amounts))
-            if not extent > 0.0 or extent_to_end <= LEAST_FORMED * (extent_to_end + extent):
+            if not extent > 0.0 or extent_to_end <= LEAST_FORMED_FRACTION * (extent_to_end + extent):
                 continue
             percent = words.decimal(100.0 * extent / (extent_to_end + extent), 0)
             message = (
@@ -120,7 +120,7 @@ def _reason_for_nothing(matter: Matter, reaction: Reaction, has_formed: bool) ->
     complexes = [
         product for product in reaction.equation.products if charge_of(product) and len(solute_components(product)) > 1
     ]
-    return f"less than {words.decimal(100 * LEAST_FORMED, 0)} % becomes {complexes[0]}" if complexes else ""
+    return f"less than {words.decimal(100 * LEAST_FORMED_FRACTION, 0)} % becomes {complexes[0]}" if complexes else ""
 
 
 def _reason_of_process(matter: Matter, reaction: Reaction) -> str:
@@ -132,7 +132,8 @@ def _reason_of_process(matter: Matter, reaction: Reaction) -> str:
     brought_solid = sum(contents.solids.get(solid, 0.0) for contents in matter.recipe.contents.values())
     is_hardly_dissolved = (
         bool(solid)
-        and -(extents + pending_extent) * process.changes[process.dissolving_solid] < LEAST_DISSOLVED * brought_solid
+        and -(extents + pending_extent) * process.changes[process.dissolving_solid]
+        < LEAST_DISSOLVED_FRACTION * brought_solid
     )
     if extents > 0.0 and not is_hardly_dissolved:
         return ""
@@ -187,9 +188,9 @@ def _cause_text(matter: Matter, reaction: Reaction, vessel: str, cause: str | Ca
 def _was_added(matter: Matter, vessel: str, *, proton_sign: int) -> bool:
     """Whether a formula with protons (1), or one that takes them (-1), was ever added to a vessel."""
     return any(
-        proton_sign * dissolved_components(column.removesuffix(ADDED)).get(PROTON, 0) > 0
+        proton_sign * dissolved_components(column.removesuffix(ADDED_SUFFIX)).get(PROTON, 0) > 0
         for column in matter.ledger.columns
-        if column.endswith(ADDED) and matter.amount(vessel, column).any()
+        if column.endswith(ADDED_SUFFIX) and matter.amount(vessel, column).any()
     )
 
 
@@ -222,7 +223,7 @@ def _is_dissolved(matter: Matter, formula: str) -> bool:
         amounts = history.amounts[wet]
         for component in solute_components(formula):
             whole = amounts[:, matter.ledger.column[component]]
-            if (equilibria.species[:, row] > LEAST_FORMED * whole)[whole > 0.0].any():
+            if (equilibria.species[:, row] > LEAST_FORMED_FRACTION * whole)[whole > 0.0].any():
                 return True
     return False
 
@@ -232,7 +233,7 @@ def _has_come(matter: Matter, vessel: str, formula: str, column: str) -> bool:
     amount = matter.amount(vessel, column)
     contents = matter.recipe.contents.get(vessel)
     brought = 0.0 if contents is None else contents.solids.get(formula, 0.0)
-    return bool(np.ptp(amount) > 0.0 or amount[0] > brought * (1.0 + ROUNDING))
+    return bool(np.ptp(amount) > 0.0 or amount[0] > brought * (1.0 + SOLID_ROUNDING))
 
 
 def _undissolved_solid(matter: Matter, reaction: Reaction) -> str:
@@ -246,7 +247,7 @@ def _undissolved_solid(matter: Matter, reaction: Reaction) -> str:
             for name, contents in matter.recipe.contents.items()
             if contents.solids.get(formula, 0.0) > 0.0
         ]
-        if left and min(left) > 1.0 - ROUNDING:
+        if left and min(left) > 1.0 - SOLID_ROUNDING:
             return formula
     return ""
 
@@ -281,7 +282,7 @@ def _is_present(matter: Matter, reaction: Reaction, vessel: str, formula: str) -
         brought = [
             matter.amount(vessel, column) > 0.0
             for column in matter.ledger.columns
-            if column.endswith(ADDED) and component in dissolved_components(column.removesuffix(ADDED))
+            if column.endswith(ADDED_SUFFIX) and component in dissolved_components(column.removesuffix(ADDED_SUFFIX))
         ]
         present &= np.any([matter.amount(vessel, component) > 0.0, *brought], axis=0)
     return present

@@ -17,7 +17,7 @@ WATER_J_PER_ML_K: Final = 4.18
 KOPP_J_PER_MOL_K: Final = {"H": 9.6, "B": 11.3, "C": 7.5, "O": 16.7, "F": 20.9, "Si": 15.9, "P": 22.6, "S": 22.6}
 """What an atom adds to the heat capacity of a solid. Source: H. Kopp, Phil. Trans. R. Soc. 155, 1865."""
 
-HALF_WATER: Final = 1.8
+HALF_HEAT_WATER_MOL: Final = 1.8
 """mol of water that give half of the heat of a mol of sulfuric acid in much water."""
 
 HEAVY_ATOM_J_PER_MOL_K: Final = 26.0
@@ -86,7 +86,7 @@ def heat_given_off(acid_mol: FloatArray, water_mol: FloatArray, heats: Mapping[f
     Source: J. Thomsen, Thermochemische Untersuchungen, vol. 3, 1883, for the form.
     """
     ratios = np.array(list(heats))
-    heat_factors = np.array(list(heats.values())) * (ratios + HALF_WATER) / ratios
+    heat_factors = np.array(list(heats.values())) * (ratios + HALF_HEAT_WATER_MOL) / ratios
     ratio = np.minimum(ratios[-1], water_mol / np.maximum(acid_mol, 1e-300))
     factor = np.interp(np.log(np.maximum(ratio, 1e-300)), np.log(ratios), heat_factors)
-    return np.asarray(acid_mol * factor * ratio / (ratio + HALF_WATER))
+    return np.asarray(acid_mol * factor * ratio / (ratio + HALF_HEAT_WATER_MOL))

@@ -10,7 +10,7 @@ import numpy as np
 
 from cdcore.numerics import FloatArray, IntArray
 
-GRAVITY: Final = 9.80665
+GRAVITY_M_S2: Final = 9.80665
 """m/s2. Source: standard gravity, 3rd CGPM 1901."""
 
 
@@ -25,7 +25,7 @@ def entry_times(
     opens_upward = normal[:, 1] > 0.0
     heights_above = ((start - centre) * normal).sum(axis=1)
     entry_time = _fall_times(
-        heights_above, -(velocity * normal).sum(axis=1), 0.5 * GRAVITY * np.where(opens_upward, normal[:, 1], 1.0)
+        heights_above, -(velocity * normal).sum(axis=1), 0.5 * GRAVITY_M_S2 * np.where(opens_upward, normal[:, 1], 1.0)
     )
     offset_from_centre = points(start, velocity, np.where(np.isfinite(entry_time), entry_time, 0.0)) - centre
     offset_from_centre -= (offset_from_centre * normal).sum(axis=1)[:, None] * normal
@@ -35,14 +35,14 @@ def entry_times(
 
 def points_at_height(start: FloatArray, velocity: FloatArray, height: FloatArray) -> FloatArray:
     """Points (n, 3) at which it falls through a height (n,); ``start`` where it never gets so high."""
-    fall_time = _fall_times(start[:, 1] - height, -velocity[:, 1], np.full(len(start), 0.5 * GRAVITY))
+    fall_time = _fall_times(start[:, 1] - height, -velocity[:, 1], np.full(len(start), 0.5 * GRAVITY_M_S2))
     return points(start, velocity, np.where(np.isfinite(fall_time), fall_time, 0.0))
 
 
 def points(start: FloatArray, velocity: FloatArray, seconds: FloatArray) -> FloatArray:
     """Points (n, 3) of falling liquid after some seconds (n,)."""
     points_at_time = start + seconds[:, None] * velocity
-    points_at_time[:, 1] -= 0.5 * GRAVITY * seconds * seconds
+    points_at_time[:, 1] -= 0.5 * GRAVITY_M_S2 * seconds * seconds
     return points_at_time
 
 
@@ -56,7 +56,7 @@ def _fall_times(height_above: FloatArray, speed: FloatArray, pull: FloatArray) -
     return np.where(is_never, np.inf, np.where(speed >= 0.0, later_root, (root - speed) / (2.0 * pull)))
 
 
-CONTRACTION: Final = math.pi / (math.pi + 2.0)
+JET_CONTRACTION: Final = math.pi / (math.pi + 2.0)
 """Of a free jet that leaves a sharp edge (Kirchhoff); without unit."""
 
 
@@ -88,7 +88,7 @@ def volume_run_out(
     """
     area_seconds = np.concatenate([[0.0], np.cumsum(0.5 * (area[1:] + area[:-1]) * np.diff(times))])
     root_head = float(np.sqrt(max(0.0, head)))
-    root_fall = np.minimum(np.sqrt(0.5 * GRAVITY) * discharge / section * area_seconds, root_head)
+    root_fall = np.minimum(np.sqrt(0.5 * GRAVITY_M_S2) * discharge / section * area_seconds, root_head)
     # S (h0 - (sqrt(h0) - fall)^2) without the difference of two nearly equal numbers.
     return np.minimum(section * root_fall * (2.0 * root_head - root_fall), max(0.0, available))
 
@@ -98,7 +98,7 @@ def weir_flow(head: FloatArray, width: float) -> FloatArray:
 
     Source: Poleni's (2/3) c b sqrt(2 g) h^1.5, with the contraction of a free jet for c.
     """
-    return 2.0 / 3.0 * CONTRACTION * width * np.sqrt(2.0 * GRAVITY) * head**1.5
+    return 2.0 / 3.0 * JET_CONTRACTION * width * np.sqrt(2.0 * GRAVITY_M_S2) * head**1.5
 
 
 def run_out(
@@ -135,7 +135,7 @@ def run_out(
     return run_out_volume
 
 
-GAP_S: Final = 0.7
+LONGEST_PAUSE_S: Final = 0.7
 """A flow that stops for less is the same flow: a glass held at its greatest tilt goes on dribbling with the tremor of
 the hand. With 0.5 s one pour of twelve came out as two."""
 
@@ -177,10 +177,10 @@ class Stream:
 
 
 def flows(streams: Sequence[Stream], least_ml: float) -> list[Stream]:
-    """Streams parted where they stop for more than `GAP_S`, in order of time; less than ``least_ml`` is no flow."""
+    """Streams parted at stops of more than `LONGEST_PAUSE_S`, in order of time; less than ``least_ml`` is no flow."""
     pieces = []
     for stream in streams:
-        pause_rows = [0, *(np.flatnonzero(np.diff(stream.times) > GAP_S) + 1).tolist(), len(stream.times)]
+        pause_rows = [0, *(np.flatnonzero(np.diff(stream.times) > LONGEST_PAUSE_S) + 1).tolist(), len(stream.times)]
         pieces += [stream.select(slice(first, stop)) for first, stop in pairwise(pause_rows) if stop > first]
     sufficient_streams = [stream for stream in pieces if stream.total_ml >= least_ml]
     return sorted(sufficient_streams, key=lambda flow: (flow.frames[0], flow.source, flow.target))

@@ -49,22 +49,22 @@ def _wedge_integral(phi: FloatArray) -> FloatArray:
 
 
 _TO_LEVEL: Final = np.concatenate([np.arange(0.0, 80.0, 0.5), np.arange(80.0, 88.0, 0.25), np.arange(88.0, 90.0, 0.05)])
-TILTS: Final = np.radians(np.concatenate([_TO_LEVEL, [90.0], 180.0 - _TO_LEVEL[::-1]]))
+TILTS_RAD: Final = np.radians(np.concatenate([_TO_LEVEL, [90.0], 180.0 - _TO_LEVEL[::-1]]))
 """Rows of the table, radians from upright: closer where a long tube lies nearly level and a degree is half of it."""
 
-ANGLES: Final = 180
+ANGLE_COUNT: Final = 180
 """Columns of the table, one every 2 degrees about the vessel's axis."""
 
-AT_ONCE: Final = 16
+DIRECTIONS_AT_ONCE: Final = 16
 """Directions sliced together, so that the heights of a mesh of 2,500 faces stay in a processor's cache."""
 
-LEVELS: Final = 200
+LEVEL_COUNT: Final = 200
 """Heights between which a level is interpolated: half a millimetre apart in a beaker."""
 
-RIM_WITHIN: Final = 1e-5
+RIM_TOLERANCE_M: Final = 1e-5
 """Metres; vertices no farther than this from the plane of the opening are its rim. Meshes are right to 3e-8."""
 
-MICROLITRES: Final = 1e6
+ML_PER_M3: Final = 1e6
 """Millilitres in a cubic metre."""
 
 
@@ -110,13 +110,13 @@ class SlicedCavity:
     faces: IntArray  # (f, 3)
     opening: FloatArray  # (3,) the middle of the opening
     normal: FloatArray  # (3,) unit, out of the vessel
-    table: FloatArray = field(default_factory=lambda: np.full((len(TILTS), ANGLES), np.nan))
+    table: FloatArray = field(default_factory=lambda: np.full((len(TILTS_RAD), ANGLE_COUNT), np.nan))
 
     @property
     def rim(self) -> FloatArray:
         """The vertices (r, 3) of the opening's rim, and any within it."""
         plane_distance = np.abs((self.vertices - self.opening) @ self.normal)
-        return self.vertices[plane_distance <= RIM_WITHIN]
+        return self.vertices[plane_distance <= RIM_TOLERANCE_M]
 
     @property
     def brim_ml(self) -> float:
@@ -125,16 +125,16 @@ class SlicedCavity:
         full_volume = volume_below(
             self.vertices, self.faces, inward_direction, (self.vertices @ inward_direction.T).min(axis=0)
         )
-        return float(full_volume[0]) * MICROLITRES
+        return float(full_volume[0]) * ML_PER_M3
 
     def kept_ml(self, down: FloatArray) -> FloatArray:
         """By slices, interpolated over tilt and the side it is tilted to."""
-        tilt = np.interp(tilt_of(down), TILTS, np.arange(len(TILTS), dtype=np.float64))
-        angle = np.arctan2(down[:, 2], down[:, 0]) * (ANGLES / (2.0 * np.pi))
-        row = np.minimum(tilt.astype(np.int64), len(TILTS) - 2)
+        tilt = np.interp(tilt_of(down), TILTS_RAD, np.arange(len(TILTS_RAD), dtype=np.float64))
+        angle = np.arctan2(down[:, 2], down[:, 0]) * (ANGLE_COUNT / (2.0 * np.pi))
+        row = np.minimum(tilt.astype(np.int64), len(TILTS_RAD) - 2)
         column = np.floor(angle).astype(np.int64)
         tilt, angle = tilt - row, angle - column
-        first, second = column % ANGLES, (column + 1) % ANGLES
+        first, second = column % ANGLE_COUNT, (column + 1) % ANGLE_COUNT
         self._fill_table(np.concatenate([row, row, row + 1, row + 1]), np.concatenate([first, second, first, second]))
         volume_at_lower_tilt = (1.0 - angle) * self.table[row, first] + angle * self.table[row, second]
         volume_at_higher_tilt = (1.0 - angle) * self.table[row + 1, first] + angle * self.table[row + 1, second]
@@ -147,13 +147,13 @@ class SlicedCavity:
     @cached_property
     def _upright_volumes(self) -> tuple[FloatArray, FloatArray]:
         """Millilitres (LEVELS,) below each of as many heights of the upright vessel, and these heights."""
-        heights = np.linspace(float(self.vertices[:, 1].min()), float(self.opening[1]), LEVELS)
+        heights = np.linspace(float(self.vertices[:, 1].min()), float(self.opening[1]), LEVEL_COUNT)
         upright_down = np.array([[0.0, -1.0, 0.0]])
         volume_blocks = [
-            volume_below(self.vertices, self.faces, upright_down, -heights[start : start + AT_ONCE])
-            for start in range(0, LEVELS, AT_ONCE)
+            volume_below(self.vertices, self.faces, upright_down, -heights[start : start + DIRECTIONS_AT_ONCE])
+            for start in range(0, LEVEL_COUNT, DIRECTIONS_AT_ONCE)
         ]
-        return np.concatenate(volume_blocks) * MICROLITRES, heights
+        return np.concatenate(volume_blocks) * ML_PER_M3, heights
 
     def exit(self, down: FloatArray) -> FloatArray:
         """The lowest point of the rim."""
@@ -165,11 +165,11 @@ class SlicedCavity:
         is_queried = np.zeros(self.table.shape, dtype=bool)
         is_queried[rows, columns] = True
         rows, columns = np.nonzero(is_queried & np.isnan(self.table))
-        tilt, angle, rim = TILTS[rows], columns * (2.0 * np.pi / ANGLES), self.rim
+        tilt, angle, rim = TILTS_RAD[rows], columns * (2.0 * np.pi / ANGLE_COUNT), self.rim
         down = np.stack([np.sin(tilt) * np.cos(angle), -np.cos(tilt), np.sin(tilt) * np.sin(angle)], axis=1)
-        for start in range(0, len(down), AT_ONCE):
-            chunk = slice(start, start + AT_ONCE)
+        for start in range(0, len(down), DIRECTIONS_AT_ONCE):
+            chunk = slice(start, start + DIRECTIONS_AT_ONCE)
             depth = (down[chunk] @ rim.T).max(axis=1)
             self.table[rows[chunk], columns[chunk]] = (
-                volume_below(self.vertices, self.faces, down[chunk], depth) * MICROLITRES
+                volume_below(self.vertices, self.faces, down[chunk], depth) * ML_PER_M3
             )

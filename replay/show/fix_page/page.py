@@ -24,16 +24,16 @@ from replay.show.report.fault_cards import fault_counts
 from replay.show.report.first_screen import Comparison, comparison_of
 from replay.show.report.page import page_of, view_of
 from replay.show.report.run_view import RunView
-from replay.show.report.still import CARD, paired_stills
+from replay.show.report.still import CARD_SIZE, paired_stills
 from replay.words import plural
 
 Row = Mapping[str, Any]
 
-BEFORE: Final = "hulls"
-AFTER: Final = "pieces"
+BEFORE_LABEL: Final = "hulls"
+AFTER_LABEL: Final = "pieces"
 """Labels of the two detectors of the run that counts."""
 
-SHARP: Final = 0.01
+LEAST_CHANGE_FRACTION: Final = 0.01
 """Fraction of a figure by which it must change to be called better or worse."""
 
 
@@ -52,7 +52,7 @@ class Cure:
 
     Parameters
     ----------
-    result : the run that counted both, with the labels ``BEFORE`` and ``AFTER``.
+    result : the run that counted both, with the labels ``BEFORE_LABEL`` and ``AFTER_LABEL``.
     before, after : figures of both, plain data.
     bodies : report cards, plain data, as ``replay.running.collider_files`` has them.
     shapes : name of a body -> its shapes.
@@ -131,7 +131,9 @@ def cure_page(cure: Cure) -> str:
     paired_pictures: list[tuple[str, str]] = []
     if fault is not None:
         captions = _moment_captions(result, fault, _is_reported(result, fault))
-        paired_pictures = list(zip(paired_stills(result, (BEFORE, AFTER), fault, CARD), captions, strict=True))
+        paired_pictures = list(
+            zip(paired_stills(result, (BEFORE_LABEL, AFTER_LABEL), fault, CARD_SIZE), captions, strict=True)
+        )
     return page_of(
         view,
         notes_of(result)[len(undecided_lines(result)) :],
@@ -149,8 +151,8 @@ def cure_page(cure: Cure) -> str:
         untouched=[row["body"] for row in cure.bodies if row["after"]["missed"] is None],
         front=front_plot(cure),
         front_table=front_table(cure.front),
-        counts={label: fault_counts(view, label) for label in (BEFORE, AFTER)},
-        labels=(BEFORE, AFTER),
+        counts={label: fault_counts(view, label) for label in (BEFORE_LABEL, AFTER_LABEL)},
+        labels=(BEFORE_LABEL, AFTER_LABEL),
         times_are=" ".join(filter(None, [TIMES_SENTENCE, busy_sentence])),
         gradient=Markup(scale_gradient()),
     )
@@ -186,7 +188,7 @@ def _change_kind(value_before: float | None, value_after: float | None) -> str:
     if (
         value_before is None
         or value_after is None
-        or abs(value_after - value_before) <= SHARP * max(abs(value_before), abs(value_after))
+        or abs(value_after - value_before) <= LEAST_CHANGE_FRACTION * max(abs(value_before), abs(value_after))
     ):
         return ""
     return "worse" if value_after > value_before else "better"
@@ -260,23 +262,23 @@ def _card_sort_key(body_row: Row) -> tuple[bool, float, str]:
 def _compared_lanes(view: RunView, mark: float | None) -> Comparison:
     """The lanes of both, each with what it is."""
     comparison_of_lanes = comparison_of(view, mark)
-    lane_notes = {BEFORE: ": one a body", AFTER: ": those of this page"}
+    lane_notes = {BEFORE_LABEL: ": one a body", AFTER_LABEL: ": those of this page"}
     lanes = [(label, lane_notes.get(label, text), lane) for label, text, lane in comparison_of_lanes.timeline.lanes]
-    label_order = [view.oracle, BEFORE, AFTER]
+    label_order = [view.oracle, BEFORE_LABEL, AFTER_LABEL]
     lanes.sort(key=lambda named: label_order.index(named[0]))
     return replace(comparison_of_lanes, timeline=replace(comparison_of_lanes.timeline, lanes=lanes))
 
 
 def _drawn_fault(result: RunResult) -> Fault | None:
     """The worst false contact of the hulls that the pieces do not report at its moment, else the worst of all."""
-    faults = worst_first(result.false[BEFORE])
+    faults = worst_first(result.false[BEFORE_LABEL])
     return next((fault for fault in faults if not _is_reported(result, fault)), faults[0] if faults else None)
 
 
 def _is_reported(result: RunResult, fault: Fault) -> bool:
     """Whether the pieces report contact of the same bodies at the moment that is drawn."""
     seconds = _seconds(result, fault)
-    contacts = (contact for contact in result.contacts[AFTER] if contact.bodies == fault.bodies)
+    contacts = (contact for contact in result.contacts[AFTER_LABEL] if contact.bodies == fault.bodies)
     return any(contact.start <= seconds <= contact.end for contact in contacts)
 
 

@@ -10,35 +10,35 @@ from cdcore.containment.ray_parity import INSIDE, build_inside_grid, point_state
 from cdcore.numerics import FloatArray, IntArray
 from replay.cutting.surface_distance import SampledSurface, refined_triangles
 from replay.show.drawn_mesh import bend_cosines, edges_of, face_normals
-from replay.show.palette import SERIES, hex_of
+from replay.show.palette import SERIES_COLOURS, hex_of
 from replay.show.report.markup import render_template
 from replay.show.report.rasteriser import Colour, Lines, Shape, View, draw_picture
-from replay.show.report.still import SHARP_DEG, background, unit_colour, webp
+from replay.show.report.still import SHARP_EDGE_DEG, background, unit_colour, webp
 
-SIZE: Final = (300, 210)
+PICTURE_SIZE: Final = (300, 210)
 """Width and height of a picture, in its own units."""
 
-PIXELS: Final = (390, 273)
+PICTURE_PIXELS: Final = (390, 273)
 
 VIEW_DIRECTION: Final = np.array([0.45, 0.85, 0.8])
 """Direction to look from, in the axes of the body: from above, into what is hollow."""
 
-SHADES: Final = 24
+SHADE_COUNT: Final = 24
 """Colours of the scale that are drawn apart."""
 
-STOPS: Final[tuple[Colour, ...]] = ((0.27, 0.40, 0.62), (0.62, 0.66, 0.66), (1.0, 0.84, 0.25))
+COLOUR_STOPS: Final[tuple[Colour, ...]] = ((0.27, 0.40, 0.62), (0.62, 0.66, 0.66), (1.0, 0.84, 0.25))
 """Colours of the scale from none to the farthest: they differ in lightness, and none of them is the red of misses."""
 
-EDGE_FRACTION: Final = 20
+EDGES_PER_SIZE: Final = 20
 """Edges of triangles of the scale are at most this part of the size of a body."""
 
-EDGE: Final[Colour] = (0.06, 0.08, 0.11)
+EDGE_COLOUR: Final[Colour] = (0.06, 0.08, 0.11)
 MESH_COLOUR: Final[Colour] = (0.85, 0.88, 0.92)
 
 
 def scale_gradient() -> str:
     """Returns the colours of the scale as a gradient of a style sheet."""
-    colour_stops = ", ".join(hex_of(_bytes(colour)) for colour in STOPS)
+    colour_stops = ", ".join(hex_of(_bytes(colour)) for colour in COLOUR_STOPS)
     return f"linear-gradient(90deg, {colour_stops})"
 
 
@@ -49,7 +49,7 @@ def mesh_picture(mesh: TriangleMesh, alternative_text: str) -> str:
 
 def pieces_picture(pieces: Sequence[TriangleMesh], alternative_text: str) -> str:
     """Returns pieces as SVG, such that no two that touch have the same colour as far as the palette goes."""
-    colours = [unit_colour(SERIES[number]) for number in colour_numbers(pieces, len(SERIES))]
+    colours = [unit_colour(SERIES_COLOURS[number]) for number in colour_numbers(pieces, len(SERIES_COLOURS))]
     shapes = [Shape(piece.triangles, colour) for piece, colour in zip(pieces, colours, strict=True)]
     return _picture(shapes, pieces, alternative_text)
 
@@ -58,13 +58,15 @@ def reach_picture(
     mesh: TriangleMesh, pieces: Sequence[TriangleMesh], largest_distance: float, alternative_text: str
 ) -> str:
     """Returns pieces as SVG, coloured by how far they stand beyond the mesh, from 0 to ``largest_distance`` metres."""
-    triangles = refined_triangles(np.concatenate([piece.triangles for piece in pieces]), _size(mesh) / EDGE_FRACTION)
+    triangles = refined_triangles(np.concatenate([piece.triangles for piece in pieces]), _size(mesh) / EDGES_PER_SIZE)
     distances_beyond = beyond_mesh(triangles.mean(axis=1), mesh)
     shade_of_triangle = (
-        np.clip(distances_beyond / max(largest_distance, 1e-12) * (SHADES - 1), 0, SHADES - 1).round().astype(np.int64)
+        np.clip(distances_beyond / max(largest_distance, 1e-12) * (SHADE_COUNT - 1), 0, SHADE_COUNT - 1)
+        .round()
+        .astype(np.int64)
     )
     shapes = [
-        Shape(triangles[shade_of_triangle == number], scale_colour(number / (SHADES - 1)))
+        Shape(triangles[shade_of_triangle == number], scale_colour(number / (SHADE_COUNT - 1)))
         for number in np.unique(shade_of_triangle).tolist()
     ]
     return _picture(shapes, [], alternative_text)
@@ -87,9 +89,9 @@ def beyond_mesh(points: FloatArray, mesh: TriangleMesh) -> FloatArray:
 
 def scale_colour(fraction: float) -> Colour:
     """The colour of the scale at a fraction of it, 0 to 1."""
-    stop_positions = np.linspace(0.0, 1.0, len(STOPS))
+    stop_positions = np.linspace(0.0, 1.0, len(COLOUR_STOPS))
     red, green, blue = (
-        float(np.interp(fraction, stop_positions, [stop[channel] for stop in STOPS])) for channel in range(3)
+        float(np.interp(fraction, stop_positions, [stop[channel] for stop in COLOUR_STOPS])) for channel in range(3)
     )
     return red, green, blue
 
@@ -115,12 +117,12 @@ def colour_numbers(pieces: Sequence[TriangleMesh], colours: int) -> list[int]:
 
 def _picture(shapes: Sequence[Shape], outlined_meshes: Sequence[TriangleMesh], alternative_text: str) -> str:
     corners = np.concatenate([shape.corners for shape in shapes])
-    view = View.of(corners.reshape(-1, 3), VIEW_DIRECTION, PIXELS)
-    lines = [Lines(_sharp_edges(mesh), EDGE, 0.55) for mesh in outlined_meshes]
-    picture, _ = draw_picture(view, shapes, [], lines, background(PIXELS))
+    view = View.of(corners.reshape(-1, 3), VIEW_DIRECTION, PICTURE_PIXELS)
+    lines = [Lines(_sharp_edges(mesh), EDGE_COLOUR, 0.55) for mesh in outlined_meshes]
+    picture, _ = draw_picture(view, shapes, [], lines, background(PICTURE_PIXELS))
     return render_template(
         "show/report/still.html",
-        size=SIZE,
+        size=PICTURE_SIZE,
         description=alternative_text,
         picture=webp(picture),
         strokes="",
@@ -134,7 +136,7 @@ def _picture(shapes: Sequence[Shape], outlined_meshes: Sequence[TriangleMesh], a
 def _sharp_edges(mesh: TriangleMesh) -> FloatArray:
     """Edges (k, 2, 3) at which faces meet in a large angle."""
     edges, faces = edges_of(mesh)
-    return edges[bend_cosines(face_normals(mesh.triangles)[1], faces) < np.cos(np.radians(SHARP_DEG))]
+    return edges[bend_cosines(face_normals(mesh.triangles)[1], faces) < np.cos(np.radians(SHARP_EDGE_DEG))]
 
 
 def _size(mesh: TriangleMesh) -> float:

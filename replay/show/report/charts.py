@@ -10,7 +10,7 @@ from replay.words import number
 TimeSpan = tuple[float, float]
 """Seconds from start to end."""
 
-KINDS: Final = ("false", "right", "late", "missed", "reference", "contact")
+INTERVAL_KINDS: Final = ("false", "right", "late", "missed", "reference", "contact")
 """Kinds of stretches in a lane, in the order in which they are painted."""
 
 KIND_LABELS: Final = {
@@ -25,7 +25,7 @@ KIND_LABELS: Final = {
 MOST_BOXES: Final = 4000
 """Intervals of a kind in a lane; where there are more, neighbours are painted as one."""
 
-NEIGHBOURS: Final = 2000
+LANE_DIVISIONS: Final = 2000
 """Intervals nearer to each other than this part of such a lane are painted as one."""
 
 
@@ -60,10 +60,10 @@ def lane(
     start, end = window
     window_length = max(end - start, 1e-6)
     paths = []
-    for kind in KINDS:
+    for kind in INTERVAL_KINDS:
         all_spans = list(spans_of_kind.get(kind, ()))
         intervals = list(
-            _merged_spans(all_spans, window, window_length / NEIGHBOURS if len(all_spans) > MOST_BOXES else 0.0)
+            _merged_spans(all_spans, window, window_length / LANE_DIVISIONS if len(all_spans) > MOST_BOXES else 0.0)
         )
         if intervals:
             boxes = "".join(f"M{a - start:.3f} 0H{b - start:.3f}V20H{a - start:.3f}Z" for a, b in intervals)

@@ -13,7 +13,7 @@ from replay.show.palette import fault_key
 from replay.show.report.charts import KIND_LABELS, Lane, lane
 from replay.show.report.markup import moment_address
 from replay.show.report.run_view import Pair, RunView, spans
-from replay.show.report.still import CARD, FIRST
+from replay.show.report.still import CARD_SIZE, FIRST_SIZE
 from replay.words import plural
 
 MARGIN_FRACTION: Final = 0.35
@@ -22,7 +22,7 @@ MARGIN_FRACTION: Final = 0.35
 LEAST_MARGIN_S: Final = 0.1
 """Seconds."""
 
-MOST_LISTED: Final = 2000
+MOST_LISTED_FAULTS: Final = 2000
 """Faults of a pair, or of all pairs without a card, that are listed; the tables hold all."""
 
 MOST_PAIRS: Final = 6
@@ -87,7 +87,7 @@ def card(view: RunView, fault: Fault, *, with_picture: bool = True, is_first_pic
     detector_option = f" --by {fault.detector}" if len(view.answers) > 1 else ""
     picture, colours = "", ""
     if with_picture and view.still is not None:
-        picture, colours = view.still(fault.detector, fault, FIRST if is_first_picture else CARD)
+        picture, colours = view.still(fault.detector, fault, FIRST_SIZE if is_first_picture else CARD_SIZE)
     return Card(
         key=fault_key(fault.kind),
         title=f"{fault.name.capitalize()} {fault.number}",

@@ -8,7 +8,7 @@ from replay.document.depth import depth_text
 from replay.document.ranking import Rank, any_decided, fix_lane, ranks_with_fixes
 from replay.document.tables import Table, text_of
 from replay.show.accuracy import accuracy_plot, run_dots
-from replay.show.plots import SIZE, Plot
+from replay.show.plots import PLOT_SIZE, Plot
 from replay.show.report.charts import KIND_LABELS, Lane, TimeSpan, lane, ruler
 from replay.show.report.run_view import RunView, spans
 from replay.show.run_tables import contacts_sentence
@@ -120,7 +120,7 @@ def _leading_kind(rank: Rank) -> str:
 def _scatter(view: RunView) -> Plot | None:
     """The losses of the ranking against the mean time of a frame."""
     dots = run_dots(view)
-    return accuracy_plot(dots, SIZE) if dots else None
+    return accuracy_plot(dots, PLOT_SIZE) if dots else None
 
 
 def _timeline(view: RunView, marked_second: float | None) -> Timeline:

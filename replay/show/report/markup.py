@@ -15,7 +15,9 @@ from replay.words import plural, safe_text
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-ALLOWED: Final = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
+CONTENT_POLICY: Final = (
+    "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
+)
 """What a browser may load for a page: its own styles and pictures; no font, no other address, no foreign script."""
 
 FIGURE_IN_TEXT: Final = re.compile(r"(?<![\w.])(\d[\d,.]*(?:-\d+)?(?: %| of \d+ contacts?))")
@@ -50,7 +52,7 @@ def environment() -> "Environment":
         lstrip_blocks=True,
         autoescape=lambda name: not (name or "").endswith(".md"),
     )
-    new_environment.globals |= {"allowed": Markup(ALLOWED), "colours": Markup(page_colours())}
+    new_environment.globals |= {"allowed": Markup(CONTENT_POLICY), "colours": Markup(page_colours())}
     new_environment.filters |= {
         "address": address_of,
         "figure": parts_of,

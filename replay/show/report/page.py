@@ -12,10 +12,10 @@ from replay.document.run_result import RunResult
 from replay.document.summary import CAVEAT
 from replay.effects.effect_summary import titration_curves
 from replay.show.plots import Plot, curve
-from replay.show.report.fault_cards import MOST_LISTED, MOST_PAIRS, cards, fault_counts, first_fault
+from replay.show.report.fault_cards import MOST_LISTED_FAULTS, MOST_PAIRS, cards, fault_counts, first_fault
 from replay.show.report.first_screen import comparison_of, page_facts
 from replay.show.report.markup import render_template
-from replay.show.report.page_script import REPORT, page_script
+from replay.show.report.page_script import REPORT_SCRIPTS, page_script
 from replay.show.report.run_view import Hero, RunView, session_names
 from replay.show.report.sections import GLOSSARY, effect_parts, folds
 from replay.show.report.still import fault_still
@@ -72,13 +72,13 @@ def page_of(
         "faults": faults,
         "lead": fault_counts(view, view.answers[0].label) if view.answers else "",
         "most_pairs": MOST_PAIRS,
-        "most_listed": MOST_LISTED,
+        "most_listed": MOST_LISTED_FAULTS,
         "effects": effect_parts(view, curves),
         "folds": list(folds(view)),
         "glossary": GLOSSARY,
         "tradeoff": None,
         "contacts": (),
-        "script": page_script(REPORT),
+        "script": page_script(REPORT_SCRIPTS),
     }
     return render_template(template, **template_values | extra_values)
 

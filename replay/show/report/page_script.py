@@ -10,10 +10,10 @@ from markupsafe import Markup
 
 from replay.show.report.markup import file_text
 
-TABLES: Final = ("tools", "tables")
+TABLES_SCRIPTS: Final = ("tools", "tables")
 """Files for a page that holds tables only."""
 
-REPORT: Final = (*TABLES, "lanes", "faults")
+REPORT_SCRIPTS: Final = (*TABLES_SCRIPTS, "lanes", "faults")
 """Files for the page of a run."""
 
 

@@ -10,19 +10,19 @@ import numpy as np
 from cdcore.numerics import FloatArray, IntArray
 from replay.show.camera import axes_of
 
-FOCAL: Final = 1.6
+FOCAL_RATIO: Final = 1.6
 """Focal length over the height of the picture: an opening of 35 degrees."""
 
-NEAREST: Final = 0.01
+NEAR_PLANE_M: Final = 0.01
 """Metres in front of the eye where drawing begins."""
 
-AT_ONCE: Final = 1 << 20
+PIXELS_AT_ONCE: Final = 1 << 20
 """Pixels of triangles looked at in one step: 100 MB."""
 
-LIGHT: Final = np.array([-0.35, 0.6, 0.72])
+LIGHT_DIRECTION: Final = np.array([-0.35, 0.6, 0.72])
 """Direction to the light, in the axes of the eye."""
 
-LINE_LEAD: Final = 0.002
+LINE_LEAD_FRACTION: Final = 0.002
 """Share of the distance by which a line is drawn before the surface that it lies on."""
 
 Colour = tuple[float, float, float]
@@ -64,7 +64,7 @@ class View:
         local = points @ axes
         middle = (local.min(axis=0) + local.max(axis=0)) / 2
         x, y, depth = np.abs(local - middle)[:, 0], np.abs(local - middle)[:, 1], (local - middle)[:, 2]
-        needed_distances = depth + 2.12 * FOCAL * height * np.maximum(x / wide, y / height)
+        needed_distances = depth + 2.12 * FOCAL_RATIO * height * np.maximum(x / wide, y / height)
         distance = max(0.1, float(needed_distances.max()))
         return cls(axes @ (middle + np.array([0.0, 0.0, distance])), axes, size, (wide / 2, height / 2))
 
@@ -76,12 +76,14 @@ class View:
     def flat(self, local: FloatArray) -> FloatArray:
         """Column and row of a pixel, both times depth, and depth (..., 3) of points in the axes of the eye."""
         depth = -local[..., 2:]
-        return np.concatenate([local[..., :2] * [1, -1] * FOCAL * self.size[1] + depth * self.centre, depth], axis=-1)
+        return np.concatenate(
+            [local[..., :2] * [1, -1] * FOCAL_RATIO * self.size[1] + depth * self.centre, depth], axis=-1
+        )
 
     def pixels(self, points: FloatArray) -> FloatArray:
-        """Column, row and 1 / depth of points (..., 3) before the eye, which is at least ``NEAREST`` away."""
+        """Column, row and 1 / depth of points (..., 3) before the eye, which is at least ``NEAR_PLANE_M`` away."""
         local = self.local(points)
-        local[..., 2] = np.minimum(local[..., 2], -NEAREST)
+        local[..., 2] = np.minimum(local[..., 2], -NEAR_PLANE_M)
         flat = self.flat(local)
         return np.concatenate([flat[..., :2], np.ones_like(flat[..., 2:])], axis=-1) / flat[..., 2:]
 
@@ -100,7 +102,7 @@ def draw_picture(
     for index, shape in enumerate(opaque):
         local = view.local(shape.corners)
         # Faces are lit on either side.
-        colour = np.outer(0.5 + 0.5 * _facing_cosines(local, LIGHT), shape.colour)
+        colour = np.outer(0.5 + 0.5 * _facing_cosines(local, LIGHT_DIRECTION), shape.colour)
         for face, pixel, inverse_depth in covered_pixels(local, view):
             np.maximum.at(depth, pixel, inverse_depth)
             first = inverse_depth == depth[pixel]
@@ -135,11 +137,11 @@ def _facing_cosines(local: FloatArray, direction: FloatArray) -> FloatArray:
     return facing
 
 
-Covered = tuple[IntArray, IntArray, FloatArray]
+CoveredPixels = tuple[IntArray, IntArray, FloatArray]
 """Triangle, pixel and 1 / depth, (k,) each."""
 
 
-def covered_pixels(local: FloatArray, view: View) -> Iterator[Covered]:
+def covered_pixels(local: FloatArray, view: View) -> Iterator[CoveredPixels]:
     """Every pixel whose middle a triangle in the eye's axes (n, 3, 3) covers, also one that reaches behind the eye."""
     # A kernel; a report without a fault draws nothing and loads no compiler.
     from cdcore.image_space.pixel_spans import pixels_of_spans, row_spans
@@ -147,16 +149,16 @@ def covered_pixels(local: FloatArray, view: View) -> Iterator[Covered]:
     wide, height = view.size
     flat = view.flat(local)
     depth = flat[..., 2]
-    visible = np.flatnonzero((np.abs(np.linalg.det(flat)) > 1e-12) & (depth.max(axis=1, initial=0) > NEAREST))
-    pixel_rows = flat[visible, :, 1] / np.maximum(depth[visible], NEAREST) - 0.5
+    visible = np.flatnonzero((np.abs(np.linalg.det(flat)) > 1e-12) & (depth.max(axis=1, initial=0) > NEAR_PLANE_M))
+    pixel_rows = flat[visible, :, 1] / np.maximum(depth[visible], NEAR_PLANE_M) - 0.5
     # One that reaches behind the eye may be in any row.
-    is_ahead = depth[visible].min(axis=1, initial=1) > NEAREST
+    is_ahead = depth[visible].min(axis=1, initial=1) > NEAR_PLANE_M
     lower = np.where(is_ahead, np.clip(np.ceil(pixel_rows.min(axis=1)), 0, height), 0).astype(np.int64)
     stop = np.where(is_ahead, np.clip(np.floor(pixel_rows.max(axis=1)) + 1, lower, height), height).astype(np.int64)
     spans = row_spans(np.asarray(np.linalg.inv(flat[visible]), dtype=np.float64), lower, stop, wide)
-    blocks = np.flatnonzero(np.diff(np.cumsum(spans.right - spans.left) // AT_ONCE)) + 1
+    blocks = np.flatnonzero(np.diff(np.cumsum(spans.right - spans.left) // PIXELS_AT_ONCE)) + 1
     for first, last in pairwise([0, *blocks.tolist(), len(spans.row)]):
-        triangle, pixel, inverse_depth = pixels_of_spans(spans.part(slice(first, last)), wide, 1.0 / NEAREST)
+        triangle, pixel, inverse_depth = pixels_of_spans(spans.part(slice(first, last)), wide, 1.0 / NEAR_PLANE_M)
         yield visible[triangle], pixel, inverse_depth
 
 
@@ -176,4 +178,4 @@ def _line_pixels(line: Lines, view: View, depth: FloatArray) -> IntArray:
     row = (np.round(y)[:, None] + row_offsets.ravel()).astype(np.int64)
     is_in_picture = (column >= 0) & (column < wide) & (row >= 0) & (row < height)
     pixel = np.where(is_in_picture, column + wide * row, 0)
-    return np.unique(pixel[is_in_picture & (inverse_depth[:, None] * (1 + LINE_LEAD) >= depth[pixel])])
+    return np.unique(pixel[is_in_picture & (inverse_depth[:, None] * (1 + LINE_LEAD_FRACTION) >= depth[pixel])])

@@ -16,7 +16,7 @@ from replay.document.placeholders import in_run_folder
 from replay.document.ranking import Rank
 from replay.document.run_document import RunDocument
 from replay.document.run_result import Summarised
-from replay.effects.effect_summary import RESULTS
+from replay.effects.effect_summary import RESULT_NAMES
 from replay.show.palette import fault_key
 from replay.show.report.charts import TimeSpan
 from replay.show.sections import Section, SectionName, section_of
@@ -27,7 +27,7 @@ from sessions.mcap.metadata import NOT_STATED
 FIRST_DATE_NS: Final = 946_684_800 * 10**9
 """The year 2000; earlier stamps count from the start of a recording, not from 1970."""
 
-EVENTS_FIRST: Final = 6
+MOST_FIRST_EVENTS: Final = 6
 """Events listed first of all, where no contact was looked for."""
 
 Pair = tuple[str, str]
@@ -146,14 +146,14 @@ def _hero_without_audit(document: RunDocument, events: Sequence[EventRecord]) ->
             f"{plural(detector.contacts, 'contact')} found by {label}" for label, detector in document.detectors.items()
         ]
         return Hero(", ".join(count_texts))
-    lines = [f"{words.moment(event.time)}: {event.message}" for event in events[:EVENTS_FIRST]]
-    if len(events) > EVENTS_FIRST:
-        lines.append(f"and {len(events) - EVENTS_FIRST} more")
+    lines = [f"{words.moment(event.time)}: {event.message}" for event in events[:MOST_FIRST_EVENTS]]
+    if len(events) > MOST_FIRST_EVENTS:
+        lines.append(f"and {len(events) - MOST_FIRST_EVENTS} more")
     if events:
         lines.append(f"{NOT_COMPUTED}.")
-    result_events = [event for event in events if event.name in RESULTS]
+    result_events = [event for event in events if event.name in RESULT_NAMES]
     if result_events:
-        message = min(result_events, key=lambda event: RESULTS.index(event.name)).message
+        message = min(result_events, key=lambda event: RESULT_NAMES.index(event.name)).message
         return Hero(f"{message[:1].upper()}{message[1:]}", lines)
     return Hero(tally_text(Counter(event.name for event in events)) or NOT_COMPUTED, lines)
 

@@ -22,17 +22,17 @@ from replay.show.report.markup import render_template
 from replay.show.report.rasteriser import Colour, Lines, Shape, View, draw_picture
 from replay.words import length as length_words
 
-FIRST: Final = (470, 352)
-CARD: Final = (300, 170)
+FIRST_SIZE: Final = (470, 352)
+CARD_SIZE: Final = (300, 170)
 """Width and height of a picture, in its own units."""
 
-PIXELS_PER_UNIT: Final = {FIRST: 1.8, CARD: 1.4}
+PIXELS_PER_UNIT: Final = {FIRST_SIZE: 1.8, CARD_SIZE: 1.4}
 """Pixels a unit."""
 
 LABELS_WIDTH: Final = 150
 """Units on the right of the first picture that its words take."""
 
-MOST_CHARACTERS: Final = 19
+MOST_LABEL_CHARACTERS: Final = 19
 """That fit into it."""
 
 NAME_SPACING: Final = 44.0
@@ -50,13 +50,13 @@ LIGHT_RGB: Final = np.array([40, 55, 74]) / 255
 LEAST_VOLUME_RATIO: Final = 1.1
 """A solid of so many times the volume of its mesh differs from it enough to be drawn."""
 
-LARGEST_MARK: Final = 0.03
+LARGEST_MARK_M: Final = 0.03
 """Metres; a face that is larger is not painted where bodies meet."""
 
 SHORTEST_ARROW: Final = 14.0
 """Units; a shorter gap is a ring."""
 
-SHARP_DEG: Final = 30.0
+SHARP_EDGE_DEG: Final = 30.0
 """Faces that meet in a larger angle have an edge between them."""
 
 MANY_ROWS: Final = 400
@@ -104,9 +104,9 @@ class Sight:
         return "" if self.gap is None else length_words(float(np.linalg.norm(self.gap[1] - self.gap[0])))
 
 
-def fault_still(result: RunResult, label: str, fault: Fault, size: tuple[int, int] = CARD) -> tuple[str, str]:
+def fault_still(result: RunResult, label: str, fault: Fault, size: tuple[int, int] = CARD_SIZE) -> tuple[str, str]:
     """A fault as SVG around a raster picture, and its colours in words; in the first of a page each part is named."""
-    sight, factor, has_labels = _sight_of_fault(result, label, fault), PIXELS_PER_UNIT[size], size == FIRST
+    sight, factor, has_labels = _sight_of_fault(result, label, fault), PIXELS_PER_UNIT[size], size == FIRST_SIZE
     pixels = round(size[0] * factor), round(size[1] * factor)
     view = View.of(_points_in_picture(sight), sight.away, pixels, round(LABELS_WIDTH * factor) if has_labels else 0)
     picture, shape = draw_picture(view, *_shapes_and_lines(sight, view), background(pixels))
@@ -123,7 +123,7 @@ def fault_still(result: RunResult, label: str, fault: Fault, size: tuple[int, in
         middle=arrow_middle,
         ring=f"ring {fault_key(fault.kind)}" if sight.gap is None else "ring",
         words=_picture_labels(sight, label, view, shape == 0, arrow_middle) if has_labels else (),
-        x=FIRST[0] - LABELS_WIDTH + 8,
+        x=FIRST_SIZE[0] - LABELS_WIDTH + 8,
     )
     colours = [f"{sight.white.name} white", f"{sight.glass.name} blue"]
     if sight.white.solid or sight.glass.solid:
@@ -133,7 +133,9 @@ def fault_still(result: RunResult, label: str, fault: Fault, size: tuple[int, in
     return svg, ", ".join(colours)
 
 
-def paired_stills(result: RunResult, labels: Sequence[str], fault: Fault, size: tuple[int, int] = CARD) -> list[str]:
+def paired_stills(
+    result: RunResult, labels: Sequence[str], fault: Fault, size: tuple[int, int] = CARD_SIZE
+) -> list[str]:
     """The moment of a false contact of the first detector as an SVG a detector, with its colliders, by one camera."""
     first_sight, factor = _sight_of_fault(result, labels[0], fault), PIXELS_PER_UNIT[size]
     pixels = round(size[0] * factor), round(size[1] * factor)
@@ -256,7 +258,7 @@ def _shapes_and_lines(sight: Sight, view: View) -> tuple[list[Shape], list[Shape
     for placed_body in (sight.white, sight.glass):
         corners = place_points(placed_body.mesh.vertices, *placed_body.pose)[placed_body.mesh.faces]
         # Two triangles of a bench top would paint it whole.
-        painted_faces = placed_body.faces[np.ptp(corners[placed_body.faces], axis=1).max(axis=1) < LARGEST_MARK]
+        painted_faces = placed_body.faces[np.ptp(corners[placed_body.faces], axis=1).max(axis=1) < LARGEST_MARK_M]
         other_triangles = np.delete(corners, painted_faces, axis=0)
         if placed_body is sight.white:
             opaque.append(Shape(other_triangles, WHITE))
@@ -286,7 +288,7 @@ def _cage(
     lid = spans_hollow(solid, mesh)
     wall_shape = Shape(corners, colour, np.where(lid, LID_ALPHA, WALL_UNDER_LID_ALPHA if lid.any() else WALL_ALPHA))
     is_outline_edge = is_front[faces[:, 0]] != is_front[faces[:, 1]]
-    is_sharp = bend_cosines(normals, faces) < np.cos(np.radians(SHARP_DEG))
+    is_sharp = bend_cosines(normals, faces) < np.cos(np.radians(SHARP_EDGE_DEG))
     is_visible = is_front[faces].any(axis=1)
     line_width = 2 if view.size[1] > MANY_ROWS else 1
     groups = [
@@ -351,7 +353,7 @@ def _picture_labels(sight: Sight, label: str, view: View, white: BoolArray, midd
 
     ``white`` (rows, columns): where the white body is seen; ``middle`` of the arrow.
     """
-    factor, labels = PIXELS_PER_UNIT[FIRST], list[tuple[Point, str, str, str]]()
+    factor, labels = PIXELS_PER_UNIT[FIRST_SIZE], list[tuple[Point, str, str, str]]()
     verb = "touches nothing" if sight.gap is not None else "touches"
     white_rows, white_columns = np.nonzero(white)
     if len(white_rows):
@@ -359,7 +361,9 @@ def _picture_labels(sight: Sight, label: str, view: View, white: BoolArray, midd
         point = float(white_columns[white_rows == row].max()) / factor, float(row) / factor
         labels.append((point, sight.white.name, verb, ""))
     points = view.pixels(sight.glass.outline)[:, :2] / factor
-    points = points[(points.min(axis=1) > 0) & (points[:, 1] < FIRST[1]) & (points[:, 0] < FIRST[0] - LABELS_WIDTH)]
+    points = points[
+        (points.min(axis=1) > 0) & (points[:, 1] < FIRST_SIZE[1]) & (points[:, 0] < FIRST_SIZE[0] - LABELS_WIDTH)
+    ]
     glass_label = (sight.glass.name, verb, "blue")
     if sight.glass.solid:
         glass_label = ("collider", f"{label}: contact", "yellow")
@@ -367,11 +371,13 @@ def _picture_labels(sight: Sight, label: str, view: View, white: BoolArray, midd
         x, y = surface[np.argmax(surface.sum(axis=1))].tolist()
         labels.append(((x, y), sight.glass.name, "the real surface", "blue"))
     if len(points):
-        x, y = points[np.argmax(points[:, 0] - 0.3 * np.abs(points[:, 1] - FIRST[1] * 0.42))].tolist()
+        x, y = points[np.argmax(points[:, 0] - 0.3 * np.abs(points[:, 1] - FIRST_SIZE[1] * 0.42))].tolist()
         labels.append(((x, y), *glass_label))
     if sight.gap is not None:
         between_text = f"from {sight.white.name} to {sight.glass.name}"
-        labels.append((middle, sight.length, between_text if len(between_text) <= MOST_CHARACTERS else "apart", ""))
+        labels.append(
+            (middle, sight.length, between_text if len(between_text) <= MOST_LABEL_CHARACTERS else "apart", "")
+        )
     else:
         colour_key = fault_key(sight.kind)
         outcome = {"missed": "reports none", "late": "misses a part", "false": "alone reports it"}[colour_key]
@@ -379,11 +385,11 @@ def _picture_labels(sight: Sight, label: str, view: View, white: BoolArray, midd
     labels.sort(key=lambda name: name[0][1])
     picture_labels, next_y = list[PictureLabel](), NAME_SPACING
     for label_number, (target, name, caption, kind) in enumerate(labels):
-        y = min(max(target[1], next_y), FIRST[1] - NAME_SPACING * (len(labels) - label_number - 0.5))
+        y = min(max(target[1], next_y), FIRST_SIZE[1] - NAME_SPACING * (len(labels) - label_number - 0.5))
         next_y = y + NAME_SPACING
         picture_labels.append(PictureLabel(_clip_text(name), _clip_text(caption), kind, target, y))
     return picture_labels
 
 
 def _clip_text(caption: str) -> str:
-    return caption if len(caption) <= MOST_CHARACTERS else f"{caption[: MOST_CHARACTERS - 1]}…"
+    return caption if len(caption) <= MOST_LABEL_CHARACTERS else f"{caption[: MOST_LABEL_CHARACTERS - 1]}…"

@@ -8,12 +8,12 @@ from replay.show.accuracy import accuracy_plot, tradeoff_dots
 from replay.show.tradeoff_table import measurement_sentences, tradeoff_table
 from replay.words import plural
 
-CHART: Final = (960.0, 420.0)
+CHART_SIZE: Final = (960.0, 420.0)
 
 
 def tradeoff_values(tradeoff: Tradeoff) -> dict[str, Any]:
     """Values of the template ``tradeoff.html``."""
-    chart = accuracy_plot(tradeoff_dots(tradeoff), CHART, "; green: the front") if tradeoff.rows else None
+    chart = accuracy_plot(tradeoff_dots(tradeoff), CHART_SIZE, "; green: the front") if tradeoff.rows else None
     return {
         "advice": tradeoff.advice,
         "chart": chart,

@@ -18,14 +18,14 @@ from replay.document.run_result import RunResult
 from replay.show.camera import Eye
 from replay.show.palette import BACKGROUND, fault_key, tags_of
 from replay.show.rerun_log import timing
-from replay.show.rerun_log.close_up import EYE, LEGEND, PINS, SPACE
-from replay.show.rerun_log.depth import DEPTHS, deepest_pairs, depth_title
-from replay.show.rerun_log.documents import ACCURACY, ANSWER, SESSION_TEXT, details_path
-from replay.show.rerun_log.effects import HAPPENED, effect_lanes, effect_plots, event_paths
+from replay.show.rerun_log.close_up import EYE_ENTITY, FOCUS_ENTITY, LEGEND_ENTITY, PINS_ENTITY
+from replay.show.rerun_log.depth import DEPTH_ENTITY, deepest_pairs, depth_title
+from replay.show.rerun_log.documents import ACCURACY_ENTITY, ANSWER_ENTITY, SESSION_ENTITY, details_path
+from replay.show.rerun_log.effects import EVENTS_ENTITY, effect_lanes, effect_plots, event_paths
 from replay.show.rerun_log.lanes import pair_lanes, session_lanes
-from replay.show.rerun_log.moments import LISTS, Moments, Time, list_path
+from replay.show.rerun_log.moments import LISTS_ENTITY, FrameTime, Moments, list_path
 from replay.show.rerun_log.pipeline_view import ALL, BOXES, SearchRun, pipeline_path, search_title
-from replay.show.rerun_log.recording_file import SESSION, drawable, entity
+from replay.show.rerun_log.recording_file import SESSION_TIMELINE, drawable, entity
 from replay.show.rerun_log.scene import body_path
 from replay.show.words import LANES_LEGEND, lane_legend
 
@@ -46,7 +46,7 @@ MOST_EFFECT_PLOTS: Final = 3
 PLOTS_HEIGHT: Final = 0.22
 """Plots of effects, one per unit, more would be too narrow to read; and their share of the height of their tab."""
 
-AROUND_MOMENT: Final = 0.5
+MOMENT_MARGIN_S: Final = 0.5
 """Seconds before and after the worked moment in which steps can be read; over a minute they are a carpet."""
 
 PLAIN_BACKGROUND: Final = rrb.Background(color=BACKGROUND[:3], kind=rrb.BackgroundKind.SolidColor)
@@ -62,7 +62,7 @@ class Picture:
     effects_eye: Eye
     balls: Sequence[Sphere]  # around each body of the assembly
     moments: Moments  # in order of time
-    eyes: Mapping[Time, Eye]  # of the close-up of each moment
+    eyes: Mapping[FrameTime, Eye]  # of the close-up of each moment
     order: Sequence[str]  # compared detectors, the worst first
     lanes: Sequence[str]  # lanes of the reference and of the worst detectors
     searches: Sequence[SearchRun]  # detectors that are shown at their work
@@ -108,7 +108,7 @@ def build_blueprint(picture: Picture) -> rrb.Blueprint:
     if result.detections:
         detail_tabs = [_details_tab(picture, label) for label in dict.fromkeys([*picture.order, *result.detections])]
         tabs.append(rrb.Tabs(*detail_tabs, name="Details", active_tab=0))
-    time_panel = rrb.TimePanel(timeline=SESSION, state="collapsed", playback_speed=0.25, play_state="paused")
+    time_panel = rrb.TimePanel(timeline=SESSION_TIMELINE, state="collapsed", playback_speed=0.25, play_state="paused")
     hidden_panels = rrb.SelectionPanel(state="hidden"), rrb.BlueprintPanel(state="hidden")
     return rrb.Blueprint(
         rrb.Tabs(*tabs, active_tab=first_tab), time_panel, *hidden_panels, auto_views=False, auto_layout=False
@@ -119,14 +119,16 @@ def _answer_tab(picture: Picture) -> Any:
     """Tab of the answer: text, close-up of the worst moment, room, lanes and list of moments."""
     lanes = [*picture.lanes, *picture.activity_lanes][:MOST_LANES]
     room_title = "Where   a dot: a fault, in the colours of When"
-    room_view = _spatial_view(room_title, picture.room(EYE, f"{SPACE}/lines", f"{LEGEND}/**"), picture.answer_eye)
+    room_view = _spatial_view(
+        room_title, picture.room(EYE_ENTITY, f"{FOCUS_ENTITY}/lines", f"{LEGEND_ENTITY}/**"), picture.answer_eye
+    )
     title = "Moments: click a time; --miss and --false take the numbers"
-    moments = _list_view([f"{LISTS}/**"] if picture.moments else [], title)
+    moments = _list_view([f"{LISTS_ENTITY}/**"] if picture.moments else [], title)
     height = _lanes_height(max(3, len(lanes)))
     close_up = _close_up_view(picture, bool(picture.moments))
     return _column(
         (
-            _row((_text_view(ANSWER, "The answer"), 0.43), (close_up, 0.33), (room_view, 0.24)),
+            _row((_text_view(ANSWER_ENTITY, "The answer"), 0.43), (close_up, 0.33), (room_view, 0.24)),
             1 - height,
         ),
         (_row((_lanes_view(picture, f"When   {LANES_LEGEND}", lanes), 0.55), (moments, 0.45)), height),
@@ -160,7 +162,7 @@ def _pipeline_tab(picture: Picture, run: SearchRun) -> Any:
     contents = [f"/{pipeline_root}/bodies/**", f"/{pipeline_root}/search/**", *volumes]
     search = _spatial_view(search_view_title, contents, f"{pipeline_root}/search/eye", pipeline_root)
     frame = _text_view(f"{pipeline_root}/frame", "This frame: pairs left, and the price")
-    near_axis = _time_axis(max(0.0, worked_second - AROUND_MOMENT), worked_second + AROUND_MOMENT)
+    near_axis = _time_axis(max(0.0, worked_second - MOMENT_MARGIN_S), worked_second + MOMENT_MARGIN_S)
     left_plot = _plot_view(
         near_axis,
         f"{pipeline_root}/pairs",
@@ -179,7 +181,7 @@ def _accuracy_tab(picture: Picture) -> Any:
     tab_name = "Accuracy against cost"
     scatter_bounds = rrb.VisualBounds2D(x_range=timing.X_RANGE, y_range=timing.Y_RANGE)
     scatter_view = rrb.Spatial2DView(
-        origin=f"/{timing.SCATTER}",
+        origin=f"/{timing.SCATTER_ENTITY}",
         name=f"{tab_name}: one dot a detector",
         visual_bounds=scatter_bounds,
         background=PLAIN_BACKGROUND,
@@ -188,9 +190,9 @@ def _accuracy_tab(picture: Picture) -> Any:
     upper = timing.plot_cut_ms([timing.total_ms(detection) for detection in detections.values()])
     title = f"Time per frame, ms   cut at {words.decimal(upper, 2)}: 99.9 % of the slowest detector's frames"
     axis = rrb.ScalarAxis(range=(0.0, max(upper, 1.0001 * timing.budget_fraction(upper))))
-    paths = [*(timing.total_path(label) for label in detections), timing.BUDGET_LINE]
+    paths = [*(timing.total_path(label) for label in detections), timing.BUDGET_ENTITY]
     frame_times_view = _plot_view(picture.session_axis, "timing", title, paths, axis_y=axis)
-    right_column = _column((_text_view(ACCURACY, "Meaning"), 0.32), (frame_times_view, 0.68))
+    right_column = _column((_text_view(ACCURACY_ENTITY, "Meaning"), 0.32), (frame_times_view, 0.68))
     return _row((scatter_view, 0.5), (right_column, 0.5), name=tab_name)
 
 
@@ -200,7 +202,8 @@ def _effects_tab(picture: Picture) -> Any:
     bodies = [f"/{body_path(name)}/{leaf}" for name in result.assembly.names for leaf in ("mesh", "liquid")]
     room_view = _spatial_view(picture.title, picture.room(contents=["/world/effects/**", *bodies]), picture.effects_eye)
     text_column = _column(
-        (_text_view(HAPPENED, "What happened"), 0.4), (_list_view(event_paths(effects), "Events: click a time"), 0.6)
+        (_text_view(EVENTS_ENTITY, "What happened"), 0.4),
+        (_list_view(event_paths(effects), "Events: click a time"), 0.6),
     )
     lanes = [*effect_lanes(effects), *picture.activity_lanes]
     lanes_view = _lanes_view(picture, "When: what the effects found, and what people did", lanes)
@@ -220,7 +223,7 @@ def _effects_tab(picture: Picture) -> Any:
 def _session_tab(picture: Picture) -> Any:
     """Without anything to compare: the session, and what was replayed."""
     room_view = _spatial_view(picture.title, picture.room(), picture.effects_eye)
-    return _row((room_view, 0.7), (_text_view(SESSION_TEXT, "The session"), 0.3), name="Session")
+    return _row((room_view, 0.7), (_text_view(SESSION_ENTITY, "The session"), 0.3), name="Session")
 
 
 def _details_tab(picture: Picture, label: str) -> Any:
@@ -240,7 +243,7 @@ def _details_tab(picture: Picture, label: str) -> Any:
     )
     plot_views = [stages, counter_view]
     if deepest_pairs(result):
-        plot_views.append(_plot_view(picture.session_axis, DEPTHS, depth_title(result)))
+        plot_views.append(_plot_view(picture.session_axis, DEPTH_ENTITY, depth_title(result)))
     return _column(
         (_row((settings_view, 0.3), (_close_up_view(picture, has_faults), 0.36), (moments_list, 0.34)), 0.6),
         (
@@ -262,7 +265,7 @@ def _close_up_view(picture: Picture, has_moments: bool) -> Any:
     worst = ""
     if moment is not None:
         worst = f". Worst: {answers[0].label} {moment.kind} {moment.number}, {words.moment(moment.seconds)}"
-    return _spatial_view(f"Close-up nearest the cursor{worst}", picture.room(PINS), EYE)
+    return _spatial_view(f"Close-up nearest the cursor{worst}", picture.room(PINS_ENTITY), EYE_ENTITY)
 
 
 def _lanes_height(lanes: int) -> float:
@@ -312,7 +315,7 @@ def _text_view(path: str, name: str) -> Any:
 
 def _list_view(paths: Sequence[str], name: str) -> Any:
     """Lines of entities of which a click moves the cursor; of none no view."""
-    times, text_columns = [TimelineColumn(SESSION)], [TextLogColumn("body")]
+    times, text_columns = [TimelineColumn(SESSION_TIMELINE)], [TextLogColumn("body")]
     columns = rrb.TextLogColumns(timeline_columns=times, text_log_columns=text_columns)
     contents, line_format = [f"/{path}" for path in paths], rrb.TextLogFormat(monospace_body=True)
     view = rrb.TextLogView(contents=contents, name=drawable(name), columns=columns, format_options=line_format)

@@ -21,7 +21,7 @@ from replay.auditing.fault import Fault
 from replay.auditing.outcome import Episode
 from replay.document.run_result import RunResult
 from replay.show.camera import (
-    CLOSE_UP,
+    CLOSE_UP_M,
     Eye,
     eye_before,
     points_in_world,
@@ -31,7 +31,7 @@ from replay.show.camera import (
 )
 from replay.show.drawn_mesh import bend_cosines, edges_of, face_normals, spans_hollow
 from replay.show.palette import FALSE_CONTACT, FREE, Rgba, albedo, fault_colour, fault_key, see_through, tags_of
-from replay.show.rerun_log.moments import Moments, Time, nearest_moments, point_of
+from replay.show.rerun_log.moments import FrameTime, Moments, nearest_moments, point_of
 from replay.show.rerun_log.recording_file import (
     RecordingWriter,
     Steps,
@@ -41,18 +41,18 @@ from replay.show.rerun_log.recording_file import (
     steps_of,
     times_of,
 )
-from replay.show.rerun_log.scene import Colours, body_path
+from replay.show.rerun_log.scene import ColourChanges, body_path
 from replay.words import length
 
-SPACE: Final = "world/focus"
-EYE: Final = f"{SPACE}/eye"
-LEGEND: Final = f"{SPACE}/legend"
+FOCUS_ENTITY: Final = "world/focus"
+EYE_ENTITY: Final = f"{FOCUS_ENTITY}/eye"
+LEGEND_ENTITY: Final = f"{FOCUS_ENTITY}/legend"
 """What the colours of a close-up mean; a room has no place for it."""
 
-PINS: Final = f"{SPACE}/pins"
+PINS_ENTITY: Final = f"{FOCUS_ENTITY}/pins"
 """Dots at all faults in the room; a close-up needs none of them."""
 
-IN_FRONT: Final = 0.4
+TEXT_DISTANCE_FRACTION: Final = 0.4
 """Share of the way from the eye at which words stand: nearer than what they speak of, so that nothing hides them."""
 
 TEXT_HEIGHT: Final = 0.05
@@ -63,7 +63,7 @@ LEADER_POINTS: Final = 0.8
 """Points on the screen: the size of a dot that carries words, and the width of the line from them."""
 
 
-DISTANCES: Final = (CLOSE_UP, 0.45)
+EYE_DISTANCES_M: Final = (CLOSE_UP_M, 0.45)
 """Metres from the eye to a false contact, at least and at most."""
 
 DISTANCE_RADII: Final = 3.3
@@ -72,13 +72,13 @@ DISTANCE_RADII: Final = 3.3
 LARGEST_BALL_M: Final = 0.5
 """Metres: a larger ball or solid holds the room and is left out: all glass stands on the bench."""
 
-HALF_BAR: Final = 0.006
+HALF_BAR_M: Final = 0.006
 """Metres, half the bar at each end of a measure."""
 
 SHARP_COSINE: Final = float(np.cos(np.radians(1.8)))
 """Edges sharper than this are drawn: the triangles of a flat side are the solver's business."""
 
-DRAWN_EDGES: Final = 40_000
+MOST_DRAWN_EDGES: Final = 40_000
 """Edges and faces of solids that one detector draws at most, 1.4 MB; the moments that last longest come first."""
 
 SOLID_ALPHA: Final = 90
@@ -93,25 +93,25 @@ LEGEND_POSITION: Final = (0.27, 0.42)
 LEGEND_SPACING: Final = 0.065
 """From one line of the legend to the next, in the same distances."""
 
-REAL: Final[Rgba] = (156, 201, 245, 255)
+REAL_SURFACE_COLOUR: Final[Rgba] = (156, 201, 245, 255)
 """Of the words about a real surface, as glass is blue."""
 
-GAP: Final[Rgba] = (120, 235, 170, 255)
+GAP_COLOUR: Final[Rgba] = (120, 235, 170, 255)
 """The measure of a gap: it must be seen before glass, a white rod and a yellow solid."""
 
 
-def close_up_eyes(result: RunResult, moments: Moments, balls: Sequence[Sphere]) -> dict[Time, Eye]:
+def close_up_eyes(result: RunResult, moments: Moments, balls: Sequence[Sphere]) -> dict[FrameTime, Eye]:
     """Return the eye of each moment: before the missed contact, or so far off that a false contact is seen whole.
 
     ``balls``: around each body of the assembly.
     """
-    scene, eyes = result.session.scene, dict[Time, Eye]()
+    scene, eyes = result.session.scene, dict[FrameTime, Eye]()
     for time, moment in moments.items():
         point = point_of(result, time, moment)
         user_direction = towards_user(result.assembly, scene, time[0], point)
         if isinstance(moment, Fault) and moment.kind.is_miss:
             eyes[time] = eye_before(
-                np.asarray(point), CLOSE_UP * viewing_direction(np.asarray(moment.evidence.normal), user_direction)
+                np.asarray(point), CLOSE_UP_M * viewing_direction(np.asarray(moment.evidence.normal), user_direction)
             )
         else:
             eyes[time] = _whole_body_eye(result, time, moment, user_direction, balls)
@@ -119,7 +119,7 @@ def close_up_eyes(result: RunResult, moments: Moments, balls: Sequence[Sphere]) 
 
 
 def _whole_body_eye(
-    result: RunResult, time: Time, moment: Fault | Episode, user_direction: FloatArray, balls: Sequence[Sphere]
+    result: RunResult, time: FrameTime, moment: Fault | Episode, user_direction: FloatArray, balls: Sequence[Sphere]
 ) -> Eye:
     """Return an eye so far off that a ball around the solid, or around the smaller body, is seen whole."""
     assembly, caged_columns = result.assembly, caged_bodies(result, moment, balls)
@@ -129,7 +129,7 @@ def _whole_body_eye(
         target = points_in_world(assembly.motion, time[0], body, balls[body].centre[None])[0]
     nearest_points = moment.evidence.nearest if isinstance(moment, Fault) else None
     gap = np.zeros(3) if nearest_points is None else np.subtract(nearest_points[1], nearest_points[0])
-    distance = float(np.clip(DISTANCE_RADII * balls[body].radius, *DISTANCES))
+    distance = float(np.clip(DISTANCE_RADII * balls[body].radius, *EYE_DISTANCES_M))
     return eye_before(target, distance * viewing_direction(gap, user_direction))
 
 
@@ -169,16 +169,18 @@ def hiding_bodies(result: RunResult, frame: int, pair: int, eye: Eye, balls: Seq
 
 
 def log_close_ups(
-    writer: RecordingWriter, result: RunResult, moments: Moments, eyes: Mapping[Time, Eye], balls: Sequence[Sphere]
+    writer: RecordingWriter, result: RunResult, moments: Moments, eyes: Mapping[FrameTime, Eye], balls: Sequence[Sphere]
 ) -> None:
     """Send the eye, what each close-up says and measures, and the dots of the room."""
-    log_eyes(writer, EYE, nearest_moments(moments.keys()), eyes)
+    log_eyes(writer, EYE_ENTITY, nearest_moments(moments.keys()), eyes)
     # Each fault while it lasts; nothing at other times.
     faults = {time: fault for time, fault in moments.items() if isinstance(fault, Fault)}
     segments = {time: (time, fault.first, fault.last) for time, fault in faults.items()}
     steps = steps_of(segments, len(writer.clock.ns), None)
-    log_marks(writer, SPACE, steps, {time: _marks(result, fault, eyes[time]) for time, fault in faults.items()})
-    log_marks(writer, LEGEND, steps, {time: _legend(result, fault, eyes[time]) for time, fault in faults.items()})
+    log_marks(writer, FOCUS_ENTITY, steps, {time: _marks(result, fault, eyes[time]) for time, fault in faults.items()})
+    log_marks(
+        writer, LEGEND_ENTITY, steps, {time: _legend(result, fault, eyes[time]) for time, fault in faults.items()}
+    )
     for label in detectors_with_solids(result):
         caged_bodies_of_moment = {
             time: caged_bodies(result, fault, balls)
@@ -188,7 +190,7 @@ def log_close_ups(
         _log_cages(writer, result, label, caged_bodies_of_moment, steps)
     fault_points = np.array([fault.point for fault in faults.values()], dtype=np.float32).reshape(-1, 3)
     colours = pack_colours(fault_colour(fault.kind) for fault in faults.values())
-    writer.static(PINS, rr.Points3D(fault_points, colors=colours, radii=rr.Radius.ui_points(4.0)))
+    writer.static(PINS_ENTITY, rr.Points3D(fault_points, colors=colours, radii=rr.Radius.ui_points(4.0)))
 
 
 def _marks(result: RunResult, fault: Fault, eye: Eye) -> list[Mark]:
@@ -207,10 +209,10 @@ def _marks(result: RunResult, fault: Fault, eye: Eye) -> list[Mark]:
     # From point to point, and a bar across at both ends.
     gap_ends = np.array(fault.evidence.nearest)
     end_bar = np.cross(gap_ends[1] - gap_ends[0], view_rotation(eye)[:, 2])
-    end_bar *= HALF_BAR / max(float(np.linalg.norm(end_bar)), 1e-9)
+    end_bar *= HALF_BAR_M / max(float(np.linalg.norm(end_bar)), 1e-9)
     lines = [gap_ends, *(np.stack([end - end_bar, end + end_bar]) for end in gap_ends)]
-    measure_marks = [Mark(in_front(eye, line), GAP, 1.6) for line in lines]
-    return [*text_beside(eye, gap_ends.mean(axis=0), text, GAP, 0.22, -0.36), *measure_marks]
+    measure_marks = [Mark(in_front(eye, line), GAP_COLOUR, 1.6) for line in lines]
+    return [*text_beside(eye, gap_ends.mean(axis=0), text, GAP_COLOUR, 0.22, -0.36), *measure_marks]
 
 
 def _legend(result: RunResult, fault: Fault, eye: Eye) -> list[Mark]:
@@ -220,7 +222,7 @@ def _legend(result: RunResult, fault: Fault, eye: Eye) -> list[Mark]:
         return []
     lines = [
         (f"yellow: hull of {fault.evidence.hollow}, for {fault.detector}", FALSE_CONTACT),
-        (f"blue: real {fault.evidence.hollow}", REAL),
+        (f"blue: real {fault.evidence.hollow}", REAL_SURFACE_COLOUR),
         (f"white: {result.assembly.names[free]}", FREE),
     ]
     right, up = LEGEND_POSITION
@@ -241,7 +243,7 @@ def _log_cages(
     writer: RecordingWriter,
     result: RunResult,
     label: str,
-    caged_bodies_of_moment: Mapping[Time, Sequence[int]],
+    caged_bodies_of_moment: Mapping[FrameTime, Sequence[int]],
     steps: Steps,
 ) -> None:
     """Send the solids of one detector in yellow, edges and translucent faces, each while a false contact lasts.
@@ -249,11 +251,11 @@ def _log_cages(
     ``caged_bodies_of_moment``: moment -> bodies whose solids are drawn, the moment that lasts longest first.
     """
     detector: Any = result.detectors[label]  # whose solids have one or more convex parts each
-    names, edges_left = result.assembly.names, DRAWN_EDGES
+    names, edges_left = result.assembly.names, MOST_DRAWN_EDGES
     edges: dict[int, Any] = {}
     corners: dict[int, Any] = {}
     lids: dict[int, bool] = {}
-    drawn_moments: dict[int, list[Time]] = {}
+    drawn_moments: dict[int, list[FrameTime]] = {}
     for time, bodies in caged_bodies_of_moment.items():
         for body in bodies:
             if body not in edges:
@@ -296,7 +298,9 @@ def sharp_edges(mesh: TriangleMesh) -> FloatArray:
     return edges[bend_cosines(face_normals(mesh.triangles)[1], faces) < SHARP_COSINE]
 
 
-def close_up_colours(result: RunResult, moments: Moments, eyes: Mapping[Time, Eye], balls: Sequence[Sphere]) -> Colours:
+def close_up_colours(
+    result: RunResult, moments: Moments, eyes: Mapping[FrameTime, Eye], balls: Sequence[Sphere]
+) -> ColourChanges:
     """White for a body that touches nothing, while it is said to; translucent what hides a moment.
 
     The larger body of a pair hides the contact as much as what stands before it, unless it is glass or the ground.
@@ -360,7 +364,7 @@ def point_on_screen(eye: Eye, right: float, up: float) -> FloatArray:
 
 def in_front(eye: Eye, points: FloatArray) -> FloatArray:
     """The same places on the screen (n, 3), so near to the eye that nothing hides them."""
-    near_points: FloatArray = np.asarray(eye.position) + IN_FRONT * (points - eye.position)
+    near_points: FloatArray = np.asarray(eye.position) + TEXT_DISTANCE_FRACTION * (points - eye.position)
     return near_points
 
 

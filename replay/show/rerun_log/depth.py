@@ -9,14 +9,14 @@ import rerun as rr
 
 from replay.document.depth import NOISE_SIGMA_M
 from replay.document.run_result import RunResult
-from replay.show.palette import SERIES
+from replay.show.palette import SERIES_COLOURS
 from replay.show.rerun_log.recording_file import RecordingWriter, drawable, entity, pack_colours
 from replay.show.rerun_log.timing import colour_of
 
-DEPTHS: Final = "depth"
+DEPTH_ENTITY: Final = "depth"
 """Entity below which the curves stand."""
 
-MOST_CURVES: Final = len(SERIES)
+MOST_CURVES: Final = len(SERIES_COLOURS)
 """Pairs with a curve, the deepest ones: each has a colour of its own."""
 
 
@@ -42,7 +42,7 @@ def log_depths(writer: RecordingWriter, result: RunResult) -> None:
         depths = depths_over_time(result, pair)
         millimetres = 1e3 * np.array([*depths.values()])
         variances = np.where(millimetres > 0.0, (1e3 * NOISE_SIGMA_M) ** 2, 0.0)
-        path = entity(DEPTHS, name)
+        path = entity(DEPTH_ENTITY, name)
         error_bars = rr.Measurements.from_fields(
             # The viewer would join neighbours into means or maxima, and draw diagonals from one contact to the next.
             aggregation_policy=rr.components.AggregationPolicy.Off,

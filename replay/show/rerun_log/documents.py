@@ -24,17 +24,17 @@ from replay.show.sections import SectionName, fault_tables, section_of
 from replay.show.words import NOT_COMPUTED, PAIR_FRAME_ROWS
 from replay.words import plural
 
-FOLDER: Final = "show/rerun_log"
+TEMPLATE_FOLDER: Final = "show/rerun_log"
 """Of the templates."""
 
-ANSWER: Final = "answer"
-ACCURACY: Final = "accuracy/text"
-SESSION_TEXT: Final = "session"
+ANSWER_ENTITY: Final = "answer"
+ACCURACY_ENTITY: Final = "accuracy/text"
+SESSION_ENTITY: Final = "session"
 
 TABLE_LEVEL: Final = 2
 """Level of the heading of a table."""
 
-NO_BREAK: Final = "\u00a0"
+NO_BREAK_SPACE: Final = "\u00a0"
 """A space at which no line is broken: between a number and its unit."""
 
 
@@ -46,7 +46,7 @@ def details_path(label: str) -> str:
 def answer_text(result: RunResult) -> str:
     """Text of the answer: error, reasons, remedy, cost of accuracy, and the ranking, the worst first."""
     return render_template(
-        f"{FOLDER}/answer.md",
+        f"{TEMPLATE_FOLDER}/answer.md",
         result=result,
         answer=section_of(result, SectionName.ANSWER),
         label=result.answers[0].label,
@@ -68,7 +68,7 @@ def _tables(result: RunResult, *names: SectionName) -> list[str]:
 def ranking_text(result: RunResult) -> str:
     """Every detector in Markdown: its name and what it is in one column, so that all fit beside a picture."""
     contacts = plural(result.ranking[-1].contacts, "contact")
-    name_column = Column(contacts, of=lambda rank: f"{rank.label}:{NO_BREAK}{rank.what}")
+    name_column = Column(contacts, of=lambda rank: f"{rank.label}:{NO_BREAK_SPACE}{rank.what}")
     ranking = section_of(result, SectionName.RANKING).table.narrow().values()
     columns = (replace(column, name=column.short or column.name) for column in ranking.columns)
     return markdown(Table.of([name_column, *columns], ranks_with_fixes(result.ranking, result.document)))
@@ -78,7 +78,7 @@ def accuracy_text(result: RunResult) -> str:
     """Text on accuracy: cost of missing nothing, and the accuracy and time of each detector."""
     notes = [*filter(None, [TIMES_SENTENCE, busy_text(result.document)])]
     return render_template(
-        f"{FOLDER}/accuracy.md",
+        f"{TEMPLATE_FOLDER}/accuracy.md",
         cost=cost_sentence(result.document),
         notes=notes,
         tradeoff=result.tradeoff,
@@ -129,7 +129,7 @@ def detector_text(result: RunResult, label: str) -> str:
         )
     stage_rows = [(stage, words.decimal(ms.mean(), 4)) for stage, ms in stage_ms(result.detections[label]).items()]
     return render_template(
-        f"{FOLDER}/detector.md",
+        f"{TEMPLATE_FOLDER}/detector.md",
         answers=[answer for answer in result.answers if answer.label == label],
         setting=result.document.detectors[label].spec,
         counts=counts_table,
@@ -141,7 +141,7 @@ def detector_text(result: RunResult, label: str) -> str:
 def session_text(result: RunResult) -> str:
     """Text on the session and its events, for a run that compares nothing."""
     return render_template(
-        f"{FOLDER}/session.md",
+        f"{TEMPLATE_FOLDER}/session.md",
         result=result,
         replayed=replayed_sentence(result),
         doubts=section_of(result, SectionName.SESSION).sentences,

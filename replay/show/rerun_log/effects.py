@@ -11,28 +11,28 @@ from numpy.typing import ArrayLike, NDArray
 
 from replay import words
 from replay.effects.effect_summary import events_in_order, leading_event
-from replay.effects.effects_runner import SKIPPED, EffectRun
+from replay.effects.effects_runner import SKIPPED_LANE, EffectRun
 from replay.effects.output import QUANTITIES, EffectEvent, LaneSpan, Liquid
-from replay.show.palette import SERIES, WHITE
+from replay.show.palette import SERIES_COLOURS, WHITE
 from replay.show.rerun_log.lanes import in_series, lane_name, log_lane
 from replay.show.rerun_log.moments import Bookmark, log_bookmarks
 from replay.show.rerun_log.recording_file import RecordingWriter, entity, pack_colours
 from replay.show.rerun_log.scene import body_path
 from replay.words import plural, safe_text
 
-ROOT: Final = "effects"
-HAPPENED: Final = "happened"
+EFFECTS_ENTITY: Final = "effects"
+EVENTS_ENTITY: Final = "happened"
 
 VISIBLE_S: Final = 0.25
 """Seconds after an event at which the picture opens: in the frame of an end point the liquid is still colourless."""
 
-MARKERS: Final = 100
+MOST_MARKERS: Final = 100
 """Markers per effect at most, the first ones: more would hide the bench."""
 
-MARKER_M: Final = 0.006
+MARKER_RADIUS_M: Final = 0.006
 """Radius of a marker."""
 
-LEVEL_COLOURS: Final = {"info": WHITE, "warning": SERIES[4], "error": SERIES[1]}
+LEVEL_COLOURS: Final = {"info": WHITE, "warning": SERIES_COLOURS[4], "error": SERIES_COLOURS[1]}
 
 UPRIGHT_XYZW: Final = (-np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5))
 """Turns a cylinder of Rerun, which stands along Z, so that it stands along the body's Y."""
@@ -63,7 +63,7 @@ def effect_lanes(effects: Effects) -> dict[str, Sequence[LaneSpan]]:
     lanes: dict[str, Sequence[LaneSpan]] = {}
     for kind, run in effects.items():
         for name, spans in run.output.lanes.items():
-            if name != SKIPPED:
+            if name != SKIPPED_LANE:
                 label = name if name == kind else lane_name(name, kind)
                 lanes[lane_name(f"{len(lanes) + 1}_{label}")] = spans
     return lanes
@@ -76,11 +76,11 @@ def log_happened(writer: RecordingWriter, effects: Effects, *, is_leading: bool)
     """
     events, event = events_in_order(effects), leading_event(effects)
     if event is None:
-        writer.markdown(HAPPENED, "## No effect found anything" if effects else "## What people did")
+        writer.markdown(EVENTS_ENTITY, "## No effect found anything" if effects else "## What people did")
         return
     position_text = "the last of" if event is events[-1][1] else "one of"
     moment_clause = f"At {words.moment(event.time)}, {position_text} {plural(len(events), 'event')}."
-    writer.markdown(HAPPENED, f"# {event.text[:1].upper()}{event.text[1:]}\n\n{moment_clause}")
+    writer.markdown(EVENTS_ENTITY, f"# {event.text[:1].upper()}{event.text[1:]}\n\n{moment_clause}")
     if is_leading:
         ns = min(round((event.time + VISIBLE_S) * 1e9), int(writer.clock.ns[-1]))
         log_bookmarks(writer, [Bookmark("", "event", len(events), ns, leads=True)])
@@ -88,11 +88,11 @@ def log_happened(writer: RecordingWriter, effects: Effects, *, is_leading: bool)
 
 def _series_path(kind: str, name: str) -> str:
     """A slash in a series' name makes a folder."""
-    return entity(ROOT, kind, *name.split("/"))
+    return entity(EFFECTS_ENTITY, kind, *name.split("/"))
 
 
 def _events_path(kind: str) -> str:
-    return entity(ROOT, kind, "events")
+    return entity(EFFECTS_ENTITY, kind, "events")
 
 
 def log_effects(writer: RecordingWriter, effects: Effects) -> None:
@@ -104,7 +104,10 @@ def log_effects(writer: RecordingWriter, effects: Effects) -> None:
     for kind, run in effects.items():
         for name, series in run.series.items():
             # Every sample: the mean of the samples under a pixel draws a slope from a value to the zero beside it.
-            policy, colour = rr.components.AggregationPolicy.Off, pack_colours([SERIES[number % len(SERIES)]])
+            policy, colour = (
+                rr.components.AggregationPolicy.Off,
+                pack_colours([SERIES_COLOURS[number % len(SERIES_COLOURS)]]),
+            )
             path, number = _series_path(kind, name), number + 1
             writer.static(path, rr.SeriesLines(names=name, colors=colour, aggregation_policy=policy))
             writer.session_rows(path, _nanoseconds(series.times), rr.Scalars.columns(scalars=series.values))
@@ -120,10 +123,10 @@ def log_effects(writer: RecordingWriter, effects: Effects) -> None:
 def _log_markers(writer: RecordingWriter, kind: str, events: Sequence[EffectEvent]) -> None:
     """A dot with words from the event on, for every event with a place that somebody should mind."""
     marked_events = [event for event in events if event.point is not None and event.level != "info"]
-    for number, event in enumerate(marked_events[:MARKERS], start=1):
+    for number, event in enumerate(marked_events[:MOST_MARKERS], start=1):
         colours, position = pack_colours([LEVEL_COLOURS[event.level]]), np.array([event.point])
-        columns = rr.Points3D.columns(positions=position, radii=[MARKER_M], labels=[event.text], colors=colours)
-        writer.session_rows(entity("world", ROOT, kind, str(number)), _nanoseconds([event.time]), columns)
+        columns = rr.Points3D.columns(positions=position, radii=[MARKER_RADIUS_M], labels=[event.text], colors=colours)
+        writer.session_rows(entity("world", EFFECTS_ENTITY, kind, str(number)), _nanoseconds([event.time]), columns)
 
 
 def _log_liquid(writer: RecordingWriter, path: str, liquid: Liquid) -> None:

@@ -18,7 +18,7 @@ from cdcore.protocol import counts_as_contact
 from replay.auditing.outcome import Comparison, Outcome, counts_by_pair
 from replay.document.ranking import fix_lane
 from replay.document.run_result import RunResult
-from replay.show.palette import LATE_LOOK, OUTCOMES, REFERENCE, SERIES, VERDICTS, Rgba, fault_key
+from replay.show.palette import LATE_LOOK, OUTCOME_STYLES, REFERENCE, SERIES_COLOURS, VERDICT_STYLES, Rgba, fault_key
 from replay.show.rerun_log.recording_file import RecordingWriter, drawable, entity, pack_colours
 from replay.words import safe_text
 
@@ -28,11 +28,11 @@ LabelledSpan = tuple[str, int, int]
 ACTIVITY_ROOT: Final = "doing"
 """Lanes stand in the order of their paths: these above those of effects and of the pair in focus."""
 
-KINDS: Final = ("stage", "task", "feature")
+INTERVAL_KINDS: Final = ("stage", "task", "feature")
 """Kinds of spans, in the order of their lanes; any other follows."""
 
-LANES: Final = "lanes"
-COLON: Final = "\u02d0_"
+LANES_ENTITY: Final = "lanes"
+COLON_LOOKALIKE: Final = "\u02d0_"
 """A letter that looks like a colon."""
 
 MOST_PAIRS: Final = 40
@@ -47,7 +47,7 @@ RANKED_OUTCOMES: Final = (Outcome.MISSED, Outcome.FALSE_CONTACT, Outcome.BOTH)
 UNRANKED_OUTCOMES: Final = (Outcome.WITHIN_TOLERANCE, Outcome.BETWEEN_FRAMES, Outcome.GRASPED)
 """Outcomes of contact that matter least for the order of lanes."""
 
-NARROWEST: Final = 0.005
+NARROWEST_MISS_FRACTION: Final = 0.005
 """Share of the session that a miss takes in the lane of all pairs at least: one of 54 ms in a minute is one pixel wide.
 The lane of its pair says exactly when."""
 
@@ -57,7 +57,7 @@ def lane_name(*labels: str) -> str:
 
     The first two words are parted by a letter that looks like a colon, for a colon is escaped.
     """
-    return COLON.join(re.sub(r"[^\w.-]+", "_", drawable(word)).strip("_") for word in labels)
+    return COLON_LOOKALIKE.join(re.sub(r"[^\w.-]+", "_", drawable(word)).strip("_") for word in labels)
 
 
 def pair_lanes(result: RunResult, label: str) -> dict[str, int]:
@@ -75,7 +75,7 @@ def pair_lanes(result: RunResult, label: str) -> dict[str, int]:
         # What was compared has a lane for a whole group, what was not one for each member.
         pair = "-".join(assembly.bodies_of(column)) if comparison is None else assembly.pair_name(column)
         name = f"{rank}_{pair}{', held' if assembly.grasped[column] else ''}"
-        lanes[entity(LANES, label, lane_name(name))] = column
+        lanes[entity(LANES_ENTITY, label, lane_name(name))] = column
     return lanes
 
 
@@ -98,9 +98,9 @@ def ranked_pairs(comparison: Comparison, is_grasped: NDArray[np.bool_]) -> list[
 def log_pair_lanes(writer: RecordingWriter, result: RunResult, label: str) -> None:
     """Send what a detector made of each pair, or, where nothing was compared, what it said."""
     comparison = result.comparisons.get(label)
-    verdicts, style_of_verdict, looks = result.detections[label].verdict, VERDICTS, [*VERDICTS.values()]
+    verdicts, style_of_verdict, looks = result.detections[label].verdict, VERDICT_STYLES, [*VERDICT_STYLES.values()]
     if comparison is not None:
-        verdicts, style_of_verdict, looks = comparison.by_contact, OUTCOMES, [*OUTCOMES.values(), LATE_LOOK]
+        verdicts, style_of_verdict, looks = comparison.by_contact, OUTCOME_STYLES, [*OUTCOME_STYLES.values(), LATE_LOOK]
     labels = np.array(
         [style_of_verdict[code][0] if code in style_of_verdict else "" for code in range(256)], dtype=object
     )
@@ -116,7 +116,7 @@ def log_pair_lanes(writer: RecordingWriter, result: RunResult, label: str) -> No
 def _mark_late(texts: NDArray[np.object_], first: int, last: int, least_frames: int = 0) -> None:
     """Set the missed frames of a contact that is reported in part to *late*, at least ``least_frames`` of them."""
     segment = texts[first : last + 1]
-    segment[segment == OUTCOMES[Outcome.MISSED][0]] = LATE_LOOK[0]
+    segment[segment == OUTCOME_STYLES[Outcome.MISSED][0]] = LATE_LOOK[0]
     texts[first : first + least_frames] = LATE_LOOK[0]
 
 
@@ -139,7 +139,7 @@ def log_detector_lanes(writer: RecordingWriter, result: RunResult, order: Sequen
     is_touched = (counts_as_contact(verdict) & (outcomes != Outcome.GRASPED)).any(axis=1)
     labels = np.where(is_touched, "contact", "").astype(object)
     log_lane(writer, lanes[0], spans_of(writer, labels), [("contact", REFERENCE)], is_labelled=False)
-    lane_styles = [*(OUTCOMES[code] for code in RANKED_OUTCOMES), LATE_LOOK]
+    lane_styles = [*(OUTCOME_STYLES[code] for code in RANKED_OUTCOMES), LATE_LOOK]
     for label, path in zip(_labels_of_lanes(result, order), lanes[1:], strict=True):
         labels = _fix_labels(result) if label not in result.comparisons else _outcome_labels(result, label)
         log_lane(writer, path, spans_of(writer, labels), lane_styles, is_labelled=False)
@@ -152,10 +152,10 @@ def _fix_labels(result: RunResult) -> NDArray[np.object_]:
     assert fix is not None, "a lane was made of it"
     codes = {"right": Outcome.BOTH, "false": Outcome.FALSE_CONTACT, "late": None, "missed": Outcome.MISSED}
     for kind, code in codes.items():
-        least_frames = round(NARROWEST * len(labels)) if kind in ("late", "missed") else 1
+        least_frames = round(NARROWEST_MISS_FRACTION * len(labels)) if kind in ("late", "missed") else 1
         for start, end in fix[1].spans[kind]:
             first, last = np.searchsorted(times, (start, end))
-            labels[first : max(last, first + least_frames)] = LATE_LOOK[0] if code is None else OUTCOMES[code][0]
+            labels[first : max(last, first + least_frames)] = LATE_LOOK[0] if code is None else OUTCOME_STYLES[code][0]
     return labels
 
 
@@ -164,14 +164,14 @@ def _outcome_labels(result: RunResult, label: str) -> NDArray[np.object_]:
     outcome = result.comparisons[label].outcome
     labels = np.full(len(outcome), "", dtype=object)
     for code in reversed(RANKED_OUTCOMES):
-        labels[(outcome == code).any(axis=1)] = OUTCOMES[code][0]
-    least_frames = round(NARROWEST * len(labels))
+        labels[(outcome == code).any(axis=1)] = OUTCOME_STYLES[code][0]
+    least_frames = round(NARROWEST_MISS_FRACTION * len(labels))
     for miss in result.misses[label]:
         if fault_key(miss.kind) == "late":
             _mark_late(labels, miss.first, miss.last, least_frames)
     for miss in result.misses[label]:
         if fault_key(miss.kind) == "missed":
-            labels[miss.first : max(miss.last + 1, miss.first + least_frames)] = OUTCOMES[Outcome.MISSED][0]
+            labels[miss.first : max(miss.last + 1, miss.first + least_frames)] = OUTCOME_STYLES[Outcome.MISSED][0]
     return labels
 
 
@@ -229,7 +229,10 @@ def session_lanes(result: RunResult) -> dict[str, list[LabelledSpan]]:
             if not row:
                 lane_rows.append(row)
             row.append((safe_text(interval.name or interval.kind), start, end))
-    sorted_kinds = sorted(lanes_of_kind, key=lambda kind: (KINDS.index(kind) if kind in KINDS else len(KINDS), kind))
+    sorted_kinds = sorted(
+        lanes_of_kind,
+        key=lambda kind: (INTERVAL_KINDS.index(kind) if kind in INTERVAL_KINDS else len(INTERVAL_KINDS), kind),
+    )
     lanes = [(kind, row) for kind in sorted_kinds for row in lanes_of_kind[kind]]
     return {entity(ACTIVITY_ROOT, f"{number}_{kind}"): row for number, (kind, row) in enumerate(lanes, 1)}
 
@@ -244,4 +247,6 @@ def log_session_lanes(writer: RecordingWriter, result: RunResult) -> None:
 
 def in_series(labels: Mapping[str, Any]) -> list[tuple[str, Rgba]]:
     """A colour for each word: ``labels`` maps it to its own, or to nothing."""
-    return [(word, colour or SERIES[k % len(SERIES)]) for k, (word, colour) in enumerate(labels.items())]
+    return [
+        (word, colour or SERIES_COLOURS[k % len(SERIES_COLOURS)]) for k, (word, colour) in enumerate(labels.items())
+    ]

@@ -13,16 +13,16 @@ from replay.errors import RunFolderError
 from replay.show.rerun_log.recording_file import RecordingWriter
 from replay.show.rerun_log.recording_reader import RecordingDamagedError, read_texts
 
-STILL: Final = "moments/still"
+STILL_ENTITY: Final = "moments/still"
 
-LARGEST: Final = 2000
+LARGEST_SIDE_PIXELS: Final = 2000
 """Pixels of a side at most."""
 
 
 def log_still(writer: RecordingWriter, drawing: str) -> None:
     """Send the picture inside a drawing of the fault that the answer is about, as WebP in base64."""
     (raster_base64,) = re.findall(r"data:image/webp;base64,([A-Za-z0-9+/=]*)", drawing)
-    writer.static(STILL, rr.AnyValues(raster=raster_base64))
+    writer.static(STILL_ENTITY, rr.AnyValues(raster=raster_base64))
 
 
 def read_still(recording: Path) -> str:
@@ -33,11 +33,11 @@ def read_still(recording: Path) -> str:
     from PIL import Image, UnidentifiedImageError
 
     try:
-        _, texts = read_texts(recording, f"/{STILL}", "raster")
+        _, texts = read_texts(recording, f"/{STILL_ENTITY}", "raster")
         if not texts:
             return ""
         with Image.open(BytesIO(b64decode(texts[0], validate=True)), formats=["WEBP"]) as image:
-            if max(image.size) > LARGEST:
+            if max(image.size) > LARGEST_SIDE_PIXELS:
                 return ""
             buffer = BytesIO()
             image.convert("RGB").save(buffer, "WEBP", quality=82, method=2)

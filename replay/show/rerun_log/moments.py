@@ -32,33 +32,33 @@ from replay.words import length, plural
 MISS, FALSE, CONTACT = "miss", "false", "contact"
 """Kinds of moments."""
 
-UNREADABLE: Final = (OSError, ValueError, RuntimeError, TypeError, RecursionError, RecordingDamagedError)
+READING_ERRORS: Final = (OSError, ValueError, RuntimeError, TypeError, RecursionError, RecordingDamagedError)
 """What reading a damaged recording raises: Rerun's reader, and the list of moments in it."""
 
 CAUSE_WIDTH: Final = max(map(len, Cause))
 """Letters of the longest cause."""
 
-LISTS: Final = "moments/list"
-TABLE: Final = "moments/table"
+LISTS_ENTITY: Final = "moments/list"
+TABLE_ENTITY: Final = "moments/table"
 
 
-Time = tuple[int, int]
+FrameTime = tuple[int, int]
 """A frame, and nanoseconds after it."""
 
-Moments = Mapping[Time, Fault | Episode]
+Moments = Mapping[FrameTime, Fault | Episode]
 """Where the cursor meets each fault, and a contact of each pair without one; in order of time."""
 
 
-def key_moments(result: RunResult) -> dict[Time, Fault | Episode]:
+def key_moments(result: RunResult) -> dict[FrameTime, Fault | Episode]:
     """Return all moments, in order of time; of those in one frame the worst comes last, by a nanosecond."""
     faults = [*_faults(result)]
-    timed_moments: list[tuple[Time, bool, float, Fault | Episode]] = [
+    timed_moments: list[tuple[FrameTime, bool, float, Fault | Episode]] = [
         (fault.moment, fault.kind.is_miss, fault.metres, fault) for fault in faults
     ]
     columns = result.assembly.contact_columns
     for contact in _contacts(result, {int(columns[fault.pair]) for fault in faults}):
         timed_moments.append((((contact.first + contact.last) // 2, 0), False, 0.0, contact))
-    moments: dict[Time, Fault | Episode] = {}
+    moments: dict[FrameTime, Fault | Episode] = {}
     frame, later_ns = -1, 0
     for (moment_frame, fault_ns), _, _, fault in sorted(timed_moments, key=itemgetter(0, 1, 2)):
         later_ns = max(fault_ns, later_ns + 1) if moment_frame == frame else fault_ns
@@ -92,7 +92,7 @@ def _contact_of_member(result: RunResult, contact: Episode) -> Episode:
     return replace(contact, pair=member_columns[int(is_touching.argmax())])
 
 
-def point_of(result: RunResult, time: Time, moment: Fault | Episode) -> Vector:
+def point_of(result: RunResult, time: FrameTime, moment: Fault | Episode) -> Vector:
     """Return where a moment is in the world: at the fault, or between the bodies of a contact."""
     if isinstance(moment, Fault):
         return moment.point
@@ -100,7 +100,7 @@ def point_of(result: RunResult, time: Time, moment: Fault | Episode) -> Vector:
     return vector_of(motion.translations[time[0], pairs[moment.pair]].mean(axis=0))
 
 
-def nearest_moments(times: Iterable[Time]) -> list[tuple[int, int, Time]]:
+def nearest_moments(times: Iterable[FrameTime]) -> list[tuple[int, int, FrameTime]]:
     """Frame, nanoseconds after it, and the moment that is nearest from there on: it changes half-way between two."""
     ordered_times = [*times]
     frame_steps = [(0, 0, time) for time in ordered_times[:1]]
@@ -112,7 +112,7 @@ def nearest_moments(times: Iterable[Time]) -> list[tuple[int, int, Time]]:
     return frame_steps
 
 
-def leading_moment(result: RunResult, moments: Moments) -> Time:
+def leading_moment(result: RunResult, moments: Moments) -> FrameTime:
     """The moment that comes first: that of the answer; where nothing is wrong the longest contact."""
     answer = result.answers[0]
     if answer.moment is None:
@@ -130,11 +130,11 @@ def _moment_key(moment: Fault | Episode) -> tuple[str, str, int]:
 
 def list_path(label: str) -> str:
     """Entity of the list of the moments of one detector; ``""``: of contacts without a fault."""
-    return f"{LISTS}/{entity(label or CONTACT)}"
+    return f"{LISTS_ENTITY}/{entity(label or CONTACT)}"
 
 
 def log_moment_lists(writer: RecordingWriter, result: RunResult, moments: Moments) -> None:
-    """Send one line per moment, for each detector below ``LISTS``."""
+    """Send one line per moment, for each detector below ``LISTS_ENTITY``."""
     pair_names = [result.assembly.pair_name(moment.pair) for moment in moments.values()]
     widths = (
         max(len(_moment_key(moment)[0]) for moment in moments.values()),
@@ -209,7 +209,7 @@ def bookmarks(writer: RecordingWriter, result: RunResult, moments: Moments) -> l
 
 def log_bookmarks(writer: RecordingWriter, bookmark_rows: Iterable[Bookmark]) -> None:
     """Send the positions of the cursor, for ``read_bookmarks``."""
-    writer.static(TABLE, rr.AnyValues(moments=json.dumps([asdict(bookmark) for bookmark in bookmark_rows])))
+    writer.static(TABLE_ENTITY, rr.AnyValues(moments=json.dumps([asdict(bookmark) for bookmark in bookmark_rows])))
 
 
 def read_bookmarks(recording: Path) -> list[Bookmark]:
@@ -219,9 +219,9 @@ def read_bookmarks(recording: Path) -> list[Bookmark]:
     """
     try:
         require_complete_file(recording)
-        has_rows, texts = read_texts(recording, f"/{TABLE}", "moments")
+        has_rows, texts = read_texts(recording, f"/{TABLE_ENTITY}", "moments")
         rows = [_checked_bookmark(fields) for text in texts for fields in json.loads(text)]
-    except UNREADABLE as error:
+    except READING_ERRORS as error:
         raise RunFolderError.unreadable(recording, error) from error
     if has_rows and not texts:
         raise RunFolderError(f"{recording} is a picture of an earlier version; run its session again")

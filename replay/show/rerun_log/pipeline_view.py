@@ -28,7 +28,7 @@ from replay.document.run_result import RunResult
 from replay.document.tables import markdown, table
 from replay.effects.output import Vector
 from replay.show.camera import Eye, eye_before, points_in_world, towards_user, viewing_direction
-from replay.show.palette import GROUND, MISSED, SERIES, WHITE, Rgba, see_through, tags_of
+from replay.show.palette import GROUND_TAGS, MISSED, SERIES_COLOURS, WHITE, Rgba, see_through, tags_of
 from replay.show.rerun_log.close_up import LARGEST_BALL_M, Mark, log_eyes, log_marks, text_beside
 from replay.show.rerun_log.recording_file import (
     RecordingWriter,
@@ -60,16 +60,16 @@ LOST, TRUE_CONTACT = "missed", "contact"
 
 
 STAGE_COLOURS: Final[Mapping[str, Rgba]] = {
-    SPHERES: SERIES[5],
-    BOXES: SERIES[0],
-    SEARCHED: SERIES[1],
-    CONFIRMED: SERIES[2],
+    SPHERES: SERIES_COLOURS[5],
+    BOXES: SERIES_COLOURS[0],
+    SEARCHED: SERIES_COLOURS[1],
+    CONFIRMED: SERIES_COLOURS[2],
 }
 """Colours of what a stage leaves."""
 
-SHAPES: Final = {SPHERES: "sphere", BOXES: "box"}
+VOLUME_SHAPES: Final = {SPHERES: "sphere", BOXES: "box"}
 
-ENDS: Final[Mapping[str, Rgba]] = {TRUE_CONTACT: SERIES[2], LOST: MISSED}
+END_COLOURS: Final[Mapping[str, Rgba]] = {TRUE_CONTACT: SERIES_COLOURS[2], LOST: MISSED}
 """Colour of how a look ended."""
 
 EYE_RISE: Final = np.array([0.0, 0.35, 0.0])
@@ -78,7 +78,7 @@ EYE_RISE: Final = np.array([0.0, 0.35, 0.0])
 SPHERES_DISTANCE_RADII: Final = 2.6
 """Distance of that eye in radii of a ball around both spheres: nearer their narrow view would cut them."""
 
-DISTANCES: Final = (0.22, 0.5)
+EYE_DISTANCES_M: Final = (0.22, 0.5)
 """Metres from the eye to what the search found, at least and at most."""
 
 DISTANCE_RADII: Final = 4.2
@@ -228,7 +228,7 @@ def _log_body(
     name, mesh = assembly.names[body], assembly.bodies[body].mesh
     tags, path = tags_of(name, result.session.scene), pipeline_path(run.label, "bodies", name)
     is_in_pair = np.array([body in assembly.pairs[search.pair] for *_, search in steps])
-    is_drawn = is_in_pair | (not GROUND.isdisjoint(tags))
+    is_drawn = is_in_pair | (not GROUND_TAGS.isdisjoint(tags))
     if not is_drawn.any():
         return
     step_times, frames = times_of(steps), [search.frame for *_, search in steps]
@@ -243,7 +243,7 @@ def _log_body(
 
     def wires(stage: str, shape: Any, half: ArrayLike, **style: Any) -> None:
         # Wires ignore alpha: an empty row hides them.
-        shape_path = f"{path}/{SHAPES[stage]}"
+        shape_path = f"{path}/{VOLUME_SHAPES[stage]}"
         writer.rows(
             shape_path, step_times, shape.columns(half_sizes=np.tile(half, (int(is_in_pair.sum()), 1))), is_in_pair
         )
@@ -281,7 +281,7 @@ def _search_eye(run: SearchRun, result: RunResult, search: Search, balls: Sequen
     user_side = towards_user(assembly, result.session.scene, search.frame, target.tolist())
     radius = min(balls[body].radius for body in assembly.pairs[search.pair].tolist())
     return eye_before(
-        target, float(np.clip(DISTANCE_RADII * radius, *DISTANCES)) * viewing_direction(np.zeros(3), user_side)
+        target, float(np.clip(DISTANCE_RADII * radius, *EYE_DISTANCES_M)) * viewing_direction(np.zeros(3), user_side)
     )
 
 
@@ -293,10 +293,10 @@ def _marks(run: SearchRun, result: RunResult, search: Search, eye: Eye) -> list[
         corners = result.assembly.bodies[body].mesh.triangles[trace.faces[:, side]]
         centres.append(points_in_world(run.motion, search.frame, body, corners.mean(axis=1)))
         first_rows = np.unique(trace.faces[ant_rows, side], return_index=True)[1]
-        marks += [Mark(position, SERIES[1], 2.6) for position in centres[side][ant_rows[first_rows]][:, None]]
+        marks += [Mark(position, SERIES_COLOURS[1], 2.6) for position in centres[side][ant_rows[first_rows]][:, None]]
     path = np.mean(centres, axis=0)[trace.best()]
     marks += [Mark(line, WHITE, 2.0) for line in np.stack([path[:-1], path[1:]], axis=1)]
-    marks.append(Mark(path[-1:], ENDS[search.kind] if search.meeting_point is None else WHITE, 8.0))
+    marks.append(Mark(path[-1:], END_COLOURS[search.kind] if search.meeting_point is None else WHITE, 8.0))
     for number, (step, text, colour, right, up) in enumerate(_path_text(run, search, trace), 3):
         marks += text_beside(eye, path[step], f"{number}  {text}", colour, right, up)
     if search.meeting_point is not None:
@@ -317,7 +317,7 @@ def _path_text(run: SearchRun, search: Search, trace: SearchTrace) -> Iterator[t
     if len(ant_rows) and 0 < ant_rows[-1] < last_step:
         yield int(ant_rows[-1]), f"best ant: {words.length(path_gaps[ant_rows[-1]])}", WHITE, 0.34, 0.10
     if search.kind == TRUE_CONTACT:
-        yield last_step, "confirmed by the triangle test", ENDS[TRUE_CONTACT], 0.14, -0.34
+        yield last_step, "confirmed by the triangle test", END_COLOURS[TRUE_CONTACT], 0.14, -0.34
     else:
         end_text = f"{words.length(path_gaps[-1])} apart; stopped at {run.look(search).evaluations:,} samples"
         yield last_step, f"{end_text}, {frames_ago} frames ago" if frames_ago else end_text, WHITE, 0.14, -0.34
@@ -351,6 +351,6 @@ def _log_list(writer: RecordingWriter, run: SearchRun, result: RunResult) -> Non
         samples = plural(run.look(search).evaluations, "sample")
         moment = words.moment(run.motion.times[search.frame])
         line = f"{moment:>10}  {search.kind:<9}  {name:<{width}}  {samples:>13}"
-        lines.append((line, search.kind, ENDS[search.kind]))
+        lines.append((line, search.kind, END_COLOURS[search.kind]))
     ns = writer.clock.ns[[search.frame for search in run.searches]]
     writer.log_lines(pipeline_path(run.label, "moments"), ns, lines)

@@ -15,9 +15,9 @@ from replay.auditing.fault import Fault
 from replay.document.run_result import RunResult
 from replay.effects.effect_summary import events_in_order
 from replay.effects.output import Vector
-from replay.show.camera import ASPECT, Eye, overview
+from replay.show.camera import OVERVIEW_ASPECT, Eye, overview
 from replay.show.palette import fault_key
-from replay.show.report.still import CARD, fault_still
+from replay.show.report.still import CARD_SIZE, fault_still
 from replay.show.rerun_log import documents, lanes
 from replay.show.rerun_log.blueprint import Picture, build_blueprint
 from replay.show.rerun_log.close_up import LARGEST_BALL_M, close_up_colours, close_up_eyes, log_close_ups
@@ -61,7 +61,7 @@ def write_recording(result: RunResult, path: Path) -> None:
     picture = Picture(
         result=result,
         answer_eye=_overview_eye(result, points, NARROW_ASPECT),
-        effects_eye=_overview_eye(result, _points_of_events(result, bounding_spheres), ASPECT),
+        effects_eye=_overview_eye(result, _points_of_events(result, bounding_spheres), OVERVIEW_ASPECT),
         balls=bounding_spheres,
         moments=moments,
         eyes=close_up_eyes(result, moments, bounding_spheres),
@@ -78,7 +78,7 @@ def write_recording(result: RunResult, path: Path) -> None:
         if moments:
             fault = moments[leading_moment(result, moments)]
             if isinstance(fault, Fault):
-                log_still(writer, fault_still(result, fault.detector, fault, CARD)[0])
+                log_still(writer, fault_still(result, fault.detector, fault, CARD_SIZE)[0])
 
 
 def _opening_ns(result: RunResult, moments: Moments, clock: RecordingClock) -> int | None:
@@ -137,12 +137,12 @@ def _log_tabs(writer: RecordingWriter, picture: Picture) -> None:
     log_timing(writer, result.detections, documents.series_names(result))
     log_depths(writer, result)
     if picture.order:
-        writer.markdown(documents.ANSWER, documents.answer_text(result))
+        writer.markdown(documents.ANSWER_ENTITY, documents.answer_text(result))
         lanes.log_detector_lanes(writer, result, picture.order, picture.lanes)
         log_accuracy(writer, documents.dots_of(result))
-        writer.markdown(documents.ACCURACY, documents.accuracy_text(result))
+        writer.markdown(documents.ACCURACY_ENTITY, documents.accuracy_text(result))
     else:
-        writer.markdown(documents.SESSION_TEXT, documents.session_text(result))
+        writer.markdown(documents.SESSION_ENTITY, documents.session_text(result))
     if moments:
         log_close_ups(writer, result, moments, picture.eyes, picture.balls)
         log_moment_lists(writer, result, moments)

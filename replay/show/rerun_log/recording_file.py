@@ -31,16 +31,16 @@ from replay.show.palette import Rgba
 from replay.words import safe_text
 from sessions.whole_files import whole_file
 
-SESSION: Final = "session"
+SESSION_TIMELINE: Final = "session"
 """Timeline of the session's own time, a duration in nanoseconds since its first frame."""
 
-NOT_IN_FONT: Final = re.compile(r"[^\n -\u024f\u02d0\u0370-\u03ff\u0400-\u04ff\u1e00-\u1eff‐-‧′″←-↓−≈≤≥✓]")
+NOT_IN_FONT_PATTERN: Final = re.compile(r"[^\n -\u024f\u02d0\u0370-\u03ff\u0400-\u04ff\u1e00-\u1eff‐-‧′″←-↓−≈≤≥✓]")
 """What is not known to be in Inter, the viewer's only font: Latin, Greek, Cyrillic and some signs are."""
 
 
 def drawable(plain_text: str) -> str:
     """The text as the viewer can draw it: a letter that its font lacks is written as its number, ``u624b``."""
-    return NOT_IN_FONT.sub(lambda letter: f"u{ord(letter[0]):04x}", plain_text)
+    return NOT_IN_FONT_PATTERN.sub(lambda letter: f"u{ord(letter[0]):04x}", plain_text)
 
 
 def drawable_texts(batch: Any) -> Any:
@@ -205,7 +205,7 @@ KINDS_OVER_TIME: Final = frozenset(f"rerun.archetypes.{name}" for name in ("Scal
 
 
 def _time_column(ns: NDArray[np.int64]) -> rr.TimeColumn:
-    return rr.TimeColumn(SESSION, duration=ns.astype("timedelta64[ns]"))
+    return rr.TimeColumn(SESSION_TIMELINE, duration=ns.astype("timedelta64[ns]"))
 
 
 def _single_row(column: rr.ComponentColumn, row: int) -> rr.ComponentColumn:

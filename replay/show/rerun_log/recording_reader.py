@@ -16,7 +16,7 @@ from typing import Any, Final
 
 from replay import words
 
-MOST_SECONDS: Final = 60.0
+MOST_READ_S: Final = 60.0
 """Of one read; a whole recording takes at most 0.04 s."""
 
 _LOCK: Final = Lock()
@@ -61,8 +61,8 @@ class _Reader:
         self.answers = False
         try:
             self._line.send(question)
-            if not self._line.poll(MOST_SECONDS):
-                raise RecordingDamagedError(f"no answer within {words.decimal(MOST_SECONDS, 0)} s")
+            if not self._line.poll(MOST_READ_S):
+                raise RecordingDamagedError(f"no answer within {words.decimal(MOST_READ_S, 0)} s")
             answer = self._line.recv()
         except (EOFError, OSError) as error:
             raise RecordingDamagedError("the reader ended") from error

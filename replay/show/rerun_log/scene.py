@@ -24,9 +24,9 @@ from replay.show.drawn_mesh import face_normals, shaded_mesh
 from replay.show.palette import (
     LATE,
     MISSED,
-    OUTCOMES,
+    OUTCOME_STYLES,
     TRUE_CONTACT,
-    VEIL,
+    VEIL_ALPHA,
     Rgba,
     albedo,
     fault_colour,
@@ -35,8 +35,8 @@ from replay.show.palette import (
 from replay.show.rerun_log.recording_file import RecordingClock, RecordingWriter, entity, pack_colours, pose_columns
 from sessions.model.scene import Scene
 
-DRAWN_CONTACTS: Final = 20_000
-DRAWN_FACES: Final = 400_000
+MOST_DRAWN_CONTACTS: Final = 20_000
+MOST_DRAWN_FACES: Final = 400_000
 """Contacts, and face pairs behind them, that one detector draws at most: 10 MB and a second or two. Glass at rest on a
 bench touches it for minutes in hundreds of faces. Beyond this, frames without a moment are strided, and a curve may lag
 behind its body by the stride."""
@@ -47,18 +47,18 @@ COLOURED_OUTCOMES: Final = (Outcome.MISSED, Outcome.FALSE_CONTACT, Outcome.WITHI
 FACE_OFFSET_M: Final = 0.00015
 """Metres that red faces stand off their body, so that the two do not flicker through each other."""
 
-DRAWN_MISSED_FACES: Final = 200_000
+MOST_DRAWN_MISSED_FACES: Final = 200_000
 """Red faces per body at most, 7 MB: beyond it the shallowest misses stay without faces; pins and lanes show them."""
 
-LARGE_FACE: Final = 0.002
+LARGE_FACE_M2: Final = 0.002
 """Square metres, a triangle 6 cm wide and high: larger faces are not painted where smaller ones show the place. Two
 triangles of a bench top are two hands wide: painted, they drown the contact, and the curve says where on them it is."""
 
 Faces = NDArray[np.int64]
-Time = tuple[int, int]
+FrameTime = tuple[int, int]
 """A frame, and nanoseconds after it."""
 
-Colours = Mapping[str, Sequence[tuple[int, int, Rgba]]]
+ColourChanges = Mapping[str, Sequence[tuple[int, int, Rgba]]]
 """Body -> its colour from a frame, and nanoseconds after it, on; a body without a row has that of its tags."""
 
 
@@ -68,7 +68,7 @@ def body_path(name: str) -> str:
 
 
 def log_world(
-    writer: RecordingWriter, assembly: Assembly, scene: Scene, displayed_names: Container[str], colours: Colours
+    writer: RecordingWriter, assembly: Assembly, scene: Scene, displayed_names: Container[str], colours: ColourChanges
 ) -> None:
     """Send meshes and poses of the bodies of ``displayed_names``."""
     writer.static("world", rr.ViewCoordinates.RIGHT_HAND_Y_UP)
@@ -154,7 +154,9 @@ def log_contacts(
     curves = [curve[np.isfinite(curve).all(axis=(1, 2))] for curve in curves]
     lengths = np.array([len(curve) for curve in curves], dtype=np.int64)
     outcomes = np.zeros(len(contacts), np.uint8) if comparison is None else comparison.outcome[frame_and_pair]
-    curve_colours = [OUTCOMES[code][1] if code in COLOURED_OUTCOMES else TRUE_CONTACT for code in outcomes.tolist()]
+    curve_colours = [
+        OUTCOME_STYLES[code][1] if code in COLOURED_OUTCOMES else TRUE_CONTACT for code in outcomes.tolist()
+    ]
     for pair, first, last in late_segments:
         is_late = (
             (frame_and_pair[1] == pair)
@@ -178,7 +180,7 @@ def drawn_contacts(clock: RecordingClock, face_sets: FaceSets) -> tuple[Faces, F
     np.add.at(
         faces_in_frame,
         face_sets.frame,
-        np.maximum(1.0 / DRAWN_CONTACTS, (face_sets.stop - face_sets.start) / DRAWN_FACES),
+        np.maximum(1.0 / MOST_DRAWN_CONTACTS, (face_sets.stop - face_sets.start) / MOST_DRAWN_FACES),
     )
     stride = max(1, int(np.ceil(faces_in_frame[clock.drawn_frames].sum())))
     frames = np.union1d(clock.drawn_frames[::stride], clock.moments)
@@ -194,12 +196,12 @@ def log_missed_faces(writer: RecordingWriter, result: RunResult) -> None:
     Where the oracle lists no faces, those of each miss's deepest moment, which may lie between frames.
     """
     assembly, misses = result.assembly, [*chain.from_iterable(result.misses.values())]
-    painted_at: dict[tuple[int, Rgba], dict[Time, list[Faces]]] = {
+    painted_at: dict[tuple[int, Rgba], dict[FrameTime, list[Faces]]] = {
         (body, fault_colour(miss.kind)): {} for miss in misses for body in assembly.pairs[miss.pair].tolist()
     }
-    faces_left = dict.fromkeys((body for body, _ in painted_at), DRAWN_MISSED_FACES)
+    faces_left = dict.fromkeys((body for body, _ in painted_at), MOST_DRAWN_MISSED_FACES)
     for miss in worst_first(misses):
-        oracle, faces_by_time = result.detections[result.oracle], dict[Time, Faces]()
+        oracle, faces_by_time = result.detections[result.oracle], dict[FrameTime, Faces]()
         if oracle.face_sets is not None:
             faces_by_time = {(frame, 0): oracle.faces(frame, miss.pair) for frame in range(miss.first, miss.last + 1)}
         elif miss.evidence.faces is not None:
@@ -219,7 +221,7 @@ def _faces_to_paint(assembly: Assembly, pair: int, faces: Faces) -> dict[int, Fa
     """Faces to paint of both bodies: large ones only where nothing smaller shows the place."""
     unique_faces = {body: np.unique(side) for body, side in zip(assembly.pairs[pair].tolist(), faces.T, strict=True)}
     small_faces = {
-        body: side[face_areas(assembly.bodies[body].mesh, side) <= LARGE_FACE] for body, side in unique_faces.items()
+        body: side[face_areas(assembly.bodies[body].mesh, side) <= LARGE_FACE_M2] for body, side in unique_faces.items()
     }
     return small_faces if any(map(len, small_faces.values())) else unique_faces
 
@@ -231,7 +233,11 @@ def face_areas(mesh: TriangleMesh, faces: Faces) -> FloatArray:
 
 
 def _log_painted_faces(
-    writer: RecordingWriter, path: str, mesh: TriangleMesh, faces_at_time: Mapping[Time, Sequence[Faces]], colour: Rgba
+    writer: RecordingWriter,
+    path: str,
+    mesh: TriangleMesh,
+    faces_at_time: Mapping[FrameTime, Sequence[Faces]],
+    colour: Rgba,
 ) -> None:
     # A row without faces after each stretch, else the patch would stay for ever: the viewer shows the latest row.
     clearing_times = ((frame + 1, 0) for frame, _ in faces_at_time if frame + 1 < len(writer.clock.ns))
@@ -242,4 +248,4 @@ def _log_painted_faces(
     corners = (triangles + FACE_OFFSET_M * face_normals(triangles)[1][:, None]).reshape(-1, 3)
     shapes = rr.Mesh3D.columns(vertex_positions=corners.astype(np.float32))
     writer.rows(path, times, shapes, [3 * len(face_group) for face_group in faces])
-    writer.static(path, rr.Mesh3D.from_fields(albedo_factor=(*colour[:3], VEIL)))
+    writer.static(path, rr.Mesh3D.from_fields(albedo_factor=(*colour[:3], VEIL_ALPHA)))

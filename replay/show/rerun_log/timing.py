@@ -14,19 +14,19 @@ from cdcore.numerics import FloatArray
 from replay import words
 from replay.document.cost import BUDGET_MS
 from replay.show.accuracy import accuracy_plot
-from replay.show.palette import BUDGET, FAINT, SERIES, TICKS, Rgba
-from replay.show.plots import LETTER, Dot, Plot, Point
+from replay.show.palette import BUDGET, FAINT, SERIES_COLOURS, TICKS, Rgba
+from replay.show.plots import LETTER_WIDTH, Dot, Plot, Point
 from replay.show.rerun_log.recording_file import RecordingWriter, entity, pack_colours
 from sessions.model.constants import HEADSET_HZ
 
-BUDGET_LINE: Final = "timing/budget"
+BUDGET_ENTITY: Final = "timing/budget"
 CUT_PERCENTILE: Final = 99.9
 """A plot of times ends at what one frame in a thousand exceeds: one slow frame would press all curves to the floor."""
 
 IDLE_S: Final = 1e-7
 """Seconds, in the mean, below which a stage had nothing to do and is not shown."""
 
-STAGES: Final[Mapping[str, str]] = {
+STAGE_LABELS: Final[Mapping[str, str]] = {
     "volumes": "broad phase",
     "broad": "broad phase",
     "spheres": "broad phase",
@@ -37,24 +37,24 @@ STAGES: Final[Mapping[str, str]] = {
 }
 """Stage as a detector calls it -> in words of the field; any other keeps its name."""
 
-SCATTER: Final = "accuracy/plot"
+SCATTER_ENTITY: Final = "accuracy/plot"
 UNITS_PER_PLOT_UNIT: Final = 1.3
 """Units of a view, one a pixel at 1,920 x 1,080, for one of a plot."""
 
-SIZE: Final = (690.0, 680.0)
+SCATTER_SIZE: Final = (690.0, 680.0)
 """Of the plot of losses over costs, in its units."""
 
 TEXT_RISE: Final = 30.0
 """How far words are moved up, in units of the view: the viewer centres them on their place and hangs them below."""
 
-X_RANGE: Final = (-10.0, UNITS_PER_PLOT_UNIT * SIZE[0] + 10.0)
-Y_RANGE: Final = (-40.0, UNITS_PER_PLOT_UNIT * SIZE[1] + 10.0)
+X_RANGE: Final = (-10.0, UNITS_PER_PLOT_UNIT * SCATTER_SIZE[0] + 10.0)
+Y_RANGE: Final = (-40.0, UNITS_PER_PLOT_UNIT * SCATTER_SIZE[1] + 10.0)
 """Range of its view along both axes."""
 
 
 def colour_of(detector_number: int) -> Rgba:
     """Colour of the n-th detector in every plot."""
-    return SERIES[detector_number % len(SERIES)]
+    return SERIES_COLOURS[detector_number % len(SERIES_COLOURS)]
 
 
 def stage_ms(detection: Detection) -> dict[str, FloatArray]:
@@ -62,7 +62,7 @@ def stage_ms(detection: Detection) -> dict[str, FloatArray]:
     frames, stages = len(detection.times), dict[str, FloatArray]()
     for name, stage_seconds in detection.seconds.items():
         if np.sum(stage_seconds) > IDLE_S * frames:
-            stage_name = STAGES.get(name, name)
+            stage_name = STAGE_LABELS.get(name, name)
             stage_milliseconds = 1e3 * (
                 stage_seconds
                 if isinstance(stage_seconds, np.ndarray)
@@ -110,7 +110,7 @@ def log_timing(writer: RecordingWriter, detections: Mapping[str, Detection], leg
     )
     budget_name = f"{fraction_text}a {words.rate(HEADSET_HZ)} frame: {words.frame_time(fraction * BUDGET_MS / 1e3)}"
     frames = len(writer.clock.ns)
-    writer.curve(BUDGET_LINE, np.full(frames, fraction * BUDGET_MS), budget_name, BUDGET)
+    writer.curve(BUDGET_ENTITY, np.full(frames, fraction * BUDGET_MS), budget_name, BUDGET)
     for number, (label, detection) in enumerate(detections.items()):
         writer.curve(total_path(label), total_ms_of_label[label], legends[label], colour_of(number))
         _log_stages(writer, label, stage_ms(detection))
@@ -131,13 +131,15 @@ def _log_stages(writer: RecordingWriter, label: str, stages: Mapping[str, FloatA
 def log_accuracy(writer: RecordingWriter, dots: Sequence[tuple[Dot, Rgba]]) -> None:
     """Send losses over costs, the plot of the page, in a flat view: Rerun plots over time alone."""
     if dots:
-        plot = accuracy_plot([dot for dot, _ in dots], SIZE, "loss: 0 is right; left is cheaper, down is better")
+        plot = accuracy_plot(
+            [dot for dot, _ in dots], SCATTER_SIZE, "loss: 0 is right; left is cheaper, down is better"
+        )
         _log_plot(writer, plot, [colour for _, colour in dots])
 
 
 def _log_plot(writer: RecordingWriter, plot: Plot, colours: Sequence[Rgba]) -> None:
     """Send a plot with the ``colours`` of its dots."""
-    root, radius = SCATTER, rr.Radius.ui_points
+    root, radius = SCATTER_ENTITY, rr.Radius.ui_points
 
     def view_points(points: Sequence[Point]) -> FloatArray:
         return UNITS_PER_PLOT_UNIT * np.reshape(points, (-1, 2))
@@ -148,7 +150,7 @@ def _log_plot(writer: RecordingWriter, plot: Plot, colours: Sequence[Rgba]) -> N
     )
     dots = view_points([dot.at for dot in plot.dots])
     writer.static(f"{root}/dots", rr.Points2D(dots, colors=pack_colours(colours), radii=radius(9.0)))
-    side_offsets = {"start": LETTER / 2, "middle": 0.0, "end": -LETTER / 2}
+    side_offsets = {"start": LETTER_WIDTH / 2, "middle": 0.0, "end": -LETTER_WIDTH / 2}
     anchors = view_points([(text.at[0] + side_offsets[text.side] * len(text.text), text.at[1]) for text in plot.labels])
     label_points = rr.Points2D(
         anchors - np.array([0.0, TEXT_RISE]),

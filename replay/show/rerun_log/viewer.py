@@ -27,7 +27,7 @@ from rerun.experimental import View, ViewerClient, ViewerState
 from replay import words
 from replay.errors import OutputError, ReplayError, RunFolderError
 from replay.show.rerun_log.moments import read_bookmarks
-from replay.show.rerun_log.recording_file import SESSION, name_layer
+from replay.show.rerun_log.recording_file import SESSION_TIMELINE, name_layer
 from sessions.temporary_folders import temporary_folder
 
 LOOPBACK: Final = "127.0.0.1"
@@ -104,7 +104,9 @@ class OpenViewer(AbstractContextManager["OpenViewer"]):
         """Put the cursor of every recording at a time of the session and pause there."""
         session_time = np.timedelta64(int(session_ns), "ns")
         for recording in self.state().recordings:
-            self._client.set_time(SESSION, duration=session_time, play_state="paused", recording=recording.store_id)
+            self._client.set_time(
+                SESSION_TIMELINE, duration=session_time, play_state="paused", recording=recording.store_id
+            )
 
     def state(self) -> ViewerState:
         """Recordings, views and what they report."""

@@ -19,11 +19,11 @@ from replay import words
 from replay.show.report.markup import moment_address
 from replay.show.rerun_log import viewer
 from replay.show.rerun_log.moments import read_bookmarks
-from replay.show.rerun_log.recording_file import SESSION
+from replay.show.rerun_log.recording_file import SESSION_TIMELINE
 
-SCRIPT: Final = "re_viewer.js"
-PROGRAM: Final = "re_viewer_bg.wasm"
-NOTICES: Final = "THIRD_PARTY_NOTICES.md"
+SCRIPT_FILE: Final = "re_viewer.js"
+PROGRAM_FILE: Final = "re_viewer_bg.wasm"
+NOTICES_FILE: Final = "THIRD_PARTY_NOTICES.md"
 
 NO_WEB_VIEWER: Final = "this rerun-sdk ships no viewer for a browser"
 
@@ -33,15 +33,17 @@ SERVE_SECONDS: Final = 120.0
 SILENT_SECONDS: Final = 5.0
 """A server that sends nothing for so long is asked again; on a port of another program nobody may ever answer."""
 
-TOO_LATE: Final = f"Rerun's web server did not hand out its viewer in {words.decimal(SERVE_SECONDS, 0)} s; try again"
+TOO_LATE_MESSAGE: Final = (
+    f"Rerun's web server did not hand out its viewer in {words.decimal(SERVE_SECONDS, 0)} s; try again"
+)
 
-STARTS: Final = 3
+MOST_STARTS: Final = 3
 READ_BYTES: Final = 1 << 20
 
-NO_PROXY: Final = build_opener(ProxyHandler({}))
+DIRECT_OPENER: Final = build_opener(ProxyHandler({}))
 """Opens addresses of this machine: a proxy that the environment names cannot reach them."""
 
-LAYOUT: Final = b"recording.reset_blueprint_to_default"
+LAYOUT_CALL: Final = b"recording.reset_blueprint_to_default"
 """Shows the layout of the recording: a browser draws its first frame, in a layout of its own, before that has come."""
 
 
@@ -51,26 +53,26 @@ def web_viewer() -> dict[str, bytes]:
     Raises ``ViewerError``: the installed rerun has none.
     """
     binary = viewer.viewer_binary()
-    notices = binary.parent / NOTICES
+    notices = binary.parent / NOTICES_FILE
     files = _served_files(binary)
-    return files | ({NOTICES: notices.read_bytes()} if notices.is_file() else {})
+    return files | ({NOTICES_FILE: notices.read_bytes()} if notices.is_file() else {})
 
 
 def _served_files(binary: Path) -> dict[str, bytes]:
     """Return what Rerun's web server hands out; it is started again on other ports while its own are taken."""
     deadline = time.monotonic() + SERVE_SECONDS
-    for _ in range(STARTS):
+    for _ in range(MOST_STARTS):
         web_port, log_port = viewer.free_port(), viewer.free_port()
         process = _start_server(binary, web_port=web_port, log_port=log_port)
         try:
             address = f"http://{viewer.LOOPBACK}:{web_port}"
-            return {name: _fetch_file(f"{address}/{name}", process, deadline) for name in (SCRIPT, PROGRAM)}
+            return {name: _fetch_file(f"{address}/{name}", process, deadline) for name in (SCRIPT_FILE, PROGRAM_FILE)}
         except _ServerEndedError:
             continue
         finally:
             process.kill()
             process.wait()
-    raise viewer.ViewerError(f"Rerun's web server ended at once, {STARTS} times; try again")
+    raise viewer.ViewerError(f"Rerun's web server ended at once, {MOST_STARTS} times; try again")
 
 
 def _start_server(binary: Path, *, web_port: int, log_port: int) -> subprocess.Popen[bytes]:
@@ -97,7 +99,7 @@ def _fetch_file(url: str, process: subprocess.Popen[bytes], deadline: float) -> 
     while True:
         try:
             seconds_left = max(viewer.PAUSE_SECONDS, deadline - time.monotonic())
-            with NO_PROXY.open(url, timeout=min(SILENT_SECONDS, seconds_left)) as answer:
+            with DIRECT_OPENER.open(url, timeout=min(SILENT_SECONDS, seconds_left)) as answer:
                 content = _read_until(answer, deadline)
         except (OSError, HTTPException) as error:
             if process.poll() is not None:
@@ -106,7 +108,7 @@ def _fetch_file(url: str, process: subprocess.Popen[bytes], deadline: float) -> 
             if isinstance(error, HTTPError):
                 raise viewer.ViewerError(NO_WEB_VIEWER) from error
             if time.monotonic() > deadline:
-                raise viewer.ViewerError(TOO_LATE) from error
+                raise viewer.ViewerError(TOO_LATE_MESSAGE) from error
             time.sleep(viewer.PAUSE_SECONDS)
         else:
             # A server that has ended left its port to another program, which answered in its place.
@@ -140,12 +142,12 @@ def moment_commands(recording: Path, labels: Sequence[str]) -> dict[str, bytes]:
             ns_by_address[moment_address(moment.kind, moment.number, label)] = moment.session_ns
         if moment.leads:
             ns_by_address[""] = moment.session_ns
-    return {name: cursor_at(ns) for name, ns in ns_by_address.items()} | {"layout": _field(11, _field(1, LAYOUT))}
+    return {name: cursor_at(ns) for name, ns in ns_by_address.items()} | {"layout": _field(11, _field(1, LAYOUT_CALL))}
 
 
 def cursor_at(session_ns: int) -> bytes:
     """The message that puts the cursor at a time of the session and pauses there."""
-    timeline, moment = _field(1, SESSION.encode()), _varint(1 << 3) + _varint(session_ns)
+    timeline, moment = _field(1, SESSION_TIMELINE.encode()), _varint(1 << 3) + _varint(session_ns)
     return _field(6, _field(2, timeline) + _field(3, moment))
 
 

@@ -22,8 +22,8 @@ from replay.errors import OutputError
 from replay.show.results.reading import read_json
 from sessions.whole_files import whole_file
 
-FOLDER: Final = "batch.tables"
-LIST: Final = "parts.json"
+TABLES_FOLDER: Final = "batch.tables"
+SHARDS_FILE: Final = "parts.json"
 SCHEMA: Final = "vrlab-replay/parts/1"
 
 RUNS_PER_SHARD: Final = 500
@@ -32,9 +32,9 @@ RUNS_PER_SHARD: Final = 500
 GROUP_ROWS: Final = 16_384
 """Rows that are read together: who asks for one session reads those of a few others, and not the whole part."""
 
-STEM: Final = re.compile(r"part-\d{5}-[0-9a-f]{16}")
+STEM_PATTERN: Final = re.compile(r"part-\d{5}-[0-9a-f]{16}")
 
-Mark = tuple[str, int, int]
+FolderMark = tuple[str, int, int]
 """What a run folder was when its rows were copied: what was asked of it, and size and time of its summary."""
 
 TableOf = Callable[[str, str], pa.Table]
@@ -46,17 +46,17 @@ class Shard:
     """Some runs of a batch whose rows stand in one file a table; ``runs`` are name -> what the run was then."""
 
     stem: str
-    runs: Mapping[str, Mark]
+    runs: Mapping[str, FolderMark]
 
     def file(self, batch: Path, table: str) -> Path:
         """Return the file of its rows of a table."""
-        return batch / FOLDER / table / f"{self.stem}.parquet"
+        return batch / TABLES_FOLDER / table / f"{self.stem}.parquet"
 
 
 def read_shards(batch: Path) -> tuple[Shard, ...]:
     """The parts of a batch; none where there is no list of them that can be read."""
     try:
-        index_data = read_json(batch / FOLDER / LIST)
+        index_data = read_json(batch / TABLES_FOLDER / SHARDS_FILE)
         if index_data["schema"] != SCHEMA:
             return ()
         shards = [
@@ -65,15 +65,15 @@ def read_shards(batch: Path) -> tuple[Shard, ...]:
         ]
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return ()
-    return tuple(shards) if all(STEM.fullmatch(shard.stem) for shard in shards) else ()
+    return tuple(shards) if all(STEM_PATTERN.fullmatch(shard.stem) for shard in shards) else ()
 
 
-def _mark(mark_values: Any) -> Mark:
+def _mark(mark_values: Any) -> FolderMark:
     request, size, changed = mark_values
     return str(request), int(size), int(changed)
 
 
-def write_shards(batch: Path, runs: Mapping[str, Mark], tables: Iterable[str], rows_of: TableOf) -> None:
+def write_shards(batch: Path, runs: Mapping[str, FolderMark], tables: Iterable[str], rows_of: TableOf) -> None:
     """Write the tables of a batch anew where its runs are not those of before; ``rows_of`` makes the rows of a run.
 
     Raises ``OutputError``: they cannot be written.
@@ -87,17 +87,17 @@ def write_shards(batch: Path, runs: Mapping[str, Mark], tables: Iterable[str], r
             for table in tables:
                 _write_shard(shard.file(batch, table), shard, table, rows_of)
     index_text = json.dumps({"schema": SCHEMA, "parts": [{"stem": shard.stem, "runs": shard.runs} for shard in shards]})
-    with whole_file(batch / FOLDER / LIST, OutputError, parents=True) as file:
+    with whole_file(batch / TABLES_FOLDER / SHARDS_FILE, OutputError, parents=True) as file:
         file.write(index_text.encode())
     kept_stems = {shard.stem for shard in shards}
     for table in tables:
-        for written_file in (batch / FOLDER / table).glob("part-*.parquet"):
+        for written_file in (batch / TABLES_FOLDER / table).glob("part-*.parquet"):
             if written_file.stem not in kept_stems:
                 with suppress(OSError):
                     written_file.unlink()
 
 
-def _shard(number: int, runs: dict[str, Mark]) -> Shard:
+def _shard(number: int, runs: dict[str, FolderMark]) -> Shard:
     digest = hashlib.sha256(json.dumps(runs, sort_keys=True).encode()).hexdigest()
     return Shard(f"part-{number:05d}-{digest[:16]}", runs)
 

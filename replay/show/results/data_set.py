@@ -15,10 +15,18 @@ from replay.document.metrics.row import TYPES_OF_MEASURES
 from replay.document.tables import Column
 from replay.errors import RunFolderError
 from replay.prepare.session_input import require_folder
-from replay.show.results.batch_parts import FOLDER, LIST, Mark, Shard, read_shards, summaries, write_shards
-from replay.show.results.parquet import SCHEMA, TYPES, UNREADABLE, read_table
+from replay.show.results.batch_parts import (
+    SHARDS_FILE,
+    TABLES_FOLDER,
+    FolderMark,
+    Shard,
+    read_shards,
+    summaries,
+    write_shards,
+)
+from replay.show.results.parquet import COLUMN_TYPES, READING_ERRORS, SCHEMA, read_table
 from replay.show.results.reading import checked_table
-from replay.show.results.run_folder import READ_TABLES, SUMMARY, table_file
+from replay.show.results.run_folder import READ_TABLES, SUMMARY_FILE, table_file
 
 (RUN,) = file_columns("run")
 
@@ -97,13 +105,15 @@ def find_runs(top_folder: Path) -> RunSet:
     """
     file_status_of_run = {
         file.parent: file_status
-        for file, file_status in summaries(top_folder, SUMMARY)
+        for file, file_status in summaries(top_folder, SUMMARY_FILE)
         if table_file(file.parent, "episodes").is_file()
     }
     if not file_status_of_run:
         raise RunFolderError(f"{top_folder} holds no run folders; make them with `replay run`")
     shards = []
-    for batch in sorted(file.parent.parent for file, _ in summaries(top_folder, LIST) if file.parent.name == FOLDER):
+    for batch in sorted(
+        file.parent.parent for file, _ in summaries(top_folder, SHARDS_FILE) if file.parent.name == TABLES_FOLDER
+    ):
         for shard in read_shards(batch):
             # Rows of a folder that is gone or was made anew are none of its.
             valid_runs = {
@@ -116,7 +126,7 @@ def find_runs(top_folder: Path) -> RunSet:
     )
 
 
-def _is_unchanged(file_status: os.stat_result | None, mark: Mark) -> bool:
+def _is_unchanged(file_status: os.stat_result | None, mark: FolderMark) -> bool:
     return file_status is not None and (file_status.st_size, file_status.st_mtime_ns) == mark[1:]
 
 
@@ -137,7 +147,7 @@ def write_batch_tables(batch: Path, requests: Mapping[str, str]) -> None:
     """
     mark_of_run = {}
     for name, request in requests.items():
-        file_status = (batch / name / SUMMARY).stat()
+        file_status = (batch / name / SUMMARY_FILE).stat()
         mark_of_run[name] = (request, file_status.st_size, file_status.st_mtime_ns)
     write_shards(batch, mark_of_run, DATA_SET, lambda table, name: rows_of_run(batch, name, table))
 
@@ -148,14 +158,16 @@ def joined_table(run_set: RunSet, name: str) -> pa.Table:
     tables = [_no_rows(columns_by_name), *run_set.pieces(name)]
     try:
         return pa.concat_tables(tables, promote_options="default")
-    except UNREADABLE as error:
+    except READING_ERRORS as error:
         raise RunFolderError(
             f"the tables {file} below {run_set.top} are not of one kind; run their sessions again"
         ) from error
 
 
 def _no_rows(columns: Mapping[str, Column]) -> pa.Table:
-    return pa.Table.from_batches([], pa.schema([(name, TYPES[column.dtype]) for name, column in columns.items()]))
+    return pa.Table.from_batches(
+        [], pa.schema([(name, COLUMN_TYPES[column.dtype]) for name, column in columns.items()])
+    )
 
 
 def rows_of_run(top_folder: Path, run: str, name: str) -> pa.Table:
@@ -165,7 +177,7 @@ def rows_of_run(top_folder: Path, run: str, name: str) -> pa.Table:
     if not path.is_file():
         return _no_rows(columns_by_name)
     table = _plain_table(path, name)
-    return table.append_column("run", pa.array([run or "."] * len(table), TYPES[str]))
+    return table.append_column("run", pa.array([run or "."] * len(table), COLUMN_TYPES[str]))
 
 
 def _plain_table(path: Path, name: str, columns: Sequence[str] | None = None, *, shard: bool = False) -> pa.Table:

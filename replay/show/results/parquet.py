@@ -15,10 +15,10 @@ from replay.document.summary import session_digest
 from replay.document.tables import ARROW_TYPES, Column, Table, types_of
 from replay.errors import RunFolderError
 
-TYPES: Final = {kind: pa.type_for_alias(name) for kind, name in ARROW_TYPES.items()}
+COLUMN_TYPES: Final = {kind: pa.type_for_alias(name) for kind, name in ARROW_TYPES.items()}
 """Type of Python -> type of a column."""
 
-UNREADABLE: Final = (OSError, pa.ArrowException)
+READING_ERRORS: Final = (OSError, pa.ArrowException)
 """What reading a file raises that is no Parquet."""
 
 
@@ -28,7 +28,7 @@ def table_of(rows: Sequence[Mapping[str, Any]], type_of_name: Mapping[str, type]
     return Table(tuple(columns), tuple(tuple(row[name] for name in type_of_name) for row in rows)).to_arrow()
 
 
-DENSEST: Final = 1000
+MOST_ROWS_PER_BYTE: Final = 1000
 """Rows, and bytes of content, that a byte of a file can stand for; a file of a kilobyte can claim any number."""
 
 
@@ -44,7 +44,7 @@ def read_table(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
             read_rows = table.read(columns=columns, use_threads=False)
             read_rows.validate(full=True)
             return read_rows
-    except UNREADABLE as error:
+    except READING_ERRORS as error:
         raise RunFolderError.unreadable(path, error) from error
 
 
@@ -53,24 +53,24 @@ def _require_dense(file_metadata: pq.FileMetaData, file_size: int, path: Path) -
     groups = [file_metadata.row_group(k) for k in range(file_metadata.num_row_groups)]
     uncompressed_bytes = sum(group.total_byte_size for group in groups)
     row_count = sum(group.num_rows for group in groups)
-    if row_count != file_metadata.num_rows or max(row_count, uncompressed_bytes) > DENSEST * file_size:
+    if row_count != file_metadata.num_rows or max(row_count, uncompressed_bytes) > MOST_ROWS_PER_BYTE * file_size:
         raise RunFolderError(
             f"{path} claims {file_metadata.num_rows:,} rows that it does not hold; run its session again"
         )
 
 
-KEYS: Final = types_of(file_columns("keys"))
+KEY_TYPES: Final = types_of(file_columns("keys"))
 
 SCHEMA: Final = "vrlab-replay/tables/2"
-"""Stands as ``schema`` in the metadata of each table that has ``KEYS``; a table of version 1 has neither."""
+"""Stands as ``schema`` in the metadata of each table that has ``KEY_TYPES``; a table of version 1 has neither."""
 
 
 def with_keys(table: pa.Table, result: RunResult) -> pa.Table:
-    """A table with the columns ``KEYS``; rows of metrics, which are about a whole session, bring them.
+    """A table with the columns ``KEY_TYPES``; rows of metrics, which are about a whole session, bring them.
 
     Task and stage are those at the row's ``stamp_ns``, or else at its ``first`` frame; null: none.
     """
-    if not KEYS.keys() <= set(table.column_names):
+    if not KEY_TYPES.keys() <= set(table.column_names):
         frames = result.assembly.stamp_ns
         stamps = table["stamp_ns"].to_numpy() if "stamp_ns" in table.column_names else frames[table["first"].to_numpy()]
         columns = [
@@ -78,6 +78,6 @@ def with_keys(table: pa.Table, result: RunResult) -> pa.Table:
             [pseudonym(result)] * len(table),
             *(activities_at(result.session, kind, stamps) for kind in ACTIVITY_KINDS),
         ]
-        for name, values in zip(KEYS, columns, strict=True):
-            table = table.append_column(name, pa.array(values, TYPES[str]))
+        for name, values in zip(KEY_TYPES, columns, strict=True):
+            table = table.append_column(name, pa.array(values, COLUMN_TYPES[str]))
     return table.replace_schema_metadata({"schema": SCHEMA})

@@ -16,7 +16,7 @@ from replay.document.coding import document_of
 from replay.document.run_document import RunDocument
 from replay.document.tables import Column, Holds
 from replay.errors import RunFolderError
-from replay.show.results.parquet import TYPES
+from replay.show.results.parquet import COLUMN_TYPES
 
 LARGEST_INT: Final = 2**63 - 1
 LARGEST_SECONDS: Final = 1e10
@@ -82,7 +82,9 @@ def checked_table(path: Path, table: pa.Table, columns: Mapping[str, Column]) ->
     for index, name in enumerate(table.column_names):
         values, declared_column = table.column(index), columns.get(name, Column(name))
         type_ = values.type.value_type if pa.types.is_dictionary(values.type) else values.type
-        allowed_types = (TYPES[declared_column.dtype], pa.null()) if name in columns else tuple(TYPES.values())
+        allowed_types = (
+            (COLUMN_TYPES[declared_column.dtype], pa.null()) if name in columns else tuple(COLUMN_TYPES.values())
+        )
         if type_ not in allowed_types:
             raise RunFolderError(f"{path}: the column {name!r} is {type_}, not {allowed_types[0]}; {RUN_AGAIN}")
         values = values.cast(allowed_types[0]) if name in columns else values.cast(type_)

@@ -40,9 +40,9 @@ from replay.show.tradeoff_table import tradeoff_numbers
 from sessions.model.constants import SCENE_FACT
 from sessions.whole_files import whole_folder
 
-SUMMARY: Final = "summary.json"
-PICTURE: Final = "run.rrd"
-REPORT: Final = "report.html"
+SUMMARY_FILE: Final = "summary.json"
+PICTURE_FILE: Final = "run.rrd"
+REPORT_FILE: Final = "report.html"
 
 READ_TABLES: Final[Mapping[str, Mapping[str, Column]]] = {
     name: {column.name: column for column in table.columns} for name, table in FILE_TABLES.items() if table.joined
@@ -78,10 +78,10 @@ def is_plain_name(name: Any) -> bool:
     return isinstance(name, str) and Path(name).name == name and name not in ("", ".", "..") and "\0" not in name
 
 
-RUN: Final = FolderKind("run", SUMMARY, SCHEMA)
+RUN_FOLDER: Final = FolderKind("run", SUMMARY_FILE, SCHEMA)
 
 
-def check_target(out: Path, *, force: bool = False, kind: FolderKind = RUN) -> None:
+def check_target(out: Path, *, force: bool = False, kind: FolderKind = RUN_FOLDER) -> None:
     """Refuse a folder that cannot become one of a kind, before the work is done and not after.
 
     With ``force``, an earlier folder of the kind or an empty folder may be replaced; any other folder never is. Raises
@@ -112,9 +112,9 @@ def write_summary(folder: Path, kind: FolderKind, summary: Mapping[str, Any]) ->
 
 def _write_document(folder: Path, document: RunDocument) -> None:
     """Write the document of a run, the last file of its folder, with the names of all files."""
-    files = sorted([SUMMARY, *(entry.name for entry in folder.iterdir())])
+    files = sorted([SUMMARY_FILE, *(entry.name for entry in folder.iterdir())])
     text = json_of(structs.replace(document, files=tuple(files)))
-    (folder / SUMMARY).write_text(text, encoding="utf-8", newline="\n")
+    (folder / SUMMARY_FILE).write_text(text, encoding="utf-8", newline="\n")
 
 
 def table_file(folder: Path, name: str) -> Path:
@@ -140,7 +140,7 @@ def write_run_folder(
     check_target(out, force=force)
     if picture:
         from replay.show.rerun_log.recording import write_recording
-    with result_folder(out, RUN, force=force) as folder:
+    with result_folder(out, RUN_FOLDER, force=force) as folder:
         _write_frames(result, table_file(folder, "frames"))
         _release_memory()
         advance(3)
@@ -156,9 +156,9 @@ def write_run_folder(
         _release_memory()
         advance(2)
         if picture:
-            write_recording(result, folder / PICTURE)
+            write_recording(result, folder / PICTURE_FILE)
         advance(10)
-        write_report(replace(result, out=out), folder / REPORT)
+        write_report(replace(result, out=out), folder / REPORT_FILE)
         advance(5)
         for name, file in (files or {}).items():
             shutil.copyfile(file, folder / name)
@@ -167,7 +167,7 @@ def write_run_folder(
             _write_table(tradeoff_numbers(result.tradeoff).to_arrow(), table_file(folder, "tradeoff"))
             document = structs.replace(document, tradeoff=result.tradeoff.record)
         if picture:
-            document = structs.replace(document, picture_sha256=file_hash(folder / PICTURE))
+            document = structs.replace(document, picture_sha256=file_hash(folder / PICTURE_FILE))
         _write_document(folder, document)
     return out
 
@@ -220,7 +220,7 @@ class RunFolder:
     @property
     def has_picture(self) -> bool:
         """Whether there is a recording for Rerun, whole or not."""
-        return (self.path / PICTURE).is_file()
+        return (self.path / PICTURE_FILE).is_file()
 
     @cached_property
     def picture(self) -> Path:
@@ -228,9 +228,9 @@ class RunFolder:
 
         Raises ``RunFolderError``: the run was made without one, or it was changed; Rerun draws a changed one silently.
         """
-        path = self.path / PICTURE
+        path = self.path / PICTURE_FILE
         if not self.has_picture:
-            raise RunFolderError(f"{self.path} holds no picture ({PICTURE}); run again without --no-picture")
+            raise RunFolderError(f"{self.path} holds no picture ({PICTURE_FILE}); run again without --no-picture")
         try:
             is_as_written = file_hash(path) == self.document.picture_sha256
         except OSError as error:
@@ -278,7 +278,7 @@ class RunFolder:
         table = read_table(path)
         stored_count = self.document.tables.get(name)
         if stored_count is not None and stored_count.rows != len(table):
-            counts_clause = f"{len(table):,} rows, and {SUMMARY} counts {stored_count.rows:,}"
+            counts_clause = f"{len(table):,} rows, and {SUMMARY_FILE} counts {stored_count.rows:,}"
             raise RunFolderError(f"{path} holds {counts_clause}; run its session again")
         if len(table) > path.stat().st_size:
             raise RunFolderError(f"{path} claims {len(table):,} rows that it does not hold; run its session again")
@@ -293,14 +293,14 @@ def read_run_folder(path: str | Path) -> RunFolder:
     """
     path = require_folder(path)
     try:
-        summary = read_json(path / SUMMARY)
+        summary = read_json(path / SUMMARY_FILE)
     except (OSError, ValueError) as error:
-        no_summary_clause = f"it has no readable {SUMMARY}; make one with `replay run`"
+        no_summary_clause = f"it has no readable {SUMMARY_FILE}; make one with `replay run`"
         raise RunFolderError(f"{path} is not a run folder: {no_summary_clause}") from error
     schema = summary.get("schema") if isinstance(summary, dict) else None
     if schema != SCHEMA:
-        raise RunFolderError(f"{path / SUMMARY} {_other_version(schema)}")
-    return RunFolder(path, checked_document(path / SUMMARY, summary))
+        raise RunFolderError(f"{path / SUMMARY_FILE} {_other_version(schema)}")
+    return RunFolder(path, checked_document(path / SUMMARY_FILE, summary))
 
 
 def _other_version(schema: Any) -> str:

@@ -14,16 +14,16 @@ from replay.document.coding import json_of
 from replay.document.columns import FILE_TABLES
 from replay.errors import OutputError
 from replay.show.results.parquet import read_table
-from replay.show.results.run_folder import SUMMARY, read_run_folder
+from replay.show.results.run_folder import SUMMARY_FILE, read_run_folder
 from sessions.whole_files import whole_file
 
 CSV, PARQUET, XLSX = "csv", "parquet", "xlsx"
-FORMS: Final = (CSV, PARQUET, XLSX)
+TABLE_FORMS: Final = (CSV, PARQUET, XLSX)
 
-WORKBOOK: Final = "tables.xlsx"
+WORKBOOK_FILE: Final = "tables.xlsx"
 NO_XLSXWRITER: Final = 'Excel tables need XlsxWriter: pip install "vrlab-replay[excel]"'
 
-UNITS: Final = {
+COLUMN_UNITS: Final = {
     name: {column.name: column.unit for column in table.columns if column.unit} for name, table in FILE_TABLES.items()
 }
 """Table of a run folder -> the units of its columns; a name that ends in ``/`` stands for all that begin so."""
@@ -62,7 +62,7 @@ def write_tables(tables: Mapping[str, pa.Table], folder: Path, form: str) -> lis
         for name, table in tables.items():
             pq.write_table(table, folder / f"{name}.parquet", compression="zstd")
     if form == XLSX:
-        return _write_workbook(tables, folder / WORKBOOK)
+        return _write_workbook(tables, folder / WORKBOOK_FILE)
     return []
 
 
@@ -75,17 +75,17 @@ def write_run_tables(folder: Path, form: str) -> list[str]:
         return []
     tables = {file.stem: read_table(file) for file in sorted(folder.glob("*.parquet"))}
     left_out = write_tables(tables, folder, form)
-    written_files = [WORKBOOK] if form == XLSX else [f"{name}.csv" for name in tables]
+    written_files = [WORKBOOK_FILE] if form == XLSX else [f"{name}.csv" for name in tables]
     document = read_run_folder(folder).document
     new_document = structs.replace(document, files=tuple(sorted({*document.files, *written_files})))
-    with whole_file(folder / SUMMARY, OutputError) as stream:
+    with whole_file(folder / SUMMARY_FILE, OutputError) as stream:
         stream.write(json_of(new_document).encode())
     return left_out
 
 
 def headings(names: Iterable[str], table: str) -> list[str]:
     """Return names of columns of a table with their units: ``start [s]``."""
-    units = UNITS.get(FILE_OF.get(table, table), {})
+    units = COLUMN_UNITS.get(FILE_OF.get(table, table), {})
     with_units = []
     for name in names:
         name_prefix, separator, _ = name.partition("/")

@@ -20,13 +20,13 @@ from replay.document.tables import Marked, table
 from replay.errors import OutputError
 from replay.show.report.markup import render_template
 from replay.show.report.page import page_of
-from replay.show.report.page_script import TABLES, page_script
+from replay.show.report.page_script import TABLES_SCRIPTS, page_script
 from replay.show.report.run_view import Hero, RunView, session_names
-from replay.show.results.run_folder import PICTURE, FolderKind, RunFolder, result_folder, write_summary
+from replay.show.results.run_folder import PICTURE_FILE, FolderKind, RunFolder, result_folder, write_summary
 from sessions.mcap.metadata import SHAREABLE
 
 SHARED_FOLDER: Final = FolderKind("shared", "share.json", "vrlab-replay/share/1")
-INDEX: Final = "index.html"
+INDEX_FILE: Final = "index.html"
 
 
 def require_consent(folders: Sequence[RunFolder]) -> None:
@@ -48,17 +48,17 @@ def write_shared_folder(folders: Sequence[RunFolder], out: Path, *, force: bool 
     pictured_runs = [run for run in folders if run.has_picture]
     for run in pictured_runs:
         _require_whole(run.picture)
-    viewer, no_picture_reason = _viewer_files() if pictured_runs else ({}, f"no run holds a picture ({PICTURE})")
+    viewer, no_picture_reason = _viewer_files() if pictured_runs else ({}, f"no run holds a picture ({PICTURE_FILE})")
     run_of_page = {"run" if len(folders) == 1 else f"run{k}": run for k, run in enumerate(folders, 1)}
     titles: dict[str, str] = {}
     with result_folder(out, SHARED_FOLDER, force=force) as folder:
         for name, content in viewer.items():
             (folder / name).write_bytes(content)
         for name, run in run_of_page.items():
-            page = INDEX if len(run_of_page) == 1 else f"{name}.html"
+            page = INDEX_FILE if len(run_of_page) == 1 else f"{name}.html"
             titles[name] = _write_run(run, folder / page, name, pictured=bool(viewer) and run in pictured_runs)
         if len(run_of_page) > 1:
-            (folder / INDEX).write_text(_list_page(run_of_page, titles), encoding="utf-8", newline="\n")
+            (folder / INDEX_FILE).write_text(_list_page(run_of_page, titles), encoding="utf-8", newline="\n")
         folder_mark = {"schema": SHARED_FOLDER.schema, "runs": len(run_of_page), "picture": bool(viewer)}
         write_summary(folder, SHARED_FOLDER, folder_mark)
     return no_picture_reason
@@ -73,14 +73,14 @@ def _require_whole(picture: Path) -> None:
 
 def _viewer_files() -> tuple[dict[str, bytes], str]:
     from replay.show.rerun_log.viewer import ViewerError
-    from replay.show.rerun_log.web_viewer import PROGRAM, web_viewer
+    from replay.show.rerun_log.web_viewer import PROGRAM_FILE, web_viewer
 
     try:
         viewer = web_viewer()
     except ViewerError as error:
         return {}, str(error)
     script = files("replay.show.share").joinpath("picture.js").read_bytes()
-    return viewer | {"viewer.js": _packed_script(viewer.pop(PROGRAM)), "picture.js": script}, ""
+    return viewer | {"viewer.js": _packed_script(viewer.pop(PROGRAM_FILE)), "picture.js": script}, ""
 
 
 def _packed_script(content: bytes) -> bytes:
@@ -126,7 +126,7 @@ def _list_page(pages: dict[str, RunFolder], titles: dict[str, str]) -> str:
         pseudonym = run.document.session.facts.get("pseudonym", "")
         page_rows.append((Marked(name, to=f"{name}.html"), pseudonym, titles[name]))
     run_table = table("Runs", ("run", "who", "session and answer"), page_rows, words=3)
-    return render_template("show/share/list.html", runs=run_table, script=page_script(TABLES))
+    return render_template("show/share/list.html", runs=run_table, script=page_script(TABLES_SCRIPTS))
 
 
 def folder_view(run: RunFolder, *, pictured: bool) -> RunView:

@@ -17,7 +17,9 @@ from replay.studies.class_study.tables import condition_text, p_relation, result
 MOST_RESULTS: Final = 12
 """Rows of the chart of results by detector."""
 
-COLOURS: Final = "blue: associated, grey: may be chance, by p after Holm's correction, though a bar may leave out zero"
+COLOURS_KEY: Final = (
+    "blue: associated, grey: may be chance, by p after Holm's correction, though a bar may leave out zero"
+)
 """The key of every chart with results that were tested; other charts are drawn as ``UNTESTED_MARK``."""
 
 UNTESTED_MARK: Final = "untested"
@@ -67,7 +69,7 @@ def _sensitivity_chart(study: Study, result_kinds: tuple[str, ...], title: str, 
             )
             interval_rows.append(replace(row_figures, name=f"{prefix}{detectors_text}"))
             prefix = ""
-    caption = f"Results by the detector that counts contacts, with 95 % intervals; {COLOURS}."
+    caption = f"Results by the detector that counts contacts, with 95 % intervals; {COLOURS_KEY}."
     if not interval_rows:
         return None
     return interval_plot(interval_rows[:MOST_RESULTS], caption, axis, title=title, marked_values=(0.0,))
@@ -105,7 +107,7 @@ def _contact_time_chart(class_tables: ClassTables, study: Study | None) -> Plot 
 def _associations_chart(study: Study) -> Plot | None:
     """Standardised coefficients; grey: cannot be distinguished from chance."""
     interval_rows = [replace(_interval_row(c), name=f"{result_name(c)}{condition_text(c)}") for c in study.coefficients]
-    caption = f"Associations with 95 % intervals; {COLOURS}. With one predictor a coefficient is the correlation."
+    caption = f"Associations with 95 % intervals; {COLOURS_KEY}. With one predictor a coefficient is the correlation."
     if not interval_rows:
         return None
     return interval_plot(interval_rows, caption, "standardised coefficient", title="Associations", marked_values=(0.0,))

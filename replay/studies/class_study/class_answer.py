@@ -11,7 +11,7 @@ from replay.document.columns import checked_column_names
 from replay.document.tables import Marked
 from replay.studies.class_study.analysis import Study
 from replay.studies.class_study.class_reasons import reason
-from replay.studies.class_study.class_tables import ClassTables, Place, sessions_table
+from replay.studies.class_study.class_tables import ClassTables, PageLink, sessions_table
 from replay.studies.class_study.power import (
     MEDIUM_CORRELATION,
     least_correlation,
@@ -35,7 +35,7 @@ from replay.words import plural
 MOST_SESSIONS: Final = 3
 """Sessions that are named on the first screen; the table below has the others."""
 
-FIRST_SESSIONS: Final = (
+FIRST_SESSIONS_SENTENCE: Final = (
     "These are among the sessions with most missed or late contacts; each link opens the one where the surfaces "
     "intersect most."
 )
@@ -49,7 +49,7 @@ MOST_REFUSED: Final = 2
 MOST_SCALES: Final = 2
 """Unreliable scales that are named there."""
 
-HOW_TO_TEST: Final = "To test conclusions, add --questionnaire answers.csv --codebook codebook.yaml."
+QUESTIONNAIRE_HINT: Final = "To test conclusions, add --questionnaire answers.csv --codebook codebook.yaml."
 
 FRAMES_A_SECOND: Final = 90.0
 """Frames of a headset, by which the time of a class is estimated."""
@@ -78,7 +78,7 @@ class AnswerRow:
     details: str = ""
 
 
-def class_answer(class_tables: ClassTables, addresses: Mapping[str, Place], study: Study | None) -> list[AnswerRow]:
+def class_answer(class_tables: ClassTables, addresses: Mapping[str, PageLink], study: Study | None) -> list[AnswerRow]:
     """Return the rows below the first sentence of a class; a row without text or links is left out."""
     result, *other_results = [*_with_other_detectors(study), *_result_sentences(study)]
     figures = [*other_results, _names_of_detectors(class_tables), class_tables.rate_difference()]
@@ -153,7 +153,7 @@ def _names_of_detectors(tables: ClassTables) -> str:
     return f"{names}." if names else ""
 
 
-def _first_sessions(class_tables: ClassTables, addresses: Mapping[str, Place], study: Study | None) -> AnswerRow:
+def _first_sessions(class_tables: ClassTables, addresses: Mapping[str, PageLink], study: Study | None) -> AnswerRow:
     """The sessions in which most is missed, by name, each with its miss."""
     examples = []
     for session_name, example, _ in sessions_table(class_tables.runs, addresses).rows:
@@ -174,7 +174,7 @@ def _first_sessions(class_tables: ClassTables, addresses: Mapping[str, Place], s
         text = f"Mistakes that change it, of {joined_names(study.changing_detectors)}, for example:"
     elif study is not None and study.retested_results:
         text = "No mistake of a detector changes a conclusion. Mistakes to open:"
-    return AnswerRow("When", text, f"{common_text}{FIRST_SESSIONS}", links)
+    return AnswerRow("When", text, f"{common_text}{FIRST_SESSIONS_SENTENCE}", links)
 
 
 def _action_sentences(class_tables: ClassTables, study: Study | None) -> list[str]:
@@ -183,7 +183,10 @@ def _action_sentences(class_tables: ClassTables, study: Study | None) -> list[st
     if study is None:
         if not trusted_labels:
             return []
-        return [f"Count contacts with the detector {joined_names(trusted_labels, 'or')}, the reference.", HOW_TO_TEST]
+        return [
+            f"Count contacts with the detector {joined_names(trusted_labels, 'or')}, the reference.",
+            QUESTIONNAIRE_HINT,
+        ]
     recommended_detectors = (
         [study.detector] if not trusted_labels or study.detector in trusted_labels else trusted_labels
     )

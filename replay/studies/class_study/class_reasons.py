@@ -20,7 +20,7 @@ MOST_DETECTORS: Final = 3
 MOST_SCALES: Final = 2
 """Unreliable scales that are named in a sentence."""
 
-CAUSES: Final[Mapping[str, str]] = {
+CAUSE_CLAUSES: Final[Mapping[str, str]] = {
     Cause.BETWEEN_SAMPLES: "the contact, or a part of it, falls between two samples",
     Cause.LATE: "its reports come late",
     Cause.EARLY: "its reports end early",
@@ -174,6 +174,6 @@ def _causes(tables: ClassTables) -> list[str]:
             # What is left over could be of few students.
             is_complete = totals[label] == sum(causes.values())
             count_text = f"{most:.0f} of {totals[label]:.0f}" if is_complete else "most"
-            because_text = f" because {CAUSES[cause]}" if cause in CAUSES else f": {cause}"
+            because_text = f" because {CAUSE_CLAUSES[cause]}" if cause in CAUSE_CLAUSES else f": {cause}"
             sentences.append(f"{label} is wrong{because_text} ({count_text} missed or late contacts).")
     return sentences

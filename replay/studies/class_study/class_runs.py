@@ -11,8 +11,8 @@ import pyarrow.compute as pc
 from replay.document.columns import checked_column_names
 from replay.errors import StudyError
 from replay.show.results.data_set import ADDED_COLUMNS, DATA_SET, RunSet, find_runs, joined_table
-from replay.show.results.parquet import TYPES, read_table
-from replay.show.results.run_folder import SUMMARY, read_run_folder, table_file
+from replay.show.results.parquet import COLUMN_TYPES, read_table
+from replay.show.results.run_folder import SUMMARY_FILE, read_run_folder, table_file
 from replay.studies.class_study.joining import check_pseudonyms, read_rows
 from replay.studies.class_study.refusals import StudyRefusedError
 
@@ -41,7 +41,7 @@ SESSION_COLUMNS: Final = checked_column_names("metrics", "run", "session", "stud
 DETECTOR_COLUMNS: Final = checked_column_names("metrics", "detector", "contacts_per_min", "valid_minutes", "settings")
 """What metrics say of a detector of a session."""
 
-TITLES: Final = checked_column_names("ranking", "detector", "what")
+TITLE_COLUMNS: Final = checked_column_names("ranking", "detector", "what")
 """A detector and what it is, in words."""
 
 
@@ -129,13 +129,13 @@ def _titles(ranking: Path) -> dict[str, str]:
     """Label of a detector -> what it is, in words, from the ranking of a run; empty: the run has none."""
     if not ranking.is_file():
         return {}
-    rows = read_table(ranking, TITLES).to_pylist()
+    rows = read_table(ranking, TITLE_COLUMNS).to_pylist()
     return {str(label): str(title) for label, title in (row.values() for row in rows) if label and title}
 
 
 def runs_with_open_guesses(runs: ClassRuns) -> list[str]:
     """Returns the runs in whose recording a guess of the import changes the contacts and nobody decided it."""
-    return [run for run in runs.metrics if _has_open_guesses(runs.top / run / SUMMARY)]
+    return [run for run in runs.metrics if _has_open_guesses(runs.top / run / SUMMARY_FILE)]
 
 
 def _has_open_guesses(summary: Path) -> bool:
@@ -163,7 +163,7 @@ def _counted_rows(run_set: RunSet, name: str, metrics: Mapping[str, Mapping[str,
     keys = "run", "oracle", "vr_type"
     runs, oracles, types = (pa.array([row[key] for row in sessions], pa.string()) for key in keys)
     names, declared_columns = COUNTED_COLUMNS[name], DATA_SET[name][1]
-    no_rows = pa.schema([(column, TYPES[declared_columns[column].dtype]) for column in names]).empty_table()
+    no_rows = pa.schema([(column, COLUMN_TYPES[declared_columns[column].dtype]) for column in names]).empty_table()
     tables = []
     for piece in (no_rows, *run_set.pieces(name, names)):
         # A column that a run has not is null in its rows.

@@ -20,7 +20,7 @@ from replay import words
 from replay.auditing.fault import FaultKind
 from replay.document.tables import Cell, Column, Marked, Table
 from replay.show.report.markup import moment_address
-from replay.show.results.run_folder import REPORT
+from replay.show.results.run_folder import REPORT_FILE
 from replay.studies.class_study.class_runs import ClassRuns, Row
 from replay.studies.class_study.refusals import LEAST_IN_CELL, count_text
 from replay.studies.class_study.resampling import Estimate, Resampling
@@ -28,19 +28,19 @@ from replay.words import plural
 from sessions.mcap.metadata import NOT_STATED
 
 FIGURES_NOTE: Final = "n: students whose rows are counted. Below a figure: its 95 % interval over students."
-FAULTS: Final = {"misses": "miss", "false_contacts": "false contact"}
+FAULT_BY_COUNT: Final = {"misses": "miss", "false_contacts": "false contact"}
 SUPPRESSED_TEXT: Final = "not shown"
 """Stands for the students of a row that would tell, less from a total, what a row of few students may not."""
 
 NO_NAME: Final = "none"
 """Stands for a task or a stage where no span says one, and for a cause that is not known."""
 
-ABOUT_RECORDINGS: Final = "Each row links to a recording. Figures of fewer than five students are not shown."
+RECORDINGS_NOTE: Final = "Each row links to a recording. Figures of fewer than five students are not shown."
 
-Place = tuple[str, str]
+PageLink = tuple[str, str]
 """Name and address of a session's page."""
 
-N_COUNTS: Final = "n counts the students behind a row; sessions counts their recordings."
+N_NOTE: Final = "n counts the students behind a row; sessions counts their recordings."
 
 Counts = Mapping[tuple[str, ...], FloatArray]
 """Values of some columns -> how many of their rows each session has, those of most rows first."""
@@ -217,7 +217,7 @@ class ClassTables:
         """A row per detector, the trusted ones first."""
         trusted_labels = self.trusted_detectors
         contacts = self.counts("episodes", "missed_by")
-        faults = [self.counts(name, "detector") for name in FAULTS]
+        faults = [self.counts(name, "detector") for name in FAULT_BY_COUNT]
         rows = []
         for label in dict.fromkeys((*trusted_labels, *self.runs.audited_detectors)):
             rate_cells = [estimate_cell(self._contacts_a_minute(label), per_minute), "", "", ""]
@@ -286,7 +286,7 @@ class ClassTables:
                 self._sum_by_student(counts > 0),
                 (self._rate_cell(counts, label),),
             )
-            for name, fault_word in FAULTS.items()
+            for name, fault_word in FAULT_BY_COUNT.items()
             for (label, kind, cause), counts in self.counts(name, "detector", "kind", "cause").items()
         ]
         return _table_of_rows(("what", "detector", "kind", "cause"), ("how many",), rows)
@@ -421,7 +421,7 @@ def _table_of_rows(
                 *[""] * (1 + len(row.cells)),
             )
         cell_rows.append((*row.heads, *cells))
-    return Table(tuple(columns), tuple(cell_rows), FIGURES_NOTE, (*notes, N_COUNTS))
+    return Table(tuple(columns), tuple(cell_rows), FIGURES_NOTE, (*notes, N_NOTE))
 
 
 def _hidden_rows(rows: Sequence[_Row]) -> set[int]:
@@ -443,7 +443,7 @@ def _hidden_rows(rows: Sequence[_Row]) -> set[int]:
     return hidden_rows
 
 
-def places(runs: ClassRuns, out: Path) -> dict[str, Place]:
+def places(runs: ClassRuns, out: Path) -> dict[str, PageLink]:
     """Run -> name and address of its report, from a page in the folder ``out``.
 
     A session has the code of its student; of one who has several, or of nobody, digits over its poses stand there.
@@ -456,12 +456,12 @@ def places(runs: ClassRuns, out: Path) -> dict[str, Place]:
         names[run] = f"{student}{session_suffix}" if student else session
     for run in runs.metrics:
         # A run folder has the name of its session file, which may be a person's.
-        page = runs.top / run / REPORT
+        page = runs.top / run / REPORT_FILE
         first_run_of_student[run] = (names[run], quote(Path(os.path.relpath(page.resolve(), out.resolve())).as_posix()))
     return first_run_of_student
 
 
-def sessions_table(runs: ClassRuns, address_of_run: Mapping[str, Place]) -> Table:
+def sessions_table(runs: ClassRuns, address_of_run: Mapping[str, PageLink]) -> Table:
     """The sessions in which a detector misses most, of five students at least, by name: links, and no figure of one."""
     misses = runs.tables["misses"]
     index_and_detector = [*zip(misses["place"].to_pylist(), misses["detector"].to_pylist(), strict=True)]
@@ -493,7 +493,7 @@ def sessions_table(runs: ClassRuns, address_of_run: Mapping[str, Place]) -> Tabl
         rows_by_run[run] = Marked(name, to=page), example, label
     rows = tuple(rows_by_run[run] for run in sorted(rows_by_run))
     columns = Column("session", whole=True), Column("look at"), Column("by")
-    return Table(columns, rows, "Sessions with most misses, by name", (ABOUT_RECORDINGS,))
+    return Table(columns, rows, "Sessions with most misses, by name", (RECORDINGS_NOTE,))
 
 
 def _miss_sort_key(miss: Row) -> tuple[bool, float, int]:

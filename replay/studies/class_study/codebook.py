@@ -10,7 +10,7 @@ from typing import Any, Final
 from replay.errors import StudyError
 from sessions.input_files import TomlTable
 
-SCALE: Final = (1.0, 5.0)
+DEFAULT_SCALE: Final = (1.0, 5.0)
 """Ends of the scale where the codebook names none."""
 
 
@@ -75,7 +75,7 @@ def read_codebook(path: Path) -> Codebook:
             raise StudyError(f"{path.name}: {section} must be {section_form}, not {section_content!r:.60}")
     error_class: Any = StudyError
     codebook_table = TomlTable(content, path.name, "", error_class)
-    student, scale = codebook_table.text("student", "student"), _read_scale(codebook_table, SCALE)
+    student, scale = codebook_table.text("student", "student"), _read_scale(codebook_table, DEFAULT_SCALE)
     items = tuple(_read_item(name, entry, scale) for name, entry in codebook_table.named_tables("items").items())
     questions = tuple(_read_question(entry) for entry in codebook_table.tables("regressions") or ())
     groups_table = codebook_table.table("groups")

@@ -13,10 +13,10 @@ from replay.studies.class_study.page import Heading, study_html
 from replay.studies.class_study.tables import study_tables
 
 SCHEMA: Final = "vrlab-study/1"
-PAGE: Final = "study.html"
-SUMMARY: Final = "study.json"
+PAGE_FILE: Final = "study.html"
+SUMMARY_FILE: Final = "study.json"
 
-STUDY: Final = FolderKind("study", SUMMARY, SCHEMA)
+STUDY_FOLDER: Final = FolderKind("study", SUMMARY_FILE, SCHEMA)
 
 
 def write_study(
@@ -37,14 +37,14 @@ def write_study(
 
     Raises ``OutputError``: the folder exists, or cannot be written.
     """
-    check_target(out, force=force, kind=STUDY)
+    check_target(out, force=force, kind=STUDY_FOLDER)
     page = study_html(runs, places(runs, out), study, heading, seed)
-    with result_folder(out, STUDY, force=force) as folder:
-        (folder / PAGE).write_text(page, encoding="utf-8", newline="\n")
+    with result_folder(out, STUDY_FOLDER, force=force) as folder:
+        (folder / PAGE_FILE).write_text(page, encoding="utf-8", newline="\n")
         if study is not None:
             arrow_tables = {name: table.to_arrow() for name, table in study_tables(study).items() if table.rows}
             write_tables(arrow_tables, folder, tables)
-        write_summary(folder, STUDY, {"schema": SCHEMA, "inputs": inputs} | as_json(runs, study))
+        write_summary(folder, STUDY_FOLDER, {"schema": SCHEMA, "inputs": inputs} | as_json(runs, study))
     return out
 
 

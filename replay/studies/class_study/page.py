@@ -7,15 +7,15 @@ from typing import Any, Final
 from replay.advice.open_guesses import open_guesses_line
 from replay.document.tables import Column, Table
 from replay.show.report.markup import render_template
-from replay.show.report.page_script import TABLES, page_script
+from replay.show.report.page_script import TABLES_SCRIPTS, page_script
 from replay.studies.class_study.analysis import Study
 from replay.studies.class_study.charts import class_charts
 from replay.studies.class_study.class_answer import class_answer
 from replay.studies.class_study.class_runs import ClassRuns, runs_with_open_guesses
-from replay.studies.class_study.class_tables import ClassTables, Place, class_counts, sessions_table
+from replay.studies.class_study.class_tables import ClassTables, PageLink, class_counts, sessions_table
 from replay.studies.class_study.regression import SIGNIFICANCE_LEVEL
 from replay.studies.class_study.tables import (
-    OBSERVED_ONLY,
+    OBSERVED_ONLY_NOTE,
     headlines,
     opening_sentence,
     p_text,
@@ -47,7 +47,7 @@ class Heading:
 
 def study_html(
     runs: ClassRuns,
-    address_of_run: Mapping[str, Place],
+    address_of_run: Mapping[str, PageLink],
     study: Study | None = None,
     heading: Heading = Heading(),
     seed: int = 0,
@@ -67,14 +67,14 @@ def study_html(
         "unmatched": [],
         "study": study,
         "sessions": sessions_table(runs, address_of_run),
-        "observed_only": OBSERVED_ONLY,
+        "observed_only": OBSERVED_ONLY_NOTE,
         "contacts": {
             "How detectors differ": class_tables.detectors(),
             "Pairs missed most": class_tables.pairs(),
             "Task, stage, VR type": class_tables.activity_table(),
             "Causes": class_tables.causes(),
         },
-        "script": page_script(TABLES),
+        "script": page_script(TABLES_SCRIPTS),
         "charts": class_charts(class_tables, study),
     }
     if study is not None:

@@ -17,13 +17,13 @@ from replay.running.workers import OnDone, do_all
 from sessions.synthetic.rng import random_stream
 from sessions.whole_files import whole_file
 
-STUDENTS: Final = 52
-SESSIONS: Final = "sessions"
-ANSWERS: Final = "questionnaire.csv"
-CODEBOOK: Final = "codebook.yaml"
+STUDENT_COUNT: Final = 52
+SESSIONS_FOLDER: Final = "sessions"
+QUESTIONNAIRE_FILE: Final = "questionnaire.csv"
+CODEBOOK_FILE: Final = "codebook.yaml"
 TRUTH_FILE: Final = "truth.json"
-ITEMS_EACH: Final = 4
-GROUPS: Final = ("first", "second")
+ITEMS_PER_SCALE: Final = 4
+GROUP_NAMES: Final = ("first", "second")
 """Students are in them by turns: in the model the groups do not differ."""
 
 
@@ -56,7 +56,7 @@ class Student:
     near: int
 
 
-def draw_class(students: int = STUDENTS, seed: int = 0, *, are_touches_brief: bool = False) -> list[Student]:
+def draw_class(students: int = STUDENT_COUNT, seed: int = 0, *, are_touches_brief: bool = False) -> list[Student]:
     """Draw the students, of ``are_touches_brief`` touches if asked.
 
     Each depends on the seed and on its own number alone.
@@ -67,7 +67,7 @@ def draw_class(students: int = STUDENTS, seed: int = 0, *, are_touches_brief: bo
 def make_class(
     out: Path,
     *,
-    students: int = STUDENTS,
+    students: int = STUDENT_COUNT,
     seed: int = 0,
     brief: bool = False,
     jobs: int = 1,
@@ -83,7 +83,7 @@ def make_class(
     model = CLASS_MODEL | BRIEF_TOUCHES if brief else CLASS_MODEL
     truth = json.dumps({"seed": seed, "students": students, "model": model}, indent=1) + "\n"
     _check_folder(out, truth)
-    (out / SESSIONS).mkdir(parents=True, exist_ok=True)
+    (out / SESSIONS_FOLDER).mkdir(parents=True, exist_ok=True)
     _write_text(out / TRUTH_FILE, truth)
     answers = DataFrame(
         [
@@ -91,12 +91,12 @@ def make_class(
             for drawn_student in students_drawn
         ]
     )
-    _write_text(out / ANSWERS, answers.to_csv(index=False, lineterminator="\n"))
+    _write_text(out / QUESTIONNAIRE_FILE, answers.to_csv(index=False, lineterminator="\n"))
     codebook_file = files("replay.studies.class_study").joinpath("class_codebook.yaml")
-    _write_text(out / CODEBOOK, codebook_file.read_text(encoding="utf-8"))
+    _write_text(out / CODEBOOK_FILE, codebook_file.read_text(encoding="utf-8"))
     tasks = {}
     for k, student in enumerate(students_drawn):
-        path = out / SESSIONS / f"{student.pseudonym}.mcap"
+        path = out / SESSIONS_FOLDER / f"{student.pseudonym}.mcap"
         if not path.is_file():
             tasks[student.pseudonym] = (student, path, seed + 1000 * (k + 1))
     return do_all(record_student, tasks, jobs, on_done)
@@ -123,8 +123,8 @@ def _draw_student(k: int, seed: int, are_touches_brief: bool) -> Student:
     traits = {"ease": ease, "use": use, "imm": immersion, "mot": shared_trait + unexplained_weight * own_motivation}
     answers = {}
     for item_prefix, trait in traits.items():
-        for item in range(1, ITEMS_EACH + 1):
-            item_sign = -1.0 if item == ITEMS_EACH else 1.0
+        for item in range(1, ITEMS_PER_SCALE + 1):
+            item_sign = -1.0 if item == ITEMS_PER_SCALE else 1.0
             answer = 3.0 + item_sign * trait + CLASS_MODEL["item_noise"] * random.normal()
             answers[f"{item_prefix}{item}"] = int(np.clip(np.round(answer), 1, 5))
     touch_tendency = CLASS_MODEL["ease_touches"] * ease + np.sqrt(1.0 - CLASS_MODEL["ease_touches"] ** 2) * clumsiness
@@ -135,7 +135,7 @@ def _draw_student(k: int, seed: int, are_touches_brief: bool) -> Student:
     near_count = int(min(3, random.poisson(CLASS_MODEL["mean_near"])))
     if are_touches_brief:
         touches = _brief_touches(float(ease), int(random.integers(-1, 2)))
-    return Student(f"S{k + 1:02d}", GROUPS[k % 2], answers, touches, near_count)
+    return Student(f"S{k + 1:02d}", GROUP_NAMES[k % 2], answers, touches, near_count)
 
 
 def _brief_touches(ease_trait: float, extra_touches: int) -> tuple[float, ...]:

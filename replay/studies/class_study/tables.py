@@ -19,13 +19,13 @@ from replay.studies.class_study.regression import (
 )
 from replay.words import plural
 
-OBSERVED_ONLY: Final = (
+OBSERVED_ONLY_NOTE: Final = (
     "Associations in the students observed. Nothing was assigned at random, so no figure here says what would happen "
     "if something were changed."
 )
 
 
-STUDY: Final = (
+STUDY_TITLE: Final = (
     "Design of Virtual Experiment Teaching of Inorganic Chemistry in Colleges and Universities Based on Unity3D"
 )
 """Title of the published study of which this page follows the tables."""
@@ -41,7 +41,7 @@ PRINTED_SAMPLE: Final = {
 """The sample as Table II of the paper prints it."""
 
 ASSOCIATION_LABELS: Final = ("association", "associations")
-COMPARISON: Final = ("comparison of groups", "comparisons of groups")
+COMPARISON_LABELS: Final = ("comparison of groups", "comparisons of groups")
 """One and several results of a kind; p-values are corrected within a kind."""
 
 MOST_UNDECIDED: Final = 2
@@ -119,7 +119,7 @@ def undecided_text(study: Study) -> str:
     sentences = []
     if finding := by_conclusion.get(AFTER_HOLM):
         findings_of_kind, kind_labels = (
-            (study.groups, COMPARISON) if finding.kind == "groups" else (study.coefficients, ASSOCIATION_LABELS)
+            (study.groups, COMPARISON_LABELS) if finding.kind == "groups" else (study.coefficients, ASSOCIATION_LABELS)
         )
         tests = plural(sum(other_finding.p is not None for other_finding in findings_of_kind), *kind_labels)
         sentences.append(
@@ -139,7 +139,7 @@ def families_text(study: Study) -> str:
     """Sentence on the results of both kinds; ``""``: all are of one kind."""
     if not study.coefficients or not study.groups:
         return ""
-    kind_texts = plural(len(study.coefficients), *ASSOCIATION_LABELS), plural(len(study.groups), *COMPARISON)
+    kind_texts = plural(len(study.coefficients), *ASSOCIATION_LABELS), plural(len(study.groups), *COMPARISON_LABELS)
     return f"The results are {kind_texts[0]} and {kind_texts[1]}."
 
 
@@ -199,13 +199,13 @@ COLUMN_HEADS: Final = {
 }
 """Column -> its heading on the page."""
 
-IN_FILES: Final = ("associated", "changes", "tested")
+FILE_ONLY_COLUMNS: Final = ("associated", "changes", "tested")
 """Columns that a page does not show, since it says the same in other words."""
 
 
 COLUMN_TYPES: Final[dict[str, type]] = (
     dict.fromkeys(("items", "students", "first_students", "second_students"), int)
-    | dict.fromkeys(IN_FILES, bool)
+    | dict.fromkeys(FILE_ONLY_COLUMNS, bool)
     | dict.fromkeys(CELL_TEXTS, str)
 )
 """Column that is no fraction or coefficient -> its type in files."""
@@ -227,7 +227,7 @@ def page_table(table: Table) -> Table:
     for prefix in ("first", "second"):
         table = _with_merged_columns(table, f"{prefix}_group", (f"{prefix}_students", f"{prefix}_mean"), _group_words)
     table = _with_merged_columns(table, "low", ("high",), _interval_words)
-    return table.only(*(name for name in table.head if name not in IN_FILES), heads=COLUMN_HEADS)
+    return table.only(*(name for name in table.head if name not in FILE_ONLY_COLUMNS), heads=COLUMN_HEADS)
 
 
 def _with_merged_columns(
@@ -282,7 +282,7 @@ def study_tables(study: Study) -> dict[str, Table]:
             "outcome first_group first_students first_mean second_group second_students second_mean pooled_beta "
             "pooled_fit pooled_p difference=beta low high p p_holm conclusion",
             [
-                f"{STUDY} computes the pooled coefficient, its fit and its p: one "
+                f"{STUDY_TITLE} computes the pooled coefficient, its fit and its p: one "
                 "predictor, nothing corrected.",
                 "The data allow the second group's mean less the first's, p of t with HC3 errors, Holm across "
                 "the rows.",
@@ -370,4 +370,4 @@ def sample_table(study: Study, own_sample: Mapping[str, str]) -> Table:
     }  # fmt: skip
     rows = tuple((name, printed, sample_here[name]) for name, printed in PRINTED_SAMPLE.items())
     columns = Column("what"), Column("printed"), Column("here")
-    return Table(columns, rows, f"{STUDY}: its Table II, beside this study")
+    return Table(columns, rows, f"{STUDY_TITLE}: its Table II, beside this study")

@@ -9,7 +9,7 @@ from replay import words
 from replay.document.run_document import RunDocument
 
 if TYPE_CHECKING:
-    from replay.studies.diff.runs import DetectorDiff, Ranges
+    from replay.studies.diff.runs import CountBoundsPair, DetectorDiff
 
 REPLAY_SETTINGS: Final = ("session.frames", "session.bodies", "window", "oracle", "pairs", "tau", "session.digest")
 """Differences with which the errors of two runs are not of the same contacts."""
@@ -98,13 +98,13 @@ def _late_text(detector: DetectorDiff) -> str:
     return "" if late_before == late_after else f"late or cut short {late_before} -> {late_after}, "
 
 
-def _has_risen(ranges: Ranges) -> bool:
+def _has_risen(ranges: CountBoundsPair) -> bool:
     """Whether more contacts are counted in the second run, over the sampling offsets."""
     count_before, count_after = (sum(counts or (0, 0)) for counts in ranges)
     return count_after > count_before
 
 
-def _has_fallen(ranges: Ranges) -> bool:
+def _has_fallen(ranges: CountBoundsPair) -> bool:
     """Whether fewer contacts are counted in the second run."""
     return _has_risen(ranges[::-1])
 

@@ -9,7 +9,7 @@ from replay.words import plural
 
 if TYPE_CHECKING:
     from replay.document.contact import ContactRecord
-    from replay.studies.diff.runs import DetectorDiff, Fractions, Ranges, RunDiff, Shift
+    from replay.studies.diff.runs import CountBoundsPair, DetectorDiff, Fractions, RunDiff, Shift
 
 TRUTH_CLAUSES: Final[Mapping[str, str]] = {
     "matched": ", confirmed by the reference",
@@ -57,7 +57,7 @@ def _fractions_text(fractions: "Fractions") -> str:
     return f"{text_before} %" if text_before == text_after else f"{text_before} -> {text_after} %"
 
 
-def _ranges_text(ranges: "Ranges") -> str:
+def _ranges_text(ranges: "CountBoundsPair") -> str:
     """``0-2 -> 0``; of one that was not audited nothing."""
     if set(ranges) == {None}:
         return ""
@@ -65,16 +65,16 @@ def _ranges_text(ranges: "Ranges") -> str:
     return text_before if text_before == text_after else f"{text_before} -> {text_after}"
 
 
-VERDICTS: Final = {None: "no digest", True: "the same", False: "differ"}
+DIGEST_LABELS: Final = {None: "no digest", True: "the same", False: "differ"}
 
-DIFFERENCES: Final = columns_of(
+DIFFERENCE_COLUMNS: Final = columns_of(
     "studies/diff/differences.toml",
     {
         "count": len,
         "range_change": _ranges_text,
         "change": _fractions_text,
         "times": _ratio_text,
-        "verdicts": VERDICTS.get,
+        "verdicts": DIGEST_LABELS.get,
     },
 )["differences"]
 """Columns of pairs of a label and what its detector changed."""
@@ -84,7 +84,7 @@ def diff_table(diff: "RunDiff") -> Table:
     """A row per detector that both runs have."""
     title = "contacts, and the share of false contact"
     note = "time, p99: second run / first run. With the same verdicts a difference is noise of the machine."
-    return Table.of(DIFFERENCES, diff.detectors.items(), title, [note])
+    return Table.of(DIFFERENCE_COLUMNS, diff.detectors.items(), title, [note])
 
 
 def _contact_text(contact: "ContactRecord") -> str:

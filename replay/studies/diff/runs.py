@@ -20,14 +20,14 @@ from replay.show.results.run_folder import RunFolder, read_run_folder
 from replay.studies.diff.answer import answer_of
 from replay.studies.diff.counterparts import Labels, matching_labels
 
-TICKS: Final = 1_000_000
+TICKS_PER_SECOND: Final = 1_000_000
 """Episodes are compared in microseconds: seconds of a session are whole nanoseconds rounded to float64."""
 
-SETTINGS: Final = ("seed", "tau", "window", "oracle", "versions", "machine")
+SETTING_KEYS: Final = ("seed", "tau", "window", "oracle", "versions", "machine")
 """Parts of a summary that say how a run was made, besides the settings of its detectors and its session."""
 
 Fractions = tuple[float | None, ...]
-Ranges = tuple[CountBounds | None, ...]
+CountBoundsPair = tuple[CountBounds | None, ...]
 """In the first and in the second run."""
 
 
@@ -63,8 +63,8 @@ class DetectorDiff:
     time_ratio: float | None
     p99_ratio: float | None
     same_verdicts: bool | None
-    missed: Ranges
-    late: Ranges
+    missed: CountBoundsPair
+    late: CountBoundsPair
     false_contact: Fractions
     loss: Fractions
     mean_seconds: tuple[float, float]
@@ -154,7 +154,9 @@ def _detector_diff(labels: Labels, runs: Sequence[RunFolder]) -> DetectorDiff:
         )
         for first_contact, second_contact in common_contacts
     ]
-    moved_shifts = tuple(shift for shift in shifts if round(shift.start * TICKS) or round(shift.end * TICKS))
+    moved_shifts = tuple(
+        shift for shift in shifts if round(shift.start * TICKS_PER_SECOND) or round(shift.end * TICKS_PER_SECOND)
+    )
     kept_numbers, new_numbers = {i for i, _ in matched_pairs}, {j for _, j in matched_pairs}
     seconds, digests = [detector.seconds for detector in detectors], [detector.digest for detector in detectors]
     audits_of_runs = [run.document.audit.get(label) for run, label in zip(runs, labels, strict=True)]
@@ -191,8 +193,8 @@ def _audited_rank(run: RunFolder, label: str) -> Rank | None:
 def _episode(pair: int, contact: ContactRecord) -> Episode:
     start, end = contact.start, contact.end
     # A contact is over at its end: one that begins there does not overlap it.
-    first_tick = round(start * TICKS)
-    return Episode(pair, first_tick, max(first_tick, round(end * TICKS) - 1), start, end)
+    first_tick = round(start * TICKS_PER_SECOND)
+    return Episode(pair, first_tick, max(first_tick, round(end * TICKS_PER_SECOND) - 1), start, end)
 
 
 def _pair(contact: ContactRecord) -> tuple[str, str]:
@@ -208,7 +210,7 @@ def _setting_differences(
     first_run: RunDocument, second_run: RunDocument, labels: Sequence[Labels]
 ) -> Iterator[tuple[str, tuple[Any, Any]]]:
     a, b = plain_of(first_run), plain_of(second_run)
-    for name in SETTINGS:
+    for name in SETTING_KEYS:
         yield from _unequal_leaves(name, a[name], b[name])
     # what was said of a pair's containment is an answer, not a setting
     yield from _unequal_leaves(

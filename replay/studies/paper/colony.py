@@ -14,9 +14,9 @@ from replay.show.paper_table import Cell, paper_table
 from replay.studies.paper.fixtures import FAMILY_NAMES, SeparationPaths, make_fixture
 from sessions.synthetic.rng import random_stream
 
-TARGET: Final = 500
+TARGET_FACES: Final = 500
 """The meshes of this column of Table I: about 2,700 to 5,300 faces each."""
-BUDGET: Final = 2000
+EVALUATIONS_PER_POSE: Final = 2000
 """Evaluations of a pose."""
 DEEPEST_M: Final = 0.004
 FARTHEST_M: Final = 0.002
@@ -38,7 +38,7 @@ class NearPoses:
 
 def near_poses(family: str, count: int, seed: int = 0) -> NearPoses:
     """``count`` random directions and turns; the distance of first touch by bisection, then moved a little."""
-    bodies = make_fixture(TARGET, FAMILY_NAMES.index(family), seed).bodies
+    bodies = make_fixture(TARGET_FACES, FAMILY_NAMES.index(family), seed).bodies
     rng = random_stream(seed, "paper/near", family)
     paths = SeparationPaths(rng, bodies, count)
     lower, upper = np.full(count, 0.3 * paths.reach), np.full(count, paths.reach)
@@ -90,7 +90,7 @@ def colony_rows(family: str, count: int, seed: int = 0, search_seeds: int = 1) -
     rates: Rows = []
     ablation_rows: Rows = []
     seeds = range(seed, seed + search_seeds)
-    cold_settings = {"warm_start": False, "budget": BUDGET}
+    cold_settings = {"warm_start": False, "budget": EVALUATIONS_PER_POSE}
     poses = near_poses(family, count, seed)
     random_counts = count_detections(poses, "qaco", seeds, variant="random", **cold_settings)
     for name in ("exact", "hybrid", "rapid-style", "solid-style", "aabb", "obb"):
@@ -120,7 +120,7 @@ def colony_tables(families: Sequence[tuple[Rows, Rows]], search_seeds: int) -> l
     return [
         paper_table(
             "F7e",
-            f"Random poses about first touch, {BUDGET:,} evaluations each",
+            f"Random poses about first touch, {EVALUATIONS_PER_POSE:,} evaluations each",
             RATE_HEAD,
             rates,
             f"{seeds}: detected is the mean, fewest and most are those of one seed. Intervals: Wilson, 95 %, of poses. "

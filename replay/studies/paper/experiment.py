@@ -9,7 +9,7 @@ from replay.detection.progress import Progress, Silent
 from replay.document.tables import Table
 from replay.studies.paper.colony import colony_rows, colony_tables
 from replay.studies.paper.feature_samples import feature_sample_tables, search_samples
-from replay.studies.paper.fixtures import FAMILY_NAMES, POSES, TARGETS, make_fixture
+from replay.studies.paper.fixtures import FAMILY_NAMES, POSES_PER_TARGET, TARGET_FACES, make_fixture
 from replay.studies.paper.rows import groups_of
 from replay.studies.paper.table_one import (
     BUDGET_FRACTIONS,
@@ -37,11 +37,11 @@ class Size:
     search_seeds: int = 2
 
 
-QUICK: Final = Size((100, 300, 500), 2, 60)
-FULL: Final = Size(TARGETS, POSES, 1000, search_seeds=4)
+QUICK_SIZE: Final = Size((100, 300, 500), 2, 60)
+FULL_SIZE: Final = Size(TARGET_FACES, POSES_PER_TARGET, 1000, search_seeds=4)
 
 
-def run_paper(experiment_size: Size = FULL, seed: int = 0, progress: Progress | None = None) -> list[Table]:
+def run_paper(experiment_size: Size = FULL_SIZE, seed: int = 0, progress: Progress | None = None) -> list[Table]:
     """All tables in order. Raises FixtureError."""
 
     def run_stage(name: str, task_function: Callable[..., Any], tasks: Sequence[tuple[Any, ...]]) -> list[Any]:

@@ -19,9 +19,9 @@ from cdcore.search.features import features_of, sample_of
 from replay.auditing.wilson import wilson_interval
 from replay.document.tables import Table
 from replay.show.paper_table import Cell, paper_table
-from replay.studies.paper.colony import BUDGET, near_poses
+from replay.studies.paper.colony import EVALUATIONS_PER_POSE, near_poses
 
-SIZES: Final[tuple[int | None, ...]] = (50, 100, 200, 400, 800, 1600, None)
+SAMPLE_SIZES: Final[tuple[int | None, ...]] = (50, 100, 200, 400, 800, 1600, None)
 """Faces sampled of each mesh; ``None``: all."""
 SEARCH_VARIANTS: Final = ("random", "corrected", "memetic", "local")
 SAMPLE_DRAWS: Final = 4
@@ -50,7 +50,7 @@ def search_samples(family: str, pose_count: int, seed: int) -> SampleSearches:
     exact = create_detector("exact", poses.bodies, containment=False).detect(poses.colliding, faces=True)
     features = [features_of(body.mesh) for body in poses.bodies]
     searches = SampleSearches(family, defaultdict(list), defaultdict(list))
-    for draw_number, size in product(range(SAMPLE_DRAWS), SIZES):
+    for draw_number, size in product(range(SAMPLE_DRAWS), SAMPLE_SIZES):
         sample_seed = seed * SAMPLE_DRAWS + draw_number
         first_faces, second_faces = (
             features_of_mesh.face[sample_of(features_of_mesh, size, sample_seed, body.name).pick]
@@ -121,12 +121,12 @@ def _search_table(families: Sequence[SampleSearches]) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for searches in families:
         for searcher in SEARCH_VARIANTS:
-            for size in SIZES:
+            for size in SAMPLE_SIZES:
                 evaluations_to_hit, pose_count = (
                     searches.evaluations_to_hit[searcher, size],
                     len(searches.meeting_counts[size]),
                 )
-                missed_count = sum(hit is None or hit > BUDGET for hit in evaluations_to_hit)
+                missed_count = sum(hit is None or hit > EVALUATIONS_PER_POSE for hit in evaluations_to_hit)
                 evaluations_of_covered = (
                     least_evaluations(evaluations_to_hit, len(evaluations_to_hit))
                     if len(evaluations_to_hit) >= LEAST_COVERED
@@ -157,7 +157,7 @@ def _search_table(families: Sequence[SampleSearches]) -> Table:
         "search",
         "faces sampled",
         "poses covered",
-        f"misses at {BUDGET:,}",
+        f"misses at {EVALUATIONS_PER_POSE:,}",
         "rate",
         "low",
         "high",

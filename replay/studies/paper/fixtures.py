@@ -22,17 +22,17 @@ from sessions.glassware.catalogue import make_instrument
 from sessions.model.constants import HEADSET_HZ
 from sessions.synthetic.rng import random_stream
 
-TARGETS: Final = (100, 200, 300, 400, 500, 600, 700, 800, 900, 1000)
+TARGET_FACES: Final = (100, 200, 300, 400, 500, 600, 700, 800, 900, 1000)
 """Faces that meet, the columns of Table I."""
-POSES: Final = 20
-TOLERANCE: Final = 0.02
+POSES_PER_TARGET: Final = 20
+TARGET_TOLERANCE: Final = 0.02
 """How far, relative, the number of faces that meet may be from the target."""
 
 DISTANCES_AT_ONCE: Final = 48
 """Distances tried at once."""
 MOST_BRACKETS: Final = 4
 """How many neighbouring distances, one below and one above the target, are looked between."""
-ATTEMPTS: Final = 40
+MOST_DIRECTIONS: Final = 40
 """Fresh directions before a pose is given up; one or two do."""
 PROBE_PATHS: Final = 4
 """Random directions over which the typical number of faces of a tessellation is taken."""
@@ -71,7 +71,7 @@ def make_fixture(target: int, number: int, seed: int = 0) -> Fixture:
     family = FAMILY_NAMES[number % len(FAMILY_NAMES)]
     bodies = _bodies_for(family, target, seed)
     rng = random_stream(seed, f"table-1/{target}/{number}", family)
-    for _ in range(ATTEMPTS):
+    for _ in range(MOST_DIRECTIONS):
         motion = _frame_with_faces(SeparationPaths(rng, bodies, offset_spread=0.1), target)
         if motion is not None:
             # Every pose has a stamp, hence a random stream, of its own.
@@ -79,7 +79,8 @@ def make_fixture(target: int, number: int, seed: int = 0) -> Fixture:
             pairs = _exact_detector(bodies).detect(motion, faces=True).faces(0, 0)
             return Fixture(family, target, number, bodies, motion, pairs)
     raise FixtureError(
-        f"no pose {number} of {family} in which {target} faces meet; choose a target from {TARGETS[0]} to {TARGETS[-1]}"
+        f"no pose {number} of {family} in which {target} faces meet; "
+        f"choose a target from {TARGET_FACES[0]} to {TARGET_FACES[-1]}"
     )
 
 
@@ -141,7 +142,7 @@ def _frame_with_faces(path: SeparationPaths, target: int) -> Motion | None:
             np.concatenate([face_counts, path.faces(between_distances)]),
         )
     best_row = int(np.argmin(np.abs(face_counts - target)))
-    if abs(int(face_counts[best_row]) - target) > TOLERANCE * target:
+    if abs(int(face_counts[best_row]) - target) > TARGET_TOLERANCE * target:
         return None
     return path.motion(distances[best_row : best_row + 1])
 

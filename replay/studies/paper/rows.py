@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from cdcore import Body, Detector, create_detector
 from replay.studies.paper.fixtures import Fixture, faces_of_pairs
 
-SEARCH: Final = {"stop_first": False, "warm_start": False, "budget": 10_000}
+SEARCH_SETTINGS: Final = {"stop_first": False, "warm_start": False, "budget": 10_000}
 """A search knows nothing of the pose before, and spends its evaluations on further curves after a hit."""
 
 
@@ -27,27 +27,27 @@ class Row:
 
 
 WITHOUT_CONTAINMENT: Final = {"containment": False}
-TREE: Final = ("node_tests", "leaf_tests")
+TREE_COUNTS: Final = ("node_tests", "leaf_tests")
 
 ROWS: Final[dict[str, Row]] = {
     "exact": Row("exact", WITHOUT_CONTAINMENT),
     "hybrid": Row("hybrid", WITHOUT_CONTAINMENT),
-    "hybrid-qaco mesh": Row("hybrid-qaco", WITHOUT_CONTAINMENT | SEARCH | {"decide": "mesh"}),
-    "rapid-style": Row("rapid-style", WITHOUT_CONTAINMENT, TREE),
-    "solid-style": Row("solid-style", WITHOUT_CONTAINMENT, TREE),
-    "aabb": Row("aabb", WITHOUT_CONTAINMENT, TREE),
-    "obb": Row("obb", WITHOUT_CONTAINMENT, TREE),
-    "hybrid-qaco": Row("hybrid-qaco", SEARCH, ("evaluations",), complete=False),
+    "hybrid-qaco mesh": Row("hybrid-qaco", WITHOUT_CONTAINMENT | SEARCH_SETTINGS | {"decide": "mesh"}),
+    "rapid-style": Row("rapid-style", WITHOUT_CONTAINMENT, TREE_COUNTS),
+    "solid-style": Row("solid-style", WITHOUT_CONTAINMENT, TREE_COUNTS),
+    "aabb": Row("aabb", WITHOUT_CONTAINMENT, TREE_COUNTS),
+    "obb": Row("obb", WITHOUT_CONTAINMENT, TREE_COUNTS),
+    "hybrid-qaco": Row("hybrid-qaco", SEARCH_SETTINGS, ("evaluations",), complete=False),
 } | {
-    f"qaco {variant}": Row("qaco", SEARCH | {"variant": variant}, ("evaluations",), complete=False)
+    f"qaco {variant}": Row("qaco", SEARCH_SETTINGS | {"variant": variant}, ("evaluations",), complete=False)
     for variant in ("memetic", "corrected", "local", "random", "printed")
 }
 """Name -> what is asked. ``hybrid-qaco`` decides by search, the paper's pipeline."""
 
-BUDGETED: Final = tuple(name for name, row in ROWS.items() if row.counters)
+BUDGETED_ROWS: Final = tuple(name for name, row in ROWS.items() if row.counters)
 
 
-ANSWER: Final = np.dtype(
+ANSWER_DTYPE: Final = np.dtype(
     [(name, int) for name in ("target", "faces", "true_faces", "pairs", "true_pairs", "right_pairs", "operations")]
     + [("seconds", float)]
 )
@@ -86,4 +86,4 @@ def compared_answers(row_name: str, detector: Detector, poses: Iterable[Fixture]
         operation_count = sum(int(np.sum(detection.work[counter])) for counter in ROWS[row_name].counters)
         counts = faces_of_pairs(right_face_pairs), pose.faces, len(pairs), len(pose.pairs), len(right_face_pairs)
         answers.append((pose.target, *counts, operation_count, seconds))
-    return np.array(answers, ANSWER)
+    return np.array(answers, ANSWER_DTYPE)

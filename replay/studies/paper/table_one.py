@@ -15,7 +15,7 @@ from replay.document.tables import Table
 from replay.show.paper_table import Cell, paper_table
 from replay.studies.paper.fixtures import Fixture
 from replay.studies.paper.printed import ABOUT_PRINTED, PRINTED_FIGURES, PRINTED_LABEL, printed_figure
-from replay.studies.paper.rows import BUDGETED, ROWS, Answers, compared_answers, make_detector_of_row
+from replay.studies.paper.rows import BUDGETED_ROWS, ROWS, Answers, compared_answers, make_detector_of_row
 from sessions.synthetic.rng import random_stream
 
 BUDGET_FRACTIONS: Final = (0.25, 0.5, 1.0, 2.0)
@@ -43,7 +43,7 @@ def budget(complete_answers: Answers, row_name: str, target: int, fraction: floa
 
 def ask_cut_short(group: Sequence[Fixture], complete_answers: Answers, fraction: float) -> Answers:
     """Ask every row that takes a budget in every pose of a group, with ``fraction`` medians of ``hybrid``."""
-    budget_of_name = {name: budget(complete_answers, name, group[0].target, fraction) for name in BUDGETED}
+    budget_of_name = {name: budget(complete_answers, name, group[0].target, fraction) for name in BUDGETED_ROWS}
     return {
         name: compared_answers(name, make_detector_of_row(name, group[0].bodies, budget=most_operations), group)
         for name, most_operations in budget_of_name.items()
@@ -121,7 +121,7 @@ def completion_table(complete_answers: Answers) -> Table:
 def accuracy_table(answers_by_fraction: Mapping[float, Answers]) -> Table:
     """Fig. 7 a and b: face recall of single poses."""
     rows = []
-    for name in BUDGETED:
+    for name in BUDGETED_ROWS:
         for fraction in BUDGET_FRACTIONS:
             answers = answers_by_fraction[fraction][name]
             face_recalls = answers["faces"] / answers["true_faces"]

@@ -18,16 +18,16 @@ from cdcore.numerics import BoolArray
 from cdcore.tolerances import TWO_MICROMETRES
 from replay.studies.shrink.wrong_answer import WrongAnswer
 
-MICROMETRES: Final = f"{1e6 * TWO_MICROMETRES:g} micrometres"
+MARGIN_TEXT: Final = f"{1e6 * TWO_MICROMETRES:g} micrometres"
 
 
 class Doubt(StrEnum):
     """Why a fault is not well posed; the value is a sentence for people."""
 
-    THIN = f"A face is less than {MICROMETRES} high: engines may differ about faces without an area."
-    SHALLOW = f"No two faces overlap by more than {MICROMETRES}; only together they keep the bodies in contact."
-    LOOSE = f"A shift by {MICROMETRES} ends the contact: engines may differ about what only touches."
-    NEAR = f"The surfaces are less than {MICROMETRES} apart: engines may differ about what almost touches."
+    THIN = f"A face is less than {MARGIN_TEXT} high: engines may differ about faces without an area."
+    SHALLOW = f"No two faces overlap by more than {MARGIN_TEXT}; only together they keep the bodies in contact."
+    LOOSE = f"A shift by {MARGIN_TEXT} ends the contact: engines may differ about what only touches."
+    NEAR = f"The surfaces are less than {MARGIN_TEXT} apart: engines may differ about what almost touches."
 
 
 def doubts_of(fault: WrongAnswer) -> frozenset[Doubt]:

@@ -15,9 +15,9 @@ from replay.studies.shrink.well_posed import doubts_of
 from replay.studies.shrink.wrong_answer import WrongAnswer
 from replay.words import plural, safe_text
 
-CASE: Final = FolderKind("case", "case.json", "vrlab-replay/case/1")
-POSES: Final = "poses.csv"
-TEST: Final = '''"""Fails while the detector of case.json answers wrongly about the last frame of poses.csv.
+CASE_FOLDER: Final = FolderKind("case", "case.json", "vrlab-replay/case/1")
+POSES_FILE: Final = "poses.csv"
+TEST_SOURCE: Final = '''"""Fails while the detector of case.json answers wrongly about the last frame of poses.csv.
 
 Another detector: DETECTOR=exact python -m pytest test_case.py
 """
@@ -68,16 +68,16 @@ def write_case(fault: WrongAnswer, before: Size, out: Path, *, source: str, forc
     ``before``: its size when it was found; ``source``: where it was found, in a few words. Numbers are written as
     decimals that read back bit for bit. Raises ``OutputError``: the folder exists, or cannot be written.
     """
-    check_target(out, force=force, kind=CASE)
+    check_target(out, force=force, kind=CASE_FOLDER)
     files = [f"body-{number}.obj" for number in range(1, len(fault.bodies) + 1)]
-    with result_folder(out, CASE, force=force) as folder:
+    with result_folder(out, CASE_FOLDER, force=force) as folder:
         for name, body in zip(files, fault.bodies, strict=True):
             (folder / name).write_text("".join(_obj(body.mesh)), encoding="utf-8")
-        with (folder / POSES).open("w", newline="", encoding="utf-8") as file:
+        with (folder / POSES_FILE).open("w", newline="", encoding="utf-8") as file:
             csv.writer(file, lineterminator="\n").writerows(_poses(fault))
         names = [body.name for body in fault.bodies]
         case: dict[str, Any] = {
-            "schema": CASE.schema,
+            "schema": CASE_FOLDER.schema,
             "detector": fault.detector,
             "settings": dict(fault.settings),
             "oracle": fault.oracle,
@@ -90,9 +90,9 @@ def write_case(fault: WrongAnswer, before: Size, out: Path, *, source: str, forc
             "before": str(before),
             "source": source,
         }
-        (folder / "test_case.py").write_text(TEST, encoding="utf-8")
+        (folder / "test_case.py").write_text(TEST_SOURCE, encoding="utf-8")
         (folder / "README.md").write_text("\n".join(_report(fault, case)) + "\n", encoding="utf-8")
-        write_summary(folder, CASE, case)
+        write_summary(folder, CASE_FOLDER, case)
     return out
 
 

@@ -28,7 +28,7 @@ from replay.prepare.assembly import Assembly
 from replay.show.results.run_folder import RunFolder
 from sessions import read_session
 
-WINDOWS: Final = (1.0, 10.0, 100.0, np.inf)
+WINDOWS_S: Final = (1.0, 10.0, 100.0, np.inf)
 """Seconds before the wrong answer that are tried in turn: most detectors remember less than a second."""
 
 
@@ -112,7 +112,7 @@ def fault_of_run(
     first_body, second_body = stored_fault.bodies
     pair = names.index(first_body), names.index(second_body)
     frames = [stored_fault.frame] if contact else range(stored_fault.first, stored_fault.last + 1)
-    for frame, pairs, first in product(frames, _selections(assembly, pair), WINDOWS):
+    for frame, pairs, first in product(frames, _selections(assembly, pair), WINDOWS_S):
         first_row = int(np.searchsorted(assembly.motion.times, assembly.motion.times[frame] - first))
         motion = assembly.motion.take(np.arange(first_row, frame + 1))
         fault = reduce_to_pairs(WrongAnswer(detector.name, settings, oracle, assembly.bodies, motion, pairs, contact))

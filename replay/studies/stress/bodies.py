@@ -12,17 +12,19 @@ from cdcore.narrow.ill_posed import MarginStage
 from cdcore.numerics import BoolArray, ByteArray
 from cdcore.protocol import counts_as_contact, is_undecided
 from replay.detection.detector_spec import DetectorSpec, SpecLike, parse_detector
-from replay.studies.stress.scenes import SCENES, StressScene, body_pair, meeting_faces, motion_at
+from replay.studies.stress.scenes import SCENE_CASES, StressScene, body_pair, meeting_faces, motion_at
 from replay.studies.stress.solids import ball_mesh, box_mesh
 from replay.studies.stress.tally import Tally, judge_answers
 
 REPEATED_CASE: Final = 43
 """Number of the case that asks whether an answer repeats, whatever the blocks."""
 
-CASE_NAMES: Final = {n: name for n, (name, _) in sorted((SCENES | {REPEATED_CASE: ("repeated answers", None)}).items())}
+CASE_NAMES: Final = {
+    n: name for n, (name, _) in sorted((SCENE_CASES | {REPEATED_CASE: ("repeated answers", None)}).items())
+}
 """Number -> name, from 27 on."""
 
-AT_FRAMES: Final = "decides at frames, not between them"
+FRAMES_ONLY_REASON: Final = "decides at frames, not between them"
 
 
 def ask_case(detector: SpecLike, case_number: int, scenes: Sequence[StressScene], *, seed: int, tau: float) -> Tally:
@@ -39,7 +41,7 @@ def ask_case(detector: SpecLike, case_number: int, scenes: Sequence[StressScene]
         if any(verdicts.get(word) for word in ("missed", "invented", "refused")):
             reason_text = reason_text or reason
     if not is_promised and wrong_counts["missed"]:
-        reason_text = reason_text or AT_FRAMES
+        reason_text = reason_text or FRAMES_ONLY_REASON
     questions = sum(len(scene.truth) for scene in scenes)
     return Tally(
         spec.label,

@@ -76,8 +76,8 @@ def thick_grid(rng: Generator, n: int) -> FloatArray:
     return t
 
 
-COARSE = partial(grid, half=16, step=1.0)
-WHOLE = partial(grid, half=32, step=1.0)
+COARSE_GRID = partial(grid, half=16, step=1.0)
+WHOLE_GRID = partial(grid, half=32, step=1.0)
 
 
 def log_uniform(rng: Generator, lower: float, upper: float, shape: int | tuple[int, ...]) -> FloatArray:
@@ -245,8 +245,8 @@ _TABLE: tuple[tuple[str, Start, Change | None, bool | None], ...] = (
     ("shared edge, folded", uniform, _shared_edge, True),
     ("identical, permuted", uniform, _make_identical, True),
     ("coplanar, axis plane", uniform, _coplanar_axis, None),
-    ("coplanar oblique", COARSE, _coplanar_oblique, None),
-    ("coplanar touching", COARSE, _coplanar_touching, True),
+    ("coplanar oblique", COARSE_GRID, _coplanar_oblique, None),
+    ("coplanar touching", COARSE_GRID, _coplanar_touching, True),
     ("collinear against proper", grid, _collinear, None),
     ("point on a face", grid, _point_on_face, True),
     ("point off a face", thick_grid, _point_off_face, False),
@@ -255,8 +255,8 @@ _TABLE: tuple[tuple[str, Start, Change | None, bool | None], ...] = (
     ("tiny", uniform, _shrink, None),
     ("products underflow", uniform, _underflow, None),
     ("products overflow", uniform, _overflow, None),
-    ("edges cross in one point", WHOLE, _edges_cross, True),
-    ("vertex exactly on a face", WHOLE, _vertex_on_face, True),
+    ("edges cross in one point", WHOLE_GRID, _edges_cross, True),
+    ("vertex exactly on a face", WHOLE_GRID, _vertex_on_face, True),
     ("parallel planes, small gap", uniform, _parallel_gap, False),
     ("shallow overlap", zero_corners, _shallow, True),
     ("size ratio 1e6 to 1e9", uniform, _size_ratio, None),

@@ -30,7 +30,7 @@ from replay.studies.stress.solids import (
 )
 from sessions.model.constants import HEADSET_HZ
 
-HAIR_BREADTH: Final = 2.0**-40
+HAIR_BREADTH_M: Final = 2.0**-40
 """Metres, a picometre: far below what a tracker sees, far above the rounding of a metre."""
 
 IMPOSSIBLE_M: Final = (2.0**53, 1e17, 1e30, 1e160, 1e300)
@@ -192,12 +192,12 @@ CUBE_AND_PLATE: Final = box_mesh((0.005,) * 3), box_mesh((0.2, 0.2, 0.001))
 SPEEDS_M_S: Final = (0.4, 0.6, 1.0, 2.0, 4.0)
 """Metres a second of a 5 mm cube through a 1 mm plate."""
 
-PHASES: Final = 100
-PLATE_REACH: Final = 0.003
+PHASE_COUNT: Final = 100
+PLATE_REACH_M: Final = 0.003
 """Half the cube and half the plate, metres: the surfaces meet while the centres are no further apart."""
 
 
-def crossing_motion(speed: float, phases: int = PHASES, sideways_offset: ArrayLike = 0.0) -> Motion:
+def crossing_motion(speed: float, phases: int = PHASE_COUNT, sideways_offset: ArrayLike = 0.0) -> Motion:
     """A cube through a plate at 90 Hz, ``phases`` times one after another, each a share of a step later.
 
     ``speed``: metres a second, downward.
@@ -210,7 +210,7 @@ def crossing_motion(speed: float, phases: int = PHASES, sideways_offset: ArrayLi
     phase = (np.arange(phases) + 0.5) / phases
     translations = np.zeros((phases, frame_count, 2, 3))
     translations[:, :, 0, 2] = (
-        PLATE_REACH + (phase[:, None] - 1 - np.arange(-frames_before, frame_count - frames_before)) * step_length
+        PLATE_REACH_M + (phase[:, None] - 1 - np.arange(-frames_before, frame_count - frames_before)) * step_length
     )
     translations[:, :, 0, 0] = np.broadcast_to(sideways_offset, phases)[:, None]
     is_linked = np.ones((phases, frame_count, 2), dtype=bool)
@@ -228,9 +228,9 @@ def crossing_motion(speed: float, phases: int = PHASES, sideways_offset: ArrayLi
 def thin_wall(_rng: Generator) -> Iterator[StressScene]:
     """29: every crossing has a contact, and a pass beside the plate by 3 um to 1 mm has none."""
     for speed in SPEEDS_M_S:
-        yield scene_of_intervals(f"{speed:g} m/s", CUBE_AND_PLATE, crossing_motion(speed), True, PHASES)
-        passing_motion = crossing_motion(speed, sideways_offset=0.1 + 0.0025 + np.geomspace(3e-6, 1e-3, PHASES))
-        yield scene_of_intervals(f"{speed:g} m/s beside", CUBE_AND_PLATE, passing_motion, False, PHASES)
+        yield scene_of_intervals(f"{speed:g} m/s", CUBE_AND_PLATE, crossing_motion(speed), True, PHASE_COUNT)
+        passing_motion = crossing_motion(speed, sideways_offset=0.1 + 0.0025 + np.geomspace(3e-6, 1e-3, PHASE_COUNT))
+        yield scene_of_intervals(f"{speed:g} m/s beside", CUBE_AND_PLATE, passing_motion, False, PHASE_COUNT)
 
 
 def turning_motion(degrees: float) -> Motion:
@@ -310,7 +310,7 @@ def flush_scenes(_rng: Generator) -> Iterator[StressScene]:
     """45: a block that slides along a table and past its end, or stands on it, or in a slot of its own width."""
     table, block = box_mesh((2.0, 2.0, 0.25), (0, 0, -0.125)), box_mesh((0.25,) * 3)
     offsets = np.concatenate([np.zeros(8), np.arange(-16, 25) / 16])
-    for lift in (0.0, HAIR_BREADTH, -HAIR_BREADTH, 2.0**-20, -(2.0**-20)):
+    for lift in (0.0, HAIR_BREADTH_M, -HAIR_BREADTH_M, 2.0**-20, -(2.0**-20)):
         meets = _contact_where((lift <= 0) & (np.abs(offsets) <= 1.125))
         positions_along = np.outer(offsets, [1.0, 0, 0])
         lifted_positions = positions_along.copy()
@@ -328,7 +328,7 @@ def nested_shells(_rng: Generator) -> Iterator[StressScene]:
         merge_meshes(box_mesh((3.0,) * 3), _inside_out(solid)),
     )
     axes = np.array([[1, 0, 0], [1, 1, 0], [1, -1, 1], [0, 0, -1]])
-    distances = np.array([0.0, 0.25, 0.5 - HAIR_BREADTH, 0.5, 0.5 + HAIR_BREADTH, 0.5 + 2.0**-10])
+    distances = np.array([0.0, 0.25, 0.5 - HAIR_BREADTH_M, 0.5, 0.5 + HAIR_BREADTH_M, 0.5 + 2.0**-10])
     positions = (distances[:, None, None] * axes).reshape(-1, 3)
     meets = np.repeat(distances >= 0.5, len(axes))
     for inner_item, outer_item in product(
@@ -377,7 +377,7 @@ def far_crossings(_rng: Generator) -> Iterator[StressScene]:
 
 Maker = Callable[[Generator], Iterator[StressScene]]
 
-SCENES: Final[dict[int, tuple[str, Maker]]] = {
+SCENE_CASES: Final[dict[int, tuple[str, Maker]]] = {
     27: ("containment", containment),
     28: ("cavity", cavity),
     29: ("thin-wall phases", thin_wall),
@@ -401,4 +401,4 @@ SCENES: Final[dict[int, tuple[str, Maker]]] = {
 
 def scenes_of(number: int, seed: int = FIRST_SEED) -> list[StressScene]:
     """The scenes of a case; none of one that has no bodies of its own."""
-    return [*SCENES[number][1](np.random.default_rng((seed, number)))] if number in SCENES else []
+    return [*SCENE_CASES[number][1](np.random.default_rng((seed, number)))] if number in SCENE_CASES else []

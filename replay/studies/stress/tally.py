@@ -13,7 +13,7 @@ from cdcore.protocol import counts_as_contact
 WRONG_FIELDS: Final = ("missed", "invented", "within", "refused", "changed")
 """Fields of a tally that count answers which are not exact, tolerance or not."""
 
-CLAIM_EXACTNESS: Final = frozenset({"exact", "continuous", "aabb", "obb", "rapid-style", "solid-style"})
+EXACT_DETECTORS: Final = frozenset({"exact", "continuous", "aabb", "obb", "rapid-style", "solid-style"})
 """Detectors that promise the exact answer on every finite input: one wrong or refused answer is a failure."""
 
 
@@ -69,7 +69,7 @@ class StressResult:
             f"{tally.number:02d} {tally.name} (seed {tally.seed}): {tally.words}"
             for tally in self.tallies
             # A case may ask what cannot be decided, such as containment of an open mesh.
-            if tally.detector in CLAIM_EXACTNESS
+            if tally.detector in EXACT_DETECTORS
             and tally.promised
             and tally.failed > (tally.refused if tally.kind == "case" else 0)
         ]

@@ -15,7 +15,7 @@ from cdcore.errors import CollisionCoreError
 from cdcore.numerics import ByteArray, FloatArray
 from replay.detection.detector_spec import SpecLike, parse_detector
 
-BATCH: Final = 500
+PAIRS_PER_CALL: Final = 500
 """Pairs in one call: two bodies each, so that a detector's tables of bodies stay small."""
 
 SINGLE_FACE: Final = ((0, 1, 2),)
@@ -39,7 +39,8 @@ def verdicts_of(detector: SpecLike, pairs: FloatArray) -> ByteArray:
     if spec.name != "sphere":
         settings = {name: value for name, value in CHEAPER_SETTINGS.items() if name in known_settings} | settings
     verdicts = [
-        _batch_verdicts(spec.name, pairs[start : start + BATCH], settings) for start in range(0, len(pairs), BATCH)
+        _batch_verdicts(spec.name, pairs[start : start + PAIRS_PER_CALL], settings)
+        for start in range(0, len(pairs), PAIRS_PER_CALL)
     ]
     return np.concatenate([np.zeros(0, dtype=np.uint8), *verdicts])
 

@@ -14,7 +14,7 @@ pytestmark = pytest.mark.slow
 @pytest.fixture
 def tiny(monkeypatch):
     """The tables of each run, small, with a clock of its own."""
-    monkeypatch.setattr(experiment, "QUICK", experiment.Size((100,), 2, 40))
+    monkeypatch.setattr(experiment, "QUICK_SIZE", experiment.Size((100,), 2, 40))
     ticks = count(1)
     monkeypatch.setattr(rows, "perf_counter", lambda: next(ticks) / 64)
     tables, run_paper = [], experiment.run_paper

@@ -256,7 +256,7 @@ def test_output_of_a_verb_is_unchanged(arguments, folder, monkeypatch, capsys, s
     monkeypatch.setenv("COLUMNS", "100")
     monkeypatch.setattr(runner, "compute", lambda *asked, **how: with_steady_times(compute(*asked, **how)))
     monkeypatch.setattr("replay.show.rerun_log.viewer.open_viewer", Window)
-    monkeypatch.setattr(web_viewer, "web_viewer", lambda: {web_viewer.SCRIPT: b"", web_viewer.PROGRAM: b""})
+    monkeypatch.setattr(web_viewer, "web_viewer", lambda: {web_viewer.SCRIPT_FILE: b"", web_viewer.PROGRAM_FILE: b""})
     before, text = {*folder.rglob("*")}, ""
     for command in arguments.split("; "):
         code = main(command.split())

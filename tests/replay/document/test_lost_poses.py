@@ -8,7 +8,7 @@ from support.small_worlds import STEP_NS, framed
 
 from replay.document.gates import Gates
 from replay.engine import compute
-from replay.show.run_tables import CUT, pair_table
+from replay.show.run_tables import CUT_COLUMN, pair_table
 from sessions.doctor.runs import runs
 from sessions.model.session import Status
 from sessions.synthetic.analytic import make_analytic
@@ -29,7 +29,7 @@ def session(lost):
 def test_touch_with_two_lost_segments_is_a_single_contact():
     result = compute(session([5, 7]), detectors="hybrid")
     heads = [pair_table(item, "hybrid").head for item in (result, compute(session([1]), detectors="hybrid"))]
-    assert [CUT in head for head in heads] == [True, False]
+    assert [CUT_COLUMN in head for head in heads] == [True, False]
     audit = result.document.audit["hybrid"]
     assert (audit.contacts, audit.contacts_cut) == (2, 1)
     assert [actual.cut for actual in result.document.pairs[0].contacts.values()] == [1, 1]

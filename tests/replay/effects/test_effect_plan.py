@@ -8,7 +8,7 @@ import pytest
 
 from replay.effects import EFFECTS, load_effect
 from replay.effects.declaring import READERS
-from replay.effects.effect_plan import DECLARED, plan
+from replay.effects.effect_plan import DECLARED_REASON, plan
 from replay.effects.effect_summary import plan_summary
 from replay.effects.protocol import EffectOutput, EffectSpec
 from replay.errors import EffectError, PlanError
@@ -23,7 +23,7 @@ def test_every_item_of_a_plan_has_its_reason():
     planned = plan(Scene(bodies=BODIES, effects=(falls,)))
     assert planned.pairs == (("cup", "top"), ("jar", "top")) and planned.detection
     settings = plan_summary(planned)
-    assert settings["effects"] == {"contact": ["breakage needs it"], "breakage": [DECLARED]}
+    assert settings["effects"] == {"contact": ["breakage needs it"], "breakage": [DECLARED_REASON]}
     assert settings["pairs"] == {"cup-top": ["contact"], "jar-top": ["contact"]}
     assert settings["detectors"] == {"exact": ["contact"]} and settings["topics"] == {"/tf": ["contact", "breakage"]}
     assert list(settings["bodies"]) == ["cup", "top", "jar"]

@@ -8,7 +8,7 @@ from support.small_worlds import along_x, cube, cubes
 
 from replay.effects.effect_plan import Plan, Step
 from replay.effects.effects_runner import run_effects
-from replay.effects.inputs import HANDS
+from replay.effects.inputs import HANDS_TOPIC
 from replay.effects.output import EffectEvent, EffectOutput, LaneSpan, Liquid, Series
 from replay.effects.protocol import EffectSpec
 from replay.engine import compute
@@ -62,9 +62,11 @@ def test_an_effect_gets_only_inputs_of_its_spec(ask, text):
 
 
 def test_a_hand_is_chosen_by_tags_and_name():
-    hand, run = asking(lambda inputs: inputs.hand_of("hand_left") is inputs.session.hands["ann/left"], reads=(HANDS,))
+    hand, run = asking(
+        lambda inputs: inputs.hand_of("hand_left") is inputs.session.hands["ann/left"], reads=(HANDS_TOPIC,)
+    )
     assert hand and run.counters == {"decoded /hands/ann/left": 1}
-    assert asking(lambda inputs: inputs.hand_of("cup"), reads=(HANDS,))[0] is None
+    assert asking(lambda inputs: inputs.hand_of("cup"), reads=(HANDS_TOPIC,))[0] is None
 
 
 def test_an_effect_gets_only_outputs_of_its_inputs():

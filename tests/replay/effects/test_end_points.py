@@ -9,7 +9,7 @@ from support.liquid_worlds import glass
 
 from replay.effects.chemistry.contents import contents_of_scene
 from replay.effects.chemistry.formulas import molar_mass
-from replay.effects.chemistry.ledger_columns import UNFOLLOWED
+from replay.effects.chemistry.ledger_columns import UNFOLLOWED_WARMTH
 from replay.effects.chemistry.matter import Matter
 from replay.effects.chemistry.recipe import recipe_of
 from replay.effects.effect_plan import plan
@@ -35,7 +35,7 @@ def poured(a, b, equation):
     )
     contents = contents_of_scene(scene, "scene.toml")
     recipe = recipe_of({kind: step.declared for kind, step in plan(scene).steps.items()}, contents)
-    book = recipe.ledger(0.0, UNFOLLOWED)
+    book = recipe.ledger(0.0, UNFOLLOWED_WARMTH)
     book.begin(0.0)
     frames = np.arange(1, 1 + STEPS)
     volumes = np.full((STEPS, 1), contents["a"].volume_ml / STEPS)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from support.liquid_worlds import COLUMN, MIX, glass, poured, run_in
 
-from replay.effects.chemistry.salts import SOLUBILITY
+from replay.effects.chemistry.salts import SOLUBILITY_G_PER_100_G
 from replay.errors import PlanError
 
 OPEN = [*([0.0] * 2), *([90.0] * 200), *([0.0] * 10)]
@@ -56,7 +56,7 @@ def test_nitre_dissolves_up_to_its_solubility_by_temperature(celsius, declared):
     )
     (event,) = effects["precipitation"].events
     water_g = effects["mixing"].series["b/volume"].values[-1]
-    table = SOLUBILITY["KNO3"]
+    table = SOLUBILITY_G_PER_100_G["KNO3"]
     expected = np.interp(celsius, list(table), list(table.values())) * water_g / 100.0
     assert event.name == "dissolved" and event.values["mass_g"] == pytest.approx(expected, rel=0.02)
 

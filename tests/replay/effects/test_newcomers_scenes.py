@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from support.liquid_worlds import COLUMN, MIX, glass, poured, run_in, still, world
 
-from replay.effects.chemistry.components import FRESH
-from replay.effects.colour_tables import SOLIDS
+from replay.effects.chemistry.components import FRESH_FORMULAS
+from replay.effects.colour_tables import SOLID_COLOURS
 from replay.effects.effect_plan import plan_faults
 from replay.effects.output import COLOURS
 from replay.engine import compute
@@ -65,9 +65,9 @@ def test_heat_of_a_solid_is_released_by_equations_with_rates():
     assert warmest.values["change_k"] == pytest.approx(4.0 / 159.6 * 66.1e3 / (50.0 * 4.18), rel=0.03)
 
 
-@pytest.mark.parametrize("solid", FRESH)
+@pytest.mark.parametrize("solid", FRESH_FORMULAS)
 def test_every_fresh_precipitate_has_a_default_colour(solid):
-    assert SOLIDS[solid] in COLOURS
+    assert SOLID_COLOURS[solid] in COLOURS
 
 
 @pytest.mark.parametrize("colour", ["deep blue", "light blue", "pale yellow", "blue-green", "dark red-brown", "grey"])

@@ -23,7 +23,7 @@ from replay.running.collider_files import before_after_page, fix_colliders
 from replay.show.fix_page.page import comparison, cure_sentences, seam_line
 from replay.show.fix_page.pictures import beyond_mesh, colour_numbers, scale_colour
 from replay.show.fix_table import before_after_table
-from replay.show.palette import SERIES
+from replay.show.palette import SERIES_COLOURS
 from sessions import MeshData, Session
 
 pytestmark = pytest.mark.usefixtures("quickest_cutter_only")
@@ -134,7 +134,7 @@ def test_distance_beyond_a_box_is_that_of_its_surface():
 
 def test_neighbouring_pieces_have_different_colours():
     row = [shift_mesh(box_mesh((1.0, 1.0, 1.0)), (1.0 * k, 0.0, 0.0)) for k in range(12)]
-    numbers = colour_numbers(row, len(SERIES))
+    numbers = colour_numbers(row, len(SERIES_COLOURS))
     assert all(a != b for a, b in pairwise(numbers)) and len(set(numbers)) > 2
 
 

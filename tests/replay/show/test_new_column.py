@@ -30,7 +30,7 @@ from replay.show.column_list import joined_tables
 from replay.show.report.page import report_html
 from replay.show.rerun_log.documents import answer_text, detector_text, ranking_text
 from replay.show.results.data_set import DATA_SET
-from replay.show.results.parquet import TYPES
+from replay.show.results.parquet import COLUMN_TYPES
 from replay.show.results.run_folder import read_run_folder, write_run_folder
 from replay.show.results.spreadsheets import headings, write_tables
 from replay.show.run_tables import stored_tables
@@ -167,7 +167,7 @@ def test_every_column_of_a_run_folder_is_declared(faulty, tmp_path):
     files = {file.stem: pq.read_table(file) for file in (tmp_path / "run").glob("*.parquet")}
     assert files.keys() == columns.FILE_TABLES.keys()
     for name, table in files.items():
-        declared = {column.name: TYPES[column.dtype] for column in columns.FILE_TABLES[name].columns}
+        declared = {column.name: COLUMN_TYPES[column.dtype] for column in columns.FILE_TABLES[name].columns}
         for field in table.schema:
             beginning, slash, _ = field.name.partition("/")
             type_ = field.type.value_type if pa.types.is_dictionary(field.type) else field.type

@@ -22,9 +22,9 @@ def lightness(colour):
 
 
 def test_nothing_but_missed_is_near_the_red():
-    others = [colour for outcome, (_, colour) in palette.OUTCOMES.items() if outcome != Outcome.MISSED]
-    others += [colour for _, colour in palette.VERDICTS.values()]
-    others += [*palette.SERIES, palette.WHITE, palette.BUDGET]
+    others = [colour for outcome, (_, colour) in palette.OUTCOME_STYLES.items() if outcome != Outcome.MISSED]
+    others += [colour for _, colour in palette.VERDICT_STYLES.values()]
+    others += [*palette.SERIES_COLOURS, palette.WHITE, palette.BUDGET]
     others += [
         albedo((tag,)) for tag in ("glass", "hand", "headset", "bench", "rod", "metal", "plastic", "stopper", "?")
     ]
@@ -34,7 +34,7 @@ def test_nothing_but_missed_is_near_the_red():
 @pytest.mark.parametrize("kind", FaultKind)
 def test_each_kind_of_fault_has_the_same_colour_everywhere(kind):
     key = palette.fault_key(kind)
-    assert palette.hex_of(palette.fault_colour(kind)) == palette.DARK[key]
+    assert palette.hex_of(palette.fault_colour(kind)) == palette.DARK_COLOURS[key]
     assert (palette.fault_colour(kind) == palette.MISSED) == (kind is FaultKind.NEVER_REPORTED)
     words = {"missed": "missed", "late": "late or cut short", "false": "false contact"}
     assert f"{palette.COLOUR_NAMES[key]}: {words[key]}" in LANES_LEGEND
@@ -72,7 +72,7 @@ def lab(linear):
 
 
 @pytest.mark.parametrize("eyes", VISION)
-@pytest.mark.parametrize("colours", [palette.LIGHT, palette.DARK], ids=["light", "dark"])
+@pytest.mark.parametrize("colours", [palette.LIGHT_COLOURS, palette.DARK_COLOURS], ids=["light", "dark"])
 def test_kinds_differ_for_every_kind_of_colour_vision(colours, eyes):
     linear = {
         kind: ((np.array(palette.rgba_of(text)[:3]) / 255 + 0.055) / 1.055) ** 2.4 for kind, text in colours.items()
@@ -86,9 +86,11 @@ def test_kinds_differ_for_every_kind_of_colour_vision(colours, eyes):
 def test_pages_picture_and_terminal_share_the_colours():
     css = palette.page_colours()
     assert all(
-        f"--{kind}:{colour}" in css for colours in (palette.LIGHT, palette.DARK) for kind, colour in colours.items()
+        f"--{kind}:{colour}" in css
+        for colours in (palette.LIGHT_COLOURS, palette.DARK_COLOURS)
+        for kind, colour in colours.items()
     )
     assert [palette.hex_of(colour) for colour in (palette.MISSED, palette.FALSE_CONTACT, palette.TRUE_CONTACT)] == [
-        palette.DARK[kind] for kind in ("missed", "false", "right")
+        palette.DARK_COLOURS[kind] for kind in ("missed", "false", "right")
     ]
-    assert palette.DARK["missed"] in MARK_STYLES[IN_RED] and palette.DARK["late"] in MARK_STYLES[PARTLY]
+    assert palette.DARK_COLOURS["missed"] in MARK_STYLES[IN_RED] and palette.DARK_COLOURS["late"] in MARK_STYLES[PARTLY]

@@ -5,7 +5,17 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from replay.show.plots import LETTER, LINE_HEIGHT, Axis, Dot, IntervalRow, curve, interval_plot, scatter, text_width
+from replay.show.plots import (
+    LETTER_WIDTH,
+    LINE_HEIGHT,
+    Axis,
+    Dot,
+    IntervalRow,
+    curve,
+    interval_plot,
+    scatter,
+    text_width,
+)
 from replay.show.report.charts import lane, path_of
 
 
@@ -57,7 +67,7 @@ def test_long_label_of_an_interval_plot_is_wrapped_unshortened():
     ]
     heights = [label.at[1] for own in lines for label in own]
     assert len(lines[0]) > 1 and heights == sorted(set(heights))
-    assert all(label.at[0] + LETTER * len(label.text) <= plot.size[0] for own in lines for label in own)
+    assert all(label.at[0] + LETTER_WIDTH * len(label.text) <= plot.size[0] for own in lines for label in own)
     assert lines[0][-1].at[1] < plot.dots[0].at[1] < lines[1][0].at[1] < plot.dots[1].at[1] < plot.size[1]
 
 

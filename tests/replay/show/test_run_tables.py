@@ -12,7 +12,7 @@ from replay.document.summary import sample_times
 from replay.document.tables import Column, Marked
 from replay.engine import compute
 from replay.show.run_tables import (
-    LATE,
+    LATE_COLUMN,
     cost_table,
     miss_table,
 )
@@ -63,5 +63,5 @@ def test_quantiles_and_budget_fraction_are_over_samples(run):
     was = run.document.detectors["slow"]
     reported = structs.replace(was, seconds=structs.replace(was.seconds, sample_times=figures))
     document = structs.replace(run.document, detectors={"slow": reported})
-    (row,) = cost_table(replace(run, document=document)).only("median ms", LATE).cells()
+    (row,) = cost_table(replace(run, document=document)).only("median ms", LATE_COLUMN).cells()
     assert row == ("12", "67 %")

@@ -11,7 +11,7 @@ from support.processes import script
 
 from replay.effects.chemistry import enthalpy
 from replay.effects.chemistry.formulas import atoms, charge_of
-from replay.effects.chemistry.salts import SOLUBILITY
+from replay.effects.chemistry.salts import SOLUBILITY_G_PER_100_G
 
 SOURCES, TABLES = script("constant_sources"), script("constant_tables")
 TOML = Path(enthalpy.__file__).with_name("constants.toml").read_text("utf-8")
@@ -107,9 +107,9 @@ def test_unverified_ammines_of_zinc_are_near_those_of_llnl(equation, reaction):
     assert value == pytest.approx(SOURCES.log_k("llnl", reaction), abs=0.7)
 
 
-@pytest.mark.parametrize("column", enthalpy.ENTHALPY)
+@pytest.mark.parametrize("column", enthalpy.ENTHALPY_KJ_MOL)
 def test_an_enthalpy_of_formation_is_that_of_its_source(column, formation):
-    value, note = enthalpy.ENTHALPY[column], comments("enthalpy")[column]
+    value, note = enthalpy.ENTHALPY_KJ_MOL[column], comments("enthalpy")[column]
     phase = column.endswith(("(s)", "(g)"))
     formula = column[:-3] if phase else column
     reference = formation.get((phase, tuple(sorted(atoms(formula).items())), charge_of(formula)), {})
@@ -131,7 +131,8 @@ def test_a_free_energy_agrees_with_a_data_base(row):
     source, elements, reaction, value = row
     terms = [(float(many), name) for many, name in (term.split(" ") for term in reaction.split(" + "))]
     kilojoule_mol = sum(
-        float(many) * enthalpy.FREE_ENERGY[name] for many, name in (term.split(" ") for term in value.split(" + "))
+        float(many) * enthalpy.FREE_ENERGY_KJ_MOL[name]
+        for many, name in (term.split(" ") for term in value.split(" + "))
     )
     ten = 1e-3 * SOURCES.GAS_CONSTANT * 298.15 * math.log(10.0)
     electrons, protons = (sum(many for many, name in terms if name == symbol) for symbol in ("e-", "H+"))
@@ -141,10 +142,10 @@ def test_a_free_energy_agrees_with_a_data_base(row):
 
 def test_free_energies_called_checked_are_in_a_reaction():
     noted = comments("free_energy")
-    assert set(noted) == set(enthalpy.FREE_ENERGY)
+    assert set(noted) == set(enthalpy.FREE_ENERGY_KJ_MOL)
     used = {term.split(" ")[1] for row in REACTIONS for term in row[3].split(" + ")}
     assert {key for key, note in noted.items() if note == "checked"} <= used
-    assert all(enthalpy.FREE_ENERGY[key] == 0.0 for key, note in noted.items() if note == "element")
+    assert all(enthalpy.FREE_ENERGY_KJ_MOL[key] == 0.0 for key, note in noted.items() if note == "element")
     assert set(noted.values()) == {"checked", "element", "unverified"}
 
 
@@ -158,8 +159,8 @@ def test_typed_tables_are_printed_again_by_their_command():
 
 
 def test_the_solubility_of_nitre_is_that_of_public_copies():
-    assert SOLUBILITY["KNO3"] == KNO3 and comments("solubility")["KNO3"] == "copies, CRC"
-    assert set(comments("solubility")) == set(SOLUBILITY)
+    assert SOLUBILITY_G_PER_100_G["KNO3"] == KNO3 and comments("solubility")["KNO3"] == "copies, CRC"
+    assert set(comments("solubility")) == set(SOLUBILITY_G_PER_100_G)
 
 
 def test_solubilities_annotated_crc_are_those_of_the_handbook():

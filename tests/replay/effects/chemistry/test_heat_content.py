@@ -7,9 +7,9 @@ from support.processes import script
 
 from replay.effects.chemistry.components import dissolved_components
 from replay.effects.chemistry.formulas import molar_mass
-from replay.effects.chemistry.heat_content import TABLE, HeatContent
+from replay.effects.chemistry.heat_content import SALT_HEATS_KJ_MOL, HeatContent
 from replay.effects.chemistry.heats import Heats
-from replay.effects.chemistry.ledger_columns import CAPACITY, NO_MATTER, UNFOLLOWED, Warmth
+from replay.effects.chemistry.ledger_columns import ENERGY_COLUMNS, HEAT_CAPACITY_COLUMN, UNFOLLOWED_WARMTH, Warmth
 from replay.effects.chemistry.warming import solid_j_per_mol_k
 
 RT2 = 8.314462618 * 298.15**2
@@ -40,7 +40,7 @@ def pitzer_kilojoule(key, molal):
 @pytest.mark.parametrize("molal", [0.1, 0.5, 1.0, 2.0])
 @pytest.mark.parametrize("key", PITZER)
 def test_a_heat_of_the_table_is_that_of_pitzers_equation(key, molal):
-    assert TABLE[key][f"{molal:g}"] == pytest.approx(pitzer_kilojoule(key, molal), abs=0.4)
+    assert SALT_HEATS_KJ_MOL[key][f"{molal:g}"] == pytest.approx(pitzer_kilojoule(key, molal), abs=0.4)
 
 
 def test_table_values_are_printed_again_from_their_parameters():
@@ -118,11 +118,11 @@ CAPACITIES = [
 
 @pytest.mark.parametrize(("formula", "molal", "joule_k"), CAPACITIES)
 def test_a_dissolved_solid_adds_to_the_heat_capacity(formula, molal, joule_k):
-    column = {name: place for place, name in enumerate(("H+", "H2O", f"{formula}(s)", *NO_MATTER))}
+    column = {name: place for place, name in enumerate(("H+", "H2O", f"{formula}(s)", *ENERGY_COLUMNS))}
     heats = Heats(column, None, (), Warmth(4.18, {}, {}, 0.0, 80.0))
     amounts = np.zeros(len(column))
     amounts[column["H2O"]] = 1.0 / 0.0180153
-    amounts[column[CAPACITY]] = molal * solid_j_per_mol_k(formula)
+    amounts[column[HEAT_CAPACITY_COLUMN]] = molal * solid_j_per_mol_k(formula)
     solid, dissolved = heats.capacities(amounts)
     assert solid == 0.0 and 4180.0 + dissolved == pytest.approx(joule_k, rel=0.07)
     amounts[column[f"{formula}(s)"]] = molal
@@ -138,4 +138,4 @@ def test_solid_that_does_not_dissolve_is_warmed():
 
 
 def test_heat_content_is_not_computed_unless_requested():
-    assert Heats({"H+": 0, "H2O": 1, **dict.fromkeys(NO_MATTER, 2)}, None, (), UNFOLLOWED).content is None
+    assert Heats({"H+": 0, "H2O": 1, **dict.fromkeys(ENERGY_COLUMNS, 2)}, None, (), UNFOLLOWED_WARMTH).content is None

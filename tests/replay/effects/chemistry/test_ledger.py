@@ -6,7 +6,7 @@ from oracles.random_liquids import ZINC, check_conservation, check_scene, solver
 
 from replay.effects.chemistry.components import WATER, dissolved_components
 from replay.effects.chemistry.ledger import Ledger
-from replay.effects.chemistry.ledger_columns import HEAT, UNFOLLOWED, Warmth
+from replay.effects.chemistry.ledger_columns import HEAT_COLUMN, UNFOLLOWED_WARMTH, Warmth
 from replay.effects.chemistry.processes import Process
 
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
@@ -63,7 +63,7 @@ def test_two_slow_reactions_last_as_long_as_time_does(seconds):
     assert scarce.extents[0] == pytest.approx(0.05 * np.array([0.25, 0.75]) * -np.expm1(-1.2 * seconds), rel=0.02)
 
 
-def plain(process=(), warmth=UNFOLLOWED):
+def plain(process=(), warmth=UNFOLLOWED_WARMTH):
     """Salt water in a, a millilitre of water in b, nothing in c."""
     book = Ledger("abc", ["Cl-"], process, None, warmth=warmth)
     book.fill("a", 10.0, {"Cl-": 1.0, WATER: 0.55})
@@ -87,4 +87,4 @@ def test_a_flow_without_reaction_has_a_row_per_frame():
 def test_a_pour_leaves_the_heat_of_the_glass_behind():
     book = plain(warmth=Warmth(4.18, {"a": 41.8}, {"a": 10.0}, 0.0, np.inf, room=20.0))
     step(book, 1, 0.01, [("a", "c", 5.0)])
-    assert book.amounts[2, [book.column["Cl-"], book.column[HEAT]]] == pytest.approx([0.5, 209.0])
+    assert book.amounts[2, [book.column["Cl-"], book.column[HEAT_COLUMN]]] == pytest.approx([0.5, 209.0])

@@ -11,7 +11,7 @@ from support.second_opinions import answer, mixture
 
 from replay.effects.chemistry.contents import contents_of_scene
 from replay.effects.chemistry.formulas import ion_of, molar_mass
-from replay.effects.chemistry.ledger_columns import UNFOLLOWED
+from replay.effects.chemistry.ledger_columns import UNFOLLOWED_WARMTH
 from replay.effects.chemistry.recipe import recipe_of
 from replay.effects.effect_plan import plan
 from replay.errors import PlanError
@@ -51,7 +51,7 @@ def mixed(row):
     tables = {kind: step.declared for kind, step in plan(scene).steps.items()}
     contents = contents_of_scene(scene, "scene.toml")
     recipe = recipe_of(tables, contents)
-    book = recipe.ledger(0.0, UNFOLLOWED)
+    book = recipe.ledger(0.0, UNFOLLOWED_WARMTH)
     book.begin(0.0)
     for number, name in enumerate("ac", start=1):
         volume = contents[name].volume_ml if name in contents else 0.0
@@ -146,7 +146,7 @@ def test_acid_in_steps_frees_the_gas_of_phreeqc_in_steps(steps, leaves):
     scene = scene_of(row)
     contents = contents_of_scene(scene, "scene.toml")
     recipe = recipe_of({kind: step.declared for kind, step in plan(scene).steps.items()}, contents)
-    book = recipe.ledger(0.0, UNFOLLOWED)
+    book = recipe.ledger(0.0, UNFOLLOWED_WARMTH)
     book.begin(0.0)
     book.flow(np.array([1]), np.array([0.1]), [("a", "b")], np.array([[50.0]]), np.zeros(1, dtype=bool))
     frames = np.arange(2, 2 + steps)

@@ -5,7 +5,7 @@ import pytest
 
 from replay.effects.chemistry.components import PROTON, WATER
 from replay.effects.chemistry.formulas import molar_mass
-from replay.effects.chemistry.salts import SOLUBILITY, salt_of, settled_solid, solubility_of
+from replay.effects.chemistry.salts import SOLUBILITY_G_PER_100_G, salt_of, settled_solid, solubility_of
 
 KILOGRAM = 1.0 / 0.0180153
 
@@ -24,11 +24,15 @@ def solid(formula, moles, celsius=20.0, **others):
     return float(settled_solid(salt, column, amounts, np.array([celsius]))[0])
 
 
-@pytest.mark.parametrize("formula", sorted(SOLUBILITY))
+@pytest.mark.parametrize("formula", sorted(SOLUBILITY_G_PER_100_G))
 @pytest.mark.parametrize("excess", [0.9, 1.5])
 def test_salt_beyond_its_solubility_stays_solid(formula, excess):
     """90 % of the tabled solubility dissolve wholly; of 150 % a third stays."""
-    molal = 10.0 * np.interp(20.0, list(SOLUBILITY[formula]), list(SOLUBILITY[formula].values())) / molar_mass(formula)
+    molal = (
+        10.0
+        * np.interp(20.0, list(SOLUBILITY_G_PER_100_G[formula]), list(SOLUBILITY_G_PER_100_G[formula].values()))
+        / molar_mass(formula)
+    )
     # The water that hydroxides and acid anhydrides bring counts as water too.
     assert solid(formula, excess * molal) == pytest.approx(max(0.0, (excess - 1.0) * molal), rel=0.5, abs=1e-9)
 

@@ -5,7 +5,7 @@ import pytest
 from replay.effects.chemistry.components import components_of
 from replay.effects.chemistry.enthalpy import CONSTANTS
 from replay.effects.chemistry.formulas import molar_mass
-from replay.effects.chemistry.solution_water import VOLUME, WATER_ML, expansion, molar_of_molal, water_molar
+from replay.effects.chemistry.solution_water import MOLAR_VOLUME_ML, WATER_ML, expansion, molar_of_molal, water_molar
 
 # Mass fraction in percent and density in g/mL at 20 degC. Source: CRC Handbook, Concentrative Properties of Aqueous
 # Solutions.
@@ -56,7 +56,7 @@ def test_much_of_a_solute_without_known_room_is_refused():
 
 
 def test_every_room_is_that_of_a_component():
-    assert all(components_of(name) == {name: 1} for name in VOLUME)
+    assert all(components_of(name) == {name: 1} for name in MOLAR_VOLUME_ML)
     assert set(CONSTANTS["strong_water"]) == set(CONSTANTS["strongest"])
 
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from replay.effects.models.outflow import GRAVITY, Stream, entry_times, flows
+from replay.effects.models.outflow import GRAVITY_M_S2, Stream, entry_times, flows
 
 UP = np.array([0.0, 1.0, 0.0])
 REST = np.zeros(3)
@@ -17,7 +17,7 @@ def disc_entered(start, velocity, discs):
     return min((time, name) for name, time in {**times, "": np.inf}.items())[1]
 
 
-DROP_S = float(np.sqrt(2 * 0.2 / GRAVITY))
+DROP_S = float(np.sqrt(2 * 0.2 / GRAVITY_M_S2))
 AIM = disc(centre=(0.3 * DROP_S, 0.0, 0.0), radius=1e-6)
 
 

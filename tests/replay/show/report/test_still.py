@@ -10,8 +10,8 @@ from PIL import Image
 from support.report_states import steady
 
 from replay.show.report.page import report_html
-from replay.show.report.rasteriser import FOCAL, Lines, Shape, View, covered_pixels, draw_picture
-from replay.show.report.still import FIRST, fault_still
+from replay.show.report.rasteriser import FOCAL_RATIO, Lines, Shape, View, covered_pixels, draw_picture
+from replay.show.report.still import FIRST_SIZE, fault_still
 
 SIZE = (180, 120)
 BLACK = np.zeros((SIZE[1], SIZE[0], 3))
@@ -33,7 +33,7 @@ def test_triangle_covers_exactly_pixels_whose_rays_meet_the_triangle():
     local[8:, 0, 2] = 0.4  # these reach behind the eye
     result = [np.concatenate(piece) for piece in zip(*covered_pixels(local, view()), strict=True)]
     y, x = np.divmod(np.arange(SIZE[0] * SIZE[1]), SIZE[0])
-    focus = FOCAL * SIZE[1]
+    focus = FOCAL_RATIO * SIZE[1]
     across, up = (x + 0.5 - SIZE[0] / 2) / focus, -(y + 0.5 - SIZE[1] / 2) / focus
     rays = np.stack([across, up, -np.ones(len(x))], axis=1)
     for number, (a, b, c) in enumerate(local):
@@ -64,7 +64,7 @@ def test_opaque_wall_hides_and_glass_does_not(alpha):
 def test_picture_holds_the_whole_cage_and_the_gap_arrow():
     result = steady("only false")
     (fault,) = result.false["c"]
-    text = fault_still(result, "c", fault, FIRST)[0]
+    text = fault_still(result, "c", fault, FIRST_SIZE)[0]
     assert f"{1e3 * fault.metres:.2g} mm" in text and "from " in text
     recorded = Image.open(io.BytesIO(base64.b64decode(re.search('image/webp;base64,([^"]+)"', text)[1])))
     r, g, b = np.moveaxis(np.asarray(recorded.convert("RGB")).astype(int), -1, 0)

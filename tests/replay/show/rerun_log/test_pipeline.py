@@ -5,7 +5,7 @@ import pytest
 
 from cdcore.bounding.bounding_sphere import sphere_best
 from cdcore.poses import rotation_from_quaternion
-from replay.show.palette import MISSED, SERIES
+from replay.show.palette import MISSED, SERIES_COLOURS
 from replay.show.rerun_log.pipeline_view import LOST, TRUE_CONTACT, search_runs
 from replay.show.rerun_log.recording_file import pack_colours
 from replay.words import length
@@ -36,7 +36,7 @@ def test_missed_contact_is_red_with_the_distance_of_the_search(searching, watche
         text = read.at(f"{ROOT}/search/words", "Points3D:labels", moment.frame)[-1]
         assert text.startswith("missed") and length(float(np.linalg.norm(np.subtract(stop, meeting_point)))) in text
     result = next(moment for moment in watched.searches if moment.kind == TRUE_CONTACT)
-    assert read.at(f"{ROOT}/search/dots", "Points3D:colors", result.frame)[-1] == pack_colours([SERIES[2]])[0]
+    assert read.at(f"{ROOT}/search/dots", "Points3D:colors", result.frame)[-1] == pack_colours([SERIES_COLOURS[2]])[0]
 
 
 def test_view_of_bounding_volumes_shows_both_spheres_entirely(searching, watched, read):

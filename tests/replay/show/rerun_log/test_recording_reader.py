@@ -29,7 +29,7 @@ def test_reader_that_ended_is_started_again(recording, monkeypatch):
 def test_reader_that_hangs_is_ended(recording, monkeypatch):
     bookmarks = read_bookmarks(recording)
     hanging = recording_reader._reader
-    monkeypatch.setattr(recording_reader, "MOST_SECONDS", 0.0)
+    monkeypatch.setattr(recording_reader, "MOST_READ_S", 0.0)
     with pytest.raises(RunFolderError, match="is damaged"):
         read_bookmarks(recording)
     monkeypatch.undo()

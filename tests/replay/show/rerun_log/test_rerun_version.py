@@ -9,7 +9,7 @@ import pytest
 from support.small_worlds import cubes
 
 from replay.cli.main import main
-from replay.show.rerun_log import RERUN
+from replay.show.rerun_log import RERUN_VERSION
 from sessions import write_session
 
 PROJECT = tomllib.loads((Path(__file__).resolve().parents[4] / "pyproject.toml").read_text("utf-8"))["project"]
@@ -32,10 +32,10 @@ def test_other_rerun_version_is_named_first_and_only_for_pictures(present, tmp_p
     assert main(text) == 1
     output = capsys.readouterr().err
     named = f"rerun-sdk {present} is installed" if present else "rerun-sdk is not installed"
-    assert named in output and f"pictures need {RERUN}" in output and "--no-picture" in output
+    assert named in output and f"pictures need {RERUN_VERSION}" in output and "--no-picture" in output
     assert not (tmp_path / "run").exists()
     assert main([*text, "--no-picture"]) == 0
 
 
 def test_named_version_is_the_required_version():
-    assert [item for item in PROJECT["dependencies"] if item.startswith(f"rerun-sdk>={RERUN},")]
+    assert [item for item in PROJECT["dependencies"] if item.startswith(f"rerun-sdk>={RERUN_VERSION},")]

@@ -9,14 +9,14 @@ from cdcore.bounding.bounding_sphere import sphere_best
 from replay.auditing.fault import Fault, FaultKind
 from replay.auditing.outcome import Outcome
 from replay.engine import compute
-from replay.show.camera import CLOSE_UP, points_in_world
+from replay.show.camera import CLOSE_UP_M, points_in_world
 from replay.show.drawn_mesh import face_normals, spans_hollow
 from replay.show.palette import FREE, LATE, MISSED, TRUE_CONTACT, WITHIN_TOLERANCE, albedo, see_through, tags_of
 from replay.show.rerun_log import scene
 from replay.show.rerun_log.close_up import LARGEST_BALL_M, close_up_eyes, detectors_with_solids, sharp_edges
-from replay.show.rerun_log.moments import FALSE, LISTS, MISS, key_moments, leading_moment, read_bookmarks
+from replay.show.rerun_log.moments import FALSE, LISTS_ENTITY, MISS, key_moments, leading_moment, read_bookmarks
 from replay.show.rerun_log.recording_file import RecordingClock, pack_colours
-from replay.show.rerun_log.scene import FACE_OFFSET_M, LARGE_FACE, drawn_contacts, face_areas
+from replay.show.rerun_log.scene import FACE_OFFSET_M, LARGE_FACE_M2, drawn_contacts, face_areas
 from replay.words import length
 
 COLOURS = {Outcome.MISSED: MISSED, Outcome.WITHIN_TOLERANCE: WITHIN_TOLERANCE}
@@ -55,7 +55,7 @@ def faults(run):
 def fault_lines_and_eyes(run, read):
     """Every fault has a line, a number that leads there, a dot, and an eye and words before it."""
     bookmarks, pair_name = read_bookmarks(read.path), run.assembly.pair_name
-    lists = [path[1:] for path in read.entities if path.startswith(f"/{LISTS}")]
+    lists = [path[1:] for path in read.entities if path.startswith(f"/{LISTS_ENTITY}")]
     lines = {ns: " ".join(text[0].split()) for path in lists for ns, _, text in read.column(path, "TextLog:text")}
     yield sorted(lines), sorted(bookmark.session_ns for bookmark in bookmarks)
     existing = {(bookmark.label, bookmark.kind, bookmark.number): bookmark.session_ns for bookmark in bookmarks}
@@ -78,7 +78,7 @@ def fault_lines_and_eyes(run, read):
         if name[1] == MISS:
             extent = "" if fault.kind == FaultKind.NEVER_REPORTED else "a part of "
             assert output == f"{name[0]} misses {extent}this contact"
-            yield np.linalg.norm(np.subtract(eye, fault.point)), CLOSE_UP
+            yield np.linalg.norm(np.subtract(eye, fault.point)), CLOSE_UP_M
         elif np.isfinite(size):
             assert length(size) in output
             yield np.shape(read.at_ns("world/focus/lines", "LineStrips3D:strips", ns)), (4, 2, 3)
@@ -133,7 +133,7 @@ def missed_faces(run, read):
         kind = "missed" if miss.kind == FaultKind.NEVER_REPORTED else "late"
         for ns, faces in met.items():
             sides = dict(zip(assembly.pairs[miss.pair].tolist(), np.transpose(faces), strict=True))
-            small = {body: k[face_areas(assembly.bodies[body].mesh, k) <= LARGE_FACE] for body, k in sides.items()}
+            small = {body: k[face_areas(assembly.bodies[body].mesh, k) <= LARGE_FACE_M2] for body, k in sides.items()}
             for body, side in (small if any(map(len, small.values())) else sides).items():
                 key = body, "missed" if miss.kind == FaultKind.NEVER_REPORTED else "late"
                 painted.setdefault(key, {}).setdefault(ns, set()).update(side.tolist())
@@ -228,7 +228,7 @@ def test_beyond_the_budget_frames_are_strided_but_moments_stay(demo, monkeypatch
     moments = [miss.frame for miss in demo.misses["22.5Hz"]]
     clock = RecordingClock.of(demo.assembly, moments)
     assert len(drawn_contacts(clock, sets)[0]) == len(sets.frame)
-    monkeypatch.setattr(scene, "DRAWN_CONTACTS", 20)
+    monkeypatch.setattr(scene, "MOST_DRAWN_CONTACTS", 20)
     part, frames = drawn_contacts(clock, sets)
     assert {*moments} <= {*frames.tolist()} and len(part) < len(sets.frame)
     assert np.isin(sets.frame[part], frames).all()

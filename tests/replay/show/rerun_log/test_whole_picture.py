@@ -7,7 +7,7 @@ import pytest
 from rerun.chunk import RrdReader
 from support.report_states import steady, with_steady_times
 
-from replay.effects.effects_runner import SKIPPED, EffectRun
+from replay.effects.effects_runner import SKIPPED_LANE, EffectRun
 from replay.effects.output import EffectEvent, EffectOutput, LaneSpan, Liquid, Series
 from replay.effects.protocol import EffectSpec
 from replay.engine import compute
@@ -22,7 +22,10 @@ POUR = EffectOutput(
         EffectEvent(0.5, "spill", ("beaker", "bench"), message="3 mL beside", level="warning", point=(0.0, 0.1, 0.0)),
     ),
     series={"beaker/volume": Series(TIMES, np.array([3.0, 2.0, np.nan]), "mL")},
-    lanes={"rod": (LaneSpan(0.0, 0.5, "pours"), LaneSpan(0.5, 1.0, "spills")), SKIPPED: (LaneSpan(0.5, 1.0, SKIPPED),)},
+    lanes={
+        "rod": (LaneSpan(0.0, 0.5, "pours"), LaneSpan(0.5, 1.0, "spills")),
+        SKIPPED_LANE: (LaneSpan(0.5, 1.0, SKIPPED_LANE),),
+    },
     liquids={"beaker": Liquid(TIMES, np.array([0.05, 0.03, 0.01]), 0.01, 0.02, np.full((3, 4), 200, dtype=np.uint8))},
 )
 END = EffectOutput(events=(EffectEvent(0.1, "end-point", ("beaker",), message="equivalent"),))

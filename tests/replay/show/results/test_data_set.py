@@ -218,7 +218,7 @@ def test_single_run_folder_is_read_as_a_data_set(results, tmp_path, monkeypatch)
     with pytest.raises(RunFolderError, match="holds no run folders"):
         read(tmp_path)
     assert set(read(out)["metrics"]["run"].to_pylist()) == {"."}
-    monkeypatch.setattr("replay.show.results.parquet.DENSEST", 0.001)
+    monkeypatch.setattr("replay.show.results.parquet.MOST_ROWS_PER_BYTE", 0.001)
     with pytest.raises(RunFolderError, match="rows that it does not hold"):
         read(out)
 

@@ -22,7 +22,7 @@ from support.viewers import opened, pixels, serious_faults
 import replay
 from replay.document.file_hash import file_hash
 from replay.errors import OutputError, RunFolderError
-from replay.show.report.markup import ALLOWED
+from replay.show.report.markup import CONTENT_POLICY
 from replay.show.rerun_log import leading_still
 from replay.show.rerun_log import web_viewer as module
 from replay.show.rerun_log.moments import read_bookmarks
@@ -192,9 +192,9 @@ def test_a_damaged_picture_is_refused_before_the_viewer_starts(run, tmp_path, mo
 
 
 def test_a_replaced_report_is_never_passed_on(run, tmp_path, monkeypatch):
-    monkeypatch.setattr(module, "web_viewer", lambda: {module.SCRIPT: b"", module.PROGRAM: b""})
+    monkeypatch.setattr(module, "web_viewer", lambda: {module.SCRIPT_FILE: b"", module.PROGRAM_FILE: b""})
     forged = shutil.copytree(run, tmp_path / "forged")
-    (forged / "report.html").write_text(REPLACED.format(policy=ALLOWED))
+    (forged / "report.html").write_text(REPLACED.format(policy=CONTENT_POLICY))
     assert write_shared_folder([read_run_folder(forged)], tmp_path / "sent") == ""
     write_shared_folder([read_run_folder(run)], tmp_path / "good")
     pages = [(tmp_path / name / "index.html").read_text() for name in ("sent", "good")]
@@ -217,7 +217,7 @@ def test_summary_strings_are_text_in_the_page(run, tmp_path):
 
 
 def test_runs_have_a_common_viewer_and_a_list(run, tmp_path, monkeypatch):
-    monkeypatch.setattr(module, "web_viewer", lambda: {module.SCRIPT: b"", module.PROGRAM: b""})
+    monkeypatch.setattr(module, "web_viewer", lambda: {module.SCRIPT_FILE: b"", module.PROGRAM_FILE: b""})
     write_shared_folder([read_run_folder(run)] * 2, tmp_path / "sent")
     names = {item.name for item in (tmp_path / "sent").iterdir()}
     own = {f"run{k}.{kind}" for k in (1, 2) for kind in ("html", "js", "rrd")}
@@ -271,7 +271,7 @@ def test_shared_page_takes_only_pixels_of_the_still(shared, tmp_path, monkeypatc
     (still,) = re.findall(r'class="open-picture"><img src="data:image/webp;base64,([A-Za-z0-9+/=]+)"', page)
     with Image.open(io.BytesIO(base64.b64decode(still))) as image:
         assert image.format == "WEBP" and image.size == (420, 238)
-    monkeypatch.setattr(leading_still, "LARGEST", 100)
+    monkeypatch.setattr(leading_still, "LARGEST_SIDE_PIXELS", 100)
     assert leading_still.read_still(shared / "run.rrd") == ""
     for text in ("no base64", base64.b64encode(b"<svg onload=alert(1)>").decode(), still[:40]):
         monkeypatch.setattr(leading_still, "read_texts", lambda *_, text=text: (True, [text]))

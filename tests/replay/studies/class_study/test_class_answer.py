@@ -14,7 +14,7 @@ from support.study_samples import a_class, codebook, made_class, questionnaire
 from replay import words
 from replay.studies.class_study.analysis import analyse
 from replay.studies.class_study.class_answer import class_answer
-from replay.studies.class_study.class_reasons import CAUSES
+from replay.studies.class_study.class_reasons import CAUSE_CLAUSES
 from replay.studies.class_study.class_runs import read_class
 from replay.studies.class_study.class_tables import ClassTables, places
 from replay.studies.class_study.page import study_html
@@ -66,7 +66,7 @@ def test_class_answer_names_the_most_frequent_cause_per_detector(runs, study, tm
         printed = re.findall(
             rf"{label} is wrong(?: because|:) (.*?) \((most|\d+ of \d+) missed or late contacts\)", why
         )
-        assert {text for text, _ in printed} == {CAUSES.get(cause, cause) for cause in most}
+        assert {text for text, _ in printed} == {CAUSE_CLAUSES.get(cause, cause) for cause in most}
         share = f"{max(counts.values())} of {sum(counts.values())}"
         assert {count for _, count in printed} <= {share, "most"}
 

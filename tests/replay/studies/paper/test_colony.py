@@ -8,14 +8,14 @@ from cdcore.search.search_settings import EQUATIONS
 from replay.studies.paper import colony
 from replay.studies.paper.colony import NearPoses, count_detections, near_poses
 
-SIZES = [50, pytest.param(colony.TARGET, marks=pytest.mark.slow)]
+SIZES = [50, pytest.param(colony.TARGET_FACES, marks=pytest.mark.slow)]
 """Faces that meet, for which meshes are made: coarse ones in a tenth of a second, and those of the study."""
 
 
 @pytest.fixture(scope="module", params=SIZES)
 def poses(request):
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(colony, "TARGET", request.param)
+        patch.setattr(colony, "TARGET_FACES", request.param)
         yield near_poses("torus-sphere", 40)
 
 

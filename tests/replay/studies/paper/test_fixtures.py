@@ -8,9 +8,9 @@ from cdcore.poses import place_points
 from replay.studies.paper import fixtures
 from replay.studies.paper.fixtures import (
     FAMILY_NAMES,
-    POSES,
-    TARGETS,
-    TOLERANCE,
+    POSES_PER_TARGET,
+    TARGET_FACES,
+    TARGET_TOLERANCE,
     FixtureError,
     faces_of_pairs,
     make_fixture,
@@ -19,7 +19,7 @@ from replay.studies.paper.fixtures import (
 )
 
 FEW = [(100, number) for number in range(4)] + [(300, 0), (300, 1)]
-MORE = [(target, number) for target in TARGETS for number in range(POSES)][::9]
+MORE = [(target, number) for target in TARGET_FACES for number in range(POSES_PER_TARGET)][::9]
 """Both families at every target."""
 
 
@@ -35,7 +35,7 @@ def truth_of(one):
 @pytest.mark.parametrize(("target", "number"), [*FEW, *(pytest.param(*key, marks=pytest.mark.slow) for key in MORE)])
 def test_requested_number_of_faces_meets_and_exhaustion_agrees(target, number):
     item = make_fixture(target, number)
-    assert abs(item.faces - target) <= TOLERANCE * target
+    assert abs(item.faces - target) <= TARGET_TOLERANCE * target
     assert item.family == FAMILY_NAMES[number % 2]
     assert np.array_equal(item.pairs, truth_of(item))
 
@@ -66,7 +66,7 @@ def test_face_in_several_pairs_is_counted_once():
 
 
 def test_fixture_is_refused_when_no_attempt_finds_a_pose(monkeypatch):
-    monkeypatch.setattr(fixtures, "ATTEMPTS", 0)  # gives up before the first pose
+    monkeypatch.setattr(fixtures, "MOST_DIRECTIONS", 0)  # gives up before the first pose
     fixture_without_its_cache = make_fixture.__wrapped__
     with pytest.raises(FixtureError, match="in which 100 faces meet; choose a target from 100 to 1000"):
         fixture_without_its_cache(100, 0)

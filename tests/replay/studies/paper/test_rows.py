@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from replay.studies.paper.fixtures import POSES, TARGETS, make_fixture
-from replay.studies.paper.rows import ROWS, TREE, compared_answers, groups_of, make_detector_of_row
+from replay.studies.paper.fixtures import POSES_PER_TARGET, TARGET_FACES, make_fixture
+from replay.studies.paper.rows import ROWS, TREE_COUNTS, compared_answers, groups_of, make_detector_of_row
 
 FEW = [(100, 0), (100, 1), (100, 3), (300, 1)]
-MORE = [(target, number) for target in TARGETS for number in range(POSES)][::9]
+MORE = [(target, number) for target in TARGET_FACES for number in range(POSES_PER_TARGET)][::9]
 """Both families at every target."""
 FRACTIONS = (0.05, 0.1, 0.25, 0.5, 0.75, 1.0)
 some_poses = pytest.mark.parametrize("some", [FEW, pytest.param(MORE, marks=pytest.mark.slow)], ids=["few", "more"])
@@ -38,7 +38,7 @@ def test_complete_rows_find_all_faces_and_no_row_invents(name, some):
 
 @pytest.mark.sampled(2)
 @some_poses
-@pytest.mark.parametrize("name", [name for name, row in ROWS.items() if row.counters == TREE])
+@pytest.mark.parametrize("name", [name for name, row in ROWS.items() if row.counters == TREE_COUNTS])
 def test_larger_budget_never_finds_fewer_faces(name, some):
     for group in groups(some):
         bodies, true = group[0].bodies, np.array([pose.faces for pose in group])

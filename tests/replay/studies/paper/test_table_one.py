@@ -7,7 +7,7 @@ import pytest
 
 from replay.studies.paper.experiment import Size, run_paper
 from replay.studies.paper.printed import PRINTED_FIGURES, PRINTED_LABEL
-from replay.studies.paper.rows import ANSWER
+from replay.studies.paper.rows import ANSWER_DTYPE
 from replay.studies.paper.table_one import budget, completion_table, mean_and_spread
 
 
@@ -25,7 +25,7 @@ def test_budget_is_the_operations_done_in_hybrids_median_time():
         "obb": [(200, 1, 0.03), (100, 300, 0.01), (100, 500, 0.03)],
     }
     complete = {
-        name: np.array([(target, 1, 1, 1, 1, 1, done, seconds) for target, done, seconds in rows], ANSWER)
+        name: np.array([(target, 1, 1, 1, 1, 1, done, seconds) for target, done, seconds in rows], ANSWER_DTYPE)
         for name, rows in requested.items()
     }
     assert [budget(complete, "obb", 100, fraction) for fraction in (1e-9, 0.5, 1.0, 2.0)] == [1, 30, 60, 120]
@@ -36,7 +36,7 @@ WHOLE = (100, 10, 10, 4, 4, 4, 0, 0.001)
 
 
 def test_recall_pools_poses_and_a_whole_pose_has_every_pair():
-    answers = np.array([WHOLE, WHOLE, (100, 5, 20, 3, 12, 2, 0, 0.004)], ANSWER)
+    answers = np.array([WHOLE, WHOLE, (100, 5, 20, 3, 12, 2, 0, 0.004)], ANSWER_DTYPE)
     (row,) = completion_table({"exact": answers}).rows
     assert row == ("exact", 3, 2, 25 / 3, 25 / 40, 10 / 20, 10 / 11, None, pytest.approx(2.0))
 

@@ -5,18 +5,18 @@ import pytest
 import trimesh
 
 from cdcore import Verdict, create_detector
-from replay.studies.stress.scenes import SCENES, crossing_motion, meeting_faces, resting_scenes
+from replay.studies.stress.scenes import SCENE_CASES, crossing_motion, meeting_faces, resting_scenes
 from replay.studies.stress.solids import ball_mesh, beaker_mesh, box_mesh, icosphere_mesh, rod_mesh, shift_mesh
 
 BETWEEN = (*range(29, 34), 44, 48)
 
 
 def scenes(number, seed=7):
-    return list(SCENES[number][1](np.random.default_rng(seed)))
+    return list(SCENE_CASES[number][1](np.random.default_rng(seed)))
 
 
 @pytest.mark.sampled(3)
-@pytest.mark.parametrize("number", sorted(SCENES.keys() - set(BETWEEN)))
+@pytest.mark.parametrize("number", sorted(SCENE_CASES.keys() - set(BETWEEN)))
 def test_exact_is_right_on_every_scene_frame_and_face_list(number):
     for scene in scenes(number):
         detection = create_detector("exact", scene.bodies).detect(scene.motion, faces=True)

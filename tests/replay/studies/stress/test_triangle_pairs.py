@@ -14,7 +14,7 @@ from replay.studies.stress.triangle_pairs import verdicts_of
 @pytest.mark.sampled(3)
 @pytest.mark.parametrize("number", [1, 7, 9, 13, 15, 16, 24])
 def test_exact_in_batches_equals_the_predicate(number, monkeypatch):
-    monkeypatch.setattr(triangle_pairs, "BATCH", 16)
+    monkeypatch.setattr(triangle_pairs, "PAIRS_PER_CALL", 16)
     pairs = FAMILIES[number - 1].pairs(40)
     assert np.array_equal(verdicts_of("exact", pairs) == Verdict.CONTACT, triangles_intersect(pairs))
     assert verdicts_of("exact", pairs[:0]).shape == (0,)
