@@ -29,7 +29,7 @@ def test_an_independent_hierarchy_agrees_which_poses_collide(poses):
 
 @pytest.mark.parametrize("size", SIZES)
 def test_the_bracket_closes_on_first_touch_from_both_sides(monkeypatch, size):
-    for name, value in (("TARGET", size), ("DEEPEST_M", 0.0), ("FARTHEST_M", 0.0)):
+    for name, value in (("TARGET_FACES", size), ("DEEPEST_M", 0.0), ("FARTHEST_M", 0.0)):
         monkeypatch.setattr(colony, name, value)
     assert len(near_poses("torus-sphere", 20).free) == 0
     # Beyond the last bracket, reach / 2^16 or 1.5 um, nothing touches any more.
