@@ -21,8 +21,8 @@ LETTER_WIDTH: Final = 7.2
 NARROW_BOLD, LETTER_BOLD, CAPITAL_BOLD, WIDEST_BOLD = 5.7, 8.9, 10.9, 15.8
 """Widths of bold letters: narrow ones, small ones and digits, capitals, and the widest with all beyond ASCII."""
 
-NARROW_LETTERS: Final = " .,:;'|!ijlI"
-WIDE_LETTERS: Final = "MWmw@%"
+NARROW_CHARACTERS: Final = " .,:;'|!ijlI"
+WIDE_CHARACTERS: Final = "MWmw@%"
 
 MOST_PERMUTED_NAMES: Final = 5
 """Names that are placed in every order, the best of which counts."""
@@ -331,9 +331,9 @@ def text_width(name: str) -> float:
 
 
 def _letter_width(letter: str) -> float:
-    if letter in WIDE_LETTERS or not letter.isascii():
+    if letter in WIDE_CHARACTERS or not letter.isascii():
         return WIDEST_BOLD
-    if letter in NARROW_LETTERS:
+    if letter in NARROW_CHARACTERS:
         return NARROW_BOLD
     return CAPITAL_BOLD if letter.isupper() else LETTER_BOLD
 
