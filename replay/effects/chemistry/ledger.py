@@ -218,7 +218,7 @@ class Ledger:
         begin, self.clock[index] = self.clock[index], max(time, self.clock[index])
         if since <= 0.0:
             return
-        waiting = self.pending_extents(self.amounts[index]) > 0.0
+        waiting = self.pending_extents(self.amounts[index], self._celsius_now(index)) > 0.0
         rates = [self.processes[row].rate or 0.0 for row in self.slow if waiting[row]]
         seconds_done, step = 0.0, since if self._has_closed_form or not rates else FIRST_STEP_FRACTION / max(rates)
         while rates and seconds_done < min(since, REACTION_TIMES / max(rates)):
@@ -239,6 +239,10 @@ class Ledger:
             return np.full(len(rows), WITHOUT_HEAT_C)
         capacity = np.asarray(self.capacity(index, volume[:, 0], amounts))
         return self.warmth.room + amounts[:, self.column[HEAT_COLUMN]] / np.where(capacity > 0.0, capacity, 1.0)
+
+    def _celsius_now(self, index: int) -> FloatArray:
+        """Temperature (1,) of a place."""
+        return self.celsius(index, self.state[index : index + 1])
 
     def excess_after_seconds(
         self,
@@ -263,7 +267,7 @@ class Ledger:
         return np.maximum(LOWEST_FREEZING_C, -CRYOSCOPIC_K_KG_MOL * molal)
 
     def _exchange_heat_with_room(self, index: int, frame: int, time: float, seconds: float) -> None:
-        """Let a vessel cool or warm towards the room; beside a solid it settles again on the way."""
+        """Let a vessel cool or warm towards the room or by a flame; what reacts or settles follows on the way."""
         state_row = self.state[index : index + 1]
         if not (self.warmth.followed and self._has_phases_or_salts) or seconds <= 0.0 or self.volume_ml[index] <= 0.0:
             self._exchange_heat(index, seconds)
@@ -276,6 +280,7 @@ class Ledger:
         step_count = min(MOST_STEPS, int(np.ceil(temperature_change / KELVIN_STEP)))
         for step in range(step_count):
             self._exchange_heat(index, seconds / step_count)
+            self._run_slow_processes(index, seconds / step_count)
             self._react_state(index, state_row)
             if step < step_count - 1:
                 self._note_state(index, frame, time + seconds * (step + 1) / step_count)
@@ -345,7 +350,7 @@ class Ledger:
         times, frames, rows = (np.concatenate(column) for column in zip(*self._blocks[self.at[vessel]], strict=True))
         is_last_of_time = np.append(np.diff(times) > 0.0, True)
         volume, amounts, extents, added = self._state_columns(rows[is_last_of_time])
-        remaining_extents = self.pending_extents(amounts)
+        remaining_extents = self.pending_extents(amounts, self.celsius(self.at[vessel], rows[is_last_of_time]))
         return History(
             times[is_last_of_time],
             frames[is_last_of_time].astype(np.int64),
@@ -384,11 +389,11 @@ class Ledger:
             amounts += transfer_sign * component
         added[:, source] += moved_volume
 
-    def pending_extents(self, amounts: FloatArray) -> FloatArray:
-        """Mol (..., processes) that slow processes would go on for; 0 for the others."""
+    def pending_extents(self, amounts: FloatArray, celsius: FloatArray | None = None) -> FloatArray:
+        """Mol (..., processes) that slow processes would go on for at temperatures (n,); 0 for the others."""
         extents = np.zeros((*amounts.shape[:-1], len(self.processes)))
         for row in self.slow:
-            extents[..., row] = np.maximum(0.0, self.limits.extent(row, amounts))
+            extents[..., row] = np.maximum(0.0, self.limits.extent(row, amounts, celsius))
         return extents
 
     def _run_slow_processes(self, index: int, seconds: float) -> None:
@@ -396,7 +401,7 @@ class Ledger:
         amounts = self.amounts[index]
         # 1 - exp(-rate dt) by expm1: for short steps the difference would lose its digits.
         fractions = [-np.expm1(-(process.rate or 0.0) * seconds) for process in self.processes]
-        extents = self.pending_extents(amounts) * fractions
+        extents = self.pending_extents(amounts, self._celsius_now(index)) * fractions
         # All from the state before; together they take no more than there is.
         consumed = np.minimum(self.changes, 0.0) * extents[:, None]
         consumed[:, [self.proton, self.water]] = 0.0
@@ -623,7 +628,11 @@ class Ledger:
     def _reacts_slowly(self, index: int, flow_ends: Sequence[tuple[int, int]]) -> bool:
         """Whether a slow process goes on in a vessel, or could with what comes."""
         amounts_together = self.amounts[index] + sum(self.amounts[a] for a, b in flow_ends if b == index)
-        return bool(self.slow) and index != self.at[""] and bool(self.pending_extents(amounts_together).any())
+        return (
+            bool(self.slow)
+            and index != self.at[""]
+            and bool(self.pending_extents(amounts_together, self._celsius_now(index)).any())
+        )
 
     def _note_state(self, index: int, frame: int, time: float) -> None:
         self._blocks[index].append((np.array([time]), np.array([frame]), self.state[index : index + 1].copy()))
