@@ -48,6 +48,7 @@ def test_a_ph_indicator_changes_within_its_range(name):
 EDTA = ("reaction", {"equation": "Mg^2+ + C10H12N2O8^4- -> MgC10H12N2O8^2-"})
 IODINE = ("reaction", {"equation": "I2 + 2 S2O3^2- -> 2 I- + S4O6^2-"})
 CERIUM = ("reaction", {"equation": "Fe^2+ + Ce^4+ -> Fe^3+ + Ce^3+"})
+PERMANGANATE = ("reaction", {"equation": "MnO4- + 5 Fe2+ + 8 H+ -> Mn2+ + 5 Fe3+ + 4 H2O"})
 
 
 @pytest.mark.parametrize(
@@ -57,6 +58,7 @@ CERIUM = ("reaction", {"equation": "Fe^2+ + Ce^4+ -> Fe^3+ + Ce^3+"})
          "red to blue", 1.0),
         ("starch", {"I2": 1e-3, "KI": 0.1}, {"Na2S2O3": 4e-3}, IODINE, "blue to colourless", 1.0),
         ("ferroin", {"FeSO4": 0.05, "H2SO4": 1.0}, {"Ce(SO4)2": 0.1, "H2SO4": 1.0}, CERIUM, "red to blue", 1.0),
+        ("ferroin", {"FeSO4": 0.05, "H2SO4": 1.0}, {"KMnO4": 0.02}, PERMANGANATE, "red to blue", 1.0),
     ],
 )  # fmt: skip
 def test_an_ion_indicator_changes_at_the_equivalence(name, solutes, titrant, reaction, change, millilitres):
