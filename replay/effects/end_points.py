@@ -155,7 +155,7 @@ def _events(matter: Matter, vessel: str, kinds: Crossings) -> list[EffectEvent]:
     if not history.added_ml[-1].any():
         return []
     # In the order in which events are listed, so that numbers of end points at one time rise.
-    equivalents = sorted(kinds, key=lambda point: (float(point.crossing.interpolate(history.times)), point.left))
+    equivalents = sorted(kinds, key=lambda point: (_time_of(point.crossing, history.times), point.left))
     # What comes to pass while nothing flows in, as in an iodine clock, is no end point of a titration.
     points = [
         point
@@ -172,13 +172,18 @@ def _events(matter: Matter, vessel: str, kinds: Crossings) -> list[EffectEvent]:
     return events
 
 
+def _time_of(crossing: _Crossing, times: FloatArray) -> float:
+    """Seconds of a crossing, to the nanosecond: libraries differ in the last bits, and with them the order of ties."""
+    return round(float(crossing.interpolate(times)), 9)
+
+
 def _incomplete_event(matter: Matter, vessel: str, point: _Equivalent) -> EffectEvent:
     """Event of reagents that are equivalent before they have reacted: a slow reaction."""
     message = (
         f"{point.left} and {point.right} are equivalent in {vessel}, but {words.as_percentage(point.reacted)} of them "
         "have reacted: no end point"
     )
-    time = float(point.crossing.interpolate(matter.histories[vessel].times))
+    time = _time_of(point.crossing, matter.histories[vessel].times)
     return EffectEvent(time, "incomplete", (vessel,), None, {"reacted": point.reacted}, message, "warning")
 
 
@@ -202,7 +207,7 @@ def _end_point_event(matter: Matter, vessel: str, point: _Equivalent, number: in
     if number == count:
         message += f"; overshot by {words.decimal(overshoot_ml, 2)} mL"
     values |= {"volume_ml": volume, "overshot_ml": overshoot_ml, "number": number, "of": point.kind.value}
-    return EffectEvent(float(crossing.interpolate(history.times)), "end-point", (vessel,), None, values, message)
+    return EffectEvent(_time_of(crossing, history.times), "end-point", (vessel,), None, values, message)
 
 
 def _is_plain_titration(matter: Matter, vessel: str, crossing: _Crossing, titrant: str) -> bool:
