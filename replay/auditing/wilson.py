@@ -28,7 +28,7 @@ def wilson_interval(count: float, whole: float) -> tuple[float, float]:
 
     Examples
     --------
-    >>> low, high = wilson(0, 10)
+    >>> low, high = wilson_interval(0, 10)
     >>> low, round(high, 4)
     (0.0, 0.2775)
     """

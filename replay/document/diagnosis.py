@@ -21,7 +21,7 @@ from replay.document.audit import DetectorAudit
 from replay.document.before_after import Count, Errors, change_text, errors_of_rank
 from replay.document.cost import busy_text
 from replay.document.detector_labels import detector_label, sentence_of
-from replay.document.fault_sentences import other_times_text, what_text, when_text
+from replay.document.fault_sentences import what_text, when_texts
 from replay.document.placeholders import RUN, SESSION
 from replay.document.ranking import Rank, fault_text
 from replay.document.run_document import RunDocument
@@ -51,14 +51,15 @@ def answers_of_run(result: RunResult, document: RunDocument, ranks: Sequence[Ran
                 pair=fault.bodies,
                 metres=None if isnan(fault.metres) else fault.metres,
             )
+            when, other_times = when_texts(result, document, rank, fault, moment.seconds)
             answer = structs.replace(
                 answer,
                 why=fault.why,
                 fix=measured_fix,
                 moment=moment,
                 what=what_text(fault),
-                when=when_text(result, rank, fault, moment.seconds),
-                other_times=other_times_text(result, document, rank, fault),
+                when=when,
+                other_times=other_times,
                 other_causes=_other_causes(result, rank, of_misses=fault.kind.is_miss),
             )
         answers_made.append(answer)

@@ -287,8 +287,11 @@ def what_text(fault: Fault) -> str:
     return f"{fault.detector} misses {lasted} of a contact of {pair}."
 
 
-def when_text(result: RunResult, rank: Rank, fault: Fault, seconds: float) -> str:
-    """Return the moment at which to look at a fault, its bodies, and which of how many faults it is."""
+def when_texts(result: RunResult, document: RunDocument, rank: Rank, fault: Fault, seconds: float) -> tuple[str, str]:
+    """Return the moment at which to look at a fault, its bodies and which of how many it is; then other times.
+
+    The second sentence says when the other faults of its pair happened; ``""``: there are none.
+    """
     misses, false_contacts = result.misses.get(rank.label, ()), result.false.get(rank.label, ())
     faults_of_category = misses if fault.kind.is_miss else false_contacts
     if len(faults_of_category) == 1:
@@ -297,15 +300,12 @@ def when_text(result: RunResult, rank: Rank, fault: Fault, seconds: float) -> st
         ordinal = f"{fault.name}, {fault.number} of {len(faults_of_category)} missed, late or cut short"
     else:
         ordinal = f"number {fault.number} of {plural(len(faults_of_category), fault.name)}"
-    return f"At {words.moment(seconds)}: {' and '.join(fault.bodies)}, {ordinal}."
-
-
-def other_times_text(result: RunResult, document: RunDocument, rank: Rank, fault: Fault) -> str:
-    """Return when the other faults of the pair of ``fault`` happened; ``""``: there are none."""
-    faults_of_category = (result.misses if fault.kind.is_miss else result.false).get(rank.label, ())
+    moment_sentence = f"At {words.moment(seconds)}: {' and '.join(fault.bodies)}, {ordinal}."
     faults_of_pair = [other for other in faults_of_category if other.bodies == fault.bodies]
     start, end = min(other.start for other in faults_of_pair), max(other.end for other in faults_of_pair)
     digits = 1 if document.session.duration >= LONG_SESSION_S else 3
     start_text, end_text = (words.decimal(second, digits) for second in (start, end))
     times_clause = f"at {start_text} s" if start_text == end_text else f"from {start_text} to {end_text} s"
-    return f"This pair has {len(faults_of_pair)} of them, {times_clause}." if len(faults_of_pair) > 1 else ""
+    if len(faults_of_pair) == 1:
+        return moment_sentence, ""
+    return moment_sentence, f"This pair has {len(faults_of_pair)} of them, {times_clause}."

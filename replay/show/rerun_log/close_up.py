@@ -178,9 +178,12 @@ def log_close_ups(
     segments = {time: (time, fault.first, fault.last) for time, fault in faults.items()}
     steps = steps_of(segments, len(writer.clock.ns), None)
     log_marks(writer, FOCUS_ENTITY, steps, {time: _marks(result, fault, eyes[time]) for time, fault in faults.items()})
-    log_marks(
-        writer, LEGEND_ENTITY, steps, {time: _legend(result, fault, eyes[time]) for time, fault in faults.items()}
-    )
+    legends: dict[FrameTime, list[Mark]] = {}
+    for time, fault in faults.items():
+        free, hollow_name = free_body(result, fault), fault.evidence.hollow
+        free_name = None if free is None else result.assembly.names[free]
+        legends[time] = [] if free_name is None else _legend(free_name, hollow_name, fault.detector, eyes[time])
+    log_marks(writer, LEGEND_ENTITY, steps, legends)
     for label in detectors_with_solids(result):
         caged_bodies_of_moment = {
             time: caged_bodies(result, fault, balls)
@@ -215,15 +218,12 @@ def _marks(result: RunResult, fault: Fault, eye: Eye) -> list[Mark]:
     return [*text_beside(eye, gap_ends.mean(axis=0), text, GAP_COLOUR, 0.22, -0.36), *measure_marks]
 
 
-def _legend(result: RunResult, fault: Fault, eye: Eye) -> list[Mark]:
+def _legend(free_name: str, hollow_name: str, label: str, eye: Eye) -> list[Mark]:
     """Words beside a body inside the hull of another: which of the three shapes has which colour."""
-    free = free_body(result, fault)
-    if free is None:
-        return []
     lines = [
-        (f"yellow: hull of {fault.evidence.hollow}, for {fault.detector}", FALSE_CONTACT),
-        (f"blue: real {fault.evidence.hollow}", REAL_SURFACE_COLOUR),
-        (f"white: {result.assembly.names[free]}", FREE),
+        (f"yellow: hull of {hollow_name}, for {label}", FALSE_CONTACT),
+        (f"blue: real {hollow_name}", REAL_SURFACE_COLOUR),
+        (f"white: {free_name}", FREE),
     ]
     right, up = LEGEND_POSITION
     return [

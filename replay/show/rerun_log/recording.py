@@ -25,7 +25,6 @@ from replay.show.rerun_log.depth import log_depths
 from replay.show.rerun_log.effects import log_effects, log_happened
 from replay.show.rerun_log.leading_still import log_still
 from replay.show.rerun_log.moments import (
-    Moments,
     bookmarks,
     key_moments,
     leading_moment,
@@ -71,22 +70,17 @@ def write_recording(result: RunResult, path: Path) -> None:
     )
     clock = RecordingClock.of(result.assembly, [frame for frame, _ in moments])
     with recording_file(f"{APPLICATION}-{uuid4().hex}", path, build_blueprint(picture)) as stream:
-        writer = RecordingWriter(stream, clock, _opening_ns(result, moments, clock))
+        opening_time = leading_moment(result, moments) if moments else None
+        writer = RecordingWriter(
+            stream, clock, None if opening_time is None else int(clock.ns[opening_time[0]]) + opening_time[1]
+        )
         writer.name(result.session.scene.name or "Session")
         _log_room(writer, picture)
         _log_tabs(writer, picture)
-        if moments:
-            fault = moments[leading_moment(result, moments)]
+        if opening_time is not None:
+            fault = moments[opening_time]
             if isinstance(fault, Fault):
                 log_still(writer, fault_still(result, fault.detector, fault, CARD_SIZE)[0])
-
-
-def _opening_ns(result: RunResult, moments: Moments, clock: RecordingClock) -> int | None:
-    """The moment of the answer, nanoseconds on the session timeline; ``None``: there is no moment."""
-    if not moments:
-        return None
-    frame, later_ns = leading_moment(result, moments)
-    return int(clock.ns[frame]) + later_ns
 
 
 def _points_of_events(result: RunResult, balls: Sequence[Sphere]) -> list[tuple[int, Vector]]:

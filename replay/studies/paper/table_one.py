@@ -165,7 +165,7 @@ def mean_and_spread(values: FloatArray) -> tuple[int, float, float, float, float
 
     Examples
     --------
-    >>> spread(np.array([1.0, 3.0]))[-1]
+    >>> mean_and_spread(np.array([1.0, 3.0]))[-1]
     2.0
     """
     resampled_indices = random_stream(0, "paper/bootstrap").integers(
