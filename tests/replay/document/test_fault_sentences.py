@@ -427,11 +427,12 @@ def figures_of(fix):
     largest = []
     for kind in ("missed", "late or cut short"):
         average = r"(?: \([\d.]+ -> [\d.]+ on average\))"
-        changed = rf"(?: as before|{average}| -> ([\d-]+))"
-        printed = re.search(rf"(?i:{kind}) ([\d-]+)(?: of [\d,]+)?{changed}", fix.change)
+        count = r"((?:up to |\d+ to )?\d+)"
+        changed = rf"(?: as before|{average}| -> {count})"
+        printed = re.search(rf"(?i:{kind}) {count}(?: of [\d,]+)?{changed}", fix.change)
         assert printed or kind.split()[0] not in fix.change.lower() or "none missed or late" in fix.change
         after = (printed[2] or printed[1]) if printed else "0"
-        largest.append(int(after.split("-")[-1]))
+        largest.append(int(after.split()[-1]))
     return *largest, float(false[2] or false[1])
 
 
