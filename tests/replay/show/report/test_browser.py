@@ -25,7 +25,7 @@ def demo(tmp_path_factory):
     return file
 
 
-HEADINGS = ["What", "When", "Why", "Do", "Cost", "Or", "Sure"]
+HEADINGS = ["What", "When", "Why", "Do", "Cost", "Sure", "Also", "Or"]
 
 
 def test_first_screen_of_a_laptop_answers_beside_picture_and_ranking(demo, tmp_path):
