@@ -18,6 +18,7 @@ from replay.effects.chemistry.mixture import GAS, LIGANDS, SOLID, Mixture
 from replay.effects.chemistry.recipe import Reaction
 from replay.effects.chemistry.redox import ZERO_C_KELVIN
 from replay.effects.chemistry.salts import WATER_KG
+from replay.effects.chemistry.solver import Solver, has_answer
 from replay.effects.chemistry.supersaturated import aged_hydroxide_events, supersaturation_events
 from replay.effects.chemistry.unreacted import LEAST_FORMED_FRACTION, no_reaction_events, stop_events
 from replay.effects.end_points import end_points, ion_end_points
@@ -46,6 +47,15 @@ VERY_STRONG_MOL_KG: Final = 5.0
 PHREEQC's data bases differ by up to 0.6 at 1 mol/kg of 25 salts, and by 1.2 at 3 mol/kg of calcium chloride, of ionic
 strength 9 (tests/replay/effects/chemistry/test_strong_solutions.py).
 """
+
+DOUBLED_SATURATION_INDEX: Final = 0.6
+"""Saturation index at which a solution of a salt of two ions holds twice what it does at saturation."""
+
+UNCERTAIN_FACTOR: Final = 1.2
+"""By which more must dissolve at that index, for what dissolves to hang on the activities."""
+
+EXAMINED_ROWS: Final = 8
+"""Strong solutions of a vessel that are examined for such solids, evenly over its history."""
 
 LEAST_REPORTED_FRACTION: Final = 1e-4
 """Of a metal that a complex holds at some time: less is not told unless an equation names it."""
@@ -106,8 +116,8 @@ def _add_solution(matter: Matter, vessel: str, times: FloatArray, findings: Find
     assert matter.solver is not None
     mixture = matter.solver.mixture
     wet, equilibria = matter.equilibria(vessel, times)
-    has_answer = ~np.isnan(equilibria.ph)
-    known_times, rows = wet[has_answer], np.flatnonzero(has_answer)
+    is_answered = has_answer(equilibria)
+    known_times, rows = wet[is_answered], np.flatnonzero(is_answered)
     has_formed = np.zeros(len(matter.recipe.reactions), dtype=np.bool_)
     if not len(wet):
         return has_formed
@@ -128,11 +138,11 @@ def _add_solution(matter: Matter, vessel: str, times: FloatArray, findings: Find
                 scarcest = np.minimum(scarcest, amounts[:, matter.ledger.column[component]] / many)
             moles = equilibria.species[:, made].sum(axis=1)
             has_formed[number] |= bool((moles > LEAST_FORMED_FRACTION * scarcest)[scarcest > 0.0].any())
-    if not has_answer.all():
-        first = float(times[wet[~has_answer][0]])
-        moments = f"{int((~has_answer).sum())} of {len(wet)} moments"
-        kilograms = np.maximum(amounts[~has_answer, matter.ledger.water] * WATER_KG, 1e-300)
-        molal = float((np.abs(matter.totals(amounts[~has_answer])).max(axis=1) / kilograms).max())
+    if not is_answered.all():
+        first = float(times[wet[~is_answered][0]])
+        moments = f"{int((~is_answered).sum())} of {len(wet)} moments"
+        kilograms = np.maximum(amounts[~is_answered, matter.ledger.water] * WATER_KG, 1e-300)
+        molal = float((np.abs(matter.totals(amounts[~is_answered])).max(axis=1) / kilograms).max())
         text = f"no pH is given in {vessel} at {moments}, and solids stay there as they were: PHREEQC has no answer"
         if molal > STRONG_MOL_KG:
             text += f" for so strong a solution ({quantity(molal, 'mol/kg')}); a weaker one has a pH"
@@ -143,7 +153,7 @@ def _add_solution(matter: Matter, vessel: str, times: FloatArray, findings: Find
     strong = np.flatnonzero((equilibria.ionic[rows] > EXACT_MOL_KG) & mixed)
     if len(strong):
         most = float(equilibria.ionic[rows[strong]].max())
-        solids = _solids_at(matter, vessel, times[known_times[strong]])
+        solids = _uncertain_solids(matter, vessel, times[known_times[strong]])
         solid_note = f", and of {' and '.join(solids)} twice as much or half may dissolve" if solids else ""
         ph_note = "by 1 or more" if most > VERY_STRONG_MOL_KG else "by some tenths"
         text = (
@@ -167,15 +177,34 @@ def _complexes(mixture: Mixture, formula: str) -> list[int]:
     return [k for k, entry in enumerate(mixture.species) if set(entry.makeup) - {PROTON, WATER} == solutes]
 
 
-def _solids_at(matter: Matter, vessel: str, times: FloatArray) -> list[str]:
-    """Solids of PHREEQC's that stand in a vessel at one of these times."""
+def _uncertain_solids(matter: Matter, vessel: str, times: FloatArray) -> list[str]:
+    """Solids of PHREEQC's in a vessel of which twice as much would dissolve if their solution held twice as much.
+
+    Of marble in acid the acid decides how much dissolves, whatever its product of solubility is.
+    """
+    assert matter.solver is not None
+    ledger = matter.ledger
+    times = times[np.unique(np.linspace(0, len(times) - 1, EXAMINED_ROWS).astype(np.int64))]
     amounts = matter.states(vessel, times)[0]
-    columns = [(matter.ledger.columns[index], index) for index in matter.ledger.phases.tolist()]
-    return sorted(
-        column.removesuffix(SOLID)
-        for column, index in columns
-        if column.endswith(SOLID) and (amounts[:, index] > 0.0).any()
-    )
+    columns = [
+        (row, index)
+        for row, index in enumerate(ledger.phases.tolist())
+        if not ledger.gas[row] and (amounts[:, index] > 0.0).any()
+    ]
+    if not columns:
+        return []
+    solver = Solver(matter.solver.mixture, DOUBLED_SATURATION_INDEX)
+    totals, water = matter.totals(amounts), amounts[:, ledger.water]
+    equilibria = solver.equilibrium(totals, water, matter.celsius(vessel, times))
+    uncertain_solids = []
+    for row, index in columns:
+        ions = [k for k, many in enumerate(matter.solver.mixture.uses[row]) if many > 0.0 and k > 0]
+        most = np.min([totals[:, k] / matter.solver.mixture.uses[row, k] for k in ions], axis=0)
+        dissolved, dissolved_beyond = most - amounts[:, index], most - equilibria.phases[:, row]
+        is_uncertain = (amounts[:, index] > 0.0) & (dissolved_beyond > UNCERTAIN_FACTOR * dissolved)
+        if (is_uncertain & has_answer(equilibria)).any():
+            uncertain_solids.append(ledger.columns[index].removesuffix(SOLID))
+    return sorted(uncertain_solids)
 
 
 def _reported_ions(matter: Matter, mixture: Mixture, species: FloatArray, amounts: FloatArray) -> dict[str, int]:
@@ -278,8 +307,7 @@ def _brines(matter: Matter, vessel: str) -> list[EffectEvent]:
         solid = column.removesuffix(SOLID)
         text = (
             f"{solid} is in a brine in {vessel}, beside more than {MOST_FOREIGN_MOL_KG:g} mol/kg of other ions: how "
-            "much of it dissolves there is not known (its table is of pure water), so no mass of it is given, and a pH "
-            "there may be off by some tenths"
+            "much of it dissolves there is not known (its table is of pure water), so no mass of it is given"
         )
         values = {"formula": solid}
         events.append(EffectEvent(time, "brine", (vessel,), None, values, text, "warning"))

@@ -23,7 +23,7 @@ from replay.effects.chemistry.ledger_columns import (
 )
 from replay.effects.chemistry.processes import History
 from replay.effects.chemistry.recipe import Recipe, recipe_of
-from replay.effects.chemistry.salts import WATER_KG, Salt
+from replay.effects.chemistry.salts import WATER_KG, Salt, saturation_fraction
 from replay.effects.chemistry.solver import Equilibrium, Solver
 from replay.effects.chemistry.warming import solid_j_per_mol_k
 from replay.effects.declaring import Declaration
@@ -43,8 +43,11 @@ By 55 % of NaCl in 3 mol/kg of HCl (tests/replay/effects/chemistry/test_brines.p
 UNDISSOCIATED_WATER: Final = 50.0
 """mol of water for one of sulfuric acid, up to which PHREEQC has it as HSO4- alone."""
 
-NEAR_SATURATION_FRACTION: Final = 0.1
-"""Of what a salt's solution holds at saturation in water: in a brine a tenth of it may fall out already."""
+SALTING_OUT_KG_MOL: Final = 0.08
+"""Powers of ten by which a mol/kg of other ions lowers a salt's mean mol/kg at saturation, at most.
+
+By PHREEQC's pitzer.dat, of five salts beside nine electrolytes (tests/replay/effects/chemistry/test_brines.py).
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,10 +122,9 @@ class Matter:
         contents = self.recipe.contents.get(vessel)
         if contents is None or contents.volume_ml > 0.0 or not contents.solids:
             return np.ones(len(times), dtype=np.bool_)
-        inflow_times = times[1:][np.diff(volume_ml) > 0.0]
-        next_inflow = np.append(inflow_times, np.inf)[np.searchsorted(inflow_times, times, side="right")]
-        is_mixed_at: BoolArray = next_inflow - times > LONGEST_PAUSE_S
-        is_mixed_at[[0, -1]] = True
+        is_mixed_at = _is_settled(times, volume_ml)
+        is_mixed_at[-1:] = True
+        is_mixed_at[:1] |= times[:1] <= self.histories[vessel].times[0]
         return is_mixed_at
 
     def celsius(self, vessel: str, times: FloatArray) -> FloatArray:
@@ -145,8 +147,12 @@ class Matter:
         return wet_rows, ledger.solver.equilibrium(totals, water, celsius, ~ledger.gas)
 
     def brine(self, vessel: str, salt: Salt) -> BoolArray:
-        """Rows (n,) of a history at which a salt is near saturation beside more of other ions than its table allows."""
-        ledger, amounts = self.ledger, self.histories[vessel].amounts
+        """Rows (n,) of a history at which a salt is near saturation beside more of other ions than its table allows.
+
+        While liquid comes in none count: what reacts with it may dissolve all of the salt.
+        """
+        ledger, history = self.ledger, self.histories[vessel]
+        amounts = history.amounts
         kilograms = np.maximum(amounts[:, ledger.water] * WATER_KG, 1e-300)
         ions = {component: many for component, many in salt.components.items() if component not in (PROTON, WATER)}
         dissolved = np.min([amounts[:, ledger.column[component]] / many for component, many in ions.items()], axis=0)
@@ -155,10 +161,11 @@ class Matter:
             salt.components.get(PROTON, 0)
         )
         foreign_strength = 0.5 * (charges - own_charge * dissolved) / kilograms
-        present_mol = dissolved + amounts[:, ledger.column[salt.column]]
-        celsius = self.celsius(vessel, self.histories[vessel].times)
-        is_near_saturation = present_mol > NEAR_SATURATION_FRACTION * salt.saturation(celsius) * kilograms
-        return is_near_saturation & (foreign_strength > MOST_FOREIGN_MOL_KG)
+        fraction = saturation_fraction(salt, ledger.column, amounts, self.celsius(vessel, history.times))
+        is_near_saturation = fraction > 10.0 ** (-SALTING_OUT_KG_MOL * foreign_strength)
+        is_near_saturation |= amounts[:, ledger.column[salt.column]] > 0.0
+        is_settled = _is_settled(history.times, history.volume_ml)
+        return is_near_saturation & is_settled & (foreign_strength > MOST_FOREIGN_MOL_KG)
 
     def brines(self, vessel: str) -> dict[str, float]:
         """Salt column -> time at which its solution becomes a brine, of those that do."""
@@ -195,6 +202,13 @@ def _matter(inputs: EffectInputs) -> Matter:
         ledger.flow(frames, times[frames], pairs, volume_ml, over)
     ledger.end(len(times) - 1, float(times[-1]))
     return Matter(recipe, ledger, vessels, {name: ledger.history(name) for name in vessels})
+
+
+def _is_settled(times: FloatArray, volume_ml: FloatArray) -> BoolArray:
+    """Rows (n,) of a vessel's times after which no liquid comes in before a pause."""
+    inflow_times = times[1:][np.diff(volume_ml) > 0.0]
+    next_inflow = np.append(inflow_times, np.inf)[np.searchsorted(inflow_times, times, side="right")]
+    return np.asarray(next_inflow - times > LONGEST_PAUSE_S)
 
 
 def _declared_warmth(inputs: EffectInputs, vessels: Mapping[str, Vessel], recipe: Recipe) -> Warmth:

@@ -97,19 +97,24 @@ def salt_of(formula: str, table: Mapping[float, float], heat_j: float | None = N
     return Salt(formula, components, celsius, molal, joule)
 
 
+def saturation_fraction(salt: Salt, column: Mapping[str, int], amounts: FloatArray, celsius: FloatArray) -> FloatArray:
+    """Mean mol/kg (n,) of a salt's ions, a share of that of its solution saturated in water, of rows (n, columns)."""
+    kilograms = np.maximum(_solvent_mol(column, amounts) * WATER_KG, 1e-300)
+    ions_present = _ions_present(salt, column, amounts)
+    with np.errstate(divide="ignore"):
+        logs = [many * np.log(np.maximum(0.0, amount) / (many * kilograms)) for many, amount in ions_present]
+    mean_molal = np.exp(np.sum(logs, axis=0) / sum(many for many, _ in ions_present))
+    return np.asarray(mean_molal / salt.saturation(celsius))
+
+
 def settled_solid(salt: Salt, column: Mapping[str, int], amounts: FloatArray, celsius: FloatArray) -> FloatArray:
     """Mol (n,) of a salt that is solid at saturation, of rows (n, columns) of a ledger in which all of it is dissolved.
 
     ``column``: name of a column -> its place.
     """
-    # Hydroxide is counted as water less a proton, and dissolves nothing.
-    water = amounts[:, column[WATER]] + np.minimum(0.0, amounts[:, column[PROTON]])
+    water = _solvent_mol(column, amounts)
     bound = max(0, salt.components.get(WATER, 0) + min(0, salt.components.get(PROTON, 0)))
-    ions = {component: many for component, many in salt.components.items() if component not in (PROTON, WATER)}
-    hydroxide = max(0, -salt.components.get(PROTON, 0))
-    ions_present = [(many, amounts[:, column[component]]) for component, many in ions.items()]
-    if hydroxide:
-        ions_present.append((hydroxide, np.maximum(0.0, -amounts[:, column[PROTON]])))
+    ions_present = _ions_present(salt, column, amounts)
     most = np.min([amount / many for many, amount in ions_present], axis=0)
     saturated = salt.saturation(celsius)
     # Logarithms of the product of what is dissolved, each ion as a share of what saturation has of it.
@@ -125,3 +130,18 @@ def settled_solid(salt: Salt, column: Mapping[str, int], amounts: FloatArray, ce
             lower, upper = np.where(beyond, solid, lower), np.where(beyond, upper, solid)
     settled = 0.5 * (lower + upper)
     return np.where(settled > 1e-12 * np.maximum(most, 0.0), settled, 0.0)
+
+
+def _solvent_mol(column: Mapping[str, int], amounts: FloatArray) -> FloatArray:
+    """Mol (n,) of water but hydroxide, which is counted as water less a proton and dissolves nothing."""
+    return np.asarray(amounts[:, column[WATER]] + np.minimum(0.0, amounts[:, column[PROTON]]))
+
+
+def _ions_present(salt: Salt, column: Mapping[str, int], amounts: FloatArray) -> list[tuple[int, FloatArray]]:
+    """How many of each ion a salt has, and mol (n,) of that ion in rows (n, columns)."""
+    ions = {component: many for component, many in salt.components.items() if component not in (PROTON, WATER)}
+    ions_present = [(many, amounts[:, column[component]]) for component, many in ions.items()]
+    hydroxide = max(0, -salt.components.get(PROTON, 0))
+    if hydroxide:
+        ions_present.append((hydroxide, np.maximum(0.0, -amounts[:, column[PROTON]])))
+    return ions_present

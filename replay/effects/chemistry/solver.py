@@ -57,10 +57,13 @@ class Solver:
 
     A composition is first asked for as a solution alone, which is cheap. Only where a phase is beyond saturation, or
     the solution has no answer, is it asked for with its phases.
+
+    ``saturation_index``: log10 of a solid's product by its constant at which it stands; 0 is saturation.
     """
 
-    def __init__(self, mixture: Mixture) -> None:
+    def __init__(self, mixture: Mixture, saturation_index: float = 0.0) -> None:
         self.mixture = mixture
+        self._phase_targets = [0.0 if phase.column.endswith("(g)") else saturation_index for phase in mixture.phases]
         self.queries = 0  # compositions that PHREEQC was asked for
         self.unanswered_queries = 0
         self.remember = True
@@ -83,7 +86,9 @@ class Solver:
         table, keys, answers = self._answers_without_phases(totals, water_mol, celsius)
         _, species, phase_columns, indices, activities = self._columns()
         saturation = answers[:, indices]
-        has_forming_phase = ((saturation > 0.0) & allowed).any(axis=1) | (np.isnan(answers[:, 0]) & allowed.any())
+        has_forming_phase = ((saturation > self._phase_targets) & allowed).any(axis=1) | (
+            np.isnan(answers[:, 0]) & allowed.any()
+        )
         rows = np.flatnonzero(has_forming_phase)
         if len(rows):
             marks = [allowed.tobytes() + keys[row] for row in rows.tolist()]
@@ -247,7 +252,7 @@ class Solver:
             if initial_solids is not None:
                 lines.append(f"EQUILIBRIUM_PHASES {number}")
                 lines += [
-                    f" {phase_name(index)} 0 {initial_solids[number - 1, index].item()!r}"
+                    f" {phase_name(index)} {self._phase_targets[index]:g} {initial_solids[number - 1, index].item()!r}"
                     for index in np.flatnonzero(allowed).tolist()
                 ]
                 lines.append("END")

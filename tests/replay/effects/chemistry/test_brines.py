@@ -8,7 +8,7 @@ import pytest
 from support.liquid_worlds import MIX, glass, run_in
 
 from replay.effects.chemistry.components import dissolved_components
-from replay.effects.chemistry.matter import MOST_FOREIGN_MOL_KG
+from replay.effects.chemistry.matter import MOST_FOREIGN_MOL_KG, SALTING_OUT_KG_MOL
 from replay.effects.chemistry.salts import salt_of, settled_solid, solubility_of
 
 PITZER = Path(phreeqc.__file__).parent / "databases" / "pitzer.dat"
@@ -59,6 +59,23 @@ def test_beyond_the_limit_the_table_is_far_from_pitzer():
     assert dissolved_by_table("NaCl", "HCl", 3.0) > 4.7
 
 
+@pytest.mark.parametrize(
+    ("phase", "ions", "elements", "strength"),
+    [
+        ("Halite", ("Na", "Cl"), {"Cl": 4.0}, 4.0), ("Halite", ("Na", "Cl"), {"Mg": 2.0, "Cl": 4.0}, 6.0),
+        ("Sylvite", ("K", "Cl"), {"Li": 4.0, "Cl": 4.0}, 4.0), ("Sylvite", ("K", "Cl"), {"Na": 4.0}, 4.0),
+        ("Thenardite", ("Na", "Na", "S(6)"), {"Li": 4.0, "Cl": 4.0}, 4.0),
+    ],
+)  # fmt: skip
+def test_other_ions_lower_saturation_by_less_than_the_bound(phase, ions, elements, strength):
+    means = []
+    for others in ({}, elements):
+        dissolved = dissolved_by_pitzer(phase, others)
+        molal = [ions.count(ion) * dissolved + others.get(ion, 0.0) for ion in ions]
+        means.append(np.prod(molal) ** (1.0 / len(ions)))
+    assert -np.log10(means[1] / means[0]) < SALTING_OUT_KG_MOL * strength
+
+
 HALITE = ("reaction", {"equation": "NaCl(s) -> Na+ + Cl-"})
 
 
@@ -89,3 +106,24 @@ def test_gypsum_in_a_brine_is_named_in_the_warning():
     degrees = [*([0.0] * 2), *([90.0] * 60), *([0.0] * 30)]
     (event,) = run_in(degrees, MIX, gypsum, base=lime, acid=sulfate)["reaction"].output.events_named("concentrated")
     assert "of CaSO4 twice as much or half may dissolve" in event.text
+
+
+ACID_COLUMN = {"capacity_ml": 50.0, "floor": 0.15, "mark": 0.65}
+
+
+@pytest.mark.parametrize(
+    ("acid", "molar", "solid", "equation"),
+    [
+        ("CH3COOH", 1.0, ("NaHCO3", 0.05), "NaHCO3 + CH3COOH -> CH3COONa + H2O + CO2"),
+        ("HCl", 2.0, ("CaCO3", 1.0), "CaCO3 + 2 HCl -> CaCl2 + H2O + CO2"),
+    ],
+)
+def test_what_acid_dissolves_has_no_warning_of_its_solubility(acid, molar, solid, equation):
+    """The acid decides: soda dissolves to its last grain, of a gram of marble 5 mmol are used up by 10 mmol of acid."""
+    formula, grams = solid
+    burette = glass("burette", 50.0, solute=acid, molar=molar, cavity=ACID_COLUMN)
+    flask = glass("flask", 0.0, properties={"solid": {"formula": formula, "mass_g": grams}})
+    degrees = [*([0.0] * 2), *([90.0] * 60), *([0.0] * 30)]
+    output = run_in(degrees, MIX, ("reaction", {"equation": equation}), base=burette, acid=flask)["reaction"].output
+    assert not output.events_named("brine")
+    assert not any("may dissolve" in event.text for event in output.events_named("concentrated"))
