@@ -433,7 +433,7 @@ def _amount_made(matter: Matter, vessel: str, totals: FloatArray, crossing: _Cro
     water = crossing.interpolate(history.amounts[:, ledger.water])
     celsius = crossing.interpolate(matter.celsius(vessel, history.times))
     equilibria = solver.equilibrium(
-        crossing.interpolate(totals)[None], np.atleast_1d(water), np.atleast_1d(celsius), ~ledger.gas
+        crossing.interpolate(totals)[None], np.atleast_1d(water), np.atleast_1d(celsius), ~ledger.reactions.gas
     )
     if np.isnan(equilibria.ph[0]):
         return {}

@@ -188,8 +188,8 @@ def _uncertain_solids(matter: Matter, vessel: str, times: FloatArray) -> list[st
     amounts = matter.states(vessel, times)[0]
     columns = [
         (row, index)
-        for row, index in enumerate(ledger.phases.tolist())
-        if not ledger.gas[row] and (amounts[:, index] > 0.0).any()
+        for row, index in enumerate(ledger.reactions.phases.tolist())
+        if not ledger.reactions.gas[row] and (amounts[:, index] > 0.0).any()
     ]
     if not columns:
         return []
@@ -291,7 +291,7 @@ def _add_solids(inputs: EffectInputs, matter: Matter, vessel: str, findings: Fin
     followed_solids = {declared["solid"] for declared in inputs.tables.get("precipitation", ())}
     ledger = matter.ledger
     history, brines = matter.histories[vessel], matter.brines(vessel)
-    for index in (*ledger.phases.tolist(), *ledger.salt_columns.tolist()):
+    for index in (*ledger.reactions.phases.tolist(), *ledger.reactions.salt_columns.tolist()):
         solid = ledger.columns[index].removesuffix(SOLID)
         amount = history.amounts[:, index]
         if ledger.columns[index] in brines:

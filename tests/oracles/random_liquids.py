@@ -66,10 +66,10 @@ def solver_of(columns, solids=(), gases=()):
     return Solver(mixture_of(data, columns, phases))
 
 
-def step(book, frame, time, moves):
+def step(ledger, frame, time, moves):
     """Transfers of one frame, all from the state before it."""
     volumes = np.array([[volume for *_, volume in moves]])
-    book.flow(
+    ledger.flow(
         np.array([frame]), np.array([time]), [(a, b) for a, b, _ in moves], volumes, np.zeros(len(moves), dtype=bool)
     )
 
@@ -115,70 +115,70 @@ def a_world(seed, warm):
     per_ml = 4.18 if seed % 2 else None
     warmth = Warmth(per_ml, glasses, starts, 0.0, 80.0, room=20.0) if warm else UNFOLLOWED_WARMTH
     crystals = [salt_of(salt, SOLUBILITY_G_PER_100_G[salt]) for salt in salts]
-    book = Ledger(names, sorted(columns), processes, solver, crystals, float(rng.choice([0.0, 0.3, 1.0])), warmth)
+    ledger = Ledger(names, sorted(columns), processes, solver, crystals, float(rng.choice([0.0, 0.3, 1.0])), warmth)
     for name, (volume, present) in zip(names, fills, strict=True):
-        book.fill(name, volume, present)
-    book.begin(0.0)
-    yield book
+        ledger.fill(name, volume, present)
+    ledger.begin(0.0)
+    yield ledger
     frame = 0
     for _ in range(int(rng.integers(1, 13))):
         frame += int(rng.integers(1, 200))
         source, target = rng.choice(len(names)), rng.choice(len(names) + 1)
         pair = (names[source], [*names, ""][target])
-        present = float(book.volume_ml[book.at[names[source]]]) * float(rng.choice([0.0, 1e-9, 0.3, 1.0]))
+        present = float(ledger.volume_ml[ledger.at[names[source]]]) * float(rng.choice([0.0, 1e-9, 0.3, 1.0]))
         if source == target or present <= 0.0:
-            book.advance(book.at[names[source]], frame, frame * 0.01)
+            ledger.advance(ledger.at[names[source]], frame, frame * 0.01)
         elif rng.random() < 0.5:
-            step(book, frame, frame * 0.01, [(*pair, present)])
+            step(ledger, frame, frame * 0.01, [(*pair, present)])
         else:
             count = int(rng.integers(1, 50))
             frames = frame + np.arange(count)
             components = rng.dirichlet(np.ones(count)) * present
-            book.flow(frames, frames * 0.01, [pair], components[:, None], np.zeros(1, dtype=bool))
+            ledger.flow(frames, frames * 0.01, [pair], components[:, None], np.zeros(1, dtype=bool))
             frame += count
-        yield book
+        yield ledger
 
 
-def energy(book):
+def energy(ledger):
     """J of everything in a ledger."""
-    return energy_of(book, book.amounts)
+    return energy_of(ledger, ledger.amounts)
 
 
-def energy_of(book, amounts):
+def energy_of(ledger, amounts):
     """J (n,) of rows of a ledger: warmth, what is dissolved, solids, and gases that left."""
     solid = np.zeros(len(amounts))
-    if book.solver is not None:
-        mixture = book.solver.mixture
-        solid += amounts[:, book.phases] @ mixture.joule[len(mixture.species) :]
-    solid += amounts[:, book.salt_columns] @ np.array([salt.joule for salt in book.salts])
+    if ledger.solver is not None:
+        mixture = ledger.solver.mixture
+        solid += amounts[:, ledger.reactions.phases] @ mixture.joule[len(mixture.species) :]
+    solid += amounts[:, ledger.reactions.salt_columns] @ np.array([salt.joule for salt in ledger.salts])
     return (
-        amounts[:, [book.column[name] for name in (HEAT_COLUMN, ENTHALPY_COLUMN, LATENT_HEAT_COLUMN)]].sum(axis=1)
+        amounts[:, [ledger.column[name] for name in (HEAT_COLUMN, ENTHALPY_COLUMN, LATENT_HEAT_COLUMN)]].sum(axis=1)
         + solid
     )
 
 
 def check_conservation(seed, warm):
     first, given = None, 0.0
-    for book in a_world(seed, warm):
-        components = makeup(book.columns)
-        now = book.amounts @ components
-        sums, scale = now.sum(axis=0), (np.abs(book.amounts) @ np.abs(components)).sum(axis=0)
-        volume = book.volume_ml.sum()
+    for ledger in a_world(seed, warm):
+        components = makeup(ledger.columns)
+        now = ledger.amounts @ components
+        sums, scale = now.sum(axis=0), (np.abs(ledger.amounts) @ np.abs(components)).sum(axis=0)
+        volume = ledger.volume_ml.sum()
         if first is None:
-            first, start = (sums, volume), energy(book).sum() if warm else 0.0
-            before = book.extents.sum()
+            first, start = (sums, volume), energy(ledger).sum() if warm else 0.0
+            before = ledger.extents.sum()
         assert np.all(np.abs(sums - first[0]) <= 1e-12 * scale), seed
         assert abs(volume - first[1]) <= 1e-12 * max(volume, 1e-300), seed
-        assert (book.volume_ml >= 0.0).all(), seed
+        assert (ledger.volume_ml >= 0.0).all(), seed
         if warm:
-            given = -ZINC.joule * (book.extents.sum() - before) if len(book.processes) else 0.0
+            given = -ZINC.joule * (ledger.extents.sum() - before) if len(ledger.processes) else 0.0
             exchanged = np.abs(
-                book.amounts[
-                    :, [book.column[HEAT_COLUMN], book.column[ENTHALPY_COLUMN], book.column[LATENT_HEAT_COLUMN]]
+                ledger.amounts[
+                    :, [ledger.column[HEAT_COLUMN], ledger.column[ENTHALPY_COLUMN], ledger.column[LATENT_HEAT_COLUMN]]
                 ]
             ).sum() + abs(given)
-            assert abs(energy(book).sum() - start - given) <= 1e-9 * exchanged, seed
-    for history in map(book.history, book.vessels):
+            assert abs(energy(ledger).sum() - start - given) <= 1e-9 * exchanged, seed
+    for history in map(ledger.history, ledger.vessels):
         assert (np.diff(history.times)[np.diff(history.frames) >= 0] > 0.0).all(), seed
 
 

@@ -33,7 +33,7 @@ def reacted_before(matter: Matter, followed: Collection[str]) -> Iterator[Effect
             if column.endswith(GAS) and moles > LEAST_MOL:
                 sentence = f"{quantity(1e3 * moles, 'mmol')} {formula} have left {vessel} as gas {BEFORE_CLAUSE}"
                 sentences.append((sentence, {"formula": formula, "moles": moles}))
-        for index in (*ledger.phases.tolist(), *ledger.salt_columns.tolist()):
+        for index in (*ledger.reactions.phases.tolist(), *ledger.reactions.salt_columns.tolist()):
             column = ledger.columns[index]
             formula = column.removesuffix(SOLID)
             brought_mol = contents.solids.get(formula, 0.0) if contents else 0.0

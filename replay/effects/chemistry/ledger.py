@@ -21,19 +21,20 @@ from replay.effects.chemistry.heats import Heats
 from replay.effects.chemistry.ledger_columns import (
     ADDED_SUFFIX,
     ENERGY_COLUMNS,
-    ENTHALPY_COLUMN,
     HEAT_CAPACITY_COLUMN,
     HEAT_COLUMN,
     LATENT_HEAT_COLUMN,
     UNFOLLOWED_WARMTH,
     WITHOUT_HEAT_C,
     Warmth,
+    changes_table,
 )
 from replay.effects.chemistry.limits import Limits
 from replay.effects.chemistry.mixture import GAS, SOLID
 from replay.effects.chemistry.processes import History, Process
-from replay.effects.chemistry.salts import WATER_KG, Salt, settled_solid
-from replay.effects.chemistry.solver import Solver, has_answer
+from replay.effects.chemistry.quick_reactions import QuickReactions
+from replay.effects.chemistry.salts import WATER_KG, Salt
+from replay.effects.chemistry.solver import Solver
 from replay.effects.chemistry.warming import temperature_after_seconds
 
 SPENT_FRACTION: Final = 1e-12
@@ -65,20 +66,6 @@ KELVIN_STEP: Final = 0.25
 
 MOST_STEPS: Final = 800
 """Of these in one go."""
-
-MOST_ROUNDS: Final = 60
-SOLID_TOLERANCE: Final = 1e-6
-"""Rounds of salts and gases, and the share of a salt by which its solid may still change in the last: a gas that leaves
-makes room for more of a salt, as bicarbonate in acid."""
-
-SCARCE_FRACTION: Final = 1e-6
-"""Where less than this share of a part stays dissolved the equilibrium's own figure is taken, not a difference."""
-
-DIFFERENCE_ROUNDING: Final = 1e-14
-"""Of a difference, as a share of what it is taken from: what differs by more is no rounding."""
-
-GAS_ROUNDING: Final = 1e-9
-"""A gas that left by less than this share of the row before is the same: rounding of the equilibrium."""
 
 
 class Ledger:
@@ -112,7 +99,6 @@ class Ledger:
         catalysts = chain.from_iterable(sorted(process.catalysts) for process in processes)
         phase_changes = () if solver is None else solver.mixture.changes
         components: tuple[str, ...] = () if solver is None else solver.mixture.components
-        phases = () if solver is None else tuple(phase.column for phase in solver.mixture.phases)
         permanent_columns = (PROTON, WATER, *ENERGY_COLUMNS)
         self.columns = tuple(
             dict.fromkeys(chain(columns, *produced_changes, *phase_changes, catalysts, components, permanent_columns))
@@ -121,7 +107,9 @@ class Ledger:
         self.column = {name: index for index, name in enumerate(self.columns)}
         vessel_count = len(self.at)
         self._cuts = np.cumsum([1, len(self.columns), len(processes)])
-        self.state = np.zeros((vessel_count, int(self._cuts[-1]) + vessel_count))  # as ``_split`` names its columns
+        self.state = np.zeros(
+            (vessel_count, int(self._cuts[-1]) + vessel_count)
+        )  # as `_state_columns` names its columns
         volume, self.amounts, self.extents, _ = self._state_columns(self.state)
         self.volume_ml = volume[:, 0]
         self.clock = np.zeros(vessel_count)
@@ -134,18 +122,7 @@ class Ledger:
         for index, flame in self.flames.items():
             self.loss[index] = flame.loss
         self.power_w = np.zeros(vessel_count)  # of flames, now
-        self.changes = self._changes_table([process.changes for process in processes])
-        self.formation = self._changes_table(phase_changes)
-        self.salt_changes = self._changes_table([salt.changes for salt in salts])
-        self.salt_columns = np.array([self.column[salt.column] for salt in salts], dtype=np.int64)
-        dissolving_columns = {process.salt.column for process in processes if process.salt is not None}
-        self.dissolves_slowly = np.array([salt.column in dissolving_columns for salt in salts], dtype=np.bool_)
         self.slow = [row for row, process in enumerate(processes) if process.rate is not None]
-        self.quick_processes = [row for row, process in enumerate(processes) if process.rate is None]
-        self.components, self.phases = (
-            np.array([self.column[name] for name in names], dtype=np.int64) for names in (components, phases)
-        )
-        self.gas = np.array([name.endswith(GAS) for name in phases], dtype=np.bool_)
         self.proton, self.water = self.column[PROTON], self.column[WATER]
         is_counted = [name not in (PROTON, WATER, *ENERGY_COLUMNS) for name in self.columns]
         is_counted = [
@@ -157,17 +134,21 @@ class Ledger:
             [float(abs(charge_of(name))) if here else 0.0 for here, name in zip(is_counted, self.columns, strict=True)]
         )
         room_c = warmth.room if warmth.followed else WITHOUT_HEAT_C
+        self.changes = changes_table([process.changes for process in processes], self.column)
         self.limits = Limits(processes, self.changes, self.column, solver, slow_solids, room_c)
-        # What one equation takes up lets another that had come to its equilibrium go on.
-        has_equilibria = any(self.limits.has_equilibrium(row) for row in self.quick_processes)
-        has_several_processes = len(self.quick_processes) > 1
-        self._most_process_rounds = (
-            MOST_ROUNDS if has_equilibria and has_several_processes else len(self.quick_processes)
-        )
-        self._has_phases_or_salts = bool(len(self.phases) or len(salts))
         self.heats = Heats(self.column, None if solver is None else solver.mixture, salts, warmth)
+        self.reactions = QuickReactions(
+            processes,
+            self.changes,
+            salts,
+            solver,
+            self.column,
+            self.limits,
+            self.heats,
+            follows_heat=warmth.followed,
+        )
         # A slow process that nothing else touches is in closed form from one event to the next.
-        self._has_closed_form = len(processes) == 1 and not self._has_phases_or_salts and not warmth.followed
+        self._has_closed_form = len(processes) == 1 and not self.reactions.has_phases_or_salts and not warmth.followed
         self._blocks: list[list[tuple[FloatArray, IntArray, FloatArray]]] = [[] for _ in range(vessel_count)]
 
     def fill(self, vessel: str, volume_ml: float, amounts: Mapping[str, float]) -> None:
@@ -269,7 +250,11 @@ class Ledger:
     def _exchange_heat_with_room(self, index: int, frame: int, time: float, seconds: float) -> None:
         """Let a vessel cool or warm towards the room or by a flame; what reacts or settles follows on the way."""
         state_row = self.state[index : index + 1]
-        if not (self.warmth.followed and self._has_phases_or_salts) or seconds <= 0.0 or self.volume_ml[index] <= 0.0:
+        if (
+            not (self.warmth.followed and self.reactions.has_phases_or_salts)
+            or seconds <= 0.0
+            or self.volume_ml[index] <= 0.0
+        ):
             self._exchange_heat(index, seconds)
             return
         capacity = float(self.capacity(index, self.volume_ml[index], self.amounts[index]))
@@ -410,8 +395,10 @@ class Ledger:
             np.max(needed_amounts / np.where(needed_amounts > 0.0, np.maximum(amounts, 1e-300), 1.0), initial=0.0)
         )
         extents /= max(1.0, shortage_factor)
-        self._add_changes(amounts, extents @ self.changes)
-        amounts[self.column[HEAT_COLUMN]] -= float(sum(extents[row] * self._process_joule(row) for row in self.slow))
+        self.reactions.add_changes(amounts, extents @ self.changes)
+        amounts[self.column[HEAT_COLUMN]] -= float(
+            sum(extents[row] * self.reactions.process_joule(row) for row in self.slow)
+        )
         self.extents[index] += extents
 
     def _react_state(self, index: int, rows: FloatArray, *, trials: int = MOST_TEMPERATURE_TRIALS) -> None:
@@ -422,9 +409,11 @@ class Ledger:
         """
         volume, every_amount, extents, _ = self._state_columns(rows)
         wet_rows = np.flatnonzero((volume[:, 0] > 0.0) & (every_amount[:, self.water] > 0.0))
-        if len(wet_rows) and (self.quick_processes or self._has_phases_or_salts or self.warmth.followed):
+        if len(wet_rows) and (
+            self.reactions.quick_processes or self.reactions.has_phases_or_salts or self.warmth.followed
+        ):
             celsius = self.celsius(index, rows[wet_rows])
-            amounts, extents_done = self._react_rows(every_amount[wet_rows], celsius)
+            amounts, extents_done = self.reactions.react(every_amount[wet_rows], celsius)
             # What dissolves cools or warms what it dissolves in, and that changes how much dissolves.
             for _ in range(trials if self.warmth.followed and len(self.salts) else 0):
                 capacity = np.asarray(self.capacity(index, volume[wet_rows, 0], amounts))
@@ -434,7 +423,7 @@ class Ledger:
                 if np.abs(reached_celsius - celsius).max() < TEMPERATURE_TOLERANCE_K:
                     break
                 celsius = 0.5 * (celsius + reached_celsius)
-                amounts, extents_done = self._react_rows(every_amount[wet_rows], celsius)
+                amounts, extents_done = self.reactions.react(every_amount[wet_rows], celsius)
             every_amount[wet_rows] = amounts
             extents[wet_rows] += extents_done
         if self.warmth.followed:
@@ -442,49 +431,6 @@ class Ledger:
 
     def _clip_celsius(self, celsius: FloatArray, amounts: FloatArray) -> FloatArray:
         return np.clip(celsius, self.freezing_point_c(amounts), self.warmth.room + self.warmth.most)
-
-    def _react_rows(self, amounts_before: FloatArray, celsius: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Rows (n, columns) as they are when all has reacted at a temperature (n,), and extents (n, processes)."""
-        amounts = amounts_before.copy()
-        enthalpy = self.heats.enthalpy(amounts)
-        # What is solid is thought dissolved, so that the outcome hangs on what there is and not on how it came.
-        standing_solids = amounts[:, self.phases] * ~self.gas
-        amounts -= standing_solids @ self.formation
-        rested_amounts = amounts.copy()
-        self._dissolve_for_equations(amounts)
-        extents_done = self.run_quick_processes(amounts, celsius)
-        # Where nothing reacted, ions beside much solid keep their digits.
-        has_no_reaction = ~extents_done.any(axis=1)
-        amounts[has_no_reaction] = rested_amounts[has_no_reaction]
-        self._crystallise(amounts, celsius)
-        if self.solver is not None and (len(self.phases) or self.warmth.followed):
-            self._settle_beside_salts(amounts, standing_solids, celsius)
-        if self.solver is None and self.warmth.followed:
-            amounts[:, self.column[ENTHALPY_COLUMN]] = self.heats.dissolved_enthalpy(
-                amounts, np.zeros((len(amounts), 0))
-            )
-        heat_given = enthalpy - self.heats.enthalpy(amounts)
-        for row in self.quick_processes:
-            heat_given -= extents_done[:, row] * self._process_joule(row)
-        amounts[:, self.column[HEAT_COLUMN]] += heat_given
-        return amounts, extents_done
-
-    def run_quick_processes(self, amounts: FloatArray, celsius: FloatArray | None = None) -> FloatArray:
-        """Bring equations without a rate to their end in rows (n, columns), in place: extents (n, processes)."""
-        extents_done = np.zeros((len(amounts), len(self.processes)))
-        for round_number in range(self._most_process_rounds):
-            before_round = extents_done.copy()
-            for row in self.quick_processes:
-                extent = self.limits.extent(row, amounts, celsius)
-                self._add_changes(amounts, extent[:, None] * self.changes[row])
-                extents_done[:, row] += extent
-            changed = np.abs(extents_done - before_round).max(initial=0.0)
-            if (
-                round_number + 1 >= len(self.quick_processes)
-                and changed <= SOLID_TOLERANCE * np.abs(extents_done).max()
-            ):
-                break
-        return extents_done
 
     def _boil_or_freeze(self, index: int, volume: FloatArray, amounts: FloatArray) -> None:
         """Keep rows between freezing and boiling, in place: what would lead beyond makes steam or ice."""
@@ -499,99 +445,6 @@ class Ledger:
         # At one of these it stays until all steam or ice is gone. What was brought hotter or colder stays as it is.
         amounts[:, heat] = np.clip(total_heat, np.minimum(lowest_heat, highest_heat), highest_heat)
         amounts[:, latent] = total_heat - amounts[:, heat]
-
-    def _dissolve_for_equations(self, amounts: FloatArray) -> None:
-        """Dissolve salts, in place, whose ions an equation at once uses: as it uses them up more of the solid follows.
-
-        One that an equation with a rate dissolves does so by itself.
-        """
-        for index, changes, slow in zip(self.salt_columns, self.salt_changes, self.dissolves_slowly, strict=True):
-            ions = np.flatnonzero(changes < 0.0)
-            ions = ions[(ions != self.proton) & (ions != self.water)]
-            if not slow and (self.changes[np.ix_(self.quick_processes, ions)] < 0.0).any():
-                self._add_changes(amounts, -amounts[:, [index]] * changes)
-
-    def _crystallise(self, amounts: FloatArray, celsius: FloatArray) -> None:
-        """Bring salts to saturation, in place: what is beyond is solid, what is solid dissolves if there is room."""
-        for salt, index, changes, slow in zip(
-            self.salts, self.salt_columns, self.salt_changes, self.dissolves_slowly, strict=True
-        ):
-            standing_solids = amounts[:, index]
-            settled_amount = settled_solid(salt, self.column, amounts - standing_solids[:, None] * changes, celsius)
-            if slow:
-                # Its own equation dissolves it.
-                settled_amount = np.maximum(settled_amount, standing_solids)
-            # Only the difference is moved: beside a mol of solid the ions of a micromol would lose their digits.
-            self._add_changes(amounts, (settled_amount - standing_solids)[:, None] * changes)
-
-    def _settle_beside_salts(self, amounts: FloatArray, standing_solids: FloatArray, celsius: FloatArray) -> None:
-        """Bring rows to PHREEQC's equilibrium, in place, and salts to saturation in what gases leave of it."""
-        dissolved = amounts.copy()
-        self._settle_equilibrium(amounts, standing_solids, celsius)
-        for _ in range(MOST_ROUNDS if len(self.salts) and self.gas.any() else 0):
-            total_amounts = amounts - (amounts[:, self.phases] * ~self.gas) @ self.formation
-            solids = total_amounts[:, self.salt_columns].copy()
-            self._crystallise(total_amounts, celsius)
-            change = total_amounts[:, self.salt_columns] - solids
-            if np.abs(change).max(initial=0.0) <= SOLID_TOLERANCE * np.abs(solids).max(initial=0.0):
-                return
-            dissolved += change @ self.salt_changes
-            amounts[...] = dissolved
-            self._settle_equilibrium(amounts, standing_solids, celsius)
-
-    def _settle_equilibrium(self, rows: FloatArray, standing_solids: FloatArray, celsius: FloatArray) -> None:
-        """Bring rows to PHREEQC's equilibrium, in place; where it has no answer, solids stay as they are."""
-        assert self.solver is not None
-        mixture = self.solver.mixture
-        totals = rows[:, self.components].copy()
-        water = rows[:, self.water].copy()
-        equilibrium = self.solver.equilibrium(totals, water, celsius)
-        formed = equilibrium.phases.copy()
-        species = equilibrium.species.copy()
-        has_known_answer = has_answer(equilibrium)
-        gone_mol = np.zeros(len(self.phases))
-        first = 0
-        while self.gas.any():
-            gas = formed[:, self.gas]
-            most = np.maximum.accumulate(gas[first:], axis=0)
-            rows_with_less_gas = np.flatnonzero((gas[first:] < most * (1.0 - GAS_ROUNDING)).any(axis=1))
-            if not len(rows_with_less_gas):
-                break
-            # From here on what left before is gone, and the rest is at equilibrium without it.
-            first += int(rows_with_less_gas[0])
-            gone_mol[self.gas] = formed[first - 1, self.gas]
-            later_rows = slice(first, None)
-            remaining_amounts = rows[later_rows] + gone_mol @ self.formation
-            second_equilibrium = self.solver.equilibrium(
-                remaining_amounts[:, self.components], water[later_rows], celsius[later_rows]
-            )
-            species[later_rows], formed[later_rows] = second_equilibrium.species, second_equilibrium.phases + gone_mol
-            has_known_answer[later_rows] = has_answer(second_equilibrium)
-        formed[~has_known_answer] = standing_solids[~has_known_answer]
-        dissolved = species @ mixture.powers
-        rows += formed @ self.formation
-        remaining_amounts = rows[:, self.components]
-        is_scarce = (
-            (dissolved < SCARCE_FRACTION * totals)
-            & (np.abs(dissolved - remaining_amounts) <= DIFFERENCE_ROUNDING * totals)
-            & has_known_answer[:, None]
-        )
-        # Protons are a difference of what gives and what takes them.
-        is_scarce[:, :1] = False
-        rows[:, self.components] = np.where(is_scarce, dissolved, remaining_amounts)
-        if self.warmth.followed:
-            rows[:, self.column[ENTHALPY_COLUMN]] = self.heats.dissolved_enthalpy(rows, species)
-
-    def _add_changes(self, amounts: FloatArray, moved: FloatArray) -> None:
-        """Add what was made to amounts, in place; what limits ends at exactly nothing where all of it is used."""
-        summed_amounts = amounts + moved
-        used_up = (moved < 0.0) & (summed_amounts <= 4e-16 * amounts)
-        used_up[..., self.proton] = False
-        amounts[...] = np.where(used_up, 0.0, summed_amounts)
-
-    def _process_joule(self, row: int) -> float:
-        joule = self.processes[row].joule
-        return joule if self.warmth.followed and np.isfinite(joule) else 0.0
 
     def _moving_heat(self, source: int, volume_ml: float) -> FloatArray:
         """Fractions (columns,) that move with all of the liquid: the vessel and solids that stay keep their heat."""
@@ -636,10 +489,3 @@ class Ledger:
 
     def _note_state(self, index: int, frame: int, time: float) -> None:
         self._blocks[index].append((np.array([time]), np.array([frame]), self.state[index : index + 1].copy()))
-
-    def _changes_table(self, rows: Sequence[Mapping[str, float]]) -> FloatArray:
-        table = np.zeros((len(rows), len(self.column)))
-        for row, changes in enumerate(rows):
-            for name, many in changes.items():
-                table[row, self.column[name]] = many
-        return table

@@ -1,6 +1,6 @@
 """Columns of the ledger that are no matter, and what is known of heat at first."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -60,3 +60,12 @@ class Warmth:
 
 UNFOLLOWED_WARMTH = Warmth(0.0, {}, {}, 0.0, np.inf, followed=False)
 """Where nobody asks how warm anything is."""
+
+
+def changes_table(rows: Sequence[Mapping[str, float]], column: Mapping[str, int]) -> FloatArray:
+    """Mol of each column of the ledger that a mol of each row makes, (rows, columns)."""
+    table = np.zeros((len(rows), len(column)))
+    for row, changes in enumerate(rows):
+        for name, moles in changes.items():
+            table[row, column[name]] = moles
+    return table

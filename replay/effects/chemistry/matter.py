@@ -94,10 +94,10 @@ class Matter:
             extents[:, row] += further_extent
             amounts += further_extent[:, None] * ledger.changes[row]
             goes_on |= further_extent > 0.0
-        if goes_on.any() and ledger.quick_processes:
+        if goes_on.any() and ledger.reactions.quick_processes:
             # What a slow reaction makes may react at once, as the iodine of an iodine clock does.
             followed = amounts[goes_on]
-            extents[goes_on] += ledger.run_quick_processes(followed)
+            extents[goes_on] += ledger.reactions.run_processes(followed)
             amounts[goes_on] = followed
         return amounts, extents, history.volume_ml[rows]
 
@@ -144,7 +144,7 @@ class Matter:
         wet_rows = np.flatnonzero((volume_ml > 0.0) & (amounts[:, ledger.water] > 0.0))
         celsius = self.celsius(vessel, times[wet_rows])
         totals, water = self.totals(amounts[wet_rows]), amounts[wet_rows, ledger.water]
-        return wet_rows, ledger.solver.equilibrium(totals, water, celsius, ~ledger.gas)
+        return wet_rows, ledger.solver.equilibrium(totals, water, celsius, ~ledger.reactions.gas)
 
     def brine(self, vessel: str, salt: Salt) -> BoolArray:
         """Rows (n,) of a history at which a salt is near saturation beside more of other ions than its table allows.
@@ -176,8 +176,8 @@ class Matter:
     def totals(self, amounts: FloatArray) -> FloatArray:
         """Mol (n, components) of each component of the equilibrium, dissolved and in solids together."""
         ledger = self.ledger
-        solids = amounts[:, ledger.phases] * ~ledger.gas
-        return (amounts - solids @ ledger.formation)[:, ledger.components]
+        solids = amounts[:, ledger.reactions.phases] * ~ledger.reactions.gas
+        return (amounts - solids @ ledger.reactions.formation)[:, ledger.reactions.components]
 
 
 def matter_of(inputs: EffectInputs) -> Matter:

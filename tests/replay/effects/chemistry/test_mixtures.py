@@ -51,27 +51,27 @@ def mixed(row):
     tables = {kind: step.declared for kind, step in plan(scene).steps.items()}
     contents = contents_of_scene(scene, "scene.toml")
     recipe = recipe_of(tables, contents)
-    book = recipe.ledger(0.0, UNFOLLOWED_WARMTH)
-    book.begin(0.0)
+    ledger = recipe.ledger(0.0, UNFOLLOWED_WARMTH)
+    ledger.begin(0.0)
     for number, name in enumerate("ac", start=1):
         volume = contents[name].volume_ml if name in contents else 0.0
         if volume:
             moment = np.array([number]), np.array([0.1 * number])
-            book.flow(*moment, [(name, "b")], np.array([[volume]]), np.zeros(1, dtype=bool))
-    book.end(600, 60.0)
-    amounts = book.amounts[book.at["b"]]
+            ledger.flow(*moment, [(name, "b")], np.array([[volume]]), np.zeros(1, dtype=bool))
+    ledger.end(600, 60.0)
+    amounts = ledger.amounts[ledger.at["b"]]
     result = {
         name.removesuffix("(s)").removesuffix("(g)"): amounts[index]
-        for name, index in book.column.items()
+        for name, index in ledger.column.items()
         if name.endswith(("(s)", "(g)"))
     }
-    if len(book.processes):
-        result["extent"] = book.extents[book.at["b"], 0]
+    if len(ledger.processes):
+        result["extent"] = ledger.extents[ledger.at["b"], 0]
     if recipe.solver is not None:
         mixture = recipe.solver.mixture
-        standing = amounts[None, book.phases] * ~book.gas
-        totals = (amounts - standing @ book.formation)[:, book.components]
-        solved = recipe.solver.equilibrium(totals, amounts[None, book.water], np.array([25.0]), ~book.gas)
+        standing = amounts[None, ledger.reactions.phases] * ~ledger.reactions.gas
+        totals = (amounts - standing @ ledger.reactions.formation)[:, ledger.reactions.components]
+        solved = recipe.solver.equilibrium(totals, amounts[None, ledger.water], np.array([25.0]), ~ledger.reactions.gas)
         result["pH"] = solved.ph[0]
         for expected in row["expected"]:
             index = None if expected in (*result, "extent") else mixture.row_of(ion_of(expected))
@@ -146,12 +146,12 @@ def test_acid_in_steps_frees_the_gas_of_phreeqc_in_steps(steps, leaves):
     scene = scene_of(row)
     contents = contents_of_scene(scene, "scene.toml")
     recipe = recipe_of({kind: step.declared for kind, step in plan(scene).steps.items()}, contents)
-    book = recipe.ledger(0.0, UNFOLLOWED_WARMTH)
-    book.begin(0.0)
-    book.flow(np.array([1]), np.array([0.1]), [("a", "b")], np.array([[50.0]]), np.zeros(1, dtype=bool))
+    ledger = recipe.ledger(0.0, UNFOLLOWED_WARMTH)
+    ledger.begin(0.0)
+    ledger.flow(np.array([1]), np.array([0.1]), [("a", "b")], np.array([[50.0]]), np.zeros(1, dtype=bool))
     frames = np.arange(2, 2 + steps)
-    book.flow(frames, 0.1 * frames, [("c", "b")], np.full((steps, 1), 50.0 / steps), np.zeros(1, dtype=bool))
-    gone = book.amounts[book.at["b"], book.column["CO2(g)"]]
+    ledger.flow(frames, 0.1 * frames, [("c", "b")], np.full((steps, 1), 50.0 / steps), np.zeros(1, dtype=bool))
+    gone = ledger.amounts[ledger.at["b"], ledger.column["CO2(g)"]]
     assert gone == pytest.approx(phreeqc_in_steps(steps), rel=0.01, abs=1e-9) and (gone > 1e-4) == leaves
 
 
