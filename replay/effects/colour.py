@@ -8,10 +8,8 @@ from typing import Final
 import numpy as np
 
 from replay import words
-from replay.effects.chemistry.components import components_of
-from replay.effects.chemistry.formulas import ion_of
 from replay.effects.chemistry.matter import Matter, matter_of
-from replay.effects.colour_tables import INDICATORS, ION_COLOURS
+from replay.effects.colour_tables import INDICATORS, ION_COLOURS, coloured_species
 from replay.effects.declaring import Declaration
 from replay.effects.inputs import EffectInputs
 from replay.effects.output import (
@@ -61,7 +59,7 @@ def shade_of(declared: Declaration) -> Shade:
     """The colour change that a table declares."""
     formula = declared["species"]
     if formula:
-        ion = ion_of(formula, lambda name: name in ION_COLOURS or components_of(name) is not None)
+        ion = coloured_species(formula)
         colour, full = ION_COLOURS.get(ion, ("", 0.0))
         full = full if declared["full_mol_l"] is None else declared["full_mol_l"]
         return Shade(ion, (ion,), 0.0, full, "colourless", declared["colour"] or colour)

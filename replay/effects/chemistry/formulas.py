@@ -28,6 +28,7 @@ ARROWS: Final = ("<=>", "<->", "-->", "==>", "->", "=>", "→", "⟶", "⇌", "�
 _TERM = re.compile(r"^(\d+)?\s*(\S+?)(?:\s+\^?(\d*[+-]))?\s*(?:\((s|l|g|aq)\))?$")
 _CHARGE = re.compile(r"^(.*?)(\^?)(\d*)([+-])$")
 _EDTA = re.compile(r"EDTA|Y\s?\^?\d?-(?!>)")
+_ELECTRON = re.compile(r"(?:^|[\s+>=\d])e(?:\s*\^?\s*1?-|\s*(?=$|[\s+]))")
 _COMPLEX = re.compile(r"\[([^\[\]]+)\]")
 _SPELLINGS = str.maketrans({"−": "-", "·": ".", "•": ".", "⋅": ".", "∙": ".", "*": ".", "↓": "(s)", "↑": "(g)"})
 
@@ -87,6 +88,11 @@ def equation_of(text: str, is_known: Callable[[str], bool] = lambda _: False) ->
     # Y with a negative charge is EDTA, never yttrium.
     if _EDTA.search(plain_text):
         raise ValueError("write EDTA as C10H12N2O8^4-, as in Ca2+ + C10H12N2O8^4- -> CaC10H12N2O8^2-")
+    if _ELECTRON.search(plain_text):
+        raise ValueError(
+            f"{text!r} is half an equation; add the half that gives or takes its electrons, so that they cancel, as in "
+            "MnO4- + 5 Fe2+ + 8 H+ -> Mn2+ + 5 Fe3+ + 4 H2O"
+        )
     left, _, right = plain_text.partition(arrow)
     sides = _terms_of_side(left), _terms_of_side(right)
     written_terms = list(dict.fromkeys(term.readings for side in sides for term in side))

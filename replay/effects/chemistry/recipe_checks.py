@@ -27,6 +27,7 @@ from replay.effects.chemistry.ledger_columns import UNFOLLOWED_WARMTH, WITHOUT_H
 from replay.effects.chemistry.mixture import GAS, SOLID
 from replay.effects.chemistry.recipe import UNKNOWN_SOLUBILITY, Reaction, Recipe, Tables, recipe_of
 from replay.effects.chemistry.salts import anhydrous
+from replay.effects.colour_tables import coloured_species
 from replay.effects.declaring import Declaration
 from replay.effects.flame import heat_of_ledger
 from replay.effects.temperatures import liquid_boils
@@ -55,6 +56,7 @@ def check_chemistry(tables: Tables, scene: Scene, file: str) -> None:
         if vessel not in followed_vessels:
             problem = f"in: nothing is mixed in {vessel!r}; name it in an effect mixing, pour or burette"
             raise declared.fail(problem + nearest(vessel, followed_vessels))
+        _check_coloured_species(declared, recipe)
     followed_heat = heat_of_ledger(tables)
     if followed_heat is not None:
         _check_heat(recipe, file)
@@ -62,6 +64,20 @@ def check_chemistry(tables: Tables, scene: Scene, file: str) -> None:
         _check_heated(followed_heat, tables, recipe, scene)
     if followed_heat is None and (recipe.salts or recipe.reactions or recipe.solver is not None):
         _check_no_temperature(vessel_names(tables), scene, file)
+
+
+def _check_coloured_species(declared: Declaration, recipe: Recipe) -> None:
+    """Raises PlanError: nothing brings or makes the species whose colour a table declares."""
+    if not declared["species"]:
+        return
+    species = coloured_species(declared["species"])
+    columns = recipe.ledger(0.0, UNFOLLOWED_WARMTH).column
+    is_computed = recipe.solver is not None and recipe.solver.mixture.row_of(species) is not None
+    if species not in columns and not is_computed:
+        raise declared.fail(
+            f"species: no vessel holds {species!r} and no equation makes it; add the reaction that makes it, or name "
+            f"an ion that is there{nearest(species, [name for name in columns if charge_of(name)])}"
+        )
 
 
 def _check_solids(tables: Tables, recipe: Recipe, file: str) -> None:

@@ -46,13 +46,14 @@ def aged_hydroxide_events(matter: Matter) -> Iterator[EffectEvent]:
         basic_salt = _basic_salt(matter, vessel)
         if (
             basic_salt
-            and basic_salt + SOLID not in ledger.column
             and hydroxide > LEAST_AGED_FRACTION * (hydroxide + copper)
             and ammonia > 4.0 * (hydroxide + copper)
         ):
+            is_named = basic_salt + SOLID in ledger.column
+            advice = f"name {basic_salt} alone and not Cu(OH)2" if is_named else "name that solid instead"
             message = (
                 f"Cu(OH)2 is left in {vessel} beside ammonia, as aged hydroxide is; what falls out of this copper salt "
-                f"at first is {basic_salt}, which dissolves in less ammonia: name that solid instead"
+                f"at first is {basic_salt}, which dissolves in less ammonia: {advice}"
             )
             event_values: dict[str, float | str] = {"formula": "Cu(OH)2", "moles": float(hydroxide)}
             yield EffectEvent(float(history.times[-1]), "aged", (vessel,), None, event_values, message, "warning")

@@ -120,6 +120,11 @@ def test_copper_hydroxide_with_ammonia_is_reported_as_aged(salt, basic):
     effects = titrated_with_ammonia(1.0, ammine, ("precipitation", {"solid": "Cu(OH)2"}), salt=salt)
     (event,) = effects["reaction"].output.events_named("aged")
     assert f"at first is {basic}" in event.text and event.level == "warning"
+    both = titrated_with_ammonia(
+        1.0, ammine, *(("precipitation", {"solid": solid}) for solid in ("Cu(OH)2", basic)), salt=salt
+    )
+    (event,) = both["reaction"].output.events_named("aged")
+    assert event.text.endswith(f"name {basic} alone and not Cu(OH)2")
     # The advice is right: all of that dissolves.
     instead = titrated_with_ammonia(1.0, ammine, ("precipitation", {"solid": basic}), salt=salt)
     assert instead["precipitation"].series[f"flask/{basic}"].values[-1] == 0.0

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from support.liquid_worlds import COLUMN, MIX, glass, run_in
 
-from replay.effects.colour_tables import INDICATORS
+from replay.effects.colour_tables import INDICATORS, coloured_species
 
 OPEN = [*([0.0] * 2), *([90.0] * 160), *([0.0] * 10)]
 """Degrees of the stopcock: some 2 mL run in."""
@@ -68,3 +68,15 @@ def test_an_ion_indicator_changes_at_the_equivalence(name, solutes, titrant, rea
     volume = effects["mixing"].series["flask/volume"]
     added = float(np.interp(event.time if event.end is None else event.end, volume.times, volume.values)) - 2.0
     assert added == pytest.approx(millilitres, abs=0.08)
+
+
+# Source of what a salt brings: its name in IUPAC's Nomenclature of Inorganic Chemistry, 2005.
+SPECIES = {
+    "KMnO4": "MnO4-", "K2CrO4": "CrO4^2-", "(NH4)2Cr2O7": "Cr2O7^2-", "CuSO4.5H2O": "Cu^2+",
+    "Cu(NH3)4SO4": "Cu(NH3)4^2+", "[Cu(NH3)4(H2O)2]2+": "Cu(NH3)4^2+", "[Fe(SCN)(H2O)5]2+": "FeSCN^2+",
+    "(NH4)2Fe(SO4)2.6H2O": "Fe^2+", "K3[Fe(CN)6]": "Fe(CN)6^3-", "I2": "I2",
+}  # fmt: skip
+
+
+def test_a_salt_has_the_colour_of_its_ion():
+    assert {formula: coloured_species(formula) for formula in SPECIES} == SPECIES

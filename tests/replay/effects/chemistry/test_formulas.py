@@ -30,6 +30,14 @@ def test_text_that_is_no_chemical_formula_is_refused(formula):
 
 
 @pytest.mark.parametrize(
+    "text", ["MnO4- + 8 H+ + 5 e- -> Mn2+ + 4 H2O", "Zn -> Zn2+ + 2e-", "Fe3+ + e- -> Fe2+", "Ag+ + e\u207b \u2192 Ag"]
+)
+def test_half_equations_ask_for_their_other_half(text):
+    with pytest.raises(ValueError, match="is half an equation; add the half that gives or takes its electrons"):
+        equation_of(text, known)
+
+
+@pytest.mark.parametrize(
     ("text", "reagents", "phases"),
     [
         ("Ag+ + Cl- -> AgCl(s)", {"Ag+": 1, "Cl-": 1}, {"AgCl": "s"}),
