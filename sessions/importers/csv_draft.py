@@ -32,8 +32,14 @@ from sessions.importers.csv_columns_and_units import (
     unit_in_cell,
 )
 from sessions.importers.csv_head import CsvHead, text_format
-from sessions.importers.csv_long_table import column_of_bodies, is_interleaved, order_of, repeats_within
-from sessions.importers.csv_table import CsvTable
+from sessions.importers.csv_long_table import (
+    column_of_bodies,
+    column_of_separate_bodies,
+    is_interleaved,
+    order_of,
+    repeats_within,
+)
+from sessions.importers.csv_table import CsvTable, is_yes
 from sessions.importers.ledger import is_large_loss, rows_lost
 from sessions.input_files import open_input
 from sessions.meshes.conventions import CONVENTIONS
@@ -313,7 +319,7 @@ def _lines(head: CsvHead, table: CsvTable, gaps: _Gaps) -> Iterator[str]:
             f"# As one body {lost}.",
             '# If a column tells bodies apart, write [body] and name = "COLUMN" here:',
         )
-    gaps.unknown += _by_row(head, table, names)
+    gaps.unknown += _by_row(head, table, names, posed)
     flags = _flag_columns(head, posed)
     for name, body in posed.items():
         is_long = bool(names) and (not name or len(posed) == 1)
@@ -334,10 +340,13 @@ def _lines(head: CsvHead, table: CsvTable, gaps: _Gaps) -> Iterator[str]:
             yield f"# {name or 'a body'} has a place and no rotation, so it is left out: {', '.join(body.position)}"
 
 
-def _by_row(head: CsvHead, table: CsvTable, names: Collection[str]) -> Iterator[str]:
-    """Yields what columns that no draft reads may change from row to row: the frame of a pose, its unit, its loss."""
+def _by_row(head: CsvHead, table: CsvTable, names: Collection[str], bodies: Collection[str]) -> Iterator[str]:
+    """Yields what columns that no draft reads may change from row to row: the frame of a pose, its unit, its loss.
+
+    ``bodies`` with a pose: a state in numbers is that of a pose only if its column names a body or nothing else.
+    """
     frames, units, seen, states = (frozenset(VOCABULARY[kind]) for kind in ("frames", "units_by_row", "seen", "states"))
-    cells_of_flags = {*VOCABULARY["valid_cells"], *VOCABULARY["lost_cells"]}
+    names_of_bodies = {"", *("".join(name_tokens_of(body)).lower() for body in bodies)}
     for column in head.columns:
         words = {word.lower() for word in name_tokens_of(column)}
         if not words & (frames | units | seen | states) or words & VALID or column in names:
@@ -348,8 +357,17 @@ def _by_row(head: CsvHead, table: CsvTable, names: Collection[str]) -> Iterator[
             yield f"whether the poses of a row are in the frame that column {column!r} names"
         elif words & units and any(map(unit_in_cell, head.cells(column))):
             yield f"the unit of lengths, which column {column!r} says for each row"
-        elif words & seen or (words & states and {cell.lower() for cell in head.cells(column)} <= cells_of_flags):
+        elif words & seen or (
+            words & states
+            and all(is_yes(cell) is not None for cell in head.cells(column))
+            and (not head.numbers(column) or "".join(_words_beside(column, states)) in names_of_bodies)
+        ):
             yield f"whether column {column!r} says which poses are lost (valid takes a column of 1 and 0)"
+
+
+def _words_beside(column: str, words: Collection[str]) -> list[str]:
+    """The words of a column's name, in small letters, without some."""
+    return [word.lower() for word in name_tokens_of(column) if word.lower() not in words]
 
 
 def _flag_columns(head: CsvHead, bodies: Collection[str]) -> dict[str, list[str]]:
@@ -516,8 +534,13 @@ def _names_of_bodies(
     used = [clock.column, *(column for body in bodies.values() for column in body.columns.values())]
     if not is_large_loss(lost, len(table)):
         # Rows whose stamps all differ are those of one body, unless a column of names takes turns.
+        if names:
+            return names, ""
         alternating = (column for column in numbered if is_interleaved(table, column))
-        return names or [column for column in alternating if column == column_of_bodies(table, stamps, used)], ""
+        named = [column for column in alternating if column == column_of_bodies(table, stamps, used)]
+        position = next((body.position for body in bodies.values() if body.position), ())
+        separate = column_of_separate_bodies(table, position, used) if position and not named else ""
+        return named or [*filter(None, [separate])], ""
     column = names[0] if names else column_of_bodies(table, stamps, used)
     if column:
         return [column], repeats_within(table, stamps, column, used)

@@ -5,9 +5,10 @@ from typing import Final
 
 import numpy as np
 
+from sessions.errors import ImportFileError
 from sessions.importers.csv_head import is_date_or_time
 from sessions.importers.csv_table import CsvTable
-from sessions.importers.ledger import Stamps, is_large_loss, rows_lost
+from sessions.importers.ledger import Numbers, Rows, Stamps, is_large_loss, rows_lost
 
 MOST_VALUES: Final = 100
 """Different values of a column that may be names of bodies."""
@@ -15,6 +16,8 @@ LEAST_ROWS: Final = 3
 """Rows of each body in the mean; a column of other numbers has more values."""
 WORTH_A_COLUMN: Final = 2 / 3
 """Fraction of the lost rows that a column leaves at most, if it tells bodies apart and stamps repeat within them."""
+JUMPS: Final = 4.0
+"""Bodies whose rows take turns are so many times as far apart as a body moves from one of its rows to the next."""
 
 
 def column_of_bodies(table: CsvTable, stamps: Stamps, used: Collection[str]) -> str:
@@ -48,6 +51,33 @@ def is_interleaved(table: CsvTable, column: str) -> bool:
     for code, rows in enumerate(table.rows_by_text(column).values()):
         codes[rows] = code
     return bool(np.count_nonzero(np.diff(codes)) > len(codes) // 2)
+
+
+def column_of_separate_bodies(table: CsvTable, position: Collection[str], used: Collection[str]) -> str:
+    """Returns the column whose values take turns while the position jumps between them; "" where there is none.
+
+    Stamps cannot tell bodies apart whose rows are never of the same time.
+    """
+    try:
+        positions = table.numbers([*position])
+    except ImportFileError:  # the import by the mapping says which cell is no number
+        return ""
+    for column in _candidates(table, used):
+        if is_interleaved(table, column) and _are_apart(positions, [*table.rows_by_text(column).values()]):
+            return column
+    return ""
+
+
+def _are_apart(positions: Numbers, groups: Collection[Rows]) -> bool:
+    """Whether positions (n, 3) jump from a row to the next much farther than from a row of a group to its next."""
+    steps_within = np.concatenate([_step_lengths(positions[rows]) for rows in groups])
+    return bool(np.nanmedian(_step_lengths(positions)) > JUMPS * np.nanmedian(steps_within))
+
+
+def _step_lengths(positions: Numbers) -> Numbers:
+    present = positions[np.isfinite(positions).all(axis=1)]
+    lengths: Numbers = np.linalg.norm(np.diff(present, axis=0), axis=1)
+    return lengths
 
 
 def repeats_within(table: CsvTable, stamps: Stamps, names: str, used: Collection[str]) -> str:

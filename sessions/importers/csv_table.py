@@ -346,7 +346,7 @@ class CsvTable:
         with suppress(pa.ArrowInvalid):
             return float_values(cells)
         values = []
-        for row, cell in enumerate(cells.fill_null("nan").to_pylist()):
+        for row, cell in enumerate(pc.fill_null(cells, text_scalar("nan")).to_pylist()):
             try:
                 values.append(float(cell))
             except ValueError:

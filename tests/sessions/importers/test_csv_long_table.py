@@ -16,6 +16,7 @@ NAMED = "t_wo_x[m],t_wo_y[m],t_wo_z[m],q_wo_w,q_wo_x,q_wo_y,q_wo_z"
 BARE = "x,y,z,qw,qx,qy,qz"
 STEP = 33_333_333
 MOMENTS = 40
+PAIRS = [(step, body) for step in range(MOMENTS) for body in range(2)]
 
 
 def long_table(path, *, ids=UIDS, pose=NAMED, cameras=(0,), repeated=0, stagger=0, by_body=False):
@@ -74,6 +75,25 @@ def test_repeated_stamps_of_a_body_stop_with_their_cure(tmp_path, more, cure):
     assert '# name = "object_uid"' in error.draft
     with pytest.raises(ImportFileError, match="bod"):
         imported(path, error.draft)
+
+
+@pytest.mark.parametrize(("column", "names"), [("gadget", ("rod", "cup")), ("dev", ("1", "2"))])
+def test_bodies_whose_stamps_all_differ_are_told_apart(tmp_path, column, names):
+    path = tmp_path / "log.csv"
+    lines = [
+        f"{step / 90 + body / 500:.6f},{names[body]},{step % 2},{body},{step / 900},0,0,0,0,1" for step, body in PAIRS
+    ]
+    path.write_text("\n".join([f"time,{column},parity,x,y,z,qx,qy,qz,qw", *lines, ""]))
+    session = imported(path, drafted(path).draft)
+    assert session.names == names
+    assert all((session.tracks[name].positions[:, 0] == body).all() for body, name in enumerate(names))
+
+
+def test_alternating_column_of_one_body_is_no_name(tmp_path):
+    path = tmp_path / "log.csv"
+    lines = [f"{step / 90:.6f},{step % 2},{step / 900},1,0,0,0,0,1" for step in range(MOMENTS)]
+    path.write_text("\n".join(["time,parity,x,y,z,qx,qy,qz,qw", *lines, ""]))
+    assert imported(path, drafted(path).draft).names == ("log",)
 
 
 def test_body_columns_of_a_wide_table_keep_their_name(tmp_path):

@@ -229,6 +229,8 @@ LONG = [(step, body) for step in range(COUNT) for body in ("cup", "pen")]
         ("is_lost", lambda step, body: int(step > 9), "'is_lost' says which poses are lost"),
         ("trackingState", lambda step, body: 63 * int(step > 9), "'trackingState' says which poses are lost"),
         ("status", lambda step, body: "OK" if step > 9 else "LOST", "'status' says which poses are lost"),
+        ("status", lambda step, body: int(step > 9), "'status' says which poses are lost"),
+        ("trigger_state", lambda step, body: int(step > 9), ""),
         ("status", lambda step, body: "pour" if step > 9 else "grasp", ""),
     ],
 )
