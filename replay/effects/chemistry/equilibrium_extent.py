@@ -4,14 +4,13 @@ PHREEQC keeps oxidation states apart, so the constant of a redox equation is tak
 PHREEQC gives the activities. What would leave less than a thousandth of its scarcest reagent runs to its end.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from math import log
 from typing import Final
 
 import numpy as np
-from scipy.optimize import elementwise
 
-from cdcore.numerics import FloatArray
+from cdcore.numerics import FloatArray, IntArray
 from replay.effects.chemistry.components import PROTON, WATER
 from replay.effects.chemistry.iodine import IODIDE, IODINE, free_iodine
 from replay.effects.chemistry.mixture import GAS, SOLID
@@ -26,14 +25,30 @@ CERTAIN_DECADES: Final = 3.0
 """Powers of ten by which concentrations, taken for activities, must be on the side of the products to ask no more."""
 
 LEAST_EXTENT_FRACTION: Final = 1e-6
-EXTENT_PRECISION: Final = 1e-7
-"""Of the way from all products to all reagents: where the search begins, and how near it comes."""
+LAST_STEP: Final = 1e-5
+"""Of the way from all products to all reagents: where the search begins, and its last step.
+
+Steps shrink like their squares: after one so small 1e-7 is left.
+"""
+
+MOST_TRIALS: Final = 60
+COARSE_STEP: Final = 8
+"""Rows of which one is searched for without a neighbour."""
+
+LEAST_SLOPE: Final = 0.1
+"""Of a secant; a quotient that rises ten times slower or quicker than by concentrations is no good guide."""
+
+HALVINGS: Final = 40
+"""Of the way, for a fraction to the last digits."""
 
 NEUTRAL_PROTONS_MOLAR: Final = 1e-7
 TINY: Final = 1e-30
 GAS_J_MOL_K: Final = 8.314463
 """Gas constant. Source: CODATA 2018."""
 KELVIN_25_C: Final = 298.15
+
+Excess = Callable[[FloatArray, IntArray], FloatArray]
+"""log10 of a quotient by its constant (n,), of fractions of the way (n,) and rows (n,)."""
 
 
 class EquilibriumExtents:
@@ -93,36 +108,22 @@ class EquilibriumExtents:
         if not len(candidate_rows):
             return extents
 
-        def excess(fraction: FloatArray, index: FloatArray) -> FloatArray:
-            """log10 of the quotient by the constant, rising with the extent."""
-            trial_rows = candidate_rows[index.astype(np.int64)]
-            trial_amounts = (
-                amounts[trial_rows]
-                + (lowest[trial_rows] + extent_range[trial_rows] * fraction)[:, None] * self._changes[row]
+        def trial_amounts(fraction: FloatArray, rows: IntArray) -> FloatArray:
+            return np.asarray(
+                amounts[rows] + (lowest[rows] + extent_range[rows] * fraction)[:, None] * self._changes[row]
             )
-            return self._quotient(row, trial_amounts, celsius[trial_rows]) - log_k[trial_rows]
 
-        indices = np.arange(len(candidate_rows), dtype=np.float64)
-        at_end = excess(np.full(len(candidate_rows), 1.0 - COMPLETE_REMAINDER_FRACTION), indices)
-        stopping_rows = np.flatnonzero(at_end > 0.0)
-        if not len(stopping_rows):
-            return extents
-        at_begin = excess(np.full(len(stopping_rows), LEAST_EXTENT_FRACTION), indices[stopping_rows])
-        extents[candidate_rows[stopping_rows]] = lowest[candidate_rows[stopping_rows]]
-        bracketed_rows = stopping_rows[at_begin < 0.0]
-        if len(bracketed_rows):
-            fraction_bracket = (
-                np.full(len(bracketed_rows), LEAST_EXTENT_FRACTION),
-                np.full(len(bracketed_rows), 1.0 - COMPLETE_REMAINDER_FRACTION),
-            )
-            roots = elementwise.find_root(
-                excess,
-                fraction_bracket,
-                args=(indices[bracketed_rows],),
-                tolerances={"xatol": EXTENT_PRECISION, "xrtol": 0.0},
-            )
-            solved_rows = candidate_rows[bracketed_rows]
-            extents[solved_rows] = lowest[solved_rows] + extent_range[solved_rows] * roots.x
+        def ideal_excess(fraction: FloatArray, rows: IntArray) -> FloatArray:
+            """log10 of the quotient by the constant, rising with the extent, with concentrations for activities."""
+            return self._ideal_quotient(row, trial_amounts(fraction, rows)) - log_k[rows]
+
+        def excess(fraction: FloatArray, rows: IntArray) -> FloatArray:
+            return self._quotient(row, trial_amounts(fraction, rows), celsius[rows]) - log_k[rows]
+
+        fractions = _fractions_at_equilibrium(excess, ideal_excess, candidate_rows)
+        stopping_rows = candidate_rows[fractions < 1.0]
+        stopping_fractions = fractions[fractions < 1.0]
+        extents[stopping_rows] = lowest[stopping_rows] + extent_range[stopping_rows] * stopping_fractions
         return extents
 
     def _has_constant(self, process: Process) -> bool:
@@ -207,3 +208,80 @@ class EquilibriumExtents:
                 moles = np.minimum(moles, free_protons)
             log_quotient += many * np.log10(np.maximum(moles, TINY))
         return log_quotient
+
+
+def _fractions_at_equilibrium(excess: Excess, ideal_excess: Excess, rows: IntArray) -> FloatArray:
+    """Fractions (n,) of the way at which ``excess`` is 0: 1 if it is below 0 to the end, 0 if never.
+
+    Rows follow each other in time. Every `COARSE_STEP`-th comes first, and the others begin between their neighbours.
+    """
+    coarse = np.unique(np.append(np.arange(0, len(rows), COARSE_STEP), len(rows) - 1))
+    fractions, ideal, slope = _roots(excess, ideal_excess, rows[coarse], np.zeros(len(coarse)), np.ones(len(coarse)))
+    if len(coarse) == len(rows):
+        return fractions
+    every_row, others = np.arange(len(rows)), np.setdiff1d(np.arange(len(rows)), coarse)
+    start, start_slope = (np.interp(others, every_row[coarse], values) for values in (ideal, slope))
+    all_fractions = np.zeros(len(rows))
+    all_fractions[coarse] = fractions
+    all_fractions[others] = _roots(excess, ideal_excess, rows[others], start, start_slope)[0]
+    return all_fractions
+
+
+def _roots(
+    excess: Excess, ideal_excess: Excess, rows: IntArray, target: FloatArray, slope: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Fractions (n,) as above, and there ``ideal_excess`` and the slope of ``excess`` over it.
+
+    By secants over ``ideal_excess``, which is quick to compute, rises along the way, and differs from ``excess`` by the
+    activities alone. ``target``, ``slope``: of it where they begin.
+    """
+    count = len(rows)
+    begin, end = np.full(count, LEAST_EXTENT_FRACTION), np.full(count, 1.0 - COMPLETE_REMAINDER_FRACTION)
+    lower, upper = begin.copy(), end.copy()
+    ideal, value = np.full(count, np.nan), np.full(count, np.nan)
+    target, slope = target.copy(), slope.copy()
+    fractions = _inverse(ideal_excess, rows, lower, upper, target)
+    active = np.arange(count)
+    for _ in range(MOST_TRIALS):
+        trial, at = fractions[active], rows[active]
+        trial_value, trial_ideal = excess(trial, at), ideal_excess(trial, at)
+        is_below = trial_value < 0.0
+        lower[active], upper[active] = (
+            np.where(is_below, trial, lower[active]),
+            np.where(is_below, upper[active], trial),
+        )
+        with np.errstate(invalid="ignore", divide="ignore"):
+            secant = (trial_value - value[active]) / (trial_ideal - ideal[active])
+            is_usable = (secant > LEAST_SLOPE) & (secant < 1.0 / LEAST_SLOPE)
+            slope[active] = np.where(is_usable, secant, slope[active])
+            wanted = trial_ideal - trial_value / slope[active]
+        ideal[active], value[active] = trial_ideal, trial_value
+        ideal_lower, ideal_upper = ideal_excess(lower[active], at), ideal_excess(upper[active], at)
+        is_inside = (wanted > ideal_lower) & (wanted < ideal_upper)
+        target[active] = np.where(is_inside, wanted, 0.5 * (ideal_lower + ideal_upper))
+        following = _inverse(ideal_excess, at, lower[active], upper[active], target[active])
+        # An end that was not looked at yet comes before halving what is left.
+        goes_to_end = (wanted >= ideal_upper) & (upper[active] == end[active])
+        goes_to_begin = (wanted <= ideal_lower) & (lower[active] == begin[active])
+        following = np.where(goes_to_end, end[active], np.where(goes_to_begin, begin[active], following))
+        is_complete = is_below & (trial == end[active])
+        is_nothing = ~is_below & (trial == begin[active])
+        is_near = (np.abs(following - trial) <= LAST_STEP) & ~goes_to_end & ~goes_to_begin
+        is_ended = is_complete | is_nothing | is_near
+        fractions[active] = np.where(is_complete, 1.0, np.where(is_nothing, 0.0, following))
+        active = active[~is_ended]
+        if not len(active):
+            break
+    return fractions, target, slope
+
+
+def _inverse(
+    ideal_excess: Excess, rows: IntArray, lower: FloatArray, upper: FloatArray, target: FloatArray
+) -> FloatArray:
+    """Fractions (n,) between two at which ``ideal_excess`` has a value; the nearer end where it has not."""
+    below, above = lower.copy(), upper.copy()
+    for _ in range(HALVINGS):
+        middle = 0.5 * (below + above)
+        is_beyond = ideal_excess(middle, rows) > target
+        below, above = np.where(is_beyond, below, middle), np.where(is_beyond, middle, above)
+    return 0.5 * (below + above)

@@ -1,6 +1,7 @@
 """Whether an equation without a constant proceeds by itself: its free energy, in acid, in water and in lye."""
 
 from collections.abc import Mapping
+from functools import cache
 from typing import Final
 
 import numpy as np
@@ -8,6 +9,7 @@ import numpy as np
 from replay import words
 from replay.effects.chemistry.components import PROTON, WATER, dissolved_components, dry_components
 from replay.effects.chemistry.contents import Contents
+from replay.effects.chemistry.database import Database
 from replay.effects.chemistry.enthalpy import FREE_ENERGY_KJ_MOL, free_energy_j
 from replay.effects.chemistry.formulas import Equation, atoms
 from replay.effects.chemistry.mixture import SOLID
@@ -165,8 +167,14 @@ def _log_constant(formula: str, phases: Phases) -> float:
     ion = {component: many for component, many in components.items() if component not in SPECTATOR_IONS}
     if not ion or (set(ion) == {PROTON} and ion[PROTON] > 0):
         return 0.0
-    logs = {frozenset(dry_components(entry.makeup).items()): entry.log_k for entry in phases.database.species.values()}
+    logs = _log_constants(phases.database)
     log_k = logs.get(frozenset(ion.items()))
     if log_k is None:
         return 0.0
     return log_k - sum(many * logs.get(frozenset({(component, 1.0)}), 0.0) for component, many in ion.items())
+
+
+@cache
+def _log_constants(database: Database) -> Mapping[frozenset[tuple[str, float]], float]:
+    """Ions of a species without its water -> log10 of its constant."""
+    return {frozenset(dry_components(entry.makeup).items()): entry.log_k for entry in database.species.values()}

@@ -1,12 +1,15 @@
 """Free energies of equations against standard potentials and constants of others, and what follows from them."""
 
+import numpy as np
 import pytest
 from support.liquid_worlds import MIX, glass, still, world
 
 from replay.effects.chemistry.contents import contents_of_scene
+from replay.effects.chemistry.ledger_columns import UNFOLLOWED_WARMTH
 from replay.effects.chemistry.recipe import recipe_of
 from replay.effects.effect_plan import plan
 from replay.engine import compute
+from sessions.model.scene import Scene, SceneEffect
 
 FARADAY_KJ = 96.485
 WATER_KJ = 79.89  # of H+ + OH- -> H2O
@@ -83,6 +86,28 @@ def test_reaction_with_a_rate_ends_at_its_equilibrium():
         session = world({"flask": still(120)}, (body,), MIX, reaction, step_ns=100_000_000)
         extents.append(compute(session).effects["reaction"].series["flask/extent"].values[-1])
     assert extents[1] == pytest.approx(extents[0], rel=1e-3) and 1e-4 < extents[0] < 2.4e-4
+
+
+def test_an_equilibrium_takes_five_questions_a_composition():
+    """Silver runs into iron(II): each of 60 rows is at the constant of the potentials, by PHREEQC's activities."""
+    bodies = (glass("burette", 50.0, solute="AgNO3", molar=0.1), glass("flask", 0.5, solutes={"Fe(NO3)2": 0.05}))
+    effects = (SceneEffect("mixing", {"in": ["flask"]}), SceneEffect("reaction", {"equation": ENERGIES[0][0]}))
+    scene = Scene(bodies=bodies, effects=effects)
+    tables = {kind: step.declared for kind, step in plan(scene).steps.items()}
+    book = recipe_of(tables, contents_of_scene(scene, "scene.toml")).ledger(0.0, UNFOLLOWED_WARMTH)
+    book.begin(0.0)
+    frames = np.arange(1, 61)
+    book.flow(frames, 0.01 * frames, [("burette", "flask")], np.full((60, 1), 0.02), np.zeros(1, dtype=bool))
+    book.end(61, 0.7)
+    assert book.solver.queries < 5 * 61
+    amounts = book.history("flask").amounts[1:]
+    components = book.solver.mixture.components
+    totals, water = amounts[:, [book.column[name] for name in components]], amounts[:, book.column["H2O"]]
+    equilibria = book.solver.equilibrium(totals, water, np.full(len(amounts), 25.0))
+    activity = dict(zip(components, equilibria.log_activity.T, strict=True))
+    quotient = activity["Fe^3+"] - activity["Fe^2+"] - activity["Ag+"]
+    # Potentials and free energies differ by 0.06.
+    assert np.ptp(quotient) < 1e-5 and quotient[0] == pytest.approx((0.7996 - 0.771) / 0.05916, abs=0.1)
 
 
 @pytest.mark.parametrize(("base", "is_reported"), [("NH3", True), ("NaOH", False)])
