@@ -36,22 +36,21 @@ RIDDLES = {
 FORMATS = re.compile(r"^[\s\W\d]*$|^[a-z_]+(?:[ ,][a-z_]+)*$|</?\w+[^>]*>|^SELECT|^\W*--")
 
 
-def sentences() -> Iterator[tuple[str, int, str]]:
-    """File, line and text of every sentence."""
-    for package in PACKAGES:
-        for path in sorted((ROOT / package).rglob("*")):
-            name = str(path.relative_to(ROOT))
-            if path.suffix == ".py":
-                result = _of_code(ast.parse(path.read_text("utf-8")))
-            elif path.suffix == ".html":
-                result = _of_template(path.read_text("utf-8"))
-            elif path.suffix == ".toml" and path.parent.name != "experiments":  # tasks of a made-up student
-                result = _of_catalogue(path.read_text("utf-8"))
-            else:
-                continue
-            for line, text in result:
-                if len(re.findall(r"[A-Za-z]{2,}", text)) >= LEAST_WORDS and " " in text.strip():
-                    yield name, line, " ".join(text.split())
+def sentences(folders: Iterable[str] = PACKAGES) -> Iterator[tuple[str, int, str]]:
+    """File, line and text of every sentence of these packages or folders of them."""
+    for path in (path for folder in folders for path in sorted((ROOT / folder).rglob("*"))):
+        name = str(path.relative_to(ROOT))
+        if path.suffix == ".py":
+            result = _of_code(ast.parse(path.read_text("utf-8")))
+        elif path.suffix == ".html":
+            result = _of_template(path.read_text("utf-8"))
+        elif path.suffix == ".toml" and path.parent.name != "experiments":  # tasks of a made-up student
+            result = _of_catalogue(path.read_text("utf-8"))
+        else:
+            continue
+        for line, text in result:
+            if len(re.findall(r"[A-Za-z]{2,}", text)) >= LEAST_WORDS and " " in text.strip():
+                yield name, line, " ".join(text.split())
 
 
 def riddles(printed: Iterable[tuple[str, int, str]]) -> list[str]:

@@ -32,6 +32,8 @@ def shapes_of(sources):
     """Names of the classes that hold a fault, a cause or a moment in a field, and of these three."""
     shapes = set(FIELDS - {"Cause"})
     for source in sources:
+        if not any(name in source for name in FIELDS):
+            continue
         classes = [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.ClassDef)]
         for node in classes:
             fields = [field.annotation for field in node.body if isinstance(field, ast.AnnAssign)]
