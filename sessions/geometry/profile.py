@@ -134,14 +134,19 @@ def level_holding(polyline: Polyline, volume: float) -> float:
     return solve_rising(lambda y: volume_below(polyline, y) - volume, polyline[segment, 1], polyline[segment + 1, 1])
 
 
-def solve_rising(rising: Callable[[float], float], lower: float, upper: float) -> float:
-    """Return the root between ``lower`` and ``upper`` of a function that rises through zero there, to the last bit."""
+def solve_rising(rising: Callable[[float], float], lower: float, upper: float, decimals: int | None = None) -> float:
+    """Return the root between ``lower`` and ``upper`` of a function that rises through zero there.
+
+    To the last bit, or rounded to so many decimals.
+    """
     while lower < (middle := 0.5 * (lower + upper)) < upper:  # no double lies between them: nothing is left to halve
+        if decimals is not None and round(lower, decimals) == round(upper, decimals):
+            break
         if rising(middle) < 0.0:
             lower = middle
         else:
             upper = middle
-    return upper
+    return upper if decimals is None else round(upper, decimals)
 
 
 def _frusta(polyline: Polyline) -> NDArray[np.float64]:

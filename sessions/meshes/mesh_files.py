@@ -142,9 +142,15 @@ def simplified_mesh(mesh: MeshData, tolerance: float) -> MeshData:
     return _from_manifold(_to_manifold(mesh).simplify(tolerance))
 
 
-def volume_cut_off(mesh: MeshData, normal: ArrayLike, offset: float) -> float:
-    """Return the volume of the part of a closed mesh whose points p have ``p . normal`` above ``offset``."""
-    return float(_to_manifold(mesh).trim_by_plane(tuple(np.asarray(normal, dtype=np.float64)), offset).volume())
+def volume_beyond_plane(mesh: MeshData) -> Callable[[ArrayLike, float], float]:
+    """Return the function of a normal and an offset that gives the volume of a closed mesh beyond that plane.
+
+    Beyond lie the points p with ``p . normal`` above ``offset``.
+    """
+    solid = _to_manifold(mesh)
+    return lambda normal, offset: float(
+        solid.trim_by_plane(tuple(np.asarray(normal, dtype=np.float64)), offset).volume()
+    )
 
 
 def _boolean(meshes: Sequence[MeshData], join: Callable[[Any, Any], Any]) -> MeshData:

@@ -9,7 +9,7 @@ import numpy as np
 
 from sessions.geometry.profile import solve_rising
 from sessions.glassware.instrument import Cavity
-from sessions.meshes.mesh_files import volume_cut_off
+from sessions.meshes.mesh_files import volume_beyond_plane
 from sessions.synthetic.paths import GRAVITY, minimum_jerk
 
 RIM_WITHIN: Final = 1e-6
@@ -26,14 +26,15 @@ def tilt_keeping(cavity: Cavity, millilitres: float) -> float:
     """
     rim = cavity.to_brim.vertices[cavity.to_brim.vertices[:, 1] >= cavity.opening.lip[1] - RIM_WITHIN]
     forward = np.array([1.0, 0.0, 0.0])
+    volume_beyond = volume_beyond_plane(cavity.to_brim)
 
     def missing(tilt: float) -> float:
         down = np.sin(tilt) * forward - np.cos(tilt) * np.array([0.0, 1.0, 0.0])
-        return millilitres - volume_cut_off(cavity.to_brim, down, float((rim @ down).max())) * 1e6
+        return millilitres - volume_beyond(down, float((rim @ down).max())) * 1e6
 
     if not 0.0 <= millilitres <= millilitres - missing(0.0):
         raise ValueError(f"a vessel of {millilitres - missing(0.0):.1f} mL cannot keep {millilitres:.1f} mL")
-    return round(solve_rising(missing, 0.0, math.pi / 2.0), 6)
+    return solve_rising(missing, 0.0, math.pi / 2.0, decimals=6)
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from scipy.sparse.csgraph import connected_components
 
 from sessions.glassware.catalogue import INSTRUMENTS, made_instrument
 from sessions.mesh_data import has_consistent_winding, least_area
-from sessions.meshes.mesh_files import volume_cut_off
+from sessions.meshes.mesh_files import volume_beyond_plane
 
 SIZES = [500, *(pytest.param(faces, marks=pytest.mark.slow) for faces in (2000, 5000, 50_000))]
 ELSEWHERE = {
@@ -69,7 +69,7 @@ def test_liquid_up_to_the_mark_is_the_nominal_capacity(made):
         assert made.cavity is None
         return
     cavity, up = made.cavity, (0.0, 1.0, 0.0)
-    above = [volume_cut_off(cavity.to_brim, up, height) for height in (cavity.floor_height, cavity.mark_height)]
+    above = [volume_beyond_plane(cavity.to_brim)(up, height) for height in (cavity.floor_height, cavity.mark_height)]
     assert above[0] - above[1] == pytest.approx(cavity.capacity_m3, rel=1e-4)
     assert cavity.to_brim.volume > 1.01 * cavity.capacity_m3
 
