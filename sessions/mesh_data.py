@@ -44,8 +44,9 @@ class MeshData:
 
     @property
     def bounds(self) -> NDArray[np.float64]:
-        """Least and greatest corner of the vertices, (2, 3) in metres."""
-        return np.array([self.vertices.min(axis=0), self.vertices.max(axis=0)])
+        """Least and greatest corner of the faces, (2, 3) in metres: a vertex that no face uses is no surface."""
+        corners = self.triangles
+        return np.array([corners.min(axis=(0, 1)), corners.max(axis=(0, 1))])
 
     @property
     def triangles(self) -> NDArray[np.float64]:
@@ -55,7 +56,7 @@ class MeshData:
     @property
     def volume(self) -> float:
         """Signed volume in m3: positive when the faces of a closed mesh wind outwards."""
-        corners = self.triangles - self.vertices.mean(axis=0)
+        corners = self.triangles - self.bounds.mean(axis=0)
         return float(np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6.0)
 
     def transformed(self, matrix: ArrayLike) -> "MeshData":

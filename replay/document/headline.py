@@ -20,7 +20,7 @@ from sessions.doctor.finding import CODES
 
 DOUBTFUL_GROUPS: Final = ("import", "scale")
 """Groups of findings that make an answer doubtful even where they are warnings."""
-DOUBTFUL_CODES: Final = ("mesh-units", "often-missing")
+DOUBTFUL_CODES: Final = ("mesh-pivot", "mesh-units", "often-missing")
 """Codes of other groups that do."""
 NOISE_LIMITS_SENTENCE: Final = (
     "Not in these copies: a constant offset of a tracker, a wrong mesh, noise that the recording already has."

@@ -1,6 +1,9 @@
-"""Findings about scale and axes: positions that are not in metres, a head at an impossible place or angle."""
+"""Findings about scale and axes: positions that are not in metres, a head at an impossible place or angle.
 
-from collections.abc import Iterator, Mapping
+And about meshes that lie far from the origin of their body.
+"""
+
+from collections.abc import Collection, Iterator, Mapping
 from typing import Final
 
 import numpy as np
@@ -8,7 +11,9 @@ from numpy.typing import NDArray
 
 from sessions.doctor.finding import Finding, Span
 from sessions.doctor.pose_pass import PosePass
+from sessions.errors import SessionError
 from sessions.geometry.rotations import rotated_vectors
+from sessions.mesh_data import MeshData
 from sessions.model.scene import Scene
 from sessions.names import DEVICE_TOKENS, HAND_TOKENS, HEAD_TOKENS, SIDES, name_tokens
 from sessions.quantities import length
@@ -26,6 +31,11 @@ LEAST_SAMPLES: Final = 20
 LATERAL_GAP_M: Final = 0.05  # Hands closer to each other sideways than this do not tell left from right
 
 LEVEL_M: Final = 0.5  # Metres that a head moves up and down, 10th to 90th percentile; it walks farther
+
+PIVOT_M: Final = 0.5
+"""A mesh that begins so far from the origin of its body was not drawn about it: no arm is that long."""
+PIVOT_SIZES: Final = 2.0  # ... and so many of its own diagonals: a room may be drawn about a corner of it
+AT_ORIGIN_M: Final = 0.1  # Poses that stay so near the origin leave a mesh where it was drawn, as of a table
 
 _HAND_TOKENS = HAND_TOKENS | DEVICE_TOKENS | {*SIDES, "palm"}
 FloatArray = NDArray[np.float64]
@@ -62,6 +72,23 @@ def scale_findings(pose_pass: PosePass, scene: Scene, metadata: Mapping[str, str
     if metadata.get("handedness") == "left" and "hand" not in metadata.get("conversions", ""):
         message = "the facts say that the source was left-handed and name no conversion"
         yield Finding("handedness", message)
+
+
+def pivot_findings(pose_pass: PosePass, meshes: Mapping[str, MeshData], names: Collection[str]) -> Iterator[Finding]:
+    """Meshes, of some names, far from the origin of their body: drawn where they stood in a scene."""
+    for column, name in enumerate(pose_pass.names):
+        position = _finite_rows(pose_pass.position[:, column])
+        if name not in names or not len(position) or np.abs(np.median(position, axis=0)).max() < AT_ORIGIN_M:
+            continue
+        try:
+            least, most = meshes[name].bounds
+        except SessionError:  # a finding of its own
+            continue
+        size = float(np.linalg.norm(most - least))
+        away = float(np.linalg.norm(np.maximum(0.0, np.maximum(least, -most))))
+        if away > max(PIVOT_M, PIVOT_SIZES * size):
+            message = f"it is {length(size)} long and lies {length(away)} from the origin of its body"
+            yield Finding("mesh-pivot", message, name)
 
 
 def unit_guess(pose_pass: PosePass, column: int) -> tuple[str, float] | None:

@@ -8,7 +8,7 @@ from sessions.doctor.finding import Finding, Severity, Span
 from sessions.doctor.meshes import all_mesh_findings
 from sessions.doctor.pose_pass import PosePass, run_pose_pass
 from sessions.doctor.pose_spans import pose_findings
-from sessions.doctor.scale import scale_findings
+from sessions.doctor.scale import pivot_findings, scale_findings
 from sessions.doctor.timing import time_findings
 from sessions.importers.ledger import FACT, ledger_of
 from sessions.model.constants import BLOCK_FRAMES
@@ -32,6 +32,8 @@ def examine_session(
     yield from scale_findings(pose_pass, scene, session.facts)
     names = [name for name in meshes if needed is None or name in needed]
     yield from all_mesh_findings(meshes, names)
+    children = {body.id for body in scene.bodies if body.parent}
+    yield from pivot_findings(pose_pass, meshes, [name for name in names if name not in children])
     yield from scene_findings(scene, pose_pass.names, [*meshes])
     yield from stream_findings(session, pose_pass)
 
