@@ -82,9 +82,7 @@ def _early_dissolution_events(name: str, matter: Matter) -> list[EffectEvent]:
     for solid, initial in matter.recipe.contents[name].solids.items():
         mass = (initial - float(matter.amount(name, solid + SOLID)[0])) * molar_mass(solid)
         if mass > LEAST_GRAM:
-            is_oxide = (
-                {"O"} < set(atoms(solid)) and not {"H"} & set(atoms(solid)) and PROTON in dissolved_components(solid)
-            )
+            is_oxide = {"O"} < set(atoms(solid)) and len(atoms(solid)) == 2 and PROTON in dissolved_components(solid)
             verb = "react with the water in" if is_oxide else "dissolve in"
             message = (
                 f"{quantity(mass, 'g')} {solid} {verb} {name} before the recording begins, and the heat of it is not "

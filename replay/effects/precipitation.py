@@ -33,6 +33,9 @@ CLOUDY_MOL_L: Final = 1e-3
 LEAST_G: Final = 1e-3
 """A precipitate of less before the first frame is not told: nobody sees it in the glass."""
 
+HARDLY_DISSOLVED_FRACTION: Final = 1e-3
+"""Of a solid that was brought: what dissolves of it is said, but nobody sees it."""
+
 DISSOLVED_AGAIN_FRACTION: Final = 0.05
 """Share of the greatest mass of a precipitate from which on its dissolving is an event."""
 
@@ -105,6 +108,8 @@ def _solid_events(
             return
         values = {"mass_g": gone, "left_g": at_first - gone, "formula": solid}
         text = f"{quantity(gone, 'g')} of {quantity(at_first, 'g')} {solid} dissolve in {vessel}"
+        if gone < HARDLY_DISSOLVED_FRACTION * at_first:
+            text = f"{solid} hardly dissolves in {vessel}: {quantity(gone, 'g')} of {quantity(at_first, 'g')}"
         if row > 0 and amount[row] == 0.0:
             row = int(np.flatnonzero(amount == 0.0)[0])
             temperature_text = _note_celsius(values, celsius, row)

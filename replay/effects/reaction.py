@@ -15,6 +15,7 @@ from replay.effects.chemistry.equilibrium_extent import GAS_J_MOL_K
 from replay.effects.chemistry.formulas import charge_of, molar_mass
 from replay.effects.chemistry.matter import MOST_FOREIGN_MOL_KG, Matter, matter_of
 from replay.effects.chemistry.mixture import GAS, LIGANDS, SOLID, Mixture
+from replay.effects.chemistry.reacted import reacted_events
 from replay.effects.chemistry.recipe import Reaction
 from replay.effects.chemistry.redox import ZERO_C_KELVIN
 from replay.effects.chemistry.salts import WATER_KG
@@ -71,7 +72,8 @@ SETTLED_PH: Final = 0.01
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``end-point`` where acid and base, or oxidant and reductant, are equivalent, ``gas``, ``ph``, and others.
 
-    ``before`` tells what reacted before the first frame, ``no-reaction`` an equation that made nothing,
+    ``before`` tells what reacted before the first frame, ``reacted`` an equation that no other event tells,
+    ``no-reaction`` one that made nothing,
     ``concentrated`` a solution beyond PHREEQC's activities.
     Series of pH, redox potential and free metal, of ions that an equation names, of gas that left, and of the extent of
     what has no constant: at equilibrium no equation has its own.
@@ -102,9 +104,11 @@ def compute(inputs: EffectInputs) -> EffectOutput:
             series = findings.series.get(f"{vessel}/pH")
             changes = _changed_ph(vessel, series)
             findings.events += changes or (_standing_ph(vessel, series) if matter.is_still else [])
-    findings.events += reacted_before(matter, {table["solid"] for table in inputs.tables.get("precipitation", ())})
+    followed_solids = {table["solid"] for table in inputs.tables.get("precipitation", ())}
+    findings.events += reacted_before(matter, followed_solids)
     findings.events += no_reaction_events(matter, has_formed)
     findings.events += stop_events(matter)
+    findings.events += reacted_events(matter, followed_solids, findings.events)
     findings.events += supersaturation_events(matter)
     findings.events += aged_hydroxide_events(matter)
     findings.events += assumption_events(matter)

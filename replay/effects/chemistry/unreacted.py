@@ -94,10 +94,9 @@ def _equilibrium_events(matter: Matter) -> Iterator[EffectEvent]:
             extent_to_end = float(ledger.limits.extent_to_the_end(row, amounts))
             if not extent > 0.0 or extent_to_end <= LEAST_FORMED_FRACTION * (extent_to_end + extent):
                 continue
-            percent = words.decimal(100.0 * extent / (extent_to_end + extent), 0)
-            message = (
-                f"{process.text} stops at its equilibrium in {vessel}: {percent} % has reacted, by its free energy"
-            )
+            percent = 100.0 * extent / (extent_to_end + extent)
+            share = f"{words.decimal(percent, 0)} %" if percent >= 1.0 else "less than 1 %"
+            message = f"{process.text} stops at its equilibrium in {vessel}: {share} has reacted, by its free energy"
             event_values: dict[str, float | str] = {"equation": process.text, "log_k": process.log_k}
             yield EffectEvent(float(history.times[-1]), "equilibrium", (vessel,), None, event_values, message)
 
@@ -112,11 +111,11 @@ def _reason_for_nothing(matter: Matter, reaction: Reaction, has_formed: bool) ->
     if missing_text:
         return missing_text
     products = _no_product_reason(matter, reaction)
+    solid = _undissolved_solid(matter, reaction) if products != "" else ""
+    if solid:
+        return f"{solid} hardly dissolves in it"
     if products is not None:
         return products
-    solid = _undissolved_solid(matter, reaction)
-    if solid:
-        return f"{solid} does not dissolve"
     complexes = [
         product for product in reaction.equation.products if charge_of(product) and len(solute_components(product)) > 1
     ]
@@ -237,7 +236,7 @@ def _has_come(matter: Matter, vessel: str, formula: str, column: str) -> bool:
 
 
 def _undissolved_solid(matter: Matter, reaction: Reaction) -> str:
-    """A solid reagent that stands as it stood; ``""``: some of each dissolved, or none is a solid."""
+    """A solid reagent of which next to nothing dissolved; ``""``: some of each did, or none is a solid."""
     for formula in reaction.equation.reagents:
         column = formula + SOLID
         if reaction.phases.get(formula) != "s" or column not in matter.ledger.column:
@@ -247,7 +246,7 @@ def _undissolved_solid(matter: Matter, reaction: Reaction) -> str:
             for name, contents in matter.recipe.contents.items()
             if contents.solids.get(formula, 0.0) > 0.0
         ]
-        if left and min(left) > 1.0 - SOLID_ROUNDING:
+        if left and min(left) > 1.0 - LEAST_DISSOLVED_FRACTION:
             return formula
     return ""
 

@@ -1,7 +1,10 @@
 """Reasons of `replay.effects.chemistry.unreacted` are right in every state of acid, base and reagents."""
 
 import pytest
-from support.liquid_worlds import COLUMN, MIX, glass, run_in
+from support.liquid_worlds import COLUMN, MIX, glass, poured, run_in
+
+from replay.effects.chemistry.formulas import molar_mass
+from replay.effects.effect_summary import leading_event
 
 IRON = "MnO4- + 5 Fe2+ + 8 H+ -> Mn2+ + 5 Fe3+ + 4 H2O"
 PEROXIDE = "H2O2 + 2 I- + 2 H+ -> I2 + 2 H2O"
@@ -60,3 +63,21 @@ def test_reaction_stops_when_acid_runs_out_with_iron_left():
     assert "stops in flask for want of acid: 0.438 mmol Fe^2+ and" in event.text
     assert "flask/potential" in run_of.series  # while iron alone has both its forms
     assert run_of.series["flask/potential"].times[-1] < run_of.series["flask/pH"].times[-1]
+
+
+METALS = [
+    ("Cu", {"AgNO3": 0.1}, "Cu + 2 AgNO3 -> Cu(NO3)2 + 2 Ag", "by 0.1 mmol, until no Cu is left; 0.0216 g Ag come"),
+    ("Ag", {"Cu(NO3)2": 0.1}, "2 Ag + Cu(NO3)2 -> 2 AgNO3 + Cu", "does not proceed: its free energy is +88 kJ/mol"),
+    ("CuS", {"HCl": 1.0}, "CuS + 2 HCl -> CuCl2 + H2S", "does not proceed: CuS hardly dissolves in it"),
+]
+
+
+@pytest.mark.parametrize(("solid", "solutes", "equation", "words"), METALS, ids=[row[0] for row in METALS])
+def test_what_happens_to_a_solid_is_said(solid, solutes, equation, words):
+    """0.1 mmol of the solid, and more of the solution than it needs; by stoichiometry 0.2 mmol, 21.6 mg, of silver."""
+    powder = {"solid": {"formula": solid, "mass_g": 1e-4 * molar_mass(solid)}}
+    bodies = (glass("a", 60.0, solutes=solutes), glass("b", 1.0, properties=powder))
+    effects = poured([0.0, *([60.0] * 20)], bodies, ("mixing", {"in": ["b"]}), ("reaction", {"equation": equation}))
+    (event,) = [event for name in ("reacted", "no-reaction") for event in effects["reaction"].output.events_named(name)]
+    assert event.text.startswith(equation) and words in event.text
+    assert leading_event(effects) == event
